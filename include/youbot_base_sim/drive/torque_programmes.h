@@ -1,0 +1,91 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "youbot_base_sim/physics/no_slip_model.h"
+#include "youbot_base_sim/physics/wheel_torque.h"
+
+namespace youbot_base_sim {
+
+/// constant + cos * cos(2 pi t / period) + sin * sin(2 pi t / period), for one of V_X, V_Y (m/s) or Omega (rad/s).
+struct Harmonic {
+  double constant = 0;
+  double cos = 0;
+  double sin = 0;
+};
+
+/// A desired motion of the platform, each velocity one harmonic of a common period (s).
+struct ReferenceMotion {
+  double period = 1;
+  Harmonic V_X, V_Y, Omega;
+
+  /// (V_X, V_Y, Omega) and its first and second derivatives at time t (s).
+  Eigen::Vector3d velocity(double t) const;
+  Eigen::Vector3d acceleration(double t) const;
+  Eigen::Vector3d jerk(double t) const;
+};
+
+/// The paper's open loop control (section 5.2): the torques under which model 1 carries out the desired motion.
+class ReferenceTorque : public WheelTorque {
+ public:
+  ReferenceTorque(const RobotParameters& robot, const ReferenceMotion& motion) : model_(robot), motion_(motion) {}
+  double enter(double) override { return std::numeric_limits<double>::infinity(); }
+  Wheels at(double t) const override;
+  Wheels rate(double t) const override;
+
+ private:
+  NoSlipModel model_;
+  ReferenceMotion motion_;
+};
+
+/// One stretch of a torque programme, from `start` (s) on: constant + cos * cos(2 pi t / period) + sin * sin(...), N m,
+/// with t counted from zero, not from the start.
+struct TorquePiece {
+  double start = 0;
+  Wheels constant = Wheels::Zero();
+  Wheels cos = Wheels::Zero();
+  Wheels sin = Wheels::Zero();
+  double period = 1;
+};
+
+using TorquePieces = std::vector<TorquePiece>;
+
+/// Torque in pieces, each from its start to the next one's; zero before the first.
+class PiecewiseTorque : public WheelTorque {
+ public:
+  /// Starts must increase.
+  explicit PiecewiseTorque(TorquePieces pieces) : pieces_(std::move(pieces)) {}
+  double enter(double t) override;
+  Wheels at(double t) const override;
+  Wheels rate(double t) const override;
+
+ private:
+  TorquePieces pieces_;
+  TorquePiece entered_;
+};
+
+/// Rows of four numbers, one for each wheel, each held from its time to the next row's; zero before the first.
+struct WheelTable {
+  std::vector<double> t;  ///< s, increasing
+  std::vector<Wheels> values;
+
+  Wheels at(double time) const;
+  /// First row time after `time`, s; infinity if none.
+  double next(double time) const;
+};
+
+/// Torque from a table, N m.
+class TableTorque : public WheelTorque {
+ public:
+  explicit TableTorque(WheelTable table) : table_(std::move(table)) {}
+  double enter(double t) override;
+  Wheels at(double) const override { return entered_; }
+  Wheels rate(double) const override { return Wheels::Zero(); }
+
+ private:
+  WheelTable table_;
+  Wheels entered_ = Wheels::Zero();
+};
+
+}  // namespace youbot_base_sim

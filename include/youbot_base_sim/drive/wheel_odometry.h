@@ -1,0 +1,52 @@
+#pragma once
+
+#include <Eigen/Dense>
+
+#include "youbot_base_sim/physics/state.h"
+
+namespace youbot_base_sim {
+
+/// Base kinematics as the youBot driver computes them: a Mecanum base without slip, each wheel touching the floor in
+/// its middle. Wheel rates have the sign of the URDF and of the paper, positive forward on all four wheels; the
+/// driver's own motors on the left turn the other way round.
+///
+/// The lengths are those of the driver's configuration, youbot-base.cfg. Its wheel radius is 5 % below the real one,
+/// so that the driver's odometry falls short by as much and the base moves 5 % faster than commanded.
+struct DriverKinematics {
+  double wheel_radius = 0.0475;  ///< m
+  double half_lengths = 0.385;   ///< half the wheelbase plus half the track, (0.47 + 0.3) / 2, m
+
+  /// Wheel rates (rad/s) for a velocity (V_X, V_Y, Omega) of the base in its own frame, m/s and rad/s.
+  Wheels wheel_rates(const Eigen::Vector3d& velocity) const;
+
+  /// Velocity of the base that the wheel rates tell of; of four rates, the part that no such motion explains is lost.
+  /// Linear, so that it also turns differences of wheel angles (rad) into displacements (m, m, rad).
+  Eigen::Vector3d velocity(const Wheels& dphi) const;
+};
+
+/// Pose of the base from its wheels' angles as the driver integrates it: explicit Euler from one call to the next, with
+/// the heading that is already the new one. What comes out thus depends on how often it is updated; the driver does so
+/// at 50 Hz.
+class WheelOdometry {
+ public:
+  /// Starts at pose zero with the wheels at angles phi, rad.
+  WheelOdometry(const DriverKinematics& kinematics, const Wheels& phi);
+
+  /// Goes on to wheel angles phi, rad.
+  void update(const Wheels& phi);
+
+  /// Back to pose zero with the wheels at angles phi, rad.
+  void reset(const Wheels& phi);
+
+  /// x, y (m) and heading (rad, unwrapped) in the frame of the pose at the start.
+  const Eigen::Vector3d& pose() const { return pose_; }
+
+  const DriverKinematics& kinematics() const { return kinematics_; }
+
+ private:
+  DriverKinematics kinematics_;
+  Wheels phi_;
+  Eigen::Vector3d pose_ = Eigen::Vector3d::Zero();
+};
+
+}  // namespace youbot_base_sim

@@ -1,0 +1,62 @@
+#pragma once
+
+#include "youbot_base_sim/physics/parameters.h"
+
+namespace youbot_base_sim {
+
+/// Friction force at the contact points, N, and its dependence on the slip velocity, in the platform's frame.
+struct ContactForce {
+  Wheels F_X, F_Y;
+};
+
+/// -dF/dV_P, symmetric and positive semidefinite, N s/m.
+struct ContactStiffness {
+  Wheels XX, XY, YY;
+};
+
+// A contact law is a policy of SlipModel: a class with the two functions below, both free of allocation and branches.
+
+/// Model 2a: F = -mu_0 V_P (paper, (4.10)).
+class ViscousLaw {
+ public:
+  ViscousLaw(const RobotParameters& robot, const FloorParameters& floor) : mu_0_(floor.mu_0(robot)) {}
+
+  /// Force for the slip velocity V_P, m/s.
+  ContactForce force(const Wheels& V_PX, const Wheels& V_PY) const { return {-mu_0_ * V_PX, -mu_0_ * V_PY}; }
+
+  ContactStiffness stiffness(const Wheels&, const Wheels&) const {
+    return {Wheels::Constant(mu_0_), Wheels::Zero(), Wheels::Constant(mu_0_)};
+  }
+
+ private:
+  double mu_0_;
+};
+
+/// Model 2b: F = -f N V_P / sqrt(nu^2 + |V_P|^2), Coulomb friction (4.11) regularised as in section 5.2 of the paper.
+class CoulombLaw {
+ public:
+  CoulombLaw(const RobotParameters& robot, const FloorParameters& floor)
+      : limit_(floor.f * normal_reactions(robot, floor)), nu_squared_(floor.nu * floor.nu) {}
+
+  /// Force for the slip velocity V_P, m/s.
+  ContactForce force(const Wheels& V_PX, const Wheels& V_PY) const {
+    const Wheels slope = limit_ * (nu_squared_ + V_PX.square() + V_PY.square()).rsqrt();
+    return {-slope * V_PX, -slope * V_PY};
+  }
+
+  ContactStiffness stiffness(const Wheels& V_PX, const Wheels& V_PY) const {
+    const Wheels inverse_speed = (nu_squared_ + V_PX.square() + V_PY.square()).rsqrt();
+    const Wheels slope = limit_ * inverse_speed;
+    const Wheels X = V_PX * inverse_speed;
+    const Wheels Y = V_PY * inverse_speed;
+    // nu^2 + V_PY^2 rather than 1 - X^2: no cancellation in full slip.
+    const Wheels regular = nu_squared_ * inverse_speed.square();
+    return {slope * (regular + Y.square()), -slope * X * Y, slope * (regular + X.square())};
+  }
+
+ private:
+  Wheels limit_;  // f N, N
+  double nu_squared_;
+};
+
+}  // namespace youbot_base_sim

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <Eigen/Dense>
+
+#include "youbot_base_sim/physics/inertia.h"
+
+namespace youbot_base_sim {
+
+/// Model 1 of the paper (section 5.1): contact at the middle of each roller and no slip, so that the platform's three
+/// velocities determine all others. Here v stands for (V_X, V_Y, Omega), m/s and rad/s.
+class NoSlipModel {
+ public:
+  explicit NoSlipModel(const RobotParameters& robot);
+
+  /// Rates of the wheels, and of the rollers in contact, that roll without slip at `v`, rad/s.
+  Wheels dphi(const Eigen::Vector3d& v) const { return (rolling_ * v).array(); }
+  Wheels dgamma(const Eigen::Vector3d& v) const { return (roller_rolling_ * v).array(); }
+
+  /// dv/dt under the wheel torques `M`, N m.
+  Eigen::Vector3d acceleration(const Eigen::Vector3d& v, const Wheels& M) const;
+
+  /// Torque programme of section 5.2: the wheel torques, N m, under which the velocity is `v` and changes by `dv`, with
+  /// no internal preload (+1, +1, -1, -1).
+  Wheels torque(const Eigen::Vector3d& v, const Eigen::Vector3d& dv) const;
+
+  /// Time derivative of `torque`, N m/s; `ddv` is that of `dv`.
+  Wheels torque_rate(const Eigen::Vector3d& v, const Eigen::Vector3d& dv, const Eigen::Vector3d& ddv) const;
+
+  /// Time derivative of `state` under the wheel torques `M`: pose, work, (V_X, V_Y, Omega), phi and gamma. The
+  /// columns dphi and dgamma stay zero: they are functions of v, see `constrain`.
+  void derivative(const State& state, const Wheels& M, State& derivative) const;
+
+  /// Sets dphi and dgamma of `state` to what rolls without slip.
+  void constrain(State& state) const;
+
+  /// Kinetic energy, J; without that of the rollers, which model 1 holds to be weightless.
+  double kinetic_energy(const Eigen::Vector3d& v) const { return 0.5 * v.dot(inertia_ * v); }
+
+ private:
+  using WheelsByVelocity = Eigen::Matrix<double, kWheels, 3>;
+
+  /// Forces on v besides the wheels' torques, to the left-hand side; and their time derivative.
+  Eigen::Vector3d bias(const Eigen::Vector3d& v) const;
+  Eigen::Vector3d bias_rate(const Eigen::Vector3d& v, const Eigen::Vector3d& dv) const;
+  /// Wheel torques that exert `force` on v ([10] of the paper).
+  Wheels distribute(const Eigen::Vector3d& force) const;
+
+  RobotParameters robot_;
+  Inertia platform_;
+  WheelsByVelocity rolling_;         // dphi = rolling_ v
+  WheelsByVelocity roller_rolling_;  // dgamma = roller_rolling_ v
+  Eigen::Matrix3d inertia_;
+  Eigen::Matrix3d damping_;  // diagonal (zeta_X, zeta_Y, mu_Omega) where all wheels' bearings are alike
+};
+
+}  // namespace youbot_base_sim

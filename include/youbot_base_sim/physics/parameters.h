@@ -1,0 +1,57 @@
+#pragma once
+
+#include <array>
+
+#include "youbot_base_sim/physics/state.h"
+
+namespace youbot_base_sim {
+
+/// How dgamma, which the equations know only for the roller in contact, goes on when the next roller takes over.
+enum class RollerRateAtSwitch {
+  kContinuous,  ///< dgamma is kept, as the paper's equations integrate it
+  kAtRest       ///< the new roller starts at dgamma = 0, as one that its bearing has stopped
+};
+
+/// The robot, in the paper's symbols; the defaults are its table (5.1). SI units.
+struct RobotParameters {
+  double m = 30.0;                          ///< mass of the body without wheels, kg
+  double m_1 = 1.4;                         ///< mass of one wheel, kg
+  double I_s = 4.42;                        ///< moment of inertia of the whole robot about OZ, kg m^2
+  double J_1 = 5.87e-3;                     ///< moment of inertia of a wheel about its axle, kg m^2
+  double J_2 = 1e-6;                        ///< moment of inertia of a roller about its axis (regularisation), kg m^2
+  double a_X = 0.016, a_Y = -0.026;         ///< centre of mass of the body from O, m
+  double h = 0.235;                         ///< half the wheelbase, m
+  double l = 0.15;                          ///< half the track, m
+  double R = 0.05;                          ///< outer radius of a wheel, m
+  double R_d = 0.0355;                      ///< distance of the rollers' axes from the wheel's axle, m
+  int rollers = 6;                          ///< rollers on a wheel, n
+  Wheels mu_1 = Wheels::Constant(0.11);     ///< viscous friction of a wheel's bearing, N m s
+  Wheels mu_2 = Wheels::Constant(5.78e-3);  ///< viscous friction of a roller's bearing, N m s
+  RollerRateAtSwitch roller_rate_at_switch = RollerRateAtSwitch::kContinuous;
+
+  double m_s() const { return m + kWheels * m_1; }  ///< total mass, kg
+  Wheels rho_X() const { return {h, h, -h, -h}; }   ///< wheel centres from O, forward, m
+  Wheels rho_Y() const { return {l, -l, l, -l}; }   ///< wheel centres from O, to the left, m
+};
+
+/// tan(delta_i): which way the axis of the roller in contact lies, delta = -45, 45, 45, -45 deg (paper, section 2).
+inline Wheels tan_delta() { return {-1.0, 1.0, 1.0, -1.0}; }
+
+/// The floor. SI units; f and nu as in section 5.2 of the paper.
+struct FloorParameters {
+  double f = 0.5;                ///< coefficient of sliding friction
+  double nu = 1e-3;              ///< slip speed below which Coulomb friction is regularised, m/s
+  double g = 9.81;               ///< gravity, m/s^2
+  double viscous_friction = -1;  ///< mu_0 of model 2a, N s/m; negative: f m_s g / (4 nu), the paper's choice
+
+  /// Viscous friction of a contact in model 2a, N s/m.
+  double mu_0(const RobotParameters& robot) const {
+    return viscous_friction >= 0 ? viscous_friction : f * robot.m_s() * g / (kWheels * nu);
+  }
+};
+
+/// Static normal reactions of the floor on the wheels, N (paper, (4.17)). Non-positive where the centre of mass lies so
+/// far out that a wheel would lift.
+Wheels normal_reactions(const RobotParameters& robot, const FloorParameters& floor);
+
+}  // namespace youbot_base_sim

@@ -1,0 +1,31 @@
+#pragma once
+
+#include "youbot_base_sim/integration/switching_integrator.h"
+#include "youbot_base_sim/record/atomic_file.h"
+
+namespace youbot_base_sim {
+
+/// Rows of the motion: t, pose, velocities, phi, dphi, dgamma; SI units, heading unwrapped, wheels in the order fl, fr,
+/// bl, br; numbers that read back to the same double.
+class StateCsv {
+ public:
+  explicit StateCsv(const std::string& path);
+  void write(double t, const State& state);
+  void commit() { file_.commit(); }
+
+ private:
+  AtomicFile file_;
+};
+
+/// Rows of roller switches: t (s), wheel (fl ...), roller_from, roller_to, phi (rad), direction.
+class SwitchCsv {
+ public:
+  explicit SwitchCsv(const std::string& path);
+  void write(const RollerSwitch& event);
+  void commit() { file_.commit(); }
+
+ private:
+  AtomicFile file_;
+};
+
+}  // namespace youbot_base_sim

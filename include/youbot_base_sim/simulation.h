@@ -1,0 +1,71 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "youbot_base_sim/integration/switching_integrator.h"
+#include "youbot_base_sim/physics/slip_model.h"
+#include "youbot_base_sim/scene/scene.h"
+
+namespace youbot_base_sim {
+
+/// One running simulation: a scene in; commands in; state, switches and statistics out.
+///
+/// With a control period the loop is that of a robot's controller: at t = k * period the drive is sampled, and its
+/// torque is held while the state is advanced to the end of the period. Without one the scene's torque acts
+/// continuously.
+class Simulation {
+ public:
+  /// Torque of the wheels, N m, for the control period that begins at time t (s) in `state`.
+  using Drive = std::function<Wheels(double t, const State& state)>;
+
+  /// Runs the scene's own drive; no torque if it has none.
+  explicit Simulation(const Scene& scene);
+
+  /// Runs `drive` in place of the scene's. Throws std::invalid_argument if the scene has no control period.
+  Simulation(const Scene& scene, Drive drive);
+
+  ~Simulation();
+
+  /// Advances to time t (s), sampling the drive at each control period that begins on the way. Never fails: where the
+  /// accurate integration gives up, safe steps go on, and the statistics tell.
+  void advance_to(double t);
+
+  /// Advances to the end of the present control period. Throws std::logic_error if the scene has none.
+  void advance_period();
+
+  /// Back to the scene's initial state at t = 0, statistics included.
+  void reset();
+
+  double time() const;  ///< s
+  const State& state() const;
+
+  /// Torque that acts now, N m.
+  Wheels torque() const;
+
+  /// Number 0 .. n-1 of the roller that each wheel stands on.
+  std::array<int, kWheels> rollers() const;
+
+  /// Angle of roller k of wheel i about its own axis, rad: it turns while it is on the floor, and stands otherwise.
+  double roller_angle(int i, int k) const;
+
+  /// Slip, friction and offset of the contact points; in model 1, no slip and no force.
+  Contacts contacts() const;
+
+  /// Switches since the last `take_switches`, in order of time; clears them.
+  std::vector<RollerSwitch> take_switches();
+
+  const IntegrationStatistics& statistics() const;
+
+  /// |change of kinetic energy - integrated power| since t = 0, J.
+  double energy_balance_error() const;
+
+  const Scene& scene() const;
+
+ private:
+  class Loop;
+  std::unique_ptr<Loop> loop_;
+};
+
+}  // namespace youbot_base_sim

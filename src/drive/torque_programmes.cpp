@@ -1,0 +1,65 @@
+#include "youbot_base_sim/drive/torque_programmes.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace youbot_base_sim {
+
+Eigen::Vector3d ReferenceMotion::velocity(double t) const {
+  const double w = 2 * M_PI / period, c = std::cos(w * t), s = std::sin(w * t);
+  const auto value = [&](const Harmonic& v) { return v.constant + v.cos * c + v.sin * s; };
+  return {value(V_X), value(V_Y), value(Omega)};
+}
+
+Eigen::Vector3d ReferenceMotion::acceleration(double t) const {
+  const double w = 2 * M_PI / period, c = std::cos(w * t), s = std::sin(w * t);
+  const auto value = [&](const Harmonic& v) { return w * (v.sin * c - v.cos * s); };
+  return {value(V_X), value(V_Y), value(Omega)};
+}
+
+Eigen::Vector3d ReferenceMotion::jerk(double t) const {
+  const double w = 2 * M_PI / period, c = std::cos(w * t), s = std::sin(w * t);
+  const auto value = [&](const Harmonic& v) { return -w * w * (v.cos * c + v.sin * s); };
+  return {value(V_X), value(V_Y), value(Omega)};
+}
+
+Wheels ReferenceTorque::at(double t) const { return model_.torque(motion_.velocity(t), motion_.acceleration(t)); }
+
+Wheels ReferenceTorque::rate(double t) const {
+  return model_.torque_rate(motion_.velocity(t), motion_.acceleration(t), motion_.jerk(t));
+}
+
+double PiecewiseTorque::enter(double t) {
+  const auto next = std::upper_bound(pieces_.begin(), pieces_.end(), t,
+                                     [](double time, const TorquePiece& piece) { return time < piece.start; });
+  entered_ = next == pieces_.begin() ? TorquePiece{} : *(next - 1);
+  return next == pieces_.end() ? std::numeric_limits<double>::infinity() : next->start;
+}
+
+Wheels PiecewiseTorque::at(double t) const {
+  const double angle = 2 * M_PI * t / entered_.period;
+  return entered_.constant + entered_.cos * std::cos(angle) + entered_.sin * std::sin(angle);
+}
+
+Wheels PiecewiseTorque::rate(double t) const {
+  const double w = 2 * M_PI / entered_.period, angle = w * t;
+  return w * (entered_.sin * std::cos(angle) - entered_.cos * std::sin(angle));
+}
+
+Wheels WheelTable::at(double time) const {
+  const auto after = std::upper_bound(t.begin(), t.end(), time);
+  if (after == t.begin()) return Wheels::Zero();
+  return values[static_cast<std::size_t>(after - t.begin()) - 1];
+}
+
+double WheelTable::next(double time) const {
+  const auto after = std::upper_bound(t.begin(), t.end(), time);
+  return after == t.end() ? std::numeric_limits<double>::infinity() : *after;
+}
+
+double TableTorque::enter(double t) {
+  entered_ = table_.at(t);
+  return table_.next(t);
+}
+
+}  // namespace youbot_base_sim

@@ -1,0 +1,61 @@
+#include "youbot_base_sim/physics/no_slip_model.h"
+
+#include <cmath>
+
+namespace youbot_base_sim {
+
+NoSlipModel::NoSlipModel(const RobotParameters& robot) : robot_(robot), platform_(robot) {
+  const Wheels tan = tan_delta();
+  rolling_ << Eigen::Vector4d::Ones(), tan.matrix(), (robot.rho_X() * tan - robot.rho_Y()).matrix();
+  rolling_ /= robot.R;
+  roller_rolling_ << Eigen::Vector4d::Zero(), Eigen::Vector4d::Ones(), robot.rho_X().matrix();
+  roller_rolling_ /= (robot.R_d - robot.R) * std::sqrt(0.5);
+  inertia_ = platform_.M_v + robot.J_1 * rolling_.transpose() * rolling_;
+  damping_ = rolling_.transpose() * robot.mu_1.matrix().asDiagonal() * rolling_ +
+             roller_rolling_.transpose() * robot.mu_2.matrix().asDiagonal() * roller_rolling_;
+}
+
+Eigen::Vector3d NoSlipModel::bias(const Eigen::Vector3d& v) const { return damping_ * v - platform_.coriolis(v); }
+
+Eigen::Vector3d NoSlipModel::bias_rate(const Eigen::Vector3d& v, const Eigen::Vector3d& dv) const {
+  return damping_ * dv - platform_.coriolis_by_velocity(v) * dv;
+}
+
+Wheels NoSlipModel::distribute(const Eigen::Vector3d& force) const {
+  const double M_X = robot_.R * force[0], M_Y = robot_.R * force[1];
+  const double turn = robot_.R / (robot_.h + robot_.l) * force[2];
+  return Wheels{M_X - M_Y - turn, M_X + M_Y + turn, M_X + M_Y - turn, M_X - M_Y + turn} / 4;
+}
+
+Eigen::Vector3d NoSlipModel::acceleration(const Eigen::Vector3d& v, const Wheels& M) const {
+  return inertia_.llt().solve(rolling_.transpose() * M.matrix() - bias(v));
+}
+
+Wheels NoSlipModel::torque(const Eigen::Vector3d& v, const Eigen::Vector3d& dv) const {
+  return distribute(inertia_ * dv + bias(v));
+}
+
+Wheels NoSlipModel::torque_rate(const Eigen::Vector3d& v, const Eigen::Vector3d& dv, const Eigen::Vector3d& ddv) const {
+  return distribute(inertia_ * ddv + bias_rate(v, dv));
+}
+
+void NoSlipModel::derivative(const State& state, const Wheels& M, State& derivative) const {
+  const Eigen::Vector3d v = state.velocity();
+  const double cos_psi = std::cos(state.psi()), sin_psi = std::sin(state.psi());
+  derivative.values.setZero();
+  derivative.x() = v[0] * cos_psi - v[1] * sin_psi;
+  derivative.y() = v[0] * sin_psi + v[1] * cos_psi;
+  derivative.psi() = v[2];
+  derivative.work() = (M * dphi(v)).sum() - v.dot(damping_ * v);
+  derivative.values.col(1).head<3>() = acceleration(v, M).array();
+  derivative.phi() = dphi(v);
+  derivative.gamma() = dgamma(v);
+}
+
+void NoSlipModel::constrain(State& state) const {
+  const Eigen::Vector3d v = state.velocity();
+  state.dphi() = dphi(v);
+  state.dgamma() = dgamma(v);
+}
+
+}  // namespace youbot_base_sim

@@ -1,0 +1,23 @@
+#include "youbot_base_sim/physics/roller_geometry.h"
+
+#include <cmath>
+
+namespace youbot_base_sim {
+
+RollerGeometry::RollerGeometry(const RobotParameters& robot)
+    : pitch_(2 * M_PI / robot.rollers),
+      R_(robot.R),
+      R_d_(robot.R_d),
+      R_d_tan_delta_(robot.R_d * tan_delta()),
+      sin_delta_(tan_delta() * std::sqrt(0.5)),
+      cos_delta_(std::sqrt(0.5)) {}
+
+int RollerGeometry::roller_at(double phi) const {
+  int k = static_cast<int>(std::floor(phi / pitch_ + 0.5));
+  // The quotient may round across the edge; the edges themselves decide.
+  if (phi >= upper_edge(k)) ++k;
+  if (phi < upper_edge(k - 1)) --k;
+  return k;
+}
+
+}  // namespace youbot_base_sim

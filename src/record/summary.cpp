@@ -1,0 +1,52 @@
+#include "youbot_base_sim/record/summary.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+namespace youbot_base_sim {
+
+std::string summary_json(const Simulation& simulation, double wall_time) {
+  const State& x = simulation.state();
+  const IntegrationStatistics& statistics = simulation.statistics();
+  nlohmann::json json;
+  json["model"] = name_of(simulation.scene().model);
+  json["relative_tolerance"] = simulation.scene().solver.relative_tolerance;
+  json["control_period"] = simulation.scene().solver.control_period;
+  json["simulated_time"] = simulation.time();
+  json["wall_time"] = wall_time;
+  json["real_time_factor"] = simulation.time() / wall_time;
+  json["steps"] = statistics.steps;
+  json["rejected_steps"] = statistics.rejected_steps;
+  json["location_steps"] = statistics.location_steps;
+  json["switches"] = statistics.switches;
+  json["safe_steps"] = statistics.safe_steps;
+  json["endless_switching"] = statistics.endless_switching;
+  json["exhausted"] = statistics.exhausted;
+  json["energy_balance_error"] = simulation.energy_balance_error();
+  json["final"] = {{"x", x.x()},     {"y", x.y()},     {"psi", x.psi()},
+                   {"V_X", x.V_X()}, {"V_Y", x.V_Y()}, {"Omega", x.Omega()}};
+  return json.dump(2) + "\n";
+}
+
+std::string summary_text(const Simulation& simulation, double wall_time) {
+  const State& x = simulation.state();
+  const IntegrationStatistics& statistics = simulation.statistics();
+  std::string text = fmt::format(
+      "model {}: {:g} s in {:.3g} s, {:.4g} times real time\n"
+      "final pose      x {:.6f} m, y {:.6f} m, psi {:.6f} rad\n"
+      "final velocity  V_X {:.6f} m/s, V_Y {:.6f} m/s, Omega {:.6f} rad/s\n"
+      "{} roller switches, {} steps, {} rejected, energy balance closes to {:.2g} J\n",
+      name_of(simulation.scene().model), simulation.time(), wall_time, simulation.time() / wall_time, x.x(), x.y(),
+      x.psi(), x.V_X(), x.V_Y(), x.Omega(), statistics.switches, statistics.steps, statistics.rejected_steps,
+      simulation.energy_balance_error());
+  if (statistics.safe_steps > 0) {
+    text += fmt::format(
+        "warning: a wheel switched without end {} times and the bound of work was reached {} times;\n"
+        "         {} safe steps, of first order, went on from there\n",
+        statistics.endless_switching, statistics.exhausted, statistics.safe_steps);
+  }
+  return text;
+}
+
+}  // namespace youbot_base_sim

@@ -1,0 +1,283 @@
+// Geometry and kinematics of the contacts and the contact laws, against their definitions in space: rigid bodies,
+// vectors and differences, not the formulas that follow from them.
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+
+#include "random_states.h"
+#include "youbot_base_sim/physics/slip_model.h"
+
+namespace youbot_base_sim {
+namespace {
+
+using Eigen::AngleAxisd;
+using Eigen::Vector3d;
+
+// The roller in contact as the paper describes it, in the platform's frame with the wheel's centre C as origin: its
+// axis is the line through K = A (0, 0, -R_d) along A (cos delta, sin delta, 0), A a turn by phi~ about the axle.
+struct RollerAxis {
+  RollerAxis(const RobotParameters& robot, double delta, double phi_tilde) {
+    const AngleAxisd turn(phi_tilde, Vector3d::UnitY());
+    K = turn * Vector3d(0, 0, -robot.R_d);
+    e = turn * Vector3d(std::cos(delta), std::sin(delta), 0);
+  }
+  // The roller touches the cylinder from within where a common normal runs from the axle through the roller's axis.
+  // The floor touches it where that normal is vertical, so below the axis' point with X = 0.
+  double Delta_Y() const { return (K - K.x() / e.x() * e).y(); }
+
+  Vector3d K, e;
+};
+
+// Position after time t (s), in the fixed frame, of the point of wheel i's roller that touches the floor at t = 0: a
+// chain of rigid bodies - platform, wheel, roller - each moving at its rate in `state`.
+Vector3d material_point(const RobotParameters& robot, const State& state, double phi_tilde, int i, double t) {
+  const RollerAxis now(robot, delta()[i], phi_tilde);
+  const Vector3d P_now(0, now.Delta_Y(), -robot.R);
+
+  const Vector3d from_K = AngleAxisd(state.dgamma()[i] * t, now.e) * (P_now - now.K);
+  const Vector3d from_C = AngleAxisd(state.dphi()[i] * t, Vector3d::UnitY()) * (now.K + from_K);
+  const Vector3d from_O = Vector3d(robot.rho_X()[i], robot.rho_Y()[i], 0) + from_C;
+  const Vector3d O = AngleAxisd(state.psi(), Vector3d::UnitZ()) * Vector3d(state.V_X() * t, state.V_Y() * t, robot.R);
+  return O + AngleAxisd(state.psi() + state.Omega() * t, Vector3d::UnitZ()) * from_O;
+}
+
+TEST(RollerAt, AgreesWithTheModuloOfThePaper) {
+  Random random(1);
+  for (const int n : {3, 4, 5, 6, 7, 9, 12, 16}) {
+    RobotParameters robot;
+    robot.rollers = n;
+    const RollerGeometry geometry(robot);
+    for (const double range : {1.0, 1e2, 1e6}) {
+      for (int trial = 0; trial < 1000; ++trial) {
+        const double phi = random.uniform(-range, range);
+        // (2.1), with a modulo that is never negative
+        const double pitch = 2 * kPi / n;
+        const double turned = std::fmod(phi + kPi / n, pitch);
+        const double phi_tilde = (turned < 0 ? turned + pitch : turned) - kPi / n;
+        if (kPi / n - std::abs(phi_tilde) < 1e-8) continue;  // rounding decides; edges have a test of their own
+        const double here = phi - geometry.roller_at(phi) * geometry.pitch();
+        // 1e6 rad over pitch have a rounding error of 1e-10 rad each way.
+        ASSERT_NEAR(here, phi_tilde, 1e-15 * std::max(1.0, range)) << "n = " << n << ", phi = " << phi;
+      }
+    }
+  }
+}
+
+TEST(RollerAt, AnEdgeBelongsToTheUpperRoller) {
+  const double infinity = std::numeric_limits<double>::infinity();
+  for (const int n : {3, 4, 5, 6, 7, 9, 12, 16}) {
+    RobotParameters robot;
+    robot.rollers = n;
+    const RollerGeometry geometry(robot);
+    for (const int k : {-1000003, -4097, -100, -7, -2, -1, 0, 1, 2, 5, 99, 4096, 1000000}) {
+      const double edge = geometry.upper_edge(k);
+      // (2k + 1) pi / n, to a few units in the last place
+      EXPECT_NEAR(edge, (2.0 * k + 1) * kPi / n, 4e-16 * std::abs(edge));
+      EXPECT_EQ(geometry.roller_at(edge), k + 1) << "n = " << n << ", k = " << k;
+      EXPECT_EQ(geometry.roller_at(std::nextafter(edge, -infinity)), k) << "n = " << n << ", k = " << k;
+      EXPECT_EQ(geometry.roller_at(std::nextafter(edge, infinity)), k + 1) << "n = " << n << ", k = " << k;
+    }
+  }
+}
+
+TEST(RollerAt, ThirtyDegreesOfTheYoubot) {
+  const RollerGeometry geometry(RobotParameters{});
+  EXPECT_EQ(geometry.roller_at(0.5235987755982988), 1);   // phi~ = -30 deg
+  EXPECT_EQ(geometry.roller_at(-0.5235987755982988), 0);  // phi~ = -30 deg
+  EXPECT_EQ(geometry.roller_at(0.0), 0);
+}
+
+TEST(ContactGeometry, ContactIsTheLowestPointOfTheRoller) {
+  Random random(2);
+  for (int trial = 0; trial < 50; ++trial) {
+    const RobotParameters robot = random_robot(random);
+    const Wheels phi_tilde = random.wheels(-kPi / 6, kPi / 6);
+    const ContactGeometry contact = RollerGeometry(robot).at(phi_tilde);
+    for (int i = 0; i < kWheels; ++i) {
+      // The roller is the union of all balls about points of its axis that fit into the cylinder of radius R.
+      const RollerAxis axis(robot, delta()[i], phi_tilde[i]);
+      const auto bottom = [&](double s) {
+        const Vector3d Q = axis.K + s * axis.e;
+        return Q.z() - (robot.R - std::hypot(Q.x(), Q.z()));
+      };
+      // Ternary search for the lowest ball.
+      double low = -0.1, high = 0.1;
+      while (high - low > 1e-12) {
+        const double third = (high - low) / 3;
+        if (bottom(low + third) < bottom(high - third)) {
+          high -= third;
+        } else {
+          low += third;
+        }
+      }
+      const double s = 0.5 * (low + high);
+      EXPECT_NEAR(bottom(s), -robot.R, 1e-15);  // on the cylinder
+      // The minimum is flat: it is found to sqrt(1e-17 m x 0.1 m) = 1e-9 m.
+      EXPECT_NEAR((axis.K + s * axis.e).y(), contact.Delta_Y[i], 1e-8);
+      // The same point by the common normal, to rounding.
+      EXPECT_NEAR(axis.Delta_Y(), contact.Delta_Y[i], 1e-16);
+    }
+  }
+}
+
+TEST(ContactGeometry, DerivativesAreThoseOfTheValues) {
+  Random random(3);
+  for (int trial = 0; trial < 50; ++trial) {
+    const RobotParameters robot = random_robot(random);
+    const RollerGeometry geometry(robot);
+    const Wheels phi_tilde = random.wheels(-1, 1);  // also beyond the edge, as far as a step may look
+    const auto by_phi = [&](Wheels ContactGeometry::*value) {
+      return difference([&](double h) { return Wheels(geometry.at(phi_tilde + h).*value); }, 1e-4);
+    };
+    const ContactGeometry contact = geometry.at(phi_tilde);
+    // Lengths of 0.1 m: 1e-4^4 x 0.1 m x 1000 (fifth derivative of tan at 1 rad, over 30) = 1e-14, rounding 1e-13.
+    EXPECT_LT((by_phi(&ContactGeometry::Delta_Y) - contact.dDelta_Y).abs().maxCoeff(), 1e-12);
+    EXPECT_LT((by_phi(&ContactGeometry::r_X) - contact.dr_X).abs().maxCoeff(), 1e-12);
+    EXPECT_LT((by_phi(&ContactGeometry::r_Y) - contact.dr_Y).abs().maxCoeff(), 1e-12);
+  }
+}
+
+TEST(Contacts, SlipIsTheVelocityOfTheRollersMaterialPoint) {
+  Random random(4);
+  for (int trial = 0; trial < 50; ++trial) {
+    const RobotParameters robot = random_robot(random);
+    const SlipModel<CoulombLaw> model(robot, {});
+    Wheels roller_angle = Wheels{-3, -1, 0, 5} * model.geometry().pitch();
+    const State state = random_state(random, robot, roller_angle, random.uniform(0, 0.3));
+    const Contacts contacts = model.contacts(state, roller_angle);
+    for (int i = 0; i < kWheels; ++i) {
+      const double phi_tilde = state.phi()[i] - roller_angle[i];
+      const Vector3d V_P = AngleAxisd(-state.psi(), Vector3d::UnitZ()) *
+                           difference([&](double t) { return material_point(robot, state, phi_tilde, i, t); }, 2e-5);
+      // Rolling at 1 m/s and up to 150 rad/s: (2e-5 s x 150 rad/s)^4 / 30 x 1 m/s = 3e-12 m/s, and as much rounding.
+      EXPECT_NEAR(contacts.V_PX[i], V_P.x(), 2e-11);
+      EXPECT_NEAR(contacts.V_PY[i], V_P.y(), 2e-11);
+      EXPECT_NEAR(0, V_P.z(), 2e-11);
+      EXPECT_NEAR(contacts.Delta_Y[i], RollerAxis(robot, delta()[i], phi_tilde).Delta_Y(), 1e-16);
+    }
+  }
+}
+
+TEST(NormalReactions, BalanceTheWeight) {
+  Random random(5);
+  for (int trial = 0; trial < 50; ++trial) {
+    const RobotParameters robot = random_robot(random);
+    FloorParameters floor;
+    floor.g = random.uniform(1, 20);
+    const Wheels N = normal_reactions(robot, floor);
+    const double rounding = 1e-15 * robot.m_s() * floor.g;
+    EXPECT_NEAR(N.sum(), (robot.m + 4 * robot.m_1) * floor.g, 4 * rounding);                          // (4.13)
+    EXPECT_NEAR((N[0] + N[2] - N[1] - N[3]) * robot.l, robot.m * floor.g * robot.a_Y, rounding);      // (4.14)
+    EXPECT_NEAR((N[2] + N[3] - N[0] - N[1]) * robot.h + robot.m * floor.g * robot.a_X, 0, rounding);  // (4.15)
+    EXPECT_NEAR(N[0] + N[3], N[1] + N[2], 4 * rounding);                                              // (4.16)
+  }
+}
+
+TEST(ViscousLaw, ResistsInProportion) {
+  const RobotParameters robot;
+  FloorParameters floor;
+  EXPECT_NEAR(floor.mu_0(robot), 4.4e4, 0.05e4);  // section 5.2, in the two digits that it prints
+  EXPECT_DOUBLE_EQ(floor.mu_0(robot), 43654.5);   // 0.5 x 35.6 kg x 9.81 m/s^2 / (4 x 1e-3 m/s)
+  for (const double viscous_friction : {-1.0, 0.0, 123.0}) {
+    floor.viscous_friction = viscous_friction;
+    const double mu_0 = viscous_friction < 0 ? 43654.5 : viscous_friction;
+    const ViscousLaw law(robot, floor);
+    Random random(6);
+    const Wheels V_X = random.wheels(-1, 1), V_Y = random.wheels(-1, 1);
+    const ContactForce F = law.force(V_X, V_Y);
+    const ContactStiffness K = law.stiffness(V_X, V_Y);
+    for (int i = 0; i < kWheels; ++i) {
+      EXPECT_DOUBLE_EQ(F.F_X[i], -mu_0 * V_X[i]);
+      EXPECT_DOUBLE_EQ(F.F_Y[i], -mu_0 * V_Y[i]);
+      EXPECT_DOUBLE_EQ(K.XX[i], mu_0);
+      EXPECT_DOUBLE_EQ(K.YY[i], mu_0);
+      EXPECT_EQ(K.XY[i], 0);
+    }
+  }
+}
+
+// Slip velocities of `speed` (m/s) in four random directions.
+struct Slip {
+  Slip(Random& random, double speed) {
+    const Wheels direction = random.wheels(-kPi, kPi);
+    X = speed * direction.cos();
+    Y = speed * direction.sin();
+  }
+  Wheels X, Y;
+};
+
+TEST(CoulombLaw, OpposesSlipAndSaturates) {
+  Random random(7);
+  for (const double ratio : {1e-6, 1e-2, 0.3, 1.0, 3.0, 1e2, 1e6}) {  // slip by nu; the last is full slip to 5e-13
+    const RobotParameters robot = random_robot(random);
+    const FloorParameters floor;
+    const Wheels limit = floor.f * normal_reactions(robot, floor);
+    const Slip V_P(random, ratio * floor.nu);
+    const ContactForce F = CoulombLaw(robot, floor).force(V_P.X, V_P.Y);
+    const double share = ratio / std::hypot(1, ratio);  // of f N, by the regularisation of section 5.2
+    for (int i = 0; i < kWheels; ++i) {
+      // Directly against the slip, and as large as the law says: to rounding.
+      EXPECT_NEAR((F.F_X[i] * V_P.X[i] + F.F_Y[i] * V_P.Y[i]) / (ratio * floor.nu), -share * limit[i],
+                  1e-14 * share * limit[i]);
+      EXPECT_NEAR(F.F_X[i] * V_P.Y[i], F.F_Y[i] * V_P.X[i], 1e-14 * share * limit[i] * ratio * floor.nu);
+      EXPECT_LE(std::hypot(F.F_X[i], F.F_Y[i]), limit[i] * (1 + 1e-15));
+    }
+  }
+}
+
+TEST(CoulombLaw, IsTheViscousLawNearZeroSlip) {
+  RobotParameters robot;
+  robot.a_X = robot.a_Y = 0;  // N_i = m_s g / 4, of which mu_0 is made
+  const FloorParameters floor;
+  Random random(8);
+  const Slip V_P(random, 1e-6 * floor.nu);
+  const ContactForce coulomb = CoulombLaw(robot, floor).force(V_P.X, V_P.Y);
+  const ContactForce viscous = ViscousLaw(robot, floor).force(V_P.X, V_P.Y);
+  // They part by (slip / nu)^2 / 2 = 5e-13.
+  EXPECT_LT((coulomb.F_X / viscous.F_X - 1).abs().maxCoeff(), 1e-12);
+  EXPECT_LT((coulomb.F_Y / viscous.F_Y - 1).abs().maxCoeff(), 1e-12);
+}
+
+TEST(CoulombLaw, StiffnessIsTheForcesDerivative) {
+  Random random(9);
+  for (const double ratio : {1e-3, 0.1, 1.0, 10.0, 1e3}) {  // slip by nu
+    const RobotParameters robot = random_robot(random);
+    const FloorParameters floor;
+    const CoulombLaw law(robot, floor);
+    const double speed = ratio * floor.nu;
+    const Slip V_P(random, speed);
+    const ContactStiffness K = law.stiffness(V_P.X, V_P.Y);
+    const double scale = std::hypot(floor.nu, speed);
+    // Steps of 1e-3 of the scale of the law: error (1e-3)^4, rounding 1e-16 / 1e-3, both of the slope f N / scale.
+    const double h = 1e-3 * scale;
+    const Wheels tolerance = 1e-11 * floor.f * normal_reactions(robot, floor) / scale;
+    const auto by_X = [&](Wheels ContactForce::*F) {
+      return difference([&](double step) { return Wheels(law.force(V_P.X + step, V_P.Y).*F); }, h);
+    };
+    const auto by_Y = [&](Wheels ContactForce::*F) {
+      return difference([&](double step) { return Wheels(law.force(V_P.X, V_P.Y + step).*F); }, h);
+    };
+    EXPECT_TRUE(((K.XX + by_X(&ContactForce::F_X)).abs() < tolerance).all()) << "slip / nu = " << ratio;
+    EXPECT_TRUE(((K.XY + by_Y(&ContactForce::F_X)).abs() < tolerance).all()) << "slip / nu = " << ratio;
+    EXPECT_TRUE(((K.XY + by_X(&ContactForce::F_Y)).abs() < tolerance).all()) << "slip / nu = " << ratio;
+    EXPECT_TRUE(((K.YY + by_Y(&ContactForce::F_Y)).abs() < tolerance).all()) << "slip / nu = " << ratio;
+    // Positive definite, however flat the law has become: (nu / slip)^2 = 1e-6 is far above rounding.
+    EXPECT_TRUE((K.XX > 0 && K.YY > 0 && K.XX * K.YY > K.XY.square()).all()) << "slip / nu = " << ratio;
+  }
+}
+
+TEST(CoulombLaw, StiffnessAlongTheSlipKeepsItsDigitsInFullSlip) {
+  const RobotParameters robot;
+  const FloorParameters floor;
+  const CoulombLaw law(robot, floor);
+  const Wheels limit = floor.f * normal_reactions(robot, floor);
+  const Wheels speed{1e-2, 0.1, 1, 10};
+  // d/ds of s / sqrt(nu^2 + s^2) is nu^2 / (nu^2 + s^2)^(3/2); 1 - s^2 / (nu^2 + s^2) would lose it to rounding.
+  const Wheels along = limit * floor.nu * floor.nu / (floor.nu * floor.nu + speed.square()).pow(1.5);
+  EXPECT_LT((law.stiffness(speed, Wheels::Zero()).XX / along - 1).abs().maxCoeff(), 1e-14);
+  EXPECT_LT((law.stiffness(Wheels::Zero(), -speed).YY / along - 1).abs().maxCoeff(), 1e-14);
+}
+
+}  // namespace
+}  // namespace youbot_base_sim

@@ -1,0 +1,83 @@
+// The step of last resort: right where the accurate one is, and standing where that one falls.
+
+#include "youbot_base_sim/integration/safe_stepper.h"
+
+#include <gtest/gtest.h>
+
+#include "random_states.h"
+#include "youbot_base_sim/integration/rosenbrock.h"
+#include "youbot_base_sim/integration/rosenbrock_tableaus.h"
+#include "youbot_base_sim/integration/slip_system.h"
+
+namespace youbot_base_sim {
+namespace {
+
+// In the middle of the rollers, rolling nearly without slip.
+State rolling_state() {
+  State x;
+  x.values.col(0) << 1, 2, 0.5, 0;
+  x.values.col(1) << 0.4, 0.1, 0.2, 0;
+  x.phi() << 0.1, -0.1, 0.2, 0.05;
+  x.dphi() = Wheels::Constant(8);
+  return x;
+}
+
+double distance(const State& a, const State& b) { return (a.values - b.values).abs().maxCoeff(); }
+
+TEST(SafeStepperTest, ConvergesWithTheFirstOrder) {
+  const SlipModel<CoulombLaw> model{RobotParameters(), FloorParameters()};
+  const Wheels M{1, -0.5, 0.7, 1.2};
+  const HeldTorque torque(M);
+  constexpr double kEnd = 2e-3;  // s; no wheel reaches an edge
+
+  State exact = rolling_state();
+  const SlipSystem<CoulombLaw> system(model, torque, exact);
+  Rosenbrock<Rodas5P, SlipSystem<CoulombLaw>> accurate;
+  constexpr int kFine = 20000;
+  for (int k = 0; k < kFine; ++k) accurate.do_step(std::cref(system), exact, 0, kEnd / kFine);
+
+  const auto error = [&](int steps) {
+    State x = rolling_state();
+    SafeStepper<CoulombLaw> safe;
+    for (int k = 0; k < steps; ++k) safe.step(model, x, M, kEnd / steps);
+    return distance(x, exact);
+  };
+  const double coarse = error(1000), fine = error(2000);
+  EXPECT_GT(fine, 1e-6);  // not lost in rounding
+  EXPECT_NEAR(coarse / fine, 2, 0.1);
+}
+
+// The step solves its equations whatever its length, and dissipates: without torque no kinetic energy comes from it.
+TEST(SafeStepperTest, StandsWhereStepsAndStiffnessAreExtreme) {
+  for (const double nu : {1e-2, 1e-6, 1e-12}) {
+    FloorParameters floor;
+    floor.nu = nu;
+    const SlipModel<CoulombLaw> model(RobotParameters(), floor);
+    SafeStepper<CoulombLaw> safe;
+    for (const double dt : {1e-7, 1e-4, 1e-1}) {
+      State x = rolling_state();
+      for (int k = 0; k < 100; ++k) {
+        const double before = kinetic_energy(model.robot(), x);
+        safe.step(model, x, Wheels::Zero(), dt);
+        ASSERT_TRUE(x.values.allFinite()) << "nu " << nu << ", dt " << dt;
+        // Coriolis forces are held over the step: they may add (dt Omega)^2 of it.
+        ASSERT_LE(kinetic_energy(model.robot(), x), before * (1 + 0.05 * dt * dt + 1e-12))
+            << "nu " << nu << ", dt " << dt;
+      }
+    }
+  }
+}
+
+TEST(SafeStepperTest, AbsurdTorqueGivesWhatItsInertiaAllows) {
+  const SlipModel<CoulombLaw> model{RobotParameters(), FloorParameters()};
+  SafeStepper<CoulombLaw> safe;
+  State x;
+  constexpr double kTorque = 1e6, kStep = 1e-5;
+  safe.step(model, x, Wheels::Constant(kTorque), kStep);
+  // J_1 dphi / dt = M - mu_1 dphi, next to which friction, some 50 N, is nothing.
+  const double dphi = kTorque / (model.robot().J_1 / kStep + 0.11);
+  EXPECT_NEAR(x.dphi()[0], dphi, 1e-5 * dphi);
+}
+
+}  // namespace
+}  // namespace youbot_base_sim

@@ -1,0 +1,176 @@
+// Scene files: what they may say, what is left out, and how each mistake is refused.
+
+#include "youbot_base_sim/scene/scene.h"
+
+#include <gtest/gtest.h>
+
+#include "temporary_folder.h"
+
+namespace youbot_base_sim {
+namespace {
+
+const char kDrive[] = "duration: 1\ndrive: {torque: [{start: 0, constant: [1, 2, 3, 4]}]}\n";
+
+class SceneTest : public testing::Test {
+ protected:
+  Scene load(const std::string& text) { return load_scene(folder_.write("scene.yaml", text)); }
+
+  /// What the scene is refused with.
+  std::string refusal(const std::string& text) {
+    try {
+      load(text);
+    } catch (const SceneError& error) {
+      return error.what();
+    }
+    ADD_FAILURE() << "not refused: " << text;
+    return "";
+  }
+
+  void expect_refused(const std::string& text, const std::string& key, const std::string& value,
+                      const std::string& allowed) {
+    const std::string message = refusal(text);
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+    EXPECT_NE(message.find("scene.yaml"), std::string::npos) << message;
+    for (const std::string& part : {key, value, allowed}) {
+      EXPECT_NE(message.find(part), std::string::npos) << message << " lacks " << part;
+    }
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(SceneTest, DefaultsAreThePapers) {
+  const Scene scene = load(kDrive);
+  EXPECT_EQ(scene.model, Model::kCoulomb);
+  EXPECT_EQ(scene.output_rate, 100);
+  EXPECT_EQ(scene.robot.m, 30.0);
+  EXPECT_EQ(scene.robot.J_1, 5.87e-3);
+  EXPECT_EQ(scene.robot.a_Y, -0.026);
+  EXPECT_EQ(scene.robot.rollers, 6);
+  EXPECT_NEAR(scene.floor.mu_0(scene.robot), 4.4e4, 0.04e4);  // (5.2) prints two figures
+  EXPECT_EQ(scene.solver.relative_tolerance, 1e-7);
+  EXPECT_DOUBLE_EQ(scene.solver.absolute_tolerance, 1e-10);
+  EXPECT_EQ(scene.solver.control_period, 0);
+  EXPECT_TRUE((scene.initial.values == 0).all());
+}
+
+TEST_F(SceneTest, ReadsEveryKey) {
+  const Scene scene = load(R"(
+model: viscous
+duration: 2.5
+output_rate: 50
+robot: {body_mass: 31, wheel_mass: 1.5, total_inertia: 5, wheel_inertia: 6e-3, roller_inertia: 2e-6, com: [0.01, 0.02],
+        half_wheelbase: 0.24, half_track: 0.16, wheel_radius: 0.06, roller_axis_radius: 0.04, rollers_per_wheel: 8,
+        wheel_damping: 0.2, roller_damping: [1e-3, 2e-3, 3e-3, 4e-3], roller_rate_at_switch: at_rest}
+floor: {friction: 0.6, slip_regularization: 2e-3, viscous_friction: 1000, gravity: 9.8}
+initial: {pose: [1, 2, 3], twist: [4, 5, 6], wheel_angles: [7, 8, 9, 10], wheel_rates: [11, 12, 13, 14],
+          roller_rates: [15, 16, 17, 18]}
+solver: {relative_tolerance: 1e-6, absolute_tolerance: 1e-8, control_period: 0.002}
+drive: {torque: [{start: 0, constant: [1, 2, 3, 4]}, {start: 1, cos: [1, 0, 0, 0], sin: [0, 1, 0, 0], period: 3}]}
+)");
+  EXPECT_EQ(scene.model, Model::kViscous);
+  EXPECT_EQ(scene.robot.rollers, 8);
+  EXPECT_TRUE((scene.robot.mu_1 == 0.2).all());
+  EXPECT_EQ(scene.robot.mu_2[3], 4e-3);
+  EXPECT_EQ(scene.robot.roller_rate_at_switch, RollerRateAtSwitch::kAtRest);
+  EXPECT_EQ(scene.floor.mu_0(scene.robot), 1000);
+  EXPECT_EQ(scene.initial.psi(), 3);
+  EXPECT_EQ(scene.initial.Omega(), 6);
+  EXPECT_EQ(scene.initial.phi()[3], 10);
+  EXPECT_EQ(scene.initial.dphi()[0], 11);
+  EXPECT_EQ(scene.initial.dgamma()[1], 16);
+  EXPECT_EQ(scene.solver.absolute_tolerance, 1e-8);
+  EXPECT_EQ(std::get<TorquePieces>(scene.drive)[1].period, 3);
+}
+
+TEST_F(SceneTest, ReferenceMotionGivesTheInitialVelocities) {
+  const Scene scene = load(
+      "duration: 1\ndrive: {reference_motion: {period: 30, V_Y: {constant: 0.5, cos: 0.1}, "
+      "Omega: {constant: 0.2}}}\n");
+  EXPECT_DOUBLE_EQ(scene.initial.V_Y(), 0.6);
+  EXPECT_DOUBLE_EQ(scene.initial.Omega(), 0.2);
+  // (V_X - V_Y - (h + l) Omega) / R for the front-left wheel
+  EXPECT_NEAR(scene.initial.dphi()[0], (-0.6 - 0.385 * 0.2) / 0.05, 1e-12);
+}
+
+TEST_F(SceneTest, RefusesInOneLineThatNamesKeyValueAndWhatIsAllowed) {
+  const std::string d = kDrive;
+  expect_refused(d + "robot: {body_mass: -3}", "robot.body_mass", "-3", "> 0");
+  expect_refused(d + "robot: {body_mass: 0}", "robot.body_mass", "0", "> 0");
+  expect_refused(d + "robot: {body_mass: .nan}", "robot.body_mass", "nan", "finite");
+  expect_refused(d + "robot: {body_mass: .inf}", "robot.body_mass", "inf", "finite");
+  expect_refused(d + "robot: {body_mass: heavy}", "robot.body_mass", "heavy", "number");
+  expect_refused(d + "robot: {body_mass: [1]}", "robot.body_mass", "[1]", "number");
+  expect_refused(d + "robot: {body_mass: }", "robot.body_mass", "(empty)", "number");
+  expect_refused(d + "robot: {bodymass: 3}", "robot.bodymass", "3", "body_mass");
+  expect_refused(d + "robot: {body_mass: 3, body_mass: 4}", "robot.body_mass", "4", "once");
+  expect_refused(d + "robot: 3", "robot", "3", "keys");
+  expect_refused(d + "robot: {roller_axis_radius: 0.05}", "robot.roller_axis_radius", "0.05", "wheel_radius");
+  expect_refused(d + "robot: {rollers_per_wheel: 2}", "robot.rollers_per_wheel", "2", "from 3");
+  expect_refused(d + "robot: {rollers_per_wheel: 6.5}", "robot.rollers_per_wheel", "6.5", "whole number");
+  expect_refused(d + "robot: {com: [0.4, 0]}", "robot.com", "[0.4, 0]", "presses on the floor");
+  expect_refused(d + "robot: {com: [0.4]}", "robot.com", "[0.4]", "2 numbers");
+  expect_refused(d + "robot: {wheel_damping: [1, 2, 3]}", "robot.wheel_damping", "[1, 2, 3]", "4 numbers");
+  expect_refused(d + "robot: {wheel_damping: -1}", "robot.wheel_damping", "-1", ">= 0");
+  expect_refused(d + "robot: {total_inertia: 0.001}", "robot.total_inertia", "0.001", "more than");
+  expect_refused(d + "robot: {roller_rate_at_switch: zero}", "robot.roller_rate_at_switch", "zero", "at_rest");
+  expect_refused(d + "floor: {slip_regularization: 0}", "floor.slip_regularization", "0", "> 0");
+  expect_refused(d + "floor: {friction: -0.1}", "floor.friction", "-0.1", ">= 0");
+  expect_refused(d + "initial: {pose: [0, 0, .nan]}", "initial.pose", "nan", "3 numbers");
+  expect_refused(d + "initial: {wheel_angles: 0.1}", "initial.wheel_angles", "0.1", "4 numbers");
+  expect_refused(d + "solver: {relative_tolerance: 1}", "solver.relative_tolerance", "1", "0.1");
+  expect_refused(d + "solver: {control_period: -1}", "solver.control_period", "-1", ">= 0");
+  expect_refused(d + "model: rigid", "model", "rigid", "no_slip, viscous or coulomb");
+  expect_refused(d + "model: no_slip\ninitial: {wheel_rates: [1, 0, 0, 0]}", "initial.wheel_rates", "[1, 0, 0, 0]",
+                 "left out");
+  expect_refused(d + "colour: red", "colour", "red", "unknown key");
+  expect_refused("drive: {torque: [{start: 0}]}", "duration", "left out", "must be given");
+  expect_refused("duration: -1", "duration", "-1", "> 0");
+  expect_refused("duration: 1\ndrive: {}", "drive", "{}", "exactly one");
+  expect_refused("duration: 1\ndrive: {torque: [{start: 0}], torque_table: x.csv}", "drive", "torque", "exactly one");
+  expect_refused("duration: 1\ndrive: {torque: []}", "drive.torque", "[]", "at least one");
+  expect_refused("duration: 1\ndrive: {torque: [{constant: [1, 1, 1, 1]}]}", "drive.torque[0].start", "left out",
+                 "must be given");
+  expect_refused("duration: 1\ndrive: {torque: [{start: 1}, {start: 1}]}", "drive.torque[1].start", "1", "after");
+  expect_refused("duration: 1\ndrive: {torque: [{start: 0, sin: [1, 1, 1, 1]}]}", "drive.torque[0].period", "left out",
+                 "must be given");
+  expect_refused("duration: 1\ndrive: {reference_motion: {V_X: {sin: 1}}}", "drive.reference_motion.period", "left out",
+                 "must be given");
+  expect_refused("duration: 1\ndrive: {reference_motion: {period: 1, V_X: {tan: 1}}}", "drive.reference_motion.V_X.tan",
+                 "1", "constant, cos, sin");
+  expect_refused("duration: [", "scene.yaml", "", "not YAML");
+  expect_refused("", "scene", "", "keys");
+  EXPECT_THROW(load_scene(folder_.path("missing.yaml")), SceneError);
+  EXPECT_THROW(load_scene(folder_.write("s.yaml", kDrive), {"rigid"}), SceneError);
+}
+
+TEST_F(SceneTest, TablesAreHeldFromRowToRow) {
+  folder_.write("table.csv", "t,fl,fr,bl,br\n0,1,2,3,4\n0.5,5,6,7,8\n");
+  const Scene scene = load("duration: 1\ndrive: {torque_table: table.csv}");
+  const auto torque = make_wheel_torque(scene);
+  EXPECT_EQ(torque->enter(0), 0.5);
+  EXPECT_EQ(torque->at(0.5)[1], 2);  // the piece that was entered, also at its end
+  EXPECT_TRUE(std::isinf(torque->enter(0.5)));
+  EXPECT_EQ(torque->at(9)[1], 6);
+}
+
+TEST_F(SceneTest, RefusesBadTables) {
+  const auto message = [&](const std::string& table) {
+    folder_.write("table.csv", table);
+    return refusal("duration: 1\ndrive: {torque_table: table.csv}");
+  };
+  EXPECT_NE(message("t,fl,fr,bl\n0,1,2,3\n").find("t,fl,fr,bl,br"), std::string::npos);
+  EXPECT_NE(message("t,fl,fr,bl,br\n0,1,2,3\n").find("table.csv:2"), std::string::npos);
+  EXPECT_NE(message("t,fl,fr,bl,br\n0,1,2,3,4\n0,1,2,3,4\n").find("table.csv:3: t = 0"), std::string::npos);
+  EXPECT_NE(message("t,fl,fr,bl,br\n0,1,2,nan,4\n").find("nan"), std::string::npos);
+  EXPECT_NE(message("t,fl,fr,bl,br\n").find("no rows"), std::string::npos);
+  EXPECT_NE(refusal("duration: 1\ndrive: {torque_table: gone.csv}").find("gone.csv"), std::string::npos);
+}
+
+TEST_F(SceneTest, VelocityTableHasItsLoopAt1kHz) {
+  folder_.write("table.csv", "t,fl,fr,bl,br\n0,1,1,1,1\n");
+  EXPECT_EQ(load("duration: 1\ndrive: {velocity_table: table.csv}").solver.control_period, 1e-3);
+}
+
+}  // namespace
+}  // namespace youbot_base_sim

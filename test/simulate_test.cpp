@@ -1,0 +1,101 @@
+// The program `simulate` as a user runs it: its files, messages and exit status.
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <nlohmann/json.hpp>
+
+#include "temporary_folder.h"
+
+namespace youbot_base_sim {
+namespace {
+
+const char kScene[] =
+    "duration: 0.25\noutput_rate: 10\ninitial: {wheel_angles: [0.5, 0.5, 0.5, 0.5]}\n"
+    "drive: {torque: [{start: 0, constant: [1, 1, 1, 1]}]}\n";
+
+class SimulateTest : public testing::Test {
+ protected:
+  /// Exit status of `simulate ARGUMENTS`; stdout and stderr go to the files out and err.
+  int run(const std::string& arguments) {
+    const std::string command =
+        std::string(SIMULATE) + " " + arguments + " >" + folder_.path("out") + " 2>" + folder_.path("err");
+    return WEXITSTATUS(std::system(command.c_str()));
+  }
+  static long lines(const std::string& text) { return std::count(text.begin(), text.end(), '\n'); }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(SimulateTest, WritesWhatItIsAskedFor) {
+  const std::string scene = folder_.write("scene.yaml", kScene);
+  ASSERT_EQ(run(scene + " --csv " + folder_.path("a.csv") + " --switches " + folder_.path("s.csv") + " --summary " +
+                folder_.path("s.json")),
+            0)
+      << folder_.read("err");
+  const std::string csv = folder_.read("a.csv");
+  EXPECT_EQ(csv.substr(0, csv.find('\n')),
+            "t,x,y,psi,V_X,V_Y,Omega,phi_fl,phi_fr,phi_bl,phi_br,dphi_fl,dphi_fr,dphi_bl,dphi_br,"
+            "dgamma_fl,dgamma_fr,dgamma_bl,dgamma_br");
+  EXPECT_EQ(lines(csv), 1 + 4);  // t = 0, 0.1, 0.2 and the end, 0.25
+  EXPECT_NE(csv.find("\n0.25,"), std::string::npos);
+  const std::string switches = folder_.read("s.csv");
+  EXPECT_EQ(switches.substr(0, switches.find('\n')), "t,wheel,roller_from,roller_to,phi,direction");
+  const auto summary = nlohmann::json::parse(folder_.read("s.json"));
+  EXPECT_EQ(summary["simulated_time"], 0.25);
+  EXPECT_EQ(summary["switches"], lines(switches) - 1);
+  EXPECT_GE(lines(switches) - 1, 4);  // all four wheels pass 30 deg
+  EXPECT_LT(summary["energy_balance_error"], 1e-4);
+  for (const char* key : {"wall_time", "real_time_factor", "steps", "rejected_steps"})
+    EXPECT_GE(summary[key], 0) << key;
+  for (const char* key : {"x", "y", "psi", "V_X", "V_Y", "Omega"}) EXPECT_TRUE(summary["final"].contains(key)) << key;
+  EXPECT_NE(folder_.read("out").find("roller switches"), std::string::npos);
+  EXPECT_EQ(folder_.read("err"), "");  // no progress bar into a file
+}
+
+TEST_F(SimulateTest, NumbersReadBackToTheSameDouble) {
+  const std::string scene = folder_.write("scene.yaml", kScene);
+  ASSERT_EQ(run(scene + " --quiet --csv " + folder_.path("a.csv") + " --summary " + folder_.path("s.json")), 0);
+  EXPECT_EQ(folder_.read("out"), "");
+  const std::string csv = folder_.read("a.csv");
+  const std::string last = csv.substr(csv.rfind('\n', csv.size() - 2) + 1);
+  const double x = std::strtod(last.c_str() + last.find(',') + 1, nullptr);
+  EXPECT_EQ(x, nlohmann::json::parse(folder_.read("s.json"))["final"]["x"].get<double>());
+}
+
+TEST_F(SimulateTest, ModelAndToleranceFromTheCommandLine) {
+  const std::string scene = folder_.write("scene.yaml", kScene);
+  ASSERT_EQ(run(scene + " --model no_slip --relative-tolerance 1e-5 --summary " + folder_.path("s.json")), 0);
+  const auto summary = nlohmann::json::parse(folder_.read("s.json"));
+  EXPECT_EQ(summary["model"], "no_slip");
+  EXPECT_EQ(summary["relative_tolerance"], 1e-5);
+  EXPECT_EQ(summary["switches"], 0);
+}
+
+TEST_F(SimulateTest, RefusedInputExitsWith2AndOneLineAndLeavesNothing) {
+  const std::string good = folder_.write("scene.yaml", kScene);
+  const std::string csv = " --csv " + folder_.path("a.csv");
+  for (const std::string& arguments :
+       {folder_.write("bad.yaml", "duration: -1\n") + csv, folder_.path("missing.yaml") + csv,
+        folder_.write("idle.yaml", "duration: 1\n") + csv, good + csv + " --model rigid",
+        good + csv + " --relative-tolerance 2", good + csv + " --relative-tolerance nan",
+        good + csv + " --relative-tolerance x", good + csv + " --colour red", good + " " + good + csv, csv}) {
+    EXPECT_EQ(run(arguments), 2) << arguments;
+    EXPECT_EQ(lines(folder_.read("err")), 1) << folder_.read("err");
+    EXPECT_FALSE(folder_.has("a.csv") || folder_.has("a.csv.part")) << arguments;
+  }
+}
+
+TEST_F(SimulateTest, UnwritableFileExitsWith1) {
+  const std::string scene = folder_.write("scene.yaml", kScene);
+  EXPECT_EQ(run(scene + " --csv " + folder_.path("no/such/folder.csv")), 1);
+  EXPECT_NE(folder_.read("err").find("no/such/folder.csv"), std::string::npos);
+}
+
+TEST_F(SimulateTest, HelpSaysHowTheToleranceWasChosen) {
+  EXPECT_EQ(run("--help"), 0);
+  EXPECT_NE(folder_.read("out").find("1e-5 m"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace youbot_base_sim
