@@ -1,0 +1,38 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "youbot_base_sim/ros/telemetry.h"
+#include "youbot_base_sim/simulation.h"
+
+namespace youbot_base_sim {
+
+/// A bag of a simulation, written where it runs: the topics, frames and contents of base_node, stamped with simulated
+/// time, and complete, which a recorder at the other end of a topic cannot promise. Needs no ROS master. It appears
+/// under its name only when it is closed properly: written as NAME.part beside it, renamed by `commit`, removed
+/// otherwise. Throws std::runtime_error, which names the file, where the system refuses.
+class BagWriter {
+ public:
+  explicit BagWriter(const std::string& path, const Telemetry::Options& options = {});
+  ~BagWriter();
+  BagWriter(const BagWriter&) = delete;
+  BagWriter& operator=(const BagWriter&) = delete;
+
+  /// Writes switches, in order of time.
+  void write(const std::vector<RollerSwitch>& switches);
+
+  /// Writes the present state. The wheel odometry makes one step a call, as the driver's does in each of its cycles; it
+  /// starts again where the simulation did.
+  void write(const Simulation& simulation);
+
+  /// Puts the bag in its place.
+  void commit();
+
+ private:
+  class File;
+  std::unique_ptr<File> file_;
+};
+
+}  // namespace youbot_base_sim

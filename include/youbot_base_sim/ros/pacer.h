@@ -1,0 +1,30 @@
+#pragma once
+
+#include <chrono>
+
+namespace youbot_base_sim {
+
+/// Keeps simulated time in step with the wall clock: instants have absolute deadlines, so that late ones are caught up
+/// with and the mean rate is exact, up to a lag that is given up as lost.
+class Pacer {
+ public:
+  /// `factor` simulated seconds pass in a second; 0: as many as can. A lag above `most_lag` (s of wall time) is given
+  /// up.
+  Pacer(double factor, double most_lag) : factor_(factor), most_lag_(most_lag) {}
+
+  /// Simulated time t (s) is due now, and later times accordingly.
+  void start(double t);
+
+  /// Sleeps until simulated time t (s) is due. Returns the wall time that was given up, s; mostly 0.
+  double wait_until(double t);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  double factor_;
+  double most_lag_;
+  Clock::time_point start_;
+  double start_t_ = 0;
+};
+
+}  // namespace youbot_base_sim

@@ -1,0 +1,138 @@
+// Plays a scene's drive into base_node: answers each /clock message with the commands for the control period that
+// begins at its time. Ends when the scene is over.
+
+#include <fmt/format.h>
+#include <ros/callback_queue.h>
+#include <ros/ros.h>
+#include <rosgraph_msgs/Clock.h>
+
+#include <set>
+
+#include "youbot_base_sim/ros/conversions.h"
+#include "youbot_base_sim/ros/parameters.h"
+#include "youbot_base_sim/scene/scene.h"
+
+namespace {
+
+using namespace youbot_base_sim;
+
+/// The scene of the private parameters `scene`, `model` and `duration` (s, in place of the scene's). Throws
+/// ParameterError.
+Scene read_scene() {
+  Parameters parameters(ros::NodeHandle("~"));
+  const std::string path = parameters.text("scene", "");
+  if (path.empty()) throw ParameterError("parameter ~scene is missing: must be a scene file");
+  SceneOverrides overrides;
+  overrides.model = parameters.text("model", "");
+  Scene scene;
+  try {
+    scene = load_scene(path, overrides);
+  } catch (const SceneError& error) {
+    throw ParameterError(fmt::format("parameter ~scene: {}", error.what()));
+  }
+  if (std::holds_alternative<std::monostate>(scene.drive)) {
+    throw ParameterError(fmt::format("parameter ~scene: {}: drive is left out: there is nothing to play", path));
+  }
+  scene.duration = parameters.number("duration", scene.duration, 1e-6, 1e9, "s");
+  parameters.refuse_others();
+  bool use_sim_time = false;
+  ros::param::get("/use_sim_time", use_sim_time);
+  if (!use_sim_time)
+    throw ParameterError("parameter /use_sim_time: must be true, play_scene goes by base_node's /clock");
+  return scene;
+}
+
+class Player {
+ public:
+  explicit Player(const Scene& scene);
+
+  /// Plays to the end of the scene. Throws std::runtime_error if base_node or ROS goes before.
+  void run();
+
+ private:
+  void take_time(const ros::MessageEvent<const rosgraph_msgs::Clock>& event);
+  void gain(const ros::SingleSubscriberPublisher& subscriber) { listeners_.insert(subscriber.getSubscriberName()); }
+  void lose(const ros::SingleSubscriberPublisher& subscriber);
+  void command(double t);
+
+  const Scene scene_;
+  std::unique_ptr<WheelTorque> torque_;  // null where the scene tracks velocities
+  ros::NodeHandle node_;
+  ros::Publisher commands_;
+  ros::Subscriber clock_;
+  ros::Time now_;        // zero: not known yet
+  ros::Time commanded_;  // the time that the last command was for
+  std::string base_;     // name of the node whose clock it is
+  std::set<std::string> listeners_;
+  bool base_lost_ = false;
+};
+
+Player::Player(const Scene& scene) : scene_(scene), torque_(make_wheel_torque(scene)) {
+  constexpr std::uint32_t kQueue = 1000;
+  const auto gain = [this](const ros::SingleSubscriberPublisher& subscriber) { this->gain(subscriber); };
+  const auto lose = [this](const ros::SingleSubscriberPublisher& subscriber) { this->lose(subscriber); };
+  commands_ = torque_ ? node_.advertise<brics_actuator::JointTorques>(kTorqueTopic, kQueue, gain, lose)
+                      : node_.advertise<brics_actuator::JointVelocities>(kVelocityTopic, kQueue, gain, lose);
+  clock_ = node_.subscribe("/clock", kQueue, &Player::take_time, this, ros::TransportHints().tcpNoDelay());
+}
+
+void Player::run() {
+  ROS_INFO("waiting for base_node: a /clock, and a subscriber of %s", commands_.getTopic().c_str());
+  ros::SteadyTime start;
+  for (const double end = scene_.duration - 1e-9;;) {
+    ros::getGlobalCallbackQueue()->callOne(ros::WallDuration(0.1));
+    if (time_of(now_) >= end) break;
+    if (base_lost_) throw std::runtime_error(fmt::format("{} is gone at t = {} s", base_, time_of(now_)));
+    if (!ros::ok()) throw std::runtime_error(fmt::format("interrupted at t = {} s", time_of(now_)));
+    if (now_ == commanded_ || !listeners_.count(base_)) continue;
+    if (commanded_.isZero()) start = ros::SteadyTime::now();
+    command(time_of(now_));
+    commanded_ = now_;
+  }
+  const double wall_time = (ros::SteadyTime::now() - start).toSec();
+  ROS_INFO("the scene is over at t = %g s, %.3g times real time", time_of(now_), time_of(now_) / wall_time);
+  ros::WallDuration(0.5).sleep();  // lets what was published last arrive at a recorder before a launch file ends it
+}
+
+void Player::take_time(const ros::MessageEvent<const rosgraph_msgs::Clock>& event) {
+  base_ = event.getPublisherName();
+  now_ = event.getConstMessage()->clock;
+}
+
+void Player::lose(const ros::SingleSubscriberPublisher& subscriber) {
+  listeners_.erase(subscriber.getSubscriberName());
+  base_lost_ = base_lost_ || subscriber.getSubscriberName() == base_;
+}
+
+void Player::command(double t) {
+  // What begins with this control period must not be missed for a rounding error.
+  const double in_period = t + 1e-9;
+  if (torque_) {
+    torque_->enter(in_period);
+    commands_.publish(torque_message(torque_->at(t), now_));
+  } else {
+    const WheelTable& rates = std::get<VelocityTable>(scene_.drive).table;
+    commands_.publish(velocity_message(rates.at(in_period), now_));
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  ros::init(argc, argv, "play_scene");
+  if (argc > 1) {
+    ROS_FATAL("unexpected argument %s: play_scene takes ROS parameters, as _scene:=FILE, and remappings only", argv[1]);
+    return 2;
+  }
+  const ros::NodeHandle keep_alive;  // ROS shuts down, its log included, with the last handle
+  try {
+    Player(read_scene()).run();
+  } catch (const ParameterError& error) {
+    ROS_FATAL_STREAM(error.what());
+    return 2;
+  } catch (const std::exception& error) {
+    ROS_FATAL_STREAM(error.what());
+    return 1;
+  }
+  return 0;
+}

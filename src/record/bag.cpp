@@ -1,0 +1,91 @@
+#include "youbot_base_sim/record/bag.h"
+
+#include <fmt/format.h>
+#include <ros/names.h>
+#include <rosbag/bag.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <optional>
+#include <stdexcept>
+
+#include "youbot_base_sim/ros/telemetry.h"
+
+namespace youbot_base_sim {
+
+class BagWriter::File {
+ public:
+  File(const std::string& path, const Telemetry::Options& options)
+      : telemetry_options(options), path_(path), part_(path + ".part"), bag_(std::make_unique<rosbag::Bag>()) {
+    guarded("open", [&] { bag_->open(part_, rosbag::bagmode::Write); });
+  }
+
+  ~File() {
+    if (!bag_) return;
+    try {
+      bag_->close();
+    } catch (const std::exception&) {
+      static_cast<void>(bag_.release());  // its destructor would throw the same again
+    }
+    std::remove(part_.c_str());
+  }
+
+  template <class Message>
+  void write(const std::string& topic, const ros::Time& stamp, const Message& message) {
+    guarded("write", [&] { bag_->write(ros::names::append("/", topic), stamp, message); });
+  }
+
+  void commit() {
+    guarded("write", [&] { bag_->close(); });
+    if (std::rename(part_.c_str(), path_.c_str()) != 0) {
+      throw std::runtime_error(fmt::format("{}: cannot rename it: {}", path_, std::strerror(errno)));
+    }
+    bag_.reset();
+  }
+
+  const Telemetry::Options telemetry_options;
+  std::optional<Telemetry> telemetry;
+  double last_t = 0;
+
+ private:
+  template <class Action>
+  void guarded(const char* doing, Action&& action) const {
+    try {
+      action();
+    } catch (const ros::Exception& error) {
+      throw std::runtime_error(fmt::format("{}: cannot {} it: {}", path_, doing, error.what()));
+    }
+  }
+
+  std::string path_;
+  std::string part_;
+  std::unique_ptr<rosbag::Bag> bag_;
+};
+
+BagWriter::BagWriter(const std::string& path, const Telemetry::Options& options)
+    : file_(std::make_unique<File>(path, options)) {}
+
+BagWriter::~BagWriter() = default;
+
+void BagWriter::write(const std::vector<RollerSwitch>& switches) {
+  for (const RollerSwitch& event : switches) {
+    const ros::Time stamp = stamp_of(event.t);
+    file_->write(Telemetry::kSwitches, stamp, roller_switch_message(event, stamp));
+  }
+}
+
+void BagWriter::write(const Simulation& simulation) {
+  if (!file_->telemetry || simulation.time() < file_->last_t) {
+    file_->telemetry.emplace(simulation, file_->telemetry_options);
+  } else {
+    file_->telemetry->update(simulation);
+  }
+  file_->last_t = simulation.time();
+  const ros::Time now = stamp_of(simulation.time());
+  file_->telemetry->visit(now, [&](const char* topic, const auto& make) { file_->write(topic, now, make()); });
+}
+
+void BagWriter::commit() { file_->commit(); }
+
+}  // namespace youbot_base_sim

@@ -1,0 +1,144 @@
+#include "youbot_base_sim/ros/conversions.h"
+
+#include <fmt/format.h>
+#include <tf2/LinearMath/Quaternion.h>
+
+#include <algorithm>
+#include <bitset>
+#include <cmath>
+
+namespace youbot_base_sim {
+
+namespace {
+
+constexpr char kWheelJoint[] = "wheel_joint_";
+
+geometry_msgs::Quaternion quaternion(double heading) {
+  tf2::Quaternion q;
+  q.setRPY(0, 0, heading);
+  geometry_msgs::Quaternion message;
+  message.x = q.x();
+  message.y = q.y();
+  message.z = q.z();
+  message.w = q.w();
+  return message;
+}
+
+/// Number of the wheel whose joint is called `joint`; -1 if none is.
+int wheel_of(const std::string& joint) {
+  if (joint.rfind(kWheelJoint, 0) != 0) return -1;
+  const auto suffix = joint.substr(sizeof(kWheelJoint) - 1);
+  const auto found = std::find(kWheelNames.begin(), kWheelNames.end(), suffix);
+  return found == kWheelNames.end() ? -1 : static_cast<int>(found - kWheelNames.begin());
+}
+
+WheelCommand read(const std::vector<brics_actuator::JointValue>& entries, const std::string& unit) {
+  WheelCommand command;
+  if (entries.empty()) command.complaints.push_back({"empty", "names no joint at all: nothing changes"});
+  std::bitset<kWheels> seen;
+  for (const auto& entry : entries) {
+    const int i = wheel_of(entry.joint_uri);
+    if (i < 0) continue;
+    if (entry.unit != unit) {
+      command.complaints.push_back({entry.joint_uri + " unit", fmt::format("{}: unit \"{}\" is not \"{}\": skipped",
+                                                                           entry.joint_uri, entry.unit, unit)});
+      continue;
+    }
+    if (seen[i]) continue;
+    seen[i] = true;
+    if (std::isfinite(entry.value)) {
+      command.values[i] = entry.value;
+    } else {
+      command.complaints.push_back({entry.joint_uri + " value",
+                                    fmt::format("{}: {} is not a finite number: refused, the joint keeps its set point",
+                                                entry.joint_uri, entry.value)});
+    }
+  }
+  return command;
+}
+
+std::vector<brics_actuator::JointValue> entries(const Wheels& values, const std::string& unit, const ros::Time& stamp) {
+  std::vector<brics_actuator::JointValue> entries(kWheels);
+  for (int i = 0; i < kWheels; ++i) {
+    entries[i].timeStamp = stamp;
+    entries[i].joint_uri = wheel_joint(i);
+    entries[i].unit = unit;
+    entries[i].value = values[i];
+  }
+  return entries;
+}
+
+}  // namespace
+
+ros::Time stamp_of(double t) { return std::max(ros::Time(t), ros::TIME_MIN); }
+
+double time_of(const ros::Time& stamp) {
+  return stamp <= ros::TIME_MIN ? 0 : static_cast<double>(stamp.toNSec()) / 1e9;
+}
+
+std::string wheel_joint(int i) { return std::string(kWheelJoint) + kWheelNames[i]; }
+
+nav_msgs::Odometry odometry_message(const std::string& frame, const Eigen::Vector3d& pose,
+                                    const Eigen::Vector3d& velocity, const ros::Time& stamp) {
+  nav_msgs::Odometry message;
+  message.header.stamp = stamp;
+  message.header.frame_id = frame;
+  message.child_frame_id = kBaseFrame;
+  message.pose.pose.position.x = pose[0];
+  message.pose.pose.position.y = pose[1];
+  message.pose.pose.orientation = quaternion(pose[2]);
+  message.twist.twist.linear.x = velocity[0];
+  message.twist.twist.linear.y = velocity[1];
+  message.twist.twist.angular.z = velocity[2];
+  return message;
+}
+
+geometry_msgs::TransformStamped transform_message(const std::string& frame, const std::string& child,
+                                                  const Eigen::Vector3d& pose, const ros::Time& stamp) {
+  geometry_msgs::TransformStamped message;
+  message.header.stamp = stamp;
+  message.header.frame_id = frame;
+  message.child_frame_id = child;
+  message.transform.translation.x = pose[0];
+  message.transform.translation.y = pose[1];
+  message.transform.rotation = quaternion(pose[2]);
+  return message;
+}
+
+RollerSwitchStamped roller_switch_message(const RollerSwitch& event, const ros::Time& stamp) {
+  RollerSwitchStamped message;
+  message.header.stamp = stamp;
+  message.header.frame_id = std::string("wheel_link_") + kWheelNames[event.wheel];
+  message.wheel = wheel_joint(event.wheel);
+  message.roller_from = static_cast<std::uint8_t>(event.roller_from);
+  message.roller_to = static_cast<std::uint8_t>(event.roller_to);
+  message.direction = static_cast<std::int8_t>(event.direction);
+  message.phi = event.phi;
+  message.t = event.t;
+  return message;
+}
+
+WheelCommand wheel_command(const brics_actuator::JointTorques& message) { return read(message.torques, kTorqueUnit); }
+
+WheelCommand wheel_command(const brics_actuator::JointVelocities& message) {
+  return read(message.velocities, kVelocityUnit);
+}
+
+std::optional<Eigen::Vector3d> commanded_velocity(const geometry_msgs::Twist& message) {
+  const Eigen::Vector3d velocity(message.linear.x, message.linear.y, message.angular.z);
+  return velocity.allFinite() ? std::make_optional(velocity) : std::nullopt;
+}
+
+brics_actuator::JointTorques torque_message(const Wheels& torque, const ros::Time& stamp) {
+  brics_actuator::JointTorques message;
+  message.torques = entries(torque, kTorqueUnit, stamp);
+  return message;
+}
+
+brics_actuator::JointVelocities velocity_message(const Wheels& rate, const ros::Time& stamp) {
+  brics_actuator::JointVelocities message;
+  message.velocities = entries(rate, kVelocityUnit, stamp);
+  return message;
+}
+
+}  // namespace youbot_base_sim

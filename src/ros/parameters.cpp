@@ -1,0 +1,85 @@
+#include "youbot_base_sim/ros/parameters.h"
+
+#include <fmt/format.h>
+
+#include <sstream>
+#include <vector>
+
+namespace youbot_base_sim {
+
+namespace {
+
+using XmlRpc::XmlRpcValue;
+
+std::string text_of(XmlRpcValue& value) {
+  if (value.getType() == XmlRpcValue::TypeString) return fmt::format("\"{}\"", static_cast<std::string>(value));
+  if (value.getType() == XmlRpcValue::TypeBoolean) return static_cast<bool>(value) ? "true" : "false";
+  std::ostringstream text;
+  text << value;
+  return text.str();
+}
+
+}  // namespace
+
+ParameterError refusal(const std::string& name, const std::string& value, const std::string& allowed) {
+  return ParameterError(fmt::format("parameter ~{} = {}: must be {}", name, value, allowed));
+}
+
+bool Parameters::has(const std::string& name) {
+  known_.insert(name);
+  return node_.hasParam(name);
+}
+
+bool Parameters::get(const std::string& name, XmlRpcValue& value) {
+  known_.insert(name);
+  return node_.getParam(name, value);
+}
+
+std::string Parameters::text(const std::string& name, const std::string& otherwise) {
+  XmlRpcValue value;
+  if (!get(name, value)) return otherwise;
+  if (value.getType() != XmlRpcValue::TypeString) throw refusal(name, text_of(value), "a text");
+  return value;
+}
+
+bool Parameters::flag(const std::string& name, bool otherwise) {
+  XmlRpcValue value;
+  if (!get(name, value)) return otherwise;
+  if (value.getType() != XmlRpcValue::TypeBoolean) throw refusal(name, text_of(value), "true or false");
+  return value;
+}
+
+int Parameters::integer(const std::string& name, int otherwise, int least, int greatest) {
+  XmlRpcValue value;
+  if (!get(name, value)) return otherwise;
+  if (value.getType() == XmlRpcValue::TypeInt) {
+    const int number = value;
+    if (number >= least && number <= greatest) return number;
+  }
+  throw refusal(name, text_of(value), fmt::format("a whole number from {} to {}", least, greatest));
+}
+
+double Parameters::number(const std::string& name, double otherwise, double least, double greatest, const char* unit) {
+  XmlRpcValue value;
+  if (!get(name, value)) return otherwise;
+  const bool whole = value.getType() == XmlRpcValue::TypeInt;
+  if (whole || value.getType() == XmlRpcValue::TypeDouble) {
+    const double number = whole ? static_cast<double>(static_cast<int>(value)) : static_cast<double>(value);
+    if (number >= least && number <= greatest) return number;
+  }
+  throw refusal(name, text_of(value), fmt::format("a number from {:g} to {:g} {}", least, greatest, unit));
+}
+
+void Parameters::refuse_others() const {
+  std::vector<std::string> names;
+  node_.getParamNames(names);
+  const std::string mine = node_.getNamespace() + "/";
+  for (const std::string& name : names) {
+    if (name.rfind(mine, 0) != 0) continue;
+    const std::string key = name.substr(mine.size(), name.find('/', mine.size()) - mine.size());
+    if (known_.count(key)) continue;
+    throw ParameterError(fmt::format("parameter ~{} is unknown; known are: {}", key, fmt::join(known_, ", ")));
+  }
+}
+
+}  // namespace youbot_base_sim

@@ -1,0 +1,130 @@
+// Of a bad command the good part is obeyed, the bad part is named in the log, and the state stays finite.
+
+#include <rosgraph_msgs/Log.h>
+
+#include <limits>
+
+#include "base_client.h"
+
+namespace youbot_base_sim {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInf = std::numeric_limits<double>::infinity();
+
+brics_actuator::JointValue entry(const std::string& joint, const std::string& unit, double value) {
+  brics_actuator::JointValue entry;
+  entry.joint_uri = joint;
+  entry.unit = unit;
+  entry.value = value;
+  return entry;
+}
+
+class BadCommands : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    static ros::NodeHandle node;
+    static const ros::Subscriber log = node.subscribe("/rosout", 1000, &BadCommands::take_line);
+    // The log is heard when it answers.
+    BaseClient& base = BaseClient::fresh();
+    const auto limit = ros::WallTime::now() + ros::WallDuration(20);
+    while (warnings_.empty() && ros::WallTime::now() < limit) base.command(brics_actuator::JointVelocities());
+  }
+
+  static void take_line(const rosgraph_msgs::Log::ConstPtr& line) {
+    if (line->name == "/base_node" && line->level == rosgraph_msgs::Log::WARN) warnings_.push_back(line->msg);
+  }
+
+  BadCommands() { base_.command(torque_message(kBefore, {})); }
+
+  void command(const std::vector<brics_actuator::JointValue>& torques) {
+    brics_actuator::JointTorques message;
+    message.torques = torques;
+    base_.command(message);
+  }
+
+  void expect_torques(const Wheels& expected) {
+    base_.settle();
+    for (int i = 0; i < kWheels; ++i) EXPECT_EQ(base_.joints.effort[i], expected[i]) << kWheelNames[i];
+    EXPECT_TRUE(std::isfinite(base_.truth.pose.pose.position.x));
+  }
+
+  /// Waits for a warning that has all of `words`.
+  void expect_warning(const std::vector<std::string>& words) {
+    base_.wait_for("a warning", [&] {
+      for (const std::string& text : warnings_) {
+        bool has_all = true;
+        for (const std::string& word : words) has_all = has_all && text.find(word) != std::string::npos;
+        if (has_all) return true;
+      }
+      return false;
+    });
+  }
+
+  const Wheels kBefore{0.1, 0.2, 0.3, 0.4};
+  static std::vector<std::string> warnings_;
+  BaseClient& base_ = BaseClient::fresh();
+};
+
+std::vector<std::string> BadCommands::warnings_;
+
+TEST_F(BadCommands, entry_with_a_wrong_unit_is_skipped) {
+  command({entry("wheel_joint_fl", kTorqueUnit, 1), entry("wheel_joint_fr", "N m", 1), entry("wheel_joint_bl", "", 1),
+           entry("wheel_joint_br", kTorqueUnit, 1)});
+  expect_torques({1, 0.2, 0.3, 1});
+  expect_warning({"torques_command", "wheel_joint_fr", "\"N m\"", kTorqueUnit});
+  expect_warning({"torques_command", "wheel_joint_bl", "\"\"", kTorqueUnit});
+}
+
+TEST_F(BadCommands, number_that_is_none_is_refused) {
+  command({entry("wheel_joint_fl", kTorqueUnit, kNan), entry("wheel_joint_fr", kTorqueUnit, kInf),
+           entry("wheel_joint_bl", kTorqueUnit, -kInf), entry("wheel_joint_br", kTorqueUnit, 1)});
+  expect_torques({0.1, 0.2, 0.3, 1});
+  expect_warning({"torques_command", "wheel_joint_fl", "nan"});
+  expect_warning({"torques_command", "wheel_joint_fr", "inf"});
+  expect_warning({"torques_command", "wheel_joint_bl", "-inf"});
+}
+
+TEST_F(BadCommands, unknown_joint_is_ignored) {
+  command({entry("arm_joint_1", "rad", 1), entry("wheel_joint_xx", kTorqueUnit, 1),
+           entry("wheel_joint_br", kTorqueUnit, 1)});
+  expect_torques({0.1, 0.2, 0.3, 1});
+}
+
+TEST_F(BadCommands, first_of_two_counts) {
+  command({entry("wheel_joint_fl", kTorqueUnit, 1), entry("wheel_joint_fl", kTorqueUnit, 2)});
+  expect_torques({1, 0.2, 0.3, 0.4});
+}
+
+TEST_F(BadCommands, empty_command_changes_nothing) {
+  command({});
+  expect_torques(kBefore);
+  expect_warning({"torques_command", "no joint"});
+}
+
+TEST_F(BadCommands, torque_beyond_the_motor_is_clipped) {
+  command({entry("wheel_joint_fl", kTorqueUnit, 1e6), entry("wheel_joint_br", kTorqueUnit, -1e300)});
+  expect_torques({3.085, 0.2, 0.3, -3.085});
+  expect_warning({"torques_command", "wheel_joint_fl", "1000000", "limit"});
+}
+
+TEST_F(BadCommands, twist_that_is_none_is_refused) {
+  geometry_msgs::Twist twist;
+  twist.angular.z = kNan;
+  base_.command(twist);
+  expect_torques(kBefore);
+  expect_warning({"cmd_vel", "nan"});
+}
+
+TEST_F(BadCommands, velocity_with_a_wrong_unit_is_skipped) {
+  brics_actuator::JointVelocities message;
+  message.velocities = {entry("wheel_joint_fl", kTorqueUnit, 1), entry("wheel_joint_fr", "rad/s", 1)};
+  base_.command(message);
+  expect_torques(kBefore);
+  expect_warning({"velocity_command", "wheel_joint_fr", "\"rad/s\"", kVelocityUnit});
+}
+
+}  // namespace
+}  // namespace youbot_base_sim
+
+YOUBOT_BASE_SIM_ROSTEST_MAIN()

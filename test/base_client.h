@@ -1,0 +1,152 @@
+#pragma once
+
+#include <geometry_msgs/Twist.h>
+#include <gtest/gtest.h>
+#include <nav_msgs/Odometry.h>
+#include <ros/callback_queue.h>
+#include <ros/ros.h>
+#include <rosgraph_msgs/Clock.h>
+#include <sensor_msgs/JointState.h>
+#include <std_srvs/Empty.h>
+#include <tf2_msgs/TFMessage.h>
+#include <youbot_base_sim/Step.h>
+
+#include <cmath>
+#include <functional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "youbot_base_sim/ros/conversions.h"
+
+namespace youbot_base_sim {
+
+/// What the tests know of a base_node that is the master of time: its latest messages, and commands to it. Nothing here
+/// sleeps: each wait is for a message, and its limit only ends a test that has failed.
+class BaseClient {
+ public:
+  /// The program's one client (connections take time, and a message that is published before counts for nothing), with
+  /// the node back at t = 0.
+  static BaseClient& fresh() {
+    static BaseClient* client = new BaseClient;
+    client->reset();
+    return *client;
+  }
+
+  /// Publishes a command and waits for the end of the control period that it is for: the node must be in lockstep.
+  void command(const brics_actuator::JointTorques& message) { command(torques_, message); }
+  void command(const brics_actuator::JointVelocities& message) { command(velocities_, message); }
+  void command(const geometry_msgs::Twist& message) { command(twist_, message); }
+
+  /// Publishes a command that arrives at some time.
+  void send(const brics_actuator::JointTorques& message) { torques_.publish(message); }
+
+  /// Waits for the messages of the time on the clock: it must be an instant of publishing.
+  void settle() {
+    wait_for("all topics to have the clock's time", [this] {
+      return !clock_.isZero() && odometry.header.stamp == clock_ && truth.header.stamp == clock_ &&
+             joints.header.stamp == clock_ && tf.header.stamp == clock_;
+    });
+  }
+
+  void pause() { empty("pause"); }
+  void unpause() { empty("unpause"); }
+
+  /// Back to t = 0, and waits for its messages.
+  void reset() {
+    empty("reset");
+    wait_for("the clock to be back at zero", [this] { return time() == 0; });
+    settle();
+    switches.clear();
+  }
+
+  /// Calls ~step and, unless it is refused, waits for the messages of where it ends.
+  Step::Response step(std::uint32_t periods) {
+    Step service;
+    service.request.periods = periods;
+    if (!ros::service::call("base_node/step", service)) throw std::runtime_error("~step cannot be called");
+    if (service.response.success) {
+      wait_for("the last step", [&] { return clock_ == stamp_of(service.response.t); });
+      settle();
+    }
+    return service.response;
+  }
+
+  void wait_for(const char* what, const std::function<bool()>& happened) {
+    const auto limit = ros::WallTime::now() + ros::WallDuration(20);
+    while (!happened()) {
+      if (!ros::ok() || ros::WallTime::now() > limit)
+        throw std::runtime_error(std::string("waited in vain for ") + what);
+      ros::getGlobalCallbackQueue()->callOne(ros::WallDuration(0.1));
+    }
+  }
+
+  /// Simulated time, s.
+  double time() const { return time_of(clock_); }
+
+  ros::Time clock() const { return clock_; }
+
+  nav_msgs::Odometry odometry, truth;
+  sensor_msgs::JointState joints;
+  geometry_msgs::TransformStamped tf;
+  std::vector<RollerSwitchStamped> switches;
+
+ private:
+  static constexpr std::uint32_t kQueue = 10000;
+
+  BaseClient() {
+    const auto hints = ros::TransportHints().tcpNoDelay();
+    subscribers_ = {node_.subscribe<rosgraph_msgs::Clock>(
+                        "/clock", kQueue, [this](const auto& m) { clock_ = m->clock; }, {}, hints),
+                    node_.subscribe<nav_msgs::Odometry>(
+                        "odom", kQueue, [this](const auto& m) { odometry = *m; }, {}, hints),
+                    node_.subscribe<nav_msgs::Odometry>(
+                        "ground_truth", kQueue, [this](const auto& m) { truth = *m; }, {}, hints),
+                    node_.subscribe<sensor_msgs::JointState>(
+                        "base/joint_states", kQueue, [this](const auto& m) { joints = *m; }, {}, hints),
+                    node_.subscribe<tf2_msgs::TFMessage>(
+                        "/tf", kQueue, [this](const auto& m) { tf = m->transforms.at(0); }, {}, hints),
+                    node_.subscribe<RollerSwitchStamped>(
+                        "base/roller_switches", kQueue, [this](const auto& m) { switches.push_back(*m); }, {}, hints)};
+    torques_ = node_.advertise<brics_actuator::JointTorques>(kTorqueTopic, kQueue);
+    velocities_ = node_.advertise<brics_actuator::JointVelocities>(kVelocityTopic, kQueue);
+    twist_ = node_.advertise<geometry_msgs::Twist>("cmd_vel", kQueue);
+    wait_for("the node to listen", [this] {
+      return torques_.getNumSubscribers() > 0 && velocities_.getNumSubscribers() > 0 && twist_.getNumSubscribers() > 0;
+    });
+    settle();
+  }
+
+  template <class Message>
+  void command(const ros::Publisher& publisher, const Message& message) {
+    const ros::Time before = clock_;
+    publisher.publish(message);
+    wait_for("the control period to end", [&] { return clock_ > before; });
+  }
+
+  void empty(const std::string& name) {
+    std_srvs::Empty service;
+    if (!ros::service::call("base_node/" + name, service)) throw std::runtime_error("~" + name + " cannot be called");
+  }
+
+  ros::NodeHandle node_;
+  std::vector<ros::Subscriber> subscribers_;
+  ros::Publisher torques_, velocities_, twist_;
+  ros::Time clock_;
+};
+
+/// Heading of a message, rad, in (-pi, pi].
+inline double heading(const geometry_msgs::Quaternion& q) { return std::remainder(2 * std::atan2(q.z, q.w), 2 * M_PI); }
+
+}  // namespace youbot_base_sim
+
+/// The main function of a rostest.
+#define YOUBOT_BASE_SIM_ROSTEST_MAIN()                                                  \
+  int main(int argc, char** argv) {                                                     \
+    ros::init(argc, argv, "rostest");                                                   \
+    const ros::NodeHandle keep_alive;                                                   \
+    ::testing::InitGoogleTest(&argc, argv);                                             \
+    const int failures = RUN_ALL_TESTS();                                               \
+    ros::shutdown(); /* before static objects go, which roscpp's threads make use of */ \
+    return failures;                                                                    \
+  }

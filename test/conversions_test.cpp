@@ -1,0 +1,173 @@
+// Messages and what they mean, without a ROS master.
+
+#include "youbot_base_sim/ros/conversions.h"
+
+#include <gtest/gtest.h>
+
+#include <boost/lexical_cast.hpp>
+#include <boost/units/io.hpp>
+#include <boost/units/systems/si.hpp>
+#include <cmath>
+#include <limits>
+
+namespace youbot_base_sim {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInf = std::numeric_limits<double>::infinity();
+
+brics_actuator::JointValue entry(const std::string& joint, const std::string& unit, double value) {
+  brics_actuator::JointValue entry;
+  entry.joint_uri = joint;
+  entry.unit = unit;
+  entry.value = value;
+  return entry;
+}
+
+brics_actuator::JointTorques torques(const std::vector<brics_actuator::JointValue>& entries) {
+  brics_actuator::JointTorques message;
+  message.torques = entries;
+  return message;
+}
+
+TEST(Units, are_those_of_boost) {
+  namespace si = boost::units::si;
+  EXPECT_EQ(kTorqueUnit, boost::lexical_cast<std::string>(si::newton_meters));
+  EXPECT_EQ(kVelocityUnit, boost::lexical_cast<std::string>(si::radian_per_second));
+}
+
+TEST(Stamp, of_zero_is_valid_ros_time) {
+  EXPECT_EQ(stamp_of(0), ros::Time(0, 1));
+  EXPECT_EQ(time_of(ros::Time(0, 1)), 0);
+}
+
+TEST(Stamp, reads_back_to_the_same_decimal_number) {
+  for (int k = 1; k < 100000; k += 7) EXPECT_EQ(time_of(stamp_of(k * 1e-3)), k / 1000.0);
+}
+
+TEST(WheelCommand, reads_what_it_writes) {
+  const Wheels values(1, -2, 3.5, 0);
+  const WheelCommand torque = wheel_command(torque_message(values, ros::Time(1)));
+  const WheelCommand velocity = wheel_command(velocity_message(values, ros::Time(1)));
+  EXPECT_TRUE(torque.complaints.empty());
+  EXPECT_TRUE(velocity.complaints.empty());
+  for (int i = 0; i < kWheels; ++i) {
+    EXPECT_EQ(torque.values[i], values[i]);
+    EXPECT_EQ(velocity.values[i], values[i]);
+  }
+}
+
+TEST(WheelCommand, leaves_unnamed_wheels_out) {
+  const WheelCommand command = wheel_command(torques({entry("wheel_joint_bl", kTorqueUnit, 2)}));
+  EXPECT_TRUE(command.complaints.empty());
+  EXPECT_FALSE(command.values[0] || command.values[1] || command.values[3]);
+  EXPECT_EQ(command.values[2], 2.0);
+}
+
+TEST(WheelCommand, takes_the_unit_to_the_letter) {
+  for (const char* unit : {"", "N m", "m^2 kg s^-2", "m^2 kg s^-2 rad^-1 ", kVelocityUnit}) {
+    const WheelCommand command =
+        wheel_command(torques({entry("wheel_joint_fl", unit, 1), entry("wheel_joint_fr", kTorqueUnit, 1)}));
+    EXPECT_FALSE(command.values[0]) << unit;
+    EXPECT_EQ(command.values[1], 1.0) << unit;
+    ASSERT_EQ(command.complaints.size(), 1u) << unit;
+    EXPECT_NE(command.complaints[0].text.find("wheel_joint_fl"), std::string::npos);
+    EXPECT_NE(command.complaints[0].text.find(kTorqueUnit), std::string::npos);
+  }
+}
+
+TEST(WheelCommand, refuses_what_is_not_finite) {
+  for (const double value : {kNan, kInf, -kInf}) {
+    const WheelCommand command =
+        wheel_command(torques({entry("wheel_joint_fl", kTorqueUnit, value), entry("wheel_joint_fr", kTorqueUnit, 1)}));
+    EXPECT_FALSE(command.values[0]) << value;
+    EXPECT_EQ(command.values[1], 1.0) << value;
+    ASSERT_EQ(command.complaints.size(), 1u) << value;
+    EXPECT_NE(command.complaints[0].text.find("wheel_joint_fl"), std::string::npos);
+  }
+}
+
+TEST(WheelCommand, ignores_unknown_joints_without_a_word) {
+  for (const char* joint : {"", "arm_joint_1", "wheel_joint_", "wheel_joint_fll", "caster_joint_fl", "fl"}) {
+    const WheelCommand command = wheel_command(torques({entry(joint, "rad", kNan)}));
+    EXPECT_TRUE(command.complaints.empty()) << joint;
+    for (const auto& value : command.values) EXPECT_FALSE(value) << joint;
+  }
+}
+
+TEST(WheelCommand, takes_the_first_of_several_with_the_right_unit) {
+  const WheelCommand command =
+      wheel_command(torques({entry("wheel_joint_fl", "N m", 1), entry("wheel_joint_fl", kTorqueUnit, 2),
+                             entry("wheel_joint_fl", kTorqueUnit, 3)}));
+  EXPECT_EQ(command.values[0], 2.0);
+  EXPECT_EQ(command.complaints.size(), 1u);
+}
+
+TEST(WheelCommand, complains_once_about_nothing_at_all) {
+  EXPECT_EQ(wheel_command(brics_actuator::JointTorques()).complaints.size(), 1u);
+  EXPECT_EQ(wheel_command(brics_actuator::JointVelocities()).complaints.size(), 1u);
+}
+
+TEST(WheelCommand, complains_about_a_bounded_number_of_subjects) {
+  const auto subject = [](double value) {
+    return wheel_command(torques({entry("wheel_joint_fl", "unit " + std::to_string(value), value)}))
+        .complaints.at(0)
+        .subject;
+  };
+  EXPECT_EQ(subject(1), subject(2));
+}
+
+TEST(CommandedVelocity, takes_three_components) {
+  geometry_msgs::Twist twist;
+  twist.linear.x = 1;
+  twist.linear.y = 2;
+  twist.angular.z = 3;
+  twist.linear.z = twist.angular.x = twist.angular.y = kNan;
+  EXPECT_EQ(commanded_velocity(twist).value(), Eigen::Vector3d(1, 2, 3));
+}
+
+TEST(CommandedVelocity, is_nothing_where_one_is_not_finite) {
+  for (const double value : {kNan, kInf, -kInf}) {
+    geometry_msgs::Twist twist;
+    twist.linear.x = value;
+    EXPECT_FALSE(commanded_velocity(twist));
+    twist.linear.x = 0;
+    twist.linear.y = value;
+    EXPECT_FALSE(commanded_velocity(twist));
+    twist.linear.y = 0;
+    twist.angular.z = value;
+    EXPECT_FALSE(commanded_velocity(twist));
+  }
+}
+
+TEST(OdometryMessage, tells_pose_and_velocity) {
+  const auto message = odometry_message("odom", {1, 2, M_PI / 2 + 4 * M_PI}, {3, 4, 5}, ros::Time(6));
+  EXPECT_EQ(message.header.frame_id, "odom");
+  EXPECT_EQ(message.header.stamp, ros::Time(6));
+  EXPECT_EQ(message.child_frame_id, "base_footprint");
+  EXPECT_EQ(message.pose.pose.position.x, 1);
+  EXPECT_EQ(message.pose.pose.position.y, 2);
+  EXPECT_EQ(message.pose.pose.position.z, 0);
+  const auto& q = message.pose.pose.orientation;
+  EXPECT_NEAR(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w, 1, 1e-15);
+  EXPECT_NEAR(2 * q.z * q.w, 1, 1e-14) << "sine of the heading";
+  EXPECT_EQ(message.twist.twist.linear.x, 3);
+  EXPECT_EQ(message.twist.twist.linear.y, 4);
+  EXPECT_EQ(message.twist.twist.angular.z, 5);
+  for (const double covariance : message.pose.covariance) EXPECT_EQ(covariance, 0);
+}
+
+TEST(RollerSwitchMessage, tells_everything) {
+  const auto message = roller_switch_message({0.25, 3, 5, 0, -1.5, 1}, ros::Time(7.25));
+  EXPECT_EQ(message.header.stamp, ros::Time(7.25));
+  EXPECT_EQ(message.header.frame_id, "wheel_link_br");
+  EXPECT_EQ(message.wheel, "wheel_joint_br");
+  EXPECT_EQ(message.roller_from, 5);
+  EXPECT_EQ(message.roller_to, 0);
+  EXPECT_EQ(message.direction, 1);
+  EXPECT_EQ(message.phi, -1.5);
+  EXPECT_EQ(message.t, 0.25);
+}
+
+}  // namespace
+}  // namespace youbot_base_sim

@@ -1,0 +1,103 @@
+// The launch file plays a scene into the node and records it: the bag is complete.
+
+#include <gtest/gtest.h>
+#include <ros/ros.h>
+#include <rosbag/bag.h>
+#include <rosbag/view.h>
+#include <sensor_msgs/JointState.h>
+#include <tf2_msgs/TFMessage.h>
+
+#include <cstdlib>
+#include <map>
+
+#include "temporary_folder.h"
+#include "youbot_base_sim/ros/conversions.h"
+#include "youbot_base_sim/simulation.h"
+
+namespace youbot_base_sim {
+namespace {
+
+constexpr char kScene[] = YOUBOT_BASE_SIM_SOURCE_DIR "/config/scenes/case1_as_printed.yaml";
+constexpr double kDuration = 1.0;
+constexpr int kInstants = 51;  // 0, 0.02, ..., 1
+
+class PaperCase : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    const TemporaryFolder folder;
+    const std::string path = folder.path("case.bag");
+    const std::string command = "roslaunch youbot_base_sim paper_case.launch duration:=" + std::to_string(kDuration) +
+                                " scene:=" + kScene + " bag:=" + path;
+    ASSERT_EQ(std::system(command.c_str()), 0);
+    bag_.open(path, rosbag::bagmode::Read);
+  }
+
+  static void TearDownTestSuite() { bag_.close(); }
+
+  template <class Message>
+  static std::vector<boost::shared_ptr<Message>> read(const std::string& topic) {
+    rosbag::View view(bag_, rosbag::TopicQuery(topic));
+    std::vector<boost::shared_ptr<Message>> messages;
+    for (const rosbag::MessageInstance& instance : view) messages.push_back(instance.instantiate<Message>());
+    return messages;
+  }
+
+  static rosbag::Bag bag_;
+};
+
+rosbag::Bag PaperCase::bag_;
+
+template <class Message>
+void expect_every_instant(const std::vector<boost::shared_ptr<Message>>& messages) {
+  ASSERT_EQ(messages.size(), static_cast<std::size_t>(kInstants));
+  for (int k = 0; k < kInstants; ++k) EXPECT_EQ(messages[k]->header.stamp, stamp_of(0.02 * k));
+}
+
+TEST_F(PaperCase, has_every_topic_at_every_instant) {
+  expect_every_instant(read<nav_msgs::Odometry>("/odom"));
+  expect_every_instant(read<nav_msgs::Odometry>("/ground_truth"));
+  expect_every_instant(read<sensor_msgs::JointState>("/base/joint_states"));
+  const auto transforms = read<tf2_msgs::TFMessage>("/tf");
+  ASSERT_EQ(transforms.size(), static_cast<std::size_t>(kInstants));
+  for (int k = 0; k < kInstants; ++k) EXPECT_EQ(transforms[k]->transforms.at(0).header.stamp, stamp_of(0.02 * k));
+}
+
+TEST_F(PaperCase, has_every_switch) {
+  Scene scene = load_scene(kScene);
+  scene.solver.control_period = 1e-3;
+  Simulation simulation(scene);
+  simulation.advance_to(kDuration);
+  const std::vector<RollerSwitch> expected = simulation.take_switches();
+  const auto told = read<RollerSwitchStamped>("/base/roller_switches");
+  ASSERT_EQ(told.size(), expected.size());
+  ASSERT_GT(told.size(), 10u);
+  for (std::size_t k = 0; k < expected.size(); ++k) {
+    EXPECT_NEAR(told[k]->t, expected[k].t, 1e-9);
+    EXPECT_EQ(told[k]->wheel, wheel_joint(expected[k].wheel));
+    EXPECT_GE(told[k]->header.stamp, told[k == 0 ? 0 : k - 1]->header.stamp);
+  }
+  const auto truth = read<nav_msgs::Odometry>("/ground_truth");
+  EXPECT_NEAR(truth.back()->pose.pose.position.x, simulation.state().x(), 1e-9);
+  EXPECT_NEAR(truth.back()->pose.pose.position.y, simulation.state().y(), 1e-9);
+}
+
+TEST_F(PaperCase, is_in_order) {
+  std::map<std::string, ros::Time> last;
+  rosbag::View view(bag_);
+  for (const rosbag::MessageInstance& instance : view) {
+    ros::Time& before = last[instance.getTopic()];
+    EXPECT_GE(instance.getTime(), before) << instance.getTopic();
+    EXPECT_LE(instance.getTime(), ros::Time(kDuration)) << "simulated time";
+    before = instance.getTime();
+  }
+}
+
+}  // namespace
+}  // namespace youbot_base_sim
+
+int main(int argc, char** argv) {
+  ros::init(argc, argv, "rostest");
+  const ros::NodeHandle keep_alive;
+  ::testing::InitGoogleTest(&argc, argv);
+  return RUN_ALL_TESTS();
+}

@@ -1,0 +1,160 @@
+// What is configured wrongly is refused: exit status 2 and a line that names the parameter, the value and what is
+// allowed.
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <nav_msgs/Odometry.h>
+#include <ros/callback_queue.h>
+#include <ros/ros.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <fstream>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "temporary_folder.h"
+
+namespace youbot_base_sim {
+namespace {
+
+constexpr char kPlayedScene[] = "_scene:=" YOUBOT_BASE_SIM_SOURCE_DIR "/config/scenes/case2.yaml";
+
+/// A program that runs beside the test, its output in a file.
+class Process {
+ public:
+  Process(const std::string& program, const std::vector<std::string>& arguments, const std::string& output)
+      : output_(output) {
+    std::vector<char*> argv{const_cast<char*>(program.c_str())};
+    for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
+    argv.push_back(nullptr);
+    pid_ = fork();
+    if (pid_ != 0) return;
+    const int file = open(output.c_str(), O_CREAT | O_WRONLY | O_TRUNC, 0600);
+    dup2(file, STDOUT_FILENO);
+    dup2(file, STDERR_FILENO);
+    alarm(20);  // s: the end of a program that should have ended by itself
+    execv(program.c_str(), argv.data());
+    _exit(127);
+  }
+
+  void kill() { ::kill(pid_, SIGKILL); }
+
+  /// Exit status; -1 for a program that was killed.
+  int wait() {
+    int status = 0;
+    waitpid(pid_, &status, 0);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+
+  std::string output() const {
+    std::ostringstream text;
+    text << std::ifstream(output_).rdbuf();
+    return text.str();
+  }
+
+ private:
+  std::string output_;
+  pid_t pid_;
+};
+
+class WrongConfiguration : public ::testing::Test {
+ protected:
+  void TearDown() override { ros::param::del("/use_sim_time"); }
+
+  /// Runs a program under a name of its own, so that it finds no parameters of another run.
+  void expect_refused(const std::string& program, std::vector<std::string> arguments,
+                      const std::vector<std::string>& words) {
+    static int number = 0;
+    arguments.push_back("__name:=refused_" + std::to_string(++number));
+    Process process(program, arguments, folder_.path("output"));
+    EXPECT_EQ(process.wait(), 2);
+    const std::string output = process.output();
+    for (const std::string& word : words) {
+      EXPECT_NE(output.find(word), std::string::npos) << word << " is not in: " << output;
+    }
+  }
+
+  void expect_base_refuses(const std::string& argument, const std::vector<std::string>& words) {
+    expect_refused(BASE_NODE, {argument}, words);
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(WrongConfiguration, misspelt_parameter) {
+  expect_base_refuses("_publsh_rate:=20", {"~publsh_rate", "unknown", "publish_rate"});
+}
+
+TEST_F(WrongConfiguration, value_out_of_range) {
+  expect_base_refuses("_publish_rate:=2000", {"~publish_rate", "2000", "1000 Hz"});
+  expect_base_refuses("_control_period:=-1", {"~control_period", "-1", "1e-06 to 10 s"});
+  expect_base_refuses("_control_period:=nan", {"~control_period", "nan"});
+  expect_base_refuses("_driver_wheel_radius:=0", {"~driver_wheel_radius", "0", "m"});
+}
+
+TEST_F(WrongConfiguration, value_of_the_wrong_kind) {
+  expect_base_refuses("_publish_rate:=often", {"~publish_rate", "often", "a number"});
+  expect_base_refuses("_publish_tf:=3", {"~publish_tf", "3", "true or false"});
+  expect_base_refuses("_scene:=3", {"~scene", "3"});
+}
+
+TEST_F(WrongConfiguration, scene) {
+  expect_base_refuses("_scene:=/nowhere/scene.yaml", {"~scene", "/nowhere/scene.yaml"});
+  expect_base_refuses("_model:=sticky", {"~model", "sticky", "coulomb"});
+}
+
+TEST_F(WrongConfiguration, clock_of_its_own_but_not_its_master) {
+  expect_base_refuses("_lockstep:=true", {"~lockstep", "~publish_clock"});
+  expect_base_refuses("_bag:=x.bag", {"~bag", "x.bag", "~publish_clock"});
+  expect_base_refuses("_start_paused:=true", {"~start_paused", "~publish_clock"});
+  expect_base_refuses("_real_time_factor:=2", {"~real_time_factor", "2", "~publish_clock"});
+  ros::param::set("/use_sim_time", true);
+  expect_base_refuses("_publish_clock:=false", {"~publish_clock", "/use_sim_time"});
+}
+
+TEST_F(WrongConfiguration, bag_that_cannot_be_written) {
+  ros::param::set("/use_sim_time", true);
+  expect_refused(BASE_NODE, {"_publish_clock:=true", "_bag:=/nowhere/x.bag"}, {"~bag", "/nowhere/x.bag"});
+}
+
+TEST_F(WrongConfiguration, argument) { expect_base_refuses("fast", {"fast"}); }
+
+TEST_F(WrongConfiguration, nothing_to_play) {
+  expect_refused(PLAY_SCENE, {}, {"~scene", "missing"});
+  ros::param::set("/use_sim_time", true);
+  const std::string idle = folder_.write("idle.yaml", "duration: 1.0\n");
+  expect_refused(PLAY_SCENE, {"_scene:=" + idle}, {"~scene", idle, "drive"});
+}
+
+TEST_F(WrongConfiguration, no_clock_to_play_by) { expect_refused(PLAY_SCENE, {kPlayedScene}, {"/use_sim_time"}); }
+
+TEST_F(WrongConfiguration, player_without_a_base_fails_rather_than_waits) {
+  ros::param::set("/use_sim_time", true);
+  bool started = false;
+  ros::NodeHandle node;
+  const ros::Subscriber subscriber = node.subscribe<nav_msgs::Odometry>(
+      "odom", 1,
+      [&](const nav_msgs::Odometry::ConstPtr& message) { started = message->header.stamp > ros::Time(0.1); });
+  Process base(BASE_NODE, {"_publish_clock:=true", "_lockstep:=true", "__name:=doomed"}, folder_.path("base"));
+  Process player(PLAY_SCENE, {kPlayedScene, "_duration:=1e6"}, folder_.path("player"));
+  const auto limit = ros::WallTime::now() + ros::WallDuration(15);
+  while (!started && ros::WallTime::now() < limit) ros::getGlobalCallbackQueue()->callOne(ros::WallDuration(0.1));
+  EXPECT_TRUE(started);
+  base.kill();
+  EXPECT_EQ(player.wait(), 1) << player.output();
+  EXPECT_NE(player.output().find("/doomed is gone"), std::string::npos) << player.output();
+  base.wait();
+}
+
+}  // namespace
+}  // namespace youbot_base_sim
+
+int main(int argc, char** argv) {
+  ros::init(argc, argv, "rostest");
+  const ros::NodeHandle keep_alive;
+  ::testing::InitGoogleTest(&argc, argv);
+  return RUN_ALL_TESTS();
+}
