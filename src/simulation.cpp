@@ -8,7 +8,7 @@
 #include <stdexcept>
 
 #include "youbot_base_sim/drive/wheel_drive.h"
-#include "youbot_base_sim/integration/rosenbrock_tableaus.h"
+#include "youbot_base_sim/integration/radau.h"
 #include "youbot_base_sim/integration/safe_stepper.h"
 #include "youbot_base_sim/integration/slip_system.h"
 #include "youbot_base_sim/physics/no_slip_model.h"
@@ -25,8 +25,8 @@ class Dynamics {
   /// Advances (x, t) to t_end (s) while the torque stays in one smooth piece; appends to `switches`.
   virtual void advance(State& x, double& t, double t_end, std::vector<RollerSwitch>& switches) = 0;
   virtual double kinetic_energy(const State& x) const = 0;  // J
-  virtual Contacts contacts(const State& x) const = 0;
-  virtual int roller(int i) const = 0;  // unwrapped
+  virtual Contacts contacts(const State& x, double t) const = 0;
+  virtual std::int64_t roller(int i) const = 0;  // unwrapped
   /// Angle of roller k of wheel i that is not on the floor, rad.
   virtual double resting_angle(int i, int k) const = 0;
   virtual const IntegrationStatistics& statistics() const = 0;
@@ -48,31 +48,30 @@ class SlipDynamics : public Dynamics {
   }
 
   void advance(State& x, double& t, double t_end, std::vector<RollerSwitch>& switches) override {
-    using Outcome = typename Integrator::Outcome;
     const auto on_switch = [&](const RollerSwitch& event, State& state) {
       switches.push_back(event);
       change_roller(state, event.wheel, event.roller_from, event.roller_to);
     };
     while (t < t_end) {
-      if (integrator_.advance(system_, x, t, t_end, on_switch) != Outcome::kReached) {
-        step_safely(x, t, std::min(t_end, t + kSafeStretch));
-      }
+      if (!integrator_.advance(system_, x, t, t_end, on_switch)) step_safely(x, t, std::min(t_end, t + kSafeStretch));
     }
   }
 
   double kinetic_energy(const State& x) const override { return youbot_base_sim::kinetic_energy(model_.robot(), x); }
-  Contacts contacts(const State& x) const override { return model_.contacts(x, system_.roller_angle()); }
-  int roller(int i) const override { return system_.roller(i); }
+  Contacts contacts(const State& x, double t) const override {
+    return system_.contacts(x.velocities(), x.phi(), torque_.at(t));
+  }
+  std::int64_t roller(int i) const override { return system_.roller(i); }
   double resting_angle(int i, int k) const override { return resting_angle_[index(i, k)]; }
   const IntegrationStatistics& statistics() const override { return integrator_.statistics(); }
 
  private:
-  using Integrator = SwitchingIntegrator<Rodas5P, SlipSystem<Law>>;
+  using Integrator = SwitchingIntegrator<Radau<Law>>;
   static constexpr double kSafeStretch = 1e-3;  // s, before the accurate integration is tried again
   static constexpr double kSafeStep = 1e-5;     // s
 
   std::size_t index(int i, int k) const { return static_cast<std::size_t>(i * rollers_ + k); }
-  int wrapped(int k) const { return ((k % rollers_) + rollers_) % rollers_; }
+  int wrapped(std::int64_t k) const { return static_cast<int>(((k % rollers_) + rollers_) % rollers_); }
 
   // The roller that leaves the floor keeps its angle; the one that comes has the angle that it left it with.
   void change_roller(State& x, int wheel, int from, int to) {
@@ -87,11 +86,12 @@ class SlipDynamics : public Dynamics {
   void step_safely(State& x, double& t, double t_end) {
     const int steps = std::max(1, static_cast<int>(std::ceil((t_end - t) / kSafeStep)));
     const double start = t, dt = (t_end - t) / steps;
+    for (int i = 0; i < kWheels; ++i) system_.put(i, system_.roller(i));  // on one roller each
     for (int k = 1; k <= steps; ++k) {
-      safe_stepper_.step(model_, x, torque_.at(t + dt), dt);
+      safe_stepper_.step(system_, x, t, dt);
       t = k == steps ? t_end : start + k * dt;
       for (int i = 0; i < kWheels; ++i) {
-        const int from = system_.roller(i), to = model_.geometry().roller_at(x.phi()[i]);
+        const std::int64_t from = system_.roller(i), to = model_.geometry().roller_at(x.phi()[i]);
         if (from == to) continue;
         system_.put(i, to);
         change_roller(x, i, wrapped(from), wrapped(to));
@@ -136,11 +136,11 @@ class NoSlipDynamics : public Dynamics {
   }
 
   double kinetic_energy(const State& x) const override { return model_.kinetic_energy(x.velocity()); }
-  Contacts contacts(const State&) const override {
+  Contacts contacts(const State&, double) const override {
     const Wheels none = Wheels::Zero();
-    return {none, none, none, none, none};
+    return {none, none, none, none, none, none, none, none};
   }
-  int roller(int) const override { return 0; }
+  std::int64_t roller(int) const override { return 0; }
   double resting_angle(int, int) const override { return 0; }
   const IntegrationStatistics& statistics() const override { return statistics_; }
 
@@ -283,7 +283,7 @@ Wheels Simulation::torque() const { return loop_->torque_->at(loop_->t_); }
 std::array<int, kWheels> Simulation::rollers() const {
   const int n = loop_->scene_.robot.rollers;
   std::array<int, kWheels> rollers;
-  for (int i = 0; i < kWheels; ++i) rollers[i] = ((loop_->dynamics_->roller(i) % n) + n) % n;
+  for (int i = 0; i < kWheels; ++i) rollers[i] = static_cast<int>(((loop_->dynamics_->roller(i) % n) + n) % n);
   return rollers;
 }
 
@@ -291,7 +291,7 @@ double Simulation::roller_angle(int i, int k) const {
   return rollers()[i] == k ? loop_->state_.gamma()[i] : loop_->dynamics_->resting_angle(i, k);
 }
 
-Contacts Simulation::contacts() const { return loop_->dynamics_->contacts(loop_->state_); }
+Contacts Simulation::contacts() const { return loop_->dynamics_->contacts(loop_->state_, loop_->t_); }
 
 std::vector<RollerSwitch> Simulation::take_switches() {
   std::vector<RollerSwitch> taken(loop_->switches_);

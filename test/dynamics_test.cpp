@@ -1,4 +1,4 @@
-// Equations of motion of models 2a and 2b, their Jacobian and the solver for it.
+// Equations of motion of models 2a and 2b, and their derivatives.
 
 #include <gtest/gtest.h>
 
@@ -204,29 +204,53 @@ struct Motion {
 };
 constexpr double kSlipsByNu[] = {1e-3, 0.1, 1, 10, 1e3};
 
+// The blocks in their places.
+Matrix24 dense(const BorderedJacobian& blocks, const Inertia& inertia) {
+  constexpr int kPsi = 2, kWork = 3, kV = 4, kOmega = 6, kPhi = 8, kDphi = 12, kDgamma = 16, kGamma = 20;
+  Matrix24 J = Matrix24::Zero();
+  J(0, kPsi) = -blocks.V_y;
+  J(1, kPsi) = blocks.V_x;
+  J.block<2, 2>(0, kV) << blocks.cos_psi, -blocks.sin_psi, blocks.sin_psi, blocks.cos_psi;
+  J(kPsi, kOmega) = 1;
+  J.block<1, 3>(kWork, kV) = blocks.power_v.transpose();
+  J.block<3, 3>(kV, kV) = blocks.Q_v;
+  for (int i = 0; i < kWheels; ++i) {
+    J(kWork, kPhi + i) = blocks.power_phi[i];
+    J(kWork, kDphi + i) = blocks.power_dphi[i];
+    J(kWork, kDgamma + i) = blocks.power_dgamma[i];
+    for (int k = 0; k < 3; ++k) {
+      J(kV + k, kPhi + i) = blocks.Q_phi[k][i];
+      J(kV + k, kDphi + i) = J(kDphi + i, kV + k) = blocks.Q_dphi[k][i];
+      J(kV + k, kDgamma + i) = J(kDgamma + i, kV + k) = blocks.Q_dgamma[k][i];
+    }
+    J(kPhi + i, kDphi + i) = J(kGamma + i, kDgamma + i) = 1;
+    J(kDphi + i, kPhi + i) = blocks.dphi_phi[i];
+    J(kDphi + i, kDphi + i) = blocks.dphi_dphi[i];
+    J(kDphi + i, kDgamma + i) = J(kDgamma + i, kDphi + i) = blocks.dphi_dgamma[i];
+    J(kDgamma + i, kPhi + i) = blocks.dgamma_phi[i];
+    J(kDgamma + i, kDgamma + i) = blocks.dgamma_dgamma[i];
+  }
+  J.middleRows<3>(kV) = (inertia.M_v_inverse * J.middleRows<3>(kV)).eval();
+  J.middleRows<4>(kDphi) /= inertia.J_1;
+  J.middleRows<4>(kDgamma) /= inertia.J_2;
+  return J;
+}
+
 TYPED_TEST(SlipModelTest, JacobianIsThatOfTheRightHandSide) {
   for (unsigned seed = 0; seed < 5; ++seed) {
     for (const double slip_by_nu : kSlipsByNu) {
       Motion<TypeParam> motion(seed, slip_by_nu);
       const Matrix24 J = jacobian_by_differences(motion.system, motion.state, motion.kTime, motion.scale());
-      typename SlipSystem<TypeParam>::Linearization linearization;
-      State dfdt;
-      motion.system.linearize(motion.state, motion.kTime, linearization, dfdt);
-      // For large alpha, (alpha I - J_s)^-1 (alpha I - J) e_j - e_j is column j of (J_s - J) / alpha, to 1 %: every
-      // entry of the Jacobian J_s that the solver stands for shows.
-      const double alpha = 100 * J.diagonal().cwiseAbs().maxCoeff();
-      linearization.factorize(alpha);
+      BorderedJacobian blocks;
+      motion.model.linearize(motion.state, motion.roller_angle, motion.torque.at(motion.kTime), blocks);
+      const Matrix24 error = (dense(blocks, motion.model.inertia()) - J).cwiseAbs();
       const Vector24 slip = slip_by_entry();
       const Vector24 row_scale = (J * slip.cwiseInverse().asDiagonal()).cwiseAbs().rowwise().maxCoeff();
       for (int j = 0; j < 24; ++j) {
         if (j == kUnused) continue;
-        State u;
-        linearization.solve(unflat(alpha * Vector24::Unit(j) - J.col(j)), u);
-        const Vector24 error = alpha * (flat(u) - Vector24::Unit(j));
         for (int i = 0; i < 24; ++i) {
-          // 1e-9 of the largest effect that an entry can have on this row, the accuracy of the differences; and alpha's
-          // rounding, a few times over by the mass matrix.
-          ASSERT_LT(std::abs(error[i]), 1e-9 * row_scale[i] * slip[j] + 2e-15 * alpha)
+          // 1e-9 of the largest effect that an entry can have on this row, the accuracy of the differences.
+          ASSERT_LE(error(i, j), 1e-9 * row_scale[i] * slip[j])
               << "row " << i << ", column " << j << ", entry " << J(i, j) << ", slip / nu = " << slip_by_nu;
         }
       }
@@ -234,54 +258,91 @@ TYPED_TEST(SlipModelTest, JacobianIsThatOfTheRightHandSide) {
   }
 }
 
-TYPED_TEST(SlipModelTest, SolverSolvesForEveryStepSize) {
+using Vector11 = Eigen::Matrix<double, 11, 1>;
+using Matrix11 = Eigen::Matrix<double, 11, 11>;
+
+// The platform's velocities, those of the wheels, those of the rollers.
+Vector11 flat(const Velocities& u) {
+  Vector11 vector;
+  vector << u.v.head<3>(), u.dphi, u.dgamma;
+  return vector;
+}
+
+Matrix11 dense(const Resistance& G) {
+  Matrix11 result = Matrix11::Zero();
+  for (int i = 0; i < kWheels; ++i) {
+    const int dphi = 3 + i, dgamma = 7 + i;
+    for (int k = 0; k < 3; ++k) {
+      for (int l = 0; l < 3; ++l) result(k, l) += G.platform_platform[k][l][i];
+      result(k, dphi) = G.platform_dphi[k][i];
+      result(k, dgamma) = G.platform_dgamma[k][i];
+      result(dphi, k) = G.dphi_platform[k][i];
+      result(dgamma, k) = G.dgamma_platform[k][i];
+    }
+    result(dphi, dphi) = G.dphi_dphi[i];
+    result(dphi, dgamma) = result(dgamma, dphi) = G.dphi_dgamma[i];
+    result(dgamma, dgamma) = G.dgamma_dgamma[i];
+  }
+  return result;
+}
+
+// Slip speed that a unit of each velocity brings about, in round figures.
+Vector11 slip_by_velocity() {
+  Vector11 slip;
+  slip << 1, 1, 0.4, Eigen::Vector4d::Constant(0.05), Eigen::Vector4d::Constant(0.015);
+  return slip;
+}
+
+TYPED_TEST(SlipModelTest, ResistanceIsTheSlopeOfTheForces) {
   for (unsigned seed = 0; seed < 5; ++seed) {
     for (const double slip_by_nu : kSlipsByNu) {
-      Motion<TypeParam> motion(100 + seed, slip_by_nu);
-      const Matrix24 J = jacobian_by_differences(motion.system, motion.state, motion.kTime, motion.scale());
-      typename SlipSystem<TypeParam>::Linearization linearization;
-      State dfdt;
-      motion.system.linearize(motion.state, motion.kTime, linearization, dfdt);
-      for (const double alpha : {1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9}) {
-        // A right-hand side whose solution moves every contact by as much as any entry can.
-        Vector24 wanted;
-        for (int j = 0; j < 24; ++j) wanted[j] = motion.random.uniform(-1, 1) / slip_by_entry()[j];
-        wanted[kUnused] = 0;
-        const Matrix24 A = alpha * Matrix24::Identity() - J;
-        const Vector24 b = A * wanted;
-        linearization.factorize(alpha);
-        State u;
-        linearization.solve(unflat(b), u);
-        // Row by row the equations hold to the accuracy of the differences in J.
-        const Vector24 terms = A.cwiseAbs() * wanted.cwiseAbs();
-        const Vector24 residual = (A * flat(u) - b).cwiseAbs();
-        EXPECT_TRUE((residual.array() <= 1e-9 * terms.array()).all())
-            << "alpha = " << alpha << ", slip / nu = " << slip_by_nu;
-        // And so the solution is that of dense elimination, to what slow motions make of it for the smallest alpha:
-        // friction is a thousand times as strong as inertia there.
-        const Vector24 error = (flat(u) - A.partialPivLu().solve(b)).cwiseProduct(slip_by_entry());
-        EXPECT_LT(error.cwiseAbs().maxCoeff(), 1e-9 * std::max(1.0, 1e4 / alpha))
-            << "alpha = " << alpha << ", slip / nu = " << slip_by_nu;
+      Motion<TypeParam> motion(300 + seed, slip_by_nu);
+      const Velocities u = motion.state.velocities();
+      const Wheels phi_tilde = motion.state.phi() - motion.roller_angle, M = motion.torque.at(0.1);
+      const Vector11 slip = slip_by_velocity();
+      Matrix11 slope;
+      for (int j = 0; j < 11; ++j) {
+        const auto along_j = [&](double h) -> Vector11 {
+          Velocities moved = u;
+          (j < 3 ? moved.v[j] : j < 7 ? moved.dphi[j - 3] : moved.dgamma[j - 7]) += h;
+          return flat(motion.model.forces(moved, motion.model.contacts(moved, phi_tilde), M));
+        };
+        slope.col(j) = difference(along_j, 2e-3 * motion.scale() / slip[j]);
       }
+      Resistance resistance;
+      motion.model.resistance(motion.model.contacts(u, phi_tilde), resistance);
+      Matrix11 told = -dense(resistance);
+      told.topLeftCorner<3, 3>() += motion.model.inertia().coriolis_by_velocity(motion.state.velocity());
+      const Vector11 row_scale = (slope * slip.cwiseInverse().asDiagonal()).cwiseAbs().rowwise().maxCoeff();
+      const Matrix11 allowed = 1e-9 * row_scale * slip.transpose();  // as above
+      EXPECT_TRUE(((told - slope).cwiseAbs().array() <= allowed.array()).all())
+          << "slip / nu = " << slip_by_nu << "\n" << told - slope;
     }
   }
 }
 
-TYPED_TEST(SlipModelTest, TimeDerivativeIsThatOfTheRightHandSide) {
-  Motion<TypeParam> motion(200, 0.5);
-  typename SlipSystem<TypeParam>::Linearization linearization;
-  State dfdt;
-  motion.system.linearize(motion.state, motion.kTime, linearization, dfdt);
-  const auto in_time = [&](double h) -> Vector24 {
-    State dxdt;
-    motion.system(motion.state, dxdt, motion.kTime + h);
-    return flat(dxdt);
-  };
-  // Torques of 1 N m on 6e-3 kg m^2 at w = 9 rad/s: (1e-3 s)^4 w^5 / 30 x 170 rad/s^2 = 4e-7; friction is the same at
-  // all times and drops out.
-  const Vector24 error = difference(in_time, 1e-3) - flat(dfdt);
-  EXPECT_LT(error.cwiseAbs().maxCoeff(), 1e-6);
-  EXPECT_GT(dfdt.dphi().abs().minCoeff(), 10);
+TYPED_TEST(SlipModelTest, ForcesAreInertiaTimesAccelerations) {
+  for (unsigned seed = 0; seed < 5; ++seed) {
+    Motion<TypeParam> motion(400 + seed, 1);
+    const Velocities u = motion.state.velocities();
+    const Contacts contacts = motion.model.contacts(u, motion.state.phi() - motion.roller_angle);
+    const Wheels M = motion.torque.at(motion.kTime);
+    State derivative;
+    motion.system(motion.state, derivative, motion.kTime);
+    // The matrix as the paper has it, (4.5), on the accelerations.
+    const RobotParameters& r = motion.robot;
+    Matrix11 inertia = Matrix11::Zero();
+    inertia.topLeftCorner<3, 3>() << r.m_s(), 0, -r.m * r.a_Y,  //
+        0, r.m_s(), r.m * r.a_X,                                //
+        -r.m * r.a_Y, r.m * r.a_X, r.I_s;
+    inertia.diagonal().segment<4>(3).setConstant(r.J_1);
+    inertia.diagonal().tail<4>().setConstant(r.J_2);
+    const Vector11 forces = flat(motion.model.forces(u, contacts, M)), a = flat(derivative.velocities());
+    EXPECT_LT((inertia * a - forces).cwiseAbs().maxCoeff(), 1e-14 * 4 * r.m_s());
+    EXPECT_LT((flat(motion.model.inertia() * derivative.velocities()) - inertia * a).cwiseAbs().maxCoeff(),
+              1e-14 * 4 * r.m_s());
+    EXPECT_EQ(power(u, motion.model.forces(u, contacts, M)), derivative.work());
+  }
 }
 
 }  // namespace

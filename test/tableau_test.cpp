@@ -1,128 +1,97 @@
-// The coefficients of the Rosenbrock methods, against the conditions that a method has to meet.
+// The coefficients of Radau IIA, against the conditions that define it and its error estimate.
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
 #include <cmath>
 #include <complex>
-#include <utility>
-#include <vector>
 
-#include "youbot_base_sim/integration/rosenbrock_tableaus.h"
+#include "youbot_base_sim/integration/radau_tableau.h"
 
 namespace youbot_base_sim {
 namespace {
 
-template <class Tableau>
-class TableauTest : public testing::Test {};
-using Tableaus = testing::Types<Rodas4, Rodas5P>;
-TYPED_TEST_SUITE(TableauTest, Tableaus, );
+using T = RadauTableau;
+using Matrix = Eigen::Matrix3d;
+using Vector = Eigen::Vector3d;
 
-// The method's own coefficients, from those of the transformed stages U = Gamma k (Hairer and Wanner, section IV.7):
-// C = 1/gamma - Gamma^-1, a = A Gamma^-1, m = b Gamma^-1.
-template <class Tableau>
-struct Coefficients {
-  static constexpr int s = Tableau::stages;
-  using Matrix = Eigen::Matrix<double, s, s>;
-  using Vector = Eigen::Matrix<double, s, 1>;
+Matrix matrix(const double (&rows)[3][3]) {
+  return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(&rows[0][0]);
+}
+Vector vector(const double (&entries)[3]) { return Eigen::Map<const Vector>(entries); }
+Vector power(const Vector& c, int k) { return c.array().pow(k).matrix(); }
 
-  Coefficients() {
-    Matrix a = Matrix::Zero(), C = Matrix::Zero();
-    for (int i = 0; i < s; ++i) {
-      for (int j = 0; j < i; ++j) {
-        a(i, j) = Tableau::a[i][j];
-        C(i, j) = Tableau::c[i][j];
-      }
-    }
-    Gamma = (Matrix::Identity() / Tableau::gamma - C).inverse();
-    A = a * Gamma;
-    B = A + Gamma;
-    // The new state is y + sum_j a_sj U_j + U_s; without U_s it is the embedded one.
-    Vector m = a.row(s - 1).transpose();
-    embedded_b = Gamma.transpose() * m;
-    m[s - 1] = 1;
-    b = Gamma.transpose() * m;
-  }
+// Numbers of about 1, sums of three of them.
+constexpr double kRounding = 4e-15;
 
-  Matrix Gamma, A, B;  // gamma_ij, alpha_ij, beta_ij = alpha_ij + gamma_ij
-  Vector b, embedded_b;
-
-  // Largest violation of the conditions for an order (Hairer and Wanner, section IV.7): one for each rooted tree; a
-  // vertex with one branch stands for beta, one with several for alpha.
-  double violation(const Vector& weights, int order) const {
-    const Vector one = Vector::Ones(), alpha = A * one, beta = B * one;
-    const auto times = [](const Vector& x, const Vector& y) -> Vector { return x.cwiseProduct(y); };
-    const Vector alpha_2 = times(alpha, alpha), alpha_3 = times(alpha_2, alpha);
-    const Vector A_beta = A * beta;
-    switch (order) {
-      case 1:
-        return worst(weights, {{one, 1}});
-      case 2:
-        return worst(weights, {{beta, 2}});
-      case 3:
-        return worst(weights, {{alpha_2, 3}, {B * beta, 6}});
-      case 4:
-        return worst(weights, {{alpha_3, 4}, {times(alpha, A_beta), 8}, {B * alpha_2, 12}, {B * B * beta, 24}});
-      default:
-        return worst(weights, {{times(alpha_2, alpha_2), 5},
-                               {times(alpha_2, A_beta), 10},
-                               {times(A_beta, A_beta), 20},
-                               {times(alpha, A * alpha_2), 15},
-                               {times(alpha, A * B * beta), 30},
-                               {B * alpha_3, 20},
-                               {B * times(alpha, A_beta), 40},
-                               {B * B * alpha_2, 60},
-                               {B * B * B * beta, 120}});
-    }
-  }
-
-  // R(z) on the linear test equation.
-  std::complex<double> stability(const Vector& weights, std::complex<double> z) const {
-    using ComplexMatrix = Eigen::Matrix<std::complex<double>, s, s>;
-    const ComplexMatrix stages = ComplexMatrix::Identity() - z * B;
-    const Eigen::Matrix<std::complex<double>, s, 1> one = Vector::Ones();
-    return 1.0 + z * weights.dot(stages.partialPivLu().solve(one));
-  }
-  double stability_at_infinity(const Vector& weights) const {
-    return 1 - weights.dot(B.partialPivLu().solve(Vector::Ones()));
-  }
-
- private:
-  static double worst(const Vector& weights, const std::vector<std::pair<Vector, double>>& trees) {
-    double result = 0;
-    for (const auto& tree : trees) result = std::max(result, std::abs(weights.dot(tree.first) - 1 / tree.second));
-    return result;
-  }
-};
-
-TYPED_TEST(TableauTest, HasItsOrder) {
-  const Coefficients<TypeParam> method;
-  // Sixteen digits of coefficients of up to 150: 2e-14 of rounding were seen.
-  const double rounding = 1e-13;
-  for (int i = 0; i < TypeParam::stages; ++i) {
-    EXPECT_NEAR(method.A.row(i).sum(), TypeParam::alpha[i], rounding) << "stage " << i;
-    EXPECT_NEAR(method.Gamma.row(i).sum(), TypeParam::d[i], rounding) << "stage " << i;
-    EXPECT_NEAR(method.Gamma(i, i), TypeParam::gamma, rounding);
-  }
-  for (int order = 1; order <= TypeParam::order; ++order) {
-    EXPECT_LT(method.violation(method.b, order), rounding) << "order " << order;
-  }
-  for (int order = 1; order <= TypeParam::error_order; ++order) {
-    EXPECT_LT(method.violation(method.embedded_b, order), rounding) << "embedded, order " << order;
-  }
-  // The embedded method is of no higher order, or its difference would estimate nothing.
-  EXPECT_GT(method.violation(method.embedded_b, TypeParam::error_order + 1), 1e-4);
+// The nodes are the zeros of d^2/dx^2 (x^2 (x - 1)^3) (Hairer and Wanner, section IV.5), that is of x - 1 and of
+// 10 x^2 - 8 x + 1.
+TEST(RadauTableau, NodesAreThoseOfRadauRight) {
+  for (int j = 0; j < 2; ++j) EXPECT_NEAR(10 * T::c[j] * T::c[j] - 8 * T::c[j] + 1, 0, kRounding);
+  EXPECT_LT(T::c[0], T::c[1]);
+  EXPECT_EQ(T::c[2], 1);
 }
 
-TYPED_TEST(TableauTest, IsLStable) {
-  const Coefficients<TypeParam> method;
-  EXPECT_NEAR(method.stability_at_infinity(method.b), 0, 1e-13);  // as above
-  EXPECT_NEAR(method.stability_at_infinity(method.embedded_b), 0, 1e-13);
-  // A-stable: bounded by 1 on the imaginary axis, and so to the left of it.
-  for (double y = 1e-3; y < 1e6; y *= 1.05) {
-    EXPECT_LE(std::abs(method.stability(method.b, {0, y})), 1 + 1e-12) << "y = " << y;
+// C(3): sum_l a_jl c_l^(k-1) = c_j^k / k for k <= 3, stage order 3, which defines A. B(5): the same for the step's end,
+// the last stage, for k <= 5; with C(3) and D(2) order 5 follows (Butcher).
+TEST(RadauTableau, CollocatesWithOrderFive) {
+  const Matrix A = matrix(T::A);
+  const Vector c = vector(T::c), b = A.row(2).transpose();
+  for (int k = 1; k <= 3; ++k) {
+    EXPECT_LT((A * power(c, k - 1) - power(c, k) / k).cwiseAbs().maxCoeff(), kRounding) << "C(" << k << ")";
   }
-  EXPECT_NEAR(std::abs(method.stability(method.b, -0.1) - std::exp(-0.1)), 0, 1e-7);  // it is the exponential's
+  for (int k = 1; k <= 5; ++k) EXPECT_NEAR(b.dot(power(c, k - 1)), 1.0 / k, kRounding) << "B(" << k << ")";
+  EXPECT_GT(std::abs(b.dot(power(c, 5)) - 1.0 / 6), 1e-4);
+  // D(2): sum_j b_j c_j^(k-1) a_jl = b_l (1 - c_l^k) / k.
+  for (int k = 1; k <= 2; ++k) {
+    const Vector left = A.transpose() * b.cwiseProduct(power(c, k - 1));
+    const Vector right = b.cwiseProduct(Vector::Ones() - power(c, k)) / k;
+    EXPECT_LT((left - right).cwiseAbs().maxCoeff(), kRounding) << "D(" << k << ")";
+  }
+}
+
+TEST(RadauTableau, InverseIsThatOfA) {
+  EXPECT_LT((matrix(T::A) * matrix(T::A_inverse) - Matrix::Identity()).cwiseAbs().maxCoeff(), 3 * kRounding);
+}
+
+// Its real eigenvalue, a zero of the denominator 60 - 36 z + 9 z^2 - z^3 of the stability function (Pade's (2, 3)).
+TEST(RadauTableau, GammaIsTheEigenvalueOfTheInverse) {
+  const double g = T::gamma;
+  EXPECT_NEAR(60 - 36 * g + 9 * g * g - g * g * g, 0, 1e-13);
+  EXPECT_NEAR((matrix(T::A_inverse) - g * Matrix::Identity()).determinant(), 0, 1e-12);
+}
+
+// R(z), the last stage of y' = z y, is that approximant of the exponential, nothing of infinite z, and no more than 1
+// on the imaginary axis, and so to the left of it.
+TEST(RadauTableau, IsLStable) {
+  using Complex = std::complex<double>;
+  const Eigen::Matrix3cd A = matrix(T::A).cast<Complex>();
+  const auto R = [&](Complex z) {
+    const Eigen::Matrix3cd system = Eigen::Matrix3cd::Identity() - z * A;
+    const Eigen::Vector3cd stages = system.partialPivLu().solve(Eigen::Vector3cd::Ones());
+    return stages[2];
+  };
+  for (const Complex z : {Complex(-0.1), Complex(-3, 2), Complex(0.2, -5), Complex(-40)}) {
+    const Complex pade = (60.0 + 24.0 * z + 3.0 * z * z) / (60.0 - 36.0 * z + 9.0 * z * z - z * z * z);
+    EXPECT_LT(std::abs(R(z) - pade), 1e-14) << z;
+  }
+  EXPECT_LT(std::abs(R(-1e8)), 1e-7);
+  for (double y = 1e-3; y < 1e6; y *= 1.05) EXPECT_LE(std::abs(R({0, y})), 1 + 1e-12) << "y = " << y;
+}
+
+// The estimate (8.19) is h/gamma f(y_0) + sum_j e_j z_j, with z_j = h sum_l a_jl f_l and e_j = error_j / gamma: what a
+// quadrature on the nodes 0, c_1, c_2, 1 is off the method. That quadrature is right to order 3 where the difference
+// is nothing for f = 1, t, t^2. By C(3), z_j = (h c_j)^k / k for f = t^(k-1), so that what has to hold is
+// 1 + sum error_j c_j = 0 and sum error_j c_j^k = 0 for k = 2 and 3. For t^3 there is a difference, or it would
+// estimate nothing.
+TEST(RadauTableau, ErrorEstimateHasOrderThree) {
+  const Vector e = vector(T::error), c = vector(T::c);
+  const double rounding = 4 * kRounding;  // weights of up to 10
+  EXPECT_EQ(T::error_order, 3);
+  EXPECT_NEAR(1 + e.dot(c), 0, rounding);
+  EXPECT_NEAR(e.dot(power(c, 2)), 0, rounding);
+  EXPECT_NEAR(e.dot(power(c, 3)), 0, rounding);
+  EXPECT_GT(std::abs(e.dot(matrix(T::A) * power(c, 3))), 1e-2);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@ Inertia::Inertia(const RobotParameters& robot)
       0, m_s_, m_a_X_,      //
       -m_a_Y_, m_a_X_, robot.I_s;
   M_v_inverse = M_v.inverse();
+  for (int k = 0; k < 3; ++k) columns_[k] << M_v.col(k).array(), 0;
 }
 
 double kinetic_energy(const RobotParameters& robot, const State& state) {

@@ -12,8 +12,8 @@ RollerGeometry::RollerGeometry(const RobotParameters& robot)
       sin_delta_(tan_delta() * std::sqrt(0.5)),
       cos_delta_(std::sqrt(0.5)) {}
 
-int RollerGeometry::roller_at(double phi) const {
-  int k = static_cast<int>(std::floor(phi / pitch_ + 0.5));
+std::int64_t RollerGeometry::roller_at(double phi) const {
+  std::int64_t k = static_cast<std::int64_t>(std::floor(phi / pitch_ + 0.5));
   // The quotient may round across the edge; the edges themselves decide.
   if (phi >= upper_edge(k)) ++k;
   if (phi < upper_edge(k - 1)) --k;

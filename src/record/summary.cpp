@@ -21,7 +21,7 @@ std::string summary_json(const Simulation& simulation, double wall_time) {
   json["location_steps"] = statistics.location_steps;
   json["switches"] = statistics.switches;
   json["safe_steps"] = statistics.safe_steps;
-  json["endless_switching"] = statistics.endless_switching;
+  json["shared_contacts"] = statistics.shared_contacts;
   json["exhausted"] = statistics.exhausted;
   json["energy_balance_error"] = simulation.energy_balance_error();
   json["final"] = {{"x", x.x()},     {"y", x.y()},     {"psi", x.psi()},
@@ -40,11 +40,13 @@ std::string summary_text(const Simulation& simulation, double wall_time) {
       name_of(simulation.scene().model), simulation.time(), wall_time, simulation.time() / wall_time, x.x(), x.y(),
       x.psi(), x.V_X(), x.V_Y(), x.Omega(), statistics.switches, statistics.steps, statistics.rejected_steps,
       simulation.energy_balance_error());
+  if (statistics.shared_contacts > 0) {
+    text += fmt::format("a wheel came to rest between two rollers {} times\n", statistics.shared_contacts);
+  }
   if (statistics.safe_steps > 0) {
     text += fmt::format(
-        "warning: a wheel switched without end {} times and the bound of work was reached {} times;\n"
-        "         {} safe steps, of first order, went on from there\n",
-        statistics.endless_switching, statistics.exhausted, statistics.safe_steps);
+        "warning: the bound of work was reached {} times; {} safe steps, of first order, went on from there\n",
+        statistics.exhausted, statistics.safe_steps);
   }
   return text;
 }

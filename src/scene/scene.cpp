@@ -28,7 +28,7 @@ RobotParameters read_robot(const SceneSection& s) {
   robot.m_1 = s.number("wheel_mass", robot.m_1, kPositive);
   robot.I_s = s.number("total_inertia", robot.I_s, kPositive);
   robot.J_1 = s.number("wheel_inertia", robot.J_1, kPositive);
-  robot.J_2 = s.number("roller_inertia", robot.J_2, kPositive);
+  robot.J_2 = s.number("roller_inertia", robot.J_2, kNotNegative);
   const std::vector<double> com = s.numbers("com", 2, {robot.a_X, robot.a_Y}, kAnyNumber);
   robot.a_X = com[0];
   robot.a_Y = com[1];

@@ -1,45 +1,55 @@
 #pragma once
 
-#include "youbot_base_sim/integration/bordered_solver.h"
+#include "youbot_base_sim/integration/bordered_stages.h"
+#include "youbot_base_sim/integration/slip_system.h"
 
 namespace youbot_base_sim {
 
 /// The step of last resort: backward Euler with the geometry of the contacts and the Coriolis forces held as they are
 /// at the step's start. With constant normal reactions the friction force is then the slope of a convex potential, so
 /// that Newton's method with a line search always ends, whatever the step size and the regularisation. First order; it
-/// locates no switches: each step takes the rollers on which its start stands, by (2.1).
+/// locates no switches: it takes the rollers on which its start stands, and may end beyond their edges.
 template <class Law>
 class SafeStepper {
  public:
-  /// Advances x by dt (s) under the wheel torques M (N m).
-  void step(const SlipModel<Law>& model, State& x, const Wheels& M, double dt) {
-    Wheels roller_angle;
-    for (int i = 0; i < kWheels; ++i) {
-      roller_angle[i] = model.geometry().roller_at(x.phi()[i]) * model.geometry().pitch();
-    }
-    State v = x, trial, change, residual, forces;
-    forces = forces_at(model, x, v, roller_angle, M, dt, residual);
+  /// Advances x by dt (s) under the torques at t + dt.
+  void step(const SlipSystem<Law>& system, State& x, double t, double dt) {
+    const SlipModel<Law>& model = system.model();
+    const Inertia& inertia = model.inertia();
+    const Velocities start = x.velocities();
+    const Wheels phi_tilde = x.phi() - system.roller_angle(), M = system.torque().at(t + dt);
+    const Velocities held = {coriolis(inertia, start), Wheels::Zero(), Wheels::Zero()};
+    Contacts contacts;
+    // The slope of the potential at u: forces that are left over.
+    const auto residual = [&](const Velocities& u) {
+      contacts = model.contacts(u, phi_tilde);
+      const Velocities moving = {coriolis(inertia, u), Wheels::Zero(), Wheels::Zero()};
+      return inertia * ((1 / dt) * (u - start)) - (model.forces(u, contacts, M) - moving + held);
+    };
+    Velocities u = start;
+    Velocities r = residual(u);
     for (int iteration = 0; iteration < kMostIterations; ++iteration) {
-      model.linearize(v, roller_angle, M, jacobian_);
-      hold_geometry(model, v);
-      solver_.factorize(jacobian_, model.inertia(), 1 / dt);
-      solver_.solve(residual, change);
-      const double decrement = slope(model, residual, change);  // the slope at v along the way back to the minimum
-      const double energy = kinetic_energy(model.robot(), v) + kEnergyFloor;
-      if (!(dt * decrement > kConverged * energy)) break;
+      std::array<Resistance, 1> G;
+      model.resistance(contacts, G[0]);
+      solver_.factorize({{1 / dt}}, inertia, G, {{Eigen::Matrix3d::Zero()}});
+      std::array<Velocities, 1> solved;
+      solver_.solve({r}, solved);
+      const Velocities& change = solved[0];
+      const double decrement = dot(r, change);
+      State moved = x;
+      moved.set(u);
+      if (!(dt * decrement > kConverged * (kinetic_energy(model.robot(), moved) + kEnergyFloor))) break;
       double length = 1;
+      Velocities trial;
       for (int halving = 0; halving < kMostHalvings; ++halving, length *= 0.5) {
-        trial.values = v.values;
-        trial.values.col(1) -= length * change.values.col(1);
-        trial.dphi() -= length * change.dphi();
-        trial.dgamma() -= length * change.dgamma();
-        forces = forces_at(model, x, trial, roller_angle, M, dt, residual);
+        trial = u - length * change;
+        r = residual(trial);
         // Convex: along the line the slope only falls. Past the minimum is fine, far past it is not.
-        if (slope(model, residual, change) > -0.5 * decrement) break;
+        if (dot(r, change) > -0.5 * decrement) break;
       }
-      v = trial;
+      u = trial;
     }
-    advance_positions(x, v, forces, dt);
+    advance_positions(x, u, power(u, model.forces(u, contacts, M)), dt);
   }
 
  private:
@@ -48,51 +58,27 @@ class SafeStepper {
   static constexpr double kConverged = 1e-22;    // of the kinetic energy: velocities to about 1e-11
   static constexpr double kEnergyFloor = 1e-12;  // J
 
-  // Time derivative at the velocities `v` with all else as in `x`; `residual` is (v - x) / dt - that, in velocities.
-  static State forces_at(const SlipModel<Law>& model, const State& x, const State& v, const Wheels& roller_angle,
-                         const Wheels& M, double dt, State& residual) {
-    State derivative;
-    model.derivative(v, roller_angle, M, derivative);
-    const Inertia& inertia = model.inertia();
-    derivative.values.col(1).head<3>() +=
-        (inertia.M_v_inverse * (inertia.coriolis(x.velocity()) - inertia.coriolis(v.velocity()))).array();
-    residual.values = (v.values - x.values) / dt - derivative.values;
-    residual.values.col(0).setZero();
-    residual.phi().setZero();
-    residual.gamma().setZero();
-    return derivative;
+  static Wheels coriolis(const Inertia& inertia, const Velocities& u) {
+    const Eigen::Vector3d Q = inertia.coriolis({u.v[0], u.v[1], u.v[2]});
+    return {Q[0], Q[1], Q[2], 0};
   }
 
-  // Leaves in the Jacobian only what velocities do by friction and damping: symmetric, negative semidefinite.
-  void hold_geometry(const SlipModel<Law>& model, const State& v) {
-    jacobian_.Q_v -= model.inertia().coriolis_by_velocity(v.velocity());
-    for (Wheels& column : jacobian_.Q_phi) column.setZero();
-    jacobian_.dphi_phi.setZero();
-    jacobian_.dgamma_phi.setZero();
+  static double dot(const Velocities& a, const Velocities& b) {
+    return (a.v * b.v + a.dphi * b.dphi + a.dgamma * b.dgamma).sum();
   }
 
-  // Power of the residual forces along `change`.
-  static double slope(const SlipModel<Law>& model, const State& residual, const State& change) {
-    const Inertia& inertia = model.inertia();
-    return residual.velocity().dot(inertia.M_v * change.velocity()) +
-           (inertia.J_1 * residual.dphi() * change.dphi() + inertia.J_2 * residual.dgamma() * change.dgamma()).sum();
+  static void advance_positions(State& x, const Velocities& u, double power, double dt) {
+    const double psi = x.psi() + 0.5 * dt * u.v[2];  // midway
+    x.x() += dt * (u.v[0] * std::cos(psi) - u.v[1] * std::sin(psi));
+    x.y() += dt * (u.v[0] * std::sin(psi) + u.v[1] * std::cos(psi));
+    x.psi() += dt * u.v[2];
+    x.work() += dt * power;
+    x.phi() += dt * u.dphi;
+    x.gamma() += dt * u.dgamma;
+    x.set(u);
   }
 
-  static void advance_positions(State& x, const State& v, const State& derivative, double dt) {
-    const double psi = x.psi() + 0.5 * dt * v.Omega();  // midway
-    x.x() += dt * (v.V_X() * std::cos(psi) - v.V_Y() * std::sin(psi));
-    x.y() += dt * (v.V_X() * std::sin(psi) + v.V_Y() * std::cos(psi));
-    x.psi() += dt * v.Omega();
-    x.work() += dt * derivative.work();
-    x.phi() += dt * v.dphi();
-    x.gamma() += dt * v.dgamma();
-    x.values.col(1) = v.values.col(1);
-    x.dphi() = v.dphi();
-    x.dgamma() = v.dgamma();
-  }
-
-  BorderedJacobian jacobian_;
-  BorderedSolver solver_;
+  BorderedStages<1> solver_;
 };
 
 }  // namespace youbot_base_sim

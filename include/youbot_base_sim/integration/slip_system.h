@@ -1,17 +1,19 @@
 #pragma once
 
-#include "youbot_base_sim/integration/bordered_solver.h"
+#include <array>
+#include <cstdint>
+#include <limits>
+
+#include "youbot_base_sim/physics/slip_model.h"
 #include "youbot_base_sim/physics/wheel_torque.h"
 
 namespace youbot_base_sim {
 
-/// A SlipModel under given wheel torques as a system for steppers: models odeint's System, and what rosenbrock.h and
-/// switching_integrator.h ask beyond it. Knows which roller of each wheel stands on the floor.
+/// A SlipModel under given wheel torques, with the roller of each wheel that stands on the floor: what a step between two
+/// switches integrates. Models odeint's System too.
 template <class Law>
 class SlipSystem {
  public:
-  using State = youbot_base_sim::State;
-
   /// Both must outlive the system. Rollers are those that `state` stands on.
   SlipSystem(const SlipModel<Law>& model, const WheelTorque& torque, const State& state)
       : model_(&model), torque_(&torque) {
@@ -22,65 +24,105 @@ class SlipSystem {
     model_->derivative(x, roller_angle_, torque_->at(t), dxdt);
   }
 
-  class Linearization {
-   public:
-    void factorize(double alpha) { solver_.factorize(jacobian_, *inertia_, alpha); }
-    void solve(const State& b, State& u) const { solver_.solve(b, u); }
-
-   private:
-    friend class SlipSystem;
-    BorderedJacobian jacobian_;
-    BorderedSolver solver_;
-    const Inertia* inertia_ = nullptr;
-  };
-
-  void linearize(const State& x, double t, Linearization& linearization, State& dfdt) const {
-    linearization.inertia_ = &model_->inertia();
-    model_->linearize(x, roller_angle_, torque_->at(t), linearization.jacobian_);
-    const Wheels rate = torque_->rate(t);
-    dfdt.values.setZero();
-    dfdt.dphi() = rate * (1 / model_->inertia().J_1);
-    dfdt.work() = (rate * x.dphi()).sum();
+  /// What SlipModel says for each wheel's roller, or for its two.
+  Contacts contacts(const Velocities& u, const Wheels& phi, const Wheels& M) const {
+    Contacts c = model_->contacts(u, phi - roller_angle_);
+    if (shares_) {
+      for (int i = 0; i < kWheels; ++i) {
+        if (shared_[i]) SharedContact(*model_, i, u, M[i]).put(c);
+      }
+    }
+    return c;
+  }
+  void resistance(const Velocities& u, const Contacts& c, const ContactForce& F, const Wheels& M, Resistance& G) const {
+    model_->resistance(c, F, G);
+    if (shares_) {
+      for (int i = 0; i < kWheels; ++i) {
+        if (shared_[i]) SharedContact(*model_, i, u, M[i]).put(G);
+      }
+    }
   }
 
-  /// Largest error of a component by what is allowed for it: `absolute` plus `relative` times the component's size for
-  /// a velocity, or times 1 m or 1 rad for a position or an angle, of which only changes matter. The roller's angle and
-  /// the work are not controlled: nothing depends on them.
-  double error_norm(const State& x_old, const State& x_new, const State& error, double relative,
-                    double absolute) const {
-    const auto size = [&](int column) {
-      return absolute + relative * x_old.values.col(column).abs().max(x_new.values.col(column).abs());
-    };
-    const Wheels position = Wheels{1, 1, 1, 0} * error.values.col(0).abs() / (absolute + relative);
-    const Wheels velocity = error.values.col(1).abs() / size(1);
-    const Wheels phi = error.phi().abs() / (absolute + relative);
-    const Wheels dphi = error.dphi().abs() / size(3);
-    const Wheels dgamma = error.dgamma().abs() / size(4);
-    const double sum = (position.square() + velocity.square() + phi.square() + dphi.square() + dgamma.square()).sum();
-    return std::sqrt(sum / 18);
+  /// Whether the rollers at the edge where wheel i is would hold it there, if it stood still.
+  bool holds(int i, const State& x, double t) const {
+    return SharedContact(*model_, i, stopped(i, x.velocities()), torque_->at(t)[i]).holds();
   }
 
-  /// Wheel angles between which wheel i stays on its roller, [lower, upper), rad.
-  double lower_edge(int i) const { return model_->geometry().upper_edge(roller_[i] - 1); }
-  double upper_edge(int i) const { return model_->geometry().upper_edge(roller_[i]); }
+  /// Share of the upper roller of a wheel between two.
+  double alpha(int i, const Velocities& u, double t) const {
+    return SharedContact(*model_, i, u, torque_->at(t)[i]).alpha();
+  }
 
-  /// Unwrapped number of the roller that wheel i stands on.
-  int roller(int i) const { return roller_[i]; }
+  bool shared(int i) const { return shared_[i]; }
+  const Eigen::Array<bool, kWheels, 1>& shared() const { return shared_; }
+  bool shares() const { return shares_; }
+
+  /// Stands wheel i, which is at the upper edge of roller k, on rollers k and k + 1. What momentum it had goes to the
+  /// platform, through the contact that took it.
+  void share(int i, std::int64_t k, State& x) {
+    const RobotParameters& robot = model_->robot();
+    const double energy = kinetic_energy(robot, x);
+    // A free roller passes on only what is along its axis.
+    const ContactGeometry g = model_->geometry().at(Wheels::Constant(0.5 * model_->geometry().pitch()));
+    const double P_X = robot.J_1 * x.dphi()[i] / robot.R, P_Y = g.r_X[i] / g.r_Y[i] * P_X;
+    const Eigen::Vector3d dv =
+        model_->inertia().M_v_inverse * Eigen::Vector3d{P_X, P_Y, P_Y * robot.rho_X()[i] - P_X * robot.rho_Y()[i]};
+    x.values.col(1) += Wheels{dv[0], dv[1], dv[2], 0};
+    x.dphi()[i] = 0;
+    x.phi()[i] = model_->geometry().upper_edge(k);
+    x.work() += kinetic_energy(robot, x) - energy;
+    roller_angle_[i] = static_cast<double>(k) * model_->geometry().pitch();
+    lower_edge_[i] = -std::numeric_limits<double>::infinity();
+    upper_edge_[i] = std::numeric_limits<double>::infinity();
+    shared_[i] = shares_ = true;
+    lower_roller_[i] = k;
+  }
+
+  /// The lower of the two rollers that wheel i stands on.
+  std::int64_t lower_roller(int i) const { return lower_roller_[i]; }
+
+  /// Speed that the platform owes to the momentum of wheel i, m/s.
+  double momentum(int i, const State& x) const {
+    const RobotParameters& robot = model_->robot();
+    return robot.J_1 * std::abs(x.dphi()[i]) / (robot.R * robot.m_s());
+  }
+
+  /// Wheel angles between which each wheel stays on its roller, [lower, upper), rad; infinite for one on two.
+  const Wheels& lower_edge() const { return lower_edge_; }
+  const Wheels& upper_edge() const { return upper_edge_; }
+
+  /// Unwrapped number of the roller that wheel i stands on; of two, the one that it came to last.
+  std::int64_t roller(int i) const { return roller_[i]; }
 
   /// Stands wheel i on roller k (unwrapped number).
-  void put(int i, int k) {
+  void put(int i, std::int64_t k) {
     roller_[i] = k;
-    roller_angle_[i] = k * model_->geometry().pitch();
+    shared_[i] = false;
+    shares_ = shared_.any();
+    roller_angle_[i] = static_cast<double>(k) * model_->geometry().pitch();
+    lower_edge_[i] = model_->geometry().upper_edge(k - 1);
+    upper_edge_[i] = model_->geometry().upper_edge(k);
   }
 
+  /// Wheel angles at which the rollers on the floor point straight down, rad.
   const Wheels& roller_angle() const { return roller_angle_; }
   const SlipModel<Law>& model() const { return *model_; }
+  const WheelTorque& torque() const { return *torque_; }
 
  private:
+  using SharedContact = typename SlipModel<Law>::SharedContact;
+
+  static Velocities stopped(int i, Velocities u) {
+    u.dphi[i] = 0;
+    return u;
+  }
+
   const SlipModel<Law>* model_;
   const WheelTorque* torque_;
-  std::array<int, kWheels> roller_;
-  Wheels roller_angle_;
+  std::array<std::int64_t, kWheels> roller_{}, lower_roller_{};
+  Eigen::Array<bool, kWheels, 1> shared_ = Eigen::Array<bool, kWheels, 1>::Constant(false);
+  bool shares_ = false;  // whether any is
+  Wheels roller_angle_, lower_edge_, upper_edge_;
 };
 
 }  // namespace youbot_base_sim

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "youbot_base_sim/integration/rosenbrock.h"
+#include "youbot_base_sim/integration/step_size_controller.h"
 #include "youbot_base_sim/physics/state.h"
 
 namespace youbot_base_sim {
@@ -23,9 +23,9 @@ struct IntegrationStatistics {
   std::uint64_t rejected_steps = 0;     ///< for their error
   std::uint64_t location_steps = 0;     ///< to find where in a step an edge is reached
   std::uint64_t switches = 0;           ///< located
-  std::uint64_t safe_steps = 0;         ///< of the safe stepper, where the accurate one gave up
-  std::uint64_t endless_switching = 0;  ///< times that it gave up because a wheel rocked over an edge without end
-  std::uint64_t exhausted = 0;          ///< times that it gave up because its bound of work was spent
+  std::uint64_t shared_contacts = 0;  ///< times that a wheel came to rest on two rollers
+  std::uint64_t exhausted = 0;        ///< times that its bound of work was spent
+  std::uint64_t safe_steps = 0;       ///< of the safe stepper, which goes on then
 };
 
 /// Integrates a SlipSystem from switch to switch: a step ends where a wheel reaches the edge of its roller, located to
@@ -34,47 +34,59 @@ struct IntegrationStatistics {
 ///
 /// A wheel exactly on an edge stands on the roller that (2.1) names, unless its motion leaves that roller at once; a
 /// wheel that touches the edge and turns back does not switch.
-template <class Tableau, class System>
+///
+/// It asks this of a Stepper:
+///
+///   Stepper::System                what it integrates: a SlipSystem, or another one with edges and rollers
+///   Stepper(tolerance)
+///   stepper.begin(system, x, t)    steps that follow start here
+///   stepper.step(dt)               computes one; false where that fails
+///   stepper.error()                its error, 1 where it is just allowed
+///   stepper.end()                  State at its end; end_phi(), end_dphi(), end_velocities() for less
+///   stepper.keep()                 the step stands: what follows may be predicted from it
+///   stepper.forget()               the motion goes on in another way
+///   stepper.forget(i)              the same, on account of wheel i
+///   stepper.negligible(speed)      whether an error of the platform's velocity by `speed` (m/s) is allowed
+template <class Stepper>
 class SwitchingIntegrator {
  public:
-  using State = typename System::State;
+  using System = typename Stepper::System;
 
   /// `rollers` is their number on a wheel.
   SwitchingIntegrator(const Tolerance& tolerance, int rollers)
-      : tolerance_(tolerance), rollers_(rollers), control_(Tableau::error_order) {}
-
-  enum class Outcome {
-    kReached,           ///< t is t_end
-    kEndlessSwitching,  ///< a wheel rocks over an edge, with ever more switches in ever less time
-    kExhausted          ///< more steps than kMostAttempts within kWindow, or step sizes that vanish
-  };
+      : rollers_(rollers), stepper_(tolerance) {}
 
   /// Advances (x, t) to t_end (s), within which the torque must be smooth. `on_switch(RollerSwitch, State&)` is called
-  /// at each switch and may change velocities and gamma. Where it gives up, (x, t) is where it has come to.
+  /// at each switch and may change velocities and gamma. Returns false where it gives up, at the (x, t) that it has come to:
+  /// after more steps than kMostAttempts within kWindow, or where step sizes vanish.
   template <class OnSwitch>
-  Outcome advance(System& system, State& x, double& t, double t_end, OnSwitch&& on_switch) {
-    linearized_ = false;
+  bool advance(System& system, State& x, double& t, double t_end, OnSwitch&& on_switch) {
+    begun_ = false;
     settle(system, x, t, on_switch);
     while (t < t_end) {
-      if (t > window_start_ + kWindow || t < window_start_) open_window(t);
-      if (++attempts_ > kMostAttempts) return give_up(t, statistics_.exhausted, Outcome::kExhausted);
-      if (rocking_ > kMostReversals) return give_up(t, statistics_.endless_switching, Outcome::kEndlessSwitching);
-      if (!attempt(system, x, t, t_end)) {
-        if (t + dt_ <= t) return give_up(t, statistics_.exhausted, Outcome::kExhausted);
-        continue;
+      if (t > window_start_ + kWindow || t < window_start_) {
+        window_start_ = t;
+        attempts_ = 0;
       }
+      if (++attempts_ > kMostAttempts || t + dt_ <= t) {
+        ++statistics_.exhausted;
+        restart();
+        return false;
+      }
+      if (!attempt(system, x, t, t_end)) continue;
       ++statistics_.steps;
       settle(system, x, t, on_switch);
     }
-    return Outcome::kReached;
+    return true;
   }
 
   /// Forgets the step sizes of the past, as for a new initial state.
   void restart() {
     control_.restart();
+    stepper_.forget();
     dt_ = dt_after_switch_ = kFirstStep;
     window_start_ = std::numeric_limits<double>::infinity();
-    last_direction_.fill(0);
+    reversals_.fill(0);
   }
 
   const IntegrationStatistics& statistics() const { return statistics_; }
@@ -82,11 +94,16 @@ class SwitchingIntegrator {
 
  private:
   static constexpr double kFirstStep = 1e-6;        // s
+  static constexpr int kMostHalvings = 40;
+  static constexpr double kReleaseResolution = 1e-6;  // of the step
   static constexpr double kTimeResolution = 1e-13;  // s; the promised 1e-12 with room for what sums
   // Work is bounded per window of simulated time, so that no control period can take for ever.
   static constexpr double kWindow = 1e-3;  // s
-  static constexpr int kMostAttempts = 20000;
-  static constexpr int kMostReversals = 8;
+  static constexpr int kMostAttempts = 4000;
+  // A wheel may rest on two rollers when it has rocked between them kRocks times with less than kWindow between, and
+  // must when it has done so kMostRocks times.
+  static constexpr int kRocks = 8;
+  static constexpr int kMostRocks = 32;
 
   struct Crossing {
     int wheel = -1;
@@ -95,66 +112,61 @@ class SwitchingIntegrator {
     double dt = std::numeric_limits<double>::infinity();  // after the start of the step
   };
 
-  void open_window(double t) {
-    window_start_ = t;
-    attempts_ = 0;
-    rocking_ = 0;
-  }
-
-  Outcome give_up(double t, std::uint64_t& counter, Outcome outcome) {
-    ++counter;
-    open_window(t);
-    restart();
-    return outcome;
-  }
-
-  static double resolution(const State& x, int i) {
-    return std::max(kTimeResolution * std::abs(x.dphi()[i]),
-                    4 * std::numeric_limits<double>::epsilon() * std::max(1.0, std::abs(x.phi()[i])));
+  // Distance from an edge (rad) below which a wheel stands on it.
+  static double resolution(double edge, double dphi) {
+    return std::max(kTimeResolution * std::abs(dphi),
+                    4 * std::numeric_limits<double>::epsilon() * std::max(1.0, std::abs(edge)));
   }
 
   // One try at a step towards t_end, cut short at the first edge that is reached. True if (x, t) moved on.
   bool attempt(const System& system, State& x, double& t, double t_end) {
-    if (!linearized_) {
-      stepper_.linearize(system, x, t);
-      linearized_ = true;
+    if (!begun_) {
+      stepper_.begin(system, x, t);
+      begun_ = true;
     }
     const double remaining = t_end - t;
     const double wanted = dt_;
     // A step that would leave a sliver goes to the end.
     const double dt = wanted < 0.99 * remaining ? wanted : remaining;
-    State x_new, error;
-    stepper_.step(system, dt, x_new, error);
-    const double norm = system.error_norm(x, x_new, error, tolerance_.relative, tolerance_.absolute);
-    dt_ = control_.next(dt, norm);
-    if (!(norm <= 1)) {
+    if (!stepper_.step(dt)) {
+      ++statistics_.rejected_steps;
+      dt_ = 0.3 * dt;
+      return false;
+    }
+    const double error = stepper_.error();
+    dt_ = control_.next(dt, error);
+    if (!(error <= 1)) {
       ++statistics_.rejected_steps;
       return false;
     }
     if (dt < wanted) dt_ = std::max(dt_, wanted);  // cut short by t_end, not for its error
 
-    const Crossing crossing = first_crossing(system, x, x_new, dt);
-    double taken = dt;
-    if (crossing.wheel >= 0) taken = locate(system, x, crossing, dt, x_new);
+    const Crossing crossing = first_crossing(system, x, dt);
+    double taken = crossing.wheel >= 0 ? locate(system, x, crossing, dt) : dt;
+    if (system.shares()) taken = until_released(system, t, taken);
     t = taken == remaining ? t_end : t + taken;
-    x = x_new;
-    linearized_ = false;
+    x = stepper_.end();
+    stepper_.keep();
+    begun_ = false;
     if (after_switch_) {
-      dt_after_switch_ = dt;
+      dt_after_switch_ = std::max(kFirstStep, 0.5 * dt_);
       after_switch_ = false;
     }
     return true;
   }
 
-  // First edge that a wheel reaches between x_0 and x_1, dt later, by the cubic through phi and dphi at both.
-  static Crossing first_crossing(const System& system, const State& x_0, const State& x_1, double dt) {
+  // First edge that a wheel reaches in the step of length dt that was computed last, by the cubic through phi and dphi at
+  // both of its ends.
+  Crossing first_crossing(const System& system, const State& x, double dt) const {
+    const Wheels phi = stepper_.end_phi(), dphi = stepper_.end_dphi();
     Crossing first;
+    if ((phi > system.lower_edge() && phi < system.upper_edge() && x.dphi() * dphi >= 0).all()) return first;
     for (int i = 0; i < kWheels; ++i) {
       for (const int direction : {+1, -1}) {
-        const double edge = direction > 0 ? system.upper_edge(i) : system.lower_edge(i);
+        const double edge = direction > 0 ? system.upper_edge()[i] : system.lower_edge()[i];
         // Progress towards the edge, beyond it at >= 0 (a roller's range holds its lower edge, not its upper one).
-        const Cubic progress{direction * (x_0.phi()[i] - edge), direction * (x_1.phi()[i] - edge),
-                             direction * x_0.dphi()[i] * dt, direction * x_1.dphi()[i] * dt};
+        const Cubic progress{direction * (x.phi()[i] - edge), direction * (phi[i] - edge), direction * x.dphi()[i] * dt,
+                             direction * dphi[i] * dt};
         const bool beyond = direction > 0 ? progress.end >= 0 : progress.end > 0;
         double high = 1;
         if (!beyond) {
@@ -203,53 +215,89 @@ class SwitchingIntegrator {
     }
   };
 
-  // Shortens a step of length dt_1, that ends in x_1, so that it ends on the edge that is reached first. Returns the
-  // length and sets x_1. Newton's method on the step itself, kept in the bracket that is known.
-  double locate(const System& system, const State& x_0, Crossing crossing, double dt_1, State& x_1) {
+  // Shortens the step of length dt_1 so that it ends on the edge that is reached first. Returns the length. Newton's
+  // method on the step itself, kept in the bracket that is known.
+  double locate(const System& system, const State& x, Crossing crossing, double dt_1) {
     double low = 0, high = dt_1;
     double dt = crossing.dt;
-    State error;
     for (int iteration = 0; iteration < 100; ++iteration) {
       if (!(dt > low && dt < high)) dt = 0.5 * (low + high);
-      stepper_.step(system, dt, x_1, error);
       ++statistics_.location_steps;
       ++attempts_;
-      const Crossing other = first_crossing(system, x_0, x_1, dt);
-      if (other.wheel >= 0 && other.wheel != crossing.wheel && beyond(x_1, other)) {
+      if (!stepper_.step(dt)) {
+        high = dt;
+        continue;
+      }
+      const Crossing other = first_crossing(system, x, dt);
+      if (other.wheel >= 0 && other.wheel != crossing.wheel && beyond(other)) {
         crossing = other;
         high = dt;
         dt = crossing.dt;
         continue;
       }
       const int i = crossing.wheel;
-      const double past = crossing.direction * (x_1.phi()[i] - crossing.edge);
-      if (std::abs(past) <= resolution(x_1, i)) return dt;
+      const double past = crossing.direction * (stepper_.end_phi()[i] - crossing.edge);
+      const double speed = crossing.direction * stepper_.end_dphi()[i];
+      if (std::abs(past) <= resolution(crossing.edge, speed)) return dt;
       (past > 0 ? high : low) = dt;
       if (high - low <= std::numeric_limits<double>::epsilon() * high) return dt;
-      const double speed = crossing.direction * x_1.dphi()[i];
       dt = speed > 0 ? dt - past / speed : low;  // low: bisect
     }
     return dt;
   }
 
-  static bool beyond(const State& x, const Crossing& crossing) {
+  bool beyond(const Crossing& crossing) const {
     const int i = crossing.wheel;
-    return crossing.direction * (x.phi()[i] - crossing.edge) > resolution(x, i);
+    return crossing.direction * (stepper_.end_phi()[i] - crossing.edge) >
+           resolution(crossing.edge, stepper_.end_dphi()[i]);
   }
 
-  // Hands over the wheels that stand on an edge and move across it.
+  // By how much the shares of wheel i on two rollers are beyond [0, 1], at the end of a step that began at time t.
+  double released(const System& system, int i, double t, double dt) const {
+    const double alpha = system.alpha(i, stepper_.end_velocities(), t + dt);
+    return std::max(alpha - 1, -alpha);
+  }
+
+  // Shortens the step of length dt that was computed last, so that the first wheel on two rollers that one of them
+  // leaves is just released. Friction is continuous there, so that its time need not be exact.
+  double until_released(const System& system, double t, double dt) {
+    for (int i = 0; i < kWheels; ++i) {
+      if (!system.shared(i) || released(system, i, t, dt) <= 0) continue;
+      double low = 0, high = dt;
+      for (int halving = 0; halving < kMostHalvings && high - low > kReleaseResolution * high; ++halving) {
+        const double middle = 0.5 * (low + high);
+        if (!stepper_.step(middle)) break;
+        ++statistics_.location_steps;
+        (released(system, i, t, middle) > 0 ? high : low) = middle;
+      }
+      dt = high;
+      stepper_.step(dt);
+    }
+    return dt;
+  }
+
+  // Hands over the wheels that stand on an edge and move across it; lets those rest on two rollers that rock between
+  // them, and go those that one of the two has left.
   template <class OnSwitch>
   void settle(System& system, State& x, double t, OnSwitch&& on_switch) {
     for (int i = 0; i < kWheels; ++i) {
+      if (system.shared(i)) {
+        release(system, x, t, i, on_switch);
+        continue;
+      }
       const double phi = x.phi()[i];
       int direction = 0;
-      if (phi >= system.upper_edge(i) - resolution(x, i)) direction = +1;
-      if (phi <= system.lower_edge(i) + resolution(x, i)) direction = -1;
+      if (phi >= system.upper_edge()[i] - resolution(phi, x.dphi()[i])) direction = +1;
+      if (phi <= system.lower_edge()[i] + resolution(phi, x.dphi()[i])) direction = -1;
       if (direction == 0) continue;
-      if (moves(system, x, t, i, direction)) {
-        hand_over(system, x, t, i, direction, on_switch);
-      } else {
+      if (!moves(system, x, t, i, direction)) {
         keep_inside(system, x, i);
+      } else if (at_rest_between(system, x, t, i, direction)) {
+        ++statistics_.shared_contacts;
+        system.share(i, direction > 0 ? system.roller(i) : system.roller(i) - 1, x);
+        start_afresh(i);
+      } else {
+        hand_over(system, x, t, i, direction, on_switch);
       }
     }
   }
@@ -262,41 +310,70 @@ class SwitchingIntegrator {
     return direction * dxdt.dphi()[i] > 0;
   }
 
+  // Whether wheel i has rocked on its edge for so long that it is taken to rest there.
+  bool at_rest_between(const System& system, const State& x, double t, int i, int direction) {
+    if (direction != -last_direction_[i] || t > last_switch_[i] + kWindow) reversals_[i] = 0;
+    if (++reversals_[i] <= kRocks || !system.holds(i, x, t)) return false;
+    return reversals_[i] > kMostRocks || stepper_.negligible(system.momentum(i, x));
+  }
+
   template <class OnSwitch>
-  void hand_over(System& system, State& x, double t, int i, int direction, OnSwitch&& on_switch) {
-    const double edge = direction > 0 ? system.upper_edge(i) : system.lower_edge(i);
-    const int from = system.roller(i);
-    system.put(i, from + direction);
-    x.phi()[i] = direction > 0 ? edge : std::nextafter(edge, -std::numeric_limits<double>::infinity());
-    if (direction == -last_direction_[i]) ++rocking_;
-    last_direction_[i] = direction;
-    ++statistics_.switches;
-    on_switch(RollerSwitch{t, i, wrapped(from), wrapped(from + direction), x.phi()[i], direction}, x);
+  void release(System& system, State& x, double t, int i, OnSwitch&& on_switch) {
+    const double alpha = system.alpha(i, x.velocities(), t);
+    if (alpha >= 0 && alpha <= 1) return;
+    const int direction = alpha > 1 ? +1 : -1;
+    const std::int64_t lower = system.lower_roller(i), to = direction > 0 ? lower + 1 : lower, from = system.roller(i);
+    system.put(i, to);
+    keep_inside(system, x, i);
+    reversals_[i] = 0;
+    if (to != from) announce(t, i, from, to, x, on_switch);
+    start_afresh(i);
+  }
+
+  void start_afresh(int i) {
     control_.restart();
+    stepper_.forget(i);
     dt_ = dt_after_switch_;
     after_switch_ = true;
-    linearized_ = false;
+    begun_ = false;
+  }
+
+  template <class OnSwitch>
+  void announce(double t, int i, std::int64_t from, std::int64_t to, State& x, OnSwitch&& on_switch) {
+    ++statistics_.switches;
+    on_switch(RollerSwitch{t, i, wrapped(from), wrapped(to), x.phi()[i], to > from ? +1 : -1}, x);
+  }
+
+  template <class OnSwitch>
+  void hand_over(System& system, State& x, double t, int i, int direction, OnSwitch&& on_switch) {
+    const double edge = direction > 0 ? system.upper_edge()[i] : system.lower_edge()[i];
+    const std::int64_t from = system.roller(i);
+    system.put(i, from + direction);
+    x.phi()[i] = direction > 0 ? edge : std::nextafter(edge, -std::numeric_limits<double>::infinity());
+    last_direction_[i] = direction;
+    last_switch_[i] = t;
+    announce(t, i, from, from + direction, x, on_switch);
+    start_afresh(i);
   }
 
   static void keep_inside(const System& system, State& x, int i) {
-    const double below = std::nextafter(system.upper_edge(i), -std::numeric_limits<double>::infinity());
-    x.phi()[i] = std::min(std::max(x.phi()[i], system.lower_edge(i)), below);
+    const double below = std::nextafter(system.upper_edge()[i], -std::numeric_limits<double>::infinity());
+    x.phi()[i] = std::min(std::max(x.phi()[i], system.lower_edge()[i]), below);
   }
 
-  int wrapped(int roller) const { return ((roller % rollers_) + rollers_) % rollers_; }
+  int wrapped(std::int64_t roller) const { return static_cast<int>(((roller % rollers_) + rollers_) % rollers_); }
 
-  Tolerance tolerance_;
   int rollers_;
   StepSizeController control_;
-  Rosenbrock<Tableau, System> stepper_;
-  bool linearized_ = false;
+  Stepper stepper_;
+  bool begun_ = false;
   double dt_ = kFirstStep;
   double dt_after_switch_ = kFirstStep;
   bool after_switch_ = false;
   double window_start_ = std::numeric_limits<double>::infinity();
   int attempts_ = 0;
-  int rocking_ = 0;
-  std::array<int, kWheels> last_direction_{};
+  std::array<int, kWheels> last_direction_{}, reversals_{};
+  std::array<double, kWheels> last_switch_{};
   IntegrationStatistics statistics_;
 };
 

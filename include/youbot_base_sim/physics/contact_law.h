@@ -1,5 +1,8 @@
 #pragma once
 
+#include <cmath>
+#include <limits>
+
 #include "youbot_base_sim/physics/parameters.h"
 
 namespace youbot_base_sim {
@@ -14,7 +17,7 @@ struct ContactStiffness {
   Wheels XX, XY, YY;
 };
 
-// A contact law is a policy of SlipModel: a class with the two functions below, both free of allocation and branches.
+// A contact law is a policy of SlipModel: a class with the functions below, free of allocation and branches.
 
 /// Model 2a: F = -mu_0 V_P (paper, (4.10)).
 class ViscousLaw {
@@ -27,6 +30,11 @@ class ViscousLaw {
   ContactStiffness stiffness(const Wheels&, const Wheels&) const {
     return {Wheels::Constant(mu_0_), Wheels::Zero(), Wheels::Constant(mu_0_)};
   }
+  ContactStiffness stiffness(const Wheels& V_PX, const Wheels& V_PY, const ContactForce&) const {
+    return stiffness(V_PX, V_PY);
+  }
+  ContactForce bounded(const ContactForce& F) const { return F; }
+  double turning_speed() const { return std::numeric_limits<double>::infinity(); }
 
  private:
   double mu_0_;
@@ -40,18 +48,38 @@ class CoulombLaw {
 
   /// Force for the slip velocity V_P, m/s.
   ContactForce force(const Wheels& V_PX, const Wheels& V_PY) const {
-    const Wheels slope = limit_ * (nu_squared_ + V_PX.square() + V_PY.square()).rsqrt();
+    const Wheels slope = limit_ * (nu_squared_ + V_PX.square() + V_PY.square()).sqrt().inverse();
     return {-slope * V_PX, -slope * V_PY};
   }
 
   ContactStiffness stiffness(const Wheels& V_PX, const Wheels& V_PY) const {
-    const Wheels inverse_speed = (nu_squared_ + V_PX.square() + V_PY.square()).rsqrt();
+    const Wheels inverse_speed = (nu_squared_ + V_PX.square() + V_PY.square()).sqrt().inverse();
     const Wheels slope = limit_ * inverse_speed;
     const Wheels X = V_PX * inverse_speed;
     const Wheels Y = V_PY * inverse_speed;
     // nu^2 + V_PY^2 rather than 1 - X^2: no cancellation in full slip.
     const Wheels regular = nu_squared_ * inverse_speed.square();
     return {slope * (regular + Y.square()), -slope * X * Y, slope * (regular + X.square())};
+  }
+
+  /// The stiffness for a force F that is not yet the one of V_P, nor beyond the limit: from F sqrt(nu^2 + V_P^2) = -f N V_P
+  /// by both F and V_P (Chan, Golub and Mulet, SIAM J. Sci. Comput. 20(6), 1999, for another problem with this law). Newton's
+  /// iterations get along with it where V_P is off by far more than nu.
+  ContactStiffness stiffness(const Wheels& V_PX, const Wheels& V_PY, const ContactForce& F) const {
+    const Wheels inverse_speed = (nu_squared_ + V_PX.square() + V_PY.square()).sqrt().inverse();
+    const Wheels slope = limit_ * inverse_speed;
+    const Wheels X = V_PX * inverse_speed.square();
+    const Wheels Y = V_PY * inverse_speed.square();
+    return {slope + F.F_X * X, 0.5 * (F.F_X * Y + F.F_Y * X), slope + F.F_Y * Y};
+  }
+
+  /// Slip speed within which the stiffness changes by its own size, m/s.
+  double turning_speed() const { return std::sqrt(nu_squared_); }
+
+  /// F, shortened to what friction can bear.
+  ContactForce bounded(const ContactForce& F) const {
+    const Wheels scale = (limit_ * (F.F_X.square() + F.F_Y.square()).max(1e-300).sqrt().inverse()).min(1);
+    return {scale * F.F_X, scale * F.F_Y};
   }
 
  private:

@@ -22,6 +22,14 @@ struct Inertia {
            Eigen::Vector3d{m_s_ * v[1] + m_a_X_ * Omega, -m_s_ * v[0] + m_a_Y_ * Omega, -m_a_X_ * v[0] - m_a_Y_ * v[1]};
   }
 
+  /// The matrix times accelerations: forces, N and N m.
+  Velocities operator*(const Velocities& a) const {
+    return {columns_[0] * a.v[0] + columns_[1] * a.v[1] + columns_[2] * a.v[2], J_1 * a.dphi, J_2 * a.dgamma};
+  }
+
+  /// Column k of M_v, with a zero below.
+  const Wheels& column(int k) const { return columns_[k]; }
+
   /// Derivative of `coriolis` by v.
   Eigen::Matrix3d coriolis_by_velocity(const Eigen::Vector3d& v) const {
     const double Omega = v[2];
@@ -34,6 +42,7 @@ struct Inertia {
 
  private:
   double m_s_, m_a_X_, m_a_Y_;
+  std::array<Wheels, 3> columns_;  // of M_v, with a zero below
 };
 
 /// Kinetic energy of `state` in models 2a and 2b, J.

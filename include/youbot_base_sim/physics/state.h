@@ -3,16 +3,53 @@
 #include <Eigen/Dense>
 #include <array>
 
+#ifdef __AVX__
+#include <immintrin.h>
+#endif
+
 namespace youbot_base_sim {
 
 constexpr int kWheels = 4;
 
 /// One number for each wheel, in the order of the paper and of the driver: front-left, front-right, rear-left,
 /// rear-right. Its four entries are also the four lanes in which the physics is computed.
-using Wheels = Eigen::Array<double, kWheels, 1>;
+///
+/// Not aligned, so that its layout does not depend on the instruction set that a program is built for.
+using Wheels = Eigen::Array<double, kWheels, 1, Eigen::DontAlign>;
+
+/// The sums of three times four entries, and a zero.
+inline Wheels sums(const Wheels& a, const Wheels& b, const Wheels& c) {
+#ifdef __AVX__
+  const __m256d ab = _mm256_hadd_pd(_mm256_loadu_pd(a.data()), _mm256_loadu_pd(b.data()));
+  const __m256d c0 = _mm256_hadd_pd(_mm256_loadu_pd(c.data()), _mm256_setzero_pd());
+  Wheels result;
+  _mm256_storeu_pd(result.data(), _mm256_add_pd(_mm256_permute2f128_pd(ab, c0, 0x20), _mm256_permute2f128_pd(ab, c0, 0x31)));
+  return result;
+#else
+  return {a.sum(), b.sum(), c.sum(), 0};
+#endif
+}
 
 /// Suffixes of the driver's joint names in wheel order: `wheel_joint_fl` and so on.
 constexpr std::array<const char*, kWheels> kWheelNames = {"fl", "fr", "bl", "br"};
+
+/// The velocities that the equations of motion are about, or what goes with them: forces on them, N and N m, or their
+/// accelerations. Three times four lanes.
+struct Velocities {
+  Wheels v;       ///< (V_X, V_Y, Omega, 0), m/s and rad/s, in the platform's frame
+  Wheels dphi;    ///< of each wheel, rad/s
+  Wheels dgamma;  ///< of each roller in contact, rad/s
+};
+
+inline Velocities operator+(const Velocities& a, const Velocities& b) {
+  return {a.v + b.v, a.dphi + b.dphi, a.dgamma + b.dgamma};
+}
+inline Velocities operator-(const Velocities& a, const Velocities& b) {
+  return {a.v - b.v, a.dphi - b.dphi, a.dgamma - b.dgamma};
+}
+inline Velocities operator*(double factor, const Velocities& a) {
+  return {factor * a.v, factor * a.dphi, factor * a.dgamma};
+}
 
 /// What the equations of motion integrate. Kept as one fixed-size array, so that a stepper's sums are plain arithmetic
 /// on `values`; a column holds four numbers that are computed together.
@@ -24,7 +61,7 @@ constexpr std::array<const char*, kWheels> kWheelNames = {"fl", "fr", "bl", "br"
 /// `work` is the integral of the power of all torques and friction forces since the start: it mirrors the change of
 /// kinetic energy and so audits the integration. `gamma` is the angle of the roller in contact.
 struct State {
-  using Values = Eigen::Array<double, 4, 6>;
+  using Values = Eigen::Array<double, 4, 6, Eigen::DontAlign>;
   Values values = Values::Zero();
 
   double& x() { return values(0, 0); }
@@ -50,6 +87,13 @@ struct State {
   auto dphi() const { return values.col(3); }
   auto dgamma() const { return values.col(4); }
   auto gamma() const { return values.col(5); }
+
+  Velocities velocities() const { return {values.col(1), values.col(3), values.col(4)}; }
+  void set(const Velocities& u) {
+    values.col(1) = u.v;
+    values.col(3) = u.dphi;
+    values.col(4) = u.dgamma;
+  }
 
   /// (V_X, V_Y, Omega)
   Eigen::Vector3d velocity() const { return values.col(1).head<3>().matrix(); }

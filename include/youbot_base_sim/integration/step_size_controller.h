@@ -1,0 +1,57 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace youbot_base_sim {
+
+/// Errors that a step may make: relative to a velocity, and absolute (a value in SI units for every component).
+struct Tolerance {
+  double relative;
+  double absolute;
+};
+
+/// Step size by the error of the last two steps (Gustafsson's predictive controller; Hairer and Wanner, section IV.8), for
+/// an error estimate of order 3.
+class StepSizeController {
+ public:
+  /// Next length after a step of length dt with the given norm of its error; the step stands if the norm is <= 1.
+  double next(double dt, double norm) {
+    if (!(norm <= std::numeric_limits<double>::max())) {  // also not a number
+      rejected_ = true;
+      return dt * kShrinkMost;
+    }
+    double factor = kSafety / fourth_root(std::max(norm, kLeastNorm));
+    if (norm > 1) {
+      rejected_ = true;
+      return dt * std::max(factor, kShrinkMost);
+    }
+    if (last_dt_ > 0) {
+      const double trend = kSafety * (dt / last_dt_) * fourth_root(last_norm_ / (norm * norm + kLeastNorm));
+      factor = std::min(factor, trend);
+    }
+    factor = std::min(std::max(factor, kShrinkMost), rejected_ ? 1.0 : kGrowMost);
+    last_dt_ = dt;
+    last_norm_ = std::max(norm, 0.01);
+    rejected_ = false;
+    return dt * factor;
+  }
+
+  /// Forgets the last step: the motion goes on in another way.
+  void restart() { last_dt_ = 0; }
+
+ private:
+  static double fourth_root(double a) { return std::sqrt(std::sqrt(a)); }
+
+  static constexpr double kSafety = 0.9;
+  static constexpr double kShrinkMost = 0.2;
+  static constexpr double kGrowMost = 8;
+  static constexpr double kLeastNorm = 1e-10;
+
+  double last_dt_ = 0;
+  double last_norm_ = 1;
+  bool rejected_ = false;
+};
+
+}  // namespace youbot_base_sim

@@ -1,0 +1,392 @@
+// Radau IIA on the robot, against explicit methods that share only the right-hand side.
+
+#include "youbot_base_sim/integration/radau.h"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <vector>
+
+#include "explicit_solution.h"
+#include "random_states.h"
+#include "youbot_base_sim/drive/torque_programmes.h"
+
+namespace youbot_base_sim {
+namespace {
+
+const double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+// Newton's iterations go on to rounding, or nearly so.
+constexpr Tolerance kTight{1e-12, 1e-12};
+
+// A robot under torques that vary; the rollers on the floor stay the same.
+template <class Law>
+struct Motion {
+  Motion(const RobotParameters& robot, const FloorParameters& floor)
+      : model(robot, floor), torque({TorquePiece{0, {1, -2, 1, 0}, {1, 0, 2, 1}, {0, 1, -1, 2}, 0.3}}) {
+    start.values.col(0) << 1, 2, 0.5, 0;
+    start.V_X() = 0.2;
+    start.Omega() = 1;
+    start.dphi() << 4, -2, 6, 1;
+    start.dgamma() << -10, 20, 0, 5;
+    start.phi() << 0.1, -0.2, 0.3, 0;
+    torque.enter(0);
+  }
+  SlipSystem<Law> system() const { return {model, torque, start}; }
+
+  SlipModel<Law> model;
+  PiecewiseTorque torque;
+  State start;  // at t = 0
+};
+
+// In gentle terms: friction of some 40 N s/m at each contact and heavy rollers leave rates of up to 100/s.
+template <class Law>
+Motion<Law> gentle_motion() {
+  RobotParameters robot;
+  robot.J_2 = 1e-3;
+  FloorParameters floor;
+  floor.nu = 1;
+  floor.viscous_friction = 40;
+  return {robot, floor};
+}
+
+// The robot of the paper, its contacts between gripping and slipping, after what its start sets off has died down.
+Motion<CoulombLaw> stiff_motion() {
+  Motion<CoulombLaw> motion{RobotParameters(), FloorParameters()};
+  motion.start.values.setZero();
+  motion.start.V_X() = 0.4;
+  motion.start.V_Y() = 0.1;
+  motion.start.Omega() = 0.2;
+  motion.start.phi() << 0.1, -0.1, 0.2, 0.05;
+  motion.start.dphi().setConstant(8);
+  motion.start = explicit_solution(motion.system(), motion.start, 0, 0.02, 1e-12);
+  return motion;
+}
+
+// State after `steps` equal steps from t_0 to t_1, s.
+template <class Law>
+State stepped(const SlipSystem<Law>& system, State x, double t_0, double t_1, int steps) {
+  Radau<Law> radau(kTight);
+  const double dt = (t_1 - t_0) / steps;
+  for (int k = 0; k < steps; ++k) {
+    radau.begin(system, x, t_0 + k * dt);
+    EXPECT_TRUE(radau.step(dt)) << "step " << k << " of " << steps;
+    x = radau.end();
+    radau.keep();
+  }
+  return x;
+}
+
+double distance(const State& a, const State& b) { return (a.values - b.values).abs().maxCoeff(); }
+
+// The largest of |e_i| over what is allowed at x: the platform's velocities together, others each for itself, rollers
+// `roller_weight` times as much.
+double worst(const Velocities& e, const State& x, const Tolerance& tolerance, double roller_weight) {
+  const auto allowed = [&](const Wheels& rate) -> Wheels {
+    return tolerance.absolute + tolerance.relative * rate.abs();
+  };
+  const double platform = tolerance.absolute + tolerance.relative * x.velocity().norm();
+  return std::max({e.v.abs().maxCoeff() / platform, (e.dphi / allowed(x.dphi())).abs().maxCoeff(),
+                   (e.dgamma / allowed(x.dgamma())).abs().maxCoeff() / roller_weight});
+}
+
+template <class Law>
+class RadauTest : public testing::Test {};
+using Laws = testing::Types<ViscousLaw, CoulombLaw>;
+TYPED_TEST_SUITE(RadauTest, Laws, );
+
+// Pose, work and angles too, which follow from the velocities at the stages.
+TYPED_TEST(RadauTest, HasOrderFiveOnSmoothMotion) {
+  const Motion<TypeParam> motion = gentle_motion<TypeParam>();
+  const double end = 0.2;
+  const State exact = explicit_solution(motion.system(), motion.start, 0, end);
+  double last = 0;
+  for (const int steps : {32, 64, 128, 256}) {
+    const State x = stepped(motion.system(), motion.start, 0, end, steps);
+    const double error = distance(x, exact);
+    EXPECT_GT(error, 1e-12) << "rounding: " << steps << " steps are too many";
+    if (last > 0) {
+      EXPECT_NEAR(std::log2(last / error), 5, 0.3) << steps << " steps";
+    }
+    last = error;
+  }
+}
+
+// With rates of up to 5e6/s, and steps of 0.6 ms to 80 us, those of a tolerance of 1e-7 among them. What the stiff
+// friction drives, the rollers and then the wheels, converges with the stage order, 3, at least (Hairer and Wanner,
+// section VI.1), what they drive with an order near 5.
+TEST(Radau, HasHighOrderOnStiffMotion) {
+  const Motion<CoulombLaw> motion = stiff_motion();
+  const double begin = 0.02, end = 0.06;
+  const State exact = explicit_solution(motion.system(), motion.start, begin, end, 1e-13);
+  const auto errors = [&](int steps) {
+    const State x = stepped(motion.system(), motion.start, begin, end, steps);
+    return (x.values - exact.values).abs().colwise().maxCoeff().eval();
+  };
+  const auto coarse = errors(64), fine = errors(512);
+  const auto order = ((coarse / fine).log() / std::log(8)).eval();
+  constexpr int kPose = 0, kPlatform = 1, kPhi = 2, kDphi = 3, kDgamma = 4;
+  for (const int column : {kPose, kPlatform, kPhi}) EXPECT_GT(order[column], 4) << "column " << column;
+  for (const int column : {kDphi, kDgamma}) EXPECT_GT(order[column], 3) << "column " << column;
+  EXPECT_LT(coarse[kPose], 1e-7);
+  EXPECT_LT(coarse[kPlatform], 1e-6);
+}
+
+// What is predicted only speeds up the iterations.
+TYPED_TEST(RadauTest, PredictionsDoNotShow) {
+  const Motion<TypeParam> motion = gentle_motion<TypeParam>();
+  const SlipSystem<TypeParam> system = motion.system();
+  for (const double accuracy : {1e-4, 1e-7, 1e-10}) {
+    const Tolerance tolerance{accuracy, accuracy};
+    for (const double factor : {0.1, 0.5, 1.0, 2.0, 5.0}) {
+      SCOPED_TRACE(testing::Message() << "tolerance " << accuracy << ", second step " << factor << " times the first");
+      const double dt = 2e-3;
+      Radau<TypeParam> with(tolerance);
+      // Another try at the same step.
+      with.begin(system, motion.start, 0);
+      ASSERT_TRUE(with.step(dt / factor));
+      ASSERT_TRUE(with.step(dt));
+      const State first = with.end();
+      Radau<TypeParam> anew(tolerance);
+      anew.begin(system, motion.start, 0);
+      ASSERT_TRUE(anew.step(dt));
+      const std::uint64_t iterations_anew = anew.iterations();
+      // Each leaves a thirtieth of what is allowed, by the mean of eleven squares.
+      const double twice = 2 * 0.03 * std::sqrt(11);
+      EXPECT_LT(worst(with.end().velocities() - anew.end().velocities(), first, tolerance, 10), twice);
+      // The step after it.
+      with.keep();
+      with.begin(system, first, dt);
+      const std::uint64_t before = with.iterations();
+      ASSERT_TRUE(with.step(factor * dt));
+      const std::uint64_t iterations_with = with.iterations() - before;
+      Radau<TypeParam> other(tolerance);
+      other.begin(system, first, dt);
+      ASSERT_TRUE(other.step(factor * dt));
+      EXPECT_LT(worst(with.end().velocities() - other.end().velocities(), first, tolerance, 10), twice);
+      if (factor <= 1) {
+        EXPECT_LE(iterations_with, iterations_anew);
+      }
+    }
+  }
+}
+
+TYPED_TEST(RadauTest, EndIsToldInParts) {
+  const Motion<TypeParam> motion = gentle_motion<TypeParam>();
+  const SlipSystem<TypeParam> system = motion.system();
+  Radau<TypeParam> radau(kTight);
+  radau.begin(system, motion.start, 0);
+  ASSERT_TRUE(radau.step(1e-3));
+  EXPECT_LT((radau.end_phi() - radau.end().phi()).abs().maxCoeff(), 1e-16);
+  EXPECT_TRUE((radau.end_dphi() == radau.end().dphi()).all());
+  EXPECT_EQ(radau.end().values(3, 1), 0);
+}
+
+// Fourth derivative of the velocities at the motion's start: that of the polynomial through nine points of the explicit
+// solution. Points 2 ms apart, rates of 40/s: the ninth derivative spoils it by 1e-4, rounding by 1e-3.
+template <class Law>
+Velocities fourth_derivative(const Motion<Law>& motion) {
+  constexpr int kPoints = 9;
+  constexpr double kApart = 2e-3;
+  Eigen::Matrix<double, kPoints, kPoints> powers;
+  Eigen::Matrix<double, kPoints, 12> values;
+  State x = motion.start;
+  for (int k = 0; k < kPoints; ++k) {
+    if (k > 0) x = explicit_solution(motion.system(), x, (k - 1) * kApart, k * kApart, 1e-15);
+    for (int p = 0; p < kPoints; ++p) powers(k, p) = std::pow(k, p);
+    values.row(k) << x.values.col(1).transpose().matrix(), x.values.col(3).transpose().matrix(),
+        x.values.col(4).transpose().matrix();
+  }
+  const auto coefficients = (24 / std::pow(kApart, 4) * powers.fullPivLu().solve(values).row(4)).eval();
+  return {coefficients.head<4>().array().transpose(), coefficients.segment<4>(4).array().transpose(),
+          coefficients.tail<4>().array().transpose()};
+}
+
+// The estimate is what its quadrature, of order 3, is off: the leading term of it is
+// h^4 y'''' (e^T A c^3 / 6) / gamma, with the e of (8.19) of Hairer and Wanner, section IV.8, and gamma the real
+// eigenvalue of A^-1; the filter changes nothing where h times the rates is small. Rollers may count up to ten times
+// less.
+TYPED_TEST(RadauTest, ErrorIsThatOfTheEmbeddedFormula) {
+  const Motion<TypeParam> motion = gentle_motion<TypeParam>();
+  const SlipSystem<TypeParam> system = motion.system();
+  const double root_6 = std::sqrt(6.0), gamma = 3.6378342527444957;
+  const Eigen::Array3d c{(4 - root_6) / 10, (4 + root_6) / 10, 1},
+      e{-(13 + 7 * root_6) / 3, (-13 + 7 * root_6) / 3, -1.0 / 3};
+  Eigen::Matrix3d powers, integrals;  // A c^(k-1) = c^k / k
+  powers << Eigen::Vector3d::Ones(), c.matrix(), c.square().matrix();
+  integrals << c.matrix(), c.square().matrix() / 2, c.cube().matrix() / 3;
+  const Eigen::Matrix3d A = integrals * powers.inverse();
+  const double constant = e.matrix().dot(A * c.cube().matrix()) / 6 / gamma;
+  const Velocities y = fourth_derivative(motion);
+  const auto norm = [&](double roller_weight) {
+    return std::sqrt((y.v.square() + y.dphi.square() + (y.dgamma / roller_weight).square()).sum() / 11);
+  };
+  const double allowed = 1e-9;
+  double last = 0;
+  for (const double h : {1e-3, 5e-4, 2.5e-4}) {
+    Radau<TypeParam> radau({0, allowed});
+    radau.begin(system, motion.start, 0);
+    ASSERT_TRUE(radau.step(h));
+    const double told = radau.error(), unit = std::abs(constant) * std::pow(h, 4) / allowed;
+    EXPECT_LT(told, 1.1 * unit * norm(1)) << "h = " << h;
+    EXPECT_GT(told, 0.9 * unit * norm(10)) << "h = " << h;
+    if (last > 0) {
+      EXPECT_NEAR(last / told, 16, 1.6);
+    }
+    last = told;
+  }
+}
+
+// Of two orders less, it is above the error that a step makes, wherever it asks for a step to be taken: steps whose
+// estimate is what is allowed.
+TYPED_TEST(RadauTest, ErrorIsAnUpperBound) {
+  const Motion<TypeParam> motion = gentle_motion<TypeParam>();
+  const SlipSystem<TypeParam> system = motion.system();
+  for (const double accuracy : {1e-3, 1e-5, 1e-7, 1e-9}) {
+    const Tolerance tolerance{accuracy, accuracy};
+    double h = 0.1;
+    Radau<TypeParam> radau(tolerance);
+    radau.begin(system, motion.start, 0);
+    while (!radau.step(h) || radau.error() > 1) {
+      h *= 0.9;
+      ASSERT_GT(h, 1e-4);
+    }
+    const State exact = explicit_solution(system, motion.start, 0, h);
+    const double made = worst(radau.end().velocities() - exact.velocities(), motion.start, tolerance, 10);
+    EXPECT_LT(made, 1) << "tolerance " << accuracy << ", h = " << h;
+  }
+}
+
+TYPED_TEST(RadauTest, ErrorIsInUnitsOfTheTolerance) {
+  const Motion<TypeParam> motion = gentle_motion<TypeParam>();
+  const SlipSystem<TypeParam> system = motion.system();
+  const auto error = [&](const Tolerance& tolerance) {
+    Radau<TypeParam> radau(tolerance);
+    radau.begin(system, motion.start, 0);
+    EXPECT_TRUE(radau.step(2e-3));
+    return radau.error();
+  };
+  const double unit = error({1e-9, 1e-9});
+  EXPECT_NEAR(error({1e-7, 1e-7}), 0.01 * unit, 1e-4 * unit);
+  EXPECT_GT(error({1e-9, 1e-11}), unit);
+  EXPECT_GT(error({1e-11, 1e-9}), unit);
+}
+
+// Rollers without inertia: of index 1, the limit of ever less.
+TEST(Radau, RollersWithoutInertiaAreTheLimitOfLight) {
+  const auto at_end = [](double J_2) {
+    const State start = stiff_motion().start;
+    RobotParameters robot;
+    robot.J_2 = J_2;
+    Motion<CoulombLaw> motion{robot, FloorParameters()};
+    motion.start = start;
+    const State x = stepped(motion.system(), start, 0.02, 0.06, 80);
+    if (J_2 == 0) {
+      // What is left of the rollers' equation is a balance, and holds.
+      const SlipSystem<CoulombLaw> system = motion.system();
+      const Contacts c = motion.model.contacts(x, system.roller_angle());
+      const Wheels left = c.r_Y * c.F_Y - c.r_X * c.F_X - robot.mu_2 * x.dgamma();
+      EXPECT_LT(left.abs().maxCoeff(), 1e-8 * (c.r_Y * c.F_Y).abs().maxCoeff());
+      Radau<CoulombLaw> radau({1e-7, 1e-7});
+      radau.begin(system, x, 0.06);
+      EXPECT_TRUE(radau.step(1e-4));
+      EXPECT_GT(radau.error(), 0);
+      EXPECT_LT(radau.error(), 1);
+    }
+    return x;
+  };
+  const State limit = at_end(0);
+  ASSERT_TRUE(limit.values.allFinite());
+  const double light = distance(at_end(1e-8), limit), lighter = distance(at_end(1e-9), limit);
+  EXPECT_NEAR(light / lighter, 10, 1);
+}
+
+TEST(Radau, RefusesStepsThatTurnByMoreThanARadian) {
+  Motion<ViscousLaw> motion = gentle_motion<ViscousLaw>();
+  motion.start.Omega() = 20;
+  const SlipSystem<ViscousLaw> system = motion.system();
+  Radau<ViscousLaw> radau({1e-9, 1e-9});
+  radau.begin(system, motion.start, 0);
+  EXPECT_FALSE(radau.step(0.2));
+  ASSERT_TRUE(radau.step(1e-3));
+  EXPECT_LT(distance(radau.end(), explicit_solution(system, motion.start, 0, 1e-3)), 1e-9);
+  motion.start.Omega() = -20;
+  radau.begin(system, motion.start, 0);
+  EXPECT_FALSE(radau.step(0.2));
+  EXPECT_TRUE(radau.step(0.01));
+}
+
+// 1 N m on all wheels, but from a time on what is given.
+class TurningTorque : public WheelTorque {
+ public:
+  TurningTorque(double from, double value) : from_(from), value_(value) {}
+  double enter(double) override { return std::numeric_limits<double>::infinity(); }
+  Wheels at(double t) const override { return Wheels::Constant(t < from_ ? 1 : value_); }
+  Wheels rate(double) const override { return Wheels::Zero(); }
+
+ private:
+  double from_, value_;
+};
+
+TEST(Radau, FailsForWhatIsNoNumberAndRecovers) {
+  const Motion<CoulombLaw> motion = stiff_motion();
+  for (const double value : {kNaN, std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::max()}) {
+    // From the start on; at all stages, at the last two, at the last one of a step of 10 ms.
+    for (const double from : {0.0, 1e-6, 5e-3, 8e-3}) {
+      SCOPED_TRACE(testing::Message() << "torque " << value << " from " << from << " s on");
+      const TurningTorque torque(from, value);
+      const SlipSystem<CoulombLaw> system(motion.model, torque, motion.start);
+      const HeldTorque sound(Wheels::Constant(1.0));
+      const SlipSystem<CoulombLaw> sound_system(motion.model, sound, motion.start);
+      for (const bool predicted : {false, true}) {
+        Radau<CoulombLaw> radau({1e-7, 1e-7}), reference({1e-7, 1e-7});
+        if (predicted) {
+          radau.begin(sound_system, motion.start, 0);
+          ASSERT_TRUE(radau.step(1e-3));
+        }
+        radau.begin(system, motion.start, 0);
+        ASSERT_NO_THROW(EXPECT_FALSE(radau.step(10e-3)));
+        EXPECT_NO_THROW(radau.end());
+        EXPECT_NO_THROW(radau.error());
+        // A step that ends before that is like any other, and so is one under a sound torque.
+        reference.begin(sound_system, motion.start, 0);
+        const double dt = from > 1e-3 ? 1e-3 : 5e-7;
+        ASSERT_TRUE(reference.step(dt));
+        if (from == 0) radau.begin(sound_system, motion.start, 0);
+        EXPECT_TRUE(radau.step(dt));
+        EXPECT_LT(distance(radau.end(), reference.end()), 1e-5);
+      }
+    }
+  }
+}
+
+TEST(StepSizeController, ShrinksAndGrowsWithinBounds) {
+  const double infinity = std::numeric_limits<double>::infinity();
+  for (const double norm : {kNaN, infinity, 1e300, 1e4}) {
+    EXPECT_DOUBLE_EQ(StepSizeController().next(1, norm), 0.2) << norm;
+  }
+  EXPECT_DOUBLE_EQ(StepSizeController().next(1, 0), 8);
+  // The safety factor is 0.9, and the exponent that of the error estimate, of order 3.
+  EXPECT_DOUBLE_EQ(StepSizeController().next(1, 2), 0.9 * std::pow(2, -0.25));
+  EXPECT_DOUBLE_EQ(StepSizeController().next(1, 0.5), 0.9 * std::pow(2, 0.25));
+  StepSizeController control;
+  control.next(1, 2);
+  EXPECT_LE(control.next(0.5, 1e-6), 0.5);  // no growth right after a rejection
+  EXPECT_GT(control.next(0.5, 1e-6), 0.5);
+}
+
+// Gustafsson's: 0.9 h_n (h_n / h_n-1) (err_n-1 / err_n^2)^(1/4), (8.25) of Hairer and Wanner, section IV.8, where that
+// is less than what the last error alone says.
+TEST(StepSizeController, FollowsTheTrendOfTheError) {
+  StepSizeController control;
+  control.next(1, 0.1);
+  const double growing = control.next(1.2, 0.5);
+  EXPECT_NEAR(growing, 0.9 * 1.2 * 1.2 * std::pow(0.1 / 0.25, 0.25), 1e-8);
+  EXPECT_LT(growing, 0.9 * 1.2 * std::pow(0.5, -0.25));
+  // And a new motion has none.
+  control.restart();
+  EXPECT_NEAR(control.next(1.2, 0.5), 0.9 * 1.2 * std::pow(0.5, -0.25), 1e-12);
+}
+
+}  // namespace
+}  // namespace youbot_base_sim
