@@ -45,7 +45,7 @@ bool read_arguments(int argc, char** argv, Arguments& arguments) {
     ("model", po::value(&arguments.overrides.model)->value_name("NAME"),
      "no_slip, viscous or coulomb, in place of the scene's")
     ("relative-tolerance", po::value(&arguments.overrides.relative_tolerance)->value_name("X"),
-     "in place of the scene's, 1e-14 to 0.1; the default, 1e-6, keeps the paper's Cases 1 and 2 within 1e-5 m and "
+     "in place of the scene's, 1e-14 to 0.1; the default, 3e-7, keeps the paper's Cases 1 and 2 within 1e-5 m and "
      "1e-5 rad of the exact motion over 30 s")
     ("quiet", po::bool_switch(&arguments.quiet), "print nothing but errors")
     ("help", "print this");

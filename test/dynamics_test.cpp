@@ -315,8 +315,8 @@ TYPED_TEST(SlipModelTest, ResistanceIsTheSlopeOfTheForces) {
       told.topLeftCorner<3, 3>() += motion.model.inertia().coriolis_by_velocity(motion.state.velocity());
       const Vector11 row_scale = (slope * slip.cwiseInverse().asDiagonal()).cwiseAbs().rowwise().maxCoeff();
       const Matrix11 allowed = 1e-9 * row_scale * slip.transpose();  // as above
-      EXPECT_TRUE(((told - slope).cwiseAbs().array() <= allowed.array()).all())
-          << "slip / nu = " << slip_by_nu << "\n" << told - slope;
+      EXPECT_TRUE(((told - slope).cwiseAbs().array() <= allowed.array()).all()) << "slip / nu = " << slip_by_nu << "\n"
+                                                                                << told - slope;
     }
   }
 }

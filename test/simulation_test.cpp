@@ -112,11 +112,13 @@ TEST_F(SimulationTest, RollerAtRestAfterASwitchLosesItsRateAndTheAuditKnows) {
   EXPECT_LT(apart, 1e-2);
 }
 
-// A run in which a wheel is held between two rollers: the edge drives it back from both sides. Torques of a random search.
+// A run in which a wheel is held between two rollers: the edge drives it back from both sides. Torques of a random
+// search.
 TEST_F(SimulationTest, WheelIsHeldBetweenTwoRollers) {
   const auto end = [this](double tolerance) {
-    Scene scene = load("duration: 10\ndrive: {torque: [{start: 0, constant: [-1.6608860541984796, 0.6423426008195765, "
-                       "1.6391085502068918, 1.12921153639236]}]}\n");
+    Scene scene = load(
+        "duration: 10\ndrive: {torque: [{start: 0, constant: [-1.6608860541984796, 0.6423426008195765, "
+        "1.6391085502068918, 1.12921153639236]}]}\n");
     scene.solver.relative_tolerance = tolerance;
     scene.solver.absolute_tolerance = 1e-3 * tolerance;
     Simulation simulation(scene);

@@ -279,7 +279,7 @@ TEST_F(SwitchingTest, LetsTheCallerChangeVelocitiesAtASwitch) {
   x.dgamma() << 1, 2, 3, 4;
   double time = 0;
   integrator.advance(wheels, x, time, 0.25,
-                           [](const RollerSwitch& event, State& state) { state.dgamma()[event.wheel] = 0; });
+                     [](const RollerSwitch& event, State& state) { state.dgamma()[event.wheel] = 0; });
   EXPECT_TRUE((x.dgamma() == Wheels{0, 0, 3, 4}).all());
 }
 

@@ -43,7 +43,8 @@ class Wheelwork {
     upper_edge_[i] = geometry.upper_edge(k);
   }
 
-  /// Between two rollers: only the edge between 0 and 1 holds, where the push of the lower roller is -push of the upper.
+  /// Between two rollers: only the edge between 0 and 1 holds, where the push of the lower roller is -push of the
+  /// upper.
   bool holds(int i, const State&, double) const { return pull > 0 && alpha(i, {}, 0) >= 0 && alpha(i, {}, 0) <= 1; }
   double alpha(int i, const Velocities&, double t) const {
     return (1 + (2 * c_2[i] + 6 * c_3[i] * t + 12 * c_4[i] * t * t) / pull) / 2;
@@ -132,8 +133,7 @@ class WheelworkStepper {
     expect_step();
     const Wheelwork& w = *wheels_;
     // Fourth derivative at the step's start, over 4!
-    Wheels fourth = w.damping > 0 ? Wheels(std::pow(w.damping, 3) / 24 * (w.damping * x_.dphi() - w.push()))
-                                        : w.c_4;
+    Wheels fourth = w.damping > 0 ? Wheels(std::pow(w.damping, 3) / 24 * (w.damping * x_.dphi() - w.push())) : w.c_4;
     for (int i = 0; i < kWheels; ++i) {
       if (w.shared(i)) fourth[i] = 0;
     }
@@ -148,8 +148,8 @@ class WheelworkStepper {
 
   void fly(double dt) {
     const Wheelwork& w = *wheels_;
-    end_.phi() += dt * (x_.dphi() + dt * (0.5 * w.push() + w.c_3 * (3 * t_ + dt) +
-                                          w.c_4 * (6 * t_ * t_ + 4 * t_ * dt + dt * dt)));
+    end_.phi() += dt * (x_.dphi() +
+                        dt * (0.5 * w.push() + w.c_3 * (3 * t_ + dt) + w.c_4 * (6 * t_ * t_ + 4 * t_ * dt + dt * dt)));
     end_.dphi() += dt * (w.push() + 3 * w.c_3 * (2 * t_ + dt) + 4 * w.c_4 * (3 * t_ * t_ + 3 * t_ * dt + dt * dt));
   }
 

@@ -12,10 +12,10 @@ namespace youbot_base_sim {
 ///
 ///   sum_l D_jl M u_l + (G_j - C_j) u_j = b_j,   j = 1..s
 ///
-/// where the matrix D (1/s) couples the stages, M is the inertia, G_j the Resistance and C_j the derivative of the Coriolis
-/// forces at stage j. Wheels couple to the platform and not to one another: each wheel's block of order 2 s is eliminated,
-/// four wheels side by side, then the platform's, of order 3 s, is inverted. Neither looks for pivots: with the D of a
-/// Radau method, and friction that takes energy, none vanish.
+/// where the matrix D (1/s) couples the stages, M is the inertia, G_j the Resistance and C_j the derivative of the
+/// Coriolis forces at stage j. Wheels couple to the platform and not to one another: each wheel's block of order 2 s is
+/// eliminated, four wheels side by side, then the platform's, of order 3 s, is inverted. Neither looks for pivots: with
+/// the D of a Radau method, and friction that takes energy, none vanish.
 template <int s>
 class BorderedStages {
  public:

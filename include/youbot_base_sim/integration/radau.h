@@ -12,10 +12,10 @@
 
 namespace youbot_base_sim {
 
-/// One step at a time of Radau IIA, for a SlipSystem between two switches. Its stages are found by Newton iterations in the
-/// velocities alone: positions, heading and work are integrals of these. Each stage has its own friction in the
-/// Jacobian: with one for all, as Hairer and Wanner have it for smooth problems, the iterations fail where a wheel goes from
-/// gripping to slipping within a step.
+/// One step at a time of Radau IIA, for a SlipSystem between two switches. Its stages are found by Newton iterations in
+/// the velocities alone: positions, heading and work are integrals of these. Each stage has its own friction in the
+/// Jacobian: with one for all, as Hairer and Wanner have it for smooth problems, the iterations fail where a wheel goes
+/// from gripping to slipping within a step.
 ///
 /// A linearly implicit method would do without iterations, but it takes its steps by the derivatives at their
 /// beginning. Friction at slip speeds near nu turns within a step, and near sticking the velocities follow it like the
@@ -37,7 +37,8 @@ class Radau {
     start_ = x.velocities();
     const Wheels M = system.torque().at(t);
     Contacts contacts = system.contacts(start_, x.phi(), M);
-    if (known_ != Known::kNothing || kept_.any()) {
+    if (kept_.any()) {
+      // The friction that the last step ended with, not the one of its slip, which may be off by more than nu.
       const auto keep = kept_ && !system.shared();
       contacts.F_X = keep.select(end_friction_.F_X, contacts.F_X);
       contacts.F_Y = keep.select(end_friction_.F_Y, contacts.F_Y);
@@ -46,9 +47,9 @@ class Radau {
     start_forces_ = system.model().forces(start_, contacts, M);
     start_friction_ = {contacts.F_X, contacts.F_Y};
     const Tolerance& tol = tolerance_;
-    // The platform's velocities are judged together.
+    // The platform's velocities are judged together, 1 rad/s as 1 m/s.
     allowed_ = {Wheels::Constant(tol.absolute + tol.relative * start_.v.matrix().norm()),
-                kWheelWeight * (tol.absolute + tol.relative * start_.dphi.abs()),
+                tol.absolute + tol.relative * start_.dphi.abs(),
                 kRollerWeight * (tol.absolute + tol.relative * start_.dgamma.abs())};
     // Where a step's error is allowed to be beyond the slip at which friction turns, its equations must still be solved
     // to less.
@@ -57,8 +58,8 @@ class Radau {
                   kConverged * allowed_.dgamma.min(turning.dgamma)};
   }
 
-  /// Computes a step of length dt (s) from where `begin` was called. Returns false if the iterations do not converge, or
-  /// the platform would turn by more than a radian.
+  /// Computes a step of length dt (s) from where `begin` was called. Returns false if the iterations do not converge,
+  /// or the platform would turn by more than a radian.
   bool step(double dt) {
     if (known_ == Known::kNothing || !solve_from(dt, true)) {
       if (!solve_from(dt, false)) {
@@ -108,18 +109,18 @@ class Radau {
   /// Estimate of the step's error in units of what is allowed: 1 where it is just allowed.
   [[gnu::flatten]] double error() {
     using T = RadauTableau;
-    const Velocities change = (T::error[0] / dt_) * (stages_[0] - start_) + (T::error[1] / dt_) * (stages_[1] - start_) +
-                              (T::error[2] / dt_) * (stages_[2] - start_);
+    const Velocities change = (T::error[0] / dt_) * (stages_[0] - start_) +
+                              (T::error[1] / dt_) * (stages_[1] - start_) + (T::error[2] / dt_) * (stages_[2] - start_);
     const Inertia& inertia = system_->model().inertia();
     filter_.factorize({{T::gamma / dt_}}, inertia, {{resistance_[2]}}, {{coriolis_[2]}});
     std::array<Velocities, 1> error;
     filter_.solve({start_forces_ + inertia * change}, error);
     Velocities& e = error[0];
     if (inertia.J_2 == 0) e.dgamma.setZero();  // follows from the other velocities
-    return std::sqrt(((e.v / allowed_.v).square() + (e.dphi / allowed_.dphi).square() +
-                      (e.dgamma / allowed_.dgamma).square())
-                         .sum() /
-                     11);
+    return std::sqrt(
+        ((e.v / allowed_.v).square() + (e.dphi / allowed_.dphi).square() + (e.dgamma / allowed_.dgamma).square())
+            .sum() /
+        11);
   }
 
   /// Whether a step may change the platform's velocity by `speed` (m/s) in error.
@@ -134,9 +135,16 @@ class Radau {
   }
 
   /// The motion goes on in another way: nothing is predicted.
-  void forget() { known_ = Known::kNothing; kept_.fill(false); }
-  void forget(int i) { known_ = Known::kNothing; kept_[i] = false; }
+  void forget() {
+    known_ = Known::kNothing;
+    kept_.fill(false);
+  }
 
+  /// The same on account of wheel i alone: the friction of the others goes on.
+  void forget(int i) {
+    known_ = Known::kNothing;
+    kept_[i] = false;
+  }
 
   /// Newton iterations so far.
   std::uint64_t iterations() const { return iterations_; }
@@ -145,13 +153,12 @@ class Radau {
   using StageVelocities = std::array<Velocities, RadauTableau::stages>;
   enum class Known { kNothing, kThisStep, kStepBefore };
 
-  // Errors of the wheels' and rollers' rates are forgotten within 1e-4 and 1e-7 s; what stays is the impulse that
-  // went with them, which is small as their inertia is.
-  static constexpr double kWheelWeight = 1;
+  // An error of a roller's rate is forgotten within 1e-7 s; what stays is the impulse that went with it, which is small
+  // as the roller's inertia is.
   static constexpr double kRollerWeight = 10;
   static constexpr int kMostIterations = 25;
   static constexpr double kShortest = 1.0 / 64;  // part of a correction
-  static constexpr double kConverged = 0.03;  // of the tolerance
+  static constexpr double kConverged = 0.03;     // of the tolerance
   // The Jacobian is renewed after a first correction of more than kFar tolerances, and where corrections shrink by less
   // than kSlow.
   static constexpr double kFar = 3000;
@@ -239,8 +246,8 @@ class Radau {
     for (int j = 0; j < 3; ++j) {
       contacts_[j] = system_->contacts(stages_[j], phi_at(j, dt), torque_[j]);
       forces_[j] = model.forces(stages_[j], contacts_[j], torque_[j]);
-      const Velocities dudt = (T::A_inverse[j][0] / dt) * z[0] + (T::A_inverse[j][1] / dt) * z[1] +
-                              (T::A_inverse[j][2] / dt) * z[2];
+      const Velocities dudt =
+          (T::A_inverse[j][0] / dt) * z[0] + (T::A_inverse[j][1] / dt) * z[1] + (T::A_inverse[j][2] / dt) * z[2];
       r[j] = forces_[j] - model.inertia() * dudt;
     }
     return r;

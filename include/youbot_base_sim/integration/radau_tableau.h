@@ -9,10 +9,9 @@ struct RadauTableau {
   static constexpr double root_6 = 2.449489742783178098;
   /// Nodes; the last one is the step's end.
   static constexpr double c[3] = {(4 - root_6) / 10, (4 + root_6) / 10, 1};
-  static constexpr double A[3][3] = {
-      {(88 - 7 * root_6) / 360, (296 - 169 * root_6) / 1800, (-2 + 3 * root_6) / 225},
-      {(296 + 169 * root_6) / 1800, (88 + 7 * root_6) / 360, (-2 - 3 * root_6) / 225},
-      {(16 - root_6) / 36, (16 + root_6) / 36, 1.0 / 9}};
+  static constexpr double A[3][3] = {{(88 - 7 * root_6) / 360, (296 - 169 * root_6) / 1800, (-2 + 3 * root_6) / 225},
+                                     {(296 + 169 * root_6) / 1800, (88 + 7 * root_6) / 360, (-2 - 3 * root_6) / 225},
+                                     {(16 - root_6) / 36, (16 + root_6) / 36, 1.0 / 9}};
   static constexpr double A_inverse[3][3] = {{(4 + root_6) / 2, (-36 + 29 * root_6) / 30, (6 - 4 * root_6) / 15},
                                              {(-36 - 29 * root_6) / 30, (4 - root_6) / 2, (6 + 4 * root_6) / 15},
                                              {(-3 + 8 * root_6) / 3, (-3 - 8 * root_6) / 3, 5}};

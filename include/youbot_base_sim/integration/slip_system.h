@@ -9,8 +9,8 @@
 
 namespace youbot_base_sim {
 
-/// A SlipModel under given wheel torques, with the roller of each wheel that stands on the floor: what a step between two
-/// switches integrates. Models odeint's System too.
+/// A SlipModel under given wheel torques, with the roller of each wheel that stands on the floor: what a step between
+/// two switches integrates. Models odeint's System too.
 template <class Law>
 class SlipSystem {
  public:

@@ -12,8 +12,8 @@ struct Tolerance {
   double absolute;
 };
 
-/// Step size by the error of the last two steps (Gustafsson's predictive controller; Hairer and Wanner, section IV.8), for
-/// an error estimate of order 3.
+/// Step size by the error of the last two steps (Gustafsson's predictive controller; Hairer and Wanner, section IV.8),
+/// for an error estimate of order 3.
 class StepSizeController {
  public:
   /// Next length after a step of length dt with the given norm of its error; the step stands if the norm is <= 1.

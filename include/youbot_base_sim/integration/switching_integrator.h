@@ -19,10 +19,10 @@ struct RollerSwitch {
 
 /// What an integration did so far.
 struct IntegrationStatistics {
-  std::uint64_t steps = 0;              ///< accepted
-  std::uint64_t rejected_steps = 0;     ///< for their error
-  std::uint64_t location_steps = 0;     ///< to find where in a step an edge is reached
-  std::uint64_t switches = 0;           ///< located
+  std::uint64_t steps = 0;            ///< accepted
+  std::uint64_t rejected_steps = 0;   ///< for their error
+  std::uint64_t location_steps = 0;   ///< to find where in a step an edge is reached
+  std::uint64_t switches = 0;         ///< located
   std::uint64_t shared_contacts = 0;  ///< times that a wheel came to rest on two rollers
   std::uint64_t exhausted = 0;        ///< times that its bound of work was spent
   std::uint64_t safe_steps = 0;       ///< of the safe stepper, which goes on then
@@ -53,12 +53,11 @@ class SwitchingIntegrator {
   using System = typename Stepper::System;
 
   /// `rollers` is their number on a wheel.
-  SwitchingIntegrator(const Tolerance& tolerance, int rollers)
-      : rollers_(rollers), stepper_(tolerance) {}
+  SwitchingIntegrator(const Tolerance& tolerance, int rollers) : rollers_(rollers), stepper_(tolerance) {}
 
   /// Advances (x, t) to t_end (s), within which the torque must be smooth. `on_switch(RollerSwitch, State&)` is called
-  /// at each switch and may change velocities and gamma. Returns false where it gives up, at the (x, t) that it has come to:
-  /// after more steps than kMostAttempts within kWindow, or where step sizes vanish.
+  /// at each switch and may change velocities and gamma. Returns false where it gives up, at the (x, t) that it has
+  /// come to: after more steps than kMostAttempts within kWindow, or where step sizes vanish.
   template <class OnSwitch>
   bool advance(System& system, State& x, double& t, double t_end, OnSwitch&& on_switch) {
     begun_ = false;
@@ -93,10 +92,10 @@ class SwitchingIntegrator {
   IntegrationStatistics& statistics() { return statistics_; }
 
  private:
-  static constexpr double kFirstStep = 1e-6;        // s
+  static constexpr double kFirstStep = 1e-6;  // s
   static constexpr int kMostHalvings = 40;
   static constexpr double kReleaseResolution = 1e-6;  // of the step
-  static constexpr double kTimeResolution = 1e-13;  // s; the promised 1e-12 with room for what sums
+  static constexpr double kTimeResolution = 1e-13;    // s; the promised 1e-12 with room for what sums
   // Work is bounded per window of simulated time, so that no control period can take for ever.
   static constexpr double kWindow = 1e-3;  // s
   static constexpr int kMostAttempts = 4000;
@@ -155,8 +154,8 @@ class SwitchingIntegrator {
     return true;
   }
 
-  // First edge that a wheel reaches in the step of length dt that was computed last, by the cubic through phi and dphi at
-  // both of its ends.
+  // First edge that a wheel reaches in the step of length dt that was computed last, by the cubic through phi and dphi
+  // at both of its ends.
   Crossing first_crossing(const System& system, const State& x, double dt) const {
     const Wheels phi = stepper_.end_phi(), dphi = stepper_.end_dphi();
     Crossing first;

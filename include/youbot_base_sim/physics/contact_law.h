@@ -62,9 +62,9 @@ class CoulombLaw {
     return {slope * (regular + Y.square()), -slope * X * Y, slope * (regular + X.square())};
   }
 
-  /// The stiffness for a force F that is not yet the one of V_P, nor beyond the limit: from F sqrt(nu^2 + V_P^2) = -f N V_P
-  /// by both F and V_P (Chan, Golub and Mulet, SIAM J. Sci. Comput. 20(6), 1999, for another problem with this law). Newton's
-  /// iterations get along with it where V_P is off by far more than nu.
+  /// The stiffness for a force F that is not yet the one of V_P, nor beyond the limit: from F sqrt(nu^2 + V_P^2) = -f N
+  /// V_P by both F and V_P (Chan, Golub and Mulet, SIAM J. Sci. Comput. 20(6), 1999, for another problem with this
+  /// law). Newton's iterations get along with it where V_P is off by far more than nu.
   ContactStiffness stiffness(const Wheels& V_PX, const Wheels& V_PY, const ContactForce& F) const {
     const Wheels inverse_speed = (nu_squared_ + V_PX.square() + V_PY.square()).sqrt().inverse();
     const Wheels slope = limit_ * inverse_speed;

@@ -112,41 +112,17 @@ class SlipModel {
             Wheels::Constant(speed / (robot_.R - robot_.R_d))};
   }
 
- private:
-  void resistance(const Contacts& c, const ContactStiffness& K, Resistance& G) const {
-    const double R = robot_.R;
-    const Wheels arm = rho_Y_ + c.Delta_Y;
-    // K dV_P/du for u = V_X, V_Y, Omega, dphi, dgamma, by (3.3); rows of forces are combined of F_X and F_Y as V_P is.
-    const std::array<Wheels, 3> X = {K.XX, K.XY, rho_X_ * K.XY - arm * K.XX};
-    const std::array<Wheels, 3> Y = {K.XY, K.YY, rho_X_ * K.YY - arm * K.XY};
-    const Wheels X_dgamma = c.r_Y * K.XY - c.r_X * K.XX, Y_dgamma = c.r_Y * K.YY - c.r_X * K.XY;
-    for (int k = 0; k < 3; ++k) {
-      G.platform_platform[0][k] = X[k];
-      G.platform_platform[1][k] = Y[k];
-      G.platform_platform[2][k] = rho_X_ * Y[k] - arm * X[k];
-      G.dphi_platform[k] = -R * X[k];
-      G.dgamma_platform[k] = c.r_Y * Y[k] - c.r_X * X[k];
-      G.platform_dphi[k] = G.dphi_platform[k];
-      G.platform_dgamma[k] = G.dgamma_platform[k];
-    }
-    G.dphi_dphi = robot_.mu_1 + R * R * K.XX;
-    G.dphi_dgamma = -R * X_dgamma;
-    G.dgamma_dgamma = robot_.mu_2 + c.r_Y * Y_dgamma - c.r_X * X_dgamma;
-  }
-
- public:
   /// Right-hand sides of (4.9): forces on the velocities under the wheel torques `M` (N m), N and N m.
   Velocities forces(const Velocities& u, const Contacts& c, const Wheels& M) const {
     const Eigen::Vector3d coriolis = inertia_.coriolis({u.v[0], u.v[1], u.v[2]});
     return {sums(c.F_X, c.F_Y, c.M_Z) + Wheels{coriolis[0], coriolis[1], coriolis[2], 0},
-            M - robot_.mu_1 * u.dphi - robot_.R * c.F_X,
-            c.r_Y * c.F_Y - c.r_X * c.F_X - robot_.mu_2 * u.dgamma};
+            M - robot_.mu_1 * u.dphi - robot_.R * c.F_X, c.r_Y * c.F_Y - c.r_X * c.F_X - robot_.mu_2 * u.dgamma};
   }
 
   /// A wheel that stands on two rollers at once, by the edge between them, where each alone would drive it back to the
   /// other: dphi = 0, and the friction is alpha that of the upper roller plus 1 - alpha that of the lower one, with the
-  /// alpha that keeps it there, J_1 ddphi = 0 (A. F. Filippov, Differential Equations with Discontinuous Righthand Sides,
-  /// 1988). Here for wheel i under the torque M (N m), where dphi_i must be zero.
+  /// alpha that keeps it there, J_1 ddphi = 0 (A. F. Filippov, Differential Equations with Discontinuous Righthand
+  /// Sides, 1988). Here for wheel i under the torque M (N m), where dphi_i must be zero.
   class SharedContact {
    public:
     SharedContact(const SlipModel& model, int i, const Velocities& u, double M)
@@ -164,8 +140,8 @@ class SlipModel {
 
     /// Sets the wheel's entries. Slip and offset become means, as the friction does.
     void put(Contacts& c) const {
-      for (Wheels Contacts::*entry : {&Contacts::V_PX, &Contacts::V_PY, &Contacts::F_X, &Contacts::F_Y,
-                                      &Contacts::Delta_Y, &Contacts::M_Z}) {
+      for (Wheels Contacts::*entry :
+           {&Contacts::V_PX, &Contacts::V_PY, &Contacts::F_X, &Contacts::F_Y, &Contacts::Delta_Y, &Contacts::M_Z}) {
         (c.*entry)[i_] = alpha_ * (upper_.*entry)[i_] + (1 - alpha_) * (lower_.*entry)[i_];
       }
     }
@@ -216,6 +192,27 @@ class SlipModel {
   const RobotParameters& robot() const { return robot_; }
 
  private:
+  void resistance(const Contacts& c, const ContactStiffness& K, Resistance& G) const {
+    const double R = robot_.R;
+    const Wheels arm = rho_Y_ + c.Delta_Y;
+    // K dV_P/du for u = V_X, V_Y, Omega, dphi, dgamma, by (3.3); rows of forces are combined of F_X and F_Y as V_P is.
+    const std::array<Wheels, 3> X = {K.XX, K.XY, rho_X_ * K.XY - arm * K.XX};
+    const std::array<Wheels, 3> Y = {K.XY, K.YY, rho_X_ * K.YY - arm * K.XY};
+    const Wheels X_dgamma = c.r_Y * K.XY - c.r_X * K.XX, Y_dgamma = c.r_Y * K.YY - c.r_X * K.XY;
+    for (int k = 0; k < 3; ++k) {
+      G.platform_platform[0][k] = X[k];
+      G.platform_platform[1][k] = Y[k];
+      G.platform_platform[2][k] = rho_X_ * Y[k] - arm * X[k];
+      G.dphi_platform[k] = -R * X[k];
+      G.dgamma_platform[k] = c.r_Y * Y[k] - c.r_X * X[k];
+      G.platform_dphi[k] = G.dphi_platform[k];
+      G.platform_dgamma[k] = G.dgamma_platform[k];
+    }
+    G.dphi_dphi = robot_.mu_1 + R * R * K.XX;
+    G.dphi_dgamma = -R * X_dgamma;
+    G.dgamma_dgamma = robot_.mu_2 + c.r_Y * Y_dgamma - c.r_X * X_dgamma;
+  }
+
   RobotParameters robot_;
   RollerGeometry geometry_;
   Law law_;

@@ -23,7 +23,8 @@ inline Wheels sums(const Wheels& a, const Wheels& b, const Wheels& c) {
   const __m256d ab = _mm256_hadd_pd(_mm256_loadu_pd(a.data()), _mm256_loadu_pd(b.data()));
   const __m256d c0 = _mm256_hadd_pd(_mm256_loadu_pd(c.data()), _mm256_setzero_pd());
   Wheels result;
-  _mm256_storeu_pd(result.data(), _mm256_add_pd(_mm256_permute2f128_pd(ab, c0, 0x20), _mm256_permute2f128_pd(ab, c0, 0x31)));
+  _mm256_storeu_pd(result.data(),
+                   _mm256_add_pd(_mm256_permute2f128_pd(ab, c0, 0x20), _mm256_permute2f128_pd(ab, c0, 0x31)));
   return result;
 #else
   return {a.sum(), b.sum(), c.sum(), 0};

@@ -22,8 +22,8 @@ const char* name_of(Model model);
 
 struct SolverSettings {
   /// Chosen so that the paper's Cases 1 and 2 stay within 1e-5 m and 1e-5 rad of the exact motion over their 30 s.
-  double relative_tolerance = 1e-6;
-  double absolute_tolerance = 1e-9;  ///< SI units; 1e-3 of the relative one unless given
+  double relative_tolerance = 3e-7;
+  double absolute_tolerance = 3e-10;  ///< SI units; 1e-3 of the relative one unless given
   double control_period = 0;          ///< s; > 0: the drive is sampled and held over this period; 0: continuous in time
 };
 
