@@ -2,23 +2,11 @@
 
 #include <rosgraph_msgs/Log.h>
 
-#include <limits>
-
 #include "base_client.h"
+#include "joint_entry.h"
 
 namespace youbot_base_sim {
 namespace {
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInf = std::numeric_limits<double>::infinity();
-
-brics_actuator::JointValue entry(const std::string& joint, const std::string& unit, double value) {
-  brics_actuator::JointValue entry;
-  entry.joint_uri = joint;
-  entry.unit = unit;
-  entry.value = value;
-  return entry;
-}
 
 class BadCommands : public ::testing::Test {
  protected:

@@ -8,21 +8,11 @@
 #include <boost/units/io.hpp>
 #include <boost/units/systems/si.hpp>
 #include <cmath>
-#include <limits>
+
+#include "joint_entry.h"
 
 namespace youbot_base_sim {
 namespace {
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInf = std::numeric_limits<double>::infinity();
-
-brics_actuator::JointValue entry(const std::string& joint, const std::string& unit, double value) {
-  brics_actuator::JointValue entry;
-  entry.joint_uri = joint;
-  entry.unit = unit;
-  entry.value = value;
-  return entry;
-}
 
 brics_actuator::JointTorques torques(const std::vector<brics_actuator::JointValue>& entries) {
   brics_actuator::JointTorques message;

@@ -25,11 +25,6 @@ ParameterError refusal(const std::string& name, const std::string& value, const 
   return ParameterError(fmt::format("parameter ~{} = {}: must be {}", name, value, allowed));
 }
 
-bool Parameters::has(const std::string& name) {
-  known_.insert(name);
-  return node_.hasParam(name);
-}
-
 bool Parameters::get(const std::string& name, XmlRpcValue& value) {
   known_.insert(name);
   return node_.getParam(name, value);
@@ -47,16 +42,6 @@ bool Parameters::flag(const std::string& name, bool otherwise) {
   if (!get(name, value)) return otherwise;
   if (value.getType() != XmlRpcValue::TypeBoolean) throw refusal(name, text_of(value), "true or false");
   return value;
-}
-
-int Parameters::integer(const std::string& name, int otherwise, int least, int greatest) {
-  XmlRpcValue value;
-  if (!get(name, value)) return otherwise;
-  if (value.getType() == XmlRpcValue::TypeInt) {
-    const int number = value;
-    if (number >= least && number <= greatest) return number;
-  }
-  throw refusal(name, text_of(value), fmt::format("a whole number from {} to {}", least, greatest));
 }
 
 double Parameters::number(const std::string& name, double otherwise, double least, double greatest, const char* unit) {

@@ -21,12 +21,8 @@ class Parameters {
 
   std::string text(const std::string& name, const std::string& otherwise);
   bool flag(const std::string& name, bool otherwise);
-  int integer(const std::string& name, int otherwise, int least, int greatest);
   /// Within [least, greatest], in `unit`.
   double number(const std::string& name, double otherwise, double least, double greatest, const char* unit);
-
-  /// Whether the parameter is set; it counts as read.
-  bool has(const std::string& name);
 
   /// Refuses parameters that nobody has asked for: they are likely misspelt.
   void refuse_others() const;
