@@ -63,8 +63,8 @@ void run_node(const Scene& scene, const NodeFeatures& features) {
   Simulation simulation(scene);
   Telemetry::Options options;
   options.rollers = features.rollers;
-  Telemetry telemetry(simulation, options);
-  const auto bag = features.bag.empty() ? nullptr : std::make_unique<BagWriter>(features.bag, options);
+  Telemetry telemetry(simulation, exact_readings(simulation), options);
+  const auto bag = features.bag.empty() ? nullptr : std::make_unique<BagWriter>(features.bag);
   const bool clock_listened = features.listened.count(kClock);
   const bool switches_listened = features.listened.count(Telemetry::kSwitches);
   std::int64_t instants = 0;
@@ -84,8 +84,8 @@ void run_node(const Scene& scene, const NodeFeatures& features) {
     }
     if (!is_due) continue;
     ++instants;
-    if (bag) bag->write(simulation);
-    telemetry.update(simulation);
+    telemetry.update(simulation, exact_readings(simulation));
+    if (bag) bag->write(telemetry, t);
     telemetry.visit(stamp_of(t), [&](const char* topic, const auto& make) {
       if (features.listened.count(topic)) send(make());
     });
@@ -96,7 +96,7 @@ void run_node(const Scene& scene, const NodeFeatures& features) {
 /// Names of all topics of which there may be messages.
 void print_topics(const Scene& scene) {
   const Simulation simulation(scene);
-  Telemetry(simulation, {}).visit(ros::Time(), [](const char* topic, const auto&) { fmt::print("{}\n", topic); });
+  Telemetry(simulation, exact_readings(simulation), {}).visit(ros::Time(), [](const char* topic, const auto&) { fmt::print("{}\n", topic); });
   fmt::print("{}\n{}\n", Telemetry::kSwitches, kClock);
 }
 #endif

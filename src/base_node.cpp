@@ -15,7 +15,7 @@ int main(int argc, char** argv) {
   }
   const ros::NodeHandle keep_alive;  // ROS shuts down, its log included, with the last handle
   try {
-    BaseNode(BaseNode::read_settings()).run();
+    BaseNode(read_base_settings()).run();
   } catch (const ParameterError& error) {
     ROS_FATAL_STREAM(error.what());
     return 2;

@@ -19,7 +19,7 @@ using namespace youbot_base_sim;
 /// The scene of the private parameters `scene`, `model` and `duration` (s, in place of the scene's). Throws
 /// ParameterError.
 Scene read_scene() {
-  Parameters parameters(ros::NodeHandle("~"));
+  Parameters parameters(ros::NodeHandle("~"), "~");
   const std::string path = parameters.text("scene", "");
   if (path.empty()) throw ParameterError("parameter ~scene is missing: must be a scene file");
   SceneOverrides overrides;

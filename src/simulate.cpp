@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <iostream>
 #include <memory>
+#include <optional>
 
 #include "youbot_base_sim/record/csv.h"
 #include "youbot_base_sim/record/summary.h"
@@ -120,7 +121,13 @@ class Outputs {
 #ifdef YOUBOT_BASE_SIM_ROS
     if (bag_) {
       bag_->write(switches);
-      bag_->write(simulation);
+      const MotorReadings readings = exact_readings(simulation);
+      if (telemetry_) {
+        telemetry_->update(simulation, readings);
+      } else {
+        telemetry_.emplace(simulation, readings, Telemetry::Options());
+      }
+      bag_->write(*telemetry_, t);
     }
 #endif
   }
@@ -142,6 +149,7 @@ class Outputs {
   std::unique_ptr<AtomicFile> summary_;
 #ifdef YOUBOT_BASE_SIM_ROS
   std::unique_ptr<BagWriter> bag_;
+  std::optional<Telemetry> telemetry_;
 #endif
 };
 

@@ -5,6 +5,7 @@
 #include <boost/numeric/odeint/stepper/generation.hpp>
 #include <boost/numeric/odeint/stepper/runge_kutta_dopri5.hpp>
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 
 #include "youbot_base_sim/drive/wheel_drive.h"
@@ -27,6 +28,7 @@ class Dynamics {
   virtual double kinetic_energy(const State& x) const = 0;  // J
   virtual Contacts contacts(const State& x, double t) const = 0;
   virtual std::int64_t roller(int i) const = 0;  // unwrapped
+  virtual std::optional<std::int64_t> other_roller(int i) const = 0;
   /// Angle of roller k of wheel i that is not on the floor, rad.
   virtual double resting_angle(int i, int k) const = 0;
   virtual const IntegrationStatistics& statistics() const = 0;
@@ -62,6 +64,10 @@ class SlipDynamics : public Dynamics {
     return system_.contacts(x.velocities(), x.phi(), torque_.at(t));
   }
   std::int64_t roller(int i) const override { return system_.roller(i); }
+  std::optional<std::int64_t> other_roller(int i) const override {
+    if (!system_.shared(i)) return std::nullopt;
+    return 2 * system_.lower_roller(i) + 1 - system_.roller(i);
+  }
   double resting_angle(int i, int k) const override { return resting_angle_[index(i, k)]; }
   const IntegrationStatistics& statistics() const override { return integrator_.statistics(); }
 
@@ -141,6 +147,7 @@ class NoSlipDynamics : public Dynamics {
     return {none, none, none, none, none, none, none, none};
   }
   std::int64_t roller(int) const override { return 0; }
+  std::optional<std::int64_t> other_roller(int) const override { return std::nullopt; }
   double resting_angle(int, int) const override { return 0; }
   const IntegrationStatistics& statistics() const override { return statistics_; }
 
@@ -172,7 +179,7 @@ Simulation::Drive make_drive(const Scene& scene) {
     WheelDrive wheels(scene.solver.control_period);
     return [wheels, late, table = velocities->table](double t, const State& state) mutable {
       const Wheels rate = table.at(t + late);
-      for (int i = 0; i < kWheels; ++i) wheels.command_velocity(i, rate[i]);
+      for (int i = 0; i < kWheels; ++i) wheels.command(i, {DriveMode::kVelocity, rate[i]});
       return wheels.sample(state.dphi());
     };
   }
@@ -231,6 +238,12 @@ class Simulation::Loop {
     advance_held(period_end());
   }
 
+  /// Number 0 .. n-1 of an unwrapped one.
+  int wrapped(std::int64_t roller) const {
+    const int n = scene_.robot.rollers;
+    return static_cast<int>(((roller % n) + n) % n);
+  }
+
   const Scene scene_;
   State state_;
   double t_ = 0;
@@ -281,9 +294,16 @@ const State& Simulation::state() const { return loop_->state_; }
 Wheels Simulation::torque() const { return loop_->torque_->at(loop_->t_); }
 
 std::array<int, kWheels> Simulation::rollers() const {
-  const int n = loop_->scene_.robot.rollers;
   std::array<int, kWheels> rollers;
-  for (int i = 0; i < kWheels; ++i) rollers[i] = static_cast<int>(((loop_->dynamics_->roller(i) % n) + n) % n);
+  for (int i = 0; i < kWheels; ++i) rollers[i] = loop_->wrapped(loop_->dynamics_->roller(i));
+  return rollers;
+}
+
+std::array<std::optional<int>, kWheels> Simulation::other_rollers() const {
+  std::array<std::optional<int>, kWheels> rollers;
+  for (int i = 0; i < kWheels; ++i) {
+    if (const auto other = loop_->dynamics_->other_roller(i)) rollers[i] = loop_->wrapped(*other);
+  }
   return rollers;
 }
 

@@ -9,6 +9,7 @@
 #include <sensor_msgs/JointState.h>
 #include <std_srvs/Empty.h>
 #include <tf2_msgs/TFMessage.h>
+#include <youbot_base_sim/SetFaults.h>
 #include <youbot_base_sim/Step.h>
 
 #include <cmath>
@@ -49,12 +50,38 @@ class BaseClient {
     });
   }
 
-  void pause() { empty("pause"); }
-  void unpause() { empty("unpause"); }
+  /// The same for what is there without a base.
+  void settle_truth() {
+    wait_for("ground truth to have the clock's time",
+             [this] { return !clock_.isZero() && truth.header.stamp == clock_; });
+  }
+
+  /// Goes on by `periods` control periods, in lockstep, with commands that name no wheel.
+  void idle(int periods) {
+    for (int k = 0; k < periods; ++k) command(brics_actuator::JointTorques());
+  }
+
+  void pause() { require("base_node/pause"); }
+  void unpause() { require("base_node/unpause"); }
+
+  /// Calls a service; false where it fails.
+  static bool call(const std::string& name) {
+    std_srvs::Empty service;
+    return ros::service::call(name, service);
+  }
+
+  /// Sets the faults; throws if they are refused.
+  static void set_faults(const SetFaults::Request& faults) {
+    SetFaults service;
+    service.request = faults;
+    if (!ros::service::call("base_node/set_faults", service) || !service.response.success) {
+      throw std::runtime_error("~set_faults fails: " + service.response.message);
+    }
+  }
 
   /// Back to t = 0, and waits for its messages.
   void reset() {
-    empty("reset");
+    require("base_node/reset");
     wait_for("the clock to be back at zero", [this] { return time() == 0; });
     settle();
     switches.clear();
@@ -124,9 +151,8 @@ class BaseClient {
     wait_for("the control period to end", [&] { return clock_ > before; });
   }
 
-  void empty(const std::string& name) {
-    std_srvs::Empty service;
-    if (!ros::service::call("base_node/" + name, service)) throw std::runtime_error("~" + name + " cannot be called");
+  static void require(const std::string& name) {
+    if (!call(name)) throw std::runtime_error(name + " cannot be called");
   }
 
   ros::NodeHandle node_;
@@ -134,6 +160,15 @@ class BaseClient {
   ros::Publisher torques_, velocities_, twist_;
   ros::Time clock_;
 };
+
+/// A twist that the base can follow.
+inline geometry_msgs::Twist twist(double v_x, double v_y, double omega) {
+  geometry_msgs::Twist message;
+  message.linear.x = v_x;
+  message.linear.y = v_y;
+  message.angular.z = omega;
+  return message;
+}
 
 /// Heading of a message, rad, in (-pi, pi].
 inline double heading(const geometry_msgs::Quaternion& q) { return std::remainder(2 * std::atan2(q.z, q.w), 2 * M_PI); }

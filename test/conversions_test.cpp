@@ -20,6 +20,12 @@ brics_actuator::JointTorques torques(const std::vector<brics_actuator::JointValu
   return message;
 }
 
+/// Value of the set point of wheel i if there is one and it is of this mode.
+std::optional<double> value_of(const WheelCommand& command, int i, DriveMode mode = DriveMode::kTorque) {
+  const auto& set_point = command.set_points[i];
+  return set_point && set_point->mode == mode ? std::make_optional(set_point->value) : std::nullopt;
+}
+
 TEST(Units, are_those_of_boost) {
   namespace si = boost::units::si;
   EXPECT_EQ(kTorqueUnit, boost::lexical_cast<std::string>(si::newton_meters));
@@ -42,24 +48,24 @@ TEST(WheelCommand, reads_what_it_writes) {
   EXPECT_TRUE(torque.complaints.empty());
   EXPECT_TRUE(velocity.complaints.empty());
   for (int i = 0; i < kWheels; ++i) {
-    EXPECT_EQ(torque.values[i], values[i]);
-    EXPECT_EQ(velocity.values[i], values[i]);
+    EXPECT_EQ(value_of(torque, i), values[i]);
+    EXPECT_EQ(value_of(velocity, i, DriveMode::kVelocity), values[i]);
   }
 }
 
 TEST(WheelCommand, leaves_unnamed_wheels_out) {
   const WheelCommand command = wheel_command(torques({entry("wheel_joint_bl", kTorqueUnit, 2)}));
   EXPECT_TRUE(command.complaints.empty());
-  EXPECT_FALSE(command.values[0] || command.values[1] || command.values[3]);
-  EXPECT_EQ(command.values[2], 2.0);
+  EXPECT_FALSE(command.set_points[0] || command.set_points[1] || command.set_points[3]);
+  EXPECT_EQ(value_of(command, 2), 2.0);
 }
 
 TEST(WheelCommand, takes_the_unit_to_the_letter) {
   for (const char* unit : {"", "N m", "m^2 kg s^-2", "m^2 kg s^-2 rad^-1 ", kVelocityUnit}) {
     const WheelCommand command =
         wheel_command(torques({entry("wheel_joint_fl", unit, 1), entry("wheel_joint_fr", kTorqueUnit, 1)}));
-    EXPECT_FALSE(command.values[0]) << unit;
-    EXPECT_EQ(command.values[1], 1.0) << unit;
+    EXPECT_FALSE(command.set_points[0]) << unit;
+    EXPECT_EQ(value_of(command, 1), 1.0) << unit;
     ASSERT_EQ(command.complaints.size(), 1u) << unit;
     EXPECT_NE(command.complaints[0].text.find("wheel_joint_fl"), std::string::npos);
     EXPECT_NE(command.complaints[0].text.find(kTorqueUnit), std::string::npos);
@@ -70,8 +76,8 @@ TEST(WheelCommand, refuses_what_is_not_finite) {
   for (const double value : {kNan, kInf, -kInf}) {
     const WheelCommand command =
         wheel_command(torques({entry("wheel_joint_fl", kTorqueUnit, value), entry("wheel_joint_fr", kTorqueUnit, 1)}));
-    EXPECT_FALSE(command.values[0]) << value;
-    EXPECT_EQ(command.values[1], 1.0) << value;
+    EXPECT_FALSE(command.set_points[0]) << value;
+    EXPECT_EQ(value_of(command, 1), 1.0) << value;
     ASSERT_EQ(command.complaints.size(), 1u) << value;
     EXPECT_NE(command.complaints[0].text.find("wheel_joint_fl"), std::string::npos);
   }
@@ -81,7 +87,7 @@ TEST(WheelCommand, ignores_unknown_joints_without_a_word) {
   for (const char* joint : {"", "arm_joint_1", "wheel_joint_", "wheel_joint_fll", "caster_joint_fl", "fl"}) {
     const WheelCommand command = wheel_command(torques({entry(joint, "rad", kNan)}));
     EXPECT_TRUE(command.complaints.empty()) << joint;
-    for (const auto& value : command.values) EXPECT_FALSE(value) << joint;
+    for (const auto& set_point : command.set_points) EXPECT_FALSE(set_point) << joint;
   }
 }
 
@@ -89,7 +95,7 @@ TEST(WheelCommand, takes_the_first_of_several_with_the_right_unit) {
   const WheelCommand command =
       wheel_command(torques({entry("wheel_joint_fl", "N m", 1), entry("wheel_joint_fl", kTorqueUnit, 2),
                              entry("wheel_joint_fl", kTorqueUnit, 3)}));
-  EXPECT_EQ(command.values[0], 2.0);
+  EXPECT_EQ(value_of(command, 0), 2.0);
   EXPECT_EQ(command.complaints.size(), 1u);
 }
 
@@ -107,27 +113,56 @@ TEST(WheelCommand, complains_about_a_bounded_number_of_subjects) {
   EXPECT_EQ(subject(1), subject(2));
 }
 
-TEST(CommandedVelocity, takes_three_components) {
+TEST(TwistCommand, has_the_drivers_wheel_rates) {
   geometry_msgs::Twist twist;
-  twist.linear.x = 1;
-  twist.linear.y = 2;
-  twist.angular.z = 3;
-  twist.linear.z = twist.angular.x = twist.angular.y = kNan;
-  EXPECT_EQ(commanded_velocity(twist).value(), Eigen::Vector3d(1, 2, 3));
+  twist.linear.x = 0.3;
+  twist.linear.y = 0.2;
+  twist.angular.z = 0.1;
+  twist.linear.z = twist.angular.x = twist.angular.y = kNan;  // ignored
+  const WheelCommand command = wheel_command(twist, DriverKinematics());
+  EXPECT_TRUE(command.complaints.empty());
+  // The driver's formulas, of which those on the left have the motor's sign.
+  const double R = 0.0475, turn = 0.385 * 0.1;
+  const double raw[] = {(-0.3 + 0.2 + turn) / R, (0.3 + 0.2 + turn) / R, (-0.3 - 0.2 + turn) / R,
+                        (0.3 - 0.2 + turn) / R};
+  for (int i = 0; i < kWheels; ++i) {
+    EXPECT_NEAR(value_of(command, i, DriveMode::kVelocity).value(), i % 2 == 0 ? -raw[i] : raw[i], 1e-13) << i;
+  }
 }
 
-TEST(CommandedVelocity, is_nothing_where_one_is_not_finite) {
+TEST(TwistCommand, is_refused_where_one_is_not_finite) {
+  const auto expect_refused = [](const geometry_msgs::Twist& twist) {
+    const WheelCommand command = wheel_command(twist, DriverKinematics());
+    for (const auto& set_point : command.set_points) EXPECT_FALSE(set_point);
+    EXPECT_EQ(command.complaints.size(), 1u);
+  };
   for (const double value : {kNan, kInf, -kInf}) {
     geometry_msgs::Twist twist;
     twist.linear.x = value;
-    EXPECT_FALSE(commanded_velocity(twist));
+    expect_refused(twist);
     twist.linear.x = 0;
     twist.linear.y = value;
-    EXPECT_FALSE(commanded_velocity(twist));
+    expect_refused(twist);
     twist.linear.y = 0;
     twist.angular.z = value;
-    EXPECT_FALSE(commanded_velocity(twist));
+    expect_refused(twist);
   }
+}
+
+TEST(CovarianceMessage, is_of_x_y_and_yaw) {
+  Eigen::Matrix3d covariance;
+  covariance << 1, 2, 3, 2, 4, 5, 3, 5, 6;
+  const auto message = covariance_message(covariance);
+  EXPECT_EQ(message[0], 1);
+  EXPECT_EQ(message[1], 2);
+  EXPECT_EQ(message[5], 3);
+  EXPECT_EQ(message[6], 2);
+  EXPECT_EQ(message[7], 4);
+  EXPECT_EQ(message[11], 5);
+  EXPECT_EQ(message[30], 3);
+  EXPECT_EQ(message[31], 5);
+  EXPECT_EQ(message[35], 6);
+  EXPECT_EQ(message[14], 0);
 }
 
 TEST(OdometryMessage, tells_pose_and_velocity) {

@@ -4,52 +4,121 @@
 
 #include <cmath>
 
+#include "youbot_base_sim/drive/dry_friction.h"
 #include "youbot_base_sim/drive/torque_programmes.h"
 #include "youbot_base_sim/drive/wheel_drive.h"
 
 namespace youbot_base_sim {
 namespace {
 
+constexpr SetPoint torque(double value) { return {DriveMode::kTorque, value}; }
+constexpr SetPoint velocity(double value) { return {DriveMode::kVelocity, value}; }
+
+// The motor, by numbers worked out by hand from the driver's and the firmware's configuration files.
+TEST(MotorTest, HasTheUnitsOfTheDriver) {
+  const Motor motor;
+  EXPECT_NEAR(motor.tick(), 6.0794e-5, 1e-9);
+  EXPECT_NEAR(motor.rpm(), 4.05295e-3, 1e-8);
+  EXPECT_NEAR(motor.milliampere(), 8.6557e-4, 1e-8);
+  EXPECT_NEAR(motor.most_torque(), 3.0849, 1e-4);
+  EXPECT_NEAR(motor.most_rate(), 16.2118, 1e-4);
+}
+
+TEST(MotorTest, CurrentIsCutAndSpeedIsRoundedOnTheWay) {
+  const Motor motor;
+  const double mA = motor.milliampere(), rpm = motor.rpm();
+  EXPECT_EQ(motor.transmitted(torque(2.9 * mA)).value, 2 * mA);
+  EXPECT_EQ(motor.transmitted(torque(-2.9 * mA)).value, -2 * mA);
+  EXPECT_EQ(motor.transmitted(torque(motor.most_torque())).value, 3564 * mA);
+  EXPECT_EQ(motor.transmitted(velocity(2.6 * rpm)).value, 3 * rpm);
+  EXPECT_EQ(motor.transmitted(velocity(-2.4 * rpm)).value, -2 * rpm);
+}
+
+TEST(MotorTest, SaturatesWhatIsHuge) {
+  const Motor motor;
+  EXPECT_EQ(motor.transmitted(motor.limited(velocity(1e300))).value, motor.most_rate());
+  EXPECT_EQ(motor.limited(torque(-1e300)).value, -motor.most_torque());
+  EXPECT_FALSE(motor.can(torque(1e300)));
+  EXPECT_TRUE(motor.can(torque(3.0)));
+}
+
 TEST(WheelDriveTest, HoldsAndClipsTorques) {
   WheelDrive drive(1e-3);
-  EXPECT_TRUE(drive.command_torque(0, 1.5));
-  EXPECT_FALSE(drive.command_torque(1, -1e6));
-  const Wheels torque = drive.sample(Wheels::Zero());
-  EXPECT_EQ(torque[0], 1.5);
-  EXPECT_EQ(torque[1], -MotorLimits().torque);
-  EXPECT_EQ(torque[2], 0);  // never commanded: released
+  drive.command(0, torque(1.5));
+  drive.command(1, torque(-1e6));
+  const Wheels sampled = drive.sample(Wheels::Zero());
+  EXPECT_EQ(sampled[0], 1.5);
+  EXPECT_EQ(sampled[1], -Motor().most_torque());
+  EXPECT_EQ(sampled[2], 0);  // never commanded: off
 }
 
 TEST(WheelDriveTest, VelocityLoopIsThePiThatItSays) {
   const VelocityGains gains;
   WheelDrive drive(1e-3);
-  drive.command_velocity(2, 1);
+  drive.command(2, velocity(1));
   const double dphi = 0.5;
   for (int k = 1; k <= 10; ++k) {
-    const Wheels torque = drive.sample(Wheels::Constant(dphi));
-    EXPECT_NEAR(torque[2], gains.proportional * 0.5 + gains.integral * 1e-3 * k * 0.5, 1e-14);
+    const Wheels sampled = drive.sample(Wheels::Constant(dphi));
+    EXPECT_NEAR(sampled[2], gains.proportional * 0.5 + gains.integral * 1e-3 * k * 0.5, 1e-14);
   }
 }
 
 TEST(WheelDriveTest, SetPointIsLimitedToTheMotorsSpeed) {
   WheelDrive drive(1e-3);
-  EXPECT_FALSE(drive.command_velocity(0, 100));
-  EXPECT_NEAR(drive.sample(Wheels::Constant(MotorLimits().rate))[0], 0, 1e-12);
+  drive.command(0, velocity(100));
+  EXPECT_NEAR(drive.sample(Wheels::Constant(Motor().most_rate()))[0], 0, 1e-12);
 }
 
 TEST(WheelDriveTest, IntegralDoesNotWindUp) {
   WheelDrive drive(1e-3);
-  drive.command_velocity(0, 10);
-  for (int k = 0; k < 10000; ++k) EXPECT_LE(drive.sample(Wheels::Zero())[0], MotorLimits().torque);  // a blocked wheel
+  drive.command(0, velocity(10));
+  for (int k = 0; k < 10000; ++k) EXPECT_LE(drive.sample(Wheels::Zero())[0], Motor().most_torque());  // blocked
   // Freed and too fast, it is braked within a few periods, not after ten seconds' worth of integral.
   EXPECT_LT(drive.sample(Wheels::Constant(14))[0], 0);
 }
 
-TEST(WheelDriveTest, ReleasedWheelHasNoTorque) {
+TEST(WheelDriveTest, MotorThatIsOffHasNoTorque) {
   WheelDrive drive(1e-3);
-  drive.command_torque(3, 1);
-  drive.release(3);
+  drive.command(3, torque(1));
+  drive.command(3, {});
   EXPECT_EQ(drive.sample(Wheels::Constant(5))[3], 0);
+}
+
+// A wheel of inertia J on its own, under a motor's torque, a load and dry friction of up to 0.5 N m.
+class DryFrictionTest : public ::testing::Test {
+ protected:
+  /// Rate of the wheel after `periods` control periods.
+  double rate_after(int periods, double J, double start, double motor, double load) {
+    DryFriction friction(0.5, kInertia, kPeriod);
+    Wheels dphi = Wheels::Zero();
+    dphi[0] = start;
+    for (int k = 0; k < periods; ++k) {
+      const Wheels exerted = Wheels(motor, 0, 0, 0);
+      dphi[0] += (motor + load + friction.sample(dphi, exerted)[0]) * kPeriod / J;
+    }
+    return dphi[0];
+  }
+
+  static constexpr double kInertia = 5.87e-3, kPeriod = 1e-3;
+};
+
+TEST_F(DryFrictionTest, HoldsAgainstMotorAndLoad) {
+  for (const double J : {kInertia, 0.028}) {  // alone, and with a quarter of the robot
+    EXPECT_NEAR(rate_after(500, J, 0, 0.4, 0), 0, 1e-12) << J;
+    EXPECT_NEAR(rate_after(500, J, 0, 0, -0.4), 0, 1e-12) << J;
+    EXPECT_NEAR(rate_after(500, J, 0, 0.7, -0.4), 0, 1e-12) << J;
+  }
+}
+
+TEST_F(DryFrictionTest, BrakesByItsLimitAndStops) {
+  const double J = 0.028;
+  EXPECT_NEAR(rate_after(100, J, 5, 0, 0), 5 - 0.5 * 0.1 / J, 0.02);
+  EXPECT_NEAR(rate_after(1000, J, 5, 0, 0), 0, 1e-12);
+}
+
+TEST_F(DryFrictionTest, LetsGoAboveItsLimit) {
+  const double J = 0.028;
+  EXPECT_NEAR(rate_after(100, J, 0, 0.8, 0), 0.3 * 0.1 / J, 0.02);
 }
 
 TEST(TorqueProgrammesTest, PieceHoldsToItsEndAndBeyond) {

@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "youbot_base_sim/integration/switching_integrator.h"
@@ -46,6 +47,9 @@ class Simulation {
 
   /// Number 0 .. n-1 of the roller that each wheel stands on.
   std::array<int, kWheels> rollers() const;
+
+  /// For a wheel that rests between two rollers, its neighbour that stands on the floor too.
+  std::array<std::optional<int>, kWheels> other_rollers() const;
 
   /// Angle of roller k of wheel i about its own axis, rad: it turns while it is on the floor, and stands otherwise.
   double roller_angle(int i, int k) const;

@@ -15,21 +15,73 @@ Eigen::Vector3d DriverKinematics::velocity(const Wheels& dphi) const {
           quarter / half_lengths * (-dphi[0] + dphi[1] - dphi[2] + dphi[3])};
 }
 
-WheelOdometry::WheelOdometry(const DriverKinematics& kinematics, const Wheels& phi)
-    : kinematics_(kinematics), phi_(phi) {}
+Eigen::Matrix<double, 3, kWheels> DriverKinematics::jacobian() const {
+  Eigen::Matrix<double, 3, kWheels> jacobian;
+  for (int i = 0; i < kWheels; ++i) {
+    Wheels alone = Wheels::Zero();
+    alone[i] = 1;
+    jacobian.col(i) = velocity(alone);
+  }
+  return jacobian;
+}
+
+WheelOdometry::WheelOdometry(const DriverKinematics& kinematics, const Wheels& phi, double wheel_error,
+                             const Motor& motor)
+    : kinematics_(kinematics), wheel_error_(wheel_error), tick_(motor.tick()), rpm_(motor.rpm()), phi_(phi) {}
 
 void WheelOdometry::update(const Wheels& phi) {
-  const Eigen::Vector3d moved = kinematics_.velocity(phi - phi_);
+  const Wheels turned = phi - phi_;
+  const Eigen::Vector3d moved = kinematics_.velocity(turned);
   phi_ = phi;
   pose_[2] += moved[2];
+  if (wheel_error_ > 0) update_covariance(turned, moved);
   const double c = std::cos(pose_[2]), s = std::sin(pose_[2]);
   pose_[0] += c * moved[0] - s * moved[1];
   pose_[1] += s * moved[0] + c * moved[1];
 }
 
+void WheelOdometry::update_covariance(const Wheels& turned, const Eigen::Vector3d& moved) {
+  constexpr double kTurn = 2 * M_PI;
+  const double c = std::cos(pose_[2]), s = std::sin(pose_[2]);
+  // Derivatives of `update`: by the pose before, and by each wheel's turning, of which displacements are turned by the
+  // heading that is already the new one.
+  Eigen::Matrix3d by_pose = Eigen::Matrix3d::Identity(), by_moved = Eigen::Matrix3d::Identity();
+  by_pose(0, 2) = -s * moved[0] - c * moved[1];
+  by_pose(1, 2) = c * moved[0] - s * moved[1];
+  by_moved.topLeftCorner<2, 2>() << c, -s, s, c;
+  by_moved.col(2) = by_pose.col(2);
+  const Jacobian by_turning = by_moved * kinematics_.jacobian();
+  sensitivity_ = by_pose * sensitivity_ + by_turning * turned.matrix().asDiagonal();
+  changing_share_ = by_pose * changing_share_ * by_pose.transpose() +
+                    by_turning * (kTurn * turned.abs()).matrix().asDiagonal() * by_turning.transpose();
+}
+
 void WheelOdometry::reset(const Wheels& phi) {
   phi_ = phi;
   pose_.setZero();
+  sensitivity_.setZero();
+  changing_share_.setZero();
+}
+
+namespace {
+
+/// Variance of what is rounded to whole multiples of `step`.
+double rounding(double step) { return step * step / 12; }
+
+}  // namespace
+
+WheelOdometry::Covariance WheelOdometry::pose_covariance() const {
+  if (wheel_error_ == 0) return Covariance::Zero();
+  const Jacobian J = kinematics_.jacobian();
+  return wheel_error_ * wheel_error_ * (sensitivity_ * sensitivity_.transpose() + changing_share_) +
+         rounding(tick_) * J * J.transpose();
+}
+
+WheelOdometry::Covariance WheelOdometry::velocity_covariance(const Wheels& dphi) const {
+  if (wheel_error_ == 0) return Covariance::Zero();
+  const Jacobian J = kinematics_.jacobian();
+  const Wheels variance = 2 * (wheel_error_ * dphi).square() + rounding(rpm_);  // two shares
+  return J * variance.matrix().asDiagonal() * J.transpose();
 }
 
 }  // namespace youbot_base_sim

@@ -7,17 +7,13 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
-#include <optional>
 #include <stdexcept>
-
-#include "youbot_base_sim/ros/telemetry.h"
 
 namespace youbot_base_sim {
 
 class BagWriter::File {
  public:
-  File(const std::string& path, const Telemetry::Options& options)
-      : telemetry_options(options), path_(path), part_(path + ".part"), bag_(std::make_unique<rosbag::Bag>()) {
+  explicit File(const std::string& path) : path_(path), part_(path + ".part"), bag_(std::make_unique<rosbag::Bag>()) {
     guarded("open", [&] { bag_->open(part_, rosbag::bagmode::Write); });
   }
 
@@ -44,10 +40,6 @@ class BagWriter::File {
     bag_.reset();
   }
 
-  const Telemetry::Options telemetry_options;
-  std::optional<Telemetry> telemetry;
-  double last_t = 0;
-
  private:
   template <class Action>
   void guarded(const char* doing, Action&& action) const {
@@ -63,8 +55,7 @@ class BagWriter::File {
   std::unique_ptr<rosbag::Bag> bag_;
 };
 
-BagWriter::BagWriter(const std::string& path, const Telemetry::Options& options)
-    : file_(std::make_unique<File>(path, options)) {}
+BagWriter::BagWriter(const std::string& path) : file_(std::make_unique<File>(path)) {}
 
 BagWriter::~BagWriter() = default;
 
@@ -75,15 +66,9 @@ void BagWriter::write(const std::vector<RollerSwitch>& switches) {
   }
 }
 
-void BagWriter::write(const Simulation& simulation) {
-  if (!file_->telemetry || simulation.time() < file_->last_t) {
-    file_->telemetry.emplace(simulation, file_->telemetry_options);
-  } else {
-    file_->telemetry->update(simulation);
-  }
-  file_->last_t = simulation.time();
-  const ros::Time now = stamp_of(simulation.time());
-  file_->telemetry->visit(now, [&](const char* topic, const auto& make) { file_->write(topic, now, make()); });
+void BagWriter::write(const Telemetry& telemetry, double t) {
+  const ros::Time stamp = stamp_of(t);
+  telemetry.visit(stamp, [&](const char* topic, const auto& make) { file_->write(topic, stamp, make()); });
 }
 
 void BagWriter::commit() { file_->commit(); }

@@ -3,23 +3,23 @@
 #include <fmt/format.h>
 #include <rosgraph_msgs/Clock.h>
 
-#include <cmath>
+#include <chrono>
 
+#include "youbot_base_sim/ros/diagnostics.h"
 #include "youbot_base_sim/ros/parameters.h"
 
 namespace youbot_base_sim {
 
 namespace {
 
-constexpr char kTwistTopic[] = "cmd_vel";
 constexpr char kClockTopic[] = "/clock";
 
 constexpr double kMostLag = 1.0;        // s of wall time, before the loop stops catching up
 constexpr double kRecorderDelay = 0.2;  // s of wall time from a recorder's subscription to its first message at most
 constexpr auto kHintAfter = std::chrono::seconds(5);  // of waiting for anything without a word
-constexpr auto kSilence = std::chrono::seconds(1);    // between two warnings about the same thing
 constexpr std::uint32_t kDriverQueue = 1;             // of the driver's publishers: the latest counts
 constexpr std::uint32_t kRecorderQueue = 1000;
+constexpr double kSlack = 1e-6;  // of a control period, for rounding
 
 /// Is due every few seconds of a wait, but not at its beginning.
 class Hint {
@@ -35,104 +35,40 @@ class Hint {
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
-Telemetry::Options telemetry_options(const BaseNode::Settings& settings) {
-  Telemetry::Options options;
-  options.kinematics.wheel_radius = settings.driver_wheel_radius;
-  options.rollers = settings.publish_rollers;
-  return options;
-}
-
-Scene read_scene(Parameters& parameters) {
-  const std::string path = parameters.text("scene", "");
-  SceneOverrides overrides;
-  overrides.model = parameters.text("model", "");
-  overrides.control_period = parameters.number("control_period", -1, 1e-6, 10, "s");
-  Scene scene;
-  try {
-    if (!overrides.model.empty()) scene.model = model_from_name(overrides.model);
-  } catch (const SceneError& error) {
-    throw ParameterError(fmt::format("parameter ~{}", error.what()));  // "model = ..."
-  }
-  try {
-    if (!path.empty()) scene = load_scene(path, overrides);
-  } catch (const SceneError& error) {
-    throw ParameterError(fmt::format("parameter ~scene: {}", error.what()));
-  }
-  if (overrides.control_period > 0) scene.solver.control_period = overrides.control_period;
-  if (!(scene.solver.control_period > 0)) scene.solver.control_period = 1e-3;
-  scene.drive = std::monostate();
-  return scene;
-}
-
-/// Refuses what makes no sense without being the master of time.
-void check_time(const BaseNode::Settings& settings) {
-  bool use_sim_time = false;
-  ros::param::get("/use_sim_time", use_sim_time);
-  if (settings.publish_clock) {
-    if (!use_sim_time) ROS_WARN("/use_sim_time is not set: nodes that start now will not follow the clock of this one");
-    return;
-  }
-  if (use_sim_time) {
-    throw ParameterError(
-        "parameter ~publish_clock = false: must be true where /use_sim_time is true, or nobody knows the time");
-  }
-  if (settings.real_time_factor != 1) {
-    throw refusal("real_time_factor", fmt::format("{:g}", settings.real_time_factor),
-                  "1 unless ~publish_clock is true: the wall clock has its own rate");
-  }
-  if (settings.lockstep) throw refusal("lockstep", "true", "false unless ~publish_clock is true");
-  if (!settings.bag.empty()) {
-    throw refusal("bag", settings.bag, "left out unless ~publish_clock is true: use rosbag record");
-  }
-  if (settings.start_paused) throw refusal("start_paused", "true", "false unless ~publish_clock is true");
-}
-
 }  // namespace
 
-BaseNode::Settings BaseNode::read_settings() {
-  Parameters parameters(ros::NodeHandle("~"));
-  Settings settings;
-  settings.scene = read_scene(parameters);
-  const double most_rate = 1 / settings.scene.solver.control_period;
-  settings.publish_rate = parameters.number("publish_rate", std::min(settings.publish_rate, most_rate), 1e-3,
-                                            most_rate * (1 + 1e-9), "Hz: at most once a control period");
-  settings.publish_clock = parameters.flag("publish_clock", settings.publish_clock);
-  settings.real_time_factor = parameters.number("real_time_factor", settings.real_time_factor, 0, 1e6, "");
-  settings.lockstep = parameters.flag("lockstep", settings.lockstep);
-  settings.wait_for_subscribers = parameters.flag("wait_for_subscribers", settings.wait_for_subscribers);
-  settings.start_paused = parameters.flag("start_paused", settings.start_paused);
-  settings.publish_tf = parameters.flag("publish_tf", settings.publish_tf);
-  settings.world_tf = parameters.flag("world_tf", settings.world_tf);
-  settings.publish_rollers = parameters.flag("publish_rollers", settings.publish_rollers);
-  settings.driver_wheel_radius = parameters.number("driver_wheel_radius", settings.driver_wheel_radius, 1e-3, 1, "m");
-  settings.bag = parameters.text("bag", settings.bag);
-  parameters.refuse_others();
-  check_time(settings);
-  return settings;
-}
-
-BaseNode::BaseNode(const Settings& settings)
+BaseNode::BaseNode(const BaseSettings& settings)
     : settings_(settings),
-      kinematics_(telemetry_options(settings).kinematics),
-      drive_(settings.scene.solver.control_period),
-      simulation_(settings.scene, [this](double, const State& state) { return drive_.sample(state.dphi()); }),
-      telemetry_(simulation_, telemetry_options(settings)),
+      driver_(settings.driver, settings.scene.initial.phi()),
+      simulation_(settings.scene, [this](double t, const State& state) { return driver_.sample(t, state.dphi()); }),
+      telemetry_(simulation_, read_motors(), settings.telemetry),
       pacer_(settings.real_time_factor, settings.lockstep ? 0 : kMostLag),
+      publishing_(settings.publish_rate, kSlack * settings.scene.solver.control_period),
+      listening_(settings.command_rate, kSlack * settings.scene.solver.control_period),
+      diagnosing_(kDiagnosticsRate, kSlack * settings.scene.solver.control_period),
       private_node_("~"),
       paused_(settings.start_paused) {
   node_.setCallbackQueue(&queue_);
   private_node_.setCallbackQueue(&queue_);
   if (!settings_.bag.empty()) open_bag();
-  hold_wheels();
   advertise();
-  subscribe();
+  const auto restart_odometry = [this] {
+    telemetry_.update(simulation_, read_motors());
+    telemetry_.restart_odometry();
+  };
+  interface_ = std::make_unique<DriverInterface>(
+      driver_, settings_.telemetry.kinematics,
+      DriverInterface::Owner{[this] { return simulation_.time(); }, restart_odometry}, node_, private_node_, log_);
   if (settings_.world_tf) publish_world();
   if (settings_.publish_clock) offer_services();
+  if (settings_.has_arms) ROS_WARN("youBotHasArms is true, but no arm is simulated: it will not be found");
 }
+
+MotorReadings BaseNode::read_motors() { return driver_.read(simulation_.state().phi(), simulation_.state().dphi()); }
 
 void BaseNode::open_bag() {
   try {
-    bag_ = std::make_unique<BagWriter>(settings_.bag, telemetry_options(settings_));
+    bag_ = std::make_unique<BagWriter>(settings_.bag);
   } catch (const std::runtime_error& error) {
     throw ParameterError(fmt::format("parameter ~bag: {}", error.what()));
   }
@@ -141,10 +77,14 @@ void BaseNode::open_bag() {
 void BaseNode::advertise() {
   const std::uint32_t queue = settings_.publish_clock ? kRecorderQueue : kDriverQueue;
   telemetry_.visit(ros::Time(), [&](const char* topic, const auto& make) {
-    if (topic == std::string("/tf") && !settings_.publish_tf) return;
+    if (topic == std::string(Telemetry::kTransforms) && !settings_.publish_tf) return;
     publishers_[topic] = node_.advertise<decltype(make())>(topic, queue);
   });
   publishers_[Telemetry::kSwitches] = node_.advertise<RollerSwitchStamped>(Telemetry::kSwitches, kRecorderQueue);
+  publishers_[kDiagnosticsTopic] = node_.advertise<diagnostic_msgs::DiagnosticArray>(kDiagnosticsTopic, kDriverQueue);
+#ifdef YOUBOT_BASE_SIM_PR2_MSGS
+  publishers_[kDashboardTopic] = node_.advertise<pr2_msgs::PowerBoardState>(kDashboardTopic, kDriverQueue);
+#endif
   // Latched, so that a node that comes later, perhaps while time stands still, knows the time at once.
   if (settings_.publish_clock) {
     publishers_[kClockTopic] = node_.advertise<rosgraph_msgs::Clock>(kClockTopic, kRecorderQueue, true);
@@ -159,15 +99,6 @@ void BaseNode::publish_world() {
       transform_message(kWorldFrame, kOdometryFrame, {start.x(), start.y(), start.psi()}, ros::Time::now()));
   static_transforms_ = node_.advertise<tf2_msgs::TFMessage>("/tf_static", 1, true);
   static_transforms_.publish(message);
-}
-
-void BaseNode::subscribe() {
-  constexpr std::uint32_t kQueue = 1000;
-  // Without it Nagle's algorithm may hold a command back for 40 ms.
-  const auto hints = ros::TransportHints().tcpNoDelay();
-  subscribers_ = {node_.subscribe(kTorqueTopic, kQueue, &BaseNode::take_torques, this, hints),
-                  node_.subscribe(kVelocityTopic, kQueue, &BaseNode::take_velocities, this, hints),
-                  node_.subscribe(kTwistTopic, kQueue, &BaseNode::take_twist, this, hints)};
 }
 
 void BaseNode::offer_services() {
@@ -199,6 +130,7 @@ void BaseNode::await_subscribers() {
   const auto missing = [this] {
     std::string topics;
     for (const auto& [topic, publisher] : publishers_) {
+      if (topic == kDiagnosticsTopic || topic == kDashboardTopic) continue;
       if (publisher.getNumSubscribers() == 0) topics += " " + topic;
     }
     return topics;
@@ -213,35 +145,45 @@ void BaseNode::await_subscribers() {
 
 bool BaseNode::take_commands() {
   if (!settings_.lockstep) {
-    queue_.callAvailable(ros::WallDuration(0));
+    if (listening_.due(simulation_.time())) queue_.callAvailable(ros::WallDuration(0));
     return !paused_;
   }
   Hint hint;
-  while (commands_left_ == 0 && !paused_ && node_.ok()) {
+  const auto none_left = [this] { return interface_->commands() == commands_taken_; };
+  while (none_left() && !paused_ && node_.ok()) {
     queue_.callOne(ros::WallDuration(0.1));
     if (hint.due()) ROS_INFO("lockstep: waiting for a command at t = %g s", simulation_.time());
   }
-  if (commands_left_ == 0 || paused_) return false;
-  --commands_left_;
+  if (none_left() || paused_) return false;
+  ++commands_taken_;
   return true;
 }
 
 void BaseNode::advance() {
-  simulation_.advance_period();
+  advance_period();
   const double lost = pacer_.wait_until(simulation_.time());
   if (lost > 0 && !settings_.lockstep) {
     wall_start_ += ros::Duration(lost);
-    warn("lag", fmt::format("too slow for the rate asked for: {:.3g} s are lost", lost));
+    log_.warn("lag", fmt::format("too slow for the rate asked for: {:.3g} s are lost", lost));
   }
   publish_instant();
 }
 
-/// What is due at the present time: the switches of the control period that has ended, and every 1 / publish_rate the
-/// rest. The instants are multiples of that period, each rounded up to the end of a control period.
+void BaseNode::advance_period() {
+  const bool was_present = driver_.present(), was_timed_out = driver_.timed_out();
+  simulation_.advance_period();
+  if (was_present && !driver_.present()) {
+    ROS_WARN("EtherCAT is lost: the base is not connected until reconnect is called");
+  }
+  if (!was_timed_out && driver_.timed_out()) {
+    ROS_WARN("no command for %g s: the wheels are stopped", settings_.driver.command_timeout);
+  }
+}
+
+/// What is due at the present time: the switches of the control period that has ended, and at their instants the rest.
 void BaseNode::publish_instant() {
   const double t = simulation_.time();
-  const double due = static_cast<double>(instants_) / settings_.publish_rate;
-  const bool is_due = t >= due - 1e-6 * settings_.scene.solver.control_period;
+  const bool is_due = publishing_.due(t);
   const std::vector<RollerSwitch> switches = simulation_.take_switches();
   // With nobody to keep pace with, a /clock message each control period would cost more than the simulation itself.
   if (settings_.lockstep || settings_.real_time_factor > 0 || is_due || !switches.empty()) announce_time();
@@ -249,11 +191,23 @@ void BaseNode::publish_instant() {
   for (const RollerSwitch& event : switches) {
     publish(Telemetry::kSwitches, [&] { return roller_switch_message(event, stamp(event.t)); });
   }
-  if (!is_due) return;
-  ++instants_;
-  if (bag_) bag_->write(simulation_);
-  telemetry_.update(simulation_);
-  telemetry_.visit(stamp(t), [this](const char* topic, const auto& make) { publish(topic, make); });
+  if (is_due) {
+    telemetry_.update(simulation_, read_motors());
+    if (bag_) bag_->write(telemetry_, t);
+    telemetry_.visit(stamp(t), [this](const char* topic, const auto& make) {
+      if (driver_.present() || topic == std::string(Telemetry::kGroundTruth)) publish(topic, make);
+    });
+  }
+  if (diagnosing_.due(t)) publish_diagnostics();
+}
+
+void BaseNode::publish_diagnostics() {
+  const ros::Time now = stamp(simulation_.time());
+  const Pacer::Timing timing = pacer_.take_timing();
+  publish(kDiagnosticsTopic, [&] { return diagnostics_message(driver_, simulation_, timing, now); });
+#ifdef YOUBOT_BASE_SIM_PR2_MSGS
+  publish(kDashboardTopic, [&] { return dashboard_message(driver_, now); });
+#endif
 }
 
 void BaseNode::announce_time() {
@@ -276,53 +230,6 @@ ros::Time BaseNode::stamp(double t) const {
   return settings_.publish_clock ? stamp_of(t) : wall_start_ + ros::Duration(t);
 }
 
-void BaseNode::take_torques(const brics_actuator::JointTorques& message) {
-  obey(kTorqueTopic, wheel_command(message), &WheelDrive::command_torque);
-}
-
-void BaseNode::take_velocities(const brics_actuator::JointVelocities& message) {
-  obey(kVelocityTopic, wheel_command(message), &WheelDrive::command_velocity);
-}
-
-void BaseNode::take_twist(const geometry_msgs::Twist& message) {
-  WheelCommand command;
-  if (const auto velocity = commanded_velocity(message)) {
-    const Wheels rates = kinematics_.wheel_rates(*velocity);
-    for (int i = 0; i < kWheels; ++i) command.values[i] = rates[i];
-  } else {
-    command.complaints.push_back(
-        {"value", fmt::format("({}, {}, {}) is not finite: refused, the base goes on as before", message.linear.x,
-                              message.linear.y, message.angular.z)});
-  }
-  obey(kTwistTopic, command, &WheelDrive::command_velocity);
-}
-
-void BaseNode::obey(const char* topic, const WheelCommand& command, bool (WheelDrive::*set)(int, double)) {
-  ++commands_left_;
-  const auto complain = [&](const Complaint& complaint) {
-    warn(topic + complaint.subject, fmt::format("{}: {}", topic, complaint.text));
-  };
-  for (const Complaint& complaint : command.complaints) complain(complaint);
-  for (int i = 0; i < kWheels; ++i) {
-    if (!command.values[i] || (drive_.*set)(i, *command.values[i])) continue;
-    complain({wheel_joint(i) + " limit",
-              fmt::format("{}: {} is beyond the motor's limit: clipped to it", wheel_joint(i), *command.values[i])});
-  }
-}
-
-void BaseNode::hold_wheels() {
-  for (int i = 0; i < kWheels; ++i) drive_.command_velocity(i, 0);
-}
-
-/// Says it once a second at most for each subject. (ROS_WARN_THROTTLE goes by simulated time, which may stand still.)
-void BaseNode::warn(const std::string& subject, const std::string& text) {
-  const auto now = SteadyClock::now();
-  const auto [last, is_first] = last_warning_.emplace(subject, now);
-  if (!is_first && now - last->second < kSilence) return;
-  last->second = now;
-  ROS_WARN_STREAM(text);
-}
-
 bool BaseNode::pause(std_srvs::Empty::Request&, std_srvs::Empty::Response&) {
   paused_ = true;
   return true;
@@ -336,10 +243,10 @@ bool BaseNode::unpause(std_srvs::Empty::Request&, std_srvs::Empty::Response&) {
 
 bool BaseNode::reset(std_srvs::Empty::Request&, std_srvs::Empty::Response&) {
   simulation_.reset();
-  drive_.reset();
-  hold_wheels();
-  telemetry_.reset(simulation_);
-  instants_ = 0;
+  driver_ = BaseDriver(settings_.driver, simulation_.state().phi());
+  telemetry_ = Telemetry(simulation_, read_motors(), settings_.telemetry);
+  for (Schedule* schedule : {&publishing_, &listening_, &diagnosing_}) schedule->reset();
+  listening_.due(0);  // which this is
   pacer_.start(0);
   publish_instant();
   return true;
@@ -349,7 +256,7 @@ bool BaseNode::step(Step::Request& request, Step::Response& response) {
   response.success = paused_;
   if (paused_) {
     for (std::uint32_t k = 0; k < request.periods && node_.ok(); ++k) {
-      simulation_.advance_period();
+      advance_period();
       publish_instant();
     }
   } else {

@@ -32,7 +32,7 @@ int wheel_of(const std::string& joint) {
   return found == kWheelNames.end() ? -1 : static_cast<int>(found - kWheelNames.begin());
 }
 
-WheelCommand read(const std::vector<brics_actuator::JointValue>& entries, const std::string& unit) {
+WheelCommand read(const std::vector<brics_actuator::JointValue>& entries, const std::string& unit, DriveMode mode) {
   WheelCommand command;
   if (entries.empty()) command.complaints.push_back({"empty", "names no joint at all: nothing changes"});
   std::bitset<kWheels> seen;
@@ -47,7 +47,7 @@ WheelCommand read(const std::vector<brics_actuator::JointValue>& entries, const 
     if (seen[i]) continue;
     seen[i] = true;
     if (std::isfinite(entry.value)) {
-      command.values[i] = entry.value;
+      command.set_points[i] = SetPoint{mode, entry.value};
     } else {
       command.complaints.push_back({entry.joint_uri + " value",
                                     fmt::format("{}: {} is not a finite number: refused, the joint keeps its set point",
@@ -93,6 +93,15 @@ nav_msgs::Odometry odometry_message(const std::string& frame, const Eigen::Vecto
   return message;
 }
 
+boost::array<double, 36> covariance_message(const Eigen::Matrix3d& covariance) {
+  constexpr int kAt[] = {0, 1, 5};  // of x, y, z and the turns about them
+  boost::array<double, 36> message{};
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) message[6 * kAt[i] + kAt[j]] = covariance(i, j);
+  }
+  return message;
+}
+
 geometry_msgs::TransformStamped transform_message(const std::string& frame, const std::string& child,
                                                   const Eigen::Vector3d& pose, const ros::Time& stamp) {
   geometry_msgs::TransformStamped message;
@@ -118,15 +127,26 @@ RollerSwitchStamped roller_switch_message(const RollerSwitch& event, const ros::
   return message;
 }
 
-WheelCommand wheel_command(const brics_actuator::JointTorques& message) { return read(message.torques, kTorqueUnit); }
-
-WheelCommand wheel_command(const brics_actuator::JointVelocities& message) {
-  return read(message.velocities, kVelocityUnit);
+WheelCommand wheel_command(const brics_actuator::JointTorques& message) {
+  return read(message.torques, kTorqueUnit, DriveMode::kTorque);
 }
 
-std::optional<Eigen::Vector3d> commanded_velocity(const geometry_msgs::Twist& message) {
+WheelCommand wheel_command(const brics_actuator::JointVelocities& message) {
+  return read(message.velocities, kVelocityUnit, DriveMode::kVelocity);
+}
+
+WheelCommand wheel_command(const geometry_msgs::Twist& message, const DriverKinematics& kinematics) {
+  WheelCommand command;
   const Eigen::Vector3d velocity(message.linear.x, message.linear.y, message.angular.z);
-  return velocity.allFinite() ? std::make_optional(velocity) : std::nullopt;
+  if (!velocity.allFinite()) {
+    command.complaints.push_back(
+        {"value", fmt::format("({}, {}, {}) is not finite: refused, the base goes on as before", velocity[0],
+                              velocity[1], velocity[2])});
+    return command;
+  }
+  const Wheels rates = kinematics.wheel_rates(velocity);
+  for (int i = 0; i < kWheels; ++i) command.set_points[i] = SetPoint{DriveMode::kVelocity, rates[i]};
+  return command;
 }
 
 brics_actuator::JointTorques torque_message(const Wheels& torque, const ros::Time& stamp) {

@@ -21,8 +21,9 @@ std::string text_of(XmlRpcValue& value) {
 
 }  // namespace
 
-ParameterError refusal(const std::string& name, const std::string& value, const std::string& allowed) {
-  return ParameterError(fmt::format("parameter ~{} = {}: must be {}", name, value, allowed));
+ParameterError Parameters::refusal(const std::string& name, const std::string& value,
+                                   const std::string& allowed) const {
+  return ParameterError(fmt::format("parameter {}{} = {}: must be {}", prefix_, name, value, allowed));
 }
 
 bool Parameters::get(const std::string& name, XmlRpcValue& value) {
@@ -63,7 +64,8 @@ void Parameters::refuse_others() const {
     if (name.rfind(mine, 0) != 0) continue;
     const std::string key = name.substr(mine.size(), name.find('/', mine.size()) - mine.size());
     if (known_.count(key)) continue;
-    throw ParameterError(fmt::format("parameter ~{} is unknown; known are: {}", key, fmt::join(known_, ", ")));
+    throw ParameterError(
+        fmt::format("parameter {}{} is unknown; known are: {}", prefix_, key, fmt::join(known_, ", ")));
   }
 }
 

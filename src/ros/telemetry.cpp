@@ -1,7 +1,5 @@
 #include "youbot_base_sim/ros/telemetry.h"
 
-#include <algorithm>
-
 namespace youbot_base_sim {
 
 namespace {
@@ -19,35 +17,37 @@ std::vector<std::string> joint_names(int rollers) {
 
 }  // namespace
 
-Telemetry::Telemetry(const Simulation& simulation, const Options& options)
-    : odometry_(options.kinematics, simulation.state().phi()), with_rollers_(options.rollers) {
-  joints_.name = joint_names(with_rollers_ ? simulation.scene().robot.rollers : 0);
+Telemetry::Telemetry(const Simulation& simulation, const MotorReadings& readings, const Options& options)
+    : options_(options), odometry_(options.kinematics, readings.phi, options.wheel_error) {
+  joints_.name = joint_names(options.rollers ? simulation.scene().robot.rollers : 0);
   joints_.position.resize(joints_.name.size());
   joints_.velocity.resize(joints_.name.size());
   joints_.effort.resize(joints_.name.size());
-  take_in(simulation);
+  take_in(simulation, readings);
 }
 
-void Telemetry::update(const Simulation& simulation) {
-  odometry_.update(simulation.state().phi());
-  take_in(simulation);
+void Telemetry::update(const Simulation& simulation, const MotorReadings& readings) {
+  odometry_.update(readings.phi);
+  take_in(simulation, readings);
 }
 
-void Telemetry::reset(const Simulation& simulation) {
-  odometry_.reset(simulation.state().phi());
-  take_in(simulation);
-}
+void Telemetry::restart_odometry() { odometry_.reset(readings_.phi); }
 
-void Telemetry::take_in(const Simulation& simulation) {
+void Telemetry::take_in(const Simulation& simulation, const MotorReadings& readings) {
+  constexpr bool kLeft[kWheels] = {true, false, true, false};
   state_ = simulation.state();
-  const Wheels torque = simulation.torque();
+  readings_ = readings;
   for (int i = 0; i < kWheels; ++i) {
-    joints_.position[i] = state_.phi()[i];
-    joints_.velocity[i] = state_.dphi()[i];
-    joints_.effort[i] = torque[i];
+    const double sign = options_.driver_velocity_sign && kLeft[i] ? -1 : 1;
+    joints_.position[i] = readings.phi[i];
+    joints_.velocity[i] = sign * readings.dphi[i];
+    joints_.effort[i] = sign * readings.torque[i];
   }
-  if (!with_rollers_) return;
-  // A roller turns while it is on the floor and stands otherwise; its bearing exerts no torque that anyone commands.
+  if (options_.rollers) take_in_rollers(simulation);
+}
+
+/// A roller turns while it is on the floor and stands otherwise; its bearing exerts no torque that anyone commands.
+void Telemetry::take_in_rollers(const Simulation& simulation) {
   const int n = simulation.scene().robot.rollers;
   const auto on_floor = simulation.rollers();
   std::size_t joint = 2 * kWheels;
@@ -60,7 +60,13 @@ void Telemetry::take_in(const Simulation& simulation) {
 }
 
 nav_msgs::Odometry Telemetry::odometry(const ros::Time& stamp) const {
-  return odometry_message(kOdometryFrame, odometry_.pose(), odometry_.kinematics().velocity(state_.dphi()), stamp);
+  nav_msgs::Odometry message =
+      odometry_message(kOdometryFrame, odometry_.pose(), odometry_.kinematics().velocity(readings_.dphi), stamp);
+  if (options_.wheel_error > 0) {
+    message.pose.covariance = covariance_message(odometry_.pose_covariance());
+    message.twist.covariance = covariance_message(odometry_.velocity_covariance(readings_.dphi));
+  }
+  return message;
 }
 
 nav_msgs::Odometry Telemetry::ground_truth(const ros::Time& stamp) const {
@@ -77,6 +83,10 @@ tf2_msgs::TFMessage Telemetry::transforms(const ros::Time& stamp) const {
   tf2_msgs::TFMessage message;
   message.transforms.push_back(transform_message(kOdometryFrame, kBaseFrame, odometry_.pose(), stamp));
   return message;
+}
+
+MotorReadings exact_readings(const Simulation& simulation) {
+  return {simulation.state().phi(), simulation.state().dphi(), simulation.torque()};
 }
 
 }  // namespace youbot_base_sim

@@ -2,6 +2,7 @@
 
 #include <Eigen/Dense>
 
+#include "youbot_base_sim/drive/motor.h"
 #include "youbot_base_sim/physics/state.h"
 
 namespace youbot_base_sim {
@@ -22,15 +23,25 @@ struct DriverKinematics {
   /// Velocity of the base that the wheel rates tell of; of four rates, the part that no such motion explains is lost.
   /// Linear, so that it also turns differences of wheel angles (rad) into displacements (m, m, rad).
   Eigen::Vector3d velocity(const Wheels& dphi) const;
+
+  /// The matrix of `velocity`, which takes rates of wheels (columns) to V_X, V_Y, Omega (rows).
+  Eigen::Matrix<double, 3, kWheels> jacobian() const;
 };
 
 /// Pose of the base from its wheels' angles as the driver integrates it: explicit Euler from one call to the next, with
 /// the heading that is already the new one. What comes out thus depends on how often it is updated; the driver does so
 /// at 50 Hz.
+///
+/// Its covariances are those of wheels that each turn by a share more or less than the base moves on, as a wrong radius
+/// and slip have it: one share that is unknown but constant, and one that changes from turn to turn, both with a
+/// standard deviation of `wheel_error`. They are of first order and never fall below what a tick and an rpm leave open.
+/// With `wheel_error` 0 they are zero, as the driver's.
 class WheelOdometry {
  public:
+  using Covariance = Eigen::Matrix3d;  ///< of x, y (m), heading (rad) or V_X, V_Y (m/s), Omega (rad/s)
+
   /// Starts at pose zero with the wheels at angles phi, rad.
-  WheelOdometry(const DriverKinematics& kinematics, const Wheels& phi);
+  WheelOdometry(const DriverKinematics& kinematics, const Wheels& phi, double wheel_error = 0, const Motor& motor = {});
 
   /// Goes on to wheel angles phi, rad.
   void update(const Wheels& phi);
@@ -41,12 +52,26 @@ class WheelOdometry {
   /// x, y (m) and heading (rad, unwrapped) in the frame of the pose at the start.
   const Eigen::Vector3d& pose() const { return pose_; }
 
+  /// Of `pose`, in its frame.
+  Covariance pose_covariance() const;
+
+  /// Of `kinematics().velocity(dphi)`, in the frame of the base.
+  Covariance velocity_covariance(const Wheels& dphi) const;
+
   const DriverKinematics& kinematics() const { return kinematics_; }
 
  private:
+  using Jacobian = Eigen::Matrix<double, 3, kWheels>;
+
+  void update_covariance(const Wheels& turned, const Eigen::Vector3d& moved);
+
   DriverKinematics kinematics_;
+  double wheel_error_;
+  double tick_, rpm_;  // rad, rad/s
   Wheels phi_;
   Eigen::Vector3d pose_ = Eigen::Vector3d::Zero();
+  Jacobian sensitivity_ = Jacobian::Zero();         // of the pose to each wheel's constant share
+  Covariance changing_share_ = Covariance::Zero();  // of the pose, on account of the other ones
 };
 
 }  // namespace youbot_base_sim

@@ -15,7 +15,7 @@ namespace youbot_base_sim {
 /// otherwise. Throws std::runtime_error, which names the file, where the system refuses.
 class BagWriter {
  public:
-  explicit BagWriter(const std::string& path, const Telemetry::Options& options = {});
+  explicit BagWriter(const std::string& path);
   ~BagWriter();
   BagWriter(const BagWriter&) = delete;
   BagWriter& operator=(const BagWriter&) = delete;
@@ -23,9 +23,8 @@ class BagWriter {
   /// Writes switches, in order of time.
   void write(const std::vector<RollerSwitch>& switches);
 
-  /// Writes the present state. The wheel odometry makes one step a call, as the driver's does in each of its cycles; it
-  /// starts again where the simulation did.
-  void write(const Simulation& simulation);
+  /// Writes what the base tells about itself at time t, s.
+  void write(const Telemetry& telemetry, double t);
 
   /// Puts the bag in its place.
   void commit();

@@ -14,6 +14,8 @@
 #include <string>
 #include <vector>
 
+#include "youbot_base_sim/drive/base_driver.h"
+#include "youbot_base_sim/drive/wheel_odometry.h"
 #include "youbot_base_sim/integration/switching_integrator.h"
 #include "youbot_base_sim/physics/state.h"
 
@@ -49,6 +51,9 @@ std::string wheel_joint(int i);
 nav_msgs::Odometry odometry_message(const std::string& frame, const Eigen::Vector3d& pose,
                                     const Eigen::Vector3d& velocity, const ros::Time& stamp);
 
+/// Covariance of x, y, heading, or of V_X, V_Y, Omega, as one of six degrees of freedom; the three others do not vary.
+boost::array<double, 36> covariance_message(const Eigen::Matrix3d& covariance);
+
 /// Pose x, y (m), heading (rad) of the frame `child` in `frame`.
 geometry_msgs::TransformStamped transform_message(const std::string& frame, const std::string& child,
                                                   const Eigen::Vector3d& pose, const ros::Time& stamp);
@@ -62,9 +67,9 @@ struct Complaint {
   std::string text;     ///< the sentence for the log
 };
 
-/// What a command says about each wheel; nothing for a wheel that it does not name, which keeps its set point.
+/// What a command message says about each wheel; nothing for a wheel that it does not name, which keeps its set point.
 struct WheelCommand {
-  std::array<std::optional<double>, kWheels> values;  ///< N m or rad/s, finite
+  DriveCommand set_points;  ///< of finite values
   std::vector<Complaint> complaints;
 };
 
@@ -75,9 +80,9 @@ struct WheelCommand {
 WheelCommand wheel_command(const brics_actuator::JointTorques& message);
 WheelCommand wheel_command(const brics_actuator::JointVelocities& message);
 
-/// Velocity V_X, V_Y (m/s), Omega (rad/s) that a twist commands; its other components are ignored, as the driver does.
-/// Nothing if one of the three is not finite.
-std::optional<Eigen::Vector3d> commanded_velocity(const geometry_msgs::Twist& message);
+/// The same for the rates of all wheels, by `kinematics`, that a twist commands. Of the twist V_X, V_Y and Omega count,
+/// as in the driver; if one of the three is not finite, the twist is refused with a complaint.
+WheelCommand wheel_command(const geometry_msgs::Twist& message, const DriverKinematics& kinematics);
 
 /// Commands for all four wheels, N m and rad/s.
 brics_actuator::JointTorques torque_message(const Wheels& torque, const ros::Time& stamp);

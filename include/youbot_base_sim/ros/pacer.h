@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 
 namespace youbot_base_sim {
 
@@ -15,8 +16,20 @@ class Pacer {
   /// Simulated time t (s) is due now, and later times accordingly.
   void start(double t);
 
+  /// What the waits since the last `take_timing` tell about the loop.
+  struct Timing {
+    std::int64_t waits = 0;
+    double lateness = 0;       ///< from the instants that were due to the loop's going on, mean, s
+    double most_lateness = 0;  ///< s
+    double busy = 0;           ///< share of the time that the loop did not wait
+    double lost = 0;           ///< given up, s
+  };
+
   /// Sleeps until simulated time t (s) is due. Returns the wall time that was given up, s; mostly 0.
   double wait_until(double t);
+
+  /// Clears it.
+  Timing take_timing();
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -25,6 +38,9 @@ class Pacer {
   double most_lag_;
   Clock::time_point start_;
   double start_t_ = 0;
+  Timing timing_;  // lateness and busy as sums, s
+  Clock::time_point timing_start_ = Clock::now();
+  Clock::time_point awake_since_ = timing_start_;
 };
 
 }  // namespace youbot_base_sim

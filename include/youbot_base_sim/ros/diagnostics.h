@@ -1,0 +1,31 @@
+#pragma once
+
+#include <diagnostic_msgs/DiagnosticArray.h>
+#ifdef YOUBOT_BASE_SIM_PR2_MSGS
+#include <pr2_msgs/PowerBoardState.h>
+#endif
+
+#include "youbot_base_sim/drive/base_driver.h"
+#include "youbot_base_sim/ros/pacer.h"
+#include "youbot_base_sim/simulation.h"
+
+/// What /diagnostics and the dashboard say: pure functions.
+namespace youbot_base_sim {
+
+constexpr char kDiagnosticsTopic[] = "/diagnostics";
+constexpr char kDashboardTopic[] = "/dashboard/platform_state";
+constexpr double kDiagnosticsRate = 0.5;  ///< Hz, as the driver's
+
+/// The driver's three statuses, platform_Base, platform_Arm and platform_EtherCAT, to the letter; then our own, whose
+/// names begin with youbot_base_sim: the wheels (what each motor does, what each wheel stands on), faults, integration
+/// (which steps were taken, how many; a warning if safe steps were among them) and the loop's timing since the last
+/// message (a warning if time was lost).
+diagnostic_msgs::DiagnosticArray diagnostics_message(const BaseDriver& driver, const Simulation& simulation,
+                                                     const Pacer::Timing& timing, const ros::Time& stamp);
+
+#ifdef YOUBOT_BASE_SIM_PR2_MSGS
+/// The driver's: circuit 0 is the base, circuit 1 the arm that is not there, run_stop a lost EtherCAT.
+pr2_msgs::PowerBoardState dashboard_message(const BaseDriver& driver, const ros::Time& stamp);
+#endif
+
+}  // namespace youbot_base_sim

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <geometry_msgs/Twist.h>
+#include <ros/ros.h>
+#include <std_srvs/Empty.h>
+#include <youbot_base_sim/SetFaults.h>
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "youbot_base_sim/drive/base_driver.h"
+#include "youbot_base_sim/ros/conversions.h"
+#include "youbot_base_sim/ros/throttled_log.h"
+
+namespace youbot_base_sim {
+
+/// What a stack tells the base driver over ROS, passed on to a BaseDriver.
+///
+/// Subscribes (queue 1000, as the driver):
+///   cmd_vel                               geometry_msgs/Twist, by the driver's kinematics to wheel rates
+///   base/base_controller/torques_command  brics_actuator/JointTorques, at the wheels
+///   base/base_controller/velocity_command brics_actuator/JointVelocities, kept by the wheels' velocity loop
+/// A command holds until the next one for the same wheel. The driver has no topic for single wheels; these are named,
+/// and their messages read, by analogy to the arm's.
+///
+/// Offers base/switchOffMotors, base/switchOnMotors and reconnect (std_srvs/Empty), which fail without a base as the
+/// driver's do, and ~set_faults (youbot_base_sim/SetFaults).
+class DriverInterface {
+ public:
+  struct Owner {
+    std::function<double()> time;        ///< simulated time, s
+    std::function<void()> on_reconnect;  ///< after the driver was started anew
+  };
+
+  /// All references must outlive it.
+  DriverInterface(BaseDriver& driver, const DriverKinematics& kinematics, const Owner& owner, ros::NodeHandle& node,
+                  ros::NodeHandle& private_node, ThrottledLog& log);
+
+  /// Command messages so far, bad ones included.
+  std::int64_t commands() const { return commands_; }
+
+ private:
+  template <class Message>
+  void subscribe(ros::NodeHandle& node, const char* topic, const std::function<WheelCommand(const Message&)>& read);
+  void obey(const char* topic, const WheelCommand& command);
+  bool switch_off(std_srvs::Empty::Request&, std_srvs::Empty::Response&);
+  bool switch_on(std_srvs::Empty::Request&, std_srvs::Empty::Response&);
+  bool reconnect(std_srvs::Empty::Request&, std_srvs::Empty::Response&);
+  bool set_faults(SetFaults::Request& request, SetFaults::Response& response);
+  bool require_base(bool done);
+
+  BaseDriver& driver_;
+  Owner owner_;
+  ThrottledLog& log_;
+  std::int64_t commands_ = 0;
+  std::vector<ros::Subscriber> subscribers_;
+  std::vector<ros::ServiceServer> services_;
+};
+
+}  // namespace youbot_base_sim

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <cstdint>
+
+namespace youbot_base_sim {
+
+/// Instants at the multiples of a period, each met by the first control period that ends there or later. Never a sum of
+/// periods: an hour of them is an hour.
+class Schedule {
+ public:
+  /// `rate` in Hz; `slack` (s) is how much too early still counts, for rounding.
+  Schedule(double rate, double slack) : rate_(rate), slack_(slack) {}
+
+  /// Whether an instant is due at time t (s); then the next one is waited for.
+  bool due(double t) {
+    if (t < static_cast<double>(instants_) / rate_ - slack_) return false;
+    ++instants_;
+    return true;
+  }
+
+  /// Back to t = 0.
+  void reset() { instants_ = 0; }
+
+ private:
+  double rate_;
+  double slack_;
+  std::int64_t instants_ = 0;  // that have been met
+};
+
+}  // namespace youbot_base_sim

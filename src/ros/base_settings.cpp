@@ -1,0 +1,140 @@
+#include "youbot_base_sim/ros/base_settings.h"
+
+#include <fmt/format.h>
+#include <ros/ros.h>
+
+#include "youbot_base_sim/drive/driver_configuration.h"
+#include "youbot_base_sim/ros/parameters.h"
+
+namespace youbot_base_sim {
+
+namespace {
+
+Scene read_scene(Parameters& parameters) {
+  const std::string path = parameters.text("scene", "");
+  SceneOverrides overrides;
+  overrides.model = parameters.text("model", "");
+  overrides.control_period = parameters.number("control_period", -1, 1e-6, 10, "s");
+  Scene scene;
+  try {
+    if (!overrides.model.empty()) scene.model = model_from_name(overrides.model);
+  } catch (const SceneError& error) {
+    throw ParameterError(fmt::format("parameter ~{}", error.what()));  // "model = ..."
+  }
+  try {
+    if (!path.empty()) scene = load_scene(path, overrides);
+  } catch (const SceneError& error) {
+    throw ParameterError(fmt::format("parameter ~scene: {}", error.what()));
+  }
+  if (overrides.control_period > 0) scene.solver.control_period = overrides.control_period;
+  if (!(scene.solver.control_period > 0)) scene.solver.control_period = 1e-3;
+  scene.drive = std::monostate();
+  return scene;
+}
+
+/// The real driver's parameters.
+void read_driver_parameters(BaseSettings& settings) {
+  Parameters parameters(ros::NodeHandle(), "");
+  if (!parameters.flag("youBotHasBase", true)) {
+    throw parameters.refusal("youBotHasBase", "false", "true: this node simulates the base and nothing else");
+  }
+  settings.has_arms = parameters.flag("youBotHasArms", false);
+  settings.publish_rate = parameters.number("youBotDriverCycleFrequencyInHz", settings.publish_rate, 1e-3, 1e6, "Hz");
+  const std::string folder = parameters.text("youBotConfigurationFilePath", "");
+  const std::string name = parameters.text("youBotBaseName", "youbot-base");
+  if (folder.empty()) return;
+  try {
+    const DriverConfiguration configuration = load_driver_configuration(folder, name);
+    settings.driver.motor = configuration.motor;
+    settings.telemetry.kinematics = configuration.kinematics;
+  } catch (const DriverConfigurationError& error) {
+    throw ParameterError(fmt::format("parameter youBotConfigurationFilePath: {}", error.what()));
+  }
+}
+
+void read_rates(Parameters& parameters, BaseSettings& settings) {
+  const double most_rate = 1 / settings.scene.solver.control_period;
+  const auto rate = [&](const char* name, double otherwise) {
+    return parameters.number(name, std::min(otherwise, most_rate), 1e-3, most_rate * (1 + 1e-9),
+                             "Hz: at most once a control period");
+  };
+  settings.publish_rate = rate("publish_rate", settings.publish_rate);
+  settings.command_rate = rate("command_rate", most_rate);
+}
+
+void read_time(Parameters& parameters, BaseSettings& settings) {
+  settings.publish_clock = parameters.flag("publish_clock", settings.publish_clock);
+  settings.real_time_factor = parameters.number("real_time_factor", settings.real_time_factor, 0, 1e6, "");
+  settings.lockstep = parameters.flag("lockstep", settings.lockstep);
+  settings.wait_for_subscribers = parameters.flag("wait_for_subscribers", settings.wait_for_subscribers);
+  settings.start_paused = parameters.flag("start_paused", settings.start_paused);
+}
+
+void read_drive(Parameters& parameters, BaseSettings& settings) {
+  BaseDriver::Settings& driver = settings.driver;
+  driver.control_period = settings.scene.solver.control_period;
+  driver.wheel_inertia = settings.scene.robot.J_1;
+  driver.quantized = parameters.flag("quantized", driver.quantized);
+  driver.dry_friction = parameters.number("dry_friction", driver.dry_friction, 0, 100, "N m");
+  driver.command_timeout = parameters.number("command_timeout", driver.command_timeout, 0, 1e6, "s");
+  driver.gains.proportional =
+      parameters.number("velocity_proportional_gain", driver.gains.proportional, 0, 1e3, "N m s/rad");
+  driver.gains.integral = parameters.number("velocity_integral_gain", driver.gains.integral, 0, 1e6, "N m/rad");
+}
+
+void read_telemetry(Parameters& parameters, BaseSettings& settings) {
+  Telemetry::Options& telemetry = settings.telemetry;
+  settings.publish_tf = parameters.flag("publish_tf", settings.publish_tf);
+  settings.world_tf = parameters.flag("world_tf", settings.world_tf);
+  telemetry.rollers = parameters.flag("publish_rollers", telemetry.rollers);
+  telemetry.kinematics.wheel_radius =
+      parameters.number("driver_wheel_radius", telemetry.kinematics.wheel_radius, 1e-3, 1, "m");
+  telemetry.wheel_error = parameters.number("odometry_wheel_error", telemetry.wheel_error, 0, 1, "");
+  const std::string sign = parameters.text("joint_velocity_sign", "consistent");
+  if (sign != "consistent" && sign != "driver_exact") {
+    throw parameters.refusal("joint_velocity_sign", "\"" + sign + "\"", "consistent or driver_exact");
+  }
+  telemetry.driver_velocity_sign = sign == "driver_exact";
+}
+
+/// Refuses what makes no sense without being the master of time.
+void check_time(const Parameters& parameters, const BaseSettings& settings) {
+  bool use_sim_time = false;
+  ros::param::get("/use_sim_time", use_sim_time);
+  if (settings.publish_clock) {
+    if (!use_sim_time) ROS_WARN("/use_sim_time is not set: nodes that start now will not follow the clock of this one");
+    return;
+  }
+  if (use_sim_time) {
+    throw ParameterError(
+        "parameter ~publish_clock = false: must be true where /use_sim_time is true, or nobody knows the time");
+  }
+  if (settings.real_time_factor != 1) {
+    throw parameters.refusal("real_time_factor", fmt::format("{:g}", settings.real_time_factor),
+                             "1 unless ~publish_clock is true: the wall clock has its own rate");
+  }
+  if (settings.lockstep) throw parameters.refusal("lockstep", "true", "false unless ~publish_clock is true");
+  if (!settings.bag.empty()) {
+    throw parameters.refusal("bag", settings.bag, "left out unless ~publish_clock is true: use rosbag record");
+  }
+  if (settings.start_paused) throw parameters.refusal("start_paused", "true", "false unless ~publish_clock is true");
+}
+
+}  // namespace
+
+BaseSettings read_base_settings() {
+  Parameters parameters(ros::NodeHandle("~"), "~");
+  BaseSettings settings;
+  settings.scene = read_scene(parameters);
+  read_driver_parameters(settings);
+  read_rates(parameters, settings);
+  read_time(parameters, settings);
+  read_drive(parameters, settings);
+  read_telemetry(parameters, settings);
+  settings.bag = parameters.text("bag", settings.bag);
+  parameters.refuse_others();
+  check_time(parameters, settings);
+  return settings;
+}
+
+}  // namespace youbot_base_sim

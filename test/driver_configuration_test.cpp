@@ -1,0 +1,78 @@
+// The driver's configuration file.
+
+#include "youbot_base_sim/drive/driver_configuration.h"
+
+#include <gtest/gtest.h>
+
+#include "temporary_folder.h"
+
+namespace youbot_base_sim {
+namespace {
+
+constexpr char kFolder[] = YOUBOT_BASE_SIM_SOURCE_DIR "/config";
+
+/// A file with one piece of text replaced by another.
+class DriverConfigurationTest : public ::testing::Test {
+ protected:
+  DriverConfiguration load_with(const std::string& from, const std::string& to) {
+    std::ostringstream text;
+    text << std::ifstream(std::string(kFolder) + "/youbot-base.cfg").rdbuf();
+    std::string changed = text.str();
+    const std::size_t at = changed.find(from);
+    if (at == std::string::npos) throw std::logic_error(from + " is not in the file");
+    changed.replace(at, from.size(), to);
+    folder_.write("changed.cfg", changed);
+    return load_driver_configuration(folder_.path(""), "changed");
+  }
+
+  void expect_refused(const std::string& from, const std::string& to, const std::vector<std::string>& words) {
+    try {
+      load_with(from, to);
+      ADD_FAILURE() << to << " must be refused";
+    } catch (const DriverConfigurationError& error) {
+      for (const std::string& word : words) {
+        EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << error.what();
+      }
+    }
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(DriverConfigurationTest, OursIsTheDefault) {
+  const DriverConfiguration read = load_driver_configuration(kFolder, "youbot-base");
+  EXPECT_EQ(read.motor.gear_ratio, Motor().gear_ratio);
+  EXPECT_EQ(read.motor.encoder_ticks, Motor().encoder_ticks);
+  EXPECT_EQ(read.motor.torque_constant, Motor().torque_constant);
+  EXPECT_EQ(read.kinematics.wheel_radius, DriverKinematics().wheel_radius);
+  EXPECT_EQ(read.kinematics.half_lengths, DriverKinematics().half_lengths);
+}
+
+TEST_F(DriverConfigurationTest, NumbersCount) {
+  EXPECT_EQ(load_with("WheelRadius_[meter] = 0.0475", "WheelRadius_[meter] = 0.05").kinematics.wheel_radius, 0.05);
+  EXPECT_EQ(load_with("LengthBetweenFrontWheels_[meter] = 0.3", "LengthBetweenFrontWheels_[meter] = 0.33")
+                .kinematics.half_lengths,
+            0.4);
+}
+
+TEST_F(DriverConfigurationTest, WhatIsBadIsRefusedByName) {
+  expect_refused("WheelRadius_[meter] = 0.0475", "WheelRadius_[meter] = -1",
+                 {"changed.cfg", "YouBotKinematic", "WheelRadius", "-1", "> 0"});
+  expect_refused("WheelRadius_[meter] = 0.0475", "", {"WheelRadius", "missing"});
+  expect_refused("GearRatio_numerator = 364", "GearRatio_numerator = some", {"Joint_1", "GearRatio_numerator", "some"});
+  expect_refused("SlideRatio = 1", "SlideRatio = 2", {"SlideRatio", "2", "1"});
+  expect_refused("GearRatio_numerator = 364", "GearRatio_numerator = 300", {"Joint_2", "Joint_1"});
+  expect_refused("[Joint_1]", "[Joint_1", {"changed.cfg", "line"});
+}
+
+TEST_F(DriverConfigurationTest, FileThatIsNotThereIsNamed) {
+  try {
+    load_driver_configuration("/nowhere", "youbot-base");
+    FAIL() << "must throw";
+  } catch (const DriverConfigurationError& error) {
+    EXPECT_NE(std::string(error.what()).find("/nowhere/youbot-base.cfg"), std::string::npos) << error.what();
+  }
+}
+
+}  // namespace
+}  // namespace youbot_base_sim

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <rosgraph_msgs/Log.h>
+
+#include <string>
+#include <vector>
+
+#include "base_client.h"
+
+namespace youbot_base_sim {
+
+/// What base_node says in the log.
+class Log {
+ public:
+  /// The program's one listener, once it hears the node of `base`, which must be in lockstep.
+  static Log& of(BaseClient& base) {
+    static Log* log = new Log(base);
+    return *log;
+  }
+
+  /// Waits for a line of this level that has all of `words`.
+  void expect(BaseClient& base, int level, const std::vector<std::string>& words) {
+    base.wait_for(words[0].c_str(), [&] {
+      for (const rosgraph_msgs::Log& line : lines_) {
+        bool has_all = line.level == level;
+        for (const std::string& word : words) has_all = has_all && line.msg.find(word) != std::string::npos;
+        if (has_all) return true;
+      }
+      return false;
+    });
+  }
+
+  /// Lines of this level that have `word`.
+  std::size_t count(int level, const std::string& word) const {
+    std::size_t count = 0;
+    for (const rosgraph_msgs::Log& line : lines_)
+      count += line.level == level && line.msg.find(word) != std::string::npos;
+    return count;
+  }
+
+ private:
+  explicit Log(BaseClient& base) {
+    subscriber_ = node_.subscribe<rosgraph_msgs::Log>("/rosout", 1000, [this](const auto& line) {
+      if (line->name == "/base_node") lines_.push_back(*line);
+    });
+    // It is heard when it answers: an empty command is warned about.
+    const auto limit = ros::WallTime::now() + ros::WallDuration(20);
+    while (lines_.empty() && ros::WallTime::now() < limit) base.command(brics_actuator::JointVelocities());
+  }
+
+  ros::NodeHandle node_;
+  ros::Subscriber subscriber_;
+  std::vector<rosgraph_msgs::Log> lines_;
+};
+
+}  // namespace youbot_base_sim
