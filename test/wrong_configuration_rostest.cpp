@@ -101,6 +101,28 @@ TEST_F(WrongConfiguration, value_of_the_wrong_kind) {
   expect_base_refuses("_scene:=3", {"~scene", "3"});
 }
 
+TEST_F(WrongConfiguration, parameter_of_the_driver) {
+  const auto expect_refused_with = [this](const std::string& name, const auto& value,
+                                          const std::vector<std::string>& words) {
+    ros::param::set(name, value);
+    expect_refused(BASE_NODE, {}, words);
+    ros::param::del(name);
+  };
+  expect_refused_with("youBotHasBase", false, {"youBotHasBase", "false", "true"});
+  expect_refused_with("youBotHasBase", 3, {"youBotHasBase", "3", "true or false"});
+  expect_refused_with("youBotDriverCycleFrequencyInHz", -50.0, {"youBotDriverCycleFrequencyInHz", "-50", "Hz"});
+  expect_refused_with("youBotConfigurationFilePath", "/nowhere",
+                      {"youBotConfigurationFilePath", "/nowhere/youbot-base.cfg"});
+}
+
+TEST_F(WrongConfiguration, of_motors_and_odometry) {
+  expect_base_refuses("_joint_velocity_sign:=left", {"~joint_velocity_sign", "left", "driver_exact"});
+  expect_base_refuses("_command_timeout:=-1", {"~command_timeout", "-1", "s"});
+  expect_base_refuses("_odometry_wheel_error:=2", {"~odometry_wheel_error", "2"});
+  expect_base_refuses("_dry_friction:=-0.1", {"~dry_friction", "-0.1", "N m"});
+  expect_base_refuses("_command_rate:=1001", {"~command_rate", "1001", "1000 Hz"});
+}
+
 TEST_F(WrongConfiguration, scene) {
   expect_base_refuses("_scene:=/nowhere/scene.yaml", {"~scene", "/nowhere/scene.yaml"});
   expect_base_refuses("_model:=sticky", {"~model", "sticky", "coulomb"});

@@ -111,7 +111,7 @@ void BaseNode::offer_services() {
 void BaseNode::run() {
   ROS_INFO("model %s, control period %g s, %s", name_of(settings_.scene.model), settings_.scene.solver.control_period,
            settings_.publish_clock ? "master of simulated time" : "wall clock");
-  announce_time();
+  if (settings_.publish_clock) announce_time();
   if (settings_.wait_for_subscribers) await_subscribers();
   wall_start_ = ros::Time::now();
   pacer_.start(simulation_.time());
@@ -145,7 +145,7 @@ void BaseNode::await_subscribers() {
 
 bool BaseNode::take_commands() {
   if (!settings_.lockstep) {
-    if (listening_.due(simulation_.time())) queue_.callAvailable(ros::WallDuration(0));
+    if (listening_.meet(simulation_.time()) && !queue_.isEmpty()) queue_.callAvailable(ros::WallDuration(0));
     return !paused_;
   }
   Hint hint;
@@ -159,9 +159,12 @@ bool BaseNode::take_commands() {
   return true;
 }
 
+/// Goes on to the end of the control period; waits and publishes only if somebody could notice.
 void BaseNode::advance() {
   advance_period();
-  const double lost = pacer_.wait_until(simulation_.time());
+  const double t = simulation_.time();
+  if (!settings_.publish_clock && !publishing_.due(t) && !listening_.due(t)) return;
+  const double lost = pacer_.wait_until(t);
   if (lost > 0 && !settings_.lockstep) {
     wall_start_ += ros::Duration(lost);
     log_.warn("lag", fmt::format("too slow for the rate asked for: {:.3g} s are lost", lost));
@@ -183,10 +186,11 @@ void BaseNode::advance_period() {
 /// What is due at the present time: the switches of the control period that has ended, and at their instants the rest.
 void BaseNode::publish_instant() {
   const double t = simulation_.time();
-  const bool is_due = publishing_.due(t);
+  const bool is_due = publishing_.meet(t);
   const std::vector<RollerSwitch> switches = simulation_.take_switches();
   // With nobody to keep pace with, a /clock message each control period would cost more than the simulation itself.
-  if (settings_.lockstep || settings_.real_time_factor > 0 || is_due || !switches.empty()) announce_time();
+  const bool keeps_pace = settings_.lockstep || settings_.real_time_factor > 0;
+  if (settings_.publish_clock && (keeps_pace || is_due || !switches.empty())) announce_time();
   if (bag_) bag_->write(switches);
   for (const RollerSwitch& event : switches) {
     publish(Telemetry::kSwitches, [&] { return roller_switch_message(event, stamp(event.t)); });
@@ -198,7 +202,7 @@ void BaseNode::publish_instant() {
       if (driver_.present() || topic == std::string(Telemetry::kGroundTruth)) publish(topic, make);
     });
   }
-  if (diagnosing_.due(t)) publish_diagnostics();
+  if (diagnosing_.meet(t)) publish_diagnostics();
 }
 
 void BaseNode::publish_diagnostics() {
@@ -246,7 +250,7 @@ bool BaseNode::reset(std_srvs::Empty::Request&, std_srvs::Empty::Response&) {
   driver_ = BaseDriver(settings_.driver, simulation_.state().phi());
   telemetry_ = Telemetry(simulation_, read_motors(), settings_.telemetry);
   for (Schedule* schedule : {&publishing_, &listening_, &diagnosing_}) schedule->reset();
-  listening_.due(0);  // which this is
+  listening_.meet(0);  // which this is
   pacer_.start(0);
   publish_instant();
   return true;

@@ -70,7 +70,7 @@ class BaseNode {
   ros::CallbackQueue queue_;
   ros::NodeHandle node_;
   ros::NodeHandle private_node_;
-  std::map<std::string, ros::Publisher> publishers_;  // by topic
+  std::map<std::string, ros::Publisher, std::less<>> publishers_;  // by topic
   ros::Publisher static_transforms_;
   std::unique_ptr<DriverInterface> interface_;
   std::vector<ros::ServiceServer> services_;

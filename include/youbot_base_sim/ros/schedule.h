@@ -11,11 +11,14 @@ class Schedule {
   /// `rate` in Hz; `slack` (s) is how much too early still counts, for rounding.
   Schedule(double rate, double slack) : rate_(rate), slack_(slack) {}
 
-  /// Whether an instant is due at time t (s); then the next one is waited for.
-  bool due(double t) {
-    if (t < static_cast<double>(instants_) / rate_ - slack_) return false;
-    ++instants_;
-    return true;
+  /// Whether an instant is due at time t, s.
+  bool due(double t) const { return t >= static_cast<double>(instants_) / rate_ - slack_; }
+
+  /// The same; if one is, the next one is waited for from now on.
+  bool meet(double t) {
+    const bool is_due = due(t);
+    instants_ += is_due;
+    return is_due;
   }
 
   /// Back to t = 0.
