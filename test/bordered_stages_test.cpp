@@ -50,7 +50,7 @@ struct StageSystem {
         block.diagonal().template tail<4>().setConstant(D[j][l] * inertia.J_2);
       }
       auto block = A.template block<kPerStage, kPerStage>(kPerStage * j, kPerStage * j);
-      block.template topLeftCorner<3, 3>() -= C[j];
+      for (int k = 0; k < 3; ++k) block.template topLeftCorner<3, 3>().col(k) -= C[j][k].template head<3>().matrix();
       for (int i = 0; i < kWheels; ++i) add_wheel(block, G[j], i);
     }
     return A;
@@ -95,7 +95,7 @@ struct StageSystem {
   Inertia inertia;
   double D[s][s] = {};
   std::array<Resistance, s> G;
-  std::array<Eigen::Matrix3d, s> C;
+  std::array<PlatformMatrix, s> C;
 };
 
 // Nothing symmetric, and no zero, about it. What holds a motion lies on the diagonal, so that none of it is singular.
@@ -142,8 +142,8 @@ TYPED_TEST(BorderedStagesTest, SolvesAnySystem) {
     TypeParam system(random_robot(random));
     system.set_step(std::pow(10, random.uniform(-4, 0)));
     for (Resistance& G : system.G) G = random_resistance(random);
-    for (Eigen::Matrix3d& C : system.C) {
-      for (int k = 0; k < 9; ++k) C(k) = random.uniform(-30, 30);
+    for (PlatformMatrix& C : system.C) {
+      for (Wheels& column : C) column = random.wheels(-30, 30) * Wheels{1, 1, 1, 0};
     }
     typename TypeParam::Vector wanted;
     for (int k = 0; k < wanted.size(); ++k) wanted[k] = random.uniform(-1, 1);
@@ -175,7 +175,7 @@ TYPED_TEST(BorderedStagesTest, SolvesForEveryStepAndStiffness) {
         for (std::size_t j = 0; j < system.G.size(); ++j) {
           const State x = random_state(random, robot, Wheels::Zero(), nu * slip_by_nu);
           model.resistance(model.contacts(x, Wheels::Zero()), system.G[j]);
-          system.C[j] = model.inertia().coriolis_by_velocity(x.velocity());
+          system.C[j] = model.inertia().coriolis_by_velocity(x.velocities().v);
         }
         typename TypeParam::Vector wanted;
         for (int k = 0; k < wanted.size(); ++k) wanted[k] = random.uniform(-1, 1);

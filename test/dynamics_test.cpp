@@ -312,7 +312,8 @@ TYPED_TEST(SlipModelTest, ResistanceIsTheSlopeOfTheForces) {
       Resistance resistance;
       motion.model.resistance(motion.model.contacts(u, phi_tilde), resistance);
       Matrix11 told = -dense(resistance);
-      told.topLeftCorner<3, 3>() += motion.model.inertia().coriolis_by_velocity(motion.state.velocity());
+      const PlatformMatrix C = motion.model.inertia().coriolis_by_velocity(motion.state.velocities().v);
+      for (int k = 0; k < 3; ++k) told.topLeftCorner<3, 3>().col(k) += C[k].head<3>().matrix();
       const Vector11 row_scale = (slope * slip.cwiseInverse().asDiagonal()).cwiseAbs().rowwise().maxCoeff();
       const Matrix11 allowed = 1e-9 * row_scale * slip.transpose();  // as above
       EXPECT_TRUE(((told - slope).cwiseAbs().array() <= allowed.array()).all()) << "slip / nu = " << slip_by_nu << "\n"

@@ -23,7 +23,25 @@ Eigen::Vector3d ReferenceMotion::jerk(double t) const {
   return {value(V_X), value(V_Y), value(Omega)};
 }
 
-Wheels ReferenceTorque::at(double t) const { return model_.torque(motion_.velocity(t), motion_.acceleration(t)); }
+ReferenceTorque::ReferenceTorque(const RobotParameters& robot, const ReferenceMotion& motion)
+    : model_(robot), motion_(motion) {
+  constant_ = cos_ = sin_ = cos_2_ = sin_2_ = Wheels::Zero();
+  constexpr int kSamples = 5;  // as many as there are coefficients
+  for (int k = 0; k < kSamples; ++k) {
+    const double part = static_cast<double>(k) / kSamples, t = part * motion.period, angle = 2 * M_PI * part;
+    const Wheels M = model_.torque(motion.velocity(t), motion.acceleration(t)) / kSamples;
+    constant_ += M;
+    cos_ += 2 * M * std::cos(angle);
+    sin_ += 2 * M * std::sin(angle);
+    cos_2_ += 2 * M * std::cos(2 * angle);
+    sin_2_ += 2 * M * std::sin(2 * angle);
+  }
+}
+
+Wheels ReferenceTorque::at(double t) const {
+  const double angle = 2 * M_PI * t / motion_.period, c = std::cos(angle), s = std::sin(angle);
+  return constant_ + c * cos_ + s * sin_ + (c * c - s * s) * cos_2_ + (2 * s * c) * sin_2_;
+}
 
 Wheels ReferenceTorque::rate(double t) const {
   return model_.torque_rate(motion_.velocity(t), motion_.acceleration(t), motion_.jerk(t));

@@ -2,13 +2,14 @@
 
 namespace youbot_base_sim {
 
-Inertia::Inertia(const RobotParameters& robot)
-    : J_1(robot.J_1), J_2(robot.J_2), m_s_(robot.m_s()), m_a_X_(robot.m * robot.a_X), m_a_Y_(robot.m * robot.a_Y) {
-  M_v << m_s_, 0, -m_a_Y_,  //
-      0, m_s_, m_a_X_,      //
-      -m_a_Y_, m_a_X_, robot.I_s;
+Inertia::Inertia(const RobotParameters& robot) : J_1(robot.J_1), J_2(robot.J_2) {
+  const double m_s = robot.m_s(), m_a_X = robot.m * robot.a_X, m_a_Y = robot.m * robot.a_Y;
+  M_v << m_s, 0, -m_a_Y,  //
+      0, m_s, m_a_X,      //
+      -m_a_Y, m_a_X, robot.I_s;
   M_v_inverse = M_v.inverse();
   for (int k = 0; k < 3; ++k) columns_[k] << M_v.col(k).array(), 0;
+  turning_ = {Wheels{0, -m_s, -m_a_X, 0}, Wheels{m_s, 0, -m_a_Y, 0}, Wheels{m_a_X, m_a_Y, 0, 0}};
 }
 
 double kinetic_energy(const RobotParameters& robot, const State& state) {

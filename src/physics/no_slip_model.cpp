@@ -15,10 +15,13 @@ NoSlipModel::NoSlipModel(const RobotParameters& robot) : robot_(robot), platform
              roller_rolling_.transpose() * robot.mu_2.matrix().asDiagonal() * roller_rolling_;
 }
 
-Eigen::Vector3d NoSlipModel::bias(const Eigen::Vector3d& v) const { return damping_ * v - platform_.coriolis(v); }
+Eigen::Vector3d NoSlipModel::bias(const Eigen::Vector3d& v) const {
+  return damping_ * v - platform_.coriolis({v[0], v[1], v[2], 0}).head<3>().matrix();
+}
 
 Eigen::Vector3d NoSlipModel::bias_rate(const Eigen::Vector3d& v, const Eigen::Vector3d& dv) const {
-  return damping_ * dv - platform_.coriolis_by_velocity(v) * dv;
+  const PlatformMatrix C = platform_.coriolis_by_velocity({v[0], v[1], v[2], 0});
+  return damping_ * dv - (C[0] * dv[0] + C[1] * dv[1] + C[2] * dv[2]).head<3>().matrix();
 }
 
 Wheels NoSlipModel::distribute(const Eigen::Vector3d& force) const {

@@ -29,7 +29,7 @@ struct ReferenceMotion {
 /// The paper's open loop control (section 5.2): the torques under which model 1 carries out the desired motion.
 class ReferenceTorque : public WheelTorque {
  public:
-  ReferenceTorque(const RobotParameters& robot, const ReferenceMotion& motion) : model_(robot), motion_(motion) {}
+  ReferenceTorque(const RobotParameters& robot, const ReferenceMotion& motion);
   double enter(double) override { return std::numeric_limits<double>::infinity(); }
   Wheels at(double t) const override;
   Wheels rate(double t) const override;
@@ -37,6 +37,8 @@ class ReferenceTorque : public WheelTorque {
  private:
   NoSlipModel model_;
   ReferenceMotion motion_;
+  // Torques are quadratic in the motion: they have harmonics up to the second.
+  Wheels constant_, cos_, sin_, cos_2_, sin_2_;
 };
 
 /// One stretch of a torque programme, from `start` (s) on: constant + cos * cos(2 pi t / period) + sin * sin(...), N m,

@@ -14,7 +14,7 @@ namespace youbot_base_sim {
 ///
 /// where the matrix D (1/s) couples the stages, M is the inertia, G_j the Resistance and C_j the derivative of the
 /// Coriolis forces at stage j. Wheels couple to the platform and not to one another: each wheel's block of order 2 s is
-/// eliminated, four wheels side by side, then the platform's, of order 3 s, is inverted. Neither looks for pivots: with
+/// eliminated, four wheels side by side, then the platform's, of order 3 s, by blocks. Neither looks for pivots: with
 /// the D of a Radau method, and friction that takes energy, none vanish.
 template <int s>
 class BorderedStages {
@@ -22,11 +22,11 @@ class BorderedStages {
   using Vector = std::array<Velocities, s>;
 
   void factorize(const double (&D)[s][s], const Inertia& inertia, const std::array<Resistance, s>& G,
-                 const std::array<Eigen::Matrix3d, s>& C) {
+                 const std::array<PlatformMatrix, s>& C) {
     set_wheels(D, inertia, G);
     decompose_wheels();
     reduce(D, inertia, G, C, std::make_integer_sequence<int, s>());
-    invert_platform();
+    decompose_platform();
   }
 
   void solve(const Vector& b, Vector& u) const {
@@ -43,13 +43,16 @@ class BorderedStages {
     substitute_back(y);
     std::array<Wheels, s> v;
 #pragma GCC unroll 8
-    for (int l = 0; l < s; ++l) {
-      const Wheels c = b[l].v - forces(y, l);
+    for (int j = 0; j < s; ++j) {
+      v[j] = b[j].v - forces(y, j);
 #pragma GCC unroll 8
-      for (int j = 0; j < s; ++j) {
-        const Wheels part = c[0] * S_[3 * l][j] + c[1] * S_[3 * l + 1][j] + c[2] * S_[3 * l + 2][j];
-        v[j] = l == 0 ? part : v[j] + part;
-      }
+      for (int l = 0; l < j; ++l) v[j] -= S_[l][j](v[l]);
+    }
+#pragma GCC unroll 8
+    for (int j = s - 1; j >= 0; --j) {
+#pragma GCC unroll 8
+      for (int l = s - 1; l > j; --l) v[j] -= S_[l][j](v[l]);
+      v[j] = S_[j][j](v[j]);
     }
 #pragma GCC unroll 16
     for (int m = 0; m < 3 * s; ++m) {
@@ -62,6 +65,28 @@ class BorderedStages {
 
  private:
   using Column = std::array<Wheels, 2 * s>;  // (dphi, dgamma) of stage 1, of stage 2, ...
+  
+  struct Block : PlatformMatrix {
+    Wheels operator()(const Wheels& v) const {
+      return (*this)[0] * v[0] + (*this)[1] * v[1] + (*this)[2] * v[2];
+    }
+    Block operator*(const Block& other) const { return {(*this)(other[0]), (*this)(other[1]), (*this)(other[2])}; }
+    Block& operator-=(const Block& other) {
+#pragma GCC unroll 3
+      for (int k = 0; k < 3; ++k) (*this)[k] -= other[k];
+      return *this;
+    }
+  };
+
+  // By cofactors.
+  static Block inverse(const Block& m) {
+    const auto cross = [](const Wheels& a, const Wheels& b) {
+      return std::array<double, 3>{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+    };
+    const auto x = cross(m[1], m[2]), y = cross(m[2], m[0]), z = cross(m[0], m[1]);
+    const double f = 1 / (m[0][0] * x[0] + m[0][1] * x[1] + m[0][2] * x[2]);
+    return {f * Wheels{x[0], y[0], z[0], 0}, f * Wheels{x[1], y[1], z[1], 0}, f * Wheels{x[2], y[2], z[2], 0}};
+  }
 
   void set_wheels(const double (&D)[s][s], const Inertia& inertia, const std::array<Resistance, s>& G) {
 #pragma GCC unroll 8
@@ -88,13 +113,13 @@ class BorderedStages {
 
   template <int... l>
   void reduce(const double (&D)[s][s], const Inertia& inertia, const std::array<Resistance, s>& G,
-              const std::array<Eigen::Matrix3d, s>& C, std::integer_sequence<int, l...>) {
+              const std::array<PlatformMatrix, s>& C, std::integer_sequence<int, l...>) {
     (reduce_stage<l>(D, inertia, G[l], C[l]), ...);
   }
 
   // Columns of the platform's remainder for its velocities at stage l.
   template <int l>
-  void reduce_stage(const double (&D)[s][s], const Inertia& inertia, const Resistance& G, const Eigen::Matrix3d& C) {
+  void reduce_stage(const double (&D)[s][s], const Inertia& inertia, const Resistance& G, const PlatformMatrix& C) {
     for (int k = 0; k < 3; ++k) {
       // What the wheels do under a unit of platform velocity k at stage l
       Column w;
@@ -109,11 +134,14 @@ class BorderedStages {
 #pragma GCC unroll 8
       for (int i = 2 * l - 1; i >= 0; --i) w[i] = Wheels::Constant(0);
       substitute_back(w);
-      std::array<Wheels, s>& S = S_[3 * l + k];
 #pragma GCC unroll 8
-      for (int j = 0; j < s; ++j) S[j] = D[j][l] * inertia.column(k) - forces(w, j);
-      const auto& P = G.platform_platform;
-      S[l] += sums(P[0][k], P[1][k], P[2][k]) - Wheels{C(0, k), C(1, k), C(2, k), 0};
+      for (int j = 0; j < s; ++j) {
+        S_[l][j][k] = D[j][l] * inertia.column(k) - forces(w, j);
+        if (j == l) {
+          const auto& P = G.platform_platform;
+          S_[l][j][k] += sums(P[0][k], P[1][k], P[2][k]) - C[k];
+        }
+      }
       wheels_[3 * l + k] = w;
     }
   }
@@ -135,7 +163,7 @@ class BorderedStages {
 #pragma GCC unroll 8
     for (int i = 2 * s - 1; i >= 0; --i) {
 #pragma GCC unroll 8
-      for (int k = i + 1; k < 2 * s; ++k) y[i] -= a_[i][k] * y[k];
+      for (int k = 2 * s - 1; k > i; --k) y[i] -= a_[i][k] * y[k];  // the one that is known last comes last
       y[i] *= pivot_[i];
     }
   }
@@ -148,28 +176,18 @@ class BorderedStages {
     return sums(of(0), of(1), of(2));
   }
 
-  // Gauss and Jordan, in place: S_[column][stage][row] becomes its inverse.
-  void invert_platform() {
-#pragma GCC unroll 16
-    for (int k = 0; k < 3 * s; ++k) {
-      const int stage = k / 3, row = k % 3;
-      const double pivot = 1 / S_[k][stage][row];
-      Wheels keep = Wheels::Ones(), place = Wheels::Zero();
-      keep[row] = 0;
-      place[row] = pivot;
-      std::array<Wheels, s> column;
-      for (int j = 0; j < s; ++j) column[j] = -pivot * S_[k][j];
-      column[stage] = column[stage] * keep + place;
-#pragma GCC unroll 16
-      for (int m = 0; m < 3 * s; ++m) {
-        if (m == k) continue;
-        const double head = S_[m][stage][row];
+  // L below the diagonal and U above it, in blocks of one stage by another; on it, the inverses of U's blocks.
+  void decompose_platform() {
 #pragma GCC unroll 8
-        for (int j = 0; j < s; ++j) {
-          S_[m][j] = (j == stage ? Wheels(S_[m][j] * keep) : S_[m][j]) + head * column[j];
-        }
+    for (int k = 0; k < s; ++k) {
+      S_[k][k] = inverse(S_[k][k]);
+#pragma GCC unroll 8
+      for (int i = k + 1; i < s; ++i) {
+        const Block L = S_[k][i] * S_[k][k];
+        S_[k][i] = L;
+#pragma GCC unroll 8
+        for (int l = k + 1; l < s; ++l) S_[l][i] -= L * S_[l][k];
       }
-      S_[k] = column;
     }
   }
 
@@ -177,7 +195,7 @@ class BorderedStages {
   Column pivot_;                 // inverse
   std::array<std::array<Wheels, 3>, s> platform_dphi_, platform_dgamma_;
   std::array<Column, 3 * s> wheels_;
-  std::array<std::array<Wheels, s>, 3 * s> S_;
+  std::array<std::array<Block, s>, s> S_;  // the platform's [column][row]
 };
 
 }  // namespace youbot_base_sim

@@ -185,7 +185,7 @@ class Radau {
     }
   }
 
-  [[gnu::flatten]] bool solve_from(double dt, bool predicted) {
+  bool solve_from(double dt, bool predicted) {
     using T = RadauTableau;
     if (predicted) {
       predict(dt);
@@ -194,11 +194,11 @@ class Radau {
     }
     friction_.fill(start_friction_);
     for (int j = 0; j < 3; ++j) torque_[j] = system_->torque().at(t_ + T::c[j] * dt);
-    StageVelocities change;
+    StageVelocities left, change;
     double length = 1, last = 0, rate = rate_;
     for (int iteration = 0; iteration < kMostIterations; ++iteration) {
       ++iterations_;
-      StageVelocities left = residual(dt);
+      residual(dt, left);
       if (iteration == 0) factorize(dt);
       double size = solve(left, change);
       if (iteration > 0) {
@@ -229,7 +229,7 @@ class Radau {
   }
 
   // Goes a part of the last correction.
-  void move(double length) {
+  [[gnu::flatten, gnu::noinline]] void move(double length) {
     for (int j = 0; j < 3; ++j) {
       const Velocities part = length * from_.correction[j];
       stages_[j] = from_.stages[j] + part;
@@ -238,36 +238,35 @@ class Radau {
   }
 
   // Forces that are left over at each stage.
-  StageVelocities residual(double dt) {
+  [[gnu::flatten, gnu::noinline]] void residual(double dt, StageVelocities& r) {
     using T = RadauTableau;
     const auto& model = system_->model();
-    StageVelocities r;
-    const StageVelocities z = {stages_[0] - start_, stages_[1] - start_, stages_[2] - start_};
+    const double per_dt = 1 / dt;
+    const Velocities z[3] = {per_dt * (stages_[0] - start_), per_dt * (stages_[1] - start_),
+                             per_dt * (stages_[2] - start_)};
+#pragma GCC unroll 3
     for (int j = 0; j < 3; ++j) {
-      contacts_[j] = system_->contacts(stages_[j], phi_at(j, dt), torque_[j]);
+      system_->contacts(stages_[j], phi_at(j, dt), torque_[j], contacts_[j]);
       forces_[j] = model.forces(stages_[j], contacts_[j], torque_[j]);
-      const Velocities dudt =
-          (T::A_inverse[j][0] / dt) * z[0] + (T::A_inverse[j][1] / dt) * z[1] + (T::A_inverse[j][2] / dt) * z[2];
-      r[j] = forces_[j] - model.inertia() * dudt;
+      r[j] = forces_[j] -
+             model.inertia() * (T::A_inverse[j][0] * z[0] + T::A_inverse[j][1] * z[1] + T::A_inverse[j][2] * z[2]);
     }
-    return r;
   }
 
-  void factorize(double dt) {
+  [[gnu::flatten, gnu::noinline]] void factorize(double dt) {
     using T = RadauTableau;
     const auto& model = system_->model();
     double D[3][3];
     for (int j = 0; j < 3; ++j) {
       for (int l = 0; l < 3; ++l) D[j][l] = T::A_inverse[j][l] / dt;
-      const Wheels& v = stages_[j].v;
       system_->resistance(stages_[j], contacts_[j], friction_[j], torque_[j], resistance_[j]);
-      coriolis_[j] = model.inertia().coriolis_by_velocity({v[0], v[1], v[2]});
+      coriolis_[j] = model.inertia().coriolis_by_velocity(stages_[j].v);
     }
     solver_.factorize(D, model.inertia(), resistance_, coriolis_);
   }
 
   // Newton's correction for what is left over; returns its size in units of what the equations are solved to.
-  double solve(const StageVelocities& left, StageVelocities& change) const {
+  [[gnu::flatten, gnu::noinline]] double solve(const StageVelocities& left, StageVelocities& change) const {
     solver_.solve(left, change);
     double squares = 0;
     for (const Velocities& u : change) {
@@ -290,7 +289,7 @@ class Radau {
   std::array<Contacts, RadauTableau::stages> contacts_;
   std::array<Wheels, RadauTableau::stages> torque_;
   std::array<Resistance, 3> resistance_;
-  std::array<Eigen::Matrix3d, 3> coriolis_;
+  std::array<PlatformMatrix, 3> coriolis_;
   ContactForce start_friction_, end_friction_;
   Eigen::Array<bool, kWheels, 1> kept_ = Eigen::Array<bool, kWheels, 1>::Constant(false);
   std::array<ContactForce, 3> friction_;

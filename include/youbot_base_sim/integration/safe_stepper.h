@@ -18,12 +18,12 @@ class SafeStepper {
     const Inertia& inertia = model.inertia();
     const Velocities start = x.velocities();
     const Wheels phi_tilde = x.phi() - system.roller_angle(), M = system.torque().at(t + dt);
-    const Velocities held = {coriolis(inertia, start), Wheels::Zero(), Wheels::Zero()};
+    const Velocities held = {inertia.coriolis(start.v), Wheels::Zero(), Wheels::Zero()};
     Contacts contacts;
     // The slope of the potential at u: forces that are left over.
     const auto residual = [&](const Velocities& u) {
       contacts = model.contacts(u, phi_tilde);
-      const Velocities moving = {coriolis(inertia, u), Wheels::Zero(), Wheels::Zero()};
+      const Velocities moving = {inertia.coriolis(u.v), Wheels::Zero(), Wheels::Zero()};
       return inertia * ((1 / dt) * (u - start)) - (model.forces(u, contacts, M) - moving + held);
     };
     Velocities u = start;
@@ -31,7 +31,7 @@ class SafeStepper {
     for (int iteration = 0; iteration < kMostIterations; ++iteration) {
       std::array<Resistance, 1> G;
       model.resistance(contacts, G[0]);
-      solver_.factorize({{1 / dt}}, inertia, G, {{Eigen::Matrix3d::Zero()}});
+      solver_.factorize({{1 / dt}}, inertia, G, {{PlatformMatrix{Wheels::Zero(), Wheels::Zero(), Wheels::Zero()}}});
       std::array<Velocities, 1> solved;
       solver_.solve({r}, solved);
       const Velocities& change = solved[0];
@@ -57,11 +57,6 @@ class SafeStepper {
   static constexpr int kMostHalvings = 40;
   static constexpr double kConverged = 1e-22;    // of the kinetic energy: velocities to about 1e-11
   static constexpr double kEnergyFloor = 1e-12;  // J
-
-  static Wheels coriolis(const Inertia& inertia, const Velocities& u) {
-    const Eigen::Vector3d Q = inertia.coriolis({u.v[0], u.v[1], u.v[2]});
-    return {Q[0], Q[1], Q[2], 0};
-  }
 
   static double dot(const Velocities& a, const Velocities& b) {
     return (a.v * b.v + a.dphi * b.dphi + a.dgamma * b.dgamma).sum();

@@ -25,13 +25,17 @@ class SlipSystem {
   }
 
   /// What SlipModel says for each wheel's roller, or for its two.
-  Contacts contacts(const Velocities& u, const Wheels& phi, const Wheels& M) const {
-    Contacts c = model_->contacts(u, phi - roller_angle_);
+  void contacts(const Velocities& u, const Wheels& phi, const Wheels& M, Contacts& c) const {
+    model_->contacts(u, phi - roller_angle_, c);
     if (shares_) {
       for (int i = 0; i < kWheels; ++i) {
         if (shared_[i]) SharedContact(*model_, i, u, M[i]).put(c);
       }
     }
+  }
+  Contacts contacts(const Velocities& u, const Wheels& phi, const Wheels& M) const {
+    Contacts c;
+    contacts(u, phi, M, c);
     return c;
   }
   void resistance(const Velocities& u, const Contacts& c, const ContactForce& F, const Wheels& M, Resistance& G) const {

@@ -6,6 +6,9 @@
 
 namespace youbot_base_sim {
 
+/// Columns of a matrix that maps (V_X, V_Y, Omega), with a zero below each.
+using PlatformMatrix = std::array<Wheels, 3>;
+
 /// Inertia of the robot: the matrix of (V_X, V_Y, Omega) and the wheels' and rollers' own moments (paper, (4.5)), SI.
 struct Inertia {
   explicit Inertia(const RobotParameters& robot);
@@ -14,13 +17,9 @@ struct Inertia {
   Eigen::Matrix3d M_v_inverse;
   double J_1, J_2;
 
-  /// Forces on v = (V_X, V_Y, Omega) from the rotation of the platform's frame, so that M_v dv/dt = coriolis(v) +
+  /// Forces on v = (V_X, V_Y, Omega, 0) from the rotation of the platform's frame, so that M_v dv/dt = coriolis(v) +
   /// others; N and N m. They do no work.
-  Eigen::Vector3d coriolis(const Eigen::Vector3d& v) const {
-    const double Omega = v[2];
-    return Omega *
-           Eigen::Vector3d{m_s_ * v[1] + m_a_X_ * Omega, -m_s_ * v[0] + m_a_Y_ * Omega, -m_a_X_ * v[0] - m_a_Y_ * v[1]};
-  }
+  Wheels coriolis(const Wheels& v) const { return v[2] * turned(v); }
 
   /// The matrix times accelerations: forces, N and N m.
   Velocities operator*(const Velocities& a) const {
@@ -31,18 +30,15 @@ struct Inertia {
   const Wheels& column(int k) const { return columns_[k]; }
 
   /// Derivative of `coriolis` by v.
-  Eigen::Matrix3d coriolis_by_velocity(const Eigen::Vector3d& v) const {
-    const double Omega = v[2];
-    Eigen::Matrix3d derivative;
-    derivative << 0, m_s_ * Omega, m_s_ * v[1] + 2 * m_a_X_ * Omega,  //
-        -m_s_ * Omega, 0, -m_s_ * v[0] + 2 * m_a_Y_ * Omega,          //
-        -m_a_X_ * Omega, -m_a_Y_ * Omega, -m_a_X_ * v[0] - m_a_Y_ * v[1];
-    return derivative;
+  PlatformMatrix coriolis_by_velocity(const Wheels& v) const {
+    return {v[2] * turning_[0], v[2] * turning_[1], v[2] * turning_[2] + turned(v)};
   }
 
  private:
-  double m_s_, m_a_X_, m_a_Y_;
-  std::array<Wheels, 3> columns_;  // of M_v, with a zero below
+  Wheels turned(const Wheels& v) const { return v[0] * turning_[0] + v[1] * turning_[1] + v[2] * turning_[2]; }
+
+  PlatformMatrix columns_;  // of M_v
+  PlatformMatrix turning_;  // of the Coriolis forces by v, for Omega = 1
 };
 
 /// Kinetic energy of `state` in models 2a and 2b, J.

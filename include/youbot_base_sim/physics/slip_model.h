@@ -71,8 +71,12 @@ class SlipModel {
   // The same equations in the parts that an implicit method needs. `phi_tilde` is phi - roller_angle, rad.
 
   Contacts contacts(const Velocities& u, const Wheels& phi_tilde) const {
-    const ContactGeometry geometry = geometry_.at(phi_tilde);
     Contacts c;
+    contacts(u, phi_tilde, c);
+    return c;
+  }
+  void contacts(const Velocities& u, const Wheels& phi_tilde, Contacts& c) const {
+    const ContactGeometry geometry = geometry_.at(phi_tilde);
     c.Delta_Y = geometry.Delta_Y;
     c.r_X = geometry.r_X;
     c.r_Y = geometry.r_Y;
@@ -83,7 +87,6 @@ class SlipModel {
     c.F_X = F.F_X;
     c.F_Y = F.F_Y;
     set_moment(c);
-    return c;
   }
 
   /// Sets the moment by the other entries.
@@ -114,8 +117,7 @@ class SlipModel {
 
   /// Right-hand sides of (4.9): forces on the velocities under the wheel torques `M` (N m), N and N m.
   Velocities forces(const Velocities& u, const Contacts& c, const Wheels& M) const {
-    const Eigen::Vector3d coriolis = inertia_.coriolis({u.v[0], u.v[1], u.v[2]});
-    return {sums(c.F_X, c.F_Y, c.M_Z) + Wheels{coriolis[0], coriolis[1], coriolis[2], 0},
+    return {sums(c.F_X, c.F_Y, c.M_Z) + inertia_.coriolis(u.v),
             M - robot_.mu_1 * u.dphi - robot_.R * c.F_X, c.r_Y * c.F_Y - c.r_X * c.F_X - robot_.mu_2 * u.dgamma};
   }
 
@@ -280,7 +282,8 @@ void SlipModel<Law>::linearize(const State& state, const Wheels& roller_angle, c
   const double XX = -K.XX.sum(), XY = -K.XY.sum(), YY = -K.YY.sum();
   const double XO = -X_Omega.sum(), YO = -Y_Omega.sum();
   jacobian.Q_v << XX, XY, XO, XY, YY, YO, XO, YO, (arm * X_Omega - rho_X_ * Y_Omega).sum();
-  jacobian.Q_v += inertia_.coriolis_by_velocity(state.velocity());
+  const PlatformMatrix coriolis = inertia_.coriolis_by_velocity(state.values.col(1));
+  for (int k = 0; k < 3; ++k) jacobian.Q_v.col(k) += coriolis[k].head<3>().matrix();
 
   // d(F . V_P) = G . dV_P with G = F - K V_P
   const Wheels G_X = c.F_X - K.XX * c.V_PX - K.XY * c.V_PY;
