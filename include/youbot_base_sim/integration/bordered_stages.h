@@ -191,7 +191,7 @@ class BorderedStages {
     }
   }
 
-  std::array<Column, 2 * s> a_;  // L and U
+  alignas(kAlignment) std::array<Column, 2 * s> a_;  // L and U
   Column pivot_;                 // inverse
   std::array<std::array<Wheels, 3>, s> platform_dphi_, platform_dgamma_;
   std::array<Column, 3 * s> wheels_;

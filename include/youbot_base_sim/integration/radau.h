@@ -287,9 +287,9 @@ class Radau {
   double rate_ = 0.1;
   StageVelocities stages_, forces_;
   std::array<Contacts, RadauTableau::stages> contacts_;
-  std::array<Wheels, RadauTableau::stages> torque_;
+  alignas(kAlignment) std::array<Wheels, RadauTableau::stages> torque_;
   std::array<Resistance, 3> resistance_;
-  std::array<PlatformMatrix, 3> coriolis_;
+  alignas(kAlignment) std::array<PlatformMatrix, 3> coriolis_;
   ContactForce start_friction_, end_friction_;
   Eigen::Array<bool, kWheels, 1> kept_ = Eigen::Array<bool, kWheels, 1>::Constant(false);
   std::array<ContactForce, 3> friction_;

@@ -126,7 +126,7 @@ class SlipSystem {
   std::array<std::int64_t, kWheels> roller_{}, lower_roller_{};
   Eigen::Array<bool, kWheels, 1> shared_ = Eigen::Array<bool, kWheels, 1>::Constant(false);
   bool shares_ = false;  // whether any is
-  Wheels roller_angle_, lower_edge_, upper_edge_;
+  alignas(kAlignment) Wheels roller_angle_, lower_edge_, upper_edge_;
 };
 
 }  // namespace youbot_base_sim

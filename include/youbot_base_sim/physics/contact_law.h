@@ -8,7 +8,7 @@
 namespace youbot_base_sim {
 
 /// Friction force at the contact points, N, and its dependence on the slip velocity, in the platform's frame.
-struct ContactForce {
+struct alignas(kAlignment) ContactForce {
   Wheels F_X, F_Y;
 };
 
@@ -83,7 +83,7 @@ class CoulombLaw {
   }
 
  private:
-  Wheels limit_;  // f N, N
+  alignas(kAlignment) Wheels limit_;  // f N, N
   double nu_squared_;
 };
 

@@ -37,7 +37,7 @@ struct Inertia {
  private:
   Wheels turned(const Wheels& v) const { return v[0] * turning_[0] + v[1] * turning_[1] + v[2] * turning_[2]; }
 
-  PlatformMatrix columns_;  // of M_v
+  alignas(kAlignment) PlatformMatrix columns_;  // of M_v
   PlatformMatrix turning_;  // of the Coriolis forces by v, for Omega = 1
 };
 

@@ -69,7 +69,7 @@ class RollerGeometry {
   double pitch_;
   double R_;
   double R_d_;
-  Wheels R_d_tan_delta_;
+  alignas(kAlignment) Wheels R_d_tan_delta_;
   Wheels sin_delta_;
   double cos_delta_;
 };

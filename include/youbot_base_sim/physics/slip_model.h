@@ -26,7 +26,7 @@ struct BorderedJacobian {
 };
 
 /// What happens at the four contacts, in the platform's frame.
-struct Contacts {
+struct alignas(kAlignment) Contacts {
   Wheels V_PX, V_PY;  ///< slip velocity, m/s
   Wheels F_X, F_Y;    ///< friction, N
   Wheels Delta_Y;     ///< offset of the contact point along the wheel's axle, m
@@ -42,7 +42,7 @@ inline double power(const Velocities& u, const Velocities& Q) {
 /// -d(forces)/d(velocities) at fixed positions, but for the Coriolis forces: what friction and damping hold against a
 /// motion. One entry for each wheel; `platform_dphi[i]` is the force on platform velocity i by dphi, `dphi_platform[k]`
 /// that on dphi by platform velocity k, and so on. N s/m and so on by SI units.
-struct Resistance {
+struct alignas(kAlignment) Resistance {
   std::array<std::array<Wheels, 3>, 3> platform_platform;
   std::array<Wheels, 3> platform_dphi, platform_dgamma;
   std::array<Wheels, 3> dphi_platform, dgamma_platform;
@@ -219,7 +219,7 @@ class SlipModel {
   RollerGeometry geometry_;
   Law law_;
   Inertia inertia_;
-  Wheels rho_X_, rho_Y_;
+  alignas(kAlignment) Wheels rho_X_, rho_Y_;
 };
 
 template <class Law>

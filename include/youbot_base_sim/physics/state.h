@@ -17,6 +17,9 @@ constexpr int kWheels = 4;
 /// Not aligned, so that its layout does not depend on the instruction set that a program is built for.
 using Wheels = Eigen::Array<double, kWheels, 1, Eigen::DontAlign>;
 
+/// Of what is computed with in inner loops, so that no four numbers lie across two cache lines.
+constexpr std::size_t kAlignment = 32;
+
 /// The sums of three times four entries, and a zero.
 inline Wheels sums(const Wheels& a, const Wheels& b, const Wheels& c) {
 #ifdef __AVX__
@@ -36,7 +39,7 @@ constexpr std::array<const char*, kWheels> kWheelNames = {"fl", "fr", "bl", "br"
 
 /// The velocities that the equations of motion are about, or what goes with them: forces on them, N and N m, or their
 /// accelerations. Three times four lanes.
-struct Velocities {
+struct alignas(kAlignment) Velocities {
   Wheels v;       ///< (V_X, V_Y, Omega, 0), m/s and rad/s, in the platform's frame
   Wheels dphi;    ///< of each wheel, rad/s
   Wheels dgamma;  ///< of each roller in contact, rad/s
