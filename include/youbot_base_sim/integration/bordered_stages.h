@@ -30,7 +30,8 @@ class BorderedStages {
   }
 
   void solve(const Vector& b, Vector& u) const {
-    Column y;
+    std::array<Column, 1> columns;
+    Column& y = columns[0];
     for (int j = 0; j < s; ++j) {
       y[2 * j] = b[j].dphi;
       y[2 * j + 1] = b[j].dgamma;
@@ -40,7 +41,7 @@ class BorderedStages {
 #pragma GCC unroll 8
       for (int k = 0; k < i; ++k) y[i] -= a_[i][k] * y[k];
     }
-    substitute_back(y);
+    substitute_back(columns);
     std::array<Wheels, s> v;
 #pragma GCC unroll 8
     for (int j = 0; j < s; ++j) {
@@ -120,29 +121,36 @@ class BorderedStages {
   // Columns of the platform's remainder for its velocities at stage l.
   template <int l>
   void reduce_stage(const double (&D)[s][s], const Inertia& inertia, const Resistance& G, const PlatformMatrix& C) {
+    // What the wheels do under a unit of each platform velocity at stage l
+    std::array<Column, 3> w;
+#pragma GCC unroll 8
     for (int k = 0; k < 3; ++k) {
-      // What the wheels do under a unit of platform velocity k at stage l
-      Column w;
-      w[2 * l] = G.dphi_platform[k];
-      w[2 * l + 1] = G.dgamma_platform[k] - a_[2 * l + 1][2 * l] * w[2 * l];
+      w[k][2 * l] = G.dphi_platform[k];
+      w[k][2 * l + 1] = G.dgamma_platform[k] - a_[2 * l + 1][2 * l] * w[k][2 * l];
+    }
 #pragma GCC unroll 8
-      for (int i = 2 * l + 2; i < 2 * s; ++i) {
-        w[i] = -a_[i][2 * l] * w[2 * l] - a_[i][2 * l + 1] * w[2 * l + 1];
+    for (int i = 2 * l + 2; i < 2 * s; ++i) {
 #pragma GCC unroll 8
-        for (int m = 2 * l + 2; m < i; ++m) w[i] -= a_[i][m] * w[m];
+      for (int k = 0; k < 3; ++k) w[k][i] = -a_[i][2 * l] * w[k][2 * l] - a_[i][2 * l + 1] * w[k][2 * l + 1];
+#pragma GCC unroll 8
+      for (int m = 2 * l + 2; m < i; ++m) {
+#pragma GCC unroll 8
+        for (int k = 0; k < 3; ++k) w[k][i] -= a_[i][m] * w[k][m];
       }
+    }
 #pragma GCC unroll 8
-      for (int i = 2 * l - 1; i >= 0; --i) w[i] = Wheels::Constant(0);
-      substitute_back(w);
+    for (int i = 2 * l - 1; i >= 0; --i) {
 #pragma GCC unroll 8
-      for (int j = 0; j < s; ++j) {
-        S_[l][j][k] = D[j][l] * inertia.column(k) - forces(w, j);
-        if (j == l) {
-          const auto& P = G.platform_platform;
-          S_[l][j][k] += sums(P[0][k], P[1][k], P[2][k]) - C[k];
-        }
-      }
-      wheels_[3 * l + k] = w;
+      for (int k = 0; k < 3; ++k) w[k][i] = Wheels::Constant(0);
+    }
+    substitute_back(w);
+#pragma GCC unroll 8
+    for (int k = 0; k < 3; ++k) {
+#pragma GCC unroll 8
+      for (int j = 0; j < s; ++j) S_[l][j][k] = D[j][l] * inertia.column(k) - forces(w[k], j);
+      const auto& P = G.platform_platform;
+      S_[l][l][k] += sums(P[0][k], P[1][k], P[2][k]) - C[k];
+      wheels_[3 * l + k] = w[k];
     }
   }
 
@@ -159,12 +167,18 @@ class BorderedStages {
     }
   }
 
-  void substitute_back(Column& y) const {
+  // In several columns at once, so that the processor need not wait for one.
+  template <std::size_t n>
+  void substitute_back(std::array<Column, n>& y) const {
 #pragma GCC unroll 8
     for (int i = 2 * s - 1; i >= 0; --i) {
 #pragma GCC unroll 8
-      for (int k = 2 * s - 1; k > i; --k) y[i] -= a_[i][k] * y[k];  // the one that is known last comes last
-      y[i] *= pivot_[i];
+      for (int k = 2 * s - 1; k > i; --k) {  // the one that is known last comes last
+#pragma GCC unroll 8
+        for (Column& column : y) column[i] -= a_[i][k] * column[k];
+      }
+#pragma GCC unroll 8
+      for (Column& column : y) column[i] *= pivot_[i];
     }
   }
 
