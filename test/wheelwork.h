@@ -112,9 +112,15 @@ class WheelworkStepper {
     return stands_;
   }
 
-  State end() const {
+  State end(double beyond = 0) const {
     expect_step();
-    return end_;
+    State x = end_;
+    x.values += beyond * slope().values;
+    return x;
+  }
+  Velocities end_acceleration() const {
+    expect_step();
+    return slope().velocities();
   }
   Wheels end_phi() const {
     expect_step();
@@ -144,6 +150,15 @@ class WheelworkStepper {
   void forget(int) {}
 
  private:
+  State slope() const {
+    State dxdt;
+    (*wheels_)(end_, dxdt, t_ + dt_);
+    for (int i = 0; i < kWheels; ++i) {
+      if (wheels_->shared(i)) dxdt.phi()[i] = dxdt.dphi()[i] = 0;
+    }
+    return dxdt;
+  }
+
   void expect_step() const { EXPECT_TRUE(stands_) << "asked for a step that failed, " << dt_ << " s from t = " << t_; }
 
   void fly(double dt) {

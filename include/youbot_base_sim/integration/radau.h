@@ -72,8 +72,8 @@ class Radau {
     return dt * std::max({std::abs(stages_[0].v[2]), std::abs(stages_[1].v[2]), std::abs(stages_[2].v[2])}) < 1;
   }
 
-  /// State at the end of the step.
-  [[gnu::flatten]] State end() const {
+  /// State at the end of the step; `beyond` (s) later, or earlier, to first order: as long as its square is nothing.
+  [[gnu::flatten]] State end(double beyond = 0) const {
     using T = RadauTableau;
     State x = x_;
     x.set(stages_[2]);
@@ -98,6 +98,7 @@ class Radau {
     x.y() += along * sin_psi + across * cos_psi;
     x.psi() += heading(2);
     x.work() += work;
+    if (beyond != 0) go_on(x, beyond);
     return x;
   }
 
@@ -105,6 +106,11 @@ class Radau {
   Wheels end_phi() const { return phi_at(2, dt_); }
   const Wheels& end_dphi() const { return stages_[2].dphi; }
   const Velocities& end_velocities() const { return stages_[2]; }
+  Velocities end_acceleration() const {
+    using T = RadauTableau;
+    return (T::A_inverse[2][0] / dt_) * (stages_[0] - start_) + (T::A_inverse[2][1] / dt_) * (stages_[1] - start_) +
+           (T::A_inverse[2][2] / dt_) * (stages_[2] - start_);
+  }
 
   /// Estimate of the step's error in units of what is allowed: 1 where it is just allowed.
   [[gnu::flatten]] double error() {
@@ -163,6 +169,19 @@ class Radau {
   // than kSlow.
   static constexpr double kFar = 3000;
   static constexpr double kSlow = 0.1;
+
+  // Moves the end of the step by dt.
+  void go_on(State& x, double dt) const {
+    const Velocities& u = stages_[2];
+    x.set(u + dt * end_acceleration());
+    const double cos_psi = std::cos(x.psi()), sin_psi = std::sin(x.psi());
+    x.x() += dt * (u.v[0] * cos_psi - u.v[1] * sin_psi);
+    x.y() += dt * (u.v[0] * sin_psi + u.v[1] * cos_psi);
+    x.psi() += dt * u.v[2];
+    x.work() += dt * power(u, forces_[2]);
+    x.phi() += dt * u.dphi;
+    x.gamma() += dt * u.dgamma;
+  }
 
   Wheels phi_at(int j, double dt) const {
     using T = RadauTableau;

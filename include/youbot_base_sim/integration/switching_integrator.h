@@ -42,7 +42,8 @@ struct IntegrationStatistics {
 ///   stepper.begin(system, x, t)    steps that follow start here
 ///   stepper.step(dt)               computes one; false where that fails
 ///   stepper.error()                its error, 1 where it is just allowed
-///   stepper.end()                  State at its end; end_phi(), end_dphi(), end_velocities() for less
+///   stepper.end(beyond)            State at its end, moved by `beyond` (s), whose square is nothing; end_phi(),
+///                                  end_dphi(), end_velocities(), end_acceleration() for less
 ///   stepper.keep()                 the step stands: what follows may be predicted from it
 ///   stepper.forget()               the motion goes on in another way
 ///   stepper.forget(i)              the same, on account of wheel i
@@ -95,6 +96,7 @@ class SwitchingIntegrator {
   static constexpr double kFirstStep = 1e-6;  // s
   static constexpr int kMostHalvings = 40;
   static constexpr double kReleaseResolution = 1e-6;  // of the step
+  static constexpr double kFirstOrder = 1e-5;         // of a step: the square of it is nothing
   static constexpr double kTimeResolution = 1e-13;    // s; the promised 1e-12 with room for what sums
   // Work is bounded per window of simulated time, so that no control period can take for ever.
   static constexpr double kWindow = 1e-3;  // s
@@ -141,10 +143,11 @@ class SwitchingIntegrator {
     if (dt < wanted) dt_ = std::max(dt_, wanted);  // cut short by t_end, not for its error
 
     const Crossing crossing = first_crossing(system, x, dt);
-    double taken = crossing.wheel >= 0 ? locate(system, x, crossing, dt) : dt;
-    if (system.shares()) taken = until_released(system, t, taken);
-    t = taken == remaining ? t_end : t + taken;
-    x = stepper_.end();
+    double taken = dt, beyond = 0;
+    if (crossing.wheel >= 0) taken = locate(system, x, crossing, dt, beyond);
+    if (system.shares()) taken = until_released(system, t, taken, beyond);
+    t = taken == remaining ? t_end : t + taken + beyond;
+    x = stepper_.end(beyond);
     stepper_.keep();
     begun_ = false;
     if (after_switch_) {
@@ -216,7 +219,8 @@ class SwitchingIntegrator {
 
   // Shortens the step of length dt_1 so that it ends on the edge that is reached first. Returns the length. Newton's
   // method on the step itself, kept in the bracket that is known.
-  double locate(const System& system, const State& x, Crossing crossing, double dt_1) {
+  // What is left at last, `beyond`, need not be another step.
+  double locate(const System& system, const State& x, Crossing crossing, double dt_1, double& beyond) {
     double low = 0, high = dt_1;
     double dt = crossing.dt;
     for (int iteration = 0; iteration < 100; ++iteration) {
@@ -228,7 +232,7 @@ class SwitchingIntegrator {
         continue;
       }
       const Crossing other = first_crossing(system, x, dt);
-      if (other.wheel >= 0 && other.wheel != crossing.wheel && beyond(other)) {
+      if (other.wheel >= 0 && other.wheel != crossing.wheel && is_beyond(other)) {
         crossing = other;
         high = dt;
         dt = crossing.dt;
@@ -240,12 +244,29 @@ class SwitchingIntegrator {
       if (std::abs(past) <= resolution(crossing.edge, speed)) return dt;
       (past > 0 ? high : low) = dt;
       if (high - low <= std::numeric_limits<double>::epsilon() * high) return dt;
+      beyond = -past / speed;
+      if (speed > 0 && may_go_on(system, crossing, dt, beyond)) return dt;
+      beyond = 0;
       dt = speed > 0 ? dt - past / speed : low;  // low: bisect
     }
     return dt;
   }
 
-  bool beyond(const Crossing& crossing) const {
+  // Whether a step of length dt that ends `beyond` (s) off the edge may be moved there to first order.
+  bool may_go_on(const System& system, const Crossing& crossing, double dt, double beyond) const {
+    const int i = crossing.wheel;
+    const Wheels dphi = stepper_.end_dphi(), phi = stepper_.end_phi() + beyond * dphi;
+    if (!(std::abs(beyond) < kFirstOrder * dt &&
+          beyond * beyond * std::abs(stepper_.end_acceleration().dphi[i]) < resolution(crossing.edge, dphi[i]))) {
+      return false;
+    }
+    for (int k = 0; k < kWheels; ++k) {
+      if (k != i && !(phi[k] > system.lower_edge()[k] && phi[k] < system.upper_edge()[k])) return false;
+    }
+    return true;
+  }
+
+  bool is_beyond(const Crossing& crossing) const {
     const int i = crossing.wheel;
     return crossing.direction * (stepper_.end_phi()[i] - crossing.edge) >
            resolution(crossing.edge, stepper_.end_dphi()[i]);
@@ -259,7 +280,7 @@ class SwitchingIntegrator {
 
   // Shortens the step of length dt that was computed last, so that the first wheel on two rollers that one of them
   // leaves is just released. Friction is continuous there, so that its time need not be exact.
-  double until_released(const System& system, double t, double dt) {
+  double until_released(const System& system, double t, double dt, double& beyond) {
     for (int i = 0; i < kWheels; ++i) {
       if (!system.shared(i) || released(system, i, t, dt) <= 0) continue;
       double low = 0, high = dt;
@@ -270,6 +291,7 @@ class SwitchingIntegrator {
         (released(system, i, t, middle) > 0 ? high : low) = middle;
       }
       dt = high;
+      beyond = 0;
       stepper_.step(dt);
     }
     return dt;
