@@ -136,6 +136,7 @@ class Radau {
   void keep() {
     known_ = Known::kStepBefore;
     before_ = start_;
+    friction_before_ = start_friction_;
     end_friction_ = friction_[2];
     kept_.fill(true);
   }
@@ -192,7 +193,9 @@ class Radau {
   void predict(double dt) {
     using T = RadauTableau;
     const StageVelocities known = stages_;
+    const std::array<ContactForce, 3> known_friction = friction_;
     const Velocities& start = known_ == Known::kStepBefore ? before_ : start_;
+    const ContactForce& start_friction = known_ == Known::kStepBefore ? friction_before_ : start_friction_;
     for (int j = 0; j < 3; ++j) {
       const double s = (known_ == Known::kStepBefore ? 1 : 0) + T::c[j] * dt / dt_;
       // Lagrange's weights on the nodes 0, c_1, c_2, 1
@@ -201,6 +204,8 @@ class Radau {
       const double w_0 = a * b * c / (-c_1 * c_2), w_1 = s * b * c / (c_1 * (c_1 - c_2) * (c_1 - 1)),
                    w_2 = s * a * c / (c_2 * (c_2 - c_1) * (c_2 - 1)), w_3 = s * a * b / ((1 - c_1) * (1 - c_2));
       stages_[j] = w_0 * start + w_1 * known[0] + w_2 * known[1] + w_3 * known[2];
+      friction_[j] = system_->model().bounded(w_0 * start_friction + w_1 * known_friction[0] + w_2 * known_friction[1] +
+                                              w_3 * known_friction[2]);
     }
   }
 
@@ -210,8 +215,8 @@ class Radau {
       predict(dt);
     } else {
       stages_.fill(start_);
+      friction_.fill(start_friction_);
     }
-    friction_.fill(start_friction_);
     for (int j = 0; j < 3; ++j) torque_[j] = system_->torque().at(t_ + T::c[j] * dt);
     StageVelocities left, change;
     double length = 1, last = 0, rate = rate_;
@@ -309,7 +314,7 @@ class Radau {
   alignas(kAlignment) std::array<Wheels, RadauTableau::stages> torque_;
   std::array<Resistance, 3> resistance_;
   alignas(kAlignment) std::array<PlatformMatrix, 3> coriolis_;
-  ContactForce start_friction_, end_friction_;
+  ContactForce start_friction_, end_friction_, friction_before_;
   Eigen::Array<bool, kWheels, 1> kept_ = Eigen::Array<bool, kWheels, 1>::Constant(false);
   std::array<ContactForce, 3> friction_;
   struct {

@@ -44,7 +44,7 @@ class StepSizeController {
  private:
   static double fourth_root(double a) { return std::sqrt(std::sqrt(a)); }
 
-  static constexpr double kSafety = 0.9;
+  static constexpr double kSafety = 0.8;
   static constexpr double kShrinkMost = 0.2;
   static constexpr double kGrowMost = 8;
   static constexpr double kLeastNorm = 1e-10;

@@ -108,6 +108,9 @@ class SlipModel {
     return law_.bounded({c.F_X - K.XX * dX - K.XY * dY, c.F_Y - K.XY * dX - K.YY * dY});
   }
 
+  /// F, shortened to what friction can bear.
+  ContactForce bounded(const ContactForce& F) const { return law_.bounded(F); }
+
   /// Velocities that slip as fast as friction takes to turn; infinite where it does not.
   Velocities turning_point() const {
     const double speed = law_.turning_speed();
