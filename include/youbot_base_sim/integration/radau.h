@@ -170,6 +170,8 @@ class Radau {
   // than kSlow.
   static constexpr double kFar = 3000;
   static constexpr double kSlow = 0.1;
+  // What the next step's first correction is at least expected to leave, in the light of this one
+  static constexpr double kLeastRate = 0.03;
 
   // Moves the end of the step by dt.
   void go_on(State& x, double dt) const {
@@ -245,7 +247,7 @@ class Radau {
       last = size;
       move(length);
       if (rate < 1 && size * rate / (1 - rate) < 1) {
-        rate_ = std::min(std::max(rate, kSlow), 0.5);
+        rate_ = std::min(std::max(rate, kLeastRate), 0.5);
         return true;
       }
     }
