@@ -56,7 +56,7 @@ class BorderedStages {
       v[j] = S_[j][j](v[j]);
     }
 #pragma GCC unroll 16
-    for (int m = 0; m < 3 * s; ++m) {
+    for (int m = 3 * s - 1; m >= 0; --m) {  // the last stage's was known first
       const double unit = v[m / 3][m % 3];
 #pragma GCC unroll 8
       for (int i = 0; i < 2 * s; ++i) y[i] -= unit * wheels_[m][i];
