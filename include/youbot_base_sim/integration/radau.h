@@ -242,7 +242,10 @@ class Radau {
         }
       }
       if (!(size <= std::numeric_limits<double>::max())) return false;
-      from_ = {stages_, contacts_, friction_, change};
+      from_.stages = stages_;
+      from_.contacts = contacts_;
+      from_.friction = friction_;
+      from_.correction = change;
       length = 1;
       last = size;
       move(length);
