@@ -367,8 +367,8 @@ TEST(StepSizeController, ShrinksAndGrowsWithinBounds) {
   }
   EXPECT_DOUBLE_EQ(StepSizeController().next(1, 0), 8);
   // The safety factor is 0.9, and the exponent that of the error estimate, of order 3.
-  EXPECT_DOUBLE_EQ(StepSizeController().next(1, 2), 0.9 * std::pow(2, -0.25));
-  EXPECT_DOUBLE_EQ(StepSizeController().next(1, 0.5), 0.9 * std::pow(2, 0.25));
+  EXPECT_DOUBLE_EQ(StepSizeController().next(1, 2), 0.8 * std::pow(2, -0.25));
+  EXPECT_DOUBLE_EQ(StepSizeController().next(1, 0.5), 0.8 * std::pow(2, 0.25));
   StepSizeController control;
   control.next(1, 2);
   EXPECT_LE(control.next(0.5, 1e-6), 0.5);  // no growth right after a rejection
@@ -381,11 +381,11 @@ TEST(StepSizeController, FollowsTheTrendOfTheError) {
   StepSizeController control;
   control.next(1, 0.1);
   const double growing = control.next(1.2, 0.5);
-  EXPECT_NEAR(growing, 0.9 * 1.2 * 1.2 * std::pow(0.1 / 0.25, 0.25), 1e-8);
-  EXPECT_LT(growing, 0.9 * 1.2 * std::pow(0.5, -0.25));
+  EXPECT_NEAR(growing, 0.8 * 1.2 * 1.2 * std::pow(0.1 / 0.25, 0.25), 1e-8);
+  EXPECT_LT(growing, 0.8 * 1.2 * std::pow(0.5, -0.25));
   // And a new motion has none.
   control.restart();
-  EXPECT_NEAR(control.next(1.2, 0.5), 0.9 * 1.2 * std::pow(0.5, -0.25), 1e-12);
+  EXPECT_NEAR(control.next(1.2, 0.5), 0.8 * 1.2 * std::pow(0.5, -0.25), 1e-12);
 }
 
 }  // namespace
