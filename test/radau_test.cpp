@@ -366,7 +366,7 @@ TEST(StepSizeController, ShrinksAndGrowsWithinBounds) {
     EXPECT_DOUBLE_EQ(StepSizeController().next(1, norm), 0.2) << norm;
   }
   EXPECT_DOUBLE_EQ(StepSizeController().next(1, 0), 8);
-  // The safety factor is 0.9, and the exponent that of the error estimate, of order 3.
+  // The safety factor is 0.8, and the exponent that of the error estimate, of order 3.
   EXPECT_DOUBLE_EQ(StepSizeController().next(1, 2), 0.8 * std::pow(2, -0.25));
   EXPECT_DOUBLE_EQ(StepSizeController().next(1, 0.5), 0.8 * std::pow(2, 0.25));
   StepSizeController control;
@@ -375,7 +375,7 @@ TEST(StepSizeController, ShrinksAndGrowsWithinBounds) {
   EXPECT_GT(control.next(0.5, 1e-6), 0.5);
 }
 
-// Gustafsson's: 0.9 h_n (h_n / h_n-1) (err_n-1 / err_n^2)^(1/4), (8.25) of Hairer and Wanner, section IV.8, where that
+// Gustafsson's: 0.8 h_n (h_n / h_n-1) (err_n-1 / err_n^2)^(1/4), (8.25) of Hairer and Wanner, section IV.8, where that
 // is less than what the last error alone says.
 TEST(StepSizeController, FollowsTheTrendOfTheError) {
   StepSizeController control;
