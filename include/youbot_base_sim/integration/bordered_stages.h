@@ -66,11 +66,10 @@ class BorderedStages {
 
  private:
   using Column = std::array<Wheels, 2 * s>;  // (dphi, dgamma) of stage 1, of stage 2, ...
-  
+
+  // What one stage of the platform says to another: a matrix of 3 x 3.
   struct Block : PlatformMatrix {
-    Wheels operator()(const Wheels& v) const {
-      return (*this)[0] * v[0] + (*this)[1] * v[1] + (*this)[2] * v[2];
-    }
+    Wheels operator()(const Wheels& v) const { return (*this)[0] * v[0] + (*this)[1] * v[1] + (*this)[2] * v[2]; }
     Block operator*(const Block& other) const { return {(*this)(other[0]), (*this)(other[1]), (*this)(other[2])}; }
     Block& operator-=(const Block& other) {
 #pragma GCC unroll 3
@@ -79,7 +78,7 @@ class BorderedStages {
     }
   };
 
-  // By cofactors.
+  // By cofactors, with one division.
   static Block inverse(const Block& m) {
     const auto cross = [](const Wheels& a, const Wheels& b) {
       return std::array<double, 3>{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
@@ -206,7 +205,7 @@ class BorderedStages {
   }
 
   alignas(kAlignment) std::array<Column, 2 * s> a_;  // L and U
-  Column pivot_;                 // inverse
+  Column pivot_;                                     // inverse
   std::array<std::array<Wheels, 3>, s> platform_dphi_, platform_dgamma_;
   std::array<Column, 3 * s> wheels_;
   std::array<std::array<Block, s>, s> S_;  // the platform's [column][row]

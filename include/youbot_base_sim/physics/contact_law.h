@@ -12,9 +12,7 @@ struct alignas(kAlignment) ContactForce {
   Wheels F_X, F_Y;
 };
 
-inline ContactForce operator+(const ContactForce& a, const ContactForce& b) {
-  return {a.F_X + b.F_X, a.F_Y + b.F_Y};
-}
+inline ContactForce operator+(const ContactForce& a, const ContactForce& b) { return {a.F_X + b.F_X, a.F_Y + b.F_Y}; }
 inline ContactForce operator*(double factor, const ContactForce& a) { return {factor * a.F_X, factor * a.F_Y}; }
 
 /// -dF/dV_P, symmetric and positive semidefinite, N s/m.

@@ -38,7 +38,7 @@ struct Inertia {
   Wheels turned(const Wheels& v) const { return v[0] * turning_[0] + v[1] * turning_[1] + v[2] * turning_[2]; }
 
   alignas(kAlignment) PlatformMatrix columns_;  // of M_v
-  PlatformMatrix turning_;  // of the Coriolis forces by v, for Omega = 1
+  PlatformMatrix turning_;                      // of the Coriolis forces by v, for Omega = 1
 };
 
 /// Kinetic energy of `state` in models 2a and 2b, J.

@@ -120,8 +120,8 @@ class SlipModel {
 
   /// Right-hand sides of (4.9): forces on the velocities under the wheel torques `M` (N m), N and N m.
   Velocities forces(const Velocities& u, const Contacts& c, const Wheels& M) const {
-    return {sums(c.F_X, c.F_Y, c.M_Z) + inertia_.coriolis(u.v),
-            M - robot_.mu_1 * u.dphi - robot_.R * c.F_X, c.r_Y * c.F_Y - c.r_X * c.F_X - robot_.mu_2 * u.dgamma};
+    return {sums(c.F_X, c.F_Y, c.M_Z) + inertia_.coriolis(u.v), M - robot_.mu_1 * u.dphi - robot_.R * c.F_X,
+            c.r_Y * c.F_Y - c.r_X * c.F_X - robot_.mu_2 * u.dgamma};
   }
 
   /// A wheel that stands on two rollers at once, by the edge between them, where each alone would drive it back to the
