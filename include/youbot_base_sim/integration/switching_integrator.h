@@ -96,7 +96,7 @@ class SwitchingIntegrator {
   static constexpr double kFirstStep = 1e-6;  // s
   static constexpr int kMostHalvings = 40;
   static constexpr double kReleaseResolution = 1e-6;  // of the step
-  static constexpr double kFirstOrder = 1e-5;         // of a step: the square of it is nothing
+  static constexpr double kFirstOrder = 1e-6;         // of a step: the square of it is nothing
   static constexpr double kTimeResolution = 1e-13;    // s; the promised 1e-12 with room for what sums
   // Work is bounded per window of simulated time, so that no control period can take for ever.
   static constexpr double kWindow = 1e-3;  // s
