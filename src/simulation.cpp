@@ -25,6 +25,8 @@ class Dynamics {
 
   /// Advances (x, t) to t_end (s) while the torque stays in one smooth piece; appends to `switches`.
   virtual void advance(State& x, double& t, double t_end, std::vector<RollerSwitch>& switches) = 0;
+  /// The torque jumps to another smooth piece.
+  virtual void jump() = 0;
   virtual double kinetic_energy(const State& x) const = 0;  // J
   virtual Contacts contacts(const State& x, double t) const = 0;
   virtual std::int64_t roller(int i) const = 0;  // unwrapped
@@ -59,6 +61,7 @@ class SlipDynamics : public Dynamics {
     }
   }
 
+  void jump() override { integrator_.jump(); }
   double kinetic_energy(const State& x) const override { return youbot_base_sim::kinetic_energy(model_.robot(), x); }
   Contacts contacts(const State& x, double t) const override {
     return system_.contacts(x.velocities(), x.phi(), torque_.at(t));
@@ -141,6 +144,7 @@ class NoSlipDynamics : public Dynamics {
     t = t_end;
   }
 
+  void jump() override {}
   double kinetic_energy(const State& x) const override { return model_.kinetic_energy(x.velocity()); }
   Contacts contacts(const State&, double) const override {
     const Wheels none = Wheels::Zero();
@@ -264,7 +268,11 @@ class Simulation::Loop {
   double period_end() const { return static_cast<double>(periods_ + 1) * scene_.solver.control_period; }
 
   void advance_held(double t) {
-    if (!in_period_) held_->set(drive_(t_, state_));
+    if (!in_period_) {
+      const Wheels before = held_->at(t_);
+      held_->set(drive_(t_, state_));
+      if ((held_->at(t_) != before).any()) dynamics_->jump();
+    }
     in_period_ = true;
     dynamics_->advance(state_, t_, t, switches_);
     if (t == period_end()) {

@@ -80,11 +80,20 @@ class SwitchingIntegrator {
     return true;
   }
 
+  /// The torque jumps here: what follows starts with the step that the last jump was good for.
+  void jump() {
+    control_.restart();
+    dt_ = std::min(dt_, dt_after_jump_);
+    after_jump_ = true;
+  }
+
   /// Forgets the step sizes of the past, as for a new initial state.
   void restart() {
     control_.restart();
     stepper_.forget();
     dt_ = dt_after_switch_ = kFirstStep;
+    dt_after_jump_ = std::numeric_limits<double>::infinity();
+    after_jump_ = false;
     window_start_ = std::numeric_limits<double>::infinity();
     reversals_.fill(0);
   }
@@ -95,6 +104,8 @@ class SwitchingIntegrator {
  private:
   static constexpr double kFirstStep = 1e-6;  // s
   static constexpr int kMostHalvings = 40;
+  // A rejected step after a jump now and then costs less than short ones after all jumps.
+  static constexpr double kDaring = 1.6;
   static constexpr double kReleaseResolution = 1e-6;  // of the step
   static constexpr double kFirstOrder = 1e-6;         // of a step: the square of it is nothing
   static constexpr double kTimeResolution = 1e-13;    // s; the promised 1e-12 with room for what sums
@@ -140,6 +151,8 @@ class SwitchingIntegrator {
       ++statistics_.rejected_steps;
       return false;
     }
+    if (after_jump_) dt_after_jump_ = kDaring * dt_;
+    after_jump_ = false;
     if (dt < wanted) dt_ = std::max(dt_, wanted);  // cut short by t_end, not for its error
 
     const Crossing crossing = first_crossing(system, x, dt);
@@ -391,6 +404,8 @@ class SwitchingIntegrator {
   double dt_ = kFirstStep;
   double dt_after_switch_ = kFirstStep;
   bool after_switch_ = false;
+  double dt_after_jump_ = std::numeric_limits<double>::infinity();
+  bool after_jump_ = false;
   double window_start_ = std::numeric_limits<double>::infinity();
   int attempts_ = 0;
   std::array<int, kWheels> last_direction_{}, reversals_{};
