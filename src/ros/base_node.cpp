@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 #include <rosgraph_msgs/Clock.h>
 
+#include <algorithm>
 #include <chrono>
+#include <cmath>
 
 #include "youbot_base_sim/ros/diagnostics.h"
 #include "youbot_base_sim/ros/parameters.h"
@@ -44,10 +46,12 @@ BaseNode::BaseNode(const BaseSettings& settings)
       telemetry_(simulation_, read_motors(), settings.telemetry),
       pacer_(settings.real_time_factor, settings.lockstep ? 0 : kMostLag),
       publishing_(settings.publish_rate, kSlack * settings.scene.solver.control_period),
-      listening_(settings.command_rate, kSlack * settings.scene.solver.control_period),
+      listening_(settings.command_rate > 0 ? settings.command_rate : 1 / settings.scene.solver.control_period,
+                 kSlack * settings.scene.solver.control_period),
       diagnosing_(kDiagnosticsRate, kSlack * settings.scene.solver.control_period),
       private_node_("~"),
-      paused_(settings.start_paused) {
+      paused_(settings.start_paused),
+      takes_commands_as_they_come_(!settings.publish_clock && settings.command_rate == 0) {
   node_.setCallbackQueue(&queue_);
   private_node_.setCallbackQueue(&queue_);
   if (!settings_.bag.empty()) open_bag();
@@ -56,9 +60,13 @@ BaseNode::BaseNode(const BaseSettings& settings)
     telemetry_.update(simulation_, read_motors());
     telemetry_.restart_odometry();
   };
-  interface_ = std::make_unique<DriverInterface>(
-      driver_, settings_.telemetry.kinematics,
-      DriverInterface::Owner{[this] { return simulation_.time(); }, restart_odometry}, node_, private_node_, log_);
+  interface_ = std::make_unique<DriverInterface>(driver_, settings_.telemetry.kinematics,
+                                                 DriverInterface::Owner{[this] {
+                                                                          if (takes_commands_as_they_come_) catch_up();
+                                                                          return simulation_.time();
+                                                                        },
+                                                                        restart_odometry},
+                                                 node_, private_node_, log_);
   if (settings_.world_tf) publish_world();
   if (settings_.publish_clock) offer_services();
   if (settings_.has_arms) ROS_WARN("youBotHasArms is true, but no arm is simulated: it will not be found");
@@ -117,7 +125,9 @@ void BaseNode::run() {
   pacer_.start(simulation_.time());
   publish_instant();
   while (node_.ok()) {
-    if (paused_) {
+    if (takes_commands_as_they_come_) {
+      go_by_wall_clock();
+    } else if (paused_) {
       queue_.callAvailable(ros::WallDuration(0.1));
     } else if (take_commands()) {
       advance();
@@ -143,6 +153,21 @@ void BaseNode::await_subscribers() {
   ros::WallDuration(kRecorderDelay).sleep();
 }
 
+/// Sleeps until somebody could notice: until a command comes, which has the simulation catch up first, or until there
+/// is something to publish. To wake up for each control period would cost more than to simulate it.
+void BaseNode::go_by_wall_clock() {
+  const double period = settings_.scene.solver.control_period;
+  const double end = std::ceil(publishing_.next() / period - kSlack) * period;
+  queue_.callAvailable(ros::WallDuration(std::max(0.0, end - pacer_.now())));
+  catch_up();
+}
+
+void BaseNode::catch_up() {
+  if (wall_start_.isZero()) return;  // still waiting for subscribers
+  const double period = settings_.scene.solver.control_period;
+  while (simulation_.time() + period <= pacer_.now() && node_.ok()) advance();
+}
+
 bool BaseNode::take_commands() {
   if (!settings_.lockstep) {
     if (listening_.meet(simulation_.time()) && !queue_.isEmpty()) queue_.callAvailable(ros::WallDuration(0));
@@ -163,7 +188,8 @@ bool BaseNode::take_commands() {
 void BaseNode::advance() {
   advance_period();
   const double t = simulation_.time();
-  if (!settings_.publish_clock && !publishing_.due(t) && !listening_.due(t)) return;
+  const bool listens = !takes_commands_as_they_come_ && listening_.due(t);
+  if (!settings_.publish_clock && !publishing_.due(t) && !listens) return;
   const double lost = pacer_.wait_until(t);
   if (lost > 0 && !settings_.lockstep) {
     wall_start_ += ros::Duration(lost);

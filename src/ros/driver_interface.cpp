@@ -53,6 +53,7 @@ void DriverInterface::subscribe(ros::NodeHandle& node, const char* topic,
 
 void DriverInterface::obey(const char* topic, const WheelCommand& command) {
   ++commands_;
+  const double now = owner_.catch_up();
   if (!driver_.present()) return log_.error("no base", kNoBase);
   const auto complain = [&](const std::string& subject, const std::string& text) {
     log_.warn(topic + subject, fmt::format("{}: {}", topic, text));
@@ -67,7 +68,7 @@ void DriverInterface::obey(const char* topic, const WheelCommand& command) {
              fmt::format("{}: {} is beyond the motor's limit: clipped to {:.5g}", wheel_joint(i), set_point->value,
                          driver_.motor().limited(*set_point).value));
   }
-  if (names_any) driver_.command(owner_.time(), command.set_points);
+  if (names_any) driver_.command(now, command.set_points);
 }
 
 bool DriverInterface::require_base(bool done) {
@@ -77,16 +78,19 @@ bool DriverInterface::require_base(bool done) {
 
 bool DriverInterface::switch_off(std_srvs::Empty::Request&, std_srvs::Empty::Response&) {
   ROS_INFO("Switch off the base motors");
+  owner_.catch_up();
   return require_base(driver_.switch_off());
 }
 
 bool DriverInterface::switch_on(std_srvs::Empty::Request&, std_srvs::Empty::Response&) {
   ROS_INFO("Switch on the base motors");
+  owner_.catch_up();
   return require_base(driver_.switch_on());
 }
 
 /// True in any case, as the driver's.
 bool DriverInterface::reconnect(std_srvs::Empty::Request&, std_srvs::Empty::Response&) {
+  owner_.catch_up();
   if (driver_.reconnect()) {
     ROS_INFO("Base is initialized.");
     owner_.on_reconnect();
@@ -108,7 +112,7 @@ bool DriverInterface::set_faults(SetFaults::Request& request, SetFaults::Respons
   }
   faults.encoder_noise = request.encoder_noise;
   faults.command_delay = request.command_delay;
-  driver_.set_faults(owner_.time(), faults);
+  driver_.set_faults(owner_.catch_up(), faults);
   return true;
 }
 

@@ -11,6 +11,8 @@ void Pacer::start(double t) {
   start_t_ = t;
 }
 
+double Pacer::now() const { return start_t_ + factor_ * std::chrono::duration<double>(Clock::now() - start_).count(); }
+
 double Pacer::wait_until(double t) {
   if (factor_ == 0) return 0;
   using std::chrono::duration;

@@ -42,6 +42,8 @@ class BaseNode {
   void offer_services();
 
   void await_subscribers();
+  void go_by_wall_clock();
+  void catch_up();
   bool take_commands();
   void advance();
   void advance_period();
@@ -78,6 +80,7 @@ class BaseNode {
   ros::Time wall_start_;             // wall time of t = 0
   std::int64_t commands_taken_ = 0;  // messages that control periods have used up
   bool paused_;
+  const bool takes_commands_as_they_come_;
 };
 
 }  // namespace youbot_base_sim

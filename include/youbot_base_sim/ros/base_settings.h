@@ -21,15 +21,15 @@ namespace youbot_base_sim {
 /// The driver's others (names of arms, the trajectory action's) are for arms.
 struct BaseSettings {
   /// `scene`: a scene file, of which robot, floor, initial state, model and solver count and the drive does not. Left
-  /// out: the paper's robot at rest at the origin. `model`: in place of the scene's. `control_period` (s): likewise;
-  /// 1 ms if neither says.
+  /// out: the paper's robot at rest at the origin, integrated to a relative tolerance of 1e-5. `model`,
+  /// `relative_tolerance`: in place of the scene's. `control_period` (s): likewise; 1 ms if neither says.
   Scene scene;
   /// Instants of publishing a second, Hz; the driver's rate by default. Also the rate at which odometry is
   /// integrated.
   double publish_rate = 50;
-  /// Instants a second at which commands and services are looked for, Hz; by default each control period. The driver
-  /// does at 50 Hz.
-  double command_rate = 1000;
+  /// Instants a second at which commands and services are looked for, Hz; 0: they count from the control period on in
+  /// which they come. The driver looks 50 times a second.
+  double command_rate = 0;
   /// Whether the node is the master of simulated time: publishes /clock, stamps with simulated time, and has the
   /// services. Needs /use_sim_time for everybody else to follow. Otherwise stamps are wall time.
   bool publish_clock = false;

@@ -29,7 +29,7 @@ namespace youbot_base_sim {
 class DriverInterface {
  public:
   struct Owner {
-    std::function<double()> time;        ///< simulated time, s
+    std::function<double()> catch_up;    ///< brings the simulation up to the present; returns simulated time, s
     std::function<void()> on_reconnect;  ///< after the driver was started anew
   };
 

@@ -16,6 +16,9 @@ class Pacer {
   /// Simulated time t (s) is due now, and later times accordingly.
   void start(double t);
 
+  /// Simulated time that is due now, s. For a factor other than 0.
+  double now() const;
+
   /// What the waits since the last `take_timing` tell about the loop.
   struct Timing {
     std::int64_t waits = 0;

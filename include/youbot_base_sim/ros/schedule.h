@@ -12,7 +12,7 @@ class Schedule {
   Schedule(double rate, double slack) : rate_(rate), slack_(slack) {}
 
   /// Whether an instant is due at time t, s.
-  bool due(double t) const { return t >= static_cast<double>(instants_) / rate_ - slack_; }
+  bool due(double t) const { return t >= next() - slack_; }
 
   /// The same; if one is, the next one is waited for from now on.
   bool meet(double t) {
@@ -20,6 +20,9 @@ class Schedule {
     instants_ += is_due;
     return is_due;
   }
+
+  /// Time of the instant that is waited for, s.
+  double next() const { return static_cast<double>(instants_) / rate_; }
 
   /// Back to t = 0.
   void reset() { instants_ = 0; }
