@@ -10,6 +10,7 @@
 
 #include "youbot_base_sim/ros/conversions.h"
 #include "youbot_base_sim/ros/parameters.h"
+#include "youbot_base_sim/ros/program.h"
 #include "youbot_base_sim/scene/scene.h"
 
 namespace {
@@ -119,20 +120,5 @@ void Player::command(double t) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  ros::init(argc, argv, "play_scene");
-  if (argc > 1) {
-    ROS_FATAL("unexpected argument %s: play_scene takes ROS parameters, as _scene:=FILE, and remappings only", argv[1]);
-    return 2;
-  }
-  const ros::NodeHandle keep_alive;  // ROS shuts down, its log included, with the last handle
-  try {
-    Player(read_scene()).run();
-  } catch (const ParameterError& error) {
-    ROS_FATAL_STREAM(error.what());
-    return 2;
-  } catch (const std::exception& error) {
-    ROS_FATAL_STREAM(error.what());
-    return 1;
-  }
-  return 0;
+  return run_program(argc, argv, "play_scene", [] { Player(read_scene()).run(); });
 }

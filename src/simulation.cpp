@@ -80,7 +80,6 @@ class SlipDynamics : public Dynamics {
   static constexpr double kSafeStep = 1e-5;     // s
 
   std::size_t index(int i, int k) const { return static_cast<std::size_t>(i * rollers_ + k); }
-  int wrapped(std::int64_t k) const { return static_cast<int>(((k % rollers_) + rollers_) % rollers_); }
 
   // The roller that leaves the floor keeps its angle; the one that comes has the angle that it left it with.
   void change_roller(State& x, int wheel, int from, int to) {
@@ -103,7 +102,7 @@ class SlipDynamics : public Dynamics {
         const std::int64_t from = system_.roller(i), to = model_.geometry().roller_at(x.phi()[i]);
         if (from == to) continue;
         system_.put(i, to);
-        change_roller(x, i, wrapped(from), wrapped(to));
+        change_roller(x, i, wrapped(from, rollers_), wrapped(to, rollers_));
       }
     }
     integrator_.statistics().safe_steps += static_cast<std::uint64_t>(steps);
@@ -242,12 +241,6 @@ class Simulation::Loop {
     advance_held(period_end());
   }
 
-  /// Number 0 .. n-1 of an unwrapped one.
-  int wrapped(std::int64_t roller) const {
-    const int n = scene_.robot.rollers;
-    return static_cast<int>(((roller % n) + n) % n);
-  }
-
   const Scene scene_;
   State state_;
   double t_ = 0;
@@ -303,14 +296,14 @@ Wheels Simulation::torque() const { return loop_->torque_->at(loop_->t_); }
 
 std::array<int, kWheels> Simulation::rollers() const {
   std::array<int, kWheels> rollers;
-  for (int i = 0; i < kWheels; ++i) rollers[i] = loop_->wrapped(loop_->dynamics_->roller(i));
+  for (int i = 0; i < kWheels; ++i) rollers[i] = wrapped(loop_->dynamics_->roller(i), loop_->scene_.robot.rollers);
   return rollers;
 }
 
 std::array<std::optional<int>, kWheels> Simulation::other_rollers() const {
   std::array<std::optional<int>, kWheels> rollers;
   for (int i = 0; i < kWheels; ++i) {
-    if (const auto other = loop_->dynamics_->other_roller(i)) rollers[i] = loop_->wrapped(*other);
+    if (const auto other = loop_->dynamics_->other_roller(i)) rollers[i] = wrapped(*other, loop_->scene_.robot.rollers);
   }
   return rollers;
 }

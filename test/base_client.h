@@ -18,6 +18,7 @@
 #include <string>
 #include <vector>
 
+#include "rostest_main.h"
 #include "youbot_base_sim/ros/conversions.h"
 
 namespace youbot_base_sim {
@@ -174,14 +175,3 @@ inline geometry_msgs::Twist twist(double v_x, double v_y, double omega) {
 inline double heading(const geometry_msgs::Quaternion& q) { return std::remainder(2 * std::atan2(q.z, q.w), 2 * M_PI); }
 
 }  // namespace youbot_base_sim
-
-/// The main function of a rostest.
-#define YOUBOT_BASE_SIM_ROSTEST_MAIN()                                                  \
-  int main(int argc, char** argv) {                                                     \
-    ros::init(argc, argv, "rostest");                                                   \
-    const ros::NodeHandle keep_alive;                                                   \
-    ::testing::InitGoogleTest(&argc, argv);                                             \
-    const int failures = RUN_ALL_TESTS();                                               \
-    ros::shutdown(); /* before static objects go, which roscpp's threads make use of */ \
-    return failures;                                                                    \
-  }

@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <map>
 
+#include "rostest_main.h"
 #include "temporary_folder.h"
 #include "youbot_base_sim/ros/conversions.h"
 #include "youbot_base_sim/simulation.h"
@@ -95,9 +96,4 @@ TEST_F(PaperCase, is_in_order) {
 }  // namespace
 }  // namespace youbot_base_sim
 
-int main(int argc, char** argv) {
-  ros::init(argc, argv, "rostest");
-  const ros::NodeHandle keep_alive;
-  ::testing::InitGoogleTest(&argc, argv);
-  return RUN_ALL_TESTS();
-}
+YOUBOT_BASE_SIM_ROSTEST_MAIN()

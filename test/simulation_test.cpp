@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "temporary_folder.h"
+#include "youbot_base_sim/drive/wheel_drive.h"
 
 namespace youbot_base_sim {
 namespace {
@@ -131,6 +132,41 @@ TEST_F(SimulationTest, WheelIsHeldBetweenTwoRollers) {
   const State coarse = end(1e-6), fine = end(1e-8);
   EXPECT_LT(std::hypot(coarse.x() - fine.x(), coarse.y() - fine.y()), 1e-5);
   EXPECT_LT(std::abs(coarse.psi() - fine.psi()), 1e-5);
+}
+
+// While it is held, the wheel stands still on an edge, and both of the edge's rollers are told.
+TEST_F(SimulationTest, TellsBothRollersOfAHeldWheel) {
+  Simulation simulation(
+      load("duration: 10\ndrive: {torque: [{start: 0, constant: [-1.6608860541984796, 0.6423426008195765, "
+           "1.6391085502068918, 1.12921153639236]}]}\n"));
+  const int n = simulation.scene().robot.rollers;
+  int held = 0;
+  for (int k = 1; k <= 1000; ++k) {
+    simulation.advance_to(0.01 * k);
+    for (int i = 0; i < kWheels; ++i) {
+      const auto other = simulation.other_rollers()[i];
+      if (!other) continue;
+      ++held;
+      const int roller = simulation.rollers()[i];
+      EXPECT_TRUE(*other == (roller + 1) % n || roller == (*other + 1) % n) << roller << " and " << *other;
+      const double edges = simulation.state().phi()[i] / (2 * M_PI / n) + 0.5;
+      EXPECT_NEAR(edges, std::round(edges), 1e-9);
+      EXPECT_NEAR(simulation.state().dphi()[i], 0, 1e-12);
+    }
+  }
+  EXPECT_GT(held, 0);
+}
+
+// The velocity loops' torque jumps each millisecond by about the same: the integration learns what step is good then.
+TEST_F(SimulationTest, JumpsOfTheTorqueRejectFewSteps) {
+  Scene scene = load("duration: 1\n");
+  scene.solver.control_period = 1e-3;
+  WheelDrive drive(1e-3);
+  for (int i = 0; i < kWheels; ++i) drive.command(i, {DriveMode::kVelocity, 6.0});
+  Simulation simulation(scene, [&](double, const State& state) { return drive.sample(state.dphi()); });
+  simulation.advance_to(1);
+  EXPECT_GT(simulation.statistics().switches, 20u);
+  EXPECT_LT(simulation.statistics().rejected_steps, simulation.statistics().steps / 10);
 }
 
 // Thousands of N m: the wheels spin up to rates at which rollers pass faster than any step; still bounded and finite.

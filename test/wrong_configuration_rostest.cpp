@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "rostest_main.h"
 #include "temporary_folder.h"
 
 namespace youbot_base_sim {
@@ -174,9 +175,4 @@ TEST_F(WrongConfiguration, player_without_a_base_fails_rather_than_waits) {
 }  // namespace
 }  // namespace youbot_base_sim
 
-int main(int argc, char** argv) {
-  ros::init(argc, argv, "rostest");
-  const ros::NodeHandle keep_alive;
-  ::testing::InitGoogleTest(&argc, argv);
-  return RUN_ALL_TESTS();
-}
+YOUBOT_BASE_SIM_ROSTEST_MAIN()

@@ -43,6 +43,12 @@ std::string summary_text(const Simulation& simulation, double wall_time) {
   if (statistics.shared_contacts > 0) {
     text += fmt::format("a wheel came to rest between two rollers {} times\n", statistics.shared_contacts);
   }
+  const auto rollers = simulation.rollers();
+  const auto others = simulation.other_rollers();
+  for (int i = 0; i < kWheels; ++i) {
+    if (!others[i]) continue;
+    text += fmt::format("wheel {} ends between rollers {} and {}\n", kWheelNames[i], rollers[i], *others[i]);
+  }
   if (statistics.safe_steps > 0) {
     text += fmt::format(
         "warning: the bound of work was reached {} times; {} safe steps, of first order, went on from there\n",

@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "youbot_base_sim/integration/step_size_controller.h"
+#include "youbot_base_sim/physics/roller_geometry.h"
 #include "youbot_base_sim/physics/state.h"
 
 namespace youbot_base_sim {
@@ -375,7 +376,7 @@ class SwitchingIntegrator {
   template <class OnSwitch>
   void announce(double t, int i, std::int64_t from, std::int64_t to, State& x, OnSwitch&& on_switch) {
     ++statistics_.switches;
-    on_switch(RollerSwitch{t, i, wrapped(from), wrapped(to), x.phi()[i], to > from ? +1 : -1}, x);
+    on_switch(RollerSwitch{t, i, wrapped(from, rollers_), wrapped(to, rollers_), x.phi()[i], to > from ? +1 : -1}, x);
   }
 
   template <class OnSwitch>
@@ -394,8 +395,6 @@ class SwitchingIntegrator {
     const double below = std::nextafter(system.upper_edge()[i], -std::numeric_limits<double>::infinity());
     x.phi()[i] = std::min(std::max(x.phi()[i], system.lower_edge()[i]), below);
   }
-
-  int wrapped(std::int64_t roller) const { return static_cast<int>(((roller % rollers_) + rollers_) % rollers_); }
 
   int rollers_;
   StepSizeController control_;

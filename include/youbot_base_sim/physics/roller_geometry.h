@@ -17,6 +17,9 @@ struct ContactGeometry {
   Wheels dr_Y;      ///< r_Y'
 };
 
+/// Number 0 .. n-1 of a roller by its unwrapped number, on a wheel of n.
+inline int wrapped(std::int64_t roller, int n) { return static_cast<int>(((roller % n) + n) % n); }
+
 /// Shape of a Mecanum wheel with n rollers that touch the cylinder of radius R from within (paper, sections 2 and 3).
 class RollerGeometry {
  public:
