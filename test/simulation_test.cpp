@@ -125,13 +125,14 @@ TEST_F(SimulationTest, WheelIsHeldBetweenTwoRollers) {
     Simulation simulation(scene);
     simulation.advance_to(10);
     EXPECT_GT(simulation.statistics().shared_contacts, 0u);
+    EXPECT_EQ(simulation.statistics().exhausted, 0u);
     EXPECT_EQ(simulation.statistics().safe_steps, 0u);
     EXPECT_LT(simulation.energy_balance_error(), 1e-4);
     return simulation.state();
   };
-  const State coarse = end(1e-6), fine = end(1e-8);
-  EXPECT_LT(std::hypot(coarse.x() - fine.x(), coarse.y() - fine.y()), 1e-5);
-  EXPECT_LT(std::abs(coarse.psi() - fine.psi()), 1e-5);
+  const State coarse = end(1e-6), fine = end(1e-9);
+  EXPECT_LT(std::hypot(coarse.x() - fine.x(), coarse.y() - fine.y()), 1e-6);
+  EXPECT_LT(std::abs(coarse.psi() - fine.psi()), 1e-6);
 }
 
 // While it is held, the wheel stands still on an edge, and both of the edge's rollers are told.

@@ -42,7 +42,9 @@ class Radau {
       const auto keep = kept_ && !system.shared();
       contacts.F_X = keep.select(end_friction_.F_X, contacts.F_X);
       contacts.F_Y = keep.select(end_friction_.F_Y, contacts.F_Y);
+      const Wheels M_Z = contacts.M_Z;
       system.model().set_moment(contacts);
+      contacts.M_Z = keep.select(contacts.M_Z, M_Z);  // on two rollers, a mean of moments is not a moment of means
     }
     start_forces_ = system.model().forces(start_, contacts, M);
     start_friction_ = {contacts.F_X, contacts.F_Y};
