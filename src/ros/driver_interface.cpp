@@ -65,7 +65,7 @@ void DriverInterface::obey(const char* topic, const WheelCommand& command) {
     names_any = names_any || set_point;
     if (!set_point || driver_.motor().can(*set_point)) continue;
     complain(wheel_joint(i) + " limit",
-             fmt::format("{}: {} is beyond the motor's limit: clipped to {:.5g}", wheel_joint(i), set_point->value,
+             fmt::format("{}: {:.7g} is beyond the motor's limit: clipped to {:.5g}", wheel_joint(i), set_point->value,
                          driver_.motor().limited(*set_point).value));
   }
   if (names_any) driver_.command(now, command.set_points);
