@@ -96,7 +96,9 @@ void run_node(const Scene& scene, const NodeFeatures& features) {
 /// Names of all topics of which there may be messages.
 void print_topics(const Scene& scene) {
   const Simulation simulation(scene);
-  Telemetry(simulation, exact_readings(simulation), {}).visit(ros::Time(), [](const char* topic, const auto&) { fmt::print("{}\n", topic); });
+  Telemetry(simulation, exact_readings(simulation), {}).visit(ros::Time(), [](const char* topic, const auto&) {
+    fmt::print("{}\n", topic);
+  });
   fmt::print("{}\n{}\n", Telemetry::kSwitches, kClock);
 }
 #endif

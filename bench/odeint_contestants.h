@@ -105,16 +105,15 @@ class OdeintRosenbrock {
   bool prepared_ = false;
 };
 
-/// implicit_euler. With one Newton step (its own comments call that the linearly implicit scheme): beyond the first,
-/// the version that Boost 1.74 ships factorises the factors of its Jacobian again.
-template <class Problem>
-class OdeintImplicitEuler {
+/// One of odeint's steppers with a fixed step. Method: Vector, zero(), step(problem, t, y, dt, y_new).
+template <class Problem, class Method>
+class OdeintFixedStep {
  public:
-  using Vector = ublas::vector<double>;
+  using Vector = typename Method::Vector;
   static constexpr bool kDense = false;
-  static Vector zero() { return ublas::zero_vector<double>(kSize); }
+  static Vector zero() { return Method::zero(); }
 
-  explicit OdeintImplicitEuler(double dt) : dt_(dt) {}
+  explicit OdeintFixedStep(double dt) : dt_(dt) {}
 
   bool attempt(Problem& problem, double t, const Vector& y, double& dt, Vector& y_new) {
     repeat(problem, t, y, dt, y_new);
@@ -122,16 +121,35 @@ class OdeintImplicitEuler {
     return true;
   }
   void repeat(Problem& problem, double t, const Vector& y, double dt, Vector& y_new) {
-    y_new = y;
-    stepper_.do_step(UblasSystem<Problem>::of(problem), y_new, t, dt);
+    method_.step(problem, t, y, dt, y_new);
   }
   void restart() {}
   bool interpolate(double, const Vector&, double, const Vector&, double, Vector&) { return false; }
 
  private:
   double dt_;
+  Method method_;
+};
+
+/// implicit_euler. With one Newton step (its own comments call that the linearly implicit scheme): beyond the first,
+/// the version that Boost 1.74 ships factorises the factors of its Jacobian again.
+class ImplicitEulerMethod {
+ public:
+  using Vector = ublas::vector<double>;
+  static Vector zero() { return ublas::zero_vector<double>(kSize); }
+
+  template <class Problem>
+  void step(Problem& problem, double t, const Vector& y, double dt, Vector& y_new) {
+    y_new = y;
+    stepper_.do_step(UblasSystem<Problem>::of(problem), y_new, t, dt);
+  }
+
+ private:
   odeint::implicit_euler<double> stepper_{std::numeric_limits<double>::infinity()};
 };
+
+template <class Problem>
+using OdeintImplicitEuler = OdeintFixedStep<Problem, ImplicitEulerMethod>;
 
 /// A SlipProblem for odeint's explicit steppers.
 template <class Problem>
@@ -171,31 +189,23 @@ class OdeintDopri5 {
   Numbers dydt_, dydt_new_;
 };
 
-/// runge_kutta4 with a fixed step.
-template <class Problem>
-class OdeintRungeKutta4 {
+/// runge_kutta4.
+class RungeKutta4Method {
  public:
   using Vector = Numbers;
-  static constexpr bool kDense = false;
   static Vector zero() { return Numbers{}; }
 
-  explicit OdeintRungeKutta4(double dt) : dt_(dt) {}
-
-  bool attempt(Problem& problem, double t, const Vector& y, double& dt, Vector& y_new) {
-    repeat(problem, t, y, dt, y_new);
-    dt = dt_;
-    return true;
-  }
-  void repeat(Problem& problem, double t, const Vector& y, double dt, Vector& y_new) {
+  template <class Problem>
+  void step(Problem& problem, double t, const Vector& y, double dt, Vector& y_new) {
     stepper_.do_step(ArraySystem<Problem>{&problem}, y, t, y_new, dt);
   }
-  void restart() {}
-  bool interpolate(double, const Vector&, double, const Vector&, double, Vector&) { return false; }
 
  private:
-  double dt_;
   odeint::runge_kutta4<Numbers> stepper_;
 };
+
+template <class Problem>
+using OdeintRungeKutta4 = OdeintFixedStep<Problem, RungeKutta4Method>;
 
 }  // namespace bench
 }  // namespace youbot_base_sim
