@@ -96,7 +96,7 @@ Run run_simulation(const Scene& scene, double tolerance, const Rows& rows) {
     run.rows.push_back(numbers_of(simulation.state()));
   }
   const IntegrationStatistics& statistics = simulation.statistics();
-  run.counts.steps = static_cast<std::int64_t>(statistics.steps + statistics.safe_steps);
+  run.counts.steps = static_cast<std::int64_t>(statistics.steps + statistics.fallback_steps);
   run.counts.rejected = static_cast<std::int64_t>(statistics.rejected_steps);
   run.counts.location_steps = static_cast<std::int64_t>(statistics.location_steps);
   run.counts.switches = static_cast<std::int64_t>(statistics.switches);

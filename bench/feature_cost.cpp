@@ -38,7 +38,7 @@ void run_rows(const Scene& scene) {
 /// The least that the node could do: control periods.
 void run_periods(const Scene& scene) {
   Simulation simulation(scene);
-  while (simulation.time() < scene.duration - 0.5 * kControlPeriod) simulation.advance_period();
+  while (simulation.time() < scene.duration - 0.5 * kControlPeriod) simulation.advance_periods(1);
 }
 
 #ifdef YOUBOT_BASE_SIM_ROS
@@ -69,7 +69,7 @@ void run_node(const Scene& scene, const NodeFeatures& features) {
   const bool switches_listened = features.listened.count(Telemetry::kSwitches);
   std::int64_t instants = 0;
   while (simulation.time() < scene.duration - 0.5 * kControlPeriod) {
-    simulation.advance_period();
+    simulation.advance_periods(1);
     const double t = simulation.time();
     const bool is_due = t >= static_cast<double>(instants) / features.publish_rate - 1e-6 * kControlPeriod;
     const std::vector<RollerSwitch> switches = simulation.take_switches();

@@ -12,6 +12,7 @@
 #include "youbot_base_sim/integration/radau.h"
 #include "youbot_base_sim/integration/safe_stepper.h"
 #include "youbot_base_sim/integration/slip_system.h"
+#include "youbot_base_sim/integration/switching_integrator.h"
 #include "youbot_base_sim/physics/no_slip_model.h"
 
 namespace youbot_base_sim {
@@ -105,7 +106,7 @@ class SlipDynamics : public Dynamics {
         change_roller(x, i, wrapped(from, rollers_), wrapped(to, rollers_));
       }
     }
-    integrator_.statistics().safe_steps += static_cast<std::uint64_t>(steps);
+    integrator_.statistics().fallback_steps += static_cast<std::uint64_t>(steps);
   }
 
   int rollers_;
@@ -236,9 +237,9 @@ class Simulation::Loop {
     }
   }
 
-  void advance_period() {
+  void advance_periods(std::int64_t n) {
     if (!held_) throw std::logic_error("a simulation without a control_period has no periods to advance by");
-    advance_held(period_end());
+    for (std::int64_t k = 0; k < n; ++k) advance_held(period_end());
   }
 
   const Scene scene_;
@@ -288,7 +289,7 @@ Simulation::Simulation(const Scene& scene, Drive drive) : loop_(std::make_unique
 Simulation::~Simulation() = default;
 
 void Simulation::advance_to(double t) { loop_->advance_to(t); }
-void Simulation::advance_period() { loop_->advance_period(); }
+void Simulation::advance_periods(std::int64_t n) { loop_->advance_periods(n); }
 void Simulation::reset() { loop_->reset(); }
 double Simulation::time() const { return loop_->t_; }
 const State& Simulation::state() const { return loop_->state_; }
@@ -322,9 +323,10 @@ std::vector<RollerSwitch> Simulation::take_switches() {
 
 const IntegrationStatistics& Simulation::statistics() const { return loop_->dynamics_->statistics(); }
 
+double Simulation::kinetic_energy() const { return loop_->dynamics_->kinetic_energy(loop_->state_); }
+
 double Simulation::energy_balance_error() const {
-  const double change = loop_->dynamics_->kinetic_energy(loop_->state_) - loop_->initial_energy_;
-  return std::abs(change - loop_->state_.work());
+  return std::abs(kinetic_energy() - loop_->initial_energy_ - loop_->state_.work());
 }
 
 const Scene& Simulation::scene() const { return loop_->scene_; }

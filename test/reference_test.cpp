@@ -60,7 +60,7 @@ class ReferenceTest : public testing::TestWithParam<Case> {
       EXPECT_NEAR(x.psi(), std::stod(row[3]), accuracy.heading) << row[0];
     }
     compare_switches(simulation.take_switches(), read_csv(reference + "_switches.csv"), accuracy.switch_time);
-    EXPECT_EQ(simulation.statistics().safe_steps, 0u);
+    EXPECT_EQ(simulation.statistics().fallback_steps, 0u);
   }
 
   void compare_switches(const std::vector<RollerSwitch>& switches, const std::vector<std::vector<std::string>>& rows,

@@ -30,20 +30,20 @@ TEST_F(SimulationTest, SamplesTheDriveOnceAtEachPeriodsBegin) {
   simulation.advance_to(0.0025);  // in the middle of the third period
   simulation.advance_to(0.0028);
   EXPECT_EQ(sampled, (std::vector<double>{0, 0.001, 0.002}));
-  simulation.advance_period();
+  simulation.advance_periods(1);
   EXPECT_DOUBLE_EQ(simulation.time(), 0.003);
   EXPECT_EQ(sampled.size(), 3u);
 }
 
 TEST_F(SimulationTest, PeriodsDoNotDrift) {
   Simulation simulation(load(kForward), [](double, const State&) -> Wheels { return Wheels::Zero(); });
-  for (int k = 0; k < 100000; ++k) simulation.advance_period();
+  for (int k = 0; k < 100000; ++k) simulation.advance_periods(1);
   EXPECT_DOUBLE_EQ(simulation.time(), 100.0);
 }
 
 TEST_F(SimulationTest, RowsDoNotDisturbHeldTorques) {
   Simulation by_period(load(kForward)), by_row(load(kForward));
-  for (int k = 0; k < 500; ++k) by_period.advance_period();
+  for (int k = 0; k < 500; ++k) by_period.advance_periods(1);
   for (int k = 1; k <= 50; ++k) by_row.advance_to(k / 100.0);
   EXPECT_EQ(by_row.time(), by_period.time());
   EXPECT_TRUE((by_row.state().values == by_period.state().values).all());
@@ -126,7 +126,7 @@ TEST_F(SimulationTest, WheelIsHeldBetweenTwoRollers) {
     simulation.advance_to(10);
     EXPECT_GT(simulation.statistics().shared_contacts, 0u);
     EXPECT_EQ(simulation.statistics().exhausted, 0u);
-    EXPECT_EQ(simulation.statistics().safe_steps, 0u);
+    EXPECT_EQ(simulation.statistics().fallback_steps, 0u);
     EXPECT_LT(simulation.energy_balance_error(), 1e-4);
     return simulation.state();
   };
@@ -215,7 +215,7 @@ TEST_F(SimulationTest, VelocityTableIsTracked) {
 TEST_F(SimulationTest, RefusesADriveWithoutPeriods) {
   const Scene scene = load("duration: 1\n");
   EXPECT_THROW(Simulation(scene, [](double, const State&) -> Wheels { return Wheels::Zero(); }), std::invalid_argument);
-  EXPECT_THROW(Simulation(scene).advance_period(), std::logic_error);
+  EXPECT_THROW(Simulation(scene).advance_periods(1), std::logic_error);
 }
 
 }  // namespace

@@ -1,12 +1,15 @@
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
 
-#include "youbot_base_sim/integration/switching_integrator.h"
-#include "youbot_base_sim/physics/slip_model.h"
+#include "youbot_base_sim/integration/statistics.h"
+#include "youbot_base_sim/physics/contacts.h"
+#include "youbot_base_sim/physics/roller_switch.h"
 #include "youbot_base_sim/scene/scene.h"
 
 namespace youbot_base_sim {
@@ -33,8 +36,9 @@ class Simulation {
   /// accurate integration gives up, safe steps go on, and the statistics tell.
   void advance_to(double t);
 
-  /// Advances to the end of the present control period. Throws std::logic_error if the scene has none.
-  void advance_period();
+  /// Advances to the end of the present control period and by n - 1 more. Throws std::logic_error if the scene has
+  /// none.
+  void advance_periods(std::int64_t n);
 
   /// Back to the scene's initial state at t = 0, statistics included.
   void reset();
@@ -61,6 +65,8 @@ class Simulation {
   std::vector<RollerSwitch> take_switches();
 
   const IntegrationStatistics& statistics() const;
+
+  double kinetic_energy() const;  ///< J
 
   /// |change of kinetic energy - integrated power| since t = 0, J.
   double energy_balance_error() const;

@@ -20,7 +20,7 @@ std::string summary_json(const Simulation& simulation, double wall_time) {
   json["rejected_steps"] = statistics.rejected_steps;
   json["location_steps"] = statistics.location_steps;
   json["switches"] = statistics.switches;
-  json["safe_steps"] = statistics.safe_steps;
+  json["fallback_steps"] = statistics.fallback_steps;
   json["shared_contacts"] = statistics.shared_contacts;
   json["exhausted"] = statistics.exhausted;
   json["energy_balance_error"] = simulation.energy_balance_error();
@@ -49,10 +49,10 @@ std::string summary_text(const Simulation& simulation, double wall_time) {
     if (!others[i]) continue;
     text += fmt::format("wheel {} ends between rollers {} and {}\n", kWheelNames[i], rollers[i], *others[i]);
   }
-  if (statistics.safe_steps > 0) {
+  if (statistics.fallback_steps > 0) {
     text += fmt::format(
         "warning: the bound of work was reached {} times; {} safe steps, of first order, went on from there\n",
-        statistics.exhausted, statistics.safe_steps);
+        statistics.exhausted, statistics.fallback_steps);
   }
   return text;
 }

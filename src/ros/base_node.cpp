@@ -200,7 +200,7 @@ void BaseNode::advance() {
 
 void BaseNode::advance_period() {
   const bool was_present = driver_.present(), was_timed_out = driver_.timed_out();
-  simulation_.advance_period();
+  simulation_.advance_periods(1);
   if (was_present && !driver_.present()) {
     ROS_WARN("EtherCAT is lost: the base is not connected until reconnect is called");
   }

@@ -76,7 +76,7 @@ DiagnosticStatus faults_status(const Faults& faults) {
 
 DiagnosticStatus integration_status(const Simulation& simulation) {
   const IntegrationStatistics& statistics = simulation.statistics();
-  const bool accurate = statistics.safe_steps == 0;
+  const bool accurate = statistics.fallback_steps == 0;
   DiagnosticStatus status =
       own_status("integration", accurate, accurate ? "accurate" : "safe steps, of first order, were needed");
   add(status, "model", name_of(simulation.scene().model));
@@ -88,7 +88,7 @@ DiagnosticStatus integration_status(const Simulation& simulation) {
   add(status, "roller switches", statistics.switches);
   add(status, "shared contacts", statistics.shared_contacts);
   add(status, "bound of work reached", statistics.exhausted);
-  add(status, "safe steps", statistics.safe_steps);
+  add(status, "safe steps", statistics.fallback_steps);
   add(status, "energy balance error", fmt::format("{:.2g} J", simulation.energy_balance_error()));
   return status;
 }

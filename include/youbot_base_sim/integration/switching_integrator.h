@@ -2,32 +2,13 @@
 
 #include <cstdint>
 
+#include "youbot_base_sim/integration/statistics.h"
 #include "youbot_base_sim/integration/step_size_controller.h"
 #include "youbot_base_sim/physics/roller_geometry.h"
+#include "youbot_base_sim/physics/roller_switch.h"
 #include "youbot_base_sim/physics/state.h"
 
 namespace youbot_base_sim {
-
-/// One roller taking over from another.
-struct RollerSwitch {
-  double t;         ///< s
-  int wheel;        ///< 0..3: fl, fr, bl, br
-  int roller_from;  ///< 0..n-1
-  int roller_to;    ///< 0..n-1
-  double phi;       ///< wheel angle, on the far side of the edge, rad
-  int direction;    ///< +1 or -1: sign of the wheel's rotation
-};
-
-/// What an integration did so far.
-struct IntegrationStatistics {
-  std::uint64_t steps = 0;            ///< accepted
-  std::uint64_t rejected_steps = 0;   ///< for their error
-  std::uint64_t location_steps = 0;   ///< to find where in a step an edge is reached
-  std::uint64_t switches = 0;         ///< located
-  std::uint64_t shared_contacts = 0;  ///< times that a wheel came to rest on two rollers
-  std::uint64_t exhausted = 0;        ///< times that its bound of work was spent
-  std::uint64_t safe_steps = 0;       ///< of the safe stepper, which goes on then
-};
 
 /// Integrates a SlipSystem from switch to switch: a step ends where a wheel reaches the edge of its roller, located to
 /// 1e-12 s (or to the resolution of phi, for a wheel that hardly turns), with phi on the far side, and the next one

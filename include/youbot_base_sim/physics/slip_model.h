@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "youbot_base_sim/physics/contact_law.h"
+#include "youbot_base_sim/physics/contacts.h"
 #include "youbot_base_sim/physics/inertia.h"
 #include "youbot_base_sim/physics/roller_geometry.h"
 
@@ -23,15 +24,6 @@ struct BorderedJacobian {
   Eigen::Vector3d power_v;           ///< power by platform
   Wheels power_phi, power_dphi, power_dgamma;
   double cos_psi, sin_psi, V_x, V_y;  ///< heading; velocity of O in the fixed frame, m/s
-};
-
-/// What happens at the four contacts, in the platform's frame.
-struct alignas(kAlignment) Contacts {
-  Wheels V_PX, V_PY;  ///< slip velocity, m/s
-  Wheels F_X, F_Y;    ///< friction, N
-  Wheels Delta_Y;     ///< offset of the contact point along the wheel's axle, m
-  Wheels r_X, r_Y;    ///< what a unit dgamma takes from V_PX and adds to V_PY, m
-  Wheels M_Z;         ///< moment of the friction about O, N m
 };
 
 /// Power of forces `Q` on the velocities `u`, W. Coriolis forces have none.

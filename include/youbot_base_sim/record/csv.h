@@ -1,6 +1,7 @@
 #pragma once
 
-#include "youbot_base_sim/integration/switching_integrator.h"
+#include "youbot_base_sim/physics/roller_switch.h"
+#include "youbot_base_sim/physics/state.h"
 #include "youbot_base_sim/record/atomic_file.h"
 
 namespace youbot_base_sim {

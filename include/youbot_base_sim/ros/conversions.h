@@ -16,7 +16,7 @@
 
 #include "youbot_base_sim/drive/base_driver.h"
 #include "youbot_base_sim/drive/wheel_odometry.h"
-#include "youbot_base_sim/integration/switching_integrator.h"
+#include "youbot_base_sim/physics/roller_switch.h"
 #include "youbot_base_sim/physics/state.h"
 
 /// Between simulation and messages: pure functions. Wheels and their joints have one sign everywhere, that of the URDF

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+namespace youbot_base_sim {
+
+/// What an integration did so far.
+struct IntegrationStatistics {
+  std::uint64_t steps = 0;
+  std::uint64_t rejected_steps = 0;
+  std::uint64_t location_steps = 0;
+  std::uint64_t newton_iterations = 0;
+  std::uint64_t factorizations = 0;
+  std::uint64_t switches = 0;
+  std::uint64_t shared_contacts = 0;
+  std::uint64_t exhausted = 0;
+  std::uint64_t fallback_steps = 0;
+};
+
+/// A field of the statistics, for whoever prints them.
+struct StatisticsField {
+  const char* name;  ///< as in the summary
+  const char* text;  ///< for people
+  std::uint64_t IntegrationStatistics::*value;
+};
+
+/// All of them, in the order in which they are shown.
+constexpr std::array<StatisticsField, 9> kStatisticsFields = {{
+    {"steps", "steps accepted", &IntegrationStatistics::steps},
+    {"rejected_steps", "steps rejected for their error", &IntegrationStatistics::rejected_steps},
+    {"location_steps", "steps repeated to end on an edge", &IntegrationStatistics::location_steps},
+    {"newton_iterations", "Newton iterations", &IntegrationStatistics::newton_iterations},
+    {"factorizations", "factorizations of the Newton matrix", &IntegrationStatistics::factorizations},
+    {"switches", "roller switches", &IntegrationStatistics::switches},
+    {"shared_contacts", "times that a wheel came to rest on two rollers", &IntegrationStatistics::shared_contacts},
+    {"exhausted", "times that the bound of work was reached", &IntegrationStatistics::exhausted},
+    {"fallback_steps", "fallback steps, of first order", &IntegrationStatistics::fallback_steps},
+}};
+
+}  // namespace youbot_base_sim
