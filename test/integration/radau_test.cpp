@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "explicit_solution.h"
-#include "random_states.h"
+#include "physics/random_states.h"
 #include "youbot_base_sim/drive/torque_programmes.h"
 
 namespace youbot_base_sim {

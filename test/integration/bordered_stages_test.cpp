@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "random_states.h"
+#include "physics/random_states.h"
 
 namespace youbot_base_sim {
 namespace {

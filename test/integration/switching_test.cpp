@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "random_states.h"
+#include "physics/random_states.h"
 #include "wheelwork.h"
 #include "youbot_base_sim/integration/switching_integrator.h"
 
