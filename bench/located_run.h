@@ -96,12 +96,12 @@ class LocatedRun {
     const double end = rows.back();
     write_rows(0);
     while (t_ < end) {
-      const double piece_end = std::min(end, problem_.enter(t_));
+      const double segment_end = std::min(end, problem_.begin_segment(t_));
       if (t_ > 0) {
         stepper_.restart();
         begin(after_jump_);
       }
-      while (t_ < piece_end) step(piece_end);
+      while (t_ < segment_end) step(segment_end);
     }
     return std::move(out_);
   }
@@ -117,9 +117,9 @@ class LocatedRun {
     fresh_ = &start;
   }
 
-  void step(double piece_end) {
+  void step(double segment_end) {
     limits_.check(problem_.counts, t_);
-    double stop = piece_end;
+    double stop = segment_end;
     if (!Stepper::kDense) stop = std::min(stop, (*rows_)[out_.size()]);
     const double remaining = stop - t_, wanted = dt_;
     const double dt = wanted < 0.99 * remaining ? wanted : remaining;

@@ -52,14 +52,14 @@ class RunFailure : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// A scene with slipping contacts as a system of first-order equations, smooth between switches and between the pieces
-/// of its torque. Counts what it is asked.
+/// A scene with slipping contacts as a system of first-order equations, smooth between switches and between the
+/// segments of its torque. Counts what it is asked.
 template <class Law>
 class SlipProblem {
  public:
   explicit SlipProblem(const Scene& scene)
       : model_(scene.robot, scene.floor),
-        torque_(make_wheel_torque(scene)),
+        torque_(make_torque_profile(scene)),
         period_(scene.solver.control_period),
         half_pitch_(model_.geometry().upper_edge(0)),
         duration_(scene.duration) {
@@ -83,13 +83,13 @@ class SlipProblem {
   const Numbers& initial() const { return initial_; }
   double duration() const { return duration_; }
 
-  /// Enters the smooth piece of torque that begins or goes on at time t, s; returns where it ends.
-  double enter(double t) {
-    if (!(period_ > 0)) return torque_->enter(t);
-    // k * period rather than a sum, as the simulator does; a drive sampled at t must not miss a piece by rounding.
+  /// Begins the segment of the torque that holds at time t, s; returns where it ends, s.
+  double begin_segment(double t) {
+    if (!(period_ > 0)) return torque_->begin_segment(t);
+    // k * period rather than a sum, as the simulator does; a drive sampled at t must not miss a segment by rounding.
     const std::int64_t k = static_cast<std::int64_t>(t / period_ + 1e-6);
-    torque_->enter(t + 1e-6 * period_);
-    held_ = torque_->at(t);
+    torque_->begin_segment(t + 1e-6 * period_);
+    held_ = torque_->value(t);
     return static_cast<double>(k + 1) * period_;
   }
 
@@ -150,7 +150,7 @@ class SlipProblem {
   void time_derivative(double t, double* dfdt) const {
     std::memset(dfdt, 0, kSize * sizeof(double));
     if (period_ > 0) return;
-    const Wheels rate = torque_->rate(t);
+    const Wheels rate = torque_->derivative(t);
     for (int i = 0; i < kWheels; ++i) dfdt[kDphi + i] = rate[i] / model_.inertia().J_1;
   }
 
@@ -175,7 +175,7 @@ class SlipProblem {
   Counts counts;
 
  private:
-  Wheels torque(double t) const { return period_ > 0 ? held_ : torque_->at(t); }
+  Wheels torque(double t) const { return period_ > 0 ? held_ : torque_->value(t); }
 
   static void put(const double* y, State& x) {
     std::memcpy(&x.values(0, 0), y + kPose, 3 * sizeof(double));
@@ -184,7 +184,7 @@ class SlipProblem {
   }
 
   SlipModel<Law> model_;
-  std::unique_ptr<WheelTorque> torque_;
+  std::unique_ptr<TorqueProfile> torque_;
   double period_;
   double half_pitch_;
   double duration_;

@@ -73,13 +73,13 @@ const Wheels& case2_torque() {
   return torque;
 }
 
-/// Torque programme of Case 1, times a factor: one harmonic for each wheel, since the motion is a translation.
+/// Torque profile of Case 1, times a factor: one harmonic for each wheel, since the motion is a translation.
 std::string case1_torque(double factor) {
   const ReferenceMotion motion{30, {0, kCircleSpeed, 0}, {0, 0, kCircleSpeed}, {}};
   const ReferenceTorque torque(RobotParameters{}, motion);
-  const Wheels constant = 0.5 * (torque.at(0) + torque.at(15));
-  const Wheels cos = torque.at(0) - constant;
-  const Wheels sin = torque.at(7.5) - constant;
+  const Wheels constant = 0.5 * (torque.value(0) + torque.value(15));
+  const Wheels cos = torque.value(0) - constant;
+  const Wheels sin = torque.value(7.5) - constant;
   return fmt::format("torque: [{{start: 0, constant: {}, cos: {}, sin: {}, period: 30}}]", row(factor * constant),
                      row(factor * cos), row(factor * sin));
 }

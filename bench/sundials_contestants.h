@@ -98,8 +98,8 @@ inline void say_nothing(int, const char*, const char*, char*, void*) {}
 
 enum class Event { kRow, kStop, kRoot };
 
-/// Takes a SUNDIALS integrator from switch to switch and from one piece of torque to the next, started anew at each as
-/// its manual asks; rows come from its own dense output.
+/// Takes a SUNDIALS integrator from switch to switch and from one segment of torque to the next, started anew at each
+/// as its manual asks; rows come from its own dense output.
 
 template <class Problem, class Integrator>
 std::vector<Numbers> sundials_run(Problem& problem, SundialsProblem<Problem>& shared, Integrator& integrator,
@@ -107,28 +107,28 @@ std::vector<Numbers> sundials_run(Problem& problem, SundialsProblem<Problem>& sh
   std::vector<Numbers> out;
   const double end = rows.back();
   double t = 0;
-  double piece_end = std::min(end, problem.enter(0));
-  integrator.stop_at(piece_end);
+  double segment_end = std::min(end, problem.begin_segment(0));
+  integrator.stop_at(segment_end);
   while (out.size() < rows.size()) {
     const double row = rows[out.size()];
     if (row <= t) {
       out.push_back(problem.row(shared.y()));
       continue;
     }
-    const Event event = integrator.advance(t, std::min(row, piece_end));
+    const Event event = integrator.advance(t, std::min(row, segment_end));
     shared.limits_.check(problem.counts, t);
     if (event == Event::kRoot) {
       int found[SundialsProblem<Problem>::kRoots];
       integrator.roots(found);
       shared.hand_over(found);
       integrator.restart(t);
-      integrator.stop_at(piece_end);
-    } else if (t >= piece_end) {
+      integrator.stop_at(segment_end);
+    } else if (t >= segment_end) {
       if (row <= t) out.push_back(problem.row(shared.y()));
       if (t >= end) break;
-      piece_end = std::min(end, problem.enter(t));
+      segment_end = std::min(end, problem.begin_segment(t));
       integrator.restart(t);
-      integrator.stop_at(piece_end);
+      integrator.stop_at(segment_end);
     }
   }
   return out;

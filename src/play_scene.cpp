@@ -57,7 +57,7 @@ class Player {
   void command(double t);
 
   const Scene scene_;
-  std::unique_ptr<WheelTorque> torque_;  // null where the scene tracks velocities
+  std::unique_ptr<TorqueProfile> torque_;  // null where the scene tracks velocities
   ros::NodeHandle node_;
   ros::Publisher commands_;
   ros::Subscriber clock_;
@@ -68,7 +68,7 @@ class Player {
   bool base_lost_ = false;
 };
 
-Player::Player(const Scene& scene) : scene_(scene), torque_(make_wheel_torque(scene)) {
+Player::Player(const Scene& scene) : scene_(scene), torque_(make_torque_profile(scene)) {
   constexpr std::uint32_t kQueue = 1000;
   const auto gain = [this](const ros::SingleSubscriberPublisher& subscriber) { this->gain(subscriber); };
   const auto lose = [this](const ros::SingleSubscriberPublisher& subscriber) { this->lose(subscriber); };
@@ -109,8 +109,8 @@ void Player::command(double t) {
   // What begins with this control period must not be missed for a rounding error.
   const double in_period = t + 1e-9;
   if (torque_) {
-    torque_->enter(in_period);
-    commands_.publish(torque_message(torque_->at(t), now_));
+    torque_->begin_segment(in_period);
+    commands_.publish(torque_message(torque_->value(t), now_));
   } else {
     const WheelTable& rates = std::get<VelocityTable>(scene_.drive).table;
     commands_.publish(velocity_message(rates.at(in_period), now_));

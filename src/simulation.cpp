@@ -24,9 +24,9 @@ class Dynamics {
  public:
   virtual ~Dynamics() = default;
 
-  /// Advances (x, t) to t_end (s) while the torque stays in one smooth piece; appends to `switches`.
+  /// Advances (x, t) to t_end (s) within one segment of the torque; appends to `switches`.
   virtual void advance(State& x, double& t, double t_end, std::vector<RollerSwitch>& switches) = 0;
-  /// The torque jumps to another smooth piece.
+  /// The torque jumps to another segment.
   virtual void jump() = 0;
   virtual double kinetic_energy(const State& x) const = 0;  // J
   virtual Contacts contacts(const State& x, double t) const = 0;
@@ -41,7 +41,7 @@ class Dynamics {
 template <class Law>
 class SlipDynamics : public Dynamics {
  public:
-  SlipDynamics(const Scene& scene, const WheelTorque& torque)
+  SlipDynamics(const Scene& scene, const TorqueProfile& torque)
       : rollers_(scene.robot.rollers),
         at_rest_(scene.robot.roller_rate_at_switch == RollerRateAtSwitch::kAtRest),
         torque_(torque),
@@ -65,7 +65,7 @@ class SlipDynamics : public Dynamics {
   void jump() override { integrator_.jump(); }
   double kinetic_energy(const State& x) const override { return youbot_base_sim::kinetic_energy(model_.robot(), x); }
   Contacts contacts(const State& x, double t) const override {
-    return system_.contacts(x.velocities(), x.phi(), torque_.at(t));
+    return system_.contacts(x.velocities(), x.phi(), torque_.value(t));
   }
   std::int64_t roller(int i) const override { return system_.roller(i); }
   std::optional<std::int64_t> other_roller(int i) const override {
@@ -111,7 +111,7 @@ class SlipDynamics : public Dynamics {
 
   int rollers_;
   bool at_rest_;
-  const WheelTorque& torque_;
+  const TorqueProfile& torque_;
   SlipModel<Law> model_;
   SlipSystem<Law> system_;
   Integrator integrator_;
@@ -122,7 +122,7 @@ class SlipDynamics : public Dynamics {
 /// Model 1, which is not stiff: odeint's Dormand-Prince.
 class NoSlipDynamics : public Dynamics {
  public:
-  NoSlipDynamics(const Scene& scene, const WheelTorque& torque)
+  NoSlipDynamics(const Scene& scene, const TorqueProfile& torque)
       : torque_(torque), model_(scene.robot), solver_(scene.solver) {}
 
   void advance(State& x, double& t, double t_end, std::vector<RollerSwitch>&) override {
@@ -133,7 +133,7 @@ class NoSlipDynamics : public Dynamics {
     const auto system = [this](const Numbers& y, Numbers& dydt, double time) {
       State state, derivative;
       state.values = Eigen::Map<const State::Values>(y.data());
-      model_.derivative(state, torque_.at(time), derivative);
+      model_.derivative(state, torque_.value(time), derivative);
       Eigen::Map<State::Values>(dydt.data()) = derivative.values;
     };
     statistics_.steps += odeint::integrate_adaptive(odeint::make_controlled<odeint::runge_kutta_dopri5<Numbers>>(
@@ -157,13 +157,13 @@ class NoSlipDynamics : public Dynamics {
 
  private:
   using Numbers = std::array<double, State::Values::SizeAtCompileTime>;
-  const WheelTorque& torque_;
+  const TorqueProfile& torque_;
   NoSlipModel model_;
   SolverSettings solver_;
   IntegrationStatistics statistics_;
 };
 
-std::unique_ptr<Dynamics> make_dynamics(const Scene& scene, const WheelTorque& torque) {
+std::unique_ptr<Dynamics> make_dynamics(const Scene& scene, const TorqueProfile& torque) {
   switch (scene.model) {
     case Model::kNoSlip:
       return std::make_unique<NoSlipDynamics>(scene, torque);
@@ -177,7 +177,7 @@ std::unique_ptr<Dynamics> make_dynamics(const Scene& scene, const WheelTorque& t
 /// The scene's own drive, sampled: its torque at the beginning of each control period, or its velocities by the wheels'
 /// velocity loop.
 Simulation::Drive make_drive(const Scene& scene) {
-  // A row or a piece that begins where a control period does must not be missed for a rounding error.
+  // A row or a segment that begins where a control period does must not be missed for a rounding error.
   const double late = 1e-6 * scene.solver.control_period;
   if (const auto* velocities = std::get_if<VelocityTable>(&scene.drive)) {
     WheelDrive wheels(scene.solver.control_period);
@@ -187,11 +187,11 @@ Simulation::Drive make_drive(const Scene& scene) {
       return wheels.sample(state.dphi());
     };
   }
-  const std::shared_ptr<WheelTorque> torque = make_wheel_torque(scene);
+  const std::shared_ptr<TorqueProfile> torque = make_torque_profile(scene);
   if (!torque) return [](double, const State&) -> Wheels { return Wheels::Zero(); };
   return [torque, late](double t, const State&) {
-    torque->enter(t + late);
-    return torque->at(t);
+    torque->begin_segment(t + late);
+    return torque->value(t);
   };
 }
 
@@ -220,9 +220,9 @@ class Simulation::Loop {
       torque_ = std::move(held);
       drive_ = given_drive_ ? given_drive_ : make_drive(scene_);
     } else {
-      torque_ = make_wheel_torque(scene_);
+      torque_ = make_torque_profile(scene_);
       if (!torque_) torque_ = std::make_unique<HeldTorque>();
-      torque_->enter(0);
+      torque_->begin_segment(0);
     }
     dynamics_ = make_dynamics(scene_, *torque_);
     initial_energy_ = dynamics_->kinetic_energy(state_);
@@ -245,7 +245,7 @@ class Simulation::Loop {
   const Scene scene_;
   State state_;
   double t_ = 0;
-  std::unique_ptr<WheelTorque> torque_;
+  std::unique_ptr<TorqueProfile> torque_;
   std::unique_ptr<Dynamics> dynamics_;
   std::vector<RollerSwitch> switches_;
   double initial_energy_ = 0;
@@ -253,7 +253,7 @@ class Simulation::Loop {
  private:
   void advance_continuously(double t) {
     while (t_ < t) {
-      const double end = torque_->enter(t_);
+      const double end = torque_->begin_segment(t_);
       dynamics_->advance(state_, t_, std::min(end, t), switches_);
     }
   }
@@ -263,9 +263,9 @@ class Simulation::Loop {
 
   void advance_held(double t) {
     if (!in_period_) {
-      const Wheels before = held_->at(t_);
+      const Wheels before = held_->value(t_);
       held_->set(drive_(t_, state_));
-      if ((held_->at(t_) != before).any()) dynamics_->jump();
+      if ((held_->value(t_) != before).any()) dynamics_->jump();
     }
     in_period_ = true;
     dynamics_->advance(state_, t_, t, switches_);
@@ -293,7 +293,7 @@ void Simulation::advance_periods(std::int64_t n) { loop_->advance_periods(n); }
 void Simulation::reset() { loop_->reset(); }
 double Simulation::time() const { return loop_->t_; }
 const State& Simulation::state() const { return loop_->state_; }
-Wheels Simulation::torque() const { return loop_->torque_->at(loop_->t_); }
+Wheels Simulation::torque() const { return loop_->torque_->value(loop_->t_); }
 
 std::array<int, kWheels> Simulation::rollers() const {
   std::array<int, kWheels> rollers;

@@ -96,7 +96,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"start_on_edge", "/test/data/reference/start_on_edge.yaml", ""}),
     [](const testing::TestParamInfo<Case>& tested) { return tested.param.name; });
 
-// Model 1 needs no reference: under the torque programme its motion is the desired motion itself.
+// Model 1 needs no reference: under the torque profile its motion is the desired motion itself.
 TEST(NoSlipReferenceTest, FollowsTheDesiredMotion) {
   for (const char* name : {"case1_as_printed", "case1_counter_clockwise", "case2"}) {
     SceneOverrides overrides;

@@ -94,23 +94,23 @@ ReferenceMotion read_reference_motion(const SceneSection& drive) {
           read_harmonic(s, "Omega")};
 }
 
-TorquePieces read_torque(const SceneSection& drive) {
-  TorquePieces pieces;
+TorqueSegments read_torque(const SceneSection& drive) {
+  TorqueSegments segments;
   for (const SceneSection& s : drive.sections("torque", {"start", "constant", "cos", "sin", "period"})) {
     s.require("start");
     if (s.has("cos") || s.has("sin")) s.require("period");
-    TorquePiece piece;
-    piece.start = s.number("start", 0, kAnyNumber);
-    piece.constant = s.wheels("constant", piece.constant, kAnyNumber);
-    piece.cos = s.wheels("cos", piece.cos, kAnyNumber);
-    piece.sin = s.wheels("sin", piece.sin, kAnyNumber);
-    piece.period = s.number("period", piece.period, kPositive);
-    if (!pieces.empty() && piece.start <= pieces.back().start) {
-      s.refuse("start", fmt::format("after the start of the piece before, {}", pieces.back().start));
+    TorqueSegment segment;
+    segment.start = s.number("start", 0, kAnyNumber);
+    segment.constant = s.wheels("constant", segment.constant, kAnyNumber);
+    segment.cos = s.wheels("cos", segment.cos, kAnyNumber);
+    segment.sin = s.wheels("sin", segment.sin, kAnyNumber);
+    segment.period = s.number("period", segment.period, kPositive);
+    if (!segments.empty() && segment.start <= segments.back().start) {
+      s.refuse("start", fmt::format("after the start of the piece before, {}", segments.back().start));
     }
-    pieces.push_back(piece);
+    segments.push_back(segment);
   }
-  return pieces;
+  return segments;
 }
 
 WheelTable read_table(const SceneSection& drive, const std::string& key, const std::string& scene_path) {
@@ -226,18 +226,18 @@ Scene load_scene(const std::string& path, const SceneOverrides& overrides) {
   }
 }
 
-std::unique_ptr<WheelTorque> make_wheel_torque(const Scene& scene) {
+std::unique_ptr<TorqueProfile> make_torque_profile(const Scene& scene) {
   struct Maker {
     const Scene& scene;
-    std::unique_ptr<WheelTorque> operator()(std::monostate) { return nullptr; }
-    std::unique_ptr<WheelTorque> operator()(const ReferenceMotion& motion) {
+    std::unique_ptr<TorqueProfile> operator()(std::monostate) { return nullptr; }
+    std::unique_ptr<TorqueProfile> operator()(const ReferenceMotion& motion) {
       return std::make_unique<ReferenceTorque>(scene.robot, motion);
     }
-    std::unique_ptr<WheelTorque> operator()(const TorquePieces& pieces) {
-      return std::make_unique<PiecewiseTorque>(pieces);
+    std::unique_ptr<TorqueProfile> operator()(const TorqueSegments& segments) {
+      return std::make_unique<PiecewiseTorque>(segments);
     }
-    std::unique_ptr<WheelTorque> operator()(const WheelTable& table) { return std::make_unique<TableTorque>(table); }
-    std::unique_ptr<WheelTorque> operator()(const VelocityTable&) { return nullptr; }
+    std::unique_ptr<TorqueProfile> operator()(const WheelTable& table) { return std::make_unique<TableTorque>(table); }
+    std::unique_ptr<TorqueProfile> operator()(const VelocityTable&) { return nullptr; }
   };
   return std::visit(Maker{scene}, scene.drive);
 }

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "youbot_base_sim/drive/torque_programmes.h"
+#include "youbot_base_sim/drive/torque_profiles.h"
 
 namespace youbot_base_sim {
 

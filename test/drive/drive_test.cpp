@@ -1,11 +1,11 @@
-// Commands to torque: the wheels' motors, their loops and limits, and the torque programmes.
+// Commands to torque: the wheels' motors, their loops and limits, and the torque profiles.
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "youbot_base_sim/drive/dry_friction.h"
-#include "youbot_base_sim/drive/torque_programmes.h"
+#include "youbot_base_sim/drive/torque_profiles.h"
 #include "youbot_base_sim/drive/wheel_drive.h"
 
 namespace youbot_base_sim {
@@ -122,19 +122,19 @@ TEST_F(DryFrictionTest, LetsGoAboveItsLimit) {
 }
 
 TEST(TorqueProgrammesTest, PieceHoldsToItsEndAndBeyond) {
-  TorquePiece first, second;
+  TorqueSegment first, second;
   first.constant << 1, 1, 1, 1;
   second.start = 2;
   second.cos << 3, 3, 3, 3;
   second.period = 4;
   PiecewiseTorque torque({first, second});
-  EXPECT_EQ(torque.enter(-1), 0);
-  EXPECT_EQ(torque.at(0)[0], 0);  // before the first piece
-  EXPECT_EQ(torque.enter(0), 2);
-  EXPECT_EQ(torque.at(2)[0], 1);
-  EXPECT_TRUE(std::isinf(torque.enter(2)));
-  EXPECT_NEAR(torque.at(2)[0], -3, 1e-12);  // t counts from zero, not from the piece's start
-  EXPECT_NEAR(torque.rate(3)[0], 3 * M_PI / 2, 1e-12);
+  EXPECT_EQ(torque.begin_segment(-1), 0);
+  EXPECT_EQ(torque.value(0)[0], 0);  // before the first segment
+  EXPECT_EQ(torque.begin_segment(0), 2);
+  EXPECT_EQ(torque.value(2)[0], 1);
+  EXPECT_TRUE(std::isinf(torque.begin_segment(2)));
+  EXPECT_NEAR(torque.value(2)[0], -3, 1e-12);  // t counts from zero, not from the segment's start
+  EXPECT_NEAR(torque.derivative(3)[0], 3 * M_PI / 2, 1e-12);
 }
 
 TEST(TorqueProgrammesTest, ReferenceMotionsDerivativesAreItsOwn) {

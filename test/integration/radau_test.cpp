@@ -9,7 +9,7 @@
 
 #include "explicit_solution.h"
 #include "physics/random_states.h"
-#include "youbot_base_sim/drive/torque_programmes.h"
+#include "youbot_base_sim/drive/torque_profiles.h"
 
 namespace youbot_base_sim {
 namespace {
@@ -23,14 +23,14 @@ constexpr Tolerance kTight{1e-12, 1e-12};
 template <class Law>
 struct Motion {
   Motion(const RobotParameters& robot, const FloorParameters& floor)
-      : model(robot, floor), torque({TorquePiece{0, {1, -2, 1, 0}, {1, 0, 2, 1}, {0, 1, -1, 2}, 0.3}}) {
+      : model(robot, floor), torque({TorqueSegment{0, {1, -2, 1, 0}, {1, 0, 2, 1}, {0, 1, -1, 2}, 0.3}}) {
     start.values.col(0) << 1, 2, 0.5, 0;
     start.V_X() = 0.2;
     start.Omega() = 1;
     start.dphi() << 4, -2, 6, 1;
     start.dgamma() << -10, 20, 0, 5;
     start.phi() << 0.1, -0.2, 0.3, 0;
-    torque.enter(0);
+    torque.begin_segment(0);
   }
   SlipSystem<Law> system() const { return {model, torque, start}; }
 
@@ -317,12 +317,12 @@ TEST(Radau, RefusesStepsThatTurnByMoreThanARadian) {
 }
 
 // 1 N m on all wheels, but from a time on what is given.
-class TurningTorque : public WheelTorque {
+class TurningTorque : public TorqueProfile {
  public:
   TurningTorque(double from, double value) : from_(from), value_(value) {}
-  double enter(double) override { return std::numeric_limits<double>::infinity(); }
-  Wheels at(double t) const override { return Wheels::Constant(t < from_ ? 1 : value_); }
-  Wheels rate(double) const override { return Wheels::Zero(); }
+  double begin_segment(double) override { return std::numeric_limits<double>::infinity(); }
+  Wheels value(double t) const override { return Wheels::Constant(t < from_ ? 1 : value_); }
+  Wheels derivative(double) const override { return Wheels::Zero(); }
 
  private:
   double from_, value_;

@@ -7,7 +7,7 @@
 
 #include "golden_rhs.h"
 #include "random_states.h"
-#include "youbot_base_sim/drive/torque_programmes.h"
+#include "youbot_base_sim/drive/torque_profiles.h"
 #include "youbot_base_sim/integration/slip_system.h"
 
 namespace youbot_base_sim {
@@ -185,9 +185,9 @@ struct Motion {
         model(robot, floor),
         roller_angle(Wheels{-3, -1, 0, 5} * model.geometry().pitch()),
         state(random_state(random, robot, roller_angle, slip)),
-        torque({TorquePiece{0, random.wheels(-1, 1), random.wheels(-1, 1), random.wheels(-1, 1), 0.7}}),
+        torque({TorqueSegment{0, random.wheels(-1, 1), random.wheels(-1, 1), random.wheels(-1, 1), 0.7}}),
         system(model, torque, state) {
-    torque.enter(kTime);
+    torque.begin_segment(kTime);
   }
   static constexpr double kTime = 0.3;  // s
   double scale() const { return std::max(floor.nu, slip); }
@@ -242,7 +242,7 @@ TYPED_TEST(SlipModelTest, JacobianIsThatOfTheRightHandSide) {
       Motion<TypeParam> motion(seed, slip_by_nu);
       const Matrix24 J = jacobian_by_differences(motion.system, motion.state, motion.kTime, motion.scale());
       BorderedJacobian blocks;
-      motion.model.linearize(motion.state, motion.roller_angle, motion.torque.at(motion.kTime), blocks);
+      motion.model.linearize(motion.state, motion.roller_angle, motion.torque.value(motion.kTime), blocks);
       const Matrix24 error = (dense(blocks, motion.model.inertia()) - J).cwiseAbs();
       const Vector24 slip = slip_by_entry();
       const Vector24 row_scale = (J * slip.cwiseInverse().asDiagonal()).cwiseAbs().rowwise().maxCoeff();
@@ -298,7 +298,7 @@ TYPED_TEST(SlipModelTest, ResistanceIsTheSlopeOfTheForces) {
     for (const double slip_by_nu : kSlipsByNu) {
       Motion<TypeParam> motion(300 + seed, slip_by_nu);
       const Velocities u = motion.state.velocities();
-      const Wheels phi_tilde = motion.state.phi() - motion.roller_angle, M = motion.torque.at(0.1);
+      const Wheels phi_tilde = motion.state.phi() - motion.roller_angle, M = motion.torque.value(0.1);
       const Vector11 slip = slip_by_velocity();
       Matrix11 slope;
       for (int j = 0; j < 11; ++j) {
@@ -327,7 +327,7 @@ TYPED_TEST(SlipModelTest, ForcesAreInertiaTimesAccelerations) {
     Motion<TypeParam> motion(400 + seed, 1);
     const Velocities u = motion.state.velocities();
     const Contacts contacts = motion.model.contacts(u, motion.state.phi() - motion.roller_angle);
-    const Wheels M = motion.torque.at(motion.kTime);
+    const Wheels M = motion.torque.value(motion.kTime);
     State derivative;
     motion.system(motion.state, derivative, motion.kTime);
     // The matrix as the paper has it, (4.5), on the accelerations.

@@ -1,9 +1,9 @@
-// Model 1 and the torque programme of section 5.2, against the paper's equations as printed in section 5.1.
+// Model 1 and the torque profile of section 5.2, against the paper's equations as printed in section 5.1.
 
 #include <gtest/gtest.h>
 
 #include "random_states.h"
-#include "youbot_base_sim/drive/torque_programmes.h"
+#include "youbot_base_sim/drive/torque_profiles.h"
 #include "youbot_base_sim/physics/slip_model.h"
 
 namespace youbot_base_sim {
@@ -220,17 +220,17 @@ TEST(TorqueProgramme, IsThatOfTheReferenceScenes) {
   for (const PaperCase& paper : kPaperCases) {
     SCOPED_TRACE(paper.name);
     const ReferenceTorque torque(RobotParameters{}, paper.motion);
-    PiecewiseTorque literal({TorquePiece{0, paper.constant, paper.cos, paper.sin, 30}});
-    literal.enter(0);
+    PiecewiseTorque literal({TorqueSegment{0, paper.constant, paper.cos, paper.sin, 30}});
+    literal.begin_segment(0);
     for (const double t : {0.0, 1.0, 7.5, 11.3, 22.5, 30.0}) {
       const double w_t = 2 * kPi * t / 30;
       const Wheels expected = paper.constant + paper.sin * std::sin(w_t) + paper.cos * std::cos(w_t);
       // Both rest on the same few operations in double precision.
-      EXPECT_LT((torque.at(t) - expected).abs().maxCoeff(), 1e-14) << "t = " << t;
-      EXPECT_LT((literal.at(t) - expected).abs().maxCoeff(), 1e-14) << "t = " << t;
-      EXPECT_LT((torque.rate(t) - literal.rate(t)).abs().maxCoeff(), 1e-14) << "t = " << t;
-      const Wheels rate = difference([&](double h) { return literal.at(t + h); }, 0.1);
-      EXPECT_LT((literal.rate(t) - rate).abs().maxCoeff(), 1e-8) << "t = " << t;  // 3 N m (0.1 w)^4 w / 30 = 4e-9
+      EXPECT_LT((torque.value(t) - expected).abs().maxCoeff(), 1e-14) << "t = " << t;
+      EXPECT_LT((literal.value(t) - expected).abs().maxCoeff(), 1e-14) << "t = " << t;
+      EXPECT_LT((torque.derivative(t) - literal.derivative(t)).abs().maxCoeff(), 1e-14) << "t = " << t;
+      const Wheels rate = difference([&](double h) { return literal.value(t + h); }, 0.1);
+      EXPECT_LT((literal.derivative(t) - rate).abs().maxCoeff(), 1e-8) << "t = " << t;  // 3 N m (0.1 w)^4 w / 30 = 4e-9
     }
     const Vector3d v = paper.motion.velocity(0);
     EXPECT_LT((model.dphi(v) - paper.dphi).abs().maxCoeff(), 1e-14 * 20);

@@ -26,10 +26,10 @@ class TorquesCommand : public ::testing::Test {
       for (int k = 0; k < scene.robot.rollers; ++k) expected_rollers_.push_back(simulation.roller_angle(i, k));
     }
     base_ = &BaseClient::fresh();
-    const auto torque = make_wheel_torque(scene);
+    const auto torque = make_torque_profile(scene);
     for (int k = 0; k < 3000; ++k) {
-      torque->enter(base_->time());
-      base_->command(torque_message(torque->at(base_->time()), base_->clock()));
+      torque->begin_segment(base_->time());
+      base_->command(torque_message(torque->value(base_->time()), base_->clock()));
     }
     base_->settle();
   }

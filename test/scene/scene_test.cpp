@@ -80,7 +80,7 @@ drive: {torque: [{start: 0, constant: [1, 2, 3, 4]}, {start: 1, cos: [1, 0, 0, 0
   EXPECT_EQ(scene.initial.dphi()[0], 11);
   EXPECT_EQ(scene.initial.dgamma()[1], 16);
   EXPECT_EQ(scene.solver.absolute_tolerance, 1e-8);
-  EXPECT_EQ(std::get<TorquePieces>(scene.drive)[1].period, 3);
+  EXPECT_EQ(std::get<TorqueSegments>(scene.drive)[1].period, 3);
 }
 
 TEST_F(SceneTest, ReferenceMotionGivesTheInitialVelocities) {
@@ -147,11 +147,11 @@ TEST_F(SceneTest, RefusesInOneLineThatNamesKeyValueAndWhatIsAllowed) {
 TEST_F(SceneTest, TablesAreHeldFromRowToRow) {
   folder_.write("table.csv", "t,fl,fr,bl,br\n0,1,2,3,4\n0.5,5,6,7,8\n");
   const Scene scene = load("duration: 1\ndrive: {torque_table: table.csv}");
-  const auto torque = make_wheel_torque(scene);
-  EXPECT_EQ(torque->enter(0), 0.5);
-  EXPECT_EQ(torque->at(0.5)[1], 2);  // the piece that was entered, also at its end
-  EXPECT_TRUE(std::isinf(torque->enter(0.5)));
-  EXPECT_EQ(torque->at(9)[1], 6);
+  const auto torque = make_torque_profile(scene);
+  EXPECT_EQ(torque->begin_segment(0), 0.5);
+  EXPECT_EQ(torque->value(0.5)[1], 2);  // the segment that was begun, also at its end
+  EXPECT_TRUE(std::isinf(torque->begin_segment(0.5)));
+  EXPECT_EQ(torque->value(9)[1], 6);
 }
 
 TEST_F(SceneTest, RefusesBadTables) {

@@ -35,7 +35,7 @@ class Radau {
     x_ = x;
     t_ = t;
     start_ = x.velocities();
-    const Wheels M = system.torque().at(t);
+    const Wheels M = system.torque().value(t);
     Contacts contacts = system.contacts(start_, x.phi(), M);
     if (kept_.any()) {
       // The friction that the last step ended with, not the one of its slip, which may be off by more than nu.
@@ -221,7 +221,7 @@ class Radau {
       stages_.fill(start_);
       friction_.fill(start_friction_);
     }
-    for (int j = 0; j < 3; ++j) torque_[j] = system_->torque().at(t_ + T::c[j] * dt);
+    for (int j = 0; j < 3; ++j) torque_[j] = system_->torque().value(t_ + T::c[j] * dt);
     StageVelocities left, change;
     double length = 1, last = 0, rate = rate_;
     for (int iteration = 0; iteration < kMostIterations; ++iteration) {

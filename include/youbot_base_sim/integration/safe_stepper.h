@@ -17,7 +17,7 @@ class SafeStepper {
     const SlipModel<Law>& model = system.model();
     const Inertia& inertia = model.inertia();
     const Velocities start = x.velocities();
-    const Wheels phi_tilde = x.phi() - system.roller_angle(), M = system.torque().at(t + dt);
+    const Wheels phi_tilde = x.phi() - system.roller_angle(), M = system.torque().value(t + dt);
     const Velocities held = {inertia.coriolis(start.v), Wheels::Zero(), Wheels::Zero()};
     Contacts contacts;
     // The slope of the potential at u: forces that are left over.

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "youbot_base_sim/physics/slip_model.h"
-#include "youbot_base_sim/physics/wheel_torque.h"
+#include "youbot_base_sim/physics/torque_profile.h"
 
 namespace youbot_base_sim {
 
@@ -15,13 +15,13 @@ template <class Law>
 class SlipSystem {
  public:
   /// Both must outlive the system. Rollers are those that `state` stands on.
-  SlipSystem(const SlipModel<Law>& model, const WheelTorque& torque, const State& state)
+  SlipSystem(const SlipModel<Law>& model, const TorqueProfile& torque, const State& state)
       : model_(&model), torque_(&torque) {
     for (int i = 0; i < kWheels; ++i) put(i, model.geometry().roller_at(state.phi()[i]));
   }
 
   void operator()(const State& x, State& dxdt, double t) const {
-    model_->derivative(x, roller_angle_, torque_->at(t), dxdt);
+    model_->derivative(x, roller_angle_, torque_->value(t), dxdt);
   }
 
   /// What SlipModel says for each wheel's roller, or for its two.
@@ -49,12 +49,12 @@ class SlipSystem {
 
   /// Whether the rollers at the edge where wheel i is would hold it there, if it stood still.
   bool holds(int i, const State& x, double t) const {
-    return SharedContact(*model_, i, stopped(i, x.velocities()), torque_->at(t)[i]).holds();
+    return SharedContact(*model_, i, stopped(i, x.velocities()), torque_->value(t)[i]).holds();
   }
 
   /// Share of the upper roller of a wheel between two.
   double alpha(int i, const Velocities& u, double t) const {
-    return SharedContact(*model_, i, u, torque_->at(t)[i]).alpha();
+    return SharedContact(*model_, i, u, torque_->value(t)[i]).alpha();
   }
 
   bool shared(int i) const { return shared_[i]; }
@@ -111,7 +111,7 @@ class SlipSystem {
   /// Wheel angles at which the rollers on the floor point straight down, rad.
   const Wheels& roller_angle() const { return roller_angle_; }
   const SlipModel<Law>& model() const { return *model_; }
-  const WheelTorque& torque() const { return *torque_; }
+  const TorqueProfile& torque() const { return *torque_; }
 
  private:
   using SharedContact = typename SlipModel<Law>::SharedContact;
@@ -122,7 +122,7 @@ class SlipSystem {
   }
 
   const SlipModel<Law>* model_;
-  const WheelTorque* torque_;
+  const TorqueProfile* torque_;
   std::array<std::int64_t, kWheels> roller_{}, lower_roller_{};
   Eigen::Array<bool, kWheels, 1> shared_ = Eigen::Array<bool, kWheels, 1>::Constant(false);
   bool shares_ = false;  // whether any is

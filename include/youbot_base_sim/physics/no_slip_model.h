@@ -19,7 +19,7 @@ class NoSlipModel {
   /// dv/dt under the wheel torques `M`, N m.
   Eigen::Vector3d acceleration(const Eigen::Vector3d& v, const Wheels& M) const;
 
-  /// Torque programme of section 5.2: the wheel torques, N m, under which the velocity is `v` and changes by `dv`, with
+  /// Torque profile of section 5.2: the wheel torques, N m, under which the velocity is `v` and changes by `dv`, with
   /// no internal preload (+1, +1, -1, -1).
   Wheels torque(const Eigen::Vector3d& v, const Eigen::Vector3d& dv) const;
 

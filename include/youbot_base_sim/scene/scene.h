@@ -5,7 +5,7 @@
 #include <string>
 #include <variant>
 
-#include "youbot_base_sim/drive/torque_programmes.h"
+#include "youbot_base_sim/drive/torque_profiles.h"
 #include "youbot_base_sim/physics/parameters.h"
 
 namespace youbot_base_sim {
@@ -42,7 +42,7 @@ struct Scene {
   State initial;
   SolverSettings solver;
   /// Empty where the scene has no drive: its commands come from elsewhere.
-  std::variant<std::monostate, ReferenceMotion, TorquePieces, WheelTable, VelocityTable> drive;
+  std::variant<std::monostate, ReferenceMotion, TorqueSegments, WheelTable, VelocityTable> drive;
 };
 
 /// What is wrong with a scene, in one line: the key, its value and what is allowed.
@@ -62,6 +62,6 @@ struct SceneOverrides {
 Scene load_scene(const std::string& path, const SceneOverrides& overrides = {});
 
 /// The scene's torque as a function of time; null where its drive is none, or tracks velocities.
-std::unique_ptr<WheelTorque> make_wheel_torque(const Scene& scene);
+std::unique_ptr<TorqueProfile> make_torque_profile(const Scene& scene);
 
 }  // namespace youbot_base_sim

@@ -1,4 +1,4 @@
-#include "youbot_base_sim/drive/torque_programmes.h"
+#include "youbot_base_sim/drive/torque_profiles.h"
 
 #include <algorithm>
 #include <cmath>
@@ -38,30 +38,30 @@ ReferenceTorque::ReferenceTorque(const RobotParameters& robot, const ReferenceMo
   }
 }
 
-Wheels ReferenceTorque::at(double t) const {
+Wheels ReferenceTorque::value(double t) const {
   const double angle = 2 * M_PI * t / motion_.period, c = std::cos(angle), s = std::sin(angle);
   return constant_ + c * cos_ + s * sin_ + (c * c - s * s) * cos_2_ + (2 * s * c) * sin_2_;
 }
 
-Wheels ReferenceTorque::rate(double t) const {
+Wheels ReferenceTorque::derivative(double t) const {
   return model_.torque_rate(motion_.velocity(t), motion_.acceleration(t), motion_.jerk(t));
 }
 
-double PiecewiseTorque::enter(double t) {
-  const auto next = std::upper_bound(pieces_.begin(), pieces_.end(), t,
-                                     [](double time, const TorquePiece& piece) { return time < piece.start; });
-  entered_ = next == pieces_.begin() ? TorquePiece{} : *(next - 1);
-  return next == pieces_.end() ? std::numeric_limits<double>::infinity() : next->start;
+double PiecewiseTorque::begin_segment(double t) {
+  const auto next = std::upper_bound(segments_.begin(), segments_.end(), t,
+                                     [](double time, const TorqueSegment& segment) { return time < segment.start; });
+  segment_ = next == segments_.begin() ? TorqueSegment{} : *(next - 1);
+  return next == segments_.end() ? std::numeric_limits<double>::infinity() : next->start;
 }
 
-Wheels PiecewiseTorque::at(double t) const {
-  const double angle = 2 * M_PI * t / entered_.period;
-  return entered_.constant + entered_.cos * std::cos(angle) + entered_.sin * std::sin(angle);
+Wheels PiecewiseTorque::value(double t) const {
+  const double angle = 2 * M_PI * t / segment_.period;
+  return segment_.constant + segment_.cos * std::cos(angle) + segment_.sin * std::sin(angle);
 }
 
-Wheels PiecewiseTorque::rate(double t) const {
-  const double w = 2 * M_PI / entered_.period, angle = w * t;
-  return w * (entered_.sin * std::cos(angle) - entered_.cos * std::sin(angle));
+Wheels PiecewiseTorque::derivative(double t) const {
+  const double w = 2 * M_PI / segment_.period, angle = w * t;
+  return w * (segment_.sin * std::cos(angle) - segment_.cos * std::sin(angle));
 }
 
 Wheels WheelTable::at(double time) const {
@@ -75,8 +75,8 @@ double WheelTable::next(double time) const {
   return after == t.end() ? std::numeric_limits<double>::infinity() : *after;
 }
 
-double TableTorque::enter(double t) {
-  entered_ = table_.at(t);
+double TableTorque::begin_segment(double t) {
+  segment_ = table_.at(t);
   return table_.next(t);
 }
 

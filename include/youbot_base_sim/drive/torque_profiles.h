@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "youbot_base_sim/physics/no_slip_model.h"
-#include "youbot_base_sim/physics/wheel_torque.h"
+#include "youbot_base_sim/physics/torque_profile.h"
 
 namespace youbot_base_sim {
 
@@ -27,12 +27,12 @@ struct ReferenceMotion {
 };
 
 /// The paper's open loop control (section 5.2): the torques under which model 1 carries out the desired motion.
-class ReferenceTorque : public WheelTorque {
+class ReferenceTorque : public TorqueProfile {
  public:
   ReferenceTorque(const RobotParameters& robot, const ReferenceMotion& motion);
-  double enter(double) override { return std::numeric_limits<double>::infinity(); }
-  Wheels at(double t) const override;
-  Wheels rate(double t) const override;
+  double begin_segment(double) override { return std::numeric_limits<double>::infinity(); }
+  Wheels value(double t) const override;
+  Wheels derivative(double t) const override;
 
  private:
   NoSlipModel model_;
@@ -41,9 +41,9 @@ class ReferenceTorque : public WheelTorque {
   Wheels constant_, cos_, sin_, cos_2_, sin_2_;
 };
 
-/// One stretch of a torque programme, from `start` (s) on: constant + cos * cos(2 pi t / period) + sin * sin(...), N m,
+/// One segment of a torque profile, from `start` (s) on: constant + cos * cos(2 pi t / period) + sin * sin(...), N m,
 /// with t counted from zero, not from the start.
-struct TorquePiece {
+struct TorqueSegment {
   double start = 0;
   Wheels constant = Wheels::Zero();
   Wheels cos = Wheels::Zero();
@@ -51,20 +51,20 @@ struct TorquePiece {
   double period = 1;
 };
 
-using TorquePieces = std::vector<TorquePiece>;
+using TorqueSegments = std::vector<TorqueSegment>;
 
-/// Torque in pieces, each from its start to the next one's; zero before the first.
-class PiecewiseTorque : public WheelTorque {
+/// Torque in segments, each of which holds from its start to the next one's; zero before the first.
+class PiecewiseTorque : public TorqueProfile {
  public:
   /// Starts must increase.
-  explicit PiecewiseTorque(TorquePieces pieces) : pieces_(std::move(pieces)) {}
-  double enter(double t) override;
-  Wheels at(double t) const override;
-  Wheels rate(double t) const override;
+  explicit PiecewiseTorque(TorqueSegments segments) : segments_(std::move(segments)) {}
+  double begin_segment(double t) override;
+  Wheels value(double t) const override;
+  Wheels derivative(double t) const override;
 
  private:
-  TorquePieces pieces_;
-  TorquePiece entered_;
+  TorqueSegments segments_;
+  TorqueSegment segment_;
 };
 
 /// Rows of four numbers, one for each wheel, each held from its time to the next row's; zero before the first.
@@ -78,16 +78,16 @@ struct WheelTable {
 };
 
 /// Torque from a table, N m.
-class TableTorque : public WheelTorque {
+class TableTorque : public TorqueProfile {
  public:
   explicit TableTorque(WheelTable table) : table_(std::move(table)) {}
-  double enter(double t) override;
-  Wheels at(double) const override { return entered_; }
-  Wheels rate(double) const override { return Wheels::Zero(); }
+  double begin_segment(double t) override;
+  Wheels value(double) const override { return segment_; }
+  Wheels derivative(double) const override { return Wheels::Zero(); }
 
  private:
   WheelTable table_;
-  Wheels entered_ = Wheels::Zero();
+  Wheels segment_ = Wheels::Zero();
 };
 
 }  // namespace youbot_base_sim

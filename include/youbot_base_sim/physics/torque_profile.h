@@ -1,0 +1,37 @@
+#pragma once
+
+#include <limits>
+
+#include "youbot_base_sim/physics/state.h"
+
+namespace youbot_base_sim {
+
+/// Torque of the four wheel drives as a function of time, N m, in smooth segments. One segment counts at a time, also
+/// at its end, so that a step which ends there does not see the jump to the next one.
+class TorqueProfile {
+ public:
+  virtual ~TorqueProfile() = default;
+
+  /// Begins the segment that holds at time t (s), its start included. Returns where it ends, s; infinity if never.
+  virtual double begin_segment(double t) = 0;
+
+  /// Torque of the segment that was begun last, N m, and its time derivative, N m/s, at time t (s), also beyond its
+  /// end.
+  virtual Wheels value(double t) const = 0;
+  virtual Wheels derivative(double t) const = 0;
+};
+
+/// The same torque until it is set anew.
+class HeldTorque : public TorqueProfile {
+ public:
+  explicit HeldTorque(const Wheels& torque = Wheels::Zero()) : torque_(torque) {}
+  void set(const Wheels& torque) { torque_ = torque; }
+  double begin_segment(double) override { return std::numeric_limits<double>::infinity(); }
+  Wheels value(double) const override { return torque_; }
+  Wheels derivative(double) const override { return Wheels::Zero(); }
+
+ private:
+  Wheels torque_;
+};
+
+}  // namespace youbot_base_sim
