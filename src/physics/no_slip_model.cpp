@@ -20,7 +20,7 @@ Eigen::Vector3d NoSlipModel::bias(const Eigen::Vector3d& v) const {
 }
 
 Eigen::Vector3d NoSlipModel::bias_rate(const Eigen::Vector3d& v, const Eigen::Vector3d& dv) const {
-  const PlatformMatrix C = platform_.coriolis_by_velocity({v[0], v[1], v[2], 0});
+  const PlatformMatrix C = platform_.coriolis_derivative({v[0], v[1], v[2], 0});
   return damping_ * dv - (C[0] * dv[0] + C[1] * dv[1] + C[2] * dv[2]).head<3>().matrix();
 }
 

@@ -57,19 +57,19 @@ struct StageSystem {
   }
 
   template <class Block>
-  static void add_wheel(Block& block, const Resistance& resistance, int i) {
+  static void add_wheel(Block& block, const DampingMatrix& damping, int i) {
     const int dphi = 3 + i, dgamma = 7 + i;
     for (int k = 0; k < 3; ++k) {
-      for (int l = 0; l < 3; ++l) block(k, l) += resistance.platform_platform[k][l][i];
-      block(k, dphi) += resistance.platform_dphi[k][i];
-      block(k, dgamma) += resistance.platform_dgamma[k][i];
-      block(dphi, k) += resistance.dphi_platform[k][i];
-      block(dgamma, k) += resistance.dgamma_platform[k][i];
+      for (int l = 0; l < 3; ++l) block(k, l) += damping.platform_platform[k][l][i];
+      block(k, dphi) += damping.platform_dphi[k][i];
+      block(k, dgamma) += damping.platform_dgamma[k][i];
+      block(dphi, k) += damping.dphi_platform[k][i];
+      block(dgamma, k) += damping.dgamma_platform[k][i];
     }
-    block(dphi, dphi) += resistance.dphi_dphi[i];
-    block(dphi, dgamma) += resistance.dphi_dgamma[i];
-    block(dgamma, dphi) += resistance.dphi_dgamma[i];
-    block(dgamma, dgamma) += resistance.dgamma_dgamma[i];
+    block(dphi, dphi) += damping.dphi_dphi[i];
+    block(dphi, dgamma) += damping.dphi_dgamma[i];
+    block(dgamma, dphi) += damping.dphi_dgamma[i];
+    block(dgamma, dgamma) += damping.dgamma_dgamma[i];
   }
 
   static Vector flat(const Stages& stages) {
@@ -94,13 +94,13 @@ struct StageSystem {
 
   Inertia inertia;
   double D[s][s] = {};
-  std::array<Resistance, s> G;
+  std::array<DampingMatrix, s> G;
   std::array<PlatformMatrix, s> C;
 };
 
 // Nothing symmetric, and no zero, about it. What holds a motion lies on the diagonal, so that none of it is singular.
-Resistance random_resistance(Random& random) {
-  Resistance G;
+DampingMatrix random_resistance(Random& random) {
+  DampingMatrix G;
   for (int k = 0; k < 3; ++k) {
     for (int l = 0; l < 3; ++l) G.platform_platform[k][l] = random.wheels(-10, 10) + (k == l ? 100 : 0);
     G.platform_dphi[k] = random.wheels(-1, 1);
@@ -141,7 +141,7 @@ TYPED_TEST(BorderedStagesTest, SolvesAnySystem) {
   for (int trial = 0; trial < 100; ++trial) {
     TypeParam system(random_robot(random));
     system.set_step(std::pow(10, random.uniform(-4, 0)));
-    for (Resistance& G : system.G) G = random_resistance(random);
+    for (DampingMatrix& G : system.G) G = random_resistance(random);
     for (PlatformMatrix& C : system.C) {
       for (Wheels& column : C) column = random.wheels(-30, 30) * Wheels{1, 1, 1, 0};
     }
@@ -174,8 +174,8 @@ TYPED_TEST(BorderedStagesTest, SolvesForEveryStepAndStiffness) {
         system.set_step(dt);
         for (std::size_t j = 0; j < system.G.size(); ++j) {
           const State x = random_state(random, robot, Wheels::Zero(), nu * slip_by_nu);
-          model.resistance(model.contacts(x, Wheels::Zero()), system.G[j]);
-          system.C[j] = model.inertia().coriolis_by_velocity(x.velocities().v);
+          model.damping(model.contacts(x, Wheels::Zero()), system.G[j]);
+          system.C[j] = model.inertia().coriolis_derivative(x.velocities().v);
         }
         typename TypeParam::Vector wanted;
         for (int k = 0; k < wanted.size(); ++k) wanted[k] = random.uniform(-1, 1);

@@ -284,7 +284,7 @@ TEST(Radau, RollersWithoutInertiaAreTheLimitOfLight) {
     if (J_2 == 0) {
       // What is left of the rollers' equation is a balance, and holds.
       const SlipSystem<CoulombLaw> system = motion.system();
-      const Contacts c = motion.model.contacts(x, system.roller_angle());
+      const Contacts c = motion.model.contacts(x, system.phi_center());
       const Wheels left = c.r_Y * c.F_Y - c.r_X * c.F_X - robot.mu_2 * x.dgamma();
       EXPECT_LT(left.abs().maxCoeff(), 1e-8 * (c.r_Y * c.F_Y).abs().maxCoeff());
       Radau<CoulombLaw> radau({1e-7, 1e-7});

@@ -269,7 +269,7 @@ TEST_F(SwitchingTest, GivesUpWhereSwitchesAreMoreThanItsBoundOfWork) {
   wheels.c_1[3] = 1e9;  // a roller every nanosecond
   ASSERT_FALSE(run(1));
   EXPECT_GT(t, 1e-6);
-  EXPECT_LE(work(), 4100u);  // kMostAttempts, and the last location
+  EXPECT_LE(work(), 4100u);  // kMaxAttempts, and the last location
   EXPECT_EQ(integrator.statistics().exhausted, 1u);
 }
 

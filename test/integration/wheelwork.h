@@ -88,7 +88,7 @@ class WheelworkStepper {
  public:
   using System = Wheelwork;
 
-  explicit WheelworkStepper(const Tolerance& tolerance) : allowed_(tolerance.absolute + tolerance.relative) {}
+  explicit WheelworkStepper(const Tolerance& tolerance) : error_scale_(tolerance.absolute + tolerance.relative) {}
 
   void begin(const Wheelwork& wheels, const State& x, double t) {
     wheels_ = &wheels;
@@ -143,7 +143,7 @@ class WheelworkStepper {
     for (int i = 0; i < kWheels; ++i) {
       if (w.shared(i)) fourth[i] = 0;
     }
-    return (fourth.abs() * std::pow(dt_, 4)).maxCoeff() / allowed_;
+    return (fourth.abs() * std::pow(dt_, 4)).maxCoeff() / error_scale_;
   }
   void keep() { expect_step(); }
   void forget() {}
@@ -176,7 +176,7 @@ class WheelworkStepper {
     end_.dphi() += decay * (x_.dphi() - rate);
   }
 
-  double allowed_;
+  double error_scale_;
   const Wheelwork* wheels_ = nullptr;
   State x_, end_;
   double t_ = 0, dt_ = 0;

@@ -157,11 +157,11 @@ TEST(Contacts, SlipIsTheVelocityOfTheRollersMaterialPoint) {
   for (int trial = 0; trial < 50; ++trial) {
     const RobotParameters robot = random_robot(random);
     const SlipModel<CoulombLaw> model(robot, {});
-    Wheels roller_angle = Wheels{-3, -1, 0, 5} * model.geometry().pitch();
-    const State state = random_state(random, robot, roller_angle, random.uniform(0, 0.3));
-    const Contacts contacts = model.contacts(state, roller_angle);
+    Wheels phi_center = Wheels{-3, -1, 0, 5} * model.geometry().pitch();
+    const State state = random_state(random, robot, phi_center, random.uniform(0, 0.3));
+    const Contacts contacts = model.contacts(state, phi_center);
     for (int i = 0; i < kWheels; ++i) {
-      const double phi_tilde = state.phi()[i] - roller_angle[i];
+      const double phi_tilde = state.phi()[i] - phi_center[i];
       const Vector3d V_P = AngleAxisd(-state.psi(), Vector3d::UnitZ()) *
                            difference([&](double t) { return material_point(robot, state, phi_tilde, i, t); }, 2e-5);
       // Rolling at 1 m/s and up to 150 rad/s: (2e-5 s x 150 rad/s)^4 / 30 x 1 m/s = 3e-12 m/s, and as much rounding.

@@ -119,11 +119,11 @@ TYPED_TEST(SlipModelTest, PowerBalanceIsExact) {
     const RobotParameters robot = random_robot(random);
     const FloorParameters floor;
     const SlipModel<TypeParam> model(robot, floor);
-    const Wheels roller_angle = Wheels{-2, 0, 1, 7} * model.geometry().pitch();
-    const State state = random_state(random, robot, roller_angle, floor.nu * std::pow(10, trial % 6 - 3));
+    const Wheels phi_center = Wheels{-2, 0, 1, 7} * model.geometry().pitch();
+    const State state = random_state(random, robot, phi_center, floor.nu * std::pow(10, trial % 6 - 3));
     const Wheels M = random.wheels(-3, 3);
     State derivative;
-    model.derivative(state, roller_angle, M, derivative);
+    model.derivative(state, phi_center, M, derivative);
     // The energy is quadratic in the velocities: its slope is a difference over any length, exactly. One as long as
     // the velocities themselves loses the fewest digits.
     State change = derivative;
@@ -135,7 +135,7 @@ TYPED_TEST(SlipModelTest, PowerBalanceIsExact) {
     behind.values -= length * change.values;
     const double rate = (energy_of_bodies(robot, ahead) - energy_of_bodies(robot, behind)) / (2 * length);
     // Forces in equilibrium cancel: what rounds is the power that passes through each wheel and contact.
-    const Contacts contacts = model.contacts(state, roller_angle);
+    const Contacts contacts = model.contacts(state, phi_center);
     const double passing = ((M.abs() + robot.mu_1 * state.dphi().abs()) * state.dphi().abs() +
                             robot.mu_2 * state.dgamma().square() + contacts.F_X.abs() + contacts.F_Y.abs())
                                .sum() +
@@ -183,8 +183,8 @@ struct Motion {
         robot(random_robot(random)),
         slip(slip_by_nu * floor.nu),
         model(robot, floor),
-        roller_angle(Wheels{-3, -1, 0, 5} * model.geometry().pitch()),
-        state(random_state(random, robot, roller_angle, slip)),
+        phi_center(Wheels{-3, -1, 0, 5} * model.geometry().pitch()),
+        state(random_state(random, robot, phi_center, slip)),
         torque({TorqueSegment{0, random.wheels(-1, 1), random.wheels(-1, 1), random.wheels(-1, 1), 0.7}}),
         system(model, torque, state) {
     torque.begin_segment(kTime);
@@ -197,7 +197,7 @@ struct Motion {
   FloorParameters floor;
   double slip;
   SlipModel<Law> model;
-  Wheels roller_angle;
+  Wheels phi_center;
   State state;
   PiecewiseTorque torque;
   SlipSystem<Law> system;
@@ -242,7 +242,7 @@ TYPED_TEST(SlipModelTest, JacobianIsThatOfTheRightHandSide) {
       Motion<TypeParam> motion(seed, slip_by_nu);
       const Matrix24 J = jacobian_by_differences(motion.system, motion.state, motion.kTime, motion.scale());
       BorderedJacobian blocks;
-      motion.model.linearize(motion.state, motion.roller_angle, motion.torque.value(motion.kTime), blocks);
+      motion.model.linearize(motion.state, motion.phi_center, motion.torque.value(motion.kTime), blocks);
       const Matrix24 error = (dense(blocks, motion.model.inertia()) - J).cwiseAbs();
       const Vector24 slip = slip_by_entry();
       const Vector24 row_scale = (J * slip.cwiseInverse().asDiagonal()).cwiseAbs().rowwise().maxCoeff();
@@ -268,7 +268,7 @@ Vector11 flat(const Velocities& u) {
   return vector;
 }
 
-Matrix11 dense(const Resistance& G) {
+Matrix11 dense(const DampingMatrix& G) {
   Matrix11 result = Matrix11::Zero();
   for (int i = 0; i < kWheels; ++i) {
     const int dphi = 3 + i, dgamma = 7 + i;
@@ -293,12 +293,12 @@ Vector11 slip_by_velocity() {
   return slip;
 }
 
-TYPED_TEST(SlipModelTest, ResistanceIsTheSlopeOfTheForces) {
+TYPED_TEST(SlipModelTest, DampingMatrixIsTheSlopeOfTheForces) {
   for (unsigned seed = 0; seed < 5; ++seed) {
     for (const double slip_by_nu : kSlipsByNu) {
       Motion<TypeParam> motion(300 + seed, slip_by_nu);
       const Velocities u = motion.state.velocities();
-      const Wheels phi_tilde = motion.state.phi() - motion.roller_angle, M = motion.torque.value(0.1);
+      const Wheels phi_tilde = motion.state.phi() - motion.phi_center, M = motion.torque.value(0.1);
       const Vector11 slip = slip_by_velocity();
       Matrix11 slope;
       for (int j = 0; j < 11; ++j) {
@@ -309,10 +309,10 @@ TYPED_TEST(SlipModelTest, ResistanceIsTheSlopeOfTheForces) {
         };
         slope.col(j) = difference(along_j, 2e-3 * motion.scale() / slip[j]);
       }
-      Resistance resistance;
-      motion.model.resistance(motion.model.contacts(u, phi_tilde), resistance);
-      Matrix11 told = -dense(resistance);
-      const PlatformMatrix C = motion.model.inertia().coriolis_by_velocity(motion.state.velocities().v);
+      DampingMatrix damping;
+      motion.model.damping(motion.model.contacts(u, phi_tilde), damping);
+      Matrix11 told = -dense(damping);
+      const PlatformMatrix C = motion.model.inertia().coriolis_derivative(motion.state.velocities().v);
       for (int k = 0; k < 3; ++k) told.topLeftCorner<3, 3>().col(k) += C[k].head<3>().matrix();
       const Vector11 row_scale = (slope * slip.cwiseInverse().asDiagonal()).cwiseAbs().rowwise().maxCoeff();
       const Matrix11 allowed = 1e-9 * row_scale * slip.transpose();  // as above
@@ -326,7 +326,7 @@ TYPED_TEST(SlipModelTest, ForcesAreInertiaTimesAccelerations) {
   for (unsigned seed = 0; seed < 5; ++seed) {
     Motion<TypeParam> motion(400 + seed, 1);
     const Velocities u = motion.state.velocities();
-    const Contacts contacts = motion.model.contacts(u, motion.state.phi() - motion.roller_angle);
+    const Contacts contacts = motion.model.contacts(u, motion.state.phi() - motion.phi_center);
     const Wheels M = motion.torque.value(motion.kTime);
     State derivative;
     motion.system(motion.state, derivative, motion.kTime);

@@ -26,12 +26,12 @@ TEST(NoSlipModel, RollsWithoutSlip) {
   for (int trial = 0; trial < 20; ++trial) {
     const RobotParameters robot = random_robot(random);
     const SlipModel<ViscousLaw> slip_model(robot, {});
-    const Wheels roller_angle = Wheels{0, 1, -4, 2} * slip_model.geometry().pitch();
+    const Wheels phi_center = Wheels{0, 1, -4, 2} * slip_model.geometry().pitch();
     State state;
     state.values.col(1).head<3>() = random_vector(random).array();
-    state.phi() = roller_angle;  // phi~ = 0
+    state.phi() = phi_center;  // phi~ = 0
     NoSlipModel(robot).constrain(state);
-    const Contacts contacts = slip_model.contacts(state, roller_angle);
+    const Contacts contacts = slip_model.contacts(state, phi_center);
     // Speeds of 1 m/s cancel.
     EXPECT_LT(contacts.V_PX.abs().maxCoeff(), 2e-15);
     EXPECT_LT(contacts.V_PY.abs().maxCoeff(), 2e-15);

@@ -50,8 +50,8 @@ inline RobotParameters random_robot(Random& random) {
 inline Wheels delta() { return Wheels{-1, 1, 1, -1} * (kPi / 4); }
 
 /// A state in motion at ordinary speeds, each contact point slipping by `slip` (m/s) in some direction. The wheels
-/// stand on rollers around `roller_angle` (rad), at most 0.95 of the way to their edges.
-inline State random_state(Random& random, const RobotParameters& robot, const Wheels& roller_angle, double slip) {
+/// stand on rollers around `phi_center` (rad), at most 0.95 of the way to their edges.
+inline State random_state(Random& random, const RobotParameters& robot, const Wheels& phi_center, double slip) {
   State state;
   state.values.col(0) = random.wheels(-2, 2);
   state.V_X() = random.uniform(-0.5, 0.5);
@@ -59,7 +59,7 @@ inline State random_state(Random& random, const RobotParameters& robot, const Wh
   state.Omega() = random.uniform(-1, 1);
   state.gamma() = random.wheels(-2, 2);
   const Wheels phi_tilde = random.wheels(-0.95, 0.95) * kPi / robot.rollers;
-  state.phi() = roller_angle + phi_tilde;
+  state.phi() = phi_center + phi_tilde;
   // (3.3) as in model.md, solved for the rates; it only has to bring about the slip that was asked for.
   const Wheels direction = random.wheels(-kPi, kPi);
   const Wheels r = robot.R - robot.R_d / phi_tilde.cos();

@@ -12,7 +12,7 @@ namespace youbot_base_sim {
 ///
 ///   sum_l D_jl M u_l + (G_j - C_j) u_j = b_j,   j = 1..s
 ///
-/// where the matrix D (1/s) couples the stages, M is the inertia, G_j the Resistance and C_j the derivative of the
+/// where the matrix D (1/s) couples the stages, M is the inertia, G_j the DampingMatrix and C_j the derivative of the
 /// Coriolis forces at stage j. Wheels couple to the platform and not to one another: each wheel's block of order 2 s is
 /// eliminated, four wheels side by side, then the platform's, of order 3 s, by blocks. Neither looks for pivots: with
 /// the D of a Radau method, and friction that takes energy, none vanish.
@@ -21,7 +21,7 @@ class BorderedStages {
  public:
   using Vector = std::array<Velocities, s>;
 
-  void factorize(const double (&D)[s][s], const Inertia& inertia, const std::array<Resistance, s>& G,
+  void factorize(const double (&D)[s][s], const Inertia& inertia, const std::array<DampingMatrix, s>& G,
                  const std::array<PlatformMatrix, s>& C) {
     set_wheels(D, inertia, G);
     decompose_wheels();
@@ -88,7 +88,7 @@ class BorderedStages {
     return {f * Wheels{x[0], y[0], z[0], 0}, f * Wheels{x[1], y[1], z[1], 0}, f * Wheels{x[2], y[2], z[2], 0}};
   }
 
-  void set_wheels(const double (&D)[s][s], const Inertia& inertia, const std::array<Resistance, s>& G) {
+  void set_wheels(const double (&D)[s][s], const Inertia& inertia, const std::array<DampingMatrix, s>& G) {
 #pragma GCC unroll 8
     for (int j = 0; j < s; ++j) {
 #pragma GCC unroll 8
@@ -112,14 +112,14 @@ class BorderedStages {
   }
 
   template <int... l>
-  void reduce(const double (&D)[s][s], const Inertia& inertia, const std::array<Resistance, s>& G,
+  void reduce(const double (&D)[s][s], const Inertia& inertia, const std::array<DampingMatrix, s>& G,
               const std::array<PlatformMatrix, s>& C, std::integer_sequence<int, l...>) {
     (reduce_stage<l>(D, inertia, G[l], C[l]), ...);
   }
 
   // Columns of the platform's remainder for its velocities at stage l.
   template <int l>
-  void reduce_stage(const double (&D)[s][s], const Inertia& inertia, const Resistance& G, const PlatformMatrix& C) {
+  void reduce_stage(const double (&D)[s][s], const Inertia& inertia, const DampingMatrix& G, const PlatformMatrix& C) {
     // What the wheels do under a unit of each platform velocity at stage l
     std::array<Column, 3> w;
 #pragma GCC unroll 8

@@ -1,83 +1,201 @@
 #pragma once
 
 #include <algorithm>
+#include <boost/numeric/odeint/stepper/controlled_step_result.hpp>
+#include <boost/numeric/odeint/stepper/stepper_categories.hpp>
+#include <boost/numeric/odeint/util/unwrap_reference.hpp>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <limits>
 
 #include "youbot_base_sim/integration/bordered_stages.h"
 #include "youbot_base_sim/integration/radau_tableau.h"
 #include "youbot_base_sim/integration/slip_system.h"
+#include "youbot_base_sim/integration/statistics.h"
 #include "youbot_base_sim/integration/step_size_controller.h"
+#include "youbot_base_sim/integration/tolerance.h"
 
 namespace youbot_base_sim {
 
-/// One step at a time of Radau IIA, for a SlipSystem between two switches. Its stages are found by Newton iterations in
-/// the velocities alone: positions, heading and work are integrals of these. Each stage has its own friction in the
-/// Jacobian: with one for all, as Hairer and Wanner have it for smooth problems, the iterations fail where a wheel goes
-/// from gripping to slipping within a step.
+/// Radau IIA with three stages, of order 5, for a SlipSystem between two switches: a Controlled Stepper of odeint.
 ///
-/// A linearly implicit method would do without iterations, but it takes its steps by the derivatives at their
-/// beginning. Friction at slip speeds near nu turns within a step, and near sticking the velocities follow it like the
-/// solution of a differential-algebraic equation of index 2: there Radau's error is about a thousand times smaller.
+/// Newton iterations find the stages in terms of the velocities alone; positions, heading and work are integrals of
+/// these. Each stage has its own friction in the Jacobian: with one for all, as Hairer and Wanner have it for smooth
+/// problems, the iterations fail where a wheel goes from gripping to slipping within a step. Where they fail all the
+/// same, the friction is first made to turn over a larger slip speed, which is then lowered step by step (continuation).
 ///
-/// Functions that do the work are marked `flatten`: all that they call is small, and is worth having in one place.
+/// A linearly implicit method would do without iterations, but it steps by the derivatives at the beginning of the step.
+/// Friction at slip speeds near nu turns within a step, and near sticking the velocities follow it like the solution of
+/// a differential-algebraic equation of index 2: there Radau's error is about a thousand times smaller.
+///
+/// It remembers the last step, to predict the next one and to reuse its friction. A call that repeats the state and time
+/// of the last one tries another length of the same step; any other continues from that step's end. Contacts may have
+/// changed in between; call `reset` where the torque jumps.
+///
+/// The functions that do the work are marked `flatten`: all that they call is small and best inlined.
 template <class Law>
 class Radau {
  public:
-  using System = SlipSystem<Law>;
+  using state_type = State;
+  using deriv_type = State;
+  using value_type = double;
+  using time_type = double;
+  using order_type = unsigned short;
+  using stepper_category = boost::numeric::odeint::controlled_stepper_tag;
+  using Result = boost::numeric::odeint::controlled_step_result;
 
-  explicit Radau(const Tolerance& tolerance) : tolerance_(tolerance) {}
+  /// Counts its iterations in `statistics`, which must outlive it.
+  Radau(const Tolerance& tolerance, IntegrationStatistics& statistics)
+      : tolerance_(tolerance), statistics_(&statistics) {}
 
-  /// Steps that follow start from x at time t (s). Keeps what is known of the motion before, to predict from.
-  [[gnu::flatten]] void begin(const System& system, const State& x, double t) {
-    system_ = &system;
+  /// Tries a step of length dt (s) from x at time t. On success x and t are those of its end, and dt is the length
+  /// recommended for the next step; on failure only dt changes, to one that is worth trying. `system` is a SlipSystem,
+  /// by std::ref.
+  template <class System>
+  Result try_step(System system, State& x, double& t, double& dt) {
+    return try_step(system, x, t, x, dt);
+  }
+
+  /// The same from `in` to `out`. A step that is shorter than one whose error was small enough, from the same start, is
+  /// not judged again.
+  template <class System>
+  Result try_step(System system_reference, const State& in, double& t, State& out, double& dt) {
+    using boost::numeric::odeint::fail;
+    auto& system = static_cast<typename boost::numeric::odeint::unwrap_reference<System>::type&>(system_reference);
+    if (!repeats(in, t)) initialize(system, in, t);
+    if (!solve(system, dt)) {
+      dt *= kShrinkage;
+      return fail;
+    }
+    const double length = dt;
+    if (!(dt <= accepted_dt_)) {
+      const double error = this->error(system);
+      dt = control_.next(dt, error);
+      if (!(error <= 1)) return fail;
+      accepted_dt_ = length;
+    }
+    end(out);
+    t += length;
+    return boost::numeric::odeint::success;
+  }
+
+  /// Forgets the derivative at the start and the errors of the steps before: the torque jumps.
+  void reset() {
+    started_ = false;
+    control_.restart();
+  }
+
+ private:
+  using StageVelocities = std::array<Velocities, RadauTableau::stages>;
+  enum class Known { kNothing, kThisStep, kStepBefore };
+
+  static constexpr int kMaxIterations = 25;
+  static constexpr double kMinLength = 1.0 / 64;  // part of a correction
+  static constexpr double kConverged = 0.03;      // of the tolerance
+  static constexpr double kShrinkage = 0.3;       // of a step after iterations that failed
+  // The Jacobian is renewed after a first correction of more than kFar tolerances, and where corrections shrink by less
+  // than kSlow.
+  static constexpr double kFar = 3000;
+  static constexpr double kSlow = 0.1;
+  // What the next step's first correction is at least expected to leave, judging by this one
+  static constexpr double kMinRate = 0.03;
+  // Continuation: the slip speed at which it begins, m/s, and the factor from one to the next.
+  static constexpr double kFirstTransitionSpeed = 1e-2;
+  static constexpr double kTransitionRatio = 0.1;
+
+  bool repeats(const State& x, double t) const { return started_ && t == t_ && (x.values == x_.values).all(); }
+
+  // Steps that follow start from x at time t.
+  [[gnu::flatten, gnu::noinline]] void initialize(const SlipSystem<Law>& system, const State& x, double t) {
+    if (known_ == Known::kThisStep) accept();
+    const typename SlipSystem<Law>::Mask unchanged = system.contact_ids() == end_contact_ids_;
+    if (!unchanged.all()) {  // another roller: the motion goes on in another way
+      known_ = Known::kNothing;
+      control_.restart();
+    }
+    started_ = true;
+    accepted_dt_ = 0;
     x_ = x;
     t_ = t;
+    contact_ids_ = system.contact_ids();
     start_ = x.velocities();
     const Wheels M = system.torque().value(t);
     Contacts contacts = system.contacts(start_, x.phi(), M);
-    if (kept_.any()) {
-      // The friction that the last step ended with, not the one of its slip, which may be off by more than nu.
-      const auto keep = kept_ && !system.shared();
+    system.count_evaluations(1);
+    if (unchanged.any()) {
+      // Reuse the converged friction force: recomputing it from the slip velocity would turn an O(nu) error of the slip
+      // into an O(1) error of the force.
+      const auto keep = (unchanged && !system.shared()).eval();
       contacts.F_X = keep.select(end_friction_.F_X, contacts.F_X);
       contacts.F_Y = keep.select(end_friction_.F_Y, contacts.F_Y);
       const Wheels M_Z = contacts.M_Z;
       system.model().set_moment(contacts);
-      contacts.M_Z = keep.select(contacts.M_Z, M_Z);  // on two rollers, a mean of moments is not a moment of means
+      contacts.M_Z = keep.select(contacts.M_Z, M_Z);  // for a shared contact the mean of moments is no moment of means
     }
     start_forces_ = system.model().forces(start_, contacts, M);
     start_friction_ = {contacts.F_X, contacts.F_Y};
-    const Tolerance& tol = tolerance_;
-    // The platform's velocities are judged together, 1 rad/s as 1 m/s.
-    allowed_ = {Wheels::Constant(tol.absolute + tol.relative * start_.v.matrix().norm()),
-                tol.absolute + tol.relative * start_.dphi.abs(),
-                kRollerWeight * (tol.absolute + tol.relative * start_.dgamma.abs())};
-    // Where a step's error is allowed to be beyond the slip at which friction turns, its equations must still be solved
-    // to less.
-    const Velocities turning = system.model().turning_point();
-    solved_to_ = {kConverged * allowed_.v.min(turning.v), kConverged * allowed_.dphi.min(turning.dphi),
-                  kConverged * allowed_.dgamma.min(turning.dgamma)};
+    error_scale_ = error_scale(tolerance_, start_);
+    // Where the tolerance exceeds the slip at which friction turns, the equations must still be solved to less.
+    const Velocities turning = system.model().transition_velocities();
+    convergence_tolerance_ = {kConverged * error_scale_.v.min(turning.v),
+                              kConverged * error_scale_.dphi.min(turning.dphi),
+                              kConverged * error_scale_.dgamma.min(turning.dgamma)};
   }
 
-  /// Computes a step of length dt (s) from where `begin` was called. Returns false if the iterations do not converge,
-  /// or the platform would turn by more than a radian.
-  bool step(double dt) {
-    if (known_ == Known::kNothing || !solve_from(dt, true)) {
-      if (!solve_from(dt, false)) {
-        known_ = Known::kNothing;
-        return false;
-      }
+  // The last step stands: the next one is predicted from it.
+  void accept() {
+    known_ = Known::kStepBefore;
+    before_ = start_;
+    friction_before_ = start_friction_;
+    end_friction_ = friction_[2];
+    end_contact_ids_ = contact_ids_;
+  }
+
+  // Finds the stages of a step of length dt. False if the iterations do not converge, or the platform would turn by
+  // more than a radian.
+  bool solve(SlipSystem<Law>& system, double dt) {
+    if ((known_ == Known::kNothing || !iterate_from_prediction(system, dt)) && !iterate_from_start(system, dt) &&
+        !continue_to_transition_speed(system, dt)) {
+      known_ = Known::kNothing;
+      return false;
     }
     dt_ = dt;
     known_ = Known::kThisStep;
     return dt * std::max({std::abs(stages_[0].v[2]), std::abs(stages_[1].v[2]), std::abs(stages_[2].v[2])}) < 1;
   }
 
-  /// State at the end of the step; `beyond` (s) later, or earlier, to first order: as long as its square is nothing.
-  [[gnu::flatten]] State end(double beyond = 0) const {
+  bool iterate_from_prediction(const SlipSystem<Law>& system, double dt) {
+    predict(system, dt);
+    return iterate(system, dt);
+  }
+
+  bool iterate_from_start(const SlipSystem<Law>& system, double dt) {
+    stages_.fill(start_);
+    friction_.fill(start_friction_);
+    return iterate(system, dt);
+  }
+
+  // Friction that turns over a larger slip speed is easier to solve for, and its solution is a good start for a smaller
+  // one.
+  [[gnu::noinline]] bool continue_to_transition_speed(SlipSystem<Law>& system, double dt) {
+    const double nu = system.model().transition_speed();
+    if (!(nu < kFirstTransitionSpeed)) return false;
+    bool converged = true;
+    stages_.fill(start_);
+    friction_.fill(start_friction_);
+    for (double speed = kFirstTransitionSpeed; converged && speed > nu; speed *= kTransitionRatio) {
+      system.set_transition_speed(speed);
+      converged = iterate(system, dt);
+    }
+    system.set_transition_speed(nu);
+    return converged && iterate(system, dt);
+  }
+
+  // State at the end of the step.
+  [[gnu::flatten, gnu::noinline]] void end(State& x) const {
     using T = RadauTableau;
-    State x = x_;
+    x = x_;
     x.set(stages_[2]);
     // Heading at the stages, from the step's start.
     const auto heading = [&](int j) {
@@ -100,92 +218,19 @@ class Radau {
     x.y() += along * sin_psi + across * cos_psi;
     x.psi() += heading(2);
     x.work() += work;
-    if (beyond != 0) go_on(x, beyond);
-    return x;
   }
 
-  /// Wheel angles at the end of the step, rad; cheaper than `end`.
-  Wheels end_phi() const { return phi_at(2, dt_); }
-  const Wheels& end_dphi() const { return stages_[2].dphi; }
-  const Velocities& end_velocities() const { return stages_[2]; }
-  Velocities end_acceleration() const {
-    using T = RadauTableau;
-    return (T::A_inverse[2][0] / dt_) * (stages_[0] - start_) + (T::A_inverse[2][1] / dt_) * (stages_[1] - start_) +
-           (T::A_inverse[2][2] / dt_) * (stages_[2] - start_);
-  }
-
-  /// Estimate of the step's error in units of what is allowed: 1 where it is just allowed.
-  [[gnu::flatten]] double error() {
+  // Estimate of the step's error in units of what is allowed: 1 where it is just allowed.
+  [[gnu::flatten, gnu::noinline]] double error(const SlipSystem<Law>& system) {
     using T = RadauTableau;
     const Velocities change = (T::error[0] / dt_) * (stages_[0] - start_) +
                               (T::error[1] / dt_) * (stages_[1] - start_) + (T::error[2] / dt_) * (stages_[2] - start_);
-    const Inertia& inertia = system_->model().inertia();
-    filter_.factorize({{T::gamma / dt_}}, inertia, {{resistance_[2]}}, {{coriolis_[2]}});
+    const Inertia& inertia = system.model().inertia();
+    filter_.factorize({{T::gamma / dt_}}, inertia, {{damping_[2]}}, {{coriolis_[2]}});
     std::array<Velocities, 1> error;
     filter_.solve({start_forces_ + inertia * change}, error);
-    Velocities& e = error[0];
-    if (inertia.J_2 == 0) e.dgamma.setZero();  // follows from the other velocities
-    return std::sqrt(
-        ((e.v / allowed_.v).square() + (e.dphi / allowed_.dphi).square() + (e.dgamma / allowed_.dgamma).square())
-            .sum() /
-        11);
-  }
-
-  /// Whether a step may change the platform's velocity by `speed` (m/s) in error.
-  bool negligible(double speed) const { return speed < allowed_.v[0]; }
-
-  /// The step stands: the next ones are predicted from it.
-  void keep() {
-    known_ = Known::kStepBefore;
-    before_ = start_;
-    friction_before_ = start_friction_;
-    end_friction_ = friction_[2];
-    kept_.fill(true);
-  }
-
-  /// The motion goes on in another way: nothing is predicted.
-  void forget() {
-    known_ = Known::kNothing;
-    kept_.fill(false);
-  }
-
-  /// The same on account of wheel i alone: the friction of the others goes on.
-  void forget(int i) {
-    known_ = Known::kNothing;
-    kept_[i] = false;
-  }
-
-  /// Newton iterations so far.
-  std::uint64_t iterations() const { return iterations_; }
-
- private:
-  using StageVelocities = std::array<Velocities, RadauTableau::stages>;
-  enum class Known { kNothing, kThisStep, kStepBefore };
-
-  // An error of a roller's rate is forgotten within 1e-7 s; what stays is the impulse that went with it, which is small
-  // as the roller's inertia is.
-  static constexpr double kRollerWeight = 10;
-  static constexpr int kMostIterations = 25;
-  static constexpr double kShortest = 1.0 / 64;  // part of a correction
-  static constexpr double kConverged = 0.03;     // of the tolerance
-  // The Jacobian is renewed after a first correction of more than kFar tolerances, and where corrections shrink by less
-  // than kSlow.
-  static constexpr double kFar = 3000;
-  static constexpr double kSlow = 0.1;
-  // What the next step's first correction is at least expected to leave, in the light of this one
-  static constexpr double kLeastRate = 0.03;
-
-  // Moves the end of the step by dt.
-  void go_on(State& x, double dt) const {
-    const Velocities& u = stages_[2];
-    x.set(u + dt * end_acceleration());
-    const double cos_psi = std::cos(x.psi()), sin_psi = std::sin(x.psi());
-    x.x() += dt * (u.v[0] * cos_psi - u.v[1] * sin_psi);
-    x.y() += dt * (u.v[0] * sin_psi + u.v[1] * cos_psi);
-    x.psi() += dt * u.v[2];
-    x.work() += dt * power(u, forces_[2]);
-    x.phi() += dt * u.dphi;
-    x.gamma() += dt * u.dgamma;
+    if (inertia.J_2 == 0) error[0].dgamma.setZero();  // follows from the other velocities
+    return error_norm(error[0], error_scale_);
   }
 
   Wheels phi_at(int j, double dt) const {
@@ -194,7 +239,7 @@ class Radau {
   }
 
   // The collocation polynomial of the step that is known, at the stages of one of length dt.
-  void predict(double dt) {
+  void predict(const SlipSystem<Law>& system, double dt) {
     using T = RadauTableau;
     const StageVelocities known = stages_;
     const std::array<ContactForce, 3> known_friction = friction_;
@@ -208,39 +253,34 @@ class Radau {
       const double w_0 = a * b * c / (-c_1 * c_2), w_1 = s * b * c / (c_1 * (c_1 - c_2) * (c_1 - 1)),
                    w_2 = s * a * c / (c_2 * (c_2 - c_1) * (c_2 - 1)), w_3 = s * a * b / ((1 - c_1) * (1 - c_2));
       stages_[j] = w_0 * start + w_1 * known[0] + w_2 * known[1] + w_3 * known[2];
-      friction_[j] = system_->model().bounded(w_0 * start_friction + w_1 * known_friction[0] + w_2 * known_friction[1] +
-                                              w_3 * known_friction[2]);
+      friction_[j] = system.model().bounded(w_0 * start_friction + w_1 * known_friction[0] + w_2 * known_friction[1] +
+                                            w_3 * known_friction[2]);
     }
   }
 
-  bool solve_from(double dt, bool predicted) {
+  // Newton's iterations for the stages, from what `stages_` and `friction_` hold.
+  bool iterate(const SlipSystem<Law>& system, double dt) {
     using T = RadauTableau;
-    if (predicted) {
-      predict(dt);
-    } else {
-      stages_.fill(start_);
-      friction_.fill(start_friction_);
-    }
-    for (int j = 0; j < 3; ++j) torque_[j] = system_->torque().value(t_ + T::c[j] * dt);
+    for (int j = 0; j < 3; ++j) torque_[j] = system.torque().value(t_ + T::c[j] * dt);
     StageVelocities left, change;
     double length = 1, last = 0, rate = rate_;
-    for (int iteration = 0; iteration < kMostIterations; ++iteration) {
-      ++iterations_;
-      residual(dt, left);
-      if (iteration == 0) factorize(dt);
-      double size = solve(left, change);
+    for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
+      ++statistics_->newton_iterations;
+      residual(system, dt, left);
+      if (iteration == 0) factorize(system, dt);
+      double size = correction(left, change);
       if (iteration > 0) {
         // Deuflhard's natural test: by the same Jacobian, what is left to correct must have shrunk.
         if (!(size <= (1 - length / 4) * last)) {
           length /= 2;
-          if (length < kShortest) return false;
-          move(length);
+          if (length < kMinLength) return false;
+          move(system, length);
           continue;
         }
         rate = size / last;
         if (iteration == 1 ? last > kFar : rate > kSlow) {
-          factorize(dt);
-          size = solve(left, change);
+          factorize(system, dt);
+          size = correction(left, change);
         }
       }
       if (!(size <= std::numeric_limits<double>::max())) return false;
@@ -250,9 +290,9 @@ class Radau {
       from_.correction = change;
       length = 1;
       last = size;
-      move(length);
+      move(system, length);
       if (rate < 1 && size * rate / (1 - rate) < 1) {
-        rate_ = std::min(std::max(rate, kLeastRate), 0.5);
+        rate_ = std::min(std::max(rate, kMinRate), 0.5);
         return true;
       }
     }
@@ -260,69 +300,83 @@ class Radau {
   }
 
   // Goes a part of the last correction.
-  [[gnu::flatten, gnu::noinline]] void move(double length) {
+  [[gnu::flatten, gnu::noinline]] void move(const SlipSystem<Law>& system, double length) {
     for (int j = 0; j < 3; ++j) {
       const Velocities part = length * from_.correction[j];
       stages_[j] = from_.stages[j] + part;
-      friction_[j] = system_->model().friction_after(from_.contacts[j], from_.friction[j], part);
+      friction_[j] = system.model().friction_after(from_.contacts[j], from_.friction[j], part);
     }
   }
 
   // Forces that are left over at each stage.
-  [[gnu::flatten, gnu::noinline]] void residual(double dt, StageVelocities& r) {
+  [[gnu::flatten, gnu::noinline]] void residual(const SlipSystem<Law>& system, double dt, StageVelocities& r) {
     using T = RadauTableau;
-    const auto& model = system_->model();
+    const auto& model = system.model();
     const double per_dt = 1 / dt;
     const Velocities z[3] = {per_dt * (stages_[0] - start_), per_dt * (stages_[1] - start_),
                              per_dt * (stages_[2] - start_)};
+    system.contacts(stages_, {phi_at(0, dt), phi_at(1, dt), phi_at(2, dt)}, torque_, contacts_);
 #pragma GCC unroll 3
     for (int j = 0; j < 3; ++j) {
-      system_->contacts(stages_[j], phi_at(j, dt), torque_[j], contacts_[j]);
       forces_[j] = model.forces(stages_[j], contacts_[j], torque_[j]);
       r[j] = forces_[j] -
              model.inertia() * (T::A_inverse[j][0] * z[0] + T::A_inverse[j][1] * z[1] + T::A_inverse[j][2] * z[2]);
     }
   }
 
-  [[gnu::flatten, gnu::noinline]] void factorize(double dt) {
+  [[gnu::flatten, gnu::noinline]] void factorize(const SlipSystem<Law>& system, double dt) {
     using T = RadauTableau;
-    const auto& model = system_->model();
+    const auto& model = system.model();
     double D[3][3];
     for (int j = 0; j < 3; ++j) {
       for (int l = 0; l < 3; ++l) D[j][l] = T::A_inverse[j][l] / dt;
-      system_->resistance(stages_[j], contacts_[j], friction_[j], torque_[j], resistance_[j]);
-      coriolis_[j] = model.inertia().coriolis_by_velocity(stages_[j].v);
+      system.damping(stages_[j], contacts_[j], friction_[j], torque_[j], damping_[j]);
+      coriolis_[j] = model.inertia().coriolis_derivative(stages_[j].v);
     }
-    solver_.factorize(D, model.inertia(), resistance_, coriolis_);
+    solver_.factorize(D, model.inertia(), damping_, coriolis_);
+    ++statistics_->factorizations;
   }
 
-  // Newton's correction for what is left over; returns its size in units of what the equations are solved to.
-  [[gnu::flatten, gnu::noinline]] double solve(const StageVelocities& left, StageVelocities& change) const {
+  // Newton's correction for what is left over; returns its size in units of the convergence tolerance.
+  [[gnu::flatten, gnu::noinline]] double correction(const StageVelocities& left, StageVelocities& change) const {
     solver_.solve(left, change);
     double squares = 0;
     for (const Velocities& u : change) {
-      squares += ((u.v / solved_to_.v).square() + (u.dphi / solved_to_.dphi).square() +
-                  (u.dgamma / solved_to_.dgamma).square())
+      squares += ((u.v / convergence_tolerance_.v).square() + (u.dphi / convergence_tolerance_.dphi).square() +
+                  (u.dgamma / convergence_tolerance_.dgamma).square())
                      .sum();
     }
     return std::sqrt(squares / 11);
   }
 
   Tolerance tolerance_;
-  const System* system_ = nullptr;
-  State x_;
+  IntegrationStatistics* statistics_;
+  StepSizeController control_;
+
+  // The start of the step.
+  bool started_ = false;
   double t_ = 0;
-  Velocities start_, start_forces_, allowed_, solved_to_, before_;
+  State x_;
+  Velocities start_, start_forces_, error_scale_, convergence_tolerance_;
+  ContactForce start_friction_;
+  typename SlipSystem<Law>::ContactIds contact_ids_ = SlipSystem<Law>::ContactIds::Zero();
+  double accepted_dt_ = 0;  // longest step from here whose error is known to be small enough
+
+  // The step that is known: its stages, and the start of the step before it.
   Known known_ = Known::kNothing;
-  double dt_ = 0;  // of the step that is known
+  double dt_ = 0;
   double rate_ = 0.1;
+  Velocities before_;
+  ContactForce friction_before_;
+  ContactForce end_friction_;
+  typename SlipSystem<Law>::ContactIds end_contact_ids_ = SlipSystem<Law>::ContactIds::Constant(-1);  // none
+
+  // Newton's iterations.
   StageVelocities stages_, forces_;
   std::array<Contacts, RadauTableau::stages> contacts_;
   alignas(kAlignment) std::array<Wheels, RadauTableau::stages> torque_;
-  std::array<Resistance, 3> resistance_;
+  std::array<DampingMatrix, 3> damping_;
   alignas(kAlignment) std::array<PlatformMatrix, 3> coriolis_;
-  ContactForce start_friction_, end_friction_, friction_before_;
-  Eigen::Array<bool, kWheels, 1> kept_ = Eigen::Array<bool, kWheels, 1>::Constant(false);
   std::array<ContactForce, 3> friction_;
   struct {
     StageVelocities stages;
@@ -332,7 +386,6 @@ class Radau {
   } from_;  // where the last correction began, and it
   BorderedStages<3> solver_;
   BorderedStages<1> filter_;
-  std::uint64_t iterations_ = 0;
 };
 
 }  // namespace youbot_base_sim

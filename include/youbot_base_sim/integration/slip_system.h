@@ -1,132 +1,337 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <limits>
+#include <vector>
 
+#include "youbot_base_sim/physics/shared_contact.h"
 #include "youbot_base_sim/physics/slip_model.h"
 #include "youbot_base_sim/physics/torque_profile.h"
 
 namespace youbot_base_sim {
 
-/// A SlipModel under given wheel torques, with the roller of each wheel that stands on the floor: what a step between
-/// two switches integrates. Models odeint's System too.
+/// The equations of motion of models 2a and 2b under given wheel torques, for the rollers that are in contact now: what
+/// odeint calls a System, with the edges at which the contacts change.
+///
+/// A wheel is in one of three contacts:
+///   - on one roller, between that roller's two edges;
+///   - shared between two rollers, on the edge between them (Filippov's sliding mode, see SharedContact);
+///   - averaged over its rollers, when it passes them faster than kMaxLocatedRate.
+///
+/// As a System:       system(x, dxdt, t), system.jacobian(x, J, t, dfdt)
+/// As edges:          lower_edge(), upper_edge(), and hand_over(i, k, x), the effect of crossing one
+/// As sliding mode:   attractive(i, x, t), enter_sliding(i, k, x), alpha(i, u, t), leave_sliding(i, k)
+/// As averaging:      too_fast(i, x), average(i), passed_rollers(i, x), resolve(i, x)
 template <class Law>
 class SlipSystem {
  public:
-  /// Both must outlive the system. Rollers are those that `state` stands on.
+  using Mask = Eigen::Array<bool, kWheels, 1>;
+
+  /// Rollers that a wheel may pass in a second before their contact is averaged. Real bases stay below 20.
+  static constexpr double kMaxLocatedRate = 500;
+
+  /// `torque` must outlive the system. The rollers in contact are those on which `state` stands.
   SlipSystem(const SlipModel<Law>& model, const TorqueProfile& torque, const State& state)
-      : model_(&model), torque_(&torque) {
+      : model_(model),
+        torque_(&torque),
+        max_located_dphi_(kMaxLocatedRate * model.geometry().pitch()),
+        resting_angle_(static_cast<std::size_t>(kWheels * model.robot().rollers), 0.0) {
     for (int i = 0; i < kWheels; ++i) put(i, model.geometry().roller_at(state.phi()[i]));
   }
 
+  /// dx/dt.
   void operator()(const State& x, State& dxdt, double t) const {
-    model_->derivative(x, roller_angle_, torque_->value(t), dxdt);
+    const Wheels M = torque_->value(t);
+    model_.derivative(x, contacts(x.velocities(), x.phi(), M), M, dxdt);
+    ++evaluations_;
   }
 
-  /// What SlipModel says for each wheel's roller, or for its two.
+  /// Sets J(row, column) to the derivative of dx/dt by x, both in the order of State::Index, and dfdt to that by t.
+  template <class Matrix>
+  void jacobian(const State& x, Matrix& J, double t, State& dfdt) const;
+
+  /// Slip, friction and position of the contact points, N, m and m/s, at velocities u and wheel angles phi (rad) under
+  /// the torques M (N m), which decide how a shared contact is shared.
   void contacts(const Velocities& u, const Wheels& phi, const Wheels& M, Contacts& c) const {
-    model_->contacts(u, phi - roller_angle_, c);
-    if (shares_) {
-      for (int i = 0; i < kWheels; ++i) {
-        if (shared_[i]) SharedContact(*model_, i, u, M[i]).put(c);
-      }
+    if (mixed()) return mixed_contacts(u, phi, M, c);
+    model_.contacts(u, model_.geometry().at(phi - phi_center_), c);
+  }
+  /// The same at three stages at once. What is rare stays out of the loop.
+  void contacts(const std::array<Velocities, 3>& u, const std::array<Wheels, 3>& phi, const std::array<Wheels, 3>& M,
+                std::array<Contacts, 3>& c) const {
+    if (mixed()) {
+      for (int j = 0; j < 3; ++j) mixed_contacts(u[j], phi[j], M[j], c[j]);
+    } else {
+#pragma GCC unroll 3
+      for (int j = 0; j < 3; ++j) model_.contacts(u[j], model_.geometry().at(phi[j] - phi_center_), c[j]);
     }
+    evaluations_ += 3;
   }
   Contacts contacts(const Velocities& u, const Wheels& phi, const Wheels& M) const {
     Contacts c;
     contacts(u, phi, M, c);
     return c;
   }
-  void resistance(const Velocities& u, const Contacts& c, const ContactForce& F, const Wheels& M, Resistance& G) const {
-    model_->resistance(c, F, G);
-    if (shares_) {
-      for (int i = 0; i < kWheels; ++i) {
-        if (shared_[i]) SharedContact(*model_, i, u, M[i]).put(G);
-      }
-    }
+
+  /// Damping matrix at these contacts, for the friction F.
+  void damping(const Velocities& u, const Contacts& c, const ContactForce& F, const Wheels& M, DampingMatrix& G) const {
+    model_.damping(c, F, G);
+    if (shares_) put_shared(u, M, G);
   }
 
-  /// Whether the rollers at the edge where wheel i is would hold it there, if it stood still.
-  bool holds(int i, const State& x, double t) const {
-    return SharedContact(*model_, i, stopped(i, x.velocities()), torque_->value(t)[i]).holds();
-  }
+  // Edges.
 
-  /// Share of the upper roller of a wheel between two.
-  double alpha(int i, const Velocities& u, double t) const {
-    return SharedContact(*model_, i, u, torque_->value(t)[i]).alpha();
-  }
-
-  bool shared(int i) const { return shared_[i]; }
-  const Eigen::Array<bool, kWheels, 1>& shared() const { return shared_; }
-  bool shares() const { return shares_; }
-
-  /// Stands wheel i, which is at the upper edge of roller k, on rollers k and k + 1. What momentum it had goes to the
-  /// platform, through the contact that took it.
-  void share(int i, std::int64_t k, State& x) {
-    const RobotParameters& robot = model_->robot();
-    const double energy = kinetic_energy(robot, x);
-    // A free roller passes on only what is along its axis.
-    const ContactGeometry g = model_->geometry().at(Wheels::Constant(0.5 * model_->geometry().pitch()));
-    const double P_X = robot.J_1 * x.dphi()[i] / robot.R, P_Y = g.r_X[i] / g.r_Y[i] * P_X;
-    const Eigen::Vector3d dv =
-        model_->inertia().M_v_inverse * Eigen::Vector3d{P_X, P_Y, P_Y * robot.rho_X()[i] - P_X * robot.rho_Y()[i]};
-    x.values.col(1) += Wheels{dv[0], dv[1], dv[2], 0};
-    x.dphi()[i] = 0;
-    x.phi()[i] = model_->geometry().upper_edge(k);
-    x.work() += kinetic_energy(robot, x) - energy;
-    roller_angle_[i] = static_cast<double>(k) * model_->geometry().pitch();
-    lower_edge_[i] = -std::numeric_limits<double>::infinity();
-    upper_edge_[i] = std::numeric_limits<double>::infinity();
-    shared_[i] = shares_ = true;
-    lower_roller_[i] = k;
-  }
-
-  /// The lower of the two rollers that wheel i stands on.
-  std::int64_t lower_roller(int i) const { return lower_roller_[i]; }
-
-  /// Speed that the platform owes to the momentum of wheel i, m/s.
-  double momentum(int i, const State& x) const {
-    const RobotParameters& robot = model_->robot();
-    return robot.J_1 * std::abs(x.dphi()[i]) / (robot.R * robot.m_s());
-  }
-
-  /// Wheel angles between which each wheel stays on its roller, [lower, upper), rad; infinite for one on two.
+  /// Wheel angles between which each wheel stays in its contact, [lower, upper), rad; infinite for shared and averaged
+  /// contacts.
   const Wheels& lower_edge() const { return lower_edge_; }
   const Wheels& upper_edge() const { return upper_edge_; }
 
-  /// Unwrapped number of the roller that wheel i stands on; of two, the one that it came to last.
+  /// Unwrapped number of the roller on which wheel i stands; of two, the one that it reached last.
   std::int64_t roller(int i) const { return roller_[i]; }
+  int rollers() const { return model_.robot().rollers; }
 
   /// Stands wheel i on roller k (unwrapped number).
   void put(int i, std::int64_t k) {
+    ++contact_ids_[i];
     roller_[i] = k;
+    shared_[i] = averaged_[i] = false;
+    shares_ = shared_.any();
+    averages_ = averaged_.any();
+    phi_center_[i] = static_cast<double>(k) * model_.geometry().pitch();
+    lower_edge_[i] = model_.geometry().upper_edge(k - 1);
+    upper_edge_[i] = model_.geometry().upper_edge(k);
+  }
+
+  /// The effect of a switch: wheel i of state x goes over to roller k. The roller that leaves the floor keeps its angle;
+  /// the new one starts at the angle that it left the floor with, and with the rate that RollerRateAtSwitch says.
+  void hand_over(int i, std::int64_t k, State& x) {
+    const int n = rollers();
+    resting_angle_[index(i, wrapped(roller_[i], n))] = x.gamma()[i];
+    x.gamma()[i] = resting_angle_[index(i, wrapped(k, n))];
+    put(i, k);
+    if (model_.robot().roller_rate_at_switch == RollerRateAtSwitch::kContinuous) return;
+    // The bearing of the roller that leaves takes its energy.
+    x.work() -= 0.5 * model_.robot().J_2 * x.dgamma()[i] * x.dgamma()[i];
+    x.dgamma()[i] = 0;
+  }
+
+  /// Angle about its own axis at which roller k (0 .. n-1) of wheel i left the floor, rad.
+  double resting_angle(int i, int k) const { return resting_angle_[index(i, k)]; }
+
+  // Sliding mode.
+
+  bool shares() const { return shares_; }
+  bool shared(int i) const { return shared_[i]; }
+  const Mask& shared() const { return shared_; }
+  /// The lower one of the two rollers of a shared contact, unwrapped.
+  std::int64_t lower_roller(int i) const { return lower_roller_[i]; }
+
+  /// Whether the rollers on both sides of the edge at which wheel i stands would drive it back there.
+  bool attractive(int i, const State& x, double t) const {
+    Velocities u = x.velocities();
+    u.dphi[i] = 0;
+    return SharedContact<Law>(model_, i, u, torque_->value(t)[i]).attractive();
+  }
+
+  /// Share of the upper roller of the shared contact of wheel i; the contact holds while it lies in [0, 1].
+  double alpha(int i, const Velocities& u, double t) const {
+    return SharedContact<Law>(model_, i, u, torque_->value(t)[i]).alpha();
+  }
+
+  /// Stands wheel i, which is at the upper edge of roller k, on rollers k and k + 1. What momentum it had goes to the
+  /// platform, through the contact that took it.
+  void enter_sliding(int i, std::int64_t k, State& x);
+
+  /// Change of the platform's speed if wheel i gave up its momentum, m/s.
+  double momentum(int i, const State& x) const {
+    const RobotParameters& robot = model_.robot();
+    return robot.J_1 * std::abs(x.dphi()[i]) / (robot.R * robot.m_s());
+  }
+
+  // Averaging.
+
+  bool averages() const { return averages_; }
+  bool averaged(int i) const { return averaged_[i]; }
+
+  /// Whether any wheel's contact should be averaged, or resolved again.
+  bool rates_call_for_change(const State& x) const {
+    const auto dphi = x.dphi().abs();
+    return (dphi > max_located_dphi_).any() || (averages_ && (averaged_ && dphi < kResolve * max_located_dphi_).any());
+  }
+  bool too_fast(int i, const State& x) const { return std::abs(x.dphi()[i]) > max_located_dphi_; }
+  bool slow_again(int i, const State& x) const {
+    return averaged_[i] && std::abs(x.dphi()[i]) < kResolve * max_located_dphi_;
+  }
+
+  /// Averages the contact of wheel i over its rollers.
+  void average(int i) {
+    ++contact_ids_[i];
     shared_[i] = false;
     shares_ = shared_.any();
-    roller_angle_[i] = static_cast<double>(k) * model_->geometry().pitch();
-    lower_edge_[i] = model_->geometry().upper_edge(k - 1);
-    upper_edge_[i] = model_->geometry().upper_edge(k);
+    averaged_[i] = averages_ = true;
+    phi_center_[i] = std::numeric_limits<double>::infinity();
+    lower_edge_[i] = -std::numeric_limits<double>::infinity();
+    upper_edge_[i] = std::numeric_limits<double>::infinity();
   }
 
-  /// Wheel angles at which the rollers on the floor point straight down, rad.
-  const Wheels& roller_angle() const { return roller_angle_; }
-  const SlipModel<Law>& model() const { return *model_; }
+  /// Moves the roller number of wheel i, whose contact is averaged, to the roller at the wheel's angle.
+  void follow(int i, const State& x) { roller_[i] = model_.geometry().roller_at(x.phi()[i]); }
+
+  /// A number for each wheel that changes whenever its contact does.
+  using ContactIds = Eigen::Array<std::int64_t, kWheels, 1>;
+  const ContactIds& contact_ids() const { return contact_ids_; }
+
+  const SlipModel<Law>& model() const { return model_; }
   const TorqueProfile& torque() const { return *torque_; }
 
- private:
-  using SharedContact = typename SlipModel<Law>::SharedContact;
+  /// Makes the friction turn over the slip speed nu, m/s.
+  void set_transition_speed(double nu) { model_.set_transition_speed(nu); }
 
-  static Velocities stopped(int i, Velocities u) {
-    u.dphi[i] = 0;
-    return u;
+  /// Evaluations of the right-hand side so far.
+  std::uint64_t evaluations() const { return evaluations_; }
+  void count_evaluations(std::uint64_t more) const { evaluations_ += more; }
+
+ private:
+  // An averaged contact is resolved again at this share of the rate at which it was averaged, so that it does not flip.
+  static constexpr double kResolve = 0.8;
+
+  std::size_t index(int i, int k) const { return static_cast<std::size_t>(i * rollers() + k); }
+
+  // Whether some contacts are averaged or shared.
+  bool mixed() const { return shares_ || averages_; }
+  [[gnu::noinline]] void mixed_contacts(const Velocities& u, const Wheels& phi, const Wheels& M, Contacts& c) const {
+    model_.contacts(u, geometry(phi), c);
+    for (int i = 0; i < kWheels; ++i) {
+      if (shared_[i]) SharedContact<Law>(model_, i, u, M[i]).put(c);
+    }
+  }
+  ContactGeometry geometry(const Wheels& phi) const;
+  [[gnu::noinline]] void put_shared(const Velocities& u, const Wheels& M, DampingMatrix& G) const {
+    for (int i = 0; i < kWheels; ++i) {
+      if (shared_[i]) SharedContact<Law>(model_, i, u, M[i]).put(G);
+    }
   }
 
-  const SlipModel<Law>* model_;
+  SlipModel<Law> model_;
   const TorqueProfile* torque_;
+  double max_located_dphi_;  // rad/s
   std::array<std::int64_t, kWheels> roller_{}, lower_roller_{};
-  Eigen::Array<bool, kWheels, 1> shared_ = Eigen::Array<bool, kWheels, 1>::Constant(false);
-  bool shares_ = false;  // whether any is
-  alignas(kAlignment) Wheels roller_angle_, lower_edge_, upper_edge_;
+  ContactIds contact_ids_ = ContactIds::Zero();
+  Mask shared_ = Mask::Constant(false), averaged_ = Mask::Constant(false);
+  bool shares_ = false, averages_ = false;  // whether any is
+  alignas(kAlignment) Wheels phi_center_;  // wheel angles at which the rollers in contact point straight down, rad
+  Wheels lower_edge_, upper_edge_;
+  std::vector<double> resting_angle_;
+  mutable std::uint64_t evaluations_ = 0;
 };
+
+template <class Law>
+ContactGeometry SlipSystem<Law>::geometry(const Wheels& phi) const {
+  const ContactGeometry mean = model_.geometry().mean();
+  ContactGeometry g = model_.geometry().at(averaged_.select(Wheels::Zero(), phi - phi_center_));
+  for (Wheels ContactGeometry::*entry : {&ContactGeometry::Delta_Y, &ContactGeometry::dDelta_Y, &ContactGeometry::r_X,
+                                         &ContactGeometry::dr_X, &ContactGeometry::r_Y, &ContactGeometry::dr_Y}) {
+    g.*entry = averaged_.select(mean.*entry, g.*entry);
+  }
+  return g;
+}
+
+template <class Law>
+void SlipSystem<Law>::enter_sliding(int i, std::int64_t k, State& x) {
+  const RobotParameters& robot = model_.robot();
+  const double energy = kinetic_energy(robot, x);
+  // A free roller passes on only what is along its axis.
+  const ContactGeometry g = model_.geometry().at(Wheels::Constant(0.5 * model_.geometry().pitch()));
+  const double P_X = robot.J_1 * x.dphi()[i] / robot.R, P_Y = g.r_X[i] / g.r_Y[i] * P_X;
+  const Eigen::Vector3d dv =
+      model_.inertia().M_v_inverse * Eigen::Vector3d{P_X, P_Y, P_Y * robot.rho_X()[i] - P_X * robot.rho_Y()[i]};
+  x.values.col(1) += Wheels{dv[0], dv[1], dv[2], 0};
+  x.dphi()[i] = 0;
+  x.phi()[i] = model_.geometry().upper_edge(k);
+  x.work() += kinetic_energy(robot, x) - energy;
+  phi_center_[i] = static_cast<double>(k) * model_.geometry().pitch();
+  lower_edge_[i] = -std::numeric_limits<double>::infinity();
+  upper_edge_[i] = std::numeric_limits<double>::infinity();
+  shared_[i] = shares_ = true;
+  lower_roller_[i] = k;
+  ++contact_ids_[i];
+}
+
+template <class Law>
+template <class Matrix>
+void SlipSystem<Law>::jacobian(const State& x, Matrix& J, double t, State& dfdt) const {
+  const Inertia& inertia = model_.inertia();
+  const Velocities u = x.velocities();
+  const Wheels M = torque_->value(t), M_rate = torque_->derivative(t);
+  const ContactGeometry g = geometry(x.phi());
+  const Contacts c = contacts(u, x.phi(), M);
+  AngleStiffness by_phi = model_.angle_stiffness(u, g, c);
+  DampingMatrix G;
+  model_.damping(c, G);
+  if (shares_) {
+    put_shared(u, M, G);
+    for (Wheels* entry : {&by_phi.platform[0], &by_phi.platform[1], &by_phi.platform[2], &by_phi.dphi, &by_phi.dgamma}) {
+      *entry = shared_.select(Wheels::Zero(), *entry);  // phi stays on the edge
+    }
+  }
+
+  // Derivatives of the forces Q on (V_X, V_Y, Omega), dphi and dgamma, by phi, V, dphi, dgamma.
+  Eigen::Matrix<double, 11, State::kSize> Q = Eigen::Matrix<double, 11, State::kSize>::Zero();
+  const PlatformMatrix C = inertia.coriolis_derivative(u.v);
+  for (int i = 0; i < kWheels; ++i) {
+    for (int row = 0; row < 3; ++row) {
+      for (int k = 0; k < 3; ++k) Q(row, State::kV + k) -= G.platform_platform[row][k][i];
+      Q(row, State::kPhi + i) = by_phi.platform[row][i];
+      Q(row, State::kDphi + i) = -G.platform_dphi[row][i];
+      Q(row, State::kDgamma + i) = -G.platform_dgamma[row][i];
+      Q(3 + i, State::kV + row) = -G.dphi_platform[row][i];
+      Q(7 + i, State::kV + row) = -G.dgamma_platform[row][i];
+    }
+    Q(3 + i, State::kPhi + i) = by_phi.dphi[i];
+    Q(7 + i, State::kPhi + i) = by_phi.dgamma[i];
+    Q(3 + i, State::kDphi + i) = -G.dphi_dphi[i];
+    Q(3 + i, State::kDgamma + i) = Q(7 + i, State::kDphi + i) = -G.dphi_dgamma[i];
+    Q(7 + i, State::kDgamma + i) = -G.dgamma_dgamma[i];
+  }
+  for (int row = 0; row < 3; ++row) {
+    for (int k = 0; k < 3; ++k) Q(row, State::kV + k) += C[k][row];
+  }
+  const Velocities F = model_.forces(u, c, M);
+  Eigen::Matrix<double, 11, 1> velocities, forces;
+  velocities << u.v.head<3>(), u.dphi, u.dgamma;
+  forces << F.v.head<3>(), F.dphi, F.dgamma;
+  Eigen::Matrix<double, 1, State::kSize> power = velocities.transpose() * Q;
+  power.segment<3>(State::kV) += forces.head<3>().transpose();
+  power.segment<4>(State::kDphi) += forces.segment<4>(3).transpose();
+  power.segment<4>(State::kDgamma) += forces.tail<4>().transpose();
+  Q.topRows<3>() = (inertia.M_v_inverse * Q.topRows<3>()).eval();
+  Q.middleRows<4>(3) *= 1 / inertia.J_1;
+  Q.bottomRows<4>() *= 1 / inertia.J_2;
+
+  const double cos_psi = std::cos(x.psi()), sin_psi = std::sin(x.psi());
+  for (int row = 0; row < State::kSize; ++row) {
+    for (int column = 0; column < State::kSize; ++column) J(row, column) = 0;
+  }
+  J(State::kX, State::kPsi) = -(u.v[0] * sin_psi + u.v[1] * cos_psi);
+  J(State::kY, State::kPsi) = u.v[0] * cos_psi - u.v[1] * sin_psi;
+  J(State::kX, State::kV) = J(State::kY, State::kV + 1) = cos_psi;
+  J(State::kX, State::kV + 1) = -sin_psi;
+  J(State::kY, State::kV) = sin_psi;
+  J(State::kPsi, State::kOmega) = 1;
+  for (int i = 0; i < kWheels; ++i) J(State::kPhi + i, State::kDphi + i) = J(State::kGamma + i, State::kDgamma + i) = 1;
+  for (int column = 0; column < State::kSize; ++column) {
+    J(State::kWork, column) = power[column];
+    for (int row = 0; row < 3; ++row) J(State::kV + row, column) = Q(row, column);
+    for (int i = 0; i < kWheels; ++i) {
+      J(State::kDphi + i, column) = Q(3 + i, column);
+      J(State::kDgamma + i, column) = Q(7 + i, column);
+    }
+  }
+  dfdt.values.setZero();
+  dfdt.work() = (M_rate * u.dphi).sum();
+  dfdt.dphi() = M_rate * (1 / inertia.J_1);
+}
 
 }  // namespace youbot_base_sim

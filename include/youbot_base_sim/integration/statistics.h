@@ -14,8 +14,10 @@ struct IntegrationStatistics {
   std::uint64_t factorizations = 0;
   std::uint64_t switches = 0;
   std::uint64_t shared_contacts = 0;
+  std::uint64_t averaged_contacts = 0;
   std::uint64_t exhausted = 0;
   std::uint64_t fallback_steps = 0;
+  std::uint64_t evaluations = 0;
 };
 
 /// A field of the statistics, for whoever prints them.
@@ -26,14 +28,17 @@ struct StatisticsField {
 };
 
 /// All of them, in the order in which they are shown.
-constexpr std::array<StatisticsField, 9> kStatisticsFields = {{
+constexpr std::array<StatisticsField, 11> kStatisticsFields = {{
     {"steps", "steps accepted", &IntegrationStatistics::steps},
     {"rejected_steps", "steps rejected for their error", &IntegrationStatistics::rejected_steps},
     {"location_steps", "steps repeated to end on an edge", &IntegrationStatistics::location_steps},
     {"newton_iterations", "Newton iterations", &IntegrationStatistics::newton_iterations},
     {"factorizations", "factorizations of the Newton matrix", &IntegrationStatistics::factorizations},
+    {"evaluations", "evaluations of the right-hand side", &IntegrationStatistics::evaluations},
     {"switches", "roller switches", &IntegrationStatistics::switches},
     {"shared_contacts", "times that a wheel came to rest on two rollers", &IntegrationStatistics::shared_contacts},
+    {"averaged_contacts", "times that a wheel became too fast to locate its switches",
+     &IntegrationStatistics::averaged_contacts},
     {"exhausted", "times that the bound of work was reached", &IntegrationStatistics::exhausted},
     {"fallback_steps", "fallback steps, of first order", &IntegrationStatistics::fallback_steps},
 }};

@@ -6,12 +6,6 @@
 
 namespace youbot_base_sim {
 
-/// Errors that a step may make: relative to a velocity, and absolute (a value in SI units for every component).
-struct Tolerance {
-  double relative;
-  double absolute;
-};
-
 /// Step size by the error of the last two steps (Gustafsson's predictive controller; Hairer and Wanner, section IV.8),
 /// for an error estimate of order 3.
 class StepSizeController {
@@ -20,18 +14,18 @@ class StepSizeController {
   double next(double dt, double norm) {
     if (!(norm <= std::numeric_limits<double>::max())) {  // also not a number
       rejected_ = true;
-      return dt * kShrinkMost;
+      return dt * kShrinkMax;
     }
-    double factor = kSafety / fourth_root(std::max(norm, kLeastNorm));
+    double factor = kSafety / fourth_root(std::max(norm, kMinNorm));
     if (norm > 1) {
       rejected_ = true;
-      return dt * std::max(factor, kShrinkMost);
+      return dt * std::max(factor, kShrinkMax);
     }
     if (last_dt_ > 0) {
-      const double trend = kSafety * (dt / last_dt_) * fourth_root(last_norm_ / (norm * norm + kLeastNorm));
+      const double trend = kSafety * (dt / last_dt_) * fourth_root(last_norm_ / (norm * norm + kMinNorm));
       factor = std::min(factor, trend);
     }
-    factor = std::min(std::max(factor, kShrinkMost), rejected_ ? 1.0 : kGrowMost);
+    factor = std::min(std::max(factor, kShrinkMax), rejected_ ? 1.0 : kGrowMost);
     last_dt_ = dt;
     last_norm_ = std::max(norm, 0.01);
     rejected_ = false;
@@ -45,9 +39,9 @@ class StepSizeController {
   static double fourth_root(double a) { return std::sqrt(std::sqrt(a)); }
 
   static constexpr double kSafety = 0.8;
-  static constexpr double kShrinkMost = 0.2;
+  static constexpr double kShrinkMax = 0.2;
   static constexpr double kGrowMost = 8;
-  static constexpr double kLeastNorm = 1e-10;
+  static constexpr double kMinNorm = 1e-10;
 
   double last_dt_ = 0;
   double last_norm_ = 1;

@@ -7,7 +7,7 @@
 
 namespace youbot_base_sim {
 
-/// Friction force at the contact points, N, and its dependence on the slip velocity, in the platform's frame.
+/// Friction force at the contact points, N, in the platform's frame; one entry for each wheel.
 struct alignas(kAlignment) ContactForce {
   Wheels F_X, F_Y;
 };
@@ -20,7 +20,9 @@ struct ContactStiffness {
   Wheels XX, XY, YY;
 };
 
-// A contact law is a policy of SlipModel: a class with the functions below, free of allocation and branches.
+// A contact law is a policy of SlipModel, selected once at construction so that the inner loops do not branch on it: a
+// class with the functions below, free of allocation and branches. A new law is one more class here and one more entry in
+// `Model` (model.h) and in the table of methods.cpp.
 
 /// Model 2a: F = -mu_0 V_P (paper, (4.10)).
 class ViscousLaw {
@@ -37,7 +39,8 @@ class ViscousLaw {
     return stiffness(V_PX, V_PY);
   }
   ContactForce bounded(const ContactForce& F) const { return F; }
-  double turning_speed() const { return std::numeric_limits<double>::infinity(); }
+  double transition_speed() const { return std::numeric_limits<double>::infinity(); }
+  void set_transition_speed(double) {}
 
  private:
   double mu_0_;
@@ -47,7 +50,7 @@ class ViscousLaw {
 class CoulombLaw {
  public:
   CoulombLaw(const RobotParameters& robot, const FloorParameters& floor)
-      : limit_(floor.f * normal_reactions(robot, floor)), nu_squared_(floor.nu * floor.nu) {}
+      : limit_(floor.f * normal_reactions(robot, floor)), nu_(floor.nu), nu_squared_(floor.nu * floor.nu) {}
 
   /// Force for the slip velocity V_P, m/s.
   ContactForce force(const Wheels& V_PX, const Wheels& V_PY) const {
@@ -65,9 +68,9 @@ class CoulombLaw {
     return {slope * (regular + Y.square()), -slope * X * Y, slope * (regular + X.square())};
   }
 
-  /// The stiffness for a force F that is not yet the one of V_P, nor beyond the limit: from F sqrt(nu^2 + V_P^2) = -f N
-  /// V_P by both F and V_P (Chan, Golub and Mulet, SIAM J. Sci. Comput. 20(6), 1999, for another problem with this
-  /// law). Newton's iterations get along with it where V_P is off by far more than nu.
+  /// The stiffness for a force F within the limit that is not yet the force of V_P: the derivative of
+  /// F sqrt(nu^2 + V_P^2) = -f N V_P by both F and V_P (Chan, Golub and Mulet, SIAM J. Sci. Comput. 20(6), 1999, for
+  /// another problem of this form). With it Newton's iterations converge even where V_P is off by far more than nu.
   ContactStiffness stiffness(const Wheels& V_PX, const Wheels& V_PY, const ContactForce& F) const {
     const Wheels inverse_speed = (nu_squared_ + V_PX.square() + V_PY.square()).sqrt().inverse();
     const Wheels slope = limit_ * inverse_speed;
@@ -76,10 +79,14 @@ class CoulombLaw {
     return {slope + F.F_X * X, 0.5 * (F.F_X * Y + F.F_Y * X), slope + F.F_Y * Y};
   }
 
-  /// Slip speed within which the stiffness changes by its own size, m/s.
-  double turning_speed() const { return std::sqrt(nu_squared_); }
+  /// nu, the slip speed over which the friction turns, m/s.
+  double transition_speed() const { return nu_; }
+  void set_transition_speed(double nu) {
+    nu_ = nu;
+    nu_squared_ = nu * nu;
+  }
 
-  /// F, shortened to what friction can bear.
+  /// F, shortened to the largest friction, f N.
   ContactForce bounded(const ContactForce& F) const {
     const Wheels scale = (limit_ * (F.F_X.square() + F.F_Y.square()).max(1e-300).sqrt().inverse()).min(1);
     return {scale * F.F_X, scale * F.F_Y};
@@ -87,7 +94,7 @@ class CoulombLaw {
 
  private:
   alignas(kAlignment) Wheels limit_;  // f N, N
-  double nu_squared_;
+  double nu_, nu_squared_;
 };
 
 }  // namespace youbot_base_sim

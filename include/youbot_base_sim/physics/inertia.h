@@ -30,7 +30,7 @@ struct Inertia {
   const Wheels& column(int k) const { return columns_[k]; }
 
   /// Derivative of `coriolis` by v.
-  PlatformMatrix coriolis_by_velocity(const Wheels& v) const {
+  PlatformMatrix coriolis_derivative(const Wheels& v) const {
     return {v[2] * turning_[0], v[2] * turning_[1], v[2] * turning_[2] + turned(v)};
   }
 

@@ -41,6 +41,10 @@ class RollerGeometry {
     return g;
   }
 
+  /// The mean over a roller: the contact of a wheel that passes rollers too fast for anybody to tell them apart. Its
+  /// derivatives are zero.
+  const ContactGeometry& mean() const { return mean_; }
+
   /// Angle from one roller to the next, 2 pi / n, rad.
   double pitch() const { return pitch_; }
 
@@ -51,8 +55,8 @@ class RollerGeometry {
   /// Wheel angle at which roller k hands over to roller k + 1, rad.
   double upper_edge(std::int64_t k) const { return (static_cast<double>(k) + 0.5) * pitch_; }
 
-  /// Sine and cosine of |x| < 1.1 rad by their Taylor polynomials, whose remainder there is below 1e-16: four at once,
-  /// in fewer instructions than the library takes for one.
+  /// Sine and cosine of |x| < 1.1 rad by their Taylor polynomials, whose remainder there is below 1e-16. Computing four
+  /// at once takes fewer instructions than one call of the library.
   static void sine_and_cosine(const Wheels& x, Wheels& sine, Wheels& cosine) {
     const Wheels q = x.square();
     sine = Wheels::Constant(1 / 355687428096000.0);
@@ -75,6 +79,7 @@ class RollerGeometry {
   alignas(kAlignment) Wheels R_d_tan_delta_;
   Wheels sin_delta_;
   double cos_delta_;
+  ContactGeometry mean_;
 };
 
 }  // namespace youbot_base_sim

@@ -68,6 +68,9 @@ struct State {
   using Values = Eigen::Array<double, 4, 6, Eigen::DontAlign>;
   Values values = Values::Zero();
 
+  /// Where each quantity begins in the 24 numbers of `values`, column by column.
+  enum Index { kX = 0, kY, kPsi, kWork, kV, kOmega = 6, kPhi = 8, kDphi = 12, kDgamma = 16, kGamma = 20, kSize = 24 };
+
   double& x() { return values(0, 0); }
   double& y() { return values(1, 0); }
   double& psi() { return values(2, 0); }
@@ -98,6 +101,15 @@ struct State {
     values.col(3) = u.dphi;
     values.col(4) = u.dgamma;
   }
+
+  // As a range of 24 numbers, which is how odeint's algebras reach them.
+  using value_type = double;
+  using iterator = double*;
+  using const_iterator = const double*;
+  iterator begin() { return values.data(); }
+  iterator end() { return values.data() + values.size(); }
+  const_iterator begin() const { return values.data(); }
+  const_iterator end() const { return values.data() + values.size(); }
 
   /// (V_X, V_Y, Omega)
   Eigen::Vector3d velocity() const { return values.col(1).head<3>().matrix(); }

@@ -6,21 +6,18 @@
 #include <variant>
 
 #include "youbot_base_sim/drive/torque_profiles.h"
+#include "youbot_base_sim/physics/model.h"
 #include "youbot_base_sim/physics/parameters.h"
 
 namespace youbot_base_sim {
-
-enum class Model {
-  kNoSlip,   ///< the paper's model 1
-  kViscous,  ///< 2a
-  kCoulomb   ///< 2b
-};
 
 /// Reads `no_slip`, `viscous` or `coulomb`. Throws SceneError.
 Model model_from_name(const std::string& name);
 const char* name_of(Model model);
 
 struct SolverSettings {
+  std::string method = "radau";  ///< one of integration/methods.h
+  double step = 0;               ///< of a method without step size control, s; 0: its default
   /// Chosen so that the paper's Cases 1 and 2 stay within 1e-5 m and 1e-5 rad of the exact motion over their 30 s.
   double relative_tolerance = 3e-7;
   double absolute_tolerance = 3e-10;  ///< SI units; 1e-3 of the relative one unless given

@@ -1,36 +1,52 @@
 #pragma once
 
+#include <boost/numeric/odeint/stepper/stepper_categories.hpp>
+#include <boost/numeric/odeint/util/unwrap_reference.hpp>
+#include <cmath>
+
 #include "youbot_base_sim/integration/bordered_stages.h"
 #include "youbot_base_sim/integration/slip_system.h"
 
 namespace youbot_base_sim {
 
-/// The step of last resort: backward Euler with the geometry of the contacts and the Coriolis forces held as they are
-/// at the step's start. With constant normal reactions the friction force is then the slope of a convex potential, so
-/// that Newton's method with a line search always ends, whatever the step size and the regularisation. First order; it
-/// locates no switches: it takes the rollers on which its start stands, and may end beyond their edges.
+/// The step of last resort, a Stepper of odeint: backward Euler with the geometry of the contacts and the Coriolis forces
+/// held as they are at the step's start. With constant normal reactions the friction force is then the slope of a
+/// convex potential, so that Newton's method with a line search always ends, whatever the length of the step and the
+/// transition speed. It is of first order and locates no switches: wheels stay on the rollers of its start, also beyond
+/// their edges.
 template <class Law>
-class SafeStepper {
+class FallbackStepper {
  public:
-  /// Advances x by dt (s) under the torques at t + dt.
-  void step(const SlipSystem<Law>& system, State& x, double t, double dt) {
+  using state_type = State;
+  using deriv_type = State;
+  using value_type = double;
+  using time_type = double;
+  using order_type = unsigned short;
+  using stepper_category = boost::numeric::odeint::stepper_tag;
+  static constexpr order_type order() { return 1; }
+
+  /// Advances x by dt (s) under the torques at t + dt. `system` is a SlipSystem, by std::ref; no contact may be shared.
+  template <class System>
+  void do_step(System system_reference, State& x, double t, double dt) {
+    auto& system = static_cast<typename boost::numeric::odeint::unwrap_reference<System>::type&>(system_reference);
     const SlipModel<Law>& model = system.model();
     const Inertia& inertia = model.inertia();
     const Velocities start = x.velocities();
-    const Wheels phi_tilde = x.phi() - system.roller_angle(), M = system.torque().value(t + dt);
+    const Wheels phi = x.phi(), M = system.torque().value(t + dt);
     const Velocities held = {inertia.coriolis(start.v), Wheels::Zero(), Wheels::Zero()};
     Contacts contacts;
     // The slope of the potential at u: forces that are left over.
     const auto residual = [&](const Velocities& u) {
-      contacts = model.contacts(u, phi_tilde);
+      system.contacts(u, phi, M, contacts);
+      system.count_evaluations(1);
       const Velocities moving = {inertia.coriolis(u.v), Wheels::Zero(), Wheels::Zero()};
       return inertia * ((1 / dt) * (u - start)) - (model.forces(u, contacts, M) - moving + held);
     };
     Velocities u = start;
     Velocities r = residual(u);
-    for (int iteration = 0; iteration < kMostIterations; ++iteration) {
-      std::array<Resistance, 1> G;
-      model.resistance(contacts, G[0]);
+    for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
+      std::array<DampingMatrix, 1> G;
+      model.damping(contacts, G[0]);
       solver_.factorize({{1 / dt}}, inertia, G, {{PlatformMatrix{Wheels::Zero(), Wheels::Zero(), Wheels::Zero()}}});
       std::array<Velocities, 1> solved;
       solver_.solve({r}, solved);
@@ -41,10 +57,10 @@ class SafeStepper {
       if (!(dt * decrement > kConverged * (kinetic_energy(model.robot(), moved) + kEnergyFloor))) break;
       double length = 1;
       Velocities trial;
-      for (int halving = 0; halving < kMostHalvings; ++halving, length *= 0.5) {
+      for (int halving = 0; halving < kMaxHalvings; ++halving, length *= 0.5) {
         trial = u - length * change;
         r = residual(trial);
-        // Convex: along the line the slope only falls. Past the minimum is fine, far past it is not.
+        // Along the line a convex function's slope only grows: past the minimum is fine, far past it is not.
         if (dot(r, change) > -0.5 * decrement) break;
       }
       u = trial;
@@ -53,8 +69,8 @@ class SafeStepper {
   }
 
  private:
-  static constexpr int kMostIterations = 60;
-  static constexpr int kMostHalvings = 40;
+  static constexpr int kMaxIterations = 60;
+  static constexpr int kMaxHalvings = 40;
   static constexpr double kConverged = 1e-22;    // of the kinetic energy: velocities to about 1e-11
   static constexpr double kEnergyFloor = 1e-12;  // J
 

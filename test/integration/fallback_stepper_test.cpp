@@ -1,6 +1,6 @@
 // The step of last resort: right where the accurate one is, and standing where that one falls.
 
-#include "youbot_base_sim/integration/safe_stepper.h"
+#include "youbot_base_sim/integration/fallback_stepper.h"
 
 #include <gtest/gtest.h>
 
@@ -22,7 +22,7 @@ State rolling_state() {
 
 double distance(const State& a, const State& b) { return (a.values - b.values).abs().maxCoeff(); }
 
-TEST(SafeStepperTest, ConvergesWithTheFirstOrder) {
+TEST(FallbackStepperTest, ConvergesWithTheFirstOrder) {
   const SlipModel<CoulombLaw> model{RobotParameters(), FloorParameters()};
   const HeldTorque torque(Wheels{1, -0.5, 0.7, 1.2});
   constexpr double kEnd = 2e-3;  // s; no wheel reaches an edge
@@ -32,7 +32,7 @@ TEST(SafeStepperTest, ConvergesWithTheFirstOrder) {
 
   const auto error = [&](int steps) {
     State x = rolling_state();
-    SafeStepper<CoulombLaw> safe;
+    FallbackStepper<CoulombLaw> safe;
     for (int k = 0; k < steps; ++k) safe.step(system, x, k * kEnd / steps, kEnd / steps);
     return distance(x, exact);
   };
@@ -42,13 +42,13 @@ TEST(SafeStepperTest, ConvergesWithTheFirstOrder) {
 }
 
 // The step solves its equations whatever its length, and dissipates: without torque no kinetic energy comes from it.
-TEST(SafeStepperTest, StandsWhereStepsAndStiffnessAreExtreme) {
+TEST(FallbackStepperTest, StandsWhereStepsAndStiffnessAreExtreme) {
   for (const double nu : {1e-2, 1e-6, 1e-12}) {
     FloorParameters floor;
     floor.nu = nu;
     const SlipModel<CoulombLaw> model(RobotParameters(), floor);
     const HeldTorque torque;
-    SafeStepper<CoulombLaw> safe;
+    FallbackStepper<CoulombLaw> safe;
     for (const double dt : {1e-7, 1e-4, 1e-1}) {
       State x = rolling_state();
       for (int k = 0; k < 100; ++k) {
@@ -63,9 +63,9 @@ TEST(SafeStepperTest, StandsWhereStepsAndStiffnessAreExtreme) {
   }
 }
 
-TEST(SafeStepperTest, AbsurdTorqueGivesWhatItsInertiaAllows) {
+TEST(FallbackStepperTest, AbsurdTorqueGivesWhatItsInertiaAllows) {
   const SlipModel<CoulombLaw> model{RobotParameters(), FloorParameters()};
-  SafeStepper<CoulombLaw> safe;
+  FallbackStepper<CoulombLaw> safe;
   State x;
   constexpr double kTorque = 1e6, kStep = 1e-5;
   const HeldTorque torque(Wheels::Constant(kTorque));

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "youbot_base_sim/integration/statistics.h"
+#include "youbot_base_sim/physics/contacts.h"
+#include "youbot_base_sim/physics/roller_switch.h"
+#include "youbot_base_sim/physics/state.h"
+
+namespace youbot_base_sim {
+
+/// The motion of one model from one state on, by one method. Selected once when the simulation is built, so that the
+/// inner loops branch on neither.
+class Integration {
+ public:
+  virtual ~Integration() = default;
+
+  /// Observes odeint's loop over n control periods: called with k = 0 .. n-1 at the beginning of each, and with n at the
+  /// end of the last.
+  using PeriodObserver = std::function<void(std::size_t k)>;
+
+  /// Advances x from time t by n control periods of length `period` (s), over each of which the torque is smooth; the
+  /// observer may change it where one begins, and calls `torque_jumped` then.
+  virtual void advance_periods(State& x, double t, double period, std::size_t n, const PeriodObserver& observer) = 0;
+
+  /// Advances x from time t to t_end (s), between which the torque is smooth.
+  virtual void advance(State& x, double t, double t_end) = 0;
+
+  /// The torque has jumped since the last call of `advance` or since the control period before.
+  virtual void torque_jumped() = 0;
+
+  virtual double kinetic_energy(const State& x) const = 0;                ///< J
+  virtual Contacts contacts(const State& x, double t) const = 0;          ///< zero in model 1
+  virtual std::int64_t roller(int i) const = 0;                           ///< on which wheel i stands, unwrapped
+  virtual std::optional<std::int64_t> other_roller(int i) const = 0;      ///< the second one of a shared contact
+  virtual double resting_angle(int i, int k) const = 0;                   ///< of roller k, off the floor, rad
+  virtual std::vector<RollerSwitch> take_switches() = 0;                  ///< since the last call, in order of time
+  virtual const IntegrationStatistics& statistics() const = 0;
+};
+
+}  // namespace youbot_base_sim

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "youbot_base_sim/integration/integration.h"
+#include "youbot_base_sim/integration/tolerance.h"
+#include "youbot_base_sim/physics/model.h"
+#include "youbot_base_sim/physics/parameters.h"
+#include "youbot_base_sim/physics/torque_profile.h"
+
+namespace youbot_base_sim {
+
+/// A method that integrates models 2a and 2b.
+struct Method {
+  std::string name;         ///< of `solver: {method: NAME}`, `--method` and `~method`
+  std::string description;  ///< what it is and when to use it, in a line
+  bool is_explicit;         ///< stable only for steps of about `stable_step`
+  double default_step;      ///< of a method without step size control, s; 0: it has one
+};
+
+/// All of them, the default one first.
+const std::vector<Method>& methods();
+
+/// The method of that name; null if there is none.
+const Method* find_method(const std::string& name);
+
+/// How to integrate.
+struct IntegrationSettings {
+  std::string method = "radau";
+  Tolerance tolerance;
+  double step = 0;  ///< of a method without step size control, s; 0: its default
+};
+
+/// The longest step, s, for which explicit methods are stable while wheels roll: about 3 over the fastest rate of a
+/// roller, which the friction drives with at most f N / nu (mu_0 in model 2a) against J_2.
+double stable_step(const RobotParameters& robot, const FloorParameters& floor, Model model);
+
+/// Why `method` cannot integrate this robot, in words for an error message; empty if it can.
+std::string refusal(const Method& method, const RobotParameters& robot, Model model);
+
+/// Integrates `model` from `start` at t = 0 by the method of that name, which must exist and not be refused. `torque`
+/// must outlive the result. Model 1 is not stiff and has no switches: it goes by dopri5 whatever the method.
+std::unique_ptr<Integration> make_integration(Model model, const RobotParameters& robot, const FloorParameters& floor,
+                                              const State& start, const TorqueProfile& torque,
+                                              const IntegrationSettings& settings);
+
+}  // namespace youbot_base_sim

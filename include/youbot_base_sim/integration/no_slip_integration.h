@@ -1,0 +1,37 @@
+#pragma once
+
+#include <vector>
+
+#include "youbot_base_sim/integration/integration.h"
+#include "youbot_base_sim/integration/tolerance.h"
+#include "youbot_base_sim/physics/no_slip_model.h"
+#include "youbot_base_sim/physics/torque_profile.h"
+
+namespace youbot_base_sim {
+
+/// Model 1, which is not stiff and has no switches: odeint's loops over its Dormand-Prince method.
+class NoSlipIntegration : public Integration {
+ public:
+  /// `torque` must outlive the integration.
+  NoSlipIntegration(const RobotParameters& robot, const TorqueProfile& torque, const Tolerance& tolerance)
+      : torque_(torque), model_(robot), tolerance_(tolerance) {}
+
+  void advance_periods(State& x, double t, double period, std::size_t n, const PeriodObserver& observer) override;
+  void advance(State& x, double t, double t_end) override;
+  void torque_jumped() override {}
+  double kinetic_energy(const State& x) const override { return model_.kinetic_energy(x.velocity()); }
+  Contacts contacts(const State& x, double t) const override;
+  std::int64_t roller(int) const override { return 0; }
+  std::optional<std::int64_t> other_roller(int) const override { return std::nullopt; }
+  double resting_angle(int, int) const override { return 0; }
+  std::vector<RollerSwitch> take_switches() override { return {}; }
+  const IntegrationStatistics& statistics() const override { return statistics_; }
+
+ private:
+  const TorqueProfile& torque_;
+  NoSlipModel model_;
+  Tolerance tolerance_;
+  IntegrationStatistics statistics_;
+};
+
+}  // namespace youbot_base_sim

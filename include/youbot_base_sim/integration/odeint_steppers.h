@@ -1,0 +1,260 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <boost/numeric/odeint/stepper/bulirsch_stoer.hpp>
+#include <boost/numeric/odeint/stepper/controlled_runge_kutta.hpp>
+#include <boost/numeric/odeint/stepper/implicit_euler.hpp>
+#include <boost/numeric/odeint/stepper/rosenbrock4.hpp>
+#include <boost/numeric/odeint/stepper/rosenbrock4_controller.hpp>
+#include <boost/numeric/odeint/util/unwrap_reference.hpp>
+#include <functional>
+#include <limits>
+#include <type_traits>
+#include <utility>
+
+#include "youbot_base_sim/integration/statistics.h"
+#include "youbot_base_sim/integration/tolerance.h"
+#include "youbot_base_sim/physics/state.h"
+
+// odeint's own steppers, made to fit LocatedStepper: try_step(system, in, t, out, dt), which may repeat a step with
+// another length, and reset().
+
+namespace boost::numeric::odeint {
+
+/// A State is a range of 24 numbers that never changes its size: odeint's range_algebra works on it in place.
+template <>
+struct is_resizeable<youbot_base_sim::State> : boost::false_type {
+  using type = boost::false_type;
+  static const bool value = false;
+};
+
+}  // namespace boost::numeric::odeint
+
+namespace youbot_base_sim {
+
+/// odeint's Error Checker for a State: judges the velocities as Radau does, so that a tolerance means the same.
+class VelocityErrorChecker {
+ public:
+  explicit VelocityErrorChecker(const Tolerance& tolerance = {1e-6, 1e-6}) : tolerance_(tolerance) {}
+
+  template <class Algebra, class Derivative>
+  double error(Algebra&, const State& x_old, const Derivative&, const State& error, double) const {
+    return error_norm(error.velocities(), error_scale(tolerance_, x_old.velocities()));
+  }
+
+ private:
+  Tolerance tolerance_;
+};
+
+/// An explicit Runge-Kutta method of odeint with its step size control.
+template <class ErrorStepper>
+class ControlledRungeKutta {
+ public:
+  explicit ControlledRungeKutta(const Tolerance& tolerance) : controlled_(VelocityErrorChecker(tolerance)) {}
+
+  template <class System>
+  boost::numeric::odeint::controlled_step_result try_step(System system, const State& in, double& t, State& out,
+                                                          double& dt) {
+    auto& right_hand_side = static_cast<typename boost::numeric::odeint::unwrap_reference<System>::type&>(system);
+    if (!known_ || t != t_ || (in.values != x_.values).any()) {
+      right_hand_side(in, dxdt_, t);
+      known_ = true;
+      t_ = t;
+      x_ = in;
+    }
+    if constexpr (std::is_same_v<typename ErrorStepper::stepper_category,
+                                 boost::numeric::odeint::explicit_error_stepper_fsal_tag>) {
+      return controlled_.try_step(system, in, dxdt_, t, out, end_dxdt_, dt);
+    } else {
+      return controlled_.try_step(system, in, dxdt_, t, out, dt);
+    }
+  }
+
+  void reset() { known_ = false; }
+
+ private:
+  boost::numeric::odeint::controlled_runge_kutta<ErrorStepper, VelocityErrorChecker> controlled_;
+  bool known_ = false;  // the derivative at x_, t_
+  double t_ = 0;
+  State x_, dxdt_, end_dxdt_;
+};
+
+/// odeint's Bulirsch-Stoer method.
+class BulirschStoer {
+ public:
+  explicit BulirschStoer(const Tolerance& tolerance) : stepper_(tolerance.absolute, tolerance.relative) {}
+
+  template <class System>
+  boost::numeric::odeint::controlled_step_result try_step(System system, const State& in, double& t, State& out,
+                                                          double& dt) {
+    return stepper_.try_step(system, in, t, out, dt);
+  }
+  void reset() { stepper_.reset(); }
+
+ private:
+  boost::numeric::odeint::bulirsch_stoer<State> stepper_;
+};
+
+/// odeint's coefficients of Rosenbrock's method of order 4, with the sign of d4 that Hairer and Wanner's table and the
+/// order conditions have. As shipped it is +0.0362, which costs an order where the torque is a function of time.
+struct CorrectedRosenbrock4 : boost::numeric::odeint::default_rosenbrock_coefficients<double> {
+  const double d4 = -0.3620000000000023e-01;  // hides the base's
+};
+using ShippedRosenbrock4 = boost::numeric::odeint::default_rosenbrock_coefficients<double>;
+
+/// A System as the pair of functions on uBLAS vectors that odeint's implicit steppers ask for. Wheel angles count from
+/// the middle of the roller, so that a relative tolerance does not loosen as the wheels turn.
+template <class System>
+class UblasSystem {
+ public:
+  using Vector = boost::numeric::ublas::vector<double>;
+  using Matrix = boost::numeric::ublas::matrix<double>;
+
+  UblasSystem(const System& system, const State& x, IntegrationStatistics& statistics)
+      : system_(&system), statistics_(&statistics) {
+    const Wheels middle = 0.5 * (system.lower_edge() + system.upper_edge());
+    for (int i = 0; i < kWheels; ++i) origin_[i] = middle[i] - middle[i] == 0 ? middle[i] : x.phi()[i];
+  }
+
+  void put(const State& x, Vector& y) const {
+    State relative = x;
+    relative.phi() -= origin_;
+    std::copy(relative.begin(), relative.end(), y.begin());
+  }
+  State state(const Vector& y) const {
+    State x;
+    std::copy(y.begin(), y.end(), x.begin());
+    x.phi() += origin_;
+    return x;
+  }
+
+  void derivative(const Vector& y, Vector& dydt, double t) const {
+    State dxdt;
+    (*system_)(state(y), dxdt, t);
+    std::copy(dxdt.begin(), dxdt.end(), dydt.begin());
+  }
+  void jacobian(const Vector& y, Matrix& J, double t, Vector& dfdt) const {
+    State rate;
+    system_->jacobian(state(y), J, t, rate);
+    std::copy(rate.begin(), rate.end(), dfdt.begin());
+    ++statistics_->factorizations;
+  }
+
+  struct Derivative {
+    const UblasSystem* system;
+    void operator()(const Vector& y, Vector& dydt, double t) const { system->derivative(y, dydt, t); }
+  };
+  struct Jacobian {
+    const UblasSystem* system;
+    void operator()(const Vector& y, Matrix& J, double t, Vector& dfdt) const { system->jacobian(y, J, t, dfdt); }
+    void operator()(const Vector& y, Matrix& J, double t) const {
+      Vector dfdt(y.size());
+      system->jacobian(y, J, t, dfdt);
+    }
+  };
+  std::pair<Derivative, Jacobian> pair() const { return {{this}, {this}}; }
+
+ private:
+  const System* system_;
+  IntegrationStatistics* statistics_;
+  Wheels origin_;
+};
+
+/// odeint's rosenbrock4 under its rosenbrock4_controller.
+template <class Coefficients>
+class Rosenbrock4 {
+ public:
+  Rosenbrock4(const Tolerance& tolerance, IntegrationStatistics& statistics)
+      : statistics_(&statistics), controller_(tolerance), y_(State().values.size()), y_end_(y_.size()) {}
+
+  template <class System>
+  boost::numeric::odeint::controlled_step_result try_step(System system, const State& in, double& t, State& out,
+                                                          double& dt) {
+    using Unwrapped = typename boost::numeric::odeint::unwrap_reference<System>::type;
+    const UblasSystem<Unwrapped> ublas(static_cast<Unwrapped&>(system), in, *statistics_);
+    ublas.put(in, y_);
+    const auto result = controller_.try_step(ublas.pair(), y_, t, y_end_, dt);
+    if (result == boost::numeric::odeint::success) out = ublas.state(y_end_);
+    return result;
+  }
+  void reset() { controller_.reset(); }
+
+ private:
+  using Stepper = boost::numeric::odeint::rosenbrock4<double, Coefficients>;
+  // odeint's has no reset().
+  struct Controller : boost::numeric::odeint::rosenbrock4_controller<Stepper> {
+    explicit Controller(const Tolerance& tolerance)
+        : boost::numeric::odeint::rosenbrock4_controller<Stepper>(tolerance.absolute, tolerance.relative) {}
+    void reset() {
+      this->m_first_step = true;
+      this->m_last_rejected = false;
+    }
+  };
+
+  IntegrationStatistics* statistics_;
+  Controller controller_;
+  boost::numeric::ublas::vector<double> y_, y_end_;
+};
+
+/// A method of odeint without step size control, with steps of one length at most. Method: step(system, in, t, out, dt).
+template <class Method>
+class FixedStep {
+ public:
+  FixedStep(double step, IntegrationStatistics& statistics) : step_(step), method_(statistics) {}
+
+  template <class System>
+  boost::numeric::odeint::controlled_step_result try_step(System system, const State& in, double& t, State& out,
+                                                          double& dt) {
+    const double length = dt;
+    dt = step_;
+    if (length > kSliver * step_) return boost::numeric::odeint::fail;
+    method_.step(system, in, t, out, length);
+    t += length;
+    return boost::numeric::odeint::success;
+  }
+  void reset() {}
+
+ private:
+  static constexpr double kSliver = 1.02;  // a step may be this much longer, to end where it must
+
+  double step_;
+  Method method_;
+};
+
+/// A Stepper of odeint that works on a State, such as runge_kutta4.
+template <class Stepper>
+class ExplicitStep {
+ public:
+  explicit ExplicitStep(IntegrationStatistics&) {}
+  template <class System>
+  void step(System system, const State& in, double t, State& out, double dt) {
+    stepper_.do_step(system, in, t, out, dt);
+  }
+
+ private:
+  Stepper stepper_;
+};
+
+/// odeint's implicit_euler, with one Newton iteration (its comments call that the linearly implicit scheme): beyond the
+/// first, the version of Boost 1.74 factorizes the factors of its Jacobian again.
+class ImplicitEulerStep {
+ public:
+  explicit ImplicitEulerStep(IntegrationStatistics& statistics)
+      : statistics_(&statistics), y_(State().values.size()) {}
+  template <class System>
+  void step(System system, const State& in, double t, State& out, double dt) {
+    using Unwrapped = typename boost::numeric::odeint::unwrap_reference<System>::type;
+    const UblasSystem<Unwrapped> ublas(static_cast<Unwrapped&>(system), in, *statistics_);
+    ublas.put(in, y_);
+    stepper_.do_step(ublas.pair(), y_, t, dt);
+    out = ublas.state(y_);
+  }
+
+ private:
+  IntegrationStatistics* statistics_;
+  boost::numeric::odeint::implicit_euler<double> stepper_{std::numeric_limits<double>::infinity()};
+  boost::numeric::ublas::vector<double> y_;
+};
+
+}  // namespace youbot_base_sim

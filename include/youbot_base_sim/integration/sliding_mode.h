@@ -1,0 +1,47 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+
+#include "youbot_base_sim/physics/state.h"
+
+namespace youbot_base_sim {
+
+/// Decides when a wheel that chatters on an edge enters sliding mode, where it stands on both rollers.
+///
+/// Where both rollers drive the wheel back over the edge, it crosses with ever more switches in ever less time. It may
+/// enter sliding mode after kMinChatter reversals that follow one another within kWindow, if its momentum no longer
+/// counts, and it must after kMaxChatter of them.
+class SlidingMode {
+ public:
+  /// Wheel i crosses its edge at time t (s) in `direction`; x is its state there and `max_momentum` (m/s) a speed of
+  /// the platform that does not count. True if it enters sliding mode instead.
+  template <class System>
+  bool enters(const System& system, const State& x, double t, int i, int direction, double max_momentum) {
+    if (direction != -last_direction_[i] || t > last_crossing_[i] + kWindow) reversals_[i] = 0;
+    last_direction_[i] = direction;
+    last_crossing_[i] = t;
+    if (++reversals_[i] <= kMinChatter || !system.attractive(i, x, t)) return false;
+    return reversals_[i] > kMaxChatter || system.momentum(i, x) < max_momentum;
+  }
+
+  /// Wheel i has left sliding mode.
+  void left(int i) { reversals_[i] = 0; }
+
+  /// By how much the share of a roller of wheel i exceeds [0, 1] at the state x and time t: the contact is no longer
+  /// shared where this is positive.
+  template <class System>
+  static double excess(const System& system, int i, const State& x, double t) {
+    const double alpha = system.alpha(i, x.velocities(), t);
+    return std::max(alpha - 1, -alpha);
+  }
+
+ private:
+  static constexpr int kMinChatter = 8, kMaxChatter = 32;
+  static constexpr double kWindow = 1e-3;  // s
+
+  std::array<int, kWheels> last_direction_{}, reversals_{};
+  std::array<double, kWheels> last_crossing_{};
+};
+
+}  // namespace youbot_base_sim

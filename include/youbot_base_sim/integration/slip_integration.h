@@ -1,0 +1,78 @@
+#pragma once
+
+#include <boost/numeric/odeint/integrate/integrate_adaptive.hpp>
+#include <boost/numeric/odeint/integrate/integrate_n_steps.hpp>
+#include <functional>
+
+#include "youbot_base_sim/integration/fallback_stepper.h"
+#include "youbot_base_sim/integration/guarded_stepper.h"
+#include "youbot_base_sim/integration/integration.h"
+#include "youbot_base_sim/integration/located_stepper.h"
+#include "youbot_base_sim/integration/slip_system.h"
+
+namespace youbot_base_sim {
+
+/// Models 2a and 2b by any Controlled Stepper of odeint's form: odeint's loops over a GuardedStepper around a
+/// LocatedStepper around it.
+template <class Law, class Stepper>
+class SlipIntegration : public Integration {
+ public:
+  /// `make_stepper(statistics)` makes the Stepper. `torque` must outlive the integration.
+  template <class MakeStepper>
+  SlipIntegration(const SlipModel<Law>& model, const TorqueProfile& torque, const State& start,
+                  const Tolerance& tolerance, const WorkBound& bound, const MakeStepper& make_stepper)
+      : system_(model, torque, start),
+        switches_(statistics_),
+        stepper_(LocatedStepper<Stepper>(make_stepper(statistics_), tolerance, switches_, statistics_), bound,
+                 switches_, statistics_) {}
+
+  void advance_periods(State& x, double t, double period, std::size_t n, const PeriodObserver& observer) override {
+    std::size_t k = 0;
+    const auto observe = [&](const State& state, double now) {
+      if (system_.averages()) record_passed_rollers(state, now);
+      observer(k++);
+    };
+    boost::numeric::odeint::integrate_n_steps(std::ref(stepper_), std::ref(system_), x, t, period, n,
+                                              std::ref(observe));
+  }
+
+  void advance(State& x, double t, double t_end) override {
+    if (!(t < t_end)) return;
+    boost::numeric::odeint::integrate_adaptive(std::ref(stepper_), std::ref(system_), x, t, t_end, t_end - t);
+    if (system_.averages()) record_passed_rollers(x, t_end);
+  }
+
+  void torque_jumped() override { stepper_.torque_jumped(); }
+  double kinetic_energy(const State& x) const override {
+    return youbot_base_sim::kinetic_energy(system_.model().robot(), x);
+  }
+  Contacts contacts(const State& x, double t) const override {
+    return system_.contacts(x.velocities(), x.phi(), system_.torque().value(t));
+  }
+  std::int64_t roller(int i) const override { return system_.roller(i); }
+  std::optional<std::int64_t> other_roller(int i) const override {
+    if (!system_.shared(i)) return std::nullopt;
+    return 2 * system_.lower_roller(i) + 1 - system_.roller(i);
+  }
+  double resting_angle(int i, int k) const override { return system_.resting_angle(i, k); }
+  std::vector<RollerSwitch> take_switches() override { return switches_.take(); }
+  const IntegrationStatistics& statistics() const override {
+    statistics_.evaluations = system_.evaluations();
+    return statistics_;
+  }
+
+ private:
+  // One record for all the rollers that a wheel with an averaged contact has passed since the last one.
+  void record_passed_rollers(const State& x, double t) {
+    for (int i = 0; i < kWheels; ++i) {
+      if (system_.averaged(i)) stepper_.stepper().record_passed_rollers(system_, x, t, i);
+    }
+  }
+
+  mutable IntegrationStatistics statistics_;
+  SlipSystem<Law> system_;
+  SwitchLog switches_;
+  GuardedStepper<LocatedStepper<Stepper>, FallbackStepper<Law>> stepper_;
+};
+
+}  // namespace youbot_base_sim

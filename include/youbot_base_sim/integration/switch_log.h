@@ -1,0 +1,44 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <cstdlib>
+#include <vector>
+
+#include "youbot_base_sim/integration/statistics.h"
+#include "youbot_base_sim/physics/roller_geometry.h"
+#include "youbot_base_sim/physics/roller_switch.h"
+
+namespace youbot_base_sim {
+
+/// The switches that nobody has taken yet, in order of time. It has room for kRoom before it allocates.
+class SwitchLog {
+ public:
+  explicit SwitchLog(IntegrationStatistics& statistics) : statistics_(&statistics) { switches_.reserve(kRoom); }
+
+  /// Wheel i of n rollers went from roller `from` to roller `to` (unwrapped) at time t (s) and wheel angle phi (rad);
+  /// nothing if they are the same. More than one roller makes one record with their count.
+  void record(double t, int i, std::int64_t from, std::int64_t to, int n, double phi) {
+    if (to == from) return;
+    const std::int64_t count = std::abs(to - from);
+    statistics_->switches += static_cast<std::uint64_t>(count);
+    switches_.push_back({t, i, wrapped(from, n), wrapped(to, n), phi, to > from ? +1 : -1, count});
+    for (std::size_t k = switches_.size() - 1; k > 0 && switches_[k].t < switches_[k - 1].t; --k) {
+      std::swap(switches_[k], switches_[k - 1]);
+    }
+  }
+
+  std::vector<RollerSwitch> take() {
+    std::vector<RollerSwitch> taken(switches_);
+    switches_.clear();  // which keeps its memory
+    return taken;
+  }
+
+ private:
+  static constexpr std::size_t kRoom = 1024;
+
+  IntegrationStatistics* statistics_;
+  std::vector<RollerSwitch> switches_;
+};
+
+}  // namespace youbot_base_sim

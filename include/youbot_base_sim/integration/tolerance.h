@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cmath>
+
+#include "youbot_base_sim/physics/state.h"
+
+namespace youbot_base_sim {
+
+/// Errors that a step may make: relative to a velocity, and absolute (a value in SI units for every component).
+struct Tolerance {
+  double relative;
+  double absolute;
+};
+
+/// Errors of the velocities u that count as 1, m/s and rad/s. The platform's velocities are judged together, 1 rad/s
+/// as 1 m/s. A roller's rate counts a tenth: the bearing stops its error within 1e-7 s, and what remains is the impulse,
+/// which is as small as the roller's inertia.
+inline Velocities error_scale(const Tolerance& tolerance, const Velocities& u) {
+  constexpr double kRollerScale = 10;
+  return {Wheels::Constant(tolerance.absolute + tolerance.relative * u.v.matrix().norm()),
+          tolerance.absolute + tolerance.relative * u.dphi.abs(),
+          kRollerScale * (tolerance.absolute + tolerance.relative * u.dgamma.abs())};
+}
+
+/// Root of the mean square of an error in units of its scale, over the eleven velocities.
+inline double error_norm(const Velocities& error, const Velocities& scale) {
+  return std::sqrt(
+      ((error.v / scale.v).square() + (error.dphi / scale.dphi).square() + (error.dgamma / scale.dgamma).square())
+          .sum() /
+      11);
+}
+
+}  // namespace youbot_base_sim

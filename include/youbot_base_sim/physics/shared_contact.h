@@ -1,0 +1,78 @@
+#pragma once
+
+#include <Eigen/Dense>
+
+#include "youbot_base_sim/physics/slip_model.h"
+
+namespace youbot_base_sim {
+
+/// A wheel that stands on two rollers at once, on the edge between them, where each roller alone would drive it back
+/// to the other. Then dphi = 0, and the friction is alpha times that of the upper roller plus 1 - alpha times that of
+/// the lower one, with the alpha that keeps the wheel on the edge, J_1 ddphi = 0 (A. F. Filippov, Differential
+/// Equations with Discontinuous Righthand Sides, 1988). This is wheel i under the torque M (N m); dphi_i must be zero.
+template <class Law>
+class SharedContact {
+ public:
+  SharedContact(const SlipModel<Law>& model, int i, const Velocities& u, double M)
+      : model_(model),
+        i_(i),
+        lower_(model.contacts(u, Wheels::Constant(0.5 * model.geometry().pitch()))),
+        upper_(model.contacts(u, Wheels::Constant(-0.5 * model.geometry().pitch()))),
+        alpha_((M / model.robot().R - lower_.F_X[i]) / (upper_.F_X[i] - lower_.F_X[i])) {}
+
+  /// The upper roller's share; the wheel is held where it lies in [0, 1]. Not finite where both pull alike.
+  double alpha() const { return alpha_; }
+
+  /// Whether the edge is attractive: both rollers drive the wheel back to it rather than away from it.
+  bool attractive() const { return alpha_ >= 0 && alpha_ <= 1 && upper_.F_X[i_] > lower_.F_X[i_]; }
+
+  /// Sets the wheel's entries of the contacts. Slip and offset become weighted means, as the friction does.
+  void put(Contacts& c) const {
+    for (Wheels Contacts::*entry :
+         {&Contacts::V_PX, &Contacts::V_PY, &Contacts::F_X, &Contacts::F_Y, &Contacts::Delta_Y, &Contacts::M_Z}) {
+      (c.*entry)[i_] = alpha_ * (upper_.*entry)[i_] + (1 - alpha_) * (lower_.*entry)[i_];
+    }
+  }
+
+  /// Sets the wheel's entries of the damping matrix: each roller's own, weighted, and the change of the shares.
+  void put(DampingMatrix& G) const {
+    DampingMatrix upper, lower;
+    model_.damping(upper_, upper);
+    model_.damping(lower_, lower);
+    // Forces on V_X, V_Y, Omega and dgamma by the same velocities
+    const auto matrix = [this](const DampingMatrix& g) {
+      Eigen::Matrix4d m;
+      for (int row = 0; row < 3; ++row) {
+        for (int k = 0; k < 3; ++k) m(row, k) = g.platform_platform[row][k][i_];
+        m(row, 3) = g.platform_dgamma[row][i_];
+        m(3, row) = g.dgamma_platform[row][i_];
+      }
+      m(3, 3) = g.dgamma_dgamma[i_];
+      return m;
+    };
+    const Eigen::Matrix4d m = alpha_ * matrix(upper) + (1 - alpha_) * matrix(lower);
+    const Eigen::RowVector4d F_X = alpha_ * matrix(upper).row(0) + (1 - alpha_) * matrix(lower).row(0);
+    const Eigen::Matrix4d all = m - (forces(upper_) - forces(lower_)) * F_X / (upper_.F_X[i_] - lower_.F_X[i_]);
+    for (int row = 0; row < 3; ++row) {
+      for (int k = 0; k < 3; ++k) G.platform_platform[row][k][i_] = all(row, k);
+      G.platform_dgamma[row][i_] = all(row, 3);
+      G.dgamma_platform[row][i_] = all(3, row);
+      G.platform_dphi[row][i_] = G.dphi_platform[row][i_] = 0;
+    }
+    G.dgamma_dgamma[i_] = all(3, 3);
+    G.dphi_dphi[i_] = model_.robot().mu_1[i_];
+    G.dphi_dgamma[i_] = 0;
+  }
+
+ private:
+  Eigen::Vector4d forces(const Contacts& c) const {
+    return {c.F_X[i_], c.F_Y[i_], c.M_Z[i_], c.r_Y[i_] * c.F_Y[i_] - c.r_X[i_] * c.F_X[i_]};
+  }
+
+  const SlipModel<Law>& model_;
+  int i_;
+  Contacts lower_, upper_;
+  double alpha_;
+};
+
+}  // namespace youbot_base_sim
