@@ -121,6 +121,8 @@ TEST_F(SceneTest, RefusesInOneLineThatNamesKeyValueAndWhatIsAllowed) {
   expect_refused(d + "solver: {relative_tolerance: 1}", "solver.relative_tolerance", "1", "0.1");
   expect_refused(d + "solver: {control_period: -1}", "solver.control_period", "-1", ">= 0");
   expect_refused(d + "model: rigid", "model", "rigid", "no_slip, viscous or coulomb");
+  expect_refused(d + "model: [coulomb]", "model", "[coulomb]", "no_slip, viscous or coulomb");
+  expect_refused("duration: 1\ndrive: {torque_table: [x.csv]}", "drive.torque_table", "[x.csv]", "CSV file");
   expect_refused(d + "model: no_slip\ninitial: {wheel_rates: [1, 0, 0, 0]}", "initial.wheel_rates", "[1, 0, 0, 0]",
                  "left out");
   expect_refused(d + "colour: red", "colour", "red", "unknown key");
@@ -142,6 +144,28 @@ TEST_F(SceneTest, RefusesInOneLineThatNamesKeyValueAndWhatIsAllowed) {
   expect_refused("", "scene", "", "keys");
   EXPECT_THROW(load_scene(folder_.path("missing.yaml")), SceneError);
   EXPECT_THROW(load_scene(folder_.write("s.yaml", kDrive), {"rigid"}), SceneError);
+}
+
+TEST_F(SceneTest, RefusesUnknownKeysOfEverySection) {
+  const std::string d = kDrive;
+  for (const char* section : {"robot", "floor", "initial", "solver"}) {
+    expect_refused(d + section + ": {colour: red}", std::string(section) + ".colour", "red", "unknown key");
+  }
+  expect_refused("duration: 1\ndrive: {colour: red}", "drive.colour", "red", "reference_motion, torque, torque_table");
+  expect_refused("duration: 1\ndrive: {torque: [{start: 0, colour: red}]}", "drive.torque[0].colour", "red",
+                 "start, constant, cos, sin, period");
+  expect_refused("duration: 1\ndrive: {reference_motion: {period: 1, colour: red}}", "drive.reference_motion.colour",
+                 "red", "period, V_X, V_Y, Omega");
+}
+
+TEST_F(SceneTest, SuggestsTheKeyThatIsMeant) {
+  const std::string d = kDrive;
+  expect_refused(d + "robot: {body_mas: 3}", "robot.body_mas", "3", "; did you mean body_mass?");
+  expect_refused(d + "floor: {fricton: 3}", "floor.fricton", "3", "; did you mean friction?");
+  // Rather than that a required key is left out.
+  expect_refused("durtion: 1", "durtion", "1", "; did you mean duration?");
+  expect_refused("duration: 1\ndrive: {torqe: [{start: 0}]}", "drive.torqe", "start", "; did you mean torque?");
+  EXPECT_EQ(refusal(d + "robot: {colour: 3}").find("did you mean"), std::string::npos);
 }
 
 TEST_F(SceneTest, TablesAreHeldFromRowToRow) {
