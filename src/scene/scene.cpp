@@ -6,6 +6,7 @@
 
 #include "scene_section.h"
 #include "wheel_table.h"
+#include "youbot_base_sim/integration/methods.h"
 
 namespace youbot_base_sim {
 
@@ -16,6 +17,10 @@ constexpr Named<Model> kModels[] = {
 
 constexpr Named<RollerRateAtSwitch> kRollerRates[] = {{"continuous", RollerRateAtSwitch::kContinuous},
                                                       {"at_rest", RollerRateAtSwitch::kAtRest}};
+
+[[noreturn]] void refuse_override(const char* name, const std::string& value, const std::vector<std::string>& allowed) {
+  throw SceneError(fmt::format("{} = {}: must be {}", name, value, alternatives(allowed)));
+}
 
 /// The robot must stand on the floor with all four wheels.
 RobotParameters read_robot(SceneSection s, const FloorParameters& floor) {
@@ -68,6 +73,11 @@ FloorParameters read_floor(SceneSection s) {
 
 SolverSettings read_solver(SceneSection s, const SceneOverrides& overrides) {
   SolverSettings solver;
+  s["method"].choice(solver.method, method_names());
+  if (!overrides.method.empty()) {
+    if (!is_method(overrides.method)) refuse_override("method", overrides.method, method_names());
+    solver.method = overrides.method;
+  }
   s["relative_tolerance"].number(solver.relative_tolerance, {1e-14, 0.1, true, "a number from 1e-14 to 0.1"});
   if (overrides.relative_tolerance >= 0) solver.relative_tolerance = overrides.relative_tolerance;
   solver.absolute_tolerance = 1e-3 * solver.relative_tolerance;
@@ -202,7 +212,7 @@ Model model_from_name(const std::string& name) {
     if (name == candidate.name) return candidate.value;
     names.push_back(candidate.name);
   }
-  throw SceneError(fmt::format("model = {}: must be {}", name, alternatives(names)));
+  refuse_override("model", name, names);
 }
 
 Scene load_scene(const std::string& path, const SceneOverrides& overrides) {

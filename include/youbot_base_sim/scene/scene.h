@@ -25,6 +25,7 @@ struct SolverSettings {
   double relative_tolerance = 3e-7;
   double absolute_tolerance = 3e-10;  ///< SI units; 1e-3 of the relative one unless given
   double control_period = 0;          ///< s; > 0: the drive is sampled and held over this period; 0: continuous in time
+  std::string method = "radau";       ///< of integration: one of method_names()
 };
 
 /// Wheel rates from a table, rad/s, tracked by the wheels' velocity loop.
@@ -51,11 +52,13 @@ class SceneError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// What a command line or a parameter says over the file's head; a negative number or an empty name says nothing.
+/// What a command line or a parameter puts in place of what the file says; a negative number or an empty name keeps the
+/// file's.
 struct SceneOverrides {
   std::string model;
   double relative_tolerance = -1;
   double control_period = -1;
+  std::string method;
 };
 
 /// Reads a scene file. Throws SceneError.
