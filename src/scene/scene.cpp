@@ -22,7 +22,7 @@ constexpr Named<RollerRateAtSwitch> kRollerRates[] = {{"continuous", RollerRateA
   throw SceneError(fmt::format("{} = {}: must be {}", name, value, alternatives(allowed)));
 }
 
-/// The robot must stand on the floor with all four wheels.
+/// `floor` decides whether all four wheels press on it.
 RobotParameters read_robot(SceneSection s, const FloorParameters& floor) {
   RobotParameters robot;
   s["body_mass"].number(robot.m, kPositive);
@@ -147,7 +147,7 @@ void read_drive(const SceneValue& value, const std::string& scene_path, Scene& s
   if (torque_table.given()) scene.drive = read_table(torque_table, scene_path);
   if (velocity_table.given()) {
     scene.drive = VelocityTable{read_table(velocity_table, scene_path)};
-    // The velocity loop is a sampled one; the driver runs it at 1 kHz.
+    // A velocity loop is sampled; the driver's runs at 1 kHz.
     if (scene.solver.control_period == 0) scene.solver.control_period = 1e-3;
   }
 }

@@ -1,4 +1,4 @@
-// Scene files: what they may say, what is left out, and how each mistake is refused.
+// Scene files: keys, defaults, tables, and one line that refuses each mistake.
 
 #include "youbot_base_sim/scene/scene.h"
 
@@ -16,7 +16,7 @@ class SceneTest : public testing::Test {
  protected:
   Scene load(const std::string& text) { return load_scene(folder_.write("scene.yaml", text)); }
 
-  /// What the scene is refused with.
+  /// The error that refuses the scene.
   std::string refusal(const std::string& text) {
     try {
       load(text);
@@ -85,7 +85,7 @@ drive: {torque: [{start: 0, constant: [1, 2, 3, 4]}, {start: 1, cos: [1, 0, 0, 0
   EXPECT_EQ(std::get<TorqueSegments>(scene.drive)[1].period, 3);
 }
 
-TEST_F(SceneTest, ReferenceMotionGivesTheInitialVelocities) {
+TEST_F(SceneTest, InitialVelocityDefaultsToTheReferenceMotions) {
   const Scene scene = load(
       "duration: 1\ndrive: {reference_motion: {period: 30, V_Y: {constant: 0.5, cos: 0.1}, "
       "Omega: {constant: 0.2}}}\n");
@@ -163,7 +163,7 @@ TEST_F(SceneTest, SuggestsTheKeyThatIsMeant) {
   const std::string d = kDrive;
   expect_refused(d + "robot: {body_mas: 3}", "robot.body_mas", "3", "; did you mean body_mass?");
   expect_refused(d + "floor: {fricton: 3}", "floor.fricton", "3", "; did you mean friction?");
-  // Rather than that a required key is left out.
+  // The misspelling is the error, not the required key that is missing because of it.
   expect_refused("durtion: 1", "durtion", "1", "; did you mean duration?");
   expect_refused("duration: 1\ndrive: {torqe: [{start: 0}]}", "drive.torqe", "start", "; did you mean torque?");
   EXPECT_EQ(refusal(d + "robot: {colour: 3}").find("did you mean"), std::string::npos);
@@ -209,7 +209,7 @@ TEST_F(SceneTest, OverridesStandInPlaceOfTheFile) {
   EXPECT_EQ(refusal_of(overrides).find("method = leapfrog: must be radau"), 0u);
 }
 
-TEST_F(SceneTest, TablesAreHeldFromRowToRow) {
+TEST_F(SceneTest, TablesHoldFromRowToRow) {
   folder_.write("table.csv", "t,fl,fr,bl,br\n0,1,2,3,4\n0.5,5,6,7,8\n");
   const Scene scene = load("duration: 1\ndrive: {torque_table: table.csv}");
   const auto torque = make_torque_profile(scene);
@@ -232,7 +232,7 @@ TEST_F(SceneTest, RefusesBadTables) {
   EXPECT_NE(refusal("duration: 1\ndrive: {torque_table: gone.csv}").find("gone.csv"), std::string::npos);
 }
 
-TEST_F(SceneTest, VelocityTableHasItsLoopAt1kHz) {
+TEST_F(SceneTest, VelocityTableRunsItsLoopAt1kHz) {
   folder_.write("table.csv", "t,fl,fr,bl,br\n0,1,1,1,1\n");
   EXPECT_EQ(load("duration: 1\ndrive: {velocity_table: table.csv}").solver.control_period, 1e-3);
 }
