@@ -35,7 +35,7 @@ class Program {
   std::string err() const { return folder_.read("err"); }
 
  private:
-  static constexpr unsigned kTimeLimit = 30;  // s, after which a signal ends a program that hangs
+  static constexpr unsigned kTimeLimit = 60;  // s, after which a signal ends a program that hangs
 
   TemporaryFolder folder_;
   boost::process::child child_;
