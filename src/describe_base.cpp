@@ -2,58 +2,55 @@
 
 #include <fmt/format.h>
 
+#include <boost/program_options.hpp>
 #include <cstdio>
+#include <iostream>
 #include <string>
 
 #include "youbot_base_sim/scene/scene.h"
 #include "youbot_base_sim/scene/urdf.h"
 
-namespace {
-
-constexpr char kUsage[] =
-    "usage: describe_base [--turning-rollers] [SCENE.yaml]\n"
-    "Prints the URDF of the base that the scene simulates; without a scene, of the paper's robot.\n"
-    "\n"
-    "  --turning-rollers   continuous roller joints, for a node that publishes the rollers' joint states; without it\n"
-    "                      they are fixed, and the driver's eight joint states are enough\n";
-
-int refuse(const std::string& reason) {
-  fmt::print(stderr, "describe_base: {}\n", reason);
-  return 2;
-}
-
-}  // namespace
-
 int main(int argc, char** argv) {
   using namespace youbot_base_sim;
-  std::string scene;
-  auto rollers = RollerJoints::kFixed;
-  for (int i = 1; i < argc; ++i) {
-    const std::string argument = argv[i];
-    if (argument == "--help" || argument == "-h") {
-      std::fputs(kUsage, stdout);
+  namespace po = boost::program_options;
+  std::string scene;  // empty also where it is an argument of a launch file that is not set
+  bool turning_rollers = false;
+  po::options_description options("Options");
+  // clang-format off
+  options.add_options()
+    ("turning-rollers", po::bool_switch(&turning_rollers),
+     "continuous roller joints, for a node that publishes the rollers' joint states; without it they are fixed, and "
+     "the driver's eight joint states are enough")
+    ("help,h", "print this");
+  // clang-format on
+  po::options_description all;
+  all.add(options).add_options()("scene", po::value(&scene));
+  try {
+    po::variables_map given;
+    po::store(po::command_line_parser(argc, argv)
+                  .options(all)
+                  .positional(po::positional_options_description().add("scene", 1))
+                  .run(),
+              given);
+    po::notify(given);
+    if (given.count("help")) {
+      std::cout << "Usage: describe_base [SCENE.yaml] [options]\n\nPrints the URDF of the base that the scene "
+                   "simulates; without a scene, of the paper's robot.\n\n"
+                << options;
       return 0;
     }
-    if (argument == "--turning-rollers") {
-      rollers = RollerJoints::kTurning;
-    } else if (argument.rfind("-", 0) == 0) {
-      return refuse(fmt::format("unknown option {}; see --help", argument));
-    } else if (!scene.empty()) {
-      return refuse("takes one scene at most; see --help");
-    } else {
-      scene = argument;  // empty where it is a launch file's argument that nobody has set
-    }
-  }
-
-  try {
     const RobotParameters robot = scene.empty() ? RobotParameters() : load_scene(scene).robot;
-    const std::string document = urdf(robot, rollers);
-    if (std::fputs(document.c_str(), stdout) < 0 || std::fflush(stdout) != 0) {
-      std::perror("describe_base: standard output");
-      return 1;
-    }
+    std::cout << urdf(robot, turning_rollers ? RollerJoints::kTurning : RollerJoints::kFixed) << std::flush;
+  } catch (const po::error& error) {
+    fmt::print(stderr, "describe_base: {}; see describe_base --help\n", error.what());
+    return 2;
   } catch (const SceneError& error) {
-    return refuse(error.what());
+    fmt::print(stderr, "describe_base: {}\n", error.what());
+    return 2;
+  }
+  if (!std::cout) {
+    std::perror("describe_base: standard output");
+    return 1;
   }
   return 0;
 }

@@ -11,6 +11,7 @@
 #include <memory>
 #include <optional>
 
+#include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/record/csv.h"
 #include "youbot_base_sim/record/summary.h"
 #ifdef YOUBOT_BASE_SIM_ROS
@@ -33,6 +34,13 @@ struct Arguments {
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
+/// What --help says of the methods.
+std::string method_help() {
+  std::string text = "how to integrate, in place of the scene's solver.method:\n";
+  for (const Method& method : methods()) text += fmt::format("{}: {}\n", method.name, method.description);
+  return text;
+}
+
 /// Reads the command line; false if all that was wanted was help. Throws boost::program_options::error or SceneError.
 bool read_arguments(int argc, char** argv, Arguments& arguments) {
   namespace po = boost::program_options;
@@ -45,6 +53,7 @@ bool read_arguments(int argc, char** argv, Arguments& arguments) {
     ("summary", po::value(&arguments.summary)->value_name("FILE"), "write the final state and statistics as JSON")
     ("model", po::value(&arguments.overrides.model)->value_name("NAME"),
      "no_slip, viscous or coulomb, in place of the scene's")
+    ("method", po::value(&arguments.overrides.method)->value_name("NAME"), method_help().c_str())
     ("relative-tolerance", po::value(&arguments.overrides.relative_tolerance)->value_name("X"),
      "in place of the scene's, 1e-14 to 0.1; the default, 3e-7, keeps the paper's Cases 1 and 2 within 1e-5 m and "
      "1e-5 rad of the exact motion over 30 s")

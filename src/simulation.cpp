@@ -61,8 +61,9 @@ class Simulation::Loop {
       torque_->begin_segment(0);
     }
     const SolverSettings& solver = scene_.solver;
-    integration_ = make_integration(scene_.model, scene_.robot, scene_.floor, state_, *torque_,
-                                    {solver.method, {solver.relative_tolerance, solver.absolute_tolerance}, solver.step});
+    integration_ =
+        make_integration(scene_.model, scene_.robot, scene_.floor, state_, *torque_,
+                         {solver.method, {solver.relative_tolerance, solver.absolute_tolerance}, solver.step});
     initial_energy_ = integration_->kinetic_energy(state_);
   }
 
@@ -166,7 +167,8 @@ std::array<int, kWheels> Simulation::rollers() const {
 std::array<std::optional<int>, kWheels> Simulation::other_rollers() const {
   std::array<std::optional<int>, kWheels> rollers;
   for (int i = 0; i < kWheels; ++i) {
-    if (const auto other = loop_->integration_->other_roller(i)) rollers[i] = wrapped(*other, loop_->scene_.robot.rollers);
+    if (const auto other = loop_->integration_->other_roller(i))
+      rollers[i] = wrapped(*other, loop_->scene_.robot.rollers);
   }
   return rollers;
 }

@@ -1,11 +1,11 @@
 // The program `simulate` as a user runs it: its files, messages and exit status.
 
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "temporary_folder.h"
+#include "program.h"
 
 namespace youbot_base_sim {
 namespace {
@@ -16,12 +16,6 @@ const char kScene[] =
 
 class SimulateTest : public testing::Test {
  protected:
-  /// Exit status of `simulate ARGUMENTS`; stdout and stderr go to the files out and err.
-  int run(const std::string& arguments) {
-    const std::string command =
-        std::string(SIMULATE) + " " + arguments + " >" + folder_.path("out") + " 2>" + folder_.path("err");
-    return WEXITSTATUS(std::system(command.c_str()));
-  }
   static long lines(const std::string& text) { return std::count(text.begin(), text.end(), '\n'); }
 
   TemporaryFolder folder_;
@@ -29,10 +23,9 @@ class SimulateTest : public testing::Test {
 
 TEST_F(SimulateTest, WritesWhatItIsAskedFor) {
   const std::string scene = folder_.write("scene.yaml", kScene);
-  ASSERT_EQ(run(scene + " --csv " + folder_.path("a.csv") + " --switches " + folder_.path("s.csv") + " --summary " +
-                folder_.path("s.json")),
-            0)
-      << folder_.read("err");
+  Program simulate(SIMULATE, {scene, "--csv", folder_.path("a.csv"), "--switches", folder_.path("s.csv"), "--summary",
+                              folder_.path("s.json")});
+  ASSERT_EQ(simulate.wait(), 0) << simulate.err();
   const std::string csv = folder_.read("a.csv");
   EXPECT_EQ(csv.substr(0, csv.find('\n')),
             "t,x,y,psi,V_X,V_Y,Omega,phi_fl,phi_fr,phi_bl,phi_br,dphi_fl,dphi_fr,dphi_bl,dphi_br,"
@@ -49,14 +42,15 @@ TEST_F(SimulateTest, WritesWhatItIsAskedFor) {
   for (const char* key : {"wall_time", "real_time_factor", "steps", "rejected_steps"})
     EXPECT_GE(summary[key], 0) << key;
   for (const char* key : {"x", "y", "psi", "V_X", "V_Y", "Omega"}) EXPECT_TRUE(summary["final"].contains(key)) << key;
-  EXPECT_NE(folder_.read("out").find("roller switches"), std::string::npos);
-  EXPECT_EQ(folder_.read("err"), "");  // no progress bar into a file
+  EXPECT_NE(simulate.out().find("roller switches"), std::string::npos);
+  EXPECT_EQ(simulate.err(), "");  // no progress bar into a file
 }
 
 TEST_F(SimulateTest, NumbersReadBackToTheSameDouble) {
   const std::string scene = folder_.write("scene.yaml", kScene);
-  ASSERT_EQ(run(scene + " --quiet --csv " + folder_.path("a.csv") + " --summary " + folder_.path("s.json")), 0);
-  EXPECT_EQ(folder_.read("out"), "");
+  Program simulate(SIMULATE, {scene, "--quiet", "--csv", folder_.path("a.csv"), "--summary", folder_.path("s.json")});
+  ASSERT_EQ(simulate.wait(), 0) << simulate.err();
+  EXPECT_EQ(simulate.out(), "");
   const std::string csv = folder_.read("a.csv");
   const std::string last = csv.substr(csv.rfind('\n', csv.size() - 2) + 1);
   const double x = std::strtod(last.c_str() + last.find(',') + 1, nullptr);
@@ -65,7 +59,9 @@ TEST_F(SimulateTest, NumbersReadBackToTheSameDouble) {
 
 TEST_F(SimulateTest, ModelAndToleranceFromTheCommandLine) {
   const std::string scene = folder_.write("scene.yaml", kScene);
-  ASSERT_EQ(run(scene + " --model no_slip --relative-tolerance 1e-5 --summary " + folder_.path("s.json")), 0);
+  Program simulate(SIMULATE,
+                   {scene, "--model", "no_slip", "--relative-tolerance", "1e-5", "--summary", folder_.path("s.json")});
+  ASSERT_EQ(simulate.wait(), 0) << simulate.err();
   const auto summary = nlohmann::json::parse(folder_.read("s.json"));
   EXPECT_EQ(summary["model"], "no_slip");
   EXPECT_EQ(summary["relative_tolerance"], 1e-5);
@@ -74,27 +70,37 @@ TEST_F(SimulateTest, ModelAndToleranceFromTheCommandLine) {
 
 TEST_F(SimulateTest, RefusedInputExitsWith2AndOneLineAndLeavesNothing) {
   const std::string good = folder_.write("scene.yaml", kScene);
-  const std::string csv = " --csv " + folder_.path("a.csv");
-  for (const std::string& arguments :
-       {folder_.write("bad.yaml", "duration: -1\n") + csv, folder_.path("missing.yaml") + csv,
-        folder_.write("idle.yaml", "duration: 1\n") + csv, good + csv + " --model rigid",
-        good + csv + " --relative-tolerance 2", good + csv + " --relative-tolerance nan",
-        good + csv + " --relative-tolerance x", good + csv + " --colour red", good + " " + good + csv, csv}) {
-    EXPECT_EQ(run(arguments), 2) << arguments;
-    EXPECT_EQ(lines(folder_.read("err")), 1) << folder_.read("err");
-    EXPECT_FALSE(folder_.has("a.csv") || folder_.has("a.csv.part")) << arguments;
+  for (std::vector<std::string> arguments :
+       std::vector<std::vector<std::string>>{{folder_.write("bad.yaml", "duration: -1\n")},
+                                             {folder_.path("missing.yaml")},
+                                             {folder_.write("idle.yaml", "duration: 1\n")},
+                                             {good, "--model", "rigid"},
+                                             {good, "--relative-tolerance", "2"},
+                                             {good, "--relative-tolerance", "nan"},
+                                             {good, "--relative-tolerance", "x"},
+                                             {good, "--colour", "red"},
+                                             {good, good},
+                                             {}}) {
+    const std::string what = arguments.empty() ? "no scene" : arguments.back();
+    arguments.insert(arguments.end(), {"--csv", folder_.path("a.csv")});
+    Program simulate(SIMULATE, arguments);
+    EXPECT_EQ(simulate.wait(), 2) << what;
+    EXPECT_EQ(lines(simulate.err()), 1) << simulate.err();
+    EXPECT_FALSE(folder_.has("a.csv") || folder_.has("a.csv.part")) << what;
   }
 }
 
 TEST_F(SimulateTest, UnwritableFileExitsWith1) {
   const std::string scene = folder_.write("scene.yaml", kScene);
-  EXPECT_EQ(run(scene + " --csv " + folder_.path("no/such/folder.csv")), 1);
-  EXPECT_NE(folder_.read("err").find("no/such/folder.csv"), std::string::npos);
+  Program simulate(SIMULATE, {scene, "--csv", folder_.path("no/such/folder.csv")});
+  EXPECT_EQ(simulate.wait(), 1);
+  EXPECT_NE(simulate.err().find("no/such/folder.csv"), std::string::npos);
 }
 
 TEST_F(SimulateTest, HelpSaysHowTheToleranceWasChosen) {
-  EXPECT_EQ(run("--help"), 0);
-  EXPECT_NE(folder_.read("out").find("1e-5 m"), std::string::npos);
+  Program simulate(SIMULATE, {"--help"});
+  EXPECT_EQ(simulate.wait(), 0);
+  EXPECT_NE(simulate.out().find("1e-5 m"), std::string::npos);
 }
 
 }  // namespace

@@ -2,23 +2,30 @@
 
 #include <stdlib.h>
 
-#include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <sstream>
+#include <stdexcept>
 #include <string>
 
 namespace youbot_base_sim {
 
-/// A folder of its own for a test's files, removed at the end.
+/// A folder for a test's files, removed at the end.
 class TemporaryFolder {
  public:
   TemporaryFolder() {
-    char name[] = "/tmp/youbot_base_sim_test_XXXXXX";
-    path_ = mkdtemp(name);
+    std::string name = std::filesystem::temp_directory_path() / "youbot_base_sim_test_XXXXXX";
+    if (!mkdtemp(name.data())) throw std::runtime_error(name + " cannot be made");
+    path_ = name;
   }
-  ~TemporaryFolder() { std::system(("rm -rf " + path_).c_str()) == 0 ? void() : void(); }
+  ~TemporaryFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
 
-  std::string path(const std::string& name) const { return path_ + "/" + name; }
+  std::string path(const std::string& name) const { return path_ / name; }
 
   /// Writes a file and returns its path.
   std::string write(const std::string& name, const std::string& text) const {
@@ -32,10 +39,10 @@ class TemporaryFolder {
     return text.str();
   }
 
-  bool has(const std::string& name) const { return std::ifstream(path(name)).good(); }
+  bool has(const std::string& name) const { return std::filesystem::exists(path(name)); }
 
  private:
-  std::string path_;
+  std::filesystem::path path_;
 };
 
 }  // namespace youbot_base_sim

@@ -8,8 +8,8 @@ namespace youbot_base_sim {
 namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
-constexpr double kSlack = 1e-9;  // s, for times that are sums of control periods
-constexpr SetPoint kStandStill{DriveMode::kVelocity, 0};
+constexpr double kSlack = 1e-9;  // s, for the rounding of times that are sums of control periods
+constexpr SetPoint kHoldAtRest{DriveMode::kVelocity, 0};
 
 }  // namespace
 
@@ -20,7 +20,7 @@ BaseDriver::BaseDriver(const Settings& settings, const Wheels& phi)
       sensors_(settings.motor, settings.quantized, phi),
       last_command_(kNever),
       ethercat_lost_since_(kNever) {
-  keep_all(kStandStill);
+  send_to_all(kHoldAtRest);
   silent_since_.fill(kNever);
 }
 
@@ -35,14 +35,14 @@ bool BaseDriver::switch_off() {
   if (!present_) return false;
   pending_.clear();
   last_command_ = kNever;
-  keep_all({});
+  send_to_all({});
   motors_on_ = false;
   return true;
 }
 
 bool BaseDriver::switch_on() {
   if (!present_) return false;
-  keep_all(kStandStill);
+  send_to_all(kHoldAtRest);
   motors_on_ = true;
   return true;
 }
@@ -59,18 +59,18 @@ bool BaseDriver::reconnect() {
 void BaseDriver::set_faults(double t, const Faults& faults) {
   faults_ = faults;
   ethercat_lost_since_ = faults.ethercat_lost ? std::min(ethercat_lost_since_, t) : kNever;
-  for (int i = 0; i < kWheels; ++i) silent_since_[i] = answers(i) ? kNever : std::min(silent_since_[i], t);
+  for (int i = 0; i < kWheels; ++i) silent_since_[i] = responds(i) ? kNever : std::min(silent_since_[i], t);
 }
 
 Wheels BaseDriver::sample(double t, const Wheels& dphi) {
-  take_pending(t);
-  watch(t);
-  exchange(t);
+  apply_due_commands(t);
+  check_command_timeout(t);
+  exchange_ethercat(t);
   torque_ = drive_.sample(dphi);
   return torque_ + friction_.sample(dphi, torque_);
 }
 
-void BaseDriver::take_pending(double t) {
+void BaseDriver::apply_due_commands(double t) {
   while (!pending_.empty() && pending_.front().due <= t + kSlack) {
     for (int i = 0; i < kWheels; ++i) {
       if (const auto& set_point = pending_.front().command[i]) sent_[i] = *set_point;
@@ -79,15 +79,15 @@ void BaseDriver::take_pending(double t) {
   }
 }
 
-void BaseDriver::watch(double t) {
+void BaseDriver::check_command_timeout(double t) {
   if (settings_.command_timeout == 0 || timed_out_ || t < last_command_ + settings_.command_timeout - kSlack) return;
   timed_out_ = true;
-  keep_all(kStandStill);
+  send_to_all(kHoldAtRest);
 }
 
-void BaseDriver::exchange(double t) {
+void BaseDriver::exchange_ethercat(double t) {
   for (int i = 0; i < kWheels; ++i) {
-    if (answers(i)) {
+    if (responds(i)) {
       const SetPoint limited = settings_.motor.limited(sent_[i]);
       drive_.command(i, settings_.quantized ? settings_.motor.transmitted(limited) : limited);
     } else if (t >= silent_since_[i] + kEthercatTimeout - kSlack) {
@@ -96,9 +96,9 @@ void BaseDriver::exchange(double t) {
   }
   if (faults_.ethercat_lost && t >= ethercat_lost_since_ + kEthercatTimeout - kSlack) {
     present_ = motors_on_ = false;
-    // Nothing of before moves the base when the cable is in again.
+    // No earlier command moves the base when the cable is back.
     pending_.clear();
-    keep_all({});
+    send_to_all({});
   }
 }
 

@@ -11,7 +11,7 @@ namespace youbot_base_sim {
 
 namespace {
 
-/// Reads numbers of one file and names it in errors.
+/// Reads values from one file and names the file in errors.
 class Reader {
  public:
   explicit Reader(const std::string& path) : path_(path) {
@@ -34,7 +34,7 @@ class Reader {
     return number;
   }
 
-  /// Refuses what the simulation cannot do otherwise.
+  /// Refuses any value but `only`, the one that the simulation implements.
   void expect(const std::string& section, const std::string& key, const std::string& only) const {
     const std::string text = value(section, key);
     if (text != only) throw refusal(section, key, text, only);
@@ -47,7 +47,7 @@ class Reader {
 
  private:
   std::string value(const std::string& section, const std::string& key) const {
-    // Keys have no dots but those of no path: '/' separates here.
+    // Property trees split a path at dots, which may be part of a key; '/' is not.
     const auto found =
         tree_.get_optional<std::string>(boost::property_tree::ptree::path_type(section + "/" + key, '/'));
     if (!found) throw DriverConfigurationError(fmt::format("{}: [{}] {} is missing", path_, section, key));
@@ -68,7 +68,7 @@ Motor read_motor(const Reader& reader, const std::string& section) {
   return motor;
 }
 
-bool alike(const Motor& a, const Motor& b) {
+bool equal(const Motor& a, const Motor& b) {
   return a.gear_ratio == b.gear_ratio && a.encoder_ticks == b.encoder_ticks && a.torque_constant == b.torque_constant;
 }
 
@@ -87,7 +87,7 @@ DriverConfiguration load_driver_configuration(const std::string& folder, const s
   configuration.motor = read_motor(reader, "Joint_1");
   for (int i = 1; i < kWheels; ++i) {
     const std::string section = fmt::format("Joint_{}", i + 1);
-    if (alike(read_motor(reader, section), configuration.motor)) continue;
+    if (equal(read_motor(reader, section), configuration.motor)) continue;
     throw DriverConfigurationError(
         fmt::format("{}/{}.cfg: [{}]: motor and gear must be those of [Joint_1]", folder, name, section));
   }

@@ -26,7 +26,7 @@ Eigen::Vector3d ReferenceMotion::jerk(double t) const {
 ReferenceTorque::ReferenceTorque(const RobotParameters& robot, const ReferenceMotion& motion)
     : model_(robot), motion_(motion) {
   constant_ = cos_ = sin_ = cos_2_ = sin_2_ = Wheels::Zero();
-  constexpr int kSamples = 5;  // as many as there are coefficients
+  constexpr int kSamples = 5;  // as many as coefficients: a discrete Fourier transform
   for (int k = 0; k < kSamples; ++k) {
     const double part = static_cast<double>(k) / kSamples, t = part * motion.period, angle = 2 * M_PI * part;
     const Wheels M = model_.torque(motion.velocity(t), motion.acceleration(t)) / kSamples;

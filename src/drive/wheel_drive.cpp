@@ -13,7 +13,7 @@ void WheelDrive::command(int i, const SetPoint& set_point) {
 }
 
 Wheels WheelDrive::sample(const Wheels& dphi) {
-  const double most = motor_.most_torque();
+  const double max = motor_.max_torque();
   Wheels torque = Wheels::Zero();
   for (int i = 0; i < kWheels; ++i) {
     const auto [mode, value] = set_points_[i];
@@ -21,10 +21,10 @@ Wheels WheelDrive::sample(const Wheels& dphi) {
     if (mode != DriveMode::kVelocity) continue;
     const double error = value - dphi[i];
     const double integral = integral_[i] + gains_.integral * control_period_ * error;
-    const double wanted = gains_.proportional * error + integral;
-    torque[i] = std::max(-most, std::min(wanted, most));
-    // No wind-up: at the limit the integral moves only back from it.
-    if (torque[i] == wanted || error * wanted < 0) integral_[i] = integral;
+    const double unlimited = gains_.proportional * error + integral;
+    torque[i] = std::clamp(unlimited, -max, max);
+    // Anti-windup: while the torque is limited, the integral only moves away from the limit.
+    if (torque[i] == unlimited || error * unlimited < 0) integral_[i] = integral;
   }
   return torque;
 }

@@ -43,8 +43,8 @@ void WheelOdometry::update(const Wheels& phi) {
 void WheelOdometry::update_covariance(const Wheels& turned, const Eigen::Vector3d& moved) {
   constexpr double kTurn = 2 * M_PI;
   const double c = std::cos(pose_[2]), s = std::sin(pose_[2]);
-  // Derivatives of `update`: by the pose before, and by each wheel's turning, of which displacements are turned by the
-  // heading that is already the new one.
+  // Derivatives of the new pose by the old pose, by the displacement in the frame of the base, and by each wheel's
+  // angle. The displacement is rotated by the new heading, which depends on its own third component.
   Eigen::Matrix3d by_pose = Eigen::Matrix3d::Identity(), by_moved = Eigen::Matrix3d::Identity();
   by_pose(0, 2) = -s * moved[0] - c * moved[1];
   by_pose(1, 2) = c * moved[0] - s * moved[1];
@@ -52,35 +52,35 @@ void WheelOdometry::update_covariance(const Wheels& turned, const Eigen::Vector3
   by_moved.col(2) = by_pose.col(2);
   const Jacobian by_turning = by_moved * kinematics_.jacobian();
   sensitivity_ = by_pose * sensitivity_ + by_turning * turned.matrix().asDiagonal();
-  changing_share_ = by_pose * changing_share_ * by_pose.transpose() +
-                    by_turning * (kTurn * turned.abs()).matrix().asDiagonal() * by_turning.transpose();
+  changing_ = by_pose * changing_ * by_pose.transpose() +
+              by_turning * (kTurn * turned.abs()).matrix().asDiagonal() * by_turning.transpose();
 }
 
 void WheelOdometry::reset(const Wheels& phi) {
   phi_ = phi;
   pose_.setZero();
   sensitivity_.setZero();
-  changing_share_.setZero();
+  changing_.setZero();
 }
 
 namespace {
 
-/// Variance of what is rounded to whole multiples of `step`.
-double rounding(double step) { return step * step / 12; }
+/// Variance of a number that is rounded to a multiple of `step`.
+double rounding_variance(double step) { return step * step / 12; }
 
 }  // namespace
 
 WheelOdometry::Covariance WheelOdometry::pose_covariance() const {
   if (wheel_error_ == 0) return Covariance::Zero();
   const Jacobian J = kinematics_.jacobian();
-  return wheel_error_ * wheel_error_ * (sensitivity_ * sensitivity_.transpose() + changing_share_) +
-         rounding(tick_) * J * J.transpose();
+  return wheel_error_ * wheel_error_ * (sensitivity_ * sensitivity_.transpose() + changing_) +
+         rounding_variance(tick_) * J * J.transpose();
 }
 
 WheelOdometry::Covariance WheelOdometry::velocity_covariance(const Wheels& dphi) const {
   if (wheel_error_ == 0) return Covariance::Zero();
   const Jacobian J = kinematics_.jacobian();
-  const Wheels variance = 2 * (wheel_error_ * dphi).square() + rounding(rpm_);  // two shares
+  const Wheels variance = 2 * (wheel_error_ * dphi).square() + rounding_variance(rpm_);  // two errors
   return J * variance.matrix().asDiagonal() * J.transpose();
 }
 

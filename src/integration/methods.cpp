@@ -40,9 +40,8 @@ std::unique_ptr<Integration> integrate(const Parts& parts, const WorkBound& boun
 
 template <class Law>
 std::unique_ptr<Integration> radau(const Parts& parts) {
-  return integrate<Law, Radau<Law>>(parts, kRealTime, [&](IntegrationStatistics& statistics) {
-    return Radau<Law>(parts.tolerance, statistics);
-  });
+  return integrate<Law, Radau<Law>>(
+      parts, kRealTime, [&](IntegrationStatistics& statistics) { return Radau<Law>(parts.tolerance, statistics); });
 }
 
 template <class Law, class Coefficients>
@@ -66,9 +65,8 @@ std::unique_ptr<Integration> bulirsch_stoer(const Parts& parts) {
 
 template <class Law, class Step>
 std::unique_ptr<Integration> fixed_step(const Parts& parts) {
-  return integrate<Law, FixedStep<Step>>(parts, kComparison, [&](IntegrationStatistics& statistics) {
-    return FixedStep<Step>(parts.step, statistics);
-  });
+  return integrate<Law, FixedStep<Step>>(
+      parts, kComparison, [&](IntegrationStatistics& statistics) { return FixedStep<Step>(parts.step, statistics); });
 }
 
 using Dopri5 = odeint::runge_kutta_dopri5<State>;
@@ -133,6 +131,15 @@ const std::vector<Method>& methods() {
   return kMethods;
 }
 
+const std::vector<std::string>& method_names() {
+  static const std::vector<std::string> kNames = [] {
+    std::vector<std::string> all;
+    for (const Method& method : methods()) all.push_back(method.name);
+    return all;
+  }();
+  return kNames;
+}
+
 const Method* find_method(const std::string& name) {
   const Entry* entry = find_entry(name);
   return entry ? &entry->method : nullptr;
@@ -155,8 +162,8 @@ std::unique_ptr<Integration> make_integration(Model model, const RobotParameters
                                               const IntegrationSettings& settings) {
   if (model == Model::kNoSlip) return std::make_unique<NoSlipIntegration>(robot, torque, settings.tolerance);
   const Entry& entry = *find_entry(settings.method);
-  const Parts parts{robot, floor, start, torque, settings.tolerance,
-                    settings.step > 0 ? settings.step : entry.method.default_step};
+  const Parts parts{
+      robot, floor, start, torque, settings.tolerance, settings.step > 0 ? settings.step : entry.method.default_step};
   return (model == Model::kViscous ? entry.viscous : entry.coulomb)(parts);
 }
 

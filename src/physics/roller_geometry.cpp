@@ -16,7 +16,12 @@ RollerGeometry::RollerGeometry(const RobotParameters& robot)
   const double mean_secant = std::log((1 + std::sin(edge)) / std::cos(edge)) / edge;
   const double mean_cosine = std::sin(edge) / edge;
   const Wheels zero = Wheels::Zero();
-  mean_ = {zero, zero, sin_delta_ * (R_ - R_d_ * mean_secant), zero, Wheels::Constant(cos_delta_ * (R_ * mean_cosine - R_d_)), zero};
+  mean_ = {zero,
+           zero,
+           sin_delta_ * (R_ - R_d_ * mean_secant),
+           zero,
+           Wheels::Constant(cos_delta_ * (R_ * mean_cosine - R_d_)),
+           zero};
 }
 
 std::int64_t RollerGeometry::roller_at(double phi) const {

@@ -2,211 +2,223 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
+
 #include "scene_section.h"
 #include "wheel_table.h"
-#include "youbot_base_sim/physics/inertia.h"
+#include "youbot_base_sim/integration/methods.h"
 
 namespace youbot_base_sim {
 
 namespace {
 
-const char kModelNames[] = "no_slip, viscous or coulomb";
+constexpr Named<Model> kModels[] = {
+    {"no_slip", Model::kNoSlip}, {"viscous", Model::kViscous}, {"coulomb", Model::kCoulomb}};
 
-bool find_model(const std::string& name, Model& model) {
-  for (const Model candidate : {Model::kNoSlip, Model::kViscous, Model::kCoulomb}) {
-    if (name == name_of(candidate)) {
-      model = candidate;
-      return true;
-    }
-  }
-  return false;
+constexpr Named<RollerRateAtSwitch> kRollerRates[] = {{"continuous", RollerRateAtSwitch::kContinuous},
+                                                      {"at_rest", RollerRateAtSwitch::kAtRest}};
+
+[[noreturn]] void refuse_override(const char* name, const std::string& value, const std::vector<std::string>& allowed) {
+  throw SceneError(fmt::format("{} = {}: must be {}", name, value, alternatives(allowed)));
 }
 
-RobotParameters read_robot(const SceneSection& s) {
+/// `floor` decides whether all four wheels press on it.
+RobotParameters read_robot(SceneSection s, const FloorParameters& floor) {
   RobotParameters robot;
-  robot.m = s.number("body_mass", robot.m, kPositive);
-  robot.m_1 = s.number("wheel_mass", robot.m_1, kPositive);
-  robot.I_s = s.number("total_inertia", robot.I_s, kPositive);
-  robot.J_1 = s.number("wheel_inertia", robot.J_1, kPositive);
-  robot.J_2 = s.number("roller_inertia", robot.J_2, kNotNegative);
-  const std::vector<double> com = s.numbers("com", 2, {robot.a_X, robot.a_Y}, kAnyNumber);
-  robot.a_X = com[0];
-  robot.a_Y = com[1];
-  robot.h = s.number("half_wheelbase", robot.h, kPositive);
-  robot.l = s.number("half_track", robot.l, kPositive);
-  robot.R = s.number("wheel_radius", robot.R, kPositive);
-  robot.R_d = s.number("roller_axis_radius", robot.R_d, kPositive);
-  robot.rollers = s.whole_number("rollers_per_wheel", robot.rollers, 3, 255);
-  robot.mu_1 = s.number_or_wheels("wheel_damping", robot.mu_1, kNotNegative);
-  robot.mu_2 = s.number_or_wheels("roller_damping", robot.mu_2, kNotNegative);
-  const std::string rate = s.text("roller_rate_at_switch", "continuous");
-  if (rate != "continuous" && rate != "at_rest") s.refuse("roller_rate_at_switch", "continuous or at_rest");
-  robot.roller_rate_at_switch = rate == "at_rest" ? RollerRateAtSwitch::kAtRest : RollerRateAtSwitch::kContinuous;
+  s["body_mass"].number(robot.m, kPositive);
+  s["wheel_mass"].number(robot.m_1, kPositive);
+  const SceneValue inertia = s["total_inertia"];
+  inertia.number(robot.I_s, kPositive);
+  s["wheel_inertia"].number(robot.J_1, kPositive);
+  s["roller_inertia"].number(robot.J_2, kNotNegative);
+  const SceneValue com = s["com"];
+  Eigen::Array2d a{robot.a_X, robot.a_Y};
+  com.numbers(a, kAnyNumber);
+  robot.a_X = a[0];
+  robot.a_Y = a[1];
+  s["half_wheelbase"].number(robot.h, kPositive);
+  s["half_track"].number(robot.l, kPositive);
+  s["wheel_radius"].number(robot.R, kPositive);
+  const SceneValue axis_radius = s["roller_axis_radius"];
+  axis_radius.number(robot.R_d, kPositive);
+  s["rollers_per_wheel"].whole_number(robot.rollers, 3, 255);
+  s["wheel_damping"].number_or_wheels(robot.mu_1, kNotNegative);
+  s["roller_damping"].number_or_wheels(robot.mu_2, kNotNegative);
+  s["roller_rate_at_switch"].choice(robot.roller_rate_at_switch, kRollerRates);
+  s.finish();
 
-  if (robot.R_d >= robot.R) {
-    s.refuse("roller_axis_radius", fmt::format("less than wheel_radius, {}", robot.R));
-  }
-  const double offset = robot.m * robot.m * (robot.a_X * robot.a_X + robot.a_Y * robot.a_Y) / robot.m_s();
+  if (robot.R_d >= robot.R) axis_radius.refuse(fmt::format("less than wheel_radius, {}", robot.R));
+  const double offset = robot.m * robot.m * a.square().sum() / robot.m_s();
   if (robot.I_s <= offset) {
-    s.refuse("total_inertia", fmt::format("more than {:.6g}, which body_mass and com alone make up", offset));
+    inertia.refuse(fmt::format("more than {:.6g}, which body_mass and com alone make up", offset));
+  }
+  const Wheels N = normal_reactions(robot, floor);
+  int lightest = 0;
+  if (N.minCoeff(&lightest) <= 0) {
+    com.refuse(fmt::format("such that every wheel presses on the floor; {} would with {:.4g} N", kWheelNames[lightest],
+                           N[lightest]));
   }
   return robot;
 }
 
-FloorParameters read_floor(const SceneSection& s) {
+FloorParameters read_floor(SceneSection s) {
   FloorParameters floor;
-  floor.f = s.number("friction", floor.f, kNotNegative);
-  floor.nu = s.number("slip_regularization", floor.nu, kPositive);
-  floor.viscous_friction = s.number("viscous_friction", floor.viscous_friction, kNotNegative);
-  floor.g = s.number("gravity", floor.g, kPositive);
+  s["friction"].number(floor.f, kNotNegative);
+  s["slip_regularization"].number(floor.nu, kPositive);
+  s["viscous_friction"].number(floor.viscous_friction, kNotNegative);
+  s["gravity"].number(floor.g, kPositive);
+  s.finish();
   return floor;
 }
 
-void check_standing(const SceneSection& robot_section, const RobotParameters& robot, const FloorParameters& floor) {
-  const Wheels N = normal_reactions(robot, floor);
-  int least = 0;
-  if (N.minCoeff(&least) > 0) return;
-  robot_section.refuse("com", fmt::format("such that every wheel presses on the floor; {} would with {:.4g} N",
-                                          kWheelNames[least], N[least]));
-}
-
-SolverSettings read_solver(const SceneSection& file, const SceneOverrides& overrides) {
-  const SceneSection s = file.section("solver", {"relative_tolerance", "absolute_tolerance", "control_period"});
-  const Range tolerance{1e-14, 0.1, true, "a number from 1e-14 to 0.1"};
+/// `model` and `robot` decide what the method must be able to do.
+SolverSettings read_solver(SceneSection s, const SceneOverrides& overrides, Model model, const RobotParameters& robot) {
   SolverSettings solver;
-  solver.relative_tolerance = s.number("relative_tolerance", solver.relative_tolerance, tolerance);
+  const SceneValue method = s["method"];
+  method.choice(solver.method, method_names());
+  if (!overrides.method.empty()) {
+    if (!find_method(overrides.method)) refuse_override("method", overrides.method, method_names());
+    solver.method = overrides.method;
+  }
+  s["step"].number(solver.step, kPositive);
+  s["relative_tolerance"].number(solver.relative_tolerance, {1e-14, 0.1, true, "a number from 1e-14 to 0.1"});
   if (overrides.relative_tolerance >= 0) solver.relative_tolerance = overrides.relative_tolerance;
-  solver.absolute_tolerance = s.number("absolute_tolerance", 1e-3 * solver.relative_tolerance, kPositive);
-  solver.control_period = s.number("control_period", 0, kNotNegative);
+  solver.absolute_tolerance = 1e-3 * solver.relative_tolerance;
+  s["absolute_tolerance"].number(solver.absolute_tolerance, kPositive);
+  s["control_period"].number(solver.control_period, kNotNegative);
   if (overrides.control_period >= 0) solver.control_period = overrides.control_period;
+  s.finish();
+  const std::string reason = refusal(*find_method(solver.method), robot, model);
+  if (!reason.empty() && overrides.method.empty()) method.refuse(reason);
+  if (!reason.empty()) throw SceneError(fmt::format("method = {}: must be {}", solver.method, reason));
   return solver;
 }
 
-Harmonic read_harmonic(const SceneSection& motion, const std::string& key) {
-  const SceneSection s = motion.section(key, {"constant", "cos", "sin"});
-  return {s.number("constant", 0, kAnyNumber), s.number("cos", 0, kAnyNumber), s.number("sin", 0, kAnyNumber)};
+Harmonic read_harmonic(SceneSection s) {
+  Harmonic harmonic;
+  s["constant"].number(harmonic.constant, kAnyNumber);
+  s["cos"].number(harmonic.cos, kAnyNumber);
+  s["sin"].number(harmonic.sin, kAnyNumber);
+  s.finish();
+  return harmonic;
 }
 
-ReferenceMotion read_reference_motion(const SceneSection& drive) {
-  const SceneSection s = drive.section("reference_motion", {"period", "V_X", "V_Y", "Omega"});
-  s.require("period");
-  return {s.number("period", 1, kPositive), read_harmonic(s, "V_X"), read_harmonic(s, "V_Y"),
-          read_harmonic(s, "Omega")};
+ReferenceMotion read_reference_motion(SceneSection s) {
+  ReferenceMotion motion;
+  s.required("period").number(motion.period, kPositive);
+  motion.V_X = read_harmonic(s["V_X"].section());
+  motion.V_Y = read_harmonic(s["V_Y"].section());
+  motion.Omega = read_harmonic(s["Omega"].section());
+  s.finish();
+  return motion;
 }
 
-TorqueSegments read_torque(const SceneSection& drive) {
+TorqueSegments read_torque(const std::vector<SceneSection>& sections) {
   TorqueSegments segments;
-  for (const SceneSection& s : drive.sections("torque", {"start", "constant", "cos", "sin", "period"})) {
-    s.require("start");
-    if (s.has("cos") || s.has("sin")) s.require("period");
+  for (SceneSection s : sections) {
     TorqueSegment segment;
-    segment.start = s.number("start", 0, kAnyNumber);
-    segment.constant = s.wheels("constant", segment.constant, kAnyNumber);
-    segment.cos = s.wheels("cos", segment.cos, kAnyNumber);
-    segment.sin = s.wheels("sin", segment.sin, kAnyNumber);
-    segment.period = s.number("period", segment.period, kPositive);
+    const SceneValue start = s.required("start"), constant = s["constant"], cos = s["cos"], sin = s["sin"];
+    start.number(segment.start, kAnyNumber);
+    constant.numbers(segment.constant, kAnyNumber);
+    cos.numbers(segment.cos, kAnyNumber);
+    sin.numbers(segment.sin, kAnyNumber);
+    const SceneValue period = cos.given() || sin.given() ? s.required("period") : s["period"];
+    period.number(segment.period, kPositive);
+    s.finish();
     if (!segments.empty() && segment.start <= segments.back().start) {
-      s.refuse("start", fmt::format("after the start of the piece before, {}", segments.back().start));
+      start.refuse(fmt::format("after the start of the piece before, {}", segments.back().start));
     }
     segments.push_back(segment);
   }
   return segments;
 }
 
-WheelTable read_table(const SceneSection& drive, const std::string& key, const std::string& scene_path) {
-  const std::string name = drive.text(key, "");
-  if (name.empty()) drive.refuse(key, "the name of a CSV file");
-  const auto slash = scene_path.find_last_of('/');
-  const bool absolute = name.front() == '/';
-  return read_wheel_table(absolute || slash == std::string::npos ? name : scene_path.substr(0, slash + 1) + name);
+WheelTable read_table(const SceneValue& value, const std::string& scene_path) {
+  std::string name;
+  value.text(name, "the name of a CSV file");
+  return read_wheel_table(std::filesystem::path(scene_path).parent_path() / name);
 }
 
-void read_drive(const SceneSection& file, const std::string& scene_path, Scene& scene) {
-  if (!file.has("drive")) return;
-  const std::vector<std::string> kinds = {"reference_motion", "torque", "torque_table", "velocity_table"};
-  const SceneSection drive = file.section("drive", kinds);
-  int given = 0;
-  for (const std::string& kind : kinds) given += drive.has(kind);
-  if (given != 1) file.refuse("drive", "exactly one of reference_motion, torque, torque_table, velocity_table");
-
-  if (drive.has("reference_motion")) scene.drive = read_reference_motion(drive);
-  if (drive.has("torque")) scene.drive = read_torque(drive);
-  if (drive.has("torque_table")) scene.drive = read_table(drive, "torque_table", scene_path);
-  if (drive.has("velocity_table")) {
-    scene.drive = VelocityTable{read_table(drive, "velocity_table", scene_path)};
-    // The velocity loop is a sampled one; the driver runs it at 1 kHz.
+void read_drive(const SceneValue& value, const std::string& scene_path, Scene& scene) {
+  if (!value.given()) return;
+  SceneSection s = value.section();
+  const SceneValue motion = s["reference_motion"], torque = s["torque"], torque_table = s["torque_table"],
+                   velocity_table = s["velocity_table"];
+  s.finish();
+  if (motion.given() + torque.given() + torque_table.given() + velocity_table.given() != 1) {
+    value.refuse(fmt::format("exactly one of {}", fmt::join(s.known(), ", ")));
+  }
+  if (motion.given()) scene.drive = read_reference_motion(motion.section());
+  if (torque.given()) scene.drive = read_torque(torque.sections());
+  if (torque_table.given()) scene.drive = read_table(torque_table, scene_path);
+  if (velocity_table.given()) {
+    scene.drive = VelocityTable{read_table(velocity_table, scene_path)};
+    // A velocity loop is sampled; the driver's runs at 1 kHz.
     if (scene.solver.control_period == 0) scene.solver.control_period = 1e-3;
   }
 }
 
-void read_initial(const SceneSection& file, Scene& scene) {
-  const SceneSection s = file.section("initial", {"pose", "twist", "wheel_angles", "wheel_rates", "roller_rates"});
+void read_initial(SceneSection s, Scene& scene) {
   State& x = scene.initial;
-  const std::vector<double> pose = s.numbers("pose", 3, {0, 0, 0}, kAnyNumber);
-  x.values.col(0) << pose[0], pose[1], pose[2], 0;
+  s["pose"].numbers(x.values.col(0).head<3>(), kAnyNumber);
+  auto twist = x.values.col(1).head<3>();
+  if (const auto* motion = std::get_if<ReferenceMotion>(&scene.drive)) twist = motion->velocity(0).array();
+  s["twist"].numbers(twist, kAnyNumber);
 
-  Eigen::Vector3d v = Eigen::Vector3d::Zero();
-  if (const auto* motion = std::get_if<ReferenceMotion>(&scene.drive)) v = motion->velocity(0);
-  const std::vector<double> twist = s.numbers("twist", 3, {v[0], v[1], v[2]}, kAnyNumber);
-  v << twist[0], twist[1], twist[2];
-  x.values.col(1) << v.array(), 0;
-
+  s["wheel_angles"].numbers(x.phi(), kAnyNumber);
   const NoSlipModel no_slip(scene.robot);
-  x.phi() = s.wheels("wheel_angles", Wheels::Zero(), kAnyNumber);
-  x.dphi() = s.wheels("wheel_rates", no_slip.dphi(v), kAnyNumber);
-  x.dgamma() = s.wheels("roller_rates", no_slip.dgamma(v), kAnyNumber);
+  const Wheels dphi = no_slip.dphi(x.velocity()), dgamma = no_slip.dgamma(x.velocity());
+  x.dphi() = dphi;
+  x.dgamma() = dgamma;
+  const SceneValue wheel_rates = s["wheel_rates"], roller_rates = s["roller_rates"];
+  wheel_rates.numbers(x.dphi(), kAnyNumber);
+  roller_rates.numbers(x.dgamma(), kAnyNumber);
+  s.finish();
   if (scene.model == Model::kNoSlip) {
-    const auto rolls = [](const Wheels& given, const Wheels& rolling) {
-      return ((given - rolling).abs() <= 1e-6 * (1 + rolling.abs())).all();
+    const auto require_rolling = [](const SceneValue& value, const Wheels& given, const Wheels& rolling) {
+      if (((given - rolling).abs() <= 1e-6 * (1 + rolling.abs())).all()) return;
+      value.refuse("left out for no_slip, where the twist decides them");
     };
-    if (!rolls(x.dphi(), no_slip.dphi(v)))
-      s.refuse("wheel_rates", "left out for no_slip, where the twist decides them");
-    if (!rolls(x.dgamma(), no_slip.dgamma(v))) {
-      s.refuse("roller_rates", "left out for no_slip, where the twist decides them");
-    }
+    require_rolling(wheel_rates, x.dphi(), dphi);
+    require_rolling(roller_rates, x.dgamma(), dgamma);
     no_slip.constrain(x);
   }
 }
 
 Scene read_scene(const std::string& path, const YAML::Node& root, const SceneOverrides& overrides) {
-  const SceneSection file(path, "", root,
-                          {"model", "duration", "output_rate", "robot", "floor", "initial", "solver", "drive"});
+  SceneSection file(path, "", root);
   Scene scene;
-  if (!find_model(file.text("model", name_of(scene.model)), scene.model)) file.refuse("model", kModelNames);
+  file["model"].choice(scene.model, kModels);
   if (!overrides.model.empty()) scene.model = model_from_name(overrides.model);
-  file.require("duration");
-  scene.duration = file.number("duration", 0, kPositive);
-  scene.output_rate = file.number("output_rate", scene.output_rate, kPositive);
-  const SceneSection robot =
-      file.section("robot", {"body_mass", "wheel_mass", "total_inertia", "wheel_inertia", "roller_inertia", "com",
-                             "half_wheelbase", "half_track", "wheel_radius", "roller_axis_radius", "rollers_per_wheel",
-                             "wheel_damping", "roller_damping", "roller_rate_at_switch"});
-  scene.robot = read_robot(robot);
-  scene.floor = read_floor(file.section("floor", {"friction", "slip_regularization", "viscous_friction", "gravity"}));
-  check_standing(robot, scene.robot, scene.floor);
-  scene.solver = read_solver(file, overrides);
-  read_drive(file, path, scene);
-  read_initial(file, scene);
+  file.required("duration").number(scene.duration, kPositive);
+  file["output_rate"].number(scene.output_rate, kPositive);
+  const SceneValue robot = file["robot"], floor = file["floor"], initial = file["initial"], solver = file["solver"],
+                   drive = file["drive"];
+  file.finish();
+  scene.floor = read_floor(floor.section());
+  scene.robot = read_robot(robot.section(), scene.floor);
+  scene.solver = read_solver(solver.section(), overrides, scene.model, scene.robot);
+  read_drive(drive, path, scene);
+  read_initial(initial.section(), scene);
   return scene;
 }
 
 }  // namespace
 
 const char* name_of(Model model) {
-  switch (model) {
-    case Model::kNoSlip:
-      return "no_slip";
-    case Model::kViscous:
-      return "viscous";
-    default:
-      return "coulomb";
+  for (const Named<Model>& candidate : kModels) {
+    if (candidate.value == model) return candidate.name;
   }
+  return "";
 }
 
 Model model_from_name(const std::string& name) {
-  Model model;
-  if (!find_model(name, model)) throw SceneError(fmt::format("model = {}: must be {}", name, kModelNames));
-  return model;
+  std::vector<std::string> names;
+  for (const Named<Model>& candidate : kModels) {
+    if (name == candidate.name) return candidate.value;
+    names.push_back(candidate.name);
+  }
+  refuse_override("model", name, names);
 }
 
 Scene load_scene(const std::string& path, const SceneOverrides& overrides) {

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <set>
 
 #include "youbot_base_sim/scene/scene.h"
 
@@ -11,7 +13,7 @@ namespace youbot_base_sim {
 
 namespace {
 
-// The value as it may stand in one line.
+/// The value as it may stand in one line.
 std::string shown(const YAML::Node& node) {
   if (!node.IsDefined()) return "(left out)";
   if (node.IsNull()) return "(empty)";
@@ -21,20 +23,113 @@ std::string shown(const YAML::Node& node) {
   out << node;
   std::string text = out.c_str();
   std::replace(text.begin(), text.end(), '\n', ' ');
-  constexpr std::size_t kLongest = 120;
-  return text.size() > kLongest ? text.substr(0, kLongest) + "..." : text;
+  constexpr std::size_t kMaxLength = 120;
+  return text.size() > kMaxLength ? text.substr(0, kMaxLength) + "..." : text;
 }
 
-std::string joined(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
-  return text;
+std::string key_of(const YAML::Node& node) { return node.IsScalar() ? node.Scalar() : shown(node); }
+
+/// How many characters must be added, removed or replaced to make b of a (Levenshtein).
+std::size_t edit_distance(const std::string& a, const std::string& b) {
+  std::vector<std::size_t> row(b.size() + 1);  // distances of the part of a so far to each beginning of b
+  std::iota(row.begin(), row.end(), 0);
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i + 1;
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const std::size_t replaced = diagonal + (a[i] != b[j]);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({replaced, row[j] + 1, row[j + 1] + 1});
+    }
+  }
+  return row.back();
+}
+
+/// "; did you mean X?" if one of `known` is close to `key`, else nothing.
+std::string suggestion(const std::string& key, const std::vector<std::string>& known) {
+  const auto closer = [&](const auto& a, const auto& b) { return edit_distance(key, a) < edit_distance(key, b); };
+  const auto nearest = std::min_element(known.begin(), known.end(), closer);
+  if (nearest == known.end() || edit_distance(key, *nearest) > std::min<std::size_t>(2, nearest->size() / 3)) return "";
+  return fmt::format("; did you mean {}?", *nearest);
 }
 
 }  // namespace
 
-SceneSection::SceneSection(const std::string& file, const std::string& path, const YAML::Node& node,
-                           const std::vector<std::string>& allowed)
+std::string alternatives(const std::vector<std::string>& names) {
+  std::string text;
+  for (std::size_t k = 0; k < names.size(); ++k) {
+    if (k > 0) text += k + 1 < names.size() ? ", " : " or ";
+    text += names[k];
+  }
+  return text;
+}
+
+void SceneValue::refuse(const std::string& allowed) const {
+  throw SceneError(fmt::format("{}: {} = {}: must be {}", file_, path_, shown(node_), allowed));
+}
+
+double SceneValue::checked(const YAML::Node& entry, const Range& range, const std::string& allowed) const {
+  double number = 0;
+  if (!entry.IsScalar() || !YAML::convert<double>::decode(entry, number) || !std::isfinite(number) ||
+      number < range.min || number > range.max || (number == range.min && !range.includes_min)) {
+    refuse(allowed);
+  }
+  return number;
+}
+
+void SceneValue::number(double& value, const Range& range) const {
+  if (given()) value = checked(node_, range, range.text);
+}
+
+void SceneValue::whole_number(int& value, int min, int max) const {
+  if (!given()) return;
+  const std::string allowed = fmt::format("a whole number from {} to {}", min, max);
+  const double number = checked(node_, {double(min), double(max), true, ""}, allowed);
+  if (number != std::floor(number)) refuse(allowed);
+  value = static_cast<int>(number);
+}
+
+void SceneValue::numbers(Eigen::Ref<Eigen::ArrayXd> values, const Range& range) const {
+  if (!given()) return;
+  const std::string allowed = fmt::format("a list of {} numbers, each {}", values.size(), range.text);
+  if (!node_.IsSequence() || node_.size() != static_cast<std::size_t>(values.size())) refuse(allowed);
+  for (Eigen::Index k = 0; k < values.size(); ++k) {
+    values[k] = checked(node_[static_cast<std::size_t>(k)], range, allowed);
+  }
+}
+
+void SceneValue::number_or_wheels(Wheels& values, const Range& range) const {
+  if (given() && node_.IsScalar()) {
+    values.setConstant(checked(node_, range, range.text));
+  } else {
+    numbers(values, range);
+  }
+}
+
+void SceneValue::text(std::string& value, const std::string& allowed) const {
+  if (!given()) return;
+  if (!node_.IsScalar() || node_.Scalar().empty()) refuse(allowed);
+  value = node_.Scalar();
+}
+
+void SceneValue::choice(std::string& value, const std::vector<std::string>& names) const {
+  const std::string allowed = alternatives(names);
+  text(value, allowed);
+  if (given() && std::find(names.begin(), names.end(), value) == names.end()) refuse(allowed);
+}
+
+SceneSection SceneValue::section() const { return {file_, path_, given() ? node_ : YAML::Node(YAML::NodeType::Map)}; }
+
+std::vector<SceneSection> SceneValue::sections() const {
+  if (!given() || !node_.IsSequence() || node_.size() == 0) refuse("a list with at least one entry");
+  std::vector<SceneSection> sections;
+  for (std::size_t k = 0; k < node_.size(); ++k) {
+    sections.emplace_back(file_, fmt::format("{}[{}]", path_, k), node_[k]);
+  }
+  return sections;
+}
+
+SceneSection::SceneSection(const std::string& file, const std::string& path, const YAML::Node& node)
     : file_(file), path_(path), node_(node) {
   if (!node.IsMap()) {
     throw SceneError(
@@ -42,88 +137,35 @@ SceneSection::SceneSection(const std::string& file, const std::string& path, con
   }
   std::set<std::string> seen;
   for (const auto& entry : node) {
-    const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : shown(entry.first);
-    if (std::find(allowed.begin(), allowed.end(), key) == allowed.end()) {
-      throw SceneError(fmt::format("{}: {} = {}: unknown key; allowed here: {}", file_, full(key), shown(entry.second),
-                                   joined(allowed)));
-    }
+    const std::string key = key_of(entry.first);
     if (!seen.insert(key).second) {
       throw SceneError(fmt::format("{}: {} = {}: given twice; allowed once", file_, full(key), shown(entry.second)));
     }
   }
 }
 
-void SceneSection::refuse(const std::string& key, const std::string& allowed) const {
-  throw SceneError(fmt::format("{}: {} = {}: must be {}", file_, full(key), shown(node_[key]), allowed));
+SceneValue SceneSection::operator[](const std::string& key) {
+  known_.push_back(key);
+  const YAML::Node& node = node_;  // whose operator[] adds nothing to the file
+  return {file_, full(key), node[key]};
 }
 
-void SceneSection::require(const std::string& key) const {
-  if (!has(key)) throw SceneError(fmt::format("{}: {} is left out; it must be given", file_, full(key)));
+SceneValue SceneSection::required(const std::string& key) {
+  const SceneValue value = (*this)[key];
+  if (!value.given() && missing_.empty()) missing_ = key;
+  return value;
 }
 
-SceneSection SceneSection::section(const std::string& key, const std::vector<std::string>& allowed) const {
-  return SceneSection(file_, full(key), has(key) ? node_[key] : YAML::Node(YAML::NodeType::Map), allowed);
-}
-
-std::vector<SceneSection> SceneSection::sections(const std::string& key,
-                                                 const std::vector<std::string>& allowed) const {
-  const YAML::Node list = node_[key];
-  if (!list.IsSequence() || list.size() == 0) refuse(key, "a list with at least one entry");
-  std::vector<SceneSection> sections;
-  for (std::size_t i = 0; i < list.size(); ++i) {
-    sections.emplace_back(file_, fmt::format("{}[{}]", full(key), i), list[i], allowed);
+void SceneSection::finish() const {
+  for (const auto& entry : node_) {
+    const std::string key = key_of(entry.first);
+    if (std::find(known_.begin(), known_.end(), key) != known_.end()) continue;
+    throw SceneError(fmt::format("{}: {} = {}: unknown key; allowed here: {}{}", file_, full(key), shown(entry.second),
+                                 fmt::join(known_, ", "), suggestion(key, known_)));
   }
-  return sections;
-}
-
-double SceneSection::checked(const YAML::Node& value, const std::string& key, const Range& range,
-                             const std::string& allowed) const {
-  double number = 0;
-  if (!value.IsScalar() || !YAML::convert<double>::decode(value, number) || !std::isfinite(number) ||
-      number < range.low || number > range.high || (number == range.low && !range.includes_low)) {
-    refuse(key, allowed);
+  if (!missing_.empty()) {
+    throw SceneError(fmt::format("{}: {} is left out; it must be given", file_, full(missing_)));
   }
-  return number;
-}
-
-double SceneSection::number(const std::string& key, double left_out, const Range& range) const {
-  return has(key) ? checked(node_[key], key, range, range.text) : left_out;
-}
-
-int SceneSection::whole_number(const std::string& key, int left_out, int low, int high) const {
-  if (!has(key)) return left_out;
-  const std::string allowed = fmt::format("a whole number from {} to {}", low, high);
-  const Range range{double(low), double(high), true, ""};
-  const double number = checked(node_[key], key, range, allowed);
-  if (number != std::floor(number)) refuse(key, allowed);
-  return static_cast<int>(number);
-}
-
-std::string SceneSection::text(const std::string& key, const std::string& left_out) const {
-  if (!has(key)) return left_out;
-  if (!node_[key].IsScalar()) refuse(key, "a word");
-  return node_[key].Scalar();
-}
-
-std::vector<double> SceneSection::numbers(const std::string& key, std::size_t count,
-                                          const std::vector<double>& left_out, const Range& range) const {
-  if (!has(key)) return left_out;
-  const YAML::Node list = node_[key];
-  const std::string allowed = fmt::format("a list of {} numbers, each {}", count, range.text);
-  if (!list.IsSequence() || list.size() != count) refuse(key, allowed);
-  std::vector<double> numbers;
-  for (const auto& value : list) numbers.push_back(checked(value, key, range, allowed));
-  return numbers;
-}
-
-Wheels SceneSection::wheels(const std::string& key, const Wheels& left_out, const Range& range) const {
-  const std::vector<double> n = numbers(key, kWheels, {left_out[0], left_out[1], left_out[2], left_out[3]}, range);
-  return {n[0], n[1], n[2], n[3]};
-}
-
-Wheels SceneSection::number_or_wheels(const std::string& key, const Wheels& left_out, const Range& range) const {
-  if (has(key) && node_[key].IsScalar()) return Wheels::Constant(number(key, 0, range));
-  return wheels(key, left_out, range);
 }
 
 }  // namespace youbot_base_sim

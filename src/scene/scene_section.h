@@ -2,7 +2,7 @@
 
 #include <yaml-cpp/yaml.h>
 
-#include <set>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -12,54 +12,103 @@ namespace youbot_base_sim {
 
 /// Numbers that a key may have.
 struct Range {
-  double low;
-  double high;
-  bool includes_low;
-  const char* text;  ///< "a number > 0"
+  double min;
+  double max;
+  bool includes_min;
+  const char* text;  ///< "a finite number > 0"
 };
 
-constexpr double kUnbounded = 1.7976931348623157e308;
+constexpr double kUnbounded = std::numeric_limits<double>::max();
 constexpr Range kAnyNumber{-kUnbounded, kUnbounded, true, "a finite number"};
 constexpr Range kPositive{0, kUnbounded, false, "a finite number > 0"};
 constexpr Range kNotNegative{0, kUnbounded, true, "a finite number >= 0"};
 
-/// One mapping of a scene file, read strictly: each key once, each value of its type and in its range, none unknown.
-/// All functions throw SceneError, in one line that names the file, the key, the value and what is allowed.
+/// A value of an enum and its name in a scene file.
+template <class Value>
+struct Named {
+  const char* name;
+  Value value;
+};
+
+/// "a, b or c"
+std::string alternatives(const std::vector<std::string>& names);
+
+class SceneSection;
+
+/// The value of one key. A function that reads it leaves its argument, which holds the default, as it is where the file
+/// leaves the key out; throws SceneError, in one line that names the file, the key, the value and what is allowed.
+class SceneValue {
+ public:
+  SceneValue(const std::string& file, const std::string& path, const YAML::Node& node)
+      : file_(file), path_(path), node_(node) {}
+
+  bool given() const { return node_.IsDefined(); }
+
+  void number(double& value, const Range& range) const;
+  /// From `min` to `max`.
+  void whole_number(int& value, int min, int max) const;
+  /// A list with as many numbers as `values` has.
+  void numbers(Eigen::Ref<Eigen::ArrayXd> values, const Range& range) const;
+  /// One number for all wheels, or one for each.
+  void number_or_wheels(Wheels& values, const Range& range) const;
+  /// Anything that is neither empty nor a list nor a section; `allowed` says what the text means.
+  void text(std::string& value, const std::string& allowed) const;
+  /// One of `names`.
+  void choice(std::string& value, const std::vector<std::string>& names) const;
+  template <class Value, std::size_t size>
+  void choice(Value& value, const Named<Value> (&allowed)[size]) const {
+    std::vector<std::string> names;
+    for (const Named<Value>& candidate : allowed) names.push_back(candidate.name);
+    std::string name;
+    choice(name, names);
+    for (const Named<Value>& candidate : allowed) {
+      if (name == candidate.name) value = candidate.value;
+    }
+  }
+
+  /// The section that the value is, empty where the key is left out.
+  SceneSection section() const;
+  /// The sections that the value lists, at least one.
+  std::vector<SceneSection> sections() const;
+
+  /// Throws: the value must be `allowed`.
+  [[noreturn]] void refuse(const std::string& allowed) const;
+
+ private:
+  double checked(const YAML::Node& entry, const Range& range, const std::string& allowed) const;
+
+  std::string file_;
+  std::string path_;  // the key with those of the sections around it
+  YAML::Node node_;
+};
+
+/// One mapping of a scene file. It records the keys that it is asked for, so that a key is named where it is read and
+/// nowhere else; those that nobody asked for are refused at the end.
 class SceneSection {
  public:
-  /// `path` is the section's own key with those above it, empty for the whole file; `allowed` the keys it may have.
-  SceneSection(const std::string& file, const std::string& path, const YAML::Node& node,
-               const std::vector<std::string>& allowed);
+  /// `path` is the section's own key with those above it, empty for the whole file. Throws SceneError unless `node` is
+  /// a mapping that has each key once.
+  SceneSection(const std::string& file, const std::string& path, const YAML::Node& node);
 
-  bool has(const std::string& key) const { return node_[key].IsDefined(); }
+  SceneValue operator[](const std::string& key);
+  /// The same for a key that must be given. Where it is not, `finish` throws.
+  SceneValue required(const std::string& key);
 
-  /// The key's section, empty if it is left out.
-  SceneSection section(const std::string& key, const std::vector<std::string>& allowed) const;
-  /// The key's list of sections.
-  std::vector<SceneSection> sections(const std::string& key, const std::vector<std::string>& allowed) const;
+  /// To be called once all keys were read, and before what depends on several of them is checked. Throws SceneError for
+  /// a key that nobody asked for, which is likely misspelt, and then for a required one that is missing.
+  void finish() const;
 
-  // The value, or what is given where the key is left out.
-  double number(const std::string& key, double left_out, const Range& range) const;
-  int whole_number(const std::string& key, int left_out, int low, int high) const;
-  std::string text(const std::string& key, const std::string& left_out) const;
-  std::vector<double> numbers(const std::string& key, std::size_t count, const std::vector<double>& left_out,
-                              const Range& range) const;
-  Wheels wheels(const std::string& key, const Wheels& left_out, const Range& range) const;
-  /// One number for all wheels, or one for each.
-  Wheels number_or_wheels(const std::string& key, const Wheels& left_out, const Range& range) const;
-
-  void require(const std::string& key) const;
-
-  /// Throws: the key's value is not `allowed`.
-  [[noreturn]] void refuse(const std::string& key, const std::string& allowed) const;
+  /// The keys that were asked for.
+  const std::vector<std::string>& known() const { return known_; }
 
  private:
   std::string full(const std::string& key) const { return path_.empty() ? key : path_ + "." + key; }
-  double checked(const YAML::Node& value, const std::string& key, const Range& range, const std::string& allowed) const;
 
   std::string file_;
   std::string path_;
   YAML::Node node_;
+  std::vector<std::string> known_;
+  std::string missing_;  // the first required key that is not given
 };
 
 }  // namespace youbot_base_sim

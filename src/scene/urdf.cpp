@@ -11,10 +11,10 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kCosDelta = M_SQRT1_2;  // |delta| = 45 deg for every roller
-constexpr int kDiscs = 11;               // a roller is drawn with; odd, so that one is in the middle
+constexpr double kCosDelta = M_SQRT1_2;  // |delta| is 45 deg for every roller
+constexpr int kDiscs = 11;               // of a drawn roller; an odd number, so that one is in the middle
 
-/// Ten digits: 1e-10 of a wheel's size; what is nothing but rounding is zero.
+/// Ten digits; numbers below 1e-12 are rounding errors and become zero.
 std::string number(double x) { return fmt::format("{:.10g}", std::abs(x) < 1e-12 ? 0.0 : x); }
 
 std::string triple(const Vector3d& v) { return number(v.x()) + " " + number(v.y()) + " " + number(v.z()); }
@@ -30,7 +30,7 @@ std::string cylinder(double radius, double length) {
   return fmt::format("<geometry><cylinder radius=\"{}\" length=\"{}\"/></geometry>", number(radius), number(length));
 }
 
-// What turns a cylinder's axis from z to x, and to y.
+// Roll, pitch and yaw that turn a cylinder's axis from z to x, and to y.
 const Vector3d kAlongX{0, M_PI_2, 0};
 const Vector3d kAlongY{M_PI_2, 0, 0};
 
@@ -65,23 +65,24 @@ std::string turning(const char* axis, double damping) {
   return fmt::format("<axis xyz=\"{}\"/>{}", axis, dynamics);
 }
 
-/// A circle on a roller that touches the floor when the roller stands at phi~.
+/// The circle on a roller that touches the floor at the wheel angle phi~ from where the roller points straight down.
 struct Circle {
   double position;  // along the roller's axis from its middle, m
   double radius;    // m
 };
 
-/// The contact point lies r below the roller's axis at R_d tan(phi~) / cos(delta) from its middle (paper, section 3);
-/// the axis slopes by sin(phi~) cos(delta) against the floor, and the circle's plane as much against the vertical.
+/// The contact point lies r below the roller's axis at R_d tan(phi~) / cos(delta) from its middle (paper, section 3).
+/// The axis is inclined to the floor, and the circle's plane to the vertical, by an angle whose sine is sin(phi~)
+/// cos(delta).
 Circle contact_circle(const RobotParameters& robot, double phi_tilde) {
   const double r = robot.R - robot.R_d / std::cos(phi_tilde);
   const double slope = std::sin(phi_tilde) * kCosDelta;
   return {robot.R_d * std::tan(phi_tilde) / kCosDelta + r * slope, r * std::sqrt(1 - slope * slope)};
 }
 
-/// Measures of what is drawn, m.
-struct Measures {
-  explicit Measures(const RobotParameters& robot) {
+/// Dimensions of the drawing, m.
+struct Dimensions {
+  explicit Dimensions(const RobotParameters& robot) {
     roller_edge = std::min(M_PI / robot.rollers, 0.95 * std::acos(robot.R_d / robot.R));
     const Circle end = contact_circle(robot, roller_edge);
     rim_y = (end.position + end.radius) * kCosDelta + 0.1 * end.radius;
@@ -101,19 +102,19 @@ struct Measures {
   double roller_edge;  // phi~ at a roller's ends, rad
   double rim_y;        // middle of the rims that hold the rollers, along the axle
   double rim_thickness, half_width, hub_radius, pin_radius;
-  Vector3d hull, flanks;  // sizes of the body's boxes: between the wheels of an axle, and out between front and rear
+  Vector3d hull, flanks;  // boxes of the body: between left and right wheels, and between front and rear wheels
   double middle, top;     // heights of the body
 };
 
-/// Moment of inertia of a wheel about a diameter, which the paper does not give: a disc's, kg m^2.
-double wheel_moment(const RobotParameters& robot, const Measures& size) {
+/// Moment of inertia of a wheel about a diameter, kg m^2. The paper does not give it: that of a disc.
+double wheel_moment(const RobotParameters& robot, const Dimensions& size) {
   return robot.J_1 / 2 + robot.m_1 * size.half_width * size.half_width / 3;
 }
 
-std::string base_link(const RobotParameters& robot, const Measures& size) {
+std::string base_link(const RobotParameters& robot, const Dimensions& size) {
   const std::string middle = origin({0, 0, size.middle});
   std::string content = visual(middle, box(size.hull), "orange") + visual(middle, box(size.flanks), "orange");
-  // The front is the dark side, and a chevron on the deck points there.
+  // The front side is dark, and a chevron on the deck points to it.
   const double plate = 0.04 * robot.R;  // thickness
   content += visual(origin({size.hull.x() / 2, 0, size.middle}),
                     box({2 * plate, 0.98 * size.hull.y(), 0.96 * size.hull.z()}), "dark");
@@ -137,7 +138,7 @@ std::string base_link(const RobotParameters& robot, const Measures& size) {
   return link("base_link", content);
 }
 
-std::string wheel_link(const RobotParameters& robot, const Measures& size, const std::string& name, double delta) {
+std::string wheel_link(const RobotParameters& robot, const Dimensions& size, const std::string& name, double delta) {
   std::string content =
       visual(origin(Vector3d::Zero(), kAlongY), cylinder(size.hub_radius, 2 * size.half_width), "metal");
   const double pin_distance = std::hypot(robot.R_d, size.rim_y);
@@ -147,7 +148,7 @@ std::string wheel_link(const RobotParameters& robot, const Measures& size, const
     const double y = side * size.rim_y;
     content += visual(origin({0, y, 0}, kAlongY), cylinder(robot.R_d * 0.75, size.rim_thickness), "metal");
     for (int k = 0; k < robot.rollers; ++k) {
-      // Where the pin of roller k comes out on this side.
+      // Angle at which the pin of roller k meets the rim on this side.
       const double angle = k * 2 * M_PI / robot.rollers + std::atan2(y / std::tan(delta), robot.R_d);
       const double middle = (arm_from + arm_to) / 2;
       content += visual(origin({middle * std::sin(angle), y, -middle * std::cos(angle)}, {0, -angle, 0}),
@@ -160,7 +161,7 @@ std::string wheel_link(const RobotParameters& robot, const Measures& size, const
   return link(name, content);
 }
 
-std::string roller_link(const RobotParameters& robot, const Measures& size, const std::string& name,
+std::string roller_link(const RobotParameters& robot, const Dimensions& size, const std::string& name,
                         RollerJoints rollers) {
   std::string content =
       visual(origin(Vector3d::Zero(), kAlongX), cylinder(size.pin_radius, 2 * size.rim_y / kCosDelta), "metal");
@@ -178,7 +179,7 @@ std::string roller_link(const RobotParameters& robot, const Measures& size, cons
   return link(name, content);
 }
 
-/// Where roller k is on a wheel at phi = 0: turned back about the axle from where it stands straight down.
+/// Origin of roller k on a wheel at phi = 0: rotated back about the axle from where the roller points straight down.
 std::string roller_origin(const RobotParameters& robot, int k, double delta) {
   const double angle = k * 2 * M_PI / robot.rollers;
   const Vector3d centre{robot.R_d * std::sin(angle), 0, -robot.R_d * std::cos(angle)};
@@ -191,7 +192,7 @@ std::string roller_origin(const RobotParameters& robot, int k, double delta) {
 }  // namespace
 
 std::string urdf(const RobotParameters& robot, RollerJoints rollers) {
-  const Measures size(robot);
+  const Dimensions size(robot);
   std::string document =
       "<?xml version=\"1.0\"?>\n"
       "<!-- The youBot's base as it is simulated; written by describe_base. -->\n"

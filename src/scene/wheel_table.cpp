@@ -26,7 +26,7 @@ std::vector<std::string> cells_of(std::string line) {
   return cells;
 }
 
-// Column of each of t, fl, fr, bl, br.
+/// The columns of t, fl, fr, bl and br, in this order.
 std::vector<std::size_t> columns_of(const std::string& path, const std::string& header) {
   const std::vector<std::string> cells = cells_of(header);
   std::vector<std::size_t> columns;

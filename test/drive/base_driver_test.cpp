@@ -1,4 +1,4 @@
-// The driver and its motors, without ROS: what is commanded, switched, lost and found again.
+// The driver and its motors without ROS: commands, switching on and off, time-outs and faults.
 
 #include "youbot_base_sim/drive/base_driver.h"
 
@@ -29,10 +29,10 @@ BaseDriver::Settings exact() {
   return settings;
 }
 
-/// Samples a driver once a control period, with wheels that stand.
+/// Samples a driver once a control period, with wheels at rest.
 class BaseDriverTest : public ::testing::Test {
  protected:
-  /// The torque of the last control period before time t.
+  /// Advances to time t and returns the torque of the last control period.
   Wheels run_to(double t) {
     Wheels torque = Wheels::Zero();
     for (; periods_ * kPeriod < t - 1e-9; ++periods_) torque = driver_.sample(periods_ * kPeriod, dphi_);
@@ -50,21 +50,21 @@ class BaseDriverTest : public ::testing::Test {
   int periods_ = 0;
 };
 
-TEST_F(BaseDriverTest, KeepsTheWheelsAtRestAtFirst) {
+TEST_F(BaseDriverTest, HoldsTheWheelsAtRestAtFirst) {
   EXPECT_TRUE(driver_.present());
   EXPECT_TRUE(driver_.motors_on());
   expect_torque(0);
   dphi_ = Wheels::Constant(1);
-  EXPECT_LT(run_to(0.1).maxCoeff(), -0.9) << "against a push";
+  EXPECT_LT(run_to(0.1).maxCoeff(), -0.9) << "pushes back";
 }
 
-TEST_F(BaseDriverTest, HoldsACommandForEver) {
+TEST_F(BaseDriverTest, HoldsACommandForever) {
   driver_.command(0, all(DriveMode::kTorque, 1));
   run_to(100);
   expect_torque(1);
 }
 
-TEST_F(BaseDriverTest, LastCommandForAWheelCounts) {
+TEST_F(BaseDriverTest, LastCommandForAWheelHolds) {
   driver_.command(0, all(DriveMode::kVelocity, 3));
   driver_.command(0, all(DriveMode::kTorque, 1));
   driver_.command(0, one(2, DriveMode::kTorque, 2));
@@ -82,14 +82,14 @@ TEST_F(BaseDriverTest, MotorsOffExertNothingUntilTheNextCommand) {
 
   driver_.command(now(), all(DriveMode::kTorque, 0.5));
   expect_torque(0.5);
-  EXPECT_FALSE(driver_.motors_on()) << "the flag is the services' alone, as in the driver";
+  EXPECT_FALSE(driver_.motors_on()) << "only the services change the flag, as in the driver";
 
   EXPECT_TRUE(driver_.switch_on());
   EXPECT_TRUE(driver_.motors_on());
-  EXPECT_LT(run_to(now() + 0.01).maxCoeff(), -1) << "keeps the wheels at rest";
+  EXPECT_LT(run_to(now() + 0.01).maxCoeff(), -1) << "holds the wheels at rest";
 }
 
-TEST_F(BaseDriverTest, StopsWithoutCommandsOnlyIfToldSo) {
+TEST_F(BaseDriverTest, StopsWithoutCommandsOnlyWithATimeout) {
   BaseDriver::Settings settings = exact();
   settings.command_timeout = 0.5;
   driver_ = BaseDriver(settings, Wheels::Zero());
@@ -101,13 +101,13 @@ TEST_F(BaseDriverTest, StopsWithoutCommandsOnlyIfToldSo) {
   run_to(1.501);
   EXPECT_TRUE(driver_.timed_out());
   expect_torque(0);
-  EXPECT_EQ(driver_.set_points()[0].mode, DriveMode::kVelocity) << "kept at rest";
+  EXPECT_EQ(driver_.set_points()[0].mode, DriveMode::kVelocity) << "held at rest";
   driver_.command(now(), all(DriveMode::kTorque, 1));
   expect_torque(1);
   EXPECT_FALSE(driver_.timed_out());
 }
 
-TEST_F(BaseDriverTest, MotorsThatAreOffAreNotStopped) {
+TEST_F(BaseDriverTest, TimeoutLeavesMotorsOff) {
   BaseDriver::Settings settings = exact();
   settings.command_timeout = 0.5;
   driver_ = BaseDriver(settings, Wheels::Zero());
@@ -117,39 +117,39 @@ TEST_F(BaseDriverTest, MotorsThatAreOffAreNotStopped) {
   EXPECT_EQ(driver_.set_points()[0].mode, DriveMode::kOff);
 }
 
-TEST_F(BaseDriverTest, LosesTheBaseAHundredCyclesAfterTheCable) {
+TEST_F(BaseDriverTest, LosesTheBaseAHundredCyclesAfterEthercat) {
   driver_.command(0, all(DriveMode::kTorque, 1));
   driver_.read(Wheels::Constant(5), Wheels::Constant(2));
   run_to(1);
   Faults faults;
   faults.ethercat_lost = true;
   driver_.set_faults(now(), faults);
-  EXPECT_EQ(run_to(1.05)[0], 1) << "the motors go on until their time-out";
+  EXPECT_EQ(run_to(1.05)[0], 1) << "the motors carry on until their time-out";
   driver_.command(now(), all(DriveMode::kTorque, 2));
-  EXPECT_EQ(run_to(1.1)[0], 1) << "nothing reaches them";
+  EXPECT_EQ(run_to(1.1)[0], 1) << "commands do not reach the motors";
   EXPECT_TRUE(driver_.present());
-  EXPECT_EQ(driver_.read(Wheels::Constant(9), Wheels::Constant(3)).phi[0], 5) << "nothing comes from them";
+  EXPECT_EQ(driver_.read(Wheels::Constant(9), Wheels::Constant(3)).phi[0], 5) << "readings do not come through";
 
   run_to(1.102);
   EXPECT_FALSE(driver_.present());
   expect_torque(0);
   EXPECT_FALSE(driver_.switch_on());
   EXPECT_FALSE(driver_.switch_off());
-  EXPECT_FALSE(driver_.reconnect()) << "the cable is still out";
+  EXPECT_FALSE(driver_.reconnect()) << "the cable is still unplugged";
 
   driver_.set_faults(now(), Faults());
   driver_.command(now(), all(DriveMode::kTorque, 1));
   expect_torque(0);
-  EXPECT_FALSE(driver_.present()) << "it takes a reconnect";
+  EXPECT_FALSE(driver_.present()) << "needs a reconnect";
   EXPECT_TRUE(driver_.reconnect());
   EXPECT_TRUE(driver_.present());
   EXPECT_TRUE(driver_.motors_on());
   expect_torque(0);
-  EXPECT_EQ(driver_.set_points()[0].mode, DriveMode::kVelocity) << "kept at rest";
-  EXPECT_EQ(driver_.read(Wheels::Constant(9), Wheels::Constant(3)).phi[0], 9) << "encoders do not start again";
+  EXPECT_EQ(driver_.set_points()[0].mode, DriveMode::kVelocity) << "held at rest";
+  EXPECT_EQ(driver_.read(Wheels::Constant(9), Wheels::Constant(3)).phi[0], 9) << "encoders keep their counts";
 }
 
-TEST_F(BaseDriverTest, CableThatIsSoonInAgainIsNotNoticed) {
+TEST_F(BaseDriverTest, ShortInterruptionIsNotNoticed) {
   driver_.command(0, all(DriveMode::kTorque, 1));
   run_to(1);
   Faults faults;
@@ -162,7 +162,7 @@ TEST_F(BaseDriverTest, CableThatIsSoonInAgainIsNotNoticed) {
   expect_torque(1);
 }
 
-TEST_F(BaseDriverTest, SilentMotorIsOffAndItsReadingsStand) {
+TEST_F(BaseDriverTest, SilentMotorSwitchesOffAndItsReadingsFreeze) {
   driver_.command(0, all(DriveMode::kTorque, 1));
   run_to(1);
   driver_.read(Wheels::Constant(5), Wheels::Constant(2));
@@ -175,12 +175,12 @@ TEST_F(BaseDriverTest, SilentMotorIsOffAndItsReadingsStand) {
   EXPECT_TRUE((readings.phi == Wheels(6, 6, 6, 5)).all());
   EXPECT_TRUE((readings.dphi == Wheels(4, 4, 4, 2)).all());
   EXPECT_TRUE(driver_.present());
-  // What it was last told comes again in each cycle.
+  // The driver repeats the last set point in every cycle.
   driver_.set_faults(now(), Faults());
   expect_torque(1);
 }
 
-TEST_F(BaseDriverTest, DelayedCommandsComeInOrder) {
+TEST_F(BaseDriverTest, DelayedCommandsTakeEffectInOrder) {
   Faults faults;
   faults.command_delay = 0.02;
   driver_.set_faults(0, faults);
@@ -193,7 +193,7 @@ TEST_F(BaseDriverTest, DelayedCommandsComeInOrder) {
   EXPECT_EQ(run_to(0.031)[0], 2);
 }
 
-TEST_F(BaseDriverTest, SetPointsAndReadingsAreWholeNumbersOnEthercat) {
+TEST_F(BaseDriverTest, EthercatQuantizesSetPointsAndReadings) {
   driver_ = BaseDriver(BaseDriver::Settings(), Wheels::Zero());
   const Motor motor;
   driver_.command(0, all(DriveMode::kTorque, 1));
@@ -205,7 +205,7 @@ TEST_F(BaseDriverTest, SetPointsAndReadingsAreWholeNumbersOnEthercat) {
   EXPECT_NEAR(readings.torque[0] / motor.milliampere(), 1155, 1e-9);
 }
 
-TEST(MotorSensorsTest, EncoderThatSlipsMissesItsShare) {
+TEST(MotorSensorsTest, SlippingEncoderMissesItsShare) {
   MotorSensors sensors(Motor(), false, Wheels::Constant(1));
   Faults faults;
   faults.encoder_slip[1] = 0.25;
@@ -214,12 +214,12 @@ TEST(MotorSensorsTest, EncoderThatSlipsMissesItsShare) {
   EXPECT_NEAR(slipped.phi[0], 5, 1e-15);
   EXPECT_NEAR(slipped.phi[1], 4, 1e-15);
   EXPECT_NEAR(slipped.dphi[1], 6, 1e-15);
-  const MotorReadings& mended = sensors.read(Wheels::Constant(6), Wheels::Constant(8), Wheels::Zero());
-  EXPECT_NEAR(mended.phi[1], 5, 1e-15) << "what was missed stays missed";
-  EXPECT_EQ(mended.dphi[1], 8);
+  const MotorReadings& repaired = sensors.read(Wheels::Constant(6), Wheels::Constant(8), Wheels::Zero());
+  EXPECT_NEAR(repaired.phi[1], 5, 1e-15) << "the angle that was missed stays missed";
+  EXPECT_EQ(repaired.dphi[1], 8);
 }
 
-TEST(MotorSensorsTest, NoiseHasTheDeviationThatItSays) {
+TEST(MotorSensorsTest, NoiseHasItsStandardDeviation) {
   constexpr int kReadings = 4000;
   MotorSensors sensors(Motor(), false, Wheels::Zero());
   Faults faults;
@@ -230,7 +230,7 @@ TEST(MotorSensorsTest, NoiseHasTheDeviationThatItSays) {
     sum += phi;
     squares += phi * phi;
   }
-  // Five standard deviations of the mean and of the deviation.
+  // Within five standard errors of the mean and of the standard deviation.
   EXPECT_NEAR(sum / kReadings, 0, 5 * 1e-3 / std::sqrt(kReadings));
   EXPECT_NEAR(std::sqrt(squares / kReadings), 1e-3, 5 * 1e-3 / std::sqrt(2.0 * kReadings));
 }

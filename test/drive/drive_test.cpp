@@ -1,4 +1,4 @@
-// Commands to torque: the wheels' motors, their loops and limits, and the torque profiles.
+// From commands to torques: motors with their limits, velocity loops, dry friction, torque profiles.
 
 #include <gtest/gtest.h>
 
@@ -14,45 +14,45 @@ namespace {
 constexpr SetPoint torque(double value) { return {DriveMode::kTorque, value}; }
 constexpr SetPoint velocity(double value) { return {DriveMode::kVelocity, value}; }
 
-// The motor, by numbers worked out by hand from the driver's and the firmware's configuration files.
+// Expected numbers were worked out by hand from the configuration files of the driver and of the firmware.
 TEST(MotorTest, HasTheUnitsOfTheDriver) {
   const Motor motor;
   EXPECT_NEAR(motor.tick(), 6.0794e-5, 1e-9);
   EXPECT_NEAR(motor.rpm(), 4.05295e-3, 1e-8);
   EXPECT_NEAR(motor.milliampere(), 8.6557e-4, 1e-8);
-  EXPECT_NEAR(motor.most_torque(), 3.0849, 1e-4);
-  EXPECT_NEAR(motor.most_rate(), 16.2118, 1e-4);
+  EXPECT_NEAR(motor.max_torque(), 3.0849, 1e-4);
+  EXPECT_NEAR(motor.max_rate(), 16.2118, 1e-4);
 }
 
-TEST(MotorTest, CurrentIsCutAndSpeedIsRoundedOnTheWay) {
+TEST(MotorTest, TransmissionTruncatesCurrentAndRoundsSpeed) {
   const Motor motor;
   const double mA = motor.milliampere(), rpm = motor.rpm();
   EXPECT_EQ(motor.transmitted(torque(2.9 * mA)).value, 2 * mA);
   EXPECT_EQ(motor.transmitted(torque(-2.9 * mA)).value, -2 * mA);
-  EXPECT_EQ(motor.transmitted(torque(motor.most_torque())).value, 3564 * mA);
+  EXPECT_EQ(motor.transmitted(torque(motor.max_torque())).value, 3564 * mA);
   EXPECT_EQ(motor.transmitted(velocity(2.6 * rpm)).value, 3 * rpm);
   EXPECT_EQ(motor.transmitted(velocity(-2.4 * rpm)).value, -2 * rpm);
 }
 
-TEST(MotorTest, SaturatesWhatIsHuge) {
+TEST(MotorTest, ClampsHugeSetPoints) {
   const Motor motor;
-  EXPECT_EQ(motor.transmitted(motor.limited(velocity(1e300))).value, motor.most_rate());
-  EXPECT_EQ(motor.limited(torque(-1e300)).value, -motor.most_torque());
+  EXPECT_EQ(motor.transmitted(motor.limited(velocity(1e300))).value, motor.max_rate());
+  EXPECT_EQ(motor.limited(torque(-1e300)).value, -motor.max_torque());
   EXPECT_FALSE(motor.can(torque(1e300)));
   EXPECT_TRUE(motor.can(torque(3.0)));
 }
 
-TEST(WheelDriveTest, HoldsAndClipsTorques) {
+TEST(WheelDriveTest, HoldsAndClampsTorques) {
   WheelDrive drive(1e-3);
   drive.command(0, torque(1.5));
   drive.command(1, torque(-1e6));
   const Wheels sampled = drive.sample(Wheels::Zero());
   EXPECT_EQ(sampled[0], 1.5);
-  EXPECT_EQ(sampled[1], -Motor().most_torque());
+  EXPECT_EQ(sampled[1], -Motor().max_torque());
   EXPECT_EQ(sampled[2], 0);  // never commanded: off
 }
 
-TEST(WheelDriveTest, VelocityLoopIsThePiThatItSays) {
+TEST(WheelDriveTest, VelocityLoopIsAPiController) {
   const VelocityGains gains;
   WheelDrive drive(1e-3);
   drive.command(2, velocity(1));
@@ -66,25 +66,25 @@ TEST(WheelDriveTest, VelocityLoopIsThePiThatItSays) {
 TEST(WheelDriveTest, SetPointIsLimitedToTheMotorsSpeed) {
   WheelDrive drive(1e-3);
   drive.command(0, velocity(100));
-  EXPECT_NEAR(drive.sample(Wheels::Constant(Motor().most_rate()))[0], 0, 1e-12);
+  EXPECT_NEAR(drive.sample(Wheels::Constant(Motor().max_rate()))[0], 0, 1e-12);
 }
 
 TEST(WheelDriveTest, IntegralDoesNotWindUp) {
   WheelDrive drive(1e-3);
   drive.command(0, velocity(10));
-  for (int k = 0; k < 10000; ++k) EXPECT_LE(drive.sample(Wheels::Zero())[0], Motor().most_torque());  // blocked
-  // Freed and too fast, it is braked within a few periods, not after ten seconds' worth of integral.
+  for (int k = 0; k < 10000; ++k) EXPECT_LE(drive.sample(Wheels::Zero())[0], Motor().max_torque());  // blocked
+  // Once it is free and too fast, it brakes at once; ten seconds of error have not wound up the integral.
   EXPECT_LT(drive.sample(Wheels::Constant(14))[0], 0);
 }
 
-TEST(WheelDriveTest, MotorThatIsOffHasNoTorque) {
+TEST(WheelDriveTest, MotorThatIsOffExertsNoTorque) {
   WheelDrive drive(1e-3);
   drive.command(3, torque(1));
   drive.command(3, {});
   EXPECT_EQ(drive.sample(Wheels::Constant(5))[3], 0);
 }
 
-// A wheel of inertia J on its own, under a motor's torque, a load and dry friction of up to 0.5 N m.
+// A wheel of inertia J under the torque of its motor, a load, and dry friction of up to 0.5 N m.
 class DryFrictionTest : public ::testing::Test {
  protected:
   /// Rate of the wheel after `periods` control periods.
@@ -103,25 +103,25 @@ class DryFrictionTest : public ::testing::Test {
 };
 
 TEST_F(DryFrictionTest, HoldsAgainstMotorAndLoad) {
-  for (const double J : {kInertia, 0.028}) {  // alone, and with a quarter of the robot
+  for (const double J : {kInertia, 0.028}) {  // a wheel alone, and one that carries a quarter of the robot
     EXPECT_NEAR(rate_after(500, J, 0, 0.4, 0), 0, 1e-12) << J;
     EXPECT_NEAR(rate_after(500, J, 0, 0, -0.4), 0, 1e-12) << J;
     EXPECT_NEAR(rate_after(500, J, 0, 0.7, -0.4), 0, 1e-12) << J;
   }
 }
 
-TEST_F(DryFrictionTest, BrakesByItsLimitAndStops) {
+TEST_F(DryFrictionTest, BrakesByItsLimitUntilTheWheelRests) {
   const double J = 0.028;
   EXPECT_NEAR(rate_after(100, J, 5, 0, 0), 5 - 0.5 * 0.1 / J, 0.02);
   EXPECT_NEAR(rate_after(1000, J, 5, 0, 0), 0, 1e-12);
 }
 
-TEST_F(DryFrictionTest, LetsGoAboveItsLimit) {
+TEST_F(DryFrictionTest, YieldsAboveItsLimit) {
   const double J = 0.028;
   EXPECT_NEAR(rate_after(100, J, 0, 0.8, 0), 0.3 * 0.1 / J, 0.02);
 }
 
-TEST(TorqueProgrammesTest, PieceHoldsToItsEndAndBeyond) {
+TEST(TorqueProfileTest, SegmentHoldsUntilTheNextIsBegun) {
   TorqueSegment first, second;
   first.constant << 1, 1, 1, 1;
   second.start = 2;
@@ -137,10 +137,10 @@ TEST(TorqueProgrammesTest, PieceHoldsToItsEndAndBeyond) {
   EXPECT_NEAR(torque.derivative(3)[0], 3 * M_PI / 2, 1e-12);
 }
 
-TEST(TorqueProgrammesTest, ReferenceMotionsDerivativesAreItsOwn) {
+TEST(ReferenceMotionTest, AccelerationAndJerkAreItsDerivatives) {
   const ReferenceMotion motion{5, {0.1, 0.2, 0.3}, {-0.4, 0.5, 0}, {0, 0, 0.7}};
   constexpr double t = 1.234, dt = 1e-5;
-  // Central differences: their error is dt^2 times third derivatives of about 2, and rounding of 1e-16 / dt.
+  // Central differences err by dt^2 times third derivatives of about 2, and by rounding of 1e-16 / dt.
   EXPECT_LT((motion.acceleration(t) - (motion.velocity(t + dt) - motion.velocity(t - dt)) / (2 * dt)).norm(), 1e-9);
   EXPECT_LT((motion.jerk(t) - (motion.acceleration(t + dt) - motion.acceleration(t - dt)) / (2 * dt)).norm(), 1e-9);
 }

@@ -11,7 +11,7 @@ namespace {
 
 constexpr char kFolder[] = YOUBOT_BASE_SIM_SOURCE_DIR "/config";
 
-/// A file with one piece of text replaced by another.
+/// Loads the repository's file after one text in it is replaced by another.
 class DriverConfigurationTest : public ::testing::Test {
  protected:
   DriverConfiguration load_with(const std::string& from, const std::string& to) {
@@ -39,7 +39,7 @@ class DriverConfigurationTest : public ::testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(DriverConfigurationTest, OursIsTheDefault) {
+TEST_F(DriverConfigurationTest, FileOfTheRepositoryHasTheDefaults) {
   const DriverConfiguration read = load_driver_configuration(kFolder, "youbot-base");
   EXPECT_EQ(read.motor.gear_ratio, Motor().gear_ratio);
   EXPECT_EQ(read.motor.encoder_ticks, Motor().encoder_ticks);
@@ -48,14 +48,14 @@ TEST_F(DriverConfigurationTest, OursIsTheDefault) {
   EXPECT_EQ(read.kinematics.half_lengths, DriverKinematics().half_lengths);
 }
 
-TEST_F(DriverConfigurationTest, NumbersCount) {
+TEST_F(DriverConfigurationTest, ReadsTheNumbersOfTheFile) {
   EXPECT_EQ(load_with("WheelRadius_[meter] = 0.0475", "WheelRadius_[meter] = 0.05").kinematics.wheel_radius, 0.05);
   EXPECT_EQ(load_with("LengthBetweenFrontWheels_[meter] = 0.3", "LengthBetweenFrontWheels_[meter] = 0.33")
                 .kinematics.half_lengths,
             0.4);
 }
 
-TEST_F(DriverConfigurationTest, WhatIsBadIsRefusedByName) {
+TEST_F(DriverConfigurationTest, RefusesBadValuesByName) {
   expect_refused("WheelRadius_[meter] = 0.0475", "WheelRadius_[meter] = -1",
                  {"changed.cfg", "YouBotKinematic", "WheelRadius", "-1", "> 0"});
   expect_refused("WheelRadius_[meter] = 0.0475", "", {"WheelRadius", "missing"});
@@ -65,7 +65,7 @@ TEST_F(DriverConfigurationTest, WhatIsBadIsRefusedByName) {
   expect_refused("[Joint_1]", "[Joint_1", {"changed.cfg", "line"});
 }
 
-TEST_F(DriverConfigurationTest, FileThatIsNotThereIsNamed) {
+TEST_F(DriverConfigurationTest, NamesAMissingFile) {
   try {
     load_driver_configuration("/nowhere", "youbot-base");
     FAIL() << "must throw";

@@ -80,8 +80,8 @@ TEST(WheelOdometry, has_no_covariance_like_the_driver) {
   EXPECT_EQ(odometry.velocity_covariance({1, 2, 3, 4}), Eigen::Matrix3d::Zero());
 }
 
-// What the covariance is said to be: that of the poses of bases whose wheels turn by 1 + e times as much, with an e
-// that is constant and one that is drawn for each turn.
+// The covariance is that of many bases whose wheels turn by a factor 1 + a + b, where a is constant for each wheel and
+// b is drawn for each turn.
 TEST(WheelOdometry, covariance_is_that_of_wheels_with_relative_errors) {
   constexpr double kError = 1e-3;
   constexpr int kBases = 4000, kTurns = 20;
@@ -97,7 +97,7 @@ TEST(WheelOdometry, covariance_is_that_of_wheels_with_relative_errors) {
     const Wheels constant = errors();
     Wheels phi = Wheels::Zero();
     for (int k = 0; k < kTurns; ++k) {
-      // Each wheel's own turns are longer or shorter than `turn`: so are the stretches of one error.
+      // The mean of b over n turns of a wheel has a standard deviation of kError / sqrt(n).
       const Wheels changing = errors() / (turn / (2 * M_PI)).sqrt();
       for (int part = 0; part < 10; ++part) {
         phi += (1 + constant + changing) * turn / 10;
@@ -107,11 +107,12 @@ TEST(WheelOdometry, covariance_is_that_of_wheels_with_relative_errors) {
     const Eigen::Vector3d d = other.pose() - odometry.pose();
     sampled += d * d.transpose() / kBases;
   }
-  // Parts of 36 degrees rather than 3.6 shift the pose by a part in a thousand; a variance of 4000 samples is 2.2 % off
-  // as a rule.
-  const Eigen::Matrix3d told = odometry.pose_covariance();
-  for (int i = 0; i < 3; ++i) EXPECT_NEAR(told(i, i), sampled(i, i), 0.1 * sampled(i, i)) << told << "\n" << sampled;
-  EXPECT_TRUE(told.isApprox(sampled, 0.1)) << told << "\n" << sampled;
+  // Steps of 36 degrees rather than 3.6 shift the pose by 0.1 %. The variance of 4000 samples has a standard error of
+  // 2.2 %.
+  const Eigen::Matrix3d predicted = odometry.pose_covariance();
+  for (int i = 0; i < 3; ++i)
+    EXPECT_NEAR(predicted(i, i), sampled(i, i), 0.1 * sampled(i, i)) << predicted << "\n" << sampled;
+  EXPECT_TRUE(predicted.isApprox(sampled, 0.1)) << predicted << "\n" << sampled;
 }
 
 TEST(WheelOdometry, covariance_of_the_velocity_at_rest_is_the_resolution) {

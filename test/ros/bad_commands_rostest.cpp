@@ -66,7 +66,7 @@ TEST_F(BadCommands, empty_command_changes_nothing) {
 
 TEST_F(BadCommands, torque_beyond_the_motor_is_clipped) {
   command({entry("wheel_joint_fl", kTorqueUnit, 1e6), entry("wheel_joint_br", kTorqueUnit, -1e300)});
-  expect_torques({Motor().most_torque(), 0.2, 0.3, -Motor().most_torque()});
+  expect_torques({Motor().max_torque(), 0.2, 0.3, -Motor().max_torque()});
   expect_warning({"torques_command", "wheel_joint_fl", "1000000", "limit"});
 }
 

@@ -7,11 +7,10 @@
 #include <sensor_msgs/JointState.h>
 #include <tf2_msgs/TFMessage.h>
 
-#include <cstdlib>
 #include <map>
 
+#include "program.h"
 #include "rostest_main.h"
-#include "temporary_folder.h"
 #include "youbot_base_sim/ros/conversions.h"
 #include "youbot_base_sim/simulation.h"
 
@@ -27,9 +26,10 @@ class PaperCase : public ::testing::Test {
   static void SetUpTestSuite() {
     const TemporaryFolder folder;
     const std::string path = folder.path("case.bag");
-    const std::string command = "roslaunch youbot_base_sim paper_case.launch duration:=" + std::to_string(kDuration) +
-                                " scene:=" + kScene + " bag:=" + path;
-    ASSERT_EQ(std::system(command.c_str()), 0);
+    Program roslaunch("/usr/bin/env",
+                      {"roslaunch", "youbot_base_sim", "paper_case.launch", "duration:=" + std::to_string(kDuration),
+                       std::string("scene:=") + kScene, "bag:=" + path});
+    ASSERT_EQ(roslaunch.wait(), 0) << roslaunch.out() << roslaunch.err();
     bag_.open(path, rosbag::bagmode::Read);
   }
 

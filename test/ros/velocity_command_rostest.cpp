@@ -22,7 +22,7 @@ TEST(VelocityCommand, tracks) {
     base.command(velocity_message(rates, base.clock()));
     base.settle();
     for (int i = 0; i < kWheels; ++i) {
-      EXPECT_LE(std::abs(base.joints.effort[i]), Motor().most_torque());
+      EXPECT_LE(std::abs(base.joints.effort[i]), Motor().max_torque());
       if (k >= 500) mean[i] += base.joints.velocity[i] / 500;
     }
   }
@@ -43,7 +43,7 @@ TEST(VelocityCommand, is_limited_by_the_motor) {
   const Wheels too_fast = Wheels::Constant(100);
   for (int k = 0; k < 20; ++k) base.command(velocity_message(too_fast, base.clock()));
   base.settle();
-  for (int i = 0; i < kWheels; ++i) EXPECT_EQ(base.joints.effort[i], Motor().most_torque()) << kWheelNames[i];
+  for (int i = 0; i < kWheels; ++i) EXPECT_EQ(base.joints.effort[i], Motor().max_torque()) << kWheelNames[i];
 }
 
 }  // namespace

@@ -1,65 +1,21 @@
 // What is configured wrongly is refused: exit status 2 and a line that names the parameter, the value and what is
 // allowed.
 
-#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <nav_msgs/Odometry.h>
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
-#include <csignal>
-#include <fstream>
-#include <sstream>
 #include <string>
 #include <vector>
 
+#include "program.h"
 #include "rostest_main.h"
-#include "temporary_folder.h"
 
 namespace youbot_base_sim {
 namespace {
 
 constexpr char kPlayedScene[] = "_scene:=" YOUBOT_BASE_SIM_SOURCE_DIR "/config/scenes/case2.yaml";
-
-/// A program that runs beside the test, its output in a file.
-class Process {
- public:
-  Process(const std::string& program, const std::vector<std::string>& arguments, const std::string& output)
-      : output_(output) {
-    std::vector<char*> argv{const_cast<char*>(program.c_str())};
-    for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
-    argv.push_back(nullptr);
-    pid_ = fork();
-    if (pid_ != 0) return;
-    const int file = open(output.c_str(), O_CREAT | O_WRONLY | O_TRUNC, 0600);
-    dup2(file, STDOUT_FILENO);
-    dup2(file, STDERR_FILENO);
-    alarm(20);  // s: the end of a program that should have ended by itself
-    execv(program.c_str(), argv.data());
-    _exit(127);
-  }
-
-  void kill() { ::kill(pid_, SIGKILL); }
-
-  /// Exit status; -1 for a program that was killed.
-  int wait() {
-    int status = 0;
-    waitpid(pid_, &status, 0);
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  }
-
-  std::string output() const {
-    std::ostringstream text;
-    text << std::ifstream(output_).rdbuf();
-    return text.str();
-  }
-
- private:
-  std::string output_;
-  pid_t pid_;
-};
 
 class WrongConfiguration : public ::testing::Test {
  protected:
@@ -70,9 +26,9 @@ class WrongConfiguration : public ::testing::Test {
                       const std::vector<std::string>& words) {
     static int number = 0;
     arguments.push_back("__name:=refused_" + std::to_string(++number));
-    Process process(program, arguments, folder_.path("output"));
+    Program process(program, arguments);
     EXPECT_EQ(process.wait(), 2);
-    const std::string output = process.output();
+    const std::string output = process.out() + process.err();
     for (const std::string& word : words) {
       EXPECT_NE(output.find(word), std::string::npos) << word << " is not in: " << output;
     }
@@ -161,14 +117,14 @@ TEST_F(WrongConfiguration, player_without_a_base_fails_rather_than_waits) {
   const ros::Subscriber subscriber = node.subscribe<nav_msgs::Odometry>(
       "odom", 1,
       [&](const nav_msgs::Odometry::ConstPtr& message) { started = message->header.stamp > ros::Time(0.1); });
-  Process base(BASE_NODE, {"_publish_clock:=true", "_lockstep:=true", "__name:=doomed"}, folder_.path("base"));
-  Process player(PLAY_SCENE, {kPlayedScene, "_duration:=1e6"}, folder_.path("player"));
+  Program base(BASE_NODE, {"_publish_clock:=true", "_lockstep:=true", "__name:=doomed"});
+  Program player(PLAY_SCENE, {kPlayedScene, "_duration:=1e6"});
   const auto limit = ros::WallTime::now() + ros::WallDuration(15);
   while (!started && ros::WallTime::now() < limit) ros::getGlobalCallbackQueue()->callOne(ros::WallDuration(0.1));
   EXPECT_TRUE(started);
   base.kill();
-  EXPECT_EQ(player.wait(), 1) << player.output();
-  EXPECT_NE(player.output().find("/doomed is gone"), std::string::npos) << player.output();
+  EXPECT_EQ(player.wait(), 1) << player.err();
+  EXPECT_NE((player.out() + player.err()).find("/doomed is gone"), std::string::npos) << player.err();
   base.wait();
 }
 

@@ -1,4 +1,4 @@
-// The URDF shows the wheels that are simulated: it is held against the physics' own contact geometry.
+// The URDF against the contact geometry of the physics.
 
 #include "youbot_base_sim/scene/urdf.h"
 
@@ -19,7 +19,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Enough of a parser for what urdf() writes: a joint, a visual and an inertial each on a line of its own.
+// A parser for what urdf() writes: each joint, visual and inertial has a line of its own.
 std::string attribute(const std::string& line, const std::string& name) {
   const auto start = line.find(" " + name + "=\"");
   if (start == std::string::npos) return "";
@@ -61,18 +61,18 @@ struct Document {
   std::map<std::string, std::vector<std::string>> visuals;
 };
 
-/// The middle circle of one of the discs that a roller is drawn from, in the wheel's frame.
+/// The middle circle of one of a roller's discs, in the frame of the wheel.
 struct Circle {
   Vector3d centre, normal;
   double radius;
 
-  /// Its point in direction theta, rad.
+  /// The point in direction theta, rad.
   Vector3d at(double theta) const {
     const Vector3d u = normal.unitOrthogonal();
     return centre + radius * (std::cos(theta) * u + std::sin(theta) * normal.cross(u));
   }
 
-  /// Its point that is farthest from the axle.
+  /// The point that is farthest from the axle.
   Vector3d outermost() const {
     const auto distance = [this](double theta) { return std::hypot(at(theta).x(), at(theta).z()); };
     double best = 0, step = 0.01;
@@ -112,10 +112,10 @@ TEST(Urdf, FileOfTheRepositoryShowsThePapersRobot) {
   std::ifstream file(YOUBOT_BASE_SIM_SOURCE_DIR "/urdf/youbot_base.urdf");
   std::stringstream text;
   text << file.rdbuf();
-  EXPECT_EQ(text.str(), urdf(RobotParameters())) << "bring it up to date: describe_base > urdf/youbot_base.urdf";
+  EXPECT_EQ(text.str(), urdf(RobotParameters())) << "update it: describe_base > urdf/youbot_base.urdf";
 }
 
-TEST(Urdf, HasTheDriversJointsAndAllRollers) {
+TEST(Urdf, HasTheDriversJointsAndEveryRoller) {
   for (const RobotParameters& robot : robots()) {
     const Document document(urdf(robot));
     EXPECT_EQ(document.links.size(), 2u + kWheels * (2 + robot.rollers));
@@ -145,11 +145,11 @@ TEST(Urdf, RollersTurnOnRequest) {
     EXPECT_EQ(attribute(fixed.joints.at(name), "type") == "fixed", roller || name == "base_footprint_joint") << name;
     if (!roller) continue;
     EXPECT_EQ(attribute(joint, "type"), "continuous") << name;
-    EXPECT_NE(joint.find("<axis xyz=\"1 0 0\"/>"), std::string::npos) << name;  // e_i, which gamma turns about
+    EXPECT_NE(joint.find("<axis xyz=\"1 0 0\"/>"), std::string::npos) << name;  // e_i, the axis of gamma
   }
 }
 
-TEST(Urdf, RollerStandsOnTheFloorWhereThePhysicsSaysSo) {
+TEST(Urdf, RollersTouchTheFloorWhereThePhysicsDoes) {
   for (const RobotParameters& robot : robots()) {
     const Document document(urdf(robot));
     const RollerGeometry geometry(robot);
@@ -160,7 +160,7 @@ TEST(Urdf, RollerStandsOnTheFloorWhereThePhysicsSaysSo) {
         for (const Circle& circle : circles(document, roller)) {
           const Vector3d touch = circle.outermost();
           EXPECT_NEAR(std::hypot(touch.x(), touch.z()), robot.R, 1e-9) << roller;
-          // The wheel angle that turns this point down to the floor.
+          // The wheel angle at which this point is at the bottom.
           const double phi = std::atan2(touch.x(), -touch.z());
           const double phi_tilde = std::remainder(phi - k * geometry.pitch(), 2 * M_PI);
           EXPECT_NEAR(touch.y(), geometry.at(Wheels::Constant(phi_tilde)).Delta_Y[i], 1e-8) << roller;
@@ -168,14 +168,14 @@ TEST(Urdf, RollerStandsOnTheFloorWhereThePhysicsSaysSo) {
           last = std::max(last, phi_tilde);
         }
         EXPECT_NEAR(first, -last, 1e-6);
-        EXPECT_GT(last, 0.9 * geometry.pitch() / 2) << "rollers are drawn over their whole length";
+        EXPECT_GT(last, 0.9 * geometry.pitch() / 2) << "rollers are drawn to their ends";
         EXPECT_LT(last, geometry.pitch() / 2);
       }
     }
   }
 }
 
-TEST(Urdf, LowestPointIsTheFloorWithARollerStraightDown) {
+TEST(Urdf, LowestPointOfARollerIsOnTheFloor) {
   for (const RobotParameters& robot : robots()) {
     const Document document(urdf(robot));
     for (int k = 0; k < robot.rollers; ++k) {
@@ -203,7 +203,7 @@ TEST(Urdf, RollersOnTheFloorFormADiamond) {
   }
 }
 
-TEST(Urdf, MassAndMomentOfInertiaAreTheRobots) {
+TEST(Urdf, HasTheRobotsMassAndMomentOfInertia) {
   for (const RobotParameters& robot : robots()) {
     const Document document(urdf(robot));
     double mass = 0, moment = 0;
@@ -224,7 +224,7 @@ TEST(Urdf, MassAndMomentOfInertiaAreTheRobots) {
   }
 }
 
-TEST(Urdf, OddRobotsAreStillDrawn) {
+TEST(Urdf, DrawsUnusualRobots) {
   for (const int rollers : {3, 4, 30}) {
     for (const double R_d : {1e-3, 0.02, 0.0499}) {
       for (const double h : {0.01, 10.0}) {

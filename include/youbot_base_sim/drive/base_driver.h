@@ -11,12 +11,12 @@
 
 namespace youbot_base_sim {
 
-/// A set point for each wheel that a command names; the others keep theirs.
+/// A set point for each wheel that the command names; the other wheels keep theirs.
 using DriveCommand = std::array<std::optional<SetPoint>, kWheels>;
 
-/// The base driver without ROS: it keeps the set points of the four motors and sends them over EtherCAT once a cycle
-/// of 1 ms, for ever if no command follows; it switches motors on and off, and loses the base when EtherCAT fails. What
-/// the driver and the motors do at each of these is what the real ones do, as far as their sources tell.
+/// The base driver without ROS. It keeps the set points of the four motors and sends them over EtherCAT in every cycle
+/// of 1 ms, forever if no command follows. It switches the motors on and off, and loses the base when EtherCAT fails.
+/// The driver and the motors behave as the real ones do, as far as their sources tell.
 ///
 /// Times are simulated time, s.
 class BaseDriver {
@@ -25,49 +25,50 @@ class BaseDriver {
     double control_period = 1e-3;  ///< s
     Motor motor;
     VelocityGains gains;
-    bool quantized = true;       ///< set points and readings as EtherCAT carries them, else exact
-    double dry_friction = 0;     ///< N m a wheel
-    double wheel_inertia = 0;    ///< J_1, which dry friction needs, kg m^2
-    double command_timeout = 0;  ///< s without a command after which the wheels are stopped; 0: never, as the driver
+    bool quantized = true;       ///< set points and readings are those that EtherCAT carries; false: exact
+    double dry_friction = 0;     ///< of each wheel, N m
+    double wheel_inertia = 0;    ///< J_1, for dry friction, kg m^2
+    double command_timeout = 0;  ///< the wheels stop after this time without a command, s; 0: never, as the driver
   };
 
-  /// EtherCAT's cycle of 1 ms times the driver's MaximumNumberOfEtherCATErrors; also the MotorControllerTimeout of the
-  /// motors' firmware, s.
+  /// EtherCAT's cycle of 1 ms times the driver's MaximumNumberOfEtherCATErrors, s; also the MotorControllerTimeout of
+  /// the motors' firmware.
   static constexpr double kEthercatTimeout = 0.1;
 
-  /// The base is present, its motors are on and keep its wheels, which are at angles phi (rad), at rest.
+  /// The base is present. Its motors are on and hold the wheels at rest, at angles phi (rad).
   BaseDriver(const Settings& settings, const Wheels& phi);
 
-  /// Takes a command that arrives at time t. Has no effect if the base is not present. Motors that were off are on
-  /// again, as the driver's.
+  /// Takes a command that arrives at time t; without effect if the base is not present. A command switches its motors
+  /// on again, as in the driver.
   void command(double t, const DriveCommand& command);
 
-  /// Lets the wheels turn freely: no current. False if the base is not present.
+  /// Switches the motors off, so that the wheels turn freely. False if the base is not present.
   bool switch_off();
 
-  /// Has the motors keep the wheels at rest. False if the base is not present.
+  /// Switches the motors on to hold the wheels at rest. False if the base is not present.
   bool switch_on();
 
-  /// Starts the driver anew, with the motors on and the wheels kept at rest. False if EtherCAT is still lost: then the
-  /// base is not present.
+  /// Restarts the driver with the motors on and the wheels held at rest. False if EtherCAT is still lost: then the base
+  /// is not present.
   bool reconnect();
 
+  /// Replaces the faults at time t.
   void set_faults(double t, const Faults& faults);
   const Faults& faults() const { return faults_; }
 
-  /// Torque on the wheels, motors and dry friction, for the control period that begins at time t with rates `dphi`
-  /// (rad/s), N m.
+  /// Torque of motors and dry friction on each wheel, N m, for the control period that begins at time t with wheel
+  /// rates `dphi` (rad/s).
   Wheels sample(double t, const Wheels& dphi);
 
-  /// Reads the motors of wheels at angles phi (rad) and rates dphi (rad/s).
+  /// Reads the sensors of the motors, whose wheels are at angles phi (rad) and rates dphi (rad/s).
   const MotorReadings& read(const Wheels& phi, const Wheels& dphi);
 
-  bool present() const { return present_; }      ///< the base, in the driver's eyes
-  bool motors_on() const { return motors_on_; }  ///< what the driver's dashboard shows: only its services change it
-  bool timed_out() const { return timed_out_; }  ///< stopped for want of commands
+  bool present() const { return present_; }      ///< whether the driver has a base
+  bool motors_on() const { return motors_on_; }  ///< what the driver's dashboard shows; only its services change it
+  bool timed_out() const { return timed_out_; }  ///< whether `command_timeout` has stopped the wheels
   const Motor& motor() const { return settings_.motor; }
 
-  /// What each motor does now.
+  /// What each motor is set to now.
   const std::array<SetPoint, kWheels>& set_points() const { return drive_.set_points(); }
 
  private:
@@ -76,11 +77,11 @@ class BaseDriver {
     DriveCommand command;
   };
 
-  bool answers(int i) const { return !faults_.ethercat_lost && !faults_.silent[i]; }
-  void keep_all(const SetPoint& set_point) { sent_.fill(set_point); }
-  void take_pending(double t);
-  void watch(double t);
-  void exchange(double t);
+  bool responds(int i) const { return !faults_.ethercat_lost && !faults_.silent[i]; }
+  void send_to_all(const SetPoint& set_point) { sent_.fill(set_point); }
+  void apply_due_commands(double t);
+  void check_command_timeout(double t);
+  void exchange_ethercat(double t);
 
   Settings settings_;
   WheelDrive drive_;
@@ -90,12 +91,12 @@ class BaseDriver {
   bool present_ = true;
   bool motors_on_ = true;
   bool timed_out_ = false;
-  std::array<SetPoint, kWheels> sent_;  // what the driver sends in each of its cycles
-  std::deque<Pending> pending_;         // commands that arrive later
-  double last_command_;
-  double ethercat_lost_since_;                // infinite: is not
-  std::array<double, kWheels> silent_since_;  // infinite: answers
-  Wheels torque_ = Wheels::Zero();            // of the motors, N m
+  std::array<SetPoint, kWheels> sent_;        // set points that the driver sends in each of its cycles
+  std::deque<Pending> pending_;               // commands that are delayed, the earliest first
+  double last_command_;                       // time; infinite: none
+  double ethercat_lost_since_;                // time; infinite: not lost
+  std::array<double, kWheels> silent_since_;  // times; infinite: responds
+  Wheels torque_ = Wheels::Zero();            // of the motors in this control period, N m
 };
 
 }  // namespace youbot_base_sim

@@ -8,37 +8,37 @@
 
 namespace youbot_base_sim {
 
-/// What the motors tell about themselves, at the wheels, positive forward on all four.
+/// Readings of the four motors, converted to the wheels; positive drives forward on all four.
 struct MotorReadings {
   Wheels phi = Wheels::Zero();     ///< rad
   Wheels dphi = Wheels::Zero();    ///< rad/s
-  Wheels torque = Wheels::Zero();  ///< of the motors, from their current, N m
+  Wheels torque = Wheels::Zero();  ///< measured by the motors' current, N m
 };
 
 /// The encoders and current sensors of the four motors.
 class MotorSensors {
  public:
-  /// With `quantized` readings, angles count in encoder ticks, rates in motor rpm and torques in mA, as what the driver
-  /// gets; else they are exact. The wheels are at rest at angles phi, rad.
+  /// The wheels stand at angles phi, rad. `quantized` readings are whole encoder ticks, rpm of the motor and mA, as the
+  /// driver receives them; otherwise readings are exact.
   MotorSensors(const Motor& motor, bool quantized, const Wheels& phi)
       : motor_(motor), quantized_(quantized), phi_(phi) {
     readings_.phi = phi;
   }
 
-  /// Reads wheels at angles phi (rad) and rates dphi (rad/s) whose motors exert `torque`, N m. To be called once a
-  /// cycle of the driver. Of faults, those of encoders count, and readings of silent motors are those of before.
+  /// Reads wheels at angles phi (rad) and rates dphi (rad/s) whose motors exert `torque` (N m). Call it once in each
+  /// cycle of the driver. Encoder faults change the readings; those of silent motors keep their last values.
   const MotorReadings& read(const Wheels& phi, const Wheels& dphi, const Wheels& torque, const Faults& faults = {});
 
-  /// The readings of before.
+  /// The last readings.
   const MotorReadings& readings() const { return readings_; }
 
  private:
   Motor motor_;
   bool quantized_;
   MotorReadings readings_;
-  Wheels phi_;                      // of the last reading, exact
-  Wheels missed_ = Wheels::Zero();  // turning that encoders have missed, rad
-  std::mt19937_64 random_;          // the same numbers in every run
+  Wheels phi_;                      // exact angles at the last reading, rad
+  Wheels missed_ = Wheels::Zero();  // angle that the encoders have missed so far, rad
+  std::mt19937_64 random_;          // has a fixed seed, so that every run draws the same noise
 };
 
 }  // namespace youbot_base_sim

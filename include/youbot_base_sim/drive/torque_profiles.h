@@ -8,25 +8,25 @@
 
 namespace youbot_base_sim {
 
-/// constant + cos * cos(2 pi t / period) + sin * sin(2 pi t / period), for one of V_X, V_Y (m/s) or Omega (rad/s).
+/// constant + cos * cos(2 pi t / period) + sin * sin(2 pi t / period): one of V_X, V_Y (m/s) or Omega (rad/s).
 struct Harmonic {
   double constant = 0;
   double cos = 0;
   double sin = 0;
 };
 
-/// A desired motion of the platform, each velocity one harmonic of a common period (s).
+/// A desired motion of the platform: each velocity is one harmonic of a common period.
 struct ReferenceMotion {
-  double period = 1;
+  double period = 1;  ///< s
   Harmonic V_X, V_Y, Omega;
 
-  /// (V_X, V_Y, Omega) and its first and second derivatives at time t (s).
+  /// (V_X, V_Y, Omega), m/s and rad/s, at time t (s); then its first and second derivatives.
   Eigen::Vector3d velocity(double t) const;
   Eigen::Vector3d acceleration(double t) const;
   Eigen::Vector3d jerk(double t) const;
 };
 
-/// The paper's open loop control (section 5.2): the torques under which model 1 carries out the desired motion.
+/// The paper's open-loop control (section 5.2): the torques under which model 1 performs the desired motion.
 class ReferenceTorque : public TorqueProfile {
  public:
   ReferenceTorque(const RobotParameters& robot, const ReferenceMotion& motion);
@@ -37,23 +37,23 @@ class ReferenceTorque : public TorqueProfile {
  private:
   NoSlipModel model_;
   ReferenceMotion motion_;
-  // Torques are quadratic in the motion: they have harmonics up to the second.
+  // The torques are quadratic in the velocities, so they have no harmonics above the second.
   Wheels constant_, cos_, sin_, cos_2_, sin_2_;
 };
 
-/// One segment of a torque profile, from `start` (s) on: constant + cos * cos(2 pi t / period) + sin * sin(...), N m,
-/// with t counted from zero, not from the start.
+/// One segment of a torque profile: constant + cos * cos(2 pi t / period) + sin * sin(2 pi t / period), N m. The time t
+/// is simulated time; it does not start at the segment.
 struct TorqueSegment {
-  double start = 0;
+  double start = 0;  ///< s
   Wheels constant = Wheels::Zero();
   Wheels cos = Wheels::Zero();
   Wheels sin = Wheels::Zero();
-  double period = 1;
+  double period = 1;  ///< s
 };
 
 using TorqueSegments = std::vector<TorqueSegment>;
 
-/// Torque in segments, each of which holds from its start to the next one's; zero before the first.
+/// A list of segments. Each holds from its start to the start of the next; the torque is zero before the first.
 class PiecewiseTorque : public TorqueProfile {
  public:
   /// Starts must increase.
@@ -67,17 +67,18 @@ class PiecewiseTorque : public TorqueProfile {
   TorqueSegment segment_;
 };
 
-/// Rows of four numbers, one for each wheel, each held from its time to the next row's; zero before the first.
+/// Rows of four numbers, one for each wheel. Each row holds from its time to that of the next; zero before the first.
 struct WheelTable {
   std::vector<double> t;  ///< s, increasing
   std::vector<Wheels> values;
 
+  /// The row that holds at `time`, s.
   Wheels at(double time) const;
-  /// First row time after `time`, s; infinity if none.
+  /// Time of the first row after `time`, s; infinity if there is none.
   double next(double time) const;
 };
 
-/// Torque from a table, N m.
+/// The torque of a table, N m; each row is a segment.
 class TableTorque : public TorqueProfile {
  public:
   explicit TableTorque(WheelTable table) : table_(std::move(table)) {}

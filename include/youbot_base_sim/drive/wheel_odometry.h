@@ -7,55 +7,54 @@
 
 namespace youbot_base_sim {
 
-/// Base kinematics as the youBot driver computes them: a Mecanum base without slip, each wheel touching the floor in
-/// its middle. Wheel rates have the sign of the URDF and of the paper, positive forward on all four wheels; the
-/// driver's own motors on the left turn the other way round.
+/// Base kinematics as the youBot driver computes them: a Mecanum base that does not slip and whose wheels touch the
+/// floor below their centres. Wheel rates have the signs of the URDF and of the paper, positive forward on all four
+/// wheels; the driver's own motors on the left turn the other way round.
 ///
-/// The lengths are those of the driver's configuration, youbot-base.cfg. Its wheel radius is 5 % below the real one,
-/// so that the driver's odometry falls short by as much and the base moves 5 % faster than commanded.
+/// The lengths come from the driver's configuration file, youbot-base.cfg. Its wheel radius is 5 % too small: the
+/// driver's odometry falls short by that much, and the base drives 5 % faster than commanded.
 struct DriverKinematics {
   double wheel_radius = 0.0475;  ///< m
   double half_lengths = 0.385;   ///< half the wheelbase plus half the track, (0.47 + 0.3) / 2, m
 
-  /// Wheel rates (rad/s) for a velocity (V_X, V_Y, Omega) of the base in its own frame, m/s and rad/s.
+  /// Wheel rates, rad/s, for a velocity (V_X, V_Y, Omega) of the base in its own frame, m/s and rad/s.
   Wheels wheel_rates(const Eigen::Vector3d& velocity) const;
 
-  /// Velocity of the base that the wheel rates tell of; of four rates, the part that no such motion explains is lost.
-  /// Linear, so that it also turns differences of wheel angles (rad) into displacements (m, m, rad).
+  /// Velocity of the base, m/s and rad/s, that explains the wheel rates (rad/s) best in the sense of least squares.
+  /// Linear: it also converts differences of wheel angles (rad) into displacements (m, m, rad).
   Eigen::Vector3d velocity(const Wheels& dphi) const;
 
-  /// The matrix of `velocity`, which takes rates of wheels (columns) to V_X, V_Y, Omega (rows).
+  /// The matrix of `velocity`: its rows are V_X, V_Y and Omega, its columns the wheels.
   Eigen::Matrix<double, 3, kWheels> jacobian() const;
 };
 
-/// Pose of the base from its wheels' angles as the driver integrates it: explicit Euler from one call to the next, with
-/// the heading that is already the new one. What comes out thus depends on how often it is updated; the driver does so
-/// at 50 Hz.
+/// Pose of the base as the driver integrates it from the wheels' angles: one Euler step per call, with the new heading.
+/// The result depends on how often it is updated; the driver updates it at 50 Hz.
 ///
-/// Its covariances are those of wheels that each turn by a share more or less than the base moves on, as a wrong radius
-/// and slip have it: one share that is unknown but constant, and one that changes from turn to turn, both with a
-/// standard deviation of `wheel_error`. They are of first order and never fall below what a tick and an rpm leave open.
-/// With `wheel_error` 0 they are zero, as the driver's.
+/// The covariances model a wheel radius that is not exactly known, and slip: each wheel has two relative errors, one
+/// constant and one that changes from turn to turn, both with a standard deviation of `wheel_error`. Errors propagate
+/// to first order, and the rounding of encoder ticks and of rpm is added. With a `wheel_error` of 0 the covariances are
+/// zero, as the driver's are.
 class WheelOdometry {
  public:
   using Covariance = Eigen::Matrix3d;  ///< of x, y (m), heading (rad) or V_X, V_Y (m/s), Omega (rad/s)
 
-  /// Starts at pose zero with the wheels at angles phi, rad.
+  /// Starts at pose zero, with the wheels at angles phi (rad).
   WheelOdometry(const DriverKinematics& kinematics, const Wheels& phi, double wheel_error = 0, const Motor& motor = {});
 
-  /// Goes on to wheel angles phi, rad.
+  /// Integrates the motion of the wheels to angles phi (rad).
   void update(const Wheels& phi);
 
-  /// Back to pose zero with the wheels at angles phi, rad.
+  /// Sets the pose back to zero, with the wheels at angles phi (rad).
   void reset(const Wheels& phi);
 
-  /// x, y (m) and heading (rad, unwrapped) in the frame of the pose at the start.
+  /// x, y (m) and heading (rad, unwrapped) in the frame of the initial pose.
   const Eigen::Vector3d& pose() const { return pose_; }
 
-  /// Of `pose`, in its frame.
+  /// Covariance of `pose`, in its frame.
   Covariance pose_covariance() const;
 
-  /// Of `kinematics().velocity(dphi)`, in the frame of the base.
+  /// Covariance of `kinematics().velocity(dphi)`, in the frame of the base, at wheel rates `dphi` (rad/s).
   Covariance velocity_covariance(const Wheels& dphi) const;
 
   const DriverKinematics& kinematics() const { return kinematics_; }
@@ -70,8 +69,8 @@ class WheelOdometry {
   double tick_, rpm_;  // rad, rad/s
   Wheels phi_;
   Eigen::Vector3d pose_ = Eigen::Vector3d::Zero();
-  Jacobian sensitivity_ = Jacobian::Zero();         // of the pose to each wheel's constant share
-  Covariance changing_share_ = Covariance::Zero();  // of the pose, on account of the other ones
+  Jacobian sensitivity_ = Jacobian::Zero();   // of the pose to each wheel's constant error
+  Covariance changing_ = Covariance::Zero();  // of the pose, from the errors that change, by wheel_error^2
 };
 
 }  // namespace youbot_base_sim

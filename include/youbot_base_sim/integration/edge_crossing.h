@@ -26,10 +26,14 @@ struct HermiteCubic {
   }
 
   /// Where it rises through zero, in [0, high]; it must be positive at `high`.
-  double root(double high) const { return where([this](double s) { return (*this)(s); }, high); }
+  double root(double high) const {
+    return where([this](double s) { return (*this)(s); }, high);
+  }
 
   /// Where it is largest, if its slope is positive at 0 and negative at 1.
-  double maximum() const { return where([this](double s) { return -slope(s); }, 1); }
+  double maximum() const {
+    return where([this](double s) { return -slope(s); }, 1);
+  }
 
  private:
   // Where f, which is positive at `high` but for rounding, becomes so. At 0 it counts as negative: a wheel that starts
@@ -47,9 +51,9 @@ struct HermiteCubic {
 
 /// The event of the integration: a wheel reaches an edge of the roller on which it stands.
 struct EdgeCrossing {
-  int wheel = -1;     ///< none: -1
-  int direction = 0;  ///< +1: the upper edge, -1: the lower one
-  double edge = 0;    ///< rad
+  int wheel = -1;                                       ///< none: -1
+  int direction = 0;                                    ///< +1: the upper edge, -1: the lower one
+  double edge = 0;                                      ///< rad
   double dt = std::numeric_limits<double>::infinity();  ///< after the start of the step, s
 
   explicit operator bool() const { return wheel >= 0; }
@@ -60,8 +64,8 @@ struct EdgeCrossing {
   double speed(const State& x) const { return direction * x.dphi()[wheel]; }
 };
 
-/// The first crossing in a step of length dt (s) from `start` to `end`, by the cubics through phi and dphi at both ends.
-/// A roller's range contains its lower edge, not its upper one.
+/// The first crossing in a step of length dt (s) from `start` to `end`, by the cubics through phi and dphi at both
+/// ends. A roller's range contains its lower edge, not its upper one.
 template <class System>
 EdgeCrossing first_crossing(const System& system, const State& start, const State& end, double dt) {
   EdgeCrossing first;

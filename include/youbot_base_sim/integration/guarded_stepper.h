@@ -23,9 +23,9 @@ struct WorkBound {
 /// Bounds the work of a LocatedStepper: a Controlled Stepper of odeint around it. Work is counted in evaluations of the
 /// right-hand side, not timed, so that results do not depend on the machine.
 ///
-/// Once the bound for a millisecond of motion is spent, or step lengths vanish, fallback steps go on: for a millisecond,
-/// and for twice as long each time that the bound is spent again soon after. Switches on the way are announced like all
-/// others, with times that are interpolated within the step.
+/// Once the bound for a millisecond of motion is spent, or step lengths vanish, fallback steps go on: for a
+/// millisecond, and for twice as long each time that the bound is spent again soon after. Switches on the way are
+/// announced like all others, with times that are interpolated within the step.
 template <class Stepper, class Fallback>
 class GuardedStepper {
  public:
@@ -50,7 +50,8 @@ class GuardedStepper {
       window_start_ = t;
       spent_ = system.evaluations();
     }
-    if (system.evaluations() - spent_ > bound_.max_evaluations || failures_ >= kMaxFailures || t + stepper_->dt() <= t) {
+    if (system.evaluations() - spent_ > bound_.max_evaluations || failures_ >= kMaxFailures ||
+        t + stepper_->dt() <= t) {
       begin_fallback(t);
       return fall_back(system, x, t, dt);
     }
@@ -65,9 +66,9 @@ class GuardedStepper {
   Stepper& stepper() { return *stepper_; }
 
  private:
-  static constexpr double kWindow = 1e-3;        // s
-  static constexpr int kMaxFailures = 400;       // odeint throws after 500
-  static constexpr double kFallbackStep = 5e-5;  // s
+  static constexpr double kWindow = 1e-3;                           // s
+  static constexpr int kMaxFailures = 400;                          // odeint throws after 500
+  static constexpr double kFallbackStep = 5e-5;                     // s
   static constexpr double kMinStretch = 1e-3, kMaxStretch = 64e-3;  // s of fallback steps in a row
   static constexpr double kSoon = 10e-3;                            // s after the last stretch
 

@@ -19,8 +19,8 @@ class Integration {
  public:
   virtual ~Integration() = default;
 
-  /// Observes odeint's loop over n control periods: called with k = 0 .. n-1 at the beginning of each, and with n at the
-  /// end of the last.
+  /// Observes odeint's loop over n control periods: called with k = 0 .. n-1 at the beginning of each, and with n at
+  /// the end of the last.
   using PeriodObserver = std::function<void(std::size_t k)>;
 
   /// Advances x from time t by n control periods of length `period` (s), over each of which the torque is smooth; the
@@ -33,12 +33,12 @@ class Integration {
   /// The torque has jumped since the last call of `advance` or since the control period before.
   virtual void torque_jumped() = 0;
 
-  virtual double kinetic_energy(const State& x) const = 0;                ///< J
-  virtual Contacts contacts(const State& x, double t) const = 0;          ///< zero in model 1
-  virtual std::int64_t roller(int i) const = 0;                           ///< on which wheel i stands, unwrapped
-  virtual std::optional<std::int64_t> other_roller(int i) const = 0;      ///< the second one of a shared contact
-  virtual double resting_angle(int i, int k) const = 0;                   ///< of roller k, off the floor, rad
-  virtual std::vector<RollerSwitch> take_switches() = 0;                  ///< since the last call, in order of time
+  virtual double kinetic_energy(const State& x) const = 0;            ///< J
+  virtual Contacts contacts(const State& x, double t) const = 0;      ///< zero in model 1
+  virtual std::int64_t roller(int i) const = 0;                       ///< on which wheel i stands, unwrapped
+  virtual std::optional<std::int64_t> other_roller(int i) const = 0;  ///< the second one of a shared contact
+  virtual double resting_angle(int i, int k) const = 0;               ///< of roller k, off the floor, rad
+  virtual std::vector<RollerSwitch> take_switches() = 0;              ///< since the last call, in order of time
   virtual const IntegrationStatistics& statistics() const = 0;
 };
 

@@ -22,8 +22,9 @@ namespace youbot_base_sim {
 ///
 /// A switch is located to 1e-12 s, or to the resolution of phi for a wheel that hardly turns, by Newton's method on the
 /// length of the step: each try is a whole step of the inner stepper from the same start. The wheel then stands on the
-/// far side of the edge, and the step after it starts afresh. A wheel exactly on an edge stands on the roller that (2.1)
-/// names, unless its motion leaves that roller at once; a wheel that touches the edge and turns back does not switch.
+/// far side of the edge, and the step after it starts afresh. A wheel exactly on an edge stands on the roller that
+/// (2.1) names, unless its motion leaves that roller at once; a wheel that touches the edge and turns back does not
+/// switch.
 ///
 /// `dt` of try_step is an upper bound: how long a step is worth trying is remembered here, so that odeint may clip the
 /// bound at the end of a control period without any loss. After success dt is infinite, and odeint clips it again.
@@ -39,8 +40,7 @@ class LocatedStepper {
   using Result = boost::numeric::odeint::controlled_step_result;
 
   /// Records in `switches` and counts in `statistics`, which must outlive it.
-  LocatedStepper(Stepper stepper, const Tolerance& tolerance, SwitchLog& switches,
-                 IntegrationStatistics& statistics)
+  LocatedStepper(Stepper stepper, const Tolerance& tolerance, SwitchLog& switches, IntegrationStatistics& statistics)
       : stepper_(std::move(stepper)), tolerance_(tolerance), switches_(&switches), statistics_(&statistics) {}
 
   /// Tries a step of at most dt (s) from x at time t, to the first edge that is reached. `system` is a SlipSystem or
@@ -159,7 +159,8 @@ class LocatedStepper {
   bool may_go_on(const System& system, const EdgeCrossing& crossing) const {
     const Wheels phi = end_.phi() + beyond_ * end_.dphi();
     const double acceleration = secant()(crossing.wheel, 3);
-    if (!(std::abs(beyond_) < kFirstOrder * length_ && beyond_ * beyond_ * std::abs(acceleration) < resolution(crossing))) {
+    if (!(std::abs(beyond_) < kFirstOrder * length_ &&
+          beyond_ * beyond_ * std::abs(acceleration) < resolution(crossing))) {
       return false;
     }
     for (int k = 0; k < kWheels; ++k) {

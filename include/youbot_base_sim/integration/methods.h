@@ -20,8 +20,9 @@ struct Method {
   double default_step;      ///< of a method without step size control, s; 0: it has one
 };
 
-/// All of them, the default one first.
+/// All of them, the default one first; and their names.
 const std::vector<Method>& methods();
+const std::vector<std::string>& method_names();
 
 /// The method of that name; null if there is none.
 const Method* find_method(const std::string& name);

@@ -197,7 +197,8 @@ class Rosenbrock4 {
   boost::numeric::ublas::vector<double> y_, y_end_;
 };
 
-/// A method of odeint without step size control, with steps of one length at most. Method: step(system, in, t, out, dt).
+/// A method of odeint without step size control, with steps of one length at most. Method: step(system, in, t, out,
+/// dt).
 template <class Method>
 class FixedStep {
  public:
@@ -240,8 +241,7 @@ class ExplicitStep {
 /// first, the version of Boost 1.74 factorizes the factors of its Jacobian again.
 class ImplicitEulerStep {
  public:
-  explicit ImplicitEulerStep(IntegrationStatistics& statistics)
-      : statistics_(&statistics), y_(State().values.size()) {}
+  explicit ImplicitEulerStep(IntegrationStatistics& statistics) : statistics_(&statistics), y_(State().values.size()) {}
   template <class System>
   void step(System system, const State& in, double t, State& out, double dt) {
     using Unwrapped = typename boost::numeric::odeint::unwrap_reference<System>::type;

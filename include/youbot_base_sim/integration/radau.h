@@ -23,15 +23,16 @@ namespace youbot_base_sim {
 /// Newton iterations find the stages in terms of the velocities alone; positions, heading and work are integrals of
 /// these. Each stage has its own friction in the Jacobian: with one for all, as Hairer and Wanner have it for smooth
 /// problems, the iterations fail where a wheel goes from gripping to slipping within a step. Where they fail all the
-/// same, the friction is first made to turn over a larger slip speed, which is then lowered step by step (continuation).
+/// same, the friction is first made to turn over a larger slip speed, which is then lowered step by step
+/// (continuation).
 ///
-/// A linearly implicit method would do without iterations, but it steps by the derivatives at the beginning of the step.
-/// Friction at slip speeds near nu turns within a step, and near sticking the velocities follow it like the solution of
-/// a differential-algebraic equation of index 2: there Radau's error is about a thousand times smaller.
+/// A linearly implicit method would do without iterations, but it steps by the derivatives at the beginning of the
+/// step. Friction at slip speeds near nu turns within a step, and near sticking the velocities follow it like the
+/// solution of a differential-algebraic equation of index 2: there Radau's error is about a thousand times smaller.
 ///
-/// It remembers the last step, to predict the next one and to reuse its friction. A call that repeats the state and time
-/// of the last one tries another length of the same step; any other continues from that step's end. Contacts may have
-/// changed in between; call `reset` where the torque jumps.
+/// It remembers the last step, to predict the next one and to reuse its friction. A call that repeats the state and
+/// time of the last one tries another length of the same step; any other continues from that step's end. Contacts may
+/// have changed in between; call `reset` where the torque jumps.
 ///
 /// The functions that do the work are marked `flatten`: all that they call is small and best inlined.
 template <class Law>

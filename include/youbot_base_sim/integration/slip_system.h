@@ -104,8 +104,9 @@ class SlipSystem {
     upper_edge_[i] = model_.geometry().upper_edge(k);
   }
 
-  /// The effect of a switch: wheel i of state x goes over to roller k. The roller that leaves the floor keeps its angle;
-  /// the new one starts at the angle that it left the floor with, and with the rate that RollerRateAtSwitch says.
+  /// The effect of a switch: wheel i of state x goes over to roller k. The roller that leaves the floor keeps its
+  /// angle; the new one starts at the angle that it left the floor with, and with the rate that RollerRateAtSwitch
+  /// says.
   void hand_over(int i, std::int64_t k, State& x) {
     const int n = rollers();
     resting_angle_[index(i, wrapped(roller_[i], n))] = x.gamma()[i];
@@ -221,7 +222,7 @@ class SlipSystem {
   ContactIds contact_ids_ = ContactIds::Zero();
   Mask shared_ = Mask::Constant(false), averaged_ = Mask::Constant(false);
   bool shares_ = false, averages_ = false;  // whether any is
-  alignas(kAlignment) Wheels phi_center_;  // wheel angles at which the rollers in contact point straight down, rad
+  alignas(kAlignment) Wheels phi_center_;   // wheel angles at which the rollers in contact point straight down, rad
   Wheels lower_edge_, upper_edge_;
   std::vector<double> resting_angle_;
   mutable std::uint64_t evaluations_ = 0;
@@ -272,7 +273,8 @@ void SlipSystem<Law>::jacobian(const State& x, Matrix& J, double t, State& dfdt)
   model_.damping(c, G);
   if (shares_) {
     put_shared(u, M, G);
-    for (Wheels* entry : {&by_phi.platform[0], &by_phi.platform[1], &by_phi.platform[2], &by_phi.dphi, &by_phi.dgamma}) {
+    for (Wheels* entry :
+         {&by_phi.platform[0], &by_phi.platform[1], &by_phi.platform[2], &by_phi.dphi, &by_phi.dgamma}) {
       *entry = shared_.select(Wheels::Zero(), *entry);  // phi stays on the edge
     }
   }

@@ -69,7 +69,8 @@ class SlipModel {
   /// Time derivative of `state`, whose contacts are `c`, under the wheel torques `M` (N m).
   void derivative(const State& state, const Contacts& c, const Wheels& M, State& derivative) const;
 
-  /// Sets G to minus the derivative of `forces` by the velocities, Coriolis forces excluded, where the contacts are `c`.
+  /// Sets G to minus the derivative of `forces` by the velocities, Coriolis forces excluded, where the contacts are
+  /// `c`.
   void damping(const Contacts& c, DampingMatrix& G) const { damping(c, law_.stiffness(c.V_PX, c.V_PY), G); }
 
   /// The same where the friction is taken to be F, which need not be the friction of c's slip: see the law.

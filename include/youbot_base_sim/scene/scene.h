@@ -11,25 +11,27 @@
 
 namespace youbot_base_sim {
 
-/// Reads `no_slip`, `viscous` or `coulomb`. Throws SceneError.
-Model model_from_name(const std::string& name);
+/// The model's name in a scene file: no_slip, viscous or coulomb.
 const char* name_of(Model model);
+/// The model of this name. Throws SceneError if there is none.
+Model model_from_name(const std::string& name);
 
+/// How the equations of motion are integrated.
 struct SolverSettings {
   std::string method = "radau";  ///< one of integration/methods.h
-  double step = 0;               ///< of a method without step size control, s; 0: its default
-  /// Chosen so that the paper's Cases 1 and 2 stay within 1e-5 m and 1e-5 rad of the exact motion over their 30 s.
+  double step = 0;               ///< s, of a method without step size control; 0: its default
+  /// The default keeps the paper's Cases 1 and 2 within 1e-5 m and 1e-5 rad of the exact motion over their 30 s.
   double relative_tolerance = 3e-7;
   double absolute_tolerance = 3e-10;  ///< SI units; 1e-3 of the relative one unless given
-  double control_period = 0;          ///< s; > 0: the drive is sampled and held over this period; 0: continuous in time
+  double control_period = 0;          ///< s; > 0: the drive is sampled and held for this period; 0: continuous in time
 };
 
-/// Wheel rates from a table, rad/s, tracked by the wheels' velocity loop.
+/// Wheel rates from a table, rad/s, which the wheels' velocity loops track.
 struct VelocityTable {
   WheelTable table;
 };
 
-/// One simulation: what a scene file describes, checked and with its defaults filled in. SI units, radians.
+/// One simulation as a scene file describes it, checked and with its defaults filled in. SI units, radians.
 struct Scene {
   Model model = Model::kCoulomb;
   double duration = 0;       ///< s
@@ -38,27 +40,29 @@ struct Scene {
   FloorParameters floor;
   State initial;
   SolverSettings solver;
-  /// Empty where the scene has no drive: its commands come from elsewhere.
+  /// Empty if the scene has no drive, because its commands come from elsewhere.
   std::variant<std::monostate, ReferenceMotion, TorqueSegments, WheelTable, VelocityTable> drive;
 };
 
-/// What is wrong with a scene, in one line: the key, its value and what is allowed.
+/// A mistake in a scene, in one line that names the key, its value and what is allowed.
 class SceneError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// What a command line or a parameter says over the file's head; a negative number or an empty name says nothing.
+/// Settings of a command line or of a node that replace the scene file's. A negative number or an empty name leaves the
+/// file's.
 struct SceneOverrides {
   std::string model;
   double relative_tolerance = -1;
   double control_period = -1;
+  std::string method;
 };
 
-/// Reads a scene file. Throws SceneError.
+/// Reads and checks a scene file and the tables that it names. Throws SceneError.
 Scene load_scene(const std::string& path, const SceneOverrides& overrides = {});
 
-/// The scene's torque as a function of time; null where its drive is none, or tracks velocities.
+/// The scene's torque as a function of time; null if it has no drive or one that tracks velocities.
 std::unique_ptr<TorqueProfile> make_torque_profile(const Scene& scene);
 
 }  // namespace youbot_base_sim
