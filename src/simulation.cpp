@@ -183,6 +183,12 @@ std::vector<RollerSwitch> Simulation::take_switches() { return loop_->integratio
 
 const IntegrationStatistics& Simulation::statistics() const { return loop_->integration_->statistics(); }
 
+double Simulation::transition_speed() const { return loop_->integration_->transition_speed(); }
+
+std::string Simulation::method() const {
+  return loop_->scene_.model == Model::kNoSlip ? "dopri5" : loop_->scene_.solver.method;
+}
+
 double Simulation::kinetic_energy() const { return loop_->integration_->kinetic_energy(loop_->state_); }
 
 double Simulation::energy_balance_error() const {

@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "youbot_base_sim/integration/statistics.h"
@@ -65,6 +66,13 @@ class Simulation {
   std::vector<RollerSwitch> take_switches();
 
   const IntegrationStatistics& statistics() const;
+
+  /// The slip speed over which the friction turns, m/s: the scene's slip_regularization, or what the tolerance can tell
+  /// from zero if that is more (see effective_transition_speed); infinite for models without one.
+  double transition_speed() const;
+
+  /// The name of the method that integrates: the scene's, or dopri5 for model 1.
+  std::string method() const;
 
   double kinetic_energy() const;  ///< J
 

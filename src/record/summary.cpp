@@ -11,6 +11,7 @@ std::string summary_json(const Simulation& simulation, double wall_time) {
   const IntegrationStatistics& statistics = simulation.statistics();
   nlohmann::json json;
   json["model"] = name_of(simulation.scene().model);
+  json["method"] = simulation.method();
   json["relative_tolerance"] = simulation.scene().solver.relative_tolerance;
   json["control_period"] = simulation.scene().solver.control_period;
   json["simulated_time"] = simulation.time();
@@ -23,6 +24,7 @@ std::string summary_json(const Simulation& simulation, double wall_time) {
   json["fallback_steps"] = statistics.fallback_steps;
   json["shared_contacts"] = statistics.shared_contacts;
   json["exhausted"] = statistics.exhausted;
+  for (const StatisticsField& field : kStatisticsFields) json[field.name] = statistics.*field.value;
   json["energy_balance_error"] = simulation.energy_balance_error();
   json["final"] = {{"x", x.x()},     {"y", x.y()},     {"psi", x.psi()},
                    {"V_X", x.V_X()}, {"V_Y", x.V_Y()}, {"Omega", x.Omega()}};

@@ -34,6 +34,11 @@ struct IntegrationSettings {
   double step = 0;  ///< of a method without step size control, s; 0: its default
 };
 
+/// The slip speed over which the friction turns in the integration, m/s: nu, but no less than what the tolerance can
+/// tell from zero, 0.1 m/s times the relative one. Rolling wheels creep by a share of it: in the paper's Case 1 the
+/// pose moves by 0.07 of it times the duration.
+double effective_transition_speed(double nu, const Tolerance& tolerance);
+
 /// The longest step, s, for which explicit methods are stable while wheels roll: about 3 over the fastest rate of a
 /// roller, which the friction drives with at most f N / nu (mu_0 in model 2a) against J_2.
 double stable_step(const RobotParameters& robot, const FloorParameters& floor, Model model);

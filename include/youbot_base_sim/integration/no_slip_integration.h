@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include "youbot_base_sim/integration/integration.h"
@@ -23,6 +24,7 @@ class NoSlipIntegration : public Integration {
   Contacts contacts(const State& x, double t) const override;
   std::int64_t roller(int) const override { return 0; }
   std::optional<std::int64_t> other_roller(int) const override { return std::nullopt; }
+  double transition_speed() const override { return std::numeric_limits<double>::infinity(); }
   double resting_angle(int, int) const override { return 0; }
   std::vector<RollerSwitch> take_switches() override { return {}; }
   const IntegrationStatistics& statistics() const override { return statistics_; }

@@ -92,7 +92,7 @@ class Radau {
   enum class Known { kNothing, kThisStep, kStepBefore };
 
   static constexpr int kMaxIterations = 25;
-  static constexpr double kMinLength = 1.0 / 64;  // part of a correction
+  static constexpr double kMinLength = 1.0 / 16;  // part of a correction
   static constexpr double kConverged = 0.03;      // of the tolerance
   static constexpr double kShrinkage = 0.3;       // of a step after iterations that failed
   // The Jacobian is renewed after a first correction of more than kFar tolerances, and where corrections shrink by less
@@ -103,7 +103,7 @@ class Radau {
   static constexpr double kMinRate = 0.03;
   // Continuation: the slip speed at which it begins, m/s, and the factor from one to the next.
   static constexpr double kFirstTransitionSpeed = 1e-2;
-  static constexpr double kTransitionRatio = 0.1;
+  static constexpr double kTransitionRatio = 0.2;
 
   bool repeats(const State& x, double t) const { return started_ && t == t_ && (x.values == x_.values).all(); }
 
@@ -137,7 +137,11 @@ class Radau {
     start_forces_ = system.model().forces(start_, contacts, M);
     start_friction_ = {contacts.F_X, contacts.F_Y};
     error_scale_ = error_scale(tolerance_, start_);
-    // Where the tolerance exceeds the slip at which friction turns, the equations must still be solved to less.
+    set_convergence_tolerance(system);
+  }
+
+  // Where the tolerance exceeds the slip over which the friction turns, the equations must still be solved to less.
+  void set_convergence_tolerance(const SlipSystem<Law>& system) {
     const Velocities turning = system.model().transition_velocities();
     convergence_tolerance_ = {kConverged * error_scale_.v.min(turning.v),
                               kConverged * error_scale_.dphi.min(turning.dphi),
@@ -187,9 +191,11 @@ class Radau {
     friction_.fill(start_friction_);
     for (double speed = kFirstTransitionSpeed; converged && speed > nu; speed *= kTransitionRatio) {
       system.set_transition_speed(speed);
+      set_convergence_tolerance(system);
       converged = iterate(system, dt);
     }
     system.set_transition_speed(nu);
+    set_convergence_tolerance(system);
     return converged && iterate(system, dt);
   }
 

@@ -54,6 +54,7 @@ class SlipIntegration : public Integration {
     if (!system_.shared(i)) return std::nullopt;
     return 2 * system_.lower_roller(i) + 1 - system_.roller(i);
   }
+  double transition_speed() const override { return system_.model().transition_speed(); }
   double resting_angle(int i, int k) const override { return system_.resting_angle(i, k); }
   std::vector<RollerSwitch> take_switches() override { return switches_.take(); }
   const IntegrationStatistics& statistics() const override {
