@@ -4,6 +4,7 @@
 
 #include <boost/property_tree/ini_parser.hpp>
 #include <cmath>
+#include <filesystem>
 
 #include "youbot_base_sim/physics/state.h"
 
@@ -76,7 +77,8 @@ bool equal(const Motor& a, const Motor& b) {
 
 DriverConfiguration load_driver_configuration(const std::string& folder, const std::string& name) {
   constexpr char kKinematics[] = "YouBotKinematic";
-  const Reader reader(folder + "/" + name + ".cfg");
+  const std::string path = std::filesystem::path(folder) / (name + ".cfg");
+  const Reader reader(path);
   DriverConfiguration configuration;
   configuration.kinematics.wheel_radius = reader.positive(kKinematics, "WheelRadius_[meter]");
   configuration.kinematics.half_lengths = (reader.positive(kKinematics, "LengthBetweenFrontAndRearWheels_[meter]") +
@@ -88,8 +90,7 @@ DriverConfiguration load_driver_configuration(const std::string& folder, const s
   for (int i = 1; i < kWheels; ++i) {
     const std::string section = fmt::format("Joint_{}", i + 1);
     if (equal(read_motor(reader, section), configuration.motor)) continue;
-    throw DriverConfigurationError(
-        fmt::format("{}/{}.cfg: [{}]: motor and gear must be those of [Joint_1]", folder, name, section));
+    throw DriverConfigurationError(fmt::format("{}: [{}]: motor and gear must be those of [Joint_1]", path, section));
   }
   return configuration;
 }
