@@ -14,7 +14,7 @@
 #include <ros/serialization.h>
 #include <rosgraph_msgs/Clock.h>
 
-#include "youbot_base_sim/record/bag.h"
+#include "youbot_base_sim/ros/bag.h"
 #include "youbot_base_sim/ros/telemetry.h"
 #endif
 
@@ -42,8 +42,6 @@ void run_periods(const Scene& scene) {
 }
 
 #ifdef YOUBOT_BASE_SIM_ROS
-constexpr char kClock[] = "/clock";  // one message each control period
-
 struct NodeFeatures {
   double publish_rate = 50;        // Hz
   std::set<std::string> listened;  // topics with a subscriber
@@ -65,8 +63,8 @@ void run_node(const Scene& scene, const NodeFeatures& features) {
   options.rollers = features.rollers;
   Telemetry telemetry(simulation, exact_readings(simulation), options);
   const auto bag = features.bag.empty() ? nullptr : std::make_unique<BagWriter>(features.bag);
-  const bool clock_listened = features.listened.count(kClock);
-  const bool switches_listened = features.listened.count(Telemetry::kSwitches);
+  const bool clock_listened = features.listened.count(kClockTopic);
+  const bool switches_listened = features.listened.count(kRollerSwitchesTopic);
   std::int64_t instants = 0;
   while (simulation.time() < scene.duration - 0.5 * kControlPeriod) {
     simulation.advance_periods(1);
@@ -99,7 +97,7 @@ void print_topics(const Scene& scene) {
   Telemetry(simulation, exact_readings(simulation), {}).visit(ros::Time(), [](const char* topic, const auto&) {
     fmt::print("{}\n", topic);
   });
-  fmt::print("{}\n{}\n", Telemetry::kSwitches, kClock);
+  fmt::print("{}\n{}\n", kRollerSwitchesTopic, kClockTopic);
 }
 #endif
 

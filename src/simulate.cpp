@@ -14,7 +14,7 @@
 #include "youbot_base_sim/record/csv.h"
 #include "youbot_base_sim/record/summary.h"
 #ifdef YOUBOT_BASE_SIM_ROS
-#include "youbot_base_sim/record/bag.h"
+#include "youbot_base_sim/ros/bag.h"
 #endif
 
 namespace {

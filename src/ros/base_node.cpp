@@ -14,14 +14,10 @@ namespace youbot_base_sim {
 
 namespace {
 
-constexpr char kClockTopic[] = "/clock";
-
 constexpr double kMostLag = 1.0;        // s of wall time, before the loop stops catching up
 constexpr double kRecorderDelay = 0.2;  // s of wall time from a recorder's subscription to its first message at most
 constexpr auto kHintAfter = std::chrono::seconds(5);  // of waiting for anything without a word
-constexpr std::uint32_t kDriverQueue = 1;             // of the driver's publishers: the latest counts
-constexpr std::uint32_t kRecorderQueue = 1000;
-constexpr double kSlack = 1e-6;  // of a control period, for rounding
+constexpr double kSlack = 1e-6;                       // of a control period, for rounding
 
 /// Is due every few seconds of a wait, but not at its beginning.
 class Hint {
@@ -83,19 +79,20 @@ void BaseNode::open_bag() {
 }
 
 void BaseNode::advertise() {
-  const std::uint32_t queue = settings_.publish_clock ? kRecorderQueue : kDriverQueue;
+  const std::uint32_t queue = settings_.publish_clock ? kRecorderQueueSize : kDriverQueueSize;
   telemetry_.visit(ros::Time(), [&](const char* topic, const auto& make) {
-    if (topic == std::string(Telemetry::kTransforms) && !settings_.publish_tf) return;
+    if (topic == std::string(kTransformsTopic) && !settings_.publish_tf) return;
     publishers_[topic] = node_.advertise<decltype(make())>(topic, queue);
   });
-  publishers_[Telemetry::kSwitches] = node_.advertise<RollerSwitchStamped>(Telemetry::kSwitches, kRecorderQueue);
-  publishers_[kDiagnosticsTopic] = node_.advertise<diagnostic_msgs::DiagnosticArray>(kDiagnosticsTopic, kDriverQueue);
+  publishers_[kRollerSwitchesTopic] = node_.advertise<RollerSwitchStamped>(kRollerSwitchesTopic, kRecorderQueueSize);
+  publishers_[kDiagnosticsTopic] =
+      node_.advertise<diagnostic_msgs::DiagnosticArray>(kDiagnosticsTopic, kDriverQueueSize);
 #ifdef YOUBOT_BASE_SIM_PR2_MSGS
-  publishers_[kDashboardTopic] = node_.advertise<pr2_msgs::PowerBoardState>(kDashboardTopic, kDriverQueue);
+  publishers_[kDashboardTopic] = node_.advertise<pr2_msgs::PowerBoardState>(kDashboardTopic, kDriverQueueSize);
 #endif
   // Latched, so that a node that comes later, perhaps while time stands still, knows the time at once.
   if (settings_.publish_clock) {
-    publishers_[kClockTopic] = node_.advertise<rosgraph_msgs::Clock>(kClockTopic, kRecorderQueue, true);
+    publishers_[kClockTopic] = node_.advertise<rosgraph_msgs::Clock>(kClockTopic, kRecorderQueueSize, true);
   }
 }
 
@@ -110,10 +107,10 @@ void BaseNode::publish_world() {
 }
 
 void BaseNode::offer_services() {
-  services_ = {private_node_.advertiseService("pause", &BaseNode::pause, this),
-               private_node_.advertiseService("unpause", &BaseNode::unpause, this),
-               private_node_.advertiseService("reset", &BaseNode::reset, this),
-               private_node_.advertiseService("step", &BaseNode::step, this)};
+  services_ = {private_node_.advertiseService(kPauseService, &BaseNode::pause, this),
+               private_node_.advertiseService(kUnpauseService, &BaseNode::unpause, this),
+               private_node_.advertiseService(kResetService, &BaseNode::reset, this),
+               private_node_.advertiseService(kStepService, &BaseNode::step, this)};
 }
 
 void BaseNode::run() {
@@ -219,13 +216,13 @@ void BaseNode::publish_instant() {
   if (settings_.publish_clock && (keeps_pace || is_due || !switches.empty())) announce_time();
   if (bag_) bag_->write(switches);
   for (const RollerSwitch& event : switches) {
-    publish(Telemetry::kSwitches, [&] { return roller_switch_message(event, stamp(event.t)); });
+    publish(kRollerSwitchesTopic, [&] { return roller_switch_message(event, stamp(event.t)); });
   }
   if (is_due) {
     telemetry_.update(simulation_, read_motors());
     if (bag_) bag_->write(telemetry_, t);
     telemetry_.visit(stamp(t), [this](const char* topic, const auto& make) {
-      if (driver_.present() || topic == std::string(Telemetry::kGroundTruth)) publish(topic, make);
+      if (driver_.present() || topic == std::string(kGroundTruthTopic)) publish(topic, make);
     });
   }
   if (diagnosing_.meet(t)) publish_diagnostics();

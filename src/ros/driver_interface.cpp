@@ -8,8 +8,6 @@ namespace youbot_base_sim {
 
 namespace {
 
-constexpr char kTwistTopic[] = "cmd_vel";
-constexpr std::uint32_t kQueue = 1000;              // of subscribers, as the driver's
 constexpr char kNoBase[] = "No base initialized!";  // the driver's words
 
 /// What is wrong with a request for faults; empty if nothing is.
@@ -35,10 +33,10 @@ DriverInterface::DriverInterface(BaseDriver& driver, const DriverKinematics& kin
   subscribe<brics_actuator::JointVelocities>(node, kVelocityTopic, [](const auto& m) { return wheel_command(m); });
   subscribe<geometry_msgs::Twist>(node, kTwistTopic,
                                   [kinematics](const auto& m) { return wheel_command(m, kinematics); });
-  services_ = {node.advertiseService("base/switchOffMotors", &DriverInterface::switch_off, this),
-               node.advertiseService("base/switchOnMotors", &DriverInterface::switch_on, this),
-               node.advertiseService("reconnect", &DriverInterface::reconnect, this),
-               private_node.advertiseService("set_faults", &DriverInterface::set_faults, this)};
+  services_ = {node.advertiseService(kSwitchOffService, &DriverInterface::switch_off, this),
+               node.advertiseService(kSwitchOnService, &DriverInterface::switch_on, this),
+               node.advertiseService(kReconnectService, &DriverInterface::reconnect, this),
+               private_node.advertiseService(kSetFaultsService, &DriverInterface::set_faults, this)};
 }
 
 template <class Message>
@@ -48,7 +46,7 @@ void DriverInterface::subscribe(ros::NodeHandle& node, const char* topic,
       [this, topic, read](const boost::shared_ptr<const Message>& message) { obey(topic, read(*message)); };
   // Without the hint Nagle's algorithm may hold a command back for 40 ms.
   subscribers_.push_back(
-      node.subscribe<Message>(topic, kQueue, take, ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay()));
+      node.subscribe<Message>(topic, kCommandQueueSize, take, ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay()));
 }
 
 void DriverInterface::obey(const char* topic, const WheelCommand& command) {

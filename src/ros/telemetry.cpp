@@ -8,9 +8,10 @@ namespace {
 std::vector<std::string> joint_names(int rollers) {
   std::vector<std::string> names;
   for (int i = 0; i < kWheels; ++i) names.push_back(wheel_joint(i));
-  for (const char* wheel : kWheelNames) names.push_back(std::string("caster_joint_") + wheel);
+  for (const char* wheel : kWheelNames) names.push_back(std::string(kCasterJointPrefix) + wheel);
   for (const char* wheel : kWheelNames) {
-    for (int k = 0; k < rollers; ++k) names.push_back(std::string("roller_joint_") + wheel + "_" + std::to_string(k));
+    for (int k = 0; k < rollers; ++k)
+      names.push_back(std::string(kRollerJointPrefix) + wheel + "_" + std::to_string(k));
   }
   return names;
 }

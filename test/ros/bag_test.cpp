@@ -1,6 +1,6 @@
 // Bags that are written without ROS running.
 
-#include "youbot_base_sim/record/bag.h"
+#include "youbot_base_sim/ros/bag.h"
 
 #include <gtest/gtest.h>
 #include <nav_msgs/Odometry.h>

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "youbot_base_sim/drive/base_driver.h"
-#include "youbot_base_sim/record/bag.h"
+#include "youbot_base_sim/ros/bag.h"
 #include "youbot_base_sim/ros/base_settings.h"
 #include "youbot_base_sim/ros/driver_interface.h"
 #include "youbot_base_sim/ros/pacer.h"

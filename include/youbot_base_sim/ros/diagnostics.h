@@ -12,10 +12,6 @@
 /// What /diagnostics and the dashboard say: pure functions.
 namespace youbot_base_sim {
 
-constexpr char kDiagnosticsTopic[] = "/diagnostics";
-constexpr char kDashboardTopic[] = "/dashboard/platform_state";
-constexpr double kDiagnosticsRate = 0.5;  ///< Hz, as the driver's
-
 /// The driver's three statuses, platform_Base, platform_Arm and platform_EtherCAT, to the letter; then our own, whose
 /// names begin with youbot_base_sim: the wheels (what each motor does, what each wheel stands on), faults, integration
 /// (which steps were taken, how many; a warning if safe steps were among them) and the loop's timing since the last

@@ -45,17 +45,11 @@ class Telemetry {
   /// with `stamp`. What is not wanted need not be made.
   template <class Topic>
   void visit(const ros::Time& stamp, Topic&& topic) const {
-    topic(kOdometry, [&] { return odometry(stamp); });
-    topic(kGroundTruth, [&] { return ground_truth(stamp); });
-    topic(kJointStates, [&] { return joint_states(stamp); });
-    topic(kTransforms, [&] { return transforms(stamp); });
+    topic(kOdometryTopic, [&] { return odometry(stamp); });
+    topic(kGroundTruthTopic, [&] { return ground_truth(stamp); });
+    topic(kJointStatesTopic, [&] { return joint_states(stamp); });
+    topic(kTransformsTopic, [&] { return transforms(stamp); });
   }
-
-  static constexpr char kOdometry[] = "odom";
-  static constexpr char kGroundTruth[] = "ground_truth";
-  static constexpr char kJointStates[] = "base/joint_states";
-  static constexpr char kTransforms[] = "/tf";
-  static constexpr char kSwitches[] = "base/roller_switches";  ///< of `roller_switch_message`s
 
   nav_msgs::Odometry odometry(const ros::Time& stamp) const;
   nav_msgs::Odometry ground_truth(const ros::Time& stamp) const;

@@ -1,4 +1,4 @@
-#include "youbot_base_sim/record/bag.h"
+#include "youbot_base_sim/ros/bag.h"
 
 #include <fmt/format.h>
 #include <ros/names.h>
@@ -62,7 +62,7 @@ BagWriter::~BagWriter() = default;
 void BagWriter::write(const std::vector<RollerSwitch>& switches) {
   for (const RollerSwitch& event : switches) {
     const ros::Time stamp = stamp_of(event.t);
-    file_->write(Telemetry::kSwitches, stamp, roller_switch_message(event, stamp));
+    file_->write(kRollerSwitchesTopic, stamp, roller_switch_message(event, stamp));
   }
 }
 
