@@ -122,6 +122,7 @@ RollerSwitchStamped roller_switch_message(const RollerSwitch& event, const ros::
   message.direction = static_cast<std::int8_t>(event.direction);
   message.phi = event.phi;
   message.t = event.t;
+  message.count = event.count;
   return message;
 }
 

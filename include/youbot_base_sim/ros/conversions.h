@@ -51,7 +51,7 @@ boost::array<double, 36> covariance_message(const Eigen::Matrix3d& covariance);
 geometry_msgs::TransformStamped transform_message(const std::string& frame, const std::string& child,
                                                   const Eigen::Vector3d& pose, const ros::Time& stamp);
 
-/// `stamp` is that of the instant when the switch happened.
+/// `stamp` is that of the instant when the switch happened; of many in one record, when the last one was noticed.
 RollerSwitchStamped roller_switch_message(const RollerSwitch& event, const ros::Time& stamp);
 
 /// A part of a command that is not obeyed, or not to the letter.
