@@ -99,11 +99,8 @@ void BaseNode::advertise() {
 /// Where the scene's fixed frame lies for those who know only odometry's: the odometry starts at zero.
 void BaseNode::publish_world() {
   const State& start = settings_.scene.initial;
-  tf2_msgs::TFMessage message;
-  message.transforms.push_back(
+  static_transforms_.emplace().sendTransform(
       transform_message(kWorldFrame, kOdometryFrame, {start.x(), start.y(), start.psi()}, ros::Time::now()));
-  static_transforms_ = node_.advertise<tf2_msgs::TFMessage>("/tf_static", 1, true);
-  static_transforms_.publish(message);
 }
 
 void BaseNode::offer_services() {

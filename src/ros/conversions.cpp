@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <tf2/LinearMath/Quaternion.h>
+#include <tf2_geometry_msgs/tf2_geometry_msgs.h>
 
 #include <algorithm>
 #include <bitset>
@@ -11,16 +12,7 @@ namespace youbot_base_sim {
 
 namespace {
 
-geometry_msgs::Quaternion quaternion(double heading) {
-  tf2::Quaternion q;
-  q.setRPY(0, 0, heading);
-  geometry_msgs::Quaternion message;
-  message.x = q.x();
-  message.y = q.y();
-  message.z = q.z();
-  message.w = q.w();
-  return message;
-}
+geometry_msgs::Quaternion quaternion(double heading) { return tf2::toMsg(tf2::Quaternion({0, 0, 1}, heading)); }
 
 /// Number of the wheel whose joint is called `joint`; -1 if none is.
 int wheel_of(const std::string& joint) {

@@ -3,10 +3,12 @@
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
 #include <std_srvs/Empty.h>
+#include <tf2_ros/static_transform_broadcaster.h>
 #include <youbot_base_sim/Step.h>
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -73,7 +75,7 @@ class BaseNode {
   ros::NodeHandle node_;
   ros::NodeHandle private_node_;
   std::map<std::string, ros::Publisher, std::less<>> publishers_;  // by topic
-  ros::Publisher static_transforms_;
+  std::optional<tf2_ros::StaticTransformBroadcaster> static_transforms_;
   std::unique_ptr<DriverInterface> interface_;
   std::vector<ros::ServiceServer> services_;
 
