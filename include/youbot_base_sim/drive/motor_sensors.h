@@ -21,19 +21,31 @@ class MotorSensors {
   /// With `quantized` readings, angles count in encoder ticks, rates in motor rpm and torques in mA, as what the driver
   /// gets; else they are exact. The wheels are at rest at angles phi, rad.
   MotorSensors(const Motor& motor, bool quantized, const Wheels& phi)
-      : motor_(motor), quantized_(quantized), phi_(phi) {
+      : tick_(motor.tick()), rpm_(motor.rpm()), milliampere_(motor.milliampere()), quantized_(quantized), phi_(phi) {
     readings_.phi = phi;
   }
 
   /// Reads wheels at angles phi (rad) and rates dphi (rad/s) whose motors exert `torque`, N m. To be called once a
-  /// cycle of the driver. Of faults, those of encoders count, and readings of silent motors are those of before.
-  const MotorReadings& read(const Wheels& phi, const Wheels& dphi, const Wheels& torque, const Faults& faults = {});
+  /// cycle of the driver. Inline, for that may be a thousand times a second.
+  const MotorReadings& read(const Wheels& phi, const Wheels& dphi, const Wheels& torque) {
+    phi_ = phi;
+    return readings_ = transmitted({phi - missed_, dphi, torque});
+  }
+
+  /// The same under faults, of which those of encoders count; readings of silent motors are those of before.
+  const MotorReadings& read(const Wheels& phi, const Wheels& dphi, const Wheels& torque, const Faults& faults);
 
   /// The readings of before.
   const MotorReadings& readings() const { return readings_; }
 
  private:
-  Motor motor_;
+  MotorReadings transmitted(const MotorReadings& exact) const {
+    if (!quantized_) return exact;
+    return {(exact.phi / tick_).round() * tick_, (exact.dphi / rpm_).round() * rpm_,
+            (exact.torque / milliampere_).round() * milliampere_};
+  }
+
+  double tick_, rpm_, milliampere_;  // rad, rad/s, N m
   bool quantized_;
   MotorReadings readings_;
   Wheels phi_;                      // of the last reading, exact
