@@ -123,11 +123,11 @@ class Outputs {
       bag_->write(switches);
       const MotorReadings readings = exact_readings(simulation);
       if (telemetry_) {
-        telemetry_->update(simulation, readings);
+        telemetry_->update(readings.phi);
       } else {
-        telemetry_.emplace(simulation, readings, Telemetry::Options());
+        telemetry_.emplace(simulation.scene().robot.rollers, readings.phi, Telemetry::Options());
       }
-      bag_->write(*telemetry_, t);
+      bag_->write(*telemetry_, simulation, readings, t);
     }
 #endif
   }

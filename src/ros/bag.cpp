@@ -66,9 +66,11 @@ void BagWriter::write(const std::vector<RollerSwitch>& switches) {
   }
 }
 
-void BagWriter::write(const Telemetry& telemetry, double t) {
+void BagWriter::write(const Telemetry& telemetry, const Simulation& simulation, const MotorReadings& readings,
+                      double t) {
   const ros::Time stamp = stamp_of(t);
-  telemetry.visit(stamp, [&](const char* topic, const auto& make) { file_->write(topic, stamp, make()); });
+  telemetry.visit(simulation, readings, stamp,
+                  [&](const char* topic, const auto& make) { file_->write(topic, stamp, make()); });
 }
 
 void BagWriter::commit() { file_->commit(); }

@@ -81,9 +81,9 @@ DiagnosticStatusWrapper integration_status(const Simulation& simulation) {
 DiagnosticStatusWrapper timing_status(const Pacer::Timing& timing) {
   DiagnosticStatusWrapper status =
       own_status("loop", timing.lost == 0, timing.lost == 0 ? "in time" : "too slow for the rate asked for");
-  status.add("control periods", timing.waits);
+  status.add("instants", timing.instants);
   status.add("mean lateness", fmt::format("{:.1f} us", 1e6 * timing.lateness));
-  status.add("max lateness", fmt::format("{:.1f} us", 1e6 * timing.most_lateness));
+  status.add("max lateness", fmt::format("{:.1f} us", 1e6 * timing.max_lateness));
   status.add("busy", fmt::format("{:.1f} % of the time", 100 * timing.busy));
   status.add("lost", fmt::format("{:.3g} s", timing.lost));
   return status;

@@ -3,8 +3,10 @@
 #include <array>
 #include <deque>
 #include <optional>
+#include <utility>
 
 #include "youbot_base_sim/drive/dry_friction.h"
+#include "youbot_base_sim/drive/ethercat_connection.h"
 #include "youbot_base_sim/drive/faults.h"
 #include "youbot_base_sim/drive/motor_sensors.h"
 #include "youbot_base_sim/drive/wheel_drive.h"
@@ -31,10 +33,6 @@ class BaseDriver {
     double command_timeout = 0;  ///< s without a command after which the wheels are stopped; 0: never, as the driver
   };
 
-  /// EtherCAT's cycle of 1 ms times the driver's MaximumNumberOfEtherCATErrors; also the MotorControllerTimeout of the
-  /// motors' firmware, s.
-  static constexpr double kEthercatTimeout = 0.1;
-
   /// The base is present, its motors are on and keep its wheels, which are at angles phi (rad), at rest.
   BaseDriver(const Settings& settings, const Wheels& phi);
 
@@ -60,12 +58,25 @@ class BaseDriver {
   Wheels sample(double t, const Wheels& dphi);
 
   /// Reads the motors of wheels at angles phi (rad) and rates dphi (rad/s).
-  const MotorReadings& read(const Wheels& phi, const Wheels& dphi);
+  const MotorReadings& read(const Wheels& phi, const Wheels& dphi) {
+    return faulty_ ? read_faulty(phi, dphi) : sensors_.read(phi, dphi, torque_);
+  }
 
-  bool present() const { return present_; }      ///< the base, in the driver's eyes
+  /// The readings of before.
+  const MotorReadings& readings() const { return sensors_.readings(); }
+
+  const EthercatConnection& connection() const { return connection_; }
+  bool present() const { return connection_.present(); }  ///< the base, in the driver's eyes
   bool motors_on() const { return motors_on_; }  ///< what the driver's dashboard shows: only its services change it
   bool timed_out() const { return timed_out_; }  ///< stopped for want of commands
   const Motor& motor() const { return settings_.motor; }
+
+  /// What has happened in `sample` since the last `take_events`.
+  struct Events {
+    bool base_lost = false;  ///< EtherCAT has failed for too long
+    bool timed_out = false;  ///< the wheels were stopped for want of commands
+  };
+  Events take_events() { return std::exchange(events_, {}); }
 
   /// What each motor does now.
   const std::array<SetPoint, kWheels>& set_points() const { return drive_.set_points(); }
@@ -81,19 +92,22 @@ class BaseDriver {
   void take_pending(double t);
   void watch(double t);
   void exchange(double t);
+  SetPoint carried(const SetPoint& set_point) const;
+  const MotorReadings& read_faulty(const Wheels& phi, const Wheels& dphi);
 
   Settings settings_;
   WheelDrive drive_;
   DryFriction friction_;
   MotorSensors sensors_;
   Faults faults_;
-  bool present_ = true;
+  bool faulty_ = false;  // faults_.any()
+  EthercatConnection connection_;
   bool motors_on_ = true;
   bool timed_out_ = false;
-  std::array<SetPoint, kWheels> sent_;  // what the driver sends in each of its cycles
+  std::array<SetPoint, kWheels> sent_;  // what the driver sends in each of its cycles, as EtherCAT carries it
   std::deque<Pending> pending_;         // commands that arrive later
+  Events events_;
   double last_command_;
-  double ethercat_lost_since_;                // infinite: is not
   std::array<double, kWheels> silent_since_;  // infinite: answers
   Wheels torque_ = Wheels::Zero();            // of the motors, N m
 };
