@@ -17,9 +17,12 @@ int main(int argc, char** argv) {
   youbot_base_sim::Pacer pacer(1, 1);
   const std::clock_t before = std::clock();
   pacer.start(0);
-  for (int k = 1; k * 1e-3 <= duration; ++k) pacer.wait_until(k * 1e-3);
+  for (int k = 1; k * 1e-3 <= duration; ++k) {
+    pacer.sleep_until(k * 1e-3);
+    pacer.arrive(k * 1e-3);
+  }
   const double processor = static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
   const youbot_base_sim::Pacer::Timing timing = pacer.take_timing();
-  fmt::print("{:.2f} {:.1f} {:.1f}\n", 100 * processor / duration, 1e6 * timing.lateness, 1e6 * timing.most_lateness);
+  fmt::print("{:.2f} {:.1f} {:.1f}\n", 100 * processor / duration, 1e6 * timing.lateness, 1e6 * timing.max_lateness);
   return 0;
 }

@@ -3,19 +3,22 @@
 #include <fmt/format.h>
 
 #include <boost/program_options.hpp>
+#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <set>
 #include <string>
 #include <vector>
 
+#include "youbot_base_sim/drive/base_driver.h"
+#include "youbot_base_sim/drive/wheel_odometry.h"
 #include "youbot_base_sim/simulation.h"
 #ifdef YOUBOT_BASE_SIM_ROS
 #include <ros/serialization.h>
 #include <rosgraph_msgs/Clock.h>
 
-#include "youbot_base_sim/record/bag.h"
-#include "youbot_base_sim/ros/telemetry.h"
+#include "youbot_base_sim/ros/bag.h"
+#include "youbot_base_sim/ros/base_loop.h"
 #endif
 
 namespace {
@@ -35,15 +38,30 @@ void run_rows(const Scene& scene) {
   simulation.advance_to(scene.duration);
 }
 
-/// The least that the node could do: control periods.
+/// What the node is told at the start, for the whole run: a turn to the left, sideways.
+DriveCommand curve() {
+  const Wheels rates = DriverKinematics().wheel_rates({0.3, 0.15, 0.4});
+  DriveCommand command;
+  for (int i = 0; i < kWheels; ++i) command[i] = SetPoint{DriveMode::kVelocity, rates[i]};
+  return command;
+}
+
+BaseDriver::Settings driver_settings(const Scene& scene) {
+  BaseDriver::Settings settings;
+  settings.control_period = kControlPeriod;
+  settings.wheel_inertia = scene.robot.J_1;
+  return settings;
+}
+
+/// The least that the node could do: control periods, driven as the node is.
 void run_periods(const Scene& scene) {
-  Simulation simulation(scene);
-  while (simulation.time() < scene.duration - 0.5 * kControlPeriod) simulation.advance_periods(1);
+  BaseDriver driver(driver_settings(scene), scene.initial.phi());
+  driver.command(0, curve());
+  Simulation simulation(scene, [&](double t, const State& state) { return driver.sample(t, state.dphi()); });
+  simulation.advance_periods(std::llround(scene.duration / kControlPeriod));
 }
 
 #ifdef YOUBOT_BASE_SIM_ROS
-constexpr char kClock[] = "/clock";  // one message each control period
-
 struct NodeFeatures {
   double publish_rate = 50;        // Hz
   std::set<std::string> listened;  // topics with a subscriber
@@ -58,21 +76,27 @@ void send(const Message& message) {
   sent += ros::serialization::serializeMessage(message).num_bytes;
 }
 
-/// The node's loop without ROS around it: control periods, and what BaseNode::publish_instant does at the end of each.
+/// What BaseNode does by the wall clock, without waiting and without a master: it stops for topics that are listened
+/// to, each control period for /clock, and 50 times a second if there are none.
 void run_node(const Scene& scene, const NodeFeatures& features) {
-  Simulation simulation(scene);
-  Telemetry::Options options;
-  options.rollers = features.rollers;
-  Telemetry telemetry(simulation, exact_readings(simulation), options);
+  BaseSettings settings;
+  settings.scene = scene;
+  settings.publish_rate = features.publish_rate;
+  settings.driver = driver_settings(scene);
+  settings.telemetry.rollers = features.rollers;
+  BaseLoop loop(settings);
+  loop.push(0, curve());
   const auto bag = features.bag.empty() ? nullptr : std::make_unique<BagWriter>(features.bag);
-  const bool clock_listened = features.listened.count(kClock);
-  const bool switches_listened = features.listened.count(Telemetry::kSwitches);
-  std::int64_t instants = 0;
-  while (simulation.time() < scene.duration - 0.5 * kControlPeriod) {
-    simulation.advance_periods(1);
-    const double t = simulation.time();
-    const bool is_due = t >= static_cast<double>(instants) / features.publish_rate - 1e-6 * kControlPeriod;
-    const std::vector<RollerSwitch> switches = simulation.take_switches();
+  const bool clock_listened = features.listened.count(kClockTopic);
+  const bool switches_listened = features.listened.count(kRollerSwitchesTopic);
+  const bool telemetry_wanted = bag || !features.listened.empty();
+  while (loop.time() < scene.duration - 0.5 * kControlPeriod) {
+    const double stop = telemetry_wanted ? loop.next_instant() : loop.time() + 0.02;
+    loop.advance_periods(clock_listened ? 1 : loop.periods_until(stop));
+    loop.take_events();
+    const double t = loop.time();
+    const bool is_due = loop.meet_instant();
+    const std::vector<RollerSwitch> switches = loop.take_switches();
     if (clock_listened) {
       rosgraph_msgs::Clock message;
       message.clock = stamp_of(t);
@@ -82,11 +106,9 @@ void run_node(const Scene& scene, const NodeFeatures& features) {
     if (switches_listened) {
       for (const RollerSwitch& event : switches) send(roller_switch_message(event, stamp_of(event.t)));
     }
-    if (!is_due) continue;
-    ++instants;
-    telemetry.update(simulation, exact_readings(simulation));
-    if (bag) bag->write(telemetry, t);
-    telemetry.visit(stamp_of(t), [&](const char* topic, const auto& make) {
+    if (!is_due || !telemetry_wanted) continue;
+    if (bag) bag->write(loop.telemetry(), loop.simulation(), loop.driver().readings(), t);
+    loop.visit_telemetry(stamp_of(t), [&](const char* topic, const auto& make) {
       if (features.listened.count(topic)) send(make());
     });
   }
@@ -96,10 +118,10 @@ void run_node(const Scene& scene, const NodeFeatures& features) {
 /// Names of all topics of which there may be messages.
 void print_topics(const Scene& scene) {
   const Simulation simulation(scene);
-  Telemetry(simulation, exact_readings(simulation), {}).visit(ros::Time(), [](const char* topic, const auto&) {
-    fmt::print("{}\n", topic);
-  });
-  fmt::print("{}\n{}\n", Telemetry::kSwitches, kClock);
+  const Telemetry telemetry(scene.robot.rollers, simulation.state().phi(), {});
+  telemetry.visit(simulation, exact_readings(simulation), ros::Time(),
+                  [](const char* topic, const auto&) { fmt::print("{}\n", topic); });
+  fmt::print("{}\n{}\n", kRollerSwitchesTopic, kClockTopic);
 }
 #endif
 

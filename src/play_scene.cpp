@@ -69,12 +69,12 @@ class Player {
 };
 
 Player::Player(const Scene& scene) : scene_(scene), torque_(make_torque_profile(scene)) {
-  constexpr std::uint32_t kQueue = 1000;
   const auto gain = [this](const ros::SingleSubscriberPublisher& subscriber) { this->gain(subscriber); };
   const auto lose = [this](const ros::SingleSubscriberPublisher& subscriber) { this->lose(subscriber); };
-  commands_ = torque_ ? node_.advertise<brics_actuator::JointTorques>(kTorqueTopic, kQueue, gain, lose)
-                      : node_.advertise<brics_actuator::JointVelocities>(kVelocityTopic, kQueue, gain, lose);
-  clock_ = node_.subscribe("/clock", kQueue, &Player::take_time, this, ros::TransportHints().tcpNoDelay());
+  commands_ = torque_ ? node_.advertise<brics_actuator::JointTorques>(kTorqueTopic, kCommandQueueSize, gain, lose)
+                      : node_.advertise<brics_actuator::JointVelocities>(kVelocityTopic, kCommandQueueSize, gain, lose);
+  clock_ =
+      node_.subscribe(kClockTopic, kCommandQueueSize, &Player::take_time, this, ros::TransportHints().tcpNoDelay());
 }
 
 void Player::run() {

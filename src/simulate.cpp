@@ -15,7 +15,7 @@
 #include "youbot_base_sim/record/csv.h"
 #include "youbot_base_sim/record/summary.h"
 #ifdef YOUBOT_BASE_SIM_ROS
-#include "youbot_base_sim/record/bag.h"
+#include "youbot_base_sim/ros/bag.h"
 #endif
 
 namespace {
@@ -132,11 +132,11 @@ class Outputs {
       bag_->write(switches);
       const MotorReadings readings = exact_readings(simulation);
       if (telemetry_) {
-        telemetry_->update(simulation, readings);
+        telemetry_->update(readings.phi);
       } else {
-        telemetry_.emplace(simulation, readings, Telemetry::Options());
+        telemetry_.emplace(simulation.scene().robot.rollers, readings.phi, Telemetry::Options());
       }
-      bag_->write(*telemetry_, t);
+      bag_->write(*telemetry_, simulation, readings, t);
     }
 #endif
   }

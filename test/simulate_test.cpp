@@ -33,7 +33,9 @@ TEST_F(SimulateTest, WritesWhatItIsAskedFor) {
   EXPECT_EQ(lines(csv), 1 + 4);  // t = 0, 0.1, 0.2 and the end, 0.25
   EXPECT_NE(csv.find("\n0.25,"), std::string::npos);
   const std::string switches = folder_.read("s.csv");
-  EXPECT_EQ(switches.substr(0, switches.find('\n')), "t,wheel,roller_from,roller_to,phi,direction");
+  EXPECT_EQ(switches.substr(0, switches.find('\n')), "t,wheel,roller_from,roller_to,phi,direction,count");
+  const std::string first = switches.substr(switches.find('\n') + 1);
+  EXPECT_EQ(first.substr(first.find('\n') - 2, 2), ",1") << "located";
   const auto summary = nlohmann::json::parse(folder_.read("s.json"));
   EXPECT_EQ(summary["simulated_time"], 0.25);
   EXPECT_EQ(summary["switches"], lines(switches) - 1);

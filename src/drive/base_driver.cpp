@@ -18,21 +18,20 @@ BaseDriver::BaseDriver(const Settings& settings, const Wheels& phi)
       drive_(settings.control_period, settings.motor, settings.gains),
       friction_(settings.dry_friction, settings.wheel_inertia, settings.control_period),
       sensors_(settings.motor, settings.quantized, phi),
-      last_command_(kNever),
-      ethercat_lost_since_(kNever) {
+      last_command_(kNever) {
   send_to_all(kHoldAtRest);
   silent_since_.fill(kNever);
 }
 
 void BaseDriver::command(double t, const DriveCommand& command) {
-  if (!present_) return;
+  if (!present()) return;
   last_command_ = t;
   timed_out_ = false;
   pending_.push_back({t + faults_.command_delay, command});
 }
 
 bool BaseDriver::switch_off() {
-  if (!present_) return false;
+  if (!present()) return false;
   pending_.clear();
   last_command_ = kNever;
   send_to_all({});
@@ -41,24 +40,25 @@ bool BaseDriver::switch_off() {
 }
 
 bool BaseDriver::switch_on() {
-  if (!present_) return false;
+  if (!present()) return false;
   send_to_all(kHoldAtRest);
   motors_on_ = true;
   return true;
 }
 
 bool BaseDriver::reconnect() {
-  present_ = !faults_.ethercat_lost;
+  connection_.reconnect();
   pending_.clear();
   last_command_ = kNever;
   timed_out_ = false;
   switch_on();
-  return present_;
+  return present();
 }
 
 void BaseDriver::set_faults(double t, const Faults& faults) {
   faults_ = faults;
-  ethercat_lost_since_ = faults.ethercat_lost ? std::min(ethercat_lost_since_, t) : kNever;
+  faulty_ = faults.any();
+  connection_.set_lost(t, faults.ethercat_lost);
   for (int i = 0; i < kWheels; ++i) silent_since_[i] = responds(i) ? kNever : std::min(silent_since_[i], t);
 }
 
@@ -73,36 +73,42 @@ Wheels BaseDriver::sample(double t, const Wheels& dphi) {
 void BaseDriver::apply_due_commands(double t) {
   while (!pending_.empty() && pending_.front().due <= t + kSlack) {
     for (int i = 0; i < kWheels; ++i) {
-      if (const auto& set_point = pending_.front().command[i]) sent_[i] = *set_point;
+      if (const auto& set_point = pending_.front().command[i]) sent_[i] = carried(*set_point);
     }
     pending_.pop_front();
   }
 }
 
+SetPoint BaseDriver::carried(const SetPoint& set_point) const {
+  const SetPoint limited = settings_.motor.limited(set_point);
+  return settings_.quantized ? settings_.motor.transmitted(limited) : limited;
+}
+
 void BaseDriver::check_command_timeout(double t) {
   if (settings_.command_timeout == 0 || timed_out_ || t < last_command_ + settings_.command_timeout - kSlack) return;
-  timed_out_ = true;
+  timed_out_ = events_.timed_out = true;
   send_to_all(kHoldAtRest);
 }
 
 void BaseDriver::exchange_ethercat(double t) {
   for (int i = 0; i < kWheels; ++i) {
     if (responds(i)) {
-      const SetPoint limited = settings_.motor.limited(sent_[i]);
-      drive_.command(i, settings_.quantized ? settings_.motor.transmitted(limited) : limited);
-    } else if (t >= silent_since_[i] + kEthercatTimeout - kSlack) {
+      drive_.command(i, sent_[i]);
+    } else if (t >= silent_since_[i] + EthercatConnection::kTimeout - kSlack) {
       drive_.command(i, {});
     }
   }
-  if (faults_.ethercat_lost && t >= ethercat_lost_since_ + kEthercatTimeout - kSlack) {
-    present_ = motors_on_ = false;
-    // No earlier command moves the base when the cable is back.
+  const bool was_present = present();
+  if (!connection_.update(t)) {
+    events_.base_lost = events_.base_lost || was_present;
+    motors_on_ = false;
+    // Nothing of before moves the base when the cable is in again.
     pending_.clear();
     send_to_all({});
   }
 }
 
-const MotorReadings& BaseDriver::read(const Wheels& phi, const Wheels& dphi) {
+const MotorReadings& BaseDriver::read_faulty(const Wheels& phi, const Wheels& dphi) {
   Faults faults = faults_;
   if (faults.ethercat_lost) faults.silent.fill(true);
   return sensors_.read(phi, dphi, torque_, faults);

@@ -11,11 +11,7 @@ const MotorReadings& MotorSensors::read(const Wheels& phi, const Wheels& dphi, c
     std::normal_distribution<double> noise(0, faults.encoder_noise);
     for (int i = 0; i < kWheels; ++i) now.phi[i] += noise(random_);
   }
-  if (quantized_) {
-    now.phi = (now.phi / motor_.tick()).round() * motor_.tick();
-    now.dphi = (now.dphi / motor_.rpm()).round() * motor_.rpm();
-    now.torque = (now.torque / motor_.milliampere()).round() * motor_.milliampere();
-  }
+  now = transmitted(now);
   for (int i = 0; i < kWheels; ++i) {
     if (faults.silent[i]) continue;
     readings_.phi[i] = now.phi[i];

@@ -9,12 +9,6 @@ Wheels DriverKinematics::wheel_rates(const Eigen::Vector3d& velocity) const {
   return Wheels(v_x - v_y - turn, v_x + v_y + turn, v_x + v_y - turn, v_x - v_y + turn) / wheel_radius;
 }
 
-Eigen::Vector3d DriverKinematics::velocity(const Wheels& dphi) const {
-  const double quarter = wheel_radius / 4;
-  return {quarter * (dphi[0] + dphi[1] + dphi[2] + dphi[3]), quarter * (-dphi[0] + dphi[1] + dphi[2] - dphi[3]),
-          quarter / half_lengths * (-dphi[0] + dphi[1] - dphi[2] + dphi[3])};
-}
-
 Eigen::Matrix<double, 3, kWheels> DriverKinematics::jacobian() const {
   Eigen::Matrix<double, 3, kWheels> jacobian;
   for (int i = 0; i < kWheels; ++i) {
@@ -29,22 +23,17 @@ WheelOdometry::WheelOdometry(const DriverKinematics& kinematics, const Wheels& p
                              const Motor& motor)
     : kinematics_(kinematics), wheel_error_(wheel_error), tick_(motor.tick()), rpm_(motor.rpm()), phi_(phi) {}
 
-void WheelOdometry::update(const Wheels& phi) {
-  const Wheels turned = phi - phi_;
-  const Eigen::Vector3d moved = kinematics_.velocity(turned);
-  phi_ = phi;
-  pose_[2] += moved[2];
-  if (wheel_error_ > 0) update_covariance(turned, moved);
-  const double c = std::cos(pose_[2]), s = std::sin(pose_[2]);
-  pose_[0] += c * moved[0] - s * moved[1];
-  pose_[1] += s * moved[0] + c * moved[1];
+void WheelOdometry::look_up() {
+  cos_ = std::cos(pose_[2]);
+  sin_ = std::sin(pose_[2]);
+  turns_until_look_up_ = kTurnsBetweenLookUps;
 }
 
 void WheelOdometry::update_covariance(const Wheels& turned, const Eigen::Vector3d& moved) {
   constexpr double kTurn = 2 * M_PI;
-  const double c = std::cos(pose_[2]), s = std::sin(pose_[2]);
-  // Derivatives of the new pose by the old pose, by the displacement in the frame of the base, and by each wheel's
-  // angle. The displacement is rotated by the new heading, which depends on its own third component.
+  const double c = cos_, s = sin_;
+  // Derivatives of `update`: by the pose before, and by each wheel's turning, of which displacements are turned by the
+  // heading that is already the new one.
   Eigen::Matrix3d by_pose = Eigen::Matrix3d::Identity(), by_moved = Eigen::Matrix3d::Identity();
   by_pose(0, 2) = -s * moved[0] - c * moved[1];
   by_pose(1, 2) = c * moved[0] - s * moved[1];
@@ -59,6 +48,7 @@ void WheelOdometry::update_covariance(const Wheels& turned, const Eigen::Vector3
 void WheelOdometry::reset(const Wheels& phi) {
   phi_ = phi;
   pose_.setZero();
+  look_up();
   sensitivity_.setZero();
   changing_.setZero();
 }

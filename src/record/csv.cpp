@@ -28,12 +28,13 @@ void StateCsv::write(double t, const State& state) {
 }
 
 SwitchCsv::SwitchCsv(const std::string& path) : file_(path) {
-  file_.write("t,wheel,roller_from,roller_to,phi,direction\n");
+  file_.write("t,wheel,roller_from,roller_to,phi,direction,count\n");
 }
 
 void SwitchCsv::write(const RollerSwitch& event) {
-  file_.write(fmt::format("{:.17g},{},{},{},{:.17g},{}\n", event.t, kWheelNames[static_cast<std::size_t>(event.wheel)],
-                          event.roller_from, event.roller_to, event.phi, event.direction));
+  file_.write(fmt::format("{:.17g},{},{},{},{:.17g},{},{}\n", event.t,
+                          kWheelNames[static_cast<std::size_t>(event.wheel)], event.roller_from, event.roller_to,
+                          event.phi, event.direction, event.count));
 }
 
 }  // namespace youbot_base_sim

@@ -17,13 +17,6 @@ std::string summary_json(const Simulation& simulation, double wall_time) {
   json["simulated_time"] = simulation.time();
   json["wall_time"] = wall_time;
   json["real_time_factor"] = simulation.time() / wall_time;
-  json["steps"] = statistics.steps;
-  json["rejected_steps"] = statistics.rejected_steps;
-  json["location_steps"] = statistics.location_steps;
-  json["switches"] = statistics.switches;
-  json["fallback_steps"] = statistics.fallback_steps;
-  json["shared_contacts"] = statistics.shared_contacts;
-  json["exhausted"] = statistics.exhausted;
   for (const StatisticsField& field : kStatisticsFields) json[field.name] = statistics.*field.value;
   json["energy_balance_error"] = simulation.energy_balance_error();
   json["final"] = {{"x", x.x()},     {"y", x.y()},     {"psi", x.psi()},
@@ -38,12 +31,11 @@ std::string summary_text(const Simulation& simulation, double wall_time) {
       "model {}: {:g} s in {:.3g} s, {:.4g} times real time\n"
       "final pose      x {:.6f} m, y {:.6f} m, psi {:.6f} rad\n"
       "final velocity  V_X {:.6f} m/s, V_Y {:.6f} m/s, Omega {:.6f} rad/s\n"
-      "{} roller switches, {} steps, {} rejected, energy balance closes to {:.2g} J\n",
+      "energy balance  closes to {:.2g} J\n",
       name_of(simulation.scene().model), simulation.time(), wall_time, simulation.time() / wall_time, x.x(), x.y(),
-      x.psi(), x.V_X(), x.V_Y(), x.Omega(), statistics.switches, statistics.steps, statistics.rejected_steps,
-      simulation.energy_balance_error());
-  if (statistics.shared_contacts > 0) {
-    text += fmt::format("a wheel came to rest between two rollers {} times\n", statistics.shared_contacts);
+      x.psi(), x.V_X(), x.V_Y(), x.Omega(), simulation.energy_balance_error());
+  for (const StatisticsField& field : kStatisticsFields) {
+    if (const std::uint64_t value = statistics.*field.value) text += fmt::format("{:>13}  {}\n", value, field.text);
   }
   const auto rollers = simulation.rollers();
   const auto others = simulation.other_rollers();
@@ -53,7 +45,7 @@ std::string summary_text(const Simulation& simulation, double wall_time) {
   }
   if (statistics.fallback_steps > 0) {
     text += fmt::format(
-        "warning: the bound of work was reached {} times; {} safe steps, of first order, went on from there\n",
+        "warning: the bound of work was reached {} times; {} fallback steps, of first order, went on from there\n",
         statistics.exhausted, statistics.fallback_steps);
   }
   return text;

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 
 #include "youbot_base_sim/ros/diagnostics.h"
 #include "youbot_base_sim/ros/parameters.h"
@@ -14,14 +13,12 @@ namespace youbot_base_sim {
 
 namespace {
 
-constexpr char kClockTopic[] = "/clock";
-
-constexpr double kMostLag = 1.0;        // s of wall time, before the loop stops catching up
+constexpr double kMaxLag = 1.0;         // s of wall time, before the loop stops catching up
 constexpr double kRecorderDelay = 0.2;  // s of wall time from a recorder's subscription to its first message at most
 constexpr auto kHintAfter = std::chrono::seconds(5);  // of waiting for anything without a word
-constexpr std::uint32_t kDriverQueue = 1;             // of the driver's publishers: the latest counts
-constexpr std::uint32_t kRecorderQueue = 1000;
-constexpr double kSlack = 1e-6;  // of a control period, for rounding
+constexpr double kPatience = 0.1;                     // s of wall time between two looks whether ROS goes on
+constexpr double kUnobserved = 0.02;                  // s of simulated time that may pass at once while nobody listens
+constexpr double kSlack = 1e-6;                       // of a control period, for rounding
 
 /// Is due every few seconds of a wait, but not at its beginning.
 class Hint {
@@ -41,38 +38,24 @@ class Hint {
 
 BaseNode::BaseNode(const BaseSettings& settings)
     : settings_(settings),
-      driver_(settings.driver, settings.scene.initial.phi()),
-      simulation_(settings.scene, [this](double t, const State& state) { return driver_.sample(t, state.dphi()); }),
-      telemetry_(simulation_, read_motors(), settings.telemetry),
-      pacer_(settings.real_time_factor, settings.lockstep ? 0 : kMostLag),
-      publishing_(settings.publish_rate, kSlack * settings.scene.solver.control_period),
-      listening_(settings.command_rate > 0 ? settings.command_rate : 1 / settings.scene.solver.control_period,
-                 kSlack * settings.scene.solver.control_period),
-      diagnosing_(kDiagnosticsRate, kSlack * settings.scene.solver.control_period),
+      keeps_pace_(settings.lockstep || settings.real_time_factor > 0),
+      loop_(settings),
+      pacer_(settings.real_time_factor, settings.lockstep ? 0 : kMaxLag),
+      diagnosing_(kDiagnosticsRate, kSlack * loop_.control_period()),
       private_node_("~"),
-      paused_(settings.start_paused),
-      takes_commands_as_they_come_(!settings.publish_clock && settings.command_rate == 0) {
+      publications_([this] { see_who_listens(); }),
+      paused_(settings.start_paused) {
   node_.setCallbackQueue(&queue_);
   private_node_.setCallbackQueue(&queue_);
   if (!settings_.bag.empty()) open_bag();
   advertise();
-  const auto restart_odometry = [this] {
-    telemetry_.update(simulation_, read_motors());
-    telemetry_.restart_odometry();
-  };
-  interface_ = std::make_unique<DriverInterface>(driver_, settings_.telemetry.kinematics,
-                                                 DriverInterface::Owner{[this] {
-                                                                          if (takes_commands_as_they_come_) catch_up();
-                                                                          return simulation_.time();
-                                                                        },
-                                                                        restart_odometry},
-                                                 node_, private_node_, log_);
+  see_who_listens();
+  interface_ = std::make_unique<DriverInterface>(
+      loop_, [this] { return now(); }, settings_.telemetry.kinematics, node_, private_node_, log_);
   if (settings_.world_tf) publish_world();
   if (settings_.publish_clock) offer_services();
   if (settings_.has_arms) ROS_WARN("youBotHasArms is true, but no arm is simulated: it will not be found");
 }
-
-MotorReadings BaseNode::read_motors() { return driver_.read(simulation_.state().phi(), simulation_.state().dphi()); }
 
 void BaseNode::open_bag() {
   try {
@@ -83,54 +66,64 @@ void BaseNode::open_bag() {
 }
 
 void BaseNode::advertise() {
-  const std::uint32_t queue = settings_.publish_clock ? kRecorderQueue : kDriverQueue;
-  telemetry_.visit(ros::Time(), [&](const char* topic, const auto& make) {
-    if (topic == std::string(Telemetry::kTransforms) && !settings_.publish_tf) return;
-    publishers_[topic] = node_.advertise<decltype(make())>(topic, queue);
+  const std::uint32_t queue_size = settings_.publish_clock ? kRecorderQueueSize : kDriverQueueSize;
+  loop_.visit_telemetry(ros::Time(), [&](const char* topic, const auto& make) {
+    if (topic == std::string(kTransformsTopic) && !settings_.publish_tf) return;
+    publications_.advertise<decltype(make())>(node_, topic, queue_size);
   });
-  publishers_[Telemetry::kSwitches] = node_.advertise<RollerSwitchStamped>(Telemetry::kSwitches, kRecorderQueue);
-  publishers_[kDiagnosticsTopic] = node_.advertise<diagnostic_msgs::DiagnosticArray>(kDiagnosticsTopic, kDriverQueue);
+  publications_.advertise<RollerSwitchStamped>(node_, kRollerSwitchesTopic, kRecorderQueueSize);
+  publications_.advertise<diagnostic_msgs::DiagnosticArray>(node_, kDiagnosticsTopic, kDriverQueueSize);
 #ifdef YOUBOT_BASE_SIM_PR2_MSGS
-  publishers_[kDashboardTopic] = node_.advertise<pr2_msgs::PowerBoardState>(kDashboardTopic, kDriverQueue);
+  publications_.advertise<pr2_msgs::PowerBoardState>(node_, kDashboardTopic, kDriverQueueSize);
 #endif
   // Latched, so that a node that comes later, perhaps while time stands still, knows the time at once.
   if (settings_.publish_clock) {
-    publishers_[kClockTopic] = node_.advertise<rosgraph_msgs::Clock>(kClockTopic, kRecorderQueue, true);
+    publications_.advertise<rosgraph_msgs::Clock>(node_, kClockTopic, kRecorderQueueSize, true);
   }
+}
+
+void BaseNode::see_who_listens() {
+  const bool switches_are_heard = publications_.heard(kRollerSwitchesTopic);
+  telemetry_is_wanted_ = bag_ || switches_are_heard;
+  loop_.visit_telemetry(ros::Time(), [this](const char* topic, const auto&) {
+    telemetry_is_wanted_ = telemetry_is_wanted_ || publications_.heard(topic);
+  });
+  periods_are_wanted_ =
+      settings_.publish_clock && (keeps_pace_ || switches_are_heard || publications_.heard(kClockTopic));
 }
 
 /// Where the scene's fixed frame lies for those who know only odometry's: the odometry starts at zero.
 void BaseNode::publish_world() {
   const State& start = settings_.scene.initial;
-  tf2_msgs::TFMessage message;
-  message.transforms.push_back(
+  static_transforms_.emplace().sendTransform(
       transform_message(kWorldFrame, kOdometryFrame, {start.x(), start.y(), start.psi()}, ros::Time::now()));
-  static_transforms_ = node_.advertise<tf2_msgs::TFMessage>("/tf_static", 1, true);
-  static_transforms_.publish(message);
 }
 
 void BaseNode::offer_services() {
-  services_ = {private_node_.advertiseService("pause", &BaseNode::pause, this),
-               private_node_.advertiseService("unpause", &BaseNode::unpause, this),
-               private_node_.advertiseService("reset", &BaseNode::reset, this),
-               private_node_.advertiseService("step", &BaseNode::step, this)};
+  services_ = {private_node_.advertiseService(kPauseService, &BaseNode::pause, this),
+               private_node_.advertiseService(kUnpauseService, &BaseNode::unpause, this),
+               private_node_.advertiseService(kResetService, &BaseNode::reset, this),
+               private_node_.advertiseService(kStepService, &BaseNode::step, this)};
 }
 
 void BaseNode::run() {
-  ROS_INFO("model %s, control period %g s, %s", name_of(settings_.scene.model), settings_.scene.solver.control_period,
+  ROS_INFO("model %s, control period %g s, %s", name_of(settings_.scene.model), loop_.control_period(),
            settings_.publish_clock ? "master of simulated time" : "wall clock");
   if (settings_.publish_clock) announce_time();
   if (settings_.wait_for_subscribers) await_subscribers();
   wall_start_ = ros::Time::now();
-  pacer_.start(simulation_.time());
+  pacer_.start(loop_.time());
   publish_instant();
   while (node_.ok()) {
-    if (takes_commands_as_they_come_) {
+    if (paused_) {
+      take_callbacks(kPatience);
+    } else if (!settings_.publish_clock) {
       go_by_wall_clock();
-    } else if (paused_) {
-      queue_.callAvailable(ros::WallDuration(0.1));
-    } else if (take_commands()) {
-      advance();
+    } else if (settings_.lockstep) {
+      if (await_command()) advance(1);
+    } else {
+      if (!queue_.isEmpty()) take_callbacks(0);
+      if (!paused_) advance(periods_ahead());
     }
   }
   if (bag_) bag_->commit();
@@ -139,125 +132,125 @@ void BaseNode::run() {
 void BaseNode::await_subscribers() {
   const auto missing = [this] {
     std::string topics;
-    for (const auto& [topic, publisher] : publishers_) {
-      if (topic == kDiagnosticsTopic || topic == kDashboardTopic) continue;
-      if (publisher.getNumSubscribers() == 0) topics += " " + topic;
-    }
+    publications_.visit([&](const std::string& topic, bool heard) {
+      if (!heard && topic != kDiagnosticsTopic && topic != kDashboardTopic) topics += " " + topic;
+    });
     return topics;
   };
   Hint hint;
   for (std::string topics = missing(); !topics.empty() && node_.ok(); topics = missing()) {
-    queue_.callAvailable(ros::WallDuration(0.01));
+    take_callbacks(0.01);
     if (hint.due()) ROS_INFO_STREAM("time starts when these topics have subscribers:" << topics);
   }
   ros::WallDuration(kRecorderDelay).sleep();
 }
 
-/// Sleeps until somebody could notice: until a command comes, which has the simulation catch up first, or until there
-/// is something to publish. To wake up for each control period would cost more than to simulate it.
+/// Waits for callbacks, or `timeout` (s of wall time). They change nothing but what waits for the loop, and who
+/// listens; the services of time are the exception, which the loop serves here, between control periods.
+void BaseNode::take_callbacks(double timeout) {
+  pacer_.idle([&] { queue_.callAvailable(ros::WallDuration(timeout)); });
+}
+
+/// Sleeps until the next time when somebody could notice, but for enqueueing what arrives, and then makes up for it. To
+/// wake up for each control period would cost more than to simulate it.
 void BaseNode::go_by_wall_clock() {
-  const double period = settings_.scene.solver.control_period;
-  const double end = std::ceil(publishing_.next() / period - kSlack) * period;
-  queue_.callAvailable(ros::WallDuration(std::max(0.0, end - pacer_.now())));
-  catch_up();
+  const std::int64_t periods = periods_ahead();
+  const double end = loop_.time() + static_cast<double>(periods) * loop_.control_period();
+  take_callbacks(std::max(0.0, end - pacer_.now()));
+  if (pacer_.now() >= end) advance(periods);
 }
 
-void BaseNode::catch_up() {
-  if (wall_start_.isZero()) return;  // still waiting for subscribers
-  const double period = settings_.scene.solver.control_period;
-  while (simulation_.time() + period <= pacer_.now() && node_.ok()) advance();
-}
-
-bool BaseNode::take_commands() {
-  if (!settings_.lockstep) {
-    if (listening_.meet(simulation_.time()) && !queue_.isEmpty()) queue_.callAvailable(ros::WallDuration(0));
-    return !paused_;
-  }
+/// Waits for the command message of the next control period; false if something else is to be seen to first.
+bool BaseNode::await_command() {
   Hint hint;
   const auto none_left = [this] { return interface_->commands() == commands_taken_; };
   while (none_left() && !paused_ && node_.ok()) {
-    queue_.callOne(ros::WallDuration(0.1));
-    if (hint.due()) ROS_INFO("lockstep: waiting for a command at t = %g s", simulation_.time());
+    pacer_.idle([this] { queue_.callOne(ros::WallDuration(kPatience)); });
+    if (hint.due()) ROS_INFO("lockstep: waiting for a command at t = %g s", loop_.time());
   }
   if (none_left() || paused_) return false;
   ++commands_taken_;
   return true;
 }
 
-/// Goes on to the end of the control period; waits and publishes only if somebody could notice.
-void BaseNode::advance() {
-  advance_period();
-  const double t = simulation_.time();
-  const bool listens = !takes_commands_as_they_come_ && listening_.due(t);
-  if (!settings_.publish_clock && !publishing_.due(t) && !listens) return;
-  const double lost = pacer_.wait_until(t);
+/// Control periods until somebody could notice.
+std::int64_t BaseNode::periods_ahead() const {
+  if (periods_are_wanted_) return 1;
+  const double next = telemetry_is_wanted_ ? loop_.next_instant() : loop_.time() + kUnobserved;
+  return loop_.periods_until(std::min(next, diagnosing_.next()));
+}
+
+/// Goes on by control periods, and publishes where they end when that time has come.
+void BaseNode::advance(std::int64_t periods) {
+  advance_without_waiting(periods);
+  const double t = loop_.time();
+  pacer_.sleep_until(t);
+  const double lost = pacer_.arrive(t);
   if (lost > 0 && !settings_.lockstep) {
     wall_start_ += ros::Duration(lost);
+    loop_.bring_requests_forward();
     log_.warn("lag", fmt::format("too slow for the rate asked for: {:.3g} s are lost", lost));
   }
   publish_instant();
 }
 
-void BaseNode::advance_period() {
-  const bool was_present = driver_.present(), was_timed_out = driver_.timed_out();
-  simulation_.advance_periods(1);
-  if (was_present && !driver_.present()) {
-    ROS_WARN("EtherCAT is lost: the base is not connected until reconnect is called");
-  }
-  if (!was_timed_out && driver_.timed_out()) {
+void BaseNode::advance_without_waiting(std::int64_t periods) {
+  loop_.advance_periods(periods);
+  const BaseDriver::Events events = loop_.take_events();
+  if (events.base_lost) ROS_WARN("EtherCAT is lost: the base is not connected until reconnect is called");
+  if (events.timed_out) {
     ROS_WARN("no command for %g s: the wheels are stopped", settings_.driver.command_timeout);
   }
 }
 
-/// What is due at the present time: the switches of the control period that has ended, and at their instants the rest.
+/// What is due at the present time: the switches up to now, and at their instants the rest.
 void BaseNode::publish_instant() {
-  const double t = simulation_.time();
-  const bool is_due = publishing_.meet(t);
-  const std::vector<RollerSwitch> switches = simulation_.take_switches();
+  const bool is_due = loop_.meet_instant();
+  const std::vector<RollerSwitch> switches = loop_.take_switches();
   // With nobody to keep pace with, a /clock message each control period would cost more than the simulation itself.
-  const bool keeps_pace = settings_.lockstep || settings_.real_time_factor > 0;
-  if (settings_.publish_clock && (keeps_pace || is_due || !switches.empty())) announce_time();
+  if (settings_.publish_clock && (keeps_pace_ || is_due || !switches.empty())) announce_time();
   if (bag_) bag_->write(switches);
   for (const RollerSwitch& event : switches) {
-    publish(Telemetry::kSwitches, [&] { return roller_switch_message(event, stamp(event.t)); });
+    publications_.publish(kRollerSwitchesTopic, [&] { return roller_switch_message(event, stamp(event.t)); });
   }
-  if (is_due) {
-    telemetry_.update(simulation_, read_motors());
-    if (bag_) bag_->write(telemetry_, t);
-    telemetry_.visit(stamp(t), [this](const char* topic, const auto& make) {
-      if (driver_.present() || topic == std::string(Telemetry::kGroundTruth)) publish(topic, make);
-    });
-  }
-  if (diagnosing_.meet(t)) publish_diagnostics();
+  if (is_due && telemetry_is_wanted_) publish_telemetry();
+  if (diagnosing_.meet(loop_.time())) publish_diagnostics();
+}
+
+void BaseNode::publish_telemetry() {
+  const double t = loop_.time();
+  if (bag_) bag_->write(loop_.telemetry(), loop_.simulation(), loop_.driver().readings(), t);
+  loop_.visit_telemetry(stamp(t), [this](const char* topic, const auto& make) {
+    if (loop_.driver().present() || topic == std::string(kGroundTruthTopic)) publications_.publish(topic, make);
+  });
 }
 
 void BaseNode::publish_diagnostics() {
-  const ros::Time now = stamp(simulation_.time());
+  const ros::Time now = stamp(loop_.time());
   const Pacer::Timing timing = pacer_.take_timing();
-  publish(kDiagnosticsTopic, [&] { return diagnostics_message(driver_, simulation_, timing, now); });
+  publications_.publish(kDiagnosticsTopic,
+                        [&] { return diagnostics_message(loop_.driver(), loop_.simulation(), timing, now); });
 #ifdef YOUBOT_BASE_SIM_PR2_MSGS
-  publish(kDashboardTopic, [&] { return dashboard_message(driver_, now); });
+  publications_.publish(kDashboardTopic, [&] { return dashboard_message(loop_.driver(), now); });
 #endif
 }
 
 void BaseNode::announce_time() {
-  publish(kClockTopic, [this] {
+  publications_.publish(kClockTopic, [this] {
     rosgraph_msgs::Clock message;
-    message.clock = stamp(simulation_.time());
+    message.clock = stamp(loop_.time());
     return message;
   });
 }
 
-template <class Make>
-void BaseNode::publish(const char* topic, const Make& make) {
-  const auto found = publishers_.find(topic);
-  if (found == publishers_.end()) return;
-  const ros::Publisher& publisher = found->second;
-  if (publisher.isLatched() || publisher.getNumSubscribers() > 0) publisher.publish(make());
-}
-
 ros::Time BaseNode::stamp(double t) const {
   return settings_.publish_clock ? stamp_of(t) : wall_start_ + ros::Duration(t);
+}
+
+/// Simulated time at which what comes now arrives, s.
+double BaseNode::now() const {
+  if (settings_.publish_clock || wall_start_.isZero()) return loop_.time();
+  return std::max(loop_.time(), pacer_.now());
 }
 
 bool BaseNode::pause(std_srvs::Empty::Request&, std_srvs::Empty::Response&) {
@@ -267,16 +260,13 @@ bool BaseNode::pause(std_srvs::Empty::Request&, std_srvs::Empty::Response&) {
 
 bool BaseNode::unpause(std_srvs::Empty::Request&, std_srvs::Empty::Response&) {
   paused_ = false;
-  pacer_.start(simulation_.time());
+  pacer_.start(loop_.time());
   return true;
 }
 
 bool BaseNode::reset(std_srvs::Empty::Request&, std_srvs::Empty::Response&) {
-  simulation_.reset();
-  driver_ = BaseDriver(settings_.driver, simulation_.state().phi());
-  telemetry_ = Telemetry(simulation_, read_motors(), settings_.telemetry);
-  for (Schedule* schedule : {&publishing_, &listening_, &diagnosing_}) schedule->reset();
-  listening_.meet(0);  // which this is
+  loop_.reset();
+  diagnosing_.reset();
   pacer_.start(0);
   publish_instant();
   return true;
@@ -284,15 +274,14 @@ bool BaseNode::reset(std_srvs::Empty::Request&, std_srvs::Empty::Response&) {
 
 bool BaseNode::step(Step::Request& request, Step::Response& response) {
   response.success = paused_;
-  if (paused_) {
-    for (std::uint32_t k = 0; k < request.periods && node_.ok(); ++k) {
-      advance_period();
-      publish_instant();
-    }
-  } else {
-    response.message = "not paused: call ~pause first";
+  if (!paused_) response.message = "not paused: call ~pause first";
+  for (std::int64_t left = paused_ ? request.periods : 0; left > 0 && node_.ok();) {
+    const std::int64_t periods = std::min(left, periods_ahead());
+    advance_without_waiting(periods);
+    publish_instant();
+    left -= periods;
   }
-  response.t = simulation_.time();
+  response.t = loop_.time();
   return true;
 }
 

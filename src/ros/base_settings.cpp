@@ -1,9 +1,11 @@
 #include "youbot_base_sim/ros/base_settings.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <ros/ros.h>
 
 #include "youbot_base_sim/drive/driver_configuration.h"
+#include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/ros/parameters.h"
 
 namespace youbot_base_sim {
@@ -17,6 +19,10 @@ Scene read_scene(Parameters& parameters) {
   const std::string path = parameters.text("scene", "");
   SceneOverrides overrides;
   overrides.model = parameters.text("model", "");
+  overrides.method = parameters.text("method", "");
+  if (!overrides.method.empty() && !find_method(overrides.method)) {
+    throw parameters.refusal("method", overrides.method, fmt::format("{}", fmt::join(method_names(), ", ")));
+  }
   overrides.control_period = parameters.number("control_period", -1, 1e-6, 10, "s");
   overrides.relative_tolerance = parameters.number("relative_tolerance", overrides.relative_tolerance, 1e-14, 0.1, "");
   Scene scene;
@@ -32,7 +38,9 @@ Scene read_scene(Parameters& parameters) {
   }
   if (path.empty()) {
     const double relative = overrides.relative_tolerance > 0 ? overrides.relative_tolerance : kTolerance;
-    scene.solver = {relative, 1e-3 * relative, scene.solver.control_period};
+    scene.solver.relative_tolerance = relative;
+    scene.solver.absolute_tolerance = 1e-3 * relative;
+    if (!overrides.method.empty()) scene.solver.method = overrides.method;
   }
   if (overrides.control_period > 0) scene.solver.control_period = overrides.control_period;
   if (!(scene.solver.control_period > 0)) scene.solver.control_period = 1e-3;

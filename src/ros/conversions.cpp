@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <tf2/LinearMath/Quaternion.h>
+#include <tf2_geometry_msgs/tf2_geometry_msgs.h>
 
 #include <algorithm>
 #include <bitset>
@@ -11,23 +12,12 @@ namespace youbot_base_sim {
 
 namespace {
 
-constexpr char kWheelJoint[] = "wheel_joint_";
-
-geometry_msgs::Quaternion quaternion(double heading) {
-  tf2::Quaternion q;
-  q.setRPY(0, 0, heading);
-  geometry_msgs::Quaternion message;
-  message.x = q.x();
-  message.y = q.y();
-  message.z = q.z();
-  message.w = q.w();
-  return message;
-}
+geometry_msgs::Quaternion quaternion(double heading) { return tf2::toMsg(tf2::Quaternion({0, 0, 1}, heading)); }
 
 /// Number of the wheel whose joint is called `joint`; -1 if none is.
 int wheel_of(const std::string& joint) {
-  if (joint.rfind(kWheelJoint, 0) != 0) return -1;
-  const auto suffix = joint.substr(sizeof(kWheelJoint) - 1);
+  if (joint.rfind(kWheelJointPrefix, 0) != 0) return -1;
+  const auto suffix = joint.substr(sizeof(kWheelJointPrefix) - 1);
   const auto found = std::find(kWheelNames.begin(), kWheelNames.end(), suffix);
   return found == kWheelNames.end() ? -1 : static_cast<int>(found - kWheelNames.begin());
 }
@@ -76,7 +66,7 @@ double time_of(const ros::Time& stamp) {
   return stamp <= ros::TIME_MIN ? 0 : static_cast<double>(stamp.toNSec()) / 1e9;
 }
 
-std::string wheel_joint(int i) { return std::string(kWheelJoint) + kWheelNames[i]; }
+std::string wheel_joint(int i) { return std::string(kWheelJointPrefix) + kWheelNames[i]; }
 
 nav_msgs::Odometry odometry_message(const std::string& frame, const Eigen::Vector3d& pose,
                                     const Eigen::Vector3d& velocity, const ros::Time& stamp) {
@@ -117,13 +107,14 @@ geometry_msgs::TransformStamped transform_message(const std::string& frame, cons
 RollerSwitchStamped roller_switch_message(const RollerSwitch& event, const ros::Time& stamp) {
   RollerSwitchStamped message;
   message.header.stamp = stamp;
-  message.header.frame_id = std::string("wheel_link_") + kWheelNames[event.wheel];
+  message.header.frame_id = std::string(kWheelFramePrefix) + kWheelNames[event.wheel];
   message.wheel = wheel_joint(event.wheel);
   message.roller_from = static_cast<std::uint8_t>(event.roller_from);
   message.roller_to = static_cast<std::uint8_t>(event.roller_to);
   message.direction = static_cast<std::int8_t>(event.direction);
   message.phi = event.phi;
   message.t = event.t;
+  message.count = event.count;
   return message;
 }
 

@@ -1,5 +1,6 @@
 #include "youbot_base_sim/ros/diagnostics.h"
 
+#include <diagnostic_updater/DiagnosticStatusWrapper.h>
 #include <fmt/format.h>
 
 #include <string>
@@ -10,32 +11,22 @@ namespace youbot_base_sim {
 
 namespace {
 
-using diagnostic_msgs::DiagnosticStatus;
+using diagnostic_updater::DiagnosticStatusWrapper;
 
-DiagnosticStatus driver_status(const char* name, bool ok, const char* if_ok, const char* if_not) {
-  DiagnosticStatus status;
+DiagnosticStatusWrapper driver_status(const char* name, bool ok, const char* if_ok, const char* if_not) {
+  DiagnosticStatusWrapper status;
   status.name = name;
-  status.level = ok ? DiagnosticStatus::OK : DiagnosticStatus::ERROR;
-  status.message = ok ? if_ok : if_not;
+  status.summary(ok ? status.OK : status.ERROR, ok ? if_ok : if_not);
   return status;
 }
 
-DiagnosticStatus own_status(const std::string& subject, bool ok, const std::string& message) {
-  DiagnosticStatus status;
+DiagnosticStatusWrapper own_status(const std::string& subject, bool ok, const std::string& message) {
+  DiagnosticStatusWrapper status;
   status.name = "youbot_base_sim: " + subject;
   status.hardware_id = "simulation";
-  status.level = ok ? DiagnosticStatus::OK : DiagnosticStatus::WARN;
-  status.message = message;
+  status.summary(ok ? status.OK : status.WARN, message);
   return status;
 }
-
-void add(DiagnosticStatus& status, const std::string& key, const std::string& value) {
-  status.values.emplace_back();
-  status.values.back().key = key;
-  status.values.back().value = value;
-}
-
-void add(DiagnosticStatus& status, const char* key, std::uint64_t count) { add(status, key, fmt::format("{}", count)); }
 
 std::string doing_of(const BaseDriver& driver, int i) {
   if (driver.faults().silent[i] || driver.faults().ethercat_lost) return "does not answer";
@@ -45,62 +36,56 @@ std::string doing_of(const BaseDriver& driver, int i) {
                                               : fmt::format("velocity {:.4g} rad/s", set_point.value);
 }
 
-DiagnosticStatus wheels_status(const BaseDriver& driver, const Simulation& simulation) {
-  DiagnosticStatus status = own_status("wheels", !driver.timed_out(),
-                                       driver.timed_out()   ? "stopped: no command for too long"
-                                       : driver.motors_on() ? "motors on"
-                                                            : "motors off");
+DiagnosticStatusWrapper wheels_status(const BaseDriver& driver, const Simulation& simulation) {
+  DiagnosticStatusWrapper status = own_status("wheels", !driver.timed_out(),
+                                              driver.timed_out()   ? "stopped: no command for too long"
+                                              : driver.motors_on() ? "motors on"
+                                                                   : "motors off");
   const auto rollers = simulation.rollers();
   const auto others = simulation.other_rollers();
   for (int i = 0; i < kWheels; ++i) {
     const std::string stands = others[i] ? fmt::format("between rollers {} and {}", rollers[i], *others[i])
                                          : fmt::format("on roller {}", rollers[i]);
-    add(status, wheel_joint(i), doing_of(driver, i) + ", " + stands);
+    status.add(wheel_joint(i), doing_of(driver, i) + ", " + stands);
   }
   return status;
 }
 
-DiagnosticStatus faults_status(const Faults& faults) {
-  DiagnosticStatus status = own_status("faults", !faults.any(), faults.any() ? "faults are simulated" : "none");
-  if (faults.ethercat_lost) add(status, "EtherCAT", "lost");
+DiagnosticStatusWrapper faults_status(const Faults& faults) {
+  DiagnosticStatusWrapper status = own_status("faults", !faults.any(), faults.any() ? "faults are simulated" : "none");
+  if (faults.ethercat_lost) status.add("EtherCAT", "lost");
   for (int i = 0; i < kWheels; ++i) {
-    if (faults.silent[i]) add(status, wheel_joint(i), "does not answer");
+    if (faults.silent[i]) status.add(wheel_joint(i), "does not answer");
     if (faults.encoder_slip[i] != 0) {
-      add(status, wheel_joint(i), fmt::format("encoder misses {:g} of each turn", faults.encoder_slip[i]));
+      status.add(wheel_joint(i), fmt::format("encoder misses {:g} of each turn", faults.encoder_slip[i]));
     }
   }
-  if (faults.encoder_noise != 0) add(status, "encoder noise", fmt::format("{:g} rad", faults.encoder_noise));
-  if (faults.command_delay != 0) add(status, "command delay", fmt::format("{:g} s", faults.command_delay));
+  if (faults.encoder_noise != 0) status.add("encoder noise", fmt::format("{:g} rad", faults.encoder_noise));
+  if (faults.command_delay != 0) status.add("command delay", fmt::format("{:g} s", faults.command_delay));
   return status;
 }
 
-DiagnosticStatus integration_status(const Simulation& simulation) {
+DiagnosticStatusWrapper integration_status(const Simulation& simulation) {
   const IntegrationStatistics& statistics = simulation.statistics();
   const bool accurate = statistics.fallback_steps == 0;
-  DiagnosticStatus status =
-      own_status("integration", accurate, accurate ? "accurate" : "safe steps, of first order, were needed");
-  add(status, "model", name_of(simulation.scene().model));
-  add(status, "relative tolerance", fmt::format("{:g}", simulation.scene().solver.relative_tolerance));
-  add(status, "simulated time", fmt::format("{:.9g} s", simulation.time()));
-  add(status, "steps", statistics.steps);
-  add(status, "rejected steps", statistics.rejected_steps);
-  add(status, "location steps", statistics.location_steps);
-  add(status, "roller switches", statistics.switches);
-  add(status, "shared contacts", statistics.shared_contacts);
-  add(status, "bound of work reached", statistics.exhausted);
-  add(status, "safe steps", statistics.fallback_steps);
-  add(status, "energy balance error", fmt::format("{:.2g} J", simulation.energy_balance_error()));
+  DiagnosticStatusWrapper status =
+      own_status("integration", accurate, accurate ? "accurate" : "fallback steps, of first order, were needed");
+  status.add("model", name_of(simulation.scene().model));
+  status.add("relative tolerance", fmt::format("{:g}", simulation.scene().solver.relative_tolerance));
+  status.add("simulated time", fmt::format("{:.9g} s", simulation.time()));
+  for (const StatisticsField& field : kStatisticsFields) status.add(field.text, statistics.*field.value);
+  status.add("energy balance error", fmt::format("{:.2g} J", simulation.energy_balance_error()));
   return status;
 }
 
-DiagnosticStatus timing_status(const Pacer::Timing& timing) {
-  DiagnosticStatus status =
+DiagnosticStatusWrapper timing_status(const Pacer::Timing& timing) {
+  DiagnosticStatusWrapper status =
       own_status("loop", timing.lost == 0, timing.lost == 0 ? "in time" : "too slow for the rate asked for");
-  add(status, "control periods", static_cast<std::uint64_t>(timing.waits));
-  add(status, "mean lateness", fmt::format("{:.1f} us", 1e6 * timing.lateness));
-  add(status, "greatest lateness", fmt::format("{:.1f} us", 1e6 * timing.most_lateness));
-  add(status, "busy", fmt::format("{:.1f} % of the time", 100 * timing.busy));
-  add(status, "lost", fmt::format("{:.3g} s", timing.lost));
+  status.add("instants", timing.instants);
+  status.add("mean lateness", fmt::format("{:.1f} us", 1e6 * timing.lateness));
+  status.add("max lateness", fmt::format("{:.1f} us", 1e6 * timing.max_lateness));
+  status.add("busy", fmt::format("{:.1f} % of the time", 100 * timing.busy));
+  status.add("lost", fmt::format("{:.3g} s", timing.lost));
   return status;
 }
 

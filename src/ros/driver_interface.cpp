@@ -8,8 +8,6 @@ namespace youbot_base_sim {
 
 namespace {
 
-constexpr char kTwistTopic[] = "cmd_vel";
-constexpr std::uint32_t kQueue = 1000;              // of subscribers, as the driver's
 constexpr char kNoBase[] = "No base initialized!";  // the driver's words
 
 /// What is wrong with a request for faults; empty if nothing is.
@@ -18,9 +16,9 @@ std::string refusal_of(const SetFaults::Request& request) {
     if (request.encoder_slip[i] >= 0 && request.encoder_slip[i] <= 1) continue;
     return fmt::format("encoder_slip[{}] = {}: must be from 0 to 1", i, request.encoder_slip[i]);
   }
-  const auto check = [](const char* name, double value, double most, const char* unit) {
-    if (value >= 0 && value <= most) return std::string();
-    return fmt::format("{} = {}: must be from 0 to {:g} {}", name, value, most, unit);
+  const auto check = [](const char* name, double value, double max, const char* unit) {
+    if (value >= 0 && value <= max) return std::string();
+    return fmt::format("{} = {}: must be from 0 to {:g} {}", name, value, max, unit);
   };
   const std::string noise = check("encoder_noise", request.encoder_noise, 10, "rad");
   return noise.empty() ? check("command_delay", request.command_delay, 60, "s") : noise;
@@ -28,72 +26,76 @@ std::string refusal_of(const SetFaults::Request& request) {
 
 }  // namespace
 
-DriverInterface::DriverInterface(BaseDriver& driver, const DriverKinematics& kinematics, const Owner& owner,
+DriverInterface::DriverInterface(BaseLoop& loop, const std::function<double()>& now, const DriverKinematics& kinematics,
                                  ros::NodeHandle& node, ros::NodeHandle& private_node, ThrottledLog& log)
-    : driver_(driver), owner_(owner), log_(log) {
+    : loop_(loop), now_(now), log_(log) {
   subscribe<brics_actuator::JointTorques>(node, kTorqueTopic, [](const auto& m) { return wheel_command(m); });
   subscribe<brics_actuator::JointVelocities>(node, kVelocityTopic, [](const auto& m) { return wheel_command(m); });
   subscribe<geometry_msgs::Twist>(node, kTwistTopic,
                                   [kinematics](const auto& m) { return wheel_command(m, kinematics); });
-  services_ = {node.advertiseService("base/switchOffMotors", &DriverInterface::switch_off, this),
-               node.advertiseService("base/switchOnMotors", &DriverInterface::switch_on, this),
-               node.advertiseService("reconnect", &DriverInterface::reconnect, this),
-               private_node.advertiseService("set_faults", &DriverInterface::set_faults, this)};
+  services_ = {node.advertiseService(kSwitchOffService, &DriverInterface::switch_off, this),
+               node.advertiseService(kSwitchOnService, &DriverInterface::switch_on, this),
+               node.advertiseService(kReconnectService, &DriverInterface::reconnect, this),
+               private_node.advertiseService(kSetFaultsService, &DriverInterface::set_faults, this)};
 }
 
 template <class Message>
 void DriverInterface::subscribe(ros::NodeHandle& node, const char* topic,
                                 const std::function<WheelCommand(const Message&)>& read) {
   const boost::function<void(const boost::shared_ptr<const Message>&)> take =
-      [this, topic, read](const boost::shared_ptr<const Message>& message) { obey(topic, read(*message)); };
+      [this, topic, read](const boost::shared_ptr<const Message>& message) { receive(topic, read(*message)); };
   // Without the hint Nagle's algorithm may hold a command back for 40 ms.
   subscribers_.push_back(
-      node.subscribe<Message>(topic, kQueue, take, ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay()));
+      node.subscribe<Message>(topic, kCommandQueueSize, take, ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay()));
 }
 
-void DriverInterface::obey(const char* topic, const WheelCommand& command) {
+void DriverInterface::receive(const char* topic, const WheelCommand& command) {
   ++commands_;
-  const double now = owner_.catch_up();
-  if (!driver_.present()) return log_.error("no base", kNoBase);
+  const double now = now_();
+  if (!loop_.present(now)) return log_.error("no base", kNoBase);
   const auto complain = [&](const std::string& subject, const std::string& text) {
     log_.warn(topic + subject, fmt::format("{}: {}", topic, text));
   };
   for (const Complaint& complaint : command.complaints) complain(complaint.subject, complaint.text);
+  const Motor& motor = loop_.driver().motor();
   bool names_any = false;
   for (int i = 0; i < kWheels; ++i) {
     const auto& set_point = command.set_points[i];
     names_any = names_any || set_point;
-    if (!set_point || driver_.motor().can(*set_point)) continue;
-    complain(wheel_joint(i) + " limit",
-             fmt::format("{}: {:.7g} is beyond the motor's limit: clipped to {:.5g}", wheel_joint(i), set_point->value,
-                         driver_.motor().limited(*set_point).value));
+    if (!set_point || motor.can(*set_point)) continue;
+    complain(wheel_joint(i) + " limit", fmt::format("{}: {:.7g} is beyond the motor's limit: clipped to {:.5g}",
+                                                    wheel_joint(i), set_point->value, motor.limited(*set_point).value));
   }
-  if (names_any) driver_.command(now, command.set_points);
+  if (names_any) loop_.push(now, command.set_points);
 }
 
-bool DriverInterface::require_base(bool done) {
-  if (!done) log_.error("no base", kNoBase);
-  return done;
+/// Enqueues a request that only a base can fulfil; false without one.
+bool DriverInterface::request_of_base(const DriverRequest& request) {
+  const double now = now_();
+  if (loop_.present(now)) {
+    loop_.push(now, request);
+    return true;
+  }
+  log_.error("no base", kNoBase);
+  return false;
 }
 
 bool DriverInterface::switch_off(std_srvs::Empty::Request&, std_srvs::Empty::Response&) {
   ROS_INFO("Switch off the base motors");
-  owner_.catch_up();
-  return require_base(driver_.switch_off());
+  return request_of_base(SwitchOff());
 }
 
 bool DriverInterface::switch_on(std_srvs::Empty::Request&, std_srvs::Empty::Response&) {
   ROS_INFO("Switch on the base motors");
-  owner_.catch_up();
-  return require_base(driver_.switch_on());
+  return request_of_base(SwitchOn());
 }
 
 /// True in any case, as the driver's.
 bool DriverInterface::reconnect(std_srvs::Empty::Request&, std_srvs::Empty::Response&) {
-  owner_.catch_up();
-  if (driver_.reconnect()) {
+  const double now = now_();
+  loop_.push(now, Reconnect());
+  if (loop_.present(now)) {
     ROS_INFO("Base is initialized.");
-    owner_.on_reconnect();
   } else {
     ROS_ERROR("Base could not be initialized: EtherCAT is lost");
   }
@@ -112,7 +114,7 @@ bool DriverInterface::set_faults(SetFaults::Request& request, SetFaults::Respons
   }
   faults.encoder_noise = request.encoder_noise;
   faults.command_delay = request.command_delay;
-  driver_.set_faults(owner_.catch_up(), faults);
+  loop_.push(now_(), faults);
   return true;
 }
 

@@ -64,6 +64,28 @@ TEST(WheelOdometry, keeps_count_of_full_turns) {
   EXPECT_NEAR(odometry.pose()[2], 10, 1e-12);
 }
 
+// The sine and cosine of the heading go on by small turns: they must stay those of the heading.
+TEST(WheelOdometry, small_steps_add_up_to_the_last_digits) {
+  const DriverKinematics kinematics;
+  WheelOdometry odometry(kinematics, Wheels::Zero());
+  Wheels phi = Wheels::Zero();
+  Eigen::Vector3d expected = Eigen::Vector3d::Zero();
+  double path = 0;
+  for (int k = 0; k < 300000; ++k) {
+    const double rate = std::sin(1e-3 * k);
+    const Wheels before = phi;
+    phi += kinematics.wheel_rates({1e-3, 3e-4 * rate, 2e-3 * rate + (k % 1000 == 0 ? 0.5 : 0)});
+    const Eigen::Vector3d moved = kinematics.velocity(phi - before);
+    odometry.update(phi);
+    expected[2] += moved[2];
+    expected[0] += std::cos(expected[2]) * moved[0] - std::sin(expected[2]) * moved[1];
+    expected[1] += std::sin(expected[2]) * moved[0] + std::cos(expected[2]) * moved[1];
+    path += moved.head<2>().norm();
+  }
+  EXPECT_EQ(odometry.pose()[2], expected[2]);
+  EXPECT_LT((odometry.pose() - expected).norm(), 1e-14 * path) << "after " << path << " m";
+}
+
 TEST(WheelOdometry, starts_again) {
   WheelOdometry odometry({}, Wheels::Zero());
   odometry.update({1, 1, 1, 1});

@@ -1,6 +1,6 @@
 // Bags that are written without ROS running.
 
-#include "youbot_base_sim/record/bag.h"
+#include "youbot_base_sim/ros/bag.h"
 
 #include <gtest/gtest.h>
 #include <nav_msgs/Odometry.h>
@@ -22,15 +22,15 @@ TEST(BagWriter, writes_every_topic_and_every_switch) {
   const TemporaryFolder folder;
   Simulation simulation(short_scene());
   BagWriter bag(folder.path("x.bag"));
-  Telemetry telemetry(simulation, exact_readings(simulation), {});
+  Telemetry telemetry(simulation.scene().robot.rollers, simulation.state().phi(), {});
   std::size_t switches = 0;
   for (int k = 0; k <= 50; ++k) {
     simulation.advance_to(0.01 * k);
     const auto events = simulation.take_switches();
     switches += events.size();
     bag.write(events);
-    telemetry.update(simulation, exact_readings(simulation));
-    bag.write(telemetry, simulation.time());
+    telemetry.update(simulation.state().phi());
+    bag.write(telemetry, simulation, exact_readings(simulation), simulation.time());
   }
   bag.commit();
 
@@ -62,7 +62,8 @@ TEST(BagWriter, leaves_nothing_of_a_bag_that_is_not_committed) {
   {
     Simulation simulation(short_scene());
     BagWriter bag(folder.path("x.bag"));
-    bag.write(Telemetry(simulation, exact_readings(simulation), {}), 0);
+    const MotorReadings readings = exact_readings(simulation);
+    bag.write(Telemetry(simulation.scene().robot.rollers, readings.phi, {}), simulation, readings, 0);
   }
   EXPECT_FALSE(folder.has("x.bag"));
   EXPECT_FALSE(folder.has("x.bag.part"));

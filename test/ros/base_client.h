@@ -125,20 +125,20 @@ class BaseClient {
   BaseClient() {
     const auto hints = ros::TransportHints().tcpNoDelay();
     subscribers_ = {node_.subscribe<rosgraph_msgs::Clock>(
-                        "/clock", kQueue, [this](const auto& m) { clock_ = m->clock; }, {}, hints),
+                        kClockTopic, kQueue, [this](const auto& m) { clock_ = m->clock; }, {}, hints),
                     node_.subscribe<nav_msgs::Odometry>(
-                        "odom", kQueue, [this](const auto& m) { odometry = *m; }, {}, hints),
+                        kOdometryTopic, kQueue, [this](const auto& m) { odometry = *m; }, {}, hints),
                     node_.subscribe<nav_msgs::Odometry>(
-                        "ground_truth", kQueue, [this](const auto& m) { truth = *m; }, {}, hints),
+                        kGroundTruthTopic, kQueue, [this](const auto& m) { truth = *m; }, {}, hints),
                     node_.subscribe<sensor_msgs::JointState>(
-                        "base/joint_states", kQueue, [this](const auto& m) { joints = *m; }, {}, hints),
+                        kJointStatesTopic, kQueue, [this](const auto& m) { joints = *m; }, {}, hints),
                     node_.subscribe<tf2_msgs::TFMessage>(
-                        "/tf", kQueue, [this](const auto& m) { tf = m->transforms.at(0); }, {}, hints),
+                        kTransformsTopic, kQueue, [this](const auto& m) { tf = m->transforms.at(0); }, {}, hints),
                     node_.subscribe<RollerSwitchStamped>(
-                        "base/roller_switches", kQueue, [this](const auto& m) { switches.push_back(*m); }, {}, hints)};
+                        kRollerSwitchesTopic, kQueue, [this](const auto& m) { switches.push_back(*m); }, {}, hints)};
     torques_ = node_.advertise<brics_actuator::JointTorques>(kTorqueTopic, kQueue);
     velocities_ = node_.advertise<brics_actuator::JointVelocities>(kVelocityTopic, kQueue);
-    twist_ = node_.advertise<geometry_msgs::Twist>("cmd_vel", kQueue);
+    twist_ = node_.advertise<geometry_msgs::Twist>(kTwistTopic, kQueue);
     wait_for("the node to listen", [this] {
       return torques_.getNumSubscribers() > 0 && velocities_.getNumSubscribers() > 0 && twist_.getNumSubscribers() > 0;
     });

@@ -192,6 +192,16 @@ TEST(RollerSwitchMessage, tells_everything) {
   EXPECT_EQ(message.direction, 1);
   EXPECT_EQ(message.phi, -1.5);
   EXPECT_EQ(message.t, 0.25);
+  EXPECT_EQ(message.count, 1) << "a located one, unless it says otherwise";
+}
+
+TEST(RollerSwitchMessage, may_stand_for_many) {
+  constexpr std::int64_t kMany = 5'000'000'000;  // more than 32 bits hold
+  const auto message = roller_switch_message({0.25, 0, 0, 2, -1.5, -1, kMany}, ros::Time(7.25));
+  EXPECT_EQ(message.count, kMany);
+  EXPECT_EQ(message.direction, -1);
+  EXPECT_EQ(message.roller_from, 0);
+  EXPECT_EQ(message.roller_to, 2);
 }
 
 }  // namespace

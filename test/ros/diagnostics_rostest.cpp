@@ -3,6 +3,7 @@
 #include <diagnostic_msgs/DiagnosticArray.h>
 
 #include "base_client.h"
+#include "youbot_base_sim/integration/statistics.h"
 
 namespace youbot_base_sim {
 namespace {
@@ -75,11 +76,11 @@ TEST_F(Diagnostics, count_what_the_integration_did) {
   base_.command(twist(0.4, 0, 0));
   const DiagnosticStatus integration = status(2.0, "youbot_base_sim: integration");
   expect(integration, DiagnosticStatus::OK, "accurate");
-  EXPECT_GT(std::stoi(value(integration, "steps")), 2000);
+  EXPECT_GT(std::stoi(value(integration, "steps accepted")), 2000);
   // 0.84 m at 0.05 m of radius and six rollers: 16 a wheel.
   EXPECT_NEAR(std::stoi(value(integration, "roller switches")), 64, 8);
-  EXPECT_EQ(value(integration, "safe steps"), "0");
-  EXPECT_EQ(value(integration, "shared contacts"), "0");
+  EXPECT_EQ(value(integration, "fallback steps, of first order"), "0");
+  for (const StatisticsField& field : kStatisticsFields) EXPECT_NE(value(integration, field.text), "") << field.name;
 }
 
 TEST_F(Diagnostics, tell_what_the_wheels_do) {

@@ -3,8 +3,10 @@
 #include <array>
 #include <deque>
 #include <optional>
+#include <utility>
 
 #include "youbot_base_sim/drive/dry_friction.h"
+#include "youbot_base_sim/drive/ethercat_connection.h"
 #include "youbot_base_sim/drive/faults.h"
 #include "youbot_base_sim/drive/motor_sensors.h"
 #include "youbot_base_sim/drive/wheel_drive.h"
@@ -31,11 +33,7 @@ class BaseDriver {
     double command_timeout = 0;  ///< the wheels stop after this time without a command, s; 0: never, as the driver
   };
 
-  /// EtherCAT's cycle of 1 ms times the driver's MaximumNumberOfEtherCATErrors, s; also the MotorControllerTimeout of
-  /// the motors' firmware.
-  static constexpr double kEthercatTimeout = 0.1;
-
-  /// The base is present. Its motors are on and hold the wheels at rest, at angles phi (rad).
+  /// The base is present, its motors are on and keep its wheels, which are at angles phi (rad), at rest.
   BaseDriver(const Settings& settings, const Wheels& phi);
 
   /// Takes a command that arrives at time t; without effect if the base is not present. A command switches its motors
@@ -60,15 +58,28 @@ class BaseDriver {
   /// rates `dphi` (rad/s).
   Wheels sample(double t, const Wheels& dphi);
 
-  /// Reads the sensors of the motors, whose wheels are at angles phi (rad) and rates dphi (rad/s).
-  const MotorReadings& read(const Wheels& phi, const Wheels& dphi);
+  /// Reads the motors of wheels at angles phi (rad) and rates dphi (rad/s).
+  const MotorReadings& read(const Wheels& phi, const Wheels& dphi) {
+    return faulty_ ? read_faulty(phi, dphi) : sensors_.read(phi, dphi, torque_);
+  }
 
-  bool present() const { return present_; }      ///< whether the driver has a base
-  bool motors_on() const { return motors_on_; }  ///< what the driver's dashboard shows; only its services change it
-  bool timed_out() const { return timed_out_; }  ///< whether `command_timeout` has stopped the wheels
+  /// The readings of before.
+  const MotorReadings& readings() const { return sensors_.readings(); }
+
+  const EthercatConnection& connection() const { return connection_; }
+  bool present() const { return connection_.present(); }  ///< the base, in the driver's eyes
+  bool motors_on() const { return motors_on_; }  ///< what the driver's dashboard shows: only its services change it
+  bool timed_out() const { return timed_out_; }  ///< stopped for want of commands
   const Motor& motor() const { return settings_.motor; }
 
-  /// What each motor is set to now.
+  /// What has happened in `sample` since the last `take_events`.
+  struct Events {
+    bool base_lost = false;  ///< EtherCAT has failed for too long
+    bool timed_out = false;  ///< the wheels were stopped for want of commands
+  };
+  Events take_events() { return std::exchange(events_, {}); }
+
+  /// What each motor does now.
   const std::array<SetPoint, kWheels>& set_points() const { return drive_.set_points(); }
 
  private:
@@ -82,21 +93,24 @@ class BaseDriver {
   void apply_due_commands(double t);
   void check_command_timeout(double t);
   void exchange_ethercat(double t);
+  SetPoint carried(const SetPoint& set_point) const;
+  const MotorReadings& read_faulty(const Wheels& phi, const Wheels& dphi);
 
   Settings settings_;
   WheelDrive drive_;
   DryFriction friction_;
   MotorSensors sensors_;
   Faults faults_;
-  bool present_ = true;
+  bool faulty_ = false;  // faults_.any()
+  EthercatConnection connection_;
   bool motors_on_ = true;
   bool timed_out_ = false;
-  std::array<SetPoint, kWheels> sent_;        // set points that the driver sends in each of its cycles
-  std::deque<Pending> pending_;               // commands that are delayed, the earliest first
-  double last_command_;                       // time; infinite: none
-  double ethercat_lost_since_;                // time; infinite: not lost
-  std::array<double, kWheels> silent_since_;  // times; infinite: responds
-  Wheels torque_ = Wheels::Zero();            // of the motors in this control period, N m
+  std::array<SetPoint, kWheels> sent_;  // what the driver sends in each of its cycles, as EtherCAT carries it
+  std::deque<Pending> pending_;         // commands that arrive later
+  Events events_;
+  double last_command_;
+  std::array<double, kWheels> silent_since_;  // infinite: responds
+  Wheels torque_ = Wheels::Zero();            // of the motors, N m
 };
 
 }  // namespace youbot_base_sim

@@ -21,19 +21,31 @@ class MotorSensors {
   /// The wheels stand at angles phi, rad. `quantized` readings are whole encoder ticks, rpm of the motor and mA, as the
   /// driver receives them; otherwise readings are exact.
   MotorSensors(const Motor& motor, bool quantized, const Wheels& phi)
-      : motor_(motor), quantized_(quantized), phi_(phi) {
+      : tick_(motor.tick()), rpm_(motor.rpm()), milliampere_(motor.milliampere()), quantized_(quantized), phi_(phi) {
     readings_.phi = phi;
   }
 
-  /// Reads wheels at angles phi (rad) and rates dphi (rad/s) whose motors exert `torque` (N m). Call it once in each
-  /// cycle of the driver. Encoder faults change the readings; those of silent motors keep their last values.
-  const MotorReadings& read(const Wheels& phi, const Wheels& dphi, const Wheels& torque, const Faults& faults = {});
+  /// Reads wheels at angles phi (rad) and rates dphi (rad/s) whose motors exert `torque`, N m. To be called once a
+  /// cycle of the driver. Inline, for that may be a thousand times a second.
+  const MotorReadings& read(const Wheels& phi, const Wheels& dphi, const Wheels& torque) {
+    phi_ = phi;
+    return readings_ = transmitted({phi - missed_, dphi, torque});
+  }
+
+  /// The same under faults, of which those of encoders count; readings of silent motors are those of before.
+  const MotorReadings& read(const Wheels& phi, const Wheels& dphi, const Wheels& torque, const Faults& faults);
 
   /// The last readings.
   const MotorReadings& readings() const { return readings_; }
 
  private:
-  Motor motor_;
+  MotorReadings transmitted(const MotorReadings& exact) const {
+    if (!quantized_) return exact;
+    return {(exact.phi / tick_).round() * tick_, (exact.dphi / rpm_).round() * rpm_,
+            (exact.torque / milliampere_).round() * milliampere_};
+  }
+
+  double tick_, rpm_, milliampere_;  // rad, rad/s, N m
   bool quantized_;
   MotorReadings readings_;
   Wheels phi_;                      // exact angles at the last reading, rad

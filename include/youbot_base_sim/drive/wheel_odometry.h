@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <cmath>
 
 #include "youbot_base_sim/drive/motor.h"
 #include "youbot_base_sim/physics/state.h"
@@ -20,9 +21,13 @@ struct DriverKinematics {
   /// Wheel rates, rad/s, for a velocity (V_X, V_Y, Omega) of the base in its own frame, m/s and rad/s.
   Wheels wheel_rates(const Eigen::Vector3d& velocity) const;
 
-  /// Velocity of the base, m/s and rad/s, that explains the wheel rates (rad/s) best in the sense of least squares.
-  /// Linear: it also converts differences of wheel angles (rad) into displacements (m, m, rad).
-  Eigen::Vector3d velocity(const Wheels& dphi) const;
+  /// Velocity of the base that the wheel rates tell of; of four rates, the part that no such motion explains is lost.
+  /// Linear, so that it also turns differences of wheel angles (rad) into displacements (m, m, rad).
+  Eigen::Vector3d velocity(const Wheels& dphi) const {
+    const double quarter = wheel_radius / 4;
+    return {quarter * (dphi[0] + dphi[1] + dphi[2] + dphi[3]), quarter * (-dphi[0] + dphi[1] + dphi[2] - dphi[3]),
+            quarter / half_lengths * (-dphi[0] + dphi[1] - dphi[2] + dphi[3])};
+  }
 
   /// The matrix of `velocity`: its rows are V_X, V_Y and Omega, its columns the wheels.
   Eigen::Matrix<double, 3, kWheels> jacobian() const;
@@ -42,8 +47,17 @@ class WheelOdometry {
   /// Starts at pose zero, with the wheels at angles phi (rad).
   WheelOdometry(const DriverKinematics& kinematics, const Wheels& phi, double wheel_error = 0, const Motor& motor = {});
 
-  /// Integrates the motion of the wheels to angles phi (rad).
-  void update(const Wheels& phi);
+  /// Goes on to wheel angles phi, rad. Inline, for a loop at 1 kHz makes this step in each of its periods, whether
+  /// anybody wants to know the pose or not.
+  void update(const Wheels& phi) {
+    const Wheels turned = phi - phi_;
+    phi_ = phi;
+    const Eigen::Vector3d moved = kinematics_.velocity(turned);
+    turn(moved[2]);
+    if (wheel_error_ > 0) update_covariance(turned, moved);
+    pose_[0] += cos_ * moved[0] - sin_ * moved[1];
+    pose_[1] += sin_ * moved[0] + cos_ * moved[1];
+  }
 
   /// Sets the pose back to zero, with the wheels at angles phi (rad).
   void reset(const Wheels& phi);
@@ -62,6 +76,22 @@ class WheelOdometry {
  private:
   using Jacobian = Eigen::Matrix<double, 3, kWheels>;
 
+  static constexpr double kSmallAngle = 1.0 / 64;  // rad: the series of `turn` are then exact to the last bit
+  static constexpr int kTurnsBetweenLookUps = 64;
+
+  /// Turns the heading. Its sine and cosine follow by addition theorems with series of the small angle, a third of the
+  /// work of looking them up; now and then they are, so that rounding does not add up.
+  void turn(double angle) {
+    pose_[2] += angle;
+    if (--turns_until_look_up_ <= 0 || !(std::abs(angle) < kSmallAngle)) return look_up();
+    const double square = angle * angle;
+    const double s = angle * (1 - square / 6 * (1 - square / 20));
+    const double c = 1 - square / 2 * (1 - square / 12 * (1 - square / 30));
+    const double cos_before = cos_;
+    cos_ = c * cos_before - s * sin_;
+    sin_ = s * cos_before + c * sin_;
+  }
+  void look_up();
   void update_covariance(const Wheels& turned, const Eigen::Vector3d& moved);
 
   DriverKinematics kinematics_;
@@ -69,8 +99,10 @@ class WheelOdometry {
   double tick_, rpm_;  // rad, rad/s
   Wheels phi_;
   Eigen::Vector3d pose_ = Eigen::Vector3d::Zero();
-  Jacobian sensitivity_ = Jacobian::Zero();   // of the pose to each wheel's constant error
-  Covariance changing_ = Covariance::Zero();  // of the pose, from the errors that change, by wheel_error^2
+  double cos_ = 1, sin_ = 0;  // of the heading
+  int turns_until_look_up_ = kTurnsBetweenLookUps;
+  Jacobian sensitivity_ = Jacobian::Zero();   // of the pose to each wheel's constant share
+  Covariance changing_ = Covariance::Zero();  // of the pose, on account of the other ones
 };
 
 }  // namespace youbot_base_sim

@@ -18,7 +18,8 @@ class StateCsv {
   AtomicFile file_;
 };
 
-/// Rows of roller switches: t (s), wheel (fl ...), roller_from, roller_to, phi (rad), direction.
+/// Rows of roller switches: t (s), wheel (fl ...), roller_from, roller_to (0 .. n-1), phi (rad), direction (+1 or -1),
+/// count (1 for a located switch, more where a row stands for many). Numbers read back to the same double.
 class SwitchCsv {
  public:
   explicit SwitchCsv(const std::string& path);

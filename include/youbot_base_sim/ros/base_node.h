@@ -3,28 +3,29 @@
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
 #include <std_srvs/Empty.h>
+#include <tf2_ros/static_transform_broadcaster.h>
 #include <youbot_base_sim/Step.h>
 
-#include <map>
 #include <memory>
-#include <string>
+#include <optional>
 #include <vector>
 
-#include "youbot_base_sim/drive/base_driver.h"
-#include "youbot_base_sim/record/bag.h"
+#include "youbot_base_sim/ros/bag.h"
+#include "youbot_base_sim/ros/base_loop.h"
 #include "youbot_base_sim/ros/base_settings.h"
 #include "youbot_base_sim/ros/driver_interface.h"
 #include "youbot_base_sim/ros/pacer.h"
+#include "youbot_base_sim/ros/publications.h"
 #include "youbot_base_sim/ros/schedule.h"
-#include "youbot_base_sim/ros/telemetry.h"
 #include "youbot_base_sim/ros/throttled_log.h"
-#include "youbot_base_sim/simulation.h"
 
 namespace youbot_base_sim {
 
-/// The simulated base as a ROS node: takes what `DriverInterface` does, publishes what `Telemetry` and `diagnostics.h`
-/// tell, and runs the control loop, either by the wall clock or as the master of simulated time. Then it also publishes
-/// /clock and has the services ~pause, ~unpause, ~reset (std_srvs/Empty) and ~step (youbot_base_sim/Step).
+/// The simulated base as a ROS node: what `DriverInterface` enqueues goes into a `BaseLoop`, what that tells is
+/// published. It runs either by the wall clock or as the master of simulated time. Then it also publishes /clock and
+/// has the services ~pause, ~unpause, ~reset (std_srvs/Empty) and ~step (youbot_base_sim/Step).
+///
+/// The loop stops where somebody could notice: at instants of publishing, if anybody listens, and every 20 ms if not.
 ///
 /// While the driver has no base, as after a loss of EtherCAT, odom, base/joint_states and /tf stop, as the driver's do.
 class BaseNode {
@@ -43,17 +44,18 @@ class BaseNode {
 
   void await_subscribers();
   void go_by_wall_clock();
-  void catch_up();
-  bool take_commands();
-  void advance();
-  void advance_period();
+  bool await_command();
+  void take_callbacks(double timeout);
+  std::int64_t periods_ahead() const;
+  void advance(std::int64_t periods);
+  void advance_without_waiting(std::int64_t periods);
   void publish_instant();
-  void announce_time();
+  void publish_telemetry();
   void publish_diagnostics();
-  template <class Make>
-  void publish(const char* topic, const Make& make);
+  void announce_time();
+  void see_who_listens();
   ros::Time stamp(double t) const;
-  MotorReadings read_motors();
+  double now() const;
 
   bool pause(std_srvs::Empty::Request&, std_srvs::Empty::Response&);
   bool unpause(std_srvs::Empty::Request&, std_srvs::Empty::Response&);
@@ -61,26 +63,26 @@ class BaseNode {
   bool step(Step::Request& request, Step::Response& response);
 
   const BaseSettings settings_;
-  BaseDriver driver_;
-  Simulation simulation_;
-  Telemetry telemetry_;
+  const bool keeps_pace_;  // with the wall clock or with commands
+  BaseLoop loop_;
   Pacer pacer_;
-  Schedule publishing_, listening_, diagnosing_;
+  Schedule diagnosing_;
   std::unique_ptr<BagWriter> bag_;  // null: not recorded
   ThrottledLog log_;
 
   ros::CallbackQueue queue_;
   ros::NodeHandle node_;
   ros::NodeHandle private_node_;
-  std::map<std::string, ros::Publisher, std::less<>> publishers_;  // by topic
-  ros::Publisher static_transforms_;
+  Publications publications_;
+  std::optional<tf2_ros::StaticTransformBroadcaster> static_transforms_;
   std::unique_ptr<DriverInterface> interface_;
   std::vector<ros::ServiceServer> services_;
 
-  ros::Time wall_start_;             // wall time of t = 0
+  ros::Time wall_start_;             // wall time of t = 0; zero before that
   std::int64_t commands_taken_ = 0;  // messages that control periods have used up
   bool paused_;
-  const bool takes_commands_as_they_come_;
+  bool telemetry_is_wanted_ = false;  // by anybody, switches included
+  bool periods_are_wanted_ = false;   // somebody could notice each control period's end
 };
 
 }  // namespace youbot_base_sim

@@ -4,6 +4,7 @@
 
 #include "youbot_base_sim/drive/base_driver.h"
 #include "youbot_base_sim/drive/wheel_odometry.h"
+#include "youbot_base_sim/ros/node_constants.h"
 #include "youbot_base_sim/ros/telemetry.h"
 #include "youbot_base_sim/scene/scene.h"
 
@@ -26,7 +27,7 @@ struct BaseSettings {
   Scene scene;
   /// Instants of publishing a second, Hz; the driver's rate by default. Also the rate at which odometry is
   /// integrated.
-  double publish_rate = 50;
+  double publish_rate = kDefaultPublishRate;
   /// Instants a second at which commands and services are looked for, Hz; 0: they count from the control period on in
   /// which they come. The driver looks 50 times a second.
   double command_rate = 0;

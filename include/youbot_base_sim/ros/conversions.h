@@ -18,19 +18,12 @@
 #include "youbot_base_sim/drive/wheel_odometry.h"
 #include "youbot_base_sim/physics/roller_switch.h"
 #include "youbot_base_sim/physics/state.h"
+#include "youbot_base_sim/ros/node_constants.h"
 
 /// Between simulation and messages: pure functions. Wheels and their joints have one sign everywhere, that of the URDF
 /// and of the paper: positive drives forward, on all four wheels. (The real driver's motors on the left turn the other
 /// way round; its joint positions have the sign used here.)
 namespace youbot_base_sim {
-
-constexpr char kOdometryFrame[] = "odom";        ///< as the driver's
-constexpr char kBaseFrame[] = "base_footprint";  ///< likewise; it lies over O, the geometric centre of the base
-constexpr char kWorldFrame[] = "world";          ///< the fixed frame of the scene
-
-/// Topics of the commands to single wheels, named by analogy to the arm's.
-constexpr char kTorqueTopic[] = "base/base_controller/torques_command";
-constexpr char kVelocityTopic[] = "base/base_controller/velocity_command";
 
 /// Units of commands, as boost::units writes them, which is what the driver compares with: N m/rad and rad/s.
 constexpr char kTorqueUnit[] = "m^2 kg s^-2 rad^-1";
@@ -58,7 +51,7 @@ boost::array<double, 36> covariance_message(const Eigen::Matrix3d& covariance);
 geometry_msgs::TransformStamped transform_message(const std::string& frame, const std::string& child,
                                                   const Eigen::Vector3d& pose, const ros::Time& stamp);
 
-/// `stamp` is that of the instant when the switch happened.
+/// `stamp` is that of the instant when the switch happened; of many in one record, when the last one was noticed.
 RollerSwitchStamped roller_switch_message(const RollerSwitch& event, const ros::Time& stamp);
 
 /// A part of a command that is not obeyed, or not to the letter.

@@ -12,13 +12,9 @@
 /// What /diagnostics and the dashboard say: pure functions.
 namespace youbot_base_sim {
 
-constexpr char kDiagnosticsTopic[] = "/diagnostics";
-constexpr char kDashboardTopic[] = "/dashboard/platform_state";
-constexpr double kDiagnosticsRate = 0.5;  ///< Hz, as the driver's
-
 /// The driver's three statuses, platform_Base, platform_Arm and platform_EtherCAT, to the letter; then our own, whose
 /// names begin with youbot_base_sim: the wheels (what each motor does, what each wheel stands on), faults, integration
-/// (which steps were taken, how many; a warning if safe steps were among them) and the loop's timing since the last
+/// (which steps were taken, how many; a warning if fallback steps were among them) and the loop's timing since the last
 /// message (a warning if time was lost).
 diagnostic_msgs::DiagnosticArray diagnostics_message(const BaseDriver& driver, const Simulation& simulation,
                                                      const Pacer::Timing& timing, const ros::Time& stamp);

@@ -6,16 +6,16 @@
 #include <youbot_base_sim/SetFaults.h>
 
 #include <functional>
-#include <string>
 #include <vector>
 
-#include "youbot_base_sim/drive/base_driver.h"
+#include "youbot_base_sim/ros/base_loop.h"
 #include "youbot_base_sim/ros/conversions.h"
 #include "youbot_base_sim/ros/throttled_log.h"
 
 namespace youbot_base_sim {
 
-/// What a stack tells the base driver over ROS, passed on to a BaseDriver.
+/// What a stack tells the base driver over ROS: reads messages and requests, answers, and enqueues what the control
+/// loop is to do.
 ///
 /// Subscribes (queue 1000, as the driver):
 ///   cmd_vel                               geometry_msgs/Twist, by the driver's kinematics to wheel rates
@@ -28,14 +28,9 @@ namespace youbot_base_sim {
 /// driver's do, and ~set_faults (youbot_base_sim/SetFaults).
 class DriverInterface {
  public:
-  struct Owner {
-    std::function<double()> catch_up;    ///< brings the simulation up to the present; returns simulated time, s
-    std::function<void()> on_reconnect;  ///< after the driver was started anew
-  };
-
-  /// All references must outlive it.
-  DriverInterface(BaseDriver& driver, const DriverKinematics& kinematics, const Owner& owner, ros::NodeHandle& node,
-                  ros::NodeHandle& private_node, ThrottledLog& log);
+  /// `now` tells the simulated time at which what comes now arrives, s. All references must outlive it.
+  DriverInterface(BaseLoop& loop, const std::function<double()>& now, const DriverKinematics& kinematics,
+                  ros::NodeHandle& node, ros::NodeHandle& private_node, ThrottledLog& log);
 
   /// Command messages so far, bad ones included.
   std::int64_t commands() const { return commands_; }
@@ -43,15 +38,15 @@ class DriverInterface {
  private:
   template <class Message>
   void subscribe(ros::NodeHandle& node, const char* topic, const std::function<WheelCommand(const Message&)>& read);
-  void obey(const char* topic, const WheelCommand& command);
+  void receive(const char* topic, const WheelCommand& command);
+  bool request_of_base(const DriverRequest& request);
   bool switch_off(std_srvs::Empty::Request&, std_srvs::Empty::Response&);
   bool switch_on(std_srvs::Empty::Request&, std_srvs::Empty::Response&);
   bool reconnect(std_srvs::Empty::Request&, std_srvs::Empty::Response&);
   bool set_faults(SetFaults::Request& request, SetFaults::Response& response);
-  bool require_base(bool done);
 
-  BaseDriver& driver_;
-  Owner owner_;
+  BaseLoop& loop_;
+  std::function<double()> now_;
   ThrottledLog& log_;
   std::int64_t commands_ = 0;
   std::vector<ros::Subscriber> subscribers_;

@@ -9,9 +9,9 @@ namespace youbot_base_sim {
 /// with and the mean rate is exact, up to a lag that is given up as lost.
 class Pacer {
  public:
-  /// `factor` simulated seconds pass in a second; 0: as many as can. A lag above `most_lag` (s of wall time) is given
+  /// `factor` simulated seconds pass in a second; 0: as many as can. A lag above `max_lag` (s of wall time) is given
   /// up.
-  Pacer(double factor, double most_lag) : factor_(factor), most_lag_(most_lag) {}
+  Pacer(double factor, double max_lag) : factor_(factor), max_lag_(max_lag) {}
 
   /// Simulated time t (s) is due now, and later times accordingly.
   void start(double t);
@@ -19,17 +19,28 @@ class Pacer {
   /// Simulated time that is due now, s. For a factor other than 0.
   double now() const;
 
-  /// What the waits since the last `take_timing` tell about the loop.
+  /// What the instants since the last `take_timing` tell about the loop.
   struct Timing {
-    std::int64_t waits = 0;
-    double lateness = 0;       ///< from the instants that were due to the loop's going on, mean, s
-    double most_lateness = 0;  ///< s
-    double busy = 0;           ///< share of the time that the loop did not wait
-    double lost = 0;           ///< given up, s
+    std::int64_t instants = 0;
+    double lateness = 0;      ///< from an instant's being due to the loop's arrival there, mean, s
+    double max_lateness = 0;  ///< s
+    double busy = 0;          ///< share of the time that the loop did not wait
+    double lost = 0;          ///< given up, s
   };
 
-  /// Sleeps until simulated time t (s) is due. Returns the wall time that was given up, s; mostly 0.
-  double wait_until(double t);
+  /// Sleeps until simulated time t (s) is due, not at all if it is.
+  void sleep_until(double t);
+
+  /// Calls `wait`, which waits for something else than time, and does not count that as being busy.
+  template <class Wait>
+  void idle(const Wait& wait) {
+    begin_wait();
+    wait();
+    awake_since_ = Clock::now();
+  }
+
+  /// The loop is at simulated time t (s), which is due. Returns the wall time that is given up, s; mostly 0.
+  double arrive(double t);
 
   /// Clears it.
   Timing take_timing();
@@ -37,8 +48,11 @@ class Pacer {
  private:
   using Clock = std::chrono::steady_clock;
 
+  Clock::time_point due(double t) const;
+  void begin_wait();
+
   double factor_;
-  double most_lag_;
+  double max_lag_;
   Clock::time_point start_;
   double start_t_ = 0;
   Timing timing_;  // lateness and busy as sums, s

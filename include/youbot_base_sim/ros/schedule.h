@@ -12,25 +12,26 @@ class Schedule {
   Schedule(double rate, double slack) : rate_(rate), slack_(slack) {}
 
   /// Whether an instant is due at time t, s.
-  bool due(double t) const { return t >= next() - slack_; }
+  bool due(double t) const { return t >= next_ - slack_; }
 
   /// The same; if one is, the next one is waited for from now on.
   bool meet(double t) {
-    const bool is_due = due(t);
-    instants_ += is_due;
-    return is_due;
+    if (!due(t)) return false;
+    next_ = static_cast<double>(++instants_) / rate_;
+    return true;
   }
 
   /// Time of the instant that is waited for, s.
-  double next() const { return static_cast<double>(instants_) / rate_; }
+  double next() const { return next_; }
 
   /// Back to t = 0.
-  void reset() { instants_ = 0; }
+  void reset() { instants_ = 0, next_ = 0; }
 
  private:
   double rate_;
   double slack_;
   std::int64_t instants_ = 0;  // that have been met
+  double next_ = 0;            // s
 };
 
 }  // namespace youbot_base_sim

@@ -31,46 +31,37 @@ class Telemetry {
     bool rollers = false;  ///< roller_joint_fl_0 and so on in the joint states
   };
 
-  /// Starts with the odometry at zero where the motors are that `readings` are of.
-  Telemetry(const Simulation& simulation, const MotorReadings& readings, const Options& options);
+  /// Starts with the odometry at zero where the wheels are at angles phi, rad, by their encoders; `rollers`: of a
+  /// wheel.
+  Telemetry(int rollers, const Wheels& phi, const Options& options);
 
-  /// Takes in the simulation's present state and its motors' readings, as the driver does once a cycle: the wheel
-  /// odometry makes one step.
-  void update(const Simulation& simulation, const MotorReadings& readings);
+  /// An instant of publishing: the wheel odometry makes one step to the angles phi (rad) that the encoders tell. This
+  /// is all that happens where nobody listens.
+  void update(const Wheels& phi) { odometry_.update(phi); }
 
-  /// Has the odometry start again from zero, where the wheels were at the last update.
-  void restart_odometry();
+  /// Has the odometry start again from zero at angles phi, rad.
+  void restart_odometry(const Wheels& phi) { odometry_.reset(phi); }
 
-  /// Calls `topic(name, make)` for each topic that has one message an instant; make() makes the one of the last update,
-  /// with `stamp`. What is not wanted need not be made.
+  /// Calls `topic(name, make)` for each topic that has one message an instant; make() makes it, with `stamp`, from
+  /// `simulation` and its motors' `readings` at the time of the last update. What is not wanted need not be made.
   template <class Topic>
-  void visit(const ros::Time& stamp, Topic&& topic) const {
-    topic(kOdometry, [&] { return odometry(stamp); });
-    topic(kGroundTruth, [&] { return ground_truth(stamp); });
-    topic(kJointStates, [&] { return joint_states(stamp); });
-    topic(kTransforms, [&] { return transforms(stamp); });
+  void visit(const Simulation& simulation, const MotorReadings& readings, const ros::Time& stamp, Topic&& topic) const {
+    topic(kOdometryTopic, [&] { return odometry(readings, stamp); });
+    topic(kGroundTruthTopic, [&] { return ground_truth(simulation, stamp); });
+    topic(kJointStatesTopic, [&] { return joint_states(simulation, readings, stamp); });
+    topic(kTransformsTopic, [&] { return transforms(stamp); });
   }
 
-  static constexpr char kOdometry[] = "odom";
-  static constexpr char kGroundTruth[] = "ground_truth";
-  static constexpr char kJointStates[] = "base/joint_states";
-  static constexpr char kTransforms[] = "/tf";
-  static constexpr char kSwitches[] = "base/roller_switches";  ///< of `roller_switch_message`s
-
-  nav_msgs::Odometry odometry(const ros::Time& stamp) const;
-  nav_msgs::Odometry ground_truth(const ros::Time& stamp) const;
-  sensor_msgs::JointState joint_states(const ros::Time& stamp) const;
+  nav_msgs::Odometry odometry(const MotorReadings& readings, const ros::Time& stamp) const;
+  nav_msgs::Odometry ground_truth(const Simulation& simulation, const ros::Time& stamp) const;
+  sensor_msgs::JointState joint_states(const Simulation& simulation, const MotorReadings& readings,
+                                       const ros::Time& stamp) const;
   tf2_msgs::TFMessage transforms(const ros::Time& stamp) const;
 
  private:
-  void take_in(const Simulation& simulation, const MotorReadings& readings);
-  void take_in_rollers(const Simulation& simulation);
-
   Options options_;
   WheelOdometry odometry_;
-  State state_;
-  MotorReadings readings_;
-  sensor_msgs::JointState joints_;  // names and numbers of the last update
+  sensor_msgs::JointState joints_;  // with names, and zeros for the rest
 };
 
 /// The readings of motors that exert the simulation's torque and whose sensors have no error.

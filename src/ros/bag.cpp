@@ -1,4 +1,4 @@
-#include "youbot_base_sim/record/bag.h"
+#include "youbot_base_sim/ros/bag.h"
 
 #include <fmt/format.h>
 #include <ros/names.h>
@@ -62,13 +62,15 @@ BagWriter::~BagWriter() = default;
 void BagWriter::write(const std::vector<RollerSwitch>& switches) {
   for (const RollerSwitch& event : switches) {
     const ros::Time stamp = stamp_of(event.t);
-    file_->write(Telemetry::kSwitches, stamp, roller_switch_message(event, stamp));
+    file_->write(kRollerSwitchesTopic, stamp, roller_switch_message(event, stamp));
   }
 }
 
-void BagWriter::write(const Telemetry& telemetry, double t) {
+void BagWriter::write(const Telemetry& telemetry, const Simulation& simulation, const MotorReadings& readings,
+                      double t) {
   const ros::Time stamp = stamp_of(t);
-  telemetry.visit(stamp, [&](const char* topic, const auto& make) { file_->write(topic, stamp, make()); });
+  telemetry.visit(simulation, readings, stamp,
+                  [&](const char* topic, const auto& make) { file_->write(topic, stamp, make()); });
 }
 
 void BagWriter::commit() { file_->commit(); }

@@ -23,8 +23,9 @@ class BagWriter {
   /// Writes switches, in order of time.
   void write(const std::vector<RollerSwitch>& switches);
 
-  /// Writes what the base tells about itself at time t, s.
-  void write(const Telemetry& telemetry, double t);
+  /// Writes what the base tells about itself at time t (s), which is that of the others: the last update of
+  /// `telemetry`, `simulation`, and its motors' `readings`.
+  void write(const Telemetry& telemetry, const Simulation& simulation, const MotorReadings& readings, double t);
 
   /// Puts the bag in its place.
   void commit();

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <deque>
+#include <variant>
+
+#include "youbot_base_sim/drive/base_driver.h"
+
+namespace youbot_base_sim {
+
+struct SwitchOff {};  ///< BaseDriver::switch_off
+struct SwitchOn {};   ///< BaseDriver::switch_on
+struct Reconnect {};  ///< BaseDriver::reconnect
+
+/// What a stack may ask of the base driver.
+using DriverRequest = std::variant<DriveCommand, SwitchOff, SwitchOn, Reconnect, Faults>;
+
+/// Requests between whoever receives them and the control loop, in order of arrival, each stamped with the simulated
+/// time of its arrival (s). The receiver only appends; the loop takes what has arrived where a control period begins.
+/// So a request acts from the first control period on that begins at its arrival or later, whatever the loop is doing
+/// when it comes.
+class DriverRequests {
+ public:
+  /// Appends a request that arrives at time t; never earlier than those before it.
+  void push(double t, const DriverRequest& request);
+
+  /// Has `driver` do what has arrived by time t, in order. Returns whether it was started anew by a reconnect.
+  bool take(double t, BaseDriver& driver);
+
+  /// Whether `driver` will have its base when it gets a request that arrives at time t: what still waits here counts
+  /// too.
+  bool present(double t, const BaseDriver& driver) const;
+
+  /// Has what arrived later than time t arrive at t: for simulated time that is set back against the wall clock.
+  void bring_forward(double t);
+
+  void clear() { waiting_.clear(); }
+  bool empty() const { return waiting_.empty(); }
+
+ private:
+  struct Stamped {
+    double arrival;
+    DriverRequest request;
+  };
+
+  std::deque<Stamped> waiting_;
+};
+
+}  // namespace youbot_base_sim

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <algorithm>
+#include <limits>
+
+namespace youbot_base_sim {
+
+/// Whether the driver has its base: it gives the base up when EtherCAT has failed for longer than its time-out, and has
+/// it again once it is told to reconnect with the cable in. Times are simulated time, s.
+class EthercatConnection {
+ public:
+  /// EtherCAT's cycle of 1 ms times the driver's MaximumNumberOfEtherCATErrors; also the MotorControllerTimeout of the
+  /// motors' firmware, s.
+  static constexpr double kTimeout = 0.1;
+
+  /// Whether the base was there at the last `update`.
+  bool present() const { return present_; }
+
+  /// Looks at time t whether the base is still there, as the driver does in each of its cycles.
+  bool update(double t) { return present_ = present_ && t < lost_since_ + kTimeout - kSlack; }
+
+  /// The cable comes out at time t, or is in again.
+  void set_lost(double t, bool lost) {
+    update(t);
+    lost_since_ = lost ? std::min(lost_since_, t) : kNever;
+  }
+
+  /// Starts anew. False if the cable is still out: then the base is not there.
+  bool reconnect() { return present_ = lost_since_ == kNever; }
+
+ private:
+  static constexpr double kNever = std::numeric_limits<double>::infinity();
+  static constexpr double kSlack = 1e-9;  // s, for times that are sums of control periods
+
+  bool present_ = true;
+  double lost_since_ = kNever;  // infinite: the cable is in
+};
+
+}  // namespace youbot_base_sim

@@ -1,0 +1,85 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "youbot_base_sim/drive/base_driver.h"
+#include "youbot_base_sim/drive/driver_requests.h"
+#include "youbot_base_sim/ros/base_settings.h"
+#include "youbot_base_sim/ros/schedule.h"
+#include "youbot_base_sim/ros/telemetry.h"
+#include "youbot_base_sim/simulation.h"
+
+namespace youbot_base_sim {
+
+/// The control loop of the simulated base, without ROS around it: driver requests go in, control periods go on,
+/// readings come out.
+///
+/// Where a control period begins, at time t, first the motors are read and odometry makes its step if an instant of
+/// publishing is due, then the driver takes the requests that have arrived by t, then it sets the torques of the
+/// period. So what comes out does not depend on how many periods one call advances by, nor on whether anybody looks.
+class BaseLoop {
+ public:
+  /// Of the settings, those of time and of the topics do not count but for `publish_rate`, `command_rate` and
+  /// `lockstep`.
+  explicit BaseLoop(const BaseSettings& settings);
+  BaseLoop(const BaseLoop&) = delete;
+  BaseLoop& operator=(const BaseLoop&) = delete;
+
+  /// Enqueues a request that arrives at simulated time t, s.
+  void push(double t, const DriverRequest& request) { requests_.push(t, request); }
+
+  /// Whether the driver will have its base for a request that arrives at simulated time t, s.
+  bool present(double t) const { return requests_.present(t, driver_); }
+
+  /// Has what arrived later than now arrive now: for simulated time that is set back against the wall clock.
+  void bring_requests_forward() { requests_.bring_forward(simulation_.time()); }
+
+  /// Advances by n control periods.
+  void advance_periods(std::int64_t n) { simulation_.advance_periods(n); }
+
+  /// Control periods until one ends at time t (s) or later; at least 1.
+  std::int64_t periods_until(double t) const;
+
+  /// The instant of publishing that is waited for, s.
+  double next_instant() const { return instants_.next(); }
+
+  /// Whether one is due; the telemetry is then that of the present time, and the next one is waited for from now on.
+  bool meet_instant() { return meet_instant(simulation_.time(), simulation_.state()); }
+
+  /// Back to t = 0, with the driver as new and requests forgotten.
+  void reset();
+
+  /// What has happened to the driver since the last `take_events`.
+  BaseDriver::Events take_events() { return driver_.take_events(); }
+
+  std::vector<RollerSwitch> take_switches() { return simulation_.take_switches(); }
+
+  /// `Telemetry::visit` for the present time, which must be the instant that was met last.
+  template <class Topic>
+  void visit_telemetry(const ros::Time& stamp, Topic&& topic) const {
+    telemetry_.visit(simulation_, driver_.readings(), stamp, topic);
+  }
+
+  double time() const { return simulation_.time(); }                                   ///< s
+  double control_period() const { return simulation_.scene().solver.control_period; }  ///< s
+  const Simulation& simulation() const { return simulation_; }
+  const BaseDriver& driver() const { return driver_; }
+  const Telemetry& telemetry() const { return telemetry_; }
+
+ private:
+  Wheels begin_period(double t, const State& state);
+  bool meet_instant(double t, const State& state);
+  void take_requests(double t, const State& state);
+
+  const BaseDriver::Settings driver_settings_;
+  const Telemetry::Options telemetry_options_;
+  const bool takes_always_;  // requests, where any control period begins
+  DriverRequests requests_;
+  BaseDriver driver_;
+  Simulation simulation_;
+  Telemetry telemetry_;
+  Schedule instants_, listening_;
+};
+
+}  // namespace youbot_base_sim

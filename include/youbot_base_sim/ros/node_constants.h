@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstdint>
+
+/// Names, queue sizes and rates of the ROS interface. Names without a leading slash are relative to the node's
+/// namespace, as those of the driver.
+namespace youbot_base_sim {
+
+constexpr char kOdometryFrame[] = "odom";        ///< as the driver's
+constexpr char kBaseFrame[] = "base_footprint";  ///< likewise; it lies over O, the geometric centre of the base
+constexpr char kWorldFrame[] = "world";          ///< the fixed frame of the scene
+constexpr char kWheelFramePrefix[] = "wheel_link_";
+
+constexpr char kWheelJointPrefix[] = "wheel_joint_";
+constexpr char kCasterJointPrefix[] = "caster_joint_";
+constexpr char kRollerJointPrefix[] = "roller_joint_";
+
+// Commands. The driver has no topics for single wheels; ours are named by analogy to the arm's.
+constexpr char kTwistTopic[] = "cmd_vel";
+constexpr char kTorqueTopic[] = "base/base_controller/torques_command";
+constexpr char kVelocityTopic[] = "base/base_controller/velocity_command";
+
+// Telemetry.
+constexpr char kOdometryTopic[] = "odom";
+constexpr char kGroundTruthTopic[] = "ground_truth";
+constexpr char kJointStatesTopic[] = "base/joint_states";
+constexpr char kTransformsTopic[] = "/tf";
+constexpr char kRollerSwitchesTopic[] = "base/roller_switches";
+constexpr char kDiagnosticsTopic[] = "/diagnostics";
+constexpr char kDashboardTopic[] = "/dashboard/platform_state";
+constexpr char kClockTopic[] = "/clock";
+
+// Services of the driver.
+constexpr char kSwitchOffService[] = "base/switchOffMotors";
+constexpr char kSwitchOnService[] = "base/switchOnMotors";
+constexpr char kReconnectService[] = "reconnect";
+
+// Services of the simulator, in the node's private namespace.
+constexpr char kSetFaultsService[] = "set_faults";
+constexpr char kPauseService[] = "pause";
+constexpr char kUnpauseService[] = "unpause";
+constexpr char kResetService[] = "reset";
+constexpr char kStepService[] = "step";
+
+constexpr std::uint32_t kCommandQueueSize = 1000;   ///< of subscribers, as the driver's
+constexpr std::uint32_t kDriverQueueSize = 1;       ///< of publishers, as the driver's: the latest message counts
+constexpr std::uint32_t kRecorderQueueSize = 1000;  ///< of publishers whose every message counts
+
+constexpr double kDefaultPublishRate = 50;  ///< Hz, as the driver's
+constexpr double kDiagnosticsRate = 0.5;    ///< Hz, as the driver's
+
+}  // namespace youbot_base_sim

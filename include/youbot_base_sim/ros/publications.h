@@ -1,0 +1,65 @@
+#pragma once
+
+#include <ros/ros.h>
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <string>
+
+namespace youbot_base_sim {
+
+/// The topics of a node, and whether anybody listens to them. Subscribers that come and go are counted by callbacks of
+/// the node's own queue, so that to look costs nothing and what is seen changes only where callbacks are taken.
+class Publications {
+ public:
+  /// Calls `on_change` where a topic gets its first subscriber or loses its last.
+  explicit Publications(std::function<void()> on_change) : on_change_(std::move(on_change)) {}
+  Publications(const Publications&) = delete;
+  Publications& operator=(const Publications&) = delete;
+
+  template <class Message>
+  void advertise(ros::NodeHandle& node, const std::string& topic, std::uint32_t queue_size, bool latched = false) {
+    Publication& publication = publications_[topic];
+    const ros::SubscriberStatusCallback count = [this, &publication](const ros::SingleSubscriberPublisher&) {
+      const bool is_heard = publication.publisher.getNumSubscribers() > 0;
+      if (is_heard == publication.heard) return;
+      publication.heard = is_heard;
+      on_change_();
+    };
+    publication.publisher = node.advertise<Message>(topic, queue_size, count, count, ros::VoidConstPtr(), latched);
+  }
+
+  /// Whether the topic is advertised and has a subscriber.
+  bool heard(const std::string& topic) const {
+    const auto found = publications_.find(topic);
+    return found != publications_.end() && found->second.heard;
+  }
+
+  /// Publishes the message that make() makes, if the topic is advertised and somebody listens or, of a latched one, may
+  /// listen later.
+  template <class Make>
+  void publish(const std::string& topic, const Make& make) const {
+    const auto found = publications_.find(topic);
+    if (found == publications_.end()) return;
+    const Publication& publication = found->second;
+    if (publication.heard || publication.publisher.isLatched()) publication.publisher.publish(make());
+  }
+
+  /// Calls `visit(topic, heard)` for each topic.
+  template <class Visit>
+  void visit(const Visit& visit) const {
+    for (const auto& [topic, publication] : publications_) visit(topic, publication.heard);
+  }
+
+ private:
+  struct Publication {
+    ros::Publisher publisher;
+    bool heard = false;
+  };
+
+  std::function<void()> on_change_;
+  std::map<std::string, Publication> publications_;
+};
+
+}  // namespace youbot_base_sim

@@ -1,0 +1,281 @@
+// The node's control loop without a master: requests are obeyed in order where control periods begin, and what comes
+// out does not depend on who looks.
+
+#include "youbot_base_sim/ros/base_loop.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+namespace youbot_base_sim {
+namespace {
+
+constexpr double kPeriod = 1e-3;
+
+BaseSettings settings() {
+  BaseSettings settings;
+  settings.scene.solver.control_period = kPeriod;
+  settings.scene.solver.relative_tolerance = 1e-5;
+  settings.scene.solver.absolute_tolerance = 1e-8;
+  settings.driver.control_period = kPeriod;
+  settings.driver.wheel_inertia = settings.scene.robot.J_1;
+  settings.driver.quantized = false;
+  return settings;
+}
+
+DriveCommand torques(double torque) {
+  DriveCommand command;
+  command.fill(SetPoint{DriveMode::kTorque, torque});
+  return command;
+}
+
+DriveCommand rates(const Eigen::Vector3d& velocity) {
+  const Wheels rates = DriverKinematics().wheel_rates(velocity);
+  DriveCommand command;
+  for (int i = 0; i < kWheels; ++i) command[i] = SetPoint{DriveMode::kVelocity, rates[i]};
+  return command;
+}
+
+Faults cable_out() {
+  Faults faults;
+  faults.ethercat_lost = true;
+  return faults;
+}
+
+/// Torque of the first wheel in each of the next n control periods.
+std::vector<double> play(BaseLoop& loop, int n) {
+  std::vector<double> torque;
+  for (int k = 0; k < n; ++k) {
+    loop.advance_periods(1);
+    torque.push_back(loop.simulation().torque()[0]);
+  }
+  return torque;
+}
+
+TEST(BaseLoopTest, RequestsActFromThePeriodThatBeginsAtTheirArrivalOrLater) {
+  BaseLoop loop(settings());
+  loop.push(0.0, torques(1));
+  loop.push(0.0021, torques(2));
+  loop.push(0.004, torques(3));
+  EXPECT_EQ(play(loop, 6), (std::vector<double>{1, 1, 1, 2, 3, 3}));
+}
+
+TEST(BaseLoopTest, RequestsActAtTheSameTimesWhereManyPeriodsGoAtOnce) {
+  BaseLoop one(settings()), many(settings());
+  for (BaseLoop* loop : {&one, &many}) {
+    loop->push(0.0, torques(1));
+    loop->push(0.0103, SwitchOff());
+    loop->push(0.0201, rates({0.3, 0.1, 0.5}));
+  }
+  for (int k = 0; k < 300; ++k) one.advance_periods(1);
+  many.advance_periods(299);
+  many.advance_periods(1);
+  EXPECT_TRUE((one.simulation().state().values == many.simulation().state().values).all());
+}
+
+TEST(BaseLoopTest, CommandsAndServicesKeepTheirOrder) {
+  BaseLoop loop(settings());
+  loop.push(0, torques(1));
+  loop.push(0, SwitchOff());
+  EXPECT_EQ(play(loop, 1), std::vector<double>{0}) << "off after the command";
+  EXPECT_FALSE(loop.driver().motors_on());
+  loop.push(loop.time(), SwitchOff());
+  loop.push(loop.time(), torques(2));
+  EXPECT_EQ(play(loop, 1), std::vector<double>{2}) << "energised by the command after it";
+  loop.push(loop.time(), torques(3));
+  loop.push(loop.time(), SwitchOff());
+  loop.push(loop.time(), torques(2.5));
+  EXPECT_EQ(play(loop, 1), std::vector<double>{2.5}) << "off between two commands";
+  loop.push(loop.time(), SwitchOn());
+  EXPECT_EQ(loop.driver().set_points()[0].mode, DriveMode::kTorque) << "nothing happens before the period begins";
+  play(loop, 1);
+  EXPECT_EQ(loop.driver().set_points()[0].mode, DriveMode::kVelocity);
+  EXPECT_TRUE(loop.driver().motors_on());
+}
+
+TEST(BaseLoopTest, ArrivalsNeverGoBack) {
+  BaseLoop loop(settings());
+  loop.push(0.002, torques(1));
+  loop.push(0.001, torques(2));
+  EXPECT_EQ(play(loop, 3).back(), 2) << "waits for the one before it";
+}
+
+TEST(BaseLoopTest, DelayCountsFromArrival) {
+  BaseLoop loop(settings());
+  Faults delay;
+  delay.command_delay = 0.003;
+  loop.push(0, torques(1));
+  loop.push(0.0015, delay);
+  loop.push(0.0018, torques(2));
+  loop.push(0.0045, SwitchOn());
+  loop.push(0.0046, torques(3));
+  // The second is due at 4.8 ms, after the motors were switched on; the third at 7.6 ms.
+  const std::vector<double> torque = play(loop, 9);
+  EXPECT_EQ(torque[4], 1);
+  EXPECT_EQ(torque[5], 2);
+  EXPECT_EQ(torque[7], 2);
+  EXPECT_EQ(torque[8], 3);
+}
+
+TEST(BaseLoopTest, SwitchingOffForgetsDelayedCommands) {
+  BaseLoop loop(settings());
+  Faults delay;
+  delay.command_delay = 0.003;
+  loop.push(0, delay);
+  loop.push(0, torques(1));
+  loop.push(0.001, SwitchOff());
+  for (const double torque : play(loop, 10)) EXPECT_EQ(torque, 0);
+}
+
+TEST(BaseLoopTest, AnswersForRequestsThatStillWait) {
+  BaseLoop loop(settings());
+  EXPECT_TRUE(loop.present(0));
+  loop.push(0.01, cable_out());
+  EXPECT_TRUE(loop.present(0.109));
+  EXPECT_FALSE(loop.present(0.111)) << "the loop will have lost it by then";
+  loop.push(0.12, Reconnect());
+  EXPECT_FALSE(loop.present(0.12)) << "the cable is out";
+  loop.push(0.13, Faults());
+  EXPECT_FALSE(loop.present(0.13)) << "it takes a reconnect";
+  loop.push(0.14, Reconnect());
+  EXPECT_TRUE(loop.present(0.14));
+  EXPECT_EQ(loop.time(), 0);
+
+  loop.advance_periods(115);
+  EXPECT_FALSE(loop.driver().present());
+  EXPECT_TRUE(loop.take_events().base_lost);
+  EXPECT_TRUE(loop.present(0.14)) << "as before";
+  loop.advance_periods(30);
+  EXPECT_TRUE(loop.driver().present());
+  EXPECT_FALSE(loop.take_events().base_lost) << "told once";
+}
+
+TEST(BaseLoopTest, LosesAndFindsTheBaseWithinOneCall) {
+  BaseLoop loop(settings());
+  loop.push(0, rates({0.3, 0, 0}));
+  loop.push(0.5, cable_out());
+  loop.push(0.7, Faults());
+  loop.push(0.8, Reconnect());
+  loop.advance_periods(1000);
+  EXPECT_TRUE(loop.driver().present());
+  EXPECT_TRUE(loop.take_events().base_lost);
+  EXPECT_NEAR(loop.telemetry().odometry(loop.driver().readings(), ros::Time()).pose.pose.position.x, 0, 0.02)
+      << "odometry starts again";
+  EXPECT_GT(loop.simulation().state().x(), 0.1);
+}
+
+TEST(BaseLoopTest, TellsOfATimeOut) {
+  BaseSettings stopping = settings();
+  stopping.driver.command_timeout = 0.05;
+  BaseLoop loop(stopping);
+  loop.push(0.0007, torques(1));
+  loop.advance_periods(50);
+  EXPECT_FALSE(loop.take_events().timed_out);
+  loop.advance_periods(2);
+  EXPECT_TRUE(loop.take_events().timed_out);
+  EXPECT_FALSE(loop.take_events().timed_out);
+}
+
+TEST(BaseLoopTest, TakesRequestsAtTheCommandRate) {
+  BaseSettings driver_like = settings();
+  driver_like.command_rate = 50;
+  BaseLoop loop(driver_like);
+  loop.push(0, torques(1));
+  loop.push(0.0003, torques(2));
+  loop.push(0.021, torques(3));
+  const std::vector<double> torque = play(loop, 50);
+  EXPECT_EQ(torque[0], 1);
+  EXPECT_EQ(torque[19], 1);
+  EXPECT_EQ(torque[20], 2);
+  EXPECT_EQ(torque[39], 2);
+  EXPECT_EQ(torque[40], 3);
+}
+
+TEST(BaseLoopTest, LockstepTakesRequestsInEachPeriod) {
+  BaseSettings lockstep = settings();
+  lockstep.command_rate = 50;
+  lockstep.lockstep = true;
+  BaseLoop loop(lockstep);
+  loop.advance_periods(3);
+  loop.push(loop.time(), torques(1));
+  EXPECT_EQ(play(loop, 1), std::vector<double>{1});
+}
+
+TEST(BaseLoopTest, SetBackAgainstTheWallClockObeysAtOnceWhatHasArrived) {
+  BaseLoop loop(settings());
+  loop.push(3.0, torques(1));
+  loop.bring_requests_forward();
+  EXPECT_EQ(play(loop, 1), std::vector<double>{1});
+}
+
+TEST(BaseLoopTest, ResetForgetsEverything) {
+  BaseLoop loop(settings());
+  loop.push(0, rates({0.3, 0, 0}));
+  loop.advance_periods(500);
+  loop.push(loop.time(), torques(2));
+  loop.reset();
+  EXPECT_EQ(loop.time(), 0);
+  EXPECT_TRUE(loop.meet_instant());
+  loop.advance_periods(100);
+  EXPECT_EQ(loop.simulation().state().x(), 0);
+  EXPECT_EQ(loop.telemetry().odometry(loop.driver().readings(), ros::Time()).pose.pose.position.x, 0);
+}
+
+/// What the topics say after two seconds of driving with noisy encoders, if somebody looks every n control periods.
+std::vector<double> telemetry_after_looking_every(int n, double publish_rate) {
+  BaseSettings noisy = settings();
+  noisy.publish_rate = publish_rate;
+  noisy.driver.quantized = true;
+  noisy.telemetry.wheel_error = 0.05;
+  BaseLoop loop(noisy);
+  Faults noise;
+  noise.encoder_noise = 1e-3;
+  noise.encoder_slip[2] = 0.1;
+  loop.push(0, noise);
+  loop.push(0, rates({0.3, 0.1, 0.8}));
+  loop.push(1.0004, Faults());
+  loop.push(1.5, SwitchOff());
+  for (int k = 0; k < 2000; k += n) {
+    loop.advance_periods(n);
+    if (n > 1 || k % 2 == 0) loop.meet_instant();
+  }
+  loop.meet_instant();
+  std::vector<double> numbers;
+  const nav_msgs::Odometry odometry = loop.telemetry().odometry(loop.driver().readings(), ros::Time());
+  for (const double number : odometry.pose.covariance) numbers.push_back(number);
+  for (const double number : {odometry.pose.pose.position.x, odometry.pose.pose.position.y,
+                              odometry.pose.pose.orientation.z, odometry.twist.twist.linear.x}) {
+    numbers.push_back(number);
+  }
+  const sensor_msgs::JointState joints =
+      loop.telemetry().joint_states(loop.simulation(), loop.driver().readings(), ros::Time());
+  for (const auto& column : {joints.position, joints.velocity, joints.effort}) {
+    numbers.insert(numbers.end(), column.begin(), column.end());
+  }
+  return numbers;
+}
+
+TEST(BaseLoopTest, TelemetryIsTheSameHoweverOftenSomebodyLooks) {
+  for (const double publish_rate : {50.0, 300.0, 1000.0}) {
+    const auto expected = telemetry_after_looking_every(1, publish_rate);
+    for (const int n : {2, 20, 500, 2000}) {
+      EXPECT_EQ(telemetry_after_looking_every(n, publish_rate), expected) << n << " at " << publish_rate << " Hz";
+    }
+  }
+}
+
+TEST(BaseLoopTest, CountsPeriodsToAnInstant) {
+  BaseLoop loop(settings());
+  EXPECT_EQ(loop.next_instant(), 0);
+  EXPECT_TRUE(loop.meet_instant());
+  EXPECT_EQ(loop.next_instant(), 0.02);
+  EXPECT_EQ(loop.periods_until(0.02), 20);
+  EXPECT_EQ(loop.periods_until(0.0201), 21);
+  EXPECT_EQ(loop.periods_until(0), 1);
+  loop.advance_periods(20);
+  EXPECT_TRUE(loop.meet_instant());
+  EXPECT_FALSE(loop.meet_instant());
+}
+
+}  // namespace
+}  // namespace youbot_base_sim
