@@ -6,7 +6,29 @@
 
 namespace youbot_base_sim {
 
-std::string summary_json(const Simulation& simulation, double wall_time) {
+namespace {
+
+void add_audit(const RunAudit& audit, nlohmann::json& json) {
+  const RunCost::Period& slowest = audit.cost.slowest();
+  json["completed"] = audit.completed;
+  json["cpu_time"] = audit.cost.cpu_time();
+  json["slowest_period"] = {{"start", slowest.start},
+                            {"length", slowest.length},
+                            {"cpu_time", slowest.cpu_time},
+                            {"cost", slowest.length > 0 ? slowest.cpu_time / slowest.length : 0}};
+  json["periods"] = {{"count", audit.cost.periods()},
+                     {"late", audit.cost.late_periods()},
+                     {"cpu_time_99_9", audit.cost.percentile(0.999)}};
+  json["energy"] = {{"max_balance_error", audit.energy.max_balance_error()},
+                    {"max_kinetic", audit.energy.max_kinetic_energy()},
+                    {"drive_work", audit.energy.drive_work()}};
+  const Wheels& wheels = audit.path.wheels();
+  json["path_length"] = {{"base", audit.path.base()}, {"wheels", {wheels[0], wheels[1], wheels[2], wheels[3]}}};
+}
+
+}  // namespace
+
+std::string summary_json(const Simulation& simulation, double wall_time, const RunAudit& audit) {
   const State& x = simulation.state();
   const IntegrationStatistics& statistics = simulation.statistics();
   nlohmann::json json;
@@ -26,6 +48,7 @@ std::string summary_json(const Simulation& simulation, double wall_time) {
   json["energy_balance_error"] = simulation.energy_balance_error();
   json["final"] = {{"x", x.x()},     {"y", x.y()},     {"psi", x.psi()},
                    {"V_X", x.V_X()}, {"V_Y", x.V_Y()}, {"Omega", x.Omega()}};
+  add_audit(audit, json);
   return json.dump(2) + "\n";
 }
 
