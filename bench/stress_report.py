@@ -3,6 +3,7 @@
 import math
 from itertools import groupby
 
+from report import table
 from stress_cells import RANDOM_GROUP
 
 DEFAULT_TOLERANCE = 3e-7  # as shipped, see `simulate --help`
@@ -125,11 +126,6 @@ def failures(row):
     return words
 
 
-def table(head, rows):
-    rule = "|---" * len(head) + "|"
-    return "".join(f"{line}\n" for line in [f"| {' | '.join(head)} |", rule, *(f"| {' | '.join(r)} |" for r in rows)])
-
-
 def ratio(value):
     return "-" if math.isnan(value) else f"{value:.3g}" if value <= 1 else f"**{value:.3g}**"
 
@@ -193,8 +189,8 @@ def held_table(rows, torques):
     within = sum(row["held_ratio"] <= 1 for row in held)
     free = worst([row for row in compared if row not in held], lambda row: row["hundredth_distance"])
     text = (f"\n## A wheel held between two rollers\n\nOf {len(compared)} random runs at the default tolerance, "
-            f"{len(held)} tell of a wheel that was held; the end position of {within} of these is\nwithin 1e-5 m of the "
-            f"run at a hundredth of the tolerance. Of the others, the largest such distance is {free:.1e} m.\n")
+            f"{len(held)} tell of a wheel that was held; the end position of {within} of these is\nwithin 1e-5 m of "
+            f"the run at a hundredth of the tolerance. Of the others, the largest such distance is {free:.1e} m.\n")
     if not held:
         return text
     head = ["run", "torque fl, fr, bl, br, N m", "times held", "distance, m", "heading, rad", "within"]
