@@ -191,9 +191,9 @@ def held_table(rows, torques):
     text = f"""
 ## A wheel held between two rollers
 
-Of {len(compared)} random runs at {compared[0]["tolerance"]:g}, {len(held)} tell of a wheel that was held; the end position
-of {within} of these is within 1e-5 m of the run at a hundredth of the tolerance. Of the others, the largest such
-distance is {free:.1e} m.
+Of {len(compared)} random runs at {compared[0]["tolerance"]:g}, {len(held)} tell of a wheel that was held; the end
+position of {within} of these is within 1e-5 m of the run at a hundredth of the tolerance. Of the others, the largest
+such distance is {free:.1e} m.
 """
     if not held:
         return text
