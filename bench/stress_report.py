@@ -187,13 +187,13 @@ def held_table(rows, torques):
         return ""
     held = [row for row in compared if times_held(row) > 0]
     within = sum(row["held_ratio"] <= 1 for row in held)
-    free = worst([row for row in compared if row not in held], lambda row: row["hundredth_distance"])
+    free = [row for row in compared if row not in held]
+    others = f" Of the others, the largest such\ndistance is {worst(free, lambda row: row['hundredth_distance']):.1e} m."
     text = f"""
 ## A wheel held between two rollers
 
 Of {len(compared)} random runs at {compared[0]["tolerance"]:g}, {len(held)} tell of a wheel that was held; the end
-position of {within} of these is within 1e-5 m of the run at a hundredth of the tolerance. Of the others, the largest
-such distance is {free:.1e} m.
+position of {within} of these is within 1e-5 m of the run at a hundredth of the tolerance.{others if free else ""}
 """
     if not held:
         return text
