@@ -1,4 +1,4 @@
-"""The motions of the stress suite, as scene files that `simulate` can repeat."""
+"""The motions of the stress suite, as scene files for `simulate`."""
 
 import math
 from dataclasses import dataclass, replace
@@ -38,7 +38,7 @@ class Cell:
         return f"{self.group}_{self.name}"
 
     def scene(self, output_rate=None, turned_by=0.0):
-        """Its YAML, with the wheels turned by an angle (rad) at the start."""
+        """Its YAML, with all wheels turned by an angle (rad) at the start."""
         lines = ["model: coulomb", f"duration: {self.duration:g}"]
         if output_rate is None and self.duration > 0.01 * MAX_ROWS:
             output_rate = MAX_ROWS / self.duration
@@ -73,18 +73,18 @@ def twist(v_x, v_y, omega):
     return f"twist: {row([v_x, v_y, omega])}"
 
 
-# The first third of Case 1, which has all that the rest has.
+# The first third of Case 1: the rest brings nothing new.
 CASE1 = Cell(drive=f"reference_motion: {{period: 30, V_X: {{cos: {CIRCLE_SPEED:.17g}}}, "
                    f"V_Y: {{sin: {CIRCLE_SPEED:.17g}}}}}",
              initial=f"pose: [2.5, 0, 1.5707963267948966], {ANGLES}")
 
-# Torque far beyond what the floor can take (2.2 N m a wheel), in jumps and fast waves.
+# Torques far beyond what friction can transmit (2.2 N m a wheel), in jumps and fast waves.
 VIOLENT = Cell(duration=2, drive=(
     "torque: [{start: 0, constant: [10, -8, 6, -9]}, {start: 0.5, constant: [-10, 9, -7, 8]}, "
     "{start: 1, constant: [3, 3, -3, -3], cos: [20, -15, 10, 5], sin: [-5, 10, 15, -20], period: 0.05}, "
     "{start: 1.5, constant: [40, 40, 40, -40]}]"))
 
-# Torque of Case 1, N m, one harmonic a wheel since the motion is a translation; its constant part is rounding error.
+# Torque of Case 1, N m: one harmonic a wheel, since the motion is a translation. The constants are rounding errors.
 CASE1_TORQUE = {
     "constant": [-9.9920072216264089e-16, 8.8817841970012523e-16, 6.6613381477509392e-16, -9.9920072216264089e-16],
     "cos": [1.088534222629447, 1.2153003900030679, 1.2118823451888381, 1.091952267443677],
@@ -117,7 +117,7 @@ def robots():
     for n in (3, 4, 5, 6, 8, 12, 24):
         cell = replace(CASE1, group="rollers", name=f"{n}", robot=f"rollers_per_wheel: {n}", quick=n == 3)
         yield cell
-        # With few rollers the default axis lies so far out that they would end in a point before they meet.
+        # With few rollers, the default axis radius tapers them to a point before they meet.
         meet = WHEEL_RADIUS * math.cos(math.pi / n)
         if ROLLER_AXIS_RADIUS > meet:
             yield replace(cell, name=f"{n}_that_meet", quick=False,
@@ -140,7 +140,7 @@ def torques():
 
 
 def reversals():
-    """Torque of +-2 N m, the other way round every millisecond."""
+    """Torques of 2 N m that reverse every millisecond."""
     for name, signs in (("together", (1, 1, 1, 1)), ("turning", (-1, 1, -1, 1)), ("preload", (1, 1, -1, -1))):
         rows = ["t,fl,fr,bl,br"]
         for k in range(5000):
@@ -167,14 +167,14 @@ def starts():
     yield replace(on_edge, name="rest_pushed", drive=held_torque(CASE2_TORQUE), initial=edge, quick=True)
     for name, velocity in (("forward", (0.3, 0, 0)), ("backward", (-0.3, 0, 0)), ("sideways", (0, 0.3, 0))):
         yield replace(on_edge, name=name, initial=f"{edge}, {twist(*velocity)}")
-    # Wheels at rest on a turning base: some edges attract and some repel.
+    # Wheels at rest on a turning base: some edges are attractive, others repel.
     for omega in (1, -1):
         yield replace(on_edge, name=f"wheels_at_rest_turning_{omega}", quick=omega == 1,
                       initial=f"{edge}, wheel_rates: [0, 0, 0, 0], {twist(0, 0, omega)}")
 
 
 def mt19937_64(seed):
-    """The numbers of std::mt19937_64, which any C++ library draws alike."""
+    """std::mt19937_64, which the C++ standard defines to the bit."""
     n, m, mask = 312, 156, (1 << 64) - 1
     state = [seed]
     for i in range(1, n):
@@ -203,7 +203,7 @@ def base_cell(max_duration=math.inf):
 
 
 def stress_cells(max_duration=math.inf):
-    """All of them in the order in which they are run, groups together, each cut to `max_duration` (s)."""
+    """All cells in the order in which they run, group by group, each at most `max_duration` (s) long."""
     for group in (floors, robots, torques, reversals, starts, random_torques):
         for cell in group():
             yield replace(cell, duration=min(cell.duration, max_duration))

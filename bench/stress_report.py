@@ -8,12 +8,12 @@ from stress_cells import RANDOM_GROUP
 
 DEFAULT_TOLERANCE = 3e-7  # as shipped, see `simulate --help`
 MAX_TIMES_BASE = 20  # processor time over that of the base scene
-FAST = 10_000  # switches a simulated second, beyond which real time is all that is asked for
+FAST = 10_000  # switches a simulated second, beyond which real time is enough
 MAX_MS = 1e-3  # s of processor time for 1 ms
-MIN_PERMITTED = 0.05  # s of processor time, which is never too much
+MIN_PERMITTED = 0.05  # s of processor time, always allowed
 SMALL_ANGLE = 1e-6  # rad: how far apart neighbours start; far above the tight tolerance, so that the motion decides
 MAX_HELD_ERROR = 1e-5  # m, of a motion in which a wheel is held, at the default tolerance or tighter
-SMALLEST = 1e-3  # absolute / relative tolerance, SI units: a path, a speed below it counts as it
+SMALLEST = 1e-3  # absolute / relative tolerance, SI units: the least scale of a path or a speed
 SMALLEST_ENERGY = 0.5 * 35.6 * SMALLEST**2  # J, of the robot at that speed
 WHEELS_CENTRE = math.hypot(0.235, 0.15)  # m from O
 
@@ -83,7 +83,7 @@ def times_held(row):
 
 
 def amplification(row):
-    """Shown by both neighbours."""
+    """What both neighbours show: the lesser of the two."""
     sides = number(row, "amplification_minus"), number(row, "amplification_plus")
     return math.nan if any(map(math.isnan, sides)) else min(sides)
 
@@ -102,7 +102,7 @@ def judge(row):
 
 
 def failures(row):
-    """What a run fails by, in words."""
+    """The requirements that a run fails, in words."""
     if row["ending"] in ("refused", "failed", "not finite"):
         return [f"{row['ending']}: {row['message']}"]
     words = []
@@ -188,12 +188,13 @@ def held_table(rows, torques):
     held = [row for row in compared if times_held(row) > 0]
     within = sum(row["held_ratio"] <= 1 for row in held)
     free = [row for row in compared if row not in held]
-    others = f" Of the others, the largest such\ndistance is {worst(free, lambda row: row['hundredth_distance']):.1e} m."
+    distance = worst(free, lambda row: row["hundredth_distance"])
+    others = f" Of the others, the largest such\ndistance is {distance:.1e} m." if free else ""
     text = f"""
 ## A wheel held between two rollers
 
 Of {len(compared)} random runs at {compared[0]["tolerance"]:g}, {len(held)} tell of a wheel that was held; the end
-position of {within} of these is within 1e-5 m of the run at a hundredth of the tolerance.{others if free else ""}
+position of {within} of these is within 1e-5 m of the run at a hundredth of the tolerance.{others}
 """
     if not held:
         return text

@@ -1,4 +1,4 @@
-"""Runs of `simulate` for the stress suite, each in a process of its own: what crashes or hangs there harms nobody."""
+"""Runs of `simulate` for the stress suite, each in its own process, so that a crash or a hang ends one run only."""
 
 import hashlib
 import json
@@ -12,12 +12,12 @@ import stress_cells
 from stress_report import (MAX_MS, MAX_TIMES_BASE, MIN_PERMITTED, SMALL_ANGLE, WHEELS_CENTRE, is_fast,
                            permitted_distance)
 
-CUT_AFTER = 1.3  # times the permitted time: noise must not cut what is just within
+CUT_AFTER = 1.3  # times the permitted time: timing noise must not cut a run that is just within it
 MAX_RUN = 60  # s of processor time, whatever is permitted
-LOOK = 3  # s, at the worst of a run that was cut
+CUT_RUN = 3  # s, for the milliseconds of a run that was cut
 RESPITE = 20  # s of wall time beyond five times the limit, before a run counts as hung
-TINY_ANGLE = 1e-12  # rad, of all wheels at the start: shows what a rounding error may come to
-TIGHT_TOLERANCE = 1e-9  # for the amplification, which is the motion's and not the integrator's
+TINY_ANGLE = 1e-12  # rad, of all wheels at the start: shows what a rounding error may grow to
+TIGHT_TOLERANCE = 1e-9  # for the amplification, a property of the motion rather than of the integration
 
 
 @dataclass
@@ -28,7 +28,7 @@ class Run:
 
     @property
     def pose(self):
-        """End of a run that finished, or else nowhere."""
+        """x, y, psi at the end; not numbers unless the run finished."""
         if self.ending != "finished":
             return math.nan, math.nan, math.nan
         return tuple(self.summary["final"][key] for key in ("x", "y", "psi"))
@@ -48,7 +48,7 @@ class Simulate:
         self.folder.mkdir(parents=True, exist_ok=True)
 
     def build(self):
-        """Tells one build of the program and its library from another."""
+        """Digest of the program and its library, to tell builds apart."""
         libraries = re.findall(r"=> (\S*youbot_base_sim\S*)", subprocess.check_output(["ldd", self.program], text=True))
         digest = hashlib.sha256()
         for path in [self.program, *libraries]:
@@ -61,7 +61,7 @@ class Simulate:
         (self.folder / f"{cell.file_name}.yaml").write_text(cell.scene())
 
     def run(self, cell, tolerance, cpu_limit, **variant):
-        """Runs the cell's scene, or a variant of it, until it ends or has taken `cpu_limit` s of processor time."""
+        """Runs the cell's scene, or a variant of it, for at most `cpu_limit` s of processor time."""
         scene = self.folder / f"{cell.file_name}.yaml"
         summary = self.folder / "summary.json"
         summary.unlink(missing_ok=True)
@@ -90,11 +90,11 @@ class Simulate:
 
 @dataclass
 class BaseCost:
-    """What the base scene costs at one tolerance: the yardstick of all others at this tolerance. Processor seconds a
-    simulated second."""
+    """Cost of the base scene at one tolerance, with which all others at it are compared: processor seconds a simulated
+    second."""
 
     plain: float
-    by_ms: float  # where the run stops every millisecond
+    by_ms: float  # with a row each millisecond
 
 
 def measure_base(simulate, cell, tolerance, repeats):
@@ -126,7 +126,7 @@ def plain_run(simulate, cell, tolerance, row):
     permitted = max(MIN_PERMITTED, MAX_TIMES_BASE * row["base_cpu_time"])
     run = simulate.run(cell, tolerance, min(MAX_RUN, CUT_AFTER * permitted))
     read(run, row)
-    if run.ending == "cut" and is_fast(row):  # then real time is all that is asked for
+    if run.ending == "cut" and is_fast(row):  # real time is enough for it
         permitted = cell.duration
         run = simulate.run(cell, tolerance, min(MAX_RUN, CUT_AFTER * permitted))
         read(run, row)
@@ -155,7 +155,7 @@ def milliseconds(simulate, cell, tolerance, base, row):
     """Run time of the simulated milliseconds: the run with the quickest slowest of three, where one is late."""
     cut = row["ending"] != "finished"
     permitted = cell.duration if is_fast(row) else MAX_TIMES_BASE * base.by_ms * cell.duration
-    limit = min(LOOK if cut else MAX_RUN, CUT_AFTER * max(MIN_PERMITTED, permitted))
+    limit = min(CUT_RUN if cut else MAX_RUN, CUT_AFTER * max(MIN_PERMITTED, permitted))
     slowest = math.inf
     for _ in range(1 if cut else 3):
         run = simulate.run(cell, tolerance, limit, output_rate=1000)
@@ -171,7 +171,7 @@ def milliseconds(simulate, cell, tolerance, base, row):
 
 
 def halving(simulate, cell, tolerance, end, row):
-    """How far the end moves with half the tolerance; where that is far, whether two neighbours part as well."""
+    """How far half the tolerance moves the end; where that is too far, how far two neighbours move it."""
     row["halving"] = distance(end, simulate.run(cell, tolerance / 2, MAX_RUN).pose)
     if row["halving"] <= permitted_distance(row):
         return
@@ -186,6 +186,6 @@ def halving(simulate, cell, tolerance, end, row):
 def hundredth(simulate, cell, tolerance, end, row):
     exact = simulate.run(cell, tolerance / 100, MAX_RUN).pose
     moved = math.hypot(exact[0] - end[0], exact[1] - end[1])
-    # It was looked for, and did not finish.
+    # Infinite where the tighter run did not finish: a failure rather than a gap.
     row["hundredth_distance"] = math.inf if math.isnan(moved) else moved
     row["hundredth_heading"] = abs(exact[2] - end[2])

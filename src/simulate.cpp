@@ -50,7 +50,7 @@ bool read_arguments(int argc, char** argv, Arguments& arguments) {
      "in place of the scene's, 1e-14 to 0.1; the default, 3e-7, keeps the paper's Cases 1 and 2 within 1e-5 m and "
      "1e-5 rad of the exact motion over 30 s")
     ("cpu-limit", po::value(&arguments.cpu_limit)->value_name("SECONDS"),
-     "end the run at the first row after so much processor time, with exit status 1; only the summary is written then")
+     "stop at the first row after this much processor time; writes the summary alone and exits with status 1")
     ("quiet", po::bool_switch(&arguments.quiet), "print nothing but errors")
     ("help", "print this");
   // clang-format on
@@ -183,7 +183,7 @@ void run(const Arguments& arguments, const Scene& scene) {
     if (arguments.cpu_limit > 0 && audit.cost.cpu_time() > arguments.cpu_limit && t < scene.duration) {
       outputs.commit_summary(simulation, wall_time, audit);
       throw std::runtime_error(
-          fmt::format("ended at t = {} s: more than {} s of processor time", t, arguments.cpu_limit));
+          fmt::format("stopped at t = {} s: more than {} s of processor time", t, arguments.cpu_limit));
     }
     progress.show(t);
   };

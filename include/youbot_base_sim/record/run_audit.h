@@ -7,8 +7,8 @@
 
 namespace youbot_base_sim {
 
-/// Processor time that a run takes, by output interval. Two readings of the thread's clock an interval, 0.2 us each,
-/// are what it costs; a run of which no summary is wanted does without.
+/// Processor time of a run, by output interval. Reads the thread's clock twice an interval, 0.2 us each, so `simulate`
+/// uses it only when a summary is wanted.
 class RunCost {
  public:
   struct Period {
@@ -17,15 +17,15 @@ class RunCost {
     double cpu_time = 0;  ///< s
   };
 
-  void start(double t);  ///< of an interval, at simulated time t (s)
-  void stop(double t);   ///< likewise its end
+  void start(double t);  ///< begins an interval at simulated time t, s
+  void stop(double t);   ///< ends it
 
   double cpu_time() const { return cpu_time_; }       ///< s
   const Period& slowest() const { return slowest_; }  ///< the one with the largest processor time
   std::size_t periods() const { return cpu_times_.size(); }
-  std::size_t late_periods() const { return late_; }  ///< those that took longer than they last
+  std::size_t late_periods() const { return late_; }  ///< took longer than they last
 
-  /// Processor time, s, that a share (0 to 1) of the intervals does not exceed.
+  /// Processor time that a share (0 to 1) of the intervals does not exceed, s.
   double percentile(double share) const;
 
  private:
@@ -44,7 +44,7 @@ class EnergyAudit {
 
   double max_balance_error() const { return max_balance_error_; }
   double max_kinetic_energy() const { return max_kinetic_energy_; }
-  /// What the drives exchange with the wheels in either direction: integral of sum |M dphi|, by the trapezoidal rule.
+  /// Energy that the drives exchange with the wheels in either direction: integral of sum |M dphi|, trapezoidal rule.
   double drive_work() const { return drive_work_; }
 
  private:
@@ -55,7 +55,7 @@ class EnergyAudit {
   double drive_work_ = 0;
 };
 
-/// How far the base and the rims of its wheels have come, summed over the rows, m.
+/// Length of the paths of the base and of the wheels' rims, summed over the rows, m.
 class PathLength {
  public:
   void add_row(const Simulation& simulation);
@@ -71,9 +71,9 @@ class PathLength {
   Wheels wheels_ = Wheels::Zero();
 };
 
-/// What the summary tells of a run beyond its end.
+/// What the summary says about a run besides its final state.
 struct RunAudit {
-  bool completed = false;  ///< not ended early
+  bool completed = false;  ///< to the scene's duration
   RunCost cost;
   EnergyAudit energy;
   PathLength path;
