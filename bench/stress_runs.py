@@ -49,7 +49,8 @@ class Simulate:
 
     def build(self):
         """Digest of the program and its library, to tell builds apart."""
-        libraries = re.findall(r"=> (\S*youbot_base_sim\S*)", subprocess.check_output(["ldd", self.program], text=True))
+        needed = subprocess.run(["ldd", self.program], capture_output=True, text=True).stdout
+        libraries = re.findall(r"=> (\S*youbot_base_sim\S*)", needed)
         digest = hashlib.sha256()
         for path in [self.program, *libraries]:
             digest.update(Path(path).read_bytes())
