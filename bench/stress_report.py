@@ -107,8 +107,8 @@ def failures(row):
         return [f"{row['ending']}: {row['message']}"]
     words = []
     if row["ending"] != "finished":
-        reached = f"at {number(row, 'reached'):.4g} of {row['duration']:g} s"
-        words.append(f"{row['ending']} {reached} {row['message']}".strip())
+        reached = f"at {row['reached']:.4g} of {row['duration']:g} s" if "reached" in row else row["message"]
+        words.append(f"{row['ending']} {reached}".strip())
     elif not row["cost_ratio"] <= 1:
         words.append(f"cost {row['cost_ratio']:.4g} times")
     if row["ms_ratio"] > 1 or (row["ending"] == "finished" and math.isnan(row["ms_ratio"])):
