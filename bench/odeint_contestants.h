@@ -40,7 +40,7 @@ class UblasSystem {
     void operator()(const Vector& y, Matrix& J, double t) const {
       std::fill(J.data().begin(), J.data().end(), 0.0);
       double* data = &J.data()[0];
-      problem->jacobian(t, &y[0], [data](int row, int column) -> double& { return data[row * kSize + column]; });
+      problem->jacobian(t, &y[0], data, kSize, 1);
       ++problem->counts.factorizations;
     }
     void operator()(const Vector& y, Matrix& J, double t, Vector& dfdt) const {

@@ -29,6 +29,7 @@ struct Arguments {
   std::string scene;
   SceneOverrides overrides;
   std::string csv, switches, bag, summary;
+  double cpu_limit = 0;  // s; 0: none
   bool quiet = false;
 };
 
@@ -36,8 +37,8 @@ double seconds_since(Clock::time_point start) { return std::chrono::duration<dou
 
 /// What --help says of the methods.
 std::string method_help() {
-  std::string text = "how to integrate, in place of the scene's solver.method:\n";
-  for (const Method& method : methods()) text += fmt::format("{}: {}\n", method.name, method.description);
+  std::string text = "how to integrate, in place of the scene's solver.method:";
+  for (const Method& method : methods()) text += fmt::format("\n{}: {}", method.name, method.description);
   return text;
 }
 
@@ -57,6 +58,8 @@ bool read_arguments(int argc, char** argv, Arguments& arguments) {
     ("relative-tolerance", po::value(&arguments.overrides.relative_tolerance)->value_name("X"),
      "in place of the scene's, 1e-14 to 0.1; the default, 3e-7, keeps the paper's Cases 1 and 2 within 1e-5 m and "
      "1e-5 rad of the exact motion over 30 s")
+    ("cpu-limit", po::value(&arguments.cpu_limit)->value_name("SECONDS"),
+     "stop at the first row after this much processor time; writes the summary alone and exits with status 1")
     ("quiet", po::bool_switch(&arguments.quiet), "print nothing but errors")
     ("help", "print this");
   // clang-format on
@@ -76,6 +79,9 @@ bool read_arguments(int argc, char** argv, Arguments& arguments) {
   const double tolerance = arguments.overrides.relative_tolerance;
   if (given.count("relative-tolerance") && !(tolerance >= 1e-14 && tolerance <= 0.1)) {
     throw SceneError(fmt::format("--relative-tolerance = {}: must be a number from 1e-14 to 0.1", tolerance));
+  }
+  if (given.count("cpu-limit") && !(arguments.cpu_limit > 0)) {
+    throw SceneError(fmt::format("--cpu-limit = {}: must be a number > 0", arguments.cpu_limit));
   }
 #ifndef YOUBOT_BASE_SIM_ROS
   if (!arguments.bag.empty()) throw SceneError("--bag: this simulate was built without ROS");
@@ -141,14 +147,17 @@ class Outputs {
 #endif
   }
 
-  void commit(const Simulation& simulation, double wall_time) {
+  void commit() {
     if (csv_) csv_->commit();
     if (switches_) switches_->commit();
 #ifdef YOUBOT_BASE_SIM_ROS
     if (bag_) bag_->commit();
 #endif
+  }
+
+  void commit_summary(const Simulation& simulation, double wall_time, const RunAudit& audit) {
     if (!summary_) return;
-    summary_->write(summary_json(simulation, wall_time));
+    summary_->write(summary_json(simulation, wall_time, audit));
     summary_->commit();
   }
 
@@ -163,21 +172,35 @@ class Outputs {
 };
 
 void run(const Arguments& arguments, const Scene& scene) {
+  const Method& method = *find_method(scene.solver.method);
+  const std::string told = advice(method, scene.robot, scene.floor, scene.model, scene.duration);
+  if (!arguments.quiet && !told.empty()) fmt::print(stderr, "simulate: {}\n", told);
   Outputs outputs(arguments);
   Progress progress(scene.duration, arguments.quiet);
   Simulation simulation(scene);
   double wall_time = 0;  // of the simulation alone
+  RunAudit audit;
+  const bool audited = !arguments.summary.empty() || arguments.cpu_limit > 0;
   const auto advance = [&](double t) {
+    if (audited) audit.cost.start(simulation.time());
     const Clock::time_point start = Clock::now();
     simulation.advance_to(t);
     wall_time += seconds_since(start);
+    if (audited) audit.cost.stop(simulation.time());
     if (!simulation.state().values.allFinite()) {
       throw std::runtime_error(fmt::format("the state is no longer finite at t = {} s", t));
     }
     outputs.write_row(t, simulation);
+    if (audited) audit.add_row(simulation);
+    if (arguments.cpu_limit > 0 && audit.cost.cpu_time() > arguments.cpu_limit && t < scene.duration) {
+      outputs.commit_summary(simulation, wall_time, audit);
+      throw std::runtime_error(
+          fmt::format("stopped at t = {} s: more than {} s of processor time", t, arguments.cpu_limit));
+    }
     progress.show(t);
   };
   outputs.write_row(0, simulation);
+  if (audited) audit.add_row(simulation);
   // Rows at k / output_rate, and one at the end; the last of the first kind may be the end but for rounding.
   for (std::int64_t k = 1;; ++k) {
     const double t = static_cast<double>(k) / scene.output_rate;
@@ -185,7 +208,9 @@ void run(const Arguments& arguments, const Scene& scene) {
     advance(t);
   }
   advance(scene.duration);
-  outputs.commit(simulation, wall_time);
+  audit.completed = true;
+  outputs.commit();
+  outputs.commit_summary(simulation, wall_time, audit);
   if (!arguments.quiet) fmt::print("{}", summary_text(simulation, wall_time));
 }
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "program.h"
@@ -68,6 +69,40 @@ TEST_F(SimulateTest, ModelAndToleranceFromTheCommandLine) {
   EXPECT_EQ(summary["model"], "no_slip");
   EXPECT_EQ(summary["relative_tolerance"], 1e-5);
   EXPECT_EQ(summary["switches"], 0);
+}
+
+TEST_F(SimulateTest, SummaryTellsWhatTheRunTook) {
+  // Coasting sideways into rest: the energy is known at the start, and no drive works.
+  const std::string scene = folder_.write("scene.yaml",
+                                          "duration: 2\noutput_rate: 1000\ninitial: {twist: [0, 0.5, 0]}\n"
+                                          "drive: {torque: [{start: 0, constant: [0, 0, 0, 0]}]}\n");
+  ASSERT_EQ(Program(SIMULATE, {scene, "--quiet", "--summary", folder_.path("s.json")}).wait(), 0);
+  const auto summary = nlohmann::json::parse(folder_.read("s.json"));
+  EXPECT_EQ(summary["completed"], true);
+  const auto& slowest = summary["slowest_period"];
+  EXPECT_NEAR(slowest["length"], 1e-3, 1e-9);
+  EXPECT_NEAR(slowest["cost"].get<double>(), slowest["cpu_time"].get<double>() / 1e-3, 1e-6);
+  EXPECT_LE(slowest["cpu_time"], summary["cpu_time"]);
+  EXPECT_EQ(summary["periods"]["count"], 2000);
+  EXPECT_LE(summary["periods"]["cpu_time_99_9"], slowest["cpu_time"]);
+  EXPECT_GE(summary["energy"]["max_balance_error"], summary["energy_balance_error"]);
+  EXPECT_GE(summary["energy"]["max_kinetic"], 0.5 * 35.6 * 0.25);
+  EXPECT_EQ(summary["energy"]["drive_work"], 0);
+  EXPECT_GE(summary["path_length"]["base"].get<double>(),
+            std::hypot(summary["final"]["x"].get<double>(), summary["final"]["y"].get<double>()));
+  EXPECT_EQ(summary["path_length"]["wheels"].size(), 4);
+}
+
+TEST_F(SimulateTest, CpuLimitEndsTheRunAndTheSummaryTells) {
+  const std::string scene = folder_.write("scene.yaml", kScene);
+  Program simulate(SIMULATE,
+                   {scene, "--cpu-limit", "1e-9", "--csv", folder_.path("a.csv"), "--summary", folder_.path("s.json")});
+  EXPECT_EQ(simulate.wait(), 1) << simulate.err();
+  const auto summary = nlohmann::json::parse(folder_.read("s.json"));
+  EXPECT_EQ(summary["completed"], false);
+  EXPECT_EQ(summary["simulated_time"], 0.1);
+  EXPECT_FALSE(folder_.has("a.csv") || folder_.has("a.csv.part"));
+  EXPECT_EQ(Program(SIMULATE, {scene, "--cpu-limit", "0"}).wait(), 2);
 }
 
 TEST_F(SimulateTest, RefusedInputExitsWith2AndOneLineAndLeavesNothing) {

@@ -1,5 +1,7 @@
 #include "youbot_base_sim/integration/methods.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <boost/numeric/odeint/stepper/runge_kutta4.hpp>
 #include <boost/numeric/odeint/stepper/runge_kutta_cash_karp54.hpp>
@@ -152,11 +154,20 @@ double effective_transition_speed(double nu, const Tolerance& tolerance) {
   return std::max(nu, kShare * tolerance.relative);
 }
 
-double stable_step(const RobotParameters& robot, const FloorParameters& floor, Model model) {
+std::string advice(const Method& method, const RobotParameters& robot, const FloorParameters& floor, Model model,
+                   double duration) {
+  if (!method.is_explicit || model == Model::kNoSlip) return "";
+  constexpr double kStability = 3, kTimePerStep = 0.6e-6;  // s, on a processor of 3 GHz
   const double damping =
       model == Model::kViscous ? floor.mu_0(robot) : floor.f * normal_reactions(robot, floor).maxCoeff() / floor.nu;
-  const double r = robot.R - robot.R_d;
-  return 3 * robot.J_2 / (damping * r * r + robot.mu_2.maxCoeff());
+  const ContactGeometry mean = RollerGeometry(robot).mean();
+  const double rate = damping * (mean.r_X.square() + mean.r_Y.square()).maxCoeff() / robot.J_2;
+  const double steps = duration * rate / kStability;
+  return fmt::format(
+      "{} is explicit: while wheels roll its steps are at most about {:.1g} s long, {:.1g} of them for {:g} s of "
+      "motion, "
+      "which take about {:.1g} s; radau is the method for this",
+      method.name, kStability / rate, steps, duration, steps * kTimePerStep);
 }
 
 std::string refusal(const Method& method, const RobotParameters& robot, Model model) {

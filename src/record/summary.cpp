@@ -2,17 +2,41 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 namespace youbot_base_sim {
 
-std::string summary_json(const Simulation& simulation, double wall_time) {
+namespace {
+
+void add_audit(const RunAudit& audit, nlohmann::json& json) {
+  const RunCost::Period& slowest = audit.cost.slowest();
+  json["completed"] = audit.completed;
+  json["cpu_time"] = audit.cost.cpu_time();
+  json["slowest_period"] = {{"start", slowest.start},
+                            {"length", slowest.length},
+                            {"cpu_time", slowest.cpu_time},
+                            {"cost", slowest.length > 0 ? slowest.cpu_time / slowest.length : 0}};
+  json["periods"] = {{"count", audit.cost.periods()},
+                     {"late", audit.cost.late_periods()},
+                     {"cpu_time_99_9", audit.cost.percentile(0.999)}};
+  json["energy"] = {{"max_balance_error", audit.energy.max_balance_error()},
+                    {"max_kinetic", audit.energy.max_kinetic_energy()},
+                    {"drive_work", audit.energy.drive_work()}};
+  const Wheels& wheels = audit.path.wheels();
+  json["path_length"] = {{"base", audit.path.base()}, {"wheels", {wheels[0], wheels[1], wheels[2], wheels[3]}}};
+}
+
+}  // namespace
+
+std::string summary_json(const Simulation& simulation, double wall_time, const RunAudit& audit) {
   const State& x = simulation.state();
   const IntegrationStatistics& statistics = simulation.statistics();
   nlohmann::json json;
   json["model"] = name_of(simulation.scene().model);
   json["method"] = simulation.method();
   json["relative_tolerance"] = simulation.scene().solver.relative_tolerance;
+  if (std::isfinite(simulation.transition_speed())) json["transition_speed"] = simulation.transition_speed();
   json["control_period"] = simulation.scene().solver.control_period;
   json["simulated_time"] = simulation.time();
   json["wall_time"] = wall_time;
@@ -21,6 +45,7 @@ std::string summary_json(const Simulation& simulation, double wall_time) {
   json["energy_balance_error"] = simulation.energy_balance_error();
   json["final"] = {{"x", x.x()},     {"y", x.y()},     {"psi", x.psi()},
                    {"V_X", x.V_X()}, {"V_Y", x.V_Y()}, {"Omega", x.Omega()}};
+  add_audit(audit, json);
   return json.dump(2) + "\n";
 }
 
@@ -28,12 +53,13 @@ std::string summary_text(const Simulation& simulation, double wall_time) {
   const State& x = simulation.state();
   const IntegrationStatistics& statistics = simulation.statistics();
   std::string text = fmt::format(
-      "model {}: {:g} s in {:.3g} s, {:.4g} times real time\n"
+      "model {} by {}: {:g} s in {:.3g} s, {:.4g} times real time\n"
       "final pose      x {:.6f} m, y {:.6f} m, psi {:.6f} rad\n"
       "final velocity  V_X {:.6f} m/s, V_Y {:.6f} m/s, Omega {:.6f} rad/s\n"
       "energy balance  closes to {:.2g} J\n",
-      name_of(simulation.scene().model), simulation.time(), wall_time, simulation.time() / wall_time, x.x(), x.y(),
-      x.psi(), x.V_X(), x.V_Y(), x.Omega(), simulation.energy_balance_error());
+      name_of(simulation.scene().model), simulation.method(), simulation.time(), wall_time,
+      simulation.time() / wall_time, x.x(), x.y(), x.psi(), x.V_X(), x.V_Y(), x.Omega(),
+      simulation.energy_balance_error());
   for (const StatisticsField& field : kStatisticsFields) {
     if (const std::uint64_t value = statistics.*field.value) text += fmt::format("{:>13}  {}\n", value, field.text);
   }
@@ -42,6 +68,15 @@ std::string summary_text(const Simulation& simulation, double wall_time) {
   for (int i = 0; i < kWheels; ++i) {
     if (!others[i]) continue;
     text += fmt::format("wheel {} ends between rollers {} and {}\n", kWheelNames[i], rollers[i], *others[i]);
+  }
+  if (std::isfinite(simulation.transition_speed()) && simulation.transition_speed() > simulation.scene().floor.nu) {
+    text +=
+        fmt::format("note: friction turns over {:g} m/s of slip, since the tolerance cannot tell {:g} m/s from zero\n",
+                    simulation.transition_speed(), simulation.scene().floor.nu);
+  }
+  if (statistics.averaged_contacts > 0) {
+    text += fmt::format("note: switches of wheels that pass more than {:g} rollers a second are counted, not located\n",
+                        kMaxLocatedRate);
   }
   if (statistics.fallback_steps > 0) {
     text += fmt::format(

@@ -16,7 +16,7 @@ namespace youbot_base_sim {
 struct Method {
   std::string name;         ///< of `solver: {method: NAME}`, `--method` and `~method`
   std::string description;  ///< what it is and when to use it, in a line
-  bool is_explicit;         ///< stable only for steps of about `stable_step`
+  bool is_explicit;         ///< takes short steps while wheels roll, see `advice`
   double default_step;      ///< of a method without step size control, s; 0: it has one
 };
 
@@ -39,9 +39,11 @@ struct IntegrationSettings {
 /// pose moves by 0.07 of it times the duration.
 double effective_transition_speed(double nu, const Tolerance& tolerance);
 
-/// The longest step, s, for which explicit methods are stable while wheels roll: about 3 over the fastest rate of a
-/// roller, which the friction drives with at most f N / nu (mu_0 in model 2a) against J_2.
-double stable_step(const RobotParameters& robot, const FloorParameters& floor, Model model);
+/// What to know before a run of `duration` (s) by a method that takes long: its stable step and how long that may take,
+/// in a sentence; empty if there is nothing to say. Explicit methods are stable while wheels roll for steps of about
+/// 3 over the fastest rate of a roller, which friction drives with f N / nu (mu_0 in model 2a) against J_2.
+std::string advice(const Method& method, const RobotParameters& robot, const FloorParameters& floor, Model model,
+                   double duration);
 
 /// Why `method` cannot integrate this robot, in words for an error message; empty if it can.
 std::string refusal(const Method& method, const RobotParameters& robot, Model model);

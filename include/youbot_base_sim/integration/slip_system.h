@@ -6,6 +6,7 @@
 #include <limits>
 #include <vector>
 
+#include "youbot_base_sim/physics/roller_switch.h"
 #include "youbot_base_sim/physics/shared_contact.h"
 #include "youbot_base_sim/physics/slip_model.h"
 #include "youbot_base_sim/physics/torque_profile.h"
@@ -28,9 +29,6 @@ template <class Law>
 class SlipSystem {
  public:
   using Mask = Eigen::Array<bool, kWheels, 1>;
-
-  /// Rollers that a wheel may pass in a second before their contact is averaged. Real bases stay below 20.
-  static constexpr double kMaxLocatedRate = 500;
 
   /// `torque` must outlive the system. The rollers in contact are those on which `state` stands.
   SlipSystem(const SlipModel<Law>& model, const TorqueProfile& torque, const State& state)

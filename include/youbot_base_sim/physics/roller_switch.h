@@ -4,6 +4,10 @@
 
 namespace youbot_base_sim {
 
+/// Rollers that a wheel may pass in a second before its switches are counted rather than located, and its contact is
+/// averaged over a roller. Real bases pass fewer than 20.
+constexpr double kMaxLocatedRate = 500;
+
 /// One roller taking over from another: located exactly, or one record for many switches of a wheel that passes rollers
 /// faster than anybody could use one by one.
 struct RollerSwitch {

@@ -1,0 +1,87 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "youbot_base_sim/simulation.h"
+
+namespace youbot_base_sim {
+
+/// Processor time of a run, by output interval. Reads the thread's clock twice an interval, 0.2 us each, so `simulate`
+/// uses it only when a summary is wanted.
+class RunCost {
+ public:
+  struct Period {
+    double start = 0;     ///< simulated time, s
+    double length = 0;    ///< s
+    double cpu_time = 0;  ///< s
+  };
+
+  void start(double t);  ///< begins an interval at simulated time t, s
+  void stop(double t);   ///< ends it
+
+  double cpu_time() const { return cpu_time_; }       ///< s
+  const Period& slowest() const { return slowest_; }  ///< the one with the largest processor time
+  std::size_t periods() const { return cpu_times_.size(); }
+  std::size_t late_periods() const { return late_; }  ///< took longer than they last
+
+  /// Processor time that a share (0 to 1) of the intervals does not exceed, s.
+  double percentile(double share) const;
+
+ private:
+  double t_ = 0;
+  double clock_ = 0;
+  double cpu_time_ = 0;
+  Period slowest_;
+  std::size_t late_ = 0;
+  std::vector<float> cpu_times_;
+};
+
+/// The scale of a run's energy, and how well its balance closes: the largest values over the rows, J.
+class EnergyAudit {
+ public:
+  void add_row(const Simulation& simulation);
+
+  double max_balance_error() const { return max_balance_error_; }
+  double max_kinetic_energy() const { return max_kinetic_energy_; }
+  /// Energy that the drives exchange with the wheels in either direction: integral of sum |M dphi|, trapezoidal rule.
+  double drive_work() const { return drive_work_; }
+
+ private:
+  double t_ = 0;
+  double power_ = 0;  // sum |M dphi| of the last row, W
+  double max_balance_error_ = 0;
+  double max_kinetic_energy_ = 0;
+  double drive_work_ = 0;
+};
+
+/// Length of the paths of the base and of the wheels' rims, summed over the rows, m.
+class PathLength {
+ public:
+  void add_row(const Simulation& simulation);
+
+  /// Of O; a turn counts at the wheels' centres.
+  double base() const { return base_; }
+  const Wheels& wheels() const { return wheels_; }
+
+ private:
+  bool started_ = false;
+  State last_;
+  double base_ = 0;
+  Wheels wheels_ = Wheels::Zero();
+};
+
+/// What the summary says about a run besides its final state.
+struct RunAudit {
+  bool completed = false;  ///< to the scene's duration
+  RunCost cost;
+  EnergyAudit energy;
+  PathLength path;
+
+  void add_row(const Simulation& simulation) {
+    energy.add_row(simulation);
+    path.add_row(simulation);
+  }
+};
+
+}  // namespace youbot_base_sim

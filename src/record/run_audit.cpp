@@ -1,0 +1,62 @@
+#include "youbot_base_sim/record/run_audit.h"
+
+#include <time.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace youbot_base_sim {
+
+namespace {
+
+// Processor time of this thread rather than wall time, so that other programs do not count.
+double thread_cpu_time() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+}  // namespace
+
+void RunCost::start(double t) {
+  t_ = t;
+  clock_ = thread_cpu_time();
+}
+
+void RunCost::stop(double t) {
+  const double taken = thread_cpu_time() - clock_;
+  cpu_time_ += taken;
+  cpu_times_.push_back(static_cast<float>(taken));
+  if (taken > slowest_.cpu_time) slowest_ = {t_, t - t_, taken};
+  if (taken > t - t_) ++late_;
+}
+
+double RunCost::percentile(double share) const {
+  if (cpu_times_.empty()) return 0;
+  std::vector<float> sorted = cpu_times_;
+  const auto rank = static_cast<std::ptrdiff_t>(share * static_cast<double>(sorted.size() - 1));
+  std::nth_element(sorted.begin(), sorted.begin() + rank, sorted.end());
+  return sorted[static_cast<std::size_t>(rank)];
+}
+
+void EnergyAudit::add_row(const Simulation& simulation) {
+  const double power = (simulation.torque() * simulation.state().dphi()).abs().sum();
+  drive_work_ += 0.5 * (power + power_) * (simulation.time() - t_);
+  power_ = power;
+  t_ = simulation.time();
+  max_kinetic_energy_ = std::max(max_kinetic_energy_, simulation.kinetic_energy());
+  max_balance_error_ = std::max(max_balance_error_, simulation.energy_balance_error());
+}
+
+void PathLength::add_row(const Simulation& simulation) {
+  const State& x = simulation.state();
+  const RobotParameters& robot = simulation.scene().robot;
+  if (started_) {
+    base_ += std::hypot(x.x() - last_.x(), x.y() - last_.y(), std::hypot(robot.h, robot.l) * (x.psi() - last_.psi()));
+    wheels_ += robot.R * (x.phi() - last_.phi()).abs();
+  }
+  started_ = true;
+  last_ = x;
+}
+
+}  // namespace youbot_base_sim
