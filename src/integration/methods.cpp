@@ -32,7 +32,7 @@ using Maker = std::unique_ptr<Integration> (*)(const Parts&);
 
 // Radau must keep up with real time: so many evaluations take some 0.7 ms on a processor of 3 GHz. The
 // others are there for comparison and take the work that they need; the bound only keeps a run from never ending.
-constexpr WorkBound kRealTime{4500}, kComparison{10000000};
+constexpr WorkBound kRealTime{3600}, kComparison{10000000};
 
 template <class Law, class Stepper, class MakeStepper>
 std::unique_ptr<Integration> integrate(const Parts& parts, const WorkBound& bound, const MakeStepper& make_stepper) {
@@ -45,32 +45,36 @@ std::unique_ptr<Integration> integrate(const Parts& parts, const WorkBound& boun
 template <class Law>
 std::unique_ptr<Integration> radau(const Parts& parts) {
   return integrate<Law, Radau<Law>>(
-      parts, kRealTime, [&](IntegrationStatistics& statistics) { return Radau<Law>(parts.tolerance, statistics); });
+      parts, kRealTime,
+      [](const Tolerance& tolerance, IntegrationStatistics& statistics) { return Radau<Law>(tolerance, statistics); });
 }
 
 template <class Law, class Coefficients>
 std::unique_ptr<Integration> rosenbrock4(const Parts& parts) {
-  return integrate<Law, Rosenbrock4<Coefficients>>(parts, kComparison, [&](IntegrationStatistics& statistics) {
-    return Rosenbrock4<Coefficients>(parts.tolerance, statistics);
-  });
+  return integrate<Law, Rosenbrock4<Coefficients>>(parts, kComparison,
+                                                   [](const Tolerance& tolerance, IntegrationStatistics& statistics) {
+                                                     return Rosenbrock4<Coefficients>(tolerance, statistics);
+                                                   });
 }
 
 template <class Law, class ErrorStepper>
 std::unique_ptr<Integration> runge_kutta(const Parts& parts) {
   return integrate<Law, ControlledRungeKutta<ErrorStepper>>(
-      parts, kComparison, [&](IntegrationStatistics&) { return ControlledRungeKutta<ErrorStepper>(parts.tolerance); });
+      parts, kComparison,
+      [](const Tolerance& tolerance, IntegrationStatistics&) { return ControlledRungeKutta<ErrorStepper>(tolerance); });
 }
 
 template <class Law>
 std::unique_ptr<Integration> bulirsch_stoer(const Parts& parts) {
-  return integrate<Law, BulirschStoer>(parts, kComparison,
-                                       [&](IntegrationStatistics&) { return BulirschStoer(parts.tolerance); });
+  return integrate<Law, BulirschStoer>(
+      parts, kComparison, [](const Tolerance& tolerance, IntegrationStatistics&) { return BulirschStoer(tolerance); });
 }
 
 template <class Law, class Step>
 std::unique_ptr<Integration> fixed_step(const Parts& parts) {
-  return integrate<Law, FixedStep<Step>>(
-      parts, kComparison, [&](IntegrationStatistics& statistics) { return FixedStep<Step>(parts.step, statistics); });
+  return integrate<Law, FixedStep<Step>>(parts, kComparison, [&](const Tolerance&, IntegrationStatistics& statistics) {
+    return FixedStep<Step>(parts.step, statistics);
+  });
 }
 
 using Dopri5 = odeint::runge_kutta_dopri5<State>;
@@ -150,8 +154,9 @@ const Method* find_method(const std::string& name) {
 }
 
 double effective_transition_speed(double nu, const Tolerance& tolerance) {
-  constexpr double kShare = 0.1;  // of an error of the relative tolerance at 1 m/s
-  return std::max(nu, kShare * tolerance.relative);
+  constexpr double kShare = 0.3;  // of an error of the relative tolerance at 1 m/s
+  constexpr double kMax = 1e-5;   // m/s: finer is seen at any tolerance
+  return std::max(nu, std::min(kMax, kShare * tolerance.relative));
 }
 
 std::string advice(const Method& method, const RobotParameters& robot, const FloorParameters& floor, Model model,

@@ -8,19 +8,34 @@
 
 namespace youbot_base_sim {
 
-/// Solves for the stages u_1 ... u_s of an implicit Runge-Kutta method
+/// The linear systems of an implicit Runge-Kutta method with s stages,
 ///
-///   sum_l D_jl M u_l + (G_j - C_j) u_j = b_j,   j = 1..s
+///   sum_l D_jl M u_l + (G_j - C_j) u_j = b_j,   j = 1..s,
 ///
-/// where the matrix D (1/s) couples the stages, M is the inertia, G_j the DampingMatrix and C_j the derivative of the
-/// Coriolis forces at stage j. Wheels couple to the platform and not to one another: each wheel's block of order 2 s is
-/// eliminated, four wheels side by side, then the platform's, of order 3 s, by blocks. Neither looks for pivots: with
-/// the D of a Radau method, and friction that takes energy, none vanish.
+/// where D (1/s) couples the stages, M is the inertia, G_j the damping matrix and C_j the derivative of the Coriolis
+/// forces at stage j. Let v hold the platform's velocities at all stages (3 s numbers) and w_i those of wheel i, dphi
+/// and dgamma at each stage (2 s numbers). Wheels are coupled to the platform and not to one another, so the system is
+/// bordered:
+///
+///   [ A_1                  B_1 ] [ w_1 ]   [ b_1 ]      A_i = D (x) diag(J_1, J_2) + G_ii    2 s x 2 s, full
+///   [      A_2             B_2 ] [ w_2 ]   [ b_2 ]      B_i: force on wheel i by the platform, one stage by itself
+///   [           A_3        B_3 ] [ w_3 ] = [ b_3 ]      E_i: force on the platform by wheel i, likewise
+///   [                A_4   B_4 ] [ w_4 ]   [ b_4 ]      P   = D (x) M_v + G_vv - C           3 s x 3 s, full
+///   [ E_1  E_2  E_3  E_4   P   ] [ v   ]   [ b_v ]
+///
+/// Eliminating the wheels leaves the platform's Schur complement S, and the wheels follow from v:
+///
+///   S = P - sum_i E_i A_i^-1 B_i,    S v = b_v - sum_i E_i A_i^-1 b_i,    w_i = A_i^-1 b_i - (A_i^-1 B_i) v.
+///
+/// `factorize` computes L and U of the four A_i side by side, one lane of a register for each wheel (a_, pivot_), the
+/// columns A_i^-1 B_i (wheels_) and L and U of S in blocks of 3 x 3 (S_). `solve` substitutes. Neither looks for
+/// pivots: with the D of a Radau method, and friction that only takes energy, none vanish.
 template <int s>
 class BorderedStages {
  public:
   using Vector = std::array<Velocities, s>;
 
+  /// Takes the stages' damping matrices and Coriolis derivatives.
   void factorize(const double (&D)[s][s], const Inertia& inertia, const std::array<DampingMatrix, s>& G,
                  const std::array<PlatformMatrix, s>& C) {
     set_wheels(D, inertia, G);
@@ -29,6 +44,7 @@ class BorderedStages {
     decompose_platform();
   }
 
+  /// Solves for u.
   void solve(const Vector& b, Vector& u) const {
     std::array<Column, 1> columns;
     Column& y = columns[0];
@@ -56,7 +72,7 @@ class BorderedStages {
       v[j] = S_[j][j](v[j]);
     }
 #pragma GCC unroll 16
-    for (int m = 3 * s - 1; m >= 0; --m) {  // the last stage's was known first
+    for (int m = 3 * s - 1; m >= 0; --m) {  // backwards, since the last stage is known first
       const double unit = v[m / 3][m % 3];
 #pragma GCC unroll 8
       for (int i = 0; i < 2 * s; ++i) y[i] -= unit * wheels_[m][i];
@@ -65,9 +81,9 @@ class BorderedStages {
   }
 
  private:
-  using Column = std::array<Wheels, 2 * s>;  // (dphi, dgamma) of stage 1, of stage 2, ...
+  using Column = std::array<Wheels, 2 * s>;  // (dphi, dgamma) at stage 1, at stage 2, ...
 
-  // What one stage of the platform says to another: a matrix of 3 x 3.
+  // The part of S that couples one stage of the platform to another: 3 x 3.
   struct Block : PlatformMatrix {
     Wheels operator()(const Wheels& v) const { return (*this)[0] * v[0] + (*this)[1] * v[1] + (*this)[2] * v[2]; }
     Block operator*(const Block& other) const { return {(*this)(other[0]), (*this)(other[1]), (*this)(other[2])}; }
@@ -117,10 +133,10 @@ class BorderedStages {
     (reduce_stage<l>(D, inertia, G[l], C[l]), ...);
   }
 
-  // Columns of the platform's remainder for its velocities at stage l.
+  // Columns of S for the platform's velocities at stage l.
   template <int l>
   void reduce_stage(const double (&D)[s][s], const Inertia& inertia, const DampingMatrix& G, const PlatformMatrix& C) {
-    // What the wheels do under a unit of each platform velocity at stage l
+    // Columns of A_i^-1 B_i: the wheels' answer to a unit of each platform velocity at stage l
     std::array<Column, 3> w;
 #pragma GCC unroll 8
     for (int k = 0; k < 3; ++k) {
@@ -166,13 +182,13 @@ class BorderedStages {
     }
   }
 
-  // In several columns at once, so that the processor need not wait for one.
+  // Works on several columns at once, so that the processor does not wait for one.
   template <std::size_t n>
   void substitute_back(std::array<Column, n>& y) const {
 #pragma GCC unroll 8
     for (int i = 2 * s - 1; i >= 0; --i) {
 #pragma GCC unroll 8
-      for (int k = 2 * s - 1; k > i; --k) {  // the one that is known last comes last
+      for (int k = 2 * s - 1; k > i; --k) {  // the entry that is known last comes last
 #pragma GCC unroll 8
         for (Column& column : y) column[i] -= a_[i][k] * column[k];
       }
@@ -181,7 +197,7 @@ class BorderedStages {
     }
   }
 
-  // Forces on the platform by what the wheels do at stage j.
+  // E w: forces on the platform at stage j by the motion w of the wheels.
   Wheels forces(const Column& w, int j) const {
     const auto of = [&](int i) -> Wheels {
       return platform_dphi_[j][i] * w[2 * j] + platform_dgamma_[j][i] * w[2 * j + 1];
@@ -189,7 +205,7 @@ class BorderedStages {
     return sums(of(0), of(1), of(2));
   }
 
-  // L below the diagonal and U above it, in blocks of one stage by another; on it, the inverses of U's blocks.
+  // Leaves L below the diagonal of blocks, U above it, and the inverses of U's blocks on it.
   void decompose_platform() {
 #pragma GCC unroll 8
     for (int k = 0; k < s; ++k) {
@@ -204,11 +220,11 @@ class BorderedStages {
     }
   }
 
-  alignas(kAlignment) std::array<Column, 2 * s> a_;  // L and U
-  Column pivot_;                                     // inverse
+  alignas(kAlignment) std::array<Column, 2 * s> a_;  // L and U of A_1 .. A_4
+  Column pivot_;                                     // the inverses of U's diagonal
   std::array<std::array<Wheels, 3>, s> platform_dphi_, platform_dgamma_;
-  std::array<Column, 3 * s> wheels_;
-  std::array<std::array<Block, s>, s> S_;  // the platform's [column][row]
+  std::array<Column, 3 * s> wheels_;       // A_i^-1 B_i
+  std::array<std::array<Block, s>, s> S_;  // L and U of S, [column][row]
 };
 
 }  // namespace youbot_base_sim

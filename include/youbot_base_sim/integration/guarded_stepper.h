@@ -9,6 +9,7 @@
 #include <limits>
 #include <optional>
 
+#include "youbot_base_sim/integration/sliding_mode.h"
 #include "youbot_base_sim/integration/statistics.h"
 #include "youbot_base_sim/integration/switch_log.h"
 #include "youbot_base_sim/physics/state.h"
@@ -23,9 +24,11 @@ struct WorkBound {
 /// Bounds the work of a LocatedStepper: a Controlled Stepper of odeint around it. Work is counted in evaluations of the
 /// right-hand side, not timed, so that results do not depend on the machine.
 ///
-/// Once the bound for a millisecond of motion is spent, or step lengths vanish, fallback steps go on: for a
-/// millisecond, and for twice as long each time that the bound is spent again soon after. Switches on the way are
-/// announced like all others, with times that are interpolated within the step.
+/// Once the bound for a millisecond of motion is spent, the rest of it is made easier for kEasedShare of the bound: a
+/// coarse stepper takes over, with a looser tolerance, and friction turns over kEasedSpeed at least. If that does not
+/// do either, or step lengths vanish, fallback steps go on for a millisecond, and for twice as long each time that this
+/// happens again soon. Switches on the way are announced like all others, with times that are interpolated within the
+/// step.
 template <class Stepper, class Fallback>
 class GuardedStepper {
  public:
@@ -38,22 +41,29 @@ class GuardedStepper {
   using Result = boost::numeric::odeint::controlled_step_result;
 
   /// Records in `switches` and counts in `statistics`, which must outlive it.
-  GuardedStepper(const Stepper& stepper, const WorkBound& bound, SwitchLog& switches, IntegrationStatistics& statistics)
-      : fresh_(stepper), stepper_(fresh_), bound_(bound), switches_(&switches), statistics_(&statistics) {}
+  GuardedStepper(const Stepper& stepper, const Stepper& coarse, const WorkBound& bound, SwitchLog& switches,
+                 IntegrationStatistics& statistics)
+      : fresh_(stepper),
+        coarse_(coarse),
+        stepper_(fresh_),
+        bound_(bound),
+        switches_(&switches),
+        statistics_(&statistics) {}
 
   /// As LocatedStepper's; `dt` is an upper bound. Never fails kMaxFailures times in a row.
   template <class System>
   Result try_step(System system_reference, State& x, double& t, double& dt) {
     auto& system = static_cast<typename boost::numeric::odeint::unwrap_reference<System>::type&>(system_reference);
     if (t < fallback_end_) return fall_back(system, x, t, dt);
-    if (!(t < window_start_ + kWindow) || t < window_start_) {
-      window_start_ = t;
-      spent_ = system.evaluations();
-    }
-    if (system.evaluations() - spent_ > bound_.max_evaluations || failures_ >= kMaxFailures ||
-        t + stepper_->dt() <= t) {
-      begin_fallback(t);
-      return fall_back(system, x, t, dt);
+    if (!(t < window_start_ + kWindow) || t < window_start_) begin_window(system, t);
+    const bool stuck = failures_ >= kMaxFailures || t + stepper_->dt() <= t;
+    if (stuck || system.evaluations() - spent_ > allowed_) {
+      ++statistics_->exhausted;
+      if (stuck || eased_) {
+        begin_fallback(system, t);
+        return fall_back(system, x, t, dt);
+      }
+      ease(system);
     }
     const Result result = stepper_->try_step(system_reference, x, t, dt);
     failures_ = result == boost::numeric::odeint::fail ? failures_ + 1 : 0;
@@ -67,13 +77,47 @@ class GuardedStepper {
 
  private:
   static constexpr double kWindow = 1e-3;                           // s
+  static constexpr double kEasedShare = 0.8;                        // of the bound
+  static constexpr double kEasedSpeed = 1e-6;                       // m/s
   static constexpr int kMaxFailures = 400;                          // odeint throws after 500
-  static constexpr double kFallbackStep = 5e-5;                     // s
+  static constexpr double kFallbackStep = 2e-5;                     // s
   static constexpr double kMinStretch = 1e-3, kMaxStretch = 64e-3;  // s of fallback steps in a row
   static constexpr double kSoon = 10e-3;                            // s after the last stretch
 
-  void begin_fallback(double t) {
-    ++statistics_->exhausted;
+  template <class System>
+  void begin_window(System& system, double t) {
+    window_start_ = t;
+    spent_ = system.evaluations();
+    allowed_ = bound_.max_evaluations;
+    if (eased_) end_easing(system);
+  }
+
+  template <class System>
+  void ease(System& system) {
+    eased_ = system.transition_speed();
+    system.set_transition_speed(std::max(*eased_, kEasedSpeed));
+    replace_stepper(coarse_);
+    allowed_ += static_cast<std::uint64_t>(kEasedShare * static_cast<double>(bound_.max_evaluations));
+    ++statistics_->eased_periods;
+  }
+
+  template <class System>
+  void end_easing(System& system) {
+    system.set_transition_speed(*eased_);
+    eased_.reset();
+    replace_stepper(fresh_);
+  }
+
+  // What is known of wheels that chatter goes on.
+  void replace_stepper(const Stepper& stepper) {
+    const SlidingMode sliding_mode = stepper_->sliding_mode();
+    stepper_.emplace(stepper);
+    stepper_->sliding_mode() = sliding_mode;
+  }
+
+  template <class System>
+  void begin_fallback(System& system, double t) {
+    if (eased_) end_easing(system);
     stretch_ = t < fallback_end_ + kSoon ? std::min(2 * stretch_, kMaxStretch) : kMinStretch;
     fallback_end_ = t + stretch_;
     stepper_.emplace(fresh_);
@@ -109,17 +153,21 @@ class GuardedStepper {
     switches_->record(t + at * length, i, from, to, system.rollers(), edge);
   }
 
-  Stepper fresh_;                   // as it begins
+  Stepper fresh_, coarse_;          // as they begin
   std::optional<Stepper> stepper_;  // odeint's implicit steppers can be copied but not assigned
   WorkBound bound_;
   SwitchLog* switches_;
   IntegrationStatistics* statistics_;
   Fallback fallback_;
+
+  // The millisecond under way: its start, the evaluations before it and those that it may take.
   double window_start_ = std::numeric_limits<double>::infinity();
+  std::uint64_t spent_ = 0, allowed_ = 0;
+  int failures_ = 0;             // in a row
+  std::optional<double> eased_;  // the transition speed to return to, m/s, while the coarse stepper is at work
+
   double fallback_end_ = -std::numeric_limits<double>::infinity();
   double stretch_ = kMinStretch;
-  std::uint64_t spent_ = 0;
-  int failures_ = 0;
 };
 
 }  // namespace youbot_base_sim

@@ -61,7 +61,7 @@ class LocatedStepper {
     length_ = length;
     beyond_ = 0;
     if (EdgeCrossing crossing = first_crossing(system, x, end_, length)) locate(system, x, t, crossing);
-    if (system.shares()) end_where_released(system, x, t);
+    if (system.shares() || system.averages()) end_where_contact_ends(system, x, t);
     t = length_ == bound ? t + bound : t + length_ + beyond_;
     x = end_;
     if (beyond_ != 0) x.values += beyond_ * secant();
@@ -80,6 +80,9 @@ class LocatedStepper {
     after_jump_ = true;
     settled_ = false;
   }
+
+  /// Which wheels chatter.
+  SlidingMode& sliding_mode() { return sliding_mode_; }
 
   /// Length of the step that is tried next, s.
   double dt() const { return dt_; }
@@ -169,36 +172,42 @@ class LocatedStepper {
     return true;
   }
 
-  // Shortens the step so that the first wheel in sliding mode that one of its rollers leaves is just released. Friction
-  // is continuous there, so that its time need not be exact.
+  // Shortens the step so that a wheel is just released from sliding mode, or just slow enough for its switches to be
+  // located again. Forces are continuous there, or nearly so: the time need not be exact.
   template <class System>
-  void end_where_released(System& system, const State& x, double t) {
+  void end_where_contact_ends(System& system, const State& x, double t) {
     for (int i = 0; i < kWheels; ++i) {
-      if (!system.shared(i) || SlidingMode::excess(system, i, end_, t + length_) <= 0) continue;
+      if (!contact_ends(system, i, end_, t + length_)) continue;
       double low = 0, high = length_;
-      State released = end_;
+      State ended = end_;
       for (int halving = 0; halving < kMaxHalvings && high - low > kReleaseResolution * high; ++halving) {
         const double middle = 0.5 * (low + high);
         if (!try_length(system, x, t, middle)) break;
         ++statistics_->location_steps;
-        const bool is_released = SlidingMode::excess(system, i, end_, t + middle) > 0;
-        (is_released ? high : low) = middle;
-        if (is_released) released = end_;
+        const bool ends = contact_ends(system, i, end_, t + middle);
+        (ends ? high : low) = middle;
+        if (ends) ended = end_;
       }
       length_ = high;
       beyond_ = 0;
-      if (!try_length(system, x, t, high)) end_ = released;
+      if (!try_length(system, x, t, high)) end_ = ended;
     }
   }
 
+  template <class System>
+  static bool contact_ends(const System& system, int i, const State& x, double t) {
+    if (system.averaged(i)) return system.slow_again(i, x);
+    return system.shared(i) && SlidingMode::excess(system, i, x, t) > 0;
+  }
+
   // The effects of where the wheels now are: hands over those that stand on an edge and move across it, or puts them in
-  // sliding mode; releases from it those that one roller carries alone; averages the contacts of fast ones.
+  // sliding mode, or averages their contacts; releases from sliding mode those that one roller carries alone.
   template <class System>
   void settle(System& system, State& x, double t) {
     settled_ = true;
     const Wheels phi = x.phi();
     if ((phi > system.lower_edge() + kNear && phi < system.upper_edge() - kNear).all() && !system.shares() &&
-        !system.rates_call_for_change(x)) {
+        !system.averages()) {
       return;
     }
     for (int i = 0; i < kWheels; ++i) {
@@ -206,10 +215,6 @@ class LocatedStepper {
         if (system.slow_again(i, x)) resolve(system, x, t, i);
       } else if (system.shared(i)) {
         release(system, x, t, i);
-      } else if (system.too_fast(i, x)) {
-        system.average(i);
-        ++statistics_->averaged_contacts;
-        start_afresh();
       } else {
         cross(system, x, t, i);
       }
@@ -237,6 +242,10 @@ class LocatedStepper {
       system.hand_over(i, from + direction, x);
       x.phi()[i] = direction > 0 ? edge : std::nextafter(edge, -std::numeric_limits<double>::infinity());
       announce(system, t, i, from, x);
+      if (system.too_fast(i, x)) {
+        system.average(i);
+        ++statistics_->averaged_contacts;
+      }
       start_afresh();
     }
   }

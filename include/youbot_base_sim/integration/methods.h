@@ -35,7 +35,7 @@ struct IntegrationSettings {
 };
 
 /// The slip speed over which the friction turns in the integration, m/s: nu, but no less than what the tolerance can
-/// tell from zero, 0.1 m/s times the relative one. Rolling wheels creep by a share of it: in the paper's Case 1 the
+/// tell from zero, 0.3 m/s times the relative one. Rolling wheels creep by a share of it: in the paper's Case 1 the
 /// pose moves by 0.07 of it times the duration.
 double effective_transition_speed(double nu, const Tolerance& tolerance);
 

@@ -92,18 +92,18 @@ class Radau {
   enum class Known { kNothing, kThisStep, kStepBefore };
 
   static constexpr int kMaxIterations = 25;
-  static constexpr double kMinLength = 1.0 / 16;  // part of a correction
+  static constexpr double kMinLength = 1.0 / 16;  // of a damped correction
   static constexpr double kConverged = 0.03;      // of the tolerance
   static constexpr double kShrinkage = 0.3;       // of a step after iterations that failed
-  // The Jacobian is renewed after a first correction of more than kFar tolerances, and where corrections shrink by less
-  // than kSlow.
+  // The Jacobian is evaluated again after a first correction of more than kFar tolerances, and where corrections shrink
+  // by a factor above kSlow.
   static constexpr double kFar = 3000;
   static constexpr double kSlow = 0.1;
-  // What the next step's first correction is at least expected to leave, judging by this one
+  // The smallest rate of convergence that the next step's first correction is expected to have, judging by this step
   static constexpr double kMinRate = 0.03;
-  // Continuation: the slip speed at which it begins, m/s, and the factor from one to the next.
+  // Continuation: the slip speed at which it begins, m/s, and the ratio of one to the next.
   static constexpr double kFirstTransitionSpeed = 1e-2;
-  static constexpr double kTransitionRatio = 0.2;
+  static constexpr double kTransitionRatio = 0.2, kMaxTransitionRatio = 0.7;
 
   bool repeats(const State& x, double t) const { return started_ && t == t_ && (x.values == x_.values).all(); }
 
@@ -111,7 +111,7 @@ class Radau {
   [[gnu::flatten, gnu::noinline]] void initialize(const SlipSystem<Law>& system, const State& x, double t) {
     if (known_ == Known::kThisStep) accept();
     const typename SlipSystem<Law>::Mask unchanged = system.contact_ids() == end_contact_ids_;
-    if (!unchanged.all()) {  // another roller: the motion goes on in another way
+    if (!unchanged.all()) {  // another contact: the step before says nothing of this one
       known_ = Known::kNothing;
       control_.restart();
     }
@@ -182,21 +182,36 @@ class Radau {
   }
 
   // Friction that turns over a larger slip speed is easier to solve for, and its solution is a good start for a smaller
-  // one.
+  // one. Where the next speed is too small, one nearer to the last is tried.
   [[gnu::noinline]] bool continue_to_transition_speed(SlipSystem<Law>& system, double dt) {
     const double nu = system.model().transition_speed();
     if (!(nu < kFirstTransitionSpeed)) return false;
-    bool converged = true;
     stages_.fill(start_);
     friction_.fill(start_friction_);
-    for (double speed = kFirstTransitionSpeed; converged && speed > nu; speed *= kTransitionRatio) {
+    StageVelocities solved = stages_;
+    std::array<ContactForce, 3> solved_friction = friction_;
+    double speed = kFirstTransitionSpeed, ratio = kTransitionRatio, last = 0;
+    bool converged = false;
+    for (;;) {
       system.set_transition_speed(speed);
       set_convergence_tolerance(system);
       converged = iterate(system, dt);
+      if (converged) {
+        if (speed <= nu) break;
+        last = speed;
+        solved = stages_;
+        solved_friction = friction_;
+      } else {
+        ratio = std::sqrt(ratio);
+        if (last == 0 || ratio > kMaxTransitionRatio) break;
+        stages_ = solved;
+        friction_ = solved_friction;
+      }
+      speed = std::max(nu, ratio * last);
     }
     system.set_transition_speed(nu);
     set_convergence_tolerance(system);
-    return converged && iterate(system, dt);
+    return converged;
   }
 
   // State at the end of the step.
@@ -277,7 +292,7 @@ class Radau {
       if (iteration == 0) factorize(system, dt);
       double size = correction(left, change);
       if (iteration > 0) {
-        // Deuflhard's natural test: by the same Jacobian, what is left to correct must have shrunk.
+        // Deuflhard's natural monotonicity test: with the same Jacobian, the correction must have shrunk.
         if (!(size <= (1 - length / 4) * last)) {
           length /= 2;
           if (length < kMinLength) return false;
@@ -306,7 +321,7 @@ class Radau {
     return false;
   }
 
-  // Goes a part of the last correction.
+  // Moves the stages by a part of the last correction.
   [[gnu::flatten, gnu::noinline]] void move(const SlipSystem<Law>& system, double length) {
     for (int j = 0; j < 3; ++j) {
       const Velocities part = length * from_.correction[j];
@@ -315,7 +330,7 @@ class Radau {
     }
   }
 
-  // Forces that are left over at each stage.
+  // The residual: forces that are left over at each stage.
   [[gnu::flatten, gnu::noinline]] void residual(const SlipSystem<Law>& system, double dt, StageVelocities& r) {
     using T = RadauTableau;
     const auto& model = system.model();

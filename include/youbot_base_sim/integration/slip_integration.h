@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <boost/numeric/odeint/integrate/integrate_adaptive.hpp>
 #include <boost/numeric/odeint/integrate/integrate_n_steps.hpp>
 #include <functional>
@@ -17,14 +18,14 @@ namespace youbot_base_sim {
 template <class Law, class Stepper>
 class SlipIntegration : public Integration {
  public:
-  /// `make_stepper(statistics)` makes the Stepper. `torque` must outlive the integration.
+  /// `make_stepper(tolerance, statistics)` makes the Stepper. `torque` must outlive the integration.
   template <class MakeStepper>
   SlipIntegration(const SlipModel<Law>& model, const TorqueProfile& torque, const State& start,
                   const Tolerance& tolerance, const WorkBound& bound, const MakeStepper& make_stepper)
       : system_(model, torque, start),
         switches_(statistics_),
-        stepper_(LocatedStepper<Stepper>(make_stepper(statistics_), tolerance, switches_, statistics_), bound,
-                 switches_, statistics_) {}
+        stepper_(located(tolerance, make_stepper), located(coarse(tolerance), make_stepper), bound, switches_,
+                 statistics_) {}
 
   void advance_periods(State& x, double t, double period, std::size_t n, const PeriodObserver& observer) override {
     std::size_t k = 0;
@@ -63,6 +64,17 @@ class SlipIntegration : public Integration {
   }
 
  private:
+  // What remains of a millisecond whose work is too much is integrated to this.
+  static Tolerance coarse(const Tolerance& tolerance) {
+    const double relative = std::max(1e-6, 10 * tolerance.relative);
+    return {relative, tolerance.absolute * relative / tolerance.relative};
+  }
+
+  template <class MakeStepper>
+  LocatedStepper<Stepper> located(const Tolerance& tolerance, const MakeStepper& make_stepper) {
+    return {make_stepper(tolerance, statistics_), tolerance, switches_, statistics_};
+  }
+
   // One record for all the rollers that a wheel with an averaged contact has passed since the last one.
   void record_passed_rollers(const State& x, double t) {
     for (int i = 0; i < kWheels; ++i) {

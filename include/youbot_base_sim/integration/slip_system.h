@@ -154,11 +154,7 @@ class SlipSystem {
   bool averages() const { return averages_; }
   bool averaged(int i) const { return averaged_[i]; }
 
-  /// Whether any wheel's contact should be averaged, or resolved again.
-  bool rates_call_for_change(const State& x) const {
-    const auto dphi = x.dphi().abs();
-    return (dphi > max_located_dphi_).any() || (averages_ && (averaged_ && dphi < kResolve * max_located_dphi_).any());
-  }
+  /// Whether wheel i passes rollers too fast for its switches to be located; whether, averaged, it no longer does.
   bool too_fast(int i, const State& x) const { return std::abs(x.dphi()[i]) > max_located_dphi_; }
   bool slow_again(int i, const State& x) const {
     return averaged_[i] && std::abs(x.dphi()[i]) < kResolve * max_located_dphi_;
@@ -185,7 +181,8 @@ class SlipSystem {
   const SlipModel<Law>& model() const { return model_; }
   const TorqueProfile& torque() const { return *torque_; }
 
-  /// Makes the friction turn over the slip speed nu, m/s.
+  /// The slip speed nu over which the friction turns, m/s.
+  double transition_speed() const { return model_.transition_speed(); }
   void set_transition_speed(double nu) { model_.set_transition_speed(nu); }
 
   /// Evaluations of the right-hand side so far.

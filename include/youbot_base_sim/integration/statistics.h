@@ -16,6 +16,7 @@ struct IntegrationStatistics {
   std::uint64_t shared_contacts = 0;
   std::uint64_t averaged_contacts = 0;
   std::uint64_t exhausted = 0;
+  std::uint64_t eased_periods = 0;
   std::uint64_t fallback_steps = 0;
   std::uint64_t evaluations = 0;
 };
@@ -28,7 +29,7 @@ struct StatisticsField {
 };
 
 /// All of them, in the order in which they are shown.
-constexpr std::array<StatisticsField, 11> kStatisticsFields = {{
+constexpr std::array<StatisticsField, 12> kStatisticsFields = {{
     {"steps", "steps accepted", &IntegrationStatistics::steps},
     {"rejected_steps", "steps rejected for their error", &IntegrationStatistics::rejected_steps},
     {"location_steps", "steps repeated to end on an edge", &IntegrationStatistics::location_steps},
@@ -40,6 +41,8 @@ constexpr std::array<StatisticsField, 11> kStatisticsFields = {{
     {"averaged_contacts", "times that a wheel became too fast to locate its switches",
      &IntegrationStatistics::averaged_contacts},
     {"exhausted", "times that the bound of work was reached", &IntegrationStatistics::exhausted},
+    {"eased_periods", "milliseconds integrated to a looser tolerance to save work",
+     &IntegrationStatistics::eased_periods},
     {"fallback_steps", "fallback steps, of first order", &IntegrationStatistics::fallback_steps},
 }};
 

@@ -6,42 +6,42 @@
 
 namespace youbot_base_sim {
 
-/// Step size by the error of the last two steps (Gustafsson's predictive controller; Hairer and Wanner, section IV.8),
-/// for an error estimate of order 3.
+/// Step size control by the errors of the last two steps (Gustafsson's predictive controller; Hairer and Wanner,
+/// section IV.8), for an error estimate of order 3.
 class StepSizeController {
  public:
   /// Next length after a step of length dt with the given norm of its error; the step stands if the norm is <= 1.
   double next(double dt, double norm) {
     if (!(norm <= std::numeric_limits<double>::max())) {  // also not a number
       rejected_ = true;
-      return dt * kShrinkMax;
+      return dt * kMaxShrinkage;
     }
-    double factor = kSafety / fourth_root(std::max(norm, kMinNorm));
+    double factor = kSafety / fourth_root(std::max(norm, kMinError));
     if (norm > 1) {
       rejected_ = true;
-      return dt * std::max(factor, kShrinkMax);
+      return dt * std::max(factor, kMaxShrinkage);
     }
     if (last_dt_ > 0) {
-      const double trend = kSafety * (dt / last_dt_) * fourth_root(last_norm_ / (norm * norm + kMinNorm));
+      const double trend = kSafety * (dt / last_dt_) * fourth_root(last_norm_ / (norm * norm + kMinError));
       factor = std::min(factor, trend);
     }
-    factor = std::min(std::max(factor, kShrinkMax), rejected_ ? 1.0 : kGrowMost);
+    factor = std::min(std::max(factor, kMaxShrinkage), rejected_ ? 1.0 : kMaxGrowth);
     last_dt_ = dt;
     last_norm_ = std::max(norm, 0.01);
     rejected_ = false;
     return dt * factor;
   }
 
-  /// Forgets the last step: the motion goes on in another way.
+  /// Forgets the last step: the right-hand side jumps here.
   void restart() { last_dt_ = 0; }
 
  private:
   static double fourth_root(double a) { return std::sqrt(std::sqrt(a)); }
 
   static constexpr double kSafety = 0.8;
-  static constexpr double kShrinkMax = 0.2;
-  static constexpr double kGrowMost = 8;
-  static constexpr double kMinNorm = 1e-10;
+  static constexpr double kMaxShrinkage = 0.2;
+  static constexpr double kMaxGrowth = 8;
+  static constexpr double kMinError = 1e-10;
 
   double last_dt_ = 0;
   double last_norm_ = 1;
