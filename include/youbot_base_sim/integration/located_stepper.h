@@ -154,13 +154,14 @@ class LocatedStepper {
   // Slope of the state at the end of the step, by the last two tries.
   State::Values secant() const { return (end_.values - other_end_.values) / (length_ - other_length_); }
 
-  // Whether the end of the step, which is `beyond_` (s) off the edge, may be moved there to first order.
+  // Whether the end of the step, which is `beyond_` (s) off the edge, may be moved there to first order: the secant's
+  // slope is that of the middle between the two tries.
   template <class System>
   bool may_go_on(const System& system, const EdgeCrossing& crossing) const {
     const Wheels phi = end_.phi() + beyond_ * end_.dphi();
-    const double acceleration = secant()(crossing.wheel, 3);
-    if (!(std::abs(beyond_) < kFirstOrder * length_ &&
-          beyond_ * beyond_ * std::abs(acceleration) < resolution(crossing))) {
+    const double off = std::abs(beyond_) + std::abs(length_ - other_length_);
+    const double acceleration = secant().col(3).abs().maxCoeff();
+    if (!(std::abs(beyond_) < kFirstOrder * length_ && std::abs(beyond_) * off * acceleration < resolution(crossing))) {
       return false;
     }
     for (int k = 0; k < kWheels; ++k) {
@@ -257,11 +258,11 @@ class LocatedStepper {
     const std::int64_t from = system.roller(i), to = system.lower_roller(i) + (alpha > 1 ? 1 : 0);
     if (to != from) {
       system.hand_over(i, to, x);
-      announce(system, t, i, from, x);
     } else {
       system.put(i, to);
     }
     keep_inside(system, x, i);
+    announce(system, t, i, from, x);  // nothing, if it stays on the roller that it reached last
     sliding_mode_.left(i);
     start_afresh();
   }
