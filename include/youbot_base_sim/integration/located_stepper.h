@@ -89,6 +89,7 @@ class LocatedStepper {
   static constexpr double kSliver = 0.99;
   // A rejected step after a jump now and then costs less than short ones after all jumps.
   static constexpr double kDaring = 1.6;
+  static constexpr double kShrinkage = 0.2;           // of a step whose end is not finite
   static constexpr double kReleaseResolution = 1e-6;  // of the step
   static constexpr double kFirstOrder = 1e-6;         // of a step: what has a negligible square
   static constexpr double kTimeResolution = 1e-13;    // s; the promised 1e-12 with room for what sums
@@ -104,7 +105,12 @@ class LocatedStepper {
   template <class System>
   bool try_length(System& system, const State& x, double t, double length) {
     next_dt_ = length;
-    return stepper_.try_step(std::ref(system), x, t, end_, next_dt_) == boost::numeric::odeint::success;
+    const Result result = stepper_.try_step(std::ref(system), x, t, end_, next_dt_);
+    if (result == boost::numeric::odeint::fail) return false;
+    // Step size control by odeint lets an error pass that is not a number.
+    if (end_.values.allFinite()) return true;
+    next_dt_ = kShrinkage * length;
+    return false;
   }
 
   void remember(double length) {
