@@ -25,6 +25,8 @@ struct Run {
   int pieces = 1;           // in which it is run, taking its switches after each
 };
 
+constexpr double kRounding = 1e-12;  // s, of the times at which control periods end
+
 // Runs to the scene's end. Of each wheel the sum of direction times count of all records must be the change of its
 // roller number, and records must come in order of time.
 void check_records(const Run& run, Seen& seen) {
@@ -41,7 +43,7 @@ void check_records(const Run& run, Seen& seen) {
     const bool fell_back = simulation.statistics().fallback_steps > fallback_steps;
     const double end = simulation.time();
     ASSERT_TRUE(simulation.state().values.allFinite()) << "at " << end << " s";
-    double last = begin;
+    double last = begin - kRounding;
     for (const RollerSwitch& event : simulation.take_switches()) {
       ASSERT_GE(event.t, last) << "not in order of time";
       last = event.t;
@@ -54,7 +56,7 @@ void check_records(const Run& run, Seen& seen) {
       seen.counted += event.count > 1 ? 1 : 0;
       seen.in_fallback += fell_back ? 1 : 0;
     }
-    EXPECT_LE(last, end);
+    EXPECT_LE(last, end + kRounding);
     for (int i = 0; i < kWheels; ++i) {
       const double phi = simulation.state().phi()[i];
       const auto other = simulation.other_rollers()[i];
@@ -138,20 +140,22 @@ TEST_F(SwitchRecordsTest, SampledDrives) {
   EXPECT_GT(seen.switches, 50u);
 }
 
-// Torques that reverse each millisecond and are far too strong spend the bound of work: fallback steps go on.
+// Wheels at hundreds of rad/s on friction that turns within 1e-9 m/s, under torques that reverse each millisecond: more
+// work than its bound allows, so that fallback steps go on.
 TEST_F(SwitchRecordsTest, Fallback) {
   Random random(74);
   for (int trial = 0; trial < kTrials; ++trial) {
     SCOPED_TRACE(trial);
     Scene scene = random_scene(random, 0.2);
+    scene.floor.nu = 1e-9;
     scene.solver.control_period = 1e-3;
     scene.solver.relative_tolerance = 1e-10;
     scene.solver.absolute_tolerance = 1e-13;
     scene.initial.dphi() = random.wheels(-300, 300);
-    const Wheels torque = random.wheels(-100, 100);
+    const Wheels torque = random.wheels(-10, 10);
     check_records(
         {scene, [=](double t, const State&) -> Wheels { return std::lround(t * 1e3) % 2 == 0 ? torque : -torque; },
-         1 + 5 * trial},
+         1 + 20 * trial},
         seen);
   }
   EXPECT_GT(seen.fallback_steps, 0u);
