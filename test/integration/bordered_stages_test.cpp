@@ -99,7 +99,7 @@ struct StageSystem {
 };
 
 // Nothing symmetric, and no zero, about it. What holds a motion lies on the diagonal, so that none of it is singular.
-DampingMatrix random_resistance(Random& random) {
+DampingMatrix random_damping(Random& random) {
   DampingMatrix G;
   for (int k = 0; k < 3; ++k) {
     for (int l = 0; l < 3; ++l) G.platform_platform[k][l] = random.wheels(-10, 10) + (k == l ? 100 : 0);
@@ -141,7 +141,7 @@ TYPED_TEST(BorderedStagesTest, SolvesAnySystem) {
   for (int trial = 0; trial < 100; ++trial) {
     TypeParam system(random_robot(random));
     system.set_step(std::pow(10, random.uniform(-4, 0)));
-    for (DampingMatrix& G : system.G) G = random_resistance(random);
+    for (DampingMatrix& G : system.G) G = random_damping(random);
     for (PlatformMatrix& C : system.C) {
       for (Wheels& column : C) column = random.wheels(-30, 30) * Wheels{1, 1, 1, 0};
     }
@@ -174,7 +174,7 @@ TYPED_TEST(BorderedStagesTest, SolvesForEveryStepAndStiffness) {
         system.set_step(dt);
         for (std::size_t j = 0; j < system.G.size(); ++j) {
           const State x = random_state(random, robot, Wheels::Zero(), nu * slip_by_nu);
-          model.damping(model.contacts(x, Wheels::Zero()), system.G[j]);
+          model.damping(model.contacts(x.velocities(), x.phi()), system.G[j]);
           system.C[j] = model.inertia().coriolis_derivative(x.velocities().v);
         }
         typename TypeParam::Vector wanted;

@@ -159,7 +159,7 @@ TEST(Contacts, SlipIsTheVelocityOfTheRollersMaterialPoint) {
     const SlipModel<CoulombLaw> model(robot, {});
     Wheels phi_center = Wheels{-3, -1, 0, 5} * model.geometry().pitch();
     const State state = random_state(random, robot, phi_center, random.uniform(0, 0.3));
-    const Contacts contacts = model.contacts(state, phi_center);
+    const Contacts contacts = model.contacts(state.velocities(), state.phi() - phi_center);
     for (int i = 0; i < kWheels; ++i) {
       const double phi_tilde = state.phi()[i] - phi_center[i];
       const Vector3d V_P = AngleAxisd(-state.psi(), Vector3d::UnitZ()) *
@@ -169,6 +169,34 @@ TEST(Contacts, SlipIsTheVelocityOfTheRollersMaterialPoint) {
       EXPECT_NEAR(contacts.V_PY[i], V_P.y(), 2e-11);
       EXPECT_NEAR(0, V_P.z(), 2e-11);
       EXPECT_NEAR(contacts.Delta_Y[i], RollerAxis(robot, delta()[i], phi_tilde).Delta_Y(), 1e-16);
+    }
+  }
+}
+
+// By Simpson's rule, independent of the antiderivatives.
+TEST(ContactGeometry, MeanIsTheMeanOverARoller) {
+  Random random(10);
+  for (const int n : {3, 4, 6, 9, 16}) {
+    RobotParameters robot = random_robot(random);
+    robot.rollers = n;
+    const RollerGeometry geometry(robot);
+    constexpr int kIntervals = 2000;
+    const auto mean = [&](Wheels ContactGeometry::*value) -> Wheels {
+      Wheels sum = Wheels::Zero();
+      for (int k = 0; k <= kIntervals; ++k) {
+        const double weight = k == 0 || k == kIntervals ? 1 : k % 2 == 1 ? 4 : 2;
+        sum += weight * (geometry.at(Wheels::Constant((2.0 * k / kIntervals - 1) * kPi / n)).*value);
+      }
+      return sum / (3 * kIntervals);
+    };
+    const ContactGeometry& told = geometry.mean();
+    // Lengths of 0.1 m; Simpson's error is (pi / 3 / 1000)^4 / 180 of the fourth derivative, up to 1000 of them.
+    EXPECT_LT((told.Delta_Y - mean(&ContactGeometry::Delta_Y)).abs().maxCoeff(), 1e-12) << "n = " << n;
+    EXPECT_LT((told.r_X - mean(&ContactGeometry::r_X)).abs().maxCoeff(), 1e-12) << "n = " << n;
+    EXPECT_LT((told.r_Y - mean(&ContactGeometry::r_Y)).abs().maxCoeff(), 1e-12) << "n = " << n;
+    for (Wheels ContactGeometry::*slope :
+         {&ContactGeometry::dDelta_Y, &ContactGeometry::dr_X, &ContactGeometry::dr_Y}) {
+      EXPECT_TRUE((told.*slope == 0).all()) << "n = " << n;  // the mean does not depend on the wheel's angle
     }
   }
 }

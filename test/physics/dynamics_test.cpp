@@ -46,9 +46,9 @@ TYPED_TEST(SlipModelTest, AgreesWithAnIndependentSolver) {
     state.dphi() = wheels(golden.velocities + 3);
     state.dgamma() = wheels(golden.velocities + 7);
     const Wheels M = wheels(golden.torques);
+    const Contacts contacts = model.contacts(state.velocities(), state.phi());
     State derivative;
-    model.derivative(state, Wheels::Zero(), M, derivative);
-    const Contacts contacts = model.contacts(state, Wheels::Zero());
+    model.derivative(state, contacts, M, derivative);
 
     // The slip is a difference of speeds of about 1 m/s: known to a few units in their last place, which the contact
     // turns into a force by up to f N / nu, and the smallest inertia that it acts on into an acceleration.
@@ -75,7 +75,7 @@ TYPED_TEST(SlipModelTest, CoordinatesFollowTheVelocities) {
   const SlipModel<TypeParam> model(robot, {});
   const State state = random_state(random, robot, Wheels::Zero(), 1e-3);
   State derivative;
-  model.derivative(state, Wheels::Zero(), Wheels::Zero(), derivative);
+  model.derivative(state, model.contacts(state.velocities(), state.phi()), Wheels::Zero(), derivative);
   const std::complex<double> velocity =
       std::complex<double>(state.V_X(), state.V_Y()) * std::polar(1.0, state.psi());  // (3.1)
   EXPECT_NEAR(derivative.x(), velocity.real(), 1e-15);
@@ -122,8 +122,9 @@ TYPED_TEST(SlipModelTest, PowerBalanceIsExact) {
     const Wheels phi_center = Wheels{-2, 0, 1, 7} * model.geometry().pitch();
     const State state = random_state(random, robot, phi_center, floor.nu * std::pow(10, trial % 6 - 3));
     const Wheels M = random.wheels(-3, 3);
+    const Contacts contacts = model.contacts(state.velocities(), state.phi() - phi_center);
     State derivative;
-    model.derivative(state, phi_center, M, derivative);
+    model.derivative(state, contacts, M, derivative);
     // The energy is quadratic in the velocities: its slope is a difference over any length, exactly. One as long as
     // the velocities themselves loses the fewest digits.
     State change = derivative;
@@ -135,7 +136,6 @@ TYPED_TEST(SlipModelTest, PowerBalanceIsExact) {
     behind.values -= length * change.values;
     const double rate = (energy_of_bodies(robot, ahead) - energy_of_bodies(robot, behind)) / (2 * length);
     // Forces in equilibrium cancel: what rounds is the power that passes through each wheel and contact.
-    const Contacts contacts = model.contacts(state, phi_center);
     const double passing = ((M.abs() + robot.mu_1 * state.dphi().abs()) * state.dphi().abs() +
                             robot.mu_2 * state.dgamma().square() + contacts.F_X.abs() + contacts.F_Y.abs())
                                .sum() +
@@ -158,21 +158,64 @@ Vector24 slip_by_entry() {
   return flat(slip);
 }
 
-// Jacobian by differences, of steps that change the slip by 2e-3 of the scale of the friction law (nu, or the slip
-// where that is larger). Error of the law's slope: (2e-3)^4, and 1e-16 m/s of rounding over 2e-6 m/s: 1e-10 of it.
+// Derivative of dx/dt by entry j of the state, by differences of steps that change the slip by 2e-3 of the scale of the
+// friction law (nu, or the slip where that is larger). Error of the law's slope: (2e-3)^4, and 1e-16 m/s of rounding
+// over 2e-6 m/s: 1e-10 of it.
 template <class Law>
-Matrix24 jacobian_by_differences(const SlipSystem<Law>& system, const State& state, double t, double scale) {
-  const Vector24 slip = slip_by_entry();
-  Matrix24 J;
+Vector24 difference_by_entry(const SlipSystem<Law>& system, const State& state, double t, int j, double scale) {
+  const auto along_j = [&](double h) -> Vector24 {
+    State dxdt;
+    system(unflat(flat(state) + h * Vector24::Unit(j)), dxdt, t);
+    return flat(dxdt);
+  };
+  return difference(along_j, 2e-3 * scale / slip_by_entry()[j]);
+}
+
+// Derivative of dx/dt by t, s.
+template <class Law>
+Vector24 difference_by_time(const SlipSystem<Law>& system, const State& state, double t) {
+  const auto along_t = [&](double h) -> Vector24 {
+    State dxdt;
+    system(state, dxdt, t + h);
+    return flat(dxdt);
+  };
+  return difference(along_t, 1e-3);  // of torques with a period of 0.7 s: (1e-3 * 2 pi / 0.7)^4 / 30 = 2e-10
+}
+
+// Compares jacobian(x, J, t, dfdt) of the system with differences. Wheel `shared`, if there is one, rests on two
+// rollers: its phi and dphi are constant, so that what dx/dt would be off them is of no consequence, and its dphi
+// accelerates by nothing.
+template <class Law>
+void expect_jacobian_of_the_right_hand_side(const SlipSystem<Law>& system, const State& state, double t, double scale,
+                                            int shared = -1) {
+  Matrix24 told, J = Matrix24::Zero();
+  State dfdt;
+  system.jacobian(state, told, t, dfdt);
+  const auto skipped = [&](int j) {
+    return j == kUnused || (shared >= 0 && (j == State::kPhi + shared || j == State::kDphi + shared));
+  };
   for (int j = 0; j < 24; ++j) {
-    const auto along_j = [&](double h) -> Vector24 {
-      State dxdt;
-      system(unflat(flat(state) + h * Vector24::Unit(j)), dxdt, t);
-      return flat(dxdt);
-    };
-    J.col(j) = difference(along_j, 2e-3 * scale / slip[j]);
+    if (!skipped(j)) J.col(j) = difference_by_entry(system, state, t, j, scale);
   }
-  return J;
+  Vector24 by_time = difference_by_time(system, state, t);
+  if (shared >= 0) {  // nothing, but for rounding
+    J.row(State::kDphi + shared).setZero();
+    by_time[State::kDphi + shared] = 0;
+  }
+  const Vector24 slip = slip_by_entry();
+  const Vector24 row_scale = (J * slip.cwiseInverse().asDiagonal()).cwiseAbs().rowwise().maxCoeff();
+  for (int j = 0; j < 24; ++j) {
+    if (skipped(j)) continue;
+    for (int i = 0; i < 24; ++i) {
+      // 1e-9 of the largest effect that an entry can have on this row, the accuracy of the differences; shares are
+      // quotients of differences of forces.
+      ASSERT_LE(std::abs(told(i, j) - J(i, j)), (shared < 0 ? 1e-9 : 1e-8) * row_scale[i] * slip[j])
+          << "row " << i << ", column " << j << ", entry " << J(i, j);
+    }
+  }
+  // Slip is a difference of speeds of up to 1 m/s: what rounds in dx/dt is 1e-16 m/s of it, over 1e-3 s.
+  const Vector24 allowed = 1e-12 * row_scale + 1e-6 * by_time.cwiseAbs();
+  for (int i = 0; i < 24; ++i) EXPECT_NEAR(flat(dfdt)[i], by_time[i], allowed[i]) << "by time, row " << i;
 }
 
 // A random robot in motion at a slip that is given as a multiple of nu, its wheels on various rollers.
@@ -204,56 +247,114 @@ struct Motion {
 };
 constexpr double kSlipsByNu[] = {1e-3, 0.1, 1, 10, 1e3};
 
-// The blocks in their places.
-Matrix24 dense(const BorderedJacobian& blocks, const Inertia& inertia) {
-  constexpr int kPsi = 2, kWork = 3, kV = 4, kOmega = 6, kPhi = 8, kDphi = 12, kDgamma = 16, kGamma = 20;
-  Matrix24 J = Matrix24::Zero();
-  J(0, kPsi) = -blocks.V_y;
-  J(1, kPsi) = blocks.V_x;
-  J.block<2, 2>(0, kV) << blocks.cos_psi, -blocks.sin_psi, blocks.sin_psi, blocks.cos_psi;
-  J(kPsi, kOmega) = 1;
-  J.block<1, 3>(kWork, kV) = blocks.power_v.transpose();
-  J.block<3, 3>(kV, kV) = blocks.Q_v;
-  for (int i = 0; i < kWheels; ++i) {
-    J(kWork, kPhi + i) = blocks.power_phi[i];
-    J(kWork, kDphi + i) = blocks.power_dphi[i];
-    J(kWork, kDgamma + i) = blocks.power_dgamma[i];
-    for (int k = 0; k < 3; ++k) {
-      J(kV + k, kPhi + i) = blocks.Q_phi[k][i];
-      J(kV + k, kDphi + i) = J(kDphi + i, kV + k) = blocks.Q_dphi[k][i];
-      J(kV + k, kDgamma + i) = J(kDgamma + i, kV + k) = blocks.Q_dgamma[k][i];
-    }
-    J(kPhi + i, kDphi + i) = J(kGamma + i, kDgamma + i) = 1;
-    J(kDphi + i, kPhi + i) = blocks.dphi_phi[i];
-    J(kDphi + i, kDphi + i) = blocks.dphi_dphi[i];
-    J(kDphi + i, kDgamma + i) = J(kDgamma + i, kDphi + i) = blocks.dphi_dgamma[i];
-    J(kDgamma + i, kPhi + i) = blocks.dgamma_phi[i];
-    J(kDgamma + i, kDgamma + i) = blocks.dgamma_dgamma[i];
-  }
-  J.middleRows<3>(kV) = (inertia.M_v_inverse * J.middleRows<3>(kV)).eval();
-  J.middleRows<4>(kDphi) /= inertia.J_1;
-  J.middleRows<4>(kDgamma) /= inertia.J_2;
-  return J;
-}
+// The order of rows and columns is that of State::Index.
+static_assert(State::kX == 0 && State::kWork == 3 && State::kV == 4 && State::kOmega == 6 && State::kPhi == 8 &&
+              State::kDphi == 12 && State::kDgamma == 16 && State::kGamma == 20 && State::kSize == 24);
 
 TYPED_TEST(SlipModelTest, JacobianIsThatOfTheRightHandSide) {
   for (unsigned seed = 0; seed < 5; ++seed) {
     for (const double slip_by_nu : kSlipsByNu) {
+      SCOPED_TRACE(testing::Message() << "seed " << seed << ", slip / nu = " << slip_by_nu);
       Motion<TypeParam> motion(seed, slip_by_nu);
-      const Matrix24 J = jacobian_by_differences(motion.system, motion.state, motion.kTime, motion.scale());
-      BorderedJacobian blocks;
-      motion.model.linearize(motion.state, motion.phi_center, motion.torque.value(motion.kTime), blocks);
-      const Matrix24 error = (dense(blocks, motion.model.inertia()) - J).cwiseAbs();
-      const Vector24 slip = slip_by_entry();
-      const Vector24 row_scale = (J * slip.cwiseInverse().asDiagonal()).cwiseAbs().rowwise().maxCoeff();
-      for (int j = 0; j < 24; ++j) {
-        if (j == kUnused) continue;
-        for (int i = 0; i < 24; ++i) {
-          // 1e-9 of the largest effect that an entry can have on this row, the accuracy of the differences.
-          ASSERT_LE(error(i, j), 1e-9 * row_scale[i] * slip[j])
-              << "row " << i << ", column " << j << ", entry " << J(i, j) << ", slip / nu = " << slip_by_nu;
-        }
-      }
+      expect_jacobian_of_the_right_hand_side(motion.system, motion.state, motion.kTime, motion.scale());
+    }
+  }
+}
+
+TYPED_TEST(SlipModelTest, JacobianKnowsAveragedContacts) {
+  for (unsigned seed = 0; seed < 5; ++seed) {
+    for (const double slip_by_nu : kSlipsByNu) {
+      SCOPED_TRACE(testing::Message() << "seed " << seed << ", slip / nu = " << slip_by_nu);
+      Motion<TypeParam> motion(100 + seed, slip_by_nu);
+      motion.system.average(static_cast<int>(seed % 4));
+      if (seed == 4) motion.system.average(2);
+      expect_jacobian_of_the_right_hand_side(motion.system, motion.state, motion.kTime, motion.scale());
+    }
+  }
+}
+
+// Wheel i stands on the edge between two rollers, which slip about `slip_by_nu` nu to either side, with a torque such
+// that the upper one has a share of 0.3 at kTime.
+template <class Law>
+struct SharedMotion {
+  SharedMotion(unsigned seed, double slip_by_nu, int i)
+      : motion(seed, slip_by_nu), state(motion.state), lower(motion.system.roller(i)) {
+    const double slip = motion.slip;
+    state.phi()[i] = motion.model.geometry().upper_edge(lower);
+    const double Delta_Y = motion.model.geometry().at(Wheels::Constant(kPi / motion.robot.rollers)).Delta_Y[i];
+    state.Omega() = -slip / Delta_Y;
+    state.V_X() = motion.robot.rho_Y()[i] * state.Omega() + 0.1 * slip;
+    state.V_Y() = 0.2 * slip - motion.robot.rho_X()[i] * state.Omega();
+    state.dphi() = (state.V_X() - motion.robot.rho_Y() * state.Omega() - 0.7 * slip) / motion.robot.R;
+    state.dgamma() = motion.random.wheels(-10, 10) * slip;
+    state.dphi()[i] = 0;
+    const auto friction = [&](double phi_tilde) {
+      return motion.model.contacts(state.velocities(), Wheels::Constant(phi_tilde)).F_X[i];
+    };
+    const double edge = kPi / motion.robot.rollers;
+    TorqueSegment segment{0, motion.random.wheels(-1, 1), motion.random.wheels(-1, 1), motion.random.wheels(-1, 1),
+                          0.7};
+    const auto value = [&] {
+      torque = PiecewiseTorque({segment});
+      torque.begin_segment(motion.kTime);
+      return torque.value(motion.kTime)[i];
+    };
+    segment.constant[i] += motion.robot.R * (0.3 * friction(-edge) + 0.7 * friction(edge)) - value();
+    value();
+  }
+  SlipSystem<Law> system() const { return {motion.model, torque, state}; }
+
+  Motion<Law> motion;
+  State state;
+  std::int64_t lower;
+  PiecewiseTorque torque{{}};
+};
+
+// The shares change with the velocities and with the torque.
+TYPED_TEST(SlipModelTest, JacobianKnowsSharedContacts) {
+  for (unsigned seed = 0; seed < 8; ++seed) {
+    for (const double slip_by_nu : {0.1, 1.0, 10.0, 1e3}) {  // the shares change on the scale of the slip
+      SCOPED_TRACE(testing::Message() << "seed " << seed << ", slip / nu = " << slip_by_nu);
+      const int i = static_cast<int>(seed % 4);
+      SharedMotion<TypeParam> shared(200 + seed, slip_by_nu, i);
+      SlipSystem<TypeParam> system = shared.system();
+      system.enter_sliding(i, shared.lower, shared.state);
+      expect_jacobian_of_the_right_hand_side(system, shared.state, shared.motion.kTime, shared.motion.slip, i);
+    }
+  }
+}
+
+// Filippov's definition: the motion on the edge is the convex combination of those on either side of it for which the
+// wheel stays there.
+TYPED_TEST(SlipModelTest, SharedContactIsTheConvexCombinationThatKeepsTheWheelOnItsEdge) {
+  for (unsigned seed = 0; seed < 8; ++seed) {
+    for (const double slip_by_nu : {0.1, 1.0, 10.0}) {
+      SCOPED_TRACE(testing::Message() << "seed " << seed << ", slip / nu = " << slip_by_nu);
+      const int i = static_cast<int>(seed % 4);
+      const double t = 0.3;
+      SharedMotion<TypeParam> shared(500 + seed, slip_by_nu, i);
+      State x = shared.state;
+      SlipSystem<TypeParam> lower = shared.system(), upper = shared.system(), both = shared.system();
+      lower.put(i, shared.lower);
+      upper.put(i, shared.lower + 1);
+      const bool attractive = lower.attractive(i, x, t);
+      both.enter_sliding(i, shared.lower, x);
+      EXPECT_TRUE((x.values == shared.state.values).all());  // there was no momentum to give up
+      State on_lower, on_upper, dxdt;
+      lower(x, on_lower, t);
+      upper(x, on_upper, t);
+      both(x, dxdt, t);
+      const double below = on_lower.dphi()[i], above = on_upper.dphi()[i];
+      const double alpha = below / (below - above);
+      EXPECT_NEAR(alpha, 0.3, 1e-9);  // by the choice of the torque
+      EXPECT_NEAR(both.alpha(i, x.velocities(), t), alpha, 1e-9);
+      EXPECT_EQ(attractive, below > 0 && above < 0);
+      const Vector24 wanted = alpha * flat(on_upper) + (1 - alpha) * flat(on_lower);
+      const Vector24 size = flat(on_upper).cwiseAbs() + flat(on_lower).cwiseAbs();
+      // What rounds is the slip, a difference of speeds of up to 1 m/s over a scale of 1e-4 m/s.
+      EXPECT_TRUE(((flat(dxdt) - wanted).cwiseAbs().array() <= 1e-11 * size.array() + 1e-15).all())
+          << (flat(dxdt) - wanted).transpose();
+      EXPECT_NEAR(dxdt.dphi()[i], 0, 1e-11 * size[State::kDphi + i]);
     }
   }
 }

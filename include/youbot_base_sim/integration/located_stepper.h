@@ -92,6 +92,7 @@ class LocatedStepper {
   static constexpr double kSliver = 0.99;
   // A rejected step after a jump now and then costs less than short ones after all jumps.
   static constexpr double kDaring = 1.6;
+  static constexpr double kShrinkage = 0.2;           // of a step whose end is not finite
   static constexpr double kReleaseResolution = 1e-6;  // of the step
   static constexpr double kFirstOrder = 1e-6;         // of a step: what has a negligible square
   static constexpr double kTimeResolution = 1e-13;    // s; the promised 1e-12 with room for what sums
@@ -107,7 +108,12 @@ class LocatedStepper {
   template <class System>
   bool try_length(System& system, const State& x, double t, double length) {
     next_dt_ = length;
-    return stepper_.try_step(std::ref(system), x, t, end_, next_dt_) == boost::numeric::odeint::success;
+    const Result result = stepper_.try_step(std::ref(system), x, t, end_, next_dt_);
+    if (result == boost::numeric::odeint::fail) return false;
+    // Step size control by odeint lets an error pass that is not a number.
+    if (end_.values.allFinite()) return true;
+    next_dt_ = kShrinkage * length;
+    return false;
   }
 
   void remember(double length) {
@@ -157,13 +163,14 @@ class LocatedStepper {
   // Slope of the state at the end of the step, by the last two tries.
   State::Values secant() const { return (end_.values - other_end_.values) / (length_ - other_length_); }
 
-  // Whether the end of the step, which is `beyond_` (s) off the edge, may be moved there to first order.
+  // Whether the end of the step, which is `beyond_` (s) off the edge, may be moved there to first order: the secant's
+  // slope is that of the middle between the two tries.
   template <class System>
   bool may_go_on(const System& system, const EdgeCrossing& crossing) const {
     const Wheels phi = end_.phi() + beyond_ * end_.dphi();
-    const double acceleration = secant()(crossing.wheel, 3);
-    if (!(std::abs(beyond_) < kFirstOrder * length_ &&
-          beyond_ * beyond_ * std::abs(acceleration) < resolution(crossing))) {
+    const double off = std::abs(beyond_) + std::abs(length_ - other_length_);
+    const double acceleration = secant().col(3).abs().maxCoeff();
+    if (!(std::abs(beyond_) < kFirstOrder * length_ && std::abs(beyond_) * off * acceleration < resolution(crossing))) {
       return false;
     }
     for (int k = 0; k < kWheels; ++k) {
@@ -266,11 +273,11 @@ class LocatedStepper {
     const std::int64_t from = system.roller(i), to = system.lower_roller(i) + (alpha > 1 ? 1 : 0);
     if (to != from) {
       system.hand_over(i, to, x);
-      announce(system, t, i, from, x);
     } else {
       system.put(i, to);
     }
     keep_inside(system, x, i);
+    announce(system, t, i, from, x);  // nothing, if it stays on the roller that it reached last
     sliding_mode_.left(i);
     start_afresh();
   }

@@ -97,7 +97,7 @@ class BulirschStoer {
 };
 
 /// odeint's coefficients of Rosenbrock's method of order 4, with the sign of d4 that Hairer and Wanner's table and the
-/// order conditions have. As shipped it is +0.0362, which costs an order where the torque is a function of time.
+/// order conditions have. As shipped it is +0.0362, which leaves order 1 where the torque is a function of time.
 struct CorrectedRosenbrock4 : boost::numeric::odeint::default_rosenbrock_coefficients<double> {
   const double d4 = -0.3620000000000023e-01;  // hides the base's
 };

@@ -299,10 +299,10 @@ void SlipSystem<Law>::jacobian(const State& x, Matrix& J, double t, State& dfdt)
   Eigen::Matrix<double, 11, 1> velocities, forces;
   velocities << u.v.head<3>(), u.dphi, u.dgamma;
   forces << F.v.head<3>(), F.dphi, F.dgamma;
-  Eigen::Matrix<double, 1, State::kSize> power = velocities.transpose() * Q;
-  power.segment<3>(State::kV) += forces.head<3>().transpose();
-  power.segment<4>(State::kDphi) += forces.segment<4>(3).transpose();
-  power.segment<4>(State::kDgamma) += forces.tail<4>().transpose();
+  Eigen::Matrix<double, 1, State::kSize> power_by_state = velocities.transpose() * Q;
+  power_by_state.segment<3>(State::kV) += forces.head<3>().transpose();
+  power_by_state.segment<4>(State::kDphi) += forces.segment<4>(3).transpose();
+  power_by_state.segment<4>(State::kDgamma) += forces.tail<4>().transpose();
   Q.topRows<3>() = (inertia.M_v_inverse * Q.topRows<3>()).eval();
   Q.middleRows<4>(3) *= 1 / inertia.J_1;
   Q.bottomRows<4>() *= 1 / inertia.J_2;
@@ -319,16 +319,28 @@ void SlipSystem<Law>::jacobian(const State& x, Matrix& J, double t, State& dfdt)
   J(State::kPsi, State::kOmega) = 1;
   for (int i = 0; i < kWheels; ++i) J(State::kPhi + i, State::kDphi + i) = J(State::kGamma + i, State::kDgamma + i) = 1;
   for (int column = 0; column < State::kSize; ++column) {
-    J(State::kWork, column) = power[column];
+    J(State::kWork, column) = power_by_state[column];
     for (int row = 0; row < 3; ++row) J(State::kV + row, column) = Q(row, column);
     for (int i = 0; i < kWheels; ++i) {
       J(State::kDphi + i, column) = Q(3 + i, column);
       J(State::kDgamma + i, column) = Q(7 + i, column);
     }
   }
+
+  // Torque acts on dphi; where the contact is shared, through the shares of its rollers.
+  Velocities Q_rate = {Wheels::Zero(), M_rate, Wheels::Zero()};
+  for (int i = 0; i < kWheels; ++i) {
+    if (!shared_[i]) continue;
+    const Eigen::Vector4d by_torque = SharedContact<Law>(model_, i, u, M[i]).torque_derivative();
+    Q_rate.v.template head<3>() += M_rate[i] * by_torque.head<3>().array();
+    Q_rate.dphi[i] = 0;
+    Q_rate.dgamma[i] = M_rate[i] * by_torque[3];
+  }
   dfdt.values.setZero();
-  dfdt.work() = (M_rate * u.dphi).sum();
-  dfdt.dphi() = M_rate * (1 / inertia.J_1);
+  dfdt.work() = power(u, Q_rate);
+  dfdt.values.col(1).template head<3>() = (inertia.M_v_inverse * Q_rate.v.template head<3>().matrix()).array();
+  dfdt.dphi() = Q_rate.dphi * (1 / inertia.J_1);
+  dfdt.dgamma() = Q_rate.dgamma * (1 / inertia.J_2);
 }
 
 }  // namespace youbot_base_sim

@@ -34,6 +34,11 @@ class SharedContact {
     }
   }
 
+  /// Derivative of the forces on V_X, V_Y, Omega and dgamma by the torque, which changes the shares.
+  Eigen::Vector4d torque_derivative() const {
+    return (forces(upper_) - forces(lower_)) / (model_.robot().R * (upper_.F_X[i_] - lower_.F_X[i_]));
+  }
+
   /// Sets the wheel's entries of the damping matrix: each roller's own, weighted, and the change of the shares.
   void put(DampingMatrix& G) const {
     DampingMatrix upper, lower;

@@ -1,0 +1,502 @@
+// Every method of the table on the same motions: order, location of switches, the paper's cases, sliding mode,
+// fallback, restart.
+
+#include "youbot_base_sim/integration/methods.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <functional>
+#include <limits>
+#include <map>
+#include <memory>
+#include <sstream>
+#include <vector>
+
+#include "explicit_solution.h"
+#include "physics/random_states.h"
+#include "youbot_base_sim/drive/torque_profiles.h"
+#include "youbot_base_sim/integration/slip_system.h"
+#include "youbot_base_sim/simulation.h"
+
+namespace youbot_base_sim {
+namespace {
+
+const std::string kRoot = YOUBOT_BASE_SIM_SOURCE_DIR;
+
+// What is known about a method from the literature.
+struct Known {
+  double order;         // of the error over a motion by the number of steps; 0: it varies
+  double coarse, fine;  // tolerances, or steps (s), between which the order shows
+};
+const std::map<std::string, Known> kKnown = {
+    // Hairer and Wanner, Solving Ordinary Differential Equations II, sections IV.5 and IV.7
+    {"radau", {5, 1e-5, 1e-9}},
+    {"rosenbrock4", {4, 1e-5, 1e-9}},
+    // With the wrong sign of d4 the derivative by time has the wrong weight: its order conditions fail from order 2 on.
+    {"rosenbrock4_as_shipped", {1, 1e-4, 1e-6}},
+    {"implicit_euler", {1, 1e-3, 2.5e-4}},
+    // Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, sections II.1, II.4 and II.5
+    {"dopri5", {5, 1e-9, 1e-12}},
+    {"cash_karp54", {5, 1e-9, 1e-12}},
+    {"fehlberg78", {8, 1e-9, 1e-12}},
+    {"bulirsch_stoer", {0, 1e-5, 1e-9}},
+    {"runge_kutta4", {4, 2e-3, 2.5e-4}},
+};
+
+class MethodTest : public testing::TestWithParam<std::string> {
+ protected:
+  void SetUp() override { ASSERT_EQ(kKnown.count(GetParam()), 1u) << "a new method: tell its order here"; }
+
+  const Method& method() const { return *find_method(GetParam()); }
+  const Known& known() const { return kKnown.at(GetParam()); }
+  bool has_fixed_step() const { return method().default_step > 0; }
+  bool is_consistent() const { return GetParam() != "rosenbrock4_as_shipped"; }
+
+  // The error over a gentle motion, with rates of 100/s, that this tolerance or step (s) allows.
+  double allowed_error(double accuracy) const {
+    if (has_fixed_step()) return std::pow(100 * accuracy, known().order);
+    return is_consistent() ? 10 * accuracy : std::sqrt(accuracy);
+  }
+
+  // `accuracy` is a tolerance, or a step (s).
+  IntegrationSettings settings(double accuracy) const {
+    if (has_fixed_step()) return {GetParam(), {1e-7, 1e-10}, accuracy};
+    return {GetParam(), {accuracy, accuracy}, 0};
+  }
+};
+
+double distance(const State& a, const State& b) {
+  return (a.values.leftCols<5>() - b.values.leftCols<5>()).abs().maxCoeff();  // all but gamma
+}
+
+// A robot in gentle terms, rates of up to 100/s, so that explicit methods are as good as others: its friction turns
+// over 1 m/s, and its rollers are heavy.
+struct GentleRobot {
+  GentleRobot() {
+    robot.J_2 = 1e-3;
+    floor.nu = 1;
+  }
+  std::unique_ptr<Integration> integration(const State& start, const TorqueProfile& torque,
+                                           const IntegrationSettings& settings) const {
+    return make_integration(Model::kCoulomb, robot, floor, start, torque, settings);
+  }
+  RobotParameters robot;
+  FloorParameters floor;
+};
+
+// Under torques that vary 20 times a second, so that all methods need many steps, without a switch for 0.3 s.
+struct SmoothMotion : GentleRobot {
+  SmoothMotion() {
+    torque.begin_segment(0);
+    start.V_X() = 0.05;
+    start.Omega() = 0.1;
+    start.dphi() << 1, -0.5, 0.7, 0.2;
+    start.dgamma() << -2, 3, 0, 1;
+    start.phi() << 0.1, -0.1, 0.05, 0;
+  }
+  static constexpr double kEnd = 0.3;  // s
+
+  State exact() const {
+    return explicit_solution(SlipSystem<CoulombLaw>(SlipModel<CoulombLaw>(robot, floor), torque, start), start, 0,
+                             kEnd);
+  }
+
+  PiecewiseTorque torque{{TorqueSegment{0, {0.1, -0.1, 0.05, 0}, {0.3, 0, 0.2, 0.1}, {0, 0.3, -0.2, 0.3}, 0.05}}};
+  State start;
+};
+
+TEST_P(MethodTest, HasItsOrderOnSmoothMotion) {
+  const SmoothMotion motion;
+  const State exact = motion.exact();
+  const auto run = [&](double accuracy, std::uint64_t& steps) {
+    const auto integration = motion.integration(motion.start, motion.torque, settings(accuracy));
+    State x = motion.start;
+    integration->advance(x, 0, motion.kEnd);
+    steps = integration->statistics().steps;
+    EXPECT_EQ(integration->statistics().switches, 0u);
+    EXPECT_EQ(integration->statistics().fallback_steps, 0u);
+    return distance(x, exact);
+  };
+  std::uint64_t few = 0, many = 0;
+  const double coarse = run(known().coarse, few), fine = run(known().fine, many);
+  EXPECT_GT(fine, 1e-14);  // not lost in rounding
+  EXPECT_GT(many, few);
+  if (known().order > 0) {
+    const double order = std::log(coarse / fine) / std::log(static_cast<double>(many) / static_cast<double>(few));
+    EXPECT_NEAR(order, known().order, 0.15 * known().order + 0.1) << coarse << " and " << fine;
+  }
+  if (!has_fixed_step() && is_consistent()) {
+    // Errors of the velocities add up over the time that they take to die out, a hundredth of a second.
+    EXPECT_LT(coarse, 100 * known().coarse);
+    EXPECT_LT(fine, 100 * known().fine);
+  }
+}
+
+// Switches by the equations alone: one millisecond after another by an explicit method of order 8, and bisection in
+// those where a wheel leaves its roller.
+template <class Law>
+struct Bisection {
+  Bisection(const SlipModel<Law>& model, const TorqueProfile& torque, const State& start)
+      : system(model, torque, start), x(start), pitch(2 * kPi / model.robot().rollers) {
+    for (int i = 0; i < kWheels; ++i) rollers[i] = std::floor(x.phi()[i] / pitch + 0.5);
+  }
+
+  void run(double t_end) {
+    double t = 0;
+    while (t < t_end - 1e-12) {
+      const double chunk = std::min(1e-3, t_end - t);
+      if (left(step(t, chunk)) < 0) {
+        x = step(t, chunk);
+        t += chunk;
+        continue;
+      }
+      double low = 0, high = chunk;
+      while (high - low > 2e-15) {
+        const double middle = 0.5 * (low + high);
+        (left(step(t, middle)) < 0 ? low : high) = middle;
+      }
+      x = step(t, high);
+      const int i = left(x);
+      t += high;
+      const int direction = x.phi()[i] > rollers[i] * pitch ? 1 : -1;
+      rollers[i] += direction;
+      system.put(i, static_cast<std::int64_t>(rollers[i]));
+      switches.push_back({t, i, 0, 0, (rollers[i] - 0.5 * direction) * pitch, direction});
+    }
+  }
+
+  SlipSystem<Law> system;
+  State x;
+  std::vector<RollerSwitch> switches;
+
+ private:
+  State step(double t, double dt) const { return explicit_solution(system, x, t, t + dt); }
+  // A wheel that is no longer on its roller; -1 if there is none.
+  int left(const State& state) const {
+    for (int i = 0; i < kWheels; ++i) {
+      if (std::abs(state.phi()[i] - rollers[i] * pitch) > 0.5 * pitch) return i;
+    }
+    return -1;
+  }
+
+  double pitch;
+  std::array<double, kWheels> rollers{};
+};
+
+struct SwitchingMotion : GentleRobot {
+  SwitchingMotion() {
+    torque.begin_segment(0);
+    start.V_X() = 0.3;
+    start.V_Y() = -0.2;
+    start.Omega() = 1;
+    start.dphi() << 20, -25, 30, 8;
+    start.phi() << 0.1, -0.2, 0.3, 0.45;
+  }
+  static constexpr double kEnd = 0.4;  // s
+  PiecewiseTorque torque{{TorqueSegment{0, {1, -2, 1, 0}, {1, 0, 2, 1}, {0, 1, -1, 2}, 0.3}}};
+  State start;
+};
+
+// The reference is computed once for all methods.
+const Bisection<CoulombLaw>& switching_reference() {
+  static const Bisection<CoulombLaw> kReference = [] {
+    const SwitchingMotion motion;
+    Bisection<CoulombLaw> bisection(SlipModel<CoulombLaw>(motion.robot, motion.floor), motion.torque, motion.start);
+    bisection.run(motion.kEnd);
+    return bisection;
+  }();
+  return kReference;
+}
+
+TEST_P(MethodTest, LocatesSwitches) {
+  const SwitchingMotion motion;
+  const auto& due = switching_reference().switches;
+  ASSERT_GE(due.size(), 12u);
+  for (const double accuracy : has_fixed_step() ? std::vector<double>{1e-4, 1e-5} : std::vector<double>{1e-6, 1e-9}) {
+    const auto integration = motion.integration(motion.start, motion.torque, settings(accuracy));
+    State x = motion.start;
+    integration->advance(x, 0, motion.kEnd);
+    const std::vector<RollerSwitch> switches = integration->take_switches();
+    ASSERT_EQ(switches.size(), due.size());
+    EXPECT_EQ(integration->statistics().switches, due.size());
+    // Times are as good as the motion is at wheel rates of about 10 rad/s.
+    const double allowed = allowed_error(accuracy);
+    for (std::size_t k = 0; k < due.size(); ++k) {
+      EXPECT_NEAR(switches[k].t, due[k].t, allowed) << "switch " << k;
+      EXPECT_EQ(switches[k].wheel, due[k].wheel) << "switch " << k;
+      EXPECT_EQ(switches[k].direction, due[k].direction) << "switch " << k;
+      EXPECT_NEAR(switches[k].phi, due[k].phi, 1e-14) << "switch " << k;
+      EXPECT_EQ(switches[k].count, 1) << "switch " << k;
+    }
+    EXPECT_LT(distance(x, switching_reference().x), 100 * allowed);
+  }
+}
+
+// The simulation of a paper's case by this method, at a tolerance or the default step.
+class PaperCaseTest : public MethodTest {
+ protected:
+  Simulation simulation(const std::string& scene, const std::string& model, double tolerance) const {
+    return Simulation(load(scene, model, GetParam(), tolerance));
+  }
+  static Scene load(const std::string& scene, const std::string& model, const std::string& method, double tolerance) {
+    SceneOverrides overrides;
+    overrides.model = model;
+    overrides.method = method;
+    overrides.relative_tolerance = tolerance;
+    return load_scene(kRoot + "/config/scenes/" + scene + ".yaml", overrides);
+  }
+
+  // Cells of the committed reference, by row.
+  static std::vector<std::vector<std::string>> rows(const std::string& file) {
+    std::ifstream stream(kRoot + "/test/data/reference/" + file + ".csv");
+    EXPECT_TRUE(stream) << file;
+    std::vector<std::vector<std::string>> rows;
+    std::string line;
+    std::getline(stream, line);
+    while (std::getline(stream, line)) {
+      std::istringstream cells(line);
+      rows.emplace_back();
+      for (std::string cell; std::getline(cells, cell, ',');) rows.back().push_back(cell);
+    }
+    return rows;
+  }
+
+  // Explicit methods and short fixed steps take some 10^5 steps for this time, s.
+  bool takes_short_steps() const { return method().is_explicit || has_fixed_step(); }
+};
+
+TEST_P(PaperCaseTest, EndsWithinItsToleranceOfTheReference) {
+  for (const std::string scene : {"case1_counter_clockwise", "case2"}) {
+    for (const std::string model : {"coulomb", "viscous"}) {
+      SCOPED_TRACE(scene + " " + model);
+      const double tolerance = takes_short_steps() ? 1e-7 : 1e-8;
+      const double end = takes_short_steps() ? 0.05 : 1;
+      Simulation simulation = this->simulation(scene, model, tolerance);
+      simulation.advance_to(end);
+      EXPECT_EQ(simulation.statistics().fallback_steps, 0u);
+      // Fixed steps have the errors of their steps, and so has a method whose order is less than it tells.
+      const double allowed = GetParam() == "implicit_euler" ? 1e-4 : is_consistent() ? 10 * tolerance : 1e-5;
+      // Rates of rollers, of up to 100 rad/s; steps of 10 us do not follow how they settle.
+      const double allowed_rate = GetParam() == "implicit_euler" ? 1 : 100 * allowed;
+
+      // The reference's row at 1 s. Short runs go by Radau's at a tolerance of 1e-11, which is compared with all rows
+      // elsewhere, and by the reference's first switch.
+      const auto reference = rows(scene + "_" + model);
+      Simulation tight(load(scene, model, "radau", 1e-11));
+      tight.advance_to(end);
+      const State& x = simulation.state();
+      const State& exact = tight.state();
+      EXPECT_LT((x.values.topLeftCorner<3, 1>() - exact.values.topLeftCorner<3, 1>()).abs().maxCoeff(), allowed);
+      EXPECT_LT((x.velocity() - exact.velocity()).cwiseAbs().maxCoeff(),
+                GetParam() == "implicit_euler" ? 5e-3 : allowed);  // where friction turns within a step
+      EXPECT_LT((x.values.middleCols<3>(2) - exact.values.middleCols<3>(2)).abs().maxCoeff(), allowed_rate);
+      if (end == 1) {
+        const auto& row = reference.at(1);
+        ASSERT_EQ(row[0], "1");
+        for (int k = 0; k < 3; ++k) EXPECT_NEAR(x.values(k, 0), std::stod(row[1 + k]), allowed) << "column " << 1 + k;
+        for (int k = 0; k < 3; ++k) EXPECT_NEAR(x.values(k, 1), std::stod(row[4 + k]), allowed) << "column " << 4 + k;
+        for (int i = 0; i < kWheels; ++i) {
+          EXPECT_NEAR(x.phi()[i], std::stod(row[7 + i]), 100 * allowed);
+          EXPECT_NEAR(x.dphi()[i], std::stod(row[11 + i]), allowed_rate);
+          EXPECT_NEAR(x.dgamma()[i], std::stod(row[15 + i]), allowed_rate);
+        }
+      }
+
+      const std::vector<RollerSwitch> switches = simulation.take_switches(), due = tight.take_switches();
+      ASSERT_EQ(switches.size(), due.size());
+      EXPECT_GE(due.size(), 2u);
+      for (std::size_t k = 0; k < due.size(); ++k) {
+        EXPECT_NEAR(switches[k].t, due[k].t, 10 * allowed) << "switch " << k;
+        EXPECT_EQ(switches[k].wheel, due[k].wheel) << "switch " << k;
+        EXPECT_EQ(switches[k].roller_from, due[k].roller_from) << "switch " << k;
+        EXPECT_EQ(switches[k].roller_to, due[k].roller_to) << "switch " << k;
+        EXPECT_EQ(switches[k].direction, due[k].direction) << "switch " << k;
+      }
+      for (const auto& row : rows(scene + "_" + model + "_switches")) {
+        const std::size_t number = std::stoul(row[0]);
+        if (number >= switches.size()) break;
+        EXPECT_NEAR(switches[number].t, std::stod(row[1]), 10 * allowed) << "switch " << number;
+        EXPECT_EQ(kWheelNames[static_cast<std::size_t>(switches[number].wheel)], row[2]) << "switch " << number;
+        EXPECT_EQ(switches[number].roller_to, std::stoi(row[4])) << "switch " << number;
+      }
+    }
+  }
+}
+
+// The paper's robot turns about wheel fl, which stands still a micrometre's turn below the edge of its roller. Either
+// roller drives it back over the edge, and it comes to rest on both. A small torque on it varies meanwhile, which is to
+// change only how they share its load.
+TEST_P(PaperCaseTest, HoldsAWheelBetweenTwoRollers) {
+  const auto run = [](const std::string& method, double tolerance) {
+    Scene scene;
+    scene.duration = 1;
+    scene.solver.method = method;
+    scene.solver.relative_tolerance = tolerance;
+    scene.solver.absolute_tolerance = 1e-3 * tolerance;
+    scene.drive = TorqueSegments{TorqueSegment{0, {0.1, 0, 0, 0}, {0, 0, 0, 0}, {0.3, 0.1, 0, 0}, 0.02}};
+    scene.initial.Omega() = 0.5;
+    scene.initial.V_X() = scene.robot.l * scene.initial.Omega();
+    scene.initial.V_Y() = -scene.robot.h * scene.initial.Omega();
+    NoSlipModel(scene.robot).constrain(scene.initial);
+    scene.initial.phi()[0] = kPi / 6 - 2e-6;
+    scene.initial.dphi()[0] = scene.initial.dgamma()[0] = 0;
+    auto simulation = std::make_unique<Simulation>(scene);
+    for (int k = 1; k <= 4; ++k) {
+      simulation->advance_to(3e-3 * k);
+      if (k < 3) continue;
+      EXPECT_EQ(simulation->statistics().shared_contacts, 1u) << method;
+      EXPECT_TRUE(simulation->other_rollers()[0].has_value()) << method << " at " << simulation->time();
+      EXPECT_NEAR(simulation->state().phi()[0], kPi / 6, 1e-14) << method;
+      EXPECT_NEAR(simulation->state().dphi()[0], 0, 1e-12) << method;
+    }
+    EXPECT_EQ(simulation->statistics().fallback_steps, 0u) << method;
+    EXPECT_LT(simulation->energy_balance_error(), 1e-4) << method;
+    return simulation;
+  };
+  const auto tight = run("fehlberg78", 1e-10), other = run(GetParam(), 1e-6);
+  const State& x = other->state();
+  const State& exact = tight->state();
+  // What momentum the wheel has when it is caught is less than the tolerance.
+  const double allowed = GetParam() == "implicit_euler" ? 1e-3 : is_consistent() ? 1e-5 : 1e-4;
+  EXPECT_LT((x.values.topLeftCorner<3, 2>() - exact.values.topLeftCorner<3, 2>()).abs().maxCoeff(), allowed);
+  for (int i = 1; i < kWheels; ++i) EXPECT_NEAR(x.phi()[i], exact.phi()[i], 10 * allowed);
+}
+
+// A torque that becomes no number for 30 us from 3 ms on: no step of a method leads out of that, but a step of the
+// fallback does, which asks only for the torque at its end.
+class TorqueWithAHole : public HeldTorque {
+ public:
+  using HeldTorque::HeldTorque;
+  Wheels value(double t) const override {
+    if (open && t < 3.03e-3) return Wheels::Constant(std::numeric_limits<double>::quiet_NaN());
+    return HeldTorque::value(t);
+  }
+  bool open = false;
+};
+
+TEST_P(MethodTest, FallsBackWhereItCannotStepAndGoesOn) {
+  const GentleRobot gentle;
+  State start;
+  start.dphi() << 40, -30, 10, 5;
+  const double accuracy = has_fixed_step() ? 2e-5 : 1e-7;
+  const auto run = [&](bool with_hole, std::unique_ptr<Integration>& integration) {
+    TorqueWithAHole torque(Wheels{1, -1, 0.5, 0});
+    integration = gentle.integration(start, torque, settings(accuracy));
+    State x = start;
+    integration->advance(x, 0, 3e-3);
+    torque.open = with_hole;
+    integration->torque_jumped();
+    integration->advance(x, 3e-3, 0.1);
+    return x;
+  };
+  std::unique_ptr<Integration> interrupted, uninterrupted;
+  const State x = run(true, interrupted), exact = run(false, uninterrupted);
+  ASSERT_TRUE(x.values.allFinite());
+  EXPECT_EQ(uninterrupted->statistics().exhausted, 0u);
+  EXPECT_EQ(uninterrupted->statistics().fallback_steps, 0u);
+  EXPECT_EQ(interrupted->statistics().exhausted, 1u);
+  EXPECT_EQ(interrupted->statistics().fallback_steps, 20u);  // a millisecond's worth
+  // Steps of first order and 50 us, at rates of 100/s and 40 rad/s.
+  EXPECT_LT(distance(x, exact), 0.5 * 5e-5 * 100 * 40);
+  const auto switches = interrupted->take_switches(), due = uninterrupted->take_switches();
+  EXPECT_GT(due.size(), 2u);
+  ASSERT_EQ(switches.size(), due.size());
+  for (std::size_t k = 0; k < due.size(); ++k) {
+    EXPECT_EQ(switches[k].wheel, due[k].wheel);
+    EXPECT_NEAR(switches[k].t, due[k].t, 1e-4);
+  }
+}
+
+// The torque jumps each 2 ms; how the run is cut into calls does not matter.
+TEST_P(MethodTest, ResultsDoNotDependOnHowARunIsCut) {
+  const GentleRobot gentle;
+  State start;
+  start.dphi() << 40, -30, 10, 5;
+  constexpr double kPeriod = 2e-3;
+  constexpr std::size_t kPeriods = 50;
+  const double accuracy = has_fixed_step() ? 1e-4 : 1e-8;
+  const auto run = [&](std::size_t periods_a_call, int parts, std::vector<RollerSwitch>& switches) {
+    HeldTorque torque;
+    const auto integration = gentle.integration(start, torque, settings(accuracy));
+    State x = start;
+    const auto set_torque = [&](std::size_t k) {
+      torque.set(k % 3 == 0 ? Wheels{2, -1, 0, 1} : Wheels{-1, 0.5, static_cast<double>(k % 5), 1});
+      integration->torque_jumped();
+    };
+    for (std::size_t k = 0; k < kPeriods; k += periods_a_call) {
+      const double t = static_cast<double>(k) * kPeriod;
+      if (parts == 0) {
+        integration->advance_periods(x, t, kPeriod, periods_a_call, [&](std::size_t j) {
+          if (j < periods_a_call) set_torque(k + j);
+        });
+      } else {
+        set_torque(k);
+        for (int part = 0; part < parts; ++part) {
+          integration->advance(x, t + part * kPeriod / parts, t + (part + 1) * kPeriod / parts);
+        }
+      }
+    }
+    switches = integration->take_switches();
+    return x;
+  };
+  std::vector<RollerSwitch> due, switches;
+  const State at_once = run(kPeriods, 0, due);
+  EXPECT_GT(due.size(), 2u);
+  const auto expect_same_switches = [&](double allowed) {
+    ASSERT_EQ(switches.size(), due.size());
+    for (std::size_t k = 0; k < due.size(); ++k) {
+      EXPECT_EQ(switches[k].wheel, due[k].wheel);
+      EXPECT_NEAR(switches[k].t, due[k].t, allowed);
+    }
+  };
+  // At the ends of periods it is cut in any case; times of k periods may round differently.
+  for (const std::size_t periods_a_call : {1, 10}) {
+    EXPECT_LT(distance(run(periods_a_call, 0, switches), at_once), 1e-10);
+    expect_same_switches(1e-12);
+  }
+  EXPECT_LT(distance(run(1, 1, switches), at_once), 1e-10);
+  expect_same_switches(1e-12);
+  // Elsewhere, steps that end there are as accurate as others.
+  const double allowed = 100 * allowed_error(accuracy);
+  EXPECT_LT(distance(run(1, 7, switches), at_once), allowed);
+  expect_same_switches(allowed);
+}
+
+TEST_P(MethodTest, RefusesRollersWithoutInertiaUnlessItIsRadau) {
+  RobotParameters robot;
+  for (const Model model : {Model::kViscous, Model::kCoulomb}) EXPECT_EQ(refusal(method(), robot, model), "");
+  robot.J_2 = 0;
+  EXPECT_EQ(refusal(method(), robot, Model::kNoSlip), "");  // which needs none of them
+  for (const Model model : {Model::kViscous, Model::kCoulomb}) {
+    const std::string reason = refusal(method(), robot, model);
+    EXPECT_EQ(reason.empty(), GetParam() == "radau");
+    if (GetParam() != "radau") {
+      EXPECT_NE(reason.find("roller_inertia"), std::string::npos) << reason;
+    }
+  }
+}
+
+TEST(Methods, TheTableNamesEachMethodOnce) {
+  EXPECT_EQ(methods().front().name, IntegrationSettings().method);  // the default comes first
+  EXPECT_EQ(methods().size(), method_names().size());
+  EXPECT_EQ(methods().size(), kKnown.size());
+  for (std::size_t k = 0; k < methods().size(); ++k) {
+    EXPECT_EQ(methods()[k].name, method_names()[k]);
+    ASSERT_NE(find_method(methods()[k].name), nullptr);
+    EXPECT_EQ(find_method(methods()[k].name)->name, methods()[k].name);
+    EXPECT_FALSE(methods()[k].description.empty());
+    EXPECT_EQ(std::count(method_names().begin(), method_names().end(), method_names()[k]), 1);
+  }
+  EXPECT_EQ(find_method("euler"), nullptr);
+  EXPECT_EQ(find_method(""), nullptr);
+}
+
+std::string name_of_test(const testing::TestParamInfo<std::string>& tested) { return tested.param; }
+INSTANTIATE_TEST_SUITE_P(Table, MethodTest, testing::ValuesIn(method_names()), name_of_test);
+INSTANTIATE_TEST_SUITE_P(Table, PaperCaseTest, testing::ValuesIn(method_names()), name_of_test);
+
+}  // namespace
+}  // namespace youbot_base_sim
