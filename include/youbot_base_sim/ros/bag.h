@@ -1,9 +1,11 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "youbot_base_sim/record/recorder.h"
 #include "youbot_base_sim/ros/telemetry.h"
 #include "youbot_base_sim/simulation.h"
 
@@ -33,6 +35,18 @@ class BagWriter {
  private:
   class File;
   std::unique_ptr<File> file_;
+};
+
+/// The bag of a simulation whose motors exert its torque and tell what they do without error.
+class BagRecorder : public Recorder {
+ public:
+  explicit BagRecorder(const std::string& path) : bag_(path) {}
+  void write(double t, const Simulation& simulation, const std::vector<RollerSwitch>& switches) override;
+  void commit() override { bag_.commit(); }
+
+ private:
+  BagWriter bag_;
+  std::optional<Telemetry> telemetry_;  // from the first row on
 };
 
 }  // namespace youbot_base_sim
