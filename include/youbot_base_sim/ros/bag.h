@@ -11,10 +11,10 @@
 
 namespace youbot_base_sim {
 
-/// A bag of a simulation, written where it runs: the topics, frames and contents of base_node, stamped with simulated
-/// time, and complete, which a recorder at the other end of a topic cannot promise. Needs no ROS master. It appears
-/// under its name only when it is closed properly: written as NAME.part beside it, renamed by `commit`, removed
-/// otherwise. Throws std::runtime_error, which names the file, where the system refuses.
+/// Writes a bag inside the process that simulates: with the topics, frames and contents of base_node, stamped with
+/// simulated time, and complete, which a recorder at the other end of a topic cannot promise. Needs no ROS master. The
+/// file is written as NAME.part and renamed by `commit`; without that it is removed. Throws std::runtime_error, which
+/// names the file, where the system refuses.
 class BagWriter {
  public:
   explicit BagWriter(const std::string& path);
