@@ -9,7 +9,7 @@
 #include <cstdio>
 #include <iostream>
 #include <memory>
-#include <optional>
+#include <vector>
 
 #include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/record/csv.h"
@@ -119,40 +119,21 @@ class Progress {
 class Outputs {
  public:
   explicit Outputs(const Arguments& arguments) {
-    if (!arguments.csv.empty()) csv_ = std::make_unique<StateCsv>(arguments.csv);
-    if (!arguments.switches.empty()) switches_ = std::make_unique<SwitchCsv>(arguments.switches);
-    if (!arguments.summary.empty()) summary_ = std::make_unique<AtomicFile>(arguments.summary);
+    if (!arguments.csv.empty()) recorders_.push_back(std::make_unique<StateCsv>(arguments.csv));
+    if (!arguments.switches.empty()) recorders_.push_back(std::make_unique<SwitchCsv>(arguments.switches));
 #ifdef YOUBOT_BASE_SIM_ROS
-    if (!arguments.bag.empty()) bag_ = std::make_unique<BagWriter>(arguments.bag);
+    if (!arguments.bag.empty()) recorders_.push_back(std::make_unique<BagRecorder>(arguments.bag));
 #endif
+    if (!arguments.summary.empty()) summary_ = std::make_unique<AtomicFile>(arguments.summary);
   }
 
   void write_row(double t, Simulation& simulation) {
     const std::vector<RollerSwitch> switches = simulation.take_switches();
-    if (csv_) csv_->write(t, simulation.state());
-    if (switches_) {
-      for (const RollerSwitch& event : switches) switches_->write(event);
-    }
-#ifdef YOUBOT_BASE_SIM_ROS
-    if (bag_) {
-      bag_->write(switches);
-      const MotorReadings readings = exact_readings(simulation);
-      if (telemetry_) {
-        telemetry_->update(readings.phi);
-      } else {
-        telemetry_.emplace(simulation.scene().robot.rollers, readings.phi, Telemetry::Options());
-      }
-      bag_->write(*telemetry_, simulation, readings, t);
-    }
-#endif
+    for (const auto& recorder : recorders_) recorder->write(t, simulation, switches);
   }
 
   void commit() {
-    if (csv_) csv_->commit();
-    if (switches_) switches_->commit();
-#ifdef YOUBOT_BASE_SIM_ROS
-    if (bag_) bag_->commit();
-#endif
+    for (const auto& recorder : recorders_) recorder->commit();
   }
 
   void commit_summary(const Simulation& simulation, double wall_time, const RunAudit& audit) {
@@ -162,13 +143,8 @@ class Outputs {
   }
 
  private:
-  std::unique_ptr<StateCsv> csv_;
-  std::unique_ptr<SwitchCsv> switches_;
+  std::vector<std::unique_ptr<Recorder>> recorders_;
   std::unique_ptr<AtomicFile> summary_;
-#ifdef YOUBOT_BASE_SIM_ROS
-  std::unique_ptr<BagWriter> bag_;
-  std::optional<Telemetry> telemetry_;
-#endif
 };
 
 void run(const Arguments& arguments, const Scene& scene) {

@@ -3,39 +3,46 @@
 #include <fmt/format.h>
 
 #include <cerrno>
-#include <cstring>
+#include <filesystem>
 #include <stdexcept>
+#include <utility>
 
 namespace youbot_base_sim {
 
+namespace {
+
+std::error_code last_error() { return {errno, std::generic_category()}; }
+
+}  // namespace
+
 AtomicFile::AtomicFile(const std::string& path)
     : path_(path), part_(path + ".part"), file_(std::fopen(part_.c_str(), "w")) {
-  if (!file_) fail("open");
+  if (!file_) fail("open", last_error());
 }
 
 AtomicFile::~AtomicFile() {
   if (!file_) return;
   std::fclose(file_);
-  std::remove(part_.c_str());
+  std::error_code ignored;
+  std::filesystem::remove(part_, ignored);
 }
 
 void AtomicFile::write(const std::string& text) {
-  if (std::fwrite(text.data(), 1, text.size(), file_) != text.size()) fail("write");
+  if (std::fwrite(text.data(), 1, text.size(), file_) != text.size()) fail("write", last_error());
 }
 
 void AtomicFile::commit() {
-  std::FILE* file = file_;
-  file_ = nullptr;
-  const bool closed = std::fclose(file) == 0;
-  if (closed && std::rename(part_.c_str(), path_.c_str()) == 0) return;
-  const int error = errno;
-  std::remove(part_.c_str());
-  errno = error;
-  fail(closed ? "rename" : "write");
+  const bool closed = std::fclose(std::exchange(file_, nullptr)) == 0;
+  std::error_code error = last_error();
+  if (closed) std::filesystem::rename(part_, path_, error);
+  if (closed && !error) return;
+  std::error_code ignored;
+  std::filesystem::remove(part_, ignored);
+  fail(closed ? "rename" : "write", error);
 }
 
-void AtomicFile::fail(const char* doing) const {
-  throw std::runtime_error(fmt::format("{}: cannot {} it: {}", path_, doing, std::strerror(errno)));
+void AtomicFile::fail(const char* doing, const std::error_code& error) const {
+  throw std::runtime_error(fmt::format("{}: cannot {} it: {}", path_, doing, error.message()));
 }
 
 }  // namespace youbot_base_sim

@@ -16,7 +16,8 @@ StateCsv::StateCsv(const std::string& path) : file_(path) {
   file_.write(header + "\n");
 }
 
-void StateCsv::write(double t, const State& state) {
+void StateCsv::write(double t, const Simulation& simulation, const std::vector<RollerSwitch>&) {
+  const State& state = simulation.state();
   std::string row = fmt::format("{:.17g}", t);
   for (int column : {0, 1}) {
     for (int k = 0; k < 3; ++k) row += fmt::format(kNumber, state.values(k, column));
@@ -31,10 +32,12 @@ SwitchCsv::SwitchCsv(const std::string& path) : file_(path) {
   file_.write("t,wheel,roller_from,roller_to,phi,direction,count\n");
 }
 
-void SwitchCsv::write(const RollerSwitch& event) {
-  file_.write(fmt::format("{:.17g},{},{},{},{:.17g},{},{}\n", event.t,
-                          kWheelNames[static_cast<std::size_t>(event.wheel)], event.roller_from, event.roller_to,
-                          event.phi, event.direction, event.count));
+void SwitchCsv::write(double, const Simulation&, const std::vector<RollerSwitch>& switches) {
+  for (const RollerSwitch& event : switches) {
+    file_.write(fmt::format("{:.17g},{},{},{},{:.17g},{},{}\n", event.t,
+                            kWheelNames[static_cast<std::size_t>(event.wheel)], event.roller_from, event.roller_to,
+                            event.phi, event.direction, event.count));
+  }
 }
 
 }  // namespace youbot_base_sim

@@ -4,10 +4,9 @@
 #include <ros/names.h>
 #include <rosbag/bag.h>
 
-#include <cerrno>
-#include <cstdio>
-#include <cstring>
+#include <filesystem>
 #include <stdexcept>
+#include <system_error>
 
 namespace youbot_base_sim {
 
@@ -24,7 +23,8 @@ class BagWriter::File {
     } catch (const std::exception&) {
       static_cast<void>(bag_.release());  // its destructor would throw the same again
     }
-    std::remove(part_.c_str());
+    std::error_code ignored;
+    std::filesystem::remove(part_, ignored);
   }
 
   template <class Message>
@@ -34,9 +34,9 @@ class BagWriter::File {
 
   void commit() {
     guarded("write", [&] { bag_->close(); });
-    if (std::rename(part_.c_str(), path_.c_str()) != 0) {
-      throw std::runtime_error(fmt::format("{}: cannot rename it: {}", path_, std::strerror(errno)));
-    }
+    std::error_code error;
+    std::filesystem::rename(part_, path_, error);
+    if (error) throw std::runtime_error(fmt::format("{}: cannot rename it: {}", path_, error.message()));
     bag_.reset();
   }
 
@@ -74,5 +74,16 @@ void BagWriter::write(const Telemetry& telemetry, const Simulation& simulation, 
 }
 
 void BagWriter::commit() { file_->commit(); }
+
+void BagRecorder::write(double t, const Simulation& simulation, const std::vector<RollerSwitch>& switches) {
+  const MotorReadings readings = exact_readings(simulation);
+  if (telemetry_) {
+    telemetry_->update(readings.phi);
+  } else {
+    telemetry_.emplace(simulation.scene().robot.rollers, readings.phi, Telemetry::Options());
+  }
+  bag_.write(switches);
+  bag_.write(*telemetry_, simulation, readings, t);
+}
 
 }  // namespace youbot_base_sim

@@ -12,7 +12,8 @@ namespace youbot_base_sim {
 
 namespace {
 
-// Without a scene: a minute of driving ends within some micrometres, at a third of the default's run time.
+// Default tolerance without a scene: a minute of driving ends within a few micrometres, at a third of the run time that
+// the scenes' default takes.
 constexpr double kTolerance = 1e-5;
 
 Scene read_scene(Parameters& parameters) {
@@ -48,7 +49,7 @@ Scene read_scene(Parameters& parameters) {
   return scene;
 }
 
-/// The real driver's parameters.
+/// Reads the real driver's parameters.
 void read_driver_parameters(BaseSettings& settings) {
   Parameters parameters(ros::NodeHandle(), "");
   if (!parameters.flag("youBotHasBase", true)) {
@@ -69,9 +70,9 @@ void read_driver_parameters(BaseSettings& settings) {
 }
 
 void read_rates(Parameters& parameters, BaseSettings& settings) {
-  const double most_rate = 1 / settings.scene.solver.control_period;
-  const auto rate = [&](const char* name, double otherwise, double least) {
-    return parameters.number(name, std::min(otherwise, most_rate), least, most_rate * (1 + 1e-9),
+  const double max_rate = 1 / settings.scene.solver.control_period;
+  const auto rate = [&](const char* name, double default_value, double min) {
+    return parameters.number(name, std::min(default_value, max_rate), min, max_rate * (1 + 1e-9),
                              "Hz: at most once a control period");
   };
   settings.publish_rate = rate("publish_rate", settings.publish_rate, 1e-3);
@@ -113,7 +114,7 @@ void read_telemetry(Parameters& parameters, BaseSettings& settings) {
   telemetry.driver_velocity_sign = sign == "driver_exact";
 }
 
-/// Refuses what makes no sense without being the master of time.
+/// Refuses settings that only make sense where the node is the master of time.
 void check_time(const Parameters& parameters, const BaseSettings& settings) {
   bool use_sim_time = false;
   ros::param::get("/use_sim_time", use_sim_time);

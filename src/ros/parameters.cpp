@@ -31,29 +31,29 @@ bool Parameters::get(const std::string& name, XmlRpcValue& value) {
   return node_.getParam(name, value);
 }
 
-std::string Parameters::text(const std::string& name, const std::string& otherwise) {
+std::string Parameters::text(const std::string& name, const std::string& default_value) {
   XmlRpcValue value;
-  if (!get(name, value)) return otherwise;
+  if (!get(name, value)) return default_value;
   if (value.getType() != XmlRpcValue::TypeString) throw refusal(name, text_of(value), "a text");
   return value;
 }
 
-bool Parameters::flag(const std::string& name, bool otherwise) {
+bool Parameters::flag(const std::string& name, bool default_value) {
   XmlRpcValue value;
-  if (!get(name, value)) return otherwise;
+  if (!get(name, value)) return default_value;
   if (value.getType() != XmlRpcValue::TypeBoolean) throw refusal(name, text_of(value), "true or false");
   return value;
 }
 
-double Parameters::number(const std::string& name, double otherwise, double least, double greatest, const char* unit) {
+double Parameters::number(const std::string& name, double default_value, double min, double max, const char* unit) {
   XmlRpcValue value;
-  if (!get(name, value)) return otherwise;
+  if (!get(name, value)) return default_value;
   const bool whole = value.getType() == XmlRpcValue::TypeInt;
   if (whole || value.getType() == XmlRpcValue::TypeDouble) {
     const double number = whole ? static_cast<double>(static_cast<int>(value)) : static_cast<double>(value);
-    if (number >= least && number <= greatest) return number;
+    if (number >= min && number <= max) return number;
   }
-  throw refusal(name, text_of(value), fmt::format("a number from {:g} to {:g} {}", least, greatest, unit));
+  throw refusal(name, text_of(value), fmt::format("a number from {:g} to {:g} {}", min, max, unit));
 }
 
 void Parameters::refuse_others() const {

@@ -39,6 +39,14 @@ class Diagnostics : public ::testing::Test {
     throw std::runtime_error(key + " is not there");
   }
 
+  /// The key of a field of the statistics.
+  static std::string text_of(std::uint64_t IntegrationStatistics::*value) {
+    for (const StatisticsField& field : kStatisticsFields) {
+      if (field.value == value) return field.text;
+    }
+    throw std::runtime_error("no such field");
+  }
+
   static void take(const diagnostic_msgs::DiagnosticArray::ConstPtr& message) { latest_ = *message; }
 
   static void expect(const DiagnosticStatus& status, int level, const std::string& message) {
@@ -76,10 +84,10 @@ TEST_F(Diagnostics, count_what_the_integration_did) {
   base_.command(twist(0.4, 0, 0));
   const DiagnosticStatus integration = status(2.0, "youbot_base_sim: integration");
   expect(integration, DiagnosticStatus::OK, "accurate");
-  EXPECT_GT(std::stoi(value(integration, "steps accepted")), 2000);
+  EXPECT_GT(std::stoi(value(integration, text_of(&IntegrationStatistics::steps))), 2000);
   // 0.84 m at 0.05 m of radius and six rollers: 16 a wheel.
-  EXPECT_NEAR(std::stoi(value(integration, "roller switches")), 64, 8);
-  EXPECT_EQ(value(integration, "fallback steps, of first order"), "0");
+  EXPECT_NEAR(std::stoi(value(integration, text_of(&IntegrationStatistics::switches))), 64, 8);
+  EXPECT_EQ(value(integration, text_of(&IntegrationStatistics::fallback_steps)), "0");
   for (const StatisticsField& field : kStatisticsFields) EXPECT_NE(value(integration, field.text), "") << field.name;
 }
 

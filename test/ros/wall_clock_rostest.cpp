@@ -10,10 +10,10 @@ namespace {
 TEST(WallClock, paces_and_stamps) {
   ros::NodeHandle node;
   std::vector<ros::Time> stamps;
-  double most_off = 0;
+  double max_offset = 0;
   const auto take = [&](const nav_msgs::Odometry::ConstPtr& message) {
     stamps.push_back(message->header.stamp);
-    most_off = std::max(most_off, std::abs((ros::Time::now() - message->header.stamp).toSec()));
+    max_offset = std::max(max_offset, std::abs((ros::Time::now() - message->header.stamp).toSec()));
   };
   const ros::Subscriber subscriber = node.subscribe<nav_msgs::Odometry>("odom", 1000, take);
   const auto limit = ros::WallTime::now() + ros::WallDuration(30);
@@ -28,7 +28,7 @@ TEST(WallClock, paces_and_stamps) {
   EXPECT_GT(wall, 1.0);
   EXPECT_LT(wall, 20.0);
   EXPECT_NEAR((stamps[100] - stamps[0]).toSec(), wall, 5.0);
-  EXPECT_LT(most_off, 5.0) << "stamps are wall time";
+  EXPECT_LT(max_offset, 5.0) << "stamps are wall time";
   for (std::size_t k = 1; k < stamps.size(); ++k) EXPECT_GT(stamps[k], stamps[k - 1]);
 }
 

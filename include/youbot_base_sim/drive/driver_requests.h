@@ -14,23 +14,23 @@ struct Reconnect {};  ///< BaseDriver::reconnect
 /// What a stack may ask of the base driver.
 using DriverRequest = std::variant<DriveCommand, SwitchOff, SwitchOn, Reconnect, Faults>;
 
-/// Requests between whoever receives them and the control loop, in order of arrival, each stamped with the simulated
-/// time of its arrival (s). The receiver only appends; the loop takes what has arrived where a control period begins.
-/// So a request acts from the first control period on that begins at its arrival or later, whatever the loop is doing
-/// when it comes.
+/// Queue of requests from whoever receives them to the control loop, in order of arrival, each stamped with the
+/// simulated time of its arrival (s). The receiver only appends; the loop takes what is due where a control period
+/// begins. So a request acts from the first control period that begins at its arrival or later, whatever the loop is
+/// doing when it comes.
 class DriverRequests {
  public:
-  /// Appends a request that arrives at time t; never earlier than those before it.
+  /// Appends a request that arrives at time t, or with the one before it if that is later.
   void push(double t, const DriverRequest& request);
 
-  /// Has `driver` do what has arrived by time t, in order. Returns whether it was started anew by a reconnect.
+  /// Makes `driver` obey, in order, what has arrived by time t. Returns whether a reconnect has succeeded.
   bool take(double t, BaseDriver& driver);
 
-  /// Whether `driver` will have its base when it gets a request that arrives at time t: what still waits here counts
-  /// too.
+  /// Whether `driver` will have its base when it takes a request that arrives at time t, after all that still waits
+  /// here.
   bool present(double t, const BaseDriver& driver) const;
 
-  /// Has what arrived later than time t arrive at t: for simulated time that is set back against the wall clock.
+  /// Sets later arrivals to time t, for simulated time that is set back against the wall clock.
   void bring_forward(double t);
 
   void clear() { waiting_.clear(); }

@@ -5,8 +5,8 @@
 
 namespace youbot_base_sim {
 
-/// Whether the driver has its base: it gives the base up when EtherCAT has failed for longer than its time-out, and has
-/// it again once it is told to reconnect with the cable in. Times are simulated time, s.
+/// Whether the driver has its base. It gives the base up when EtherCAT has failed for longer than its time-out, and
+/// finds it again only when it is told to reconnect while the cable is in. Times are simulated time, s.
 class EthercatConnection {
  public:
   /// EtherCAT's cycle of 1 ms times the driver's MaximumNumberOfEtherCATErrors; also the MotorControllerTimeout of the

@@ -2,6 +2,7 @@
 
 #include <cstdio>
 #include <string>
+#include <system_error>
 
 namespace youbot_base_sim {
 
@@ -20,7 +21,7 @@ class AtomicFile {
   void commit();
 
  private:
-  [[noreturn]] void fail(const char* doing) const;
+  [[noreturn]] void fail(const char* doing, const std::error_code& error) const;
 
   std::string path_;
   std::string part_;

@@ -1,18 +1,19 @@
 #pragma once
 
-#include "youbot_base_sim/physics/roller_switch.h"
-#include "youbot_base_sim/physics/state.h"
+#include <string>
+
 #include "youbot_base_sim/record/atomic_file.h"
+#include "youbot_base_sim/record/recorder.h"
 
 namespace youbot_base_sim {
 
 /// Rows of the motion: t, pose, velocities, phi, dphi, dgamma; SI units, heading unwrapped, wheels in the order fl, fr,
 /// bl, br; numbers that read back to the same double.
-class StateCsv {
+class StateCsv : public Recorder {
  public:
   explicit StateCsv(const std::string& path);
-  void write(double t, const State& state);
-  void commit() { file_.commit(); }
+  void write(double t, const Simulation& simulation, const std::vector<RollerSwitch>& switches) override;
+  void commit() override { file_.commit(); }
 
  private:
   AtomicFile file_;
@@ -20,11 +21,11 @@ class StateCsv {
 
 /// Rows of roller switches: t (s), wheel (fl ...), roller_from, roller_to (0 .. n-1), phi (rad), direction (+1 or -1),
 /// count (1 for a located switch, more where a row stands for many). Numbers read back to the same double.
-class SwitchCsv {
+class SwitchCsv : public Recorder {
  public:
   explicit SwitchCsv(const std::string& path);
-  void write(const RollerSwitch& event);
-  void commit() { file_.commit(); }
+  void write(double t, const Simulation& simulation, const std::vector<RollerSwitch>& switches) override;
+  void commit() override { file_.commit(); }
 
  private:
   AtomicFile file_;

@@ -1,18 +1,20 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "youbot_base_sim/record/recorder.h"
 #include "youbot_base_sim/ros/telemetry.h"
 #include "youbot_base_sim/simulation.h"
 
 namespace youbot_base_sim {
 
-/// A bag of a simulation, written where it runs: the topics, frames and contents of base_node, stamped with simulated
-/// time, and complete, which a recorder at the other end of a topic cannot promise. Needs no ROS master. It appears
-/// under its name only when it is closed properly: written as NAME.part beside it, renamed by `commit`, removed
-/// otherwise. Throws std::runtime_error, which names the file, where the system refuses.
+/// Writes a bag inside the process that simulates: with the topics, frames and contents of base_node, stamped with
+/// simulated time, and complete, which a recorder at the other end of a topic cannot promise. Needs no ROS master. The
+/// file is written as NAME.part and renamed by `commit`; without that it is removed. Throws std::runtime_error, which
+/// names the file, where the system refuses.
 class BagWriter {
  public:
   explicit BagWriter(const std::string& path);
@@ -33,6 +35,18 @@ class BagWriter {
  private:
   class File;
   std::unique_ptr<File> file_;
+};
+
+/// The bag of a simulation whose motors exert its torque and tell what they do without error.
+class BagRecorder : public Recorder {
+ public:
+  explicit BagRecorder(const std::string& path) : bag_(path) {}
+  void write(double t, const Simulation& simulation, const std::vector<RollerSwitch>& switches) override;
+  void commit() override { bag_.commit(); }
+
+ private:
+  BagWriter bag_;
+  std::optional<Telemetry> telemetry_;  // from the first row on
 };
 
 }  // namespace youbot_base_sim

@@ -12,16 +12,16 @@
 
 namespace youbot_base_sim {
 
-/// The control loop of the simulated base, without ROS around it: driver requests go in, control periods go on,
-/// readings come out.
+/// The control loop of the simulated base, without ROS around it: driver requests go in, readings and telemetry come
+/// out.
 ///
-/// Where a control period begins, at time t, first the motors are read and odometry makes its step if an instant of
-/// publishing is due, then the driver takes the requests that have arrived by t, then it sets the torques of the
-/// period. So what comes out does not depend on how many periods one call advances by, nor on whether anybody looks.
+/// At time t, where a control period begins, three things happen in this order: if an instant of publishing is due, the
+/// motors are read and odometry makes its step; the driver takes the requests that have arrived by t; the driver sets
+/// the torques of the period. So the results depend neither on how many periods one call advances by nor on whether
+/// anybody looks at them.
 class BaseLoop {
  public:
-  /// Of the settings, those of time and of the topics do not count but for `publish_rate`, `command_rate` and
-  /// `lockstep`.
+  /// Uses the settings' scene, driver, telemetry, `publish_rate`, `command_rate` and `lockstep`.
   explicit BaseLoop(const BaseSettings& settings);
   BaseLoop(const BaseLoop&) = delete;
   BaseLoop& operator=(const BaseLoop&) = delete;
@@ -32,22 +32,26 @@ class BaseLoop {
   /// Whether the driver will have its base for a request that arrives at simulated time t, s.
   bool present(double t) const { return requests_.present(t, driver_); }
 
-  /// Has what arrived later than now arrive now: for simulated time that is set back against the wall clock.
+  /// Makes requests that are stamped later than now due now, after simulated time was set back against the wall clock.
   void bring_requests_forward() { requests_.bring_forward(simulation_.time()); }
 
-  /// Advances by n control periods.
-  void advance_periods(std::int64_t n) { simulation_.advance_periods(n); }
+  /// Advances by n control periods. Each is a call of its own: in one call of many, a period's times would be rounded
+  /// relative to the beginning of the call, and the last digits of the motion would depend on who listens.
+  void advance_periods(std::int64_t n) {
+    for (std::int64_t k = 0; k < n; ++k) simulation_.advance_periods(1);
+  }
 
   /// Control periods until one ends at time t (s) or later; at least 1.
   std::int64_t periods_until(double t) const;
 
-  /// The instant of publishing that is waited for, s.
+  /// Time of the next instant of publishing, s.
   double next_instant() const { return instants_.next(); }
 
-  /// Whether one is due; the telemetry is then that of the present time, and the next one is waited for from now on.
+  /// Whether an instant of publishing is due now. If so, the telemetry is updated, and the next instant is the one
+  /// after it.
   bool meet_instant() { return meet_instant(simulation_.time(), simulation_.state()); }
 
-  /// Back to t = 0, with the driver as new and requests forgotten.
+  /// Back to t = 0, with a new driver and an empty queue.
   void reset();
 
   /// What has happened to the driver since the last `take_events`.
@@ -70,7 +74,7 @@ class BaseLoop {
  private:
   Wheels begin_period(double t, const State& state);
   bool meet_instant(double t, const State& state);
-  void take_requests(double t, const State& state);
+  [[gnu::noinline]] void take_requests(double t, const State& state);
 
   const BaseDriver::Settings driver_settings_;
   const Telemetry::Options telemetry_options_;

@@ -20,20 +20,19 @@
 #include "youbot_base_sim/physics/state.h"
 #include "youbot_base_sim/ros/node_constants.h"
 
-/// Between simulation and messages: pure functions. Wheels and their joints have one sign everywhere, that of the URDF
-/// and of the paper: positive drives forward, on all four wheels. (The real driver's motors on the left turn the other
-/// way round; its joint positions have the sign used here.)
+/// Conversions between simulation and messages, as pure functions. Wheel joints have the sign of the URDF and of the
+/// paper everywhere: positive drives forward on all four wheels. (The real driver's left motors turn the other way; its
+/// joint positions have the sign used here.)
 namespace youbot_base_sim {
 
 /// Units of commands, as boost::units writes them, which is what the driver compares with: N m/rad and rad/s.
 constexpr char kTorqueUnit[] = "m^2 kg s^-2 rad^-1";
 constexpr char kVelocityUnit[] = "s^-1 rad";
 
-/// Simulated time t (s) as a stamp. ROS takes time zero for "no time yet", and rosbag refuses it: the instant t = 0 is
-/// therefore written as 1 ns.
+/// Simulated time t (s) as a stamp. ROS reads time zero as "no time yet" and rosbag refuses it, so t = 0 becomes 1 ns.
 ros::Time stamp_of(double t);
 
-/// The simulated time that a stamp from `stamp_of` tells, s: the double nearest to its decimal number; 0 for 1 ns.
+/// The inverse of `stamp_of`, s: the double nearest to the stamp's decimal number; 0 for 1 ns.
 double time_of(const ros::Time& stamp);
 
 /// `wheel_joint_fl` and so on, for wheel i.
@@ -54,15 +53,15 @@ geometry_msgs::TransformStamped transform_message(const std::string& frame, cons
 /// `stamp` is that of the instant when the switch happened; of many in one record, when the last one was noticed.
 RollerSwitchStamped roller_switch_message(const RollerSwitch& event, const ros::Time& stamp);
 
-/// A part of a command that is not obeyed, or not to the letter.
+/// A warning about a part of a command that is ignored or changed.
 struct Complaint {
-  std::string subject;  ///< what it is about, one of a small set: for not saying the same a thousand times a second
+  std::string subject;  ///< one of a small set of names, by which the log is throttled
   std::string text;     ///< the sentence for the log
 };
 
-/// What a command message says about each wheel; nothing for a wheel that it does not name, which keeps its set point.
+/// A command message as set points. A wheel that it does not name has none and keeps its previous one.
 struct WheelCommand {
-  DriveCommand set_points;  ///< of finite values
+  DriveCommand set_points;  ///< all values finite
   std::vector<Complaint> complaints;
 };
 
@@ -73,8 +72,8 @@ struct WheelCommand {
 WheelCommand wheel_command(const brics_actuator::JointTorques& message);
 WheelCommand wheel_command(const brics_actuator::JointVelocities& message);
 
-/// The same for the rates of all wheels, by `kinematics`, that a twist commands. Of the twist V_X, V_Y and Omega count,
-/// as in the driver; if one of the three is not finite, the twist is refused with a complaint.
+/// Converts a twist to the rates of all wheels by `kinematics`. Only linear.x, linear.y and angular.z are read, as by
+/// the driver; if one of them is not finite, the twist is refused with a complaint.
 WheelCommand wheel_command(const geometry_msgs::Twist& message, const DriverKinematics& kinematics);
 
 /// Commands for all four wheels, N m and rad/s.

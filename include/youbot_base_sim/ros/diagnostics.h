@@ -9,13 +9,13 @@
 #include "youbot_base_sim/ros/pacer.h"
 #include "youbot_base_sim/simulation.h"
 
-/// What /diagnostics and the dashboard say: pure functions.
+/// Messages for /diagnostics and the dashboard, as pure functions.
 namespace youbot_base_sim {
 
 /// The driver's three statuses, platform_Base, platform_Arm and platform_EtherCAT, to the letter; then our own, whose
-/// names begin with youbot_base_sim: the wheels (what each motor does, what each wheel stands on), faults, integration
-/// (which steps were taken, how many; a warning if fallback steps were among them) and the loop's timing since the last
-/// message (a warning if time was lost).
+/// names begin with "youbot_base_sim: ": wheels (what each motor does, which rollers each wheel stands on), faults,
+/// integration (all of `kStatisticsFields`; a warning if there were fallback steps) and loop (timing since the last
+/// message; a warning if time was lost).
 diagnostic_msgs::DiagnosticArray diagnostics_message(const BaseDriver& driver, const Simulation& simulation,
                                                      const Pacer::Timing& timing, const ros::Time& stamp);
 

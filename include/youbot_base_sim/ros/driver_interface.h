@@ -14,8 +14,8 @@
 
 namespace youbot_base_sim {
 
-/// What a stack tells the base driver over ROS: reads messages and requests, answers, and enqueues what the control
-/// loop is to do.
+/// The base driver's topics and services: converts messages, answers services and enqueues requests for the control
+/// loop.
 ///
 /// Subscribes (queue 1000, as the driver):
 ///   cmd_vel                               geometry_msgs/Twist, by the driver's kinematics to wheel rates

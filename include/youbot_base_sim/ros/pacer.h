@@ -5,21 +5,20 @@
 
 namespace youbot_base_sim {
 
-/// Keeps simulated time in step with the wall clock: instants have absolute deadlines, so that late ones are caught up
-/// with and the mean rate is exact, up to a lag that is given up as lost.
+/// Keeps simulated time in step with the wall clock. Deadlines are absolute, so the loop catches up after a late
+/// instant and the mean rate is exact. A lag beyond a limit is given up as lost.
 class Pacer {
  public:
-  /// `factor` simulated seconds pass in a second; 0: as many as can. A lag above `max_lag` (s of wall time) is given
-  /// up.
+  /// `factor`: simulated seconds per second; 0: as fast as possible. `max_lag`: s of wall time.
   Pacer(double factor, double max_lag) : factor_(factor), max_lag_(max_lag) {}
 
-  /// Simulated time t (s) is due now, and later times accordingly.
+  /// Makes simulated time t (s) due now, and later times accordingly.
   void start(double t);
 
-  /// Simulated time that is due now, s. For a factor other than 0.
+  /// Simulated time that is due now, s. Needs a factor other than 0.
   double now() const;
 
-  /// What the instants since the last `take_timing` tell about the loop.
+  /// How the loop kept time since the last `take_timing`.
   struct Timing {
     std::int64_t instants = 0;
     double lateness = 0;      ///< from an instant's being due to the loop's arrival there, mean, s
@@ -28,10 +27,10 @@ class Pacer {
     double lost = 0;          ///< given up, s
   };
 
-  /// Sleeps until simulated time t (s) is due, not at all if it is.
+  /// Sleeps until simulated time t (s) is due; returns at once if it is.
   void sleep_until(double t);
 
-  /// Calls `wait`, which waits for something else than time, and does not count that as being busy.
+  /// Calls `wait`, which waits for something other than time, and counts its duration as idle.
   template <class Wait>
   void idle(const Wait& wait) {
     begin_wait();
@@ -39,10 +38,11 @@ class Pacer {
     awake_since_ = Clock::now();
   }
 
-  /// The loop is at simulated time t (s), which is due. Returns the wall time that is given up, s; mostly 0.
+  /// Records that the loop has reached simulated time t (s), which is due. Returns the wall time that is given up, s; 0
+  /// unless the lag exceeds the limit.
   double arrive(double t);
 
-  /// Clears it.
+  /// Returns the timing and clears it.
   Timing take_timing();
 
  private:

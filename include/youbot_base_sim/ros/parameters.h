@@ -8,27 +8,27 @@
 
 namespace youbot_base_sim {
 
-/// What is wrong with a parameter, in one line: its name, its value and what is allowed.
+/// A parameter is wrong. The text is one line with its name, its value and what is allowed.
 class ParameterError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// Parameters of a node, read once at its start. Throws ParameterError.
+/// Reads the parameters of a node, once at its start. Each getter throws ParameterError for a value of the wrong type.
 class Parameters {
  public:
-  /// Those in the namespace of `node`; errors call them by `prefix`, "~" for the private ones, and their name.
+  /// Parameters in the namespace of `node`. Errors write `prefix` before the name: "~" for private ones.
   Parameters(const ros::NodeHandle& node, const std::string& prefix) : node_(node), prefix_(prefix) {}
 
-  std::string text(const std::string& name, const std::string& otherwise);
-  bool flag(const std::string& name, bool otherwise);
-  /// Within [least, greatest], in `unit`.
-  double number(const std::string& name, double otherwise, double least, double greatest, const char* unit);
+  std::string text(const std::string& name, const std::string& default_value);
+  bool flag(const std::string& name, bool default_value);
+  /// Refuses a value outside [min, max]; `unit` is for the error's text.
+  double number(const std::string& name, double default_value, double min, double max, const char* unit);
 
   /// The refusal of `value` for a parameter: "parameter ~name = value: must be ...".
   ParameterError refusal(const std::string& name, const std::string& value, const std::string& allowed) const;
 
-  /// Refuses parameters that nobody has asked for: they are likely misspelt.
+  /// Throws if a parameter is set that no getter has asked for: it is probably misspelt.
   void refuse_others() const;
 
  private:

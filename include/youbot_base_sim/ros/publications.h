@@ -9,8 +9,8 @@
 
 namespace youbot_base_sim {
 
-/// The topics of a node, and whether anybody listens to them. Subscribers that come and go are counted by callbacks of
-/// the node's own queue, so that to look costs nothing and what is seen changes only where callbacks are taken.
+/// The publishers of a node, by topic, and whether anybody listens to each. Callbacks on the node's own queue keep
+/// track of subscribers, so looking costs nothing, and the answer changes only where the node processes its callbacks.
 class Publications {
  public:
   /// Calls `on_change` where a topic gets its first subscriber or loses its last.

@@ -4,24 +4,24 @@
 
 namespace youbot_base_sim {
 
-/// Instants at the multiples of a period, each met by the first control period that ends there or later. Never a sum of
-/// periods: an hour of them is an hour.
+/// Instants at the multiples of a period. The first control period that ends at an instant or later meets it. Instants
+/// are computed as k / rate, not summed up, so they do not drift.
 class Schedule {
  public:
-  /// `rate` in Hz; `slack` (s) is how much too early still counts, for rounding.
+  /// `rate` in Hz. A time that is up to `slack` (s) before an instant meets it, so that rounding does not matter.
   Schedule(double rate, double slack) : rate_(rate), slack_(slack) {}
 
-  /// Whether an instant is due at time t, s.
+  /// Whether the next instant is at time t (s) or earlier.
   bool due(double t) const { return t >= next_ - slack_; }
 
-  /// The same; if one is, the next one is waited for from now on.
+  /// The same; if so, proceeds to the instant after it.
   bool meet(double t) {
     if (!due(t)) return false;
     next_ = static_cast<double>(++instants_) / rate_;
     return true;
   }
 
-  /// Time of the instant that is waited for, s.
+  /// Time of the next instant, s.
   double next() const { return next_; }
 
   /// Back to t = 0.

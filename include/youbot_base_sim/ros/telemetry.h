@@ -10,14 +10,14 @@
 
 namespace youbot_base_sim {
 
-/// Everything that the base tells about itself, for the node and for bags alike, so that both have the same topics,
-/// frames and contents:
+/// Makes all messages about the base that are published at each instant, for the node and for bags, so that both have
+/// the same topics, frames and contents:
 ///
 ///   odom                 nav_msgs/Odometry, odom to base_footprint, from the wheels as the driver computes it
 ///   ground_truth         nav_msgs/Odometry, world to base_footprint: the exact pose and velocity
-///   base/joint_states    sensor_msgs/JointState: the four wheels as their motors tell, and the driver's four casters,
-///                        which stand at zero; effort is the motors' torque at the wheels, N m; the rollers too on
-///                        request
+///   base/joint_states    sensor_msgs/JointState: the four wheels as read by their motors, and the driver's four
+///   casters,
+///                        always at zero; effort is the motors' torque at the wheels, N m; rollers on request
 ///   /tf                  odom to base_footprint
 ///   base/roller_switches youbot_base_sim/RollerSwitchStamped, one message a switch
 class Telemetry {
@@ -64,7 +64,7 @@ class Telemetry {
   sensor_msgs::JointState joints_;  // with names, and zeros for the rest
 };
 
-/// The readings of motors that exert the simulation's torque and whose sensors have no error.
+/// Readings without error of motors that exert the simulation's torque.
 MotorReadings exact_readings(const Simulation& simulation);
 
 }  // namespace youbot_base_sim

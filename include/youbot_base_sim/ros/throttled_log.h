@@ -6,7 +6,7 @@
 
 namespace youbot_base_sim {
 
-/// Warnings and errors that come a thousand times a second, of which the log gets one a second for each subject.
+/// Logs at most one line a second for each subject, since commands may cause a thousand warnings a second.
 /// (ROS_WARN_THROTTLE goes by simulated time, which may stand still.)
 class ThrottledLog {
  public:

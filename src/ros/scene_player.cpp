@@ -1,0 +1,86 @@
+#include "youbot_base_sim/ros/scene_player.h"
+
+#include <fmt/format.h>
+#include <ros/callback_queue.h>
+
+#include <stdexcept>
+
+#include "youbot_base_sim/ros/conversions.h"
+#include "youbot_base_sim/ros/parameters.h"
+
+namespace youbot_base_sim {
+
+Scene read_scene_to_play() {
+  Parameters parameters(ros::NodeHandle("~"), "~");
+  const std::string path = parameters.text("scene", "");
+  if (path.empty()) throw ParameterError("parameter ~scene is missing: must be a scene file");
+  SceneOverrides overrides;
+  overrides.model = parameters.text("model", "");
+  Scene scene;
+  try {
+    scene = load_scene(path, overrides);
+  } catch (const SceneError& error) {
+    throw ParameterError(fmt::format("parameter ~scene: {}", error.what()));
+  }
+  if (std::holds_alternative<std::monostate>(scene.drive)) {
+    throw ParameterError(fmt::format("parameter ~scene: {}: drive is left out: there is nothing to play", path));
+  }
+  scene.duration = parameters.number("duration", scene.duration, 1e-6, 1e9, "s");
+  parameters.refuse_others();
+  bool use_sim_time = false;
+  ros::param::get("/use_sim_time", use_sim_time);
+  if (!use_sim_time)
+    throw ParameterError("parameter /use_sim_time: must be true, play_scene goes by base_node's /clock");
+  return scene;
+}
+
+ScenePlayer::ScenePlayer(const Scene& scene) : scene_(scene), torque_(make_torque_profile(scene)) {
+  const auto gain = [this](const ros::SingleSubscriberPublisher& subscriber) { this->gain(subscriber); };
+  const auto lose = [this](const ros::SingleSubscriberPublisher& subscriber) { this->lose(subscriber); };
+  commands_ = torque_ ? node_.advertise<brics_actuator::JointTorques>(kTorqueTopic, kCommandQueueSize, gain, lose)
+                      : node_.advertise<brics_actuator::JointVelocities>(kVelocityTopic, kCommandQueueSize, gain, lose);
+  clock_ = node_.subscribe(kClockTopic, kCommandQueueSize, &ScenePlayer::take_time, this,
+                           ros::TransportHints().tcpNoDelay());
+}
+
+void ScenePlayer::run() {
+  ROS_INFO("waiting for base_node: a /clock, and a subscriber of %s", commands_.getTopic().c_str());
+  ros::SteadyTime start;
+  for (const double end = scene_.duration - 1e-9;;) {
+    ros::getGlobalCallbackQueue()->callOne(ros::WallDuration(0.1));
+    if (time_of(now_) >= end) break;
+    if (base_lost_) throw std::runtime_error(fmt::format("{} is gone at t = {} s", base_, time_of(now_)));
+    if (!ros::ok()) throw std::runtime_error(fmt::format("interrupted at t = {} s", time_of(now_)));
+    if (now_ == commanded_ || !listeners_.count(base_)) continue;
+    if (commanded_.isZero()) start = ros::SteadyTime::now();
+    command(time_of(now_));
+    commanded_ = now_;
+  }
+  const double wall_time = (ros::SteadyTime::now() - start).toSec();
+  ROS_INFO("the scene is over at t = %g s, %.3g times real time", time_of(now_), time_of(now_) / wall_time);
+  ros::WallDuration(0.5).sleep();  // lets what was published last arrive at a recorder before a launch file ends it
+}
+
+void ScenePlayer::take_time(const ros::MessageEvent<const rosgraph_msgs::Clock>& event) {
+  base_ = event.getPublisherName();
+  now_ = event.getConstMessage()->clock;
+}
+
+void ScenePlayer::lose(const ros::SingleSubscriberPublisher& subscriber) {
+  listeners_.erase(subscriber.getSubscriberName());
+  base_lost_ = base_lost_ || subscriber.getSubscriberName() == base_;
+}
+
+void ScenePlayer::command(double t) {
+  // What begins with this control period must not be missed for a rounding error.
+  const double in_period = t + 1e-9;
+  if (torque_) {
+    torque_->begin_segment(in_period);
+    commands_.publish(torque_message(torque_->value(t), now_));
+  } else {
+    const WheelTable& rates = std::get<VelocityTable>(scene_.drive).table;
+    commands_.publish(velocity_message(rates.at(in_period), now_));
+  }
+}
+
+}  // namespace youbot_base_sim
