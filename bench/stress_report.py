@@ -120,8 +120,9 @@ def failures(row):
     if math.isnan(row["halving_ratio"]):
         words.append("halving: a run to compare with did not finish")
     elif row["halving_ratio"] > 1 and not row["halving_ratio"] <= amplification(row):
-        shown = amplification(row)
-        words.append(f"halving {row['halving_ratio']:.4g} times (A {'unknown' if math.isnan(shown) else f'{shown:.2g}'})")
+        A = amplification(row)
+        shown = "unknown" if math.isnan(A) else f"{A:.2g}"
+        words.append(f"halving {row['halving_ratio']:.4g} times (A {shown})")
     if row["held_ratio"] > 1:
         words.append(f"held wheel {row['held_ratio']:.3g} times")
     return words

@@ -21,14 +21,14 @@ Written by `scripts/work_precision`. {machine}
 
 All contestants integrate the same equations with the same analytic Jacobian, those of `SlipSystem`, in one program, one
 after the other, on one core. Run time is processor time of the integration alone, the least of 3 to 10 runs; runs
-beyond 1 s are made once. Everything but SUNDIALS itself, which is the system's, is compiled with the flags above. Errors
-are the largest over rows at 20 Hz. A contestant's sweep ends after its first run beyond {long_run:g} s, or
+beyond 1 s are made once. Everything but SUNDIALS itself, which is the system's, is compiled with the flags above.
+Errors are the largest over rows at 20 Hz. A contestant's sweep ends after its first run beyond {long_run:g} s, or
 {long_enough:g} s if that is within {useful:g} m.
 
 {contestants}
 This package's method and odeint's run through Simulation, by the names of `solver: {{method: ...}}`. They share the
-location of switches, integrate the work and the rollers' angles too (odeint's implicit methods solve systems of order 24
-for that) and end steps on rows. SUNDIALS has its own root finding and dense output, and systems of order 18.
+location of switches, integrate the work and the rollers' angles too (odeint's implicit methods solve systems of order
+24 for that) and end steps on rows. SUNDIALS has its own root finding and dense output, and systems of order 18.
 
 ## The references and how far they can be trusted
 
