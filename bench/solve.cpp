@@ -1,5 +1,5 @@
-// Runs one solver on one scene, once or, while that is quick, some times, and prints as JSON what came of it: see
-// scripts/work_precision.
+// Runs one solver on one scene, repeats quick runs, and prints rows, counts and run time as JSON.
+// scripts/work_precision drives it.
 
 #include <fmt/format.h>
 
@@ -7,70 +7,46 @@
 #include <boost/version.hpp>
 #include <ctime>
 #include <iostream>
+#include <map>
 #include <nlohmann/json.hpp>
 
-#include "odeint.h"
-#include "run.h"
+#include "solver.h"
+#include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/simulation.h"
-#ifdef YOUBOT_BASE_SIM_BENCH_SUNDIALS
-#include "sundials.h"
-#endif
 
 namespace {
 
 using namespace youbot_base_sim;
 using namespace youbot_base_sim::bench;
 
+/// Any method of Simulation.
 Run run_simulation(const Task& task) {
-  Scene scene = task.scene;
-  scene.solver.relative_tolerance = task.setting;
-  scene.solver.absolute_tolerance = 1e-3 * task.setting;
-  Simulation simulation(scene);
+  Simulation simulation(task.scene);
   Run run;
   for (const double t : task.times) {
     simulation.advance_to(t);
-    run.rows.push_back(numbers_of(simulation.state()));
+    if (!simulation.state().values.allFinite()) throw RunFailure(fmt::format("not finite at t = {} s", t));
+    if (task.is_spent(simulation.statistics())) throw RunFailure(fmt::format("too much work by t = {} s", t));
+    run.rows.push_back(simulation.state());
   }
-  const IntegrationStatistics& statistics = simulation.statistics();
-  run.counts.steps = static_cast<std::int64_t>(statistics.steps + statistics.fallback_steps);
-  run.counts.rejected = static_cast<std::int64_t>(statistics.rejected_steps);
-  run.counts.location_steps = static_cast<std::int64_t>(statistics.location_steps);
-  run.counts.factorizations = static_cast<std::int64_t>(statistics.factorizations);
-  run.counts.switches = static_cast<std::int64_t>(statistics.switches);
-  run.counts.evaluations = run.counts.jacobians = -1;
+  run.statistics = simulation.statistics();
   return run;
 }
 
-struct Solver {
-  const char* name;
-  Run (*run)(const Task& task);
-};
-
-constexpr Solver kSolvers[] = {
-    {"radau", run_simulation},
+/// All solvers by their names: those of SUNDIALS, and every method of the scenes' `solver`.
+std::map<std::string, Solver> solvers() {
+  std::map<std::string, Solver> all;
 #ifdef YOUBOT_BASE_SIM_BENCH_SUNDIALS
-    {"cvode", run_cvode},
-    {"arkode_4", run_arkode_4},
-    {"arkode_5", run_arkode_5},
+  all = sundials_solvers();
 #endif
-    {"rosenbrock4", run_rosenbrock4},
-    {"rosenbrock4_as_shipped", run_rosenbrock4_as_shipped},
-    {"implicit_euler", run_implicit_euler},
-    {"dopri5", run_dopri5},
-    {"runge_kutta4", run_runge_kutta4},
-};
-
-const Solver& solver_of(const std::string& name) {
-  for (const Solver& solver : kSolvers) {
-    if (name == solver.name) return solver;
-  }
-  throw SceneError(fmt::format("--solver = {}: must be one of those that --list prints", name));
+  for (const Method& method : methods()) all[method.name] = run_simulation;
+  return all;
 }
 
 /// What the solvers were built with and for; SUNDIALS itself comes from the system.
 nlohmann::json about() {
   nlohmann::json json;
-  for (const Solver& solver : kSolvers) json["solvers"].push_back(solver.name);
+  for (const auto& [name, solver] : solvers()) json["solvers"].push_back(name);
   json["compiler"] = "g++ " __VERSION__;
   json["flags"] = YOUBOT_BASE_SIM_BENCH_FLAGS;
 #if defined(__AVX512F__)
@@ -97,7 +73,7 @@ double processor_time() {
 }
 
 /// Run time is the least of the repeats.
-nlohmann::json measure(const Solver& solver, const Task& task) {
+nlohmann::json measure(Solver solver, const Task& task) {
   constexpr double kLong = 1, kEnough = 1;  // s: of a run that is not repeated, and of all runs
   constexpr int kMinRepeats = 3, kMaxRepeats = 10;
   double least = std::numeric_limits<double>::infinity(), total = 0, start = 0;
@@ -106,7 +82,7 @@ nlohmann::json measure(const Solver& solver, const Task& task) {
   try {
     do {
       start = processor_time();
-      run = solver.run(task);
+      run = solver(task);
       const double taken = processor_time() - start;
       if (run.rows.size() != task.times.size()) throw RunFailure("rows are missing");
       total += taken;
@@ -116,17 +92,10 @@ nlohmann::json measure(const Solver& solver, const Task& task) {
   } catch (const RunFailure& failure) {
     return {{"failure", failure.what()}, {"run_time", processor_time() - start}};
   }
-  return {{"rows", run.rows},
-          {"run_time", least},
-          {"repeats", repeats},
-          {"counts",
-           {{"steps", run.counts.steps},
-            {"rejected_steps", run.counts.rejected},
-            {"location_steps", run.counts.location_steps},
-            {"evaluations", run.counts.evaluations},
-            {"jacobians", run.counts.jacobians},
-            {"factorizations", run.counts.factorizations},
-            {"switches", run.counts.switches}}}};
+  nlohmann::json counts;
+  for (const StatisticsField& field : kStatisticsFields) counts[field.name] = run.statistics.*field.value;
+  counts["jacobians"] = run.jacobians;
+  return {{"rows", run.rows}, {"run_time", least}, {"repeats", repeats}, {"counts", counts}};
 }
 
 std::vector<double> row_times(double span, double rate) {
@@ -142,17 +111,18 @@ int main(int argc, char** argv) {
   std::string path, name;
   SceneOverrides overrides;
   Task task;
-  double span = 0, rate = 20;
+  double span = 0, rate = 20, step = 0;
   po::options_description options("Options");
   // clang-format off
   options.add_options()
     ("scene", po::value(&path)->required(), "scene file")
     ("solver", po::value(&name)->required(), "name of the solver")
-    ("setting", po::value(&task.setting)->required(), "relative tolerance, or step (s) of a method with fixed steps")
+    ("tolerance", po::value(&overrides.relative_tolerance), "relative, in place of the scene's")
+    ("step", po::value(&step), "s, of a method with fixed steps")
     ("model", po::value(&overrides.model), "viscous or coulomb, in place of the scene's")
     ("span", po::value(&span), "s to simulate; the scene's duration unless given")
     ("rate", po::value(&rate), "rows a second")
-    ("max-evaluations", po::value(&task.limits.max_evaluations), "of the right-hand side, after which to give up")
+    ("max-evaluations", po::value(&task.max_evaluations), "of the right-hand side, after which to give up")
     ("list", "print the solvers and what they were built with");
   // clang-format on
   try {
@@ -163,9 +133,13 @@ int main(int argc, char** argv) {
       return 0;
     }
     po::notify(given);
+    const auto all = solvers();
+    if (!all.count(name)) throw SceneError(fmt::format("--solver = {}: must be one of those that --list prints", name));
     task.scene = load_scene(path, overrides);
+    task.scene.solver.method = name;
+    task.scene.solver.step = step;
     task.times = row_times(span > 0 ? std::min(span, task.scene.duration) : task.scene.duration, rate);
-    std::cout << measure(solver_of(name), task).dump() << '\n';
+    std::cout << measure(all.at(name), task).dump() << '\n';
   } catch (const std::exception& error) {
     fmt::print(stderr, "solve: {}\n", error.what());
     return 2;

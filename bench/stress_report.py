@@ -38,10 +38,10 @@ time of the simulation. Required is:
 
 S is the path: 1 mm more than the longer of the base's path and the longest that a wheel rolled. A is the amplification,
 shown by two neighbours: wheel angles that start 1e-6 rad less and 1e-6 rad more, at tolerance 1e-9. A is the distance
-of their ends from the motion's own, over R 1e-6 rad, the lesser of the two. The echo is the distance at the end of two
-runs at the cell's own tolerance that start 1e-12 rad apart. A and echo are looked for only where halving moves the end
-by more than tol S. 1.8e-5 J and 1 mm are the robot's energy and path at 1e-3 SI units, where relative and absolute
-tolerance meet.
+of their ends from the motion's own, over R 1e-6 rad, the lesser of the two; runs with fallback steps show nothing. The
+echo is the distance at the end of two runs at the cell's own tolerance that start 1e-12 rad apart. A and echo are
+looked for only where halving moves the end by more than tol S. 1.8e-5 J and 1 mm are the robot's energy and path at
+1e-3 SI units, where relative and absolute tolerance meet.
 
 The numbers below are measured over allowed: up to 1 is right. `stress.csv` has every run.
 """
@@ -120,7 +120,9 @@ def failures(row):
     if math.isnan(row["halving_ratio"]):
         words.append("halving: a run to compare with did not finish")
     elif row["halving_ratio"] > 1 and not row["halving_ratio"] <= amplification(row):
-        words.append(f"halving {row['halving_ratio']:.4g} times (A {amplification(row):.2g})")
+        A = amplification(row)
+        shown = "unknown" if math.isnan(A) else f"{A:.2g}"
+        words.append(f"halving {row['halving_ratio']:.4g} times (A {shown})")
     if row["held_ratio"] > 1:
         words.append(f"held wheel {row['held_ratio']:.3g} times")
     return words

@@ -178,10 +178,13 @@ def halving(simulate, cell, tolerance, end, row):
         return
     row["echo"] = distance(end, simulate.run(cell, tolerance, MAX_RUN, turned_by=TINY_ANGLE).pose)
     tight = min(tolerance, TIGHT_TOLERANCE)
-    middle = simulate.run(cell, tight, MAX_RUN).pose
+    middle = simulate.run(cell, tight, MAX_RUN)
     for side, angle in (("minus", -SMALL_ANGLE), ("plus", SMALL_ANGLE)):
-        moved = distance(middle, simulate.run(cell, tight, MAX_RUN, turned_by=angle).pose)
-        row[f"amplification_{side}"] = moved / (stress_cells.WHEEL_RADIUS * SMALL_ANGLE)
+        neighbour = simulate.run(cell, tight, MAX_RUN, turned_by=angle)
+        # Fallback steps have errors of their own, which say nothing about the motion.
+        if all(run.summary and run.summary["fallback_steps"] == 0 for run in (middle, neighbour)):
+            moved = distance(middle.pose, neighbour.pose)
+            row[f"amplification_{side}"] = moved / (stress_cells.WHEEL_RADIUS * SMALL_ANGLE)
 
 
 def hundredth(simulate, cell, tolerance, end, row):
