@@ -112,14 +112,13 @@ class Simulation::Loop {
   // The control loop: odeint's, over n control periods from the beginning of one, sampling the drive at each.
   void advance_whole_periods(std::int64_t n) {
     const std::int64_t first = periods_;
-    const double start = t_;
     const auto count = static_cast<std::size_t>(n);
     const auto observer = [&](std::size_t k) {
       periods_ = first + static_cast<std::int64_t>(k);
       t_ = static_cast<double>(periods_) * period();
       if (k < count) sample_drive();
     };
-    integration_->advance_periods(state_, start, period(), count, std::ref(observer));
+    integration_->advance_periods(state_, first, period(), count, std::ref(observer));
   }
 
   // A part of a control period, for whoever looks between two samples.

@@ -34,7 +34,7 @@ class Simulation {
   ~Simulation();
 
   /// Advances to time t (s), sampling the drive at each control period that begins on the way. Never fails: where the
-  /// accurate integration gives up, safe steps go on, and the statistics tell.
+  /// accurate integration gives up, fallback steps go on, and the statistics tell.
   void advance_to(double t);
 
   /// Advances to the end of the present control period and by n - 1 more. Throws std::logic_error if the scene has

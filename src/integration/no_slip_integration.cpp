@@ -10,11 +10,12 @@ namespace youbot_base_sim {
 
 namespace odeint = boost::numeric::odeint;
 
-void NoSlipIntegration::advance_periods(State& x, double t, double period, std::size_t n,
+void NoSlipIntegration::advance_periods(State& x, std::int64_t first, double period, std::size_t n,
                                         const PeriodObserver& observer) {
   for (std::size_t k = 0; k < n; ++k) {
     observer(k);
-    advance(x, t + static_cast<double>(k) * period, t + static_cast<double>(k + 1) * period);
+    const auto now = static_cast<double>(first) + static_cast<double>(k);
+    advance(x, now * period, (now + 1) * period);
   }
   observer(n);
 }

@@ -64,13 +64,23 @@ struct EdgeCrossing {
   double speed(const State& x) const { return direction * x.dphi()[wheel]; }
 };
 
+/// Whether all wheels are further than `margin` (rad) from the edges of their contacts.
+template <class System>
+bool inside_edges(const System& system, const State& x, double margin) {
+  const Wheels phi = x.phi();
+  return (phi - system.lower_edge()).min(system.upper_edge() - phi).minCoeff() > margin;
+}
+
+/// Whether no wheel turns back between two states.
+inline bool keep_direction(const State& start, const State& end) { return (start.dphi() * end.dphi()).minCoeff() >= 0; }
+
 /// The first crossing in a step of length dt (s) from `start` to `end`, by the cubics through phi and dphi at both
 /// ends. A roller's range contains its lower edge, not its upper one.
 template <class System>
 EdgeCrossing first_crossing(const System& system, const State& start, const State& end, double dt) {
   EdgeCrossing first;
+  if (inside_edges(system, end, 0) && keep_direction(start, end)) return first;
   const Wheels phi = end.phi();
-  if ((phi > system.lower_edge() && phi < system.upper_edge() && start.dphi() * end.dphi() >= 0).all()) return first;
   for (int i = 0; i < kWheels; ++i) {
     for (const int direction : {+1, -1}) {
       const double edge = direction > 0 ? system.upper_edge()[i] : system.lower_edge()[i];

@@ -212,11 +212,7 @@ class LocatedStepper {
   template <class System>
   void settle(System& system, State& x, double t) {
     settled_ = true;
-    const Wheels phi = x.phi();
-    if ((phi > system.lower_edge() + kNear && phi < system.upper_edge() - kNear).all() && !system.shares() &&
-        !system.averages()) {
-      return;
-    }
+    if (inside_edges(system, x, kNear) && !system.shares() && !system.averages()) return;
     for (int i = 0; i < kWheels; ++i) {
       if (system.averaged(i)) {
         if (system.slow_again(i, x)) resolve(system, x, t, i);

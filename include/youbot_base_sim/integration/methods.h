@@ -30,7 +30,7 @@ const Method* find_method(const std::string& name);
 /// How to integrate.
 struct IntegrationSettings {
   std::string method = "radau";
-  Tolerance tolerance;
+  Tolerance tolerance{3e-7, 3e-10};
   double step = 0;  ///< of a method without step size control, s; 0: its default
 };
 

@@ -17,7 +17,8 @@ class NoSlipIntegration : public Integration {
   NoSlipIntegration(const RobotParameters& robot, const TorqueProfile& torque, const Tolerance& tolerance)
       : torque_(torque), model_(robot), tolerance_(tolerance) {}
 
-  void advance_periods(State& x, double t, double period, std::size_t n, const PeriodObserver& observer) override;
+  void advance_periods(State& x, std::int64_t first, double period, std::size_t n,
+                       const PeriodObserver& observer) override;
   void advance(State& x, double t, double t_end) override;
   void torque_jumped() override {}
   double kinetic_energy(const State& x) const override { return model_.kinetic_energy(x.velocity()); }

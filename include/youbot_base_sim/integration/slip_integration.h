@@ -9,6 +9,7 @@
 #include "youbot_base_sim/integration/guarded_stepper.h"
 #include "youbot_base_sim/integration/integration.h"
 #include "youbot_base_sim/integration/located_stepper.h"
+#include "youbot_base_sim/integration/period_stepper.h"
 #include "youbot_base_sim/integration/slip_system.h"
 
 namespace youbot_base_sim {
@@ -27,14 +28,16 @@ class SlipIntegration : public Integration {
         stepper_(located(tolerance, make_stepper), located(coarse(tolerance), make_stepper), bound, switches_,
                  statistics_) {}
 
-  void advance_periods(State& x, double t, double period, std::size_t n, const PeriodObserver& observer) override {
+  void advance_periods(State& x, std::int64_t first, double period, std::size_t n,
+                       const PeriodObserver& observer) override {
     std::size_t k = 0;
-    const auto observe = [&](const State& state, double now) {
-      if (system_.averages()) record_passed_rollers(state, now);
+    const auto observe = [&](const State& state, double periods) {
+      if (system_.averages()) record_passed_rollers(state, periods * period);
       observer(k++);
     };
-    boost::numeric::odeint::integrate_n_steps(std::ref(stepper_), std::ref(system_), x, t, period, n,
-                                              std::ref(observe));
+    PeriodStepper stepper(stepper_, period);
+    boost::numeric::odeint::integrate_n_steps(std::ref(stepper), std::ref(system_), x, static_cast<double>(first), 1.0,
+                                              n, std::ref(observe));
   }
 
   void advance(State& x, double t, double t_end) override {

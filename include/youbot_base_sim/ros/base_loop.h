@@ -35,11 +35,8 @@ class BaseLoop {
   /// Makes requests that are stamped later than now due now, after simulated time was set back against the wall clock.
   void bring_requests_forward() { requests_.bring_forward(simulation_.time()); }
 
-  /// Advances by n control periods. Each is a call of its own: in one call of many, a period's times would be rounded
-  /// relative to the beginning of the call, and the last digits of the motion would depend on who listens.
-  void advance_periods(std::int64_t n) {
-    for (std::int64_t k = 0; k < n; ++k) simulation_.advance_periods(1);
-  }
+  /// Advances by n control periods. The motion does not depend on how they are grouped into calls.
+  void advance_periods(std::int64_t n) { simulation_.advance_periods(n); }
 
   /// Control periods until one ends at time t (s) or later; at least 1.
   std::int64_t periods_until(double t) const;
