@@ -365,13 +365,13 @@ TEST_P(PaperCaseTest, HoldsAWheelBetweenTwoRollers) {
   for (int i = 1; i < kWheels; ++i) EXPECT_NEAR(x.phi()[i], exact.phi()[i], 10 * allowed);
 }
 
-// A torque that becomes no number for 30 us from 3 ms on: no step of a method leads out of that, but a step of the
+// A torque that becomes no number for 10 us from 3 ms on: no step of a method leads out of that, but a step of the
 // fallback does, which asks only for the torque at its end.
 class TorqueWithAHole : public HeldTorque {
  public:
   using HeldTorque::HeldTorque;
   Wheels value(double t) const override {
-    if (open && t < 3.03e-3) return Wheels::Constant(std::numeric_limits<double>::quiet_NaN());
+    if (open && t < 3.01e-3) return Wheels::Constant(std::numeric_limits<double>::quiet_NaN());
     return HeldTorque::value(t);
   }
   bool open = false;
@@ -381,7 +381,7 @@ TEST_P(MethodTest, FallsBackWhereItCannotStepAndGoesOn) {
   const GentleRobot gentle;
   State start;
   start.dphi() << 40, -30, 10, 5;
-  const double accuracy = has_fixed_step() ? 2e-5 : 1e-7;
+  const double accuracy = has_fixed_step() ? 8e-6 : 1e-7;
   const auto run = [&](bool with_hole, std::unique_ptr<Integration>& integration) {
     TorqueWithAHole torque(Wheels{1, -1, 0.5, 0});
     integration = gentle.integration(start, torque, settings(accuracy));
@@ -398,9 +398,9 @@ TEST_P(MethodTest, FallsBackWhereItCannotStepAndGoesOn) {
   EXPECT_EQ(uninterrupted->statistics().exhausted, 0u);
   EXPECT_EQ(uninterrupted->statistics().fallback_steps, 0u);
   EXPECT_EQ(interrupted->statistics().exhausted, 1u);
-  EXPECT_EQ(interrupted->statistics().fallback_steps, 20u);  // a millisecond's worth
-  // Steps of first order and 50 us, at rates of 100/s and 40 rad/s.
-  EXPECT_LT(distance(x, exact), 0.5 * 5e-5 * 100 * 40);
+  EXPECT_EQ(interrupted->statistics().fallback_steps, 50u);  // of 20 us: a millisecond's worth
+  // Steps of first order and 20 us, at rates of 100/s and 40 rad/s.
+  EXPECT_LT(distance(x, exact), 0.5 * 2e-5 * 100 * 40);
   const auto switches = interrupted->take_switches(), due = uninterrupted->take_switches();
   EXPECT_GT(due.size(), 2u);
   ASSERT_EQ(switches.size(), due.size());

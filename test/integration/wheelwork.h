@@ -84,12 +84,6 @@ class Wheelwork {
   bool slow_again(int i, const State& x) const {
     return averaged_[i] && std::abs(x.dphi()[i]) < 0.8 * max_located_dphi;
   }
-  bool rates_call_for_change(const State& x) const {
-    for (int i = 0; i < kWheels; ++i) {
-      if (too_fast(i, x) || slow_again(i, x)) return true;
-    }
-    return false;
-  }
   void average(int i) {
     averaged_[i] = true;
     shared_[i] = false;
@@ -103,6 +97,8 @@ class Wheelwork {
     const RollerGeometry* rollers;
   };
   Model model() const { return {&geometry}; }
+  double transition_speed() const { return 0; }
+  void set_transition_speed(double) {}
   std::uint64_t evaluations() const { return evaluations_; }
   void count_evaluations(std::uint64_t more) const { evaluations_ += more; }
 
