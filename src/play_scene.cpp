@@ -1,8 +1,7 @@
 // Plays a scene's drive into base_node. Ends when the scene is over.
 
-#include "youbot_base_sim/ros/scene_player.h"
-
 #include "youbot_base_sim/ros/program.h"
+#include "youbot_base_sim/ros/scene_player.h"
 
 int main(int argc, char** argv) {
   using namespace youbot_base_sim;

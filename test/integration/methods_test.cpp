@@ -429,7 +429,7 @@ TEST_P(MethodTest, ResultsDoNotDependOnHowARunIsCut) {
     for (std::size_t k = 0; k < kPeriods; k += periods_a_call) {
       const double t = static_cast<double>(k) * kPeriod;
       if (parts == 0) {
-        integration->advance_periods(x, t, kPeriod, periods_a_call, [&](std::size_t j) {
+        integration->advance_periods(x, static_cast<std::int64_t>(k), kPeriod, periods_a_call, [&](std::size_t j) {
           if (j < periods_a_call) set_torque(k + j);
         });
       } else {

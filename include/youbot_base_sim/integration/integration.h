@@ -23,9 +23,9 @@ class Integration {
   /// the end of the last.
   using PeriodObserver = std::function<void(std::size_t k)>;
 
-  /// Advances x, at the beginning of control period `first`, by n periods of length `period` (s), over each of which the
-  /// torque is smooth; the observer may change it where one begins, and calls `torque_jumped` then. The result does not
-  /// depend on how a run is grouped into calls.
+  /// Advances x, at the beginning of control period `first`, by n periods of length `period` (s), over each of which
+  /// the torque is smooth; the observer may change it where one begins, and calls `torque_jumped` then. The result does
+  /// not depend on how a run is grouped into calls.
   virtual void advance_periods(State& x, std::int64_t first, double period, std::size_t n,
                                const PeriodObserver& observer) = 0;
 
