@@ -1,11 +1,10 @@
 #pragma once
 
-#include <boost/numeric/odeint/stepper/stepper_categories.hpp>
-#include <boost/numeric/odeint/util/unwrap_reference.hpp>
 #include <cmath>
 
 #include "youbot_base_sim/integration/bordered_stages.h"
 #include "youbot_base_sim/integration/slip_system.h"
+#include "youbot_base_sim/integration/stepper_types.h"
 
 namespace youbot_base_sim {
 
@@ -15,20 +14,14 @@ namespace youbot_base_sim {
 /// transition speed. It is of first order and locates no switches: wheels stay on the rollers of its start, also beyond
 /// their edges.
 template <class Law>
-class FallbackStepper {
+class FallbackStepper : public StepperTypes<boost::numeric::odeint::stepper_tag> {
  public:
-  using state_type = State;
-  using deriv_type = State;
-  using value_type = double;
-  using time_type = double;
-  using order_type = unsigned short;
-  using stepper_category = boost::numeric::odeint::stepper_tag;
   static constexpr order_type order() { return 1; }
 
   /// Advances x by dt (s) under the torques at t + dt. `system` is a SlipSystem, by std::ref; no contact may be shared.
   template <class System>
   void do_step(System system_reference, State& x, double t, double dt) {
-    auto& system = static_cast<typename boost::numeric::odeint::unwrap_reference<System>::type&>(system_reference);
+    auto& system = unwrapped(system_reference);
     const SlipModel<Law>& model = system.model();
     const Inertia& inertia = model.inertia();
     const Velocities start = x.velocities();

@@ -1,9 +1,6 @@
 #pragma once
 
 #include <algorithm>
-#include <boost/numeric/odeint/stepper/controlled_step_result.hpp>
-#include <boost/numeric/odeint/stepper/stepper_categories.hpp>
-#include <boost/numeric/odeint/util/unwrap_reference.hpp>
 #include <cstdint>
 #include <functional>
 #include <limits>
@@ -11,6 +8,7 @@
 
 #include "youbot_base_sim/integration/sliding_mode.h"
 #include "youbot_base_sim/integration/statistics.h"
+#include "youbot_base_sim/integration/stepper_types.h"
 #include "youbot_base_sim/integration/switch_log.h"
 #include "youbot_base_sim/physics/state.h"
 
@@ -30,16 +28,8 @@ struct WorkBound {
 /// happens again soon. Switches on the way are announced like all others, with times that are interpolated within the
 /// step.
 template <class Stepper, class Fallback>
-class GuardedStepper {
+class GuardedStepper : public ControlledStepperTypes {
  public:
-  using state_type = State;
-  using deriv_type = State;
-  using value_type = double;
-  using time_type = double;
-  using order_type = unsigned short;
-  using stepper_category = boost::numeric::odeint::controlled_stepper_tag;
-  using Result = boost::numeric::odeint::controlled_step_result;
-
   /// Records in `switches` and counts in `statistics`, which must outlive it.
   GuardedStepper(const Stepper& stepper, const Stepper& coarse, const WorkBound& bound, SwitchLog& switches,
                  IntegrationStatistics& statistics)
@@ -53,7 +43,7 @@ class GuardedStepper {
   /// As LocatedStepper's; `dt` is an upper bound. Never fails kMaxFailures times in a row.
   template <class System>
   Result try_step(System system_reference, State& x, double& t, double& dt) {
-    auto& system = static_cast<typename boost::numeric::odeint::unwrap_reference<System>::type&>(system_reference);
+    auto& system = unwrapped(system_reference);
     if (t < fallback_end_) return fall_back(system, x, t, dt);
     if (!(t < window_start_ + kWindow) || t < window_start_) begin_window(system, t);
     const bool stuck = failures_ >= kMaxFailures || t + stepper_->dt() <= t;

@@ -1,9 +1,6 @@
 #pragma once
 
 #include <algorithm>
-#include <boost/numeric/odeint/stepper/controlled_step_result.hpp>
-#include <boost/numeric/odeint/stepper/stepper_categories.hpp>
-#include <boost/numeric/odeint/util/unwrap_reference.hpp>
 #include <cmath>
 #include <cstdint>
 #include <functional>
@@ -12,6 +9,7 @@
 #include "youbot_base_sim/integration/edge_crossing.h"
 #include "youbot_base_sim/integration/sliding_mode.h"
 #include "youbot_base_sim/integration/statistics.h"
+#include "youbot_base_sim/integration/stepper_types.h"
 #include "youbot_base_sim/integration/switch_log.h"
 #include "youbot_base_sim/integration/tolerance.h"
 
@@ -29,16 +27,8 @@ namespace youbot_base_sim {
 /// `dt` of try_step is an upper bound: how long a step is worth trying is remembered here, so that odeint may clip the
 /// bound at the end of a control period without any loss. After success dt is infinite, and odeint clips it again.
 template <class Stepper>
-class LocatedStepper {
+class LocatedStepper : public ControlledStepperTypes {
  public:
-  using state_type = State;
-  using deriv_type = State;
-  using value_type = double;
-  using time_type = double;
-  using order_type = unsigned short;
-  using stepper_category = boost::numeric::odeint::controlled_stepper_tag;
-  using Result = boost::numeric::odeint::controlled_step_result;
-
   /// Records in `switches` and counts in `statistics`, which must outlive it.
   LocatedStepper(Stepper stepper, const Tolerance& tolerance, SwitchLog& switches, IntegrationStatistics& statistics)
       : stepper_(std::move(stepper)), tolerance_(tolerance), switches_(&switches), statistics_(&statistics) {}
@@ -47,7 +37,7 @@ class LocatedStepper {
   /// another one with edges, by std::ref; its contacts change with the state.
   template <class System>
   Result try_step(System system_reference, State& x, double& t, double& dt) {
-    auto& system = static_cast<typename boost::numeric::odeint::unwrap_reference<System>::type&>(system_reference);
+    auto& system = unwrapped(system_reference);
     if (!settled_) settle(system, x, t);
     const double bound = dt;
     // A step that would leave a sliver goes to the end.

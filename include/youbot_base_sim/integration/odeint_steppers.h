@@ -7,13 +7,13 @@
 #include <boost/numeric/odeint/stepper/implicit_euler.hpp>
 #include <boost/numeric/odeint/stepper/rosenbrock4.hpp>
 #include <boost/numeric/odeint/stepper/rosenbrock4_controller.hpp>
-#include <boost/numeric/odeint/util/unwrap_reference.hpp>
 #include <functional>
 #include <limits>
 #include <type_traits>
 #include <utility>
 
 #include "youbot_base_sim/integration/statistics.h"
+#include "youbot_base_sim/integration/stepper_types.h"
 #include "youbot_base_sim/integration/tolerance.h"
 #include "youbot_base_sim/physics/state.h"
 
@@ -56,7 +56,7 @@ class ControlledRungeKutta {
   template <class System>
   boost::numeric::odeint::controlled_step_result try_step(System system, const State& in, double& t, State& out,
                                                           double& dt) {
-    auto& right_hand_side = static_cast<typename boost::numeric::odeint::unwrap_reference<System>::type&>(system);
+    auto& right_hand_side = unwrapped(system);
     if (!known_ || t != t_ || (in.values != x_.values).any()) {
       right_hand_side(in, dxdt_, t);
       known_ = true;
@@ -171,8 +171,7 @@ class Rosenbrock4 {
   template <class System>
   boost::numeric::odeint::controlled_step_result try_step(System system, const State& in, double& t, State& out,
                                                           double& dt) {
-    using Unwrapped = typename boost::numeric::odeint::unwrap_reference<System>::type;
-    const UblasSystem<Unwrapped> ublas(static_cast<Unwrapped&>(system), in, *statistics_);
+    const UblasSystem ublas(unwrapped(system), in, *statistics_);
     ublas.put(in, y_);
     const auto result = controller_.try_step(ublas.pair(), y_, t, y_end_, dt);
     if (result == boost::numeric::odeint::success) out = ublas.state(y_end_);
@@ -244,8 +243,7 @@ class ImplicitEulerStep {
   explicit ImplicitEulerStep(IntegrationStatistics& statistics) : statistics_(&statistics), y_(State().values.size()) {}
   template <class System>
   void step(System system, const State& in, double t, State& out, double dt) {
-    using Unwrapped = typename boost::numeric::odeint::unwrap_reference<System>::type;
-    const UblasSystem<Unwrapped> ublas(static_cast<Unwrapped&>(system), in, *statistics_);
+    const UblasSystem ublas(unwrapped(system), in, *statistics_);
     ublas.put(in, y_);
     stepper_.do_step(ublas.pair(), y_, t, dt);
     out = ublas.state(y_);

@@ -1,9 +1,6 @@
 #pragma once
 
 #include <algorithm>
-#include <boost/numeric/odeint/stepper/controlled_step_result.hpp>
-#include <boost/numeric/odeint/stepper/stepper_categories.hpp>
-#include <boost/numeric/odeint/util/unwrap_reference.hpp>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -15,6 +12,7 @@
 #include "youbot_base_sim/integration/slip_system.h"
 #include "youbot_base_sim/integration/statistics.h"
 #include "youbot_base_sim/integration/step_size_controller.h"
+#include "youbot_base_sim/integration/stepper_types.h"
 #include "youbot_base_sim/integration/tolerance.h"
 
 namespace youbot_base_sim {
@@ -37,16 +35,8 @@ namespace youbot_base_sim {
 ///
 /// The functions that do the work are marked `flatten`: all that they call is small and best inlined.
 template <class Law>
-class Radau {
+class Radau : public ControlledStepperTypes {
  public:
-  using state_type = State;
-  using deriv_type = State;
-  using value_type = double;
-  using time_type = double;
-  using order_type = unsigned short;
-  using stepper_category = boost::numeric::odeint::controlled_stepper_tag;
-  using Result = boost::numeric::odeint::controlled_step_result;
-
   /// Counts its iterations in `statistics`, which must outlive it.
   Radau(const Tolerance& tolerance, IntegrationStatistics& statistics)
       : tolerance_(tolerance), statistics_(&statistics) {}
@@ -64,7 +54,7 @@ class Radau {
   template <class System>
   Result try_step(System system_reference, const State& in, double& t, State& out, double& dt) {
     using boost::numeric::odeint::fail;
-    auto& system = static_cast<typename boost::numeric::odeint::unwrap_reference<System>::type&>(system_reference);
+    auto& system = unwrapped(system_reference);
     if (!repeats(in, t)) initialize(system, in, t);
     if (!solve(system, dt)) {
       dt *= kShrinkage;

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <boost/numeric/odeint/stepper/controlled_step_result.hpp>
+#include <boost/numeric/odeint/stepper/stepper_categories.hpp>
+#include <boost/numeric/odeint/util/unwrap_reference.hpp>
+
+#include "youbot_base_sim/physics/state.h"
+
+namespace youbot_base_sim {
+
+/// The types that odeint asks of a stepper that works on a State. `Category` is odeint's stepper_tag or
+/// controlled_stepper_tag.
+template <class Category>
+struct StepperTypes {
+  using state_type = State;
+  using deriv_type = State;
+  using value_type = double;
+  using time_type = double;
+  using order_type = unsigned short;
+  using stepper_category = Category;
+  using Result = boost::numeric::odeint::controlled_step_result;
+};
+using ControlledStepperTypes = StepperTypes<boost::numeric::odeint::controlled_stepper_tag>;
+
+/// The System behind what odeint's functions were given, which may be a std::ref.
+template <class System>
+auto& unwrapped(System& system) {
+  return static_cast<typename boost::numeric::odeint::unwrap_reference<System>::type&>(system);
+}
+
+}  // namespace youbot_base_sim
