@@ -148,8 +148,8 @@ class Outputs {
 };
 
 void run(const Arguments& arguments, const Scene& scene) {
-  const Method& method = *find_method(scene.solver.method);
-  const std::string told = advice(method, scene.robot, scene.floor, scene.model, scene.duration);
+  const std::string told =
+      advice(scene.robot, scene.floor, scene.model, integration_settings(scene.solver), scene.duration);
   if (!arguments.quiet && !told.empty()) fmt::print(stderr, "simulate: {}\n", told);
   Outputs outputs(arguments);
   Progress progress(scene.duration, arguments.quiet);

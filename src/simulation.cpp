@@ -49,6 +49,7 @@ class Simulation::Loop {
     t_ = 0;
     periods_ = 0;
     in_period_ = false;
+    segment_end_ = 0;
     held_ = nullptr;
     if (period() > 0) {
       auto held = std::make_unique<HeldTorque>();
@@ -68,9 +69,10 @@ class Simulation::Loop {
   }
 
   void advance_to(double t) {
+    if (!(t > t_)) return;
     if (!held_) return advance_continuously(t);
     const double slack = kSlack * period();
-    if (in_period_) advance_within_period(std::min(t, end_of_period(0)));
+    if (in_period_) advance_within_period(t + slack < end_of_period(0) ? t : end_of_period(0));
     const auto whole = static_cast<std::int64_t>(std::floor((t + slack) / period())) - periods_;
     if (!in_period_ && whole > 0) advance_whole_periods(whole);
     if (t_ < t - slack) advance_within_period(t);

@@ -204,6 +204,44 @@ TEST_F(SimulationTest, LooserTolerancesAreNoMoreWork) {
   }
 }
 
+TEST_F(SimulationTest, DoesNotGoBackInTime) {
+  Scene scene =
+      load("duration: 1\ninitial: {twist: [0.4, 0, 0]}\ndrive: {torque: [{start: 0, constant: [1, 1, 1, 1]}]}\n");
+  scene.solver.control_period = 1;
+  Simulation once(scene), back(scene);
+  once.advance_to(0.5);
+  back.advance_to(0.5);
+  back.advance_to(0.2);
+  EXPECT_EQ(back.time(), 0.5);
+  once.advance_to(0.9);
+  back.advance_to(0.9);
+  EXPECT_TRUE((once.state().values == back.state().values).all());
+}
+
+TEST_F(SimulationTest, ResetBeginsTheSameRunAgain) {
+  const std::string segments =
+      "duration: 1\ndrive: {torque: [{start: 0, constant: [1, 1, 1, 1]}, {start: 0.1, constant: [-1, 1, 1, -1]}, "
+      "{start: 0.2, constant: [2, 1, 0, 1]}]}\n";
+  Simulation fresh(load(segments)), again(load(segments));
+  again.advance_to(0.05);
+  again.reset();
+  fresh.advance_to(0.3);
+  again.advance_to(0.3);
+  EXPECT_TRUE((fresh.state().values == again.state().values).all());
+  EXPECT_EQ(fresh.statistics().evaluations, again.statistics().evaluations);
+}
+
+// Work is bounded without a tighter tolerance making a result worse, and short periods are not charged for their
+// shortness.
+TEST_F(SimulationTest, ShortPeriodsAreNotEased) {
+  Scene scene = load("duration: 0.01\ndrive: {torque: [{start: 0, constant: [1, -0.5, 0.7, 1.2]}]}\n");
+  scene.solver.control_period = 1e-6;
+  Simulation simulation(scene);
+  simulation.advance_to(0.01);
+  EXPECT_EQ(simulation.statistics().exhausted, 0u);
+  EXPECT_EQ(simulation.statistics().fallback_steps, 0u);
+}
+
 // Friction that turns over less slip than the tolerance can see is made to turn over more: this moves the end by no
 // more than the tolerance times the way. The reference turns over the scene's own slip speed.
 TEST_F(SimulationTest, TransitionSpeedBelowTheToleranceDoesNotShow) {

@@ -33,8 +33,9 @@ class Simulation {
 
   ~Simulation();
 
-  /// Advances to time t (s), sampling the drive at each control period that begins on the way. Never fails: where the
-  /// accurate integration gives up, fallback steps go on, and the statistics tell.
+  /// Advances to time t (s), sampling the drive at each control period that begins on the way; does nothing if that has
+  /// passed. Where the accurate integration takes too much work, it goes on less accurately, and the statistics tell.
+  /// Throws std::domain_error where the equations have no finite solution.
   void advance_to(double t);
 
   /// Advances to the end of the present control period and by n - 1 more. Throws std::logic_error if the scene has
@@ -62,13 +63,13 @@ class Simulation {
   /// Slip, friction and offset of the contact points; in model 1, no slip and no force.
   Contacts contacts() const;
 
-  /// Switches since the last `take_switches`, in order of time; clears them.
+  /// Switches since the last `take_switches`, in order of time; clears them. The list grows until somebody takes it.
   std::vector<RollerSwitch> take_switches();
 
   const IntegrationStatistics& statistics() const;
 
-  /// The slip speed over which the friction turns, m/s: the scene's slip_regularization, or what the tolerance can tell
-  /// from zero if that is more (see effective_transition_speed); infinite for models without one.
+  /// The transition speed, over which friction is regularised, m/s: the scene's slip_regularization, or what the
+  /// tolerance can tell from zero if that is more (see effective_transition_speed); infinite for models without one.
   double transition_speed() const;
 
   /// The name of the method that integrates: the scene's, or dopri5 for model 1.

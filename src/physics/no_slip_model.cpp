@@ -9,7 +9,7 @@ NoSlipModel::NoSlipModel(const RobotParameters& robot) : robot_(robot), platform
   rolling_ << Eigen::Vector4d::Ones(), tan.matrix(), (robot.rho_X() * tan - robot.rho_Y()).matrix();
   rolling_ /= robot.R;
   roller_rolling_ << Eigen::Vector4d::Zero(), Eigen::Vector4d::Ones(), robot.rho_X().matrix();
-  roller_rolling_ /= (robot.R_d - robot.R) * std::sqrt(0.5);
+  roller_rolling_ /= (robot.R_d - robot.R) * kCosDelta;
   inertia_ = platform_.M_v + robot.J_1 * rolling_.transpose() * rolling_;
   damping_ = rolling_.transpose() * robot.mu_1.matrix().asDiagonal() * rolling_ +
              roller_rolling_.transpose() * robot.mu_2.matrix().asDiagonal() * roller_rolling_;

@@ -9,19 +9,15 @@ RollerGeometry::RollerGeometry(const RobotParameters& robot)
       R_(robot.R),
       R_d_(robot.R_d),
       R_d_tan_delta_(robot.R_d * tan_delta()),
-      sin_delta_(tan_delta() * std::sqrt(0.5)),
-      cos_delta_(std::sqrt(0.5)) {
+      sin_delta_(sin_delta()) {
   // Means of sec(phi~) and cos(phi~) over [-edge, edge]
   const double edge = 0.5 * pitch_;
   const double mean_secant = std::log((1 + std::sin(edge)) / std::cos(edge)) / edge;
   const double mean_cosine = std::sin(edge) / edge;
   const Wheels zero = Wheels::Zero();
-  mean_ = {zero,
-           zero,
-           sin_delta_ * (R_ - R_d_ * mean_secant),
-           zero,
-           Wheels::Constant(cos_delta_ * (R_ * mean_cosine - R_d_)),
-           zero};
+  mean_ = {
+      zero, zero, sin_delta_ * (R_ - R_d_ * mean_secant), zero, Wheels::Constant(kCosDelta * (R_ * mean_cosine - R_d_)),
+      zero};
 }
 
 std::int64_t RollerGeometry::roller_at(double phi) const {

@@ -70,13 +70,17 @@ std::string summary_text(const Simulation& simulation, double wall_time) {
     text += fmt::format("wheel {} ends between rollers {} and {}\n", kWheelNames[i], rollers[i], *others[i]);
   }
   if (std::isfinite(simulation.transition_speed()) && simulation.transition_speed() > simulation.scene().floor.nu) {
-    text +=
-        fmt::format("note: friction turns over {:g} m/s of slip, since the tolerance cannot tell {:g} m/s from zero\n",
-                    simulation.transition_speed(), simulation.scene().floor.nu);
+    text += fmt::format(
+        "note: friction is regularised over {:g} m/s of slip: at this tolerance {:g} m/s makes no difference\n",
+        simulation.transition_speed(), simulation.scene().floor.nu);
   }
   if (statistics.averaged_contacts > 0) {
     text += fmt::format("note: switches of wheels that pass more than {:g} rollers a second are counted, not located\n",
                         kMaxLocatedRate);
+  }
+  if (statistics.eased_periods > 0) {
+    text += fmt::format("note: {} milliseconds were integrated to a looser tolerance to bound the work\n",
+                        statistics.eased_periods);
   }
   if (statistics.fallback_steps > 0) {
     text += fmt::format(

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 
+#include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/ros/diagnostics.h"
 #include "youbot_base_sim/ros/parameters.h"
 
@@ -107,8 +108,11 @@ void BaseNode::offer_services() {
 }
 
 void BaseNode::run() {
-  ROS_INFO("model %s, control period %g s, %s", name_of(settings_.scene.model), loop_.control_period(),
-           settings_.publish_clock ? "master of simulated time" : "wall clock");
+  const Scene& scene = settings_.scene;
+  ROS_INFO("model %s by %s, control period %g s, %s", name_of(scene.model), scene.solver.method.c_str(),
+           loop_.control_period(), settings_.publish_clock ? "master of simulated time" : "wall clock");
+  const std::string told = advice(scene.robot, scene.floor, scene.model, integration_settings(scene.solver), 1);
+  if (!told.empty()) ROS_WARN_STREAM(told);
   if (settings_.publish_clock) announce_time();
   if (settings_.wait_for_subscribers) await_subscribers();
   wall_start_ = ros::Time::now();

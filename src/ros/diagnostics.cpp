@@ -69,8 +69,13 @@ DiagnosticStatusWrapper integration_status(const Simulation& simulation) {
   const IntegrationStatistics& statistics = simulation.statistics();
   const bool accurate = statistics.fallback_steps == 0;
   DiagnosticStatusWrapper status =
-      own_status("integration", accurate, accurate ? "accurate" : "fallback steps, of first order, were needed");
+      own_status("integration", accurate,
+                 !accurate                       ? "fallback steps, of first order, were needed"
+                 : statistics.eased_periods == 0 ? "accurate"
+                                                 : "accurate but for milliseconds to a looser tolerance");
   status.add("model", name_of(simulation.scene().model));
+  status.add("method", simulation.method());
+  status.add("transition speed", fmt::format("{:g} m/s", simulation.transition_speed()));
   status.add("relative tolerance", fmt::format("{:g}", simulation.scene().solver.relative_tolerance));
   status.add("simulated time", fmt::format("{:.9g} s", simulation.time()));
   for (const StatisticsField& field : kStatisticsFields) status.add(field.text, statistics.*field.value);

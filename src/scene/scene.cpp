@@ -30,7 +30,8 @@ RobotParameters read_robot(SceneSection s, const FloorParameters& floor) {
   const SceneValue inertia = s["total_inertia"];
   inertia.number(robot.I_s, kPositive);
   s["wheel_inertia"].number(robot.J_1, kPositive);
-  s["roller_inertia"].number(robot.J_2, kNotNegative);
+  const SceneValue roller_inertia = s["roller_inertia"];
+  roller_inertia.number(robot.J_2, kNotNegative);
   const SceneValue com = s["com"];
   Eigen::Array2d a{robot.a_X, robot.a_Y};
   com.numbers(a, kAnyNumber);
@@ -47,6 +48,9 @@ RobotParameters read_robot(SceneSection s, const FloorParameters& floor) {
   s["roller_rate_at_switch"].choice(robot.roller_rate_at_switch, kRollerRates);
   s.finish();
 
+  if (robot.J_2 == 0 && robot.mu_2.minCoeff() == 0 && (floor.f == 0 || floor.viscous_friction == 0)) {
+    roller_inertia.refuse("a finite number > 0 where neither friction nor roller_damping holds the rollers");
+  }
   if (robot.R_d >= robot.R) axis_radius.refuse(fmt::format("less than wheel_radius, {}", robot.R));
   const double offset = robot.m * robot.m * a.square().sum() / robot.m_s();
   if (robot.I_s <= offset) {
@@ -80,7 +84,11 @@ SolverSettings read_solver(SceneSection s, const SceneOverrides& overrides, Mode
     if (!find_method(overrides.method)) refuse_override("method", overrides.method, method_names());
     solver.method = overrides.method;
   }
-  s["step"].number(solver.step, kPositive);
+  const SceneValue step = s["step"];
+  step.number(solver.step, kPositive);
+  if (step.given() && overrides.method.empty() && find_method(solver.method)->default_step == 0) {
+    step.refuse("left out for a method with step size control, " + solver.method);
+  }
   s["relative_tolerance"].number(solver.relative_tolerance, {1e-14, 0.1, true, "a number from 1e-14 to 0.1"});
   if (overrides.relative_tolerance >= 0) solver.relative_tolerance = overrides.relative_tolerance;
   solver.absolute_tolerance = 1e-3 * solver.relative_tolerance;
@@ -204,6 +212,10 @@ Scene read_scene(const std::string& path, const YAML::Node& root, const SceneOve
 }
 
 }  // namespace
+
+IntegrationSettings integration_settings(const SolverSettings& solver) {
+  return {solver.method, {solver.relative_tolerance, solver.absolute_tolerance}, solver.step};
+}
 
 const char* name_of(Model model) {
   for (const Named<Model>& candidate : kModels) {

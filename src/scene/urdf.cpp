@@ -11,8 +11,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kCosDelta = M_SQRT1_2;  // |delta| is 45 deg for every roller
-constexpr int kDiscs = 11;               // of a drawn roller; an odd number, so that one is in the middle
+constexpr int kDiscs = 11;  // of a drawn roller; an odd number, so that one is in the middle
 
 /// Ten digits; numbers below 1e-12 are rounding errors and become zero.
 std::string number(double x) { return fmt::format("{:.10g}", std::abs(x) < 1e-12 ? 0.0 : x); }

@@ -36,8 +36,8 @@ struct HermiteCubic {
   }
 
  private:
-  // Where f, which is positive at `high` but for rounding, becomes so. At 0 it counts as negative: a wheel that starts
-  // on an edge and leaves it may come back.
+  // The point in [0, high] where f becomes positive. Rounding may leave f(high) slightly negative; f(0) counts as
+  // negative, because a wheel that starts on an edge may leave it and come back.
   template <class Function>
   static double where(const Function& f, double high) {
     constexpr double kTiny = std::numeric_limits<double>::min();

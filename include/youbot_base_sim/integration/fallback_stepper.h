@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <stdexcept>
 
 #include "youbot_base_sim/integration/bordered_stages.h"
 #include "youbot_base_sim/integration/slip_system.h"
@@ -47,6 +48,7 @@ class FallbackStepper : public StepperTypes<boost::numeric::odeint::stepper_tag>
       const double decrement = dot(r, change);
       State moved = x;
       moved.set(u);
+      if (!std::isfinite(decrement)) throw std::domain_error("fallback step: the equations have no finite solution");
       if (!(dt * decrement > kConverged * (kinetic_energy(model.robot(), moved) + kEnergyFloor))) break;
       double length = 1;
       Velocities trial;

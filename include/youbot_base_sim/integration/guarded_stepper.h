@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <limits>
@@ -14,7 +15,7 @@
 
 namespace youbot_base_sim {
 
-/// How much work a stepper may take for a millisecond of motion.
+/// The work that a stepper may spend on a millisecond of motion.
 struct WorkBound {
   std::uint64_t max_evaluations;  ///< of the right-hand side, in kWindow
 };
@@ -22,10 +23,10 @@ struct WorkBound {
 /// Bounds the work of a LocatedStepper: a Controlled Stepper of odeint around it. Work is counted in evaluations of the
 /// right-hand side, not timed, so that results do not depend on the machine.
 ///
-/// Once the bound for a millisecond of motion is spent, the rest of it is made easier for kEasedShare of the bound: a
-/// coarse stepper takes over, with a looser tolerance, and friction turns over kEasedSpeed at least. If that does not
-/// do either, or step lengths vanish, fallback steps go on for a millisecond, and for twice as long each time that this
-/// happens again soon. Switches on the way are announced like all others, with times that are interpolated within the
+/// Once a millisecond of motion has used up its bound, the rest of it gets kEasedShare more: a second stepper with a
+/// looser tolerance continues, and the transition speed is raised to at least kEasedSpeed. If that is not enough, or
+/// steps become too short to advance t, fallback steps cover the next millisecond, and twice as long each time this
+/// recurs within kSoon. Switches on the way are announced like all others, with times that are interpolated within the
 /// step.
 template <class Stepper, class Fallback>
 class GuardedStepper : public ControlledStepperTypes {
@@ -48,28 +49,36 @@ class GuardedStepper : public ControlledStepperTypes {
     if (!(t < window_start_ + kWindow) || t < window_start_) begin_window(system, t);
     const bool stuck = failures_ >= kMaxFailures || t + stepper_->dt() <= t;
     if (stuck || system.evaluations() - spent_ > allowed_) {
-      ++statistics_->exhausted;
+      statistics_->exhausted += !eased_;
       if (stuck || eased_) {
         begin_fallback(system, t);
         return fall_back(system, x, t, dt);
       }
       ease(system);
     }
+    const double end = dt < stepper_->dt() ? t + dt : std::numeric_limits<double>::infinity();
+    const std::uint64_t before = system.evaluations();
     const Result result = stepper_->try_step(system_reference, x, t, dt);
+    // A step that the caller cut short is free, up to what an ordinary one takes: fallback steps would be no longer.
+    if (result == boost::numeric::odeint::success && t >= end) {
+      spent_ += std::min(system.evaluations() - before, kFreeEvaluations);
+    }
     failures_ = result == boost::numeric::odeint::fail ? failures_ + 1 : 0;
     return result;
   }
 
+  /// As LocatedStepper's.
   void torque_jumped() { stepper_->torque_jumped(); }
 
   /// The stepper whose work is bounded.
   Stepper& stepper() { return *stepper_; }
 
  private:
-  static constexpr double kWindow = 1e-3;                           // s
-  static constexpr double kEasedShare = 0.8;                        // of the bound
-  static constexpr double kEasedSpeed = 1e-6;                       // m/s
-  static constexpr int kMaxFailures = 400;                          // odeint throws after 500
+  static constexpr double kWindow = 1e-3;      // s
+  static constexpr double kEasedShare = 0.8;   // of the bound
+  static constexpr double kEasedSpeed = 1e-6;  // m/s
+  static constexpr int kMaxFailures = 400;     // odeint throws after 500
+  static constexpr std::uint64_t kFreeEvaluations = 20;
   static constexpr double kFallbackStep = 2e-5;                     // s
   static constexpr double kMinStretch = 1e-3, kMaxStretch = 64e-3;  // s of fallback steps in a row
   static constexpr double kSoon = 10e-3;                            // s after the last stretch
@@ -98,7 +107,7 @@ class GuardedStepper : public ControlledStepperTypes {
     replace_stepper(fresh_);
   }
 
-  // What is known of wheels that chatter goes on.
+  // Keeps the record of chattering wheels.
   void replace_stepper(const Stepper& stepper) {
     const SlidingMode sliding_mode = stepper_->sliding_mode();
     stepper_.emplace(stepper);
@@ -124,7 +133,12 @@ class GuardedStepper : public ControlledStepperTypes {
     const Wheels start = x.phi();
     fallback_.do_step(std::ref(system), x, t, length);
     for (int i = 0; i < kWheels; ++i) {
-      if (!system.averaged(i)) cross(system, x, t, length, i, start[i]);
+      if (!system.averaged(i)) {
+        cross(system, x, t, length, i, start[i]);
+      } else if (system.slow_again(i, x)) {
+        stepper_->record_passed_rollers(system, x, t + length, i);
+        system.put(i, system.roller(i));
+      }
     }
     t += length;
     ++statistics_->fallback_steps;
@@ -138,9 +152,10 @@ class GuardedStepper : public ControlledStepperTypes {
     const std::int64_t from = system.roller(i), to = system.model().geometry().roller_at(x.phi()[i]);
     if (from == to) return;
     const double edge = to > from ? system.upper_edge()[i] : system.lower_edge()[i];
-    const double at = std::clamp((edge - start) / (x.phi()[i] - start), 0.0, 1.0);
+    const double moved = x.phi()[i] - start, at = moved == 0 ? 0 : std::clamp((edge - start) / moved, 0.0, 1.0);
     system.hand_over(i, to, x);
-    switches_->record(t + at * length, i, from, to, system.rollers(), edge);
+    const double far_side = to > from ? edge : std::nextafter(edge, -std::numeric_limits<double>::infinity());
+    switches_->record(t + at * length, i, from, to, system.rollers(), far_side);
   }
 
   Stepper fresh_, coarse_;          // as they begin

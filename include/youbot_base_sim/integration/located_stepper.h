@@ -71,6 +71,14 @@ class LocatedStepper : public ControlledStepperTypes {
     settled_ = false;
   }
 
+  /// Announces the rollers that wheel i, whose contact is averaged, has passed since it was last asked, in one record.
+  template <class System>
+  void record_passed_rollers(System& system, const State& x, double t, int i) {
+    const std::int64_t from = system.roller(i);
+    system.follow(i, x);
+    announce(system, t, i, from, x);
+  }
+
   /// Which wheels chatter.
   SlidingMode& sliding_mode() { return sliding_mode_; }
 
@@ -86,6 +94,8 @@ class LocatedStepper : public ControlledStepperTypes {
   static constexpr double kReleaseResolution = 1e-6;  // of the step
   static constexpr double kFirstOrder = 1e-6;         // of a step: what has a negligible square
   static constexpr double kTimeResolution = 1e-13;    // s; the promised 1e-12 with room for what sums
+  // Further from an edge than any resolution, rad: a quick look suffices.
+  static constexpr double kNear = 1e-6;
   static constexpr int kMaxTries = 100, kMaxHalvings = 40;
 
   // Distance from an edge (rad) below which a wheel stands on it.
@@ -100,7 +110,7 @@ class LocatedStepper : public ControlledStepperTypes {
     next_dt_ = length;
     const Result result = stepper_.try_step(std::ref(system), x, t, end_, next_dt_);
     if (result == boost::numeric::odeint::fail) return false;
-    // Step size control by odeint lets an error pass that is not a number.
+    // odeint's step size control accepts a step whose error is NaN.
     if ((0 * end_.values).sum() == 0) return true;  // all of it is finite
     next_dt_ = kShrinkage * length;
     return false;
@@ -115,7 +125,8 @@ class LocatedStepper : public ControlledStepperTypes {
   }
 
   // Shortens the step so that it ends on the edge that is reached first: Newton's method on its length, kept in the
-  // bracket that is known. What is left at last, beyond_, need not be another step.
+  // bracket that is known. A remainder, beyond_, whose square is negligible is covered by extrapolation instead of
+  // another try.
   template <class System>
   void locate(System& system, const State& x, double t, EdgeCrossing crossing) {
     double low = 0, high = length_, length = crossing.dt;
@@ -213,8 +224,6 @@ class LocatedStepper : public ControlledStepperTypes {
       }
     }
   }
-  // Further from an edge than any resolution, rad: a quick look suffices.
-  static constexpr double kNear = 1e-6;
 
   template <class System>
   void cross(System& system, State& x, double t, int i) {
@@ -275,16 +284,6 @@ class LocatedStepper : public ControlledStepperTypes {
     start_afresh();
   }
 
- public:
-  /// Announces the rollers that wheel i, whose contact is averaged, has passed since it was last asked, in one record.
-  template <class System>
-  void record_passed_rollers(System& system, const State& x, double t, int i) {
-    const std::int64_t from = system.roller(i);
-    system.follow(i, x);
-    announce(system, t, i, from, x);
-  }
-
- private:
   void start_afresh() {
     stepper_.reset();
     dt_ = dt_after_switch_;

@@ -34,16 +34,15 @@ struct IntegrationSettings {
   double step = 0;  ///< of a method without step size control, s; 0: its default
 };
 
-/// The slip speed over which the friction turns in the integration, m/s: nu, but no less than what the tolerance can
-/// tell from zero, 0.3 m/s times the relative one. Rolling wheels creep by a share of it: in the paper's Case 1 the
-/// pose moves by 0.07 of it times the duration.
+/// The transition speed of the friction in the integration, m/s: nu, or 0.3 m/s times the relative tolerance, at most
+/// 1e-5 m/s, if that is more: a smaller one makes no difference at that tolerance.
 double effective_transition_speed(double nu, const Tolerance& tolerance);
 
-/// What to know before a run of `duration` (s) by a method that takes long: its stable step and how long that may take,
-/// in a sentence; empty if there is nothing to say. Explicit methods are stable while wheels roll for steps of about
-/// 3 over the fastest rate of a roller, which friction drives with f N / nu (mu_0 in model 2a) against J_2.
-std::string advice(const Method& method, const RobotParameters& robot, const FloorParameters& floor, Model model,
-                   double duration);
+/// What to know before a run of `duration` (s) by an explicit method, in a sentence: which steps are stable and how
+/// long that may take; empty for other methods. While wheels roll, explicit methods are stable for steps of about 3
+/// over the fastest rate of a roller, which friction drives with f N / nu (mu_0 in model 2a) against J_2.
+std::string advice(const RobotParameters& robot, const FloorParameters& floor, Model model,
+                   const IntegrationSettings& settings, double duration);
 
 /// Why `method` cannot integrate this robot, in words for an error message; empty if it can.
 std::string refusal(const Method& method, const RobotParameters& robot, Model model);

@@ -135,7 +135,7 @@ class Radau : public ControlledStepperTypes {
     set_convergence_tolerance(system);
   }
 
-  // Where the tolerance exceeds the slip over which the friction turns, the equations must still be solved to less.
+  // Where the tolerance exceeds the transition speed, the equations are still solved to a fraction of that speed.
   void set_convergence_tolerance(const SlipSystem<Law>& system) {
     const Velocities turning = system.model().transition_velocities();
     convergence_tolerance_ = {kConverged * error_scale_.v.min(turning.v),

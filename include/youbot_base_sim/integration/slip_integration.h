@@ -23,7 +23,8 @@ class SlipIntegration : public Integration {
   template <class MakeStepper>
   SlipIntegration(const SlipModel<Law>& model, const TorqueProfile& torque, const State& start,
                   const Tolerance& tolerance, const WorkBound& bound, const MakeStepper& make_stepper)
-      : system_(model, torque, start),
+      : transition_speed_(model.transition_speed()),
+        system_(model, torque, start),
         switches_(statistics_),
         stepper_(located(tolerance, make_stepper), located(coarse(tolerance), make_stepper), bound, switches_,
                  statistics_) {}
@@ -58,7 +59,7 @@ class SlipIntegration : public Integration {
     if (!system_.shared(i)) return std::nullopt;
     return 2 * system_.lower_roller(i) + 1 - system_.roller(i);
   }
-  double transition_speed() const override { return system_.model().transition_speed(); }
+  double transition_speed() const override { return transition_speed_; }
   double resting_angle(int i, int k) const override { return system_.resting_angle(i, k); }
   std::vector<RollerSwitch> take_switches() override { return switches_.take(); }
   const IntegrationStatistics& statistics() const override {
@@ -67,9 +68,10 @@ class SlipIntegration : public Integration {
   }
 
  private:
-  // What remains of a millisecond whose work is too much is integrated to this.
+  // The tolerance for the rest of a millisecond that has used up its work: 1e-6, but within 10 to 10,000 times the given
+  // one, so that a tighter tolerance never makes a result worse.
   static Tolerance coarse(const Tolerance& tolerance) {
-    const double relative = std::max(1e-6, 10 * tolerance.relative);
+    const double relative = std::clamp(1e-6, 10 * tolerance.relative, 1e4 * tolerance.relative);
     return {relative, tolerance.absolute * relative / tolerance.relative};
   }
 
@@ -86,6 +88,7 @@ class SlipIntegration : public Integration {
   }
 
   mutable IntegrationStatistics statistics_;
+  double transition_speed_;  // but in eased milliseconds, m/s
   SlipSystem<Law> system_;
   SwitchLog switches_;
   GuardedStepper<LocatedStepper<Stepper>, FallbackStepper<Law>> stepper_;

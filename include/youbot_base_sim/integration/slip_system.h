@@ -23,8 +23,8 @@ namespace youbot_base_sim {
 ///
 /// As a System:       system(x, dxdt, t), system.jacobian(x, J, t, dfdt)
 /// As edges:          lower_edge(), upper_edge(), and hand_over(i, k, x), the effect of crossing one
-/// As sliding mode:   attractive(i, x, t), enter_sliding(i, k, x), alpha(i, u, t), leave_sliding(i, k)
-/// As averaging:      too_fast(i, x), average(i), passed_rollers(i, x), resolve(i, x)
+/// As sliding mode:   attractive(i, x, t), momentum(i, x), enter_sliding(i, k, x), alpha(i, u, t), put(i, k)
+/// As averaging:      too_fast(i, x), slow_again(i, x), average(i), follow(i, x), put(i, k)
 template <class Law>
 class SlipSystem {
  public:
@@ -171,7 +171,8 @@ class SlipSystem {
     upper_edge_[i] = std::numeric_limits<double>::infinity();
   }
 
-  /// Moves the roller number of wheel i, whose contact is averaged, to the roller at the wheel's angle.
+  /// Moves the roller number of wheel i, whose contact is averaged, to the roller at the wheel's angle. All its rollers
+  /// share the angle and rate gamma and dgamma meanwhile; RollerRateAtSwitch has no effect.
   void follow(int i, const State& x) { roller_[i] = model_.geometry().roller_at(x.phi()[i]); }
 
   /// A number for each wheel that changes whenever its contact does.
@@ -181,7 +182,7 @@ class SlipSystem {
   const SlipModel<Law>& model() const { return model_; }
   const TorqueProfile& torque() const { return *torque_; }
 
-  /// The slip speed nu over which the friction turns, m/s.
+  /// The transition speed nu of the friction, m/s.
   double transition_speed() const { return model_.transition_speed(); }
   void set_transition_speed(double nu) { model_.set_transition_speed(nu); }
 

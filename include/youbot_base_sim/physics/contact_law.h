@@ -79,7 +79,7 @@ class CoulombLaw {
     return {slope + F.F_X * X, 0.5 * (F.F_X * Y + F.F_Y * X), slope + F.F_Y * Y};
   }
 
-  /// nu, the slip speed over which the friction turns, m/s.
+  /// The transition speed nu, over which friction is regularised, m/s.
   double transition_speed() const { return nu_; }
   void set_transition_speed(double nu) {
     nu_ = nu;

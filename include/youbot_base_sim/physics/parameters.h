@@ -34,8 +34,11 @@ struct RobotParameters {
   Wheels rho_Y() const { return {l, -l, l, -l}; }   ///< wheel centres from O, to the left, m
 };
 
-/// tan(delta_i): which way the axis of the roller in contact lies, delta = -45, 45, 45, -45 deg (paper, section 2).
+/// Directions of the axes of the rollers in contact: delta = -45, 45, 45, -45 deg (paper, section 2). Nothing else
+/// knows them.
+constexpr double kCosDelta = 0.70710678118654752440;
 inline Wheels tan_delta() { return {-1.0, 1.0, 1.0, -1.0}; }
+inline Wheels sin_delta() { return kCosDelta * tan_delta(); }
 
 /// The floor. SI units; f and nu as in section 5.2 of the paper.
 struct FloorParameters {

@@ -36,8 +36,8 @@ class RollerGeometry {
     g.dDelta_Y = R_d_tan_delta_ * (secant * secant);
     g.r_X = sin_delta_ * (R_ - R_d_ * secant);
     g.dr_X = -sin_delta_ * R_d_ * (sine * secant * secant);
-    g.r_Y = cos_delta_ * (R_ * cosine - R_d_);
-    g.dr_Y = -cos_delta_ * R_ * sine;
+    g.r_Y = kCosDelta * (R_ * cosine - R_d_);
+    g.dr_Y = -kCosDelta * R_ * sine;
     return g;
   }
 
@@ -78,7 +78,6 @@ class RollerGeometry {
   double R_d_;
   alignas(kAlignment) Wheels R_d_tan_delta_;
   Wheels sin_delta_;
-  double cos_delta_;
   ContactGeometry mean_;
 };
 

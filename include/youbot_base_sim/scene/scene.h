@@ -6,6 +6,7 @@
 #include <variant>
 
 #include "youbot_base_sim/drive/torque_profiles.h"
+#include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/physics/model.h"
 #include "youbot_base_sim/physics/parameters.h"
 
@@ -25,6 +26,9 @@ struct SolverSettings {
   double absolute_tolerance = 3e-10;  ///< SI units; 1e-3 of the relative one unless given
   double control_period = 0;          ///< s; > 0: the drive is sampled and held for this period; 0: continuous in time
 };
+
+/// The same for the integration.
+IntegrationSettings integration_settings(const SolverSettings& solver);
 
 /// Wheel rates from a table, rad/s, which the wheels' velocity loops track.
 struct VelocityTable {
