@@ -20,7 +20,8 @@ class StateCsv : public Recorder {
 };
 
 /// Rows of roller switches: t (s), wheel (fl ...), roller_from, roller_to (0 .. n-1), phi (rad), direction (+1 or -1),
-/// count (1 for a located switch, more where a row stands for many). Numbers read back to the same double.
+/// count (switches that a row stands for; more than 1 only for a wheel that passes several rollers between two looks).
+/// Numbers read back to the same double.
 class SwitchCsv : public Recorder {
  public:
   explicit SwitchCsv(const std::string& path);
