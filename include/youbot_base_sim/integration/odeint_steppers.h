@@ -65,7 +65,13 @@ class ControlledRungeKutta {
     }
     if constexpr (std::is_same_v<typename ErrorStepper::stepper_category,
                                  boost::numeric::odeint::explicit_error_stepper_fsal_tag>) {
-      return controlled_.try_step(system, in, dxdt_, t, out, end_dxdt_, dt);
+      const auto result = controlled_.try_step(system, in, dxdt_, t, out, end_dxdt_, dt);
+      if (result == boost::numeric::odeint::success) {  // the last stage is the next step's first
+        x_ = out;
+        t_ = t;
+        dxdt_ = end_dxdt_;
+      }
+      return result;
     } else {
       return controlled_.try_step(system, in, dxdt_, t, out, dt);
     }

@@ -68,8 +68,8 @@ class SlipIntegration : public Integration {
   }
 
  private:
-  // The tolerance for the rest of a millisecond that has used up its work: 1e-6, but within 10 to 10,000 times the given
-  // one, so that a tighter tolerance never makes a result worse.
+  // The tolerance for the rest of a millisecond that has used up its work: 1e-6, but within 10 to 10,000 times the
+  // given one, so that a tighter tolerance never makes a result worse.
   static Tolerance coarse(const Tolerance& tolerance) {
     const double relative = std::clamp(1e-6, 10 * tolerance.relative, 1e4 * tolerance.relative);
     return {relative, tolerance.absolute * relative / tolerance.relative};

@@ -205,6 +205,13 @@ class SlipSystem {
     }
   }
   ContactGeometry geometry(const Wheels& phi) const;
+
+  // Derivatives of the forces on (V_X, V_Y, Omega), dphi and dgamma, one row each, by the 24 numbers of the state.
+  using ForceJacobian = Eigen::Matrix<double, 11, State::kSize>;
+  ForceJacobian force_jacobian(const State& x, const Contacts& c, const Wheels& M) const;
+  // Derivative of dx/dt by t, where the torque M changes at `M_rate` (N m/s).
+  void time_derivative(const Velocities& u, const Wheels& M, const Wheels& M_rate, State& dfdt) const;
+
   [[gnu::noinline]] void put_shared(const Velocities& u, const Wheels& M, DampingMatrix& G) const {
     for (int i = 0; i < kWheels; ++i) {
       if (shared_[i]) SharedContact<Law>(model_, i, u, M[i]).put(G);
@@ -257,14 +264,10 @@ void SlipSystem<Law>::enter_sliding(int i, std::int64_t k, State& x) {
 }
 
 template <class Law>
-template <class Matrix>
-void SlipSystem<Law>::jacobian(const State& x, Matrix& J, double t, State& dfdt) const {
-  const Inertia& inertia = model_.inertia();
+typename SlipSystem<Law>::ForceJacobian SlipSystem<Law>::force_jacobian(const State& x, const Contacts& c,
+                                                                        const Wheels& M) const {
   const Velocities u = x.velocities();
-  const Wheels M = torque_->value(t), M_rate = torque_->derivative(t);
-  const ContactGeometry g = geometry(x.phi());
-  const Contacts c = contacts(u, x.phi(), M);
-  AngleStiffness by_phi = model_.angle_stiffness(u, g, c);
+  AngleStiffness by_phi = model_.angle_stiffness(u, geometry(x.phi()), c);
   DampingMatrix G;
   model_.damping(c, G);
   if (shares_) {
@@ -274,10 +277,7 @@ void SlipSystem<Law>::jacobian(const State& x, Matrix& J, double t, State& dfdt)
       *entry = shared_.select(Wheels::Zero(), *entry);  // phi stays on the edge
     }
   }
-
-  // Derivatives of the forces Q on (V_X, V_Y, Omega), dphi and dgamma, by phi, V, dphi, dgamma.
-  Eigen::Matrix<double, 11, State::kSize> Q = Eigen::Matrix<double, 11, State::kSize>::Zero();
-  const PlatformMatrix C = inertia.coriolis_derivative(u.v);
+  ForceJacobian Q = ForceJacobian::Zero();
   for (int i = 0; i < kWheels; ++i) {
     for (int row = 0; row < 3; ++row) {
       for (int k = 0; k < 3; ++k) Q(row, State::kV + k) -= G.platform_platform[row][k][i];
@@ -293,9 +293,22 @@ void SlipSystem<Law>::jacobian(const State& x, Matrix& J, double t, State& dfdt)
     Q(3 + i, State::kDgamma + i) = Q(7 + i, State::kDphi + i) = -G.dphi_dgamma[i];
     Q(7 + i, State::kDgamma + i) = -G.dgamma_dgamma[i];
   }
+  const PlatformMatrix C = model_.inertia().coriolis_derivative(u.v);
   for (int row = 0; row < 3; ++row) {
     for (int k = 0; k < 3; ++k) Q(row, State::kV + k) += C[k][row];
   }
+  return Q;
+}
+
+template <class Law>
+template <class Matrix>
+void SlipSystem<Law>::jacobian(const State& x, Matrix& J, double t, State& dfdt) const {
+  const Inertia& inertia = model_.inertia();
+  const Velocities u = x.velocities();
+  const Wheels M = torque_->value(t);
+  const Contacts c = contacts(u, x.phi(), M);
+  ForceJacobian Q = force_jacobian(x, c, M);
+  // d(u . Q)/dx, the power's, from the forces before they become accelerations.
   const Velocities F = model_.forces(u, c, M);
   Eigen::Matrix<double, 11, 1> velocities, forces;
   velocities << u.v.head<3>(), u.dphi, u.dgamma;
@@ -327,7 +340,12 @@ void SlipSystem<Law>::jacobian(const State& x, Matrix& J, double t, State& dfdt)
       J(State::kDgamma + i, column) = Q(7 + i, column);
     }
   }
+  time_derivative(u, M, torque_->derivative(t), dfdt);
+}
 
+template <class Law>
+void SlipSystem<Law>::time_derivative(const Velocities& u, const Wheels& M, const Wheels& M_rate, State& dfdt) const {
+  const Inertia& inertia = model_.inertia();
   // Torque acts on dphi; where the contact is shared, through the shares of its rollers.
   Velocities Q_rate = {Wheels::Zero(), M_rate, Wheels::Zero()};
   for (int i = 0; i < kWheels; ++i) {
