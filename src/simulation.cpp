@@ -61,10 +61,8 @@ class Simulation::Loop {
       if (!torque_) torque_ = std::make_unique<HeldTorque>();
       torque_->begin_segment(0);
     }
-    const SolverSettings& solver = scene_.solver;
-    integration_ =
-        make_integration(scene_.model, scene_.robot, scene_.floor, state_, *torque_,
-                         {solver.method, {solver.relative_tolerance, solver.absolute_tolerance}, solver.step});
+    integration_ = make_integration(scene_.model, scene_.robot, scene_.floor, state_, *torque_,
+                                    integration_settings(scene_.solver));
     initial_energy_ = integration_->kinetic_energy(state_);
   }
 
@@ -72,7 +70,7 @@ class Simulation::Loop {
     if (!(t > t_)) return;
     if (!held_) return advance_continuously(t);
     const double slack = kSlack * period();
-    if (in_period_) advance_within_period(t + slack < end_of_period(0) ? t : end_of_period(0));
+    if (in_period_) advance_within_period(t + slack < end_of_period() ? t : end_of_period());
     const auto whole = static_cast<std::int64_t>(std::floor((t + slack) / period())) - periods_;
     if (!in_period_ && whole > 0) advance_whole_periods(whole);
     if (t_ < t - slack) advance_within_period(t);
@@ -80,7 +78,7 @@ class Simulation::Loop {
 
   void advance_periods(std::int64_t n) {
     if (!held_) throw std::logic_error("a simulation without a control_period has no periods to advance by");
-    if (in_period_ && n-- > 0) advance_within_period(end_of_period(0));
+    if (in_period_ && n-- > 0) advance_within_period(end_of_period());
     if (n > 0) advance_whole_periods(n);
   }
 
@@ -97,7 +95,7 @@ class Simulation::Loop {
   double period() const { return scene_.solver.control_period; }
 
   // k * period rather than a sum, so that an hour of periods is an hour.
-  double end_of_period(std::int64_t k) const { return static_cast<double>(periods_ + k + 1) * period(); }
+  double end_of_period() const { return static_cast<double>(periods_ + 1) * period(); }
 
   // The torque acts continuously, segment by segment.
   void advance_continuously(double t) {
@@ -128,7 +126,7 @@ class Simulation::Loop {
     if (!in_period_) sample_drive();
     integration_->advance(state_, t_, t);
     t_ = t;
-    in_period_ = t < end_of_period(0);
+    in_period_ = t < end_of_period();
     if (!in_period_) ++periods_;
   }
 
