@@ -186,7 +186,7 @@ TEST_F(SimulationTest, AbsurdTorqueStaysFinite) {
 // the slip that is allowed is more than what the friction turns about within.
 // Wheels spin and are braked again and again; where a wheel's slip passes through zero, its friction turns round within
 // 1e-9 s. A step that happens to end right then must not be judged by the stiffness of that instant, which hides its
-// error: the velocities would be 20 tolerances off.
+// error: the velocities would be 40 tolerances off.
 TEST_F(SimulationTest, VelocitiesKeepToTheToleranceWhereFrictionTurnsAtOnce) {
   const auto velocity_at_end = [&](const std::string& tolerance) {
     Simulation simulation(load(
