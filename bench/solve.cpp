@@ -2,12 +2,12 @@
 // scripts/work_precision drives it.
 
 #include <fmt/format.h>
+#include <sundials/sundials_config.h>
 
 #include <boost/program_options.hpp>
 #include <boost/version.hpp>
 #include <ctime>
 #include <iostream>
-#include <map>
 #include <nlohmann/json.hpp>
 
 #include "solver.h"
@@ -35,10 +35,7 @@ Run run_simulation(const Task& task) {
 
 /// All solvers by their names: those of SUNDIALS, and every method of the scenes' `solver`.
 std::map<std::string, Solver> solvers() {
-  std::map<std::string, Solver> all;
-#ifdef YOUBOT_BASE_SIM_BENCH_SUNDIALS
-  all = sundials_solvers();
-#endif
+  std::map<std::string, Solver> all = sundials_solvers();
   for (const Method& method : methods()) all[method.name] = run_simulation;
   return all;
 }
@@ -58,10 +55,8 @@ nlohmann::json about() {
 #else
   json["instruction_set"] = "without AVX";
 #endif
-  json["libraries"] = fmt::format("Boost {}.{}", BOOST_VERSION / 100000, BOOST_VERSION / 100 % 1000);
-#ifdef YOUBOT_BASE_SIM_BENCH_SUNDIALS
-  json["libraries"] = json["libraries"].get<std::string>() + ", SUNDIALS " + sundials_version();
-#endif
+  json["libraries"] =
+      fmt::format("Boost {}.{}, SUNDIALS {}", BOOST_VERSION / 100000, BOOST_VERSION / 100 % 1000, SUNDIALS_VERSION);
   return json;
 }
 
