@@ -46,57 +46,36 @@ nlohmann::json about() {
   for (const auto& [name, solver] : solvers()) json["solvers"].push_back(name);
   json["compiler"] = "g++ " __VERSION__;
   json["flags"] = YOUBOT_BASE_SIM_BENCH_FLAGS;
-#if defined(__AVX512F__)
-  json["instruction_set"] = "AVX-512";
-#elif defined(__AVX2__)
-  json["instruction_set"] = "AVX2";
-#elif defined(__AVX__)
-  json["instruction_set"] = "AVX";
-#else
-  json["instruction_set"] = "without AVX";
-#endif
   json["libraries"] =
       fmt::format("Boost {}.{}, SUNDIALS {}", BOOST_VERSION / 100000, BOOST_VERSION / 100 % 1000, SUNDIALS_VERSION);
   return json;
-}
-
-// Of this process and no other: what else the machine does then disturbs least.
-double processor_time() {
-  timespec now;
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
 /// Run time is the least of the repeats.
 nlohmann::json measure(Solver solver, const Task& task) {
   constexpr double kLong = 1, kEnough = 1;  // s: of a run that is not repeated, and of all runs
   constexpr int kMinRepeats = 3, kMaxRepeats = 10;
-  double least = std::numeric_limits<double>::infinity(), total = 0, start = 0;
+  double least = std::numeric_limits<double>::infinity(), total = 0;
+  std::clock_t start = 0;
+  const auto taken = [&] { return static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC; };
   int repeats = 0;
   Run run;
   try {
     do {
-      start = processor_time();
+      start = std::clock();
       run = solver(task);
-      const double taken = processor_time() - start;
-      if (run.rows.size() != task.times.size()) throw RunFailure("rows are missing");
-      total += taken;
-      least = std::min(least, taken);
+      const double run_time = taken();
+      total += run_time;
+      least = std::min(least, run_time);
       ++repeats;
     } while (least < kLong && (repeats < kMinRepeats || (total < kEnough && repeats < kMaxRepeats)));
   } catch (const RunFailure& failure) {
-    return {{"failure", failure.what()}, {"run_time", processor_time() - start}};
+    return {{"failure", failure.what()}, {"run_time", taken()}};
   }
   nlohmann::json counts;
   for (const StatisticsField& field : kStatisticsFields) counts[field.name] = run.statistics.*field.value;
   counts["jacobians"] = run.jacobians;
   return {{"rows", run.rows}, {"run_time", least}, {"repeats", repeats}, {"counts", counts}};
-}
-
-std::vector<double> row_times(double span, double rate) {
-  std::vector<double> times;
-  for (int k = 0; k <= span * rate * (1 + 1e-12); ++k) times.push_back(k / rate);
-  return times;
 }
 
 }  // namespace
@@ -133,7 +112,8 @@ int main(int argc, char** argv) {
     task.scene = load_scene(path, overrides);
     task.scene.solver.method = name;
     task.scene.solver.step = step;
-    task.times = row_times(span > 0 ? std::min(span, task.scene.duration) : task.scene.duration, rate);
+    const double end = span > 0 ? std::min(span, task.scene.duration) : task.scene.duration;
+    for (int k = 0; k <= end * rate * (1 + 1e-12); ++k) task.times.push_back(k / rate);
     std::cout << measure(all.at(name), task).dump() << '\n';
   } catch (const std::exception& error) {
     fmt::print(stderr, "solve: {}\n", error.what());

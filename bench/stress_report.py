@@ -63,7 +63,7 @@ class Row(dict):
         return math.nan
 
     @property
-    def cell(self):
+    def full_name(self):
         return f"{self['group']}/{self['cell']}"
 
     @property
@@ -147,7 +147,7 @@ def worst(values):
 def lines(rows):
     """The rows of each line of the summary: of a cell, or of all random runs."""
     return [(name, list(of_line)) for name, of_line in groupby(
-        rows, lambda row: RANDOM_GROUP if row["group"] == RANDOM_GROUP else row.cell)]
+        rows, lambda row: RANDOM_GROUP if row["group"] == RANDOM_GROUP else row.full_name)]
 
 
 def cell_line(name, rows):
@@ -174,13 +174,13 @@ def section(title, head, rows):
 
 def failure_table(rows):
     return section("What does not hold", ["cell", "tol", ""], [
-        [row.cell, f"{row['tolerance']:g}", "; ".join(row.failures())] for row in rows if row["outcome"] == "fails"])
+        [row.full_name, f"{row['tolerance']:g}", "; ".join(row.failures())] for row in rows if row["outcome"] == "fails"])
 
 
 def explained_table(rows):
     return section("Explained by a sensitive motion",
                    ["cell", "tol", "halving", "A, turned less", "A, turned more", "echo"],
-                   [[row.cell, f"{row['tolerance']:g}", f"{row['halving_ratio']:.4g}",
+                   [[row.full_name, f"{row['tolerance']:g}", f"{row['halving_ratio']:.4g}",
                      f"{row['amplification_minus']:.3g}", f"{row['amplification_plus']:.3g}", f"{row['echo']:.1e} m"]
                     for row in rows if row["outcome"] == "explained"])
 

@@ -21,7 +21,6 @@ struct Package {
   using Counter = int (*)(void*, long*);
   void* (*create)(SUNContext, CVRhsFn, N_Vector);
   void (*destroy)(void**);
-  int (*set_errors)(void*, CVErrHandlerFn, void*);
   int (*set_user_data)(void*, void*);
   int (*set_tolerances)(void*, realtype, N_Vector);
   int (*set_linear_solver)(void*, SUNLinearSolver, SUNMatrix);
@@ -69,14 +68,14 @@ int restart_arkode(void* memory, realtype t, N_Vector y) {
 
 // clang-format off
 const Package kCvode = {
-    create_cvode, CVodeFree, CVodeSetErrHandlerFn, CVodeSetUserData, CVodeSVtolerances, CVodeSetLinearSolver,
+    create_cvode, CVodeFree, CVodeSetUserData, CVodeSVtolerances, CVodeSetLinearSolver,
     CVodeSetJacFn, CVodeSetNonlinConvCoef, CVodeSetMaxNumSteps, CVodeRootInit, CVodeSetRootDirection,
     CVodeSetStopTime, CVode, CVodeGetRootInfo, CVodeReInit,
     CVodeGetNumSteps, CVodeGetNumErrTestFails, CVodeGetNumStepSolveFails, CVodeGetNumLinSolvSetups};
 
 template <ARKODE_DIRKTableID table>
 const Package kArkode = {
-    create_arkode<table>, ARKStepFree, ARKStepSetErrHandlerFn, ARKStepSetUserData, ARKStepSVtolerances,
+    create_arkode<table>, ARKStepFree, ARKStepSetUserData, ARKStepSVtolerances,
     set_arkode_linear_solver, ARKStepSetJacFn, ARKStepSetNonlinConvCoef, ARKStepSetMaxNumSteps, ARKStepRootInit,
     ARKStepSetRootDirection, ARKStepSetStopTime, ARKStepEvolve, ARKStepGetRootInfo, restart_arkode,
     ARKStepGetNumSteps, ARKStepGetNumErrTestFails, ARKStepGetNumStepSolveFails, ARKStepGetNumLinSolvSetups};
@@ -105,8 +104,6 @@ class Integrator {
       NV_DATA_S(absolute_)[k] = scene.solver.relative_tolerance * smallest_size;
     }
     memory_ = package_.create(context_, derivative, y_);
-    package_.set_errors(
-        memory_, [](int, const char*, const char*, char*, void*) {}, nullptr);
     package_.set_tolerances(memory_, scene.solver.relative_tolerance, absolute_);
     package_.set_user_data(memory_, this);
     package_.set_linear_solver(memory_, solver_, A_);
