@@ -28,8 +28,8 @@ def run_quietly(command):
 
 
 def build(*targets, packages=(), ros=False):
-    """Builds programs in build/bench/, or with ROS, if it is there, in build/bench_ros/, and returns their paths. Installs Debian
-    packages first, if they are missing; CMAKE_ARGUMENTS go to cmake's configure step."""
+    """Builds programs in build/bench/, or with ROS, if it is there, in build/bench_ros/, and returns their paths.
+    Installs Debian packages first, if they are missing; CMAKE_ARGUMENTS go to cmake's configure step."""
     if packages:
         subprocess.run([ROOT / "scripts" / "install_dependencies", *packages], check=True)
     folder = ROOT / "build" / ("bench_ros" if ros else "bench")

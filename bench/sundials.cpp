@@ -81,6 +81,7 @@ const Package kArkode = {
     ARKStepGetNumSteps, ARKStepGetNumErrTestFails, ARKStepGetNumStepSolveFails, ARKStepGetNumLinSolvSetups};
 // clang-format on
 
+static_assert(SUNDIALS_VERSION_MAJOR == 6, "other versions have other functions");
 static_assert(CV_ROOT_RETURN == ARK_ROOT_RETURN && CV_NORMAL == ARK_NORMAL, "Integrator takes the one for the other");
 
 /// A SlipSystem as SUNDIALS integrates it: a vector of numbers, smooth between switches and between the segments of the
