@@ -157,7 +157,8 @@ def cell_line(name, rows):
     sensitive = sum(row.is_sensitive for row in rows)
     return [name, f"{finished} of {len(rows)}" if finished == len(rows) else f"**{finished} of {len(rows)}**",
             ratio(most["cost_ratio"]), ratio(most["ms_ratio"]), shown("{:.2g} ms", 1e3 * most["ms_99_9"]),
-            ratio(most["energy_ratio"]), ratio(most["halving_ratio"]) + (f", {sensitive} sensitive" if sensitive else ""),
+            ratio(most["energy_ratio"]),
+            ratio(most["halving_ratio"]) + (f", {sensitive} sensitive" if sensitive else ""),
             shown("{:.2g}", worst(row.amplification for row in rows)), shown("{:.1e} m", most["echo"]),
             "all" if holding == len(rows) else f"{holding} of {len(rows)}"]
 
@@ -174,7 +175,8 @@ def section(title, head, rows):
 
 def failure_table(rows):
     return section("What does not hold", ["cell", "tol", ""], [
-        [row.full_name, f"{row['tolerance']:g}", "; ".join(row.failures())] for row in rows if row["outcome"] == "fails"])
+        [row.full_name, f"{row['tolerance']:g}", "; ".join(row.failures())]
+        for row in rows if row["outcome"] == "fails"])
 
 
 def explained_table(rows):
@@ -204,8 +206,9 @@ position of {within} of these is within 1e-5 m of the run at a hundredth of the 
         return text
     head = ["run", "torque fl, fr, bl, br, N m", "times held", "distance, m", "heading, rad", "within"]
     return text + "\n" + table(head, [
-        [row["cell"], ", ".join(f"{x:+.4f}" for x in torques[row["cell"]]), f"{row['shared_contacts']:g}", f"{row['hundredth_distance']:.2e}",
-         f"{row['hundredth_heading']:.2e}", "yes" if row["held_ratio"] <= 1 else "**no**"] for row in held])
+        [row["cell"], ", ".join(f"{x:+.4f}" for x in torques[row["cell"]]), f"{row['shared_contacts']:g}",
+         f"{row['hundredth_distance']:.2e}", f"{row['hundredth_heading']:.2e}",
+         "yes" if row["held_ratio"] <= 1 else "**no**"] for row in held])
 
 
 def base_table(rows):

@@ -17,8 +17,8 @@ EXPLICIT_SPAN, QUICK_EXPLICIT_SPAN = 0.2, 0.05  # s of the scene that explicit m
 FIXED_STEP = ("implicit_euler", "runge_kutta4")  # solvers whose setting is a step, s; of the others a tolerance
 ROW_RATE = 20  # Hz
 REFERENCE_EVALUATIONS = 2e8  # of the right-hand side, that a reference may take
-# Solver and tolerance to measure with, then those to tell its error by: for the record, for a quick look, and to compare
-# contestants at USEFUL_ERROR, not checked by another.
+# Solver and tolerance to measure with, then those to tell its error by: for the record, for a quick look, and to
+# compare contestants at USEFUL_ERROR, not checked by another.
 YARDSTICKS = {"record": [("cvode", 3e-14), ("arkode_5", 1e-10)], "quick": [("cvode", 1e-11), ("arkode_5", 1e-8)],
               "comparison": [("cvode", 1e-11)]}
 
@@ -94,16 +94,13 @@ class Solve:
 
     def __init__(self, program):
         self.program = program
-        self.about = json.loads(subprocess.check_output([program, "--list"]))
+        self.about = json.loads(subprocess.check_output([program]))
 
-    def __call__(self, scene, solver, setting, span, max_evaluations=None):
+    def __call__(self, scene, solver, setting, span, **limits):
         """Rows, counts, run time and repeats, or the failure."""
-        kind = "--step" if solver in FIXED_STEP else "--tolerance"
-        command = [self.program, "--scene", scene.path, "--solver", solver, kind, repr(setting), "--model", scene.model,
-                   "--span", repr(span), "--rate", str(ROW_RATE)]
-        if max_evaluations:
-            command += ["--max-evaluations", repr(max_evaluations)]
-        done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        task = {"scene": str(scene.path), "model": scene.model, "solver": solver, "span": span, "rate": ROW_RATE,
+                "step" if solver in FIXED_STEP else "tolerance": setting, **limits}
+        done = subprocess.run([self.program, json.dumps(task)], capture_output=True, text=True)
         if done.returncode != 0:
             raise RuntimeError(done.stderr.strip() or f"{solver} on {scene.key}: ended by signal {-done.returncode}")
         return json.loads(done.stdout)
@@ -139,7 +136,7 @@ def make_reference(solve, scene, span, effort):
     """Motion to measure against, and how far others, as independent of it as can be, are from it."""
     def run(solver, tolerance):
         title = f"{solver.replace('_', ' of order ').upper().replace('OF ORDER', 'of order')}, {tolerance:g}"
-        return title, solve(scene, solver, tolerance, span, REFERENCE_EVALUATIONS)
+        return title, solve(scene, solver, tolerance, span, max_evaluations=REFERENCE_EVALUATIONS)
 
     (title, found), *others = [run(*yardstick) for yardstick in YARDSTICKS[effort]]
     if "failure" in found:
