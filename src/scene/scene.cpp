@@ -23,6 +23,9 @@ constexpr Named<Model> kModels[] = {
 constexpr Named<RollerRateAtSwitch> kRollerRates[] = {{"continuous", RollerRateAtSwitch::kContinuous},
                                                       {"at_rest", RollerRateAtSwitch::kAtRest}};
 
+enum class Profile { kPaper, kMeasured };
+constexpr Named<Profile> kProfiles[] = {{"paper", Profile::kPaper}, {"measured", Profile::kMeasured}};
+
 constexpr double kMaxRows = 1e8, kMaxPeriods = 1e9;
 constexpr double kMaxRowsInPeriod = 1e5;  // closer ones are one instant to the simulation
 
@@ -30,6 +33,8 @@ constexpr Range kMass{1e-6, 1e6, "kg"};
 constexpr Range kInertia{1e-12, 1e6, "kg m^2"};
 constexpr Range kLength{1e-3, 1e3, "m"};
 constexpr Range kDamping{0, 1e9, "N m s"};
+constexpr Range kDryFriction{0, 1e6, "N m"};
+constexpr Range kSmoothing{1e-6, 1e6, "rad/s"};
 constexpr Range kSpeed{-1e4, 1e4, "m/s or rad/s"};
 constexpr Range kRate{-1e6, 1e6, "rad/s"};
 constexpr Range kTorque{-3e6, 3e6, "N m"};
@@ -40,9 +45,27 @@ constexpr Range kHarmonicPeriod{1e-4, 1e9, "s"};
   throw SceneError(fmt::format("{} = {}: must be {}", name, quote(value), alternatives(allowed)));
 }
 
+/// A name, or a section with the name and what the profile takes besides.
+RobotParameters read_profile(const SceneValue& value) {
+  Profile profile = Profile::kPaper;
+  if (!value.is_section()) {
+    value.choice(profile, kProfiles);
+    return profile == Profile::kMeasured ? measured_robot() : RobotParameters();
+  }
+  SceneSection s = value.section();
+  s.required("name").choice(profile, kProfiles);
+  double scale = 1;
+  const SceneValue friction_scale = s["friction_scale"];
+  friction_scale.number(scale, {0, 1e3, ""});
+  s.finish();
+  if (profile == Profile::kMeasured) return measured_robot(scale);
+  if (friction_scale.given()) friction_scale.refuse("left out for paper");
+  return RobotParameters();
+}
+
 /// `floor` decides whether all four wheels press on it.
 RobotParameters read_robot(SceneSection s, const FloorParameters& floor) {
-  RobotParameters robot;
+  RobotParameters robot = read_profile(s["profile"]);
   s["body_mass"].number(robot.m, kMass);
   s["wheel_mass"].number(robot.m_1, kMass);
   const SceneValue inertia = s["total_inertia"];
@@ -63,6 +86,10 @@ RobotParameters read_robot(SceneSection s, const FloorParameters& floor) {
   s["rollers_per_wheel"].whole_number(robot.rollers, 3, 255);
   s["wheel_damping"].number_or_wheels(robot.mu_1, kDamping);
   s["roller_damping"].number_or_wheels(robot.mu_2, kDamping);
+  s["dry_friction"].number_or_wheels(robot.dry_friction, kDryFriction);
+  s["dry_friction_rate"].number(robot.dry_friction_rate, kSmoothing);
+  s["roller_dry_friction"].number_or_wheels(robot.roller_dry_friction, kDryFriction);
+  s["roller_dry_friction_rate"].number(robot.roller_dry_friction_rate, kSmoothing);
   s["roller_rate_at_switch"].choice(robot.roller_rate_at_switch, kRollerRates);
   s.finish();
 
