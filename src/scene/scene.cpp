@@ -93,8 +93,10 @@ RobotParameters read_robot(SceneSection s, const FloorParameters& floor) {
   s["roller_rate_at_switch"].choice(robot.roller_rate_at_switch, kRollerRates);
   s.finish();
 
-  if (robot.J_2 == 0 && robot.mu_2.minCoeff() == 0 && (floor.f == 0 || floor.viscous_friction == 0)) {
-    roller_inertia.refuse("a finite number > 0 where neither friction nor roller_damping holds the rollers");
+  if (robot.J_2 == 0 && (robot.mu_2 + robot.roller_dry_friction).minCoeff() == 0 &&
+      (floor.f == 0 || floor.viscous_friction == 0)) {
+    roller_inertia.refuse(
+        "a finite number > 0 where neither friction nor roller_damping nor roller_dry_friction holds the rollers");
   }
   if (robot.R_d >= robot.R) axis_radius.refuse(fmt::format("less than wheel_radius, {}", robot.R));
   const double offset = robot.m * robot.m * a.square().sum() / robot.m_s();

@@ -5,9 +5,9 @@
 
 namespace youbot_base_sim {
 
-/// Dry friction of the drives and of the rollers' bearings, which the paper's model leaves out and which records of real
-/// bases show: a torque against the rate w of -T w / sqrt(rate^2 + w^2), N m. It has a convex potential, as the friction
-/// of the contacts has, so that Newton's methods and their safeguards are the same with it.
+/// Dry friction of the drives and of the rollers' bearings, which the paper's model leaves out and which records of
+/// real bases show: a torque against the rate w of -T w / sqrt(rate^2 + w^2), N m. It has a convex potential, as the
+/// friction of the contacts has, so that Newton's methods and their safeguards are the same with it.
 class DryBearings {
  public:
   explicit DryBearings(const RobotParameters& robot)
