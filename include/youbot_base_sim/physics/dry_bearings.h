@@ -27,11 +27,11 @@ class DryBearings {
   Wheels roller_damping(const Wheels& dgamma) const { return rollers_.damping(dgamma); }
 
   /// Adds the friction at the velocities u to the forces Q; its derivative to the damping matrix G.
-  [[gnu::noinline]] void add_to(const Velocities& u, Velocities& Q) const {
+  [[gnu::noinline, gnu::cold]] void add_to(const Velocities& u, Velocities& Q) const {
     Q.dphi -= wheel_torque(u.dphi);
     Q.dgamma -= roller_torque(u.dgamma);
   }
-  [[gnu::noinline]] void add_to(const Velocities& u, DampingMatrix& G) const {
+  [[gnu::noinline, gnu::cold]] void add_to(const Velocities& u, DampingMatrix& G) const {
     G.dphi_dphi += wheel_damping(u.dphi);
     G.dgamma_dgamma += roller_damping(u.dgamma);
   }
