@@ -44,6 +44,13 @@ class SimulateTest : public testing::Test {
     return "";
   }
 
+  /// Waits until a run has opened output `name`, but not forever.
+  void await_output(const std::string& name) const {
+    for (int tries = 0; incomplete(name).empty() && tries < 3000; ++tries) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+  }
+
   TemporaryFolder folder_;
 };
 
@@ -262,9 +269,7 @@ TEST_F(SimulateTest, SignalsEndItWithMarkedFiles) {
   for (int k = 0; k < 3; ++k) {
     const std::string scene = folder_.write("scene.yaml", scenes[k]);
     Program simulate(SIMULATE, {scene, "--csv", folder_.path("a.csv"), "--summary", folder_.path("s.json")});
-    for (int tries = 0; incomplete("s.json").empty() && tries < 3000; ++tries) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    }
+    await_output("s.json");
     simulate.send(signals[k]);
     simulate.send(signals[k]);  // as `timeout` does
     EXPECT_EQ(simulate.wait(), 1) << simulate.err();
@@ -280,7 +285,7 @@ TEST_F(SimulateTest, SignalsEndItWithMarkedFiles) {
 TEST_F(SimulateTest, AKilledRunLeavesFilesThatSayWhatTheyAre) {
   const std::string scene = folder_.write("scene.yaml", kLongRow + kMotion);
   Program simulate(SIMULATE, {scene, "--quiet", "--csv", folder_.path("a.csv")});
-  while (incomplete("a.csv").empty()) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  await_output("a.csv");
   simulate.send(SIGKILL);
   EXPECT_EQ(simulate.wait(), -1);
   EXPECT_EQ(files(), (std::set<std::string>{"scene.yaml", incomplete("a.csv")}));
