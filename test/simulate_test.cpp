@@ -273,7 +273,7 @@ TEST_F(SimulateTest, AFullDiskEndsOneOutputAndKeepsTheOthers) {
 TEST_F(SimulateTest, SignalsEndItWithMarkedFiles) {
   const std::string torque = "drive: {torque: [{start: 0, cos: [1, 0.5, 0.2, -1], sin: [1, 1, 1, 1], period: 3}]}\n";
   // In one control period too.
-  const std::string scenes[] = {kLongRow + torque, kLongRow + "solver: {control_period: 1000}\n" + torque,
+  const std::string scenes[] = {kLongRow + torque, kLongRow + "solver: {control_period: 10}\n" + torque,
                                 "model: no_slip\n" + kLongRow + torque};
   const int signals[] = {SIGINT, SIGTERM, SIGHUP};
   for (int k = 0; k < 3; ++k) {
