@@ -45,15 +45,29 @@ bool Parameters::flag(const std::string& name, bool default_value) {
   return value;
 }
 
-double Parameters::number(const std::string& name, double default_value, double min, double max, const char* unit) {
+double Parameters::number(const std::string& name, double default_value, const std::function<bool(double)>& is_allowed,
+                          const std::string& allowed) {
   XmlRpcValue value;
   if (!get(name, value)) return default_value;
   const bool whole = value.getType() == XmlRpcValue::TypeInt;
   if (whole || value.getType() == XmlRpcValue::TypeDouble) {
     const double number = whole ? static_cast<double>(static_cast<int>(value)) : static_cast<double>(value);
-    if (number >= min && number <= max) return number;
+    if (is_allowed(number)) return number;
   }
-  throw refusal(name, text_of(value), fmt::format("a number from {:g} to {:g} {}", min, max, unit));
+  throw refusal(name, text_of(value), allowed);
+}
+
+double Parameters::number(const std::string& name, double default_value, double min, double max, const char* unit) {
+  return number(
+      name, default_value, [&](double x) { return x >= min && x <= max; },
+      fmt::format("a number from {:g} to {:g} {}", min, max, unit));
+}
+
+double Parameters::zero_or_number(const std::string& name, double default_value, double min, double max,
+                                  const char* unit) {
+  return number(
+      name, default_value, [&](double x) { return x == 0 || (x >= min && x <= max); },
+      fmt::format("0, or a number from {:g} to {:g} {}", min, max, unit));
 }
 
 void Parameters::refuse_others() const {
