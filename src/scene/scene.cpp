@@ -141,13 +141,14 @@ TorqueSegments read_torque(const std::vector<SceneSection>& sections) {
   return segments;
 }
 
-WheelTable read_table(const SceneValue& value, const std::string& scene_path) {
+WheelTable read_table(const SceneValue& value, Scene& scene) {
   std::string name;
   value.text(name, "the name of a CSV file");
-  return read_wheel_table(std::filesystem::path(scene_path).parent_path() / name);
+  scene.files.push_back(std::filesystem::path(scene.files.front()).parent_path() / name);
+  return read_wheel_table(scene.files.back());
 }
 
-void read_drive(const SceneValue& value, const std::string& scene_path, Scene& scene) {
+void read_drive(const SceneValue& value, Scene& scene) {
   if (!value.given()) return;
   SceneSection s = value.section();
   const SceneValue motion = s["reference_motion"], torque = s["torque"], torque_table = s["torque_table"],
@@ -158,9 +159,9 @@ void read_drive(const SceneValue& value, const std::string& scene_path, Scene& s
   }
   if (motion.given()) scene.drive = read_reference_motion(motion.section());
   if (torque.given()) scene.drive = read_torque(torque.sections());
-  if (torque_table.given()) scene.drive = read_table(torque_table, scene_path);
+  if (torque_table.given()) scene.drive = read_table(torque_table, scene);
   if (velocity_table.given()) {
-    scene.drive = VelocityTable{read_table(velocity_table, scene_path)};
+    scene.drive = VelocityTable{read_table(velocity_table, scene)};
     // A velocity loop is sampled; the driver's runs at 1 kHz.
     if (scene.solver.control_period == 0) scene.solver.control_period = 1e-3;
   }
@@ -196,6 +197,7 @@ void read_initial(SceneSection s, Scene& scene) {
 Scene read_scene(const std::string& path, const YAML::Node& root, const SceneOverrides& overrides) {
   SceneSection file(path, "", root);
   Scene scene;
+  scene.files = {path};
   file["model"].choice(scene.model, kModels);
   if (!overrides.model.empty()) scene.model = model_from_name(overrides.model);
   file.required("duration").number(scene.duration, kPositive);
@@ -206,7 +208,7 @@ Scene read_scene(const std::string& path, const YAML::Node& root, const SceneOve
   scene.floor = read_floor(floor.section());
   scene.robot = read_robot(robot.section(), scene.floor);
   scene.solver = read_solver(solver.section(), overrides, scene.model, scene.robot);
-  read_drive(drive, path, scene);
+  read_drive(drive, scene);
   read_initial(initial.section(), scene);
   return scene;
 }
