@@ -7,6 +7,7 @@
 #include "youbot_base_sim/drive/driver_configuration.h"
 #include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/ros/parameters.h"
+#include "youbot_base_sim/text/quote.h"
 
 namespace youbot_base_sim {
 
@@ -52,7 +53,8 @@ Scene read_scene(Parameters& parameters) {
   if (!(scene.solver.control_period > 0)) scene.solver.control_period = 1e-3;
   if (scene.solver.control_period < kMinControlPeriod || scene.solver.control_period > kMaxControlPeriod) {
     throw ParameterError(fmt::format("parameter ~scene: {}: solver.control_period = {}: must be from {:g} to {:g} s",
-                                     path, scene.solver.control_period, kMinControlPeriod, kMaxControlPeriod));
+                                     quote_path(path), scene.solver.control_period, kMinControlPeriod,
+                                     kMaxControlPeriod));
   }
   scene.drive = std::monostate();
   return scene;

@@ -5,6 +5,8 @@
 #include <sstream>
 #include <vector>
 
+#include "youbot_base_sim/text/quote.h"
+
 namespace youbot_base_sim {
 
 namespace {
@@ -19,11 +21,15 @@ std::string text_of(XmlRpcValue& value) {
   return text.str();
 }
 
+std::string range(double min, double max, const std::string& unit) {
+  return fmt::format("from {:g} to {:g}{}{}", min, max, unit.empty() ? "" : " ", unit);
+}
+
 }  // namespace
 
 ParameterError Parameters::refusal(const std::string& name, const std::string& value,
                                    const std::string& allowed) const {
-  return ParameterError(fmt::format("parameter {}{} = {}: must be {}", prefix_, name, value, allowed));
+  return ParameterError(fmt::format("parameter {}{} = {}: must be {}", prefix_, name, quote(value), allowed));
 }
 
 bool Parameters::get(const std::string& name, XmlRpcValue& value) {
@@ -59,15 +65,14 @@ double Parameters::number(const std::string& name, double default_value, const s
 
 double Parameters::number(const std::string& name, double default_value, double min, double max, const char* unit) {
   return number(
-      name, default_value, [&](double x) { return x >= min && x <= max; },
-      fmt::format("a number from {:g} to {:g} {}", min, max, unit));
+      name, default_value, [&](double x) { return x >= min && x <= max; }, "a number " + range(min, max, unit));
 }
 
 double Parameters::zero_or_number(const std::string& name, double default_value, double min, double max,
                                   const char* unit) {
   return number(
       name, default_value, [&](double x) { return x == 0 || (x >= min && x <= max); },
-      fmt::format("0, or a number from {:g} to {:g} {}", min, max, unit));
+      "0, or a number " + range(min, max, unit));
 }
 
 void Parameters::refuse_others() const {
@@ -79,7 +84,7 @@ void Parameters::refuse_others() const {
     const std::string key = name.substr(mine.size(), name.find('/', mine.size()) - mine.size());
     if (known_.count(key)) continue;
     throw ParameterError(
-        fmt::format("parameter {}{} is unknown; known are: {}", prefix_, key, fmt::join(known_, ", ")));
+        fmt::format("parameter {}{} is unknown; known are: {}", prefix_, quote(key), fmt::join(known_, ", ")));
   }
 }
 

@@ -6,6 +6,7 @@
 #include <exception>
 
 #include "youbot_base_sim/ros/parameters.h"
+#include "youbot_base_sim/text/quote.h"
 
 namespace youbot_base_sim {
 
@@ -27,7 +28,8 @@ int run_program(int argc, char** argv, const char* name, const std::function<voi
   ros::init(argc, argv, name);
   for (const int signal : {SIGTERM, SIGHUP}) end_ros_on(signal);
   if (argc > 1) {
-    ROS_FATAL("unexpected argument %s: %s takes ROS parameters, as _scene:=FILE, and remappings only", argv[1], name);
+    ROS_FATAL("unexpected argument %s: %s takes ROS parameters, as _scene:=FILE, and remappings only",
+              quote(argv[1]).c_str(), name);
     return 2;
   }
   const ros::NodeHandle keep_alive;  // ROS shuts down, its log included, with the last handle
