@@ -332,7 +332,9 @@ int simulate(const Arguments& arguments, const Scene& scene) {
     fmt::print(stderr, "simulate: {}\n", error.what());
     return stop ? kNotCompleted : kRefused;
   }
-  if (!arguments.quiet && !told.empty()) fmt::print(stderr, "simulate: {}\n", told);
+  for (const std::string& warning : {doubts(scene.robot), told}) {
+    if (!arguments.quiet && !warning.empty()) fmt::print(stderr, "simulate: {}\n", warning);
+  }
   try {
     Run run(arguments, scene, *outputs);
     run.complete();

@@ -136,6 +136,7 @@ TEST_F(SimulateTest, RefusedInputExitsWith2AndOneLineAndLeavesNothing) {
   for (std::vector<std::string> arguments :
        std::vector<std::vector<std::string>>{{folder_.write("bad.yaml", "duration: -1\n")},
                                              {folder_.path("missing.yaml")},
+                                             {folder_.path("")},
                                              {folder_.write("idle.yaml", "duration: 1\n")},
                                              {good, "--model", "rigid"},
                                              {good, "--relative-tolerance", "2"},
@@ -152,6 +153,15 @@ TEST_F(SimulateTest, RefusedInputExitsWith2AndOneLineAndLeavesNothing) {
     EXPECT_FALSE(folder_.has("a.csv")) << what;
     EXPECT_EQ(incomplete("a.csv"), "") << what;
   }
+}
+
+TEST_F(SimulateTest, WarnsOfRollersThatTaperToAPoint) {
+  const std::string scene = folder_.write("scene.yaml", kScene + std::string("robot: {rollers_per_wheel: 4}\n"));
+  Program told(SIMULATE, {scene}), quiet(SIMULATE, {scene, "--quiet"});
+  EXPECT_EQ(told.wait(), 0);
+  EXPECT_NE(told.err().find("robot.roller_axis_radius = 0.0355: 4 rollers"), std::string::npos) << told.err();
+  EXPECT_EQ(quiet.wait(), 0);
+  EXPECT_EQ(quiet.err(), "");
 }
 
 TEST_F(SimulateTest, OutputsThatWouldLoseDataAreRefusedBeforeAnythingRuns) {
@@ -255,8 +265,8 @@ TEST_F(SimulateTest, AFullDiskEndsOneOutputAndKeepsTheOthers) {
 TEST_F(SimulateTest, SignalsEndItWithMarkedFiles) {
   const std::string torque = "drive: {torque: [{start: 0, cos: [1, 0.5, 0.2, -1], sin: [1, 1, 1, 1], period: 3}]}\n";
   // In one control period too.
-  const std::string scenes[] = {kLongRow + torque, kLongRow + "solver: {control_period: 1000}\n" + torque,
-                                "model: no_slip\nduration: 1.0e+9\noutput_rate: 1.0e-9\n" + torque};
+  const std::string scenes[] = {kLongRow + torque, kLongRow + "solver: {control_period: 10}\n" + torque,
+                                "model: no_slip\nduration: 1.0e+6\noutput_rate: 1.0e-6\n" + torque};
   const int signals[] = {SIGINT, SIGTERM, SIGHUP};
   for (int k = 0; k < 3; ++k) {
     const std::string scene = folder_.write("scene.yaml", scenes[k]);
