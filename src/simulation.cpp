@@ -198,8 +198,8 @@ std::string Simulation::method() const {
 
 double Simulation::kinetic_energy() const { return loop_->integration_->kinetic_energy(loop_->state_); }
 
-double Simulation::energy_balance_error() const {
-  return std::abs(kinetic_energy() - loop_->initial_energy_ - loop_->state_.work());
+double Simulation::energy_balance_error(double kinetic_energy) const {
+  return std::abs(kinetic_energy - loop_->initial_energy_ - loop_->state_.work());
 }
 
 const Scene& Simulation::scene() const { return loop_->scene_; }

@@ -84,7 +84,9 @@ class Simulation {
   double kinetic_energy() const;  ///< J
 
   /// |change of kinetic energy - integrated power| since t = 0, J.
-  double energy_balance_error() const;
+  double energy_balance_error() const { return energy_balance_error(kinetic_energy()); }
+  /// The same for those who have asked for the kinetic energy (J) already.
+  double energy_balance_error(double kinetic_energy) const;
 
   const Scene& scene() const;
 

@@ -47,8 +47,8 @@ void EnergyAudit::add_row(const Simulation& simulation) {
   longest_interval_ = std::max(longest_interval_, interval);
   power_ = power;
   t_ = simulation.time();
-  max_kinetic_energy_ = std::max(max_kinetic_energy_, simulation.kinetic_energy());
-  const double error = simulation.energy_balance_error();
+  const double kinetic_energy = simulation.kinetic_energy(), error = simulation.energy_balance_error(kinetic_energy);
+  max_kinetic_energy_ = std::max(max_kinetic_energy_, kinetic_energy);
   // Once it is not a number it remains that.
   if (error > max_balance_error_ || std::isnan(error)) max_balance_error_ = error;
 }

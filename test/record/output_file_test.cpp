@@ -5,6 +5,7 @@
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <stdlib.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -149,11 +150,18 @@ TEST_F(OutputFileTest, FollowsSymbolicLinks) {
 }
 
 TEST_F(OutputFileTest, WritesStraightToWhatIsNoFile) {
-  OutputFile null("/dev/null");
-  null.write("1\n");
-  EXPECT_EQ(null.name(), "/dev/null");
-  null.commit();
-  EXPECT_TRUE(fs::is_character_file("/dev/null"));
+  // A device that no mistake can replace: nobody may make files beside it.
+  const int terminal = posix_openpt(O_RDWR | O_NOCTTY);
+  ASSERT_TRUE(grantpt(terminal) == 0 && unlockpt(terminal) == 0);
+  const std::string device = ptsname(terminal);
+  OutputFile straight(device);
+  straight.write("1\n");
+  EXPECT_EQ(straight.name(), device);
+  straight.commit();
+  char line[4] = "";
+  EXPECT_EQ(read(terminal, line, 3), 3);
+  EXPECT_STREQ(line, "1\r\n");
+  close(terminal);
 
   mkfifo(folder_.path("fifo").c_str(), 0600);
   const int reader = open(folder_.path("fifo").c_str(), O_RDONLY | O_NONBLOCK);
@@ -229,8 +237,9 @@ TEST_F(OutputFileTest, KeepsWholeLinesOnAFullDisk) {
 }
 
 TEST_F(OutputFileTest, FailsToCommitOnAFullDisk) {
-  OutputFile full("/dev/full");
-  EXPECT_THROW(full.write("1\n"), OutputError);
+  const int full = open("/dev/full", O_WRONLY);
+  EXPECT_THROW(OutputFile("/proc/self/fd/" + std::to_string(full)).write("1\n"), OutputError);
+  close(full);
   const FileSizeLimit limit(10);
   OutputFile file(folder_.path("a.csv"));
   file.write("1234\n1234\n1234\n");  // not yet on the disk
