@@ -1,5 +1,6 @@
 #pragma once
 
+#include <signal.h>
 #include <unistd.h>
 
 #include <boost/process/args.hpp>
@@ -29,6 +30,7 @@ class Program {
   }
 
   void kill() { child_.terminate(); }
+  void send(int signal) { ::kill(child_.id(), signal); }
 
   // What it has printed so far.
   std::string out() const { return folder_.read("out"); }
