@@ -1,11 +1,14 @@
 #pragma once
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <nav_msgs/Odometry.h>
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
 #include <std_srvs/Empty.h>
+#include <unistd.h>
 
+#include <fstream>
 #include <functional>
 #include <string>
 #include <vector>
@@ -29,7 +32,10 @@ class BaseProcess {
   /// `prefix` is a program that becomes base_node, with its arguments.
   BaseProcess(const std::string& ns, std::vector<std::string> parameters, std::vector<std::string> prefix = {})
       : ns_("/" + ns), program_(start(parameters, prefix)) {
-    const auto take = [this](const nav_msgs::Odometry::ConstPtr& message) { stamps_.push_back(message->header.stamp); };
+    const auto take = [this](const nav_msgs::Odometry::ConstPtr& message) {
+      stamps_.push_back(message->header.stamp);
+      velocity_ = message->twist.twist.linear.x;
+    };
     subscriber_ = node_.subscribe<nav_msgs::Odometry>(ns_ + "/odom", 1000, take);
   }
 
@@ -39,6 +45,24 @@ class BaseProcess {
   void expect_instants(std::size_t n) {
     const std::size_t before = stamps_.size();
     wait_for("odometry", [&] { return stamps_.size() >= before + n; });
+  }
+
+  /// Waits for so much simulated time, s.
+  void expect_simulated(double time) {
+    expect_instants(1);
+    const ros::Time end = stamps_.back() + ros::Duration(time);
+    wait_for("time to pass", [&] { return stamps_.back() >= end; });
+  }
+
+  /// Of the odometry that came last, m/s.
+  double velocity() const { return velocity_; }
+
+  /// Memory that the node holds, MB.
+  double memory() const {
+    std::ifstream file(fmt::format("/proc/{}/statm", program_.id()));
+    std::size_t total = 0, resident = 0;
+    file >> total >> resident;
+    return 1e-6 * static_cast<double>(resident) * static_cast<double>(sysconf(_SC_PAGESIZE));
   }
 
   /// Calls a service that the loop answers, once the node is there.
@@ -71,6 +95,7 @@ class BaseProcess {
   std::string ns_;
   ros::NodeHandle node_;
   std::vector<ros::Time> stamps_;
+  double velocity_ = 0;
   Program program_;
   ros::Subscriber subscriber_;
 };
