@@ -1,9 +1,12 @@
 #include "youbot_base_sim/ros/program.h"
 
+#include <fmt/format.h>
 #include <ros/ros.h>
 
 #include <csignal>
+#include <cstdio>
 #include <exception>
+#include <string>
 
 #include "youbot_base_sim/ros/parameters.h"
 #include "youbot_base_sim/text/quote.h"
@@ -22,6 +25,15 @@ void end_ros_on(int signal) {
   sigaction(signal, &action, nullptr);
 }
 
+/// A last line, which ROS's console no longer prints once ROS has shut down.
+void complain(const char* name, const std::string& text) {
+  if (ros::ok()) {
+    ROS_FATAL_STREAM(text);
+  } else {
+    fmt::print(stderr, "{}: {}\n", name, text);
+  }
+}
+
 }  // namespace
 
 int run_program(int argc, char** argv, const char* name, const std::function<void()>& body) {
@@ -36,10 +48,10 @@ int run_program(int argc, char** argv, const char* name, const std::function<voi
   try {
     body();
   } catch (const ParameterError& error) {
-    ROS_FATAL_STREAM(error.what());
+    complain(name, error.what());
     return 2;
   } catch (const std::exception& error) {
-    ROS_FATAL_STREAM(error.what());
+    complain(name, error.what());
     return 1;
   }
   return 0;
