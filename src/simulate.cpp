@@ -66,8 +66,8 @@ bool read_arguments(int argc, char** argv, Arguments& arguments) {
      "in place of the scene's, 1e-14 to 0.1; the default, 3e-7, keeps the paper's Cases 1 and 2 within 1e-5 m and "
      "1e-5 rad of the exact motion over 30 s")
     ("cpu-limit", po::value(&arguments.cpu_limit)->value_name("SECONDS"),
-     "stop at the first row after this much processor time; writes the summary, keeps the rest as FILE.incomplete-*, and "
-     "exits with status 1")
+     "stop at the first row after this much processor time; writes the summary, keeps the rest as FILE.incomplete-*, "
+     "and exits with status 1")
     ("quiet", po::bool_switch(&arguments.quiet), "print nothing but errors and warnings of a result not to be trusted")
     ("help", "print this");
   // clang-format on

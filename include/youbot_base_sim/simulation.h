@@ -44,8 +44,8 @@ class Simulation {
   /// none.
   void advance_periods(std::int64_t n);
 
-  /// Has `advance_to` and `advance_periods` throw Stopped within a step once `stop`, which must outlive this, is set: by
-  /// another thread or a signal's handler. The state is then somewhere on the way; only `reset` leads on from there.
+  /// Has `advance_to` and `advance_periods` throw Stopped within a step once `stop`, which must outlive this, is set:
+  /// by another thread or a signal's handler. The state is then somewhere on the way; only `reset` leads on from there.
   void stop_on(const std::atomic<bool>& stop);
 
   /// Back to the scene's initial state at t = 0, statistics included.
