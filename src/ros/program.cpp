@@ -45,6 +45,10 @@ int run_program(int argc, char** argv, const char* name, const std::function<voi
     return 2;
   }
   const ros::NodeHandle keep_alive;  // ROS shuts down, its log included, with the last handle
+  if (!ros::ok()) {                  // what waits for a master now may be interrupted, and is fit for nothing then
+    complain(name, "interrupted before there was a master at " + ros::master::getURI());
+    return 1;
+  }
   try {
     body();
   } catch (const ParameterError& error) {

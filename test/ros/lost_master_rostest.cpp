@@ -81,6 +81,19 @@ TEST_F(LostMaster, does_not_stop_the_node_or_spoil_its_bag) {
   expect_end(*second, "second", 1.0);
 }
 
+TEST_F(LostMaster, need_not_be_there_for_the_node_to_end) {
+  const std::string nowhere = "__master:=http://localhost:" + std::to_string(free_port());
+  Program base(BASE_NODE, {nowhere}), player(PLAY_SCENE, {nowhere});
+  for (Program* program : {&base, &player}) {
+    const auto limit = ros::WallTime::now() + ros::WallDuration(20);
+    const auto said = [program] { return program->out() + program->err(); };
+    while (said().find("Failed to contact master") == std::string::npos && ros::WallTime::now() < limit) let_pass(0.05);
+    program->send(SIGINT);
+    EXPECT_EQ(program->wait(), 1) << said();
+    EXPECT_NE(said().find("interrupted before there was a master"), std::string::npos) << said();
+  }
+}
+
 }  // namespace
 }  // namespace youbot_base_sim
 
