@@ -1,6 +1,5 @@
 #include "youbot_base_sim/ros/program.h"
 
-#include <fmt/format.h>
 #include <ros/ros.h>
 
 #include <csignal>
@@ -9,6 +8,7 @@
 #include <string>
 
 #include "youbot_base_sim/ros/parameters.h"
+#include "youbot_base_sim/text/print_error.h"
 #include "youbot_base_sim/text/quote.h"
 
 namespace youbot_base_sim {
@@ -30,7 +30,7 @@ void complain(const char* name, const std::string& text) {
   if (ros::ok()) {
     ROS_FATAL_STREAM(text);
   } else {
-    fmt::print(stderr, "{}: {}\n", name, text);
+    print_error(name, text);
   }
 }
 

@@ -137,6 +137,13 @@ TEST_F(ProgramsTest, SimulateTouchesNothingWhereOneOutputCannotBeOpened) {
   }
 }
 
+// Where nobody can hear it, the exit status tells.
+TEST_F(ProgramsTest, RefuseWhereStandardErrorIsFull) {
+  for (const std::string command : {SIMULATE " /nowhere", SIMULATE " --colour", DESCRIBE_BASE " /nowhere"}) {
+    EXPECT_EQ(Program("/bin/sh", {"-c", "exec " + command + " 2> /dev/full"}).wait(), 2) << command;
+  }
+}
+
 TEST_F(ProgramsTest, DescribeBaseRefuses) {
   expect_refused(DESCRIBE_BASE, {"--colour"}, {"--colour"});
   expect_refused(DESCRIBE_BASE, {good_, good_}, {"--help"});
