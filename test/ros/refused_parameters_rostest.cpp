@@ -67,7 +67,7 @@ TEST_F(RefusedParameters, numbers_beyond_all_ends) {
   const double huge = std::numeric_limits<double>::max(), inf = std::numeric_limits<double>::infinity();
   int cases = 0;
   for (const std::string& name : names_) {
-    for (const double value : {-huge, huge, inf, -inf, std::nan("")}) {
+    for (const double value : {-huge, huge, inf, -inf, std::nan(""), -1e-320, 1e7}) {
       SCOPED_TRACE(name + " = " + std::to_string(value).substr(0, 20));
       expect_refusal(refusal_of(name, value), {name, "must be"});
       ++cases;
