@@ -151,7 +151,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   });
   for (int k = 0; k < 20 && !input.empty(); ++k) {
     for (int n = input.byte() % 4; n > 0; --n) {
-      requests.push(simulation.time() + input.from_0_to(2 * kPeriod), request(input, DriverKinematics()));
+      const double arrival = simulation.time() + input.from_0_to(2 * kPeriod);
+      requests.push(arrival, request(input, DriverKinematics()));
     }
     simulation.advance_periods(1);
     require_finite(simulation.state(), "the state");
