@@ -1,0 +1,17 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+namespace youbot_base_sim {
+
+/// Text that somebody else wrote, as a message may show it: one line that no terminal obeys. Control characters, bytes
+/// that are not UTF-8, backslashes and what turns the direction of writing are escaped as in C; what is longer than
+/// `max_characters` ends there, with "...".
+std::string quote(std::string_view text, std::size_t max_characters = 60);
+
+/// The same for the name of a file, of which a long one loses its beginning.
+std::string quote_path(std::string_view path);
+
+}  // namespace youbot_base_sim
