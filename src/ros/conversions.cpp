@@ -8,6 +8,8 @@
 #include <bitset>
 #include <cmath>
 
+#include "youbot_base_sim/text/quote.h"
+
 namespace youbot_base_sim {
 
 namespace {
@@ -31,7 +33,7 @@ WheelCommand read(const std::vector<brics_actuator::JointValue>& entries, const 
     if (i < 0) continue;
     if (entry.unit != unit) {
       command.complaints.push_back({entry.joint_uri + " unit", fmt::format("{}: unit \"{}\" is not \"{}\": skipped",
-                                                                           entry.joint_uri, entry.unit, unit)});
+                                                                           entry.joint_uri, quote(entry.unit), unit)});
       continue;
     }
     if (seen[i]) continue;

@@ -60,6 +60,15 @@ TEST(WheelCommand, leaves_unnamed_wheels_out) {
   EXPECT_EQ(value_of(command, 2), 2.0);
 }
 
+TEST(WheelCommand, quotes_a_foreign_unit_in_one_short_line) {
+  const WheelCommand command =
+      wheel_command(torques({entry("wheel_joint_fl", "N\n\033[31mm" + std::string(1000000, 'x'), 1)}));
+  ASSERT_EQ(command.complaints.size(), 1u);
+  const std::string& text = command.complaints[0].text;
+  EXPECT_NE(text.find("\"N\\n\\x1b[31mmxxx"), std::string::npos) << text;
+  EXPECT_LT(text.size(), 200u);
+}
+
 TEST(WheelCommand, takes_the_unit_to_the_letter) {
   for (const char* unit : {"", "N m", "m^2 kg s^-2", "m^2 kg s^-2 rad^-1 ", kVelocityUnit}) {
     const WheelCommand command =

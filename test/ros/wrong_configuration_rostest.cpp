@@ -47,6 +47,8 @@ TEST_F(WrongConfiguration, misspelt_parameter) {
 
 TEST_F(WrongConfiguration, value_out_of_range) {
   expect_base_refuses("_publish_rate:=2000", {"~publish_rate", "2000", "1000 Hz"});
+  expect_base_refuses("_publish_rate:=0.0001", {"~publish_rate", "0.0001", "from 0.001"});
+  expect_base_refuses("_command_rate:=0.01", {"~command_rate", "0.01", "0, or a number from 0.1 to 1000 Hz"});
   expect_base_refuses("_control_period:=-1", {"~control_period", "-1", "1e-06 to 10 s"});
   expect_base_refuses("_control_period:=nan", {"~control_period", "nan"});
   expect_base_refuses("_driver_wheel_radius:=0", {"~driver_wheel_radius", "0", "m"});
@@ -56,6 +58,16 @@ TEST_F(WrongConfiguration, value_of_the_wrong_kind) {
   expect_base_refuses("_publish_rate:=often", {"~publish_rate", "often", "a number"});
   expect_base_refuses("_publish_tf:=3", {"~publish_tf", "3", "true or false"});
   expect_base_refuses("_scene:=3", {"~scene", "3"});
+}
+
+TEST_F(WrongConfiguration, value_that_would_spoil_the_terminal) {
+  expect_base_refuses("_method:=a\nb", {"~method", "a\\nb"});
+  expect_base_refuses("_joint_velocity_sign:=le\nft", {"~joint_velocity_sign", "le\\nft"});
+}
+
+TEST_F(WrongConfiguration, control_period_of_the_scene) {
+  const std::string slow = folder_.write("slow.yaml", "duration: 1.0\nsolver: {control_period: 100.0}\n");
+  expect_base_refuses("_scene:=" + slow, {"~scene", "control_period", "100"});
 }
 
 TEST_F(WrongConfiguration, parameter_of_the_driver) {
@@ -68,6 +80,8 @@ TEST_F(WrongConfiguration, parameter_of_the_driver) {
   expect_refused_with("youBotHasBase", false, {"youBotHasBase", "false", "true"});
   expect_refused_with("youBotHasBase", 3, {"youBotHasBase", "3", "true or false"});
   expect_refused_with("youBotDriverCycleFrequencyInHz", -50.0, {"youBotDriverCycleFrequencyInHz", "-50", "Hz"});
+  expect_refused_with("youBotDriverCycleFrequencyInHz", 2000.0,
+                      {"youBotDriverCycleFrequencyInHz", "2000", "1000 Hz: at most once a control period"});
   expect_refused_with("youBotConfigurationFilePath", "/nowhere",
                       {"youBotConfigurationFilePath", "/nowhere/youbot-base.cfg"});
 }
@@ -90,6 +104,7 @@ TEST_F(WrongConfiguration, clock_of_its_own_but_not_its_master) {
   expect_base_refuses("_bag:=x.bag", {"~bag", "x.bag", "~publish_clock"});
   expect_base_refuses("_start_paused:=true", {"~start_paused", "~publish_clock"});
   expect_base_refuses("_real_time_factor:=2", {"~real_time_factor", "2", "~publish_clock"});
+  expect_base_refuses("_real_time_factor:=1e-300", {"~real_time_factor", "0, or a number from 0.001"});
   ros::param::set("/use_sim_time", true);
   expect_base_refuses("_publish_clock:=false", {"~publish_clock", "/use_sim_time"});
 }
