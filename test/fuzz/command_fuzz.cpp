@@ -139,7 +139,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   settings.dry_friction = variant & 2 ? kDryFriction : 0;
   settings.command_timeout = variant & 4 ? 2 * kPeriod : 0;
   BaseDriver driver(settings, Wheels::Zero());
-  DriverRequests requests;
+  DriverRequests requests(kPeriod);
   Simulation simulation(scene, [&](double t, const State& state) {
     requests.take(t, driver);
     const Wheels torque = driver.sample(t, state.dphi());
