@@ -131,13 +131,13 @@ WheelCommand wheel_command(const brics_actuator::JointVelocities& message) {
 WheelCommand wheel_command(const geometry_msgs::Twist& message, const DriverKinematics& kinematics) {
   WheelCommand command;
   const Eigen::Vector3d velocity(message.linear.x, message.linear.y, message.angular.z);
-  if (!velocity.allFinite()) {
-    command.complaints.push_back(
-        {"value", fmt::format("({}, {}, {}) is not finite: refused, the base goes on as before", velocity[0],
-                              velocity[1], velocity[2])});
+  const Wheels rates = kinematics.wheel_rates(velocity);
+  if (!rates.allFinite()) {
+    const std::string reason = velocity.allFinite() ? "is too large" : "is not finite";
+    command.complaints.push_back({"value", fmt::format("({}, {}, {}) {}: refused, the base goes on as before",
+                                                       velocity[0], velocity[1], velocity[2], reason)});
     return command;
   }
-  const Wheels rates = kinematics.wheel_rates(velocity);
   for (int i = 0; i < kWheels; ++i) command.set_points[i] = SetPoint{DriveMode::kVelocity, rates[i]};
   return command;
 }
