@@ -93,6 +93,17 @@ FloorParameters read_floor(SceneSection s) {
   return floor;
 }
 
+void check_control_period(const SceneValue& value, double period, const Scene& scene) {
+  if (period > 0 && scene.duration / period > kMaxPeriods) {
+    value.refuse(fmt::format("such that the duration has at most {:g} of them; it would have {:g}", kMaxPeriods,
+                             scene.duration / period));
+  }
+  if (scene.output_rate * period > kMaxRowsInPeriod) {
+    value.refuse(fmt::format("such that it has at most {:g} rows of output; it would have {:g}", kMaxRowsInPeriod,
+                             scene.output_rate * period));
+  }
+}
+
 /// What was read of the scene decides what the method must be able to do and how short a control period may be.
 SolverSettings read_solver(SceneSection s, const SceneOverrides& overrides, const Scene& scene) {
   SolverSettings solver;
@@ -113,15 +124,7 @@ SolverSettings read_solver(SceneSection s, const SceneOverrides& overrides, cons
   s["absolute_tolerance"].number(solver.absolute_tolerance, {1e-18, 1, ""});
   const SceneValue control_period = s["control_period"];
   control_period.number(solver.control_period, {1e-6, 10, "s", true});
-  const double period = solver.control_period;
-  if (period > 0 && scene.duration / period > kMaxPeriods) {
-    control_period.refuse(fmt::format("such that the duration has at most {:g} of them; it would have {:g}",
-                                      kMaxPeriods, scene.duration / period));
-  }
-  if (scene.output_rate * period > kMaxRowsInPeriod) {
-    control_period.refuse(fmt::format("such that it has at most {:g} rows of output; it would have {:g}",
-                                      kMaxRowsInPeriod, scene.output_rate * period));
-  }
+  check_control_period(control_period, solver.control_period, scene);
   if (overrides.control_period >= 0) solver.control_period = overrides.control_period;
   s.finish();
   const std::string reason = refusal(*find_method(solver.method), scene.robot, scene.model);
@@ -273,7 +276,7 @@ Scene load_scene(const std::string& path, const SceneOverrides& overrides) {
   try {
     return read_scene(path, read_yaml_file(path), overrides);
   } catch (const YAML::Exception& error) {
-    throw SceneError(fmt::format("{}: {}", quote_path(path), quote(error.what(), 200)));
+    throw SceneError(fmt::format("{}: {}", quote_path(path), quote(error.what(), kMaxMessage)));
   }
 }
 
