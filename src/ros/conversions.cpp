@@ -133,9 +133,9 @@ WheelCommand wheel_command(const geometry_msgs::Twist& message, const DriverKine
   const Eigen::Vector3d velocity(message.linear.x, message.linear.y, message.angular.z);
   const Wheels rates = kinematics.wheel_rates(velocity);
   if (!rates.allFinite()) {
-    command.complaints.push_back(
-        {"value", fmt::format("({}, {}, {}) {}: refused, the base goes on as before", velocity[0], velocity[1],
-                              velocity[2], velocity.allFinite() ? "is too large" : "is not finite")});
+    const std::string reason = velocity.allFinite() ? "is too large" : "is not finite";
+    command.complaints.push_back({"value", fmt::format("({}, {}, {}) {}: refused, the base goes on as before",
+                                                       velocity[0], velocity[1], velocity[2], reason)});
     return command;
   }
   for (int i = 0; i < kWheels; ++i) command.set_points[i] = SetPoint{DriveMode::kVelocity, rates[i]};

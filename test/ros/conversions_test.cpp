@@ -139,13 +139,13 @@ TEST(TwistCommand, has_the_drivers_wheel_rates) {
   }
 }
 
-TEST(TwistCommand, is_refused_where_one_is_not_finite) {
+TEST(TwistCommand, is_refused_where_a_rate_would_not_be_finite) {
   const auto expect_refused = [](const geometry_msgs::Twist& twist) {
     const WheelCommand command = wheel_command(twist, DriverKinematics());
     for (const auto& set_point : command.set_points) EXPECT_FALSE(set_point);
     EXPECT_EQ(command.complaints.size(), 1u);
   };
-  for (const double value : {kNan, kInf, -kInf}) {
+  for (const double value : {kNan, kInf, -kInf, 1.7e308, -1.7e308}) {
     geometry_msgs::Twist twist;
     twist.linear.x = value;
     expect_refused(twist);
