@@ -9,6 +9,7 @@
 
 #include "youbot_base_sim/scene/scene.h"
 #include "youbot_base_sim/scene/urdf.h"
+#include "youbot_base_sim/text/quote.h"
 
 int main(int argc, char** argv) {
   using namespace youbot_base_sim;
@@ -42,7 +43,7 @@ int main(int argc, char** argv) {
     const RobotParameters robot = scene.empty() ? RobotParameters() : load_scene(scene).robot;
     std::cout << urdf(robot, turning_rollers ? RollerJoints::kTurning : RollerJoints::kFixed) << std::flush;
   } catch (const po::error& error) {
-    fmt::print(stderr, "describe_base: {}; see describe_base --help\n", error.what());
+    fmt::print(stderr, "describe_base: {}; see describe_base --help\n", quote(error.what(), kMaxMessage));
     return 2;
   } catch (const SceneError& error) {
     fmt::print(stderr, "describe_base: {}\n", error.what());

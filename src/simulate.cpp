@@ -150,7 +150,9 @@ class Outputs {
 void run(const Arguments& arguments, const Scene& scene) {
   const std::string told =
       advice(scene.robot, scene.floor, scene.model, integration_settings(scene.solver), scene.duration);
-  if (!arguments.quiet && !told.empty()) fmt::print(stderr, "simulate: {}\n", told);
+  for (const std::string& warning : {doubts(scene.robot), told}) {
+    if (!arguments.quiet && !warning.empty()) fmt::print(stderr, "simulate: {}\n", warning);
+  }
   Outputs outputs(arguments);
   Progress progress(scene.duration, arguments.quiet);
   Simulation simulation(scene);

@@ -49,7 +49,9 @@ TEST_F(DescribeBaseTest, PrintsTheRobotOfTheScene) {
 TEST_F(DescribeBaseTest, RefusesBadArgumentsInOneLine) {
   const std::string scene = folder_.write("scene.yaml", "duration: 1\n");
   expect_refuses({"--colour"}, "--colour");
+  expect_refuses({"--two\nlines\x1b"}, "--two\\nlines\\x1b");
   expect_refuses({scene, scene}, "--help");
+  expect_refuses({folder_.path("")}, "is a folder; must be a scene file");
   expect_refuses({folder_.path("missing.yaml")}, "missing.yaml");
   expect_refuses({folder_.write("bad.yaml", "duration: 1\nrobot: {body_mass: -1}\n")}, "robot.body_mass = -1");
 }

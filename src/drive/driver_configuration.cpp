@@ -3,35 +3,46 @@
 #include <fmt/format.h>
 
 #include <boost/property_tree/ini_parser.hpp>
-#include <cmath>
 #include <filesystem>
+#include <sstream>
 
 #include "youbot_base_sim/physics/state.h"
+#include "youbot_base_sim/text/number.h"
+#include "youbot_base_sim/text/quote.h"
+#include "youbot_base_sim/text/text_file.h"
 
 namespace youbot_base_sim {
 
 namespace {
 
+constexpr std::size_t kMaxBytes = 1'000'000;
+
+constexpr Range kRadius{1e-3, 1, "m"};
+constexpr Range kLength{1e-3, 100, "m"};
+constexpr Range kTeeth{1, 1e6, ""};
+constexpr Range kGearRatio{1e-3, 10, ""};
+constexpr Range kTicks{1, 1e9, ""};
+constexpr Range kTorqueConstant{1e-4, 10, "N m/A"};
+
 /// Reads values from one file and names the file in errors.
 class Reader {
  public:
-  explicit Reader(const std::string& path) : path_(path) {
+  explicit Reader(const std::string& path) : file_(quote_path(path)) {
     try {
-      boost::property_tree::read_ini(path, tree_);
+      std::istringstream text(read_text_file(path, kMaxBytes));
+      boost::property_tree::read_ini(text, tree_);
+    } catch (const UnreadableFile& error) {
+      throw DriverConfigurationError(fmt::format("{}: {}; must be a configuration file", file_, error.what()));
     } catch (const boost::property_tree::ini_parser_error& error) {
-      throw DriverConfigurationError(error.line() == 0
-                                         ? fmt::format("{}: {}", path, error.message())
-                                         : fmt::format("{}, line {}: {}", path, error.line(), error.message()));
+      throw DriverConfigurationError(
+          fmt::format("{}, line {}: {}", file_, error.line(), quote(error.message(), kMaxMessage)));
     }
   }
 
-  double positive(const std::string& section, const std::string& key) const {
+  double number(const std::string& section, const std::string& key, const Range& range) const {
     const std::string text = value(section, key);
-    char* end = nullptr;
-    const double number = std::strtod(text.c_str(), &end);
-    if (text.empty() || *end != '\0' || !(number > 0) || !std::isfinite(number)) {
-      throw refusal(section, key, text, "a number > 0");
-    }
+    double number = 0;
+    if (!read_number(text, number) || !contains(range, number)) throw refusal(section, key, text, text_of(range));
     return number;
   }
 
@@ -43,7 +54,8 @@ class Reader {
 
   DriverConfigurationError refusal(const std::string& section, const std::string& key, const std::string& text,
                                    const std::string& allowed) const {
-    return DriverConfigurationError(fmt::format("{}: [{}] {} = {}: must be {}", path_, section, key, text, allowed));
+    return DriverConfigurationError(
+        fmt::format("{}: [{}] {} = {}: must be {}", file_, section, key, quote(text), allowed));
   }
 
  private:
@@ -51,20 +63,25 @@ class Reader {
     // Property trees split a path at dots, which may be part of a key; '/' is not.
     const auto found =
         tree_.get_optional<std::string>(boost::property_tree::ptree::path_type(section + "/" + key, '/'));
-    if (!found) throw DriverConfigurationError(fmt::format("{}: [{}] {} is missing", path_, section, key));
+    if (!found) throw DriverConfigurationError(fmt::format("{}: [{}] {} is missing", file_, section, key));
     return *found;
   }
 
-  std::string path_;
+  std::string file_;  // its name as messages show it
   boost::property_tree::ptree tree_;
 };
 
 Motor read_motor(const Reader& reader, const std::string& section) {
+  constexpr char kNumerator[] = "GearRatio_numerator";
+  const double numerator = reader.number(section, kNumerator, kTeeth);
   Motor motor;
-  motor.gear_ratio =
-      reader.positive(section, "GearRatio_numerator") / reader.positive(section, "GearRatio_denominator");
-  motor.encoder_ticks = reader.positive(section, "EncoderTicksPerRound");
-  motor.torque_constant = reader.positive(section, "TorqueConstant_[newton_meter_divided_by_ampere]");
+  motor.gear_ratio = numerator / reader.number(section, "GearRatio_denominator", kTeeth);
+  if (!contains(kGearRatio, motor.gear_ratio)) {
+    throw reader.refusal(section, kNumerator, fmt::format("{:g}", numerator),
+                         "such that the ratio of the gear is " + text_of(kGearRatio));
+  }
+  motor.encoder_ticks = reader.number(section, "EncoderTicksPerRound", kTicks);
+  motor.torque_constant = reader.number(section, "TorqueConstant_[newton_meter_divided_by_ampere]", kTorqueConstant);
   reader.expect(section, "InverseMovementDirection", "false");
   return motor;
 }
@@ -80,17 +97,19 @@ DriverConfiguration load_driver_configuration(const std::string& folder, const s
   const std::string path = std::filesystem::path(folder) / (name + ".cfg");
   const Reader reader(path);
   DriverConfiguration configuration;
-  configuration.kinematics.wheel_radius = reader.positive(kKinematics, "WheelRadius_[meter]");
-  configuration.kinematics.half_lengths = (reader.positive(kKinematics, "LengthBetweenFrontAndRearWheels_[meter]") +
-                                           reader.positive(kKinematics, "LengthBetweenFrontWheels_[meter]")) /
-                                          2;
+  configuration.kinematics.wheel_radius = reader.number(kKinematics, "WheelRadius_[meter]", kRadius);
+  configuration.kinematics.half_lengths =
+      (reader.number(kKinematics, "LengthBetweenFrontAndRearWheels_[meter]", kLength) +
+       reader.number(kKinematics, "LengthBetweenFrontWheels_[meter]", kLength)) /
+      2;
   reader.expect(kKinematics, "RotationRatio", "1");
   reader.expect(kKinematics, "SlideRatio", "1");
   configuration.motor = read_motor(reader, "Joint_1");
   for (int i = 1; i < kWheels; ++i) {
     const std::string section = fmt::format("Joint_{}", i + 1);
     if (equal(read_motor(reader, section), configuration.motor)) continue;
-    throw DriverConfigurationError(fmt::format("{}: [{}]: motor and gear must be those of [Joint_1]", path, section));
+    throw DriverConfigurationError(
+        fmt::format("{}: [{}]: motor and gear must be those of [Joint_1]", quote_path(path), section));
   }
   return configuration;
 }

@@ -1,6 +1,7 @@
 #include "youbot_base_sim/physics/roller_geometry.h"
 
 #include <cmath>
+#include <stdexcept>
 
 namespace youbot_base_sim {
 
@@ -20,8 +21,13 @@ RollerGeometry::RollerGeometry(const RobotParameters& robot)
       zero};
 }
 
+double RollerGeometry::end_radius() const { return R_ - R_d_ / std::cos(0.5 * pitch_); }
+
 std::int64_t RollerGeometry::roller_at(double phi) const {
-  std::int64_t k = static_cast<std::int64_t>(std::floor(phi / pitch_ + 0.5));
+  const double number = std::floor(phi / pitch_ + 0.5);
+  constexpr double kMax = 9e18;  // of 64 bits
+  if (!(std::abs(number) < kMax)) throw std::domain_error("a wheel has turned too far for its rollers to be numbered");
+  std::int64_t k = static_cast<std::int64_t>(number);
   // The quotient may round across the edge; the edges themselves decide.
   if (phi >= upper_edge(k)) ++k;
   if (phi < upper_edge(k - 1)) --k;

@@ -114,7 +114,9 @@ void BaseNode::run() {
   ROS_INFO("model %s by %s, control period %g s, %s", name_of(scene.model), scene.solver.method.c_str(),
            loop_.control_period(), settings_.publish_clock ? "master of simulated time" : "wall clock");
   const std::string told = advice(scene.robot, scene.floor, scene.model, integration_settings(scene.solver), 1);
-  if (!told.empty()) ROS_WARN_STREAM(told);
+  for (const std::string& warning : {doubts(scene.robot), told}) {
+    if (!warning.empty()) ROS_WARN_STREAM(warning);
+  }
   if (settings_.publish_clock) announce_time();
   if (settings_.wait_for_subscribers) await_subscribers();
   wall_start_ = ros::Time::now();

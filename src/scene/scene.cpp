@@ -2,11 +2,16 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <filesystem>
 
 #include "scene_section.h"
 #include "wheel_table.h"
+#include "yaml_file.h"
 #include "youbot_base_sim/integration/methods.h"
+#include "youbot_base_sim/physics/roller_geometry.h"
+#include "youbot_base_sim/text/quote.h"
+#include "youbot_base_sim/text/text_file.h"
 
 namespace youbot_base_sim {
 
@@ -18,38 +23,80 @@ constexpr Named<Model> kModels[] = {
 constexpr Named<RollerRateAtSwitch> kRollerRates[] = {{"continuous", RollerRateAtSwitch::kContinuous},
                                                       {"at_rest", RollerRateAtSwitch::kAtRest}};
 
+enum class Profile { kPaper, kMeasured };
+constexpr Named<Profile> kProfiles[] = {{"paper", Profile::kPaper}, {"measured", Profile::kMeasured}};
+
+constexpr double kMaxRows = 1e8, kMaxPeriods = 1e9;
+constexpr double kMaxRowsInPeriod = 1e5;  // closer ones are one instant to the simulation
+
+constexpr Range kMass{1e-6, 1e6, "kg"};
+constexpr Range kInertia{1e-12, 1e6, "kg m^2"};
+constexpr Range kLength{1e-3, 1e3, "m"};
+constexpr Range kDamping{0, 1e9, "N m s"};
+constexpr Range kDryFriction{0, 1e6, "N m"};
+constexpr Range kSmoothing{1e-6, 1e6, "rad/s"};
+constexpr Range kSpeed{-1e4, 1e4, "m/s or rad/s"};
+constexpr Range kRate{-1e6, 1e6, "rad/s"};
+constexpr Range kTorque{-3e6, 3e6, "N m"};
+constexpr Range kTime{-1e9, 1e9, "s"};
+constexpr Range kHarmonicPeriod{1e-4, 1e9, "s"};
+
 [[noreturn]] void refuse_override(const char* name, const std::string& value, const std::vector<std::string>& allowed) {
-  throw SceneError(fmt::format("{} = {}: must be {}", name, value, alternatives(allowed)));
+  throw SceneError(fmt::format("{} = {}: must be {}", name, quote(value), alternatives(allowed)));
+}
+
+/// A name, or a section with the name and what the profile takes besides.
+RobotParameters read_profile(const SceneValue& value) {
+  Profile profile = Profile::kPaper;
+  if (!value.is_section()) {
+    value.choice(profile, kProfiles);
+    return profile == Profile::kMeasured ? measured_robot() : RobotParameters();
+  }
+  SceneSection s = value.section();
+  s.required("name").choice(profile, kProfiles);
+  double scale = 1;
+  const SceneValue friction_scale = s["friction_scale"];
+  friction_scale.number(scale, {0, 1e3, ""});
+  s.finish();
+  if (profile == Profile::kMeasured) return measured_robot(scale);
+  if (friction_scale.given()) friction_scale.refuse("left out for paper");
+  return RobotParameters();
 }
 
 /// `floor` decides whether all four wheels press on it.
 RobotParameters read_robot(SceneSection s, const FloorParameters& floor) {
-  RobotParameters robot;
-  s["body_mass"].number(robot.m, kPositive);
-  s["wheel_mass"].number(robot.m_1, kPositive);
+  RobotParameters robot = read_profile(s["profile"]);
+  s["body_mass"].number(robot.m, kMass);
+  s["wheel_mass"].number(robot.m_1, kMass);
   const SceneValue inertia = s["total_inertia"];
-  inertia.number(robot.I_s, kPositive);
-  s["wheel_inertia"].number(robot.J_1, kPositive);
+  inertia.number(robot.I_s, kInertia);
+  s["wheel_inertia"].number(robot.J_1, kInertia);
   const SceneValue roller_inertia = s["roller_inertia"];
-  roller_inertia.number(robot.J_2, kNotNegative);
+  roller_inertia.number(robot.J_2, {1e-15, 1e3, "kg m^2", true});
   const SceneValue com = s["com"];
   Eigen::Array2d a{robot.a_X, robot.a_Y};
-  com.numbers(a, kAnyNumber);
+  com.numbers(a, {-1e3, 1e3, "m"});
   robot.a_X = a[0];
   robot.a_Y = a[1];
-  s["half_wheelbase"].number(robot.h, kPositive);
-  s["half_track"].number(robot.l, kPositive);
-  s["wheel_radius"].number(robot.R, kPositive);
+  s["half_wheelbase"].number(robot.h, kLength);
+  s["half_track"].number(robot.l, kLength);
+  s["wheel_radius"].number(robot.R, kLength);
   const SceneValue axis_radius = s["roller_axis_radius"];
-  axis_radius.number(robot.R_d, kPositive);
+  axis_radius.number(robot.R_d, kLength);
   s["rollers_per_wheel"].whole_number(robot.rollers, 3, 255);
-  s["wheel_damping"].number_or_wheels(robot.mu_1, kNotNegative);
-  s["roller_damping"].number_or_wheels(robot.mu_2, kNotNegative);
+  s["wheel_damping"].number_or_wheels(robot.mu_1, kDamping);
+  s["roller_damping"].number_or_wheels(robot.mu_2, kDamping);
+  s["dry_friction"].number_or_wheels(robot.dry_friction, kDryFriction);
+  s["dry_friction_rate"].number(robot.dry_friction_rate, kSmoothing);
+  s["roller_dry_friction"].number_or_wheels(robot.roller_dry_friction, kDryFriction);
+  s["roller_dry_friction_rate"].number(robot.roller_dry_friction_rate, kSmoothing);
   s["roller_rate_at_switch"].choice(robot.roller_rate_at_switch, kRollerRates);
   s.finish();
 
-  if (robot.J_2 == 0 && robot.mu_2.minCoeff() == 0 && (floor.f == 0 || floor.viscous_friction == 0)) {
-    roller_inertia.refuse("a finite number > 0 where neither friction nor roller_damping holds the rollers");
+  if (robot.J_2 == 0 && (robot.mu_2 + robot.roller_dry_friction).minCoeff() == 0 &&
+      (floor.f == 0 || floor.viscous_friction == 0)) {
+    roller_inertia.refuse(
+        "a finite number > 0 where neither friction nor roller_damping nor roller_dry_friction holds the rollers");
   }
   if (robot.R_d >= robot.R) axis_radius.refuse(fmt::format("less than wheel_radius, {}", robot.R));
   const double offset = robot.m * robot.m * a.square().sum() / robot.m_s();
@@ -67,16 +114,27 @@ RobotParameters read_robot(SceneSection s, const FloorParameters& floor) {
 
 FloorParameters read_floor(SceneSection s) {
   FloorParameters floor;
-  s["friction"].number(floor.f, kNotNegative);
-  s["slip_regularization"].number(floor.nu, kPositive);
-  s["viscous_friction"].number(floor.viscous_friction, kNotNegative);
-  s["gravity"].number(floor.g, kPositive);
+  s["friction"].number(floor.f, {0, 100, ""});
+  s["slip_regularization"].number(floor.nu, {1e-15, 1e3, "m/s"});
+  s["viscous_friction"].number(floor.viscous_friction, {0, 1e15, "N s/m"});
+  s["gravity"].number(floor.g, {1e-6, 1e6, "m/s^2"});
   s.finish();
   return floor;
 }
 
-/// `model` and `robot` decide what the method must be able to do.
-SolverSettings read_solver(SceneSection s, const SceneOverrides& overrides, Model model, const RobotParameters& robot) {
+void check_control_period(const SceneValue& value, double period, const Scene& scene) {
+  if (period > 0 && scene.duration / period > kMaxPeriods) {
+    value.refuse(fmt::format("such that the duration has at most {:g} of them; it would have {:g}", kMaxPeriods,
+                             scene.duration / period));
+  }
+  if (scene.output_rate * period > kMaxRowsInPeriod) {
+    value.refuse(fmt::format("such that it has at most {:g} rows of output; it would have {:g}", kMaxRowsInPeriod,
+                             scene.output_rate * period));
+  }
+}
+
+/// What was read of the scene decides what the method must be able to do and how short a control period may be.
+SolverSettings read_solver(SceneSection s, const SceneOverrides& overrides, const Scene& scene) {
   SolverSettings solver;
   const SceneValue method = s["method"];
   method.choice(solver.method, method_names());
@@ -85,18 +143,20 @@ SolverSettings read_solver(SceneSection s, const SceneOverrides& overrides, Mode
     solver.method = overrides.method;
   }
   const SceneValue step = s["step"];
-  step.number(solver.step, kPositive);
+  step.number(solver.step, {1e-9, 1, "s"});
   if (step.given() && overrides.method.empty() && find_method(solver.method)->default_step == 0) {
     step.refuse("left out for a method with step size control, " + solver.method);
   }
-  s["relative_tolerance"].number(solver.relative_tolerance, {1e-14, 0.1, true, "a number from 1e-14 to 0.1"});
+  s["relative_tolerance"].number(solver.relative_tolerance, {1e-14, 0.1, ""});
   if (overrides.relative_tolerance >= 0) solver.relative_tolerance = overrides.relative_tolerance;
   solver.absolute_tolerance = 1e-3 * solver.relative_tolerance;
-  s["absolute_tolerance"].number(solver.absolute_tolerance, kPositive);
-  s["control_period"].number(solver.control_period, kNotNegative);
+  s["absolute_tolerance"].number(solver.absolute_tolerance, {1e-18, 1, ""});
+  const SceneValue control_period = s["control_period"];
+  control_period.number(solver.control_period, {1e-6, 10, "s", true});
+  check_control_period(control_period, solver.control_period, scene);
   if (overrides.control_period >= 0) solver.control_period = overrides.control_period;
   s.finish();
-  const std::string reason = refusal(*find_method(solver.method), robot, model);
+  const std::string reason = refusal(*find_method(solver.method), scene.robot, scene.model);
   if (!reason.empty() && overrides.method.empty()) method.refuse(reason);
   if (!reason.empty()) throw SceneError(fmt::format("method = {}: must be {}", solver.method, reason));
   return solver;
@@ -104,16 +164,16 @@ SolverSettings read_solver(SceneSection s, const SceneOverrides& overrides, Mode
 
 Harmonic read_harmonic(SceneSection s) {
   Harmonic harmonic;
-  s["constant"].number(harmonic.constant, kAnyNumber);
-  s["cos"].number(harmonic.cos, kAnyNumber);
-  s["sin"].number(harmonic.sin, kAnyNumber);
+  s["constant"].number(harmonic.constant, kSpeed);
+  s["cos"].number(harmonic.cos, kSpeed);
+  s["sin"].number(harmonic.sin, kSpeed);
   s.finish();
   return harmonic;
 }
 
 ReferenceMotion read_reference_motion(SceneSection s) {
   ReferenceMotion motion;
-  s.required("period").number(motion.period, kPositive);
+  s.required("period").number(motion.period, kHarmonicPeriod);
   motion.V_X = read_harmonic(s["V_X"].section());
   motion.V_Y = read_harmonic(s["V_Y"].section());
   motion.Omega = read_harmonic(s["Omega"].section());
@@ -126,12 +186,12 @@ TorqueSegments read_torque(const std::vector<SceneSection>& sections) {
   for (SceneSection s : sections) {
     TorqueSegment segment;
     const SceneValue start = s.required("start"), constant = s["constant"], cos = s["cos"], sin = s["sin"];
-    start.number(segment.start, kAnyNumber);
-    constant.numbers(segment.constant, kAnyNumber);
-    cos.numbers(segment.cos, kAnyNumber);
-    sin.numbers(segment.sin, kAnyNumber);
+    start.number(segment.start, kTime);
+    constant.numbers(segment.constant, kTorque);
+    cos.numbers(segment.cos, kTorque);
+    sin.numbers(segment.sin, kTorque);
     const SceneValue period = cos.given() || sin.given() ? s.required("period") : s["period"];
-    period.number(segment.period, kPositive);
+    period.number(segment.period, kHarmonicPeriod);
     s.finish();
     if (!segments.empty() && segment.start <= segments.back().start) {
       start.refuse(fmt::format("after the start of the piece before, {}", segments.back().start));
@@ -141,10 +201,14 @@ TorqueSegments read_torque(const std::vector<SceneSection>& sections) {
   return segments;
 }
 
-WheelTable read_table(const SceneValue& value, const std::string& scene_path) {
+WheelTable read_table(const SceneValue& value, const std::string& scene_path, const Range& range) {
   std::string name;
   value.text(name, "the name of a CSV file");
-  return read_wheel_table(std::filesystem::path(scene_path).parent_path() / name);
+  try {
+    return read_wheel_table(std::filesystem::path(scene_path).parent_path() / name, kTime, range);
+  } catch (const UnreadableFile& error) {
+    value.refuse_for(fmt::format("{}; must be a CSV file with {}", error.what(), kTableColumns));
+  }
 }
 
 void read_drive(const SceneValue& value, const std::string& scene_path, Scene& scene) {
@@ -158,9 +222,9 @@ void read_drive(const SceneValue& value, const std::string& scene_path, Scene& s
   }
   if (motion.given()) scene.drive = read_reference_motion(motion.section());
   if (torque.given()) scene.drive = read_torque(torque.sections());
-  if (torque_table.given()) scene.drive = read_table(torque_table, scene_path);
+  if (torque_table.given()) scene.drive = read_table(torque_table, scene_path, kTorque);
   if (velocity_table.given()) {
-    scene.drive = VelocityTable{read_table(velocity_table, scene_path)};
+    scene.drive = VelocityTable{read_table(velocity_table, scene_path, kRate)};
     // A velocity loop is sampled; the driver's runs at 1 kHz.
     if (scene.solver.control_period == 0) scene.solver.control_period = 1e-3;
   }
@@ -168,19 +232,19 @@ void read_drive(const SceneValue& value, const std::string& scene_path, Scene& s
 
 void read_initial(SceneSection s, Scene& scene) {
   State& x = scene.initial;
-  s["pose"].numbers(x.values.col(0).head<3>(), kAnyNumber);
+  s["pose"].numbers(x.values.col(0).head<3>(), {-1e6, 1e6, "m or rad"});
   auto twist = x.values.col(1).head<3>();
   if (const auto* motion = std::get_if<ReferenceMotion>(&scene.drive)) twist = motion->velocity(0).array();
-  s["twist"].numbers(twist, kAnyNumber);
+  s["twist"].numbers(twist, kSpeed);
 
-  s["wheel_angles"].numbers(x.phi(), kAnyNumber);
+  s["wheel_angles"].numbers(x.phi(), {-1e6, 1e6, "rad"});
   const NoSlipModel no_slip(scene.robot);
   const Wheels dphi = no_slip.dphi(x.velocity()), dgamma = no_slip.dgamma(x.velocity());
   x.dphi() = dphi;
   x.dgamma() = dgamma;
   const SceneValue wheel_rates = s["wheel_rates"], roller_rates = s["roller_rates"];
-  wheel_rates.numbers(x.dphi(), kAnyNumber);
-  roller_rates.numbers(x.dgamma(), kAnyNumber);
+  wheel_rates.numbers(x.dphi(), kRate);
+  roller_rates.numbers(x.dgamma(), kRate);
   s.finish();
   if (scene.model == Model::kNoSlip) {
     const auto require_rolling = [](const SceneValue& value, const Wheels& given, const Wheels& rolling) {
@@ -194,18 +258,22 @@ void read_initial(SceneSection s, Scene& scene) {
 }
 
 Scene read_scene(const std::string& path, const YAML::Node& root, const SceneOverrides& overrides) {
-  SceneSection file(path, "", root);
+  SceneSection file(quote_path(path), "", root);
   Scene scene;
   file["model"].choice(scene.model, kModels);
   if (!overrides.model.empty()) scene.model = model_from_name(overrides.model);
-  file.required("duration").number(scene.duration, kPositive);
-  file["output_rate"].number(scene.output_rate, kPositive);
+  file.required("duration").number(scene.duration, {1e-9, 1e6, "s"});
+  const SceneValue output_rate = file["output_rate"];
+  output_rate.number(scene.output_rate, {1e-9, 1e6, "Hz"});
   const SceneValue robot = file["robot"], floor = file["floor"], initial = file["initial"], solver = file["solver"],
                    drive = file["drive"];
   file.finish();
+  if (const double rows = scene.duration * scene.output_rate; rows > kMaxRows) {
+    output_rate.refuse(fmt::format("such that there are at most {:g} rows; there would be {:g}", kMaxRows, rows));
+  }
   scene.floor = read_floor(floor.section());
   scene.robot = read_robot(robot.section(), scene.floor);
-  scene.solver = read_solver(solver.section(), overrides, scene.model, scene.robot);
+  scene.solver = read_solver(solver.section(), overrides, scene);
   read_drive(drive, path, scene);
   read_initial(initial.section(), scene);
   return scene;
@@ -234,20 +302,20 @@ Model model_from_name(const std::string& name) {
 }
 
 Scene load_scene(const std::string& path, const SceneOverrides& overrides) {
-  YAML::Node root;
   try {
-    root = YAML::LoadFile(path);
-  } catch (const YAML::BadFile&) {
-    throw SceneError(fmt::format("{}: cannot be read; must be a scene file", path));
+    return read_scene(path, read_yaml_file(path), overrides);
   } catch (const YAML::Exception& error) {
-    throw SceneError(
-        fmt::format("{}:{}:{}: is not YAML: {}", path, error.mark.line + 1, error.mark.column + 1, error.msg));
+    throw SceneError(fmt::format("{}: {}", quote_path(path), quote(error.what(), kMaxMessage)));
   }
-  try {
-    return read_scene(path, root, overrides);
-  } catch (const YAML::Exception& error) {
-    throw SceneError(fmt::format("{}: {}", path, error.what()));
-  }
+}
+
+std::string doubts(const RobotParameters& robot) {
+  const double end_radius = RollerGeometry(robot).end_radius();
+  if (end_radius >= 0) return "";
+  return fmt::format(
+      "robot.roller_axis_radius = {:g}: {} rollers on a wheel taper to a point before they meet, where their radius is "
+      "{:.3g} m; those of a wheel that could be built have at most {:.4g} m",
+      robot.R_d, robot.rollers, end_radius, robot.R * std::cos(M_PI / robot.rollers));
 }
 
 std::unique_ptr<TorqueProfile> make_torque_profile(const Scene& scene) {

@@ -8,23 +8,50 @@
 #include <set>
 
 #include "youbot_base_sim/scene/scene.h"
+#include "youbot_base_sim/text/quote.h"
 
 namespace youbot_base_sim {
 
 namespace {
 
+constexpr std::size_t kMaxShown = 60;  // characters of a value
+
+/// Adds the value to `text` as YAML's flow style has it, until that is too long to be shown whole: an alias may stand
+/// for a value of any size, even for one that contains itself.
+void write_flow(const YAML::Node& node, std::string& text) {
+  if (text.size() > kMaxShown * 4) return;
+  if (node.IsScalar()) {
+    text += node.Scalar().empty() ? "\"\"" : node.Scalar();
+  } else if (node.IsSequence()) {
+    const char* separator = "[";
+    for (const auto& entry : node) {
+      text += separator;
+      separator = ", ";
+      write_flow(entry, text);
+    }
+    text += node.size() == 0 ? "[]" : "]";
+  } else if (node.IsMap()) {
+    const char* separator = "{";
+    for (const auto& entry : node) {
+      text += separator;
+      separator = ", ";
+      write_flow(entry.first, text);
+      text += ": ";
+      write_flow(entry.second, text);
+    }
+    text += node.size() == 0 ? "{}" : "}";
+  } else {
+    text += "~";
+  }
+}
+
 /// The value as it may stand in one line.
 std::string shown(const YAML::Node& node) {
   if (!node.IsDefined()) return "(left out)";
   if (node.IsNull()) return "(empty)";
-  YAML::Emitter out;
-  out.SetSeqFormat(YAML::Flow);
-  out.SetMapFormat(YAML::Flow);
-  out << node;
-  std::string text = out.c_str();
-  std::replace(text.begin(), text.end(), '\n', ' ');
-  constexpr std::size_t kMaxLength = 120;
-  return text.size() > kMaxLength ? text.substr(0, kMaxLength) + "..." : text;
+  std::string text;
+  write_flow(node, text);
+  return quote(text, kMaxShown);
 }
 
 std::string key_of(const YAML::Node& node) { return node.IsScalar() ? node.Scalar() : shown(node); }
@@ -47,6 +74,7 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
 
 /// "; did you mean X?" if one of `known` is close to `key`, else nothing.
 std::string suggestion(const std::string& key, const std::vector<std::string>& known) {
+  if (key.size() > kMaxShown) return "";
   const auto closer = [&](const auto& a, const auto& b) { return edit_distance(key, a) < edit_distance(key, b); };
   const auto nearest = std::min_element(known.begin(), known.end(), closer);
   if (nearest == known.end() || edit_distance(key, *nearest) > std::min<std::size_t>(2, nearest->size() / 3)) return "";
@@ -68,30 +96,33 @@ void SceneValue::refuse(const std::string& allowed) const {
   throw SceneError(fmt::format("{}: {} = {}: must be {}", file_, path_, shown(node_), allowed));
 }
 
+void SceneValue::refuse_for(const std::string& reason) const {
+  throw SceneError(fmt::format("{}: {} = {}: {}", file_, path_, shown(node_), reason));
+}
+
 double SceneValue::checked(const YAML::Node& entry, const Range& range, const std::string& allowed) const {
   double number = 0;
-  if (!entry.IsScalar() || !YAML::convert<double>::decode(entry, number) || !std::isfinite(number) ||
-      number < range.min || number > range.max || (number == range.min && !range.includes_min)) {
+  if (!entry.IsScalar() || !YAML::convert<double>::decode(entry, number) || !contains(range, number)) {
     refuse(allowed);
   }
   return number;
 }
 
 void SceneValue::number(double& value, const Range& range) const {
-  if (given()) value = checked(node_, range, range.text);
+  if (given()) value = checked(node_, range, text_of(range));
 }
 
 void SceneValue::whole_number(int& value, int min, int max) const {
   if (!given()) return;
   const std::string allowed = fmt::format("a whole number from {} to {}", min, max);
-  const double number = checked(node_, {double(min), double(max), true, ""}, allowed);
+  const double number = checked(node_, {double(min), double(max), ""}, allowed);
   if (number != std::floor(number)) refuse(allowed);
   value = static_cast<int>(number);
 }
 
 void SceneValue::numbers(Eigen::Ref<Eigen::ArrayXd> values, const Range& range) const {
   if (!given()) return;
-  const std::string allowed = fmt::format("a list of {} numbers, each {}", values.size(), range.text);
+  const std::string allowed = fmt::format("a list of {} numbers, each {}", values.size(), text_of(range));
   if (!node_.IsSequence() || node_.size() != static_cast<std::size_t>(values.size())) refuse(allowed);
   for (Eigen::Index k = 0; k < values.size(); ++k) {
     values[k] = checked(node_[static_cast<std::size_t>(k)], range, allowed);
@@ -100,7 +131,7 @@ void SceneValue::numbers(Eigen::Ref<Eigen::ArrayXd> values, const Range& range) 
 
 void SceneValue::number_or_wheels(Wheels& values, const Range& range) const {
   if (given() && node_.IsScalar()) {
-    values.setConstant(checked(node_, range, range.text));
+    values.setConstant(checked(node_, range, text_of(range)));
   } else {
     numbers(values, range);
   }
@@ -132,14 +163,17 @@ std::vector<SceneSection> SceneValue::sections() const {
 SceneSection::SceneSection(const std::string& file, const std::string& path, const YAML::Node& node)
     : file_(file), path_(path), node_(node) {
   if (!node.IsMap()) {
+    // A file that is no scene is not shown: it may be anything, and nobody's business.
+    const std::string value = !path.empty() || node.IsNull() ? shown(node) : node.IsScalar() ? "(text)" : "(list)";
     throw SceneError(
-        fmt::format("{}: {} = {}: must be keys with values", file_, path_.empty() ? "scene" : path_, shown(node)));
+        fmt::format("{}: {} = {}: must be keys with values", file_, path_.empty() ? "scene" : path_, value));
   }
   std::set<std::string> seen;
   for (const auto& entry : node) {
     const std::string key = key_of(entry.first);
     if (!seen.insert(key).second) {
-      throw SceneError(fmt::format("{}: {} = {}: given twice; allowed once", file_, full(key), shown(entry.second)));
+      throw SceneError(
+          fmt::format("{}: {} = {}: given twice; allowed once", file_, full(quote(key)), shown(entry.second)));
     }
   }
 }
@@ -160,8 +194,8 @@ void SceneSection::finish() const {
   for (const auto& entry : node_) {
     const std::string key = key_of(entry.first);
     if (std::find(known_.begin(), known_.end(), key) != known_.end()) continue;
-    throw SceneError(fmt::format("{}: {} = {}: unknown key; allowed here: {}{}", file_, full(key), shown(entry.second),
-                                 fmt::join(known_, ", "), suggestion(key, known_)));
+    throw SceneError(fmt::format("{}: {} = {}: unknown key; allowed here: {}{}", file_, full(quote(key)),
+                                 shown(entry.second), fmt::join(known_, ", "), suggestion(key, known_)));
   }
   if (!missing_.empty()) {
     throw SceneError(fmt::format("{}: {} is left out; it must be given", file_, full(missing_)));

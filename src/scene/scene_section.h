@@ -2,26 +2,13 @@
 
 #include <yaml-cpp/yaml.h>
 
-#include <limits>
 #include <string>
 #include <vector>
 
 #include "youbot_base_sim/physics/state.h"
+#include "youbot_base_sim/text/number.h"
 
 namespace youbot_base_sim {
-
-/// Numbers that a key may have.
-struct Range {
-  double min;
-  double max;
-  bool includes_min;
-  const char* text;  ///< "a finite number > 0"
-};
-
-constexpr double kUnbounded = std::numeric_limits<double>::max();
-constexpr Range kAnyNumber{-kUnbounded, kUnbounded, true, "a finite number"};
-constexpr Range kPositive{0, kUnbounded, false, "a finite number > 0"};
-constexpr Range kNotNegative{0, kUnbounded, true, "a finite number >= 0"};
 
 /// A value of an enum and its name in a scene file.
 template <class Value>
@@ -43,6 +30,8 @@ class SceneValue {
       : file_(file), path_(path), node_(node) {}
 
   bool given() const { return node_.IsDefined(); }
+  /// Whether the value is a mapping.
+  bool is_section() const { return given() && node_.IsMap(); }
 
   void number(double& value, const Range& range) const;
   /// From `min` to `max`.
@@ -73,6 +62,8 @@ class SceneValue {
 
   /// Throws: the value must be `allowed`.
   [[noreturn]] void refuse(const std::string& allowed) const;
+  /// Throws: what is wrong, and what the value must be, stands in `reason`.
+  [[noreturn]] void refuse_for(const std::string& reason) const;
 
  private:
   double checked(const YAML::Node& entry, const Range& range, const std::string& allowed) const;
@@ -86,8 +77,8 @@ class SceneValue {
 /// nowhere else; those that nobody asked for are refused at the end.
 class SceneSection {
  public:
-  /// `path` is the section's own key with those above it, empty for the whole file. Throws SceneError unless `node` is
-  /// a mapping that has each key once.
+  /// `file` is the file's name as messages show it; `path` is the section's own key with those above it, empty for the
+  /// whole file. Throws SceneError unless `node` is a mapping that has each key once.
   SceneSection(const std::string& file, const std::string& path, const YAML::Node& node);
 
   SceneValue operator[](const std::string& key);

@@ -2,78 +2,95 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-#include <cstdlib>
-#include <fstream>
-#include <map>
-#include <sstream>
+#include <algorithm>
+#include <array>
+#include <string_view>
+#include <vector>
 
 #include "youbot_base_sim/scene/scene.h"
+#include "youbot_base_sim/text/quote.h"
+#include "youbot_base_sim/text/text_file.h"
 
 namespace youbot_base_sim {
 
 namespace {
 
-std::vector<std::string> cells_of(std::string line) {
-  if (!line.empty() && line.back() == '\r') line.pop_back();
-  std::vector<std::string> cells;
-  std::istringstream stream(line);
-  for (std::string cell; std::getline(stream, cell, ',');) {
-    const auto first = cell.find_first_not_of(" \t\""), last = cell.find_last_not_of(" \t\"");
-    cells.push_back(first == std::string::npos ? "" : cell.substr(first, last - first + 1));
-  }
-  if (!line.empty() && line.back() == ',') cells.emplace_back();
-  return cells;
+constexpr std::size_t kMaxBytes = 250'000'000;  // an hour at 1 kHz with all figures of a double
+constexpr std::size_t kColumns = 5;
+constexpr std::array<const char*, kColumns> kNames = {"t", "fl", "fr", "bl", "br"};
+
+/// The first line, which is taken off the front of `text`, without what ends it.
+std::string_view take_line(std::string_view& text) {
+  const std::size_t end = std::min(text.find('\n'), text.size());
+  std::string_view line = text.substr(0, end);
+  text.remove_prefix(std::min(end + 1, text.size()));
+  if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
+  return line;
 }
 
-/// The columns of t, fl, fr, bl and br, in this order.
-std::vector<std::size_t> columns_of(const std::string& path, const std::string& header) {
-  const std::vector<std::string> cells = cells_of(header);
-  std::vector<std::size_t> columns;
-  for (const std::string name : {"t", "fl", "fr", "bl", "br"}) {
-    for (std::size_t k = 0; k < cells.size(); ++k) {
-      if (cells[k] == name) columns.push_back(k);
-    }
+void split(std::string_view line, std::vector<std::string_view>& cells) {
+  constexpr char kAround[] = " \t\"";
+  cells.clear();
+  for (std::size_t begin = 0; begin <= line.size();) {
+    const std::size_t end = std::min(line.find(',', begin), line.size());
+    std::string_view cell = line.substr(begin, end - begin);
+    cell.remove_prefix(std::min(cell.find_first_not_of(kAround), cell.size()));
+    cell.remove_suffix(cell.size() - (cell.find_last_not_of(kAround) + 1));
+    cells.push_back(cell);
+    begin = end + 1;
   }
-  if (columns.size() != 5 || cells.size() != 5) {
-    throw SceneError(fmt::format("{}:1: header = {}: must be the columns t,fl,fr,bl,br", path, header));
+}
+
+/// Where t, fl, fr, bl and br stand in a row, in this order. `name` is the file's. The header is not shown: the file
+/// may be anything, and nobody's business.
+std::array<std::size_t, kColumns> columns_of(const std::string& name, const std::vector<std::string_view>& header) {
+  const auto refuse = [&](const std::string& what) {
+    throw SceneError(fmt::format("{}:1: header: {}; must be {}, each once", name, what, kTableColumns));
+  };
+  std::array<std::size_t, kColumns> columns;
+  for (std::size_t k = 0; k < kColumns; ++k) {
+    const auto found = std::find(header.begin(), header.end(), kNames[k]);
+    if (found == header.end()) refuse(fmt::format("no column {}", kNames[k]));
+    if (std::find(found + 1, header.end(), kNames[k]) != header.end())
+      refuse(fmt::format("column {} twice", kNames[k]));
+    columns[k] = static_cast<std::size_t>(found - header.begin());
   }
+  if (header.size() != kColumns) refuse(fmt::format("{} columns", header.size()));
   return columns;
 }
 
 }  // namespace
 
-WheelTable read_wheel_table(const std::string& path) {
-  std::ifstream file(path);
-  if (!file) throw SceneError(fmt::format("{}: cannot be read; must be a CSV file with t,fl,fr,bl,br", path));
-  std::string line;
-  std::getline(file, line);
-  const std::vector<std::size_t> columns = columns_of(path, line);
+WheelTable read_wheel_table(const std::string& path, const Range& time, const Range& values) {
+  const std::string text = read_text_file(path, kMaxBytes), name = quote_path(path);
+  std::string_view rest = text;
+  std::vector<std::string_view> cells;
+  split(take_line(rest), cells);
+  const std::array<std::size_t, kColumns> columns = columns_of(name, cells);
 
   WheelTable table;
-  for (int number = 2; std::getline(file, line); ++number) {
-    if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
-    const std::vector<std::string> cells = cells_of(line);
-    if (cells.size() != 5) {
-      throw SceneError(fmt::format("{}:{}: {}: must be 5 numbers", path, number, line));
+  for (int number = 2; !rest.empty(); ++number) {
+    const std::string_view line = take_line(rest);
+    if (line.find_first_not_of(" \t") == std::string_view::npos) continue;
+    split(line, cells);
+    if (cells.size() != kColumns) {
+      throw SceneError(fmt::format("{}:{}: {}: must be {} numbers", name, number, quote(line), kColumns));
     }
-    double row[5];
-    for (std::size_t k = 0; k < 5; ++k) {
-      const std::string& cell = cells[columns[k]];
-      char* end = nullptr;
-      row[k] = std::strtod(cell.c_str(), &end);
-      if (cell.empty() || *end != '\0' || !std::isfinite(row[k])) {
-        throw SceneError(fmt::format("{}:{}: {}: must be a finite number", path, number, cell));
-      }
+    std::array<double, kColumns> row;
+    for (std::size_t k = 0; k < kColumns; ++k) {
+      const std::string_view cell = cells[columns[k]];
+      const Range& range = k == 0 ? time : values;
+      if (read_number(cell, row[k]) && contains(range, row[k])) continue;
+      throw SceneError(fmt::format("{}:{}: {} = {}: must be {}", name, number, kNames[k], quote(cell), text_of(range)));
     }
     if (!table.t.empty() && row[0] <= table.t.back()) {
-      throw SceneError(fmt::format("{}:{}: t = {}: must be greater than the row's before, {}", path, number, row[0],
+      throw SceneError(fmt::format("{}:{}: t = {}: must be greater than the row's before, {}", name, number, row[0],
                                    table.t.back()));
     }
     table.t.push_back(row[0]);
     table.values.emplace_back(row[1], row[2], row[3], row[4]);
   }
-  if (table.t.empty()) throw SceneError(fmt::format("{}: no rows; must have at least one", path));
+  if (table.t.empty()) throw SceneError(fmt::format("{}: no rows; must have at least one", name));
   return table;
 }
 

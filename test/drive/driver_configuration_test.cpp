@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "limits_table.h"
 #include "temporary_folder.h"
 
 namespace youbot_base_sim {
@@ -63,6 +64,50 @@ TEST_F(DriverConfigurationTest, RefusesBadValuesByName) {
   expect_refused("SlideRatio = 1", "SlideRatio = 2", {"SlideRatio", "2", "1"});
   expect_refused("GearRatio_numerator = 364", "GearRatio_numerator = 300", {"Joint_2", "Joint_1"});
   expect_refused("[Joint_1]", "[Joint_1", {"changed.cfg", "line"});
+}
+
+TEST_F(DriverConfigurationTest, EveryNumberHasTheLimitsThatTheDocumentationTells) {
+  // From "KEY = " to the end of the line stands the number that is replaced, in all sections that have the key.
+  const auto with = [&](const std::string& key, const std::string& value) {
+    std::istringstream old(folder_.read("whole.cfg"));
+    std::string text;
+    for (std::string line; std::getline(old, line);) {
+      text += (line.rfind(key + " = ", 0) == 0 ? key + " = " + value : line) + "\n";
+    }
+    folder_.write("changed.cfg", text);
+    try {
+      load_driver_configuration(folder_.path(""), "changed");
+    } catch (const DriverConfigurationError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  std::ifstream file(std::string(kFolder) + "/youbot-base.cfg");
+  std::ostringstream whole;
+  whole << file.rdbuf();
+  folder_.write("whole.cfg", whole.str());
+
+  const std::vector<Limits> rows = limits("The driver's configuration file");
+  ASSERT_EQ(rows.size(), 7u);
+  for (const Limits& row : rows) {
+    std::vector<std::string> beyond = row.beyond();
+    beyond.insert(beyond.end(), {"nan", "inf", "1x", ""});
+    for (const std::string& value : beyond) {
+      const std::string message = with(row.key, value);
+      EXPECT_NE(message.find("] " + row.key + " = " + value + ": must be a finite number > 0"), std::string::npos)
+          << row.key << " = " << value << ": " << message;
+    }
+    for (const std::string& value : row.ends()) {
+      EXPECT_EQ(with(row.key, value).find("must be a finite number"), std::string::npos) << row.key << " = " << value;
+    }
+  }
+  EXPECT_NE(with("GearRatio_denominator", "9e5").find("GearRatio_numerator = 364: must be such that the ratio"),
+            std::string::npos);
+}
+
+TEST_F(DriverConfigurationTest, QuotesWhatStandsInTheFile) {
+  expect_refused("SlideRatio = 1", "SlideRatio = \x1b[31m" + std::string(500'000, 'x'), {"SlideRatio = \\x1b[31mxxx"});
+  expect_refused("[Joint_1]", std::string(1'000'000, ';'), {"longer than 1000000 bytes"});
 }
 
 TEST_F(DriverConfigurationTest, NamesAMissingFile) {

@@ -4,6 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include <sstream>
+
+#include "limits_table.h"
 #include "temporary_folder.h"
 #include "youbot_base_sim/integration/methods.h"
 
@@ -85,6 +88,42 @@ drive: {torque: [{start: 0, constant: [1, 2, 3, 4]}, {start: 1, cos: [1, 0, 0, 0
   EXPECT_EQ(scene.solver.step, 1e-4);
   EXPECT_EQ(scene.solver.absolute_tolerance, 1e-8);
   EXPECT_EQ(std::get<TorqueSegments>(scene.drive)[1].period, 3);
+}
+
+// Records of two bases: the drive's dry friction is 0.14 to 0.24 N m, the rollers' 0.055 to 0.095 N m.
+TEST_F(SceneTest, ProfilesAreDefaultsThatOtherKeysGoBefore) {
+  const std::string d = kDrive;
+  EXPECT_EQ(load(d + "robot: {profile: paper}").robot.mu_1[0], 0.11);
+  EXPECT_TRUE((load(d + "robot: {profile: paper}").robot.dry_friction == 0).all());
+  const RobotParameters measured = load(d + "robot: {profile: measured}").robot;
+  EXPECT_TRUE((measured.dry_friction == 0.18).all());
+  EXPECT_TRUE((measured.mu_1 == 0.01).all());
+  EXPECT_TRUE((measured.roller_dry_friction == 0.073).all());
+  EXPECT_TRUE((measured.mu_2 == 0.0025).all());
+  EXPECT_EQ(measured.roller_dry_friction_rate, 2);
+  EXPECT_EQ(measured.m, 30);
+  const RobotParameters scaled = load(d +
+                                      "robot: {wheel_damping: 0.05, profile: {name: measured, friction_scale: 0.76}, "
+                                      "roller_dry_friction: [0.1, 0.2, 0.3, 0.4], dry_friction_rate: 0.5}")
+                                     .robot;
+  EXPECT_DOUBLE_EQ(scaled.dry_friction[3], 0.76 * 0.18);
+  EXPECT_EQ(scaled.mu_1[0], 0.05);
+  EXPECT_EQ(scaled.roller_dry_friction[2], 0.3);
+  EXPECT_DOUBLE_EQ(scaled.mu_2[1], 0.76 * 0.0025);
+  EXPECT_EQ(scaled.dry_friction_rate, 0.5);
+}
+
+TEST_F(SceneTest, RefusesWhatIsNoProfile) {
+  const std::string d = kDrive;
+  expect_refused(d + "robot: {profile: real}", "robot.profile", "real", "paper or measured");
+  expect_refused(d + "robot: {profile: [measured]}", "robot.profile", "[measured]", "paper or measured");
+  expect_refused(d + "robot: {profile: {friction_scale: 2}}", "robot.profile.name", "left out", "given");
+  expect_refused(d + "robot: {profile: {name: real}}", "robot.profile.name", "real", "paper or measured");
+  expect_refused(d + "robot: {profile: {name: paper, friction_scale: 2}}", "robot.profile.friction_scale", "2",
+                 "left out for paper");
+  expect_refused(d + "robot: {profile: {name: measured, friction_scale: -1}}", "robot.profile.friction_scale", "-1",
+                 ">= 0");
+  expect_refused(d + "robot: {profile: {name: measured, scale: 1}}", "robot.profile.scale", "1", "friction_scale");
 }
 
 TEST_F(SceneTest, InitialVelocityDefaultsToTheReferenceMotions) {
@@ -246,6 +285,191 @@ TEST_F(SceneTest, RefusesBadTables) {
   EXPECT_NE(message("t,fl,fr,bl,br\n0,1,2,nan,4\n").find("nan"), std::string::npos);
   EXPECT_NE(message("t,fl,fr,bl,br\n").find("no rows"), std::string::npos);
   EXPECT_NE(refusal("duration: 1\ndrive: {torque_table: gone.csv}").find("gone.csv"), std::string::npos);
+}
+
+/// A scene whose key of this path ("drive.torque[].start") has the value.
+std::string scene_with(const std::string& path, const std::string& value) {
+  std::string text = value;
+  std::istringstream stream(path);
+  std::vector<std::string> keys;
+  for (std::string key; std::getline(stream, key, '.');) keys.push_back(key);
+  for (auto key = keys.rbegin(); key != keys.rend(); ++key) {
+    const bool lists = key->find("[]") != std::string::npos;
+    text = "{" + key->substr(0, key->find("[]")) + ": " + (lists ? "[" + text + "]" : text) + "}";
+  }
+  if (path != "duration") text.insert(1, "duration: 1, ");
+  return text;
+}
+
+TEST_F(SceneTest, EveryNumberHasTheLimitsThatTheDocumentationTells) {
+  // The error that refuses the number for its size; the scene may be wrong elsewhere.
+  const auto refusal_of = [&](const std::string& key, const std::string& value) -> std::string {
+    try {
+      load(scene_with(key, value));
+    } catch (const SceneError& error) {
+      const std::string message = error.what(), list = ": must be a list of ";
+      if (const auto at = message.find(list); at != std::string::npos && value[0] != '[') {
+        std::string values = "[" + value;
+        for (int n = message[at + list.size()] - '0'; n > 1; --n) values += ", 0";
+        try {
+          load(scene_with(key, values + "]"));
+        } catch (const SceneError& of_list) {
+          return of_list.what();
+        }
+        return "";
+      }
+      return message;
+    }
+    return "";
+  };
+  const std::vector<Limits> rows = limits("Scenes");
+  ASSERT_GE(rows.size(), 36u);
+  for (const Limits& row : rows) {
+    std::string key = row.key;
+    if (const auto list = key.find("[]"); list != std::string::npos) key.insert(list + 1, "0");
+    std::vector<std::string> beyond = row.beyond();
+    beyond.insert(beyond.end(), {".nan", ".inf", "text"});
+    for (const std::string& value : beyond) {
+      const std::string message = refusal_of(row.key, value);
+      EXPECT_NE(message.find(" " + key + " = "), std::string::npos) << row.key << " = " << value << ": " << message;
+      EXPECT_NE(message.find(value), std::string::npos) << message;
+      EXPECT_NE(message.find("a finite number "), std::string::npos) << message;
+    }
+    for (const std::string& value : row.ends()) {
+      EXPECT_EQ(refusal_of(row.key, value).find("a finite number "), std::string::npos) << row.key << " = " << value;
+    }
+  }
+}
+
+TEST_F(SceneTest, BoundsTheWork) {
+  const std::string d = "drive: {torque: [{start: 0}]}\n";
+  EXPECT_EQ(load(d + "duration: 1e6").output_rate, 100);  // 1e8 rows
+  expect_refused(d + "duration: 1e6\noutput_rate: 101", "output_rate", "101",
+                 "at most 1e+08 rows; there would be 1.01e+08");
+  EXPECT_EQ(load(d + "duration: 1e3\nsolver: {control_period: 1e-6}").solver.control_period, 1e-6);
+  expect_refused(d + "duration: 1001\nsolver: {control_period: 1e-6}", "solver.control_period", "1e-6",
+                 "at most 1e+09 of them; it would have 1.001e+09");
+  // A row that follows the beginning of a long period too closely would show the state at the beginning.
+  EXPECT_EQ(load(d + "duration: 1e-3\noutput_rate: 1e4\nsolver: {control_period: 10}").output_rate, 1e4);
+  expect_refused(d + "duration: 1e-3\noutput_rate: 1.1e4\nsolver: {control_period: 10}", "solver.control_period", "10",
+                 "at most 100000 rows of output; it would have 110000");
+}
+
+TEST_F(SceneTest, DoubtsRollersThatTaperToAPoint) {
+  EXPECT_EQ(doubts(load(kDrive).robot), "");
+  EXPECT_EQ(doubts(load(kDrive + std::string("robot: {roller_axis_radius: 0.0433}")).robot), "");  // R cos(30 deg)
+  const std::string pointed = doubts(load(kDrive + std::string("robot: {roller_axis_radius: 0.0434}")).robot);
+  for (const char* part : {"robot.roller_axis_radius = 0.0434", "at most 0.0433 m"}) {
+    EXPECT_NE(pointed.find(part), std::string::npos) << pointed;
+  }
+  EXPECT_NE(doubts(load(kDrive + std::string("robot: {rollers_per_wheel: 4}")).robot), "");
+}
+
+TEST_F(SceneTest, RefusesWhatIsNoSceneFile) {
+  expect_refused(kDrive + std::string("---\nduration: 3\n"), "scene.yaml:3:1", "---", "a scene is one");
+  EXPECT_EQ(load(std::string("---\n") + kDrive + "...\n").duration, 1);
+  EXPECT_EQ(load(std::string("\xEF\xBB\xBF") + kDrive).duration, 1);
+  const auto refusal_of = [](const std::string& path) {
+    try {
+      load_scene(path);
+    } catch (const SceneError& error) {
+      return std::string(error.what());
+    }
+    return std::string("not refused");
+  };
+  EXPECT_EQ(refusal_of(folder_.path("")), folder_.path("") + ": is a folder; must be a scene file");
+  EXPECT_EQ(refusal_of("/dev/zero"), "/dev/zero: is neither a file nor a pipe; must be a scene file");
+  const std::string text = folder_.write("text", "root:x:0:0\n"), list = folder_.write("list", "- secret\n");
+  EXPECT_EQ(refusal_of(text), text + ": scene = (text): must be keys with values");
+  EXPECT_EQ(refusal_of(list), list + ": scene = (list): must be keys with values");
+}
+
+TEST_F(SceneTest, LargeOrDeepScenesAreRefusedBeforeTheyTakeMemory) {
+  expect_refused(std::string(1'000'001, ' '), "scene.yaml", "", "longer than 1000000 bytes");
+  expect_refused("duration: " + std::string(100'000, '['), "scene.yaml:1:", "", "more than 32");
+  std::string dashes = "duration:\n  ";
+  for (int k = 0; k < 100'000; ++k) dashes += "- ";
+  expect_refused(dashes, "scene.yaml:2:65", "", "more than 32");
+  EXPECT_EQ(load("duration: 1\n" + std::string(900'000, '\n')).duration, 1);
+}
+
+TEST_F(SceneTest, AliasesThatStandForMuchAreShownInShort) {
+  std::string laughs = "duration: [&a0 [ha, ha]";
+  for (int k = 1; k < 30; ++k) {
+    const std::string before = "*a" + std::to_string(k - 1);
+    laughs += ", &a" + std::to_string(k) + " [" + before + ", " + before + ", " + before + "]";
+  }
+  expect_refused(laughs + "]", "duration", "[[ha, ha], [[ha, ha], [ha, ha], [ha, ha]], ",
+                 "...: must be a finite number");
+  expect_refused("duration: &a [*a]", "duration", "[[[[[[", "...: must be a finite number");
+}
+
+TEST_F(SceneTest, QuotesWhatStandsInTheFile) {
+  const std::string d = kDrive;
+  expect_refused(d + R"("a\nb\e[31m": "c\r\td")", R"(: a\nb\x1b[31m = c\r\td: unknown key)", "", "");
+  expect_refused(d + "robot: {\"\\e\": [\"\\a\", {\"\\n\": \"\\0\"}]}", R"(robot.\x1b = [\x07, {\n: \x00}]: unknown)",
+                 "", "");
+  expect_refused(d + "\xff: \xfe", R"(: \xff = \xfe: unknown key)", "", "");
+  expect_refused(d + "model: \"\"", "model = \"\": must be", "", "");
+  const std::string long_text(50'000, 'x');
+  EXPECT_LT(refusal(d + "model: " + long_text).size(), 300u);
+  EXPECT_LT(refusal(d + "? " + long_text + "\n: " + long_text).size(), 400u);
+  SceneOverrides overrides;
+  overrides.model = "a\nb" + long_text;
+  try {
+    load_scene(folder_.write("scene.yaml", d), overrides);
+    ADD_FAILURE() << "not refused";
+  } catch (const SceneError& error) {
+    EXPECT_EQ(std::string(error.what()).find("model = a\\nbxxx"), 0u);
+    EXPECT_LT(std::string(error.what()).size(), 200u);
+  }
+}
+
+TEST_F(SceneTest, TablesAreReadWholeOrNotAtAll) {
+  const std::string scene = "duration: 1\ndrive: {torque_table: ";
+  const auto refusal_of = [&](const std::string& table) {
+    return refusal(scene + folder_.write("table.csv", table) + "}");
+  };
+  const std::string allowed = "; must be a CSV file with the columns t,fl,fr,bl,br";
+  expect_refused(scene + "/proc/self/mem}", "drive.torque_table", "/proc/self/mem: cannot be read (Input/output error)",
+                 allowed);
+  expect_refused(scene + ".}", "drive.torque_table", ".: is a folder", allowed);
+  expect_refused(scene + "/dev/zero}", "drive.torque_table", "/dev/zero: is neither a file nor a pipe", allowed);
+  expect_refused(scene + "gone.csv}", "drive.torque_table", "gone.csv: cannot be read (No such file or directory)",
+                 allowed);
+  for (const char* header : {"t,fl,fl,bl,br", "t,fl,fr,bl,br,fl"}) {
+    EXPECT_NE(
+        refusal_of(header + std::string("\n0,1,2,3,4\n")).find("table.csv:1: header: column fl twice; must be the "),
+        std::string::npos);
+  }
+  EXPECT_NE(refusal_of("root:x:0:0:root\n").find("table.csv:1: header: no column t; must be"), std::string::npos);
+  EXPECT_EQ(refusal_of("root:x:0:0:root\n").find("root:"), std::string::npos) << "shows a file that is no table";
+  EXPECT_NE(refusal_of("t,fl,fr,bl,br,\n0,1,2,3,4,\n").find("header: 6 columns"), std::string::npos);
+  // What the shell's programs write: a byte order mark, Windows' line ends, quotes, an empty line, no newline at the
+  // end.
+  folder_.write("table.csv", "\xEF\xBB\xBF\"br\", t,fl,fr,bl\r\n4,0,1,2,3\r\n\r\n-1, 1 ,-1,-1,-1");
+  const auto torque = make_torque_profile(load(scene + "table.csv}"));
+  EXPECT_EQ(torque->begin_segment(0), 1);
+  EXPECT_TRUE((torque->value(0.5) == Wheels(1, 2, 3, 4)).all());
+}
+
+TEST_F(SceneTest, NumbersOfTablesHaveLimits) {
+  const auto refusal_of = [&](const std::string& kind, const std::string& row) {
+    folder_.write("table.csv", "t,fl,fr,bl,br\n" + row);
+    return refusal("duration: 1\ndrive: {" + kind + ": table.csv}");
+  };
+  const auto expect_ends = [](const std::string& message, const std::string& end) {
+    EXPECT_NE(message.find("table.csv:2: " + end), std::string::npos) << message;
+  };
+  expect_ends(refusal_of("torque_table", "0,0,0,3.1e6,0"),
+              "bl = 3.1e6: must be a finite number from -3e+06 to 3e+06 N m");
+  expect_ends(refusal_of("velocity_table", "0,-1.1e6,0,0,0"),
+              "fl = -1.1e6: must be a finite number from -1e+06 to 1e+06 rad/s");
+  expect_ends(refusal_of("torque_table", "1.1e9,0,0,0,0"), "t = 1.1e9: must be a finite number from -1e+09 to 1e+09 s");
+  expect_ends(refusal_of("torque_table", "0,0,0,0,nan"), "br = nan: must be a finite number");
+  expect_ends(refusal_of("torque_table", std::string("0,1\0x,0,0,0", 12)), "fl = 1\\x00x: must be a finite number");
+  expect_ends(refusal_of("torque_table", "0,\x1b" + std::string(50'000, 'x')), "0,\\x1bxxx");
+  EXPECT_LT(refusal_of("torque_table", "0,\x1b" + std::string(50'000, 'x')).size(), 300u);
 }
 
 TEST_F(SceneTest, VelocityTableRunsItsLoopAt1kHz) {

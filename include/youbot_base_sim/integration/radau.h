@@ -92,6 +92,8 @@ class Radau : public ControlledStepperTypes {
   static constexpr double kSlow = 0.1;
   // The smallest rate of convergence that the next step's first correction is expected to have, judging by this step
   static constexpr double kMinRate = 0.03;
+  // How many times stiffer than elsewhere in the step a contact is at its end when its friction turns there
+  static constexpr double kPassing = 4;
   // Continuation: the slip speed at which it begins, m/s, and the ratio of one to the next.
   static constexpr double kFirstTransitionSpeed = 1e-2;
   static constexpr double kTransitionRatio = 0.2, kMaxTransitionRatio = 0.7;
@@ -243,11 +245,24 @@ class Radau : public ControlledStepperTypes {
     const Velocities change = (T::error[0] / dt_) * (stages_[0] - start_) +
                               (T::error[1] / dt_) * (stages_[1] - start_) + (T::error[2] / dt_) * (stages_[2] - start_);
     const Inertia& inertia = system.model().inertia();
+    weaken_damping_that_passes();
     filter_.factorize({{T::gamma / dt_}}, inertia, {{damping_[2]}}, {{coriolis_[2]}});
     std::array<Velocities, 1> error;
     filter_.solve({start_forces_ + inertia * change}, error);
     if (inertia.J_2 == 0) error[0].dgamma.setZero();  // follows from the other velocities
     return error_norm(error[0], error_scale_);
+  }
+
+  // Friction that turns within a step is stiff for an instant only. Where the step happens to end in it, the damping
+  // there would hide the error of the whole step: the wheel's weakest damping is taken instead.
+  void weaken_damping_that_passes() {
+    const std::array<Wheels, 3> stiffness = {damping_[0].contact_stiffness(), damping_[1].contact_stiffness(),
+                                             damping_[2].contact_stiffness()};
+    if ((stiffness[2] <= kPassing * stiffness[0].min(stiffness[1])).all()) return;
+    for (int i = 0; i < kWheels; ++i) {
+      const int weakest = stiffness[0][i] < stiffness[1][i] ? 0 : 1;
+      if (stiffness[2][i] > kPassing * stiffness[weakest][i]) damping_[2].set_wheel(i, damping_[weakest]);
+    }
   }
 
   Wheels phi_at(int j, double dt) const {

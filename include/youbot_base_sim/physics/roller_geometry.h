@@ -45,11 +45,16 @@ class RollerGeometry {
   /// derivatives are zero.
   const ContactGeometry& mean() const { return mean_; }
 
+  /// Radius of a roller at its ends, where the next one takes over, m. Negative where rollers taper to a point before
+  /// they meet, as those of no real wheel do.
+  double end_radius() const;
+
   /// Angle from one roller to the next, 2 pi / n, rad.
   double pitch() const { return pitch_; }
 
   /// Unwrapped number of the roller on the floor at wheel angle `phi` (rad): roller k for phi~ in [-pi/n, pi/n), where
-  /// phi = k pitch + phi~ (2.1). Roller k and roller k + n are the same one.
+  /// phi = k pitch + phi~ (2.1). Roller k and roller k + n are the same one. Throws std::domain_error where k has more
+  /// than 64 bits.
   std::int64_t roller_at(double phi) const;
 
   /// Wheel angle at which roller k hands over to roller k + 1, rad.

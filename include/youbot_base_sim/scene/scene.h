@@ -66,6 +66,9 @@ struct SceneOverrides {
 /// Reads and checks a scene file and the tables that it names. Throws SceneError.
 Scene load_scene(const std::string& path, const SceneOverrides& overrides = {});
 
+/// What is allowed but no real robot has, in one line; empty if there is nothing of the kind.
+std::string doubts(const RobotParameters& robot);
+
 /// The scene's torque as a function of time; null if it has no drive or one that tracks velocities.
 std::unique_ptr<TorqueProfile> make_torque_profile(const Scene& scene);
 

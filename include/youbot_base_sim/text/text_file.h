@@ -1,0 +1,20 @@
+#pragma once
+
+#include <cstddef>
+#include <stdexcept>
+#include <string>
+
+namespace youbot_base_sim {
+
+/// Why a file cannot be read, without its name, so that "NAME REASON" is a clause: "is a folder".
+class UnreadableFile : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// The whole text of a file or of what comes through a pipe, without a byte order mark of UTF-8. Throws UnreadableFile
+/// for a folder, a device, a socket, a read error, more than `max_bytes`, and a pipe that nobody writes to; waits for a
+/// writer that takes its time.
+std::string read_text_file(const std::string& path, std::size_t max_bytes);
+
+}  // namespace youbot_base_sim

@@ -1,0 +1,73 @@
+#include "yaml_file.h"
+
+#include <fmt/format.h>
+#include <yaml-cpp/eventhandler.h>
+
+#include <sstream>
+
+#include "youbot_base_sim/scene/scene.h"
+#include "youbot_base_sim/text/quote.h"
+#include "youbot_base_sim/text/text_file.h"
+
+namespace youbot_base_sim {
+
+namespace {
+
+constexpr std::size_t kMaxBytes = 1'000'000;  // of a scene; its nodes may take a hundred times as much memory
+constexpr int kMaxDepth = 32;                 // of lists and sections in each other; a scene has 5
+
+std::string located(const std::string& path, const YAML::Mark& mark) {
+  return fmt::format("{}:{}:{}", quote_path(path), mark.line + 1, mark.column + 1);
+}
+
+/// Refuses a document too many or too deep while it is parsed, before memory or stack is used up.
+class Bounds : public YAML::EventHandler {
+ public:
+  explicit Bounds(const std::string& path) : path_(path) {}
+
+  void OnDocumentStart(const YAML::Mark& mark) override {
+    if (++documents_ > 1) throw SceneError(located(path_, mark) + ": a second document (---); a scene is one");
+  }
+  void OnSequenceStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t, YAML::EmitterStyle::value) override {
+    begin(mark);
+  }
+  void OnSequenceEnd() override { --depth_; }
+  void OnMapStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t, YAML::EmitterStyle::value) override {
+    begin(mark);
+  }
+  void OnMapEnd() override { --depth_; }
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnAlias(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t, const std::string&) override {}
+
+ private:
+  void begin(const YAML::Mark& mark) {
+    if (++depth_ <= kMaxDepth) return;
+    throw SceneError(fmt::format("{}: more than {} lists and sections in each other", located(path_, mark), kMaxDepth));
+  }
+
+  const std::string& path_;
+  int documents_ = 0;
+  int depth_ = 0;
+};
+
+}  // namespace
+
+YAML::Node read_yaml_file(const std::string& path) {
+  try {
+    const std::string text = read_text_file(path, kMaxBytes);
+    std::istringstream stream(text);
+    YAML::Parser parser(stream);
+    Bounds bounds(path);
+    while (parser.HandleNextDocument(bounds)) {
+    }
+    return YAML::Load(text);
+  } catch (const UnreadableFile& error) {
+    throw SceneError(fmt::format("{}: {}; must be a scene file", quote_path(path), error.what()));
+  } catch (const YAML::Exception& error) {
+    throw SceneError(fmt::format("{}: is not YAML: {}", located(path, error.mark), quote(error.msg, kMaxMessage)));
+  }
+}
+
+}  // namespace youbot_base_sim
