@@ -6,6 +6,7 @@
 
 #include "youbot_base_sim/drive/wheel_drive.h"
 #include "youbot_base_sim/integration/methods.h"
+#include "youbot_base_sim/integration/no_slip_integration.h"
 #include "youbot_base_sim/physics/roller_geometry.h"
 
 namespace youbot_base_sim {
@@ -193,7 +194,8 @@ const IntegrationStatistics& Simulation::statistics() const { return loop_->inte
 double Simulation::transition_speed() const { return loop_->integration_->transition_speed(); }
 
 std::string Simulation::method() const {
-  return loop_->scene_.model == Model::kNoSlip ? "dopri5" : loop_->scene_.solver.method;
+  const Scene& scene = loop_->scene_;
+  return scene.model == Model::kNoSlip ? NoSlipIntegration::method(scene.robot) : scene.solver.method;
 }
 
 double Simulation::kinetic_energy() const { return loop_->integration_->kinetic_energy(loop_->state_); }
