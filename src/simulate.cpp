@@ -23,6 +23,7 @@
 #ifdef YOUBOT_BASE_SIM_ROS
 #include "youbot_base_sim/ros/bag.h"
 #endif
+#include "youbot_base_sim/text/print_error.h"
 #include "youbot_base_sim/text/quote.h"
 
 namespace {
@@ -115,8 +116,10 @@ class Progress {
     if (!shown_ || seconds_since(start_) < 1 || seconds_since(last_) < 0.1) return;
     constexpr int kWidth = 40;
     const int filled = static_cast<int>(kWidth * t / duration_);
-    fmt::print(stderr, "\r[{:<{}}] {:.4g} of {:g} s", std::string(static_cast<std::size_t>(filled), '#'), kWidth, t,
-               duration_);
+    std::fputs(fmt::format("\r[{:<{}}] {:.4g} of {:g} s", std::string(static_cast<std::size_t>(filled), '#'), kWidth, t,
+                           duration_)
+                   .c_str(),
+               stderr);
     std::fflush(stderr);
     last_ = Clock::now();
     drawn_ = true;
@@ -226,7 +229,7 @@ class Outputs {
         failed_ = true;
         recorder = recorders_.erase(recorder);
         if (recorders_.empty() && !summary_) throw;  // nothing to go on for
-        fmt::print(stderr, "simulate: {}\n", error.what());
+        print_error("simulate", error.what());
       }
     }
   }
@@ -276,7 +279,7 @@ class Run {
     outputs_.commit_summary(simulation_, wall_time_, audit_);
     if (!arguments_.quiet) fmt::print("{}", summary_text(simulation_, wall_time_));
     const std::string doubt = doubts(simulation_, audit_.energy);
-    if (!doubt.empty()) fmt::print(stderr, "simulate: warning: the result is not to be trusted: {}\n", doubt);
+    if (!doubt.empty()) print_error("simulate", "warning: the result is not to be trusted: " + doubt);
   }
 
  private:
@@ -329,18 +332,18 @@ int simulate(const Arguments& arguments, const Scene& scene) {
   try {
     outputs.emplace(arguments, scene);
   } catch (const OutputError& error) {
-    fmt::print(stderr, "simulate: {}\n", error.what());
+    print_error("simulate", error.what());
     return stop ? kNotCompleted : kRefused;
   }
   for (const std::string& warning : {doubts(scene.robot), told}) {
-    if (!arguments.quiet && !warning.empty()) fmt::print(stderr, "simulate: {}\n", warning);
+    if (!arguments.quiet && !warning.empty()) print_error("simulate", warning);
   }
   try {
     Run run(arguments, scene, *outputs);
     run.complete();
     run.report();
   } catch (const std::exception& error) {
-    fmt::print(stderr, "simulate: {}\n", error.what());
+    print_error("simulate", error.what());
     return kNotCompleted;
   }
   return outputs->failed() ? kNotCompleted : kDone;
@@ -357,10 +360,10 @@ int run_program(int argc, char** argv) {
       throw SceneError(fmt::format("{}: drive is left out; simulate needs one", quote_path(arguments.scene)));
     }
   } catch (const boost::program_options::error& error) {
-    fmt::print(stderr, "simulate: {}; see simulate --help\n", error.what());
+    print_error("simulate", fmt::format("{}; see simulate --help", error.what()));
     return kRefused;
   } catch (const SceneError& error) {
-    fmt::print(stderr, "simulate: {}\n", error.what());
+    print_error("simulate", error.what());
     return kRefused;
   }
   return simulate(arguments, scene);
@@ -379,6 +382,6 @@ int main(int argc, char** argv) {
   }
   const int status = run_program(argc, argv);
   if (std::fflush(stdout) == 0 || status != kDone) return status;
-  fmt::print(stderr, "simulate: standard output: cannot be written: {}\n", OutputFile::text_of(errno));
+  print_error("simulate", "standard output: cannot be written: " + OutputFile::text_of(errno));
   return kNotCompleted;
 }

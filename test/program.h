@@ -30,6 +30,7 @@ class Program {
   }
 
   void kill() { child_.terminate(); }
+  pid_t id() const { return child_.id(); }
   void send(int signal) { ::kill(child_.id(), signal); }
 
   // What it has printed so far.
