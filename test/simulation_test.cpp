@@ -257,6 +257,24 @@ TEST_F(SimulationTest, LooserTolerancesAreNoMoreWork) {
   }
 }
 
+// Bearings that brake within a nanosecond: model 1 then creeps at the speed at which its torque is used up.
+TEST_F(SimulationTest, NoSlipIsNoWorkHoweverHardTheBearingsBrake) {
+  for (const char* robot : {"{wheel_damping: 1e9}", "{roller_axis_radius: 0.0499999}", "{dry_friction: 1e3}",
+                            "{wheel_damping: 1e5, roller_dry_friction: 1e5, roller_dry_friction_rate: 1e-6}"}) {
+    Simulation simulation(load(std::string("model: no_slip\nduration: 10\nrobot: ") + robot +
+                               "\ndrive: {torque: [{start: 0, constant: [1, 2, 1, 2]}, {start: 5, sin: [1, 1, 1, 1], "
+                               "period: 1}]}\n"));
+    EXPECT_EQ(simulation.method(), "rosenbrock4") << robot;
+    simulation.advance_to(5);
+    const NoSlipModel model(simulation.scene().robot);
+    const Eigen::Vector3d left = model.acceleration(simulation.state().velocity(), {1, 2, 1, 2});
+    EXPECT_LT(left.norm(), 1e-3) << robot;
+    simulation.advance_to(10);
+    EXPECT_TRUE(simulation.state().values.allFinite()) << robot;
+    EXPECT_LT(simulation.statistics().evaluations, 100000u) << robot;
+  }
+}
+
 TEST_F(SimulationTest, DoesNotGoBackInTime) {
   Scene scene =
       load("duration: 1\ninitial: {twist: [0.4, 0, 0]}\ndrive: {torque: [{start: 0, constant: [1, 1, 1, 1]}]}\n");

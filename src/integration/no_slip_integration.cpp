@@ -66,8 +66,7 @@ void NoSlipIntegration::advance(State& x, double t, double t_end) {
   };
   if (stiff_) {
     StiffStepper stepper(tolerance_, statistics_);
-    statistics_.steps +=
-        odeint::integrate_adaptive(std::ref(stepper), std::ref(system), x, t, t_end, dt, observer);
+    statistics_.steps += odeint::integrate_adaptive(std::ref(stepper), std::ref(system), x, t, t_end, dt, observer);
   } else {
     statistics_.steps += odeint::integrate_adaptive(
         odeint::make_controlled<odeint::runge_kutta_dopri5<State>>(tolerance_.absolute, tolerance_.relative),

@@ -16,10 +16,16 @@ class NoSlipIntegration : public Integration {
  public:
   /// `torque` must outlive the integration.
   NoSlipIntegration(const RobotParameters& robot, const TorqueProfile& torque, const Tolerance& tolerance)
-      : torque_(torque), model_(robot), tolerance_(tolerance), stiff_(stiff(model_)), max_first_step_(10 / model_.max_decay_rate()) {}
+      : torque_(torque),
+        model_(robot),
+        tolerance_(tolerance),
+        stiff_(stiff(model_)),
+        max_first_step_(10 / model_.max_decay_rate()) {}
 
   /// The method that a robot needs: dopri5 or rosenbrock4.
-  static const char* method(const RobotParameters& robot) { return stiff(NoSlipModel(robot)) ? "rosenbrock4" : "dopri5"; }
+  static const char* method(const RobotParameters& robot) {
+    return stiff(NoSlipModel(robot)) ? "rosenbrock4" : "dopri5";
+  }
 
   void advance_periods(State& x, std::int64_t first, double period, std::size_t n,
                        const PeriodObserver& observer) override;

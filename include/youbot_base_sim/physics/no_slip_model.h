@@ -81,9 +81,8 @@ void NoSlipModel::jacobian(const State& state, const Wheels& M, const Wheels& M_
   coriolis << C[0].head<3>().matrix(), C[1].head<3>().matrix(), C[2].head<3>().matrix();
   const auto inverse = inertia_.llt();
   const Eigen::Matrix3d by_v = inverse.solve(coriolis - damping);
-  const Eigen::Vector3d power_by_v =
-      rolling_.transpose() * M.matrix() - damping_ * v - damping_.transpose() * v - dry_friction(v) -
-      dry_damping(v).transpose() * v;
+  const Eigen::Vector3d power_by_v = rolling_.transpose() * M.matrix() - damping_ * v - damping_.transpose() * v -
+                                     dry_friction(v) - dry_damping(v).transpose() * v;
   const double cos_psi = std::cos(state.psi()), sin_psi = std::sin(state.psi());
 
   for (int row = 0; row < State::kSize; ++row) {
