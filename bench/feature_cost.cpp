@@ -2,9 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <boost/program_options.hpp>
 #include <cmath>
-#include <cstdio>
+#include <cstdlib>
 #include <memory>
 #include <set>
 #include <string>
@@ -62,13 +61,6 @@ void run_periods(const Scene& scene) {
 }
 
 #ifdef YOUBOT_BASE_SIM_ROS
-struct NodeFeatures {
-  double publish_rate = 50;        // Hz
-  std::set<std::string> listened;  // topics with a subscriber
-  bool rollers = false;
-  std::string bag;  // empty: none
-};
-
 /// Makes a message and the bytes of it, as publishing to a subscriber does.
 template <class Message>
 void send(const Message& message) {
@@ -77,19 +69,20 @@ void send(const Message& message) {
 }
 
 /// What BaseNode does by the wall clock, without waiting and without a master: it stops for topics that are listened
-/// to, each control period for /clock, and 50 times a second if there are none.
-void run_node(const Scene& scene, const NodeFeatures& features) {
+/// to, each control period for /clock, and 50 times a second if there are none. `bag_file` is empty for none.
+void run_node(const Scene& scene, double publish_rate, const std::string& bag_file, bool rollers,
+              const std::set<std::string>& listened) {
   BaseSettings settings;
   settings.scene = scene;
-  settings.publish_rate = features.publish_rate;
+  settings.publish_rate = publish_rate;
   settings.driver = driver_settings(scene);
-  settings.telemetry.rollers = features.rollers;
+  settings.telemetry.rollers = rollers;
   BaseLoop loop(settings);
   loop.push(0, curve());
-  const auto bag = features.bag.empty() ? nullptr : std::make_unique<BagWriter>(features.bag);
-  const bool clock_listened = features.listened.count(kClockTopic);
-  const bool switches_listened = features.listened.count(kRollerSwitchesTopic);
-  const bool telemetry_wanted = bag || !features.listened.empty();
+  const auto bag = bag_file.empty() ? nullptr : std::make_unique<BagWriter>(bag_file);
+  const bool clock_listened = listened.count(kClockTopic);
+  const bool switches_listened = listened.count(kRollerSwitchesTopic);
+  const bool telemetry_wanted = bag || !listened.empty();
   while (loop.time() < scene.duration - 0.5 * kControlPeriod) {
     const double stop = telemetry_wanted ? loop.next_instant() : loop.time() + 0.02;
     loop.advance_periods(clock_listened ? 1 : loop.periods_until(stop));
@@ -109,7 +102,7 @@ void run_node(const Scene& scene, const NodeFeatures& features) {
     if (!is_due || !telemetry_wanted) continue;
     if (bag) bag->write(loop.telemetry(), loop.simulation(), loop.driver().readings(), t);
     loop.visit_telemetry(stamp_of(t), [&](const char* topic, const auto& make) {
-      if (features.listened.count(topic)) send(make());
+      if (listened.count(topic)) send(make());
     });
   }
   if (bag) bag->commit();
@@ -117,60 +110,37 @@ void run_node(const Scene& scene, const NodeFeatures& features) {
 
 /// Names of all topics of which there may be messages.
 void print_topics(const Scene& scene) {
-  const Simulation simulation(scene);
-  const Telemetry telemetry(scene.robot.rollers, simulation.state().phi(), {});
-  telemetry.visit(simulation, exact_readings(simulation), ros::Time(),
-                  [](const char* topic, const auto&) { fmt::print("{}\n", topic); });
+  BaseSettings settings;
+  settings.scene = scene;
+  BaseLoop(settings).visit_telemetry(ros::Time(), [](const char* topic, const auto&) { fmt::print("{}\n", topic); });
   fmt::print("{}\n{}\n", kRollerSwitchesTopic, kClockTopic);
 }
 #endif
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  namespace po = boost::program_options;
-  std::string what, path, model;
-  std::vector<std::string> listened;
-  double publish_rate = 50;
-  std::string bag;
-  po::options_description options("Options");
-  // clang-format off
-  options.add_options()
-    ("what", po::value(&what)->required(), "rows, periods, node or topics")
-    ("scene", po::value(&path)->required(), "scene file")
-    ("model", po::value(&model), "no_slip, viscous or coulomb, in place of the scene's")
-    ("publish-rate", po::value(&publish_rate), "Hz, of the node")
-    ("listen", po::value(&listened)->composing(), "topic of the node that has a subscriber; may be repeated")
-    ("rollers", "the node's joint states tell of the rollers")
-    ("bag", po::value(&bag), "file that the node records to");
-  // clang-format on
-  po::positional_options_description positional;
-  positional.add("what", 1).add("scene", 1);
-  try {
-    po::variables_map given;
-    po::store(po::command_line_parser(argc, argv).options(options).positional(positional).run(), given);
-    po::notify(given);
-    SceneOverrides overrides;
-    overrides.model = model;
-    if (what != "rows") overrides.control_period = kControlPeriod;
-    const Scene scene = load_scene(path, overrides);
-    if (what == "rows") {
-      run_rows(scene);
-    } else if (what == "periods") {
-      run_periods(scene);
+int main(int argc, char** argv) try {
+  const std::vector<std::string> words(argv + 1, argv + argc);
+  const std::string what = words.size() < 2 ? "" : words[0];
+  SceneOverrides overrides;
+  if (what != "rows") overrides.control_period = kControlPeriod;
+  const Scene scene = what.empty() ? Scene() : load_scene(words[1], overrides);
+  if (what == "rows") {
+    run_rows(scene);
+  } else if (what == "periods") {
+    run_periods(scene);
 #ifdef YOUBOT_BASE_SIM_ROS
-    } else if (what == "node") {
-      run_node(scene, {publish_rate, {listened.begin(), listened.end()}, given.count("rollers") > 0, bag});
-    } else if (what == "topics") {
-      print_topics(scene);
+  } else if (what == "topics") {
+    print_topics(scene);
+  } else if (what == "node" && words.size() >= 5) {
+    run_node(scene, std::atof(words[2].c_str()), words[3], words[4] == "rollers", {words.begin() + 5, words.end()});
 #endif
-    } else {
-      throw std::invalid_argument(
-          fmt::format("{}: must be rows, periods, node or topics (the last two with ROS)", what));
-    }
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "feature_cost: {}\n", error.what());
-    return 2;
+  } else {
+    throw std::invalid_argument(
+        "usage: rows|periods|topics SCENE, or node SCENE PUBLISH_RATE BAG|'' rollers|'' TOPIC...");
   }
   return 0;
+} catch (const std::exception& error) {
+  fmt::print(stderr, "feature_cost: {}\n", error.what());
+  return 2;
 }

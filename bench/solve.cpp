@@ -1,13 +1,13 @@
-// Runs one solver on one scene, repeats quick runs, and prints rows, counts and run time as JSON.
-// scripts/work_precision drives it.
+// Runs one solver on one scene, repeats quick runs, and prints rows, counts and run time as JSON. Its argument is JSON
+// too: scene (a file), model, solver, tolerance or step (s), span (s), rate (rows a second), and max_evaluations unless
+// they are the usual. Without one it prints what it was built with. scripts/work_precision drives it.
 
 #include <fmt/format.h>
+#include <sundials/sundials_config.h>
 
-#include <boost/program_options.hpp>
 #include <boost/version.hpp>
 #include <ctime>
 #include <iostream>
-#include <map>
 #include <nlohmann/json.hpp>
 
 #include "solver.h"
@@ -35,10 +35,7 @@ Run run_simulation(const Task& task) {
 
 /// All solvers by their names: those of SUNDIALS, and every method of the scenes' `solver`.
 std::map<std::string, Solver> solvers() {
-  std::map<std::string, Solver> all;
-#ifdef YOUBOT_BASE_SIM_BENCH_SUNDIALS
-  all = sundials_solvers();
-#endif
+  std::map<std::string, Solver> all = sundials_solvers();
   for (const Method& method : methods()) all[method.name] = run_simulation;
   return all;
 }
@@ -46,51 +43,33 @@ std::map<std::string, Solver> solvers() {
 /// What the solvers were built with and for; SUNDIALS itself comes from the system.
 nlohmann::json about() {
   nlohmann::json json;
-  for (const auto& [name, solver] : solvers()) json["solvers"].push_back(name);
   json["compiler"] = "g++ " __VERSION__;
   json["flags"] = YOUBOT_BASE_SIM_BENCH_FLAGS;
-#if defined(__AVX512F__)
-  json["instruction_set"] = "AVX-512";
-#elif defined(__AVX2__)
-  json["instruction_set"] = "AVX2";
-#elif defined(__AVX__)
-  json["instruction_set"] = "AVX";
-#else
-  json["instruction_set"] = "without AVX";
-#endif
-  json["libraries"] = fmt::format("Boost {}.{}", BOOST_VERSION / 100000, BOOST_VERSION / 100 % 1000);
-#ifdef YOUBOT_BASE_SIM_BENCH_SUNDIALS
-  json["libraries"] = json["libraries"].get<std::string>() + ", SUNDIALS " + sundials_version();
-#endif
+  json["libraries"] =
+      fmt::format("Boost {}.{}, SUNDIALS {}", BOOST_VERSION / 100000, BOOST_VERSION / 100 % 1000, SUNDIALS_VERSION);
   return json;
-}
-
-// Of this process and no other: what else the machine does then disturbs least.
-double processor_time() {
-  timespec now;
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
 /// Run time is the least of the repeats.
 nlohmann::json measure(Solver solver, const Task& task) {
   constexpr double kLong = 1, kEnough = 1;  // s: of a run that is not repeated, and of all runs
   constexpr int kMinRepeats = 3, kMaxRepeats = 10;
-  double least = std::numeric_limits<double>::infinity(), total = 0, start = 0;
+  double least = std::numeric_limits<double>::infinity(), total = 0;
+  std::clock_t start = 0;
+  const auto taken = [&] { return static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC; };
   int repeats = 0;
   Run run;
   try {
     do {
-      start = processor_time();
+      start = std::clock();
       run = solver(task);
-      const double taken = processor_time() - start;
-      if (run.rows.size() != task.times.size()) throw RunFailure("rows are missing");
-      total += taken;
-      least = std::min(least, taken);
+      const double run_time = taken();
+      total += run_time;
+      least = std::min(least, run_time);
       ++repeats;
     } while (least < kLong && (repeats < kMinRepeats || (total < kEnough && repeats < kMaxRepeats)));
   } catch (const RunFailure& failure) {
-    return {{"failure", failure.what()}, {"run_time", processor_time() - start}};
+    return {{"failure", failure.what()}, {"run_time", taken()}};
   }
   nlohmann::json counts;
   for (const StatisticsField& field : kStatisticsFields) counts[field.name] = run.statistics.*field.value;
@@ -98,51 +77,35 @@ nlohmann::json measure(Solver solver, const Task& task) {
   return {{"rows", run.rows}, {"run_time", least}, {"repeats", repeats}, {"counts", counts}};
 }
 
-std::vector<double> row_times(double span, double rate) {
-  std::vector<double> times;
-  for (int k = 0; k <= span * rate * (1 + 1e-12); ++k) times.push_back(k / rate);
-  return times;
+Task read_task(const nlohmann::json& told) {
+  SceneOverrides overrides;
+  overrides.model = told.at("model");
+  overrides.relative_tolerance = told.value("tolerance", overrides.relative_tolerance);
+  Task task;
+  task.scene = load_scene(told.at("scene"), overrides);
+  task.scene.solver.method = told.at("solver");
+  task.scene.solver.step = told.value("step", 0.0);
+  task.max_evaluations = told.value("max_evaluations", task.max_evaluations);
+  const double rate = told.at("rate"), end = std::min(told.at("span").get<double>(), task.scene.duration);
+  for (int k = 0; k <= end * rate * (1 + 1e-12); ++k) task.times.push_back(k / rate);
+  return task;
 }
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  namespace po = boost::program_options;
-  std::string path, name;
-  SceneOverrides overrides;
-  Task task;
-  double span = 0, rate = 20, step = 0;
-  po::options_description options("Options");
-  // clang-format off
-  options.add_options()
-    ("scene", po::value(&path)->required(), "scene file")
-    ("solver", po::value(&name)->required(), "name of the solver")
-    ("tolerance", po::value(&overrides.relative_tolerance), "relative, in place of the scene's")
-    ("step", po::value(&step), "s, of a method with fixed steps")
-    ("model", po::value(&overrides.model), "viscous or coulomb, in place of the scene's")
-    ("span", po::value(&span), "s to simulate; the scene's duration unless given")
-    ("rate", po::value(&rate), "rows a second")
-    ("max-evaluations", po::value(&task.max_evaluations), "of the right-hand side, after which to give up")
-    ("list", "print the solvers and what they were built with");
-  // clang-format on
-  try {
-    po::variables_map given;
-    po::store(po::parse_command_line(argc, argv, options), given);
-    if (given.count("list")) {
-      std::cout << about().dump() << '\n';
-      return 0;
-    }
-    po::notify(given);
-    const auto all = solvers();
-    if (!all.count(name)) throw SceneError(fmt::format("--solver = {}: must be one of those that --list prints", name));
-    task.scene = load_scene(path, overrides);
-    task.scene.solver.method = name;
-    task.scene.solver.step = step;
-    task.times = row_times(span > 0 ? std::min(span, task.scene.duration) : task.scene.duration, rate);
-    std::cout << measure(all.at(name), task).dump() << '\n';
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "solve: {}\n", error.what());
-    return 2;
+int main(int argc, char** argv) try {
+  if (argc == 1) {
+    std::cout << about().dump() << '\n';
+    return 0;
   }
+  const Task task = read_task(nlohmann::json::parse(argv[1]));
+  const auto all = solvers();
+  const auto solver = all.find(task.scene.solver.method);
+  if (solver == all.end())
+    throw SceneError("solver = " + task.scene.solver.method + ": is none of those it is built with");
+  std::cout << measure(solver->second, task).dump() << '\n';
   return 0;
+} catch (const std::exception& error) {
+  fmt::print(stderr, "solve: {}\n", error.what());
+  return 2;
 }

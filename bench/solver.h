@@ -44,7 +44,5 @@ using Solver = Run (*)(const Task& task);
 /// implicit Runge-Kutta methods, of order 4 the best of those it has, of order 5 its default.
 std::map<std::string, Solver> sundials_solvers();
 
-std::string sundials_version();
-
 }  // namespace bench
 }  // namespace youbot_base_sim

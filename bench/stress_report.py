@@ -1,8 +1,10 @@
 """What the stress suite requires, and its report. A run is a row of stress.csv: a dictionary of what was measured."""
 
+import csv
 import math
 from itertools import groupby
 
+import report
 from report import table
 from stress_cells import RANDOM_GROUP
 
@@ -46,140 +48,143 @@ looked for only where halving moves the end by more than tol S. 1.8e-5 J and 1 m
 The numbers below are measured over allowed: up to 1 is right. `stress.csv` has every run.
 """
 
-# Columns of stress.csv besides the counters of the integration: numbers but for the words of the first line.
-WORDS = ["group", "cell", "build", "ending", "message", "outcome"]
-NUMBERS = ["tolerance", "duration", "reached", "cpu_time", "base_cpu_time", "slowest_ms", "slowest_ms_at", "ms_99_9",
-           "late_ms", "energy_error", "energy", "path", "halving", "echo", "amplification_minus", "amplification_plus",
-           "x", "y", "psi", "hundredth_distance", "hundredth_heading", "switches_per_s", "cost_ratio", "ms_ratio",
-           "energy_ratio", "halving_ratio", "held_ratio"]
+# Columns of stress.csv besides the counters of the integration: numbers but for WORDS.
+COLUMNS = ("group cell tolerance build ending message outcome duration reached cpu_time base_cpu_time slowest_ms "
+           "slowest_ms_at ms_99_9 late_ms energy_error energy path halving echo amplification_minus amplification_plus "
+           "x y psi hundredth_distance hundredth_heading switches_per_s cost_ratio ms_ratio energy_ratio halving_ratio "
+           "held_ratio").split()
+WORDS = ("group", "cell", "build", "ending", "message", "outcome")
 
 
-def number(row, key):
-    return row.get(key, math.nan)
+class Row(dict):
+    """What was measured of a run; what was not is not a number."""
 
+    def __missing__(self, key):
+        return math.nan
 
-def counters(row):
-    return [key for key in row if key not in WORDS and key not in NUMBERS]
+    @property
+    def full_name(self):
+        return f"{self['group']}/{self['cell']}"
 
+    @property
+    def is_fast(self):
+        return self["switches"] > FAST * self["reached"]
 
-def switch_rate(row):
-    return row["switches"] / row["reached"] if row.get("reached") else math.nan
+    @property
+    def permitted_distance(self):
+        """How far the end may move with half the tolerance, m, if the motion does not amplify."""
+        return self["tolerance"] * (self["path"] + SMALLEST)
 
+    @property
+    def amplification(self):
+        """What both neighbours show: the lesser of the two."""
+        sides = self["amplification_minus"], self["amplification_plus"]
+        return math.nan if any(map(math.isnan, sides)) else min(sides)
 
-def is_fast(row):
-    return switch_rate(row) > FAST
+    @property
+    def is_sensitive(self):
+        return 1 < self["halving_ratio"] <= self.amplification
 
+    def judge(self):
+        """Adds what was measured over what is allowed, and the outcome: holds, explained or fails."""
+        self["switches_per_s"] = self["switches"] / self["reached"] if self["reached"] else math.nan
+        permitted = self["duration"] if self.is_fast else MAX_TIMES_BASE * self["base_cpu_time"]
+        self["cost_ratio"] = self["cpu_time"] / max(MIN_PERMITTED, permitted)
+        self["ms_ratio"] = self["slowest_ms"] / MAX_MS
+        self["energy_ratio"] = self["energy_error"] / (self["tolerance"] * (self["energy"] + SMALLEST_ENERGY))
+        self["halving_ratio"] = self["halving"] / self.permitted_distance
+        compared = self["hundredth_distance"] >= 0 and self["shared_contacts"] > 0
+        self["held_ratio"] = self["hundredth_distance"] / MAX_HELD_ERROR if compared else 0.0
+        self["outcome"] = "fails" if self.failures() else "holds" if self["halving_ratio"] <= 1 else "explained"
 
-def permitted_distance(row):
-    """How far the end may move with half the tolerance, m, if the motion does not amplify."""
-    return row["tolerance"] * (row["path"] + SMALLEST)
-
-
-def times_held(row):
-    """Times that a wheel was held between two rollers, by whatever name it is counted."""
-    words = ("shared", "held", "sliding")
-    told = [row[key] for key in counters(row) if any(word in key for word in words)]
-    return sum(told) if told else math.nan
-
-
-def amplification(row):
-    """What both neighbours show: the lesser of the two."""
-    sides = number(row, "amplification_minus"), number(row, "amplification_plus")
-    return math.nan if any(map(math.isnan, sides)) else min(sides)
-
-
-def judge(row):
-    """Adds what was measured over what is allowed, and the outcome: holds, explained or fails."""
-    row["switches_per_s"] = switch_rate(row)
-    permitted = row["duration"] if is_fast(row) else MAX_TIMES_BASE * row["base_cpu_time"]
-    row["cost_ratio"] = number(row, "cpu_time") / max(MIN_PERMITTED, permitted)
-    row["ms_ratio"] = number(row, "slowest_ms") / MAX_MS
-    row["energy_ratio"] = number(row, "energy_error") / (row["tolerance"] * (number(row, "energy") + SMALLEST_ENERGY))
-    row["halving_ratio"] = number(row, "halving") / permitted_distance(row) if "path" in row else math.nan
-    held = number(row, "hundredth_distance") if number(row, "hundredth_distance") >= 0 and times_held(row) > 0 else 0
-    row["held_ratio"] = held / MAX_HELD_ERROR
-    row["outcome"] = "fails" if failures(row) else "holds" if row["halving_ratio"] <= 1 else "explained"
-
-
-def failures(row):
-    """The requirements that a run fails, in words."""
-    if row["ending"] in ("refused", "failed", "not finite"):
-        return [f"{row['ending']}: {row['message']}"]
-    words = []
-    if row["ending"] != "finished":
-        reached = f"at {row['reached']:.4g} of {row['duration']:g} s" if "reached" in row else row["message"]
-        words.append(f"{row['ending']} {reached}".strip())
-    elif not row["cost_ratio"] <= 1:
-        words.append(f"cost {row['cost_ratio']:.4g} times")
-    if row["ms_ratio"] > 1 or (row["ending"] == "finished" and math.isnan(row["ms_ratio"])):
-        words.append(f"1 ms {row['ms_ratio']:.4g} times")
-    if row["ending"] != "finished":
+    def failures(self):
+        """The requirements that the run fails, in words."""
+        ending = self["ending"]
+        if ending in ("refused", "failed", "not finite"):
+            return [f"{ending}: {self['message']}"]
+        if ending != "finished":
+            reached = f"at {self['reached']:.4g} of {self['duration']:g} s" if "reached" in self else self["message"]
+            slow = [f"1 ms {self['ms_ratio']:.4g} times"] if self["ms_ratio"] > 1 else []
+            return [f"{ending} {reached}".strip(), *slow]
+        words = [f"{name} {self[key]:.4g} times"
+                 for name, key in (("cost", "cost_ratio"), ("1 ms", "ms_ratio"), ("energy", "energy_ratio"))
+                 if not self[key] <= 1]
+        if math.isnan(self["halving_ratio"]):
+            words.append("halving: a run to compare with did not finish")
+        elif self["halving_ratio"] > 1 and not self.is_sensitive:
+            A = self.amplification
+            words.append(f"halving {self['halving_ratio']:.4g} times (A {'unknown' if math.isnan(A) else f'{A:.2g}'})")
+        if self["held_ratio"] > 1:
+            words.append(f"held wheel {self['held_ratio']:.3g} times")
         return words
-    if not row["energy_ratio"] <= 1:
-        words.append(f"energy {row['energy_ratio']:.4g} times")
-    if math.isnan(row["halving_ratio"]):
-        words.append("halving: a run to compare with did not finish")
-    elif row["halving_ratio"] > 1 and not row["halving_ratio"] <= amplification(row):
-        A = amplification(row)
-        shown = "unknown" if math.isnan(A) else f"{A:.2g}"
-        words.append(f"halving {row['halving_ratio']:.4g} times (A {shown})")
-    if row["held_ratio"] > 1:
-        words.append(f"held wheel {row['held_ratio']:.3g} times")
-    return words
+
+
+def csv_text(rows):
+    """One line for each cell and tolerance."""
+    return report.csv_text(COLUMNS + counter_names(rows), rows, 10)
+
+
+def read_rows(path):
+    """Reads back what `csv_text` wrote."""
+    with open(path, newline="") as file:
+        for line in csv.DictReader(file):
+            yield Row({key: value if key in WORDS else float(value) for key, value in line.items()
+                       if key in WORDS or value})
 
 
 def ratio(value):
     return "-" if math.isnan(value) else f"{value:.3g}" if value <= 1 else f"**{value:.3g}**"
 
 
-def worst(rows, value):
-    return max((v for v in map(value, rows) if not math.isnan(v)), default=math.nan)
+def shown(text, value):
+    return "-" if math.isnan(value) else text.format(value)
+
+
+def worst(values):
+    return max((value for value in values if not math.isnan(value)), default=math.nan)
 
 
 def lines(rows):
     """The rows of each line of the summary: of a cell, or of all random runs."""
     return [(name, list(of_line)) for name, of_line in groupby(
-        rows, lambda row: RANDOM_GROUP if row["group"] == RANDOM_GROUP else f"{row['group']}/{row['cell']}")]
+        rows, lambda row: RANDOM_GROUP if row["group"] == RANDOM_GROUP else row.full_name)]
+
+
+def cell_line(name, rows):
+    most = {key: worst(row[key] for row in rows) for key in COLUMNS if key not in WORDS}
+    finished = sum(row["ending"] == "finished" for row in rows)
+    holding = sum(row["outcome"] != "fails" for row in rows)
+    sensitive = sum(row.is_sensitive for row in rows)
+    return [name, f"{finished} of {len(rows)}" if finished == len(rows) else f"**{finished} of {len(rows)}**",
+            ratio(most["cost_ratio"]), ratio(most["ms_ratio"]), shown("{:.2g} ms", 1e3 * most["ms_99_9"]),
+            ratio(most["energy_ratio"]),
+            ratio(most["halving_ratio"]) + (f", {sensitive} sensitive" if sensitive else ""),
+            shown("{:.2g}", worst(row.amplification for row in rows)), shown("{:.1e} m", most["echo"]),
+            "all" if holding == len(rows) else f"{holding} of {len(rows)}"]
 
 
 def cell_table(rows):
-    def line(name, of_line):
-        def column(key):
-            return worst(of_line, lambda row: number(row, key))
-
-        def count(what):
-            return sum(map(what, of_line))
-
-        def of(n):
-            return f"{n} of {len(of_line)}"
-
-        def shown(text, value):
-            return "-" if math.isnan(value) else text.format(value)
-
-        finished, holding = count(lambda row: row["ending"] == "finished"), count(lambda row: row["outcome"] != "fails")
-        sensitive = count(lambda row: row["halving_ratio"] > 1 and row["halving_ratio"] <= amplification(row))
-        return [name, of(finished) if finished == len(of_line) else f"**{of(finished)}**", ratio(column("cost_ratio")),
-                ratio(column("ms_ratio")), shown("{:.2g} ms", 1e3 * column("ms_99_9")), ratio(column("energy_ratio")),
-                ratio(column("halving_ratio")) + (f", {sensitive} sensitive" if sensitive else ""),
-                shown("{:.2g}", worst(of_line, amplification)), shown("{:.1e} m", column("echo")),
-                "all" if holding == len(of_line) else of(holding)]
-
     return table(["cell", "finished", "cost", "slowest ms", "its 99.9 %", "energy", "halving", "A", "echo", "all hold"],
-                 [line(*item) for item in lines(rows)])
+                 [cell_line(*item) for item in lines(rows)])
+
+
+def section(title, head, rows):
+    """A table with its title, if there is anything in it."""
+    return f"\n## {title}\n\n{table(head, rows)}" if rows else ""
 
 
 def failure_table(rows):
-    failed = [[f"{row['group']}/{row['cell']}", f"{row['tolerance']:g}", "; ".join(failures(row))]
-              for row in rows if row["outcome"] == "fails"]
-    return "\n## What does not hold\n\n" + table(["cell", "tol", ""], failed) if failed else ""
+    return section("What does not hold", ["cell", "tol", ""], [
+        [row.full_name, f"{row['tolerance']:g}", "; ".join(row.failures())]
+        for row in rows if row["outcome"] == "fails"])
 
 
 def explained_table(rows):
-    explained = [[f"{row['group']}/{row['cell']}", f"{row['tolerance']:g}", f"{row['halving_ratio']:.4g}",
-                  f"{row['amplification_minus']:.3g}", f"{row['amplification_plus']:.3g}", f"{row['echo']:.1e} m"]
-                 for row in rows if row["outcome"] == "explained"]
-    head = ["cell", "tol", "halving", "A, turned less", "A, turned more", "echo"]
-    return "\n## Explained by a sensitive motion\n\n" + table(head, explained) if explained else ""
+    return section("Explained by a sensitive motion",
+                   ["cell", "tol", "halving", "A, turned less", "A, turned more", "echo"],
+                   [[row.full_name, f"{row['tolerance']:g}", f"{row['halving_ratio']:.4g}",
+                     f"{row['amplification_minus']:.3g}", f"{row['amplification_plus']:.3g}", f"{row['echo']:.1e} m"]
+                    for row in rows if row["outcome"] == "explained"])
 
 
 def held_table(rows, torques):
@@ -187,11 +192,10 @@ def held_table(rows, torques):
     compared = [row for row in rows if "hundredth_distance" in row]
     if not compared:
         return ""
-    held = [row for row in compared if times_held(row) > 0]
+    held = [row for row in compared if row["shared_contacts"] > 0]
     within = sum(row["held_ratio"] <= 1 for row in held)
-    free = [row for row in compared if row not in held]
-    distance = worst(free, lambda row: row["hundredth_distance"])
-    others = f" Of the others, the largest such\ndistance is {distance:.1e} m." if free else ""
+    distance = worst(row["hundredth_distance"] for row in compared if row not in held)
+    others = shown(" Of the others, the largest such\ndistance is {:.1e} m.", distance)
     text = f"""
 ## A wheel held between two rollers
 
@@ -202,8 +206,9 @@ position of {within} of these is within 1e-5 m of the run at a hundredth of the 
         return text
     head = ["run", "torque fl, fr, bl, br, N m", "times held", "distance, m", "heading, rad", "within"]
     return text + "\n" + table(head, [
-        [row["cell"], torques[row["cell"]], f"{times_held(row):g}", f"{row['hundredth_distance']:.2e}",
-         f"{row['hundredth_heading']:.2e}", "yes" if row["held_ratio"] <= 1 else "**no**"] for row in held])
+        [row["cell"], ", ".join(f"{x:+.4f}" for x in torques[row["cell"]]), f"{row['shared_contacts']:g}",
+         f"{row['hundredth_distance']:.2e}", f"{row['hundredth_heading']:.2e}",
+         "yes" if row["held_ratio"] <= 1 else "**no**"] for row in held])
 
 
 def base_table(rows):
@@ -216,7 +221,7 @@ def base_table(rows):
 
 
 def counter_names(rows):
-    return list(dict.fromkeys(name for row in rows for name in counters(row)))
+    return list(dict.fromkeys(key for row in rows for key in row if key not in COLUMNS))
 
 
 def counter_table(rows):
@@ -225,33 +230,13 @@ def counter_table(rows):
     tolerance = DEFAULT_TOLERANCE if DEFAULT_TOLERANCE in ran else rows[0]["tolerance"]
     at = [row for row in rows if row["tolerance"] == tolerance]
     names = counter_names(at)
-    return f"\n## Counters at {tolerance:g}\n\n" + table(
-        ["cell", *names],
-        [[line] + [f"{sum(row[name] for row in of_line if name in row):.0f}"
-                   if any(name in row for row in of_line) else "-" for name in names] for line, of_line in lines(at)])
-
-
-def csv_text(rows):
-    """One line for each cell and tolerance."""
-    columns = WORDS[:2] + NUMBERS[:1] + WORDS[2:] + NUMBERS[1:] + counter_names(rows)
-
-    def text(value):
-        if isinstance(value, str):
-            return '"' + value.replace('"', "'") + '"' if value and not value.isidentifier() else value
-        return f"{value:.10g}" if isinstance(value, float) else str(value)
-
-    return "\n".join([",".join(columns), *(",".join(text(row.get(key, "")) for key in columns) for row in rows)]) + "\n"
-
-
-def read_rows(lines_of_csv):
-    """Reads back what `csv_text` wrote, from csv.DictReader's rows."""
-    for line in lines_of_csv:
-        given = {key: value for key, value in line.items() if key in WORDS or value != ""}
-        yield {key: value if key in WORDS else float(value) for key, value in given.items()}
+    return section(f"Counters at {tolerance:g}", ["cell", *names], [
+        [line, *(f"{sum(row[name] for row in told):.0f}" if (told := [row for row in of_line if name in row]) else "-"
+                 for name in names)] for line, of_line in lines(at)])
 
 
 def markdown(rows, torques):
-    """The report; `torques` of the random runs by their names, as text."""
+    """The report; `torques` (N m) of the random runs by their names."""
     failed = sum(row["outcome"] == "fails" for row in rows)
     explained = sum(row["outcome"] == "explained" for row in rows)
     head = f"# Stress suite\n\n{len(rows) - failed - explained} of {len(rows)} runs hold all requirements"

@@ -1,11 +1,13 @@
 #include <arkode/arkode_arkstep.h>
 #include <cvode/cvode.h>
 #include <nvector/nvector_serial.h>
-#include <sundials/sundials_version.h>
 #include <sunlinsol/sunlinsol_dense.h>
 #include <sunmatrix/sunmatrix_dense.h>
 
-#include "slip_problem.h"
+#include <memory>
+
+#include "solver.h"
+#include "youbot_base_sim/integration/slip_system.h"
 
 // What CVODE and ARKODE leave to the user was chosen by trial, for the highest accuracy in the time.
 
@@ -14,30 +16,110 @@ namespace bench {
 
 namespace {
 
-constexpr int kSize = SlipProblem::kSize;
-constexpr long kMaxStepsPerRow = 2000000;
+/// The functions that CVODE and ARKODE have in common, by their names in one of them.
+struct Package {
+  using Counter = int (*)(void*, long*);
+  void* (*create)(SUNContext, CVRhsFn, N_Vector);
+  void (*destroy)(void**);
+  int (*set_user_data)(void*, void*);
+  int (*set_tolerances)(void*, realtype, N_Vector);
+  int (*set_linear_solver)(void*, SUNLinearSolver, SUNMatrix);
+  int (*set_jacobian)(void*, CVLsJacFn);
+  int (*set_convergence)(void*, realtype);
+  int (*set_max_steps)(void*, long);
+  int (*set_roots)(void*, int, CVRootFn);
+  int (*set_root_directions)(void*, int*);
+  int (*set_stop_time)(void*, realtype);
+  int (*advance)(void*, realtype, N_Vector, realtype*, int);
+  int (*roots)(void*, int*);
+  int (*restart)(void*, realtype, N_Vector);
+  Counter steps, inaccurate_steps, unsolved_steps, factorizations;
+};
 
-// Of the tolerance, when Newton's iteration ends. With the default, 0.1, both are ten times less accurate in the same
-// time: an error that is small in velocities is large in the rollers' accelerations.
-constexpr double kConvergence = 0.01;
+void* create_cvode(SUNContext context, CVRhsFn derivative, N_Vector y) {
+  void* memory = CVodeCreate(CV_BDF, context);
+  CVodeInit(memory, derivative, 0, y);
+  return memory;
+}
 
-void say_nothing(int, const char*, const char*, char*, void*) {}
+template <ARKODE_DIRKTableID table>
+void* create_arkode(SUNContext context, CVRhsFn derivative, N_Vector y) {
+  void* memory = ARKStepCreate(nullptr, derivative, 0, y, context);
+  ARKStepSetTableNum(memory, table, ARKODE_ERK_NONE);
+  ARKStepSetInterpolantType(memory, ARK_INTERP_LAGRANGE);  // the other, Hermite, is not for stiff problems
+  // Otherwise what Newton's iteration leaves, times the rollers' 1e7/s, counts as an error: hundreds of times the
+  // steps.
+  ARKStepSetDeduceImplicitRhs(memory, SUNTRUE);
+  ARKStepSetPredictorMethod(memory, 1);
+  ARKStepSetMaxNonlinIters(memory, 6);
+  ARKStepSetLSetupFrequency(memory, 1);  // a Jacobian for each step saves more iterations than it costs
+  return memory;
+}
 
-/// What CVODE and ARKODE share: vectors, matrix, callbacks, and the way from switch to switch.
+int set_arkode_linear_solver(void* memory, SUNLinearSolver solver, SUNMatrix A) {
+  ARKStepSetLinearSolver(memory, solver, A);
+  return ARKStepSetJacEvalFrequency(memory, 1);
+}
+
+int restart_arkode(void* memory, realtype t, N_Vector y) {
+  ARKStepReset(memory, t, y);
+  return ARKStepSetInitStep(memory, 0);  // found anew
+}
+
+// clang-format off
+const Package kCvode = {
+    create_cvode, CVodeFree, CVodeSetUserData, CVodeSVtolerances, CVodeSetLinearSolver,
+    CVodeSetJacFn, CVodeSetNonlinConvCoef, CVodeSetMaxNumSteps, CVodeRootInit, CVodeSetRootDirection,
+    CVodeSetStopTime, CVode, CVodeGetRootInfo, CVodeReInit,
+    CVodeGetNumSteps, CVodeGetNumErrTestFails, CVodeGetNumStepSolveFails, CVodeGetNumLinSolvSetups};
+
+template <ARKODE_DIRKTableID table>
+const Package kArkode = {
+    create_arkode<table>, ARKStepFree, ARKStepSetUserData, ARKStepSVtolerances,
+    set_arkode_linear_solver, ARKStepSetJacFn, ARKStepSetNonlinConvCoef, ARKStepSetMaxNumSteps, ARKStepRootInit,
+    ARKStepSetRootDirection, ARKStepSetStopTime, ARKStepEvolve, ARKStepGetRootInfo, restart_arkode,
+    ARKStepGetNumSteps, ARKStepGetNumErrTestFails, ARKStepGetNumStepSolveFails, ARKStepGetNumLinSolvSetups};
+// clang-format on
+
+static_assert(SUNDIALS_VERSION_MAJOR == 6, "other versions have other functions");
+static_assert(CV_ROOT_RETURN == ARK_ROOT_RETURN && CV_NORMAL == ARK_NORMAL, "Integrator takes the one for the other");
+
+/// A SlipSystem as SUNDIALS integrates it: a vector of numbers, smooth between switches and between the segments of the
+/// torque. It leaves out work and roller angles of a State, on which nothing depends, and counts phi from the middle of
+/// the roller in contact, so that a relative tolerance does not loosen as the wheels turn.
+template <class Law>
 class Integrator {
  public:
-  Integrator(SlipProblem& problem, const Task& task)
-      : tolerance_(task.scene.solver.relative_tolerance), problem_(problem), task_(task) {
-    if (SUNContext_Create(nullptr, &context_) != 0) throw RunFailure("no SUNContext");
-    y_ = N_VNew_Serial(kSize, context_);
-    absolute_ = N_VNew_Serial(kSize, context_);
-    A_ = SUNDenseMatrix(kSize, kSize, context_);
-    solver_ = SUNLinSol_Dense(y_, A_, context_);
-    problem.put_initial(task.scene.initial, y());
-    for (int k = 0; k < kSize; ++k) NV_DATA_S(absolute_)[k] = tolerance_ * smallest_size(k);
-    std::fill(std::begin(upwards_), std::end(upwards_), +1);
+  Integrator(const Task& task, const Package& package)
+      : task_(task), package_(package), torque_(make_torque_profile(task.scene)) {
+    if (!torque_) throw RunFailure("the scene's drive is not a torque");
+    const Scene& scene = task.scene;
+    const TorqueProfile& torque = scene.solver.control_period > 0 ? held_ : *torque_;
+    system_ = std::make_unique<SlipSystem<Law>>(SlipModel<Law>(scene.robot, scene.floor), torque, scene.initial);
+    State start = scene.initial;
+    start.phi() -= middle();
+    for (int k = 0; k < kSize; ++k) {
+      NV_DATA_S(y_)[k] = start.begin()[kIndices[k]];
+      // Below it a component's error counts absolutely: m, rad, m/s, rad/s.
+      const double smallest_size = k < kDphi ? 0.1 : k < kDgamma ? 1 : 10;
+      NV_DATA_S(absolute_)[k] = scene.solver.relative_tolerance * smallest_size;
+    }
+    memory_ = package_.create(context_, derivative, y_);
+    package_.set_tolerances(memory_, scene.solver.relative_tolerance, absolute_);
+    package_.set_user_data(memory_, this);
+    package_.set_linear_solver(memory_, solver_, A_);
+    package_.set_jacobian(memory_, jacobian);
+    package_.set_roots(memory_, 2 * kWheels, edges);
+    std::array<int, 2 * kWheels> outwards;
+    outwards.fill(+1);
+    package_.set_root_directions(memory_, outwards.data());
+    // Of the tolerance, when Newton's iteration ends. With the default, 0.1, both are ten times less accurate in the
+    // same time: an error that is small in velocities is large in the rollers' accelerations.
+    package_.set_convergence(memory_, 0.01);
+    package_.set_max_steps(memory_, 2000000);  // for each row
   }
-  virtual ~Integrator() {
+  ~Integrator() {
+    package_.destroy(&memory_);
     SUNLinSolFree(solver_);
     SUNMatDestroy(A_);
     N_VDestroy(absolute_);
@@ -50,201 +132,148 @@ class Integrator {
   /// Goes from switch to switch and from one segment of torque to the next, started anew at each as the manuals ask;
   /// rows come from the dense output.
   Run run() {
-    Run run;
-    const double end = task_.times.back();
-    double t = 0, segment_end = std::min(end, problem_.begin_segment(0));
-    stop_at(segment_end);
-    while (run.rows.size() < task_.times.size()) {
-      const double row = task_.times[run.rows.size()];
+    double t = 0, segment_end = begin_segment(0);
+    package_.set_stop_time(memory_, segment_end);
+    while (run_.rows.size() < task_.times.size()) {
+      const double row = task_.times[run_.rows.size()];
       if (row <= t) {
-        run.rows.push_back(problem_.state(y()));
+        run_.rows.push_back(state(y_));
         continue;
       }
-      if (t >= end) break;
-      const int flag = advance(t, std::min(row, segment_end));
-      if (task_.is_spent(problem_.statistics)) throw RunFailure("too much work by t = " + std::to_string(t) + " s");
+      const int flag = package_.advance(memory_, std::min(row, segment_end), y_, &t, CV_NORMAL);
+      if (task_.is_spent(run_.statistics)) throw RunFailure("too much work by t = " + std::to_string(t) + " s");
       if (flag < 0) throw RunFailure("gave up (" + std::to_string(flag) + ") at t = " + std::to_string(t) + " s");
-      const bool root = flag == CV_ROOT_RETURN;
-      if (root) hand_over();
-      if (!root && t < segment_end) continue;
-      if (!root && row <= t) run.rows.push_back(problem_.state(y()));
-      if (!root && t < end) segment_end = std::min(end, problem_.begin_segment(t));
-      restart(t);
-      stop_at(segment_end);
+      if (flag == CV_ROOT_RETURN) {
+        hand_over();
+      } else if (t >= segment_end) {
+        segment_end = begin_segment(t);
+      } else {
+        continue;
+      }
+      // CVODE sets its counters back, ARKODE does not.
+      count(+1);
+      package_.restart(memory_, t, y_);
+      count(-1);
+      package_.set_stop_time(memory_, segment_end);
     }
-    count();
-    run.statistics = problem_.statistics;
-    run.jacobians = problem_.jacobians;
-    return run;
+    count(+1);
+    return run_;
   }
 
- protected:
-  virtual int advance(double& t, double t_row) = 0;
-  virtual void stop_at(double t) = 0;
-  virtual void roots(int* found) = 0;
-  virtual void restart(double t) = 0;
-  virtual void count() = 0;
+ private:
+  static constexpr std::array<int, 18> kIndices = {0, 1, 2, 4, 5, 6, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19};
+  static constexpr int kSize = kIndices.size(), kPhi = 6, kDphi = 10, kDgamma = 14;
 
-  static constexpr int kRoots = 2 * kWheels;
+  static Integrator& of(void* self) { return *static_cast<Integrator*>(self); }
 
   static int derivative(realtype t, N_Vector y, N_Vector dydt, void* self) {
-    const Integrator& integrator = of(self);
-    integrator.problem_.derivative(t, NV_DATA_S(y), NV_DATA_S(dydt));
-    return integrator.task_.is_spent(integrator.problem_.statistics) ? -1 : 0;
+    Integrator& integrator = of(self);
+    ++integrator.run_.statistics.evaluations;
+    State dxdt;
+    (*integrator.system_)(integrator.state(y), dxdt, t);
+    for (int k = 0; k < kSize; ++k) NV_DATA_S(dydt)[k] = dxdt.begin()[kIndices[k]];
+    return integrator.task_.is_spent(integrator.run_.statistics) ? -1 : 0;
   }
   static int jacobian(realtype t, N_Vector y, N_Vector, SUNMatrix J, void* self, N_Vector, N_Vector, N_Vector) {
-    of(self).problem_.jacobian(t, NV_DATA_S(y), SM_DATA_D(J));
+    Integrator& integrator = of(self);
+    ++integrator.run_.jacobians;
+    Eigen::Matrix<double, State::kSize, State::kSize> all;
+    State rate;
+    integrator.system_->jacobian(integrator.state(y), all, t, rate);
+    Eigen::Map<Eigen::Matrix<double, kSize, kSize>>(SM_DATA_D(J)) = all(kIndices, kIndices);
     return 0;
   }
   // Below zero on the roller, for its upper edges, then its lower ones.
   static int edges(realtype, N_Vector y, realtype* progress, void* self) {
-    const double edge = of(self).problem_.half_pitch();
+    const double edge = of(self).half_pitch();
     for (int i = 0; i < kWheels; ++i) {
-      progress[i] = NV_DATA_S(y)[SlipProblem::kPhi + i] - edge;
-      progress[kWheels + i] = -NV_DATA_S(y)[SlipProblem::kPhi + i] - edge;
+      progress[i] = NV_DATA_S(y)[kPhi + i] - edge;
+      progress[kWheels + i] = -NV_DATA_S(y)[kPhi + i] - edge;
     }
     return 0;
   }
 
-  double* y() { return NV_DATA_S(y_); }
-
-  double tolerance_;
-  SlipProblem& problem_;
-  const Task& task_;
-  SUNContext context_ = nullptr;
-  N_Vector y_, absolute_;
-  SUNMatrix A_;
-  SUNLinearSolver solver_;
-  int upwards_[kRoots];  // roots count where the edge is passed outwards
-
- private:
-  // Below it, a component's error counts absolutely: m, rad, m/s, rad/s.
-  static double smallest_size(int k) { return k < SlipProblem::kDphi ? 0.1 : k < SlipProblem::kDgamma ? 1 : 10; }
-
-  static Integrator& of(void* self) { return *static_cast<Integrator*>(self); }
+  /// Begins the segment of the torque that holds at time t, s; returns where it ends, or the run does, s.
+  double begin_segment(double t) {
+    const double period = task_.scene.solver.control_period, end = task_.times.back();
+    if (!(period > 0)) return std::min(end, torque_->begin_segment(t));
+    // k * period rather than a sum, as Simulation does; a drive sampled at t must not miss a segment by rounding.
+    const auto k = static_cast<std::int64_t>(t / period + 1e-6);
+    torque_->begin_segment(t + 1e-6 * period);
+    held_.set(torque_->value(t));
+    return std::min(end, static_cast<double>(k + 1) * period);
+  }
 
   void hand_over() {
-    int found[kRoots];
-    roots(found);
-    for (int i = 0; i < kWheels; ++i) {
-      if (found[i] > 0) problem_.hand_over(i, +1, y());
-      if (found[kWheels + i] > 0) problem_.hand_over(i, -1, y());
+    std::array<int, 2 * kWheels> found;
+    package_.roots(memory_, found.data());
+    for (int k = 0; k < 2 * kWheels; ++k) {
+      if (found[k] <= 0) continue;
+      const int i = k % kWheels, direction = k < kWheels ? +1 : -1;
+      ++run_.statistics.switches;
+      State x = state(y_);
+      system_->hand_over(i, system_->roller(i) + direction, x);
+      // The other wheels stay as they are to the bit, for a rounding error may carry them past an edge unseen.
+      NV_DATA_S(y_)[kPhi + i] = -direction * half_pitch();
+      NV_DATA_S(y_)[kDgamma + i] = x.dgamma()[i];
     }
   }
+
+  void count(int sign) {
+    const auto add = [&](Package::Counter counter, std::uint64_t& sum) {
+      long n = 0;
+      counter(memory_, &n);
+      sum += static_cast<std::uint64_t>(sign * n);
+    };
+    add(package_.steps, run_.statistics.steps);
+    add(package_.inaccurate_steps, run_.statistics.rejected_steps);
+    add(package_.unsolved_steps, run_.statistics.rejected_steps);
+    add(package_.factorizations, run_.statistics.factorizations);
+  }
+
+  double half_pitch() const { return 0.5 * system_->model().geometry().pitch(); }  // |phi| at the edges of a roller
+  Wheels middle() const { return 0.5 * (system_->lower_edge() + system_->upper_edge()); }
+
+  State state(N_Vector y) const {
+    State x;
+    for (int k = 0; k < kSize; ++k) x.begin()[kIndices[k]] = NV_DATA_S(y)[k];
+    x.phi() += middle();
+    return x;
+  }
+
+  static SUNContext make_context() {
+    SUNContext context = nullptr;
+    if (SUNContext_Create(nullptr, &context) != 0) throw RunFailure("no SUNContext");
+    return context;
+  }
+
+  const Task& task_;
+  const Package& package_;
+  std::unique_ptr<TorqueProfile> torque_;
+  HeldTorque held_;
+  std::unique_ptr<SlipSystem<Law>> system_;
+  Run run_;
+  SUNContext context_ = make_context();
+  N_Vector y_ = N_VNew_Serial(kSize, context_), absolute_ = N_VNew_Serial(kSize, context_);
+  SUNMatrix A_ = SUNDenseMatrix(kSize, kSize, context_);
+  SUNLinearSolver solver_ = SUNLinSol_Dense(y_, A_, context_);
+  void* memory_ = nullptr;
 };
 
-class Cvode : public Integrator {
- public:
-  Cvode(SlipProblem& problem, const Task& task) : Integrator(problem, task), memory_(CVodeCreate(CV_BDF, context_)) {
-    CVodeSetErrHandlerFn(memory_, say_nothing, nullptr);
-    CVodeInit(memory_, derivative, 0, y_);
-    CVodeSVtolerances(memory_, tolerance_, absolute_);
-    CVodeSetUserData(memory_, static_cast<Integrator*>(this));
-    CVodeSetLinearSolver(memory_, solver_, A_);
-    CVodeSetJacFn(memory_, jacobian);
-    CVodeRootInit(memory_, kRoots, edges);
-    CVodeSetRootDirection(memory_, upwards_);
-    CVodeSetNoInactiveRootWarn(memory_);
-    CVodeSetNonlinConvCoef(memory_, kConvergence);
-    CVodeSetMaxNumSteps(memory_, kMaxStepsPerRow);
-  }
-  ~Cvode() override { CVodeFree(&memory_); }
-
- private:
-  int advance(double& t, double t_row) override { return CVode(memory_, t_row, y_, &t, CV_NORMAL); }
-  void stop_at(double t) override { CVodeSetStopTime(memory_, t); }
-  void roots(int* found) override { CVodeGetRootInfo(memory_, found); }
-  void restart(double t) override {
-    count();                      // CVodeReInit sets the counters back
-    CVodeReInit(memory_, t, y_);  // order 1 again; it finds its first step itself
-  }
-  void count() override {
-    long steps = 0, error_failures = 0, convergence_failures = 0, setups = 0;
-    CVodeGetNumSteps(memory_, &steps);
-    CVodeGetNumErrTestFails(memory_, &error_failures);
-    CVodeGetNumNonlinSolvConvFails(memory_, &convergence_failures);
-    CVodeGetNumLinSolvSetups(memory_, &setups);
-    problem_.statistics.steps += static_cast<std::uint64_t>(steps);
-    problem_.statistics.rejected_steps += static_cast<std::uint64_t>(error_failures + convergence_failures);
-    problem_.statistics.factorizations += static_cast<std::uint64_t>(setups);
-  }
-
-  void* memory_;
-};
-
-class Arkode : public Integrator {
- public:
-  Arkode(SlipProblem& problem, const Task& task, ARKODE_DIRKTableID table)
-      : Integrator(problem, task), memory_(ARKStepCreate(nullptr, derivative, 0, y_, context_)) {
-    ARKStepSetErrHandlerFn(memory_, say_nothing, nullptr);
-    ARKStepSetTableNum(memory_, table, ARKODE_ERK_NONE);
-    ARKStepSetInterpolantType(memory_, ARK_INTERP_LAGRANGE);  // the other, Hermite, is not for stiff problems
-    ARKStepSVtolerances(memory_, tolerance_, absolute_);
-    ARKStepSetUserData(memory_, static_cast<Integrator*>(this));
-    ARKStepSetLinearSolver(memory_, solver_, A_);
-    ARKStepSetJacFn(memory_, jacobian);
-    ARKStepRootInit(memory_, kRoots, edges);
-    ARKStepSetRootDirection(memory_, upwards_);
-    ARKStepSetNoInactiveRootWarn(memory_);
-    // Otherwise what Newton's iteration leaves, times the rollers' 1e7/s, counts as an error: hundreds of times the
-    // steps.
-    ARKStepSetDeduceImplicitRhs(memory_, SUNTRUE);
-    ARKStepSetPredictorMethod(memory_, 1);
-    ARKStepSetNonlinConvCoef(memory_, kConvergence);
-    ARKStepSetMaxNonlinIters(memory_, 6);
-    ARKStepSetLSetupFrequency(memory_, 1);  // a Jacobian for each step saves more iterations than it costs
-    ARKStepSetJacEvalFrequency(memory_, 1);
-    ARKStepSetMaxNumSteps(memory_, kMaxStepsPerRow);
-  }
-  ~Arkode() override { ARKStepFree(&memory_); }
-
- private:
-  int advance(double& t, double t_row) override { return ARKStepEvolve(memory_, t_row, y_, &t, ARK_NORMAL); }
-  void stop_at(double t) override { ARKStepSetStopTime(memory_, t); }
-  void roots(int* found) override { ARKStepGetRootInfo(memory_, found); }
-  void restart(double t) override {
-    ARKStepReset(memory_, t, y_);
-    ARKStepSetInitStep(memory_, 0);  // found anew
-  }
-  void count() override {
-    long attempts = 0, steps = 0, setups = 0;
-    ARKStepGetNumStepAttempts(memory_, &attempts);
-    ARKStepGetNumSteps(memory_, &steps);
-    ARKStepGetNumLinSolvSetups(memory_, &setups);
-    problem_.statistics.steps = static_cast<std::uint64_t>(steps);
-    problem_.statistics.rejected_steps = static_cast<std::uint64_t>(attempts - steps);
-    problem_.statistics.factorizations = static_cast<std::uint64_t>(setups);
-  }
-
-  void* memory_;
-};
-
-static_assert(CV_ROOT_RETURN == ARK_ROOT_RETURN, "run() takes the one for the other");
-
-std::unique_ptr<SlipProblem> make_problem(const Scene& scene) {
-  if (scene.model == Model::kCoulomb) return std::make_unique<SlipProblemOf<CoulombLaw>>(scene);
-  if (scene.model == Model::kViscous) return std::make_unique<SlipProblemOf<ViscousLaw>>(scene);
+Run run(const Task& task, const Package& package) {
+  if (task.scene.model == Model::kCoulomb) return Integrator<CoulombLaw>(task, package).run();
+  if (task.scene.model == Model::kViscous) return Integrator<ViscousLaw>(task, package).run();
   throw RunFailure("only models 2a and 2b are known here");
-}
-
-Run run_arkode(const Task& task, ARKODE_DIRKTableID table) {
-  return Arkode(*make_problem(task.scene), task, table).run();
 }
 
 }  // namespace
 
 std::map<std::string, Solver> sundials_solvers() {
   return {
-      {"cvode", [](const Task& task) { return Cvode(*make_problem(task.scene), task).run(); }},
-      {"arkode_4", [](const Task& task) { return run_arkode(task, ARKODE_ESDIRK436L2SA_6_3_4); }},
-      {"arkode_5", [](const Task& task) { return run_arkode(task, ARKODE_ARK548L2SA_DIRK_8_4_5); }},
+      {"cvode", [](const Task& task) { return run(task, kCvode); }},
+      {"arkode_4", [](const Task& task) { return run(task, kArkode<ARKODE_ESDIRK436L2SA_6_3_4>); }},
+      {"arkode_5", [](const Task& task) { return run(task, kArkode<ARKODE_ARK548L2SA_DIRK_8_4_5>); }},
   };
-}
-
-std::string sundials_version() {
-  char version[32] = "";
-  SUNDIALSGetVersion(version, sizeof version);
-  return version;
 }
 
 }  // namespace bench

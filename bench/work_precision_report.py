@@ -1,17 +1,18 @@
 """The report of scripts/work_precision: its CSV, and tables in Markdown."""
 
 import math
+import re
 import time
+from pathlib import Path
 
+import report
 from report import table
 from work_precision_runs import CONTESTANTS, LONG_ENOUGH, LONG_RUN, USEFUL_ERROR
 
-COLUMNS = ("scene,scene_title,contestant,contestant_title,setting_kind,setting,span_s,run_time_s,repeats,"
-           "run_time_per_simulated_s,real_time_factor,position_error_m,heading_error_rad,velocity_error_m_s,"
-           "yaw_rate_error_rad_s,wheel_rate_error_rad_s,roller_rate_error_rad_s,steps,rejected_steps,location_steps,"
-           "evaluations,jacobians,factorizations,switches,failure").split(",")
-COUNTS = COLUMNS[-8:-1]
-BY_KEY = {contestant.key: contestant for contestant in CONTESTANTS}
+CSV_COLUMNS = ("scene scene_title contestant contestant_title setting_kind setting span_s run_time_s repeats "
+               "run_time_per_simulated_s real_time_factor position_error_m heading_error_rad velocity_error_m_s "
+               "yaw_rate_error_rad_s wheel_rate_error_rad_s roller_rate_error_rad_s steps rejected_steps "
+               "location_steps evaluations jacobians factorizations switches failure").split()
 
 INTRODUCTION = """# Work-precision diagrams
 
@@ -56,6 +57,7 @@ which their errors are of; compare the run time per simulated second.
 """
 
 
+
 def seconds(t):
     return f"{1e3 * t:.2g} ms" if t < 0.0995 else f"{1e3 * t:.0f} ms" if t < 0.9995 else f"{t:.3g} s"
 
@@ -63,6 +65,45 @@ def seconds(t):
 def figures(x):
     """Three figures, without an exponent while that is short."""
     return f"{x:.0f}" if x >= 1000 else f"{x:.3g}"
+
+
+def setting(row):
+    return f"h = {row['setting']:g} s" if row["setting_kind"] == "step_s" else f"{row['setting']:g}"
+
+
+def span(row):
+    return f"{row['span_s']:g} s"
+
+
+# Columns of a listing: their heads, and how they are written.
+REFERENCE_COLUMNS = {"position_error_m": ("position", "{:.1e} m".format),
+                     "heading_error_rad": ("heading", "{:.1e} rad".format),
+                     "velocity_error_m_s": ("velocity", "{:.1e} m/s".format),
+                     "wheel_rate_error_rad_s": ("wheel rates", "{:.1e} rad/s".format)}
+EXPLICIT_COLUMNS = {"position_error_m": ("position", "{:.1e} m".format),
+                    "run_time_per_simulated_s": ("run time per simulated s", seconds),
+                    "real_time_factor": ("real time", lambda factor: f"{figures(factor)} x")}
+RUN_COLUMNS = {"run_time_s": ("run time", seconds), "run_time_per_simulated_s": ("per simulated s", seconds),
+               "position_error_m": ("position, m", "{:.1e}".format),
+               "heading_error_rad": ("heading, rad", "{:.1e}".format),
+               "velocity_error_m_s": ("velocity, m/s", "{:.1e}".format),
+               "wheel_rate_error_rad_s": ("wheel rates, rad/s", "{:.1e}".format),
+               "steps": ("steps", str), "rejected_steps": ("rejected", str), "location_steps": ("locating", str),
+               "evaluations": ("evaluations", str), "jacobians": ("Jacobians", str), "factorizations": ("LU", str),
+               "switches": ("switches", str)}
+HELD_COLUMNS = {"end_off_m": ("end off, m", "{:.1e}".format),
+                "position_error_m": ("largest distance, m", "{:.1e}".format), "switches": ("switches", str),
+                "run_time_s": ("run time, s", "{:.3f}".format)}
+
+
+def listing(head, columns, rows):
+    """A table of (cells under `head`, row): of each row its columns, or in the first of them why it failed."""
+    def cells(row):
+        if row["failure"]:
+            return [f"failed: {row['failure']}"] + [""] * (len(columns) - 1)
+        return [text(row[key]) if key in row else "-" for key, (_, text) in columns.items()]
+
+    return table([*head, *(title for title, _ in columns.values())], [[*lead, *cells(row)] for lead, row in rows])
 
 
 def time_within(rows, scene, contestant, error):
@@ -84,114 +125,69 @@ def time_within(rows, scene, contestant, error):
 
 
 def references_table(results):
-    rows = []
-    for scene in results.scenes:
-        reference = results.references[scene.key]
-        for title, check in reference["checks"]:
-            keys = {"position_error_m": "m", "heading_error_rad": "rad", "velocity_error_m_s": "m/s",
-                    "wheel_rate_error_rad_s": "rad/s"}
-            found = ([check["failure"], "", "", ""] if "failure" in check else
-                     [f"{check[key]:.1e} {unit}" for key, unit in keys.items()])
-            rows.append([scene.title, f"{reference['span']:g} s", str(reference["switches"]), reference["title"], title,
-                         *found])
-    return table(["scene", "simulated", "switches", "reference", "checked by", "position", "heading", "velocity",
-                  "wheel rates"], rows)
+    return listing(["scene", "simulated", "switches", "reference", "checked by"], REFERENCE_COLUMNS, [
+        ([scene.title, f"{reference['span']:g} s", str(reference["switches"]), reference["title"], title], check)
+        for scene in results.scenes for reference in [results.references[scene.key]]
+        for title, check in reference["checks"]])
+
+
+def comparison_table(results, heads, entry):
+    """A line for each contestant that is not explicit: `entry` of it for each of `heads`, by their titles."""
+    return table(["contestant", *heads], [[one.title, *(entry(one, head) for head in heads.values())]
+                                          for one in results.contestants if not one.explicit])
 
 
 def useful_table(results):
     """Run time, ratio to this package and real-time factor of each contestant on each scene."""
-    def entry(scene, contestant):
+    def entry(contestant, scene):
         reached = time_within(results.rows, scene, contestant, USEFUL_ERROR)
         if not reached:
             return "never"
-        own = time_within(results.rows, scene, BY_KEY["youbot_base_sim"], USEFUL_ERROR)
+        own = time_within(results.rows, scene, CONTESTANTS[0], USEFUL_ERROR)
         ratio = f"{reached[0] / own[0]:.3g}x, " if own else ""
         factor = figures(results.references[scene.key]["span"] / reached[0])
         return f"{reached[1]}{seconds(reached[0])}, {ratio}{factor} x real time"
 
-    return table(["contestant", *(scene.title for scene in results.scenes)],
-                 [[one.title, *(entry(scene, one) for scene in results.scenes)]
-                  for one in results.contestants if not one.explicit])
+    return comparison_table(results, {scene.title: scene for scene in results.scenes}, entry)
 
 
 def accuracy_table(results, scene):
     """How run time grows with accuracy."""
-    limits = [10.0**-n for n in range(2, 9)]
-
     def entry(contestant, error):
         reached = time_within(results.rows, scene, contestant, error)
         return f"{reached[1]}{seconds(reached[0])}" if reached else "-"
 
-    return table(["contestant", *(f"1e-{n} m" for n in range(2, 9))],
-                 [[one.title, *(entry(one, error) for error in limits)]
-                  for one in results.contestants if not one.explicit])
+    return comparison_table(results, {f"1e-{n} m": 10.0**-n for n in range(2, 9)}, entry)
 
 
-def growth_tables(results):
-    text = ""
-    for quantity, values, curves in results.growth:
-        rows = []
-        for contestant, setting, points in curves:
-            cells = [m["failure"] or f"{seconds(m['run_time_per_simulated_s'])} ({m['position_error_m']:.0e} m, "
-                     f"{m['switches']} switches)" for m in points]
-            rows.append([contestant.title, contestant.shown(setting), *cells])
-        text += "\n" + table([quantity, "tolerance", *values], rows)
-    return text
+def growth_table(quantity, values, curves):
+    def entry(row):
+        return row["failure"] or (f"{seconds(row['run_time_per_simulated_s'])} ({row['position_error_m']:.0e} m, "
+                                  f"{row['switches']} switches)")
+
+    return table([quantity, "tolerance", *values], [
+        [rows[0]["contestant_title"], setting(rows[0]), *map(entry, rows)] for rows in curves])
 
 
 def explicit_table(results):
-    rows = []
-    for scene in results.scenes:
-        for m in results.rows:
-            contestant = BY_KEY[m["contestant"]]
-            if m["scene"] == scene.key and contestant.explicit:
-                found = ([f"failed: {m['failure']}", "", ""] if m["failure"] else
-                         [f"{m['position_error_m']:.1e} m", seconds(m["run_time_per_simulated_s"]),
-                          f"{figures(m['real_time_factor'])} x"])
-                setting = contestant.shown(m["setting"])
-                rows.append([scene.title, contestant.title, setting, f"{m['span_s']:g} s", *found])
-    return table(["scene", "contestant", "tolerance or step", "span", "position", "run time per simulated s",
-                  "real time"], rows)
+    explicit = [one.key for one in results.contestants if one.explicit]
+    return listing(["scene", "contestant", "tolerance or step", "span"], EXPLICIT_COLUMNS, [
+        ([row["scene_title"], row["contestant_title"], setting(row), span(row)], row)
+        for row in results.rows if row["contestant"] in explicit])
 
 
 def runs_table(results, scene):
-    rows = []
-    for m in results.rows:
-        if m["scene"] == scene.key:
-            contestant = BY_KEY[m["contestant"]]
-            found = [f"failed: {m['failure']}", *[""] * 12] if m["failure"] else [
-                seconds(m["run_time_s"]), seconds(m["run_time_per_simulated_s"]),
-                *(f"{m[key]:.1e}" for key in ("position_error_m", "heading_error_rad", "velocity_error_m_s",
-                                              "wheel_rate_error_rad_s")),
-                *(str(m.get(key, "-")) for key in COUNTS)]
-            rows.append([contestant.title, contestant.shown(m["setting"]), f"{m['span_s']:g} s", *found])
-    return table(["contestant", "tolerance or step", "span", "run time", "per simulated s", "position, m",
-                  "heading, rad", "velocity, m/s", "wheel rates, rad/s", "steps", "rejected", "locating", "evaluations",
-                  "Jacobians", "LU", "switches"], rows)
+    return listing(["contestant", "tolerance or step", "span"], RUN_COLUMNS, [
+        ([row["contestant_title"], setting(row), span(row)], row)
+        for row in results.rows if row["scene"] == scene.key])
 
 
 def held_wheel_table(rows):
-    return table(["solver", "tolerance", "end off, m", "largest distance, m", "switches", "run time, s"],
-                 [[row["contestant"], f"{row['setting']:g}",
-                   *([row["failure"], "", ""] if row["failure"] else
-                     [f"{row['end_off_m']:.1e}", f"{row['position_error_m']:.1e}", str(row["switches"])]),
-                   f"{row['run_time_s']:.3f}"] for row in rows])
+    return listing(["solver", "tolerance"], HELD_COLUMNS, [([row["contestant"], setting(row)], row) for row in rows])
 
 
 def csv_text(rows):
-    def text(key, value):
-        if key in ("scene_title", "contestant_title") or (key == "failure" and value):
-            return f'"{value}"'
-        return f"{value:.6g}" if isinstance(value, float) else str(value)
-
-    lines = [",".join(COLUMNS), *(",".join(text(key, row.get(key, "")) for key in COLUMNS) for row in rows)]
-    return "\n".join(lines) + "\n"
-
-
-def processor():
-    with open("/proc/cpuinfo") as file:
-        names = (line.partition(":")[2].strip() for line in file if line.startswith("model name"))
-        return next(names, "unknown processor")
+    return report.csv_text(CSV_COLUMNS, rows, 6)
 
 
 def comparison(results):
@@ -202,8 +198,9 @@ def comparison(results):
 
 def markdown(results):
     about = results.about
-    machine = (f"{time.strftime('%Y-%m-%d', time.gmtime())}; {processor()}; {about['compiler']}, `{about['flags']}`: "
-               f"{about['instruction_set']}; {about['libraries']}.")
+    processor = re.findall(r"(?m)^model name\s*: (.*)", Path("/proc/cpuinfo").read_text()) or ["unknown processor"]
+    machine = (f"{time.strftime('%Y-%m-%d', time.gmtime())}; {processor[0]}; {about['compiler']}, `{about['flags']}`; "
+               f"{about['libraries']}.")
     if results.quick:
         machine += " A quick look, not for the record."
     numbers = {"useful": USEFUL_ERROR, "long_run": LONG_RUN, "long_enough": LONG_ENOUGH}
@@ -213,6 +210,6 @@ def markdown(results):
     text += "\n## How cost grows with accuracy\n\nRun time at which the largest position error comes down to:\n"
     text += "".join(f"\n{scene.title}:\n\n{accuracy_table(results, scene)}" for scene in results.scenes)
     if results.growth:
-        text += GROWTH + growth_tables(results)
+        text += GROWTH + "".join(f"\n{growth_table(*growth)}" for growth in results.growth)
     text += EXPLICIT + explicit_table(results) + "\n## All runs\n"
     return text + "".join(f"\n{scene.title}:\n\n{runs_table(results, scene)}" for scene in results.scenes)

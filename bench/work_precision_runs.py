@@ -7,15 +7,20 @@ import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent
+from program import ROOT
+
 TOLERANCES = [float(f"1e-{n}") for n in range(3, 11)]
 USEFUL_ERROR = 1e-5  # m, at which contestants are compared
 # A contestant's sweep ends after a run that takes longer, s; sooner once it is within USEFUL_ERROR.
 LONG_RUN, LONG_ENOUGH = 6.0, 2.5
 EXPLICIT_SPAN, QUICK_EXPLICIT_SPAN = 0.2, 0.05  # s of the scene that explicit methods run over
-FIXED_STEP = ("implicit_euler", "runge_kutta4")
+FIXED_STEP = ("implicit_euler", "runge_kutta4")  # solvers whose setting is a step, s; of the others a tolerance
 ROW_RATE = 20  # Hz
 REFERENCE_EVALUATIONS = 2e8  # of the right-hand side, that a reference may take
+# Solver and tolerance to measure with, then those to tell its error by: for the record, for a quick look, and to
+# compare contestants at USEFUL_ERROR, not checked by another.
+YARDSTICKS = {"record": [("cvode", 3e-14), ("arkode_5", 1e-10)], "quick": [("cvode", 1e-11), ("arkode_5", 1e-8)],
+              "comparison": [("cvode", 1e-11)]}
 
 
 @dataclass(frozen=True)
@@ -28,14 +33,6 @@ class Contestant:
     notes: str  # how it is run, one sentence or two
     settings: tuple = tuple(TOLERANCES)
     explicit: bool = False  # needs steps of some 1e-7 s, and so runs over a short span
-
-    @property
-    def fixed_step(self):
-        """Whether a setting is a step size, s; otherwise it is a relative tolerance."""
-        return self.solver in FIXED_STEP
-
-    def shown(self, setting):
-        return f"h = {setting:g} s" if self.fixed_step else f"{setting:g}"
 
 
 CONTESTANTS = [
@@ -97,31 +94,16 @@ class Solve:
 
     def __init__(self, program):
         self.program = program
-        self.about = json.loads(subprocess.check_output([program, "--list"]))
+        self.about = json.loads(subprocess.check_output([program]))
 
-    def __call__(self, scene, solver, setting, span, max_evaluations=None):
+    def __call__(self, scene, solver, setting, span, **limits):
         """Rows, counts, run time and repeats, or the failure."""
-        kind = "--step" if solver in FIXED_STEP else "--tolerance"
-        command = [self.program, "--scene", scene.path, "--solver", solver, kind, repr(setting), "--model", scene.model,
-                   "--span", repr(span), "--rate", str(ROW_RATE)]
-        if max_evaluations:
-            command += ["--max-evaluations", repr(max_evaluations)]
-        done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        task = {"scene": str(scene.path), "model": scene.model, "solver": solver, "span": span, "rate": ROW_RATE,
+                "step" if solver in FIXED_STEP else "tolerance": setting, **limits}
+        done = subprocess.run([self.program, json.dumps(task)], capture_output=True, text=True)
         if done.returncode != 0:
             raise RuntimeError(done.stderr.strip() or f"{solver} on {scene.key}: ended by signal {-done.returncode}")
         return json.loads(done.stdout)
-
-    def contestants(self):
-        return [contestant for contestant in CONTESTANTS if contestant.solver in self.about["solvers"]]
-
-    def yardsticks(self, effort):
-        """The solver and tolerance to measure with, then those to tell its error by. Effort: quick; comparison, enough
-        to compare contestants at 1e-5 m, not checked by another; or record."""
-        record = effort == "record"
-        if "cvode" not in self.about["solvers"]:
-            return [("rosenbrock4", 1e-9 if record else 1e-8)]
-        both = [("cvode", 3e-14 if record else 1e-11), ("arkode_5", 1e-10 if record else 1e-8)]
-        return both[:1] if effort == "comparison" else both
 
 
 def errors(rows, reference):
@@ -133,7 +115,7 @@ def errors(rows, reference):
     def of(*columns):
         return largest(lambda a, b: math.hypot(*(a[k] - b[k] for k in columns)))
 
-    return {"position_error_m": of(0, 1), "heading_error_rad": of(2), "velocity_error_m_s": of(4, 5),
+    return {"failure": "", "position_error_m": of(0, 1), "heading_error_rad": of(2), "velocity_error_m_s": of(4, 5),
             "yaw_rate_error_rad_s": of(6), "wheel_rate_error_rad_s": max(of(k) for k in range(12, 16)),
             "roller_rate_error_rad_s": max(of(k) for k in range(16, 20))}
 
@@ -152,41 +134,41 @@ def file_rows(path):
 
 def make_reference(solve, scene, span, effort):
     """Motion to measure against, and how far others, as independent of it as can be, are from it."""
-    reference = None
-    for solver, tolerance in solve.yardsticks(effort):
-        found = solve(scene, solver, tolerance, span, REFERENCE_EVALUATIONS)
+    def run(solver, tolerance):
         title = f"{solver.replace('_', ' of order ').upper().replace('OF ORDER', 'of order')}, {tolerance:g}"
-        if reference is None:
-            if "failure" in found:
-                raise RuntimeError(f"the reference of {scene.title} fails: {found['failure']}")
-            reference = {"title": title, "rows": found["rows"], "switches": found["counts"]["switches"], "checks": []}
-        else:
-            check = {"failure": found["failure"]} if "failure" in found else errors(found["rows"], reference["rows"])
-            reference["checks"].append((title, check))
+        return title, solve(scene, solver, tolerance, span, max_evaluations=REFERENCE_EVALUATIONS)
+
+    (title, found), *others = [run(*yardstick) for yardstick in YARDSTICKS[effort]]
+    if "failure" in found:
+        raise RuntimeError(f"the reference of {scene.title} fails: {found['failure']}")
+    rows = found["rows"]
+    checks = [(name, {"failure": other["failure"]} if "failure" in other else errors(other["rows"], rows))
+              for name, other in others]
     if scene.rows:
         at = file_rows(ROOT / "test" / "data" / "reference" / scene.rows)
-        both = [(row, at[k]) for k, row in enumerate(reference["rows"]) if k in at]
-        reference["checks"].append(("rows of test/data/reference", errors(*zip(*both))))
-    reference["span"] = (len(reference["rows"]) - 1) / ROW_RATE
-    return reference
+        both = [(row, at[k]) for k, row in enumerate(rows) if k in at]
+        checks.append(("rows of test/data/reference", errors(*zip(*both))))
+    return {"title": title, "rows": rows, "switches": found["counts"]["switches"], "checks": checks,
+            "span": (len(rows) - 1) / ROW_RATE}
 
 
 def measure(solve, scene, reference, contestant, setting, span):
     """A row of work_precision.csv."""
     found = solve(scene, contestant.solver, setting, span)
     row = {"scene": scene.key, "scene_title": scene.title, "contestant": contestant.key,
-           "contestant_title": contestant.title, "setting_kind": "step_s" if contestant.fixed_step else
+           "contestant_title": contestant.title, "setting_kind": "step_s" if contestant.solver in FIXED_STEP else
            "relative_tolerance", "setting": setting, "span_s": math.floor(span * ROW_RATE + 1e-9) / ROW_RATE,
            "run_time_s": found["run_time"], "failure": found.get("failure", "")}
     if row["failure"]:
         return row
-    row.update(repeats=found["repeats"], run_time_per_simulated_s=found["run_time"] / row["span_s"],
-               real_time_factor=row["span_s"] / found["run_time"], **errors(found["rows"], reference["rows"]))
     counts = found["counts"]
     counts["steps"] += counts["fallback_steps"]
-    # A count of zero where there must be some was not taken.
-    row.update({name: count for name, count in counts.items()
-                if count > 0 or name not in ("evaluations", "jacobians", "factorizations")})
+    row.update(repeats=found["repeats"], run_time_per_simulated_s=found["run_time"] / row["span_s"],
+               real_time_factor=row["span_s"] / found["run_time"], **errors(found["rows"], reference["rows"]),
+               end_off_m=errors(found["rows"][-1:], reference["rows"][-1:])["position_error_m"],
+               # A count of zero where there must be some was not taken.
+               **{name: count for name, count in counts.items()
+                  if count > 0 or name not in ("evaluations", "jacobians", "factorizations")})
     if not row["position_error_m"] <= 1:
         row["failure"] = "off by more than 1 m"
     return row
@@ -199,17 +181,9 @@ def ends_sweep(row):
     return row["run_time_s"] > (LONG_ENOUGH if row["position_error_m"] <= USEFUL_ERROR else LONG_RUN)
 
 
-def held_wheel(solve, contestants):
+def held_wheel(solve):
     """A wheel held between two rollers, by this package and by CVODE: where each ends, after how many switches."""
-    reference = {"rows": solve(HELD_WHEEL, "radau", 1e-10, 10.0)["rows"]}
-    for contestant in contestants:
-        if contestant.key in ("youbot_base_sim", "cvode"):
-            for tolerance in (1e-3, 1e-4, 1e-5, 1e-6, 1e-8):
-                found = solve(HELD_WHEEL, contestant.solver, tolerance, 10.0)
-                row = {"contestant": contestant.key, "setting": tolerance, "run_time_s": found["run_time"],
-                       "failure": found.get("failure", "")}
-                if not row["failure"]:
-                    a, b = found["rows"][-1], reference["rows"][-1]
-                    row.update(end_off_m=math.hypot(a[0] - b[0], a[1] - b[1]), switches=found["counts"]["switches"],
-                               **errors(found["rows"], reference["rows"]))
-                yield row
+    reference = solve(HELD_WHEEL, "radau", 1e-10, 10.0)
+    return [measure(solve, HELD_WHEEL, reference, contestant, tolerance, 10.0)
+            for contestant in CONTESTANTS if contestant.key in ("youbot_base_sim", "cvode")
+            for tolerance in (1e-3, 1e-4, 1e-5, 1e-6, 1e-8)]

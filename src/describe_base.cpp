@@ -43,7 +43,7 @@ int main(int argc, char** argv) {
     const RobotParameters robot = scene.empty() ? RobotParameters() : load_scene(scene).robot;
     std::cout << urdf(robot, turning_rollers ? RollerJoints::kTurning : RollerJoints::kFixed) << std::flush;
   } catch (const po::error& error) {
-    fmt::print(stderr, "describe_base: {}; see describe_base --help\n", quote(error.what(), 200));
+    fmt::print(stderr, "describe_base: {}; see describe_base --help\n", quote(error.what(), kMaxMessage));
     return 2;
   } catch (const SceneError& error) {
     fmt::print(stderr, "describe_base: {}\n", error.what());

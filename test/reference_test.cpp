@@ -4,30 +4,15 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <fstream>
 #include <map>
-#include <sstream>
 
+#include "reference_rows.h"
 #include "youbot_base_sim/simulation.h"
 
 namespace youbot_base_sim {
 namespace {
 
 const std::string kRoot = YOUBOT_BASE_SIM_SOURCE_DIR;
-
-std::vector<std::vector<std::string>> read_csv(const std::string& path) {
-  std::ifstream file(path);
-  EXPECT_TRUE(file) << path;
-  std::vector<std::vector<std::string>> rows;
-  std::string line;
-  std::getline(file, line);
-  while (std::getline(file, line)) {
-    std::istringstream stream(line);
-    rows.emplace_back();
-    for (std::string cell; std::getline(stream, cell, ',');) rows.back().push_back(cell);
-  }
-  return rows;
-}
 
 struct Case {
   std::string name;
@@ -51,15 +36,14 @@ class ReferenceTest : public testing::TestWithParam<Case> {
     overrides.model = GetParam().model;
     overrides.relative_tolerance = accuracy.relative_tolerance;
     Simulation simulation(load_scene(kRoot + GetParam().scene, overrides));
-    const std::string reference = kRoot + "/test/data/reference/" + GetParam().name;
 
-    for (const auto& row : read_csv(reference + ".csv")) {
+    for (const auto& row : reference_rows(GetParam().name)) {
       simulation.advance_to(std::stod(row[0]));
       const State& x = simulation.state();
       EXPECT_LE(std::hypot(x.x() - std::stod(row[1]), x.y() - std::stod(row[2])), accuracy.position) << row[0];
       EXPECT_NEAR(x.psi(), std::stod(row[3]), accuracy.heading) << row[0];
     }
-    compare_switches(simulation.take_switches(), read_csv(reference + "_switches.csv"), accuracy.switch_time);
+    compare_switches(simulation.take_switches(), reference_rows(GetParam().name + "_switches"), accuracy.switch_time);
     EXPECT_EQ(simulation.statistics().fallback_steps, 0u);
   }
 

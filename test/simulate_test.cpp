@@ -110,6 +110,7 @@ TEST_F(SimulateTest, RefusedInputExitsWith2AndOneLineAndLeavesNothing) {
   for (std::vector<std::string> arguments :
        std::vector<std::vector<std::string>>{{folder_.write("bad.yaml", "duration: -1\n")},
                                              {folder_.path("missing.yaml")},
+                                             {folder_.path("")},
                                              {folder_.write("idle.yaml", "duration: 1\n")},
                                              {good, "--model", "rigid"},
                                              {good, "--relative-tolerance", "2"},
@@ -125,6 +126,15 @@ TEST_F(SimulateTest, RefusedInputExitsWith2AndOneLineAndLeavesNothing) {
     EXPECT_EQ(lines(simulate.err()), 1) << simulate.err();
     EXPECT_FALSE(folder_.has("a.csv") || folder_.has("a.csv.part")) << what;
   }
+}
+
+TEST_F(SimulateTest, WarnsOfRollersThatTaperToAPoint) {
+  const std::string scene = folder_.write("scene.yaml", kScene + std::string("robot: {rollers_per_wheel: 4}\n"));
+  Program told(SIMULATE, {scene}), quiet(SIMULATE, {scene, "--quiet"});
+  EXPECT_EQ(told.wait(), 0);
+  EXPECT_NE(told.err().find("robot.roller_axis_radius = 0.0355: 4 rollers"), std::string::npos) << told.err();
+  EXPECT_EQ(quiet.wait(), 0);
+  EXPECT_EQ(quiet.err(), "");
 }
 
 TEST_F(SimulateTest, UnwritableFileExitsWith1) {

@@ -50,6 +50,17 @@ TEST_F(SimulationTest, RowsDoNotDisturbHeldTorques) {
   EXPECT_TRUE((by_row.state().values == by_period.state().values).all());
 }
 
+// Under a continuous torque a row ends a step, so that other rows mean other steps.
+TEST_F(SimulationTest, RowsMoveAContinuousMotionWithinTheTolerance) {
+  const Scene scene = load_scene(YOUBOT_BASE_SIM_SOURCE_DIR "/config/scenes/case2.yaml");
+  Simulation seldom(scene), often(scene);
+  seldom.advance_to(2);
+  for (int k = 1; k <= 2000; ++k) often.advance_to(k / 1000.0);
+  const auto pose = [](const Simulation& simulation) { return simulation.state().values.col(0).head<3>(); };
+  EXPECT_LT((pose(often) - pose(seldom)).abs().maxCoeff(), 3e-7);
+  EXPECT_TRUE((pose(often) != pose(seldom)).any());  // else the documentation may promise more
+}
+
 // Held torques converge to continuous ones with the first order of a hold: half a period of delay.
 TEST_F(SimulationTest, HeldTorqueFollowsAContinuousOne) {
   const std::string drive =
@@ -98,6 +109,30 @@ TEST_F(SimulationTest, RollersKeepTheirAnglesWhileTheyAreOffTheFloor) {
   }
   EXPECT_GT(compared, 50);
   EXPECT_NE(angle, 0);
+}
+
+// The same motion, with all wheels turned by whole turns as far as a scene may turn them.
+TEST_F(SimulationTest, WheelsThatStartFarFromZeroSwitchAtTheSameInstants) {
+  const double pitch = 2 * M_PI / RobotParameters().rollers, turn = 954'924 * pitch;  // whole turns: 1e6 rad, nearly
+  Scene near = load(
+      "duration: 1\ninitial: {wheel_angles: [0.1, 0.2, -0.3, 0.4], twist: [0.8, 0.6, 0.5]}\n"
+      "drive: {torque: [{start: 0, constant: [2, -1, 1.5, 2]}]}\n");
+  Scene far = near;
+  far.initial.phi() += Wheels(turn, -turn, turn, -turn);
+  near.initial.phi() = far.initial.phi() - Wheels(turn, -turn, turn, -turn);  // rounded alike
+  Simulation a(near), b(far);
+  a.advance_to(1);
+  b.advance_to(1);
+  const std::vector<RollerSwitch> expected = a.take_switches(), found = b.take_switches();
+  ASSERT_GT(expected.size(), 20u);
+  ASSERT_EQ(found.size(), expected.size());
+  for (std::size_t k = 0; k < found.size(); ++k) {
+    EXPECT_EQ(found[k].wheel, expected[k].wheel);
+    EXPECT_EQ(found[k].roller_from, expected[k].roller_from);
+    EXPECT_EQ(found[k].roller_to, expected[k].roller_to);
+    EXPECT_EQ(found[k].direction, expected[k].direction);
+    EXPECT_NEAR(found[k].t, expected[k].t, 1e-8);
+  }
 }
 
 TEST_F(SimulationTest, RollerAtRestAfterASwitchLosesItsRateAndTheAuditKnows) {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <optional>
+#include <vector>
 
 #include "physics/random_states.h"
 #include "youbot_base_sim/integration/methods.h"
@@ -21,7 +21,7 @@ struct Seen {
   std::uint64_t switches = 0, counted = 0, exhausted = 0, shared = 0, averaged = 0;
 };
 
-struct Run {
+struct Trial {
   Scene scene;
   Simulation::Drive drive;  // none: the scene's
   int pieces = 1;           // in which it is run, taking its switches after each
@@ -29,46 +29,66 @@ struct Run {
 
 constexpr double kRounding = 1e-12;  // s, of the times at which control periods end
 
+// Where the wheels stand by the records of their switches alone.
+class Ledger {
+ public:
+  explicit Ledger(const Scene& scene) : geometry_(scene.robot), n_(scene.robot.rollers) {
+    for (int i = 0; i < kWheels; ++i) roller_[i] = geometry_.roller_at(scene.initial.phi()[i]);
+  }
+
+  // Enters what happened since the last time up to `end`, s. Records must come in order of time.
+  void enter(const std::vector<RollerSwitch>& events, double end) {
+    for (const RollerSwitch& event : events) {
+      EXPECT_GE(event.t, last_ - kRounding) << "not in order of time";
+      last_ = event.t;
+      EXPECT_TRUE(event.direction == 1 || event.direction == -1);
+      EXPECT_GE(event.count, 1);
+      std::int64_t& on = roller_[static_cast<std::size_t>(event.wheel)];
+      EXPECT_EQ(event.roller_from, wrapped(on, n_)) << "wheel " << event.wheel << " at " << event.t << " s";
+      on += event.direction * event.count;
+      EXPECT_EQ(event.roller_to, wrapped(on, n_)) << "wheel " << event.wheel << " at " << event.t << " s";
+      ++records_;
+      if (event.count > 1) ++counted_;
+    }
+    EXPECT_LE(last_, end + kRounding);
+    last_ = end;
+  }
+
+  // Of wheel i, which stands on `roller`, and on another one too if `shared`, at the angle phi.
+  void check(int i, std::int64_t roller, bool shared, double phi) const {
+    EXPECT_EQ(wrapped(roller, n_), wrapped(roller_[i], n_)) << "wheel " << i << " at " << last_ << " s";
+    const std::int64_t at = geometry_.roller_at(phi);
+    // A wheel that rests on an edge stands on both of its rollers, and (2.1) names the upper one.
+    EXPECT_TRUE(at == roller_[i] || (shared && at == roller_[i] + 1))
+        << "wheel " << i << " at " << last_ << " s, phi = " << phi;
+  }
+
+  std::uint64_t records() const { return records_; }
+  std::uint64_t counted() const { return counted_; }  // those of several switches
+
+ private:
+  RollerGeometry geometry_;
+  int n_;
+  std::array<std::int64_t, kWheels> roller_{};
+  double last_ = 0;
+  std::uint64_t records_ = 0, counted_ = 0;
+};
+
 // Runs to the scene's end. Of each wheel the sum of direction times count of all records must be the change of its
-// roller number, and records must come in order of time.
-void check_records(const Run& run, Seen& seen) {
+// roller number.
+void check_records(const Trial& run, Seen& seen) {
   const Scene& scene = run.scene;
-  const RollerGeometry geometry(scene.robot);
-  const int n = scene.robot.rollers;
   Simulation simulation = run.drive ? Simulation(scene, run.drive) : Simulation(scene);
-  std::array<std::int64_t, kWheels> roller{};
-  for (int i = 0; i < kWheels; ++i) roller[i] = geometry.roller_at(scene.initial.phi()[i]);
-  double begin = 0;
+  Ledger ledger(scene);
   for (int piece = 1; piece <= run.pieces; ++piece) {
     simulation.advance_to(scene.duration * piece / run.pieces);
-    const double end = simulation.time();
-    ASSERT_TRUE(simulation.state().values.allFinite()) << "at " << end << " s";
-    double last = begin - kRounding;
-    for (const RollerSwitch& event : simulation.take_switches()) {
-      ASSERT_GE(event.t, last) << "not in order of time";
-      last = event.t;
-      ASSERT_TRUE(event.direction == 1 || event.direction == -1);
-      ASSERT_GE(event.count, 1);
-      std::int64_t& on = roller[static_cast<std::size_t>(event.wheel)];
-      EXPECT_EQ(event.roller_from, wrapped(on, n)) << "wheel " << event.wheel << " at " << event.t << " s";
-      on += event.direction * event.count;
-      EXPECT_EQ(event.roller_to, wrapped(on, n)) << "wheel " << event.wheel << " at " << event.t << " s";
-      seen.counted += event.count > 1 ? 1 : 0;
-    }
-    EXPECT_LE(last, end + kRounding);
+    ASSERT_TRUE(simulation.state().values.allFinite()) << "at " << simulation.time() << " s";
+    ledger.enter(simulation.take_switches(), simulation.time());
     for (int i = 0; i < kWheels; ++i) {
-      const double phi = simulation.state().phi()[i];
-      const auto other = simulation.other_rollers()[i];
-      EXPECT_EQ(simulation.rollers()[i], wrapped(roller[i], n)) << "wheel " << i << " at " << end << " s";
-      if (other) {
-        // A wheel that rests on an edge stands on both of its rollers, and (2.1) names the upper one.
-        EXPECT_TRUE(geometry.roller_at(phi) == roller[i] || geometry.roller_at(phi) == roller[i] + 1) << "wheel " << i;
-      } else {
-        EXPECT_EQ(geometry.roller_at(phi), roller[i]) << "wheel " << i << " at " << end << " s, phi = " << phi;
-      }
+      ledger.check(i, simulation.rollers()[i], simulation.other_rollers()[i].has_value(), simulation.state().phi()[i]);
     }
-    begin = end;
   }
+  seen.counted += ledger.counted();
   seen.switches += simulation.statistics().switches;
   seen.exhausted += simulation.statistics().exhausted;
   seen.shared += simulation.statistics().shared_contacts;
@@ -90,52 +110,54 @@ void push(Scene& scene, const Wheels& torque) { scene.drive = TorqueSegments{Tor
 
 class SwitchRecordsTest : public testing::Test {
  protected:
-  // Each is a kind of run; `trial` tells random ones apart.
   static constexpr int kTrials = 8;
+
+  // Checks runs over random scenes, each changed as `vary(trial, random, run)` says.
+  template <class Vary>
+  void check_trials(unsigned seed, int trials, double duration, const Vary& vary) {
+    Random random(seed);
+    for (int trial = 0; trial < trials; ++trial) {
+      SCOPED_TRACE(trial);
+      Trial run{random_scene(random, duration), nullptr, 1};
+      vary(trial, random, run);
+      check_records(run, seen);
+    }
+  }
+
   Seen seen;
 };
 
 TEST_F(SwitchRecordsTest, RandomTorques) {
-  Random random(71);
-  for (int trial = 0; trial < 2 * kTrials; ++trial) {
-    SCOPED_TRACE(trial);
-    Scene scene = random_scene(random, 2);
-    push(scene, random.wheels(-3, 3));
-    scene.model = trial % 4 == 3 ? Model::kViscous : Model::kCoulomb;
-    scene.robot.rollers = 3 + trial % 7;
-    check_records({scene, nullptr, 1 + trial % 5}, seen);
-  }
+  check_trials(71, 2 * kTrials, 2, [](int trial, Random& random, Trial& run) {
+    push(run.scene, random.wheels(-3, 3));
+    run.scene.model = trial % 4 == 3 ? Model::kViscous : Model::kCoulomb;
+    run.scene.robot.rollers = 3 + trial % 7;
+    run.pieces = 1 + trial % 5;
+  });
   EXPECT_GT(seen.switches, 500u);
 }
 
 // Wheels that pass so many rollers that their contacts are averaged, and come back.
 TEST_F(SwitchRecordsTest, TorquesOfThousandsOfNewtonMetres) {
-  Random random(72);
-  for (int trial = 0; trial < kTrials; ++trial) {
-    SCOPED_TRACE(trial);
-    Scene scene = random_scene(random, 0.3);
+  check_trials(72, kTrials, 0.3, [](int trial, Random& random, Trial& run) {
     const Wheels torque = 1e3 * random.wheels(-3, 3);
-    scene.drive =
+    run.scene.drive =
         TorqueSegments{TorqueSegment{0, torque}, TorqueSegment{0.05, -torque}, TorqueSegment{0.1, 0 * torque}};
-    if (trial % 2 == 1) scene.solver.control_period = 1e-3;
-    check_records({scene, nullptr, 1 + trial}, seen);
-  }
+    if (trial % 2 == 1) run.scene.solver.control_period = 1e-3;
+    run.pieces = 1 + trial;
+  });
   EXPECT_GT(seen.averaged, 0u);
   EXPECT_GT(seen.counted, 0u);
 }
 
 TEST_F(SwitchRecordsTest, SampledDrives) {
-  Random random(73);
-  for (int trial = 0; trial < kTrials; ++trial) {
-    SCOPED_TRACE(trial);
-    Scene scene = random_scene(random, 1);
-    scene.solver.control_period = trial % 2 == 0 ? 1e-3 : 7e-3;
-    // Pieces that end within a period too.
+  check_trials(73, kTrials, 1, [](int trial, Random&, Trial& run) {
+    run.scene.solver.control_period = trial % 2 == 0 ? 1e-3 : 7e-3;
     const double size = trial < 4 ? 2 : 100;
     Random torques(100 + static_cast<unsigned>(trial));
-    check_records({scene, [=](double, const State&) mutable { return torques.wheels(-size, size); }, 1 + 3 * trial},
-                  seen);
-  }
+    run.drive = [=](double, const State&) mutable { return torques.wheels(-size, size); };
+    run.pieces = 1 + 3 * trial;  // that end within a period too
+  });
   EXPECT_GT(seen.switches, 50u);
 }
 
@@ -162,11 +184,8 @@ TEST_F(SwitchRecordsTest, Fallback) {
     TorqueWithHoles torque(random.wheels(-30, 30));
     const auto integration =
         make_integration(Model::kCoulomb, scene.robot, scene.floor, scene.initial, torque, {"radau", {3e-7, 3e-10}, 0});
-    const RollerGeometry geometry(scene.robot);
+    Ledger ledger(scene);
     State x = scene.initial;
-    std::array<std::int64_t, kWheels> roller{};
-    for (int i = 0; i < kWheels; ++i) roller[i] = geometry.roller_at(x.phi()[i]);
-    double last = 0;
     for (int piece = 0; piece < 80; ++piece) {
       const double begin = 2.5e-3 * piece, end = 2.5e-3 * (piece + 1);
       if (piece % (8 + trial % 4) == 0) {  // after 20 ms or more, so that no stretch of fallback steps grows
@@ -175,23 +194,15 @@ TEST_F(SwitchRecordsTest, Fallback) {
       }
       integration->advance(x, begin, end);
       ASSERT_TRUE(x.values.allFinite());
-      for (const RollerSwitch& event : integration->take_switches()) {
-        EXPECT_GE(event.t, last - kRounding) << "not in order of time";
-        EXPECT_LE(event.t, end + kRounding);
-        last = event.t;
-        roller[static_cast<std::size_t>(event.wheel)] += event.direction * event.count;
-        ++switches;
-      }
+      ledger.enter(integration->take_switches(), end);
       for (int i = 0; i < kWheels; ++i) {
-        EXPECT_EQ(integration->roller(i), roller[i]) << "wheel " << i << " at " << end << " s";
-        if (!integration->other_roller(i)) {
-          EXPECT_EQ(geometry.roller_at(x.phi()[i]), roller[i]) << "wheel " << i << " at " << end << " s";
-        }
+        ledger.check(i, integration->roller(i), integration->other_roller(i).has_value(), x.phi()[i]);
       }
     }
     EXPECT_GE(integration->statistics().fallback_steps, 8u * 50u);
     EXPECT_GT(integration->statistics().steps, 0u);
-    EXPECT_EQ(integration->statistics().switches > 0, last > 0);
+    EXPECT_EQ(integration->statistics().switches > 0, ledger.records() > 0);
+    switches += ledger.records();
   }
   EXPECT_GT(switches, 400u);
 }
@@ -199,43 +210,33 @@ TEST_F(SwitchRecordsTest, Fallback) {
 // More work than a millisecond allows: wheels at hundreds of rad/s on friction that turns within 1e-9 m/s, under
 // torques that reverse each millisecond.
 TEST_F(SwitchRecordsTest, BoundOfWork) {
-  Random random(78);
-  for (int trial = 0; trial < kTrials; ++trial) {
-    SCOPED_TRACE(trial);
-    Scene scene = random_scene(random, 0.1);
-    scene.floor.nu = 1e-9;
-    scene.solver.control_period = 1e-3;
-    scene.solver.relative_tolerance = 1e-10;
-    scene.solver.absolute_tolerance = 1e-13;
-    scene.initial.dphi() = random.wheels(-300, 300);
+  check_trials(78, kTrials, 0.1, [](int trial, Random& random, Trial& run) {
+    run.scene.floor.nu = 1e-9;
+    run.scene.solver.control_period = 1e-3;
+    run.scene.solver.relative_tolerance = 1e-10;
+    run.scene.solver.absolute_tolerance = 1e-13;
+    run.scene.initial.dphi() = random.wheels(-300, 300);
     const Wheels torque = random.wheels(-10, 10);
-    check_records(
-        {scene, [=](double t, const State&) -> Wheels { return std::lround(t * 1e3) % 2 == 0 ? torque : -torque; },
-         1 + 10 * trial},
-        seen);
-  }
+    run.drive = [=](double t, const State&) -> Wheels { return std::lround(t * 1e3) % 2 == 0 ? torque : -torque; };
+    run.pieces = 1 + 10 * trial;
+  });
   EXPECT_GT(seen.exhausted, 0u);
 }
 
 TEST_F(SwitchRecordsTest, NearlyPerfectFriction) {
-  Random random(75);
-  for (int trial = 0; trial < kTrials; ++trial) {
-    SCOPED_TRACE(trial);
-    Scene scene = random_scene(random, 0.5);
-    scene.floor.nu = std::pow(10, -5 - trial % 4);
-    push(scene, random.wheels(-3, 3) * (trial % 2 == 0 ? 1 : 30));
-    scene.solver.relative_tolerance = trial % 3 == 0 ? 1e-3 : 1e-6;
-    scene.solver.absolute_tolerance = 1e-3 * scene.solver.relative_tolerance;
-    check_records({scene, nullptr, 1 + trial}, seen);
-  }
+  check_trials(75, kTrials, 0.5, [](int trial, Random& random, Trial& run) {
+    run.scene.floor.nu = std::pow(10, -5 - trial % 4);
+    push(run.scene, random.wheels(-3, 3) * (trial % 2 == 0 ? 1 : 30));
+    run.scene.solver.relative_tolerance = trial % 3 == 0 ? 1e-3 : 1e-6;
+    run.scene.solver.absolute_tolerance = 1e-3 * run.scene.solver.relative_tolerance;
+    run.pieces = 1 + trial;
+  });
 }
 
 // Wheels that chatter on an edge, come to rest there and leave it; some start exactly on one.
 TEST_F(SwitchRecordsTest, WheelsBetweenTwoRollers) {
-  Random random(76);
-  for (int trial = 0; trial < 2 * kTrials; ++trial) {
-    SCOPED_TRACE(trial);
-    Scene scene = random_scene(random, 0.3);
+  check_trials(76, 2 * kTrials, 0.3, [](int trial, Random& random, Trial& run) {
+    Scene& scene = run.scene;
     const double Omega = trial % 2 == 0 ? 0.5 : -0.5;
     const int i = Omega > 0 ? 3 * (trial / 2 % 2) : 1;
     scene.initial.Omega() = Omega;
@@ -248,8 +249,8 @@ TEST_F(SwitchRecordsTest, WheelsBetweenTwoRollers) {
     push(scene, random.wheels(-0.5, 0.5));
     if (trial % 4 == 1) scene.solver.control_period = 1e-3;
     if (trial % 4 == 2) scene.solver.relative_tolerance = scene.solver.absolute_tolerance = 1e-8;  // and fallback
-    check_records({scene, nullptr, 1 + 10 * (trial % 3)}, seen);
-  }
+    run.pieces = 1 + 10 * (trial % 3);
+  });
   EXPECT_GT(seen.shared, 4u);
 }
 

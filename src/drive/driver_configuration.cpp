@@ -34,7 +34,8 @@ class Reader {
     } catch (const UnreadableFile& error) {
       throw DriverConfigurationError(fmt::format("{}: {}; must be a configuration file", file_, error.what()));
     } catch (const boost::property_tree::ini_parser_error& error) {
-      throw DriverConfigurationError(fmt::format("{}, line {}: {}", file_, error.line(), quote(error.message(), 200)));
+      throw DriverConfigurationError(
+          fmt::format("{}, line {}: {}", file_, error.line(), quote(error.message(), kMaxMessage)));
     }
   }
 

@@ -24,6 +24,9 @@ constexpr Named<Model> kModels[] = {
 constexpr Named<RollerRateAtSwitch> kRollerRates[] = {{"continuous", RollerRateAtSwitch::kContinuous},
                                                       {"at_rest", RollerRateAtSwitch::kAtRest}};
 
+enum class Profile { kPaper, kMeasured };
+constexpr Named<Profile> kProfiles[] = {{"paper", Profile::kPaper}, {"measured", Profile::kMeasured}};
+
 constexpr double kMaxRows = 1e8, kMaxPeriods = 1e9;
 constexpr double kMaxRowsInPeriod = 1e5;  // closer ones are one instant to the simulation
 
@@ -31,6 +34,8 @@ constexpr Range kMass{1e-6, 1e6, "kg"};
 constexpr Range kInertia{1e-12, 1e6, "kg m^2"};
 constexpr Range kLength{1e-3, 1e3, "m"};
 constexpr Range kDamping{0, 1e9, "N m s"};
+constexpr Range kDryFriction{0, 1e6, "N m"};
+constexpr Range kSmoothing{1e-6, 1e6, "rad/s"};
 constexpr Range kSpeed{-1e4, 1e4, "m/s or rad/s"};
 constexpr Range kRate{-1e6, 1e6, "rad/s"};
 constexpr Range kTorque{-3e6, 3e6, "N m"};
@@ -41,9 +46,27 @@ constexpr Range kHarmonicPeriod{1e-4, 1e9, "s"};
   throw SceneError(fmt::format("{} = {}: must be {}", name, quote(value), alternatives(allowed)));
 }
 
+/// A name, or a section with the name and what the profile takes besides.
+RobotParameters read_profile(const SceneValue& value) {
+  Profile profile = Profile::kPaper;
+  if (!value.is_section()) {
+    value.choice(profile, kProfiles);
+    return profile == Profile::kMeasured ? measured_robot() : RobotParameters();
+  }
+  SceneSection s = value.section();
+  s.required("name").choice(profile, kProfiles);
+  double scale = 1;
+  const SceneValue friction_scale = s["friction_scale"];
+  friction_scale.number(scale, {0, 1e3, ""});
+  s.finish();
+  if (profile == Profile::kMeasured) return measured_robot(scale);
+  if (friction_scale.given()) friction_scale.refuse("left out for paper");
+  return RobotParameters();
+}
+
 /// `floor` decides whether all four wheels press on it.
 RobotParameters read_robot(SceneSection s, const FloorParameters& floor) {
-  RobotParameters robot;
+  RobotParameters robot = read_profile(s["profile"]);
   s["body_mass"].number(robot.m, kMass);
   s["wheel_mass"].number(robot.m_1, kMass);
   const SceneValue inertia = s["total_inertia"];
@@ -64,6 +87,10 @@ RobotParameters read_robot(SceneSection s, const FloorParameters& floor) {
   s["rollers_per_wheel"].whole_number(robot.rollers, 3, 255);
   s["wheel_damping"].number_or_wheels(robot.mu_1, kDamping);
   s["roller_damping"].number_or_wheels(robot.mu_2, kDamping);
+  s["dry_friction"].number_or_wheels(robot.dry_friction, kDryFriction);
+  s["dry_friction_rate"].number(robot.dry_friction_rate, kSmoothing);
+  s["roller_dry_friction"].number_or_wheels(robot.roller_dry_friction, kDryFriction);
+  s["roller_dry_friction_rate"].number(robot.roller_dry_friction_rate, kSmoothing);
   s["roller_rate_at_switch"].choice(robot.roller_rate_at_switch, kRollerRates);
   s.finish();
 
@@ -94,6 +121,17 @@ FloorParameters read_floor(SceneSection s) {
   return floor;
 }
 
+void check_control_period(const SceneValue& value, double period, const Scene& scene) {
+  if (period > 0 && scene.duration / period > kMaxPeriods) {
+    value.refuse(fmt::format("such that the duration has at most {:g} of them; it would have {:g}", kMaxPeriods,
+                             scene.duration / period));
+  }
+  if (scene.output_rate * period > kMaxRowsInPeriod) {
+    value.refuse(fmt::format("such that it has at most {:g} rows of output; it would have {:g}", kMaxRowsInPeriod,
+                             scene.output_rate * period));
+  }
+}
+
 /// What was read of the scene decides what the method must be able to do and how short a control period may be.
 SolverSettings read_solver(SceneSection s, const SceneOverrides& overrides, const Scene& scene) {
   SolverSettings solver;
@@ -114,15 +152,7 @@ SolverSettings read_solver(SceneSection s, const SceneOverrides& overrides, cons
   s["absolute_tolerance"].number(solver.absolute_tolerance, {1e-18, 1, ""});
   const SceneValue control_period = s["control_period"];
   control_period.number(solver.control_period, {1e-6, 10, "s", true});
-  const double period = solver.control_period;
-  if (period > 0 && scene.duration / period > kMaxPeriods) {
-    control_period.refuse(fmt::format("such that the duration has at most {:g} of them; it would have {:g}",
-                                      kMaxPeriods, scene.duration / period));
-  }
-  if (scene.output_rate * period > kMaxRowsInPeriod) {
-    control_period.refuse(fmt::format("such that it has at most {:g} rows of output; it would have {:g}",
-                                      kMaxRowsInPeriod, scene.output_rate * period));
-  }
+  check_control_period(control_period, solver.control_period, scene);
   if (overrides.control_period >= 0) solver.control_period = overrides.control_period;
   s.finish();
   const std::string reason = refusal(*find_method(solver.method), scene.robot, scene.model);
@@ -274,7 +304,7 @@ Scene load_scene(const std::string& path, const SceneOverrides& overrides) {
   try {
     return read_scene(path, read_yaml_file(path), overrides);
   } catch (const YAML::Exception& error) {
-    throw SceneError(fmt::format("{}: {}", quote_path(path), quote(error.what(), 200)));
+    throw SceneError(fmt::format("{}: {}", quote_path(path), quote(error.what(), kMaxMessage)));
   }
 }
 

@@ -66,7 +66,7 @@ YAML::Node read_yaml_file(const std::string& path) {
   } catch (const UnreadableFile& error) {
     throw SceneError(fmt::format("{}: {}; must be a scene file", quote_path(path), error.what()));
   } catch (const YAML::Exception& error) {
-    throw SceneError(fmt::format("{}: is not YAML: {}", located(path, error.mark), quote(error.msg, 200)));
+    throw SceneError(fmt::format("{}: is not YAML: {}", located(path, error.mark), quote(error.msg, kMaxMessage)));
   }
 }
 

@@ -7,16 +7,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <functional>
 #include <limits>
 #include <map>
 #include <memory>
-#include <sstream>
 #include <vector>
 
 #include "explicit_solution.h"
 #include "physics/random_states.h"
+#include "reference_rows.h"
 #include "youbot_base_sim/drive/torque_profiles.h"
 #include "youbot_base_sim/integration/slip_system.h"
 #include "youbot_base_sim/simulation.h"
@@ -249,21 +248,6 @@ class PaperCaseTest : public MethodTest {
     return load_scene(kRoot + "/config/scenes/" + scene + ".yaml", overrides);
   }
 
-  // Cells of the committed reference, by row.
-  static std::vector<std::vector<std::string>> rows(const std::string& file) {
-    std::ifstream stream(kRoot + "/test/data/reference/" + file + ".csv");
-    EXPECT_TRUE(stream) << file;
-    std::vector<std::vector<std::string>> rows;
-    std::string line;
-    std::getline(stream, line);
-    while (std::getline(stream, line)) {
-      std::istringstream cells(line);
-      rows.emplace_back();
-      for (std::string cell; std::getline(cells, cell, ',');) rows.back().push_back(cell);
-    }
-    return rows;
-  }
-
   // Explicit methods and short fixed steps take some 10^5 steps for this time, s.
   bool takes_short_steps() const { return method().is_explicit || has_fixed_step(); }
 };
@@ -284,7 +268,7 @@ TEST_P(PaperCaseTest, EndsWithinItsToleranceOfTheReference) {
 
       // The reference's row at 1 s. Short runs go by Radau's at a tolerance of 1e-11, which is compared with all rows
       // elsewhere, and by the reference's first switch.
-      const auto reference = rows(scene + "_" + model);
+      const auto reference = reference_rows(scene + "_" + model);
       Simulation tight(load(scene, model, "radau", 1e-11));
       tight.advance_to(end);
       const State& x = simulation.state();
@@ -315,7 +299,7 @@ TEST_P(PaperCaseTest, EndsWithinItsToleranceOfTheReference) {
         EXPECT_EQ(switches[k].roller_to, due[k].roller_to) << "switch " << k;
         EXPECT_EQ(switches[k].direction, due[k].direction) << "switch " << k;
       }
-      for (const auto& row : rows(scene + "_" + model + "_switches")) {
+      for (const auto& row : reference_rows(scene + "_" + model + "_switches")) {
         const std::size_t number = std::stoul(row[0]);
         if (number >= switches.size()) break;
         EXPECT_NEAR(switches[number].t, std::stod(row[1]), 10 * allowed) << "switch " << number;

@@ -88,6 +88,22 @@ TEST(RollerAt, ThirtyDegreesOfTheYoubot) {
   EXPECT_EQ(geometry.roller_at(0.0), 0);
 }
 
+TEST(RollerAt, NumbersHave64BitsOrThereAreNone) {
+  const RollerGeometry geometry(RobotParameters{});
+  EXPECT_GT(geometry.roller_at(9e18), 8'500'000'000'000'000'000);
+  EXPECT_LT(geometry.roller_at(-9e18), -8'500'000'000'000'000'000);
+  for (const double phi : {1e19, -1e19, 1e300, std::numeric_limits<double>::quiet_NaN()}) {
+    EXPECT_THROW(geometry.roller_at(phi), std::domain_error) << phi;
+  }
+}
+
+TEST(RollerGeometry, RadiusAtTheEndsIsZeroWhereRollersTaperToAPoint) {
+  RobotParameters robot;
+  EXPECT_NEAR(RollerGeometry(robot).end_radius(), 0.05 - 0.0355 / std::cos(kPi / 6), 1e-15);
+  robot.R_d = 0.05 * std::cos(kPi / 6);
+  EXPECT_NEAR(RollerGeometry(robot).end_radius(), 0, 1e-15);
+}
+
 TEST(RollerGeometry, SineAndCosineAreTheLibrarys) {
   constexpr int kAngles = 100000;
   for (int k = -kAngles; k < kAngles; ++k) {

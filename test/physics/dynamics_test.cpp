@@ -411,7 +411,7 @@ TYPED_TEST(SlipModelTest, DampingMatrixIsTheSlopeOfTheForces) {
         slope.col(j) = difference(along_j, 2e-3 * motion.scale() / slip[j]);
       }
       DampingMatrix damping;
-      motion.model.damping(motion.model.contacts(u, phi_tilde), damping);
+      motion.model.damping(u, motion.model.contacts(u, phi_tilde), damping);
       Matrix11 told = -dense(damping);
       const PlatformMatrix C = motion.model.inertia().coriolis_derivative(motion.state.velocities().v);
       for (int k = 0; k < 3; ++k) told.topLeftCorner<3, 3>().col(k) += C[k].head<3>().matrix();
