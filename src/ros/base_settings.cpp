@@ -4,6 +4,8 @@
 #include <fmt/ranges.h>
 #include <ros/ros.h>
 
+#include <cmath>
+
 #include "youbot_base_sim/drive/driver_configuration.h"
 #include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/ros/parameters.h"
@@ -102,16 +104,36 @@ void read_time(Parameters& parameters, BaseSettings& settings) {
   settings.start_paused = parameters.flag("start_paused", settings.start_paused);
 }
 
+/// Reads each motor setting that is set, in place of the scene's.
+struct MotorReader {
+  Parameters& parameters;
+
+  void operator()(const char* name, double& number, const Range& range) const {
+    number = parameters.number(name, number, range.min, range.max, range.unit);
+  }
+  void operator()(const char* name, std::optional<double>& number, const Range& range) const {
+    double given = std::nan("");
+    (*this)(name, given, range);
+    if (!std::isnan(given)) number = given;
+  }
+  void operator()(const char* name, std::optional<bool>& flag) const {
+    flag = parameters.flag(name, flag.value_or(false));
+  }
+};
+
 void read_drive(Parameters& parameters, BaseSettings& settings) {
   BaseDriver::Settings& driver = settings.driver;
   driver.control_period = settings.scene.solver.control_period;
   driver.wheel_inertia = settings.scene.robot.J_1;
-  driver.quantized = parameters.flag("quantized", driver.quantized);
+  MotorSettings motors = settings.scene.motors.value_or(MotorSettings());
+  if (!motors.quantized) motors.quantized = driver.quantized;
+  visit_settings(motors, MotorReader{parameters});
+  driver.motor = motors.limit(driver.motor);
+  driver.gains = motors.gains;
+  driver.command_delay = motors.command_delay;
+  driver.quantized = *motors.quantized;
   driver.dry_friction = parameters.number("dry_friction", driver.dry_friction, 0, 100, "N m");
   driver.command_timeout = parameters.number("command_timeout", driver.command_timeout, 0, 1e6, "s");
-  driver.gains.proportional =
-      parameters.number("velocity_proportional_gain", driver.gains.proportional, 0, 1e3, "N m s/rad");
-  driver.gains.integral = parameters.number("velocity_integral_gain", driver.gains.integral, 0, 1e6, "N m/rad");
 }
 
 void read_telemetry(Parameters& parameters, BaseSettings& settings) {

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <variant>
 #include <vector>
 
+#include "youbot_base_sim/drive/motor_settings.h"
 #include "youbot_base_sim/drive/torque_profiles.h"
 #include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/physics/model.h"
@@ -46,6 +48,9 @@ struct Scene {
   FloorParameters floor;
   State initial;
   SolverSettings solver;
+  /// The motors between commands and wheels. Empty: a velocity table's loops have the default motors; torques act as
+  /// they are.
+  std::optional<MotorSettings> motors;
   /// Empty if the scene has no drive, because its commands come from elsewhere.
   std::variant<std::monostate, ReferenceMotion, TorqueSegments, WheelTable, VelocityTable> drive;
 };
