@@ -34,9 +34,16 @@ Scene read_scene(Parameters& parameters) {
   }
   overrides.control_period = parameters.number("control_period", -1, kMinControlPeriod, kMaxControlPeriod, "s");
   overrides.relative_tolerance = parameters.number("relative_tolerance", overrides.relative_tolerance, 1e-14, 0.1, "");
+  overrides.profile = parameters.text("profile", "");
+  overrides.friction_scale = parameters.number("friction_scale", overrides.friction_scale, 0, 1e3, "");
+  if (overrides.friction_scale >= 0 && overrides.profile.empty()) {
+    throw parameters.refusal("friction_scale", fmt::format("{:g}", overrides.friction_scale),
+                             "left out unless ~profile is measured");
+  }
   Scene scene;
   try {
     if (!overrides.model.empty()) scene.model = model_from_name(overrides.model);
+    if (!overrides.profile.empty()) scene.robot = robot_of_profile(overrides.profile, overrides.friction_scale);
   } catch (const SceneError& error) {
     throw ParameterError(fmt::format("parameter ~{}", error.what()));  // "model = ..."
   }
@@ -133,6 +140,10 @@ void read_drive(Parameters& parameters, BaseSettings& settings) {
   driver.command_delay = motors.command_delay;
   driver.quantized = *motors.quantized;
   driver.dry_friction = parameters.number("dry_friction", driver.dry_friction, 0, 100, "N m");
+  if (driver.dry_friction > 0 && (settings.scene.robot.dry_friction > 0).any()) {
+    throw parameters.refusal("dry_friction", fmt::format("{:g}", driver.dry_friction),
+                             "left out where the robot has a dry_friction of its own, by its scene or profile");
+  }
   driver.command_timeout = parameters.number("command_timeout", driver.command_timeout, 0, 1e6, "s");
 }
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 
@@ -65,8 +66,9 @@ RobotParameters read_profile(const SceneValue& value) {
 }
 
 /// `floor` decides whether all four wheels press on it.
-RobotParameters read_robot(SceneSection s, const FloorParameters& floor) {
+RobotParameters read_robot(SceneSection s, const FloorParameters& floor, const SceneOverrides& overrides) {
   RobotParameters robot = read_profile(s["profile"]);
+  if (!overrides.profile.empty()) robot = robot_of_profile(overrides.profile, overrides.friction_scale);
   s["body_mass"].number(robot.m, kMass);
   s["wheel_mass"].number(robot.m_1, kMass);
   const SceneValue inertia = s["total_inertia"];
@@ -274,7 +276,7 @@ Scene read_scene(const std::string& path, const YAML::Node& root, const SceneOve
     output_rate.refuse(fmt::format("such that there are at most {:g} rows; there would be {:g}", kMaxRows, rows));
   }
   scene.floor = read_floor(floor.section());
-  scene.robot = read_robot(robot.section(), scene.floor);
+  scene.robot = read_robot(robot.section(), scene.floor, overrides);
   scene.solver = read_solver(solver.section(), overrides, scene);
   if (motors.given()) scene.motors = read_motors(motors.section());
   read_drive(drive, scene);
@@ -283,6 +285,17 @@ Scene read_scene(const std::string& path, const YAML::Node& root, const SceneOve
 }
 
 }  // namespace
+
+RobotParameters robot_of_profile(const std::string& name, double friction_scale) {
+  std::vector<std::string> names;
+  for (const Named<Profile>& candidate : kProfiles) names.push_back(candidate.name);
+  if (std::find(names.begin(), names.end(), name) == names.end()) refuse_override("profile", name, names);
+  if (name == "measured") return measured_robot(friction_scale < 0 ? 1 : friction_scale);
+  if (friction_scale >= 0) {
+    throw SceneError(fmt::format("friction_scale = {:g}: must be left out for paper", friction_scale));
+  }
+  return RobotParameters();
+}
 
 IntegrationSettings integration_settings(const SolverSettings& solver) {
   return {solver.method, {solver.relative_tolerance, solver.absolute_tolerance}, solver.step};

@@ -68,7 +68,13 @@ struct SceneOverrides {
   double relative_tolerance = -1;
   double control_period = -1;
   std::string method;
+  std::string profile;         ///< of the robot; its other keys still go before it
+  double friction_scale = -1;  ///< of that profile
 };
+
+/// The robot of a profile, paper or measured, whose friction is multiplied by `friction_scale`; negative: as it is.
+/// Throws SceneError if there is no such profile, or for a scale of the paper's.
+RobotParameters robot_of_profile(const std::string& name, double friction_scale = -1);
 
 /// Reads and checks a scene file and the tables that it names. Throws SceneError.
 Scene load_scene(const std::string& path, const SceneOverrides& overrides = {});
