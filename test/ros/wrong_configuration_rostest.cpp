@@ -76,6 +76,8 @@ TEST_F(WrongConfiguration, of_motors_and_odometry) {
   expect_base_refuses("_joint_velocity_sign:=left", {"~joint_velocity_sign", "left", "driver_exact"});
   expect_base_refuses("_command_timeout:=-1", {"~command_timeout", "-1", "s"});
   expect_base_refuses("_odometry_wheel_error:=2", {"~odometry_wheel_error", "2"});
+  expect_base_refuses("_max_wheel_torque:=-1", {"~max_wheel_torque", "-1", "N m"});
+  expect_base_refuses("_command_delay:=61", {"~command_delay", "61", "60 s"});
   expect_base_refuses("_dry_friction:=-0.1", {"~dry_friction", "-0.1", "N m"});
   expect_base_refuses("_command_rate:=1001", {"~command_rate", "1001", "1000 Hz"});
 }
