@@ -63,6 +63,7 @@ class Simulation::Loop {
     }
     integration_ = make_integration(scene_.model, scene_.robot, scene_.floor, state_, *torque_,
                                     integration_settings(scene_.solver));
+    if (stop_) integration_->stop_on(*stop_);
     initial_energy_ = integration_->kinetic_energy(state_);
   }
 
@@ -80,6 +81,11 @@ class Simulation::Loop {
     if (!held_) throw std::logic_error("a simulation without a control_period has no periods to advance by");
     if (in_period_ && n-- > 0) advance_within_period(end_of_period());
     if (n > 0) advance_whole_periods(n);
+  }
+
+  void stop_on(const std::atomic<bool>& stop) {
+    stop_ = &stop;
+    integration_->stop_on(stop);
   }
 
   const Scene scene_;
@@ -136,6 +142,7 @@ class Simulation::Loop {
     if ((held_->value(t_) != before).any()) integration_->torque_jumped();
   }
 
+  const std::atomic<bool>* stop_ = nullptr;  // null: never
   Drive given_drive_;
   Drive drive_;
   HeldTorque* held_ = nullptr;  // torque_, where the drive is sampled
@@ -152,6 +159,7 @@ Simulation::~Simulation() = default;
 
 void Simulation::advance_to(double t) { loop_->advance_to(t); }
 void Simulation::advance_periods(std::int64_t n) { loop_->advance_periods(n); }
+void Simulation::stop_on(const std::atomic<bool>& stop) { loop_->stop_on(stop); }
 void Simulation::reset() { loop_->reset(); }
 double Simulation::time() const { return loop_->t_; }
 const State& Simulation::state() const { return loop_->state_; }
@@ -190,8 +198,8 @@ std::string Simulation::method() const {
 
 double Simulation::kinetic_energy() const { return loop_->integration_->kinetic_energy(loop_->state_); }
 
-double Simulation::energy_balance_error() const {
-  return std::abs(kinetic_energy() - loop_->initial_energy_ - loop_->state_.work());
+double Simulation::energy_balance_error(double kinetic_energy) const {
+  return std::abs(kinetic_energy - loop_->initial_energy_ - loop_->state_.work());
 }
 
 const Scene& Simulation::scene() const { return loop_->scene_; }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -8,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "youbot_base_sim/integration/integration.h"
 #include "youbot_base_sim/integration/statistics.h"
 #include "youbot_base_sim/physics/contacts.h"
 #include "youbot_base_sim/physics/roller_switch.h"
@@ -41,6 +43,10 @@ class Simulation {
   /// Advances to the end of the present control period and by n - 1 more. Throws std::logic_error if the scene has
   /// none.
   void advance_periods(std::int64_t n);
+
+  /// Has `advance_to` and `advance_periods` throw Stopped within a step once `stop`, which must outlive this, is set:
+  /// by another thread or a signal's handler. The state is then somewhere on the way; only `reset` leads on from there.
+  void stop_on(const std::atomic<bool>& stop);
 
   /// Back to the scene's initial state at t = 0, statistics included.
   void reset();
@@ -78,7 +84,9 @@ class Simulation {
   double kinetic_energy() const;  ///< J
 
   /// |change of kinetic energy - integrated power| since t = 0, J.
-  double energy_balance_error() const;
+  double energy_balance_error() const { return energy_balance_error(kinetic_energy()); }
+  /// The same for those who have asked for the kinetic energy (J) already.
+  double energy_balance_error(double kinetic_energy) const;
 
   const Scene& scene() const;
 

@@ -26,9 +26,12 @@ void NoSlipIntegration::advance(State& x, double t, double t_end) {
     ++statistics_.evaluations;
     model_.derivative(state, torque_.value(time), derivative);
   };
+  const auto observer = [this](const State&, double) {
+    if (stop_ && *stop_) throw Stopped();
+  };
   statistics_.steps += odeint::integrate_adaptive(
       odeint::make_controlled<odeint::runge_kutta_dopri5<State>>(tolerance_.absolute, tolerance_.relative), system, x,
-      t, t_end, t_end - t);
+      t, t_end, t_end - t, observer);
   model_.constrain(x);
 }
 

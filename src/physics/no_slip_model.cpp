@@ -4,7 +4,7 @@
 
 namespace youbot_base_sim {
 
-NoSlipModel::NoSlipModel(const RobotParameters& robot) : robot_(robot), platform_(robot) {
+NoSlipModel::NoSlipModel(const RobotParameters& robot) : robot_(robot), platform_(robot), dry_(robot) {
   const Wheels tan = tan_delta();
   rolling_ << Eigen::Vector4d::Ones(), tan.matrix(), (robot.rho_X() * tan - robot.rho_Y()).matrix();
   rolling_ /= robot.R;
@@ -15,13 +15,25 @@ NoSlipModel::NoSlipModel(const RobotParameters& robot) : robot_(robot), platform
              roller_rolling_.transpose() * robot.mu_2.matrix().asDiagonal() * roller_rolling_;
 }
 
+Eigen::Vector3d NoSlipModel::dry_friction(const Eigen::Vector3d& v) const {
+  return rolling_.transpose() * dry_.wheel_torque(dphi(v)).matrix() +
+         roller_rolling_.transpose() * dry_.roller_torque(dgamma(v)).matrix();
+}
+
+Eigen::Matrix3d NoSlipModel::dry_damping(const Eigen::Vector3d& v) const {
+  return rolling_.transpose() * dry_.wheel_damping(dphi(v)).matrix().asDiagonal() * rolling_ +
+         roller_rolling_.transpose() * dry_.roller_damping(dgamma(v)).matrix().asDiagonal() * roller_rolling_;
+}
+
 Eigen::Vector3d NoSlipModel::bias(const Eigen::Vector3d& v) const {
-  return damping_ * v - platform_.coriolis({v[0], v[1], v[2], 0}).head<3>().matrix();
+  const Eigen::Vector3d viscous = damping_ * v - platform_.coriolis({v[0], v[1], v[2], 0}).head<3>().matrix();
+  return dry_.any() ? Eigen::Vector3d(viscous + dry_friction(v)) : viscous;
 }
 
 Eigen::Vector3d NoSlipModel::bias_rate(const Eigen::Vector3d& v, const Eigen::Vector3d& dv) const {
   const PlatformMatrix C = platform_.coriolis_derivative({v[0], v[1], v[2], 0});
-  return damping_ * dv - (C[0] * dv[0] + C[1] * dv[1] + C[2] * dv[2]).head<3>().matrix();
+  const Eigen::Vector3d viscous = damping_ * dv - (C[0] * dv[0] + C[1] * dv[1] + C[2] * dv[2]).head<3>().matrix();
+  return dry_.any() ? Eigen::Vector3d(viscous + dry_damping(v) * dv) : viscous;
 }
 
 Wheels NoSlipModel::distribute(const Eigen::Vector3d& force) const {
@@ -50,6 +62,7 @@ void NoSlipModel::derivative(const State& state, const Wheels& M, State& derivat
   derivative.y() = v[0] * sin_psi + v[1] * cos_psi;
   derivative.psi() = v[2];
   derivative.work() = (M * dphi(v)).sum() - v.dot(damping_ * v);
+  if (dry_.any()) derivative.work() -= v.dot(dry_friction(v));
   derivative.values.col(1).head<3>() = acceleration(v, M).array();
   derivative.phi() = dphi(v);
   derivative.gamma() = dgamma(v);

@@ -10,4 +10,13 @@ Wheels normal_reactions(const RobotParameters& robot, const FloorParameters& flo
          robot.m * floor.g / 4 * (1 + forward * (robot.a_X / robot.h) + left * (robot.a_Y / robot.l));
 }
 
+RobotParameters measured_robot(double scale) {
+  RobotParameters robot;
+  robot.dry_friction.setConstant(scale * 0.18);
+  robot.mu_1.setConstant(scale * 0.01);
+  robot.roller_dry_friction.setConstant(scale * 0.073);
+  robot.mu_2.setConstant(scale * 0.0025);
+  return robot;
+}
+
 }  // namespace youbot_base_sim

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <stdexcept>
 
 #include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/ros/diagnostics.h"
@@ -215,7 +216,11 @@ double BaseNode::wait_for_periods_ahead() const {
 
 void BaseNode::advance(std::int64_t periods) {
   commands_taken_ = interface_->commands();
-  loop_.advance_periods(periods);
+  try {
+    loop_.advance_periods(periods);
+  } catch (const std::domain_error& error) {
+    throw std::runtime_error(fmt::format("{} after t = {} s", error.what(), loop_.time()));
+  }
   const BaseDriver::Events events = loop_.take_events();
   if (events.base_lost) ROS_WARN("EtherCAT is lost: the base is not connected until reconnect is called");
   if (events.timed_out) {

@@ -3,9 +3,12 @@
 #include <ros/ros.h>
 
 #include <csignal>
+#include <cstdio>
 #include <exception>
+#include <string>
 
 #include "youbot_base_sim/ros/parameters.h"
+#include "youbot_base_sim/text/print_error.h"
 #include "youbot_base_sim/text/quote.h"
 
 namespace youbot_base_sim {
@@ -22,6 +25,15 @@ void end_ros_on(int signal) {
   sigaction(signal, &action, nullptr);
 }
 
+/// A last line, which ROS's console no longer prints once ROS has shut down.
+void complain(const char* name, const std::string& text) {
+  if (ros::ok()) {
+    ROS_FATAL_STREAM(text);
+  } else {
+    print_error(name, text);
+  }
+}
+
 }  // namespace
 
 int run_program(int argc, char** argv, const char* name, const std::function<void()>& body) {
@@ -33,13 +45,17 @@ int run_program(int argc, char** argv, const char* name, const std::function<voi
     return 2;
   }
   const ros::NodeHandle keep_alive;  // ROS shuts down, its log included, with the last handle
+  if (!ros::ok()) {                  // what waits for a master now may be interrupted, and is fit for nothing then
+    complain(name, "interrupted before there was a master at " + ros::master::getURI());
+    return 1;
+  }
   try {
     body();
   } catch (const ParameterError& error) {
-    ROS_FATAL_STREAM(error.what());
+    complain(name, error.what());
     return 2;
   } catch (const std::exception& error) {
-    ROS_FATAL_STREAM(error.what());
+    complain(name, error.what());
     return 1;
   }
   return 0;

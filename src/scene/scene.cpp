@@ -23,6 +23,9 @@ constexpr Named<Model> kModels[] = {
 constexpr Named<RollerRateAtSwitch> kRollerRates[] = {{"continuous", RollerRateAtSwitch::kContinuous},
                                                       {"at_rest", RollerRateAtSwitch::kAtRest}};
 
+enum class Profile { kPaper, kMeasured };
+constexpr Named<Profile> kProfiles[] = {{"paper", Profile::kPaper}, {"measured", Profile::kMeasured}};
+
 constexpr double kMaxRows = 1e8, kMaxPeriods = 1e9;
 constexpr double kMaxRowsInPeriod = 1e5;  // closer ones are one instant to the simulation
 
@@ -30,6 +33,8 @@ constexpr Range kMass{1e-6, 1e6, "kg"};
 constexpr Range kInertia{1e-12, 1e6, "kg m^2"};
 constexpr Range kLength{1e-3, 1e3, "m"};
 constexpr Range kDamping{0, 1e9, "N m s"};
+constexpr Range kDryFriction{0, 1e6, "N m"};
+constexpr Range kSmoothing{1e-6, 1e6, "rad/s"};
 constexpr Range kSpeed{-1e4, 1e4, "m/s or rad/s"};
 constexpr Range kRate{-1e6, 1e6, "rad/s"};
 constexpr Range kTorque{-3e6, 3e6, "N m"};
@@ -40,9 +45,27 @@ constexpr Range kHarmonicPeriod{1e-4, 1e9, "s"};
   throw SceneError(fmt::format("{} = {}: must be {}", name, quote(value), alternatives(allowed)));
 }
 
+/// A name, or a section with the name and what the profile takes besides.
+RobotParameters read_profile(const SceneValue& value) {
+  Profile profile = Profile::kPaper;
+  if (!value.is_section()) {
+    value.choice(profile, kProfiles);
+    return profile == Profile::kMeasured ? measured_robot() : RobotParameters();
+  }
+  SceneSection s = value.section();
+  s.required("name").choice(profile, kProfiles);
+  double scale = 1;
+  const SceneValue friction_scale = s["friction_scale"];
+  friction_scale.number(scale, {0, 1e3, ""});
+  s.finish();
+  if (profile == Profile::kMeasured) return measured_robot(scale);
+  if (friction_scale.given()) friction_scale.refuse("left out for paper");
+  return RobotParameters();
+}
+
 /// `floor` decides whether all four wheels press on it.
 RobotParameters read_robot(SceneSection s, const FloorParameters& floor) {
-  RobotParameters robot;
+  RobotParameters robot = read_profile(s["profile"]);
   s["body_mass"].number(robot.m, kMass);
   s["wheel_mass"].number(robot.m_1, kMass);
   const SceneValue inertia = s["total_inertia"];
@@ -63,11 +86,17 @@ RobotParameters read_robot(SceneSection s, const FloorParameters& floor) {
   s["rollers_per_wheel"].whole_number(robot.rollers, 3, 255);
   s["wheel_damping"].number_or_wheels(robot.mu_1, kDamping);
   s["roller_damping"].number_or_wheels(robot.mu_2, kDamping);
+  s["dry_friction"].number_or_wheels(robot.dry_friction, kDryFriction);
+  s["dry_friction_rate"].number(robot.dry_friction_rate, kSmoothing);
+  s["roller_dry_friction"].number_or_wheels(robot.roller_dry_friction, kDryFriction);
+  s["roller_dry_friction_rate"].number(robot.roller_dry_friction_rate, kSmoothing);
   s["roller_rate_at_switch"].choice(robot.roller_rate_at_switch, kRollerRates);
   s.finish();
 
-  if (robot.J_2 == 0 && robot.mu_2.minCoeff() == 0 && (floor.f == 0 || floor.viscous_friction == 0)) {
-    roller_inertia.refuse("a finite number > 0 where neither friction nor roller_damping holds the rollers");
+  if (robot.J_2 == 0 && (robot.mu_2 + robot.roller_dry_friction).minCoeff() == 0 &&
+      (floor.f == 0 || floor.viscous_friction == 0)) {
+    roller_inertia.refuse(
+        "a finite number > 0 where neither friction nor roller_damping nor roller_dry_friction holds the rollers");
   }
   if (robot.R_d >= robot.R) axis_radius.refuse(fmt::format("less than wheel_radius, {}", robot.R));
   const double offset = robot.m * robot.m * a.square().sum() / robot.m_s();
@@ -172,17 +201,18 @@ TorqueSegments read_torque(const std::vector<SceneSection>& sections) {
   return segments;
 }
 
-WheelTable read_table(const SceneValue& value, const std::string& scene_path, const Range& range) {
+WheelTable read_table(const SceneValue& value, Scene& scene, const Range& range) {
   std::string name;
   value.text(name, "the name of a CSV file");
+  scene.files.push_back(std::filesystem::path(scene.files.front()).parent_path() / name);
   try {
-    return read_wheel_table(std::filesystem::path(scene_path).parent_path() / name, kTime, range);
+    return read_wheel_table(scene.files.back(), kTime, range);
   } catch (const UnreadableFile& error) {
     value.refuse_for(fmt::format("{}; must be a CSV file with {}", error.what(), kTableColumns));
   }
 }
 
-void read_drive(const SceneValue& value, const std::string& scene_path, Scene& scene) {
+void read_drive(const SceneValue& value, Scene& scene) {
   if (!value.given()) return;
   SceneSection s = value.section();
   const SceneValue motion = s["reference_motion"], torque = s["torque"], torque_table = s["torque_table"],
@@ -193,9 +223,9 @@ void read_drive(const SceneValue& value, const std::string& scene_path, Scene& s
   }
   if (motion.given()) scene.drive = read_reference_motion(motion.section());
   if (torque.given()) scene.drive = read_torque(torque.sections());
-  if (torque_table.given()) scene.drive = read_table(torque_table, scene_path, kTorque);
+  if (torque_table.given()) scene.drive = read_table(torque_table, scene, kTorque);
   if (velocity_table.given()) {
-    scene.drive = VelocityTable{read_table(velocity_table, scene_path, kRate)};
+    scene.drive = VelocityTable{read_table(velocity_table, scene, kRate)};
     // A velocity loop is sampled; the driver's runs at 1 kHz.
     if (scene.solver.control_period == 0) scene.solver.control_period = 1e-3;
   }
@@ -231,6 +261,7 @@ void read_initial(SceneSection s, Scene& scene) {
 Scene read_scene(const std::string& path, const YAML::Node& root, const SceneOverrides& overrides) {
   SceneSection file(quote_path(path), "", root);
   Scene scene;
+  scene.files = {path};
   file["model"].choice(scene.model, kModels);
   if (!overrides.model.empty()) scene.model = model_from_name(overrides.model);
   file.required("duration").number(scene.duration, {1e-9, 1e6, "s"});
@@ -245,7 +276,7 @@ Scene read_scene(const std::string& path, const YAML::Node& root, const SceneOve
   scene.floor = read_floor(floor.section());
   scene.robot = read_robot(robot.section(), scene.floor);
   scene.solver = read_solver(solver.section(), overrides, scene);
-  read_drive(drive, path, scene);
+  read_drive(drive, scene);
   read_initial(initial.section(), scene);
   return scene;
 }

@@ -30,6 +30,8 @@ class SceneValue {
       : file_(file), path_(path), node_(node) {}
 
   bool given() const { return node_.IsDefined(); }
+  /// Whether the value is a mapping.
+  bool is_section() const { return given() && node_.IsMap(); }
 
   void number(double& value, const Range& range) const;
   /// From `min` to `max`.

@@ -59,9 +59,11 @@ std::string joint(const std::string& name, const char* type, const std::string& 
                      type, parent, child, content);
 }
 
-std::string turning(const char* axis, double damping) {
-  const std::string dynamics = damping == 0 ? "" : fmt::format("<dynamics damping=\"{}\"/>", number(damping));
-  return fmt::format("<axis xyz=\"{}\"/>{}", axis, dynamics);
+std::string turning(const char* axis, double damping, double friction) {
+  std::string dynamics;
+  if (damping != 0) dynamics += fmt::format(" damping=\"{}\"", number(damping));
+  if (friction != 0) dynamics += fmt::format(" friction=\"{}\"", number(friction));
+  return fmt::format("<axis xyz=\"{}\"/>{}", axis, dynamics.empty() ? "" : "<dynamics" + dynamics + "/>");
 }
 
 /// The circle on a roller that touches the floor at the wheel angle phi~ from where the roller points straight down.
@@ -208,17 +210,18 @@ std::string urdf(const RobotParameters& robot, RollerJoints rollers) {
     const std::string wheel = kWheelNames[i];
     const double delta = std::atan(tan_delta()[i]);
     document += joint("caster_joint_" + wheel, "continuous", "base_link", "caster_link_" + wheel,
-                      origin({robot.rho_X()[i], robot.rho_Y()[i], kAxleHeight}) + turning("0 0 1", 0));
+                      origin({robot.rho_X()[i], robot.rho_Y()[i], kAxleHeight}) + turning("0 0 1", 0, 0));
     document += link("caster_link_" + wheel, "");
     document += joint("wheel_joint_" + wheel, "continuous", "caster_link_" + wheel, "wheel_link_" + wheel,
-                      origin(Vector3d::Zero()) + turning("0 1 0", robot.mu_1[i]));
+                      origin(Vector3d::Zero()) + turning("0 1 0", robot.mu_1[i], robot.dry_friction[i]));
     document += wheel_link(robot, size, "wheel_link_" + wheel, delta);
     for (int k = 0; k < robot.rollers; ++k) {
       const std::string roller = fmt::format("{}_{}", wheel, k);
       const bool fixed = rollers == RollerJoints::kFixed;
       document += joint("roller_joint_" + roller, fixed ? "fixed" : "continuous", "wheel_link_" + wheel,
                         "roller_link_" + roller,
-                        roller_origin(robot, k, delta) + (fixed ? "" : turning("1 0 0", robot.mu_2[i])));
+                        roller_origin(robot, k, delta) +
+                            (fixed ? "" : turning("1 0 0", robot.mu_2[i], robot.roller_dry_friction[i])));
       document += roller_link(robot, size, "roller_link_" + roller, rollers);
     }
   }

@@ -90,6 +90,42 @@ drive: {torque: [{start: 0, constant: [1, 2, 3, 4]}, {start: 1, cos: [1, 0, 0, 0
   EXPECT_EQ(std::get<TorqueSegments>(scene.drive)[1].period, 3);
 }
 
+// Records of two bases: the drive's dry friction is 0.14 to 0.24 N m, the rollers' 0.055 to 0.095 N m.
+TEST_F(SceneTest, ProfilesAreDefaultsThatOtherKeysGoBefore) {
+  const std::string d = kDrive;
+  EXPECT_EQ(load(d + "robot: {profile: paper}").robot.mu_1[0], 0.11);
+  EXPECT_TRUE((load(d + "robot: {profile: paper}").robot.dry_friction == 0).all());
+  const RobotParameters measured = load(d + "robot: {profile: measured}").robot;
+  EXPECT_TRUE((measured.dry_friction == 0.18).all());
+  EXPECT_TRUE((measured.mu_1 == 0.01).all());
+  EXPECT_TRUE((measured.roller_dry_friction == 0.073).all());
+  EXPECT_TRUE((measured.mu_2 == 0.0025).all());
+  EXPECT_EQ(measured.roller_dry_friction_rate, 2);
+  EXPECT_EQ(measured.m, 30);
+  const RobotParameters scaled = load(d +
+                                      "robot: {wheel_damping: 0.05, profile: {name: measured, friction_scale: 0.76}, "
+                                      "roller_dry_friction: [0.1, 0.2, 0.3, 0.4], dry_friction_rate: 0.5}")
+                                     .robot;
+  EXPECT_DOUBLE_EQ(scaled.dry_friction[3], 0.76 * 0.18);
+  EXPECT_EQ(scaled.mu_1[0], 0.05);
+  EXPECT_EQ(scaled.roller_dry_friction[2], 0.3);
+  EXPECT_DOUBLE_EQ(scaled.mu_2[1], 0.76 * 0.0025);
+  EXPECT_EQ(scaled.dry_friction_rate, 0.5);
+}
+
+TEST_F(SceneTest, RefusesWhatIsNoProfile) {
+  const std::string d = kDrive;
+  expect_refused(d + "robot: {profile: real}", "robot.profile", "real", "paper or measured");
+  expect_refused(d + "robot: {profile: [measured]}", "robot.profile", "[measured]", "paper or measured");
+  expect_refused(d + "robot: {profile: {friction_scale: 2}}", "robot.profile.name", "left out", "given");
+  expect_refused(d + "robot: {profile: {name: real}}", "robot.profile.name", "real", "paper or measured");
+  expect_refused(d + "robot: {profile: {name: paper, friction_scale: 2}}", "robot.profile.friction_scale", "2",
+                 "left out for paper");
+  expect_refused(d + "robot: {profile: {name: measured, friction_scale: -1}}", "robot.profile.friction_scale", "-1",
+                 ">= 0");
+  expect_refused(d + "robot: {profile: {name: measured, scale: 1}}", "robot.profile.scale", "1", "friction_scale");
+}
+
 TEST_F(SceneTest, InitialVelocityDefaultsToTheReferenceMotions) {
   const Scene scene = load(
       "duration: 1\ndrive: {reference_motion: {period: 30, V_Y: {constant: 0.5, cos: 0.1}, "

@@ -35,9 +35,11 @@ class ReferenceTorque : public TorqueProfile {
   Wheels derivative(double t) const override;
 
  private:
+  [[gnu::noinline, gnu::cold]] Wheels dry_value(double t) const;
+
   NoSlipModel model_;
   ReferenceMotion motion_;
-  // The torques are quadratic in the velocities, so they have no harmonics above the second.
+  // Without dry friction the torques are quadratic in the velocities: they have no harmonics above the second.
   Wheels constant_, cos_, sin_, cos_2_, sin_2_;
 };
 

@@ -40,7 +40,7 @@ class FallbackStepper : public StepperTypes<boost::numeric::odeint::stepper_tag>
     Velocities r = residual(u);
     for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
       std::array<DampingMatrix, 1> G;
-      model.damping(contacts, G[0]);
+      model.damping(u, contacts, G[0]);
       solver_.factorize({{1 / dt}}, inertia, G, {{PlatformMatrix{Wheels::Zero(), Wheels::Zero(), Wheels::Zero()}}});
       std::array<Velocities, 1> solved;
       solver_.solve({r}, solved);

@@ -20,6 +20,7 @@ class NoSlipIntegration : public Integration {
   void advance_periods(State& x, std::int64_t first, double period, std::size_t n,
                        const PeriodObserver& observer) override;
   void advance(State& x, double t, double t_end) override;
+  void stop_on(const std::atomic<bool>& stop) override { stop_ = &stop; }
   void torque_jumped() override {}
   double kinetic_energy(const State& x) const override { return model_.kinetic_energy(x.velocity()); }
   Contacts contacts(const State& x, double t) const override;
@@ -35,6 +36,7 @@ class NoSlipIntegration : public Integration {
   NoSlipModel model_;
   Tolerance tolerance_;
   IntegrationStatistics statistics_;
+  const std::atomic<bool>* stop_ = nullptr;  // null: never
 };
 
 }  // namespace youbot_base_sim

@@ -75,7 +75,7 @@ class SlipSystem {
 
   /// Damping matrix at these contacts, for the friction F.
   void damping(const Velocities& u, const Contacts& c, const ContactForce& F, const Wheels& M, DampingMatrix& G) const {
-    model_.damping(c, F, G);
+    model_.damping(u, c, F, G);
     if (shares_) put_shared(u, M, G);
   }
 
@@ -269,7 +269,7 @@ typename SlipSystem<Law>::ForceJacobian SlipSystem<Law>::force_jacobian(const St
   const Velocities u = x.velocities();
   AngleStiffness by_phi = model_.angle_stiffness(u, geometry(x.phi()), c);
   DampingMatrix G;
-  model_.damping(c, G);
+  model_.damping(u, c, G);
   if (shares_) {
     put_shared(u, M, G);
     for (Wheels* entry :

@@ -2,6 +2,7 @@
 
 #include <Eigen/Dense>
 
+#include "youbot_base_sim/physics/dry_bearings.h"
 #include "youbot_base_sim/physics/inertia.h"
 
 namespace youbot_base_sim {
@@ -23,6 +24,9 @@ class NoSlipModel {
   /// no internal preload (+1, +1, -1, -1).
   Wheels torque(const Eigen::Vector3d& v, const Eigen::Vector3d& dv) const;
 
+  /// Whether bearings have dry friction; without, the torques are quadratic in v and linear in dv.
+  bool dry() const { return dry_.any(); }
+
   /// Time derivative of `torque`, N m/s; `ddv` is that of `dv`.
   Wheels torque_rate(const Eigen::Vector3d& v, const Eigen::Vector3d& dv, const Eigen::Vector3d& ddv) const;
 
@@ -39,6 +43,9 @@ class NoSlipModel {
  private:
   using WheelsByVelocity = Eigen::Matrix<double, kWheels, 3>;
 
+  /// Forces on v of the dry friction in wheels and rollers, and their derivative by v.
+  Eigen::Vector3d dry_friction(const Eigen::Vector3d& v) const;
+  Eigen::Matrix3d dry_damping(const Eigen::Vector3d& v) const;
   /// Forces on v besides the wheels' torques, to the left-hand side; and their time derivative.
   Eigen::Vector3d bias(const Eigen::Vector3d& v) const;
   Eigen::Vector3d bias_rate(const Eigen::Vector3d& v, const Eigen::Vector3d& dv) const;
@@ -47,6 +54,7 @@ class NoSlipModel {
 
   RobotParameters robot_;
   Inertia platform_;
+  DryBearings dry_;
   WheelsByVelocity rolling_;         // dphi = rolling_ v
   WheelsByVelocity roller_rolling_;  // dgamma = roller_rolling_ v
   Eigen::Matrix3d inertia_;

@@ -27,12 +27,20 @@ struct RobotParameters {
   int rollers = 6;                          ///< rollers on a wheel, n
   Wheels mu_1 = Wheels::Constant(0.11);     ///< viscous friction of a wheel's bearing, N m s
   Wheels mu_2 = Wheels::Constant(5.78e-3);  ///< viscous friction of a roller's bearing, N m s
+  Wheels dry_friction = Wheels::Zero();     ///< of a wheel's drive, N m: see DryBearings
+  double dry_friction_rate = 0.02;          ///< over which it is smoothed, rad/s
+  Wheels roller_dry_friction = Wheels::Zero();  ///< T_2, of a roller's bearing, N m
+  double roller_dry_friction_rate = 2;          ///< over which it is smoothed, rad/s: real bases' (docs/validation.md)
   RollerRateAtSwitch roller_rate_at_switch = RollerRateAtSwitch::kContinuous;
 
   double m_s() const { return m + kWheels * m_1; }  ///< total mass, kg
   Wheels rho_X() const { return {h, h, -h, -h}; }   ///< wheel centres from O, forward, m
   Wheels rho_Y() const { return {l, -l, l, -l}; }   ///< wheel centres from O, to the left, m
 };
+
+/// The robot with the friction that records of two real bases show, in place of the paper's: dry in the drives, and in
+/// the rollers dry with a little viscous. `scale` multiplies all of it: 0.76 is one of the two bases, 1.3 the other.
+RobotParameters measured_robot(double scale = 1);
 
 /// Directions of the axes of the rollers in contact: delta = -45, 45, 45, -45 deg (paper, section 2). Nothing else
 /// knows them.

@@ -16,6 +16,7 @@ class SharedContact {
   SharedContact(const SlipModel<Law>& model, int i, const Velocities& u, double M)
       : model_(model),
         i_(i),
+        u_(u),
         lower_(model.contacts(u, Wheels::Constant(0.5 * model.geometry().pitch()))),
         upper_(model.contacts(u, Wheels::Constant(-0.5 * model.geometry().pitch()))),
         alpha_((M / model.robot().R - lower_.F_X[i]) / (upper_.F_X[i] - lower_.F_X[i])) {}
@@ -42,8 +43,8 @@ class SharedContact {
   /// Sets the wheel's entries of the damping matrix: each roller's own, weighted, and the change of the shares.
   void put(DampingMatrix& G) const {
     DampingMatrix upper, lower;
-    model_.damping(upper_, upper);
-    model_.damping(lower_, lower);
+    model_.damping(u_, upper_, upper);
+    model_.damping(u_, lower_, lower);
     // Forces on V_X, V_Y, Omega and dgamma by the same velocities
     const auto matrix = [this](const DampingMatrix& g) {
       Eigen::Matrix4d m;
@@ -65,7 +66,7 @@ class SharedContact {
       G.platform_dphi[row][i_] = G.dphi_platform[row][i_] = 0;
     }
     G.dgamma_dgamma[i_] = all(3, 3);
-    G.dphi_dphi[i_] = model_.robot().mu_1[i_];
+    G.dphi_dphi[i_] = model_.robot().mu_1[i_] + model_.dry_bearings().wheel_damping(Wheels::Zero())[i_];
     G.dphi_dgamma[i_] = 0;
   }
 
@@ -76,6 +77,7 @@ class SharedContact {
 
   const SlipModel<Law>& model_;
   int i_;
+  Velocities u_;
   Contacts lower_, upper_;
   double alpha_;
 };

@@ -6,6 +6,7 @@
 #include "youbot_base_sim/physics/contact_law.h"
 #include "youbot_base_sim/physics/contacts.h"
 #include "youbot_base_sim/physics/damping_matrix.h"
+#include "youbot_base_sim/physics/dry_bearings.h"
 #include "youbot_base_sim/physics/inertia.h"
 #include "youbot_base_sim/physics/roller_geometry.h"
 
@@ -35,6 +36,7 @@ class SlipModel {
         geometry_(robot),
         law_(robot, floor),
         inertia_(robot),
+        dry_(robot),
         rho_X_(robot.rho_X()),
         rho_Y_(robot.rho_Y()) {}
 
@@ -60,22 +62,34 @@ class SlipModel {
   /// Sets the moment of the friction by the other entries.
   void set_moment(Contacts& c) const { c.M_Z = c.F_Y * rho_X_ - c.F_X * (rho_Y_ + c.Delta_Y); }
 
-  /// Right-hand sides of (4.9): forces on the velocities under the wheel torques `M` (N m), N and N m.
+  /// Right-hand sides of (4.9), with dry friction of the bearings: forces on the velocities under the wheel torques `M`
+  /// (N m), N and N m.
   Velocities forces(const Velocities& u, const Contacts& c, const Wheels& M) const {
-    return {sums(c.F_X, c.F_Y, c.M_Z) + inertia_.coriolis(u.v), M - robot_.mu_1 * u.dphi - robot_.R * c.F_X,
-            c.r_Y * c.F_Y - c.r_X * c.F_X - robot_.mu_2 * u.dgamma};
+    Velocities Q = viscous_forces(u, c, M);
+    if (dry_.any()) dry_.add_to(u, Q);
+    return Q;
+  }
+  /// The same at three stages at once. What is rare stays out of the loop.
+  void forces(const std::array<Velocities, 3>& u, const std::array<Contacts, 3>& c, const std::array<Wheels, 3>& M,
+              std::array<Velocities, 3>& Q) const {
+#pragma GCC unroll 3
+    for (int j = 0; j < 3; ++j) Q[j] = viscous_forces(u[j], c[j], M[j]);
+    if (!dry_.any()) return;
+    for (int j = 0; j < 3; ++j) dry_.add_to(u[j], Q[j]);
   }
 
   /// Time derivative of `state`, whose contacts are `c`, under the wheel torques `M` (N m).
   void derivative(const State& state, const Contacts& c, const Wheels& M, State& derivative) const;
 
-  /// Sets G to minus the derivative of `forces` by the velocities, Coriolis forces excluded, where the contacts are
+  /// Sets G to minus the derivative of `forces` by the velocities u, Coriolis forces excluded, where the contacts are
   /// `c`.
-  void damping(const Contacts& c, DampingMatrix& G) const { damping(c, law_.stiffness(c.V_PX, c.V_PY), G); }
+  void damping(const Velocities& u, const Contacts& c, DampingMatrix& G) const {
+    damping(u, c, law_.stiffness(c.V_PX, c.V_PY), G);
+  }
 
   /// The same where the friction is taken to be F, which need not be the friction of c's slip: see the law.
-  void damping(const Contacts& c, const ContactForce& F, DampingMatrix& G) const {
-    damping(c, law_.stiffness(c.V_PX, c.V_PY, F), G);
+  void damping(const Velocities& u, const Contacts& c, const ContactForce& F, DampingMatrix& G) const {
+    damping(u, c, law_.stiffness(c.V_PX, c.V_PY, F), G);
   }
 
   /// Derivative of `forces` by the wheels' angles. `c` are the contacts at the velocities u and this geometry.
@@ -107,9 +121,15 @@ class SlipModel {
   const Inertia& inertia() const { return inertia_; }
   const RollerGeometry& geometry() const { return geometry_; }
   const RobotParameters& robot() const { return robot_; }
+  const DryBearings& dry_bearings() const { return dry_; }
 
  private:
-  void damping(const Contacts& c, const ContactStiffness& K, DampingMatrix& G) const {
+  Velocities viscous_forces(const Velocities& u, const Contacts& c, const Wheels& M) const {
+    return {sums(c.F_X, c.F_Y, c.M_Z) + inertia_.coriolis(u.v), M - robot_.mu_1 * u.dphi - robot_.R * c.F_X,
+            c.r_Y * c.F_Y - c.r_X * c.F_X - robot_.mu_2 * u.dgamma};
+  }
+
+  void damping(const Velocities& u, const Contacts& c, const ContactStiffness& K, DampingMatrix& G) const {
     const double R = robot_.R;
     const Wheels arm = rho_Y_ + c.Delta_Y;
     // K dV_P/du for u = V_X, V_Y, Omega, dphi, dgamma, by (3.3); rows of forces combine F_X and F_Y as V_P does.
@@ -128,12 +148,14 @@ class SlipModel {
     G.dphi_dphi = robot_.mu_1 + R * R * K.XX;
     G.dphi_dgamma = -R * X_dgamma;
     G.dgamma_dgamma = robot_.mu_2 + c.r_Y * Y_dgamma - c.r_X * X_dgamma;
+    if (dry_.any()) dry_.add_to(u, G);
   }
 
   RobotParameters robot_;
   RollerGeometry geometry_;
   Law law_;
   Inertia inertia_;
+  DryBearings dry_;
   alignas(kAlignment) Wheels rho_X_, rho_Y_;
 };
 

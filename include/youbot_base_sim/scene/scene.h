@@ -4,6 +4,7 @@
 #include <stdexcept>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "youbot_base_sim/drive/torque_profiles.h"
 #include "youbot_base_sim/integration/methods.h"
@@ -37,6 +38,7 @@ struct VelocityTable {
 
 /// One simulation as a scene file describes it, checked and with its defaults filled in. SI units, radians.
 struct Scene {
+  std::vector<std::string> files;  ///< that it was read from: its own and its table
   Model model = Model::kCoulomb;
   double duration = 0;       ///< s
   double output_rate = 100;  ///< rows per second
