@@ -6,30 +6,40 @@
 
 #include "youbot_base_sim/drive/wheel_drive.h"
 #include "youbot_base_sim/integration/methods.h"
+#include "youbot_base_sim/integration/no_slip_integration.h"
 #include "youbot_base_sim/physics/roller_geometry.h"
 
 namespace youbot_base_sim {
 
 namespace {
 
-/// The scene's own drive, sampled: its torque at the beginning of each control period, or its velocities by the wheels'
-/// velocity loop.
-Simulation::Drive make_drive(const Scene& scene) {
+/// What the scene's drive tells the wheels at time t: rates, rad/s, of a velocity table, else torques, N m.
+std::function<Wheels(double t)> make_command(const Scene& scene) {
   // A row or a segment that begins where a control period does must not be missed for a rounding error.
   const double late = 1e-6 * scene.solver.control_period;
   if (const auto* velocities = std::get_if<VelocityTable>(&scene.drive)) {
-    WheelDrive wheels(scene.solver.control_period);
-    return [wheels, late, table = velocities->table](double t, const State& state) mutable {
-      const Wheels rate = table.at(t + late);
-      for (int i = 0; i < kWheels; ++i) wheels.command(i, {DriveMode::kVelocity, rate[i]});
-      return wheels.sample(state.dphi());
-    };
+    return [late, table = velocities->table](double t) { return table.at(t + late); };
   }
   const std::shared_ptr<TorqueProfile> torque = make_torque_profile(scene);
-  if (!torque) return [](double, const State&) -> Wheels { return Wheels::Zero(); };
-  return [torque, late](double t, const State&) {
+  if (!torque) return [](double) -> Wheels { return Wheels::Zero(); };
+  return [late, torque](double t) {
     torque->begin_segment(t + late);
     return torque->value(t);
+  };
+}
+
+/// The scene's own drive, sampled at the beginning of each control period.
+Simulation::Drive make_drive(const Scene& scene) {
+  const std::function<Wheels(double)> command = make_command(scene);
+  const bool tracks_rates = std::holds_alternative<VelocityTable>(scene.drive);
+  if (!tracks_rates && !scene.motors) return [command](double t, const State&) { return command(t); };
+  const DriveMode mode = tracks_rates ? DriveMode::kVelocity : DriveMode::kTorque;
+  const MotorSettings motors = scene.motors.value_or(MotorSettings());
+  WheelDrive wheels(scene.solver.control_period, motors.limit(Motor()), motors.gains, motors.quantized.value_or(false));
+  return [=](double t, const State& state) mutable {
+    const Wheels told = command(t - motors.command_delay);
+    for (int i = 0; i < kWheels; ++i) wheels.command(i, {mode, told[i]});
+    return wheels.sample(state.dphi());
   };
 }
 
@@ -193,7 +203,8 @@ const IntegrationStatistics& Simulation::statistics() const { return loop_->inte
 double Simulation::transition_speed() const { return loop_->integration_->transition_speed(); }
 
 std::string Simulation::method() const {
-  return loop_->scene_.model == Model::kNoSlip ? "dopri5" : loop_->scene_.solver.method;
+  const Scene& scene = loop_->scene_;
+  return scene.model == Model::kNoSlip ? NoSlipIntegration::method(scene.robot) : scene.solver.method;
 }
 
 double Simulation::kinetic_energy() const { return loop_->integration_->kinetic_energy(loop_->state_); }

@@ -78,7 +78,7 @@ class Simulation {
   /// tolerance can tell from zero if that is more (see effective_transition_speed); infinite for models without one.
   double transition_speed() const;
 
-  /// The name of the method that integrates: the scene's, or dopri5 for model 1.
+  /// The name of the method that integrates: the scene's, or model 1's own.
   std::string method() const;
 
   double kinetic_energy() const;  ///< J

@@ -119,7 +119,12 @@ void BagWriter::commit() { file_->commit(); }
 std::string BagWriter::keep_incomplete() { return file_->keep_incomplete(); }
 
 void BagRecorder::write(double t, const Simulation& simulation, const std::vector<RollerSwitch>& switches) {
-  const MotorReadings readings = exact_readings(simulation);
+  const State& state = simulation.state();
+  if (!sensors_) {
+    const std::optional<MotorSettings>& motors = simulation.scene().motors;
+    sensors_.emplace(Motor(), motors && motors->quantized.value_or(false), state.phi());
+  }
+  const MotorReadings& readings = sensors_->read(state.phi(), state.dphi(), simulation.torque());
   if (telemetry_) {
     telemetry_->update(readings.phi);
   } else {

@@ -110,6 +110,17 @@ void BaseNode::offer_services() {
 }
 
 void BaseNode::run() {
+  try {
+    go_on_to_the_end();
+  } catch (const std::exception&) {
+    const std::string name = bag_ ? bag_->keep_incomplete() : "";
+    if (!name.empty()) ROS_ERROR("the bag, up to here, is kept as %s", name.c_str());
+    throw;
+  }
+  if (bag_) bag_->commit();
+}
+
+void BaseNode::go_on_to_the_end() {
   const Scene& scene = settings_.scene;
   ROS_INFO("model %s by %s, control period %g s, %s", name_of(scene.model), scene.solver.method.c_str(),
            loop_.control_period(), settings_.publish_clock ? "master of simulated time" : "wall clock");
@@ -131,7 +142,6 @@ void BaseNode::run() {
       go_on_when_due();
     }
   }
-  if (bag_) bag_->commit();
 }
 
 void BaseNode::await_subscribers() {

@@ -4,6 +4,8 @@
 #include <fmt/ranges.h>
 #include <ros/ros.h>
 
+#include <cmath>
+
 #include "youbot_base_sim/drive/driver_configuration.h"
 #include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/ros/parameters.h"
@@ -32,9 +34,16 @@ Scene read_scene(Parameters& parameters) {
   }
   overrides.control_period = parameters.number("control_period", -1, kMinControlPeriod, kMaxControlPeriod, "s");
   overrides.relative_tolerance = parameters.number("relative_tolerance", overrides.relative_tolerance, 1e-14, 0.1, "");
+  overrides.profile = parameters.text("profile", "");
+  overrides.friction_scale = parameters.number("friction_scale", overrides.friction_scale, 0, 1e3, "");
+  if (overrides.friction_scale >= 0 && overrides.profile.empty()) {
+    throw parameters.refusal("friction_scale", fmt::format("{:g}", overrides.friction_scale),
+                             "left out unless ~profile is measured");
+  }
   Scene scene;
   try {
     if (!overrides.model.empty()) scene.model = model_from_name(overrides.model);
+    if (!overrides.profile.empty()) scene.robot = robot_of_profile(overrides.profile, overrides.friction_scale);
   } catch (const SceneError& error) {
     throw ParameterError(fmt::format("parameter ~{}", error.what()));  // "model = ..."
   }
@@ -102,16 +111,40 @@ void read_time(Parameters& parameters, BaseSettings& settings) {
   settings.start_paused = parameters.flag("start_paused", settings.start_paused);
 }
 
+/// Reads each motor setting that is set, in place of the scene's.
+struct MotorReader {
+  Parameters& parameters;
+
+  void operator()(const char* name, double& number, const Range& range) const {
+    number = parameters.number(name, number, range.min, range.max, range.unit);
+  }
+  void operator()(const char* name, std::optional<double>& number, const Range& range) const {
+    double given = std::nan("");
+    (*this)(name, given, range);
+    if (!std::isnan(given)) number = given;
+  }
+  void operator()(const char* name, std::optional<bool>& flag) const {
+    flag = parameters.flag(name, flag.value_or(false));
+  }
+};
+
 void read_drive(Parameters& parameters, BaseSettings& settings) {
   BaseDriver::Settings& driver = settings.driver;
   driver.control_period = settings.scene.solver.control_period;
   driver.wheel_inertia = settings.scene.robot.J_1;
-  driver.quantized = parameters.flag("quantized", driver.quantized);
+  MotorSettings motors = settings.scene.motors.value_or(MotorSettings());
+  if (!motors.quantized) motors.quantized = driver.quantized;
+  visit_settings(motors, MotorReader{parameters});
+  driver.motor = motors.limit(driver.motor);
+  driver.gains = motors.gains;
+  driver.command_delay = motors.command_delay;
+  driver.quantized = *motors.quantized;
   driver.dry_friction = parameters.number("dry_friction", driver.dry_friction, 0, 100, "N m");
+  if (driver.dry_friction > 0 && (settings.scene.robot.dry_friction > 0).any()) {
+    throw parameters.refusal("dry_friction", fmt::format("{:g}", driver.dry_friction),
+                             "left out where the robot has a dry_friction of its own, by its scene or profile");
+  }
   driver.command_timeout = parameters.number("command_timeout", driver.command_timeout, 0, 1e6, "s");
-  driver.gains.proportional =
-      parameters.number("velocity_proportional_gain", driver.gains.proportional, 0, 1e3, "N m s/rad");
-  driver.gains.integral = parameters.number("velocity_integral_gain", driver.gains.integral, 0, 1e6, "N m/rad");
 }
 
 void read_telemetry(Parameters& parameters, BaseSettings& settings) {

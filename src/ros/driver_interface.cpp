@@ -23,7 +23,7 @@ std::string refusal_of(const SetFaults::Request& request) {
     return fmt::format("{} = {}: must be from 0 to {:g} {}", name, value, max, unit);
   };
   const std::string noise = check("encoder_noise", request.encoder_noise, 10, "rad");
-  return noise.empty() ? check("command_delay", request.command_delay, 60, "s") : noise;
+  return noise.empty() ? check("command_delay", request.command_delay, kMaxCommandDelay, "s") : noise;
 }
 
 Faults faults_of(const SetFaults::Request& request) {

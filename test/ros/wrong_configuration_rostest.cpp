@@ -100,6 +100,10 @@ TEST_F(WrongConfiguration, of_motors_and_odometry) {
   expect_base_refuses("~joint_velocity_sign", "left", {"~joint_velocity_sign", "left", "driver_exact"});
   expect_base_refuses("~command_timeout", -1, {"~command_timeout", "-1", "s"});
   expect_base_refuses("~odometry_wheel_error", 2, {"~odometry_wheel_error", "2"});
+  expect_base_refuses("~max_wheel_torque", -1, {"~max_wheel_torque", "-1", "N m"});
+  expect_base_refuses("~command_delay", 61, {"~command_delay", "61", "60 s"});
+  expect_base_refuses("~profile", "real", {"profile", "real", "paper or measured"});
+  expect_base_refuses("~friction_scale", 2, {"~friction_scale", "2", "~profile"});
   expect_base_refuses("~dry_friction", -0.1, {"~dry_friction", "-0.1", "N m"});
   expect_base_refuses("~command_rate", 1001, {"~command_rate", "1001", "1000 Hz"});
 }

@@ -71,6 +71,8 @@ floor: {friction: 0.6, slip_regularization: 2e-3, viscous_friction: 1000, gravit
 initial: {pose: [1, 2, 3], twist: [4, 5, 6], wheel_angles: [7, 8, 9, 10], wheel_rates: [11, 12, 13, 14],
           roller_rates: [15, 16, 17, 18]}
 solver: {method: implicit_euler, step: 1e-4, relative_tolerance: 1e-6, absolute_tolerance: 1e-8, control_period: 0.002}
+motors: {velocity_proportional_gain: 0.3, velocity_integral_gain: 0.5, max_wheel_torque: 2, max_wheel_rate: 10,
+         command_delay: 0.05, quantized: true}
 drive: {torque: [{start: 0, constant: [1, 2, 3, 4]}, {start: 1, cos: [1, 0, 0, 0], sin: [0, 1, 0, 0], period: 3}]}
 )");
   EXPECT_EQ(scene.model, Model::kViscous);
@@ -87,6 +89,12 @@ drive: {torque: [{start: 0, constant: [1, 2, 3, 4]}, {start: 1, cos: [1, 0, 0, 0
   EXPECT_EQ(scene.solver.method, "implicit_euler");
   EXPECT_EQ(scene.solver.step, 1e-4);
   EXPECT_EQ(scene.solver.absolute_tolerance, 1e-8);
+  EXPECT_EQ(scene.motors->gains.proportional, 0.3);
+  EXPECT_EQ(scene.motors->gains.integral, 0.5);
+  EXPECT_EQ(scene.motors->max_wheel_torque, 2);
+  EXPECT_EQ(scene.motors->max_wheel_rate, 10);
+  EXPECT_EQ(scene.motors->command_delay, 0.05);
+  EXPECT_EQ(scene.motors->quantized, true);
   EXPECT_EQ(std::get<TorqueSegments>(scene.drive)[1].period, 3);
 }
 
@@ -163,6 +171,10 @@ TEST_F(SceneTest, RefusesInOneLineThatNamesKeyValueAndWhatIsAllowed) {
   expect_refused(d + "initial: {wheel_angles: 0.1}", "initial.wheel_angles", "0.1", "4 numbers");
   expect_refused(d + "solver: {relative_tolerance: 1}", "solver.relative_tolerance", "1", "0.1");
   expect_refused(d + "solver: {control_period: -1}", "solver.control_period", "-1", ">= 0");
+  expect_refused(d + "motors: {max_wheel_torque: -1}", "motors.max_wheel_torque", "-1", ">= 0");
+  expect_refused(d + "motors: {command_delay: 61}", "motors.command_delay", "61", "60 s");
+  expect_refused(d + "motors: {quantized: 1}", "motors.quantized", "1", "true or false");
+  expect_refused(d + "motors: 1", "motors", "1", "keys");
   expect_refused(d + "model: rigid", "model", "rigid", "no_slip, viscous or coulomb");
   expect_refused(d + "model: [coulomb]", "model", "[coulomb]", "no_slip, viscous or coulomb");
   expect_refused("duration: 1\ndrive: {torque_table: [x.csv]}", "drive.torque_table", "[x.csv]", "CSV file");
@@ -190,7 +202,7 @@ TEST_F(SceneTest, RefusesInOneLineThatNamesKeyValueAndWhatIsAllowed) {
 
 TEST_F(SceneTest, RefusesUnknownKeysOfEverySection) {
   const std::string d = kDrive;
-  for (const char* section : {"robot", "floor", "initial", "solver"}) {
+  for (const char* section : {"robot", "floor", "initial", "solver", "motors"}) {
     expect_refused(d + section + ": {colour: red}", std::string(section) + ".colour", "red", "unknown key");
   }
   expect_refused("duration: 1\ndrive: {colour: red}", "drive.colour", "red", "reference_motion, torque, torque_table");
@@ -472,9 +484,14 @@ TEST_F(SceneTest, NumbersOfTablesHaveLimits) {
   EXPECT_LT(refusal_of("torque_table", "0,\x1b" + std::string(50'000, 'x')).size(), 300u);
 }
 
-TEST_F(SceneTest, VelocityTableRunsItsLoopAt1kHz) {
+TEST_F(SceneTest, MotorsAreSampledAt1kHz) {
   folder_.write("table.csv", "t,fl,fr,bl,br\n0,1,1,1,1\n");
   EXPECT_EQ(load("duration: 1\ndrive: {velocity_table: table.csv}").solver.control_period, 1e-3);
+  EXPECT_EQ(load("duration: 1\ndrive: {torque_table: table.csv}").solver.control_period, 0);
+  EXPECT_EQ(load("duration: 1\ndrive: {torque_table: table.csv}\nmotors: {}").solver.control_period, 1e-3);
+  EXPECT_EQ(load("duration: 1\ndrive: {torque_table: table.csv}\nmotors: {}\nsolver: {control_period: 0.02}")
+                .solver.control_period,
+            0.02);
 }
 
 }  // namespace

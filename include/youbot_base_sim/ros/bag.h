@@ -52,7 +52,8 @@ class BagWriter {
   std::unique_ptr<File> file_;
 };
 
-/// The bag of a simulation whose motors exert its torque and tell what they do without error.
+/// The bag of a simulation whose motors exert its torque and tell what they do, without error unless the scene's motors
+/// are `quantized`.
 class BagRecorder : public Recorder {
  public:
   explicit BagRecorder(OutputFile file) : bag_(std::move(file)) {}
@@ -62,6 +63,7 @@ class BagRecorder : public Recorder {
 
  private:
   BagWriter bag_;
+  std::optional<MotorSensors> sensors_;
   std::optional<Telemetry> telemetry_;  // from the first row on
 };
 

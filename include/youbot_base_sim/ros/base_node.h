@@ -45,6 +45,7 @@ class BaseNode {
   void publish_world();
   void offer_services();
 
+  void go_on_to_the_end();
   void await_subscribers();
   bool await_command();
   void go_on_when_due();

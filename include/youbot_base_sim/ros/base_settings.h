@@ -53,8 +53,8 @@ struct BaseSettings {
   /// Whether world to odom is published on /tf_static, at the scene's initial pose, so that odometry and ground truth
   /// overlay.
   bool world_tf = false;
-  /// Driver and motors: `quantized`, `dry_friction` (N m), `command_timeout` (s), `velocity_proportional_gain`
-  /// (N m s/rad), `velocity_integral_gain` (N m/rad).
+  /// Driver and motors: `dry_friction` (N m), `command_timeout` (s) and, in place of the scene's section `motors`, what
+  /// MotorSettings has.
   BaseDriver::Settings driver;
   /// `publish_rollers`; `joint_velocity_sign`: consistent (with positions) or driver_exact (the driver's: reversed on
   /// the left); `odometry_wheel_error`, for covariances; `driver_wheel_radius` (m), for `odom` and `cmd_vel`.
