@@ -1,7 +1,7 @@
 #include "youbot_base_sim/record/run_audit.h"
 
 #include <fmt/format.h>
-#include <ctime>
+#include <time.h>
 
 #include <algorithm>
 #include <cmath>
