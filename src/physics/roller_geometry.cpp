@@ -27,7 +27,7 @@ std::int64_t RollerGeometry::roller_at(double phi) const {
   const double number = std::floor(phi / pitch_ + 0.5);
   constexpr double kMax = 9e18;  // of 64 bits
   if (!(std::abs(number) < kMax)) throw std::domain_error("a wheel has turned too far for its rollers to be numbered");
-  std::int64_t k = static_cast<std::int64_t>(number);
+  auto k = static_cast<std::int64_t>(number);
   // The quotient may round across the edge; the edges themselves decide.
   if (phi >= upper_edge(k)) ++k;
   if (phi < upper_edge(k - 1)) --k;
