@@ -110,7 +110,7 @@ struct Value {
 };
 
 TEST_F(KeysTest, AreAllFound) {
-  // Some of each section; README has the list.
+  // Some of each section; docs/scenes.md has the list.
   for (const std::string known :
        {"model", "duration", "robot.com", "robot.roller_damping", "floor.gravity", "initial.roller_rates",
         "solver.control_period", "drive.reference_motion.Omega.cos", "drive.torque[0].start", "drive.velocity_table"}) {
