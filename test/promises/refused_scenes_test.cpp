@@ -43,6 +43,7 @@ std::string beside(const std::string& section, const std::string& key) {
   std::string text;
   const bool motion = section == "drive.reference_motion", torque = section == "drive.torque[0]";
   if (torque && key != "start") text += "start: 0, ";
+  if (section == "robot.profile" && key != "name") text += "name: measured, ";
   if ((torque || motion) && key != "period") text += "period: 1, ";
   return text;
 }
@@ -100,7 +101,10 @@ class KeysTest : public ScenesTest {
     }
   }
 
-  void SetUp() override { collect("", keys_, sections_); }
+  void SetUp() override {
+    collect("", keys_, sections_);
+    collect("robot.profile", keys_, sections_);  // which may also be a name
+  }
 
   std::vector<Key> keys_, sections_;
 };
