@@ -155,7 +155,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       requests.push(arrival, request(input, DriverKinematics()));
     }
     simulation.advance_periods(1);
-    require_finite(simulation.state(), "the state");
+    require_finite(simulation.state().values, "the state");
     const MotorReadings& readings = driver.read(simulation.state().phi(), simulation.state().dphi());
     require_finite(readings.phi, "an angle");
     require_finite(readings.dphi, "a rate");

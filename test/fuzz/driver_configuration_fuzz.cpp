@@ -11,8 +11,8 @@ using namespace youbot_base_sim;
 namespace {
 
 void require_usable(const Motor& motor) {
-  const double numbers[] = {motor.gear_ratio, motor.encoder_ticks, motor.torque_constant, motor.tick(),
-                            motor.rpm(),      motor.milliampere(), motor.max_torque(),    motor.max_rate()};
+  const std::vector<double> numbers = {motor.gear_ratio, motor.encoder_ticks, motor.torque_constant, motor.tick(),
+                                       motor.rpm(),      motor.milliampere(), motor.max_torque(),    motor.max_rate()};
   require_finite(numbers, "a number of the motor");
   for (const double number : numbers) require(number > 0, fmt::format("the motor's {} is positive", number));
 }
@@ -39,8 +39,8 @@ void require_finite_readings(const DriverConfiguration& configuration) {
   require_finite(readings.torque, "an effort");
   odometry.update(readings.phi);
   require_finite(odometry.pose(), "the odometry");
-  require_finite(odometry.pose_covariance().reshaped(), "the odometry's covariance");
-  require_finite(odometry.velocity_covariance(readings.dphi).reshaped(), "the velocity's covariance");
+  require_finite(odometry.pose_covariance(), "the odometry's covariance");
+  require_finite(odometry.velocity_covariance(readings.dphi), "the velocity's covariance");
 }
 
 }  // namespace

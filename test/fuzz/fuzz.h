@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <string>
+#include <vector>
 
 #include "youbot_base_sim/simulation.h"
 
@@ -23,9 +24,12 @@ inline void require(bool holds, const std::string& what) {
   std::abort();
 }
 
-template <class Values>
-void require_finite(const Values& values, const std::string& what) {
+inline void require_finite(const std::vector<double>& values, const std::string& what) {
   for (const double value : values) require(std::isfinite(value), fmt::format("{} is finite, but is {}", what, value));
+}
+template <class Derived>
+void require_finite(const Eigen::DenseBase<Derived>& values, const std::string& what) {
+  require(values.allFinite(), fmt::format("{} is finite", what));
 }
 
 /// A message for people is one line, and not a long one.
@@ -52,7 +56,7 @@ inline void require_bounded_motion(Simulation& simulation) {
     }
     const std::uint64_t evaluations = simulation.statistics().evaluations - before;
     require(evaluations <= kEvaluations, fmt::format("work is bounded, but a millisecond takes {}", evaluations));
-    require_finite(simulation.state(), "the state");
+    require_finite(simulation.state().values, "the state");
     require_finite(simulation.torque(), "the torque");
   }
 }

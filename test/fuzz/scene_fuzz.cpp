@@ -11,31 +11,31 @@ void require_finite_scene(const Scene& scene) {
   const RobotParameters& r = scene.robot;
   const FloorParameters& f = scene.floor;
   const SolverSettings& s = scene.solver;
-  const double numbers[] = {scene.duration,
-                            scene.output_rate,
-                            r.m,
-                            r.m_1,
-                            r.I_s,
-                            r.J_1,
-                            r.J_2,
-                            r.a_X,
-                            r.a_Y,
-                            r.h,
-                            r.l,
-                            r.R,
-                            r.R_d,
-                            f.f,
-                            f.nu,
-                            f.g,
-                            f.mu_0(r),
-                            s.step,
-                            s.relative_tolerance,
-                            s.absolute_tolerance,
-                            s.control_period};
+  const std::vector<double> numbers = {scene.duration,
+                                       scene.output_rate,
+                                       r.m,
+                                       r.m_1,
+                                       r.I_s,
+                                       r.J_1,
+                                       r.J_2,
+                                       r.a_X,
+                                       r.a_Y,
+                                       r.h,
+                                       r.l,
+                                       r.R,
+                                       r.R_d,
+                                       f.f,
+                                       f.nu,
+                                       f.g,
+                                       f.mu_0(r),
+                                       s.step,
+                                       s.relative_tolerance,
+                                       s.absolute_tolerance,
+                                       s.control_period};
   require_finite(numbers, "a number of the scene");
   require_finite(r.mu_1, "wheel_damping");
   require_finite(r.mu_2, "roller_damping");
-  require_finite(scene.initial, "the initial state");
+  require_finite(scene.initial.values, "the initial state");
 }
 
 }  // namespace
