@@ -24,7 +24,7 @@ std::vector<std::string> joint_names(int rollers) {
 void add_rollers(const Simulation& simulation, sensor_msgs::JointState& message) {
   const int n = simulation.scene().robot.rollers;
   const auto on_floor = simulation.rollers();
-  auto joint = static_cast<std::size_t>(2 * kWheels);
+  std::size_t joint = 2 * kWheels;
   for (int i = 0; i < kWheels; ++i) {
     for (int k = 0; k < n; ++k, ++joint) {
       message.position[joint] = simulation.roller_angle(i, k);

@@ -101,6 +101,7 @@ class Radau : public ControlledStepperTypes {
   bool repeats(const State& x, double t) const { return started_ && starts_at(x, t); }
 
   bool starts_at(const State& x, double t) const {
+    // NOLINTNEXTLINE(bugprone-suspicious-memory-comparison): the very same bits are meant
     return t == t_ && std::memcmp(x.begin(), x_.begin(), sizeof x.values) == 0;
   }
 
