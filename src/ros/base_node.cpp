@@ -114,7 +114,8 @@ void BaseNode::run() {
   loop_.stop_on(end_requested());
   try {
     go_on_to_the_end();
-  } catch (const Stopped&) {  // within a control period that takes long
+  } catch (const Stopped&) {  // by a signal, within a control period
+    ros::shutdown();          // now, so that a last line goes where it is still printed
   } catch (const std::exception&) {
     const std::string name = bag_ ? bag_->keep_incomplete() : "";
     if (!name.empty()) ROS_ERROR("the bag, up to here, is kept as %s", name.c_str());
