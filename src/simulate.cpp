@@ -265,7 +265,7 @@ class Run {
       }
       advance(scene_.duration);
     } catch (const Stopped&) {
-      fail(fmt::format("stopped after t = {:g} s by signal {}, {}", simulation_.time(), stop_signal,
+      fail(fmt::format("stopped after t = {:g} s by signal {}, {}", simulation_.time(), stop_signal.load(),
                        strsignal(stop_signal)));
     } catch (const std::exception& error) {
       fail(error.what());
@@ -278,7 +278,7 @@ class Run {
     outputs_.commit();
     outputs_.commit_summary(simulation_, wall_time_, audit_);
     if (!arguments_.quiet) fmt::print("{}", summary_text(simulation_, wall_time_));
-    const std::string doubt = doubts(simulation_, audit_.energy);
+    const std::string doubt = reason_to_distrust(simulation_, audit_.energy);
     if (!doubt.empty()) print_error("simulate", "warning: the result is not to be trusted: " + doubt);
   }
 
@@ -286,6 +286,7 @@ class Run {
   void advance(double t) {
     if (measured_) audit_.cost.start(simulation_.time());
     const Clock::time_point start = Clock::now();
+    audit_between_rows(t);
     simulation_.advance_to(t);
     wall_time_ += seconds_since(start);
     if (measured_) audit_.cost.stop(simulation_.time());
@@ -301,6 +302,17 @@ class Run {
     progress_.show(t);
   }
 
+  // Where rows are far apart, the energy is looked at in between: every kMaxUnseen, where a control period ends.
+  void audit_between_rows(double t) {
+    if (t - simulation_.time() <= kMaxUnseen) return;
+    const double period = scene_.solver.control_period;
+    const double interval = period > 0 ? period * std::max(1.0, std::floor(kMaxUnseen / period)) : kMaxUnseen;
+    for (double k = std::floor(simulation_.time() / interval * (1 + 1e-9)) + 1; k * interval < t * (1 - 1e-9); ++k) {
+      simulation_.advance_to(k * interval);
+      audit_.energy.add_row(simulation_);
+    }
+  }
+
   void write_row(double t) {
     outputs_.write_row(t, simulation_);
     audit_.energy.add_row(simulation_);
@@ -312,6 +324,8 @@ class Run {
     if (kept.empty()) throw std::runtime_error(reason);
     throw std::runtime_error(fmt::format("{}; what was written is kept as {}", reason, fmt::join(kept, ", ")));
   }
+
+  static constexpr double kMaxUnseen = 0.1;  // s
 
   const Arguments& arguments_;
   const Scene& scene_;
@@ -335,7 +349,7 @@ int simulate(const Arguments& arguments, const Scene& scene) {
     print_error("simulate", error.what());
     return stop ? kNotCompleted : kRefused;
   }
-  for (const std::string& warning : {doubts(scene.robot), told}) {
+  for (const std::string& warning : {unlikely_geometry(scene.robot), told}) {
     if (!arguments.quiet && !warning.empty()) print_error("simulate", warning);
   }
   try {
@@ -360,7 +374,7 @@ int run_program(int argc, char** argv) {
       throw SceneError(fmt::format("{}: drive is left out; simulate needs one", quote_path(arguments.scene)));
     }
   } catch (const boost::program_options::error& error) {
-    print_error("simulate", fmt::format("{}; see simulate --help", error.what()));
+    print_error("simulate", quote(error.what(), kMaxMessage) + "; see simulate --help");
     return kRefused;
   } catch (const SceneError& error) {
     print_error("simulate", error.what());

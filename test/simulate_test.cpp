@@ -310,6 +310,14 @@ TEST_F(SimulateTest, WarnsOfAResultThatIsNotToBeTrusted) {
     EXPECT_EQ(nlohmann::json::parse(folder_.read("s.json"))["reliable"], reliable);
     EXPECT_EQ(lines(simulate.err()), reliable ? 0 : 1) << simulate.err();
   }
+  // Rows that are far apart hide nothing: the base is at rest again at each.
+  const std::string seldom =
+      folder_.write("seldom.yaml",
+                    "duration: 10\noutput_rate: 0.1\nsolver: {method: implicit_euler, step: 1.0e-3}\n"
+                    "drive: {torque: [{start: 0, sin: [1, 1, 1, 1], period: 2}]}\n");
+  Program blind(SIMULATE, {seldom, "--quiet", "--summary", folder_.path("s.json")});
+  EXPECT_EQ(blind.wait(), 0);
+  EXPECT_EQ(nlohmann::json::parse(folder_.read("s.json"))["reliable"], false);
   Program simulate(SIMULATE, {off, "--quiet"});  // without a summary too
   EXPECT_EQ(simulate.wait(), 0);
   EXPECT_NE(simulate.err().find("warning: the result is not to be trusted"), std::string::npos);

@@ -82,6 +82,7 @@ void BaseDriver::apply_due_commands(double t) {
 void BaseDriver::check_command_timeout(double t) {
   if (settings_.command_timeout == 0 || timed_out_ || t < last_command_ + settings_.command_timeout - kSlack) return;
   timed_out_ = events_.timed_out = true;
+  pending_.clear();
   send_to_all(kHoldAtRest);
 }
 

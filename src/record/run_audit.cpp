@@ -53,10 +53,9 @@ void EnergyAudit::add_row(const Simulation& simulation) {
   if (error > max_balance_error_ || std::isnan(error)) max_balance_error_ = error;
 }
 
-std::string doubts(const Simulation& simulation, const EnergyAudit& energy) {
+std::string reason_to_distrust(const Simulation& simulation, const EnergyAudit& energy) {
   if (const std::uint64_t steps = simulation.statistics().fallback_steps) {
-    return fmt::format("the bound of work was reached {} times; {} fallback steps, of first order, went on from there",
-                       simulation.statistics().exhausted, steps);
+    return fmt::format("{} fallback steps, of first order, went on where the bound of work was reached", steps);
   }
   const Scene& scene = simulation.scene();
   const double tolerance = scene.solver.relative_tolerance;

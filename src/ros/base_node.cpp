@@ -10,6 +10,7 @@
 #include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/ros/diagnostics.h"
 #include "youbot_base_sim/ros/parameters.h"
+#include "youbot_base_sim/ros/program.h"
 
 namespace youbot_base_sim {
 
@@ -110,8 +111,10 @@ void BaseNode::offer_services() {
 }
 
 void BaseNode::run() {
+  loop_.stop_on(end_requested());
   try {
     go_on_to_the_end();
+  } catch (const Stopped&) {  // within a control period that takes long
   } catch (const std::exception&) {
     const std::string name = bag_ ? bag_->keep_incomplete() : "";
     if (!name.empty()) ROS_ERROR("the bag, up to here, is kept as %s", name.c_str());
@@ -122,10 +125,10 @@ void BaseNode::run() {
 
 void BaseNode::go_on_to_the_end() {
   const Scene& scene = settings_.scene;
-  ROS_INFO("model %s by %s, control period %g s, %s", name_of(scene.model), scene.solver.method.c_str(),
+  ROS_INFO("model %s by %s, control period %g s, %s", name_of(scene.model), loop_.simulation().method().c_str(),
            loop_.control_period(), settings_.publish_clock ? "master of simulated time" : "wall clock");
   const std::string told = advice(scene.robot, scene.floor, scene.model, integration_settings(scene.solver), 1);
-  for (const std::string& warning : {doubts(scene.robot), told}) {
+  for (const std::string& warning : {unlikely_geometry(scene.robot), told}) {
     if (!warning.empty()) ROS_WARN_STREAM(warning);
   }
   if (settings_.publish_clock) announce_time();
@@ -332,6 +335,10 @@ bool BaseNode::unpause(std_srvs::Empty::Request&, std_srvs::Empty::Response&) {
 }
 
 bool BaseNode::reset(std_srvs::Empty::Request&, std_srvs::Empty::Response&) {
+  if (bag_) {
+    ROS_ERROR("~reset is refused while ~bag is written: its time would go back");
+    return false;
+  }
   end_step("ended by ~reset");
   loop_.reset();
   diagnosing_.reset();

@@ -15,13 +15,18 @@ namespace youbot_base_sim {
 
 namespace {
 
-/// Has a signal end ROS, and so the program, in the normal way. ROS does this for SIGINT alone. A signal that was
+std::atomic<bool> end_is_requested{false};
+
+/// Has a signal end ROS, and so the program, in the normal way. ROS would do this for SIGINT alone. A signal that was
 /// ignored from the start, as nohup does with SIGHUP, stays so.
 void end_ros_on(int signal) {
   struct sigaction action = {};
   sigaction(signal, nullptr, &action);
   if (action.sa_handler == SIG_IGN) return;
-  action.sa_handler = [](int) { ros::requestShutdown(); };
+  action.sa_handler = [](int) {
+    end_is_requested = true;
+    ros::requestShutdown();
+  };
   sigaction(signal, &action, nullptr);
 }
 
@@ -36,9 +41,11 @@ void complain(const char* name, const std::string& text) {
 
 }  // namespace
 
+const std::atomic<bool>& end_requested() { return end_is_requested; }
+
 int run_program(int argc, char** argv, const char* name, const std::function<void()>& body) {
-  ros::init(argc, argv, name);
-  for (const int signal : {SIGTERM, SIGHUP}) end_ros_on(signal);
+  ros::init(argc, argv, name, ros::init_options::NoSigintHandler);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) end_ros_on(signal);
   if (argc > 1) {
     ROS_FATAL("unexpected argument %s: %s takes ROS parameters, as _scene:=FILE, and remappings only",
               quote(argv[1]).c_str(), name);

@@ -325,7 +325,7 @@ Scene load_scene(const std::string& path, const SceneOverrides& overrides) {
   }
 }
 
-std::string doubts(const RobotParameters& robot) {
+std::string unlikely_geometry(const RobotParameters& robot) {
   const double end_radius = RollerGeometry(robot).end_radius();
   if (end_radius >= 0) return "";
   return fmt::format(

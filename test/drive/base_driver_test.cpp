@@ -108,6 +108,17 @@ TEST_F(BaseDriverTest, StopsWithoutCommandsOnlyWithATimeout) {
   EXPECT_FALSE(driver_.timed_out());
 }
 
+TEST_F(BaseDriverTest, TimeoutEndsWhatIsStillOnItsWay) {
+  BaseDriver::Settings settings = exact();
+  settings.command_timeout = 0.2;
+  settings.command_delay = 0.3;
+  driver_ = BaseDriver(settings, Wheels::Zero());
+  driver_.command(0, all(DriveMode::kTorque, 1));
+  run_to(1);
+  EXPECT_TRUE(driver_.timed_out());
+  EXPECT_EQ(driver_.set_points()[0].mode, DriveMode::kVelocity) << "held at rest";
+}
+
 TEST_F(BaseDriverTest, TimeoutLeavesMotorsOff) {
   BaseDriver::Settings settings = exact();
   settings.command_timeout = 0.5;

@@ -17,7 +17,7 @@ Scene driven_scene() {
 }
 
 /// What is said of a run with a row each `interval`, s.
-std::string doubts_of(const Scene& scene, double interval) {
+std::string reason_of(const Scene& scene, double interval) {
   Simulation simulation(scene);
   EnergyAudit energy;
   energy.add_row(simulation);
@@ -25,7 +25,7 @@ std::string doubts_of(const Scene& scene, double interval) {
     simulation.advance_to(interval * k);
     energy.add_row(simulation);
   }
-  return doubts(simulation, energy);
+  return reason_to_distrust(simulation, energy);
 }
 
 TEST(Reliability, HoldsAtEveryToleranceHoweverFewRows) {
@@ -34,7 +34,7 @@ TEST(Reliability, HoldsAtEveryToleranceHoweverFewRows) {
       Scene scene = driven_scene();
       scene.solver.relative_tolerance = tolerance;
       scene.solver.absolute_tolerance = 1e-3 * tolerance;
-      EXPECT_EQ(doubts_of(scene, interval), "") << tolerance << " " << interval;
+      EXPECT_EQ(reason_of(scene, interval), "") << tolerance << " " << interval;
     }
   }
 }
@@ -46,14 +46,14 @@ TEST(Reliability, HoldsWhereTheMotionIsAtRestAtAllRows) {
   segment.cos = Wheels::Constant(0.5);
   segment.period = 0.1;
   scene.drive = TorqueSegments{segment};
-  EXPECT_EQ(doubts_of(scene, 0.05), "");
+  EXPECT_EQ(reason_of(scene, 0.05), "");
 }
 
 TEST(Reliability, IsDeniedWhereTheEnergyIsOff) {
   Scene scene = driven_scene();
   scene.solver.method = "implicit_euler";
   scene.solver.step = 1e-3;  // of first order: a thousand times too long for the tolerance
-  const std::string doubt = doubts_of(scene, 0.01);
+  const std::string doubt = reason_of(scene, 0.01);
   EXPECT_NE(doubt.find("energy balance is off by"), std::string::npos) << doubt;
   EXPECT_EQ(doubt.find('\n'), std::string::npos);
 }
@@ -64,7 +64,7 @@ TEST(Reliability, IsDeniedWhereTheIntegrationFellBack) {
   tight.relative_tolerance = 1e-10;
   Scene scene = load_scene(YOUBOT_BASE_SIM_SOURCE_DIR "/bench/scenes/held_wheel.yaml", tight);
   scene.duration = 4;
-  const std::string doubt = doubts_of(scene, 0.01);
+  const std::string doubt = reason_of(scene, 0.01);
   EXPECT_NE(doubt.find("fallback steps"), std::string::npos) << doubt;
 }
 

@@ -368,13 +368,15 @@ TEST_F(SceneTest, BoundsTheWork) {
 }
 
 TEST_F(SceneTest, DoubtsRollersThatTaperToAPoint) {
-  EXPECT_EQ(doubts(load(kDrive).robot), "");
-  EXPECT_EQ(doubts(load(kDrive + std::string("robot: {roller_axis_radius: 0.0433}")).robot), "");  // R cos(30 deg)
-  const std::string pointed = doubts(load(kDrive + std::string("robot: {roller_axis_radius: 0.0434}")).robot);
+  EXPECT_EQ(unlikely_geometry(load(kDrive).robot), "");
+  EXPECT_EQ(unlikely_geometry(load(kDrive + std::string("robot: {roller_axis_radius: 0.0433}")).robot),
+            "");  // R cos(30 deg)
+  const std::string pointed =
+      unlikely_geometry(load(kDrive + std::string("robot: {roller_axis_radius: 0.0434}")).robot);
   for (const char* part : {"robot.roller_axis_radius = 0.0434", "at most 0.0433 m"}) {
     EXPECT_NE(pointed.find(part), std::string::npos) << pointed;
   }
-  EXPECT_NE(doubts(load(kDrive + std::string("robot: {rollers_per_wheel: 4}")).robot), "");
+  EXPECT_NE(unlikely_geometry(load(kDrive + std::string("robot: {rollers_per_wheel: 4}")).robot), "");
 }
 
 TEST_F(SceneTest, RefusesWhatIsNoSceneFile) {

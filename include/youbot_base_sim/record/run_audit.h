@@ -58,11 +58,12 @@ class EnergyAudit {
   double longest_interval_ = 0;
 };
 
-/// Why a result is not to be trusted, in one line; empty if it is. It is where the integration kept to its own method,
-/// and the energy balance closes: to a thousand times the tolerance, but at least 1e-9 and at most a hundredth (or ten
-/// times a looser tolerance), of the energy that the motion had or exchanged. Runs that are right close it to the
-/// tolerance itself, mostly to a hundredth of that.
-std::string doubts(const Simulation& simulation, const EnergyAudit& energy);
+/// Why a result is not to be trusted, in one line; empty if it is. It is where the integration kept to its own method
+/// (to a looser tolerance at times: the summary counts these milliseconds), and the energy balance closes: to a
+/// thousand times the tolerance, but at least 1e-9 and at most a hundredth (or ten times a looser tolerance), of the
+/// energy that the motion had or exchanged. Runs that are right close it to the tolerance itself, mostly to a hundredth
+/// of that.
+std::string reason_to_distrust(const Simulation& simulation, const EnergyAudit& energy);
 
 /// Length of the paths of the base and of the wheels' rims, summed over the rows, m.
 class PathLength {

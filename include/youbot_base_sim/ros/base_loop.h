@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <vector>
 
@@ -40,6 +41,9 @@ class BaseLoop {
 
   /// Advances by n control periods. The motion does not depend on how they are grouped into calls.
   void advance_periods(std::int64_t n) { simulation_.advance_periods(n); }
+
+  /// Has `advance_periods` throw Stopped once `stop` is set; see Simulation.
+  void stop_on(const std::atomic<bool>& stop) { simulation_.stop_on(stop); }
 
   /// Control periods until one ends at time t (s) or later; at least 1.
   std::int64_t periods_until(double t) const;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <functional>
 
 namespace youbot_base_sim {
@@ -9,5 +10,8 @@ namespace youbot_base_sim {
 /// Returns the exit status: 0; 2 for a refused argument or a ParameterError, 1 for any other exception, both with a
 /// line in the log.
 int run_program(int argc, char** argv, const char* name, const std::function<void()>& body);
+
+/// Whether one of these signals has come: for what takes long.
+const std::atomic<bool>& end_requested();
 
 }  // namespace youbot_base_sim

@@ -80,7 +80,7 @@ RobotParameters robot_of_profile(const std::string& name, double friction_scale 
 Scene load_scene(const std::string& path, const SceneOverrides& overrides = {});
 
 /// What is allowed but no real robot has, in one line; empty if there is nothing of the kind.
-std::string doubts(const RobotParameters& robot);
+std::string unlikely_geometry(const RobotParameters& robot);
 
 /// The scene's torque as a function of time; null if it has no drive or one that tracks velocities.
 std::unique_ptr<TorqueProfile> make_torque_profile(const Scene& scene);
