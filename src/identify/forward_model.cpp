@@ -9,7 +9,7 @@ namespace youbot_base_sim {
 
 namespace {
 
-constexpr double kControlPeriod = 2e-3;  // s, of a loop that really runs at 1 kHz: half the work
+constexpr double kControlPeriod = 1e-3;  // s, as the motors'
 
 /// The mean of a table over each control period, delayed. A mean, so that a little more delay is a little more of the
 /// old row, and not nothing at first and then a whole period.
@@ -25,12 +25,19 @@ class DelayedCommands {
       const double change = std::max(table_.t[next_] + delay_, t);
       sum += (change - t) * now_;
       t = change;
-      now_ = table_.values[next_++];
+      now_ = transmitted(table_.values[next_++]);
     }
     return (sum + (end - t) * now_) / kControlPeriod;
   }
 
  private:
+  /// As EtherCAT carries them.
+  static Wheels transmitted(Wheels rate) {
+    const Motor motor;
+    for (int i = 0; i < kWheels; ++i) rate[i] = motor.transmitted(motor.limited({DriveMode::kVelocity, rate[i]})).value;
+    return rate;
+  }
+
   const WheelTable& table_;
   double delay_;
   std::size_t next_ = 0;
@@ -40,8 +47,8 @@ class DelayedCommands {
 Scene start_of(const Candidate& candidate, const DriveRecord& record, const Wheels& phi) {
   Scene scene = candidate.scene;
   scene.solver.control_period = kControlPeriod;
-  scene.solver.relative_tolerance = 1e-7;
-  scene.solver.absolute_tolerance = 1e-10;
+  scene.solver.relative_tolerance = 1e-5;
+  scene.solver.absolute_tolerance = 1e-8;
   scene.initial = State();
   scene.initial.phi() = phi;
   // Rolling as the wheels turn, ahead, sideways and round.
