@@ -1,7 +1,5 @@
 // Prints the URDF of the base that a scene simulates.
 
-#include <fmt/format.h>
-
 #include <boost/program_options.hpp>
 #include <cstdio>
 #include <iostream>
@@ -9,6 +7,7 @@
 
 #include "youbot_base_sim/scene/scene.h"
 #include "youbot_base_sim/scene/urdf.h"
+#include "youbot_base_sim/text/print_error.h"
 #include "youbot_base_sim/text/quote.h"
 
 int main(int argc, char** argv) {
@@ -43,10 +42,10 @@ int main(int argc, char** argv) {
     const RobotParameters robot = scene.empty() ? RobotParameters() : load_scene(scene).robot;
     std::cout << urdf(robot, turning_rollers ? RollerJoints::kTurning : RollerJoints::kFixed) << std::flush;
   } catch (const po::error& error) {
-    fmt::print(stderr, "describe_base: {}; see describe_base --help\n", quote(error.what(), kMaxMessage));
+    print_error("describe_base", quote(error.what(), kMaxMessage) + "; see describe_base --help");
     return 2;
   } catch (const SceneError& error) {
-    fmt::print(stderr, "describe_base: {}\n", error.what());
+    print_error("describe_base", error.what());
     return 2;
   }
   if (!std::cout) {

@@ -1,22 +1,30 @@
 // Simulates a scene offline and writes what was asked for; needs no ROS master.
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <signal.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <boost/program_options.hpp>
+#include <cerrno>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <iostream>
 #include <memory>
 #include <vector>
 
 #include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/record/csv.h"
+#include "youbot_base_sim/record/output_file.h"
 #include "youbot_base_sim/record/summary.h"
 #ifdef YOUBOT_BASE_SIM_ROS
 #include "youbot_base_sim/ros/bag.h"
 #endif
+#include "youbot_base_sim/text/print_error.h"
+#include "youbot_base_sim/text/quote.h"
 
 namespace {
 
@@ -59,8 +67,9 @@ bool read_arguments(int argc, char** argv, Arguments& arguments) {
      "in place of the scene's, 1e-14 to 0.1; the default, 3e-7, keeps the paper's Cases 1 and 2 within 1e-5 m and "
      "1e-5 rad of the exact motion over 30 s")
     ("cpu-limit", po::value(&arguments.cpu_limit)->value_name("SECONDS"),
-     "stop at the first row after this much processor time; writes the summary alone and exits with status 1")
-    ("quiet", po::bool_switch(&arguments.quiet), "print nothing but errors")
+     "stop at the first row after this much processor time; writes the summary, keeps the rest as FILE.incomplete-*, "
+     "and exits with status 1")
+    ("quiet", po::bool_switch(&arguments.quiet), "print nothing but errors and warnings of a result not to be trusted")
     ("help", "print this");
   // clang-format on
   po::options_description all;
@@ -72,10 +81,17 @@ bool read_arguments(int argc, char** argv, Arguments& arguments) {
   po::notify(given);
   if (given.count("help")) {
     std::cout << "Usage: simulate SCENE.yaml [options]\n\nSimulates the scene and writes what is asked for.\n\n"
-              << options << "\nExit status: 0 done, 2 refused input, 1 the run could not be completed.\n";
+              << options
+              << "\nA FILE appears when it is whole. What a run leaves that fails or is stopped is FILE.incomplete-*.\n"
+                 "Exit status: 0 done, 2 refused input, 1 the run could not be completed.\n";
     return false;
   }
-  if (arguments.scene.empty()) throw SceneError("no scene given; usage: simulate SCENE.yaml [options]");
+  if (!given.count("scene")) throw SceneError("no scene given; usage: simulate SCENE.yaml [options]");
+  for (const auto& [name, value] : given) {
+    const auto* text = boost::any_cast<std::string>(&value.value());
+    if (text && text->empty())
+      throw SceneError(fmt::format("{} = \"\": must not be empty", name == "scene" ? name : "--" + name));
+  }
   const double tolerance = arguments.overrides.relative_tolerance;
   if (given.count("relative-tolerance") && !(tolerance >= 1e-14 && tolerance <= 0.1)) {
     throw SceneError(fmt::format("--relative-tolerance = {}: must be a number from 1e-14 to 0.1", tolerance));
@@ -100,8 +116,10 @@ class Progress {
     if (!shown_ || seconds_since(start_) < 1 || seconds_since(last_) < 0.1) return;
     constexpr int kWidth = 40;
     const int filled = static_cast<int>(kWidth * t / duration_);
-    fmt::print(stderr, "\r[{:<{}}] {:.4g} of {:g} s", std::string(static_cast<std::size_t>(filled), '#'), kWidth, t,
-               duration_);
+    std::fputs(fmt::format("\r[{:<{}}] {:.4g} of {:g} s", std::string(static_cast<std::size_t>(filled), '#'), kWidth, t,
+                           duration_)
+                   .c_str(),
+               stderr);
     std::fflush(stderr);
     last_ = Clock::now();
     drawn_ = true;
@@ -115,25 +133,54 @@ class Progress {
   Clock::time_point last_ = start_;
 };
 
-/// Everything that a run writes; complete files appear when it is committed.
+std::atomic<bool> stop{false};
+std::atomic<int> stop_signal{0};
+
+/// From here on the signals that ask a program to end stop the run, which then ends its files, and what cannot be
+/// written is an error rather than a signal. A signal that is ignored, as by nohup, remains so. They may come more than
+/// once: `timeout` sends two.
+void catch_signals() {
+  for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
+    struct sigaction action {};
+    sigaction(number, nullptr, &action);
+    if (action.sa_handler == SIG_IGN) continue;
+    action.sa_handler = [](int caught) {
+      stop_signal = caught;
+      stop = true;
+    };
+    action.sa_flags = 0;  // so that waiting for a pipe's reader ends too
+    sigaction(number, &action, nullptr);
+  }
+  signal(SIGPIPE, SIG_IGN);
+  signal(SIGXFSZ, SIG_IGN);
+}
+
+/// Everything that a run writes; complete files appear when it is committed. An output that fails, as on a full disk,
+/// ends alone; the others go on.
 class Outputs {
  public:
-  explicit Outputs(const Arguments& arguments) {
-    if (!arguments.csv.empty()) recorders_.push_back(std::make_unique<StateCsv>(arguments.csv));
-    if (!arguments.switches.empty()) recorders_.push_back(std::make_unique<SwitchCsv>(arguments.switches));
+  /// Opens them all before anything is written. Throws OutputError where one is refused.
+  Outputs(const Arguments& arguments, const Scene& scene) {
+    std::optional<OutputFile> csv, switches, bag;
+    open("--csv", arguments.csv, scene, csv);
+    open("--switches", arguments.switches, scene, switches);
+    open("--bag", arguments.bag, scene, bag, OutputFile::Access::kAnywhere);
+    open("--summary", arguments.summary, scene, summary_);
+    opened_.clear();
+    if (csv) recorders_.push_back(std::make_unique<StateCsv>(std::move(*csv)));
+    if (switches) recorders_.push_back(std::make_unique<SwitchCsv>(std::move(*switches)));
 #ifdef YOUBOT_BASE_SIM_ROS
-    if (!arguments.bag.empty()) recorders_.push_back(std::make_unique<BagRecorder>(arguments.bag));
+    if (bag) recorders_.push_back(std::make_unique<BagRecorder>(std::move(*bag)));
 #endif
-    if (!arguments.summary.empty()) summary_ = std::make_unique<AtomicFile>(arguments.summary);
   }
 
   void write_row(double t, Simulation& simulation) {
     const std::vector<RollerSwitch> switches = simulation.take_switches();
-    for (const auto& recorder : recorders_) recorder->write(t, simulation, switches);
+    for_each([&](Recorder& recorder) { recorder.write(t, simulation, switches); });
   }
 
   void commit() {
-    for (const auto& recorder : recorders_) recorder->commit();
+    for_each([](Recorder& recorder) { recorder.commit(); });
   }
 
   void commit_summary(const Simulation& simulation, double wall_time, const RunAudit& audit) {
@@ -142,79 +189,199 @@ class Outputs {
     summary_->commit();
   }
 
+  /// Ends all early. Returns the names under which they are kept.
+  std::vector<std::string> keep_incomplete() {
+    std::vector<std::string> names;
+    for (const auto& recorder : recorders_) {
+      std::string name = recorder->keep_incomplete();
+      if (!name.empty()) names.push_back(std::move(name));
+    }
+    return names;
+  }
+
+  /// Whether one has failed.
+  bool failed() const { return failed_; }
+
  private:
+  void open(const char* option, const std::string& path, const Scene& scene, std::optional<OutputFile>& file,
+            OutputFile::Access access = OutputFile::Access::kInOrder) {
+    if (path.empty()) return;
+    file.emplace(path, access);
+    const auto refuse = [&](const std::string& reason) {
+      throw OutputError(fmt::format("{} = {}: must not be {}", option, quote_path(path), reason));
+    };
+    for (const std::string& input : scene.files) {
+      if (file->leads_to(input)) refuse("what the scene is read from");
+    }
+    for (const auto& [other_option, other] : opened_) {
+      if (file->same_file(*other)) refuse(std::string("the file of ") + other_option);
+    }
+    opened_.emplace_back(option, &*file);
+  }
+
+  template <class Action>
+  void for_each(const Action& action) {
+    for (auto recorder = recorders_.begin(); recorder != recorders_.end();) {
+      try {
+        action(**recorder);
+        ++recorder;
+      } catch (const OutputError& error) {
+        failed_ = true;
+        recorder = recorders_.erase(recorder);
+        if (recorders_.empty() && !summary_) throw;  // nothing to go on for
+        print_error("simulate", error.what());
+      }
+    }
+  }
+
   std::vector<std::unique_ptr<Recorder>> recorders_;
-  std::unique_ptr<AtomicFile> summary_;
+  std::optional<OutputFile> summary_;
+  std::vector<std::pair<const char*, const OutputFile*>> opened_;  // by option, while they are being opened
+  bool failed_ = false;
 };
 
-void run(const Arguments& arguments, const Scene& scene) {
-  const std::string told =
-      advice(scene.robot, scene.floor, scene.model, integration_settings(scene.solver), scene.duration);
-  for (const std::string& warning : {doubts(scene.robot), told}) {
-    if (!arguments.quiet && !warning.empty()) fmt::print(stderr, "simulate: {}\n", warning);
+/// A scene on its way from row to row.
+class Run {
+ public:
+  Run(const Arguments& arguments, const Scene& scene, Outputs& outputs)
+      : arguments_(arguments),
+        scene_(scene),
+        outputs_(outputs),
+        simulation_(scene),
+        progress_(scene.duration, arguments.quiet),
+        measured_(!arguments.summary.empty() || arguments.cpu_limit > 0) {
+    simulation_.stop_on(stop);
   }
-  Outputs outputs(arguments);
-  Progress progress(scene.duration, arguments.quiet);
-  Simulation simulation(scene);
-  double wall_time = 0;  // of the simulation alone
-  RunAudit audit;
-  const bool audited = !arguments.summary.empty() || arguments.cpu_limit > 0;
-  const auto advance = [&](double t) {
-    if (audited) audit.cost.start(simulation.time());
+
+  /// Writes all rows. Throws where the run ends early, whose outputs are kept as incomplete ones.
+  void complete() {
+    try {
+      write_row(0);
+      // Rows at k / output_rate, and one at the end; the last of the first kind may be the end but for rounding.
+      for (std::int64_t k = 1;; ++k) {
+        const double t = static_cast<double>(k) / scene_.output_rate;
+        if (t >= scene_.duration * (1 - 1e-12)) break;
+        advance(t);
+      }
+      advance(scene_.duration);
+    } catch (const Stopped&) {
+      fail(fmt::format("stopped after t = {:g} s by signal {}, {}", simulation_.time(), stop_signal,
+                       strsignal(stop_signal)));
+    } catch (const std::exception& error) {
+      fail(error.what());
+    }
+    audit_.completed = true;
+  }
+
+  /// Puts the outputs in their places, and prints what is to be known.
+  void report() {
+    outputs_.commit();
+    outputs_.commit_summary(simulation_, wall_time_, audit_);
+    if (!arguments_.quiet) fmt::print("{}", summary_text(simulation_, wall_time_));
+    const std::string doubt = doubts(simulation_, audit_.energy);
+    if (!doubt.empty()) print_error("simulate", "warning: the result is not to be trusted: " + doubt);
+  }
+
+ private:
+  void advance(double t) {
+    if (measured_) audit_.cost.start(simulation_.time());
     const Clock::time_point start = Clock::now();
-    simulation.advance_to(t);
-    wall_time += seconds_since(start);
-    if (audited) audit.cost.stop(simulation.time());
-    if (!simulation.state().values.allFinite()) {
+    simulation_.advance_to(t);
+    wall_time_ += seconds_since(start);
+    if (measured_) audit_.cost.stop(simulation_.time());
+    if (!simulation_.state().values.allFinite()) {
       throw std::runtime_error(fmt::format("the state is no longer finite at t = {} s", t));
     }
-    outputs.write_row(t, simulation);
-    if (audited) audit.add_row(simulation);
-    if (arguments.cpu_limit > 0 && audit.cost.cpu_time() > arguments.cpu_limit && t < scene.duration) {
-      outputs.commit_summary(simulation, wall_time, audit);
+    write_row(t);
+    if (arguments_.cpu_limit > 0 && audit_.cost.cpu_time() > arguments_.cpu_limit && t < scene_.duration) {
+      outputs_.commit_summary(simulation_, wall_time_, audit_);
       throw std::runtime_error(
-          fmt::format("stopped at t = {} s: more than {} s of processor time", t, arguments.cpu_limit));
+          fmt::format("stopped at t = {} s: more than {} s of processor time", t, arguments_.cpu_limit));
     }
-    progress.show(t);
-  };
-  outputs.write_row(0, simulation);
-  if (audited) audit.add_row(simulation);
-  // Rows at k / output_rate, and one at the end; the last of the first kind may be the end but for rounding.
-  for (std::int64_t k = 1;; ++k) {
-    const double t = static_cast<double>(k) / scene.output_rate;
-    if (t >= scene.duration * (1 - 1e-12)) break;
-    advance(t);
+    progress_.show(t);
   }
-  advance(scene.duration);
-  audit.completed = true;
-  outputs.commit();
-  outputs.commit_summary(simulation, wall_time, audit);
-  if (!arguments.quiet) fmt::print("{}", summary_text(simulation, wall_time));
+
+  void write_row(double t) {
+    outputs_.write_row(t, simulation_);
+    audit_.energy.add_row(simulation_);
+    if (measured_) audit_.path.add_row(simulation_);
+  }
+
+  [[noreturn]] void fail(const std::string& reason) {
+    const std::vector<std::string> kept = outputs_.keep_incomplete();
+    if (kept.empty()) throw std::runtime_error(reason);
+    throw std::runtime_error(fmt::format("{}; what was written is kept as {}", reason, fmt::join(kept, ", ")));
+  }
+
+  const Arguments& arguments_;
+  const Scene& scene_;
+  Outputs& outputs_;
+  Simulation simulation_;
+  Progress progress_;
+  bool measured_;
+  double wall_time_ = 0;  // of the simulation alone, s
+  RunAudit audit_;
+};
+
+/// Returns the exit status.
+int simulate(const Arguments& arguments, const Scene& scene) {
+  const std::string told =
+      advice(scene.robot, scene.floor, scene.model, integration_settings(scene.solver), scene.duration);
+  catch_signals();
+  std::optional<Outputs> outputs;
+  try {
+    outputs.emplace(arguments, scene);
+  } catch (const OutputError& error) {
+    print_error("simulate", error.what());
+    return stop ? kNotCompleted : kRefused;
+  }
+  for (const std::string& warning : {doubts(scene.robot), told}) {
+    if (!arguments.quiet && !warning.empty()) print_error("simulate", warning);
+  }
+  try {
+    Run run(arguments, scene, *outputs);
+    run.complete();
+    run.report();
+  } catch (const std::exception& error) {
+    print_error("simulate", error.what());
+    return kNotCompleted;
+  }
+  return outputs->failed() ? kNotCompleted : kDone;
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+/// Reads the command line and the scene. Returns the exit status.
+int run_program(int argc, char** argv) {
   Arguments arguments;
   Scene scene;
   try {
     if (!read_arguments(argc, argv, arguments)) return kDone;
     scene = load_scene(arguments.scene, arguments.overrides);
     if (std::holds_alternative<std::monostate>(scene.drive)) {
-      throw SceneError(fmt::format("{}: drive is left out; simulate needs one", arguments.scene));
+      throw SceneError(fmt::format("{}: drive is left out; simulate needs one", quote_path(arguments.scene)));
     }
   } catch (const boost::program_options::error& error) {
-    fmt::print(stderr, "simulate: {}; see simulate --help\n", error.what());
+    print_error("simulate", fmt::format("{}; see simulate --help", error.what()));
     return kRefused;
   } catch (const SceneError& error) {
-    fmt::print(stderr, "simulate: {}\n", error.what());
+    print_error("simulate", error.what());
     return kRefused;
   }
-  try {
-    run(arguments, scene);
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "simulate: {}\n", error.what());
-    return kNotCompleted;
+  return simulate(arguments, scene);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  // A standard stream that is closed must not become the number of an output.
+  while (true) {
+    const int descriptor = open("/dev/null", O_RDWR | O_CLOEXEC);
+    if (descriptor > STDERR_FILENO || descriptor < 0) {
+      close(descriptor);
+      break;
+    }
   }
-  return kDone;
+  const int status = run_program(argc, argv);
+  if (std::fflush(stdout) == 0 || status != kDone) return status;
+  print_error("simulate", "standard output: cannot be written: " + OutputFile::text_of(errno));
+  return kNotCompleted;
 }

@@ -6,30 +6,40 @@
 
 #include "youbot_base_sim/drive/wheel_drive.h"
 #include "youbot_base_sim/integration/methods.h"
+#include "youbot_base_sim/integration/no_slip_integration.h"
 #include "youbot_base_sim/physics/roller_geometry.h"
 
 namespace youbot_base_sim {
 
 namespace {
 
-/// The scene's own drive, sampled: its torque at the beginning of each control period, or its velocities by the wheels'
-/// velocity loop.
-Simulation::Drive make_drive(const Scene& scene) {
+/// What the scene's drive tells the wheels at time t: rates, rad/s, of a velocity table, else torques, N m.
+std::function<Wheels(double t)> make_command(const Scene& scene) {
   // A row or a segment that begins where a control period does must not be missed for a rounding error.
   const double late = 1e-6 * scene.solver.control_period;
   if (const auto* velocities = std::get_if<VelocityTable>(&scene.drive)) {
-    WheelDrive wheels(scene.solver.control_period);
-    return [wheels, late, table = velocities->table](double t, const State& state) mutable {
-      const Wheels rate = table.at(t + late);
-      for (int i = 0; i < kWheels; ++i) wheels.command(i, {DriveMode::kVelocity, rate[i]});
-      return wheels.sample(state.dphi());
-    };
+    return [late, table = velocities->table](double t) { return table.at(t + late); };
   }
   const std::shared_ptr<TorqueProfile> torque = make_torque_profile(scene);
-  if (!torque) return [](double, const State&) -> Wheels { return Wheels::Zero(); };
-  return [torque, late](double t, const State&) {
+  if (!torque) return [](double) -> Wheels { return Wheels::Zero(); };
+  return [late, torque](double t) {
     torque->begin_segment(t + late);
     return torque->value(t);
+  };
+}
+
+/// The scene's own drive, sampled at the beginning of each control period.
+Simulation::Drive make_drive(const Scene& scene) {
+  const std::function<Wheels(double)> command = make_command(scene);
+  const bool tracks_rates = std::holds_alternative<VelocityTable>(scene.drive);
+  if (!tracks_rates && !scene.motors) return [command](double t, const State&) { return command(t); };
+  const DriveMode mode = tracks_rates ? DriveMode::kVelocity : DriveMode::kTorque;
+  const MotorSettings motors = scene.motors.value_or(MotorSettings());
+  WheelDrive wheels(scene.solver.control_period, motors.limit(Motor()), motors.gains, motors.quantized.value_or(false));
+  return [=](double t, const State& state) mutable {
+    const Wheels told = command(t - motors.command_delay);
+    for (int i = 0; i < kWheels; ++i) wheels.command(i, {mode, told[i]});
+    return wheels.sample(state.dphi());
   };
 }
 
@@ -63,6 +73,7 @@ class Simulation::Loop {
     }
     integration_ = make_integration(scene_.model, scene_.robot, scene_.floor, state_, *torque_,
                                     integration_settings(scene_.solver));
+    if (stop_) integration_->stop_on(*stop_);
     initial_energy_ = integration_->kinetic_energy(state_);
   }
 
@@ -80,6 +91,11 @@ class Simulation::Loop {
     if (!held_) throw std::logic_error("a simulation without a control_period has no periods to advance by");
     if (in_period_ && n-- > 0) advance_within_period(end_of_period());
     if (n > 0) advance_whole_periods(n);
+  }
+
+  void stop_on(const std::atomic<bool>& stop) {
+    stop_ = &stop;
+    integration_->stop_on(stop);
   }
 
   const Scene scene_;
@@ -136,6 +152,7 @@ class Simulation::Loop {
     if ((held_->value(t_) != before).any()) integration_->torque_jumped();
   }
 
+  const std::atomic<bool>* stop_ = nullptr;  // null: never
   Drive given_drive_;
   Drive drive_;
   HeldTorque* held_ = nullptr;  // torque_, where the drive is sampled
@@ -152,6 +169,7 @@ Simulation::~Simulation() = default;
 
 void Simulation::advance_to(double t) { loop_->advance_to(t); }
 void Simulation::advance_periods(std::int64_t n) { loop_->advance_periods(n); }
+void Simulation::stop_on(const std::atomic<bool>& stop) { loop_->stop_on(stop); }
 void Simulation::reset() { loop_->reset(); }
 double Simulation::time() const { return loop_->t_; }
 const State& Simulation::state() const { return loop_->state_; }
@@ -185,13 +203,14 @@ const IntegrationStatistics& Simulation::statistics() const { return loop_->inte
 double Simulation::transition_speed() const { return loop_->integration_->transition_speed(); }
 
 std::string Simulation::method() const {
-  return loop_->scene_.model == Model::kNoSlip ? "dopri5" : loop_->scene_.solver.method;
+  const Scene& scene = loop_->scene_;
+  return scene.model == Model::kNoSlip ? NoSlipIntegration::method(scene.robot) : scene.solver.method;
 }
 
 double Simulation::kinetic_energy() const { return loop_->integration_->kinetic_energy(loop_->state_); }
 
-double Simulation::energy_balance_error() const {
-  return std::abs(kinetic_energy() - loop_->initial_energy_ - loop_->state_.work());
+double Simulation::energy_balance_error(double kinetic_energy) const {
+  return std::abs(kinetic_energy - loop_->initial_energy_ - loop_->state_.work());
 }
 
 const Scene& Simulation::scene() const { return loop_->scene_; }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <signal.h>
 #include <unistd.h>
 
 #include <boost/process/args.hpp>
@@ -29,6 +30,8 @@ class Program {
   }
 
   void kill() { child_.terminate(); }
+  pid_t id() const { return child_.id(); }
+  void send(int signal) { ::kill(child_.id(), signal); }
 
   // What it has printed so far.
   std::string out() const { return folder_.read("out"); }

@@ -77,6 +77,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"small_regularization", "/test/data/reference/small_regularization.yaml", ""},
                     Case{"torque_reversal", "/test/data/reference/torque_reversal.yaml", ""},
                     Case{"coasting_to_rest", "/test/data/reference/coasting_to_rest.yaml", ""},
+                    Case{"drive_dry", "/test/data/reference/drive_dry.yaml", ""},
                     Case{"start_on_edge", "/test/data/reference/start_on_edge.yaml", ""}),
     [](const testing::TestParamInfo<Case>& tested) { return tested.param.name; });
 

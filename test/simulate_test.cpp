@@ -4,20 +4,52 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <nlohmann/json.hpp>
+#include <set>
+#include <thread>
 
 #include "program.h"
 
 namespace youbot_base_sim {
 namespace {
 
-const char kScene[] =
-    "duration: 0.25\noutput_rate: 10\ninitial: {wheel_angles: [0.5, 0.5, 0.5, 0.5]}\n"
-    "drive: {torque: [{start: 0, constant: [1, 1, 1, 1]}]}\n";
+namespace fs = std::filesystem;
+
+const std::string kMotion =
+    "initial: {wheel_angles: [0.5, 0.5, 0.5, 0.5]}\ndrive: {torque: [{start: 0, constant: [1, 1, 1, 1]}]}\n";
+const std::string kScene = "duration: 0.25\noutput_rate: 10\n" + kMotion;
+const std::string kLongRow = "duration: 1.0e+5\noutput_rate: 1.0e-5\n";  // a day in one row
 
 class SimulateTest : public testing::Test {
  protected:
   static long lines(const std::string& text) { return std::count(text.begin(), text.end(), '\n'); }
+
+  /// A command line of sh, for limits and redirections; `simulate` stands for the program.
+  static std::vector<std::string> shell(const std::string& command) {
+    return {"-c", "simulate() { " SIMULATE " \"$@\"; }; " + command};
+  }
+
+  std::set<std::string> files() const {
+    std::set<std::string> names;
+    for (const auto& entry : fs::directory_iterator(folder_.path(""))) names.insert(entry.path().filename());
+    return names;
+  }
+
+  /// The one that is kept of output `name` of a run that ended early; empty if there is none.
+  std::string incomplete(const std::string& name) const {
+    for (const std::string& file : files()) {
+      if (file.find(name + ".incomplete-") == 0) return file;
+    }
+    return "";
+  }
+
+  /// Waits until a run has opened output `name`, but not forever.
+  void await_output(const std::string& name) const {
+    for (int tries = 0; incomplete(name).empty() && tries < 3000; ++tries) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+  }
 
   TemporaryFolder folder_;
 };
@@ -101,7 +133,8 @@ TEST_F(SimulateTest, CpuLimitEndsTheRunAndTheSummaryTells) {
   const auto summary = nlohmann::json::parse(folder_.read("s.json"));
   EXPECT_EQ(summary["completed"], false);
   EXPECT_EQ(summary["simulated_time"], 0.1);
-  EXPECT_FALSE(folder_.has("a.csv") || folder_.has("a.csv.part"));
+  EXPECT_FALSE(folder_.has("a.csv"));
+  EXPECT_EQ(lines(folder_.read(incomplete("a.csv"))), 3);  // header, t = 0 and 0.1
   EXPECT_EQ(Program(SIMULATE, {scene, "--cpu-limit", "0"}).wait(), 2);
 }
 
@@ -124,12 +157,13 @@ TEST_F(SimulateTest, RefusedInputExitsWith2AndOneLineAndLeavesNothing) {
     Program simulate(SIMULATE, arguments);
     EXPECT_EQ(simulate.wait(), 2) << what;
     EXPECT_EQ(lines(simulate.err()), 1) << simulate.err();
-    EXPECT_FALSE(folder_.has("a.csv") || folder_.has("a.csv.part")) << what;
+    EXPECT_FALSE(folder_.has("a.csv")) << what;
+    EXPECT_EQ(incomplete("a.csv"), "") << what;
   }
 }
 
 TEST_F(SimulateTest, WarnsOfRollersThatTaperToAPoint) {
-  const std::string scene = folder_.write("scene.yaml", kScene + std::string("robot: {rollers_per_wheel: 4}\n"));
+  const std::string scene = folder_.write("scene.yaml", kScene + "robot: {rollers_per_wheel: 4}\n");
   Program told(SIMULATE, {scene}), quiet(SIMULATE, {scene, "--quiet"});
   EXPECT_EQ(told.wait(), 0);
   EXPECT_NE(told.err().find("robot.roller_axis_radius = 0.0355: 4 rollers"), std::string::npos) << told.err();
@@ -137,11 +171,148 @@ TEST_F(SimulateTest, WarnsOfRollersThatTaperToAPoint) {
   EXPECT_EQ(quiet.err(), "");
 }
 
-TEST_F(SimulateTest, UnwritableFileExitsWith1) {
+TEST_F(SimulateTest, OutputsThatWouldLoseDataAreRefusedBeforeAnythingRuns) {
+  const std::string scene = folder_.write("scene.yaml", "duration: 0.1\ndrive: {torque_table: table.csv}\n");
+  const std::string table = folder_.write("table.csv", "t,fl,fr,bl,br\n0,1,1,1,1\n");
+  fs::create_symlink("table.csv", folder_.path("soft"));
+  fs::create_hard_link(scene, folder_.path("hard"));
+  const std::set<std::string> before = files();
+  for (const std::vector<std::string>& options :
+       std::vector<std::vector<std::string>>{{"--csv", scene},
+                                             {"--summary", table},
+                                             {"--switches", folder_.path("soft")},
+                                             {"--csv", folder_.path("hard")},
+                                             {"--csv", folder_.path("new"), "--summary", folder_.path("./new")},
+                                             {"--csv", folder_.path("")},
+                                             {"--csv", folder_.path("no/such/folder.csv")},
+                                             {"--summary", "/proc/summary"},
+                                             {"--csv", ""},
+                                             {"--switches", ""},
+                                             {"--bag", ""},
+                                             {"--summary", ""},
+                                             {"--model", ""},
+                                             {"--method", ""}}) {
+    std::vector<std::string> arguments{scene, "--quiet", "--csv", folder_.path("a.csv")};
+    if (options.front() == "--csv") arguments.resize(2);
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    Program simulate(SIMULATE, arguments);
+    EXPECT_EQ(simulate.wait(), 2) << options.front() << " " << options.back();
+    EXPECT_EQ(lines(simulate.err()), 1) << simulate.err();
+    EXPECT_EQ(files(), before) << options.back();
+  }
+  EXPECT_EQ(lines(folder_.read("scene.yaml")) + lines(folder_.read("table.csv")), 4);
+  EXPECT_EQ(Program(SIMULATE, {""}).wait(), 2);
+}
+
+// /proc/self/fd/1 rather than /dev/stdout, here and below: nothing can be put in its place, even by mistake and by
+// root.
+TEST_F(SimulateTest, WhatIsNoFileIsWrittenStraight) {
   const std::string scene = folder_.write("scene.yaml", kScene);
-  Program simulate(SIMULATE, {scene, "--csv", folder_.path("no/such/folder.csv")});
-  EXPECT_EQ(simulate.wait(), 1);
-  EXPECT_NE(simulate.err().find("no/such/folder.csv"), std::string::npos);
+  const std::string in_folder = "cd " + folder_.path("") + "; ";
+  Program fifo("/bin/sh", shell(in_folder + "mkfifo f; cat f > read & simulate scene.yaml --quiet --csv f; wait"));
+  EXPECT_EQ(fifo.wait(), 0) << fifo.err();
+  EXPECT_EQ(lines(folder_.read("read")), 5);
+  EXPECT_TRUE(fs::is_fifo(folder_.path("f")));
+  folder_.write("log", "before\n");
+  Program log("/bin/sh", shell(in_folder + "simulate scene.yaml --quiet --csv /proc/self/fd/1 >> log"));
+  EXPECT_EQ(log.wait(), 0) << log.err();
+  EXPECT_EQ(lines(folder_.read("log")), 6);
+  EXPECT_EQ(files(), (std::set<std::string>{"f", "log", "read", "scene.yaml"}));
+}
+
+TEST_F(SimulateTest, TwoRunsWithOneOutputAreBothWhole) {
+  const std::string scene = folder_.write("scene.yaml", "duration: 20\n" + kMotion);
+  folder_.write("a.csv.part", "of the user\n");
+  std::vector<std::unique_ptr<Program>> runs;
+  for (const std::string model : {"coulomb", "viscous"}) {
+    for (const std::string& name : {model, std::string("a.csv")}) {
+      const std::vector<std::string> arguments{scene, "--quiet", "--model", model, "--csv", folder_.path(name)};
+      runs.push_back(std::make_unique<Program>(SIMULATE, arguments));
+    }
+  }
+  for (const auto& run : runs) EXPECT_EQ(run->wait(), 0) << run->err();
+  const std::string text = folder_.read("a.csv");
+  EXPECT_TRUE(text == folder_.read("coulomb") || text == folder_.read("viscous"));
+  EXPECT_EQ(folder_.read("a.csv.part"), "of the user\n");
+  EXPECT_EQ(files().size(), 5u);
+}
+
+TEST_F(SimulateTest, AFullDiskEndsOneOutputAndKeepsTheOthers) {
+  folder_.write("scene.yaml", kScene);
+  folder_.write("long.yaml", "duration: 2\noutput_rate: 1000\n" + kMotion);
+  Program full("/bin/sh", shell("ulimit -f 200; cd " + folder_.path("") +
+                                "; simulate long.yaml --quiet --csv a.csv --switches s.csv --summary s.json"));
+  EXPECT_EQ(full.wait(), 1) << full.err();
+  EXPECT_EQ(lines(full.err()), 1) << full.err();
+  EXPECT_NE(full.err().find("a.csv: cannot be written: no space"), std::string::npos) << full.err();
+  EXPECT_NE(full.err().find(incomplete("a.csv")), std::string::npos) << full.err();
+  const std::string kept = folder_.read(incomplete("a.csv"));
+  EXPECT_GT(lines(kept), 100);
+  EXPECT_EQ(kept.back(), '\n');
+  EXPECT_EQ(nlohmann::json::parse(folder_.read("s.json"))["completed"], true);
+  EXPECT_GT(lines(folder_.read("s.csv")), 4);
+  EXPECT_FALSE(folder_.has("a.csv"));
+
+  for (const char* command :
+       {"simulate scene.yaml > /dev/full", "simulate scene.yaml --quiet --csv /proc/self/fd/1 > /dev/full",
+        "simulate scene.yaml --quiet --summary /proc/self/fd/1 > /dev/full"}) {
+    Program simulate("/bin/sh", shell("cd " + folder_.path("") + "; " + command));
+    EXPECT_EQ(simulate.wait(), 1) << command;
+    EXPECT_EQ(lines(simulate.err()), 1) << simulate.err();
+    EXPECT_NE(simulate.err().find("no space"), std::string::npos) << simulate.err();
+  }
+  // Nobody reads on.
+  Program pipe(
+      "/bin/sh",
+      shell("cd " + folder_.path("") +
+            "; { simulate long.yaml --quiet --csv /proc/self/fd/1 --switches s.csv; echo $? > status; } | head -1"));
+  EXPECT_EQ(pipe.wait(), 0);
+  EXPECT_EQ(folder_.read("status"), "1\n");
+}
+
+TEST_F(SimulateTest, SignalsEndItWithMarkedFiles) {
+  const std::string torque = "drive: {torque: [{start: 0, cos: [1, 0.5, 0.2, -1], sin: [1, 1, 1, 1], period: 3}]}\n";
+  // In one control period too.
+  const std::string scenes[] = {kLongRow + torque, kLongRow + "solver: {control_period: 10}\n" + torque,
+                                "model: no_slip\n" + kLongRow + torque};
+  const int signals[] = {SIGINT, SIGTERM, SIGHUP};
+  for (int k = 0; k < 3; ++k) {
+    const std::string scene = folder_.write("scene.yaml", scenes[k]);
+    Program simulate(SIMULATE, {scene, "--csv", folder_.path("a.csv"), "--summary", folder_.path("s.json")});
+    await_output("s.json");
+    simulate.send(signals[k]);
+    simulate.send(signals[k]);  // as `timeout` does
+    EXPECT_EQ(simulate.wait(), 1) << simulate.err();
+    EXPECT_EQ(lines(simulate.err()), 1) << simulate.err();
+    EXPECT_NE(simulate.err().find("by signal"), std::string::npos) << simulate.err();
+    EXPECT_NE(simulate.err().find(incomplete("a.csv")), std::string::npos) << simulate.err();
+    EXPECT_EQ(lines(folder_.read(incomplete("a.csv"))), 2);
+    EXPECT_EQ(files().size(), 2u) << "the scene and what is kept";
+    fs::remove(folder_.path(incomplete("a.csv")));
+  }
+}
+
+TEST_F(SimulateTest, AKilledRunLeavesFilesThatSayWhatTheyAre) {
+  const std::string scene = folder_.write("scene.yaml", kLongRow + kMotion);
+  Program simulate(SIMULATE, {scene, "--quiet", "--csv", folder_.path("a.csv")});
+  await_output("a.csv");
+  simulate.send(SIGKILL);
+  EXPECT_EQ(simulate.wait(), -1);
+  EXPECT_EQ(files(), (std::set<std::string>{"scene.yaml", incomplete("a.csv")}));
+}
+
+TEST_F(SimulateTest, WarnsOfAResultThatIsNotToBeTrusted) {
+  const std::string good = folder_.write("good.yaml", kScene);
+  const std::string off = folder_.write("off.yaml", kScene + "solver: {method: implicit_euler, step: 1.0e-3}\n");
+  for (const bool reliable : {true, false}) {
+    Program simulate(SIMULATE, {reliable ? good : off, "--quiet", "--summary", folder_.path("s.json")});
+    EXPECT_EQ(simulate.wait(), 0);
+    EXPECT_EQ(nlohmann::json::parse(folder_.read("s.json"))["reliable"], reliable);
+    EXPECT_EQ(lines(simulate.err()), reliable ? 0 : 1) << simulate.err();
+  }
+  Program simulate(SIMULATE, {off, "--quiet"});  // without a summary too
+  EXPECT_EQ(simulate.wait(), 0);
+  EXPECT_NE(simulate.err().find("warning: the result is not to be trusted"), std::string::npos);
 }
 
 TEST_F(SimulateTest, HelpSaysHowTheToleranceWasChosen) {

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <sstream>
 
 #include "temporary_folder.h"
 #include "youbot_base_sim/drive/wheel_drive.h"
@@ -257,6 +258,24 @@ TEST_F(SimulationTest, LooserTolerancesAreNoMoreWork) {
   }
 }
 
+// Bearings that brake within a nanosecond: model 1 then creeps at the speed at which its torque is used up.
+TEST_F(SimulationTest, NoSlipIsNoWorkHoweverHardTheBearingsBrake) {
+  for (const char* robot : {"{wheel_damping: 1e9}", "{roller_axis_radius: 0.0499999}", "{dry_friction: 1e3}",
+                            "{wheel_damping: 1e5, roller_dry_friction: 1e5, roller_dry_friction_rate: 1e-6}"}) {
+    Simulation simulation(load(std::string("model: no_slip\nduration: 10\nrobot: ") + robot +
+                               "\ndrive: {torque: [{start: 0, constant: [1, 2, 1, 2]}, {start: 5, sin: [1, 1, 1, 1], "
+                               "period: 1}]}\n"));
+    EXPECT_EQ(simulation.method(), "rosenbrock4") << robot;
+    simulation.advance_to(5);
+    const NoSlipModel model(simulation.scene().robot);
+    const Eigen::Vector3d left = model.acceleration(simulation.state().velocity(), {1, 2, 1, 2});
+    EXPECT_LT(left.norm(), 1e-3) << robot;
+    simulation.advance_to(10);
+    EXPECT_TRUE(simulation.state().values.allFinite()) << robot;
+    EXPECT_LT(simulation.statistics().evaluations, 100000u) << robot;
+  }
+}
+
 TEST_F(SimulationTest, DoesNotGoBackInTime) {
   Scene scene =
       load("duration: 1\ninitial: {twist: [0.4, 0, 0]}\ndrive: {torque: [{start: 0, constant: [1, 1, 1, 1]}]}\n");
@@ -325,11 +344,77 @@ TEST_F(SimulationTest, VelocityTableIsTracked) {
   folder_.write("table.csv", "t,fl,fr,bl,br\n0,5,5,5,5\n2,-5,5,5,-5\n");
   Simulation simulation(load("duration: 4\ndrive: {velocity_table: table.csv}\n"));
   simulation.advance_to(2);
-  // The loop's poles at 27 rad/s have long settled; what remains is the ripple of the rollers.
+  // The loop's slow pole, at about 3 rad/s, has settled; what remains is the ripple of the rollers.
   EXPECT_NEAR(simulation.state().dphi().mean(), 5, 0.1);
   EXPECT_GT(simulation.state().V_X(), 0.24);
   simulation.advance_to(4);
   EXPECT_GT(simulation.state().V_Y(), 0.15);
+}
+
+class MotorsTest : public SimulationTest {
+ protected:
+  void SetUp() override {
+    folder_.write("rates.csv", "t,fl,fr,bl,br\n0,5,5,5,5\n0.3,2.001,5,5,2.001\n");
+    folder_.write("torques.csv", "t,fl,fr,bl,br\n0,4,4,4,4\n0.3,1.0001,1,1,1.0001\n");
+  }
+
+  std::unique_ptr<Simulation> run(const std::string& motors, const std::string& drive, double t = 0.5) {
+    auto simulation = std::make_unique<Simulation>(load("duration: 0.5\ndrive: {" + drive + "}\n" + motors));
+    simulation->advance_to(t);
+    return simulation;
+  }
+  /// Torque of the first wheel at time t, N m.
+  double torque(const std::string& motors, const std::string& drive, double t) {
+    return run(motors, drive, t)->torque()[0];
+  }
+  void expect_same(const std::string& motors, const std::string& drive, const std::string& drive_of_default_motors) {
+    EXPECT_TRUE((run(motors, drive)->state().values == run("", drive_of_default_motors)->state().values).all())
+        << motors << " " << drive << " and " << drive_of_default_motors;
+  }
+  void expect_different(const std::string& motors, const std::string& drive) {
+    EXPECT_FALSE((run(motors, drive)->state().values == run("", drive)->state().values).all()) << motors;
+  }
+
+  const std::string rates_ = "velocity_table: rates.csv", torques_ = "torque_table: torques.csv";
+};
+
+TEST_F(MotorsTest, OfAVelocityTableHaveDefaults) {
+  expect_same("motors: {}", rates_, rates_);
+  expect_same(
+      "motors: {velocity_proportional_gain: 0.4, velocity_integral_gain: 1.2, command_delay: 0, quantized: false}",
+      rates_, rates_);
+  expect_different("motors: {velocity_proportional_gain: 0.3}", rates_);
+  expect_different("motors: {velocity_integral_gain: 0.5}", rates_);
+}
+
+TEST_F(MotorsTest, LimitTorquesAndRates) {
+  EXPECT_EQ(torque("", torques_, 0.1), 4) << "without motors there is no limit";
+  EXPECT_EQ(torque("motors: {}", torques_, 0.1), Motor().max_torque());
+  EXPECT_NEAR(torque("motors: {max_wheel_torque: 2.5}", torques_, 0.1), 2.5, 1e-12);
+  EXPECT_NEAR(torque("motors: {max_wheel_torque: 0.7}", rates_, 0.01), 0.7, 1e-12);
+  EXPECT_NEAR(run("motors: {max_wheel_rate: 0}", rates_)->state().dphi()[0], 0, 1e-12);
+  EXPECT_LT(run("motors: {max_wheel_rate: 1}", rates_)->state().dphi()[0], 1.5);
+}
+
+TEST_F(MotorsTest, DelayCommands) {
+  folder_.write("later.csv", "t,fl,fr,bl,br\n0.05,5,5,5,5\n0.35,2.001,5,5,2.001\n");
+  expect_same("motors: {command_delay: 0.05}", rates_, "velocity_table: later.csv");
+  EXPECT_EQ(torque("motors: {command_delay: 0.05}", torques_, 0.05), 0);
+  EXPECT_EQ(torque("motors: {command_delay: 0.05, max_wheel_torque: 5}", torques_, 0.051), 4);
+}
+
+TEST_F(MotorsTest, SendWholeMilliamperesAndRpm) {
+  const Motor motor;
+  EXPECT_EQ(torque("motors: {quantized: true}", torques_, 0.5), motor.transmitted({DriveMode::kTorque, 1.0001}).value);
+  const auto whole = [&](double rate) { return std::round(rate / motor.rpm()) * motor.rpm(); };
+  std::ostringstream table;
+  table.precision(17);
+  const double fast = whole(5), slow = whole(2.001);
+  table << "t,fl,fr,bl,br\n0," << fast << ',' << fast << ',' << fast << ',' << fast << "\n0.3," << slow << ',' << fast
+        << ',' << fast << ',' << slow << '\n';
+  folder_.write("whole.csv", table.str());
+  expect_same("motors: {quantized: true}", rates_, "velocity_table: whole.csv");
+  expect_different("motors: {quantized: true}", rates_);
 }
 
 TEST_F(SimulationTest, RefusesADriveWithoutPeriods) {

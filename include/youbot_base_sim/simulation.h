@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -8,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "youbot_base_sim/integration/integration.h"
 #include "youbot_base_sim/integration/statistics.h"
 #include "youbot_base_sim/physics/contacts.h"
 #include "youbot_base_sim/physics/roller_switch.h"
@@ -42,6 +44,10 @@ class Simulation {
   /// none.
   void advance_periods(std::int64_t n);
 
+  /// Has `advance_to` and `advance_periods` throw Stopped within a step once `stop`, which must outlive this, is set:
+  /// by another thread or a signal's handler. The state is then somewhere on the way; only `reset` leads on from there.
+  void stop_on(const std::atomic<bool>& stop);
+
   /// Back to the scene's initial state at t = 0, statistics included.
   void reset();
 
@@ -72,13 +78,15 @@ class Simulation {
   /// tolerance can tell from zero if that is more (see effective_transition_speed); infinite for models without one.
   double transition_speed() const;
 
-  /// The name of the method that integrates: the scene's, or dopri5 for model 1.
+  /// The name of the method that integrates: the scene's, or model 1's own.
   std::string method() const;
 
   double kinetic_energy() const;  ///< J
 
   /// |change of kinetic energy - integrated power| since t = 0, J.
-  double energy_balance_error() const;
+  double energy_balance_error() const { return energy_balance_error(kinetic_energy()); }
+  /// The same for those who have asked for the kinetic energy (J) already.
+  double energy_balance_error(double kinetic_energy) const;
 
   const Scene& scene() const;
 

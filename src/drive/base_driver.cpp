@@ -15,7 +15,7 @@ constexpr SetPoint kHoldAtRest{DriveMode::kVelocity, 0};
 
 BaseDriver::BaseDriver(const Settings& settings, const Wheels& phi)
     : settings_(settings),
-      drive_(settings.control_period, settings.motor, settings.gains),
+      drive_(settings.control_period, settings.motor, settings.gains, settings.quantized),
       friction_(settings.dry_friction, settings.wheel_inertia, settings.control_period),
       sensors_(settings.motor, settings.quantized, phi),
       last_command_(kNever) {
@@ -27,7 +27,7 @@ void BaseDriver::command(double t, const DriveCommand& command) {
   if (!present()) return;
   last_command_ = t;
   timed_out_ = false;
-  pending_.push_back({t + faults_.command_delay, command});
+  pending_.push_back({t + settings_.command_delay + faults_.command_delay, command});
 }
 
 bool BaseDriver::switch_off() {
@@ -73,15 +73,10 @@ Wheels BaseDriver::sample(double t, const Wheels& dphi) {
 void BaseDriver::apply_due_commands(double t) {
   while (!pending_.empty() && pending_.front().due <= t + kSlack) {
     for (int i = 0; i < kWheels; ++i) {
-      if (const auto& set_point = pending_.front().command[i]) sent_[i] = carried(*set_point);
+      if (const auto& set_point = pending_.front().command[i]) sent_[i] = *set_point;
     }
     pending_.pop_front();
   }
-}
-
-SetPoint BaseDriver::carried(const SetPoint& set_point) const {
-  const SetPoint limited = settings_.motor.limited(set_point);
-  return settings_.quantized ? settings_.motor.transmitted(limited) : limited;
 }
 
 void BaseDriver::check_command_timeout(double t) {

@@ -1,6 +1,7 @@
 #include "youbot_base_sim/drive/driver_requests.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace youbot_base_sim {
 
@@ -28,8 +29,34 @@ bool obey(double t, const DriverRequest& request, BaseDriver& driver) {
 
 }  // namespace
 
-void DriverRequests::push(double t, const DriverRequest& request) {
-  waiting_.push_back({waiting_.empty() ? t : std::max(t, waiting_.back().arrival), request});
+bool DriverRequests::push(double t, const DriverRequest& request) {
+  const double arrival = waiting_.empty() ? t : std::max(t, waiting_.back().arrival);
+  if (merge(arrival, request)) return true;
+  if (!std::holds_alternative<DriveCommand>(request) && others() >= kMaxWaiting) return false;
+  waiting_.push_back({arrival, request});
+  return true;
+}
+
+/// Requests that wait and are no commands.
+std::size_t DriverRequests::others() const {
+  const auto is_other = [](const Stamped& one) { return !std::holds_alternative<DriveCommand>(one.request); };
+  return static_cast<std::size_t>(std::count_if(waiting_.begin(), waiting_.end(), is_other));
+}
+
+/// Number of the control period from which a request that arrives at this time acts.
+double DriverRequests::period_of(double arrival) const { return std::ceil((arrival - kSlack) / control_period_); }
+
+/// Adds a command to the one that arrived before it; false if they do not act from the same control period.
+bool DriverRequests::merge(double arrival, const DriverRequest& request) {
+  if (waiting_.empty() || period_of(waiting_.back().arrival) != period_of(arrival)) return false;
+  auto* last = std::get_if<DriveCommand>(&waiting_.back().request);
+  const auto* command = std::get_if<DriveCommand>(&request);
+  if (!last || !command) return false;
+  waiting_.back().arrival = arrival;
+  for (int i = 0; i < kWheels; ++i) {
+    if ((*command)[i]) (*last)[i] = (*command)[i];
+  }
+  return true;
 }
 
 bool DriverRequests::take(double t, BaseDriver& driver) {

@@ -39,9 +39,13 @@ ReferenceTorque::ReferenceTorque(const RobotParameters& robot, const ReferenceMo
 }
 
 Wheels ReferenceTorque::value(double t) const {
-  if (model_.dry()) return model_.torque(motion_.velocity(t), motion_.acceleration(t));
+  if (model_.dry()) return dry_value(t);
   const double angle = 2 * M_PI * t / motion_.period, c = std::cos(angle), s = std::sin(angle);
   return constant_ + c * cos_ + s * sin_ + (c * c - s * s) * cos_2_ + (2 * s * c) * sin_2_;
+}
+
+Wheels ReferenceTorque::dry_value(double t) const {
+  return model_.torque(motion_.velocity(t), motion_.acceleration(t));
 }
 
 Wheels ReferenceTorque::derivative(double t) const {

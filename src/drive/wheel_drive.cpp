@@ -4,12 +4,13 @@
 
 namespace youbot_base_sim {
 
-WheelDrive::WheelDrive(double control_period, const Motor& motor, const VelocityGains& gains)
-    : control_period_(control_period), motor_(motor), gains_(gains) {}
+WheelDrive::WheelDrive(double control_period, const Motor& motor, const VelocityGains& gains, bool quantized)
+    : control_period_(control_period), motor_(motor), gains_(gains), quantized_(quantized) {}
 
 void WheelDrive::command(int i, const SetPoint& set_point) {
   if (set_point.mode != DriveMode::kVelocity || set_points_[i].mode != DriveMode::kVelocity) integral_[i] = 0;
-  set_points_[i] = motor_.limited(set_point);
+  const SetPoint limited = motor_.limited(set_point);
+  set_points_[i] = quantized_ ? motor_.transmitted(limited) : limited;
 }
 
 Wheels WheelDrive::sample(const Wheels& dphi) {
@@ -23,7 +24,7 @@ Wheels WheelDrive::sample(const Wheels& dphi) {
     const double integral = integral_[i] + gains_.integral * control_period_ * error;
     const double unlimited = gains_.proportional * error + integral;
     torque[i] = std::clamp(unlimited, -max, max);
-    // Anti-windup: while the torque is limited, the integral only moves away from the limit.
+    // While the torque is limited, the integral only moves away from the limit.
     if (torque[i] == unlimited || error * unlimited < 0) integral_[i] = integral;
   }
   return torque;

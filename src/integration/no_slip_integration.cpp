@@ -1,14 +1,51 @@
 #include "youbot_base_sim/integration/no_slip_integration.h"
 
+#include <algorithm>
 #include <boost/numeric/odeint/integrate/integrate_adaptive.hpp>
 #include <boost/numeric/odeint/stepper/generation.hpp>
 #include <boost/numeric/odeint/stepper/runge_kutta_dopri5.hpp>
+#include <functional>
 
 #include "youbot_base_sim/integration/odeint_steppers.h"
 
 namespace youbot_base_sim {
 
 namespace odeint = boost::numeric::odeint;
+
+namespace {
+
+/// Model 1 as a System with a Jacobian, for Rosenbrock4.
+struct NoSlipSystem {
+  const NoSlipModel& model;
+  const TorqueProfile& torque;
+  IntegrationStatistics& statistics;
+
+  void operator()(const State& x, State& dxdt, double t) const {
+    ++statistics.evaluations;
+    model.derivative(x, torque.value(t), dxdt);
+  }
+  template <class Matrix>
+  void jacobian(const State& x, Matrix& J, double t, State& dfdt) const {
+    model.jacobian(x, torque.value(t), torque.derivative(t), J, dfdt);
+  }
+  Wheels lower_edge() const { return Wheels::Constant(-std::numeric_limits<double>::infinity()); }
+  Wheels upper_edge() const { return Wheels::Constant(std::numeric_limits<double>::infinity()); }
+};
+
+/// Rosenbrock4 as a Controlled Stepper of odeint.
+class StiffStepper : public ControlledStepperTypes {
+ public:
+  StiffStepper(const Tolerance& tolerance, IntegrationStatistics& statistics) : rosenbrock4_(tolerance, statistics) {}
+  template <class System>
+  Result try_step(System system, State& x, double& t, double& dt) {
+    return rosenbrock4_.try_step(system, x, t, x, dt);
+  }
+
+ private:
+  Rosenbrock4<CorrectedRosenbrock4> rosenbrock4_;
+};
+
+}  // namespace
 
 void NoSlipIntegration::advance_periods(State& x, std::int64_t first, double period, std::size_t n,
                                         const PeriodObserver& observer) {
@@ -22,13 +59,19 @@ void NoSlipIntegration::advance_periods(State& x, std::int64_t first, double per
 
 void NoSlipIntegration::advance(State& x, double t, double t_end) {
   if (!(t < t_end)) return;
-  const auto system = [this](const State& state, State& derivative, double time) {
-    ++statistics_.evaluations;
-    model_.derivative(state, torque_.value(time), derivative);
+  const NoSlipSystem system{model_, torque_, statistics_};
+  const double dt = std::min(t_end - t, max_first_step_);
+  const auto observer = [this](const State&, double) {
+    if (stop_ && *stop_) throw Stopped();
   };
-  statistics_.steps += odeint::integrate_adaptive(
-      odeint::make_controlled<odeint::runge_kutta_dopri5<State>>(tolerance_.absolute, tolerance_.relative), system, x,
-      t, t_end, t_end - t);
+  if (stiff_) {
+    StiffStepper stepper(tolerance_, statistics_);
+    statistics_.steps += odeint::integrate_adaptive(std::ref(stepper), std::ref(system), x, t, t_end, dt, observer);
+  } else {
+    statistics_.steps += odeint::integrate_adaptive(
+        odeint::make_controlled<odeint::runge_kutta_dopri5<State>>(tolerance_.absolute, tolerance_.relative),
+        std::ref(system), x, t, t_end, dt, observer);
+  }
   model_.constrain(x);
 }
 

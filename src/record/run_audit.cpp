@@ -1,5 +1,6 @@
 #include "youbot_base_sim/record/run_audit.h"
 
+#include <fmt/format.h>
 #include <time.h>
 
 #include <algorithm>
@@ -40,12 +41,35 @@ double RunCost::percentile(double share) const {
 }
 
 void EnergyAudit::add_row(const Simulation& simulation) {
+  const double interval = simulation.time() - t_;
   const double power = (simulation.torque() * simulation.state().dphi()).abs().sum();
-  drive_work_ += 0.5 * (power + power_) * (simulation.time() - t_);
+  drive_work_ += 0.5 * (power + power_) * interval;
+  longest_interval_ = std::max(longest_interval_, interval);
   power_ = power;
   t_ = simulation.time();
-  max_kinetic_energy_ = std::max(max_kinetic_energy_, simulation.kinetic_energy());
-  max_balance_error_ = std::max(max_balance_error_, simulation.energy_balance_error());
+  const double kinetic_energy = simulation.kinetic_energy(), error = simulation.energy_balance_error(kinetic_energy);
+  max_kinetic_energy_ = std::max(max_kinetic_energy_, kinetic_energy);
+  // Once it is not a number it remains that.
+  if (error > max_balance_error_ || std::isnan(error)) max_balance_error_ = error;
+}
+
+std::string doubts(const Simulation& simulation, const EnergyAudit& energy) {
+  if (const std::uint64_t steps = simulation.statistics().fallback_steps) {
+    return fmt::format("the bound of work was reached {} times; {} fallback steps, of first order, went on from there",
+                       simulation.statistics().exhausted, steps);
+  }
+  const Scene& scene = simulation.scene();
+  const double tolerance = scene.solver.relative_tolerance;
+  // What moves between two rows only is not seen, so the energy of a speed counts as well that friction can give the
+  // base in between, and that of the speed at which relative and absolute tolerance meet.
+  const double speed =
+      scene.solver.absolute_tolerance / tolerance + scene.floor.f * scene.floor.g * energy.longest_interval();
+  const double exchanged = std::max(energy.max_kinetic_energy(), energy.drive_work());
+  const double share = std::max(std::clamp(1e3 * tolerance, 1e-9, 1e-2), 10 * tolerance);
+  const double allowed = share * (exchanged + 0.5 * scene.robot.m_s() * speed * speed);
+  if (energy.max_balance_error() <= allowed && std::isfinite(exchanged)) return "";
+  return fmt::format("the energy balance is off by {:.2g} J of {:.2g} J, where {:.2g} J are allowed",
+                     energy.max_balance_error(), exchanged, allowed);
 }
 
 void PathLength::add_row(const Simulation& simulation) {

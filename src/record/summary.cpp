@@ -9,9 +9,10 @@ namespace youbot_base_sim {
 
 namespace {
 
-void add_audit(const RunAudit& audit, nlohmann::json& json) {
+void add_audit(const Simulation& simulation, const RunAudit& audit, nlohmann::json& json) {
   const RunCost::Period& slowest = audit.cost.slowest();
   json["completed"] = audit.completed;
+  json["reliable"] = doubts(simulation, audit.energy).empty();
   json["cpu_time"] = audit.cost.cpu_time();
   json["slowest_period"] = {{"start", slowest.start},
                             {"length", slowest.length},
@@ -45,7 +46,7 @@ std::string summary_json(const Simulation& simulation, double wall_time, const R
   json["energy_balance_error"] = simulation.energy_balance_error();
   json["final"] = {{"x", x.x()},     {"y", x.y()},     {"psi", x.psi()},
                    {"V_X", x.V_X()}, {"V_Y", x.V_Y()}, {"Omega", x.Omega()}};
-  add_audit(audit, json);
+  add_audit(simulation, audit, json);
   return json.dump(2) + "\n";
 }
 
@@ -81,11 +82,6 @@ std::string summary_text(const Simulation& simulation, double wall_time) {
   if (statistics.eased_periods > 0) {
     text += fmt::format("note: {} milliseconds were integrated to a looser tolerance to bound the work\n",
                         statistics.eased_periods);
-  }
-  if (statistics.fallback_steps > 0) {
-    text += fmt::format(
-        "warning: the bound of work was reached {} times; {} fallback steps, of first order, went on from there\n",
-        statistics.exhausted, statistics.fallback_steps);
   }
   return text;
 }

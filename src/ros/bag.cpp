@@ -4,58 +4,99 @@
 #include <ros/names.h>
 #include <rosbag/bag.h>
 
-#include <filesystem>
-#include <stdexcept>
-#include <system_error>
+#include <cerrno>
+#include <cstdint>
+#include <exception>
 
 namespace youbot_base_sim {
 
 class BagWriter::File {
  public:
-  explicit File(const std::string& path) : path_(path), part_(path + ".part"), bag_(std::make_unique<rosbag::Bag>()) {
-    guarded("open", [&] { bag_->open(part_, rosbag::bagmode::Write); });
-  }
-
-  ~File() {
-    if (!bag_) return;
-    try {
-      bag_->close();
-    } catch (const std::exception&) {
-      static_cast<void>(bag_.release());  // its destructor would throw the same again
-    }
-    std::error_code ignored;
-    std::filesystem::remove(part_, ignored);
-  }
+  explicit File(OutputFile file) : file_(std::move(file)) {}
+  ~File() { keep_incomplete(); }
 
   template <class Message>
   void write(const std::string& topic, const ros::Time& stamp, const Message& message) {
-    guarded("write", [&] { bag_->write(ros::names::append("/", topic), stamp, message); });
+    guarded([&] {
+      if (!bag_) open();
+      make_room();
+      bag_->write(ros::names::append("/", topic), stamp, message);
+    });
   }
 
   void commit() {
-    guarded("write", [&] { bag_->close(); });
-    std::error_code error;
-    std::filesystem::rename(part_, path_, error);
-    if (error) throw std::runtime_error(fmt::format("{}: cannot rename it: {}", path_, error.message()));
+    guarded([&] {
+      if (!bag_) open();
+      bag_->close();
+    });
     bag_.reset();
+    file_.commit();
+  }
+
+  std::string keep_incomplete() {
+    const bool indexed = close();
+    const std::string name = file_.keep_incomplete();
+    return indexed || name.empty() ? name : name + kNotIndexed;
   }
 
  private:
-  template <class Action>
-  void guarded(const char* doing, Action&& action) const {
+  static constexpr char kNotIndexed[] = " without its index, which rosbag reindex makes";
+  // bytes: room for a message, the index of the chunk under way and the connections, a share for the list of chunks;
+  // and how much of the disk is taken at a time, where it has that much.
+  static constexpr std::uint64_t kRoom = 256 << 10, kRoomShare = 1000, kStride = 4 << 20;
+
+  // Not before the first message, so that nothing is left where there is none, nor where it has no room.
+  void open() {
+    make_room();
+    bag_ = std::make_unique<rosbag::Bag>();
+    bag_->open(file_.name(), rosbag::bagmode::Write);
+    reserved_ = 0;  // given back: rosbag empties the file
+  }
+
+  void make_room() {
+    const std::uint64_t size = bag_ ? bag_->getSize() : 0, needed = size + size / kRoomShare + kRoom;
+    if (needed <= reserved_) return;
+    reserved_ = needed + kStride;
+    if (file_.reserve(reserved_) == 0) return;
+    reserved_ = needed;
+    if (const int error = file_.reserve(reserved_)) fail(OutputFile::text_of(error));
+  }
+
+  [[noreturn]] void fail(const std::string& reason) {
+    const bool indexed = close();
+    file_.fail(reason, indexed ? "" : kNotIndexed);
+  }
+
+  // Writes the index. Returns whether that succeeded.
+  bool close() {
+    if (!bag_) return true;
     try {
-      action();
-    } catch (const ros::Exception& error) {
-      throw std::runtime_error(fmt::format("{}: cannot {} it: {}", path_, doing, error.what()));
+      bag_->close();
+      bag_.reset();
+      return true;
+    } catch (const ros::Exception&) {
+      static_cast<void>(bag_.release());  // its destructor would throw the same again
+      return false;
     }
   }
 
-  std::string path_;
-  std::string part_;
+  // What rosbag throws does not tell the system's reason.
+  template <class Action>
+  void guarded(Action&& action) {
+    errno = 0;
+    try {
+      action();
+    } catch (const ros::Exception& exception) {
+      fail(errno ? OutputFile::text_of(errno) : exception.what());
+    }
+  }
+
+  OutputFile file_;
   std::unique_ptr<rosbag::Bag> bag_;
+  std::uint64_t reserved_ = 0;  // bytes
 };
 
-BagWriter::BagWriter(const std::string& path) : file_(std::make_unique<File>(path)) {}
+BagWriter::BagWriter(OutputFile file) : file_(std::make_unique<File>(std::move(file))) {}
 
 BagWriter::~BagWriter() = default;
 
@@ -75,8 +116,15 @@ void BagWriter::write(const Telemetry& telemetry, const Simulation& simulation, 
 
 void BagWriter::commit() { file_->commit(); }
 
+std::string BagWriter::keep_incomplete() { return file_->keep_incomplete(); }
+
 void BagRecorder::write(double t, const Simulation& simulation, const std::vector<RollerSwitch>& switches) {
-  const MotorReadings readings = exact_readings(simulation);
+  const State& state = simulation.state();
+  if (!sensors_) {
+    const std::optional<MotorSettings>& motors = simulation.scene().motors;
+    sensors_.emplace(Motor(), motors && motors->quantized.value_or(false), state.phi());
+  }
+  const MotorReadings& readings = sensors_->read(state.phi(), state.dphi(), simulation.torque());
   if (telemetry_) {
     telemetry_->update(readings.phi);
   } else {

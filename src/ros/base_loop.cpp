@@ -15,6 +15,7 @@ BaseLoop::BaseLoop(const BaseSettings& settings)
     : driver_settings_(settings.driver),
       telemetry_options_(settings.telemetry),
       takes_always_(settings.command_rate == 0 || settings.lockstep),
+      requests_(settings.scene.solver.control_period),
       driver_(settings.driver, settings.scene.initial.phi()),
       simulation_(settings.scene, [this](double t, const State& state) { return begin_period(t, state); }),
       telemetry_(settings.scene.robot.rollers,

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <stdexcept>
 
 #include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/ros/diagnostics.h"
@@ -16,10 +17,11 @@ namespace {
 
 constexpr double kMaxLag = 1.0;         // s of wall time, before the loop stops catching up
 constexpr double kRecorderDelay = 0.2;  // s of wall time from a recorder's subscription to its first message at most
+constexpr double kLastWord = 0.2;       // s of wall time for the last message to leave before the node ends
 constexpr auto kHintAfter = std::chrono::seconds(5);  // of waiting for anything without a word
 constexpr double kPatience = 0.1;                     // s of wall time between two looks whether ROS goes on
-constexpr double kUnobserved = 0.02;                  // s of simulated time that may pass at once while nobody listens
-constexpr double kSlack = 1e-6;                       // of a control period, for rounding
+constexpr double kMaxAhead = 0.02;  // s of simulated time that may pass at once, unless a control period is longer
+constexpr double kSlack = 1e-6;     // of a control period, for rounding
 
 /// Is due every few seconds of a wait, but not at its beginning.
 class Hint {
@@ -103,8 +105,8 @@ void BaseNode::publish_world() {
 void BaseNode::offer_services() {
   services_ = {private_node_.advertiseService(kPauseService, &BaseNode::pause, this),
                private_node_.advertiseService(kUnpauseService, &BaseNode::unpause, this),
-               private_node_.advertiseService(kResetService, &BaseNode::reset, this),
-               private_node_.advertiseService(kStepService, &BaseNode::step, this)};
+               private_node_.advertiseService(kResetService, &BaseNode::reset, this)};
+  step_service_.emplace(queue_);
 }
 
 void BaseNode::run() {
@@ -121,15 +123,12 @@ void BaseNode::run() {
   pacer_.start(loop_.time());
   publish_instant();
   while (node_.ok()) {
-    if (paused_) {
+    if (is_stepping()) {
+      go_on_by_step();
+    } else if (paused_) {
       take_callbacks(kPatience);
-    } else if (!settings_.publish_clock) {
-      go_by_wall_clock();
-    } else if (settings_.lockstep) {
-      if (await_command()) advance(1);
-    } else {
-      if (!queue_.isEmpty()) take_callbacks(0);
-      if (!paused_) advance(periods_ahead());
+    } else if (!settings_.lockstep || await_command()) {
+      go_on_when_due();
     }
   }
   if (bag_) bag_->commit();
@@ -157,40 +156,28 @@ void BaseNode::take_callbacks(double timeout) {
   pacer_.idle([&] { queue_.callAvailable(ros::WallDuration(timeout)); });
 }
 
-/// Sleeps until the next time when somebody could notice, but for enqueueing what arrives, and then makes up for it. To
-/// wake up for each control period would cost more than to simulate it.
-void BaseNode::go_by_wall_clock() {
-  const std::int64_t periods = periods_ahead();
-  const double end = loop_.time() + static_cast<double>(periods) * loop_.control_period();
-  take_callbacks(std::max(0.0, end - pacer_.now()));
-  if (pacer_.now() >= end) advance(periods);
-}
-
 /// Waits for the command message of the next control period; false if something else is to be seen to first.
 bool BaseNode::await_command() {
   Hint hint;
   const auto none_left = [this] { return interface_->commands() == commands_taken_; };
-  while (none_left() && !paused_ && node_.ok()) {
+  while (none_left() && !paused_ && !is_stepping() && node_.ok()) {
     pacer_.idle([this] { queue_.callOne(ros::WallDuration(kPatience)); });
     if (hint.due()) ROS_INFO("lockstep: waiting for a command at t = %g s", loop_.time());
   }
-  if (none_left() || paused_) return false;
-  ++commands_taken_;
-  return true;
+  return !none_left() && !paused_ && !is_stepping();
 }
 
-/// Control periods until somebody could notice.
-std::int64_t BaseNode::periods_ahead() const {
-  if (periods_are_wanted_) return 1;
-  const double next = telemetry_is_wanted_ ? loop_.next_instant() : loop_.time() + kUnobserved;
-  return loop_.periods_until(std::min(next, diagnosing_.next()));
-}
-
-/// Goes on by control periods, and publishes where they end when that time has come.
-void BaseNode::advance(std::int64_t periods) {
-  advance_without_waiting(periods);
+/// Goes on to the next time when somebody could notice, if that is due; if not, takes what comes until then, but not
+/// for long. To wake up for each control period would cost more than to simulate it.
+void BaseNode::go_on_when_due() {
+  const double wait = wait_for_periods_ahead();
+  // In lockstep the command in hand is the only one for this control period.
+  if (wait > 0 || (!settings_.lockstep && !queue_.isEmpty())) {
+    take_callbacks(std::clamp(wait, 0.0, kPatience));
+    if (paused_ || is_stepping() || wait_for_periods_ahead() > 0) return publish_diagnostics_when_due(now());
+  }
+  advance(periods_ahead());
   const double t = loop_.time();
-  pacer_.sleep_until(t);
   const double lost = pacer_.arrive(t);
   if (lost > 0 && !settings_.lockstep) {
     wall_start_ += ros::Duration(lost);
@@ -200,8 +187,40 @@ void BaseNode::advance(std::int64_t periods) {
   publish_instant();
 }
 
-void BaseNode::advance_without_waiting(std::int64_t periods) {
-  loop_.advance_periods(periods);
+/// Goes on by a part of what ~step asks for, without waiting.
+void BaseNode::go_on_by_step() {
+  if (!paused_) return end_step("not paused: call ~pause first");
+  if (!queue_.isEmpty()) take_callbacks(0);
+  if (!is_stepping()) return;  // a callback has ended it
+  const std::int64_t periods = std::min(step_service_->left(), periods_ahead());
+  if (periods > 0) {
+    advance(periods);
+    publish_instant();
+  }
+  step_service_->advanced(periods, loop_.time());
+}
+
+void BaseNode::end_step(const char* reason) { step_service_->end(reason, loop_.time()); }
+
+/// Control periods until somebody could notice.
+std::int64_t BaseNode::periods_ahead() const {
+  if (periods_are_wanted_) return 1;
+  const double next = std::min(loop_.time() + kMaxAhead, diagnosing_.next());
+  return loop_.periods_until(telemetry_is_wanted_ ? std::min(next, loop_.next_instant()) : next);
+}
+
+/// Wall time until they have passed, s; not positive if they have.
+double BaseNode::wait_for_periods_ahead() const {
+  return pacer_.wait_for(loop_.time() + static_cast<double>(periods_ahead()) * loop_.control_period());
+}
+
+void BaseNode::advance(std::int64_t periods) {
+  commands_taken_ = interface_->commands();
+  try {
+    loop_.advance_periods(periods);
+  } catch (const std::domain_error& error) {
+    throw std::runtime_error(fmt::format("{} after t = {} s", error.what(), loop_.time()));
+  }
   const BaseDriver::Events events = loop_.take_events();
   if (events.base_lost) ROS_WARN("EtherCAT is lost: the base is not connected until reconnect is called");
   if (events.timed_out) {
@@ -212,33 +231,63 @@ void BaseNode::advance_without_waiting(std::int64_t periods) {
 /// What is due at the present time: the switches up to now, and at their instants the rest.
 void BaseNode::publish_instant() {
   const bool is_due = loop_.meet_instant();
+  if (is_due) loop_.require_finite();
   const std::vector<RollerSwitch> switches = loop_.take_switches();
   // With nobody to keep pace with, a /clock message each control period would cost more than the simulation itself.
   if (settings_.publish_clock && (keeps_pace_ || is_due || !switches.empty())) announce_time();
-  if (bag_) bag_->write(switches);
+  record([&](BagWriter& bag) { bag.write(switches); });
   for (const RollerSwitch& event : switches) {
     publications_.publish(kRollerSwitchesTopic, [&] { return roller_switch_message(event, stamp(event.t)); });
   }
   if (is_due && telemetry_is_wanted_) publish_telemetry();
-  if (diagnosing_.meet(loop_.time())) publish_diagnostics();
+  publish_diagnostics_when_due(loop_.time());
 }
 
 void BaseNode::publish_telemetry() {
   const double t = loop_.time();
-  if (bag_) bag_->write(loop_.telemetry(), loop_.simulation(), loop_.driver().readings(), t);
+  record([&](BagWriter& bag) { bag.write(loop_.telemetry(), loop_.simulation(), loop_.driver().readings(), t); });
   loop_.visit_telemetry(stamp(t), [this](const char* topic, const auto& make) {
     if (loop_.driver().present() || topic == std::string(kGroundTruthTopic)) publications_.publish(topic, make);
   });
 }
 
-void BaseNode::publish_diagnostics() {
-  const ros::Time now = stamp(loop_.time());
+/// Time t (s) is the loop's, or later within a long control period.
+void BaseNode::publish_diagnostics_when_due(double t) {
+  if (diagnosing_.meet(t)) publish_diagnostics(t);
+}
+
+void BaseNode::publish_diagnostics(double t) {
+  const ros::Time now = stamp(t);
   const Pacer::Timing timing = pacer_.take_timing();
-  publications_.publish(kDiagnosticsTopic,
-                        [&] { return diagnostics_message(loop_.driver(), loop_.simulation(), timing, now); });
+  publications_.publish(kDiagnosticsTopic, [&] {
+    auto message = diagnostics_message(loop_.driver(), loop_.simulation(), timing, now);
+    if (!settings_.bag.empty()) message.status.push_back(bag_status(settings_.bag, bag_failure_));
+    return message;
+  });
 #ifdef YOUBOT_BASE_SIM_PR2_MSGS
   publications_.publish(kDashboardTopic, [&] { return dashboard_message(loop_.driver(), now); });
 #endif
+}
+
+/// Has `write` write into the bag. If that fails, the file cannot become whole any more: the node says so, and ends if
+/// the bag is required.
+template <class Write>
+void BaseNode::record(const Write& write) {
+  if (!bag_) return;
+  try {
+    write(*bag_);
+  } catch (const std::runtime_error& error) {
+    bag_failure_ = error.what();
+  }
+  if (bag_failure_.empty()) return;
+  bag_.reset();
+  see_who_listens();
+  publish_diagnostics(loop_.time());
+  if (settings_.bag_required) {
+    ros::WallDuration(kLastWord).sleep();
+    throw std::runtime_error("the bag has failed: " + bag_failure_);
+  }
+  ROS_ERROR("the bag has failed, the node goes on without it: %s", bag_failure_.c_str());
 }
 
 void BaseNode::announce_time() {
@@ -260,34 +309,24 @@ double BaseNode::now() const {
 }
 
 bool BaseNode::pause(std_srvs::Empty::Request&, std_srvs::Empty::Response&) {
+  end_step("ended by ~pause");
   paused_ = true;
   return true;
 }
 
 bool BaseNode::unpause(std_srvs::Empty::Request&, std_srvs::Empty::Response&) {
+  end_step("ended by ~unpause");
   paused_ = false;
   pacer_.start(loop_.time());
   return true;
 }
 
 bool BaseNode::reset(std_srvs::Empty::Request&, std_srvs::Empty::Response&) {
+  end_step("ended by ~reset");
   loop_.reset();
   diagnosing_.reset();
   pacer_.start(0);
   publish_instant();
-  return true;
-}
-
-bool BaseNode::step(Step::Request& request, Step::Response& response) {
-  response.success = paused_;
-  if (!paused_) response.message = "not paused: call ~pause first";
-  for (std::int64_t left = paused_ ? request.periods : 0; left > 0 && node_.ok();) {
-    const std::int64_t periods = std::min(left, periods_ahead());
-    advance_without_waiting(periods);
-    publish_instant();
-    left -= periods;
-  }
-  response.t = loop_.time();
   return true;
 }
 

@@ -4,9 +4,12 @@
 #include <fmt/ranges.h>
 #include <ros/ros.h>
 
+#include <cmath>
+
 #include "youbot_base_sim/drive/driver_configuration.h"
 #include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/ros/parameters.h"
+#include "youbot_base_sim/text/quote.h"
 
 namespace youbot_base_sim {
 
@@ -16,6 +19,11 @@ namespace {
 // the scenes' default takes.
 constexpr double kTolerance = 1e-5;
 
+constexpr double kMinPublishRate = 1e-3;  // Hz
+constexpr double kMinCommandRate = 0.1;   // Hz; commands wait for so long
+
+constexpr double kMinControlPeriod = 1e-6, kMaxControlPeriod = 10;  // s
+
 Scene read_scene(Parameters& parameters) {
   const std::string path = parameters.text("scene", "");
   SceneOverrides overrides;
@@ -24,11 +32,18 @@ Scene read_scene(Parameters& parameters) {
   if (!overrides.method.empty() && !find_method(overrides.method)) {
     throw parameters.refusal("method", overrides.method, fmt::format("{}", fmt::join(method_names(), ", ")));
   }
-  overrides.control_period = parameters.number("control_period", -1, 1e-6, 10, "s");
+  overrides.control_period = parameters.number("control_period", -1, kMinControlPeriod, kMaxControlPeriod, "s");
   overrides.relative_tolerance = parameters.number("relative_tolerance", overrides.relative_tolerance, 1e-14, 0.1, "");
+  overrides.profile = parameters.text("profile", "");
+  overrides.friction_scale = parameters.number("friction_scale", overrides.friction_scale, 0, 1e3, "");
+  if (overrides.friction_scale >= 0 && overrides.profile.empty()) {
+    throw parameters.refusal("friction_scale", fmt::format("{:g}", overrides.friction_scale),
+                             "left out unless ~profile is measured");
+  }
   Scene scene;
   try {
     if (!overrides.model.empty()) scene.model = model_from_name(overrides.model);
+    if (!overrides.profile.empty()) scene.robot = robot_of_profile(overrides.profile, overrides.friction_scale);
   } catch (const SceneError& error) {
     throw ParameterError(fmt::format("parameter ~{}", error.what()));  // "model = ..."
   }
@@ -45,9 +60,19 @@ Scene read_scene(Parameters& parameters) {
   }
   if (overrides.control_period > 0) scene.solver.control_period = overrides.control_period;
   if (!(scene.solver.control_period > 0)) scene.solver.control_period = 1e-3;
+  if (scene.solver.control_period < kMinControlPeriod || scene.solver.control_period > kMaxControlPeriod) {
+    throw ParameterError(fmt::format("parameter ~scene: {}: solver.control_period = {}: must be from {:g} to {:g} s",
+                                     quote_path(path), scene.solver.control_period, kMinControlPeriod,
+                                     kMaxControlPeriod));
+  }
   scene.drive = std::monostate();
   return scene;
 }
+
+/// Control periods a second, the most that anything can be asked for; and a little more, for rounding.
+double max_rate(const BaseSettings& settings) { return (1 + 1e-9) / settings.scene.solver.control_period; }
+
+constexpr char kRateUnit[] = "Hz: at most once a control period";
 
 /// Reads the real driver's parameters.
 void read_driver_parameters(BaseSettings& settings) {
@@ -56,7 +81,9 @@ void read_driver_parameters(BaseSettings& settings) {
     throw parameters.refusal("youBotHasBase", "false", "true: this node simulates the base and nothing else");
   }
   settings.has_arms = parameters.flag("youBotHasArms", false);
-  settings.publish_rate = parameters.number("youBotDriverCycleFrequencyInHz", settings.publish_rate, 1e-3, 1e6, "Hz");
+  settings.publish_rate =
+      parameters.number("youBotDriverCycleFrequencyInHz", std::min(settings.publish_rate, max_rate(settings)),
+                        kMinPublishRate, max_rate(settings), kRateUnit);
   const std::string folder = parameters.text("youBotConfigurationFilePath", "");
   const std::string name = parameters.text("youBotBaseName", "youbot-base");
   if (folder.empty()) return;
@@ -70,33 +97,54 @@ void read_driver_parameters(BaseSettings& settings) {
 }
 
 void read_rates(Parameters& parameters, BaseSettings& settings) {
-  const double max_rate = 1 / settings.scene.solver.control_period;
-  const auto rate = [&](const char* name, double default_value, double min) {
-    return parameters.number(name, std::min(default_value, max_rate), min, max_rate * (1 + 1e-9),
-                             "Hz: at most once a control period");
-  };
-  settings.publish_rate = rate("publish_rate", settings.publish_rate, 1e-3);
-  settings.command_rate = rate("command_rate", settings.command_rate, 0);
+  settings.publish_rate =
+      parameters.number("publish_rate", settings.publish_rate, kMinPublishRate, max_rate(settings), kRateUnit);
+  settings.command_rate =
+      parameters.zero_or_number("command_rate", settings.command_rate, kMinCommandRate, max_rate(settings), kRateUnit);
 }
 
 void read_time(Parameters& parameters, BaseSettings& settings) {
   settings.publish_clock = parameters.flag("publish_clock", settings.publish_clock);
-  settings.real_time_factor = parameters.number("real_time_factor", settings.real_time_factor, 0, 1e6, "");
+  settings.real_time_factor = parameters.zero_or_number("real_time_factor", settings.real_time_factor, 1e-3, 1e6, "");
   settings.lockstep = parameters.flag("lockstep", settings.lockstep);
   settings.wait_for_subscribers = parameters.flag("wait_for_subscribers", settings.wait_for_subscribers);
   settings.start_paused = parameters.flag("start_paused", settings.start_paused);
 }
 
+/// Reads each motor setting that is set, in place of the scene's.
+struct MotorReader {
+  Parameters& parameters;
+
+  void operator()(const char* name, double& number, const Range& range) const {
+    number = parameters.number(name, number, range.min, range.max, range.unit);
+  }
+  void operator()(const char* name, std::optional<double>& number, const Range& range) const {
+    double given = std::nan("");
+    (*this)(name, given, range);
+    if (!std::isnan(given)) number = given;
+  }
+  void operator()(const char* name, std::optional<bool>& flag) const {
+    flag = parameters.flag(name, flag.value_or(false));
+  }
+};
+
 void read_drive(Parameters& parameters, BaseSettings& settings) {
   BaseDriver::Settings& driver = settings.driver;
   driver.control_period = settings.scene.solver.control_period;
   driver.wheel_inertia = settings.scene.robot.J_1;
-  driver.quantized = parameters.flag("quantized", driver.quantized);
+  MotorSettings motors = settings.scene.motors.value_or(MotorSettings());
+  if (!motors.quantized) motors.quantized = driver.quantized;
+  visit_settings(motors, MotorReader{parameters});
+  driver.motor = motors.limit(driver.motor);
+  driver.gains = motors.gains;
+  driver.command_delay = motors.command_delay;
+  driver.quantized = *motors.quantized;
   driver.dry_friction = parameters.number("dry_friction", driver.dry_friction, 0, 100, "N m");
+  if (driver.dry_friction > 0 && (settings.scene.robot.dry_friction > 0).any()) {
+    throw parameters.refusal("dry_friction", fmt::format("{:g}", driver.dry_friction),
+                             "left out where the robot has a dry_friction of its own, by its scene or profile");
+  }
   driver.command_timeout = parameters.number("command_timeout", driver.command_timeout, 0, 1e6, "s");
-  driver.gains.proportional =
-      parameters.number("velocity_proportional_gain", driver.gains.proportional, 0, 1e3, "N m s/rad");
-  driver.gains.integral = parameters.number("velocity_integral_gain", driver.gains.integral, 0, 1e6, "N m/rad");
 }
 
 void read_telemetry(Parameters& parameters, BaseSettings& settings) {
@@ -149,6 +197,7 @@ BaseSettings read_base_settings() {
   read_drive(parameters, settings);
   read_telemetry(parameters, settings);
   settings.bag = parameters.text("bag", settings.bag);
+  settings.bag_required = parameters.flag("bag_required", settings.bag_required);
   parameters.refuse_others();
   check_time(parameters, settings);
   return settings;

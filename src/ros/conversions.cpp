@@ -8,6 +8,8 @@
 #include <bitset>
 #include <cmath>
 
+#include "youbot_base_sim/text/quote.h"
+
 namespace youbot_base_sim {
 
 namespace {
@@ -31,7 +33,7 @@ WheelCommand read(const std::vector<brics_actuator::JointValue>& entries, const 
     if (i < 0) continue;
     if (entry.unit != unit) {
       command.complaints.push_back({entry.joint_uri + " unit", fmt::format("{}: unit \"{}\" is not \"{}\": skipped",
-                                                                           entry.joint_uri, entry.unit, unit)});
+                                                                           entry.joint_uri, quote(entry.unit), unit)});
       continue;
     }
     if (seen[i]) continue;
@@ -129,13 +131,13 @@ WheelCommand wheel_command(const brics_actuator::JointVelocities& message) {
 WheelCommand wheel_command(const geometry_msgs::Twist& message, const DriverKinematics& kinematics) {
   WheelCommand command;
   const Eigen::Vector3d velocity(message.linear.x, message.linear.y, message.angular.z);
-  if (!velocity.allFinite()) {
-    command.complaints.push_back(
-        {"value", fmt::format("({}, {}, {}) is not finite: refused, the base goes on as before", velocity[0],
-                              velocity[1], velocity[2])});
+  const Wheels rates = kinematics.wheel_rates(velocity);
+  if (!rates.allFinite()) {
+    const std::string reason = velocity.allFinite() ? "is too large" : "is not finite";
+    command.complaints.push_back({"value", fmt::format("({}, {}, {}) {}: refused, the base goes on as before",
+                                                       velocity[0], velocity[1], velocity[2], reason)});
     return command;
   }
-  const Wheels rates = kinematics.wheel_rates(velocity);
   for (int i = 0; i < kWheels; ++i) command.set_points[i] = SetPoint{DriveMode::kVelocity, rates[i]};
   return command;
 }

@@ -112,6 +112,13 @@ diagnostic_msgs::DiagnosticArray diagnostics_message(const BaseDriver& driver, c
   return message;
 }
 
+diagnostic_msgs::DiagnosticStatus bag_status(const std::string& path, const std::string& failure) {
+  DiagnosticStatusWrapper status = own_status("bag", true, "is being written");
+  if (!failure.empty()) status.summary(status.ERROR, failure);
+  status.add("file", path);
+  return status;
+}
+
 #ifdef YOUBOT_BASE_SIM_PR2_MSGS
 pr2_msgs::PowerBoardState dashboard_message(const BaseDriver& driver, const ros::Time& stamp) {
   using pr2_msgs::PowerBoardState;

@@ -10,6 +10,8 @@ namespace {
 
 constexpr char kNoBase[] = "No base initialized!";  // the driver's words
 
+const std::string kTooMany = fmt::format("{} requests wait for time to go on: refused", DriverRequests::kMaxWaiting);
+
 /// What is wrong with a request for faults; empty if nothing is.
 std::string refusal_of(const SetFaults::Request& request) {
   for (int i = 0; i < kWheels; ++i) {
@@ -21,7 +23,19 @@ std::string refusal_of(const SetFaults::Request& request) {
     return fmt::format("{} = {}: must be from 0 to {:g} {}", name, value, max, unit);
   };
   const std::string noise = check("encoder_noise", request.encoder_noise, 10, "rad");
-  return noise.empty() ? check("command_delay", request.command_delay, 60, "s") : noise;
+  return noise.empty() ? check("command_delay", request.command_delay, kMaxCommandDelay, "s") : noise;
+}
+
+Faults faults_of(const SetFaults::Request& request) {
+  Faults faults;
+  faults.ethercat_lost = request.ethercat_lost;
+  for (int i = 0; i < kWheels; ++i) {
+    faults.silent[i] = request.silent[i];
+    faults.encoder_slip[i] = request.encoder_slip[i];
+  }
+  faults.encoder_noise = request.encoder_noise;
+  faults.command_delay = request.command_delay;
+  return faults;
 }
 
 }  // namespace
@@ -69,13 +83,16 @@ void DriverInterface::receive(const char* topic, const WheelCommand& command) {
   if (names_any) loop_.push(now, command.set_points);
 }
 
-/// Enqueues a request that only a base can fulfil; false without one.
+/// Enqueues a request of a service; false if it is refused.
+bool DriverInterface::request(const DriverRequest& request) {
+  const bool taken = loop_.push(now_(), request);
+  if (!taken) log_.error("too many", kTooMany);
+  return taken;
+}
+
+/// The same for one that only a base can fulfil.
 bool DriverInterface::request_of_base(const DriverRequest& request) {
-  const double now = now_();
-  if (loop_.present(now)) {
-    loop_.push(now, request);
-    return true;
-  }
+  if (loop_.present(now_())) return this->request(request);
   log_.error("no base", kNoBase);
   return false;
 }
@@ -90,11 +107,10 @@ bool DriverInterface::switch_on(std_srvs::Empty::Request&, std_srvs::Empty::Resp
   return request_of_base(SwitchOn());
 }
 
-/// True in any case, as the driver's.
+/// True whether there is a base then or not, as the driver's.
 bool DriverInterface::reconnect(std_srvs::Empty::Request&, std_srvs::Empty::Response&) {
-  const double now = now_();
-  loop_.push(now, Reconnect());
-  if (loop_.present(now)) {
+  if (!request(Reconnect())) return false;
+  if (loop_.present(now_())) {
     ROS_INFO("Base is initialized.");
   } else {
     ROS_ERROR("Base could not be initialized: EtherCAT is lost");
@@ -102,19 +118,10 @@ bool DriverInterface::reconnect(std_srvs::Empty::Request&, std_srvs::Empty::Resp
   return true;
 }
 
-bool DriverInterface::set_faults(SetFaults::Request& request, SetFaults::Response& response) {
-  response.message = refusal_of(request);
+bool DriverInterface::set_faults(SetFaults::Request& asked, SetFaults::Response& response) {
+  response.message = refusal_of(asked);
+  if (response.message.empty() && !request(faults_of(asked))) response.message = kTooMany;
   response.success = response.message.empty();
-  if (!response.success) return true;
-  Faults faults;
-  faults.ethercat_lost = request.ethercat_lost;
-  for (int i = 0; i < kWheels; ++i) {
-    faults.silent[i] = request.silent[i];
-    faults.encoder_slip[i] = request.encoder_slip[i];
-  }
-  faults.encoder_noise = request.encoder_noise;
-  faults.command_delay = request.command_delay;
-  loop_.push(now_(), faults);
   return true;
 }
 

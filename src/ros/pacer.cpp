@@ -1,7 +1,6 @@
 #include "youbot_base_sim/ros/pacer.h"
 
 #include <algorithm>
-#include <ctime>
 #include <utility>
 
 namespace youbot_base_sim {
@@ -19,16 +18,8 @@ Pacer::Clock::time_point Pacer::due(double t) const {
 
 void Pacer::begin_wait() { timing_.busy += std::chrono::duration<double>(Clock::now() - awake_since_).count(); }
 
-void Pacer::sleep_until(double t) {
-  if (factor_ == 0 || Clock::now() >= due(t)) return;
-  idle([&] {
-    // std::chrono's steady clock is CLOCK_MONOTONIC here; its sleep_until waits for the remaining time, which adds the
-    // time from asking to sleeping to every period. An absolute deadline does not. A signal ends it: the loop then
-    // sees.
-    const auto since_boot = std::chrono::duration_cast<std::chrono::nanoseconds>(due(t).time_since_epoch()).count();
-    timespec deadline{static_cast<time_t>(since_boot / 1000000000), static_cast<long>(since_boot % 1000000000)};
-    clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &deadline, nullptr);
-  });
+double Pacer::wait_for(double t) const {
+  return factor_ == 0 ? 0 : std::chrono::duration<double>(due(t) - Clock::now()).count();
 }
 
 double Pacer::arrive(double t) {

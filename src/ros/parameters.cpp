@@ -5,6 +5,8 @@
 #include <sstream>
 #include <vector>
 
+#include "youbot_base_sim/text/quote.h"
+
 namespace youbot_base_sim {
 
 namespace {
@@ -19,11 +21,15 @@ std::string text_of(XmlRpcValue& value) {
   return text.str();
 }
 
+std::string range(double min, double max, const std::string& unit) {
+  return fmt::format("from {:g} to {:g}{}{}", min, max, unit.empty() ? "" : " ", unit);
+}
+
 }  // namespace
 
 ParameterError Parameters::refusal(const std::string& name, const std::string& value,
                                    const std::string& allowed) const {
-  return ParameterError(fmt::format("parameter {}{} = {}: must be {}", prefix_, name, value, allowed));
+  return ParameterError(fmt::format("parameter {}{} = {}: must be {}", prefix_, name, quote(value), allowed));
 }
 
 bool Parameters::get(const std::string& name, XmlRpcValue& value) {
@@ -45,15 +51,28 @@ bool Parameters::flag(const std::string& name, bool default_value) {
   return value;
 }
 
-double Parameters::number(const std::string& name, double default_value, double min, double max, const char* unit) {
+double Parameters::number(const std::string& name, double default_value, const std::function<bool(double)>& is_allowed,
+                          const std::string& allowed) {
   XmlRpcValue value;
   if (!get(name, value)) return default_value;
   const bool whole = value.getType() == XmlRpcValue::TypeInt;
   if (whole || value.getType() == XmlRpcValue::TypeDouble) {
     const double number = whole ? static_cast<double>(static_cast<int>(value)) : static_cast<double>(value);
-    if (number >= min && number <= max) return number;
+    if (is_allowed(number)) return number;
   }
-  throw refusal(name, text_of(value), fmt::format("a number from {:g} to {:g} {}", min, max, unit));
+  throw refusal(name, text_of(value), allowed);
+}
+
+double Parameters::number(const std::string& name, double default_value, double min, double max, const char* unit) {
+  return number(
+      name, default_value, [&](double x) { return x >= min && x <= max; }, "a number " + range(min, max, unit));
+}
+
+double Parameters::zero_or_number(const std::string& name, double default_value, double min, double max,
+                                  const char* unit) {
+  return number(
+      name, default_value, [&](double x) { return x == 0 || (x >= min && x <= max); },
+      "0, or a number " + range(min, max, unit));
 }
 
 void Parameters::refuse_others() const {
@@ -65,7 +84,7 @@ void Parameters::refuse_others() const {
     const std::string key = name.substr(mine.size(), name.find('/', mine.size()) - mine.size());
     if (known_.count(key)) continue;
     throw ParameterError(
-        fmt::format("parameter {}{} is unknown; known are: {}", prefix_, key, fmt::join(known_, ", ")));
+        fmt::format("parameter {}{} is unknown; known are: {}", prefix_, quote(key), fmt::join(known_, ", ")));
   }
 }
 

@@ -2,26 +2,60 @@
 
 #include <ros/ros.h>
 
+#include <csignal>
+#include <cstdio>
 #include <exception>
+#include <string>
 
 #include "youbot_base_sim/ros/parameters.h"
+#include "youbot_base_sim/text/print_error.h"
+#include "youbot_base_sim/text/quote.h"
 
 namespace youbot_base_sim {
 
+namespace {
+
+/// Has a signal end ROS, and so the program, in the normal way. ROS does this for SIGINT alone. A signal that was
+/// ignored from the start, as nohup does with SIGHUP, stays so.
+void end_ros_on(int signal) {
+  struct sigaction action = {};
+  sigaction(signal, nullptr, &action);
+  if (action.sa_handler == SIG_IGN) return;
+  action.sa_handler = [](int) { ros::requestShutdown(); };
+  sigaction(signal, &action, nullptr);
+}
+
+/// A last line, which ROS's console no longer prints once ROS has shut down.
+void complain(const char* name, const std::string& text) {
+  if (ros::ok()) {
+    ROS_FATAL_STREAM(text);
+  } else {
+    print_error(name, text);
+  }
+}
+
+}  // namespace
+
 int run_program(int argc, char** argv, const char* name, const std::function<void()>& body) {
   ros::init(argc, argv, name);
+  for (const int signal : {SIGTERM, SIGHUP}) end_ros_on(signal);
   if (argc > 1) {
-    ROS_FATAL("unexpected argument %s: %s takes ROS parameters, as _scene:=FILE, and remappings only", argv[1], name);
+    ROS_FATAL("unexpected argument %s: %s takes ROS parameters, as _scene:=FILE, and remappings only",
+              quote(argv[1]).c_str(), name);
     return 2;
   }
   const ros::NodeHandle keep_alive;  // ROS shuts down, its log included, with the last handle
+  if (!ros::ok()) {                  // what waits for a master now may be interrupted, and is fit for nothing then
+    complain(name, "interrupted before there was a master at " + ros::master::getURI());
+    return 1;
+  }
   try {
     body();
   } catch (const ParameterError& error) {
-    ROS_FATAL_STREAM(error.what());
+    complain(name, error.what());
     return 2;
   } catch (const std::exception& error) {
-    ROS_FATAL_STREAM(error.what());
+    complain(name, error.what());
     return 1;
   }
   return 0;

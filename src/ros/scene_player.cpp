@@ -7,6 +7,7 @@
 
 #include "youbot_base_sim/ros/conversions.h"
 #include "youbot_base_sim/ros/parameters.h"
+#include "youbot_base_sim/text/quote.h"
 
 namespace youbot_base_sim {
 
@@ -23,7 +24,8 @@ Scene read_scene_to_play() {
     throw ParameterError(fmt::format("parameter ~scene: {}", error.what()));
   }
   if (std::holds_alternative<std::monostate>(scene.drive)) {
-    throw ParameterError(fmt::format("parameter ~scene: {}: drive is left out: there is nothing to play", path));
+    throw ParameterError(
+        fmt::format("parameter ~scene: {}: drive is left out: there is nothing to play", quote_path(path)));
   }
   scene.duration = parameters.number("duration", scene.duration, 1e-6, 1e9, "s");
   parameters.refuse_others();

@@ -1,5 +1,9 @@
 #include "youbot_base_sim/ros/telemetry.h"
 
+#include <fmt/format.h>
+
+#include <stdexcept>
+
 namespace youbot_base_sim {
 
 namespace {
@@ -37,6 +41,22 @@ Telemetry::Telemetry(int rollers, const Wheels& phi, const Options& options)
   joints_.position.resize(joints_.name.size());
   joints_.velocity.resize(joints_.name.size());
   joints_.effort.resize(joints_.name.size());
+}
+
+void Telemetry::require_finite(const Simulation& simulation, const MotorReadings& readings) const {
+  const auto require = [&](const char* topic, const char* what, bool is_finite) {
+    if (is_finite) return;
+    throw std::runtime_error(fmt::format("{}: the {} is not finite at t = {} s", topic, what, simulation.time()));
+  };
+  require(kGroundTruthTopic, "state of the base", simulation.state().values.allFinite());
+  require(kJointStatesTopic, "position of a wheel", readings.phi.allFinite());
+  require(kJointStatesTopic, "velocity of a wheel", readings.dphi.allFinite());
+  require(kJointStatesTopic, "effort of a wheel", readings.torque.allFinite());
+  require(kOdometryTopic, "pose", odometry_.pose().allFinite());
+  require(kOdometryTopic, "twist", odometry_.kinematics().velocity(readings.dphi).allFinite());
+  if (options_.wheel_error == 0) return;
+  require(kOdometryTopic, "pose's covariance", odometry_.pose_covariance().allFinite());
+  require(kOdometryTopic, "twist's covariance", odometry_.velocity_covariance(readings.dphi).allFinite());
 }
 
 nav_msgs::Odometry Telemetry::odometry(const MotorReadings& readings, const ros::Time& stamp) const {

@@ -2,9 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 
+#include "motors.h"
 #include "scene_section.h"
 #include "wheel_table.h"
 #include "yaml_file.h"
@@ -64,8 +66,9 @@ RobotParameters read_profile(const SceneValue& value) {
 }
 
 /// `floor` decides whether all four wheels press on it.
-RobotParameters read_robot(SceneSection s, const FloorParameters& floor) {
+RobotParameters read_robot(SceneSection s, const FloorParameters& floor, const SceneOverrides& overrides) {
   RobotParameters robot = read_profile(s["profile"]);
+  if (!overrides.profile.empty()) robot = robot_of_profile(overrides.profile, overrides.friction_scale);
   s["body_mass"].number(robot.m, kMass);
   s["wheel_mass"].number(robot.m_1, kMass);
   const SceneValue inertia = s["total_inertia"];
@@ -93,8 +96,10 @@ RobotParameters read_robot(SceneSection s, const FloorParameters& floor) {
   s["roller_rate_at_switch"].choice(robot.roller_rate_at_switch, kRollerRates);
   s.finish();
 
-  if (robot.J_2 == 0 && robot.mu_2.minCoeff() == 0 && (floor.f == 0 || floor.viscous_friction == 0)) {
-    roller_inertia.refuse("a finite number > 0 where neither friction nor roller_damping holds the rollers");
+  if (robot.J_2 == 0 && (robot.mu_2 + robot.roller_dry_friction).minCoeff() == 0 &&
+      (floor.f == 0 || floor.viscous_friction == 0)) {
+    roller_inertia.refuse(
+        "a finite number > 0 where neither friction nor roller_damping nor roller_dry_friction holds the rollers");
   }
   if (robot.R_d >= robot.R) axis_radius.refuse(fmt::format("less than wheel_radius, {}", robot.R));
   const double offset = robot.m * robot.m * a.square().sum() / robot.m_s();
@@ -199,17 +204,18 @@ TorqueSegments read_torque(const std::vector<SceneSection>& sections) {
   return segments;
 }
 
-WheelTable read_table(const SceneValue& value, const std::string& scene_path, const Range& range) {
+WheelTable read_table(const SceneValue& value, Scene& scene, const Range& range) {
   std::string name;
   value.text(name, "the name of a CSV file");
+  scene.files.push_back(std::filesystem::path(scene.files.front()).parent_path() / name);
   try {
-    return read_wheel_table(std::filesystem::path(scene_path).parent_path() / name, kTime, range);
+    return read_wheel_table(scene.files.back(), kTime, range);
   } catch (const UnreadableFile& error) {
     value.refuse_for(fmt::format("{}; must be a CSV file with {}", error.what(), kTableColumns));
   }
 }
 
-void read_drive(const SceneValue& value, const std::string& scene_path, Scene& scene) {
+void read_drive(const SceneValue& value, Scene& scene) {
   if (!value.given()) return;
   SceneSection s = value.section();
   const SceneValue motion = s["reference_motion"], torque = s["torque"], torque_table = s["torque_table"],
@@ -220,12 +226,11 @@ void read_drive(const SceneValue& value, const std::string& scene_path, Scene& s
   }
   if (motion.given()) scene.drive = read_reference_motion(motion.section());
   if (torque.given()) scene.drive = read_torque(torque.sections());
-  if (torque_table.given()) scene.drive = read_table(torque_table, scene_path, kTorque);
-  if (velocity_table.given()) {
-    scene.drive = VelocityTable{read_table(velocity_table, scene_path, kRate)};
-    // A velocity loop is sampled; the driver's runs at 1 kHz.
-    if (scene.solver.control_period == 0) scene.solver.control_period = 1e-3;
-  }
+  if (torque_table.given()) scene.drive = read_table(torque_table, scene, kTorque);
+  if (velocity_table.given()) scene.drive = VelocityTable{read_table(velocity_table, scene, kRate)};
+  // Motors are sampled; the driver's at 1 kHz.
+  const bool has_motors = velocity_table.given() || scene.motors;
+  if (has_motors && scene.solver.control_period == 0) scene.solver.control_period = 1e-3;
 }
 
 void read_initial(SceneSection s, Scene& scene) {
@@ -258,26 +263,39 @@ void read_initial(SceneSection s, Scene& scene) {
 Scene read_scene(const std::string& path, const YAML::Node& root, const SceneOverrides& overrides) {
   SceneSection file(quote_path(path), "", root);
   Scene scene;
+  scene.files = {path};
   file["model"].choice(scene.model, kModels);
   if (!overrides.model.empty()) scene.model = model_from_name(overrides.model);
   file.required("duration").number(scene.duration, {1e-9, 1e6, "s"});
   const SceneValue output_rate = file["output_rate"];
   output_rate.number(scene.output_rate, {1e-9, 1e6, "Hz"});
   const SceneValue robot = file["robot"], floor = file["floor"], initial = file["initial"], solver = file["solver"],
-                   drive = file["drive"];
+                   motors = file["motors"], drive = file["drive"];
   file.finish();
   if (const double rows = scene.duration * scene.output_rate; rows > kMaxRows) {
     output_rate.refuse(fmt::format("such that there are at most {:g} rows; there would be {:g}", kMaxRows, rows));
   }
   scene.floor = read_floor(floor.section());
-  scene.robot = read_robot(robot.section(), scene.floor);
+  scene.robot = read_robot(robot.section(), scene.floor, overrides);
   scene.solver = read_solver(solver.section(), overrides, scene);
-  read_drive(drive, path, scene);
+  if (motors.given()) scene.motors = read_motors(motors.section());
+  read_drive(drive, scene);
   read_initial(initial.section(), scene);
   return scene;
 }
 
 }  // namespace
+
+RobotParameters robot_of_profile(const std::string& name, double friction_scale) {
+  std::vector<std::string> names;
+  for (const Named<Profile>& candidate : kProfiles) names.push_back(candidate.name);
+  if (std::find(names.begin(), names.end(), name) == names.end()) refuse_override("profile", name, names);
+  if (name == "measured") return measured_robot(friction_scale < 0 ? 1 : friction_scale);
+  if (friction_scale >= 0) {
+    throw SceneError(fmt::format("friction_scale = {:g}: must be left out for paper", friction_scale));
+  }
+  return RobotParameters();
+}
 
 IntegrationSettings integration_settings(const SolverSettings& solver) {
   return {solver.method, {solver.relative_tolerance, solver.absolute_tolerance}, solver.step};

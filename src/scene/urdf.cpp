@@ -220,7 +220,8 @@ std::string urdf(const RobotParameters& robot, RollerJoints rollers) {
       const bool fixed = rollers == RollerJoints::kFixed;
       document += joint("roller_joint_" + roller, fixed ? "fixed" : "continuous", "wheel_link_" + wheel,
                         "roller_link_" + roller,
-                        roller_origin(robot, k, delta) + (fixed ? "" : turning("1 0 0", robot.mu_2[i], robot.roller_dry_friction[i])));
+                        roller_origin(robot, k, delta) +
+                            (fixed ? "" : turning("1 0 0", robot.mu_2[i], robot.roller_dry_friction[i])));
       document += roller_link(robot, size, "roller_link_" + roller, rollers);
     }
   }

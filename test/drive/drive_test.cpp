@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "youbot_base_sim/drive/dry_friction.h"
+#include "youbot_base_sim/drive/motor_settings.h"
 #include "youbot_base_sim/drive/torque_profiles.h"
 #include "youbot_base_sim/drive/wheel_drive.h"
 
@@ -69,12 +70,59 @@ TEST(WheelDriveTest, SetPointIsLimitedToTheMotorsSpeed) {
   EXPECT_NEAR(drive.sample(Wheels::Constant(Motor().max_rate()))[0], 0, 1e-12);
 }
 
+// A blocked wheel takes the motor to its limit. The integral then is what the proportional part leaves to the limit,
+// not ten seconds of error, which would be 60 N m; and it falls as soon as the wheel is too fast.
 TEST(WheelDriveTest, IntegralDoesNotWindUp) {
+  const VelocityGains gains;
+  const double max = Motor().max_torque(), rate = 5, left = max - gains.proportional * rate;
+  for (const double sign : {1.0, -1.0}) {
+    WheelDrive drive(1e-3);
+    drive.command(0, velocity(sign * rate));
+    double torque = 0;
+    for (int k = 0; k < 10000; ++k) torque = drive.sample(Wheels::Zero())[0];
+    EXPECT_EQ(torque, sign * max);
+    EXPECT_NEAR(drive.sample(Wheels::Constant(sign * rate))[0], sign * left, gains.integral * 1e-3 * rate);
+    EXPECT_LT(sign * drive.sample(Wheels::Constant(sign * 2 * rate))[0], left - gains.proportional * rate);
+  }
+}
+
+// What holds a wheel against friction is not lost where another rate is wanted, nor at a stop.
+TEST(WheelDriveTest, IntegralOutlivesAChangeOfRate) {
   WheelDrive drive(1e-3);
-  drive.command(0, velocity(10));
-  for (int k = 0; k < 10000; ++k) EXPECT_LE(drive.sample(Wheels::Zero())[0], Motor().max_torque());  // blocked
-  // Once it is free and too fast, it brakes at once; ten seconds of error have not wound up the integral.
-  EXPECT_LT(drive.sample(Wheels::Constant(14))[0], 0);
+  drive.command(1, velocity(2));
+  double torque = 0;
+  for (int k = 0; k < 1000; ++k) torque = drive.sample(Wheels::Constant(1.9))[1];
+  const double integral = torque - VelocityGains().proportional * 0.1;
+  EXPECT_NEAR(integral, VelocityGains().integral * 0.1, 1e-12);
+  drive.command(1, velocity(0));
+  EXPECT_NEAR(drive.sample(Wheels::Zero())[1], integral, 1e-12);
+}
+
+TEST(WheelDriveTest, IntegralStartsFromZeroWithTheMode) {
+  WheelDrive drive(1e-3);
+  for (const SetPoint& between : {torque(1), SetPoint()}) {
+    drive.command(1, velocity(2));
+    for (int k = 0; k < 1000; ++k) drive.sample(Wheels::Constant(1));
+    drive.command(1, between);
+    drive.sample(Wheels::Constant(1));
+    drive.command(1, velocity(2));
+    EXPECT_EQ(drive.sample(Wheels::Constant(2))[1], 0);
+  }
+}
+
+TEST(WheelDriveTest, ObeysItsOwnLimitsAndResolution) {
+  MotorSettings settings;
+  settings.max_wheel_torque = 2.5;
+  settings.max_wheel_rate = 8;
+  const Motor motor = settings.limit(Motor());
+  EXPECT_NEAR(motor.max_torque(), 2.5, 1e-12);
+  EXPECT_NEAR(motor.max_rate(), 8, 1e-12);
+  WheelDrive drive(1e-3, motor, settings.gains, true);
+  drive.command(0, torque(-3));
+  drive.command(1, velocity(9));
+  EXPECT_NEAR(drive.set_points()[0].value, -2.5, motor.milliampere());
+  EXPECT_EQ(drive.set_points()[0].value, motor.transmitted(torque(-2.5)).value);
+  EXPECT_EQ(drive.set_points()[1].value, motor.transmitted(velocity(8)).value);
 }
 
 TEST(WheelDriveTest, MotorThatIsOffExertsNoTorque) {

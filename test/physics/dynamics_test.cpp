@@ -359,6 +359,58 @@ TYPED_TEST(SlipModelTest, SharedContactIsTheConvexCombinationThatKeepsTheWheelOn
   }
 }
 
+// Also where contacts are averaged, or shared: the drives' power and what bearings and each contact's friction take
+// make up the change of the energy. Wheel i is held on an edge; its friction works on both rollers by their shares.
+TYPED_TEST(SlipModelTest, PowerBalanceIsExactWithMixedContacts) {
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    for (const double slip_by_nu : {0.1, 1.0, 10.0, 1e3}) {
+      SCOPED_TRACE(testing::Message() << "seed " << seed << ", slip / nu = " << slip_by_nu);
+      const int i = static_cast<int>(seed % 4);
+      SharedMotion<TypeParam> shared(600 + seed, slip_by_nu, i);
+      const double t = shared.motion.kTime;
+      SlipSystem<TypeParam> system = shared.system();
+      State x = shared.state, dxdt;
+      system.enter_sliding(i, shared.lower, x);
+      system.average((i + 1) % kWheels);
+      system(x, dxdt, t);
+      const RobotParameters& robot = shared.motion.robot;
+      const Velocities u = x.velocities();
+      const Wheels M = shared.torque.value(t);
+      const auto friction_power = [&](const Contacts& c) -> Wheels { return c.F_X * c.V_PX + c.F_Y * c.V_PY; };
+      const Contacts c = system.contacts(u, x.phi(), M);
+      Wheels friction = friction_power(c);
+      const double edge = kPi / robot.rollers, alpha = system.alpha(i, u, t);
+      friction[i] = alpha * friction_power(shared.motion.model.contacts(u, Wheels::Constant(-edge)))[i] +
+                    (1 - alpha) * friction_power(shared.motion.model.contacts(u, Wheels::Constant(edge)))[i];
+      const Wheels power = M * u.dphi - robot.mu_1 * u.dphi.square() - robot.mu_2 * u.dgamma.square() + friction;
+      // What rounds is the power that passes through each wheel and contact, at speeds of up to 1 m/s; of a held wheel,
+      // through either roller.
+      const double passing = ((M.abs() + robot.mu_1 * u.dphi.abs()) * u.dphi.abs() + robot.mu_2 * u.dgamma.square() +
+                              c.F_X.abs() + c.F_Y.abs() + friction.abs())
+                                 .sum() +
+                             2 * (1 + std::abs(alpha)) * (std::abs(M[i]) / robot.R + std::abs(friction[i]));
+      EXPECT_NEAR(dxdt.work(), power.sum(), 1e-14 * passing);
+      EXPECT_NEAR(dxdt.work(), youbot_base_sim::power(u, system.model().inertia() * dxdt.velocities()),
+                  1e-14 * passing);
+    }
+  }
+}
+
+// A shared and an averaged contact on one robot, as a wheel that spins freely beside one that is held.
+TYPED_TEST(SlipModelTest, JacobianKnowsSharedBesideAveragedContacts) {
+  for (unsigned seed = 0; seed < 8; ++seed) {
+    for (const double slip_by_nu : {0.1, 1.0, 10.0, 1e3}) {
+      SCOPED_TRACE(testing::Message() << "seed " << seed << ", slip / nu = " << slip_by_nu);
+      const int i = static_cast<int>(seed % 4);
+      SharedMotion<TypeParam> shared(700 + seed, slip_by_nu, i);
+      SlipSystem<TypeParam> system = shared.system();
+      system.enter_sliding(i, shared.lower, shared.state);
+      system.average((i + 1 + static_cast<int>(seed / 4)) % kWheels);
+      expect_jacobian_of_the_right_hand_side(system, shared.state, shared.motion.kTime, shared.motion.slip, i);
+    }
+  }
+}
+
 using Vector11 = Eigen::Matrix<double, 11, 1>;
 using Matrix11 = Eigen::Matrix<double, 11, 11>;
 

@@ -141,6 +141,50 @@ TEST(NoSlipModel, PowerBalanceIsExact) {
   }
 }
 
+// Differences over 2 d of functions with third derivatives of up to 1e4 are off by d^2 1e4, and rounded by 1e-13 / d.
+TEST(NoSlipModel, JacobianIsTheDerivative) {
+  Random random(28);
+  for (int trial = 0; trial < 10; ++trial) {
+    RobotParameters robot = random_robot(random);
+    if (trial % 2 == 1) {
+      robot.dry_friction = random.wheels(0, 0.5);
+      robot.roller_dry_friction = random.wheels(0, 0.2);
+    }
+    robot.dry_friction_rate = robot.roller_dry_friction_rate = 5;
+    const NoSlipModel model(robot);
+    State state;
+    state.values.col(0) = random.wheels(-2, 2);
+    state.values.col(1).head<3>() = random_vector(random).array();
+    const Wheels M = random.wheels(-3, 3), M_rate = random.wheels(-3, 3);
+    Eigen::Matrix<double, State::kSize, State::kSize> J;
+    State dfdt;
+    model.jacobian(state, M, M_rate, J, dfdt);
+    constexpr double d = 1e-5;
+    const auto difference = [&](const State& step, const Wheels& M_step) {
+      State above = state, below = state, at_above, at_below;
+      above.values += d * step.values;
+      below.values -= d * step.values;
+      model.derivative(above, M + d * M_step, at_above);
+      model.derivative(below, M - d * M_step, at_below);
+      return Eigen::Array<double, State::kSize, 1>(
+          Eigen::Map<const Eigen::ArrayXd>(State{(at_above.values - at_below.values) / (2 * d)}.begin(), State::kSize));
+    };
+    for (int column = 0; column < State::kSize; ++column) {
+      if (column >= State::kDphi && column < State::kGamma) continue;  // functions of v
+      State step;
+      step.values.setZero();
+      step.begin()[column] = 1;
+      const double error = (difference(step, Wheels::Zero()) - J.col(column).array()).abs().maxCoeff();
+      EXPECT_LT(error, 1e-6 * (1 + J.col(column).array().abs().maxCoeff())) << column;
+    }
+    State none;
+    none.values.setZero();
+    EXPECT_LT(
+        (difference(none, M_rate) - Eigen::Map<const Eigen::ArrayXd>(dfdt.begin(), State::kSize)).abs().maxCoeff(),
+        1e-6);
+  }
+}
+
 TEST(NoSlipModel, IsTheLimitOfModel2a) {
   Random random(27);
   for (int trial = 0; trial < 10; ++trial) {

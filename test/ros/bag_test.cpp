@@ -6,10 +6,15 @@
 #include <nav_msgs/Odometry.h>
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
 #include <youbot_base_sim/RollerSwitchStamped.h>
 
+#include <filesystem>
 #include <map>
 #include <stdexcept>
+#include <vector>
 
 #include "temporary_folder.h"
 
@@ -57,16 +62,93 @@ TEST(BagWriter, writes_every_topic_and_every_switch) {
   EXPECT_EQ(truth->pose.pose.position.x, simulation.state().x());
 }
 
-TEST(BagWriter, leaves_nothing_of_a_bag_that_is_not_committed) {
+/// Writes what the base tells at t (s) of a simulation that stands still.
+void write_at(double t, const Simulation& simulation, BagWriter& bag) {
+  const MotorReadings readings = exact_readings(simulation);
+  bag.write(Telemetry(simulation.scene().robot.rollers, readings.phi, {}), simulation, readings, t);
+}
+
+std::vector<std::string> files(const TemporaryFolder& folder) {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(folder.path("")))
+    names.push_back(entry.path().filename());
+  return names;
+}
+
+/// Messages in the bag, by its index.
+std::uint32_t messages(const std::string& path) {
+  rosbag::Bag bag(path, rosbag::bagmode::Read);
+  return rosbag::View(bag).size();
+}
+
+TEST(BagWriter, keeps_a_bag_that_is_not_committed_under_a_name_that_tells) {
   const TemporaryFolder folder;
+  const Simulation simulation(short_scene());
   {
-    Simulation simulation(short_scene());
     BagWriter bag(folder.path("x.bag"));
-    const MotorReadings readings = exact_readings(simulation);
-    bag.write(Telemetry(simulation.scene().robot.rollers, readings.phi, {}), simulation, readings, 0);
+    write_at(0, simulation, bag);
+    BagWriter empty(folder.path("y.bag"));
   }
-  EXPECT_FALSE(folder.has("x.bag"));
-  EXPECT_FALSE(folder.has("x.bag.part"));
+  ASSERT_EQ(files(folder).size(), 1u);
+  EXPECT_EQ(files(folder)[0].find("x.bag.incomplete-"), 0u);
+  EXPECT_EQ(messages(folder.path(files(folder)[0])), 4u);
+}
+
+TEST(BagWriter, a_bag_without_messages_is_a_bag) {
+  const TemporaryFolder folder;
+  BagWriter(folder.path("x.bag")).commit();
+  EXPECT_EQ(files(folder), std::vector<std::string>{"x.bag"});
+  EXPECT_EQ(messages(folder.path("x.bag")), 0u);
+}
+
+TEST(BagWriter, on_a_full_disk_keeps_all_messages_so_far_with_their_index) {
+  const TemporaryFolder folder;
+  const Simulation simulation(short_scene());
+  rlimit before{};
+  getrlimit(RLIMIT_FSIZE, &before);
+  const rlimit limit{4 << 20, before.rlim_max};
+  setrlimit(RLIMIT_FSIZE, &limit);
+  std::string error;
+  std::uint32_t instants = 0;
+  {
+    BagWriter bag(folder.path("x.bag"));
+    try {
+      for (; instants < 20000; ++instants) write_at(1e-3 * instants, simulation, bag);
+    } catch (const OutputError& what) {
+      error = what.what();
+    }
+  }
+  setrlimit(RLIMIT_FSIZE, &before);
+  EXPECT_NE(error.find("no space"), std::string::npos) << error;
+  ASSERT_EQ(files(folder).size(), 1u);
+  EXPECT_NE(error.find(files(folder)[0]), std::string::npos) << error;
+  const std::string kept = folder.path(files(folder)[0]);
+  EXPECT_GT(std::filesystem::file_size(kept), 3u << 20);
+  EXPECT_GE(messages(kept), 4 * instants);
+  EXPECT_LT(messages(kept), 4 * (instants + 1));
+}
+
+TEST(BagWriter, says_so_if_not_even_the_index_finds_room) {
+  const TemporaryFolder folder;
+  const Simulation simulation(short_scene());
+  const auto before = signal(SIGXFSZ, SIG_IGN);
+  rlimit unlimited{};
+  getrlimit(RLIMIT_FSIZE, &unlimited);
+  BagWriter bag(folder.path("x.bag"));
+  for (int k = 0; k < 300; ++k) write_at(1e-3 * k, simulation, bag);
+  const rlimit limit{64 << 10, unlimited.rlim_max};
+  setrlimit(RLIMIT_FSIZE, &limit);
+  const std::string kept = bag.keep_incomplete();
+  setrlimit(RLIMIT_FSIZE, &unlimited);
+  signal(SIGXFSZ, before);
+  EXPECT_NE(kept.find("x.bag.incomplete-"), std::string::npos) << kept;
+  EXPECT_NE(kept.find("rosbag reindex"), std::string::npos) << kept;
+}
+
+TEST(BagWriter, is_refused_for_a_pipe) {
+  const TemporaryFolder folder;
+  ASSERT_EQ(mkfifo(folder.path("x.bag").c_str(), 0600), 0);
+  EXPECT_THROW(BagWriter(folder.path("x.bag")), OutputError);
 }
 
 TEST(BagWriter, names_the_file_that_cannot_be_written) {

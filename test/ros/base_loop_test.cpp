@@ -5,6 +5,9 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+#include <stdexcept>
+#include <string>
 #include <vector>
 
 namespace youbot_base_sim {
@@ -125,6 +128,37 @@ TEST(BaseLoopTest, SwitchingOffForgetsDelayedCommands) {
   loop.push(0, torques(1));
   loop.push(0.001, SwitchOff());
   for (const double torque : play(loop, 10)) EXPECT_EQ(torque, 0);
+}
+
+TEST(BaseLoopTest, CommandsOfOnePeriodAreOne) {
+  BaseLoop loop(settings());
+  DriveCommand first_wheel;
+  first_wheel[0] = SetPoint{DriveMode::kTorque, 2};
+  for (int k = 0; k < 100000; ++k) loop.push(0, torques(1e-5 * k));
+  loop.push(0, first_wheel);
+  EXPECT_EQ(loop.waiting(), 1u);
+  EXPECT_EQ(play(loop, 1), std::vector<double>{2});
+  EXPECT_EQ(loop.simulation().torque()[1], 1e-5 * 99999) << "the last for this wheel";
+}
+
+TEST(BaseLoopTest, CommandsOfSeparatePeriodsAreNotMerged) {
+  BaseLoop loop(settings());
+  for (int k = 0; k < 40; ++k) loop.push(0.0025 + 0.0001 * k, torques(0.0625 * k));
+  EXPECT_EQ(loop.waiting(), 5u);
+  EXPECT_EQ(play(loop, 7), (std::vector<double>{0, 0, 0, 0.0625 * 5, 0.0625 * 15, 0.0625 * 25, 0.0625 * 35}));
+}
+
+TEST(BaseLoopTest, RequestsThatWaitAreBounded) {
+  BaseLoop loop(settings());
+  int taken = 0;
+  for (int k = 0; k < 100000; ++k) {
+    loop.push(0, torques(1));
+    taken += loop.push(0, SwitchOff());
+  }
+  EXPECT_EQ(taken, static_cast<int>(DriverRequests::kMaxWaiting));
+  EXPECT_LE(loop.waiting(), 2 * DriverRequests::kMaxWaiting + 1);
+  EXPECT_EQ(play(loop, 1), std::vector<double>{1}) << "commands are never refused";
+  EXPECT_TRUE(loop.push(loop.time(), SwitchOff())) << "room again";
 }
 
 TEST(BaseLoopTest, AnswersForRequestsThatStillWait) {
@@ -262,6 +296,39 @@ TEST(BaseLoopTest, TelemetryIsTheSameHoweverOftenSomebodyLooks) {
       EXPECT_EQ(telemetry_after_looking_every(n, publish_rate), expected) << n << " at " << publish_rate << " Hz";
     }
   }
+}
+
+/// What the check says of a loop with these settings at its first instant; empty: all is finite.
+std::string refusal_of(const BaseSettings& settings, const Faults& faults = {}) {
+  BaseLoop loop(settings);
+  loop.push(0, faults);
+  loop.push(0, rates({0.3, 0.1, 0.5}));
+  try {
+    for (int k = 0; k < 100; ++k) {
+      if (loop.meet_instant()) loop.require_finite();
+      loop.advance_periods(1);
+    }
+  } catch (const std::runtime_error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(BaseLoopTest, TellsWhatIsNotFiniteBeforeItIsPublished) {
+  EXPECT_EQ(refusal_of(settings()), "");
+
+  BaseSettings coarse = settings();
+  coarse.driver.quantized = true;
+  coarse.driver.motor.encoder_ticks = 1e-320;
+  EXPECT_EQ(refusal_of(coarse), "base/joint_states: the position of a wheel is not finite at t = 0 s");
+
+  BaseSettings narrow = settings();
+  narrow.telemetry.kinematics.half_lengths = 1e-320;
+  EXPECT_EQ(refusal_of(narrow), "odom: the pose is not finite at t = 0 s");
+
+  BaseSettings nowhere = settings();
+  nowhere.scene.initial.x() = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(refusal_of(nowhere), "ground_truth: the state of the base is not finite at t = 0 s");
 }
 
 TEST(BaseLoopTest, CountsPeriodsToAnInstant) {

@@ -60,6 +60,15 @@ TEST(WheelCommand, leaves_unnamed_wheels_out) {
   EXPECT_EQ(value_of(command, 2), 2.0);
 }
 
+TEST(WheelCommand, quotes_a_foreign_unit_in_one_short_line) {
+  const WheelCommand command =
+      wheel_command(torques({entry("wheel_joint_fl", "N\n\033[31mm" + std::string(1000000, 'x'), 1)}));
+  ASSERT_EQ(command.complaints.size(), 1u);
+  const std::string& text = command.complaints[0].text;
+  EXPECT_NE(text.find("\"N\\n\\x1b[31mmxxx"), std::string::npos) << text;
+  EXPECT_LT(text.size(), 200u);
+}
+
 TEST(WheelCommand, takes_the_unit_to_the_letter) {
   for (const char* unit : {"", "N m", "m^2 kg s^-2", "m^2 kg s^-2 rad^-1 ", kVelocityUnit}) {
     const WheelCommand command =
@@ -130,13 +139,13 @@ TEST(TwistCommand, has_the_drivers_wheel_rates) {
   }
 }
 
-TEST(TwistCommand, is_refused_where_one_is_not_finite) {
+TEST(TwistCommand, is_refused_where_a_rate_would_not_be_finite) {
   const auto expect_refused = [](const geometry_msgs::Twist& twist) {
     const WheelCommand command = wheel_command(twist, DriverKinematics());
     for (const auto& set_point : command.set_points) EXPECT_FALSE(set_point);
     EXPECT_EQ(command.complaints.size(), 1u);
   };
-  for (const double value : {kNan, kInf, -kInf}) {
+  for (const double value : {kNan, kInf, -kInf, 1.7e308, -1.7e308}) {
     geometry_msgs::Twist twist;
     twist.linear.x = value;
     expect_refused(twist);

@@ -50,7 +50,7 @@ TEST(Floods, kinds_may_be_mixed_wheel_by_wheel) {
   EXPECT_EQ(base.joints.effort[0], 0.5) << "by torque";
   EXPECT_NEAR(base.joints.velocity[3], 0.2 / 0.0475, 0.3) << "by velocity still";
   base.command(twist(0, 0, 0));
-  base.idle(500);
+  base.idle(1000);
   base.settle();
   EXPECT_NEAR(base.joints.velocity[0], 0, 0.05) << "by velocity again";
 }

@@ -15,7 +15,7 @@ TEST(SilentMotor, drags_while_the_driver_goes_on) {
   faults.silent[1] = true;
   base.set_faults(faults);
   base.command(twist(0, 0, 0));  // does not reach it
-  base.idle(599);
+  base.idle(999);
   base.settle();
   EXPECT_NEAR(base.joints.position[1], position, 0.02);
   EXPECT_GT(base.joints.velocity[1], 5) << "of before";

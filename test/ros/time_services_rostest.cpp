@@ -1,5 +1,8 @@
 // The node is the master of time: it stands, goes by steps, runs, and starts again, as its services say.
 
+#include <string>
+#include <thread>
+
 #include "base_client.h"
 
 namespace youbot_base_sim {
@@ -30,6 +33,24 @@ TEST(TimeServices, step_and_run_and_reset) {
 
   base.reset();
   EXPECT_EQ(base.step(0).t, 0) << "paused as before";
+}
+
+TEST(TimeServices, step_of_any_length_leaves_all_else_served) {
+  BaseClient& base = BaseClient::fresh();
+  for (const char* ended_by : {"~pause", "~unpause", "~reset"}) {
+    Step service;
+    service.request.periods = 4000000000;
+    std::thread step([&service] { EXPECT_TRUE(ros::service::call("base_node/step", service)); });
+    base.wait_for("the step", [&] { return base.time() > 1; });
+    EXPECT_TRUE(base.call("base/switchOnMotors"));
+    EXPECT_TRUE(base.call("base_node" + std::string(ended_by).replace(0, 1, "/")));
+    step.join();
+    EXPECT_FALSE(service.response.success);
+    EXPECT_EQ(service.response.message, std::string("ended by ") + ended_by);
+    EXPECT_GT(service.response.t, 1);
+    base.pause();
+    base.reset();
+  }
 }
 
 TEST(TimeServices, reset_forgets_commands_and_odometry) {

@@ -6,11 +6,14 @@
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
 
+#include <cmath>
 #include <string>
 #include <vector>
 
 #include "program.h"
 #include "rostest_main.h"
+#include "youbot_base_sim/ros/base_settings.h"
+#include "youbot_base_sim/ros/parameters.h"
 
 namespace youbot_base_sim {
 namespace {
@@ -34,64 +37,86 @@ class WrongConfiguration : public ::testing::Test {
     }
   }
 
-  void expect_base_refuses(const std::string& argument, const std::vector<std::string>& words) {
-    expect_refused(BASE_NODE, {argument}, words);
+  /// The same, within this process, for a parameter of base_node.
+  template <class Value>
+  void expect_base_refuses(const std::string& parameter, const Value& value, const std::vector<std::string>& words) {
+    ros::param::set(parameter, value);
+    try {
+      read_base_settings();
+      ADD_FAILURE() << parameter << " is not refused";
+    } catch (const ParameterError& error) {
+      for (const std::string& word : words) {
+        EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << word << " is not in: " << error.what();
+      }
+    }
+    ros::param::del(parameter);
   }
 
   TemporaryFolder folder_;
 };
 
+TEST_F(WrongConfiguration, ends_the_node) { expect_refused(BASE_NODE, {"_publish_rate:=2000"}, {"~publish_rate"}); }
+
 TEST_F(WrongConfiguration, misspelt_parameter) {
-  expect_base_refuses("_publsh_rate:=20", {"~publsh_rate", "unknown", "publish_rate"});
+  expect_base_refuses("~publsh_rate", 20, {"~publsh_rate", "unknown", "publish_rate"});
 }
 
 TEST_F(WrongConfiguration, value_out_of_range) {
-  expect_base_refuses("_publish_rate:=2000", {"~publish_rate", "2000", "1000 Hz"});
-  expect_base_refuses("_control_period:=-1", {"~control_period", "-1", "1e-06 to 10 s"});
-  expect_base_refuses("_control_period:=nan", {"~control_period", "nan"});
-  expect_base_refuses("_driver_wheel_radius:=0", {"~driver_wheel_radius", "0", "m"});
+  expect_base_refuses("~publish_rate", 2000, {"~publish_rate", "2000", "1000 Hz"});
+  expect_base_refuses("~publish_rate", 0.0001, {"~publish_rate", "0.0001", "from 0.001"});
+  expect_base_refuses("~command_rate", 0.01, {"~command_rate", "0.01", "0, or a number from 0.1 to 1000 Hz"});
+  expect_base_refuses("~control_period", -1, {"~control_period", "-1", "1e-06 to 10 s"});
+  expect_base_refuses("~control_period", std::nan(""), {"~control_period", "nan"});
+  expect_base_refuses("~driver_wheel_radius", 0, {"~driver_wheel_radius", "0", "m"});
 }
 
 TEST_F(WrongConfiguration, value_of_the_wrong_kind) {
-  expect_base_refuses("_publish_rate:=often", {"~publish_rate", "often", "a number"});
-  expect_base_refuses("_publish_tf:=3", {"~publish_tf", "3", "true or false"});
-  expect_base_refuses("_scene:=3", {"~scene", "3"});
+  expect_base_refuses("~publish_rate", "often", {"~publish_rate", "often", "a number"});
+  expect_base_refuses("~publish_tf", 3, {"~publish_tf", "3", "true or false"});
+  expect_base_refuses("~scene", 3, {"~scene", "3"});
+}
+
+TEST_F(WrongConfiguration, value_that_would_spoil_the_terminal) {
+  expect_base_refuses("~method", "a\nb", {"~method", "a\\nb"});
+  expect_base_refuses("~joint_velocity_sign", "le\nft", {"~joint_velocity_sign", "le\\nft"});
+}
+
+TEST_F(WrongConfiguration, control_period_of_the_scene) {
+  const std::string slow = folder_.write("slow.yaml", "duration: 1.0\nsolver: {control_period: 100.0}\n");
+  expect_base_refuses("~scene", slow, {"~scene", "control_period", "100"});
 }
 
 TEST_F(WrongConfiguration, parameter_of_the_driver) {
-  const auto expect_refused_with = [this](const std::string& name, const auto& value,
-                                          const std::vector<std::string>& words) {
-    ros::param::set(name, value);
-    expect_refused(BASE_NODE, {}, words);
-    ros::param::del(name);
-  };
-  expect_refused_with("youBotHasBase", false, {"youBotHasBase", "false", "true"});
-  expect_refused_with("youBotHasBase", 3, {"youBotHasBase", "3", "true or false"});
-  expect_refused_with("youBotDriverCycleFrequencyInHz", -50.0, {"youBotDriverCycleFrequencyInHz", "-50", "Hz"});
-  expect_refused_with("youBotConfigurationFilePath", "/nowhere",
+  expect_base_refuses("/youBotHasBase", false, {"youBotHasBase", "false", "true"});
+  expect_base_refuses("/youBotHasBase", 3, {"youBotHasBase", "3", "true or false"});
+  expect_base_refuses("/youBotDriverCycleFrequencyInHz", -50.0, {"youBotDriverCycleFrequencyInHz", "-50", "Hz"});
+  expect_base_refuses("/youBotDriverCycleFrequencyInHz", 2000.0,
+                      {"youBotDriverCycleFrequencyInHz", "2000", "1000 Hz: at most once a control period"});
+  expect_base_refuses("/youBotConfigurationFilePath", "/nowhere",
                       {"youBotConfigurationFilePath", "/nowhere/youbot-base.cfg"});
 }
 
 TEST_F(WrongConfiguration, of_motors_and_odometry) {
-  expect_base_refuses("_joint_velocity_sign:=left", {"~joint_velocity_sign", "left", "driver_exact"});
-  expect_base_refuses("_command_timeout:=-1", {"~command_timeout", "-1", "s"});
-  expect_base_refuses("_odometry_wheel_error:=2", {"~odometry_wheel_error", "2"});
-  expect_base_refuses("_dry_friction:=-0.1", {"~dry_friction", "-0.1", "N m"});
-  expect_base_refuses("_command_rate:=1001", {"~command_rate", "1001", "1000 Hz"});
+  expect_base_refuses("~joint_velocity_sign", "left", {"~joint_velocity_sign", "left", "driver_exact"});
+  expect_base_refuses("~command_timeout", -1, {"~command_timeout", "-1", "s"});
+  expect_base_refuses("~odometry_wheel_error", 2, {"~odometry_wheel_error", "2"});
+  expect_base_refuses("~dry_friction", -0.1, {"~dry_friction", "-0.1", "N m"});
+  expect_base_refuses("~command_rate", 1001, {"~command_rate", "1001", "1000 Hz"});
 }
 
 TEST_F(WrongConfiguration, scene) {
-  expect_base_refuses("_scene:=/nowhere/scene.yaml", {"~scene", "/nowhere/scene.yaml"});
-  expect_base_refuses("_model:=sticky", {"~model", "sticky", "coulomb"});
+  expect_base_refuses("~scene", "/nowhere/scene.yaml", {"~scene", "/nowhere/scene.yaml"});
+  expect_base_refuses("~model", "sticky", {"~model", "sticky", "coulomb"});
 }
 
 TEST_F(WrongConfiguration, clock_of_its_own_but_not_its_master) {
-  expect_base_refuses("_lockstep:=true", {"~lockstep", "~publish_clock"});
-  expect_base_refuses("_bag:=x.bag", {"~bag", "x.bag", "~publish_clock"});
-  expect_base_refuses("_start_paused:=true", {"~start_paused", "~publish_clock"});
-  expect_base_refuses("_real_time_factor:=2", {"~real_time_factor", "2", "~publish_clock"});
+  expect_base_refuses("~lockstep", true, {"~lockstep", "~publish_clock"});
+  expect_base_refuses("~bag", "x.bag", {"~bag", "x.bag", "~publish_clock"});
+  expect_base_refuses("~start_paused", true, {"~start_paused", "~publish_clock"});
+  expect_base_refuses("~real_time_factor", 2, {"~real_time_factor", "2", "~publish_clock"});
+  expect_base_refuses("~real_time_factor", 1e-300, {"~real_time_factor", "0, or a number from 0.001"});
   ros::param::set("/use_sim_time", true);
-  expect_base_refuses("_publish_clock:=false", {"~publish_clock", "/use_sim_time"});
+  expect_base_refuses("~publish_clock", false, {"~publish_clock", "/use_sim_time"});
 }
 
 TEST_F(WrongConfiguration, bag_that_cannot_be_written) {
@@ -99,7 +124,7 @@ TEST_F(WrongConfiguration, bag_that_cannot_be_written) {
   expect_refused(BASE_NODE, {"_publish_clock:=true", "_bag:=/nowhere/x.bag"}, {"~bag", "/nowhere/x.bag"});
 }
 
-TEST_F(WrongConfiguration, argument) { expect_base_refuses("fast", {"fast"}); }
+TEST_F(WrongConfiguration, argument) { expect_refused(BASE_NODE, {"fast"}, {"fast"}); }
 
 TEST_F(WrongConfiguration, nothing_to_play) {
   expect_refused(PLAY_SCENE, {}, {"~scene", "missing"});

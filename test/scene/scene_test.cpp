@@ -71,6 +71,8 @@ floor: {friction: 0.6, slip_regularization: 2e-3, viscous_friction: 1000, gravit
 initial: {pose: [1, 2, 3], twist: [4, 5, 6], wheel_angles: [7, 8, 9, 10], wheel_rates: [11, 12, 13, 14],
           roller_rates: [15, 16, 17, 18]}
 solver: {method: implicit_euler, step: 1e-4, relative_tolerance: 1e-6, absolute_tolerance: 1e-8, control_period: 0.002}
+motors: {velocity_proportional_gain: 0.3, velocity_integral_gain: 0.5, max_wheel_torque: 2, max_wheel_rate: 10,
+         command_delay: 0.05, quantized: true}
 drive: {torque: [{start: 0, constant: [1, 2, 3, 4]}, {start: 1, cos: [1, 0, 0, 0], sin: [0, 1, 0, 0], period: 3}]}
 )");
   EXPECT_EQ(scene.model, Model::kViscous);
@@ -87,7 +89,49 @@ drive: {torque: [{start: 0, constant: [1, 2, 3, 4]}, {start: 1, cos: [1, 0, 0, 0
   EXPECT_EQ(scene.solver.method, "implicit_euler");
   EXPECT_EQ(scene.solver.step, 1e-4);
   EXPECT_EQ(scene.solver.absolute_tolerance, 1e-8);
+  EXPECT_EQ(scene.motors->gains.proportional, 0.3);
+  EXPECT_EQ(scene.motors->gains.integral, 0.5);
+  EXPECT_EQ(scene.motors->max_wheel_torque, 2);
+  EXPECT_EQ(scene.motors->max_wheel_rate, 10);
+  EXPECT_EQ(scene.motors->command_delay, 0.05);
+  EXPECT_EQ(scene.motors->quantized, true);
   EXPECT_EQ(std::get<TorqueSegments>(scene.drive)[1].period, 3);
+}
+
+// Records of two bases: the drive's dry friction is 0.14 to 0.24 N m, the rollers' 0.055 to 0.095 N m.
+TEST_F(SceneTest, ProfilesAreDefaultsThatOtherKeysGoBefore) {
+  const std::string d = kDrive;
+  EXPECT_EQ(load(d + "robot: {profile: paper}").robot.mu_1[0], 0.11);
+  EXPECT_TRUE((load(d + "robot: {profile: paper}").robot.dry_friction == 0).all());
+  const RobotParameters measured = load(d + "robot: {profile: measured}").robot;
+  EXPECT_TRUE((measured.dry_friction == 0.18).all());
+  EXPECT_TRUE((measured.mu_1 == 0.01).all());
+  EXPECT_TRUE((measured.roller_dry_friction == 0.073).all());
+  EXPECT_TRUE((measured.mu_2 == 0.0025).all());
+  EXPECT_EQ(measured.roller_dry_friction_rate, 2);
+  EXPECT_EQ(measured.m, 30);
+  const RobotParameters scaled = load(d +
+                                      "robot: {wheel_damping: 0.05, profile: {name: measured, friction_scale: 0.76}, "
+                                      "roller_dry_friction: [0.1, 0.2, 0.3, 0.4], dry_friction_rate: 0.5}")
+                                     .robot;
+  EXPECT_DOUBLE_EQ(scaled.dry_friction[3], 0.76 * 0.18);
+  EXPECT_EQ(scaled.mu_1[0], 0.05);
+  EXPECT_EQ(scaled.roller_dry_friction[2], 0.3);
+  EXPECT_DOUBLE_EQ(scaled.mu_2[1], 0.76 * 0.0025);
+  EXPECT_EQ(scaled.dry_friction_rate, 0.5);
+}
+
+TEST_F(SceneTest, RefusesWhatIsNoProfile) {
+  const std::string d = kDrive;
+  expect_refused(d + "robot: {profile: real}", "robot.profile", "real", "paper or measured");
+  expect_refused(d + "robot: {profile: [measured]}", "robot.profile", "[measured]", "paper or measured");
+  expect_refused(d + "robot: {profile: {friction_scale: 2}}", "robot.profile.name", "left out", "given");
+  expect_refused(d + "robot: {profile: {name: real}}", "robot.profile.name", "real", "paper or measured");
+  expect_refused(d + "robot: {profile: {name: paper, friction_scale: 2}}", "robot.profile.friction_scale", "2",
+                 "left out for paper");
+  expect_refused(d + "robot: {profile: {name: measured, friction_scale: -1}}", "robot.profile.friction_scale", "-1",
+                 ">= 0");
+  expect_refused(d + "robot: {profile: {name: measured, scale: 1}}", "robot.profile.scale", "1", "friction_scale");
 }
 
 TEST_F(SceneTest, InitialVelocityDefaultsToTheReferenceMotions) {
@@ -127,6 +171,10 @@ TEST_F(SceneTest, RefusesInOneLineThatNamesKeyValueAndWhatIsAllowed) {
   expect_refused(d + "initial: {wheel_angles: 0.1}", "initial.wheel_angles", "0.1", "4 numbers");
   expect_refused(d + "solver: {relative_tolerance: 1}", "solver.relative_tolerance", "1", "0.1");
   expect_refused(d + "solver: {control_period: -1}", "solver.control_period", "-1", ">= 0");
+  expect_refused(d + "motors: {max_wheel_torque: -1}", "motors.max_wheel_torque", "-1", ">= 0");
+  expect_refused(d + "motors: {command_delay: 61}", "motors.command_delay", "61", "60 s");
+  expect_refused(d + "motors: {quantized: 1}", "motors.quantized", "1", "true or false");
+  expect_refused(d + "motors: 1", "motors", "1", "keys");
   expect_refused(d + "model: rigid", "model", "rigid", "no_slip, viscous or coulomb");
   expect_refused(d + "model: [coulomb]", "model", "[coulomb]", "no_slip, viscous or coulomb");
   expect_refused("duration: 1\ndrive: {torque_table: [x.csv]}", "drive.torque_table", "[x.csv]", "CSV file");
@@ -154,7 +202,7 @@ TEST_F(SceneTest, RefusesInOneLineThatNamesKeyValueAndWhatIsAllowed) {
 
 TEST_F(SceneTest, RefusesUnknownKeysOfEverySection) {
   const std::string d = kDrive;
-  for (const char* section : {"robot", "floor", "initial", "solver"}) {
+  for (const char* section : {"robot", "floor", "initial", "solver", "motors"}) {
     expect_refused(d + section + ": {colour: red}", std::string(section) + ".colour", "red", "unknown key");
   }
   expect_refused("duration: 1\ndrive: {colour: red}", "drive.colour", "red", "reference_motion, torque, torque_table");
@@ -436,9 +484,14 @@ TEST_F(SceneTest, NumbersOfTablesHaveLimits) {
   EXPECT_LT(refusal_of("torque_table", "0,\x1b" + std::string(50'000, 'x')).size(), 300u);
 }
 
-TEST_F(SceneTest, VelocityTableRunsItsLoopAt1kHz) {
+TEST_F(SceneTest, MotorsAreSampledAt1kHz) {
   folder_.write("table.csv", "t,fl,fr,bl,br\n0,1,1,1,1\n");
   EXPECT_EQ(load("duration: 1\ndrive: {velocity_table: table.csv}").solver.control_period, 1e-3);
+  EXPECT_EQ(load("duration: 1\ndrive: {torque_table: table.csv}").solver.control_period, 0);
+  EXPECT_EQ(load("duration: 1\ndrive: {torque_table: table.csv}\nmotors: {}").solver.control_period, 1e-3);
+  EXPECT_EQ(load("duration: 1\ndrive: {torque_table: table.csv}\nmotors: {}\nsolver: {control_period: 0.02}")
+                .solver.control_period,
+            0.02);
 }
 
 }  // namespace

@@ -30,6 +30,7 @@ class BaseDriver {
     bool quantized = true;       ///< set points and readings are those that EtherCAT carries; false: exact
     double dry_friction = 0;     ///< of each wheel, N m
     double wheel_inertia = 0;    ///< J_1, for dry friction, kg m^2
+    double command_delay = 0;    ///< from each command's arrival to its effect, s; a fault adds to it
     double command_timeout = 0;  ///< the wheels stop after this time without a command, s; 0: never, as the driver
   };
 
@@ -93,7 +94,6 @@ class BaseDriver {
   void apply_due_commands(double t);
   void check_command_timeout(double t);
   void exchange_ethercat(double t);
-  SetPoint carried(const SetPoint& set_point) const;
   const MotorReadings& read_faulty(const Wheels& phi, const Wheels& dphi);
 
   Settings settings_;
@@ -105,7 +105,7 @@ class BaseDriver {
   EthercatConnection connection_;
   bool motors_on_ = true;
   bool timed_out_ = false;
-  std::array<SetPoint, kWheels> sent_;  // what the driver sends in each of its cycles, as EtherCAT carries it
+  std::array<SetPoint, kWheels> sent_;  // what the driver sends in each of its cycles
   std::deque<Pending> pending_;         // commands that arrive later
   Events events_;
   double last_command_;

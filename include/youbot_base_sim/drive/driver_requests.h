@@ -18,10 +18,20 @@ using DriverRequest = std::variant<DriveCommand, SwitchOff, SwitchOn, Reconnect,
 /// simulated time of its arrival (s). The receiver only appends; the loop takes what is due where a control period
 /// begins. So a request acts from the first control period that begins at its arrival or later, whatever the loop is
 /// doing when it comes.
+///
+/// The queue is bounded even while time stands still. Commands that follow one another and act from the same control
+/// period become one, in which the last set point of each wheel counts, as it would in the driver; a simulated delay
+/// then counts from the last of them. Of other requests at most `kMaxWaiting` wait.
 class DriverRequests {
  public:
-  /// Appends a request that arrives at time t, or with the one before it if that is later.
-  void push(double t, const DriverRequest& request);
+  static constexpr std::size_t kMaxWaiting = 1000;
+
+  /// `control_period` in s.
+  explicit DriverRequests(double control_period) : control_period_(control_period) {}
+
+  /// Appends a request that arrives at time t, or with the one before it if that is later. False if it is refused
+  /// because too many wait; a command never is.
+  bool push(double t, const DriverRequest& request);
 
   /// Makes `driver` obey, in order, what has arrived by time t. Returns whether a reconnect has succeeded.
   bool take(double t, BaseDriver& driver);
@@ -35,6 +45,7 @@ class DriverRequests {
 
   void clear() { waiting_.clear(); }
   bool empty() const { return waiting_.empty(); }
+  std::size_t size() const { return waiting_.size(); }  ///< requests that wait
 
  private:
   struct Stamped {
@@ -42,6 +53,11 @@ class DriverRequests {
     DriverRequest request;
   };
 
+  std::size_t others() const;
+  double period_of(double arrival) const;
+  bool merge(double arrival, const DriverRequest& request);
+
+  double control_period_;
   std::deque<Stamped> waiting_;
 };
 

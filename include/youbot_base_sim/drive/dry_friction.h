@@ -5,7 +5,7 @@
 namespace youbot_base_sim {
 
 /// Dry friction of motors and gears, which the paper's model leaves out. It brakes a turning wheel by up to `limit`,
-/// N m, and holds a standing one against as much. Recordings of real bases suggest 0.3 to 1.7 N m.
+/// N m, and holds a standing one against as much. Records of two real bases suggest 0.14 and 0.24 N m.
 ///
 /// Sampled once a control period (s), like the motors. Each sample adds the torque that would stop a wheel of inertia
 /// `wheel_inertia` (kg m^2) within the period to the torque that held the wheel so far, and limits the sum. A wheel

@@ -35,6 +35,8 @@ class ReferenceTorque : public TorqueProfile {
   Wheels derivative(double t) const override;
 
  private:
+  [[gnu::noinline, gnu::cold]] Wheels dry_value(double t) const;
+
   NoSlipModel model_;
   ReferenceMotion motion_;
   // Without dry friction the torques are quadratic in the velocities: they have no harmonics above the second.

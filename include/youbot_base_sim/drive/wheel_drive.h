@@ -7,20 +7,25 @@
 
 namespace youbot_base_sim {
 
-/// PI gains of the wheels' velocity loop. The motor controllers' own gains (P 600, I 200) have undocumented units.
-/// Those here place the poles of a wheel that carries a quarter of the robot (J_1 + m_s R^2 / 4 = 0.028 kg m^2) at 27
-/// rad/s with a damping ratio of 0.74.
+/// PI gains of the wheels' velocity loop. The motor controllers' own gains (P 600, I 200) have undocumented units;
+/// those here were fitted to records of two real bases (docs/drop_in.md).
 struct VelocityGains {
-  double proportional = 1.0;  ///< N m s/rad
-  double integral = 20.0;     ///< N m/rad
+  double proportional = 0.4;  ///< N m s/rad
+  double integral = 1.2;      ///< N m/rad
 };
 
 /// The motor controllers of the four wheels, sampled once a control period. Each exerts a torque, tracks a rate with a
 /// PI velocity loop, or is off, as all are at first.
+///
+/// The loop's integral is what holds a wheel against its friction, so it stays when the rate that is wanted changes,
+/// even to zero: real bases that stand hold 0.11 to 0.27 N m. It starts from zero where a motor begins to track rates,
+/// after torques or after it was off. It cannot wind up: while the torque is at its limit, the integral only moves away
+/// from that (conditional integration).
 class WheelDrive {
  public:
-  /// `control_period` in s.
-  explicit WheelDrive(double control_period, const Motor& motor = {}, const VelocityGains& gains = {});
+  /// `control_period` in s. With `quantized` set points are those that EtherCAT can carry, otherwise exact.
+  explicit WheelDrive(double control_period, const Motor& motor = {}, const VelocityGains& gains = {},
+                      bool quantized = false);
 
   /// Gives wheel i a new set point, clamped to its motor's limits.
   void command(int i, const SetPoint& set_point);
@@ -34,6 +39,7 @@ class WheelDrive {
   double control_period_;
   Motor motor_;
   VelocityGains gains_;
+  bool quantized_;
   std::array<SetPoint, kWheels> set_points_;
   Wheels integral_ = Wheels::Zero();  // N m
 };

@@ -1,12 +1,14 @@
 #pragma once
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstdint>
 #include <functional>
 #include <limits>
 #include <optional>
 
+#include "youbot_base_sim/integration/integration.h"
 #include "youbot_base_sim/integration/sliding_mode.h"
 #include "youbot_base_sim/integration/statistics.h"
 #include "youbot_base_sim/integration/stepper_types.h"
@@ -41,9 +43,10 @@ class GuardedStepper : public ControlledStepperTypes {
         switches_(&switches),
         statistics_(&statistics) {}
 
-  /// As LocatedStepper's; `dt` is an upper bound. Never fails kMaxFailures times in a row.
+  /// As LocatedStepper's; `dt` is an upper bound. Never fails kMaxFailures times in a row. Throws Stopped if it is to.
   template <class System>
   Result try_step(System system_reference, State& x, double& t, double& dt) {
+    if (stop_ && stop_->load(std::memory_order_relaxed)) throw Stopped();
     auto& system = unwrapped(system_reference);
     if (t < fallback_end_) return fall_back(system, x, t, dt);
     if (!(t < window_start_ + kWindow) || t < window_start_) begin_window(system, t);
@@ -66,6 +69,9 @@ class GuardedStepper : public ControlledStepperTypes {
     failures_ = result == boost::numeric::odeint::fail ? failures_ + 1 : 0;
     return result;
   }
+
+  /// As Integration's.
+  void stop_on(const std::atomic<bool>& stop) { stop_ = &stop; }
 
   /// As LocatedStepper's.
   void torque_jumped() { stepper_->torque_jumped(); }
@@ -164,6 +170,7 @@ class GuardedStepper : public ControlledStepperTypes {
   SwitchLog* switches_;
   IntegrationStatistics* statistics_;
   Fallback fallback_;
+  const std::atomic<bool>* stop_ = nullptr;  // null: never
 
   // The millisecond under way: its start, the evaluations before it and those that it may take.
   double window_start_ = std::numeric_limits<double>::infinity();

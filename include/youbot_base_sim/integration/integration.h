@@ -1,7 +1,9 @@
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <exception>
 #include <functional>
 #include <optional>
 #include <vector>
@@ -12,6 +14,12 @@
 #include "youbot_base_sim/physics/state.h"
 
 namespace youbot_base_sim {
+
+/// Thrown out of an integration that was told to stop.
+class Stopped : public std::exception {
+ public:
+  const char* what() const noexcept override { return "stopped"; }
+};
 
 /// The motion of one model from one state on, by one method. Selected once when the simulation is built, so that the
 /// inner loops branch on neither.
@@ -31,6 +39,10 @@ class Integration {
 
   /// Advances x from time t to t_end (s), between which the torque is smooth.
   virtual void advance(State& x, double t, double t_end) = 0;
+
+  /// Has `advance` and `advance_periods` throw Stopped within a step once `stop`, which must outlive this, is set: by
+  /// another thread or a signal's handler. The state is then somewhere on the way.
+  virtual void stop_on(const std::atomic<bool>& stop) = 0;
 
   /// The torque has jumped since the last call of `advance` or since the control period before.
   virtual void torque_jumped() = 0;

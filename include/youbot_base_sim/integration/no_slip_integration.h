@@ -10,16 +10,27 @@
 
 namespace youbot_base_sim {
 
-/// Model 1, which is not stiff and has no switches: odeint's loops over its Dormand-Prince method.
+/// Model 1, which has no switches: odeint's loops over its Dormand-Prince method, or over its rosenbrock4 where the
+/// bearings brake so hard that an explicit method would need steps without end.
 class NoSlipIntegration : public Integration {
  public:
   /// `torque` must outlive the integration.
   NoSlipIntegration(const RobotParameters& robot, const TorqueProfile& torque, const Tolerance& tolerance)
-      : torque_(torque), model_(robot), tolerance_(tolerance) {}
+      : torque_(torque),
+        model_(robot),
+        tolerance_(tolerance),
+        stiff_(stiff(model_)),
+        max_first_step_(10 / model_.max_decay_rate()) {}
+
+  /// The method that a robot needs: dopri5 or rosenbrock4.
+  static const char* method(const RobotParameters& robot) {
+    return stiff(NoSlipModel(robot)) ? "rosenbrock4" : "dopri5";
+  }
 
   void advance_periods(State& x, std::int64_t first, double period, std::size_t n,
                        const PeriodObserver& observer) override;
   void advance(State& x, double t, double t_end) override;
+  void stop_on(const std::atomic<bool>& stop) override { stop_ = &stop; }
   void torque_jumped() override {}
   double kinetic_energy(const State& x) const override { return model_.kinetic_energy(x.velocity()); }
   Contacts contacts(const State& x, double t) const override;
@@ -31,10 +42,17 @@ class NoSlipIntegration : public Integration {
   const IntegrationStatistics& statistics() const override { return statistics_; }
 
  private:
+  // Steps of dopri5 end near 3 / rate: at 1e5/s, a millisecond takes 30 of them.
+  static constexpr double kMaxExplicitRate = 1e5;
+  static bool stiff(const NoSlipModel& model) { return model.max_decay_rate() > kMaxExplicitRate; }
+
   const TorqueProfile& torque_;
   NoSlipModel model_;
   Tolerance tolerance_;
+  bool stiff_;
+  double max_first_step_;  // s: much longer ones may end beyond all numbers, where no error tells
   IntegrationStatistics statistics_;
+  const std::atomic<bool>* stop_ = nullptr;  // null: never
 };
 
 }  // namespace youbot_base_sim

@@ -348,9 +348,9 @@ class Radau : public ControlledStepperTypes {
     const Velocities z[3] = {per_dt * (stages_[0] - start_), per_dt * (stages_[1] - start_),
                              per_dt * (stages_[2] - start_)};
     system.contacts(stages_, {phi_at(0, dt), phi_at(1, dt), phi_at(2, dt)}, torque_, contacts_);
+    model.forces(stages_, contacts_, torque_, forces_);
 #pragma GCC unroll 3
     for (int j = 0; j < 3; ++j) {
-      forces_[j] = model.forces(stages_[j], contacts_[j], torque_[j]);
       r[j] = forces_[j] -
              model.inertia() * (T::A_inverse[j][0] * z[0] + T::A_inverse[j][1] * z[1] + T::A_inverse[j][2] * z[2]);
     }

@@ -47,6 +47,7 @@ class SlipIntegration : public Integration {
     if (system_.averages()) record_passed_rollers(x, t_end);
   }
 
+  void stop_on(const std::atomic<bool>& stop) override { stepper_.stop_on(stop); }
   void torque_jumped() override { stepper_.torque_jumped(); }
   double kinetic_energy(const State& x) const override {
     return youbot_base_sim::kinetic_energy(system_.model().robot(), x);

@@ -5,9 +5,9 @@
 
 namespace youbot_base_sim {
 
-/// Dry friction of the drives and of the rollers' bearings, which the paper's model leaves out and which records of real
-/// bases show: a torque against the rate w of -T w / sqrt(rate^2 + w^2), N m. It has a convex potential, as the friction
-/// of the contacts has, so that Newton's methods and their safeguards are the same with it.
+/// Dry friction of the drives and of the rollers' bearings, which the paper's model leaves out and which records of
+/// real bases show: a torque against the rate w of -T w / sqrt(rate^2 + w^2), N m. It has a convex potential, as the
+/// friction of the contacts has, so that Newton's methods and their safeguards are the same with it.
 class DryBearings {
  public:
   explicit DryBearings(const RobotParameters& robot)
@@ -27,11 +27,11 @@ class DryBearings {
   Wheels roller_damping(const Wheels& dgamma) const { return rollers_.damping(dgamma); }
 
   /// Adds the friction at the velocities u to the forces Q; its derivative to the damping matrix G.
-  [[gnu::noinline]] void add_to(const Velocities& u, Velocities& Q) const {
+  [[gnu::noinline, gnu::cold]] void add_to(const Velocities& u, Velocities& Q) const {
     Q.dphi -= wheel_torque(u.dphi);
     Q.dgamma -= roller_torque(u.dgamma);
   }
-  [[gnu::noinline]] void add_to(const Velocities& u, DampingMatrix& G) const {
+  [[gnu::noinline, gnu::cold]] void add_to(const Velocities& u, DampingMatrix& G) const {
     G.dphi_dphi += wheel_damping(u.dphi);
     G.dgamma_dgamma += roller_damping(u.dgamma);
   }

@@ -38,8 +38,8 @@ struct RobotParameters {
   Wheels rho_Y() const { return {l, -l, l, -l}; }   ///< wheel centres from O, to the left, m
 };
 
-/// The robot with the friction that records of two real bases show, in place of the paper's: dry in the drives, and in the
-/// rollers dry with a little viscous. `scale` multiplies all of it: 0.76 is one of the two bases, 1.3 the other.
+/// The robot with the friction that records of two real bases show, in place of the paper's: dry in the drives, and in
+/// the rollers dry with a little viscous. `scale` multiplies all of it: 0.76 is one of the two bases, 1.3 the other.
 RobotParameters measured_robot(double scale = 1);
 
 /// Directions of the axes of the rollers in contact: delta = -45, 45, 45, -45 deg (paper, section 2). Nothing else

@@ -65,10 +65,17 @@ class SlipModel {
   /// Right-hand sides of (4.9), with dry friction of the bearings: forces on the velocities under the wheel torques `M`
   /// (N m), N and N m.
   Velocities forces(const Velocities& u, const Contacts& c, const Wheels& M) const {
-    Velocities Q = {sums(c.F_X, c.F_Y, c.M_Z) + inertia_.coriolis(u.v), M - robot_.mu_1 * u.dphi - robot_.R * c.F_X,
-                    c.r_Y * c.F_Y - c.r_X * c.F_X - robot_.mu_2 * u.dgamma};
+    Velocities Q = viscous_forces(u, c, M);
     if (dry_.any()) dry_.add_to(u, Q);
     return Q;
+  }
+  /// The same at three stages at once. What is rare stays out of the loop.
+  void forces(const std::array<Velocities, 3>& u, const std::array<Contacts, 3>& c, const std::array<Wheels, 3>& M,
+              std::array<Velocities, 3>& Q) const {
+#pragma GCC unroll 3
+    for (int j = 0; j < 3; ++j) Q[j] = viscous_forces(u[j], c[j], M[j]);
+    if (!dry_.any()) return;
+    for (int j = 0; j < 3; ++j) dry_.add_to(u[j], Q[j]);
   }
 
   /// Time derivative of `state`, whose contacts are `c`, under the wheel torques `M` (N m).
@@ -117,6 +124,11 @@ class SlipModel {
   const DryBearings& dry_bearings() const { return dry_; }
 
  private:
+  Velocities viscous_forces(const Velocities& u, const Contacts& c, const Wheels& M) const {
+    return {sums(c.F_X, c.F_Y, c.M_Z) + inertia_.coriolis(u.v), M - robot_.mu_1 * u.dphi - robot_.R * c.F_X,
+            c.r_Y * c.F_Y - c.r_X * c.F_X - robot_.mu_2 * u.dgamma};
+  }
+
   void damping(const Velocities& u, const Contacts& c, const ContactStiffness& K, DampingMatrix& G) const {
     const double R = robot_.R;
     const Wheels arm = rho_Y_ + c.Delta_Y;

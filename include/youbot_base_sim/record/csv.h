@@ -1,8 +1,9 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
-#include "youbot_base_sim/record/atomic_file.h"
+#include "youbot_base_sim/record/output_file.h"
 #include "youbot_base_sim/record/recorder.h"
 
 namespace youbot_base_sim {
@@ -11,12 +12,14 @@ namespace youbot_base_sim {
 /// bl, br; numbers that read back to the same double.
 class StateCsv : public Recorder {
  public:
-  explicit StateCsv(const std::string& path);
+  explicit StateCsv(OutputFile file);
   void write(double t, const Simulation& simulation, const std::vector<RollerSwitch>& switches) override;
   void commit() override { file_.commit(); }
+  std::string keep_incomplete() override { return file_.keep_incomplete(); }
 
  private:
-  AtomicFile file_;
+  OutputFile file_;
+  std::string header_;  // until it is written, with the first row
 };
 
 /// Rows of roller switches: t (s), wheel (fl ...), roller_from, roller_to (0 .. n-1), phi (rad), direction (+1 or -1),
@@ -24,12 +27,14 @@ class StateCsv : public Recorder {
 /// Numbers read back to the same double.
 class SwitchCsv : public Recorder {
  public:
-  explicit SwitchCsv(const std::string& path);
+  explicit SwitchCsv(OutputFile file);
   void write(double t, const Simulation& simulation, const std::vector<RollerSwitch>& switches) override;
   void commit() override { file_.commit(); }
+  std::string keep_incomplete() override { return file_.keep_incomplete(); }
 
  private:
-  AtomicFile file_;
+  OutputFile file_;
+  std::string header_;  // likewise
 };
 
 }  // namespace youbot_base_sim

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "youbot_base_sim/simulation.h"
@@ -7,7 +8,8 @@
 namespace youbot_base_sim {
 
 /// A file that the rows of a run go to. What it writes appears under the file's name only with `commit`; without it,
-/// nothing is left. Throws std::runtime_error, which names the file, where the system refuses.
+/// what was written is kept under a name that tells (see OutputFile). Throws OutputError where the system refuses; it
+/// must not be used any more then.
 class Recorder {
  public:
   virtual ~Recorder() = default;
@@ -17,6 +19,9 @@ class Recorder {
 
   /// Puts the file in its place.
   virtual void commit() = 0;
+
+  /// Ends the file early. Returns the name under which it is kept; empty if nothing is.
+  virtual std::string keep_incomplete() = 0;
 };
 
 }  // namespace youbot_base_sim

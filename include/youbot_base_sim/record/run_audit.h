@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <string>
 #include <vector>
 
 #include "youbot_base_sim/simulation.h"
@@ -46,6 +47,7 @@ class EnergyAudit {
   double max_kinetic_energy() const { return max_kinetic_energy_; }
   /// Energy that the drives exchange with the wheels in either direction: integral of sum |M dphi|, trapezoidal rule.
   double drive_work() const { return drive_work_; }
+  double longest_interval() const { return longest_interval_; }  ///< between two rows, s
 
  private:
   double t_ = 0;
@@ -53,7 +55,14 @@ class EnergyAudit {
   double max_balance_error_ = 0;
   double max_kinetic_energy_ = 0;
   double drive_work_ = 0;
+  double longest_interval_ = 0;
 };
+
+/// Why a result is not to be trusted, in one line; empty if it is. It is where the integration kept to its own method,
+/// and the energy balance closes: to a thousand times the tolerance, but at least 1e-9 and at most a hundredth (or ten
+/// times a looser tolerance), of the energy that the motion had or exchanged. Runs that are right close it to the
+/// tolerance itself, mostly to a hundredth of that.
+std::string doubts(const Simulation& simulation, const EnergyAudit& energy);
 
 /// Length of the paths of the base and of the wheels' rims, summed over the rows, m.
 class PathLength {
@@ -77,11 +86,6 @@ struct RunAudit {
   RunCost cost;
   EnergyAudit energy;
   PathLength path;
-
-  void add_row(const Simulation& simulation) {
-    energy.add_row(simulation);
-    path.add_row(simulation);
-  }
 };
 
 }  // namespace youbot_base_sim

@@ -3,8 +3,10 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "youbot_base_sim/record/output_file.h"
 #include "youbot_base_sim/record/recorder.h"
 #include "youbot_base_sim/ros/telemetry.h"
 #include "youbot_base_sim/simulation.h"
@@ -12,12 +14,19 @@
 namespace youbot_base_sim {
 
 /// Writes a bag inside the process that simulates: with the topics, frames and contents of base_node, stamped with
-/// simulated time, and complete, which a recorder at the other end of a topic cannot promise. Needs no ROS master. The
-/// file is written as NAME.part and renamed by `commit`; without that it is removed. Throws std::runtime_error, which
-/// names the file, where the system refuses.
+/// simulated time, and complete, which a recorder at the other end of a topic cannot promise. Needs no ROS master.
+///
+/// The bag appears under its name with `commit`. Without it what was written is kept as NAME.incomplete-XXXXXX (see
+/// OutputFile), with its index, so that it can be read as it is. Room for the index is taken beforehand, so that this
+/// holds on a disk that fills too: the first write that finds no room ends the bag there and throws OutputError, which
+/// says where it is; the writer must not be used after that. Where not even the index can be written, the error says
+/// that `rosbag reindex` is needed.
 class BagWriter {
  public:
-  explicit BagWriter(const std::string& path);
+  /// Throws OutputError where the system refuses.
+  explicit BagWriter(OutputFile file);
+  explicit BagWriter(const std::string& path) : BagWriter(open(path)) {}
+  /// As `keep_incomplete`.
   ~BagWriter();
   BagWriter(const BagWriter&) = delete;
   BagWriter& operator=(const BagWriter&) = delete;
@@ -32,20 +41,29 @@ class BagWriter {
   /// Puts the bag in its place.
   void commit();
 
+  /// Ends the bag early. Returns the name under which it is kept; empty if it has no messages, and nothing is.
+  std::string keep_incomplete();
+
+  /// Opens a file for a bag: one that is not written from beginning to end.
+  static OutputFile open(const std::string& path) { return OutputFile(path, OutputFile::Access::kAnywhere); }
+
  private:
   class File;
   std::unique_ptr<File> file_;
 };
 
-/// The bag of a simulation whose motors exert its torque and tell what they do without error.
+/// The bag of a simulation whose motors exert its torque and tell what they do, without error unless the scene's motors
+/// are `quantized`.
 class BagRecorder : public Recorder {
  public:
-  explicit BagRecorder(const std::string& path) : bag_(path) {}
+  explicit BagRecorder(OutputFile file) : bag_(std::move(file)) {}
   void write(double t, const Simulation& simulation, const std::vector<RollerSwitch>& switches) override;
   void commit() override { bag_.commit(); }
+  std::string keep_incomplete() override { return bag_.keep_incomplete(); }
 
  private:
   BagWriter bag_;
+  std::optional<MotorSensors> sensors_;
   std::optional<Telemetry> telemetry_;  // from the first row on
 };
 

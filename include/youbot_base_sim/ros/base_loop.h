@@ -26,8 +26,11 @@ class BaseLoop {
   BaseLoop(const BaseLoop&) = delete;
   BaseLoop& operator=(const BaseLoop&) = delete;
 
-  /// Enqueues a request that arrives at simulated time t, s.
-  void push(double t, const DriverRequest& request) { requests_.push(t, request); }
+  /// Enqueues a request that arrives at simulated time t, s. False if it is refused because too many wait.
+  bool push(double t, const DriverRequest& request) { return requests_.push(t, request); }
+
+  /// Requests that wait for the control period that takes them.
+  std::size_t waiting() const { return requests_.size(); }
 
   /// Whether the driver will have its base for a request that arrives at simulated time t, s.
   bool present(double t) const { return requests_.present(t, driver_); }
@@ -47,6 +50,10 @@ class BaseLoop {
   /// Whether an instant of publishing is due now. If so, the telemetry is updated, and the next instant is the one
   /// after it.
   bool meet_instant() { return meet_instant(simulation_.time(), simulation_.state()); }
+
+  /// Throws std::runtime_error, with what and when, unless all that telemetry tells at the instant that was met last is
+  /// finite.
+  void require_finite() const { telemetry_.require_finite(simulation_, driver_.readings()); }
 
   /// Back to t = 0, with a new driver and an empty queue.
   void reset();

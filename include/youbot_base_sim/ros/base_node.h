@@ -4,10 +4,10 @@
 #include <ros/ros.h>
 #include <std_srvs/Empty.h>
 #include <tf2_ros/static_transform_broadcaster.h>
-#include <youbot_base_sim/Step.h>
 
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "youbot_base_sim/ros/bag.h"
@@ -17,6 +17,7 @@
 #include "youbot_base_sim/ros/pacer.h"
 #include "youbot_base_sim/ros/publications.h"
 #include "youbot_base_sim/ros/schedule.h"
+#include "youbot_base_sim/ros/step_service.h"
 #include "youbot_base_sim/ros/throttled_log.h"
 
 namespace youbot_base_sim {
@@ -25,7 +26,8 @@ namespace youbot_base_sim {
 /// published. It runs either by the wall clock or as the master of simulated time. Then it also publishes /clock and
 /// has the services ~pause, ~unpause, ~reset (std_srvs/Empty) and ~step (youbot_base_sim/Step).
 ///
-/// The loop stops where somebody could notice: at instants of publishing, if anybody listens, and every 20 ms if not.
+/// The loop stops where somebody could notice: at instants of publishing, if anybody listens, and every 20 ms at least;
+/// a control period is never divided. Where it waits, it takes callbacks, and looks every 0.1 s whether ROS goes on.
 ///
 /// While the driver has no base, as after a loss of EtherCAT, odom, base/joint_states and /tf stop, as the driver's do.
 class BaseNode {
@@ -33,7 +35,8 @@ class BaseNode {
   /// Needs ros::init. Throws ParameterError if the bag cannot be opened.
   explicit BaseNode(const BaseSettings& settings);
 
-  /// Runs until ROS shuts down.
+  /// Runs until ROS shuts down. Throws std::runtime_error where anything that would be published is not finite, or if
+  /// the bag cannot be written and is required.
   void run();
 
  private:
@@ -43,15 +46,21 @@ class BaseNode {
   void offer_services();
 
   void await_subscribers();
-  void go_by_wall_clock();
   bool await_command();
+  void go_on_when_due();
+  void go_on_by_step();
+  bool is_stepping() const { return step_service_ && step_service_->asked(); }
+  void end_step(const char* reason);
   void take_callbacks(double timeout);
   std::int64_t periods_ahead() const;
+  double wait_for_periods_ahead() const;
   void advance(std::int64_t periods);
-  void advance_without_waiting(std::int64_t periods);
   void publish_instant();
   void publish_telemetry();
-  void publish_diagnostics();
+  void publish_diagnostics_when_due(double t);
+  void publish_diagnostics(double t);
+  template <class Write>
+  void record(const Write& write);
   void announce_time();
   void see_who_listens();
   ros::Time stamp(double t) const;
@@ -60,14 +69,14 @@ class BaseNode {
   bool pause(std_srvs::Empty::Request&, std_srvs::Empty::Response&);
   bool unpause(std_srvs::Empty::Request&, std_srvs::Empty::Response&);
   bool reset(std_srvs::Empty::Request&, std_srvs::Empty::Response&);
-  bool step(Step::Request& request, Step::Response& response);
 
   const BaseSettings settings_;
   const bool keeps_pace_;  // with the wall clock or with commands
   BaseLoop loop_;
   Pacer pacer_;
   Schedule diagnosing_;
-  std::unique_ptr<BagWriter> bag_;  // null: not recorded
+  std::unique_ptr<BagWriter> bag_;  // null: not recorded, or not any longer
+  std::string bag_failure_;         // why; empty: none
   ThrottledLog log_;
 
   ros::CallbackQueue queue_;
@@ -77,9 +86,10 @@ class BaseNode {
   std::optional<tf2_ros::StaticTransformBroadcaster> static_transforms_;
   std::unique_ptr<DriverInterface> interface_;
   std::vector<ros::ServiceServer> services_;
+  std::optional<StepService> step_service_;
 
   ros::Time wall_start_;             // wall time of t = 0; zero before that
-  std::int64_t commands_taken_ = 0;  // messages that control periods have used up
+  std::int64_t commands_taken_ = 0;  // command messages that had come when the last control period began
   bool paused_;
   bool telemetry_is_wanted_ = false;  // by anybody, switches included
   bool periods_are_wanted_ = false;   // somebody could notice each control period's end

@@ -25,23 +25,27 @@ struct BaseSettings {
   /// `control_period` (s), each of which overrides the scene's value. Without a scene file: the paper's robot at rest
   /// at the origin, a relative tolerance of 1e-5 and a control period of 1 ms.
   Scene scene;
-  /// Hz. Odometry is integrated at this rate too, whether anybody listens or not.
+  /// Hz; at most once a control period, as all rates. Odometry is integrated at this rate too, whether anybody listens
+  /// or not.
   double publish_rate = kDefaultPublishRate;
-  /// Rate at which commands and services are obeyed, Hz. 0: each acts from the first control period that begins after
-  /// its arrival. The driver obeys 50 times a second.
+  /// Rate at which commands and services are obeyed, Hz, 0.1 or more. 0: each acts from the first control period that
+  /// begins after its arrival. The driver obeys 50 times a second.
   double command_rate = 0;
   /// Makes the node the master of simulated time: it publishes /clock, stamps messages with simulated time and offers
   /// the time services. Other nodes follow only if /use_sim_time is true. Otherwise stamps are wall time.
   bool publish_clock = false;
-  /// Simulated seconds per second; 0: as fast as possible. Other values than 1 need `publish_clock`.
+  /// Simulated seconds per second, 0.001 or more; 0: as fast as possible. Other values than 1 need `publish_clock`.
   double real_time_factor = 1;
   /// Each control period waits for one command message, so a player that answers each /clock message with a command is
-  /// obeyed in every period, however slow it is. Needs `publish_clock`.
+  /// obeyed in every period, however slow it is. Messages that come while time stands still, paused or because the
+  /// control period is not due yet, count as one. Needs `publish_clock`.
   bool lockstep = false;
   /// Time starts once every topic of `Telemetry` has a subscriber, so a recorder misses nothing.
   bool wait_for_subscribers = false;
   /// Bag file to record to, complete when the node ends; empty: none. Needs `publish_clock`.
   std::string bag;
+  /// Whether the node ends where the bag cannot be written any further; otherwise it goes on without.
+  bool bag_required = true;
   /// Starts as after ~pause. Needs `publish_clock`.
   bool start_paused = false;
   /// Whether odom to base_footprint is published on /tf.
@@ -49,8 +53,8 @@ struct BaseSettings {
   /// Whether world to odom is published on /tf_static, at the scene's initial pose, so that odometry and ground truth
   /// overlay.
   bool world_tf = false;
-  /// Driver and motors: `quantized`, `dry_friction` (N m), `command_timeout` (s), `velocity_proportional_gain`
-  /// (N m s/rad), `velocity_integral_gain` (N m/rad).
+  /// Driver and motors: `dry_friction` (N m), `command_timeout` (s) and, in place of the scene's section `motors`, what
+  /// MotorSettings has.
   BaseDriver::Settings driver;
   /// `publish_rollers`; `joint_velocity_sign`: consistent (with positions) or driver_exact (the driver's: reversed on
   /// the left); `odometry_wheel_error`, for covariances; `driver_wheel_radius` (m), for `odom` and `cmd_vel`.

@@ -73,7 +73,7 @@ WheelCommand wheel_command(const brics_actuator::JointTorques& message);
 WheelCommand wheel_command(const brics_actuator::JointVelocities& message);
 
 /// Converts a twist to the rates of all wheels by `kinematics`. Only linear.x, linear.y and angular.z are read, as by
-/// the driver; if one of them is not finite, the twist is refused with a complaint.
+/// the driver; if one of them is not finite, or so large that a rate is not, the twist is refused with a complaint.
 WheelCommand wheel_command(const geometry_msgs::Twist& message, const DriverKinematics& kinematics);
 
 /// Commands for all four wheels, N m and rad/s.

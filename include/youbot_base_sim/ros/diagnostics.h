@@ -5,6 +5,8 @@
 #include <pr2_msgs/PowerBoardState.h>
 #endif
 
+#include <string>
+
 #include "youbot_base_sim/drive/base_driver.h"
 #include "youbot_base_sim/ros/pacer.h"
 #include "youbot_base_sim/simulation.h"
@@ -18,6 +20,9 @@ namespace youbot_base_sim {
 /// message; a warning if time was lost).
 diagnostic_msgs::DiagnosticArray diagnostics_message(const BaseDriver& driver, const Simulation& simulation,
                                                      const Pacer::Timing& timing, const ros::Time& stamp);
+
+/// The status "youbot_base_sim: bag" of the bag `path`: an error if `failure` says why it cannot be written.
+diagnostic_msgs::DiagnosticStatus bag_status(const std::string& path, const std::string& failure);
 
 #ifdef YOUBOT_BASE_SIM_PR2_MSGS
 /// The driver's: circuit 0 is the base, circuit 1 the arm that is not there, run_stop a lost EtherCAT.

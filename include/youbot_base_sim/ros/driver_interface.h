@@ -25,7 +25,7 @@ namespace youbot_base_sim {
 /// and their messages read, by analogy to the arm's.
 ///
 /// Offers base/switchOffMotors, base/switchOnMotors and reconnect (std_srvs/Empty), which fail without a base as the
-/// driver's do, and ~set_faults (youbot_base_sim/SetFaults).
+/// driver's do, and ~set_faults (youbot_base_sim/SetFaults). All fail while too many requests wait for time to go on.
 class DriverInterface {
  public:
   /// `now` tells the simulated time at which what comes now arrives, s. All references must outlive it.
@@ -39,11 +39,12 @@ class DriverInterface {
   template <class Message>
   void subscribe(ros::NodeHandle& node, const char* topic, const std::function<WheelCommand(const Message&)>& read);
   void receive(const char* topic, const WheelCommand& command);
+  bool request(const DriverRequest& request);
   bool request_of_base(const DriverRequest& request);
   bool switch_off(std_srvs::Empty::Request&, std_srvs::Empty::Response&);
   bool switch_on(std_srvs::Empty::Request&, std_srvs::Empty::Response&);
   bool reconnect(std_srvs::Empty::Request&, std_srvs::Empty::Response&);
-  bool set_faults(SetFaults::Request& request, SetFaults::Response& response);
+  bool set_faults(SetFaults::Request& asked, SetFaults::Response& response);
 
   BaseLoop& loop_;
   std::function<double()> now_;

@@ -27,8 +27,8 @@ class Pacer {
     double lost = 0;          ///< given up, s
   };
 
-  /// Sleeps until simulated time t (s) is due; returns at once if it is.
-  void sleep_until(double t);
+  /// Wall time until simulated time t (s) is due, s; not positive if it is.
+  double wait_for(double t) const;
 
   /// Calls `wait`, which waits for something other than time, and counts its duration as idle.
   template <class Wait>

@@ -2,6 +2,7 @@
 
 #include <ros/node_handle.h>
 
+#include <functional>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -24,6 +25,8 @@ class Parameters {
   bool flag(const std::string& name, bool default_value);
   /// Refuses a value outside [min, max]; `unit` is for the error's text.
   double number(const std::string& name, double default_value, double min, double max, const char* unit);
+  /// The same, but 0 is allowed too.
+  double zero_or_number(const std::string& name, double default_value, double min, double max, const char* unit);
 
   /// The refusal of `value` for a parameter: "parameter ~name = value: must be ...".
   ParameterError refusal(const std::string& name, const std::string& value, const std::string& allowed) const;
@@ -33,6 +36,8 @@ class Parameters {
 
  private:
   bool get(const std::string& name, XmlRpc::XmlRpcValue& value);
+  double number(const std::string& name, double default_value, const std::function<bool(double)>& is_allowed,
+                const std::string& allowed);
 
   ros::NodeHandle node_;
   std::string prefix_;

@@ -42,6 +42,10 @@ class Telemetry {
   /// Has the odometry start again from zero at angles phi, rad.
   void restart_odometry(const Wheels& phi) { odometry_.reset(phi); }
 
+  /// The last check before anything is told: throws std::runtime_error, with what and when, unless the state, the
+  /// odometry and the readings are finite.
+  void require_finite(const Simulation& simulation, const MotorReadings& readings) const;
+
   /// Calls `topic(name, make)` for each topic that has one message an instant; make() makes it, with `stamp`, from
   /// `simulation` and its motors' `readings` at the time of the last update. What is not wanted need not be made.
   template <class Topic>

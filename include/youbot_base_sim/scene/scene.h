@@ -1,10 +1,13 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <variant>
+#include <vector>
 
+#include "youbot_base_sim/drive/motor_settings.h"
 #include "youbot_base_sim/drive/torque_profiles.h"
 #include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/physics/model.h"
@@ -37,6 +40,7 @@ struct VelocityTable {
 
 /// One simulation as a scene file describes it, checked and with its defaults filled in. SI units, radians.
 struct Scene {
+  std::vector<std::string> files;  ///< that it was read from: its own and its table
   Model model = Model::kCoulomb;
   double duration = 0;       ///< s
   double output_rate = 100;  ///< rows per second
@@ -44,6 +48,9 @@ struct Scene {
   FloorParameters floor;
   State initial;
   SolverSettings solver;
+  /// The motors between commands and wheels. Empty: a velocity table's loops have the default motors; torques act as
+  /// they are.
+  std::optional<MotorSettings> motors;
   /// Empty if the scene has no drive, because its commands come from elsewhere.
   std::variant<std::monostate, ReferenceMotion, TorqueSegments, WheelTable, VelocityTable> drive;
 };
@@ -61,7 +68,13 @@ struct SceneOverrides {
   double relative_tolerance = -1;
   double control_period = -1;
   std::string method;
+  std::string profile;         ///< of the robot; its other keys still go before it
+  double friction_scale = -1;  ///< of that profile
 };
+
+/// The robot of a profile, paper or measured, whose friction is multiplied by `friction_scale`; negative: as it is.
+/// Throws SceneError if there is no such profile, or for a scale of the paper's.
+RobotParameters robot_of_profile(const std::string& name, double friction_scale = -1);
 
 /// Reads and checks a scene file and the tables that it names. Throws SceneError.
 Scene load_scene(const std::string& path, const SceneOverrides& overrides = {});

@@ -1,0 +1,232 @@
+// Drives the node's control loop, without a master, through hours of random commands and prints a row of a table for
+// each hour: what must be at the end as it was at the start. See scripts/soak.
+
+#include <fmt/format.h>
+#include <ros/serialization.h>
+#include <unistd.h>
+
+#include <boost/program_options.hpp>
+#include <cmath>
+#include <ctime>
+#include <fstream>
+#include <iostream>
+#include <random>
+
+#include "youbot_base_sim/physics/roller_geometry.h"
+#include "youbot_base_sim/ros/base_loop.h"
+
+namespace {
+
+using namespace youbot_base_sim;
+
+constexpr double kHour = 3600;           // s
+constexpr int kPeriodsAnHour = 3600000;  // of 1 ms
+
+// Memory that may come to be used after the first hour, KiB. A byte kept for each switch would make four times as much
+// in as many hours as a day has.
+constexpr long kMaxGrowth = 512;
+
+/// Memory that the process holds, KiB.
+long resident_memory() {
+  long all = 0, resident = 0;
+  std::ifstream("/proc/self/statm") >> all >> resident;
+  return resident * sysconf(_SC_PAGESIZE) / 1024;
+}
+
+/// What a stack might ask of the base, at random: driving about by twists and by wheels, torques, rest, reversals, a
+/// wheel held between two rollers, motors off and on.
+class RandomStack {
+ public:
+  explicit RandomStack(unsigned seed) : engine_(seed) {}
+
+  /// Seconds until the next request, in whole control periods.
+  double pause() { return 1e-3 * std::round(uniform(50, 4000)); }
+
+  DriverRequest request() {
+    switch (engine_() % 9) {
+      case 0:
+      case 1:
+        return last_ = twist({uniform(-0.6, 0.6), uniform(-0.6, 0.6), uniform(-1.5, 1.5)});
+      case 2:
+        return last_ = each(DriveMode::kVelocity, 16);
+      case 3:
+      case 4:
+        return last_ = each(DriveMode::kTorque, 2.5);
+      case 5:
+        return last_ = twist({0, 0, 0});
+      case 6:
+        return last_ = reversed();
+      case 7:
+        return last_ = held();
+      default:
+        return engine_() % 2 == 0 ? DriverRequest(SwitchOff()) : DriverRequest(SwitchOn());
+    }
+  }
+
+ private:
+  double uniform(double low, double high) { return low + (high - low) * (engine_() / 4294967296.0); }
+
+  DriveCommand twist(const Eigen::Vector3d& velocity) {
+    const Wheels rates = kinematics_.wheel_rates(velocity);
+    DriveCommand command;
+    for (int i = 0; i < kWheels; ++i) command[i] = SetPoint{DriveMode::kVelocity, rates[i]};
+    return command;
+  }
+  DriveCommand each(DriveMode mode, double size) {
+    DriveCommand command;
+    for (int i = 0; i < kWheels; ++i) {
+      if (engine_() % 8 != 0) command[i] = SetPoint{mode, uniform(-size, size)};  // else it keeps its own
+    }
+    return command;
+  }
+  DriveCommand reversed() const {
+    DriveCommand command = last_;
+    for (std::optional<SetPoint>& wheel : command) {
+      if (wheel) wheel->value = -wheel->value;
+    }
+    return command;
+  }
+  // Torques under which a wheel comes to rest on an edge, by a random search.
+  DriveCommand held() {
+    const double torques[] = {-1.6608860541984796, 0.6423426008195765, 1.6391085502068918, 1.12921153639236};
+    DriveCommand command;
+    for (int i = 0; i < kWheels; ++i) command[i] = SetPoint{DriveMode::kTorque, torques[i]};
+    return command;
+  }
+
+  std::mt19937 engine_;
+  DriverKinematics kinematics_;
+  DriveCommand last_;
+};
+
+/// What an hour must not change.
+struct Hour {
+  double cpu = 0;              ///< processor time, s
+  double energy_error = 0;     ///< what the audit of the energy is off after the hour, J
+  double drive_energy = 0;     ///< that went through the drives, either way, J
+  std::uint64_t switches = 0;  ///< all of them, counted ones too
+  double edge_error = 0;       ///< most that a located switch was off its edge, rad
+  double edge_allowed = 0;     ///< most that it may have been, rad
+  bool all_switches = true;    ///< sums of counts are the rollers by which the wheels have turned
+  std::uint64_t messages = 0;
+};
+
+/// A base in the node's loop, and what is kept of it.
+class Soak {
+ public:
+  explicit Soak(unsigned seed) : stack_(seed), loop_(settings()), geometry_(loop_.simulation().scene().robot) {}
+
+  Hour hour() {
+    Hour hour;
+    const std::clock_t start = std::clock();
+    const double end = 1e-3 * static_cast<double>(++hours_ * kPeriodsAnHour);
+    while (loop_.time() < end - 5e-4) {
+      if (loop_.time() > next_request_ - 5e-4) {
+        loop_.push(loop_.time(), stack_.request());
+        next_request_ = loop_.time() + stack_.pause();
+      }
+      const std::int64_t periods = loop_.periods_until(std::min({loop_.next_instant(), next_request_, end}));
+      loop_.advance_periods(periods);
+      hour.drive_energy += std::abs((loop_.simulation().torque() * loop_.simulation().state().dphi()).sum()) *
+                           static_cast<double>(periods) * 1e-3;
+      for (const RollerSwitch& event : loop_.take_switches()) add(event, hour);
+      if (loop_.meet_instant()) publish(hour);
+      loop_.take_events();
+    }
+    for (int i = 0; i < kWheels; ++i) hour.all_switches &= on_its_roller(i);
+    hour.cpu = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+    hour.energy_error = loop_.simulation().energy_balance_error();
+    return hour;
+  }
+
+  const BaseLoop& loop() const { return loop_; }
+
+ private:
+  static BaseSettings settings() {
+    BaseSettings settings;  // the node's defaults
+    settings.scene.solver.control_period = 1e-3;
+    settings.scene.solver.relative_tolerance = 1e-5;
+    settings.scene.solver.absolute_tolerance = 1e-8;
+    settings.driver.control_period = 1e-3;
+    settings.driver.wheel_inertia = settings.scene.robot.J_1;
+    return settings;
+  }
+
+  // A switch is located to 1e-12 s, and an angle is known to its last place.
+  void add(const RollerSwitch& event, Hour& hour) {
+    const auto wheel = static_cast<std::size_t>(event.wheel);
+    const std::int64_t before = rollers_[wheel];
+    rollers_[wheel] += event.direction * event.count;
+    hour.switches += static_cast<std::uint64_t>(event.count);
+    if (event.count > 1) return;
+    const long double edge = (static_cast<long double>(std::min(before, rollers_[wheel])) + 0.5L) * 2 *
+                             3.14159265358979323846264338L / loop_.simulation().scene().robot.rollers;
+    hour.edge_error = std::max(hour.edge_error, static_cast<double>(std::abs(event.phi - edge)));
+    hour.edge_allowed = std::max(hour.edge_allowed, 1e-12 * 20 + 4e-16 * std::abs(event.phi));
+  }
+
+  bool on_its_roller(int i) const {
+    const std::int64_t counted = rollers_[static_cast<std::size_t>(i)];
+    const std::int64_t stands_on = geometry_.roller_at(loop_.simulation().state().phi()[i]);
+    // A wheel that rests on an edge stands on both of its rollers.
+    return stands_on == counted || (loop_.simulation().other_rollers()[i] && std::abs(stands_on - counted) == 1);
+  }
+
+  void publish(Hour& hour) {
+    loop_.visit_telemetry(stamp_of(loop_.time()), [&](const char*, const auto& make) {
+      hour.messages += ros::serialization::serializeMessage(make()).num_bytes > 0;
+    });
+  }
+
+  RandomStack stack_;
+  BaseLoop loop_;
+  RollerGeometry geometry_;
+  std::array<std::int64_t, kWheels> rollers_{};
+  std::int64_t hours_ = 0;
+  double next_request_ = 0;
+};
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  namespace po = boost::program_options;
+  int hours = 24;
+  unsigned seed = 1;
+  po::options_description options("Options");
+  options.add_options()("hours", po::value(&hours), "of simulated time")("seed", po::value(&seed), "of the commands");
+  try {
+    po::variables_map given;
+    po::store(po::parse_command_line(argc, argv, options), given);
+    po::notify(given);
+    if (hours < 1 || hours > 10000) throw po::error(fmt::format("--hours = {}: must be from 1 to 10000", hours));
+  } catch (const po::error& error) {
+    fmt::print(stderr, "soak: {}\n", error.what());
+    return 2;
+  }
+  fmt::print(
+      "| hour | times real time | memory, KiB | energy through the drives, J | off by, J | switches | off their edge, "
+      "rad | largest angle, rad | t - hours, s |\n|---|---|---|---|---|---|---|---|---|\n");
+  Soak soak(seed);
+  bool holds = true;
+  long settled = 0;
+  double error_before = 0;
+  for (int k = 1; k <= hours; ++k) {
+    const Hour hour = soak.hour();
+    const Simulation& simulation = soak.loop().simulation();
+    const long memory = resident_memory();
+    const double energy_error = std::abs(hour.energy_error - error_before);
+    if (k == 1) settled = memory;
+    fmt::print("| {} | {:.0f} | {} | {:.0f} | {:.1e} | {}{} | {:.1e} | {:.0f} | {:g} |\n", k, kHour / hour.cpu, memory,
+               hour.drive_energy, energy_error, hour.switches, hour.all_switches ? "" : ", some lost", hour.edge_error,
+               simulation.state().phi().abs().maxCoeff(), soak.loop().time() - k * kHour);
+    std::fflush(stdout);
+    holds = holds && simulation.state().values.allFinite() && hour.all_switches &&
+            hour.edge_error <= hour.edge_allowed && memory <= settled + kMaxGrowth && soak.loop().time() == k * kHour &&
+            energy_error <= simulation.scene().solver.relative_tolerance * hour.drive_energy;
+    error_before = hour.energy_error;
+  }
+  for (const StatisticsField& field : kStatisticsFields) {
+    fmt::print(stderr, "{}: {}\n", field.text, soak.loop().simulation().statistics().*field.value);
+  }
+  return holds ? 0 : 1;
+}

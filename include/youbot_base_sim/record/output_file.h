@@ -1,0 +1,93 @@
+#pragma once
+
+#include <sys/stat.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+namespace youbot_base_sim {
+
+/// An output that cannot be opened, written or put in its place: one line that names it, says why, and where what was
+/// written is kept.
+class OutputError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// A file that a program writes: the only place that opens outputs.
+///
+/// What is a regular file, or not there yet, is written as NAME.incomplete-XXXXXX beside it and renamed by `commit`, so
+/// that NAME is always whole: the last of several writers stands. The name is not a hidden one and ends with none of
+/// the usual suffixes: whatever ends the program, what is left can be seen, tells what it is, and is taken for whole by
+/// nobody. Symbolic links are followed, and a file that is replaced keeps its mode.
+///
+/// What is not a regular file (a device, a FIFO) is written straight to, row by row, and so are the program's own
+/// descriptors (/dev/stdout, /dev/fd/N), wherever they lead.
+class OutputFile {
+ public:
+  enum class Access {
+    kInOrder,  ///< from its beginning to its end
+    kAnywhere  ///< written by a library, which opens `name` and goes back and forth: refused for pipes and the like
+  };
+
+  /// Opens it. Throws OutputError if it is empty, a folder, or cannot be written.
+  explicit OutputFile(const std::string& path, Access access = Access::kInOrder);
+
+  /// As `keep_incomplete`.
+  ~OutputFile();
+  OutputFile(OutputFile&& other) noexcept;
+  OutputFile& operator=(OutputFile&&) = delete;
+
+  /// Appends whole lines. Where that fails, keeps the lines before as `keep_incomplete` does, and throws OutputError.
+  void write(std::string_view lines);
+
+  /// Makes sure that the file can grow to `size` bytes, by taking the space already, so that what is to be written last
+  /// finds room on a disk that fills. Returns 0, or the system's error number if it cannot.
+  int reserve(std::uint64_t size);
+
+  /// Puts the file in its place. Throws OutputError if that fails; the file is then kept as `keep_incomplete` does.
+  void commit();
+
+  /// Ends the writing early. Returns the name under which the whole lines written so far are kept; empty if there are
+  /// none, or if they went straight to where they should.
+  std::string keep_incomplete();
+
+  /// The name under which it is being written.
+  const std::string& name() const { return name_; }
+
+  /// Whether this would replace `file`, an existing one, or write to it.
+  bool leads_to(const std::filesystem::path& file) const;
+
+  /// Whether both write to one file, by whatever names. Everybody may write to the null device.
+  bool same_file(const OutputFile& other) const;
+
+  /// Ends the writing early: throws OutputError with the reason, and with where what was written is kept, and in what
+  /// state if that is to be known.
+  [[noreturn]] void fail(const std::string& reason, const std::string& state = "");
+
+  /// The system's error number as a reason; of those for a full disk, all say "no space".
+  static std::string text_of(int error);
+
+ private:
+  void open_straight();
+  void open_beside();
+  int flush();  // 0, or an error number
+  int close();  // likewise
+
+  std::string path_;              // as the user names it
+  std::filesystem::path target_;  // links followed
+  std::string name_;
+  Access access_;
+  bool straight_ = false;
+  int descriptor_ = -1;
+  std::optional<struct stat> existing_;  // the target, if there is one
+  std::string buffer_;
+  off_t written_ = 0;  // bytes
+  off_t whole_ = 0;    // the bytes of them up to the end of a line
+};
+
+}  // namespace youbot_base_sim

@@ -1,0 +1,230 @@
+#include "youbot_base_sim/record/output_file.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <charconv>
+#include <cstring>
+#include <random>
+#include <system_error>
+#include <utility>
+
+#include "youbot_base_sim/text/quote.h"
+
+namespace youbot_base_sim {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr char kMark[] = ".incomplete-XXXXXX";
+constexpr std::size_t kBuffer = 1 << 16;  // bytes
+constexpr int kMaxLinks = 40;             // as the kernel
+constexpr std::size_t kMaxName = 255;     // bytes of a file's name
+
+bool is_full(int error) { return error == ENOSPC || error == EFBIG || error == EDQUOT; }
+
+[[noreturn]] void refuse(const std::string& path, const std::string& reason) {
+  throw OutputError(fmt::format("{}: cannot be written: {}", quote_path(path), reason));
+}
+
+fs::path folder_of(const fs::path& path) { return path.has_parent_path() ? path.parent_path() : "."; }
+
+/// N, if the path is /dev/fd/N by whatever name.
+std::optional<int> own_descriptor(const fs::path& path) {
+  std::error_code ignored;
+  if (!fs::equivalent(folder_of(path), "/proc/self/fd", ignored)) return std::nullopt;
+  const std::string name = path.filename();
+  int number = 0;
+  const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), number);
+  if (error != std::errc() || end != name.data() + name.size()) return std::nullopt;
+  return number;
+}
+
+/// Where a name leads that may be a symbolic link, also to a file that is not there yet.
+fs::path follow_links(const std::string& path) {
+  fs::path target = path;
+  std::error_code error;
+  for (int links = 0; fs::is_symlink(target, error) && !own_descriptor(target); ++links) {
+    if (links == kMaxLinks) refuse(path, OutputFile::text_of(ELOOP));
+    target = target.parent_path() / fs::read_symlink(target, error);
+    if (error) refuse(path, error.message());
+  }
+  return target;
+}
+
+/// Takes a name of its own for a file beside `target`. Returns its descriptor; negative, with errno, if there is none.
+int create_beside(const fs::path& target, std::string& name) {
+  std::random_device random;
+  std::string file = target.filename();
+  file.resize(std::min(file.size(), kMaxName - std::strlen(kMark)));
+  for (;;) {
+    std::string mark = kMark;
+    for (std::size_t k = mark.find('X'); k < mark.size(); ++k)
+      mark[k] = "abcdefghijklmnopqrstuvwxyz012345"[random() % 32];
+    name = target.parent_path() / (file + mark);
+    const int descriptor = open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (descriptor >= 0 || errno != EEXIST) return descriptor;
+  }
+}
+
+}  // namespace
+
+OutputFile::OutputFile(const std::string& path, Access access) : path_(path), access_(access) {
+  if (path.empty()) throw OutputError("an output's name must not be empty");
+  target_ = follow_links(path);
+  struct stat status {};
+  if (stat(target_.c_str(), &status) == 0) {
+    existing_ = status;
+  } else if (errno != ENOENT) {
+    refuse(path, text_of(errno));
+  }
+  if (existing_ ? S_ISDIR(existing_->st_mode) : !target_.has_filename()) refuse(path, text_of(EISDIR));
+  straight_ = own_descriptor(target_) || (existing_ && !S_ISREG(existing_->st_mode));
+  straight_ ? open_straight() : open_beside();
+}
+
+void OutputFile::open_straight() {
+  const std::optional<int> own = own_descriptor(target_);
+  if (access_ == Access::kAnywhere && (own || S_ISFIFO(existing_->st_mode) || S_ISSOCK(existing_->st_mode))) {
+    refuse(path_, "must be a file rather than a pipe, since its beginning is written last");
+  }
+  // A copy of an own descriptor shares its position, where opening it once more would begin at 0 and overwrite.
+  descriptor_ = own ? fcntl(*own, F_DUPFD_CLOEXEC, 0) : open(target_.c_str(), O_WRONLY | O_NOCTTY | O_CLOEXEC);
+  if (descriptor_ < 0) refuse(path_, text_of(errno));
+  if ((fcntl(descriptor_, F_GETFL) & O_ACCMODE) == O_RDONLY) {
+    close();
+    refuse(path_, text_of(EBADF));
+  }
+  name_ = target_;
+}
+
+void OutputFile::open_beside() {
+  // Renaming would ask nobody.
+  if (existing_ && access(target_.c_str(), W_OK) != 0) refuse(path_, text_of(errno));
+  descriptor_ = create_beside(target_, name_);
+  if (descriptor_ < 0) {
+    const int error = errno;
+    refuse(path_, fmt::format("in its folder, {}: {}", quote_path(folder_of(target_).string()), text_of(error)));
+  }
+  // Nobody may read meanwhile what only the owner may read in the end.
+  if (existing_) fchmod(descriptor_, (existing_->st_mode & 0777) | S_IRUSR | S_IWUSR);
+}
+
+OutputFile::~OutputFile() { keep_incomplete(); }
+
+OutputFile::OutputFile(OutputFile&& other) noexcept
+    : path_(std::move(other.path_)),
+      target_(std::move(other.target_)),
+      name_(std::move(other.name_)),
+      access_(other.access_),
+      straight_(other.straight_),
+      descriptor_(std::exchange(other.descriptor_, -1)),
+      existing_(other.existing_),
+      buffer_(std::move(other.buffer_)),
+      written_(other.written_),
+      whole_(other.whole_) {}
+
+void OutputFile::write(std::string_view lines) {
+  buffer_ += lines;
+  if (!straight_ && buffer_.size() < kBuffer) return;
+  if (const int error = flush()) fail(text_of(error));
+}
+
+int OutputFile::flush() {
+  std::size_t done = 0;
+  while (done < buffer_.size()) {
+    const ssize_t n = ::write(descriptor_, buffer_.data() + done, buffer_.size() - done);
+    // An interruption counts as a failure: who is interrupted while waiting for a pipe's reader is to end.
+    if (n < 0) {
+      const int error = errno;
+      buffer_.clear();
+      return error;
+    }
+    const std::size_t line_end = std::string_view(buffer_).substr(done, static_cast<std::size_t>(n)).rfind('\n');
+    if (line_end != std::string_view::npos) whole_ = written_ + static_cast<off_t>(line_end) + 1;
+    written_ += n;
+    done += static_cast<std::size_t>(n);
+  }
+  buffer_.clear();
+  return 0;
+}
+
+int OutputFile::reserve(std::uint64_t size) {
+  if (straight_) return 0;
+  rlimit limit{};
+  if (getrlimit(RLIMIT_FSIZE, &limit) == 0 && limit.rlim_cur < size) return EFBIG;
+  if (fallocate(descriptor_, FALLOC_FL_KEEP_SIZE, 0, static_cast<off_t>(size)) == 0) return 0;
+  return is_full(errno) ? errno : 0;  // not every file system can reserve
+}
+
+int OutputFile::close() { return ::close(std::exchange(descriptor_, -1)) == 0 ? 0 : errno; }
+
+void OutputFile::commit() {
+  int error = flush();
+  if (error) fail(text_of(error));
+  if (!straight_) {
+    struct stat status {};
+    if (fstat(descriptor_, &status) != 0 || ftruncate(descriptor_, status.st_size) != 0)
+      fail(text_of(errno));  // see reserve
+    if (existing_) {
+      // For root, who may replace a file of others.
+      if (fchown(descriptor_, existing_->st_uid, existing_->st_gid) != 0) errno = 0;
+      if (fchmod(descriptor_, existing_->st_mode & 0777) != 0) fail(text_of(errno));
+    }
+  }
+  error = close();
+  if (!error && !straight_ && rename(name_.c_str(), target_.c_str()) != 0) error = errno;
+  if (error) fail(text_of(error));
+}
+
+std::string OutputFile::keep_incomplete() {
+  if (descriptor_ >= 0) {
+    flush();
+    struct stat status {};
+    if (!straight_ && fstat(descriptor_, &status) == 0) {
+      const off_t end = access_ == Access::kInOrder ? whole_ : status.st_size;
+      if (ftruncate(descriptor_, end) != 0) errno = 0;  // the last line may then be cut
+      if (end == 0) unlink(name_.c_str());
+    }
+    close();
+  }
+  std::error_code ignored;
+  return straight_ || !fs::exists(name_, ignored) ? "" : name_;
+}
+
+void OutputFile::fail(const std::string& reason, const std::string& state) {
+  const std::string kept = keep_incomplete();
+  std::string text = fmt::format("{}: cannot be written: {}", quote_path(path_), reason);
+  if (!kept.empty()) text += fmt::format("; what was written is kept as {}{}", quote_path(kept), state);
+  throw OutputError(text);
+}
+
+std::string OutputFile::text_of(int error) {
+  const std::string text = std::generic_category().message(error);
+  return is_full(error) ? fmt::format("no space left for it ({})", text) : text;
+}
+
+bool OutputFile::leads_to(const fs::path& file) const {
+  struct stat status {};
+  return existing_ && stat(file.c_str(), &status) == 0 && status.st_dev == existing_->st_dev &&
+         status.st_ino == existing_->st_ino;
+}
+
+bool OutputFile::same_file(const OutputFile& other) const {
+  if (existing_.has_value() != other.existing_.has_value()) return false;
+  if (existing_) {
+    struct stat null {};
+    const bool is_null =
+        stat("/dev/null", &null) == 0 && S_ISCHR(existing_->st_mode) && existing_->st_rdev == null.st_rdev;
+    return !is_null && leads_to(other.target_);
+  }
+  std::error_code ignored;
+  return target_.filename() == other.target_.filename() &&
+         fs::equivalent(folder_of(target_), folder_of(other.target_), ignored);
+}
+
+}  // namespace youbot_base_sim

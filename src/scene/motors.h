@@ -1,0 +1,11 @@
+#pragma once
+
+#include "scene_section.h"
+#include "youbot_base_sim/drive/motor_settings.h"
+
+namespace youbot_base_sim {
+
+/// Reads the section `motors`. Throws SceneError.
+MotorSettings read_motors(SceneSection section);
+
+}  // namespace youbot_base_sim

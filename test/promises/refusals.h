@@ -1,0 +1,42 @@
+#pragma once
+
+// What every refusal must be, whoever refuses what.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "temporary_folder.h"
+
+namespace youbot_base_sim {
+
+/// Expects one line that a terminal may show, which has all of `parts`: of what, its value, what is allowed.
+inline void expect_refusal(const std::string& line, const std::vector<std::string>& parts) {
+  constexpr std::size_t kMaxLength = 900;  // the longest lists what is allowed after the path of a file
+  EXPECT_FALSE(line.empty()) << "not refused";
+  EXPECT_LE(line.size(), kMaxLength) << line.substr(0, kMaxLength);
+  EXPECT_TRUE(std::none_of(line.begin(), line.end(), [](unsigned char c) { return c < 0x20 || c == 0x7F; })) << line;
+  for (const std::string& part : parts) EXPECT_NE(line.find(part), std::string::npos) << part << " is not in: " << line;
+}
+
+/// Everything that is in a folder by its path: contents of files, targets of links, kinds of what else there is.
+inline std::map<std::string, std::string> contents_of(const std::string& folder) {
+  std::map<std::string, std::string> contents;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
+    std::string& content = contents[entry.path()];
+    content = std::to_string(static_cast<int>(entry.symlink_status().type())) + " ";
+    if (entry.is_symlink()) content += std::filesystem::read_symlink(entry.path());
+    std::error_code dangling;
+    if (!entry.is_regular_file(dangling)) continue;
+    std::ostringstream text;
+    text << std::ifstream(entry.path()).rdbuf();
+    content += text.str();
+  }
+  return contents;
+}
+
+}  // namespace youbot_base_sim

@@ -1,0 +1,154 @@
+// The same scene and build give the same bits, whatever is written besides and however a run is cut into control
+// periods or rows.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "physics/random_states.h"
+#include "program.h"
+#include "youbot_base_sim/simulation.h"
+
+namespace youbot_base_sim {
+namespace {
+
+/// A base in motion whose torques jump every now and then, in whole control periods of 1 ms.
+Scene random_scene(Random& random, Model model) {
+  Scene scene;
+  scene.model = model;
+  scene.duration = 0.5;
+  scene.robot = random_robot(random);
+  scene.initial.V_X() = random.uniform(-0.5, 0.5);
+  scene.initial.Omega() = random.uniform(-1, 1);
+  NoSlipModel(scene.robot).constrain(scene.initial);
+  scene.initial.phi() = random.wheels(-3, 3);
+  scene.solver.relative_tolerance = 1e-5;
+  scene.solver.absolute_tolerance = 1e-8;
+  scene.solver.control_period = 1e-3;
+  TorqueSegments segments;
+  for (const double start : {0.0, 0.1, 0.123, 0.3}) segments.push_back({start, random.wheels(-3, 3)});
+  scene.drive = segments;
+  return scene;
+}
+
+struct Outcome {
+  State state;
+  std::vector<RollerSwitch> switches;
+};
+
+/// `advance` takes the simulation to the end of its scene.
+template <class Advance>
+Outcome run(const Scene& scene, Advance&& advance) {
+  Simulation simulation(scene);
+  advance(simulation);
+  EXPECT_EQ(simulation.time(), scene.duration);
+  return {simulation.state(), simulation.take_switches()};
+}
+
+void expect_same_bits(const Outcome& a, const Outcome& b) {
+  EXPECT_TRUE((a.state.values == b.state.values).all());
+  ASSERT_EQ(a.switches.size(), b.switches.size());
+  for (std::size_t k = 0; k < a.switches.size(); ++k) {
+    EXPECT_EQ(a.switches[k].t, b.switches[k].t);
+    EXPECT_EQ(a.switches[k].phi, b.switches[k].phi);
+    EXPECT_EQ(a.switches[k].wheel, b.switches[k].wheel);
+    EXPECT_EQ(a.switches[k].roller_to, b.switches[k].roller_to);
+  }
+}
+
+TEST(SameBits, HoweverControlPeriodsAreGrouped) {
+  Random random(41);
+  std::size_t switches = 0;
+  for (int trial = 0; trial < 12; ++trial) {
+    SCOPED_TRACE(trial);
+    const Scene scene = random_scene(random, trial % 3 == 0 ? Model::kViscous : Model::kCoulomb);
+    const Outcome at_once = run(scene, [](Simulation& simulation) { simulation.advance_periods(500); });
+    switches += at_once.switches.size();
+    expect_same_bits(at_once, run(scene, [](Simulation& simulation) {
+                       for (int k = 0; k < 500; ++k) simulation.advance_periods(1);
+                     }));
+    expect_same_bits(at_once, run(scene, [&](Simulation& simulation) {
+                       for (int done = 0, next = 0; done < 500; done += next) {
+                         next = std::min(500 - done, 1 + static_cast<int>(random.uniform(0, 40)));
+                         simulation.advance_periods(next);
+                       }
+                     }));
+    expect_same_bits(at_once, run(scene, [&](Simulation& simulation) {
+                       for (int k = 0; k < 500; k += 1 + static_cast<int>(random.uniform(0, 40))) {
+                         simulation.advance_to(k * 1e-3);
+                       }
+                       simulation.advance_to(0.5);
+                     }));
+  }
+  EXPECT_GT(switches, 100u);
+}
+
+/// `simulate` on one scene, again and again.
+class SimulateTwiceTest : public testing::Test {
+ protected:
+  /// What `simulate` writes to --csv with these further arguments.
+  std::string csv(const std::string& scene, std::vector<std::string> further = {}) {
+    further.insert(further.begin(), {folder_.write("scene.yaml", scene), "--csv", folder_.path("motion")});
+    Program run(SIMULATE, further);
+    EXPECT_EQ(run.wait(), 0) << run.err();
+    return folder_.read("motion");
+  }
+
+  /// The rows of a table at whole multiples of 0.1 s, which all output rates below have.
+  static std::vector<std::string> common_rows(const std::string& csv) {
+    std::vector<std::string> rows;
+    std::istringstream stream(csv);
+    for (std::string row; std::getline(stream, row);) {
+      const double tenths = std::strtod(row.c_str(), nullptr) * 10;
+      if (std::abs(tenths - std::round(tenths)) < 1e-9) rows.push_back(row);
+    }
+    return rows;
+  }
+
+  static std::string scene(double output_rate, const std::string& solver) {
+    return "duration: 2\noutput_rate: " + std::to_string(output_rate) + "\nsolver: {" + solver +
+           "}\ninitial: {twist: [0.2, 0.1, 0.5]}\ndrive: {torque: [{start: 0, constant: [1, 2, -1, 1]}, "
+           "{start: 1, sin: [1, -2, 1, 2], period: 0.7}]}\n";
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(SimulateTwiceTest, SameBitsWhateverElseIsWritten) {
+  for (const std::string solver : {"control_period: 0", "control_period: 0.001"}) {
+    const std::string alone = csv(scene(100, solver), {"--quiet"});
+    EXPECT_EQ(csv(scene(100, solver), {"--quiet"}), alone);
+    EXPECT_EQ(csv(scene(100, solver), {"--switches", folder_.path("switches")}), alone);
+    EXPECT_EQ(csv(scene(100, solver), {"--summary", folder_.path("summary"), "--cpu-limit", "1000"}), alone);
+#ifdef YOUBOT_BASE_SIM_ROS
+    EXPECT_EQ(csv(scene(100, solver), {"--bag", folder_.path("bag")}), alone);
+#endif
+  }
+}
+
+TEST_F(SimulateTwiceTest, SameBitsAtEveryOutputRateOfWholeControlPeriods) {
+  const auto expected = common_rows(csv(scene(10, "control_period: 0.001")));
+  EXPECT_EQ(expected.size(), 1u + 21u);  // with the header
+  for (const double rate : {20.0, 50.0, 100.0, 1000.0}) {
+    EXPECT_EQ(common_rows(csv(scene(rate, "control_period: 0.001"))), expected) << rate;
+  }
+}
+
+// Without a control period rows end steps, so that their times change the last digits. The default tolerance keeps the
+// paper's cases within 1e-5 m over 30 s; two runs are within twice that of each other.
+TEST_F(SimulateTwiceTest, WithinTheToleranceAtEveryOutputRate) {
+  const auto numbers = [](const std::string& row) {
+    std::vector<double> result;
+    std::istringstream stream(row);
+    for (std::string cell; std::getline(stream, cell, ',');) result.push_back(std::stod(cell));
+    return result;
+  };
+  const auto expected = numbers(common_rows(csv(scene(10, ""))).back());
+  for (const double rate : {30.0, 100.0, 1000.0}) {
+    const auto end = numbers(common_rows(csv(scene(rate, ""))).back());
+    for (std::size_t column = 1; column <= 3; ++column) EXPECT_NEAR(end[column], expected[column], 2e-5) << rate;
+  }
+}
+
+}  // namespace
+}  // namespace youbot_base_sim

@@ -1,0 +1,72 @@
+// Which results are called reliable.
+
+#include "youbot_base_sim/record/run_audit.h"
+
+#include <gtest/gtest.h>
+
+namespace youbot_base_sim {
+namespace {
+
+Scene driven_scene() {
+  Scene scene;
+  scene.duration = 0.5;
+  TorqueSegment segment;
+  segment.constant << 1, 0.5, 0.2, -1;
+  scene.drive = TorqueSegments{segment};
+  return scene;
+}
+
+/// What is said of a run with a row each `interval`, s.
+std::string doubts_of(const Scene& scene, double interval) {
+  Simulation simulation(scene);
+  EnergyAudit energy;
+  energy.add_row(simulation);
+  for (int k = 1; interval * k <= scene.duration * (1 + 1e-9); ++k) {
+    simulation.advance_to(interval * k);
+    energy.add_row(simulation);
+  }
+  return doubts(simulation, energy);
+}
+
+TEST(Reliability, HoldsAtEveryToleranceHoweverFewRows) {
+  for (const double tolerance : {1e-12, 1e-9, 3e-7, 1e-5, 1e-3, 0.1}) {
+    for (const double interval : {1e-3, 0.01, 0.5}) {
+      Scene scene = driven_scene();
+      scene.solver.relative_tolerance = tolerance;
+      scene.solver.absolute_tolerance = 1e-3 * tolerance;
+      EXPECT_EQ(doubts_of(scene, interval), "") << tolerance << " " << interval;
+    }
+  }
+}
+
+// The wheels turn forth and back, and stand still at each row: the energy between the rows is not seen.
+TEST(Reliability, HoldsWhereTheMotionIsAtRestAtAllRows) {
+  Scene scene = driven_scene();
+  TorqueSegment segment;
+  segment.cos = Wheels::Constant(0.5);
+  segment.period = 0.1;
+  scene.drive = TorqueSegments{segment};
+  EXPECT_EQ(doubts_of(scene, 0.05), "");
+}
+
+TEST(Reliability, IsDeniedWhereTheEnergyIsOff) {
+  Scene scene = driven_scene();
+  scene.solver.method = "implicit_euler";
+  scene.solver.step = 1e-3;  // of first order: a thousand times too long for the tolerance
+  const std::string doubt = doubts_of(scene, 0.01);
+  EXPECT_NE(doubt.find("energy balance is off by"), std::string::npos) << doubt;
+  EXPECT_EQ(doubt.find('\n'), std::string::npos);
+}
+
+TEST(Reliability, IsDeniedWhereTheIntegrationFellBack) {
+  // A wheel that chatters at so tight a tolerance that the bound of work is reached.
+  SceneOverrides tight;
+  tight.relative_tolerance = 1e-10;
+  Scene scene = load_scene(YOUBOT_BASE_SIM_SOURCE_DIR "/bench/scenes/held_wheel.yaml", tight);
+  scene.duration = 4;
+  const std::string doubt = doubts_of(scene, 0.01);
+  EXPECT_NE(doubt.find("fallback steps"), std::string::npos) << doubt;
+}
+
+}  // namespace
+}  // namespace youbot_base_sim

@@ -1,0 +1,167 @@
+// However base_node and play_scene are ended, they end soon, in a normal way and with whole files.
+
+#include <diagnostic_msgs/DiagnosticArray.h>
+#include <rosbag/bag.h>
+#include <rosbag/view.h>
+#include <youbot_base_sim/Step.h>
+
+#include <csignal>
+#include <filesystem>
+#include <list>
+#include <thread>
+
+#include "base_process.h"
+#include "rostest_main.h"
+#include "youbot_base_sim/ros/conversions.h"
+
+namespace youbot_base_sim {
+namespace {
+
+class Endings : public ::testing::Test {
+ protected:
+  std::string bag(const std::string& name) const { return "_bag:=" + folder_.path(name); }
+
+  /// The bag is there, alone, and has odometry of every instant up to `end` or later.
+  void expect_whole(const std::string& name, const ros::Time& end) const {
+    for (const auto& file : std::filesystem::directory_iterator(folder_.path(""))) {
+      const std::string other = file.path().filename();
+      EXPECT_TRUE(other == name || other.rfind(name, 0) != 0) << other;
+    }
+    const rosbag::Bag bag(folder_.path(name));
+    int instants = 0;
+    for (const rosbag::MessageInstance& message : rosbag::View(bag)) {
+      if (message.getDataType() != "nav_msgs/Odometry" || message.getTopic().find("odom") == std::string::npos)
+        continue;
+      EXPECT_EQ(message.getTime(), stamp_of(0.02 * instants));
+      ++instants;
+    }
+    EXPECT_GE(stamp_of(0.02 * (instants - 1)), end);
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(Endings, signals_leave_a_whole_bag) {
+  std::list<BaseProcess> bases;
+  constexpr int kSignals[] = {SIGINT, SIGTERM, SIGHUP};
+  for (const int signal : kSignals) {
+    const std::string name = "signal_" + std::to_string(signal);
+    bases.emplace_back(name, std::vector<std::string>{"_publish_clock:=true", bag(name + ".bag")});
+  }
+  auto base = bases.begin();
+  for (const int signal : kSignals) {
+    base->expect_instants(20);
+    base->send(signal);
+    base->expect_end(0);
+    expect_whole("signal_" + std::to_string(signal) + ".bag", base->stamps().back());
+    ++base;
+  }
+}
+
+TEST_F(Endings, bag_that_cannot_be_put_in_its_place_is_told) {
+  const std::string folder = folder_.path("removed");
+  std::filesystem::create_directory(folder);
+  BaseProcess base("removed", {"_publish_clock:=true", "_bag:=" + folder + "/x.bag"});
+  base.expect_instants(1);
+  std::filesystem::remove_all(folder);
+  base.send(SIGINT);
+  base.expect_end(1, folder + "/x.bag");
+}
+
+TEST_F(Endings, do_not_wait_for_what_the_loop_waits_for) {
+  std::list<BaseProcess> bases;
+  const auto start = [&](const std::string& name, const std::vector<std::string>& parameters) {
+    bases.emplace_back(name, parameters);
+  };
+  start("publishes_rarely", {"_publish_rate:=0.001"});
+  start("long_period", {"_control_period:=10", "_publish_rate:=0.001"});
+  start("slow_motion", {"_publish_clock:=true", "_real_time_factor:=0.001", "_control_period:=10"});
+  start("lockstep", {"_publish_clock:=true", "_lockstep:=true"});
+  start("paused", {"_publish_clock:=true", "_start_paused:=true"});
+  for (BaseProcess& base : bases) {
+    EXPECT_TRUE(base.call("/base/switchOffMotors")) << "answered while it waits";
+    base.send(SIGINT);
+    base.expect_end(0);
+  }
+}
+
+TEST_F(Endings, signal_ends_a_step_of_any_length) {
+  BaseProcess base("stepping", {"_publish_clock:=true", "_start_paused:=true"});
+  ASSERT_TRUE(base.call("/base/pause"));
+  bool succeeded = true;
+  std::thread step([&] {
+    Step service;
+    service.request.periods = 4000000000;
+    succeeded = ros::service::call("/stepping/base/step", service) && service.response.success;
+  });
+  base.expect_instants(10);
+  EXPECT_TRUE(base.call("/base/switchOffMotors")) << "answered meanwhile";
+  base.send(SIGTERM);
+  base.expect_end(0);
+  step.join();
+  EXPECT_FALSE(succeeded);
+}
+
+TEST_F(Endings, signals_end_the_player) {
+  ros::param::set("/use_sim_time", true);
+  Program player(PLAY_SCENE, {"_scene:=" YOUBOT_BASE_SIM_SOURCE_DIR "/config/scenes/case2.yaml", "__name:=player"});
+  ros::NodeHandle node;
+  int commands = 0;
+  const ros::Subscriber subscriber = node.subscribe<brics_actuator::JointTorques>(
+      kTorqueTopic, 1, [&commands](const brics_actuator::JointTorques::ConstPtr&) { ++commands; });
+  wait_for("the player", [&] { return subscriber.getNumPublishers() > 0; });
+  player.send(SIGTERM);
+  EXPECT_EQ(player.wait(), 1) << player.out() << player.err();
+  EXPECT_NE((player.out() + player.err()).find("interrupted at t = 0 s"), std::string::npos) << player.err();
+  EXPECT_EQ(commands, 0) << "without a clock";
+  ros::param::del("/use_sim_time");
+}
+
+TEST_F(Endings, second_node_of_the_same_name_takes_over) {
+  BaseProcess first("twin", {"_publish_clock:=true", bag("first")});
+  first.expect_instants(20);
+  BaseProcess second("twin", {"_publish_clock:=true", bag("second")});
+  first.expect_end(0, "new node registered with same name");
+  expect_whole("first", ros::Time(0.3));
+  second.expect_instants(20);
+  second.send(SIGINT);
+  second.expect_end(0);
+  expect_whole("second", ros::Time(0.3));
+}
+
+/// What stands before base_node so that none of its files grows beyond 512 kB, as on a disk that is full.
+const std::vector<std::string> kSmallDisk = {"/bin/bash", "-c", "trap '' XFSZ; ulimit -f 512; exec \"$@\"", "bash"};
+
+TEST_F(Endings, full_disk_ends_a_node_whose_bag_is_required) {
+  BaseProcess base("required", {"_publish_clock:=true", "_real_time_factor:=0", "_publish_rate:=1000", bag("full")},
+                   kSmallDisk);
+  base.expect_end(1, "the bag has failed: " + folder_.path("full"));
+  EXPECT_FALSE(folder_.has("full"));
+}
+
+TEST_F(Endings, full_disk_is_told_by_a_node_that_goes_on) {
+  using diagnostic_msgs::DiagnosticStatus;
+  DiagnosticStatus bag_status;
+  ros::NodeHandle node;
+  const ros::Subscriber subscriber = node.subscribe<diagnostic_msgs::DiagnosticArray>(
+      "/diagnostics", 1000, [&](const diagnostic_msgs::DiagnosticArray::ConstPtr& message) {
+        for (const auto& status : message->status) {
+          if (status.name == "youbot_base_sim: bag") bag_status = status;
+        }
+      });
+  BaseProcess base(
+      "optional",
+      {"_publish_clock:=true", "_real_time_factor:=10", "_publish_rate:=1000", bag("full"), "_bag_required:=false"},
+      kSmallDisk);
+  wait_for("a failed bag", [&] { return bag_status.level == DiagnosticStatus::ERROR; });
+  EXPECT_NE(bag_status.message.find(folder_.path("full")), std::string::npos) << bag_status.message;
+  base.expect_instants(100);
+  base.send(SIGINT);
+  base.expect_end(0, "the bag has failed, the node goes on without it: " + folder_.path("full"));
+  EXPECT_EQ(base.said().find("the bag has failed"), base.said().rfind("the bag has failed")) << "told once";
+}
+
+}  // namespace
+}  // namespace youbot_base_sim
+
+YOUBOT_BASE_SIM_ROSTEST_MAIN()

@@ -1,0 +1,67 @@
+// What stalls or overloads: a subscriber that stands still, the node itself stopped for a while, 10,000 commands a
+// second. Memory stays bounded, lost time is told, and the node goes on.
+
+#include <geometry_msgs/Twist.h>
+
+#include <algorithm>
+#include <csignal>
+
+#include "base_process.h"
+#include "rostest_main.h"
+
+namespace youbot_base_sim {
+namespace {
+
+TEST(Overload, stalled_subscriber_costs_no_more_than_its_queue) {
+  BaseProcess base("talker", {"_publish_clock:=true", "_real_time_factor:=0", "_publish_rate:=1000"});
+  Program listener("/usr/bin/env", {"rostopic", "echo", "/talker/odom/header/seq"});
+  wait_for("the listener", [&] { return !listener.out().empty(); });
+  listener.send(SIGSTOP);
+  base.expect_simulated(5);  // fills the buffers of the system
+  const double before = base.memory();
+  base.expect_simulated(40);  // 30 MB of odometry
+  EXPECT_LT(base.memory() - before, 8.0) << "MB";
+  listener.send(SIGKILL);
+  listener.wait();
+  base.expect_instants(10);
+  base.send(SIGINT);
+  base.expect_end(0);
+}
+
+TEST(Overload, node_that_was_stopped_tells_what_it_lost_and_goes_on) {
+  BaseProcess base("stopped", {});
+  base.expect_instants(5);
+  base.send(SIGSTOP);
+  ros::WallDuration(1.5).sleep();
+  base.send(SIGCONT);
+  base.expect_instants(20);
+  EXPECT_TRUE(std::is_sorted(base.stamps().begin(), base.stamps().end()));
+  base.send(SIGINT);
+  base.expect_end(0, "s are lost");
+}
+
+TEST(Overload, last_of_ten_thousand_commands_a_second_counts) {
+  BaseProcess base("commanded", {"_quantized:=false"});
+  ros::NodeHandle node;
+  ros::Publisher publisher = node.advertise<geometry_msgs::Twist>("/commanded/cmd_vel", 100000);
+  wait_for("the node to listen", [&] { return publisher.getNumSubscribers() > 0; });
+  base.expect_instants(1);
+  geometry_msgs::Twist twist;
+  for (int k = 0; k < 10000; ++k) {
+    twist.linear.x = k % 2 == 0 ? 0.7 : -0.7;
+    publisher.publish(twist);
+    if (k % 10 == 0) ros::WallDuration(1e-3).sleep();
+  }
+  twist.linear.x = 0.2;
+  publisher.publish(twist);
+  wait_for("the last command", [&] { return std::abs(base.velocity() - 0.2) < 1e-3; });
+  base.expect_instants(5);
+  EXPECT_NEAR(base.velocity(), 0.2, 1e-3);
+  base.send(SIGINT);
+  base.expect_end(0);
+}
+
+}  // namespace
+}  // namespace youbot_base_sim
+
+YOUBOT_BASE_SIM_ROSTEST_MAIN()

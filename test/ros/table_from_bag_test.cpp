@@ -1,0 +1,234 @@
+// scripts/table_from_bag: tables of what a bag tells, which simulate replays.
+
+#include <brics_actuator/JointTorques.h>
+#include <geometry_msgs/Twist.h>
+#include <gtest/gtest.h>
+#include <rosbag/bag.h>
+
+#include <functional>
+
+#include "program.h"
+#include "youbot_base_sim/ros/bag.h"
+#include "youbot_base_sim/ros/base_loop.h"
+
+namespace youbot_base_sim {
+namespace {
+
+constexpr double kPeriod = 1e-3;     // s
+constexpr double kWallTime = 1.7e9;  // s, of a recorder's clock
+constexpr double kDuration = 2;      // s
+
+BaseSettings node_settings() {
+  BaseSettings settings;
+  settings.scene.solver.control_period = kPeriod;
+  settings.scene.solver.relative_tolerance = 1e-6;
+  settings.scene.solver.absolute_tolerance = 1e-9;
+  settings.driver.control_period = kPeriod;
+  return settings;
+}
+
+class TableFromBagTest : public ::testing::Test {
+ protected:
+  /// Runs the script; returns its exit status.
+  int make_table(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), {TABLE_FROM_BAG, folder_.path("x.bag")});
+    Program program(PYTHON, arguments);
+    const int status = program.wait();
+    said_ = program.out() + program.err();
+    return status;
+  }
+
+  void expect_refused(const std::vector<std::string>& arguments, const std::vector<std::string>& words) {
+    EXPECT_EQ(make_table(arguments), 2);
+    for (const std::string& word : words) EXPECT_NE(said_.find(word), std::string::npos) << word << ": " << said_;
+    EXPECT_FALSE(folder_.has("table.csv"));
+  }
+
+  WheelTable table() {
+    const Scene scene = load_scene(folder_.write("table.yaml", "duration: 1\ndrive: {velocity_table: table.csv}\n"));
+    return std::get<VelocityTable>(scene.drive).table;
+  }
+
+  /// Simulates a scene of the robot with a table for its drive.
+  State replay(const std::string& drive) {
+    const Scene scene =
+        load_scene(folder_.write("replay.yaml",
+                                 "duration: 2\nsolver: {relative_tolerance: 1e-6, absolute_tolerance: 1e-9}\n"
+                                 "motors: {quantized: true}\ndrive: {" +
+                                     drive + ": table.csv}\n"));
+    Simulation simulation(scene);
+    simulation.advance_to(kDuration);
+    return simulation.state();
+  }
+
+  static void expect_same(const State& a, const State& b) {
+    EXPECT_LT((a.values.col(0) - b.values.col(0)).abs().maxCoeff(), 1e-6);
+  }
+
+  /// A bag like a recorder's, whose messages arrive at `times`, s.
+  template <class Message>
+  void record(const std::string& topic, const std::vector<std::pair<double, Message>>& messages) {
+    rosbag::Bag bag(folder_.path("x.bag"), rosbag::bagmode::Write);
+    geometry_msgs::Twist first;
+    bag.write("/something", ros::Time(kWallTime), first);
+    for (const auto& [t, message] : messages) bag.write(topic, ros::Time(kWallTime) + ros::Duration(t), message);
+  }
+
+  /// A base that has driven for two seconds, whose joint states and wheel rates were recorded.
+  State drive_and_record(bool driver_velocity_sign) {
+    BaseSettings settings = node_settings();
+    settings.telemetry.driver_velocity_sign = driver_velocity_sign;
+    settings.publish_rate = 1 / kPeriod;
+    BaseLoop loop(settings);
+    DriveCommand command;
+    const Wheels rates = DriverKinematics().wheel_rates({0.2, 0.1, 0.3});
+    for (int i = 0; i < kWheels; ++i) command[i] = SetPoint{DriveMode::kVelocity, rates[i]};
+    loop.push(0, command);
+    BagWriter bag(folder_.path("x.bag"));
+    for (int k = 0; k * kPeriod < kDuration; ++k) {
+      bag.write(loop.telemetry(), loop.simulation(), loop.driver().readings(), loop.time());
+      loop.advance_periods(1);
+      loop.meet_instant();
+      rates_.push_back(loop.simulation().state().dphi());
+      torques_.push_back(loop.simulation().torque());
+    }
+    bag.commit();
+    return loop.simulation().state();
+  }
+
+  TemporaryFolder folder_;
+  std::string said_;
+  const std::vector<std::string> velocity_ = {"--velocity", folder_.path("table.csv")},
+                                 torque_ = {"--torque", folder_.path("table.csv")};
+  std::vector<Wheels> rates_, torques_;  // at the end of each control period
+};
+
+TEST_F(TableFromBagTest, ReplaysTwists) {
+  std::vector<std::pair<double, geometry_msgs::Twist>> messages;
+  BaseLoop loop(node_settings());
+  for (const Eigen::Vector3d& velocity :
+       {Eigen::Vector3d(0.2, 0, 0), Eigen::Vector3d(0.2, 0, 0), Eigen::Vector3d(-0.1, 0.15, 0.4)}) {
+    geometry_msgs::Twist twist;
+    twist.linear.x = velocity[0];
+    twist.linear.y = velocity[1];
+    twist.angular.z = velocity[2];
+    const double t = 0.1 + 0.5 * static_cast<double>(messages.size());
+    messages.emplace_back(t, twist);
+    loop.push(t, wheel_command(twist, DriverKinematics()).set_points);
+  }
+  messages.emplace_back(1.7, messages[0].second);
+  messages.back().second.linear.x = NAN;
+  record("/cmd_vel", messages);
+  ASSERT_EQ(make_table(velocity_), 0) << said_;
+  EXPECT_NE(said_.find("a twist is not finite: skipped"), std::string::npos) << said_;
+  EXPECT_EQ(table().t.size(), 2u) << "the same again is no row";
+  loop.advance_periods(2000);
+  expect_same(replay("velocity_table"), loop.simulation().state());
+}
+
+TEST_F(TableFromBagTest, ReplaysTorques) {
+  std::vector<std::pair<double, brics_actuator::JointTorques>> messages;
+  BaseLoop loop(node_settings());
+  for (const double torque : {0.8, 5.0, -0.5}) {
+    messages.emplace_back(0.5 * static_cast<double>(messages.size()),
+                          torque_message(Wheels(torque, 0.9, 0.7, 1.1), ros::Time()));
+  }
+  messages[1].second.torques.pop_back();  // br keeps its torque
+  messages[2].second.torques[0].unit = "Nm";
+  for (const auto& [t, message] : messages) loop.push(t, wheel_command(message).set_points);
+  record("/base/base_controller/torques_command", messages);
+  ASSERT_EQ(make_table(torque_), 0) << said_;
+  EXPECT_NE(said_.find("wheel_joint_fl has the unit \"Nm\""), std::string::npos) << said_;
+  loop.advance_periods(2000);
+  expect_same(replay("torque_table"), loop.simulation().state());
+}
+
+TEST_F(TableFromBagTest, MeasuredVelocitiesGoForwardWhicheverSignTheyWereRecordedWith) {
+  const Motor motor;
+  for (const bool driver_exact : {false, true}) {
+    rates_.clear();
+    drive_and_record(driver_exact);
+    std::vector<std::string> arguments = velocity_;
+    arguments.emplace_back("--measured");
+    ASSERT_EQ(make_table(arguments), 0) << said_;
+    EXPECT_NE(said_.find(driver_exact ? "driver_exact" : "consistent"), std::string::npos) << said_;
+    const WheelTable measured = table();
+    ASSERT_EQ(measured.t.size(), rates_.size());
+    for (std::size_t k = 1; k < rates_.size(); ++k) {
+      EXPECT_NEAR(measured.t[k], static_cast<double>(k) * kPeriod, 1e-9);
+      EXPECT_LE((measured.values[k] - rates_[k - 1]).abs().maxCoeff(), 0.5001 * motor.rpm());
+    }
+  }
+}
+
+// The torques that made the motion make it again: what is lost is half a mA of each.
+TEST_F(TableFromBagTest, MeasuredTorquesMakeTheMotionAgain) {
+  const State driven = drive_and_record(true);
+  std::vector<std::string> arguments = torque_;
+  arguments.emplace_back("--measured");
+  ASSERT_EQ(make_table(arguments), 0) << said_;
+  const State again = replay("torque_table");
+  const double way = std::hypot(driven.x(), driven.y());
+  EXPECT_GT(way, 0.3);
+  EXPECT_LT(std::hypot(again.x() - driven.x(), again.y() - driven.y()), 0.02 * way);
+}
+
+TEST_F(TableFromBagTest, RefusesInOneLineThatSaysWhy) {
+  expect_refused(velocity_, {"x.bag", "No such file"});
+  folder_.write("x.bag", "something else");
+  expect_refused(velocity_, {"x.bag", "bag file"});
+  { rosbag::Bag bag(folder_.path("x.bag"), rosbag::bagmode::Write); }
+  expect_refused(velocity_, {"x.bag has no messages"});
+  expect_refused({}, {"--velocity FILE or --torque FILE"});
+
+  geometry_msgs::Twist twist;
+  record<geometry_msgs::Twist>("/cmd_vel", {{0, twist}});
+  expect_refused(torque_,
+                 {"no /base/base_controller/torques_command; it has /cmd_vel (geometry_msgs/Twist), /something"});
+  expect_refused({velocity_[0], velocity_[1], "--topic", "/cmd"}, {"no topic /cmd; it has /cmd_vel"});
+  expect_refused({velocity_[0], velocity_[1], "--measured"}, {"no /joint_states or /base/joint_states"});
+  const std::string whole = folder_.read("x.bag");
+  folder_.write("x.bag", whole.substr(0, whole.size() - 20));
+  expect_refused(velocity_, {"run: rosbag reindex"});
+}
+
+TEST_F(TableFromBagTest, RefusesWhatNoOneTableCanTell) {
+  rosbag::Bag bag(folder_.path("x.bag"), rosbag::bagmode::Write);
+  bag.write("/cmd_vel", ros::Time(1), geometry_msgs::Twist());
+  bag.write("/base/base_controller/torques_command", ros::Time(2), torque_message(Wheels::Ones(), ros::Time()));
+  bag.close();
+  expect_refused(velocity_, {"torques_command too", "--topic"});
+  EXPECT_EQ(make_table({velocity_[0], velocity_[1], "--topic", "/cmd_vel"}), 0) << said_;
+}
+
+TEST_F(TableFromBagTest, RefusesJointStatesThatDoNotTell) {
+  const auto states = [&](const std::function<void(sensor_msgs::JointState&)>& change) {
+    std::vector<std::pair<double, sensor_msgs::JointState>> messages;
+    for (int k = 0; k < 3; ++k) {
+      sensor_msgs::JointState message;
+      for (int i = 0; i < kWheels; ++i) {
+        message.name.push_back(wheel_joint(i));
+        message.position.push_back(k);
+        message.velocity.push_back(1);
+      }
+      change(message);
+      messages.emplace_back(k, message);
+    }
+    record("/joint_states", messages);
+  };
+  const auto with = [](std::vector<std::string> arguments, const std::string& more) {
+    arguments.push_back(more);
+    return arguments;
+  };
+  states([](auto&) {});
+  expect_refused(with(torque_, "--measured"), {"have no effort"});
+  states([](auto& message) { message.velocity[0] = -1; });
+  expect_refused(with(velocity_, "--measured"), {"do not agree", "--joint-velocity-sign"});
+  states([](auto& message) { message.position.assign(kWheels, 0.0); });
+  expect_refused(with(velocity_, "--measured"), {"no wheel turns", "--joint-velocity-sign"});
+  states([](auto& message) { message.velocity[2] = NAN; });
+  expect_refused(with(velocity_, "--measured"), {"velocity at t = 0.000 s: must be finite"});
+}
+
+}  // namespace
+}  // namespace youbot_base_sim
