@@ -10,7 +10,6 @@ namespace youbot_base_sim {
 
 namespace {
 
-constexpr double kFilter = 0.3;      // s: the ripple of single rollers falls to a sixth
 constexpr double kInterval = 0.1;    // s, of the samples that are compared
 constexpr double kWindow = 0.5;      // s, over which ground truth is compared
 constexpr double kRate = 0.02;       // rad/s that rates may be off,
@@ -19,10 +18,10 @@ constexpr double kWay = 2e-3;        // m and rad, poses
 constexpr int kHeldOut = 3;          // every third motion is
 
 template <class Modes>
-std::vector<Eigen::Vector3d> filtered(const std::vector<double>& t, const Modes& wheels) {
+std::vector<Eigen::Vector3d> filtered(const std::vector<double>& t, const Modes& wheels, double time_constant) {
   std::vector<Eigen::Vector3d> samples;
   for (const Wheels& w : wheels) samples.push_back(modes(w));
-  return low_pass(t, samples, kFilter);
+  return low_pass(t, samples, time_constant);
 }
 
 /// From pose a to pose b, in the frame of a.
@@ -43,8 +42,11 @@ Eigen::Vector3d truth_at(const DriveRecord& record, double t) {
 
 }  // namespace
 
-Comparison::Comparison(const DriveRecord& record)
-    : record_(record), rate_(filtered(record.t, record.dphi)), torque_(filtered(record.t, record.torque)) {
+Comparison::Comparison(const DriveRecord& record, double filter)
+    : record_(record),
+      filter_(filter),
+      rate_(filtered(record.t, record.dphi, filter)),
+      torque_(filtered(record.t, record.torque, filter)) {
   choose_samples();
   choose_windows();
   // Which rows are held out, and how they follow each other, in the order of `residuals`.
@@ -93,8 +95,8 @@ void Comparison::choose_windows() {
 }
 
 Eigen::VectorXd Comparison::residuals(const Prediction& prediction) const {
-  const std::vector<Eigen::Vector3d> rate = filtered(record_.t, prediction.dphi);
-  const std::vector<Eigen::Vector3d> torque = filtered(record_.t, prediction.torque);
+  const std::vector<Eigen::Vector3d> rate = filtered(record_.t, prediction.dphi, filter_);
+  const std::vector<Eigen::Vector3d> torque = filtered(record_.t, prediction.torque, filter_);
   Eigen::VectorXd all(static_cast<Eigen::Index>(held_out_.size()));
   Eigen::Index row = 0;
   const auto add = [&](const Eigen::Vector3d& difference, double expected) {

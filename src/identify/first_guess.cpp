@@ -86,7 +86,7 @@ Regression regress_loops(const std::vector<DriveRecord>& records, double delay) 
   return regression;
 }
 
-void guess_loops(const std::vector<DriveRecord>& records, Candidate& candidate) {
+void guess_loops(const std::vector<DriveRecord>& records, Scene& candidate) {
   constexpr double kMaxDelay = 0.2, kStep = 0.005;  // s
   double least = std::numeric_limits<double>::infinity();
   for (double delay = 0; delay <= kMaxDelay; delay += kStep) {
@@ -95,8 +95,8 @@ void guess_loops(const std::vector<DriveRecord>& records, Candidate& candidate) 
     const Eigen::Vector2d gains = regression.solution();
     if (!(gains[0] > 0 && gains[1] >= 0)) continue;
     least = regression.error();
-    candidate.gains = {gains[0], gains[1]};
-    candidate.delay = delay;
+    candidate.motors->gains = {gains[0], gains[1]};
+    candidate.motors->command_delay = delay;
   }
 }
 
@@ -108,7 +108,7 @@ constexpr std::array<const char*, kFrictions> kFrictionKeys = {"dry_friction", "
 using FrictionMatrix = Eigen::Matrix<double, Eigen::Dynamic, kFrictions>;
 using Frictions = Eigen::Matrix<double, kFrictions, 1>;
 
-Candidate without_friction(Candidate candidate) {
+Scene without_friction(Scene candidate) {
   for (const char* key : kFrictionKeys) parameters()[parameter(key)].set(candidate, 0);
   return candidate;
 }
@@ -141,13 +141,13 @@ std::vector<Steady> steady_stretches(const std::vector<DriveRecord>& records) {
 
 /// Three rows for each stretch, one a mode: the torque that each friction of size 1 takes; `measured` without what moves
 /// the base besides.
-FrictionMatrix friction_rows(const Candidate& candidate, const std::vector<Steady>& stretches,
+FrictionMatrix friction_rows(const Scene& candidate, const std::vector<Steady>& stretches,
                              Eigen::VectorXd& measured) {
   const auto n = static_cast<Eigen::Index>(stretches.size());
   FrictionMatrix rows(kModes * n, kFrictions);
   measured.resize(kModes * n);
-  const Candidate none = without_friction(candidate);
-  const NoSlipModel smooth(none.scene.robot);
+  const Scene none = without_friction(candidate);
+  const NoSlipModel smooth(none.robot);
   Eigen::Matrix<double, kWheels, 3> rolling;
   for (int k = 0; k < 3; ++k) rolling.col(k) = smooth.dphi(Eigen::Vector3d::Unit(k)).matrix();
   const auto inverse = rolling.colPivHouseholderQr();
@@ -157,9 +157,9 @@ FrictionMatrix friction_rows(const Candidate& candidate, const std::vector<Stead
     const Wheels carrying = smooth.torque(v, Eigen::Vector3d::Zero());
     measured.segment<kModes>(kModes * s) = modes(steady.torque - carrying);
     for (int f = 0; f < kFrictions; ++f) {
-      Candidate one = none;
+      Scene one = none;
       parameters()[parameter(kFrictionKeys[f])].set(one, 1);
-      const Wheels torque = NoSlipModel(one.scene.robot).torque(v, Eigen::Vector3d::Zero());
+      const Wheels torque = NoSlipModel(one.robot).torque(v, Eigen::Vector3d::Zero());
       rows.col(f).segment<kModes>(kModes * s) = modes(torque - carrying);
     }
   }
@@ -207,19 +207,19 @@ Frictions nonnegative_least_squares(const FrictionMatrix& rows, const Eigen::Vec
 void guess_friction(const std::vector<DriveRecord>& records, FirstGuess& guess) {
   const std::vector<Steady> stretches = steady_stretches(records);
   Eigen::VectorXd measured;
-  const FrictionMatrix rows = friction_rows(guess.candidate, stretches, measured);
+  const FrictionMatrix rows = friction_rows(guess.scene, stretches, measured);
   const std::array<bool, kFrictions> chosen = independent(rows);
   // What cannot be told stays, and takes its share.
   for (int f = 0; f < kFrictions; ++f) {
     const Parameter& p = parameters()[parameter(kFrictionKeys[f])];
     guess.told[parameter(kFrictionKeys[f])] = chosen[f];
-    if (!chosen[f]) measured -= p.get(guess.candidate) * rows.col(f);
+    if (!chosen[f]) measured -= p.get(guess.scene) * rows.col(f);
   }
   const Frictions friction = nonnegative_least_squares(rows, measured, chosen);
   for (int f = 0; f < kFrictions; ++f) {
     const Parameter& p = parameters()[parameter(kFrictionKeys[f])];
     if (chosen[f]) {
-      p.set(guess.candidate, std::clamp(friction[f], p.min, p.max));
+      p.set(guess.scene, std::clamp(friction[f], p.min, p.max));
     } else {
       const bool none = !(rows.col(f).norm() > 0);
       guess.untold.push_back(fmt::format("{}: {}; drive {}", p.name(),
@@ -232,7 +232,7 @@ void guess_friction(const std::vector<DriveRecord>& records, FirstGuess& guess) 
 
 }  // namespace
 
-FirstGuess guess(const Candidate& start, const std::vector<DriveRecord>& records) {
+FirstGuess guess(const Scene& start, const std::vector<DriveRecord>& records) {
   FirstGuess guess{start, std::vector<bool>(parameters().size()), {}};
   bool torque = false, truth = false;
   for (const DriveRecord& record : records) {
@@ -244,7 +244,7 @@ FirstGuess guess(const Candidate& start, const std::vector<DriveRecord>& records
     guess.told[k] = needs == Needs::kRates || (needs == Needs::kTorques && torque) || (needs == Needs::kTruth && truth);
   }
   if (!torque) return guess;
-  guess_loops(records, guess.candidate);
+  guess_loops(records, guess.scene);
   guess_friction(records, guess);
   return guess;
 }

@@ -15,7 +15,8 @@ constexpr double kControlPeriod = 1e-3;  // s, as the motors'
 /// old row, and not nothing at first and then a whole period.
 class DelayedCommands {
  public:
-  DelayedCommands(const WheelTable& table, double delay) : table_(table), delay_(delay) {}
+  DelayedCommands(const WheelTable& table, double delay, const Motor& motor)
+      : table_(table), delay_(delay), motor_(motor) {}
 
   /// Over the period that begins at t (s); to be called for one after the other.
   Wheels mean(double t) {
@@ -31,21 +32,21 @@ class DelayedCommands {
   }
 
  private:
-  /// As EtherCAT carries them.
-  static Wheels transmitted(Wheels rate) {
-    const Motor motor;
-    for (int i = 0; i < kWheels; ++i) rate[i] = motor.transmitted(motor.limited({DriveMode::kVelocity, rate[i]})).value;
+  /// As EtherCAT carries them: rows are rounded, their means are not.
+  Wheels transmitted(Wheels rate) const {
+    for (int i = 0; i < kWheels; ++i) rate[i] = motor_.transmitted(motor_.limited({DriveMode::kVelocity, rate[i]})).value;
     return rate;
   }
 
   const WheelTable& table_;
   double delay_;
+  Motor motor_;
   std::size_t next_ = 0;
   Wheels now_ = Wheels::Zero();
 };
 
-Scene start_of(const Candidate& candidate, const DriveRecord& record, const Wheels& phi) {
-  Scene scene = candidate.scene;
+Scene start_of(const Scene& candidate, const DriveRecord& record, const Wheels& phi) {
+  Scene scene = candidate;
   scene.solver.control_period = kControlPeriod;
   scene.solver.relative_tolerance = 1e-5;
   scene.solver.absolute_tolerance = 1e-8;
@@ -67,9 +68,10 @@ Scene start_of(const Candidate& candidate, const DriveRecord& record, const Whee
 
 }  // namespace
 
-Prediction predict(const Candidate& candidate, const DriveRecord& record, const Wheels& phi) {
-  WheelDrive loops(kControlPeriod, Motor(), candidate.gains);
-  DelayedCommands commands(record.commands, candidate.delay);
+Prediction predict(const Scene& candidate, const DriveRecord& record, const Wheels& phi) {
+  const MotorSettings& motors = *candidate.motors;
+  WheelDrive loops(kControlPeriod, motors.limit(Motor()), motors.gains);
+  DelayedCommands commands(record.commands, motors.command_delay, motors.limit(Motor()));
   Wheels torque = Wheels::Zero();
   Simulation simulation(start_of(candidate, record, phi), [&](double t, const State& state) {
     const Wheels rate = commands.mean(t);

@@ -4,7 +4,7 @@
 
 #include "youbot_base_sim/drive/base_driver.h"
 #include "youbot_base_sim/drive/wheel_odometry.h"
-#include "youbot_base_sim/identify/candidate.h"
+#include "youbot_base_sim/identify/parameters.h"
 #include "youbot_base_sim/identify/drive_record.h"
 #include "youbot_base_sim/simulation.h"
 
@@ -19,7 +19,7 @@ struct Command {
 /// A robot that is known, and what the bag of its drive would tell: readings at 50 Hz in whole rpm, mA and ticks, with
 /// noise, by motors at 1 kHz, from wheels that stood anyhow.
 struct Twin {
-  Candidate robot;
+  Scene robot;       ///< with its motors
   unsigned seed = 1;
   double noise = 1;  ///< times 0.004 rad/s and 0.005 N m
   double push_from = -1, push_to = -1;  ///< s
@@ -29,18 +29,16 @@ struct Twin {
     std::mt19937_64 random(seed);
     std::uniform_real_distribution<double> anywhere(0, 2 * M_PI);
     std::normal_distribution<double> normal;
-    Scene scene = robot.scene;
+    Scene scene = robot;
     scene.solver.control_period = 1e-3;
     scene.solver.relative_tolerance = 1e-6;
     Wheels phi;
     for (int i = 0; i < kWheels; ++i) phi[i] = anywhere(random);
     scene.initial.phi() = phi;
     BaseDriver::Settings settings;
-    settings.gains = robot.gains;
+    settings.gains = robot.motors->gains;
+    settings.command_delay = robot.motors->command_delay;
     BaseDriver driver(settings, phi);
-    Faults delay;
-    delay.command_delay = robot.delay;
-    driver.set_faults(0, delay);
 
     DriveRecord record;
     record.name = "twin";

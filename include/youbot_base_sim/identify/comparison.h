@@ -13,7 +13,8 @@ namespace youbot_base_sim {
 /// good fit.
 class Comparison {
  public:
-  explicit Comparison(const DriveRecord& record);
+  /// `filter`: time constant of the low-pass filter, s.
+  Comparison(const DriveRecord& record, double filter);
 
   /// Differences, record less prediction.
   Eigen::VectorXd residuals(const Prediction& prediction) const;
@@ -34,6 +35,7 @@ class Comparison {
   void choose_windows();
 
   const DriveRecord& record_;
+  double filter_;
   std::vector<Eigen::Vector3d> rate_, torque_;
   std::vector<std::size_t> samples_;
   std::vector<Window> windows_;

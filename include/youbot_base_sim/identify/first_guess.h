@@ -3,14 +3,14 @@
 #include <string>
 #include <vector>
 
-#include "youbot_base_sim/identify/candidate.h"
+#include "youbot_base_sim/identify/parameters.h"
 #include "youbot_base_sim/identify/drive_record.h"
 
 namespace youbot_base_sim {
 
 /// What linear least squares tell at once, for the nonlinear fit to start from.
 struct FirstGuess {
-  Candidate candidate;
+  Scene scene;
   std::vector<bool> told;              ///< for each of `parameters()`: whether the records can tell it at all
   std::vector<std::string> untold;     ///< a line on each friction that they cannot tell, and which drive would
 };
@@ -18,6 +18,6 @@ struct FirstGuess {
 /// P, I and delay from the loops' own law: torque against what the rate lacks, and against its integral, in each motion.
 /// Friction by non-negative least squares on the means of torque where the rate has settled. A friction that the others
 /// can stand for is refused: dry and viscous at one speed, drives and rollers in one direction.
-FirstGuess guess(const Candidate& start, const std::vector<DriveRecord>& records);
+FirstGuess guess(const Scene& start, const std::vector<DriveRecord>& records);
 
 }  // namespace youbot_base_sim

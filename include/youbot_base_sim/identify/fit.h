@@ -5,14 +5,14 @@
 #include <string>
 #include <vector>
 
-#include "youbot_base_sim/identify/candidate.h"
+#include "youbot_base_sim/identify/parameters.h"
 #include "youbot_base_sim/identify/drive_record.h"
 
 namespace youbot_base_sim {
 
-/// A candidate fitted to records.
+/// What was fitted to records.
 struct Fit {
-  Candidate candidate;
+  Scene scene;                      ///< the start with the fitted parameters
   std::vector<bool> fitted;         ///< for each of `parameters()`; the others are the start's
   std::vector<double> sigma;        ///< one standard deviation of each; 0 where it was not fitted
   Eigen::MatrixXd correlation;      ///< of `parameters()`; zero where one was not fitted
@@ -30,7 +30,7 @@ struct FitSettings {
 /// Fits what the records can tell, starting from `start`: motions ahead, sideways and turning, low-passed, by bounded
 /// robust least squares, with the angles at which the wheels stood as unknowns besides. A parameter is kept only if it
 /// lowers the error on motions that were held out. Records must be inspected. Throws UnusableRecord.
-Fit fit(const Candidate& start, std::vector<DriveRecord>& records, std::vector<std::string>& findings,
+Fit fit(const Scene& start, std::vector<DriveRecord>& records, std::vector<std::string>& findings,
         const FitSettings& settings = {});
 
 }  // namespace youbot_base_sim

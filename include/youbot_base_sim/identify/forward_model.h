@@ -3,7 +3,7 @@
 #include <Eigen/Dense>
 #include <vector>
 
-#include "youbot_base_sim/identify/candidate.h"
+#include "youbot_base_sim/identify/parameters.h"
 #include "youbot_base_sim/identify/drive_record.h"
 
 namespace youbot_base_sim {
@@ -17,6 +17,6 @@ struct Prediction {
 
 /// Simulates the candidate under the record's commands, its wheels at the angles `phi` (rad) at first. Smooth in all
 /// parameters, the delay included: differences of predictions are derivatives.
-Prediction predict(const Candidate& candidate, const DriveRecord& record, const Wheels& phi);
+Prediction predict(const Scene& candidate, const DriveRecord& record, const Wheels& phi);
 
 }  // namespace youbot_base_sim

@@ -3,22 +3,14 @@
 #include <string>
 #include <vector>
 
-#include "youbot_base_sim/drive/wheel_drive.h"
 #include "youbot_base_sim/scene/scene.h"
 
 namespace youbot_base_sim {
 
-/// A robot that may be the one in the record.
-struct Candidate {
-  Scene scene;          ///< its robot, floor and solver count
-  VelocityGains gains;  ///< of the wheels' velocity loops
-  double delay = 0;     ///< from a command's arrival to its effect, s
-};
-
 /// Which records tell a parameter.
 enum class Needs { kRates, kTorques, kTruth };
 
-/// One number that is fitted.
+/// One number of a scene that is fitted. The scene must have its section `motors`.
 struct Parameter {
   const char* section;  ///< of the scene
   const char* key;      ///< in it
@@ -27,8 +19,8 @@ struct Parameter {
   double step;      ///< change by which its effect is measured: well above the integration's error
   Needs needs;
   const char* drive;  ///< which tells it, for a record that does not
-  double (*get)(const Candidate&);
-  void (*set)(Candidate&, double);
+  double (*get)(const Scene&);
+  void (*set)(Scene&, double);
 
   std::string name() const { return std::string(section) + "." + key; }
 };
