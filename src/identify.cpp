@@ -12,7 +12,7 @@
 #include "youbot_base_sim/identify/fit.h"
 #include "youbot_base_sim/identify/inspection.h"
 #include "youbot_base_sim/identify/report.h"
-#include "youbot_base_sim/record/atomic_file.h"
+#include "youbot_base_sim/record/output_file.h"
 #include "youbot_base_sim/ros/drive_bag.h"
 
 namespace {
@@ -71,7 +71,7 @@ Scene start_scene(const std::string& path) {
 }
 
 void write(const std::string& path, const std::string& text) {
-  AtomicFile file(path);
+  OutputFile file(path);
   file.write(text);
   file.commit();
 }

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "youbot_base_sim/identify/forward_model.h"
 #include "youbot_base_sim/identify/modes.h"
 #include "youbot_base_sim/identify/motions.h"
 #include "youbot_base_sim/physics/no_slip_model.h"
@@ -20,9 +21,10 @@ namespace {
 /// The rates that were told, and their integrals, at the samples' times less a delay.
 struct Told {
   std::vector<Wheels> rate, angle;
+  std::vector<bool> sure;  // no command has just changed, or is about to
 };
 
-Told told_with_delay(const DriveRecord& record, double delay) {
+Told told_with_delay(const DriveRecord& record, double delay, double apart) {
   Told told;
   Wheels rate = Wheels::Zero(), angle = Wheels::Zero();
   double t = -delay;
@@ -38,6 +40,9 @@ Told told_with_delay(const DriveRecord& record, double delay) {
     t = now;
     told.rate.push_back(rate);
     told.angle.push_back(angle);
+    const auto& changes = record.commands.t;
+    told.sure.push_back((next == 0 || now >= changes[next - 1] + apart) &&
+                        (next == changes.size() || now <= changes[next] - apart));
   }
   return told;
 }
@@ -66,7 +71,7 @@ void add_motion(const DriveRecord& record, const Told& told, const Motion& motio
     std::vector<std::array<double, 3>> rows;
     for (std::size_t k = 0; k < record.t.size(); ++k) {
       if (record.t[k] < motion.begin || record.t[k] >= motion.end || record.is_spoilt(record.t[k])) continue;
-      if (std::abs(record.torque[k][i]) > limit) continue;
+      if (std::abs(record.torque[k][i]) > limit || !told.sure[k]) continue;
       rows.push_back({told.rate[k][i] - record.dphi[k][i], told.angle[k][i] - record.phi[k][i], record.torque[k][i]});
     }
     if (rows.size() < 10) continue;
@@ -76,21 +81,23 @@ void add_motion(const DriveRecord& record, const Told& told, const Motion& motio
   }
 }
 
-Regression regress_loops(const std::vector<DriveRecord>& records, double delay) {
+/// Without the samples less than `apart` (s) from a change of the command.
+Regression regress_loops(const std::vector<DriveRecord>& records, double delay, double apart) {
   Regression regression;
   for (const DriveRecord& record : records) {
     if (!record.has_torque()) continue;
-    const Told told = told_with_delay(record, delay);
+    const Told told = told_with_delay(record, delay, apart);
     for (const Motion& motion : motions(record)) add_motion(record, told, motion, regression);
   }
   return regression;
 }
 
-void guess_loops(const std::vector<DriveRecord>& records, Scene& candidate) {
-  constexpr double kMaxDelay = 0.2, kStep = 0.005;  // s
+/// Whether it has found any that make sense.
+bool guess_loops(const std::vector<DriveRecord>& records, Scene& candidate) {
+  constexpr double kMaxDelay = 0.2, kStep = 0.005, kUnsure = 0.05;  // s
   double least = std::numeric_limits<double>::infinity();
   for (double delay = 0; delay <= kMaxDelay; delay += kStep) {
-    const Regression regression = regress_loops(records, delay);
+    const Regression regression = regress_loops(records, delay, 0);
     if (!(regression.error() < least)) continue;
     const Eigen::Vector2d gains = regression.solution();
     if (!(gains[0] > 0 && gains[1] >= 0)) continue;
@@ -98,6 +105,11 @@ void guess_loops(const std::vector<DriveRecord>& records, Scene& candidate) {
     candidate.motors->gains = {gains[0], gains[1]};
     candidate.motors->command_delay = delay;
   }
+  if (!std::isfinite(least)) return false;
+  // The delay is known to a sample or so. It must not be mended by the gains.
+  const Eigen::Vector2d gains = regress_loops(records, candidate.motors->command_delay, kUnsure).solution();
+  if (gains[0] > 0 && gains[1] >= 0) candidate.motors->gains = {gains[0], gains[1]};
+  return true;
 }
 
 // ---- Friction: the torque that a steady motion takes is linear in the four coefficients.
@@ -204,10 +216,29 @@ Frictions nonnegative_least_squares(const FrictionMatrix& rows, const Eigen::Vec
   return best;
 }
 
-void guess_friction(const std::vector<DriveRecord>& records, FirstGuess& guess) {
+/// The records as `scene` would have made them.
+std::vector<DriveRecord> predicted(const Scene& scene, std::vector<DriveRecord> records) {
+  for (DriveRecord& record : records) {
+    Prediction prediction = predict(scene, record, Wheels::Zero());
+    record.dphi = std::move(prediction.dphi);
+    if (record.has_torque()) record.torque = std::move(prediction.torque);
+  }
+  return records;
+}
+
+void guess_friction(const std::vector<DriveRecord>& records, bool simulated_too, FirstGuess& guess) {
   const std::vector<Steady> stretches = steady_stretches(records);
   Eigen::VectorXd measured;
   const FrictionMatrix rows = friction_rows(guess.scene, stretches, measured);
+  // Contacts wander along the rollers, which turn faster near their ends: what the simulation takes beyond the linear
+  // estimate, it takes beyond the right one too.
+  if (simulated_too) {
+    Eigen::VectorXd simulated;
+    friction_rows(guess.scene, steady_stretches(predicted(guess.scene, records)), simulated);
+    Frictions now;
+    for (int f = 0; f < kFrictions; ++f) now[f] = parameters()[parameter(kFrictionKeys[f])].get(guess.scene);
+    measured -= simulated - rows * now;
+  }
   const std::array<bool, kFrictions> chosen = independent(rows);
   // What cannot be told stays, and takes its share.
   for (int f = 0; f < kFrictions; ++f) {
@@ -244,8 +275,10 @@ FirstGuess guess(const Scene& start, const std::vector<DriveRecord>& records) {
     guess.told[k] = needs == Needs::kRates || (needs == Needs::kTorques && torque) || (needs == Needs::kTruth && truth);
   }
   if (!torque) return guess;
-  guess_loops(records, guess.scene);
-  guess_friction(records, guess);
+  guess.gains_told = guess_loops(records, guess.scene);
+  guess_friction(records, false, guess);
+  guess.untold.clear();
+  guess_friction(records, true, guess);
   return guess;
 }
 

@@ -20,6 +20,7 @@ namespace {
 
 constexpr double kFilter = 0.3;      // s: the ripple of single rollers falls to a sixth
 constexpr double kAngleStep = 0.05;  // rad
+constexpr double kGainsWeight = 3;   // of the loops' law: residuals follow each other, so that hundreds count as one
 constexpr double kOutlier = 3;       // residuals beyond this count with their size, not its square
 
 /// What is unknown: numbers in units of their steps. First the free parameters, then four angles for each record.
@@ -130,14 +131,22 @@ Eigen::VectorXd robust(const Eigen::VectorXd& r) {
 /// Ceres' view of the problem: the rows that are not held out, and their differences by all unknowns at once.
 class TrainingCost : public ceres::CostFunction {
  public:
-  TrainingCost(const Problem& problem, const Scene& base, const Unknowns& unknowns, const std::vector<double>& max)
+  TrainingCost(const Problem& problem, const Scene& base, const Unknowns& unknowns, const std::vector<double>& max,
+               const Scene* law)
       : problem_(problem), base_(base), unknowns_(unknowns), max_(max) {
     for (std::size_t k = 0; k < problem.held_out().size(); ++k) {
       if (!problem.held_out()[k]) rows_.push_back(static_cast<Eigen::Index>(k));
     }
-    set_num_residuals(static_cast<int>(rows_.size()));
+    for (std::size_t k = 0; k < unknowns.free().size(); ++k) {
+      const Parameter& p = parameters()[unknowns.free()[k]];
+      if (p.by_law && law) expected_.push_back({k, p.get(*law) / p.step});
+    }
+    set_num_residuals(static_cast<int>(rows_.size() + expected_.size()));
     mutable_parameter_block_sizes()->push_back(static_cast<int>(unknowns.size()));
   }
+
+  /// Rows of the motion, which come first.
+  Eigen::Index num_rows() const { return static_cast<Eigen::Index>(rows_.size()); }
 
   bool Evaluate(const double* const* x, double* residuals, double** jacobians) const override {
     std::vector<std::vector<double>> points(1, {x[0], x[0] + unknowns_.size()});
@@ -160,6 +169,14 @@ class TrainingCost : public ceres::CostFunction {
             (results[k + 1][rows_[row]] - residuals[row]) / step(points[0][k], k);
       }
     }
+    for (std::size_t e = 0; e < expected_.size(); ++e) {
+      const auto [k, value] = expected_[e];
+      const std::size_t row = rows_.size() + e;
+      residuals[row] = (x[0][k] - value) / (kGainsSigma * value) * kGainsWeight;
+      if (!derivatives) continue;
+      std::fill_n(jacobians[0] + row * unknowns_.size(), unknowns_.size(), 0.0);
+      jacobians[0][row * unknowns_.size() + k] = kGainsWeight / (kGainsSigma * value);
+    }
     return true;
   }
 
@@ -172,6 +189,7 @@ class TrainingCost : public ceres::CostFunction {
   Unknowns unknowns_;
   std::vector<double> max_;
   std::vector<Eigen::Index> rows_;
+  std::vector<std::pair<std::size_t, double>> expected_;  // unknowns that the loops' law tells, and what it tells
 };
 
 /// A fit on its way.
@@ -179,6 +197,7 @@ struct Trial {
   Scene scene;
   std::vector<Wheels> phi;
   std::vector<bool> free;
+  std::optional<Scene> law;  // whose gains follow from the loops' law
   Eigen::MatrixXd jacobian;   // of the rows that are not held out, by the unknowns
   Eigen::VectorXd residuals;  // robust ones of all rows
   double held_out_error = 0;
@@ -207,7 +226,7 @@ void minimize(const Problem& problem, Trial& trial, int iterations) {
     x[k] = std::clamp(x[k], min[k], max[k]);
   }
   ceres::Problem least_squares;
-  auto* cost = new TrainingCost(problem, trial.scene, unknowns, max);  // belongs to least_squares
+  auto* cost = new TrainingCost(problem, trial.scene, unknowns, max, trial.law ? &*trial.law : nullptr);  // belongs to least_squares
   least_squares.AddResidualBlock(cost, nullptr, x.data());
   for (std::size_t k = 0; k < x.size(); ++k) {
     if (std::isfinite(min[k])) least_squares.SetParameterLowerBound(x.data(), static_cast<int>(k), min[k]);
@@ -225,12 +244,12 @@ void minimize(const Problem& problem, Trial& trial, int iterations) {
 
   unknowns.apply(x, trial.scene, trial.phi);
   std::vector<double> rows(static_cast<std::size_t>(cost->num_residuals()));
-  trial.jacobian.resize(cost->num_residuals(), static_cast<Eigen::Index>(x.size()));
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> jacobian(trial.jacobian.rows(), trial.jacobian.cols());
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> jacobian(
+      cost->num_residuals(), static_cast<Eigen::Index>(x.size()));
   const double* point = x.data();
   double* derivatives = jacobian.data();
   cost->Evaluate(&point, rows.data(), &derivatives);
-  trial.jacobian = jacobian;
+  trial.jacobian = jacobian.topRows(cost->num_rows());  // without what the loops' law tells: sigma is the motion's own
   trial.residuals = robust(problem.residuals(trial.scene, trial.phi));
   trial.held_out_error = held_out_error(problem, trial.residuals);
 }
@@ -370,7 +389,8 @@ Fit fit(const Scene& start, std::vector<DriveRecord>& records, std::vector<std::
     throw UnusableRecord("fewer than three motions to fit to and to check with: drive the programme of "
                          "identification_drive.launch");
   }
-  Trial trial{first.scene, std::vector<Wheels>(records.size(), Wheels::Zero()), first.told, {}, {}, 0};
+  Trial trial{first.scene, std::vector<Wheels>(records.size(), Wheels::Zero()), first.told, {}, {}, {}, 0};
+  if (first.gains_told) trial.law = first.scene;
   find_angles(records, trial.scene, threads, trial.phi);
   progress(0.2);
   Fit fit;

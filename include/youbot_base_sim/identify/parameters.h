@@ -18,6 +18,7 @@ struct Parameter {
   double min, max;  ///< of what is tried
   double step;      ///< change by which its effect is measured: well above the integration's error
   Needs needs;
+  bool by_law;        ///< the loops' law tells it, see FirstGuess
   const char* drive;  ///< which tells it, for a record that does not
   double (*get)(const Scene&);
   void (*set)(Scene&, double);
