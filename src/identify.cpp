@@ -49,7 +49,8 @@ bool read_arguments(int argc, char** argv, Arguments& arguments) {
   po::store(po::command_line_parser(argc, argv).options(all).positional(positional).run(), given);
   po::notify(given);
   if (given.count("help")) {
-    std::cout << "Usage: identify BAG.. [options]\n\nFits robot and motors of a scene to bags with joint_states, with effort, and "
+    std::cout << "Usage: identify BAG.. [options]\n\nFits robot and motors of a scene to bags with joint_states, with "
+                 "effort, and "
                  "cmd_vel or velocity_command.\n\n"
               << options << "\nExit status: 0 done, 2 refused input, 1 the fit could not be completed.\n";
     return false;

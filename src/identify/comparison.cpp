@@ -10,12 +10,12 @@ namespace youbot_base_sim {
 
 namespace {
 
-constexpr double kInterval = 0.1;    // s, of the samples that are compared
-constexpr double kWindow = 0.5;      // s, over which ground truth is compared
-constexpr double kRate = 0.02;       // rad/s that rates may be off,
-constexpr double kTorque = 0.02;     // N m, torques,
-constexpr double kWay = 2e-3;        // m and rad, poses
-constexpr int kHeldOut = 3;          // every third motion is
+constexpr double kInterval = 0.1;  // s, of the samples that are compared
+constexpr double kWindow = 0.5;    // s, over which ground truth is compared
+constexpr double kRate = 0.02;     // rad/s that rates may be off,
+constexpr double kTorque = 0.02;   // N m, torques,
+constexpr double kWay = 2e-3;      // m and rad, poses
+constexpr int kHeldOut = 3;        // every third motion is
 
 template <class Modes>
 std::vector<Eigen::Vector3d> filtered(const std::vector<double>& t, const Modes& wheels, double time_constant) {

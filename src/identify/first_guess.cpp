@@ -151,10 +151,9 @@ std::vector<Steady> steady_stretches(const std::vector<DriveRecord>& records) {
   return stretches;
 }
 
-/// Three rows for each stretch, one a mode: the torque that each friction of size 1 takes; `measured` without what moves
-/// the base besides.
-FrictionMatrix friction_rows(const Scene& candidate, const std::vector<Steady>& stretches,
-                             Eigen::VectorXd& measured) {
+/// Three rows for each stretch, one a mode: the torque that each friction of size 1 takes; `measured` without what
+/// moves the base besides.
+FrictionMatrix friction_rows(const Scene& candidate, const std::vector<Steady>& stretches, Eigen::VectorXd& measured) {
   const auto n = static_cast<Eigen::Index>(stretches.size());
   FrictionMatrix rows(kModes * n, kFrictions);
   measured.resize(kModes * n);
@@ -264,7 +263,7 @@ void guess_friction(const std::vector<DriveRecord>& records, bool simulated_too,
 }  // namespace
 
 FirstGuess guess(const Scene& start, const std::vector<DriveRecord>& records) {
-  FirstGuess guess{start, std::vector<bool>(parameters().size()), {}};
+  FirstGuess guess{start, std::vector<bool>(parameters().size()), false, {}};
   bool torque = false, truth = false;
   for (const DriveRecord& record : records) {
     torque = torque || record.has_torque();

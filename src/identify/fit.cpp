@@ -45,9 +45,11 @@ class Unknowns {
   }
 
   void apply(const std::vector<double>& x, Scene& candidate, std::vector<Wheels>& phi) const {
-    for (std::size_t k = 0; k < free_.size(); ++k) parameters()[free_[k]].set(candidate, x[k] * parameters()[free_[k]].step);
+    for (std::size_t k = 0; k < free_.size(); ++k)
+      parameters()[free_[k]].set(candidate, x[k] * parameters()[free_[k]].step);
     for (std::size_t r = 0; r < records_; ++r) {
-      for (int i = 0; i < kWheels; ++i) phi[r][i] = x[free_.size() + kWheels * r + static_cast<std::size_t>(i)] * kAngleStep;
+      for (int i = 0; i < kWheels; ++i)
+        phi[r][i] = x[free_.size() + kWheels * r + static_cast<std::size_t>(i)] * kAngleStep;
     }
   }
 
@@ -65,7 +67,8 @@ class Problem {
       const auto& held_out = comparisons_.back().held_out();
       const int offset = static_cast<int>(held_out_.size());
       held_out_.insert(held_out_.end(), held_out.begin(), held_out.end());
-      for (const int before : comparisons_.back().predecessors()) predecessors_.push_back(before < 0 ? -1 : before + offset);
+      for (const int before : comparisons_.back().predecessors())
+        predecessors_.push_back(before < 0 ? -1 : before + offset);
     }
   }
 
@@ -131,9 +134,9 @@ Eigen::VectorXd robust(const Eigen::VectorXd& r) {
 /// Ceres' view of the problem: the rows that are not held out, and their differences by all unknowns at once.
 class TrainingCost : public ceres::CostFunction {
  public:
-  TrainingCost(const Problem& problem, const Scene& base, const Unknowns& unknowns, const std::vector<double>& max,
-               const Scene* law)
-      : problem_(problem), base_(base), unknowns_(unknowns), max_(max) {
+  TrainingCost(const Problem& problem, const Scene& base, const Unknowns& unknowns, const std::vector<double>& min,
+               const std::vector<double>& max, const Scene* law)
+      : problem_(problem), base_(base), unknowns_(unknowns), min_(min), max_(max) {
     for (std::size_t k = 0; k < problem.held_out().size(); ++k) {
       if (!problem.held_out()[k]) rows_.push_back(static_cast<Eigen::Index>(k));
     }
@@ -152,8 +155,10 @@ class TrainingCost : public ceres::CostFunction {
     std::vector<std::vector<double>> points(1, {x[0], x[0] + unknowns_.size()});
     const bool derivatives = jacobians && jacobians[0];
     for (std::size_t k = 0; derivatives && k < unknowns_.size(); ++k) {
-      points.push_back(points[0]);
-      points.back()[k] += step(points[0][k], k);
+      for (const double side : {1.0, -1.0}) {
+        points.push_back(points[0]);
+        points.back()[k] = std::clamp(points[0][k] + side, min_[k], max_[k]);
+      }
     }
     std::vector<Eigen::VectorXd> results;
     try {
@@ -165,8 +170,9 @@ class TrainingCost : public ceres::CostFunction {
     for (std::size_t row = 0; row < rows_.size(); ++row) {
       residuals[row] = results[0][rows_[row]];
       for (std::size_t k = 0; derivatives && k < unknowns_.size(); ++k) {
+        const std::size_t up = 2 * k + 1, down = up + 1;
         jacobians[0][row * unknowns_.size() + k] =
-            (results[k + 1][rows_[row]] - residuals[row]) / step(points[0][k], k);
+            (results[up][rows_[row]] - results[down][rows_[row]]) / (points[up][k] - points[down][k]);
       }
     }
     for (std::size_t e = 0; e < expected_.size(); ++e) {
@@ -181,13 +187,10 @@ class TrainingCost : public ceres::CostFunction {
   }
 
  private:
-  /// One unit, downwards at the upper bound.
-  double step(double x, std::size_t k) const { return x + 1 > max_[k] ? -1 : 1; }
-
   const Problem& problem_;
   Scene base_;
   Unknowns unknowns_;
-  std::vector<double> max_;
+  std::vector<double> min_, max_;
   std::vector<Eigen::Index> rows_;
   std::vector<std::pair<std::size_t, double>> expected_;  // unknowns that the loops' law tells, and what it tells
 };
@@ -197,7 +200,7 @@ struct Trial {
   Scene scene;
   std::vector<Wheels> phi;
   std::vector<bool> free;
-  std::optional<Scene> law;  // whose gains follow from the loops' law
+  std::optional<Scene> law;   // whose gains follow from the loops' law
   Eigen::MatrixXd jacobian;   // of the rows that are not held out, by the unknowns
   Eigen::VectorXd residuals;  // robust ones of all rows
   double held_out_error = 0;
@@ -226,7 +229,8 @@ void minimize(const Problem& problem, Trial& trial, int iterations) {
     x[k] = std::clamp(x[k], min[k], max[k]);
   }
   ceres::Problem least_squares;
-  auto* cost = new TrainingCost(problem, trial.scene, unknowns, max, trial.law ? &*trial.law : nullptr);  // belongs to least_squares
+  auto* cost = new TrainingCost(problem, trial.scene, unknowns, min, max,
+                                trial.law ? &*trial.law : nullptr);  // belongs to least_squares
   least_squares.AddResidualBlock(cost, nullptr, x.data());
   for (std::size_t k = 0; k < x.size(); ++k) {
     if (std::isfinite(min[k])) least_squares.SetParameterLowerBound(x.data(), static_cast<int>(k), min[k]);
@@ -234,7 +238,7 @@ void minimize(const Problem& problem, Trial& trial, int iterations) {
   }
   ceres::Solver::Options options;
   options.max_num_iterations = iterations;
-  options.function_tolerance = 1e-4;
+  options.function_tolerance = 1e-3;
   options.parameter_tolerance = 1e-4;
   options.linear_solver_type = ceres::DENSE_QR;
   options.line_search_interpolation_type = ceres::QUADRATIC;  // needs no derivatives, which are dear here
@@ -244,8 +248,8 @@ void minimize(const Problem& problem, Trial& trial, int iterations) {
 
   unknowns.apply(x, trial.scene, trial.phi);
   std::vector<double> rows(static_cast<std::size_t>(cost->num_residuals()));
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> jacobian(
-      cost->num_residuals(), static_cast<Eigen::Index>(x.size()));
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> jacobian(cost->num_residuals(),
+                                                                                  static_cast<Eigen::Index>(x.size()));
   const double* point = x.data();
   double* derivatives = jacobian.data();
   cost->Evaluate(&point, rows.data(), &derivatives);
@@ -254,8 +258,8 @@ void minimize(const Problem& problem, Trial& trial, int iterations) {
   trial.held_out_error = held_out_error(problem, trial.residuals);
 }
 
-/// Where the wheels stood: the angles at which ripples come when they came, one wheel after the other. To be found before
-/// the rest, since least squares stay in the valley where they begin.
+/// Where the wheels stood: the angles at which ripples come when they came, one wheel after the other. To be found
+/// before the rest, since least squares stay in the valley where they begin.
 void find_angles(const std::vector<DriveRecord>& records, const Scene& scene, int threads, std::vector<Wheels>& phi) {
   constexpr double kRippleFilter = 0.04;  // s: lets the ripple through
   constexpr int kTried = 6, kRounds = 2;
@@ -283,8 +287,8 @@ void find_angles(const std::vector<DriveRecord>& records, const Scene& scene, in
   }
 }
 
-/// Sigma and correlation of what is free, from the scatter of residuals; those that follow each other count for fewer as
-/// they are alike.
+/// Sigma and correlation of what is free, from the scatter of residuals; those that follow each other count for fewer
+/// as they are alike.
 void estimate_errors(const Problem& problem, const Trial& trial, Fit& fit) {
   const auto n = static_cast<Eigen::Index>(parameters().size());
   fit.sigma.assign(parameters().size(), 0);
@@ -315,8 +319,8 @@ void estimate_errors(const Problem& problem, const Trial& trial, Fit& fit) {
   }
 }
 
-/// For each free parameter, the error on the held-out motions with it back at its start and the others adapted, to first
-/// order.
+/// For each free parameter, the error on the held-out motions with it back at its start and the others adapted, to
+/// first order.
 std::vector<double> errors_without(const Problem& problem, const Trial& trial, const Scene& start) {
   const Unknowns unknowns(trial.free, trial.phi.size());
   const std::vector<double> x = unknowns.values(trial.scene, trial.phi), x_start = unknowns.values(start, trial.phi);
@@ -358,7 +362,8 @@ void drop_what_does_not_help(const Problem& problem, const Scene& start, Trial& 
     if (*least > (1 + kWorth) * trial.held_out_error) return;
     const std::size_t k = unknowns.free()[static_cast<std::size_t>(least - errors.begin())];
     const Parameter& p = parameters()[k];
-    fit.untold.push_back(fmt::format("{}: fitted, it does not lower the error on held-out motions; drive {}", p.name(), p.drive));
+    fit.untold.push_back(
+        fmt::format("{}: fitted, it does not lower the error on held-out motions; drive {}", p.name(), p.drive));
     trial.free[k] = false;
     p.set(trial.scene, p.get(start));
     minimize(problem, trial, 6);
@@ -386,8 +391,9 @@ Fit fit(const Scene& start, std::vector<DriveRecord>& records, std::vector<std::
 
   const Problem problem(records, kFilter, threads);
   if (std::count(problem.held_out().begin(), problem.held_out().end(), true) == 0) {
-    throw UnusableRecord("fewer than three motions to fit to and to check with: drive the programme of "
-                         "identification_drive.launch");
+    throw UnusableRecord(
+        "fewer than three motions to fit to and to check with: drive the programme of "
+        "identification_drive.launch");
   }
   Trial trial{first.scene, std::vector<Wheels>(records.size(), Wheels::Zero()), first.told, {}, {}, {}, 0};
   if (first.gains_told) trial.law = first.scene;
@@ -396,11 +402,11 @@ Fit fit(const Scene& start, std::vector<DriveRecord>& records, std::vector<std::
   Fit fit;
   fit.untold = first.untold;
   fit.error_before = held_out_error(problem, robust(problem.residuals(start, trial.phi)));
-  minimize(problem, trial, 4);
+  minimize(problem, trial, 6);
   progress(0.4);
   find_angles(records, trial.scene, threads, trial.phi);  // by now the ripple is that of the robot
   progress(0.5);
-  minimize(problem, trial, 10);
+  minimize(problem, trial, 6);
   progress(0.8);
   drop_what_does_not_help(problem, start, trial, fit);
   estimate_errors(problem, trial, fit);

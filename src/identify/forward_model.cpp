@@ -34,7 +34,8 @@ class DelayedCommands {
  private:
   /// As EtherCAT carries them: rows are rounded, their means are not.
   Wheels transmitted(Wheels rate) const {
-    for (int i = 0; i < kWheels; ++i) rate[i] = motor_.transmitted(motor_.limited({DriveMode::kVelocity, rate[i]})).value;
+    for (int i = 0; i < kWheels; ++i)
+      rate[i] = motor_.transmitted(motor_.limited({DriveMode::kVelocity, rate[i]})).value;
     return rate;
   }
 

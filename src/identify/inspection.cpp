@@ -64,10 +64,10 @@ void check_rates(DriveRecord& record, const Motor& motor, Findings& findings) {
     size += std::abs(ratio) / kWheels;
     if (ratio >= 0) continue;
     flip(record.dphi, i);
-    findings.push_back(
-        fmt::format("{}: the velocity of wheel {} has the sign opposite to the change of its position, as the driver's own "
-                    "on the left: turned round",
-                    record.name, kWheelNames[i]));
+    findings.push_back(fmt::format(
+        "{}: the velocity of wheel {} has the sign opposite to the change of its position, as the driver's own "
+        "on the left: turned round",
+        record.name, kWheelNames[i]));
   }
   if (size == 0) throw UnusableRecord(record.name + ": the wheels never turn");
   for (const Unit& unit : units) {
@@ -90,8 +90,9 @@ void check_positions(DriveRecord& record, Findings& findings) {
     if (product >= 0) continue;
     flip(record.phi, i);
     flip(record.dphi, i);
-    findings.push_back(fmt::format("{}: wheel {} turns against its commands: its position and velocity are turned round",
-                                   record.name, kWheelNames[i]));
+    findings.push_back(
+        fmt::format("{}: wheel {} turns against its commands: its position and velocity are turned round", record.name,
+                    kWheelNames[i]));
   }
 }
 
@@ -102,9 +103,10 @@ void check_effort_signs(DriveRecord& record, Findings& findings) {
     for (std::size_t k = 0; k < record.t.size(); ++k) work += record.torque[k][i] * record.dphi[k][i];
     if (work >= 0) continue;
     flip(record.torque, i);
-    findings.push_back(fmt::format("{}: the effort of wheel {} brakes it all the time: its sign is opposite to that of its "
-                                   "position, and turned round",
-                                   record.name, kWheelNames[i]));
+    findings.push_back(
+        fmt::format("{}: the effort of wheel {} brakes it all the time: its sign is opposite to that of its "
+                    "position, and turned round",
+                    record.name, kWheelNames[i]));
   }
 }
 
@@ -129,18 +131,21 @@ void check_effort_unit(DriveRecord& record, const Motor& motor, Findings& findin
     double milliampere;  // in this unit
     const char* name;
   };
-  const Unit units[] = {{1, "mA"}, {1e-3, "A"}, {motor.milliampere(), ""}, {1e-3 * motor.torque_constant, "N m at the motor"}};
+  const Unit units[] = {
+      {1, "mA"}, {1e-3, "A"}, {motor.milliampere(), ""}, {1e-3 * motor.torque_constant, "N m at the motor"}};
   for (const Unit& unit : units) {
     if (!comes_in_steps_of(record, unit.milliampere)) continue;
     if (!*unit.name) return;
     for (Wheels& w : record.torque) w *= motor.milliampere() / unit.milliampere;
-    findings.push_back(fmt::format("{}: efforts come in steps of {:g}, one mA of the motor: they are {}, not N m at the "
-                                   "wheel, and converted by {:.4g}",
-                                   record.name, unit.milliampere, unit.name, motor.milliampere() / unit.milliampere));
+    findings.push_back(
+        fmt::format("{}: efforts come in steps of {:g}, one mA of the motor: they are {}, not N m at the "
+                    "wheel, and converted by {:.4g}",
+                    record.name, unit.milliampere, unit.name, motor.milliampere() / unit.milliampere));
     return;
   }
-  findings.push_back(record.name + ": efforts do not come in steps of one mA, so that their unit is not to be seen: "
-                                   "taken for N m at the wheel");
+  findings.push_back(record.name +
+                     ": efforts do not come in steps of one mA, so that their unit is not to be seen: "
+                     "taken for N m at the wheel");
 }
 
 void check_effort(DriveRecord& record, const Motor& motor, Findings& findings) {
@@ -148,8 +153,9 @@ void check_effort(DriveRecord& record, const Motor& motor, Findings& findings) {
                                     [](const Wheels& w) { return w.isFinite().all() && (w != 0).any(); });
   if (missing) {
     record.torque.clear();
-    findings.push_back(record.name + ": no effort in joint_states: friction and inertia cannot be told; use a driver that "
-                                     "publishes the sensed torques");
+    findings.push_back(record.name +
+                       ": no effort in joint_states: friction and inertia cannot be told; use a driver that "
+                       "publishes the sensed torques");
     return;
   }
   check_effort_unit(record, motor, findings);
@@ -160,8 +166,10 @@ void check_effort(DriveRecord& record, const Motor& motor, Findings& findings) {
 
 std::vector<std::string> inspect(DriveRecord& record, const Motor& motor) {
   Findings findings;
-  if (record.t.size() < 100) throw UnusableRecord(fmt::format("{}: {} joint states; must be at least 100", record.name, record.t.size()));
-  if (record.commands.t.empty()) throw UnusableRecord(record.name + ": no commands; must have cmd_vel or velocity_command");
+  if (record.t.size() < 100)
+    throw UnusableRecord(fmt::format("{}: {} joint states; must be at least 100", record.name, record.t.size()));
+  if (record.commands.t.empty())
+    throw UnusableRecord(record.name + ": no commands; must have cmd_vel or velocity_command");
   find_gaps(record, findings);
   check_rates(record, motor, findings);
   check_positions(record, findings);
@@ -200,9 +208,10 @@ std::vector<std::string> find_pushes(DriveRecord& record, const Prediction& pred
     double begin = -1, end = -1, most = 0;
     const auto finish = [&] {
       if (begin < 0) return;
-      findings.push_back(fmt::format("{}: from {:.1f} to {:.1f} s the base is pushed, {}, with up to {:.2g} N m a wheel: left "
-                                     "out",
-                                     record.name, begin, end, kModeNames[mode], most));
+      findings.push_back(
+          fmt::format("{}: from {:.1f} to {:.1f} s the base is pushed, {}, with up to {:.2g} N m a wheel: left "
+                      "out",
+                      record.name, begin, end, kModeNames[mode], most));
       record.spoilt.emplace_back(begin - 0.3, end + kSettlingTime);
       begin = -1;
       most = 0;

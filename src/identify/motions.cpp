@@ -6,9 +6,9 @@ namespace youbot_base_sim {
 
 namespace {
 
-constexpr double kJump = 0.3;                        // rad/s, of any wheel
-constexpr double kMinLength = 1, kMaxLength = 4;     // s
-constexpr double kUnchanged = 0.01;                  // rad/s: two of the motor's rpm
+constexpr double kJump = 0.3;                     // rad/s, of any wheel
+constexpr double kMinLength = 1, kMaxLength = 4;  // s
+constexpr double kUnchanged = 0.01;               // rad/s: two of the motor's rpm
 
 }  // namespace
 

@@ -33,7 +33,8 @@ void set_fitted(YAML::Node& root, const Fit& fit, Comments& comments) {
     }
     if (key == "wheel_radius") root["robot"]["roller_axis_radius"] = fmt::format("{:.6g}", robot.R_d);
     root[p.section][key] = value;
-    comments[fmt::format("{}.{}", p.section, key)] += fmt::format("{}fitted, sigma {:.2g} {}", key == "com" ? std::string(p.key) + ": " : "", fit.sigma[k], p.unit);
+    comments[fmt::format("{}.{}", p.section, key)] +=
+        fmt::format("{}fitted, sigma {:.2g} {}", key == "com" ? std::string(p.key) + ": " : "", fit.sigma[k], p.unit);
   }
 }
 
@@ -60,23 +61,27 @@ std::string report(const Scene& start, const Fit& fit) {
   for (std::size_t k = 0; k < parameters().size(); ++k) {
     const Parameter& p = parameters()[k];
     if (!fit.fitted[k]) continue;
-    text += fmt::format("{:<36} {:>10.4g} {:>10.4g} {:>10.1g} {}\n", p.name(), p.get(start), p.get(fit.scene), fit.sigma[k], p.unit);
+    text += fmt::format("{:<36} {:>10.4g} {:>10.4g} {:>10.1g} {}\n", p.name(), p.get(start), p.get(fit.scene),
+                        fit.sigma[k], p.unit);
   }
   for (Eigen::Index a = 0; a < fit.correlation.rows(); ++a) {
     for (Eigen::Index b = 0; b < a; ++b) {
       if (std::abs(fit.correlation(a, b)) < 0.8) continue;
-      text += fmt::format("correlated by {:.2f}: {} and {}\n", fit.correlation(a, b), parameters()[static_cast<std::size_t>(b)].name(),
+      text += fmt::format("correlated by {:.2f}: {} and {}\n", fit.correlation(a, b),
+                          parameters()[static_cast<std::size_t>(b)].name(),
                           parameters()[static_cast<std::size_t>(a)].name());
     }
   }
   for (const std::string& line : fit.untold) text += "kept at its start: " + line + "\n";
   text += fmt::format(
-      "error on motions that were held out: {:.3g} before, {:.3g} after (1: 0.02 rad/s, 0.02 N m, 2 mm in half a second)\n",
+      "error on motions that were held out: {:.3g} before, {:.3g} after (1: 0.02 rad/s, 0.02 N m, 2 mm in half a "
+      "second)\n",
       fit.error_before, fit.error_after);
   return text;
 }
 
-std::string fitted_scene(const std::string& start_path, const Fit& fit, const DriveRecord& record, const std::string& table) {
+std::string fitted_scene(const std::string& start_path, const Fit& fit, const DriveRecord& record,
+                         const std::string& table) {
   YAML::Node root(YAML::NodeType::Map);
   if (start_path.empty()) {
     root["robot"]["profile"] = "measured";
@@ -101,8 +106,8 @@ std::string fitted_scene(const std::string& start_path, const Fit& fit, const Dr
   comments["initial.wheel_angles"] = "fitted, but for whole rollers";
   root["drive"]["velocity_table"] = table;
   YAML::Emitter out;
-  out << YAML::Comment(fmt::format("By identify, from {}. Error on held-out motions {:.3g}, before the fit {:.3g}.", record.name,
-                                   fit.error_after, fit.error_before))
+  out << YAML::Comment(fmt::format("By identify, from {}. Error on held-out motions {:.3g}, before the fit {:.3g}.",
+                                   record.name, fit.error_after, fit.error_before))
       << YAML::Newline;
   emit(out, "", root, comments);
   return std::string(out.c_str()) + "\n";

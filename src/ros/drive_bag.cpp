@@ -22,7 +22,8 @@ namespace youbot_base_sim {
 namespace {
 
 bool ends_with(const std::string& topic, const std::string& name) {
-  return topic == "/" + name || (topic.size() > name.size() && topic.compare(topic.size() - name.size() - 1, std::string::npos, "/" + name) == 0);
+  return topic == "/" + name || (topic.size() > name.size() &&
+                                 topic.compare(topic.size() - name.size() - 1, std::string::npos, "/" + name) == 0);
 }
 
 /// The recorder's time of arrival stands in for a stamp that nobody set, or that another clock did.
@@ -37,12 +38,14 @@ class Reader {
 
   void add(const rosbag::MessageInstance& message) {
     if (const auto joints = message.instantiate<sensor_msgs::JointState>()) add(*joints, message.getTime());
-    if (const auto twist = message.instantiate<geometry_msgs::Twist>()) twists_.emplace_back(message.getTime().toSec(), *twist);
+    if (const auto twist = message.instantiate<geometry_msgs::Twist>())
+      twists_.emplace_back(message.getTime().toSec(), *twist);
     if (const auto rates = message.instantiate<brics_actuator::JointVelocities>()) {
       velocities_.emplace_back(message.getTime().toSec(), *rates);
     }
     if (const auto odometry = message.instantiate<nav_msgs::Odometry>()) {
-      ends_with(message.getTopic(), kGroundTruthTopic) ? add_truth(*odometry, message.getTime()) : add_odometry(*odometry);
+      ends_with(message.getTopic(), kGroundTruthTopic) ? add_truth(*odometry, message.getTime())
+                                                       : add_odometry(*odometry);
     }
   }
 
@@ -83,7 +86,8 @@ class Reader {
     const double t = time_of(message.header.stamp, arrival);
     if (!record_.truth_t.empty() && t <= record_.truth_t.back()) return;
     double heading = tf2::getYaw(message.pose.pose.orientation);
-    if (!record_.truth.empty()) heading = record_.truth.back()[2] + std::remainder(heading - record_.truth.back()[2], 2 * M_PI);
+    if (!record_.truth.empty())
+      heading = record_.truth.back()[2] + std::remainder(heading - record_.truth.back()[2], 2 * M_PI);
     record_.truth_t.push_back(t);
     record_.truth.emplace_back(message.pose.pose.position.x, message.pose.pose.position.y, heading);
   }
@@ -129,7 +133,8 @@ class Reader {
       table.values.push_back(rates);
     };
     while (twist < twists_.size() || velocity < velocities_.size()) {
-      if (velocity == velocities_.size() || (twist < twists_.size() && twists_[twist].first <= velocities_[velocity].first)) {
+      if (velocity == velocities_.size() ||
+          (twist < twists_.size() && twists_[twist].first <= velocities_[velocity].first)) {
         apply(twists_[twist].first, wheel_command(twists_[twist].second, kinematics));
         ++twist;
       } else {
@@ -154,7 +159,8 @@ DriveRecord read_drive_bag(const std::string& path, DriverKinematics* kinematics
   try {
     rosbag::Bag bag(path);
     const auto wanted = [](const rosbag::ConnectionInfo* info) {
-      for (const char* name : {"joint_states", kTwistTopic, kVelocityTopic, kTorqueTopic, kOdometryTopic, kGroundTruthTopic}) {
+      for (const char* name :
+           {"joint_states", kTwistTopic, kVelocityTopic, kTorqueTopic, kOdometryTopic, kGroundTruthTopic}) {
         if (ends_with(info->topic, name)) return true;
       }
       return false;
@@ -162,12 +168,14 @@ DriveRecord read_drive_bag(const std::string& path, DriverKinematics* kinematics
     rosbag::View view(bag, wanted);
     for (const rosbag::ConnectionInfo* info : view.getConnections()) {
       if (ends_with(info->topic, kTorqueTopic)) {
-        throw UnusableRecord(quote_path(path) + ": has torques_command; only drives under velocity commands can be fitted");
+        throw UnusableRecord(quote_path(path) +
+                             ": has torques_command; only drives under velocity commands can be fitted");
       }
     }
     for (const rosbag::MessageInstance& message : view) reader.add(message);
   } catch (const ros::Exception& error) {
-    throw UnusableRecord(fmt::format("{}: cannot be read as a bag: {}", quote_path(path), quote(error.what(), kMaxMessage)));
+    throw UnusableRecord(
+        fmt::format("{}: cannot be read as a bag: {}", quote_path(path), quote(error.what(), kMaxMessage)));
   }
   return reader.finish(kinematics);
 }

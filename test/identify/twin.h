@@ -4,8 +4,8 @@
 
 #include "youbot_base_sim/drive/base_driver.h"
 #include "youbot_base_sim/drive/wheel_odometry.h"
-#include "youbot_base_sim/identify/parameters.h"
 #include "youbot_base_sim/identify/drive_record.h"
+#include "youbot_base_sim/identify/parameters.h"
 #include "youbot_base_sim/simulation.h"
 
 namespace youbot_base_sim {
@@ -19,9 +19,9 @@ struct Command {
 /// A robot that is known, and what the bag of its drive would tell: readings at 50 Hz in whole rpm, mA and ticks, with
 /// noise, by motors at 1 kHz, from wheels that stood anyhow.
 struct Twin {
-  Scene robot;       ///< with its motors
+  Scene robot;  ///< with its motors
   unsigned seed = 1;
-  double noise = 1;  ///< times 0.004 rad/s and 0.005 N m
+  double noise = 1;                     ///< times 0.004 rad/s and 0.005 N m
   double push_from = -1, push_to = -1;  ///< s
   Wheels push = Wheels::Zero();         ///< N m at each wheel, as a hand that pushes the base
 

@@ -8,8 +8,8 @@
 
 namespace youbot_base_sim {
 
-/// What a bag tells of one drive: the wheels as their motors read them, the rates that they were told, and where the base
-/// really was, if somebody measured it. Times in s from the first sample; wheels positive forward on all four.
+/// What a bag tells of one drive: the wheels as their motors read them, the rates that they were told, and where the
+/// base really was, if somebody measured it. Times in s from the first sample; wheels positive forward on all four.
 struct DriveRecord {
   std::string name;  ///< of the bag, for messages
 

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "youbot_base_sim/identify/parameters.h"
 #include "youbot_base_sim/identify/drive_record.h"
+#include "youbot_base_sim/identify/parameters.h"
 
 namespace youbot_base_sim {
 

@@ -15,9 +15,9 @@ class UnusableRecord : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Finds what is unlike the conventions of DriveRecord, by what wheels must do: a rate is the change of an angle, wheels
-/// follow their commands, and motors put work into turning wheels. Mends it where there is one way to: signs of single
-/// wheels, motor rpm, A or mA in place of N m. Gaps are marked as spoilt. Returns a line on each finding. Throws
+/// Finds what is unlike the conventions of DriveRecord, by what wheels must do: a rate is the change of an angle,
+/// wheels follow their commands, and motors put work into turning wheels. Mends it where there is one way to: signs of
+/// single wheels, motor rpm, A or mA in place of N m. Gaps are marked as spoilt. Returns a line on each finding. Throws
 /// UnusableRecord.
 std::vector<std::string> inspect(DriveRecord& record, const Motor& motor = {});
 
