@@ -115,6 +115,7 @@ bool guess_loops(const std::vector<DriveRecord>& records, Scene& candidate) {
 // ---- Friction: the torque that a steady motion takes is linear in the four coefficients.
 
 constexpr int kFrictions = 4;
+constexpr double kMinRate = 0.1;  // rad/s
 constexpr std::array<const char*, kFrictions> kFrictionKeys = {"dry_friction", "roller_dry_friction", "wheel_damping",
                                                                "roller_damping"};
 using FrictionMatrix = Eigen::Matrix<double, Eigen::Dynamic, kFrictions>;
@@ -164,7 +165,9 @@ FrictionMatrix friction_rows(const Scene& candidate, const std::vector<Steady>& 
   const auto inverse = rolling.colPivHouseholderQr();
   for (Eigen::Index s = 0; s < n; ++s) {
     const Steady& steady = stretches[static_cast<std::size_t>(s)];
-    const Eigen::Vector3d v = inverse.solve(steady.dphi.matrix());
+    // A mode that nobody asked for leaves a small rate, whose smoothed friction tells nothing.
+    const Eigen::Vector3d rates = modes(steady.dphi).unaryExpr([](double m) { return std::abs(m) < kMinRate ? 0 : m; });
+    const Eigen::Vector3d v = inverse.solve(wheels_of(rates).matrix());
     const Wheels carrying = smooth.torque(v, Eigen::Vector3d::Zero());
     measured.segment<kModes>(kModes * s) = modes(steady.torque - carrying);
     for (int f = 0; f < kFrictions; ++f) {
