@@ -21,9 +21,11 @@ namespace youbot_base_sim {
 
 namespace {
 
+/// Whether the topic has this name, in any namespace or, as rosbag record writes it on request, in none.
 bool ends_with(const std::string& topic, const std::string& name) {
-  return topic == "/" + name || (topic.size() > name.size() &&
-                                 topic.compare(topic.size() - name.size() - 1, std::string::npos, "/" + name) == 0);
+  if (topic == name) return true;
+  const std::string tail = "/" + name;
+  return topic.size() >= tail.size() && topic.compare(topic.size() - tail.size(), std::string::npos, tail) == 0;
 }
 
 /// The recorder's time of arrival stands in for a stamp that nobody set, or that another clock did.
