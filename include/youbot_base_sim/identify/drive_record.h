@@ -1,0 +1,40 @@
+#pragma once
+
+#include <Eigen/Dense>
+#include <string>
+#include <vector>
+
+#include "youbot_base_sim/drive/torque_profiles.h"
+
+namespace youbot_base_sim {
+
+/// What a bag tells of one drive: the wheels as their motors read them, the rates that they were told, and where the
+/// base really was, if somebody measured it. Times in s from the first sample; wheels positive forward on all four.
+struct DriveRecord {
+  std::string name;  ///< of the bag, for messages
+
+  std::vector<double> t;       ///< increasing
+  std::vector<Wheels> phi;     ///< rad
+  std::vector<Wheels> dphi;    ///< rad/s
+  std::vector<Wheels> torque;  ///< N m; empty: the bag has no effort
+
+  WheelTable commands;  ///< rates, rad/s, as they arrived; each holds until the next
+
+  std::vector<double> truth_t;          ///< increasing; empty: nobody measured
+  std::vector<Eigen::Vector3d> truth;   ///< x, y (m), heading (rad, unwrapped) in a fixed frame
+  std::vector<Eigen::Vector2d> spoilt;  ///< begin and end of stretches that are not fitted: gaps, pushes
+
+  bool has_torque() const { return !torque.empty(); }
+  bool has_truth() const { return !truth.empty(); }
+  double duration() const { return t.empty() ? 0 : t.back(); }
+
+  /// Whether a spoilt stretch covers `time`.
+  bool is_spoilt(double time) const {
+    for (const Eigen::Vector2d& s : spoilt) {
+      if (time >= s[0] && time <= s[1]) return true;
+    }
+    return false;
+  }
+};
+
+}  // namespace youbot_base_sim

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <Eigen/Dense>
+#include <vector>
+
+#include "youbot_base_sim/identify/drive_record.h"
+#include "youbot_base_sim/identify/parameters.h"
+
+namespace youbot_base_sim {
+
+/// What a candidate would have done, at the times of a record's samples.
+struct Prediction {
+  std::vector<Wheels> dphi;           ///< rad/s
+  std::vector<Wheels> torque;         ///< of the motors, N m
+  std::vector<Eigen::Vector3d> pose;  ///< x, y (m), heading (rad), from where it started
+};
+
+/// Simulates the candidate under the record's commands, its wheels at the angles `phi` (rad) at first. Smooth in all
+/// parameters, the delay included: differences of predictions are derivatives.
+Prediction predict(const Scene& candidate, const DriveRecord& record, const Wheels& phi);
+
+}  // namespace youbot_base_sim

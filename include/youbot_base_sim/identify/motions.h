@@ -1,0 +1,22 @@
+#pragma once
+
+#include <vector>
+
+#include "youbot_base_sim/identify/drive_record.h"
+
+namespace youbot_base_sim {
+
+/// A stretch of a record under one command, or one that changes little, s.
+struct Motion {
+  double begin, end;
+  bool held;    ///< the command stays the same
+  bool moving;  ///< the command is not zero
+};
+
+/// The record, cut where the command jumps; stretches are at least one second long, and at most four unless held.
+std::vector<Motion> motions(const DriveRecord& record);
+
+/// When the base has settled after a jump of the command, s.
+constexpr double kSettlingTime = 1.0;
+
+}  // namespace youbot_base_sim

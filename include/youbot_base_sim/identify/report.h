@@ -1,0 +1,26 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "youbot_base_sim/identify/drive_record.h"
+#include "youbot_base_sim/identify/fit.h"
+
+namespace youbot_base_sim {
+
+/// What was fitted, for the terminal: values, sigma, strong correlations, what the records do not tell, errors.
+std::string report(const Scene& start, const Fit& fit);
+
+/// The scene `start_path` (empty: the robot of profile `measured`) with what was fitted, each with its sigma in a
+/// comment. It drives what the record was told, by a velocity table that is to be written to the file `table`. Throws
+/// SceneError.
+std::string fitted_scene(const std::string& start_path, const Fit& fit, const DriveRecord& record,
+                         const std::string& table);
+
+/// That velocity table as CSV.
+std::string command_table(const DriveRecord& record);
+
+/// The modes of rates and torques as recorded and as fitted, low-passed as they were compared, as CSV for plots.
+std::string comparison_csv(const Fit& fit, const DriveRecord& record, const Wheels& phi);
+
+}  // namespace youbot_base_sim

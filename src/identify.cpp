@@ -1,0 +1,134 @@
+// Fits a scene's robot and motors to bags of a real base.
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <boost/program_options.hpp>
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <thread>
+
+#include "youbot_base_sim/identify/fit.h"
+#include "youbot_base_sim/identify/inspection.h"
+#include "youbot_base_sim/identify/report.h"
+#include "youbot_base_sim/record/output_file.h"
+#include "youbot_base_sim/ros/drive_bag.h"
+
+namespace {
+
+using namespace youbot_base_sim;
+
+enum ExitStatus { kDone = 0, kNotCompleted = 1, kRefused = 2 };
+
+struct Arguments {
+  std::vector<std::string> bags;
+  std::string scene, output, csv;
+  bool quiet = false;
+};
+
+/// Reads the command line; false if all that was wanted was help. Throws boost::program_options::error or SceneError.
+bool read_arguments(int argc, char** argv, Arguments& arguments) {
+  namespace po = boost::program_options;
+  po::options_description options("Options");
+  // clang-format off
+  options.add_options()
+    ("scene", po::value(&arguments.scene)->value_name("START.yaml"),
+     "robot, floor and motors to start from; left out: the profile `measured`")
+    ("output,o", po::value(&arguments.output)->value_name("FITTED.yaml"),
+     "write the fitted scene, and what the base was told beside it, as FITTED.csv")
+    ("csv", po::value(&arguments.csv)->value_name("FILE"), "write the first bag's motion, recorded and fitted, for scripts/plot_identification")
+    ("quiet", po::bool_switch(&arguments.quiet), "print nothing but errors")
+    ("help", "print this");
+  // clang-format on
+  po::options_description all;
+  all.add(options).add_options()("bag", po::value(&arguments.bags));
+  po::positional_options_description positional;
+  positional.add("bag", -1);
+  po::variables_map given;
+  po::store(po::command_line_parser(argc, argv).options(all).positional(positional).run(), given);
+  po::notify(given);
+  if (given.count("help")) {
+    std::cout << "Usage: identify BAG.. [options]\n\nFits robot and motors of a scene to bags with joint_states, with "
+                 "effort, and "
+                 "cmd_vel or velocity_command.\n\n"
+              << options << "\nExit status: 0 done, 2 refused input, 1 the fit could not be completed.\n";
+    return false;
+  }
+  if (arguments.bags.empty()) throw SceneError("no bag given; usage: identify BAG.. [options]");
+  return true;
+}
+
+Scene start_scene(const std::string& path) {
+  Scene scene;
+  if (path.empty()) {
+    scene.robot = measured_robot();
+  } else {
+    scene = load_scene(path);
+  }
+  scene.drive = std::monostate();
+  if (!scene.motors) scene.motors.emplace();
+  return scene;
+}
+
+void write(const std::string& path, const std::string& text) {
+  OutputFile file(path);
+  file.write(text);
+  file.commit();
+}
+
+void show_progress(double share) {
+  constexpr int kWidth = 40;
+  const auto filled = static_cast<std::size_t>(kWidth * share);
+  fmt::print(stderr, "\r\033[K");
+  if (share < 1) fmt::print(stderr, "[{:<{}}] {:.0f} %", std::string(filled, '#'), kWidth, 100 * share);
+  std::fflush(stderr);
+}
+
+void run(const Arguments& arguments, const Scene& start) {
+  std::vector<DriveRecord> records;
+  std::vector<std::string> findings;
+  for (const std::string& bag : arguments.bags) {
+    records.push_back(read_drive_bag(bag));
+    for (const std::string& line : inspect(records.back())) findings.push_back(line);
+  }
+  FitSettings settings;
+  settings.threads = static_cast<int>(std::thread::hardware_concurrency());
+  if (!arguments.quiet && isatty(STDERR_FILENO)) settings.progress = show_progress;
+  const Fit result = fit(start, records, findings, settings);
+  if (!arguments.quiet) {
+    for (const std::string& line : findings) fmt::print("{}\n", line);
+    fmt::print("{}", report(start, result));
+  }
+  if (!arguments.output.empty()) {
+    const std::filesystem::path table = std::filesystem::path(arguments.output).replace_extension(".csv");
+    write(table, command_table(records.front()));
+    write(arguments.output, fitted_scene(arguments.scene, result, records.front(), table.filename()));
+  }
+  if (!arguments.csv.empty()) write(arguments.csv, comparison_csv(result, records.front(), result.phi.front()));
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Arguments arguments;
+  Scene start;
+  try {
+    if (!read_arguments(argc, argv, arguments)) return kDone;
+    start = start_scene(arguments.scene);
+    run(arguments, start);
+  } catch (const boost::program_options::error& error) {
+    fmt::print(stderr, "identify: {}; see identify --help\n", error.what());
+    return kRefused;
+  } catch (const SceneError& error) {
+    fmt::print(stderr, "identify: {}\n", error.what());
+    return kRefused;
+  } catch (const UnusableRecord& error) {
+    fmt::print(stderr, "identify: {}\n", error.what());
+    return kRefused;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "identify: {}\n", error.what());
+    return kNotCompleted;
+  }
+  return kDone;
+}

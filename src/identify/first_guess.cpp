@@ -1,0 +1,287 @@
+#include "youbot_base_sim/identify/first_guess.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "youbot_base_sim/identify/forward_model.h"
+#include "youbot_base_sim/identify/modes.h"
+#include "youbot_base_sim/identify/motions.h"
+#include "youbot_base_sim/physics/no_slip_model.h"
+
+namespace youbot_base_sim {
+
+namespace {
+
+// ---- The velocity loop: M = P (w - dphi) + I (integral of w - phi) + a constant of each wheel in each motion.
+
+/// The rates that were told, and their integrals, at the samples' times less a delay.
+struct Told {
+  std::vector<Wheels> rate, angle;
+  std::vector<bool> sure;  // no command has just changed, or is about to
+};
+
+Told told_with_delay(const DriveRecord& record, double delay, double apart) {
+  Told told;
+  Wheels rate = Wheels::Zero(), angle = Wheels::Zero();
+  double t = -delay;
+  std::size_t next = 0;
+  for (const double sample : record.t) {
+    const double now = sample - delay;
+    while (next < record.commands.t.size() && record.commands.t[next] <= now) {
+      angle += (record.commands.t[next] - t) * rate;
+      t = record.commands.t[next];
+      rate = record.commands.values[next++];
+    }
+    angle += (now - t) * rate;
+    t = now;
+    told.rate.push_back(rate);
+    told.angle.push_back(angle);
+    const auto& changes = record.commands.t;
+    told.sure.push_back((next == 0 || now >= changes[next - 1] + apart) &&
+                        (next == changes.size() || now <= changes[next] - apart));
+  }
+  return told;
+}
+
+/// Normal equations of a regression on two columns without mean.
+struct Regression {
+  Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();
+  Eigen::Vector2d moments = Eigen::Vector2d::Zero();
+  double total = 0;
+
+  void add(const Eigen::MatrixX2d& columns, const Eigen::VectorXd& values) {
+    const Eigen::MatrixX2d A = columns.rowwise() - columns.colwise().mean();
+    const Eigen::VectorXd b = values.array() - values.mean();
+    squares += A.transpose() * A;
+    moments += A.transpose() * b;
+    total += b.squaredNorm();
+  }
+  Eigen::Vector2d solution() const { return squares.ldlt().solve(moments); }
+  double error() const { return total - moments.dot(solution()); }
+};
+
+/// Adds what a motion tells of the loops.
+void add_motion(const DriveRecord& record, const Told& told, const Motion& motion, Regression& regression) {
+  const double limit = 0.9 * Motor().max_torque();
+  for (int i = 0; i < kWheels; ++i) {
+    std::vector<std::array<double, 3>> rows;
+    for (std::size_t k = 0; k < record.t.size(); ++k) {
+      if (record.t[k] < motion.begin || record.t[k] >= motion.end || record.is_spoilt(record.t[k])) continue;
+      if (std::abs(record.torque[k][i]) > limit || !told.sure[k]) continue;
+      rows.push_back({told.rate[k][i] - record.dphi[k][i], told.angle[k][i] - record.phi[k][i], record.torque[k][i]});
+    }
+    if (rows.size() < 10) continue;
+    const auto n = static_cast<Eigen::Index>(rows.size());
+    const auto all = Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>>(rows[0].data(), n, 3);
+    regression.add(all.leftCols<2>(), all.col(2));
+  }
+}
+
+/// Without the samples less than `apart` (s) from a change of the command.
+Regression regress_loops(const std::vector<DriveRecord>& records, double delay, double apart) {
+  Regression regression;
+  for (const DriveRecord& record : records) {
+    if (!record.has_torque()) continue;
+    const Told told = told_with_delay(record, delay, apart);
+    for (const Motion& motion : motions(record)) add_motion(record, told, motion, regression);
+  }
+  return regression;
+}
+
+/// Whether it has found any that make sense.
+bool guess_loops(const std::vector<DriveRecord>& records, Scene& candidate) {
+  constexpr double kMaxDelay = 0.2, kStep = 0.005, kUnsure = 0.05;  // s
+  double least = std::numeric_limits<double>::infinity();
+  for (double delay = 0; delay <= kMaxDelay; delay += kStep) {
+    const Regression regression = regress_loops(records, delay, 0);
+    if (!(regression.error() < least)) continue;
+    const Eigen::Vector2d gains = regression.solution();
+    if (!(gains[0] > 0 && gains[1] >= 0)) continue;
+    least = regression.error();
+    candidate.motors->gains = {gains[0], gains[1]};
+    candidate.motors->command_delay = delay;
+  }
+  if (!std::isfinite(least)) return false;
+  // The delay is known to a sample or so. It must not be mended by the gains.
+  const Eigen::Vector2d gains = regress_loops(records, candidate.motors->command_delay, kUnsure).solution();
+  if (gains[0] > 0 && gains[1] >= 0) candidate.motors->gains = {gains[0], gains[1]};
+  return true;
+}
+
+// ---- Friction: the torque that a steady motion takes is linear in the four coefficients.
+
+constexpr int kFrictions = 4;
+constexpr double kMinRate = 0.1;  // rad/s
+constexpr std::array<const char*, kFrictions> kFrictionKeys = {"dry_friction", "roller_dry_friction", "wheel_damping",
+                                                               "roller_damping"};
+using FrictionMatrix = Eigen::Matrix<double, Eigen::Dynamic, kFrictions>;
+using Frictions = Eigen::Matrix<double, kFrictions, 1>;
+
+Scene without_friction(Scene candidate) {
+  for (const char* key : kFrictionKeys) parameters()[parameter(key)].set(candidate, 0);
+  return candidate;
+}
+
+/// A settled stretch of a motion: means of rates and torques.
+struct Steady {
+  Wheels dphi, torque;
+};
+
+std::vector<Steady> steady_stretches(const std::vector<DriveRecord>& records) {
+  std::vector<Steady> stretches;
+  for (const DriveRecord& record : records) {
+    if (!record.has_torque()) continue;
+    for (const Motion& motion : motions(record)) {
+      if (!motion.held || !motion.moving) continue;
+      Steady sum{Wheels::Zero(), Wheels::Zero()};
+      int n = 0;
+      for (std::size_t k = 0; k < record.t.size(); ++k) {
+        if (record.t[k] < motion.begin + kSettlingTime || record.t[k] >= motion.end || record.is_spoilt(record.t[k]))
+          continue;
+        sum.dphi += record.dphi[k];
+        sum.torque += record.torque[k];
+        ++n;
+      }
+      if (n > 20) stretches.push_back({sum.dphi / n, sum.torque / n});
+    }
+  }
+  return stretches;
+}
+
+/// Three rows for each stretch, one a mode: the torque that each friction of size 1 takes; `measured` without what
+/// moves the base besides.
+FrictionMatrix friction_rows(const Scene& candidate, const std::vector<Steady>& stretches, Eigen::VectorXd& measured) {
+  const auto n = static_cast<Eigen::Index>(stretches.size());
+  FrictionMatrix rows(kModes * n, kFrictions);
+  measured.resize(kModes * n);
+  const Scene none = without_friction(candidate);
+  const NoSlipModel smooth(none.robot);
+  Eigen::Matrix<double, kWheels, 3> rolling;
+  for (int k = 0; k < 3; ++k) rolling.col(k) = smooth.dphi(Eigen::Vector3d::Unit(k)).matrix();
+  const auto inverse = rolling.colPivHouseholderQr();
+  for (Eigen::Index s = 0; s < n; ++s) {
+    const Steady& steady = stretches[static_cast<std::size_t>(s)];
+    // A mode that nobody asked for leaves a small rate, whose smoothed friction tells nothing.
+    const Eigen::Vector3d rates = modes(steady.dphi).unaryExpr([](double m) { return std::abs(m) < kMinRate ? 0 : m; });
+    const Eigen::Vector3d v = inverse.solve(wheels_of(rates).matrix());
+    const Wheels carrying = smooth.torque(v, Eigen::Vector3d::Zero());
+    measured.segment<kModes>(kModes * s) = modes(steady.torque - carrying);
+    for (int f = 0; f < kFrictions; ++f) {
+      Scene one = none;
+      parameters()[parameter(kFrictionKeys[f])].set(one, 1);
+      const Wheels torque = NoSlipModel(one.robot).torque(v, Eigen::Vector3d::Zero());
+      rows.col(f).segment<kModes>(kModes * s) = modes(torque - carrying);
+    }
+  }
+  return rows;
+}
+
+/// Which columns are not sums of the ones before, nearly: each must keep more than this share of its length when what
+/// the others make of it is taken off. Two speeds that differ by 1.35 give as much.
+std::array<bool, kFrictions> independent(const FrictionMatrix& rows) {
+  constexpr double kShare = 0.15;
+  std::array<bool, kFrictions> chosen{};
+  std::vector<Eigen::VectorXd> basis;
+  for (int f = 0; f < kFrictions; ++f) {
+    Eigen::VectorXd rest = rows.col(f);
+    for (const Eigen::VectorXd& unit : basis) rest -= unit.dot(rest) * unit;
+    chosen[f] = rest.norm() > kShare * rows.col(f).norm() && rest.norm() > 0;
+    if (chosen[f]) basis.push_back(rest.normalized());
+  }
+  return chosen;
+}
+
+/// Non-negative least squares on the chosen columns, by trying all sets of columns that may be zero: there are sixteen.
+Frictions nonnegative_least_squares(const FrictionMatrix& rows, const Eigen::VectorXd& measured,
+                                    const std::array<bool, kFrictions>& chosen) {
+  Frictions best = Frictions::Zero();
+  double least = measured.squaredNorm();
+  for (int set = 1; set < 1 << kFrictions; ++set) {
+    std::vector<Eigen::Index> columns;
+    for (int f = 0; f < kFrictions; ++f) {
+      if (set >> f & 1 && chosen[f]) columns.push_back(f);
+    }
+    if (columns.empty()) continue;
+    Eigen::MatrixXd A(rows.rows(), static_cast<Eigen::Index>(columns.size()));
+    for (std::size_t k = 0; k < columns.size(); ++k) A.col(static_cast<Eigen::Index>(k)) = rows.col(columns[k]);
+    const Eigen::VectorXd solution = A.colPivHouseholderQr().solve(measured);
+    const double error = (A * solution - measured).squaredNorm();
+    if (solution.minCoeff() < 0 || error >= least) continue;
+    least = error;
+    best.setZero();
+    for (std::size_t k = 0; k < columns.size(); ++k) best[columns[k]] = solution[static_cast<Eigen::Index>(k)];
+  }
+  return best;
+}
+
+/// The records as `scene` would have made them.
+std::vector<DriveRecord> predicted(const Scene& scene, std::vector<DriveRecord> records) {
+  for (DriveRecord& record : records) {
+    Prediction prediction = predict(scene, record, Wheels::Zero());
+    record.dphi = std::move(prediction.dphi);
+    if (record.has_torque()) record.torque = std::move(prediction.torque);
+  }
+  return records;
+}
+
+void guess_friction(const std::vector<DriveRecord>& records, bool simulated_too, FirstGuess& guess) {
+  const std::vector<Steady> stretches = steady_stretches(records);
+  Eigen::VectorXd measured;
+  const FrictionMatrix rows = friction_rows(guess.scene, stretches, measured);
+  // Contacts wander along the rollers, which turn faster near their ends: what the simulation takes beyond the linear
+  // estimate, it takes beyond the right one too.
+  if (simulated_too) {
+    Eigen::VectorXd simulated;
+    friction_rows(guess.scene, steady_stretches(predicted(guess.scene, records)), simulated);
+    Frictions now;
+    for (int f = 0; f < kFrictions; ++f) now[f] = parameters()[parameter(kFrictionKeys[f])].get(guess.scene);
+    measured -= simulated - rows * now;
+  }
+  const std::array<bool, kFrictions> chosen = independent(rows);
+  // What cannot be told stays, and takes its share.
+  for (int f = 0; f < kFrictions; ++f) {
+    const Parameter& p = parameters()[parameter(kFrictionKeys[f])];
+    guess.told[parameter(kFrictionKeys[f])] = chosen[f];
+    if (!chosen[f]) measured -= p.get(guess.scene) * rows.col(f);
+  }
+  const Frictions friction = nonnegative_least_squares(rows, measured, chosen);
+  for (int f = 0; f < kFrictions; ++f) {
+    const Parameter& p = parameters()[parameter(kFrictionKeys[f])];
+    if (chosen[f]) {
+      p.set(guess.scene, std::clamp(friction[f], p.min, p.max));
+    } else {
+      const bool none = !(rows.col(f).norm() > 0);
+      guess.untold.push_back(fmt::format("{}: {}; drive {}", p.name(),
+                                         none ? "nothing turned against it steadily for more than a second"
+                                              : "one speed or one direction alone cannot tell it from the others",
+                                         p.drive));
+    }
+  }
+}
+
+}  // namespace
+
+FirstGuess guess(const Scene& start, const std::vector<DriveRecord>& records) {
+  FirstGuess guess{start, std::vector<bool>(parameters().size()), false, {}};
+  bool torque = false, truth = false;
+  for (const DriveRecord& record : records) {
+    torque = torque || record.has_torque();
+    truth = truth || record.has_truth();
+  }
+  for (std::size_t k = 0; k < parameters().size(); ++k) {
+    const Needs needs = parameters()[k].needs;
+    guess.told[k] = needs == Needs::kRates || (needs == Needs::kTorques && torque) || (needs == Needs::kTruth && truth);
+  }
+  if (!torque) return guess;
+  guess.gains_told = guess_loops(records, guess.scene);
+  guess_friction(records, false, guess);
+  guess.untold.clear();
+  guess_friction(records, true, guess);
+  return guess;
+}
+
+}  // namespace youbot_base_sim

@@ -1,0 +1,232 @@
+#include "youbot_base_sim/identify/inspection.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+
+#include "youbot_base_sim/identify/forward_model.h"
+#include "youbot_base_sim/identify/modes.h"
+#include "youbot_base_sim/identify/motions.h"
+
+namespace youbot_base_sim {
+
+namespace {
+
+using Findings = std::vector<std::string>;
+
+void flip(std::vector<Wheels>& samples, int wheel) {
+  for (Wheels& w : samples) w[wheel] = -w[wheel];
+}
+
+double median(std::vector<double> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+void find_gaps(DriveRecord& record, Findings& findings) {
+  std::vector<double> intervals;
+  for (std::size_t k = 1; k < record.t.size(); ++k) intervals.push_back(record.t[k] - record.t[k - 1]);
+  const double limit = std::max(0.2, 5 * median(intervals));
+  for (std::size_t k = 1; k < record.t.size(); ++k) {
+    if (record.t[k] - record.t[k - 1] <= limit) continue;
+    findings.push_back(fmt::format("{}: a gap in joint_states of {:.2f} s at {:.2f} s: left out", record.name,
+                                   record.t[k] - record.t[k - 1], record.t[k - 1]));
+    record.spoilt.emplace_back(record.t[k - 1], record.t[k] + kSettlingTime);
+  }
+}
+
+/// How many times the change of the angle the rate of wheel i is.
+double rate_per_turning(const DriveRecord& record, int i) {
+  double product = 0, square = 0;
+  for (std::size_t k = 1; k < record.t.size(); ++k) {
+    if (record.is_spoilt(record.t[k])) continue;
+    const double dt = record.t[k] - record.t[k - 1];
+    const double turning = (record.phi[k][i] - record.phi[k - 1][i]) / dt;
+    product += 0.5 * (record.dphi[k][i] + record.dphi[k - 1][i]) * turning;
+    square += turning * turning;
+  }
+  return square > 0 ? product / square : 0;
+}
+
+void check_rates(DriveRecord& record, const Motor& motor, Findings& findings) {
+  struct Unit {
+    double per_radian;
+    const char* name;
+  };
+  const Unit units[] = {{1, ""}, {1 / motor.rpm(), "rpm of the motor"}, {30 / M_PI, "rpm of the wheel"}};
+  double size = 0;
+  for (int i = 0; i < kWheels; ++i) {
+    const double ratio = rate_per_turning(record, i);
+    size += std::abs(ratio) / kWheels;
+    if (ratio >= 0) continue;
+    flip(record.dphi, i);
+    findings.push_back(fmt::format(
+        "{}: the velocity of wheel {} has the sign opposite to the change of its position, as the driver's own "
+        "on the left: turned round",
+        record.name, kWheelNames[i]));
+  }
+  if (size == 0) throw UnusableRecord(record.name + ": the wheels never turn");
+  for (const Unit& unit : units) {
+    if (std::abs(size / unit.per_radian - 1) > 0.1) continue;
+    if (unit.per_radian == 1) return;
+    for (Wheels& rate : record.dphi) rate /= unit.per_radian;
+    findings.push_back(fmt::format("{}: velocities are in {}: converted to rad/s", record.name, unit.name));
+    return;
+  }
+  throw UnusableRecord(
+      fmt::format("{}: velocities are {:.3g} times the change of positions; must be rad/s, or rpm of motor or wheel",
+                  record.name, size));
+}
+
+/// Wheels that turn against their commands.
+void check_positions(DriveRecord& record, Findings& findings) {
+  for (int i = 0; i < kWheels; ++i) {
+    double product = 0;
+    for (std::size_t k = 0; k < record.t.size(); ++k) product += record.commands.at(record.t[k])[i] * record.dphi[k][i];
+    if (product >= 0) continue;
+    flip(record.phi, i);
+    flip(record.dphi, i);
+    findings.push_back(
+        fmt::format("{}: wheel {} turns against its commands: its position and velocity are turned round", record.name,
+                    kWheelNames[i]));
+  }
+}
+
+/// Motors put work into wheels that turn steadily.
+void check_effort_signs(DriveRecord& record, Findings& findings) {
+  for (int i = 0; i < kWheels; ++i) {
+    double work = 0;
+    for (std::size_t k = 0; k < record.t.size(); ++k) work += record.torque[k][i] * record.dphi[k][i];
+    if (work >= 0) continue;
+    flip(record.torque, i);
+    findings.push_back(
+        fmt::format("{}: the effort of wheel {} brakes it all the time: its sign is opposite to that of its "
+                    "position, and turned round",
+                    record.name, kWheelNames[i]));
+  }
+}
+
+/// Whether all efforts are whole multiples of `quantum`.
+bool comes_in_steps_of(const DriveRecord& record, double quantum) {
+  std::complex<double> sum = 0;
+  int n = 0;
+  double largest = 0;
+  for (const Wheels& w : record.torque) {
+    for (int i = 0; i < kWheels; ++i) {
+      largest = std::max(largest, std::abs(w[i]));
+      sum += std::polar(1.0, 2 * M_PI * w[i] / quantum);
+      ++n;
+    }
+  }
+  return largest > 10 * quantum && std::abs(sum) > 0.9 * n;
+}
+
+/// The current comes in whole mA, whatever unit it is told in.
+void check_effort_unit(DriveRecord& record, const Motor& motor, Findings& findings) {
+  struct Unit {
+    double milliampere;  // in this unit
+    const char* name;
+  };
+  const Unit units[] = {
+      {1, "mA"}, {1e-3, "A"}, {motor.milliampere(), ""}, {1e-3 * motor.torque_constant, "N m at the motor"}};
+  for (const Unit& unit : units) {
+    if (!comes_in_steps_of(record, unit.milliampere)) continue;
+    if (!*unit.name) return;
+    for (Wheels& w : record.torque) w *= motor.milliampere() / unit.milliampere;
+    findings.push_back(
+        fmt::format("{}: efforts come in steps of {:g}, one mA of the motor: they are {}, not N m at the "
+                    "wheel, and converted by {:.4g}",
+                    record.name, unit.milliampere, unit.name, motor.milliampere() / unit.milliampere));
+    return;
+  }
+  findings.push_back(record.name +
+                     ": efforts do not come in steps of one mA, so that their unit is not to be seen: "
+                     "taken for N m at the wheel");
+}
+
+void check_effort(DriveRecord& record, const Motor& motor, Findings& findings) {
+  const bool missing = std::none_of(record.torque.begin(), record.torque.end(),
+                                    [](const Wheels& w) { return w.isFinite().all() && (w != 0).any(); });
+  if (missing) {
+    record.torque.clear();
+    findings.push_back(record.name +
+                       ": no effort in joint_states: friction and inertia cannot be told; use a driver that "
+                       "publishes the sensed torques");
+    return;
+  }
+  check_effort_unit(record, motor, findings);
+  check_effort_signs(record, findings);
+}
+
+}  // namespace
+
+std::vector<std::string> inspect(DriveRecord& record, const Motor& motor) {
+  Findings findings;
+  if (record.t.size() < 100)
+    throw UnusableRecord(fmt::format("{}: {} joint states; must be at least 100", record.name, record.t.size()));
+  if (record.commands.t.empty())
+    throw UnusableRecord(record.name + ": no commands; must have cmd_vel or velocity_command");
+  find_gaps(record, findings);
+  check_rates(record, motor, findings);
+  check_positions(record, findings);
+  check_effort(record, motor, findings);
+  return findings;
+}
+
+std::vector<std::string> find_pushes(DriveRecord& record, const Prediction& predicted) {
+  constexpr double kFilter = 0.1, kMinTorque = 0.12, kMinRate = 0.08, kApart = 1.0;  // s, N m, rad/s, s
+  constexpr double kFactor = 8;
+  Findings findings;
+  if (!record.has_torque()) return findings;
+  std::vector<Eigen::Vector3d> rate, torque;
+  for (std::size_t k = 0; k < record.t.size(); ++k) {
+    rate.push_back(modes(record.dphi[k] - predicted.dphi[k]));
+    torque.push_back(modes(record.torque[k] - predicted.torque[k]));
+  }
+  rate = low_pass(record.t, rate, kFilter);
+  torque = low_pass(record.t, torque, kFilter);
+  const std::vector<Motion> parts = motions(record);
+  const auto settled = [&](double t) {
+    for (const Motion& m : parts) {
+      if (t >= m.begin + kSettlingTime && t < m.end) return m.held && !record.is_spoilt(t);
+    }
+    return false;
+  };
+  for (int mode = 0; mode < kModes; ++mode) {
+    std::vector<double> rates, torques;
+    for (std::size_t k = 0; k < record.t.size(); ++k) {
+      if (!settled(record.t[k])) continue;
+      rates.push_back(std::abs(rate[k][mode]));
+      torques.push_back(std::abs(torque[k][mode]));
+    }
+    const double min_rate = std::max(kMinRate, kFactor * 1.5 * median(rates));
+    const double min_torque = std::max(kMinTorque, kFactor * 1.5 * median(torques));
+    double begin = -1, end = -1, most = 0;
+    const auto finish = [&] {
+      if (begin < 0) return;
+      findings.push_back(
+          fmt::format("{}: from {:.1f} to {:.1f} s the base is pushed, {}, with up to {:.2g} N m a wheel: left "
+                      "out",
+                      record.name, begin, end, kModeNames[mode], most));
+      record.spoilt.emplace_back(begin - 0.3, end + kSettlingTime);
+      begin = -1;
+      most = 0;
+    };
+    for (std::size_t k = 0; k < record.t.size(); ++k) {
+      const double t = record.t[k];
+      if (begin >= 0 && t > end + kApart) finish();
+      if (!settled(t) || std::abs(torque[k][mode]) < min_torque || std::abs(rate[k][mode]) < min_rate) continue;
+      if (begin < 0) begin = t;
+      end = t;
+      most = std::max(most, std::abs(torque[k][mode]));
+    }
+    finish();
+  }
+  return findings;
+}
+
+}  // namespace youbot_base_sim

@@ -1,0 +1,67 @@
+#include "youbot_base_sim/identify/parameters.h"
+
+#include <stdexcept>
+
+namespace youbot_base_sim {
+
+namespace {
+
+void set_radius(Scene& c, double radius) {
+  RobotParameters& robot = c.robot;
+  robot.R_d *= radius / robot.R;  // a larger wheel of the same shape
+  robot.R = radius;
+}
+
+constexpr char kTwoSpeeds[] = "ahead, sideways and turning at two speeds each that differ by a factor of 2 or more";
+constexpr char kSteps[] = "steps from rest to 0.2 m/s and back, ahead, sideways and turning";
+constexpr char kTruth[] = "the same drive under motion capture or the like, as ground_truth in the bag";
+constexpr char kSlip[] = "starts and stops so hard that wheels slide, with ground truth";
+
+}  // namespace
+
+const std::vector<Parameter>& parameters() {
+  using C = Scene;
+  static const std::vector<Parameter> table = {
+      {"motors", "velocity_proportional_gain", "N m s/rad", 0.02, 20, 0.01, Needs::kRates, true, kSteps,
+       [](const C& c) { return c.motors->gains.proportional; },
+       [](C& c, double p) { c.motors->gains.proportional = p; }},
+      {"motors", "velocity_integral_gain", "N m/rad", 0, 200, 0.03, Needs::kRates, true, kSteps,
+       [](const C& c) { return c.motors->gains.integral; }, [](C& c, double p) { c.motors->gains.integral = p; }},
+      {"motors", "command_delay", "s", 0, 0.5, 0.002, Needs::kRates, false, kSteps,
+       [](const C& c) { return c.motors->command_delay; }, [](C& c, double p) { c.motors->command_delay = p; }},
+      {"robot", "dry_friction", "N m", 0, 2, 0.005, Needs::kTorques, false, kTwoSpeeds,
+       [](const C& c) { return c.robot.dry_friction.mean(); },
+       [](C& c, double p) { c.robot.dry_friction.setConstant(p); }},
+      {"robot", "wheel_damping", "N m s", 0, 0.5, 0.001, Needs::kTorques, false, kTwoSpeeds,
+       [](const C& c) { return c.robot.mu_1.mean(); }, [](C& c, double p) { c.robot.mu_1.setConstant(p); }},
+      {"robot", "roller_dry_friction", "N m", 0, 0.5, 0.002, Needs::kTorques, false, kTwoSpeeds,
+       [](const C& c) { return c.robot.roller_dry_friction.mean(); },
+       [](C& c, double p) { c.robot.roller_dry_friction.setConstant(p); }},
+      {"robot", "roller_damping", "N m s", 0, 0.05, 1e-4, Needs::kTorques, false, kTwoSpeeds,
+       [](const C& c) { return c.robot.mu_2.mean(); }, [](C& c, double p) { c.robot.mu_2.setConstant(p); }},
+      {"robot", "wheel_inertia", "kg m^2", 1e-4, 0.1, 2e-4, Needs::kTorques, false, kSteps,
+       [](const C& c) { return c.robot.J_1; }, [](C& c, double p) { c.robot.J_1 = p; }},
+      {"robot", "total_inertia", "kg m^2", 0.5, 50, 0.1, Needs::kTorques, false, kSteps,
+       [](const C& c) { return c.robot.I_s; }, [](C& c, double p) { c.robot.I_s = p; }},
+      {"floor", "friction", "", 0.05, 2, 0.02, Needs::kTruth, false, kSlip, [](const C& c) { return c.floor.f; },
+       [](C& c, double p) { c.floor.f = p; }},
+      {"robot", "wheel_radius", "m", 0.02, 0.1, 1e-4, Needs::kTruth, false, kTruth,
+       [](const C& c) { return c.robot.R; }, set_radius},
+      {"robot", "half_track", "m", 0.05, 0.5, 1e-3, Needs::kTruth, false, kTruth, [](const C& c) { return c.robot.l; },
+       [](C& c, double p) { c.robot.l = p; }},
+      {"robot", "com_X", "m", -0.1, 0.1, 2e-3, Needs::kTruth, false, kTruth, [](const C& c) { return c.robot.a_X; },
+       [](C& c, double p) { c.robot.a_X = p; }},
+      {"robot", "com_Y", "m", -0.1, 0.1, 2e-3, Needs::kTruth, false, kTruth, [](const C& c) { return c.robot.a_Y; },
+       [](C& c, double p) { c.robot.a_Y = p; }},
+  };
+  return table;
+}
+
+std::size_t parameter(const std::string& key) {
+  for (std::size_t k = 0; k < parameters().size(); ++k) {
+    if (key == parameters()[k].key) return k;
+  }
+  throw std::logic_error(key + ": no parameter");
+}
+
+}  // namespace youbot_base_sim

@@ -1,0 +1,151 @@
+#include "youbot_base_sim/identify/report.h"
+
+#include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
+
+#include <cmath>
+#include <map>
+
+#include "../scene/yaml_file.h"
+#include "youbot_base_sim/identify/forward_model.h"
+#include "youbot_base_sim/identify/modes.h"
+
+namespace youbot_base_sim {
+
+namespace {
+
+using Comments = std::map<std::string, std::string>;  // by section.key
+
+/// Puts what was fitted into the scene.
+void set_fitted(YAML::Node& root, const Fit& fit, Comments& comments) {
+  const RobotParameters& robot = fit.scene.robot;
+  for (std::size_t k = 0; k < parameters().size(); ++k) {
+    if (!fit.fitted[k]) continue;
+    const Parameter& p = parameters()[k];
+    std::string key = p.key;
+    YAML::Node value(fmt::format("{:.6g}", p.get(fit.scene)));
+    if (key == "com_X" || key == "com_Y") {
+      key = "com";
+      value = YAML::Node(YAML::NodeType::Sequence);
+      value.push_back(fmt::format("{:.6g}", robot.a_X));
+      value.push_back(fmt::format("{:.6g}", robot.a_Y));
+      value.SetStyle(YAML::EmitterStyle::Flow);
+    }
+    if (key == "wheel_radius") root["robot"]["roller_axis_radius"] = fmt::format("{:.6g}", robot.R_d);
+    root[p.section][key] = value;
+    comments[fmt::format("{}.{}", p.section, key)] +=
+        fmt::format("{}fitted, sigma {:.2g} {}", key == "com" ? std::string(p.key) + ": " : "", fit.sigma[k], p.unit);
+  }
+}
+
+void emit(YAML::Emitter& out, const std::string& path, const YAML::Node& node, const Comments& comments) {
+  if (!node.IsMap() || node.Style() == YAML::EmitterStyle::Flow) {
+    out << node;
+    return;
+  }
+  out << YAML::BeginMap;
+  for (const auto& entry : node) {
+    const auto key = entry.first.as<std::string>();
+    const std::string full = path.empty() ? key : path + "." + key;
+    out << YAML::Key << key << YAML::Value;
+    emit(out, full, entry.second, comments);
+    if (const auto comment = comments.find(full); comment != comments.end()) out << YAML::Comment(comment->second);
+  }
+  out << YAML::EndMap;
+}
+
+}  // namespace
+
+std::string report(const Scene& start, const Fit& fit) {
+  std::string text = fmt::format("{:<36} {:>10} {:>10} {:>10}\n", "", "start", "fitted", "sigma");
+  for (std::size_t k = 0; k < parameters().size(); ++k) {
+    const Parameter& p = parameters()[k];
+    if (!fit.fitted[k]) continue;
+    text += fmt::format("{:<36} {:>10.4g} {:>10.4g} {:>10.1g} {}\n", p.name(), p.get(start), p.get(fit.scene),
+                        fit.sigma[k], p.unit);
+  }
+  for (Eigen::Index a = 0; a < fit.correlation.rows(); ++a) {
+    for (Eigen::Index b = 0; b < a; ++b) {
+      if (std::abs(fit.correlation(a, b)) < 0.8) continue;
+      text += fmt::format("correlated by {:.2f}: {} and {}\n", fit.correlation(a, b),
+                          parameters()[static_cast<std::size_t>(b)].name(),
+                          parameters()[static_cast<std::size_t>(a)].name());
+    }
+  }
+  for (const std::string& line : fit.untold) text += "kept at its start: " + line + "\n";
+  text += fmt::format(
+      "error on motions that were held out: {:.3g} before, {:.3g} after (1: 0.02 rad/s, 0.02 N m, 2 mm in half a "
+      "second)\n",
+      fit.error_before, fit.error_after);
+  return text;
+}
+
+std::string fitted_scene(const std::string& start_path, const Fit& fit, const DriveRecord& record,
+                         const std::string& table) {
+  YAML::Node root(YAML::NodeType::Map);
+  if (start_path.empty()) {
+    root["robot"]["profile"] = "measured";
+  } else {
+    root = YAML::Clone(read_yaml_file(start_path));
+  }
+  for (const char* section : {"robot", "motors", "floor"}) {
+    if (root[section]) root[section].SetStyle(YAML::EmitterStyle::Block);
+  }
+  root.SetStyle(YAML::EmitterStyle::Block);
+  Comments comments;
+  set_fitted(root, fit, comments);
+  root["motors"]["quantized"] = true;
+  root["duration"] = fmt::format("{:.3f}", record.duration());
+  root.remove("drive");
+  root.remove("initial");
+  const Wheels& phi = fit.phi.front();
+  YAML::Node angles(YAML::NodeType::Sequence);
+  for (int i = 0; i < kWheels; ++i) angles.push_back(fmt::format("{:.4f}", phi[i]));
+  angles.SetStyle(YAML::EmitterStyle::Flow);
+  root["initial"]["wheel_angles"] = angles;
+  comments["initial.wheel_angles"] = "fitted, but for whole rollers";
+  root["drive"]["velocity_table"] = table;
+  YAML::Emitter out;
+  out << YAML::Comment(fmt::format("By identify, from {}. Error on held-out motions {:.3g}, before the fit {:.3g}.",
+                                   record.name, fit.error_after, fit.error_before))
+      << YAML::Newline;
+  emit(out, "", root, comments);
+  return std::string(out.c_str()) + "\n";
+}
+
+std::string command_table(const DriveRecord& record) {
+  std::string text = "t,fl,fr,bl,br\n";
+  for (std::size_t k = 0; k < record.commands.t.size(); ++k) {
+    const Wheels& w = record.commands.values[k];
+    text += fmt::format("{:.6f},{:.7g},{:.7g},{:.7g},{:.7g}\n", record.commands.t[k], w[0], w[1], w[2], w[3]);
+  }
+  return text;
+}
+
+std::string comparison_csv(const Fit& fit, const DriveRecord& record, const Wheels& phi) {
+  constexpr double kFilter = 0.3;  // s
+  const Prediction fitted = predict(fit.scene, record, phi);
+  const auto modes_of = [&](const std::vector<Wheels>& wheels) {
+    std::vector<Eigen::Vector3d> samples;
+    for (const Wheels& w : wheels) samples.push_back(modes(w));
+    samples.resize(record.t.size(), Eigen::Vector3d::Zero());
+    return low_pass(record.t, samples, kFilter);
+  };
+  const auto rate = modes_of(record.dphi), torque = modes_of(record.torque);
+  const auto fitted_rate = modes_of(fitted.dphi), fitted_torque = modes_of(fitted.torque);
+  std::string text = "t";
+  for (const char* what : {"rate", "torque", "fitted_rate", "fitted_torque"}) {
+    for (const char* mode : kModeNames) text += fmt::format(",{}_{}", what, mode);
+  }
+  text += "\n";
+  for (std::size_t k = 0; k < record.t.size(); ++k) {
+    text += fmt::format("{:.4f}", record.t[k]);
+    for (const auto* series : {&rate, &torque, &fitted_rate, &fitted_torque}) {
+      for (int m = 0; m < kModes; ++m) text += fmt::format(",{:.6g}", (*series)[k][m]);
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+}  // namespace youbot_base_sim

@@ -1,0 +1,185 @@
+#include "youbot_base_sim/ros/drive_bag.h"
+
+#include <fmt/format.h>
+#include <geometry_msgs/Twist.h>
+#include <nav_msgs/Odometry.h>
+#include <rosbag/bag.h>
+#include <rosbag/view.h>
+#include <sensor_msgs/JointState.h>
+#include <tf2/utils.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "youbot_base_sim/identify/inspection.h"
+#include "youbot_base_sim/identify/modes.h"
+#include "youbot_base_sim/ros/conversions.h"
+#include "youbot_base_sim/text/quote.h"
+
+namespace youbot_base_sim {
+
+namespace {
+
+/// Whether the topic has this name, in any namespace or, as rosbag record writes it on request, in none.
+bool ends_with(const std::string& topic, const std::string& name) {
+  if (topic == name) return true;
+  const std::string tail = "/" + name;
+  return topic.size() >= tail.size() && topic.compare(topic.size() - tail.size(), std::string::npos, tail) == 0;
+}
+
+/// The recorder's time of arrival stands in for a stamp that nobody set, or that another clock did.
+double time_of(const ros::Time& stamp, const ros::Time& arrival) {
+  constexpr double kMaxApart = 1;  // s
+  return std::abs((stamp - arrival).toSec()) < kMaxApart ? stamp.toSec() : arrival.toSec();
+}
+
+class Reader {
+ public:
+  explicit Reader(const std::string& path) { record_.name = quote_path(path); }
+
+  void add(const rosbag::MessageInstance& message) {
+    if (const auto joints = message.instantiate<sensor_msgs::JointState>()) add(*joints, message.getTime());
+    if (const auto twist = message.instantiate<geometry_msgs::Twist>())
+      twists_.emplace_back(message.getTime().toSec(), *twist);
+    if (const auto rates = message.instantiate<brics_actuator::JointVelocities>()) {
+      velocities_.emplace_back(message.getTime().toSec(), *rates);
+    }
+    if (const auto odometry = message.instantiate<nav_msgs::Odometry>()) {
+      ends_with(message.getTopic(), kGroundTruthTopic) ? add_truth(*odometry, message.getTime())
+                                                       : add_odometry(*odometry);
+    }
+  }
+
+  DriveRecord finish(DriverKinematics* given) {
+    if (record_.t.empty()) throw UnusableRecord(record_.name + ": no joint_states of the four wheels");
+    const DriverKinematics kinematics = kinematics_of_odometry();
+    if (given) *given = kinematics;
+    add_commands(kinematics);
+    const double start = record_.t.front();
+    for (std::vector<double>* times : {&record_.t, &record_.commands.t, &record_.truth_t}) {
+      for (double& t : *times) t -= start;
+    }
+    return std::move(record_);
+  }
+
+ private:
+  void add(const sensor_msgs::JointState& joints, const ros::Time& arrival) {
+    Wheels phi, dphi, torque;
+    const std::size_t n = joints.name.size();
+    const bool effort = joints.effort.size() == n;
+    for (int i = 0; i < kWheels; ++i) {
+      const auto found = std::find(joints.name.begin(), joints.name.end(), wheel_joint(i));
+      const auto k = static_cast<std::size_t>(found - joints.name.begin());
+      if (k == n || joints.position.size() != n || joints.velocity.size() != n) return;  // an arm's
+      phi[i] = joints.position[k];
+      dphi[i] = joints.velocity[k];
+      torque[i] = effort ? joints.effort[k] : 0;
+    }
+    const double t = time_of(joints.header.stamp, arrival);
+    if (!phi.isFinite().all() || !dphi.isFinite().all() || (!record_.t.empty() && t <= record_.t.back())) return;
+    record_.t.push_back(t);
+    record_.phi.push_back(phi);
+    record_.dphi.push_back(dphi);
+    record_.torque.push_back(torque.isFinite().all() ? torque : Wheels(Wheels::Zero()));
+  }
+
+  void add_truth(const nav_msgs::Odometry& message, const ros::Time& arrival) {
+    const double t = time_of(message.header.stamp, arrival);
+    if (!record_.truth_t.empty() && t <= record_.truth_t.back()) return;
+    double heading = tf2::getYaw(message.pose.pose.orientation);
+    if (!record_.truth.empty())
+      heading = record_.truth.back()[2] + std::remainder(heading - record_.truth.back()[2], 2 * M_PI);
+    record_.truth_t.push_back(t);
+    record_.truth.emplace_back(message.pose.pose.position.x, message.pose.pose.position.y, heading);
+  }
+
+  /// Sums from which the lengths follow: the velocities that odom computes from the rates that joint_states tell.
+  void add_odometry(const nav_msgs::Odometry& message) {
+    if (record_.dphi.empty()) return;
+    const auto& v = message.twist.twist;
+    const Wheels size = record_.dphi.back().abs();  // whatever the signs
+    const double rate = size.mean();
+    if (size.maxCoeff() - size.minCoeff() > 0.05 * rate) return;  // not a motion straight ahead, sideways or round
+    if (rate < kMinRate) return;
+    const double along = std::max(std::abs(v.linear.x), std::abs(v.linear.y)), turn = std::abs(v.angular.z);
+    if (along > 20 * turn) radii_.push_back(along / rate);
+    if (turn > 20 * along) turns_.push_back(turn / rate);
+  }
+
+  DriverKinematics kinematics_of_odometry() {
+    DriverKinematics kinematics;
+    const auto median = [](std::vector<double>& values) {
+      std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
+      return values[values.size() / 2];
+    };
+    if (radii_.size() > 20) kinematics.wheel_radius = 1e-4 * std::round(1e4 * median(radii_));
+    if (turns_.size() > 20) kinematics.half_lengths = 1e-3 * std::round(1e3 * kinematics.wheel_radius / median(turns_));
+    return kinematics;
+  }
+
+  void add_commands(const DriverKinematics& kinematics) {
+    Wheels rates = Wheels::Zero();
+    std::size_t twist = 0, velocity = 0;
+    const auto apply = [&](double t, const WheelCommand& command) {
+      for (int i = 0; i < kWheels; ++i) {
+        if (command.set_points[i]) rates[i] = command.set_points[i]->value;
+      }
+      WheelTable& table = record_.commands;
+      if (!table.t.empty() && (table.values.back() == rates).all()) return;  // said again
+      if (!table.t.empty() && t <= table.t.back()) {
+        table.values.back() = rates;
+        return;
+      }
+      table.t.push_back(t);
+      table.values.push_back(rates);
+    };
+    while (twist < twists_.size() || velocity < velocities_.size()) {
+      if (velocity == velocities_.size() ||
+          (twist < twists_.size() && twists_[twist].first <= velocities_[velocity].first)) {
+        apply(twists_[twist].first, wheel_command(twists_[twist].second, kinematics));
+        ++twist;
+      } else {
+        apply(velocities_[velocity].first, wheel_command(velocities_[velocity].second));
+        ++velocity;
+      }
+    }
+  }
+
+  static constexpr double kMinRate = 0.5;  // rad/s
+
+  DriveRecord record_;
+  std::vector<std::pair<double, geometry_msgs::Twist>> twists_;
+  std::vector<std::pair<double, brics_actuator::JointVelocities>> velocities_;
+  std::vector<double> radii_, turns_;
+};
+
+}  // namespace
+
+DriveRecord read_drive_bag(const std::string& path, DriverKinematics* kinematics) {
+  Reader reader(path);
+  try {
+    rosbag::Bag bag(path);
+    const auto wanted = [](const rosbag::ConnectionInfo* info) {
+      for (const char* name :
+           {"joint_states", kTwistTopic, kVelocityTopic, kTorqueTopic, kOdometryTopic, kGroundTruthTopic}) {
+        if (ends_with(info->topic, name)) return true;
+      }
+      return false;
+    };
+    rosbag::View view(bag, wanted);
+    for (const rosbag::ConnectionInfo* info : view.getConnections()) {
+      if (ends_with(info->topic, kTorqueTopic)) {
+        throw UnusableRecord(quote_path(path) +
+                             ": has torques_command; only drives under velocity commands can be fitted");
+      }
+    }
+    for (const rosbag::MessageInstance& message : view) reader.add(message);
+  } catch (const ros::Exception& error) {
+    throw UnusableRecord(
+        fmt::format("{}: cannot be read as a bag: {}", quote_path(path), quote(error.what(), kMaxMessage)));
+  }
+  return reader.finish(kinematics);
+}
+
+}  // namespace youbot_base_sim

@@ -1,0 +1,204 @@
+// Twins: robots that are known are found again from what their bags would tell, and records that are not what they
+// should be are found and named.
+
+#include <gtest/gtest.h>
+#include <yaml-cpp/yaml.h>
+
+#include <cmath>
+
+#include "twin.h"
+#include "youbot_base_sim/identify/first_guess.h"
+#include "youbot_base_sim/identify/fit.h"
+#include "youbot_base_sim/identify/forward_model.h"
+#include "youbot_base_sim/identify/inspection.h"
+#include "youbot_base_sim/identify/modes.h"
+
+namespace youbot_base_sim {
+namespace {
+
+Scene measured_base() {
+  Scene scene;
+  scene.robot = measured_robot();
+  scene.motors.emplace();
+  return scene;
+}
+
+double value(const Scene& scene, const char* key) { return parameters()[parameter(key)].get(scene); }
+
+/// The programme of identification_drive.launch.
+std::vector<Command> identification_drive() {
+  std::vector<Command> programme;
+  const YAML::Node file = YAML::LoadFile(YOUBOT_BASE_SIM_SOURCE_DIR "/config/identification_drive.yaml");
+  for (const YAML::Node& row : file["programme"]) {
+    programme.push_back({row[0].as<double>(), {row[1].as<double>(), row[2].as<double>(), row[3].as<double>()}});
+  }
+  return programme;
+}
+
+const std::vector<Command> kShort = {{1, {0, 0, 0}},    {2, {0.1, 0, 0}}, {2, {-0.2, 0, 0}}, {2, {0, 0.1, 0}},
+                                     {3, {0, -0.2, 0}}, {2, {0, 0, 0.4}}, {2, {0, 0, -0.8}}, {1, {0, 0, 0}}};
+
+DriveRecord short_drive() { return Twin{measured_base()}.drive(kShort); }
+
+bool named(const std::vector<std::string>& findings, const std::string& words) {
+  for (const std::string& line : findings) {
+    if (line.find(words) != std::string::npos) return true;
+  }
+  return false;
+}
+
+class TwinTest : public testing::TestWithParam<unsigned> {};
+
+// The share of what a wheel needs at 4 rad/s, or a roller at 15 rad/s, that does not depend on its rate.
+double dry_share(double dry, double viscous, double rate) { return dry / (dry + viscous * rate); }
+
+TEST_P(TwinTest, IsFoundAgain) {
+  constexpr double kWheelRate = 4, kRollerRate = 15;  // rad/s
+  std::mt19937_64 random(GetParam());
+  std::uniform_real_distribution<double> around(0.75, 1.25);
+  Twin twin{measured_base(), GetParam()};
+  RobotParameters& robot = twin.robot.robot;
+  robot.dry_friction *= around(random);
+  robot.mu_1 *= 3 * around(random);
+  robot.roller_dry_friction *= around(random);
+  robot.mu_2 *= 1.5 * around(random);
+  robot.J_1 *= 1.3 * around(random);
+  twin.robot.motors->gains = {0.5 * around(random), 1.2 * around(random)};
+  twin.robot.motors->command_delay = 0.03 * around(random);
+
+  std::vector<DriveRecord> records{twin.drive(identification_drive())};
+  std::vector<std::string> findings = inspect(records[0]);
+  EXPECT_TRUE(findings.empty()) << findings[0];
+  const Fit fitted = fit(measured_base(), records, findings);
+  EXPECT_TRUE(findings.empty()) << findings[0];
+
+  const auto share_off = [&](double found, double expected) { return std::abs(found / expected - 1); };
+  const auto check = [&](const char* key, double tolerance) {
+    EXPECT_LT(share_off(value(fitted.scene, key), value(twin.robot, key)), tolerance)
+        << key << ": " << value(fitted.scene, key) << " in place of " << value(twin.robot, key);
+    RecordProperty(key, std::to_string(value(fitted.scene, key) / value(twin.robot, key) - 1));
+  };
+  check("velocity_proportional_gain", 0.1);
+  check("velocity_integral_gain", 0.1);
+  check("wheel_inertia", 0.25);
+  struct Friction {
+    const char *dry, *viscous;
+    double rate;
+  };
+  for (const Friction& f : {Friction{"dry_friction", "wheel_damping", kWheelRate},
+                            Friction{"roller_dry_friction", "roller_damping", kRollerRate}}) {
+    const double dry = value(fitted.scene, f.dry), viscous = value(fitted.scene, f.viscous);
+    const double true_dry = value(twin.robot, f.dry), true_viscous = value(twin.robot, f.viscous);
+    EXPECT_LT(share_off(dry + viscous * f.rate, true_dry + true_viscous * f.rate), 0.1) << f.dry;
+    EXPECT_LT(share_off(dry_share(dry, viscous, f.rate), dry_share(true_dry, true_viscous, f.rate)), 0.25) << f.dry;
+  }
+  EXPECT_LT(fitted.error_after, 0.2 * fitted.error_before);
+}
+
+INSTANTIATE_TEST_SUITE_P(Seeds, TwinTest, testing::Values(1u, 2u, 3u));
+
+TEST(Inspection, HasNothingToSayOfAGoodRecord) {
+  DriveRecord record = short_drive();
+  EXPECT_TRUE(inspect(record).empty());
+}
+
+TEST(Inspection, FindsTheDriversSignsAndSwappedWheels) {
+  const DriveRecord good = short_drive();
+  DriveRecord record = good;
+  for (std::size_t k = 0; k < record.t.size(); ++k) {
+    for (const int left : {0, 2}) {
+      record.dphi[k][left] *= -1;
+      record.torque[k][left] *= -1;
+    }
+    record.phi[k][3] *= -1;
+    record.dphi[k][3] *= -1;
+    record.torque[k][3] *= -1;
+  }
+  const std::vector<std::string> findings = inspect(record);
+  EXPECT_TRUE(named(findings, "the velocity of wheel fl has the sign opposite"));
+  EXPECT_TRUE(named(findings, "the velocity of wheel bl has the sign opposite"));
+  EXPECT_TRUE(named(findings, "wheel br turns against its commands"));
+  EXPECT_TRUE(named(findings, "the effort of wheel fl brakes"));
+  EXPECT_FALSE(named(findings, "wheel fr"));
+  for (std::size_t k = 0; k < record.t.size(); ++k) {
+    ASSERT_TRUE((record.phi[k] == good.phi[k]).all());
+    ASSERT_TRUE((record.dphi[k] == good.dphi[k]).all());
+    ASSERT_TRUE((record.torque[k] == good.torque[k]).all());
+  }
+}
+
+TEST(Inspection, FindsAmperes) {
+  const DriveRecord good = short_drive();
+  DriveRecord record = good;
+  for (Wheels& w : record.torque) w /= Motor().torque(1);
+  EXPECT_TRUE(named(inspect(record), "they are A, not N m"));
+  for (std::size_t k = 0; k < record.t.size(); ++k)
+    ASSERT_LT((record.torque[k] - good.torque[k]).abs().maxCoeff(), 1e-9);
+}
+
+TEST(Inspection, FindsRatesInRpm) {
+  DriveRecord record = short_drive();
+  for (Wheels& w : record.dphi) w /= Motor().rpm();
+  EXPECT_TRUE(named(inspect(record), "rpm of the motor"));
+}
+
+TEST(Inspection, FindsMissingEffort) {
+  DriveRecord record = short_drive();
+  for (Wheels& w : record.torque) w.setZero();
+  EXPECT_TRUE(named(inspect(record), "no effort"));
+  EXPECT_FALSE(record.has_torque());
+}
+
+TEST(Inspection, FindsAGap) {
+  DriveRecord record = short_drive();
+  const auto cut = [](auto& samples) { samples.erase(samples.begin() + 300, samples.begin() + 340); };
+  cut(record.t);
+  cut(record.phi);
+  cut(record.dphi);
+  cut(record.torque);
+  EXPECT_TRUE(named(inspect(record), "a gap in joint_states of 0.82 s at 5.98 s"));
+  EXPECT_TRUE(record.is_spoilt(6.3));
+  EXPECT_FALSE(record.is_spoilt(5.9));
+}
+
+TEST(Inspection, FindsAPush) {
+  Twin twin{measured_base()};
+  twin.push_from = 9;  // while the base goes right, 7 to 10 s
+  twin.push_to = 9.5;
+  twin.push = wheels_of({0, 0.5, 0});
+  DriveRecord record = twin.drive(kShort), undisturbed = short_drive();
+  ASSERT_TRUE(inspect(record).empty());
+  EXPECT_TRUE(named(find_pushes(record, predict(twin.robot, record, Wheels::Zero())), "the base is pushed, sideways"));
+  EXPECT_TRUE(record.is_spoilt(9.2));
+  EXPECT_TRUE(find_pushes(undisturbed, predict(twin.robot, undisturbed, Wheels::Zero())).empty());
+}
+
+// One speed cannot tell viscous friction from dry, one direction not the rollers' from the drives'.
+TEST(FirstGuess, RefusesWhatTheDriveCannotTell) {
+  const Twin twin{measured_base()};
+  const auto guessed = [&](const std::vector<Command>& programme) {
+    std::vector<DriveRecord> records{twin.drive(programme)};
+    return guess(measured_base(), records);
+  };
+  const FirstGuess one_speed =
+      guessed({{1, {0, 0, 0}}, {2.5, {0.1, 0, 0}}, {2.5, {-0.1, 0, 0}}, {2.5, {0, 0.1, 0}}, {2.5, {0, -0.1, 0}}});
+  EXPECT_TRUE(one_speed.told[parameter("dry_friction")]);
+  EXPECT_FALSE(one_speed.told[parameter("wheel_damping")]);
+  EXPECT_TRUE(named(one_speed.untold, "robot.wheel_damping: one speed"));
+  const FirstGuess ahead =
+      guessed({{1, {0, 0, 0}}, {2.5, {0.1, 0, 0}}, {2.5, {-0.1, 0, 0}}, {2.5, {0.2, 0, 0}}, {2.5, {-0.2, 0, 0}}});
+  EXPECT_TRUE(ahead.told[parameter("wheel_damping")]);
+  EXPECT_FALSE(ahead.told[parameter("roller_dry_friction")]);
+}
+
+TEST(Inspection, RefusesWhatCannotBeUsed) {
+  DriveRecord record = short_drive();
+  record.commands = {};
+  EXPECT_THROW(inspect(record), UnusableRecord);
+  record = short_drive();
+  for (Wheels& w : record.dphi) w *= 3;
+  EXPECT_THROW(inspect(record), UnusableRecord);
+}
+
+}  // namespace
+}  // namespace youbot_base_sim

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <random>
+
+#include "youbot_base_sim/drive/base_driver.h"
+#include "youbot_base_sim/drive/wheel_odometry.h"
+#include "youbot_base_sim/identify/drive_record.h"
+#include "youbot_base_sim/identify/parameters.h"
+#include "youbot_base_sim/simulation.h"
+
+namespace youbot_base_sim {
+
+/// One command of a drive: a velocity of the base (m/s, rad/s) for some time (s).
+struct Command {
+  double time;
+  Eigen::Vector3d velocity;
+};
+
+/// A robot that is known, and what the bag of its drive would tell: readings at 50 Hz in whole rpm, mA and ticks, with
+/// noise, by motors at 1 kHz, from wheels that stood anyhow.
+struct Twin {
+  Scene robot;  ///< with its motors
+  unsigned seed = 1;
+  double noise = 1;                     ///< times 0.004 rad/s and 0.005 N m
+  double push_from = -1, push_to = -1;  ///< s
+  Wheels push = Wheels::Zero();         ///< N m at each wheel, as a hand that pushes the base
+
+  DriveRecord drive(const std::vector<Command>& programme) const {
+    std::mt19937_64 random(seed);
+    std::uniform_real_distribution<double> anywhere(0, 2 * M_PI);
+    std::normal_distribution<double> normal;
+    Scene scene = robot;
+    scene.solver.control_period = 1e-3;
+    scene.solver.relative_tolerance = 1e-6;
+    Wheels phi;
+    for (int i = 0; i < kWheels; ++i) phi[i] = anywhere(random);
+    scene.initial.phi() = phi;
+    BaseDriver::Settings settings;
+    settings.gains = robot.motors->gains;
+    settings.command_delay = robot.motors->command_delay;
+    BaseDriver driver(settings, phi);
+
+    DriveRecord record;
+    record.name = "twin";
+    double end = 0;
+    for (const Command& command : programme) {
+      record.commands.t.push_back(end);
+      record.commands.values.push_back(DriverKinematics().wheel_rates(command.velocity));
+      end += command.time;
+    }
+    std::size_t next = 0;
+    Wheels torque = Wheels::Zero();
+    Simulation simulation(scene, [&](double t, const State& state) -> Wheels {
+      while (next < record.commands.t.size() && record.commands.t[next] <= t + 1e-9) {
+        DriveCommand command;
+        for (int i = 0; i < kWheels; ++i) command[i] = SetPoint{DriveMode::kVelocity, record.commands.values[next][i]};
+        driver.command(t, command);
+        ++next;
+      }
+      torque = driver.sample(t, state.dphi());
+      return t >= push_from && t < push_to ? Wheels(torque + push) : torque;
+    });
+    const Motor motor;
+    const auto whole = [](double value, double quantum) { return std::round(value / quantum) * quantum; };
+    for (int k = 0; 0.02 * k < end; ++k) {
+      simulation.advance_to(0.02 * k);
+      Wheels angles = simulation.state().phi() - phi, rates, torques;
+      for (int i = 0; i < kWheels; ++i) {
+        angles[i] = whole(angles[i], motor.tick());
+        rates[i] = whole(simulation.state().dphi()[i] + 0.004 * noise * normal(random), motor.rpm());
+        torques[i] = whole(torque[i] + 0.005 * noise * normal(random), motor.milliampere());
+      }
+      record.t.push_back(0.02 * k);
+      record.phi.push_back(angles);
+      record.dphi.push_back(rates);
+      record.torque.push_back(torques);
+    }
+    simulation.take_switches();
+    return record;
+  }
+};
+
+}  // namespace youbot_base_sim
