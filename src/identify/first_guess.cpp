@@ -94,9 +94,11 @@ Regression regress_loops(const std::vector<DriveRecord>& records, double delay, 
 
 /// Whether it has found any that make sense.
 bool guess_loops(const std::vector<DriveRecord>& records, Scene& candidate) {
-  constexpr double kMaxDelay = 0.2, kStep = 0.005, kUnsure = 0.05;  // s
+  constexpr int kDelays = 41;
+  constexpr double kStep = 0.005, kUnsure = 0.05;  // s
   double least = std::numeric_limits<double>::infinity();
-  for (double delay = 0; delay <= kMaxDelay; delay += kStep) {
+  for (int k = 0; k < kDelays; ++k) {
+    const double delay = k * kStep;
     const Regression regression = regress_loops(records, delay, 0);
     if (!(regression.error() < least)) continue;
     const Eigen::Vector2d gains = regression.solution();

@@ -301,7 +301,7 @@ void estimate_errors(const Problem& problem, const Trial& trial, Fit& fit) {
     product += r * trial.residuals[problem.predecessors()[k]];
     predecessor_square += r * r;
   }
-  const double rows = static_cast<double>(problem.held_out().size());
+  const auto rows = static_cast<double>(problem.held_out().size());
   const double alike = std::clamp(predecessor_square > 0 ? product / predecessor_square : 0, 0.0, 0.95);
   const double variance = square / rows * (1 + alike) / (1 - alike);
   const Eigen::MatrixXd covariance =

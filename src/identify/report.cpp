@@ -46,7 +46,7 @@ void emit(YAML::Emitter& out, const std::string& path, const YAML::Node& node, c
   out << YAML::BeginMap;
   for (const auto& entry : node) {
     const auto key = entry.first.as<std::string>();
-    const std::string full = path.empty() ? key : path + "." + key;
+    const std::string full = path.empty() ? key : fmt::format("{}.{}", path, key);
     out << YAML::Key << key << YAML::Value;
     emit(out, full, entry.second, comments);
     if (const auto comment = comments.find(full); comment != comments.end()) out << YAML::Comment(comment->second);
