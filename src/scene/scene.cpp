@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <filesystem>
 
@@ -47,12 +46,16 @@ constexpr Range kHarmonicPeriod{1e-4, 1e9, "s"};
   throw SceneError(fmt::format("{} = {}: must be {}", name, quote(value), alternatives(allowed)));
 }
 
+RobotParameters robot_of(Profile profile, double friction_scale) {
+  return profile == Profile::kMeasured ? measured_robot(friction_scale) : RobotParameters();
+}
+
 /// A name, or a section with the name and what the profile takes besides.
 RobotParameters read_profile(const SceneValue& value) {
   Profile profile = Profile::kPaper;
   if (!value.is_section()) {
     value.choice(profile, kProfiles);
-    return profile == Profile::kMeasured ? measured_robot() : RobotParameters();
+    return robot_of(profile, 1);
   }
   SceneSection s = value.section();
   s.required("name").choice(profile, kProfiles);
@@ -60,9 +63,8 @@ RobotParameters read_profile(const SceneValue& value) {
   const SceneValue friction_scale = s["friction_scale"];
   friction_scale.number(scale, {0, 1e3, ""});
   s.finish();
-  if (profile == Profile::kMeasured) return measured_robot(scale);
-  if (friction_scale.given()) friction_scale.refuse("left out for paper");
-  return RobotParameters();
+  if (profile == Profile::kPaper && friction_scale.given()) friction_scale.refuse("left out for paper");
+  return robot_of(profile, scale);
 }
 
 /// `floor` decides whether all four wheels press on it.
@@ -288,13 +290,15 @@ Scene read_scene(const std::string& path, const YAML::Node& root, const SceneOve
 
 RobotParameters robot_of_profile(const std::string& name, double friction_scale) {
   std::vector<std::string> names;
-  for (const Named<Profile>& candidate : kProfiles) names.push_back(candidate.name);
-  if (std::find(names.begin(), names.end(), name) == names.end()) refuse_override("profile", name, names);
-  if (name == "measured") return measured_robot(friction_scale < 0 ? 1 : friction_scale);
-  if (friction_scale >= 0) {
-    throw SceneError(fmt::format("friction_scale = {:g}: must be left out for paper", friction_scale));
+  for (const Named<Profile>& candidate : kProfiles) {
+    names.push_back(candidate.name);
+    if (name != candidate.name) continue;
+    if (candidate.value == Profile::kPaper && friction_scale >= 0) {
+      throw SceneError(fmt::format("friction_scale = {:g}: must be left out for paper", friction_scale));
+    }
+    return robot_of(candidate.value, friction_scale < 0 ? 1 : friction_scale);
   }
-  return RobotParameters();
+  refuse_override("profile", name, names);
 }
 
 IntegrationSettings integration_settings(const SolverSettings& solver) {
