@@ -33,7 +33,7 @@ class ViscousLaw {
   ContactForce force(const Wheels& V_PX, const Wheels& V_PY) const { return {-mu_0_ * V_PX, -mu_0_ * V_PY}; }
 
   ContactStiffness stiffness(const Wheels&, const Wheels&) const {
-    return {Wheels::Constant(mu_0_), Wheels::Zero(), Wheels::Constant(mu_0_)};
+    return {mu_0_, Wheels::Zero(), mu_0_};
   }
   ContactStiffness stiffness(const Wheels& V_PX, const Wheels& V_PY, const ContactForce&) const {
     return stiffness(V_PX, V_PY);
@@ -43,7 +43,7 @@ class ViscousLaw {
   void set_transition_speed(double) {}
 
  private:
-  double mu_0_;
+  Wheels mu_0_;
 };
 
 /// Model 2b: F = -f N V_P / sqrt(nu^2 + |V_P|^2), Coulomb friction (4.11) regularised as in section 5.2 of the paper.
