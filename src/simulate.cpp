@@ -59,6 +59,8 @@ bool read_arguments(int argc, char** argv, Arguments& arguments) {
     ("csv", po::value(&arguments.csv)->value_name("FILE"), "write the motion, a row each 1/output_rate")
     ("switches", po::value(&arguments.switches)->value_name("FILE"), "write the roller switches as CSV")
     ("bag", po::value(&arguments.bag)->value_name("FILE"), "write a bag with the topics of base_node")
+    ("contacts", po::bool_switch(&arguments.overrides.contacts),
+     "in the bag, the topic contacts too, as with output.contacts: true in the scene")
     ("summary", po::value(&arguments.summary)->value_name("FILE"), "write the final state and statistics as JSON")
     ("model", po::value(&arguments.overrides.model)->value_name("NAME"),
      "no_slip, viscous or coulomb, in place of the scene's")
@@ -99,6 +101,7 @@ bool read_arguments(int argc, char** argv, Arguments& arguments) {
   if (given.count("cpu-limit") && !(arguments.cpu_limit > 0)) {
     throw SceneError(fmt::format("--cpu-limit = {}: must be a number > 0", arguments.cpu_limit));
   }
+  if (arguments.overrides.contacts && arguments.bag.empty()) throw SceneError("--contacts: must be given with --bag");
 #ifndef YOUBOT_BASE_SIM_ROS
   if (!arguments.bag.empty()) throw SceneError("--bag: this simulate was built without ROS");
 #endif

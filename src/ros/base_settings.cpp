@@ -152,6 +152,7 @@ void read_telemetry(Parameters& parameters, BaseSettings& settings) {
   settings.publish_tf = parameters.flag("publish_tf", settings.publish_tf);
   settings.world_tf = parameters.flag("world_tf", settings.world_tf);
   telemetry.rollers = parameters.flag("publish_rollers", telemetry.rollers);
+  telemetry.contacts = parameters.flag("publish_contacts", settings.scene.output.contacts);
   telemetry.kinematics.wheel_radius =
       parameters.number("driver_wheel_radius", telemetry.kinematics.wheel_radius, 1e-3, 1, "m");
   telemetry.wheel_error = parameters.number("odometry_wheel_error", telemetry.wheel_error, 0, 1, "");

@@ -138,6 +138,14 @@ void check_control_period(const SceneValue& value, double period, const Scene& s
   }
 }
 
+OutputSettings read_output(SceneSection s, const SceneOverrides& overrides) {
+  OutputSettings output;
+  s["contacts"].choice(output.contacts, kFlags);
+  s.finish();
+  if (overrides.contacts) output.contacts = true;
+  return output;
+}
+
 /// What was read of the scene decides what the method must be able to do and how short a control period may be.
 SolverSettings read_solver(SceneSection s, const SceneOverrides& overrides, const Scene& scene) {
   SolverSettings solver;
@@ -272,7 +280,7 @@ Scene read_scene(const std::string& path, const YAML::Node& root, const SceneOve
   const SceneValue output_rate = file["output_rate"];
   output_rate.number(scene.output_rate, {1e-9, 1e6, "Hz"});
   const SceneValue robot = file["robot"], floor = file["floor"], initial = file["initial"], solver = file["solver"],
-                   motors = file["motors"], drive = file["drive"];
+                   motors = file["motors"], output = file["output"], drive = file["drive"];
   file.finish();
   if (const double rows = scene.duration * scene.output_rate; rows > kMaxRows) {
     output_rate.refuse(fmt::format("such that there are at most {:g} rows; there would be {:g}", kMaxRows, rows));
@@ -280,6 +288,7 @@ Scene read_scene(const std::string& path, const YAML::Node& root, const SceneOve
   scene.floor = read_floor(floor.section());
   scene.robot = read_robot(robot.section(), scene.floor, overrides);
   scene.solver = read_solver(solver.section(), overrides, scene);
+  scene.output = read_output(output.section(), overrides);
   if (motors.given()) scene.motors = read_motors(motors.section());
   read_drive(drive, scene);
   read_initial(initial.section(), scene);

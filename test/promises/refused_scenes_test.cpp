@@ -120,7 +120,7 @@ TEST_F(KeysTest, AreAllFound) {
         "solver.control_period", "drive.reference_motion.Omega.cos", "drive.torque[0].start", "drive.velocity_table"}) {
     EXPECT_TRUE(std::any_of(keys_.begin(), keys_.end(), [&](const Key& key) { return key.path == known; })) << known;
   }
-  EXPECT_EQ(sections_.size(), 5u + 6u);  // robot, floor, initial, solver, motors; drive and what is in it
+  EXPECT_EQ(sections_.size(), 6u + 6u);  // robot, floor, initial, solver, motors, output; drive and what is in it
 }
 
 TEST_F(KeysTest, RefuseWhatIsOfNoUse) {

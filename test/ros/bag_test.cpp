@@ -62,6 +62,29 @@ TEST(BagWriter, writes_every_topic_and_every_switch) {
   EXPECT_EQ(truth->pose.pose.position.x, simulation.state().x());
 }
 
+TEST(BagRecorder, writes_contacts_on_request) {
+  const TemporaryFolder folder;
+  for (const bool asked : {false, true}) {
+    Scene scene = short_scene();
+    scene.output.contacts = asked;
+    Simulation simulation(scene);
+    BagRecorder recorder(BagWriter::open(folder.path("x.bag")));
+    recorder.write(0, simulation, {});
+    simulation.advance_to(0.5);
+    recorder.write(0.5, simulation, {});
+    recorder.commit();
+    rosbag::Bag read(folder.path("x.bag"), rosbag::bagmode::Read);
+    std::vector<double> energies;
+    for (const rosbag::MessageInstance& message : rosbag::View(read, rosbag::TopicQuery("/contacts"))) {
+      energies.push_back(message.instantiate<ContactsStamped>()->kinetic_energy);
+    }
+    EXPECT_EQ(energies.size(), asked ? 2u : 0u);
+    if (asked) {
+      EXPECT_EQ(energies.at(1), simulation.kinetic_energy());
+    }
+  }
+}
+
 /// Writes what the base tells at t (s) of a simulation that stands still.
 void write_at(double t, const Simulation& simulation, BagWriter& bag) {
   const MotorReadings readings = exact_readings(simulation);

@@ -73,6 +73,7 @@ initial: {pose: [1, 2, 3], twist: [4, 5, 6], wheel_angles: [7, 8, 9, 10], wheel_
 solver: {method: implicit_euler, step: 1e-4, relative_tolerance: 1e-6, absolute_tolerance: 1e-8, control_period: 0.002}
 motors: {velocity_proportional_gain: 0.3, velocity_integral_gain: 0.5, max_wheel_torque: 2, max_wheel_rate: 10,
          command_delay: 0.05, quantized: true}
+output: {contacts: true}
 drive: {torque: [{start: 0, constant: [1, 2, 3, 4]}, {start: 1, cos: [1, 0, 0, 0], sin: [0, 1, 0, 0], period: 3}]}
 )");
   EXPECT_EQ(scene.model, Model::kViscous);
@@ -95,6 +96,7 @@ drive: {torque: [{start: 0, constant: [1, 2, 3, 4]}, {start: 1, cos: [1, 0, 0, 0
   EXPECT_EQ(scene.motors->max_wheel_rate, 10);
   EXPECT_EQ(scene.motors->command_delay, 0.05);
   EXPECT_EQ(scene.motors->quantized, true);
+  EXPECT_TRUE(scene.output.contacts);
   EXPECT_EQ(std::get<TorqueSegments>(scene.drive)[1].period, 3);
 }
 
@@ -174,6 +176,8 @@ TEST_F(SceneTest, RefusesInOneLineThatNamesKeyValueAndWhatIsAllowed) {
   expect_refused(d + "motors: {max_wheel_torque: -1}", "motors.max_wheel_torque", "-1", ">= 0");
   expect_refused(d + "motors: {command_delay: 61}", "motors.command_delay", "61", "60 s");
   expect_refused(d + "motors: {quantized: 1}", "motors.quantized", "1", "true or false");
+  expect_refused(d + "output: {contacts: 1}", "output.contacts", "1", "true or false");
+  expect_refused(d + "output: {contact: true}", "output.contact", "true", "contacts");
   expect_refused(d + "motors: 1", "motors", "1", "keys");
   expect_refused(d + "model: rigid", "model", "rigid", "no_slip, viscous or coulomb");
   expect_refused(d + "model: [coulomb]", "model", "[coulomb]", "no_slip, viscous or coulomb");

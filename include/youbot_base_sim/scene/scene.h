@@ -33,6 +33,11 @@ struct SolverSettings {
 /// The same for the integration.
 IntegrationSettings integration_settings(const SolverSettings& solver);
 
+/// What is written besides the motion, where anything is.
+struct OutputSettings {
+  bool contacts = false;  ///< in bags
+};
+
 /// Wheel rates from a table, rad/s, which the wheels' velocity loops track.
 struct VelocityTable {
   WheelTable table;
@@ -44,6 +49,7 @@ struct Scene {
   Model model = Model::kCoulomb;
   double duration = 0;       ///< s
   double output_rate = 100;  ///< rows per second
+  OutputSettings output;
   RobotParameters robot;
   FloorParameters floor;
   State initial;
@@ -70,6 +76,7 @@ struct SceneOverrides {
   std::string method;
   std::string profile;         ///< of the robot; its other keys still go before it
   double friction_scale = -1;  ///< of that profile
+  bool contacts = false;       ///< true: in bags, whatever the file says
 };
 
 /// The robot of a profile, paper or measured, whose friction is multiplied by `friction_scale`; negative: as it is.
