@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "youbot_base_sim/ros/conversions.h"
-#include "youbot_base_sim/scene/urdf.h"
+#include "youbot_base_sim/scene/frames.h"
 
 namespace youbot_base_sim {
 
