@@ -54,7 +54,7 @@ struct BaseSettings {
   /// overlay.
   bool world_tf = false;
   /// Driver and motors: `dry_friction` (N m), `command_timeout` (s) and, in place of the scene's section `motors`, what
-  /// MotorSettings has.
+  /// MotorSettings has. BaseLoop fills in the control period and the wheel's inertia, which are the scene's.
   BaseDriver::Settings driver;
   /// `publish_rollers`; `publish_contacts`, which has them recorded; `joint_velocity_sign`: consistent (with positions)
   /// or driver_exact (the driver's: reversed on the left); `odometry_wheel_error`, for covariances;
