@@ -241,6 +241,10 @@ std::optional<ReactionRecord> Simulation::reaction_record() const { return loop_
 
 void Simulation::go_on_tipping() { loop_->go_on_tipping(); }
 
+PowerBalance Simulation::power_balance() const {
+  return youbot_base_sim::power_balance(loop_->scene_.robot, loop_->state_, contacts(), torque());
+}
+
 std::vector<RollerSwitch> Simulation::take_switches() { return loop_->integration_->take_switches(); }
 
 const IntegrationStatistics& Simulation::statistics() const { return loop_->integration_->statistics(); }

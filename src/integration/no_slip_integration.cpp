@@ -88,7 +88,9 @@ void NoSlipIntegration::set_burden(State& x, const Burden& burden, bool keep_mom
 
 ContactDetails NoSlipIntegration::contacts(const State&, double) const {
   const Wheels none = Wheels::Zero();
-  return {{none, none, none, none, none, none, none, none}};
+  ContactDetails details{{none, none, none, none, none, none, none, none}};
+  details.N = normal_reactions(robot_, floor_);
+  return details;
 }
 
 }  // namespace youbot_base_sim

@@ -254,6 +254,8 @@ class SlipModel<Beyond<Law>> {
     details.N = c.N;
     details.f = c.f;
     details.M_S = c.M_S;
+    details.T_S = c.T_S;
+    details.external = c.external.v;
     if (a_m_ > 0) details.omega = c.V_Z / a_m_;
     return details;
   }

@@ -19,6 +19,9 @@ struct ContactDetails : Contacts {
   Wheels f = Wheels::Zero();      ///< coefficient of friction
   Wheels omega = Wheels::Zero();  ///< rate at which the roller turns on the spot, rad/s; zero without spin friction
   Wheels M_S = Wheels::Zero();    ///< torque of the spin friction, N m; part of M_Z
+  Wheels T_S = Wheels::Zero();    ///< its torque on the roller, N m
+  /// Gravity along the floor and wrenches, on (V_X, V_Y, Omega, 0), N and N m.
+  Wheels external = Wheels::Zero();
 };
 
 }  // namespace youbot_base_sim
