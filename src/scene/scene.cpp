@@ -400,7 +400,8 @@ Scene read_scene(const std::string& path, const YAML::Node& root, const SceneOve
 }  // namespace
 
 bool beyond_the_paper(const Scene& scene) {
-  return scene.robot.normal_reactions != NormalReactions::kStatic || scene.floor.slope != 0 ||
+  const bool uneven_viscous = scene.model == Model::kViscous && (scene.floor.f != scene.floor.f[0]).any();
+  return uneven_viscous || scene.robot.normal_reactions != NormalReactions::kStatic || scene.floor.slope != 0 ||
          scene.floor.spin_radius != 0 || !scene.floor.patches.empty() || !scene.burdens.empty();
 }
 

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -19,16 +20,17 @@ using Json = nlohmann::json;
 using Law = Beyond<CoulombLaw>;
 using System = SlipSystem<Law>;
 
-Wheels wheels(const Json& json) { return {json[0], json[1], json[2], json[3]}; }
+Wheels wheels(const Json& json) {
+  const auto numbers = json.get<std::array<double, kWheels>>();
+  return {numbers[0], numbers[1], numbers[2], numbers[3]};
+}
 
 // JSON is YAML.
 Scene scene_of(const Json& keys) {
   static const TemporaryFolder folder;
   Json json = keys;
   json["duration"] = 1;
-  const std::string path = folder.file("scene.yaml");
-  std::ofstream(path) << json.dump();
-  return load_scene(path);
+  return load_scene(folder.write("scene.yaml", json.dump()));
 }
 
 struct Motion {
@@ -39,12 +41,12 @@ struct Motion {
     State x;
     const Json& u = golden["velocities"];
     for (int k = 0; k < 3; ++k) {
-      x.values(k, 0) = golden["pose"][k];
-      x.values(k, 1) = u[k];
+      x.values(k, 0) = golden["pose"][k].get<double>();
+      x.values(k, 1) = u[k].get<double>();
     }
     for (int i = 0; i < kWheels; ++i) {
-      x.dphi()[i] = u[3 + i];
-      x.dgamma()[i] = u[7 + i];
+      x.dphi()[i] = u[3 + i].get<double>();
+      x.dgamma()[i] = u[7 + i].get<double>();
     }
     x.phi() = wheels(golden["phi_tilde"]);
     return x;
@@ -65,7 +67,7 @@ Json golden() {
 
 // The largest entries set the scale: friction and accelerations of rollers are differences of large numbers.
 void expect_near(const Wheels& value, const Json& expected, double scale, const std::string& what) {
-  for (int i = 0; i < kWheels; ++i) EXPECT_NEAR(value[i], static_cast<double>(expected[i]), 1e-12 * scale) << what << i;
+  for (int i = 0; i < kWheels; ++i) EXPECT_NEAR(value[i], expected[i].get<double>(), 1e-12 * scale) << what << i;
 }
 
 TEST(BeyondModelTest, MeetsRightHandSidesOfAnIndependentProgram) {
@@ -77,8 +79,8 @@ TEST(BeyondModelTest, MeetsRightHandSidesOfAnIndependentProgram) {
     State x = motion.state;
     System system(motion.model, motion.torque, x);
     if (golden.contains("wheel")) {
-      system.enter_sliding(golden["wheel"], 0, x);
-      EXPECT_NEAR(system.alpha(golden["wheel"], x, 0), golden["alpha"], 1e-11);
+      system.enter_sliding(golden["wheel"].get<int>(), 0, x);
+      EXPECT_NEAR(system.alpha(golden["wheel"].get<int>(), x, 0), golden["alpha"].get<double>(), 1e-11);
     }
     const BeyondContacts c = system.contacts(x, 0);
     State dxdt;
@@ -95,11 +97,11 @@ TEST(BeyondModelTest, MeetsRightHandSidesOfAnIndependentProgram) {
       if (golden.contains("friction")) expect_near(c.f, golden["friction"], 1, "f");
     }
     const Json& accelerations = golden["accelerations"];
-    for (int k = 0; k < 3; ++k) EXPECT_NEAR(dxdt.values(k, 1), accelerations[k], 1e-12 * F_scale) << k;
+    for (int k = 0; k < 3; ++k) EXPECT_NEAR(dxdt.values(k, 1), accelerations[k].get<double>(), 1e-12 * F_scale) << k;
     const RobotParameters& robot = motion.model.robot();
     for (int i = 0; i < kWheels; ++i) {
-      EXPECT_NEAR(dxdt.dphi()[i], accelerations[3 + i], 1e-12 * F_scale * robot.R / robot.J_1) << i;
-      EXPECT_NEAR(dxdt.dgamma()[i], accelerations[7 + i], 1e-12 * F_scale * robot.R / robot.J_2) << i;
+      EXPECT_NEAR(dxdt.dphi()[i], accelerations[3 + i].get<double>(), 1e-12 * F_scale * robot.R / robot.J_1) << i;
+      EXPECT_NEAR(dxdt.dgamma()[i], accelerations[7 + i].get<double>(), 1e-12 * F_scale * robot.R / robot.J_2) << i;
     }
     ++cases;
   }

@@ -24,16 +24,16 @@ struct ContactStiffness {
 // class with the functions below, free of allocation and branches. A new law is one more class here and one more entry
 // in `Model` (model.h) and in the table of methods.cpp.
 
-/// Model 2a: F = -mu_0 V_P (paper, (4.10)).
+/// Model 2a: F = -mu_0 V_P (paper, (4.10)), with the same mu_0 under all wheels.
 class ViscousLaw {
  public:
-  ViscousLaw(const RobotParameters& robot, const FloorParameters& floor) : mu_0_(floor.mu_0(robot)) {}
+  ViscousLaw(const RobotParameters& robot, const FloorParameters& floor) : mu_0_(floor.mu_0(robot)[0]) {}
 
   /// Force for the slip velocity V_P, m/s.
   ContactForce force(const Wheels& V_PX, const Wheels& V_PY) const { return {-mu_0_ * V_PX, -mu_0_ * V_PY}; }
 
   ContactStiffness stiffness(const Wheels&, const Wheels&) const {
-    return {mu_0_, Wheels::Zero(), mu_0_};
+    return {Wheels::Constant(mu_0_), Wheels::Zero(), Wheels::Constant(mu_0_)};
   }
   ContactStiffness stiffness(const Wheels& V_PX, const Wheels& V_PY, const ContactForce&) const {
     return stiffness(V_PX, V_PY);
@@ -43,7 +43,7 @@ class ViscousLaw {
   void set_transition_speed(double) {}
 
  private:
-  Wheels mu_0_;
+  double mu_0_;
 };
 
 /// Model 2b: F = -f N V_P / sqrt(nu^2 + |V_P|^2), Coulomb friction (4.11) regularised as in section 5.2 of the paper.
