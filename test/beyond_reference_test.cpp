@@ -35,7 +35,8 @@ class BeyondReferenceTest : public testing::TestWithParam<const char*> {
       EXPECT_LE(std::hypot(x.x() - number(1), x.y() - number(2)), accuracy.pose) << row[0];
       EXPECT_NEAR(x.psi(), number(3), accuracy.pose) << row[0];
       const Wheels N = simulation.contacts().N;
-      for (std::size_t i = 0; i < kWheels; ++i) EXPECT_NEAR(N[static_cast<int>(i)], number(19 + i), accuracy.N) << row[0];
+      for (std::size_t i = 0; i < kWheels; ++i)
+        EXPECT_NEAR(N[static_cast<int>(i)], number(19 + i), accuracy.N) << row[0];
     }
     compare_switches(simulation.take_switches(), reference_rows("beyond/" + name + "_switches"), accuracy.switch_time);
     EXPECT_EQ(simulation.statistics().fallback_steps, 0u);

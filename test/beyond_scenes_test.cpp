@@ -29,9 +29,7 @@ const std::string kSideways =
     "duration: 1\n"
     "drive: {torque: [{start: 0, constant: [-1.5, 1.6, 1.4, -1.5]}, {start: 0.5, constant: [1, -1, -1, 1]}]}\n";
 
-double distance(const State& a, const State& b) {
-  return std::hypot(a.x() - b.x(), a.y() - b.y(), a.psi() - b.psi());
-}
+double distance(const State& a, const State& b) { return std::hypot(a.x() - b.x(), a.y() - b.y(), a.psi() - b.psi()); }
 
 // Friction forces of rollers that turn freely act along their axes alone, so that locked wheels hold up to
 // tan(angle) = f cos(delta) = 0.354.
@@ -63,10 +61,9 @@ TEST(SlopeTest, FreeWheelsRollDownAsModel1Does) {
 
 TEST(BeyondScenesTest, LimitsAreWhatIsWithoutThem) {
   const State paper = end_of(kSideways);
-  for (const char* nothing :
-       {"floor: {spin_radius: 1e-9}", "loads: [{mass: 1e-9, position: [0.1, 0.1, 0.1]}]",
-        "floor: {patches: [{rectangle: [50, 50, 51, 51], friction: 0}]}", "floor: {slope: {angle: 1e-9}}",
-        "wrenches: [{force: [1e-7, 0, 0]}]"}) {
+  for (const char* nothing : {"floor: {spin_radius: 1e-9}", "loads: [{mass: 1e-9, position: [0.1, 0.1, 0.1]}]",
+                              "floor: {patches: [{rectangle: [50, 50, 51, 51], friction: 0}]}",
+                              "floor: {slope: {angle: 1e-9}}", "wrenches: [{force: [1e-7, 0, 0]}]"}) {
     EXPECT_LT(distance(end_of(kSideways + nothing), paper), 1e-6) << nothing;
   }
   EXPECT_LT(distance(end_of(kSideways + "floor: {patches: [{rectangle: [-50, -50, 50, 50], friction: 0.3}]}"),
@@ -81,14 +78,16 @@ TEST(BeyondScenesTest, ATurnedWorldTurnsTheMotion) {
   const std::string robot = kSideways + "robot: {normal_reactions: dynamic, com_height: 0.05}\n";
   const State straight = end_of(
       robot +
-      "floor: {slope: {angle: 0.05, uphill: 0.3}, patches: [{rectangle: [0, 0, 0.3, 0.1], friction: 0.2, edge: 0.03}]}\n"
+      "floor: {slope: {angle: 0.05, uphill: 0.3}, patches: [{rectangle: [0, 0, 0.3, 0.1], friction: 0.2, edge: "
+      "0.03}]}\n"
       "wrenches: [{force: [5, 3, 2], point: [0.1, 0, 0.2], frame: fixed}, {force: [0, 4, 0], start: 0.2, end: 0.6}]\n");
   const State turned = end_of(
       robot +
       "initial: {pose: [0, 0, 1.5707963267948966]}\n"
       "floor: {slope: {angle: 0.05, uphill: 1.8707963267948966}, patches: [{rectangle: [-0.1, 0, 0, 0.3], friction: "
       "0.2, edge: 0.03}]}\n"
-      "wrenches: [{force: [-3, 5, 2], point: [0.1, 0, 0.2], frame: fixed}, {force: [0, 4, 0], start: 0.2, end: 0.6}]\n");
+      "wrenches: [{force: [-3, 5, 2], point: [0.1, 0, 0.2], frame: fixed}, {force: [0, 4, 0], start: 0.2, end: "
+      "0.6}]\n");
   EXPECT_NEAR(turned.x(), -straight.y(), 1e-6);
   EXPECT_NEAR(turned.y(), straight.x(), 1e-6);
   EXPECT_NEAR(turned.psi(), straight.psi() + M_PI / 2, 1e-6);
@@ -121,10 +120,11 @@ TEST(BeyondScenesTest, AMirroredWorldMirrorsTheMotion) {
 // On a floor without friction a push gives its momentum, whatever part of a control period it takes.
 TEST(WrenchTest, ActsFromItsStartToItsEnd) {
   for (const char* period : {"0", "1e-3", "0.1"}) {
-    const State x = end_of(fmt::format("duration: 0.2\nrobot: {{com: [0, 0]}}\nfloor: {{friction: 0}}\n"
-                                       "wrenches: [{{force: [0, 7, 0], start: 0.03037, end: 0.0942}}]\n"
-                                       "drive: {{torque: [{{start: 0}}]}}\nsolver: {{control_period: {}}}\n",
-                                       period));
+    const State x =
+        end_of(fmt::format("duration: 0.2\nrobot: {{com: [0, 0]}}\nfloor: {{friction: 0}}\n"
+                           "wrenches: [{{force: [0, 7, 0], start: 0.03037, end: 0.0942}}]\n"
+                           "drive: {{torque: [{{start: 0}}]}}\nsolver: {{control_period: {}}}\n",
+                           period));
     EXPECT_NEAR(x.V_Y(), 7 * (0.0942 - 0.03037) / RobotParameters().m_s(), 1e-12) << period;
     EXPECT_EQ(x.V_X(), 0);
   }

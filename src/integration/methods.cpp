@@ -19,7 +19,8 @@ double step_of(const Method& method, const IntegrationSettings& settings) {
 template <class Law = CoulombLaw>
 const Entry* find_entry(const std::string& name) {
   const std::vector<Entry>& all = entries<Law>();
-  const auto found = std::find_if(all.begin(), all.end(), [&](const Entry& entry) { return entry.method.name == name; });
+  const auto found =
+      std::find_if(all.begin(), all.end(), [&](const Entry& entry) { return entry.method.name == name; });
   return found == all.end() ? nullptr : &*found;
 }
 
@@ -60,8 +61,8 @@ std::string advice(const RobotParameters& robot, const FloorParameters& floor, M
   if (!method.is_explicit || model == Model::kNoSlip) return "";
   constexpr double kStability = 3, kTimePerStep = 0.6e-6;  // s, at 3 GHz
   const double nu = effective_transition_speed(floor.nu, settings.tolerance);
-  const double damping =
-      model == Model::kViscous ? floor.mu_0(robot).maxCoeff() : (floor.f * normal_reactions(robot, floor)).maxCoeff() / nu;
+  const double damping = model == Model::kViscous ? floor.mu_0(robot).maxCoeff()
+                                                  : (floor.f * normal_reactions(robot, floor)).maxCoeff() / nu;
   const ContactGeometry mean = RollerGeometry(robot).mean();
   const double rate = damping * (mean.r_X.square() + mean.r_Y.square()).maxCoeff() / robot.J_2;
   if (!(rate > 0)) return "";
@@ -88,9 +89,8 @@ std::unique_ptr<Integration> make_integration(Model model, const RobotParameters
   if (model == Model::kNoSlip) return std::make_unique<NoSlipIntegration>(robot, floor, torque, settings.tolerance);
   const std::string& name = settings.method;
   const bool viscous = model == Model::kViscous;
-  const Entry& entry =
-      beyond ? *(viscous ? find_entry<Beyond<ViscousLaw>>(name) : find_entry<Beyond<CoulombLaw>>(name))
-             : *(viscous ? find_entry<ViscousLaw>(name) : find_entry<CoulombLaw>(name));
+  const Entry& entry = beyond ? *(viscous ? find_entry<Beyond<ViscousLaw>>(name) : find_entry<Beyond<CoulombLaw>>(name))
+                              : *(viscous ? find_entry<ViscousLaw>(name) : find_entry<CoulombLaw>(name));
   return entry.make({robot, floor, start, torque, settings.tolerance, step_of(entry.method, settings)});
 }
 

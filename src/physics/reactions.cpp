@@ -30,8 +30,8 @@ const char* name_of(Side side) {
 }
 
 TippedOver::TippedOver(double t, Side side)
-    : std::domain_error(fmt::format("the base tips over at t = {:.9g} s: the wheels of the {} side bear all", t,
-                                    name_of(side))),
+    : std::domain_error(
+          fmt::format("the base tips over at t = {:.9g} s: the wheels of the {} side bear all", t, name_of(side))),
       time_(t),
       side_(side) {}
 

@@ -7,7 +7,8 @@ namespace youbot_base_sim {
 Burden BurdenPlan::at(double t, bool settled) const {
   Burden burden;
   for (const PlannedLoad& planned : loads) {
-    if (planned.contains(t) && (settled || !planned.at_rest || planned.start != t)) burden.loads.push_back(planned.load);
+    if (planned.contains(t) && (settled || !planned.at_rest || planned.start != t))
+      burden.loads.push_back(planned.load);
   }
   for (const PlannedWrench& planned : wrenches) {
     if (planned.contains(t)) burden.wrenches.push_back(planned.wrench);

@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <limits>
-
 namespace youbot_base_sim {
 
 namespace {
@@ -18,7 +16,7 @@ constexpr Named<bool> kFrames[] = {{"platform", false}, {"fixed", true}};
 void read_stretch(SceneSection& s, BurdenPlan::Stretch& stretch) {
   s["start"].number(stretch.start, {0, 1e9, "s"});
   const SceneValue end = s["end"];
-  end.number(stretch.end, {0, std::numeric_limits<double>::infinity(), "s"});
+  end.number(stretch.end, {0, 1e9, "s"});
   if (stretch.end <= stretch.start) end.refuse(fmt::format("after start, {}", stretch.start));
 }
 

@@ -1,5 +1,5 @@
-// The equations beyond the paper: right-hand sides by an independent program (test/data/beyond/golden_rhs.json), and laws
-// of mechanics that they must obey.
+// The equations beyond the paper: right-hand sides by an independent program (test/data/beyond/golden_rhs.json), and
+// laws of mechanics that they must obey.
 
 #include <gtest/gtest.h>
 

@@ -60,13 +60,13 @@ class Integration {
   /// Has the motion go on at the tipping limit, where it throws TippedOver otherwise.
   virtual void go_on_tipping() = 0;
 
-  virtual double kinetic_energy(const State& x) const = 0;            ///< J
+  virtual double kinetic_energy(const State& x) const = 0;              ///< J
   virtual ContactDetails contacts(const State& x, double t) const = 0;  ///< zero in model 1
-  virtual std::int64_t roller(int i) const = 0;                       ///< on which wheel i stands, unwrapped
-  virtual std::optional<std::int64_t> other_roller(int i) const = 0;  ///< the second one of a shared contact
-  virtual double transition_speed() const = 0;                        ///< of the friction, m/s; infinite: none
-  virtual double resting_angle(int i, int k) const = 0;               ///< of roller k, off the floor, rad
-  virtual std::vector<RollerSwitch> take_switches() = 0;              ///< since the last call, in order of time
+  virtual std::int64_t roller(int i) const = 0;                         ///< on which wheel i stands, unwrapped
+  virtual std::optional<std::int64_t> other_roller(int i) const = 0;    ///< the second one of a shared contact
+  virtual double transition_speed() const = 0;                          ///< of the friction, m/s; infinite: none
+  virtual double resting_angle(int i, int k) const = 0;                 ///< of roller k, off the floor, rad
+  virtual std::vector<RollerSwitch> take_switches() = 0;                ///< since the last call, in order of time
   virtual const IntegrationStatistics& statistics() const = 0;
 };
 

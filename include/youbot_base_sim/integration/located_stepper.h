@@ -93,11 +93,11 @@ class LocatedStepper : public ControlledStepperTypes {
   static constexpr double kSliver = 0.99;
   // A rejected step after a jump now and then costs less than short ones after all jumps.
   static constexpr double kDaring = 1.6;
-  static constexpr double kShrinkage = 0.2;           // of a step whose end is not finite
-  static constexpr double kReleaseResolution = 1e-6;  // of the step
+  static constexpr double kShrinkage = 0.2;            // of a step whose end is not finite
+  static constexpr double kReleaseResolution = 1e-6;   // of the step
   static constexpr double kTippingResolution = 1e-10;  // s
-  static constexpr double kFirstOrder = 1e-6;         // of a step: what has a negligible square
-  static constexpr double kTimeResolution = 1e-13;    // s; the promised 1e-12 with room for what sums
+  static constexpr double kFirstOrder = 1e-6;          // of a step: what has a negligible square
+  static constexpr double kTimeResolution = 1e-13;     // s; the promised 1e-12 with room for what sums
   // Further from an edge than any resolution, rad: a quick look suffices.
   static constexpr double kNear = 1e-6;
   static constexpr int kMaxTries = 100, kMaxHalvings = 40;

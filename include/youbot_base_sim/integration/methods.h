@@ -49,7 +49,8 @@ std::string refusal(const Method& method, const RobotParameters& robot, Model mo
 
 /// Integrates `model` from `start` at t = 0 by the method of that name, which must exist and not be refused. `torque`
 /// must outlive the result. Model 1 is not stiff and has no switches: it goes by dopri5 whatever the method. `beyond`
-/// selects equations that know what is beyond the paper; without it those parameters have no effect on models 2a and 2b.
+/// selects equations that know what is beyond the paper; without it those parameters have no effect on models 2a and
+/// 2b.
 std::unique_ptr<Integration> make_integration(Model model, const RobotParameters& robot, const FloorParameters& floor,
                                               const State& start, const TorqueProfile& torque,
                                               const IntegrationSettings& settings, bool beyond = false);

@@ -305,9 +305,9 @@ class Radau : public ControlledStepperTypes {
       const double w_0 = a * b * c / (-c_1 * c_2), w_1 = s * b * c / (c_1 * (c_1 - c_2) * (c_1 - 1)),
                    w_2 = s * a * c / (c_2 * (c_2 - c_1) * (c_2 - 1)), w_3 = s * a * b / ((1 - c_1) * (1 - c_2));
       stages_[j] = w_0 * start + w_1 * known[0] + w_2 * known[1] + w_3 * known[2];
-      friction_[j] = system.model().bounded(w_0 * start_friction + w_1 * known_friction[0] + w_2 * known_friction[1] +
-                                                w_3 * known_friction[2],
-                                            contacts_[j]);
+      friction_[j] = system.model().bounded(
+          w_0 * start_friction + w_1 * known_friction[0] + w_2 * known_friction[1] + w_3 * known_friction[2],
+          contacts_[j]);
     }
   }
 

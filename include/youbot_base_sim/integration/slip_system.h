@@ -23,7 +23,8 @@ namespace youbot_base_sim {
 ///
 /// As a System:       system(x, dxdt, t), system.jacobian(x, J, t, dfdt)
 /// As edges:          lower_edge(), upper_edge(), and hand_over(i, k, x), the effect of crossing one
-/// As sliding mode:   attractive(i, x, t), momentum(i, x), enter_sliding(i, k, x), alpha(i, u, t), put(i, k)
+/// As sliding mode:   attractive(i, x, t), momentum(i, x), enter_sliding(i, k, x), alpha(i, x, t), put(i, k)
+/// As bounds:         max_step(x); watches(), tips(x, t), watch(x, t, dt) of normal reactions
 /// As averaging:      too_fast(i, x), slow_again(i, x), average(i), follow(i, x), put(i, k)
 template <class Law>
 class SlipSystem {
@@ -132,7 +133,10 @@ class SlipSystem {
       record_.least_N = record_.least_N.min(c.N);
       record_.time_off_floor += (c.N <= 0).select(Wheels::Constant(dt), Wheels::Zero());
       record_.tipping = c.tipping;
-      if (c.tipping != Side::kNone && !goes_on_tipping_) throw TippedOver(t, c.tipping);
+      if (c.tipping == Side::kNone) return;
+      if (!goes_on_tipping_) throw TippedOver(t, c.tipping);
+      record_.tipped = c.tipping;
+      record_.time_at_limit += dt;
     }
   }
   const ReactionRecord& reaction_record() const { return record_; }
@@ -290,8 +294,8 @@ class SlipSystem {
     }
     if (shared.any()) share_contacts(u, M, shared, c);
   }
-  [[gnu::noinline]] void share_reactions(const Velocities& u, const Wheels& M, const Mask& shared,
-                                         const Contacts& unit, ContactByReaction& by_reaction) const {
+  [[gnu::noinline]] void share_reactions(const Velocities& u, const Wheels& M, const Mask& shared, const Contacts& unit,
+                                         ContactByReaction& by_reaction) const {
     for (int i = 0; i < kWheels; ++i) {
       if (shared[i]) shared_contact(i, u, unit, M).put(by_reaction);
     }

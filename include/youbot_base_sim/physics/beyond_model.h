@@ -9,9 +9,9 @@
 
 namespace youbot_base_sim {
 
-/// Marks a friction law of the paper as used beyond the paper: SlipModel<Beyond<Law>> has slope, patches, dynamic normal
-/// reactions, spin friction, loads and wrenches besides. Selected at construction, so that the paper's model pays
-/// nothing for it.
+/// Marks a friction law of the paper as used beyond the paper: SlipModel<Beyond<Law>> has slope, patches, dynamic
+/// normal reactions, spin friction, loads and wrenches besides. Selected at construction, so that the paper's model
+/// pays nothing for it.
 template <class Law>
 struct Beyond {};
 
@@ -28,14 +28,14 @@ inline SpinningForce operator*(double factor, const SpinningForce& a) {
 
 /// What happens at the four contacts, in the platform's frame, and what it depends on besides the velocities.
 struct alignas(kAlignment) BeyondContacts : Contacts {
-  Wheels V_Z;    ///< a_m omega, where omega is the rate at which the roller turns on the spot, m/s
-  Wheels spin;   ///< what a unit dgamma adds to omega
-  Wheels F_Z;    ///< M_S / a_m, N
-  Wheels M_S;    ///< torque of the spin friction, N m; part of M_Z
-  Wheels T_S;    ///< its torque on the roller, N m
-  Wheels f;      ///< coefficient of friction
-  Wheels N;      ///< normal reaction, N
-  Pose pose;     ///< of the base
+  Wheels V_Z;   ///< a_m omega, where omega is the rate at which the roller turns on the spot, m/s
+  Wheels spin;  ///< what a unit dgamma adds to omega
+  Wheels F_Z;   ///< M_S / a_m, N
+  Wheels M_S;   ///< torque of the spin friction, N m; part of M_Z
+  Wheels T_S;   ///< its torque on the roller, N m
+  Wheels f;     ///< coefficient of friction
+  Wheels N;     ///< normal reaction, N
+  Pose pose;    ///< of the base
   ExternalForce external;
   Side tipping = Side::kNone;
 };
@@ -53,7 +53,8 @@ struct SpinningStiffness {
 template <>
 class LimitSurface<CoulombLaw> {
  public:
-  LimitSurface(const RobotParameters&, const FloorParameters& floor) : nu_(floor.nu), nu_squared_(floor.nu * floor.nu) {}
+  LimitSurface(const RobotParameters&, const FloorParameters& floor)
+      : nu_(floor.nu), nu_squared_(floor.nu * floor.nu) {}
 
   /// Whether friction depends on the normal reaction.
   static constexpr bool kByReaction = true;
@@ -221,8 +222,8 @@ class SlipModel<Beyond<Law>> {
                                 const ContactByReaction& contact) const {
     Wheels tau = M - robot_.mu_1 * u.dphi;
     if (dry_.any()) tau -= dry_.wheel_torque(u.dphi);
-    return reactions_.solve(contact, {u.v, u.dphi, tau.sum(), inertia_.coriolis(u.v) + placed.external.v,
-                                      placed.external});
+    return reactions_.solve(contact,
+                            {u.v, u.dphi, tau.sum(), inertia_.coriolis(u.v) + placed.external.v, placed.external});
   }
 
   Friction friction(const Contacts& c) const { return {c.F_X, c.F_Y, c.F_Z}; }
@@ -345,8 +346,8 @@ class SlipModel<Beyond<Law>> {
                                    K.XZ * X + K.YZ * Y + K.ZZ * Z};
     };
     const Wheels one = Wheels::Ones(), zero = Wheels::Zero();
-    const std::array<std::array<Wheels, 3>, 3> platform = {
-        column(one, zero, zero), column(zero, one, zero), column(-arm, rho_X_, a_m_ * one)};
+    const std::array<std::array<Wheels, 3>, 3> platform = {column(one, zero, zero), column(zero, one, zero),
+                                                           column(-arm, rho_X_, a_m_ * one)};
     const std::array<Wheels, 3> by_dgamma = column(-c.r_X, c.r_Y, spin);
     for (int k = 0; k < 3; ++k) {
       const auto& [X, Y, Z] = platform[k];

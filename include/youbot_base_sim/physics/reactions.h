@@ -19,6 +19,8 @@ struct ReactionRecord {
   Wheels least_N = Wheels::Constant(std::numeric_limits<double>::infinity());  ///< of each wheel, N
   Wheels time_off_floor = Wheels::Zero();                                      ///< s
   Side tipping = Side::kNone;                                                  ///< at the last look
+  Side tipped = Side::kNone;                                                   ///< when it last was at its limit
+  double time_at_limit = 0;                                                    ///< s, while it went on there
 };
 
 /// The base reached its tipping limit: the two wheels of one side bear all.
@@ -44,8 +46,8 @@ struct ContactByReaction {
   Line D;         ///< moment of the normal forces about the wheel's centre line, N Delta_Y, N m
 };
 
-/// Normal reactions of the floor while the base moves: vertical forces and moments about both horizontal axes balance at
-/// every instant, without heave, pitch or roll, and a fourth condition says how four wheels share what three would
+/// Normal reactions of the floor while the base moves: vertical forces and moments about both horizontal axes balance
+/// at every instant, without heave, pitch or roll, and a fourth condition says how four wheels share what three would
 /// carry. The reactions depend on friction, which depends on them: both are linear, and solved for together.
 class Reactions {
  public:
@@ -62,7 +64,7 @@ class Reactions {
   };
 
   struct Solution {
-    Wheels N;                   ///< N, never negative
+    Wheels N;                    ///< N, never negative
     Side tipping = Side::kNone;  ///< the side that bears all, at the tipping limit
   };
   /// A wheel that would be pulled down leaves the floor: its N is 0 in place of the fourth condition.
