@@ -1,0 +1,135 @@
+"""Order spectrum of the wheels' rates: how they ripple, in cycles per turn of the wheel.
+
+Over the wheel's angle, rollers pass n times a turn whatever its rate, so that a motion that changes its speed does not
+smear the line, as it would a spectrum over time.
+"""
+import math
+
+import numpy as np
+
+from .record import Missing
+from .section import COLORS, Section
+from .wheels import WHEELS
+
+TURNS = 4             # of a segment: lines are half an order wide
+ORDER_STEP = 0.125
+SEGMENTS = 64         # of a wheel, at most, spread evenly
+SAMPLES = 4096        # of a segment, at most
+SLOW = 0.05           # of the largest rate; slower, a wheel stands or turns back
+BELOW_NYQUIST = 0.8   # share of the Nyquist frequency to which the rollers' frequency may rise
+STANDS_OUT = 3        # times the median of the orders around
+
+
+def analyse(record):
+    joints, n = record.need("joint_states"), record.base.rollers_per_wheel
+    orders = np.arange(0.5, 3.5 * n + ORDER_STEP / 2, ORDER_STEP)
+    phi = joints["position"] if "position" in joints.columns else integrated(joints)
+    fastest = BELOW_NYQUIST * math.pi / joints.period / n if len(joints) > 1 else 0  # rad/s
+    wheels = [Wheel(joints, phi[:, k], joints["rate"][:, k], orders, fastest) for k in range(4)]
+    if not any(wheel.segments for wheel in wheels):
+        raise Missing("no wheel turns %d times one way at a rate between %g and %.1f rad/s, where %.3g Hz of joint_states "
+                      "show rollers pass" % (TURNS, 0, fastest, 1 / joints.period if len(joints) > 1 else 0))
+    section = Section("spectrum", "Ripple of the wheels' rates, over the wheel's angle: amplitude in rad/s")
+    section.wheel_header()
+    section.wheels("turns looked at", [wheel.segments * TURNS / 2 for wheel in wheels], "%.0f", "turns", "1")
+    for times in (1, 2):
+        section.wheels("rollers passing, order %d" % (times * n), [wheel.peak(times * n)[1] for wheel in wheels], "%.4f",
+                       "ripple_order_%d" % (times * n), "rad/s")
+    section.wheels("  times what is around", [wheel.stands_out(n) for wheel in wheels], "%.1f", "stands_out", "1")
+    section.wheels("strongest order", [wheel.strongest()[0] for wheel in wheels], "%.2f", "strongest_order", "1")
+    section.wheels("  its amplitude", [wheel.strongest()[1] for wheel in wheels], "%.4f", "strongest_ripple", "rad/s")
+    section.wheels("rollers pass at, Hz", [n * wheel.mean_rate / (2 * math.pi) for wheel in wheels], "%.2f",
+                   "passing_frequency", "Hz")
+    if any(wheel.too_fast for wheel in wheels):
+        section.say("", "above %.1f rad/s rollers pass faster than %.3g Hz of joint_states can show: left out" % (
+            fastest, 1 / joints.period))
+    section.tables["spectrum.csv"] = (["order_per_turn"] + ["ripple_%s_rad_per_s" % wheel for wheel in WHEELS],
+                                      np.column_stack([orders] + [wheel.amplitude for wheel in wheels]))
+    section.draw = lambda figure: draw(figure, orders, wheels, n)
+    return section
+
+
+def integrated(joints):
+    step = np.diff(joints.t)[:, None] * (joints["rate"][1:] + joints["rate"][:-1]) / 2
+    return np.concatenate([np.zeros((1, 4)), np.cumsum(step, axis=0)])
+
+
+class Wheel:
+    """Mean spectrum of one wheel over all segments: half overlapping, without their trend, under Hann's window."""
+
+    def __init__(self, joints, phi, rate, orders, fastest):
+        self.orders = orders
+        size = np.abs(rate)
+        self.too_fast = bool((size > fastest).any())
+        usable = (size > SLOW * size.max()) & (size <= fastest) if size.max() > 0 else np.zeros(len(size), bool)
+        segments = list(self.find_segments(joints, phi, rate, usable))
+        chosen = np.unique(np.linspace(0, len(segments) - 1, min(len(segments), SEGMENTS)).astype(int))
+        self.segments = len(chosen)
+        power = [amplitudes(phi[segments[i]], rate[segments[i]], orders) ** 2 for i in chosen]
+        self.amplitude = np.sqrt(np.mean(power, axis=0)) if power else np.full(len(orders), np.nan)
+        self.mean_rate = np.mean([size[segments[i]].mean() for i in chosen]) if power else np.nan
+
+    @staticmethod
+    def find_segments(joints, phi, rate, usable):
+        sense = np.where(usable, np.sign(rate), 0)
+        gap = np.diff(joints.t) > joints.max_step
+        bounds = [0, *(np.flatnonzero((np.diff(sense) != 0) | gap) + 1), len(sense)]
+        for a, b in zip(bounds, bounds[1:]):
+            if sense[a] == 0:
+                continue
+            angle = np.abs(phi[a:b] - phi[a])
+            if not (np.diff(angle) > 0).all():
+                angle = np.maximum.accumulate(angle)
+            half = TURNS * math.pi
+            for begin in np.arange(0, angle[-1] - 2 * half, half):
+                first, last = np.searchsorted(angle, (begin, begin + 2 * half))
+                if last - first > 16:
+                    stride = 1 + (last - first) // SAMPLES
+                    yield slice(a + first, a + last + 1, stride)
+
+    def peak(self, order, width=0.5):
+        """Order and amplitude of the largest value around an order."""
+        near = np.flatnonzero(np.abs(self.orders - order) <= width)
+        if not self.segments:
+            return math.nan, math.nan
+        best = near[np.argmax(self.amplitude[near])]
+        return self.orders[best], self.amplitude[best]
+
+    def stands_out(self, order):
+        around = (np.abs(self.orders - order) <= 2.5) & (np.abs(self.orders - order) > 1)
+        return self.peak(order)[1] / max(np.median(self.amplitude[around]), 1e-12)
+
+    def strongest(self):
+        """Beyond the first order, where slow changes of the rate end."""
+        return self.peak(self.orders[-1], self.orders[-1] - 1.5)
+
+
+def amplitudes(phi, rate, orders):
+    """Of the cycles in a rate over an angle, by Fourier sums over the samples as they are: they lie evenly in time, not
+    over the angle."""
+    phi = np.abs(phi - phi[0])
+    share = phi / phi[-1]
+    window = np.sin(math.pi * share) ** 2 * np.gradient(phi)
+    basis = np.stack([np.ones_like(share), share - 0.5, (share - 0.5) ** 2], axis=1)
+    root = np.sqrt(window)[:, None]
+    trend = basis @ np.linalg.lstsq(basis * root, rate * root[:, 0], rcond=None)[0]
+    ripple = (rate - trend) * window
+    phase, step = np.exp(-1j * orders[0] * phi), np.exp(-1j * (orders[1] - orders[0]) * phi)
+    sums = []
+    for _ in orders:
+        sums.append(abs(ripple @ phase))
+        phase = phase * step
+    return 2 * np.array(sums) / window.sum()
+
+
+def draw(figure, orders, wheels, n):
+    axes = figure.subplots()
+    for times in range(1, 4):
+        axes.axvline(times * n, color="grey", linestyle=":", linewidth=1, zorder=0)
+        axes.annotate("rollers pass: %d" % n if times == 1 else "%d x %d" % (times, n), (times * n, 1),
+                      xycoords=("data", "axes fraction"), xytext=(3, -12), textcoords="offset points", color="grey")
+    for name, wheel in zip(WHEELS, wheels):
+        axes.semilogy(orders, wheel.amplitude, color=COLORS[name], label=name)
+    axes.set_xlabel("order, cycles per turn of the wheel")
+    axes.set_ylabel("amplitude of the rate's ripple, rad/s")
+    axes.legend(loc="upper right", ncol=2)
