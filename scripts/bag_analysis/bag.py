@@ -1,6 +1,7 @@
 """Reads the messages of a bag, also of one that its recorder never ended. Never writes to it."""
 import bz2
 import io
+import logging
 import os
 import stat
 import struct
@@ -12,6 +13,8 @@ import rosbag
 MAGIC = (b"#ROSBAG V2.0\n", b"#ROSRECORD V1.")
 MESSAGE, CHUNK, CONNECTION, FILE_HEADER = 2, 5, 7, 3  # op codes of records
 MAX_CLOCKS_APART = 1  # s, between a stamp and its arrival; beyond, the stamp is another clock's
+
+logging.getLogger("rosout").addHandler(logging.NullHandler())  # genpy's, which prints what it replaces in damaged text
 
 
 class Refused(Exception):
@@ -36,7 +39,7 @@ class Bag:
 
     def __init__(self, path):
         """Throws Refused for what is no bag, and for one without a message that can be read."""
-        self.path, self.problem = path, None
+        self.path, self.problem, self._bag = path, None, None
         require_bag(path)
         try:
             self._bag = rosbag.Bag(path)
@@ -48,13 +51,21 @@ class Bag:
         except Exception as error:  # rosbag lets through whatever a damaged file provokes
             if "encrypt" in type(error).__name__.lower():
                 raise Refused("%s is encrypted: %s" % (shown(path), one_line(error)))
-            self._bag = None
+            self.close()
             self._scan()
         if not self.counts:
+            self.close()
             raise Refused("%s has no messages%s" % (shown(path), " that can be read" if self.problem else ""))
+
+    def close(self):
+        if self._bag:
+            self._bag.close()
+            self._bag = None
 
     def messages(self, topics):
         """Yields topic, message and time of arrival. Where the bag is damaged, it ends, and `problem` tells."""
+        if not topics:
+            return  # rosbag takes none for all
         messages = self._bag.read_messages(topics) if self._bag else self._scanned_messages(topics)
         last = self.start
         while True:
@@ -75,8 +86,9 @@ class Bag:
     def seconds(self, stamp):
         """Time since the bag's beginning; simulated time if the bag began with it."""
         # ROS has no time zero: in simulated time the first nanosecond stands for it.
-        start = self.start if self.start.to_nsec() > 1 or stamp == self.start else genpy.Time(0)
-        return (stamp - start).to_sec()
+        if self.start.to_nsec() > 1:
+            return stamp.secs - self.start.secs + 1e-9 * (stamp.nsecs - self.start.nsecs)
+        return stamp.secs + 1e-9 * stamp.nsecs if stamp != self.start else 0.0
 
     def time_of(self, message, arrival):
         """Seconds of a message: by the stamp in its header, unless nobody set that, or another clock."""
@@ -85,7 +97,9 @@ class Bag:
         return by_stamp if abs(by_stamp - by_arrival) < MAX_CLOCKS_APART else by_arrival
 
     def _scan(self):
-        if not open_file(self.path).read(len(MAGIC[0])) == MAGIC[0]:
+        with open_file(self.path) as file:
+            is_new = file.read(len(MAGIC[0])) == MAGIC[0]
+        if not is_new:
             raise Refused("%s has no index and is of an old version: run rosbag reindex on a copy" % shown(self.path))
         self.types, self.counts = {}, {}
         times = []

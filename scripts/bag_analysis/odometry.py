@@ -123,10 +123,8 @@ def add_per_turn(section, aligned):
 
 
 def draw(figure, aligned):
-    path, (error, heading) = figure.add_subplot(1, 2, 1), figure.subplots(2, 2, sharex="col")[:, 1]
-    for axes in figure.axes[1:]:
-        if axes not in (error, heading):
-            axes.remove()
+    axes = figure.subplot_mosaic([["path", "error"], ["path", "heading"]])
+    path, error, heading = axes["path"], axes["error"], axes["heading"]
     i = thinned(len(aligned.t))
     path.plot(aligned.truth[0][i], aligned.truth[1][i], color="black", label="ground truth")
     path.plot(aligned.odom[0][i], aligned.odom[1][i], "--", color="#D55E00", label="odometry")
@@ -136,8 +134,8 @@ def draw(figure, aligned):
     path.set_ylabel("y, m")
     path.legend()
     error.plot(aligned.t[i], aligned.distance[i], color="#D55E00")
-    error.set_ylabel("distance, m")
-    error.set_title("odometry's error")
+    error.set_ylabel("odometry's distance from the truth, m")
     heading.plot(aligned.t[i], np.degrees(aligned.heading[i]), color="#D55E00")
-    heading.set_ylabel("heading, deg")
+    heading.set_ylabel("odometry's heading minus the true one, deg")
     heading.set_xlabel("t, s")
+    heading.sharex(error)

@@ -10,6 +10,9 @@ def analyse(record):
     section = Section("path", "The motion")
     section.say("its end", "t = %.3f s" % seen.t[-1])
     x, y, psi = (seen[name][-1] for name in ("x", "y", "psi"))
+    if not truth:
+        section.say("way by odometry", "%.3f m, %.1f deg" % (
+            np.sum(np.hypot(np.diff(seen["x"]), np.diff(seen["y"]))), np.degrees(np.sum(np.abs(np.diff(seen["psi"]))))))
     section.say("true pose" if truth else "pose by odometry", "x %.4f m, y %.4f m, psi %.4f rad" % (x, y, psi))
     for name, value, unit in (("final_x", x, "m"), ("final_y", y, "m"), ("final_psi", psi, "rad")):
         section.number(name, value, unit)

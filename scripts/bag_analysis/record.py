@@ -13,7 +13,7 @@ TOPICS = {
     "ground_truth": ("nav_msgs/Odometry", ("ground_truth", "base_pose_ground_truth")),
     "joint_states": ("sensor_msgs/JointState", ("joint_states",)),
     "roller_switches": ("youbot_base_sim/RollerSwitchStamped", ("roller_switches",)),
-    "contacts": ("youbot_base_sim/Contacts", ("contacts",)),
+    "contacts": ("youbot_base_sim/ContactsStamped", ("contacts",)),
     "cmd_vel": ("geometry_msgs/Twist", ("cmd_vel",)),
     "velocity_command": ("brics_actuator/JointVelocities", ("velocity_command",)),
 }

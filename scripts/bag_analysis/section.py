@@ -39,6 +39,6 @@ def rms(values, axis=0):
     return np.sqrt(np.mean(np.square(values), axis=axis))
 
 
-def thinned(count, most=4000):
+def thinned(count, most=40000):
     """Indices of samples enough for a picture."""
     return np.unique(np.linspace(0, count - 1, min(count, most)).astype(int))

@@ -9,7 +9,10 @@ SATURATED = 0.99  # share of the friction limit
 
 
 def analyse(record):
-    truth, joints = record.need("ground_truth"), record.need("joint_states")
+    joints = record.need("joint_states")
+    if not record.get("ground_truth"):
+        return contradiction(joints)
+    truth = record.need("ground_truth")
     rolling = record.base.rolling_rates(*[truth.at(joints.t, name) for name in ("V_X", "V_Y", "Omega")])
     both = np.isfinite(rolling).all(axis=1)
     if not both.any():
@@ -34,6 +37,18 @@ def analyse(record):
     return section
 
 
+def contradiction(joints):
+    """Four rates of a base that has three velocities: what no motion of it explains, the same for all wheels but for
+    the sign."""
+    fl, fr, bl, br = joints["rate"].T
+    apart = (fl + fr - bl - br) / 4
+    section = Section("slip", "Slip of the wheels: without ground_truth, only how far their rates contradict each other")
+    section.say("(fl + fr - bl - br) / 4", "%.4f rad/s rms, %.4f rad/s at most" % (rms(apart), np.abs(apart).max()))
+    section.number("contradiction_rms", rms(apart), "rad/s")
+    section.number("contradiction_maximal", np.abs(apart).max(), "rad/s")
+    return section
+
+
 def add_contacts(section, contacts):
     speed = np.linalg.norm(contacts["slip"], axis=2)
     section.say("at the contact points", "")
@@ -47,18 +62,19 @@ def add_contacts(section, contacts):
 
 
 def draw(figure, t, slip, R, contacts):
-    rows = figure.subplots(2 if contacts else 1, 1, sharex=True, squeeze=False)[:, 0]
+    panels = figure.subplots(4, 2 if contacts else 1, sharex=True, sharey="col", squeeze=False)
     i = thinned(len(t))
-    for wheel, column in zip(WHEELS, slip.T):
-        rows[0].plot(t[i], column[i], color=COLORS[wheel], linewidth=0.8, label=wheel)
-    rows[0].set_ylabel("rolling minus actual, rad/s")
-    rows[0].secondary_yaxis("right", functions=(lambda rate: 1e3 * R * rate, lambda speed: speed / (1e3 * R))).set_ylabel(
-        "at the rim, mm/s")
-    rows[0].legend(ncol=4)
+    for k, (wheel, axes) in enumerate(zip(WHEELS, panels)):
+        axes[0].plot(t[i], slip[i, k], color=COLORS[wheel], linewidth=0.6)
+        axes[0].axhline(0, color="black", linewidth=0.5)
+        axes[0].set_ylabel("%s, rad/s" % wheel)
+        if contacts:
+            j = thinned(len(contacts))
+            axes[1].plot(contacts.t[j], 1e3 * np.linalg.norm(contacts["slip"][j, k], axis=1), color=COLORS[wheel],
+                         linewidth=0.6)
+            axes[1].set_ylabel("%s, mm/s" % wheel)
+    panels[0][0].set_title("rolling minus actual rate (1 rad/s is %g mm/s at the rim)" % (1e3 * R), fontsize="medium")
     if contacts:
-        i = thinned(len(contacts))
-        for k, wheel in enumerate(WHEELS):
-            speed = np.linalg.norm(contacts["slip"][:, k], axis=1)
-            rows[1].plot(contacts.t[i], 1e3 * speed[i], color=COLORS[wheel], linewidth=0.8)
-        rows[1].set_ylabel("slip at the contact points, mm/s")
-    rows[-1].set_xlabel("t, s")
+        panels[0][1].set_title("slip speed at the contact point", fontsize="medium")
+    for axes in panels[-1]:
+        axes.set_xlabel("t, s")

@@ -17,7 +17,6 @@ SEGMENTS = 64         # of a wheel, at most, spread evenly
 SAMPLES = 4096        # of a segment, at most
 SLOW = 0.05           # of the largest rate; slower, a wheel stands or turns back
 BELOW_NYQUIST = 0.8   # share of the Nyquist frequency to which the rollers' frequency may rise
-STANDS_OUT = 3        # times the median of the orders around
 
 
 def analyse(record):
@@ -31,11 +30,12 @@ def analyse(record):
                       "show rollers pass" % (TURNS, 0, fastest, 1 / joints.period if len(joints) > 1 else 0))
     section = Section("spectrum", "Ripple of the wheels' rates, over the wheel's angle: amplitude in rad/s")
     section.wheel_header()
-    section.wheels("turns looked at", [wheel.segments * TURNS / 2 for wheel in wheels], "%.0f", "turns", "1")
-    for times in (1, 2):
-        section.wheels("rollers passing, order %d" % (times * n), [wheel.peak(times * n)[1] for wheel in wheels], "%.4f",
-                       "ripple_order_%d" % (times * n), "rad/s")
-    section.wheels("  times what is around", [wheel.stands_out(n) for wheel in wheels], "%.1f", "stands_out", "1")
+    section.wheels("pieces of %d turns" % TURNS, [wheel.segments for wheel in wheels], "%d", "pieces", "1")
+    section.wheels("rollers passing, order %d" % n, [wheel.peak(n)[1] for wheel in wheels], "%.4f",
+                   "ripple_of_rollers", "rad/s")
+    section.wheels("  times what is around", [wheel.stands_out(n) for wheel in wheels], "%.1f", "ripple_over_around", "1")
+    section.wheels("its double, order %d" % (2 * n), [wheel.peak(2 * n)[1] for wheel in wheels], "%.4f",
+                   "double_ripple_of_rollers", "rad/s")
     section.wheels("strongest order", [wheel.strongest()[0] for wheel in wheels], "%.2f", "strongest_order", "1")
     section.wheels("  its amplitude", [wheel.strongest()[1] for wheel in wheels], "%.4f", "strongest_ripple", "rad/s")
     section.wheels("rollers pass at, Hz", [n * wheel.mean_rate / (2 * math.pi) for wheel in wheels], "%.2f",
@@ -132,4 +132,4 @@ def draw(figure, orders, wheels, n):
         axes.semilogy(orders, wheel.amplitude, color=COLORS[name], label=name)
     axes.set_xlabel("order, cycles per turn of the wheel")
     axes.set_ylabel("amplitude of the rate's ripple, rad/s")
-    axes.legend(loc="upper right", ncol=2)
+    axes.legend(loc="lower left", ncol=4)

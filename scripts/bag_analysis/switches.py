@@ -53,7 +53,7 @@ def intervals_of(switches, mask):
 def add_expected_jump(section, record, switches):
     """The contact point jumps along the axle, so that V_PX jumps by this times the yaw rate."""
     if not record.get("ground_truth"):
-        section.say("jump of slip speed", "needs ground_truth for what geometry gives")
+        section.say("jump of slip speed", "not told: no ground_truth, for the yaw rate")
         return
     jump = record.base.jump_of_offset() * np.abs(record.get("ground_truth").at(switches.t, "Omega"))
     jump = jump[np.isfinite(jump)]
@@ -68,10 +68,10 @@ def add_jumps(section, record, switches, intervals):
     jumps = np.full(len(switches), np.nan)
     contacts = record.get("contacts")
     if not contacts:
-        section.say("jump of slip, sampled", "not told: no contacts (youbot_base_sim/Contacts)")
+        section.say("jump of slip, sampled", "not told: no contacts (simulate --contacts, ~publish_contacts)")
         return jumps
     shortest = np.median(np.concatenate(intervals)) if any(map(len, intervals)) else np.inf
-    if contacts.period > min(SLOWEST, shortest / 5):
+    if contacts.period > 1.01 * min(SLOWEST, shortest / 5):
         section.say("jump of slip, sampled",
                     "not told: contacts come every %.3g ms; must be every %.3g ms or faster to catch it" % (
                         1e3 * contacts.period, 1e3 * min(SLOWEST, shortest / 5)))
