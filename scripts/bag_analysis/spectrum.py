@@ -65,9 +65,14 @@ class Wheel:
         segments = list(self.find_segments(joints, phi, rate, usable))
         chosen = np.unique(np.linspace(0, len(segments) - 1, min(len(segments), SEGMENTS)).astype(int))
         self.segments = len(chosen)
-        power = [amplitudes(phi[segments[i]], rate[segments[i]], orders) ** 2 for i in chosen]
-        self.amplitude = np.sqrt(np.mean(power, axis=0)) if power else np.full(len(orders), np.nan)
-        self.mean_rate = np.mean([size[segments[i]].mean() for i in chosen]) if power else np.nan
+        power = np.zeros(len(orders))
+        shares = np.zeros(len(orders))  # number of segments whose samples can tell an order
+        for segment in (segments[i] for i in chosen):
+            told = orders < math.pi / joints.period / size[segment].max()
+            power[told] += amplitudes(phi[segment], rate[segment], orders[told]) ** 2
+            shares += told
+        self.amplitude = np.where(shares > 0, np.sqrt(power / np.maximum(shares, 1)), np.nan)
+        self.mean_rate = np.mean([size[segments[i]].mean() for i in chosen]) if self.segments else np.nan
 
     @staticmethod
     def find_segments(joints, phi, rate, usable):
@@ -89,15 +94,15 @@ class Wheel:
 
     def peak(self, order, width=0.5):
         """Order and amplitude of the largest value around an order."""
-        near = np.flatnonzero(np.abs(self.orders - order) <= width)
-        if not self.segments:
+        near = np.flatnonzero((np.abs(self.orders - order) <= width) & np.isfinite(self.amplitude))
+        if not len(near):
             return math.nan, math.nan
         best = near[np.argmax(self.amplitude[near])]
         return self.orders[best], self.amplitude[best]
 
     def stands_out(self, order):
         around = (np.abs(self.orders - order) <= 2.5) & (np.abs(self.orders - order) > 1)
-        return self.peak(order)[1] / max(np.median(self.amplitude[around]), 1e-12)
+        return self.peak(order)[1] / max(np.nanmedian(self.amplitude[around]), 1e-12) if self.segments else math.nan
 
     def strongest(self):
         """Beyond the first order, where slow changes of the rate end."""

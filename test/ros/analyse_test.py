@@ -481,7 +481,7 @@ class AnalyseTest(unittest.TestCase):
         self.analyse(self.slipping, "--csv", folder)
         self.assertEqual(self.err, "")
         self.analyse(self.slipping, "--csv", folder, "--only", "odometry")
-        self.one_line("warning: ", "energy.csv", "there before this run")
+        self.one_line("warning: ", "energy.csv", "of an earlier run")
 
     def test_columns_have_units(self):
         for name in os.listdir(self.path("known")):
