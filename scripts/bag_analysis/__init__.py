@@ -1,1 +1,1 @@
-"""What scripts/analyse and scripts/table_from_bag share: the reading of bags, and one module for each thing to analyse."""
+"""Reads bags, for scripts/analyse and scripts/table_from_bag; has a module for each section of the analysis."""

@@ -108,8 +108,9 @@ class Bag:
             self.counts[connection["topic"]] = self.counts.get(connection["topic"], 0) + 1
             times = [min(times + [arrival]), max(times + [arrival])]
         self.start, last = times or (None, None)
-        self.problem = "%s has no whole index, as a bag that is cut or whose recorder did not end well: " % shown(self.path)
-        self.problem += "read as far as it goes, t = %.3f s" % self.seconds(last) if times else "nothing can be read"
+        self.problem = "%s has no whole index, as a bag that is cut or whose recorder did not end well: %s" % (
+            shown(self.path),
+            "read as far as it goes, t = %.3f s" % self.seconds(last) if times else "nothing can be read")
 
     def _scanned_messages(self, topics):
         classes = {}

@@ -92,8 +92,10 @@ def draw(figure, sums, left):
     balance_axes, residual_axes = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": [3, 1]})
     i = thinned(len(sums["t"]))
     t, below = sums["t"][i], 0
-    for name, label, color in (("gained", "kept as motion", "#56B4E9"), ("bearing", "lost in bearings and drives", "#E69F00"),
-                               ("roller", "lost in rollers", "#009E73"), ("floor", "lost by slip on the floor", "#D55E00")):
+    for name, label, color in (("gained", "kept as motion", "#56B4E9"),
+                               ("bearing", "lost in bearings and drives", "#E69F00"),
+                               ("roller", "lost in rollers", "#009E73"),
+                               ("floor", "lost by slip on the floor", "#D55E00")):
         above = below + sums[name][i]
         balance_axes.fill_between(t, below, above, color=color, label=label, linewidth=0)
         below = above

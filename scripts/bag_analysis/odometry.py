@@ -4,7 +4,7 @@ import math
 import numpy as np
 
 from .record import Missing
-from .section import Section, rms, thinned
+from .section import Section, each, rms, thinned
 
 PIECE, PIECE_TURN = 1.0, math.pi / 2  # m and rad: pieces over which the error is measured afresh
 JUMP = 10.0  # m/s, faster than any base: the odometry was set anew
@@ -30,8 +30,8 @@ def analyse(record):
     add_per_turn(section, aligned)
     jumps = np.flatnonzero(np.hypot(np.diff(odom["x"]), np.diff(odom["y"])) > JUMP * np.diff(odom.t) + 0.01)
     if len(jumps):
-        section.say("odometry jumps", "%d times, first at t = %.3f s: was it set to zero? Errors hold from then on, too" %
-                    (len(jumps), odom.t[jumps[0] + 1]))
+        section.say("odometry jumps", "%d times, first at t = %.3f s (was it set to zero?): that counts as error" % (
+            len(jumps), odom.t[jumps[0] + 1]))
     section.tables["odometry.csv"] = (
         ["t_s", "true_x_m", "true_y_m", "true_psi_rad", "odom_x_m", "odom_y_m", "odom_psi_rad", "way_m", "error_m",
          "heading_error_rad"],
@@ -63,8 +63,7 @@ class Aligned:
 
     def pieces(self, along, length):
         """First and last samples of pieces of this length of `along`, ten beginning on each length."""
-        begins = np.searchsorted(along, np.arange(along[0], along[-1] - length, length / 10))
-        begins = np.unique(begins)
+        begins = each(along, length / 10)
         ends = np.searchsorted(along, along[begins] + length)
         inside = ends < len(along)
         return begins[inside], ends[inside]

@@ -18,6 +18,7 @@ TOPICS = {
     "velocity_command": ("brics_actuator/JointVelocities", ("velocity_command",)),
 }
 POSE = ("x", "y", "psi", "V_X", "V_Y", "Omega")
+LARGEST = 1e9  # in SI units: beyond, a number is damaged
 POWERS = ("drive", "bearing", "roller", "floor")
 
 
@@ -77,7 +78,8 @@ class Base:
     def rolling_rates(self, V_X, V_Y, Omega):
         """Rates of the wheels, (n, 4), that roll at these velocities, by the kinematics of an ideal Mecanum wheel."""
         turn = (self.half_wheelbase + self.half_track) * Omega
-        return np.stack([V_X - V_Y - turn, V_X + V_Y + turn, V_X + V_Y - turn, V_X - V_Y + turn], -1) / self.wheel_radius
+        speeds = [V_X - V_Y - turn, V_X + V_Y + turn, V_X + V_Y - turn, V_X - V_Y + turn]
+        return np.stack(speeds, -1) / self.wheel_radius
 
     def velocities(self, rates):
         """V_X, V_Y and Omega that wheels of these rates roll, the least squares' where they contradict each other."""
@@ -112,7 +114,7 @@ class Record:
 
 
 def read_record(bag, base, chosen, progress):
-    """Reads a Record. `chosen` has topics by name that go before the usual ones; `progress(n)` is told of n messages."""
+    """Reads a Record. `chosen` has topics by name that go before the usual ones; `progress(n)` hears of n messages."""
     topics = find_topics(bag, chosen)
     names = {topic: name for name, candidates in topics.items() for topic in candidates}
     rows = {topic: [] for topic in names}
@@ -121,19 +123,25 @@ def read_record(bag, base, chosen, progress):
     for n, (topic, message, arrival) in enumerate(bag.messages(list(names))):
         progress(n)
         name = names[topic]
-        row = ROWS[name](message)
+        try:
+            row = ROWS[name](message)
+            t = bag.time_of(message, arrival)
+        except (AttributeError, TypeError):  # another definition of this type
+            row = None
         if row is None:
             foreign[topic] = foreign.get(topic, 0) + 1
             continue
-        if not np.isfinite([cell for cell in row if not isinstance(cell, str)]).all():
+        if not all(abs(cell) <= LARGEST for cell in row):
             unusable += 1
             continue
-        rows[topic].append((bag.time_of(message, arrival), *row))
+        rows[topic].append((t, *row))
     if unusable:
-        record.notes.append("%d messages have numbers that are not finite: left out" % unusable)
+        record.notes.append("%d messages have numbers that are not finite, or beyond %g: left out" % (
+            unusable, LARGEST))
     for topic, count in foreign.items():
         if names[topic] != "joint_states":  # where an arm's joints are at home too
-            record.notes.append("%s: %d messages do not tell of wheels fl, fr, bl and br: left out" % (shown(topic), count))
+            record.notes.append("%s: %d messages lack what is needed, such as wheels fl, fr, bl and br: left out" % (
+                shown(topic), count))
     for name, candidates in topics.items():
         used = [topic for topic in candidates if rows[topic]]
         if not used:
@@ -184,14 +192,14 @@ def joints_row(message):
 
 def switch_row(message):
     wheel = message.wheel.rsplit("_", 1)[-1]
-    return (WHEELS.index(wheel), message.direction, message.count) if wheel in WHEELS else None
+    return (WHEELS.index(wheel), message.direction, getattr(message, "count", 1)) if wheel in WHEELS else None
 
 
 def contacts_row(message):
     contacts = {contact.wheel.rsplit("_", 1)[-1]: contact for contact in message.contacts}
     if set(contacts) != set(WHEELS):
         return None
-    row = [message.kinetic_energy, message.drive_power, message.bearing_power, message.roller_power, message.floor_power]
+    row = [message.kinetic_energy] + [getattr(message, name + "_power") for name in POWERS]
     for wheel in WHEELS:
         contact = contacts[wheel]
         row += [contact.slip_velocity.x, contact.slip_velocity.y, contact.friction_share]

@@ -5,7 +5,8 @@ import numpy as np
 
 from .wheels import WHEELS
 
-COLORS = dict(zip(WHEELS, ("#0072B2", "#D55E00", "#009E73", "#CC79A7")))  # Okabe and Ito's, told apart by the colour-blind
+# Okabe and Ito's, told apart by the colour-blind
+COLORS = dict(zip(WHEELS, ("#0072B2", "#D55E00", "#009E73", "#CC79A7")))
 
 
 @dataclass
@@ -42,3 +43,8 @@ def rms(values, axis=0):
 def thinned(count, most=40000):
     """Indices of samples enough for a picture."""
     return np.unique(np.linspace(0, count - 1, min(count, most)).astype(int))
+
+
+def each(along, length):
+    """Index of the first sample of each such length of a rising quantity."""
+    return np.flatnonzero(np.diff(np.floor((along - along[0]) / length), prepend=-1) > 0)

@@ -20,7 +20,8 @@ def analyse(record):
     t, rolling, actual = joints.t[both], rolling[both], joints["rate"][both]
     slip = rolling - actual
     R = record.base.wheel_radius
-    section = Section("slip", "Slip of the wheels: what the true motion would roll (R = %g m), minus what they turn" % R)
+    section = Section(
+        "slip", "Slip of the wheels: what the true motion would roll (R = %g m), minus what they turn" % R)
     section.wheel_header()
     section.wheels("rms, rad/s", rms(slip), "%.4f", "slip_rms", "rad/s")
     section.wheels("at most, rad/s", np.abs(slip).max(axis=0), "%.4f", "slip_maximal", "rad/s")
@@ -42,7 +43,8 @@ def contradiction(joints):
     the sign."""
     fl, fr, bl, br = joints["rate"].T
     apart = (fl + fr - bl - br) / 4
-    section = Section("slip", "Slip of the wheels: without ground_truth, only how far their rates contradict each other")
+    section = Section(
+        "slip", "Slip of the wheels: without ground_truth, only how far their rates contradict each other")
     section.say("(fl + fr - bl - br) / 4", "%.4f rad/s rms, %.4f rad/s at most" % (rms(apart), np.abs(apart).max()))
     section.number("contradiction_rms", rms(apart), "rad/s")
     section.number("contradiction_maximal", np.abs(apart).max(), "rad/s")
@@ -57,7 +59,7 @@ def add_contacts(section, contacts):
     section.wheels("  at the friction limit, %", 100 * np.mean(contacts["share"] > SATURATED, axis=0), "%.1f",
                    "saturated", "%")
     section.tables["contact_slip.csv"] = (
-        ["t_s"] + ["slip_speed_%s_m_per_s" % wheel for wheel in WHEELS] + ["friction_share_%s" % wheel for wheel in WHEELS],
+        ["t_s"] + [column % wheel for column in ("slip_speed_%s_m_per_s", "friction_share_%s") for wheel in WHEELS],
         np.column_stack([contacts.t, speed, contacts["share"]]))
 
 

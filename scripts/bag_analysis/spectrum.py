@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from .record import Missing
-from .section import COLORS, Section
+from .section import COLORS, Section, each
 from .wheels import WHEELS
 
 TURNS = 4             # of a segment: lines are half an order wide
@@ -26,14 +26,15 @@ def analyse(record):
     fastest = BELOW_NYQUIST * math.pi / joints.period / n if len(joints) > 1 else 0  # rad/s
     wheels = [Wheel(joints, phi[:, k], joints["rate"][:, k], orders, fastest) for k in range(4)]
     if not any(wheel.segments for wheel in wheels):
-        raise Missing("no wheel turns %d times one way at a rate between %g and %.1f rad/s, where %.3g Hz of joint_states "
-                      "show rollers pass" % (TURNS, 0, fastest, 1 / joints.period if len(joints) > 1 else 0))
+        raise Missing("no wheel turns %d times one way below %.1f rad/s, to which joint_states show rollers pass" % (
+            TURNS, fastest))
     section = Section("spectrum", "Ripple of the wheels' rates, over the wheel's angle: amplitude in rad/s")
     section.wheel_header()
     section.wheels("pieces of %d turns" % TURNS, [wheel.segments for wheel in wheels], "%d", "pieces", "1")
     section.wheels("rollers passing, order %d" % n, [wheel.peak(n)[1] for wheel in wheels], "%.4f",
                    "ripple_of_rollers", "rad/s")
-    section.wheels("  times what is around", [wheel.stands_out(n) for wheel in wheels], "%.1f", "ripple_over_around", "1")
+    section.wheels("  times what is around", [wheel.stands_out(n) for wheel in wheels], "%.1f",
+                   "ripple_over_around", "1")
     section.wheels("its double, order %d" % (2 * n), [wheel.peak(2 * n)[1] for wheel in wheels], "%.4f",
                    "double_ripple_of_rollers", "rad/s")
     section.wheels("strongest order", [wheel.strongest()[0] for wheel in wheels], "%.2f", "strongest_order", "1")
@@ -85,9 +86,10 @@ class Wheel:
             angle = np.abs(phi[a:b] - phi[a])
             if not (np.diff(angle) > 0).all():
                 angle = np.maximum.accumulate(angle)
-            half = TURNS * math.pi
-            for begin in np.arange(0, angle[-1] - 2 * half, half):
-                first, last = np.searchsorted(angle, (begin, begin + 2 * half))
+            for first in each(angle, TURNS * math.pi):
+                last = np.searchsorted(angle, angle[first] + TURNS * 2 * math.pi)
+                if last == len(angle):
+                    break
                 if last - first > 16:
                     stride = 1 + (last - first) // SAMPLES
                     yield slice(a + first, a + last + 1, stride)
