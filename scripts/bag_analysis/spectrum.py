@@ -11,7 +11,7 @@ from .record import Missing
 from .section import COLORS, Section, each
 from .wheels import WHEELS
 
-TURNS = 4             # of a segment: lines are half an order wide
+TURNS = (4, 2)        # of a piece, the fewer where no wheel turns that often one way: lines are 0.5 or 1 order wide
 ORDER_STEP = 0.125
 SEGMENTS = 64         # of a wheel, at most, spread evenly
 SAMPLES = 4096        # of a segment, at most
@@ -24,21 +24,24 @@ def analyse(record):
     orders = np.arange(0.5, 3.5 * n + ORDER_STEP / 2, ORDER_STEP)
     phi = joints["position"] if "position" in joints.columns else integrated(joints)
     fastest = BELOW_NYQUIST * math.pi / joints.period / n if len(joints) > 1 else 0  # rad/s
-    wheels = [Wheel(joints, phi[:, k], joints["rate"][:, k], orders, fastest) for k in range(4)]
-    if not any(wheel.segments for wheel in wheels):
+    for turns in TURNS:
+        wheels = [Wheel(joints, phi[:, k], joints["rate"][:, k], orders, fastest, turns) for k in range(4)]
+        if any(wheel.segments for wheel in wheels):
+            break
+    else:
         raise Missing("no wheel turns %d times one way below %.1f rad/s, to which joint_states show rollers pass" % (
-            TURNS, fastest))
+            TURNS[-1], fastest))
     section = Section("spectrum", "Ripple of the wheels' rates, over the wheel's angle: amplitude in rad/s")
     section.wheel_header()
-    section.wheels("pieces of %d turns" % TURNS, [wheel.segments for wheel in wheels], "%d", "pieces", "1")
+    section.wheels("pieces of %d turns" % turns, [wheel.segments for wheel in wheels], "%d", "pieces", "1")
     section.wheels("rollers passing, order %d" % n, [wheel.peak(n)[1] for wheel in wheels], "%.4f",
                    "ripple_of_rollers", "rad/s")
     section.wheels("  times what is around", [wheel.stands_out(n) for wheel in wheels], "%.1f",
                    "ripple_over_around", "1")
     section.wheels("its double, order %d" % (2 * n), [wheel.peak(2 * n)[1] for wheel in wheels], "%.4f",
                    "double_ripple_of_rollers", "rad/s")
-    section.wheels("strongest order", [wheel.strongest()[0] for wheel in wheels], "%.2f", "strongest_order", "1")
-    section.wheels("  its amplitude", [wheel.strongest()[1] for wheel in wheels], "%.4f", "strongest_ripple", "rad/s")
+    section.wheels("strongest order", [wheel.strongest(n)[0] for wheel in wheels], "%.2f", "strongest_order", "1")
+    section.wheels("  its amplitude", [wheel.strongest(n)[1] for wheel in wheels], "%.4f", "strongest_ripple", "rad/s")
     section.wheels("rollers pass at, Hz", [n * wheel.mean_rate / (2 * math.pi) for wheel in wheels], "%.2f",
                    "passing_frequency", "Hz")
     if any(wheel.too_fast for wheel in wheels):
@@ -58,12 +61,12 @@ def integrated(joints):
 class Wheel:
     """Mean spectrum of one wheel over all segments: half overlapping, without their trend, under Hann's window."""
 
-    def __init__(self, joints, phi, rate, orders, fastest):
+    def __init__(self, joints, phi, rate, orders, fastest, turns):
         self.orders = orders
         size = np.abs(rate)
         self.too_fast = bool((size > fastest).any())
         usable = (size > SLOW * size.max()) & (size <= fastest) if size.max() > 0 else np.zeros(len(size), bool)
-        segments = list(self.find_segments(joints, phi, rate, usable))
+        segments = list(self.find_segments(joints, phi, rate, usable, turns))
         chosen = np.unique(np.linspace(0, len(segments) - 1, min(len(segments), SEGMENTS)).astype(int))
         self.segments = len(chosen)
         power = np.zeros(len(orders))
@@ -76,7 +79,7 @@ class Wheel:
         self.mean_rate = np.mean([size[segments[i]].mean() for i in chosen]) if self.segments else np.nan
 
     @staticmethod
-    def find_segments(joints, phi, rate, usable):
+    def find_segments(joints, phi, rate, usable, turns):
         sense = np.where(usable, np.sign(rate), 0)
         gap = np.diff(joints.t) > joints.max_step
         bounds = [0, *(np.flatnonzero((np.diff(sense) != 0) | gap) + 1), len(sense)]
@@ -86,8 +89,8 @@ class Wheel:
             angle = np.abs(phi[a:b] - phi[a])
             if not (np.diff(angle) > 0).all():
                 angle = np.maximum.accumulate(angle)
-            for first in each(angle, TURNS * math.pi):
-                last = np.searchsorted(angle, angle[first] + TURNS * 2 * math.pi)
+            for first in each(angle, turns * math.pi):
+                last = np.searchsorted(angle, angle[first] + turns * 2 * math.pi)
                 if last == len(angle):
                     break
                 if last - first > 16:
@@ -106,9 +109,9 @@ class Wheel:
         around = (np.abs(self.orders - order) <= 2.5) & (np.abs(self.orders - order) > 1)
         return self.peak(order)[1] / max(np.nanmedian(self.amplitude[around]), 1e-12) if self.segments else math.nan
 
-    def strongest(self):
-        """Beyond the first order, where slow changes of the rate end."""
-        return self.peak(self.orders[-1], self.orders[-1] - 1.5)
+    def strongest(self, n):
+        """From half the rollers' order on: below lie changes of the rate."""
+        return self.peak(self.orders[-1], self.orders[-1] - n / 2)
 
 
 def amplitudes(phi, rate, orders):

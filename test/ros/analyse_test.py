@@ -110,15 +110,12 @@ class AnalyseTest(unittest.TestCase):
         cls.script = load_script()
         cls.messages = own_messages()
         cls.folder = tempfile.mkdtemp()
+        cls.addClassCleanup(shutil.rmtree, cls.folder)
         cls.slipping_messages = list(cls.simulate_slipping())
         cls.slipping = cls.make_slipping(os.path.join(cls.folder, "slipping.bag"))
         first = cls()
         cls.known = first.numbers(cls.slipping, folder="known")
         cls.known_out = first.out
-
-    @classmethod
-    def tearDownClass(cls):
-        shutil.rmtree(cls.folder)
 
     def path(self, name):
         return os.path.join(self.folder, name)
@@ -248,6 +245,16 @@ class AnalyseTest(unittest.TestCase):
             self.assertEqual(numbers["strongest_order_" + wheel], 6)
             self.assertLess(numbers["double_ripple_of_rollers_" + wheel], 0.003)
             self.assertGreater(numbers["ripple_over_around_" + wheel], 20)
+
+    def test_two_turns_are_enough_for_the_ripple(self):
+        with rosbag.Bag(self.path("short.bag"), "w") as bag:
+            for topic, message, t in self.slipping_messages:
+                if topic == "/base/joint_states" and t < 1.6:
+                    bag.write(topic, message, stamp_of(t))
+        numbers = self.numbers(self.path("short.bag"))
+        self.assertIn("pieces of 2 turns", self.out)
+        self.assertAlmostEqual(numbers["ripple_of_rollers_fl"], 0.15, delta=0.01)
+        self.assertEqual(numbers["strongest_order_fl"], 6)
 
     def test_ripple_of_another_wheel_shows_at_its_own_order(self):
         scene = self.path("five.yaml")
