@@ -119,7 +119,7 @@ def amplitudes(phi, rate, orders):
     over the angle."""
     phi = np.abs(phi - phi[0])
     share = phi / phi[-1]
-    window = np.sin(math.pi * share) ** 2 * np.gradient(phi)
+    window = np.sin(math.pi * share) ** 2 * np.maximum(np.gradient(phi), 0)  # noise turns an angle back
     basis = np.stack([np.ones_like(share), share - 0.5, (share - 0.5) ** 2], axis=1)
     root = np.sqrt(window)[:, None]
     trend = basis @ np.linalg.lstsq(basis * root, rate * root[:, 0], rcond=None)[0]
