@@ -122,8 +122,9 @@ def add_per_turn(section, aligned):
 
 
 def draw(figure, aligned):
-    axes = figure.subplot_mosaic([["path", "error"], ["path", "heading"]])
-    path, error, heading = axes["path"], axes["error"], axes["heading"]
+    grid = figure.add_gridspec(2, 2)
+    path, error = figure.add_subplot(grid[:, 0]), figure.add_subplot(grid[0, 1])
+    heading = figure.add_subplot(grid[1, 1], sharex=error)
     i = thinned(len(aligned.t))
     path.plot(aligned.truth[0][i], aligned.truth[1][i], color="black", label="ground truth")
     path.plot(aligned.odom[0][i], aligned.odom[1][i], "--", color="#D55E00", label="odometry")
@@ -139,4 +140,3 @@ def draw(figure, aligned):
     heading.set_title("odometry's heading minus the true one", fontsize="medium")
     heading.set_ylabel("deg")
     heading.set_xlabel("t, s")
-    heading.sharex(error)
