@@ -69,7 +69,7 @@ def balance(contacts):
     share = np.abs(left[-1]) / turned_over
     verdict = "the balance closes" if share <= CLOSED else (
         "the samples lie too far apart to close the balance" if abs(left_coarse[-1]) > 1.5 * abs(left[-1])
-        else "THE BALANCE DOES NOT CLOSE: the powers lack something")
+        else "THE BALANCE DOES NOT CLOSE: the powers lack something, such as rollers that switches stop")
     section.say("residual", "%10.4f J at the end, %.4f J at most: %.2g %% of what was put in" % (
         left[-1], worst, 100 * share))
     section.say("", "from samples every %.3g ms; %.4f J at the end from every second one: %s" % (
