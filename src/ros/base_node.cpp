@@ -11,7 +11,6 @@
 #include "youbot_base_sim/ros/diagnostics.h"
 #include "youbot_base_sim/ros/parameters.h"
 #include "youbot_base_sim/ros/program.h"
-#include "youbot_base_sim/text/quote.h"
 
 namespace youbot_base_sim {
 
@@ -67,11 +66,8 @@ BaseNode::BaseNode(const BaseSettings& settings)
 
 void BaseNode::open_bag() {
   try {
-    OutputFile file = BagWriter::open(settings_.bag);
-    for (const std::string& input : settings_.scene.files) {
-      if (file.leads_to(input)) throw OutputError(quote_path(settings_.bag) + ": must not be what ~scene is read from");
-    }
-    bag_ = std::make_unique<BagWriter>(std::move(file));
+    bag_ = std::make_unique<BagWriter>(
+        OutputOpener(settings_.scene.files).open("bag", settings_.bag, OutputFile::Access::kAnywhere));
   } catch (const std::runtime_error& error) {
     throw ParameterError(fmt::format("parameter ~bag: {}", error.what()));
   }
