@@ -328,6 +328,7 @@ TEST_F(ScenesTest, AreRefusedWhereTheyAreNoScenes) {
 TEST_F(ScenesTest, AreRefusedWhereTheyAreNoFiles) {
   std::filesystem::create_directory(folder_.path("folder"));
   folder_.write("secret", "root:x:0:0:not for everybody:/root\n");
+  folder_.write("shadow", "root:*:not for everybody:0:99999:7:::\n");  // which is YAML, and has a key
   for (const std::string& path :
        {std::string(), folder_.path("folder"), folder_.path("missing"), std::string("/dev/zero"),
         std::string("/dev/null/x"), folder_.path(std::string(300, 'n')), folder_.path("a\nb\033[31m")}) {
@@ -340,11 +341,14 @@ TEST_F(ScenesTest, AreRefusedWhereTheyAreNoFiles) {
     }
   }
   // A file that is no scene is not shown to whoever names it.
-  try {
-    load_scene(folder_.path("secret"));
-    ADD_FAILURE() << "not refused";
-  } catch (const SceneError& error) {
-    EXPECT_EQ(std::string(error.what()).find("everybody"), std::string::npos) << error.what();
+  for (const char* name : {"secret", "shadow"}) {
+    try {
+      load_scene(folder_.path(name));
+      ADD_FAILURE() << "not refused";
+    } catch (const SceneError& error) {
+      expect_refusal(error.what(), {name, "scene = ", "must"});
+      EXPECT_EQ(std::string(error.what()).find("everybody"), std::string::npos) << error.what();
+    }
   }
 }
 
