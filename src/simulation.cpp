@@ -196,6 +196,10 @@ double Simulation::roller_angle(int i, int k) const {
 
 Contacts Simulation::contacts() const { return loop_->integration_->contacts(loop_->state_, loop_->t_); }
 
+PowerBalance Simulation::power_balance() const {
+  return youbot_base_sim::power_balance(loop_->scene_.robot, loop_->state_, contacts(), torque());
+}
+
 std::vector<RollerSwitch> Simulation::take_switches() { return loop_->integration_->take_switches(); }
 
 const IntegrationStatistics& Simulation::statistics() const { return loop_->integration_->statistics(); }

@@ -73,9 +73,8 @@ class Page(unittest.TestCase):
         cls.page = PAGE.read_text()
 
     def test_has_what_is_measured(self):
-        for number in wrong_rows(self.page, self.findings):
-            self.fail(f"row {number}: {claims.row(number, self.findings[number - 1]) if number else 'too few or too "
-                      f"many'}")
+        expected = {number: claims.row(number, finding) for number, finding in enumerate(self.findings, 1)}
+        self.assertEqual([expected.get(number, "the number of rows") for number in wrong_rows(self.page, self.findings)], [])
         self.assertEqual(self.warnings, [])
 
     def test_would_fail_on_any_other_number(self):

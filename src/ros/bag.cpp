@@ -110,8 +110,9 @@ void BagWriter::write(const std::vector<RollerSwitch>& switches) {
 void BagWriter::write(const Telemetry& telemetry, const Simulation& simulation, const MotorReadings& readings,
                       double t) {
   const ros::Time stamp = stamp_of(t);
-  telemetry.visit(simulation, readings, stamp,
-                  [&](const char* topic, const auto& make) { file_->write(topic, stamp, make()); });
+  telemetry.visit(simulation, readings, stamp, [&](const char* topic, const auto& make) {
+    if (telemetry.recorded(topic)) file_->write(topic, stamp, make());
+  });
 }
 
 void BagWriter::commit() { file_->commit(); }
@@ -128,7 +129,9 @@ void BagRecorder::write(double t, const Simulation& simulation, const std::vecto
   if (telemetry_) {
     telemetry_->update(readings.phi);
   } else {
-    telemetry_.emplace(simulation.scene().robot.rollers, readings.phi, Telemetry::Options());
+    Telemetry::Options options;
+    options.contacts = simulation.scene().output.contacts;
+    telemetry_.emplace(simulation.scene().robot.rollers, readings.phi, options);
   }
   bag_.write(switches);
   bag_.write(*telemetry_, simulation, readings, t);

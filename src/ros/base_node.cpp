@@ -24,6 +24,9 @@ constexpr double kPatience = 0.1;                     // s of wall time between 
 constexpr double kMaxAhead = 0.02;  // s of simulated time that may pass at once, unless a control period is longer
 constexpr double kSlack = 1e-6;     // of a control period, for rounding
 
+/// Whether a topic tells what happens rather than what the driver knows of it.
+bool is_truth(const std::string& topic) { return topic == kGroundTruthTopic || topic == kContactsTopic; }
+
 /// Is due every few seconds of a wait, but not at its beginning.
 class Hint {
  public:
@@ -152,7 +155,9 @@ void BaseNode::await_subscribers() {
   const auto missing = [this] {
     std::string topics;
     publications_.visit([&](const std::string& topic, bool heard) {
-      if (!heard && topic != kDiagnosticsTopic && topic != kDashboardTopic) topics += " " + topic;
+      const bool waited_for =
+          topic != kDiagnosticsTopic && topic != kDashboardTopic && loop_.telemetry().recorded(topic);
+      if (!heard && waited_for) topics += " " + topic;
     });
     return topics;
   };
@@ -261,7 +266,7 @@ void BaseNode::publish_telemetry() {
   const double t = loop_.time();
   record([&](BagWriter& bag) { bag.write(loop_.telemetry(), loop_.simulation(), loop_.driver().readings(), t); });
   loop_.visit_telemetry(stamp(t), [this](const char* topic, const auto& make) {
-    if (loop_.driver().present() || topic == std::string(kGroundTruthTopic)) publications_.publish(topic, make);
+    if (loop_.driver().present() || is_truth(topic)) publications_.publish(topic, make);
   });
 }
 

@@ -95,8 +95,4 @@ tf2_msgs::TFMessage Telemetry::transforms(const ros::Time& stamp) const {
   return message;
 }
 
-MotorReadings exact_readings(const Simulation& simulation) {
-  return {simulation.state().phi(), simulation.state().dphi(), simulation.torque()};
-}
-
 }  // namespace youbot_base_sim

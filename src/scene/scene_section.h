@@ -17,6 +17,8 @@ struct Named {
   Value value;
 };
 
+constexpr Named<bool> kFlags[] = {{"true", true}, {"false", false}};
+
 /// "a, b or c"
 std::string alternatives(const std::vector<std::string>& names);
 

@@ -83,6 +83,7 @@ TEST_F(ProgramsTest, SimulateRefusesBadOptions) {
   expect_simulate_refuses({good_, "--relative-tolerance", "2"}, {"--relative-tolerance", "2", "1e-14 to 0.1"});
   expect_simulate_refuses({good_, "--model", "rigid"}, {"model", "rigid", "no_slip, viscous or coulomb"});
   expect_simulate_refuses({good_, "--model", "coulomb", "--model", "viscous"}, {"--model"});
+  expect_simulate_refuses({good_, "--contacts"}, {"--contacts", "--bag"});
   expect_simulate_refuses({good_, good_}, {"simulate"});
   expect_simulate_refuses({}, {"SCENE"});
   expect_simulate_refuses({""}, {});

@@ -21,6 +21,11 @@
 namespace youbot_base_sim {
 namespace {
 
+/// Readings without error of motors that exert the simulation's torque.
+MotorReadings exact_readings(const Simulation& simulation) {
+  return {simulation.state().phi(), simulation.state().dphi(), simulation.torque()};
+}
+
 Scene short_scene() { return load_scene(YOUBOT_BASE_SIM_SOURCE_DIR "/config/scenes/case2.yaml"); }
 
 TEST(BagWriter, writes_every_topic_and_every_switch) {
@@ -60,6 +65,29 @@ TEST(BagWriter, writes_every_topic_and_every_switch) {
   EXPECT_EQ(view.getBeginTime(), ros::TIME_MIN);
   EXPECT_EQ(view.getEndTime(), ros::Time(0.5));
   EXPECT_EQ(truth->pose.pose.position.x, simulation.state().x());
+}
+
+TEST(BagRecorder, writes_contacts_on_request) {
+  const TemporaryFolder folder;
+  for (const bool asked : {false, true}) {
+    Scene scene = short_scene();
+    scene.output.contacts = asked;
+    Simulation simulation(scene);
+    BagRecorder recorder(BagWriter::open(folder.path("x.bag")));
+    recorder.write(0, simulation, {});
+    simulation.advance_to(0.5);
+    recorder.write(0.5, simulation, {});
+    recorder.commit();
+    rosbag::Bag read(folder.path("x.bag"), rosbag::bagmode::Read);
+    std::vector<double> energies;
+    for (const rosbag::MessageInstance& message : rosbag::View(read, rosbag::TopicQuery("/contacts"))) {
+      energies.push_back(message.instantiate<ContactsStamped>()->kinetic_energy);
+    }
+    EXPECT_EQ(energies.size(), asked ? 2u : 0u);
+    if (asked) {
+      EXPECT_EQ(energies.at(1), simulation.kinetic_energy());
+    }
+  }
 }
 
 /// Writes what the base tells at t (s) of a simulation that stands still.

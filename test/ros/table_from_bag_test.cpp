@@ -23,7 +23,6 @@ BaseSettings node_settings() {
   settings.scene.solver.control_period = kPeriod;
   settings.scene.solver.relative_tolerance = 1e-6;
   settings.scene.solver.absolute_tolerance = 1e-9;
-  settings.driver.control_period = kPeriod;
   return settings;
 }
 

@@ -40,7 +40,7 @@ struct BaseSettings {
   /// obeyed in every period, however slow it is. Messages that come while time stands still, paused or because the
   /// control period is not due yet, count as one. Needs `publish_clock`.
   bool lockstep = false;
-  /// Time starts once every topic of `Telemetry` has a subscriber, so a recorder misses nothing.
+  /// Time starts once every topic that `Telemetry` has recorded has a subscriber, so a recorder misses nothing.
   bool wait_for_subscribers = false;
   /// Bag file to record to, complete when the node ends; empty: none. Needs `publish_clock`.
   std::string bag;
@@ -54,10 +54,11 @@ struct BaseSettings {
   /// overlay.
   bool world_tf = false;
   /// Driver and motors: `dry_friction` (N m), `command_timeout` (s) and, in place of the scene's section `motors`, what
-  /// MotorSettings has.
+  /// MotorSettings has. BaseLoop fills in the control period and the wheel's inertia, which are the scene's.
   BaseDriver::Settings driver;
-  /// `publish_rollers`; `joint_velocity_sign`: consistent (with positions) or driver_exact (the driver's: reversed on
-  /// the left); `odometry_wheel_error`, for covariances; `driver_wheel_radius` (m), for `odom` and `cmd_vel`.
+  /// `publish_rollers`; `publish_contacts`, which has them recorded; `joint_velocity_sign`: consistent (with positions)
+  /// or driver_exact (the driver's: reversed on the left); `odometry_wheel_error`, for covariances;
+  /// `driver_wheel_radius` (m), for `odom` and `cmd_vel`.
   Telemetry::Options telemetry;
   /// Whether youBotHasArms is true. Diagnostics report that there is no arm in either case.
   bool has_arms = false;

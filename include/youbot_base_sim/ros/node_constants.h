@@ -26,6 +26,7 @@ constexpr char kGroundTruthTopic[] = "ground_truth";
 constexpr char kJointStatesTopic[] = "base/joint_states";
 constexpr char kTransformsTopic[] = "/tf";
 constexpr char kRollerSwitchesTopic[] = "base/roller_switches";
+constexpr char kContactsTopic[] = "contacts";
 constexpr char kDiagnosticsTopic[] = "/diagnostics";
 constexpr char kDashboardTopic[] = "/dashboard/platform_state";
 constexpr char kClockTopic[] = "/clock";
