@@ -74,7 +74,8 @@ class Page(unittest.TestCase):
 
     def test_has_what_is_measured(self):
         expected = {number: claims.row(number, finding) for number, finding in enumerate(self.findings, 1)}
-        self.assertEqual([expected.get(number, "the number of rows") for number in wrong_rows(self.page, self.findings)], [])
+        wrong = wrong_rows(self.page, self.findings)
+        self.assertEqual([expected.get(number, "the number of rows") for number in wrong], [])
         self.assertEqual(self.warnings, [])
 
     def test_would_fail_on_any_other_number(self):
