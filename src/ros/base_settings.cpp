@@ -5,10 +5,12 @@
 #include <ros/ros.h>
 
 #include <cmath>
+#include <filesystem>
 
 #include "youbot_base_sim/drive/driver_configuration.h"
 #include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/ros/parameters.h"
+#include "youbot_base_sim/scene/meshes.h"
 #include "youbot_base_sim/text/quote.h"
 
 namespace youbot_base_sim {
@@ -150,12 +152,23 @@ void read_drive(Parameters& parameters, BaseSettings& settings) {
 void read_telemetry(Parameters& parameters, BaseSettings& settings) {
   Telemetry::Options& telemetry = settings.telemetry;
   settings.publish_tf = parameters.flag("publish_tf", settings.publish_tf);
-  settings.world_tf = parameters.flag("world_tf", settings.world_tf);
+  telemetry.world = parameters.flag("world_tf", telemetry.world);
   telemetry.rollers = parameters.flag("publish_rollers", telemetry.rollers);
   telemetry.contacts = parameters.flag("publish_contacts", settings.scene.output.contacts);
   telemetry.kinematics.wheel_radius =
       parameters.number("driver_wheel_radius", telemetry.kinematics.wheel_radius, 1e-3, 1, "m");
   telemetry.wheel_error = parameters.number("odometry_wheel_error", telemetry.wheel_error, 0, 1, "");
+  MarkerOptions& markers = settings.markers;
+  markers.friction_scale = parameters.number("friction_marker_scale", markers.friction_scale, 1e-9, 1e3, "m/N");
+  markers.slip_scale = parameters.number("slip_marker_scale", markers.slip_scale, 1e-6, 1e6, "s");
+  if (telemetry.world) markers.frame = kTruthFrame;
+  const RobotParameters& robot = settings.scene.robot;
+  const std::string mesh = mesh_name(Part::kRoller, robot);
+  if (in_package(Part::kRoller, robot)) {
+    markers.roller_mesh = kPackageMeshes + mesh;
+  } else if (std::filesystem::exists(mesh_cache() / mesh)) {  // where describe_base has been asked for this robot
+    markers.roller_mesh = file_uri(mesh_cache() / mesh);
+  }
   const std::string sign = parameters.text("joint_velocity_sign", "consistent");
   if (sign != "consistent" && sign != "driver_exact") {
     throw parameters.refusal("joint_velocity_sign", "\"" + sign + "\"", "consistent or driver_exact");
