@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <map>
+#include <optional>
 
 #include "reference_rows.h"
 #include "youbot_base_sim/simulation.h"
@@ -21,12 +22,12 @@ struct Case {
 };
 
 struct Accuracy {
-  double relative_tolerance;  // < 0: the default
+  std::optional<double> relative_tolerance;  // none: the default
   double position, heading, switch_time;
 };
 
 // What users are promised: 1e-5 m and rad at the default tolerance, 1e-8 at 1e-10.
-const Accuracy kDefault{-1, 1e-5, 1e-5, 1e-4};
+const Accuracy kDefault{{}, 1e-5, 1e-5, 1e-4};
 const Accuracy kTight{1e-10, 1e-8, 1e-8, 1e-7};
 
 class ReferenceTest : public testing::TestWithParam<Case> {

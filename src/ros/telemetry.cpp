@@ -109,8 +109,4 @@ std::optional<tf2_msgs::TFMessage> Telemetry::static_transforms(const Simulation
   return message;
 }
 
-MotorReadings exact_readings(const Simulation& simulation) {
-  return {simulation.state().phi(), simulation.state().dphi(), simulation.torque()};
-}
-
 }  // namespace youbot_base_sim

@@ -46,6 +46,17 @@ constexpr Range kHarmonicPeriod{1e-4, 1e9, "s"};
   throw SceneError(fmt::format("{} = {}: must be {}", name, quote(value), alternatives(allowed)));
 }
 
+/// The value that an override names.
+template <class Value, std::size_t size>
+Value named(const char* key, const std::string& name, const Named<Value> (&allowed)[size]) {
+  std::vector<std::string> names;
+  for (const Named<Value>& candidate : allowed) {
+    if (name == candidate.name) return candidate.value;
+    names.push_back(candidate.name);
+  }
+  refuse_override(key, name, names);
+}
+
 RobotParameters robot_of(Profile profile, double friction_scale) {
   return profile == Profile::kMeasured ? measured_robot(friction_scale) : RobotParameters();
 }
@@ -61,16 +72,26 @@ RobotParameters read_profile(const SceneValue& value) {
   s.required("name").choice(profile, kProfiles);
   double scale = 1;
   const SceneValue friction_scale = s["friction_scale"];
-  friction_scale.number(scale, {0, 1e3, ""});
+  friction_scale.number(scale, kFrictionScales);
   s.finish();
   if (profile == Profile::kPaper && friction_scale.given()) friction_scale.refuse("left out for paper");
   return robot_of(profile, scale);
 }
 
+/// The robot of the profile that stands in place of the file's, or `robot` if there is none.
+RobotParameters override_profile(const SceneOverrides& overrides, const RobotParameters& robot) {
+  Profile profile = Profile::kPaper;
+  if (!overrides.profile.empty()) profile = named("profile", overrides.profile, kProfiles);
+  if (overrides.friction_scale && profile != Profile::kMeasured) {
+    throw SceneError(fmt::format("friction_scale = {:g}: must be left out unless profile = measured is given too",
+                                 *overrides.friction_scale));
+  }
+  return overrides.profile.empty() ? robot : robot_of(profile, overrides.friction_scale.value_or(1));
+}
+
 /// `floor` decides whether all four wheels press on it.
 RobotParameters read_robot(SceneSection s, const FloorParameters& floor, const SceneOverrides& overrides) {
-  RobotParameters robot = read_profile(s["profile"]);
-  if (!overrides.profile.empty()) robot = robot_of_profile(overrides.profile, overrides.friction_scale);
+  RobotParameters robot = override_profile(overrides, read_profile(s["profile"]));
   s["body_mass"].number(robot.m, kMass);
   s["wheel_mass"].number(robot.m_1, kMass);
   const SceneValue inertia = s["total_inertia"];
@@ -160,14 +181,14 @@ SolverSettings read_solver(SceneSection s, const SceneOverrides& overrides, cons
   if (step.given() && overrides.method.empty() && find_method(solver.method)->default_step == 0) {
     step.refuse("left out for a method with step size control, " + solver.method);
   }
-  s["relative_tolerance"].number(solver.relative_tolerance, {1e-14, 0.1, ""});
-  if (overrides.relative_tolerance >= 0) solver.relative_tolerance = overrides.relative_tolerance;
+  s["relative_tolerance"].number(solver.relative_tolerance, kRelativeTolerances);
+  solver.relative_tolerance = overrides.relative_tolerance.value_or(solver.relative_tolerance);
   solver.absolute_tolerance = 1e-3 * solver.relative_tolerance;
   s["absolute_tolerance"].number(solver.absolute_tolerance, {1e-18, 1, ""});
   const SceneValue control_period = s["control_period"];
-  control_period.number(solver.control_period, {1e-6, 10, "s", true});
+  control_period.number(solver.control_period, kControlPeriods);
   check_control_period(control_period, solver.control_period, scene);
-  if (overrides.control_period >= 0) solver.control_period = overrides.control_period;
+  solver.control_period = overrides.control_period.value_or(solver.control_period);
   s.finish();
   const std::string reason = refusal(*find_method(solver.method), scene.robot, scene.model);
   if (!reason.empty() && overrides.method.empty()) method.refuse(reason);
@@ -275,7 +296,7 @@ Scene read_scene(const std::string& path, const YAML::Node& root, const SceneOve
   Scene scene;
   scene.files = {path};
   file["model"].choice(scene.model, kModels);
-  if (!overrides.model.empty()) scene.model = model_from_name(overrides.model);
+  if (!overrides.model.empty()) scene.model = named("model", overrides.model, kModels);
   file.required("duration").number(scene.duration, {1e-9, 1e6, "s"});
   const SceneValue output_rate = file["output_rate"];
   output_rate.number(scene.output_rate, {1e-9, 1e6, "Hz"});
@@ -297,19 +318,6 @@ Scene read_scene(const std::string& path, const YAML::Node& root, const SceneOve
 
 }  // namespace
 
-RobotParameters robot_of_profile(const std::string& name, double friction_scale) {
-  std::vector<std::string> names;
-  for (const Named<Profile>& candidate : kProfiles) {
-    names.push_back(candidate.name);
-    if (name != candidate.name) continue;
-    if (candidate.value == Profile::kPaper && friction_scale >= 0) {
-      throw SceneError(fmt::format("friction_scale = {:g}: must be left out for paper", friction_scale));
-    }
-    return robot_of(candidate.value, friction_scale < 0 ? 1 : friction_scale);
-  }
-  refuse_override("profile", name, names);
-}
-
 IntegrationSettings integration_settings(const SolverSettings& solver) {
   return {solver.method, {solver.relative_tolerance, solver.absolute_tolerance}, solver.step};
 }
@@ -321,21 +329,20 @@ const char* name_of(Model model) {
   return "";
 }
 
-Model model_from_name(const std::string& name) {
-  std::vector<std::string> names;
-  for (const Named<Model>& candidate : kModels) {
-    if (name == candidate.name) return candidate.value;
-    names.push_back(candidate.name);
-  }
-  refuse_override("model", name, names);
-}
-
 Scene load_scene(const std::string& path, const SceneOverrides& overrides) {
   try {
     return read_scene(path, read_yaml_file(path), overrides);
   } catch (const YAML::Exception& error) {
     throw SceneError(fmt::format("{}: {}", quote_path(path), quote(error.what(), kMaxMessage)));
   }
+}
+
+Scene default_scene(const SceneOverrides& overrides) {
+  YAML::Node least;
+  least["duration"] = 1;  // without which no file is complete
+  Scene scene = read_scene("", least, overrides);
+  scene.files.clear();
+  return scene;
 }
 
 std::string unlikely_geometry(const RobotParameters& robot) {

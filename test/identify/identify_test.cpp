@@ -5,8 +5,10 @@
 #include <yaml-cpp/yaml.h>
 
 #include <cmath>
+#include <future>
 
 #include "twin.h"
+#include "youbot_base_sim/identify/comparison.h"
 #include "youbot_base_sim/identify/first_guess.h"
 #include "youbot_base_sim/identify/fit.h"
 #include "youbot_base_sim/identify/forward_model.h"
@@ -96,6 +98,19 @@ TEST_P(TwinTest, IsFoundAgain) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Seeds, TwinTest, testing::Values(1u, 2u, 3u));
+
+// What the fit does on all threads.
+TEST(ForwardModel, IsTheSameOnEveryThread) {
+  const DriveRecord record = short_drive();
+  const auto errors = [&] {
+    return Comparison(record, 0.3).residuals(predict(measured_base(), record, Wheels::Zero()));
+  };
+  std::vector<std::future<Eigen::VectorXd>> others;
+  for (int k = 0; k < 3; ++k) others.push_back(std::async(std::launch::async, errors));
+  const Eigen::VectorXd here = errors();
+  ASSERT_GT(here.size(), 0);
+  for (auto& other : others) EXPECT_TRUE(other.get() == here);
+}
 
 TEST(Inspection, HasNothingToSayOfAGoodRecord) {
   DriveRecord record = short_drive();

@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <regex>
 
+#include "limits_table.h"
 #include "refusals.h"
 #include "youbot_base_sim/scene/scene.h"
 #include "youbot_base_sim/simulation.h"
@@ -180,18 +181,19 @@ TEST_F(KeysTest, RefuseSectionsThatAreNone) {
 /// states a round one.
 struct Ends {
   double min, max;
-  bool whole;
+  bool whole, or_zero;
 };
 
 std::optional<Ends> ends_of(const std::string& allowed) {
   const std::string number = "(-?[0-9.]+(?:e[-+]?[0-9]+)?)";
   std::smatch found;
   const bool whole = allowed.find("whole number") != std::string::npos;
+  const bool or_zero = allowed.find(": 0 or from") != std::string::npos;
   if (std::regex_search(allowed, found, std::regex("from " + number + " to " + number))) {
-    return Ends{std::stod(found[1]), std::stod(found[2]), whole};
+    return Ends{std::stod(found[1]), std::stod(found[2]), whole, or_zero};
   }
   if (std::regex_search(allowed, found, std::regex(">= 0, up to " + number)))
-    return Ends{0, std::stod(found[1]), whole};
+    return Ends{0, std::stod(found[1]), whole, or_zero};
   return std::nullopt;
 }
 
@@ -224,6 +226,29 @@ TEST_F(KeysTest, RefuseNumbersBeyondTheEndsThatTheyState) {
   EXPECT_GE(cases, 200);
 }
 
+// docs/limits.md has a row for each, with the same ends and unit, and no others.
+TEST_F(KeysTest, HaveTheLimitsThatTheDocumentationTells) {
+  std::map<std::string, Limits> rows;
+  for (const Limits& row : limits("Scenes")) rows[row.key] = row;
+  for (const Key& key : keys_) {
+    const std::optional<Ends> ends = ends_of(key.allowed);
+    if (!ends) continue;
+    SCOPED_TRACE(key.path + " must be " + key.allowed);
+    const auto row = rows.find(std::regex_replace(key.path, std::regex(R"(\[0\])"), "[]"));
+    if (row == rows.end()) {
+      ADD_FAILURE() << "no row";
+      continue;
+    }
+    EXPECT_EQ(std::stod(row->second.min), ends->min);
+    EXPECT_EQ(row->second.or_zero, ends->or_zero);
+    const std::string unit = row->second.unit.empty() ? "" : " " + row->second.unit;
+    const std::string end = "to " + Limits::text(std::stod(row->second.max)) + unit;
+    EXPECT_EQ(key.allowed.substr(key.allowed.size() - std::min(key.allowed.size(), end.size())), end);
+    rows.erase(row);
+  }
+  for (const auto& [key, row] : rows) ADD_FAILURE() << key << " has a row and is no number of a scene";
+}
+
 // The other side of the same table. What two keys say together may be refused for the other one (a centre of mass
 // outside the wheels, rollers larger than the wheel), never with anything but a refusal; what is accepted runs: finite,
 // with bounded work.
@@ -232,7 +257,7 @@ TEST_F(KeysTest, AcceptNumbersAtTheEndsThatTheyStateAndRun) {
   for (const Key& key : keys_) {
     const std::optional<Ends> ends = ends_of(key.allowed);
     if (!ends) continue;
-    for (const double number : {ends->min, ends->max}) {
+    for (const double number : {ends->min, ends->max, ends->or_zero ? 0 : ends->min}) {
       SCOPED_TRACE(key.path + ": " + repeated(key, number));
       const std::string line = refusal(scene_with(key.path, repeated(key, number)));
       if (!line.empty()) {

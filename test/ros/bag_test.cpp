@@ -21,6 +21,11 @@
 namespace youbot_base_sim {
 namespace {
 
+/// Readings without error of motors that exert the simulation's torque.
+MotorReadings exact_readings(const Simulation& simulation) {
+  return {simulation.state().phi(), simulation.state().dphi(), simulation.torque()};
+}
+
 Scene short_scene() { return load_scene(YOUBOT_BASE_SIM_SOURCE_DIR "/config/scenes/case2.yaml"); }
 
 TEST(BagWriter, writes_every_topic_and_every_switch) {

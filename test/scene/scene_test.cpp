@@ -6,7 +6,6 @@
 
 #include <sstream>
 
-#include "limits_table.h"
 #include "temporary_folder.h"
 #include "youbot_base_sim/integration/methods.h"
 
@@ -278,6 +277,31 @@ TEST_F(SceneTest, OverridesStandInPlaceOfTheFile) {
   overrides.model = "";
   overrides.method = "leapfrog";
   EXPECT_EQ(refusal_of(overrides).find("method = leapfrog: must be radau"), 0u);
+  overrides.method = "";
+  overrides.friction_scale = 2;
+  EXPECT_EQ(refusal_of(overrides), "friction_scale = 2: must be left out unless profile = measured is given too");
+  overrides.profile = "measured";
+  EXPECT_TRUE((load_scene(path, overrides).robot.mu_1 == measured_robot(2).mu_1).all());
+}
+
+TEST_F(SceneTest, OfNoFileHasTheDefaultsAndTheOverrides) {
+  const Scene of_file = load("duration: 1");
+  const Scene scene = default_scene({});
+  EXPECT_TRUE((scene.initial.values == of_file.initial.values).all());
+  EXPECT_EQ(scene.robot.m, of_file.robot.m);
+  EXPECT_EQ(scene.solver.relative_tolerance, of_file.solver.relative_tolerance);
+  EXPECT_TRUE(std::holds_alternative<std::monostate>(scene.drive));
+  EXPECT_TRUE(scene.files.empty());
+  SceneOverrides overrides;
+  overrides.relative_tolerance = 1e-4;
+  overrides.control_period = 2e-3;
+  overrides.profile = "measured";
+  overrides.method = "dopri5";
+  const Scene other = default_scene(overrides);
+  EXPECT_DOUBLE_EQ(other.solver.absolute_tolerance, 1e-7);
+  EXPECT_EQ(other.solver.control_period, 2e-3);
+  EXPECT_GT(other.robot.dry_friction.minCoeff(), 0);
+  EXPECT_EQ(other.solver.method, "dopri5");
 }
 
 TEST_F(SceneTest, TablesHoldFromRowToRow) {
@@ -301,60 +325,6 @@ TEST_F(SceneTest, RefusesBadTables) {
   EXPECT_NE(message("t,fl,fr,bl,br\n0,1,2,nan,4\n").find("nan"), std::string::npos);
   EXPECT_NE(message("t,fl,fr,bl,br\n").find("no rows"), std::string::npos);
   EXPECT_NE(refusal("duration: 1\ndrive: {torque_table: gone.csv}").find("gone.csv"), std::string::npos);
-}
-
-/// A scene whose key of this path ("drive.torque[].start") has the value.
-std::string scene_with(const std::string& path, const std::string& value) {
-  std::string text = value;
-  std::istringstream stream(path);
-  std::vector<std::string> keys;
-  for (std::string key; std::getline(stream, key, '.');) keys.push_back(key);
-  for (auto key = keys.rbegin(); key != keys.rend(); ++key) {
-    const bool lists = key->find("[]") != std::string::npos;
-    text = "{" + key->substr(0, key->find("[]")) + ": " + (lists ? "[" + text + "]" : text) + "}";
-  }
-  if (path != "duration") text.insert(1, "duration: 1, ");
-  return text;
-}
-
-TEST_F(SceneTest, EveryNumberHasTheLimitsThatTheDocumentationTells) {
-  // The error that refuses the number for its size; the scene may be wrong elsewhere.
-  const auto refusal_of = [&](const std::string& key, const std::string& value) -> std::string {
-    try {
-      load(scene_with(key, value));
-    } catch (const SceneError& error) {
-      const std::string message = error.what(), list = ": must be a list of ";
-      if (const auto at = message.find(list); at != std::string::npos && value[0] != '[') {
-        std::string values = "[" + value;
-        for (int n = message[at + list.size()] - '0'; n > 1; --n) values += ", 0";
-        try {
-          load(scene_with(key, values + "]"));
-        } catch (const SceneError& of_list) {
-          return of_list.what();
-        }
-        return "";
-      }
-      return message;
-    }
-    return "";
-  };
-  const std::vector<Limits> rows = limits("Scenes");
-  ASSERT_GE(rows.size(), 36u);
-  for (const Limits& row : rows) {
-    std::string key = row.key;
-    if (const auto list = key.find("[]"); list != std::string::npos) key.insert(list + 1, "0");
-    std::vector<std::string> beyond = row.beyond();
-    beyond.insert(beyond.end(), {".nan", ".inf", "text"});
-    for (const std::string& value : beyond) {
-      const std::string message = refusal_of(row.key, value);
-      EXPECT_NE(message.find(" " + key + " = "), std::string::npos) << row.key << " = " << value << ": " << message;
-      EXPECT_NE(message.find(value), std::string::npos) << message;
-      EXPECT_NE(message.find("a finite number "), std::string::npos) << message;
-    }
-    for (const std::string& value : row.ends()) {
-      EXPECT_EQ(refusal_of(row.key, value).find("a finite number "), std::string::npos) << row.key << " = " << value;
-    }
-  }
 }
 
 TEST_F(SceneTest, BoundsTheWork) {

@@ -52,7 +52,7 @@ struct BaseSettings {
   /// Whether odom to base_footprint is published on /tf.
   bool publish_tf = true;
   /// Driver and motors: `dry_friction` (N m), `command_timeout` (s) and, in place of the scene's section `motors`, what
-  /// MotorSettings has.
+  /// MotorSettings has. BaseLoop fills in the control period and the wheel's inertia, which are the scene's.
   BaseDriver::Settings driver;
   /// `publish_rollers`; `publish_contacts`, which has them recorded; `world_tf`: world to odom, at the scene's initial
   /// pose, so that odometry and ground truth overlay, and world to ground_truth/base_footprint; `joint_velocity_sign`:

@@ -82,7 +82,4 @@ class Telemetry {
   sensor_msgs::JointState joints_;  // with names, and zeros for the rest
 };
 
-/// Readings without error of motors that exert the simulation's torque.
-MotorReadings exact_readings(const Simulation& simulation);
-
 }  // namespace youbot_base_sim
