@@ -147,8 +147,6 @@ class Soak {
     settings.scene.solver.control_period = 1e-3;
     settings.scene.solver.relative_tolerance = 1e-5;
     settings.scene.solver.absolute_tolerance = 1e-8;
-    settings.driver.control_period = 1e-3;
-    settings.driver.wheel_inertia = settings.scene.robot.J_1;
     return settings;
   }
 

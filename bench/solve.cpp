@@ -80,7 +80,7 @@ nlohmann::json measure(Solver solver, const Task& task) {
 Task read_task(const nlohmann::json& told) {
   SceneOverrides overrides;
   overrides.model = told.at("model");
-  overrides.relative_tolerance = told.value("tolerance", overrides.relative_tolerance);
+  if (told.contains("tolerance")) overrides.relative_tolerance = told.at("tolerance").get<double>();
   Task task;
   task.scene = load_scene(told.at("scene"), overrides);
   task.scene.solver.method = told.at("solver");

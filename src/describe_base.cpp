@@ -1,50 +1,97 @@
-// Prints the URDF of the base that a scene simulates.
+// Prints the URDF of the base that a scene simulates, and writes the meshes that it draws.
+
+#include <fmt/format.h>
 
 #include <boost/program_options.hpp>
 #include <cstdio>
+#include <filesystem>
 #include <iostream>
+#include <map>
 #include <string>
 
+#include "youbot_base_sim/record/output_file.h"
+#include "youbot_base_sim/scene/meshes.h"
 #include "youbot_base_sim/scene/scene.h"
 #include "youbot_base_sim/scene/urdf.h"
 #include "youbot_base_sim/text/print_error.h"
 #include "youbot_base_sim/text/quote.h"
 
-int main(int argc, char** argv) {
-  using namespace youbot_base_sim;
-  namespace po = boost::program_options;
+namespace {
+
+using namespace youbot_base_sim;
+
+struct Arguments {
   std::string scene;  // empty also where it is an argument of a launch file that is not set
   bool turning_rollers = false;
+  std::string meshes;  // folder; empty: the package has them, or the cache
+};
+
+/// Reads the command line; false if all that was wanted was help. Throws boost::program_options::error.
+bool read_arguments(int argc, char** argv, Arguments& arguments) {
+  namespace po = boost::program_options;
   po::options_description options("Options");
   // clang-format off
   options.add_options()
-    ("turning-rollers", po::bool_switch(&turning_rollers),
+    ("turning-rollers", po::bool_switch(&arguments.turning_rollers),
      "continuous roller joints, for a node that publishes the rollers' joint states; without it they are fixed, and "
      "the driver's eight joint states are enough")
+    ("meshes", po::value(&arguments.meshes)->value_name("FOLDER"),
+     "write all meshes into this folder. Without it, the parts that are the paper's robot's are those of the package; "
+     "others are written to $ROS_HOME/youbot_base_sim, or ~/.ros/youbot_base_sim. Whoever draws the robot must find "
+     "that folder on the same machine")
     ("help,h", "print this");
   // clang-format on
   po::options_description all;
-  all.add(options).add_options()("scene", po::value(&scene));
+  all.add(options).add_options()("scene", po::value(&arguments.scene));
+  po::variables_map given;
+  po::store(po::command_line_parser(argc, argv)
+                .options(all)
+                .positional(po::positional_options_description().add("scene", 1))
+                .run(),
+            given);
+  po::notify(given);
+  if (!given.count("help")) return true;
+  std::cout << "Usage: describe_base [SCENE.yaml] [options]\n\nPrints the URDF of the base that the scene simulates; "
+               "without a scene, of the paper's robot.\n\n"
+            << options;
+  return false;
+}
+
+/// Writes the mesh of a part. Returns its URI.
+std::string write_mesh(Part part, const RobotParameters& robot, const std::filesystem::path& given_folder) {
+  if (given_folder.empty()) throw OutputError("HOME is not set: --meshes must say where the meshes go");
+  const std::filesystem::path folder = std::filesystem::absolute(given_folder);
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) throw OutputError(fmt::format("{}: cannot be made: {}", quote_path(folder.string()), error.message()));
+  OutputFile file(folder / mesh_name(part, robot));
+  file.write(mesh(part, robot));
+  file.commit();
+  return file_uri(folder / mesh_name(part, robot));
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
   try {
-    po::variables_map given;
-    po::store(po::command_line_parser(argc, argv)
-                  .options(all)
-                  .positional(po::positional_options_description().add("scene", 1))
-                  .run(),
-              given);
-    po::notify(given);
-    if (given.count("help")) {
-      std::cout << "Usage: describe_base [SCENE.yaml] [options]\n\nPrints the URDF of the base that the scene "
-                   "simulates; without a scene, of the paper's robot.\n\n"
-                << options;
-      return 0;
+    Arguments arguments;
+    if (!read_arguments(argc, argv, arguments)) return 0;
+    const RobotParameters robot = arguments.scene.empty() ? RobotParameters() : load_scene(arguments.scene).robot;
+    std::map<Part, std::string> uris;
+    for (const Part part : kParts) {
+      const bool packaged = arguments.meshes.empty() && in_package(part, robot);
+      uris[part] = packaged
+                       ? kPackageMeshes + mesh_name(part, robot)
+                       : write_mesh(part, robot,
+                                    arguments.meshes.empty() ? mesh_cache() : std::filesystem::path(arguments.meshes));
     }
-    const RobotParameters robot = scene.empty() ? RobotParameters() : load_scene(scene).robot;
-    std::cout << urdf(robot, turning_rollers ? RollerJoints::kTurning : RollerJoints::kFixed) << std::flush;
-  } catch (const po::error& error) {
+    std::cout << urdf(robot, arguments.turning_rollers ? RollerJoints::kTurning : RollerJoints::kFixed, [&](Part part) {
+      return uris.at(part);
+    }) << std::flush;
+  } catch (const boost::program_options::error& error) {
     print_error("describe_base", quote(error.what(), kMaxMessage) + "; see describe_base --help");
     return 2;
-  } catch (const SceneError& error) {
+  } catch (const std::runtime_error& error) {  // SceneError, OutputError
     print_error("describe_base", error.what());
     return 2;
   }

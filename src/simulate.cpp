@@ -7,7 +7,6 @@
 
 #include <atomic>
 #include <boost/program_options.hpp>
-#include <cerrno>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -23,6 +22,7 @@
 #ifdef YOUBOT_BASE_SIM_ROS
 #include "youbot_base_sim/ros/bag.h"
 #endif
+#include "youbot_base_sim/text/command_line.h"
 #include "youbot_base_sim/text/print_error.h"
 #include "youbot_base_sim/text/quote.h"
 
@@ -59,11 +59,13 @@ bool read_arguments(int argc, char** argv, Arguments& arguments) {
     ("csv", po::value(&arguments.csv)->value_name("FILE"), "write the motion, a row each 1/output_rate")
     ("switches", po::value(&arguments.switches)->value_name("FILE"), "write the roller switches as CSV")
     ("bag", po::value(&arguments.bag)->value_name("FILE"), "write a bag with the topics of base_node")
+    ("contacts", po::bool_switch(&arguments.overrides.contacts),
+     "in the bag, the topic contacts too, as with output.contacts: true in the scene")
     ("summary", po::value(&arguments.summary)->value_name("FILE"), "write the final state and statistics as JSON")
     ("model", po::value(&arguments.overrides.model)->value_name("NAME"),
      "no_slip, viscous or coulomb, in place of the scene's")
     ("method", po::value(&arguments.overrides.method)->value_name("NAME"), method_help().c_str())
-    ("relative-tolerance", po::value(&arguments.overrides.relative_tolerance)->value_name("X"),
+    ("relative-tolerance", po::value<double>()->value_name("X"),
      "in place of the scene's, 1e-14 to 0.1; the default, 3e-7, keeps the paper's Cases 1 and 2 within 1e-5 m and "
      "1e-5 rad of the exact motion over 30 s")
     ("cpu-limit", po::value(&arguments.cpu_limit)->value_name("SECONDS"),
@@ -87,30 +89,32 @@ bool read_arguments(int argc, char** argv, Arguments& arguments) {
     return false;
   }
   if (!given.count("scene")) throw SceneError("no scene given; usage: simulate SCENE.yaml [options]");
-  for (const auto& [name, value] : given) {
-    const auto* text = boost::any_cast<std::string>(&value.value());
-    if (text && text->empty())
-      throw SceneError(fmt::format("{} = \"\": must not be empty", name == "scene" ? name : "--" + name));
-  }
-  const double tolerance = arguments.overrides.relative_tolerance;
-  if (given.count("relative-tolerance") && !(tolerance >= 1e-14 && tolerance <= 0.1)) {
-    throw SceneError(fmt::format("--relative-tolerance = {}: must be a number from 1e-14 to 0.1", tolerance));
+  refuse_empty(given, "scene");
+  if (given.count("relative-tolerance")) {
+    const double tolerance = given["relative-tolerance"].as<double>();
+    if (!contains(kRelativeTolerances, tolerance)) {
+      throw SceneError(fmt::format("--relative-tolerance = {}: must be {}", tolerance, text_of(kRelativeTolerances)));
+    }
+    arguments.overrides.relative_tolerance = tolerance;
   }
   if (given.count("cpu-limit") && !(arguments.cpu_limit > 0)) {
     throw SceneError(fmt::format("--cpu-limit = {}: must be a number > 0", arguments.cpu_limit));
   }
+  if (arguments.overrides.contacts && arguments.bag.empty()) throw SceneError("--contacts: must be given with --bag");
 #ifndef YOUBOT_BASE_SIM_ROS
   if (!arguments.bag.empty()) throw SceneError("--bag: this simulate was built without ROS");
 #endif
   return true;
 }
 
-/// A bar on the terminal for a run that takes longer than a second.
+/// A bar on the terminal for a run that takes longer than a second. Whoever prints clears it first.
 class Progress {
  public:
   Progress(double duration, bool quiet) : duration_(duration), shown_(!quiet && isatty(STDERR_FILENO)) {}
-  ~Progress() {
+  ~Progress() { clear(); }
+  void clear() {
     if (drawn_) std::fputs("\r\033[K", stderr);
+    drawn_ = false;
   }
   void show(double t) {
     if (!shown_ || seconds_since(start_) < 1 || seconds_since(last_) < 0.1) return;
@@ -160,13 +164,13 @@ void catch_signals() {
 class Outputs {
  public:
   /// Opens them all before anything is written. Throws OutputError where one is refused.
-  Outputs(const Arguments& arguments, const Scene& scene) {
+  Outputs(const Arguments& arguments, const Scene& scene, Progress& progress) : progress_(progress) {
+    OutputOpener opener(scene.files);
     std::optional<OutputFile> csv, switches, bag;
-    open("--csv", arguments.csv, scene, csv);
-    open("--switches", arguments.switches, scene, switches);
-    open("--bag", arguments.bag, scene, bag, OutputFile::Access::kAnywhere);
-    open("--summary", arguments.summary, scene, summary_);
-    opened_.clear();
+    if (!arguments.csv.empty()) csv.emplace(opener.open("--csv", arguments.csv));
+    if (!arguments.switches.empty()) switches.emplace(opener.open("--switches", arguments.switches));
+    if (!arguments.bag.empty()) bag.emplace(opener.open("--bag", arguments.bag, OutputFile::Access::kAnywhere));
+    if (!arguments.summary.empty()) summary_.emplace(opener.open("--summary", arguments.summary));
     if (csv) recorders_.push_back(std::make_unique<StateCsv>(std::move(*csv)));
     if (switches) recorders_.push_back(std::make_unique<SwitchCsv>(std::move(*switches)));
 #ifdef YOUBOT_BASE_SIM_ROS
@@ -203,22 +207,6 @@ class Outputs {
   bool failed() const { return failed_; }
 
  private:
-  void open(const char* option, const std::string& path, const Scene& scene, std::optional<OutputFile>& file,
-            OutputFile::Access access = OutputFile::Access::kInOrder) {
-    if (path.empty()) return;
-    file.emplace(path, access);
-    const auto refuse = [&](const std::string& reason) {
-      throw OutputError(fmt::format("{} = {}: must not be {}", option, quote_path(path), reason));
-    };
-    for (const std::string& input : scene.files) {
-      if (file->leads_to(input)) refuse("what the scene is read from");
-    }
-    for (const auto& [other_option, other] : opened_) {
-      if (file->same_file(*other)) refuse(std::string("the file of ") + other_option);
-    }
-    opened_.emplace_back(option, &*file);
-  }
-
   template <class Action>
   void for_each(const Action& action) {
     for (auto recorder = recorders_.begin(); recorder != recorders_.end();) {
@@ -229,26 +217,27 @@ class Outputs {
         failed_ = true;
         recorder = recorders_.erase(recorder);
         if (recorders_.empty() && !summary_) throw;  // nothing to go on for
+        progress_.clear();
         print_error("simulate", error.what());
       }
     }
   }
 
+  Progress& progress_;
   std::vector<std::unique_ptr<Recorder>> recorders_;
   std::optional<OutputFile> summary_;
-  std::vector<std::pair<const char*, const OutputFile*>> opened_;  // by option, while they are being opened
   bool failed_ = false;
 };
 
 /// A scene on its way from row to row.
 class Run {
  public:
-  Run(const Arguments& arguments, const Scene& scene, Outputs& outputs)
+  Run(const Arguments& arguments, const Scene& scene, Outputs& outputs, Progress& progress)
       : arguments_(arguments),
         scene_(scene),
         outputs_(outputs),
         simulation_(scene),
-        progress_(scene.duration, arguments.quiet),
+        progress_(progress),
         measured_(!arguments.summary.empty() || arguments.cpu_limit > 0) {
     simulation_.stop_on(stop);
   }
@@ -264,6 +253,7 @@ class Run {
         advance(t);
       }
       advance(scene_.duration);
+      progress_.clear();
     } catch (const Stopped&) {
       fail(fmt::format("stopped after t = {:g} s by signal {}, {}", simulation_.time(), stop_signal.load(),
                        strsignal(stop_signal)));
@@ -320,6 +310,7 @@ class Run {
   }
 
   [[noreturn]] void fail(const std::string& reason) {
+    progress_.clear();
     const std::vector<std::string> kept = outputs_.keep_incomplete();
     if (kept.empty()) throw std::runtime_error(reason);
     throw std::runtime_error(fmt::format("{}; what was written is kept as {}", reason, fmt::join(kept, ", ")));
@@ -331,7 +322,7 @@ class Run {
   const Scene& scene_;
   Outputs& outputs_;
   Simulation simulation_;
-  Progress progress_;
+  Progress& progress_;
   bool measured_;
   double wall_time_ = 0;  // of the simulation alone, s
   RunAudit audit_;
@@ -342,9 +333,10 @@ int simulate(const Arguments& arguments, const Scene& scene) {
   const std::string told =
       advice(scene.robot, scene.floor, scene.model, integration_settings(scene.solver), scene.duration);
   catch_signals();
+  Progress progress(scene.duration, arguments.quiet);
   std::optional<Outputs> outputs;
   try {
-    outputs.emplace(arguments, scene);
+    outputs.emplace(arguments, scene, progress);
   } catch (const OutputError& error) {
     print_error("simulate", error.what());
     return stop ? kNotCompleted : kRefused;
@@ -353,7 +345,7 @@ int simulate(const Arguments& arguments, const Scene& scene) {
     if (!arguments.quiet && !warning.empty()) print_error("simulate", warning);
   }
   try {
-    Run run(arguments, scene, *outputs);
+    Run run(arguments, scene, *outputs, progress);
     run.complete();
     run.report();
   } catch (const std::exception& error) {
@@ -395,7 +387,11 @@ int main(int argc, char** argv) {
     }
   }
   const int status = run_program(argc, argv);
-  if (std::fflush(stdout) == 0 || status != kDone) return status;
-  print_error("simulate", "standard output: cannot be written: " + OutputFile::text_of(errno));
-  return kNotCompleted;
+  try {
+    flush_standard_output();
+  } catch (const OutputError& error) {
+    if (status == kDone) print_error("simulate", error.what());
+    return std::max<int>(status, kNotCompleted);
+  }
+  return status;
 }

@@ -3,6 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
 
 #include "program.h"
 #include "youbot_base_sim/scene/urdf.h"
@@ -32,18 +35,41 @@ class DescribeBaseTest : public testing::Test {
   TemporaryFolder folder_;
 };
 
+std::string in_package(Part part) { return kPackageMeshes + mesh_name(part, RobotParameters()); }
+
 TEST_F(DescribeBaseTest, PrintsThePapersRobotWithoutAScene) {
-  expect_prints({}, urdf(RobotParameters()));
-  expect_prints({""}, urdf(RobotParameters()));  // the argument of a launch file that is not set
+  const std::string document = urdf(RobotParameters(), RollerJoints::kFixed, in_package);
+  expect_prints({}, document);
+  expect_prints({""}, document);  // the argument of a launch file that is not set
 }
 
+// Its meshes are written where the document says, by whatever argument or environment that is.
 TEST_F(DescribeBaseTest, PrintsTheRobotOfTheScene) {
   RobotParameters robot;
   robot.rollers = 8;
   const std::string scene = folder_.write("scene.yaml", "duration: 1\nrobot: {rollers_per_wheel: 8}\n");
-  expect_prints({scene}, urdf(robot));
-  expect_prints({"--turning-rollers", scene}, urdf(robot, RollerJoints::kTurning));
-  expect_prints({scene, "--turning-rollers"}, urdf(robot, RollerJoints::kTurning));
+  const std::string ros_home = folder_.path("home"), given = folder_.path("given folder");
+  setenv("ROS_HOME", ros_home.c_str(), 1);
+  const auto in_cache = [&](Part part) { return file_uri(ros_home + "/youbot_base_sim/" + mesh_name(part, robot)); };
+  const auto in_given = [&](Part part) { return file_uri(given + "/" + mesh_name(part, robot)); };
+  for (int again = 0; again < 2; ++again) {
+    expect_prints({scene}, urdf(robot, RollerJoints::kFixed, in_cache));
+    expect_prints({"--turning-rollers", scene}, urdf(robot, RollerJoints::kTurning, in_cache));
+    expect_prints({scene, "--turning-rollers"}, urdf(robot, RollerJoints::kTurning, in_cache));
+    expect_prints({scene, "--meshes", given}, urdf(robot, RollerJoints::kFixed, in_given));
+  }
+  for (const Part part : kParts) {
+    for (const std::string& written : {ros_home + "/youbot_base_sim/", given + "/"}) {
+      std::ifstream file(written + mesh_name(part, robot));
+      std::stringstream text;
+      text << file.rdbuf();
+      EXPECT_TRUE(text.str() == mesh(part, robot)) << written;
+    }
+  }
+}
+
+TEST_F(DescribeBaseTest, RefusesAFolderThatCannotBe) {
+  expect_refuses({"--meshes", "/dev/null/meshes"}, "/dev/null/meshes");
 }
 
 TEST_F(DescribeBaseTest, RefusesBadArgumentsInOneLine) {

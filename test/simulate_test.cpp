@@ -1,6 +1,9 @@
 // The program `simulate` as a user runs it: its files, messages and exit status.
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <stdlib.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <cmath>
@@ -20,6 +23,53 @@ const std::string kMotion =
     "initial: {wheel_angles: [0.5, 0.5, 0.5, 0.5]}\ndrive: {torque: [{start: 0, constant: [1, 1, 1, 1]}]}\n";
 const std::string kScene = "duration: 0.25\noutput_rate: 10\n" + kMotion;
 const std::string kLongRow = "duration: 1.0e+5\noutput_rate: 1.0e-5\n";  // a day in one row
+
+/// A terminal without a window, for a program that is to believe that somebody watches.
+class Terminal {
+ public:
+  Terminal() : descriptor_(posix_openpt(O_RDWR | O_NOCTTY)) {
+    EXPECT_EQ(grantpt(descriptor_), 0);
+    EXPECT_EQ(unlockpt(descriptor_), 0);
+  }
+  ~Terminal() { close(descriptor_); }
+  Terminal(const Terminal&) = delete;
+  Terminal& operator=(const Terminal&) = delete;
+
+  std::string path() const { return ptsname(descriptor_); }
+
+  /// All that was written to it. To be called when nobody writes any longer.
+  std::string text() const {
+    std::string text;
+    char buffer[4096];
+    for (ssize_t n = 0; (n = read(descriptor_, buffer, sizeof buffer)) > 0;)
+      text.append(buffer, static_cast<std::size_t>(n));
+    return text;
+  }
+
+  /// What somebody sees who looks at a terminal on which this was written: its lines.
+  static std::vector<std::string> lines(const std::string& text) {
+    const std::string erase = "\033[K";
+    std::vector<std::string> lines(1);
+    std::size_t column = 0;
+    for (std::size_t k = 0; k < text.size(); ++k) {
+      if (text.compare(k, erase.size(), erase) == 0) {
+        lines.back().resize(column);
+        k += erase.size() - 1;
+      } else if (text[k] == '\r') {
+        column = 0;
+      } else if (text[k] == '\n') {
+        lines.emplace_back();
+      } else {
+        lines.back().resize(std::max(lines.back().size(), column + 1), ' ');
+        lines.back()[column++] = text[k];
+      }
+    }
+    return lines;
+  }
+
+ private:
+  int descriptor_;
+};
 
 class SimulateTest : public testing::Test {
  protected:
@@ -321,6 +371,39 @@ TEST_F(SimulateTest, WarnsOfAResultThatIsNotToBeTrusted) {
   Program simulate(SIMULATE, {off, "--quiet"});  // without a summary too
   EXPECT_EQ(simulate.wait(), 0);
   EXPECT_NE(simulate.err().find("warning: the result is not to be trusted"), std::string::npos);
+}
+
+// Whoever reads the pipe of --csv decides how long the run takes: longer than a second, so that there is a bar.
+TEST_F(SimulateTest, LinesOnATerminalStandApartFromTheProgressBar) {
+  const std::string scene = folder_.write("scene.yaml", "duration: 2\noutput_rate: 1000\n" + kMotion);
+  const auto run = [&](const std::string& name, const Terminal& terminal) {
+    mkfifo(folder_.path(name).c_str(), 0600);
+    return std::make_unique<Program>("/bin/sh",
+                                     shell("simulate '" + scene + "' --csv '" + folder_.path(name) + "' --switches '" +
+                                           folder_.path(name + ".switches") + "' > " + terminal.path() + " 2>&1"));
+  };
+  const Terminal of_whole, of_broken;
+  const auto whole = run("whole", of_whole), broken = run("broken", of_broken);
+  std::ifstream whole_pipe(folder_.path("whole")), broken_pipe(folder_.path("broken"));
+  std::this_thread::sleep_for(std::chrono::milliseconds(1100));
+  std::vector<char> rows(100000);
+  broken_pipe.read(rows.data(), static_cast<std::streamsize>(rows.size()));
+  broken_pipe.close();
+  while (whole_pipe.read(rows.data(), static_cast<std::streamsize>(rows.size()))) {
+  }
+  EXPECT_EQ(whole->wait(), 0);
+  EXPECT_EQ(broken->wait(), 1);
+
+  const auto expect_line = [](const std::string& text, const std::string& beginning) {
+    EXPECT_NE(text.find("\r[###"), std::string::npos) << "no bar: " << text;
+    const std::vector<std::string> lines = Terminal::lines(text);
+    EXPECT_TRUE(std::any_of(
+        lines.begin(), lines.end(),
+        [&](const std::string& line) { return line.find(beginning) == 0 && line.find("###") == std::string::npos; }))
+        << beginning << " begins no line of: " << text;
+  };
+  expect_line(of_whole.text(), "model coulomb");
+  expect_line(of_broken.text(), "simulate: " + folder_.path("broken"));
 }
 
 TEST_F(SimulateTest, HelpSaysHowTheToleranceWasChosen) {

@@ -197,6 +197,37 @@ TEST_F(SimulationTest, TellsBothRollersOfAHeldWheel) {
   EXPECT_GT(held, 0);
 }
 
+// The powers' trapezoidal sum is the change of energy: through switches, held wheels and averaged contacts, with and
+// without dry friction, and in model 1. A switch in a step of the sum is what is left of the difference.
+TEST_F(SimulationTest, PowersMakeUpTheChangeOfTheKineticEnergy) {
+  const std::string held =
+      "duration: 10\ndrive: {torque: [{start: 0, constant: [-1.6608860541984796, 0.6423426008195765, "
+      "1.6391085502068918, 1.12921153639236]}]}\n";
+  const std::string fast =
+      "duration: 1\nfloor: {friction: 0.01}\ndrive: {torque: [{start: 0, constant: [80, 80, 80, 80]}]}\n";
+  std::uint64_t shared = 0;
+  for (const std::string& text : {held, held + "robot: {profile: measured}\n", held + "model: viscous\n",
+                                  held + "model: no_slip\nrobot: {profile: measured}\n", fast}) {
+    SCOPED_TRACE(text);
+    Simulation simulation(load(text));
+    const double energy = simulation.kinetic_energy(), step = 1e-4;
+    double sum = 0, exchanged = 0, before = simulation.power_balance().net();
+    for (int k = 1; step * k <= simulation.scene().duration; ++k) {
+      simulation.advance_to(step * k);
+      const PowerBalance power = simulation.power_balance();
+      EXPECT_GE(std::min({power.bearings, power.rollers, power.floor}), 0);
+      sum += step / 2 * (before + power.net());
+      exchanged += step * std::abs(power.drive);
+      before = power.net();
+    }
+    EXPECT_EQ(simulation.statistics().averaged_contacts > 0, text == fast);
+    shared += simulation.statistics().shared_contacts;
+    EXPECT_GT(exchanged, 0.1);
+    EXPECT_NEAR(sum, simulation.kinetic_energy() - energy, 1e-4 * exchanged);
+  }
+  EXPECT_GT(shared, 0u);
+}
+
 // The velocity loops' torque jumps each millisecond by about the same: the integration learns what step is good then.
 TEST_F(SimulationTest, JumpsOfTheTorqueRejectFewSteps) {
   Scene scene = load("duration: 4\n");

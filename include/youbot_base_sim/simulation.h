@@ -12,12 +12,13 @@
 #include "youbot_base_sim/integration/integration.h"
 #include "youbot_base_sim/integration/statistics.h"
 #include "youbot_base_sim/physics/contacts.h"
+#include "youbot_base_sim/physics/power_balance.h"
 #include "youbot_base_sim/physics/roller_switch.h"
 #include "youbot_base_sim/scene/scene.h"
 
 namespace youbot_base_sim {
 
-/// One running simulation: a scene in; commands in; state, switches and statistics out.
+/// One running simulation: a scene in; commands in; state, switches, contacts and statistics out.
 ///
 /// With a control period the loop is that of a robot's controller: at t = k * period the drive is sampled, and its
 /// torque is held while the state is advanced to the end of the period. Without one the scene's torque acts
@@ -66,8 +67,17 @@ class Simulation {
   /// Angle of roller k of wheel i about its own axis, rad: it turns while it is on the floor, and stands otherwise.
   double roller_angle(int i, int k) const;
 
-  /// Slip, friction and offset of the contact points; in model 1, no slip and no force.
-  Contacts contacts() const;
+  /// Slip, friction, normal reaction and offset of the contact points; in model 1, no slip and no force.
+  ContactDetails contacts() const;
+
+  /// What became of the normal reactions; empty where they are static.
+  std::optional<ReactionRecord> reaction_record() const;
+
+  /// Has the motion go on at the tipping limit, where the advancing functions throw TippedOver otherwise.
+  void go_on_tipping();
+
+  /// Where the power goes now. Its net changes the kinetic energy, but for switches that stop a roller or a wheel.
+  PowerBalance power_balance() const;
 
   /// Switches since the last `take_switches`, in order of time; clears them. The list grows until somebody takes it.
   std::vector<RollerSwitch> take_switches();

@@ -11,13 +11,16 @@ constexpr double kNever = std::numeric_limits<double>::infinity();
 constexpr double kSlack = 1e-9;  // s, for the rounding of times that are sums of control periods
 constexpr SetPoint kHoldAtRest{DriveMode::kVelocity, 0};
 
+bool quantized(const BaseDriver::Settings& settings) { return settings.motors.quantized.value_or(true); }
+
 }  // namespace
 
 BaseDriver::BaseDriver(const Settings& settings, const Wheels& phi)
     : settings_(settings),
-      drive_(settings.control_period, settings.motor, settings.gains, settings.quantized),
+      motor_(settings.motors.limit(settings.motor)),
+      drive_(settings.control_period, motor_, settings.motors.gains, quantized(settings)),
       friction_(settings.dry_friction, settings.wheel_inertia, settings.control_period),
-      sensors_(settings.motor, settings.quantized, phi),
+      sensors_(motor_, quantized(settings), phi),
       last_command_(kNever) {
   send_to_all(kHoldAtRest);
   silent_since_.fill(kNever);
@@ -27,7 +30,7 @@ void BaseDriver::command(double t, const DriveCommand& command) {
   if (!present()) return;
   last_command_ = t;
   timed_out_ = false;
-  pending_.push_back({t + settings_.command_delay + faults_.command_delay, command});
+  pending_.push_back({t + settings_.motors.command_delay + faults_.command_delay, command});
 }
 
 bool BaseDriver::switch_off() {

@@ -74,14 +74,17 @@ void find_angles(const Scene& candidate, const std::vector<DriveRecord>& records
 }
 
 DriveRecord obeyed_in_cycles(DriveRecord record) {
+  const double longest = 2 * record.duration() / static_cast<double>(record.t.size());
   WheelTable commands;
   for (std::size_t k = 0; k < record.commands.t.size(); ++k) {
     const auto cycle = std::lower_bound(record.t.begin(), record.t.end(), record.commands.t[k]);
     if (cycle == record.t.end()) break;
-    if (!commands.t.empty() && commands.t.back() == *cycle) {
+    // Within a gap of the record the driver has gone on.
+    const double obeyed = *cycle - record.commands.t[k] < longest ? *cycle : record.commands.t[k];
+    if (!commands.t.empty() && commands.t.back() == obeyed) {
       commands.values.back() = record.commands.values[k];
     } else {
-      commands.t.push_back(*cycle);
+      commands.t.push_back(obeyed);
       commands.values.push_back(record.commands.values[k]);
     }
   }

@@ -9,19 +9,28 @@ namespace {
 
 constexpr double kSlack = 1e-6;  // of a control period, for rounding
 
+BaseDriver::Settings driver_settings(const BaseSettings& settings) {
+  BaseDriver::Settings driver = settings.driver;
+  driver.control_period = settings.scene.solver.control_period;
+  driver.wheel_inertia = settings.scene.robot.J_1;
+  return driver;
+}
+
 }  // namespace
 
 BaseLoop::BaseLoop(const BaseSettings& settings)
-    : driver_settings_(settings.driver),
+    : driver_settings_(driver_settings(settings)),
       telemetry_options_(settings.telemetry),
       takes_always_(settings.command_rate == 0 || settings.lockstep),
       requests_(settings.scene.solver.control_period),
-      driver_(settings.driver, settings.scene.initial.phi()),
+      driver_(driver_settings_, settings.scene.initial.phi()),
       simulation_(settings.scene, [this](double t, const State& state) { return begin_period(t, state); }),
       telemetry_(settings.scene.robot.rollers,
                  driver_.read(settings.scene.initial.phi(), settings.scene.initial.dphi()).phi, settings.telemetry),
       instants_(settings.publish_rate, kSlack * control_period()),
-      listening_(takes_always_ ? 1 : settings.command_rate, kSlack * control_period()) {}
+      listening_(takes_always_ ? 1 : settings.command_rate, kSlack * control_period()) {
+  simulation_.go_on_tipping();  // a node does not end for it: diagnostics tell
+}
 
 Wheels BaseLoop::begin_period(double t, const State& state) {
   if (instants_.due(t)) meet_instant(t, state);

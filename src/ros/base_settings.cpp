@@ -1,15 +1,13 @@
 #include "youbot_base_sim/ros/base_settings.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <ros/ros.h>
 
-#include <cmath>
+#include <filesystem>
 
 #include "youbot_base_sim/drive/driver_configuration.h"
-#include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/ros/parameters.h"
-#include "youbot_base_sim/text/quote.h"
+#include "youbot_base_sim/scene/meshes.h"
 
 namespace youbot_base_sim {
 
@@ -22,28 +20,27 @@ constexpr double kTolerance = 1e-5;
 constexpr double kMinPublishRate = 1e-3;  // Hz
 constexpr double kMinCommandRate = 0.1;   // Hz; commands wait for so long
 
-constexpr double kMinControlPeriod = 1e-6, kMaxControlPeriod = 10;  // s
+constexpr Range kPeriods{kControlPeriods.min, kControlPeriods.max, kControlPeriods.unit};  // never continuous in time
 
-Scene read_scene(Parameters& parameters) {
-  const std::string path = parameters.text("scene", "");
+SceneOverrides read_overrides(Parameters& parameters) {
   SceneOverrides overrides;
   overrides.model = parameters.text("model", "");
   overrides.method = parameters.text("method", "");
-  if (!overrides.method.empty() && !find_method(overrides.method)) {
-    throw parameters.refusal("method", overrides.method, fmt::format("{}", fmt::join(method_names(), ", ")));
-  }
-  overrides.control_period = parameters.number("control_period", -1, kMinControlPeriod, kMaxControlPeriod, "s");
-  overrides.relative_tolerance = parameters.number("relative_tolerance", overrides.relative_tolerance, 1e-14, 0.1, "");
+  overrides.control_period = parameters.number("control_period", overrides.control_period, kPeriods);
+  overrides.relative_tolerance =
+      parameters.number("relative_tolerance", overrides.relative_tolerance, kRelativeTolerances);
   overrides.profile = parameters.text("profile", "");
-  overrides.friction_scale = parameters.number("friction_scale", overrides.friction_scale, 0, 1e3, "");
-  if (overrides.friction_scale >= 0 && overrides.profile.empty()) {
-    throw parameters.refusal("friction_scale", fmt::format("{:g}", overrides.friction_scale),
-                             "left out unless ~profile is measured");
-  }
+  overrides.friction_scale = parameters.number("friction_scale", overrides.friction_scale, kFrictionScales);
+  return overrides;
+}
+
+Scene read_scene(Parameters& parameters) {
+  const std::string path = parameters.text("scene", "");
+  SceneOverrides overrides = read_overrides(parameters);
+  if (path.empty() && !overrides.relative_tolerance) overrides.relative_tolerance = kTolerance;
   Scene scene;
   try {
-    if (!overrides.model.empty()) scene.model = model_from_name(overrides.model);
-    if (!overrides.profile.empty()) scene.robot = robot_of_profile(overrides.profile, overrides.friction_scale);
+    scene = default_scene(overrides);
   } catch (const SceneError& error) {
     throw ParameterError(fmt::format("parameter ~{}", error.what()));  // "model = ..."
   }
@@ -52,19 +49,7 @@ Scene read_scene(Parameters& parameters) {
   } catch (const SceneError& error) {
     throw ParameterError(fmt::format("parameter ~scene: {}", error.what()));
   }
-  if (path.empty()) {
-    const double relative = overrides.relative_tolerance > 0 ? overrides.relative_tolerance : kTolerance;
-    scene.solver.relative_tolerance = relative;
-    scene.solver.absolute_tolerance = 1e-3 * relative;
-    if (!overrides.method.empty()) scene.solver.method = overrides.method;
-  }
-  if (overrides.control_period > 0) scene.solver.control_period = overrides.control_period;
-  if (!(scene.solver.control_period > 0)) scene.solver.control_period = 1e-3;
-  if (scene.solver.control_period < kMinControlPeriod || scene.solver.control_period > kMaxControlPeriod) {
-    throw ParameterError(fmt::format("parameter ~scene: {}: solver.control_period = {}: must be from {:g} to {:g} s",
-                                     quote_path(path), scene.solver.control_period, kMinControlPeriod,
-                                     kMaxControlPeriod));
-  }
+  if (scene.solver.control_period == 0) scene.solver.control_period = 1e-3;
   scene.drive = std::monostate();
   return scene;
 }
@@ -72,7 +57,9 @@ Scene read_scene(Parameters& parameters) {
 /// Control periods a second, the most that anything can be asked for; and a little more, for rounding.
 double max_rate(const BaseSettings& settings) { return (1 + 1e-9) / settings.scene.solver.control_period; }
 
-constexpr char kRateUnit[] = "Hz: at most once a control period";
+Range rates(double min, const BaseSettings& settings) {
+  return {min, max_rate(settings), "Hz: at most once a control period"};
+}
 
 /// Reads the real driver's parameters.
 void read_driver_parameters(BaseSettings& settings) {
@@ -83,7 +70,7 @@ void read_driver_parameters(BaseSettings& settings) {
   settings.has_arms = parameters.flag("youBotHasArms", false);
   settings.publish_rate =
       parameters.number("youBotDriverCycleFrequencyInHz", std::min(settings.publish_rate, max_rate(settings)),
-                        kMinPublishRate, max_rate(settings), kRateUnit);
+                        rates(kMinPublishRate, settings));
   const std::string folder = parameters.text("youBotConfigurationFilePath", "");
   const std::string name = parameters.text("youBotBaseName", "youbot-base");
   if (folder.empty()) return;
@@ -97,15 +84,15 @@ void read_driver_parameters(BaseSettings& settings) {
 }
 
 void read_rates(Parameters& parameters, BaseSettings& settings) {
-  settings.publish_rate =
-      parameters.number("publish_rate", settings.publish_rate, kMinPublishRate, max_rate(settings), kRateUnit);
-  settings.command_rate =
-      parameters.zero_or_number("command_rate", settings.command_rate, kMinCommandRate, max_rate(settings), kRateUnit);
+  settings.publish_rate = parameters.number("publish_rate", settings.publish_rate, rates(kMinPublishRate, settings));
+  Range command_rates = rates(kMinCommandRate, settings);
+  command_rates.or_zero = true;
+  settings.command_rate = parameters.number("command_rate", settings.command_rate, command_rates);
 }
 
 void read_time(Parameters& parameters, BaseSettings& settings) {
   settings.publish_clock = parameters.flag("publish_clock", settings.publish_clock);
-  settings.real_time_factor = parameters.zero_or_number("real_time_factor", settings.real_time_factor, 1e-3, 1e6, "");
+  settings.real_time_factor = parameters.number("real_time_factor", settings.real_time_factor, {1e-3, 1e6, "", true});
   settings.lockstep = parameters.flag("lockstep", settings.lockstep);
   settings.wait_for_subscribers = parameters.flag("wait_for_subscribers", settings.wait_for_subscribers);
   settings.start_paused = parameters.flag("start_paused", settings.start_paused);
@@ -115,51 +102,53 @@ void read_time(Parameters& parameters, BaseSettings& settings) {
 struct MotorReader {
   Parameters& parameters;
 
-  void operator()(const char* name, double& number, const Range& range) const {
-    number = parameters.number(name, number, range.min, range.max, range.unit);
+  template <class Number>  // double or std::optional<double>
+  void operator()(const char* name, Number& number, const Range& range) const {
+    number = parameters.number(name, number, range);
   }
-  void operator()(const char* name, std::optional<double>& number, const Range& range) const {
-    double given = std::nan("");
-    (*this)(name, given, range);
-    if (!std::isnan(given)) number = given;
-  }
-  void operator()(const char* name, std::optional<bool>& flag) const {
-    flag = parameters.flag(name, flag.value_or(false));
-  }
+  void operator()(const char* name, std::optional<bool>& flag) const { flag = parameters.flag(name, flag); }
 };
 
 void read_drive(Parameters& parameters, BaseSettings& settings) {
   BaseDriver::Settings& driver = settings.driver;
-  driver.control_period = settings.scene.solver.control_period;
-  driver.wheel_inertia = settings.scene.robot.J_1;
-  MotorSettings motors = settings.scene.motors.value_or(MotorSettings());
-  if (!motors.quantized) motors.quantized = driver.quantized;
-  visit_settings(motors, MotorReader{parameters});
-  driver.motor = motors.limit(driver.motor);
-  driver.gains = motors.gains;
-  driver.command_delay = motors.command_delay;
-  driver.quantized = *motors.quantized;
-  driver.dry_friction = parameters.number("dry_friction", driver.dry_friction, 0, 100, "N m");
+  driver.motors = settings.scene.motors.value_or(MotorSettings());
+  visit_settings(driver.motors, MotorReader{parameters});
+  driver.dry_friction = parameters.number("dry_friction", driver.dry_friction, {0, 100, "N m"});
   if (driver.dry_friction > 0 && (settings.scene.robot.dry_friction > 0).any()) {
     throw parameters.refusal("dry_friction", fmt::format("{:g}", driver.dry_friction),
                              "left out where the robot has a dry_friction of its own, by its scene or profile");
   }
-  driver.command_timeout = parameters.number("command_timeout", driver.command_timeout, 0, 1e6, "s");
+  driver.command_timeout = parameters.number("command_timeout", driver.command_timeout, {0, 1e6, "s"});
 }
 
 void read_telemetry(Parameters& parameters, BaseSettings& settings) {
   Telemetry::Options& telemetry = settings.telemetry;
   settings.publish_tf = parameters.flag("publish_tf", settings.publish_tf);
-  settings.world_tf = parameters.flag("world_tf", settings.world_tf);
+  telemetry.world = parameters.flag("world_tf", telemetry.world);
   telemetry.rollers = parameters.flag("publish_rollers", telemetry.rollers);
+  telemetry.contacts = parameters.flag("publish_contacts", settings.scene.output.contacts);
   telemetry.kinematics.wheel_radius =
-      parameters.number("driver_wheel_radius", telemetry.kinematics.wheel_radius, 1e-3, 1, "m");
-  telemetry.wheel_error = parameters.number("odometry_wheel_error", telemetry.wheel_error, 0, 1, "");
+      parameters.number("driver_wheel_radius", telemetry.kinematics.wheel_radius, {1e-3, 1, "m"});
+  telemetry.wheel_error = parameters.number("odometry_wheel_error", telemetry.wheel_error, {0, 1, ""});
   const std::string sign = parameters.text("joint_velocity_sign", "consistent");
   if (sign != "consistent" && sign != "driver_exact") {
     throw parameters.refusal("joint_velocity_sign", "\"" + sign + "\"", "consistent or driver_exact");
   }
   telemetry.driver_velocity_sign = sign == "driver_exact";
+}
+
+void read_markers(Parameters& parameters, BaseSettings& settings) {
+  MarkerOptions& markers = settings.markers;
+  markers.friction_scale = parameters.number("friction_marker_scale", markers.friction_scale, {1e-9, 1e3, "m/N"});
+  markers.slip_scale = parameters.number("slip_marker_scale", markers.slip_scale, {1e-6, 1e6, "s"});
+  if (settings.telemetry.world) markers.frame = kTruthFrame;
+  const RobotParameters& robot = settings.scene.robot;
+  const std::string mesh = mesh_name(Part::kRoller, robot);
+  if (in_package(Part::kRoller, robot)) {
+    markers.roller_mesh = kPackageMeshes + mesh;
+  } else if (std::filesystem::exists(mesh_cache() / mesh)) {  // where describe_base has been asked for this robot
+    markers.roller_mesh = file_uri(mesh_cache() / mesh);
+  }
 }
 
 /// Refuses settings that only make sense where the node is the master of time.
@@ -196,6 +185,7 @@ BaseSettings read_base_settings() {
   read_time(parameters, settings);
   read_drive(parameters, settings);
   read_telemetry(parameters, settings);
+  read_markers(parameters, settings);
   settings.bag = parameters.text("bag", settings.bag);
   settings.bag_required = parameters.flag("bag_required", settings.bag_required);
   parameters.refuse_others();

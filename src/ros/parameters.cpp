@@ -13,16 +13,12 @@ namespace {
 
 using XmlRpc::XmlRpcValue;
 
-std::string text_of(XmlRpcValue& value) {
+std::string shown(XmlRpcValue& value) {
   if (value.getType() == XmlRpcValue::TypeString) return fmt::format("\"{}\"", static_cast<std::string>(value));
   if (value.getType() == XmlRpcValue::TypeBoolean) return static_cast<bool>(value) ? "true" : "false";
   std::ostringstream text;
   text << value;
   return text.str();
-}
-
-std::string range(double min, double max, const std::string& unit) {
-  return fmt::format("from {:g} to {:g}{}{}", min, max, unit.empty() ? "" : " ", unit);
 }
 
 }  // namespace
@@ -40,39 +36,33 @@ bool Parameters::get(const std::string& name, XmlRpcValue& value) {
 std::string Parameters::text(const std::string& name, const std::string& default_value) {
   XmlRpcValue value;
   if (!get(name, value)) return default_value;
-  if (value.getType() != XmlRpcValue::TypeString) throw refusal(name, text_of(value), "a text");
+  if (value.getType() != XmlRpcValue::TypeString) throw refusal(name, shown(value), "a text");
   return value;
 }
 
-bool Parameters::flag(const std::string& name, bool default_value) {
+std::optional<bool> Parameters::flag(const std::string& name, std::optional<bool> default_value) {
   XmlRpcValue value;
   if (!get(name, value)) return default_value;
-  if (value.getType() != XmlRpcValue::TypeBoolean) throw refusal(name, text_of(value), "true or false");
-  return value;
+  if (value.getType() != XmlRpcValue::TypeBoolean) throw refusal(name, shown(value), "true or false");
+  return static_cast<bool>(value);
 }
 
-double Parameters::number(const std::string& name, double default_value, const std::function<bool(double)>& is_allowed,
-                          const std::string& allowed) {
+bool Parameters::flag(const std::string& name, bool default_value) { return *flag(name, std::optional(default_value)); }
+
+std::optional<double> Parameters::number(const std::string& name, std::optional<double> default_value,
+                                         const Range& range) {
   XmlRpcValue value;
   if (!get(name, value)) return default_value;
   const bool whole = value.getType() == XmlRpcValue::TypeInt;
   if (whole || value.getType() == XmlRpcValue::TypeDouble) {
     const double number = whole ? static_cast<double>(static_cast<int>(value)) : static_cast<double>(value);
-    if (is_allowed(number)) return number;
+    if (contains(range, number)) return number;
   }
-  throw refusal(name, text_of(value), allowed);
+  throw refusal(name, shown(value), text_of(range));
 }
 
-double Parameters::number(const std::string& name, double default_value, double min, double max, const char* unit) {
-  return number(
-      name, default_value, [&](double x) { return x >= min && x <= max; }, "a number " + range(min, max, unit));
-}
-
-double Parameters::zero_or_number(const std::string& name, double default_value, double min, double max,
-                                  const char* unit) {
-  return number(
-      name, default_value, [&](double x) { return x == 0 || (x >= min && x <= max); },
-      "0, or a number " + range(min, max, unit));
+double Parameters::number(const std::string& name, double default_value, const Range& range) {
+  return *number(name, std::optional(default_value), range);
 }
 
 void Parameters::refuse_others() const {

@@ -27,7 +27,7 @@ Scene read_scene_to_play() {
     throw ParameterError(
         fmt::format("parameter ~scene: {}: drive is left out: there is nothing to play", quote_path(path)));
   }
-  scene.duration = parameters.number("duration", scene.duration, 1e-6, 1e9, "s");
+  scene.duration = parameters.number("duration", scene.duration, {1e-6, 1e9, "s"});
   parameters.refuse_others();
   bool use_sim_time = false;
   ros::param::get("/use_sim_time", use_sim_time);

@@ -18,8 +18,6 @@ struct Reader {
     const SceneValue value = section[name];
     if (value.given()) value.choice(flag.emplace(), kFlags);
   }
-
-  static constexpr Named<bool> kFlags[] = {{"true", true}, {"false", false}};
 };
 
 }  // namespace

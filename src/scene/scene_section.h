@@ -17,6 +17,8 @@ struct Named {
   Value value;
 };
 
+constexpr Named<bool> kFlags[] = {{"true", true}, {"false", false}};
+
 /// "a, b or c"
 std::string alternatives(const std::vector<std::string>& names);
 
@@ -93,6 +95,8 @@ class SceneSection {
   const std::vector<std::string>& known() const { return known_; }
 
  private:
+  /// Whether a key is one that was asked for, or misspelt.
+  bool has_known_key() const;
   std::string full(const std::string& key) const { return path_.empty() ? key : path_ + "." + key; }
 
   std::string file_;

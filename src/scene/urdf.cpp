@@ -3,15 +3,14 @@
 #include <fmt/format.h>
 
 #include <Eigen/Dense>
-#include <algorithm>
 #include <cmath>
+
+#include "youbot_base_sim/scene/frames.h"
 
 namespace youbot_base_sim {
 namespace {
 
 using Eigen::Vector3d;
-
-constexpr int kDiscs = 11;  // of a drawn roller; an odd number, so that one is in the middle
 
 /// Ten digits; numbers below 1e-12 are rounding errors and become zero.
 std::string number(double x) { return fmt::format("{:.10g}", std::abs(x) < 1e-12 ? 0.0 : x); }
@@ -29,12 +28,16 @@ std::string cylinder(double radius, double length) {
   return fmt::format("<geometry><cylinder radius=\"{}\" length=\"{}\"/></geometry>", number(radius), number(length));
 }
 
+std::string mesh_geometry(const std::string& uri) {
+  return fmt::format("<geometry><mesh filename=\"{}\"/></geometry>", uri);
+}
+
 // Roll, pitch and yaw that turn a cylinder's axis from z to x, and to y.
 const Vector3d kAlongX{0, M_PI_2, 0};
 const Vector3d kAlongY{M_PI_2, 0, 0};
 
-std::string visual(const std::string& origin, const std::string& geometry, const char* material) {
-  return fmt::format("    <visual>{}{}<material name=\"{}\"/></visual>\n", origin, geometry, material);
+std::string visual(const std::string& geometry) {
+  return fmt::format("    <visual>{}{}</visual>\n", origin(Vector3d::Zero()), geometry);
 }
 
 std::string collision(const std::string& origin, const std::string& geometry) {
@@ -66,67 +69,14 @@ std::string turning(const char* axis, double damping, double friction) {
   return fmt::format("<axis xyz=\"{}\"/>{}", axis, dynamics.empty() ? "" : "<dynamics" + dynamics + "/>");
 }
 
-/// The circle on a roller that touches the floor at the wheel angle phi~ from where the roller points straight down.
-struct Circle {
-  double position;  // along the roller's axis from its middle, m
-  double radius;    // m
-};
-
-/// The contact point lies r below the roller's axis at R_d tan(phi~) / cos(delta) from its middle (paper, section 3).
-/// The axis is inclined to the floor, and the circle's plane to the vertical, by an angle whose sine is sin(phi~)
-/// cos(delta).
-Circle contact_circle(const RobotParameters& robot, double phi_tilde) {
-  const double r = robot.R - robot.R_d / std::cos(phi_tilde);
-  const double slope = std::sin(phi_tilde) * kCosDelta;
-  return {robot.R_d * std::tan(phi_tilde) / kCosDelta + r * slope, r * std::sqrt(1 - slope * slope)};
-}
-
-/// Dimensions of the drawing, m.
-struct Dimensions {
-  explicit Dimensions(const RobotParameters& robot) {
-    roller_edge = std::min(M_PI / robot.rollers, 0.95 * std::acos(robot.R_d / robot.R));
-    const Circle end = contact_circle(robot, roller_edge);
-    rim_y = (end.position + end.radius) * kCosDelta + 0.1 * end.radius;
-    rim_thickness = 0.05 * robot.R;
-    half_width = rim_y + rim_thickness / 2;
-    hub_radius = std::max(2.1 * robot.R_d - 1.1 * robot.R, 0.2 * robot.R_d);
-    pin_radius = 0.3 * end.radius;
-
-    const double bottom = kAxleHeight - 0.3 * robot.R;
-    top = kAxleHeight + 1.5 * robot.R;
-    hull = {2 * std::max(robot.h - 0.2 * robot.R, 0.1 * robot.h),
-            2 * std::max(robot.l - half_width - 0.05 * robot.R, 0.1 * robot.l), top - bottom};
-    flanks = {2 * std::max(robot.h - 1.15 * robot.R, 0.1 * robot.h), 2 * robot.l, 0.7 * hull.z()};
-    middle = (top + bottom) / 2;
-  }
-
-  double roller_edge;  // phi~ at a roller's ends, rad
-  double rim_y;        // middle of the rims that hold the rollers, along the axle
-  double rim_thickness, half_width, hub_radius, pin_radius;
-  Vector3d hull, flanks;  // boxes of the body: between left and right wheels, and between front and rear wheels
-  double middle, top;     // heights of the body
-};
-
 /// Moment of inertia of a wheel about a diameter, kg m^2. The paper does not give it: that of a disc.
 double wheel_moment(const RobotParameters& robot, const Dimensions& size) {
   return robot.J_1 / 2 + robot.m_1 * size.half_width * size.half_width / 3;
 }
 
-std::string base_link(const RobotParameters& robot, const Dimensions& size) {
+std::string base_link(const RobotParameters& robot, const Dimensions& size, const MeshUri& mesh_uri) {
   const std::string middle = origin({0, 0, size.middle});
-  std::string content = visual(middle, box(size.hull), "orange") + visual(middle, box(size.flanks), "orange");
-  // The front side is dark, and a chevron on the deck points to it.
-  const double plate = 0.04 * robot.R;  // thickness
-  content += visual(origin({size.hull.x() / 2, 0, size.middle}),
-                    box({2 * plate, 0.98 * size.hull.y(), 0.96 * size.hull.z()}), "dark");
-  content += visual(origin({0, 0, size.top}), box({0.96 * size.hull.x(), 0.92 * size.hull.y(), plate}), "light");
-  const double arm = 0.4 * size.hull.y(), width = 0.2 * arm, tip = 0.35 * size.hull.x();
-  for (const int side : {1, -1}) {
-    content +=
-        visual(origin({tip - (arm + width) / 2 * M_SQRT1_2, side * (arm - width) / 2 * M_SQRT1_2, size.top + plate / 2},
-                      {0, 0, -side * M_PI_4}),
-               box({arm, width, plate}), "dark");
-  }
+  std::string content = visual(mesh_geometry(mesh_uri(Part::kBody)));
   content += collision(middle, box(size.hull)) + collision(middle, box(size.flanks));
 
   const Vector3d squares = Vector3d{size.hull.x(), size.flanks.y(), size.hull.z()}.array().square();
@@ -139,90 +89,50 @@ std::string base_link(const RobotParameters& robot, const Dimensions& size) {
   return link("base_link", content);
 }
 
-std::string wheel_link(const RobotParameters& robot, const Dimensions& size, const std::string& name, double delta) {
-  std::string content =
-      visual(origin(Vector3d::Zero(), kAlongY), cylinder(size.hub_radius, 2 * size.half_width), "metal");
-  const double pin_distance = std::hypot(robot.R_d, size.rim_y);
-  const double arm_from = size.hub_radius / 2;
-  const double arm_to = std::min(pin_distance + size.pin_radius, robot.R);
-  for (const int side : {1, -1}) {
-    const double y = side * size.rim_y;
-    content += visual(origin({0, y, 0}, kAlongY), cylinder(robot.R_d * 0.75, size.rim_thickness), "metal");
-    for (int k = 0; k < robot.rollers; ++k) {
-      // Angle at which the pin of roller k meets the rim on this side.
-      const double angle = k * 2 * M_PI / robot.rollers + std::atan2(y / std::tan(delta), robot.R_d);
-      const double middle = (arm_from + arm_to) / 2;
-      content += visual(origin({middle * std::sin(angle), y, -middle * std::cos(angle)}, {0, -angle, 0}),
-                        box({4 * size.pin_radius, size.rim_thickness, arm_to - arm_from}), "metal");
-    }
-  }
+std::string wheel_link(const RobotParameters& robot, const Dimensions& size, const std::string& name,
+                       const std::string& uri) {
+  std::string content = visual(mesh_geometry(uri));
   content += collision(origin(Vector3d::Zero(), kAlongY), cylinder(robot.R, 2 * size.half_width));
   const double I_1 = wheel_moment(robot, size);
   content += inertial(Vector3d::Zero(), robot.m_1, {I_1, robot.J_1, I_1});
   return link(name, content);
 }
 
-std::string roller_link(const RobotParameters& robot, const Dimensions& size, const std::string& name,
-                        RollerJoints rollers) {
-  std::string content =
-      visual(origin(Vector3d::Zero(), kAlongX), cylinder(size.pin_radius, 2 * size.rim_y / kCosDelta), "metal");
-  const double half_step = size.roller_edge / kDiscs;
-  for (int i = 0; i < kDiscs; ++i) {
-    const double phi_tilde = (2 * i + 1 - kDiscs) * half_step;
-    const Circle middle = contact_circle(robot, phi_tilde);
-    const double length =
-        contact_circle(robot, phi_tilde + half_step).position - contact_circle(robot, phi_tilde - half_step).position;
-    content += visual(origin({middle.position, 0, 0}, kAlongX), cylinder(middle.radius, length), "rubber");
-    if (rollers == RollerJoints::kTurning) {
-      content += visual(origin({middle.position, 0, 0}), box({length, size.pin_radius, 2.03 * middle.radius}), "dark");
-    }
-  }
-  return link(name, content);
-}
-
-/// Origin of roller k on a wheel at phi = 0: rotated back about the axle from where the roller points straight down.
-std::string roller_origin(const RobotParameters& robot, int k, double delta) {
-  const double angle = k * 2 * M_PI / robot.rollers;
-  const Vector3d centre{robot.R_d * std::sin(angle), 0, -robot.R_d * std::cos(angle)};
-  const Eigen::Matrix3d turn =
-      (Eigen::AngleAxisd(-angle, Vector3d::UnitY()) * Eigen::AngleAxisd(delta, Vector3d::UnitZ())).toRotationMatrix();
-  return origin(centre,
+std::string roller_origin(const RobotParameters& robot, int i, int k) {
+  const Eigen::Isometry3d pose = roller_pose(robot, i, k);
+  const Eigen::Matrix3d turn = pose.linear();
+  return origin(pose.translation(),
                 {std::atan2(turn(2, 1), turn(2, 2)), std::asin(-turn(2, 0)), std::atan2(turn(1, 0), turn(0, 0))});
 }
 
 }  // namespace
 
-std::string urdf(const RobotParameters& robot, RollerJoints rollers) {
+std::string urdf(const RobotParameters& robot, RollerJoints rollers, const MeshUri& mesh_uri) {
   const Dimensions size(robot);
   std::string document =
       "<?xml version=\"1.0\"?>\n"
       "<!-- The youBot's base as it is simulated; written by describe_base. -->\n"
-      "<robot name=\"youbot_base\">\n"
-      "  <material name=\"orange\"><color rgba=\"1 0.4 0.04 1\"/></material>\n"
-      "  <material name=\"dark\"><color rgba=\"0.12 0.12 0.13 1\"/></material>\n"
-      "  <material name=\"metal\"><color rgba=\"0.58 0.6 0.63 1\"/></material>\n"
-      "  <material name=\"light\"><color rgba=\"0.95 0.95 0.95 1\"/></material>\n"
-      "  <material name=\"rubber\"><color rgba=\"0.82 0.82 0.78 1\"/></material>\n";
+      "<robot name=\"youbot_base\">\n";
+
   document += link("base_footprint", "");
   document += joint("base_footprint_joint", "fixed", "base_footprint", "base_link", origin(Vector3d::Zero()));
-  document += base_link(robot, size);
+  document += base_link(robot, size, mesh_uri);
   for (int i = 0; i < kWheels; ++i) {
     const std::string wheel = kWheelNames[i];
-    const double delta = std::atan(tan_delta()[i]);
     document += joint("caster_joint_" + wheel, "continuous", "base_link", "caster_link_" + wheel,
                       origin({robot.rho_X()[i], robot.rho_Y()[i], kAxleHeight}) + turning("0 0 1", 0, 0));
     document += link("caster_link_" + wheel, "");
     document += joint("wheel_joint_" + wheel, "continuous", "caster_link_" + wheel, "wheel_link_" + wheel,
                       origin(Vector3d::Zero()) + turning("0 1 0", robot.mu_1[i], robot.dry_friction[i]));
-    document += wheel_link(robot, size, "wheel_link_" + wheel, delta);
+    document += wheel_link(robot, size, "wheel_link_" + wheel,
+                           mesh_uri(tan_delta()[i] < 0 ? Part::kWheelLeft : Part::kWheelRight));
     for (int k = 0; k < robot.rollers; ++k) {
       const std::string roller = fmt::format("{}_{}", wheel, k);
       const bool fixed = rollers == RollerJoints::kFixed;
-      document += joint("roller_joint_" + roller, fixed ? "fixed" : "continuous", "wheel_link_" + wheel,
-                        "roller_link_" + roller,
-                        roller_origin(robot, k, delta) +
-                            (fixed ? "" : turning("1 0 0", robot.mu_2[i], robot.roller_dry_friction[i])));
-      document += roller_link(robot, size, "roller_link_" + roller, rollers);
+      document += joint(
+          "roller_joint_" + roller, fixed ? "fixed" : "continuous", "wheel_link_" + wheel, "roller_link_" + roller,
+          roller_origin(robot, i, k) + (fixed ? "" : turning("1 0 0", robot.mu_2[i], robot.roller_dry_friction[i])));
+      document += link("roller_link_" + roller, visual(mesh_geometry(mesh_uri(Part::kRoller))));
     }
   }
   return document + "</robot>\n";

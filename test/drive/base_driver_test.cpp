@@ -25,7 +25,7 @@ DriveCommand one(int i, DriveMode mode, double value) {
 
 BaseDriver::Settings exact() {
   BaseDriver::Settings settings;
-  settings.quantized = false;
+  settings.motors.quantized = false;
   return settings;
 }
 
@@ -111,7 +111,7 @@ TEST_F(BaseDriverTest, StopsWithoutCommandsOnlyWithATimeout) {
 TEST_F(BaseDriverTest, TimeoutEndsWhatIsStillOnItsWay) {
   BaseDriver::Settings settings = exact();
   settings.command_timeout = 0.2;
-  settings.command_delay = 0.3;
+  settings.motors.command_delay = 0.3;
   driver_ = BaseDriver(settings, Wheels::Zero());
   driver_.command(0, all(DriveMode::kTorque, 1));
   run_to(1);
@@ -207,7 +207,7 @@ TEST_F(BaseDriverTest, DelayedCommandsTakeEffectInOrder) {
 
 TEST_F(BaseDriverTest, DelayOfItsOwnAddsToThatOfAFault) {
   BaseDriver::Settings settings = exact();
-  settings.command_delay = 0.05;
+  settings.motors.command_delay = 0.05;
   driver_ = BaseDriver(settings, Wheels::Zero());
   driver_.command(0, all(DriveMode::kTorque, 1));
   EXPECT_EQ(run_to(0.05)[0], 0);

@@ -135,7 +135,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
 
   Input input(data, size);
   const std::uint8_t variant = input.byte();
-  settings.quantized = variant & 1;
+  settings.motors.quantized = variant & 1;
   settings.dry_friction = variant & 2 ? kDryFriction : 0;
   settings.command_timeout = variant & 4 ? 2 * kPeriod : 0;
   BaseDriver driver(settings, Wheels::Zero());

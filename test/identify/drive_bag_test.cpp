@@ -183,7 +183,7 @@ TEST_F(DriveBagTest, HasZerosForAMissingEffort) {
 }
 
 TEST_F(DriveBagTest, RefusesWrongFiles) {
-  expect_refused("missing.bag", "cannot be read as a bag");
+  expect_refused("missing.bag", "is no file");
   folder_.write("text.bag", "t,fl,fr,bl,br\n0,1,1,1,1\n");
   expect_refused("text.bag", "cannot be read as a bag");
   std::ofstream(folder_.path("empty.bag"));

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "twin.h"
+#include "youbot_base_sim/identify/alignment.h"
 #include "youbot_base_sim/identify/first_guess.h"
 #include "youbot_base_sim/identify/fit.h"
 #include "youbot_base_sim/identify/forward_model.h"
@@ -144,6 +145,16 @@ TEST(EqualTwinTest, StaysAsItIs) {
     EXPECT_LE(std::abs(p.get(fitted.scene) - p.get(twin.robot)), 3 * fitted.sigma[k])
         << p.name() << ": " << p.get(fitted.scene) << " in place of " << p.get(twin.robot);
   }
+}
+
+TEST(ObeyedInCycles, WaitsForTheNextSampleButNotThroughAGap) {
+  DriveRecord record;
+  for (int k = 0; k < 100; ++k) record.t.push_back(0.02 * (k < 50 ? k : k + 40));
+  const Wheels one = Wheels::Ones();
+  record.commands = {{0.031, 0.035, 0.06, 1.4}, {one, 2 * one, 3 * one, 4 * one}};
+  const WheelTable obeyed = obeyed_in_cycles(record).commands;
+  EXPECT_EQ(obeyed.t, (std::vector<double>{record.t[2], record.t[3], 1.4}));
+  EXPECT_EQ(obeyed.values[0][0], 2) << "the last one counts";
 }
 
 // The same bits, however many threads there are.

@@ -40,8 +40,7 @@ struct Twin {
     for (int i = 0; i < kWheels; ++i) phi[i] = anywhere(random);
     scene.initial.phi() = phi;
     BaseDriver::Settings settings;
-    settings.gains = robot.motors->gains;
-    settings.command_delay = robot.motors->command_delay;
+    settings.motors = *robot.motors;
     BaseDriver driver(settings, phi);
 
     DriveRecord record;

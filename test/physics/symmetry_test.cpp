@@ -6,7 +6,7 @@
 #include <complex>
 #include <type_traits>
 
-#include "random_states.h"
+#include "random_scene.h"
 #include "youbot_base_sim/integration/slip_system.h"
 #include "youbot_base_sim/simulation.h"
 
@@ -59,6 +59,24 @@ constexpr Symmetry kSymmetries[] = {{"left and right", {1, 0, 3, 2}, 1, -1, -1, 
                                     {"front and rear", {2, 3, 0, 1}, -1, 1, -1, -1, 1},
                                     {"half a turn", {3, 2, 1, 0}, -1, -1, 1, -1, -1}};
 
+/// A robot in motion, each contact point slipping by `slip` (m/s), its wheels around the middle of the rollers that are
+/// `rollers` on from the first.
+template <class Law>
+struct RandomMotion {
+  RandomMotion(Random& random, double slip, const Wheels& rollers = Wheels::Zero())
+      : robot(random_robot(random)),
+        model(robot, floor),
+        x(random_state(random, robot, rollers * model.geometry().pitch(), slip)),
+        M(random.wheels(-3, 3)) {}
+
+  FloorParameters floor;
+  RobotParameters robot;
+  SlipModel<Law> model;
+  State x;
+  Wheels M;  ///< N m
+  HeldTorque torque{M};
+};
+
 template <class Law>
 class RightHandSideTest : public testing::Test {};
 using Laws = testing::Types<ViscousLaw, CoulombLaw>;
@@ -67,7 +85,7 @@ TYPED_TEST_SUITE(RightHandSideTest, Laws, );
 // The slip is a difference of speeds of about 1 m/s: known to a few units in their last place, which the contact turns
 // into a force by up to f N / nu, at most 1.5 mu_0 per wheel. What the forces then round is less.
 double force_rounding(const RobotParameters& robot, const FloorParameters& floor) {
-  return 1.5 * floor.mu_0(robot) * 2e-15 + 1e-14 * floor.f * robot.m_s() * floor.g;
+  return 1.5 * floor.mu_0(robot)[0] * 2e-15 + 1e-14 * floor.f[0] * robot.m_s() * floor.g;
 }
 
 // Differences of dx/dt that are due to the rounding of forces alone.
@@ -89,13 +107,10 @@ TYPED_TEST(RightHandSideTest, HasTheSymmetriesOfTheRobot) {
   for (const Symmetry& image_of : kSymmetries) {
     for (int trial = 0; trial < 30; ++trial) {
       SCOPED_TRACE(testing::Message() << image_of.name << ", trial " << trial);
-      const RobotParameters robot = random_robot(random);
-      const FloorParameters floor;
-      const SlipModel<TypeParam> model(robot, floor), mirrored(image_of(robot), floor);
-      const Wheels phi_center = Wheels{-2, 0, 1, 7} * model.geometry().pitch();
-      const State x = random_state(random, robot, phi_center, floor.nu * std::pow(10, trial % 6 - 3));
-      const Wheels M = random.wheels(-3, 3);
-      const HeldTorque torque(M), mirrored_torque(image_of(image_of.phi, M));
+      const double slip = FloorParameters().nu * std::pow(10, trial % 6 - 3);
+      const auto [floor, robot, model, x, M, torque] = RandomMotion<TypeParam>(random, slip, {-2, 0, 1, 7});
+      const SlipModel<TypeParam> mirrored(image_of(robot), floor);
+      const HeldTorque mirrored_torque(image_of(image_of.phi, M));
       State dxdt, image;
       SlipSystem<TypeParam>(model, torque, x)(x, dxdt, 0);
       SlipSystem<TypeParam>(mirrored, mirrored_torque, image_of(x))(image_of(x), image, 0);
@@ -108,11 +123,7 @@ TYPED_TEST(RightHandSideTest, IsTheSameAtEveryHeading) {
   Random random(22);
   for (int trial = 0; trial < 30; ++trial) {
     SCOPED_TRACE(trial);
-    const RobotParameters robot = random_robot(random);
-    const FloorParameters floor;
-    const SlipModel<TypeParam> model(robot, floor);
-    const State x = random_state(random, robot, Wheels::Zero(), 1e-3);
-    const HeldTorque torque(random.wheels(-3, 3));
+    const auto [floor, robot, model, x, M, torque] = RandomMotion<TypeParam>(random, 1e-3);
     const double angle = random.uniform(-4, 4);
     State turned = x, dxdt, of_turned;
     turned.psi() += angle;
@@ -132,11 +143,7 @@ TYPED_TEST(RightHandSideTest, IsTheSameOnEveryRoller) {
   Random random(23);
   for (int trial = 0; trial < 30; ++trial) {
     SCOPED_TRACE(trial);
-    const RobotParameters robot = random_robot(random);
-    const FloorParameters floor;
-    const SlipModel<TypeParam> model(robot, floor);
-    const State x = random_state(random, robot, Wheels::Zero(), 0.1);
-    const HeldTorque torque(random.wheels(-3, 3));
+    const auto [floor, robot, model, x, M, torque] = RandomMotion<TypeParam>(random, 0.1);
     State shifted = x, dxdt, of_shifted;
     double largest = 0;
     for (int i = 0; i < kWheels; ++i) {
@@ -149,28 +156,17 @@ TYPED_TEST(RightHandSideTest, IsTheSameOnEveryRoller) {
     // slip is that times rates of up to 200 rad/s.
     RobotParameters blurred = robot;
     FloorParameters coarse = floor;
-    coarse.viscous_friction = floor.mu_0(robot) * (1 + 3 * 2e-16 * largest * 2 * robot.R_d * 200 / 2e-15);
+    coarse.viscous_friction = floor.mu_0(robot)[0] * (1 + 3 * 2e-16 * largest * 2 * robot.R_d * 200 / 2e-15);
     expect_same_up_to_rounding(of_shifted, dxdt, blurred, coarse);
   }
 }
 
-/// A random robot in motion under random torques, held for a while each: pieces as a scene has them.
-Scene random_scene(Random& random, Model model) {
-  Scene scene;
-  scene.model = model;
+/// A second of motion, as exact as it can be had.
+Scene second_of_motion(Random& random, Model model) {
+  Scene scene = random_scene(random, model, {0, 0.3, 0.7}, 2);
   scene.duration = 1;
-  scene.robot = random_robot(random);
-  scene.initial.values.col(0).head<3>() = random.wheels(-2, 2).head<3>();
-  scene.initial.V_X() = random.uniform(-0.5, 0.5);
-  scene.initial.V_Y() = random.uniform(-0.5, 0.5);
-  scene.initial.Omega() = random.uniform(-1, 1);
-  NoSlipModel(scene.robot).constrain(scene.initial);
-  scene.initial.phi() = random.wheels(-3, 3);
   scene.solver.relative_tolerance = 1e-9;
   scene.solver.absolute_tolerance = 1e-12;
-  TorqueSegments segments;
-  for (const double start : {0.0, 0.3, 0.7}) segments.push_back({start, random.wheels(-2, 2)});
-  scene.drive = segments;
   return scene;
 }
 
@@ -206,7 +202,7 @@ TEST(MotionTest, HasTheSymmetriesOfTheRobot) {
   for (const Symmetry& image_of : kSymmetries) {
     for (int trial = 0; trial < 9; ++trial) {
       SCOPED_TRACE(testing::Message() << image_of.name << ", trial " << trial);
-      const Scene scene = random_scene(random, kModels[trial % 3]);
+      const Scene scene = second_of_motion(random, kModels[trial % 3]);
       Scene mirrored = scene;
       mirrored.robot = image_of(scene.robot);
       mirrored.initial = image_of(scene.initial);
@@ -233,7 +229,7 @@ TEST(MotionTest, IsTheSameFromEveryPose) {
   Random random(25);
   for (int trial = 0; trial < 9; ++trial) {
     SCOPED_TRACE(trial);
-    const Scene scene = random_scene(random, kModels[trial % 3]);
+    const Scene scene = second_of_motion(random, kModels[trial % 3]);
     const double angle = random.uniform(-4, 4);
     const std::complex<double> shift(random.uniform(-5, 5), random.uniform(-5, 5));
     const auto moved = [&](State state) {
@@ -254,7 +250,7 @@ TEST(MotionTest, IsTheSameOnEveryRoller) {
   Random random(26);
   for (int trial = 0; trial < 9; ++trial) {
     SCOPED_TRACE(trial);
-    const Scene scene = random_scene(random, kModels[trial % 3]);
+    const Scene scene = second_of_motion(random, kModels[trial % 3]);
     Scene shifted = scene;
     const double pitch = RollerGeometry(scene.robot).pitch();
     std::array<int, kWheels> rollers{};

@@ -83,6 +83,7 @@ TEST_F(ProgramsTest, SimulateRefusesBadOptions) {
   expect_simulate_refuses({good_, "--relative-tolerance", "2"}, {"--relative-tolerance", "2", "1e-14 to 0.1"});
   expect_simulate_refuses({good_, "--model", "rigid"}, {"model", "rigid", "no_slip, viscous or coulomb"});
   expect_simulate_refuses({good_, "--model", "coulomb", "--model", "viscous"}, {"--model"});
+  expect_simulate_refuses({good_, "--contacts"}, {"--contacts", "--bag"});
   expect_simulate_refuses({good_, good_}, {"simulate"});
   expect_simulate_refuses({}, {"SCENE"});
   expect_simulate_refuses({""}, {});
@@ -143,6 +144,28 @@ TEST_F(ProgramsTest, RefuseWhereStandardErrorIsFull) {
     EXPECT_EQ(Program("/bin/sh", {"-c", "exec " + command + " 2> /dev/full"}).wait(), 2) << command;
   }
 }
+
+#ifdef IDENTIFY
+TEST_F(ProgramsTest, IdentifyRefuses) {
+  const std::string bag = folder_.write("no.bag", "not a bag\n");
+  expect_refused(IDENTIFY, {}, {"BAG"});
+  expect_refused(IDENTIFY, {""}, {"bag", "must not be empty"});
+  expect_refused(IDENTIFY, {"--col\nour"}, {"--col"});
+  expect_refused(IDENTIFY, {bag, "--scene", ""}, {"--scene", "must not be empty"});
+  expect_refused(IDENTIFY, {bag, "--output", ""}, {"--output", "must not be empty"});
+  expect_refused(IDENTIFY, {bag, "--scene", folder_.path("missing")}, {"missing"});
+  for (const std::string& path : {bag, folder_.path("folder"), folder_.path("missing"), std::string("/dev/zero")}) {
+    expect_refused(IDENTIFY, {path, "--csv", folder_.path("csv")}, {path});
+  }
+  expect_refused(IDENTIFY, {bag, "--output", bag}, {"--output", "no.bag", "read"});
+  expect_refused(IDENTIFY, {bag, "--csv", bag}, {"--csv", "no.bag", "read"});
+  expect_refused(IDENTIFY, {bag, "--scene", good_, "--output", good_}, {"--output", "good.yaml", "read"});
+  expect_refused(IDENTIFY, {bag, "--output", folder_.path("new.csv")}, {"new.csv", "the file of --output"});
+  expect_refused(IDENTIFY, {bag, "-o", folder_.path("new.yaml"), "--csv", folder_.path("new.csv")},
+                 {"--csv", "new.csv"});
+  expect_refused(IDENTIFY, {bag, "-o", folder_.path("no/such/folder")}, {"no/such"});
+}
+#endif
 
 TEST_F(ProgramsTest, DescribeBaseRefuses) {
   expect_refused(DESCRIBE_BASE, {"--colour"}, {"--colour"});

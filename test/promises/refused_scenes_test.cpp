@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <regex>
 
+#include "limits_table.h"
 #include "refusals.h"
 #include "youbot_base_sim/scene/scene.h"
 #include "youbot_base_sim/simulation.h"
@@ -120,7 +121,8 @@ TEST_F(KeysTest, AreAllFound) {
         "solver.control_period", "drive.reference_motion.Omega.cos", "drive.torque[0].start", "drive.velocity_table"}) {
     EXPECT_TRUE(std::any_of(keys_.begin(), keys_.end(), [&](const Key& key) { return key.path == known; })) << known;
   }
-  EXPECT_EQ(sections_.size(), 5u + 6u);  // robot, floor, initial, solver, motors; drive and what is in it
+  // robot, floor, initial, solver, motors, output; drive and what is in it; slope, patches, loads, wrenches
+  EXPECT_EQ(sections_.size(), 6u + 6u + 4u);
 }
 
 TEST_F(KeysTest, RefuseWhatIsOfNoUse) {
@@ -180,18 +182,19 @@ TEST_F(KeysTest, RefuseSectionsThatAreNone) {
 /// states a round one.
 struct Ends {
   double min, max;
-  bool whole;
+  bool whole, or_zero;
 };
 
 std::optional<Ends> ends_of(const std::string& allowed) {
   const std::string number = "(-?[0-9.]+(?:e[-+]?[0-9]+)?)";
   std::smatch found;
   const bool whole = allowed.find("whole number") != std::string::npos;
+  const bool or_zero = allowed.find(": 0 or from") != std::string::npos;
   if (std::regex_search(allowed, found, std::regex("from " + number + " to " + number))) {
-    return Ends{std::stod(found[1]), std::stod(found[2]), whole};
+    return Ends{std::stod(found[1]), std::stod(found[2]), whole, or_zero};
   }
   if (std::regex_search(allowed, found, std::regex(">= 0, up to " + number)))
-    return Ends{0, std::stod(found[1]), whole};
+    return Ends{0, std::stod(found[1]), whole, or_zero};
   return std::nullopt;
 }
 
@@ -224,6 +227,29 @@ TEST_F(KeysTest, RefuseNumbersBeyondTheEndsThatTheyState) {
   EXPECT_GE(cases, 200);
 }
 
+// docs/limits.md has a row for each, with the same ends and unit, and no others.
+TEST_F(KeysTest, HaveTheLimitsThatTheDocumentationTells) {
+  std::map<std::string, Limits> rows;
+  for (const Limits& row : limits("Scenes")) rows[row.key] = row;
+  for (const Key& key : keys_) {
+    const std::optional<Ends> ends = ends_of(key.allowed);
+    if (!ends) continue;
+    SCOPED_TRACE(key.path + " must be " + key.allowed);
+    const auto row = rows.find(std::regex_replace(key.path, std::regex(R"(\[0\])"), "[]"));
+    if (row == rows.end()) {
+      ADD_FAILURE() << "no row";
+      continue;
+    }
+    EXPECT_EQ(std::stod(row->second.min), ends->min);
+    EXPECT_EQ(row->second.or_zero, ends->or_zero);
+    const std::string unit = row->second.unit.empty() ? "" : " " + row->second.unit;
+    const std::string end = "to " + Limits::text(std::stod(row->second.max)) + unit;
+    EXPECT_EQ(key.allowed.substr(key.allowed.size() - std::min(key.allowed.size(), end.size())), end);
+    rows.erase(row);
+  }
+  for (const auto& [key, row] : rows) ADD_FAILURE() << key << " has a row and is no number of a scene";
+}
+
 // The other side of the same table. What two keys say together may be refused for the other one (a centre of mass
 // outside the wheels, rollers larger than the wheel), never with anything but a refusal; what is accepted runs: finite,
 // with bounded work.
@@ -232,7 +258,7 @@ TEST_F(KeysTest, AcceptNumbersAtTheEndsThatTheyStateAndRun) {
   for (const Key& key : keys_) {
     const std::optional<Ends> ends = ends_of(key.allowed);
     if (!ends) continue;
-    for (const double number : {ends->min, ends->max}) {
+    for (const double number : {ends->min, ends->max, ends->or_zero ? 0 : ends->min}) {
       SCOPED_TRACE(key.path + ": " + repeated(key, number));
       const std::string line = refusal(scene_with(key.path, repeated(key, number)));
       if (!line.empty()) {
@@ -302,6 +328,7 @@ TEST_F(ScenesTest, AreRefusedWhereTheyAreNoScenes) {
 TEST_F(ScenesTest, AreRefusedWhereTheyAreNoFiles) {
   std::filesystem::create_directory(folder_.path("folder"));
   folder_.write("secret", "root:x:0:0:not for everybody:/root\n");
+  folder_.write("shadow", "root:*:not for everybody:0:99999:7:::\n");  // which is YAML, and has a key
   for (const std::string& path :
        {std::string(), folder_.path("folder"), folder_.path("missing"), std::string("/dev/zero"),
         std::string("/dev/null/x"), folder_.path(std::string(300, 'n')), folder_.path("a\nb\033[31m")}) {
@@ -314,11 +341,14 @@ TEST_F(ScenesTest, AreRefusedWhereTheyAreNoFiles) {
     }
   }
   // A file that is no scene is not shown to whoever names it.
-  try {
-    load_scene(folder_.path("secret"));
-    ADD_FAILURE() << "not refused";
-  } catch (const SceneError& error) {
-    EXPECT_EQ(std::string(error.what()).find("everybody"), std::string::npos) << error.what();
+  for (const char* name : {"secret", "shadow"}) {
+    try {
+      load_scene(folder_.path(name));
+      ADD_FAILURE() << "not refused";
+    } catch (const SceneError& error) {
+      expect_refusal(error.what(), {name, "scene = ", "must"});
+      EXPECT_EQ(std::string(error.what()).find("everybody"), std::string::npos) << error.what();
+    }
   }
 }
 

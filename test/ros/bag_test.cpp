@@ -21,6 +21,11 @@
 namespace youbot_base_sim {
 namespace {
 
+/// Readings without error of motors that exert the simulation's torque.
+MotorReadings exact_readings(const Simulation& simulation) {
+  return {simulation.state().phi(), simulation.state().dphi(), simulation.torque()};
+}
+
 Scene short_scene() { return load_scene(YOUBOT_BASE_SIM_SOURCE_DIR "/config/scenes/case2.yaml"); }
 
 TEST(BagWriter, writes_every_topic_and_every_switch) {
@@ -60,6 +65,54 @@ TEST(BagWriter, writes_every_topic_and_every_switch) {
   EXPECT_EQ(view.getBeginTime(), ros::TIME_MIN);
   EXPECT_EQ(view.getEndTime(), ros::Time(0.5));
   EXPECT_EQ(truth->pose.pose.position.x, simulation.state().x());
+}
+
+TEST(BagRecorder, writes_contacts_on_request) {
+  const TemporaryFolder folder;
+  for (const bool asked : {false, true}) {
+    Scene scene = short_scene();
+    scene.output.contacts = asked;
+    Simulation simulation(scene);
+    BagRecorder recorder(BagWriter::open(folder.path("x.bag")));
+    recorder.write(0, simulation, {});
+    simulation.advance_to(0.5);
+    recorder.write(0.5, simulation, {});
+    recorder.commit();
+    rosbag::Bag read(folder.path("x.bag"), rosbag::bagmode::Read);
+    std::vector<double> energies;
+    for (const rosbag::MessageInstance& message : rosbag::View(read, rosbag::TopicQuery("/contacts"))) {
+      energies.push_back(message.instantiate<ContactsStamped>()->kinetic_energy);
+    }
+    EXPECT_EQ(energies.size(), asked ? 2u : 0u);
+    if (asked) {
+      EXPECT_EQ(energies.at(1), simulation.kinetic_energy());
+    }
+  }
+}
+
+// So that a bag that is played shows odometry and ground truth in one frame, to whoever comes later too.
+TEST(BagRecorder, tells_where_odometry_starts_and_where_the_base_is) {
+  const TemporaryFolder folder;
+  Simulation simulation(short_scene());
+  BagRecorder recorder(BagWriter::open(folder.path("x.bag")));
+  recorder.write(0, simulation, {});
+  simulation.advance_to(0.5);
+  recorder.write(0.5, simulation, {});
+  recorder.commit();
+  rosbag::Bag read(folder.path("x.bag"), rosbag::bagmode::Read);
+  rosbag::View fixed(read, rosbag::TopicQuery("/tf_static"));
+  ASSERT_EQ(fixed.size(), 1u);
+  EXPECT_EQ((*fixed.begin()->getConnectionHeader())["latching"], "1");
+  const auto start = fixed.begin()->instantiate<tf2_msgs::TFMessage>()->transforms.at(0);
+  EXPECT_EQ(start.header.frame_id, "world");
+  EXPECT_EQ(start.child_frame_id, "odom");
+  EXPECT_EQ(start.transform.translation.x, 2.5);
+  geometry_msgs::TransformStamped truth;
+  for (const rosbag::MessageInstance& message : rosbag::View(read, rosbag::TopicQuery("/tf"))) {
+    truth = message.instantiate<tf2_msgs::TFMessage>()->transforms.at(1);
+  }
+  EXPECT_EQ(truth.child_frame_id, "ground_truth/base_footprint");
+  EXPECT_EQ(truth.transform.translation.y, simulation.state().y());
 }
 
 /// Writes what the base tells at t (s) of a simulation that stands still.

@@ -20,9 +20,7 @@ BaseSettings settings() {
   settings.scene.solver.control_period = kPeriod;
   settings.scene.solver.relative_tolerance = 1e-5;
   settings.scene.solver.absolute_tolerance = 1e-8;
-  settings.driver.control_period = kPeriod;
-  settings.driver.wheel_inertia = settings.scene.robot.J_1;
-  settings.driver.quantized = false;
+  settings.driver.motors.quantized = false;
   return settings;
 }
 
@@ -259,7 +257,7 @@ TEST(BaseLoopTest, ResetForgetsEverything) {
 std::vector<double> telemetry_after_looking_every(int n, double publish_rate) {
   BaseSettings noisy = settings();
   noisy.publish_rate = publish_rate;
-  noisy.driver.quantized = true;
+  noisy.driver.motors.quantized = true;
   noisy.telemetry.wheel_error = 0.05;
   BaseLoop loop(noisy);
   Faults noise;
@@ -318,7 +316,7 @@ TEST(BaseLoopTest, TellsWhatIsNotFiniteBeforeItIsPublished) {
   EXPECT_EQ(refusal_of(settings()), "");
 
   BaseSettings coarse = settings();
-  coarse.driver.quantized = true;
+  coarse.driver.motors.quantized = true;
   coarse.driver.motor.encoder_ticks = 1e-320;
   EXPECT_EQ(refusal_of(coarse), "base/joint_states: the position of a wheel is not finite at t = 0 s");
 

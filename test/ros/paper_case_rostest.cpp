@@ -11,6 +11,7 @@
 
 #include "program.h"
 #include "rostest_main.h"
+#include "youbot_base_sim/ros/contacts_message.h"
 #include "youbot_base_sim/ros/conversions.h"
 #include "youbot_base_sim/simulation.h"
 
@@ -28,7 +29,7 @@ class PaperCase : public ::testing::Test {
     const std::string path = folder.path("case.bag");
     Program roslaunch("/usr/bin/env",
                       {"roslaunch", "youbot_base_sim", "paper_case.launch", "duration:=" + std::to_string(kDuration),
-                       std::string("scene:=") + kScene, "bag:=" + path});
+                       std::string("scene:=") + kScene, "publish_contacts:=true", "bag:=" + path});
     ASSERT_EQ(roslaunch.wait(), 0) << roslaunch.out() << roslaunch.err();
     bag_.open(path, rosbag::bagmode::Read);
   }
@@ -58,6 +59,7 @@ TEST_F(PaperCase, has_every_topic_at_every_instant) {
   expect_every_instant(read<nav_msgs::Odometry>("/odom"));
   expect_every_instant(read<nav_msgs::Odometry>("/ground_truth"));
   expect_every_instant(read<sensor_msgs::JointState>("/base/joint_states"));
+  expect_every_instant(read<ContactsStamped>("/contacts"));
   const auto transforms = read<tf2_msgs::TFMessage>("/tf");
   ASSERT_EQ(transforms.size(), static_cast<std::size_t>(kInstants));
   for (int k = 0; k < kInstants; ++k) EXPECT_EQ(transforms[k]->transforms.at(0).header.stamp, stamp_of(0.02 * k));

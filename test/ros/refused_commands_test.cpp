@@ -123,8 +123,6 @@ TEST(TwistTest, MakesRatesThatAreNumbers) {
 BaseSettings settings() {
   BaseSettings settings;
   settings.scene.solver.control_period = 1e-3;
-  settings.driver.control_period = 1e-3;
-  settings.driver.wheel_inertia = settings.scene.robot.J_1;
   return settings;
 }
 

@@ -23,7 +23,6 @@ BaseSettings node_settings() {
   settings.scene.solver.control_period = kPeriod;
   settings.scene.solver.relative_tolerance = 1e-6;
   settings.scene.solver.absolute_tolerance = 1e-9;
-  settings.driver.control_period = kPeriod;
   return settings;
 }
 
@@ -176,7 +175,7 @@ TEST_F(TableFromBagTest, MeasuredTorquesMakeTheMotionAgain) {
 TEST_F(TableFromBagTest, RefusesInOneLineThatSaysWhy) {
   expect_refused(velocity_, {"x.bag", "No such file"});
   folder_.write("x.bag", "something else");
-  expect_refused(velocity_, {"x.bag", "bag file"});
+  expect_refused(velocity_, {"x.bag is no bag"});
   { rosbag::Bag bag(folder_.path("x.bag"), rosbag::bagmode::Write); }
   expect_refused(velocity_, {"x.bag has no messages"});
   expect_refused({}, {"--velocity FILE or --torque FILE"});
@@ -187,9 +186,26 @@ TEST_F(TableFromBagTest, RefusesInOneLineThatSaysWhy) {
                  {"no /base/base_controller/torques_command; it has /cmd_vel (geometry_msgs/Twist), /something"});
   expect_refused({velocity_[0], velocity_[1], "--topic", "/cmd"}, {"no topic /cmd; it has /cmd_vel"});
   expect_refused({velocity_[0], velocity_[1], "--measured"}, {"no /joint_states or /base/joint_states"});
+}
+
+TEST_F(TableFromBagTest, OfABagThatIsCutTheTableHasWhatCanBeRead) {
+  std::vector<std::pair<double, geometry_msgs::Twist>> messages(3);
+  for (int k = 0; k < 3; ++k) {
+    messages[k].first = k;
+    messages[k].second.linear.x = 0.1 * (k + 1);
+  }
+  record("/cmd_vel", messages);
   const std::string whole = folder_.read("x.bag");
-  folder_.write("x.bag", whole.substr(0, whole.size() - 20));
-  expect_refused(velocity_, {"run: rosbag reindex"});
+  const double last = messages.back().second.linear.x;
+  const std::size_t within_last = whole.find(std::string(reinterpret_cast<const char*>(&last), sizeof last));
+  for (const auto& [size, rows] : {std::pair(whole.size() - 20, 3u), std::pair(within_last, 2u)}) {
+    folder_.write("x.bag", whole.substr(0, size));
+    EXPECT_EQ(make_table(velocity_), 0) << said_;
+    EXPECT_NE(said_.find("table_from_bag: warning: " + folder_.path("x.bag") + " has no whole index"),
+              std::string::npos)
+        << said_;
+    EXPECT_EQ(table().t.size(), rows) << said_;
+  }
 }
 
 TEST_F(TableFromBagTest, RefusesWhatNoOneTableCanTell) {

@@ -64,14 +64,14 @@ TEST_F(WrongConfiguration, misspelt_parameter) {
 TEST_F(WrongConfiguration, value_out_of_range) {
   expect_base_refuses("~publish_rate", 2000, {"~publish_rate", "2000", "1000 Hz"});
   expect_base_refuses("~publish_rate", 0.0001, {"~publish_rate", "0.0001", "from 0.001"});
-  expect_base_refuses("~command_rate", 0.01, {"~command_rate", "0.01", "0, or a number from 0.1 to 1000 Hz"});
+  expect_base_refuses("~command_rate", 0.01, {"~command_rate", "0.01", "0 or from 0.1 to 1000 Hz"});
   expect_base_refuses("~control_period", -1, {"~control_period", "-1", "1e-06 to 10 s"});
   expect_base_refuses("~control_period", std::nan(""), {"~control_period", "nan"});
   expect_base_refuses("~driver_wheel_radius", 0, {"~driver_wheel_radius", "0", "m"});
 }
 
 TEST_F(WrongConfiguration, value_of_the_wrong_kind) {
-  expect_base_refuses("~publish_rate", "often", {"~publish_rate", "often", "a number"});
+  expect_base_refuses("~publish_rate", "often", {"~publish_rate", "often", "a finite number"});
   expect_base_refuses("~publish_tf", 3, {"~publish_tf", "3", "true or false"});
   expect_base_refuses("~scene", 3, {"~scene", "3"});
 }
@@ -103,7 +103,7 @@ TEST_F(WrongConfiguration, of_motors_and_odometry) {
   expect_base_refuses("~max_wheel_torque", -1, {"~max_wheel_torque", "-1", "N m"});
   expect_base_refuses("~command_delay", 61, {"~command_delay", "61", "60 s"});
   expect_base_refuses("~profile", "real", {"profile", "real", "paper or measured"});
-  expect_base_refuses("~friction_scale", 2, {"~friction_scale", "2", "~profile"});
+  expect_base_refuses("~friction_scale", 2, {"~friction_scale", "2", "profile = measured"});
   expect_base_refuses("~dry_friction", -0.1, {"~dry_friction", "-0.1", "N m"});
   expect_base_refuses("~command_rate", 1001, {"~command_rate", "1001", "1000 Hz"});
 }
@@ -118,7 +118,7 @@ TEST_F(WrongConfiguration, clock_of_its_own_but_not_its_master) {
   expect_base_refuses("~bag", "x.bag", {"~bag", "x.bag", "~publish_clock"});
   expect_base_refuses("~start_paused", true, {"~start_paused", "~publish_clock"});
   expect_base_refuses("~real_time_factor", 2, {"~real_time_factor", "2", "~publish_clock"});
-  expect_base_refuses("~real_time_factor", 1e-300, {"~real_time_factor", "0, or a number from 0.001"});
+  expect_base_refuses("~real_time_factor", 1e-300, {"~real_time_factor", "0 or from 0.001"});
   ros::param::set("/use_sim_time", true);
   expect_base_refuses("~publish_clock", false, {"~publish_clock", "/use_sim_time"});
 }
@@ -126,6 +126,10 @@ TEST_F(WrongConfiguration, clock_of_its_own_but_not_its_master) {
 TEST_F(WrongConfiguration, bag_that_cannot_be_written) {
   ros::param::set("/use_sim_time", true);
   expect_refused(BASE_NODE, {"_publish_clock:=true", "_bag:=/nowhere/x.bag"}, {"~bag", "/nowhere/x.bag"});
+  const std::string scene = folder_.write("scene.yaml", "duration: 1.0\n");
+  expect_refused(BASE_NODE, {"_publish_clock:=true", "_scene:=" + scene, "_bag:=" + scene},
+                 {"~bag", scene, "must not be a file that is read"});
+  EXPECT_EQ(folder_.read("scene.yaml"), "duration: 1.0\n");
 }
 
 TEST_F(WrongConfiguration, argument) { expect_refused(BASE_NODE, {"fast"}, {"fast"}); }

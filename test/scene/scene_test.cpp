@@ -6,7 +6,6 @@
 
 #include <sstream>
 
-#include "limits_table.h"
 #include "temporary_folder.h"
 #include "youbot_base_sim/integration/methods.h"
 
@@ -51,7 +50,7 @@ TEST_F(SceneTest, DefaultsAreThePapers) {
   EXPECT_EQ(scene.robot.J_1, 5.87e-3);
   EXPECT_EQ(scene.robot.a_Y, -0.026);
   EXPECT_EQ(scene.robot.rollers, 6);
-  EXPECT_NEAR(scene.floor.mu_0(scene.robot), 4.4e4, 0.04e4);  // (5.2) prints two figures
+  EXPECT_NEAR(scene.floor.mu_0(scene.robot)[0], 4.4e4, 0.04e4);  // (5.2) prints two figures
   EXPECT_EQ(scene.solver.relative_tolerance, 3e-7);
   EXPECT_DOUBLE_EQ(scene.solver.absolute_tolerance, 3e-10);
   EXPECT_EQ(scene.solver.control_period, 0);
@@ -73,6 +72,7 @@ initial: {pose: [1, 2, 3], twist: [4, 5, 6], wheel_angles: [7, 8, 9, 10], wheel_
 solver: {method: implicit_euler, step: 1e-4, relative_tolerance: 1e-6, absolute_tolerance: 1e-8, control_period: 0.002}
 motors: {velocity_proportional_gain: 0.3, velocity_integral_gain: 0.5, max_wheel_torque: 2, max_wheel_rate: 10,
          command_delay: 0.05, quantized: true}
+output: {contacts: true}
 drive: {torque: [{start: 0, constant: [1, 2, 3, 4]}, {start: 1, cos: [1, 0, 0, 0], sin: [0, 1, 0, 0], period: 3}]}
 )");
   EXPECT_EQ(scene.model, Model::kViscous);
@@ -80,7 +80,7 @@ drive: {torque: [{start: 0, constant: [1, 2, 3, 4]}, {start: 1, cos: [1, 0, 0, 0
   EXPECT_TRUE((scene.robot.mu_1 == 0.2).all());
   EXPECT_EQ(scene.robot.mu_2[3], 4e-3);
   EXPECT_EQ(scene.robot.roller_rate_at_switch, RollerRateAtSwitch::kAtRest);
-  EXPECT_EQ(scene.floor.mu_0(scene.robot), 1000);
+  EXPECT_EQ(scene.floor.mu_0(scene.robot)[0], 1000);
   EXPECT_EQ(scene.initial.psi(), 3);
   EXPECT_EQ(scene.initial.Omega(), 6);
   EXPECT_EQ(scene.initial.phi()[3], 10);
@@ -95,6 +95,7 @@ drive: {torque: [{start: 0, constant: [1, 2, 3, 4]}, {start: 1, cos: [1, 0, 0, 0
   EXPECT_EQ(scene.motors->max_wheel_rate, 10);
   EXPECT_EQ(scene.motors->command_delay, 0.05);
   EXPECT_EQ(scene.motors->quantized, true);
+  EXPECT_TRUE(scene.output.contacts);
   EXPECT_EQ(std::get<TorqueSegments>(scene.drive)[1].period, 3);
 }
 
@@ -174,6 +175,8 @@ TEST_F(SceneTest, RefusesInOneLineThatNamesKeyValueAndWhatIsAllowed) {
   expect_refused(d + "motors: {max_wheel_torque: -1}", "motors.max_wheel_torque", "-1", ">= 0");
   expect_refused(d + "motors: {command_delay: 61}", "motors.command_delay", "61", "60 s");
   expect_refused(d + "motors: {quantized: 1}", "motors.quantized", "1", "true or false");
+  expect_refused(d + "output: {contacts: 1}", "output.contacts", "1", "true or false");
+  expect_refused(d + "output: {contact: true}", "output.contact", "true", "contacts");
   expect_refused(d + "motors: 1", "motors", "1", "keys");
   expect_refused(d + "model: rigid", "model", "rigid", "no_slip, viscous or coulomb");
   expect_refused(d + "model: [coulomb]", "model", "[coulomb]", "no_slip, viscous or coulomb");
@@ -274,6 +277,31 @@ TEST_F(SceneTest, OverridesStandInPlaceOfTheFile) {
   overrides.model = "";
   overrides.method = "leapfrog";
   EXPECT_EQ(refusal_of(overrides).find("method = leapfrog: must be radau"), 0u);
+  overrides.method = "";
+  overrides.friction_scale = 2;
+  EXPECT_EQ(refusal_of(overrides), "friction_scale = 2: must be left out unless profile = measured is given too");
+  overrides.profile = "measured";
+  EXPECT_TRUE((load_scene(path, overrides).robot.mu_1 == measured_robot(2).mu_1).all());
+}
+
+TEST_F(SceneTest, OfNoFileHasTheDefaultsAndTheOverrides) {
+  const Scene of_file = load("duration: 1");
+  const Scene scene = default_scene({});
+  EXPECT_TRUE((scene.initial.values == of_file.initial.values).all());
+  EXPECT_EQ(scene.robot.m, of_file.robot.m);
+  EXPECT_EQ(scene.solver.relative_tolerance, of_file.solver.relative_tolerance);
+  EXPECT_TRUE(std::holds_alternative<std::monostate>(scene.drive));
+  EXPECT_TRUE(scene.files.empty());
+  SceneOverrides overrides;
+  overrides.relative_tolerance = 1e-4;
+  overrides.control_period = 2e-3;
+  overrides.profile = "measured";
+  overrides.method = "dopri5";
+  const Scene other = default_scene(overrides);
+  EXPECT_DOUBLE_EQ(other.solver.absolute_tolerance, 1e-7);
+  EXPECT_EQ(other.solver.control_period, 2e-3);
+  EXPECT_GT(other.robot.dry_friction.minCoeff(), 0);
+  EXPECT_EQ(other.solver.method, "dopri5");
 }
 
 TEST_F(SceneTest, TablesHoldFromRowToRow) {
@@ -297,60 +325,6 @@ TEST_F(SceneTest, RefusesBadTables) {
   EXPECT_NE(message("t,fl,fr,bl,br\n0,1,2,nan,4\n").find("nan"), std::string::npos);
   EXPECT_NE(message("t,fl,fr,bl,br\n").find("no rows"), std::string::npos);
   EXPECT_NE(refusal("duration: 1\ndrive: {torque_table: gone.csv}").find("gone.csv"), std::string::npos);
-}
-
-/// A scene whose key of this path ("drive.torque[].start") has the value.
-std::string scene_with(const std::string& path, const std::string& value) {
-  std::string text = value;
-  std::istringstream stream(path);
-  std::vector<std::string> keys;
-  for (std::string key; std::getline(stream, key, '.');) keys.push_back(key);
-  for (auto key = keys.rbegin(); key != keys.rend(); ++key) {
-    const bool lists = key->find("[]") != std::string::npos;
-    text = "{" + key->substr(0, key->find("[]")) + ": " + (lists ? "[" + text + "]" : text) + "}";
-  }
-  if (path != "duration") text.insert(1, "duration: 1, ");
-  return text;
-}
-
-TEST_F(SceneTest, EveryNumberHasTheLimitsThatTheDocumentationTells) {
-  // The error that refuses the number for its size; the scene may be wrong elsewhere.
-  const auto refusal_of = [&](const std::string& key, const std::string& value) -> std::string {
-    try {
-      load(scene_with(key, value));
-    } catch (const SceneError& error) {
-      const std::string message = error.what(), list = ": must be a list of ";
-      if (const auto at = message.find(list); at != std::string::npos && value[0] != '[') {
-        std::string values = "[" + value;
-        for (int n = message[at + list.size()] - '0'; n > 1; --n) values += ", 0";
-        try {
-          load(scene_with(key, values + "]"));
-        } catch (const SceneError& of_list) {
-          return of_list.what();
-        }
-        return "";
-      }
-      return message;
-    }
-    return "";
-  };
-  const std::vector<Limits> rows = limits("Scenes");
-  ASSERT_GE(rows.size(), 36u);
-  for (const Limits& row : rows) {
-    std::string key = row.key;
-    if (const auto list = key.find("[]"); list != std::string::npos) key.insert(list + 1, "0");
-    std::vector<std::string> beyond = row.beyond();
-    beyond.insert(beyond.end(), {".nan", ".inf", "text"});
-    for (const std::string& value : beyond) {
-      const std::string message = refusal_of(row.key, value);
-      EXPECT_NE(message.find(" " + key + " = "), std::string::npos) << row.key << " = " << value << ": " << message;
-      EXPECT_NE(message.find(value), std::string::npos) << message;
-      EXPECT_NE(message.find("a finite number "), std::string::npos) << message;
-    }
-    for (const std::string& value : row.ends()) {
-      EXPECT_EQ(refusal_of(row.key, value).find("a finite number "), std::string::npos) << row.key << " = " << value;
-    }
-  }
 }
 
 TEST_F(SceneTest, BoundsTheWork) {

@@ -8,11 +8,13 @@
 #include <cmath>
 #include <fstream>
 #include <map>
+#include <optional>
 #include <sstream>
 #include <string>
 #include <vector>
 
 #include "youbot_base_sim/physics/roller_geometry.h"
+#include "youbot_base_sim/scene/frames.h"
 
 namespace youbot_base_sim {
 namespace {
@@ -61,42 +63,88 @@ struct Document {
   std::map<std::string, std::vector<std::string>> visuals;
 };
 
-/// The middle circle of one of a roller's discs, in the frame of the wheel.
-struct Circle {
-  Vector3d centre, normal;
-  double radius;
+/// The corners of a mesh's triangles, with their normals, as a COLLADA file tells them.
+struct Triangle {
+  Vector3d corner[3], normal[3];
 
-  /// The point in direction theta, rad.
-  Vector3d at(double theta) const {
-    const Vector3d u = normal.unitOrthogonal();
-    return centre + radius * (std::cos(theta) * u + std::sin(theta) * normal.cross(u));
+  Triangle moved(const Eigen::Isometry3d& pose) const {
+    Triangle result;
+    for (int k = 0; k < 3; ++k) {
+      result.corner[k] = pose * corner[k];
+      result.normal[k] = pose.linear() * normal[k];
+    }
+    return result;
   }
 
-  /// The point that is farthest from the axle.
-  Vector3d outermost() const {
-    const auto distance = [this](double theta) { return std::hypot(at(theta).x(), at(theta).z()); };
-    double best = 0, step = 0.01;
-    for (double theta = 0; theta < 2 * M_PI; theta += step) {
-      if (distance(theta) > distance(best)) best = theta;
-    }
-    for (; step > 1e-9; step /= 2) {
-      if (distance(best + step) > distance(best)) best += step;
-      if (distance(best - step) > distance(best)) best -= step;
-    }
-    return at(best);
+  /// Where the normal, which a renderer interpolates between the corners, points straight down, if anywhere.
+  std::optional<Vector3d> bottom() const {
+    if (normal[0].z() > -0.9) return std::nullopt;  // far from it, to save time
+    Eigen::Matrix3d equations;
+    for (int k = 0; k < 3; ++k) equations.col(k) << normal[k].x(), normal[k].y(), 1;
+    const Vector3d weights = equations.fullPivLu().solve(Vector3d(0, 0, 1));
+    if ((equations * weights - Vector3d(0, 0, 1)).norm() > 1e-9) return std::nullopt;  // a flat face
+    const double slack = 1e-6;
+    if (!(weights.minCoeff() >= -slack) || !(weights.maxCoeff() <= 1 + slack)) return std::nullopt;
+    if (weights.dot(Vector3d(normal[0].z(), normal[1].z(), normal[2].z())) > 0) return std::nullopt;
+    return weights[0] * corner[0] + weights[1] * corner[1] + weights[2] * corner[2];
   }
 };
 
-std::vector<Circle> circles(const Document& document, const std::string& roller) {
-  const Eigen::Isometry3d link = pose(document.joints.at("roller_joint_" + roller));
-  std::vector<Circle> result;
-  for (const std::string& visual : document.visuals.at("roller_link_" + roller)) {
-    if (visual.find("rubber") == std::string::npos) continue;
-    const Eigen::Isometry3d disc = link * pose(visual);
-    result.push_back({disc.translation(), disc.linear().col(2), number(visual, "radius")});
-  }
+/// The numbers of a COLLADA file between `begin` and the next tag.
+std::vector<double> numbers(const std::string& collada, const std::string& begin, std::size_t& at) {
+  std::vector<double> result;
+  at = collada.find(begin, at);
+  if (at == std::string::npos) return result;
+  const std::size_t start = collada.find('\n', at), end = collada.find('<', start);
+  std::istringstream text(collada.substr(start, end - start));
+  for (double number; text >> number;) result.push_back(number);
+  at = end;
   return result;
 }
+
+std::vector<Triangle> triangles(const std::string& collada) {
+  std::size_t at = 0;
+  const std::vector<double> positions = numbers(collada, "positions_array", at);
+  const std::vector<double> normals = numbers(collada, "normals_array", at);
+  std::vector<Triangle> result;
+  for (;;) {
+    const std::vector<double> corners = numbers(collada, "<triangles", at);
+    if (corners.empty()) return result;
+    for (std::size_t k = 0; k < corners.size(); ++k) {
+      if (k % 3 == 0) result.emplace_back();
+      const auto corner = static_cast<std::size_t>(3 * corners[k]);
+      result.back().corner[k % 3] = Eigen::Map<const Vector3d>(&positions.at(corner));
+      result.back().normal[k % 3] = Eigen::Map<const Vector3d>(&normals.at(corner));
+    }
+  }
+}
+
+/// The base as a renderer has it: the URDF, and the meshes that it names.
+struct Drawing {
+  explicit Drawing(const RobotParameters& robot) : document(urdf_of(robot)) {
+    for (const Part part : kParts) meshes[mesh_name(part, robot)] = triangles(mesh(part, robot));
+  }
+
+  static std::string urdf_of(const RobotParameters& robot, RollerJoints rollers = RollerJoints::kFixed) {
+    return urdf(robot, rollers, [&](Part part) { return mesh_name(part, robot); });
+  }
+
+  /// All triangles of a roller's meshes in the frame of its wheel.
+  std::vector<Triangle> roller(const std::string& name) const {
+    const Eigen::Isometry3d link = pose(document.joints.at("roller_joint_" + name));
+    std::vector<Triangle> result;
+    for (const std::string& visual : document.visuals.at("roller_link_" + name)) {
+      if (visual.find("<mesh ") == std::string::npos) continue;
+      for (const Triangle& triangle : meshes.at(attribute(visual, "filename"))) {
+        result.push_back(triangle.moved(link * pose(visual)));
+      }
+    }
+    return result;
+  }
+
+  Document document;
+  std::map<std::string, std::vector<Triangle>> meshes;
+};
 
 std::vector<RobotParameters> robots() {
   RobotParameters eight;
@@ -108,16 +156,40 @@ std::vector<RobotParameters> robots() {
   return {RobotParameters(), eight};
 }
 
-TEST(Urdf, FileOfTheRepositoryShowsThePapersRobot) {
-  std::ifstream file(YOUBOT_BASE_SIM_SOURCE_DIR "/urdf/youbot_base.urdf");
+std::string contents(const std::string& file) {
+  std::ifstream stream(YOUBOT_BASE_SIM_SOURCE_DIR "/" + file);
   std::stringstream text;
-  text << file.rdbuf();
-  EXPECT_EQ(text.str(), urdf(RobotParameters())) << "update it: describe_base > urdf/youbot_base.urdf";
+  text << stream.rdbuf();
+  return text.str();
 }
+
+TEST(Urdf, FilesOfTheRepositoryShowThePapersRobot) {
+  const RobotParameters robot;
+  const auto uri = [&](Part part) { return kPackageMeshes + mesh_name(part, robot); };
+  EXPECT_TRUE(contents("urdf/youbot_base.urdf") == urdf(robot, RollerJoints::kFixed, uri))
+      << "update it: describe_base > urdf/youbot_base.urdf";
+  for (const Part part : kParts) {
+    EXPECT_TRUE(contents("meshes/" + mesh_name(part, robot)) == mesh(part, robot))
+        << "update it: describe_base --meshes meshes";
+    EXPECT_TRUE(in_package(part, robot));
+  }
+}
+
+TEST(Urdf, MeshesOfOtherRobotsHaveOtherNames) {
+  RobotParameters wide, round;
+  wide.l = 0.2;
+  round.R_d = 0.036;
+  for (const Part part : kParts) {
+    EXPECT_FALSE(in_package(part, round));
+    EXPECT_EQ(in_package(part, wide), part != Part::kBody);
+  }
+}
+
+TEST(Urdf, UrisAreThoseOfPaths) { EXPECT_EQ(file_uri("/a b/c%.obj"), "file:///a%20b/c%25.obj"); }
 
 TEST(Urdf, HasTheDriversJointsAndEveryRoller) {
   for (const RobotParameters& robot : robots()) {
-    const Document document(urdf(robot));
+    const Document document(Drawing::urdf_of(robot));
     EXPECT_EQ(document.links.size(), 2u + kWheels * (2 + robot.rollers));
     EXPECT_EQ(document.joints.size(), 1u + kWheels * (2 + robot.rollers));
     for (int i = 0; i < kWheels; ++i) {
@@ -137,7 +209,7 @@ TEST(Urdf, HasTheDriversJointsAndEveryRoller) {
 
 TEST(Urdf, RollersTurnOnRequest) {
   const RobotParameters robot;
-  const Document fixed(urdf(robot)), turning(urdf(robot, RollerJoints::kTurning));
+  const Document fixed(Drawing::urdf_of(robot)), turning(Drawing::urdf_of(robot, RollerJoints::kTurning));
   ASSERT_EQ(fixed.joints.size(), turning.joints.size());
   for (const auto& [name, joint] : turning.joints) {
     const bool roller = name.find("roller") == 0;
@@ -149,51 +221,46 @@ TEST(Urdf, RollersTurnOnRequest) {
   }
 }
 
+// The mesh's lowest point is that of the smooth surface that it stands for: where its normal points straight down.
 TEST(Urdf, RollersTouchTheFloorWhereThePhysicsDoes) {
   for (const RobotParameters& robot : robots()) {
-    const Document document(urdf(robot));
+    const double tolerance = 2e-3 * robot.R;  // 0.1 mm on the paper's robot
+    const Drawing drawing(robot);
     const RollerGeometry geometry(robot);
     for (int i = 0; i < kWheels; ++i) {
-      for (int k = 0; k < robot.rollers; ++k) {
-        const std::string roller = kWheelNames[i] + ("_" + std::to_string(k));
-        double first = 0, last = 0;
-        for (const Circle& circle : circles(document, roller)) {
-          const Vector3d touch = circle.outermost();
-          EXPECT_NEAR(std::hypot(touch.x(), touch.z()), robot.R, 1e-9) << roller;
-          // The wheel angle at which this point is at the bottom.
-          const double phi = std::atan2(touch.x(), -touch.z());
-          const double phi_tilde = std::remainder(phi - k * geometry.pitch(), 2 * M_PI);
-          EXPECT_NEAR(touch.y(), geometry.at(Wheels::Constant(phi_tilde)).Delta_Y[i], 1e-8) << roller;
-          first = std::min(first, phi_tilde);
-          last = std::max(last, phi_tilde);
+      const std::string wheel = kWheelNames[i];
+      const Vector3d centre = vector(drawing.document.joints.at("caster_joint_" + wheel), "xyz");
+      std::vector<std::vector<Triangle>> rollers;
+      for (int k = 0; k < robot.rollers; ++k) rollers.push_back(drawing.roller(wheel + "_" + std::to_string(k)));
+      for (int step = 0; step < 60; ++step) {
+        const double phi = 2 * M_PI * (step + 0.4) / 60;
+        const auto on_floor = geometry.roller_at(phi);
+        const double phi_tilde = phi - static_cast<double>(on_floor) * geometry.pitch();
+        const Vector3d contact =
+            Vector3d(robot.rho_X()[i], robot.rho_Y()[i] + geometry.at(Wheels::Constant(phi_tilde)).Delta_Y[i],
+                     floor_height(robot));
+        const Eigen::Isometry3d turned = Eigen::Translation3d(centre) * Eigen::AngleAxisd(phi, Vector3d::UnitY());
+        Vector3d lowest = Vector3d::Zero();
+        int lowest_roller = -1;
+        for (int k = 0; k < robot.rollers; ++k) {
+          for (const Triangle& triangle : rollers[k]) {
+            const Triangle moved = triangle.moved(turned);
+            for (const Vector3d& corner : moved.corner) ASSERT_GT(corner.z(), floor_height(robot) - 1e-6);
+            const auto bottom = moved.bottom();
+            if (!bottom || bottom->z() > lowest.z()) continue;
+            lowest = *bottom;
+            lowest_roller = k;
+          }
         }
-        EXPECT_NEAR(first, -last, 1e-6);
-        EXPECT_GT(last, 0.9 * geometry.pitch() / 2) << "rollers are drawn to their ends";
-        EXPECT_LT(last, geometry.pitch() / 2);
-      }
-    }
-  }
-}
-
-TEST(Urdf, LowestPointOfARollerIsOnTheFloor) {
-  for (const RobotParameters& robot : robots()) {
-    const Document document(urdf(robot));
-    for (int k = 0; k < robot.rollers; ++k) {
-      const Eigen::AngleAxisd turn(k * 2 * M_PI / robot.rollers, Vector3d::UnitY());
-      for (const std::string wheel : kWheelNames) {
-        double lowest = 0;
-        for (const Circle& circle : circles(document, wheel + "_" + std::to_string(k))) {
-          lowest =
-              std::min(lowest, (turn * circle.centre).z() - circle.radius * (turn * circle.normal).head<2>().norm());
-        }
-        EXPECT_NEAR(lowest, -robot.R, 1e-9) << wheel << k;
+        EXPECT_EQ(lowest_roller, wrapped(on_floor, robot.rollers)) << wheel << " at " << phi;
+        EXPECT_LT((lowest - contact).norm(), tolerance) << wheel << " at " << phi << ": " << lowest.transpose();
       }
     }
   }
 }
 
 TEST(Urdf, RollersOnTheFloorFormADiamond) {
-  const Document document(urdf(RobotParameters()));
+  const Document document(Drawing::urdf_of(RobotParameters()));
   const std::map<std::string, double> slopes = {{"fl", -1}, {"fr", 1}, {"bl", 1}, {"br", -1}};
   for (const auto& [wheel, slope] : slopes) {
     const Eigen::Isometry3d link = pose(document.joints.at("roller_joint_" + wheel + "_0"));
@@ -205,7 +272,7 @@ TEST(Urdf, RollersOnTheFloorFormADiamond) {
 
 TEST(Urdf, HasTheRobotsMassAndMomentOfInertia) {
   for (const RobotParameters& robot : robots()) {
-    const Document document(urdf(robot));
+    const Document document(Drawing::urdf_of(robot));
     double mass = 0, moment = 0;
     for (const auto& [link, inertial] : document.inertials) {
       Vector3d centre = vector(inertial, "xyz");
@@ -232,7 +299,12 @@ TEST(Urdf, DrawsUnusualRobots) {
         robot.rollers = rollers;
         robot.R_d = R_d;
         robot.h = robot.l = h;
-        std::istringstream lines(urdf(robot));
+        for (const Part part : kParts) {
+          const std::string text = mesh(part, robot);
+          EXPECT_TRUE(text.find("nan") == std::string::npos && text.find("inf") == std::string::npos)
+              << rollers << " " << R_d;
+        }
+        std::istringstream lines(Drawing::urdf_of(robot));
         std::string line;
         while (std::getline(lines, line)) {
           if (line.find("<cylinder ") != std::string::npos) {

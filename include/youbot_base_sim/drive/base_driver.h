@@ -9,6 +9,7 @@
 #include "youbot_base_sim/drive/ethercat_connection.h"
 #include "youbot_base_sim/drive/faults.h"
 #include "youbot_base_sim/drive/motor_sensors.h"
+#include "youbot_base_sim/drive/motor_settings.h"
 #include "youbot_base_sim/drive/wheel_drive.h"
 
 namespace youbot_base_sim {
@@ -25,13 +26,11 @@ class BaseDriver {
  public:
   struct Settings {
     double control_period = 1e-3;  ///< s
-    Motor motor;
-    VelocityGains gains;
-    bool quantized = true;       ///< set points and readings are those that EtherCAT carries; false: exact
-    double dry_friction = 0;     ///< of each wheel, N m
-    double wheel_inertia = 0;    ///< J_1, for dry friction, kg m^2
-    double command_delay = 0;    ///< from each command's arrival to its effect, s; a fault adds to it
-    double command_timeout = 0;  ///< the wheels stop after this time without a command, s; 0: never, as the driver
+    Motor motor;                   ///< as the driver's configuration file has it
+    MotorSettings motors;          ///< limits of that motor and the like; a fault adds to the delay of commands
+    double dry_friction = 0;       ///< of each wheel, N m
+    double wheel_inertia = 0;      ///< J_1, for dry friction, kg m^2
+    double command_timeout = 0;    ///< the wheels stop after this time without a command, s; 0: never, as the driver
   };
 
   /// The base is present, its motors are on and keep its wheels, which are at angles phi (rad), at rest.
@@ -71,7 +70,7 @@ class BaseDriver {
   bool present() const { return connection_.present(); }  ///< the base, in the driver's eyes
   bool motors_on() const { return motors_on_; }  ///< what the driver's dashboard shows: only its services change it
   bool timed_out() const { return timed_out_; }  ///< stopped for want of commands
-  const Motor& motor() const { return settings_.motor; }
+  const Motor& motor() const { return motor_; }
 
   /// What has happened in `sample` since the last `take_events`.
   struct Events {
@@ -97,6 +96,7 @@ class BaseDriver {
   const MotorReadings& read_faulty(const Wheels& phi, const Wheels& dphi);
 
   Settings settings_;
+  Motor motor_;  // with its limits
   WheelDrive drive_;
   DryFriction friction_;
   MotorSensors sensors_;

@@ -16,7 +16,7 @@ struct MotorSettings {
   std::optional<double> max_wheel_rate;    ///< rad/s, of set points; empty: the motor's speed limit
   double command_delay = 0;                ///< from a command's arrival to its effect, s
   /// Whether set points and readings are whole rpm, mA and encoder ticks, as EtherCAT carries them; otherwise they are
-  /// exact. Empty: so in base_node, exact offline.
+  /// exact. Empty: so by BaseDriver, exact offline.
   std::optional<bool> quantized;
 
   /// The motor with these limits.

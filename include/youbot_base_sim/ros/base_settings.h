@@ -4,6 +4,7 @@
 
 #include "youbot_base_sim/drive/base_driver.h"
 #include "youbot_base_sim/drive/wheel_odometry.h"
+#include "youbot_base_sim/ros/contact_markers.h"
 #include "youbot_base_sim/ros/node_constants.h"
 #include "youbot_base_sim/ros/telemetry.h"
 #include "youbot_base_sim/scene/scene.h"
@@ -40,7 +41,7 @@ struct BaseSettings {
   /// obeyed in every period, however slow it is. Messages that come while time stands still, paused or because the
   /// control period is not due yet, count as one. Needs `publish_clock`.
   bool lockstep = false;
-  /// Time starts once every topic of `Telemetry` has a subscriber, so a recorder misses nothing.
+  /// Time starts once every topic that `Telemetry` has recorded has a subscriber, so a recorder misses nothing.
   bool wait_for_subscribers = false;
   /// Bag file to record to, complete when the node ends; empty: none. Needs `publish_clock`.
   std::string bag;
@@ -50,15 +51,16 @@ struct BaseSettings {
   bool start_paused = false;
   /// Whether odom to base_footprint is published on /tf.
   bool publish_tf = true;
-  /// Whether world to odom is published on /tf_static, at the scene's initial pose, so that odometry and ground truth
-  /// overlay.
-  bool world_tf = false;
   /// Driver and motors: `dry_friction` (N m), `command_timeout` (s) and, in place of the scene's section `motors`, what
-  /// MotorSettings has.
+  /// MotorSettings has. BaseLoop fills in the control period and the wheel's inertia, which are the scene's.
   BaseDriver::Settings driver;
-  /// `publish_rollers`; `joint_velocity_sign`: consistent (with positions) or driver_exact (the driver's: reversed on
-  /// the left); `odometry_wheel_error`, for covariances; `driver_wheel_radius` (m), for `odom` and `cmd_vel`.
+  /// `publish_rollers`; `publish_contacts`, which has them recorded; `world_tf`: world to odom, at the scene's initial
+  /// pose, so that odometry and ground truth overlay, and world to ground_truth/base_footprint; `joint_velocity_sign`:
+  /// consistent (with positions) or driver_exact (the driver's: reversed on the left); `odometry_wheel_error`, for
+  /// covariances; `driver_wheel_radius` (m), for `odom` and `cmd_vel`.
   Telemetry::Options telemetry;
+  /// `friction_marker_scale` (m/N) and `slip_marker_scale` (m for each m/s).
+  MarkerOptions markers;
   /// Whether youBotHasArms is true. Diagnostics report that there is no arm in either case.
   bool has_arms = false;
 };

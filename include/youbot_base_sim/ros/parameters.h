@@ -2,10 +2,12 @@
 
 #include <ros/node_handle.h>
 
-#include <functional>
+#include <optional>
 #include <set>
 #include <stdexcept>
 #include <string>
+
+#include "youbot_base_sim/text/number.h"
 
 namespace youbot_base_sim {
 
@@ -23,10 +25,9 @@ class Parameters {
 
   std::string text(const std::string& name, const std::string& default_value);
   bool flag(const std::string& name, bool default_value);
-  /// Refuses a value outside [min, max]; `unit` is for the error's text.
-  double number(const std::string& name, double default_value, double min, double max, const char* unit);
-  /// The same, but 0 is allowed too.
-  double zero_or_number(const std::string& name, double default_value, double min, double max, const char* unit);
+  std::optional<bool> flag(const std::string& name, std::optional<bool> default_value);
+  double number(const std::string& name, double default_value, const Range& range);
+  std::optional<double> number(const std::string& name, std::optional<double> default_value, const Range& range);
 
   /// The refusal of `value` for a parameter: "parameter ~name = value: must be ...".
   ParameterError refusal(const std::string& name, const std::string& value, const std::string& allowed) const;
@@ -36,8 +37,6 @@ class Parameters {
 
  private:
   bool get(const std::string& name, XmlRpc::XmlRpcValue& value);
-  double number(const std::string& name, double default_value, const std::function<bool(double)>& is_allowed,
-                const std::string& allowed);
 
   ros::NodeHandle node_;
   std::string prefix_;

@@ -3,8 +3,12 @@
 #include <sensor_msgs/JointState.h>
 #include <tf2_msgs/TFMessage.h>
 
+#include <optional>
+#include <string>
+
 #include "youbot_base_sim/drive/motor_sensors.h"
 #include "youbot_base_sim/drive/wheel_odometry.h"
+#include "youbot_base_sim/ros/contacts_message.h"
 #include "youbot_base_sim/ros/conversions.h"
 #include "youbot_base_sim/simulation.h"
 
@@ -16,19 +20,22 @@ namespace youbot_base_sim {
 ///   odom                 nav_msgs/Odometry, odom to base_footprint, from the wheels as the driver computes it
 ///   ground_truth         nav_msgs/Odometry, world to base_footprint: the exact pose and velocity
 ///   base/joint_states    sensor_msgs/JointState: the four wheels as read by their motors, and the driver's four
-///   casters,
-///                        always at zero; effort is the motors' torque at the wheels, N m; rollers on request
-///   /tf                  odom to base_footprint
+///                        casters, always at zero; effort is the motors' torque at the wheels, N m; rollers on request
+///   /tf                  odom to base_footprint; on request world to ground_truth/base_footprint
+///   /tf_static           on request, once: world to odom
 ///   base/roller_switches youbot_base_sim/RollerSwitchStamped, one message a switch
+///   contacts             youbot_base_sim/ContactsStamped; recorded on request
 class Telemetry {
  public:
   struct Options {
     DriverKinematics kinematics;  ///< of `odom`
     double wheel_error = 0;       ///< for the covariances of `odom`, see WheelOdometry
     bool driver_velocity_sign =
-        false;             ///< rates and efforts of the wheels on the left as their motors have them, which
-                           ///< turn the other way round: what the driver publishes beside its positions
-    bool rollers = false;  ///< roller_joint_fl_0 and so on in the joint states
+        false;              ///< rates and efforts of the wheels on the left as their motors have them, which
+                            ///< turn the other way round: what the driver publishes beside its positions
+    bool rollers = false;   ///< roller_joint_fl_0 and so on in the joint states
+    bool contacts = false;  ///< recorded too
+    bool world = false;     ///< where odom and the base's true place are in the scene's frame, on /tf_static and /tf
   };
 
   /// Starts with the odometry at zero where the wheels are at angles phi, rad, by their encoders; `rollers`: of a
@@ -53,22 +60,26 @@ class Telemetry {
     topic(kOdometryTopic, [&] { return odometry(readings, stamp); });
     topic(kGroundTruthTopic, [&] { return ground_truth(simulation, stamp); });
     topic(kJointStatesTopic, [&] { return joint_states(simulation, readings, stamp); });
-    topic(kTransformsTopic, [&] { return transforms(stamp); });
+    topic(kTransformsTopic, [&] { return transforms(simulation, stamp); });
+    topic(kContactsTopic, [&] { return contacts_message(simulation, stamp); });
   }
+
+  /// Whether the topic belongs into every bag; what does not is there for whoever subscribes to it.
+  bool recorded(const std::string& topic) const { return options_.contacts || topic != kContactsTopic; }
 
   nav_msgs::Odometry odometry(const MotorReadings& readings, const ros::Time& stamp) const;
   nav_msgs::Odometry ground_truth(const Simulation& simulation, const ros::Time& stamp) const;
   sensor_msgs::JointState joint_states(const Simulation& simulation, const MotorReadings& readings,
                                        const ros::Time& stamp) const;
-  tf2_msgs::TFMessage transforms(const ros::Time& stamp) const;
+  tf2_msgs::TFMessage transforms(const Simulation& simulation, const ros::Time& stamp) const;
+
+  /// What is for /tf_static, if anything: where odometry starts from in the scene's frame.
+  std::optional<tf2_msgs::TFMessage> static_transforms(const Simulation& simulation, const ros::Time& stamp) const;
 
  private:
   Options options_;
   WheelOdometry odometry_;
   sensor_msgs::JointState joints_;  // with names, and zeros for the rest
 };
-
-/// Readings without error of motors that exert the simulation's torque.
-MotorReadings exact_readings(const Simulation& simulation);
 
 }  // namespace youbot_base_sim

@@ -12,13 +12,13 @@
 #include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/physics/model.h"
 #include "youbot_base_sim/physics/parameters.h"
+#include "youbot_base_sim/scene/burden_plan.h"
+#include "youbot_base_sim/text/number.h"
 
 namespace youbot_base_sim {
 
 /// The model's name in a scene file: no_slip, viscous or coulomb.
 const char* name_of(Model model);
-/// The model of this name. Throws SceneError if there is none.
-Model model_from_name(const std::string& name);
 
 /// How the equations of motion are integrated.
 struct SolverSettings {
@@ -33,6 +33,11 @@ struct SolverSettings {
 /// The same for the integration.
 IntegrationSettings integration_settings(const SolverSettings& solver);
 
+/// What is written besides the motion, where anything is.
+struct OutputSettings {
+  bool contacts = false;  ///< in bags
+};
+
 /// Wheel rates from a table, rad/s, which the wheels' velocity loops track.
 struct VelocityTable {
   WheelTable table;
@@ -44,8 +49,10 @@ struct Scene {
   Model model = Model::kCoulomb;
   double duration = 0;       ///< s
   double output_rate = 100;  ///< rows per second
+  OutputSettings output;
   RobotParameters robot;
   FloorParameters floor;
+  BurdenPlan burdens;
   State initial;
   SolverSettings solver;
   /// The motors between commands and wheels. Empty: a velocity table's loops have the default motors; torques act as
@@ -55,29 +62,37 @@ struct Scene {
   std::variant<std::monostate, ReferenceMotion, TorqueSegments, WheelTable, VelocityTable> drive;
 };
 
+/// Whether a scene asks for anything that the paper's equations do not have, but for what only changes their numbers.
+bool beyond_the_paper(const Scene& scene);
+
 /// A mistake in a scene, in one line that names the key, its value and what is allowed.
 class SceneError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// Settings of a command line or of a node that replace the scene file's. A negative number or an empty name leaves the
-/// file's.
+// What the numbers may be that a scene file and programs have in common.
+inline constexpr Range kRelativeTolerances{1e-14, 0.1, ""};
+inline constexpr Range kControlPeriods{1e-6, 10, "s", true};
+inline constexpr Range kFrictionScales{0, 1e3, ""};
+
+/// Settings of a command line or of a node that replace the scene file's. An empty name or no number leaves the file's.
+/// Whoever sets a number sees that it is in its range.
 struct SceneOverrides {
   std::string model;
-  double relative_tolerance = -1;
-  double control_period = -1;
+  std::optional<double> relative_tolerance;
+  std::optional<double> control_period;
   std::string method;
-  std::string profile;         ///< of the robot; its other keys still go before it
-  double friction_scale = -1;  ///< of that profile
+  std::string profile;                   ///< of the robot; its other keys still go before it
+  std::optional<double> friction_scale;  ///< of that profile, which must be measured
+  bool contacts = false;                 ///< true: in bags, whatever the file says
 };
-
-/// The robot of a profile, paper or measured, whose friction is multiplied by `friction_scale`; negative: as it is.
-/// Throws SceneError if there is no such profile, or for a scale of the paper's.
-RobotParameters robot_of_profile(const std::string& name, double friction_scale = -1);
 
 /// Reads and checks a scene file and the tables that it names. Throws SceneError.
 Scene load_scene(const std::string& path, const SceneOverrides& overrides = {});
+
+/// The scene of a file that says nothing, without a drive. Throws SceneError, which begins with the override's name.
+Scene default_scene(const SceneOverrides& overrides);
 
 /// What is allowed but no real robot has, in one line; empty if there is nothing of the kind.
 std::string unlikely_geometry(const RobotParameters& robot);

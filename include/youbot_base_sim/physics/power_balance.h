@@ -1,0 +1,24 @@
+#pragma once
+
+#include "youbot_base_sim/physics/contacts.h"
+#include "youbot_base_sim/physics/parameters.h"
+
+namespace youbot_base_sim {
+
+/// Where power comes from and goes to, W.
+struct PowerBalance {
+  double drive;     ///< what the torques put into the wheels
+  double bearings;  ///< what the wheels' bearings take, dry friction of the drives included
+  double rollers;   ///< what the rollers' bearings take, dry friction included
+  double floor;     ///< what slip and spin on the floor take
+  double external;  ///< what gravity on a slope and wrenches put in
+
+  /// What is left to change the kinetic energy.
+  double net() const { return drive + external - bearings - rollers - floor; }
+};
+
+/// Of a robot in the given state, with these contacts, under the wheel torques `M` (N m).
+PowerBalance power_balance(const RobotParameters& robot, const State& state, const ContactDetails& contacts,
+                           const Wheels& M);
+
+}  // namespace youbot_base_sim

@@ -1,0 +1,79 @@
+"""What of the commanded, and of the rolled, velocity the base reaches: ahead, sideways and turning."""
+import numpy as np
+
+from .record import Missing
+from .section import Section, thinned
+
+DIRECTIONS = (("ahead", "V_X", "m/s"), ("sideways", "V_Y", "m/s"), ("turning", "Omega", "rad/s"))
+SMALL = 0.05  # of the whole speed: a part that is less tells nothing
+
+
+def analyse(record):
+    truth, joints = record.get("ground_truth"), record.get("joint_states")
+    if truth:
+        t, true = truth.t, [truth[name] for _, name, _ in DIRECTIONS]
+        sources = [commanded(record, t), ("the wheels rolled", rolled(record, t))]
+        section = Section("efficiency", "What of the velocity arrives: factor by which the true one follows it best")
+    elif joints:
+        t, true = joints.t, rolled(record, joints.t)
+        sources = [commanded(record, t)]
+        section = Section("efficiency", "Without ground_truth: factor by which what the wheels roll follows best")
+    else:
+        raise Missing("no ground_truth (nav_msgs/Odometry) or joint_states (sensor_msgs/JointState)")
+    if not any(velocities for _, velocities in sources):
+        raise Missing("no cmd_vel (geometry_msgs/Twist) or velocity_command (brics_actuator/JointVelocities)")
+    section.say("", "".join("%11s" % direction for direction, _, _ in DIRECTIONS))
+    for what, source in sources:
+        if not source:
+            section.say("of what %s" % what, "not told: no cmd_vel or velocity_command" if what == "was commanded" else
+                        "not told: no joint_states")
+            continue
+        told = [fit(true[k], source, k, record.base) for k in range(3)]
+        section.say("of what %s" % what, "".join("%11s" % ("%.4f" % e if e == e else "-") for e in told))
+        for (direction, _, _), e in zip(DIRECTIONS, told):
+            if e == e:
+                section.number("%s_of_%s" % (direction, what.split()[-1]), e, "1")
+    sources = [(what, source) for what, source in sources if source]
+    columns, values = ["t_s"], [t]
+    for what, source in [("true" if truth else "rolled", true)] + sources:
+        columns += ["%s_%s_%s" % (what.split()[-1], name, unit.replace("/", "_per_")) for _, name, unit in DIRECTIONS]
+        values += list(source)
+    section.tables["efficiency.csv"] = (columns, np.column_stack(values))
+    section.draw = lambda figure: draw(figure, t, true, sources, "the base did" if truth else "the wheels rolled")
+    return section
+
+
+def commanded(record, t):
+    """The last command before each instant; NaN before the first one."""
+    for name in ("desired", "cmd_vel", "velocity_command"):
+        series = record.get(name)
+        if series:
+            at = np.searchsorted(series.t, t, side="right") - 1
+            return "was commanded" if name != "desired" else "was desired", [
+                np.where(at >= 0, series[column][at], np.nan) for _, column, _ in DIRECTIONS]
+    return "was commanded", None
+
+
+def rolled(record, t):
+    joints = record.get("joint_states")
+    return list(record.base.velocities(joints.at(t, "rate"))) if joints else None
+
+
+def fit(true, source, k, base):
+    """The least squares' e in true = e source for one direction; NaN where the source hardly has it."""
+    sizes = np.array([1, 1, base.half_wheelbase + base.half_track])[:, None] * np.array(source)
+    known = np.isfinite(sizes).all(axis=0)
+    if not known.any() or np.mean(sizes[k, known] ** 2) <= SMALL ** 2 * np.mean(np.sum(sizes[:, known] ** 2, axis=0)):
+        return np.nan
+    return np.sum(true[known] * source[k][known]) / np.sum(source[k][known] ** 2)
+
+
+def draw(figure, t, true, sources, label):
+    i = thinned(len(t))
+    for k, (axes, (direction, _, unit)) in enumerate(zip(figure.subplots(3, 1, sharex=True), DIRECTIONS)):
+        for (what, source), style in zip(sources, (("#0072B2", "--"), ("#D55E00", "-"))):
+            axes.plot(t[i], source[k][i], color=style[0], linestyle=style[1], linewidth=1, label=what)
+        axes.plot(t[i], true[k][i], color="black", linewidth=1.2, label=label)
+        axes.set_ylabel("%s, %s" % (direction, unit))
+    figure.axes[0].legend(ncol=3)
+    figure.axes[-1].set_xlabel("t, s")

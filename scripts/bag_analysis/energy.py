@@ -1,0 +1,107 @@
+"""Where the energy goes that the drives put in."""
+import numpy as np
+
+from .record import Missing
+from .section import Section, thinned
+
+LOSSES = ("bearing", "roller", "floor")
+CLOSED = 1e-3  # share of the energy put in that may be left over
+
+
+def analyse(record):
+    contacts, joints = record.get("contacts"), record.get("joint_states")
+    if contacts and contacts.stretches():
+        return balance(contacts)
+    if joints and "effort" in joints.columns and joints.stretches():
+        section = Section("energy", "Energy")
+        put_in = sum(integral(joints.t[s], np.sum(joints["effort"] * joints["rate"], axis=1)[s])[-1]
+                     for s in joints.stretches())
+        section.say("put in by the wheels", "%.4g J: effort times rate of joint_states" % put_in)
+        section.say("lost and kept", "not told: no contacts (simulate --contacts, ~publish_contacts)")
+        section.number("drive_energy", put_in, "J")
+        return section
+    raise Missing("no contacts (youbot_base_sim/ContactsStamped), and no effort in joint_states")
+
+
+def integral(t, values):
+    """From the beginning, by trapezoids."""
+    return np.concatenate([[0], np.cumsum(np.diff(t) * (values[1:] + values[:-1]) / 2)])
+
+
+def energies(contacts, stride=1):
+    """Since the beginning, J: times; put in, lost by place, gained. Gaps are left out: in them nothing is put in or
+    lost."""
+    parts = {name: [] for name in ("t", "drive", *LOSSES, "gained")}
+    last = {name: 0.0 for name in parts}
+    for stretch in contacts.stretches():
+        t = thin(contacts.t[stretch], stride)
+        values = {name: integral(t, thin(contacts[name][stretch], stride)) for name in ("drive", *LOSSES)}
+        kinetic = thin(contacts["kinetic_energy"][stretch], stride)
+        values["gained"] = kinetic - kinetic[0]
+        parts["t"].append(t)
+        for name, column in values.items():
+            parts[name].append(last[name] + column)
+            last[name] = parts[name][-1][-1]
+    return {name: np.concatenate(columns) for name, columns in parts.items()}
+
+
+def thin(values, stride):
+    """Every so-manieth sample, and the last one."""
+    return values[np.unique(np.append(np.arange(0, len(values), stride), len(values) - 1))]
+
+
+def residual(sums):
+    return sums["drive"] - sum(sums[name] for name in LOSSES) - sums["gained"]
+
+
+def balance(contacts):
+    sums, coarse = energies(contacts), energies(contacts, 2)
+    left, left_coarse = residual(sums), residual(coarse)
+    section = Section("energy", "Energy, powers of contacts integrated by trapezoids")
+    turned_over = max(np.abs(sums["drive"]).max(), np.abs(sums["gained"]).max(), 1e-12)
+    for what, name in (("put in by the drives", "drive"), ("lost in bearings and drives", "bearing"),
+                       ("lost in the rollers", "roller"), ("lost by slip on the floor", "floor"),
+                       ("kept as motion", "gained")):
+        share = "" if name == "drive" else "  %5.1f %%" % (100 * sums[name][-1] / turned_over)
+        section.say(what, "%10.4f J%s" % (sums[name][-1], share))
+        section.number(name + "_energy", sums[name][-1], "J")
+    worst, worst_coarse = np.abs(left).max(), np.abs(left_coarse).max()
+    share = np.abs(left[-1]) / turned_over
+    verdict = "the balance closes" if share <= CLOSED else (
+        "the samples lie too far apart to close the balance" if abs(left_coarse[-1]) > 1.5 * abs(left[-1])
+        else "THE BALANCE DOES NOT CLOSE: the powers lack something, such as rollers that switches stop")
+    section.say("residual", "%10.4f J at the end, %.4f J at most: %.2g %% of what was put in" % (
+        left[-1], worst, 100 * share))
+    section.say("", "from samples every %.3g ms; %.4f J at the end from every second one: %s" % (
+        1e3 * contacts.period, left_coarse[-1], verdict))
+    section.number("residual", left[-1], "J")
+    section.number("residual_maximal", worst, "J")
+    section.number("residual_from_half_the_samples", left_coarse[-1], "J")
+    section.number("residual_maximal_from_half_the_samples", worst_coarse, "J")
+    gaps = len(contacts.stretches()) - 1
+    if gaps:
+        section.say("gaps", "%d in the record of contacts: left out" % gaps)
+    section.tables["energy.csv"] = (
+        ["t_s", "put_in_J", "bearings_J", "rollers_J", "floor_J", "kept_J", "residual_J"],
+        np.column_stack([sums["t"], sums["drive"], *[sums[name] for name in LOSSES], sums["gained"], left]))
+    section.draw = lambda figure: draw(figure, sums, left)
+    return section
+
+
+def draw(figure, sums, left):
+    balance_axes, residual_axes = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": [3, 1]})
+    i = thinned(len(sums["t"]))
+    t, below = sums["t"][i], 0
+    for name, label, color in (("gained", "kept as motion", "#56B4E9"),
+                               ("bearing", "lost in bearings and drives", "#E69F00"),
+                               ("roller", "lost in rollers", "#009E73"),
+                               ("floor", "lost by slip on the floor", "#D55E00")):
+        above = below + sums[name][i]
+        balance_axes.fill_between(t, below, above, color=color, label=label, linewidth=0)
+        below = above
+    balance_axes.plot(t, sums["drive"][i], color="black", label="put in by the drives")
+    balance_axes.set_ylabel("energy, J")
+    balance_axes.legend(loc="upper left")
+    residual_axes.plot(t, left[i], color="black")
+    residual_axes.set_ylabel("residual, J")
+    residual_axes.set_xlabel("t, s")
