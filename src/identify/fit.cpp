@@ -17,10 +17,11 @@ namespace youbot_base_sim {
 
 namespace {
 
-constexpr double kFilter = 0.3;      // s: the ripple of single rollers falls to a sixth
-constexpr double kAngleStep = 0.05;  // rad
-constexpr double kGainsWeight = 3;   // of the loops' law: residuals follow each other, so that hundreds count as one
-constexpr double kOutlier = 3;       // residuals beyond this count with their size, not its square
+constexpr double kFilter = 0.3;        // s: the ripple of single rollers falls to a sixth
+constexpr double kAngleStep = 0.05;    // rad
+constexpr double kGainsWeight = 3;     // of the loops' law: residuals follow each other, so that hundreds count as one
+constexpr double kLeastScatter = 0.1;  // of residuals, for sigma: less is luck, since readings are rounded to as much
+constexpr double kOutlier = 3;         // residuals beyond this count with their size, not its square
 
 /// What is unknown: numbers in units of their steps. First the free parameters, then four angles for each record.
 class Unknowns {
@@ -342,7 +343,7 @@ void estimate_errors(const Problem& problem, const Trial& trial, Fit& fit) {
   }
   const auto rows = static_cast<double>(problem.held_out().size());
   const double alike = std::clamp(predecessor_square > 0 ? product / predecessor_square : 0, 0.0, 0.95);
-  const double variance = square / rows * (1 + alike) / (1 - alike);
+  const double variance = std::max(square / rows, kLeastScatter * kLeastScatter) * (1 + alike) / (1 - alike);
   const Eigen::MatrixXd covariance =
       variance * normal_matrix(problem, trial.at).completeOrthogonalDecomposition().pseudoInverse();
   const Unknowns unknowns(trial.free, trial.phi.size());
