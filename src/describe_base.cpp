@@ -4,7 +4,6 @@
 
 #include <boost/program_options.hpp>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <iostream>
 #include <map>
@@ -58,16 +57,9 @@ bool read_arguments(int argc, char** argv, Arguments& arguments) {
   return false;
 }
 
-/// Where meshes go that the package does not have.
-std::filesystem::path cache() {
-  if (const char* ros_home = std::getenv("ROS_HOME")) return std::filesystem::path(ros_home) / "youbot_base_sim";
-  const char* home = std::getenv("HOME");
-  if (!home || !*home) throw OutputError("HOME is not set: --meshes must say where the meshes go");
-  return std::filesystem::path(home) / ".ros" / "youbot_base_sim";
-}
-
 /// Writes the mesh of a part. Returns its URI.
 std::string write_mesh(Part part, const RobotParameters& robot, const std::filesystem::path& given_folder) {
+  if (given_folder.empty()) throw OutputError("HOME is not set: --meshes must say where the meshes go");
   const std::filesystem::path folder = std::filesystem::absolute(given_folder);
   std::error_code error;
   std::filesystem::create_directories(folder, error);
@@ -88,9 +80,10 @@ int main(int argc, char** argv) {
     std::map<Part, std::string> uris;
     for (const Part part : kParts) {
       const bool packaged = arguments.meshes.empty() && in_package(part, robot);
-      uris[part] = packaged ? kPackageMeshes + mesh_name(part, robot)
-                            : write_mesh(part, robot,
-                                         arguments.meshes.empty() ? cache() : std::filesystem::path(arguments.meshes));
+      uris[part] = packaged
+                       ? kPackageMeshes + mesh_name(part, robot)
+                       : write_mesh(part, robot,
+                                    arguments.meshes.empty() ? mesh_cache() : std::filesystem::path(arguments.meshes));
     }
     std::cout << urdf(robot, arguments.turning_rollers ? RollerJoints::kTurning : RollerJoints::kFixed, [&](Part part) {
       return uris.at(part);

@@ -4,9 +4,11 @@
 #include <ros/names.h>
 #include <rosbag/bag.h>
 
+#include <boost/make_shared.hpp>
 #include <cerrno>
 #include <cstdint>
 #include <exception>
+#include <utility>
 
 namespace youbot_base_sim {
 
@@ -16,11 +18,12 @@ class BagWriter::File {
   ~File() { keep_incomplete(); }
 
   template <class Message>
-  void write(const std::string& topic, const ros::Time& stamp, const Message& message) {
+  void write(const std::string& topic, const ros::Time& stamp, const Message& message,
+             const boost::shared_ptr<ros::M_string>& connection = {}) {
     guarded([&] {
       if (!bag_) open();
       make_room();
-      bag_->write(ros::names::append("/", topic), stamp, message);
+      bag_->write(ros::names::append("/", topic), stamp, message, connection);
     });
   }
 
@@ -98,6 +101,20 @@ class BagWriter::File {
   std::uint64_t reserved_ = 0;  // bytes
 };
 
+namespace {
+
+/// Of a topic whose last message `rosbag play` gives to whoever comes later.
+template <class Message>
+boost::shared_ptr<ros::M_string> latched(const Message& message) {
+  namespace traits = ros::message_traits;
+  return boost::make_shared<ros::M_string>(ros::M_string{{"type", traits::datatype(message)},
+                                                         {"md5sum", traits::md5sum(message)},
+                                                         {"message_definition", traits::definition(message)},
+                                                         {"latching", "1"}});
+}
+
+}  // namespace
+
 BagWriter::BagWriter(OutputFile file) : file_(std::make_unique<File>(std::move(file))) {}
 
 BagWriter::~BagWriter() = default;
@@ -112,6 +129,10 @@ void BagWriter::write(const std::vector<RollerSwitch>& switches) {
 void BagWriter::write(const Telemetry& telemetry, const Simulation& simulation, const MotorReadings& readings,
                       double t) {
   const ros::Time stamp = stamp_of(t);
+  if (!std::exchange(has_static_, true)) {
+    const auto transforms = telemetry.static_transforms(simulation, stamp);
+    if (transforms) file_->write(kStaticTransformsTopic, stamp, *transforms, latched(*transforms));
+  }
   telemetry.visit(simulation, readings, stamp, [&](const char* topic, const auto& make) {
     if (telemetry.recorded(topic)) file_->write(topic, stamp, make());
   });
@@ -133,6 +154,7 @@ void BagRecorder::write(double t, const Simulation& simulation, const std::vecto
   } else {
     Telemetry::Options options;
     options.contacts = simulation.scene().output.contacts;
+    options.world = true;
     telemetry_.emplace(simulation.scene().robot.rollers, readings.phi, options);
   }
   bag_.write(switches);

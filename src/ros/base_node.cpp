@@ -59,7 +59,7 @@ BaseNode::BaseNode(const BaseSettings& settings)
   see_who_listens();
   interface_ = std::make_unique<DriverInterface>(
       loop_, [this] { return now(); }, settings_.telemetry.kinematics, node_, private_node_, log_);
-  if (settings_.world_tf) publish_world();
+  publish_world();
   if (settings_.publish_clock) offer_services();
   if (settings_.has_arms) ROS_WARN("youBotHasArms is true, but no arm is simulated: it will not be found");
 }
@@ -80,6 +80,7 @@ void BaseNode::advertise() {
     publications_.advertise<decltype(make())>(node_, topic, queue_size);
   });
   publications_.advertise<RollerSwitchStamped>(node_, kRollerSwitchesTopic, kRecorderQueueSize);
+  publications_.advertise<visualization_msgs::MarkerArray>(node_, kContactMarkersTopic, kDriverQueueSize);
   publications_.advertise<diagnostic_msgs::DiagnosticArray>(node_, kDiagnosticsTopic, kDriverQueueSize);
 #ifdef YOUBOT_BASE_SIM_PR2_MSGS
   publications_.advertise<pr2_msgs::PowerBoardState>(node_, kDashboardTopic, kDriverQueueSize);
@@ -92,7 +93,7 @@ void BaseNode::advertise() {
 
 void BaseNode::see_who_listens() {
   const bool switches_are_heard = publications_.heard(kRollerSwitchesTopic);
-  telemetry_is_wanted_ = bag_ || switches_are_heard;
+  telemetry_is_wanted_ = bag_ || switches_are_heard || publications_.heard(kContactMarkersTopic);
   loop_.visit_telemetry(ros::Time(), [this](const char* topic, const auto&) {
     telemetry_is_wanted_ = telemetry_is_wanted_ || publications_.heard(topic);
   });
@@ -100,11 +101,9 @@ void BaseNode::see_who_listens() {
       settings_.publish_clock && (keeps_pace_ || switches_are_heard || publications_.heard(kClockTopic));
 }
 
-/// Where the scene's fixed frame lies for those who know only odometry's: the odometry starts at zero.
 void BaseNode::publish_world() {
-  const State& start = settings_.scene.initial;
-  static_transforms_.emplace().sendTransform(
-      transform_message(kWorldFrame, kOdometryFrame, {start.x(), start.y(), start.psi()}, ros::Time::now()));
+  const auto world = loop_.telemetry().static_transforms(loop_.simulation(), ros::Time::now());
+  if (world) static_transforms_.emplace().sendTransform(world->transforms);
 }
 
 void BaseNode::offer_services() {
@@ -156,8 +155,8 @@ void BaseNode::await_subscribers() {
   const auto missing = [this] {
     std::string topics;
     publications_.visit([&](const std::string& topic, bool heard) {
-      const bool waited_for =
-          topic != kDiagnosticsTopic && topic != kDashboardTopic && loop_.telemetry().recorded(topic);
+      const bool waited_for = topic != kDiagnosticsTopic && topic != kDashboardTopic && topic != kContactMarkersTopic &&
+                              loop_.telemetry().recorded(topic);
       if (!heard && waited_for) topics += " " + topic;
     });
     return topics;
@@ -268,6 +267,10 @@ void BaseNode::publish_telemetry() {
   record([&](BagWriter& bag) { bag.write(loop_.telemetry(), loop_.simulation(), loop_.driver().readings(), t); });
   loop_.visit_telemetry(stamp(t), [this](const char* topic, const auto& make) {
     if (loop_.driver().present() || is_truth(topic)) publications_.publish(topic, make);
+  });
+  publications_.publish(kContactMarkersTopic, [&] {
+    const Simulation& simulation = loop_.simulation();
+    return contact_markers(contacts_message(simulation, stamp(t)), simulation, speed_.at(t), settings_.markers);
   });
 }
 

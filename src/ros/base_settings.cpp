@@ -3,8 +3,11 @@
 #include <fmt/format.h>
 #include <ros/ros.h>
 
+#include <filesystem>
+
 #include "youbot_base_sim/drive/driver_configuration.h"
 #include "youbot_base_sim/ros/parameters.h"
+#include "youbot_base_sim/scene/meshes.h"
 
 namespace youbot_base_sim {
 
@@ -121,7 +124,7 @@ void read_drive(Parameters& parameters, BaseSettings& settings) {
 void read_telemetry(Parameters& parameters, BaseSettings& settings) {
   Telemetry::Options& telemetry = settings.telemetry;
   settings.publish_tf = parameters.flag("publish_tf", settings.publish_tf);
-  settings.world_tf = parameters.flag("world_tf", settings.world_tf);
+  telemetry.world = parameters.flag("world_tf", telemetry.world);
   telemetry.rollers = parameters.flag("publish_rollers", telemetry.rollers);
   telemetry.contacts = parameters.flag("publish_contacts", settings.scene.output.contacts);
   telemetry.kinematics.wheel_radius =
@@ -132,6 +135,20 @@ void read_telemetry(Parameters& parameters, BaseSettings& settings) {
     throw parameters.refusal("joint_velocity_sign", "\"" + sign + "\"", "consistent or driver_exact");
   }
   telemetry.driver_velocity_sign = sign == "driver_exact";
+}
+
+void read_markers(Parameters& parameters, BaseSettings& settings) {
+  MarkerOptions& markers = settings.markers;
+  markers.friction_scale = parameters.number("friction_marker_scale", markers.friction_scale, {1e-9, 1e3, "m/N"});
+  markers.slip_scale = parameters.number("slip_marker_scale", markers.slip_scale, {1e-6, 1e6, "s"});
+  if (settings.telemetry.world) markers.frame = kTruthFrame;
+  const RobotParameters& robot = settings.scene.robot;
+  const std::string mesh = mesh_name(Part::kRoller, robot);
+  if (in_package(Part::kRoller, robot)) {
+    markers.roller_mesh = kPackageMeshes + mesh;
+  } else if (std::filesystem::exists(mesh_cache() / mesh)) {  // where describe_base has been asked for this robot
+    markers.roller_mesh = file_uri(mesh_cache() / mesh);
+  }
 }
 
 /// Refuses settings that only make sense where the node is the master of time.
@@ -168,6 +185,7 @@ BaseSettings read_base_settings() {
   read_time(parameters, settings);
   read_drive(parameters, settings);
   read_telemetry(parameters, settings);
+  read_markers(parameters, settings);
   settings.bag = parameters.text("bag", settings.bag);
   settings.bag_required = parameters.flag("bag_required", settings.bag_required);
   parameters.refuse_others();

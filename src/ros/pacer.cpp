@@ -5,6 +5,18 @@
 
 namespace youbot_base_sim {
 
+double SpeedMeter::at(double t) {
+  constexpr double kLong = 0.5;  // s of wall time
+  const Clock::time_point now = Clock::now();
+  const double passed = std::chrono::duration<double>(now - since_).count();
+  if (t >= since_t_ && passed < kLong) return speed_;
+  // After a start, a reset, or a long time without a look nothing is known.
+  speed_ = t >= since_t_ && passed < 4 * kLong ? (t - since_t_) / passed : 0;
+  since_ = now;
+  since_t_ = t;
+  return speed_;
+}
+
 void Pacer::start(double t) {
   start_ = Clock::now();
   start_t_ = t;

@@ -33,6 +33,11 @@ void add_rollers(const Simulation& simulation, sensor_msgs::JointState& message)
   }
 }
 
+/// Where a frame that the base has at `state` is in the scene's.
+geometry_msgs::TransformStamped place(const char* frame, const State& state, const ros::Time& stamp) {
+  return transform_message(kWorldFrame, frame, {state.x(), state.y(), state.psi()}, stamp);
+}
+
 }  // namespace
 
 Telemetry::Telemetry(int rollers, const Wheels& phi, const Options& options)
@@ -89,9 +94,18 @@ sensor_msgs::JointState Telemetry::joint_states(const Simulation& simulation, co
   return message;
 }
 
-tf2_msgs::TFMessage Telemetry::transforms(const ros::Time& stamp) const {
+tf2_msgs::TFMessage Telemetry::transforms(const Simulation& simulation, const ros::Time& stamp) const {
   tf2_msgs::TFMessage message;
   message.transforms.push_back(transform_message(kOdometryFrame, kBaseFrame, odometry_.pose(), stamp));
+  if (options_.world) message.transforms.push_back(place(kTruthFrame, simulation.state(), stamp));
+  return message;
+}
+
+std::optional<tf2_msgs::TFMessage> Telemetry::static_transforms(const Simulation& simulation,
+                                                                const ros::Time& stamp) const {
+  if (!options_.world) return std::nullopt;
+  tf2_msgs::TFMessage message;
+  message.transforms.push_back(place(kOdometryFrame, simulation.scene().initial, stamp));
   return message;
 }
 

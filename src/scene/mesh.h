@@ -7,7 +7,10 @@
 
 namespace youbot_base_sim {
 
-/// A surface of quadrilaterals with a normal at each vertex, so that it is shaded as a smooth one.
+/// Red, green, blue, 0 .. 1.
+using Colour = std::array<double, 3>;
+
+/// A painted surface of quadrilaterals with a normal at each vertex, so that it is shaded as a smooth one.
 class Mesh {
  public:
   struct Vertex {
@@ -18,7 +21,7 @@ class Mesh {
   /// Adds a sheet of rows x columns vertices, vertex(row, column), that are joined to their neighbours. Rows or columns
   /// may coincide, as in the middle of a disc.
   template <class MakeVertex>
-  void add_sheet(int rows, int columns, const MakeVertex& vertex) {
+  void add_sheet(const Colour& colour, int rows, int columns, const MakeVertex& vertex) {
     const int first = static_cast<int>(vertices_.size());
     for (int row = 0; row < rows; ++row) {
       for (int column = 0; column < columns; ++column) vertices_.push_back(vertex(row, column));
@@ -26,21 +29,25 @@ class Mesh {
     for (int row = 0; row + 1 < rows; ++row) {
       for (int column = 0; column + 1 < columns; ++column) {
         const int corner = first + row * columns + column;
-        add_face({corner, corner + 1, corner + columns + 1, corner + columns});
+        add_face(colour, {corner, corner + 1, corner + columns + 1, corner + columns});
       }
     }
   }
 
-  /// As a Wavefront OBJ file.
-  std::string obj() const;
+  /// As a COLLADA file.
+  std::string collada() const;
 
  private:
-  using Face = std::array<int, 4>;
+  struct Paint {
+    Colour colour;
+    std::vector<std::array<int, 3>> triangles;
+  };
 
-  void add_face(Face face);
+  void add_face(const Colour& colour, std::array<int, 4> face);
+  void add_triangle(const Colour& colour, const std::array<int, 3>& triangle);
 
   std::vector<Vertex> vertices_;
-  std::vector<Face> faces_;
+  std::vector<Paint> paints_;
 };
 
 }  // namespace youbot_base_sim

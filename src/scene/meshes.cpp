@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 #include "mesh.h"
 #include "youbot_base_sim/scene/frames.h"
@@ -13,6 +14,9 @@ namespace youbot_base_sim {
 namespace {
 
 using Eigen::Vector3d;
+
+constexpr Colour kRubber = {0.16, 0.16, 0.18}, kStripe = {0.75, 0.75, 0.72}, kMetal = {0.72, 0.74, 0.78},
+                 kDark = {0.1, 0.1, 0.11}, kOrange = {0.95, 0.36, 0.03}, kPlate = {0.85, 0.86, 0.88};
 
 constexpr int kRings = 29;       // of a roller: its chords are within 0.01 mm
 constexpr int kSides = 40;       // of a roller: within 0.05 mm
@@ -38,13 +42,13 @@ Circle contact_circle(const RobotParameters& robot, double phi_tilde) {
 }
 
 /// A share of a roller's surface, from one of its sides to another.
-void add_roller(Mesh& mesh, const RobotParameters& robot, int from, int to) {
+void add_roller(Mesh& mesh, const Colour& colour, const RobotParameters& robot, int from, int to) {
   const double edge = Dimensions(robot).roller_edge;
   const auto radial = [&](int column) {
     const double theta = 2 * M_PI * (from + column) / kSides;
     return Vector3d{0, std::cos(theta), std::sin(theta)};
   };
-  mesh.add_sheet(kRings, to - from + 1, [&](int row, int column) {
+  mesh.add_sheet(colour, kRings, to - from + 1, [&](int row, int column) {
     const Circle circle = contact_circle(robot, edge * (2.0 * row / (kRings - 1) - 1));
     const Vector3d out = radial(column);
     return Mesh::Vertex{circle.position * Vector3d::UnitX() + circle.radius * out,
@@ -52,7 +56,7 @@ void add_roller(Mesh& mesh, const RobotParameters& robot, int from, int to) {
   });
   for (const int end : {1, -1}) {
     const Circle circle = contact_circle(robot, end * edge);
-    mesh.add_sheet(2, to - from + 1, [&](int row, int column) {
+    mesh.add_sheet(colour, 2, to - from + 1, [&](int row, int column) {
       return Mesh::Vertex{circle.position * Vector3d::UnitX() + row * circle.radius * radial(column),
                           end * Vector3d::UnitX()};
     });
@@ -61,17 +65,17 @@ void add_roller(Mesh& mesh, const RobotParameters& robot, int from, int to) {
 
 /// A disc about the axle: `radius(angle)` is its outline, and angles count from straight down as the wheel's does.
 template <class Radius>
-void add_disc(Mesh& mesh, double y, double thickness, int sides, const Radius& radius) {
+void add_disc(Mesh& mesh, const Colour& colour, double y, double thickness, int sides, const Radius& radius) {
   const auto out = [&](double angle) { return Vector3d{std::sin(angle), 0, -std::cos(angle)}; };
   const auto rim = [&](int column) -> Vector3d {
     return radius(2 * M_PI * column / sides) * out(2 * M_PI * column / sides);
   };
   for (const int face : {1, -1}) {
-    mesh.add_sheet(2, sides + 1, [&](int row, int column) {
+    mesh.add_sheet(colour, 2, sides + 1, [&](int row, int column) {
       return Mesh::Vertex{row * rim(column) + (y + face * thickness / 2) * Vector3d::UnitY(), face * Vector3d::UnitY()};
     });
   }
-  mesh.add_sheet(2, sides + 1, [&](int row, int column) {
+  mesh.add_sheet(colour, 2, sides + 1, [&](int row, int column) {
     const Vector3d along = rim(column + 1) - rim(column - 1);
     return Mesh::Vertex{rim(column) + (y + (row - 0.5) * thickness) * Vector3d::UnitY(),
                         Vector3d::UnitY().cross(along).normalized()};
@@ -81,21 +85,23 @@ void add_disc(Mesh& mesh, double y, double thickness, int sides, const Radius& r
 /// Hub and side plates. An arm of each plate holds the pin of each roller.
 void add_wheel(Mesh& mesh, const RobotParameters& robot, double tan_delta) {
   const Dimensions size(robot);
-  add_disc(mesh, 0, 2 * size.half_width, kSidesOfHub, [&](double) { return size.hub_radius; });
+  add_disc(mesh, kMetal, 0, 2 * size.half_width, kSidesOfHub, [&](double) { return size.hub_radius; });
+  add_disc(mesh, kDark, 0, 2.05 * size.half_width, kSidesOfHub, [&](double) { return 0.6 * size.hub_radius; });
   const double tip = std::min(std::hypot(robot.R_d, size.rim_y) + 1.5 * size.pin_radius, 0.99 * robot.R);
   const double valley = std::min(1.2 * size.hub_radius, 0.9 * tip);
   for (const int side : {1, -1}) {
     const double y = side * size.rim_y;
     const double pin = std::atan2(y / tan_delta, robot.R_d);
-    add_disc(mesh, y, size.rim_thickness, kSidesOfArm * robot.rollers, [&](double angle) {
+    add_disc(mesh, kMetal, y, size.rim_thickness, kSidesOfArm * robot.rollers, [&](double angle) {
       const double on_arm = (1 + std::cos(robot.rollers * (angle - pin))) / 2;
       return valley + (tip - valley) * on_arm * on_arm;
     });
   }
 }
 
-/// A box about the origin with rounded edges.
-void add_rounded_box(Mesh& mesh, const Vector3d& size, double corner, double fillet) {
+/// A box with rounded edges.
+void add_rounded_box(Mesh& mesh, const Colour& colour, const Vector3d& centre, const Vector3d& size, double corner,
+                     double fillet) {
   constexpr int kColumns = 4 * (kSidesOfCorner + 1) + 1;
   const auto normal = [](int column) {
     const int quarter = column / (kSidesOfCorner + 1), step = column % (kSidesOfCorner + 1);
@@ -108,16 +114,41 @@ void add_rounded_box(Mesh& mesh, const Vector3d& size, double corner, double fil
     return Vector3d(x * (size.x() / 2 - corner), y * (size.y() / 2 - corner), 0) + corner * normal(column);
   };
   // Rows from the middle of the underside, around both fillets, to the middle of the top.
-  mesh.add_sheet(2 * kSidesOfCorner + 4, kColumns, [&](int row, int column) {
+  mesh.add_sheet(colour, 2 * kSidesOfCorner + 4, kColumns, [&](int row, int column) {
     const bool over = row > kSidesOfCorner + 1;
     if (row == 0 || row == 2 * kSidesOfCorner + 3) {
-      return Mesh::Vertex{{0, 0, (over ? 0.5 : -0.5) * size.z()}, (over ? 1 : -1) * Vector3d::UnitZ()};
+      return Mesh::Vertex{centre + (over ? 0.5 : -0.5) * size.z() * Vector3d::UnitZ(),
+                          (over ? 1 : -1) * Vector3d::UnitZ()};
     }
     const double tilt = M_PI_2 * ((row - 1 - (over ? 1 : 0)) / static_cast<double>(kSidesOfCorner) - 1);
     const Vector3d out = std::cos(tilt) * normal(column) + std::sin(tilt) * Vector3d::UnitZ();
     const double height = (over ? 1 : -1) * (size.z() / 2 - fillet);
-    return Mesh::Vertex{outline(column) + fillet * (out - normal(column)) + height * Vector3d::UnitZ(), out};
+    return Mesh::Vertex{centre + outline(column) + fillet * (out - normal(column)) + height * Vector3d::UnitZ(), out};
   });
+}
+
+/// A strip of the deck from one point of it to another.
+void add_strip(Mesh& mesh, const Vector3d& from, const Vector3d& to, double width) {
+  const Vector3d across = width / 2 * Vector3d::UnitZ().cross((to - from).normalized());
+  mesh.add_sheet(kDark, 2, 2, [&](int row, int column) {
+    return Mesh::Vertex{(row == 0 ? from : to) + (column == 0 ? across : Vector3d(-across)), Vector3d::UnitZ()};
+  });
+}
+
+/// The body, and on it a plate to load, on which a chevron points to the front.
+void add_body(Mesh& mesh, const RobotParameters& robot) {
+  const Dimensions size(robot);
+  const Vector3d middle{0, 0, size.middle}, &hull = size.hull, &flanks = size.flanks;
+  const double thickness = 0.08 * robot.R;
+  add_rounded_box(mesh, kOrange, middle, hull, 0.2 * std::min(hull.x(), hull.y()),
+                  0.15 * std::min({hull.x(), hull.y(), hull.z()}));
+  add_rounded_box(mesh, kDark, middle, flanks, 0.1 * std::min(flanks.x(), flanks.y()),
+                  0.05 * std::min({flanks.x(), flanks.y(), flanks.z()}));
+  const Vector3d plate{0.75 * hull.x(), 0.7 * hull.y(), thickness};
+  add_rounded_box(mesh, kPlate, {0, 0, size.top}, plate, 0.1 * std::min(plate.x(), plate.y()), 0.2 * plate.minCoeff());
+  const double arm = 0.25 * std::min(plate.x(), plate.y());
+  const Vector3d tip{0.42 * plate.x(), 0, size.top + 0.51 * thickness};
+  for (const int side : {1, -1}) add_strip(mesh, tip, tip + Vector3d(-arm, side * arm, 0), 0.3 * arm);
 }
 
 }  // namespace
@@ -141,36 +172,27 @@ Dimensions::Dimensions(const RobotParameters& robot) {
 
 std::string mesh_name(Part part, const RobotParameters& robot) {
   const std::string wheel = fmt::format("R{}_Rd{}_n{}", robot.R, robot.R_d, robot.rollers);
-  const std::string base = fmt::format("{}_h{}_l{}", wheel, robot.h, robot.l);
   switch (part) {
     case Part::kRoller:
-      return "roller_" + wheel + ".obj";
-    case Part::kRollerStripe:
-      return "roller_stripe_" + wheel + ".obj";
+      return "roller_" + wheel + ".dae";
     case Part::kWheelLeft:
-      return "wheel_left_" + wheel + ".obj";
+      return "wheel_left_" + wheel + ".dae";
     case Part::kWheelRight:
-      return "wheel_right_" + wheel + ".obj";
-    case Part::kHull:
-      return "hull_" + base + ".obj";
-    case Part::kFlanks:
-      return "flanks_" + base + ".obj";
+      return "wheel_right_" + wheel + ".dae";
+    case Part::kBody:
+      return fmt::format("body_{}_h{}_l{}.dae", wheel, robot.h, robot.l);
   }
   return "";
 }
 
 std::string mesh(Part part, const RobotParameters& robot) {
-  const Dimensions size(robot);
-  const double corner = 0.2 * size.hull.y();
   Mesh mesh;
   switch (part) {
     case Part::kRoller:
-      add_roller(mesh, robot, kStripeSides, kSides / 2);
-      add_roller(mesh, robot, kSides / 2 + kStripeSides, kSides);
-      break;
-    case Part::kRollerStripe:
-      add_roller(mesh, robot, 0, kStripeSides);
-      add_roller(mesh, robot, kSides / 2, kSides / 2 + kStripeSides);
+      for (const int side : {0, kSides / 2}) {
+        add_roller(mesh, kStripe, robot, side, side + kStripeSides);
+        add_roller(mesh, kRubber, robot, side + kStripeSides, side + kSides / 2);
+      }
       break;
     case Part::kWheelLeft:
       add_wheel(mesh, robot, tan_delta()[0]);
@@ -178,19 +200,31 @@ std::string mesh(Part part, const RobotParameters& robot) {
     case Part::kWheelRight:
       add_wheel(mesh, robot, tan_delta()[1]);
       break;
-    case Part::kHull:
-      add_rounded_box(mesh, size.hull, corner, 0.15 * size.hull.z());
-      break;
-    case Part::kFlanks:
-      add_rounded_box(mesh, size.flanks, std::min(0.1 * size.flanks.x(), 0.1 * size.flanks.y()),
-                      0.05 * size.flanks.z());
+    case Part::kBody:
+      add_body(mesh, robot);
       break;
   }
-  return mesh.obj();
+  return mesh.collada();
 }
 
 bool in_package(Part part, const RobotParameters& robot) {
   return mesh_name(part, robot) == mesh_name(part, RobotParameters());
+}
+
+std::filesystem::path mesh_cache() {
+  if (const char* ros_home = std::getenv("ROS_HOME")) return std::filesystem::path(ros_home) / "youbot_base_sim";
+  const char* home = std::getenv("HOME");
+  return home && *home ? std::filesystem::path(home) / ".ros" / "youbot_base_sim" : "";
+}
+
+std::string file_uri(const std::string& path) {
+  std::string uri = "file://";
+  for (const char c : path) {
+    const bool plain = (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
+                       std::string("/._-~").find(c) != std::string::npos;
+    uri += plain ? std::string(1, c) : fmt::format("%{:02X}", static_cast<unsigned char>(c));
+  }
+  return uri;
 }
 
 }  // namespace youbot_base_sim

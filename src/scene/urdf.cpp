@@ -36,8 +36,8 @@ std::string mesh_geometry(const std::string& uri) {
 const Vector3d kAlongX{0, M_PI_2, 0};
 const Vector3d kAlongY{M_PI_2, 0, 0};
 
-std::string visual(const std::string& origin, const std::string& geometry, const char* material) {
-  return fmt::format("    <visual>{}{}<material name=\"{}\"/></visual>\n", origin, geometry, material);
+std::string visual(const std::string& geometry) {
+  return fmt::format("    <visual>{}{}</visual>\n", origin(Vector3d::Zero()), geometry);
 }
 
 std::string collision(const std::string& origin, const std::string& geometry) {
@@ -76,18 +76,7 @@ double wheel_moment(const RobotParameters& robot, const Dimensions& size) {
 
 std::string base_link(const RobotParameters& robot, const Dimensions& size, const MeshUri& mesh_uri) {
   const std::string middle = origin({0, 0, size.middle});
-  std::string content = visual(middle, mesh_geometry(mesh_uri(Part::kHull)), "orange") +
-                        visual(middle, mesh_geometry(mesh_uri(Part::kFlanks)), "dark");
-  // A plate to load, on which a chevron points to the front.
-  const double plate = 0.08 * robot.R;  // thickness
-  content += visual(origin({0, 0, size.top}), box({0.75 * size.hull.x(), 0.7 * size.hull.y(), plate}), "light");
-  const double arm = 0.4 * size.hull.y(), width = 0.2 * arm, tip = 0.35 * size.hull.x();
-  for (const int side : {1, -1}) {
-    content +=
-        visual(origin({tip - (arm + width) / 2 * M_SQRT1_2, side * (arm - width) / 2 * M_SQRT1_2, size.top + plate / 2},
-                      {0, 0, -side * M_PI_4}),
-               box({arm, width, plate}), "dark");
-  }
+  std::string content = visual(mesh_geometry(mesh_uri(Part::kBody)));
   content += collision(middle, box(size.hull)) + collision(middle, box(size.flanks));
 
   const Vector3d squares = Vector3d{size.hull.x(), size.flanks.y(), size.hull.z()}.array().square();
@@ -102,31 +91,17 @@ std::string base_link(const RobotParameters& robot, const Dimensions& size, cons
 
 std::string wheel_link(const RobotParameters& robot, const Dimensions& size, const std::string& name,
                        const std::string& uri) {
-  std::string content = visual(origin(Vector3d::Zero()), mesh_geometry(uri), "metal");
-  content += visual(origin(Vector3d::Zero(), kAlongY), cylinder(0.6 * size.hub_radius, 2.05 * size.half_width), "dark");
+  std::string content = visual(mesh_geometry(uri));
   content += collision(origin(Vector3d::Zero(), kAlongY), cylinder(robot.R, 2 * size.half_width));
   const double I_1 = wheel_moment(robot, size);
   content += inertial(Vector3d::Zero(), robot.m_1, {I_1, robot.J_1, I_1});
   return link(name, content);
 }
 
-std::string roller_link(const Dimensions& size, const std::string& name, RollerJoints rollers,
-                        const MeshUri& mesh_uri) {
-  const bool turning = rollers == RollerJoints::kTurning;
-  const std::string here = origin(Vector3d::Zero());
-  return link(
-      name, visual(origin(Vector3d::Zero(), kAlongX), cylinder(size.pin_radius, 2 * size.rim_y / kCosDelta), "metal") +
-                visual(here, mesh_geometry(mesh_uri(Part::kRoller)), "rubber") +
-                visual(here, mesh_geometry(mesh_uri(Part::kRollerStripe)), turning ? "light" : "rubber"));
-}
-
-/// Origin of roller k on a wheel at phi = 0: rotated back about the axle from where the roller points straight down.
-std::string roller_origin(const RobotParameters& robot, int k, double delta) {
-  const double angle = k * 2 * M_PI / robot.rollers;
-  const Vector3d centre{robot.R_d * std::sin(angle), 0, -robot.R_d * std::cos(angle)};
-  const Eigen::Matrix3d turn =
-      (Eigen::AngleAxisd(-angle, Vector3d::UnitY()) * Eigen::AngleAxisd(delta, Vector3d::UnitZ())).toRotationMatrix();
-  return origin(centre,
+std::string roller_origin(const RobotParameters& robot, int i, int k) {
+  const Eigen::Isometry3d pose = roller_pose(robot, i, k);
+  const Eigen::Matrix3d turn = pose.linear();
+  return origin(pose.translation(),
                 {std::atan2(turn(2, 1), turn(2, 2)), std::asin(-turn(2, 0)), std::atan2(turn(1, 0), turn(0, 0))});
 }
 
@@ -137,46 +112,30 @@ std::string urdf(const RobotParameters& robot, RollerJoints rollers, const MeshU
   std::string document =
       "<?xml version=\"1.0\"?>\n"
       "<!-- The youBot's base as it is simulated; written by describe_base. -->\n"
-      "<robot name=\"youbot_base\">\n"
-      "  <material name=\"orange\"><color rgba=\"1 0.4 0.04 1\"/></material>\n"
-      "  <material name=\"dark\"><color rgba=\"0.09 0.09 0.1 1\"/></material>\n"
-      "  <material name=\"metal\"><color rgba=\"0.7 0.72 0.75 1\"/></material>\n"
-      "  <material name=\"light\"><color rgba=\"0.95 0.95 0.95 1\"/></material>\n"
-      "  <material name=\"rubber\"><color rgba=\"0.22 0.22 0.24 1\"/></material>\n";
+      "<robot name=\"youbot_base\">\n";
+
   document += link("base_footprint", "");
   document += joint("base_footprint_joint", "fixed", "base_footprint", "base_link", origin(Vector3d::Zero()));
   document += base_link(robot, size, mesh_uri);
   for (int i = 0; i < kWheels; ++i) {
     const std::string wheel = kWheelNames[i];
-    const double delta = std::atan(tan_delta()[i]);
     document += joint("caster_joint_" + wheel, "continuous", "base_link", "caster_link_" + wheel,
                       origin({robot.rho_X()[i], robot.rho_Y()[i], kAxleHeight}) + turning("0 0 1", 0, 0));
     document += link("caster_link_" + wheel, "");
     document += joint("wheel_joint_" + wheel, "continuous", "caster_link_" + wheel, "wheel_link_" + wheel,
                       origin(Vector3d::Zero()) + turning("0 1 0", robot.mu_1[i], robot.dry_friction[i]));
-    document +=
-        wheel_link(robot, size, "wheel_link_" + wheel, mesh_uri(delta < 0 ? Part::kWheelLeft : Part::kWheelRight));
+    document += wheel_link(robot, size, "wheel_link_" + wheel,
+                           mesh_uri(tan_delta()[i] < 0 ? Part::kWheelLeft : Part::kWheelRight));
     for (int k = 0; k < robot.rollers; ++k) {
       const std::string roller = fmt::format("{}_{}", wheel, k);
       const bool fixed = rollers == RollerJoints::kFixed;
-      document += joint("roller_joint_" + roller, fixed ? "fixed" : "continuous", "wheel_link_" + wheel,
-                        "roller_link_" + roller,
-                        roller_origin(robot, k, delta) +
-                            (fixed ? "" : turning("1 0 0", robot.mu_2[i], robot.roller_dry_friction[i])));
-      document += roller_link(size, "roller_link_" + roller, rollers, mesh_uri);
+      document += joint(
+          "roller_joint_" + roller, fixed ? "fixed" : "continuous", "wheel_link_" + wheel, "roller_link_" + roller,
+          roller_origin(robot, i, k) + (fixed ? "" : turning("1 0 0", robot.mu_2[i], robot.roller_dry_friction[i])));
+      document += link("roller_link_" + roller, visual(mesh_geometry(mesh_uri(Part::kRoller))));
     }
   }
   return document + "</robot>\n";
-}
-
-std::string file_uri(const std::string& path) {
-  std::string uri = "file://";
-  for (const char c : path) {
-    const bool plain = (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
-                       std::string("/._-~").find(c) != std::string::npos;
-    uri += plain ? std::string(1, c) : fmt::format("%{:02X}", static_cast<unsigned char>(c));
-  }
-  return uri;
 }
 
 }  // namespace youbot_base_sim

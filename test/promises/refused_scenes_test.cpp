@@ -121,7 +121,8 @@ TEST_F(KeysTest, AreAllFound) {
         "solver.control_period", "drive.reference_motion.Omega.cos", "drive.torque[0].start", "drive.velocity_table"}) {
     EXPECT_TRUE(std::any_of(keys_.begin(), keys_.end(), [&](const Key& key) { return key.path == known; })) << known;
   }
-  EXPECT_EQ(sections_.size(), 6u + 6u);  // robot, floor, initial, solver, motors, output; drive and what is in it
+  // robot, floor, initial, solver, motors, output; drive and what is in it; slope, patches, loads, wrenches
+  EXPECT_EQ(sections_.size(), 6u + 6u + 4u);
 }
 
 TEST_F(KeysTest, RefuseWhatIsOfNoUse) {

@@ -90,6 +90,31 @@ TEST(BagRecorder, writes_contacts_on_request) {
   }
 }
 
+// So that a bag that is played shows odometry and ground truth in one frame, to whoever comes later too.
+TEST(BagRecorder, tells_where_odometry_starts_and_where_the_base_is) {
+  const TemporaryFolder folder;
+  Simulation simulation(short_scene());
+  BagRecorder recorder(BagWriter::open(folder.path("x.bag")));
+  recorder.write(0, simulation, {});
+  simulation.advance_to(0.5);
+  recorder.write(0.5, simulation, {});
+  recorder.commit();
+  rosbag::Bag read(folder.path("x.bag"), rosbag::bagmode::Read);
+  rosbag::View fixed(read, rosbag::TopicQuery("/tf_static"));
+  ASSERT_EQ(fixed.size(), 1u);
+  EXPECT_EQ((*fixed.begin()->getConnectionHeader())["latching"], "1");
+  const auto start = fixed.begin()->instantiate<tf2_msgs::TFMessage>()->transforms.at(0);
+  EXPECT_EQ(start.header.frame_id, "world");
+  EXPECT_EQ(start.child_frame_id, "odom");
+  EXPECT_EQ(start.transform.translation.x, 2.5);
+  geometry_msgs::TransformStamped truth;
+  for (const rosbag::MessageInstance& message : rosbag::View(read, rosbag::TopicQuery("/tf"))) {
+    truth = message.instantiate<tf2_msgs::TFMessage>()->transforms.at(1);
+  }
+  EXPECT_EQ(truth.child_frame_id, "ground_truth/base_footprint");
+  EXPECT_EQ(truth.transform.translation.y, simulation.state().y());
+}
+
 /// Writes what the base tells at t (s) of a simulation that stands still.
 void write_at(double t, const Simulation& simulation, BagWriter& bag) {
   const MotorReadings readings = exact_readings(simulation);

@@ -39,6 +39,10 @@ TEST(Transforms, agree_with_the_topics) {
     if (k % 30 != 29) continue;
     base.settle();
     expect_same(lookup("odom"), base.odometry.pose.pose, 1e-12);
+    base.wait_for("the truth",
+                  [&] { return buffer.canTransform("world", "ground_truth/base_footprint", base.clock()); });
+    expect_same(buffer.lookupTransform("world", "ground_truth/base_footprint", base.clock()).transform,
+                base.truth.pose.pose, 1e-12);
   }
   EXPECT_GT(base.odometry.pose.pose.position.x, 0.02);
 }

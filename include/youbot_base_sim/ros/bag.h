@@ -50,6 +50,7 @@ class BagWriter {
  private:
   class File;
   std::unique_ptr<File> file_;
+  bool has_static_ = false;  // transforms: they are written first
 };
 
 /// The bag of a simulation whose motors exert its torque and tell what they do, without error unless the scene's motors

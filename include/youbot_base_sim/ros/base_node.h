@@ -75,6 +75,7 @@ class BaseNode {
   const bool keeps_pace_;  // with the wall clock or with commands
   BaseLoop loop_;
   Pacer pacer_;
+  SpeedMeter speed_;
   Schedule diagnosing_;
   std::unique_ptr<BagWriter> bag_;  // null: not recorded, or not any longer
   std::string bag_failure_;         // why; empty: none

@@ -4,6 +4,7 @@
 
 #include "youbot_base_sim/drive/base_driver.h"
 #include "youbot_base_sim/drive/wheel_odometry.h"
+#include "youbot_base_sim/ros/contact_markers.h"
 #include "youbot_base_sim/ros/node_constants.h"
 #include "youbot_base_sim/ros/telemetry.h"
 #include "youbot_base_sim/scene/scene.h"
@@ -50,16 +51,16 @@ struct BaseSettings {
   bool start_paused = false;
   /// Whether odom to base_footprint is published on /tf.
   bool publish_tf = true;
-  /// Whether world to odom is published on /tf_static, at the scene's initial pose, so that odometry and ground truth
-  /// overlay.
-  bool world_tf = false;
   /// Driver and motors: `dry_friction` (N m), `command_timeout` (s) and, in place of the scene's section `motors`, what
   /// MotorSettings has. BaseLoop fills in the control period and the wheel's inertia, which are the scene's.
   BaseDriver::Settings driver;
-  /// `publish_rollers`; `publish_contacts`, which has them recorded; `joint_velocity_sign`: consistent (with positions)
-  /// or driver_exact (the driver's: reversed on the left); `odometry_wheel_error`, for covariances;
-  /// `driver_wheel_radius` (m), for `odom` and `cmd_vel`.
+  /// `publish_rollers`; `publish_contacts`, which has them recorded; `world_tf`: world to odom, at the scene's initial
+  /// pose, so that odometry and ground truth overlay, and world to ground_truth/base_footprint; `joint_velocity_sign`:
+  /// consistent (with positions) or driver_exact (the driver's: reversed on the left); `odometry_wheel_error`, for
+  /// covariances; `driver_wheel_radius` (m), for `odom` and `cmd_vel`.
   Telemetry::Options telemetry;
+  /// `friction_marker_scale` (m/N) and `slip_marker_scale` (m for each m/s).
+  MarkerOptions markers;
   /// Whether youBotHasArms is true. Diagnostics report that there is no arm in either case.
   bool has_arms = false;
 };

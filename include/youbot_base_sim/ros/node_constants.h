@@ -9,6 +9,8 @@ namespace youbot_base_sim {
 constexpr char kOdometryFrame[] = "odom";        ///< as the driver's
 constexpr char kBaseFrame[] = "base_footprint";  ///< likewise; it lies over O, the geometric centre of the base
 constexpr char kWorldFrame[] = "world";          ///< the fixed frame of the scene
+constexpr char kTruthFrame[] = "ground_truth/base_footprint";  ///< where the base is, as kBaseFrame is where odometry
+                                                               ///< believes it to be
 constexpr char kWheelFramePrefix[] = "wheel_link_";
 
 constexpr char kWheelJointPrefix[] = "wheel_joint_";
@@ -25,8 +27,10 @@ constexpr char kOdometryTopic[] = "odom";
 constexpr char kGroundTruthTopic[] = "ground_truth";
 constexpr char kJointStatesTopic[] = "base/joint_states";
 constexpr char kTransformsTopic[] = "/tf";
+constexpr char kStaticTransformsTopic[] = "/tf_static";
 constexpr char kRollerSwitchesTopic[] = "base/roller_switches";
 constexpr char kContactsTopic[] = "contacts";
+constexpr char kContactMarkersTopic[] = "contact_markers";
 constexpr char kDiagnosticsTopic[] = "/diagnostics";
 constexpr char kDashboardTopic[] = "/dashboard/platform_state";
 constexpr char kClockTopic[] = "/clock";

@@ -2,8 +2,23 @@
 
 #include <chrono>
 #include <cstdint>
+#include <limits>
 
 namespace youbot_base_sim {
+
+/// How fast simulated time goes against the wall clock, as lately seen.
+class SpeedMeter {
+ public:
+  /// Simulated time is t (s) now. Returns simulated seconds per second, over the last half second or more.
+  double at(double t);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  Clock::time_point since_;
+  double since_t_ = std::numeric_limits<double>::infinity();  // s
+  double speed_ = 0;
+};
 
 /// Keeps simulated time in step with the wall clock. Deadlines are absolute, so the loop catches up after a late
 /// instant and the mean rate is exact. A lag beyond a limit is given up as lost.

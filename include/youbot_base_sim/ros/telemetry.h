@@ -3,6 +3,9 @@
 #include <sensor_msgs/JointState.h>
 #include <tf2_msgs/TFMessage.h>
 
+#include <optional>
+#include <string>
+
 #include "youbot_base_sim/drive/motor_sensors.h"
 #include "youbot_base_sim/drive/wheel_odometry.h"
 #include "youbot_base_sim/ros/contacts_message.h"
@@ -18,7 +21,8 @@ namespace youbot_base_sim {
 ///   ground_truth         nav_msgs/Odometry, world to base_footprint: the exact pose and velocity
 ///   base/joint_states    sensor_msgs/JointState: the four wheels as read by their motors, and the driver's four
 ///                        casters, always at zero; effort is the motors' torque at the wheels, N m; rollers on request
-///   /tf                  odom to base_footprint
+///   /tf                  odom to base_footprint; on request world to ground_truth/base_footprint
+///   /tf_static           on request, once: world to odom
 ///   base/roller_switches youbot_base_sim/RollerSwitchStamped, one message a switch
 ///   contacts             youbot_base_sim/ContactsStamped; recorded on request
 class Telemetry {
@@ -31,6 +35,7 @@ class Telemetry {
                             ///< turn the other way round: what the driver publishes beside its positions
     bool rollers = false;   ///< roller_joint_fl_0 and so on in the joint states
     bool contacts = false;  ///< recorded too
+    bool world = false;     ///< where odom and the base's true place are in the scene's frame, on /tf_static and /tf
   };
 
   /// Starts with the odometry at zero where the wheels are at angles phi, rad, by their encoders; `rollers`: of a
@@ -55,7 +60,7 @@ class Telemetry {
     topic(kOdometryTopic, [&] { return odometry(readings, stamp); });
     topic(kGroundTruthTopic, [&] { return ground_truth(simulation, stamp); });
     topic(kJointStatesTopic, [&] { return joint_states(simulation, readings, stamp); });
-    topic(kTransformsTopic, [&] { return transforms(stamp); });
+    topic(kTransformsTopic, [&] { return transforms(simulation, stamp); });
     topic(kContactsTopic, [&] { return contacts_message(simulation, stamp); });
   }
 
@@ -66,7 +71,10 @@ class Telemetry {
   nav_msgs::Odometry ground_truth(const Simulation& simulation, const ros::Time& stamp) const;
   sensor_msgs::JointState joint_states(const Simulation& simulation, const MotorReadings& readings,
                                        const ros::Time& stamp) const;
-  tf2_msgs::TFMessage transforms(const ros::Time& stamp) const;
+  tf2_msgs::TFMessage transforms(const Simulation& simulation, const ros::Time& stamp) const;
+
+  /// What is for /tf_static, if anything: where odometry starts from in the scene's frame.
+  std::optional<tf2_msgs::TFMessage> static_transforms(const Simulation& simulation, const ros::Time& stamp) const;
 
  private:
   Options options_;

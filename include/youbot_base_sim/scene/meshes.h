@@ -1,23 +1,21 @@
 #pragma once
 
+#include <Eigen/Dense>
+#include <filesystem>
 #include <string>
-#include <vector>
 
 #include "youbot_base_sim/physics/parameters.h"
 
 namespace youbot_base_sim {
 
-/// What of the base is drawn by a mesh. Each in the frame of its link but for the body's, which have their own middle.
+/// What of the base is drawn by a mesh, in the frame of its link.
 enum class Part {
-  kRoller,        ///< a roller without its stripes; its axis is x
-  kRollerStripe,  ///< two stripes along it, which show how it turns
-  kWheelLeft,     ///< hub and side plates of a wheel whose rollers on the floor point as the left front one's
-  kWheelRight,    ///< likewise the right front one's
-  kHull,          ///< the body between left and right wheels
-  kFlanks         ///< the body between front and rear wheels
+  kRoller,      ///< its axis is x; two stripes along it show how it turns
+  kWheelLeft,   ///< hub and side plates of a wheel whose rollers on the floor point as the left front one's
+  kWheelRight,  ///< likewise the right front one's
+  kBody
 };
-constexpr Part kParts[] = {Part::kRoller,     Part::kRollerStripe, Part::kWheelLeft,
-                           Part::kWheelRight, Part::kHull,         Part::kFlanks};
+constexpr Part kParts[] = {Part::kRoller, Part::kWheelLeft, Part::kWheelRight, Part::kBody};
 
 /// Sizes of the drawing that the parameters leave open, m.
 struct Dimensions {
@@ -26,7 +24,7 @@ struct Dimensions {
   double roller_edge;  ///< phi~ at a roller's ends, rad
   double rim_y;        ///< middle of the plates that hold the rollers, along the axle
   double rim_thickness, half_width, hub_radius, pin_radius;
-  Eigen::Vector3d hull, flanks;  ///< of the body's parts
+  Eigen::Vector3d hull, flanks;  ///< boxes of the body: between left and right wheels, between front and rear wheels
   double middle, top;            ///< heights of the body over the frame base_link
 };
 
@@ -34,7 +32,7 @@ struct Dimensions {
 /// is one mesh.
 std::string mesh_name(Part part, const RobotParameters& robot);
 
-/// Its contents: Wavefront OBJ, m. Rollers are barrels whose envelope, on a wheel that turns, is the cylinder of radius
+/// Its contents: COLLADA, m. Rollers are barrels whose envelope, on a wheel that turns, is the cylinder of radius
 /// R: the circle that touches the floor at any wheel angle touches this cylinder from inside.
 std::string mesh(Part part, const RobotParameters& robot);
 
@@ -43,5 +41,11 @@ constexpr char kPackageMeshes[] = "package://youbot_base_sim/meshes/";
 
 /// Whether the part is one of the paper's robot.
 bool in_package(Part part, const RobotParameters& robot);
+
+/// The folder of the others: $ROS_HOME/youbot_base_sim, or ~/.ros/youbot_base_sim; empty where neither is known.
+std::filesystem::path mesh_cache();
+
+/// The URI of a file by its absolute path.
+std::string file_uri(const std::string& path);
 
 }  // namespace youbot_base_sim

@@ -12,8 +12,8 @@ namespace youbot_base_sim {
 using MeshUri = std::function<std::string(Part)>;
 
 enum class RollerJoints {
-  kFixed,   ///< for the driver's joint states, which have no rollers; rollers are of one colour
-  kTurning  ///< continuous, with the sign of gamma and light stripes; needs the rollers' joint states
+  kFixed,   ///< for the driver's joint states, which have no rollers
+  kTurning  ///< continuous, with the sign of gamma; needs the rollers' joint states
 };
 
 /// URDF of `robot`, drawn from the parameters of the simulation. Joints have the driver's names: base_footprint -
@@ -30,8 +30,5 @@ enum class RollerJoints {
 /// Every robot that a scene may have can be drawn. Where rollers would end in a point before they meet their
 /// neighbours, as those of no real wheel do, they are drawn up to that point.
 std::string urdf(const RobotParameters& robot, RollerJoints rollers, const MeshUri& mesh_uri);
-
-/// The URI of a file by its absolute path.
-std::string file_uri(const std::string& path);
 
 }  // namespace youbot_base_sim
