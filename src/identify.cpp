@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
+#include <optional>
 #include <thread>
 
 #include "youbot_base_sim/identify/fit.h"
@@ -14,6 +15,9 @@
 #include "youbot_base_sim/identify/report.h"
 #include "youbot_base_sim/record/output_file.h"
 #include "youbot_base_sim/ros/drive_bag.h"
+#include "youbot_base_sim/text/command_line.h"
+#include "youbot_base_sim/text/print_error.h"
+#include "youbot_base_sim/text/quote.h"
 
 namespace {
 
@@ -56,6 +60,7 @@ bool read_arguments(int argc, char** argv, Arguments& arguments) {
     return false;
   }
   if (arguments.bags.empty()) throw SceneError("no bag given; usage: identify BAG.. [options]");
+  refuse_empty(given, "bag");
   return true;
 }
 
@@ -71,10 +76,33 @@ Scene start_scene(const std::string& path) {
   return scene;
 }
 
-void write(const std::string& path, const std::string& text) {
-  OutputFile file(path);
-  file.write(text);
-  file.commit();
+/// What it writes: the fitted scene with what the base was told beside it, and rows to draw.
+struct Outputs {
+  std::optional<OutputFile> scene, table, csv;
+};
+
+/// The table that stands beside the scene.
+std::filesystem::path table_of(const Arguments& arguments) {
+  return std::filesystem::path(arguments.output).replace_extension(".csv");
+}
+
+/// Throws OutputError.
+Outputs open_outputs(const Arguments& arguments, const Scene& start) {
+  std::vector<std::string> inputs = arguments.bags;
+  inputs.insert(inputs.end(), start.files.begin(), start.files.end());
+  OutputOpener opener(inputs);
+  Outputs outputs;
+  if (!arguments.output.empty()) {
+    outputs.scene.emplace(opener.open("--output", arguments.output));
+    outputs.table.emplace(opener.open("the table beside --output", table_of(arguments)));
+  }
+  if (!arguments.csv.empty()) outputs.csv.emplace(opener.open("--csv", arguments.csv));
+  return outputs;
+}
+
+void write(std::optional<OutputFile>& file, const std::string& text) {
+  file->write(text);
+  file->commit();
 }
 
 void show_progress(double share) {
@@ -100,12 +128,13 @@ void run(const Arguments& arguments, const Scene& start) {
     for (const std::string& line : findings) fmt::print("{}\n", line);
     fmt::print("{}", report(start, result));
   }
-  if (!arguments.output.empty()) {
-    const std::filesystem::path table = std::filesystem::path(arguments.output).replace_extension(".csv");
-    write(table, command_table(records.front()));
-    write(arguments.output, fitted_scene(arguments.scene, result, records.front(), table.filename()));
+  Outputs outputs = open_outputs(arguments, start);
+  if (outputs.table) write(outputs.table, command_table(records.front()));
+  if (outputs.scene) {
+    write(outputs.scene, fitted_scene(arguments.scene, result, records.front(), table_of(arguments).filename()));
   }
-  if (!arguments.csv.empty()) write(arguments.csv, comparison_csv(result, records.front(), result.phi.front()));
+  if (outputs.csv) write(outputs.csv, comparison_csv(result, records.front(), result.phi.front()));
+  flush_standard_output();
 }
 
 }  // namespace
@@ -116,18 +145,21 @@ int main(int argc, char** argv) {
   try {
     if (!read_arguments(argc, argv, arguments)) return kDone;
     start = start_scene(arguments.scene);
-    run(arguments, start);
+    open_outputs(arguments, start);  // so that what is refused is refused before minutes have gone by
   } catch (const boost::program_options::error& error) {
-    fmt::print(stderr, "identify: {}; see identify --help\n", error.what());
+    print_error("identify", quote(error.what(), kMaxMessage) + "; see identify --help");
     return kRefused;
-  } catch (const SceneError& error) {
-    fmt::print(stderr, "identify: {}\n", error.what());
+  } catch (const std::runtime_error& error) {  // SceneError, OutputError
+    print_error("identify", error.what());
     return kRefused;
+  }
+  try {
+    run(arguments, start);
   } catch (const UnusableRecord& error) {
-    fmt::print(stderr, "identify: {}\n", error.what());
+    print_error("identify", error.what());
     return kRefused;
   } catch (const std::exception& error) {
-    fmt::print(stderr, "identify: {}\n", error.what());
+    print_error("identify", error.what());
     return kNotCompleted;
   }
   return kDone;

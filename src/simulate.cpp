@@ -7,7 +7,6 @@
 
 #include <atomic>
 #include <boost/program_options.hpp>
-#include <cerrno>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -23,6 +22,7 @@
 #ifdef YOUBOT_BASE_SIM_ROS
 #include "youbot_base_sim/ros/bag.h"
 #endif
+#include "youbot_base_sim/text/command_line.h"
 #include "youbot_base_sim/text/print_error.h"
 #include "youbot_base_sim/text/quote.h"
 
@@ -89,11 +89,7 @@ bool read_arguments(int argc, char** argv, Arguments& arguments) {
     return false;
   }
   if (!given.count("scene")) throw SceneError("no scene given; usage: simulate SCENE.yaml [options]");
-  for (const auto& [name, value] : given) {
-    const auto* text = boost::any_cast<std::string>(&value.value());
-    if (text && text->empty())
-      throw SceneError(fmt::format("{} = \"\": must not be empty", name == "scene" ? name : "--" + name));
-  }
+  refuse_empty(given, "scene");
   if (given.count("relative-tolerance")) {
     const double tolerance = given["relative-tolerance"].as<double>();
     if (!contains(kRelativeTolerances, tolerance)) {
@@ -169,12 +165,12 @@ class Outputs {
  public:
   /// Opens them all before anything is written. Throws OutputError where one is refused.
   Outputs(const Arguments& arguments, const Scene& scene, Progress& progress) : progress_(progress) {
+    OutputOpener opener(scene.files);
     std::optional<OutputFile> csv, switches, bag;
-    open("--csv", arguments.csv, scene, csv);
-    open("--switches", arguments.switches, scene, switches);
-    open("--bag", arguments.bag, scene, bag, OutputFile::Access::kAnywhere);
-    open("--summary", arguments.summary, scene, summary_);
-    opened_.clear();
+    if (!arguments.csv.empty()) csv.emplace(opener.open("--csv", arguments.csv));
+    if (!arguments.switches.empty()) switches.emplace(opener.open("--switches", arguments.switches));
+    if (!arguments.bag.empty()) bag.emplace(opener.open("--bag", arguments.bag, OutputFile::Access::kAnywhere));
+    if (!arguments.summary.empty()) summary_.emplace(opener.open("--summary", arguments.summary));
     if (csv) recorders_.push_back(std::make_unique<StateCsv>(std::move(*csv)));
     if (switches) recorders_.push_back(std::make_unique<SwitchCsv>(std::move(*switches)));
 #ifdef YOUBOT_BASE_SIM_ROS
@@ -211,22 +207,6 @@ class Outputs {
   bool failed() const { return failed_; }
 
  private:
-  void open(const char* option, const std::string& path, const Scene& scene, std::optional<OutputFile>& file,
-            OutputFile::Access access = OutputFile::Access::kInOrder) {
-    if (path.empty()) return;
-    file.emplace(path, access);
-    const auto refuse = [&](const std::string& reason) {
-      throw OutputError(fmt::format("{} = {}: must not be {}", option, quote_path(path), reason));
-    };
-    for (const std::string& input : scene.files) {
-      if (file->leads_to(input)) refuse("what the scene is read from");
-    }
-    for (const auto& [other_option, other] : opened_) {
-      if (file->same_file(*other)) refuse(std::string("the file of ") + other_option);
-    }
-    opened_.emplace_back(option, &*file);
-  }
-
   template <class Action>
   void for_each(const Action& action) {
     for (auto recorder = recorders_.begin(); recorder != recorders_.end();) {
@@ -246,7 +226,6 @@ class Outputs {
   Progress& progress_;
   std::vector<std::unique_ptr<Recorder>> recorders_;
   std::optional<OutputFile> summary_;
-  std::vector<std::pair<const char*, const OutputFile*>> opened_;  // by option, while they are being opened
   bool failed_ = false;
 };
 
@@ -408,7 +387,11 @@ int main(int argc, char** argv) {
     }
   }
   const int status = run_program(argc, argv);
-  if (std::fflush(stdout) == 0 || status != kDone) return status;
-  print_error("simulate", "standard output: cannot be written: " + OutputFile::text_of(errno));
-  return kNotCompleted;
+  try {
+    flush_standard_output();
+  } catch (const OutputError& error) {
+    if (status == kDone) print_error("simulate", error.what());
+    return std::max<int>(status, kNotCompleted);
+  }
+  return status;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include "youbot_base_sim/drive/wheel_drive.h"
@@ -72,9 +73,12 @@ class Simulation::Loop {
       torque_->begin_segment(0);
     }
     integration_ = make_integration(scene_.model, scene_.robot, scene_.floor, state_, *torque_,
-                                    integration_settings(scene_.solver));
+                                    integration_settings(scene_.solver), beyond_the_paper(scene_));
     if (stop_) integration_->stop_on(*stop_);
-    initial_energy_ = integration_->kinetic_energy(state_);
+    next_change_ = std::numeric_limits<double>::infinity();
+    if (!scene_.burdens.empty()) change_burden();
+    if (goes_on_tipping_) integration_->go_on_tipping();
+    initial_energy_ = integration_->kinetic_energy(state_) - state_.work();
   }
 
   void advance_to(double t) {
@@ -91,6 +95,11 @@ class Simulation::Loop {
     if (!held_) throw std::logic_error("a simulation without a control_period has no periods to advance by");
     if (in_period_ && n-- > 0) advance_within_period(end_of_period());
     if (n > 0) advance_whole_periods(n);
+  }
+
+  void go_on_tipping() {
+    goes_on_tipping_ = true;
+    integration_->go_on_tipping();
   }
 
   void stop_on(const std::atomic<bool>& stop) {
@@ -116,17 +125,34 @@ class Simulation::Loop {
   // The torque acts continuously, segment by segment.
   void advance_continuously(double t) {
     while (t_ < t) {
+      if (t_ >= next_change_) change_burden();
       const double end = torque_->begin_segment(t_);
       if (end != segment_end_) integration_->torque_jumped();
       segment_end_ = end;
-      const double next = std::min(end, t);
+      const double next = std::min({end, t, next_change_});
       integration_->advance(state_, t_, next);
       t_ = next;
     }
   }
 
-  // The control loop: odeint's, over n control periods from the beginning of one, sampling the drive at each.
+  // n control periods from the beginning of one; those in which loads or wrenches change in parts.
   void advance_whole_periods(std::int64_t n) {
+    while (n > 0) {
+      if (next_change_ <= t_ + kSlack * period()) change_burden();
+      const double before = std::floor((next_change_ + kSlack * period()) / period()) - static_cast<double>(periods_);
+      if (before >= 1) {
+        const std::int64_t whole = before < static_cast<double>(n) ? static_cast<std::int64_t>(before) : n;
+        run_periods(whole);
+        n -= whole;
+      } else {
+        advance_within_period(end_of_period());
+        --n;
+      }
+    }
+  }
+
+  // The control loop: odeint's, over n control periods from the beginning of one, sampling the drive at each.
+  void run_periods(std::int64_t n) {
     const std::int64_t first = periods_;
     const auto count = static_cast<std::size_t>(n);
     const auto observer = [&](std::size_t k) {
@@ -140,10 +166,23 @@ class Simulation::Loop {
   // A part of a control period, for whoever looks between two samples.
   void advance_within_period(double t) {
     if (!in_period_) sample_drive();
+    while (next_change_ < t - kSlack * period()) {
+      integration_->advance(state_, t_, next_change_);
+      t_ = std::max(t_, next_change_);
+      change_burden();
+    }
     integration_->advance(state_, t_, t);
     t_ = t;
     in_period_ = t < end_of_period();
     if (!in_period_) ++periods_;
+  }
+
+  // Loads and wrenches as they are from the change on that is due.
+  void change_burden() {
+    const double t = std::isfinite(next_change_) ? next_change_ : t_;
+    integration_->set_burden(state_, scene_.burdens.at(t, false), false);
+    integration_->set_burden(state_, scene_.burdens.at(t), true);
+    next_change_ = scene_.burdens.next_change(t);
   }
 
   void sample_drive() {
@@ -159,6 +198,8 @@ class Simulation::Loop {
   std::int64_t periods_ = 0;    // completed
   bool in_period_ = false;
   double segment_end_ = 0;  // of a continuous torque, s
+  double next_change_ = 0;  // of loads and wrenches, s
+  bool goes_on_tipping_ = false;
 };
 
 Simulation::Simulation(const Scene& scene) : loop_(std::make_unique<Loop>(scene, nullptr)) {}
@@ -194,7 +235,11 @@ double Simulation::roller_angle(int i, int k) const {
   return rollers()[i] == k ? loop_->state_.gamma()[i] : loop_->integration_->resting_angle(i, k);
 }
 
-Contacts Simulation::contacts() const { return loop_->integration_->contacts(loop_->state_, loop_->t_); }
+ContactDetails Simulation::contacts() const { return loop_->integration_->contacts(loop_->state_, loop_->t_); }
+
+std::optional<ReactionRecord> Simulation::reaction_record() const { return loop_->integration_->reaction_record(); }
+
+void Simulation::go_on_tipping() { loop_->go_on_tipping(); }
 
 PowerBalance Simulation::power_balance() const {
   return youbot_base_sim::power_balance(loop_->scene_.robot, loop_->state_, contacts(), torque());

@@ -9,9 +9,9 @@
 
 namespace youbot_base_sim {
 
-// Cells of the file of that name in test/data/reference, by row and without the head.
+// Cells of the file of that name in test/data, by row and without the head.
 inline std::vector<std::vector<std::string>> reference_rows(const std::string& name) {
-  std::ifstream file(YOUBOT_BASE_SIM_SOURCE_DIR "/test/data/reference/" + name + ".csv");
+  std::ifstream file(YOUBOT_BASE_SIM_SOURCE_DIR "/test/data/" + name + ".csv");
   EXPECT_TRUE(file) << name;
   std::vector<std::vector<std::string>> rows;
   std::string line;

@@ -38,13 +38,14 @@ class ReferenceTest : public testing::TestWithParam<Case> {
     overrides.relative_tolerance = accuracy.relative_tolerance;
     Simulation simulation(load_scene(kRoot + GetParam().scene, overrides));
 
-    for (const auto& row : reference_rows(GetParam().name)) {
+    for (const auto& row : reference_rows("reference/" + GetParam().name)) {
       simulation.advance_to(std::stod(row[0]));
       const State& x = simulation.state();
       EXPECT_LE(std::hypot(x.x() - std::stod(row[1]), x.y() - std::stod(row[2])), accuracy.position) << row[0];
       EXPECT_NEAR(x.psi(), std::stod(row[3]), accuracy.heading) << row[0];
     }
-    compare_switches(simulation.take_switches(), reference_rows(GetParam().name + "_switches"), accuracy.switch_time);
+    compare_switches(simulation.take_switches(), reference_rows("reference/" + GetParam().name + "_switches"),
+                     accuracy.switch_time);
     EXPECT_EQ(simulation.statistics().fallback_steps, 0u);
   }
 

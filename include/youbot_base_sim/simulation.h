@@ -67,8 +67,14 @@ class Simulation {
   /// Angle of roller k of wheel i about its own axis, rad: it turns while it is on the floor, and stands otherwise.
   double roller_angle(int i, int k) const;
 
-  /// Slip, friction and offset of the contact points; in model 1, no slip and no force.
-  Contacts contacts() const;
+  /// Slip, friction, normal reaction and offset of the contact points; in model 1, no slip and no force.
+  ContactDetails contacts() const;
+
+  /// What became of the normal reactions; empty where they are static.
+  std::optional<ReactionRecord> reaction_record() const;
+
+  /// Has the motion go on at the tipping limit, where the advancing functions throw TippedOver otherwise.
+  void go_on_tipping();
 
   /// Where the power goes now. Its net changes the kinetic energy, but for switches that stop a roller or a wheel.
   PowerBalance power_balance() const;

@@ -75,9 +75,22 @@ void NoSlipIntegration::advance(State& x, double t, double t_end) {
   model_.constrain(x);
 }
 
-Contacts NoSlipIntegration::contacts(const State&, double) const {
+void NoSlipIntegration::set_burden(State& x, const Burden& burden, bool keep_momentum) {
+  const double energy = kinetic_energy(x);
+  const Eigen::Vector3d momentum = model_.inertia() * x.velocity();
+  model_ = NoSlipModel(robot_, floor_, burden);
+  if (keep_momentum) {
+    x.values.col(1).head<3>() = model_.inertia().llt().solve(momentum).array();
+    model_.constrain(x);
+  }
+  x.work() += kinetic_energy(x) - energy;
+}
+
+ContactDetails NoSlipIntegration::contacts(const State&, double) const {
   const Wheels none = Wheels::Zero();
-  return {none, none, none, none, none, none, none, none};
+  ContactDetails details{{none, none, none, none, none, none, none, none}};
+  details.N = normal_reactions(robot_, floor_);
+  return details;
 }
 
 }  // namespace youbot_base_sim

@@ -15,6 +15,11 @@ NoSlipModel::NoSlipModel(const RobotParameters& robot) : robot_(robot), platform
              roller_rolling_.transpose() * robot.mu_2.matrix().asDiagonal() * roller_rolling_;
 }
 
+NoSlipModel::NoSlipModel(const RobotParameters& robot, const FloorParameters& floor, const Burden& burden)
+    : NoSlipModel(loaded(robot, burden.loads)) {
+  if (floor.slope != 0 || !burden.wrenches.empty()) external_.emplace(robot_, floor, burden.wrenches);
+}
+
 Eigen::Vector3d NoSlipModel::dry_friction(const Eigen::Vector3d& v) const {
   return rolling_.transpose() * dry_.wheel_torque(dphi(v)).matrix() +
          roller_rolling_.transpose() * dry_.roller_torque(dgamma(v)).matrix();
@@ -42,8 +47,9 @@ Wheels NoSlipModel::distribute(const Eigen::Vector3d& force) const {
   return Wheels{M_X - M_Y - turn, M_X + M_Y + turn, M_X + M_Y - turn, M_X - M_Y + turn} / 4;
 }
 
-Eigen::Vector3d NoSlipModel::acceleration(const Eigen::Vector3d& v, const Wheels& M) const {
-  return inertia_.llt().solve(rolling_.transpose() * M.matrix() - bias(v));
+Eigen::Vector3d NoSlipModel::acceleration(const Eigen::Vector3d& v, const Wheels& M,
+                                          const Eigen::Vector3d& external) const {
+  return inertia_.llt().solve(rolling_.transpose() * M.matrix() - bias(v) + external);
 }
 
 Wheels NoSlipModel::torque(const Eigen::Vector3d& v, const Eigen::Vector3d& dv) const {
@@ -63,7 +69,12 @@ void NoSlipModel::derivative(const State& state, const Wheels& M, State& derivat
   derivative.psi() = v[2];
   derivative.work() = (M * dphi(v)).sum() - v.dot(damping_ * v);
   if (dry_.any()) derivative.work() -= v.dot(dry_friction(v));
-  derivative.values.col(1).head<3>() = acceleration(v, M).array();
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();
+  if (external_) {
+    force = external(state.psi());
+    derivative.work() += v.dot(force);
+  }
+  derivative.values.col(1).head<3>() = acceleration(v, M, force).array();
   derivative.phi() = dphi(v);
   derivative.gamma() = dgamma(v);
 }

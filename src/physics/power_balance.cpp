@@ -4,16 +4,18 @@
 
 namespace youbot_base_sim {
 
-PowerBalance power_balance(const RobotParameters& robot, const State& state, const Contacts& contacts,
+PowerBalance power_balance(const RobotParameters& robot, const State& state, const ContactDetails& contacts,
                            const Wheels& M) {
   const DryBearings dry(robot);
   const Wheels dphi = state.dphi(), dgamma = state.dgamma();
   // By the forces on the velocities rather than as the product of friction and slip, of which a contact that two
   // rollers share tells only the means.
   const Wheels friction = contacts.F_X * (state.V_X() - robot.R * dphi - contacts.r_X * dgamma) +
-                          contacts.F_Y * (state.V_Y() + contacts.r_Y * dgamma) + contacts.M_Z * state.Omega();
+                          contacts.F_Y * (state.V_Y() + contacts.r_Y * dgamma) + contacts.M_Z * state.Omega() +
+                          contacts.T_S * dgamma;
   return {(M * dphi).sum(), (dphi * (robot.mu_1 * dphi + dry.wheel_torque(dphi))).sum(),
-          (dgamma * (robot.mu_2 * dgamma + dry.roller_torque(dgamma))).sum(), -friction.sum()};
+          (dgamma * (robot.mu_2 * dgamma + dry.roller_torque(dgamma))).sum(), -friction.sum(),
+          (contacts.external * state.values.col(1)).sum()};
 }
 
 }  // namespace youbot_base_sim

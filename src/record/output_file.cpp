@@ -76,55 +76,56 @@ int create_beside(const fs::path& target, std::string& name) {
 
 OutputFile::OutputFile(const std::string& path, Access access) : path_(path), access_(access) {
   if (path.empty()) throw OutputError("an output's name must not be empty");
-  target_ = follow_links(path);
+  place_.target = follow_links(path);
   struct stat status {};
-  if (stat(target_.c_str(), &status) == 0) {
-    existing_ = status;
+  if (stat(place_.target.c_str(), &status) == 0) {
+    place_.existing = status;
   } else if (errno != ENOENT) {
     refuse(path, text_of(errno));
   }
-  if (existing_ ? S_ISDIR(existing_->st_mode) : !target_.has_filename()) refuse(path, text_of(EISDIR));
-  straight_ = own_descriptor(target_) || (existing_ && !S_ISREG(existing_->st_mode));
+  if (place_.existing ? S_ISDIR(place_.existing->st_mode) : !place_.target.has_filename())
+    refuse(path, text_of(EISDIR));
+  straight_ = own_descriptor(place_.target) || (place_.existing && !S_ISREG(place_.existing->st_mode));
   straight_ ? open_straight() : open_beside();
 }
 
 void OutputFile::open_straight() {
-  const std::optional<int> own = own_descriptor(target_);
-  if (access_ == Access::kAnywhere && (own || S_ISFIFO(existing_->st_mode) || S_ISSOCK(existing_->st_mode))) {
+  const std::optional<int> own = own_descriptor(place_.target);
+  if (access_ == Access::kAnywhere &&
+      (own || S_ISFIFO(place_.existing->st_mode) || S_ISSOCK(place_.existing->st_mode))) {
     refuse(path_, "must be a file rather than a pipe, since its beginning is written last");
   }
   // A copy of an own descriptor shares its position, where opening it once more would begin at 0 and overwrite.
-  descriptor_ = own ? fcntl(*own, F_DUPFD_CLOEXEC, 0) : open(target_.c_str(), O_WRONLY | O_NOCTTY | O_CLOEXEC);
+  descriptor_ = own ? fcntl(*own, F_DUPFD_CLOEXEC, 0) : open(place_.target.c_str(), O_WRONLY | O_NOCTTY | O_CLOEXEC);
   if (descriptor_ < 0) refuse(path_, text_of(errno));
   if ((fcntl(descriptor_, F_GETFL) & O_ACCMODE) == O_RDONLY) {
     close();
     refuse(path_, text_of(EBADF));
   }
-  name_ = target_;
+  name_ = place_.target;
 }
 
 void OutputFile::open_beside() {
   // Renaming would ask nobody.
-  if (existing_ && access(target_.c_str(), W_OK) != 0) refuse(path_, text_of(errno));
-  descriptor_ = create_beside(target_, name_);
+  if (place_.existing && access(place_.target.c_str(), W_OK) != 0) refuse(path_, text_of(errno));
+  descriptor_ = create_beside(place_.target, name_);
   if (descriptor_ < 0) {
     const int error = errno;
-    refuse(path_, fmt::format("in its folder, {}: {}", quote_path(folder_of(target_).string()), text_of(error)));
+    refuse(path_, fmt::format("in its folder, {}: {}", quote_path(folder_of(place_.target).string()), text_of(error)));
   }
   // Nobody may read meanwhile what only the owner may read in the end.
-  if (existing_) fchmod(descriptor_, (existing_->st_mode & 0777) | S_IRUSR | S_IWUSR);
+  if (place_.existing) fchmod(descriptor_, (place_.existing->st_mode & 0777) | S_IRUSR | S_IWUSR);
 }
 
 OutputFile::~OutputFile() { keep_incomplete(); }
 
 OutputFile::OutputFile(OutputFile&& other) noexcept
     : path_(std::move(other.path_)),
-      target_(std::move(other.target_)),
+      place_(std::move(other.place_)),
       name_(std::move(other.name_)),
       access_(other.access_),
       straight_(other.straight_),
       descriptor_(std::exchange(other.descriptor_, -1)),
-      existing_(other.existing_),
       buffer_(std::move(other.buffer_)),
       written_(other.written_),
       whole_(other.whole_) {}
@@ -171,14 +172,14 @@ void OutputFile::commit() {
     struct stat status {};
     if (fstat(descriptor_, &status) != 0 || ftruncate(descriptor_, status.st_size) != 0)
       fail(text_of(errno));  // see reserve
-    if (existing_) {
+    if (place_.existing) {
       // For root, who may replace a file of others.
-      if (fchown(descriptor_, existing_->st_uid, existing_->st_gid) != 0) errno = 0;
-      if (fchmod(descriptor_, existing_->st_mode & 0777) != 0) fail(text_of(errno));
+      if (fchown(descriptor_, place_.existing->st_uid, place_.existing->st_gid) != 0) errno = 0;
+      if (fchmod(descriptor_, place_.existing->st_mode & 0777) != 0) fail(text_of(errno));
     }
   }
   error = close();
-  if (!error && !straight_ && rename(name_.c_str(), target_.c_str()) != 0) error = errno;
+  if (!error && !straight_ && rename(name_.c_str(), place_.target.c_str()) != 0) error = errno;
   if (error) fail(text_of(error));
 }
 
@@ -209,23 +210,42 @@ std::string OutputFile::text_of(int error) {
   return is_full(error) ? fmt::format("no space left for it ({})", text) : text;
 }
 
-bool OutputFile::leads_to(const fs::path& file) const {
+bool OutputFile::Place::leads_to(const fs::path& file) const {
   struct stat status {};
-  return existing_ && stat(file.c_str(), &status) == 0 && status.st_dev == existing_->st_dev &&
-         status.st_ino == existing_->st_ino;
+  return existing && stat(file.c_str(), &status) == 0 && status.st_dev == existing->st_dev &&
+         status.st_ino == existing->st_ino;
 }
 
-bool OutputFile::same_file(const OutputFile& other) const {
-  if (existing_.has_value() != other.existing_.has_value()) return false;
-  if (existing_) {
+bool OutputFile::Place::same_as(const Place& other) const {
+  if (existing.has_value() != other.existing.has_value()) return false;
+  if (existing) {
     struct stat null {};
     const bool is_null =
-        stat("/dev/null", &null) == 0 && S_ISCHR(existing_->st_mode) && existing_->st_rdev == null.st_rdev;
-    return !is_null && leads_to(other.target_);
+        stat("/dev/null", &null) == 0 && S_ISCHR(existing->st_mode) && existing->st_rdev == null.st_rdev;
+    return !is_null && leads_to(other.target);
   }
   std::error_code ignored;
-  return target_.filename() == other.target_.filename() &&
-         fs::equivalent(folder_of(target_), folder_of(other.target_), ignored);
+  return target.filename() == other.target.filename() &&
+         fs::equivalent(folder_of(target), folder_of(other.target), ignored);
+}
+
+OutputFile OutputOpener::open(const std::string& option, const std::string& path, OutputFile::Access access) {
+  OutputFile file(path, access);
+  const auto refuse_to_be = [&](const std::string& what) {
+    throw OutputError(fmt::format("{} = {}: must not be {}", option, quote_path(path), what));
+  };
+  for (const std::string& input : inputs_) {
+    if (file.place().leads_to(input)) refuse_to_be("a file that is read");
+  }
+  for (const auto& [other, place] : opened_) {
+    if (file.place().same_as(place)) refuse_to_be("the file of " + other);
+  }
+  opened_.emplace_back(option, file.place());
+  return file;
+}
+
+void flush_standard_output() {
+  if (std::fflush(stdout) != 0) refuse("standard output", OutputFile::text_of(errno));
 }
 
 }  // namespace youbot_base_sim

@@ -61,8 +61,8 @@ std::string reason_to_distrust(const Simulation& simulation, const EnergyAudit& 
   const double tolerance = scene.solver.relative_tolerance;
   // What moves between two rows only is not seen, so the energy of a speed counts as well that friction can give the
   // base in between, and that of the speed at which relative and absolute tolerance meet.
-  const double speed =
-      scene.solver.absolute_tolerance / tolerance + scene.floor.f * scene.floor.g * energy.longest_interval();
+  const double speed = scene.solver.absolute_tolerance / tolerance +
+                       scene.floor.f.maxCoeff() * scene.floor.g * energy.longest_interval();
   const double exchanged = std::max(energy.max_kinetic_energy(), energy.drive_work());
   const double share = std::max(std::clamp(1e3 * tolerance, 1e-9, 1e-2), 10 * tolerance);
   const double allowed = share * (exchanged + 0.5 * scene.robot.m_s() * speed * speed);

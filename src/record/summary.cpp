@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <vector>
 
 namespace youbot_base_sim {
 
@@ -46,6 +47,11 @@ std::string summary_json(const Simulation& simulation, double wall_time, const R
   json["energy_balance_error"] = simulation.energy_balance_error();
   json["final"] = {{"x", x.x()},     {"y", x.y()},     {"psi", x.psi()},
                    {"V_X", x.V_X()}, {"V_Y", x.V_Y()}, {"Omega", x.Omega()}};
+  if (const auto record = simulation.reaction_record()) {
+    const auto numbers = [](const Wheels& w) { return std::vector<double>(w.begin(), w.end()); };
+    json["normal_reactions"] = {{"least", numbers(record->least_N)},
+                                {"time_off_floor", numbers(record->time_off_floor)}};
+  }
   add_audit(simulation, audit, json);
   return json.dump(2) + "\n";
 }
@@ -69,6 +75,14 @@ std::string summary_text(const Simulation& simulation, double wall_time) {
   for (int i = 0; i < kWheels; ++i) {
     if (!others[i]) continue;
     text += fmt::format("wheel {} ends between rollers {} and {}\n", kWheelNames[i], rollers[i], *others[i]);
+  }
+  if (const auto record = simulation.reaction_record()) {
+    const Wheels& N = record->least_N;
+    text += fmt::format("least normal reactions {:.1f}, {:.1f}, {:.1f}, {:.1f} N", N[0], N[1], N[2], N[3]);
+    const Wheels& off = record->time_off_floor;
+    if ((off > 0).any())
+      text += fmt::format("; off the floor {:.3g}, {:.3g}, {:.3g}, {:.3g} s", off[0], off[1], off[2], off[3]);
+    text += "\n";
   }
   if (std::isfinite(simulation.transition_speed()) && simulation.transition_speed() > simulation.scene().floor.nu) {
     text += fmt::format(

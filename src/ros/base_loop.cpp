@@ -28,7 +28,9 @@ BaseLoop::BaseLoop(const BaseSettings& settings)
       telemetry_(settings.scene.robot.rollers,
                  driver_.read(settings.scene.initial.phi(), settings.scene.initial.dphi()).phi, settings.telemetry),
       instants_(settings.publish_rate, kSlack * control_period()),
-      listening_(takes_always_ ? 1 : settings.command_rate, kSlack * control_period()) {}
+      listening_(takes_always_ ? 1 : settings.command_rate, kSlack * control_period()) {
+  simulation_.go_on_tipping();  // a node does not end for it: diagnostics tell
+}
 
 Wheels BaseLoop::begin_period(double t, const State& state) {
   if (instants_.due(t)) meet_instant(t, state);

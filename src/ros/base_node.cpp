@@ -66,7 +66,8 @@ BaseNode::BaseNode(const BaseSettings& settings)
 
 void BaseNode::open_bag() {
   try {
-    bag_ = std::make_unique<BagWriter>(settings_.bag);
+    bag_ = std::make_unique<BagWriter>(
+        OutputOpener(settings_.scene.files).open("bag", settings_.bag, OutputFile::Access::kAnywhere));
   } catch (const std::runtime_error& error) {
     throw ParameterError(fmt::format("parameter ~bag: {}", error.what()));
   }

@@ -22,8 +22,8 @@ Message vector_message(double x, double y, double z) {
 
 ContactsStamped contacts_message(const Simulation& simulation, const ros::Time& stamp) {
   const Scene& scene = simulation.scene();
-  const Contacts contacts = simulation.contacts();
-  const Wheels torque = simulation.torque(), N = normal_reactions(scene.robot, scene.floor);
+  const ContactDetails contacts = simulation.contacts();
+  const Wheels torque = simulation.torque();
   const Wheels X = scene.robot.rho_X(), Y = scene.robot.rho_Y() + contacts.Delta_Y;
   const auto rollers = simulation.rollers();
   const auto other_rollers = simulation.other_rollers();
@@ -39,8 +39,8 @@ ContactsStamped contacts_message(const Simulation& simulation, const ros::Time& 
     contact.position = vector_message<geometry_msgs::Point>(X[i], Y[i], floor_height(scene.robot));
     contact.slip_velocity = vector_message<geometry_msgs::Vector3>(contacts.V_PX[i], contacts.V_PY[i], 0);
     contact.friction_force = vector_message<geometry_msgs::Vector3>(contacts.F_X[i], contacts.F_Y[i], 0);
-    contact.normal_force = N[i];
-    const double limit = scene.model == Model::kCoulomb ? scene.floor.f * N[i] : 0;
+    contact.normal_force = contacts.N[i];
+    const double limit = scene.model == Model::kCoulomb ? contacts.f[i] * contacts.N[i] : 0;
     contact.friction_share = limit > 0 ? std::hypot(contacts.F_X[i], contacts.F_Y[i]) / limit : 0;
     contact.torque = torque[i];
     contact.roller = static_cast<std::uint8_t>(rollers[i]);
@@ -52,6 +52,7 @@ ContactsStamped contacts_message(const Simulation& simulation, const ros::Time& 
   message.bearing_power = power.bearings;
   message.roller_power = power.rollers;
   message.floor_power = power.floor;
+  message.external_power = power.external;
   return message;
 }
 

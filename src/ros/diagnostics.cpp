@@ -83,6 +83,22 @@ DiagnosticStatusWrapper integration_status(const Simulation& simulation) {
   return status;
 }
 
+DiagnosticStatusWrapper reactions_status(const ReactionRecord& record) {
+  DiagnosticStatusWrapper status = own_status("normal reactions", true, "every wheel presses or lifts without tipping");
+  if (record.tipped != Side::kNone) {
+    status.summary(
+        record.tipping != Side::kNone ? status.ERROR : status.WARN,
+        fmt::format("{} its tipping limit: the {} side {} all", record.tipping != Side::kNone ? "at" : "was at",
+                    name_of(record.tipped), record.tipping != Side::kNone ? "bears" : "bore"));
+  }
+  for (int i = 0; i < kWheels; ++i) {
+    status.add(wheel_joint(i),
+               fmt::format("least {:.4g} N, off the floor {:.3g} s", record.least_N[i], record.time_off_floor[i]));
+  }
+  status.add("at the tipping limit", fmt::format("{:.3g} s", record.time_at_limit));
+  return status;
+}
+
 DiagnosticStatusWrapper timing_status(const Pacer::Timing& timing) {
   DiagnosticStatusWrapper status =
       own_status("loop", timing.lost == 0, timing.lost == 0 ? "in time" : "too slow for the rate asked for");
@@ -109,6 +125,7 @@ diagnostic_msgs::DiagnosticArray diagnostics_message(const BaseDriver& driver, c
       faults_status(driver.faults()),
       integration_status(simulation),
       timing_status(timing)};
+  if (const auto record = simulation.reaction_record()) message.status.push_back(reactions_status(*record));
   return message;
 }
 

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <optional>
 
 #include "youbot_base_sim/identify/inspection.h"
@@ -157,6 +158,9 @@ class Reader {
 }  // namespace
 
 DriveRecord read_drive_bag(const std::string& path, DriverKinematics* kinematics) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(path, ignored))
+    throw UnusableRecord(quote_path(path) + ": is no file; must be a bag");
   Reader reader(path);
   try {
     rosbag::Bag bag(path);

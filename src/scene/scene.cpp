@@ -2,9 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 
+#include "burdens.h"
 #include "motors.h"
 #include "scene_section.h"
 #include "wheel_table.h"
@@ -24,6 +26,12 @@ constexpr Named<Model> kModels[] = {
 constexpr Named<RollerRateAtSwitch> kRollerRates[] = {{"continuous", RollerRateAtSwitch::kContinuous},
                                                       {"at_rest", RollerRateAtSwitch::kAtRest}};
 
+constexpr Named<NormalReactions> kReactions[] = {{"static", NormalReactions::kStatic},
+                                                 {"dynamic", NormalReactions::kDynamic}};
+constexpr Named<LoadSharing> kSharings[] = {{"equal_wheels", LoadSharing::kEqualWheels},
+                                            {"rocking_front", LoadSharing::kRockingFront},
+                                            {"rocking_rear", LoadSharing::kRockingRear}};
+
 enum class Profile { kPaper, kMeasured };
 constexpr Named<Profile> kProfiles[] = {{"paper", Profile::kPaper}, {"measured", Profile::kMeasured}};
 
@@ -36,6 +44,7 @@ constexpr Range kLength{1e-3, 1e3, "m"};
 constexpr Range kDamping{0, 1e9, "N m s"};
 constexpr Range kDryFriction{0, 1e6, "N m"};
 constexpr Range kSmoothing{1e-6, 1e6, "rad/s"};
+constexpr Range kFriction{0, 100, ""};
 constexpr Range kSpeed{-1e4, 1e4, "m/s or rad/s"};
 constexpr Range kRate{-1e6, 1e6, "rad/s"};
 constexpr Range kTorque{-3e6, 3e6, "N m"};
@@ -78,6 +87,17 @@ RobotParameters read_profile(const SceneValue& value) {
   return robot_of(profile, scale);
 }
 
+bool frictionless_patch(const FloorParameters& floor) {
+  return std::any_of(floor.patches.begin(), floor.patches.end(),
+                     [](const FloorPatch& patch) { return patch.friction == 0; });
+}
+
+/// What the model cannot use is refused rather than ignored.
+void refuse_for_model(const SceneValue& value, bool off, Model model, Model least) {
+  if (off || model >= least) return;
+  value.refuse(fmt::format("left out for {}, which has no use for it", name_of(model)));
+}
+
 /// The robot of the profile that stands in place of the file's, or `robot` if there is none.
 RobotParameters override_profile(const SceneOverrides& overrides, const RobotParameters& robot) {
   Profile profile = Profile::kPaper;
@@ -89,8 +109,8 @@ RobotParameters override_profile(const SceneOverrides& overrides, const RobotPar
   return overrides.profile.empty() ? robot : robot_of(profile, overrides.friction_scale.value_or(1));
 }
 
-/// `floor` decides whether all four wheels press on it.
-RobotParameters read_robot(SceneSection s, const FloorParameters& floor, const SceneOverrides& overrides) {
+/// `floor` and `model` decide what a robot may be.
+RobotParameters read_robot(SceneSection s, const FloorParameters& floor, Model model, const SceneOverrides& overrides) {
   RobotParameters robot = override_profile(overrides, read_profile(s["profile"]));
   s["body_mass"].number(robot.m, kMass);
   s["wheel_mass"].number(robot.m_1, kMass);
@@ -117,10 +137,24 @@ RobotParameters read_robot(SceneSection s, const FloorParameters& floor, const S
   s["roller_dry_friction"].number_or_wheels(robot.roller_dry_friction, kDryFriction);
   s["roller_dry_friction_rate"].number(robot.roller_dry_friction_rate, kSmoothing);
   s["roller_rate_at_switch"].choice(robot.roller_rate_at_switch, kRollerRates);
+  const SceneValue reactions = s["normal_reactions"], sharing = s["load_sharing"], preload = s["diagonal_preload"],
+                   com_height = s["com_height"];
+  reactions.choice(robot.normal_reactions, kReactions);
+  sharing.choice(robot.load_sharing, kSharings);
+  preload.number(robot.q, {-1e6, 1e6, "N"});
+  com_height.number(robot.a_Z, {-1e3, 1e3, "m"});
   s.finish();
 
-  if (robot.J_2 == 0 && (robot.mu_2 + robot.roller_dry_friction).minCoeff() == 0 &&
-      (floor.f == 0 || floor.viscous_friction == 0)) {
+  const bool dynamic = robot.normal_reactions == NormalReactions::kDynamic;
+  refuse_for_model(reactions, !dynamic, model, Model::kCoulomb);
+  refuse_for_model(preload, robot.q == 0, model, Model::kCoulomb);
+  if (robot.a_Z <= -robot.R) com_height.refuse(fmt::format("more than -wheel_radius, {}", -robot.R));
+  if (robot.load_sharing != LoadSharing::kEqualWheels) {
+    if (!dynamic) sharing.refuse("equal_wheels unless normal_reactions is dynamic");
+    if (robot.q != 0) preload.refuse("left out for a rocking axle, which evens it out");
+  }
+  const bool loose = dynamic || floor.f.minCoeff() == 0 || floor.viscous_friction == 0 || frictionless_patch(floor);
+  if (robot.J_2 == 0 && (robot.mu_2 + robot.roller_dry_friction).minCoeff() == 0 && loose) {
     roller_inertia.refuse(
         "a finite number > 0 where neither friction nor roller_damping nor roller_dry_friction holds the rollers");
   }
@@ -138,14 +172,58 @@ RobotParameters read_robot(SceneSection s, const FloorParameters& floor, const S
   return robot;
 }
 
-FloorParameters read_floor(SceneSection s) {
+FloorPatch read_patch(SceneSection s) {
+  FloorPatch patch;
+  const SceneValue rectangle = s.required("rectangle");
+  Eigen::Array4d corners = Eigen::Array4d::Zero();
+  rectangle.numbers(corners, {-1e6, 1e6, "m"});
+  s.required("friction").number(patch.friction, kFriction);
+  s["edge"].number(patch.edge, {1e-4, 1e3, "m"});
+  s.finish();
+  patch.x0 = corners[0];
+  patch.y0 = corners[1];
+  patch.x1 = corners[2];
+  patch.y1 = corners[3];
+  if (!(patch.x0 < patch.x1 && patch.y0 < patch.y1)) rectangle.refuse("[x0, y0, x1, y1] with x0 < x1 and y0 < y1");
+  return patch;
+}
+
+void read_slope(const SceneValue& value, FloorParameters& floor) {
+  SceneSection s = value.section();
+  s["angle"].number(floor.slope, {-0.5, 0.5, "rad"});
+  s["uphill"].number(floor.uphill, {-1e3, 1e3, "rad"});
+  s.finish();
+}
+
+FloorParameters read_floor(SceneSection s, Model model) {
   FloorParameters floor;
-  s["friction"].number(floor.f, {0, 100, ""});
+  const SceneValue friction = s["friction"], spin = s["spin_radius"], patches = s["patches"], slope = s["slope"];
+  friction.number_or_wheels(floor.f, kFriction);
+  refuse_for_model(friction, (floor.f == floor.f[0]).all(), model, Model::kViscous);
+  spin.number(floor.spin_radius, {0, 1, "m"});
+  refuse_for_model(spin, floor.spin_radius == 0, model, Model::kCoulomb);
+  if (patches.given()) {
+    for (const SceneSection& section : patches.sections()) floor.patches.push_back(read_patch(section));
+  }
+  refuse_for_model(patches, floor.patches.empty(), model, Model::kCoulomb);
+  if (slope.given()) read_slope(slope, floor);
   s["slip_regularization"].number(floor.nu, {1e-15, 1e3, "m/s"});
   s["viscous_friction"].number(floor.viscous_friction, {0, 1e15, "N s/m"});
   s["gravity"].number(floor.g, {1e-6, 1e6, "m/s^2"});
   s.finish();
   return floor;
+}
+
+/// Every wheel must press on the floor at rest, whatever the base carries.
+void check_loads(const SceneValue& value, const Scene& scene) {
+  for (const BurdenPlan::PlannedLoad& planned : scene.burdens.loads) {
+    const Burden burden = scene.burdens.at(planned.start);
+    const Wheels N = normal_reactions(loaded(scene.robot, burden.loads), scene.floor);
+    int lightest = 0;
+    if (N.minCoeff(&lightest) > 0) continue;
+    value.refuse(fmt::format("such that every wheel presses on the floor; {} would with {:.4g} N at t = {:g} s",
+                             kWheelNames[lightest], N[lightest], planned.start));
+  }
 }
 
 void check_control_period(const SceneValue& value, double period, const Scene& scene) {
@@ -301,13 +379,16 @@ Scene read_scene(const std::string& path, const YAML::Node& root, const SceneOve
   const SceneValue output_rate = file["output_rate"];
   output_rate.number(scene.output_rate, {1e-9, 1e6, "Hz"});
   const SceneValue robot = file["robot"], floor = file["floor"], initial = file["initial"], solver = file["solver"],
-                   motors = file["motors"], output = file["output"], drive = file["drive"];
+                   motors = file["motors"], output = file["output"], drive = file["drive"], loads = file["loads"],
+                   wrenches = file["wrenches"];
   file.finish();
   if (const double rows = scene.duration * scene.output_rate; rows > kMaxRows) {
     output_rate.refuse(fmt::format("such that there are at most {:g} rows; there would be {:g}", kMaxRows, rows));
   }
-  scene.floor = read_floor(floor.section());
-  scene.robot = read_robot(robot.section(), scene.floor, overrides);
+  scene.floor = read_floor(floor.section(), scene.model);
+  scene.robot = read_robot(robot.section(), scene.floor, scene.model, overrides);
+  scene.burdens = read_burdens(loads, wrenches);
+  check_loads(loads, scene);
   scene.solver = read_solver(solver.section(), overrides, scene);
   scene.output = read_output(output.section(), overrides);
   if (motors.given()) scene.motors = read_motors(motors.section());
@@ -317,6 +398,12 @@ Scene read_scene(const std::string& path, const YAML::Node& root, const SceneOve
 }
 
 }  // namespace
+
+bool beyond_the_paper(const Scene& scene) {
+  const bool uneven_viscous = scene.model == Model::kViscous && (scene.floor.f != scene.floor.f[0]).any();
+  return uneven_viscous || scene.robot.normal_reactions != NormalReactions::kStatic || scene.floor.slope != 0 ||
+         scene.floor.spin_radius != 0 || !scene.floor.patches.empty() || !scene.burdens.empty();
+}
 
 IntegrationSettings integration_settings(const SolverSettings& solver) {
   return {solver.method, {solver.relative_tolerance, solver.absolute_tolerance}, solver.step};

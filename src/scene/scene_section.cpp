@@ -190,7 +190,17 @@ SceneValue SceneSection::required(const std::string& key) {
   return value;
 }
 
+bool SceneSection::has_known_key() const {
+  return std::any_of(node_.begin(), node_.end(), [&](const auto& entry) {
+    const std::string key = key_of(entry.first);
+    return std::find(known_.begin(), known_.end(), key) != known_.end() || !suggestion(key, known_).empty();
+  });
+}
+
 void SceneSection::finish() const {
+  if (path_.empty() && node_.size() > 0 && !has_known_key()) {  // not shown, as above
+    throw SceneError(fmt::format("{}: scene = (other keys): must have some of {}", file_, fmt::join(known_, ", ")));
+  }
   for (const auto& entry : node_) {
     const std::string key = key_of(entry.first);
     if (std::find(known_.begin(), known_.end(), key) != known_.end()) continue;

@@ -95,6 +95,8 @@ class SceneSection {
   const std::vector<std::string>& known() const { return known_; }
 
  private:
+  /// Whether a key is one that was asked for, or misspelt.
+  bool has_known_key() const;
   std::string full(const std::string& key) const { return path_.empty() ? key : path_ + "." + key; }
 
   std::string file_;

@@ -24,15 +24,20 @@ void require_finite_scene(const Scene& scene) {
                                        r.l,
                                        r.R,
                                        r.R_d,
-                                       f.f,
+                                       r.a_Z,
+                                       r.q,
+                                       f.slope,
+                                       f.uphill,
+                                       f.spin_radius,
                                        f.nu,
                                        f.g,
-                                       f.mu_0(r),
+                                       f.mu_0(r)[0],
                                        s.step,
                                        s.relative_tolerance,
                                        s.absolute_tolerance,
                                        s.control_period};
   require_finite(numbers, "a number of the scene");
+  require_finite(f.f, "friction");
   require_finite(r.mu_1, "wheel_damping");
   require_finite(r.mu_2, "roller_damping");
   require_finite(scene.initial.values, "the initial state");

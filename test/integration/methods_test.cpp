@@ -268,7 +268,7 @@ TEST_P(PaperCaseTest, EndsWithinItsToleranceOfTheReference) {
 
       // The reference's row at 1 s. Short runs go by Radau's at a tolerance of 1e-11, which is compared with all rows
       // elsewhere, and by the reference's first switch.
-      const auto reference = reference_rows(scene + "_" + model);
+      const auto reference = reference_rows("reference/" + scene + "_" + model);
       Simulation tight(load(scene, model, "radau", 1e-11));
       tight.advance_to(end);
       const State& x = simulation.state();
@@ -299,7 +299,7 @@ TEST_P(PaperCaseTest, EndsWithinItsToleranceOfTheReference) {
         EXPECT_EQ(switches[k].roller_to, due[k].roller_to) << "switch " << k;
         EXPECT_EQ(switches[k].direction, due[k].direction) << "switch " << k;
       }
-      for (const auto& row : reference_rows(scene + "_" + model + "_switches")) {
+      for (const auto& row : reference_rows("reference/" + scene + "_" + model + "_switches")) {
         const std::size_t number = std::stoul(row[0]);
         if (number >= switches.size()) break;
         EXPECT_NEAR(switches[number].t, std::stod(row[1]), 10 * allowed) << "switch " << number;

@@ -62,7 +62,7 @@ class Wheelwork {
     const double share = alpha(i, {}, t);
     return pull > 0 && share >= 0 && share <= 1;
   }
-  double alpha(int i, const Velocities&, double t) const {
+  double alpha(int i, const State&, double t) const {
     return (1 + (2 * c_2[i] + 6 * c_3[i] * t + 12 * c_4[i] * t * t) / pull) / 2;
   }
   void enter_sliding(int i, std::int64_t k, State& x) {
@@ -78,6 +78,11 @@ class Wheelwork {
   double momentum(int i, const State& x) const { return std::abs(x.dphi()[i]); }
 
   // Averaging, which changes nothing about how wheels turn.
+  static double max_step(const State&) { return std::numeric_limits<double>::infinity(); }
+  static bool watches() { return false; }
+  static bool tips(const State&, double) { return false; }
+  static void watch(const State&, double, double) {}
+
   bool averages() const { return averaged_.any(); }
   bool averaged(int i) const { return averaged_[i]; }
   bool too_fast(int i, const State& x) const { return std::abs(x.dphi()[i]) > max_located_dphi; }

@@ -235,8 +235,8 @@ TEST(NormalReactions, BalanceTheWeight) {
 TEST(ViscousLaw, ResistsInProportion) {
   const RobotParameters robot;
   FloorParameters floor;
-  EXPECT_NEAR(floor.mu_0(robot), 4.4e4, 0.05e4);  // section 5.2, in the two digits that it prints
-  EXPECT_DOUBLE_EQ(floor.mu_0(robot), 43654.5);   // 0.5 x 35.6 kg x 9.81 m/s^2 / (4 x 1e-3 m/s)
+  EXPECT_NEAR(floor.mu_0(robot)[0], 4.4e4, 0.05e4);  // section 5.2, in the two digits that it prints
+  EXPECT_DOUBLE_EQ(floor.mu_0(robot)[0], 43654.5);   // 0.5 x 35.6 kg x 9.81 m/s^2 / (4 x 1e-3 m/s)
   for (const double viscous_friction : {-1.0, 0.0, 123.0}) {
     floor.viscous_friction = viscous_friction;
     const double mu_0 = viscous_friction < 0 ? 43654.5 : viscous_friction;

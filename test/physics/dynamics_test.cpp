@@ -54,7 +54,7 @@ TYPED_TEST(SlipModelTest, AgreesWithAnIndependentSolver) {
     // turns into a force by up to f N / nu, and the smallest inertia that it acts on into an acceleration.
     const double V_rounding = 2e-15;
     const Wheels F_X = wheels(golden.F_X), F_Y = wheels(golden.F_Y);
-    const double F_rounding = 1.5 * floor.mu_0(robot) * V_rounding + 1e-14 * F_X.abs().max(F_Y.abs()).maxCoeff();
+    const double F_rounding = 1.5 * floor.mu_0(robot)[0] * V_rounding + 1e-14 * F_X.abs().max(F_Y.abs()).maxCoeff();
     EXPECT_LT((contacts.V_PX - wheels(golden.V_PX)).abs().maxCoeff(), V_rounding);
     EXPECT_LT((contacts.V_PY - wheels(golden.V_PY)).abs().maxCoeff(), V_rounding);
     EXPECT_LT((contacts.F_X - F_X).abs().maxCoeff(), F_rounding);
@@ -347,7 +347,7 @@ TYPED_TEST(SlipModelTest, SharedContactIsTheConvexCombinationThatKeepsTheWheelOn
       const double below = on_lower.dphi()[i], above = on_upper.dphi()[i];
       const double alpha = below / (below - above);
       EXPECT_NEAR(alpha, 0.3, 1e-9);  // by the choice of the torque
-      EXPECT_NEAR(both.alpha(i, x.velocities(), t), alpha, 1e-9);
+      EXPECT_NEAR(both.alpha(i, x, t), alpha, 1e-9);
       EXPECT_EQ(attractive, below > 0 && above < 0);
       const Vector24 wanted = alpha * flat(on_upper) + (1 - alpha) * flat(on_lower);
       const Vector24 size = flat(on_upper).cwiseAbs() + flat(on_lower).cwiseAbs();
@@ -377,9 +377,9 @@ TYPED_TEST(SlipModelTest, PowerBalanceIsExactWithMixedContacts) {
       const Velocities u = x.velocities();
       const Wheels M = shared.torque.value(t);
       const auto friction_power = [&](const Contacts& c) -> Wheels { return c.F_X * c.V_PX + c.F_Y * c.V_PY; };
-      const Contacts c = system.contacts(u, x.phi(), M);
+      const Contacts c = system.contacts(u, x.phi(), x.pose(), M);
       Wheels friction = friction_power(c);
-      const double edge = kPi / robot.rollers, alpha = system.alpha(i, u, t);
+      const double edge = kPi / robot.rollers, alpha = system.alpha(i, x, t);
       friction[i] = alpha * friction_power(shared.motion.model.contacts(u, Wheels::Constant(-edge)))[i] +
                     (1 - alpha) * friction_power(shared.motion.model.contacts(u, Wheels::Constant(edge)))[i];
       const Wheels power = M * u.dphi - robot.mu_1 * u.dphi.square() - robot.mu_2 * u.dgamma.square() + friction;

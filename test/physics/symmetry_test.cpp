@@ -85,7 +85,7 @@ TYPED_TEST_SUITE(RightHandSideTest, Laws, );
 // The slip is a difference of speeds of about 1 m/s: known to a few units in their last place, which the contact turns
 // into a force by up to f N / nu, at most 1.5 mu_0 per wheel. What the forces then round is less.
 double force_rounding(const RobotParameters& robot, const FloorParameters& floor) {
-  return 1.5 * floor.mu_0(robot) * 2e-15 + 1e-14 * floor.f * robot.m_s() * floor.g;
+  return 1.5 * floor.mu_0(robot)[0] * 2e-15 + 1e-14 * floor.f[0] * robot.m_s() * floor.g;
 }
 
 // Differences of dx/dt that are due to the rounding of forces alone.
@@ -156,7 +156,7 @@ TYPED_TEST(RightHandSideTest, IsTheSameOnEveryRoller) {
     // slip is that times rates of up to 200 rad/s.
     RobotParameters blurred = robot;
     FloorParameters coarse = floor;
-    coarse.viscous_friction = floor.mu_0(robot) * (1 + 3 * 2e-16 * largest * 2 * robot.R_d * 200 / 2e-15);
+    coarse.viscous_friction = floor.mu_0(robot)[0] * (1 + 3 * 2e-16 * largest * 2 * robot.R_d * 200 / 2e-15);
     expect_same_up_to_rounding(of_shifted, dxdt, blurred, coarse);
   }
 }

@@ -145,6 +145,28 @@ TEST_F(ProgramsTest, RefuseWhereStandardErrorIsFull) {
   }
 }
 
+#ifdef IDENTIFY
+TEST_F(ProgramsTest, IdentifyRefuses) {
+  const std::string bag = folder_.write("no.bag", "not a bag\n");
+  expect_refused(IDENTIFY, {}, {"BAG"});
+  expect_refused(IDENTIFY, {""}, {"bag", "must not be empty"});
+  expect_refused(IDENTIFY, {"--col\nour"}, {"--col"});
+  expect_refused(IDENTIFY, {bag, "--scene", ""}, {"--scene", "must not be empty"});
+  expect_refused(IDENTIFY, {bag, "--output", ""}, {"--output", "must not be empty"});
+  expect_refused(IDENTIFY, {bag, "--scene", folder_.path("missing")}, {"missing"});
+  for (const std::string& path : {bag, folder_.path("folder"), folder_.path("missing"), std::string("/dev/zero")}) {
+    expect_refused(IDENTIFY, {path, "--csv", folder_.path("csv")}, {path});
+  }
+  expect_refused(IDENTIFY, {bag, "--output", bag}, {"--output", "no.bag", "read"});
+  expect_refused(IDENTIFY, {bag, "--csv", bag}, {"--csv", "no.bag", "read"});
+  expect_refused(IDENTIFY, {bag, "--scene", good_, "--output", good_}, {"--output", "good.yaml", "read"});
+  expect_refused(IDENTIFY, {bag, "--output", folder_.path("new.csv")}, {"new.csv", "the file of --output"});
+  expect_refused(IDENTIFY, {bag, "-o", folder_.path("new.yaml"), "--csv", folder_.path("new.csv")},
+                 {"--csv", "new.csv"});
+  expect_refused(IDENTIFY, {bag, "-o", folder_.path("no/such/folder")}, {"no/such"});
+}
+#endif
+
 TEST_F(ProgramsTest, DescribeBaseRefuses) {
   expect_refused(DESCRIBE_BASE, {"--colour"}, {"--colour"});
   expect_refused(DESCRIBE_BASE, {good_, good_}, {"--help"});

@@ -121,7 +121,8 @@ TEST_F(KeysTest, AreAllFound) {
         "solver.control_period", "drive.reference_motion.Omega.cos", "drive.torque[0].start", "drive.velocity_table"}) {
     EXPECT_TRUE(std::any_of(keys_.begin(), keys_.end(), [&](const Key& key) { return key.path == known; })) << known;
   }
-  EXPECT_EQ(sections_.size(), 6u + 6u);  // robot, floor, initial, solver, motors, output; drive and what is in it
+  // robot, floor, initial, solver, motors, output; drive and what is in it; slope, patches, loads, wrenches
+  EXPECT_EQ(sections_.size(), 6u + 6u + 4u);
 }
 
 TEST_F(KeysTest, RefuseWhatIsOfNoUse) {
@@ -327,6 +328,7 @@ TEST_F(ScenesTest, AreRefusedWhereTheyAreNoScenes) {
 TEST_F(ScenesTest, AreRefusedWhereTheyAreNoFiles) {
   std::filesystem::create_directory(folder_.path("folder"));
   folder_.write("secret", "root:x:0:0:not for everybody:/root\n");
+  folder_.write("shadow", "root:*:not for everybody:0:99999:7:::\n");  // which is YAML, and has a key
   for (const std::string& path :
        {std::string(), folder_.path("folder"), folder_.path("missing"), std::string("/dev/zero"),
         std::string("/dev/null/x"), folder_.path(std::string(300, 'n')), folder_.path("a\nb\033[31m")}) {
@@ -339,11 +341,14 @@ TEST_F(ScenesTest, AreRefusedWhereTheyAreNoFiles) {
     }
   }
   // A file that is no scene is not shown to whoever names it.
-  try {
-    load_scene(folder_.path("secret"));
-    ADD_FAILURE() << "not refused";
-  } catch (const SceneError& error) {
-    EXPECT_EQ(std::string(error.what()).find("everybody"), std::string::npos) << error.what();
+  for (const char* name : {"secret", "shadow"}) {
+    try {
+      load_scene(folder_.path(name));
+      ADD_FAILURE() << "not refused";
+    } catch (const SceneError& error) {
+      expect_refusal(error.what(), {name, "scene = ", "must"});
+      EXPECT_EQ(std::string(error.what()).find("everybody"), std::string::npos) << error.what();
+    }
   }
 }
 

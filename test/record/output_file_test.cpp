@@ -209,15 +209,32 @@ TEST_F(OutputFileTest, KnowsAFileByAllItsNames) {
   fs::create_hard_link(folder_.path("a.csv"), folder_.path("hard"));
   fs::create_symlink("a.csv", folder_.path("soft"));
   fs::create_symlink(".", folder_.path("here"));
-  const OutputFile a(folder_.path("a.csv")), next(folder_.path("new.csv"));
+  const auto place = [](const std::string& path) { return OutputFile(path).place(); };
+  const OutputFile::Place a = place(folder_.path("a.csv")), next = place(folder_.path("new.csv"));
   for (const char* name : {"hard", "soft", "./a.csv", "here/a.csv"}) {
-    EXPECT_TRUE(a.same_file(OutputFile(folder_.path(name)))) << name;
+    EXPECT_TRUE(a.same_as(place(folder_.path(name)))) << name;
     EXPECT_TRUE(a.leads_to(folder_.path(name))) << name;
   }
-  EXPECT_TRUE(next.same_file(OutputFile(folder_.path("here/new.csv"))));
-  EXPECT_FALSE(next.same_file(a) || a.same_file(next) || next.leads_to(folder_.path("a.csv")));
-  EXPECT_FALSE(OutputFile("/dev/null").same_file(OutputFile("/dev/null")));
-  EXPECT_TRUE(OutputFile("/dev/full").same_file(OutputFile("/dev/full")));
+  EXPECT_TRUE(next.same_as(place(folder_.path("here/new.csv"))));
+  EXPECT_FALSE(next.same_as(a) || a.same_as(next) || next.leads_to(folder_.path("a.csv")));
+  EXPECT_FALSE(place("/dev/null").same_as(place("/dev/null")));
+  EXPECT_TRUE(place("/dev/full").same_as(place("/dev/full")));
+}
+
+TEST_F(OutputFileTest, OpenerRefusesInputsAndOtherOutputs) {
+  OutputOpener opener({folder_.write("in.csv", "t\n"), folder_.path("missing")});
+  const auto refusal = [&](const std::string& path) -> std::string {
+    try {
+      opener.open("--csv", path);
+    } catch (const OutputError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  const OutputFile first = opener.open("--summary", folder_.path("out"));
+  EXPECT_NE(refusal(folder_.path("./in.csv")).find("in.csv: must not be a file that is read"), std::string::npos);
+  EXPECT_NE(refusal(folder_.path("./out")).find("out: must not be the file of --summary"), std::string::npos);
+  EXPECT_EQ(refusal(folder_.path("other")), "");
 }
 
 TEST_F(OutputFileTest, KeepsWholeLinesOnAFullDisk) {

@@ -126,6 +126,10 @@ TEST_F(WrongConfiguration, clock_of_its_own_but_not_its_master) {
 TEST_F(WrongConfiguration, bag_that_cannot_be_written) {
   ros::param::set("/use_sim_time", true);
   expect_refused(BASE_NODE, {"_publish_clock:=true", "_bag:=/nowhere/x.bag"}, {"~bag", "/nowhere/x.bag"});
+  const std::string scene = folder_.write("scene.yaml", "duration: 1.0\n");
+  expect_refused(BASE_NODE, {"_publish_clock:=true", "_scene:=" + scene, "_bag:=" + scene},
+                 {"~bag", scene, "must not be a file that is read"});
+  EXPECT_EQ(folder_.read("scene.yaml"), "duration: 1.0\n");
 }
 
 TEST_F(WrongConfiguration, argument) { expect_refused(BASE_NODE, {"fast"}, {"fast"}); }

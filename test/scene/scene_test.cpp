@@ -50,7 +50,7 @@ TEST_F(SceneTest, DefaultsAreThePapers) {
   EXPECT_EQ(scene.robot.J_1, 5.87e-3);
   EXPECT_EQ(scene.robot.a_Y, -0.026);
   EXPECT_EQ(scene.robot.rollers, 6);
-  EXPECT_NEAR(scene.floor.mu_0(scene.robot), 4.4e4, 0.04e4);  // (5.2) prints two figures
+  EXPECT_NEAR(scene.floor.mu_0(scene.robot)[0], 4.4e4, 0.04e4);  // (5.2) prints two figures
   EXPECT_EQ(scene.solver.relative_tolerance, 3e-7);
   EXPECT_DOUBLE_EQ(scene.solver.absolute_tolerance, 3e-10);
   EXPECT_EQ(scene.solver.control_period, 0);
@@ -80,7 +80,7 @@ drive: {torque: [{start: 0, constant: [1, 2, 3, 4]}, {start: 1, cos: [1, 0, 0, 0
   EXPECT_TRUE((scene.robot.mu_1 == 0.2).all());
   EXPECT_EQ(scene.robot.mu_2[3], 4e-3);
   EXPECT_EQ(scene.robot.roller_rate_at_switch, RollerRateAtSwitch::kAtRest);
-  EXPECT_EQ(scene.floor.mu_0(scene.robot), 1000);
+  EXPECT_EQ(scene.floor.mu_0(scene.robot)[0], 1000);
   EXPECT_EQ(scene.initial.psi(), 3);
   EXPECT_EQ(scene.initial.Omega(), 6);
   EXPECT_EQ(scene.initial.phi()[3], 10);

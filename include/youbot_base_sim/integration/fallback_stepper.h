@@ -10,8 +10,8 @@
 namespace youbot_base_sim {
 
 /// The step of last resort, a Stepper of odeint: backward Euler with the geometry of the contacts and the Coriolis
-/// forces held as they are at the step's start. With constant normal reactions the friction force is then the slope of
-/// a convex potential, so that Newton's method with a line search always ends, whatever the length of the step and the
+/// forces held as they are at the step's start, normal reactions too. The friction force is then the slope of a convex
+/// potential, so that Newton's method with a line search always ends, whatever the length of the step and the
 /// transition speed. It is of first order and locates no switches: wheels stay on the rollers of its start, also beyond
 /// their edges.
 template <class Law>
@@ -26,12 +26,13 @@ class FallbackStepper : public StepperTypes<boost::numeric::odeint::stepper_tag>
     const SlipModel<Law>& model = system.model();
     const Inertia& inertia = model.inertia();
     const Velocities start = x.velocities();
-    const Wheels phi = x.phi(), M = system.torque().value(t + dt);
+    const Wheels M = system.torque().value(t + dt);
     const Velocities held = {inertia.coriolis(start.v), Wheels::Zero(), Wheels::Zero()};
-    Contacts contacts;
+    auto contacts = system.contacts(x, t + dt);
+    const auto at_start = contacts;
     // The slope of the potential at u: forces that are left over.
     const auto residual = [&](const Velocities& u) {
-      system.contacts(u, phi, M, contacts);
+      system.contacts_near(x, at_start, u, M, contacts);
       system.count_evaluations(1);
       const Velocities moving = {inertia.coriolis(u.v), Wheels::Zero(), Wheels::Zero()};
       return inertia * ((1 / dt) * (u - start)) - (model.forces(u, contacts, M) - moving + held);

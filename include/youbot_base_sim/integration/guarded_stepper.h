@@ -147,6 +147,7 @@ class GuardedStepper : public ControlledStepperTypes {
       }
     }
     t += length;
+    if (system.watches()) system.watch(x, t, length);
     ++statistics_->fallback_steps;
     dt = std::numeric_limits<double>::infinity();
     return boost::numeric::odeint::success;

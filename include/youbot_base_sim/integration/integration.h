@@ -9,7 +9,9 @@
 #include <vector>
 
 #include "youbot_base_sim/integration/statistics.h"
+#include "youbot_base_sim/physics/burden.h"
 #include "youbot_base_sim/physics/contacts.h"
+#include "youbot_base_sim/physics/reactions.h"
 #include "youbot_base_sim/physics/roller_switch.h"
 #include "youbot_base_sim/physics/state.h"
 
@@ -47,13 +49,24 @@ class Integration {
   /// The torque has jumped since the last call of `advance` or since the control period before.
   virtual void torque_jumped() = 0;
 
-  virtual double kinetic_energy(const State& x) const = 0;            ///< J
-  virtual Contacts contacts(const State& x, double t) const = 0;      ///< zero in model 1
-  virtual std::int64_t roller(int i) const = 0;                       ///< on which wheel i stands, unwrapped
-  virtual std::optional<std::int64_t> other_roller(int i) const = 0;  ///< the second one of a shared contact
-  virtual double transition_speed() const = 0;                        ///< of the friction, m/s; infinite: none
-  virtual double resting_angle(int i, int k) const = 0;               ///< of roller k, off the floor, rad
-  virtual std::vector<RollerSwitch> take_switches() = 0;              ///< since the last call, in order of time
+  /// Lets the base carry these loads and feel these wrenches from now on. Its velocities stay, or, for loads that are
+  /// put on at rest, its momentum; the change of kinetic energy counts as work. Does nothing for an integration that
+  /// was made without what is beyond the paper.
+  virtual void set_burden(State& x, const Burden& burden, bool keep_momentum) = 0;
+
+  /// What became of the normal reactions; empty where they are static.
+  virtual std::optional<ReactionRecord> reaction_record() const = 0;
+
+  /// Has the motion go on at the tipping limit, where it throws TippedOver otherwise.
+  virtual void go_on_tipping() = 0;
+
+  virtual double kinetic_energy(const State& x) const = 0;              ///< J
+  virtual ContactDetails contacts(const State& x, double t) const = 0;  ///< zero in model 1
+  virtual std::int64_t roller(int i) const = 0;                         ///< on which wheel i stands, unwrapped
+  virtual std::optional<std::int64_t> other_roller(int i) const = 0;    ///< the second one of a shared contact
+  virtual double transition_speed() const = 0;                          ///< of the friction, m/s; infinite: none
+  virtual double resting_angle(int i, int k) const = 0;                 ///< of roller k, off the floor, rad
+  virtual std::vector<RollerSwitch> take_switches() = 0;                ///< since the last call, in order of time
   virtual const IntegrationStatistics& statistics() const = 0;
 };
 

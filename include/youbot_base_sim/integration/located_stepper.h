@@ -39,7 +39,7 @@ class LocatedStepper : public ControlledStepperTypes {
   Result try_step(System system_reference, State& x, double& t, double& dt) {
     auto& system = unwrapped(system_reference);
     if (!settled_) settle(system, x, t);
-    const double bound = dt;
+    const double bound = std::min(dt, system.max_step(x));
     // A step that would leave a sliver goes to the end.
     double length = dt_ < kSliver * bound ? dt_ : bound;
     if (!try_length(system, x, t, length)) {
@@ -52,6 +52,8 @@ class LocatedStepper : public ControlledStepperTypes {
     beyond_ = 0;
     if (EdgeCrossing crossing = first_crossing(system, x, end_, length)) locate(system, x, t, crossing);
     if (system.shares() || system.averages()) end_where_contact_ends(system, x, t);
+    if (system.watches()) end_where_base_tips(system, x, t);
+    const double start = t;
     t = length_ == bound ? t + bound : t + length_ + beyond_;
     x = end_;
     if (beyond_ != 0) x.values += beyond_ * secant();
@@ -59,6 +61,7 @@ class LocatedStepper : public ControlledStepperTypes {
     if (afresh_) dt_after_switch_ = std::max(kFirstStep, 0.5 * dt_);
     afresh_ = false;
     settle(system, x, t);
+    if (system.watches()) system.watch(x, t, t - start);
     dt = std::numeric_limits<double>::infinity();
     return boost::numeric::odeint::success;
   }
@@ -90,10 +93,11 @@ class LocatedStepper : public ControlledStepperTypes {
   static constexpr double kSliver = 0.99;
   // A rejected step after a jump now and then costs less than short ones after all jumps.
   static constexpr double kDaring = 1.6;
-  static constexpr double kShrinkage = 0.2;           // of a step whose end is not finite
-  static constexpr double kReleaseResolution = 1e-6;  // of the step
-  static constexpr double kFirstOrder = 1e-6;         // of a step: what has a negligible square
-  static constexpr double kTimeResolution = 1e-13;    // s; the promised 1e-12 with room for what sums
+  static constexpr double kShrinkage = 0.2;            // of a step whose end is not finite
+  static constexpr double kReleaseResolution = 1e-6;   // of the step
+  static constexpr double kTippingResolution = 1e-10;  // s
+  static constexpr double kFirstOrder = 1e-6;          // of a step: what has a negligible square
+  static constexpr double kTimeResolution = 1e-13;     // s; the promised 1e-12 with room for what sums
   // Further from an edge than any resolution, rad: a quick look suffices.
   static constexpr double kNear = 1e-6;
   static constexpr int kMaxTries = 100, kMaxHalvings = 40;
@@ -202,6 +206,22 @@ class LocatedStepper : public ControlledStepperTypes {
     }
   }
 
+  // Shortens the step so that the base has just reached its tipping limit.
+  template <class System>
+  void end_where_base_tips(System& system, const State& x, double t) {
+    if (!system.tips(end_, t + length_) || system.tips(x, t)) return;
+    double low = 0, high = length_;
+    for (int halving = 0; halving < kMaxHalvings && high - low > kTippingResolution; ++halving) {
+      const double middle = 0.5 * (low + high);
+      ++statistics_->location_steps;
+      if (!try_length(system, x, t, middle)) break;
+      (system.tips(end_, t + middle) ? high : low) = middle;
+    }
+    length_ = high;
+    beyond_ = 0;
+    try_length(system, x, t, high);
+  }
+
   template <class System>
   static bool contact_ends(const System& system, int i, const State& x, double t) {
     if (system.averaged(i)) return system.slow_again(i, x);
@@ -263,7 +283,7 @@ class LocatedStepper : public ControlledStepperTypes {
 
   template <class System>
   void release(System& system, State& x, double t, int i) {
-    const double alpha = system.alpha(i, x.velocities(), t);
+    const double alpha = system.alpha(i, x, t);
     if (alpha >= 0 && alpha <= 1) return;
     const std::int64_t from = system.roller(i), to = system.lower_roller(i) + (alpha > 1 ? 1 : 0);
     if (to != from) {

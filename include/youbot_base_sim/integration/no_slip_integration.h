@@ -15,9 +15,12 @@ namespace youbot_base_sim {
 class NoSlipIntegration : public Integration {
  public:
   /// `torque` must outlive the integration.
-  NoSlipIntegration(const RobotParameters& robot, const TorqueProfile& torque, const Tolerance& tolerance)
-      : torque_(torque),
-        model_(robot),
+  NoSlipIntegration(const RobotParameters& robot, const FloorParameters& floor, const TorqueProfile& torque,
+                    const Tolerance& tolerance)
+      : robot_(robot),
+        floor_(floor),
+        torque_(torque),
+        model_(robot, floor, {}),
         tolerance_(tolerance),
         stiff_(stiff(model_)),
         max_first_step_(10 / model_.max_decay_rate()) {}
@@ -33,7 +36,10 @@ class NoSlipIntegration : public Integration {
   void stop_on(const std::atomic<bool>& stop) override { stop_ = &stop; }
   void torque_jumped() override {}
   double kinetic_energy(const State& x) const override { return model_.kinetic_energy(x.velocity()); }
-  Contacts contacts(const State& x, double t) const override;
+  void set_burden(State& x, const Burden& burden, bool keep_momentum) override;
+  std::optional<ReactionRecord> reaction_record() const override { return std::nullopt; }
+  void go_on_tipping() override {}
+  ContactDetails contacts(const State& x, double t) const override;
   std::int64_t roller(int) const override { return 0; }
   std::optional<std::int64_t> other_roller(int) const override { return std::nullopt; }
   double transition_speed() const override { return std::numeric_limits<double>::infinity(); }
@@ -46,6 +52,8 @@ class NoSlipIntegration : public Integration {
   static constexpr double kMaxExplicitRate = 1e5;
   static bool stiff(const NoSlipModel& model) { return model.max_decay_rate() > kMaxExplicitRate; }
 
+  RobotParameters robot_;
+  FloorParameters floor_;
   const TorqueProfile& torque_;
   NoSlipModel model_;
   Tolerance tolerance_;

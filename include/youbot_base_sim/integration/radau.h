@@ -79,6 +79,8 @@ class Radau : public ControlledStepperTypes {
   }
 
  private:
+  using Contacts = typename SlipSystem<Law>::Contacts;
+  using Friction = typename SlipSystem<Law>::Model::Friction;
   using StageVelocities = std::array<Velocities, RadauTableau::stages>;
   enum class Known { kNothing, kThisStep, kStepBefore };
 
@@ -120,20 +122,15 @@ class Radau : public ControlledStepperTypes {
     contact_ids_ = system.contact_ids();
     start_ = x.velocities();
     const Wheels M = system.torque().value(t);
-    Contacts contacts = system.contacts(start_, x.phi(), M);
+    Contacts contacts = system.contacts(start_, x.phi(), x.pose(), M);
     system.count_evaluations(1);
     if (unchanged.any()) {
       // Reuse the converged friction force: recomputing it from the slip velocity would turn an O(nu) error of the slip
       // into an O(1) error of the force.
-      const auto keep = (unchanged && !system.shared()).eval();
-      contacts.F_X = keep.select(end_friction_.F_X, contacts.F_X);
-      contacts.F_Y = keep.select(end_friction_.F_Y, contacts.F_Y);
-      const Wheels M_Z = contacts.M_Z;
-      system.model().set_moment(contacts);
-      contacts.M_Z = keep.select(contacts.M_Z, M_Z);  // for a shared contact the mean of moments is no moment of means
+      system.model().put_friction(unchanged && !system.shared(), end_friction_, contacts);
     }
     start_forces_ = system.model().forces(start_, contacts, M);
-    start_friction_ = {contacts.F_X, contacts.F_Y};
+    start_friction_ = system.model().friction(contacts);
     error_scale_ = error_scale(tolerance_, start_);
     set_convergence_tolerance(system);
   }
@@ -187,7 +184,7 @@ class Radau : public ControlledStepperTypes {
     stages_.fill(start_);
     friction_.fill(start_friction_);
     StageVelocities solved = stages_;
-    std::array<ContactForce, 3> solved_friction = friction_;
+    std::array<Friction, 3> solved_friction = friction_;
     double speed = kFirstTransitionSpeed, ratio = kTransitionRatio, last = 0;
     bool converged = false;
     for (;;) {
@@ -271,13 +268,35 @@ class Radau : public ControlledStepperTypes {
     return x_.phi() + dt * (T::A[j][0] * stages_[0].dphi + T::A[j][1] * stages_[1].dphi + T::A[j][2] * stages_[2].dphi);
   }
 
+  // Poses at the stages of a step of length dt, for whom they matter.
+  std::array<Pose, 3> poses([[maybe_unused]] const SlipSystem<Law>& system, [[maybe_unused]] double dt) const {
+    std::array<Pose, 3> pose{};
+    if constexpr (kBeyond<Law>) {
+      if (!system.model().by_pose()) return pose;
+      using T = RadauTableau;
+      double dx[3], dy[3];
+      for (int j = 0; j < 3; ++j) {
+        pose[j].psi = x_.psi();
+        for (int l = 0; l < 3; ++l) pose[j].psi += dt * T::A[j][l] * stages_[l].v[2];
+        const double cosine = std::cos(pose[j].psi), sine = std::sin(pose[j].psi);
+        dx[j] = stages_[j].v[0] * cosine - stages_[j].v[1] * sine;
+        dy[j] = stages_[j].v[0] * sine + stages_[j].v[1] * cosine;
+      }
+      for (int j = 0; j < 3; ++j) {
+        pose[j].x = x_.x() + dt * (T::A[j][0] * dx[0] + T::A[j][1] * dx[1] + T::A[j][2] * dx[2]);
+        pose[j].y = x_.y() + dt * (T::A[j][0] * dy[0] + T::A[j][1] * dy[1] + T::A[j][2] * dy[2]);
+      }
+    }
+    return pose;
+  }
+
   // The collocation polynomial of the step that is known, at the stages of one of length dt.
   void predict(const SlipSystem<Law>& system, double dt) {
     using T = RadauTableau;
     const StageVelocities known = stages_;
-    const std::array<ContactForce, 3> known_friction = friction_;
+    const std::array<Friction, 3> known_friction = friction_;
     const Velocities& start = known_ == Known::kStepBefore ? before_ : start_;
-    const ContactForce& start_friction = known_ == Known::kStepBefore ? friction_before_ : start_friction_;
+    const Friction& start_friction = known_ == Known::kStepBefore ? friction_before_ : start_friction_;
     for (int j = 0; j < 3; ++j) {
       const double s = (known_ == Known::kStepBefore ? 1 : 0) + T::c[j] * dt / dt_;
       // Lagrange's weights on the nodes 0, c_1, c_2, 1
@@ -286,8 +305,9 @@ class Radau : public ControlledStepperTypes {
       const double w_0 = a * b * c / (-c_1 * c_2), w_1 = s * b * c / (c_1 * (c_1 - c_2) * (c_1 - 1)),
                    w_2 = s * a * c / (c_2 * (c_2 - c_1) * (c_2 - 1)), w_3 = s * a * b / ((1 - c_1) * (1 - c_2));
       stages_[j] = w_0 * start + w_1 * known[0] + w_2 * known[1] + w_3 * known[2];
-      friction_[j] = system.model().bounded(w_0 * start_friction + w_1 * known_friction[0] + w_2 * known_friction[1] +
-                                            w_3 * known_friction[2]);
+      friction_[j] = system.model().bounded(
+          w_0 * start_friction + w_1 * known_friction[0] + w_2 * known_friction[1] + w_3 * known_friction[2],
+          contacts_[j]);
     }
   }
 
@@ -348,7 +368,7 @@ class Radau : public ControlledStepperTypes {
     const double per_dt = 1 / dt;
     const Velocities z[3] = {per_dt * (stages_[0] - start_), per_dt * (stages_[1] - start_),
                              per_dt * (stages_[2] - start_)};
-    system.contacts(stages_, {phi_at(0, dt), phi_at(1, dt), phi_at(2, dt)}, torque_, contacts_);
+    system.contacts(stages_, {phi_at(0, dt), phi_at(1, dt), phi_at(2, dt)}, poses(system, dt), torque_, contacts_);
     model.forces(stages_, contacts_, torque_, forces_);
 #pragma GCC unroll 3
     for (int j = 0; j < 3; ++j) {
@@ -391,7 +411,7 @@ class Radau : public ControlledStepperTypes {
   double t_ = 0;
   State x_;
   Velocities start_, start_forces_, error_scale_, convergence_tolerance_;
-  ContactForce start_friction_;
+  Friction start_friction_;
   typename SlipSystem<Law>::ContactIds contact_ids_ = SlipSystem<Law>::ContactIds::Zero();
   double accepted_dt_ = 0;  // longest step from here whose error is known to be small enough
 
@@ -400,8 +420,8 @@ class Radau : public ControlledStepperTypes {
   double dt_ = 0;
   double rate_ = 0.1;
   Velocities before_;
-  ContactForce friction_before_;
-  ContactForce end_friction_;
+  Friction friction_before_;
+  Friction end_friction_;
   typename SlipSystem<Law>::ContactIds end_contact_ids_ = SlipSystem<Law>::ContactIds::Constant(-1);  // none
 
   // Newton's iterations.
@@ -410,11 +430,11 @@ class Radau : public ControlledStepperTypes {
   alignas(kAlignment) std::array<Wheels, RadauTableau::stages> torque_;
   std::array<DampingMatrix, 3> damping_;
   alignas(kAlignment) std::array<PlatformMatrix, 3> coriolis_;
-  std::array<ContactForce, 3> friction_;
+  std::array<Friction, 3> friction_;
   struct {
     StageVelocities stages;
     std::array<Contacts, RadauTableau::stages> contacts;
-    std::array<ContactForce, RadauTableau::stages> friction;
+    std::array<Friction, RadauTableau::stages> friction;
     StageVelocities correction;
   } from_;  // where the last correction began, and it
   BorderedStages<3> solver_;

@@ -32,7 +32,7 @@ class SlidingMode {
   /// shared where this is positive.
   template <class System>
   static double excess(const System& system, int i, const State& x, double t) {
-    const double alpha = system.alpha(i, x.velocities(), t);
+    const double alpha = system.alpha(i, x, t);
     return std::max(alpha - 1, -alpha);
   }
 

@@ -52,9 +52,22 @@ class SlipIntegration : public Integration {
   double kinetic_energy(const State& x) const override {
     return youbot_base_sim::kinetic_energy(system_.model().robot(), x);
   }
-  Contacts contacts(const State& x, double t) const override {
-    return system_.contacts(x.velocities(), x.phi(), system_.torque().value(t));
+  ContactDetails contacts(const State& x, double t) const override {
+    return system_.model().details(system_.contacts(x, t));
   }
+  void set_burden(State& x, const Burden& burden, bool keep_momentum) override {
+    const double energy = kinetic_energy(x);
+    const Eigen::Vector3d momentum = system_.model().inertia().M_v * x.velocity();
+    system_.set_burden(burden);
+    if (keep_momentum) x.values.col(1).head<3>() = (system_.model().inertia().M_v_inverse * momentum).array();
+    x.work() += kinetic_energy(x) - energy;
+    stepper_.torque_jumped();
+  }
+  std::optional<ReactionRecord> reaction_record() const override {
+    if (!system_.watches()) return std::nullopt;
+    return system_.reaction_record();
+  }
+  void go_on_tipping() override { system_.go_on_tipping(); }
   std::int64_t roller(int i) const override { return system_.roller(i); }
   std::optional<std::int64_t> other_roller(int i) const override {
     if (!system_.shared(i)) return std::nullopt;

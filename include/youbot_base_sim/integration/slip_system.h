@@ -23,11 +23,14 @@ namespace youbot_base_sim {
 ///
 /// As a System:       system(x, dxdt, t), system.jacobian(x, J, t, dfdt)
 /// As edges:          lower_edge(), upper_edge(), and hand_over(i, k, x), the effect of crossing one
-/// As sliding mode:   attractive(i, x, t), momentum(i, x), enter_sliding(i, k, x), alpha(i, u, t), put(i, k)
+/// As sliding mode:   attractive(i, x, t), momentum(i, x), enter_sliding(i, k, x), alpha(i, x, t), put(i, k)
+/// As bounds:         max_step(x); watches(), tips(x, t), watch(x, t, dt) of normal reactions
 /// As averaging:      too_fast(i, x), slow_again(i, x), average(i), follow(i, x), put(i, k)
 template <class Law>
 class SlipSystem {
  public:
+  using Model = SlipModel<Law>;
+  using Contacts = typename Model::Contacts;
   using Mask = Eigen::Array<bool, kWheels, 1>;
 
   /// `torque` must outlive the system. The rollers in contact are those on which `state` stands.
@@ -42,7 +45,7 @@ class SlipSystem {
   /// dx/dt.
   void operator()(const State& x, State& dxdt, double t) const {
     const Wheels M = torque_->value(t);
-    model_.derivative(x, contacts(x.velocities(), x.phi(), M), M, dxdt);
+    model_.derivative(x, contacts(x.velocities(), x.phi(), x.pose(), M), M, dxdt);
     ++evaluations_;
   }
 
@@ -50,16 +53,24 @@ class SlipSystem {
   template <class Matrix>
   void jacobian(const State& x, Matrix& J, double t, State& dfdt) const;
 
-  /// Slip, friction and position of the contact points, N, m and m/s, at velocities u and wheel angles phi (rad) under
-  /// the torques M (N m), which decide how a shared contact is shared.
-  void contacts(const Velocities& u, const Wheels& phi, const Wheels& M, Contacts& c) const {
-    if (mixed()) return mixed_contacts(u, phi, M, c);
-    model_.contacts(u, model_.geometry().at(phi - phi_center_), c);
+  /// Slip, friction and position of the contact points, N, m and m/s, at velocities u, wheel angles phi (rad) and this
+  /// pose under the torques M (N m), which decide how a shared contact is shared.
+  void contacts(const Velocities& u, const Wheels& phi, [[maybe_unused]] const Pose& pose, const Wheels& M,
+                Contacts& c) const {
+    if constexpr (kBeyond<Law>) {
+      beyond_contacts(u, phi, pose, M, shared_, c);
+    } else {
+      if (mixed()) return mixed_contacts(u, phi, M, c);
+      model_.contacts(u, model_.geometry().at(phi - phi_center_), c);
+    }
   }
   /// The same at three stages at once. What is rare stays out of the loop.
-  void contacts(const std::array<Velocities, 3>& u, const std::array<Wheels, 3>& phi, const std::array<Wheels, 3>& M,
+  void contacts(const std::array<Velocities, 3>& u, const std::array<Wheels, 3>& phi,
+                [[maybe_unused]] const std::array<Pose, 3>& pose, const std::array<Wheels, 3>& M,
                 std::array<Contacts, 3>& c) const {
-    if (mixed()) {
+    if constexpr (kBeyond<Law>) {
+      for (int j = 0; j < 3; ++j) beyond_contacts(u[j], phi[j], pose[j], M[j], shared_, c[j]);
+    } else if (mixed()) {
       for (int j = 0; j < 3; ++j) mixed_contacts(u[j], phi[j], M[j], c[j]);
     } else {
 #pragma GCC unroll 3
@@ -67,16 +78,74 @@ class SlipSystem {
     }
     evaluations_ += 3;
   }
-  Contacts contacts(const Velocities& u, const Wheels& phi, const Wheels& M) const {
+  Contacts contacts(const Velocities& u, const Wheels& phi, const Pose& pose, const Wheels& M) const {
     Contacts c;
-    contacts(u, phi, M, c);
+    contacts(u, phi, pose, M, c);
     return c;
+  }
+  Contacts contacts(const State& x, double t) const {
+    return contacts(x.velocities(), x.phi(), x.pose(), torque_->value(t));
+  }
+
+  /// Sets `c` to the contacts at the velocities u with wheel angles, pose and normal reactions of x, where they are
+  /// `at_x`. No contact may be shared.
+  void contacts_near(const State& x, [[maybe_unused]] const Contacts& at_x, const Velocities& u, const Wheels& M,
+                     Contacts& c) const {
+    if constexpr (kBeyond<Law>) {
+      model_.place(u, phi_tilde(x.phi()), geometry(x.phi()), x.pose(), c);
+      model_.press(at_x.N, c);
+      c.tipping = at_x.tipping;
+    } else {
+      contacts(u, x.phi(), x.pose(), M, c);
+    }
   }
 
   /// Damping matrix at these contacts, for the friction F.
-  void damping(const Velocities& u, const Contacts& c, const ContactForce& F, const Wheels& M, DampingMatrix& G) const {
+  void damping(const Velocities& u, const Contacts& c, const typename Model::Friction& F, const Wheels& M,
+               DampingMatrix& G) const {
     model_.damping(u, c, F, G);
-    if (shares_) put_shared(u, M, G);
+    if (shares_) put_shared(u, c, M, G);
+  }
+
+  /// Lets the base carry other loads and feel other wrenches from now on.
+  void set_burden(const Burden& burden) {
+    if constexpr (kBeyond<Law>) model_.set_burden(burden);
+  }
+
+  // Normal reactions, of models that know them.
+
+  /// Whether they must be looked at after each step.
+  bool watches() const {
+    if constexpr (kBeyond<Law>) return model_.dynamic();
+    return false;
+  }
+
+  /// Whether the base is at its tipping limit.
+  bool tips(const State& x, double t) const {
+    if constexpr (kBeyond<Law>) return contacts(x, t).tipping != Side::kNone;
+    return false;
+  }
+
+  /// Looks at the end x of a step from `t - dt` to t, s. Throws TippedOver at the tipping limit unless told to go on.
+  void watch([[maybe_unused]] const State& x, [[maybe_unused]] double t, [[maybe_unused]] double dt) {
+    if constexpr (kBeyond<Law>) {
+      const Contacts c = contacts(x, t);
+      record_.least_N = record_.least_N.min(c.N);
+      record_.time_off_floor += (c.N <= 0).select(Wheels::Constant(dt), Wheels::Zero());
+      record_.tipping = c.tipping;
+      if (c.tipping == Side::kNone) return;
+      if (!goes_on_tipping_) throw TippedOver(t, c.tipping);
+      record_.tipped = c.tipping;
+      record_.time_at_limit += dt;
+    }
+  }
+  const ReactionRecord& reaction_record() const { return record_; }
+  void go_on_tipping() { goes_on_tipping_ = true; }
+
+  /// The longest step from x (s) that friction, which changes from place to place, allows.
+  double max_step([[maybe_unused]] const State& x) const {
+    if constexpr (kBeyond<Law>) return model_.max_step(x, geometry(x.phi()).Delta_Y);
+    return std::numeric_limits<double>::infinity();
   }
 
   // Edges.
@@ -131,12 +200,14 @@ class SlipSystem {
   bool attractive(int i, const State& x, double t) const {
     Velocities u = x.velocities();
     u.dphi[i] = 0;
-    return SharedContact<Law>(model_, i, u, torque_->value(t)[i]).attractive();
+    Mask shared = shared_;
+    shared[i] = true;
+    return shared_contact(i, u, x, shared, torque_->value(t)).attractive();
   }
 
   /// Share of the upper roller of the shared contact of wheel i; the contact holds while it lies in [0, 1].
-  double alpha(int i, const Velocities& u, double t) const {
-    return SharedContact<Law>(model_, i, u, torque_->value(t)[i]).alpha();
+  double alpha(int i, const State& x, double t) const {
+    return shared_contact(i, x.velocities(), x, shared_, torque_->value(t)).alpha();
   }
 
   /// Stands wheel i, which is at the upper edge of roller k, on rollers k and k + 1. What momentum it had goes to the
@@ -201,20 +272,85 @@ class SlipSystem {
   [[gnu::noinline]] void mixed_contacts(const Velocities& u, const Wheels& phi, const Wheels& M, Contacts& c) const {
     model_.contacts(u, geometry(phi), c);
     for (int i = 0; i < kWheels; ++i) {
-      if (shared_[i]) SharedContact<Law>(model_, i, u, M[i]).put(c);
+      if (shared_[i]) shared_contact(i, u, c, M).put(c);
     }
   }
+
+  // The contacts beyond the paper, where those in `shared` are shared.
+  [[gnu::flatten, gnu::noinline]] void beyond_contacts(const Velocities& u, const Wheels& phi, const Pose& pose,
+                                                       const Wheels& M, const Mask& shared, Contacts& c) const {
+    const Wheels angle = phi_tilde(phi);
+    model_.place(u, angle, averages_ ? geometry(phi) : model_.geometry().at(angle), pose, c);
+    c.tipping = Side::kNone;
+    if (model_.dynamic()) {
+      model_.press(Wheels::Ones(), c);
+      ContactByReaction by_reaction = model_.by_reaction(c);
+      if (shared.any()) share_reactions(u, M, shared, c, by_reaction);
+      const Reactions::Solution solution = model_.reactions(u, M, c, by_reaction);
+      model_.press_more(solution.N, c);
+      c.tipping = solution.tipping;
+    } else {
+      model_.press(model_.static_reactions(), c);
+    }
+    if (shared.any()) share_contacts(u, M, shared, c);
+  }
+  [[gnu::noinline]] void share_reactions(const Velocities& u, const Wheels& M, const Mask& shared, const Contacts& unit,
+                                         ContactByReaction& by_reaction) const {
+    for (int i = 0; i < kWheels; ++i) {
+      if (shared[i]) shared_contact(i, u, unit, M).put(by_reaction);
+    }
+  }
+  [[gnu::noinline]] void share_contacts(const Velocities& u, const Wheels& M, const Mask& shared, Contacts& c) const {
+    const Contacts pressed = c;
+    for (int i = 0; i < kWheels; ++i) {
+      if (shared[i]) shared_contact(i, u, pressed, M).put(c);
+    }
+  }
+
+  // The shared contact of wheel i at the pose and normal reactions of `c`.
+  SharedContact<Law> shared_contact(int i, const Velocities& u, [[maybe_unused]] const Contacts& c,
+                                    const Wheels& M) const {
+    const Wheels half = Wheels::Constant(0.5 * model_.geometry().pitch());
+    if constexpr (kBeyond<Law>) {
+      Contacts lower, upper;
+      model_.place(u, half, model_.geometry().at(half), c.pose, lower);
+      model_.place(u, -half, model_.geometry().at(-half), c.pose, upper);
+      model_.press(c.N, lower);
+      model_.press(c.N, upper);
+      return {model_, i, u, M[i], lower, upper};
+    } else {
+      return {model_, i, u, M[i], model_.contacts(u, half), model_.contacts(u, -half)};
+    }
+  }
+  // The same at the wheel angles and pose of x, with the velocities u.
+  SharedContact<Law> shared_contact(int i, const Velocities& u, [[maybe_unused]] const State& x,
+                                    [[maybe_unused]] const Mask& shared, const Wheels& M) const {
+    Contacts c;
+    if constexpr (kBeyond<Law>) beyond_contacts(u, x.phi(), x.pose(), M, shared, c);
+    return shared_contact(i, u, c, M);
+  }
+
+  // Angle of each wheel from where its roller points straight down, rad; 0 where the contact is averaged.
+  Wheels phi_tilde(const Wheels& phi) const { return averaged_.select(Wheels::Zero(), phi - phi_center_); }
   ContactGeometry geometry(const Wheels& phi) const;
+
+  // The Jacobian of the paper's equations in closed form; that of those beyond by central differences.
+  template <class Matrix>
+  void analytic_jacobian(const State& x, Matrix& J, double t, State& dfdt) const;
+  template <class Matrix>
+  void difference_jacobian(const State& x, Matrix& J, double t, State& dfdt) const;
+  static constexpr double kDifference = 1e-6;  // of positions, velocities and time, at most
 
   // Derivatives of the forces on (V_X, V_Y, Omega), dphi and dgamma, one row each, by the 24 numbers of the state.
   using ForceJacobian = Eigen::Matrix<double, 11, State::kSize>;
   ForceJacobian force_jacobian(const State& x, const Contacts& c, const Wheels& M) const;
   // Derivative of dx/dt by t, where the torque M changes at `M_rate` (N m/s).
-  void time_derivative(const Velocities& u, const Wheels& M, const Wheels& M_rate, State& dfdt) const;
+  void time_derivative(const Velocities& u, const Contacts& c, const Wheels& M, const Wheels& M_rate,
+                       State& dfdt) const;
 
-  [[gnu::noinline]] void put_shared(const Velocities& u, const Wheels& M, DampingMatrix& G) const {
+  [[gnu::noinline]] void put_shared(const Velocities& u, const Contacts& c, const Wheels& M, DampingMatrix& G) const {
     for (int i = 0; i < kWheels; ++i) {
-      if (shared_[i]) SharedContact<Law>(model_, i, u, M[i]).put(G);
+      if (shared_[i]) shared_contact(i, u, c, M).put(G);
     }
   }
 
@@ -228,13 +364,15 @@ class SlipSystem {
   alignas(kAlignment) Wheels phi_center_;   // wheel angles at which the rollers in contact point straight down, rad
   Wheels lower_edge_, upper_edge_;
   std::vector<double> resting_angle_;
+  ReactionRecord record_;
+  bool goes_on_tipping_ = false;
   mutable std::uint64_t evaluations_ = 0;
 };
 
 template <class Law>
 ContactGeometry SlipSystem<Law>::geometry(const Wheels& phi) const {
   const ContactGeometry mean = model_.geometry().mean();
-  ContactGeometry g = model_.geometry().at(averaged_.select(Wheels::Zero(), phi - phi_center_));
+  ContactGeometry g = model_.geometry().at(phi_tilde(phi));
   for (Wheels ContactGeometry::*entry : {&ContactGeometry::Delta_Y, &ContactGeometry::dDelta_Y, &ContactGeometry::r_X,
                                          &ContactGeometry::dr_X, &ContactGeometry::r_Y, &ContactGeometry::dr_Y}) {
     g.*entry = averaged_.select(mean.*entry, g.*entry);
@@ -271,7 +409,7 @@ typename SlipSystem<Law>::ForceJacobian SlipSystem<Law>::force_jacobian(const St
   DampingMatrix G;
   model_.damping(u, c, G);
   if (shares_) {
-    put_shared(u, M, G);
+    put_shared(u, c, M, G);
     for (Wheels* entry :
          {&by_phi.platform[0], &by_phi.platform[1], &by_phi.platform[2], &by_phi.dphi, &by_phi.dgamma}) {
       *entry = shared_.select(Wheels::Zero(), *entry);  // phi stays on the edge
@@ -303,10 +441,50 @@ typename SlipSystem<Law>::ForceJacobian SlipSystem<Law>::force_jacobian(const St
 template <class Law>
 template <class Matrix>
 void SlipSystem<Law>::jacobian(const State& x, Matrix& J, double t, State& dfdt) const {
+  if constexpr (kBeyond<Law>) {
+    difference_jacobian(x, J, t, dfdt);
+  } else {
+    analytic_jacobian(x, J, t, dfdt);
+  }
+}
+
+template <class Law>
+template <class Matrix>
+void SlipSystem<Law>::difference_jacobian(const State& x, Matrix& J, double t, State& dfdt) const {
+  State step;
+  const Velocities turning = model_.transition_velocities();
+  const double slip = std::isfinite(turning.v[0]) ? 1 : 0;
+  step.values.setConstant(kDifference);
+  if (slip != 0) {
+    step.values.col(1) = (1e-3 * turning.v).min(kDifference);
+    step.dphi() = (1e-3 * turning.dphi).min(kDifference);
+    step.dgamma() = (1e-3 * turning.dgamma).min(kDifference);
+  }
+  const auto difference = [&](const State& below, const State& above, double t_below, double t_above, double width) {
+    State low, high;
+    (*this)(below, low, t_below);
+    (*this)(above, high, t_above);
+    high.values = (high.values - low.values) / width;
+    return high;
+  };
+  for (int column = 0; column < State::kSize; ++column) {
+    State below = x, above = x;
+    below.begin()[column] -= step.begin()[column];
+    above.begin()[column] += step.begin()[column];
+    const State slope = difference(below, above, t, t, above.begin()[column] - below.begin()[column]);
+    for (int row = 0; row < State::kSize; ++row) J(row, column) = slope.begin()[row];
+  }
+  // Torque may jump at t: only what follows counts.
+  dfdt = difference(x, x, t, t + kDifference, kDifference);
+}
+
+template <class Law>
+template <class Matrix>
+void SlipSystem<Law>::analytic_jacobian(const State& x, Matrix& J, double t, State& dfdt) const {
   const Inertia& inertia = model_.inertia();
   const Velocities u = x.velocities();
   const Wheels M = torque_->value(t);
-  const Contacts c = contacts(u, x.phi(), M);
+  const Contacts c = contacts(u, x.phi(), x.pose(), M);
   ForceJacobian Q = force_jacobian(x, c, M);
   // d(u . Q)/dx, the power's, from the forces before they become accelerations.
   const Velocities F = model_.forces(u, c, M);
@@ -340,17 +518,18 @@ void SlipSystem<Law>::jacobian(const State& x, Matrix& J, double t, State& dfdt)
       J(State::kDgamma + i, column) = Q(7 + i, column);
     }
   }
-  time_derivative(u, M, torque_->derivative(t), dfdt);
+  time_derivative(u, c, M, torque_->derivative(t), dfdt);
 }
 
 template <class Law>
-void SlipSystem<Law>::time_derivative(const Velocities& u, const Wheels& M, const Wheels& M_rate, State& dfdt) const {
+void SlipSystem<Law>::time_derivative(const Velocities& u, const Contacts& c, const Wheels& M, const Wheels& M_rate,
+                                      State& dfdt) const {
   const Inertia& inertia = model_.inertia();
   // Torque acts on dphi; where the contact is shared, through the shares of its rollers.
   Velocities Q_rate = {Wheels::Zero(), M_rate, Wheels::Zero()};
   for (int i = 0; i < kWheels; ++i) {
     if (!shared_[i]) continue;
-    const Eigen::Vector4d by_torque = SharedContact<Law>(model_, i, u, M[i]).torque_derivative();
+    const Eigen::Vector4d by_torque = shared_contact(i, u, c, M).torque_derivative();
     Q_rate.v.template head<3>() += M_rate[i] * by_torque.head<3>().array();
     Q_rate.dphi[i] = 0;
     Q_rate.dgamma[i] = M_rate[i] * by_torque[3];

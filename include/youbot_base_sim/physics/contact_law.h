@@ -22,12 +22,12 @@ struct ContactStiffness {
 
 // A contact law is a policy of SlipModel, selected once at construction so that the inner loops do not branch on it: a
 // class with the functions below, free of allocation and branches. A new law is one more class here and one more entry
-// in `Model` (model.h) and in the table of methods.cpp.
+// in `Model` (model.h) and a file like src/integration/coulomb_methods.cpp.
 
-/// Model 2a: F = -mu_0 V_P (paper, (4.10)).
+/// Model 2a: F = -mu_0 V_P (paper, (4.10)), with the same mu_0 under all wheels.
 class ViscousLaw {
  public:
-  ViscousLaw(const RobotParameters& robot, const FloorParameters& floor) : mu_0_(floor.mu_0(robot)) {}
+  ViscousLaw(const RobotParameters& robot, const FloorParameters& floor) : mu_0_(floor.mu_0(robot)[0]) {}
 
   /// Force for the slip velocity V_P, m/s.
   ContactForce force(const Wheels& V_PX, const Wheels& V_PY) const { return {-mu_0_ * V_PX, -mu_0_ * V_PY}; }

@@ -2,7 +2,9 @@
 
 #include <Eigen/Dense>
 #include <cmath>
+#include <optional>
 
+#include "youbot_base_sim/physics/burden.h"
 #include "youbot_base_sim/physics/dry_bearings.h"
 #include "youbot_base_sim/physics/inertia.h"
 
@@ -14,12 +16,16 @@ class NoSlipModel {
  public:
   explicit NoSlipModel(const RobotParameters& robot);
 
+  /// On a floor that may slope, with loads and wrenches.
+  NoSlipModel(const RobotParameters& robot, const FloorParameters& floor, const Burden& burden);
+
   /// Rates of the wheels, and of the rollers in contact, that roll without slip at `v`, rad/s.
   Wheels dphi(const Eigen::Vector3d& v) const { return (rolling_ * v).array(); }
   Wheels dgamma(const Eigen::Vector3d& v) const { return (roller_rolling_ * v).array(); }
 
-  /// dv/dt under the wheel torques `M`, N m.
-  Eigen::Vector3d acceleration(const Eigen::Vector3d& v, const Wheels& M) const;
+  /// dv/dt under the wheel torques `M`, N m, and the force `external` on v, N and N m.
+  Eigen::Vector3d acceleration(const Eigen::Vector3d& v, const Wheels& M,
+                               const Eigen::Vector3d& external = Eigen::Vector3d::Zero()) const;
 
   /// Torque profile of section 5.2: the wheel torques, N m, under which the velocity is `v` and changes by `dv`, with
   /// no internal preload (+1, +1, -1, -1).
@@ -48,12 +54,17 @@ class NoSlipModel {
   /// Sets dphi and dgamma of `state` to what rolls without slip.
   void constrain(State& state) const;
 
+  /// Mass and inertia that the platform's velocities feel, wheels included.
+  const Eigen::Matrix3d& inertia() const { return inertia_; }
+
   /// Kinetic energy, J; without that of the rollers, which model 1 holds to be weightless.
   double kinetic_energy(const Eigen::Vector3d& v) const { return 0.5 * v.dot(inertia_ * v); }
 
  private:
   using WheelsByVelocity = Eigen::Matrix<double, kWheels, 3>;
 
+  /// Gravity along the floor and wrenches, on v.
+  Eigen::Vector3d external(double psi) const { return external_->at(psi).v.head<3>().matrix(); }
   /// Forces on v of the dry friction in wheels and rollers, and their derivative by v.
   Eigen::Vector3d dry_friction(const Eigen::Vector3d& v) const;
   Eigen::Matrix3d dry_damping(const Eigen::Vector3d& v) const;
@@ -66,6 +77,7 @@ class NoSlipModel {
   RobotParameters robot_;
   Inertia platform_;
   DryBearings dry_;
+  std::optional<ExternalForces> external_;
   WheelsByVelocity rolling_;         // dphi = rolling_ v
   WheelsByVelocity roller_rolling_;  // dgamma = roller_rolling_ v
   Eigen::Matrix3d inertia_;
@@ -101,6 +113,16 @@ void NoSlipModel::jacobian(const State& state, const Wheels& M, const Wheels& M_
       J(State::kPhi + i, State::kV + k) = rolling_(i, k);
       J(State::kGamma + i, State::kV + k) = roller_rolling_(i, k);
     }
+  }
+  if (external_) {
+    constexpr double kStep = 1e-6;  // rad: forces are harmonics of psi
+    const Eigen::Vector3d by_psi = (external(state.psi() + kStep) - external(state.psi() - kStep)) / (2 * kStep);
+    const Eigen::Vector3d acceleration_by_psi = inverse.solve(by_psi);
+    for (int row = 0; row < 3; ++row) {
+      J(State::kV + row, State::kPsi) = acceleration_by_psi[row];
+      J(State::kWork, State::kV + row) += external(state.psi())[row];
+    }
+    J(State::kWork, State::kPsi) = v.dot(by_psi);
   }
   dfdt.values.setZero();
   dfdt.work() = (M_rate * dphi(v)).sum();

@@ -1,6 +1,9 @@
 #pragma once
 
+#include <Eigen/Dense>
 #include <array>
+#include <limits>
+#include <vector>
 
 #include "youbot_base_sim/physics/state.h"
 
@@ -12,6 +15,19 @@ enum class RollerRateAtSwitch {
   kAtRest       ///< the new roller starts at dgamma = 0, as one that its bearing has stopped
 };
 
+/// How the floor's reactions on the wheels follow from the motion.
+enum class NormalReactions {
+  kStatic,  ///< those of the base at rest (4.17)
+  kDynamic  ///< vertical forces and moments balance at every instant
+};
+
+/// What decides how four wheels share the load that three would carry.
+enum class LoadSharing {
+  kEqualWheels,   ///< rigid frame, wheels of the same stiffness (4.16)
+  kRockingFront,  ///< the front axle rolls freely about OX
+  kRockingRear    ///< the rear axle does
+};
+
 /// The robot, in the paper's symbols; the defaults are its table (5.1). SI units.
 struct RobotParameters {
   double m = 30.0;                          ///< mass of the body without wheels, kg
@@ -20,6 +36,7 @@ struct RobotParameters {
   double J_1 = 5.87e-3;                     ///< moment of inertia of a wheel about its axle, kg m^2
   double J_2 = 1e-6;                        ///< moment of inertia of a roller about its axis (regularisation), kg m^2
   double a_X = 0.016, a_Y = -0.026;         ///< centre of mass of the body from O, m
+  double a_Z = 0;                           ///< its height above the axles, m
   double h = 0.235;                         ///< half the wheelbase, m
   double l = 0.15;                          ///< half the track, m
   double R = 0.05;                          ///< outer radius of a wheel, m
@@ -32,6 +49,9 @@ struct RobotParameters {
   Wheels roller_dry_friction = Wheels::Zero();  ///< T_2, of a roller's bearing, N m
   double roller_dry_friction_rate = 2;          ///< over which it is smoothed, rad/s: real bases' (docs/validation.md)
   RollerRateAtSwitch roller_rate_at_switch = RollerRateAtSwitch::kContinuous;
+  NormalReactions normal_reactions = NormalReactions::kStatic;
+  LoadSharing load_sharing = LoadSharing::kEqualWheels;  ///< of dynamic reactions
+  double q = 0;  ///< diagonal preload: what an uneven floor or a twisted frame adds to N_1, N_4, takes from N_2, N_3, N
 
   double m_s() const { return m + kWheels * m_1; }  ///< total mass, kg
   Wheels rho_X() const { return {h, h, -h, -h}; }   ///< wheel centres from O, forward, m
@@ -48,21 +68,33 @@ constexpr double kCosDelta = 0.70710678118654752440;
 inline Wheels tan_delta() { return {-1.0, 1.0, 1.0, -1.0}; }
 inline Wheels sin_delta() { return kCosDelta * tan_delta(); }
 
+/// A rectangle of the floor with a friction of its own, which turns into that of the rest across a soft edge.
+struct FloorPatch {
+  double x0 = 0, y0 = 0, x1 = 0, y1 = 0;  ///< its corners in the fixed frame, m; x0 < x1, y0 < y1
+  double friction = 0;                    ///< f in it
+  double edge = 0.01;                     ///< w, width of the soft edge, m
+};
+
 /// The floor. SI units; f and nu as in section 5.2 of the paper.
 struct FloorParameters {
-  double f = 0.5;                ///< coefficient of sliding friction
-  double nu = 1e-3;              ///< slip speed below which Coulomb friction is regularised, m/s
-  double g = 9.81;               ///< gravity, m/s^2
-  double viscous_friction = -1;  ///< mu_0 of model 2a, N s/m; negative: f m_s g / (4 nu), the paper's choice
+  Wheels f = Wheels::Constant(0.5);  ///< coefficient of sliding friction, under each wheel
+  double nu = 1e-3;                  ///< slip speed below which Coulomb friction is regularised, m/s
+  double g = 9.81;                   ///< gravity, m/s^2
+  double viscous_friction = -1;      ///< mu_0 of model 2a, N s/m; negative: f m_s g / (4 nu), the paper's choice
+  double slope = 0;                  ///< alpha, angle of the floor with the horizontal, rad
+  double uphill = 0;                 ///< beta, heading of steepest ascent in the fixed frame, rad
+  double spin_radius = 0;            ///< a_m: spin friction is as of slip at this distance from the contact point, m
+  std::vector<FloorPatch> patches;   ///< later ones lie on top
 
-  /// Viscous friction of a contact in model 2a, N s/m.
-  double mu_0(const RobotParameters& robot) const {
-    return viscous_friction >= 0 ? viscous_friction : f * robot.m_s() * g / (kWheels * nu);
+  /// Viscous friction of the contacts in model 2a, N s/m.
+  Wheels mu_0(const RobotParameters& robot) const {
+    if (viscous_friction >= 0) return Wheels::Constant(viscous_friction);
+    return f * robot.m_s() * g / (kWheels * nu);
   }
 };
 
-/// Static normal reactions of the floor on the wheels, N (paper, (4.17)). Non-positive where the centre of mass lies so
-/// far out that a wheel would lift.
+/// Static normal reactions of the floor on the wheels, N (paper, (4.17), with the diagonal preload and, on a slope, the
+/// part of gravity that presses on the floor). Non-positive where a wheel would lift.
 Wheels normal_reactions(const RobotParameters& robot, const FloorParameters& floor);
 
 }  // namespace youbot_base_sim

@@ -10,13 +10,15 @@ struct PowerBalance {
   double drive;     ///< what the torques put into the wheels
   double bearings;  ///< what the wheels' bearings take, dry friction of the drives included
   double rollers;   ///< what the rollers' bearings take, dry friction included
-  double floor;     ///< what slip on the floor takes
+  double floor;     ///< what slip and spin on the floor take
+  double external;  ///< what gravity on a slope and wrenches put in
 
   /// What is left to change the kinetic energy.
-  double net() const { return drive - bearings - rollers - floor; }
+  double net() const { return drive + external - bearings - rollers - floor; }
 };
 
 /// Of a robot in the given state, with these contacts, under the wheel torques `M` (N m).
-PowerBalance power_balance(const RobotParameters& robot, const State& state, const Contacts& contacts, const Wheels& M);
+PowerBalance power_balance(const RobotParameters& robot, const State& state, const ContactDetails& contacts,
+                           const Wheels& M);
 
 }  // namespace youbot_base_sim

@@ -2,7 +2,7 @@
 
 #include <Eigen/Dense>
 
-#include "youbot_base_sim/physics/slip_model.h"
+#include "youbot_base_sim/physics/beyond_model.h"
 
 namespace youbot_base_sim {
 
@@ -13,13 +13,18 @@ namespace youbot_base_sim {
 template <class Law>
 class SharedContact {
  public:
-  SharedContact(const SlipModel<Law>& model, int i, const Velocities& u, double M)
+  using Contacts = typename SlipModel<Law>::Contacts;
+
+  /// `lower` and `upper` are the contacts of the two rollers, each as if it carried the wheel alone.
+  SharedContact(const SlipModel<Law>& model, int i, const Velocities& u, double M, const Contacts& lower,
+                const Contacts& upper)
       : model_(model),
         i_(i),
         u_(u),
-        lower_(model.contacts(u, Wheels::Constant(0.5 * model.geometry().pitch()))),
-        upper_(model.contacts(u, Wheels::Constant(-0.5 * model.geometry().pitch()))),
-        alpha_((M / model.robot().R - lower_.F_X[i]) / (upper_.F_X[i] - lower_.F_X[i])) {}
+        lower_(lower),
+        upper_(upper),
+        F_X_(M / model.robot().R),
+        alpha_((F_X_ - lower_.F_X[i]) / (upper_.F_X[i] - lower_.F_X[i])) {}
 
   /// The upper roller's share; the wheel is held where it lies in [0, 1]. Not finite where both pull alike.
   double alpha() const { return alpha_; }
@@ -31,8 +36,29 @@ class SharedContact {
   void put(Contacts& c) const {
     for (Wheels Contacts::*entry :
          {&Contacts::V_PX, &Contacts::V_PY, &Contacts::F_X, &Contacts::F_Y, &Contacts::Delta_Y, &Contacts::M_Z}) {
-      (c.*entry)[i_] = alpha_ * (upper_.*entry)[i_] + (1 - alpha_) * (lower_.*entry)[i_];
+      (c.*entry)[i_] = mean((upper_.*entry)[i_], (lower_.*entry)[i_]);
     }
+    if constexpr (kBeyond<Law>) {
+      for (Wheels Contacts::*entry : {&Contacts::V_Z, &Contacts::F_Z, &Contacts::M_S, &Contacts::T_S, &Contacts::f}) {
+        (c.*entry)[i_] = mean((upper_.*entry)[i_], (lower_.*entry)[i_]);
+      }
+    }
+  }
+
+  /// What the wheel exerts as a function of its normal reaction, if `lower` and `upper` are those of 1 N: the parts
+  /// n and N - n of the two rollers are such that the wheel gets no torque, n F_X + (N - n) F_X' = M / R.
+  void put(ContactByReaction& by_reaction) const {
+    const double difference = upper_.F_X[i_] - lower_.F_X[i_];
+    // n = constant + slope N of the upper roller
+    const double constant = F_X_ / difference, slope = -lower_.F_X[i_] / difference;
+    const auto set = [&](ContactByReaction::Line& line, double upper, double lower) {
+      line.constant[i_] = (upper - lower) * constant;
+      line.slope[i_] = lower + (upper - lower) * slope;
+    };
+    set(by_reaction.F_X, upper_.F_X[i_], lower_.F_X[i_]);
+    set(by_reaction.F_Y, upper_.F_Y[i_], lower_.F_Y[i_]);
+    set(by_reaction.M_Z, upper_.M_Z[i_], lower_.M_Z[i_]);
+    set(by_reaction.D, upper_.Delta_Y[i_], lower_.Delta_Y[i_]);
   }
 
   /// Derivative of the forces on V_X, V_Y, Omega and dgamma by the torque, which changes the shares.
@@ -71,14 +97,17 @@ class SharedContact {
   }
 
  private:
+  double mean(double upper, double lower) const { return alpha_ * upper + (1 - alpha_) * lower; }
+
   Eigen::Vector4d forces(const Contacts& c) const {
-    return {c.F_X[i_], c.F_Y[i_], c.M_Z[i_], c.r_Y[i_] * c.F_Y[i_] - c.r_X[i_] * c.F_X[i_]};
+    return {c.F_X[i_], c.F_Y[i_], c.M_Z[i_], model_.roller_torque(c)[i_]};
   }
 
   const SlipModel<Law>& model_;
   int i_;
   Velocities u_;
   Contacts lower_, upper_;
+  double F_X_;  // friction that holds the wheel, N
   double alpha_;
 };
 

@@ -23,6 +23,22 @@ struct AngleStiffness {
   Wheels dphi, dgamma;
 };
 
+/// Sets `derivative` to the time derivative of `state` under the forces Q on its velocities.
+inline void set_derivative(const Inertia& inertia, const State& state, const Velocities& Q, State& derivative) {
+  const Velocities u = state.velocities();
+  const double cos_psi = std::cos(state.psi()), sin_psi = std::sin(state.psi());
+  derivative.x() = u.v[0] * cos_psi - u.v[1] * sin_psi;
+  derivative.y() = u.v[0] * sin_psi + u.v[1] * cos_psi;
+  derivative.psi() = u.v[2];
+  derivative.work() = power(u, Q);
+  const Eigen::Vector3d dv = inertia.M_v_inverse * Eigen::Vector3d{Q.v[0], Q.v[1], Q.v[2]};
+  derivative.values.col(1) << dv[0], dv[1], dv[2], 0;
+  derivative.phi() = u.dphi;
+  derivative.dphi() = Q.dphi * (1 / inertia.J_1);
+  derivative.dgamma() = Q.dgamma * (1 / inertia.J_2);
+  derivative.gamma() = u.dgamma;
+}
+
 /// Models 2a and 2b: the equations of motion (4.9) with slipping contacts, for one fixed choice of the rollers in
 /// contact, for which they are smooth. The wheel angle enters as `phi_tilde` = phi - phi_center (rad), where phi_center
 /// is the wheel angle at which the roller points straight down; it may lie somewhat beyond the roller's edges.
@@ -31,12 +47,17 @@ struct AngleStiffness {
 template <class Law>
 class SlipModel {
  public:
+  using Contacts = youbot_base_sim::Contacts;
+  using Friction = ContactForce;  ///< at the contacts
+  using Mask = Eigen::Array<bool, kWheels, 1>;
+
   SlipModel(const RobotParameters& robot, const FloorParameters& floor)
       : robot_(robot),
         geometry_(robot),
         law_(robot, floor),
         inertia_(robot),
         dry_(robot),
+        limit_{floor.f, normal_reactions(robot, floor)},
         rho_X_(robot.rho_X()),
         rho_Y_(robot.rho_Y()) {}
 
@@ -79,7 +100,9 @@ class SlipModel {
   }
 
   /// Time derivative of `state`, whose contacts are `c`, under the wheel torques `M` (N m).
-  void derivative(const State& state, const Contacts& c, const Wheels& M, State& derivative) const;
+  void derivative(const State& state, const Contacts& c, const Wheels& M, State& derivative) const {
+    set_derivative(inertia_, state, forces(state.velocities(), c, M), derivative);
+  }
 
   /// Sets G to minus the derivative of `forces` by the velocities u, Coriolis forces excluded, where the contacts are
   /// `c`.
@@ -104,7 +127,29 @@ class SlipModel {
   }
 
   /// F, shortened to the largest friction that the law allows.
-  ContactForce bounded(const ContactForce& F) const { return law_.bounded(F); }
+  ContactForce bounded(const ContactForce& F, const Contacts&) const { return law_.bounded(F); }
+
+  ContactForce friction(const Contacts& c) const { return {c.F_X, c.F_Y}; }
+
+  /// Replaces the friction of the wheels in `mask`.
+  void put_friction(const Mask& mask, const ContactForce& F, Contacts& c) const {
+    c.F_X = mask.select(F.F_X, c.F_X);
+    c.F_Y = mask.select(F.F_Y, c.F_Y);
+    const Wheels M_Z = c.M_Z;
+    set_moment(c);
+    c.M_Z = mask.select(c.M_Z, M_Z);  // for a shared contact the mean of moments is no moment of means
+  }
+
+  /// `c` for whoever looks at it.
+  ContactDetails details(const Contacts& c) const {
+    ContactDetails details{c};
+    details.N = limit_.N;
+    details.f = limit_.f;
+    return details;
+  }
+
+  /// The torque that a roller gets from its contact, N m.
+  Wheels roller_torque(const Contacts& c) const { return c.r_Y * c.F_Y - c.r_X * c.F_X; }
 
   /// Slip speed over which the friction changes by its own size, m/s; infinite for a linear law. Setting it has no
   /// effect on a law without one.
@@ -151,30 +196,18 @@ class SlipModel {
     if (dry_.any()) dry_.add_to(u, G);
   }
 
+  struct Limit {
+    Wheels f, N;
+  };
+
   RobotParameters robot_;
   RollerGeometry geometry_;
   Law law_;
   Inertia inertia_;
   DryBearings dry_;
+  Limit limit_;
   alignas(kAlignment) Wheels rho_X_, rho_Y_;
 };
-
-template <class Law>
-void SlipModel<Law>::derivative(const State& state, const Contacts& c, const Wheels& M, State& derivative) const {
-  const Velocities u = state.velocities();
-  const Velocities Q = forces(u, c, M);
-  const double cos_psi = std::cos(state.psi()), sin_psi = std::sin(state.psi());
-  derivative.x() = u.v[0] * cos_psi - u.v[1] * sin_psi;
-  derivative.y() = u.v[0] * sin_psi + u.v[1] * cos_psi;
-  derivative.psi() = u.v[2];
-  derivative.work() = power(u, Q);
-  const Eigen::Vector3d dv = inertia_.M_v_inverse * Eigen::Vector3d{Q.v[0], Q.v[1], Q.v[2]};
-  derivative.values.col(1) << dv[0], dv[1], dv[2], 0;
-  derivative.phi() = u.dphi;
-  derivative.dphi() = Q.dphi * (1 / inertia_.J_1);
-  derivative.dgamma() = Q.dgamma * (1 / inertia_.J_2);
-  derivative.gamma() = u.dgamma;
-}
 
 template <class Law>
 AngleStiffness SlipModel<Law>::angle_stiffness(const Velocities& u, const ContactGeometry& g, const Contacts& c) const {

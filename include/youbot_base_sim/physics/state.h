@@ -55,6 +55,11 @@ inline Velocities operator*(double factor, const Velocities& a) {
   return {factor * a.v, factor * a.dphi, factor * a.dgamma};
 }
 
+/// Pose of O in the fixed frame: m, m, rad.
+struct Pose {
+  double x, y, psi;
+};
+
 /// What the equations of motion integrate. Kept as one fixed-size array, so that a stepper's sums are plain arithmetic
 /// on `values`; a column holds four numbers that are computed together.
 ///
@@ -95,6 +100,7 @@ struct State {
   auto dgamma() const { return values.col(4); }
   auto gamma() const { return values.col(5); }
 
+  Pose pose() const { return {x(), y(), psi()}; }
   Velocities velocities() const { return {values.col(1), values.col(3), values.col(4)}; }
   void set(const Velocities& u) {
     values.col(1) = u.v;

@@ -8,6 +8,8 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 namespace youbot_base_sim {
 
@@ -59,11 +61,17 @@ class OutputFile {
   /// The name under which it is being written.
   const std::string& name() const { return name_; }
 
-  /// Whether this would replace `file`, an existing one, or write to it.
-  bool leads_to(const std::filesystem::path& file) const;
+  /// Where an output goes.
+  struct Place {
+    std::filesystem::path target;         ///< links followed
+    std::optional<struct stat> existing;  ///< the target, if there is one
 
-  /// Whether both write to one file, by whatever names. Everybody may write to the null device.
-  bool same_file(const OutputFile& other) const;
+    /// Whether this would replace `file`, an existing one, or write to it.
+    bool leads_to(const std::filesystem::path& file) const;
+    /// Whether both write to one file, by whatever names. Everybody may write to the null device.
+    bool same_as(const Place& other) const;
+  };
+  const Place& place() const { return place_; }
 
   /// Ends the writing early: throws OutputError with the reason, and with where what was written is kept, and in what
   /// state if that is to be known.
@@ -78,16 +86,33 @@ class OutputFile {
   int flush();  // 0, or an error number
   int close();  // likewise
 
-  std::string path_;              // as the user names it
-  std::filesystem::path target_;  // links followed
+  std::string path_;  // as the user names it
+  Place place_;
   std::string name_;
   Access access_;
   bool straight_ = false;
   int descriptor_ = -1;
-  std::optional<struct stat> existing_;  // the target, if there is one
   std::string buffer_;
   off_t written_ = 0;  // bytes
   off_t whole_ = 0;    // the bytes of them up to the end of a line
 };
+
+/// Opens what a program writes: each output must be another file than those that the program reads, and than each
+/// other.
+class OutputOpener {
+ public:
+  explicit OutputOpener(std::vector<std::string> inputs) : inputs_(std::move(inputs)) {}
+
+  /// `option` names the output where it is refused. Throws OutputError.
+  OutputFile open(const std::string& option, const std::string& path,
+                  OutputFile::Access access = OutputFile::Access::kInOrder);
+
+ private:
+  std::vector<std::string> inputs_;
+  std::vector<std::pair<std::string, OutputFile::Place>> opened_;  // by option
+};
+
+/// Throws OutputError unless all that was printed has been written to standard output.
+void flush_standard_output();
 
 }  // namespace youbot_base_sim

@@ -12,6 +12,7 @@
 #include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/physics/model.h"
 #include "youbot_base_sim/physics/parameters.h"
+#include "youbot_base_sim/scene/burden_plan.h"
 #include "youbot_base_sim/text/number.h"
 
 namespace youbot_base_sim {
@@ -51,6 +52,7 @@ struct Scene {
   OutputSettings output;
   RobotParameters robot;
   FloorParameters floor;
+  BurdenPlan burdens;
   State initial;
   SolverSettings solver;
   /// The motors between commands and wheels. Empty: a velocity table's loops have the default motors; torques act as
@@ -59,6 +61,9 @@ struct Scene {
   /// Empty if the scene has no drive, because its commands come from elsewhere.
   std::variant<std::monostate, ReferenceMotion, TorqueSegments, WheelTable, VelocityTable> drive;
 };
+
+/// Whether a scene asks for anything that the paper's equations do not have, but for what only changes their numbers.
+bool beyond_the_paper(const Scene& scene);
 
 /// A mistake in a scene, in one line that names the key, its value and what is allowed.
 class SceneError : public std::runtime_error {

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <vector>
+
+#include "youbot_base_sim/physics/parameters.h"
+
+namespace youbot_base_sim {
+
+/// Friction of a floor with patches.
+class FloorPatches {
+ public:
+  explicit FloorPatches(const FloorParameters& floor) : f_(floor.f), patches_(floor.patches) {}
+
+  bool any() const { return !patches_.empty(); }
+
+  /// Coefficient of friction under each wheel, whose contact point is at (X, Y) in the fixed frame, m. Between a patch
+  /// and what lies around it friction changes smoothly over the patch's edge.
+  Wheels friction(const Wheels& X, const Wheels& Y) const;
+
+  /// How far (m) contact points at (X, Y) may move in one step so that none jumps over a soft edge.
+  double max_way(const Wheels& X, const Wheels& Y) const;
+
+ private:
+  Wheels f_;
+  std::vector<FloorPatch> patches_;
+};
+
+}  // namespace youbot_base_sim

@@ -1,0 +1,97 @@
+#pragma once
+
+#include <Eigen/Dense>
+#include <array>
+#include <limits>
+#include <stdexcept>
+
+#include "youbot_base_sim/physics/burden.h"
+#include "youbot_base_sim/physics/inertia.h"
+
+namespace youbot_base_sim {
+
+/// The side over which a base tips, whose two wheels then bear all.
+enum class Side { kNone, kLeft, kRight, kFront, kRear };
+const char* name_of(Side side);
+
+/// What became of the normal reactions in a motion.
+struct ReactionRecord {
+  Wheels least_N = Wheels::Constant(std::numeric_limits<double>::infinity());  ///< of each wheel, N
+  Wheels time_off_floor = Wheels::Zero();                                      ///< s
+  Side tipping = Side::kNone;                                                  ///< at the last look
+  Side tipped = Side::kNone;                                                   ///< when it last was at its limit
+  double time_at_limit = 0;                                                    ///< s, while it went on there
+};
+
+/// The base reached its tipping limit: the two wheels of one side bear all.
+class TippedOver : public std::domain_error {
+ public:
+  TippedOver(double t, Side side);
+  double time() const { return time_; }  ///< s
+  Side side() const { return side_; }    ///< that bears all
+
+ private:
+  double time_;
+  Side side_;
+};
+
+/// What each contact exerts for a normal reaction N: `constant` + `slope` N. A wheel on one roller has no constant; one
+/// that rests on two shares N between them so that the wheel stands still.
+struct ContactByReaction {
+  struct Line {
+    Wheels constant = Wheels::Zero(), slope = Wheels::Zero();
+  };
+  Line F_X, F_Y;  ///< friction, N
+  Line M_Z;       ///< its moment about O, spin friction included, N m
+  Line D;         ///< moment of the normal forces about the wheel's centre line, N Delta_Y, N m
+};
+
+/// Normal reactions of the floor while the base moves: vertical forces and moments about both horizontal axes balance
+/// at every instant, without heave, pitch or roll, and a fourth condition says how four wheels share what three would
+/// carry. The reactions depend on friction, which depends on them: both are linear, and solved for together.
+class Reactions {
+ public:
+  /// `robot` is the loaded one.
+  Reactions(const RobotParameters& robot, const Inertia& inertia, double normal_gravity);
+
+  /// What moves besides: all of it given.
+  struct Motion {
+    Wheels v;                ///< (V_X, V_Y, Omega, 0), m/s and rad/s
+    Wheels dphi;             ///< rates of the wheels, rad/s
+    double sum_tau;          ///< of the wheels' torques less their bearings', N m
+    Wheels platform_forces;  ///< on (V_X, V_Y, Omega) besides friction: Coriolis and external, N and N m
+    ExternalForce external;
+  };
+
+  struct Solution {
+    Wheels N;                    ///< N, never negative
+    Side tipping = Side::kNone;  ///< the side that bears all, at the tipping limit
+  };
+  /// A wheel that would be pulled down leaves the floor: its N is 0 in place of the fourth condition.
+  Solution solve(const ContactByReaction& contact, const Motion& motion) const;
+
+ private:
+  using Matrix = Eigen::Matrix4d;
+  using Vector = Eigen::Vector4d;
+
+  /// The balance of moments about OY and OX: `rows` N = `right`.
+  struct Balance {
+    Wheels pitch, roll;
+    double pitch_right, roll_right;
+  };
+  Balance balance(const ContactByReaction& contact, const Motion& motion) const;
+
+  Wheels equal_wheels(const Balance& balance, double weight) const;
+  Wheels fourth_condition(const ContactByReaction& contact, const Motion& motion, double& right) const;
+  Solution lift(Matrix rows, Vector right, const Wheels& N) const;
+  Solution tip(const Matrix& rows, const Vector& right) const;
+
+  double m_, m_s_, a_X_, a_Y_, a_Z_, J_1_, R_, q_, g_n_;
+  LoadSharing sharing_;
+  // m a_Z times the acceleration of the body's centre of mass along X and Y by forces on (V_X, V_Y, Omega)
+  std::array<double, 3> by_force_X_, by_force_Y_;
+  alignas(kAlignment) Wheels rho_X_;
+  Wheels rho_Y_;
+};
+
+}  // namespace youbot_base_sim

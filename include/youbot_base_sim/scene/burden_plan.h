@@ -1,0 +1,36 @@
+#pragma once
+
+#include <limits>
+#include <vector>
+
+#include "youbot_base_sim/physics/burden.h"
+
+namespace youbot_base_sim {
+
+/// What the base carries and what pushes it, in the course of time.
+struct BurdenPlan {
+  /// From `start` (s) on and before `end`.
+  struct Stretch {
+    double start = 0, end = std::numeric_limits<double>::infinity();
+    bool contains(double t) const { return start <= t && t < end; }
+  };
+  struct PlannedLoad : Stretch {
+    Load load;
+    bool at_rest = false;  ///< put on at rest: momentum stays, where otherwise the base's velocities do
+  };
+  struct PlannedWrench : Stretch {
+    Wrench wrench;
+  };
+  std::vector<PlannedLoad> loads;
+  std::vector<PlannedWrench> wrenches;
+
+  bool empty() const { return loads.empty() && wrenches.empty(); }
+
+  /// What there is at time t, s. Without the loads that are put on at rest at that very instant, if not `settled`.
+  Burden at(double t, bool settled = true) const;
+
+  /// When something changes next after t, s; infinite: never.
+  double next_change(double t) const;
+};
+
+}  // namespace youbot_base_sim

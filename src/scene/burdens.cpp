@@ -1,0 +1,64 @@
+#include "burdens.h"
+
+#include <fmt/format.h>
+
+namespace youbot_base_sim {
+
+namespace {
+
+constexpr Range kPosition{-1e3, 1e3, "m"};
+constexpr Range kForce{-1e6, 1e6, "N"};
+constexpr Range kMoment{-1e6, 1e6, "N m"};
+
+constexpr Named<bool> kPlacements[] = {{"moving", false}, {"at_rest", true}};
+constexpr Named<bool> kFrames[] = {{"platform", false}, {"fixed", true}};
+
+void read_stretch(SceneSection& s, BurdenPlan::Stretch& stretch) {
+  s["start"].number(stretch.start, {0, 1e9, "s"});
+  const SceneValue end = s["end"];
+  end.number(stretch.end, {0, 1e9, "s"});
+  if (stretch.end <= stretch.start) end.refuse(fmt::format("after start, {}", stretch.start));
+}
+
+void read_vector(const SceneValue& value, Eigen::Vector3d& vector, const Range& range) {
+  Eigen::Array3d numbers = vector.array();
+  value.numbers(numbers, range);
+  vector = numbers.matrix();
+}
+
+BurdenPlan::PlannedLoad read_load(SceneSection s) {
+  BurdenPlan::PlannedLoad planned;
+  s.required("mass").number(planned.load.mass, {1e-12, 1e6, "kg"});
+  read_vector(s.required("position"), planned.load.position, kPosition);
+  s["inertia"].number(planned.load.inertia, {0, 1e6, "kg m^2"});
+  read_stretch(s, planned);
+  s["placed"].choice(planned.at_rest, kPlacements);
+  s.finish();
+  return planned;
+}
+
+BurdenPlan::PlannedWrench read_wrench(SceneSection s) {
+  BurdenPlan::PlannedWrench planned;
+  read_vector(s["force"], planned.wrench.force, kForce);
+  read_vector(s["point"], planned.wrench.point, kPosition);
+  s["torque"].number(planned.wrench.torque, kMoment);
+  read_stretch(s, planned);
+  s["frame"].choice(planned.wrench.fixed, kFrames);
+  s.finish();
+  return planned;
+}
+
+}  // namespace
+
+BurdenPlan read_burdens(const SceneValue& loads, const SceneValue& wrenches) {
+  BurdenPlan plan;
+  if (loads.given()) {
+    for (const SceneSection& section : loads.sections()) plan.loads.push_back(read_load(section));
+  }
+  if (wrenches.given()) {
+    for (const SceneSection& section : wrenches.sections()) plan.wrenches.push_back(read_wrench(section));
+  }
+  return plan;
+}
+
+}  // namespace youbot_base_sim

@@ -1,0 +1,11 @@
+#pragma once
+
+#include "scene_section.h"
+#include "youbot_base_sim/scene/scene.h"
+
+namespace youbot_base_sim {
+
+/// Reads the lists `loads` and `wrenches`, either of which may be left out. Throws SceneError.
+BurdenPlan read_burdens(const SceneValue& loads, const SceneValue& wrenches);
+
+}  // namespace youbot_base_sim

@@ -1,0 +1,188 @@
+// What is beyond the paper, by what whole motions must do.
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "temporary_folder.h"
+#include "youbot_base_sim/simulation.h"
+
+namespace youbot_base_sim {
+namespace {
+
+Scene scene_of(const std::string& text) {
+  static const TemporaryFolder folder;
+  return load_scene(folder.write("scene.yaml", text));
+}
+
+State end_of(const std::string& text) {
+  const Scene scene = scene_of(text);
+  Simulation simulation(scene);
+  simulation.advance_to(scene.duration);
+  EXPECT_EQ(simulation.statistics().fallback_steps, 0u) << text;
+  EXPECT_LT(simulation.energy_balance_error(), 1e-4) << text;
+  return simulation.state();
+}
+
+const std::string kSideways =
+    "duration: 1\n"
+    "drive: {torque: [{start: 0, constant: [-1.5, 1.6, 1.4, -1.5]}, {start: 0.5, constant: [1, -1, -1, 1]}]}\n";
+
+double distance(const State& a, const State& b) { return std::hypot(a.x() - b.x(), a.y() - b.y(), a.psi() - b.psi()); }
+
+// Friction forces of rollers that turn freely act along their axes alone, so that locked wheels hold up to
+// tan(angle) = f cos(delta) = 0.354.
+TEST(SlopeTest, LockedWheelsHoldUpToTheFrictionOfTheirRollers) {
+  const auto slide = [](double angle, double nu) {
+    return -end_of(fmt::format("duration: 1\n"
+                               "robot: {{com: [0, 0], wheel_damping: 1e6, roller_damping: 1e-6}}\n"
+                               "floor: {{slope: {{angle: {}}}, slip_regularization: {}}}\n",
+                               angle, nu))
+                .x();
+  };
+  EXPECT_NEAR(slide(0.40, 1e-3), 0.313, 0.003);  // g (sin - f cos(delta) cos) / 2 from the specification of the case
+  const double creep = slide(0.33, 1e-3);
+  EXPECT_LT(creep, 0.01);
+  EXPECT_NEAR(slide(0.33, 1e-4), 0.1 * creep, 0.01 * creep);
+}
+
+TEST(SlopeTest, FreeWheelsRollDownAsModel1Does) {
+  const std::string text =
+      "duration: 1\n"
+      "robot: {com: [0, 0], wheel_damping: 0, roller_damping: 0}\n"
+      "floor: {slope: {angle: 0.1, uphill: 0}}\n";
+  const Scene scene = scene_of("model: no_slip\n" + text);
+  const RobotParameters& robot = scene.robot;
+  const double inertia = robot.m_s() + kWheels * robot.J_1 / (robot.R * robot.R);
+  EXPECT_NEAR(end_of("model: no_slip\n" + text).V_X(), -robot.m_s() * scene.floor.g * std::sin(0.1) / inertia, 1e-6);
+  EXPECT_NEAR(end_of("model: viscous\n" + text).V_X(), end_of("model: no_slip\n" + text).V_X(), 1e-3);
+}
+
+TEST(BeyondScenesTest, LimitsAreWhatIsWithoutThem) {
+  const State paper = end_of(kSideways);
+  for (const char* nothing : {"floor: {spin_radius: 1e-9}", "loads: [{mass: 1e-9, position: [0.1, 0.1, 0.1]}]",
+                              "floor: {patches: [{rectangle: [50, 50, 51, 51], friction: 0}]}",
+                              "floor: {slope: {angle: 1e-9}}", "wrenches: [{force: [1e-7, 0, 0]}]"}) {
+    EXPECT_LT(distance(end_of(kSideways + nothing), paper), 1e-6) << nothing;
+  }
+  EXPECT_LT(distance(end_of(kSideways + "floor: {patches: [{rectangle: [-50, -50, 50, 50], friction: 0.3}]}"),
+                     end_of(kSideways + "floor: {friction: 0.3}")),
+            1e-6);
+  EXPECT_LT(distance(end_of(kSideways + "floor: {friction: [0.3, 0.3, 0.3, 0.3]}"),
+                     end_of(kSideways + "floor: {friction: 0.3}")),
+            1e-12);
+}
+
+TEST(BeyondScenesTest, ATurnedWorldTurnsTheMotion) {
+  const std::string robot = kSideways + "robot: {normal_reactions: dynamic, com_height: 0.05}\n";
+  const State straight = end_of(
+      robot +
+      "floor: {slope: {angle: 0.05, uphill: 0.3}, patches: [{rectangle: [0, 0, 0.3, 0.1], friction: 0.2, edge: "
+      "0.03}]}\n"
+      "wrenches: [{force: [5, 3, 2], point: [0.1, 0, 0.2], frame: fixed}, {force: [0, 4, 0], start: 0.2, end: 0.6}]\n");
+  const State turned = end_of(
+      robot +
+      "initial: {pose: [0, 0, 1.5707963267948966]}\n"
+      "floor: {slope: {angle: 0.05, uphill: 1.8707963267948966}, patches: [{rectangle: [-0.1, 0, 0, 0.3], friction: "
+      "0.2, edge: 0.03}]}\n"
+      "wrenches: [{force: [-3, 5, 2], point: [0.1, 0, 0.2], frame: fixed}, {force: [0, 4, 0], start: 0.2, end: "
+      "0.6}]\n");
+  EXPECT_NEAR(turned.x(), -straight.y(), 1e-6);
+  EXPECT_NEAR(turned.y(), straight.x(), 1e-6);
+  EXPECT_NEAR(turned.psi(), straight.psi() + M_PI / 2, 1e-6);
+}
+
+TEST(BeyondScenesTest, AMirroredWorldMirrorsTheMotion) {
+  const State left = end_of(
+      "duration: 1\n"
+      "robot: {normal_reactions: dynamic, com_height: 0.05, com: [0.02, 0.03], diagonal_preload: 3}\n"
+      "initial: {wheel_angles: [0.1, -0.2, 0.15, 0.3]}\n"
+      "floor: {friction: [0.5, 0.4, 0.45, 0.6], slope: {angle: 0.05, uphill: 0.3}, spin_radius: 0.001,\n"
+      "        patches: [{rectangle: [0, 0, 0.3, 0.1], friction: 0.2, edge: 0.03}]}\n"
+      "loads: [{mass: 5, position: [0.1, 0.1, 0.2], inertia: 0.1}]\n"
+      "wrenches: [{force: [5, 3, 2], point: [0.1, 0.05, 0.2], torque: 0.5}]\n"
+      "drive: {torque: [{start: 0, constant: [-1.5, 1.6, 1.4, -1.5]}]}\n");
+  const State right = end_of(
+      "duration: 1\n"
+      "robot: {normal_reactions: dynamic, com_height: 0.05, com: [0.02, -0.03], diagonal_preload: -3}\n"
+      "initial: {wheel_angles: [-0.2, 0.1, 0.3, 0.15]}\n"
+      "floor: {friction: [0.4, 0.5, 0.6, 0.45], slope: {angle: 0.05, uphill: -0.3}, spin_radius: 0.001,\n"
+      "        patches: [{rectangle: [0, -0.1, 0.3, 0], friction: 0.2, edge: 0.03}]}\n"
+      "loads: [{mass: 5, position: [0.1, -0.1, 0.2], inertia: 0.1}]\n"
+      "wrenches: [{force: [5, -3, 2], point: [0.1, -0.05, 0.2], torque: -0.5}]\n"
+      "drive: {torque: [{start: 0, constant: [1.6, -1.5, -1.5, 1.4]}]}\n");
+  EXPECT_NEAR(right.x(), left.x(), 1e-6);
+  EXPECT_NEAR(right.y(), -left.y(), 1e-6);
+  EXPECT_NEAR(right.psi(), -left.psi(), 1e-6);
+}
+
+// On a floor without friction a push gives its momentum, whatever part of a control period it takes.
+TEST(WrenchTest, ActsFromItsStartToItsEnd) {
+  for (const char* period : {"0", "1e-3", "0.1"}) {
+    const State x =
+        end_of(fmt::format("duration: 0.2\nrobot: {{com: [0, 0]}}\nfloor: {{friction: 0}}\n"
+                           "wrenches: [{{force: [0, 7, 0], start: 0.03037, end: 0.0942}}]\n"
+                           "drive: {{torque: [{{start: 0}}]}}\nsolver: {{control_period: {}}}\n",
+                           period));
+    EXPECT_NEAR(x.V_Y(), 7 * (0.0942 - 0.03037) / RobotParameters().m_s(), 1e-12) << period;
+    EXPECT_EQ(x.V_X(), 0);
+  }
+}
+
+TEST(LoadTest, PutOnAtRestTakesItsShareOfTheMomentum) {
+  const std::string text =
+      "duration: 0.2\nrobot: {com: [0, 0]}\nfloor: {friction: 0}\ninitial: {twist: [0, 0.5, 0]}\n"
+      "loads: [{mass: 10, position: [0, 0, 0.1], start: 0.1, end: 0.15, placed: ";
+  const double m_s = RobotParameters().m_s();
+  EXPECT_NEAR(end_of(text + "at_rest}]").V_Y(), 0.5 * m_s / (m_s + 10), 1e-12);
+  EXPECT_NEAR(end_of(text + "moving}]").V_Y(), 0.5, 1e-12);
+}
+
+// With the centre of mass in the middle and rollers straight down, a front wheel's reaction is less by
+// (4 tau + m a_Z dV_X) / (4 h).
+TEST(NormalReactionsTest, SpeedingUpLoadsTheRearWheels) {
+  const Scene scene = scene_of(
+      "duration: 1\nrobot: {normal_reactions: dynamic, com_height: 0.1, com: [0, 0], wheel_damping: 0}\n"
+      "initial: {twist: [0.5, 0, 0], wheel_rates: [10.5, 10.5, 10.5, 10.5]}\n"
+      "drive: {torque: [{start: 0, constant: [2, 2, 2, 2]}]}\n");
+  const Simulation simulation(scene);
+  const ContactDetails c = simulation.contacts();
+  const RobotParameters& robot = scene.robot;
+  const double weight = robot.m_s() * scene.floor.g, dV_X = c.F_X.sum() / robot.m_s();
+  EXPECT_GT(dV_X, 1);
+  const double less = (4 * 2 + robot.m * 0.1 * dV_X) / (4 * robot.h);
+  EXPECT_NEAR(c.N[0], weight / 4 - less, 1e-9);
+  EXPECT_NEAR(c.N[2], weight / 4 + less, 1e-9);
+}
+
+// A base that brakes askew with a tall centre of mass lifts a wheel and puts it down again; its reaction has no jump
+// but at switches, where the contact points jump.
+TEST(NormalReactionsTest, AWheelLeavesTheFloorAndComesBack) {
+  const Scene scene = scene_of(
+      "duration: 1\nrobot: {normal_reactions: dynamic, com_height: 0.3, com: [0, 0]}\nfloor: {friction: 0.7}\n"
+      "initial: {twist: [0.8, 0.5, 0]}\n"
+      "drive: {torque: [{start: 0, constant: [-6, -3, -3, -6]}, {start: 0.12, constant: [0, 0, 0, 0]}]}\n");
+  Simulation simulation(scene);
+  Wheels before = simulation.contacts().N;
+  bool lifted = false;
+  for (int k = 1; k <= 50000; ++k) {
+    simulation.advance_to(1e-5 * k);
+    const bool switched = !simulation.take_switches().empty();
+    const Wheels N = simulation.contacts().N;
+    if (!switched && k > 20 && std::abs(1e-5 * k - 0.12) > 2e-4) {
+      EXPECT_LT((N - before).abs().maxCoeff(), 20) << k;
+    }
+    before = N;
+    lifted = lifted || N.minCoeff() == 0;
+  }
+  EXPECT_TRUE(lifted);
+  EXPECT_GT(before.minCoeff(), 0);
+  const ReactionRecord record = *simulation.reaction_record();
+  EXPECT_EQ(record.least_N.minCoeff(), 0);
+  EXPECT_GT(record.time_off_floor.maxCoeff(), 1e-3);
+  EXPECT_LT(simulation.energy_balance_error(), 1e-4);
+}
+
+}  // namespace
+}  // namespace youbot_base_sim

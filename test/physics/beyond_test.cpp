@@ -1,0 +1,232 @@
+// The equations beyond the paper: right-hand sides by an independent program (test/data/beyond/golden_rhs.json), and
+// laws of mechanics that they must obey.
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <random>
+
+#include "temporary_folder.h"
+#include "youbot_base_sim/integration/slip_system.h"
+#include "youbot_base_sim/scene/scene.h"
+
+namespace youbot_base_sim {
+namespace {
+
+using Json = nlohmann::json;
+using Law = Beyond<CoulombLaw>;
+using System = SlipSystem<Law>;
+
+Wheels wheels(const Json& json) {
+  const auto numbers = json.get<std::array<double, kWheels>>();
+  return {numbers[0], numbers[1], numbers[2], numbers[3]};
+}
+
+// JSON is YAML.
+Scene scene_of(const Json& keys) {
+  static const TemporaryFolder folder;
+  Json json = keys;
+  json["duration"] = 1;
+  return load_scene(folder.write("scene.yaml", json.dump()));
+}
+
+struct Motion {
+  explicit Motion(const Json& golden, const Scene& scene)
+      : model(scene.robot, scene.floor, scene.burdens.at(0)), torque(golden), state(state_of(golden)) {}
+
+  static State state_of(const Json& golden) {
+    State x;
+    const Json& u = golden["velocities"];
+    for (int k = 0; k < 3; ++k) {
+      x.values(k, 0) = golden["pose"][k].get<double>();
+      x.values(k, 1) = u[k].get<double>();
+    }
+    for (int i = 0; i < kWheels; ++i) {
+      x.dphi()[i] = u[3 + i].get<double>();
+      x.dgamma()[i] = u[7 + i].get<double>();
+    }
+    x.phi() = wheels(golden["phi_tilde"]);
+    return x;
+  }
+
+  struct Torque : HeldTorque {
+    explicit Torque(const Json& golden) { set(wheels(golden["torques"])); }
+  };
+  SlipModel<Law> model;
+  Torque torque;
+  State state;
+};
+
+Json golden() {
+  std::ifstream file(YOUBOT_BASE_SIM_SOURCE_DIR "/test/data/beyond/golden_rhs.json");
+  return Json::parse(file)["cases"];
+}
+
+// The largest entries set the scale: friction and accelerations of rollers are differences of large numbers.
+void expect_near(const Wheels& value, const Json& expected, double scale, const std::string& what) {
+  for (int i = 0; i < kWheels; ++i) EXPECT_NEAR(value[i], expected[i].get<double>(), 1e-12 * scale) << what << i;
+}
+
+TEST(BeyondModelTest, MeetsRightHandSidesOfAnIndependentProgram) {
+  int cases = 0;
+  for (const Json& golden : golden()) {
+    const std::string name = golden["feature"].get<std::string>() + " " + golden["scene"].dump();
+    SCOPED_TRACE(name);
+    Motion motion(golden, scene_of(golden["scene"]));
+    State x = motion.state;
+    System system(motion.model, motion.torque, x);
+    if (golden.contains("wheel")) {
+      system.enter_sliding(golden["wheel"].get<int>(), 0, x);
+      EXPECT_NEAR(system.alpha(golden["wheel"].get<int>(), x, 0), golden["alpha"].get<double>(), 1e-11);
+    }
+    const BeyondContacts c = system.contacts(x, 0);
+    State dxdt;
+    system(x, dxdt, 0);
+    // Slip is a difference of velocities of 1 m/s, and friction turns over nu = 1e-3 m/s.
+    const double F_scale = 2000 * c.N.maxCoeff();
+    expect_near(c.N, golden["N"], F_scale, "N");
+    expect_near(c.F_X, golden["F_X"], F_scale, "F_X");
+    expect_near(c.F_Y, golden["F_Y"], F_scale, "F_Y");
+    expect_near(c.M_S, golden["M_S"], F_scale * 1e-2, "M_S");
+    if (!golden.contains("wheel")) {
+      expect_near(c.V_PX, golden["V_PX"], 1, "V_PX");
+      expect_near(c.V_PY, golden["V_PY"], 1, "V_PY");
+      if (golden.contains("friction")) expect_near(c.f, golden["friction"], 1, "f");
+    }
+    const Json& accelerations = golden["accelerations"];
+    for (int k = 0; k < 3; ++k) EXPECT_NEAR(dxdt.values(k, 1), accelerations[k].get<double>(), 1e-12 * F_scale) << k;
+    const RobotParameters& robot = motion.model.robot();
+    for (int i = 0; i < kWheels; ++i) {
+      EXPECT_NEAR(dxdt.dphi()[i], accelerations[3 + i].get<double>(), 1e-12 * F_scale * robot.R / robot.J_1) << i;
+      EXPECT_NEAR(dxdt.dgamma()[i], accelerations[7 + i].get<double>(), 1e-12 * F_scale * robot.R / robot.J_2) << i;
+    }
+    ++cases;
+  }
+  EXPECT_EQ(cases, 60);
+}
+
+// Of all forces on base and wheels, those of inertia included, about any point on the floor. Gyroscopic moments of the
+// wheels and the change of their spin count; nothing of this is in the code in this form.
+TEST(BeyondModelTest, MomentsAboutAnyPointOfTheFloorVanish) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> coordinate(-1, 1);
+  for (const Json& golden : golden()) {
+    const Scene scene = scene_of(golden["scene"]);
+    if (scene.robot.normal_reactions != NormalReactions::kDynamic || golden.contains("wheel")) continue;
+    const Motion motion(golden, scene);
+    const System system(motion.model, motion.torque, motion.state);
+    const BeyondContacts c = system.contacts(motion.state, 0);
+    if (c.tipping != Side::kNone) continue;
+    State dxdt;
+    system(motion.state, dxdt, 0);
+    const RobotParameters& robot = motion.model.robot();  // with its loads
+    using Vector = Eigen::Vector3d;
+    const double Omega = motion.state.Omega();
+    const Vector v{motion.state.V_X(), motion.state.V_Y(), 0}, turn{0, 0, Omega};
+    const Vector dv{dxdt.V_X(), dxdt.V_Y(), 0}, dturn{0, 0, dxdt.Omega()};
+    const Vector point{coordinate(random), coordinate(random), -robot.R};
+    const double g = scene.floor.g, along = g * std::sin(scene.floor.slope),
+                 heading = scene.floor.uphill - motion.state.psi();
+    const Vector gravity{-along * std::cos(heading), -along * std::sin(heading), -g * std::cos(scene.floor.slope)};
+    const auto acceleration = [&](const Vector& r) {
+      return Vector(dv + turn.cross(v) + dturn.cross(r) + turn.cross(turn.cross(r)));
+    };
+    Vector moment = Vector::Zero(), force = Vector::Zero();
+    const auto add = [&](const Vector& at, const Vector& F) {
+      force += F;
+      moment += (at - point).cross(F);
+    };
+    const Vector com{robot.a_X, robot.a_Y, robot.a_Z};
+    add(com, robot.m * (gravity - acceleration(com)));
+    for (int i = 0; i < kWheels; ++i) {
+      const Vector hub{robot.rho_X()[i], robot.rho_Y()[i], 0};
+      add(hub, robot.m_1 * (gravity - acceleration(hub)));
+      add({hub[0], hub[1] + c.Delta_Y[i], -robot.R}, {c.F_X[i], c.F_Y[i], c.N[i]});
+      // d/dt of J_1 dphi about the axle, which turns with the platform
+      moment -= Vector{-robot.J_1 * Omega * motion.state.dphi()[i], robot.J_1 * dxdt.dphi()[i], 0};
+    }
+    const Burden burden = scene.burdens.at(0);
+    for (const Wrench& wrench : burden.wrenches) {
+      Vector W = wrench.force;
+      if (wrench.fixed) W = Eigen::AngleAxisd(-motion.state.psi(), Vector::UnitZ()) * W;
+      add(wrench.point, W);
+    }
+    const double scale = robot.m_s() * g;
+    EXPECT_NEAR(force[2], 0, 1e-11 * scale) << golden["scene"].dump();
+    EXPECT_NEAR(moment[0], 0, 1e-11 * scale) << golden["scene"].dump();
+    EXPECT_NEAR(moment[1], 0, 1e-11 * scale) << golden["scene"].dump();
+  }
+}
+
+// Power of all forces is the change of the kinetic energy, by the inertia alone.
+TEST(BeyondModelTest, PowerBalances) {
+  for (const Json& golden : golden()) {
+    const Motion motion(golden, scene_of(golden["scene"]));
+    const System system(motion.model, motion.torque, motion.state);
+    State dxdt;
+    system(motion.state, dxdt, 0);
+    const Velocities u = motion.state.velocities();
+    const double change = power(u, motion.model.inertia() * dxdt.velocities());
+    EXPECT_NEAR(dxdt.work(), change, 1e-10 * (1 + std::abs(change))) << golden["scene"].dump();
+  }
+}
+
+// Newton's matrix: minus the derivative of the forces, where normal reactions stay.
+TEST(BeyondModelTest, DampingIsTheDerivativeOfTheForces) {
+  for (const Json& golden : golden()) {
+    const Scene scene = scene_of(golden["scene"]);
+    if (scene.robot.normal_reactions == NormalReactions::kDynamic || golden.contains("wheel")) continue;
+    const Motion motion(golden, scene);
+    const System system(motion.model, motion.torque, motion.state);
+    const State& x = motion.state;
+    const Wheels M = motion.torque.value(0);
+    const BeyondContacts c = system.contacts(x, 0);
+    DampingMatrix G;
+    motion.model.damping(x.velocities(), c, G);
+    const auto forces = [&](const Velocities& u) {
+      return motion.model.forces(u, system.contacts(u, x.phi(), x.pose(), M), M);
+    };
+    const double step = 1e-7;
+    const double scale = 2e-5 * G.contact_stiffness().maxCoeff();
+    for (int k = 0; k < 3; ++k) {
+      Velocities above = x.velocities(), below = above;
+      above.v[k] += step;
+      below.v[k] -= step;
+      const Velocities slope = (1 / (2 * step)) * (forces(below) - forces(above));
+      const PlatformMatrix C = motion.model.inertia().coriolis_derivative(x.velocities().v);
+      for (int row = 0; row < 3; ++row) EXPECT_NEAR(G.platform_platform[row][k].sum(), slope.v[row] + C[k][row], scale);
+      EXPECT_LT((G.dphi_platform[k] - slope.dphi).abs().maxCoeff(), scale);
+      EXPECT_LT((G.dgamma_platform[k] - slope.dgamma).abs().maxCoeff(), scale);
+    }
+    for (int i = 0; i < kWheels; ++i) {
+      Velocities above = x.velocities(), below = above;
+      above.dgamma[i] += step;
+      below.dgamma[i] -= step;
+      const Velocities slope = (1 / (2 * step)) * (forces(below) - forces(above));
+      for (int row = 0; row < 3; ++row) EXPECT_NEAR(G.platform_dgamma[row][i], slope.v[row], scale);
+      EXPECT_NEAR(G.dphi_dgamma[i], slope.dphi[i], scale);
+      EXPECT_NEAR(G.dgamma_dgamma[i], slope.dgamma[i], scale);
+    }
+  }
+}
+
+// A limit surface without spin is Coulomb's law, and everything switched off is the paper's model.
+TEST(BeyondModelTest, IsThePapersWithEverythingOff) {
+  for (const Json& golden : golden()) {
+    if (golden["feature"] != "paper") continue;
+    const Scene scene = scene_of(golden["scene"]);
+    const Motion motion(golden, scene);
+    const SlipSystem<CoulombLaw> paper(SlipModel<CoulombLaw>(scene.robot, scene.floor), motion.torque, motion.state);
+    const System beyond(motion.model, motion.torque, motion.state);
+    State a, b;
+    paper(motion.state, a, 0);
+    beyond(motion.state, b, 0);
+    EXPECT_LT(((a.values - b.values).abs() / (1 + a.values.abs())).maxCoeff(), 1e-12);
+  }
+}
+
+}  // namespace
+}  // namespace youbot_base_sim
