@@ -1,23 +1,30 @@
 """Writes a file whole or not at all."""
 import os
+import stat
 import tempfile
 
 from .bag import Refused, shown
 
 
 def write_whole(path, content):
-    """Writes text or bytes. An older file stays as it is until the new one is whole. Throws Refused."""
+    """Writes text or bytes. An older file stays as it is until the new one is whole, which has its mode. What is no
+    file, such as a pipe, is written straight. Throws Refused."""
+    content = content if isinstance(content, bytes) else content.encode()
     part = None
     try:
         if os.path.isdir(path):
             raise IsADirectoryError(None, "is a folder")
+        if os.path.exists(path) and not os.path.isfile(path):
+            with open(path, "wb") as file:
+                file.write(content)
+            return
         path = os.path.realpath(path)
         handle, part = tempfile.mkstemp(dir=os.path.dirname(path), prefix=os.path.basename(path) + ".incomplete-")
         with os.fdopen(handle, "wb") as file:
-            file.write(content if isinstance(content, bytes) else content.encode())
+            file.write(content)
         umask = os.umask(0)
         os.umask(umask)
-        os.chmod(part, 0o666 & ~umask)
+        os.chmod(part, stat.S_IMODE(os.stat(path).st_mode) if os.path.exists(path) else 0o666 & ~umask)
         os.replace(part, path)
     except OSError as error:
         raise Refused("%s cannot be written: %s" % (shown(path), error.strerror))

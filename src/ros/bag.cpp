@@ -78,7 +78,9 @@ class BagWriter::File {
       bag_.reset();
       return true;
     } catch (const ros::Exception&) {
-      static_cast<void>(bag_.release());  // its destructor would throw the same again
+      // Its destructor would throw the same again, so it stays until the program ends.
+      static auto* const unclosed = new std::vector<rosbag::Bag*>;
+      unclosed->push_back(bag_.release());
       return false;
     }
   }

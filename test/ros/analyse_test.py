@@ -486,6 +486,20 @@ class AnalyseTest(unittest.TestCase):
         self.one_line("must be a folder to write to")
         self.assertEqual(self.out, "")
 
+    def test_devices_stay_devices_and_files_keep_their_mode(self):
+        with tempfile.TemporaryDirectory() as folder:
+            pipe, table = os.path.join(folder, "pipe"), os.path.join(folder, "table")
+            os.mkfifo(pipe)
+            reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+            self.addCleanup(os.close, reader)
+            with open(table, "w"):
+                os.chmod(table, 0o640)
+            for path in (pipe, table):
+                load_script().write_whole(path, "rows\n")
+            self.assertEqual(os.read(reader, 100), b"rows\n")
+            self.assertEqual(os.stat(table).st_mode & 0o777, 0o640)
+            self.assertEqual(sorted(os.listdir(folder)), ["pipe", "table"])
+
     def test_files_of_an_earlier_run_are_told(self):
         folder = self.path("earlier")
         self.analyse(self.slipping, "--csv", folder)

@@ -188,6 +188,16 @@ TEST_F(TableFromBagTest, RefusesInOneLineThatSaysWhy) {
   expect_refused({velocity_[0], velocity_[1], "--measured"}, {"no /joint_states or /base/joint_states"});
 }
 
+TEST_F(TableFromBagTest, RefusesOutputsThatWouldDestroySomething) {
+  folder_.write("x.bag", "what is read\n");
+  const std::string bag = folder_.path("x.bag"), table = folder_.path("table.csv");
+  expect_refused({"--velocity", bag}, {"--velocity", "x.bag", "must not be the bag"});
+  expect_refused({"--velocity", folder_.path("./x.bag")}, {"--velocity", "must not be the bag"});
+  expect_refused({"--velocity", table, "--torque", table}, {"--torque", "table.csv", "the file of --velocity"});
+  expect_refused({"--velocity", "", "--torque", table}, {"--velocity", "must not be empty"});
+  EXPECT_EQ(folder_.read("x.bag"), "what is read\n");
+}
+
 TEST_F(TableFromBagTest, OfABagThatIsCutTheTableHasWhatCanBeRead) {
   std::vector<std::pair<double, geometry_msgs::Twist>> messages(3);
   for (int k = 0; k < 3; ++k) {
