@@ -72,12 +72,13 @@ class Simulation::Loop {
       if (!torque_) torque_ = std::make_unique<HeldTorque>();
       torque_->begin_segment(0);
     }
+    beyond_ = beyond_the_paper(scene_);
     integration_ = make_integration(scene_.model, scene_.robot, scene_.floor, state_, *torque_,
-                                    integration_settings(scene_.solver), beyond_the_paper(scene_));
-    if (stop_) integration_->stop_on(*stop_);
+                                    integration_settings(scene_.solver), beyond_);
+    set_up_integration();
     next_change_ = std::numeric_limits<double>::infinity();
+    added_ = {};
     if (!scene_.burdens.empty()) change_burden();
-    if (goes_on_tipping_) integration_->go_on_tipping();
     initial_energy_ = integration_->kinetic_energy(state_) - state_.work();
   }
 
@@ -95,6 +96,12 @@ class Simulation::Loop {
     if (!held_) throw std::logic_error("a simulation without a control_period has no periods to advance by");
     if (in_period_ && n-- > 0) advance_within_period(end_of_period());
     if (n > 0) advance_whole_periods(n);
+  }
+
+  void set_burden(const Burden& burden, bool keep_momentum) {
+    if (!beyond_) go_beyond();
+    added_ = burden;
+    integration_->set_burden(state_, burden_at(t_), keep_momentum);
   }
 
   void go_on_tipping() {
@@ -177,11 +184,34 @@ class Simulation::Loop {
     if (!in_period_) ++periods_;
   }
 
+  void set_up_integration() {
+    if (stop_) integration_->stop_on(*stop_);
+    if (goes_on_tipping_) integration_->go_on_tipping();
+  }
+
+  // The paper's equations know neither loads nor wrenches: those that do go on from here.
+  void go_beyond() {
+    beyond_ = true;
+    auto beyond = make_integration(scene_.model, scene_.robot, scene_.floor, state_, *torque_,
+                                   integration_settings(scene_.solver), true);
+    beyond->adopt(*integration_);
+    integration_ = std::move(beyond);
+    set_up_integration();
+  }
+
+  // The scene's burden at time t and what was added to it.
+  Burden burden_at(double t, bool settled = true) const {
+    Burden burden = scene_.burdens.at(t, settled);
+    burden.loads.insert(burden.loads.end(), added_.loads.begin(), added_.loads.end());
+    burden.wrenches.insert(burden.wrenches.end(), added_.wrenches.begin(), added_.wrenches.end());
+    return burden;
+  }
+
   // Loads and wrenches as they are from the change on that is due.
   void change_burden() {
     const double t = std::isfinite(next_change_) ? next_change_ : t_;
-    integration_->set_burden(state_, scene_.burdens.at(t, false), false);
-    integration_->set_burden(state_, scene_.burdens.at(t), true);
+    integration_->set_burden(state_, burden_at(t, false), false);
+    integration_->set_burden(state_, burden_at(t), true);
     next_change_ = scene_.burdens.next_change(t);
   }
 
@@ -200,6 +230,8 @@ class Simulation::Loop {
   double segment_end_ = 0;  // of a continuous torque, s
   double next_change_ = 0;  // of loads and wrenches, s
   bool goes_on_tipping_ = false;
+  bool beyond_ = false;  // whether the integration knows what is beyond the paper
+  Burden added_;         // to the scene's
 };
 
 Simulation::Simulation(const Scene& scene) : loop_(std::make_unique<Loop>(scene, nullptr)) {}
@@ -238,6 +270,8 @@ double Simulation::roller_angle(int i, int k) const {
 ContactDetails Simulation::contacts() const { return loop_->integration_->contacts(loop_->state_, loop_->t_); }
 
 std::optional<ReactionRecord> Simulation::reaction_record() const { return loop_->integration_->reaction_record(); }
+
+void Simulation::set_burden(const Burden& burden, bool keep_momentum) { loop_->set_burden(burden, keep_momentum); }
 
 void Simulation::go_on_tipping() { loop_->go_on_tipping(); }
 

@@ -184,5 +184,74 @@ TEST(NormalReactionsTest, AWheelLeavesTheFloorAndComesBack) {
   EXPECT_LT(simulation.energy_balance_error(), 1e-4);
 }
 
+// What the scenes under config/scenes are there to show.
+Scene example(const std::string& name) {
+  return load_scene(YOUBOT_BASE_SIM_SOURCE_DIR "/config/scenes/" + name + ".yaml");
+}
+
+State end_of(const Scene& scene) {
+  Simulation simulation(scene);
+  simulation.advance_to(scene.duration);
+  EXPECT_EQ(simulation.statistics().fallback_steps, 0u);
+  return simulation.state();
+}
+
+TEST(ExampleTest, OnTheRampTheBaseClimbsAndRollsBack) {
+  const Scene scene = example("ramp");
+  Simulation simulation(scene);
+  simulation.advance_to(1.5);
+  EXPECT_GT(simulation.state().x(), 0.5);
+  const Wheels N = simulation.contacts().N;
+  EXPECT_GT(N[2] + N[3], N[0] + N[1] - 30 * 9.81 * 0.016 / 0.235 + 5);  // more than by the centre of mass alone
+  simulation.advance_to(4);
+  EXPECT_LT(simulation.state().V_X(), -0.2);
+}
+
+TEST(ExampleTest, TheWetPatchTurnsTheBase) {
+  Scene scene = example("wet_patch");
+  const double wet = end_of(scene).psi();
+  scene.floor.patches.clear();
+  EXPECT_LT(std::abs(end_of(scene).psi()), 0.05);
+  EXPECT_LT(wet, -0.5);
+}
+
+TEST(ExampleTest, ThePayloadSlowsAndTurnsTheBase) {
+  Scene scene = example("payload");
+  const State loaded = end_of(scene);
+  scene.burdens.loads.clear();
+  const State free = end_of(scene);
+  EXPECT_LT(loaded.y(), free.y() - 0.02);
+  EXPECT_LT(loaded.psi(), free.psi() - 0.03);
+}
+
+TEST(ExampleTest, ThePushRollsTheBaseAsideAndTurnsIt) {
+  const State pushed = end_of(example("push"));
+  EXPECT_GT(pushed.y(), 0.03);
+  EXPECT_GT(pushed.psi(), 0.1);
+  EXPECT_LT(pushed.velocity().norm(), 1e-6);  // dry friction has stopped it
+}
+
+TEST(ExampleTest, BrakingTipsTheBaseOverItsLeftWheels) {
+  const Scene scene = example("braking");
+  Simulation simulation(scene);
+  try {
+    simulation.advance_to(scene.duration);
+    FAIL() << "did not tip over";
+  } catch (const TippedOver& error) {
+    EXPECT_EQ(error.side(), Side::kLeft);
+    EXPECT_GT(error.time(), 0.5);
+    EXPECT_LT(error.time(), 0.6);
+  }
+}
+
+TEST(ExampleTest, TheUnevenFloorMakesTheBaseLeaveItsLine) {
+  Scene scene = example("uneven_floor");
+  const State uneven = end_of(scene);
+  scene.robot.q = 0;
+  const State even = end_of(scene);
+  EXPECT_LT(std::hypot(even.x(), even.psi()), 1e-6);
+  EXPECT_GT(std::hypot(uneven.x(), uneven.psi()), 5e-3);
+}
+
 }  // namespace
 }  // namespace youbot_base_sim

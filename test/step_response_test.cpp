@@ -109,8 +109,8 @@ TEST(StepResponseTest, OfBaseAWithItsFrictionAndGains) {
   expect_like_A("A", [&](const auto& velocity) { return respond(A, velocity); });
 }
 
-// The default gains are a compromise between the two bases: under A's friction turning takes longer than this from some
-// other angles of the wheels.
+// The default gains are a compromise between the two bases: under A's friction turning takes longer than this from
+// rather more than half of all angles at which the wheels may start (docs/validation.md).
 TEST(StepResponseTest, OfDefaultMotorsUnderTheFrictionOfA) {
   const Base slow = base(measured_robot(kFrictionOfA));
   expect_like_A("slow", [&](const auto& velocity) { return respond_from(Wheels::Zero(), slow, velocity); });

@@ -70,6 +70,11 @@ class Simulation {
   /// Slip, friction, normal reaction and offset of the contact points; in model 1, no slip and no force.
   ContactDetails contacts() const;
 
+  /// Lets the base carry these loads and feel these wrenches besides the scene's, in place of those of the last call,
+  /// from now on: between two calls of the advancing functions. Its velocities stay, or, with `keep_momentum`, its
+  /// momentum does; the change of kinetic energy counts as work.
+  void set_burden(const Burden& burden, bool keep_momentum = false);
+
   /// What became of the normal reactions; empty where they are static.
   std::optional<ReactionRecord> reaction_record() const;
 

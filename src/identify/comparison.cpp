@@ -10,18 +10,31 @@ namespace youbot_base_sim {
 
 namespace {
 
-constexpr double kInterval = 0.1;  // s, of the samples that are compared
-constexpr double kWindow = 0.5;    // s, over which ground truth is compared
-constexpr double kRate = 0.02;     // rad/s that rates may be off,
-constexpr double kTorque = 0.02;   // N m, torques,
-constexpr double kWay = 2e-3;      // m and rad, poses
-constexpr int kHeldOut = 3;        // every third motion is
+constexpr double kInterval = 0.1;   // s, of the samples that are compared
+constexpr double kWindow = 0.5;     // s, over which ground truth is compared
+constexpr double kRate = 0.02;      // rad/s that rates may be off,
+constexpr double kTorque = 0.02;    // N m, torques,
+constexpr double kWay = 2e-3;       // m and rad, poses
+constexpr double kJumping = 0.012;  // s: what a first guess of the delay may be off
 
 template <class Modes>
-std::vector<Eigen::Vector3d> filtered(const std::vector<double>& t, const Modes& wheels, double time_constant) {
+std::vector<Eigen::Vector3d> filtered(const std::vector<double>& t, const Modes& wheels, double time_constant,
+                                      const std::vector<bool>& left_out = {}) {
   std::vector<Eigen::Vector3d> samples;
   for (const Wheels& w : wheels) samples.push_back(modes(w));
-  return low_pass(t, samples, time_constant);
+  return low_pass(t, samples, time_constant, left_out);
+}
+
+/// For each sample, whether a command comes to act about then.
+std::vector<bool> jumping(const DriveRecord& record, double delay) {
+  std::vector<bool> jumping(record.t.size(), false);
+  for (const double change : record.commands.t) {
+    const auto first = std::lower_bound(record.t.begin(), record.t.end(), change + delay - kJumping);
+    for (auto t = first; t != record.t.end() && *t <= change + delay + kJumping; ++t) {
+      jumping[static_cast<std::size_t>(t - record.t.begin())] = true;
+    }
+  }
+  return jumping;
 }
 
 /// From pose a to pose b, in the frame of a.
@@ -42,23 +55,22 @@ Eigen::Vector3d truth_at(const DriveRecord& record, double t) {
 
 }  // namespace
 
-Comparison::Comparison(const DriveRecord& record, double filter)
+Comparison::Comparison(const DriveRecord& record, double filter, double delay)
     : record_(record),
       filter_(filter),
+      jumping_(jumping(record, delay)),
       rate_(filtered(record.t, record.dphi, filter)),
-      torque_(filtered(record.t, record.torque, filter)) {
+      torque_(filtered(record.t, record.torque, filter, jumping_)) {
   choose_samples();
   choose_windows();
   // Which rows are held out, and how they follow each other, in the order of `residuals`.
   const std::vector<Motion> parts = motions(record);
   const auto is_held_out = [&](double t) {
-    int moving = 0;
     bool held_out = false;
     for (const Motion& motion : parts) {
-      if (motion.begin > t) break;
-      if (motion.moving) held_out = moving++ % kHeldOut == kHeldOut - 1;
+      if (motion.begin <= t) held_out = motion.held_out;
     }
-    return held_out;  // a stop belongs to the motion before it
+    return held_out;
   };
   const int per_sample = record.has_torque() ? 2 * kModes : kModes;
   const auto add = [&](double t, bool first, int rows) {
@@ -96,7 +108,7 @@ void Comparison::choose_windows() {
 
 Eigen::VectorXd Comparison::residuals(const Prediction& prediction) const {
   const std::vector<Eigen::Vector3d> rate = filtered(record_.t, prediction.dphi, filter_);
-  const std::vector<Eigen::Vector3d> torque = filtered(record_.t, prediction.torque, filter_);
+  const std::vector<Eigen::Vector3d> torque = filtered(record_.t, prediction.torque, filter_, jumping_);
   Eigen::VectorXd all(static_cast<Eigen::Index>(held_out_.size()));
   Eigen::Index row = 0;
   const auto add = [&](const Eigen::Vector3d& difference, double expected) {

@@ -4,11 +4,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <optional>
-#include <thread>
 
+#include "youbot_base_sim/identify/alignment.h"
 #include "youbot_base_sim/identify/comparison.h"
 #include "youbot_base_sim/identify/first_guess.h"
 #include "youbot_base_sim/identify/forward_model.h"
@@ -58,12 +57,18 @@ class Unknowns {
   std::size_t records_;
 };
 
-/// All records beside a candidate, and how the differences change with the unknowns.
+/// A residual whose square is the robust cost: quadratic at first, linear beyond kOutlier.
+double robust(double r) {
+  const double s = r * r / (kOutlier * kOutlier);
+  return std::copysign(kOutlier * std::sqrt(2 * (std::sqrt(1 + s) - 1)), r);
+}
+
+/// All records beside candidates.
 class Problem {
  public:
-  Problem(const std::vector<DriveRecord>& records, double filter, int threads) : records_(records), threads_(threads) {
+  Problem(const std::vector<DriveRecord>& records, double delay, int threads) : records_(records), threads_(threads) {
     for (const DriveRecord& record : records) {
-      comparisons_.emplace_back(record, filter);
+      comparisons_.emplace_back(record, kFilter, delay);
       const auto& held_out = comparisons_.back().held_out();
       const int offset = static_cast<int>(held_out_.size());
       held_out_.insert(held_out_.end(), held_out.begin(), held_out.end());
@@ -75,42 +80,26 @@ class Problem {
   const std::vector<bool>& held_out() const { return held_out_; }
   const std::vector<int>& predecessors() const { return predecessors_; }
 
-  Eigen::VectorXd residuals(const Scene& candidate, const std::vector<Wheels>& phi) const {
-    Eigen::VectorXd all(static_cast<Eigen::Index>(held_out_.size()));
+  /// Robust residuals of all rows, a column for each of several points.
+  Eigen::MatrixXd residuals(const Scene& base, const Unknowns& unknowns,
+                            const std::vector<std::vector<double>>& points) const {
+    std::vector<Replay> replays;
+    for (const std::vector<double>& point : points) {
+      Scene candidate = base;
+      std::vector<Wheels> phi(records_.size());
+      unknowns.apply(point, candidate, phi);
+      for (std::size_t r = 0; r < records_.size(); ++r) replays.push_back({candidate, &records_[r], phi[r]});
+    }
+    const std::vector<Prediction> predictions = predict(replays, threads_);
+    Eigen::MatrixXd residuals(static_cast<Eigen::Index>(held_out_.size()), static_cast<Eigen::Index>(points.size()));
     Eigen::Index row = 0;
-    for (std::size_t r = 0; r < records_.size(); ++r) {
-      const Eigen::VectorXd part = comparisons_[r].residuals(predict(candidate, records_[r], phi[r]));
-      all.segment(row, part.size()) = part;
+    for (std::size_t k = 0; k < replays.size(); ++k) {
+      if (k % records_.size() == 0) row = 0;
+      const Eigen::VectorXd part = comparisons_[k % records_.size()].residuals(predictions[k]);
+      residuals.col(static_cast<Eigen::Index>(k / records_.size())).segment(row, part.size()) = part.unaryExpr(&robust);
       row += part.size();
     }
-    return all;
-  }
-
-  /// Those of one record among the residuals of all.
-  Eigen::VectorXd of_record(const Eigen::VectorXd& all, std::size_t record) const {
-    Eigen::Index begin = 0;
-    for (std::size_t r = 0; r < record; ++r) begin += static_cast<Eigen::Index>(comparisons_[r].held_out().size());
-    return all.segment(begin, static_cast<Eigen::Index>(comparisons_[record].held_out().size()));
-  }
-
-  /// The residuals at each of several points, on all threads.
-  std::vector<Eigen::VectorXd> residuals(const Scene& base, const Unknowns& unknowns,
-                                         const std::vector<std::vector<double>>& points) const {
-    std::vector<Eigen::VectorXd> results(points.size());
-    std::atomic<std::size_t> next{0};
-    const auto work = [&] {
-      for (std::size_t k = next++; k < points.size(); k = next++) {
-        Scene candidate = base;
-        std::vector<Wheels> phi(records_.size());
-        unknowns.apply(points[k], candidate, phi);
-        results[k] = residuals(candidate, phi);
-      }
-    };
-    std::vector<std::thread> helpers;
-    for (int k = 1; k < threads_; ++k) helpers.emplace_back(work);
-    work();
-    for (std::thread& helper : helpers) helper.join();
-    return results;
+    return residuals;
   }
 
  private:
@@ -121,22 +110,54 @@ class Problem {
   int threads_;
 };
 
-/// A residual whose square is the robust cost: quadratic at first, linear beyond kOutlier.
-double robust(double r) {
-  const double s = r * r / (kOutlier * kOutlier);
-  return std::copysign(kOutlier * std::sqrt(2 * (std::sqrt(1 + s) - 1)), r);
+/// Residuals at a point, and their derivatives by the unknowns, of all rows.
+struct Linearization {
+  std::vector<double> x;
+  Eigen::VectorXd residuals;
+  Eigen::MatrixXd jacobian;
+};
+
+/// Bounds of the unknowns; angles have none.
+struct Bounds {
+  std::vector<double> min, max;
+
+  explicit Bounds(const Unknowns& unknowns) : min(unknowns.size(), -HUGE_VAL), max(unknowns.size(), HUGE_VAL) {
+    for (std::size_t k = 0; k < unknowns.free().size(); ++k) {
+      const Parameter& p = parameters()[unknowns.free()[k]];
+      min[k] = p.min / p.step;
+      max[k] = p.max / p.step;
+    }
+  }
+
+  void clamp(std::vector<double>& x) const {
+    for (std::size_t k = 0; k < x.size(); ++k) x[k] = std::clamp(x[k], min[k], max[k]);
+  }
+};
+
+/// By differences, a simulation for each unknown. Throws std::domain_error for a robot without a finite motion.
+Linearization linearize(const Problem& problem, const Scene& base, const Unknowns& unknowns, const Bounds& bounds,
+                        const std::vector<double>& x) {
+  std::vector<std::vector<double>> points(x.size() + 1, x);
+  for (std::size_t k = 0; k < x.size(); ++k) points[k][k] += x[k] + 1 <= bounds.max[k] ? 1 : -1;
+  const Eigen::MatrixXd results = problem.residuals(base, unknowns, points);
+  const auto n = static_cast<Eigen::Index>(x.size());
+  Linearization at{x, results.col(n), results.leftCols(n)};
+  for (std::size_t k = 0; k < x.size(); ++k) {
+    auto column = at.jacobian.col(static_cast<Eigen::Index>(k));
+    column = (column - at.residuals).eval() / (points[k][k] - x[k]);
+  }
+  return at;
 }
 
-Eigen::VectorXd robust(const Eigen::VectorXd& r) {
-  return r.unaryExpr([](double x) { return robust(x); });
-}
-
-/// Ceres' view of the problem: the rows that are not held out, and their differences by all unknowns at once.
+/// Ceres' view of the problem: the rows that are not held out. Derivatives are measured once, and then corrected by
+/// what each step shows of them (Broyden's method), for a column costs a simulation.
 class TrainingCost : public ceres::CostFunction {
  public:
-  TrainingCost(const Problem& problem, const Scene& base, const Unknowns& unknowns, const std::vector<double>& min,
-               const std::vector<double>& max, const Scene* law)
-      : problem_(problem), base_(base), unknowns_(unknowns), min_(min), max_(max) {
+  TrainingCost(const Problem& problem, const Scene& base, const Unknowns& unknowns, Linearization at, const Scene* law)
+      : problem_(problem), base_(base), unknowns_(unknowns), at_(std::move(at)), x_(at_.x), residuals_(at_.residuals) {
+    // The better a record is, the better it knows itself.
+    const double scatter = std::sqrt(residuals_.squaredNorm() / static_cast<double>(residuals_.size()));
+    weight_ = kGainsWeight * std::min(1.0, scatter);
     for (std::size_t k = 0; k < problem.held_out().size(); ++k) {
       if (!problem.held_out()[k]) rows_.push_back(static_cast<Eigen::Index>(k));
     }
@@ -148,51 +169,61 @@ class TrainingCost : public ceres::CostFunction {
     mutable_parameter_block_sizes()->push_back(static_cast<int>(unknowns.size()));
   }
 
-  /// Rows of the motion, which come first.
-  Eigen::Index num_rows() const { return static_cast<Eigen::Index>(rows_.size()); }
-
-  bool Evaluate(const double* const* x, double* residuals, double** jacobians) const override {
-    std::vector<std::vector<double>> points(1, {x[0], x[0] + unknowns_.size()});
+  bool Evaluate(const double* const* parameters, double* residuals, double** jacobians) const override {
+    const std::vector<double> x(parameters[0], parameters[0] + unknowns_.size());
+    if (!go_to(x)) return false;
     const bool derivatives = jacobians && jacobians[0];
-    for (std::size_t k = 0; derivatives && k < unknowns_.size(); ++k) {
-      for (const double side : {1.0, -1.0}) {
-        points.push_back(points[0]);
-        points.back()[k] = std::clamp(points[0][k] + side, min_[k], max_[k]);
-      }
-    }
-    std::vector<Eigen::VectorXd> results;
-    try {
-      results = problem_.residuals(base_, unknowns_, points);
-    } catch (const std::domain_error&) {
-      return false;  // a robot without a finite motion
-    }
-    for (Eigen::VectorXd& r : results) r = robust(r);
+    if (derivatives) correct_derivatives();
     for (std::size_t row = 0; row < rows_.size(); ++row) {
-      residuals[row] = results[0][rows_[row]];
-      for (std::size_t k = 0; derivatives && k < unknowns_.size(); ++k) {
-        const std::size_t up = 2 * k + 1, down = up + 1;
-        jacobians[0][row * unknowns_.size() + k] =
-            (results[up][rows_[row]] - results[down][rows_[row]]) / (points[up][k] - points[down][k]);
+      residuals[row] = residuals_[rows_[row]];
+      for (std::size_t k = 0; derivatives && k < x.size(); ++k) {
+        jacobians[0][row * x.size() + k] = at_.jacobian(rows_[row], static_cast<Eigen::Index>(k));
       }
     }
     for (std::size_t e = 0; e < expected_.size(); ++e) {
       const auto [k, value] = expected_[e];
       const std::size_t row = rows_.size() + e;
-      residuals[row] = (x[0][k] - value) / (kGainsSigma * value) * kGainsWeight;
+      residuals[row] = (x[k] - value) / (kGainsSigma * value) * weight_;
       if (!derivatives) continue;
-      std::fill_n(jacobians[0] + row * unknowns_.size(), unknowns_.size(), 0.0);
-      jacobians[0][row * unknowns_.size() + k] = kGainsWeight / (kGainsSigma * value);
+      std::fill_n(jacobians[0] + row * x.size(), x.size(), 0.0);
+      jacobians[0][row * x.size() + k] = weight_ / (kGainsSigma * value);
     }
     return true;
   }
 
  private:
+  bool go_to(const std::vector<double>& x) const {
+    if (x == x_) return true;
+    try {
+      residuals_ = problem_.residuals(base_, unknowns_, {x}).col(0);
+    } catch (const std::domain_error&) {
+      return false;  // a robot without a finite motion
+    }
+    x_ = x;
+    return true;
+  }
+
+  void correct_derivatives() const {
+    if (x_ == at_.x) return;
+    const auto n = static_cast<Eigen::Index>(x_.size());
+    const Eigen::VectorXd step =
+        Eigen::Map<const Eigen::VectorXd>(x_.data(), n) - Eigen::Map<const Eigen::VectorXd>(at_.x.data(), n);
+    const Eigen::VectorXd missed = residuals_ - at_.residuals - at_.jacobian * step;
+    at_.jacobian += missed * step.transpose() / step.squaredNorm();
+    at_.residuals = residuals_;
+    at_.x = x_;
+  }
+
   const Problem& problem_;
   Scene base_;
   Unknowns unknowns_;
-  std::vector<double> min_, max_;
   std::vector<Eigen::Index> rows_;
   std::vector<std::pair<std::size_t, double>> expected_;  // unknowns that the loops' law tells, and what it tells
+  double weight_;                                         // of that
+  // Ceres evaluates what it holds for a function of x alone; this only spares work.
+  mutable Linearization at_;
+  mutable std::vector<double> x_;
+  mutable Eigen::VectorXd residuals_;
 };
 
 /// A fit on its way.
@@ -200,10 +231,8 @@ struct Trial {
   Scene scene;
   std::vector<Wheels> phi;
   std::vector<bool> free;
-  std::optional<Scene> law;   // whose gains follow from the loops' law
-  Eigen::MatrixXd jacobian;   // of the rows that are not held out, by the unknowns
-  Eigen::VectorXd residuals;  // robust ones of all rows
-  double held_out_error = 0;
+  std::optional<Scene> law;  // whose gains follow from the loops' law
+  Linearization at;          // there
 };
 
 double held_out_error(const Problem& problem, const Eigen::VectorXd& residuals) {
@@ -218,73 +247,83 @@ double held_out_error(const Problem& problem, const Eigen::VectorXd& residuals) 
   return n ? std::sqrt(sum / n) : 0;
 }
 
-/// Fits what is free.
-void minimize(const Problem& problem, Trial& trial, int iterations) {
-  const Unknowns unknowns(trial.free, trial.phi.size());
-  std::vector<double> x = unknowns.values(trial.scene, trial.phi), min(x.size(), -HUGE_VAL), max(x.size(), HUGE_VAL);
-  for (std::size_t k = 0; k < unknowns.free().size(); ++k) {
-    const Parameter& p = parameters()[unknowns.free()[k]];
-    min[k] = p.min / p.step;
-    max[k] = p.max / p.step;
-    x[k] = std::clamp(x[k], min[k], max[k]);
-  }
+double error_of_others(const Problem& problem, const Eigen::VectorXd& residuals) {
+  const double held_out = held_out_error(problem, residuals);
+  const auto n = std::count(problem.held_out().begin(), problem.held_out().end(), true);
+  return std::sqrt(residuals.squaredNorm() - held_out * held_out * static_cast<double>(n));
+}
+
+/// Fits what is free, by derivatives of where it begins.
+std::vector<double> minimize_once(const Problem& problem, const Trial& trial, const Unknowns& unknowns,
+                                  const Bounds& bounds) {
+  std::vector<double> x = trial.at.x;
   ceres::Problem least_squares;
-  auto* cost = new TrainingCost(problem, trial.scene, unknowns, min, max,
-                                trial.law ? &*trial.law : nullptr);  // belongs to least_squares
-  least_squares.AddResidualBlock(cost, nullptr, x.data());
+  least_squares.AddResidualBlock(
+      new TrainingCost(problem, trial.scene, unknowns, trial.at, trial.law ? &*trial.law : nullptr), nullptr, x.data());
   for (std::size_t k = 0; k < x.size(); ++k) {
-    if (std::isfinite(min[k])) least_squares.SetParameterLowerBound(x.data(), static_cast<int>(k), min[k]);
-    if (std::isfinite(max[k])) least_squares.SetParameterUpperBound(x.data(), static_cast<int>(k), max[k]);
+    if (std::isfinite(bounds.min[k])) {
+      least_squares.SetParameterLowerBound(x.data(), static_cast<int>(k), bounds.min[k]);
+    }
+    if (std::isfinite(bounds.max[k])) {
+      least_squares.SetParameterUpperBound(x.data(), static_cast<int>(k), bounds.max[k]);
+    }
   }
   ceres::Solver::Options options;
-  options.max_num_iterations = iterations;
-  options.function_tolerance = 1e-3;
+  options.max_num_iterations = 8;
+  options.function_tolerance = 1e-4;
   options.parameter_tolerance = 1e-4;
   options.linear_solver_type = ceres::DENSE_QR;
-  options.line_search_interpolation_type = ceres::QUADRATIC;  // needs no derivatives, which are dear here
+  options.max_num_line_search_step_size_iterations = 0;  // a step that fails shall be shorter, for one simulation
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
   ceres::Solve(options, &least_squares, &summary);
-
-  unknowns.apply(x, trial.scene, trial.phi);
-  std::vector<double> rows(static_cast<std::size_t>(cost->num_residuals()));
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> jacobian(cost->num_residuals(),
-                                                                                  static_cast<Eigen::Index>(x.size()));
-  const double* point = x.data();
-  double* derivatives = jacobian.data();
-  cost->Evaluate(&point, rows.data(), &derivatives);
-  trial.jacobian = jacobian.topRows(cost->num_rows());  // without what the loops' law tells: sigma is the motion's own
-  trial.residuals = robust(problem.residuals(trial.scene, trial.phi));
-  trial.held_out_error = held_out_error(problem, trial.residuals);
+  return x;
 }
 
-/// Where the wheels stood: the angles at which ripples come when they came, one wheel after the other. To be found
-/// before the rest, since least squares stay in the valley where they begin.
-void find_angles(const std::vector<DriveRecord>& records, const Scene& scene, int threads, std::vector<Wheels>& phi) {
-  constexpr double kRippleFilter = 0.04;  // s: lets the ripple through
-  constexpr int kTried = 6, kRounds = 2;
-  const double pitch = 2 * M_PI / scene.robot.rollers;
-  const Problem problem(records, kRippleFilter, threads);
-  const Unknowns unknowns(std::vector<bool>(parameters().size(), false), records.size());
-  for (int wheel = 0; wheel < kRounds * kWheels; ++wheel) {
-    // All records at once: each has its own best.
-    std::vector<std::vector<Wheels>> tried(kTried, phi);
-    std::vector<std::vector<double>> points;
-    for (int k = 0; k < kTried; ++k) {
-      for (Wheels& angles : tried[static_cast<std::size_t>(k)]) angles[wheel % kWheels] += k * pitch / kTried;
-      points.push_back(unknowns.values(scene, tried[static_cast<std::size_t>(k)]));
-    }
-    const std::vector<Eigen::VectorXd> residuals = problem.residuals(scene, unknowns, points);
-    for (std::size_t r = 0; r < records.size(); ++r) {
-      std::size_t best = 0;
-      std::vector<double> errors;
-      for (const Eigen::VectorXd& all : residuals) errors.push_back(problem.of_record(all, r).squaredNorm());
-      for (std::size_t k = 0; k < errors.size(); ++k) {
-        if (errors[k] < errors[best]) best = k;
-      }
-      phi[r] = tried[best][r];
-    }
+/// Measures derivatives where the trial is now.
+void linearize(const Problem& problem, Trial& trial) {
+  const Unknowns unknowns(trial.free, trial.phi.size());
+  const Bounds bounds(unknowns);
+  std::vector<double> x = unknowns.values(trial.scene, trial.phi);
+  bounds.clamp(x);
+  trial.at = linearize(problem, trial.scene, unknowns, bounds, x);
+}
+
+/// Fits what is free, nearly, by the derivatives that there are.
+void minimize_roughly(const Problem& problem, Trial& trial) {
+  const Unknowns unknowns(trial.free, trial.phi.size());
+  trial.at.x = minimize_once(problem, trial, unknowns, Bounds(unknowns));
+  unknowns.apply(trial.at.x, trial.scene, trial.phi);
+}
+
+/// Fits what is free, beginning with the derivatives that there are, until fresh ones find no better.
+void minimize(const Problem& problem, Trial& trial) {
+  constexpr int kTimes = 4;
+  constexpr double kBetter = 0.995;
+  const Unknowns unknowns(trial.free, trial.phi.size());
+  const Bounds bounds(unknowns);
+  for (int k = 0; k < kTimes; ++k) {
+    const double before = error_of_others(problem, trial.at.residuals);
+    const std::vector<double> x = minimize_once(problem, trial, unknowns, bounds);
+    trial.at = linearize(problem, trial.scene, unknowns, bounds, x);
+    if (error_of_others(problem, trial.at.residuals) > kBetter * before) break;
   }
+  unknowns.apply(trial.at.x, trial.scene, trial.phi);
+}
+
+/// Of the rows that are not held out, without what the loops' law tells.
+Eigen::MatrixXd normal_matrix(const Problem& problem, const Linearization& at) {
+  Eigen::MatrixXd rows = at.jacobian;
+  for (std::size_t k = 0; k < problem.held_out().size(); ++k) {
+    if (problem.held_out()[k]) rows.row(static_cast<Eigen::Index>(k)).setZero();
+  }
+  return rows.transpose() * rows;
+}
+
+Eigen::MatrixXd without_column(const Eigen::MatrixXd& matrix, Eigen::Index column) {
+  Eigen::MatrixXd rest(matrix.rows(), matrix.cols() - 1);
+  rest << matrix.leftCols(column), matrix.rightCols(rest.cols() - column);
+  return rest;
 }
 
 /// Sigma and correlation of what is free, from the scatter of residuals; those that follow each other count for fewer
@@ -295,17 +334,17 @@ void estimate_errors(const Problem& problem, const Trial& trial, Fit& fit) {
   fit.correlation.setZero(n, n);
   double square = 0, product = 0, predecessor_square = 0;
   for (std::size_t k = 0; k < problem.held_out().size(); ++k) {
-    const double r = trial.residuals[static_cast<Eigen::Index>(k)];
+    const double r = trial.at.residuals[static_cast<Eigen::Index>(k)];
     square += r * r;
     if (problem.predecessors()[k] < 0) continue;
-    product += r * trial.residuals[problem.predecessors()[k]];
+    product += r * trial.at.residuals[problem.predecessors()[k]];
     predecessor_square += r * r;
   }
   const auto rows = static_cast<double>(problem.held_out().size());
   const double alike = std::clamp(predecessor_square > 0 ? product / predecessor_square : 0, 0.0, 0.95);
   const double variance = square / rows * (1 + alike) / (1 - alike);
   const Eigen::MatrixXd covariance =
-      variance * (trial.jacobian.transpose() * trial.jacobian).completeOrthogonalDecomposition().pseudoInverse();
+      variance * normal_matrix(problem, trial.at).completeOrthogonalDecomposition().pseudoInverse();
   const Unknowns unknowns(trial.free, trial.phi.size());
   const std::vector<std::size_t>& free = unknowns.free();
   for (std::size_t a = 0; a < free.size(); ++a) {
@@ -319,55 +358,85 @@ void estimate_errors(const Problem& problem, const Trial& trial, Fit& fit) {
   }
 }
 
-/// For each free parameter, the error on the held-out motions with it back at its start and the others adapted, to
-/// first order.
-std::vector<double> errors_without(const Problem& problem, const Trial& trial, const Scene& start) {
-  const Unknowns unknowns(trial.free, trial.phi.size());
-  const std::vector<double> x = unknowns.values(trial.scene, trial.phi), x_start = unknowns.values(start, trial.phi);
-  const Eigen::MatrixXd normal = trial.jacobian.transpose() * trial.jacobian;
-  std::vector<std::vector<double>> points;
-  for (std::size_t k = 0; k < unknowns.free().size(); ++k) {
-    const auto fixed = static_cast<Eigen::Index>(k);
-    Eigen::MatrixXd others = normal;
-    others.row(fixed).setZero();
-    others.col(fixed).setZero();
-    others(fixed, fixed) = 1;
-    Eigen::VectorXd push = -normal.col(fixed) * (x_start[k] - x[k]);
-    push[fixed] = x_start[k] - x[k];
-    const Eigen::VectorXd step = others.ldlt().solve(push);
-    points.push_back(x);
-    for (std::size_t j = 0; j < x.size(); ++j) {
-      double& value = points.back()[j];
-      value += step[static_cast<Eigen::Index>(j)];
-      if (j >= unknowns.free().size()) continue;
-      const Parameter& p = parameters()[unknowns.free()[j]];
-      value = std::clamp(value, p.min / p.step, p.max / p.step);
-    }
-  }
-  std::vector<double> errors;
-  for (const Eigen::VectorXd& r : problem.residuals(trial.scene, unknowns, points)) {
-    errors.push_back(held_out_error(problem, robust(r)));
-  }
-  return errors;
+/// The error on held-out motions of where the fit began, with the wheels where they stood.
+double start_error(const Problem& problem, const Scene& start, const Trial& trial) {
+  const Unknowns angles(std::vector<bool>(parameters().size(), false), trial.phi.size());
+  return held_out_error(problem, problem.residuals(start, angles, {angles.values(start, trial.phi)}).col(0));
 }
 
-/// Puts parameters back to their start, one after the other, for as long as the held-out motions do not miss them.
+/// The step that puts an unknown back by `change` and adapts the others, to first order, to the rows that count.
+Eigen::VectorXd step_back(const Eigen::MatrixXd& normal, Eigen::Index fixed, double change) {
+  Eigen::MatrixXd others = normal;
+  others.row(fixed).setZero();
+  others.col(fixed).setZero();
+  others(fixed, fixed) = 1;
+  Eigen::VectorXd push = -normal.col(fixed) * change;
+  push[fixed] = change;
+  return others.completeOrthogonalDecomposition().solve(push);
+}
+
+/// Puts parameters back to their start, one after the other, for as long as the held-out motions do not miss them: the
+/// one that, to first order, they miss least, if the simulation confirms it.
 void drop_what_does_not_help(const Problem& problem, const Scene& start, Trial& trial, Fit& fit) {
   constexpr double kWorth = 1e-3;  // share of the error that a parameter must take away
+  std::vector<bool> needed(parameters().size(), false);
+  bool dropped = false;
   for (;;) {
     const Unknowns unknowns(trial.free, trial.phi.size());
-    const std::vector<double> errors = errors_without(problem, trial, start);
-    if (errors.empty()) return;
-    const auto least = std::min_element(errors.begin(), errors.end());
-    if (*least > (1 + kWorth) * trial.held_out_error) return;
-    const std::size_t k = unknowns.free()[static_cast<std::size_t>(least - errors.begin())];
-    const Parameter& p = parameters()[k];
+    const Bounds bounds(unknowns);
+    const std::vector<double>& x = trial.at.x;
+    const std::vector<double> x_start = unknowns.values(start, trial.phi);
+    const Eigen::MatrixXd normal = normal_matrix(problem, trial.at);
+    const double limit = (1 + kWorth) * held_out_error(problem, trial.at.residuals);
+    double least = limit;
+    std::size_t best = x.size();
+    std::vector<double> there;
+    for (std::size_t k = 0; k < unknowns.free().size(); ++k) {
+      if (needed[unknowns.free()[k]]) continue;
+      const Eigen::VectorXd step = step_back(normal, static_cast<Eigen::Index>(k), x_start[k] - x[k]);
+      const double error = held_out_error(problem, trial.at.residuals + trial.at.jacobian * step);
+      if (error > least) continue;
+      least = error;
+      best = k;
+      there = x;
+      for (std::size_t j = 0; j < x.size(); ++j) there[j] += step[static_cast<Eigen::Index>(j)];
+      bounds.clamp(there);
+    }
+    if (best == x.size()) break;
+    const std::size_t number = unknowns.free()[best];
+    const Eigen::VectorXd residuals = problem.residuals(trial.scene, unknowns, {there}).col(0);
+    if (held_out_error(problem, residuals) > limit) {
+      needed[number] = true;
+      continue;
+    }
+    const Parameter& p = parameters()[number];
     fit.untold.push_back(
         fmt::format("{}: fitted, it does not lower the error on held-out motions; drive {}", p.name(), p.drive));
-    trial.free[k] = false;
+    unknowns.apply(there, trial.scene, trial.phi);
     p.set(trial.scene, p.get(start));
-    minimize(problem, trial, 6);
+    trial.free[number] = false;
+    there.erase(there.begin() + static_cast<std::ptrdiff_t>(best));
+    trial.at = {there, residuals, without_column(trial.at.jacobian, static_cast<Eigen::Index>(best))};
+    dropped = true;
   }
+  if (dropped) minimize(problem, trial);
+}
+
+/// Finds whether the driver obeys commands when they come, or in the cycles in which it reads the joints: then the
+/// records' commands come to wait for those.
+bool find_cycles(std::vector<DriveRecord>& records, Trial& trial, int threads) {
+  constexpr double kStep = 0.004;      // s
+  constexpr double kNoWorse = 1.05;    // where they always come at the same time of a cycle, nothing tells
+  constexpr double kHalfCycle = 0.01;  // s: the mean that waiting takes off the delay
+  std::vector<DriveRecord> in_cycles;
+  for (const DriveRecord& record : records) in_cycles.push_back(obeyed_in_cycles(record));
+  Scene waiting = trial.scene;
+  const double first = trial.scene.motors->command_delay - 3 * kStep;
+  const double error = find_delay(trial.scene, records, trial.phi, threads, first, kStep);
+  if (find_delay(waiting, in_cycles, trial.phi, threads, first - kHalfCycle, kStep) > kNoWorse * error) return false;
+  trial.scene = waiting;
+  records = in_cycles;
+  return true;
 }
 
 }  // namespace
@@ -389,30 +458,37 @@ Fit fit(const Scene& start, std::vector<DriveRecord>& records, std::vector<std::
   if (pushed) first = guess(start, records);
   progress(0.05);
 
-  const Problem problem(records, kFilter, threads);
-  if (std::count(problem.held_out().begin(), problem.held_out().end(), true) == 0) {
-    throw UnusableRecord(
-        "fewer than three motions to fit to and to check with: drive the programme of "
-        "identification_drive.launch");
-  }
-  Trial trial{first.scene, std::vector<Wheels>(records.size(), Wheels::Zero()), first.told, {}, {}, {}, 0};
+  Trial trial{first.scene, std::vector<Wheels>(records.size(), Wheels::Zero()), first.told, {}, {}};
   if (first.gains_told) trial.law = first.scene;
-  find_angles(records, trial.scene, threads, trial.phi);
-  progress(0.2);
+  find_angles(trial.scene, records, threads, trial.phi);
+  find_delay(trial.scene, records, trial.phi, threads, 0, 0.02);
+  progress(0.1);
   Fit fit;
   fit.untold = first.untold;
-  fit.error_before = held_out_error(problem, robust(problem.residuals(start, trial.phi)));
-  minimize(problem, trial, 6);
+  {
+    const Problem problem(records, trial.scene.motors->command_delay, threads);
+    if (std::count(problem.held_out().begin(), problem.held_out().end(), true) == 0) {
+      throw UnusableRecord(
+          "fewer than three motions to fit to and to check with: drive the programme of identification_drive.launch");
+    }
+    linearize(problem, trial);
+    minimize_roughly(problem, trial);
+  }
   progress(0.4);
-  find_angles(records, trial.scene, threads, trial.phi);  // by now the ripple is that of the robot
-  progress(0.5);
-  minimize(problem, trial, 6);
+  find_angles(trial.scene, records, threads, trial.phi);  // by now the ripple is that of the robot
+  if (find_cycles(records, trial, threads)) {
+    findings.push_back("commands are obeyed in the cycles in which the driver publishes joint_states");
+  }
+  const Problem problem(records, trial.scene.motors->command_delay, threads);
+  linearize(problem, trial);
+  minimize(problem, trial);
   progress(0.8);
+  fit.error_before = start_error(problem, start, trial);
   drop_what_does_not_help(problem, start, trial, fit);
   estimate_errors(problem, trial, fit);
   fit.scene = trial.scene;
   fit.phi = trial.phi;
-  fit.error_after = trial.held_out_error;
+  fit.error_after = held_out_error(problem, trial.at.residuals);
   fit.fitted = trial.free;
   progress(1);
   return fit;

@@ -1,6 +1,9 @@
 #include "youbot_base_sim/identify/forward_model.h"
 
 #include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <future>
 
 #include "youbot_base_sim/physics/no_slip_model.h"
 #include "youbot_base_sim/simulation.h"
@@ -46,11 +49,19 @@ class DelayedCommands {
   Wheels now_ = Wheels::Zero();
 };
 
+/// The time of a sample, in the control period where it was taken: stamps are rounded, which must not move it to the
+/// next, whose torque is another.
+double time_in_period(double t) {
+  constexpr double kRounding = 1e-5;  // s
+  const double whole = std::round(t / kControlPeriod) * kControlPeriod;
+  return std::abs(t - whole) < kRounding ? whole : t;
+}
+
 Scene start_of(const Scene& candidate, const DriveRecord& record, const Wheels& phi) {
   Scene scene = candidate;
   scene.solver.control_period = kControlPeriod;
-  scene.solver.relative_tolerance = 1e-5;
-  scene.solver.absolute_tolerance = 1e-8;
+  scene.solver.relative_tolerance = 1e-4;  // residuals change by 1e-4 of what is expected of them
+  scene.solver.absolute_tolerance = 1e-7;
   scene.initial = State();
   scene.initial.phi() = phi;
   // Rolling as the wheels turn, ahead, sideways and round.
@@ -81,14 +92,31 @@ Prediction predict(const Scene& candidate, const DriveRecord& record, const Whee
   });
   Prediction prediction;
   for (const double t : record.t) {
-    simulation.advance_to(t);
+    simulation.advance_to(time_in_period(t));
     const State& state = simulation.state();
+    prediction.phi.push_back(state.phi() - phi);
     prediction.dphi.push_back(state.dphi());
     prediction.torque.push_back(torque);
     prediction.pose.emplace_back(state.x(), state.y(), state.psi());
   }
   simulation.take_switches();
   return prediction;
+}
+
+std::vector<Prediction> predict(const std::vector<Replay>& replays, int threads) {
+  std::vector<Prediction> predictions(replays.size());
+  std::atomic<std::size_t> next{0};
+  const auto work = [&] {
+    for (std::size_t k = next++; k < replays.size(); k = next++) {
+      predictions[k] = predict(replays[k].candidate, *replays[k].record, replays[k].phi);
+    }
+  };
+  std::vector<std::future<void>> helpers;
+  for (int k = 1; k < threads; ++k) helpers.push_back(std::async(std::launch::async, work));
+  helpers.push_back(std::async(std::launch::deferred, work));
+  for (auto helper = helpers.rbegin(); helper != helpers.rend(); ++helper) helper->wait();
+  for (std::future<void>& helper : helpers) helper.get();
+  return predictions;
 }
 
 }  // namespace youbot_base_sim

@@ -39,6 +39,14 @@ void find_gaps(DriveRecord& record, Findings& findings) {
   }
 }
 
+/// What the loops' integrals hold at first is known of a base at rest alone.
+void find_start_in_motion(DriveRecord& record, Findings& findings) {
+  constexpr double kMoving = 0.1;  // rad/s
+  if ((record.dphi.front().abs() < kMoving).all()) return;
+  findings.push_back(fmt::format("{}: begins in motion: its first {:g} s are left out", record.name, kSettlingTime));
+  record.spoilt.emplace_back(0, kSettlingTime);
+}
+
 /// How many times the change of the angle the rate of wheel i is.
 double rate_per_turning(const DriveRecord& record, int i) {
   double product = 0, square = 0;
@@ -173,6 +181,7 @@ std::vector<std::string> inspect(DriveRecord& record, const Motor& motor) {
   find_gaps(record, findings);
   check_rates(record, motor, findings);
   check_positions(record, findings);
+  find_start_in_motion(record, findings);
   check_effort(record, motor, findings);
   return findings;
 }

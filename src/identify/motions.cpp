@@ -8,6 +8,7 @@ namespace {
 
 constexpr double kJump = 0.3;                     // rad/s, of any wheel
 constexpr double kMinLength = 1, kMaxLength = 4;  // s
+constexpr int kHeldOut = 3;                       // every third motion is
 constexpr double kUnchanged = 0.01;               // rad/s: two of the motor's rpm
 
 }  // namespace
@@ -40,6 +41,12 @@ std::vector<Motion> motions(const DriveRecord& record) {
     before = rate;
   }
   finish(end, first);
+  int moving = 0;
+  bool held_out = false;
+  for (Motion& each : motions) {
+    if (each.moving) held_out = ++moving % kHeldOut == 0;
+    each.held_out = held_out;
+  }
   return motions;
 }
 

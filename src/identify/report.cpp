@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 
 #include "../scene/yaml_file.h"
 #include "youbot_base_sim/identify/forward_model.h"
 #include "youbot_base_sim/identify/modes.h"
+#include "youbot_base_sim/identify/motions.h"
 
 namespace youbot_base_sim {
 
@@ -133,13 +135,15 @@ std::string comparison_csv(const Fit& fit, const DriveRecord& record, const Whee
   };
   const auto rate = modes_of(record.dphi), torque = modes_of(record.torque);
   const auto fitted_rate = modes_of(fitted.dphi), fitted_torque = modes_of(fitted.torque);
-  std::string text = "t";
+  const std::vector<Motion> parts = motions(record);
+  std::string text = "t,held_out";
   for (const char* what : {"rate", "torque", "fitted_rate", "fitted_torque"}) {
     for (const char* mode : kModeNames) text += fmt::format(",{}_{}", what, mode);
   }
   text += "\n";
   for (std::size_t k = 0; k < record.t.size(); ++k) {
-    text += fmt::format("{:.4f}", record.t[k]);
+    const auto after = std::find_if(parts.begin(), parts.end(), [&](const Motion& m) { return m.end > record.t[k]; });
+    text += fmt::format("{:.4f},{}", record.t[k], after != parts.end() && after->held_out ? 1 : 0);
     for (const auto* series : {&rate, &torque, &fitted_rate, &fitted_torque}) {
       for (int m = 0; m < kModes; ++m) text += fmt::format(",{:.6g}", (*series)[k][m]);
     }

@@ -43,6 +43,60 @@ void BaseLoop::take_requests(double t, const State& state) {
   if (reconnected) telemetry_.restart_odometry(driver_.read(state.phi(), state.dphi()).phi);
 }
 
+std::string BaseLoop::refusal(const std::vector<Load>& loads) const {
+  const Scene& scene = simulation_.scene();
+  std::vector<Load> all = scene.burdens.at(simulation_.time()).loads;
+  all.insert(all.end(), loads.begin(), loads.end());
+  const std::string lifted = lifted_wheel(scene, all);
+  return lifted.empty() ? "" : "loads must be " + lifted;
+}
+
+bool BaseLoop::push(const BurdenRequest& request) {
+  // Wrenches that act from the same control period become one, in which the last counts.
+  if (request.wrench && !burden_requests_.empty()) {
+    BurdenRequest& last = burden_requests_.back();
+    if (last.wrench && period_of(last.arrival) == period_of(request.arrival)) {
+      last = request;
+      return true;
+    }
+  }
+  if (burden_requests_.size() >= DriverRequests::kMaxWaiting) return false;
+  burden_requests_.push_back(request);
+  return true;
+}
+
+void BaseLoop::bring_requests_forward() {
+  requests_.bring_forward(simulation_.time());
+  for (BurdenRequest& request : burden_requests_) request.arrival = std::min(request.arrival, simulation_.time());
+}
+
+double BaseLoop::period_of(double t) const { return std::ceil(t / control_period() - kSlack); }
+
+void BaseLoop::take_burdens() {
+  const double now = period_of(simulation_.time());
+  for (; !burden_requests_.empty() && period_of(burden_requests_.front().arrival) <= now;
+       burden_requests_.pop_front()) {
+    const BurdenRequest& request = burden_requests_.front();
+    if (request.wrench) burden_.wrenches = {*request.wrench};
+    if (request.loads) burden_.loads = *request.loads;
+    simulation_.set_burden(burden_, request.at_rest);
+  }
+}
+
+// In parts where loads or wrenches change: not while odeint's loop goes through the periods.
+void BaseLoop::advance_periods(std::int64_t n) {
+  while (n > 0) {
+    if (!burden_requests_.empty()) take_burdens();
+    std::int64_t part = n;
+    if (!burden_requests_.empty()) {
+      const double until = period_of(burden_requests_.front().arrival) - period_of(simulation_.time());
+      if (until < static_cast<double>(n)) part = std::max<std::int64_t>(1, static_cast<std::int64_t>(until));
+    }
+    simulation_.advance_periods(part);
+    n -= part;
+  }
+}
+
 std::int64_t BaseLoop::periods_until(double t) const {
   const double periods = std::ceil((t - simulation_.time()) / control_period() - kSlack);
   return std::max<std::int64_t>(1, static_cast<std::int64_t>(periods));
@@ -56,6 +110,8 @@ bool BaseLoop::meet_instant(double t, const State& state) {
 
 void BaseLoop::reset() {
   requests_.clear();
+  burden_requests_.clear();
+  burden_ = {};
   simulation_.reset();
   const State& state = simulation_.state();
   driver_ = BaseDriver(driver_settings_, state.phi());

@@ -59,6 +59,8 @@ BaseNode::BaseNode(const BaseSettings& settings)
   see_who_listens();
   interface_ = std::make_unique<DriverInterface>(
       loop_, [this] { return now(); }, settings_.telemetry.kinematics, node_, private_node_, log_);
+  burden_interface_ = std::make_unique<BurdenInterface>(
+      loop_, [this] { return now(); }, private_node_, log_);
   publish_world();
   if (settings_.publish_clock) offer_services();
   if (settings_.has_arms) ROS_WARN("youBotHasArms is true, but no arm is simulated: it will not be found");

@@ -48,15 +48,13 @@ class Reader {
     }
     if (const auto odometry = message.instantiate<nav_msgs::Odometry>()) {
       ends_with(message.getTopic(), kGroundTruthTopic) ? add_truth(*odometry, message.getTime())
-                                                       : add_odometry(*odometry);
+                                                       : add_odometry(*odometry, message.getTime());
     }
   }
 
-  DriveRecord finish(DriverKinematics* given) {
+  DriveRecord finish() {
     if (record_.t.empty()) throw UnusableRecord(record_.name + ": no joint_states of the four wheels");
-    const DriverKinematics kinematics = kinematics_of_odometry();
-    if (given) *given = kinematics;
-    add_commands(kinematics);
+    add_commands(kinematics_of_odometry());
     const double start = record_.t.front();
     for (std::vector<double>* times : {&record_.t, &record_.commands.t, &record_.truth_t}) {
       for (double& t : *times) t -= start;
@@ -95,27 +93,35 @@ class Reader {
     record_.truth.emplace_back(message.pose.pose.position.x, message.pose.pose.position.y, heading);
   }
 
-  /// Sums from which the lengths follow: the velocities that odom computes from the rates that joint_states tell.
-  void add_odometry(const nav_msgs::Odometry& message) {
-    if (record_.dphi.empty()) return;
+  void add_odometry(const nav_msgs::Odometry& message, const ros::Time& arrival) {
     const auto& v = message.twist.twist;
-    const Wheels size = record_.dphi.back().abs();  // whatever the signs
-    const double rate = size.mean();
-    if (size.maxCoeff() - size.minCoeff() > 0.05 * rate) return;  // not a motion straight ahead, sideways or round
-    if (rate < kMinRate) return;
-    const double along = std::max(std::abs(v.linear.x), std::abs(v.linear.y)), turn = std::abs(v.angular.z);
-    if (along > 20 * turn) radii_.push_back(along / rate);
-    if (turn > 20 * along) turns_.push_back(turn / rate);
+    const Eigen::Vector3d velocity(v.linear.x, v.linear.y, v.angular.z);
+    if (velocity.allFinite()) odometry_.emplace_back(time_of(message.header.stamp, arrival), velocity);
   }
 
-  DriverKinematics kinematics_of_odometry() {
+  /// The lengths with which odometry makes its velocities from the wheels' rates. Those are linear, and their
+  /// coefficients follow from least squares, whatever signs the rates have: R / 4 ahead and sideways, R / (4 h) round.
+  DriverKinematics kinematics_of_odometry() const {
+    constexpr double kTold = 1e-3;  // share of the rates' squares below which a direction of theirs tells nothing
+    constexpr double kMinRadius = 0.01, kMaxRadius = 0.2, kMinLengths = 0.05, kMaxLengths = 2;  // m
+    Eigen::Matrix4d squares = Eigen::Matrix4d::Zero();
+    Eigen::Matrix<double, kWheels, 3> moments = Eigen::Matrix<double, kWheels, 3>::Zero();
+    for (const auto& [t, velocity] : odometry_) {
+      const auto joints = std::lower_bound(record_.t.begin(), record_.t.end(), t - kSameInstant);
+      if (joints == record_.t.end() || *joints > t + kSameInstant) continue;
+      const Wheels& rates = record_.dphi[static_cast<std::size_t>(joints - record_.t.begin())];
+      squares += rates.matrix() * rates.matrix().transpose();
+      moments += rates.matrix() * velocity.transpose();
+    }
+    Eigen::CompleteOrthogonalDecomposition<Eigen::Matrix4d> solver;
+    solver.setThreshold(kTold);
+    const Eigen::Matrix<double, kWheels, 3> coefficients = solver.compute(squares).solve(moments);
+    const Eigen::Vector3d sizes = 2 * coefficients.colwise().norm();  // R, R, R / h; 0 of a motion that was never made
     DriverKinematics kinematics;
-    const auto median = [](std::vector<double>& values) {
-      std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
-      return values[values.size() / 2];
-    };
-    if (radii_.size() > 20) kinematics.wheel_radius = 1e-4 * std::round(1e4 * median(radii_));
-    if (turns_.size() > 20) kinematics.half_lengths = 1e-3 * std::round(1e3 * kinematics.wheel_radius / median(turns_));
+    const double radius = std::max(sizes[0], sizes[1]);
+    if (radius > kMinRadius && radius < kMaxRadius) kinematics.wheel_radius = 1e-4 * std::round(1e4 * radius);
+    const double lengths = radius / sizes[2];
+    if (lengths > kMinLengths && lengths < kMaxLengths) kinematics.half_lengths = 1e-3 * std::round(1e3 * lengths);
     return kinematics;
   }
 
@@ -147,17 +153,17 @@ class Reader {
     }
   }
 
-  static constexpr double kMinRate = 0.5;  // rad/s
+  static constexpr double kSameInstant = 1e-3;  // s: odometry's rates are those of joint_states of its stamp
 
   DriveRecord record_;
   std::vector<std::pair<double, geometry_msgs::Twist>> twists_;
   std::vector<std::pair<double, brics_actuator::JointVelocities>> velocities_;
-  std::vector<double> radii_, turns_;
+  std::vector<std::pair<double, Eigen::Vector3d>> odometry_;  // time, s; velocity, m/s and rad/s
 };
 
 }  // namespace
 
-DriveRecord read_drive_bag(const std::string& path, DriverKinematics* kinematics) {
+DriveRecord read_drive_bag(const std::string& path) {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(path, ignored))
     throw UnusableRecord(quote_path(path) + ": is no file; must be a bag");
@@ -179,11 +185,16 @@ DriveRecord read_drive_bag(const std::string& path, DriverKinematics* kinematics
       }
     }
     for (const rosbag::MessageInstance& message : view) reader.add(message);
+  } catch (const rosbag::BagUnindexedException&) {
+    throw UnusableRecord(quote_path(path) + ": its recorder did not close it; `rosbag reindex` mends it");
+  } catch (const rosbag::BagIOException& error) {
+    throw UnusableRecord(fmt::format("{}: cannot be read as a bag: {}; if it was cut off, `rosbag reindex` may mend it",
+                                     quote_path(path), quote(error.what(), kMaxMessage)));
   } catch (const ros::Exception& error) {
     throw UnusableRecord(
         fmt::format("{}: cannot be read as a bag: {}", quote_path(path), quote(error.what(), kMaxMessage)));
   }
-  return reader.finish(kinematics);
+  return reader.finish();
 }
 
 }  // namespace youbot_base_sim

@@ -6,10 +6,6 @@ namespace youbot_base_sim {
 
 namespace {
 
-constexpr Range kPosition{-1e3, 1e3, "m"};
-constexpr Range kForce{-1e6, 1e6, "N"};
-constexpr Range kMoment{-1e6, 1e6, "N m"};
-
 constexpr Named<bool> kPlacements[] = {{"moving", false}, {"at_rest", true}};
 constexpr Named<bool> kFrames[] = {{"platform", false}, {"fixed", true}};
 
@@ -28,9 +24,9 @@ void read_vector(const SceneValue& value, Eigen::Vector3d& vector, const Range& 
 
 BurdenPlan::PlannedLoad read_load(SceneSection s) {
   BurdenPlan::PlannedLoad planned;
-  s.required("mass").number(planned.load.mass, {1e-12, 1e6, "kg"});
-  read_vector(s.required("position"), planned.load.position, kPosition);
-  s["inertia"].number(planned.load.inertia, {0, 1e6, "kg m^2"});
+  s.required("mass").number(planned.load.mass, kLoadMasses);
+  read_vector(s.required("position"), planned.load.position, kBurdenPositions);
+  s["inertia"].number(planned.load.inertia, kLoadInertias);
   read_stretch(s, planned);
   s["placed"].choice(planned.at_rest, kPlacements);
   s.finish();
@@ -39,9 +35,9 @@ BurdenPlan::PlannedLoad read_load(SceneSection s) {
 
 BurdenPlan::PlannedWrench read_wrench(SceneSection s) {
   BurdenPlan::PlannedWrench planned;
-  read_vector(s["force"], planned.wrench.force, kForce);
-  read_vector(s["point"], planned.wrench.point, kPosition);
-  s["torque"].number(planned.wrench.torque, kMoment);
+  read_vector(s["force"], planned.wrench.force, kWrenchForces);
+  read_vector(s["point"], planned.wrench.point, kBurdenPositions);
+  s["torque"].number(planned.wrench.torque, kWrenchTorques);
   read_stretch(s, planned);
   s["frame"].choice(planned.wrench.fixed, kFrames);
   s.finish();

@@ -217,12 +217,8 @@ FloorParameters read_floor(SceneSection s, Model model) {
 /// Every wheel must press on the floor at rest, whatever the base carries.
 void check_loads(const SceneValue& value, const Scene& scene) {
   for (const BurdenPlan::PlannedLoad& planned : scene.burdens.loads) {
-    const Burden burden = scene.burdens.at(planned.start);
-    const Wheels N = normal_reactions(loaded(scene.robot, burden.loads), scene.floor);
-    int lightest = 0;
-    if (N.minCoeff(&lightest) > 0) continue;
-    value.refuse(fmt::format("such that every wheel presses on the floor; {} would with {:.4g} N at t = {:g} s",
-                             kWheelNames[lightest], N[lightest], planned.start));
+    const std::string lifted = lifted_wheel(scene, scene.burdens.at(planned.start).loads);
+    if (!lifted.empty()) value.refuse(fmt::format("{}, at t = {:g} s", lifted, planned.start));
   }
 }
 
@@ -398,6 +394,14 @@ Scene read_scene(const std::string& path, const YAML::Node& root, const SceneOve
 }
 
 }  // namespace
+
+std::string lifted_wheel(const Scene& scene, const std::vector<Load>& loads) {
+  const Wheels N = normal_reactions(loaded(scene.robot, loads), scene.floor);
+  int lightest = 0;
+  if (N.minCoeff(&lightest) > 0) return "";
+  return fmt::format("such that every wheel presses on the floor; {} would with {:.4g} N",
+                     kWheelNames[static_cast<std::size_t>(lightest)], N[lightest]);
+}
 
 bool beyond_the_paper(const Scene& scene) {
   const bool uneven_viscous = scene.model == Model::kViscous && (scene.floor.f != scene.floor.f[0]).any();

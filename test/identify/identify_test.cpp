@@ -2,13 +2,11 @@
 // should be are found and named.
 
 #include <gtest/gtest.h>
-#include <yaml-cpp/yaml.h>
 
 #include <cmath>
-#include <future>
 
 #include "twin.h"
-#include "youbot_base_sim/identify/comparison.h"
+#include "youbot_base_sim/identify/alignment.h"
 #include "youbot_base_sim/identify/first_guess.h"
 #include "youbot_base_sim/identify/fit.h"
 #include "youbot_base_sim/identify/forward_model.h"
@@ -27,15 +25,13 @@ Scene measured_base() {
 
 double value(const Scene& scene, const char* key) { return parameters()[parameter(key)].get(scene); }
 
-/// The programme of identification_drive.launch.
-std::vector<Command> identification_drive() {
-  std::vector<Command> programme;
-  const YAML::Node file = YAML::LoadFile(YOUBOT_BASE_SIM_SOURCE_DIR "/config/identification_drive.yaml");
-  for (const YAML::Node& row : file["programme"]) {
-    programme.push_back({row[0].as<double>(), {row[1].as<double>(), row[2].as<double>(), row[3].as<double>()}});
-  }
-  return programme;
-}
+/// Half a minute of what identification_drive.launch drives: every third motion is held out.
+const std::vector<Command> kDrive = {
+    {0.5, {0, 0, 0}},      {1.6, {0.1, 0, 0}},  {1.6, {-0.25, 0, 0}}, {1.2, {0.1, 0, 0}},     {0.5, {0, 0, 0}},
+    {1.9, {0, 0.1, 0}},    {1.9, {0, -0.2, 0}}, {1.5, {0, 0.1, 0}},   {1.0, {0, 0, 0}},       {1.8, {0, 0, 0.3}},
+    {1.8, {0, 0, -0.8}},   {1.5, {0, 0, 0.5}},  {1.0, {0, 0, 0}},     {1.6, {0.12, 0.12, 0}}, {1.2, {-0.3, 0, 0}},
+    {1.2, {0.1, -0.1, 0}}, {1.0, {0, 0, 0}},    {1.4, {0, 0.2, 0}},   {1.4, {0, 0, -0.6}},    {1.2, {0.2, 0, 0}},
+    {1.0, {0, 0, 0}}};
 
 const std::vector<Command> kShort = {{1, {0, 0, 0}},    {2, {0.1, 0, 0}}, {2, {-0.2, 0, 0}}, {2, {0, 0.1, 0}},
                                      {3, {0, -0.2, 0}}, {2, {0, 0, 0.4}}, {2, {0, 0, -0.8}}, {1, {0, 0, 0}}};
@@ -49,16 +45,41 @@ bool named(const std::vector<std::string>& findings, const std::string& words) {
   return false;
 }
 
-class TwinTest : public testing::TestWithParam<unsigned> {};
+double share_off(double found, double expected) { return std::abs(found / expected - 1); }
+
+void expect_found(const Fit& fitted, const Scene& robot, const char* key, double tolerance) {
+  EXPECT_LT(share_off(value(fitted.scene, key), value(robot, key)), tolerance)
+      << key << ": " << value(fitted.scene, key) << " in place of " << value(robot, key);
+  testing::Test::RecordProperty(key, std::to_string(value(fitted.scene, key) / value(robot, key) - 1));
+}
 
 // The share of what a wheel needs at 4 rad/s, or a roller at 15 rad/s, that does not depend on its rate.
 double dry_share(double dry, double viscous, double rate) { return dry / (dry + viscous * rate); }
 
-TEST_P(TwinTest, IsFoundAgain) {
+/// What the limits of identify promise of the motors, friction and the wheels' inertia.
+void expect_drives_found(const Fit& fitted, const Scene& robot) {
   constexpr double kWheelRate = 4, kRollerRate = 15;  // rad/s
-  std::mt19937_64 random(GetParam());
+  expect_found(fitted, robot, "velocity_proportional_gain", 0.1);
+  expect_found(fitted, robot, "velocity_integral_gain", 0.1);
+  expect_found(fitted, robot, "wheel_inertia", 0.25);
+  struct Friction {
+    const char *dry, *viscous;
+    double rate;
+  };
+  for (const Friction& f : {Friction{"dry_friction", "wheel_damping", kWheelRate},
+                            Friction{"roller_dry_friction", "roller_damping", kRollerRate}}) {
+    const double dry = value(fitted.scene, f.dry), viscous = value(fitted.scene, f.viscous);
+    const double true_dry = value(robot, f.dry), true_viscous = value(robot, f.viscous);
+    EXPECT_LT(share_off(dry + viscous * f.rate, true_dry + true_viscous * f.rate), 0.1) << f.dry;
+    EXPECT_LT(share_off(dry_share(dry, viscous, f.rate), dry_share(true_dry, true_viscous, f.rate)), 0.25) << f.dry;
+  }
+}
+
+/// A robot around values other than the start's.
+Twin twin_of(unsigned seed) {
+  std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> around(0.75, 1.25);
-  Twin twin{measured_base(), GetParam()};
+  Twin twin{measured_base(), seed};
   RobotParameters& robot = twin.robot.robot;
   robot.dry_friction *= around(random);
   robot.mu_1 *= 3 * around(random);
@@ -67,49 +88,83 @@ TEST_P(TwinTest, IsFoundAgain) {
   robot.J_1 *= 1.3 * around(random);
   twin.robot.motors->gains = {0.5 * around(random), 1.2 * around(random)};
   twin.robot.motors->command_delay = 0.03 * around(random);
+  return twin;
+}
 
-  std::vector<DriveRecord> records{twin.drive(identification_drive())};
+class TwinTest : public testing::TestWithParam<unsigned> {};
+
+TEST_P(TwinTest, IsFoundAgain) {
+  const Twin twin = twin_of(GetParam());
+  std::vector<DriveRecord> records{twin.drive(kDrive)};
   std::vector<std::string> findings = inspect(records[0]);
   EXPECT_TRUE(findings.empty()) << findings[0];
   const Fit fitted = fit(measured_base(), records, findings);
   EXPECT_TRUE(findings.empty()) << findings[0];
-
-  const auto share_off = [&](double found, double expected) { return std::abs(found / expected - 1); };
-  const auto check = [&](const char* key, double tolerance) {
-    EXPECT_LT(share_off(value(fitted.scene, key), value(twin.robot, key)), tolerance)
-        << key << ": " << value(fitted.scene, key) << " in place of " << value(twin.robot, key);
-    RecordProperty(key, std::to_string(value(fitted.scene, key) / value(twin.robot, key) - 1));
-  };
-  check("velocity_proportional_gain", 0.1);
-  check("velocity_integral_gain", 0.1);
-  check("wheel_inertia", 0.25);
-  struct Friction {
-    const char *dry, *viscous;
-    double rate;
-  };
-  for (const Friction& f : {Friction{"dry_friction", "wheel_damping", kWheelRate},
-                            Friction{"roller_dry_friction", "roller_damping", kRollerRate}}) {
-    const double dry = value(fitted.scene, f.dry), viscous = value(fitted.scene, f.viscous);
-    const double true_dry = value(twin.robot, f.dry), true_viscous = value(twin.robot, f.viscous);
-    EXPECT_LT(share_off(dry + viscous * f.rate, true_dry + true_viscous * f.rate), 0.1) << f.dry;
-    EXPECT_LT(share_off(dry_share(dry, viscous, f.rate), dry_share(true_dry, true_viscous, f.rate)), 0.25) << f.dry;
-  }
+  expect_drives_found(fitted, twin.robot);
+  EXPECT_NEAR(value(fitted.scene, "command_delay"), value(twin.robot, "command_delay"), 5e-3);
   EXPECT_LT(fitted.error_after, 0.2 * fitted.error_before);
 }
 
 INSTANTIATE_TEST_SUITE_P(Seeds, TwinTest, testing::Values(1u, 2u, 3u));
 
-// What the fit does on all threads.
-TEST(ForwardModel, IsTheSameOnEveryThread) {
+// Its driver obeys as the youBot's, and somebody measures where it goes.
+TEST(GroundTruthTwinTest, IsFoundAgain) {
+  Twin twin = twin_of(4);
+  twin.in_cycles = true;
+  twin.ground_truth = true;
+  twin.robot.motors->command_delay = 0;
+  RobotParameters& robot = twin.robot.robot;
+  robot.R_d *= 1.01;
+  robot.R *= 1.01;
+  robot.l -= 0.005;
+  robot.a_X += 0.02;
+  twin.robot.floor.f = 0.35;
+  std::vector<DriveRecord> records{twin.drive(kDrive)};
+  std::vector<std::string> findings = inspect(records[0]);
+  const Fit fitted = fit(measured_base(), records, findings);
+  ASSERT_EQ(findings.size(), 1u);
+  EXPECT_TRUE(named(findings, "commands are obeyed in the cycles"));
+  expect_drives_found(fitted, twin.robot);
+  expect_found(fitted, twin.robot, "wheel_radius", 0.003);
+  expect_found(fitted, twin.robot, "half_track", 0.02);
+  expect_found(fitted, twin.robot, "friction", 0.1);
+  EXPECT_NEAR(value(fitted.scene, "com_X"), robot.a_X, 0.006);
+  EXPECT_NEAR(value(fitted.scene, "command_delay"), 0, 2e-3);
+}
+
+// One that starts with the truth stays there.
+TEST(EqualTwinTest, StaysAsItIs) {
+  Twin twin{measured_base()};
+  twin.in_cycles = true;
+  twin.ground_truth = true;
+  std::vector<DriveRecord> records{twin.drive(kDrive)};
+  std::vector<std::string> findings = inspect(records[0]);
+  const Fit fitted = fit(twin.robot, records, findings);
+  for (std::size_t k = 0; k < parameters().size(); ++k) {
+    const Parameter& p = parameters()[k];
+    EXPECT_LE(std::abs(p.get(fitted.scene) - p.get(twin.robot)), 3 * fitted.sigma[k])
+        << p.name() << ": " << p.get(fitted.scene) << " in place of " << p.get(twin.robot);
+  }
+}
+
+TEST(ObeyedInCycles, WaitsForTheNextSampleButNotThroughAGap) {
+  DriveRecord record;
+  for (int k = 0; k < 100; ++k) record.t.push_back(0.02 * (k < 50 ? k : k + 40));
+  const Wheels one = Wheels::Ones();
+  record.commands = {{0.031, 0.035, 0.06, 1.4}, {one, 2 * one, 3 * one, 4 * one}};
+  const WheelTable obeyed = obeyed_in_cycles(record).commands;
+  EXPECT_EQ(obeyed.t, (std::vector<double>{record.t[2], record.t[3], 1.4}));
+  EXPECT_EQ(obeyed.values[0][0], 2) << "the last one counts";
+}
+
+// The same bits, however many threads there are.
+TEST(Predict, DoesNotDependOnThreads) {
   const DriveRecord record = short_drive();
-  const auto errors = [&] {
-    return Comparison(record, 0.3).residuals(predict(measured_base(), record, Wheels::Zero()));
-  };
-  std::vector<std::future<Eigen::VectorXd>> others;
-  for (int k = 0; k < 3; ++k) others.push_back(std::async(std::launch::async, errors));
-  const Eigen::VectorXd here = errors();
-  ASSERT_GT(here.size(), 0);
-  for (auto& other : others) EXPECT_TRUE(other.get() == here);
+  const std::vector<Replay> replays(3, {measured_base(), &record, Wheels::Zero()});
+  const std::vector<Prediction> one = predict(replays, 1), four = predict(replays, 4);
+  for (std::size_t k = 0; k < replays.size(); ++k) {
+    for (std::size_t j = 0; j < record.t.size(); ++j) ASSERT_TRUE((one[k].dphi[j] == four[k].dphi[j]).all());
+  }
 }
 
 TEST(Inspection, HasNothingToSayOfAGoodRecord) {
@@ -174,6 +229,20 @@ TEST(Inspection, FindsAGap) {
   EXPECT_TRUE(named(inspect(record), "a gap in joint_states of 0.82 s at 5.98 s"));
   EXPECT_TRUE(record.is_spoilt(6.3));
   EXPECT_FALSE(record.is_spoilt(5.9));
+}
+
+TEST(Inspection, LeavesOutTheStartOfARecordThatBeginsInMotion) {
+  DriveRecord record = short_drive();
+  const auto cut = [](auto& samples) { samples.erase(samples.begin(), samples.begin() + 75); };
+  cut(record.t);
+  cut(record.phi);
+  cut(record.dphi);
+  cut(record.torque);
+  for (double& t : record.t) t -= 1.5;
+  for (double& t : record.commands.t) t -= 1.5;
+  EXPECT_TRUE(named(inspect(record), "begins in motion"));
+  EXPECT_TRUE(record.is_spoilt(0.5));
+  EXPECT_FALSE(record.is_spoilt(1.5));
 }
 
 TEST(Inspection, FindsAPush) {

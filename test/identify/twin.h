@@ -24,6 +24,10 @@ struct Twin {
   double noise = 1;                     ///< times 0.004 rad/s and 0.005 N m
   double push_from = -1, push_to = -1;  ///< s
   Wheels push = Wheels::Zero();         ///< N m at each wheel, as a hand that pushes the base
+  bool in_cycles = false;               ///< commands, which come anyhow, are obeyed when the joints are read
+  bool ground_truth = false;            ///< with noise of 0.3 mm and 0.5 mrad
+
+  static constexpr double kCycle = 0.02;  // s
 
   DriveRecord drive(const std::vector<Command>& programme) const {
     std::mt19937_64 random(seed);
@@ -42,15 +46,19 @@ struct Twin {
     DriveRecord record;
     record.name = "twin";
     double end = 0;
+    std::uniform_real_distribution<double> late(0, kCycle);
+    std::vector<double> obeyed;
     for (const Command& command : programme) {
-      record.commands.t.push_back(end);
+      const double arrival = end + late(random);
+      record.commands.t.push_back(arrival);
       record.commands.values.push_back(DriverKinematics().wheel_rates(command.velocity));
+      obeyed.push_back(in_cycles ? kCycle * std::ceil(arrival / kCycle) : arrival);
       end += command.time;
     }
     std::size_t next = 0;
     Wheels torque = Wheels::Zero();
     Simulation simulation(scene, [&](double t, const State& state) -> Wheels {
-      while (next < record.commands.t.size() && record.commands.t[next] <= t + 1e-9) {
+      while (next < obeyed.size() && obeyed[next] <= t + 1e-9) {
         DriveCommand command;
         for (int i = 0; i < kWheels; ++i) command[i] = SetPoint{DriveMode::kVelocity, record.commands.values[next][i]};
         driver.command(t, command);
@@ -61,18 +69,23 @@ struct Twin {
     });
     const Motor motor;
     const auto whole = [](double value, double quantum) { return std::round(value / quantum) * quantum; };
-    for (int k = 0; 0.02 * k < end; ++k) {
-      simulation.advance_to(0.02 * k);
+    for (int k = 0; kCycle * k < end; ++k) {
+      simulation.advance_to(kCycle * k);
       Wheels angles = simulation.state().phi() - phi, rates, torques;
       for (int i = 0; i < kWheels; ++i) {
         angles[i] = whole(angles[i], motor.tick());
         rates[i] = whole(simulation.state().dphi()[i] + 0.004 * noise * normal(random), motor.rpm());
         torques[i] = whole(torque[i] + 0.005 * noise * normal(random), motor.milliampere());
       }
-      record.t.push_back(0.02 * k);
+      record.t.push_back(kCycle * k);
       record.phi.push_back(angles);
       record.dphi.push_back(rates);
       record.torque.push_back(torques);
+      if (!ground_truth) continue;
+      const State& state = simulation.state();
+      record.truth_t.push_back(kCycle * k);
+      record.truth.emplace_back(state.x() + 3e-4 * normal(random), state.y() + 3e-4 * normal(random),
+                                state.psi() + 5e-4 * normal(random));
     }
     simulation.take_switches();
     return record;

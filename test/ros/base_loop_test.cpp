@@ -74,6 +74,46 @@ TEST(BaseLoopTest, RequestsActAtTheSameTimesWhereManyPeriodsGoAtOnce) {
   EXPECT_TRUE((one.simulation().state().values == many.simulation().state().values).all());
 }
 
+Wrench push_sideways(double force) {
+  Wrench wrench;
+  wrench.force = {0, force, 0};
+  return wrench;
+}
+
+TEST(BaseLoopTest, BurdensActAtTheSameTimesWhereManyPeriodsGoAtOnce) {
+  BaseLoop one(settings()), many(settings());
+  for (BaseLoop* loop : {&one, &many}) {
+    loop->push(0.0, torques(1));
+    loop->push(0.0103, push_sideways(100));
+    loop->push(0.0201, std::vector<Load>{{10, {0.1, 0, 0.1}, 0.1}}, true);
+    loop->push(0.0503, push_sideways(0));
+  }
+  for (int k = 0; k < 100; ++k) one.advance_periods(1);
+  many.advance_periods(99);
+  many.advance_periods(1);
+  EXPECT_TRUE((one.simulation().state().values == many.simulation().state().values).all());
+  EXPECT_GT(one.simulation().state().y(), 1e-3);
+  EXPECT_LT(one.simulation().energy_balance_error(), 1e-4);
+  one.reset();
+  one.advance_periods(100);
+  EXPECT_EQ(one.simulation().state().y(), 0);
+}
+
+// A base that is hardly held by its floor gets the push's momentum.
+TEST(BaseLoopTest, AWrenchHoldsFromThePeriodThatBeginsAtItsArrivalUntilTheNext) {
+  BaseSettings slippery = settings();
+  slippery.scene.floor.f.setZero();
+  slippery.scene.robot.a_X = slippery.scene.robot.a_Y = 0;
+  BaseLoop loop(slippery);
+  loop.push(0.0021, push_sideways(5));
+  loop.push(0.0021, push_sideways(7));  // in place of the one before
+  loop.push(0.0101, push_sideways(0));
+  loop.advance_periods(20);
+  EXPECT_NEAR(loop.simulation().state().V_Y(), 7 * 0.008 / slippery.scene.robot.m_s(), 1e-12);
+  EXPECT_NE(loop.refusal({{1000, {2, 0, 0}, 0}}), "");
+  EXPECT_EQ(loop.refusal({{10, {0.1, 0, 0}, 0}}), "");
+}
+
 TEST(BaseLoopTest, CommandsAndServicesKeepTheirOrder) {
   BaseLoop loop(settings());
   loop.push(0, torques(1));

@@ -13,8 +13,9 @@ namespace youbot_base_sim {
 /// good fit.
 class Comparison {
  public:
-  /// `filter`: time constant of the low-pass filter, s.
-  Comparison(const DriveRecord& record, double filter);
+  /// `filter`: time constant of the low-pass filter, s; `delay`: about that of the commands, s. Where a command comes
+  /// to act, torques jump, and a millisecond more decides which sample shows it: samples there are left out.
+  Comparison(const DriveRecord& record, double filter, double delay);
 
   /// Differences, record less prediction.
   Eigen::VectorXd residuals(const Prediction& prediction) const;
@@ -36,6 +37,7 @@ class Comparison {
 
   const DriveRecord& record_;
   double filter_;
+  std::vector<bool> jumping_;  // torques, for each sample
   std::vector<Eigen::Vector3d> rate_, torque_;
   std::vector<std::size_t> samples_;
   std::vector<Window> windows_;

@@ -10,6 +10,7 @@ namespace youbot_base_sim {
 
 /// What a candidate would have done, at the times of a record's samples.
 struct Prediction {
+  std::vector<Wheels> phi;            ///< rad, from where they started
   std::vector<Wheels> dphi;           ///< rad/s
   std::vector<Wheels> torque;         ///< of the motors, N m
   std::vector<Eigen::Vector3d> pose;  ///< x, y (m), heading (rad), from where it started
@@ -18,5 +19,15 @@ struct Prediction {
 /// Simulates the candidate under the record's commands, its wheels at the angles `phi` (rad) at first. Smooth in all
 /// parameters, the delay included: differences of predictions are derivatives.
 Prediction predict(const Scene& candidate, const DriveRecord& record, const Wheels& phi);
+
+/// What is to be predicted.
+struct Replay {
+  Scene candidate;
+  const DriveRecord* record;
+  Wheels phi;
+};
+
+/// The predictions of all replays, on so many threads. They do not depend on how many.
+std::vector<Prediction> predict(const std::vector<Replay>& replays, int threads);
 
 }  // namespace youbot_base_sim

@@ -24,11 +24,16 @@ inline Wheels wheels_of(const Eigen::Vector3d& m) {
   return {m[0] - m[1] - m[2], m[0] + m[1] + m[2], m[0] + m[1] - m[2], m[0] - m[1] + m[2]};
 }
 
-/// Low-pass filter of first order for samples at times t (s).
+/// Low-pass filter of first order for samples at times t (s). At those that are `left_out` it stays as it was.
 template <class Value>
-std::vector<Value> low_pass(const std::vector<double>& t, const std::vector<Value>& samples, double time_constant) {
+std::vector<Value> low_pass(const std::vector<double>& t, const std::vector<Value>& samples, double time_constant,
+                            const std::vector<bool>& left_out = {}) {
   std::vector<Value> filtered(samples);
   for (std::size_t k = 1; k < samples.size(); ++k) {
+    if (!left_out.empty() && left_out[k]) {
+      filtered[k] = filtered[k - 1];
+      continue;
+    }
     const double keep = std::exp(-(t[k] - t[k - 1]) / time_constant);
     filtered[k] = keep * filtered[k - 1] + (1 - keep) * samples[k];
   }

@@ -9,8 +9,9 @@ namespace youbot_base_sim {
 /// A stretch of a record under one command, or one that changes little, s.
 struct Motion {
   double begin, end;
-  bool held;    ///< the command stays the same
-  bool moving;  ///< the command is not zero
+  bool held;              ///< the command stays the same
+  bool moving;            ///< the command is not zero
+  bool held_out = false;  ///< kept from the fit, to judge it by: every third that moves, and the stop after it
 };
 
 /// The record, cut where the command jumps; stretches are at least one second long, and at most four unless held.

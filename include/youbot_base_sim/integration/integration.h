@@ -54,6 +54,9 @@ class Integration {
   /// was made without what is beyond the paper.
   virtual void set_burden(State& x, const Burden& burden, bool keep_momentum) = 0;
 
+  /// Takes over what `before` has counted and logged, and the angles of its rollers, to go on from where it is.
+  virtual void adopt(Integration& before) = 0;
+
   /// What became of the normal reactions; empty where they are static.
   virtual std::optional<ReactionRecord> reaction_record() const = 0;
 

@@ -63,6 +63,14 @@ class SlipIntegration : public Integration {
     x.work() += kinetic_energy(x) - energy;
     stepper_.torque_jumped();
   }
+  void adopt(Integration& before) override {
+    statistics_ = before.statistics();
+    system_.count_evaluations(statistics_.evaluations);
+    switches_.adopt(before.take_switches());
+    for (int i = 0; i < kWheels; ++i) {
+      for (int k = 0; k < system_.rollers(); ++k) system_.set_resting_angle(i, k, before.resting_angle(i, k));
+    }
+  }
   std::optional<ReactionRecord> reaction_record() const override {
     if (!system_.watches()) return std::nullopt;
     return system_.reaction_record();

@@ -187,6 +187,7 @@ class SlipSystem {
 
   /// Angle about its own axis at which roller k (0 .. n-1) of wheel i left the floor, rad.
   double resting_angle(int i, int k) const { return resting_angle_[index(i, k)]; }
+  void set_resting_angle(int i, int k, double angle) { resting_angle_[index(i, k)] = angle; }
 
   // Sliding mode.
 

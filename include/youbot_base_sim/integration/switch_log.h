@@ -28,6 +28,11 @@ class SwitchLog {
     }
   }
 
+  /// Takes over those of another log, which came before and are counted already.
+  void adopt(const std::vector<RollerSwitch>& before) {
+    switches_.insert(switches_.begin(), before.begin(), before.end());
+  }
+
   std::vector<RollerSwitch> take() {
     std::vector<RollerSwitch> taken(switches_);
     switches_.clear();  // which keeps its memory

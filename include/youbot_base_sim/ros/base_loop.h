@@ -2,6 +2,9 @@
 
 #include <atomic>
 #include <cstdint>
+#include <deque>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "youbot_base_sim/drive/base_driver.h"
@@ -30,6 +33,14 @@ class BaseLoop {
   /// Enqueues a request that arrives at simulated time t, s. False if it is refused because too many wait.
   bool push(double t, const DriverRequest& request) { return requests_.push(t, request); }
 
+  /// Enqueues, for the same time, what pushes the base from then on; what it carries besides the scene's loads, with
+  /// its momentum kept if `at_rest`.
+  bool push(double t, const Wrench& wrench) { return push({t, wrench, {}, false}); }
+  bool push(double t, const std::vector<Load>& loads, bool at_rest) { return push({t, {}, loads, at_rest}); }
+
+  /// Why the base cannot carry these besides the scene's loads, in words; empty if it can.
+  std::string refusal(const std::vector<Load>& loads) const;
+
   /// Requests that wait for the control period that takes them.
   std::size_t waiting() const { return requests_.size(); }
 
@@ -37,10 +48,10 @@ class BaseLoop {
   bool present(double t) const { return requests_.present(t, driver_); }
 
   /// Makes requests that are stamped later than now due now, after simulated time was set back against the wall clock.
-  void bring_requests_forward() { requests_.bring_forward(simulation_.time()); }
+  void bring_requests_forward();
 
   /// Advances by n control periods. The motion does not depend on how they are grouped into calls.
-  void advance_periods(std::int64_t n) { simulation_.advance_periods(n); }
+  void advance_periods(std::int64_t n);
 
   /// Has `advance_periods` throw Stopped once `stop` is set; see Simulation.
   void stop_on(const std::atomic<bool>& stop) { simulation_.stop_on(stop); }
@@ -80,6 +91,16 @@ class BaseLoop {
   const Telemetry& telemetry() const { return telemetry_; }
 
  private:
+  struct BurdenRequest {
+    double arrival;
+    std::optional<Wrench> wrench;
+    std::optional<std::vector<Load>> loads;
+    bool at_rest;
+  };
+
+  bool push(const BurdenRequest& request);
+  void take_burdens();
+  double period_of(double t) const;  // number of the control period from which what arrives at time t acts
   Wheels begin_period(double t, const State& state);
   bool meet_instant(double t, const State& state);
   [[gnu::noinline]] void take_requests(double t, const State& state);
@@ -88,6 +109,8 @@ class BaseLoop {
   const Telemetry::Options telemetry_options_;
   const bool takes_always_;  // requests, where any control period begins
   DriverRequests requests_;
+  std::deque<BurdenRequest> burden_requests_;
+  Burden burden_;  // besides the scene's
   BaseDriver driver_;
   Simulation simulation_;
   Telemetry telemetry_;

@@ -13,6 +13,7 @@
 #include "youbot_base_sim/ros/bag.h"
 #include "youbot_base_sim/ros/base_loop.h"
 #include "youbot_base_sim/ros/base_settings.h"
+#include "youbot_base_sim/ros/burden_interface.h"
 #include "youbot_base_sim/ros/driver_interface.h"
 #include "youbot_base_sim/ros/pacer.h"
 #include "youbot_base_sim/ros/publications.h"
@@ -87,6 +88,7 @@ class BaseNode {
   Publications publications_;
   std::optional<tf2_ros::StaticTransformBroadcaster> static_transforms_;
   std::unique_ptr<DriverInterface> interface_;
+  std::unique_ptr<BurdenInterface> burden_interface_;
   std::vector<ros::ServiceServer> services_;
   std::optional<StepService> step_service_;
 

@@ -11,6 +11,7 @@ constexpr char kBaseFrame[] = "base_footprint";  ///< likewise; it lies over O, 
 constexpr char kWorldFrame[] = "world";          ///< the fixed frame of the scene
 constexpr char kTruthFrame[] = "ground_truth/base_footprint";  ///< where the base is, as kBaseFrame is where odometry
                                                                ///< believes it to be
+constexpr char kBaseLinkFrame[] = "base_link";   ///< likewise
 constexpr char kWheelFramePrefix[] = "wheel_link_";
 
 constexpr char kWheelJointPrefix[] = "wheel_joint_";
@@ -20,6 +21,7 @@ constexpr char kRollerJointPrefix[] = "roller_joint_";
 // Commands. The driver has no topics for single wheels; ours are named by analogy to the arm's.
 constexpr char kTwistTopic[] = "cmd_vel";
 constexpr char kTorqueTopic[] = "base/base_controller/torques_command";
+constexpr char kWrenchTopic[] = "wrench";  // private
 constexpr char kVelocityTopic[] = "base/base_controller/velocity_command";
 
 // Telemetry.
@@ -42,6 +44,7 @@ constexpr char kReconnectService[] = "reconnect";
 
 // Services of the simulator, in the node's private namespace.
 constexpr char kSetFaultsService[] = "set_faults";
+constexpr char kSetLoadsService[] = "set_loads";
 constexpr char kPauseService[] = "pause";
 constexpr char kUnpauseService[] = "unpause";
 constexpr char kResetService[] = "reset";

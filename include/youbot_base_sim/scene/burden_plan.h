@@ -4,8 +4,16 @@
 #include <vector>
 
 #include "youbot_base_sim/physics/burden.h"
+#include "youbot_base_sim/text/number.h"
 
 namespace youbot_base_sim {
+
+// What the numbers may be, in scenes and messages.
+inline constexpr Range kLoadMasses{1e-12, 1e6, "kg"};
+inline constexpr Range kLoadInertias{0, 1e6, "kg m^2"};
+inline constexpr Range kBurdenPositions{-1e3, 1e3, "m"};
+inline constexpr Range kWrenchForces{-1e6, 1e6, "N"};
+inline constexpr Range kWrenchTorques{-1e6, 1e6, "N m"};
 
 /// What the base carries and what pushes it, in the course of time.
 struct BurdenPlan {
