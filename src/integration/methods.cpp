@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <stdexcept>
 
 #include "method_table.h"
 #include "youbot_base_sim/integration/no_slip_integration.h"
@@ -89,9 +90,14 @@ std::unique_ptr<Integration> make_integration(Model model, const RobotParameters
   if (model == Model::kNoSlip) return std::make_unique<NoSlipIntegration>(robot, floor, torque, settings.tolerance);
   const std::string& name = settings.method;
   const bool viscous = model == Model::kViscous;
-  const Entry& entry = beyond ? *(viscous ? find_entry<Beyond<ViscousLaw>>(name) : find_entry<Beyond<CoulombLaw>>(name))
-                              : *(viscous ? find_entry<ViscousLaw>(name) : find_entry<CoulombLaw>(name));
-  return entry.make({robot, floor, start, torque, settings.tolerance, step_of(entry.method, settings)});
+  const Entry* entry = nullptr;
+  if (beyond) {
+    entry = viscous ? find_entry<Beyond<ViscousLaw>>(name) : find_entry<Beyond<CoulombLaw>>(name);
+  } else {
+    entry = viscous ? find_entry<ViscousLaw>(name) : find_entry<CoulombLaw>(name);
+  }
+  if (!entry) throw std::invalid_argument(name + ": no method of integration");
+  return entry->make({robot, floor, start, torque, settings.tolerance, step_of(entry->method, settings)});
 }
 
 }  // namespace youbot_base_sim

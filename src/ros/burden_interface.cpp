@@ -32,7 +32,7 @@ Wrench wrench_of(const geometry_msgs::WrenchStamped& message, std::string& compl
   Wrench wrench;
   const std::string& frame = message.header.frame_id;
   wrench.fixed = frame == kWorldFrame || frame == kOdometryFrame;
-  if (!wrench.fixed && frame != "" && frame != kBaseLinkFrame && frame != kBaseFrame) {
+  if (!wrench.fixed && !frame.empty() && frame != kBaseLinkFrame && frame != kBaseFrame) {
     complaint = fmt::format("header.frame_id = {}: must be {}, {} or {}", quote(frame), kBaseLinkFrame, kWorldFrame,
                             kOdometryFrame);
   }

@@ -380,8 +380,8 @@ class SlipModel<Beyond<Law>> {
 
 /// Whether a friction law is used beyond the paper.
 template <class Law>
-constexpr bool kBeyond = false;
+inline constexpr bool kBeyond = false;
 template <class Law>
-constexpr bool kBeyond<Beyond<Law>> = true;
+inline constexpr bool kBeyond<Beyond<Law>> = true;
 
 }  // namespace youbot_base_sim
