@@ -257,6 +257,9 @@ class Run {
     } catch (const Stopped&) {
       fail(fmt::format("stopped after t = {:g} s by signal {}, {}", simulation_.time(), stop_signal.load(),
                        strsignal(stop_signal)));
+    } catch (const TippedOver& error) {
+      outputs_.commit_summary(simulation_, wall_time_, audit_);  // tells what the wheels bore
+      fail(error.what());
     } catch (const std::exception& error) {
       fail(error.what());
     }

@@ -172,6 +172,7 @@ class Simulation::Loop {
 
   // A part of a control period, for whoever looks between two samples.
   void advance_within_period(double t) {
+    if (!in_period_ && next_change_ <= t_ + kSlack * period()) change_burden();
     if (!in_period_) sample_drive();
     while (next_change_ < t - kSlack * period()) {
       integration_->advance(state_, t_, next_change_);

@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "program.h"
 #include "temporary_folder.h"
 #include "youbot_base_sim/simulation.h"
 
@@ -241,6 +242,31 @@ TEST(ExampleTest, BrakingTipsTheBaseOverItsLeftWheels) {
     EXPECT_EQ(error.side(), Side::kLeft);
     EXPECT_GT(error.time(), 0.5);
     EXPECT_LT(error.time(), 0.6);
+  }
+}
+
+// What the program says of it, and what it leaves.
+TEST(ExampleTest, SimulateEndsAtTheTippingLimitWithExitStatus1) {
+  const TemporaryFolder folder;
+  Program simulate(
+      SIMULATE, {YOUBOT_BASE_SIM_SOURCE_DIR "/config/scenes/braking.yaml", "--summary", folder.path("summary.json")});
+  EXPECT_EQ(simulate.wait(), 1);
+  EXPECT_NE(simulate.err().find("tips over at t = 0.50"), std::string::npos) << simulate.err();
+  EXPECT_NE(simulate.err().find("left side"), std::string::npos) << simulate.err();
+  EXPECT_NE(folder.read("summary.json").find("time_off_floor"), std::string::npos);
+}
+
+// A push upwards by more than the weight.
+TEST(ExampleTest, ABaseIsLiftedOff) {
+  const Scene scene =
+      scene_of("duration: 1\nrobot: {normal_reactions: dynamic}\nwrenches: [{force: [0, 0, 400], start: 0.1}]\n");
+  Simulation simulation(scene);
+  try {
+    simulation.advance_to(1);
+    FAIL() << "stays";
+  } catch (const TippedOver& error) {
+    EXPECT_EQ(error.side(), Side::kOff);
+    EXPECT_NEAR(error.time(), 0.1, 1e-3);
   }
 }
 

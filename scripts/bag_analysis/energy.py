@@ -4,6 +4,7 @@ import numpy as np
 from .record import Missing
 from .section import Section, thinned
 
+GAINS = ("drive", "external")
 LOSSES = ("bearing", "roller", "floor")
 CLOSED = 1e-3  # share of the energy put in that may be left over
 
@@ -31,11 +32,11 @@ def integral(t, values):
 def energies(contacts, stride=1):
     """Since the beginning, J: times; put in, lost by place, gained. Gaps are left out: in them nothing is put in or
     lost."""
-    parts = {name: [] for name in ("t", "drive", *LOSSES, "gained")}
+    parts = {name: [] for name in ("t", *GAINS, *LOSSES, "gained")}
     last = {name: 0.0 for name in parts}
     for stretch in contacts.stretches():
         t = thin(contacts.t[stretch], stride)
-        values = {name: integral(t, thin(contacts[name][stretch], stride)) for name in ("drive", *LOSSES)}
+        values = {name: integral(t, thin(contacts[name][stretch], stride)) for name in (*GAINS, *LOSSES)}
         kinetic = thin(contacts["kinetic_energy"][stretch], stride)
         values["gained"] = kinetic - kinetic[0]
         parts["t"].append(t)
@@ -51,17 +52,19 @@ def thin(values, stride):
 
 
 def residual(sums):
-    return sums["drive"] - sum(sums[name] for name in LOSSES) - sums["gained"]
+    return sum(sums[name] for name in GAINS) - sum(sums[name] for name in LOSSES) - sums["gained"]
 
 
 def balance(contacts):
     sums, coarse = energies(contacts), energies(contacts, 2)
     left, left_coarse = residual(sums), residual(coarse)
     section = Section("energy", "Energy, powers of contacts integrated by trapezoids")
-    turned_over = max(np.abs(sums["drive"]).max(), np.abs(sums["gained"]).max(), 1e-12)
-    for what, name in (("put in by the drives", "drive"), ("lost in bearings and drives", "bearing"),
+    turned_over = max(*(np.abs(sums[name]).max() for name in (*GAINS, "gained")), 1e-12)
+    for what, name in (("put in by the drives", "drive"), ("put in by slope and wrenches", "external"), ("lost in bearings and drives", "bearing"),
                        ("lost in the rollers", "roller"), ("lost by slip on the floor", "floor"),
                        ("kept as motion", "gained")):
+        if name == "external" and not sums[name].any():
+            continue
         share = "" if name == "drive" else "  %5.1f %%" % (100 * sums[name][-1] / turned_over)
         section.say(what, "%10.4f J%s" % (sums[name][-1], share))
         section.number(name + "_energy", sums[name][-1], "J")
@@ -82,8 +85,8 @@ def balance(contacts):
     if gaps:
         section.say("gaps", "%d in the record of contacts: left out" % gaps)
     section.tables["energy.csv"] = (
-        ["t_s", "put_in_J", "bearings_J", "rollers_J", "floor_J", "kept_J", "residual_J"],
-        np.column_stack([sums["t"], sums["drive"], *[sums[name] for name in LOSSES], sums["gained"], left]))
+        ["t_s", "put_in_J", "from_outside_J", "bearings_J", "rollers_J", "floor_J", "kept_J", "residual_J"],
+        np.column_stack([sums["t"], *[sums[name] for name in GAINS], *[sums[name] for name in LOSSES], sums["gained"], left]))
     section.draw = lambda figure: draw(figure, sums, left)
     return section
 
@@ -99,7 +102,9 @@ def draw(figure, sums, left):
         above = below + sums[name][i]
         balance_axes.fill_between(t, below, above, color=color, label=label, linewidth=0)
         below = above
-    balance_axes.plot(t, sums["drive"][i], color="black", label="put in by the drives")
+    put_in = sum(sums[name][i] for name in GAINS)
+    balance_axes.plot(t, put_in, color="black", label="put in by the drives" + (
+        ", slope and wrenches" if sums["external"].any() else ""))
     balance_axes.set_ylabel("energy, J")
     balance_axes.legend(loc="upper left")
     residual_axes.plot(t, left[i], color="black")

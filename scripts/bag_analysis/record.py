@@ -19,7 +19,7 @@ TOPICS = {
 }
 POSE = ("x", "y", "psi", "V_X", "V_Y", "Omega")
 LARGEST = 1e9  # in SI units: beyond, a number is damaged
-POWERS = ("drive", "bearing", "roller", "floor")
+POWERS = ("drive", "bearing", "roller", "floor", "external")
 
 
 class Missing(Exception):
@@ -199,7 +199,7 @@ def contacts_row(message):
     contacts = {contact.wheel.rsplit("_", 1)[-1]: contact for contact in message.contacts}
     if set(contacts) != set(WHEELS):
         return None
-    row = [message.kinetic_energy] + [getattr(message, name + "_power") for name in POWERS]
+    row = [message.kinetic_energy] + [getattr(message, name + "_power", 0.0) for name in POWERS]
     for wheel in WHEELS:
         contact = contacts[wheel]
         row += [contact.slip_velocity.x, contact.slip_velocity.y, contact.friction_share]
@@ -246,7 +246,7 @@ def add_series(record, name, rows):
         record.series[name] = Series(t, {"wheel": values[:, 0].astype(int), "direction": values[:, 1],
                                          "count": values[:, 2]})
     elif name == "contacts":
-        columns = {"kinetic_energy": values[:, 0], **dict(zip(POWERS, values[:, 1:5].T))}
+        columns = {"kinetic_energy": values[:, 0], **dict(zip(POWERS, values[:, 1:1 + len(POWERS)].T))}
         wheels = values[:, 5:].reshape(-1, 4, 3)
         record.series[name] = Series(t, {**columns, "slip": wheels[:, :, :2], "share": wheels[:, :, 2]})
     else:

@@ -86,10 +86,11 @@ void NoSlipIntegration::set_burden(State& x, const Burden& burden, bool keep_mom
   x.work() += kinetic_energy(x) - energy;
 }
 
-ContactDetails NoSlipIntegration::contacts(const State&, double) const {
+ContactDetails NoSlipIntegration::contacts(const State& x, double) const {
   const Wheels none = Wheels::Zero();
   ContactDetails details{{none, none, none, none, none, none, none, none}};
-  details.N = normal_reactions(robot_, floor_);
+  details.N = normal_reactions(model_.robot(), floor_);
+  details.external.head<3>() = model_.external_force(x.psi()).array();
   return details;
 }
 

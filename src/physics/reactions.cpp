@@ -23,6 +23,7 @@ const char* name_of(Side side) {
       return "front";
     case Side::kRear:
       return "rear";
+    case Side::kOff:
     case Side::kNone:
       break;
   }
@@ -30,8 +31,10 @@ const char* name_of(Side side) {
 }
 
 TippedOver::TippedOver(double t, Side side)
-    : std::domain_error(
-          fmt::format("the base tips over at t = {:.9g} s: the wheels of the {} side bear all", t, name_of(side))),
+    : std::domain_error(side == Side::kOff
+                            ? fmt::format("the base is lifted off the floor at t = {:.9g} s", t)
+                            : fmt::format("the base tips over at t = {:.9g} s: the wheels of the {} side bear all", t,
+                                          name_of(side))),
       time_(t),
       side_(side) {}
 
@@ -97,8 +100,9 @@ Wheels Reactions::fourth_condition(const ContactByReaction& contact, const Motio
 }
 
 Reactions::Solution Reactions::solve(const ContactByReaction& contact, const Motion& motion) const {
-  const Balance b = balance(contact, motion);
   const double weight = m_s_ * g_n_ + motion.external.down;
+  if (!(weight > 0)) return {Wheels::Zero(), Side::kOff};
+  const Balance b = balance(contact, motion);
   Wheels N;
   if (sharing_ == LoadSharing::kEqualWheels) {
     N = equal_wheels(b, weight);

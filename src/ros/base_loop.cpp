@@ -44,10 +44,7 @@ void BaseLoop::take_requests(double t, const State& state) {
 }
 
 std::string BaseLoop::refusal(const std::vector<Load>& loads) const {
-  const Scene& scene = simulation_.scene();
-  std::vector<Load> all = scene.burdens.at(simulation_.time()).loads;
-  all.insert(all.end(), loads.begin(), loads.end());
-  const std::string lifted = lifted_wheel(scene, all);
+  const std::string lifted = lifted_wheel(simulation_.scene(), loads, simulation_.time());
   return lifted.empty() ? "" : "loads must be " + lifted;
 }
 
@@ -72,13 +69,25 @@ void BaseLoop::bring_requests_forward() {
 
 double BaseLoop::period_of(double t) const { return std::ceil(t / control_period() - kSlack); }
 
+// What is taken off goes with the velocity that it has, also where others are put on at rest.
+void BaseLoop::take_off(const std::vector<Load>& remaining) {
+  const auto goes = [&](const Load& load) {
+    return std::find(remaining.begin(), remaining.end(), load) == remaining.end();
+  };
+  burden_.loads.erase(std::remove_if(burden_.loads.begin(), burden_.loads.end(), goes), burden_.loads.end());
+  simulation_.set_burden(burden_);
+}
+
 void BaseLoop::take_burdens() {
   const double now = period_of(simulation_.time());
   for (; !burden_requests_.empty() && period_of(burden_requests_.front().arrival) <= now;
        burden_requests_.pop_front()) {
     const BurdenRequest& request = burden_requests_.front();
     if (request.wrench) burden_.wrenches = {*request.wrench};
-    if (request.loads) burden_.loads = *request.loads;
+    if (request.loads) {
+      take_off(*request.loads);
+      burden_.loads = *request.loads;
+    }
     simulation_.set_burden(burden_, request.at_rest);
   }
 }

@@ -14,6 +14,8 @@ namespace youbot_base_sim {
 
 namespace {
 
+constexpr char kTooMany[] = "too many requests wait for time to go on";
+
 /// Appends to `complaint`, if that is empty, that `number` is not in its range.
 void check(const std::string& name, double number, const Range& range, std::string& complaint) {
   if (complaint.empty() && !contains(range, number)) {
@@ -54,11 +56,12 @@ std::vector<Load> loads_of(const SetLoads::Request& request, std::string& compla
     const std::string name = fmt::format("loads[{}].", loads.size());
     Load& load = loads.emplace_back();
     load.mass = message.mass;
-    load.position = vector(message.position) - Eigen::Vector3d{0, 0, kAxleHeight};
+    load.position = vector(message.position);
     load.inertia = message.inertia;
     check(name + "mass", load.mass, kLoadMasses, complaint);
     for (int k = 0; k < 3; ++k) check(name + "position." + "xyz"[k], load.position[k], kBurdenPositions, complaint);
     check(name + "inertia", load.inertia, kLoadInertias, complaint);
+    load.position[2] -= kAxleHeight;
   }
   return loads;
 }
@@ -75,14 +78,14 @@ void BurdenInterface::receive(const geometry_msgs::WrenchStamped& message) {
   std::string complaint;
   const Wrench wrench = wrench_of(message, complaint);
   if (!complaint.empty()) return log_.warn(kWrenchTopic, fmt::format("~{}: {}: refused", kWrenchTopic, complaint));
-  loop_.push(now_(), wrench);
+  if (!loop_.push(now_(), wrench)) log_.warn(kWrenchTopic, fmt::format("~{}: {}: refused", kWrenchTopic, kTooMany));
 }
 
 bool BurdenInterface::set_loads(SetLoads::Request& request, SetLoads::Response& response) {
   const std::vector<Load> loads = loads_of(request, response.message);
   if (response.message.empty()) response.message = loop_.refusal(loads);
   if (response.message.empty() && !loop_.push(now_(), loads, request.at_rest)) {
-    response.message = "too many requests wait for time to go on";
+    response.message = kTooMany;
   }
   response.success = response.message.empty();
   return true;

@@ -86,10 +86,12 @@ DiagnosticStatusWrapper integration_status(const Simulation& simulation) {
 DiagnosticStatusWrapper reactions_status(const ReactionRecord& record) {
   DiagnosticStatusWrapper status = own_status("normal reactions", true, "every wheel presses or lifts without tipping");
   if (record.tipped != Side::kNone) {
-    status.summary(
-        record.tipping != Side::kNone ? status.ERROR : status.WARN,
-        fmt::format("{} its tipping limit: the {} side {} all", record.tipping != Side::kNone ? "at" : "was at",
-                    name_of(record.tipped), record.tipping != Side::kNone ? "bears" : "bore"));
+    const bool now = record.tipping != Side::kNone;
+    const std::string what =
+        record.tipped == Side::kOff
+            ? "lifted off the floor"
+            : fmt::format("at its tipping limit, on the wheels of the {} side", name_of(record.tipped));
+    status.summary(now ? status.ERROR : status.WARN, (now ? "the base is " : "the base was ") + what);
   }
   for (int i = 0; i < kWheels; ++i) {
     status.add(wheel_joint(i),

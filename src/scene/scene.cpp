@@ -148,6 +148,7 @@ RobotParameters read_robot(SceneSection s, const FloorParameters& floor, Model m
   const bool dynamic = robot.normal_reactions == NormalReactions::kDynamic;
   refuse_for_model(reactions, !dynamic, model, Model::kCoulomb);
   refuse_for_model(preload, robot.q == 0, model, Model::kCoulomb);
+  refuse_for_model(com_height, robot.a_Z == 0, model, Model::kCoulomb);
   if (robot.a_Z <= -robot.R) com_height.refuse(fmt::format("more than -wheel_radius, {}", -robot.R));
   if (robot.load_sharing != LoadSharing::kEqualWheels) {
     if (!dynamic) sharing.refuse("equal_wheels unless normal_reactions is dynamic");
@@ -216,10 +217,9 @@ FloorParameters read_floor(SceneSection s, Model model) {
 
 /// Every wheel must press on the floor at rest, whatever the base carries.
 void check_loads(const SceneValue& value, const Scene& scene) {
-  for (const BurdenPlan::PlannedLoad& planned : scene.burdens.loads) {
-    const std::string lifted = lifted_wheel(scene, scene.burdens.at(planned.start).loads);
-    if (!lifted.empty()) value.refuse(fmt::format("{}, at t = {:g} s", lifted, planned.start));
-  }
+  if (scene.burdens.loads.empty()) return;
+  const std::string lifted = lifted_wheel(scene, {}, 0);
+  if (!lifted.empty()) value.refuse(lifted);
 }
 
 void check_control_period(const SceneValue& value, double period, const Scene& scene) {
@@ -395,12 +395,17 @@ Scene read_scene(const std::string& path, const YAML::Node& root, const SceneOve
 
 }  // namespace
 
-std::string lifted_wheel(const Scene& scene, const std::vector<Load>& loads) {
-  const Wheels N = normal_reactions(loaded(scene.robot, loads), scene.floor);
-  int lightest = 0;
-  if (N.minCoeff(&lightest) > 0) return "";
-  return fmt::format("such that every wheel presses on the floor; {} would with {:.4g} N",
-                     kWheelNames[static_cast<std::size_t>(lightest)], N[lightest]);
+std::string lifted_wheel(const Scene& scene, const std::vector<Load>& more, double t) {
+  for (; std::isfinite(t); t = scene.burdens.next_change(t)) {
+    std::vector<Load> loads = scene.burdens.at(t).loads;
+    loads.insert(loads.end(), more.begin(), more.end());
+    const Wheels N = normal_reactions(loaded(scene.robot, loads), scene.floor);
+    int lightest = 0;
+    if (N.minCoeff(&lightest) > 0) continue;
+    return fmt::format("such that every wheel presses on the floor; {} would with {:.4g} N, from t = {:g} s on",
+                       kWheelNames[static_cast<std::size_t>(lightest)], N[lightest], t);
+  }
+  return "";
 }
 
 bool beyond_the_paper(const Scene& scene) {

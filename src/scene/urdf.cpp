@@ -85,7 +85,7 @@ std::string base_link(const RobotParameters& robot, const Dimensions& size, cons
   const double I_C = robot.I_s - robot.m * (robot.a_X * robot.a_X + robot.a_Y * robot.a_Y) -
                      kWheels * (wheel_moment(robot, size) + robot.m_1 * (robot.h * robot.h + robot.l * robot.l));
   if (I_C > 0) moments *= I_C / moments.z();
-  content += inertial({robot.a_X, robot.a_Y, kAxleHeight}, robot.m, moments);
+  content += inertial({robot.a_X, robot.a_Y, kAxleHeight + robot.a_Z}, robot.m, moments);
   return link("base_link", content);
 }
 

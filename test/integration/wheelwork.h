@@ -80,6 +80,7 @@ class Wheelwork {
   // Averaging, which changes nothing about how wheels turn.
   static double max_step(const State&) { return std::numeric_limits<double>::infinity(); }
   static bool watches() { return false; }
+  static bool ends_tipping() { return false; }
   static bool tips(const State&, double) { return false; }
   static void watch(const State&, double, double) {}
 

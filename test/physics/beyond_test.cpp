@@ -11,6 +11,7 @@
 
 #include "temporary_folder.h"
 #include "youbot_base_sim/integration/slip_system.h"
+#include "youbot_base_sim/physics/power_balance.h"
 #include "youbot_base_sim/scene/scene.h"
 
 namespace youbot_base_sim {
@@ -161,16 +162,17 @@ TEST(BeyondModelTest, MomentsAboutAnyPointOfTheFloorVanish) {
   }
 }
 
-// Power of all forces is the change of the kinetic energy, by the inertia alone.
+// The power of all forces is that of drives, bearings, rollers, floor and what acts from outside, each by itself.
 TEST(BeyondModelTest, PowerBalances) {
   for (const Json& golden : golden()) {
     const Motion motion(golden, scene_of(golden["scene"]));
     const System system(motion.model, motion.torque, motion.state);
     State dxdt;
     system(motion.state, dxdt, 0);
-    const Velocities u = motion.state.velocities();
-    const double change = power(u, motion.model.inertia() * dxdt.velocities());
-    EXPECT_NEAR(dxdt.work(), change, 1e-10 * (1 + std::abs(change))) << golden["scene"].dump();
+    const Wheels M = motion.torque.value(0);
+    const PowerBalance balance =
+        power_balance(motion.model.robot(), motion.state, motion.model.details(system.contacts(motion.state, 0)), M);
+    EXPECT_NEAR(dxdt.work(), balance.net(), 1e-10 * (1 + std::abs(dxdt.work()))) << golden["scene"].dump();
   }
 }
 

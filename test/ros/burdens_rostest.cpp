@@ -63,6 +63,9 @@ TEST(Wrench, that_is_of_no_use_is_refused) {
   pusher.publish(tilting);
   for (int k = 0; k < 100; ++k) base.idle(1);
   EXPECT_EQ(base.truth.pose.pose.position.y, 0);
+  pusher.publish(push("base_link", 0, 200));  // comes after all of them
+  for (int k = 0; k < 2000 && base.truth.pose.pose.position.y == 0; ++k) base.idle(1);
+  EXPECT_GT(base.truth.pose.pose.position.y, 0);
 }
 
 TEST(Loads, are_set_or_refused_by_name) {

@@ -64,7 +64,7 @@ class Integration {
   virtual void go_on_tipping() = 0;
 
   virtual double kinetic_energy(const State& x) const = 0;              ///< J
-  virtual ContactDetails contacts(const State& x, double t) const = 0;  ///< zero in model 1
+  virtual ContactDetails contacts(const State& x, double t) const = 0;  ///< model 1: no slip, no friction
   virtual std::int64_t roller(int i) const = 0;                         ///< on which wheel i stands, unwrapped
   virtual std::optional<std::int64_t> other_roller(int i) const = 0;    ///< the second one of a shared contact
   virtual double transition_speed() const = 0;                          ///< of the friction, m/s; infinite: none

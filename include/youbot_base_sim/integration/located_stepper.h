@@ -52,7 +52,7 @@ class LocatedStepper : public ControlledStepperTypes {
     beyond_ = 0;
     if (EdgeCrossing crossing = first_crossing(system, x, end_, length)) locate(system, x, t, crossing);
     if (system.shares() || system.averages()) end_where_contact_ends(system, x, t);
-    if (system.watches()) end_where_base_tips(system, x, t);
+    if (system.ends_tipping()) end_where_base_tips(system, x, t);
     const double start = t;
     t = length_ == bound ? t + bound : t + length_ + beyond_;
     x = end_;
@@ -211,15 +211,18 @@ class LocatedStepper : public ControlledStepperTypes {
   void end_where_base_tips(System& system, const State& x, double t) {
     if (!system.tips(end_, t + length_) || system.tips(x, t)) return;
     double low = 0, high = length_;
+    State tipped = end_;
     for (int halving = 0; halving < kMaxHalvings && high - low > kTippingResolution; ++halving) {
       const double middle = 0.5 * (low + high);
       ++statistics_->location_steps;
       if (!try_length(system, x, t, middle)) break;
-      (system.tips(end_, t + middle) ? high : low) = middle;
+      const bool tips = system.tips(end_, t + middle);
+      (tips ? high : low) = middle;
+      if (tips) tipped = end_;
     }
     length_ = high;
     beyond_ = 0;
-    try_length(system, x, t, high);
+    if (!try_length(system, x, t, high)) end_ = tipped;
   }
 
   template <class System>

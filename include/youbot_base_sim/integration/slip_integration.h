@@ -68,6 +68,7 @@ class SlipIntegration : public Integration {
     system_.count_evaluations(statistics_.evaluations);
     switches_.adopt(before.take_switches());
     for (int i = 0; i < kWheels; ++i) {
+      system_.put(i, before.roller(i));  // of two, the one that it reached last
       for (int k = 0; k < system_.rollers(); ++k) system_.set_resting_angle(i, k, before.resting_angle(i, k));
     }
   }

@@ -24,7 +24,7 @@ namespace youbot_base_sim {
 /// As a System:       system(x, dxdt, t), system.jacobian(x, J, t, dfdt)
 /// As edges:          lower_edge(), upper_edge(), and hand_over(i, k, x), the effect of crossing one
 /// As sliding mode:   attractive(i, x, t), momentum(i, x), enter_sliding(i, k, x), alpha(i, x, t), put(i, k)
-/// As bounds:         max_step(x); watches(), tips(x, t), watch(x, t, dt) of normal reactions
+/// As bounds:         max_step(x); watches(), ends_tipping(), tips(x, t), watch(x, t, dt) of normal reactions
 /// As averaging:      too_fast(i, x), slow_again(i, x), average(i), follow(i, x), put(i, k)
 template <class Law>
 class SlipSystem {
@@ -119,6 +119,9 @@ class SlipSystem {
     if constexpr (kBeyond<Law>) return model_.dynamic();
     return false;
   }
+
+  /// Whether the motion ends where the base reaches its tipping limit.
+  bool ends_tipping() const { return watches() && !goes_on_tipping_; }
 
   /// Whether the base is at its tipping limit.
   bool tips(const State& x, double t) const {

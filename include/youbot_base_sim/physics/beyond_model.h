@@ -255,6 +255,7 @@ class SlipModel<Beyond<Law>> {
     details.N = c.N;
     details.f = c.f;
     details.M_S = c.M_S;
+    details.F_Z = c.F_Z;
     details.T_S = c.T_S;
     details.external = c.external.v;
     if (a_m_ > 0) details.omega = c.V_Z / a_m_;
@@ -304,8 +305,9 @@ class SlipModel<Beyond<Law>> {
     Wheels X, Y;
     contact_points({x.x(), x.y(), x.psi()}, Delta_Y, X, Y);
     const double reach = std::hypot(robot_.h, robot_.l + robot_.R_d);
-    const double speed = std::hypot(x.V_X(), x.V_Y()) + std::abs(x.Omega()) * reach + kSpeedFloor;
-    return patches_.max_way(X, Y) / speed;
+    const double speed = std::hypot(x.V_X(), x.V_Y()) + std::abs(x.Omega()) * reach;
+    const double way = patches_.max_way(X, Y);  // = speed t + kMaxAcceleration t^2 / 2
+    return 2 * way / (speed + std::sqrt(speed * speed + 2 * kMaxAcceleration * way));
   }
 
   const Inertia& inertia() const { return inertia_; }
@@ -314,7 +316,7 @@ class SlipModel<Beyond<Law>> {
   const DryBearings& dry_bearings() const { return dry_; }
 
  private:
-  static constexpr double kSpeedFloor = 1e-2;  // m/s, which a base at rest may gain within a step
+  static constexpr double kMaxAcceleration = 20;  // m/s^2, more than friction gives a base
 
   void put(const SpinningForce& F, Contacts& c) const {
     c.F_X = F.F_X;

@@ -13,6 +13,10 @@ struct Load {
   double mass = 0;                                     ///< kg
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< of its centre of mass from O at the height of the axles, m
   double inertia = 0;                                  ///< about its own vertical axis, kg m^2
+
+  bool operator==(const Load& other) const {
+    return mass == other.mass && position == other.position && inertia == other.inertia;
+  }
 };
 
 /// A force and a torque that act on the base from outside.

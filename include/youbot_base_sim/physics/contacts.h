@@ -15,10 +15,11 @@ struct alignas(kAlignment) Contacts {
 
 /// The same for whoever looks at them.
 struct ContactDetails : Contacts {
-  Wheels N = Wheels::Zero();      ///< normal reaction, N; zero in model 1
+  Wheels N = Wheels::Zero();      ///< normal reaction, N; in model 1 that at rest
   Wheels f = Wheels::Zero();      ///< coefficient of friction
   Wheels omega = Wheels::Zero();  ///< rate at which the roller turns on the spot, rad/s; zero without spin friction
   Wheels M_S = Wheels::Zero();    ///< torque of the spin friction, N m; part of M_Z
+  Wheels F_Z = Wheels::Zero();    ///< M_S / a_m, which shares the limit of friction with F_X and F_Y, N
   Wheels T_S = Wheels::Zero();    ///< its torque on the roller, N m
   /// Gravity along the floor and wrenches, on (V_X, V_Y, Omega, 0), N and N m.
   Wheels external = Wheels::Zero();

@@ -54,6 +54,13 @@ class NoSlipModel {
   /// Sets dphi and dgamma of `state` to what rolls without slip.
   void constrain(State& state) const;
 
+  /// Gravity along the floor and wrenches at heading psi (rad), on v, N and N m.
+  Eigen::Vector3d external_force(double psi) const {
+    return external_ ? external(psi) : Eigen::Vector3d(Eigen::Vector3d::Zero());
+  }
+
+  const RobotParameters& robot() const { return robot_; }  ///< with its loads
+
   /// Mass and inertia that the platform's velocities feel, wheels included.
   const Eigen::Matrix3d& inertia() const { return inertia_; }
 
@@ -63,7 +70,6 @@ class NoSlipModel {
  private:
   using WheelsByVelocity = Eigen::Matrix<double, kWheels, 3>;
 
-  /// Gravity along the floor and wrenches, on v.
   Eigen::Vector3d external(double psi) const { return external_->at(psi).v.head<3>().matrix(); }
   /// Forces on v of the dry friction in wheels and rollers, and their derivative by v.
   Eigen::Vector3d dry_friction(const Eigen::Vector3d& v) const;

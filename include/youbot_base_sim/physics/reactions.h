@@ -10,8 +10,8 @@
 
 namespace youbot_base_sim {
 
-/// The side over which a base tips, whose two wheels then bear all.
-enum class Side { kNone, kLeft, kRight, kFront, kRear };
+/// The side over which a base tips, whose two wheels then bear all; kOff: it is lifted off the floor.
+enum class Side { kNone, kLeft, kRight, kFront, kRear, kOff };
 const char* name_of(Side side);
 
 /// What became of the normal reactions in a motion.
@@ -23,7 +23,7 @@ struct ReactionRecord {
   double time_at_limit = 0;                                                    ///< s, while it went on there
 };
 
-/// The base reached its tipping limit: the two wheels of one side bear all.
+/// The base reached its tipping limit, where the two wheels of one side bear all, or was lifted off.
 class TippedOver : public std::domain_error {
  public:
   TippedOver(double t, Side side);

@@ -24,9 +24,10 @@ class SharedContact {
         lower_(lower),
         upper_(upper),
         F_X_(M / model.robot().R),
-        alpha_((F_X_ - lower_.F_X[i]) / (upper_.F_X[i] - lower_.F_X[i])) {}
+        alpha_(upper_.F_X[i] == lower_.F_X[i] ? kEnded : (F_X_ - lower_.F_X[i]) / (upper_.F_X[i] - lower_.F_X[i])) {}
 
-  /// The upper roller's share; the wheel is held where it lies in [0, 1]. Not finite where both pull alike.
+  /// The upper roller's share; the wheel is held where it lies in [0, 1]. Beyond where both pull alike, as those of a
+  /// wheel off the floor do, and nothing holds it.
   double alpha() const { return alpha_; }
 
   /// Whether the edge is attractive: both rollers drive the wheel back to it rather than away from it.
@@ -48,6 +49,7 @@ class SharedContact {
   /// What the wheel exerts as a function of its normal reaction, if `lower` and `upper` are those of 1 N: the parts
   /// n and N - n of the two rollers are such that the wheel gets no torque, n F_X + (N - n) F_X' = M / R.
   void put(ContactByReaction& by_reaction) const {
+    if (alpha_ == kEnded) return;
     const double difference = upper_.F_X[i_] - lower_.F_X[i_];
     // n = constant + slope N of the upper roller
     const double constant = F_X_ / difference, slope = -lower_.F_X[i_] / difference;
@@ -63,6 +65,7 @@ class SharedContact {
 
   /// Derivative of the forces on V_X, V_Y, Omega and dgamma by the torque, which changes the shares.
   Eigen::Vector4d torque_derivative() const {
+    if (alpha_ == kEnded) return Eigen::Vector4d::Zero();
     return (forces(upper_) - forces(lower_)) / (model_.robot().R * (upper_.F_X[i_] - lower_.F_X[i_]));
   }
 
@@ -84,7 +87,8 @@ class SharedContact {
     };
     const Eigen::Matrix4d m = alpha_ * matrix(upper) + (1 - alpha_) * matrix(lower);
     const Eigen::RowVector4d F_X = alpha_ * matrix(upper).row(0) + (1 - alpha_) * matrix(lower).row(0);
-    const Eigen::Matrix4d all = m - (forces(upper_) - forces(lower_)) * F_X / (upper_.F_X[i_] - lower_.F_X[i_]);
+    Eigen::Matrix4d all = m;
+    if (alpha_ != kEnded) all -= (forces(upper_) - forces(lower_)) * F_X / (upper_.F_X[i_] - lower_.F_X[i_]);
     for (int row = 0; row < 3; ++row) {
       for (int k = 0; k < 3; ++k) G.platform_platform[row][k][i_] = all(row, k);
       G.platform_dgamma[row][i_] = all(row, 3);
@@ -97,6 +101,8 @@ class SharedContact {
   }
 
  private:
+  static constexpr double kEnded = 2;
+
   double mean(double upper, double lower) const { return alpha_ * upper + (1 - alpha_) * lower; }
 
   Eigen::Vector4d forces(const Contacts& c) const {

@@ -100,6 +100,7 @@ class BaseLoop {
 
   bool push(const BurdenRequest& request);
   void take_burdens();
+  void take_off(const std::vector<Load>& remaining);
   double period_of(double t) const;  // number of the control period from which what arrives at time t acts
   Wheels begin_period(double t, const State& state);
   bool meet_instant(double t, const State& state);

@@ -65,9 +65,9 @@ struct Scene {
 /// Whether a scene asks for anything that the paper's equations do not have, but for what only changes their numbers.
 bool beyond_the_paper(const Scene& scene);
 
-/// What is wrong if the scene's robot carries these loads at rest, besides the scene's own: a wheel that would leave
-/// the floor, in words; empty if nothing is.
-std::string lifted_wheel(const Scene& scene, const std::vector<Load>& loads);
+/// What is wrong if the scene's robot carries these loads at rest besides the scene's own, from time t (s) on: a wheel
+/// that would leave the floor, in words; empty if nothing is.
+std::string lifted_wheel(const Scene& scene, const std::vector<Load>& more, double t);
 
 /// A mistake in a scene, in one line that names the key, its value and what is allowed.
 class SceneError : public std::runtime_error {
