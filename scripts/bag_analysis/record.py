@@ -247,7 +247,7 @@ def add_series(record, name, rows):
                                          "count": values[:, 2]})
     elif name == "contacts":
         columns = {"kinetic_energy": values[:, 0], **dict(zip(POWERS, values[:, 1:1 + len(POWERS)].T))}
-        wheels = values[:, 5:].reshape(-1, 4, 3)
+        wheels = values[:, 1 + len(POWERS):].reshape(-1, 4, 3)
         record.series[name] = Series(t, {**columns, "slip": wheels[:, :, :2], "share": wheels[:, :, 2]})
     else:
         V = values.T if name == "cmd_vel" else record.base.velocities(values)
