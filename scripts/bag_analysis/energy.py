@@ -60,8 +60,8 @@ def balance(contacts):
     left, left_coarse = residual(sums), residual(coarse)
     section = Section("energy", "Energy, powers of contacts integrated by trapezoids")
     turned_over = max(*(np.abs(sums[name]).max() for name in (*GAINS, "gained")), 1e-12)
-    for what, name in (("put in by the drives", "drive"), ("put in by slope and wrenches", "external"), ("lost in bearings and drives", "bearing"),
-                       ("lost in the rollers", "roller"), ("lost by slip on the floor", "floor"),
+    for what, name in (("put in by the drives", "drive"), ("put in by slope and wrenches", "external"),
+                       ("lost in bearings and drives", "bearing"), ("lost in the rollers", "roller"), ("lost by slip on the floor", "floor"),
                        ("kept as motion", "gained")):
         if name == "external" and not sums[name].any():
             continue
@@ -86,7 +86,7 @@ def balance(contacts):
         section.say("gaps", "%d in the record of contacts: left out" % gaps)
     section.tables["energy.csv"] = (
         ["t_s", "put_in_J", "from_outside_J", "bearings_J", "rollers_J", "floor_J", "kept_J", "residual_J"],
-        np.column_stack([sums["t"], *[sums[name] for name in GAINS], *[sums[name] for name in LOSSES], sums["gained"], left]))
+        np.column_stack([sums["t"], *[sums[name] for name in (*GAINS, *LOSSES)], sums["gained"], left]))
     section.draw = lambda figure: draw(figure, sums, left)
     return section
 

@@ -200,8 +200,8 @@ class AnalyseTest(unittest.TestCase):
     @classmethod
     def contacts_at(cls, t):
         message = cls.messages["youbot_base_sim/ContactsStamped"](
-            t=t, kinetic_energy=3 * t * t, drive_power=6.1 * t + 3, external_power=0.5, bearing_power=2, roller_power=1 + 0.1 * t,
-            floor_power=0.5)
+            t=t, kinetic_energy=3 * t * t, drive_power=6.1 * t + 3, external_power=0.5, bearing_power=2,
+            roller_power=1 + 0.1 * t, floor_power=0.5)
         message.header.stamp = stamp_of(t)
         for wheel in WHEELS:
             contact = cls.messages["youbot_base_sim/Contact"](wheel="wheel_joint_" + wheel)
@@ -290,8 +290,8 @@ class AnalyseTest(unittest.TestCase):
 
     def test_energies_are_added_up(self):
         numbers = self.known
-        for quantity, joules in (("drive", 6.1 * 8 + 12), ("external", 2), ("bearing", 8), ("roller", 4 + 0.8), ("floor", 2),
-                                 ("gained", 48)):
+        for quantity, joules in (("drive", 6.1 * 8 + 12), ("external", 2), ("bearing", 8), ("roller", 4 + 0.8),
+                                 ("floor", 2), ("gained", 48)):
             self.assertAlmostEqual(numbers[quantity + "_energy"], joules, delta=1e-6)
         self.assertLess(numbers["residual_maximal"], 1e-6)
         self.assertIn("the balance closes", self.known_out)
