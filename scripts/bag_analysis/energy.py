@@ -61,8 +61,8 @@ def balance(contacts):
     section = Section("energy", "Energy, powers of contacts integrated by trapezoids")
     turned_over = max(*(np.abs(sums[name]).max() for name in (*GAINS, "gained")), 1e-12)
     for what, name in (("put in by the drives", "drive"), ("put in by slope and wrenches", "external"),
-                       ("lost in bearings and drives", "bearing"), ("lost in the rollers", "roller"), ("lost by slip on the floor", "floor"),
-                       ("kept as motion", "gained")):
+                       ("lost in bearings and drives", "bearing"), ("lost in the rollers", "roller"),
+                       ("lost by slip on the floor", "floor"), ("kept as motion", "gained")):
         if name == "external" and not sums[name].any():
             continue
         share = "" if name == "drive" else "  %5.1f %%" % (100 * sums[name][-1] / turned_over)
