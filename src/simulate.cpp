@@ -389,12 +389,16 @@ int main(int argc, char** argv) {
       break;
     }
   }
-  const int status = run_program(argc, argv);
+  int status = kNotCompleted;
   try {
+    status = run_program(argc, argv);
     flush_standard_output();
   } catch (const OutputError& error) {
     if (status == kDone) print_error("simulate", error.what());
     return std::max<int>(status, kNotCompleted);
+  } catch (const std::exception& error) {
+    print_error("simulate", error.what());
+    return kNotCompleted;
   }
   return status;
 }
