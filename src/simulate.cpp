@@ -19,6 +19,7 @@
 #include "youbot_base_sim/record/csv.h"
 #include "youbot_base_sim/record/output_file.h"
 #include "youbot_base_sim/record/summary.h"
+#include "youbot_base_sim/record/tipping.h"
 #ifdef YOUBOT_BASE_SIM_ROS
 #include "youbot_base_sim/ros/bag.h"
 #endif
@@ -179,8 +180,8 @@ class Outputs {
   }
 
   void write_row(double t, Simulation& simulation) {
-    const std::vector<RollerSwitch> switches = simulation.take_switches();
-    for_each([&](Recorder& recorder) { recorder.write(t, simulation, switches); });
+    const Events events{simulation.take_switches(), simulation.take_burden_changes()};
+    for_each([&](Recorder& recorder) { recorder.write(t, simulation, events); });
   }
 
   void commit() {
@@ -259,7 +260,8 @@ class Run {
                        strsignal(stop_signal)));
     } catch (const TippedOver& error) {
       outputs_.commit_summary(simulation_, wall_time_, audit_);  // tells what the wheels bore
-      fail(error.what());
+      const std::string advice = arguments_.cpu_limit > 0 ? "" : what_would_hold(scene_, error, stop);
+      fail(error.what() + (advice.empty() ? "" : "; " + advice));
     } catch (const std::exception& error) {
       fail(error.what());
     }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 
 #include "youbot_base_sim/drive/wheel_drive.h"
 #include "youbot_base_sim/integration/methods.h"
@@ -44,6 +45,10 @@ Simulation::Drive make_drive(const Scene& scene) {
   };
 }
 
+bool same(const Wrench& a, const Wrench& b) {
+  return a.force == b.force && a.point == b.point && a.torque == b.torque && a.fixed == b.fixed;
+}
+
 }  // namespace
 
 class Simulation::Loop {
@@ -78,7 +83,10 @@ class Simulation::Loop {
     set_up_integration();
     next_change_ = std::numeric_limits<double>::infinity();
     added_ = {};
+    planned_ = {};
+    burden_changes_.clear();
     if (!scene_.burdens.empty()) change_burden();
+    note_burden(0);
     initial_energy_ = integration_->kinetic_energy(state_) - state_.work();
   }
 
@@ -101,7 +109,8 @@ class Simulation::Loop {
   void set_burden(const Burden& burden, bool keep_momentum) {
     if (!beyond_) go_beyond();
     added_ = burden;
-    integration_->set_burden(state_, burden_at(t_), keep_momentum);
+    integration_->set_burden(state_, with_added(planned_), keep_momentum);
+    note_burden(t_);
   }
 
   void go_on_tipping() {
@@ -120,6 +129,8 @@ class Simulation::Loop {
   std::unique_ptr<TorqueProfile> torque_;
   std::unique_ptr<Integration> integration_;
   double initial_energy_ = 0;
+  Burden burden_;  // now: the scene's and what was added to it
+  std::vector<BurdenChange> burden_changes_;
 
  private:
   static constexpr double kSlack = 1e-6;  // of a control period, for rounding
@@ -200,9 +211,8 @@ class Simulation::Loop {
     set_up_integration();
   }
 
-  // The scene's burden at time t and what was added to it.
-  Burden burden_at(double t, bool settled = true) const {
-    Burden burden = scene_.burdens.at(t, settled);
+  // A burden of the scene's and what was added to it.
+  Burden with_added(Burden burden) const {
     burden.loads.insert(burden.loads.end(), added_.loads.begin(), added_.loads.end());
     burden.wrenches.insert(burden.wrenches.end(), added_.wrenches.begin(), added_.wrenches.end());
     return burden;
@@ -211,9 +221,27 @@ class Simulation::Loop {
   // Loads and wrenches as they are from the change on that is due.
   void change_burden() {
     const double t = std::isfinite(next_change_) ? next_change_ : t_;
-    integration_->set_burden(state_, burden_at(t, false), false);
-    integration_->set_burden(state_, burden_at(t), true);
+    integration_->set_burden(state_, with_added(scene_.burdens.at(t, false)), false);
+    planned_ = scene_.burdens.at(t);
+    integration_->set_burden(state_, with_added(planned_), true);
     next_change_ = scene_.burdens.next_change(t);
+    note_burden(t);
+  }
+
+  // Notes what is carried and what pushes from t on, if that changed; of several changes at one instant the sum.
+  void note_burden(double t) {
+    Burden now = with_added(planned_);
+    const bool loads = now.loads != burden_.loads;
+    const bool wrenches =
+        !std::equal(now.wrenches.begin(), now.wrenches.end(), burden_.wrenches.begin(), burden_.wrenches.end(), same);
+    if (!loads && !wrenches) return;
+    burden_ = std::move(now);
+    if (!burden_changes_.empty() && burden_changes_.back().t == t) {
+      BurdenChange& last = burden_changes_.back();
+      last = {t, state_.psi(), burden_, last.loads || loads, last.wrenches || wrenches};
+    } else {
+      burden_changes_.push_back({t, state_.psi(), burden_, loads, wrenches});
+    }
   }
 
   void sample_drive() {
@@ -232,7 +260,8 @@ class Simulation::Loop {
   double next_change_ = 0;  // of loads and wrenches, s
   bool goes_on_tipping_ = false;
   bool beyond_ = false;  // whether the integration knows what is beyond the paper
-  Burden added_;         // to the scene's
+  Burden planned_;       // the scene's now
+  Burden added_;         // to it
 };
 
 Simulation::Simulation(const Scene& scene) : loop_(std::make_unique<Loop>(scene, nullptr)) {}
@@ -273,6 +302,10 @@ ContactDetails Simulation::contacts() const { return loop_->integration_->contac
 std::optional<ReactionRecord> Simulation::reaction_record() const { return loop_->integration_->reaction_record(); }
 
 void Simulation::set_burden(const Burden& burden, bool keep_momentum) { loop_->set_burden(burden, keep_momentum); }
+
+const Burden& Simulation::burden() const { return loop_->burden_; }
+
+std::vector<BurdenChange> Simulation::take_burden_changes() { return std::exchange(loop_->burden_changes_, {}); }
 
 void Simulation::go_on_tipping() { loop_->go_on_tipping(); }
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <regex>
 
 #include "program.h"
 #include "temporary_folder.h"
@@ -253,7 +254,42 @@ TEST(ExampleTest, SimulateEndsAtTheTippingLimitWithExitStatus1) {
   EXPECT_EQ(simulate.wait(), 1);
   EXPECT_NE(simulate.err().find("tips over at t = 0.50"), std::string::npos) << simulate.err();
   EXPECT_NE(simulate.err().find("left side"), std::string::npos) << simulate.err();
+  // The load that it names does hold, and a twentieth more does not.
+  std::smatch named;
+  const std::string said = simulate.err();
+  ASSERT_TRUE(std::regex_search(said, named, std::regex("with ([0-9.]+) in place of 25 kg, it would hold"))) << said;
+  const auto ends = [&](double mass) {
+    Scene scene = example("braking");
+    scene.burdens.loads[0].load.inertia *= mass / scene.burdens.loads[0].load.mass;
+    scene.burdens.loads[0].load.mass = mass;
+    Simulation simulation(scene);
+    simulation.advance_to(scene.duration);
+  };
+  EXPECT_NO_THROW(ends(std::stod(named[1])));
+  EXPECT_THROW(ends(1.05 * std::stod(named[1]) + 0.1), TippedOver);
   EXPECT_NE(folder.read("summary.json").find("time_off_floor"), std::string::npos);
+}
+
+// Without a load it is the height of the robot's own centre of mass that is at fault, or a push.
+TEST(ExampleTest, SimulateNamesWhatWouldHoldWithoutALoad) {
+  const TemporaryFolder folder;
+  const auto said = [&](const std::string& scene) {
+    Program simulate(SIMULATE, {folder.write("scene.yaml", "duration: 1\n" + scene)});
+    EXPECT_EQ(simulate.wait(), 1);
+    return simulate.err();
+  };
+  const auto expect_found = [](const std::string& text, const char* pattern) {
+    EXPECT_TRUE(std::regex_search(text, std::regex(pattern))) << text;
+  };
+  expect_found(said("robot: {normal_reactions: dynamic, com_height: 0.6, com: [0, 0]}\ninitial: {twist: [0, 0.6, 0]}\n"
+                    "drive: {torque: [{start: 0, constant: [3, -3, -3, 3]}]}\n"),
+               "com_height: with 0\\.[1-5][0-9]* in place of 0\\.6 m, it would hold until t = 1 s");
+  expect_found(said("robot: {normal_reactions: dynamic, com: [0, 0]}\ndrive: {torque: [{start: 0}]}\n"
+                    "wrenches: [{force: [0, 100, 0], point: [0, 0, 1], start: 0.2}]\n"),
+               "with [45][0-9] in place of 100 % of what pushes it, it would hold until t = 1 s");
+  expect_found(said("robot: {normal_reactions: dynamic}\ndrive: {torque: [{start: 0}]}\n"
+                    "wrenches: [{force: [0, 0, 400], start: 0.2}]\n"),
+               "lifted off the floor at t = 0\\.2[0-9]* s; with 5\\.17 kg more it would stay");
 }
 
 // A push upwards by more than the weight.

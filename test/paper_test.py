@@ -5,7 +5,6 @@ Usage: paper_test.py SIMULATE [ARGUMENT OF UNITTEST...]
 import csv
 import math
 import re
-import string
 import subprocess
 import sys
 import tempfile
@@ -14,97 +13,46 @@ import unittest
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-sys.path[:0] = [str(ROOT / "scripts" / "paper"), str(ROOT / "bench")]
+sys.path[:0] = [str(ROOT / "scripts" / "paper"), str(ROOT / "scripts" / "figures"), str(ROOT / "bench"),
+                str(Path(__file__).resolve().parent)]
 sys.dont_write_bytecode = True
 
 import claims  # noqa: E402
 import recording  # noqa: E402
+from measured_page import MeasuredPage  # noqa: E402
 
 SIMULATE = Path(sys.argv.pop(1)).resolve()
-PAGE = ROOT / "docs" / "paper.md"
-NUMBER = r"[-+]?\d+(?:\.\d+)?"
-# Units of the last digit that a printed number may be off: half for rounding, and what machines differ by.
-ROUNDED = 0.6
 
 
-def specs_of(finding):
-    """How each value is printed."""
-    return [spec for _, name, spec, _ in string.Formatter().parse(finding.text) if name is not None]
+class Page(MeasuredPage, unittest.TestCase):
+    table = claims.TABLE
 
-
-def agree(printed, finding):
-    """Whether the text has all numbers of the finding, with as many decimals and of the same value."""
-    pattern = ""
-    for literal, name, _, _ in string.Formatter().parse(finding.text):
-        pattern += re.escape(literal) + (f"({NUMBER})" if name is not None else "")
-    match = re.fullmatch(pattern, printed)
-    if not match:
-        return False
-    for text, value, spec in zip(match.groups(), finding.values, specs_of(finding)):
-        decimals = len(format(value, spec).partition(".")[2])
-        if len(text.partition(".")[2]) != decimals or abs(float(text) - value) > ROUNDED * 10 ** -decimals:
-            return False
-    return True
-
-
-def wrong_rows(page, findings):
-    """Numbers of the rows of the table that are missing or not what was found, 0 for what is not the table's."""
-    table = page.partition(claims.BEGIN)[2].partition(claims.END)[0]
-    rows = [line.strip("| ").split(" | ") for line in table.strip().split("\n")[2:]]
-    wrong = [0] if len(rows) != len(findings) else []
-    for number, finding in enumerate(findings, 1):
-        found = rows[number - 1] if number <= len(rows) else []
-        expected = claims.row(number, finding)
-        measured = expected.index(finding.measured())
-        if not (len(found) == len(expected) and agree(found[measured], finding) and
-                found[:measured] + found[measured + 1:] == expected[:measured] + expected[measured + 1:]):
-            wrong.append(number)
-    return wrong
-
-
-class Page(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         with tempfile.TemporaryDirectory() as folder:
             recorder = recording.Recorder(SIMULATE, recording.Kept(folder, SIMULATE))
             cases = claims.Cases(ROOT / "config" / "scenes", recorder)
             cls.findings = [claim.measure(cases) for claim in claims.CLAIMS]
+            cls.rows = [claims.row(number, finding) for number, finding in enumerate(cls.findings, 1)]
             cls.warnings = recorder.warnings
-        cls.page = PAGE.read_text()
 
-    def test_has_what_is_measured(self):
-        expected = {number: claims.row(number, finding) for number, finding in enumerate(self.findings, 1)}
-        wrong = wrong_rows(self.page, self.findings)
-        self.assertEqual([expected.get(number, "the number of rows") for number in wrong], [])
+    def test_runs_without_a_warning(self):
         self.assertEqual(self.warnings, [])
 
-    def test_would_fail_on_any_other_number(self):
-        begin, end = self.page.index(claims.BEGIN), self.page.index(claims.END)
-        for number, finding in enumerate(self.findings, 1):
-            measured = finding.measured()
-            start = self.page.index(measured, begin, end)
-            for match in re.finditer(NUMBER, measured):
-                text = match.group()
-                if text not in [format(value, spec) for spec, value in zip(specs_of(finding), finding.values)]:
-                    continue  # part of the words
-                other = text[:-1] + str((int(text[-1]) + 2) % 10)  # one more might still be within the rounding
-                place = start + match.start()
-                changed = self.page[:place] + other + self.page[place + len(text):]
-                self.assertEqual(wrong_rows(changed, self.findings), [number], f"{text} as {other} in {measured}")
-
     def test_would_fail_without_a_row(self):
-        rows = self.page.split("\n| 7 |")
+        rows = self.page().split("\n| 7 |")
         self.assertEqual(len(rows), 2)
-        self.assertIn(7, wrong_rows(rows[0] + rows[1].partition("\n")[2], self.findings))
+        self.assertIn(7, self.wrong_rows(rows[0] + rows[1].partition("\n")[2]))
 
     def test_has_no_measured_number_outside_the_table(self):
-        prose = self.page.partition(claims.BEGIN)[0] + self.page.partition(claims.END)[2]
+        before, _, after = self.table.parts(self.page())
+        prose = before + after
         numbers = set(re.findall(r"(?<![\d.])\d+\.\d+", prose))
         self.assertLessEqual(numbers, {"5.3", "5.4"})  # sections of the paper
 
     def test_has_every_figure(self):
         for number in range(4, 11):
-            self.assertIn(f"](paper/fig{number:02}.png)", self.page)
+            self.assertIn(f"](paper/fig{number:02}.png)", self.page())
             for extension in ("png", "svg"):
                 picture = ROOT / "docs" / "paper" / f"fig{number:02}.{extension}"
                 self.assertGreater(len(picture.read_bytes()), 5000, picture)

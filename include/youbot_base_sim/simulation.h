@@ -11,12 +11,27 @@
 
 #include "youbot_base_sim/integration/integration.h"
 #include "youbot_base_sim/integration/statistics.h"
+#include "youbot_base_sim/physics/burden.h"
 #include "youbot_base_sim/physics/contacts.h"
 #include "youbot_base_sim/physics/power_balance.h"
 #include "youbot_base_sim/physics/roller_switch.h"
 #include "youbot_base_sim/scene/scene.h"
 
 namespace youbot_base_sim {
+
+/// What the base carries and what pushes it from an instant on.
+struct BurdenChange {
+  double t;              ///< s
+  double psi;            ///< heading of the base then, rad
+  Burden burden;         ///< all of it, the scene's too
+  bool loads, wrenches;  ///< which of both are others than before
+};
+
+/// What happened in a stretch of the motion, in order of time.
+struct Events {
+  std::vector<RollerSwitch> switches;
+  std::vector<BurdenChange> burdens;
+};
 
 /// One running simulation: a scene in; commands in; state, switches, contacts and statistics out.
 ///
@@ -74,6 +89,13 @@ class Simulation {
   /// from now on: between two calls of the advancing functions. Its velocities stay, or, with `keep_momentum`, its
   /// momentum does; the change of kinetic energy counts as work.
   void set_burden(const Burden& burden, bool keep_momentum = false);
+
+  /// What the base carries and what pushes it now, the scene's loads and wrenches included.
+  const Burden& burden() const;
+
+  /// Changes of it since the last `take_burden_changes`, in order of time; clears them. The list grows until somebody
+  /// takes it.
+  std::vector<BurdenChange> take_burden_changes();
 
   /// What became of the normal reactions; empty where they are static.
   std::optional<ReactionRecord> reaction_record() const;

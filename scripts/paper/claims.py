@@ -2,18 +2,21 @@
 
 import itertools
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Callable
 
 import numpy as np
-import report
 
-from recording import DEGREES, MODELS, Scene, Study
+from findings import Finding, Table
+from recording import DEGREES, MODELS, Scene, mean
+from study import Study
 
 RADIUS, PERIOD = 2.5, 30.0  # of the circle of both cases: m, s
 SPEED, YAW_RATE = RADIUS * 2 * np.pi / PERIOD, 2 * np.pi / PERIOD
 MU_1, MU_2, H, L, R, R_D, NU = 0.11, 5.78e-3, 0.235, 0.15, 0.05, 0.0355, 1e-3  # (5.1), SI
-COLUMNS = ("no.", "section", "the paper says", "measured", "same", "why", "command: `scripts/paper_figures`")
-BEGIN, END = "<!-- The table that scripts/paper_figures writes -->", "<!-- End of the table -->"
+PAGE = Path(__file__).resolve().parent.parent.parent / "docs" / "paper.md"
+TABLE = Table(PAGE, "scripts/paper_figures",
+              ("no.", "section", "the paper says", "measured", "same", "why", "command: `scripts/paper_figures`"))
 
 
 class Cases:
@@ -24,18 +27,6 @@ class Cases:
         self.case1, self.as_printed, self.case2 = (
             Study(Scene(scenes / f"{name}.yaml"), recorder)
             for name in ("case1_counter_clockwise", "case1_as_printed", "case2"))
-
-
-@dataclass
-class Finding:
-    """`text` has a field of str.format for each of `values`; `same`: yes, no or in part."""
-
-    same: str
-    text: str
-    values: list
-
-    def measured(self):
-        return self.text.format(*self.values)
 
 
 @dataclass
@@ -65,22 +56,6 @@ def row(number, finding):
     """A row of the table, for the claim of this number, from 1."""
     one = CLAIMS[number - 1]
     return [str(number), one.section, one.says, finding.measured(), finding.same, one.why, f"`--claims {number}`"]
-
-
-def table(rows):
-    """In Markdown."""
-    return report.table(COLUMNS, rows)
-
-
-def write_page(path, rows):
-    """Puts the table in its place in the page."""
-    before, rest = path.read_text().split(BEGIN)
-    report.write(path, f"{before}{BEGIN}\n{table(rows)}{END}{rest.split(END)[1]}")
-
-
-def mean(t, values):
-    """Over time."""
-    return np.trapz(values, t) / (t[-1] - t[0])
 
 
 def until(truth, end):

@@ -17,7 +17,7 @@ StateCsv::StateCsv(OutputFile file) : file_(std::move(file)), header_("t,x,y,psi
   header_ += "\n";
 }
 
-void StateCsv::write(double t, const Simulation& simulation, const std::vector<RollerSwitch>&) {
+void StateCsv::write(double t, const Simulation& simulation, const Events&) {
   const State& state = simulation.state();
   std::string row = std::exchange(header_, "") + fmt::format("{:.17g}", t);
   for (int column : {0, 1}) {
@@ -32,9 +32,9 @@ void StateCsv::write(double t, const Simulation& simulation, const std::vector<R
 SwitchCsv::SwitchCsv(OutputFile file)
     : file_(std::move(file)), header_("t,wheel,roller_from,roller_to,phi,direction,count\n") {}
 
-void SwitchCsv::write(double, const Simulation&, const std::vector<RollerSwitch>& switches) {
+void SwitchCsv::write(double, const Simulation&, const Events& events) {
   std::string rows = std::exchange(header_, "");
-  for (const RollerSwitch& event : switches) {
+  for (const RollerSwitch& event : events.switches) {
     rows += fmt::format("{:.17g},{},{},{},{:.17g},{},{}\n", event.t, kWheelNames[static_cast<std::size_t>(event.wheel)],
                         event.roller_from, event.roller_to, event.phi, event.direction, event.count);
   }

@@ -119,10 +119,17 @@ BagWriter::BagWriter(OutputFile file) : file_(std::make_unique<File>(std::move(f
 
 BagWriter::~BagWriter() = default;
 
-void BagWriter::write(const std::vector<RollerSwitch>& switches) {
-  for (const RollerSwitch& event : switches) {
+void BagWriter::write(const Events& events) {
+  for (const RollerSwitch& event : events.switches) {
     const ros::Time stamp = stamp_of(event.t);
     file_->write(kRollerSwitchesTopic, stamp, roller_switch_message(event, stamp));
+  }
+  for (const BurdenChange& change : events.burdens) {
+    const ros::Time stamp = stamp_of(change.t);
+    Telemetry::visit(change, stamp, [&](const char* topic, const auto& make) {
+      const auto message = make();
+      file_->write(topic, stamp, message, latched(message));
+    });
   }
 }
 
@@ -136,13 +143,21 @@ void BagWriter::write(const Telemetry& telemetry, const Simulation& simulation, 
   telemetry.visit(simulation, readings, stamp, [&](const char* topic, const auto& make) {
     if (telemetry.recorded(topic)) file_->write(topic, stamp, make());
   });
+  Telemetry::visit_push(simulation, stamp, [&](const char* topic, const auto& make) {
+    const auto message = make();
+    file_->write(topic, stamp, message, latched(message));
+  });
+}
+
+void BagWriter::write(const visualization_msgs::MarkerArray& markers, double t) {
+  file_->write(kContactMarkersTopic, stamp_of(t), markers);
 }
 
 void BagWriter::commit() { file_->commit(); }
 
 std::string BagWriter::keep_incomplete() { return file_->keep_incomplete(); }
 
-void BagRecorder::write(double t, const Simulation& simulation, const std::vector<RollerSwitch>& switches) {
+void BagRecorder::write(double t, const Simulation& simulation, const Events& events) {
   const State& state = simulation.state();
   if (!sensors_) {
     const std::optional<MotorSettings>& motors = simulation.scene().motors;
@@ -156,9 +171,12 @@ void BagRecorder::write(double t, const Simulation& simulation, const std::vecto
     options.contacts = simulation.scene().output.contacts;
     options.world = true;
     telemetry_.emplace(simulation.scene().robot.rollers, readings.phi, options);
+    if (options.contacts) markers_.emplace(marker_options(simulation.scene().robot, options.world));
   }
-  bag_.write(switches);
+  bag_.write(events);
   bag_.write(*telemetry_, simulation, readings, t);
+  if (!markers_) return;
+  bag_.write_markers(t, [&] { return markers_->at(contacts_message(simulation, stamp_of(t)), simulation); });
 }
 
 }  // namespace youbot_base_sim

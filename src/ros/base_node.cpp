@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <chrono>
+#include <set>
 #include <stdexcept>
+#include <string>
 
 #include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/ros/diagnostics.h"
@@ -23,6 +25,10 @@ constexpr auto kHintAfter = std::chrono::seconds(5);  // of waiting for anything
 constexpr double kPatience = 0.1;                     // s of wall time between two looks whether ROS goes on
 constexpr double kMaxAhead = 0.02;  // s of simulated time that may pass at once, unless a control period is longer
 constexpr double kSlack = 1e-6;     // of a control period, for rounding
+
+/// Topics that time does not wait for: what they tell comes again, or is kept for whoever comes later.
+const std::set<std::string> kNotWaitedFor = {kDiagnosticsTopic, kDashboardTopic, kContactMarkersTopic, kLoadsTopic,
+                                             kAppliedWrenchTopic};
 
 /// Whether a topic tells what happens rather than what the driver knows of it.
 bool is_truth(const std::string& topic) { return topic == kGroundTruthTopic || topic == kContactsTopic; }
@@ -49,6 +55,7 @@ BaseNode::BaseNode(const BaseSettings& settings)
       loop_(settings),
       pacer_(settings.real_time_factor, settings.lockstep ? 0 : kMaxLag),
       diagnosing_(kDiagnosticsRate, kSlack * loop_.control_period()),
+      markers_(settings.markers),
       private_node_("~"),
       publications_([this] { see_who_listens(); }),
       paused_(settings.start_paused) {
@@ -83,6 +90,8 @@ void BaseNode::advertise() {
   });
   publications_.advertise<RollerSwitchStamped>(node_, kRollerSwitchesTopic, kRecorderQueueSize);
   publications_.advertise<visualization_msgs::MarkerArray>(node_, kContactMarkersTopic, kDriverQueueSize);
+  publications_.advertise<LoadsStamped>(node_, kLoadsTopic, kRecorderQueueSize, true);
+  publications_.advertise<geometry_msgs::WrenchStamped>(node_, kAppliedWrenchTopic, kRecorderQueueSize, true);
   publications_.advertise<diagnostic_msgs::DiagnosticArray>(node_, kDiagnosticsTopic, kDriverQueueSize);
 #ifdef YOUBOT_BASE_SIM_PR2_MSGS
   publications_.advertise<pr2_msgs::PowerBoardState>(node_, kDashboardTopic, kDriverQueueSize);
@@ -95,7 +104,8 @@ void BaseNode::advertise() {
 
 void BaseNode::see_who_listens() {
   const bool switches_are_heard = publications_.heard(kRollerSwitchesTopic);
-  telemetry_is_wanted_ = bag_ || switches_are_heard || publications_.heard(kContactMarkersTopic);
+  telemetry_is_wanted_ = bag_ || switches_are_heard || publications_.heard(kContactMarkersTopic) ||
+                         publications_.heard(kAppliedWrenchTopic);
   loop_.visit_telemetry(ros::Time(), [this](const char* topic, const auto&) {
     telemetry_is_wanted_ = telemetry_is_wanted_ || publications_.heard(topic);
   });
@@ -157,8 +167,7 @@ void BaseNode::await_subscribers() {
   const auto missing = [this] {
     std::string topics;
     publications_.visit([&](const std::string& topic, bool heard) {
-      const bool waited_for = topic != kDiagnosticsTopic && topic != kDashboardTopic && topic != kContactMarkersTopic &&
-                              loop_.telemetry().recorded(topic);
+      const bool waited_for = kNotWaitedFor.count(topic) == 0 && loop_.telemetry().recorded(topic);
       if (!heard && waited_for) topics += " " + topic;
     });
     return topics;
@@ -253,27 +262,34 @@ void BaseNode::advance(std::int64_t periods) {
 void BaseNode::publish_instant() {
   const bool is_due = loop_.meet_instant();
   if (is_due) loop_.require_finite();
-  const std::vector<RollerSwitch> switches = loop_.take_switches();
+  const Events events = loop_.take_happenings();
   // With nobody to keep pace with, a /clock message each control period would cost more than the simulation itself.
-  if (settings_.publish_clock && (keeps_pace_ || is_due || !switches.empty())) announce_time();
-  record([&](BagWriter& bag) { bag.write(switches); });
-  for (const RollerSwitch& event : switches) {
+  if (settings_.publish_clock && (keeps_pace_ || is_due || !events.switches.empty())) announce_time();
+  record([&](BagWriter& bag) { bag.write(events); });
+  for (const RollerSwitch& event : events.switches) {
     publications_.publish(kRollerSwitchesTopic, [&] { return roller_switch_message(event, stamp(event.t)); });
   }
+  const auto publish = [this](const char* topic, const auto& make) { publications_.publish(topic, make); };
+  for (const BurdenChange& change : events.burdens) Telemetry::visit(change, stamp(change.t), publish);
   if (is_due && telemetry_is_wanted_) publish_telemetry();
   publish_diagnostics_when_due(loop_.time());
 }
 
 void BaseNode::publish_telemetry() {
   const double t = loop_.time();
-  record([&](BagWriter& bag) { bag.write(loop_.telemetry(), loop_.simulation(), loop_.driver().readings(), t); });
+  const Simulation& simulation = loop_.simulation();
+  const auto contacts = [&] { return contacts_message(simulation, stamp(t)); };
+  record([&](BagWriter& bag) {
+    bag.write(loop_.telemetry(), simulation, loop_.driver().readings(), t);
+    if (!loop_.telemetry().recorded(kContactsTopic)) return;
+    bag.write_markers(t, [&] { return markers_.at(contacts(), simulation); });
+  });
   loop_.visit_telemetry(stamp(t), [this](const char* topic, const auto& make) {
     if (loop_.driver().present() || is_truth(topic)) publications_.publish(topic, make);
   });
-  publications_.publish(kContactMarkersTopic, [&] {
-    const Simulation& simulation = loop_.simulation();
-    return contact_markers(contacts_message(simulation, stamp(t)), simulation, speed_.at(t), settings_.markers);
-  });
+  Telemetry::visit_push(simulation, stamp(t),
+                        [this](const char* topic, const auto& make) { publications_.publish(topic, make); });
+  publications_.publish(kContactMarkersTopic, [&] { return markers_.at(contacts(), simulation, speed_.at(t)); });
 }
 
 /// Time t (s) is the loop's, or later within a long control period.

@@ -3,11 +3,8 @@
 #include <fmt/format.h>
 #include <ros/ros.h>
 
-#include <filesystem>
-
 #include "youbot_base_sim/drive/driver_configuration.h"
 #include "youbot_base_sim/ros/parameters.h"
-#include "youbot_base_sim/scene/meshes.h"
 
 namespace youbot_base_sim {
 
@@ -139,16 +136,9 @@ void read_telemetry(Parameters& parameters, BaseSettings& settings) {
 
 void read_markers(Parameters& parameters, BaseSettings& settings) {
   MarkerOptions& markers = settings.markers;
+  markers = marker_options(settings.scene.robot, settings.telemetry.world);
   markers.friction_scale = parameters.number("friction_marker_scale", markers.friction_scale, {1e-9, 1e3, "m/N"});
   markers.slip_scale = parameters.number("slip_marker_scale", markers.slip_scale, {1e-6, 1e6, "s"});
-  if (settings.telemetry.world) markers.frame = kTruthFrame;
-  const RobotParameters& robot = settings.scene.robot;
-  const std::string mesh = mesh_name(Part::kRoller, robot);
-  if (in_package(Part::kRoller, robot)) {
-    markers.roller_mesh = kPackageMeshes + mesh;
-  } else if (std::filesystem::exists(mesh_cache() / mesh)) {  // where describe_base has been asked for this robot
-    markers.roller_mesh = file_uri(mesh_cache() / mesh);
-  }
 }
 
 /// Refuses settings that only make sense where the node is the master of time.

@@ -7,19 +7,6 @@
 
 namespace youbot_base_sim {
 
-namespace {
-
-template <class Message>
-Message vector_message(double x, double y, double z) {
-  Message message;
-  message.x = x;
-  message.y = y;
-  message.z = z;
-  return message;
-}
-
-}  // namespace
-
 ContactsStamped contacts_message(const Simulation& simulation, const ros::Time& stamp) {
   const Scene& scene = simulation.scene();
   const ContactDetails contacts = simulation.contacts();
@@ -36,9 +23,9 @@ ContactsStamped contacts_message(const Simulation& simulation, const ros::Time& 
   for (int i = 0; i < kWheels; ++i) {
     Contact& contact = message.contacts[i];
     contact.wheel = wheel_joint(i);
-    contact.position = vector_message<geometry_msgs::Point>(X[i], Y[i], floor_height(scene.robot));
-    contact.slip_velocity = vector_message<geometry_msgs::Vector3>(contacts.V_PX[i], contacts.V_PY[i], 0);
-    contact.friction_force = vector_message<geometry_msgs::Vector3>(contacts.F_X[i], contacts.F_Y[i], 0);
+    contact.position = vector_message<geometry_msgs::Point>({X[i], Y[i], floor_height(scene.robot)});
+    contact.slip_velocity = vector_message<geometry_msgs::Vector3>({contacts.V_PX[i], contacts.V_PY[i], 0});
+    contact.friction_force = vector_message<geometry_msgs::Vector3>({contacts.F_X[i], contacts.F_Y[i], 0});
     contact.normal_force = contacts.N[i];
     const double limit = scene.model == Model::kCoulomb ? contacts.f[i] * contacts.N[i] : 0;
     contact.friction_share = limit > 0 ? std::hypot(contacts.F_X[i], contacts.F_Y[i], contacts.F_Z[i]) / limit : 0;

@@ -167,8 +167,11 @@ RobotParameters read_robot(SceneSection s, const FloorParameters& floor, Model m
   const Wheels N = normal_reactions(robot, floor);
   int lightest = 0;
   if (N.minCoeff(&lightest) <= 0) {
-    com.refuse(fmt::format("such that every wheel presses on the floor; {} would with {:.4g} N", kWheelNames[lightest],
-                           N[lightest]));
+    RobotParameters even = robot;
+    even.q = 0;
+    const SceneValue& cause = normal_reactions(even, floor).minCoeff() > 0 ? preload : com;
+    cause.refuse(fmt::format("such that every wheel presses on the floor; {} would with {:.4g} N",
+                             kWheelNames[lightest], N[lightest]));
   }
   return robot;
 }

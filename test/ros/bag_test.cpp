@@ -11,12 +11,14 @@
 #include <sys/stat.h>
 #include <youbot_base_sim/RollerSwitchStamped.h>
 
+#include <cmath>
 #include <filesystem>
 #include <map>
 #include <stdexcept>
 #include <vector>
 
 #include "temporary_folder.h"
+#include "youbot_base_sim/scene/frames.h"
 
 namespace youbot_base_sim {
 namespace {
@@ -36,8 +38,8 @@ TEST(BagWriter, writes_every_topic_and_every_switch) {
   std::size_t switches = 0;
   for (int k = 0; k <= 50; ++k) {
     simulation.advance_to(0.01 * k);
-    const auto events = simulation.take_switches();
-    switches += events.size();
+    const Events events{simulation.take_switches(), simulation.take_burden_changes()};
+    switches += events.switches.size();
     bag.write(events);
     telemetry.update(simulation.state().phi());
     bag.write(telemetry, simulation, exact_readings(simulation), simulation.time());
@@ -79,6 +81,7 @@ TEST(BagRecorder, writes_contacts_on_request) {
     recorder.write(0.5, simulation, {});
     recorder.commit();
     rosbag::Bag read(folder.path("x.bag"), rosbag::bagmode::Read);
+    EXPECT_EQ(rosbag::View(read, rosbag::TopicQuery("/contact_markers")).size(), asked ? 2u : 0u);
     std::vector<double> energies;
     for (const rosbag::MessageInstance& message : rosbag::View(read, rosbag::TopicQuery("/contacts"))) {
       energies.push_back(message.instantiate<ContactsStamped>()->kinetic_energy);
@@ -113,6 +116,66 @@ TEST(BagRecorder, tells_where_odometry_starts_and_where_the_base_is) {
   }
   EXPECT_EQ(truth.child_frame_id, "ground_truth/base_footprint");
   EXPECT_EQ(truth.transform.translation.y, simulation.state().y());
+}
+
+// The push of the scene ends, and the load comes, between two rows: neither is lost, and the power of what pushes is
+// the contacts' external power. The force keeps its direction in the fixed frame, in which the base turns.
+TEST(BagRecorder, tells_what_the_base_carries_and_what_pushes_it) {
+  const TemporaryFolder folder;
+  const std::string path = folder.write("scene.yaml",
+                                        "duration: 1\noutput_rate: 10\noutput: {contacts: true}\n"
+                                        "robot: {com: [0, 0]}\ninitial: {pose: [1, 2, 0.5]}\n"
+                                        "loads: [{mass: 4, position: [0.1, 0.05, 0.2], inertia: 0.3, start: 0.43}]\n"
+                                        "wrenches: [{force: [5, 3, -2], point: [0.1, -0.2, 0.4], torque: 1.5, "
+                                        "start: 0.111, end: 0.768, frame: fixed}]\n");
+  const Scene scene = load_scene(path);
+  Simulation simulation(scene);
+  BagRecorder recorder(BagWriter::open(folder.path("x.bag")));
+  for (int k = 0; k <= 10; ++k) {
+    simulation.advance_to(0.1 * k);
+    recorder.write(0.1 * k, simulation, {simulation.take_switches(), simulation.take_burden_changes()});
+  }
+  recorder.commit();
+
+  rosbag::Bag read(folder.path("x.bag"), rosbag::bagmode::Read);
+  std::map<ros::Time, nav_msgs::Odometry> truth;
+  std::map<ros::Time, ContactsStamped> contacts;
+  std::map<ros::Time, geometry_msgs::WrenchStamped> wrenches;
+  std::vector<LoadsStamped> loads;
+  for (const rosbag::MessageInstance& message : rosbag::View(read)) {
+    if (const auto one = message.instantiate<nav_msgs::Odometry>()) {
+      if (message.getTopic() == "/ground_truth") truth[one->header.stamp] = *one;
+    }
+    if (const auto one = message.instantiate<ContactsStamped>()) contacts[one->header.stamp] = *one;
+    if (const auto one = message.instantiate<geometry_msgs::WrenchStamped>()) wrenches[one->header.stamp] = *one;
+    if (const auto one = message.instantiate<LoadsStamped>()) loads.push_back(*one);
+  }
+  ASSERT_EQ(wrenches.size(), 8u);  // where it begins and ends, and at six rows between
+  EXPECT_EQ(wrenches.begin()->first, ros::Time(0.111));
+  EXPECT_EQ(wrenches.rbegin()->first, ros::Time(0.768));
+  EXPECT_EQ(wrenches.rbegin()->second.wrench.force.x, 0);
+  const auto& first = wrenches.begin()->second;
+  EXPECT_EQ(first.header.frame_id, "base_link");
+  EXPECT_NEAR(first.wrench.force.x, 5 * std::cos(0.5) + 3 * std::sin(0.5), 1e-9);
+  EXPECT_NEAR(first.wrench.force.y, 3 * std::cos(0.5) - 5 * std::sin(0.5), 1e-9);
+  const double height = 0.4 + kAxleHeight;  // of the point over base_link
+  EXPECT_NEAR(first.wrench.torque.x, -0.2 * -2 - height * first.wrench.force.y, 1e-9);
+  int compared = 0;
+  for (const auto& [stamp, wrench] : wrenches) {
+    if (contacts.count(stamp) == 0) continue;
+    const geometry_msgs::Twist& twist = truth.at(stamp).twist.twist;
+    const double power = wrench.wrench.force.x * twist.linear.x + wrench.wrench.force.y * twist.linear.y +
+                         wrench.wrench.torque.z * twist.angular.z;
+    EXPECT_NEAR(power, contacts.at(stamp).external_power, 1e-9);
+    EXPECT_NE(power, 0);
+    ++compared;
+  }
+  EXPECT_EQ(compared, 6);
+  ASSERT_EQ(loads.size(), 1u);
+  EXPECT_EQ(loads[0].header.stamp, ros::Time(0.43));
+  EXPECT_EQ(loads[0].loads.at(0).mass, 4);
+  EXPECT_NEAR(loads[0].loads.at(0).position.z, 0.2 + kAxleHeight, 1e-12);
+  EXPECT_EQ(loads[0].loads.at(0).inertia, 0.3);
 }
 
 /// Writes what the base tells at t (s) of a simulation that stands still.

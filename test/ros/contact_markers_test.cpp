@@ -6,7 +6,9 @@
 
 #include <cmath>
 #include <map>
+#include <memory>
 
+#include "temporary_folder.h"
 #include "youbot_base_sim/ros/contacts_message.h"
 #include "youbot_base_sim/scene/frames.h"
 
@@ -26,7 +28,7 @@ class ContactMarkersTest : public testing::Test {
   /// By "namespace/id".
   std::map<std::string, Marker> markers() const {
     std::map<std::string, Marker> result;
-    for (const Marker& marker : contact_markers(contacts_, simulation_, 0.5, options_).markers) {
+    for (const Marker& marker : ContactMarkers(options_).at(contacts_, simulation_, 0.5).markers) {
       EXPECT_TRUE(result.emplace(marker.ns + "/" + std::to_string(marker.id), marker).second) << "one of each";
     }
     return result;
@@ -114,6 +116,115 @@ TEST_F(ContactMarkersTest, TellsTimeSpeedAndSwitches) {
             "t = 1.5 s, 0.50 of real time, " + std::to_string(simulation_.statistics().switches) + " switches");
   EXPECT_EQ(status.header.frame_id, "ground_truth/base_footprint");
   EXPECT_GT(simulation_.statistics().switches, 0u);
+}
+
+// Nothing of it where the scene has nothing of it.
+TEST_F(ContactMarkersTest, ShowsNothingBeyondThePaperUnlessAsked) {
+  for (const auto& [name, marker] : markers()) {
+    const std::string& ns = marker.ns;
+    EXPECT_TRUE(ns == "contact_points" || ns == "friction" || ns == "slip" || ns == "rollers" || ns == "status" ||
+                ns == "legend")
+        << name;
+  }
+}
+
+class BeyondMarkersTest : public testing::Test {
+ protected:
+  /// What is shown of a scene at time t (s), by "namespace/id".
+  std::map<std::string, Marker> shown(const std::string& text, double t = 0) {
+    simulation_ = std::make_unique<Simulation>(load_scene(folder_.write("scene.yaml", "duration: 9\n" + text)));
+    simulation_->go_on_tipping();
+    markers_ = std::make_unique<ContactMarkers>(marker_options(simulation_->scene().robot, true));
+    return shown_at(t);
+  }
+
+  std::map<std::string, Marker> shown_at(double t) {
+    simulation_->advance_to(t);
+    const auto array = markers_->at(contacts_message(*simulation_, ros::Time(1)), *simulation_);
+    std::map<std::string, Marker> result;
+    for (const Marker& marker : array.markers) result[marker.ns + "/" + std::to_string(marker.id)] = marker;
+    return result;
+  }
+
+  TemporaryFolder folder_;
+  std::unique_ptr<Simulation> simulation_;
+  std::unique_ptr<ContactMarkers> markers_;
+};
+
+Eigen::Vector3d vector(const geometry_msgs::Point& point) { return {point.x, point.y, point.z}; }
+
+TEST_F(BeyondMarkersTest, NormalReactionsPointUpWithTheScaleOfForces) {
+  for (const std::string scene : {"robot: {normal_reactions: dynamic}", "robot: {diagonal_preload: 10}",
+                                  "floor: {friction: [0.5, 0.5, 0.5, 0.4]}"}) {
+    const auto markers = shown(scene);
+    const Wheels N = simulation_->contacts().N;
+    for (int i = 0; i < kWheels; ++i) {
+      const Marker& arrow = markers.at("normal_reactions/" + std::to_string(i));
+      const Eigen::Vector3d way = vector(arrow.points.at(1)) - vector(arrow.points.at(0));
+      EXPECT_NEAR(way.z(), std::min(3e-3 * N[i], kMaxArrow), 1e-12) << scene;
+      EXPECT_EQ(way.x(), 0);
+      EXPECT_EQ(markers.at("off_floor/" + std::to_string(i)).action, Marker::DELETE);
+    }
+  }
+}
+
+TEST_F(BeyondMarkersTest, WheelsThatHaveLiftedAreMarked) {
+  const auto markers =
+      shown("robot: {normal_reactions: dynamic}\nwrenches: [{force: [0, 200, 0], point: [0, 0, 1]}]\n", 0.01);
+  EXPECT_EQ(markers.at("off_floor/1").text, "off the floor");
+  EXPECT_EQ(markers.at("normal_reactions/1").action, Marker::DELETE);
+  EXPECT_EQ(markers.at("off_floor/0").action, Marker::DELETE);
+  EXPECT_EQ(markers.at("status/1").text, "TIPPING: the wheels of the left side bear all");
+}
+
+TEST_F(BeyondMarkersTest, TheSlopePointsUphillWhateverTheHeading) {
+  for (const double sign : {1.0, -1.0}) {
+    const auto markers = shown("initial: {pose: [0, 0, 0.3]}\nfloor: {slope: {angle: " + std::to_string(sign * 0.1) +
+                               ", uphill: 1.2}}\n");
+    const Marker& arrow = markers.at("slope/0");
+    const Eigen::Vector3d way = sign * (vector(arrow.points.at(1)) - vector(arrow.points.at(0)));
+    EXPECT_NEAR(std::atan2(way.y(), way.x()), 1.2 - 0.3, 1e-9);
+    EXPECT_EQ(markers.at("slope/1").text, "uphill, 5.73 deg");
+  }
+}
+
+TEST_F(BeyondMarkersTest, PatchesLieOnTheFloorAndFadeOverTheirEdges) {
+  const auto markers = shown("floor: {patches: [{rectangle: [1, 2, 3, 5], friction: 0.1, edge: 0.2}]}");
+  const Marker& area = markers.at("patches/0");
+  EXPECT_EQ(area.header.frame_id, "world");
+  EXPECT_EQ(area.points.size() % 3, 0u);
+  ASSERT_EQ(area.points.size(), area.colors.size());
+  for (std::size_t k = 0; k < area.points.size(); ++k) {
+    const bool inside = area.colors[k].a > 0;
+    const double x = area.points[k].x, y = area.points[k].y;
+    EXPECT_NEAR(std::min(std::abs(x - 1), std::abs(x - 3)), 0.1, 1e-12);
+    EXPECT_NEAR(std::min(std::abs(y - 2), std::abs(y - 5)), 0.1, 1e-12);
+    EXPECT_EQ(inside, 1 < x && x < 3 && 2 < y && y < 5);
+    EXPECT_NEAR(area.points[k].z, floor_height(simulation_->scene().robot), 0.01);
+  }
+  EXPECT_EQ(markers.at("patches/1").text, "friction 0.1");
+}
+
+TEST_F(BeyondMarkersTest, LoadsAndWrenchesAreWhereTheyAreAndGo) {
+  const std::string text =
+      "loads: [{mass: 20, position: [0.1, 0.05, 0.2], end: 0.01}]\n"
+      "wrenches: [{force: [10, 0, 0], point: [0.2, 0, 0.1], torque: -3, end: 0.01, frame: fixed}]\n"
+      "initial: {pose: [0, 0, 1.5707963267948966]}\n";
+  auto markers = shown(text);
+  const Marker& box = markers.at("loads/0");
+  EXPECT_NEAR((vector(box.pose.position) - Eigen::Vector3d(0.1, 0.05, 0.2 + kAxleHeight)).norm(), 0, 1e-12);
+  EXPECT_NEAR(std::pow(box.scale.x, 3) * 2500, 20, 1e-9);
+  EXPECT_EQ(markers.at("loads/2").text, "20 kg");
+  const Marker& push = markers.at("wrenches/0");
+  const Eigen::Vector3d point(0.2, 0, 0.1 + kAxleHeight);
+  EXPECT_NEAR((vector(push.points.at(1)) - point).norm(), 0, 1e-12) << "ends where it acts";
+  EXPECT_NEAR((vector(push.points.at(1)) - vector(push.points.at(0)) - Eigen::Vector3d(0, -0.03, 0)).norm(), 0, 1e-9);
+  EXPECT_EQ(markers.at("wrenches/1").type, Marker::LINE_LIST);
+  EXPECT_EQ(markers.at("wrenches/2").text, "10 N, -3 N m");
+  markers = shown_at(0.02);
+  for (const std::string gone : {"loads/0", "loads/1", "loads/2", "wrenches/0", "wrenches/1", "wrenches/2"}) {
+    EXPECT_EQ(markers.at(gone).action, Marker::DELETE) << gone;
+  }
 }
 
 }  // namespace

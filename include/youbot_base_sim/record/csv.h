@@ -13,7 +13,7 @@ namespace youbot_base_sim {
 class StateCsv : public Recorder {
  public:
   explicit StateCsv(OutputFile file);
-  void write(double t, const Simulation& simulation, const std::vector<RollerSwitch>& switches) override;
+  void write(double t, const Simulation& simulation, const Events& events) override;
   void commit() override { file_.commit(); }
   std::string keep_incomplete() override { return file_.keep_incomplete(); }
 
@@ -28,7 +28,7 @@ class StateCsv : public Recorder {
 class SwitchCsv : public Recorder {
  public:
   explicit SwitchCsv(OutputFile file);
-  void write(double t, const Simulation& simulation, const std::vector<RollerSwitch>& switches) override;
+  void write(double t, const Simulation& simulation, const Events& events) override;
   void commit() override { file_.commit(); }
   std::string keep_incomplete() override { return file_.keep_incomplete(); }
 

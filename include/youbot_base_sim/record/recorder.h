@@ -1,7 +1,6 @@
 #pragma once
 
 #include <string>
-#include <vector>
 
 #include "youbot_base_sim/simulation.h"
 
@@ -14,8 +13,8 @@ class Recorder {
  public:
   virtual ~Recorder() = default;
 
-  /// A row at time t (s), which is that of `simulation`; `switches`: those since the last row, in order of time.
-  virtual void write(double t, const Simulation& simulation, const std::vector<RollerSwitch>& switches) = 0;
+  /// A row at time t (s), which is that of `simulation`; `events`: those since the last row.
+  virtual void write(double t, const Simulation& simulation, const Events& events) = 0;
 
   /// Puts the file in its place.
   virtual void commit() = 0;

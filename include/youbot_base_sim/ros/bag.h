@@ -8,6 +8,8 @@
 
 #include "youbot_base_sim/record/output_file.h"
 #include "youbot_base_sim/record/recorder.h"
+#include "youbot_base_sim/ros/contact_markers.h"
+#include "youbot_base_sim/ros/schedule.h"
 #include "youbot_base_sim/ros/telemetry.h"
 #include "youbot_base_sim/simulation.h"
 
@@ -31,12 +33,18 @@ class BagWriter {
   BagWriter(const BagWriter&) = delete;
   BagWriter& operator=(const BagWriter&) = delete;
 
-  /// Writes switches, in order of time.
-  void write(const std::vector<RollerSwitch>& switches);
+  /// Writes what happened since the last instant.
+  void write(const Events& events);
 
   /// Writes what the base tells about itself at time t (s), which is that of the others: the last update of
   /// `telemetry`, `simulation`, and its motors' `readings`.
   void write(const Telemetry& telemetry, const Simulation& simulation, const MotorReadings& readings, double t);
+
+  /// Writes what make() tells rviz of the contacts at time t (s), where `kBagMarkersRate` asks for it.
+  template <class Make>
+  void write_markers(double t, const Make& make) {
+    if (markers_due_.meet(t)) write(make(), t);
+  }
 
   /// Puts the bag in its place.
   void commit();
@@ -49,8 +57,12 @@ class BagWriter {
 
  private:
   class File;
+  void write(const visualization_msgs::MarkerArray& markers, double t);
+
   std::unique_ptr<File> file_;
-  bool has_static_ = false;  // transforms: they are written first
+  Schedule markers_due_{kBagMarkersRate, kMarkersSlack};
+  static constexpr double kMarkersSlack = 1e-6;  // s, for rounding
+  bool has_static_ = false;                      // transforms: they are written first
 };
 
 /// The bag of a simulation whose motors exert its torque and tell what they do, without error unless the scene's motors
@@ -58,7 +70,7 @@ class BagWriter {
 class BagRecorder : public Recorder {
  public:
   explicit BagRecorder(OutputFile file) : bag_(std::move(file)) {}
-  void write(double t, const Simulation& simulation, const std::vector<RollerSwitch>& switches) override;
+  void write(double t, const Simulation& simulation, const Events& events) override;
   void commit() override { bag_.commit(); }
   std::string keep_incomplete() override { return bag_.keep_incomplete(); }
 
@@ -66,6 +78,7 @@ class BagRecorder : public Recorder {
   BagWriter bag_;
   std::optional<MotorSensors> sensors_;
   std::optional<Telemetry> telemetry_;  // from the first row on
+  std::optional<ContactMarkers> markers_;
 };
 
 }  // namespace youbot_base_sim

@@ -76,7 +76,8 @@ class BaseLoop {
   /// What has happened to the driver since the last `take_events`.
   BaseDriver::Events take_events() { return driver_.take_events(); }
 
-  std::vector<RollerSwitch> take_switches() { return simulation_.take_switches(); }
+  /// What has happened to the base since the last `take_happenings`.
+  Events take_happenings() { return {simulation_.take_switches(), simulation_.take_burden_changes()}; }
 
   /// `Telemetry::visit` for the present time, which must be the instant that was met last.
   template <class Topic>

@@ -14,6 +14,7 @@
 #include "youbot_base_sim/ros/base_loop.h"
 #include "youbot_base_sim/ros/base_settings.h"
 #include "youbot_base_sim/ros/burden_interface.h"
+#include "youbot_base_sim/ros/contact_markers.h"
 #include "youbot_base_sim/ros/driver_interface.h"
 #include "youbot_base_sim/ros/pacer.h"
 #include "youbot_base_sim/ros/publications.h"
@@ -78,6 +79,7 @@ class BaseNode {
   Pacer pacer_;
   SpeedMeter speed_;
   Schedule diagnosing_;
+  ContactMarkers markers_;
   std::unique_ptr<BagWriter> bag_;  // null: not recorded, or not any longer
   std::string bag_failure_;         // why; empty: none
   ThrottledLog log_;

@@ -5,21 +5,11 @@
 #include <youbot_base_sim/SetLoads.h>
 
 #include <functional>
-#include <string>
 
-#include "youbot_base_sim/physics/burden.h"
 #include "youbot_base_sim/ros/base_loop.h"
 #include "youbot_base_sim/ros/throttled_log.h"
 
 namespace youbot_base_sim {
-
-/// A wrench message as the simulation has it. Frames base_link, base_footprint and none are the platform's; in `world`
-/// and `odom` the force keeps its direction in the fixed frame, and acts at the base all the same. The point is the
-/// origin of base_link. `complaint` says why it cannot be taken; empty: it can.
-Wrench wrench_of(const geometry_msgs::WrenchStamped& message, std::string& complaint);
-
-/// Loads of a request, whose positions are in base_link. `complaint` as above.
-std::vector<Load> loads_of(const SetLoads::Request& request, std::string& complaint);
 
 /// What pushes the base and what it carries: topic ~wrench (geometry_msgs/WrenchStamped, held until the next one) and
 /// service ~set_loads. Enqueues for the control loop.

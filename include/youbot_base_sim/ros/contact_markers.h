@@ -3,31 +3,43 @@
 #include <visualization_msgs/MarkerArray.h>
 #include <youbot_base_sim/ContactsStamped.h>
 
-#include <cstdint>
+#include <optional>
 #include <string>
 
+#include "youbot_base_sim/ros/beyond_markers.h"
 #include "youbot_base_sim/simulation.h"
 
 namespace youbot_base_sim {
 
 /// How contacts are drawn.
 struct MarkerOptions {
-  double friction_scale = 3e-3;  ///< length of an arrow, m/N
+  double friction_scale = 3e-3;  ///< length of an arrow of any force, m/N
   double slip_scale = 2;         ///< likewise, m for each m/s
   std::string frame;             ///< that of the base; empty: the contacts'
+  std::string world_frame;       ///< that of the scene; empty: what lies on the floor is not shown
   std::string roller_mesh;       ///< URI; empty: rollers in contact are not coloured
 };
 
-/// Arrows end at this length, m: those of a wheel that spins freely would leave the picture.
-constexpr double kMaxArrow = 0.4;
+/// The options for a robot: with its meshes, and with the base where it is in the scene's frame if TF has that.
+MarkerOptions marker_options(const RobotParameters& robot, bool has_world);
 
 /// A contact whose friction has this share of its limit or more is drawn as saturated.
 constexpr double kSaturated = 0.99;
 
 /// The contacts for rviz. Namespaces: `contact_points`, `friction` (yellow arrows, on the base) and `slip` (violet
 /// ones), `rollers` (those in contact, green; red where friction is saturated, as are its point), `status` (simulated
-/// time, `real_time_factor`, switches so far), `legend`. `contacts` are those of the simulation.
-visualization_msgs::MarkerArray contact_markers(const ContactsStamped& contacts, const Simulation& simulation,
-                                                double real_time_factor, const MarkerOptions& options);
+/// time, switches so far), `legend`; and those of BeyondMarkers.
+class ContactMarkers {
+ public:
+  explicit ContactMarkers(const MarkerOptions& options) : options_(options) {}
+
+  /// `contacts` are those of the simulation now; `real_time_factor`: shown too, if given.
+  visualization_msgs::MarkerArray at(const ContactsStamped& contacts, const Simulation& simulation,
+                                     std::optional<double> real_time_factor = {});
+
+ private:
+  MarkerOptions options_;
+  BeyondMarkers beyond_;
+};
 
 }  // namespace youbot_base_sim

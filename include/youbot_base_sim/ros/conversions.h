@@ -35,6 +35,16 @@ ros::Time stamp_of(double t);
 /// The inverse of `stamp_of`, s: the double nearest to the stamp's decimal number; 0 for 1 ns.
 double time_of(const ros::Time& stamp);
 
+/// A message of three numbers, such as geometry_msgs/Point and geometry_msgs/Vector3.
+template <class Message>
+Message vector_message(const Eigen::Vector3d& vector) {
+  Message message;
+  message.x = vector.x();
+  message.y = vector.y();
+  message.z = vector.z();
+  return message;
+}
+
 /// `wheel_joint_fl` and so on, for wheel i.
 std::string wheel_joint(int i);
 

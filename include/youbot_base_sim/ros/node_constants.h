@@ -32,6 +32,8 @@ constexpr char kTransformsTopic[] = "/tf";
 constexpr char kStaticTransformsTopic[] = "/tf_static";
 constexpr char kRollerSwitchesTopic[] = "base/roller_switches";
 constexpr char kContactsTopic[] = "contacts";
+constexpr char kLoadsTopic[] = "loads";
+constexpr char kAppliedWrenchTopic[] = "applied_wrench";
 constexpr char kContactMarkersTopic[] = "contact_markers";
 constexpr char kDiagnosticsTopic[] = "/diagnostics";
 constexpr char kDashboardTopic[] = "/dashboard/platform_state";
@@ -56,5 +58,6 @@ constexpr std::uint32_t kRecorderQueueSize = 1000;  ///< of publishers whose eve
 
 constexpr double kDefaultPublishRate = 50;  ///< Hz, as the driver's
 constexpr double kDiagnosticsRate = 0.5;    ///< Hz, as the driver's
+constexpr double kBagMarkersRate = 25;      ///< Hz: as smooth as a film, in bags of any rate
 
 }  // namespace youbot_base_sim

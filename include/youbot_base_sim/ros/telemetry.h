@@ -5,9 +5,11 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "youbot_base_sim/drive/motor_sensors.h"
 #include "youbot_base_sim/drive/wheel_odometry.h"
+#include "youbot_base_sim/ros/burden_messages.h"
 #include "youbot_base_sim/ros/contacts_message.h"
 #include "youbot_base_sim/ros/conversions.h"
 #include "youbot_base_sim/simulation.h"
@@ -25,6 +27,10 @@ namespace youbot_base_sim {
 ///   /tf_static           on request, once: world to odom
 ///   base/roller_switches youbot_base_sim/RollerSwitchStamped, one message a switch
 ///   contacts             youbot_base_sim/ContactsStamped; recorded on request
+///   loads                youbot_base_sim/LoadsStamped: all that the base carries, where that changes
+///   applied_wrench       geometry_msgs/WrenchStamped in base_link: the sum of all that pushes it, where that changes
+///   and
+///                        at each instant at which anything pushes
 class Telemetry {
  public:
   struct Options {
@@ -62,6 +68,23 @@ class Telemetry {
     topic(kJointStatesTopic, [&] { return joint_states(simulation, readings, stamp); });
     topic(kTransformsTopic, [&] { return transforms(simulation, stamp); });
     topic(kContactsTopic, [&] { return contacts_message(simulation, stamp); });
+  }
+
+  /// Calls `topic` likewise for a change of what the base carries and what pushes it.
+  template <class Topic>
+  static void visit(const BurdenChange& change, const ros::Time& stamp, Topic&& topic) {
+    if (change.loads) topic(kLoadsTopic, [&] { return loads_message(change.burden.loads, stamp); });
+    if (change.wrenches) {
+      topic(kAppliedWrenchTopic, [&] { return wrench_message(change.burden.wrenches, change.psi, stamp); });
+    }
+  }
+
+  /// And for what pushes it at an instant, if anything does.
+  template <class Topic>
+  static void visit_push(const Simulation& simulation, const ros::Time& stamp, Topic&& topic) {
+    const std::vector<Wrench>& wrenches = simulation.burden().wrenches;
+    if (wrenches.empty()) return;
+    topic(kAppliedWrenchTopic, [&] { return wrench_message(wrenches, simulation.state().psi(), stamp); });
   }
 
   /// Whether the topic belongs into every bag; what does not is there for whoever subscribes to it.

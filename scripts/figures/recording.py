@@ -6,7 +6,6 @@ Bags are kept under the hash of what they depend on, so that no run is done twic
 import copy
 import fcntl
 import hashlib
-import itertools
 import math
 import os
 import re
@@ -37,6 +36,11 @@ class Failed(RuntimeError):
 class Refused(Failed):
     """Input that makes no sense, in one line."""
     status = REFUSED
+
+
+def mean(t, values):
+    """Over time."""
+    return np.trapz(values, t) / (t[-1] - t[0])
 
 
 class PlainDumper(yaml.SafeDumper):
@@ -90,6 +94,9 @@ class Scene:
         scene = copy.copy(self)
         scene.values = dict(self.values)
         for key, value in sections.items():
+            if value is None:
+                scene.values.pop(key, None)
+                continue
             if not isinstance(value, dict):
                 scene.values[key] = plain(value)
                 continue
@@ -239,7 +246,8 @@ class Recorder:
             for program in list(self.running):
                 program.terminate()
 
-    def record(self, scene, model, contacts=False):
+    def record(self, scene, model="coulomb", contacts=False, to_the_limit=False):
+        """`to_the_limit`: where the base tips over, what was until then."""
         if model == "no_slip":  # its wheels can but roll
             scene = scene.changed(initial=dict(wheel_rates=None, roller_rates=None))
         text = scene.text()
@@ -251,6 +259,9 @@ class Recorder:
             options = ["--contacts"] if contacts else []
             status, said = self.run([file, "--model", model, "--bag", bag, "--quiet", *options])
             said = said.replace(str(file), str(scene.path))
+            if to_the_limit and status == 1 and "tips over" in said:
+                next(bag.parent.glob(bag.name + ".incomplete-*")).rename(bag)
+                return
             if status != 0:
                 raise (Refused if status == REFUSED else Failed)(said or f"{self.simulate}: exit status {status}")
             if said:
@@ -269,52 +280,3 @@ class Recorder:
                 self.stop()
                 raise
         return recordings
-
-
-class Study:
-    """The runs of one scene that its figures show, each recorded when it is first asked for."""
-
-    ROWS = 6000            # of a run
-    BEGINNING, CONTACT = 20, 5  # roller switches of the first wheel that the figures of the beginning show
-    CONTACT_ROWS = 10000
-    SPREAD_ROWS = 300
-
-    def __init__(self, scene, recorder):
-        self.scene, self.recorder = scene, recorder
-
-    def of_models(self, scene, models=MODELS, contacts=False):
-        return dict(zip(models, self.recorder.record_all([(scene, model, contacts) for model in models])))
-
-    @cached_property
-    def whole(self):
-        """By model, the whole motion."""
-        return self.of_models(self.scene.sampled(self.scene.duration, self.ROWS))
-
-    @cached_property
-    def beginning(self):
-        """By model, the motion's beginning."""
-        return self.of_models(self.scene.sampled(self.until_switch(self.BEGINNING), self.ROWS))
-
-    @cached_property
-    def contact(self):
-        """By model, 2a and 2b, the contacts in the motion's beginning."""
-        scene = self.scene.sampled(self.until_switch(self.CONTACT), self.CONTACT_ROWS)
-        return self.of_models(scene, ("viscous", "coulomb"), True)
-
-    def until_switch(self, count):
-        """Time (s) that goes a little beyond this switch of the first wheel; the whole duration if there are fewer."""
-        times = self.whole["coulomb"].switches[0][0]
-        if len(times) < count or times[count - 1] <= 0:
-            return self.scene.duration
-        return min(self.scene.duration, float(f"{1.1 * times[count - 1]:.2g}"))
-
-    def half_pitch_angles(self):
-        """16 rows of initial wheel angles, rad: each wheel stands as the scene says or half a roller further."""
-        return np.array([np.add(self.scene.wheel_angles, self.scene.roller_pitch / 2 * np.array(further))
-                         for further in itertools.product((0, 1), repeat=4)])
-
-    def spread(self, angles):
-        """Motions of model 2b from these initial wheel angles, rows of four, rad."""
-        scene = self.scene.sampled(self.scene.duration, self.SPREAD_ROWS)
-        return self.recorder.record_all(
-            [(scene.changed(initial=dict(wheel_angles=list(row))), "coulomb") for row in angles])
