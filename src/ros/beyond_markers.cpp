@@ -177,16 +177,15 @@ void BeyondMarkers::add_wrenches(Markers& markers, const Simulation& simulation,
     }
     const Wrench& wrench = wrenches[static_cast<std::size_t>(k)];
     const Vector3d point = wrench.point + kAxles, force = platform_force(wrench, simulation.state().psi());
-    markers.add_arrow("wrenches", 3 * k, point, force, force_scale, kPush, true);
+    markers.add_arrow_to("wrenches", 3 * k, point, force, force_scale, kPush);
     add_arc(markers, 3 * k + 1, point, wrench.torque);
     std::string text = force.norm() > 0 ? fmt::format("{:.4g} N", force.norm()) : "";
     if (wrench.torque != 0) text += fmt::format("{}{:.4g} N m", text.empty() ? "" : ", ", wrench.torque);
     if (text.empty()) {
       markers.remove("wrenches", 3 * k + 2);
     } else {
-      const double length = std::min(force.norm() * force_scale, kMaxArrow);
-      markers.add_text("wrenches", 3 * k + 2, point - length * force.stableNormalized() + Vector3d(0, 0, 1.2 * kLetter),
-                       text, kPush);
+      const Vector3d over_start = point - way_of(force, force_scale) + Vector3d(0, 0, 1.2 * kLetter);
+      markers.add_text("wrenches", 3 * k + 2, over_start, text, kPush);
     }
   }
 }

@@ -47,8 +47,12 @@ Wrench wrench_of(const geometry_msgs::WrenchStamped& message, std::string& compl
     check(fmt::format("wrench.force.{}", "xyz"[k]), wrench.force[k], kWrenchForces, complaint);
   }
   check("wrench.torque.z", wrench.torque, kWrenchTorques, complaint);
-  check("wrench.torque.x", message.wrench.torque.x, {0, 0, "N m"}, complaint);
-  check("wrench.torque.y", message.wrench.torque.y, {0, 0, "N m"}, complaint);
+  const double tilting[] = {message.wrench.torque.x, message.wrench.torque.y};
+  for (int k = 0; k < 2 && complaint.empty(); ++k) {
+    if (tilting[k] == 0) continue;
+    complaint = fmt::format("wrench.torque.{} = {}: must be 0, as only torques about the vertical axis act", "xy"[k],
+                            tilting[k]);
+  }
   return wrench;
 }
 

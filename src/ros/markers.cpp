@@ -11,8 +11,13 @@ using visualization_msgs::Marker;
 namespace {
 
 constexpr double kShaft = 0.008, kHead = 0.018;  // of arrows, m
+constexpr double kLeastArrow = 1e-3;             // m: a shorter one could not be seen
 
 }  // namespace
+
+Eigen::Vector3d way_of(const Eigen::Vector3d& vector, double scale) {
+  return std::min(vector.norm() * scale, kMaxArrow) * vector.stableNormalized();
+}
 
 std_msgs::ColorRGBA colour(double r, double g, double b, double a) {
   std_msgs::ColorRGBA message;
@@ -51,16 +56,25 @@ void Markers::remove(const std::string& ns, int id) {
 }
 
 void Markers::add_arrow(const std::string& ns, int id, const Eigen::Vector3d& start, const Eigen::Vector3d& vector,
-                        double scale, const std_msgs::ColorRGBA& colour, bool ends_there) {
-  const double length = std::min(vector.norm() * scale, kMaxArrow);
-  if (length < 1e-3) return remove(ns, id);
-  const Eigen::Vector3d way = length * vector.normalized();
+                        double scale, const std_msgs::ColorRGBA& colour) {
+  add_way(ns, id, start, way_of(vector, scale), 1, colour);
+}
+
+void Markers::add_arrow_to(const std::string& ns, int id, const Eigen::Vector3d& end, const Eigen::Vector3d& vector,
+                           double scale, const std_msgs::ColorRGBA& colour) {
+  const Eigen::Vector3d way = way_of(vector, scale);
+  add_way(ns, id, end - way, way, 2, colour);
+}
+
+void Markers::add_way(const std::string& ns, int id, const Eigen::Vector3d& start, const Eigen::Vector3d& way,
+                      double width, const std_msgs::ColorRGBA& colour) {
+  const double length = way.norm();
+  if (length < kLeastArrow) return remove(ns, id);
   Marker& marker = add(ns, id, Marker::ARROW, colour);
-  marker.points = {vector_message<geometry_msgs::Point>(ends_there ? Eigen::Vector3d(start - way) : start),
-                   vector_message<geometry_msgs::Point>(ends_there ? start : Eigen::Vector3d(start + way))};
-  marker.scale.x = kShaft;
-  marker.scale.y = kHead;
-  marker.scale.z = std::min(1.5 * kHead, length / 2);
+  marker.points = {vector_message<geometry_msgs::Point>(start), vector_message<geometry_msgs::Point>(start + way)};
+  marker.scale.x = width * kShaft;
+  marker.scale.y = width * kHead;
+  marker.scale.z = std::min(1.5 * width * kHead, length / 2);
 }
 
 Marker& Markers::add_text(const std::string& ns, int id, const Eigen::Vector3d& position, const std::string& text,
