@@ -82,8 +82,8 @@ def slope(runs):
     up, level = runs.values()
     top = np.argmax(up.truth["x"])
     rear = [100 * N[2:].sum() / N.sum() for N in (reactions(up, 0.2, 1.5), reactions(up, 3, 4))]
-    return found("With 1.1 N m on each wheel for 1.5 s it climbs {:.2f} m, to {:.2f} m while it comes to rest at {:.2f} s, "
-                 "and rolls back at {:.2f} m/s in the end; on the level {:.2f} m in 1.5 s. The rear wheels carry "
+    return found("With 1.1 N m on each wheel for 1.5 s it climbs {:.2f} m, rolls on to {:.2f} m until {:.2f} s, "
+                 "and back, at {:.2f} m/s in the end; on the level {:.2f} m in 1.5 s. The rear wheels carry "
                  "{:.1f} % of the weight while driven, {:.1f} % while it rolls back",
                  [at(up, 1.5)["x"], up.truth["x"][top], up.truth["t"][top], -end(up)["V_X"], at(level, 1.5)["x"], *rear])
 
