@@ -12,14 +12,18 @@ namespace youbot_base_sim {
 
 namespace {
 
-constexpr double kControlPeriod = 1e-3;  // s, as the motors'
-
-/// The mean of a table over each control period, delayed. A mean, so that a little more delay is a little more of the
-/// old row, and not nothing at first and then a whole period.
+/// The mean of a table over each control period, delayed, and by another half a period: a row that comes anywhere in
+/// a period acts from the next one on. A mean, so that a little more delay is a little more of the old row, and not
+/// nothing at first and then a whole period.
 class DelayedCommands {
  public:
   DelayedCommands(const WheelTable& table, double delay, const Motor& motor)
-      : table_(table), delay_(delay), motor_(motor) {}
+      : table_(table), delay_(delay + kControlPeriod / 2), motor_(motor) {
+    if (table.t.front() <= 0) now_ = transmitted(table.at(std::max(-delay_, table.t.front())));
+  }
+
+  /// What was told before the first sample.
+  const Wheels& first() const { return now_; }
 
   /// Over the period that begins at t (s); to be called for one after the other.
   Wheels mean(double t) {
@@ -57,6 +61,12 @@ double time_in_period(double t) {
   return std::abs(t - whole) < kRounding ? whole : t;
 }
 
+/// What the loops' integrals hold at first, N m: a base stands, or goes on, with what it has gathered before.
+Wheels held_at_first(const DriveRecord& record, const VelocityGains& gains, const Wheels& told) {
+  if (!record.has_torque()) return Wheels::Zero();
+  return record.torque.front() - gains.proportional * (told - record.dphi.front());
+}
+
 Scene start_of(const Scene& candidate, const DriveRecord& record, const Wheels& phi) {
   Scene scene = candidate;
   scene.solver.control_period = kControlPeriod;
@@ -84,11 +94,13 @@ Prediction predict(const Scene& candidate, const DriveRecord& record, const Whee
   const MotorSettings& motors = *candidate.motors;
   WheelDrive loops(kControlPeriod, motors.limit(Motor()), motors.gains);
   DelayedCommands commands(record.commands, motors.command_delay, motors.limit(Motor()));
-  Wheels torque = Wheels::Zero();
+  const Wheels held = held_at_first(record, motors.gains, commands.first());
+  const double max = motors.limit(Motor()).max_torque();
+  Wheels torque = record.has_torque() ? record.torque.front() : Wheels(Wheels::Zero());
   Simulation simulation(start_of(candidate, record, phi), [&](double t, const State& state) {
     const Wheels rate = commands.mean(t);
     for (int i = 0; i < kWheels; ++i) loops.command(i, {DriveMode::kVelocity, rate[i]});
-    return torque = loops.sample(state.dphi());
+    return torque = (held + loops.sample(state.dphi())).max(-max).min(max);
   });
   Prediction prediction;
   for (const double t : record.t) {
