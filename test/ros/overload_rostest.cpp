@@ -18,9 +18,11 @@ TEST(Overload, stalled_subscriber_costs_no_more_than_its_queue) {
   wait_for("the listener", [&] { return !listener.out().empty(); });
   listener.send(SIGSTOP);
   base.expect_simulated(5);  // fills the buffers of the system
-  const double before = base.memory();
+  [[maybe_unused]] const double before = base.memory();
   base.expect_simulated(40);  // 30 MB of odometry
+#ifndef YOUBOT_BASE_SIM_SANITIZERS  // which keep what was freed
   EXPECT_LT(base.memory() - before, 8.0) << "MB";
+#endif
   listener.send(SIGKILL);
   listener.wait();
   base.expect_instants(10);
