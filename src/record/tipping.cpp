@@ -14,7 +14,7 @@ namespace youbot_base_sim {
 namespace {
 
 constexpr double kLookAhead = 60;  // s of simulated time
-constexpr int kHalvings = 7;       // to a hundredth
+constexpr int kMaxHalvings = 12;
 
 bool holds(const Scene& scene, double until, const std::atomic<bool>& stop) {
   Simulation simulation(scene);
@@ -27,13 +27,22 @@ bool holds(const Scene& scene, double until, const std::atomic<bool>& stop) {
   return true;
 }
 
-/// The largest share of [0, 1] for which `holds` is true, to a hundredth; negative: not even for 0.
-double largest_share(const std::function<bool(double)>& holds) {
+/// Rounded down to two digits.
+double rounded_down(double number) {
+  if (number <= 0) return 0;
+  const double unit = std::pow(10, std::floor(std::log10(number)) - 1);
+  return std::floor(number / unit * (1 + 1e-12)) * unit;
+}
+
+/// The largest number of two digits below `given` for which `holds(number / given)` was seen to be true, where less
+/// holds better in the main; negative: not even for 0.
+double most_that_holds(double given, const std::function<bool(double)>& holds) {
   if (!holds(0)) return -1;
-  double low = 0, high = 1;
-  for (int halving = 0; halving < kHalvings; ++halving) {
-    const double middle = 0.5 * (low + high);
-    (holds(middle) ? low : high) = middle;
+  double low = 0, high = given;
+  for (int halving = 0; halving < kMaxHalvings; ++halving) {
+    const double middle = rounded_down(0.5 * (low + high));
+    if (middle <= low) break;
+    (holds(middle / given) ? low : high) = middle;
   }
   return low;
 }
@@ -65,12 +74,6 @@ double mass_of(const std::vector<Load>& loads) {
   return mass;
 }
 
-/// Rounded down to two digits, so that what is told does hold.
-double rounded_down(double number) {
-  const double unit = std::pow(10, std::floor(std::log10(number)) - 1);
-  return std::floor(number / unit) * unit;
-}
-
 std::string told(double holding, double given, const char* unit, double until) {
   return fmt::format("with {:.4g} in place of {:.4g}{}, it would hold until t = {:g} s", holding, given, unit, until);
 }
@@ -89,8 +92,8 @@ std::string what_would_hold(const Scene& scene, const TippedOver& end, const std
   const Burden burden = scene.burdens.at(t);
   if (end.side() == Side::kOff) return ballast(scene, burden);
   const double mass = mass_of(burden.loads);
-  const auto share_that_holds = [&](const auto& change) {
-    return largest_share([&](double share) {
+  const auto most = [&](double given, const auto& change) {
+    return most_that_holds(given, [&](double share) {
       Scene other = scene;
       change(other, share);
       return holds(other, until, stop);
@@ -98,16 +101,16 @@ std::string what_would_hold(const Scene& scene, const TippedOver& end, const std
   };
   try {
     if (mass > 0) {
-      const double share = share_that_holds([t](Scene& other, double part) { keep_of_loads(other, part, t); });
-      if (share == 0) return fmt::format("without its load of {:.4g} kg it would hold until t = {:g} s", mass, until);
-      if (share > 0) return told(rounded_down(share * mass), mass, " kg", until);
+      const double holding = most(mass, [t](Scene& other, double share) { keep_of_loads(other, share, t); });
+      if (holding == 0) return fmt::format("without its load of {:.4g} kg it would hold until t = {:g} s", mass, until);
+      if (holding > 0) return told(holding, mass, " kg", until);
     } else if (scene.robot.a_Z > 0) {
-      const double share = share_that_holds([](Scene& other, double part) { other.robot.a_Z *= part; });
-      if (share > 0) return "com_height: " + told(rounded_down(share * scene.robot.a_Z), scene.robot.a_Z, " m", until);
+      const double holding = most(scene.robot.a_Z, [](Scene& other, double share) { other.robot.a_Z *= share; });
+      if (holding > 0) return "com_height: " + told(holding, scene.robot.a_Z, " m", until);
     }
     if (burden.wrenches.empty()) return "";
-    const double share = share_that_holds([t](Scene& other, double part) { keep_of_wrenches(other, part, t); });
-    return share > 0 ? told(rounded_down(100 * share), 100, " % of what pushes it", until) : "";
+    const double holding = most(100, [t](Scene& other, double share) { keep_of_wrenches(other, share, t); });
+    return holding > 0 ? told(holding, 100, " % of what pushes it", until) : "";
   } catch (const Stopped&) {
     return "";
   }

@@ -55,7 +55,9 @@ TEST(TippingBase, is_an_error_while_it_tips_and_a_warning_afterwards) {
   EXPECT_EQ(after.level, DiagnosticStatus::WARN);
   EXPECT_EQ(after.message, "the base was at its tipping limit, on the wheels of the left side");
   for (const auto& pair : after.values) {
-    if (pair.key == "at the tipping limit") EXPECT_NEAR(std::stod(pair.value), 1.5, 0.05);
+    if (pair.key == "at the tipping limit") {
+      EXPECT_NEAR(std::stod(pair.value), 1.5, 0.05);
+    }
   }
   EXPECT_EQ(marker("status", 1).action, Marker::DELETE);
 }
