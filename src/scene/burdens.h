@@ -1,6 +1,6 @@
 #pragma once
 
-#include "scene_section.h"
+#include "youbot_base_sim/scene/scene_section.h"
 #include "youbot_base_sim/scene/scene.h"
 
 namespace youbot_base_sim {
