@@ -168,9 +168,12 @@ class Progress {
 
   std::string text() const {
     const Tally tally = schedule_.tally();
-    const double left = static_cast<double>(runs_ - tally.runs) / rate();
-    return fmt::format("{} of {} runs, {:.3g} a second, {} left{}", tally.runs, runs_, rate(), duration_text(left),
-                       counts_text(tally));
+    std::string text = fmt::format("{} of {} runs", tally.runs, runs_);
+    if (tally.runs > before_) {
+      const double left = static_cast<double>(runs_ - tally.runs) / rate();
+      text += fmt::format(", {:.3g} a second, {} left", rate(), duration_text(left));
+    }
+    return text + counts_text(tally);
   }
 
   const Schedule& schedule_;
@@ -260,7 +263,7 @@ class Sweep {
 };
 
 /// Says what there is to be done. Times the first run.
-void list(const Arguments& arguments, const Family& family, const RowMaker& maker) {
+void list(const Arguments& arguments, Family family) {
   fmt::print("{} runs of {}\n", family.runs(), quote_path(family.scene.path));
   for (const Axis* axis : family.axes()) fmt::print("  {}: {}\n", quote(axis->key), axis->text());
   if (family.draws > 1 || !family.drawn.empty()) {
@@ -268,7 +271,8 @@ void list(const Arguments& arguments, const Family& family, const RowMaker& make
   }
   std::fflush(stdout);
   const Clock::time_point start = Clock::now();
-  const Row row = maker.make(0, stop_requested());
+  family.trajectories.reset();
+  RowMaker(family, "", nullptr).make(0, stop_requested());
   const double seconds = seconds_since(start);
   const int threads =
       static_cast<int>(std::min<std::uint64_t>(family.runs(), static_cast<std::uint64_t>(arguments.threads)));
@@ -357,7 +361,7 @@ int run_program(int argc, char** argv) {
   if (arguments.scene || arguments.list) {
     if (ranks.rank() > 0) return kDone;
     if (arguments.list) {
-      list(arguments, family, *maker);
+      list(arguments, family);
     } else {
       fmt::print("{}", text_of(family.scene, family.settings(*arguments.scene)));
     }

@@ -178,54 +178,69 @@ std::optional<Trajectories> read_trajectories(const SceneValue& value) {
 /// Reads scenes with each axis at its ends, or at each of its values where they are a list, and in between.
 class AxesTrial {
  public:
-  explicit AxesTrial(Family& family) : family_(family), axes_(family.axes()) {
-    for (const Axis* axis : axes_) settings_.push_back({axis->key, axis->value_at(kMiddle)});
-  }
+  explicit AxesTrial(Family& family) : family_(family), axes_(family.axes()) {}
 
-  /// Throws SceneError for values that the scene may not have. Notes the tables that it reads.
+  /// Throws SceneError for a value that the scene may have beside none of those that are tried of the other axes. Notes
+  /// the tables that it reads.
   void run() {
     for (std::size_t k = 0; k < axes_.size(); ++k) {
-      const std::string middle = settings_[k].value;
       if (const auto* listed = std::get_if<std::vector<std::string>>(&axes_[k]->values)) {
-        for (const std::string& value : *listed) read(k, value);
+        for (const std::string& value : *listed) require(k, value);
       } else {
-        for (const double share : {kLeastDraw, kBetween, kLargestDraw}) read(k, axes_[k]->value_at(share));
+        for (const double share : {kLeastDraw, kBetween, kLargestDraw}) require(k, axes_[k]->value_at(share));
       }
-      settings_[k].value = middle;
     }
     family_.tables.assign(tables_.begin(), tables_.end());
   }
 
  private:
-  void read(std::size_t k, const std::string& value) {
-    settings_[k].value = value;
+  void require(std::size_t k, const std::string& value) {
+    const std::string error = refusal(k, value, kMiddle);
+    if (error.empty() || refusal(k, value, kLeastDraw).empty() || refusal(k, value, kLargestDraw).empty()) return;
+    throw SceneError(
+        fmt::format("{}: {} = {}: {}", quote_path(family_.path), quote(axes_[k]->key), quote(value), error));
+  }
+
+  /// Why the scene may not have this value of axis k beside that share of the other axes; empty if it may.
+  std::string refusal(std::size_t k, const std::string& value, double share) {
+    std::vector<SceneSetting> settings;
+    for (const Axis* axis : axes_) settings.push_back({axis->key, axis->value_at(share)});
+    settings[k].value = value;
     try {
-      const Scene scene = load_scene(family_.scene, settings_);
+      const Scene scene = load_scene(family_.scene, settings);
       require_drive(scene);
       tables_.insert(scene.files.begin() + 1, scene.files.end());
     } catch (const SceneError& error) {
-      throw SceneError(fmt::format("{}: {} = {}: {}", quote_path(family_.path), quote(settings_[k].key),
-                                   quote(settings_[k].value), error.what()));
+      return error.what();
     }
+    return "";
   }
 
   Family& family_;
   std::vector<const Axis*> axes_;
-  std::vector<SceneSetting> settings_;
   std::set<std::string> tables_;
 };
+
+/// The scene file that the family names, as a path relative to its own folder.
+SceneFile read_base_scene(const SceneValue& name, const std::string& family) {
+  std::string scene;
+  name.text(scene, "the name of a scene file");
+  try {
+    return read_scene_file(std::filesystem::path(family).parent_path() / scene);
+  } catch (const SceneError& error) {
+    name.refuse_for(error.what());
+  }
+}
 
 Family read_family(const std::string& path, const std::string& text) {
   Family family;
   family.path = path;
   family.text = text;
   SceneSection file(quote_path(path), "", YAML::Load(text), "family");
-  std::string scene;
-  const SceneValue scene_name = file.required("scene"), axes = file.required("axes"), draws = file["draws"],
+  const SceneValue scene = file.required("scene"), axes = file.required("axes"), draws = file["draws"],
                    sampling = file["sampling"], seed = file["seed"], kept = file["quantities"],
                    trajectories = file["trajectories"];
   file.finish();
-  scene_name.text(scene, "the name of a scene file");
   read_axes(axes, family);
   read_draws(draws, sampling, seed, family);
   double runs = family.draws;
@@ -236,7 +251,7 @@ Family read_family(const std::string& path, const std::string& text) {
   }
   family.quantities = read_quantities(kept);
   family.trajectories = read_trajectories(trajectories);
-  family.scene = read_scene_file(std::filesystem::path(path).parent_path() / scene);
+  family.scene = read_base_scene(scene, path);
   AxesTrial(family).run();
   return family;
 }

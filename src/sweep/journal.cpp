@@ -152,7 +152,7 @@ void Journal::read_rows(std::uint64_t runs) {
   Lines lines(descriptor_, begin_);
   while (const std::optional<std::string_view> line = lines.next()) {
     const std::optional<Row> row = row_of(*line);
-    if (!row || row->run >= runs || !finished_.in_window(row->run) || finished_.contains(row->run)) break;
+    if (!row || row->run >= runs || !finished_.has_room_for(row->run) || finished_.contains(row->run)) break;
     finished_.insert(row->run);
     tally_.add(row->status);
     end_ = lines.begin();

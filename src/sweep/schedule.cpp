@@ -60,12 +60,6 @@ void Schedule::check() const {
   if (failure_) std::rethrow_exception(failure_);
 }
 
-// What is finished already counts as handed out, also where nobody has come to skip it.
-bool Schedule::handed_out() const {
-  const Lock lock(mutex_);
-  return next_ == runs_ || journal_.finished().first_open() == runs_;
-}
-
 bool Schedule::finished() const {
   const Lock lock(mutex_);
   return journal_.tally().runs == runs_;

@@ -125,14 +125,14 @@ TEST(FinishedRuns, AreRememberedInAnyOrderWithinTheWindow) {
   while (finished.first_open() < 3 * kWindow) {
     const auto ahead = static_cast<std::uint64_t>(random.uniform(0, random.uniform(0, 1) < 0.001 ? kWindow : 20));
     const std::uint64_t run = finished.first_open() + ahead;
-    ASSERT_TRUE(finished.in_window(run));
+    ASSERT_TRUE(finished.has_room_for(run));
     ASSERT_EQ(finished.contains(run), expected.count(run) == 1);
     finished.insert(run);
     expected.insert(run);
     expected.erase(expected.begin(), expected.lower_bound(finished.first_open()));
     ASSERT_EQ(expected.count(finished.first_open()), 0u);
   }
-  EXPECT_FALSE(finished.in_window(finished.first_open() + kWindow));
+  EXPECT_FALSE(finished.has_room_for(finished.first_open() + kWindow));
   EXPECT_TRUE(finished.contains(0));
 }
 

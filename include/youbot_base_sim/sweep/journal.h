@@ -16,12 +16,12 @@ class FinishedRuns {
   static constexpr std::uint64_t kWindow = 1 << 16;
 
   std::uint64_t first_open() const { return first_open_; }
-  /// Whether a run may be begun: others must not stay so far behind it that it would be too much to remember.
-  bool in_window(std::uint64_t run) const { return run >= first_open_ && run - first_open_ < kWindow; }
+  /// Whether a run may be finished: others must not stay so far behind it that it would be too much to remember.
+  bool has_room_for(std::uint64_t run) const { return run < first_open_ + kWindow; }
   bool contains(std::uint64_t run) const {
-    return run < first_open_ || (in_window(run) && ahead_[static_cast<std::size_t>(run % kWindow)]);
+    return run < first_open_ || (has_room_for(run) && ahead_[static_cast<std::size_t>(run % kWindow)]);
   }
-  /// A run in the window.
+  /// One for which there is room, and which is not in it.
   void insert(std::uint64_t run);
 
  private:

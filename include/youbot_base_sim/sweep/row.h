@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "youbot_base_sim/record/output_file.h"
 #include "youbot_base_sim/record/recorder.h"
 #include "youbot_base_sim/sweep/family.h"
 

@@ -42,14 +42,13 @@ class Schedule {
 
   void check() const;
 
-  bool handed_out() const;
   bool finished() const;
   Tally tally() const;
 
  private:
   using Lock = std::unique_lock<std::mutex>;
 
-  bool may_begin_next() const { return next_ < runs_ && journal_.finished().in_window(next_); }
+  bool may_begin_next() const { return next_ < runs_ && journal_.finished().has_room_for(next_); }
   std::vector<std::uint64_t> take(const Lock&, std::size_t most);
   bool ended() const { return stopping_ || journal_.tally().runs == runs_; }
 
