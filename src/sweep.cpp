@@ -225,7 +225,7 @@ class Sweep {
 
   /// Makes the table of the rows, tells of it, and deletes the journal.
   void write_table() {
-    if (fingerprint(family_) != fingerprint_) {
+    if (!family_.tables.empty() && fingerprint(family_) != fingerprint_) {
       throw SceneError(fmt::format("{}: a table of its scenes was changed while it ran; delete {} to begin anew",
                                    quote_path(family_.path), quote_path(journal_of(arguments_))));
     }

@@ -271,7 +271,10 @@ std::uint64_t Axis::size() const {
 
 std::string Axis::value(std::uint64_t k) const {
   if (const auto* listed = std::get_if<std::vector<std::string>>(&values)) return (*listed)[k];
-  return number_text(std::get<Steps>(values).value(k));
+  // Steps between the ends are rounded, so that the second of 0.05, 0.06, .. is 0.06.
+  const auto& steps = std::get<Steps>(values);
+  const bool is_end = k == 0 || k + 1 == size();
+  return is_end ? number_text(steps.value(k)) : fmt::format("{:.15g}", steps.value(k));
 }
 
 std::string Axis::value_at(double share) const {

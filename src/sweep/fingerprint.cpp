@@ -3,9 +3,7 @@
 #include <dlfcn.h>
 #include <fmt/format.h>
 
-#include <boost/uuid/name_generator_sha1.hpp>
-#include <boost/uuid/uuid.hpp>
-#include <boost/uuid/uuid_io.hpp>
+#include <boost/crc.hpp>
 #include <filesystem>
 #include <limits>
 
@@ -16,9 +14,11 @@ namespace youbot_base_sim {
 
 namespace {
 
-/// Of a text, by SHA-1.
+/// The CRC of 64 bits of ECMA-182: what was changed by mistake has another one.
 std::string hash(const std::string& text) {
-  return to_string(boost::uuids::name_generator_sha1(boost::uuids::uuid())(text.data(), text.size()));
+  boost::crc_optimal<64, 0x42F0E1EBA9EA3693> crc;
+  crc.process_bytes(text.data(), text.size());
+  return fmt::format("{:016x}", crc.checksum());
 }
 
 std::string file_hash(const std::string& path) {

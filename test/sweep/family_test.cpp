@@ -4,7 +4,11 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <set>
+
 #include "temporary_folder.h"
+#include "youbot_base_sim/sweep/quantities.h"
 
 namespace youbot_base_sim {
 namespace {
@@ -68,7 +72,7 @@ TEST_F(FamilyTest, StepsIncludeBothEnds) {
   ASSERT_EQ(f.runs(), 100u);
   EXPECT_EQ(scene(f, 0).floor.f[0], 0.05);
   EXPECT_EQ(scene(f, 99).floor.f[0], 1);
-  EXPECT_NEAR(scene(f, 50).floor.f[0], 0.55, 1e-15);
+  EXPECT_EQ(scene(f, 50).floor.f[0], 0.55);
   EXPECT_NEAR(scene(f, 52).solver.relative_tolerance, 1e-6, 1e-18);
   EXPECT_EQ(scene(f, 99).solver.relative_tolerance, 1e-4);
 }
@@ -125,6 +129,23 @@ TEST_F(FamilyTest, TheSceneOfARunIsOneThatCanBeRead) {
   const Family f = family("axes: [{key: 'initial.wheel_angles[3]', uniform: {from: 0, to: 1}}]\ndraws: 3\n");
   const std::string text = text_of(f.scene, f.settings(2));
   EXPECT_EQ(load_scene(folder_.write("run.yaml", text)).initial.phi()[3], scene(f, 2).initial.phi()[3]);
+}
+
+TEST(Families, OfThePackageAreAccepted) {
+  int families = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(YOUBOT_BASE_SIM_SOURCE_DIR "/config/sweeps")) {
+    EXPECT_GT(load_family(entry.path()).runs(), 1u) << entry.path();
+    ++families;
+  }
+  EXPECT_GE(families, 5);
+}
+
+TEST(Quantities, AreInTheDocuments) {
+  std::ostringstream text;
+  text << std::ifstream(YOUBOT_BASE_SIM_SOURCE_DIR "/docs/sweep.md").rdbuf();
+  for (const Quantity& quantity : quantities()) {
+    EXPECT_NE(text.str().find(std::string("`") + quantity.name + "`"), std::string::npos) << quantity.name;
+  }
 }
 
 }  // namespace
