@@ -113,6 +113,7 @@ class Outputs {
     if (!arguments.switches.empty()) switches.emplace(opener.open("--switches", arguments.switches));
     if (!arguments.bag.empty()) bag.emplace(opener.open("--bag", arguments.bag, OutputFile::Access::kAnywhere));
     if (!arguments.summary.empty()) summary_.emplace(opener.open("--summary", arguments.summary));
+    if ((csv && csv->is_terminal()) || (switches && switches->is_terminal())) progress.hide();
     if (csv) recorders_.push_back(std::make_unique<StateCsv>(std::move(*csv)));
     if (switches) recorders_.push_back(std::make_unique<SwitchCsv>(std::move(*switches)));
 #ifdef YOUBOT_BASE_SIM_ROS

@@ -19,6 +19,8 @@ class ProgressBar {
   /// `share` is from 0 to 1; `text` stands behind the bar.
   void draw(double share, const std::string& text);
   void clear();
+  /// For good, where what is printed besides shows how far it is, and would be mixed with the bar.
+  void hide() { shown_ = false; }
 
   bool shown() const { return shown_; }
 
