@@ -1,10 +1,8 @@
 // Fits a scene's robot and motors to bags of a real base.
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <boost/program_options.hpp>
-#include <cstdio>
 #include <filesystem>
 #include <iostream>
 #include <optional>
@@ -17,6 +15,7 @@
 #include "youbot_base_sim/ros/drive_bag.h"
 #include "youbot_base_sim/text/command_line.h"
 #include "youbot_base_sim/text/print_error.h"
+#include "youbot_base_sim/text/progress_bar.h"
 #include "youbot_base_sim/text/quote.h"
 
 namespace {
@@ -105,14 +104,6 @@ void write(std::optional<OutputFile>& file, const std::string& text) {
   file->commit();
 }
 
-void show_progress(double share) {
-  constexpr int kWidth = 40;
-  const auto filled = static_cast<std::size_t>(kWidth * share);
-  fmt::print(stderr, "\r\033[K");
-  if (share < 1) fmt::print(stderr, "[{:<{}}] {:.0f} %", std::string(filled, '#'), kWidth, 100 * share);
-  std::fflush(stderr);
-}
-
 void run(const Arguments& arguments, const Scene& start) {
   std::vector<DriveRecord> records;
   std::vector<std::string> findings;
@@ -122,7 +113,10 @@ void run(const Arguments& arguments, const Scene& start) {
   }
   FitSettings settings;
   settings.threads = static_cast<int>(std::thread::hardware_concurrency());
-  if (!arguments.quiet && isatty(STDERR_FILENO)) settings.progress = show_progress;
+  ProgressBar progress(arguments.quiet);
+  settings.progress = [&](double share) {
+    share < 1 ? progress.draw(share, fmt::format("{:.0f} %", 100 * share)) : progress.clear();
+  };
   const Fit result = fit(start, records, findings, settings);
   if (!arguments.quiet) {
     for (const std::string& line : findings) fmt::print("{}\n", line);

@@ -1,23 +1,18 @@
 // Simulates a scene offline and writes what was asked for; needs no ROS master.
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <signal.h>
-#include <unistd.h>
 
-#include <atomic>
 #include <boost/program_options.hpp>
 #include <chrono>
-#include <cmath>
-#include <cstdio>
-#include <cstring>
 #include <iostream>
 #include <memory>
 #include <vector>
 
 #include "youbot_base_sim/integration/methods.h"
+#include "youbot_base_sim/offline_program.h"
 #include "youbot_base_sim/record/csv.h"
 #include "youbot_base_sim/record/output_file.h"
+#include "youbot_base_sim/record/row_loop.h"
 #include "youbot_base_sim/record/summary.h"
 #include "youbot_base_sim/record/tipping.h"
 #ifdef YOUBOT_BASE_SIM_ROS
@@ -25,14 +20,13 @@
 #endif
 #include "youbot_base_sim/text/command_line.h"
 #include "youbot_base_sim/text/print_error.h"
+#include "youbot_base_sim/text/progress_bar.h"
 #include "youbot_base_sim/text/quote.h"
 
 namespace {
 
 using namespace youbot_base_sim;
 using Clock = std::chrono::steady_clock;
-
-enum ExitStatus { kDone = 0, kNotCompleted = 1, kRefused = 2 };
 
 struct Arguments {
   std::string scene;
@@ -108,66 +102,12 @@ bool read_arguments(int argc, char** argv, Arguments& arguments) {
   return true;
 }
 
-/// A bar on the terminal for a run that takes longer than a second. Whoever prints clears it first.
-class Progress {
- public:
-  Progress(double duration, bool quiet) : duration_(duration), shown_(!quiet && isatty(STDERR_FILENO)) {}
-  ~Progress() { clear(); }
-  void clear() {
-    if (drawn_) std::fputs("\r\033[K", stderr);
-    drawn_ = false;
-  }
-  /// For good: rows on the terminal show how far the run is, and would be mixed with the bar.
-  void hide() { shown_ = false; }
-  void show(double t) {
-    if (!shown_ || seconds_since(start_) < 1 || seconds_since(last_) < 0.1) return;
-    constexpr int kWidth = 40;
-    const int filled = static_cast<int>(kWidth * t / duration_);
-    std::fputs(fmt::format("\r[{:<{}}] {:.4g} of {:g} s", std::string(static_cast<std::size_t>(filled), '#'), kWidth, t,
-                           duration_)
-                   .c_str(),
-               stderr);
-    std::fflush(stderr);
-    last_ = Clock::now();
-    drawn_ = true;
-  }
-
- private:
-  double duration_;
-  bool shown_;
-  bool drawn_ = false;
-  Clock::time_point start_ = Clock::now();
-  Clock::time_point last_ = start_;
-};
-
-std::atomic<bool> stop{false};
-std::atomic<int> stop_signal{0};
-
-/// From here on the signals that ask a program to end stop the run, which then ends its files, and what cannot be
-/// written is an error rather than a signal. A signal that is ignored, as by nohup, remains so. They may come more than
-/// once: `timeout` sends two.
-void catch_signals() {
-  for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
-    struct sigaction action {};
-    sigaction(number, nullptr, &action);
-    if (action.sa_handler == SIG_IGN) continue;
-    action.sa_handler = [](int caught) {
-      stop_signal = caught;
-      stop = true;
-    };
-    action.sa_flags = 0;  // so that waiting for a pipe's reader ends too
-    sigaction(number, &action, nullptr);
-  }
-  signal(SIGPIPE, SIG_IGN);
-  signal(SIGXFSZ, SIG_IGN);
-}
-
 /// Everything that a run writes; complete files appear when it is committed. An output that fails, as on a full disk,
 /// ends alone; the others go on.
 class Outputs {
  public:
   /// Opens them all before anything is written. Throws OutputError where one is refused.
-  Outputs(const Arguments& arguments, const Scene& scene, Progress& progress) : progress_(progress) {
+  Outputs(const Arguments& arguments, const Scene& scene, ProgressBar& progress) : progress_(progress) {
     OutputOpener opener(scene.files);
     std::optional<OutputFile> csv, switches, bag;
     if (!arguments.csv.empty()) csv.emplace(opener.open("--csv", arguments.csv));
@@ -227,7 +167,7 @@ class Outputs {
     }
   }
 
-  Progress& progress_;
+  ProgressBar& progress_;
   std::vector<std::unique_ptr<Recorder>> recorders_;
   std::optional<OutputFile> summary_;
   bool failed_ = false;
@@ -236,31 +176,24 @@ class Outputs {
 /// A scene on its way from row to row.
 class Run {
  public:
-  Run(const Arguments& arguments, const Scene& scene, Outputs& outputs, Progress& progress)
+  Run(const Arguments& arguments, const Scene& scene, Outputs& outputs, ProgressBar& progress)
       : arguments_(arguments),
         scene_(scene),
         outputs_(outputs),
         simulation_(scene),
         progress_(progress),
         measured_(!arguments.summary.empty() || arguments.cpu_limit > 0) {
-    simulation_.stop_on(stop);
+    simulation_.stop_on(stop_requested());
   }
 
   /// Writes all rows. Throws where the run ends early, whose outputs are kept as incomplete ones.
   void complete() {
     try {
-      write_row(0);
-      // Rows at k / output_rate, and one at the end; the last of the first kind may be the end but for rounding.
-      for (std::int64_t k = 1;; ++k) {
-        const double t = static_cast<double>(k) / scene_.output_rate;
-        if (t >= scene_.duration * (1 - 1e-12)) break;
-        advance(t);
-      }
-      advance(scene_.duration);
+      RowLoop rows(simulation_, audit_.energy);
+      while (next(rows)) write_row(rows.t());
       progress_.clear();
     } catch (const Stopped&) {
-      fail(fmt::format("stopped after t = {:g} s by signal {}, {}", simulation_.time(), stop_signal.load(),
-                       strsignal(stop_signal)));
+      fail(fmt::format("stopped after t = {:g} s by {}", simulation_.time(), stop_reason()));
     } catch (const TippedOver& error) {
       outputs_.commit_summary(simulation_, wall_time_, audit_);  // tells what the wheels bore
       const std::string advice = arguments_.cpu_limit > 0 ? "" : what_would_hold(scene_, error, stop);
@@ -281,40 +214,28 @@ class Run {
   }
 
  private:
-  void advance(double t) {
-    if (measured_) audit_.cost.start(simulation_.time());
+  /// Advances to the next row, and measures what that took.
+  bool next(RowLoop& rows) {
+    const double before = simulation_.time();
+    if (measured_) audit_.cost.start(before);
     const Clock::time_point start = Clock::now();
-    audit_between_rows(t);
-    simulation_.advance_to(t);
+    const bool is_row = rows.next();
     wall_time_ += seconds_since(start);
-    if (measured_) audit_.cost.stop(simulation_.time());
-    if (!simulation_.state().values.allFinite()) {
-      throw std::runtime_error(fmt::format("the state is no longer finite at t = {} s", t));
-    }
-    write_row(t);
+    if (measured_ && simulation_.time() > before) audit_.cost.stop(simulation_.time());
+    return is_row;
+  }
+
+  void write_row(double t) {
+    outputs_.write_row(t, simulation_);
+    if (measured_) audit_.path.add_row(simulation_);
     if (arguments_.cpu_limit > 0 && audit_.cost.cpu_time() > arguments_.cpu_limit && t < scene_.duration) {
       outputs_.commit_summary(simulation_, wall_time_, audit_);
       throw std::runtime_error(
           fmt::format("stopped at t = {} s: more than {} s of processor time", t, arguments_.cpu_limit));
     }
-    progress_.show(t);
-  }
-
-  // Where rows are far apart, the energy is looked at in between: every kMaxUnseen, where a control period ends.
-  void audit_between_rows(double t) {
-    if (t - simulation_.time() <= kMaxUnseen) return;
-    const double period = scene_.solver.control_period;
-    const double interval = period > 0 ? period * std::max(1.0, std::floor(kMaxUnseen / period)) : kMaxUnseen;
-    for (double k = std::floor(simulation_.time() / interval * (1 + 1e-9)) + 1; k * interval < t * (1 - 1e-9); ++k) {
-      simulation_.advance_to(k * interval);
-      audit_.energy.add_row(simulation_);
+    if (progress_.due()) {
+      progress_.draw(t / scene_.duration, fmt::format("{:.4g} of {:g} s", t, scene_.duration));
     }
-  }
-
-  void write_row(double t) {
-    outputs_.write_row(t, simulation_);
-    audit_.energy.add_row(simulation_);
-    if (measured_) audit_.path.add_row(simulation_);
   }
 
   [[noreturn]] void fail(const std::string& reason) {
@@ -324,13 +245,11 @@ class Run {
     throw std::runtime_error(fmt::format("{}; what was written is kept as {}", reason, fmt::join(kept, ", ")));
   }
 
-  static constexpr double kMaxUnseen = 0.1;  // s
-
   const Arguments& arguments_;
   const Scene& scene_;
   Outputs& outputs_;
   Simulation simulation_;
-  Progress& progress_;
+  ProgressBar& progress_;
   bool measured_;
   double wall_time_ = 0;  // of the simulation alone, s
   RunAudit audit_;
@@ -341,13 +260,13 @@ int simulate(const Arguments& arguments, const Scene& scene) {
   const std::string told =
       advice(scene.robot, scene.floor, scene.model, integration_settings(scene.solver), scene.duration);
   catch_signals();
-  Progress progress(scene.duration, arguments.quiet);
+  ProgressBar progress(arguments.quiet);
   std::optional<Outputs> outputs;
   try {
     outputs.emplace(arguments, scene, progress);
   } catch (const OutputError& error) {
     print_error("simulate", error.what());
-    return stop ? kNotCompleted : kRefused;
+    return stop_requested() ? kNotCompleted : kRefused;
   }
   for (const std::string& warning : {unlikely_geometry(scene.robot), told}) {
     if (!arguments.quiet && !warning.empty()) print_error("simulate", warning);
@@ -386,24 +305,5 @@ int run_program(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  // A standard stream that is closed must not become the number of an output.
-  while (true) {
-    const int descriptor = open("/dev/null", O_RDWR | O_CLOEXEC);
-    if (descriptor > STDERR_FILENO || descriptor < 0) {
-      close(descriptor);
-      break;
-    }
-  }
-  int status = kNotCompleted;
-  try {
-    status = run_program(argc, argv);
-    flush_standard_output();
-  } catch (const OutputError& error) {
-    if (status == kDone) print_error("simulate", error.what());
-    return std::max<int>(status, kNotCompleted);
-  } catch (const std::exception& error) {
-    print_error("simulate", error.what());
-    return kNotCompleted;
-  }
-  return status;
+  return run_offline_program("simulate", [&] { return run_program(argc, argv); });
 }

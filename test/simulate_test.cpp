@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
-#include <stdlib.h>
 #include <sys/stat.h>
 
 #include <algorithm>
@@ -13,6 +12,7 @@
 #include <thread>
 
 #include "program.h"
+#include "terminal.h"
 
 namespace youbot_base_sim {
 namespace {
@@ -23,53 +23,6 @@ const std::string kMotion =
     "initial: {wheel_angles: [0.5, 0.5, 0.5, 0.5]}\ndrive: {torque: [{start: 0, constant: [1, 1, 1, 1]}]}\n";
 const std::string kScene = "duration: 0.25\noutput_rate: 10\n" + kMotion;
 const std::string kLongRow = "duration: 1.0e+5\noutput_rate: 1.0e-5\n";  // a day in one row
-
-/// A terminal without a window, for a program that is to believe that somebody watches.
-class Terminal {
- public:
-  Terminal() : descriptor_(posix_openpt(O_RDWR | O_NOCTTY)) {
-    EXPECT_EQ(grantpt(descriptor_), 0);
-    EXPECT_EQ(unlockpt(descriptor_), 0);
-  }
-  ~Terminal() { close(descriptor_); }
-  Terminal(const Terminal&) = delete;
-  Terminal& operator=(const Terminal&) = delete;
-
-  std::string path() const { return ptsname(descriptor_); }
-
-  /// All that was written to it. To be called when nobody writes any longer.
-  std::string text() const {
-    std::string text;
-    char buffer[4096];
-    for (ssize_t n = 0; (n = read(descriptor_, buffer, sizeof buffer)) > 0;)
-      text.append(buffer, static_cast<std::size_t>(n));
-    return text;
-  }
-
-  /// What somebody sees who looks at a terminal on which this was written: its lines.
-  static std::vector<std::string> lines(const std::string& text) {
-    const std::string erase = "\033[K";
-    std::vector<std::string> lines(1);
-    std::size_t column = 0;
-    for (std::size_t k = 0; k < text.size(); ++k) {
-      if (text.compare(k, erase.size(), erase) == 0) {
-        lines.back().resize(column);
-        k += erase.size() - 1;
-      } else if (text[k] == '\r') {
-        column = 0;
-      } else if (text[k] == '\n') {
-        lines.emplace_back();
-      } else {
-        lines.back().resize(std::max(lines.back().size(), column + 1), ' ');
-        lines.back()[column++] = text[k];
-      }
-    }
-    return lines;
-  }
-
- private:
-  int descriptor_;
-};
 
 class SimulateTest : public testing::Test {
  protected:

@@ -7,10 +7,10 @@
 #include <cmath>
 #include <map>
 
-#include "../scene/yaml_file.h"
 #include "youbot_base_sim/identify/forward_model.h"
 #include "youbot_base_sim/identify/modes.h"
 #include "youbot_base_sim/identify/motions.h"
+#include "youbot_base_sim/scene/yaml_file.h"
 
 namespace youbot_base_sim {
 

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "scene_section.h"
 #include "youbot_base_sim/drive/motor_settings.h"
+#include "youbot_base_sim/scene/scene_section.h"
 
 namespace youbot_base_sim {
 

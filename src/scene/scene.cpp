@@ -8,11 +8,12 @@
 
 #include "burdens.h"
 #include "motors.h"
-#include "scene_section.h"
+#include "scene_settings.h"
 #include "wheel_table.h"
-#include "yaml_file.h"
 #include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/physics/roller_geometry.h"
+#include "youbot_base_sim/scene/scene_section.h"
+#include "youbot_base_sim/scene/yaml_file.h"
 #include "youbot_base_sim/text/quote.h"
 #include "youbot_base_sim/text/text_file.h"
 
@@ -396,6 +397,16 @@ Scene read_scene(const std::string& path, const YAML::Node& root, const SceneOve
   return scene;
 }
 
+/// What yaml-cpp throws while a document is read becomes a SceneError.
+template <class Read>
+auto guarded(const std::string& path, const Read& read) {
+  try {
+    return read();
+  } catch (const YAML::Exception& error) {
+    throw SceneError(fmt::format("{}: {}", quote_path(path), quote(error.what(), kMaxMessage)));
+  }
+}
+
 }  // namespace
 
 std::string lifted_wheel(const Scene& scene, const std::vector<Load>& more, double t) {
@@ -429,11 +440,23 @@ const char* name_of(Model model) {
 }
 
 Scene load_scene(const std::string& path, const SceneOverrides& overrides) {
-  try {
-    return read_scene(path, read_yaml_file(path), overrides);
-  } catch (const YAML::Exception& error) {
-    throw SceneError(fmt::format("{}: {}", quote_path(path), quote(error.what(), kMaxMessage)));
-  }
+  return guarded(path, [&] { return read_scene(path, read_yaml_file(path), overrides); });
+}
+
+SceneFile read_scene_file(const std::string& path) { return {path, read_yaml_text(path)}; }
+
+Scene load_scene(const SceneFile& file, const std::vector<SceneSetting>& settings) {
+  return guarded(file.path, [&] {
+    return read_scene(file.path, with_settings(quote_path(file.path), YAML::Load(file.text), settings), {});
+  });
+}
+
+std::string text_of(const SceneFile& file, const std::vector<SceneSetting>& settings) {
+  return guarded(file.path, [&] {
+    YAML::Emitter emitter;
+    emitter << with_settings(quote_path(file.path), YAML::Load(file.text), settings);
+    return std::string(emitter.c_str()) + "\n";
+  });
 }
 
 Scene default_scene(const SceneOverrides& overrides) {

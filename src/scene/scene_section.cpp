@@ -1,4 +1,4 @@
-#include "scene_section.h"
+#include "youbot_base_sim/scene/scene_section.h"
 
 #include <fmt/format.h>
 
@@ -100,6 +100,10 @@ void SceneValue::refuse_for(const std::string& reason) const {
   throw SceneError(fmt::format("{}: {} = {}: {}", file_, path_, shown(node_), reason));
 }
 
+void SceneValue::require_list() const {
+  if (!given() || !node_.IsSequence() || node_.size() == 0) refuse("a list with at least one entry");
+}
+
 double SceneValue::checked(const YAML::Node& entry, const Range& range, const std::string& allowed) const {
   double number = 0;
   if (!entry.IsScalar() || !YAML::convert<double>::decode(entry, number) || !contains(range, number)) {
@@ -151,8 +155,19 @@ void SceneValue::choice(std::string& value, const std::vector<std::string>& name
 
 SceneSection SceneValue::section() const { return {file_, path_, given() ? node_ : YAML::Node(YAML::NodeType::Map)}; }
 
+std::vector<std::string> SceneValue::entries() const {
+  require_list();
+  std::vector<std::string> entries;
+  for (const auto& entry : node_) {
+    YAML::Emitter emitter;
+    emitter << YAML::Flow << entry;
+    entries.emplace_back(emitter.c_str());
+  }
+  return entries;
+}
+
 std::vector<SceneSection> SceneValue::sections() const {
-  if (!given() || !node_.IsSequence() || node_.size() == 0) refuse("a list with at least one entry");
+  require_list();
   std::vector<SceneSection> sections;
   for (std::size_t k = 0; k < node_.size(); ++k) {
     sections.emplace_back(file_, fmt::format("{}[{}]", path_, k), node_[k]);
@@ -160,13 +175,12 @@ std::vector<SceneSection> SceneValue::sections() const {
   return sections;
 }
 
-SceneSection::SceneSection(const std::string& file, const std::string& path, const YAML::Node& node)
-    : file_(file), path_(path), node_(node) {
+SceneSection::SceneSection(const std::string& file, const std::string& path, const YAML::Node& node, const char* kind)
+    : file_(file), path_(path), node_(node), kind_(kind) {
   if (!node.IsMap()) {
-    // A file that is no scene is not shown: it may be anything, and nobody's business.
+    // A file of another kind is not shown: it may be anything, and nobody's business.
     const std::string value = !path.empty() || node.IsNull() ? shown(node) : node.IsScalar() ? "(text)" : "(list)";
-    throw SceneError(
-        fmt::format("{}: {} = {}: must be keys with values", file_, path_.empty() ? "scene" : path_, value));
+    throw SceneError(fmt::format("{}: {} = {}: must be keys with values", file_, path_.empty() ? kind : path_, value));
   }
 }
 
@@ -191,7 +205,7 @@ bool SceneSection::has_known_key() const {
 
 void SceneSection::finish() const {
   if (path_.empty() && node_.size() > 0 && !has_known_key()) {  // not shown, as above
-    throw SceneError(fmt::format("{}: scene = (other keys): must have some of {}", file_, fmt::join(known_, ", ")));
+    throw SceneError(fmt::format("{}: {} = (other keys): must have some of {}", file_, kind_, fmt::join(known_, ", ")));
   }
   std::set<std::string> seen;
   for (const auto& entry : node_) {

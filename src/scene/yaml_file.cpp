@@ -1,4 +1,4 @@
-#include "yaml_file.h"
+#include "youbot_base_sim/scene/yaml_file.h"
 
 #include <fmt/format.h>
 #include <yaml-cpp/eventhandler.h>
@@ -23,10 +23,11 @@ std::string located(const std::string& path, const YAML::Mark& mark) {
 /// Refuses a document too many or too deep while it is parsed, before memory or stack is used up.
 class Bounds : public YAML::EventHandler {
  public:
-  explicit Bounds(const std::string& path) : path_(path) {}
+  Bounds(const std::string& path, const char* kind) : path_(path), kind_(kind) {}
 
   void OnDocumentStart(const YAML::Mark& mark) override {
-    if (++documents_ > 1) throw SceneError(located(path_, mark) + ": a second document (---); a scene is one");
+    if (++documents_ == 1) return;
+    throw SceneError(fmt::format("{}: a second document (---); a {} is one", located(path_, mark), kind_));
   }
   void OnSequenceStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t, YAML::EmitterStyle::value) override {
     begin(mark);
@@ -48,26 +49,30 @@ class Bounds : public YAML::EventHandler {
   }
 
   const std::string& path_;
+  const char* kind_;
   int documents_ = 0;
   int depth_ = 0;
 };
 
 }  // namespace
 
-YAML::Node read_yaml_file(const std::string& path) {
+std::string read_yaml_text(const std::string& path, const char* kind) {
   try {
-    const std::string text = read_text_file(path, kMaxBytes);
+    std::string text = read_text_file(path, kMaxBytes);
     std::istringstream stream(text);
     YAML::Parser parser(stream);
-    Bounds bounds(path);
+    Bounds bounds(path, kind);
     while (parser.HandleNextDocument(bounds)) {
     }
-    return YAML::Load(text);
+    YAML::Load(text);  // which refuses more: aliases of what is not there
+    return text;
   } catch (const UnreadableFile& error) {
-    throw SceneError(fmt::format("{}: {}; must be a scene file", quote_path(path), error.what()));
+    throw SceneError(fmt::format("{}: {}; must be a {} file", quote_path(path), error.what(), kind));
   } catch (const YAML::Exception& error) {
     throw SceneError(fmt::format("{}: is not YAML: {}", located(path, error.mark), quote(error.msg, kMaxMessage)));
   }
 }
+
+YAML::Node read_yaml_file(const std::string& path) { return YAML::Load(read_yaml_text(path)); }
 
 }  // namespace youbot_base_sim

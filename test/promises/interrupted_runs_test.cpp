@@ -3,7 +3,6 @@
 // name that it is incomplete.
 
 #include <gtest/gtest.h>
-#include <sys/mount.h>
 
 #include <chrono>
 #include <csignal>
@@ -15,6 +14,7 @@
 #include "physics/random_states.h"
 #include "program.h"
 #include "refusals.h"
+#include "small_disk.h"
 
 namespace youbot_base_sim {
 namespace {
@@ -38,23 +38,6 @@ std::vector<std::string> arguments(const std::string& scene, const std::string& 
   for (const std::string& output : kOutputs) result.insert(result.end(), {"--" + output, folder + "/" + output});
   return result;
 }
-
-/// A disk of its own in a folder, if this process may mount one.
-class SmallDisk {
- public:
-  SmallDisk(const std::string& folder, const std::string& size)
-      : folder_(folder), mounted_(mount("tmpfs", folder.c_str(), "tmpfs", 0, ("size=" + size).c_str()) == 0) {}
-  ~SmallDisk() {
-    if (mounted_) umount2(folder_.c_str(), MNT_DETACH);
-  }
-  SmallDisk(const SmallDisk&) = delete;
-  SmallDisk& operator=(const SmallDisk&) = delete;
-  bool mounted() const { return mounted_; }
-
- private:
-  std::string folder_;
-  bool mounted_;
-};
 
 /// What a summary says of the motion: all but what it cost.
 nlohmann::json motion_of(const std::string& summary) {

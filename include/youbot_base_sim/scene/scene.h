@@ -80,6 +80,19 @@ inline constexpr Range kRelativeTolerances{1e-14, 0.1, ""};
 inline constexpr Range kControlPeriods{1e-6, 10, "s", true};
 inline constexpr Range kFrictionScales{0, 1e3, ""};
 
+/// The text of a scene file, which may be read as a scene many times.
+struct SceneFile {
+  std::string path;
+  std::string text;
+};
+
+/// A value in place of a scene file's: of a key such as "floor.friction" or "initial.wheel_angles[0]", what YAML makes
+/// of a text.
+struct SceneSetting {
+  std::string key;
+  std::string value;
+};
+
 /// Settings of a command line or of a node that replace the scene file's. An empty name or no number leaves the file's.
 /// Whoever sets a number sees that it is in its range.
 struct SceneOverrides {
@@ -94,6 +107,15 @@ struct SceneOverrides {
 
 /// Reads and checks a scene file and the tables that it names. Throws SceneError.
 Scene load_scene(const std::string& path, const SceneOverrides& overrides = {});
+
+/// Reads a scene file, which must be YAML, and checks no more than that. Throws SceneError.
+SceneFile read_scene_file(const std::string& path);
+
+/// The scene of a file with these settings, checked as if they stood in it. Throws SceneError.
+Scene load_scene(const SceneFile& file, const std::vector<SceneSetting>& settings);
+
+/// A scene file with these settings, as YAML. Throws SceneError for a key that leads nowhere.
+std::string text_of(const SceneFile& file, const std::vector<SceneSetting>& settings);
 
 /// The scene of a file that says nothing, without a drive. Throws SceneError, which begins with the override's name.
 Scene default_scene(const SceneOverrides& overrides);

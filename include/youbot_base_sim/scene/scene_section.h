@@ -57,6 +57,9 @@ class SceneValue {
     }
   }
 
+  /// The entries that the value lists, at least one, each as YAML.
+  std::vector<std::string> entries() const;
+
   /// The section that the value is, empty where the key is left out.
   SceneSection section() const;
   /// The sections that the value lists, at least one.
@@ -68,6 +71,7 @@ class SceneValue {
   [[noreturn]] void refuse_for(const std::string& reason) const;
 
  private:
+  void require_list() const;
   double checked(const YAML::Node& entry, const Range& range, const std::string& allowed) const;
 
   std::string file_;
@@ -75,13 +79,13 @@ class SceneValue {
   YAML::Node node_;
 };
 
-/// One mapping of a scene file. It records the keys that it is asked for, so that a key is named where it is read and
-/// nowhere else; those that nobody asked for are refused at the end.
+/// One mapping of a scene file, or of another that is written alike. It records the keys that it is asked for, so that
+/// a key is named where it is read and nowhere else; those that nobody asked for are refused at the end.
 class SceneSection {
  public:
   /// `file` is the file's name as messages show it; `path` is the section's own key with those above it, empty for the
-  /// whole file. Throws SceneError unless `node` is a mapping.
-  SceneSection(const std::string& file, const std::string& path, const YAML::Node& node);
+  /// whole file, which is a `kind`. Throws SceneError unless `node` is a mapping.
+  SceneSection(const std::string& file, const std::string& path, const YAML::Node& node, const char* kind = "scene");
 
   SceneValue operator[](const std::string& key);
   /// The same for a key that must be given. Where it is not, `finish` throws.
@@ -105,6 +109,7 @@ class SceneSection {
   YAML::Node node_;
   std::vector<std::string> known_;
   std::string missing_;  // the first required key that is not given
+  const char* kind_;
 };
 
 }  // namespace youbot_base_sim

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <string>
+
+namespace youbot_base_sim {
+
+/// What a program that runs offline ends with.
+enum ExitStatus { kDone = 0, kNotCompleted = 1, kRefused = 2 };
+
+/// The common part of the main functions of such programs: `body` returns the exit status. What it throws, and standard
+/// output that takes no more, becomes a line on standard error, which begins with `name`, and kNotCompleted.
+int run_offline_program(const char* name, const std::function<int()>& body);
+
+/// From here on the signals that ask a program to end set `stop_requested`, and what cannot be written is an error
+/// rather than a signal. A signal that is ignored, as by nohup, remains so.
+void catch_signals();
+
+const std::atomic<bool>& stop_requested();
+
+/// The signal that did it: "signal 15, Terminated".
+std::string stop_reason();
+
+}  // namespace youbot_base_sim

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+
+namespace youbot_base_sim {
+
+/// Random numbers that are functions of their place rather than members of a sequence: whoever makes the row of a run,
+/// and whenever, draws the same.
+struct DrawPlace {
+  std::uint64_t seed;
+  std::uint64_t axis;
+  std::uint64_t run;
+};
+
+/// Evenly distributed between 0 and 1, which it never is.
+double draw(const DrawPlace& place);
+
+/// A Latin hypercube of `runs` runs: one draw of each axis falls into each of `runs` equal parts of (0, 1).
+double stratified_draw(const DrawPlace& place, std::uint64_t runs);
+
+/// Where `k` goes in a random permutation of 0 .. n-1 that is never stored.
+std::uint64_t permuted(std::uint64_t k, std::uint64_t n, std::uint64_t seed, std::uint64_t axis);
+
+/// The draws nearest to 0 and to 1.
+constexpr double kLeastDraw = 0x1p-53, kLargestDraw = 1 - 0x1p-53;
+
+/// How numbers are distributed, by their quantiles.
+struct Distribution {
+  enum class Kind { kUniform, kLogUniform, kNormal };
+
+  Kind kind = Kind::kUniform;
+  double min = 0, max = 0;         ///< infinite for a normal distribution that is not cut off
+  double mean = 0, deviation = 0;  ///< of a normal distribution, before it is cut off
+
+  /// What a share `u` (0 to 1) of all numbers does not exceed.
+  double quantile(double u) const;
+};
+
+}  // namespace youbot_base_sim

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "youbot_base_sim/scene/scene.h"
+#include "youbot_base_sim/sweep/draws.h"
+
+namespace youbot_base_sim {
+
+/// Numbers from one end to the other, both included, at equal distances or at equal ratios.
+struct Steps {
+  double from = 0, to = 0;
+  int count = 0;
+  bool logarithmic = false;
+
+  double value(std::uint64_t k) const;
+};
+
+/// A key of the scene, and the values that it has in turn: as YAML, by steps, or drawn.
+struct Axis {
+  std::string key;
+  std::variant<std::vector<std::string>, Steps, Distribution> values;
+
+  bool is_drawn() const { return std::holds_alternative<Distribution>(values); }
+  std::uint64_t size() const;                ///< of an axis that is not drawn
+  std::string value(std::uint64_t k) const;  ///< likewise, 0 <= k < size
+  std::string value_at(double share) const;  ///< of any axis; 0 < share < 1
+  std::string text() const;                  ///< what it is, for people
+};
+
+enum class TrajectoryFormat { kCsv, kBag };
+
+/// Which motions are kept whole.
+struct Trajectories {
+  TrajectoryFormat format = TrajectoryFormat::kCsv;
+  int every = 1;  ///< runs 0, every, 2 every, ..
+};
+
+/// Many runs of one scene, as a family file describes them, checked: the values of each axis are such that the scene
+/// may have them. Where values that depend on each other make a scene that may not be, that run is refused when its
+/// turn comes.
+///
+/// Runs are numbered from 0. The axes that are not drawn make a grid, of which the last changes fastest; those of one
+/// inner vector change together. At each of its points there are `draws` runs.
+struct Family {
+  static constexpr double kMaxRuns = 1e9;
+
+  std::string path;
+  std::string text;  ///< of the family file
+  SceneFile scene;
+  std::vector<std::vector<Axis>> grid;
+  std::vector<Axis> drawn;
+  int draws = 1;
+  bool latin_hypercube = false;
+  int seed = 0;
+  std::vector<std::string> quantities;  ///< names, see sweep/quantities.h
+  std::optional<Trajectories> trajectories;
+  std::vector<std::string> tables;  ///< that its scenes read
+
+  std::uint64_t runs() const;
+  /// The axes, in the order of their columns: those of the grid, then those drawn.
+  std::vector<const Axis*> axes() const;
+  /// What a run sets, an axis each, in that order.
+  std::vector<SceneSetting> settings(std::uint64_t run) const;
+};
+
+/// Reads and checks a family file, the scene that it names, and the tables of that. Throws SceneError.
+Family load_family(const std::string& path);
+
+/// Throws SceneError where the scene has no drive.
+void require_drive(const Scene& scene);
+
+}  // namespace youbot_base_sim

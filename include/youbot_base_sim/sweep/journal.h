@@ -1,0 +1,80 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "youbot_base_sim/sweep/row.h"
+
+namespace youbot_base_sim {
+
+/// Which runs are finished: all before `first_open`, and some of the kWindow that follow. Takes the same memory for any
+/// number of runs.
+class FinishedRuns {
+ public:
+  static constexpr std::uint64_t kWindow = 1 << 16;
+
+  std::uint64_t first_open() const { return first_open_; }
+  /// Whether a run may be finished: others must not stay so far behind it that it would be too much to remember.
+  bool has_room_for(std::uint64_t run) const { return run < first_open_ + kWindow; }
+  bool contains(std::uint64_t run) const {
+    return run < first_open_ || (has_room_for(run) && ahead_[static_cast<std::size_t>(run % kWindow)]);
+  }
+  /// One for which there is room, and which is not in it.
+  void insert(std::uint64_t run);
+
+ private:
+  std::uint64_t first_open_ = 0;
+  std::vector<bool> ahead_ = std::vector<bool>(kWindow);  // by run % kWindow
+};
+
+/// How many runs are finished, and how they ended.
+struct Tally {
+  std::uint64_t runs = 0, doubtful = 0, refused = 0, failed = 0;
+  void add(RunStatus status);
+};
+
+/// The rows of a table under way, in a file that survives whatever ends the program: it is only ever appended to, a
+/// line for each row as its run is finished, with a checksum. The rows of one table come in the order of their runs,
+/// but for displacements by less than FinishedRuns::kWindow.
+///
+/// One process at a time writes it. Throws OutputError where the system refuses.
+class Journal {
+ public:
+  /// Goes on with the journal at `path`, or begins it. A torn line at the end is dropped; so is what follows a line
+  /// that was damaged. Throws OutputError if it is written by somebody else at the time, or does not begin with `head`,
+  /// whose lines tell what the rows depend on: the error tells which of them differs.
+  Journal(const std::string& path, const std::vector<std::string>& head, std::uint64_t runs);
+  ~Journal();
+  Journal(const Journal&) = delete;
+  Journal& operator=(const Journal&) = delete;
+
+  void append(const Row& row);
+
+  /// Sees that what was appended survives a power failure. May be called beside `append` by another thread.
+  void sync();
+
+  const FinishedRuns& finished() const { return finished_; }
+  const Tally& tally() const { return tally_; }
+
+  /// All rows in the order of their runs. To be called once all runs are finished.
+  void for_each_row(const std::function<void(const Row& row)>& take) const;
+
+  /// Deletes the file.
+  void remove();
+
+ private:
+  void begin(const std::string& head);
+  void check_head(const std::string& found, const std::vector<std::string>& head) const;
+  void read_rows(std::uint64_t runs);
+
+  std::string path_;
+  int descriptor_;
+  off_t begin_ = 0;  // of the rows, bytes
+  off_t end_ = 0;
+  FinishedRuns finished_;
+  Tally tally_;
+};
+
+}  // namespace youbot_base_sim

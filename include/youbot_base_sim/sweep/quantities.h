@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "youbot_base_sim/drive/motor_sensors.h"
+#include "youbot_base_sim/drive/wheel_odometry.h"
+#include "youbot_base_sim/record/run_audit.h"
+#include "youbot_base_sim/simulation.h"
+
+namespace youbot_base_sim {
+
+/// What a run is asked for besides its state at the end: looked up at each row.
+class Observer {
+ public:
+  /// Looks only at what these quantities need.
+  Observer(const Simulation& simulation, const std::vector<std::string>& quantities);
+
+  void add_row();
+
+  const Simulation& simulation() const { return simulation_; }
+  const PathLength& path() const { return path_; }
+  double largest_slip() const { return std::sqrt(square_of_slip_); }  ///< of contact points over the floor, m/s
+  /// The pose that the driver's odometry has, laid over the true one at the start: x, y (m), psi (rad).
+  Eigen::Vector3d odometry() const;
+
+ private:
+  const Simulation& simulation_;
+  bool needs_path_, needs_slip_, needs_odometry_;
+  PathLength path_;
+  double square_of_slip_ = 0;
+  MotorSensors sensors_;
+  WheelOdometry odometry_;
+};
+
+/// A number that a table may have for each run.
+struct Quantity {
+  const char* name;
+  const char* text;  ///< what it is, with its unit
+  double (*value)(const Observer& run, const EnergyAudit& energy);
+  enum class Needs { kState, kPath, kSlip, kOdometry } needs;
+};
+
+/// All of them, in the order of a table that names none.
+const std::vector<Quantity>& quantities();
+
+/// The one with this name, which there must be.
+const Quantity& quantity(const std::string& name);
+
+}  // namespace youbot_base_sim

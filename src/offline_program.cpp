@@ -1,0 +1,71 @@
+#include "youbot_base_sim/offline_program.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstring>
+#include <exception>
+
+#include "youbot_base_sim/record/output_file.h"
+#include "youbot_base_sim/text/print_error.h"
+
+namespace youbot_base_sim {
+
+namespace {
+
+std::atomic<bool> stop{false};
+std::atomic<int> stop_signal{0};
+
+/// A standard stream that is closed must not become the number of an output.
+void take_standard_streams() {
+  while (true) {
+    const int descriptor = open("/dev/null", O_RDWR | O_CLOEXEC);
+    if (descriptor <= STDERR_FILENO && descriptor >= 0) continue;
+    close(descriptor);
+    return;
+  }
+}
+
+}  // namespace
+
+int run_offline_program(const char* name, const std::function<int()>& body) {
+  take_standard_streams();
+  int status = kNotCompleted;
+  try {
+    status = body();
+    flush_standard_output();
+  } catch (const OutputError& error) {
+    if (status == kDone) print_error(name, error.what());
+    return std::max<int>(status, kNotCompleted);
+  } catch (const std::exception& error) {
+    print_error(name, error.what());
+    return kNotCompleted;
+  }
+  return status;
+}
+
+// They may come more than once: `timeout` sends two.
+void catch_signals() {
+  for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
+    struct sigaction action {};
+    sigaction(number, nullptr, &action);
+    if (action.sa_handler == SIG_IGN) continue;
+    action.sa_handler = [](int caught) {
+      stop_signal = caught;
+      stop = true;
+    };
+    action.sa_flags = 0;  // so that waiting for a pipe's reader ends too
+    sigaction(number, &action, nullptr);
+  }
+  signal(SIGPIPE, SIG_IGN);
+  signal(SIGXFSZ, SIG_IGN);
+}
+
+const std::atomic<bool>& stop_requested() { return stop; }
+
+std::string stop_reason() { return fmt::format("signal {}, {}", stop_signal.load(), strsignal(stop_signal)); }
+
+}  // namespace youbot_base_sim

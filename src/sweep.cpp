@@ -1,0 +1,377 @@
+// Simulates a family of scenes and writes a table with a row for each run; needs no ROS master.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/program_options.hpp>
+#include <chrono>
+#include <filesystem>
+#include <iostream>
+#include <optional>
+#include <thread>
+
+#include "youbot_base_sim/offline_program.h"
+#include "youbot_base_sim/record/output_file.h"
+#include "youbot_base_sim/sweep/family.h"
+#include "youbot_base_sim/sweep/fingerprint.h"
+#include "youbot_base_sim/sweep/journal.h"
+#include "youbot_base_sim/sweep/quantities.h"
+#include "youbot_base_sim/sweep/ranks.h"
+#include "youbot_base_sim/sweep/row.h"
+#include "youbot_base_sim/sweep/schedule.h"
+#ifdef YOUBOT_BASE_SIM_ROS
+#include "youbot_base_sim/ros/bag.h"
+#endif
+#include "youbot_base_sim/text/command_line.h"
+#include "youbot_base_sim/text/print_error.h"
+#include "youbot_base_sim/text/progress_bar.h"
+#include "youbot_base_sim/text/quote.h"
+
+namespace {
+
+using namespace youbot_base_sim;
+using Clock = std::chrono::steady_clock;
+using namespace std::chrono_literals;
+
+constexpr int kMaxThreads = 1024;
+
+struct Arguments {
+  std::string family, csv;
+  std::optional<std::uint64_t> scene;  // a run whose scene is to be printed
+  int threads = 0;
+  bool list = false, quiet = false;
+};
+
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+/// What --help says of the quantities.
+std::string quantity_help() {
+  std::string text = "Quantities of a row:\n";
+  for (const Quantity& quantity : quantities()) text += fmt::format("  {:<24}{}\n", quantity.name, quantity.text);
+  return text;
+}
+
+/// Reads the command line; false if all that was wanted was help. Throws boost::program_options::error or SceneError.
+bool read_arguments(int argc, char** argv, Arguments& arguments) {
+  namespace po = boost::program_options;
+  po::options_description options("Options");
+  // clang-format off
+  options.add_options()
+    ("csv", po::value(&arguments.csv)->value_name("FILE"),
+     "write the table there; left out: FAMILY.csv in the present folder. FILE.journal keeps finished runs meanwhile")
+    ("threads", po::value(&arguments.threads)->value_name("N"), "left out: one for each core")
+    ("list", po::bool_switch(&arguments.list), "say how many runs there are and how long they will take, and end")
+    ("scene", po::value<std::uint64_t>()->value_name("RUN"), "print the scene of a run, for simulate, and end")
+    ("quiet", po::bool_switch(&arguments.quiet), "print nothing but errors and warnings of runs that failed")
+    ("help", "print this");
+  // clang-format on
+  po::options_description all;
+  all.add(options).add_options()("family", po::value(&arguments.family));
+  po::positional_options_description positional;
+  positional.add("family", 1);
+  po::variables_map given;
+  po::store(po::command_line_parser(argc, argv).options(all).positional(positional).run(), given);
+  po::notify(given);
+  if (given.count("help")) {
+    std::cout
+        << "Usage: sweep FAMILY.yaml [options]\n\nSimulates a family of scenes, as docs/sweep.md describes it, and "
+           "writes a table with a row for each run.\n`mpirun sweep FAMILY.yaml` does so on several machines. What "
+           "was ended early goes on where it was.\n\n"
+        << options << "\n"
+        << quantity_help() << "\nExit status: 0 done, 2 refused input, 1 the sweep could not be completed.\n";
+    return false;
+  }
+  if (!given.count("family")) throw SceneError("no family given; usage: sweep FAMILY.yaml [options]");
+  refuse_empty(given, "family");
+  if (given.count("scene")) arguments.scene = given["scene"].as<std::uint64_t>();
+  if (given.count("threads") && (arguments.threads < 1 || arguments.threads > kMaxThreads)) {
+    throw SceneError(fmt::format("--threads = {}: must be from 1 to {}", arguments.threads, kMaxThreads));
+  }
+  if (arguments.threads == 0) arguments.threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  if (arguments.csv.empty()) arguments.csv = std::filesystem::path(arguments.family).stem().string() + ".csv";
+  return true;
+}
+
+/// Opens outputs, none of which is one that is read. Throws OutputError.
+OutputFile open_table(const Arguments& arguments, const Family& family) {
+  std::vector<std::string> inputs = family.tables;
+  inputs.insert(inputs.end(), {family.path, family.scene.path});
+  OutputFile table = OutputOpener(inputs).open("--csv", arguments.csv);
+  const auto& existing = table.place().existing;
+  if (existing && !S_ISREG(existing->st_mode)) {
+    throw OutputError(
+        fmt::format("--csv = {}: must be a file: the journal of runs stands beside it", quote_path(arguments.csv)));
+  }
+  return table;
+}
+
+std::string journal_of(const Arguments& arguments) { return arguments.csv + ".journal"; }
+
+/// Where trajectories go.
+std::string folder_of(const Arguments& arguments) {
+  return std::filesystem::path(arguments.csv).replace_extension().string() + "_runs";
+}
+
+void make_folder(const std::string& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) throw OutputError(fmt::format("{}: cannot be made: {}", quote_path(folder), error.message()));
+}
+
+RowMaker row_maker(const Arguments& arguments, const Family& family) {
+  RowMaker::MakeRecorder make_bag;
+#ifdef YOUBOT_BASE_SIM_ROS
+  make_bag = [](OutputFile file) { return std::make_unique<BagRecorder>(std::move(file)); };
+#endif
+  if (family.trajectories && family.trajectories->format == TrajectoryFormat::kBag && !make_bag) {
+    throw SceneError(fmt::format("{}: trajectories.format = bag: must be csv: this sweep was built without ROS",
+                                 quote_path(family.path)));
+  }
+  return RowMaker(family, folder_of(arguments), make_bag);
+}
+
+std::string duration_text(double seconds) {
+  if (!(seconds < 1e9)) return "years";
+  if (seconds < 60) return fmt::format("{:.2g} s", seconds);
+  const auto minutes = static_cast<std::int64_t>(seconds / 60 + 0.5);
+  if (minutes < 60) return fmt::format("{} min", minutes);
+  return fmt::format("{} h {} min", minutes / 60, minutes % 60);
+}
+
+std::string counts_text(const Tally& tally) {
+  std::string text;
+  if (tally.failed) text += fmt::format(", {} failed", tally.failed);
+  if (tally.refused) text += fmt::format(", {} refused", tally.refused);
+  if (tally.doubtful) text += fmt::format(", {} not to be trusted", tally.doubtful);
+  return text;
+}
+
+/// Shows how far a sweep is: a bar on a terminal, else a line a minute.
+class Progress {
+ public:
+  Progress(const Schedule& schedule, std::uint64_t runs, bool quiet)
+      : schedule_(schedule), runs_(runs), quiet_(quiet), bar_(quiet), before_(schedule.tally().runs) {}
+
+  void show() {
+    if (bar_.due()) bar_.draw(share(), text());
+    if (bar_.shown() || quiet_ || Clock::now() < next_line_) return;
+    next_line_ += 1min;
+    print_error("sweep", text());
+  }
+  void clear() { bar_.clear(); }
+  double seconds() const { return seconds_since(start_); }
+  /// Runs a second since the sweep began or went on.
+  double rate() const { return static_cast<double>(schedule_.tally().runs - before_) / seconds(); }
+
+ private:
+  double share() const { return static_cast<double>(schedule_.tally().runs) / static_cast<double>(runs_); }
+
+  std::string text() const {
+    const Tally tally = schedule_.tally();
+    std::string text = fmt::format("{} of {} runs", tally.runs, runs_);
+    if (tally.runs > before_) {
+      const double left = static_cast<double>(runs_ - tally.runs) / rate();
+      text += fmt::format(", {:.3g} a second, {} left", rate(), duration_text(left));
+    }
+    return text + counts_text(tally);
+  }
+
+  const Schedule& schedule_;
+  std::uint64_t runs_;
+  bool quiet_;
+  ProgressBar bar_;
+  std::uint64_t before_;
+  Clock::time_point start_ = Clock::now(), next_line_ = start_ + 1min;
+};
+
+/// One sweep on rank 0, from its journal to its table.
+class Sweep {
+ public:
+  Sweep(const Arguments& arguments, const Family& family, const RowMaker& maker, const Ranks& ranks)
+      : arguments_(arguments),
+        family_(family),
+        maker_(maker),
+        ranks_(ranks),
+        fingerprint_(fingerprint(family)),
+        journal_(journal_of(arguments), fingerprint_, family.runs()) {}
+
+  /// Makes all rows. Returns false if a signal has stopped it.
+  bool run() {
+    if (journal_.tally().runs > 0 && !arguments_.quiet)
+      fmt::print("{} of {} runs were finished before\n", journal_.tally().runs, family_.runs());
+    std::fflush(stdout);
+    Schedule schedule(journal_, family_.runs());
+    Progress progress(schedule, family_.runs(), arguments_.quiet);
+    const auto watch = [&] {
+      if (stop_requested()) return schedule.stop();
+      progress.show();
+      if (Clock::now() < next_sync_) return;
+      journal_.sync();
+      next_sync_ = Clock::now() + kSync;
+    };
+    const MakeRow make = [&](std::uint64_t run, const std::atomic<bool>& stop) { return maker_.make(run, stop); };
+    if (ranks_.size() > 1) {
+      ranks_.serve(schedule, make, 100ms, watch);
+    } else {
+      work_on_threads(schedule, make, arguments_.threads, 100ms, watch);
+    }
+    progress.clear();
+    if (!schedule.finished()) return false;
+    told_ =
+        fmt::format("{} runs in {}, {:.3g} a second{}: {}\n", journal_.tally().runs, duration_text(progress.seconds()),
+                    progress.rate(), counts_text(journal_.tally()), quote_path(arguments_.csv));
+    return true;
+  }
+
+  /// Makes the table of the rows, tells of it, and deletes the journal.
+  void write_table() {
+    if (!family_.tables.empty() && fingerprint(family_) != fingerprint_) {
+      throw SceneError(fmt::format("{}: a table of its scenes was changed while it ran; delete {} to begin anew",
+                                   quote_path(family_.path), quote_path(journal_of(arguments_))));
+    }
+    OutputFile table = open_table(arguments_, family_);
+    Spread spread(family_);
+    table.write(maker_.header() + "\n");
+    journal_.for_each_row([&](const Row& row) {
+      table.write(row.text + "\n");
+      spread.add(row);
+    });
+    table.commit();
+    journal_.remove();
+    if (!arguments_.quiet) fmt::print("{}{}", told_, spread.text());
+    const Tally& tally = journal_.tally();
+    if (tally.failed + tally.refused + tally.doubtful == 0) return;
+    print_error("sweep", fmt::format("warning: of {} runs{}: see the column reason", tally.runs, counts_text(tally)));
+  }
+
+  std::string way_on() const {
+    return fmt::format("{} of {} runs are in {}; the same command goes on from there", journal_.tally().runs,
+                       family_.runs(), quote_path(journal_of(arguments_)));
+  }
+
+ private:
+  static constexpr auto kSync = 1s;
+
+  const Arguments& arguments_;
+  const Family& family_;
+  const RowMaker& maker_;
+  const Ranks& ranks_;
+  std::vector<std::string> fingerprint_;
+  Journal journal_;
+  Clock::time_point next_sync_ = Clock::now() + kSync;
+  std::string told_;
+};
+
+/// Says what there is to be done. Times the first run.
+void list(const Arguments& arguments, Family family) {
+  fmt::print("{} runs of {}\n", family.runs(), quote_path(family.scene.path));
+  for (const Axis* axis : family.axes()) fmt::print("  {}: {}\n", quote(axis->key), axis->text());
+  if (family.draws > 1 || !family.drawn.empty()) {
+    fmt::print("  {} draws{}\n", family.draws, family.latin_hypercube ? ", Latin hypercube" : "");
+  }
+  std::fflush(stdout);
+  const Clock::time_point start = Clock::now();
+  family.trajectories.reset();
+  RowMaker(family, "", nullptr).make(0, stop_requested());
+  const double seconds = seconds_since(start);
+  const int threads =
+      static_cast<int>(std::min<std::uint64_t>(family.runs(), static_cast<std::uint64_t>(arguments.threads)));
+  fmt::print("the first run took {}; at that, all take {} on {} threads\n", duration_text(seconds),
+             duration_text(seconds * static_cast<double>(family.runs()) / threads), threads);
+}
+
+/// The work of rank 0. Returns the exit status.
+int run_first(const Arguments& arguments, const Family& family, const RowMaker& maker, const Ranks& ranks) {
+  std::optional<Sweep> sweep;
+  try {
+    open_table(arguments, family);
+    if (family.trajectories) make_folder(folder_of(arguments));
+    sweep.emplace(arguments, family, maker, ranks);
+  } catch (const std::runtime_error& error) {  // OutputError, SceneError
+    print_error("sweep", error.what());
+    return kRefused;
+  }
+  try {
+    if (sweep->run()) {
+      sweep->write_table();
+      return kDone;
+    }
+    print_error("sweep", fmt::format("stopped by {}; {}", stop_reason(), sweep->way_on()));
+  } catch (const OutputError& error) {
+    print_error("sweep", fmt::format("{}; {}", error.what(), sweep->way_on()));
+  } catch (const std::exception& error) {
+    print_error("sweep", error.what());
+  }
+  return kNotCompleted;
+}
+
+/// The work of one of several ranks, whose families must be one. Returns the exit status.
+int run_rank(const Arguments& arguments, const Family& family, const RowMaker& maker, const Ranks& ranks) {
+  const std::vector<std::string> prints = ranks.gather(fmt::format("{}", fmt::join(fingerprint(family), "\n")));
+  const auto other = std::find_if(prints.begin(), prints.end(), [&](const auto& print) { return print != prints[0]; });
+  if (other != prints.end()) {
+    if (ranks.rank() == 0)
+      print_error("sweep", fmt::format("{}: rank {} has another program, family, scene or table than rank 0",
+                                       quote_path(family.path), other - prints.begin()));
+    return kRefused;
+  }
+  if (ranks.rank() == 0) {
+    const int status = run_first(arguments, family, maker, ranks);
+    if (status != kDone) ranks.abort(status);
+    return status;
+  }
+  try {
+    ranks.work([&](std::uint64_t run, const std::atomic<bool>& stop) { return maker.make(run, stop); });
+  } catch (const std::exception& error) {
+    print_error("sweep", error.what());
+    ranks.abort(kNotCompleted);
+  }
+  return kDone;
+}
+
+/// Reads the command line and the family. Returns the exit status.
+int run_program(int argc, char** argv) {
+  Arguments arguments;
+  Family family;
+  std::optional<RowMaker> maker;
+  const Ranks ranks(argc, argv);
+  std::string refusal;
+  bool helped = false;
+  try {
+    helped = !read_arguments(argc, argv, arguments);
+    if (!helped) {
+      family = load_family(arguments.family);
+      maker.emplace(row_maker(arguments, family));
+      if (arguments.scene && *arguments.scene >= family.runs())
+        throw SceneError(fmt::format("--scene = {}: must be from 0 to {}", *arguments.scene, family.runs() - 1));
+    }
+  } catch (const boost::program_options::error& error) {
+    refusal = quote(error.what(), kMaxMessage) + "; see sweep --help";
+  } catch (const SceneError& error) {
+    refusal = error.what();
+  }
+  const std::vector<std::string> refusals = ranks.gather(refusal);
+  const auto refused = std::find_if(refusals.begin(), refusals.end(), [](const auto& text) { return !text.empty(); });
+  if (refused != refusals.end()) {
+    if (ranks.rank() == 0) print_error("sweep", *refused);
+    return kRefused;
+  }
+  if (helped) return kDone;
+  catch_signals();
+  if (arguments.scene || arguments.list) {
+    if (ranks.rank() > 0) return kDone;
+    if (arguments.list) {
+      list(arguments, family);
+    } else {
+      fmt::print("{}", text_of(family.scene, family.settings(*arguments.scene)));
+    }
+    return kDone;
+  }
+  return ranks.size() > 1 ? run_rank(arguments, family, *maker, ranks) : run_first(arguments, family, *maker, ranks);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return run_offline_program("sweep", [&] { return run_program(argc, argv); });
+}

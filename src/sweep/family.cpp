@@ -1,0 +1,345 @@
+#include "youbot_base_sim/sweep/family.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <set>
+
+#include "youbot_base_sim/scene/scene_section.h"
+#include "youbot_base_sim/scene/yaml_file.h"
+#include "youbot_base_sim/sweep/quantities.h"
+#include "youbot_base_sim/text/quote.h"
+
+namespace youbot_base_sim {
+
+namespace {
+
+constexpr int kMaxCount = 1'000'000'000;
+constexpr Range kAnyNumber{-1e15, 1e15, ""};
+constexpr Range kPositive{1e-15, 1e15, ""};
+constexpr double kMiddle = 0.5, kBetween = 0.381966;  // shares at which an axis is tried besides its ends
+
+constexpr Named<bool> kSpacings[] = {{"linear", false}, {"logarithmic", true}};
+constexpr Named<bool> kSamplings[] = {{"independent", false}, {"latin_hypercube", true}};
+constexpr Named<TrajectoryFormat> kFormats[] = {{"csv", TrajectoryFormat::kCsv}, {"bag", TrajectoryFormat::kBag}};
+
+std::string number_text(double number) { return fmt::format("{}", number); }
+
+/// Reads the ends of a range, both required.
+void read_ends(SceneSection& s, double& from, double& to, const Range& range) {
+  s.required("from").number(from, range);
+  const SceneValue end = s.required("to");
+  end.number(to, range);
+  if (end.given() && to <= from) end.refuse(fmt::format("more than from, {}", from));
+}
+
+Steps read_steps(SceneSection s) {
+  Steps steps;
+  s["spacing"].choice(steps.logarithmic, kSpacings);
+  s.required("count").whole_number(steps.count, 2, kMaxCount);
+  read_ends(s, steps.from, steps.to, steps.logarithmic ? kPositive : kAnyNumber);
+  s.finish();
+  return steps;
+}
+
+Distribution read_uniform(SceneSection s, Distribution::Kind kind) {
+  Distribution distribution;
+  distribution.kind = kind;
+  read_ends(s, distribution.min, distribution.max, kind == Distribution::Kind::kLogUniform ? kPositive : kAnyNumber);
+  s.finish();
+  return distribution;
+}
+
+Distribution read_normal(SceneSection s) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  Distribution normal{Distribution::Kind::kNormal, -kInfinity, kInfinity};
+  s.required("mean").number(normal.mean, kAnyNumber);
+  s.required("deviation").number(normal.deviation, kPositive);
+  const SceneValue from = s["from"], to = s["to"];
+  from.number(normal.min, kAnyNumber);
+  to.number(normal.max, kAnyNumber);
+  s.finish();
+  if (normal.min > normal.mean) from.refuse(fmt::format("at most the mean, {}", normal.mean));
+  if (normal.max < normal.mean) to.refuse(fmt::format("at least the mean, {}", normal.mean));
+  if (normal.max <= normal.min) to.refuse(fmt::format("more than from, {}", normal.min));
+  return normal;
+}
+
+/// An axis and where it stands, for messages.
+struct ReadAxis {
+  Axis axis;
+  SceneValue key;
+};
+
+/// The axes that one entry of `axes` has: one, or those that it puts together.
+std::vector<ReadAxis> read_entry(SceneSection s, const SceneValue& whole, bool in_group) {
+  const SceneValue key = s["key"], values = s["values"], range = s["range"], uniform = s["uniform"],
+                   log_uniform = s["log_uniform"], normal = s["normal"];
+  if (!in_group) {
+    const SceneValue together = s["together"];
+    if (together.given()) {
+      if (key.given()) key.refuse("left out beside together, whose axes have keys");
+      s.finish();
+      std::vector<ReadAxis> group;
+      for (const SceneSection& section : together.sections()) {
+        for (ReadAxis& axis : read_entry(section, together, true)) group.push_back(std::move(axis));
+      }
+      for (const ReadAxis& axis : group) {
+        if (axis.axis.is_drawn()) axis.key.refuse("of an axis with values or a range: draws go together as they are");
+        if (axis.axis.size() == group.front().axis.size()) continue;
+        axis.key.refuse(fmt::format("of an axis with {} values, as the first of those together has; it has {}",
+                                    group.front().axis.size(), axis.axis.size()));
+      }
+      return group;
+    }
+  }
+  Axis axis;
+  key.text(axis.key, "a key of the scene such as floor.friction or initial.wheel_angles[0]");
+  s.finish();
+  if (!key.given()) whole.refuse("axes with a key each");
+  if (values.given() + range.given() + uniform.given() + log_uniform.given() + normal.given() != 1) {
+    key.refuse("beside exactly one of values, range, uniform, log_uniform, normal");
+  }
+  if (values.given()) axis.values = values.entries();
+  if (range.given()) axis.values = read_steps(range.section());
+  if (uniform.given()) axis.values = read_uniform(uniform.section(), Distribution::Kind::kUniform);
+  if (log_uniform.given()) axis.values = read_uniform(log_uniform.section(), Distribution::Kind::kLogUniform);
+  if (normal.given()) axis.values = read_normal(normal.section());
+  return {{std::move(axis), key}};
+}
+
+/// Whether one of the keys leads to what the other does, or into it.
+bool overlap(const std::string& a, const std::string& b) {
+  const std::string& inner = a.size() < b.size() ? b : a;
+  const std::string& outer = a.size() < b.size() ? a : b;
+  if (inner.compare(0, outer.size(), outer) != 0) return false;
+  return inner.size() == outer.size() || inner[outer.size()] == '.' || inner[outer.size()] == '[';
+}
+
+void read_axes(const SceneValue& axes, Family& family) {
+  std::vector<ReadAxis> all;
+  for (const SceneSection& section : axes.sections()) {
+    std::vector<ReadAxis> entry = read_entry(section, axes, false);
+    for (const ReadAxis& axis : entry) {
+      for (const ReadAxis& other : all) {
+        if (!overlap(axis.axis.key, other.axis.key)) continue;
+        axis.key.refuse(fmt::format("a key that no other axis sets; one sets {}", quote(other.axis.key)));
+      }
+      all.push_back(axis);
+    }
+    if (entry.front().axis.is_drawn()) {
+      family.drawn.push_back(entry.front().axis);
+    } else {
+      std::vector<Axis>& together = family.grid.emplace_back();
+      for (const ReadAxis& axis : entry) together.push_back(axis.axis);
+    }
+  }
+}
+
+void read_draws(const SceneValue& draws, const SceneValue& sampling, const SceneValue& seed, Family& family) {
+  draws.whole_number(family.draws, 1, kMaxCount);
+  sampling.choice(family.latin_hypercube, kSamplings);
+  seed.whole_number(family.seed, 0, std::numeric_limits<int>::max());
+  if (family.drawn.empty()) {
+    for (const SceneValue* value : {&draws, &sampling, &seed}) {
+      if (value->given()) value->refuse("left out, for no axis is drawn");
+    }
+  } else if (!draws.given()) {
+    draws.refuse(fmt::format("the number of runs at each point of the grid, a whole number from 1 to {}", kMaxCount));
+  }
+}
+
+std::vector<std::string> read_quantities(const SceneValue& value) {
+  std::vector<std::string> all;
+  for (const Quantity& quantity : quantities()) all.push_back(quantity.name);
+  if (!value.given()) return all;
+  std::vector<std::string> names = value.entries();
+  for (auto name = names.begin(); name != names.end(); ++name) {
+    const bool known = std::find(all.begin(), all.end(), *name) != all.end();
+    if (!known || std::find(names.begin(), name, *name) != name)
+      value.refuse(fmt::format("a list of some of {}, each once", fmt::join(all, ", ")));
+  }
+  return names;
+}
+
+std::optional<Trajectories> read_trajectories(const SceneValue& value) {
+  if (!value.given()) return std::nullopt;
+  SceneSection s = value.section();
+  Trajectories trajectories;
+  s["format"].choice(trajectories.format, kFormats);
+  s["every"].whole_number(trajectories.every, 1, kMaxCount);
+  s.finish();
+  return trajectories;
+}
+
+/// Reads scenes with each axis at its ends, or at each of its values where they are a list, and in between.
+class AxesTrial {
+ public:
+  explicit AxesTrial(Family& family) : family_(family), axes_(family.axes()) {}
+
+  /// Throws SceneError for a value that the scene may have beside none of those that are tried of the other axes. Notes
+  /// the tables that it reads.
+  void run() {
+    for (std::size_t k = 0; k < axes_.size(); ++k) {
+      if (const auto* listed = std::get_if<std::vector<std::string>>(&axes_[k]->values)) {
+        for (const std::string& value : *listed) require(k, value);
+      } else {
+        for (const double share : {kLeastDraw, kBetween, kLargestDraw}) require(k, axes_[k]->value_at(share));
+      }
+    }
+    family_.tables.assign(tables_.begin(), tables_.end());
+  }
+
+ private:
+  void require(std::size_t k, const std::string& value) {
+    const std::string error = refusal(k, value, kMiddle);
+    if (error.empty() || refusal(k, value, kLeastDraw).empty() || refusal(k, value, kLargestDraw).empty()) return;
+    throw SceneError(
+        fmt::format("{}: {} = {}: {}", quote_path(family_.path), quote(axes_[k]->key), quote(value), error));
+  }
+
+  /// Why the scene may not have this value of axis k beside that share of the other axes; empty if it may.
+  std::string refusal(std::size_t k, const std::string& value, double share) {
+    std::vector<SceneSetting> settings;
+    for (const Axis* axis : axes_) settings.push_back({axis->key, axis->value_at(share)});
+    settings[k].value = value;
+    try {
+      const Scene scene = load_scene(family_.scene, settings);
+      require_drive(scene);
+      tables_.insert(scene.files.begin() + 1, scene.files.end());
+    } catch (const SceneError& error) {
+      return error.what();
+    }
+    return "";
+  }
+
+  Family& family_;
+  std::vector<const Axis*> axes_;
+  std::set<std::string> tables_;
+};
+
+/// The scene file that the family names, as a path relative to its own folder.
+SceneFile read_base_scene(const SceneValue& name, const std::string& family) {
+  std::string scene;
+  name.text(scene, "the name of a scene file");
+  try {
+    return read_scene_file(std::filesystem::path(family).parent_path() / scene);
+  } catch (const SceneError& error) {
+    name.refuse_for(error.what());
+  }
+}
+
+Family read_family(const std::string& path, const std::string& text) {
+  Family family;
+  family.path = path;
+  family.text = text;
+  SceneSection file(quote_path(path), "", YAML::Load(text), "family");
+  const SceneValue scene = file.required("scene"), axes = file.required("axes"), draws = file["draws"],
+                   sampling = file["sampling"], seed = file["seed"], kept = file["quantities"],
+                   trajectories = file["trajectories"];
+  file.finish();
+  read_axes(axes, family);
+  read_draws(draws, sampling, seed, family);
+  double runs = family.draws;
+  for (const auto& together : family.grid) runs *= static_cast<double>(together.front().size());
+  if (runs > Family::kMaxRuns) {
+    (draws.given() ? draws : axes)
+        .refuse(fmt::format("such that there are at most {:g} runs; there would be {:g}", Family::kMaxRuns, runs));
+  }
+  family.quantities = read_quantities(kept);
+  family.trajectories = read_trajectories(trajectories);
+  family.scene = read_base_scene(scene, path);
+  AxesTrial(family).run();
+  return family;
+}
+
+}  // namespace
+
+double Steps::value(std::uint64_t k) const {
+  const double share = static_cast<double>(k) / (count - 1);
+  if (k == 0 || k + 1 == static_cast<std::uint64_t>(count)) return k == 0 ? from : to;
+  return logarithmic ? from * std::pow(to / from, share) : from + share * (to - from);
+}
+
+std::uint64_t Axis::size() const {
+  if (const auto* listed = std::get_if<std::vector<std::string>>(&values)) return listed->size();
+  return static_cast<std::uint64_t>(std::get<Steps>(values).count);
+}
+
+std::string Axis::value(std::uint64_t k) const {
+  if (const auto* listed = std::get_if<std::vector<std::string>>(&values)) return (*listed)[k];
+  // Steps between the ends are rounded, so that the second of 0.05, 0.06, .. is 0.06.
+  const auto& steps = std::get<Steps>(values);
+  const bool is_end = k == 0 || k + 1 == size();
+  return is_end ? number_text(steps.value(k)) : fmt::format("{:.15g}", steps.value(k));
+}
+
+std::string Axis::value_at(double share) const {
+  if (const auto* distribution = std::get_if<Distribution>(&values)) return number_text(distribution->quantile(share));
+  return value(std::min(static_cast<std::uint64_t>(share * static_cast<double>(size())), size() - 1));
+}
+
+std::string Axis::text() const {
+  if (const auto* listed = std::get_if<std::vector<std::string>>(&values)) {
+    return fmt::format("{}: {}", listed->size(), quote(fmt::format("{}", fmt::join(*listed, ", "))));
+  }
+  if (const auto* steps = std::get_if<Steps>(&values)) {
+    return fmt::format("{} from {} to {}{}", steps->count, steps->from, steps->to,
+                       steps->logarithmic ? ", logarithmic" : "");
+  }
+  const auto& drawn = std::get<Distribution>(values);
+  const std::string ends = fmt::format("from {} to {}", drawn.min, drawn.max);
+  if (drawn.kind == Distribution::Kind::kUniform) return "uniform " + ends;
+  if (drawn.kind == Distribution::Kind::kLogUniform) return "log-uniform " + ends;
+  return fmt::format("normal around {}, standard deviation {}, {}", drawn.mean, drawn.deviation, ends);
+}
+
+std::uint64_t Family::runs() const {
+  auto runs = static_cast<std::uint64_t>(draws);
+  for (const auto& together : grid) runs *= together.front().size();
+  return runs;
+}
+
+std::vector<const Axis*> Family::axes() const {
+  std::vector<const Axis*> all;
+  for (const auto& together : grid) {
+    for (const Axis& axis : together) all.push_back(&axis);
+  }
+  for (const Axis& axis : drawn) all.push_back(&axis);
+  return all;
+}
+
+std::vector<SceneSetting> Family::settings(std::uint64_t run) const {
+  std::vector<SceneSetting> settings;
+  std::uint64_t block = runs();  // as many runs have the same values of the axes so far
+  for (const auto& together : grid) {
+    const std::uint64_t size = together.front().size(), before = block;
+    block /= size;
+    for (const Axis& axis : together) settings.push_back({axis.key, axis.value(run % before / block)});
+  }
+  for (std::size_t k = 0; k < drawn.size(); ++k) {
+    const DrawPlace place{static_cast<std::uint64_t>(seed), k, run};
+    settings.push_back(
+        {drawn[k].key, drawn[k].value_at(latin_hypercube ? stratified_draw(place, runs()) : draw(place))});
+  }
+  return settings;
+}
+
+Family load_family(const std::string& path) {
+  const std::string text = read_yaml_text(path, "family");
+  try {
+    return read_family(path, text);
+  } catch (const YAML::Exception& error) {
+    throw SceneError(fmt::format("{}: {}", quote_path(path), quote(error.what(), kMaxMessage)));
+  }
+}
+
+void require_drive(const Scene& scene) {
+  if (!std::holds_alternative<std::monostate>(scene.drive)) return;
+  throw SceneError(fmt::format("{}: drive is left out; a run needs one", quote_path(scene.files.front())));
+}
+
+}  // namespace youbot_base_sim

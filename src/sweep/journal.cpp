@@ -1,0 +1,210 @@
+#include "youbot_base_sim/sweep/journal.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <boost/crc.hpp>
+#include <cerrno>
+#include <charconv>
+#include <map>
+#include <optional>
+
+#include "youbot_base_sim/record/output_file.h"
+#include "youbot_base_sim/text/quote.h"
+
+namespace youbot_base_sim {
+
+namespace {
+
+constexpr char kFirstLine[] = "rows of a sweep under way; sweep goes on with it";
+constexpr std::size_t kChecksum = 8;  // characters
+
+std::string checksum(std::string_view text) {
+  boost::crc_32_type crc;
+  crc.process_bytes(text.data(), text.size());
+  return fmt::format("{:08x}", crc.checksum());
+}
+
+std::string line_of(const Row& row) {
+  const std::string text = fmt::format("{} {}", static_cast<char>(row.status), row.text);
+  return fmt::format("{} {}\n", checksum(text), text);
+}
+
+/// The row in a line; empty if the line is damaged.
+std::optional<Row> row_of(std::string_view line) {
+  constexpr std::size_t kText = kChecksum + 3;  // after "checksum s "
+  if (line.size() <= kText || checksum(line.substr(kChecksum + 1)) != line.substr(0, kChecksum)) return std::nullopt;
+  Row row{0, static_cast<RunStatus>(line[kChecksum + 1]), std::string(line.substr(kText))};
+  std::from_chars(row.text.data(), row.text.data() + row.text.size(), row.run);
+  return row;
+}
+
+/// Reads a file line by line from some place on.
+class Lines {
+ public:
+  Lines(int descriptor, off_t begin) : descriptor_(descriptor), end_of_buffer_(begin), begin_(begin) {}
+
+  /// The next whole line, without its end; empty at the end of the file or where a line has no end.
+  std::optional<std::string_view> next() {
+    for (;;) {
+      const std::size_t end = buffer_.find('\n', used_);
+      if (end != std::string::npos) {
+        const std::string_view line = std::string_view(buffer_).substr(used_, end - used_);
+        begin_ += static_cast<off_t>(end + 1 - used_);
+        used_ = end + 1;
+        return line;
+      }
+      buffer_.erase(0, used_);
+      used_ = 0;
+      const std::size_t kept = buffer_.size();
+      if (kept > kMaxLine) return std::nullopt;
+      buffer_.resize(kept + kChunk);
+      const ssize_t n = pread(descriptor_, &buffer_[kept], kChunk, end_of_buffer_);
+      buffer_.resize(kept + static_cast<std::size_t>(n > 0 ? n : 0));
+      if (n <= 0) return std::nullopt;
+      end_of_buffer_ += n;
+    }
+  }
+
+  /// Where the next line begins.
+  off_t begin() const { return begin_; }
+
+ private:
+  static constexpr std::size_t kChunk = 1 << 16, kMaxLine = 10'000'000;  // bytes
+
+  int descriptor_;
+  std::string buffer_;
+  std::size_t used_ = 0;
+  off_t end_of_buffer_;  // in the file
+  off_t begin_;
+};
+
+}  // namespace
+
+void FinishedRuns::insert(std::uint64_t run) {
+  ahead_[static_cast<std::size_t>(run % kWindow)] = true;
+  for (; ahead_[static_cast<std::size_t>(first_open_ % kWindow)]; ++first_open_)
+    ahead_[static_cast<std::size_t>(first_open_ % kWindow)] = false;
+}
+
+void Tally::add(RunStatus status) {
+  ++runs;
+  doubtful += status == RunStatus::kDoubtful;
+  refused += status == RunStatus::kRefused;
+  failed += status == RunStatus::kFailed;
+}
+
+Journal::Journal(const std::string& path, const std::vector<std::string>& head, std::uint64_t runs)
+    : path_(path), descriptor_(open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666)) {
+  const auto fail = [&](const std::string& reason) {
+    close(descriptor_);
+    throw OutputError(fmt::format("{}: {}", quote_path(path), reason));
+  };
+  if (descriptor_ < 0) fail("cannot be written: " + OutputFile::text_of(errno));
+  if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0) fail("is being written by another sweep");
+  try {
+    const std::string whole = fmt::format("{}\n{}\n\n", kFirstLine, fmt::join(head, "\n"));
+    std::string found(whole.size(), '\0');
+    const ssize_t n = pread(descriptor_, found.data(), found.size(), 0);
+    found.resize(static_cast<std::size_t>(n > 0 ? n : 0));
+    begin_ = end_ = static_cast<off_t>(whole.size());
+    if (found.size() < whole.size() && whole.compare(0, found.size(), found) == 0) {
+      begin(whole);  // anew: its beginning was torn
+    } else {
+      check_head(found, head);
+      read_rows(runs);
+    }
+  } catch (...) {
+    close(descriptor_);
+    throw;
+  }
+}
+
+Journal::~Journal() {
+  if (descriptor_ >= 0) close(descriptor_);
+}
+
+void Journal::begin(const std::string& head) {
+  if (ftruncate(descriptor_, 0) == 0 && pwrite(descriptor_, head.data(), head.size(), 0) == begin_) return;
+  throw OutputError(fmt::format("{}: cannot be written: {}", quote_path(path_), OutputFile::text_of(errno)));
+}
+
+void Journal::check_head(const std::string& found, const std::vector<std::string>& head) const {
+  const auto refuse = [&](const std::string& what) {
+    throw OutputError(
+        fmt::format("{}: {}; must be the journal of this sweep: go on as it began, or delete it to begin anew",
+                    quote_path(path_), what));
+  };
+  if (found.rfind(fmt::format("{}\n", kFirstLine), 0) != 0) refuse("is no journal of a sweep");
+  Lines lines(descriptor_, static_cast<off_t>(sizeof kFirstLine));
+  for (const std::string& expected : head) {
+    const std::optional<std::string_view> line = lines.next();
+    if (line && *line == expected) continue;
+    const std::size_t name = expected.find(' ');
+    refuse(fmt::format("was begun with another {}", expected.substr(name + 1)));
+  }
+  if (lines.next() != std::string_view()) refuse("was begun with more files");
+}
+
+void Journal::read_rows(std::uint64_t runs) {
+  Lines lines(descriptor_, begin_);
+  while (const std::optional<std::string_view> line = lines.next()) {
+    const std::optional<Row> row = row_of(*line);
+    if (!row || row->run >= runs || !finished_.has_room_for(row->run) || finished_.contains(row->run)) break;
+    finished_.insert(row->run);
+    tally_.add(row->status);
+    end_ = lines.begin();
+  }
+  if (ftruncate(descriptor_, end_) != 0)
+    throw OutputError(fmt::format("{}: cannot be written: {}", quote_path(path_), OutputFile::text_of(errno)));
+}
+
+void Journal::append(const Row& row) {
+  const std::string line = line_of(row);
+  std::size_t written = 0;
+  while (written < line.size()) {
+    const ssize_t n =
+        pwrite(descriptor_, line.data() + written, line.size() - written, end_ + static_cast<off_t>(written));
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) {
+      const int error = n < 0 ? errno : ENOSPC;
+      if (ftruncate(descriptor_, end_) != 0) errno = 0;  // the torn line is dropped when the sweep goes on
+      throw OutputError(fmt::format("{}: cannot be written: {}", quote_path(path_), OutputFile::text_of(error)));
+    }
+    written += static_cast<std::size_t>(n);
+  }
+  end_ += static_cast<off_t>(line.size());
+  finished_.insert(row.run);
+  tally_.add(row.status);
+}
+
+void Journal::sync() {
+  if (fdatasync(descriptor_) == 0 || errno == EINVAL) return;  // not every file system can
+  throw OutputError(fmt::format("{}: cannot be written: {}", quote_path(path_), OutputFile::text_of(errno)));
+}
+
+void Journal::for_each_row(const std::function<void(const Row&)>& take) const {
+  Lines lines(descriptor_, begin_);
+  std::map<std::uint64_t, Row> ahead;  // less than FinishedRuns::kWindow
+  std::uint64_t next = 0;
+  while (const std::optional<std::string_view> line = lines.next()) {
+    std::optional<Row> row = row_of(*line);
+    if (!row) throw OutputError(fmt::format("{}: was damaged by another program", quote_path(path_)));
+    const std::uint64_t run = row->run;
+    ahead.emplace(run, std::move(*row));
+    for (auto first = ahead.begin(); first != ahead.end() && first->first == next; first = ahead.begin(), ++next) {
+      take(first->second);
+      ahead.erase(first);
+    }
+  }
+  if (next != tally_.runs) throw OutputError(fmt::format("{}: was damaged by another program", quote_path(path_)));
+}
+
+void Journal::remove() {
+  if (unlink(path_.c_str()) != 0)
+    throw OutputError(fmt::format("{}: cannot be deleted: {}", quote_path(path_), OutputFile::text_of(errno)));
+}
+
+}  // namespace youbot_base_sim

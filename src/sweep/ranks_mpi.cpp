@@ -1,0 +1,155 @@
+// Ranks, built where Boost.MPI is.
+
+#include <algorithm>
+#include <boost/mpi.hpp>
+#include <boost/serialization/string.hpp>
+#include <boost/serialization/vector.hpp>
+#include <deque>
+#include <list>
+#include <thread>
+
+#include "launched_by_mpi.h"
+#include "youbot_base_sim/sweep/ranks.h"
+
+namespace boost::serialization {
+
+template <class Archive>
+void serialize(Archive& archive, youbot_base_sim::Row& row, unsigned) {
+  archive& row.run;
+  archive& row.status;
+  archive& row.text;
+}
+
+}  // namespace boost::serialization
+
+namespace youbot_base_sim {
+
+namespace {
+
+namespace mpi = boost::mpi;
+using std::chrono::milliseconds;
+using Clock = std::chrono::steady_clock;
+using Runs = std::vector<std::uint64_t>;
+
+enum Tag { kRows = 1, kRuns = 2 };
+
+// MPI's own waiting takes all of a core, which may be one that another rank simulates on.
+constexpr milliseconds kPoll{1};
+// As many runs are handed out at once as take this long, so that messages are few and none waits for the last rows.
+constexpr double kBatch = 0.25;  // s
+constexpr double kMaxBatch = 1000;
+constexpr int kBatchesAhead = 2;  // at each rank: while it works at one, the next is on its way
+
+}  // namespace
+
+class Ranks::Communicator {
+ public:
+  Communicator(int& argc, char**& argv) : environment_(argc, argv, mpi::threading::funneled) {}
+
+  void serve(Schedule& schedule, const MakeRow& make, milliseconds interval, const std::function<void()>& watch) {
+    hungry_.clear();
+    for (int k = 0; k < kBatchesAhead; ++k) {
+      for (int rank = 1; rank < world_.size(); ++rank) hungry_.push_back(rank);
+    }
+    const Clock::time_point start = Clock::now();
+    Clock::time_point watched = start;
+    const std::uint64_t before = schedule.tally().runs;
+    work_on_threads(schedule, make, 1, kPoll, [&] {
+      receive(schedule);
+      const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+      const auto done = static_cast<double>(schedule.tally().runs - before);
+      const double of_one_rank = done / seconds / world_.size();  // runs a second
+      feed(schedule, static_cast<std::size_t>(std::clamp(kBatch * of_one_rank, 1.0, kMaxBatch)));
+      if (Clock::now() - watched < interval) return;
+      watched = Clock::now();
+      watch();
+    });
+    if (!schedule.finished()) return;  // stopped: whoever did it aborts
+    for (int rank = 1; rank < world_.size(); ++rank) hand_out(rank, {});
+    for (Handed& handed : handed_) handed.message.wait();
+  }
+
+  void work(const MakeRow& make) {
+    const std::atomic<bool> stop{false};  // rank 0 aborts
+    for (;;) {
+      auto message = world_.iprobe(0, kRuns);
+      for (; !message; message = world_.iprobe(0, kRuns)) std::this_thread::sleep_for(kPoll);
+      Runs runs(static_cast<std::size_t>(message->count<std::uint64_t>().get()));
+      world_.recv(0, kRuns, runs.data(), static_cast<int>(runs.size()));
+      if (runs.empty()) return;
+      std::vector<Row> rows;
+      for (const std::uint64_t run : runs) rows.push_back(make(run, stop));
+      world_.send(0, kRows, rows);
+    }
+  }
+
+  const mpi::communicator& world() const { return world_; }
+  [[noreturn]] void abort(int status) {
+    mpi::environment::abort(status);
+    std::terminate();
+  }
+
+ private:
+  /// Runs on their way to a rank.
+  struct Handed {
+    Runs runs;
+    mpi::request message;
+  };
+
+  // Does not wait until they are received: the rank may be waiting for its rows to be.
+  void hand_out(int rank, Runs runs) {
+    handed_.remove_if([](Handed& handed) { return handed.message.test().has_value(); });
+    Handed& handed = handed_.emplace_back(Handed{std::move(runs), {}});
+    handed.message = world_.isend(rank, kRuns, handed.runs.data(), static_cast<int>(handed.runs.size()));
+  }
+
+  void receive(Schedule& schedule) {
+    while (const auto message = world_.iprobe(mpi::any_source, kRows)) {
+      std::vector<Row> rows;
+      world_.recv(message->source(), kRows, rows);
+      schedule.finish(rows);
+      hungry_.push_back(message->source());
+    }
+  }
+
+  void feed(Schedule& schedule, std::size_t batch) {
+    while (!hungry_.empty()) {
+      Runs runs = schedule.take(batch);
+      if (runs.empty()) return;
+      hand_out(hungry_.front(), std::move(runs));
+      hungry_.pop_front();
+    }
+  }
+
+  mpi::environment environment_;
+  mpi::communicator world_;
+  std::list<Handed> handed_;
+  std::deque<int> hungry_;  // ranks, once for each batch that they could take
+};
+
+Ranks::Ranks(int& argc, char**& argv) {
+  if (launched_by_mpi()) communicator_ = std::make_unique<Communicator>(argc, argv);
+}
+
+Ranks::~Ranks() = default;
+
+int Ranks::rank() const { return communicator_ ? communicator_->world().rank() : 0; }
+int Ranks::size() const { return communicator_ ? communicator_->world().size() : 1; }
+
+std::vector<std::string> Ranks::gather(const std::string& text) const {
+  if (!communicator_) return {text};
+  std::vector<std::string> all;
+  mpi::all_gather(communicator_->world(), text, all);
+  return all;
+}
+
+void Ranks::serve(Schedule& schedule, const MakeRow& make, milliseconds interval,
+                  const std::function<void()>& watch) const {
+  communicator_->serve(schedule, make, interval, watch);
+}
+
+void Ranks::work(const MakeRow& make) const { communicator_->work(make); }
+
+void Ranks::abort(int status) const { communicator_->abort(status); }
+
+}  // namespace youbot_base_sim

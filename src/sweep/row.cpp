@@ -1,0 +1,160 @@
+#include "youbot_base_sim/sweep/row.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+
+#include "youbot_base_sim/record/csv.h"
+#include "youbot_base_sim/record/row_loop.h"
+#include "youbot_base_sim/simulation.h"
+#include "youbot_base_sim/sweep/quantities.h"
+
+namespace youbot_base_sim {
+
+namespace {
+
+const char* text_of(RunStatus status) {
+  switch (status) {
+    case RunStatus::kDone:
+    case RunStatus::kDoubtful:
+      return "done";
+    case RunStatus::kRefused:
+      return "refused";
+    case RunStatus::kFailed:
+      return "failed";
+  }
+  return "";
+}
+
+/// A cell of CSV (RFC 4180).
+std::string cell(const std::string& text) {
+  if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + "\"";
+}
+
+/// Takes a cell off the front of a row.
+std::string_view take_cell(std::string_view& row) {
+  bool quoted = false;
+  std::size_t end = 0;
+  for (; end < row.size() && (quoted || row[end] != ','); ++end) quoted = quoted != (row[end] == '"');
+  const std::string_view taken = row.substr(0, end);
+  row.remove_prefix(std::min(end + 1, row.size()));
+  return taken;
+}
+
+}  // namespace
+
+RowMaker::RowMaker(const Family& family, std::string folder, MakeRecorder make_bag)
+    : family_(family), folder_(std::move(folder)), make_bag_(std::move(make_bag)) {}
+
+std::string RowMaker::header() const {
+  std::string header = "run";
+  for (const Axis* axis : family_.axes()) header += "," + axis->key;
+  header += ",status,reliable";
+  for (const std::string& name : family_.quantities) header += "," + name;
+  return header + ",reason";
+}
+
+Row RowMaker::make(std::uint64_t run, const std::atomic<bool>& stop) const {
+  const std::vector<SceneSetting> settings = family_.settings(run);
+  Row row{run, RunStatus::kDone, ""};
+  std::string values, reason;
+  try {
+    const Scene scene = load_scene(family_.scene, settings);
+    require_drive(scene);
+    values = values_after(scene, run, stop, row, reason);
+  } catch (const SceneError& error) {
+    row.status = RunStatus::kRefused;
+    reason = error.what();
+  }
+  row.text = fmt::format("{}", run);
+  for (const SceneSetting& setting : settings) row.text += "," + cell(setting.value);
+  row.text += fmt::format(",{},{}", text_of(row.status), row.status == RunStatus::kDone);
+  row.text += values.empty() ? std::string(family_.quantities.size(), ',') : values;
+  row.text += "," + cell(reason);
+  return row;
+}
+
+/// The quantities at the end of a scene, each after a comma; none where the run fails.
+std::string RowMaker::values_after(const Scene& scene, std::uint64_t run, const std::atomic<bool>& stop, Row& row,
+                                   std::string& reason) const {
+  const std::unique_ptr<Recorder> trajectory = open_trajectory(run);
+  try {
+    Simulation simulation(scene);
+    simulation.stop_on(stop);
+    EnergyAudit energy;
+    RowLoop rows(simulation, energy);
+    Observer observer(simulation, family_.quantities);
+    while (rows.next()) {
+      const std::vector<RollerSwitch> switches = simulation.take_switches();
+      if (trajectory) trajectory->write(rows.t(), simulation, switches);
+      observer.add_row();
+    }
+    if (trajectory) trajectory->commit();
+    reason = reason_to_distrust(simulation, energy);
+    if (!reason.empty()) row.status = RunStatus::kDoubtful;
+    std::string values;
+    for (const std::string& name : family_.quantities) {
+      values += fmt::format(",{}", quantity(name).value(observer, energy));
+    }
+    return values;
+  } catch (const Stopped&) {
+    throw;
+  } catch (const OutputError&) {
+    throw;
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (const std::exception& error) {
+    row.status = RunStatus::kFailed;
+    reason = error.what();
+    return "";
+  }
+}
+
+std::unique_ptr<Recorder> RowMaker::open_trajectory(std::uint64_t run) const {
+  if (!family_.trajectories || run % static_cast<std::uint64_t>(family_.trajectories->every) != 0) return nullptr;
+  const auto digits = fmt::format("{}", family_.runs() - 1).size();
+  const std::string name = fmt::format("{}/run_{:0{}}", folder_, run, digits);
+  if (family_.trajectories->format == TrajectoryFormat::kCsv) {
+    return std::make_unique<StateCsv>(OutputFile(name + ".csv"));
+  }
+  return make_bag_(OutputFile(name + ".bag", OutputFile::Access::kAnywhere));
+}
+
+Spread::Spread(const Family& family) {
+  const std::size_t first = 3 + family.axes().size();  // after run, axes, status and reliable
+  for (std::size_t k = 0; k < family.quantities.size(); ++k) columns_.push_back({family.quantities[k], first + k});
+}
+
+void Spread::add(const Row& row) {
+  if (row.status != RunStatus::kDone && row.status != RunStatus::kDoubtful) return;
+  std::vector<std::string> cells;
+  for (std::string_view rest = row.text; !rest.empty();) cells.emplace_back(take_cell(rest));
+  ++count_;
+  for (Column& column : columns_) {
+    const double value = std::stod(cells[column.index]);
+    column.min = count_ == 1 ? value : std::min(column.min, value);
+    column.max = count_ == 1 ? value : std::max(column.max, value);
+    const double off = value - column.mean;
+    column.mean += off / static_cast<double>(count_);
+    column.squares += off * (value - column.mean);
+  }
+}
+
+std::string Spread::text() const {
+  if (count_ == 0) return "";
+  std::string text =
+      fmt::format("{:<24}{:>13}{:>13}{:>13}{:>13}{:>13}\n", "", "least", "largest", "spread", "mean", "deviation");
+  for (const Column& column : columns_) {
+    const double deviation = count_ > 1 ? std::sqrt(column.squares / static_cast<double>(count_ - 1)) : 0;
+    text += fmt::format("{:<24}{:>13.6g}{:>13.6g}{:>13.6g}{:>13.6g}{:>13.3g}\n", column.name, column.min, column.max,
+                        column.max - column.min, column.mean, deviation);
+  }
+  return text;
+}
+
+}  // namespace youbot_base_sim

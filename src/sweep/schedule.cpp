@@ -1,0 +1,95 @@
+#include "youbot_base_sim/sweep/schedule.h"
+
+#include <thread>
+
+#include "youbot_base_sim/integration/integration.h"
+
+namespace youbot_base_sim {
+
+std::vector<std::uint64_t> Schedule::take(std::size_t most) { return take(Lock(mutex_), most); }
+
+std::vector<std::uint64_t> Schedule::take(const Lock&, std::size_t most) {
+  std::vector<std::uint64_t> taken;
+  for (; !stopping_ && taken.size() < most && may_begin_next(); ++next_) {
+    if (!journal_.finished().contains(next_)) taken.push_back(next_);
+  }
+  return taken;
+}
+
+void Schedule::finish(const std::vector<Row>& rows) {
+  const Lock lock(mutex_);
+  for (const Row& row : rows) journal_.append(row);
+  changed_.notify_all();
+}
+
+void Schedule::work(const MakeRow& make) {
+  try {
+    for (;;) {
+      std::vector<std::uint64_t> taken;
+      {
+        Lock lock(mutex_);
+        changed_.wait(lock, [&] { return stopping_ || next_ == runs_ || may_begin_next(); });
+        taken = take(lock, 1);
+        if (taken.empty() && (stopping_ || next_ == runs_)) return;
+      }
+      for (const std::uint64_t run : taken) finish({make(run, stopping_)});
+    }
+  } catch (const Stopped&) {
+    stop();
+  } catch (...) {
+    const Lock lock(mutex_);
+    if (!failure_) failure_ = std::current_exception();
+    stopping_ = true;
+    changed_.notify_all();
+  }
+}
+
+void Schedule::stop() {
+  const Lock lock(mutex_);
+  stopping_ = true;
+  changed_.notify_all();
+}
+
+bool Schedule::wait(std::chrono::milliseconds time) const {
+  Lock lock(mutex_);
+  return changed_.wait_for(lock, time, [&] { return ended(); });
+}
+
+void Schedule::check() const {
+  const Lock lock(mutex_);
+  if (failure_) std::rethrow_exception(failure_);
+}
+
+bool Schedule::finished() const {
+  const Lock lock(mutex_);
+  return journal_.tally().runs == runs_;
+}
+
+Tally Schedule::tally() const {
+  const Lock lock(mutex_);
+  return journal_.tally();
+}
+
+void work_on_threads(Schedule& schedule, const MakeRow& make, int threads, std::chrono::milliseconds interval,
+                     const std::function<void()>& watch) {
+  struct Crew {
+    Schedule& schedule;
+    std::vector<std::thread> threads;
+    ~Crew() {
+      for (std::thread& thread : threads) thread.join();
+    }
+  };
+  {
+    Crew crew{schedule, {}};
+    try {
+      for (int k = 0; k < threads; ++k) crew.threads.emplace_back([&] { schedule.work(make); });
+      while (!schedule.wait(interval)) watch();
+    } catch (...) {
+      schedule.stop();
+      throw;
+    }
+  }
+  schedule.check();
+}
+
+}  // namespace youbot_base_sim

@@ -1,0 +1,245 @@
+// Every key of a family file with every kind of wrong value, and families that make no sense: each is refused in one
+// line that names the key, its value and what is allowed, before anything runs. The keys are those that the refusal of
+// an unknown one lists, so that a new key is tried as soon as it is read.
+
+#include <gtest/gtest.h>
+
+#include <regex>
+
+#include "program.h"
+#include "refusals.h"
+#include "youbot_base_sim/sweep/family.h"
+
+namespace youbot_base_sim {
+namespace {
+
+class FamiliesTest : public testing::Test {
+ protected:
+  FamiliesTest() {
+    folder_.write("scene.yaml", "duration: 1\ndrive: {torque: [{start: 0, constant: [1, 1, 1, 1]}]}\n");
+  }
+
+  /// The line that refuses the family; empty if it is accepted.
+  std::string refusal(const std::string& text) {
+    try {
+      load_family(folder_.write("family.yaml", text));
+    } catch (const SceneError& error) {
+      return error.what();
+    }
+    return "";
+  }
+
+  /// The same with these axes.
+  std::string refusal_of_axes(const std::string& axes, const std::string& more = "") {
+    return refusal("scene: scene.yaml\naxes: [" + axes + "]\n" + more);
+  }
+
+  TemporaryFolder folder_;
+};
+
+/// A section of a family file: what stands around it, and what must stand in it.
+struct Section {
+  std::string around;  // with %
+  std::map<std::string, std::string> needed;
+};
+
+const std::string kAxes = "[{key: floor.friction, uniform: {from: 0.1, to: 1}}]";
+
+std::string in_axis(const std::string& entry) { return "{scene: scene.yaml, axes: [" + entry + "]}"; }
+
+const std::vector<Section> kSections = {
+    {"%", {{"scene", "scene.yaml"}, {"axes", kAxes}, {"draws", "2"}}},
+    {in_axis("%"), {{"key", "floor.friction"}, {"values", "[1]"}}},
+    {in_axis("{together: [%]}"), {{"key", "floor.friction"}, {"values", "[1]"}}},
+    {in_axis("{key: floor.friction, range: %}"), {{"from", "0.1"}, {"to", "1"}, {"count", "3"}}},
+    {"{scene: scene.yaml, draws: 2, axes: [{key: floor.friction, uniform: %}]}", {{"from", "0.1"}, {"to", "1"}}},
+    {"{scene: scene.yaml, draws: 2, axes: [{key: floor.friction, log_uniform: %}]}", {{"from", "0.1"}, {"to", "1"}}},
+    {"{scene: scene.yaml, draws: 2, axes: [{key: floor.friction, normal: %}]}",
+     {{"mean", "0.5"}, {"deviation", "0.1"}, {"from", "0.1"}, {"to", "1"}}},
+    {"{scene: scene.yaml, draws: 2, axes: " + kAxes + ", trajectories: %}", {}}};
+
+/// A family with this key in the section.
+std::string family_with(const Section& section, const std::string& key, const std::string& value) {
+  std::map<std::string, std::string> entries = section.needed;
+  entries[key] = value;
+  std::string text;
+  for (const auto& [name, content] : entries) text += (text.empty() ? "{" : ", ") + name + ": " + content;
+  std::string whole = section.around;
+  return whole.replace(whole.find('%'), 1, text + "}") + "\n";
+}
+
+TEST_F(FamiliesTest, RefuseWhatIsOfNoUse) {
+  const std::vector<std::string> values = {"~",
+                                           "''",
+                                           "{a: 1}",
+                                           "[[1], [2]]",
+                                           ".nan",
+                                           ".inf",
+                                           "1e400",
+                                           "\"\\e[31mred\"",
+                                           "\"line\\nbreak\"",
+                                           "[1, two, .nan]",
+                                           "-7.5",
+                                           std::string(5000, 'x')};
+  int cases = 0;
+  for (const Section& section : kSections) {
+    const std::string unknown = refusal(family_with(section, "no_such_key", "1"));
+    std::smatch found;
+    ASSERT_TRUE(
+        std::regex_search(unknown, found, std::regex("no_such_key = 1: unknown key; allowed here: ([a-z_, ]+)")))
+        << unknown;
+    std::istringstream list(std::regex_replace(found[1].str(), std::regex(","), " "));
+    for (std::string key; list >> key;) {
+      for (const std::string& value : values) {
+        const std::string text = family_with(section, key, value);
+        SCOPED_TRACE(text.substr(0, 200));
+        const bool end_of_range = key == "from" || key == "to" || key == "mean";
+        if (end_of_range && value == "-7.5") continue;  // may be; the scene then refuses it
+        expect_refusal(refusal(text), {"family.yaml: ", key == "key" || key == "values" ? "" : key});
+        ++cases;
+      }
+    }
+    EXPECT_EQ(section.needed.empty()
+                  ? ""
+                  : refusal(family_with(section, section.needed.begin()->first, section.needed.begin()->second)),
+              "");
+  }
+  EXPECT_GE(cases, 350);
+}
+
+TEST_F(FamiliesTest, RefuseRangesThatLeaveWhatTheKeyAllows) {
+  for (const std::string values :
+       {"values: [0.5, 101]", "values: [0.5, -1]", "values: [0.5, .nan]", "values: [0.5, text]",
+        "range: {from: 0.5, to: 101, count: 5}", "range: {from: -0.1, to: 1, count: 5}"}) {
+    expect_refusal(refusal_of_axes("{key: floor.friction, " + values + "}"),
+                   {"family.yaml: floor.friction = ", "scene.yaml", "must be a finite number >= 0, up to 100"});
+  }
+  for (const std::string drawn :
+       {"uniform: {from: 0, to: 100.1}", "uniform: {from: -1.0e-9, to: 1}", "log_uniform: {from: 0.1, to: 101}",
+        "normal: {mean: 0.5, deviation: 0.1}", "normal: {mean: 0.5, deviation: 0.1, from: -0.01}",
+        "normal: {mean: 99, deviation: 1, from: 0}"}) {
+    expect_refusal(refusal_of_axes("{key: floor.friction, " + drawn + "}", "draws: 10\n"),
+                   {"family.yaml: floor.friction = ", "scene.yaml", "must be a finite number >= 0, up to 100"});
+  }
+  EXPECT_EQ(refusal_of_axes("{key: floor.friction, uniform: {from: 0, to: 100}}", "draws: 10\n"), "");
+  EXPECT_EQ(refusal_of_axes("{key: floor.friction, normal: {mean: 0.5, deviation: 0.1, from: 0}}", "draws: 10\n"), "");
+  expect_refusal(refusal_of_axes("{key: robot.rollers_per_wheel, range: {from: 4, to: 9, count: 5}}"),
+                 {"robot.rollers_per_wheel", "must be a whole number"});
+  // What depends on another key, too.
+  expect_refusal(refusal_of_axes("{key: robot.roller_axis_radius, values: [0.04, 0.06]}"),
+                 {"robot.roller_axis_radius = 0.06", "must be less than wheel_radius"});
+}
+
+TEST_F(FamiliesTest, RefuseKeysThatLeadNowhere) {
+  const auto refusal_of_key = [&](const std::string& key) {
+    return refusal_of_axes("{key: '" + key + "', values: [0.5]}");
+  };
+  expect_refusal(refusal_of_key("floor.frictoin"), {"floor.frictoin", "unknown key", "did you mean friction?"});
+  expect_refusal(refusal_of_key("flor.friction"), {"flor", "unknown key", "did you mean floor?"});
+  expect_refusal(refusal_of_key("duration.friction"), {"duration.friction", "not a section"});
+  expect_refusal(refusal_of_key("drive.torque[0].constant[5]"), {"drive.torque[0].constant[5]", "has 4 entries"});
+  expect_refusal(refusal_of_key("drive.torque[0].constant[4]"), {"drive.torque[0].constant[4]", "a list of 4 numbers"});
+  expect_refusal(refusal_of_key("drive.torque[2].start"), {"drive.torque[2].start", "has 1 entries"});
+  expect_refusal(refusal_of_key("robot[0]"), {"robot[0]", "must be"});
+  expect_refusal(refusal_of_key("duration[0]"), {"duration[0]", "not a list"});
+  for (const std::string key : {".", "a.", ".a", "a..b", "a[", "a[]", "a[b]", "a[-1]", "a[01]", "a[1", "a[1]b", "a b",
+                                "[0]", "a[9999999]", "a.[0]"}) {
+    SCOPED_TRACE(key);
+    expect_refusal(refusal_of_key(key), {key, "must be a key of a scene such as floor.friction"});
+  }
+}
+
+TEST_F(FamiliesTest, RefuseAxesThatContradictEachOther) {
+  const auto refusal_of_keys = [&](const std::string& a, const std::string& b) {
+    return refusal_of_axes("{key: '" + a + "', values: [1]}, {key: '" + b + "', values: [1]}");
+  };
+  for (const auto& [a, b] :
+       std::vector<std::pair<std::string, std::string>>{{"floor.friction", "floor.friction"},
+                                                        {"floor", "floor.friction"},
+                                                        {"floor.friction", "floor"},
+                                                        {"initial.wheel_angles", "initial.wheel_angles[1]"},
+                                                        {"drive.torque[0]", "drive.torque[0].start"}}) {
+    expect_refusal(refusal_of_keys(a, b), {"axes[1].key = " + b, "no other axis", a});
+  }
+  expect_refusal(
+      refusal_of_axes("{together: [{key: floor.friction, values: [1]}, {key: floor.friction, values: [2]}]}"),
+      {"axes[0].together[1].key = floor.friction", "no other axis"});
+  expect_refusal(
+      refusal_of_axes("{together: [{key: floor.friction, values: [1]}, {key: robot.body_mass, values: [2, 3]}]}"),
+      {"axes[0].together[1].key = robot.body_mass", "1 values", "it has 2"});
+  expect_refusal(refusal_of_axes("{together: [{key: floor.friction, uniform: {from: 0, to: 1}}]}", "draws: 3\n"),
+                 {"axes[0].together[0].key = floor.friction", "values or a range"});
+  expect_refusal(refusal_of_axes("{key: floor.friction}"), {"floor.friction", "exactly one of values, range"});
+  expect_refusal(refusal_of_axes("{key: floor.friction, values: [1], uniform: {from: 0, to: 1}}"),
+                 {"floor.friction", "exactly one of values, range"});
+}
+
+TEST_F(FamiliesTest, RefuseOtherContradictions) {
+  for (const std::string axis : {"range: {from: 1, to: 0.5, count: 3}", "range: {from: 1, to: 1, count: 3}",
+                                 "uniform: {from: 1, to: 0.5}", "log_uniform: {from: 1, to: 0.5}"}) {
+    expect_refusal(refusal_of_axes("{key: floor.friction, " + axis + "}", "draws: 3\n"),
+                   {".to = ", "more than from, 1"});
+  }
+  expect_refusal(refusal_of_axes("{key: floor.friction, range: {from: 0, to: 1, count: 3, spacing: logarithmic}}"),
+                 {"axes[0].range.from = 0", "> 0"});
+  expect_refusal(refusal_of_axes("{key: floor.friction, normal: {mean: 1, deviation: 0.1, from: 2}}", "draws: 3\n"),
+                 {"axes[0].normal.from = 2", "at most the mean, 1"});
+  expect_refusal(refusal_of_axes("{key: floor.friction, uniform: {from: 0, to: 1}}"),
+                 {"draws = (left out)", "number of runs"});
+  for (const std::string more : {"draws: 3", "seed: 3", "sampling: latin_hypercube"}) {
+    expect_refusal(refusal_of_axes("{key: floor.friction, values: [1]}", more), {more.substr(0, 4), "left out"});
+  }
+  const std::string thousand = "range: {from: 0.1, to: 1, count: 1001}";
+  const std::string axes = "{key: floor.friction, " + thousand + "}, {key: robot.total_inertia, " + thousand + "}";
+  EXPECT_EQ(refusal_of_axes(axes), "") << "a million";
+  expect_refusal(refusal_of_axes(axes + ", {key: floor.gravity, " + thousand + "}"), {"axes = ", "at most 1e+09 runs"});
+  expect_refusal(refusal_of_axes("{key: floor.friction, uniform: {from: 0, to: 1}}", "draws: 1000000001\n"),
+                 {"draws = 1000000001", "from 1 to 1000000000"});
+  expect_refusal(refusal("axes: " + kAxes + "\ndraws: 2\n"), {"scene is left out"});
+  expect_refusal(refusal("scene: none.yaml\naxes: " + kAxes + "\ndraws: 2\n"), {"none.yaml", "cannot be read"});
+  folder_.write("no_drive.yaml", "duration: 1\n");
+  expect_refusal(refusal("scene: no_drive.yaml\naxes: " + kAxes + "\ndraws: 2\n"),
+                 {"no_drive.yaml", "drive is left out"});
+  expect_refusal(refusal("duration: 1\ndrive: {}\n"), {"family = (other keys)", "scene, axes"});
+  expect_refusal(refusal("- 1\n"), {"family = (list)"});
+  expect_refusal(refusal("scene: scene.yaml\n---\nx: 1\n"), {"a family is one"});
+}
+
+TEST_F(FamiliesTest, ProgramEndsWithStatus2AndWritesNothing) {
+  const std::string bad = folder_.write("bad.yaml", "scene: scene.yaml\naxes: [{key: floor.friction, values: [-1]}]\n");
+  const std::string good =
+      folder_.write("good.yaml", "scene: scene.yaml\naxes: [{key: floor.friction, values: [1]}]\n");
+  std::filesystem::create_directory(folder_.path("folder"));
+  folder_.write("diary.csv.journal", "not a journal\n");
+  const auto before = contents_of(folder_.path(""));
+  const std::string table = folder_.path("table.csv");
+  for (const auto& [arguments, part] : std::vector<std::pair<std::vector<std::string>, std::string>>{
+           {{}, "no family given"},
+           {{bad, "--csv", table}, "floor.friction = -1"},
+           {{good, good}, "too many"},
+           {{""}, "must not be empty"},
+           {{good, "--csv", ""}, "must not be empty"},
+           {{good, "--csv", table, "--threads", "0"}, "--threads = 0"},
+           {{good, "--csv", table, "--threads", "x"}, "threads"},
+           {{good, "--csv", table, "--colour", "red"}, "colour"},
+           {{good, "--scene", "1"}, "--scene = 1: must be from 0 to 0"},
+           {{good, "--csv", good}, "a file that is read"},
+           {{good, "--csv", folder_.path("scene.yaml")}, "a file that is read"},
+           {{good, "--csv", folder_.path("folder")}, "cannot be written"},
+           {{good, "--csv", folder_.path("none/table.csv")}, "cannot be written"},
+           {{good, "--csv", "/dev/null"}, "must be a file"},
+           {{good, "--csv", folder_.path("diary.csv")}, "no journal of a sweep"}}) {
+    SCOPED_TRACE(part);
+    Program sweep(SWEEP, arguments);
+    EXPECT_EQ(sweep.wait(), 2);
+    EXPECT_EQ(sweep.out(), "");
+    std::string line = sweep.err();
+    ASSERT_FALSE(line.empty());
+    line.pop_back();
+    expect_refusal(line, {"sweep: ", part});
+    EXPECT_TRUE(contents_of(folder_.path("")) == before) << "something was written or changed";
+  }
+}
+
+}  // namespace
+}  // namespace youbot_base_sim

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <sys/mount.h>
+
+#include <string>
+
+namespace youbot_base_sim {
+
+/// A disk of its own in a folder, if this process may mount one.
+class SmallDisk {
+ public:
+  SmallDisk(const std::string& folder, const std::string& size)
+      : folder_(folder), mounted_(mount("tmpfs", folder.c_str(), "tmpfs", 0, ("size=" + size).c_str()) == 0) {}
+  ~SmallDisk() {
+    if (mounted_) umount2(folder_.c_str(), MNT_DETACH);
+  }
+  SmallDisk(const SmallDisk&) = delete;
+  SmallDisk& operator=(const SmallDisk&) = delete;
+  bool mounted() const { return mounted_; }
+
+ private:
+  std::string folder_;
+  bool mounted_;
+};
+
+}  // namespace youbot_base_sim
