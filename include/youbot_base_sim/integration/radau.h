@@ -9,6 +9,7 @@
 
 #include "youbot_base_sim/integration/bordered_stages.h"
 #include "youbot_base_sim/integration/radau_tableau.h"
+#include "youbot_base_sim/integration/reacting_stages.h"
 #include "youbot_base_sim/integration/slip_system.h"
 #include "youbot_base_sim/integration/statistics.h"
 #include "youbot_base_sim/integration/step_size_controller.h"
@@ -122,13 +123,13 @@ class Radau : public ControlledStepperTypes {
     contact_ids_ = system.contact_ids();
     start_ = x.velocities();
     const Wheels M = system.torque().value(t);
-    Contacts contacts = system.contacts(start_, x.phi(), x.pose(), M);
+    // Reuse the converged friction force: recomputing it from the slip velocity would turn an O(nu) error of the slip
+    // into an O(1) error of the force.
+    const Contacts contacts =
+        unchanged.any()
+            ? system.contacts(start_, x.phi(), x.pose(), M, unchanged && !system.shared(), end_friction_)
+            : system.contacts(start_, x.phi(), x.pose(), M);
     system.count_evaluations(1);
-    if (unchanged.any()) {
-      // Reuse the converged friction force: recomputing it from the slip velocity would turn an O(nu) error of the slip
-      // into an O(1) error of the force.
-      system.model().put_friction(unchanged && !system.shared(), end_friction_, contacts);
-    }
     start_forces_ = system.model().forces(start_, contacts, M);
     start_friction_ = system.model().friction(contacts);
     error_scale_ = error_scale(tolerance_, start_);
@@ -321,7 +322,7 @@ class Radau : public ControlledStepperTypes {
       ++statistics_->newton_iterations;
       residual(system, dt, left);
       if (iteration == 0) factorize(system, dt);
-      double size = correction(left, change);
+      double size = correction(system, left, change);
       if (iteration > 0) {
         // Deuflhard's natural monotonicity test: with the same Jacobian, the correction must have shrunk.
         if (!(size <= (1 - length / 4) * last)) {
@@ -333,7 +334,7 @@ class Radau : public ControlledStepperTypes {
         rate = size / last;
         if (iteration == 1 ? last > kFar : rate > kSlow) {
           factorize(system, dt);
-          size = correction(left, change);
+          size = correction(system, left, change);
         }
       }
       if (!(size <= std::numeric_limits<double>::max())) return false;
@@ -341,6 +342,7 @@ class Radau : public ControlledStepperTypes {
       from_.contacts = contacts_;
       from_.friction = friction_;
       from_.correction = change;
+      if constexpr (kBeyond<Law>) from_.dN = dN_;
       length = 1;
       last = size;
       move(system, length);
@@ -357,6 +359,13 @@ class Radau : public ControlledStepperTypes {
     for (int j = 0; j < 3; ++j) {
       const Velocities part = length * from_.correction[j];
       stages_[j] = from_.stages[j] + part;
+      if constexpr (kBeyond<Law>) {
+        if (system.reacts()) {
+          friction_[j] =
+              system.model().friction_after(from_.contacts[j], from_.friction[j], part, length * from_.dN[j]);
+          continue;
+        }
+      }
       friction_[j] = system.model().friction_after(from_.contacts[j], from_.friction[j], part);
     }
   }
@@ -387,12 +396,22 @@ class Radau : public ControlledStepperTypes {
       coriolis_[j] = model.inertia().coriolis_derivative(stages_[j].v);
     }
     solver_.factorize(D, model.inertia(), damping_, coriolis_);
+    if constexpr (kBeyond<Law>) {
+      if (system.reacts()) {
+        for (int j = 0; j < 3; ++j) system.couple(stages_[j], contacts_[j], torque_[j], damping_[j], couplings_[j]);
+        reacting_.factorize(solver_, couplings_);
+      }
+    }
     ++statistics_->factorizations;
   }
 
   // Newton's correction for what is left over; returns its size in units of the convergence tolerance.
-  [[gnu::flatten, gnu::noinline]] double correction(const StageVelocities& left, StageVelocities& change) const {
+  [[gnu::flatten, gnu::noinline]] double correction([[maybe_unused]] const SlipSystem<Law>& system,
+                                                    const StageVelocities& left, StageVelocities& change) {
     solver_.solve(left, change);
+    if constexpr (kBeyond<Law>) {
+      if (system.reacts()) reacting_.correct(change, dN_);
+    }
     double squares = 0;
     for (const Velocities& u : change) {
       squares += ((u.v / convergence_tolerance_.v).square() + (u.dphi / convergence_tolerance_.dphi).square() +
@@ -436,8 +455,12 @@ class Radau : public ControlledStepperTypes {
     std::array<Contacts, RadauTableau::stages> contacts;
     std::array<Friction, RadauTableau::stages> friction;
     StageVelocities correction;
+    std::array<Wheels, RadauTableau::stages> dN;  // of dynamic reactions
   } from_;  // where the last correction began, and it
   BorderedStages<3> solver_;
+  ReactingStages<3> reacting_;
+  std::array<ReactionCoupling, RadauTableau::stages> couplings_;
+  std::array<Wheels, RadauTableau::stages> dN_;  // what the last correction adds to dynamic reactions
   BorderedStages<1> filter_;
 };
 

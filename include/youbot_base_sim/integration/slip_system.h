@@ -83,6 +83,18 @@ class SlipSystem {
     contacts(u, phi, pose, M, c);
     return c;
   }
+  /// The same where the friction of the wheels in `known`, none of them shared, is known from the step before.
+  Contacts contacts(const Velocities& u, const Wheels& phi, const Pose& pose, const Wheels& M, const Mask& known,
+                    const typename Model::Friction& F) const {
+    Contacts c;
+    if constexpr (kBeyond<Law>) {
+      beyond_contacts(u, phi, pose, M, shared_, c, [&](Contacts& pressed) { model_.put_friction(known, F, pressed); });
+    } else {
+      contacts(u, phi, pose, M, c);
+      model_.put_friction(known, F, c);
+    }
+    return c;
+  }
   Contacts contacts(const State& x, double t) const {
     return contacts(x.velocities(), x.phi(), x.pose(), torque_->value(t));
   }
@@ -107,6 +119,22 @@ class SlipSystem {
     if (shares_) put_shared(u, c, M, G);
   }
 
+  /// Whether normal reactions follow the motion: its derivatives then have a ReactionCoupling besides the damping.
+  bool reacts() const {
+    if constexpr (kBeyond<Law>) return model_.dynamic();
+    return false;
+  }
+
+  /// That coupling where the damping matrix is G.
+  void couple(const Velocities& u, const Contacts& c, const Wheels& M, const DampingMatrix& G,
+              ReactionCoupling& coupling) const {
+    Contacts unit = c;
+    model_.press(Wheels::Ones(), unit);
+    ContactByReaction by_reaction = model_.by_reaction(unit);
+    if (shares_) share_reactions(u, M, shared_, unit, by_reaction);
+    model_.couple(c, by_reaction, G, coupling);
+  }
+
   /// Lets the base carry other loads and feel other wrenches from now on.
   void set_burden(const Burden& burden) {
     if constexpr (kBeyond<Law>) model_.set_burden(burden);
@@ -115,10 +143,7 @@ class SlipSystem {
   // Normal reactions, of models that know them.
 
   /// Whether they must be looked at after each step.
-  bool watches() const {
-    if constexpr (kBeyond<Law>) return model_.dynamic();
-    return false;
-  }
+  bool watches() const { return reacts(); }
 
   /// Whether the motion ends where the base reaches its tipping limit.
   bool ends_tipping() const { return watches() && !goes_on_tipping_; }
@@ -281,22 +306,29 @@ class SlipSystem {
   }
 
   // The contacts beyond the paper, where those in `shared` are shared.
+  // `amend` changes the friction of contacts that are pressed.
+  template <class Amend>
   [[gnu::flatten, gnu::noinline]] void beyond_contacts(const Velocities& u, const Wheels& phi, const Pose& pose,
-                                                       const Wheels& M, const Mask& shared, Contacts& c) const {
+                                                       const Wheels& M, const Mask& shared, Contacts& c,
+                                                       const Amend& amend) const {
     const Wheels angle = phi_tilde(phi);
     model_.place(u, angle, averages_ ? geometry(phi) : model_.geometry().at(angle), pose, c);
     c.tipping = Side::kNone;
     if (model_.dynamic()) {
       model_.press(Wheels::Ones(), c);
+      amend(c);
       ContactByReaction by_reaction = model_.by_reaction(c);
       if (shared.any()) share_reactions(u, M, shared, c, by_reaction);
-      const Reactions::Solution solution = model_.reactions(u, M, c, by_reaction);
-      model_.press_more(solution.N, c);
-      c.tipping = solution.tipping;
+      model_.press_more(model_.reactions(u, M, c, by_reaction), c);
     } else {
       model_.press(model_.static_reactions(), c);
+      amend(c);
     }
     if (shared.any()) share_contacts(u, M, shared, c);
+  }
+  void beyond_contacts(const Velocities& u, const Wheels& phi, const Pose& pose, const Wheels& M, const Mask& shared,
+                       Contacts& c) const {
+    beyond_contacts(u, phi, pose, M, shared, c, [](const Contacts&) {});
   }
   [[gnu::noinline]] void share_reactions(const Velocities& u, const Wheels& M, const Mask& shared, const Contacts& unit,
                                          ContactByReaction& by_reaction) const {

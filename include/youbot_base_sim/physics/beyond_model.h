@@ -26,6 +26,14 @@ inline SpinningForce operator*(double factor, const SpinningForce& a) {
   return {factor * a.F_X, factor * a.F_Y, factor * a.F_Z};
 }
 
+/// Friction with the normal reactions that belong to it.
+struct alignas(kAlignment) PressedFriction {
+  SpinningForce F;
+  Wheels N;
+};
+inline PressedFriction operator+(const PressedFriction& a, const PressedFriction& b) { return {a.F + b.F, a.N + b.N}; }
+inline PressedFriction operator*(double factor, const PressedFriction& a) { return {factor * a.F, factor * a.N}; }
+
 /// What happens at the four contacts, in the platform's frame, and what it depends on besides the velocities.
 struct alignas(kAlignment) BeyondContacts : Contacts {
   Wheels V_Z;   ///< a_m omega, where omega is the rate at which the roller turns on the spot, m/s
@@ -35,6 +43,7 @@ struct alignas(kAlignment) BeyondContacts : Contacts {
   Wheels T_S;   ///< its torque on the roller, N m
   Wheels f;     ///< coefficient of friction
   Wheels N;     ///< normal reaction, N
+  std::array<Wheels, 3> N_by_moment;  ///< see Reactions::Solution; set for dynamic reactions only
   Pose pose;    ///< of the base
   ExternalForce external;
   Side tipping = Side::kNone;
@@ -141,7 +150,7 @@ template <class Law>
 class SlipModel<Beyond<Law>> {
  public:
   using Contacts = BeyondContacts;
-  using Friction = SpinningForce;
+  using Friction = PressedFriction;
   using Mask = Eigen::Array<bool, kWheels, 1>;
 
   /// `robot` is the bare one, whose mass decides mu_0.
@@ -199,19 +208,21 @@ class SlipModel<Beyond<Law>> {
     put(law_.force(c, c.V_Z, c.f * N), c);
   }
 
-  /// Multiplies the normal reactions of contacts that are pressed by 1 N, and the friction with them.
-  void press_more(const Wheels& N, Contacts& c) const {
-    for (Wheels Contacts::*entry : {&Contacts::F_X, &Contacts::F_Y, &Contacts::M_Z}) c.*entry *= N;
+  /// Presses contacts by these reactions that are pressed by 1 N: friction is proportional.
+  void press_more(const Reactions::Solution& reactions, Contacts& c) const {
+    for (Wheels Contacts::*entry : {&Contacts::F_X, &Contacts::F_Y, &Contacts::M_Z}) c.*entry *= reactions.N;
     for (Wheels BeyondContacts::*entry : {&BeyondContacts::F_Z, &BeyondContacts::M_S, &BeyondContacts::T_S}) {
-      c.*entry *= N;
+      c.*entry *= reactions.N;
     }
-    c.N = N;
+    c.N = reactions.N;
+    c.N_by_moment = reactions.by_moment;
+    c.tipping = reactions.tipping;
   }
 
   /// What contacts exert that are pressed by 1 N, for each newton of their normal reactions.
   ContactByReaction by_reaction(const Contacts& c) const {
     const Wheels zero = Wheels::Zero();
-    return {{zero, c.F_X}, {zero, c.F_Y}, {zero, c.M_Z}, {zero, c.Delta_Y}};
+    return {{zero, c.F_X}, {zero, c.F_Y}, {zero, c.M_Z}, {zero, c.T_S}, {zero, c.Delta_Y}};
   }
 
   /// Whether what acts on the base depends on where it stands.
@@ -226,12 +237,17 @@ class SlipModel<Beyond<Law>> {
                             {u.v, u.dphi, tau.sum(), inertia_.coriolis(u.v) + placed.external.v, placed.external});
   }
 
-  Friction friction(const Contacts& c) const { return {c.F_X, c.F_Y, c.F_Z}; }
+  Friction friction(const Contacts& c) const { return {{c.F_X, c.F_Y, c.F_Z}, c.N}; }
 
-  /// Replaces the friction of the wheels in `mask`.
-  void put_friction(const Mask& mask, const Friction& F, Contacts& c) const {
+  /// Replaces the friction of the wheels in `mask` by as large a share of the normal reaction as F is. A wheel that was
+  /// off the floor keeps its own.
+  void put_friction(const Mask& mask, const Friction& known, Contacts& c) const {
     const Contacts before = c;
-    put({mask.select(F.F_X, c.F_X), mask.select(F.F_Y, c.F_Y), mask.select(F.F_Z, c.F_Z)}, c);
+    const Mask put_in = mask && known.N > 0;
+    const auto share = [&](const Wheels& F, const Wheels& other) -> Wheels {
+      return put_in.select(c.N / known.N * F, other);
+    };
+    put({share(known.F.F_X, c.F_X), share(known.F.F_Y, c.F_Y), share(known.F.F_Z, c.F_Z)}, c);
     // For a shared contact the mean of moments is no moment of means.
     c.M_Z = mask.select(c.M_Z, before.M_Z);
     c.M_S = mask.select(c.M_S, before.M_S);
@@ -274,22 +290,36 @@ class SlipModel<Beyond<Law>> {
     damping(u, c, law_.stiffness(c, c.V_Z, c.f * c.N), G);
   }
   void damping(const Velocities& u, const Contacts& c, const Friction& F, DampingMatrix& G) const {
-    damping(u, c, law_.stiffness(c, c.V_Z, F, c.f * c.N), G);
+    damping(u, c, law_.stiffness(c, c.V_Z, F.F, c.f * F.N), G);
   }
 
+  /// How dynamic reactions couple all velocities, where what the contacts `c` exert for each newton is `slope` and the
+  /// damping matrix is G.
+  void couple(const Contacts& c, const ContactByReaction& contact, const DampingMatrix& G,
+              ReactionCoupling& coupling) const {
+    reactions_.couple(G, c.N_by_moment, coupling);
+    const Wheels roller_torque = c.r_Y * contact.F_Y.slope - c.r_X * contact.F_X.slope + contact.T_S.slope;
+    for (int m = 0; m < coupling.size; ++m) {
+      const Wheels& N = coupling.N[m];
+      coupling.forces[m] = {sums(contact.F_X.slope * N, contact.F_Y.slope * N, contact.M_Z.slope * N),
+                            -robot_.R * contact.F_X.slope * N, roller_torque * N};
+    }
+  }
+
+  /// As SlipModel's, where the normal reactions have changed by dN too.
+  Friction friction_after(const Contacts& c, const Friction& F, const Velocities& du, const Wheels& dN) const {
+    const Wheels N = (c.N + dN).max(0);
+    return {law_.bounded(law_.force(c, c.V_Z, c.f * N) + friction_change(c, F, du), c.f * N), N};
+  }
   Friction friction_after(const Contacts& c, const Friction& F, const Velocities& du) const {
-    const Wheels limit = c.f * c.N;
-    const SpinningStiffness K = law_.stiffness(c, c.V_Z, F, limit);
-    const Wheels dX = du.v[0] - (rho_Y_ + c.Delta_Y) * du.v[2] - robot_.R * du.dphi - c.r_X * du.dgamma;
-    const Wheels dY = du.v[1] + rho_X_ * du.v[2] + c.r_Y * du.dgamma;
-    const Wheels dZ = a_m_ * (du.v[2] + c.spin * du.dgamma);
-    return law_.bounded({c.F_X - K.XX * dX - K.XY * dY - K.XZ * dZ, c.F_Y - K.XY * dX - K.YY * dY - K.YZ * dZ,
-                         c.F_Z - K.XZ * dX - K.YZ * dY - K.ZZ * dZ},
-                        limit);
+    return {law_.bounded(friction(c).F + friction_change(c, F, du), c.f * c.N), c.N};
   }
 
-  /// F, shortened to the largest friction at the contacts `c`.
-  Friction bounded(const Friction& F, const Contacts& c) const { return law_.bounded(F, c.f * c.N); }
+  /// F, shortened to the largest friction that its reactions allow at the contacts `c`.
+  Friction bounded(const Friction& F, const Contacts& c) const {
+    const Wheels N = F.N.max(0);
+    return {law_.bounded(F.F, c.f * N), N};
+  }
 
   double transition_speed() const { return law_.transition_speed(); }
   void set_transition_speed(double nu) { law_.set_transition_speed(nu); }
@@ -337,6 +367,16 @@ class SlipModel<Beyond<Law>> {
     Wheels X, Y;
     contact_points(pose, Delta_Y, X, Y);
     return patches_.friction(X, Y);
+  }
+
+  // What the friction F, which need not be that of c's slip, changes by with the velocities.
+  SpinningForce friction_change(const Contacts& c, const Friction& F, const Velocities& du) const {
+    const SpinningStiffness K = law_.stiffness(c, c.V_Z, F.F, c.f * F.N);
+    const Wheels dX = du.v[0] - (rho_Y_ + c.Delta_Y) * du.v[2] - robot_.R * du.dphi - c.r_X * du.dgamma;
+    const Wheels dY = du.v[1] + rho_X_ * du.v[2] + c.r_Y * du.dgamma;
+    const Wheels dZ = a_m_ * (du.v[2] + c.spin * du.dgamma);
+    return {-K.XX * dX - K.XY * dY - K.XZ * dZ, -K.XY * dX - K.YY * dY - K.YZ * dZ,
+            -K.XZ * dX - K.YZ * dY - K.ZZ * dZ};
   }
 
   // J' K J, where the rows of J are the derivatives of V_PX, V_PY and V_Z by V_X, V_Y, Omega, dphi, dgamma.

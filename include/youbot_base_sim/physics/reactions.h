@@ -1,11 +1,11 @@
 #pragma once
 
-#include <Eigen/Dense>
 #include <array>
 #include <limits>
 #include <stdexcept>
 
 #include "youbot_base_sim/physics/burden.h"
+#include "youbot_base_sim/physics/damping_matrix.h"
 #include "youbot_base_sim/physics/inertia.h"
 
 namespace youbot_base_sim {
@@ -43,7 +43,21 @@ struct ContactByReaction {
   };
   Line F_X, F_Y;  ///< friction, N
   Line M_Z;       ///< its moment about O, spin friction included, N m
+  Line T_S;       ///< torque of the spin friction on the roller, N m
   Line D;         ///< moment of the normal forces about the wheel's centre line, N Delta_Y, N m
+};
+
+/// How normal reactions that follow the motion change the derivative of the forces by the velocities: they add
+///   sum_m forces[m] balance[m]'
+/// to minus the damping matrix, which holds for reactions that stay. Each of the `size` terms belongs to a condition on
+/// the reactions that moments balance.
+struct ReactionCoupling {
+  static constexpr int kMaxSize = 3;
+
+  int size = 0;
+  std::array<Velocities, kMaxSize> balance;  ///< what unit velocities add to the moment, N m
+  std::array<Wheels, kMaxSize> N;            ///< what a unit of that adds to the reactions, 1/m
+  std::array<Velocities, kMaxSize> forces;   ///< and to the forces, through friction
 };
 
 /// Normal reactions of the floor while the base moves: vertical forces and moments about both horizontal axes balance
@@ -64,30 +78,32 @@ class Reactions {
   };
 
   struct Solution {
-    Wheels N;                    ///< N, never negative
-    Side tipping = Side::kNone;  ///< the side that bears all, at the tipping limit
+    Wheels N;                         ///< N, never negative
+    std::array<Wheels, 3> by_moment;  ///< what a moment more in each of the conditions adds to N, 1/m
+    Side tipping = Side::kNone;       ///< the side that bears all, at the tipping limit
   };
   /// A wheel that would be pulled down leaves the floor: its N is 0 in place of the fourth condition.
   Solution solve(const ContactByReaction& contact, const Motion& motion) const;
 
+  /// Sets size, balance and N, where the damping matrix is G and the reactions answer by `by_moment`. Coriolis forces
+  /// and gyroscopic moments, which are not stiff, stay out.
+  void couple(const DampingMatrix& G, const std::array<Wheels, 3>& by_moment, ReactionCoupling& coupling) const;
+
  private:
-  using Matrix = Eigen::Matrix4d;
-  using Vector = Eigen::Vector4d;
-
-  /// The balance of moments about OY and OX: `rows` N = `right`.
-  struct Balance {
-    Wheels pitch, roll;
-    double pitch_right, roll_right;
+  /// What N fulfils besides its sum, the weight: rows[k] N = right[k]. Moments about OY balance, those about OX, and
+  /// the third says how four wheels share.
+  struct Conditions {
+    std::array<Wheels, 3> rows;
+    Wheels right;
   };
-  Balance balance(const ContactByReaction& contact, const Motion& motion) const;
-
-  Wheels equal_wheels(const Balance& balance, double weight) const;
-  Wheels fourth_condition(const ContactByReaction& contact, const Motion& motion, double& right) const;
-  Solution lift(Matrix rows, Vector right, const Wheels& N) const;
-  Solution tip(const Matrix& rows, const Vector& right) const;
+  Conditions conditions(const ContactByReaction& contact, const Motion& motion) const;
+  static Solution share(const Conditions& conditions, double weight);
+  static Solution lift(const Conditions& conditions, double weight, const Wheels& N);
+  static Solution tip(const Conditions& conditions, double weight);
 
   double m_, m_s_, a_X_, a_Y_, a_Z_, J_1_, R_, q_, g_n_;
-  LoadSharing sharing_;
+  bool rocks_;
+  Wheels rocking_;  // 1 for the wheels of the rocking axle
   // m a_Z times the acceleration of the body's centre of mass along X and Y by forces on (V_X, V_Y, Omega)
   std::array<double, 3> by_force_X_, by_force_Y_;
   alignas(kAlignment) Wheels rho_X_;

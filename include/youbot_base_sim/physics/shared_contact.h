@@ -60,6 +60,7 @@ class SharedContact {
     set(by_reaction.F_X, upper_.F_X[i_], lower_.F_X[i_]);
     set(by_reaction.F_Y, upper_.F_Y[i_], lower_.F_Y[i_]);
     set(by_reaction.M_Z, upper_.M_Z[i_], lower_.M_Z[i_]);
+    if constexpr (kBeyond<Law>) set(by_reaction.T_S, upper_.T_S[i_], lower_.T_S[i_]);
     set(by_reaction.D, upper_.Delta_Y[i_], lower_.Delta_Y[i_]);
   }
 
