@@ -177,12 +177,15 @@ void Reactions::couple(const DampingMatrix& G, const std::array<Wheels, 3>& by_m
                            combined(G.platform_dgamma[0], G.platform_dgamma[1], G.platform_dgamma[2])};
   };
   const Wheels one = Wheels::Ones(), zero = Wheels::Zero();
-  coupling.size = rocks_ ? 3 : 2;
   coupling.N = by_moment;
   put(0, by_force_X_[0] * one, by_force_X_[1] * one, by_force_X_[2] * one);
   coupling.balance[0].dphi += G.dphi_dphi + R_ * G.platform_dphi[0];  // the bearings' share, of sum tau
   put(1, by_force_Y_[0] * one, (by_force_Y_[1] + R_) * one, by_force_Y_[2] * one);
-  if (rocks_) put(2, zero, R_ * rocking_, zero);
+  if (rocks_) {
+    put(2, zero, R_ * rocking_, zero);
+  } else {
+    coupling.balance[2] = {zero, zero, zero};
+  }
 }
 
 }  // namespace youbot_base_sim

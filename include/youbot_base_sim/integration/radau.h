@@ -399,7 +399,6 @@ class Radau : public ControlledStepperTypes {
     if constexpr (kBeyond<Law>) {
       if (system.reacts()) {
         for (int j = 0; j < 3; ++j) system.couple(stages_[j], contacts_[j], torque_[j], damping_[j], couplings_[j]);
-        reacting_.factorize(solver_, couplings_);
       }
     }
     ++statistics_->factorizations;
@@ -410,7 +409,7 @@ class Radau : public ControlledStepperTypes {
                                                     const StageVelocities& left, StageVelocities& change) {
     solver_.solve(left, change);
     if constexpr (kBeyond<Law>) {
-      if (system.reacts()) reacting_.correct(change, dN_);
+      if (system.reacts()) ReactingStages<3>::correct(solver_, couplings_, change, dN_);
     }
     double squares = 0;
     for (const Velocities& u : change) {
@@ -458,7 +457,6 @@ class Radau : public ControlledStepperTypes {
     std::array<Wheels, RadauTableau::stages> dN;  // of dynamic reactions
   } from_;  // where the last correction began, and it
   BorderedStages<3> solver_;
-  ReactingStages<3> reacting_;
   std::array<ReactionCoupling, RadauTableau::stages> couplings_;
   std::array<Wheels, RadauTableau::stages> dN_;  // what the last correction adds to dynamic reactions
   BorderedStages<1> filter_;

@@ -104,7 +104,7 @@ class SlipSystem {
   void contacts_near(const State& x, [[maybe_unused]] const Contacts& at_x, const Velocities& u, const Wheels& M,
                      Contacts& c) const {
     if constexpr (kBeyond<Law>) {
-      model_.place(u, phi_tilde(x.phi()), geometry(x.phi()), x.pose(), c);
+      model_.place(u, geometry(x.phi()), x.pose(), c);
       model_.press(at_x.N, c);
       c.tipping = at_x.tipping;
     } else {
@@ -312,7 +312,7 @@ class SlipSystem {
                                                        const Wheels& M, const Mask& shared, Contacts& c,
                                                        const Amend& amend) const {
     const Wheels angle = phi_tilde(phi);
-    model_.place(u, angle, averages_ ? geometry(phi) : model_.geometry().at(angle), pose, c);
+    model_.place(u, averages_ ? geometry(phi) : model_.geometry().at(angle), pose, c);
     c.tipping = Side::kNone;
     if (model_.dynamic()) {
       model_.press(Wheels::Ones(), c);
@@ -349,8 +349,8 @@ class SlipSystem {
     const Wheels half = Wheels::Constant(0.5 * model_.geometry().pitch());
     if constexpr (kBeyond<Law>) {
       Contacts lower, upper;
-      model_.place(u, half, model_.geometry().at(half), c.pose, lower);
-      model_.place(u, -half, model_.geometry().at(-half), c.pose, upper);
+      model_.place(u, model_.geometry().at(half), c.pose, lower);
+      model_.place(u, model_.geometry().at(-half), c.pose, upper);
       model_.press(c.N, lower);
       model_.press(c.N, upper);
       return {model_, i, u, M[i], lower, upper};

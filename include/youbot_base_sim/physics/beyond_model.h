@@ -161,6 +161,7 @@ class SlipModel<Beyond<Law>> {
         geometry_(robot),
         law_(robot, floor),
         a_m_(floor.spin_radius),
+        per_R_(1 / robot.R),
         inertia_(robot_),
         dry_(robot),
         patches_(floor),
@@ -186,16 +187,13 @@ class SlipModel<Beyond<Law>> {
 
   /// Slip, position and coefficient of friction of the contact points, with what acts on the base at this pose; no
   /// friction yet.
-  void place(const Velocities& u, const Wheels& phi_tilde, const ContactGeometry& g, const Pose& pose,
-             Contacts& c) const {
+  void place(const Velocities& u, const ContactGeometry& g, const Pose& pose, Contacts& c) const {
     c.Delta_Y = g.Delta_Y;
     c.r_X = g.r_X;
     c.r_Y = g.r_Y;
     c.V_PX = u.v[0] - (rho_Y_ + c.Delta_Y) * u.v[2] - robot_.R * u.dphi - c.r_X * u.dgamma;
     c.V_PY = u.v[1] + rho_X_ * u.v[2] + c.r_Y * u.dgamma;
-    Wheels sine, cosine;
-    RollerGeometry::sine_and_cosine(phi_tilde, sine, cosine);
-    c.spin = -kCosDelta * sine;
+    c.spin = g.dr_Y * per_R_;  // -cos(delta) sin(phi~)
     c.V_Z = a_m_ * (u.v[2] + c.spin * u.dgamma);
     c.pose = pose;
     c.external = external_.at(pose.psi);
@@ -299,7 +297,7 @@ class SlipModel<Beyond<Law>> {
               ReactionCoupling& coupling) const {
     reactions_.couple(G, c.N_by_moment, coupling);
     const Wheels roller_torque = c.r_Y * contact.F_Y.slope - c.r_X * contact.F_X.slope + contact.T_S.slope;
-    for (int m = 0; m < coupling.size; ++m) {
+    for (int m = 0; m < 3; ++m) {
       const Wheels& N = coupling.N[m];
       coupling.forces[m] = {sums(contact.F_X.slope * N, contact.F_Y.slope * N, contact.M_Z.slope * N),
                             -robot_.R * contact.F_X.slope * N, roller_torque * N};
@@ -410,7 +408,7 @@ class SlipModel<Beyond<Law>> {
   RobotParameters robot_;
   RollerGeometry geometry_;
   LimitSurface<Law> law_;
-  double a_m_;
+  double a_m_, per_R_;
   Inertia inertia_;
   DryBearings dry_;
   FloorPatches patches_;

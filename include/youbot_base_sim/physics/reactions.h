@@ -49,15 +49,12 @@ struct ContactByReaction {
 
 /// How normal reactions that follow the motion change the derivative of the forces by the velocities: they add
 ///   sum_m forces[m] balance[m]'
-/// to minus the damping matrix, which holds for reactions that stay. Each of the `size` terms belongs to a condition on
-/// the reactions that moments balance.
+/// to minus the damping matrix, which holds for reactions that stay. Each term belongs to a condition on the reactions:
+/// the balances of moments about OY, about OX and of the rocking axle, which is zero where none rocks.
 struct ReactionCoupling {
-  static constexpr int kMaxSize = 3;
-
-  int size = 0;
-  std::array<Velocities, kMaxSize> balance;  ///< what unit velocities add to the moment, N m
-  std::array<Wheels, kMaxSize> N;            ///< what a unit of that adds to the reactions, 1/m
-  std::array<Velocities, kMaxSize> forces;   ///< and to the forces, through friction
+  std::array<Velocities, 3> balance;  ///< what unit velocities add to the moment, N m
+  std::array<Wheels, 3> N;            ///< what a unit of that adds to the reactions, 1/m
+  std::array<Velocities, 3> forces;   ///< and to the forces, through friction
 };
 
 /// Normal reactions of the floor while the base moves: vertical forces and moments about both horizontal axes balance
@@ -85,7 +82,7 @@ class Reactions {
   /// A wheel that would be pulled down leaves the floor: its N is 0 in place of the fourth condition.
   Solution solve(const ContactByReaction& contact, const Motion& motion) const;
 
-  /// Sets size, balance and N, where the damping matrix is G and the reactions answer by `by_moment`. Coriolis forces
+  /// Sets `balance` and `N`, where the damping matrix is G and the reactions answer by `by_moment`. Coriolis forces
   /// and gyroscopic moments, which are not stiff, stay out.
   void couple(const DampingMatrix& G, const std::array<Wheels, 3>& by_moment, ReactionCoupling& coupling) const;
 
