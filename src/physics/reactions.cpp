@@ -9,7 +9,7 @@ namespace youbot_base_sim {
 
 namespace {
 
-const Wheels kForward{1, 1, -1, -1}, kLeft{1, -1, 1, -1};
+const Wheels kForward{1, 1, -1, -1};
 
 }  // namespace
 
@@ -59,59 +59,8 @@ Reactions::Reactions(const RobotParameters& robot, const Inertia& inertia, doubl
   }
 }
 
-// Accelerations are dv = M_v^-1 (platform_forces + friction), with friction = constant + slope N.
-Reactions::Conditions Reactions::conditions(const ContactByReaction& contact, const Motion& motion) const {
-  const auto& [F_X, F_Y, M_Z, T_S, D] = contact;
-  const ExternalForce& e = motion.external;
-  const double V_X = motion.v[0], V_Y = motion.v[1], Omega = motion.v[2], m_a_Z = m_ * a_Z_;
-  const Wheels constant = sums(F_X.constant, F_Y.constant, M_Z.constant) + motion.platform_forces;
-  // Moment about OX of what each wheel has for no normal reaction, and of the reaction itself
-  const Wheels held = D.constant + R_ * F_Y.constant + (J_1_ * Omega) * motion.dphi;
-  const Wheels arm = rho_Y_ + D.slope + R_ * F_Y.slope;
-  const double pitch = m_ * g_n_ * a_X_ - motion.sum_tau + e.pitch + m_a_Z * (e.g_X + Omega * (V_Y + a_X_ * Omega)) -
-                       by_force_X_[0] * constant[0] - by_force_X_[1] * constant[1] - by_force_X_[2] * constant[2];
-  const double roll = m_ * g_n_ * a_Y_ - held.sum() + e.roll + m_a_Z * (e.g_Y - Omega * (V_X - a_Y_ * Omega)) -
-                      by_force_Y_[0] * constant[0] - by_force_Y_[1] * constant[1] - by_force_Y_[2] * constant[2];
-  Conditions c;
-  c.rows[0] = rho_X_ + by_force_X_[0] * F_X.slope + by_force_X_[1] * F_Y.slope + by_force_X_[2] * M_Z.slope;
-  c.rows[1] = arm + by_force_Y_[0] * F_X.slope + by_force_Y_[1] * F_Y.slope + by_force_Y_[2] * M_Z.slope;
-  if (rocks_) {  // moments about OX balance on the rocking axle by themselves
-    c.rows[2] = rocking_ * arm;
-    c.right = {pitch, roll, -(rocking_ * held).sum(), 0};
-  } else {
-    c.rows[2] = kForward * kLeft;
-    c.right = {pitch, roll, 4 * q_, 0};
-  }
-  return c;
-}
-
-Reactions::Solution Reactions::solve(const ContactByReaction& contact, const Motion& motion) const {
-  const double weight = m_s_ * g_n_ + motion.external.down;
-  if (!(weight > 0)) return {Wheels::Zero(), {Wheels::Zero(), Wheels::Zero(), Wheels::Zero()}, Side::kOff};
-  const Conditions all = conditions(contact, motion);
-  const Solution solution = share(all, weight);
-  return (solution.N >= 0).all() ? solution : lift(all, weight, solution.N);
-}
-
-// N = weight / 4 and three transfers of load, which leave the sum: from the rear wheels to the front ones, and on each
-// axle from the right wheel to the left one.
-Reactions::Solution Reactions::share(const Conditions& conditions, double weight) {
-  const auto& [a, b, c] = conditions.rows;
-  const auto by_transfer = [&](const Wheels& N) { return sums(a * N, b * N, c * N); };
-  const PlatformMatrix transfers =
-      inverse({by_transfer(kForward), by_transfer({1, -1, 0, 0}), by_transfer({0, 0, 1, -1})});
-  const Wheels right = conditions.right - 0.25 * weight * sums(a, b, c);
-  Solution solution;
-  solution.N = Wheels::Constant(0.25 * weight);
-  for (int k = 0; k < 3; ++k) {
-    const Wheels& t = transfers[k];
-    solution.by_moment[k] = {t[0] + t[1], t[0] - t[1], t[2] - t[0], -t[0] - t[2]};
-    solution.N += right[k] * solution.by_moment[k];
-  }
-  return solution;
-}
-
 Reactions::Solution Reactions::lift(const Conditions& conditions, double weight, const Wheels& N) {
+  if (!(weight > 0)) return {Wheels::Zero(), {Wheels::Zero(), Wheels::Zero(), Wheels::Zero()}, Side::kOff};
   // The wheel that is pulled down most is the first to be tried.
   Wheels pulled = N;
   for (int tries = 0; tries < kWheels; ++tries) {

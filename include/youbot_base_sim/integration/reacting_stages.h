@@ -24,7 +24,8 @@ class ReactingStages {
   using Vector = typename BorderedStages<s>::Vector;
   using Couplings = std::array<ReactionCoupling, s>;
 
-  /// Turns u from u_0 into the solution, and tells by how much the reactions change at each stage, N. `K` is factorized.
+  /// Turns u from u_0 into the solution, and tells by how much the reactions change at each stage, N. `K` is
+  /// factorized.
   static void correct(const BorderedStages<s>& K, const Couplings& couplings, Vector& u, std::array<Wheels, s>& dN) {
     Moments rest = moments(couplings, u), y;
     y.fill(Wheels::Zero());

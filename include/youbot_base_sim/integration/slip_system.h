@@ -45,7 +45,7 @@ class SlipSystem {
   /// dx/dt.
   void operator()(const State& x, State& dxdt, double t) const {
     const Wheels M = torque_->value(t);
-    model_.derivative(x, contacts(x.velocities(), x.phi(), x.pose(), M), M, dxdt);
+    model_.derivative(x, contacts(x.velocities(), x.phi(), pose(x), M), M, dxdt);
     ++evaluations_;
   }
 
@@ -95,8 +95,15 @@ class SlipSystem {
     }
     return c;
   }
+  /// Pose of x, if it matters.
+  Pose pose([[maybe_unused]] const State& x) const {
+    if constexpr (kBeyond<Law>) {
+      if (model_.by_pose()) return x.pose();
+    }
+    return {};
+  }
   Contacts contacts(const State& x, double t) const {
-    return contacts(x.velocities(), x.phi(), x.pose(), torque_->value(t));
+    return contacts(x.velocities(), x.phi(), pose(x), torque_->value(t));
   }
 
   /// Sets `c` to the contacts at the velocities u with wheel angles, pose and normal reactions of x, where they are
@@ -104,11 +111,11 @@ class SlipSystem {
   void contacts_near(const State& x, [[maybe_unused]] const Contacts& at_x, const Velocities& u, const Wheels& M,
                      Contacts& c) const {
     if constexpr (kBeyond<Law>) {
-      model_.place(u, geometry(x.phi()), x.pose(), c);
+      model_.place(u, geometry(x.phi()), pose(x), c);
       model_.press(at_x.N, c);
       c.tipping = at_x.tipping;
     } else {
-      contacts(u, x.phi(), x.pose(), M, c);
+      contacts(u, x.phi(), pose(x), M, c);
     }
   }
 
@@ -332,6 +339,9 @@ class SlipSystem {
   }
   [[gnu::noinline]] void share_reactions(const Velocities& u, const Wheels& M, const Mask& shared, const Contacts& unit,
                                          ContactByReaction& by_reaction) const {
+    const Wheels zero = Wheels::Zero();
+    by_reaction.constant = {zero, zero, zero, zero, zero};
+    by_reaction.shares = true;
     for (int i = 0; i < kWheels; ++i) {
       if (shared[i]) shared_contact(i, u, unit, M).put(by_reaction);
     }
@@ -362,7 +372,7 @@ class SlipSystem {
   SharedContact<Law> shared_contact(int i, const Velocities& u, [[maybe_unused]] const State& x,
                                     [[maybe_unused]] const Mask& shared, const Wheels& M) const {
     Contacts c;
-    if constexpr (kBeyond<Law>) beyond_contacts(u, x.phi(), x.pose(), M, shared, c);
+    if constexpr (kBeyond<Law>) beyond_contacts(u, x.phi(), pose(x), M, shared, c);
     return shared_contact(i, u, c, M);
   }
 
@@ -488,7 +498,7 @@ template <class Law>
 template <class Matrix>
 void SlipSystem<Law>::difference_jacobian(const State& x, Matrix& J, double t, State& dfdt) const {
   State step;
-  const Velocities turning = model_.transition_velocities();
+  const Velocities turning = transition_velocities(model_);
   const double slip = std::isfinite(turning.v[0]) ? 1 : 0;
   step.values.setConstant(kDifference);
   if (slip != 0) {
@@ -520,7 +530,7 @@ void SlipSystem<Law>::analytic_jacobian(const State& x, Matrix& J, double t, Sta
   const Inertia& inertia = model_.inertia();
   const Velocities u = x.velocities();
   const Wheels M = torque_->value(t);
-  const Contacts c = contacts(u, x.phi(), x.pose(), M);
+  const Contacts c = contacts(u, x.phi(), pose(x), M);
   ForceJacobian Q = force_jacobian(x, c, M);
   // d(u . Q)/dx, the power's, from the forces before they become accelerations.
   const Velocities F = model_.forces(u, c, M);

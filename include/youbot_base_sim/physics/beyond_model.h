@@ -36,15 +36,15 @@ inline PressedFriction operator*(double factor, const PressedFriction& a) { retu
 
 /// What happens at the four contacts, in the platform's frame, and what it depends on besides the velocities.
 struct alignas(kAlignment) BeyondContacts : Contacts {
-  Wheels V_Z;   ///< a_m omega, where omega is the rate at which the roller turns on the spot, m/s
-  Wheels spin;  ///< what a unit dgamma adds to omega
-  Wheels F_Z;   ///< M_S / a_m, N
-  Wheels M_S;   ///< torque of the spin friction, N m; part of M_Z
-  Wheels T_S;   ///< its torque on the roller, N m
-  Wheels f;     ///< coefficient of friction
-  Wheels N;     ///< normal reaction, N
+  Wheels V_Z;                         ///< a_m omega, where omega is the rate at which the roller turns on the spot, m/s
+  Wheels spin;                        ///< what a unit dgamma adds to omega
+  Wheels F_Z;                         ///< M_S / a_m, N
+  Wheels M_S;                         ///< torque of the spin friction, N m; part of M_Z
+  Wheels T_S;                         ///< its torque on the roller, N m
+  Wheels f;                           ///< coefficient of friction
+  Wheels N;                           ///< normal reaction, N
   std::array<Wheels, 3> N_by_moment;  ///< see Reactions::Solution; set for dynamic reactions only
-  Pose pose;    ///< of the base
+  Pose pose;                          ///< of the base
   ExternalForce external;
   Side tipping = Side::kNone;
 };
@@ -196,7 +196,7 @@ class SlipModel<Beyond<Law>> {
     c.spin = g.dr_Y * per_R_;  // -cos(delta) sin(phi~)
     c.V_Z = a_m_ * (u.v[2] + c.spin * u.dgamma);
     c.pose = pose;
-    c.external = external_.at(pose.psi);
+    c.external = external_.at(pose.cosine, pose.sine);
     c.f = patches_.any() ? friction_at(pose, c.Delta_Y) : floor_.f;
   }
 
@@ -219,12 +219,13 @@ class SlipModel<Beyond<Law>> {
 
   /// What contacts exert that are pressed by 1 N, for each newton of their normal reactions.
   ContactByReaction by_reaction(const Contacts& c) const {
-    const Wheels zero = Wheels::Zero();
-    return {{zero, c.F_X}, {zero, c.F_Y}, {zero, c.M_Z}, {zero, c.T_S}, {zero, c.Delta_Y}};
+    ContactByReaction by_reaction;
+    by_reaction.slope = {c.F_X, c.F_Y, c.M_Z, c.T_S, c.Delta_Y};
+    return by_reaction;
   }
 
   /// Whether what acts on the base depends on where it stands.
-  bool by_pose() const { return patches_.any() || external_.any(); }
+  bool by_pose() const { return patches_.any() || external_.turns(); }
 
   /// The normal reactions in this motion under the wheel torques M, N m.
   Reactions::Solution reactions(const Velocities& u, const Wheels& M, const Contacts& placed,
@@ -296,11 +297,11 @@ class SlipModel<Beyond<Law>> {
   void couple(const Contacts& c, const ContactByReaction& contact, const DampingMatrix& G,
               ReactionCoupling& coupling) const {
     reactions_.couple(G, c.N_by_moment, coupling);
-    const Wheels roller_torque = c.r_Y * contact.F_Y.slope - c.r_X * contact.F_X.slope + contact.T_S.slope;
+    const ContactByReaction::Exerted& k = contact.slope;
+    const Wheels roller_torque = c.r_Y * k.F_Y - c.r_X * k.F_X + k.T_S;
     for (int m = 0; m < 3; ++m) {
       const Wheels& N = coupling.N[m];
-      coupling.forces[m] = {sums(contact.F_X.slope * N, contact.F_Y.slope * N, contact.M_Z.slope * N),
-                            -robot_.R * contact.F_X.slope * N, roller_torque * N};
+      coupling.forces[m] = {sums(k.F_X * N, k.F_Y * N, k.M_Z * N), -robot_.R * k.F_X * N, roller_torque * N};
     }
   }
 
@@ -321,17 +322,12 @@ class SlipModel<Beyond<Law>> {
 
   double transition_speed() const { return law_.transition_speed(); }
   void set_transition_speed(double nu) { law_.set_transition_speed(nu); }
-  Velocities transition_velocities() const {
-    const double speed = law_.transition_speed();
-    return {Wheels::Constant(speed), Wheels::Constant(speed / robot_.R),
-            Wheels::Constant(speed / (robot_.R - robot_.R_d))};
-  }
 
   /// The longest step (s) in which no contact point jumps over the soft edge of a patch; infinite without patches.
   double max_step(const State& x, const Wheels& Delta_Y) const {
     if (!patches_.any()) return std::numeric_limits<double>::infinity();
     Wheels X, Y;
-    contact_points({x.x(), x.y(), x.psi()}, Delta_Y, X, Y);
+    contact_points(x.pose(), Delta_Y, X, Y);
     const double reach = std::hypot(robot_.h, robot_.l + robot_.R_d);
     const double speed = std::hypot(x.V_X(), x.V_Y()) + std::abs(x.Omega()) * reach;
     const double way = patches_.max_way(X, Y);  // = speed t + kMaxAcceleration t^2 / 2
@@ -356,10 +352,9 @@ class SlipModel<Beyond<Law>> {
   }
 
   void contact_points(const Pose& pose, const Wheels& Delta_Y, Wheels& X, Wheels& Y) const {
-    const double cosine = std::cos(pose.psi), sine = std::sin(pose.psi);
     const Wheels arm = rho_Y_ + Delta_Y;
-    X = pose.x + cosine * rho_X_ - sine * arm;
-    Y = pose.y + sine * rho_X_ + cosine * arm;
+    X = pose.x + pose.cosine * rho_X_ - pose.sine * arm;
+    Y = pose.y + pose.sine * rho_X_ + pose.cosine * arm;
   }
   Wheels friction_at(const Pose& pose, const Wheels& Delta_Y) const {
     Wheels X, Y;
@@ -373,8 +368,7 @@ class SlipModel<Beyond<Law>> {
     const Wheels dX = du.v[0] - (rho_Y_ + c.Delta_Y) * du.v[2] - robot_.R * du.dphi - c.r_X * du.dgamma;
     const Wheels dY = du.v[1] + rho_X_ * du.v[2] + c.r_Y * du.dgamma;
     const Wheels dZ = a_m_ * (du.v[2] + c.spin * du.dgamma);
-    return {-K.XX * dX - K.XY * dY - K.XZ * dZ, -K.XY * dX - K.YY * dY - K.YZ * dZ,
-            -K.XZ * dX - K.YZ * dY - K.ZZ * dZ};
+    return {-K.XX * dX - K.XY * dY - K.XZ * dZ, -K.XY * dX - K.YY * dY - K.YZ * dZ, -K.XZ * dX - K.YZ * dY - K.ZZ * dZ};
   }
 
   // J' K J, where the rows of J are the derivatives of V_PX, V_PY and V_Z by V_X, V_Y, Omega, dphi, dgamma.
