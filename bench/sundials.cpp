@@ -95,7 +95,9 @@ class Integrator {
     if (!torque_) throw RunFailure("the scene's drive is not a torque");
     const Scene& scene = task.scene;
     const TorqueProfile& torque = scene.solver.control_period > 0 ? held_ : *torque_;
-    system_ = std::make_unique<SlipSystem<Law>>(SlipModel<Law>(scene.robot, scene.floor), torque, scene.initial);
+    SlipModel<Law> model(scene.robot, scene.floor);
+    if constexpr (kBeyond<Law>) model.set_burden(scene.burdens.at(0));  // what is put on later is not known here
+    system_ = std::make_unique<SlipSystem<Law>>(model, torque, scene.initial);
     State start = scene.initial;
     start.phi() -= middle();
     for (int k = 0; k < kSize; ++k) {
@@ -261,6 +263,9 @@ class Integrator {
 };
 
 Run run(const Task& task, const Package& package) {
+  if (task.scene.model == Model::kCoulomb && beyond_the_paper(task.scene)) {
+    return Integrator<Beyond<CoulombLaw>>(task, package).run();
+  }
   if (task.scene.model == Model::kCoulomb) return Integrator<CoulombLaw>(task, package).run();
   if (task.scene.model == Model::kViscous) return Integrator<ViscousLaw>(task, package).run();
   throw RunFailure("only models 2a and 2b are known here");

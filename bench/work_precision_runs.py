@@ -85,6 +85,8 @@ SCENES = [
     Scene("case2_coulomb", "Case 2, 2b", CASES / "case2.yaml", rows="case2_coulomb.csv"),
     Scene("violent", "violent", ROOT / "bench" / "scenes" / "violent.yaml"),
     Scene("held", "torque held over 1 ms", ROOT / "bench" / "scenes" / "held.yaml"),
+    Scene("rocking", "Case 2, rocking front axle, 10 s", ROOT / "bench" / "scenes" / "rocking.yaml"),
+    Scene("beyond", "Case 2, all beyond the paper, 10 s", ROOT / "bench" / "scenes" / "beyond.yaml"),
 ]
 HELD_WHEEL = Scene("held_wheel", "held wheel", ROOT / "bench" / "scenes" / "held_wheel.yaml")
 

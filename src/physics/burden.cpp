@@ -1,5 +1,7 @@
 #include "youbot_base_sim/physics/burden.h"
 
+#include <cmath>
+
 namespace youbot_base_sim {
 
 RobotParameters loaded(const RobotParameters& robot, const std::vector<Load>& loads) {
@@ -17,23 +19,45 @@ RobotParameters loaded(const RobotParameters& robot, const std::vector<Load>& lo
   return sum;
 }
 
-ExternalForce ExternalForces::sum(double psi) const {
-  ExternalForce sum;
-  sum.g_X = -along_ * std::cos(uphill_ - psi);
-  sum.g_Y = -along_ * std::sin(uphill_ - psi);
-  sum.v = {m_s_ * sum.g_X, m_s_ * sum.g_Y, m_a_X_ * sum.g_Y - m_a_Y_ * sum.g_X, 0};
-  for (const Wrench& wrench : wrenches_) {
-    Eigen::Vector3d W = wrench.force;
+namespace {
+
+// Adds the wrench with the force W in the platform's frame.
+void add(const Wrench& wrench, const Eigen::Vector3d& W, ExternalForce& sum) {
+  const Eigen::Vector3d& p = wrench.point;
+  sum.v += Wheels{W[0], W[1], p[0] * W[1] - p[1] * W[0] + wrench.torque, 0};
+  sum.down -= W[2];
+  sum.pitch += p[2] * W[0] - p[0] * W[2];
+  sum.roll += p[2] * W[1] - p[1] * W[2];
+}
+
+}  // namespace
+
+ExternalForces::ExternalForces(const RobotParameters& robot, const FloorParameters& floor,
+                               const std::vector<Wrench>& wrenches)
+    : m_s_(robot.m_s()),
+      m_a_X_(robot.m * robot.a_X),
+      m_a_Y_(robot.m * robot.a_Y),
+      along_x_(-floor.g * std::sin(floor.slope) * std::cos(floor.uphill)),
+      along_y_(-floor.g * std::sin(floor.slope) * std::sin(floor.uphill)),
+      normal_(floor.slope == 0 ? floor.g : floor.g * std::cos(floor.slope)) {
+  for (const Wrench& wrench : wrenches) {
     if (wrench.fixed) {
-      const double cosine = std::cos(psi), sine = std::sin(psi);
-      W.head<2>() << cosine * wrench.force[0] + sine * wrench.force[1],
-          cosine * wrench.force[1] - sine * wrench.force[0];
+      fixed_.push_back(wrench);
+    } else {
+      add(wrench, wrench.force, steady_);
     }
-    const Eigen::Vector3d& p = wrench.point;
-    sum.v += Wheels{W[0], W[1], p[0] * W[1] - p[1] * W[0] + wrench.torque, 0};
-    sum.down -= W[2];
-    sum.pitch += p[2] * W[0] - p[0] * W[2];
-    sum.roll += p[2] * W[1] - p[1] * W[2];
+  }
+  turns_ = floor.slope != 0 || !fixed_.empty();
+}
+
+ExternalForce ExternalForces::sum(double cosine, double sine) const {
+  ExternalForce sum = steady_;
+  sum.g_X = cosine * along_x_ + sine * along_y_;
+  sum.g_Y = cosine * along_y_ - sine * along_x_;
+  sum.v += Wheels{m_s_ * sum.g_X, m_s_ * sum.g_Y, m_a_X_ * sum.g_Y - m_a_Y_ * sum.g_X, 0};
+  for (const Wrench& wrench : fixed_) {
+    const Eigen::Vector3d& W = wrench.force;
+    add(wrench, {cosine * W[0] + sine * W[1], cosine * W[1] - sine * W[0], W[2]}, sum);
   }
   return sum;
 }

@@ -1,10 +1,12 @@
-// The solver for the stages, against dense elimination of the same system.
+// The solver for the stages, against dense elimination of the same system; with normal reactions that follow, against
+// the equations themselves.
 
 #include "youbot_base_sim/integration/bordered_stages.h"
 
 #include <gtest/gtest.h>
 
 #include "physics/random_states.h"
+#include "youbot_base_sim/integration/reacting_stages.h"
 
 namespace youbot_base_sim {
 namespace {
@@ -185,6 +187,57 @@ TYPED_TEST(BorderedStagesTest, SolvesForEveryStepAndStiffness) {
             << "nu " << nu << ", dt " << dt << ", slip / nu " << slip_by_nu;
       }
     }
+  }
+}
+
+// Forces that are small beside those that reactions which stay leave, as friction's are.
+Velocities random_velocities(Random& random, double size) {
+  Velocities u = {random.wheels(-size, size), random.wheels(-size, size), random.wheels(-size, size)};
+  u.v[3] = 0;
+  return u;
+}
+
+TYPED_TEST(BorderedStagesTest, ReactionsThatFollowSolveTheirEquations) {
+  constexpr int s = std::tuple_size_v<typename TypeParam::Stages>;
+  Random random(53);
+  for (int trial = 0; trial < 100; ++trial) {
+    TypeParam system(random_robot(random));
+    system.set_step(std::pow(10, random.uniform(-4, 0)));
+    for (DampingMatrix& G : system.G) G = random_damping(random);
+    for (PlatformMatrix& C : system.C) C.fill(Wheels::Zero());
+    typename ReactingStages<s>::Couplings couplings;
+    for (ReactionCoupling& coupling : couplings) {
+      for (int m = 0; m < 3; ++m) {
+        coupling.balance[m] = random_velocities(random, 1);
+        coupling.forces[m] = random_velocities(random, 0.1);
+        coupling.N[m] = Wheels::Zero();
+        coupling.N[m][m] = 1;  // so that the change of the reactions is that of the moments
+      }
+    }
+    BorderedStages<s> K;
+    K.factorize(system.D, system.inertia, system.G, system.C);
+    typename TypeParam::Stages b, u;
+    for (Velocities& stage : b) stage = random_velocities(random, 1);
+    K.solve(b, u);
+    const auto moments = [&](int j, int m) {
+      const Velocities& row = couplings[j].balance[m];
+      return (row.v * u[j].v + row.dphi * u[j].dphi + row.dgamma * u[j].dgamma).sum();
+    };
+    double asked = 0, missing = 0;
+    for (int j = 0; j < s; ++j) {
+      for (int m = 0; m < 3; ++m) asked += std::pow(moments(j, m), 2);
+    }
+    std::array<Wheels, s> y;
+    ReactingStages<s>::correct(K, couplings, u, y);
+    typename TypeParam::Stages right = b;
+    for (int j = 0; j < s; ++j) {
+      for (int m = 0; m < 3; ++m) {
+        right[j] = right[j] + y[j][m] * couplings[j].forces[m];
+        missing += std::pow(moments(j, m) - y[j][m], 2);
+      }
+    }
+    EXPECT_LE(missing, 1.001 * 0.02 * 0.02 * asked);
+    EXPECT_LT(backward_error<TypeParam>(system.dense(), TypeParam::flat(u), TypeParam::flat(right)), 1e-12);
   }
 }
 

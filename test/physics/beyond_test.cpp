@@ -215,6 +215,63 @@ TEST(BeyondModelTest, DampingIsTheDerivativeOfTheForces) {
   }
 }
 
+// Where reactions follow the motion, the damping and the coupling together are minus the derivative of the forces. What
+// stays out, Coriolis forces and gyroscopic moments in the balance, is small beside 4e4 N s/m.
+TEST(BeyondModelTest, CouplingCompletesTheDerivativeOfTheForces) {
+  int rocking = 0, lifted = 0, cases = 0;
+  for (const Json& golden : golden()) {
+    const Scene scene = scene_of(golden["scene"]);
+    if (scene.robot.normal_reactions != NormalReactions::kDynamic || golden.contains("wheel")) continue;
+    const Motion motion(golden, scene);
+    const System system(motion.model, motion.torque, motion.state);
+    const State& x = motion.state;
+    const Wheels M = motion.torque.value(0);
+    const BeyondContacts c = system.contacts(x, 0);
+    if (c.tipping != Side::kNone) continue;
+    ++cases;
+    rocking += scene.robot.load_sharing != LoadSharing::kEqualWheels;
+    lifted += (c.N == 0).any();
+    DampingMatrix G;
+    motion.model.damping(x.velocities(), c, G);
+    ReactionCoupling coupling;
+    system.couple(x.velocities(), c, M, G, coupling);
+    const auto forces = [&](const Velocities& u) {
+      return motion.model.forces(u, system.contacts(u, x.phi(), x.pose(), M), M);
+    };
+    const auto damped = [&](const Velocities& du) {  // G du
+      Velocities Q = {Wheels::Zero(), G.dphi_dphi * du.dphi + G.dphi_dgamma * du.dgamma,
+                      G.dphi_dgamma * du.dphi + G.dgamma_dgamma * du.dgamma};
+      for (int row = 0; row < 3; ++row) {
+        Q.v[row] = (G.platform_dphi[row] * du.dphi + G.platform_dgamma[row] * du.dgamma).sum();
+        for (int k = 0; k < 3; ++k) Q.v[row] += G.platform_platform[row][k].sum() * du.v[k];
+        Q.dphi += G.dphi_platform[row] * du.v[row];
+        Q.dgamma += G.dgamma_platform[row] * du.v[row];
+      }
+      return Q;
+    };
+    const double step = 1e-7, allowed = 2e-4 * G.contact_stiffness().maxCoeff();
+    for (int k = 0; k < 11; ++k) {
+      Velocities du = {Wheels::Zero(), Wheels::Zero(), Wheels::Zero()};
+      (k < 3 ? du.v[k] : k < 7 ? du.dphi[k - 3] : du.dgamma[k - 7]) = step;
+      const Velocities u = x.velocities();
+      const Velocities slope = (1 / (2 * step)) * (forces(u + du) - forces(u - du));
+      Velocities wanted = (-1 / step) * damped(du);
+      for (int m = 0; m < 3; ++m) {
+        const Velocities& row = coupling.balance[m];
+        const double moment = (row.v * du.v + row.dphi * du.dphi + row.dgamma * du.dgamma).sum() / step;
+        wanted = wanted + moment * coupling.forces[m];
+      }
+      const Velocities apart = slope - wanted;
+      EXPECT_LT(apart.v.abs().maxCoeff(), allowed) << k << ' ' << golden["scene"].dump();
+      EXPECT_LT(apart.dphi.abs().maxCoeff(), allowed) << k << ' ' << golden["scene"].dump();
+      EXPECT_LT(apart.dgamma.abs().maxCoeff(), allowed) << k << ' ' << golden["scene"].dump();
+    }
+  }
+  EXPECT_GT(cases, 10);
+  EXPECT_GT(rocking, 0);
+  EXPECT_GT(lifted, 0);
+}
+
 // A limit surface without spin is Coulomb's law, and everything switched off is the paper's model.
 TEST(BeyondModelTest, IsThePapersWithEverythingOff) {
   for (const Json& golden : golden()) {

@@ -9,6 +9,7 @@
 
 #include "youbot_base_sim/integration/bordered_stages.h"
 #include "youbot_base_sim/integration/radau_tableau.h"
+#include "youbot_base_sim/integration/reacting_stages.h"
 #include "youbot_base_sim/integration/slip_system.h"
 #include "youbot_base_sim/integration/statistics.h"
 #include "youbot_base_sim/integration/step_size_controller.h"
@@ -122,13 +123,14 @@ class Radau : public ControlledStepperTypes {
     contact_ids_ = system.contact_ids();
     start_ = x.velocities();
     const Wheels M = system.torque().value(t);
-    Contacts contacts = system.contacts(start_, x.phi(), x.pose(), M);
+    // Reuse the converged friction force: recomputing it from the slip velocity would turn an O(nu) error of the slip
+    // into an O(1) error of the force.
+    const Pose pose = system.pose(x);
+    if constexpr (kBeyond<Law>) start_pose_ = pose;
+    const Contacts contacts =
+        unchanged.any() ? system.contacts(start_, x.phi(), pose, M, unchanged && !system.shared(), end_friction_)
+                        : system.contacts(start_, x.phi(), pose, M);
     system.count_evaluations(1);
-    if (unchanged.any()) {
-      // Reuse the converged friction force: recomputing it from the slip velocity would turn an O(nu) error of the slip
-      // into an O(1) error of the force.
-      system.model().put_friction(unchanged && !system.shared(), end_friction_, contacts);
-    }
     start_forces_ = system.model().forces(start_, contacts, M);
     start_friction_ = system.model().friction(contacts);
     error_scale_ = error_scale(tolerance_, start_);
@@ -137,7 +139,7 @@ class Radau : public ControlledStepperTypes {
 
   // Where the tolerance exceeds the transition speed, the equations are still solved to a fraction of that speed.
   void set_convergence_tolerance(const SlipSystem<Law>& system) {
-    const Velocities turning = system.model().transition_velocities();
+    const Velocities turning = transition_velocities(system.model());
     convergence_tolerance_ = {kConverged * error_scale_.v.min(turning.v),
                               kConverged * error_scale_.dphi.min(turning.dphi),
                               kConverged * error_scale_.dgamma.min(turning.dgamma)};
@@ -268,23 +270,28 @@ class Radau : public ControlledStepperTypes {
     return x_.phi() + dt * (T::A[j][0] * stages_[0].dphi + T::A[j][1] * stages_[1].dphi + T::A[j][2] * stages_[2].dphi);
   }
 
-  // Poses at the stages of a step of length dt, for whom they matter.
+  // Poses at the stages of a step of length dt, where they matter.
   std::array<Pose, 3> poses([[maybe_unused]] const SlipSystem<Law>& system, [[maybe_unused]] double dt) const {
-    std::array<Pose, 3> pose{};
+    std::array<Pose, 3> pose;
     if constexpr (kBeyond<Law>) {
       if (!system.model().by_pose()) return pose;
       using T = RadauTableau;
+      const auto integral = [&](int j, double a, double b, double c) {
+        return dt * (T::A[j][0] * a + T::A[j][1] * b + T::A[j][2] * c);
+      };
+      const auto turn = [&](int j) { return integral(j, stages_[0].v[2], stages_[1].v[2], stages_[2].v[2]); };
+      Wheels sine, cosine;
+      RollerGeometry::sine_and_cosine({turn(0), turn(1), turn(2), 0}, sine, cosine);
       double dx[3], dy[3];
       for (int j = 0; j < 3; ++j) {
-        pose[j].psi = x_.psi();
-        for (int l = 0; l < 3; ++l) pose[j].psi += dt * T::A[j][l] * stages_[l].v[2];
-        const double cosine = std::cos(pose[j].psi), sine = std::sin(pose[j].psi);
-        dx[j] = stages_[j].v[0] * cosine - stages_[j].v[1] * sine;
-        dy[j] = stages_[j].v[0] * sine + stages_[j].v[1] * cosine;
+        pose[j].cosine = start_pose_.cosine * cosine[j] - start_pose_.sine * sine[j];
+        pose[j].sine = start_pose_.sine * cosine[j] + start_pose_.cosine * sine[j];
+        dx[j] = stages_[j].v[0] * pose[j].cosine - stages_[j].v[1] * pose[j].sine;
+        dy[j] = stages_[j].v[0] * pose[j].sine + stages_[j].v[1] * pose[j].cosine;
       }
       for (int j = 0; j < 3; ++j) {
-        pose[j].x = x_.x() + dt * (T::A[j][0] * dx[0] + T::A[j][1] * dx[1] + T::A[j][2] * dx[2]);
-        pose[j].y = x_.y() + dt * (T::A[j][0] * dy[0] + T::A[j][1] * dy[1] + T::A[j][2] * dy[2]);
+        pose[j].x = x_.x() + integral(j, dx[0], dx[1], dx[2]);
+        pose[j].y = x_.y() + integral(j, dy[0], dy[1], dy[2]);
       }
     }
     return pose;
@@ -321,7 +328,7 @@ class Radau : public ControlledStepperTypes {
       ++statistics_->newton_iterations;
       residual(system, dt, left);
       if (iteration == 0) factorize(system, dt);
-      double size = correction(left, change);
+      double size = correction(system, left, change);
       if (iteration > 0) {
         // Deuflhard's natural monotonicity test: with the same Jacobian, the correction must have shrunk.
         if (!(size <= (1 - length / 4) * last)) {
@@ -333,7 +340,7 @@ class Radau : public ControlledStepperTypes {
         rate = size / last;
         if (iteration == 1 ? last > kFar : rate > kSlow) {
           factorize(system, dt);
-          size = correction(left, change);
+          size = correction(system, left, change);
         }
       }
       if (!(size <= std::numeric_limits<double>::max())) return false;
@@ -341,6 +348,7 @@ class Radau : public ControlledStepperTypes {
       from_.contacts = contacts_;
       from_.friction = friction_;
       from_.correction = change;
+      if constexpr (kBeyond<Law>) from_.dN = dN_;
       length = 1;
       last = size;
       move(system, length);
@@ -357,6 +365,13 @@ class Radau : public ControlledStepperTypes {
     for (int j = 0; j < 3; ++j) {
       const Velocities part = length * from_.correction[j];
       stages_[j] = from_.stages[j] + part;
+      if constexpr (kBeyond<Law>) {
+        if (system.reacts()) {
+          friction_[j] =
+              system.model().friction_after(from_.contacts[j], from_.friction[j], part, length * from_.dN[j]);
+          continue;
+        }
+      }
       friction_[j] = system.model().friction_after(from_.contacts[j], from_.friction[j], part);
     }
   }
@@ -387,12 +402,21 @@ class Radau : public ControlledStepperTypes {
       coriolis_[j] = model.inertia().coriolis_derivative(stages_[j].v);
     }
     solver_.factorize(D, model.inertia(), damping_, coriolis_);
+    if constexpr (kBeyond<Law>) {
+      if (system.reacts()) {
+        for (int j = 0; j < 3; ++j) system.couple(stages_[j], contacts_[j], torque_[j], damping_[j], couplings_[j]);
+      }
+    }
     ++statistics_->factorizations;
   }
 
   // Newton's correction for what is left over; returns its size in units of the convergence tolerance.
-  [[gnu::flatten, gnu::noinline]] double correction(const StageVelocities& left, StageVelocities& change) const {
+  [[gnu::flatten, gnu::noinline]] double correction([[maybe_unused]] const SlipSystem<Law>& system,
+                                                    const StageVelocities& left, StageVelocities& change) {
     solver_.solve(left, change);
+    if constexpr (kBeyond<Law>) {
+      if (system.reacts()) ReactingStages<3>::correct(solver_, couplings_, change, dN_);
+    }
     double squares = 0;
     for (const Velocities& u : change) {
       squares += ((u.v / convergence_tolerance_.v).square() + (u.dphi / convergence_tolerance_.dphi).square() +
@@ -412,6 +436,7 @@ class Radau : public ControlledStepperTypes {
   State x_;
   Velocities start_, start_forces_, error_scale_, convergence_tolerance_;
   Friction start_friction_;
+  Pose start_pose_;  // beyond the paper
   typename SlipSystem<Law>::ContactIds contact_ids_ = SlipSystem<Law>::ContactIds::Zero();
   double accepted_dt_ = 0;  // longest step from here whose error is known to be small enough
 
@@ -436,8 +461,11 @@ class Radau : public ControlledStepperTypes {
     std::array<Contacts, RadauTableau::stages> contacts;
     std::array<Friction, RadauTableau::stages> friction;
     StageVelocities correction;
-  } from_;  // where the last correction began, and it
+    std::array<Wheels, RadauTableau::stages> dN;  // of dynamic reactions
+  } from_;                                        // where the last correction began, and it
   BorderedStages<3> solver_;
+  std::array<ReactionCoupling, RadauTableau::stages> couplings_;
+  std::array<Wheels, RadauTableau::stages> dN_;  // what the last correction adds to dynamic reactions
   BorderedStages<1> filter_;
 };
 

@@ -45,7 +45,7 @@ class SlipSystem {
   /// dx/dt.
   void operator()(const State& x, State& dxdt, double t) const {
     const Wheels M = torque_->value(t);
-    model_.derivative(x, contacts(x.velocities(), x.phi(), x.pose(), M), M, dxdt);
+    model_.derivative(x, contacts(x.velocities(), x.phi(), pose(x), M), M, dxdt);
     ++evaluations_;
   }
 
@@ -83,8 +83,27 @@ class SlipSystem {
     contacts(u, phi, pose, M, c);
     return c;
   }
+  /// The same where the friction of the wheels in `known`, none of them shared, is known from the step before.
+  Contacts contacts(const Velocities& u, const Wheels& phi, const Pose& pose, const Wheels& M, const Mask& known,
+                    const typename Model::Friction& F) const {
+    Contacts c;
+    if constexpr (kBeyond<Law>) {
+      beyond_contacts(u, phi, pose, M, shared_, c, [&](Contacts& pressed) { model_.put_friction(known, F, pressed); });
+    } else {
+      contacts(u, phi, pose, M, c);
+      model_.put_friction(known, F, c);
+    }
+    return c;
+  }
+  /// Pose of x, if it matters.
+  Pose pose([[maybe_unused]] const State& x) const {
+    if constexpr (kBeyond<Law>) {
+      if (model_.by_pose()) return x.pose();
+    }
+    return {};
+  }
   Contacts contacts(const State& x, double t) const {
-    return contacts(x.velocities(), x.phi(), x.pose(), torque_->value(t));
+    return contacts(x.velocities(), x.phi(), pose(x), torque_->value(t));
   }
 
   /// Sets `c` to the contacts at the velocities u with wheel angles, pose and normal reactions of x, where they are
@@ -92,11 +111,11 @@ class SlipSystem {
   void contacts_near(const State& x, [[maybe_unused]] const Contacts& at_x, const Velocities& u, const Wheels& M,
                      Contacts& c) const {
     if constexpr (kBeyond<Law>) {
-      model_.place(u, phi_tilde(x.phi()), geometry(x.phi()), x.pose(), c);
+      model_.place(u, geometry(x.phi()), pose(x), c);
       model_.press(at_x.N, c);
       c.tipping = at_x.tipping;
     } else {
-      contacts(u, x.phi(), x.pose(), M, c);
+      contacts(u, x.phi(), pose(x), M, c);
     }
   }
 
@@ -107,6 +126,22 @@ class SlipSystem {
     if (shares_) put_shared(u, c, M, G);
   }
 
+  /// Whether normal reactions follow the motion: its derivatives then have a ReactionCoupling besides the damping.
+  bool reacts() const {
+    if constexpr (kBeyond<Law>) return model_.dynamic();
+    return false;
+  }
+
+  /// That coupling where the damping matrix is G.
+  void couple(const Velocities& u, const Contacts& c, const Wheels& M, const DampingMatrix& G,
+              ReactionCoupling& coupling) const {
+    Contacts unit = c;
+    model_.press(Wheels::Ones(), unit);
+    ContactByReaction by_reaction = model_.by_reaction(unit);
+    if (shares_) share_reactions(u, M, shared_, unit, by_reaction);
+    model_.couple(c, by_reaction, G, coupling);
+  }
+
   /// Lets the base carry other loads and feel other wrenches from now on.
   void set_burden(const Burden& burden) {
     if constexpr (kBeyond<Law>) model_.set_burden(burden);
@@ -115,10 +150,7 @@ class SlipSystem {
   // Normal reactions, of models that know them.
 
   /// Whether they must be looked at after each step.
-  bool watches() const {
-    if constexpr (kBeyond<Law>) return model_.dynamic();
-    return false;
-  }
+  bool watches() const { return reacts(); }
 
   /// Whether the motion ends where the base reaches its tipping limit.
   bool ends_tipping() const { return watches() && !goes_on_tipping_; }
@@ -281,25 +313,35 @@ class SlipSystem {
   }
 
   // The contacts beyond the paper, where those in `shared` are shared.
+  // `amend` changes the friction of contacts that are pressed.
+  template <class Amend>
   [[gnu::flatten, gnu::noinline]] void beyond_contacts(const Velocities& u, const Wheels& phi, const Pose& pose,
-                                                       const Wheels& M, const Mask& shared, Contacts& c) const {
+                                                       const Wheels& M, const Mask& shared, Contacts& c,
+                                                       const Amend& amend) const {
     const Wheels angle = phi_tilde(phi);
-    model_.place(u, angle, averages_ ? geometry(phi) : model_.geometry().at(angle), pose, c);
+    model_.place(u, averages_ ? geometry(phi) : model_.geometry().at(angle), pose, c);
     c.tipping = Side::kNone;
     if (model_.dynamic()) {
       model_.press(Wheels::Ones(), c);
+      amend(c);
       ContactByReaction by_reaction = model_.by_reaction(c);
       if (shared.any()) share_reactions(u, M, shared, c, by_reaction);
-      const Reactions::Solution solution = model_.reactions(u, M, c, by_reaction);
-      model_.press_more(solution.N, c);
-      c.tipping = solution.tipping;
+      model_.press_more(model_.reactions(u, M, c, by_reaction), c);
     } else {
       model_.press(model_.static_reactions(), c);
+      amend(c);
     }
     if (shared.any()) share_contacts(u, M, shared, c);
   }
+  void beyond_contacts(const Velocities& u, const Wheels& phi, const Pose& pose, const Wheels& M, const Mask& shared,
+                       Contacts& c) const {
+    beyond_contacts(u, phi, pose, M, shared, c, [](const Contacts&) {});
+  }
   [[gnu::noinline]] void share_reactions(const Velocities& u, const Wheels& M, const Mask& shared, const Contacts& unit,
                                          ContactByReaction& by_reaction) const {
+    const Wheels zero = Wheels::Zero();
+    by_reaction.constant = {zero, zero, zero, zero, zero};
+    by_reaction.shares = true;
     for (int i = 0; i < kWheels; ++i) {
       if (shared[i]) shared_contact(i, u, unit, M).put(by_reaction);
     }
@@ -317,8 +359,8 @@ class SlipSystem {
     const Wheels half = Wheels::Constant(0.5 * model_.geometry().pitch());
     if constexpr (kBeyond<Law>) {
       Contacts lower, upper;
-      model_.place(u, half, model_.geometry().at(half), c.pose, lower);
-      model_.place(u, -half, model_.geometry().at(-half), c.pose, upper);
+      model_.place(u, model_.geometry().at(half), c.pose, lower);
+      model_.place(u, model_.geometry().at(-half), c.pose, upper);
       model_.press(c.N, lower);
       model_.press(c.N, upper);
       return {model_, i, u, M[i], lower, upper};
@@ -330,7 +372,7 @@ class SlipSystem {
   SharedContact<Law> shared_contact(int i, const Velocities& u, [[maybe_unused]] const State& x,
                                     [[maybe_unused]] const Mask& shared, const Wheels& M) const {
     Contacts c;
-    if constexpr (kBeyond<Law>) beyond_contacts(u, x.phi(), x.pose(), M, shared, c);
+    if constexpr (kBeyond<Law>) beyond_contacts(u, x.phi(), pose(x), M, shared, c);
     return shared_contact(i, u, c, M);
   }
 
@@ -456,7 +498,7 @@ template <class Law>
 template <class Matrix>
 void SlipSystem<Law>::difference_jacobian(const State& x, Matrix& J, double t, State& dfdt) const {
   State step;
-  const Velocities turning = model_.transition_velocities();
+  const Velocities turning = transition_velocities(model_);
   const double slip = std::isfinite(turning.v[0]) ? 1 : 0;
   step.values.setConstant(kDifference);
   if (slip != 0) {
@@ -488,7 +530,7 @@ void SlipSystem<Law>::analytic_jacobian(const State& x, Matrix& J, double t, Sta
   const Inertia& inertia = model_.inertia();
   const Velocities u = x.velocities();
   const Wheels M = torque_->value(t);
-  const Contacts c = contacts(u, x.phi(), x.pose(), M);
+  const Contacts c = contacts(u, x.phi(), pose(x), M);
   ForceJacobian Q = force_jacobian(x, c, M);
   // d(u . Q)/dx, the power's, from the forces before they become accelerations.
   const Velocities F = model_.forces(u, c, M);

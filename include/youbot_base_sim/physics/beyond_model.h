@@ -26,16 +26,25 @@ inline SpinningForce operator*(double factor, const SpinningForce& a) {
   return {factor * a.F_X, factor * a.F_Y, factor * a.F_Z};
 }
 
+/// Friction with the normal reactions that belong to it.
+struct alignas(kAlignment) PressedFriction {
+  SpinningForce F;
+  Wheels N;
+};
+inline PressedFriction operator+(const PressedFriction& a, const PressedFriction& b) { return {a.F + b.F, a.N + b.N}; }
+inline PressedFriction operator*(double factor, const PressedFriction& a) { return {factor * a.F, factor * a.N}; }
+
 /// What happens at the four contacts, in the platform's frame, and what it depends on besides the velocities.
 struct alignas(kAlignment) BeyondContacts : Contacts {
-  Wheels V_Z;   ///< a_m omega, where omega is the rate at which the roller turns on the spot, m/s
-  Wheels spin;  ///< what a unit dgamma adds to omega
-  Wheels F_Z;   ///< M_S / a_m, N
-  Wheels M_S;   ///< torque of the spin friction, N m; part of M_Z
-  Wheels T_S;   ///< its torque on the roller, N m
-  Wheels f;     ///< coefficient of friction
-  Wheels N;     ///< normal reaction, N
-  Pose pose;    ///< of the base
+  Wheels V_Z;                         ///< a_m omega, where omega is the rate at which the roller turns on the spot, m/s
+  Wheels spin;                        ///< what a unit dgamma adds to omega
+  Wheels F_Z;                         ///< M_S / a_m, N
+  Wheels M_S;                         ///< torque of the spin friction, N m; part of M_Z
+  Wheels T_S;                         ///< its torque on the roller, N m
+  Wheels f;                           ///< coefficient of friction
+  Wheels N;                           ///< normal reaction, N
+  std::array<Wheels, 3> N_by_moment;  ///< see Reactions::Solution; set for dynamic reactions only
+  Pose pose;                          ///< of the base
   ExternalForce external;
   Side tipping = Side::kNone;
 };
@@ -141,7 +150,7 @@ template <class Law>
 class SlipModel<Beyond<Law>> {
  public:
   using Contacts = BeyondContacts;
-  using Friction = SpinningForce;
+  using Friction = PressedFriction;
   using Mask = Eigen::Array<bool, kWheels, 1>;
 
   /// `robot` is the bare one, whose mass decides mu_0.
@@ -152,6 +161,7 @@ class SlipModel<Beyond<Law>> {
         geometry_(robot),
         law_(robot, floor),
         a_m_(floor.spin_radius),
+        per_R_(1 / robot.R),
         inertia_(robot_),
         dry_(robot),
         patches_(floor),
@@ -177,19 +187,16 @@ class SlipModel<Beyond<Law>> {
 
   /// Slip, position and coefficient of friction of the contact points, with what acts on the base at this pose; no
   /// friction yet.
-  void place(const Velocities& u, const Wheels& phi_tilde, const ContactGeometry& g, const Pose& pose,
-             Contacts& c) const {
+  void place(const Velocities& u, const ContactGeometry& g, const Pose& pose, Contacts& c) const {
     c.Delta_Y = g.Delta_Y;
     c.r_X = g.r_X;
     c.r_Y = g.r_Y;
     c.V_PX = u.v[0] - (rho_Y_ + c.Delta_Y) * u.v[2] - robot_.R * u.dphi - c.r_X * u.dgamma;
     c.V_PY = u.v[1] + rho_X_ * u.v[2] + c.r_Y * u.dgamma;
-    Wheels sine, cosine;
-    RollerGeometry::sine_and_cosine(phi_tilde, sine, cosine);
-    c.spin = -kCosDelta * sine;
+    c.spin = g.dr_Y * per_R_;  // -cos(delta) sin(phi~)
     c.V_Z = a_m_ * (u.v[2] + c.spin * u.dgamma);
     c.pose = pose;
-    c.external = external_.at(pose.psi);
+    c.external = external_.at(pose.cosine, pose.sine);
     c.f = patches_.any() ? friction_at(pose, c.Delta_Y) : floor_.f;
   }
 
@@ -199,23 +206,26 @@ class SlipModel<Beyond<Law>> {
     put(law_.force(c, c.V_Z, c.f * N), c);
   }
 
-  /// Multiplies the normal reactions of contacts that are pressed by 1 N, and the friction with them.
-  void press_more(const Wheels& N, Contacts& c) const {
-    for (Wheels Contacts::*entry : {&Contacts::F_X, &Contacts::F_Y, &Contacts::M_Z}) c.*entry *= N;
+  /// Presses contacts by these reactions that are pressed by 1 N: friction is proportional.
+  void press_more(const Reactions::Solution& reactions, Contacts& c) const {
+    for (Wheels Contacts::*entry : {&Contacts::F_X, &Contacts::F_Y, &Contacts::M_Z}) c.*entry *= reactions.N;
     for (Wheels BeyondContacts::*entry : {&BeyondContacts::F_Z, &BeyondContacts::M_S, &BeyondContacts::T_S}) {
-      c.*entry *= N;
+      c.*entry *= reactions.N;
     }
-    c.N = N;
+    c.N = reactions.N;
+    c.N_by_moment = reactions.by_moment;
+    c.tipping = reactions.tipping;
   }
 
   /// What contacts exert that are pressed by 1 N, for each newton of their normal reactions.
   ContactByReaction by_reaction(const Contacts& c) const {
-    const Wheels zero = Wheels::Zero();
-    return {{zero, c.F_X}, {zero, c.F_Y}, {zero, c.M_Z}, {zero, c.Delta_Y}};
+    ContactByReaction by_reaction;
+    by_reaction.slope = {c.F_X, c.F_Y, c.M_Z, c.T_S, c.Delta_Y};
+    return by_reaction;
   }
 
   /// Whether what acts on the base depends on where it stands.
-  bool by_pose() const { return patches_.any() || external_.any(); }
+  bool by_pose() const { return patches_.any() || external_.turns(); }
 
   /// The normal reactions in this motion under the wheel torques M, N m.
   Reactions::Solution reactions(const Velocities& u, const Wheels& M, const Contacts& placed,
@@ -226,12 +236,17 @@ class SlipModel<Beyond<Law>> {
                             {u.v, u.dphi, tau.sum(), inertia_.coriolis(u.v) + placed.external.v, placed.external});
   }
 
-  Friction friction(const Contacts& c) const { return {c.F_X, c.F_Y, c.F_Z}; }
+  Friction friction(const Contacts& c) const { return {{c.F_X, c.F_Y, c.F_Z}, c.N}; }
 
-  /// Replaces the friction of the wheels in `mask`.
-  void put_friction(const Mask& mask, const Friction& F, Contacts& c) const {
+  /// Replaces the friction of the wheels in `mask` by as large a share of the normal reaction as F is. A wheel that was
+  /// off the floor keeps its own.
+  void put_friction(const Mask& mask, const Friction& known, Contacts& c) const {
     const Contacts before = c;
-    put({mask.select(F.F_X, c.F_X), mask.select(F.F_Y, c.F_Y), mask.select(F.F_Z, c.F_Z)}, c);
+    const Mask put_in = mask && known.N > 0;
+    const auto share = [&](const Wheels& F, const Wheels& other) -> Wheels {
+      return put_in.select(c.N / known.N * F, other);
+    };
+    put({share(known.F.F_X, c.F_X), share(known.F.F_Y, c.F_Y), share(known.F.F_Z, c.F_Z)}, c);
     // For a shared contact the mean of moments is no moment of means.
     c.M_Z = mask.select(c.M_Z, before.M_Z);
     c.M_S = mask.select(c.M_S, before.M_S);
@@ -274,36 +289,45 @@ class SlipModel<Beyond<Law>> {
     damping(u, c, law_.stiffness(c, c.V_Z, c.f * c.N), G);
   }
   void damping(const Velocities& u, const Contacts& c, const Friction& F, DampingMatrix& G) const {
-    damping(u, c, law_.stiffness(c, c.V_Z, F, c.f * c.N), G);
+    damping(u, c, law_.stiffness(c, c.V_Z, F.F, c.f * F.N), G);
   }
 
+  /// How dynamic reactions couple all velocities, where what the contacts `c` exert for each newton is `slope` and the
+  /// damping matrix is G.
+  void couple(const Contacts& c, const ContactByReaction& contact, const DampingMatrix& G,
+              ReactionCoupling& coupling) const {
+    reactions_.couple(G, c.N_by_moment, coupling);
+    const ContactByReaction::Exerted& k = contact.slope;
+    const Wheels roller_torque = c.r_Y * k.F_Y - c.r_X * k.F_X + k.T_S;
+    for (int m = 0; m < 3; ++m) {
+      const Wheels& N = coupling.N[m];
+      coupling.forces[m] = {sums(k.F_X * N, k.F_Y * N, k.M_Z * N), -robot_.R * k.F_X * N, roller_torque * N};
+    }
+  }
+
+  /// As SlipModel's, where the normal reactions have changed by dN too.
+  Friction friction_after(const Contacts& c, const Friction& F, const Velocities& du, const Wheels& dN) const {
+    const Wheels N = (c.N + dN).max(0);
+    return {law_.bounded(law_.force(c, c.V_Z, c.f * N) + friction_change(c, F, du), c.f * N), N};
+  }
   Friction friction_after(const Contacts& c, const Friction& F, const Velocities& du) const {
-    const Wheels limit = c.f * c.N;
-    const SpinningStiffness K = law_.stiffness(c, c.V_Z, F, limit);
-    const Wheels dX = du.v[0] - (rho_Y_ + c.Delta_Y) * du.v[2] - robot_.R * du.dphi - c.r_X * du.dgamma;
-    const Wheels dY = du.v[1] + rho_X_ * du.v[2] + c.r_Y * du.dgamma;
-    const Wheels dZ = a_m_ * (du.v[2] + c.spin * du.dgamma);
-    return law_.bounded({c.F_X - K.XX * dX - K.XY * dY - K.XZ * dZ, c.F_Y - K.XY * dX - K.YY * dY - K.YZ * dZ,
-                         c.F_Z - K.XZ * dX - K.YZ * dY - K.ZZ * dZ},
-                        limit);
+    return {law_.bounded(friction(c).F + friction_change(c, F, du), c.f * c.N), c.N};
   }
 
-  /// F, shortened to the largest friction at the contacts `c`.
-  Friction bounded(const Friction& F, const Contacts& c) const { return law_.bounded(F, c.f * c.N); }
+  /// F, shortened to the largest friction that its reactions allow at the contacts `c`.
+  Friction bounded(const Friction& F, const Contacts& c) const {
+    const Wheels N = F.N.max(0);
+    return {law_.bounded(F.F, c.f * N), N};
+  }
 
   double transition_speed() const { return law_.transition_speed(); }
   void set_transition_speed(double nu) { law_.set_transition_speed(nu); }
-  Velocities transition_velocities() const {
-    const double speed = law_.transition_speed();
-    return {Wheels::Constant(speed), Wheels::Constant(speed / robot_.R),
-            Wheels::Constant(speed / (robot_.R - robot_.R_d))};
-  }
 
   /// The longest step (s) in which no contact point jumps over the soft edge of a patch; infinite without patches.
   double max_step(const State& x, const Wheels& Delta_Y) const {
     if (!patches_.any()) return std::numeric_limits<double>::infinity();
     Wheels X, Y;
-    contact_points({x.x(), x.y(), x.psi()}, Delta_Y, X, Y);
+    contact_points(x.pose(), Delta_Y, X, Y);
     const double reach = std::hypot(robot_.h, robot_.l + robot_.R_d);
     const double speed = std::hypot(x.V_X(), x.V_Y()) + std::abs(x.Omega()) * reach;
     const double way = patches_.max_way(X, Y);  // = speed t + kMaxAcceleration t^2 / 2
@@ -328,15 +352,23 @@ class SlipModel<Beyond<Law>> {
   }
 
   void contact_points(const Pose& pose, const Wheels& Delta_Y, Wheels& X, Wheels& Y) const {
-    const double cosine = std::cos(pose.psi), sine = std::sin(pose.psi);
     const Wheels arm = rho_Y_ + Delta_Y;
-    X = pose.x + cosine * rho_X_ - sine * arm;
-    Y = pose.y + sine * rho_X_ + cosine * arm;
+    X = pose.x + pose.cosine * rho_X_ - pose.sine * arm;
+    Y = pose.y + pose.sine * rho_X_ + pose.cosine * arm;
   }
   Wheels friction_at(const Pose& pose, const Wheels& Delta_Y) const {
     Wheels X, Y;
     contact_points(pose, Delta_Y, X, Y);
     return patches_.friction(X, Y);
+  }
+
+  // What the friction F, which need not be that of c's slip, changes by with the velocities.
+  SpinningForce friction_change(const Contacts& c, const Friction& F, const Velocities& du) const {
+    const SpinningStiffness K = law_.stiffness(c, c.V_Z, F.F, c.f * F.N);
+    const Wheels dX = du.v[0] - (rho_Y_ + c.Delta_Y) * du.v[2] - robot_.R * du.dphi - c.r_X * du.dgamma;
+    const Wheels dY = du.v[1] + rho_X_ * du.v[2] + c.r_Y * du.dgamma;
+    const Wheels dZ = a_m_ * (du.v[2] + c.spin * du.dgamma);
+    return {-K.XX * dX - K.XY * dY - K.XZ * dZ, -K.XY * dX - K.YY * dY - K.YZ * dZ, -K.XZ * dX - K.YZ * dY - K.ZZ * dZ};
   }
 
   // J' K J, where the rows of J are the derivatives of V_PX, V_PY and V_Z by V_X, V_Y, Omega, dphi, dgamma.
@@ -370,7 +402,7 @@ class SlipModel<Beyond<Law>> {
   RobotParameters robot_;
   RollerGeometry geometry_;
   LimitSurface<Law> law_;
-  double a_m_;
+  double a_m_, per_R_;
   Inertia inertia_;
   DryBearings dry_;
   FloorPatches patches_;

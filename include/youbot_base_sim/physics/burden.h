@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Dense>
-#include <cmath>
 #include <vector>
 
 #include "youbot_base_sim/physics/parameters.h"
@@ -49,27 +48,26 @@ struct ExternalForce {
 /// Gravity and wrenches as a function of the heading alone. `robot` is the loaded one.
 class ExternalForces {
  public:
-  ExternalForces(const RobotParameters& robot, const FloorParameters& floor, const std::vector<Wrench>& wrenches)
-      : m_s_(robot.m_s()),
-        m_a_X_(robot.m * robot.a_X),
-        m_a_Y_(robot.m * robot.a_Y),
-        along_(floor.g * std::sin(floor.slope)),
-        normal_(floor.slope == 0 ? floor.g : floor.g * std::cos(floor.slope)),
-        uphill_(floor.uphill),
-        wrenches_(wrenches) {}
+  ExternalForces(const RobotParameters& robot, const FloorParameters& floor, const std::vector<Wrench>& wrenches);
 
-  /// At heading psi, rad.
-  ExternalForce at(double psi) const { return any() ? sum(psi) : ExternalForce(); }
-  bool any() const { return along_ != 0 || !wrenches_.empty(); }
+  /// At the heading whose cosine and sine these are.
+  ExternalForce at(double cosine, double sine) const { return turns_ ? sum(cosine, sine) : steady_; }
+
+  /// Whether they depend on the heading.
+  bool turns() const { return turns_; }
 
   /// Gravity that presses on the floor, g cos(alpha), m/s^2.
   double normal_gravity() const { return normal_; }
 
  private:
-  ExternalForce sum(double psi) const;
+  ExternalForce sum(double cosine, double sine) const;
 
-  double m_s_, m_a_X_, m_a_Y_, along_, normal_, uphill_;
-  std::vector<Wrench> wrenches_;
+  double m_s_, m_a_X_, m_a_Y_;
+  double along_x_, along_y_;  // gravity along the floor, in the fixed frame, m/s^2
+  double normal_;
+  ExternalForce steady_;       // of wrenches that turn with the platform
+  std::vector<Wrench> fixed_;  // the others
+  bool turns_;
 };
 
 }  // namespace youbot_base_sim

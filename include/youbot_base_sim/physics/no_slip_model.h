@@ -70,7 +70,9 @@ class NoSlipModel {
  private:
   using WheelsByVelocity = Eigen::Matrix<double, kWheels, 3>;
 
-  Eigen::Vector3d external(double psi) const { return external_->at(psi).v.head<3>().matrix(); }
+  Eigen::Vector3d external(double psi) const {
+    return external_->at(std::cos(psi), std::sin(psi)).v.head<3>().matrix();
+  }
   /// Forces on v of the dry friction in wheels and rollers, and their derivative by v.
   Eigen::Vector3d dry_friction(const Eigen::Vector3d& v) const;
   Eigen::Matrix3d dry_damping(const Eigen::Vector3d& v) const;

@@ -1,11 +1,11 @@
 #pragma once
 
-#include <Eigen/Dense>
 #include <array>
 #include <limits>
 #include <stdexcept>
 
 #include "youbot_base_sim/physics/burden.h"
+#include "youbot_base_sim/physics/damping_matrix.h"
 #include "youbot_base_sim/physics/inertia.h"
 
 namespace youbot_base_sim {
@@ -38,12 +38,25 @@ class TippedOver : public std::domain_error {
 /// What each contact exerts for a normal reaction N: `constant` + `slope` N. A wheel on one roller has no constant; one
 /// that rests on two shares N between them so that the wheel stands still.
 struct ContactByReaction {
-  struct Line {
-    Wheels constant = Wheels::Zero(), slope = Wheels::Zero();
+  struct Exerted {
+    Wheels F_X, F_Y;  ///< friction, N
+    Wheels M_Z;       ///< its moment about O, spin friction included, N m
+    Wheels T_S;       ///< torque of the spin friction on the roller, N m
+    Wheels D;         ///< moment of the normal forces about the wheel's centre line, N Delta_Y, N m
   };
-  Line F_X, F_Y;  ///< friction, N
-  Line M_Z;       ///< its moment about O, spin friction included, N m
-  Line D;         ///< moment of the normal forces about the wheel's centre line, N Delta_Y, N m
+  Exerted slope;
+  Exerted constant;     ///< set if `shares`
+  bool shares = false;  ///< whether some wheel rests on two rollers
+};
+
+/// How normal reactions that follow the motion change the derivative of the forces by the velocities: they add
+///   sum_m forces[m] balance[m]'
+/// to minus the damping matrix, which holds for reactions that stay. Each term belongs to a condition on the reactions:
+/// the balances of moments about OY, about OX and of the rocking axle, which is zero where none rocks.
+struct ReactionCoupling {
+  std::array<Velocities, 3> balance;  ///< what unit velocities add to the moment, N m
+  std::array<Wheels, 3> N;            ///< what a unit of that adds to the reactions, 1/m
+  std::array<Velocities, 3> forces;   ///< and to the forces, through friction
 };
 
 /// Normal reactions of the floor while the base moves: vertical forces and moments about both horizontal axes balance
@@ -64,30 +77,78 @@ class Reactions {
   };
 
   struct Solution {
-    Wheels N;                    ///< N, never negative
-    Side tipping = Side::kNone;  ///< the side that bears all, at the tipping limit
+    Wheels N;                         ///< N, never negative
+    std::array<Wheels, 3> by_moment;  ///< what a moment more in each of the conditions adds to N, 1/m
+    Side tipping = Side::kNone;       ///< the side that bears all, at the tipping limit
   };
   /// A wheel that would be pulled down leaves the floor: its N is 0 in place of the fourth condition.
-  Solution solve(const ContactByReaction& contact, const Motion& motion) const;
+  Solution solve(const ContactByReaction& contact, const Motion& motion) const {
+    const double weight = m_s_ * g_n_ + motion.external.down;
+    const Conditions all = conditions(contact, motion);
+    const Solution solution = share(all, weight);
+    return weight > 0 && (solution.N >= 0).all() ? solution : lift(all, weight, solution.N);
+  }
+
+  /// Sets `balance` and `N`, where the damping matrix is G and the reactions answer by `by_moment`. Coriolis forces
+  /// and gyroscopic moments, which are not stiff, stay out.
+  void couple(const DampingMatrix& G, const std::array<Wheels, 3>& by_moment, ReactionCoupling& coupling) const;
 
  private:
-  using Matrix = Eigen::Matrix4d;
-  using Vector = Eigen::Vector4d;
-
-  /// The balance of moments about OY and OX: `rows` N = `right`.
-  struct Balance {
-    Wheels pitch, roll;
-    double pitch_right, roll_right;
+  /// What N fulfils besides its sum, the weight: rows[k] N = right[k]. Moments about OY balance, those about OX, and
+  /// the third says how four wheels share.
+  struct Conditions {
+    std::array<Wheels, 3> rows;
+    Wheels right;
   };
-  Balance balance(const ContactByReaction& contact, const Motion& motion) const;
+  // Accelerations are dv = M_v^-1 (platform_forces + friction), with friction = constant + slope N.
+  Conditions conditions(const ContactByReaction& contact, const Motion& motion) const {
+    const ContactByReaction::Exerted& slope = contact.slope;
+    const ExternalForce& e = motion.external;
+    const double V_X = motion.v[0], V_Y = motion.v[1], Omega = motion.v[2], m_a_Z = m_ * a_Z_;
+    Wheels forces = motion.platform_forces;
+    // Moments about OX of what each wheel has for no normal reaction, and for a newton
+    Wheels held = J_1_ * Omega * motion.dphi;
+    const Wheels arm = rho_Y_ + slope.D + R_ * slope.F_Y;
+    if (contact.shares) {
+      forces += sums(contact.constant.F_X, contact.constant.F_Y, contact.constant.M_Z);
+      held += contact.constant.D + R_ * contact.constant.F_Y;
+    }
+    const double pitch = m_ * g_n_ * a_X_ - motion.sum_tau + e.pitch + m_a_Z * (e.g_X + Omega * (V_Y + a_X_ * Omega)) -
+                         by_force_X_[0] * forces[0] - by_force_X_[1] * forces[1] - by_force_X_[2] * forces[2];
+    const double roll = m_ * g_n_ * a_Y_ - held.sum() + e.roll + m_a_Z * (e.g_Y - Omega * (V_X - a_Y_ * Omega)) -
+                        by_force_Y_[0] * forces[0] - by_force_Y_[1] * forces[1] - by_force_Y_[2] * forces[2];
+    return {{rho_X_ + by_force_X_[0] * slope.F_X + by_force_X_[1] * slope.F_Y + by_force_X_[2] * slope.M_Z,
+             arm + by_force_Y_[0] * slope.F_X + by_force_Y_[1] * slope.F_Y + by_force_Y_[2] * slope.M_Z,
+             // Moments about OX balance on a rocking axle by themselves.
+             rocks_ ? Wheels(rocking_ * arm) : Wheels{1, -1, -1, 1}},
+            {pitch, roll, rocks_ ? -(rocking_ * held).sum() : 4 * q_, 0}};
+  }
 
-  Wheels equal_wheels(const Balance& balance, double weight) const;
-  Wheels fourth_condition(const ContactByReaction& contact, const Motion& motion, double& right) const;
-  Solution lift(Matrix rows, Vector right, const Wheels& N) const;
-  Solution tip(const Matrix& rows, const Vector& right) const;
+  // N = weight / 4 and three transfers of load, which leave the sum: from the rear wheels to the front ones, and on
+  // each axle from the right wheel to the left one.
+  static Solution share(const Conditions& conditions, double weight) {
+    const auto& [a, b, c] = conditions.rows;
+    const auto by_transfer = [&](const Wheels& N) { return sums(a * N, b * N, c * N); };
+    const PlatformMatrix transfers =
+        inverse({by_transfer({1, 1, -1, -1}), by_transfer({1, -1, 0, 0}), by_transfer({0, 0, 1, -1})});
+    const Wheels right = conditions.right - 0.25 * weight * sums(a, b, c);
+    Solution solution;
+    solution.N = Wheels::Constant(0.25 * weight);
+    for (int k = 0; k < 3; ++k) {
+      const Wheels& t = transfers[k];
+      solution.by_moment[k] = {t[0] + t[1], t[0] - t[1], t[2] - t[0], -t[0] - t[2]};
+      solution.N += right[k] * solution.by_moment[k];
+    }
+    return solution;
+  }
+
+  // The rare ends of `solve`: some wheel would be pulled down, or all of them.
+  [[gnu::noinline]] static Solution lift(const Conditions& conditions, double weight, const Wheels& N);
+  static Solution tip(const Conditions& conditions, double weight);
 
   double m_, m_s_, a_X_, a_Y_, a_Z_, J_1_, R_, q_, g_n_;
-  LoadSharing sharing_;
+  bool rocks_;
+  Wheels rocking_;  // 1 for the wheels of the rocking axle
   // m a_Z times the acceleration of the body's centre of mass along X and Y by forces on (V_X, V_Y, Omega)
   std::array<double, 3> by_force_X_, by_force_Y_;
   alignas(kAlignment) Wheels rho_X_;

@@ -53,14 +53,17 @@ class SharedContact {
     const double difference = upper_.F_X[i_] - lower_.F_X[i_];
     // n = constant + slope N of the upper roller
     const double constant = F_X_ / difference, slope = -lower_.F_X[i_] / difference;
-    const auto set = [&](ContactByReaction::Line& line, double upper, double lower) {
-      line.constant[i_] = (upper - lower) * constant;
-      line.slope[i_] = lower + (upper - lower) * slope;
+    using Exerted = ContactByReaction::Exerted;
+    const auto set = [&](Wheels Exerted::*entry, const Wheels& upper, const Wheels& lower) {
+      const double more = upper[i_] - lower[i_];
+      (by_reaction.constant.*entry)[i_] = more * constant;
+      (by_reaction.slope.*entry)[i_] = lower[i_] + more * slope;
     };
-    set(by_reaction.F_X, upper_.F_X[i_], lower_.F_X[i_]);
-    set(by_reaction.F_Y, upper_.F_Y[i_], lower_.F_Y[i_]);
-    set(by_reaction.M_Z, upper_.M_Z[i_], lower_.M_Z[i_]);
-    set(by_reaction.D, upper_.Delta_Y[i_], lower_.Delta_Y[i_]);
+    set(&Exerted::F_X, upper_.F_X, lower_.F_X);
+    set(&Exerted::F_Y, upper_.F_Y, lower_.F_Y);
+    set(&Exerted::M_Z, upper_.M_Z, lower_.M_Z);
+    if constexpr (kBeyond<Law>) set(&Exerted::T_S, upper_.T_S, lower_.T_S);
+    set(&Exerted::D, upper_.Delta_Y, lower_.Delta_Y);
   }
 
   /// Derivative of the forces on V_X, V_Y, Omega and dgamma by the torque, which changes the shares.

@@ -39,6 +39,13 @@ inline void set_derivative(const Inertia& inertia, const State& state, const Vel
   derivative.gamma() = u.dgamma;
 }
 
+/// The velocities that each bring about the model's transition speed, m/s and rad/s.
+template <class Model>
+Velocities transition_velocities(const Model& model) {
+  const double speed = model.transition_speed(), R = model.robot().R, R_d = model.robot().R_d;
+  return {Wheels::Constant(speed), Wheels::Constant(speed / R), Wheels::Constant(speed / (R - R_d))};
+}
+
 /// Models 2a and 2b: the equations of motion (4.9) with slipping contacts, for one fixed choice of the rollers in
 /// contact, for which they are smooth. The wheel angle enters as `phi_tilde` = phi - phi_center (rad), where phi_center
 /// is the wheel angle at which the roller points straight down; it may lie somewhat beyond the roller's edges.
@@ -155,13 +162,6 @@ class SlipModel {
   /// effect on a law without one.
   double transition_speed() const { return law_.transition_speed(); }
   void set_transition_speed(double nu) { law_.set_transition_speed(nu); }
-
-  /// The velocities that each bring about that slip speed, m/s and rad/s.
-  Velocities transition_velocities() const {
-    const double speed = law_.transition_speed();
-    return {Wheels::Constant(speed), Wheels::Constant(speed / robot_.R),
-            Wheels::Constant(speed / (robot_.R - robot_.R_d))};
-  }
 
   const Inertia& inertia() const { return inertia_; }
   const RollerGeometry& geometry() const { return geometry_; }

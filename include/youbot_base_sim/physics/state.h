@@ -2,6 +2,7 @@
 
 #include <Eigen/Dense>
 #include <array>
+#include <cmath>
 
 #ifdef __AVX__
 #include <immintrin.h>
@@ -55,9 +56,9 @@ inline Velocities operator*(double factor, const Velocities& a) {
   return {factor * a.v, factor * a.dphi, factor * a.dgamma};
 }
 
-/// Pose of O in the fixed frame: m, m, rad.
+/// Pose of O in the fixed frame, m, with cosine and sine of the heading.
 struct Pose {
-  double x, y, psi;
+  double x = 0, y = 0, cosine = 1, sine = 0;
 };
 
 /// What the equations of motion integrate. Kept as one fixed-size array, so that a stepper's sums are plain arithmetic
@@ -100,7 +101,7 @@ struct State {
   auto dgamma() const { return values.col(4); }
   auto gamma() const { return values.col(5); }
 
-  Pose pose() const { return {x(), y(), psi()}; }
+  Pose pose() const { return {x(), y(), std::cos(psi()), std::sin(psi())}; }
   Velocities velocities() const { return {values.col(1), values.col(3), values.col(4)}; }
   void set(const Velocities& u) {
     values.col(1) = u.v;

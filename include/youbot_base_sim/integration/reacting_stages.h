@@ -1,0 +1,89 @@
+#pragma once
+
+#include "youbot_base_sim/integration/bordered_stages.h"
+#include "youbot_base_sim/physics/reactions.h"
+
+namespace youbot_base_sim {
+
+/// The linear systems of BorderedStages for normal reactions that follow the motion. With K the bordered matrix, which
+/// holds for reactions that stay, and a ReactionCoupling at each stage, they are
+///
+///   K u - U y = b,   y = B u,
+///
+/// where the columns of U are the couplings' `forces` and the rows of B their `balance`. y is by how much the moments
+/// change that the reactions balance, at most 3 s of them. From the solution u_0 = K^-1 b for reactions that stay,
+///
+///   (1 - C) y = B u_0,   u = u_0 + K^-1 U y,   C = B K^-1 U.
+///
+/// C is small: friction moves reactions by less than f h / l of what reactions move friction, with h the height of the
+/// centre of mass over the floor. Minimal residuals therefore converge within one to three substitutions with K, which
+/// take less than the columns of K^-1 U would.
+template <int s>
+class ReactingStages {
+ public:
+  using Vector = typename BorderedStages<s>::Vector;
+  using Couplings = std::array<ReactionCoupling, s>;
+
+  /// Turns u from u_0 into the solution, and tells by how much the reactions change at each stage, N. `K` is
+  /// factorized.
+  static void correct(const BorderedStages<s>& K, const Couplings& couplings, Vector& u, std::array<Wheels, s>& dN) {
+    Moments rest = moments(couplings, u), y;
+    y.fill(Wheels::Zero());
+    const double enough = kEnough * kEnough * product(rest, rest);
+    for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
+      Vector change;
+      K.solve(forces(couplings, rest), change);
+      const Moments answered = moments(couplings, change);
+      Moments fall;  // of what is left, if all of it is added to y
+      for (int j = 0; j < s; ++j) fall[j] = rest[j] - answered[j];
+      const double length = product(fall, rest) / std::max(product(fall, fall), std::numeric_limits<double>::min());
+      for (int j = 0; j < s; ++j) {
+        u[j] = u[j] + length * change[j];
+        y[j] += length * rest[j];
+        rest[j] -= length * fall[j];
+      }
+      if (!(product(rest, rest) > enough)) break;
+    }
+    for (int j = 0; j < s; ++j) {
+      const auto& N = couplings[j].N;
+      dN[j] = y[j][0] * N[0] + y[j][1] * N[1] + y[j][2] * N[2];
+    }
+  }
+
+ private:
+  using Moments = std::array<Wheels, s>;  // three at each stage
+
+  static constexpr double kEnough = 0.02;
+  static constexpr int kMaxIterations = 9;
+
+  static double product(const Moments& a, const Moments& b) {
+    Wheels sum = Wheels::Zero();
+    for (int j = 0; j < s; ++j) sum += a[j] * b[j];
+    return sum.sum();
+  }
+
+  // B u
+  static Moments moments(const Couplings& couplings, const Vector& u) {
+    Moments y;
+    for (int j = 0; j < s; ++j) {
+      const auto product = [&](const Velocities& row) -> Wheels {
+        return row.v * u[j].v + row.dphi * u[j].dphi + row.dgamma * u[j].dgamma;
+      };
+      const auto& rows = couplings[j].balance;
+      y[j] = sums(product(rows[0]), product(rows[1]), product(rows[2]));
+    }
+    return y;
+  }
+
+  // U y
+  static Vector forces(const Couplings& couplings, const Moments& y) {
+    Vector b;
+    for (int j = 0; j < s; ++j) {
+      const auto& columns = couplings[j].forces;
+      b[j] = y[j][0] * columns[0] + y[j][1] * columns[1] + y[j][2] * columns[2];
+    }
+    return b;
+  }
+};
+
+}  // namespace youbot_base_sim
