@@ -21,7 +21,7 @@ BaseDriver::Settings driver_settings(const BaseSettings& settings) {
 BaseLoop::BaseLoop(const BaseSettings& settings)
     : driver_settings_(driver_settings(settings)),
       telemetry_options_(settings.telemetry),
-      takes_always_(settings.command_rate == 0 || settings.lockstep),
+      takes_always_(settings.command_rate == 0 || settings.lockstep.on),
       requests_(settings.scene.solver.control_period),
       driver_(driver_settings_, settings.scene.initial.phi()),
       simulation_(settings.scene, [this](double t, const State& state) { return begin_period(t, state); }),

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <ros/ros.h>
 
+#include <cmath>
 #include <filesystem>
 
 #include "youbot_base_sim/drive/driver_configuration.h"
@@ -90,10 +91,30 @@ void read_rates(Parameters& parameters, BaseSettings& settings) {
   settings.command_rate = parameters.number("command_rate", settings.command_rate, command_rates);
 }
 
+void read_lockstep(Parameters& parameters, BaseSettings& settings) {
+  LockstepSettings& lockstep = settings.lockstep;
+  const double control_period = settings.scene.solver.control_period;
+  lockstep.on = parameters.flag("lockstep", lockstep.on);
+  lockstep.period = parameters.number("lockstep_period", lockstep.period, {control_period, 10, "s", true});
+  lockstep.timeout = parameters.number("lockstep_timeout", lockstep.timeout, {1e-3, 1e6, "s", true});
+  const double periods = lockstep.period / control_period;
+  if (std::abs(periods - std::round(periods)) > 1e-6) {
+    throw parameters.refusal("lockstep_period", fmt::format("{:g}", lockstep.period),
+                             fmt::format("a multiple of the control period, {:g} s", control_period));
+  }
+  if (lockstep.timeout > 0 && lockstep.period == 0) {
+    throw parameters.refusal("lockstep_timeout", fmt::format("{:g}", lockstep.timeout),
+                             "0 unless ~lockstep_period is set: a player of each control period may take its time");
+  }
+  if (lockstep.period > 0 && !lockstep.on) {
+    throw parameters.refusal("lockstep_period", fmt::format("{:g}", lockstep.period), "0 unless ~lockstep is true");
+  }
+}
+
 void read_time(Parameters& parameters, BaseSettings& settings) {
   settings.publish_clock = parameters.flag("publish_clock", settings.publish_clock);
   settings.real_time_factor = parameters.number("real_time_factor", settings.real_time_factor, {1e-3, 1e6, "", true});
-  settings.lockstep = parameters.flag("lockstep", settings.lockstep);
+  read_lockstep(parameters, settings);
   settings.wait_for_subscribers = parameters.flag("wait_for_subscribers", settings.wait_for_subscribers);
   settings.start_paused = parameters.flag("start_paused", settings.start_paused);
 }
@@ -167,7 +188,7 @@ void check_time(const Parameters& parameters, const BaseSettings& settings) {
     throw parameters.refusal("real_time_factor", fmt::format("{:g}", settings.real_time_factor),
                              "1 unless ~publish_clock is true: the wall clock has its own rate");
   }
-  if (settings.lockstep) throw parameters.refusal("lockstep", "true", "false unless ~publish_clock is true");
+  if (settings.lockstep.on) throw parameters.refusal("lockstep", "true", "false unless ~publish_clock is true");
   if (!settings.bag.empty()) {
     throw parameters.refusal("bag", settings.bag, "left out unless ~publish_clock is true: use rosbag record");
   }
