@@ -24,8 +24,10 @@ constexpr auto kDiagnosticsWhileWaiting = std::chrono::seconds(2);
 constexpr double kMaxAhead = 0.02;  // s of simulated time that may pass at once, unless a control period is longer
 constexpr double kSlack = 1e-6;     // of a control period, for rounding
 
-/// Whether a topic tells what happens rather than what the driver knows of it.
-bool is_truth(const std::string& topic) { return topic == kGroundTruthTopic || topic == kContactsTopic; }
+/// Whether a topic comes from elsewhere than the driver.
+bool is_truth(const std::string& topic) {
+  return topic == kGroundTruthTopic || topic == kContactsTopic || topic == kImuTopic;
+}
 
 }  // namespace
 
@@ -45,7 +47,7 @@ BaseNode::BaseNode(const BaseSettings& settings)
   advertise();
   see_who_listens();
   interface_ = std::make_unique<DriverInterface>(
-      loop_, [this] { return now(); }, settings_.telemetry.kinematics, node_, private_node_, log_);
+      loop_, [this] { return now(); }, settings_.telemetry, node_, private_node_, log_);
   burden_interface_ = std::make_unique<BurdenInterface>(
       loop_, [this] { return now(); }, private_node_, log_);
   publish_world();
@@ -133,11 +135,11 @@ void BaseNode::go_on_to_the_end() {
   wall_start_ = ros::Time::now();
   pacer_.start(loop_.time());
   publish_instant();
-  while (node_.ok()) {
+  while (node_.ok() && !ended_) {
     if (is_stepping()) {
       go_on_by_step();
     } else if (paused_) {
-      wait_for(fmt::format("paused at t = {:g} s: until ~unpause or ~step is called", loop_.time()), kPatience);
+      wait_for(fmt::format("time waits, paused at t = {:g} s, for ~unpause or ~step", loop_.time()), kPatience);
     } else if (!lockstep_.waits(loop_.periods()) || await_command()) {
       notice_.over();
       go_on_when_due();
@@ -186,6 +188,11 @@ bool BaseNode::await_command() {
   const std::string what = fmt::format("lockstep: time waits at t = {:g} s for a command on {}, {} or {}", loop_.time(),
                                        kTwistTopic, kTorqueTopic, kVelocityTopic);
   while (none_left() && !paused_ && !is_stepping() && node_.ok()) {
+    if (settings_.lockstep.end_with_commands && lockstep_.started() && !interface_->has_commander()) {
+      ROS_INFO("nobody is left who commands: the node ends at t = %g s", loop_.time());
+      ended_ = true;
+      return false;
+    }
     const double left = lockstep_.patience() - std::chrono::duration<double>(SteadyClock::now() - start).count();
     if (left <= 0) {
       go_on_without_command();

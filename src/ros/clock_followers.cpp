@@ -52,6 +52,8 @@ std::optional<std::uint64_t> runs_of(pid_t process) {
     char text[512];
     const char* state = std::strrchr(read_small(folder + entry->d_name + "/stat", text), ')');
     if (state && (state[2] == 'R' || state[2] == 'D')) return std::nullopt;
+    // One that was about to sleep and was preempted on the way has the state of a sleeper, but waits nowhere.
+    if (std::strcmp(read_small(folder + entry->d_name + "/wchan", text), "0") == 0) return std::nullopt;
     // Time on a processor, time of waiting for one, and the number of times: all grow.
     read_small(folder + entry->d_name + "/schedstat", text);
     char* number = text;

@@ -22,10 +22,11 @@ class DriveAhead:
 
     def run(self):
         rate = rospy.Rate(50)
-        while self.x is None or abs(GOAL - self.x) > TOLERANCE:
+        while self.x is None:
+            rate.sleep()
+        while abs(GOAL - self.x) > TOLERANCE:
             command = Twist()
-            if self.x is not None:
-                command.linear.x = max(-MAX_SPEED, min(MAX_SPEED, GAIN * (GOAL - self.x)))
+            command.linear.x = max(-MAX_SPEED, min(MAX_SPEED, GAIN * (GOAL - self.x)))
             self.commands.publish(command)
             rate.sleep()
         self.commands.publish(Twist())

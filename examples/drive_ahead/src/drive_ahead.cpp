@@ -27,13 +27,17 @@ int main(int argc, char** argv) {
     x = message->pose.pose.position.x;
   });
   ros::Rate rate(50);
-  while (ros::ok() && (!known || std::abs(kGoal - x) > kTolerance)) {
-    geometry_msgs::Twist command;
-    if (known) command.linear.x = std::clamp(kGain * (kGoal - x), -kMaxSpeed, kMaxSpeed);
-    commands.publish(command);
+  const auto sleep = [&rate] {
     rate.sleep();
     ros::spinOnce();
+  };
+  while (ros::ok() && !known) sleep();
+  while (ros::ok() && std::abs(kGoal - x) > kTolerance) {
+    geometry_msgs::Twist command;
+    command.linear.x = std::clamp(kGain * (kGoal - x), -kMaxSpeed, kMaxSpeed);
+    commands.publish(command);
+    sleep();
   }
   commands.publish(geometry_msgs::Twist());
-  rate.sleep();
+  sleep();
 }

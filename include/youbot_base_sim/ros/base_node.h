@@ -110,6 +110,7 @@ class BaseNode {
   std::int64_t idle_periods_ = 0;    // of lockstep by which /clock went on before the first command
   std::int64_t commands_taken_ = 0;  // command messages that had come when the last control period began
   bool paused_;
+  bool ended_ = false;
   bool telemetry_is_wanted_ = false;  // by anybody, switches included
   bool periods_are_wanted_ = false;   // somebody could notice each control period's end
 };

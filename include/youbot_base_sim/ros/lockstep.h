@@ -14,6 +14,8 @@ struct LockstepSettings {
   double period = 0;
   /// s of wall time for a command to come before time goes on without it. 0: for ever.
   double timeout = 0;
+  /// Whether the node ends when nobody who commands is left.
+  bool end_with_commands = false;
 };
 
 /// Where simulated time waits for a command message, and for how long. Counts time in control periods.
