@@ -150,9 +150,9 @@ void read_imu(Parameters& parameters, Telemetry::Options& telemetry) {
   const bool publish = parameters.flag("publish_imu", false);
   ImuSettings imu;
   imu.rate_noise = parameters.number("imu_rate_noise", imu.rate_noise, {0, 10, "rad/s"});
-  imu.rate_bias = parameters.number("imu_rate_bias", imu.rate_bias, {-10, 10, "rad/s"});
+  imu.rate_bias = parameters.number("imu_rate_bias", imu.rate_bias, {0, 10, "rad/s"});
   imu.acceleration_noise = parameters.number("imu_acceleration_noise", imu.acceleration_noise, {0, 100, "m/s^2"});
-  imu.acceleration_bias = parameters.number("imu_acceleration_bias", imu.acceleration_bias, {-100, 100, "m/s^2"});
+  imu.acceleration_bias = parameters.number("imu_acceleration_bias", imu.acceleration_bias, {0, 100, "m/s^2"});
   if (publish) telemetry.imu = imu;
 }
 
