@@ -139,7 +139,8 @@ void BaseNode::go_on_to_the_end() {
     if (is_stepping()) {
       go_on_by_step();
     } else if (paused_) {
-      wait_for(fmt::format("time waits, paused at t = {:g} s, for ~unpause or ~step", loop_.time()), kPatience);
+      tell_wait(fmt::format("time waits, paused at t = {:g} s, for ~unpause or ~step", loop_.time()));
+      take_callbacks(kPatience);
     } else if (!lockstep_.waits(loop_.periods()) || await_command()) {
       notice_.over();
       go_on_when_due();
@@ -158,7 +159,8 @@ void BaseNode::await_subscribers() {
     return topics;
   };
   for (std::string topics = missing(); !topics.empty() && node_.ok(); topics = missing()) {
-    wait_for("~wait_for_subscribers: time starts when these topics have subscribers:" + topics, 0.01);
+    tell_wait("~wait_for_subscribers: time starts when these topics have subscribers:" + topics);
+    take_callbacks(0.01);
   }
   notice_.over();
   ros::WallDuration(kRecorderDelay).sleep();
@@ -170,12 +172,11 @@ void BaseNode::take_callbacks(double timeout) {
   pacer_.idle([&] { queue_.callAvailable(ros::WallDuration(timeout)); });
 }
 
-/// The same, but says what for, where that takes long: on the console, and in diagnostics by the wall clock.
-void BaseNode::wait_for(const std::string& what, double timeout) {
+/// Says what time waits for, where that takes long: on the console, and in diagnostics by the wall clock.
+void BaseNode::tell_wait(const std::string& what) {
   const auto now = SteadyClock::now();
   if (notice_.what().empty()) wait_told_ = now;
   notice_.waits_for(what);
-  take_callbacks(timeout);
   if (now - wait_told_ < kDiagnosticsWhileWaiting) return;
   wait_told_ = now;
   publish_diagnostics(loop_.time());
@@ -185,20 +186,21 @@ void BaseNode::wait_for(const std::string& what, double timeout) {
 bool BaseNode::await_command() {
   const auto start = SteadyClock::now();
   const auto none_left = [this] { return interface_->commands() == commands_taken_; };
-  const std::string what = fmt::format("lockstep: time waits at t = {:g} s for a command on {}, {} or {}", loop_.time(),
-                                       kTwistTopic, kTorqueTopic, kVelocityTopic);
   while (none_left() && !paused_ && !is_stepping() && node_.ok()) {
-    if (settings_.lockstep.end_with_commands && lockstep_.started() && !interface_->has_commander()) {
-      ROS_INFO("nobody is left who commands: the node ends at t = %g s", loop_.time());
-      ended_ = true;
-      return false;
-    }
     const double left = lockstep_.patience() - std::chrono::duration<double>(SteadyClock::now() - start).count();
     if (left <= 0) {
       go_on_without_command();
       return lockstep_.started();
     }
-    wait_for(what, std::min(left, kPatience));
+    pacer_.idle([&] { queue_.callOne(ros::WallDuration(std::min(left, kPatience))); });
+    if (!none_left() || !queue_.isEmpty()) continue;
+    if (settings_.lockstep.end_with_commands && lockstep_.started() && !interface_->has_commander()) {
+      ROS_INFO("nobody is left who commands: the node ends at t = %g s", loop_.time());
+      ended_ = true;
+      return false;
+    }
+    tell_wait(fmt::format("lockstep: time waits at t = {:g} s for a command on {}, {} or {}", loop_.time(), kTwistTopic,
+                          kTorqueTopic, kVelocityTopic));
   }
   if (none_left() || paused_ || is_stepping()) return false;
   if (lockstep_.has_own_period()) {  // whoever commands may go on to, until it sleeps
@@ -336,7 +338,9 @@ void BaseNode::publish_diagnostics(double t) {
   const Pacer::Timing timing = pacer_.take_timing();
   publications_.publish(kDiagnosticsTopic, [&] {
     auto message = diagnostics_message(loop_.driver(), loop_.simulation(), timing, now);
-    message.status.push_back(time_status(notice_.what()));
+    const bool lacks_commands = lockstep_.started() && lockstep_.unanswered();
+    message.status.push_back(
+        time_status(lacks_commands ? "lockstep: no command: time goes on without" : notice_.what()));
     if (!settings_.bag.empty()) message.status.push_back(bag_status(settings_.bag, bag_failure_));
     return message;
   });

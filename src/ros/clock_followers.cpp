@@ -72,7 +72,9 @@ std::optional<pid_t> process_of(const std::string& node) {
   std::uint32_t port = 0;
   if (!ros::master::execute("lookupNode", request, response, uri, false)) return std::nullopt;
   if (!ros::network::splitURI(uri, host, port)) return std::nullopt;
-  const std::set<std::string> here = {ros::network::getHost(), "localhost", "127.0.0.1"};
+  char name[256] = "";
+  gethostname(name, sizeof(name) - 1);
+  const std::set<std::string> here = {ros::network::getHost(), name, "localhost", "127.0.0.1"};
   if (!here.count(host)) return std::nullopt;
   XmlRpc::XmlRpcClient client(host.c_str(), static_cast<int>(port), "/");
   if (!client.execute("getPid", caller, response) || response.getType() != XmlRpc::XmlRpcValue::TypeArray ||

@@ -62,7 +62,7 @@ class BaseNode {
   bool is_stepping() const { return step_service_ && step_service_->asked(); }
   void end_step(const char* reason);
   void take_callbacks(double timeout);
-  void wait_for(const std::string& what, double timeout);
+  void tell_wait(const std::string& what);
   std::int64_t periods_ahead() const;
   double wait_for_periods_ahead() const;
   void advance(std::int64_t periods);
