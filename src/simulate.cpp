@@ -116,6 +116,8 @@ class Progress {
     if (drawn_) std::fputs("\r\033[K", stderr);
     drawn_ = false;
   }
+  /// For good: rows on the terminal show how far the run is, and would be mixed with the bar.
+  void hide() { shown_ = false; }
   void show(double t) {
     if (!shown_ || seconds_since(start_) < 1 || seconds_since(last_) < 0.1) return;
     constexpr int kWidth = 40;
@@ -171,6 +173,7 @@ class Outputs {
     if (!arguments.switches.empty()) switches.emplace(opener.open("--switches", arguments.switches));
     if (!arguments.bag.empty()) bag.emplace(opener.open("--bag", arguments.bag, OutputFile::Access::kAnywhere));
     if (!arguments.summary.empty()) summary_.emplace(opener.open("--summary", arguments.summary));
+    if ((csv && csv->is_terminal()) || (switches && switches->is_terminal())) progress.hide();
     if (csv) recorders_.push_back(std::make_unique<StateCsv>(std::move(*csv)));
     if (switches) recorders_.push_back(std::make_unique<SwitchCsv>(std::move(*switches)));
 #ifdef YOUBOT_BASE_SIM_ROS

@@ -382,7 +382,9 @@ TEST_F(SimulateTest, LinesOnATerminalStandApartFromTheProgressBar) {
                                      shell("simulate '" + scene + "' --csv '" + folder_.path(name) + "' --switches '" +
                                            folder_.path(name + ".switches") + "' > " + terminal.path() + " 2>&1"));
   };
-  const Terminal of_whole, of_broken;
+  const Terminal of_whole, of_broken, of_rows;
+  Program rows_on_terminal("/bin/sh",
+                           shell("simulate '" + scene + "' --csv /dev/stdout > " + of_rows.path() + " 2>&1"));
   const auto whole = run("whole", of_whole), broken = run("broken", of_broken);
   std::ifstream whole_pipe(folder_.path("whole")), broken_pipe(folder_.path("broken"));
   std::this_thread::sleep_for(std::chrono::milliseconds(1100));
@@ -402,6 +404,8 @@ TEST_F(SimulateTest, LinesOnATerminalStandApartFromTheProgressBar) {
         [&](const std::string& line) { return line.find(beginning) == 0 && line.find("###") == std::string::npos; }))
         << beginning << " begins no line of: " << text;
   };
+  EXPECT_EQ(of_rows.text().find("###"), std::string::npos) << "a bar between rows";
+  EXPECT_EQ(rows_on_terminal.wait(), 0);
   expect_line(of_whole.text(), "model coulomb");
   expect_line(of_broken.text(), "simulate: " + folder_.path("broken"));
 }

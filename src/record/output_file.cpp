@@ -130,6 +130,8 @@ OutputFile::OutputFile(OutputFile&& other) noexcept
       written_(other.written_),
       whole_(other.whole_) {}
 
+bool OutputFile::is_terminal() const { return straight_ && isatty(descriptor_); }
+
 void OutputFile::write(std::string_view lines) {
   buffer_ += lines;
   if (!straight_ && buffer_.size() < kBuffer) return;

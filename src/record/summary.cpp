@@ -48,7 +48,7 @@ std::string summary_json(const Simulation& simulation, double wall_time, const R
   json["final"] = {{"x", x.x()},     {"y", x.y()},     {"psi", x.psi()},
                    {"V_X", x.V_X()}, {"V_Y", x.V_Y()}, {"Omega", x.Omega()}};
   if (const auto record = simulation.reaction_record()) {
-    const auto numbers = [](const Wheels& w) { return std::vector<double>(w.begin(), w.end()); };
+    const auto numbers = [](const Wheels& w) { return std::vector<double>(w.data(), w.data() + w.size()); };
     json["normal_reactions"] = {{"least", numbers(record->least_N)},
                                 {"time_off_floor", numbers(record->time_off_floor)}};
   }

@@ -168,14 +168,6 @@ SceneSection::SceneSection(const std::string& file, const std::string& path, con
     throw SceneError(
         fmt::format("{}: {} = {}: must be keys with values", file_, path_.empty() ? "scene" : path_, value));
   }
-  std::set<std::string> seen;
-  for (const auto& entry : node) {
-    const std::string key = key_of(entry.first);
-    if (!seen.insert(key).second) {
-      throw SceneError(
-          fmt::format("{}: {} = {}: given twice; allowed once", file_, full(quote(key)), shown(entry.second)));
-    }
-  }
 }
 
 SceneValue SceneSection::operator[](const std::string& key) {
@@ -201,8 +193,13 @@ void SceneSection::finish() const {
   if (path_.empty() && node_.size() > 0 && !has_known_key()) {  // not shown, as above
     throw SceneError(fmt::format("{}: scene = (other keys): must have some of {}", file_, fmt::join(known_, ", ")));
   }
+  std::set<std::string> seen;
   for (const auto& entry : node_) {
     const std::string key = key_of(entry.first);
+    if (!seen.insert(key).second) {
+      throw SceneError(
+          fmt::format("{}: {} = {}: given twice; allowed once", file_, full(quote(key)), shown(entry.second)));
+    }
     if (std::find(known_.begin(), known_.end(), key) != known_.end()) continue;
     throw SceneError(fmt::format("{}: {} = {}: unknown key; allowed here: {}{}", file_, full(quote(key)),
                                  shown(entry.second), fmt::join(known_, ", "), suggestion(key, known_)));

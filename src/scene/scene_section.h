@@ -80,7 +80,7 @@ class SceneValue {
 class SceneSection {
  public:
   /// `file` is the file's name as messages show it; `path` is the section's own key with those above it, empty for the
-  /// whole file. Throws SceneError unless `node` is a mapping that has each key once.
+  /// whole file. Throws SceneError unless `node` is a mapping.
   SceneSection(const std::string& file, const std::string& path, const YAML::Node& node);
 
   SceneValue operator[](const std::string& key);
@@ -88,7 +88,8 @@ class SceneSection {
   SceneValue required(const std::string& key);
 
   /// To be called once all keys were read, and before what depends on several of them is checked. Throws SceneError for
-  /// a key that nobody asked for, which is likely misspelt, and then for a required one that is missing.
+  /// a key that is given twice or that nobody asked for, which is likely misspelt, and then for a required one that is
+  /// missing.
   void finish() const;
 
   /// The keys that were asked for.

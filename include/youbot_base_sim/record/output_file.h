@@ -61,6 +61,9 @@ class OutputFile {
   /// The name under which it is being written.
   const std::string& name() const { return name_; }
 
+  /// Whether it is a terminal, where somebody reads it as it comes.
+  bool is_terminal() const;
+
   /// Where an output goes.
   struct Place {
     std::filesystem::path target;         ///< links followed
