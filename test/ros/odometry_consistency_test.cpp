@@ -61,8 +61,10 @@ std::vector<Error> errors_of_drive(unsigned seed, int seconds) {
   return errors;
 }
 
+// Of errors in three components whose covariances are these, the mean over 100 drives is 3, and beyond 3.8 once in a
+// thousand times. Odometry stays below, since the driver's radius is off by one deviation and slip by less.
 TEST(OdometryConsistency, errors_have_their_covariances) {
-  constexpr int kSeconds = 10;
+  constexpr int kSeconds = 6;
   std::vector<double> mean(kSeconds);
   int beyond = 0;
   for (unsigned seed = 0; seed < kDrives; ++seed) {
@@ -72,8 +74,11 @@ TEST(OdometryConsistency, errors_have_their_covariances) {
       for (int i = 0; i < 3; ++i) beyond += std::abs(errors[k].value[i]) > 3 * std::sqrt(errors[k].covariance(i, i));
     }
   }
-  for (int k = 0; k < kSeconds; ++k) std::printf("%d s: %g\n", k + 1, mean[k]);
-  std::printf("beyond 3 sigma: %d of %d\n", beyond, 3 * kSeconds * kDrives);
+  for (int k = 0; k < kSeconds; ++k) {
+    EXPECT_LT(mean[k], 3.8) << "after " << k + 1 << " s";
+    EXPECT_GT(mean[k], 1) << "after " << k + 1 << " s: far too careful";
+  }
+  EXPECT_LE(beyond, 0.0027 * 3 * kSeconds * kDrives) << "beyond three deviations";
 }
 
 }  // namespace

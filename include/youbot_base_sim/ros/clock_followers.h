@@ -20,8 +20,8 @@ class ClockFollowers {
   /// A node has gone.
   void remove(const std::string& node) { processes_.erase(node); }
 
-  /// Waits until all of them have come to rest. Whoever takes longer than a second, or runs on another machine, is not
-  /// waited for again, with a warning.
+  /// Waits until all of them have come to rest. Whoever takes longer than ten seconds, or runs on another machine, is
+  /// not waited for again, with a warning.
   void await_rest();
 
  private:
