@@ -1,5 +1,5 @@
-// The covariances of odometry are those of its errors: over random drives the normalised estimation error squared is
-// what it is for errors that have just these covariances.
+// The covariances of odometry cover its errors, at any time and not by far: the normalised estimation error squared (NEES)
+// over random drives.
 
 #include <gtest/gtest.h>
 
