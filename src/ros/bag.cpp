@@ -165,12 +165,12 @@ void BagRecorder::write(double t, const Simulation& simulation, const Events& ev
   }
   const MotorReadings& readings = sensors_->read(state.phi(), state.dphi(), simulation.torque());
   if (telemetry_) {
-    telemetry_->update(readings.phi);
+    telemetry_->update(t, state, readings.phi);
   } else {
     Telemetry::Options options;
     options.contacts = simulation.scene().output.contacts;
     options.world = true;
-    telemetry_.emplace(simulation.scene().robot.rollers, readings.phi, options);
+    telemetry_.emplace(simulation.scene(), readings.phi, options);
     if (options.contacts) markers_.emplace(marker_options(simulation.scene().robot, options.world));
   }
   bag_.write(events);

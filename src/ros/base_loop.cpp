@@ -21,12 +21,12 @@ BaseDriver::Settings driver_settings(const BaseSettings& settings) {
 BaseLoop::BaseLoop(const BaseSettings& settings)
     : driver_settings_(driver_settings(settings)),
       telemetry_options_(settings.telemetry),
-      takes_always_(settings.command_rate == 0 || settings.lockstep),
+      takes_always_(settings.command_rate == 0 || settings.lockstep.on),
       requests_(settings.scene.solver.control_period),
       driver_(driver_settings_, settings.scene.initial.phi()),
       simulation_(settings.scene, [this](double t, const State& state) { return begin_period(t, state); }),
-      telemetry_(settings.scene.robot.rollers,
-                 driver_.read(settings.scene.initial.phi(), settings.scene.initial.dphi()).phi, settings.telemetry),
+      telemetry_(settings.scene, driver_.read(settings.scene.initial.phi(), settings.scene.initial.dphi()).phi,
+                 settings.telemetry),
       instants_(settings.publish_rate, kSlack * control_period()),
       listening_(takes_always_ ? 1 : settings.command_rate, kSlack * control_period()) {
   simulation_.go_on_tipping();  // a node does not end for it: diagnostics tell
@@ -113,7 +113,7 @@ std::int64_t BaseLoop::periods_until(double t) const {
 
 bool BaseLoop::meet_instant(double t, const State& state) {
   if (!instants_.meet(t)) return false;
-  telemetry_.update(driver_.read(state.phi(), state.dphi()).phi);
+  telemetry_.update(t, state, driver_.read(state.phi(), state.dphi()).phi);
   return true;
 }
 
@@ -124,8 +124,7 @@ void BaseLoop::reset() {
   simulation_.reset();
   const State& state = simulation_.state();
   driver_ = BaseDriver(driver_settings_, state.phi());
-  telemetry_ =
-      Telemetry(simulation_.scene().robot.rollers, driver_.read(state.phi(), state.dphi()).phi, telemetry_options_);
+  telemetry_ = Telemetry(simulation_.scene(), driver_.read(state.phi(), state.dphi()).phi, telemetry_options_);
   instants_.reset();
   listening_.reset();
 }

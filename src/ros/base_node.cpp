@@ -21,8 +21,8 @@ namespace {
 constexpr double kMaxLag = 1.0;         // s of wall time, before the loop stops catching up
 constexpr double kRecorderDelay = 0.2;  // s of wall time from a recorder's subscription to its first message at most
 constexpr double kLastWord = 0.2;       // s of wall time for the last message to leave before the node ends
-constexpr auto kHintAfter = std::chrono::seconds(5);  // of waiting for anything without a word
-constexpr double kPatience = 0.1;                     // s of wall time between two looks whether ROS goes on
+constexpr double kPatience = 0.1;       // s of wall time between two looks whether ROS goes on
+constexpr auto kDiagnosticsWhileWaiting = std::chrono::seconds(2);
 constexpr double kMaxAhead = 0.02;  // s of simulated time that may pass at once, unless a control period is longer
 constexpr double kSlack = 1e-6;     // of a control period, for rounding
 
@@ -30,30 +30,19 @@ constexpr double kSlack = 1e-6;     // of a control period, for rounding
 const std::set<std::string> kNotWaitedFor = {kDiagnosticsTopic, kDashboardTopic, kContactMarkersTopic, kLoadsTopic,
                                              kAppliedWrenchTopic};
 
-/// Whether a topic tells what happens rather than what the driver knows of it.
-bool is_truth(const std::string& topic) { return topic == kGroundTruthTopic || topic == kContactsTopic; }
-
-/// Is due every few seconds of a wait, but not at its beginning.
-class Hint {
- public:
-  bool due() {
-    const auto now = std::chrono::steady_clock::now();
-    if (now - last_ < kHintAfter) return false;
-    last_ = now;
-    return true;
-  }
-
- private:
-  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-};
+/// Whether a topic comes from elsewhere than the driver.
+bool is_truth(const std::string& topic) {
+  return topic == kGroundTruthTopic || topic == kContactsTopic || topic == kImuTopic;
+}
 
 }  // namespace
 
 BaseNode::BaseNode(const BaseSettings& settings)
     : settings_(settings),
-      keeps_pace_(settings.lockstep || settings.real_time_factor > 0),
+      keeps_pace_(settings.lockstep.period == 0 && (settings.lockstep.on || settings.real_time_factor > 0)),
       loop_(settings),
-      pacer_(settings.real_time_factor, settings.lockstep ? 0 : kMaxLag),
+      lockstep_(settings.lockstep, loop_.control_period()),
+      pacer_(settings.real_time_factor, settings.lockstep.on ? 0 : kMaxLag),
       diagnosing_(kDiagnosticsRate, kSlack * loop_.control_period()),
       markers_(settings.markers),
       private_node_("~"),
@@ -65,7 +54,7 @@ BaseNode::BaseNode(const BaseSettings& settings)
   advertise();
   see_who_listens();
   interface_ = std::make_unique<DriverInterface>(
-      loop_, [this] { return now(); }, settings_.telemetry.kinematics, node_, private_node_, log_);
+      loop_, [this] { return now(); }, settings_.telemetry, node_, private_node_, log_);
   burden_interface_ = std::make_unique<BurdenInterface>(
       loop_, [this] { return now(); }, private_node_, log_);
   publish_world();
@@ -98,7 +87,11 @@ void BaseNode::advertise() {
 #endif
   // Latched, so that a node that comes later, perhaps while time stands still, knows the time at once.
   if (settings_.publish_clock) {
-    publications_.advertise<rosgraph_msgs::Clock>(node_, kClockTopic, kRecorderQueueSize, true);
+    const auto gain = [this](const std::string& node) {
+      if (lockstep_.has_own_period()) followers_.add(node);
+    };
+    const auto lose = [this](const std::string& node) { followers_.remove(node); };
+    publications_.advertise<rosgraph_msgs::Clock>(node_, kClockTopic, kRecorderQueueSize, true, gain, lose);
   }
 }
 
@@ -109,8 +102,8 @@ void BaseNode::see_who_listens() {
   loop_.visit_telemetry(ros::Time(), [this](const char* topic, const auto&) {
     telemetry_is_wanted_ = telemetry_is_wanted_ || publications_.heard(topic);
   });
-  periods_are_wanted_ =
-      settings_.publish_clock && (keeps_pace_ || switches_are_heard || publications_.heard(kClockTopic));
+  periods_are_wanted_ = settings_.publish_clock && !lockstep_.has_own_period() &&
+                        (keeps_pace_ || switches_are_heard || publications_.heard(kClockTopic));
 }
 
 void BaseNode::publish_world() {
@@ -152,12 +145,14 @@ void BaseNode::go_on_to_the_end() {
   wall_start_ = ros::Time::now();
   pacer_.start(loop_.time());
   publish_instant();
-  while (node_.ok()) {
+  while (node_.ok() && !ended_) {
     if (is_stepping()) {
       go_on_by_step();
     } else if (paused_) {
+      tell_wait(fmt::format("time waits, paused at t = {:g} s, for ~unpause or ~step", loop_.time()));
       take_callbacks(kPatience);
-    } else if (!settings_.lockstep || await_command()) {
+    } else if (!lockstep_.waits(loop_.periods()) || await_command()) {
+      notice_.over();
       go_on_when_due();
     }
   }
@@ -172,11 +167,11 @@ void BaseNode::await_subscribers() {
     });
     return topics;
   };
-  Hint hint;
   for (std::string topics = missing(); !topics.empty() && node_.ok(); topics = missing()) {
+    tell_wait("~wait_for_subscribers: time starts when these topics have subscribers:" + topics);
     take_callbacks(0.01);
-    if (hint.due()) ROS_INFO_STREAM("time starts when these topics have subscribers:" << topics);
   }
+  notice_.over();
   ros::WallDuration(kRecorderDelay).sleep();
 }
 
@@ -186,15 +181,58 @@ void BaseNode::take_callbacks(double timeout) {
   pacer_.idle([&] { queue_.callAvailable(ros::WallDuration(timeout)); });
 }
 
-/// Waits for the command message of the next control period; false if something else is to be seen to first.
+/// Says what time waits for, where that takes long: on the console, and in diagnostics by the wall clock.
+void BaseNode::tell_wait(const std::string& what) {
+  const auto now = SteadyClock::now();
+  if (notice_.what().empty()) wait_told_ = now;
+  notice_.waits_for(what);
+  if (now - wait_told_ < kDiagnosticsWhileWaiting) return;
+  wait_told_ = now;
+  publish_diagnostics(loop_.time());
+}
+
+/// Waits for the command message of the next period of lockstep; false if something else is to be seen to first.
 bool BaseNode::await_command() {
-  Hint hint;
+  const auto start = SteadyClock::now();
   const auto none_left = [this] { return interface_->commands() == commands_taken_; };
   while (none_left() && !paused_ && !is_stepping() && node_.ok()) {
-    pacer_.idle([this] { queue_.callOne(ros::WallDuration(kPatience)); });
-    if (hint.due()) ROS_INFO("lockstep: waiting for a command at t = %g s", loop_.time());
+    const double left = lockstep_.patience() - std::chrono::duration<double>(SteadyClock::now() - start).count();
+    if (left <= 0) {
+      go_on_without_command();
+      return lockstep_.started();
+    }
+    pacer_.idle([&] { queue_.callOne(ros::WallDuration(std::min(left, kPatience))); });
+    if (!none_left() || !queue_.isEmpty()) continue;
+    if (settings_.lockstep.end_with_commands && lockstep_.started() && !interface_->has_commander()) {
+      ROS_INFO("nobody is left who commands: the node ends at t = %g s", loop_.time());
+      ended_ = true;
+      return false;
+    }
+    tell_wait(fmt::format("lockstep: time waits at t = {:g} s for a command on {}, {} or {}", loop_.time(), kTwistTopic,
+                          kTorqueTopic, kVelocityTopic));
   }
-  return !none_left() && !paused_ && !is_stepping();
+  if (none_left() || paused_ || is_stepping()) return false;
+  if (lockstep_.has_own_period()) {  // whoever commands may go on to, until it sleeps
+    followers_.await_rest();
+    take_callbacks(0);
+  }
+  lockstep_.release(loop_.periods(), true);
+  return true;
+}
+
+/// Nobody has commanded in time. Before the first command nothing is simulated: /clock alone goes on, for nodes that
+/// sleep before they command, and how long that takes must not matter.
+void BaseNode::go_on_without_command() {
+  if (lockstep_.started()) {
+    if (!lockstep_.unanswered()) {
+      ROS_WARN("lockstep: no command for %g s at t = %g s: time goes on without, by the wall clock, until one comes",
+               settings_.lockstep.timeout, loop_.time());
+    }
+    return lockstep_.release(loop_.periods(), false);
+  }
+  ++idle_periods_;
+  publish_telemetry();
+  publish_stop();
 }
 
 /// Goes on to the next time when somebody could notice, if that is due; if not, takes what comes until then, but not
@@ -202,14 +240,14 @@ bool BaseNode::await_command() {
 void BaseNode::go_on_when_due() {
   const double wait = wait_for_periods_ahead();
   // In lockstep the command in hand is the only one for this control period.
-  if (wait > 0 || (!settings_.lockstep && !queue_.isEmpty())) {
+  if (wait > 0 || (!settings_.lockstep.on && !queue_.isEmpty())) {
     take_callbacks(std::clamp(wait, 0.0, kPatience));
     if (paused_ || is_stepping() || wait_for_periods_ahead() > 0) return publish_diagnostics_when_due(now());
   }
   advance(periods_ahead());
   const double t = loop_.time();
   const double lost = pacer_.arrive(t);
-  if (lost > 0 && !settings_.lockstep) {
+  if (lost > 0 && !settings_.lockstep.on) {
     wall_start_ += ros::Duration(lost);
     loop_.bring_requests_forward();
     log_.warn("lag", fmt::format("too slow for the rate asked for: {:.3g} s are lost", lost));
@@ -227,6 +265,7 @@ void BaseNode::go_on_by_step() {
     advance(periods);
     publish_instant();
   }
+  if (lockstep_.has_own_period()) announce_time();
   step_service_->advanced(periods, loop_.time());
 }
 
@@ -236,7 +275,8 @@ void BaseNode::end_step(const char* reason) { step_service_->end(reason, loop_.t
 std::int64_t BaseNode::periods_ahead() const {
   if (periods_are_wanted_) return 1;
   const double next = std::min(loop_.time() + kMaxAhead, diagnosing_.next());
-  return loop_.periods_until(telemetry_is_wanted_ ? std::min(next, loop_.next_instant()) : next);
+  const std::int64_t periods = loop_.periods_until(telemetry_is_wanted_ ? std::min(next, loop_.next_instant()) : next);
+  return lockstep_.has_own_period() ? std::min(periods, lockstep_.left(loop_.periods())) : periods;
 }
 
 /// Wall time until they have passed, s; not positive if they have.
@@ -264,32 +304,49 @@ void BaseNode::publish_instant() {
   if (is_due) loop_.require_finite();
   const Events events = loop_.take_happenings();
   // With nobody to keep pace with, a /clock message each control period would cost more than the simulation itself.
-  if (settings_.publish_clock && (keeps_pace_ || is_due || !events.switches.empty())) announce_time();
+  const bool goes_by_stops = lockstep_.has_own_period();
+  if (settings_.publish_clock && !goes_by_stops && (keeps_pace_ || is_due || !events.switches.empty())) announce_time();
   record([&](BagWriter& bag) { bag.write(events); });
   for (const RollerSwitch& event : events.switches) {
     publications_.publish(kRollerSwitchesTopic, [&] { return roller_switch_message(event, stamp(event.t)); });
   }
   const auto publish = [this](const char* topic, const auto& make) { publications_.publish(topic, make); };
   for (const BurdenChange& change : events.burdens) Telemetry::visit(change, stamp(change.t), publish);
-  if (is_due && telemetry_is_wanted_) publish_telemetry();
+  if (is_due && telemetry_is_wanted_) {
+    record_telemetry();
+    publish_telemetry();
+  }
   publish_diagnostics_when_due(loop_.time());
+  if (goes_by_stops && lockstep_.begins(loop_.periods())) publish_stop();
+}
+
+/// Where a period of lockstep begins: the clock last, once all else has arrived.
+void BaseNode::publish_stop() {
+  followers_.await_rest();
+  announce_time();
+}
+
+void BaseNode::record_telemetry() {
+  const Simulation& simulation = loop_.simulation();
+  const double t = loop_.time();
+  record([&](BagWriter& bag) {
+    bag.write(loop_.telemetry(), simulation, loop_.driver().readings(), t);
+    if (!loop_.telemetry().recorded(kContactsTopic)) return;
+    bag.write_markers(t, [&] { return markers_.at(contacts_message(simulation, stamp(t)), simulation); });
+  });
 }
 
 void BaseNode::publish_telemetry() {
   const double t = loop_.time();
   const Simulation& simulation = loop_.simulation();
-  const auto contacts = [&] { return contacts_message(simulation, stamp(t)); };
-  record([&](BagWriter& bag) {
-    bag.write(loop_.telemetry(), simulation, loop_.driver().readings(), t);
-    if (!loop_.telemetry().recorded(kContactsTopic)) return;
-    bag.write_markers(t, [&] { return markers_.at(contacts(), simulation); });
-  });
   loop_.visit_telemetry(stamp(t), [this](const char* topic, const auto& make) {
     if (loop_.driver().present() || is_truth(topic)) publications_.publish(topic, make);
   });
   Telemetry::visit_push(simulation, stamp(t),
                         [this](const char* topic, const auto& make) { publications_.publish(topic, make); });
-  publications_.publish(kContactMarkersTopic, [&] { return markers_.at(contacts(), simulation, speed_.at(t)); });
+  publications_.publish(kContactMarkersTopic, [&] {
+    return markers_.at(contacts_message(simulation, stamp(t)), simulation, speed_.at(t));
+  });
 }
 
 /// Time t (s) is the loop's, or later within a long control period.
@@ -302,6 +359,9 @@ void BaseNode::publish_diagnostics(double t) {
   const Pacer::Timing timing = pacer_.take_timing();
   publications_.publish(kDiagnosticsTopic, [&] {
     auto message = diagnostics_message(loop_.driver(), loop_.simulation(), timing, now);
+    const bool lacks_commands = lockstep_.started() && lockstep_.unanswered();
+    message.status.push_back(
+        time_status(lacks_commands ? "lockstep: no command: time goes on without" : notice_.what()));
     if (!settings_.bag.empty()) message.status.push_back(bag_status(settings_.bag, bag_failure_));
     return message;
   });
@@ -340,11 +400,15 @@ void BaseNode::announce_time() {
 }
 
 ros::Time BaseNode::stamp(double t) const {
-  return settings_.publish_clock ? stamp_of(t) : wall_start_ + ros::Duration(t);
+  if (!settings_.publish_clock) return wall_start_ + ros::Duration(t);
+  return stamp_of(static_cast<double>(idle_periods_) * settings_.lockstep.period + t);
 }
 
 /// Simulated time at which what comes now arrives, s.
 double BaseNode::now() const {
+  if (lockstep_.has_own_period() && !lockstep_.waits(loop_.periods())) {  // within a period: from the next on
+    return static_cast<double>(loop_.periods() + lockstep_.left(loop_.periods())) * loop_.control_period();
+  }
   if (settings_.publish_clock || wall_start_.isZero()) return loop_.time();
   return std::max(loop_.time(), pacer_.now());
 }
@@ -369,6 +433,8 @@ bool BaseNode::reset(std_srvs::Empty::Request&, std_srvs::Empty::Response&) {
   }
   end_step("ended by ~reset");
   loop_.reset();
+  lockstep_.reset();
+  idle_periods_ = 0;
   diagnosing_.reset();
   pacer_.start(0);
   publish_instant();

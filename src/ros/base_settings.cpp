@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <ros/ros.h>
 
+#include <cmath>
+
 #include "youbot_base_sim/drive/driver_configuration.h"
 #include "youbot_base_sim/ros/parameters.h"
 
@@ -87,10 +89,34 @@ void read_rates(Parameters& parameters, BaseSettings& settings) {
   settings.command_rate = parameters.number("command_rate", settings.command_rate, command_rates);
 }
 
+void read_lockstep(Parameters& parameters, BaseSettings& settings) {
+  LockstepSettings& lockstep = settings.lockstep;
+  const double control_period = settings.scene.solver.control_period;
+  lockstep.on = parameters.flag("lockstep", lockstep.on);
+  lockstep.period = parameters.number("lockstep_period", lockstep.period, {control_period, 10, "s", true});
+  lockstep.timeout = parameters.number("lockstep_timeout", lockstep.timeout, {1e-3, 1e6, "s", true});
+  lockstep.end_with_commands = parameters.flag("end_with_commands", lockstep.end_with_commands);
+  const double periods = lockstep.period / control_period;
+  if (std::abs(periods - std::round(periods)) > 1e-6) {
+    throw parameters.refusal("lockstep_period", fmt::format("{:g}", lockstep.period),
+                             fmt::format("a multiple of the control period, {:g} s", control_period));
+  }
+  if (lockstep.timeout > 0 && lockstep.period == 0) {
+    throw parameters.refusal("lockstep_timeout", fmt::format("{:g}", lockstep.timeout),
+                             "0 unless ~lockstep_period is set: a player of each control period may take its time");
+  }
+  if (lockstep.end_with_commands && !lockstep.on) {
+    throw parameters.refusal("end_with_commands", "true", "false unless ~lockstep is true");
+  }
+  if (lockstep.period > 0 && !lockstep.on) {
+    throw parameters.refusal("lockstep_period", fmt::format("{:g}", lockstep.period), "0 unless ~lockstep is true");
+  }
+}
+
 void read_time(Parameters& parameters, BaseSettings& settings) {
   settings.publish_clock = parameters.flag("publish_clock", settings.publish_clock);
   settings.real_time_factor = parameters.number("real_time_factor", settings.real_time_factor, {1e-3, 1e6, "", true});
-  settings.lockstep = parameters.flag("lockstep", settings.lockstep);
+  read_lockstep(parameters, settings);
   settings.wait_for_subscribers = parameters.flag("wait_for_subscribers", settings.wait_for_subscribers);
   settings.start_paused = parameters.flag("start_paused", settings.start_paused);
 }
@@ -118,6 +144,16 @@ void read_drive(Parameters& parameters, BaseSettings& settings) {
   driver.command_timeout = parameters.number("command_timeout", driver.command_timeout, {0, 1e6, "s"});
 }
 
+void read_imu(Parameters& parameters, Telemetry::Options& telemetry) {
+  const bool publish = parameters.flag("publish_imu", false);
+  ImuSettings imu;
+  imu.rate_noise = parameters.number("imu_rate_noise", imu.rate_noise, {0, 10, "rad/s"});
+  imu.rate_bias = parameters.number("imu_rate_bias", imu.rate_bias, {0, 10, "rad/s"});
+  imu.acceleration_noise = parameters.number("imu_acceleration_noise", imu.acceleration_noise, {0, 100, "m/s^2"});
+  imu.acceleration_bias = parameters.number("imu_acceleration_bias", imu.acceleration_bias, {0, 100, "m/s^2"});
+  if (publish) telemetry.imu = imu;
+}
+
 void read_telemetry(Parameters& parameters, BaseSettings& settings) {
   Telemetry::Options& telemetry = settings.telemetry;
   settings.publish_tf = parameters.flag("publish_tf", settings.publish_tf);
@@ -127,6 +163,7 @@ void read_telemetry(Parameters& parameters, BaseSettings& settings) {
   telemetry.kinematics.wheel_radius =
       parameters.number("driver_wheel_radius", telemetry.kinematics.wheel_radius, {1e-3, 1, "m"});
   telemetry.wheel_error = parameters.number("odometry_wheel_error", telemetry.wheel_error, {0, 1, ""});
+  read_imu(parameters, telemetry);
   const std::string sign = parameters.text("joint_velocity_sign", "consistent");
   if (sign != "consistent" && sign != "driver_exact") {
     throw parameters.refusal("joint_velocity_sign", "\"" + sign + "\"", "consistent or driver_exact");
@@ -157,7 +194,7 @@ void check_time(const Parameters& parameters, const BaseSettings& settings) {
     throw parameters.refusal("real_time_factor", fmt::format("{:g}", settings.real_time_factor),
                              "1 unless ~publish_clock is true: the wall clock has its own rate");
   }
-  if (settings.lockstep) throw parameters.refusal("lockstep", "true", "false unless ~publish_clock is true");
+  if (settings.lockstep.on) throw parameters.refusal("lockstep", "true", "false unless ~publish_clock is true");
   if (!settings.bag.empty()) {
     throw parameters.refusal("bag", settings.bag, "left out unless ~publish_clock is true: use rosbag record");
   }

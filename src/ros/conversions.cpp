@@ -14,6 +14,8 @@ namespace youbot_base_sim {
 
 namespace {
 
+constexpr double kUnknownVariance = 1e6;  // m^2, rad^2 and so on: of what a planar odometry cannot know
+
 geometry_msgs::Quaternion quaternion(double heading) { return tf2::toMsg(tf2::Quaternion({0, 0, 1}, heading)); }
 
 /// Number of the wheel whose joint is called `joint`; -1 if none is.
@@ -79,15 +81,34 @@ nav_msgs::Odometry odometry_message(const std::string& frame, const Eigen::Vecto
   message.pose.pose.position.x = pose[0];
   message.pose.pose.position.y = pose[1];
   message.pose.pose.orientation = quaternion(pose[2]);
-  message.twist.twist.linear.x = velocity[0];
-  message.twist.twist.linear.y = velocity[1];
-  message.twist.twist.angular.z = velocity[2];
+  message.twist.twist.linear.x = velocity[0] + 0.0;  // not -0 at rest
+  message.twist.twist.linear.y = velocity[1] + 0.0;
+  message.twist.twist.angular.z = velocity[2] + 0.0;
+  return message;
+}
+
+sensor_msgs::Imu imu_message(const Imu& imu, const ros::Time& stamp) {
+  constexpr double kLevelVariance = 1e-6;  // of roll and pitch, rad^2, and of the rates about x and y, rad^2/s^2
+  sensor_msgs::Imu message;
+  message.header.stamp = stamp;
+  message.header.frame_id = kBaseFrame;
+  message.orientation = quaternion(imu.heading());
+  message.angular_velocity.z = imu.rate();
+  message.linear_acceleration.x = imu.acceleration()[0];
+  message.linear_acceleration.y = imu.acceleration()[1];
+  message.linear_acceleration.z = imu.acceleration()[2];
+  message.orientation_covariance = {
+      kLevelVariance, 0, 0, 0, kLevelVariance, 0, 0, 0, imu.heading_variance() + kLevelVariance};
+  message.angular_velocity_covariance = {kLevelVariance, 0, 0, 0, kLevelVariance, 0, 0, 0, imu.rate_variance()};
+  const double variance = imu.acceleration_variance();
+  message.linear_acceleration_covariance = {variance, 0, 0, 0, variance, 0, 0, 0, variance};
   return message;
 }
 
 boost::array<double, 36> covariance_message(const Eigen::Matrix3d& covariance) {
   constexpr int kAt[] = {0, 1, 5};  // of x, y, z and the turns about them
   boost::array<double, 36> message{};
+  for (const int i : {2, 3, 4}) message[7 * i] = kUnknownVariance;
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) message[6 * kAt[i] + kAt[j]] = covariance(i, j);
   }

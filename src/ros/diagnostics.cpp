@@ -138,6 +138,10 @@ diagnostic_msgs::DiagnosticStatus bag_status(const std::string& path, const std:
   return status;
 }
 
+diagnostic_msgs::DiagnosticStatus time_status(const std::string& waits_for) {
+  return own_status("time", waits_for.empty(), waits_for.empty() ? "goes on" : waits_for);
+}
+
 #ifdef YOUBOT_BASE_SIM_PR2_MSGS
 pr2_msgs::PowerBoardState dashboard_message(const BaseDriver& driver, const ros::Time& stamp) {
   using pr2_msgs::PowerBoardState;

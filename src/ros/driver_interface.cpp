@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace youbot_base_sim {
@@ -40,13 +41,14 @@ Faults faults_of(const SetFaults::Request& request) {
 
 }  // namespace
 
-DriverInterface::DriverInterface(BaseLoop& loop, const std::function<double()>& now, const DriverKinematics& kinematics,
-                                 ros::NodeHandle& node, ros::NodeHandle& private_node, ThrottledLog& log)
-    : loop_(loop), now_(now), log_(log) {
+DriverInterface::DriverInterface(BaseLoop& loop, const std::function<double()>& now,
+                                 const Telemetry::Options& telemetry, ros::NodeHandle& node,
+                                 ros::NodeHandle& private_node, ThrottledLog& log)
+    : loop_(loop), now_(now), log_(log), warns_of_signs_(telemetry.driver_velocity_sign) {
   subscribe<brics_actuator::JointTorques>(node, kTorqueTopic, [](const auto& m) { return wheel_command(m); });
   subscribe<brics_actuator::JointVelocities>(node, kVelocityTopic, [](const auto& m) { return wheel_command(m); });
-  subscribe<geometry_msgs::Twist>(node, kTwistTopic,
-                                  [kinematics](const auto& m) { return wheel_command(m, kinematics); });
+  subscribe<geometry_msgs::Twist>(
+      node, kTwistTopic, [kinematics = telemetry.kinematics](const auto& m) { return wheel_command(m, kinematics); });
   services_ = {node.advertiseService(kSwitchOffService, &DriverInterface::switch_off, this),
                node.advertiseService(kSwitchOnService, &DriverInterface::switch_on, this),
                node.advertiseService(kReconnectService, &DriverInterface::reconnect, this),
@@ -63,6 +65,11 @@ void DriverInterface::subscribe(ros::NodeHandle& node, const char* topic,
       node.subscribe<Message>(topic, kCommandQueueSize, take, ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay()));
 }
 
+bool DriverInterface::has_commander() const {
+  return std::any_of(subscribers_.begin(), subscribers_.end(),
+                     [](const ros::Subscriber& subscriber) { return subscriber.getNumPublishers() > 0; });
+}
+
 void DriverInterface::receive(const char* topic, const WheelCommand& command) {
   ++commands_;
   const double now = now_();
@@ -70,6 +77,13 @@ void DriverInterface::receive(const char* topic, const WheelCommand& command) {
   const auto complain = [&](const std::string& subject, const std::string& text) {
     log_.warn(topic + subject, fmt::format("{}: {}", topic, text));
   };
+  if (warns_of_signs_ && topic == std::string(kVelocityTopic) && (command.set_points[0] || command.set_points[2])) {
+    warns_of_signs_ = false;
+    ROS_WARN(
+        "%s beside joint velocities with ~joint_velocity_sign = driver_exact: on wheel_joint_fl and _bl the two have "
+        "opposite signs, and a loop closed over both has positive feedback; consistent has one sign for all",
+        topic);
+  }
   for (const Complaint& complaint : command.complaints) complain(complaint.subject, complaint.text);
   const Motor& motor = loop_.driver().motor();
   bool names_any = false;
@@ -77,8 +91,10 @@ void DriverInterface::receive(const char* topic, const WheelCommand& command) {
     const auto& set_point = command.set_points[i];
     names_any = names_any || set_point;
     if (!set_point || motor.can(*set_point)) continue;
-    complain(wheel_joint(i) + " limit", fmt::format("{}: {:.7g} is beyond the motor's limit: clipped to {:.5g}",
-                                                    wheel_joint(i), set_point->value, motor.limited(*set_point).value));
+    const char* unit = set_point->mode == DriveMode::kTorque ? "N m" : "rad/s";
+    complain(wheel_joint(i) + " limit",
+             fmt::format("{}: {:.7g} {} is beyond the motor's limit: clipped to {:.5g} {}", wheel_joint(i),
+                         set_point->value, unit, motor.limited(*set_point).value, unit));
   }
   if (names_any) loop_.push(now, command.set_points);
 }

@@ -40,9 +40,10 @@ geometry_msgs::TransformStamped place(const char* frame, const State& state, con
 
 }  // namespace
 
-Telemetry::Telemetry(int rollers, const Wheels& phi, const Options& options)
+Telemetry::Telemetry(const Scene& scene, const Wheels& phi, const Options& options)
     : options_(options), odometry_(options.kinematics, phi, options.wheel_error) {
-  joints_.name = joint_names(options.rollers ? rollers : 0);
+  if (options.imu) imu_.emplace(*options.imu, scene.floor, 0, scene.initial);
+  joints_.name = joint_names(options.rollers ? scene.robot.rollers : 0);
   joints_.position.resize(joints_.name.size());
   joints_.velocity.resize(joints_.name.size());
   joints_.effort.resize(joints_.name.size());
@@ -86,9 +87,9 @@ sensor_msgs::JointState Telemetry::joint_states(const Simulation& simulation, co
   message.header.stamp = stamp;
   for (int i = 0; i < kWheels; ++i) {
     const double sign = options_.driver_velocity_sign && kLeft[i] ? -1 : 1;
-    message.position[i] = readings.phi[i];
-    message.velocity[i] = sign * readings.dphi[i];
-    message.effort[i] = sign * readings.torque[i];
+    message.position[i] = readings.phi[i] + 0.0;
+    message.velocity[i] = sign * readings.dphi[i] + 0.0;  // not -0 at rest
+    message.effort[i] = sign * readings.torque[i] + 0.0;
   }
   if (options_.rollers) add_rollers(simulation, message);
   return message;

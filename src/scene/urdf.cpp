@@ -5,6 +5,7 @@
 #include <Eigen/Dense>
 #include <cmath>
 
+#include "youbot_base_sim/drive/motor.h"
 #include "youbot_base_sim/scene/frames.h"
 
 namespace youbot_base_sim {
@@ -69,6 +70,12 @@ std::string turning(const char* axis, double damping, double friction) {
   return fmt::format("<axis xyz=\"{}\"/>{}", axis, dynamics.empty() ? "" : "<dynamics" + dynamics + "/>");
 }
 
+/// What a motor can at most.
+std::string motor_limit() {
+  return fmt::format("<limit effort=\"{}\" velocity=\"{}\"/>", number(Motor().max_torque()),
+                     number(Motor().max_rate()));
+}
+
 /// Moment of inertia of a wheel about a diameter, kg m^2. The paper does not give it: that of a disc.
 double wheel_moment(const RobotParameters& robot, const Dimensions& size) {
   return robot.J_1 / 2 + robot.m_1 * size.half_width * size.half_width / 3;
@@ -122,8 +129,9 @@ std::string urdf(const RobotParameters& robot, RollerJoints rollers, const MeshU
     document += joint("caster_joint_" + wheel, "continuous", "base_link", "caster_link_" + wheel,
                       origin({robot.rho_X()[i], robot.rho_Y()[i], kAxleHeight}) + turning("0 0 1", 0, 0));
     document += link("caster_link_" + wheel, "");
-    document += joint("wheel_joint_" + wheel, "continuous", "caster_link_" + wheel, "wheel_link_" + wheel,
-                      origin(Vector3d::Zero()) + turning("0 1 0", robot.mu_1[i], robot.dry_friction[i]));
+    document +=
+        joint("wheel_joint_" + wheel, "continuous", "caster_link_" + wheel, "wheel_link_" + wheel,
+              origin(Vector3d::Zero()) + turning("0 1 0", robot.mu_1[i], robot.dry_friction[i]) + motor_limit());
     document += wheel_link(robot, size, "wheel_link_" + wheel,
                            mesh_uri(tan_delta()[i] < 0 ? Part::kWheelLeft : Part::kWheelRight));
     for (int k = 0; k < robot.rollers; ++k) {

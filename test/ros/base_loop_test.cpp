@@ -266,7 +266,7 @@ TEST(BaseLoopTest, TakesRequestsAtTheCommandRate) {
 TEST(BaseLoopTest, LockstepTakesRequestsInEachPeriod) {
   BaseSettings lockstep = settings();
   lockstep.command_rate = 50;
-  lockstep.lockstep = true;
+  lockstep.lockstep.on = true;
   BaseLoop loop(lockstep);
   loop.advance_periods(3);
   loop.push(loop.time(), torques(1));

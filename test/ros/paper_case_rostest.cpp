@@ -31,6 +31,9 @@ class PaperCase : public ::testing::Test {
                       {"roslaunch", "youbot_base_sim", "paper_case.launch", "duration:=" + std::to_string(kDuration),
                        std::string("scene:=") + kScene, "publish_contacts:=true", "bag:=" + path});
     ASSERT_EQ(roslaunch.wait(), 0) << roslaunch.out() << roslaunch.err();
+    const std::string said = roslaunch.out() + roslaunch.err();
+    EXPECT_EQ(said.find("died!"), std::string::npos) << "an end that is meant looks like one: " << said;
+    EXPECT_NE(said.find("nobody is left who commands"), std::string::npos) << said;
     bag_.open(path, rosbag::bagmode::Read);
   }
 

@@ -12,6 +12,7 @@
 #include "rostest_main.h"
 #include "youbot_base_sim/ros/base_settings.h"
 #include "youbot_base_sim/ros/parameters.h"
+#include "youbot_base_sim/text/text_file.h"
 
 namespace youbot_base_sim {
 namespace {
@@ -92,6 +93,18 @@ TEST_F(RefusedParameters, names_that_are_unknown) {
   for (const std::string name : {"~publsh_rate", "~Scene", "~scene_", "~bags/all", "~x"}) {
     SCOPED_TRACE(name);
     expect_refusal(refusal_of(name, 1), {"unknown", "publish_rate"});
+  }
+}
+
+// What the launch files pass on: all of them.
+TEST_F(RefusedParameters, are_arguments_of_the_launch_files) {
+  for (const std::string file : {"base.launch", "youbot_driver.launch"}) {
+    const std::string text = read_text_file(YOUBOT_BASE_SIM_SOURCE_DIR "/launch/" + file, 1 << 20);
+    for (const std::string& name : names_) {
+      if (name[0] != '~') continue;
+      const std::string argument = name == "~bag" ? "node_bag" : name.substr(1);
+      EXPECT_NE(text.find("<arg name=\"" + argument + "\" default="), std::string::npos) << argument << " in " << file;
+    }
   }
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <cmath>
 #include <cstdint>
 #include <deque>
 #include <optional>
@@ -86,6 +87,7 @@ class BaseLoop {
   }
 
   double time() const { return simulation_.time(); }                                   ///< s
+  std::int64_t periods() const { return std::llround(time() / control_period()); }     ///< that have passed
   double control_period() const { return simulation_.scene().solver.control_period; }  ///< s
   const Simulation& simulation() const { return simulation_; }
   const BaseDriver& driver() const { return driver_; }

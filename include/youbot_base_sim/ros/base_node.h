@@ -5,6 +5,8 @@
 #include <std_srvs/Empty.h>
 #include <tf2_ros/static_transform_broadcaster.h>
 
+#include <chrono>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -14,13 +16,16 @@
 #include "youbot_base_sim/ros/base_loop.h"
 #include "youbot_base_sim/ros/base_settings.h"
 #include "youbot_base_sim/ros/burden_interface.h"
+#include "youbot_base_sim/ros/clock_followers.h"
 #include "youbot_base_sim/ros/contact_markers.h"
 #include "youbot_base_sim/ros/driver_interface.h"
+#include "youbot_base_sim/ros/lockstep.h"
 #include "youbot_base_sim/ros/pacer.h"
 #include "youbot_base_sim/ros/publications.h"
 #include "youbot_base_sim/ros/schedule.h"
 #include "youbot_base_sim/ros/step_service.h"
 #include "youbot_base_sim/ros/throttled_log.h"
+#include "youbot_base_sim/ros/wait_notice.h"
 
 namespace youbot_base_sim {
 
@@ -42,6 +47,8 @@ class BaseNode {
   void run();
 
  private:
+  using SteadyClock = std::chrono::steady_clock;
+
   void open_bag();
   void advertise();
   void publish_world();
@@ -50,15 +57,19 @@ class BaseNode {
   void go_on_to_the_end();
   void await_subscribers();
   bool await_command();
+  void go_on_without_command();
   void go_on_when_due();
   void go_on_by_step();
   bool is_stepping() const { return step_service_ && step_service_->asked(); }
   void end_step(const char* reason);
   void take_callbacks(double timeout);
+  void tell_wait(const std::string& what);
   std::int64_t periods_ahead() const;
   double wait_for_periods_ahead() const;
   void advance(std::int64_t periods);
   void publish_instant();
+  void publish_stop();
+  void record_telemetry();
   void publish_telemetry();
   void publish_diagnostics_when_due(double t);
   void publish_diagnostics(double t);
@@ -74,8 +85,10 @@ class BaseNode {
   bool reset(std_srvs::Empty::Request&, std_srvs::Empty::Response&);
 
   const BaseSettings settings_;
-  const bool keeps_pace_;  // with the wall clock or with commands
+  const bool keeps_pace_;  // with the wall clock or with commands, each control period
   BaseLoop loop_;
+  Lockstep lockstep_;
+  ClockFollowers followers_;
   Pacer pacer_;
   SpeedMeter speed_;
   Schedule diagnosing_;
@@ -83,6 +96,8 @@ class BaseNode {
   std::unique_ptr<BagWriter> bag_;  // null: not recorded, or not any longer
   std::string bag_failure_;         // why; empty: none
   ThrottledLog log_;
+  WaitNotice notice_;
+  SteadyClock::time_point wait_told_;  // in diagnostics
 
   ros::CallbackQueue queue_;
   ros::NodeHandle node_;
@@ -95,8 +110,10 @@ class BaseNode {
   std::optional<StepService> step_service_;
 
   ros::Time wall_start_;             // wall time of t = 0; zero before that
+  std::int64_t idle_periods_ = 0;    // of lockstep by which /clock went on before the first command
   std::int64_t commands_taken_ = 0;  // command messages that had come when the last control period began
   bool paused_;
+  bool ended_ = false;
   bool telemetry_is_wanted_ = false;  // by anybody, switches included
   bool periods_are_wanted_ = false;   // somebody could notice each control period's end
 };

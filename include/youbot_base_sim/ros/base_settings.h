@@ -5,6 +5,7 @@
 #include "youbot_base_sim/drive/base_driver.h"
 #include "youbot_base_sim/drive/wheel_odometry.h"
 #include "youbot_base_sim/ros/contact_markers.h"
+#include "youbot_base_sim/ros/lockstep.h"
 #include "youbot_base_sim/ros/node_constants.h"
 #include "youbot_base_sim/ros/telemetry.h"
 #include "youbot_base_sim/scene/scene.h"
@@ -37,10 +38,14 @@ struct BaseSettings {
   bool publish_clock = false;
   /// Simulated seconds per second, 0.001 or more; 0: as fast as possible. Other values than 1 need `publish_clock`.
   double real_time_factor = 1;
-  /// Each control period waits for one command message, so a player that answers each /clock message with a command is
-  /// obeyed in every period, however slow it is. Messages that come while time stands still, paused or because the
-  /// control period is not due yet, count as one. Needs `publish_clock`.
-  bool lockstep = false;
+  /// `lockstep`: each period waits for a command message. Messages that come while time stands still, paused or because
+  /// the period is not due yet, count as one. Needs `publish_clock`.
+  /// Without a `lockstep_period` (s) that is each control period, so that a player that answers each /clock message
+  /// with a command is obeyed in every one, however slow it is. With it, /clock goes on by whole periods, once the
+  /// nodes that follow it have dealt with all else that was published; so a node with a loop of this period always
+  /// commands from the latest odometry, and for the same period. `lockstep_timeout` (s of wall time, 0: none): time
+  /// then goes on without a command. Until the first command only /clock does: the simulation begins with it.
+  LockstepSettings lockstep;
   /// Time starts once every topic that `Telemetry` has recorded has a subscriber, so a recorder misses nothing.
   bool wait_for_subscribers = false;
   /// Bag file to record to, complete when the node ends; empty: none. Needs `publish_clock`.

@@ -6,6 +6,7 @@
 #include <geometry_msgs/Twist.h>
 #include <nav_msgs/Odometry.h>
 #include <ros/time.h>
+#include <sensor_msgs/Imu.h>
 #include <youbot_base_sim/RollerSwitchStamped.h>
 
 #include <Eigen/Dense>
@@ -15,6 +16,7 @@
 #include <vector>
 
 #include "youbot_base_sim/drive/base_driver.h"
+#include "youbot_base_sim/drive/imu.h"
 #include "youbot_base_sim/drive/wheel_odometry.h"
 #include "youbot_base_sim/physics/roller_switch.h"
 #include "youbot_base_sim/physics/state.h"
@@ -53,7 +55,11 @@ std::string wheel_joint(int i);
 nav_msgs::Odometry odometry_message(const std::string& frame, const Eigen::Vector3d& pose,
                                     const Eigen::Vector3d& velocity, const ros::Time& stamp);
 
-/// Covariance of x, y, heading, or of V_X, V_Y, Omega, as one of six degrees of freedom; the three others do not vary.
+/// What the unit reads, in the frame base_footprint; roll and pitch are zero.
+sensor_msgs::Imu imu_message(const Imu& imu, const ros::Time& stamp);
+
+/// Covariance of x, y, heading, or of V_X, V_Y, Omega, as one of six degrees of freedom; the three others are
+/// unknown: zero would say that they are known exactly.
 boost::array<double, 36> covariance_message(const Eigen::Matrix3d& covariance);
 
 /// Pose x, y (m), heading (rad) of the frame `child` in `frame`.

@@ -24,6 +24,10 @@ diagnostic_msgs::DiagnosticArray diagnostics_message(const BaseDriver& driver, c
 /// The status "youbot_base_sim: bag" of the bag `path`: an error if `failure` says why it cannot be written.
 diagnostic_msgs::DiagnosticStatus bag_status(const std::string& path, const std::string& failure);
 
+/// The status "youbot_base_sim: time": a warning with what simulated time waits for, or goes on without; empty:
+/// nothing.
+diagnostic_msgs::DiagnosticStatus time_status(const std::string& waits_for);
+
 #ifdef YOUBOT_BASE_SIM_PR2_MSGS
 /// The driver's: circuit 0 is the base, circuit 1 the arm that is not there, run_stop a lost EtherCAT.
 pr2_msgs::PowerBoardState dashboard_message(const BaseDriver& driver, const ros::Time& stamp);

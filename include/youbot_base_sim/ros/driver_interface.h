@@ -29,11 +29,14 @@ namespace youbot_base_sim {
 class DriverInterface {
  public:
   /// `now` tells the simulated time at which what comes now arrives, s. All references must outlive it.
-  DriverInterface(BaseLoop& loop, const std::function<double()>& now, const DriverKinematics& kinematics,
+  DriverInterface(BaseLoop& loop, const std::function<double()>& now, const Telemetry::Options& telemetry,
                   ros::NodeHandle& node, ros::NodeHandle& private_node, ThrottledLog& log);
 
   /// Command messages so far, bad ones included.
   std::int64_t commands() const { return commands_; }
+
+  /// Whether anybody is there who could command.
+  bool has_commander() const;
 
  private:
   template <class Message>
@@ -49,6 +52,7 @@ class DriverInterface {
   BaseLoop& loop_;
   std::function<double()> now_;
   ThrottledLog& log_;
+  bool warns_of_signs_;  // of joint velocities that are not those of commands, once
   std::int64_t commands_ = 0;
   std::vector<ros::Subscriber> subscribers_;
   std::vector<ros::ServiceServer> services_;

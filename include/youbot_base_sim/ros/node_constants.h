@@ -27,6 +27,7 @@ constexpr char kVelocityTopic[] = "base/base_controller/velocity_command";
 // Telemetry.
 constexpr char kOdometryTopic[] = "odom";
 constexpr char kGroundTruthTopic[] = "ground_truth";
+constexpr char kImuTopic[] = "imu/data";
 constexpr char kJointStatesTopic[] = "base/joint_states";
 constexpr char kTransformsTopic[] = "/tf";
 constexpr char kStaticTransformsTopic[] = "/tf_static";

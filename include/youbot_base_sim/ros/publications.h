@@ -18,16 +18,23 @@ class Publications {
   Publications(const Publications&) = delete;
   Publications& operator=(const Publications&) = delete;
 
+  /// Calls `on_gain` and `on_loss` with the name of each node that comes and goes.
   template <class Message>
-  void advertise(ros::NodeHandle& node, const std::string& topic, std::uint32_t queue_size, bool latched = false) {
+  void advertise(ros::NodeHandle& node, const std::string& topic, std::uint32_t queue_size, bool latched = false,
+                 const std::function<void(const std::string&)>& on_gain = {},
+                 const std::function<void(const std::string&)>& on_loss = {}) {
     Publication& publication = publications_[topic];
-    const ros::SubscriberStatusCallback count = [this, &publication](const ros::SingleSubscriberPublisher&) {
-      const bool is_heard = publication.publisher.getNumSubscribers() > 0;
-      if (is_heard == publication.heard) return;
-      publication.heard = is_heard;
-      on_change_();
+    const auto counting = [this, &publication](const std::function<void(const std::string&)>& also) {
+      return [this, &publication, also](const ros::SingleSubscriberPublisher& subscriber) {
+        if (also) also(subscriber.getSubscriberName());
+        const bool is_heard = publication.publisher.getNumSubscribers() > 0;
+        if (is_heard == publication.heard) return;
+        publication.heard = is_heard;
+        on_change_();
+      };
     };
-    publication.publisher = node.advertise<Message>(topic, queue_size, count, count, ros::VoidConstPtr(), latched);
+    publication.publisher =
+        node.advertise<Message>(topic, queue_size, counting(on_gain), counting(on_loss), ros::VoidConstPtr(), latched);
   }
 
   /// Whether the topic is advertised and has a subscriber.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <sensor_msgs/Imu.h>
 #include <sensor_msgs/JointState.h>
 #include <tf2_msgs/TFMessage.h>
 
@@ -7,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "youbot_base_sim/drive/imu.h"
 #include "youbot_base_sim/drive/motor_sensors.h"
 #include "youbot_base_sim/drive/wheel_odometry.h"
 #include "youbot_base_sim/ros/burden_messages.h"
@@ -23,6 +25,7 @@ namespace youbot_base_sim {
 ///   ground_truth         nav_msgs/Odometry, world to base_footprint: the exact pose and velocity
 ///   base/joint_states    sensor_msgs/JointState: the four wheels as read by their motors, and the driver's four
 ///                        casters, always at zero; effort is the motors' torque at the wheels, N m; rollers on request
+///   imu/data             sensor_msgs/Imu, on request
 ///   /tf                  odom to base_footprint; on request world to ground_truth/base_footprint
 ///   /tf_static           on request, once: world to odom
 ///   base/roller_switches youbot_base_sim/RollerSwitchStamped, one message a switch
@@ -41,16 +44,20 @@ class Telemetry {
                             ///< turn the other way round: what the driver publishes beside its positions
     bool rollers = false;   ///< roller_joint_fl_0 and so on in the joint states
     bool contacts = false;  ///< recorded too
-    bool world = false;     ///< where odom and the base's true place are in the scene's frame, on /tf_static and /tf
+    std::optional<ImuSettings> imu;
+    bool world = false;  ///< where odom and the base's true place are in the scene's frame, on /tf_static and /tf
   };
 
-  /// Starts with the odometry at zero where the wheels are at angles phi, rad, by their encoders; `rollers`: of a
-  /// wheel.
-  Telemetry(int rollers, const Wheels& phi, const Options& options);
+  /// Starts with the odometry at zero where the wheels are at angles phi, rad, by their encoders, at the beginning of
+  /// `scene`.
+  Telemetry(const Scene& scene, const Wheels& phi, const Options& options);
 
-  /// An instant of publishing: the wheel odometry makes one step to the angles phi (rad) that the encoders tell. This
-  /// is all that happens where nobody listens.
-  void update(const Wheels& phi) { odometry_.update(phi); }
+  /// An instant of publishing, at time t (s): the wheel odometry makes one step to the angles phi (rad) that the
+  /// encoders tell, and the inertial unit reads `state`. This is all that happens where nobody listens.
+  void update(double t, const State& state, const Wheels& phi) {
+    odometry_.update(phi);
+    if (imu_) imu_->update(t, state);
+  }
 
   /// Has the odometry start again from zero at angles phi, rad.
   void restart_odometry(const Wheels& phi) { odometry_.reset(phi); }
@@ -66,6 +73,7 @@ class Telemetry {
     topic(kOdometryTopic, [&] { return odometry(readings, stamp); });
     topic(kGroundTruthTopic, [&] { return ground_truth(simulation, stamp); });
     topic(kJointStatesTopic, [&] { return joint_states(simulation, readings, stamp); });
+    if (imu_) topic(kImuTopic, [&] { return imu_message(*imu_, stamp); });
     topic(kTransformsTopic, [&] { return transforms(simulation, stamp); });
     topic(kContactsTopic, [&] { return contacts_message(simulation, stamp); });
   }
@@ -102,6 +110,7 @@ class Telemetry {
  private:
   Options options_;
   WheelOdometry odometry_;
+  std::optional<Imu> imu_;
   sensor_msgs::JointState joints_;  // with names, and zeros for the rest
 };
 

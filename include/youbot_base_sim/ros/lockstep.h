@@ -1,0 +1,76 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+namespace youbot_base_sim {
+
+/// How simulated time waits for command messages. A period of lockstep is either each control period, for players that
+/// answer each /clock message, or several of them, for nodes with a loop of their own.
+struct LockstepSettings {
+  bool on = false;
+  /// Of the loop of the node that commands, s, a multiple of the control period. 0: each control period.
+  double period = 0;
+  /// s of wall time for a command to come before time goes on without it. 0: for ever.
+  double timeout = 0;
+  /// Whether the node ends when nobody who commands is left.
+  bool end_with_commands = false;
+};
+
+/// Where simulated time waits for a command message, and for how long. Counts time in control periods.
+class Lockstep {
+ public:
+  /// `control_period` in s.
+  Lockstep(const LockstepSettings& settings, double control_period)
+      : settings_(settings),
+        every_(settings.period > 0 ? std::max<std::int64_t>(1, std::llround(settings.period / control_period)) : 1) {}
+
+  /// Whether the node that commands has a loop of its own: /clock then goes on by whole periods of lockstep, each after
+  /// all else that is published.
+  bool has_own_period() const { return settings_.on && settings_.period > 0; }
+
+  /// Whether a period of lockstep begins at control period k.
+  bool begins(std::int64_t k) const { return settings_.on && k % every_ == 0; }
+
+  /// Whether time waits at control period k: one begins for which there was no command yet.
+  bool waits(std::int64_t k) const { return begins(k) && k != released_; }
+
+  /// Control periods from k to where the next period of lockstep begins, 1 or more.
+  std::int64_t left(std::int64_t k) const { return every_ - k % every_; }
+
+  /// s of wall time that a command may take to come. Nobody is waited for twice: until the next command a period takes
+  /// as long as it does by the wall clock.
+  double patience() const {
+    if (settings_.timeout == 0) return std::numeric_limits<double>::infinity();
+    return unanswered_ ? settings_.period : settings_.timeout;
+  }
+
+  /// Control period k has its command, or none in time: time goes on.
+  void release(std::int64_t k, bool answered) {
+    released_ = k;
+    started_ = started_ || answered;
+    unanswered_ = !answered;
+  }
+
+  /// Whether the last command did not come in time.
+  bool unanswered() const { return unanswered_; }
+
+  /// Whether there has been a command since the beginning.
+  bool started() const { return started_; }
+
+  /// Back to the beginning.
+  void reset() { *this = Lockstep(settings_, every_); }
+
+ private:
+  Lockstep(const LockstepSettings& settings, std::int64_t every) : settings_(settings), every_(every) {}
+
+  LockstepSettings settings_;
+  std::int64_t every_;  // control periods
+  std::int64_t released_ = -1;
+  bool started_ = false;
+  bool unanswered_ = true;  // nobody who has not commanded yet is waited for
+};
+
+}  // namespace youbot_base_sim
