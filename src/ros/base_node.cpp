@@ -344,9 +344,8 @@ void BaseNode::publish_telemetry() {
   });
   Telemetry::visit_push(simulation, stamp(t),
                         [this](const char* topic, const auto& make) { publications_.publish(topic, make); });
-  publications_.publish(kContactMarkersTopic, [&] {
-    return markers_.at(contacts_message(simulation, stamp(t)), simulation, speed_.at(t));
-  });
+  publications_.publish(kContactMarkersTopic,
+                        [&] { return markers_.at(contacts_message(simulation, stamp(t)), simulation, speed_.at(t)); });
 }
 
 /// Time t (s) is the loop's, or later within a long control period.
