@@ -140,11 +140,25 @@ TEST(Families, OfThePackageAreAccepted) {
   EXPECT_GE(families, 5);
 }
 
-TEST(Quantities, AreInTheDocuments) {
+std::string document() {
   std::ostringstream text;
   text << std::ifstream(YOUBOT_BASE_SIM_SOURCE_DIR "/docs/sweep.md").rdbuf();
+  return text.str();
+}
+
+TEST(Families, OfTheDocumentsAreAccepted) {
+  const TemporaryFolder folder;
+  const std::string text = document(), fence = "```yaml\n", scenes = "scene: ../scenes";
+  std::string family = text.substr(text.find(fence) + fence.size());
+  family.resize(family.find("```"));
+  family.replace(family.find(scenes), scenes.size(), "scene: " YOUBOT_BASE_SIM_SOURCE_DIR "/config/scenes");
+  EXPECT_EQ(load_family(folder.write("family.yaml", family)).runs(), 3000u);
+}
+
+TEST(Quantities, AreInTheDocuments) {
+  const std::string text = document();
   for (const Quantity& quantity : quantities()) {
-    EXPECT_NE(text.str().find(std::string("`") + quantity.name + "`"), std::string::npos) << quantity.name;
+    EXPECT_NE(text.find(std::string("`") + quantity.name + "`"), std::string::npos) << quantity.name;
   }
 }
 
