@@ -221,7 +221,7 @@ TEST(Fit, NamesWhatNothingDependsOnAndCommandsThatComeTooLate) {
   std::vector<std::string> findings = inspect(records[0]);
   const Fit fitted = fit(base, records, findings);
   EXPECT_TRUE(named(findings, "ms before those are in the bag")) << testing::PrintToString(findings);
-  EXPECT_NEAR(records[0].commands.t[1], arrival, 0.01) << "known to half a step of the search";
+  EXPECT_NEAR(records[0].commands.t[1], arrival, 0.005) << "moved by what they are late";
   EXPECT_TRUE(named(fitted.untold, "robot.total_inertia: nothing")) << testing::PrintToString(fitted.untold);
   EXPECT_FALSE(fitted.fitted[parameter("total_inertia")]);
   EXPECT_TRUE(fitted.correlation.allFinite());
