@@ -483,21 +483,21 @@ double take_delay(double delay, double error, std::vector<DriveRecord>& records,
 }
 
 /// Finds whether the driver obeys commands when they come, or in the cycles in which it reads the joints: then the
-/// records' commands come to wait for those. Returns by how much they come too late, s, if by more than `error`.
-double find_cycles(std::vector<DriveRecord>& records, Trial& trial, int threads, double error,
-                   std::vector<std::string>& findings) {
+/// records' commands come to wait for those. Returns by how much they come too late, s.
+double find_cycles(std::vector<DriveRecord>& records, Trial& trial, int threads, std::vector<std::string>& findings) {
   constexpr double kStep = 0.004;      // s
   constexpr double kNoWorse = 1.05;    // where they always come at the same time of a cycle, nothing tells
   constexpr double kHalfCycle = 0.01;  // s: the mean that waiting takes off the delay
+  constexpr double kError = 0.005;     // s, a quarter of a cycle
   std::vector<DriveRecord> in_cycles;
   for (const DriveRecord& record : records) in_cycles.push_back(obeyed_in_cycles(record));
   const double first = trial.scene.motors->command_delay - 4 * kStep;
   const DelayGuess at_once = find_delay(trial.scene, records, trial.phi, threads, first, kStep);
   const DelayGuess waiting = find_delay(trial.scene, in_cycles, trial.phi, threads, first - kHalfCycle, kStep);
-  if (waiting.error > kNoWorse * at_once.error) return take_delay(at_once.delay, error, records, trial.scene);
+  if (waiting.error > kNoWorse * at_once.error) return take_delay(at_once.delay, kError, records, trial.scene);
   findings.push_back("commands are obeyed in the cycles in which the driver publishes joint_states");
   records = in_cycles;
-  return take_delay(waiting.delay, error, records, trial.scene);
+  return take_delay(waiting.delay, kError, records, trial.scene);
 }
 
 }  // namespace
@@ -539,8 +539,7 @@ Fit fit(const Scene& start, std::vector<DriveRecord>& records, std::vector<std::
   }
   progress(0.4);
   find_angles(trial.scene, records, threads, trial.phi);  // by now the ripple is that of the robot
-  // Where they have proved late, the rest is so too; else a quarter of a cycle may be chance.
-  late += find_cycles(records, trial, threads, late > 0 ? 0 : 0.005, findings);
+  late += find_cycles(records, trial, threads, findings);
   if (late > 0) {
     findings.push_back(fmt::format(
         "wheels obey their commands {:.0f} ms before those are in the bag: the recorder's clock or network; "
