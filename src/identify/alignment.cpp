@@ -80,7 +80,7 @@ DriveRecord obeyed_in_cycles(DriveRecord record) {
     const auto cycle = std::lower_bound(record.t.begin(), record.t.end(), record.commands.t[k]);
     if (cycle == record.t.end()) break;
     // Within a gap of the record the driver has gone on.
-    const double obeyed = *cycle - record.commands.t[k] < longest ? *cycle - kControlPeriod / 2 : record.commands.t[k];
+    const double obeyed = *cycle - record.commands.t[k] < longest ? *cycle : record.commands.t[k];
     if (!commands.t.empty() && commands.t.back() == obeyed) {
       commands.values.back() = record.commands.values[k];
     } else {
@@ -92,9 +92,9 @@ DriveRecord obeyed_in_cycles(DriveRecord record) {
   return record;
 }
 
-DelayGuess find_delay(const Scene& candidate, const std::vector<DriveRecord>& records, const std::vector<Wheels>& phi,
-                      int threads, double first, double step) {
-  constexpr int kTried = 9;
+double find_delay(Scene& candidate, const std::vector<DriveRecord>& records, const std::vector<Wheels>& phi,
+                  int threads, double first, double step) {
+  constexpr int kTried = 7;
   std::vector<Replay> replays;
   for (int k = 0; k < kTried; ++k) {
     Scene tried = candidate;
@@ -111,7 +111,8 @@ DelayGuess find_delay(const Scene& candidate, const std::vector<DriveRecord>& re
   const double before = errors[middle - 1], at = errors[middle], after = errors[middle + 1];
   const double curvature = before - 2 * at + after, slope = (after - before) / 2;
   const double offset = curvature > 0 ? std::clamp(-slope / curvature, -1.0, 1.0) : 0;
-  return {first + (static_cast<double>(middle) + offset) * step, at + offset * slope + offset * offset * curvature / 2};
+  candidate.motors->command_delay = std::max(0.0, first + (static_cast<double>(middle) + offset) * step);
+  return at + offset * slope + offset * offset * curvature / 2;
 }
 
 }  // namespace youbot_base_sim

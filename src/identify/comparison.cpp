@@ -63,17 +63,25 @@ Comparison::Comparison(const DriveRecord& record, double filter, double delay)
       torque_(filtered(record.t, record.torque, filter, jumping_)) {
   choose_samples();
   choose_windows();
-  // Which motions the rows lie in, in the order of `residuals`.
+  // Which rows are held out, and how they follow each other, in the order of `residuals`.
   const std::vector<Motion> parts = motions(record);
-  const auto add = [&](double t, int rows) {
-    const auto after = std::find_if(parts.begin() + 1, parts.end(), [&](const Motion& m) { return m.begin > t; });
-    motion_numbers_.insert(motion_numbers_.end(), static_cast<std::size_t>(rows),
-                           static_cast<int>(after - parts.begin()) - 1);
-    held_out_.insert(held_out_.end(), static_cast<std::size_t>(rows), (after - 1)->held_out);
+  const auto is_held_out = [&](double t) {
+    bool held_out = false;
+    for (const Motion& motion : parts) {
+      if (motion.begin <= t) held_out = motion.held_out;
+    }
+    return held_out;
   };
   const int per_sample = record.has_torque() ? 2 * kModes : kModes;
-  for (const std::size_t k : samples_) add(record.t[k], per_sample);
-  for (const Window& w : windows_) add(record.t[w.first], 3);
+  const auto add = [&](double t, bool first, int rows) {
+    const bool held_out = is_held_out(t);
+    for (int r = 0; r < rows; ++r) {
+      predecessors_.push_back(first ? -1 : static_cast<int>(held_out_.size()) - rows);
+      held_out_.push_back(held_out);
+    }
+  };
+  for (std::size_t k = 0; k < samples_.size(); ++k) add(record.t[samples_[k]], k == 0, per_sample);
+  for (std::size_t k = 0; k < windows_.size(); ++k) add(record.t[windows_[k].first], k == 0, 3);
 }
 
 void Comparison::choose_samples() {

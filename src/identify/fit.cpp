@@ -17,10 +17,11 @@ namespace youbot_base_sim {
 
 namespace {
 
-constexpr double kFilter = 0.3;      // s: the ripple of single rollers falls to a sixth
-constexpr double kAngleStep = 0.05;  // rad
-constexpr double kGainsWeight = 3;   // of the loops' law: residuals follow each other, so that hundreds count as one
-constexpr double kOutlier = 3;       // residuals beyond this count with their size, not its square
+constexpr double kFilter = 0.3;        // s: the ripple of single rollers falls to a sixth
+constexpr double kAngleStep = 0.05;    // rad
+constexpr double kGainsWeight = 3;     // of the loops' law: residuals follow each other, so that hundreds count as one
+constexpr double kLeastScatter = 0.1;  // of residuals, for sigma: less is luck, since readings are rounded to as much
+constexpr double kOutlier = 3;         // residuals beyond this count with their size, not its square
 
 /// What is unknown: numbers in units of their steps. First the free parameters, then four angles for each record.
 class Unknowns {
@@ -70,18 +71,15 @@ class Problem {
     for (const DriveRecord& record : records) {
       comparisons_.emplace_back(record, kFilter, delay);
       const auto& held_out = comparisons_.back().held_out();
+      const int offset = static_cast<int>(held_out_.size());
       held_out_.insert(held_out_.end(), held_out.begin(), held_out.end());
-      const int first = motions_;
-      for (const int motion : comparisons_.back().motion_numbers()) {
-        motion_numbers_.push_back(first + motion);
-        motions_ = std::max(motions_, first + motion + 1);
-      }
+      for (const int before : comparisons_.back().predecessors())
+        predecessors_.push_back(before < 0 ? -1 : before + offset);
     }
   }
 
   const std::vector<bool>& held_out() const { return held_out_; }
-  int motions() const { return motions_; }
-  const std::vector<int>& motion_numbers() const { return motion_numbers_; }  ///< of the motion that each row lies in
+  const std::vector<int>& predecessors() const { return predecessors_; }
 
   /// Robust residuals of all rows, a column for each of several points.
   Eigen::MatrixXd residuals(const Scene& base, const Unknowns& unknowns,
@@ -109,8 +107,7 @@ class Problem {
   const std::vector<DriveRecord>& records_;
   std::vector<Comparison> comparisons_;
   std::vector<bool> held_out_;
-  std::vector<int> motion_numbers_;
-  int motions_ = 0;
+  std::vector<int> predecessors_;
   int threads_;
 };
 
@@ -330,51 +327,25 @@ Eigen::MatrixXd without_column(const Eigen::MatrixXd& matrix, Eigen::Index colum
   return rest;
 }
 
-/// The variance by which residuals count. Those of one motion follow each other, and share what the model lacks; but
-/// each motion has a command, a start and rollers of its own. So it is measured by how far the unknowns move when one
-/// motion after the other is left out (the jackknife, to first order), over how far they would if residuals were
-/// independent and of variance 1.
-double variance_of_residuals(const Problem& problem, const Linearization& at) {
-  constexpr double kDamping = 1e-3;  // for what one motion alone tells
-  const Eigen::Index n = at.jacobian.cols();
-  const auto motions = static_cast<std::size_t>(problem.motions());
-  std::vector<Eigen::MatrixXd> normals(motions, Eigen::MatrixXd::Zero(n, n));
-  std::vector<Eigen::VectorXd> gradients(motions, Eigen::VectorXd::Zero(n));
-  std::vector<bool> used(motions, false);
-  for (std::size_t k = 0; k < problem.held_out().size(); ++k) {
-    if (problem.held_out()[k]) continue;
-    const auto motion = static_cast<std::size_t>(problem.motion_numbers()[k]);
-    const auto row = at.jacobian.row(static_cast<Eigen::Index>(k));
-    normals[motion] += row.transpose() * row;
-    gradients[motion] += row.transpose() * at.residuals[static_cast<Eigen::Index>(k)];
-    used[motion] = true;
-  }
-  const auto count = static_cast<double>(std::count(used.begin(), used.end(), true));
-  Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(n, n);
-  Eigen::VectorXd mean = Eigen::VectorXd::Zero(n);
-  for (std::size_t m = 0; m < motions; ++m) {
-    normal += normals[m];
-    mean += gradients[m] / count;
-  }
-  const Eigen::MatrixXd damping = kDamping * normal.diagonal().asDiagonal();
-  double moved = 0;
-  for (std::size_t m = 0; m < motions; ++m) {
-    if (!used[m]) continue;
-    const Eigen::MatrixXd others = normal - normals[m] + damping;
-    const Eigen::VectorXd step = others.completeOrthogonalDecomposition().solve(gradients[m] - mean);
-    moved += step.dot(normal * step);
-  }
-  const auto unknowns = static_cast<double>(normal.completeOrthogonalDecomposition().rank());
-  return (count - 1) / count * moved / unknowns;
-}
-
-/// Sigma and correlation of what is free.
+/// Sigma and correlation of what is free, from the scatter of residuals; those that follow each other count for fewer
+/// as they are alike.
 void estimate_errors(const Problem& problem, const Trial& trial, Fit& fit) {
   const auto n = static_cast<Eigen::Index>(parameters().size());
   fit.sigma.assign(parameters().size(), 0);
   fit.correlation.setZero(n, n);
-  const Eigen::MatrixXd covariance = variance_of_residuals(problem, trial.at) *
-                                     normal_matrix(problem, trial.at).completeOrthogonalDecomposition().pseudoInverse();
+  double square = 0, product = 0, predecessor_square = 0;
+  for (std::size_t k = 0; k < problem.held_out().size(); ++k) {
+    const double r = trial.at.residuals[static_cast<Eigen::Index>(k)];
+    square += r * r;
+    if (problem.predecessors()[k] < 0) continue;
+    product += r * trial.at.residuals[problem.predecessors()[k]];
+    predecessor_square += r * r;
+  }
+  const auto rows = static_cast<double>(problem.held_out().size());
+  const double alike = std::clamp(predecessor_square > 0 ? product / predecessor_square : 0, 0.0, 0.95);
+  const double variance = std::max(square / rows, kLeastScatter * kLeastScatter) * (1 + alike) / (1 - alike);
+  const Eigen::MatrixXd covariance =
+      variance * normal_matrix(problem, trial.at).completeOrthogonalDecomposition().pseudoInverse();
   const Unknowns unknowns(trial.free, trial.phi.size());
   const std::vector<std::size_t>& free = unknowns.free();
   for (std::size_t a = 0; a < free.size(); ++a) {
@@ -452,52 +423,21 @@ void drop_what_does_not_help(const Problem& problem, const Scene& start, Trial& 
   if (dropped) minimize(problem, trial);
 }
 
-/// Keeps at its start what nothing depends on in the motions that are fitted to.
-void drop_what_has_no_effect(const Problem& problem, const Scene& start, Trial& trial, Fit& fit) {
-  constexpr double kEffect = 1e-3;  // of a parameter's step on a residual: ten times the error of the simulation
-  const std::vector<std::size_t> free = Unknowns(trial.free, trial.phi.size()).free();
-  const auto rows = static_cast<double>(std::count(problem.held_out().begin(), problem.held_out().end(), false));
-  const Eigen::VectorXd effects = normal_matrix(problem, trial.at).diagonal();
-  for (std::size_t k = free.size(); k-- > 0;) {
-    const auto column = static_cast<Eigen::Index>(k);
-    if (effects[column] > kEffect * kEffect * rows) continue;
-    const Parameter& p = parameters()[free[k]];
-    fit.untold.push_back(
-        fmt::format("{}: nothing in the motions that are fitted to depends on it; drive {}", p.name(), p.drive));
-    p.set(trial.scene, p.get(start));
-    trial.free[free[k]] = false;
-    trial.at.x.erase(trial.at.x.begin() + static_cast<std::ptrdiff_t>(k));
-    trial.at.jacobian = without_column(trial.at.jacobian, column);
-  }
-}
-
-/// Takes a delay of the commands, known to `error` (s). One below zero by more is the recorder's: commands are taken to
-/// have come as much earlier. Returns by how much, s.
-double take_delay(double delay, double error, std::vector<DriveRecord>& records, Scene& candidate) {
-  candidate.motors->command_delay = std::max(0.0, delay);
-  if (delay > -error) return 0;
-  for (DriveRecord& record : records) {
-    for (double& t : record.commands.t) t += delay;
-  }
-  return -delay;
-}
-
 /// Finds whether the driver obeys commands when they come, or in the cycles in which it reads the joints: then the
-/// records' commands come to wait for those. Returns by how much they come too late, s.
-double find_cycles(std::vector<DriveRecord>& records, Trial& trial, int threads, std::vector<std::string>& findings) {
+/// records' commands come to wait for those.
+bool find_cycles(std::vector<DriveRecord>& records, Trial& trial, int threads) {
   constexpr double kStep = 0.004;      // s
   constexpr double kNoWorse = 1.05;    // where they always come at the same time of a cycle, nothing tells
   constexpr double kHalfCycle = 0.01;  // s: the mean that waiting takes off the delay
-  constexpr double kError = 0.005;     // s, a quarter of a cycle
   std::vector<DriveRecord> in_cycles;
   for (const DriveRecord& record : records) in_cycles.push_back(obeyed_in_cycles(record));
-  const double first = trial.scene.motors->command_delay - 4 * kStep;
-  const DelayGuess at_once = find_delay(trial.scene, records, trial.phi, threads, first, kStep);
-  const DelayGuess waiting = find_delay(trial.scene, in_cycles, trial.phi, threads, first - kHalfCycle, kStep);
-  if (waiting.error > kNoWorse * at_once.error) return take_delay(at_once.delay, kError, records, trial.scene);
-  findings.push_back("commands are obeyed in the cycles in which the driver publishes joint_states");
+  Scene waiting = trial.scene;
+  const double first = trial.scene.motors->command_delay - 3 * kStep;
+  const double error = find_delay(trial.scene, records, trial.phi, threads, first, kStep);
+  if (find_delay(waiting, in_cycles, trial.phi, threads, first - kHalfCycle, kStep) > kNoWorse * error) return false;
+  trial.scene = waiting;
   records = in_cycles;
-  return take_delay(waiting.delay, kError, records, trial.scene);
+  return true;
 }
 
 }  // namespace
@@ -522,9 +462,7 @@ Fit fit(const Scene& start, std::vector<DriveRecord>& records, std::vector<std::
   Trial trial{first.scene, std::vector<Wheels>(records.size(), Wheels::Zero()), first.told, {}, {}};
   if (first.gains_told) trial.law = first.scene;
   find_angles(trial.scene, records, threads, trial.phi);
-  constexpr double kRough = 0.02;  // s
-  const DelayGuess rough = find_delay(trial.scene, records, trial.phi, threads, -2 * kRough, kRough);
-  double late = take_delay(rough.delay, kRough / 2, records, trial.scene);
+  find_delay(trial.scene, records, trial.phi, threads, 0, 0.02);
   progress(0.1);
   Fit fit;
   fit.untold = first.untold;
@@ -539,16 +477,11 @@ Fit fit(const Scene& start, std::vector<DriveRecord>& records, std::vector<std::
   }
   progress(0.4);
   find_angles(trial.scene, records, threads, trial.phi);  // by now the ripple is that of the robot
-  late += find_cycles(records, trial, threads, findings);
-  if (late > 0) {
-    findings.push_back(fmt::format(
-        "wheels obey their commands {:.0f} ms before those are in the bag: the recorder's clock or network; "
-        "commands are taken to have come as much earlier",
-        1e3 * late));
+  if (find_cycles(records, trial, threads)) {
+    findings.push_back("commands are obeyed in the cycles in which the driver publishes joint_states");
   }
   const Problem problem(records, trial.scene.motors->command_delay, threads);
   linearize(problem, trial);
-  drop_what_has_no_effect(problem, start, trial, fit);
   minimize(problem, trial);
   progress(0.8);
   fit.error_before = start_error(problem, start, trial);

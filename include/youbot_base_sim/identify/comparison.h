@@ -23,8 +23,8 @@ class Comparison {
   /// For each of them, whether it is held out: it lies in every third motion, by which the fit is judged.
   const std::vector<bool>& held_out() const { return held_out_; }
 
-  /// For each of them, the number of the motion that it lies in.
-  const std::vector<int>& motion_numbers() const { return motion_numbers_; }
+  /// Differences that follow each other in time within one series, as the number of each one's predecessor; -1: none.
+  const std::vector<int>& predecessors() const { return predecessors_; }
 
  private:
   struct Window {
@@ -42,7 +42,7 @@ class Comparison {
   std::vector<std::size_t> samples_;
   std::vector<Window> windows_;
   std::vector<bool> held_out_;
-  std::vector<int> motion_numbers_;
+  std::vector<int> predecessors_;
 };
 
 }  // namespace youbot_base_sim

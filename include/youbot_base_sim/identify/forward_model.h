@@ -8,8 +8,6 @@
 
 namespace youbot_base_sim {
 
-constexpr double kControlPeriod = 1e-3;  ///< of the motors, s
-
 /// What a candidate would have done, at the times of a record's samples.
 struct Prediction {
   std::vector<Wheels> phi;            ///< rad, from where they started
@@ -18,9 +16,8 @@ struct Prediction {
   std::vector<Eigen::Vector3d> pose;  ///< x, y (m), heading (rad), from where it started
 };
 
-/// Simulates the candidate under the record's commands, its wheels at the angles `phi` (rad) at first and its loops
-/// holding what the record's first torques tell. Smooth in all parameters, the delay included: differences of
-/// predictions are derivatives.
+/// Simulates the candidate under the record's commands, its wheels at the angles `phi` (rad) at first. Smooth in all
+/// parameters, the delay included: differences of predictions are derivatives.
 Prediction predict(const Scene& candidate, const DriveRecord& record, const Wheels& phi);
 
 /// What is to be predicted.
