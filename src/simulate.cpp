@@ -196,7 +196,7 @@ class Run {
       fail(fmt::format("stopped after t = {:g} s by {}", simulation_.time(), stop_reason()));
     } catch (const TippedOver& error) {
       outputs_.commit_summary(simulation_, wall_time_, audit_);  // tells what the wheels bore
-      const std::string advice = arguments_.cpu_limit > 0 ? "" : what_would_hold(scene_, error, stop);
+      const std::string advice = arguments_.cpu_limit > 0 ? "" : what_would_hold(scene_, error, stop_requested());
       fail(error.what() + (advice.empty() ? "" : "; " + advice));
     } catch (const std::exception& error) {
       fail(error.what());

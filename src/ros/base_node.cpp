@@ -332,7 +332,7 @@ void BaseNode::record_telemetry() {
   record([&](BagWriter& bag) {
     bag.write(loop_.telemetry(), simulation, loop_.driver().readings(), t);
     if (!loop_.telemetry().recorded(kContactsTopic)) return;
-    bag.write_markers(t, [&] { return markers_.at(contacts_message(simulation, stamp(t)), simulation); });
+    bag.write_markers(t, [&] { return markers_.at(contacts_message(simulation, stamp_of(t)), simulation); });
   });
 }
 

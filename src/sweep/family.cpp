@@ -180,32 +180,51 @@ class AxesTrial {
  public:
   explicit AxesTrial(Family& family) : family_(family), axes_(family.axes()) {}
 
-  /// Throws SceneError for a value that the scene may have beside none of those that are tried of the other axes. Notes
-  /// the tables that it reads.
+  /// Throws SceneError for a value that no tried combination of the other axes allows. Notes the tables that it reads.
   void run() {
     for (std::size_t k = 0; k < axes_.size(); ++k) {
       if (const auto* listed = std::get_if<std::vector<std::string>>(&axes_[k]->values)) {
-        for (const std::string& value : *listed) require(k, value);
+        for (std::size_t j = 0; j < listed->size(); ++j) {
+          require(k, (*listed)[j], [j](const Axis& partner) { return partner.value(j); });
+        }
       } else {
-        for (const double share : {kLeastDraw, kBetween, kLargestDraw}) require(k, axes_[k]->value_at(share));
+        for (const double share : {kLeastDraw, kBetween, kLargestDraw}) {
+          require(k, axes_[k]->value_at(share), [share](const Axis& partner) { return partner.value_at(share); });
+        }
       }
     }
     family_.tables.assign(tables_.begin(), tables_.end());
   }
 
  private:
-  void require(std::size_t k, const std::string& value) {
-    const std::string error = refusal(k, value, kMiddle);
-    if (error.empty() || refusal(k, value, kLeastDraw).empty() || refusal(k, value, kLargestDraw).empty()) return;
+  /// `partner_value`: of the axes that change in step with axis k, beside this value of it.
+  template <class PartnerValue>
+  void require(std::size_t k, const std::string& value, const PartnerValue& partner_value) {
+    const auto refusal_beside = [&](double share) {
+      std::vector<SceneSetting> settings;
+      for (const Axis* axis : axes_) {
+        settings.push_back({axis->key, in_step(*axis, *axes_[k]) ? partner_value(*axis) : axis->value_at(share)});
+      }
+      settings[k].value = value;
+      return refusal(settings);
+    };
+    const std::string error = refusal_beside(kMiddle);
+    if (error.empty() || refusal_beside(kLeastDraw).empty() || refusal_beside(kLargestDraw).empty()) return;
     throw SceneError(
         fmt::format("{}: {} = {}: {}", quote_path(family_.path), quote(axes_[k]->key), quote(value), error));
   }
 
-  /// Why the scene may not have this value of axis k beside that share of the other axes; empty if it may.
-  std::string refusal(std::size_t k, const std::string& value, double share) {
-    std::vector<SceneSetting> settings;
-    for (const Axis* axis : axes_) settings.push_back({axis->key, axis->value_at(share)});
-    settings[k].value = value;
+  /// Whether two axes change together.
+  bool in_step(const Axis& a, const Axis& b) const {
+    const auto has = [](const std::vector<Axis>& group, const Axis& axis) {
+      return std::any_of(group.begin(), group.end(), [&](const Axis& member) { return &member == &axis; });
+    };
+    return std::any_of(family_.grid.begin(), family_.grid.end(),
+                       [&](const std::vector<Axis>& group) { return has(group, a) && has(group, b); });
+  }
+
+  /// Why the scene may not have these; empty if it may.
+  std::string refusal(const std::vector<SceneSetting>& settings) {
     try {
       const Scene scene = load_scene(family_.scene, settings);
       require_drive(scene);

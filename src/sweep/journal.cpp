@@ -41,6 +41,19 @@ std::optional<Row> row_of(std::string_view line) {
   return row;
 }
 
+/// Reads up to `size` bytes; fewer at the file's end alone. Throws OutputError: what cannot be read is not taken for the
+/// end, where a journal is cut off.
+std::size_t read_at(int descriptor, char* bytes, std::size_t size, off_t place) {
+  std::size_t done = 0;
+  while (done < size) {
+    const ssize_t n = pread(descriptor, bytes + done, size - done, place + static_cast<off_t>(done));
+    if (n == 0) break;
+    if (n > 0) done += static_cast<std::size_t>(n);
+    if (n < 0 && errno != EINTR) throw OutputError("the journal cannot be read: " + OutputFile::text_of(errno));
+  }
+  return done;
+}
+
 /// Reads a file line by line from some place on.
 class Lines {
  public:
@@ -61,10 +74,10 @@ class Lines {
       const std::size_t kept = buffer_.size();
       if (kept > kMaxLine) return std::nullopt;
       buffer_.resize(kept + kChunk);
-      const ssize_t n = pread(descriptor_, &buffer_[kept], kChunk, end_of_buffer_);
-      buffer_.resize(kept + static_cast<std::size_t>(n > 0 ? n : 0));
-      if (n <= 0) return std::nullopt;
-      end_of_buffer_ += n;
+      const std::size_t n = read_at(descriptor_, &buffer_[kept], kChunk, end_of_buffer_);
+      buffer_.resize(kept + n);
+      if (n == 0) return std::nullopt;
+      end_of_buffer_ += static_cast<off_t>(n);
     }
   }
 
@@ -107,8 +120,7 @@ Journal::Journal(const std::string& path, const std::vector<std::string>& head, 
   try {
     const std::string whole = fmt::format("{}\n{}\n\n", kFirstLine, fmt::join(head, "\n"));
     std::string found(whole.size(), '\0');
-    const ssize_t n = pread(descriptor_, found.data(), found.size(), 0);
-    found.resize(static_cast<std::size_t>(n > 0 ? n : 0));
+    found.resize(read_at(descriptor_, found.data(), found.size(), 0));
     begin_ = end_ = static_cast<off_t>(whole.size());
     if (found.size() < whole.size() && whole.compare(0, found.size(), found) == 0) {
       begin(whole);  // anew: its beginning was torn

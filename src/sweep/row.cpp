@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <string_view>
 
 #include "youbot_base_sim/record/csv.h"
@@ -90,8 +91,8 @@ std::string RowMaker::values_after(const Scene& scene, std::uint64_t run, const 
     RowLoop rows(simulation, energy);
     Observer observer(simulation, family_.quantities);
     while (rows.next()) {
-      const std::vector<RollerSwitch> switches = simulation.take_switches();
-      if (trajectory) trajectory->write(rows.t(), simulation, switches);
+      const Events events{simulation.take_switches(), simulation.take_burden_changes()};
+      if (trajectory) trajectory->write(rows.t(), simulation, events);
       observer.add_row();
     }
     if (trajectory) trajectory->commit();
@@ -136,7 +137,7 @@ void Spread::add(const Row& row) {
   for (std::string_view rest = row.text; !rest.empty();) cells.emplace_back(take_cell(rest));
   ++count_;
   for (Column& column : columns_) {
-    const double value = std::stod(cells[column.index]);
+    const double value = std::strtod(cells[column.index].c_str(), nullptr);  // stod refuses subnormal numbers
     column.min = count_ == 1 ? value : std::min(column.min, value);
     column.max = count_ == 1 ? value : std::max(column.max, value);
     const double off = value - column.mean;
