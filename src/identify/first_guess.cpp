@@ -182,6 +182,9 @@ FrictionMatrix friction_rows(const Scene& candidate, const std::vector<Steady>& 
   return rows;
 }
 
+/// Whether anything turned against a friction: one of size 1 took a torque that is more than rounding.
+bool took_torque(const FrictionMatrix& rows, int f) { return rows.col(f).norm() > 1e-9; }
+
 /// Which columns are not sums of the ones before, nearly: each must keep more than this share of its length when what
 /// the others make of it is taken off. Two speeds that differ by 1.35 give as much.
 std::array<bool, kFrictions> independent(const FrictionMatrix& rows) {
@@ -191,7 +194,7 @@ std::array<bool, kFrictions> independent(const FrictionMatrix& rows) {
   for (int f = 0; f < kFrictions; ++f) {
     Eigen::VectorXd rest = rows.col(f);
     for (const Eigen::VectorXd& unit : basis) rest -= unit.dot(rest) * unit;
-    chosen[f] = rest.norm() > kShare * rows.col(f).norm() && rest.norm() > 0;
+    chosen[f] = took_torque(rows, f) && rest.norm() > kShare * rows.col(f).norm();
     if (chosen[f]) basis.push_back(rest.normalized());
   }
   return chosen;
@@ -256,10 +259,10 @@ void guess_friction(const std::vector<DriveRecord>& records, bool simulated_too,
     if (chosen[f]) {
       p.set(guess.scene, std::clamp(friction[f], p.min, p.max));
     } else {
-      const bool none = !(rows.col(f).norm() > 0);
       guess.untold.push_back(fmt::format("{}: {}; drive {}", p.name(),
-                                         none ? "nothing turned against it steadily for more than a second"
-                                              : "one speed or one direction alone cannot tell it from the others",
+                                         took_torque(rows, f)
+                                             ? "one speed or one direction alone cannot tell it from the others"
+                                             : "nothing turned against it steadily for more than a second",
                                          p.drive));
     }
   }

@@ -273,6 +273,7 @@ TEST(FirstGuess, RefusesWhatTheDriveCannotTell) {
       guessed({{1, {0, 0, 0}}, {2.5, {0.1, 0, 0}}, {2.5, {-0.1, 0, 0}}, {2.5, {0.2, 0, 0}}, {2.5, {-0.2, 0, 0}}});
   EXPECT_TRUE(ahead.told[parameter("wheel_damping")]);
   EXPECT_FALSE(ahead.told[parameter("roller_dry_friction")]);
+  EXPECT_TRUE(named(ahead.untold, "robot.roller_dry_friction: nothing turned against it"));
 }
 
 TEST(Inspection, RefusesWhatCannotBeUsed) {
