@@ -58,6 +58,7 @@ class BaseNode {
   void await_subscribers();
   bool await_command();
   void go_on_without_command();
+  void idle();
   void go_on_when_due();
   void go_on_by_step();
   bool is_stepping() const { return step_service_ && step_service_->asked(); }
