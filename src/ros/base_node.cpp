@@ -211,13 +211,14 @@ bool BaseNode::await_command() {
     tell_wait(fmt::format("lockstep: time waits at t = {:g} s for a command on {}, {} or {}", loop_.time(), kTwistTopic,
                           kTorqueTopic, kVelocityTopic));
   }
-  if (none_left() || paused_ || is_stepping()) return false;
-  if (lockstep_.has_own_period()) {  // whoever commands may go on to, until it sleeps
-    // At t = 0 /clock tells 1 ns, for zero is no time; a loop that sleeps from there would miss the first period by that.
+  if (!none_left() && lockstep_.has_own_period()) {  // whoever commands may go on to, until it sleeps
+    // At t = 0 /clock tells 1 ns, for zero is no time; a loop that sleeps from there would miss the first period by
+    // that.
     if (idle_periods_ == 0) idle();
     followers_.await_rest();
     take_callbacks(0);
   }
+  if (none_left() || paused_ || is_stepping()) return false;
   lockstep_.release(loop_.periods(), true);
   return true;
 }

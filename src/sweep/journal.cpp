@@ -41,8 +41,8 @@ std::optional<Row> row_of(std::string_view line) {
   return row;
 }
 
-/// Reads up to `size` bytes; fewer at the file's end alone. Throws OutputError: what cannot be read is not taken for the
-/// end, where a journal is cut off.
+/// Reads up to `size` bytes; fewer at the file's end alone. Throws OutputError: what cannot be read is not taken for
+/// the end, where a journal is cut off.
 std::size_t read_at(int descriptor, char* bytes, std::size_t size, off_t place) {
   std::size_t done = 0;
   while (done < size) {

@@ -43,6 +43,7 @@ class Lockstep {
   /// s of wall time that a command may take to come. Nobody is waited for twice: until the next command a period takes
   /// as long as it does by the wall clock.
   double patience() const {
+    if (settings_.period > 0 && !started_) return settings_.period;
     if (settings_.timeout == 0) return std::numeric_limits<double>::infinity();
     return unanswered_ ? settings_.period : settings_.timeout;
   }
