@@ -54,7 +54,8 @@ class Cell:
 
 def cell(group, name, base, quick=False, table="", **sections):
     """A motion like `base`, but for what these sections of the scene say."""
-    changed = {key: {**base.get(key, {}), **section} for key, section in sections.items()}
+    changed = {key: {**base.get(key, {}), **section} if isinstance(section, dict) else section
+               for key, section in sections.items()}
     return Cell(group, name, {"model": "coulomb", "duration": 10, **base, **changed}, quick, table)
 
 
@@ -157,6 +158,61 @@ def starts():
                    initial={"wheel_rates": [0] * 4, **twist(0, 0, omega)})
 
 
+DYNAMIC = {"normal_reactions": "dynamic", "com_height": 0.034}
+TALL = {"normal_reactions": "dynamic", "com_height": 0.1}
+WET_PATCH = {"rectangle": [2.2, 0.2, 2.8, 0.6], "friction": 0}  # on the way of Case 1
+LOAD = {"mass": 100, "position": [0.1, 0.05, 0.1]}
+PUSH = {"start": 0.5, "end": 1.5, "force": [-120, 160, 0], "point": [0.2, 0.1, 0], "frame": "fixed"}
+
+
+def beyond():
+    """What goes beyond the paper: each by itself and all together, at the ends of their ranges."""
+    short = {**CASE1, "duration": 3}
+    locked = {**COASTING, "duration": 3}
+    for angle in (0.33, 0.34, 0.35):  # across the limit at which locked wheels slide, 0.340
+        yield cell("floor", f"locked_on_a_slope_of_{angle}", locked, angle == 0.34,
+                   robot={"wheel_damping": [1e6] * 4, "roller_damping": 1e-6, "com": [0, 0]},
+                   floor={"slope": {"angle": angle, "uphill": 0}})
+    yield cell("floor", "rolls_down_a_slope_of_0.49", locked, floor={"slope": {"angle": 0.49, "uphill": 0.5}},
+               initial=ANGLES)
+    yield cell("floor", "patch_of_friction_0", short, True, floor={"patches": [WET_PATCH]})
+    yield cell("floor", "patch_of_friction_0_sharp", short, floor={"patches": [{**WET_PATCH, "edge": 1e-3}]})
+    yield cell("floor", "no_friction_under_one_wheel", short, floor={"friction": [0, 0.5, 0.5, 0.5]})
+    yield cell("floor", "friction_from_0.1_to_2", short, floor={"friction": [0.1, 0.5, 1, 2]})
+    for name, radius in (("1_mm", 1e-3), ("10_mm", 1e-2)):
+        yield cell("floor", f"spin_radius_of_{name}", short, floor={"spin_radius": radius})
+
+    yield cell("load", "100_kg", short, loads=[LOAD])
+    yield cell("load", "100_kg_put_on_at_rest", short, True, loads=[{**LOAD, "start": 1, "end": 2,
+                                                                     "placed": "at_rest"}])
+    yield cell("load", "100_kg_dynamic", short, robot=DYNAMIC, loads=[LOAD])
+    yield cell("load", "push_of_200_N", short, wrenches=[PUSH])
+    yield cell("load", "push_of_200_N_dynamic", short, robot=DYNAMIC, wrenches=[PUSH])
+
+    yield cell("reactions", "dynamic", short, True, robot=DYNAMIC)
+    yield cell("reactions", "tall", short, robot=TALL)
+    for axle in ("rocking_front", "rocking_rear"):
+        yield cell("reactions", axle, short, axle == "rocking_front", robot={**DYNAMIC, "load_sharing": axle})
+    yield cell("reactions", "rocking_front_tall", short, robot={**TALL, "load_sharing": "rocking_front"})
+    yield cell("reactions", "diagonal_preload_static", short, robot={"diagonal_preload": 50})
+    yield cell("reactions", "diagonal_preload_dynamic", short, robot={**DYNAMIC, "diagonal_preload": 50})
+    # Brakes askew with its centre of mass high up: a wheel leaves the floor and comes back.
+    brakes = {"duration": 1, "initial": twist(0.8, 0.5, 0), "drive": {"torque": [
+        {"start": 0, "constant": [-6, -3, -3, -6]}, {"start": 0.12, "constant": [0] * 4}]}}
+    yield cell("reactions", "lift_off", brakes, True, floor={"friction": 0.7},
+               robot={"normal_reactions": "dynamic", "com_height": 0.3, "com": [0, 0]})
+    for nu in ("1e-5", "1e-7"):
+        yield cell("reactions", f"rocking_front_nu_{nu}", short, robot={**DYNAMIC, "load_sharing": "rocking_front"},
+                   floor={"slip_regularization": float(nu)})
+
+    everything = {"floor": {"friction": [0.5, 0.45, 0.5, 0.55], "slope": {"angle": 0.1, "uphill": 0.5},
+                            "patches": [{**WET_PATCH, "friction": 0.2}], "spin_radius": 1e-3},
+                  "loads": [{**LOAD, "mass": 20}], "wrenches": [{**PUSH, "force": [-30, 40, 0]}]}
+    dry = {"dry_friction": 0.18, "roller_dry_friction": 0.073}
+    for name, robot in (("preload", {"diagonal_preload": 10}), ("rocking_front", {"load_sharing": "rocking_front"})):
+        yield cell("together", name, short, name == "rocking_front", robot={**DYNAMIC, **dry, **robot}, **everything)
+
+
 def mt19937_64(seed):
     """std::mt19937_64, which the C++ standard defines to the bit."""
     n, m, mask = 312, 156, (1 << 64) - 1
@@ -192,5 +248,5 @@ BASE = cell("base", "case1", CASE1)
 
 def stress_cells():
     """All cells in the order in which they run, group by group."""
-    for group in (floors, robots, torques, reversals, starts, random_runs):
+    for group in (floors, robots, torques, reversals, starts, beyond, random_runs):
         yield from group()

@@ -123,14 +123,14 @@ class Radau : public ControlledStepperTypes {
     contact_ids_ = system.contact_ids();
     start_ = x.velocities();
     const Wheels M = system.torque().value(t);
-    // Reuse the converged friction force: recomputing it from the slip velocity would turn an O(nu) error of the slip
-    // into an O(1) error of the force.
-    const Pose pose = system.pose(x);
-    if constexpr (kBeyond<Law>) start_pose_ = pose;
-    const Contacts contacts =
-        unchanged.any() ? system.contacts(start_, x.phi(), pose, M, unchanged && !system.shared(), end_friction_)
-                        : system.contacts(start_, x.phi(), pose, M);
+    if constexpr (kBeyond<Law>) start_pose_ = system.pose(x);
+    Contacts contacts = system.contacts(start_, x.phi(), start_pose_, M);
     system.count_evaluations(1);
+    if (unchanged.any()) {
+      // Reuse the converged friction force: recomputing it from the slip velocity would turn an O(nu) error of the slip
+      // into an O(1) error of the force.
+      system.reuse_friction(unchanged && !system.shared(), end_friction_, start_, M, contacts);
+    }
     start_forces_ = system.model().forces(start_, contacts, M);
     start_friction_ = system.model().friction(contacts);
     error_scale_ = error_scale(tolerance_, start_);

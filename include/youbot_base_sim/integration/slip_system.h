@@ -83,17 +83,15 @@ class SlipSystem {
     contacts(u, phi, pose, M, c);
     return c;
   }
-  /// The same where the friction of the wheels in `known`, none of them shared, is known from the step before.
-  Contacts contacts(const Velocities& u, const Wheels& phi, const Pose& pose, const Wheels& M, const Mask& known,
-                    const typename Model::Friction& F) const {
-    Contacts c;
+  /// Gives the wheels in `known`, none of them shared, the friction F of the step before at the contacts `c`. Dynamic
+  /// reactions, and with them all friction, follow.
+  void reuse_friction(const Mask& known, const typename Model::Friction& F, [[maybe_unused]] const Velocities& u,
+                      [[maybe_unused]] const Wheels& M, Contacts& c) const {
     if constexpr (kBeyond<Law>) {
-      beyond_contacts(u, phi, pose, M, shared_, c, [&](Contacts& pressed) { model_.put_friction(known, F, pressed); });
+      press(u, M, shared_, c, [&](Contacts& pressed) { model_.put_friction(known, F, pressed); });
     } else {
-      contacts(u, phi, pose, M, c);
       model_.put_friction(known, F, c);
     }
-    return c;
   }
   /// Pose of x, if it matters.
   Pose pose([[maybe_unused]] const State& x) const {
@@ -313,13 +311,14 @@ class SlipSystem {
   }
 
   // The contacts beyond the paper, where those in `shared` are shared.
-  // `amend` changes the friction of contacts that are pressed.
-  template <class Amend>
   [[gnu::flatten, gnu::noinline]] void beyond_contacts(const Velocities& u, const Wheels& phi, const Pose& pose,
-                                                       const Wheels& M, const Mask& shared, Contacts& c,
-                                                       const Amend& amend) const {
-    const Wheels angle = phi_tilde(phi);
-    model_.place(u, averages_ ? geometry(phi) : model_.geometry().at(angle), pose, c);
+                                                       const Wheels& M, const Mask& shared, Contacts& c) const {
+    model_.place(u, averages_ ? geometry(phi) : model_.geometry().at(phi_tilde(phi)), pose, c);
+    press(u, M, shared, c, [](const Contacts&) {});
+  }
+  // Presses contacts that have their place; `amend` may change their friction before reactions follow from it.
+  template <class Amend>
+  void press(const Velocities& u, const Wheels& M, const Mask& shared, Contacts& c, const Amend& amend) const {
     c.tipping = Side::kNone;
     if (model_.dynamic()) {
       model_.press(Wheels::Ones(), c);
@@ -332,10 +331,6 @@ class SlipSystem {
       amend(c);
     }
     if (shared.any()) share_contacts(u, M, shared, c);
-  }
-  void beyond_contacts(const Velocities& u, const Wheels& phi, const Pose& pose, const Wheels& M, const Mask& shared,
-                       Contacts& c) const {
-    beyond_contacts(u, phi, pose, M, shared, c, [](const Contacts&) {});
   }
   [[gnu::noinline]] void share_reactions(const Velocities& u, const Wheels& M, const Mask& shared, const Contacts& unit,
                                          ContactByReaction& by_reaction) const {

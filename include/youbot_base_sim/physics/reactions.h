@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Dense>
 #include <array>
 #include <limits>
 #include <stdexcept>
@@ -129,13 +130,16 @@ class Reactions {
   static Solution share(const Conditions& conditions, double weight) {
     const auto& [a, b, c] = conditions.rows;
     const auto by_transfer = [&](const Wheels& N) { return sums(a * N, b * N, c * N); };
-    const PlatformMatrix transfers =
-        inverse({by_transfer({1, 1, -1, -1}), by_transfer({1, -1, 0, 0}), by_transfer({0, 0, 1, -1})});
+    Eigen::Matrix3d moments;
+    moments.col(0) = by_transfer({1, 1, -1, -1}).head<3>();
+    moments.col(1) = by_transfer({1, -1, 0, 0}).head<3>();
+    moments.col(2) = by_transfer({0, 0, 1, -1}).head<3>();
+    const Eigen::Matrix3d transfers = moments.inverse();
     const Wheels right = conditions.right - 0.25 * weight * sums(a, b, c);
     Solution solution;
     solution.N = Wheels::Constant(0.25 * weight);
     for (int k = 0; k < 3; ++k) {
-      const Wheels& t = transfers[k];
+      const auto t = transfers.col(k);
       solution.by_moment[k] = {t[0] + t[1], t[0] - t[1], t[2] - t[0], -t[0] - t[2]};
       solution.N += right[k] * solution.by_moment[k];
     }
