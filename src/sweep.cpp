@@ -58,7 +58,7 @@ bool read_arguments(int argc, char** argv, Arguments& arguments) {
   // clang-format off
   options.add_options()
     ("csv", po::value(&arguments.csv)->value_name("FILE"),
-     "write the table there; left out: FAMILY.csv in the present folder. FILE.journal keeps finished runs meanwhile")
+     "write the table there; left out: FAMILY.csv in the current folder. FILE.journal keeps finished runs meanwhile")
     ("threads", po::value(&arguments.threads)->value_name("N"), "left out: one for each core")
     ("list", po::bool_switch(&arguments.list), "say how many runs there are and how long they will take, and end")
     ("scene", po::value<std::uint64_t>()->value_name("RUN"), "print the scene of a run, for simulate, and end")
