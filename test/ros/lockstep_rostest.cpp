@@ -14,17 +14,17 @@ namespace {
 
 constexpr double kPeriod = 0.02;  // s
 
-/// Where the base was each time that the loop looked, from its start to 0.27 m ahead.
+/// Where the base was each time that the loop looked, from when it went to 0.27 m ahead.
 std::vector<double> drive_ahead(BaseClient& base) {
   ros::NodeHandle node;
   const ros::Publisher commands = node.advertise<geometry_msgs::Twist>(kTwistTopic, 1);
   base.wait_for("the base to listen", [&] { return commands.getNumSubscribers() > 0; });
   std::vector<double> seen;
   ros::Rate rate(1 / kPeriod);
-  while (ros::ok() && base.odometry.pose.pose.position.x < 0.27 && seen.size() < 1000) {
-    seen.push_back(base.odometry.pose.pose.position.x);
-    seen.push_back(base.truth.pose.pose.position.x);
-    commands.publish(twist(std::min(0.5, 2 * (0.3 - seen[seen.size() - 2])), 0, 0));
+  for (double x = 0; ros::ok() && x < 0.27 && seen.size() < 1000; x = base.odometry.pose.pose.position.x) {
+    const double truth = base.truth.pose.pose.position.x;
+    if (truth != 0) seen.insert(seen.end(), {x, truth});
+    commands.publish(twist(std::min(0.5, 2 * (0.3 - x)), 0, 0));
     rate.sleep();
     ros::spinOnce();
   }
