@@ -149,7 +149,7 @@ std::string counts_text(const Tally& tally) {
 /// Shows how far a sweep is: a bar on a terminal, else a line a minute.
 class Progress {
  public:
-  Progress(const Schedule& schedule, std::uint64_t runs, bool quiet)
+  Progress(const RunSchedule& schedule, std::uint64_t runs, bool quiet)
       : schedule_(schedule), runs_(runs), quiet_(quiet), bar_(quiet), before_(schedule.tally().runs) {}
 
   void show() {
@@ -176,7 +176,7 @@ class Progress {
     return text + counts_text(tally);
   }
 
-  const Schedule& schedule_;
+  const RunSchedule& schedule_;
   std::uint64_t runs_;
   bool quiet_;
   ProgressBar bar_;
@@ -200,7 +200,7 @@ class Sweep {
     if (journal_.tally().runs > 0 && !arguments_.quiet)
       fmt::print("{} of {} runs were finished before\n", journal_.tally().runs, family_.runs());
     std::fflush(stdout);
-    Schedule schedule(journal_, family_.runs());
+    RunSchedule schedule(journal_, family_.runs());
     Progress progress(schedule, family_.runs(), arguments_.quiet);
     const auto watch = [&] {
       if (stop_requested()) return schedule.stop();

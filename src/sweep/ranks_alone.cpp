@@ -19,7 +19,7 @@ int Ranks::rank() const { return 0; }
 int Ranks::size() const { return 1; }
 std::vector<std::string> Ranks::gather(const std::string& text) const { return {text}; }
 
-void Ranks::serve(Schedule&, const MakeRow&, std::chrono::milliseconds, const std::function<void()>&) const {
+void Ranks::serve(RunSchedule&, const MakeRow&, std::chrono::milliseconds, const std::function<void()>&) const {
   throw std::logic_error("no other ranks");
 }
 

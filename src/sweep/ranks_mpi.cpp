@@ -46,7 +46,7 @@ class Ranks::Communicator {
  public:
   Communicator(int& argc, char**& argv) : environment_(argc, argv, mpi::threading::funneled) {}
 
-  void serve(Schedule& schedule, const MakeRow& make, milliseconds interval, const std::function<void()>& watch) {
+  void serve(RunSchedule& schedule, const MakeRow& make, milliseconds interval, const std::function<void()>& watch) {
     hungry_.clear();
     for (int k = 0; k < kBatchesAhead; ++k) {
       for (int rank = 1; rank < world_.size(); ++rank) hungry_.push_back(rank);
@@ -103,7 +103,7 @@ class Ranks::Communicator {
     handed.message = world_.isend(rank, kRuns, handed.runs.data(), static_cast<int>(handed.runs.size()));
   }
 
-  void receive(Schedule& schedule) {
+  void receive(RunSchedule& schedule) {
     while (const auto message = world_.iprobe(mpi::any_source, kRows)) {
       std::vector<Row> rows;
       world_.recv(message->source(), kRows, rows);
@@ -112,7 +112,7 @@ class Ranks::Communicator {
     }
   }
 
-  void feed(Schedule& schedule, std::size_t batch) {
+  void feed(RunSchedule& schedule, std::size_t batch) {
     while (!hungry_.empty()) {
       Runs runs = schedule.take(batch);
       if (runs.empty()) return;
@@ -143,7 +143,7 @@ std::vector<std::string> Ranks::gather(const std::string& text) const {
   return all;
 }
 
-void Ranks::serve(Schedule& schedule, const MakeRow& make, milliseconds interval,
+void Ranks::serve(RunSchedule& schedule, const MakeRow& make, milliseconds interval,
                   const std::function<void()>& watch) const {
   communicator_->serve(schedule, make, interval, watch);
 }

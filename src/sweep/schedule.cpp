@@ -6,9 +6,9 @@
 
 namespace youbot_base_sim {
 
-std::vector<std::uint64_t> Schedule::take(std::size_t most) { return take(Lock(mutex_), most); }
+std::vector<std::uint64_t> RunSchedule::take(std::size_t most) { return take(Lock(mutex_), most); }
 
-std::vector<std::uint64_t> Schedule::take(const Lock&, std::size_t most) {
+std::vector<std::uint64_t> RunSchedule::take(const Lock&, std::size_t most) {
   std::vector<std::uint64_t> taken;
   for (; !stopping_ && taken.size() < most && may_begin_next(); ++next_) {
     if (!journal_.finished().contains(next_)) taken.push_back(next_);
@@ -16,13 +16,13 @@ std::vector<std::uint64_t> Schedule::take(const Lock&, std::size_t most) {
   return taken;
 }
 
-void Schedule::finish(const std::vector<Row>& rows) {
+void RunSchedule::finish(const std::vector<Row>& rows) {
   const Lock lock(mutex_);
   for (const Row& row : rows) journal_.append(row);
   changed_.notify_all();
 }
 
-void Schedule::work(const MakeRow& make) {
+void RunSchedule::work(const MakeRow& make) {
   try {
     for (;;) {
       std::vector<std::uint64_t> taken;
@@ -44,36 +44,36 @@ void Schedule::work(const MakeRow& make) {
   }
 }
 
-void Schedule::stop() {
+void RunSchedule::stop() {
   const Lock lock(mutex_);
   stopping_ = true;
   changed_.notify_all();
 }
 
-bool Schedule::wait(std::chrono::milliseconds time) const {
+bool RunSchedule::wait(std::chrono::milliseconds time) const {
   Lock lock(mutex_);
   return changed_.wait_for(lock, time, [&] { return ended(); });
 }
 
-void Schedule::check() const {
+void RunSchedule::check() const {
   const Lock lock(mutex_);
   if (failure_) std::rethrow_exception(failure_);
 }
 
-bool Schedule::finished() const {
+bool RunSchedule::finished() const {
   const Lock lock(mutex_);
   return journal_.tally().runs == runs_;
 }
 
-Tally Schedule::tally() const {
+Tally RunSchedule::tally() const {
   const Lock lock(mutex_);
   return journal_.tally();
 }
 
-void work_on_threads(Schedule& schedule, const MakeRow& make, int threads, std::chrono::milliseconds interval,
+void work_on_threads(RunSchedule& schedule, const MakeRow& make, int threads, std::chrono::milliseconds interval,
                      const std::function<void()>& watch) {
   struct Crew {
-    Schedule& schedule;
+    RunSchedule& schedule;
     std::vector<std::thread> threads;
     ~Crew() {
       for (std::thread& thread : threads) thread.join();

@@ -28,7 +28,7 @@ class Ranks {
   std::vector<std::string> gather(const std::string& text) const;
 
   /// Rank 0: finishes the schedule together with the other ranks. Calls `watch` as work_on_threads does.
-  void serve(Schedule& schedule, const MakeRow& make, std::chrono::milliseconds interval,
+  void serve(RunSchedule& schedule, const MakeRow& make, std::chrono::milliseconds interval,
              const std::function<void()>& watch) const;
 
   /// The other ranks: make rows until rank 0 has no more for them.

@@ -18,10 +18,10 @@ using MakeRow = std::function<Row(std::uint64_t run, const std::atomic<bool>& st
 
 /// Hands out the runs that nobody has finished, and enters their rows into the journal as they come. For several
 /// threads at once.
-class Schedule {
+class RunSchedule {
  public:
   /// `journal` must outlive this.
-  Schedule(Journal& journal, std::uint64_t runs) : journal_(journal), runs_(runs) {}
+  RunSchedule(Journal& journal, std::uint64_t runs) : journal_(journal), runs_(runs) {}
 
   /// The next runs, `most` of them or fewer; none where none are left, where it is to stop, or while those that others
   /// work at hold up the rest (see FinishedRuns).
@@ -63,7 +63,7 @@ class Schedule {
 
 /// Finishes a schedule, or what others leave of it, on `threads` more threads. Calls `watch` every `interval` on this
 /// one, which may stop the schedule. Throws what was thrown there or here.
-void work_on_threads(Schedule& schedule, const MakeRow& make, int threads, std::chrono::milliseconds interval,
+void work_on_threads(RunSchedule& schedule, const MakeRow& make, int threads, std::chrono::milliseconds interval,
                      const std::function<void()>& watch);
 
 }  // namespace youbot_base_sim
