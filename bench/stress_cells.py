@@ -10,6 +10,7 @@ RANDOM_RUNS = 200
 MAX_RANDOM_TORQUE = 2.0  # N m
 CIRCLE_SPEED = 2 * math.pi * 2.5 / 30  # m/s: Case 1, a circle of radius 2.5 m in 30 s
 WHEEL_RADIUS, ROLLER_AXIS_RADIUS, WHEEL_INERTIA = 0.05, 0.0355, 5.87e-3  # the defaults, SI
+ROBOT_MASS = 35.6  # kg, wheels included
 MAX_ROWS = 4000  # of a long run
 ANGLES = {"wheel_angles": [0.1] * 4}
 
@@ -35,6 +36,14 @@ class Cell:
     @property
     def file_name(self):
         return f"{self.group}_{self.name}"
+
+    @property
+    def outside_force(self):
+        """Of slope and wrenches together, at most, N."""
+        slope = self.scene.get("floor", {}).get("slope", {"angle": 0})["angle"]
+        mass = ROBOT_MASS + sum(load["mass"] for load in self.scene.get("loads", []))
+        return 9.81 * mass * math.sin(slope) + sum(math.hypot(*wrench["force"])
+                                                   for wrench in self.scene.get("wrenches", []))
 
     def shortened(self, max_duration):
         return replace(self, scene={**self.scene, "duration": min(self.duration, max_duration)})

@@ -31,7 +31,8 @@ time of the simulation. Required is:
 - **1 ms**: at most 1 ms of run time for each simulated millisecond. Where one takes longer the run is repeated, up to
   twice, and the run with the quickest slowest millisecond counts.
 - **energy**: the largest energy_balance_error (looked at every 10 ms or 1/4000 of the run) is at most
-  tol (E + 1.8e-5 J). E is the larger of the greatest kinetic energy and the integral of the sum of |M dphi|.
+  tol (E + 1.8e-5 J). E is the largest of the greatest kinetic energy, the integral of the sum of |M dphi| and the force of
+  slope and wrenches times the base's path.
 - **halving**: half the tolerance moves the end pose by at most tol S (m; the turn counts at the wheels' centres, 0.28 m
   from O). Where it moves further, by no more than A tol S, the motion is *sensitive*, which explains it; beyond that it
   fails.

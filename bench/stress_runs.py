@@ -102,7 +102,7 @@ def plain_run(simulate, cell, tolerance, row):
     """Ending, cost, energy and counters, and where the motion ends."""
     def run_within(permitted):
         run = simulate.run(cell, tolerance, min(MAX_RUN, CUT_AFTER * permitted))
-        read(run, row)
+        read(run, cell, row)
         return run
 
     permitted = max(MIN_PERMITTED, MAX_TIMES_BASE * row["base_cpu_time"])
@@ -116,7 +116,7 @@ def plain_run(simulate, cell, tolerance, row):
     return run
 
 
-def read(run, row):
+def read(run, cell, row):
     row.update(ending=run.ending, message=run.message)
     told = run.summary
     if told:
@@ -124,7 +124,8 @@ def read(run, row):
         row.update({name: value for name, value in told.items() if type(value) is int},
                    reached=told["simulated_time"], cpu_time=told["cpu_time"],
                    energy_error=told["energy"]["max_balance_error"],
-                   energy=max(told["energy"]["max_kinetic"], told["energy"]["drive_work"]),
+                   energy=max(told["energy"]["max_kinetic"], told["energy"]["drive_work"],
+                              cell.outside_force * told["path_length"]["base"]),
                    path=max(told["path_length"]["base"], *told["path_length"]["wheels"]),
                    **{key: told["final"][key] for key in ("x", "y", "psi")})
 
