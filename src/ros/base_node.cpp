@@ -204,7 +204,8 @@ bool BaseNode::await_command() {
   }
   if (none_left() || paused_ || is_stepping()) return false;
   if (lockstep_.has_own_period()) {  // whoever commands may go on to, until it sleeps
-    // At t = 0 /clock tells 1 ns, for zero is no time; a loop that sleeps from there would miss the first period by that.
+    // At t = 0 /clock tells 1 ns, for zero is no time; a loop that sleeps from there would miss the first period by
+    // that.
     if (idle_periods_ == 0) idle();
     followers_.await_rest();
     take_callbacks(0);

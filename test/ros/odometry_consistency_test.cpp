@@ -1,5 +1,5 @@
-// The covariances of odometry cover its errors, at any time and not by far: the normalised estimation error squared (NEES)
-// over random drives.
+// The covariances of odometry cover its errors, at any time and not by far: the normalised estimation error squared
+// (NEES) over random drives.
 
 #include <gtest/gtest.h>
 
