@@ -1,4 +1,4 @@
-// Drives the base ahead with 0.5 N m on each wheel while it goes slower than 0.3 m/s, and prints where it goes.
+// Drives the base ahead with 1 N m on each wheel while it goes slower than 0.3 m/s, and prints where it goes.
 
 #include <youbot_base_sim/simulation.h>
 
@@ -11,7 +11,7 @@ int main() {
 
   // Called where each control period begins; the torques, N m, are held over it.
   Simulation simulation(
-      scene, [](double, const State& state) { return Wheels(Wheels::Constant(state.V_X() < 0.3 ? 0.5 : 0.0)); });
+      scene, [](double, const State& state) { return Wheels(Wheels::Constant(state.V_X() < 0.3 ? 1.0 : 0.0)); });
   for (int k = 1; k <= 10; ++k) {
     simulation.advance_to(0.2 * k);
     std::printf("t = %.1f s: x = %.6f m, V_X = %.6f m/s, %zu roller switches\n", simulation.time(),
