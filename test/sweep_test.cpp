@@ -144,7 +144,7 @@ TEST_F(SweepTest, KilledAtAnyMomentItGoesOn) {
 }
 
 TEST_F(SweepTest, ASignalEndsItWithALineThatSaysHowToGoOn) {
-  const std::string f = family(150), whole = table(f, {"--threads", "1"});
+  const std::string f = family(1000), whole = table(f, {"--threads", "1"});
   int stopped = 0;
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
     fs::remove(folder_.path("table.csv"));
@@ -155,12 +155,12 @@ TEST_F(SweepTest, ASignalEndsItWithALineThatSaysHowToGoOn) {
     sweep.send(signal);
     if (sweep.wait() == 0) continue;  // it was faster
     ++stopped;
-    EXPECT_TRUE(std::regex_match(sweep.err(), std::regex("sweep: stopped by signal [0-9]+, .*; [0-9]+ of 150 runs are "
+    EXPECT_TRUE(std::regex_match(sweep.err(), std::regex("sweep: stopped by signal [0-9]+, .*; [0-9]+ of 1000 runs are "
                                                          "in .*journal; the same command goes on from there\n")))
         << sweep.err();
     Program again(SWEEP, {f, "--csv", folder_.path("table.csv")});
     EXPECT_EQ(again.wait(), 0) << again.err();
-    EXPECT_NE(again.out().find(" of 150 runs were finished before\n"), std::string::npos) << again.out();
+    EXPECT_NE(again.out().find(" of 1000 runs were finished before\n"), std::string::npos) << again.out();
     EXPECT_EQ(folder_.read("table.csv"), whole);
   }
   EXPECT_GT(stopped, 0);

@@ -36,13 +36,13 @@ BurdenPlan::PlannedLoad read_load(SceneSection s) {
 BurdenPlan::PlannedWrench read_wrench(SceneSection s) {
   BurdenPlan::PlannedWrench planned;
   const SceneValue force = s["force"], torque = s["torque"];
-  if (!force.given() && !torque.given()) force.refuse("given where torque is not");
   read_vector(force, planned.wrench.force, kWrenchForces);
   read_vector(s["point"], planned.wrench.point, kBurdenPositions);
   torque.number(planned.wrench.torque, kWrenchTorques);
   read_stretch(s, planned);
   s["frame"].choice(planned.wrench.fixed, kFrames);
   s.finish();
+  if (!force.given() && !torque.given()) force.refuse("given where torque is not");
   return planned;
 }
 

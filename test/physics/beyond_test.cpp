@@ -216,8 +216,8 @@ TEST(BeyondModelTest, DampingIsTheDerivativeOfTheForces) {
 }
 
 // Where reactions follow the motion, the damping and the coupling together are minus the derivative of the forces. What
-// stays out, Coriolis forces and gyroscopic moments in the balance, is small beside 4e4 N s/m: by the arm l it is a
-// load, of which friction takes the share f.
+// stays out is small beside 4e4 N s/m: Coriolis forces, m times a velocity, and gyroscopic moments in the balance, by
+// the arm l a load, of which friction takes the share f.
 TEST(BeyondModelTest, CouplingCompletesTheDerivativeOfTheForces) {
   int rocking = 0, lifted = 0, stiff = 0, cases = 0;
   for (const Json& golden : golden()) {
@@ -252,10 +252,10 @@ TEST(BeyondModelTest, CouplingCompletesTheDerivativeOfTheForces) {
     };
     const RobotParameters& robot = motion.model.robot();
     const Velocities at = x.velocities();
-    const double left_out =
-        (robot.m * std::abs(robot.a_Z) * at.v.abs().sum() + robot.J_1 * at.dphi.abs().sum()) / robot.l;
+    const double coriolis = robot.m * at.v.abs().sum();
+    const double load = (coriolis * std::abs(robot.a_Z) + robot.J_1 * at.dphi.abs().sum()) / robot.l;
     const double step = 1e-7, stiffness = G.contact_stiffness().maxCoeff();
-    const double allowed = 2e-4 * stiffness + c.f.maxCoeff() * left_out;
+    const double allowed = 2e-4 * stiffness + coriolis + c.f.maxCoeff() * load;
     stiff += allowed < 1e-2 * stiffness;
     for (int k = 0; k < 11; ++k) {
       Velocities du = {Wheels::Zero(), Wheels::Zero(), Wheels::Zero()};
