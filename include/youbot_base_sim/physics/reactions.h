@@ -128,14 +128,14 @@ class Reactions {
   // N = weight / 4 and three transfers of load, which leave the sum: from the rear wheels to the front ones, and on
   // each axle from the right wheel to the left one.
   static Solution share(const Conditions& conditions, double weight) {
-    const auto& [a, b, c] = conditions.rows;
-    const auto by_transfer = [&](const Wheels& N) { return sums(a * N, b * N, c * N); };
+    const auto& rows = conditions.rows;
+    const auto by_transfer = [&](const Wheels& N) { return sums(rows[0] * N, rows[1] * N, rows[2] * N); };
     Eigen::Matrix3d moments;
     moments.col(0) = by_transfer({1, 1, -1, -1}).head<3>();
     moments.col(1) = by_transfer({1, -1, 0, 0}).head<3>();
     moments.col(2) = by_transfer({0, 0, 1, -1}).head<3>();
     const Eigen::Matrix3d transfers = moments.inverse();
-    const Wheels right = conditions.right - 0.25 * weight * sums(a, b, c);
+    const Wheels right = conditions.right - 0.25 * weight * sums(rows[0], rows[1], rows[2]);
     Solution solution;
     solution.N = Wheels::Constant(0.25 * weight);
     for (int k = 0; k < 3; ++k) {
