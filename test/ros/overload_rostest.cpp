@@ -19,7 +19,7 @@ TEST(Overload, stalled_subscriber_costs_no_more_than_its_queue) {
   listener.send(SIGSTOP);
   base.expect_simulated(5);  // fills the buffers of the system
   [[maybe_unused]] const double before = base.memory();
-  base.expect_simulated(40);  // 30 MB of odometry
+  base.expect_simulated(40);        // 30 MB of odometry
 #ifndef YOUBOT_BASE_SIM_SANITIZERS  // which keep what was freed
   EXPECT_LT(base.memory() - before, 8.0) << "MB";
 #endif
