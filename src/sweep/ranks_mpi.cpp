@@ -55,17 +55,17 @@ class Ranks::Communicator {
       for (int rank = 1; rank < world_.size(); ++rank) hungry_.push_back(rank);
     }
     Clock::time_point watched = Clock::now(), counted = watched;
-    std::uint64_t runs = schedule.tally().runs;
+    std::uint64_t runs_then = schedule.tally().runs;
     double batch = 1;
     work_on_threads(schedule, make, 1, kPoll, [&] {
       receive(schedule);
       const Clock::time_point now = Clock::now();
       if (now - counted >= kBatch) {
-        const double all_ranks =
-            kBatch / std::chrono::duration<double>(now - counted) *
-            static_cast<double>(schedule.tally().runs - std::exchange(runs, schedule.tally().runs));
-        batch = std::clamp(all_ranks / world_.size(), 1.0, kMaxBatch);
+        const std::uint64_t runs = schedule.tally().runs;
+        const double batches = std::chrono::duration<double>(now - counted) / kBatch;
+        batch = std::clamp(static_cast<double>(runs - runs_then) / batches / world_.size(), 1.0, kMaxBatch);
         counted = now;
+        runs_then = runs;
       }
       feed(schedule, static_cast<std::size_t>(batch));
       if (now - watched < interval) return;
