@@ -4,6 +4,7 @@
 #include <sunlinsol/sunlinsol_dense.h>
 #include <sunmatrix/sunmatrix_dense.h>
 
+#include <cmath>
 #include <memory>
 
 #include "solver.h"
@@ -96,7 +97,9 @@ class Integrator {
     const Scene& scene = task.scene;
     const TorqueProfile& torque = scene.solver.control_period > 0 ? held_ : *torque_;
     SlipModel<Law> model(scene.robot, scene.floor);
-    if constexpr (kBeyond<Law>) model.set_burden(scene.burdens.at(0));  // what is put on later is not known here
+    if (std::isfinite(scene.burdens.next_change(0)))
+      throw RunFailure("loads and wrenches that change are not known here");
+    if constexpr (kBeyond<Law>) model.set_burden(scene.burdens.at(0));
     system_ = std::make_unique<SlipSystem<Law>>(model, torque, scene.initial);
     State start = scene.initial;
     start.phi() -= middle();
@@ -263,12 +266,11 @@ class Integrator {
 };
 
 Run run(const Task& task, const Package& package) {
-  if (task.scene.model == Model::kCoulomb && beyond_the_paper(task.scene)) {
-    return Integrator<Beyond<CoulombLaw>>(task, package).run();
-  }
+  const bool beyond = beyond_the_paper(task.scene);
+  if (task.scene.model == Model::kCoulomb && beyond) return Integrator<Beyond<CoulombLaw>>(task, package).run();
   if (task.scene.model == Model::kCoulomb) return Integrator<CoulombLaw>(task, package).run();
-  if (task.scene.model == Model::kViscous) return Integrator<ViscousLaw>(task, package).run();
-  throw RunFailure("only models 2a and 2b are known here");
+  if (task.scene.model == Model::kViscous && !beyond) return Integrator<ViscousLaw>(task, package).run();
+  throw RunFailure("only models 2a and 2b are known here, and beyond the paper only 2b");
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "youbot_base_sim/integration/methods.h"
@@ -195,9 +196,9 @@ class Run {
     } catch (const Stopped&) {
       fail(fmt::format("stopped after t = {:g} s by {}", simulation_.time(), stop_reason()));
     } catch (const TippedOver& error) {
+      tipped_ = error;
       outputs_.commit_summary(simulation_, wall_time_, audit_);  // tells what the wheels bore
-      const std::string advice = arguments_.cpu_limit > 0 ? "" : what_would_hold(scene_, error, stop_requested());
-      fail(error.what() + (advice.empty() ? "" : "; " + advice));
+      fail(error.what());
     } catch (const std::exception& error) {
       fail(error.what());
     }
@@ -213,7 +214,17 @@ class Run {
     if (!doubt.empty()) print_error("simulate", "warning: the result is not to be trusted: " + doubt);
   }
 
+  /// What would have kept the base on the floor, where that is why the run ended early; empty if there is nothing to
+  /// tell. To find it may take as long as the run did, or a second.
+  std::string remedy() const {
+    if (!tipped_ || arguments_.cpu_limit > 0) return "";
+    const std::uint64_t work = std::max(simulation_.statistics().evaluations, kSecondOfWork);
+    return what_would_hold(scene_, *tipped_, work, stop_requested());
+  }
+
  private:
+  static constexpr std::uint64_t kSecondOfWork = 4000000;  // evaluations of the right-hand side, about
+
   /// Advances to the next row, and measures what that took.
   bool next(RowLoop& rows) {
     const double before = simulation_.time();
@@ -253,6 +264,7 @@ class Run {
   bool measured_;
   double wall_time_ = 0;  // of the simulation alone, s
   RunAudit audit_;
+  std::optional<TippedOver> tipped_;
 };
 
 /// Returns the exit status.
@@ -268,15 +280,18 @@ int simulate(const Arguments& arguments, const Scene& scene) {
     print_error("simulate", error.what());
     return stop_requested() ? kNotCompleted : kRefused;
   }
-  for (const std::string& warning : {unlikely_geometry(scene.robot), told}) {
+  for (const std::string& warning : {unlikely_geometry(scene.robot), without_effect(scene), told}) {
     if (!arguments.quiet && !warning.empty()) print_error("simulate", warning);
   }
+  std::optional<Run> run;
   try {
-    Run run(arguments, scene, *outputs, progress);
-    run.complete();
-    run.report();
+    run.emplace(arguments, scene, *outputs, progress);
+    run->complete();
+    run->report();
   } catch (const std::exception& error) {
     print_error("simulate", error.what());
+    const std::string remedy = run ? run->remedy() : "";
+    if (!remedy.empty()) print_error("simulate", remedy);
     return kNotCompleted;
   }
   return outputs->failed() ? kNotCompleted : kDone;

@@ -76,11 +76,15 @@ TEST(TippingTest, EndsAtTheLimitAndNamesTheSide) {
   Simulation going_on(scene);
   going_on.go_on_tipping();
   going_on.advance_to(100e-6);
-  EXPECT_EQ(going_on.reaction_record()->tipping, Side::kLeft);
+  const ReactionRecord record = *going_on.reaction_record();
+  EXPECT_EQ(record.tipping, Side::kLeft);
+  EXPECT_NEAR(record.tipped_at.value(), 36.82e-6, 30e-6);  // where a step ends
   const Wheels N = going_on.contacts().N;
   EXPECT_EQ(N[1], 0);
   EXPECT_EQ(N[3], 0);
   EXPECT_NEAR(N.sum(), scene.robot.m_s() * scene.floor.g, 1e-9);
+  going_on.advance_to(200e-6);
+  EXPECT_EQ(going_on.reaction_record()->tipped_at, record.tipped_at);
 }
 
 }  // namespace

@@ -137,7 +137,7 @@ void BaseNode::go_on_to_the_end() {
   ROS_INFO("model %s by %s, control period %g s, %s", name_of(scene.model), loop_.simulation().method().c_str(),
            loop_.control_period(), settings_.publish_clock ? "master of simulated time" : "wall clock");
   const std::string told = advice(scene.robot, scene.floor, scene.model, integration_settings(scene.solver), 1);
-  for (const std::string& warning : {unlikely_geometry(scene.robot), told}) {
+  for (const std::string& warning : {unlikely_geometry(scene.robot), without_effect(scene), told}) {
     if (!warning.empty()) ROS_WARN_STREAM(warning);
   }
   if (settings_.publish_clock) announce_time();
@@ -303,6 +303,16 @@ void BaseNode::advance(std::int64_t periods) {
   if (events.timed_out) {
     ROS_WARN("no command for %g s: the wheels are stopped", settings_.driver.command_timeout);
   }
+  tell_tipping();
+}
+
+/// Says when the base comes to its tipping limit, where no real base would go on as this one does.
+void BaseNode::tell_tipping() {
+  const auto record = loop_.simulation().reaction_record();
+  if (!record || record->tipped_at == tipping_told_) return;
+  tipping_told_ = record->tipped_at;
+  if (!tipping_told_) return;  // since ~reset
+  log_.error("tipping", TippedOver(*tipping_told_, record->tipped).what() + std::string("; the simulation goes on"));
 }
 
 /// What is due at the present time: the switches up to now, and at their instants the rest.

@@ -19,7 +19,7 @@ namespace {
 
 const std_msgs::ColorRGBA kReaction = colour(0.35, 0.75, 1), kOffFloor = colour(1, 0.45, 0.1);
 const std_msgs::ColorRGBA kUphill = colour(0.95, 0.95, 0.95), kLoad = colour(0.75, 0.55, 0.3, 0.8);
-const std_msgs::ColorRGBA kPush = colour(1, 0.3, 0.2), kText = colour(1, 1, 1);
+const std_msgs::ColorRGBA kPush = colour(0.2, 0.95, 0.8), kText = colour(1, 1, 1);
 const std_msgs::ColorRGBA kSlippery = colour(0.2, 0.5, 1, 0.65), kRough = colour(1, 0.6, 0.2, 0.5);
 
 constexpr double kLoadDensity = 2500;                       // kg/m^3
@@ -29,6 +29,9 @@ constexpr double kArcRadius = 0.12;                         // m
 constexpr double kOverFloor = 1e-3;                         // m, or the floor's grid would cut through
 constexpr double kUphillStart = 0.42, kUphillLength = 0.3;  // from O, m
 const Vector3d kAxles{0, 0, kAxleHeight};                   // where O is in the base's frame
+
+/// Of a slope, whatever its sign.
+double degrees(double slope) { return std::abs(slope) * 180 / M_PI; }
 
 bool shows_reactions(const Simulation& simulation) {
   const Scene& scene = simulation.scene();
@@ -62,7 +65,7 @@ void add_slope(Markers& markers, const Simulation& simulation) {
   arrow.scale.x = 0.02;
   arrow.scale.y = arrow.scale.z = 0.06;
   markers.add_text("slope", 1, on_floor + (kUphillStart + kUphillLength + 0.08) * direction + Vector3d(0, 0, 0.03),
-                   fmt::format("uphill, {:.3g} deg", std::abs(floor.slope) * 180 / M_PI), kUphill);
+                   fmt::format("uphill, {:.3g} deg", degrees(floor.slope)), kUphill);
 }
 
 // A corner of a patch, which fades from what lies within its soft edge to nothing outside.
@@ -198,6 +201,9 @@ std::vector<std::pair<std::string, std_msgs::ColorRGBA>> BeyondMarkers::legend(c
   }
   if (!simulation.burden().wrenches.empty()) {
     lines.emplace_back(fmt::format("push, {:.3g} N each 10 cm", 0.1 / force_scale), kPush);
+  }
+  if (const double slope = simulation.scene().floor.slope; slope != 0) {
+    lines.emplace_back(fmt::format("the floor slopes by {:.3g} deg, drawn level", degrees(slope)), kUphill);
   }
   return lines;
 }

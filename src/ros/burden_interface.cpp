@@ -25,7 +25,14 @@ void BurdenInterface::receive(const geometry_msgs::WrenchStamped& message) {
   std::string complaint;
   const Wrench wrench = wrench_of(message, complaint);
   if (!complaint.empty()) return log_.warn(kWrenchTopic, fmt::format("~{}: {}: refused", kWrenchTopic, complaint));
-  if (!loop_.push(now_(), wrench)) log_.warn(kWrenchTopic, fmt::format("~{}: {}: refused", kWrenchTopic, kTooMany));
+  if (!loop_.push(now_(), wrench)) {
+    return log_.warn(kWrenchTopic, fmt::format("~{}: {}: refused", kWrenchTopic, kTooMany));
+  }
+  if (wrench.force.z() != 0 && loop_.simulation().scene().robot.normal_reactions == NormalReactions::kStatic) {
+    log_.warn("vertical force", fmt::format("~{}: wrench.force.z = {}: has no effect unless robot.normal_reactions is "
+                                            "dynamic",
+                                            kWrenchTopic, wrench.force.z()));
+  }
 }
 
 bool BurdenInterface::set_loads(SetLoads::Request& request, SetLoads::Response& response) {

@@ -476,6 +476,18 @@ std::string unlikely_geometry(const RobotParameters& robot) {
       robot.R_d, robot.rollers, end_radius, robot.R * std::cos(M_PI / robot.rollers));
 }
 
+std::string without_effect(const Scene& scene) {
+  if (scene.robot.normal_reactions == NormalReactions::kDynamic) return "";
+  constexpr char kWhy[] = "has no effect unless robot.normal_reactions is dynamic";
+  if (scene.robot.a_Z != 0) return fmt::format("robot.com_height = {:g}: {}", scene.robot.a_Z, kWhy);
+  const auto& wrenches = scene.burdens.wrenches;
+  for (std::size_t k = 0; k < wrenches.size(); ++k) {
+    const double up = wrenches[k].wrench.force.z();
+    if (up != 0) return fmt::format("wrenches[{}].force: its vertical part, {:g} N, {}", k, up, kWhy);
+  }
+  return "";
+}
+
 std::unique_ptr<TorqueProfile> make_torque_profile(const Scene& scene) {
   struct Maker {
     const Scene& scene;

@@ -476,6 +476,22 @@ TEST_F(GuardedStepperTest, GivesUpWhereSwitchesAreMoreThanItsBoundOfWork) {
   EXPECT_EQ(statistics.switches, static_cast<std::uint64_t>(rollers_passed(3)));
 }
 
+// What must be looked at after each step is looked at after fallback steps too, once.
+TEST_F(GuardedStepperTest, EveryStepIsWatched) {
+  wheels.is_watched = true;
+  for (const int nth : {0, 1}) {  // steps that succeed, and fallback steps
+    wheels.every_nth_step_fails = nth;
+    wheels.watched_until = 0;
+    wheels.c_1 = {3, -3, 40, 0};
+    for (int i = 0; i < kWheels; ++i) wheels.put(i, 0);
+    restart();
+    Guarded guarded(*stepper, *stepper, WorkBound{100000}, *log, statistics);
+    odeint::integrate_adaptive(std::ref(guarded), std::ref(wheels), x, 0.0, 0.1, 0.1);
+    EXPECT_EQ(statistics.fallback_steps > 0, nth == 1);
+    EXPECT_NEAR(wheels.watched_until, 0.1, 1e-12);
+  }
+}
+
 // Tries that fail all the time for a while: it goes on after that as before.
 TEST_F(GuardedStepperTest, GoesOnAccuratelyAfterTheFallback) {
   wheels.every_nth_step_fails = 1;

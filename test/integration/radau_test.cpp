@@ -256,6 +256,41 @@ TYPED_TEST(RadauTest, StepsInPlaceAndOutOfPlaceAlike) {
   EXPECT_GT(failures, 0);
 }
 
+// A base that spins on a slope without friction falls along it as any body. The pose at the stages decides where
+// "along" is: it has to be right in whatever step is accepted, up to a turn of 1 rad, and no longer step may be
+// accepted.
+TEST(BeyondRadauTest, TurnsInAStepAsFarAsItsSineIsRight) {
+  RobotParameters robot;
+  robot.a_X = robot.a_Y = 0;
+  robot.mu_1 = robot.mu_2 = Wheels::Zero();
+  FloorParameters floor;
+  floor.f = Wheels::Zero();
+  floor.slope = 0.3;
+  floor.uphill = 0.7;
+  const double dt = 0.01, way = -0.5 * floor.g * std::sin(floor.slope) * dt * dt;
+  const auto try_turn = [&](double turn) {
+    State x;
+    x.values.setZero();
+    x.Omega() = turn / dt;
+    const HeldTorque none;
+    return Try<Beyond<CoulombLaw>>(kAnything, {SlipModel<Beyond<CoulombLaw>>(robot, floor), none, x}, x, 0, dt);
+  };
+  // What the method of order 5 is off, as a share of the way, goes with the fourth power of the turn.
+  const auto off = [&](double turn) {
+    const State end = try_turn(turn).end;
+    EXPECT_NEAR(end.psi(), turn, 1e-12);
+    const double x = way * std::cos(floor.uphill), y = way * std::sin(floor.uphill);
+    return std::hypot(end.x() - x, end.y() - y) / std::abs(way) / std::pow(turn, 4);
+  };
+  const double at_small_turns = off(0.4);
+  EXPECT_LT(at_small_turns, 5e-3);
+  for (const double turn : {0.5, 0.7, 0.9, 0.99}) {
+    EXPECT_TRUE(try_turn(turn).accepted) << turn;
+    EXPECT_NEAR(off(turn) / at_small_turns, 1, 0.2) << turn;
+  }
+  for (const double turn : {1.01, 1.2, 3.0, 6.2, 30.0, 1e3, 1e6}) EXPECT_FALSE(try_turn(turn).accepted) << turn;
+}
+
 // Steps by odeint's own loops: the error over all of them stays near the tolerance.
 TYPED_TEST(RadauTest, RunsInTheLoopsOfOdeint) {
   const Motion<TypeParam> motion = gentle_motion<TypeParam>();

@@ -79,6 +79,12 @@ TEST(RadauTableau, IsLStable) {
   for (double y = 1e-3; y < 1e6; y *= 1.05) EXPECT_LE(std::abs(R({0, y})), 1 + 1e-12) << "y = " << y;
 }
 
+// Within a step of length dt no stage turns the base by more than dt times the largest |Omega| of the stages: Radau
+// accepts steps in which that is below 1 rad, and its sine is right up to 1.1.
+TEST(RadauTableau, IntegralsToTheStagesAreNoLongerThanTheStep) {
+  EXPECT_LE(matrix(T::A).cwiseAbs().rowwise().sum().maxCoeff(), 1 + kRounding);
+}
+
 // The estimate (8.19) is h/gamma f(y_0) + sum_j e_j z_j, with z_j = h sum_l a_jl f_l and e_j = error_j / gamma: what a
 // quadrature on the nodes 0, c_1, c_2, 1 is off the method. That quadrature is right to order 3 where the difference
 // is nothing for f = 1, t, t^2. By C(3), z_j = (h c_j)^k / k for f = t^(k-1), so that what has to hold is

@@ -79,10 +79,15 @@ class Wheelwork {
 
   // Averaging, which changes nothing about how wheels turn.
   static double max_step(const State&) { return std::numeric_limits<double>::infinity(); }
-  static bool watches() { return false; }
+  bool watches() const { return is_watched; }
   static bool ends_tipping() { return false; }
   static bool tips(const State&, double) { return false; }
-  static void watch(const State&, double, double) {}
+  void watch(const State&, double t, double dt) {
+    EXPECT_NEAR(t - dt, watched_until, 1e-12);
+    watched_until = t;
+  }
+  bool is_watched = false;
+  double watched_until = 0;  // s, without a gap
 
   bool averages() const { return averaged_.any(); }
   bool averaged(int i) const { return averaged_[i]; }

@@ -5,7 +5,7 @@
 
 #include <limits>
 
-#include "base_client.h"
+#include "log.h"
 
 namespace youbot_base_sim {
 namespace {
@@ -66,6 +66,18 @@ TEST(Wrench, that_is_of_no_use_is_refused) {
   pusher.publish(push("base_link", 0, 200));  // comes after all of them
   for (int k = 0; k < 2000 && base.truth.pose.pose.position.y == 0; ++k) base.idle(1);
   EXPECT_GT(base.truth.pose.pose.position.y, 0);
+}
+
+TEST(Wrench, that_pushes_down_to_no_effect_is_warned_of) {
+  BaseClient& base = BaseClient::fresh();
+  Log& log = Log::of(base);
+  Pusher pusher(base);
+  geometry_msgs::WrenchStamped down = push("base_link", 0, 0);
+  pusher.publish(down);
+  down.wrench.force.z = -20;
+  pusher.publish(down);
+  log.expect(base, rosgraph_msgs::Log::WARN, {"wrench.force.z = -20", "no effect", "normal_reactions is dynamic"});
+  EXPECT_EQ(log.count(rosgraph_msgs::Log::WARN, "no effect"), 1u);
 }
 
 TEST(Loads, are_set_or_refused_by_name) {

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <memory>
@@ -185,6 +186,8 @@ TEST_F(BeyondMarkersTest, TheSlopePointsUphillWhateverTheHeading) {
     const Eigen::Vector3d way = sign * (vector(arrow.points.at(1)) - vector(arrow.points.at(0)));
     EXPECT_NEAR(std::atan2(way.y(), way.x()), 1.2 - 0.3, 1e-9);
     EXPECT_EQ(markers.at("slope/1").text, "uphill, 5.73 deg");
+    EXPECT_EQ(markers.at("legend/5").text, "the floor slopes by 5.73 deg, drawn level");
+    EXPECT_EQ(markers.at("legend/6").action, Marker::DELETE) << "of a push, if there was one";
   }
 }
 
@@ -203,6 +206,7 @@ TEST_F(BeyondMarkersTest, PatchesLieOnTheFloorAndFadeOverTheirEdges) {
     EXPECT_NEAR(area.points[k].z, floor_height(simulation_->scene().robot), 0.01);
   }
   EXPECT_EQ(markers.at("patches/1").text, "friction 0.1");
+  EXPECT_EQ(markers.at("patches/1").header.frame_id, "world");
 }
 
 TEST_F(BeyondMarkersTest, LoadsAndWrenchesAreWhereTheyAreAndGo) {
@@ -219,7 +223,12 @@ TEST_F(BeyondMarkersTest, LoadsAndWrenchesAreWhereTheyAreAndGo) {
   const Eigen::Vector3d point(0.2, 0, 0.1 + kAxleHeight);
   EXPECT_NEAR((vector(push.points.at(1)) - point).norm(), 0, 1e-12) << "ends where it acts";
   EXPECT_NEAR((vector(push.points.at(1)) - vector(push.points.at(0)) - Eigen::Vector3d(0, -0.03, 0)).norm(), 0, 1e-9);
-  EXPECT_EQ(markers.at("wrenches/1").type, Marker::LINE_LIST);
+  const Marker& arc = markers.at("wrenches/1");
+  EXPECT_EQ(arc.type, Marker::LINE_LIST);
+  EXPECT_LT((vector(arc.points.at(0)) - point).cross(vector(arc.points.at(1)) - point).z(), 0) << "turns to the right";
+  EXPECT_TRUE(std::any_of(markers.begin(), markers.end(), [](const auto& entry) {
+    return entry.second.ns == "legend" && entry.second.text.find("push, ") == 0;
+  }));
   EXPECT_EQ(markers.at("wrenches/2").text, "10 N, -3 N m");
   markers = shown_at(0.02);
   for (const std::string gone : {"loads/0", "loads/1", "loads/2", "wrenches/0", "wrenches/1", "wrenches/2"}) {

@@ -1,9 +1,9 @@
-// A base that is pushed over its side: the node goes on, and says so in /diagnostics and in rviz.
+// A base that is pushed over its side: the node goes on, and says so in its log, in /diagnostics and in rviz.
 
 #include <diagnostic_msgs/DiagnosticArray.h>
 #include <visualization_msgs/MarkerArray.h>
 
-#include "base_client.h"
+#include "log.h"
 
 namespace youbot_base_sim {
 namespace {
@@ -12,7 +12,8 @@ using diagnostic_msgs::DiagnosticStatus;
 using visualization_msgs::Marker;
 
 TEST(TippingBase, is_an_error_while_it_tips_and_a_warning_afterwards) {
-  BaseClient& base = BaseClient::fresh();
+  Log& log = Log::of(BaseClient::fresh());
+  BaseClient& base = BaseClient::fresh();  // time has gone on meanwhile, perhaps to the limit
   ros::NodeHandle node;
   diagnostic_msgs::DiagnosticArray diagnostics;
   visualization_msgs::MarkerArray markers;
@@ -45,6 +46,7 @@ TEST(TippingBase, is_an_error_while_it_tips_and_a_warning_afterwards) {
   EXPECT_EQ(marker("off_floor", 1).action, Marker::DELETE);
 
   const DiagnosticStatus during = reactions_at(2);
+  log.expect(base, rosgraph_msgs::Log::ERROR, {"the base tips over at t = 1.5", "left side", "goes on"});
   EXPECT_EQ(during.level, DiagnosticStatus::ERROR);
   EXPECT_EQ(during.message, "the base is at its tipping limit, on the wheels of the left side");
   EXPECT_EQ(marker("status", 1).text, "TIPPING: the wheels of the left side bear all");

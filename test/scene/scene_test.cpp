@@ -353,6 +353,17 @@ TEST_F(SceneTest, DoubtsRollersThatTaperToAPoint) {
   EXPECT_NE(unlikely_geometry(load(kDrive + std::string("robot: {rollers_per_wheel: 4}")).robot), "");
 }
 
+TEST_F(SceneTest, TellsWhatHasNoEffectUnderStaticReactions) {
+  const std::string up =
+      std::string(kDrive) + "wrenches: [{force: [1, 2, 0], point: [0, 0, 1]}, {force: [0, 0, -20]}]\n";
+  EXPECT_EQ(without_effect(load(up)),
+            "wrenches[1].force: its vertical part, -20 N, has no effect unless robot.normal_reactions is dynamic");
+  EXPECT_EQ(without_effect(load(up + "robot: {normal_reactions: dynamic, com_height: 0.1}\n")), "");
+  EXPECT_EQ(without_effect(load(std::string(kDrive) + "robot: {com_height: 0.1}\n")),
+            "robot.com_height = 0.1: has no effect unless robot.normal_reactions is dynamic");
+  EXPECT_EQ(without_effect(load(kDrive)), "");
+}
+
 TEST_F(SceneTest, RefusesWhatIsNoSceneFile) {
   expect_refused(kDrive + std::string("---\nduration: 3\n"), "scene.yaml:3:1", "---", "a scene is one");
   EXPECT_EQ(load(std::string("---\n") + kDrive + "...\n").duration, 1);

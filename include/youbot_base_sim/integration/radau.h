@@ -270,7 +270,9 @@ class Radau : public ControlledStepperTypes {
     return x_.phi() + dt * (T::A[j][0] * stages_[0].dphi + T::A[j][1] * stages_[1].dphi + T::A[j][2] * stages_[2].dphi);
   }
 
-  // Poses at the stages of a step of length dt, where they matter.
+  // Poses at the stages of a step of length dt, where they matter. An iterate may turn further than sine_and_cosine is
+  // right for: it leads nowhere or to stages that are solved, of which `solve` accepts none that turn further than 1
+  // rad.
   std::array<Pose, 3> poses([[maybe_unused]] const SlipSystem<Law>& system, [[maybe_unused]] double dt) const {
     std::array<Pose, 3> pose;
     if constexpr (kBeyond<Law>) {

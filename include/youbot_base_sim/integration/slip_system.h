@@ -165,9 +165,11 @@ class SlipSystem {
       const Contacts c = contacts(x, t);
       record_.least_N = record_.least_N.min(c.N);
       record_.time_off_floor += (c.N <= 0).select(Wheels::Constant(dt), Wheels::Zero());
+      const bool tipped_before = record_.tipping != Side::kNone;
       record_.tipping = c.tipping;
       if (c.tipping == Side::kNone) return;
       if (!goes_on_tipping_) throw TippedOver(t, c.tipping);
+      if (!tipped_before) record_.tipped_at = t;
       record_.tipped = c.tipping;
       record_.time_at_limit += dt;
     }

@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <array>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 
 #include "youbot_base_sim/physics/burden.h"
@@ -21,6 +22,7 @@ struct ReactionRecord {
   Wheels time_off_floor = Wheels::Zero();                                      ///< s
   Side tipping = Side::kNone;                                                  ///< at the last look
   Side tipped = Side::kNone;                                                   ///< when it last was at its limit
+  std::optional<double> tipped_at;                                             ///< when it last came there, s
   double time_at_limit = 0;                                                    ///< s, while it went on there
 };
 

@@ -68,6 +68,7 @@ class BaseNode {
   std::int64_t periods_ahead() const;
   double wait_for_periods_ahead() const;
   void advance(std::int64_t periods);
+  void tell_tipping();
   void publish_instant();
   void publish_stop();
   void record_telemetry();
@@ -98,7 +99,8 @@ class BaseNode {
   std::string bag_failure_;         // why; empty: none
   ThrottledLog log_;
   WaitNotice notice_;
-  SteadyClock::time_point wait_told_;  // in diagnostics
+  SteadyClock::time_point wait_told_;   // in diagnostics
+  std::optional<double> tipping_told_;  // time at which the base tipped that was logged last, s
 
   ros::CallbackQueue queue_;
   ros::NodeHandle node_;

@@ -14,8 +14,8 @@ namespace youbot_base_sim {
 /// What rviz shows of the physics beyond the paper, where a scene or the node's user asks for any; otherwise nothing.
 /// Namespaces: `normal_reactions` (blue arrows, and `off_floor` over wheels that have lifted off), `slope` (an arrow
 /// uphill), `patches` (blue: slippery, orange: rough; they fade over their soft edges), `loads` (boxes of 2500 kg/m^3
-/// at most half a metre wide, and a stick to the height of the axles), `wrenches` (red arrows that end where the force
-/// acts, arcs for torques).
+/// at most half a metre wide, and a stick to the height of the axles), `wrenches` (thick turquoise arrows that end
+/// where the force acts, arcs for torques).
 class BeyondMarkers {
  public:
   /// Arrows of forces have `force_scale` m/N; `world_frame`: of patches, none are shown if it is empty.

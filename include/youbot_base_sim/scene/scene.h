@@ -123,6 +123,9 @@ Scene default_scene(const SceneOverrides& overrides);
 /// What is allowed but no real robot has, in one line; empty if there is nothing of the kind.
 std::string unlikely_geometry(const RobotParameters& robot);
 
+/// What the scene asks for to no effect, in one line; empty if there is nothing of the kind.
+std::string without_effect(const Scene& scene);
+
 /// The scene's torque as a function of time; null if it has no drive or one that tracks velocities.
 std::unique_ptr<TorqueProfile> make_torque_profile(const Scene& scene);
 
