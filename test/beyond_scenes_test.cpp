@@ -71,6 +71,11 @@ TEST(BeyondScenesTest, LimitsAreWhatIsWithoutThem) {
                               "floor: {slope: {angle: 1e-9}}", "wrenches: [{force: [1e-7, 0, 0]}]"}) {
     EXPECT_LT(distance(end_of(kSideways + nothing), paper), 1e-6) << nothing;
   }
+  // Of patches on each other the last one counts.
+  EXPECT_LT(distance(end_of(kSideways + "floor: {patches: [{rectangle: [-50, -50, 50, 50], friction: 0.1}, "
+                                        "{rectangle: [-50, -50, 50, 50], friction: 0.3}]}"),
+                     end_of(kSideways + "floor: {friction: 0.3}")),
+            1e-6);
   EXPECT_LT(distance(end_of(kSideways + "floor: {patches: [{rectangle: [-50, -50, 50, 50], friction: 0.3}]}"),
                      end_of(kSideways + "floor: {friction: 0.3}")),
             1e-6);

@@ -114,6 +114,23 @@ TEST(BaseLoopTest, AWrenchHoldsFromThePeriodThatBeginsAtItsArrivalUntilTheNext) 
   EXPECT_EQ(loop.refusal({{10, {0.1, 0, 0}, 0}}), "");
 }
 
+// A load that is replaced goes with its momentum, and the one put on at rest in its place takes its share of what is
+// left.
+TEST(BaseLoopTest, ALoadInPlaceOfAnotherSlowsTheBaseOnceMore) {
+  BaseSettings slippery = settings();
+  slippery.scene.floor.f.setZero();
+  slippery.scene.robot.a_X = slippery.scene.robot.a_Y = 0;
+  slippery.scene.initial.V_Y() = 0.5;
+  BaseLoop loop(slippery);
+  const double m_s = slippery.scene.robot.m_s(), share = m_s / (m_s + 10);
+  loop.push(0, std::vector<Load>{{10, {0, 0, 0.1}, 0}}, true);
+  loop.advance_periods(2);
+  EXPECT_NEAR(loop.simulation().state().V_Y(), 0.5 * share, 1e-12);
+  loop.push(loop.time(), std::vector<Load>{{10, {0, 0, 0.2}, 0}}, true);
+  loop.advance_periods(2);
+  EXPECT_NEAR(loop.simulation().state().V_Y(), 0.5 * share * share, 1e-12);
+}
+
 TEST(BaseLoopTest, CommandsAndServicesKeepTheirOrder) {
   BaseLoop loop(settings());
   loop.push(0, torques(1));
