@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <cstdint>
 #include <exception>
+#include <map>
 #include <utility>
 
 namespace youbot_base_sim {
@@ -17,9 +18,11 @@ class BagWriter::File {
   explicit File(OutputFile file) : file_(std::move(file)) {}
   ~File() { keep_incomplete(); }
 
+  /// Numbers the messages of each topic in their header, as a publisher would.
   template <class Message>
-  void write(const std::string& topic, const ros::Time& stamp, const Message& message,
+  void write(const std::string& topic, const ros::Time& stamp, Message message,
              const boost::shared_ptr<ros::M_string>& connection = {}) {
+    if (auto* header = ros::message_traits::header(message)) header->seq = numbers_[topic]++;
     guarded([&] {
       if (!bag_) open();
       make_room();
@@ -98,7 +101,8 @@ class BagWriter::File {
 
   OutputFile file_;
   std::unique_ptr<rosbag::Bag> bag_;
-  std::uint64_t reserved_ = 0;  // bytes
+  std::uint64_t reserved_ = 0;                    // bytes
+  std::map<std::string, std::uint32_t> numbers_;  // of the next message, by topic
 };
 
 namespace {
@@ -149,8 +153,8 @@ void BagWriter::write(const Telemetry& telemetry, const Simulation& simulation, 
   });
 }
 
-void BagWriter::write(const visualization_msgs::MarkerArray& markers, double t) {
-  file_->write(kContactMarkersTopic, stamp_of(t), markers);
+void BagWriter::write(visualization_msgs::MarkerArray markers, double t) {
+  file_->write(kContactMarkersTopic, stamp_of(t), std::move(markers));
 }
 
 void BagWriter::commit() { file_->commit(); }
