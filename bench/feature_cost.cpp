@@ -89,15 +89,15 @@ void run_node(const Scene& scene, double publish_rate, const std::string& bag_fi
     loop.take_events();
     const double t = loop.time();
     const bool is_due = loop.meet_instant();
-    const std::vector<RollerSwitch> switches = loop.take_switches();
+    const Events events = loop.take_happenings();
     if (clock_listened) {
       rosgraph_msgs::Clock message;
       message.clock = stamp_of(t);
       send(message);
     }
-    if (bag) bag->write(switches);
+    if (bag) bag->write(events);
     if (switches_listened) {
-      for (const RollerSwitch& event : switches) send(roller_switch_message(event, stamp_of(event.t)));
+      for (const RollerSwitch& event : events.switches) send(roller_switch_message(event, stamp_of(event.t)));
     }
     if (!is_due || !telemetry_wanted) continue;
     if (bag) bag->write(loop.telemetry(), loop.simulation(), loop.driver().readings(), t);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <boost/program_options.hpp>
 #include <chrono>
+#include <cmath>
 #include <filesystem>
 #include <iostream>
 #include <optional>
@@ -38,7 +39,7 @@ constexpr int kMaxThreads = 1024;
 struct Arguments {
   std::string family, csv;
   std::optional<std::uint64_t> scene;  // a run whose scene is to be printed
-  int threads = 0;
+  int threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));  // or ranks
   bool list = false, quiet = false;
 };
 
@@ -52,14 +53,15 @@ std::string quantity_help() {
 }
 
 /// Reads the command line; false if all that was wanted was help. Throws boost::program_options::error or SceneError.
-bool read_arguments(int argc, char** argv, Arguments& arguments) {
+bool read_arguments(int argc, char** argv, const Ranks& ranks, Arguments& arguments) {
   namespace po = boost::program_options;
   po::options_description options("Options");
   // clang-format off
   options.add_options()
     ("csv", po::value(&arguments.csv)->value_name("FILE"),
      "write the table there; left out: FAMILY.csv in the current folder. FILE.journal keeps finished runs meanwhile")
-    ("threads", po::value(&arguments.threads)->value_name("N"), "left out: one for each core")
+    ("threads", po::value(&arguments.threads)->value_name("N"),
+     "left out: one for each core; not under mpirun")
     ("list", po::bool_switch(&arguments.list), "say how many runs there are and how long they will take, and end")
     ("scene", po::value<std::uint64_t>()->value_name("RUN"), "print the scene of a run, for simulate, and end")
     ("quiet", po::bool_switch(&arguments.quiet), "print nothing but errors and warnings of runs that failed")
@@ -87,7 +89,13 @@ bool read_arguments(int argc, char** argv, Arguments& arguments) {
   if (given.count("threads") && (arguments.threads < 1 || arguments.threads > kMaxThreads)) {
     throw SceneError(fmt::format("--threads = {}: must be from 1 to {}", arguments.threads, kMaxThreads));
   }
-  if (arguments.threads == 0) arguments.threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  if (ranks.size() > 1) {
+    if (given.count("threads")) {
+      throw SceneError(fmt::format("--threads = {}: must be left out under mpirun, where each rank takes one core",
+                                   arguments.threads));
+    }
+    arguments.threads = ranks.size();
+  }
   if (arguments.csv.empty()) arguments.csv = std::filesystem::path(arguments.family).stem().string() + ".csv";
   return true;
 }
@@ -133,7 +141,7 @@ RowMaker row_maker(const Arguments& arguments, const Family& family) {
 std::string duration_text(double seconds) {
   if (!(seconds < 1e9)) return "years";
   if (seconds < 60) return fmt::format("{:.2g} s", seconds);
-  const auto minutes = static_cast<std::int64_t>(seconds / 60 + 0.5);
+  const auto minutes = std::llround(seconds / 60);
   if (minutes < 60) return fmt::format("{} min", minutes);
   return fmt::format("{} h {} min", minutes / 60, minutes % 60);
 }
@@ -197,8 +205,8 @@ class Sweep {
 
   /// Makes all rows. Returns false if a signal has stopped it.
   bool run() {
-    if (journal_.tally().runs > 0 && !arguments_.quiet)
-      fmt::print("{} of {} runs were finished before\n", journal_.tally().runs, family_.runs());
+    const std::uint64_t before = journal_.tally().runs;
+    if (before > 0 && !arguments_.quiet) fmt::print("{} of {} runs were finished before\n", before, family_.runs());
     std::fflush(stdout);
     RunSchedule schedule(journal_, family_.runs());
     Progress progress(schedule, family_.runs(), arguments_.quiet);
@@ -217,9 +225,10 @@ class Sweep {
     }
     progress.clear();
     if (!schedule.finished()) return false;
-    told_ =
-        fmt::format("{} runs in {}, {:.3g} a second{}: {}\n", journal_.tally().runs, duration_text(progress.seconds()),
-                    progress.rate(), counts_text(journal_.tally()), quote_path(arguments_.csv));
+    const std::uint64_t runs = journal_.tally().runs;
+    const std::string made = before == 0 ? "" : fmt::format(", {} of them", runs - before);
+    told_ = fmt::format("{} runs{} in {}, {:.3g} a second{}: {}\n", runs, made, duration_text(progress.seconds()),
+                        progress.rate(), counts_text(journal_.tally()), quote_path(arguments_.csv));
     return true;
   }
 
@@ -230,6 +239,7 @@ class Sweep {
                                    quote_path(family_.path), quote_path(journal_of(arguments_))));
     }
     OutputFile table = open_table(arguments_, family_);
+    table.sync_on_commit();  // for then the journal goes
     Spread spread(family_);
     table.write(maker_.header() + "\n");
     journal_.for_each_row([&](const Row& row) {
@@ -263,7 +273,7 @@ class Sweep {
 };
 
 /// Says what there is to be done. Times the first run.
-void list(const Arguments& arguments, Family family) {
+void list(const Arguments& arguments, Family family, const Ranks& ranks) {
   fmt::print("{} runs of {}\n", family.runs(), quote_path(family.scene.path));
   for (const Axis* axis : family.axes()) fmt::print("  {}: {}\n", quote(axis->key), axis->text());
   if (family.draws > 1 || !family.drawn.empty()) {
@@ -274,10 +284,10 @@ void list(const Arguments& arguments, Family family) {
   family.trajectories.reset();
   RowMaker(family, "", nullptr).make(0, stop_requested());
   const double seconds = seconds_since(start);
-  const int threads =
-      static_cast<int>(std::min<std::uint64_t>(family.runs(), static_cast<std::uint64_t>(arguments.threads)));
-  fmt::print("the first run took {}; at that, all take {} on {} threads\n", duration_text(seconds),
-             duration_text(seconds * static_cast<double>(family.runs()) / threads), threads);
+  const auto at_once = std::min<std::uint64_t>(family.runs(), static_cast<std::uint64_t>(arguments.threads));
+  fmt::print("the first run took {}; at that, all take {} on {} {}\n", duration_text(seconds),
+             duration_text(seconds * static_cast<double>(family.runs()) / static_cast<double>(at_once)), at_once,
+             ranks.size() > 1 ? "ranks" : "threads");
 }
 
 /// The work of rank 0. Returns the exit status.
@@ -338,7 +348,7 @@ int run_program(int argc, char** argv) {
   std::string refusal;
   bool helped = false;
   try {
-    helped = !read_arguments(argc, argv, arguments);
+    helped = !read_arguments(argc, argv, ranks, arguments);
     if (!helped) {
       family = load_family(arguments.family);
       maker.emplace(row_maker(arguments, family));
@@ -361,7 +371,7 @@ int run_program(int argc, char** argv) {
   if (arguments.scene || arguments.list) {
     if (ranks.rank() > 0) return kDone;
     if (arguments.list) {
-      list(arguments, family);
+      list(arguments, family, ranks);
     } else {
       fmt::print("{}", text_of(family.scene, family.settings(*arguments.scene)));
     }

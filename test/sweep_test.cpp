@@ -119,7 +119,7 @@ TEST_F(SweepTest, SameTableByAnyNumberOfThreads) {
 }
 
 TEST_F(SweepTest, KilledAtAnyMomentItGoesOn) {
-  const std::string f = family(60), whole = table(f);
+  const std::string f = family(400), whole = table(f);
   Random random(7);
   int kills = 0;
   std::size_t most = 0;
@@ -284,9 +284,11 @@ TEST_F(SweepTest, KeepsTrajectories) {
   EXPECT_EQ(simulate.wait(), 0);
   EXPECT_EQ(folder_.read("table_runs/run_05.csv"), folder_.read("motion"));
 #ifdef YOUBOT_BASE_SIM_ROS
-  table(family(3, "trajectories: {format: bag, every: 2}\n"), {"--threads", "2"});
-  EXPECT_TRUE(folder_.has("table_runs/run_0.bag"));
-  EXPECT_TRUE(folder_.has("table_runs/run_2.bag"));
+  // Many bags at once: rosbag is not made for that.
+  const Table rows(table(family(40, "trajectories: {format: bag}\n"), {"--threads", "4"}));
+  for (const std::string& status : rows["status"]) EXPECT_EQ(status, "done");
+  EXPECT_TRUE(folder_.has("table_runs/run_00.bag"));
+  EXPECT_TRUE(folder_.has("table_runs/run_39.bag"));
 #endif
 }
 

@@ -72,6 +72,19 @@ int create_beside(const fs::path& target, std::string& name) {
   }
 }
 
+/// Returns 0 or an error number.
+int sync(int descriptor) {
+  return fsync(descriptor) == 0 || errno == EINVAL ? 0 : errno;  // not every file system can
+}
+
+int sync_folder(const fs::path& folder) {
+  const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0) return errno == EACCES ? 0 : errno;  // a folder may be written by who must not read it
+  const int error = sync(descriptor);
+  ::close(descriptor);
+  return error;
+}
+
 }  // namespace
 
 OutputFile::OutputFile(const std::string& path, Access access) : path_(path), access_(access) {
@@ -125,6 +138,7 @@ OutputFile::OutputFile(OutputFile&& other) noexcept
       name_(std::move(other.name_)),
       access_(other.access_),
       straight_(other.straight_),
+      sync_on_commit_(other.sync_on_commit_),
       descriptor_(std::exchange(other.descriptor_, -1)),
       buffer_(std::move(other.buffer_)),
       written_(other.written_),
@@ -180,8 +194,11 @@ void OutputFile::commit() {
       if (fchmod(descriptor_, place_.existing->st_mode & 0777) != 0) fail(text_of(errno));
     }
   }
-  error = close();
+  if (sync_on_commit_) error = sync(descriptor_);
+  const int closing = close();
+  if (!error) error = closing;
   if (!error && !straight_ && rename(name_.c_str(), place_.target.c_str()) != 0) error = errno;
+  if (!error && sync_on_commit_) error = sync_folder(folder_of(place_.target));
   if (error) fail(text_of(error));
 }
 

@@ -9,9 +9,30 @@
 #include <cstdint>
 #include <exception>
 #include <map>
+#include <mutex>
 #include <utility>
 
 namespace youbot_base_sim {
+
+namespace {
+
+// A bag loads a plugin when it is made and gives it back when it is deleted, which no two threads may do at once.
+std::mutex bag_plugins;
+
+struct DeleteBag {
+  void operator()(rosbag::Bag* bag) const {
+    const std::lock_guard<std::mutex> lock(bag_plugins);
+    delete bag;
+  }
+};
+using BagPointer = std::unique_ptr<rosbag::Bag, DeleteBag>;
+
+BagPointer make_bag() {
+  const std::lock_guard<std::mutex> lock(bag_plugins);
+  return BagPointer(new rosbag::Bag);
+}
+
+}  // namespace
 
 class BagWriter::File {
  public:
@@ -54,7 +75,7 @@ class BagWriter::File {
   // Not before the first message, so that nothing is left where there is none, nor where it has no room.
   void open() {
     make_room();
-    bag_ = std::make_unique<rosbag::Bag>();
+    bag_ = make_bag();
     bag_->open(file_.name(), rosbag::bagmode::Write);
     reserved_ = 0;  // given back: rosbag empties the file
   }
@@ -100,7 +121,7 @@ class BagWriter::File {
   }
 
   OutputFile file_;
-  std::unique_ptr<rosbag::Bag> bag_;
+  BagPointer bag_;
   std::uint64_t reserved_ = 0;                    // bytes
   std::map<std::string, std::uint32_t> numbers_;  // of the next message, by topic
 };
@@ -163,10 +184,7 @@ std::string BagWriter::keep_incomplete() { return file_->keep_incomplete(); }
 
 void BagRecorder::write(double t, const Simulation& simulation, const Events& events) {
   const State& state = simulation.state();
-  if (!sensors_) {
-    const std::optional<MotorSettings>& motors = simulation.scene().motors;
-    sensors_.emplace(Motor(), motors && motors->quantized.value_or(false), state.phi());
-  }
+  if (!sensors_) sensors_.emplace(simulation.scene().motors, state.phi());
   const MotorReadings& readings = sensors_->read(state.phi(), state.dphi(), simulation.torque());
   if (telemetry_) {
     telemetry_->update(t, state, readings.phi);

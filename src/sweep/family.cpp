@@ -200,18 +200,31 @@ class AxesTrial {
   /// `partner_value`: of the axes that change in step with axis k, beside this value of it.
   template <class PartnerValue>
   void require(std::size_t k, const std::string& value, const PartnerValue& partner_value) {
-    const auto refusal_beside = [&](double share) {
+    const auto settings_beside = [&](double share) {
       std::vector<SceneSetting> settings;
       for (const Axis* axis : axes_) {
         settings.push_back({axis->key, in_step(*axis, *axes_[k]) ? partner_value(*axis) : axis->value_at(share)});
       }
       settings[k].value = value;
-      return refusal(settings);
+      return settings;
     };
-    const std::string error = refusal_beside(kMiddle);
-    if (error.empty() || refusal_beside(kLeastDraw).empty() || refusal_beside(kLargestDraw).empty()) return;
+    const std::string error = refusal(settings_beside(kMiddle));
+    if (error.empty()) return;
+    if (refusal(settings_beside(kLeastDraw)).empty() || refusal(settings_beside(kLargestDraw)).empty()) return;
+    const SceneSetting blamed = blame(settings_beside(kMiddle), k, error);
     throw SceneError(
-        fmt::format("{}: {} = {}: {}", quote_path(family_.path), quote(axes_[k]->key), quote(value), error));
+        fmt::format("{}: {} = {}: {}", quote_path(family_.path), quote(blamed.key), quote(blamed.value), error));
+  }
+
+  /// Of settings that a scene may not have, the one that the error names; the k-th if it names that, or none.
+  static SceneSetting blame(const std::vector<SceneSetting>& settings, std::size_t k, const std::string& error) {
+    const auto named = [&](const SceneSetting& setting) {
+      const bool in_list = setting.key.back() == ']';
+      return error.find(": " + setting.key.substr(0, in_list ? setting.key.rfind('[') : std::string::npos)) !=
+             std::string::npos;
+    };
+    const auto other = std::find_if(settings.begin(), settings.end(), named);
+    return named(settings[k]) || other == settings.end() ? settings[k] : *other;
   }
 
   /// Whether two axes change together.

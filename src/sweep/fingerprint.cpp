@@ -2,6 +2,7 @@
 
 #include <dlfcn.h>
 #include <fmt/format.h>
+#include <link.h>
 
 #include <boost/crc.hpp>
 #include <filesystem>
@@ -29,11 +30,13 @@ std::string file_hash(const std::string& path) {
   }
 }
 
-/// The file with the code that simulates: a library, or the program itself.
+/// The file with the code that simulates: a library, or the program itself, which has no name among those loaded.
 std::string library() {
   Dl_info info{};
-  const bool found = dladdr(reinterpret_cast<const void*>(&read_scene_file), &info) != 0;
-  return found ? info.dli_fname : "/proc/self/exe";
+  link_map* loaded = nullptr;
+  const bool found = dladdr1(reinterpret_cast<const void*>(&read_scene_file), &info, reinterpret_cast<void**>(&loaded),
+                             RTLD_DL_LINKMAP) != 0;
+  return found && loaded->l_name[0] != '\0' ? loaded->l_name : "/proc/self/exe";
 }
 
 std::string name_of_file(const std::string& path) { return quote(std::filesystem::path(path).filename().string()); }

@@ -164,9 +164,11 @@ void Journal::read_rows(std::uint64_t runs) {
   Lines lines(descriptor_, begin_);
   while (const std::optional<std::string_view> line = lines.next()) {
     const std::optional<Row> row = row_of(*line);
-    if (!row || row->run >= runs || !finished_.has_room_for(row->run) || finished_.contains(row->run)) break;
-    finished_.insert(row->run);
-    tally_.add(row->status);
+    if (row && row->run < runs && !finished_.contains(row->run)) {
+      if (!finished_.has_room_for(row->run)) break;
+      finished_.insert(row->run);
+      tally_.add(row->status);
+    }
     end_ = lines.begin();
   }
   if (ftruncate(descriptor_, end_) != 0)
@@ -203,7 +205,7 @@ void Journal::for_each_row(const std::function<void(const Row&)>& take) const {
   std::uint64_t next = 0;
   while (const std::optional<std::string_view> line = lines.next()) {
     std::optional<Row> row = row_of(*line);
-    if (!row) throw OutputError(fmt::format("{}: was damaged by another program", quote_path(path_)));
+    if (!row || row->run < next) continue;  // damaged, see the constructor
     const std::uint64_t run = row->run;
     ahead.emplace(run, std::move(*row));
     for (auto first = ahead.begin(); first != ahead.end() && first->first == next; first = ahead.begin(), ++next) {
@@ -211,7 +213,7 @@ void Journal::for_each_row(const std::function<void(const Row&)>& take) const {
       ahead.erase(first);
     }
   }
-  if (next != tally_.runs) throw OutputError(fmt::format("{}: was damaged by another program", quote_path(path_)));
+  if (next != tally_.runs) throw OutputError(fmt::format("{}: was damaged while it was written", quote_path(path_)));
 }
 
 void Journal::remove() {

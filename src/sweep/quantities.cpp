@@ -14,8 +14,6 @@ bool needs(const std::vector<std::string>& names, Needs what) {
   return std::any_of(names.begin(), names.end(), [&](const std::string& name) { return quantity(name).needs == what; });
 }
 
-bool quantized(const Scene& scene) { return scene.motors && scene.motors->quantized.value_or(false); }
-
 const State& state(const Observer& run) { return run.simulation().state(); }
 
 }  // namespace
@@ -25,7 +23,7 @@ Observer::Observer(const Simulation& simulation, const std::vector<std::string>&
       needs_path_(needs(quantities, Needs::kPath)),
       needs_slip_(needs(quantities, Needs::kSlip)),
       needs_odometry_(needs(quantities, Needs::kOdometry)),
-      sensors_(Motor(), quantized(simulation.scene()), simulation.state().phi()),
+      sensors_(simulation.scene().motors, simulation.state().phi()),
       odometry_(DriverKinematics(),
                 sensors_.read(simulation.state().phi(), simulation.state().dphi(), simulation.torque()).phi) {}
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <boost/mpi.hpp>
 #include <boost/serialization/string.hpp>
+#include <boost/serialization/utility.hpp>
 #include <boost/serialization/vector.hpp>
 #include <deque>
 #include <list>
@@ -30,14 +31,16 @@ namespace mpi = boost::mpi;
 using std::chrono::milliseconds;
 using Clock = std::chrono::steady_clock;
 using Runs = std::vector<std::uint64_t>;
+using Rows = std::pair<std::vector<Row>, bool>;  // of a batch, and whether there are no more of it
 
 enum Tag { kRows = 1, kRuns = 2 };
 
 // MPI's own waiting takes all of a core, which may be one that another rank simulates on.
 constexpr milliseconds kPoll{1};
-// As many runs are handed out at once as take this long, so that messages are few and none waits for the last rows.
-constexpr double kBatch = 0.25;  // s
-constexpr double kMaxBatch = 1000;
+// As many runs are handed out at once as take this long, by the rate of late, so that messages are few; their rows come
+// back as often, however long the rest of them take.
+constexpr std::chrono::milliseconds kBatch{250};
+constexpr double kMaxBatch = 100;
 constexpr int kBatchesAhead = 2;  // at each rank: while it works at one, the next is on its way
 
 }  // namespace
@@ -51,17 +54,22 @@ class Ranks::Communicator {
     for (int k = 0; k < kBatchesAhead; ++k) {
       for (int rank = 1; rank < world_.size(); ++rank) hungry_.push_back(rank);
     }
-    const Clock::time_point start = Clock::now();
-    Clock::time_point watched = start;
-    const std::uint64_t before = schedule.tally().runs;
+    Clock::time_point watched = Clock::now(), counted = watched;
+    std::uint64_t runs_then = schedule.tally().runs;
+    double batch = 1;
     work_on_threads(schedule, make, 1, kPoll, [&] {
       receive(schedule);
-      const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
-      const auto done = static_cast<double>(schedule.tally().runs - before);
-      const double of_one_rank = done / seconds / world_.size();  // runs a second
-      feed(schedule, static_cast<std::size_t>(std::clamp(kBatch * of_one_rank, 1.0, kMaxBatch)));
-      if (Clock::now() - watched < interval) return;
-      watched = Clock::now();
+      const Clock::time_point now = Clock::now();
+      if (now - counted >= kBatch) {
+        const std::uint64_t runs = schedule.tally().runs;
+        const double batches = std::chrono::duration<double>(now - counted) / kBatch;
+        batch = std::clamp(static_cast<double>(runs - runs_then) / batches / world_.size(), 1.0, kMaxBatch);
+        counted = now;
+        runs_then = runs;
+      }
+      feed(schedule, static_cast<std::size_t>(batch));
+      if (now - watched < interval) return;
+      watched = now;
       watch();
     });
     if (!schedule.finished()) return;  // stopped: whoever did it aborts
@@ -77,9 +85,16 @@ class Ranks::Communicator {
       Runs runs(static_cast<std::size_t>(message->count<std::uint64_t>().get()));
       world_.recv(0, kRuns, runs.data(), static_cast<int>(runs.size()));
       if (runs.empty()) return;
-      std::vector<Row> rows;
-      for (const std::uint64_t run : runs) rows.push_back(make(run, stop));
-      world_.send(0, kRows, rows);
+      Rows rows;
+      Clock::time_point sent = Clock::now();
+      for (const std::uint64_t run : runs) {
+        rows.first.push_back(make(run, stop));
+        rows.second = run == runs.back();
+        if (!rows.second && Clock::now() - sent < kBatch) continue;
+        world_.send(0, kRows, rows);
+        rows.first.clear();
+        sent = Clock::now();
+      }
     }
   }
 
@@ -105,10 +120,10 @@ class Ranks::Communicator {
 
   void receive(RunSchedule& schedule) {
     while (const auto message = world_.iprobe(mpi::any_source, kRows)) {
-      std::vector<Row> rows;
+      Rows rows;
       world_.recv(message->source(), kRows, rows);
-      schedule.finish(rows);
-      hungry_.push_back(message->source());
+      schedule.finish(rows.first);
+      if (rows.second) hungry_.push_back(message->source());
     }
   }
 

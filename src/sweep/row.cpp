@@ -120,10 +120,12 @@ std::unique_ptr<Recorder> RowMaker::open_trajectory(std::uint64_t run) const {
   if (!family_.trajectories || run % static_cast<std::uint64_t>(family_.trajectories->every) != 0) return nullptr;
   const auto digits = fmt::format("{}", family_.runs() - 1).size();
   const std::string name = fmt::format("{}/run_{:0{}}", folder_, run, digits);
-  if (family_.trajectories->format == TrajectoryFormat::kCsv) {
-    return std::make_unique<StateCsv>(OutputFile(name + ".csv"));
-  }
-  return make_bag_(OutputFile(name + ".bag", OutputFile::Access::kAnywhere));
+  const bool is_csv = family_.trajectories->format == TrajectoryFormat::kCsv;
+  OutputFile file(name + (is_csv ? ".csv" : ".bag"),
+                  is_csv ? OutputFile::Access::kInOrder : OutputFile::Access::kAnywhere);
+  file.sync_on_commit();  // as its row is
+  if (is_csv) return std::make_unique<StateCsv>(std::move(file));
+  return make_bag_(std::move(file));
 }
 
 Spread::Spread(const Family& family) {

@@ -125,6 +125,9 @@ TEST_F(FamiliesTest, RefuseRangesThatLeaveWhatTheKeyAllows) {
   EXPECT_EQ(refusal_of_axes("{key: floor.friction, normal: {mean: 0.5, deviation: 0.1, from: 0}}", "draws: 10\n"), "");
   expect_refusal(refusal_of_axes("{key: robot.rollers_per_wheel, range: {from: 4, to: 9, count: 5}}"),
                  {"robot.rollers_per_wheel", "must be a whole number"});
+  // The axis that is wrong is named, not the one that is tried first beside it.
+  expect_refusal(refusal_of_axes("{key: robot.body_mass, values: [20]}, {key: floor.friction, values: [-7]}"),
+                 {"family.yaml: floor.friction = -7: "});
   // What depends on another key, too.
   expect_refusal(refusal_of_axes("{key: robot.roller_axis_radius, values: [0.04, 0.06]}"),
                  {"robot.roller_axis_radius = 0.06", "must be less than wheel_radius"});

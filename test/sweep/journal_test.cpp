@@ -93,6 +93,13 @@ TEST_F(JournalTest, TakesNoDamagedRow) {
   }
 }
 
+TEST_F(JournalTest, KeepsTheRowsAfterADamagedOne) {
+  std::string text = written({0, 1, 2, 3, 4, 5});
+  text[text.find("\n\n") + 4] ^= 1;
+  folder_.write("journal", text);
+  expect_goes_on(5);
+}
+
 TEST_F(JournalTest, TakesNoRowTwiceAndNoneBeyondTheLast) {
   const std::string text = written({0, 1}), line = text.substr(text.rfind('\n', text.size() - 2) + 1);
   folder_.write("journal", text + line);

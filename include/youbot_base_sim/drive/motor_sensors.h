@@ -1,9 +1,11 @@
 #pragma once
 
+#include <optional>
 #include <random>
 
 #include "youbot_base_sim/drive/faults.h"
 #include "youbot_base_sim/drive/motor.h"
+#include "youbot_base_sim/drive/motor_settings.h"
 #include "youbot_base_sim/physics/state.h"
 
 namespace youbot_base_sim {
@@ -24,6 +26,10 @@ class MotorSensors {
       : tick_(motor.tick()), rpm_(motor.rpm()), milliampere_(motor.milliampere()), quantized_(quantized), phi_(phi) {
     readings_.phi = phi;
   }
+
+  /// Those of a run offline: exact, unless the scene's motors are `quantized`.
+  MotorSensors(const std::optional<MotorSettings>& motors, const Wheels& phi)
+      : MotorSensors(Motor(), motors && motors->quantized.value_or(false), phi) {}
 
   /// Reads wheels at angles phi (rad) and rates dphi (rad/s) whose motors exert `torque`, N m. To be called once a
   /// cycle of the driver. Inline, for that may be a thousand times a second.

@@ -51,6 +51,9 @@ class OutputFile {
   /// finds room on a disk that fills. Returns 0, or the system's error number if it cannot.
   int reserve(std::uint64_t size);
 
+  /// Has `commit` wait until the file survives a power failure, some milliseconds, rather than only this program.
+  void sync_on_commit() { sync_on_commit_ = !straight_; }
+
   /// Puts the file in its place. Throws OutputError if that fails; the file is then kept as `keep_incomplete` does.
   void commit();
 
@@ -93,7 +96,7 @@ class OutputFile {
   Place place_;
   std::string name_;
   Access access_;
-  bool straight_ = false;
+  bool straight_ = false, sync_on_commit_ = false;
   int descriptor_ = -1;
   std::string buffer_;
   off_t written_ = 0;  // bytes
