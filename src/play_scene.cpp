@@ -5,5 +5,5 @@
 
 int main(int argc, char** argv) {
   using namespace youbot_base_sim;
-  return run_program(argc, argv, "play_scene", [] { ScenePlayer(read_scene_to_play()).run(); });
+  return run_program(argc, argv, "play_scene", [] { ScenePlayer(read_player_settings()).run(); });
 }

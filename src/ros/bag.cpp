@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <cstdint>
 #include <exception>
+#include <map>
 #include <mutex>
 #include <utility>
 
@@ -38,9 +39,11 @@ class BagWriter::File {
   explicit File(OutputFile file) : file_(std::move(file)) {}
   ~File() { keep_incomplete(); }
 
+  /// Numbers the messages of each topic in their header, as a publisher would.
   template <class Message>
-  void write(const std::string& topic, const ros::Time& stamp, const Message& message,
+  void write(const std::string& topic, const ros::Time& stamp, Message message,
              const boost::shared_ptr<ros::M_string>& connection = {}) {
+    if (auto* header = ros::message_traits::header(message)) header->seq = numbers_[topic]++;
     guarded([&] {
       if (!bag_) open();
       make_room();
@@ -119,7 +122,8 @@ class BagWriter::File {
 
   OutputFile file_;
   BagPointer bag_;
-  std::uint64_t reserved_ = 0;  // bytes
+  std::uint64_t reserved_ = 0;                    // bytes
+  std::map<std::string, std::uint32_t> numbers_;  // of the next message, by topic
 };
 
 namespace {
@@ -170,8 +174,8 @@ void BagWriter::write(const Telemetry& telemetry, const Simulation& simulation, 
   });
 }
 
-void BagWriter::write(const visualization_msgs::MarkerArray& markers, double t) {
-  file_->write(kContactMarkersTopic, stamp_of(t), markers);
+void BagWriter::write(visualization_msgs::MarkerArray markers, double t) {
+  file_->write(kContactMarkersTopic, stamp_of(t), std::move(markers));
 }
 
 void BagWriter::commit() { file_->commit(); }

@@ -226,14 +226,12 @@ bool BaseNode::await_command() {
 /// Nobody has commanded in time. Before the first command nothing is simulated: /clock alone goes on, for nodes that
 /// sleep before they command, and how long that takes must not matter.
 void BaseNode::go_on_without_command() {
-  if (lockstep_.started()) {
-    if (!lockstep_.unanswered()) {
-      ROS_WARN("lockstep: no command for %g s at t = %g s: time goes on without, by the wall clock, until one comes",
-               settings_.lockstep.timeout, loop_.time());
-    }
-    return lockstep_.release(loop_.periods(), false);
-  }
-  idle();
+  const std::string none =
+      fmt::format("lockstep: no command for {:g} s at t = {:g} s", settings_.lockstep.timeout, loop_.time());
+  if (lockstep_.ends(idle_periods_)) throw std::runtime_error(none + ": the node ends, by ~end_with_commands");
+  if (lockstep_.idles()) return idle();
+  if (!lockstep_.unanswered()) ROS_WARN("%s: time goes on without, by the wall clock, until one comes", none.c_str());
+  lockstep_.release(loop_.periods(), false);
 }
 
 void BaseNode::idle() {
@@ -341,6 +339,7 @@ void BaseNode::publish_instant() {
 void BaseNode::publish_stop() {
   followers_.await_rest();
   announce_time();
+  followers_.let_clock_arrive();
 }
 
 void BaseNode::record_telemetry() {
@@ -451,6 +450,7 @@ bool BaseNode::reset(std_srvs::Empty::Request&, std_srvs::Empty::Response&) {
   loop_.reset();
   lockstep_.reset();
   idle_periods_ = 0;
+  commands_taken_ = interface_->commands();
   diagnosing_.reset();
   pacer_.start(0);
   publish_instant();

@@ -101,9 +101,10 @@ void read_lockstep(Parameters& parameters, BaseSettings& settings) {
     throw parameters.refusal("lockstep_period", fmt::format("{:g}", lockstep.period),
                              fmt::format("a multiple of the control period, {:g} s", control_period));
   }
-  if (lockstep.timeout > 0 && lockstep.period == 0) {
+  if (lockstep.timeout > 0 && lockstep.period == 0 && !lockstep.end_with_commands) {
     throw parameters.refusal("lockstep_timeout", fmt::format("{:g}", lockstep.timeout),
-                             "0 unless ~lockstep_period is set: a player of each control period may take its time");
+                             "0 unless ~lockstep_period or ~end_with_commands is set: a player of each control period "
+                             "may take its time");
   }
   if (lockstep.end_with_commands && !lockstep.on) {
     throw parameters.refusal("end_with_commands", "true", "false unless ~lockstep is true");

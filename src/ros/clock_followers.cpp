@@ -2,30 +2,35 @@
 
 #include <dirent.h>
 #include <fcntl.h>
+#include <fmt/format.h>
+#include <ros/console.h>
 #include <ros/master.h>
 #include <ros/network.h>
 #include <ros/this_node.h>
-#include <ros/xmlrpc_manager.h>
 #include <sys/syscall.h>
 #include <unistd.h>
 
-#include <chrono>
+#include <algorithm>
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
 #include <memory>
 #include <optional>
 #include <set>
+#include <sstream>
+#include <system_error>
 #include <thread>
+#include <utility>
 
 namespace youbot_base_sim {
 
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
-constexpr auto kPatience = std::chrono::seconds(10);  // a busy machine may keep a node from running for a while
 constexpr auto kBetweenLooks = std::chrono::microseconds(50);
+// Of loops and timers by simulated time: 1 ms, and slack.
+constexpr auto kRoscppPolling = std::chrono::microseconds(1200);
 
 /// A small file of /proc; empty if it is gone.
 template <std::size_t n>
@@ -62,11 +67,59 @@ std::optional<std::uint64_t> runs_of(pid_t process) {
   return runs;
 }
 
-/// The process of a node on this machine; nullopt if it cannot be told.
-std::optional<pid_t> process_of(const std::string& node) {
-  XmlRpc::XmlRpcValue caller, response, uri;
-  caller[0] = ros::this_node::getName();
-  XmlRpc::XmlRpcValue request = caller;
+/// The same of several processes.
+std::optional<std::uint64_t> runs_of(const std::vector<pid_t>& processes) {
+  std::uint64_t sum = 0;
+  for (const pid_t process : processes) {
+    const std::optional<std::uint64_t> runs = runs_of(process);
+    if (!runs) return std::nullopt;
+    sum += *runs;
+  }
+  return sum;
+}
+
+/// The sockets that listen at a TCP port of this machine, as /proc names them.
+std::set<std::string> sockets_at(std::uint32_t port) {
+  constexpr char kListening[] = "0A";
+  const std::string port_in_table = fmt::format(":{:04X}", port);
+  std::set<std::string> sockets;
+  for (const char* path : {"/proc/net/tcp", "/proc/net/tcp6"}) {
+    std::ifstream table(path);
+    for (std::string line; std::getline(table, line);) {
+      std::istringstream columns(line);
+      std::string number, local, remote, state, queues, timer, retransmissions, user, probes, inode;
+      columns >> number >> local >> remote >> state >> queues >> timer >> retransmissions >> user >> probes >> inode;
+      if (state != kListening || local.substr(std::min(local.find(':'), local.size())) != port_in_table) continue;
+      sockets.insert("socket:[" + inode + "]");
+    }
+  }
+  return sockets;
+}
+
+/// The processes that hold one of these sockets, of those that may be looked into: this user's.
+std::vector<pid_t> holders_of(const std::set<std::string>& sockets) {
+  namespace fs = std::filesystem;
+  std::vector<pid_t> holders;
+  std::error_code none;
+  for (fs::directory_iterator process("/proc", none); !none && process != fs::end(process); process.increment(none)) {
+    const std::string number = process->path().filename();
+    if (number.find_first_not_of("0123456789") != std::string::npos) continue;
+    std::error_code gone;
+    fs::directory_iterator file(process->path() / "fd", gone);
+    const auto is_one = [&](const fs::directory_entry& entry) {
+      std::error_code closed;
+      return sockets.count(fs::read_symlink(entry.path(), closed)) > 0;
+    };
+    while (!gone && file != fs::end(file) && !is_one(*file)) file.increment(gone);
+    if (!gone && file != fs::end(file)) holders.push_back(std::stoi(number));
+  }
+  return holders;
+}
+
+/// Where the master says that a node answers: the port, if that is on this machine.
+std::optional<std::uint32_t> port_of(const std::string& node) {
+  XmlRpc::XmlRpcValue request, response, uri;
+  request[0] = ros::this_node::getName();
   request[1] = node;
   std::string host;
   std::uint32_t port = 0;
@@ -75,52 +128,63 @@ std::optional<pid_t> process_of(const std::string& node) {
   char name[256] = "";
   gethostname(name, sizeof(name) - 1);
   const std::set<std::string> here = {ros::network::getHost(), name, "localhost", "127.0.0.1"};
-  if (!here.count(host)) return std::nullopt;
-  XmlRpc::XmlRpcClient client(host.c_str(), static_cast<int>(port), "/");
-  if (!client.execute("getPid", caller, response) || response.getType() != XmlRpc::XmlRpcValue::TypeArray ||
-      response.size() < 3 || response[2].getType() != XmlRpc::XmlRpcValue::TypeInt) {
-    return std::nullopt;
-  }
-  return static_cast<int>(response[2]);
+  return here.count(host) ? std::optional(port) : std::nullopt;
 }
 
 }  // namespace
 
+ClockFollowers::ClockFollowers(std::chrono::milliseconds patience)
+    : patience_(patience), processes_{{ros::this_node::getName(), {getpid()}}} {}
+
 void ClockFollowers::add(const std::string& node) {
-  if (const auto process = process_of(node)) {
-    processes_[node] = *process;
+  const std::optional<std::uint32_t> port = port_of(node);
+  const std::vector<pid_t> processes = port ? holders_of(sockets_at(*port)) : std::vector<pid_t>();
+  if (!processes.empty()) {
+    processes_[node] = processes;
   } else {
-    ROS_WARN("%s follows /clock from elsewhere: whether it has read what is published before, nobody can tell",
-             node.c_str());
+    ROS_WARN(
+        "%s follows /clock from elsewhere, another machine, container or user: whether it has read what is published "
+        "before, nobody can tell",
+        node.c_str());
   }
 }
 
+void ClockFollowers::let_clock_arrive() {
+  await_rest();
+  seen_ = Clock::now() + kRoscppPolling;
+}
+
 void ClockFollowers::await_rest() {
+  std::this_thread::sleep_until(seen_);
   for (;;) {
     const std::string node = restless();
     if (node.empty()) return;
     processes_.erase(node);
-    ROS_WARN("%s never rests: whether it has read what is published before /clock, nobody can tell", node.c_str());
+    ROS_WARN("%s%s never rests: whether it has read what is published before /clock, nobody can tell", node.c_str(),
+             node == ros::this_node::getName() ? ", this node itself," : "");
   }
 }
 
-/// Waits until none of the processes has run between two looks. Returns the node that has kept it waiting for too long.
-std::string ClockFollowers::restless() {
-  const auto end = Clock::now() + kPatience;
-  std::optional<std::uint64_t> before;
-  std::string running;
+/// Waits until none of them has run between two looks. If that takes too long, returns the node that had most often.
+std::string ClockFollowers::restless() const {
+  const auto end = Clock::now() + patience_;
+  std::map<std::string, std::uint64_t> before;
+  std::map<std::string, int> times;
   for (;;) {
-    std::optional<std::uint64_t> now = runs_of(getpid());
-    for (auto process = processes_.begin(); now && process != processes_.end(); ++process) {
-      const auto runs = runs_of(process->second);
-      if (!runs) running = process->first;
-      now = runs ? std::optional(*now + *runs) : std::nullopt;
+    bool at_rest = true;
+    for (const auto& [node, processes] : processes_) {
+      const std::optional<std::uint64_t> runs = runs_of(processes);
+      if (runs && std::exchange(before[node], *runs) == *runs) continue;
+      at_rest = false;
+      ++times[node];
+      if (!runs) break;
     }
-    if (now && now == before) return "";
-    before = now;
-    if (Clock::now() > end) return running;
+    if (at_rest) return "";
+    if (Clock::now() > end) break;
     std::this_thread::sleep_for(kBetweenLooks);
   }
+  return std::max_element(times.begin(), times.end(), [](const auto& a, const auto& b) { return a.second < b.second; })
+      ->first;
 }
 
 }  // namespace youbot_base_sim

@@ -21,6 +21,22 @@ std::string shown(XmlRpcValue& value) {
   return text.str();
 }
 
+/// A number, or a text that is one: YAML, as of roslaunch, takes 1e-5 for a text.
+bool read_number(XmlRpcValue& value, double& number) {
+  switch (value.getType()) {
+    case XmlRpcValue::TypeInt:
+      number = static_cast<int>(value);
+      return true;
+    case XmlRpcValue::TypeDouble:
+      number = static_cast<double>(value);
+      return true;
+    case XmlRpcValue::TypeString:
+      return youbot_base_sim::read_number(static_cast<std::string>(value), number);
+    default:
+      return false;
+  }
+}
+
 }  // namespace
 
 ParameterError Parameters::refusal(const std::string& name, const std::string& value,
@@ -30,7 +46,10 @@ ParameterError Parameters::refusal(const std::string& name, const std::string& v
 
 bool Parameters::get(const std::string& name, XmlRpcValue& value) {
   known_.insert(name);
-  return node_.getParam(name, value);
+  if (!node_.getParam(name, value)) return false;
+  if (value.getType() != XmlRpcValue::TypeString) return true;
+  const std::string& text = value;
+  return !text.empty() && text != "unset";
 }
 
 std::string Parameters::text(const std::string& name, const std::string& default_value) {
@@ -53,11 +72,7 @@ std::optional<double> Parameters::number(const std::string& name, std::optional<
                                          const Range& range) {
   XmlRpcValue value;
   if (!get(name, value)) return default_value;
-  const bool whole = value.getType() == XmlRpcValue::TypeInt;
-  if (whole || value.getType() == XmlRpcValue::TypeDouble) {
-    const double number = whole ? static_cast<double>(static_cast<int>(value)) : static_cast<double>(value);
-    if (contains(range, number)) return number;
-  }
+  if (double number; read_number(value, number) && contains(range, number)) return number;
   throw refusal(name, shown(value), text_of(range));
 }
 

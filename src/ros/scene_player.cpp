@@ -11,13 +11,14 @@
 
 namespace youbot_base_sim {
 
-Scene read_scene_to_play() {
+PlayerSettings read_player_settings() {
   Parameters parameters(ros::NodeHandle("~"), "~");
+  PlayerSettings settings;
   const std::string path = parameters.text("scene", "");
   if (path.empty()) throw ParameterError("parameter ~scene is missing: must be a scene file");
   SceneOverrides overrides;
   overrides.model = parameters.text("model", "");
-  Scene scene;
+  Scene& scene = settings.scene;
   try {
     scene = load_scene(path, overrides);
   } catch (const SceneError& error) {
@@ -28,15 +29,17 @@ Scene read_scene_to_play() {
         fmt::format("parameter ~scene: {}: drive is left out: there is nothing to play", quote_path(path)));
   }
   scene.duration = parameters.number("duration", scene.duration, {1e-6, 1e9, "s"});
+  settings.timeout = parameters.number("lockstep_timeout", settings.timeout, {1e-3, 1e6, "s", true});
   parameters.refuse_others();
   bool use_sim_time = false;
   ros::param::get("/use_sim_time", use_sim_time);
   if (!use_sim_time)
     throw ParameterError("parameter /use_sim_time: must be true, play_scene goes by base_node's /clock");
-  return scene;
+  return settings;
 }
 
-ScenePlayer::ScenePlayer(const Scene& scene) : scene_(scene), torque_(make_torque_profile(scene)) {
+ScenePlayer::ScenePlayer(const PlayerSettings& settings)
+    : scene_(settings.scene), timeout_(settings.timeout), torque_(make_torque_profile(settings.scene)) {
   const auto gain = [this](const ros::SingleSubscriberPublisher& subscriber) { this->gain(subscriber); };
   const auto lose = [this](const ros::SingleSubscriberPublisher& subscriber) { this->lose(subscriber); };
   commands_ = torque_ ? node_.advertise<brics_actuator::JointTorques>(kTorqueTopic, kCommandQueueSize, gain, lose)
@@ -47,12 +50,15 @@ ScenePlayer::ScenePlayer(const Scene& scene) : scene_(scene), torque_(make_torqu
 
 void ScenePlayer::run() {
   ROS_INFO("waiting for base_node: a /clock, and a subscriber of %s", commands_.getTopic().c_str());
+  const ros::SteadyTime beginning = ros::SteadyTime::now();
   ros::SteadyTime start;
   for (const double end = scene_.duration - 1e-9;;) {
     ros::getGlobalCallbackQueue()->callOne(ros::WallDuration(0.1));
     if (time_of(now_) >= end) break;
     if (base_lost_) throw std::runtime_error(fmt::format("{} is gone at t = {} s", base_, time_of(now_)));
     if (!ros::ok()) throw std::runtime_error(fmt::format("interrupted at t = {} s", time_of(now_)));
+    if (timeout_ > 0 && commanded_.isZero() && (ros::SteadyTime::now() - beginning).toSec() > timeout_)
+      throw std::runtime_error(fmt::format("no base_node for {:g} s: no /clock, or nobody who listens", timeout_));
     if (now_ == commanded_ || !listeners_.count(base_)) continue;
     if (commanded_.isZero()) start = ros::SteadyTime::now();
     command(time_of(now_));

@@ -67,7 +67,15 @@ TEST_F(BadCommands, empty_command_changes_nothing) {
 TEST_F(BadCommands, torque_beyond_the_motor_is_clipped) {
   command({entry("wheel_joint_fl", kTorqueUnit, 1e6), entry("wheel_joint_br", kTorqueUnit, -1e300)});
   expect_torques({Motor().max_torque(), 0.2, 0.3, -Motor().max_torque()});
-  expect_warning({"torques_command", "wheel_joint_fl", "1000000", "limit"});
+  expect_warning({"torques_command", "wheel_joint_fl", "1000000 N m", "limit", "clipped to 3.0849 N m"});
+  expect_warning({"torques_command", "wheel_joint_br", "-1e+300 N m", "limit", "clipped to -3.0849 N m"});
+}
+
+TEST_F(BadCommands, velocity_beyond_the_motor_is_clipped) {
+  base_.command(velocity_message({20, 1, 1, 1}, {}));
+  expect_warning({"velocity_command", "wheel_joint_fl", "20 rad/s", "limit", "clipped to 16.212 rad/s"});
+  base_.command(twist(1, 0, 0));
+  expect_warning({"cmd_vel", "wheel_joint_br", "21.05263 rad/s", "limit", "clipped to 16.212 rad/s"});
 }
 
 TEST_F(BadCommands, twist_that_is_none_is_refused) {

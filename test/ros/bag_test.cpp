@@ -69,6 +69,35 @@ TEST(BagWriter, writes_every_topic_and_every_switch) {
   EXPECT_EQ(truth->pose.pose.position.x, simulation.state().x());
 }
 
+// As a publisher does: each topic from zero.
+TEST(BagRecorder, numbers_its_messages) {
+  const TemporaryFolder folder;
+  Scene scene = short_scene();
+  scene.output.contacts = true;
+  Simulation simulation(scene);
+  BagRecorder recorder(BagWriter::open(folder.path("x.bag")));
+  for (int k = 0; k <= 20; ++k) {
+    simulation.advance_to(0.05 * k);
+    recorder.write(0.05 * k, simulation, {simulation.take_switches(), simulation.take_burden_changes()});
+  }
+  recorder.commit();
+  rosbag::Bag read(folder.path("x.bag"), rosbag::bagmode::Read);
+  std::map<std::string, std::vector<std::uint32_t>> numbers;
+  for (const rosbag::MessageInstance& message : rosbag::View(read)) {
+    const std::string topic = message.getTopic();
+    if (const auto odometry = message.instantiate<nav_msgs::Odometry>()) numbers[topic].push_back(odometry->header.seq);
+    if (const auto joints = message.instantiate<sensor_msgs::JointState>())
+      numbers[topic].push_back(joints->header.seq);
+    if (const auto contacts = message.instantiate<ContactsStamped>()) numbers[topic].push_back(contacts->header.seq);
+    if (const auto event = message.instantiate<RollerSwitchStamped>()) numbers[topic].push_back(event->header.seq);
+  }
+  ASSERT_EQ(numbers.size(), 5u);
+  for (const auto& [topic, of_topic] : numbers) {
+    EXPECT_GE(of_topic.size(), 10u) << topic;
+    for (std::size_t k = 0; k < of_topic.size(); ++k) EXPECT_EQ(of_topic[k], k) << topic;
+  }
+}
+
 TEST(BagRecorder, writes_contacts_on_request) {
   const TemporaryFolder folder;
   for (const bool asked : {false, true}) {

@@ -192,6 +192,11 @@ TEST(OdometryMessage, tells_pose_and_velocity) {
   for (const double covariance : message.pose.covariance) EXPECT_EQ(covariance, 0);
 }
 
+TEST(OdometryMessage, has_no_negative_zero) {
+  const auto twist = odometry_message("odom", {0, 0, 0}, {-0.0, -0.0, -0.0}, ros::Time(1)).twist.twist;
+  for (const double rate : {twist.linear.x, twist.linear.y, twist.angular.z}) EXPECT_FALSE(std::signbit(rate));
+}
+
 TEST(RollerSwitchMessage, tells_everything) {
   const auto message = roller_switch_message({0.25, 3, 5, 0, -1.5, 1}, ros::Time(7.25));
   EXPECT_EQ(message.header.stamp, ros::Time(7.25));

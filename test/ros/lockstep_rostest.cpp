@@ -52,6 +52,22 @@ TEST(Lockstep, clock_goes_on_before_the_first_command_and_the_base_does_not) {
   EXPECT_LT(base.truth.twist.twist.linear.x, 4 / 0.05 / 30 * ((base.clock() - sent).toSec() + kPeriod));
 }
 
+// The command is forgotten with all else: a reset that comes while the node waits for its followers to rest does not
+// begin the simulation with it.
+TEST(Lockstep, reset_forgets_a_command_that_has_just_come) {
+  BaseClient& base = BaseClient::fresh();
+  for (int k = 0; k < 5; ++k) {
+    base.send(torque_message({1, 1, 1, 1}, {}));
+    base.reset();
+  }
+  base.wait_for("the clock to go on", [&] { return base.time() > 2 * kPeriod; });
+  base.pause();
+  Step step;
+  EXPECT_TRUE(ros::service::call("base_node/step", step));
+  EXPECT_EQ(step.response.t, 0) << "nothing was simulated";
+  base.unpause();
+}
+
 TEST(Lockstep, goes_on_by_the_wall_clock_without_commands_and_says_so) {
   BaseClient& base = BaseClient::fresh();
   Log& log = Log::of(base);

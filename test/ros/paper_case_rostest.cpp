@@ -22,14 +22,36 @@ constexpr char kScene[] = YOUBOT_BASE_SIM_SOURCE_DIR "/config/scenes/case1_as_pr
 constexpr double kDuration = 1.0;
 constexpr int kInstants = 51;  // 0, 0.02, ..., 1
 
+/// roslaunch of the launch file, with a bag at `bag`.
+std::vector<std::string> launch(const std::string& bag, std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), {"roslaunch", "youbot_base_sim", "paper_case.launch", "bag:=" + bag});
+  return arguments;
+}
+
+// Neither waits for ever for the other, which never comes.
+TEST(PaperCaseLaunch, ends_when_either_refuses) {
+  const TemporaryFolder folder;
+  const std::string no_drive = folder.write("no_drive.yaml", "duration: 1\n");
+  const std::vector<std::vector<std::string>> cases = {
+      {"scene:=" + no_drive, "drive is left out: there is nothing to play", "no command for 1 s at t = 0 s"},
+      {"publish_rate:=-1", "parameter ~publish_rate = -1", "no base_node for 1 s"}};
+  for (const auto& refused : cases) {
+    Program roslaunch("/usr/bin/env", launch(folder.path("x.bag"), {"lockstep_timeout:=1", refused[0]}));
+    EXPECT_EQ(roslaunch.wait(), 0) << roslaunch.out() << roslaunch.err();
+    const std::string said = roslaunch.out() + roslaunch.err();
+    EXPECT_NE(said.find(refused[1]), std::string::npos) << said;
+    EXPECT_NE(said.find(refused[2]), std::string::npos) << said;
+    EXPECT_FALSE(folder.has("x.bag"));
+  }
+}
+
 class PaperCase : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
     const TemporaryFolder folder;
     const std::string path = folder.path("case.bag");
-    Program roslaunch("/usr/bin/env",
-                      {"roslaunch", "youbot_base_sim", "paper_case.launch", "duration:=" + std::to_string(kDuration),
-                       std::string("scene:=") + kScene, "publish_contacts:=true", "bag:=" + path});
+    Program roslaunch("/usr/bin/env", launch(path, {"duration:=" + std::to_string(kDuration),
+                                                    std::string("scene:=") + kScene, "publish_contacts:=true"}));
     ASSERT_EQ(roslaunch.wait(), 0) << roslaunch.out() << roslaunch.err();
     const std::string said = roslaunch.out() + roslaunch.err();
     EXPECT_EQ(said.find("died!"), std::string::npos) << "an end that is meant looks like one: " << said;

@@ -56,6 +56,19 @@ std::vector<std::string> RefusedParameters::names_;
 
 TEST_F(RefusedParameters, none_by_default) { EXPECT_EQ(refusal(), ""); }
 
+// As launch files pass on what nobody has set.
+TEST_F(RefusedParameters, none_that_is_unset) {
+  for (const std::string& name : names_) {
+    for (const std::string text : {"unset", ""}) EXPECT_EQ(refusal_of(name, text), "") << name;
+  }
+}
+
+// To YAML, and so to roslaunch and rosparam, 1e-4 is a text.
+TEST_F(RefusedParameters, no_text_that_is_a_number_in_range) {
+  EXPECT_EQ(refusal_of("~relative_tolerance", std::string("1e-4")), "");
+  expect_refusal(refusal_of("~relative_tolerance", std::string("1e4")), {"~relative_tolerance", "1e4", "must be"});
+}
+
 TEST_F(RefusedParameters, lists_and_structures) {
   for (const std::string& name : names_) {
     SCOPED_TRACE(name);

@@ -57,7 +57,7 @@ class BagWriter {
 
  private:
   class File;
-  void write(const visualization_msgs::MarkerArray& markers, double t);
+  void write(visualization_msgs::MarkerArray markers, double t);
 
   std::unique_ptr<File> file_;
   Schedule markers_due_{kBagMarkersRate, kMarkersSlack};

@@ -2,8 +2,10 @@
 
 #include <sys/types.h>
 
+#include <chrono>
 #include <map>
 #include <string>
+#include <vector>
 
 namespace youbot_base_sim {
 
@@ -12,22 +14,36 @@ namespace youbot_base_sim {
 /// ROS 1 has no acknowledgements. But a node on this machine that has dealt with everything sleeps in all of its
 /// threads, and what is sent over the loopback device wakes its reader before the sender goes on. So while no thread of
 /// any follower or of this process runs, nothing is under way between them. /proc tells.
+///
+/// A node's processes are those that hold the socket at which, by the master, it answers. A node is not asked: in a
+/// container it would tell a number that is another process's here, and one that hangs would not answer.
 class ClockFollowers {
  public:
-  /// A node subscribes to /clock. Asks the master and the node for its process.
+  /// `patience`: wall time for a node to come to rest.
+  explicit ClockFollowers(std::chrono::milliseconds patience = std::chrono::seconds(10));
+
+  /// A node subscribes to /clock. Warns if its processes cannot be seen from here.
   void add(const std::string& node);
 
   /// A node has gone.
   void remove(const std::string& node) { processes_.erase(node); }
 
-  /// Waits until all of them have come to rest. Whoever takes longer than ten seconds, or runs on another machine, is
-  /// not waited for again, with a warning.
+  /// /clock has just been published: waits until it has arrived. A node that sleeps by it may look at it no sooner than
+  /// a millisecond later, as roscpp does; `await_rest` gives it that time.
+  void let_clock_arrive();
+
+  /// Waits until all of them have come to rest. Whoever takes longer than the patience is not waited for again, with a
+  /// warning that names it.
   void await_rest();
 
  private:
-  std::string restless();
+  using Clock = std::chrono::steady_clock;
 
-  std::map<std::string, pid_t> processes_;  // by node
+  std::string restless() const;
+
+  const std::chrono::milliseconds patience_;
+  std::map<std::string, std::vector<pid_t>> processes_;  // by node, of this one too
+  Clock::time_point seen_;                               // /clock, by everybody
 };
 
 }  // namespace youbot_base_sim

@@ -13,9 +13,9 @@ struct LockstepSettings {
   bool on = false;
   /// Of the loop of the node that commands, s, a multiple of the control period. 0: each control period.
   double period = 0;
-  /// s of wall time for a command to come before time goes on without it. 0: for ever.
+  /// s of wall time for a command to come. 0: for ever. Where none comes, time goes on without.
   double timeout = 0;
-  /// Whether the node ends when nobody who commands is left.
+  /// Whether the node ends instead; and it ends when nobody who commands is left.
   bool end_with_commands = false;
 };
 
@@ -40,12 +40,22 @@ class Lockstep {
   /// Control periods from k to where the next period of lockstep begins, 1 or more.
   std::int64_t left(std::int64_t k) const { return every_ - k % every_; }
 
+  /// Whether /clock goes on while nothing is simulated yet: until a node that has a loop of its own first commands.
+  bool idles() const { return has_own_period() && !started_; }
+
   /// s of wall time that a command may take to come. Nobody is waited for twice: until the next command a period takes
   /// as long as it does by the wall clock.
   double patience() const {
-    if (settings_.period > 0 && !started_) return settings_.period;
+    if (idles()) return settings_.period;
     if (settings_.timeout == 0) return std::numeric_limits<double>::infinity();
-    return unanswered_ ? settings_.period : settings_.timeout;
+    return unanswered_ && !settings_.end_with_commands ? settings_.period : settings_.timeout;
+  }
+
+  /// Whether the node ends for want of a command, which has not come within the patience: at once, or, where it idles,
+  /// after `idle_periods` periods.
+  bool ends(std::int64_t idle_periods) const {
+    if (!settings_.end_with_commands || settings_.timeout == 0) return false;
+    return !idles() || static_cast<double>(idle_periods) * settings_.period >= settings_.timeout;
   }
 
   /// Control period k has its command, or none in time: time goes on.

@@ -18,6 +18,7 @@ class ParameterError : public std::runtime_error {
 };
 
 /// Reads the parameters of a node, once at its start. Each getter throws ParameterError for a value of the wrong type.
+/// An empty text, and "unset", which launch files pass on, count as not set.
 class Parameters {
  public:
   /// Parameters in the namespace of `node`. Errors write `prefix` before the name: "~" for private ones.

@@ -11,17 +11,25 @@
 
 namespace youbot_base_sim {
 
-/// The scene that play_scene is told to play, by the private parameters `scene`, `model` and `duration` (s, in place of
-/// the scene's). Throws ParameterError if one is bad, if the scene has no drive, or if /use_sim_time is not true.
-Scene read_scene_to_play();
+/// What play_scene is told to play.
+struct PlayerSettings {
+  Scene scene;
+  /// s of wall time for base_node to come. 0: for ever.
+  double timeout = 0;
+};
+
+/// Reads them from the private parameters `scene`, `model`, `duration` (s, in place of the scene's) and
+/// `lockstep_timeout`. Throws ParameterError if one is bad, if the scene has no drive, or if /use_sim_time is not true.
+PlayerSettings read_player_settings();
 
 /// Plays a scene's drive into base_node: answers each /clock message with the commands for the control period that
 /// begins at its time.
 class ScenePlayer {
  public:
-  explicit ScenePlayer(const Scene& scene);
+  explicit ScenePlayer(const PlayerSettings& settings);
 
-  /// Plays until the clock has reached the scene's duration. Throws std::runtime_error if base_node or ROS goes before.
+  /// Plays until the clock has reached the scene's duration. Throws std::runtime_error if base_node does not come, or
+  /// if it or ROS goes before.
   void run();
 
  private:
@@ -31,6 +39,7 @@ class ScenePlayer {
   void command(double t);
 
   const Scene scene_;
+  const double timeout_;                   // s
   std::unique_ptr<TorqueProfile> torque_;  // null where the scene tracks velocities
   ros::NodeHandle node_;
   ros::Publisher commands_;

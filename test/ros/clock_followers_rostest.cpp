@@ -1,0 +1,146 @@
+// Whoever follows /clock is waited for until it sleeps, whatever it says of itself, and whoever never does is named.
+
+#include <gtest/gtest.h>
+#include <ros/master.h>
+#include <ros/ros.h>
+#include <rosgraph_msgs/Log.h>
+
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "base_process.h"
+#include "rostest_main.h"
+#include "youbot_base_sim/ros/clock_followers.h"
+
+namespace youbot_base_sim {
+namespace {
+
+/// A process that the master takes for a node, but that answers nobody. It sleeps; a signal wakes it: SIGUSR1 for a
+/// fifth of a second of work, after most of a millisecond, as a loop of roscpp by simulated time; SIGUSR2 for ever.
+class SilentNode {
+ public:
+  explicit SilentNode(const std::string& name) : name_(name), program_(PYTHON, {"-c", kProgram}) {
+    wait_for("the node's port", [this] { return program_.out().find('\n') != std::string::npos; });
+    call("registerSubscriber", {"/nothing", "std_msgs/Empty", uri()});
+  }
+  ~SilentNode() { call("unregisterSubscriber", {"/nothing", uri()}); }
+
+  void send(int signal) { program_.send(signal); }
+  bool has_worked() const { return program_.out().find("done") != std::string::npos; }
+
+ private:
+  static constexpr char kProgram[] = R"(
+import signal, socket, time
+signals = {signal.SIGUSR1, signal.SIGUSR2}
+signal.pthread_sigmask(signal.SIG_BLOCK, signals)
+server = socket.create_server(("localhost", 0))
+print(server.getsockname()[1], flush=True)
+while signal.sigwait(signals) == signal.SIGUSR1:
+    time.sleep(0.0008)
+    end = time.monotonic() + 0.2
+    while time.monotonic() < end:
+        pass
+    print("done", flush=True)
+while True:
+    pass
+)";
+
+  std::string uri() const { return "http://localhost:" + std::to_string(std::stoi(program_.out())) + "/"; }
+
+  void call(const char* method, const std::vector<std::string>& arguments) const {
+    XmlRpc::XmlRpcValue request, response, payload;
+    request[0] = name_;
+    for (std::size_t i = 0; i < arguments.size(); ++i) request[static_cast<int>(i + 1)] = arguments[i];
+    if (!ros::master::execute(method, request, response, payload, false)) throw std::runtime_error(method);
+  }
+
+  std::string name_;
+  Program program_;
+};
+
+TEST(ClockFollowers, are_waited_for_though_they_answer_nobody) {
+  SilentNode node("/silent");
+  ClockFollowers followers;
+  followers.add("/silent");
+  followers.await_rest();
+  EXPECT_FALSE(node.has_worked());
+  node.send(SIGUSR1);
+  followers.let_clock_arrive();
+  followers.await_rest();
+  EXPECT_TRUE(node.has_worked());
+}
+
+/// What this process warns of.
+class Warnings {
+ public:
+  Warnings() {
+    subscriber_ = node_.subscribe<rosgraph_msgs::Log>("/rosout", 1000, [this](const auto& line) {
+      if (line->level == rosgraph_msgs::Log::WARN && line->name == ros::this_node::getName())
+        lines_ += line->msg + "\n";
+    });
+    wait_for("the log", [this] {
+      ROS_WARN("heard");
+      return has("heard");
+    });
+  }
+  bool has(const std::string& word) const { return lines_.find(word) != std::string::npos; }
+  const std::string& lines() const { return lines_; }
+
+ private:
+  ros::NodeHandle node_;
+  ros::Subscriber subscriber_;
+  std::string lines_;
+};
+
+constexpr auto kPatience = std::chrono::seconds(2);
+
+TEST(ClockFollowers, one_that_never_rests_is_named_and_given_up) {
+  SilentNode restless("/a_restless"), idle("/b_idle");
+  ClockFollowers followers(kPatience);
+  followers.add("/a_restless");
+  followers.add("/b_idle");
+  followers.await_rest();
+  Warnings warnings;
+  restless.send(SIGUSR2);
+  followers.await_rest();
+  wait_for("a warning", [&] { return warnings.has("/a_restless never rests"); });
+  EXPECT_FALSE(warnings.has("/b_idle")) << warnings.lines();
+  idle.send(SIGUSR1);
+  followers.let_clock_arrive();
+  followers.await_rest();
+  EXPECT_TRUE(idle.has_worked()) << "the others are waited for as before";
+}
+
+TEST(ClockFollowers, this_process_is_named_where_it_never_rests) {
+  SilentNode idle("/idle");
+  ClockFollowers followers(kPatience);
+  followers.add("/idle");
+  followers.await_rest();
+  Warnings warnings;
+  std::atomic<bool> done{false};
+  std::thread busy([&done] {
+    while (!done) continue;
+  });
+  followers.await_rest();
+  done = true;
+  busy.join();
+  wait_for("a warning", [&] { return warnings.has("this node itself, never rests"); });
+  EXPECT_FALSE(warnings.has("/idle")) << warnings.lines();
+}
+
+TEST(ClockFollowers, one_that_cannot_be_seen_is_named) {
+  Warnings warnings;
+  ClockFollowers followers;
+  followers.add("/nobody");
+  wait_for("a warning", [&] { return warnings.has("/nobody follows /clock from elsewhere"); });
+  followers.await_rest();
+}
+
+}  // namespace
+}  // namespace youbot_base_sim
+
+YOUBOT_BASE_SIM_ROSTEST_MAIN()
