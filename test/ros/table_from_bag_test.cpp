@@ -117,7 +117,7 @@ TEST_F(TableFromBagTest, ReplaysTwists) {
   }
   messages.emplace_back(1.7, messages[0].second);
   messages.back().second.linear.x = NAN;
-  record("/cmd_vel", messages);
+  record("cmd_vel", messages);  // as `rosbag record cmd_vel` names it
   ASSERT_EQ(make_table(velocity_), 0) << said_;
   EXPECT_NE(said_.find("a twist is not finite: skipped"), std::string::npos) << said_;
   EXPECT_EQ(table().t.size(), 2u) << "the same again is no row";
