@@ -3,8 +3,10 @@
 
 #include <fmt/format.h>
 
+#include <chrono>
 #include <cstdlib>
 #include <ctime>
+#include <thread>
 
 #include "youbot_base_sim/ros/pacer.h"
 
@@ -18,7 +20,7 @@ int main(int argc, char** argv) {
   const std::clock_t before = std::clock();
   pacer.start(0);
   for (int k = 1; k * 1e-3 <= duration; ++k) {
-    pacer.sleep_until(k * 1e-3);
+    std::this_thread::sleep_for(std::chrono::duration<double>(pacer.wait_for(k * 1e-3)));
     pacer.arrive(k * 1e-3);
   }
   const double processor = static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;

@@ -129,7 +129,8 @@ class Soak {
       loop_.advance_periods(periods);
       hour.drive_energy += std::abs((loop_.simulation().torque() * loop_.simulation().state().dphi()).sum()) *
                            static_cast<double>(periods) * 1e-3;
-      for (const RollerSwitch& event : loop_.take_switches()) add(event, hour);
+      const Events events = loop_.take_happenings();
+      for (const RollerSwitch& event : events.switches) add(event, hour);
       if (loop_.meet_instant()) publish(hour);
       loop_.take_events();
     }
