@@ -296,6 +296,10 @@ TEST_F(SweepTest, ShowsABarOnATerminal) {
   const Terminal terminal;
   Program sweep("/bin/sh", {"-c", "exec " SWEEP " '" + family(10000) + "' --csv '" + folder_.path("table.csv") +
                                       "' --threads 1 > /dev/null 2> " + terminal.path()});
+  // Until a run is finished nobody knows how many there are a second.
+  for (int tries = 0; lines(journal()) < 8 && tries < 30000; ++tries) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
   std::this_thread::sleep_for(std::chrono::milliseconds(1800));
   sweep.send(SIGINT);
   EXPECT_EQ(sweep.wait(), 1);
