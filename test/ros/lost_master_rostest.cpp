@@ -1,35 +1,20 @@
 // The node goes on where roscore is killed, and where it comes back; its bag is whole in the end. It does not register
 // with the new one, as no ROS 1 node does.
 
-#include <arpa/inet.h>
 #include <ros/ros.h>
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
 #include <csignal>
 #include <cstdlib>
 #include <memory>
 
+#include "free_port.h"
 #include "program.h"
 #include "rostest_main.h"
 
 namespace youbot_base_sim {
 namespace {
-
-/// A port that nobody listens on.
-int free_port() {
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  socklen_t size = sizeof(address);
-  const int listener = socket(AF_INET, SOCK_STREAM, 0);
-  const bool bound = bind(listener, reinterpret_cast<sockaddr*>(&address), size) == 0 &&
-                     getsockname(listener, reinterpret_cast<sockaddr*>(&address), &size) == 0;
-  close(listener);
-  return bound ? ntohs(address.sin_port) : 0;
-}
 
 class LostMaster : public ::testing::Test {
  protected:

@@ -1,4 +1,4 @@
-// The launch file plays a scene into the node and records it: the bag is complete.
+// The launch file plays a scene into the node and records it, then ends, its own master with it: the bag is complete.
 
 #include <gtest/gtest.h>
 #include <ros/ros.h>
@@ -9,6 +9,7 @@
 
 #include <map>
 
+#include "free_port.h"
 #include "program.h"
 #include "rostest_main.h"
 #include "youbot_base_sim/ros/contacts_message.h"
@@ -22,9 +23,11 @@ constexpr char kScene[] = YOUBOT_BASE_SIM_SOURCE_DIR "/config/scenes/case1_as_pr
 constexpr double kDuration = 1.0;
 constexpr int kInstants = 51;  // 0, 0.02, ..., 1
 
-/// roslaunch of the launch file, with a bag at `bag`.
+/// roslaunch of the launch file, with a bag at `bag`, where no master runs: with one, it would end by itself.
 std::vector<std::string> launch(const std::string& bag, std::vector<std::string> arguments) {
-  arguments.insert(arguments.begin(), {"roslaunch", "youbot_base_sim", "paper_case.launch", "bag:=" + bag});
+  const std::string port = std::to_string(free_port());
+  arguments.insert(arguments.begin(), {"ROS_MASTER_URI=http://localhost:" + port, "roslaunch", "-p", port,
+                                       "youbot_base_sim", "paper_case.launch", "bag:=" + bag});
   return arguments;
 }
 
@@ -34,7 +37,7 @@ TEST(PaperCaseLaunch, ends_when_either_refuses) {
   const std::string no_drive = folder.write("no_drive.yaml", "duration: 1\n");
   const std::vector<std::vector<std::string>> cases = {
       {"scene:=" + no_drive, "drive is left out: there is nothing to play", "no command for 1 s at t = 0 s"},
-      {"publish_rate:=-1", "parameter ~publish_rate = -1", "no base_node for 1 s"}};
+      {"publish_rate:=-1", "parameter ~publish_rate = -1", "[play_scene-3] killing on exit"}};
   for (const auto& refused : cases) {
     Program roslaunch("/usr/bin/env", launch(folder.path("x.bag"), {"lockstep_timeout:=1", refused[0]}));
     EXPECT_EQ(roslaunch.wait(), 0) << roslaunch.out() << roslaunch.err();
