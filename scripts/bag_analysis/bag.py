@@ -10,24 +10,13 @@ import genpy
 import genpy.dynamic
 import rosbag
 
+from .program import Refused, one_line, shown
+
 MAGIC = (b"#ROSBAG V2.0\n", b"#ROSRECORD V1.")
 MESSAGE, CHUNK, CONNECTION, FILE_HEADER = 2, 5, 7, 3  # op codes of records
 MAX_CLOCKS_APART = 1  # s, between a stamp and its arrival; beyond, the stamp is another clock's
 
 logging.getLogger("rosout").addHandler(logging.NullHandler())  # genpy's, which prints what it replaces in damaged text
-
-
-class Refused(Exception):
-    """What is asked for cannot be made of this file, in one line."""
-
-
-def shown(name):
-    """A file's or topic's name as a message may show it: in one line, and only what a terminal can print."""
-    return name if name.isprintable() else ascii(name)
-
-
-def one_line(error):
-    return " ".join(str(error).split()) or type(error).__name__
 
 
 class Bag:

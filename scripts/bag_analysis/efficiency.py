@@ -9,24 +9,25 @@ SMALL = 0.05  # of the whole speed: a part that is less tells nothing
 
 
 def analyse(record):
-    truth, joints = record.get("ground_truth"), record.get("joint_states")
+    V = [name for _, name, _ in DIRECTIONS]
+    truth, joints = record.get("ground_truth", *V), record.get("joint_states", "rate")
     if truth:
-        t, true = truth.t, [truth[name] for _, name, _ in DIRECTIONS]
+        t, true = truth.t, [truth[name] for name in V]
         sources = [commanded(record, t), ("the wheels rolled", rolled(record, t))]
         section = Section("efficiency", "What of the velocity arrives: factor by which the true one follows it best")
     elif joints:
         t, true = joints.t, rolled(record, joints.t)
         sources = [commanded(record, t)]
-        section = Section("efficiency", "Without ground_truth: factor by which what the wheels roll follows best")
+        section = Section("efficiency", "Without true velocities: factor by which what the wheels roll follows best")
     else:
-        raise Missing("no ground_truth (nav_msgs/Odometry) or joint_states (sensor_msgs/JointState)")
+        raise Missing("%s; %s" % (record.lack("ground_truth", *V), record.lack("joint_states", "rate")))
     if not any(velocities for _, velocities in sources):
-        raise Missing("no cmd_vel (geometry_msgs/Twist) or velocity_command (brics_actuator/JointVelocities)")
+        raise Missing(no_command(record))
     section.say("", "".join("%11s" % direction for direction, _, _ in DIRECTIONS))
     for what, source in sources:
         if not source:
-            section.say("of what %s" % what, "not told: no cmd_vel or velocity_command" if what == "was commanded" else
-                        "not told: no joint_states")
+            section.say("of what %s" % what, "not told: " + no_command(record) if what == "was commanded" else
+                        "not told: " + record.lack("joint_states", "rate"))
             continue
         told = [fit(true[k], source, k, record.base) for k in range(3)]
         section.say("of what %s" % what, "".join("%11s" % ("%.4f" % e if e == e else "-") for e in told))
@@ -54,8 +55,12 @@ def commanded(record, t):
     return "was commanded", None
 
 
+def no_command(record):
+    return "%s; %s" % (record.lack("cmd_vel"), record.lack("velocity_command"))
+
+
 def rolled(record, t):
-    joints = record.get("joint_states")
+    joints = record.get("joint_states", "rate")
     return list(record.base.velocities(joints.at(t, "rate"))) if joints else None
 
 

@@ -10,18 +10,20 @@ CLOSED = 1e-3  # share of the energy put in that may be left over
 
 
 def analyse(record):
-    contacts, joints = record.get("contacts"), record.get("joint_states")
+    powers, effort = ("contacts", "kinetic_energy", *GAINS, *LOSSES), ("joint_states", "effort", "rate")
+    contacts, joints = record.get(*powers), record.get(*effort)
     if contacts and contacts.stretches():
         return balance(contacts)
-    if joints and "effort" in joints.columns and joints.stretches():
+    why = "contacts lie too far apart" if contacts else record.lack(*powers)
+    if joints and joints.stretches():
         section = Section("energy", "Energy")
         put_in = sum(integral(joints.t[s], np.sum(joints["effort"] * joints["rate"], axis=1)[s])[-1]
                      for s in joints.stretches())
         section.say("put in by the wheels", "%.4g J: effort times rate of joint_states" % put_in)
-        section.say("lost and kept", "not told: no contacts (simulate --contacts, ~publish_contacts)")
+        section.say("lost and kept", "not told: %s (see simulate --contacts, ~publish_contacts)" % why)
         section.number("drive_energy", put_in, "J")
         return section
-    raise Missing("no contacts (youbot_base_sim/ContactsStamped), and no effort in joint_states")
+    raise Missing("%s; %s" % (why, "joint_states lie too far apart" if joints else record.lack(*effort)))
 
 
 def integral(t, values):

@@ -6,12 +6,13 @@ import numpy as np
 from .record import Missing
 from .section import Section, each, rms, thinned
 
+POSE = ("x", "y", "psi")
 PIECE, PIECE_TURN = 1.0, math.pi / 2  # m and rad: pieces over which the error is measured afresh
 JUMP = 10.0  # m/s, faster than any base: the odometry was set anew
 
 
 def analyse(record):
-    odom, truth = record.need("odom"), record.need("ground_truth")
+    odom, truth = record.need("odom", *POSE), record.need("ground_truth", *POSE)
     aligned = Aligned(odom, truth)
     section = Section("odometry", "Odometry against ground truth, laid over it in position and heading at t = %.3f s" %
                       aligned.t[0])

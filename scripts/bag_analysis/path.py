@@ -5,8 +5,8 @@ from .section import Section
 
 
 def analyse(record):
-    truth = record.get("ground_truth")
-    seen = truth or record.need("odom")
+    truth = record.get("ground_truth", "x", "y", "psi")
+    seen = truth or record.need("odom", "x", "y", "psi")
     section = Section("path", "The motion")
     section.say("its end", "t = %.3f s" % seen.t[-1])
     x, y, psi = (seen[name][-1] for name in ("x", "y", "psi"))

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .bag import Refused, shown
+from .program import Refused, shown
 from .wheels import JOINTS, WHEELS, sign_factors, velocity_sign
 
 # name -> message type, and the usual names of its topic, in any namespace, the best first
@@ -28,7 +28,8 @@ class Missing(Exception):
 
 @dataclass
 class Series:
-    """Times, s, and columns of values with a row for each; `columns` are (n,) or, of the wheels, (n, 4)."""
+    """Times, s, and columns of values with a row for each; `columns` are (n,) or, of the wheels, (n, 4). NaN is what is
+    not known."""
     t: np.ndarray
     columns: dict
 
@@ -37,6 +38,15 @@ class Series:
 
     def __len__(self):
         return len(self.t)
+
+    def known(self, *names):
+        """The rows in which these columns are known; none if a column is not there."""
+        if not set(names) <= set(self.columns):
+            return Series(self.t[:0], {})
+        rows = np.ones(len(self), bool)
+        for name in names:
+            rows &= np.isfinite(self.columns[name]).reshape(len(self), -1).all(axis=1)
+        return Series(self.t[rows], {name: values[rows] for name, values in self.columns.items()})
 
     @property
     def period(self):
@@ -101,16 +111,28 @@ class Record:
     base: Base
     series: dict = field(default_factory=dict)
     topics: dict = field(default_factory=dict)  # of each series
+    unusable: dict = field(default_factory=dict)  # name -> why no message of its topic can be used
     notes: list = field(default_factory=list)   # what was left out or is assumed, a line each
 
-    def get(self, name):
-        return self.series.get(name)
+    def get(self, name, *columns):
+        """The rows of a series in which these columns are known, None if there are none."""
+        return self.series[name].known(*columns) or None if name in self.series else None
 
-    def need(self, name):
-        if name not in self.series:
-            kind, names = TOPICS[name]
-            raise Missing("no %s (%s)" % (" or ".join(names), kind))
-        return self.series[name]
+    def need(self, name, *columns):
+        series = self.get(name, *columns)
+        if not series:
+            raise Missing(self.lack(name, *columns))
+        return series
+
+    def lack(self, name, *columns):
+        """Why `get` has none."""
+        if name in self.series:
+            unknown = [column for column in columns if not self.series[name].known(column)]
+            return "%s tells no %s" % (shown(self.topics[name]), ", ".join(unknown or columns))
+        if name in self.unusable:
+            return self.unusable[name]
+        kind, names = TOPICS[name]
+        return "no %s (%s)" % (" or ".join(names), kind)
 
 
 def read_record(bag, base, chosen, progress):
@@ -118,33 +140,22 @@ def read_record(bag, base, chosen, progress):
     topics = find_topics(bag, chosen)
     names = {topic: name for name, candidates in topics.items() for topic in candidates}
     rows = {topic: [] for topic in names}
-    record = Record(base)
-    unusable, foreign = 0, {}
+    record, left_out = Record(base), LeftOut()
     for n, (topic, message, arrival) in enumerate(bag.messages(list(names))):
         progress(n)
-        name = names[topic]
         try:
-            row = ROWS[name](message)
+            fields = FIELDS[names[topic]](message)
             t = bag.time_of(message, arrival)
         except (AttributeError, TypeError):  # another definition of this type
-            row = None
-        if row is None:
-            foreign[topic] = foreign.get(topic, 0) + 1
-            continue
-        if not all(abs(cell) <= LARGEST for cell in row):
-            unusable += 1
-            continue
-        rows[topic].append((t, *row))
-    if unusable:
-        record.notes.append("%d messages have numbers that are not finite, or beyond %g: left out" % (
-            unusable, LARGEST))
-    for topic, count in foreign.items():
-        if names[topic] != "joint_states":  # where an arm's joints are at home too
-            record.notes.append("%s: %d messages lack what is needed, such as wheels fl, fr, bl and br: left out" % (
-                shown(topic), count))
+            fields = None
+        row = left_out.cleaned(topic, fields)
+        if row:
+            rows[topic].append((t, *row))
+    record.notes += left_out.notes(names)
     for name, candidates in topics.items():
         used = [topic for topic in candidates if rows[topic]]
         if not used:
+            record.unusable.update((name, left_out.why_none(topic)) for topic in reversed(candidates))
             continue
         record.topics[name] = used[0]
         if len(used) > 1:
@@ -152,6 +163,56 @@ def read_record(bag, base, chosen, progress):
                 shown(used[0]), ", ".join(map(shown, used[1:])), name))
         add_series(record, name, rows[used[0]])
     return record
+
+
+class LeftOut:
+    """Replaces the fields of messages that cannot be used by NaN, and counts them."""
+
+    def __init__(self):
+        self.foreign, self.lacking, self.wild = {}, {}, {}  # numbers of messages
+        self.seen, self.whole = set(), set()  # topics; topics and fields
+
+    def cleaned(self, topic, fields):
+        """The numbers of a message in one row; None if nothing in it can be used."""
+        self.seen.add(topic)
+        if fields is None:
+            count(self.foreign, topic)
+            return None
+        row, is_usable = [], False
+        for name, values in fields.items():
+            if values is LACKING:
+                count(self.lacking, (topic, name))
+            elif not all(abs(value) <= LARGEST for value in values):
+                count(self.wild, (topic, name))
+                values = (math.nan,) * len(values)
+            else:
+                self.whole.add((topic, name))
+                is_usable = True
+            row += values
+        return row if is_usable else None
+
+    def why_none(self, topic):
+        """The reason where no message of a topic can be used."""
+        return "%s has no message %s" % (
+            shown(topic), "with what is needed, such as wheels fl, fr, bl and br" if topic in self.foreign else
+            "with numbers that can be used" if topic in self.seen else "that can be read")
+
+    def notes(self, names):
+        for (topic, field_name), number in self.wild.items():
+            yield "%s: %s of %d messages is not finite, or beyond %g: left out" % (
+                shown(topic), field_name, number, LARGEST)
+        for (topic, field_name), number in self.lacking.items():
+            if (topic, field_name) in self.whole or (topic, field_name) in self.wild:  # else there is none, as of effort
+                yield "%s: %s of %d messages has fewer or more numbers than there are names: left out" % (
+                    shown(topic), field_name, number)
+        for topic, number in self.foreign.items():
+            if names[topic] != "joint_states":  # where an arm's joints are at home too
+                yield "%s: %d messages lack what is needed, such as wheels fl, fr, bl and br: left out" % (
+                    shown(topic), number)
+
+
+def count(numbers, key):
+    numbers[key] = numbers.get(key, 0) + 1
 
 
 def find_topics(bag, chosen):
@@ -171,53 +232,57 @@ def find_topics(bag, chosen):
     return found
 
 
-def pose_row(message):
+# What a message tells: {field: numbers}, each of which is used or left out as a whole; None for one of something else.
+
+LACKING = (math.nan,) * 4  # itself, not its like: a field of joint_states without a number for each name
+
+
+def pose_fields(message):
     pose, twist = message.pose.pose, message.twist.twist
     q = pose.orientation
     psi = math.atan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y * q.y + q.z * q.z))
-    return pose.position.x, pose.position.y, psi, twist.linear.x, twist.linear.y, twist.angular.z
+    return {"pose": (pose.position.x, pose.position.y, psi), "twist": (twist.linear.x, twist.linear.y, twist.angular.z)}
 
 
-def joints_row(message):
-    """Positions, velocities and efforts of the wheels, NaN for a column that the message lacks; None without wheels."""
+def joint_fields(message):
     if not set(JOINTS) <= set(message.name):
         return None
     index = [message.name.index(joint) for joint in JOINTS]
-    row, has = [], []
-    for column in (message.position, message.velocity, message.effort):
-        has.append(len(column) == len(message.name))
-        row += [column[i] for i in index] if has[-1] else [0.0] * 4
-    return (*map(float, has), *row) if any(has[:2]) else None
+    return {name: [column[i] for i in index] if len(column) == len(message.name) else LACKING for name, column in (
+        ("position", message.position), ("velocity", message.velocity), ("effort", message.effort))}
 
 
-def switch_row(message):
+def switch_fields(message):
     wheel = message.wheel.rsplit("_", 1)[-1]
-    return (WHEELS.index(wheel), message.direction, getattr(message, "count", 1)) if wheel in WHEELS else None
+    if wheel not in WHEELS:
+        return None
+    return {"switch": (WHEELS.index(wheel), message.direction, getattr(message, "count", 1))}
 
 
-def contacts_row(message):
+def contact_fields(message):
     contacts = {contact.wheel.rsplit("_", 1)[-1]: contact for contact in message.contacts}
     if set(contacts) != set(WHEELS):
         return None
-    row = [message.kinetic_energy] + [getattr(message, name + "_power", 0.0) for name in POWERS]
-    for wheel in WHEELS:
-        contact = contacts[wheel]
-        row += [contact.slip_velocity.x, contact.slip_velocity.y, contact.friction_share]
-    return row
+    slip = [contacts[wheel].slip_velocity for wheel in WHEELS]
+    return {"kinetic_energy": (message.kinetic_energy,),
+            **{name + "_power": (getattr(message, name + "_power", 0.0),) for name in POWERS},
+            "slip_velocity": [component for velocity in slip for component in (velocity.x, velocity.y)],
+            "friction_share": [contacts[wheel].friction_share for wheel in WHEELS]}
 
 
-def twist_row(message):
-    return message.linear.x, message.linear.y, message.angular.z
+def twist_fields(message):
+    return {"twist": (message.linear.x, message.linear.y, message.angular.z)}
 
 
-def rates_row(message):
+def command_fields(message):
     """Rates of the wheels; None unless all four are told: what else they do, their own loops decide."""
     rates = {entry.joint_uri: entry.value for entry in reversed(message.velocities) if entry.unit == "s^-1 rad"}
-    return [rates[joint] for joint in JOINTS] if set(JOINTS) <= set(rates) else None
+    return {"velocities": [rates[joint] for joint in JOINTS]} if set(JOINTS) <= set(rates) else None
 
 
-ROWS = {"odom": pose_row, "ground_truth": pose_row, "joint_states": joints_row, "roller_switches": switch_row,
-        "contacts": contacts_row, "cmd_vel": twist_row, "velocity_command": rates_row}
+FIELDS = {"odom": pose_fields, "ground_truth": pose_fields, "joint_states": joint_fields,
+          "roller_switches": switch_fields, "contacts": contact_fields, "cmd_vel": twist_fields,
+          "velocity_command": command_fields}
 
 
 def in_order(rows, keep_equal=False):
@@ -238,7 +303,8 @@ def add_series(record, name, rows):
     t, values = table[:, 0], table[:, 1:]
     if name in ("odom", "ground_truth"):
         columns = dict(zip(POSE, values.T))
-        columns["psi"] = np.unwrap(columns["psi"])
+        there = np.isfinite(columns["psi"])
+        columns["psi"][there] = np.unwrap(columns["psi"][there])
         record.series[name] = with_velocities(Series(t, columns), record, name)
     elif name == "joint_states":
         record.series[name] = wheel_series(t, values, record)
@@ -247,8 +313,8 @@ def add_series(record, name, rows):
                                          "count": values[:, 2]})
     elif name == "contacts":
         columns = {"kinetic_energy": values[:, 0], **dict(zip(POWERS, values[:, 1:1 + len(POWERS)].T))}
-        wheels = values[:, 1 + len(POWERS):].reshape(-1, 4, 3)
-        record.series[name] = Series(t, {**columns, "slip": wheels[:, :, :2], "share": wheels[:, :, 2]})
+        slip, share = np.split(values[:, 1 + len(POWERS):], [8], axis=1)
+        record.series[name] = Series(t, {**columns, "slip": slip.reshape(-1, 4, 2), "share": share})
     else:
         V = values.T if name == "cmd_vel" else record.base.velocities(values)
         record.series[name] = Series(t, dict(zip(POSE[3:], V)))
@@ -256,19 +322,22 @@ def add_series(record, name, rows):
 
 def with_velocities(series, record, name):
     """Poses differentiated, where the twists are none of theirs, as in a motion capture's record."""
-    if len(series) < 3:
+    poses = series.known("x", "y", "psi")
+    if len(poses) < 3:
         return series
-    step = np.diff(series.t)
+    step = np.diff(poses.t)
     middle = lambda column: (column[1:] + column[:-1]) / 2
-    V = differentiated(series)
+    V = differentiated(poses)
     way = np.hypot(V["V_X"], V["V_Y"])
-    off = np.hypot(V["V_X"] - middle(series["V_X"]), V["V_Y"] - middle(series["V_Y"]))
-    if np.sum(off * step) <= 0.5 * np.sum(way * step):
+    off = np.hypot(V["V_X"] - middle(poses["V_X"]), V["V_Y"] - middle(poses["V_Y"]))
+    told = np.isfinite(off)
+    if told.any() and np.sum((off * step)[told]) <= 0.5 * np.sum((way * step)[told]):
         return series
     record.notes.append("%s: its twists are not those of its poses: takes the differences of the poses" %
                         shown(record.topics[name]))
     for column, values in V.items():
-        series.columns[column] = np.interp(series.t, middle(series.t), values)
+        series.columns[column] = np.full(len(series), np.nan)
+        series.columns[column][np.isin(series.t, poses.t)] = np.interp(poses.t, middle(poses.t), values)
     return series
 
 
@@ -283,24 +352,27 @@ def differentiated(series):
 def wheel_series(t, values, record):
     """Rates positive forward: velocities in the positions' sense, else differences of the positions."""
     topic = shown(record.topics["joint_states"])
-    has_position, has_velocity, has_effort = values[:, :3].all(axis=0)
-    position, velocity, effort = values[:, 3:7], values[:, 7:11], values[:, 11:15]
-    sign = None
-    if has_position and has_velocity:
-        sign = velocity_sign(list(zip(position.tolist(), velocity.tolist())))
-    if not has_position:
+    series = Series(t, dict(zip(("position", "rate", "effort"), np.split(values, 3, axis=1))))
+    positions, both = series.known("position"), series.known("position", "rate")
+    sign = velocity_sign(list(zip(both["position"].tolist(), both["rate"].tolist()))) if both else None
+    if not positions:
         record.notes.append("%s has no positions: the velocities are taken as positive forward" % topic)
-    elif sign is None and len(t) > 1:
+    elif sign is None and len(positions) > 1:
         record.notes.append("%s: %s: takes the differences of the positions" % (
-            topic, "its velocities do not agree with its positions" if has_velocity else "has no velocities"))
-        middle, rates = (t[1:] + t[:-1]) / 2, np.diff(position, axis=0) / np.diff(t)[:, None]
-        velocity = np.stack([np.interp(t, middle, column) for column in rates.T], -1)
+            topic, "its velocities do not agree with its positions" if both else "has no velocities"))
+        series.columns["rate"] = np.full((len(t), 4), np.nan)
+        series.columns["rate"][np.isin(t, positions.t)] = rates_of(positions)
     elif sign == "driver_exact":
         record.notes.append("%s: velocities of fl and bl have the driver's opposite sign: turned round" % topic)
-    factors = np.array(sign_factors(sign))
-    columns = {"rate": velocity * factors}
-    if has_position:
-        columns["position"] = position
-    if has_effort and effort.any():
-        columns["effort"] = effort * factors
-    return Series(t, columns)
+    for name in ("rate", "effort"):
+        series.columns[name] = series[name] * np.array(sign_factors(sign))
+    if not np.nan_to_num(series["effort"]).any():
+        del series.columns["effort"]
+    return series
+
+
+def rates_of(positions):
+    """The positions differentiated, at their times."""
+    t, position = positions.t, positions["position"]
+    middle, rates = (t[1:] + t[:-1]) / 2, np.diff(position, axis=0) / np.diff(t)[:, None]
+    return np.stack([np.interp(t, middle, column) for column in rates.T], -1)

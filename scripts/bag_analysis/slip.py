@@ -9,10 +9,10 @@ SATURATED = 0.99  # share of the friction limit
 
 
 def analyse(record):
-    joints = record.need("joint_states")
-    if not record.get("ground_truth"):
-        return contradiction(joints)
-    truth = record.need("ground_truth")
+    joints = record.need("joint_states", "rate")
+    truth = record.get("ground_truth", "V_X", "V_Y", "Omega")
+    if not truth:
+        return contradiction(joints, record.lack("ground_truth", "V_X", "V_Y", "Omega"))
     rolling = record.base.rolling_rates(*[truth.at(joints.t, name) for name in ("V_X", "V_Y", "Omega")])
     both = np.isfinite(rolling).all(axis=1)
     if not both.any():
@@ -31,20 +31,20 @@ def analyse(record):
     section.tables["slip.csv"] = (
         ["t_s"] + ["%s_%s_rad_per_s" % (what, wheel) for what in ("rolling", "actual", "slip") for wheel in WHEELS],
         np.column_stack([t, rolling, actual, slip]))
-    contacts = record.get("contacts")
+    contacts = record.get("contacts", "slip", "share")
     if contacts:
         add_contacts(section, contacts)
     section.draw = lambda figure: draw(figure, t, slip, R, contacts)
     return section
 
 
-def contradiction(joints):
+def contradiction(joints, reason):
     """Four rates of a base that has three velocities: what no motion of it explains, the same for all wheels but for
     the sign."""
     fl, fr, bl, br = joints["rate"].T
     apart = (fl + fr - bl - br) / 4
     section = Section(
-        "slip", "Slip of the wheels: without ground_truth, only how far their rates contradict each other")
+        "slip", "Slip of the wheels, only how far their rates contradict each other: %s" % reason)
     section.say("(fl + fr - bl - br) / 4", "%.4f rad/s rms, %.4f rad/s at most" % (rms(apart), np.abs(apart).max()))
     section.number("contradiction_rms", rms(apart), "rad/s")
     section.number("contradiction_maximal", np.abs(apart).max(), "rad/s")

@@ -20,9 +20,9 @@ BELOW_NYQUIST = 0.8   # share of the Nyquist frequency to which the rollers' fre
 
 
 def analyse(record):
-    joints, n = record.need("joint_states"), record.base.rollers_per_wheel
+    joints, n = record.need("joint_states", "rate"), record.base.rollers_per_wheel
     orders = np.arange(0.5, 3.5 * n + ORDER_STEP / 2, ORDER_STEP)
-    phi = joints["position"] if "position" in joints.columns else integrated(joints)
+    phi = joints["position"] if np.isfinite(joints["position"]).all() else integrated(joints)
     fastest = BELOW_NYQUIST * math.pi / joints.period / n if len(joints) > 1 else 0  # rad/s
     for turns in TURNS:
         wheels = [Wheel(joints, phi[:, k], joints["rate"][:, k], orders, fastest, turns) for k in range(4)]

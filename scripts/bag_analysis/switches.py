@@ -52,10 +52,11 @@ def intervals_of(switches, mask):
 
 def add_expected_jump(section, record, switches):
     """The contact point jumps along the axle, so that V_PX jumps by this times the yaw rate."""
-    if not record.get("ground_truth"):
-        section.say("jump of slip speed", "not told: no ground_truth, for the yaw rate")
+    truth = record.get("ground_truth", "Omega")
+    if not truth:
+        section.say("jump of slip, by geometry", "not told: %s, for the yaw rate" % record.lack("ground_truth", "Omega"))
         return
-    jump = record.base.jump_of_offset() * np.abs(record.get("ground_truth").at(switches.t, "Omega"))
+    jump = record.base.jump_of_offset() * np.abs(truth.at(switches.t, "Omega"))
     jump = jump[np.isfinite(jump)]
     if len(jump):
         section.say("jump of slip, by geometry", "%.3f mm/s median, %.3f mm/s at most: %.1f mm times the yaw rate" % (
@@ -66,9 +67,10 @@ def add_expected_jump(section, record, switches):
 def add_jumps(section, record, switches, intervals):
     """Change of the slip velocity of the wheel from the last sample before a switch to the first one after it."""
     jumps = np.full(len(switches), np.nan)
-    contacts = record.get("contacts")
+    contacts = record.get("contacts", "slip")
     if not contacts:
-        section.say("jump of slip, sampled", "not told: no contacts (simulate --contacts, ~publish_contacts)")
+        section.say("jump of slip, sampled", "not told: %s (see simulate --contacts, ~publish_contacts)" %
+                    record.lack("contacts", "slip"))
         return jumps
     shortest = np.median(np.concatenate(intervals)) if any(map(len, intervals)) else np.inf
     if contacts.period > 1.01 * min(SLOWEST, shortest / 5):

@@ -124,10 +124,7 @@ class AnalyseTest(unittest.TestCase):
         """Runs the script's main; keeps what it says."""
         out, err = io.StringIO(), io.StringIO()
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-            try:
-                ended = self.script.main(list(arguments))
-            except SystemExit as end:  # argparse's
-                ended = end.code
+            ended = self.script.run("analyse", self.script.main, list(arguments))
         self.out, self.err = out.getvalue(), err.getvalue()
         self.assertEqual(ended, status, self.out + self.err)
 
@@ -395,9 +392,56 @@ class AnalyseTest(unittest.TestCase):
         def with_nan(topic, message, t):
             return odometry(t, (math.nan, 0, 0)) if topic == "/odom" and t == round(t) else message
         numbers = self.numbers(self.make_slipping(self.path("nan.bag"), with_nan))
-        self.assertIn("5 messages have numbers that are not finite, or beyond 1e+09: left out", self.out)
+        self.assertIn("/odom: pose of 5 messages is not finite, or beyond 1e+09: left out", self.out)
         self.assertEqual(len(self.table("odometry.csv")), 401 - 5)
         self.assertAlmostEqual(numbers["error_per_metre_rms"], 0.05, delta=5e-4)
+
+    def test_a_field_that_is_not_finite_costs_what_is_told_from_it(self):
+        def with_states(**fields):
+            def change(topic, message, t):
+                if topic != "/base/joint_states":
+                    return message
+                message = copy.deepcopy(message)
+                for name, value in fields.items():
+                    setattr(message, name, value(t, getattr(message, name)))
+                return message
+            return self.numbers(self.make_slipping(self.path("fields.bag"), change))
+        infinite = lambda t, values: [math.inf] * 4
+        self.assertEqual(with_states(effort=infinite), self.known)
+        self.assertIn("/base/joint_states: effort of 401 messages is not finite, or beyond 1e+09: left out", self.out)
+        numbers = with_states(velocity=infinite)
+        self.assertIn("/base/joint_states: velocity of 401 messages is not finite", self.out)
+        self.assertIn("has no velocities: takes the differences of the positions", self.out)
+        self.assertAlmostEqual(numbers["slip_rms_fl"], 0.2, delta=0.01)
+        numbers = with_states(position=infinite)
+        self.assertIn("/base/joint_states: position of 401 messages is not finite", self.out)
+        self.assertAlmostEqual(numbers["ripple_of_rollers_fl"], 0.15, delta=0.003)
+        self.assertAlmostEqual(numbers["slip_rms_fl"], 0.2, delta=1e-9)
+        numbers = with_states(position=lambda t, values: values[:3] if t > 2 else values)
+        self.assertIn("/base/joint_states: position of 200 messages has fewer or more numbers than there are names: "
+                      "left out", self.out)
+        self.assertAlmostEqual(numbers["ripple_of_rollers_fl"], 0.15, delta=0.003)
+        self.assertEqual(len(self.table("slip.csv")), 401)
+        numbers = with_states(position=infinite, velocity=infinite, effort=infinite)
+        self.assertRegex(self.out, "  slip +/base/joint_states has no message with numbers that can be used")
+        self.assertRegex(self.out, "  spectrum +/base/joint_states has no message with numbers that can be used")
+        self.assertAlmostEqual(numbers["final_error"], self.known["final_error"])
+
+    def test_what_contacts_and_truth_do_not_tell_is_said(self):
+        def change(topic, message, t):
+            message = copy.deepcopy(message)
+            if topic == "/contacts":
+                message.floor_power = math.nan
+            if topic == "/ground_truth":
+                message.pose.pose.position.x = math.nan
+            return message
+        numbers = self.numbers(self.make_slipping(self.path("untold.bag"), change))
+        for note in ("/contacts: floor_power of 2001 messages", "/ground_truth: pose of 401 messages"):
+            self.assertIn(note, self.out)
+        self.assertRegex(self.out, "  energy +/contacts tells no floor; /base/joint_states tells no effort")
+        self.assertRegex(self.out, "  odometry +/ground_truth tells no x, y, psi")
+        for quantity in ("slip_rms_fl", "contact_slip_maximal_fl", "jump_maximal", "ahead_of_rolled"):
+            self.assertEqual(numbers[quantity], self.known[quantity])
 
     # Bags that are damaged
 
@@ -421,6 +465,10 @@ class AnalyseTest(unittest.TestCase):
             bag.write("/chatter", String("hello"), stamp_of(0))
         self.analyse(self.path("foreign.bag"), status=2)
         self.one_line("nothing of a base", "/chatter (std_msgs/String)")
+        with rosbag.Bag(self.path("nan_only.bag"), "w") as bag:
+            bag.write("/odom", odometry(0, (math.nan, 0, 0), (math.nan, 0, 0)), stamp_of(0))
+        self.analyse(self.path("nan_only.bag"), status=2)
+        self.one_line("nothing of a base", "/odom: pose of 1 messages is not finite")
 
     def test_a_bag_that_is_cut_is_analysed_as_far_as_it_goes(self):
         with open(self.slipping, "rb") as file:
@@ -476,15 +524,60 @@ class AnalyseTest(unittest.TestCase):
         folder = self.path("blocked")
         os.makedirs(os.path.join(folder, "slip.csv"))
         self.analyse(self.slipping, "--csv", folder, status=2)
-        self.one_line("slip.csv cannot be written: is a folder")
+        self.one_line("slip.csv: cannot be written: Is a directory")
+        self.assertEqual((self.out, os.listdir(folder)), ("", ["slip.csv"]))
         full = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         with unittest.mock.patch("os.replace", side_effect=full):
-            self.analyse(self.slipping, "--csv", self.path("full"), status=2)
-        self.one_line("odometry.csv cannot be written: No space left on device")
+            self.analyse(self.slipping, "--csv", self.path("full"), status=1)
+        self.one_line("odometry.csv: cannot be written: no space left for it (No space left on device)")
         self.assertEqual(os.listdir(self.path("full")), [])
         self.analyse(self.slipping, "--csv", self.slipping, status=2)
         self.one_line("must be a folder to write to")
         self.assertEqual(self.out, "")
+
+    def test_what_is_read_is_never_written(self):
+        folder, desired = self.path("reads"), self.path("desired_rows.csv")
+        bag = shutil.copy(self.slipping, self.path("read.bag"))
+        with open(desired, "w") as file:
+            file.write("t,x,y,V_X,V_Y,Omega\n0,0,0,0,0,0\n4,1,0,0,0,0\n")
+        with open(self.path("read.yaml"), "w") as file:
+            file.write("robot: {}\n")
+        arguments = [bag, "--scene", self.path("read.yaml"), "--desired", desired]
+        os.mkdir(folder)
+        for read in (bag, self.path("read.yaml"), desired):
+            with open(read, "rb") as file:
+                content = file.read()
+            for option, name in (("--csv", "summary.csv"), ("--csv", "slip.csv"), ("--plots", "slip.png")):
+                for link in (os.symlink, os.link):
+                    place = os.path.join(folder, name)
+                    link(read, place)
+                    self.analyse(*arguments, option, folder, status=2)
+                    self.one_line("%s = %s: must not be a file that is read" % (option, place))
+                    self.assertEqual((self.out, os.listdir(folder)), ("", [name]))
+                    os.remove(place)
+            with open(read, "rb") as file:
+                self.assertEqual(file.read(), content)
+        os.symlink("slip.csv", os.path.join(folder, "summary.csv"))
+        self.analyse(bag, "--csv", folder, status=2)
+        self.one_line("summary.csv: must not be the file of --csv")
+        # The path has no table: a motion of that name stays.
+        os.mkdir(self.path("beside"))
+        desired = shutil.copy(desired, os.path.join(self.path("beside"), "path.csv"))
+        self.analyse(bag, "--desired", desired, "--only", "path,path", "--csv", self.path("beside"))
+        self.assertEqual(self.out.count("off the desired path"), 1)
+
+    def test_standard_output_that_takes_no_more(self):
+        with open("/dev/full", "w") as full:
+            ran = subprocess.run([sys.executable, SCRIPT, self.slipping, "--only", "path", "--csv", self.path("told")],
+                                 stdout=full, stderr=subprocess.PIPE, text=True)
+        self.assertEqual(ran.stderr, "analyse: standard output: cannot be written: no space left for it "
+                         "(No space left on device)\n")
+        self.assertEqual((ran.returncode, os.listdir(self.path("told"))), (1, ["summary.csv"]))
+        read, write = os.pipe()
+        os.close(read)
+        ran = subprocess.run([sys.executable, SCRIPT, "--help"], stdout=write, stderr=subprocess.PIPE, text=True)
+        os.close(write)
+        self.assertEqual((ran.returncode, ran.stderr), (1, ""))
 
     def test_devices_stay_devices_and_files_keep_their_mode(self):
         with tempfile.TemporaryDirectory() as folder:
@@ -532,14 +625,43 @@ class AnalyseTest(unittest.TestCase):
                                  (["--desired", "/none"], "/none: No such file"),
                                  (["--desired", SCRIPT], "must be rows of simulate --csv")):
             self.analyse(self.slipping, *arguments, status=2)
-            self.assertIn(words, self.err.splitlines()[-1])
+            self.one_line(words)
         for text, words in (("robot: {wheel_radius: -1}", "robot.wheel_radius is -1: must be a number > 0"),
                             ("robot: {rollers_per_wheel: 5.5}", "robot.rollers_per_wheel is 5.5"),
+                            ("robot: {wheel_radius: 1%s}" % (400 * "0"), "robot.wheel_radius is 1000"),
+                            ("robot: {wheel_radius: 2024-13-45}", "is no YAML"),
                             ("robot: 3", "must be a scene"), ("[", "is no YAML")):
             with open(self.path("bad.yaml"), "w") as file:
                 file.write(text)
             self.analyse(self.slipping, "--scene", self.path("bad.yaml"), status=2)
             self.one_line(words)
+
+    def test_what_is_read_is_a_file_or_a_pipe_and_not_too_long(self):
+        os.mkfifo(self.path("nobody"))
+        with open(self.path("long"), "wb") as file:
+            file.truncate(250000001)
+        for option, most in (("--scene", "1000000"), ("--desired", "250000000")):
+            for path, words in ((self.path("nobody"), "is a pipe that nobody writes to; must be"),
+                                ("/dev/zero", "is neither a file nor a pipe; must be"),
+                                (self.folder, "Is a directory; must be"),
+                                (self.path("long"), "is longer than %s bytes" % most)):
+                self.analyse(self.slipping, option, path, status=2)
+                self.one_line("%s %s: %s" % (option, path, words))
+        os.mkfifo(self.path("somebody"))
+        with subprocess.Popen(["sh", "-c", "exec >$0; sleep 1.2; echo 'robot: {wheel_radius: -7}'",
+                               self.path("somebody")]):
+            self.analyse(self.slipping, "--scene", self.path("somebody"), status=2)
+        self.one_line("robot.wheel_radius is -7")
+
+    def test_empty_names_are_refused(self):
+        for option in ("--csv", "--plots", "--scene", "--desired"):
+            self.analyse(self.slipping, option, "", status=2)
+            self.one_line('%s = "": must not be empty' % option)
+        for option in ("--only", "--topic"):
+            self.analyse(self.slipping, option, "", status=2)
+            self.one_line("%s: '': must be" % option)
+        self.analyse("", status=2)
+        self.one_line('bag = "": must not be empty')
 
     def test_plots(self):
         folder = self.path("plots")
