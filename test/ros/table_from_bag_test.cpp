@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <rosbag/bag.h>
 
+#include <filesystem>
 #include <functional>
 
 #include "program.h"
@@ -191,11 +192,43 @@ TEST_F(TableFromBagTest, RefusesInOneLineThatSaysWhy) {
 TEST_F(TableFromBagTest, RefusesOutputsThatWouldDestroySomething) {
   folder_.write("x.bag", "what is read\n");
   const std::string bag = folder_.path("x.bag"), table = folder_.path("table.csv");
-  expect_refused({"--velocity", bag}, {"--velocity", "x.bag", "must not be the bag"});
-  expect_refused({"--velocity", folder_.path("./x.bag")}, {"--velocity", "must not be the bag"});
+  expect_refused({"--velocity", bag}, {"--velocity", "x.bag", "must not be a file that is read"});
+  expect_refused({"--velocity", folder_.path("./x.bag")}, {"--velocity", "must not be a file that is read"});
   expect_refused({"--velocity", table, "--torque", table}, {"--torque", "table.csv", "the file of --velocity"});
   expect_refused({"--velocity", "", "--torque", table}, {"--velocity", "must not be empty"});
   EXPECT_EQ(folder_.read("x.bag"), "what is read\n");
+}
+
+TEST_F(TableFromBagTest, ChecksEveryOutputBeforeItWritesOne) {
+  drive_and_record(false);
+  const std::string bag = folder_.read("x.bag"), table = folder_.path("table.csv");
+  const std::filesystem::path link = folder_.path("link.csv");
+  std::filesystem::create_symlink("x.bag", link);
+  expect_refused({"--measured", "--velocity", table, "--torque", link},
+                 {"--torque", "link.csv", "a file that is read"});
+  expect_refused({"--measured", "--velocity", table, "--torque", folder_.path("none/t.csv")},
+                 {"none/t.csv: cannot be written: No such file or directory"});
+  expect_refused({"--measured", "--velocity", table, "--torque", folder_.path(".")}, {"Is a directory"});
+  EXPECT_EQ(folder_.read("x.bag"), bag);
+}
+
+TEST_F(TableFromBagTest, WhereAnOutputTakesNoMoreTheExitStatusIs1) {
+  drive_and_record(false);
+  const std::string no_space = "cannot be written: no space left for it (No space left on device)\n";
+  EXPECT_EQ(make_table({"--measured", "--velocity", "/dev/full"}), 1);
+  EXPECT_NE(said_.find("table_from_bag: /dev/full: " + no_space), std::string::npos) << said_;
+  Program shell("/bin/sh", {"-c", R"("$0" "$@" > /dev/full)", PYTHON, TABLE_FROM_BAG, folder_.path("x.bag"),
+                            "--measured", "--velocity", folder_.path("table.csv")});
+  EXPECT_EQ(shell.wait(), 1);
+  EXPECT_EQ(shell.err(), "table_from_bag: standard output: " + no_space);
+  EXPECT_EQ(table().t.size(), rates_.size()) << "the table is whole all the same";
+}
+
+TEST_F(TableFromBagTest, RefusesTextsThatAreEmpty) {
+  const std::string table = folder_.path("table.csv");
+  expect_refused({"--velocity", table, "--torque", ""}, {"--torque = \"\": must not be empty"});
+  expect_refused({"--velocity", table, "--topic", ""}, {"--topic = \"\": must not be empty"});
+  expect_refused({"--velocity", table, "--wheel-radius", ""}, {"--wheel-radius: '': must be a number > 0"});
 }
 
 TEST_F(TableFromBagTest, OfABagThatIsCutTheTableHasWhatCanBeRead) {
