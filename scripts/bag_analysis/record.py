@@ -170,7 +170,7 @@ class LeftOut:
 
     def __init__(self):
         self.foreign, self.lacking, self.wild = {}, {}, {}  # numbers of messages
-        self.seen, self.whole = set(), set()  # topics; topics and fields
+        self.seen, self.filled = set(), set()  # topics; their fields that are not always empty
 
     def cleaned(self, topic, fields):
         """The numbers of a message in one row; None if nothing in it can be used."""
@@ -180,13 +180,14 @@ class LeftOut:
             return None
         row, is_usable = [], False
         for name, values in fields.items():
-            if values is LACKING:
+            if values is not EMPTY:
+                self.filled.add((topic, name))
+            if values is EMPTY or values is MISCOUNTED:
                 count(self.lacking, (topic, name))
             elif not all(abs(value) <= LARGEST for value in values):
                 count(self.wild, (topic, name))
                 values = (math.nan,) * len(values)
             else:
-                self.whole.add((topic, name))
                 is_usable = True
             row += values
         return row if is_usable else None
@@ -202,7 +203,7 @@ class LeftOut:
             yield "%s: %s of %d messages is not finite, or beyond %g: left out" % (
                 shown(topic), field_name, number, LARGEST)
         for (topic, field_name), number in self.lacking.items():
-            if (topic, field_name) in self.whole or (topic, field_name) in self.wild:  # else there is none, as of effort
+            if (topic, field_name) in self.filled:
                 yield "%s: %s of %d messages has fewer or more numbers than there are names: left out" % (
                     shown(topic), field_name, number)
         for topic, number in self.foreign.items():
@@ -234,7 +235,8 @@ def find_topics(bag, chosen):
 
 # What a message tells: {field: numbers}, each of which is used or left out as a whole; None for one of something else.
 
-LACKING = (math.nan,) * 4  # itself, not its like: a field of joint_states without a number for each name
+# Fields of joint_states without a number for each name: these objects, not their likes.
+EMPTY, MISCOUNTED = [math.nan] * 4, [math.nan] * 4
 
 
 def pose_fields(message):
@@ -248,8 +250,9 @@ def joint_fields(message):
     if not set(JOINTS) <= set(message.name):
         return None
     index = [message.name.index(joint) for joint in JOINTS]
-    return {name: [column[i] for i in index] if len(column) == len(message.name) else LACKING for name, column in (
-        ("position", message.position), ("velocity", message.velocity), ("effort", message.effort))}
+    return {name: [column[i] for i in index] if len(column) == len(message.name) else MISCOUNTED if column else EMPTY
+            for name, column in (("position", message.position), ("velocity", message.velocity),
+                                 ("effort", message.effort))}
 
 
 def switch_fields(message):
@@ -356,10 +359,10 @@ def wheel_series(t, values, record):
     positions, both = series.known("position"), series.known("position", "rate")
     sign = velocity_sign(list(zip(both["position"].tolist(), both["rate"].tolist()))) if both else None
     if not positions:
-        record.notes.append("%s has no positions: the velocities are taken as positive forward" % topic)
+        record.notes.append("%s tells no positions: the velocities are taken as positive forward" % topic)
     elif sign is None and len(positions) > 1:
         record.notes.append("%s: %s: takes the differences of the positions" % (
-            topic, "its velocities do not agree with its positions" if both else "has no velocities"))
+            topic, "its velocities do not agree with its positions" if both else "tells no velocities"))
         series.columns["rate"] = np.full((len(t), 4), np.nan)
         series.columns["rate"][np.isin(t, positions.t)] = rates_of(positions)
     elif sign == "driver_exact":

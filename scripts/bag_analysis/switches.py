@@ -54,7 +54,8 @@ def add_expected_jump(section, record, switches):
     """The contact point jumps along the axle, so that V_PX jumps by this times the yaw rate."""
     truth = record.get("ground_truth", "Omega")
     if not truth:
-        section.say("jump of slip, by geometry", "not told: %s, for the yaw rate" % record.lack("ground_truth", "Omega"))
+        section.say("jump of slip, by geometry",
+                    "not told: %s, for the yaw rate" % record.lack("ground_truth", "Omega"))
         return
     jump = record.base.jump_of_offset() * np.abs(truth.at(switches.t, "Omega"))
     jump = jump[np.isfinite(jump)]
