@@ -3,9 +3,11 @@ import argparse
 import contextlib
 import errno
 import os
+import reprlib
 import sys
 
 DONE, NOT_COMPLETED, REFUSED, INTERRUPTED = 0, 1, 2, 130  # exit status
+LONGEST_QUOTE = 60  # characters
 
 
 class Refused(Exception):
@@ -21,6 +23,12 @@ class Failed(Exception):
 def shown(name):
     """A file's or topic's name as a message may show it: in one line, and only what a terminal can print."""
     return name if name.isprintable() else ascii(name)
+
+
+def quoted(value):
+    """A value of a file, cut where it is long: lists may hold each other a billion times."""
+    text = reprlib.repr(value)
+    return text if len(text) <= LONGEST_QUOTE else text[:LONGEST_QUOTE] + "..."
 
 
 def one_line(error):

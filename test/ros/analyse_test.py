@@ -635,6 +635,7 @@ class AnalyseTest(unittest.TestCase):
                             ("robot: {rollers_per_wheel: 5.5}", "robot.rollers_per_wheel is 5.5"),
                             ("robot: {wheel_radius: 1%s}" % (400 * "0"), "robot.wheel_radius is 1000"),
                             ("robot: {wheel_radius: 2024-13-45}", "is no YAML"),
+                            ("robot: {wheel_radius: [%s]}" % ("[1, 2, 3], " * 50), "[1, 2, 3], [1, ...: must be a"),
                             ("robot: 3", "must be a scene"), ("[", "is no YAML")):
             with open(self.path("bad.yaml"), "w") as file:
                 file.write(text)
