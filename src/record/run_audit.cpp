@@ -64,7 +64,7 @@ std::string reason_to_distrust(const Simulation& simulation, const EnergyAudit& 
   const double speed = scene.solver.absolute_tolerance / tolerance +
                        scene.floor.f.maxCoeff() * scene.floor.g * energy.longest_interval();
   const double exchanged = std::max(energy.max_kinetic_energy(), energy.drive_work());
-  const double share = std::max(std::clamp(1e3 * tolerance, 1e-9, 1e-2), 10 * tolerance);
+  const double share = std::clamp(std::max(std::min(1e3 * tolerance, 1e-2), 10 * tolerance), 1e-9, 0.1);
   const double allowed = share * (exchanged + 0.5 * scene.robot.m_s() * speed * speed);
   if (energy.max_balance_error() <= allowed && std::isfinite(exchanged)) return "";
   return fmt::format("the energy balance is off by {:.2g} J of {:.2g} J, where {:.2g} J are allowed",

@@ -1,9 +1,13 @@
 #include "youbot_base_sim/ros/program.h"
 
+#include <ros/network.h>
 #include <ros/ros.h>
 
 #include <csignal>
+#include <cstdint>
 #include <cstdio>
+#include <cstdlib>
+#include <cstring>
 #include <exception>
 #include <string>
 
@@ -39,12 +43,37 @@ void complain(const char* name, const std::string& text) {
   }
 }
 
+/// ros::init, whose own answer to an address of the master that it cannot read is a breakpoint. Throws ParameterError.
+void init(int& argc, char** argv, const char* name) {
+  const char* master = std::getenv("ROS_MASTER_URI");
+  constexpr char kRemapping[] = "__master:=";
+  for (int i = 1; i < argc; ++i) {
+    if (std::strncmp(argv[i], kRemapping, sizeof(kRemapping) - 1) == 0) master = argv[i] + sizeof(kRemapping) - 1;
+  }
+  std::string host;
+  std::uint32_t port = 0;
+  if (!master || !ros::network::splitURI(master, host, port) || port < 1 || port > 65535) {
+    throw ParameterError((master ? "ROS_MASTER_URI = " + quote(master) : "ROS_MASTER_URI is not set") +
+                         ": must be http://HOST:PORT");
+  }
+  try {
+    ros::init(argc, argv, name, ros::init_options::NoSigintHandler);
+  } catch (const ros::Exception& error) {  // of names
+    throw ParameterError(error.what());
+  }
+}
+
 }  // namespace
 
 const std::atomic<bool>& end_requested() { return end_is_requested; }
 
 int run_program(int argc, char** argv, const char* name, const std::function<void()>& body) {
-  ros::init(argc, argv, name, ros::init_options::NoSigintHandler);
+  try {
+    init(argc, argv, name);
+  } catch (const ParameterError& error) {
+    print_error(name, error.what());
+    return 2;
+  }
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) end_ros_on(signal);
   if (argc > 1) {
     ROS_FATAL("unexpected argument %s: %s takes ROS parameters, as _scene:=FILE, and remappings only",

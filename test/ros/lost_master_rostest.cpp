@@ -11,6 +11,7 @@
 
 #include "free_port.h"
 #include "program.h"
+#include "promises/refusals.h"
 #include "rostest_main.h"
 
 namespace youbot_base_sim {
@@ -76,6 +77,29 @@ TEST_F(LostMaster, need_not_be_there_for_the_node_to_end) {
     program->send(SIGINT);
     EXPECT_EQ(program->wait(), 1) << said();
     EXPECT_NE(said().find("interrupted before there was a master"), std::string::npos) << said();
+  }
+}
+
+// roscpp would abort, or stop at a breakpoint.
+TEST(Start, is_refused_with_a_name_or_an_address_that_cannot_be) {
+  const std::vector<std::vector<std::string>> cases = {{"__name:=a/b", "a/b"},
+                                                       {"__name:=1x", "1x"},
+                                                       {"__ns:=a b", "a b"},
+                                                       {"cmd_vel:=a@", "a@"},
+                                                       {"__master:=garbage", "garbage"},
+                                                       {"__master:=", "ROS_MASTER_URI"},
+                                                       {"__master:=http://h", "HOST"},
+                                                       {"__master:=http://localhost:65536", "65536"}};
+  for (const auto& wrong : cases) {
+    for (const char* path : {BASE_NODE, PLAY_SCENE}) {
+      Program program(path, {wrong[0]});
+      EXPECT_EQ(program.wait(), 2) << wrong[0];
+      EXPECT_EQ(program.out(), "");
+      std::string line = program.err();
+      ASSERT_FALSE(line.empty());
+      line.pop_back();
+      expect_refusal(line, {wrong[1]});
+    }
   }
 }
 
