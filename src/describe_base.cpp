@@ -13,6 +13,7 @@
 #include "youbot_base_sim/scene/meshes.h"
 #include "youbot_base_sim/scene/scene.h"
 #include "youbot_base_sim/scene/urdf.h"
+#include "youbot_base_sim/text/command_line.h"
 #include "youbot_base_sim/text/print_error.h"
 #include "youbot_base_sim/text/quote.h"
 
@@ -26,7 +27,7 @@ struct Arguments {
   std::string meshes;  // folder; empty: the package has them, or the cache
 };
 
-/// Reads the command line; false if all that was wanted was help. Throws boost::program_options::error.
+/// Reads the command line; false if all that was wanted was help. Throws boost::program_options::error or OptionError.
 bool read_arguments(int argc, char** argv, Arguments& arguments) {
   namespace po = boost::program_options;
   po::options_description options("Options");
@@ -50,7 +51,11 @@ bool read_arguments(int argc, char** argv, Arguments& arguments) {
                 .run(),
             given);
   po::notify(given);
-  if (!given.count("help")) return true;
+  if (!given.count("help")) {
+    if (arguments.scene.empty()) given.erase("scene");  // which may be
+    refuse_empty(given, "scene");
+    return true;
+  }
   std::cout << "Usage: describe_base [SCENE.yaml] [options]\n\nPrints the URDF of the base that the scene simulates; "
                "without a scene, of the paper's robot.\n\n"
             << options;
@@ -91,7 +96,7 @@ int main(int argc, char** argv) {
   } catch (const boost::program_options::error& error) {
     print_error("describe_base", quote(error.what(), kMaxMessage) + "; see describe_base --help");
     return 2;
-  } catch (const std::runtime_error& error) {  // SceneError, OutputError
+  } catch (const std::runtime_error& error) {  // OptionError, SceneError, OutputError
     print_error("describe_base", error.what());
     return 2;
   }

@@ -30,7 +30,8 @@ struct Arguments {
   bool quiet = false;
 };
 
-/// Reads the command line; false if all that was wanted was help. Throws boost::program_options::error or SceneError.
+/// Reads the command line; false if all that was wanted was help. Throws boost::program_options::error, OptionError
+/// or SceneError.
 bool read_arguments(int argc, char** argv, Arguments& arguments) {
   namespace po = boost::program_options;
   po::options_description options("Options");
@@ -143,7 +144,7 @@ int main(int argc, char** argv) {
   } catch (const boost::program_options::error& error) {
     print_error("identify", quote(error.what(), kMaxMessage) + "; see identify --help");
     return kRefused;
-  } catch (const std::runtime_error& error) {  // SceneError, OutputError
+  } catch (const std::runtime_error& error) {  // OptionError, SceneError, OutputError
     print_error("identify", error.what());
     return kRefused;
   }

@@ -29,6 +29,8 @@ namespace {
 using namespace youbot_base_sim;
 using Clock = std::chrono::steady_clock;
 
+constexpr Range kCpuLimits{1e-9, 1e9, "s"};
+
 struct Arguments {
   std::string scene;
   SceneOverrides overrides;
@@ -46,7 +48,8 @@ std::string method_help() {
   return text;
 }
 
-/// Reads the command line; false if all that was wanted was help. Throws boost::program_options::error or SceneError.
+/// Reads the command line; false if all that was wanted was help. Throws boost::program_options::error, OptionError or
+/// SceneError.
 bool read_arguments(int argc, char** argv, Arguments& arguments) {
   namespace po = boost::program_options;
   po::options_description options("Options");
@@ -61,10 +64,10 @@ bool read_arguments(int argc, char** argv, Arguments& arguments) {
     ("model", po::value(&arguments.overrides.model)->value_name("NAME"),
      "no_slip, viscous or coulomb, in place of the scene's")
     ("method", po::value(&arguments.overrides.method)->value_name("NAME"), method_help().c_str())
-    ("relative-tolerance", po::value<double>()->value_name("X"),
+    ("relative-tolerance", po::value<std::string>()->value_name("X"),
      "in place of the scene's, 1e-14 to 0.1; the default, 3e-7, keeps the paper's Cases 1 and 2 within 1e-5 m and "
      "1e-5 rad of the exact motion over 30 s")
-    ("cpu-limit", po::value(&arguments.cpu_limit)->value_name("SECONDS"),
+    ("cpu-limit", po::value<std::string>()->value_name("SECONDS"),
      "stop at the first row after this much processor time; writes the summary, keeps the rest as FILE.incomplete-*, "
      "and exits with status 1")
     ("quiet", po::bool_switch(&arguments.quiet), "print nothing but errors and warnings of a result not to be trusted")
@@ -87,15 +90,11 @@ bool read_arguments(int argc, char** argv, Arguments& arguments) {
   if (!given.count("scene")) throw SceneError("no scene given; usage: simulate SCENE.yaml [options]");
   refuse_empty(given, "scene");
   if (given.count("relative-tolerance")) {
-    const double tolerance = given["relative-tolerance"].as<double>();
-    if (!contains(kRelativeTolerances, tolerance)) {
-      throw SceneError(fmt::format("--relative-tolerance = {}: must be {}", tolerance, text_of(kRelativeTolerances)));
-    }
-    arguments.overrides.relative_tolerance = tolerance;
+    arguments.overrides.relative_tolerance =
+        number_of("--relative-tolerance", given["relative-tolerance"].as<std::string>(), kRelativeTolerances);
   }
-  if (given.count("cpu-limit") && !(arguments.cpu_limit > 0)) {
-    throw SceneError(fmt::format("--cpu-limit = {}: must be a number > 0", arguments.cpu_limit));
-  }
+  if (given.count("cpu-limit"))
+    arguments.cpu_limit = number_of("--cpu-limit", given["cpu-limit"].as<std::string>(), kCpuLimits);
   if (arguments.overrides.contacts && arguments.bag.empty()) throw SceneError("--contacts: must be given with --bag");
 #ifndef YOUBOT_BASE_SIM_ROS
   if (!arguments.bag.empty()) throw SceneError("--bag: this simulate was built without ROS");
@@ -159,6 +158,7 @@ class Outputs {
         action(**recorder);
         ++recorder;
       } catch (const OutputError& error) {
+        if (error.is_interrupted()) throw;
         failed_ = true;
         recorder = recorders_.erase(recorder);
         if (recorders_.empty() && !summary_) throw;  // nothing to go on for
@@ -189,26 +189,26 @@ class Run {
 
   /// Writes all rows. Throws where the run ends early, whose outputs are kept as incomplete ones.
   void complete() {
-    try {
-      RowLoop rows(simulation_, audit_.energy);
-      while (next(rows)) write_row(rows.t());
-      progress_.clear();
-    } catch (const Stopped&) {
-      fail(fmt::format("stopped after t = {:g} s by {}", simulation_.time(), stop_reason()));
-    } catch (const TippedOver& error) {
-      tipped_ = error;
-      outputs_.commit_summary(simulation_, wall_time_, audit_);  // tells what the wheels bore
-      fail(error.what());
-    } catch (const std::exception& error) {
-      fail(error.what());
-    }
+    attempt([&] {
+      try {
+        RowLoop rows(simulation_, audit_.energy);
+        while (next(rows)) write_row(rows.t());
+      } catch (const TippedOver& error) {
+        tipped_ = error;
+        outputs_.commit_summary(simulation_, wall_time_, audit_);  // tells what the wheels bore
+        throw;
+      }
+    });
+    progress_.clear();
     audit_.completed = true;
   }
 
   /// Puts the outputs in their places, and prints what is to be known.
   void report() {
-    outputs_.commit();
-    outputs_.commit_summary(simulation_, wall_time_, audit_);
+    attempt([&] {
+      outputs_.commit();
+      outputs_.commit_summary(simulation_, wall_time_, audit_);
+    });
     if (!arguments_.quiet) fmt::print("{}", summary_text(simulation_, wall_time_));
     const std::string doubt = reason_to_distrust(simulation_, audit_.energy);
     if (!doubt.empty()) print_error("simulate", "warning: the result is not to be trusted: " + doubt);
@@ -224,6 +224,24 @@ class Run {
 
  private:
   static constexpr std::uint64_t kSecondOfWork = 4000000;  // evaluations of the right-hand side, about
+
+  /// Does a part of the run. Where that throws, ends all outputs early and says why.
+  template <class Action>
+  void attempt(const Action& action) {
+    const auto stopped = [&] {
+      fail(fmt::format("stopped after t = {:g} s by {}", simulation_.time(), stop_reason()));
+    };
+    try {
+      action();
+    } catch (const Stopped&) {
+      stopped();
+    } catch (const OutputError& error) {
+      if (error.is_interrupted()) stopped();
+      fail(error.what());
+    } catch (const std::exception& error) {
+      fail(error.what());
+    }
+  }
 
   /// Advances to the next row, and measures what that took.
   bool next(RowLoop& rows) {
@@ -277,8 +295,9 @@ int simulate(const Arguments& arguments, const Scene& scene) {
   try {
     outputs.emplace(arguments, scene, progress);
   } catch (const OutputError& error) {
-    print_error("simulate", error.what());
-    return stop_requested() ? kNotCompleted : kRefused;
+    const bool stopped = error.is_interrupted();
+    print_error("simulate", stopped ? fmt::format("stopped by {}; {}", stop_reason(), error.what()) : error.what());
+    return stopped || error.is_full() ? kNotCompleted : kRefused;
   }
   for (const std::string& warning : {unlikely_geometry(scene.robot), without_effect(scene), told}) {
     if (!arguments.quiet && !warning.empty()) print_error("simulate", warning);
@@ -310,7 +329,7 @@ int run_program(int argc, char** argv) {
   } catch (const boost::program_options::error& error) {
     print_error("simulate", quote(error.what(), kMaxMessage) + "; see simulate --help");
     return kRefused;
-  } catch (const SceneError& error) {
+  } catch (const std::runtime_error& error) {  // OptionError, SceneError
     print_error("simulate", error.what());
     return kRefused;
   }

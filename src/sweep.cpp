@@ -38,7 +38,7 @@ constexpr int kMaxThreads = 1024;
 
 struct Arguments {
   std::string family, csv;
-  std::optional<std::uint64_t> scene;  // a run whose scene is to be printed
+  std::string scene;  // a run whose scene is to be printed, as typed; empty: none
   int threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));  // or ranks
   bool list = false, quiet = false;
 };
@@ -52,7 +52,8 @@ std::string quantity_help() {
   return text;
 }
 
-/// Reads the command line; false if all that was wanted was help. Throws boost::program_options::error or SceneError.
+/// Reads the command line; false if all that was wanted was help. Throws boost::program_options::error, OptionError or
+/// SceneError.
 bool read_arguments(int argc, char** argv, const Ranks& ranks, Arguments& arguments) {
   namespace po = boost::program_options;
   po::options_description options("Options");
@@ -60,10 +61,10 @@ bool read_arguments(int argc, char** argv, const Ranks& ranks, Arguments& argume
   options.add_options()
     ("csv", po::value(&arguments.csv)->value_name("FILE"),
      "write the table there; left out: FAMILY.csv in the current folder. FILE.journal keeps finished runs meanwhile")
-    ("threads", po::value(&arguments.threads)->value_name("N"),
+    ("threads", po::value<std::string>()->value_name("N"),
      "left out: one for each core; not under mpirun")
     ("list", po::bool_switch(&arguments.list), "say how many runs there are and how long they will take, and end")
-    ("scene", po::value<std::uint64_t>()->value_name("RUN"), "print the scene of a run, for simulate, and end")
+    ("scene", po::value(&arguments.scene)->value_name("RUN"), "print the scene of a run, for simulate, and end")
     ("quiet", po::bool_switch(&arguments.quiet), "print nothing but errors and warnings of runs that failed")
     ("help", "print this");
   // clang-format on
@@ -85,32 +86,15 @@ bool read_arguments(int argc, char** argv, const Ranks& ranks, Arguments& argume
   }
   if (!given.count("family")) throw SceneError("no family given; usage: sweep FAMILY.yaml [options]");
   refuse_empty(given, "family");
-  if (given.count("scene")) arguments.scene = given["scene"].as<std::uint64_t>();
-  if (given.count("threads") && (arguments.threads < 1 || arguments.threads > kMaxThreads)) {
-    throw SceneError(fmt::format("--threads = {}: must be from 1 to {}", arguments.threads, kMaxThreads));
-  }
+  const std::string threads = given.count("threads") ? given["threads"].as<std::string>() : "";
+  if (!threads.empty()) arguments.threads = static_cast<int>(whole_number_of("--threads", threads, 1, kMaxThreads));
   if (ranks.size() > 1) {
-    if (given.count("threads")) {
-      throw SceneError(fmt::format("--threads = {}: must be left out under mpirun, where each rank takes one core",
-                                   arguments.threads));
-    }
+    if (!threads.empty())
+      throw OptionError("--threads", threads, "be left out under mpirun, where each rank takes one core");
     arguments.threads = ranks.size();
   }
   if (arguments.csv.empty()) arguments.csv = std::filesystem::path(arguments.family).stem().string() + ".csv";
   return true;
-}
-
-/// Opens outputs, none of which is one that is read. Throws OutputError.
-OutputFile open_table(const Arguments& arguments, const Family& family) {
-  std::vector<std::string> inputs = family.tables;
-  inputs.insert(inputs.end(), {family.path, family.scene.path});
-  OutputFile table = OutputOpener(inputs).open("--csv", arguments.csv);
-  const auto& existing = table.place().existing;
-  if (existing && !S_ISREG(existing->st_mode)) {
-    throw OutputError(
-        fmt::format("--csv = {}: must be a file: the journal of runs stands beside it", quote_path(arguments.csv)));
-  }
-  return table;
 }
 
 std::string journal_of(const Arguments& arguments) { return arguments.csv + ".journal"; }
@@ -120,11 +104,37 @@ std::string folder_of(const Arguments& arguments) {
   return std::filesystem::path(arguments.csv).replace_extension().string() + "_runs";
 }
 
-void make_folder(const std::string& folder) {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) throw OutputError(fmt::format("{}: cannot be made: {}", quote_path(folder), error.message()));
+/// Keeps apart what the sweep reads and all that it will write. Throws OutputError.
+void keep_apart(const Arguments& arguments, const Family& family, const RowMaker& maker) {
+  std::vector<std::string> inputs = family.tables;
+  inputs.insert(inputs.end(), {family.path, family.scene.path});
+  OutputOpener opener(inputs);
+  opener.keep("--csv", arguments.csv);
+  OutputFile(arguments.csv);  // which may be refused
+  opener.keep("the journal beside --csv", journal_of(arguments));
+  maker.keep_trajectories(opener);
 }
+
+/// The folder of trajectories. Unless it was there, it goes again with this object if nothing is in it.
+class Folder {
+ public:
+  /// Throws OutputError.
+  explicit Folder(const std::string& path) : path_(path) {
+    std::error_code error;
+    made_ = std::filesystem::create_directory(path, error);
+    if (error) refuse_output(path, error.value());
+  }
+  ~Folder() {
+    std::error_code ignored;
+    if (made_) std::filesystem::remove(path_, ignored);
+  }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+
+ private:
+  std::string path_;
+  bool made_;
+};
 
 RowMaker row_maker(const Arguments& arguments, const Family& family) {
   RowMaker::MakeRecorder make_bag;
@@ -238,7 +248,7 @@ class Sweep {
       throw SceneError(fmt::format("{}: a table of its scenes was changed while it ran; delete {} to begin anew",
                                    quote_path(family_.path), quote_path(journal_of(arguments_))));
     }
-    OutputFile table = open_table(arguments_, family_);
+    OutputFile table(arguments_.csv);
     table.sync_on_commit();  // for then the journal goes
     Spread spread(family_);
     table.write(maker_.header() + "\n");
@@ -292,12 +302,16 @@ void list(const Arguments& arguments, Family family, const Ranks& ranks) {
 
 /// The work of rank 0. Returns the exit status.
 int run_first(const Arguments& arguments, const Family& family, const RowMaker& maker, const Ranks& ranks) {
+  std::optional<Folder> folder;
   std::optional<Sweep> sweep;
   try {
-    open_table(arguments, family);
-    if (family.trajectories) make_folder(folder_of(arguments));
+    keep_apart(arguments, family, maker);
+    if (family.trajectories) folder.emplace(folder_of(arguments));
     sweep.emplace(arguments, family, maker, ranks);
-  } catch (const std::runtime_error& error) {  // OutputError, SceneError
+  } catch (const OutputError& error) {
+    print_error("sweep", error.what());
+    return error.is_full() ? kNotCompleted : kRefused;
+  } catch (const SceneError& error) {
     print_error("sweep", error.what());
     return kRefused;
   }
@@ -345,6 +359,7 @@ int run_program(int argc, char** argv) {
   Family family;
   std::optional<RowMaker> maker;
   const Ranks ranks(argc, argv);
+  std::uint64_t scene = 0;
   std::string refusal;
   bool helped = false;
   try {
@@ -352,12 +367,11 @@ int run_program(int argc, char** argv) {
     if (!helped) {
       family = load_family(arguments.family);
       maker.emplace(row_maker(arguments, family));
-      if (arguments.scene && *arguments.scene >= family.runs())
-        throw SceneError(fmt::format("--scene = {}: must be from 0 to {}", *arguments.scene, family.runs() - 1));
+      if (!arguments.scene.empty()) scene = whole_number_of("--scene", arguments.scene, 0, family.runs() - 1);
     }
   } catch (const boost::program_options::error& error) {
     refusal = quote(error.what(), kMaxMessage) + "; see sweep --help";
-  } catch (const SceneError& error) {
+  } catch (const std::runtime_error& error) {  // OptionError, SceneError
     refusal = error.what();
   }
   const std::vector<std::string> refusals = ranks.gather(refusal);
@@ -368,12 +382,12 @@ int run_program(int argc, char** argv) {
   }
   if (helped) return kDone;
   catch_signals();
-  if (arguments.scene || arguments.list) {
+  if (!arguments.scene.empty() || arguments.list) {
     if (ranks.rank() > 0) return kDone;
     if (arguments.list) {
       list(arguments, family, ranks);
     } else {
-      fmt::print("{}", text_of(family.scene, family.settings(*arguments.scene)));
+      fmt::print("{}", text_of(family.scene, family.settings(scene)));
     }
     return kDone;
   }

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/ioctl.h>
 #include <sys/stat.h>
 
 #include <algorithm>
@@ -292,6 +293,58 @@ TEST_F(SimulateTest, SignalsEndItWithMarkedFiles) {
     EXPECT_EQ(lines(folder_.read(incomplete("a.csv"))), 2);
     EXPECT_EQ(files().size(), 2u) << "the scene and what is kept";
     fs::remove(folder_.path(incomplete("a.csv")));
+  }
+}
+
+TEST_F(SimulateTest, SignalsEndItWhereNobodyReadsItsPipe) {
+  const std::string scene = folder_.write("scene.yaml", "duration: 10\noutput_rate: 1000\n" + kMotion);
+  const std::string pipe = folder_.path("pipe");
+  mkfifo(pipe.c_str(), 0600);
+  const auto send_until_it_ends = [](Program& simulate, int signal) {
+    for (int tries = 0; ::kill(simulate.id(), 0) == 0 && simulate.err().empty() && tries < 3000; ++tries) {
+      simulate.send(signal);  // again and again: one that comes just before the program waits does not wake it
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    EXPECT_EQ(simulate.wait(), 1);
+    EXPECT_EQ(lines(simulate.err()), 1) << simulate.err();
+    EXPECT_EQ(simulate.err().find("system call"), std::string::npos) << simulate.err();
+  };
+  const auto await = [](const auto& condition) {
+    for (int tries = 0; !condition() && tries < 3000; ++tries) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+  };
+  const auto catches = [](pid_t id, int signal) {  // see proc(5)
+    std::ifstream status("/proc/" + std::to_string(id) + "/status");
+    for (std::string line; std::getline(status, line);) {
+      if (line.rfind("SigCgt:", 0) == 0) return (std::stoull(line.substr(7), nullptr, 16) >> (signal - 1) & 1) != 0;
+    }
+    return false;
+  };
+  for (const int signal : {SIGINT, SIGTERM}) {
+    const std::string stopped = "by signal " + std::to_string(signal) + ", ";
+    {
+      Program simulate(SIMULATE, {scene, "--csv", pipe, "--quiet"});
+      await([&] { return catches(simulate.id(), signal); });
+      send_until_it_ends(simulate, signal);
+      EXPECT_EQ(simulate.err().find("simulate: stopped " + stopped), 0u) << simulate.err();
+      EXPECT_NE(simulate.err().find("pipe"), std::string::npos) << simulate.err();
+    }
+    const int reader = open(pipe.c_str(), O_RDONLY | O_NONBLOCK);
+    Program simulate(SIMULATE, {scene, "--csv", pipe, "--switches", folder_.path("s.csv"), "--quiet"});
+    int waiting = 0, before = -1;
+    await([&] {  // until no more comes
+      const bool same = ioctl(reader, FIONREAD, &waiting) == 0 && waiting > 40000 && waiting == before;
+      before = waiting;
+      return same;
+    });
+    send_until_it_ends(simulate, signal);
+    EXPECT_EQ(simulate.err().find("simulate: stopped after t = "), 0u) << simulate.err();
+    EXPECT_NE(simulate.err().find(stopped), std::string::npos) << simulate.err();
+    ASSERT_NE(incomplete("s.csv"), "");
+    EXPECT_NE(simulate.err().find(incomplete("s.csv")), std::string::npos) << simulate.err();
+    fs::remove(folder_.path(incomplete("s.csv")));
+    close(reader);
   }
 }
 

@@ -195,6 +195,21 @@ TEST_F(SweepTest, AFileThatMayNotGrowEndsItAndItGoesOn) {
   EXPECT_EQ(table(f), whole);
 }
 
+TEST_F(SweepTest, WithoutAnySpaceItIsNotCompletedAndLeavesNothing) {
+  const std::string command = " '" + family(6, "trajectories: {every: 1}\n") + "' --quiet --csv ";
+  std::set<std::string> before, after;
+  for (const auto& entry : fs::directory_iterator(folder_.path(""))) before.insert(entry.path().filename());
+  // Standard error is no file, which could not grow either.
+  Program sweep("/bin/sh", {"-c", "{ (trap '' XFSZ; ulimit -f 0; exec " SWEEP + command + "'" +
+                                      folder_.path("table.csv") + "'); echo status $?; } 2>&1 | cat"});
+  sweep.wait();
+  EXPECT_TRUE(std::regex_match(
+      sweep.out(), std::regex("sweep: .*table.csv.journal: cannot be written: no space left for it .*\nstatus 1\n")))
+      << sweep.out();
+  for (const auto& entry : fs::directory_iterator(folder_.path(""))) after.insert(entry.path().filename());
+  EXPECT_EQ(after, before);
+}
+
 TEST_F(SweepTest, GoesOnWithTheSameFamilyOnly) {
   const std::string f = family(20000);
   {

@@ -7,7 +7,7 @@ import stat
 import sys
 import tempfile
 
-from .program import Failed, Refused, reason_of, shown
+from .program import Failed, Refused, is_full, reason_of, shown
 
 WRITER_TIMEOUT = 1   # s, in which somebody must have opened a pipe to write
 MARK = ".incomplete-"
@@ -50,7 +50,7 @@ def first_bytes(pipe):
 
 class Outputs:
     """The files that a program writes: claimed before anything runs, written later. Each must be another one than those
-    that are read, and than each other. Throws Refused where a claim is wrong."""
+    that are read, and than each other. Throws Refused where a claim is wrong, Failed where no space is left."""
 
     def __init__(self, inputs):
         self.inputs = {identity(path) for path in inputs if os.path.exists(path)}
@@ -62,7 +62,7 @@ class Outputs:
             require_writable(path)
             this = identity(path)
         except OSError as error:
-            raise Refused("%s: cannot be written: %s" % (shown(path), error.strerror))
+            raise (Failed if is_full(error) else Refused)("%s: cannot be written: %s" % (shown(path), reason_of(error)))
         if this == identity(os.devnull):
             return
         reads = "a file that is read" if this in self.inputs else None

@@ -35,10 +35,13 @@ def one_line(error):
     return " ".join(str(error).split()) or type(error).__name__
 
 
+def is_full(error):
+    return error.errno in (errno.ENOSPC, errno.EFBIG, errno.EDQUOT)
+
+
 def reason_of(error):
     """Why an output cannot be written, of an OSError; of those for a full disk, all say "no space"."""
-    is_full = error.errno in (errno.ENOSPC, errno.EFBIG, errno.EDQUOT)
-    return "no space left for it (%s)" % error.strerror if is_full else error.strerror
+    return "no space left for it (%s)" % error.strerror if is_full(error) else error.strerror
 
 
 def complain(name, text):

@@ -28,8 +28,8 @@ constexpr std::size_t kMaxName = 255;     // bytes of a file's name
 
 bool is_full(int error) { return error == ENOSPC || error == EFBIG || error == EDQUOT; }
 
-[[noreturn]] void refuse(const std::string& path, const std::string& reason) {
-  throw OutputError(fmt::format("{}: cannot be written: {}", quote_path(path), reason));
+[[noreturn]] void refuse(const std::string& path, const std::string& reason, int error = 0) {
+  throw OutputError(fmt::format("{}: cannot be written: {}", quote_path(path), reason), error);
 }
 
 fs::path folder_of(const fs::path& path) { return path.has_parent_path() ? path.parent_path() : "."; }
@@ -50,7 +50,7 @@ fs::path follow_links(const std::string& path) {
   fs::path target = path;
   std::error_code error;
   for (int links = 0; fs::is_symlink(target, error) && !own_descriptor(target); ++links) {
-    if (links == kMaxLinks) refuse(path, OutputFile::text_of(ELOOP));
+    if (links == kMaxLinks) refuse_output(path, ELOOP);
     target = target.parent_path() / fs::read_symlink(target, error);
     if (error) refuse(path, error.message());
   }
@@ -85,19 +85,29 @@ int sync_folder(const fs::path& folder) {
   return error;
 }
 
+std::string identity_of(const struct stat& status) { return fmt::format("{}:{}", status.st_dev, status.st_ino); }
+
 }  // namespace
 
-OutputFile::OutputFile(const std::string& path, Access access) : path_(path), access_(access) {
+bool OutputError::is_full() const { return youbot_base_sim::is_full(error_); }
+
+void refuse_output(const std::string& path, int error) { refuse(path, OutputFile::text_of(error), error); }
+
+OutputFile::Place OutputFile::place_of(const std::string& path) {
   if (path.empty()) throw OutputError("an output's name must not be empty");
-  place_.target = follow_links(path);
+  Place place;
+  place.target = follow_links(path);
   struct stat status {};
-  if (stat(place_.target.c_str(), &status) == 0) {
-    place_.existing = status;
+  if (stat(place.target.c_str(), &status) == 0) {
+    place.existing = status;
   } else if (errno != ENOENT) {
-    refuse(path, text_of(errno));
+    refuse_output(path, errno);
   }
-  if (place_.existing ? S_ISDIR(place_.existing->st_mode) : !place_.target.has_filename())
-    refuse(path, text_of(EISDIR));
+  if (place.existing ? S_ISDIR(place.existing->st_mode) : !place.target.has_filename()) refuse_output(path, EISDIR);
+  return place;
+}
+
+OutputFile::OutputFile(const std::string& path, Access access) : path_(path), place_(place_of(path)), access_(access) {
   straight_ = own_descriptor(place_.target) || (place_.existing && !S_ISREG(place_.existing->st_mode));
   straight_ ? open_straight() : open_beside();
 }
@@ -110,21 +120,22 @@ void OutputFile::open_straight() {
   }
   // A copy of an own descriptor shares its position, where opening it once more would begin at 0 and overwrite.
   descriptor_ = own ? fcntl(*own, F_DUPFD_CLOEXEC, 0) : open(place_.target.c_str(), O_WRONLY | O_NOCTTY | O_CLOEXEC);
-  if (descriptor_ < 0) refuse(path_, text_of(errno));
+  if (descriptor_ < 0) refuse_output(path_, errno);
   if ((fcntl(descriptor_, F_GETFL) & O_ACCMODE) == O_RDONLY) {
     close();
-    refuse(path_, text_of(EBADF));
+    refuse_output(path_, EBADF);
   }
   name_ = place_.target;
 }
 
 void OutputFile::open_beside() {
   // Renaming would ask nobody.
-  if (place_.existing && access(place_.target.c_str(), W_OK) != 0) refuse(path_, text_of(errno));
+  if (place_.existing && access(place_.target.c_str(), W_OK) != 0) refuse_output(path_, errno);
   descriptor_ = create_beside(place_.target, name_);
   if (descriptor_ < 0) {
     const int error = errno;
-    refuse(path_, fmt::format("in its folder, {}: {}", quote_path(folder_of(place_.target).string()), text_of(error)));
+    refuse(path_, fmt::format("in its folder, {}: {}", quote_path(folder_of(place_.target).string()), text_of(error)),
+           error);
   }
   // Nobody may read meanwhile what only the owner may read in the end.
   if (place_.existing) fchmod(descriptor_, (place_.existing->st_mode & 0777) | S_IRUSR | S_IWUSR);
@@ -149,7 +160,7 @@ bool OutputFile::is_terminal() const { return straight_ && isatty(descriptor_); 
 void OutputFile::write(std::string_view lines) {
   buffer_ += lines;
   if (!straight_ && buffer_.size() < kBuffer) return;
-  if (const int error = flush()) fail(text_of(error));
+  if (const int error = flush()) fail(error);
 }
 
 int OutputFile::flush() {
@@ -183,15 +194,14 @@ int OutputFile::close() { return ::close(std::exchange(descriptor_, -1)) == 0 ? 
 
 void OutputFile::commit() {
   int error = flush();
-  if (error) fail(text_of(error));
+  if (error) fail(error);
   if (!straight_) {
     struct stat status {};
-    if (fstat(descriptor_, &status) != 0 || ftruncate(descriptor_, status.st_size) != 0)
-      fail(text_of(errno));  // see reserve
+    if (fstat(descriptor_, &status) != 0 || ftruncate(descriptor_, status.st_size) != 0) fail(errno);  // see reserve
     if (place_.existing) {
       // For root, who may replace a file of others.
       if (fchown(descriptor_, place_.existing->st_uid, place_.existing->st_gid) != 0) errno = 0;
-      if (fchmod(descriptor_, place_.existing->st_mode & 0777) != 0) fail(text_of(errno));
+      if (fchmod(descriptor_, place_.existing->st_mode & 0777) != 0) fail(errno);
     }
   }
   if (sync_on_commit_) error = sync(descriptor_);
@@ -199,7 +209,7 @@ void OutputFile::commit() {
   if (!error) error = closing;
   if (!error && !straight_ && rename(name_.c_str(), place_.target.c_str()) != 0) error = errno;
   if (!error && sync_on_commit_) error = sync_folder(folder_of(place_.target));
-  if (error) fail(text_of(error));
+  if (error) fail(error);
 }
 
 std::string OutputFile::keep_incomplete() {
@@ -217,54 +227,73 @@ std::string OutputFile::keep_incomplete() {
   return straight_ || !fs::exists(name_, ignored) ? "" : name_;
 }
 
-void OutputFile::fail(const std::string& reason, const std::string& state) {
+void OutputFile::fail(const std::string& reason, const std::string& state, int error) {
   const std::string kept = keep_incomplete();
   std::string text = fmt::format("{}: cannot be written: {}", quote_path(path_), reason);
   if (!kept.empty()) text += fmt::format("; what was written is kept as {}{}", quote_path(kept), state);
-  throw OutputError(text);
+  throw OutputError(text, error);
 }
 
 std::string OutputFile::text_of(int error) {
+  if (error == EINTR) return "interrupted while it waited for a reader";
   const std::string text = std::generic_category().message(error);
   return is_full(error) ? fmt::format("no space left for it ({})", text) : text;
 }
 
-bool OutputFile::Place::leads_to(const fs::path& file) const {
+std::string OutputFile::Place::identity() const {
   struct stat status {};
-  return existing && stat(file.c_str(), &status) == 0 && status.st_dev == existing->st_dev &&
-         status.st_ino == existing->st_ino;
+  if (!existing) {
+    const bool found = stat(folder_of(target).c_str(), &status) == 0;  // else it cannot be opened
+    return fmt::format("{}/{}", found ? identity_of(status) : folder_of(target).string(), target.filename().string());
+  }
+  const bool is_null =
+      stat("/dev/null", &status) == 0 && S_ISCHR(existing->st_mode) && existing->st_rdev == status.st_rdev;
+  return is_null ? "" : identity_of(*existing);
 }
 
-bool OutputFile::Place::same_as(const Place& other) const {
-  if (existing.has_value() != other.existing.has_value()) return false;
-  if (existing) {
-    struct stat null {};
-    const bool is_null =
-        stat("/dev/null", &null) == 0 && S_ISCHR(existing->st_mode) && existing->st_rdev == null.st_rdev;
-    return !is_null && leads_to(other.target);
+OutputOpener::OutputOpener(const std::vector<std::string>& inputs) {
+  struct stat status {};
+  for (const std::string& input : inputs) {
+    if (stat(input.c_str(), &status) == 0) taken_[identity_of(status)] = "a file that is read";
   }
-  std::error_code ignored;
-  return target.filename() == other.target.filename() &&
-         fs::equivalent(folder_of(target), folder_of(other.target), ignored);
 }
 
 OutputFile OutputOpener::open(const std::string& option, const std::string& path, OutputFile::Access access) {
-  OutputFile file(path, access);
-  const auto refuse_to_be = [&](const std::string& what) {
-    throw OutputError(fmt::format("{} = {}: must not be {}", option, quote_path(path), what));
-  };
-  for (const std::string& input : inputs_) {
-    if (file.place().leads_to(input)) refuse_to_be("a file that is read");
+  take(option, path, OutputFile::place_of(path));
+  return OutputFile(path, access);
+}
+
+void OutputOpener::keep(const std::string& option, const std::string& path) {
+  const OutputFile::Place place = OutputFile::place_of(path);
+  if (place.existing && !S_ISREG(place.existing->st_mode))
+    throw OutputError(fmt::format("{} = {}: must be a regular file", option, quote_path(path)));
+  take(option, path, place);
+}
+
+void OutputOpener::keep_all(const std::string& option, const std::string& folder,
+                            const std::function<bool(const std::string& name)>& is_output) {
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
+    if (is_output(entry->path().filename())) keep(option, entry->path());
   }
-  for (const auto& [other, place] : opened_) {
-    if (file.place().same_as(place)) refuse_to_be("the file of " + other);
+  if (error && error != std::errc::no_such_file_or_directory) refuse_output(folder, error.value());
+  // Of those that are not there yet, only these may be one that another name leads to.
+  for (const std::string& name : std::vector<std::string>(std::move(to_come_))) {
+    const fs::path path = fs::path(folder) / name;
+    if (is_output(name) && fs::symlink_status(path, error).type() == fs::file_type::not_found) keep(option, path);
   }
-  opened_.emplace_back(option, file.place());
-  return file;
+}
+
+void OutputOpener::take(const std::string& option, const std::string& path, const OutputFile::Place& place) {
+  const std::string identity = place.identity();
+  const auto [taken, is_new] = taken_.emplace(identity, "the file of " + option);
+  if (!is_new && !identity.empty())
+    throw OutputError(fmt::format("{} = {}: must not be {}", option, quote_path(path), taken->second));
+  if (!place.existing) to_come_.push_back(place.target.filename());
 }
 
 void flush_standard_output() {
-  if (std::fflush(stdout) != 0) refuse("standard output", OutputFile::text_of(errno));
+  if (std::fflush(stdout) != 0) refuse_output("standard output", errno);
 }
 
 }  // namespace youbot_base_sim

@@ -143,7 +143,8 @@ void SceneValue::number_or_wheels(Wheels& values, const Range& range) const {
 
 void SceneValue::text(std::string& value, const std::string& allowed) const {
   if (!given()) return;
-  if (!node_.IsScalar() || node_.Scalar().empty()) refuse(allowed);
+  // A name of a file would end at a NUL, and be another one.
+  if (!node_.IsScalar() || node_.Scalar().empty() || node_.Scalar().find('\0') != std::string::npos) refuse(allowed);
   value = node_.Scalar();
 }
 

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <string_view>
-#include <vector>
 
 #include "youbot_base_sim/scene/scene.h"
 #include "youbot_base_sim/text/quote.h"
@@ -28,34 +28,39 @@ std::string_view take_line(std::string_view& text) {
   return line;
 }
 
-void split(std::string_view line, std::vector<std::string_view>& cells) {
+/// The first cell, which is taken off the front of `line` with the comma behind it. Without one, nothing is left.
+std::string_view take_cell(std::optional<std::string_view>& line) {
   constexpr char kAround[] = " \t\"";
-  cells.clear();
-  for (std::size_t begin = 0; begin <= line.size();) {
-    const std::size_t end = std::min(line.find(',', begin), line.size());
-    std::string_view cell = line.substr(begin, end - begin);
-    cell.remove_prefix(std::min(cell.find_first_not_of(kAround), cell.size()));
-    cell.remove_suffix(cell.size() - (cell.find_last_not_of(kAround) + 1));
-    cells.push_back(cell);
-    begin = end + 1;
-  }
+  const std::size_t end = std::min(line->find(','), line->size());
+  std::string_view cell = line->substr(0, end);
+  end < line->size() ? line->remove_prefix(end + 1) : line.reset();
+  cell.remove_prefix(std::min(cell.find_first_not_of(kAround), cell.size()));
+  cell.remove_suffix(cell.size() - (cell.find_last_not_of(kAround) + 1));
+  return cell;
 }
 
 /// Where t, fl, fr, bl and br stand in a row, in this order. `name` is the file's. The header is not shown: the file
 /// may be anything, and nobody's business.
-std::array<std::size_t, kColumns> columns_of(const std::string& name, const std::vector<std::string_view>& header) {
+std::array<std::size_t, kColumns> columns_of(const std::string& name, std::optional<std::string_view> header) {
   const auto refuse = [&](const std::string& what) {
     throw SceneError(fmt::format("{}:1: header: {}; must be {}, each once", name, what, kTableColumns));
   };
+  std::array<std::optional<std::size_t>, kColumns> found;
+  std::size_t count = 0;
+  for (; header; ++count) {
+    const std::string_view cell = take_cell(header);
+    const auto known = std::find(kNames.begin(), kNames.end(), cell);
+    if (known == kNames.end()) continue;
+    auto& column = found[static_cast<std::size_t>(known - kNames.begin())];
+    if (column) refuse(fmt::format("column {} twice", cell));
+    column = count;
+  }
   std::array<std::size_t, kColumns> columns;
   for (std::size_t k = 0; k < kColumns; ++k) {
-    const auto found = std::find(header.begin(), header.end(), kNames[k]);
-    if (found == header.end()) refuse(fmt::format("no column {}", kNames[k]));
-    if (std::find(found + 1, header.end(), kNames[k]) != header.end())
-      refuse(fmt::format("column {} twice", kNames[k]));
-    columns[k] = static_cast<std::size_t>(found - header.begin());
+    if (!found[k]) refuse(fmt::format("no column {}", kNames[k]));
+    columns[k] = *found[k];
   }
-  if (header.size() != kColumns) refuse(fmt::format("{} columns", header.size()));
+  if (count != kColumns) refuse(fmt::format("{} columns", count));
   return columns;
 }
 
@@ -64,16 +69,17 @@ std::array<std::size_t, kColumns> columns_of(const std::string& name, const std:
 WheelTable read_wheel_table(const std::string& path, const Range& time, const Range& values) {
   const std::string text = read_text_file(path, kMaxBytes), name = quote_path(path);
   std::string_view rest = text;
-  std::vector<std::string_view> cells;
-  split(take_line(rest), cells);
-  const std::array<std::size_t, kColumns> columns = columns_of(name, cells);
+  const std::array<std::size_t, kColumns> columns = columns_of(name, take_line(rest));
 
   WheelTable table;
   for (int number = 2; !rest.empty(); ++number) {
     const std::string_view line = take_line(rest);
     if (line.find_first_not_of(" \t") == std::string_view::npos) continue;
-    split(line, cells);
-    if (cells.size() != kColumns) {
+    std::array<std::string_view, kColumns> cells;
+    std::optional<std::string_view> left = line;
+    std::size_t count = 0;
+    while (left && count < kColumns) cells[count++] = take_cell(left);
+    if (left || count < kColumns) {
       throw SceneError(fmt::format("{}:{}: {}: must be {} numbers", name, number, quote(line), kColumns));
     }
     std::array<double, kColumns> row;

@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 #include <yaml-cpp/eventhandler.h>
 
+#include <algorithm>
+#include <cstddef>
+#include <optional>
 #include <sstream>
 
 #include "youbot_base_sim/scene/scene.h"
@@ -18,6 +21,18 @@ constexpr int kMaxDepth = 32;                 // of lists and sections in each o
 
 std::string located(const std::string& path, const YAML::Mark& mark) {
   return fmt::format("{}:{}:{}", quote_path(path), mark.line + 1, mark.column + 1);
+}
+
+/// Where UTF-8 has a NUL, which yaml-cpp takes for a character of a text or for a wrong escape. UTF-16 and UTF-32,
+/// which it reads too, have NULs among their first four bytes.
+std::optional<YAML::Mark> find_nul(const std::string& text) {
+  const std::size_t nul = text.find('\0');
+  if (nul == std::string::npos || nul < 4) return std::nullopt;
+  YAML::Mark mark;
+  mark.line = static_cast<int>(std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(nul), '\n'));
+  const std::size_t line = text.rfind('\n', nul);
+  mark.column = static_cast<int>(line == std::string::npos ? nul : nul - line - 1);
+  return mark;
 }
 
 /// Refuses a document too many or too deep while it is parsed, before memory or stack is used up.
@@ -59,6 +74,7 @@ class Bounds : public YAML::EventHandler {
 std::string read_yaml_text(const std::string& path, const char* kind) {
   try {
     std::string text = read_text_file(path, kMaxBytes);
+    if (const auto nul = find_nul(text)) throw SceneError(located(path, *nul) + ": has a NUL byte; must be text");
     std::istringstream stream(text);
     YAML::Parser parser(stream);
     Bounds bounds(path, kind);

@@ -41,15 +41,16 @@ std::optional<Row> row_of(std::string_view line) {
   return row;
 }
 
-/// Reads up to `size` bytes; fewer at the file's end alone. Throws OutputError: what cannot be read is not taken for
-/// the end, where a journal is cut off.
-std::size_t read_at(int descriptor, char* bytes, std::size_t size, off_t place) {
+/// Reads up to `size` bytes of the file, whose name is `path`; fewer at its end alone. Throws OutputError: what cannot
+/// be read is not taken for the end, where a journal is cut off.
+std::size_t read_at(const std::string& path, int descriptor, char* bytes, std::size_t size, off_t place) {
   std::size_t done = 0;
   while (done < size) {
     const ssize_t n = pread(descriptor, bytes + done, size - done, place + static_cast<off_t>(done));
     if (n == 0) break;
     if (n > 0) done += static_cast<std::size_t>(n);
-    if (n < 0 && errno != EINTR) throw OutputError("the journal cannot be read: " + OutputFile::text_of(errno));
+    if (n < 0 && errno != EINTR)
+      throw OutputError(fmt::format("{}: cannot be read: {}", quote_path(path), OutputFile::text_of(errno)));
   }
   return done;
 }
@@ -57,7 +58,8 @@ std::size_t read_at(int descriptor, char* bytes, std::size_t size, off_t place) 
 /// Reads a file line by line from some place on.
 class Lines {
  public:
-  Lines(int descriptor, off_t begin) : descriptor_(descriptor), end_of_buffer_(begin), begin_(begin) {}
+  Lines(const std::string& path, int descriptor, off_t begin)
+      : path_(path), descriptor_(descriptor), end_of_buffer_(begin), begin_(begin) {}
 
   /// The next whole line, without its end; empty at the end of the file or where a line has no end.
   std::optional<std::string_view> next() {
@@ -74,7 +76,7 @@ class Lines {
       const std::size_t kept = buffer_.size();
       if (kept > kMaxLine) return std::nullopt;
       buffer_.resize(kept + kChunk);
-      const std::size_t n = read_at(descriptor_, &buffer_[kept], kChunk, end_of_buffer_);
+      const std::size_t n = read_at(path_, descriptor_, &buffer_[kept], kChunk, end_of_buffer_);
       buffer_.resize(kept + n);
       if (n == 0) return std::nullopt;
       end_of_buffer_ += static_cast<off_t>(n);
@@ -87,6 +89,7 @@ class Lines {
  private:
   static constexpr std::size_t kChunk = 1 << 16, kMaxLine = 10'000'000;  // bytes
 
+  const std::string& path_;
   int descriptor_;
   std::string buffer_;
   std::size_t used_ = 0;
@@ -111,16 +114,13 @@ void Tally::add(RunStatus status) {
 
 Journal::Journal(const std::string& path, const std::vector<std::string>& head, std::uint64_t runs)
     : path_(path), descriptor_(open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666)) {
-  const auto fail = [&](const std::string& reason) {
-    close(descriptor_);
-    throw OutputError(fmt::format("{}: {}", quote_path(path), reason));
-  };
-  if (descriptor_ < 0) fail("cannot be written: " + OutputFile::text_of(errno));
-  if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0) fail("is being written by another sweep");
+  if (descriptor_ < 0) refuse_output(path, errno);
   try {
+    if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0)
+      throw OutputError(fmt::format("{}: is being written by another sweep", quote_path(path)));
     const std::string whole = fmt::format("{}\n{}\n\n", kFirstLine, fmt::join(head, "\n"));
     std::string found(whole.size(), '\0');
-    found.resize(read_at(descriptor_, found.data(), found.size(), 0));
+    found.resize(read_at(path_, descriptor_, found.data(), found.size(), 0));
     begin_ = end_ = static_cast<off_t>(whole.size());
     if (found.size() < whole.size() && whole.compare(0, found.size(), found) == 0) {
       begin(whole);  // anew: its beginning was torn
@@ -139,8 +139,11 @@ Journal::~Journal() {
 }
 
 void Journal::begin(const std::string& head) {
+  errno = ENOSPC;  // unless the system says another reason
   if (ftruncate(descriptor_, 0) == 0 && pwrite(descriptor_, head.data(), head.size(), 0) == begin_) return;
-  throw OutputError(fmt::format("{}: cannot be written: {}", quote_path(path_), OutputFile::text_of(errno)));
+  const int error = errno;
+  unlink(path_.c_str());  // there were no rows in it
+  refuse_output(path_, error);
 }
 
 void Journal::check_head(const std::string& found, const std::vector<std::string>& head) const {
@@ -150,7 +153,7 @@ void Journal::check_head(const std::string& found, const std::vector<std::string
                     quote_path(path_), what));
   };
   if (found.rfind(fmt::format("{}\n", kFirstLine), 0) != 0) refuse("is no journal of a sweep");
-  Lines lines(descriptor_, static_cast<off_t>(sizeof kFirstLine));
+  Lines lines(path_, descriptor_, static_cast<off_t>(sizeof kFirstLine));
   for (const std::string& expected : head) {
     const std::optional<std::string_view> line = lines.next();
     if (line && *line == expected) continue;
@@ -161,7 +164,7 @@ void Journal::check_head(const std::string& found, const std::vector<std::string
 }
 
 void Journal::read_rows(std::uint64_t runs) {
-  Lines lines(descriptor_, begin_);
+  Lines lines(path_, descriptor_, begin_);
   while (const std::optional<std::string_view> line = lines.next()) {
     const std::optional<Row> row = row_of(*line);
     if (row && row->run < runs && !finished_.contains(row->run)) {
@@ -171,8 +174,7 @@ void Journal::read_rows(std::uint64_t runs) {
     }
     end_ = lines.begin();
   }
-  if (ftruncate(descriptor_, end_) != 0)
-    throw OutputError(fmt::format("{}: cannot be written: {}", quote_path(path_), OutputFile::text_of(errno)));
+  if (ftruncate(descriptor_, end_) != 0) refuse_output(path_, errno);
 }
 
 void Journal::append(const Row& row) {
@@ -185,7 +187,7 @@ void Journal::append(const Row& row) {
     if (n <= 0) {
       const int error = n < 0 ? errno : ENOSPC;
       if (ftruncate(descriptor_, end_) != 0) errno = 0;  // the torn line is dropped when the sweep goes on
-      throw OutputError(fmt::format("{}: cannot be written: {}", quote_path(path_), OutputFile::text_of(error)));
+      refuse_output(path_, error);
     }
     written += static_cast<std::size_t>(n);
   }
@@ -196,11 +198,11 @@ void Journal::append(const Row& row) {
 
 void Journal::sync() {
   if (fdatasync(descriptor_) == 0 || errno == EINVAL) return;  // not every file system can
-  throw OutputError(fmt::format("{}: cannot be written: {}", quote_path(path_), OutputFile::text_of(errno)));
+  refuse_output(path_, errno);
 }
 
 void Journal::for_each_row(const std::function<void(const Row&)>& take) const {
-  Lines lines(descriptor_, begin_);
+  Lines lines(path_, descriptor_, begin_);
   std::map<std::uint64_t, Row> ahead;  // less than FinishedRuns::kWindow
   std::uint64_t next = 0;
   while (const std::optional<std::string_view> line = lines.next()) {

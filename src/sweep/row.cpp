@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
 #include <string_view>
 
 #include "youbot_base_sim/record/csv.h"
@@ -15,6 +17,8 @@
 namespace youbot_base_sim {
 
 namespace {
+
+constexpr char kTrajectory[] = "run_";  // what the name of each begins with
 
 const char* text_of(RunStatus status) {
   switch (status) {
@@ -116,12 +120,30 @@ std::string RowMaker::values_after(const Scene& scene, std::uint64_t run, const 
   }
 }
 
-std::unique_ptr<Recorder> RowMaker::open_trajectory(std::uint64_t run) const {
-  if (!family_.trajectories || run % static_cast<std::uint64_t>(family_.trajectories->every) != 0) return nullptr;
+void RowMaker::keep_trajectories(OutputOpener& opener) const {
+  if (!family_.trajectories) return;
+  opener.keep_all("trajectories", folder_, [&](const std::string& name) {
+    std::uint64_t run = 0;
+    if (name.rfind(kTrajectory, 0) != 0) return false;
+    const auto [end, error] = std::from_chars(name.data() + std::strlen(kTrajectory), name.data() + name.size(), run);
+    return error == std::errc() && run < family_.runs() && keeps_trajectory(run) && name == trajectory_name(run);
+  });
+}
+
+bool RowMaker::keeps_trajectory(std::uint64_t run) const {
+  return family_.trajectories && run % static_cast<std::uint64_t>(family_.trajectories->every) == 0;
+}
+
+std::string RowMaker::trajectory_name(std::uint64_t run) const {
   const auto digits = fmt::format("{}", family_.runs() - 1).size();
-  const std::string name = fmt::format("{}/run_{:0{}}", folder_, run, digits);
   const bool is_csv = family_.trajectories->format == TrajectoryFormat::kCsv;
-  OutputFile file(name + (is_csv ? ".csv" : ".bag"),
+  return fmt::format("{}{:0{}}.{}", kTrajectory, run, digits, is_csv ? "csv" : "bag");
+}
+
+std::unique_ptr<Recorder> RowMaker::open_trajectory(std::uint64_t run) const {
+  if (!keeps_trajectory(run)) return nullptr;
+  const bool is_csv = family_.trajectories->format == TrajectoryFormat::kCsv;
+  OutputFile file(fmt::format("{}/{}", folder_, trajectory_name(run)),
                   is_csv ? OutputFile::Access::kInOrder : OutputFile::Access::kAnywhere);
   file.sync_on_commit();  // as its row is
   if (is_csv) return std::make_unique<StateCsv>(std::move(file));

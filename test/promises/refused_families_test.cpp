@@ -3,6 +3,7 @@
 // an unknown one lists, so that a new key is tried as soon as it is read.
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <regex>
 
@@ -214,6 +215,8 @@ TEST_F(FamiliesTest, ProgramEndsWithStatus2AndWritesNothing) {
       folder_.write("good.yaml", "scene: scene.yaml\naxes: [{key: floor.friction, values: [1]}]\n");
   std::filesystem::create_directory(folder_.path("folder"));
   folder_.write("diary.csv.journal", "not a journal\n");
+  mkfifo(folder_.path("fifo").c_str(), 0600);
+  mkfifo(folder_.path("piped.csv.journal").c_str(), 0600);
   const auto before = contents_of(folder_.path(""));
   const std::string table = folder_.path("table.csv");
   for (const auto& [arguments, part] : std::vector<std::pair<std::vector<std::string>, std::string>>{
@@ -222,15 +225,24 @@ TEST_F(FamiliesTest, ProgramEndsWithStatus2AndWritesNothing) {
            {{good, good}, "too many"},
            {{""}, "must not be empty"},
            {{good, "--csv", ""}, "must not be empty"},
-           {{good, "--csv", table, "--threads", "0"}, "--threads = 0"},
-           {{good, "--csv", table, "--threads", "x"}, "threads"},
+           {{good, "--csv", table, "--threads", "0"}, "--threads = 0: must be a whole number from 1 to 1024"},
+           {{good, "--csv", table, "--threads", "x"}, "--threads = x: must be a whole number from 1 to 1024"},
+           {{good, "--csv", table, "--threads", "-3"}, "--threads = -3: must be a whole number from 1 to 1024"},
+           {{good, "--csv", table, "--threads", "1e1"}, "--threads = 1e1: must be a whole number from 1 to 1024"},
+           {{good, "--csv", table, "--threads", "99999999999999999999"}, "--threads = 99999999999999999999: must be"},
+           {{good, "--csv", table, "--threads", ""}, "--threads = \"\": must not be empty"},
            {{good, "--csv", table, "--colour", "red"}, "colour"},
-           {{good, "--scene", "1"}, "--scene = 1: must be from 0 to 0"},
+           {{good, "--scene", "1"}, "--scene = 1: must be a whole number from 0 to 0"},
+           {{good, "--scene", "-5"}, "--scene = -5: must be a whole number from 0 to 0"},
+           {{good, "--scene", "x"}, "--scene = x: must be a whole number from 0 to 0"},
+           {{good, "--scene", ""}, "--scene = \"\": must not be empty"},
            {{good, "--csv", good}, "a file that is read"},
            {{good, "--csv", folder_.path("scene.yaml")}, "a file that is read"},
            {{good, "--csv", folder_.path("folder")}, "cannot be written"},
            {{good, "--csv", folder_.path("none/table.csv")}, "cannot be written"},
-           {{good, "--csv", "/dev/null"}, "must be a file"},
+           {{good, "--csv", "/dev/null"}, "must be a regular file"},
+           {{good, "--csv", folder_.path("fifo")}, "--csv = "},
+           {{good, "--csv", folder_.path("piped.csv")}, "piped.csv.journal: must be a regular file"},
            {{good, "--csv", folder_.path("diary.csv")}, "no journal of a sweep"}}) {
     SCOPED_TRACE(part);
     Program sweep(SWEEP, arguments);
@@ -242,6 +254,62 @@ TEST_F(FamiliesTest, ProgramEndsWithStatus2AndWritesNothing) {
     expect_refusal(line, {"sweep: ", part});
     EXPECT_TRUE(contents_of(folder_.path("")) == before) << "something was written or changed";
   }
+}
+
+// Whatever stands in the folder of trajectories, by whatever names.
+TEST_F(FamiliesTest, ProgramKeepsTrajectoriesFromWhatItReadsAndWrites) {
+  const std::string table_text = "t,fl,fr,bl,br\n0,0,0,0,0\n";
+  folder_.write("torque.csv", table_text);
+  folder_.write("table_scene.yaml", "duration: 1.0e-3\ndrive: {torque_table: torque.csv}\n");
+  std::filesystem::create_directory(folder_.path("runs_runs"));
+  folder_.write("runs_runs/run_2.csv", "duration: 1.0e-3\ndrive: {torque_table: ../torque.csv}\n");
+  folder_.write("runs_runs/run_4.csv", table_text);
+  const std::string more = "\ntrajectories: {format: csv, every: 2}\n";
+  const std::string durations = "\naxes: [{key: duration, range: {from: 1.0e-3, to: 2.0e-3, count: 10}}]";
+  const std::string family = folder_.write("family.yaml", "scene: table_scene.yaml" + durations + more);
+  const std::string of_scene = folder_.write("of_scene.yaml", "scene: runs_runs/run_2.csv" + durations + more);
+  const std::string of_table =
+      folder_.write("of_table.yaml",
+                    "scene: table_scene.yaml\naxes: [{key: drive.torque_table, values: [torque.csv, torque.csv, "
+                    "torque.csv, torque.csv, runs_runs/run_4.csv]}]" +
+                        more);
+  const auto expect_refused = [&](const std::string& sweep_of, const std::string& part) {
+    SCOPED_TRACE(part);
+    const auto before = contents_of(folder_.path(""));
+    Program sweep(SWEEP, {sweep_of, "--csv", folder_.path("runs.csv"), "--quiet"});
+    EXPECT_EQ(sweep.wait(), 2);
+    std::string line = sweep.err();
+    ASSERT_FALSE(line.empty());
+    line.pop_back();
+    expect_refusal(line, {"sweep: trajectories = ", part});
+    EXPECT_TRUE(contents_of(folder_.path("")) == before) << "something was written or changed";
+  };
+  expect_refused(of_scene, "run_2.csv: must not be a file that is read");
+  expect_refused(of_table, "run_4.csv: must not be a file that is read");
+  for (const auto& [target, part] : std::vector<std::pair<std::string, std::string>>{
+           {"../family.yaml", "run_6.csv: must not be a file that is read"},
+           {"../table_scene.yaml", "run_6.csv: must not be a file that is read"},
+           {"../torque.csv", "run_6.csv: must not be a file that is read"},
+           {"../runs.csv", "run_6.csv: must not be the file of --csv"},
+           {"../runs.csv.journal", "run_6.csv: must not be the file of the journal"},
+           {"run_4.csv", "must not be the file of trajectories"},
+           {"run_8.csv", "run_8.csv: must not be the file of trajectories"}}) {
+    std::filesystem::create_symlink(target, folder_.path("runs_runs/run_6.csv"));
+    expect_refused(family, part);
+    std::filesystem::remove(folder_.path("runs_runs/run_6.csv"));
+  }
+  mkfifo(folder_.path("runs_runs/run_6.csv").c_str(), 0600);
+  expect_refused(family, "run_6.csv: must be a regular file");
+  std::filesystem::remove(folder_.path("runs_runs/run_6.csv"));
+
+  // What it does not write may be there: runs that it does not keep or does not have, names of another form.
+  for (const char* name : {"run_1.csv", "run_10.csv", "run_06.csv", "run_6.bag", "run_.csv"})
+    std::filesystem::create_symlink("../torque.csv", folder_.path(std::string("runs_runs/") + name));
+  std::filesystem::create_symlink("../elsewhere.csv", folder_.path("runs_runs/run_6.csv"));
+  Program sweep(SWEEP, {family, "--csv", folder_.path("runs.csv"), "--quiet"});
+  EXPECT_EQ(sweep.wait(), 0) << sweep.err();
+  EXPECT_EQ(folder_.read("torque.csv"), table_text);
+  EXPECT_EQ(folder_.read("elsewhere.csv").substr(0, 4), "t,x,");
 }
 
 }  // namespace

@@ -81,6 +81,14 @@ TEST_F(ProgramsTest, SimulateRefusesBadOptions) {
                                                                     {"--quiet", "twice"}};
   for (const auto& [option, value] : options) expect_simulate_refuses({good_, option, value}, {});
   expect_simulate_refuses({good_, "--relative-tolerance", "2"}, {"--relative-tolerance", "2", "1e-14 to 0.1"});
+  for (const std::string value : {"x", "1e-5x", "0x1p-9", "1e-400", " 1e-5"}) {
+    expect_simulate_refuses({good_, "--relative-tolerance", value},
+                            {"--relative-tolerance = " + value + ": must be", "1e-14 to 0.1"});
+    expect_simulate_refuses({good_, "--cpu-limit", value},
+                            {"--cpu-limit = " + value + ": must be", "1e-09 to 1e+09 s"});
+  }
+  for (const std::string option : {"--relative-tolerance", "--cpu-limit"})
+    expect_simulate_refuses({good_, option, ""}, {option + " = \"\": must not be empty"});
   expect_simulate_refuses({good_, "--model", "rigid"}, {"model", "rigid", "no_slip, viscous or coulomb"});
   expect_simulate_refuses({good_, "--model", "coulomb", "--model", "viscous"}, {"--model"});
   expect_simulate_refuses({good_, "--contacts"}, {"--contacts", "--bag"});
@@ -153,6 +161,7 @@ TEST_F(ProgramsTest, IdentifyRefuses) {
   expect_refused(IDENTIFY, {"--col\nour"}, {"--col"});
   expect_refused(IDENTIFY, {bag, "--scene", ""}, {"--scene", "must not be empty"});
   expect_refused(IDENTIFY, {bag, "--output", ""}, {"--output", "must not be empty"});
+  expect_refused(IDENTIFY, {bag, "--csv", ""}, {"--csv", "must not be empty"});
   expect_refused(IDENTIFY, {bag, "--scene", folder_.path("missing")}, {"missing"});
   for (const std::string& path : {bag, folder_.path("folder"), folder_.path("missing"), std::string("/dev/zero")}) {
     expect_refused(IDENTIFY, {path, "--csv", folder_.path("csv")}, {path});
@@ -175,6 +184,8 @@ TEST_F(ProgramsTest, DescribeBaseRefuses) {
   expect_refused(DESCRIBE_BASE, {folder_.path("missing.yaml")}, {"missing.yaml"});
   expect_refused(DESCRIBE_BASE, {folder_.path("folder")}, {"folder"});
   expect_refused(DESCRIBE_BASE, {"/dev/zero"}, {"/dev/zero"});
+  expect_refused(DESCRIBE_BASE, {"--meshes", ""}, {"--meshes = \"\": must not be empty"});
+  expect_refused(DESCRIBE_BASE, {"", "--meshes", ""}, {"--meshes = \"\": must not be empty"});
   expect_refused(DESCRIBE_BASE, {folder_.path("mis\nsing")}, {"mis"});
   expect_refused(DESCRIBE_BASE, {folder_.write("bad.yaml", "duration: 1\nrobot: {wheel_radius: -1}\n")},
                  {"robot.wheel_radius", "-1", "must be"});

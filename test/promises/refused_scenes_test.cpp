@@ -140,6 +140,8 @@ TEST_F(KeysTest, RefuseWhatIsOfNoUse) {
                                      {"-.inf", "-.inf"},
                                      {"1e400", "1e400"},
                                      {"0x1p", "0x1p"},
+                                     {"0x1p3", "0x1p3"},
+                                     {"\"1\\0\"", "1\\x00"},
                                      {"1.2.3", "1.2.3"},
                                      {"[.nan, .nan, .nan, .nan]", "nan"},
                                      {"[1, two, 3, 4]", "two"},
@@ -323,6 +325,27 @@ TEST_F(ScenesTest, AreRefusedWhereTheyAreNoScenes) {
     const std::string line = refusal(text);
     expect_refusal(line, {"scene.yaml"});
   }
+}
+
+TEST_F(ScenesTest, AreRefusedWhereTheyHaveANulByte) {
+  const auto refusal_with_nul = [&](std::string text) {
+    std::replace(text.begin(), text.end(), '@', '\0');
+    return refusal(text);
+  };
+  folder_.write("table.csv", "t,fl,fr,bl,br\n0,1,1,1,1\n");
+  expect_refusal(refusal_with_nul("duration: 1@\n"), {"scene.yaml:1:12: has a NUL byte; must be text"});
+  expect_refusal(refusal_with_nul("duration: 1\ndr@ive: {}\n"), {"scene.yaml:2:3: has a NUL byte"});
+  expect_refusal(refusal_with_nul("duration: 1\ndrive: {torque_table: \"table.csv@\"}\n"),
+                 {"scene.yaml:2:33: has a NUL byte"});
+  // The escape of one is text, and ends no name of a file.
+  for (const std::string table : {"torque_table", "velocity_table"}) {
+    expect_refusal(refusal("duration: 1\ndrive: {" + table + ": \"table.csv\\0\"}\n"),
+                   {"scene.yaml", "drive." + table + " = table.csv\\x00", "must be the name of a CSV file"});
+  }
+  // In UTF-16 every letter has one.
+  std::string wide = "\xFF\xFE";
+  for (const char c : std::string("duration: 1\n")) wide += {c, '\0'};
+  EXPECT_EQ(refusal(wide), "");
 }
 
 TEST_F(ScenesTest, AreRefusedWhereTheyAreNoFiles) {

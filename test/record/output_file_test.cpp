@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <map>
 #include <set>
 
 #include "temporary_folder.h"
@@ -209,16 +210,15 @@ TEST_F(OutputFileTest, KnowsAFileByAllItsNames) {
   fs::create_hard_link(folder_.path("a.csv"), folder_.path("hard"));
   fs::create_symlink("a.csv", folder_.path("soft"));
   fs::create_symlink(".", folder_.path("here"));
-  const auto place = [](const std::string& path) { return OutputFile(path).place(); };
-  const OutputFile::Place a = place(folder_.path("a.csv")), next = place(folder_.path("new.csv"));
-  for (const char* name : {"hard", "soft", "./a.csv", "here/a.csv"}) {
-    EXPECT_TRUE(a.same_as(place(folder_.path(name)))) << name;
-    EXPECT_TRUE(a.leads_to(folder_.path(name))) << name;
-  }
-  EXPECT_TRUE(next.same_as(place(folder_.path("here/new.csv"))));
-  EXPECT_FALSE(next.same_as(a) || a.same_as(next) || next.leads_to(folder_.path("a.csv")));
-  EXPECT_FALSE(place("/dev/null").same_as(place("/dev/null")));
-  EXPECT_TRUE(place("/dev/full").same_as(place("/dev/full")));
+  fs::create_symlink("here/new.csv", folder_.path("dangling"));
+  const auto identity = [](const std::string& path) { return OutputFile::place_of(path).identity(); };
+  const std::string a = identity(folder_.path("a.csv")), next = identity(folder_.path("new.csv"));
+  for (const char* name : {"hard", "soft", "./a.csv", "here/a.csv"}) EXPECT_EQ(identity(folder_.path(name)), a) << name;
+  for (const char* name : {"here/new.csv", "dangling"}) EXPECT_EQ(identity(folder_.path(name)), next) << name;
+  EXPECT_NE(a, next);
+  EXPECT_NE(identity(folder_.path("b.csv")), next);
+  EXPECT_EQ(identity("/dev/null"), "") << "everybody's";
+  EXPECT_NE(identity("/dev/full"), "");
 }
 
 TEST_F(OutputFileTest, OpenerRefusesInputsAndOtherOutputs) {
@@ -235,6 +235,38 @@ TEST_F(OutputFileTest, OpenerRefusesInputsAndOtherOutputs) {
   EXPECT_NE(refusal(folder_.path("./in.csv")).find("in.csv: must not be a file that is read"), std::string::npos);
   EXPECT_NE(refusal(folder_.path("./out")).find("out: must not be the file of --summary"), std::string::npos);
   EXPECT_EQ(refusal(folder_.path("other")), "");
+}
+
+TEST_F(OutputFileTest, OpenerKeepsPlacesForAllThatWillComeInAFolder) {
+  fs::create_directory(folder_.path("runs"));
+  const auto refusal = [&]() -> std::string {
+    OutputOpener opener({folder_.write("in.csv", "t\n")});
+    try {
+      opener.keep("--csv", folder_.path("table"));
+      opener.keep_all("runs", folder_.path("runs"), [](const std::string& name) { return name.size() == 1; });
+      opener.keep_all("none", folder_.path("missing"), [](const std::string&) { return true; });
+    } catch (const OutputError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  folder_.write("runs/a", "of an earlier run\n");
+  fs::create_symlink("../elsewhere", folder_.path("runs/b"));
+  fs::create_symlink("../in.csv", folder_.path("runs/of nobody"));
+  EXPECT_EQ(refusal(), "");
+  for (const auto& [target, part] : std::map<std::string, std::string>{{"../in.csv", "a file that is read"},
+                                                                       {"../table", "the file of --csv"},
+                                                                       {"a", "the file of runs"},
+                                                                       {"x", "the file of runs"},
+                                                                       {"/dev/null", "must be a regular file"},
+                                                                       {".", "Is a directory"}}) {
+    SCOPED_TRACE(target);
+    fs::create_symlink(target, folder_.path("runs/c"));
+    EXPECT_NE(refusal().find("runs"), std::string::npos) << refusal();
+    EXPECT_NE(refusal().find(part), std::string::npos) << refusal();
+    fs::remove(folder_.path("runs/c"));
+  }
+  EXPECT_EQ(files(), (std::set<std::string>{"in.csv", "runs"})) << "opened something";
 }
 
 TEST_F(OutputFileTest, KeepsWholeLinesOnAFullDisk) {

@@ -536,6 +536,10 @@ class AnalyseTest(unittest.TestCase):
             self.analyse(self.slipping, "--csv", self.path("full"), status=1)
         self.one_line("odometry.csv: cannot be written: no space left for it (No space left on device)")
         self.assertEqual(os.listdir(self.path("full")), [])
+        with unittest.mock.patch("tempfile.mkstemp", side_effect=full):
+            self.analyse(self.slipping, "--csv", self.path("full"), status=1)
+        self.one_line("odometry.csv: cannot be written: no space left for it (No space left on device)")
+        self.assertEqual(self.out, "")
         self.analyse(self.slipping, "--csv", self.slipping, status=2)
         self.one_line("must be a folder to write to")
         self.assertEqual(self.out, "")

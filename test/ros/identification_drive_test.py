@@ -36,9 +36,10 @@ class ParametersTest(unittest.TestCase):
     def test_anything_else_is_refused_in_one_line(self):
         rows = "must be a list of one row or more, each [seconds, ahead, left, turning]"
         for parameters, words in (
-                *(({"programme": [ROW], "scale": scale}, "parameter ~scale = %s: must be a finite number > 0, up to 2" %
-                   shown) for scale, shown in ((0, "0"), (-1, "-1"), (2.1, "2.1"), ("nan", '"nan"'), (math.nan, "NaN"),
-                                               ("abc", '"abc"'), ("a\nb", r'"a\nb"'), (True, "true"), ([], "[]"))),
+                *(({"programme": [ROW], "scale": scale},
+                   "parameter ~scale = %s: must be a finite number > 0, up to 2" % shown) for scale, shown in (
+                       (0, "0"), (-1, "-1"), (2.1, "2.1"), ("nan", '"nan"'), (math.nan, "NaN"), ("abc", '"abc"'),
+                       ("1_0e-1", '"1_0e-1"'), ("a\nb", r'"a\nb"'), (True, "true"), ([], "[]"))),
                 ({}, "parameter ~programme is not set: " + rows),
                 ({"programme": [ROW], "scal": 1}, "parameter ~scal is unknown; known are: programme, scale"),
                 *(({"programme": programme}, "parameter ~programme = ") for programme in (3, "x", [], {"a": 1})),

@@ -3,6 +3,7 @@
 #include "youbot_base_sim/scene/scene.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <sstream>
 
@@ -455,6 +456,22 @@ TEST_F(SceneTest, TablesAreReadWholeOrNotAtAll) {
   EXPECT_TRUE((torque->value(0.5) == Wheels(1, 2, 3, 4)).all());
 }
 
+// A row of commas takes no more memory than its file does, as it is read.
+TEST_F(SceneTest, TablesTakeMemoryForWhatMattersAlone) {
+  const auto most_memory = [] {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return usage.ru_maxrss / 1024;  // MiB
+  };
+  const std::string commas(10'000'000, ',');
+  for (const std::string& table : {"t,fl,fr,bl,br\n0,1,1,1,1\n1" + commas, "t,fl,fr,bl,br" + commas + "\n"}) {
+    folder_.write("table.csv", table);
+    const long before = most_memory();
+    EXPECT_NE(refusal("duration: 1\ndrive: {torque_table: table.csv}").find("table.csv:"), std::string::npos);
+    EXPECT_LT(most_memory() - before, 200);
+  }
+}
+
 TEST_F(SceneTest, NumbersOfTablesHaveLimits) {
   const auto refusal_of = [&](const std::string& kind, const std::string& row) {
     folder_.write("table.csv", "t,fl,fr,bl,br\n" + row);
@@ -468,6 +485,7 @@ TEST_F(SceneTest, NumbersOfTablesHaveLimits) {
   expect_ends(refusal_of("velocity_table", "0,-1.1e6,0,0,0"),
               "fl = -1.1e6: must be a finite number from -1e+06 to 1e+06 rad/s");
   expect_ends(refusal_of("torque_table", "1.1e9,0,0,0,0"), "t = 1.1e9: must be a finite number from -1e+09 to 1e+09 s");
+  expect_ends(refusal_of("torque_table", "0,0x1p3,0,0,0"), "fl = 0x1p3: must be a finite number");
   expect_ends(refusal_of("torque_table", "0,0,0,0,nan"), "br = nan: must be a finite number");
   expect_ends(refusal_of("torque_table", std::string("0,1\0x,0,0,0", 12)), "fl = 1\\x00x: must be a finite number");
   expect_ends(refusal_of("torque_table", "0,\x1b" + std::string(50'000, 'x')), "0,\\x1bxxx");

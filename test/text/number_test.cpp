@@ -14,7 +14,8 @@ TEST(NumberTest, AllOfTheTextIsANumber) {
   double number = 0;
   EXPECT_TRUE(read_number("-1.5e3", number));
   EXPECT_EQ(number, -1500);
-  for (const std::string_view text : {"", "1x", "1 ", "x", "1,2"}) EXPECT_FALSE(read_number(text, number)) << text;
+  for (const std::string_view text : {"", "1x", "1 ", " 1", "\t1", "x", "1,2", "0x1p3", "0X10", "-0x1"})
+    EXPECT_FALSE(read_number(text, number)) << text;
   EXPECT_FALSE(read_number(std::string_view("1\0x", 3), number));
 }
 

@@ -2,13 +2,15 @@
 
 #include <sys/stat.h>
 
+#include <cerrno>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <map>
 #include <optional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 namespace youbot_base_sim {
@@ -17,8 +19,20 @@ namespace youbot_base_sim {
 /// written is kept.
 class OutputError : public std::runtime_error {
  public:
-  using std::runtime_error::runtime_error;
+  /// `error` is the system's number of it, if there is one.
+  explicit OutputError(const std::string& text, int error = 0) : std::runtime_error(text), error_(error) {}
+
+  /// Whether there is no space left, where another place would do.
+  bool is_full() const;
+  /// Whether a signal came while it waited for whoever reads what is written.
+  bool is_interrupted() const { return error_ == EINTR; }
+
+ private:
+  int error_;
 };
+
+/// Throws OutputError: the file cannot be written, for the reason that the system's error number has.
+[[noreturn]] void refuse_output(const std::string& path, int error);
 
 /// A file that a program writes: the only place that opens outputs.
 ///
@@ -72,16 +86,16 @@ class OutputFile {
     std::filesystem::path target;         ///< links followed
     std::optional<struct stat> existing;  ///< the target, if there is one
 
-    /// Whether this would replace `file`, an existing one, or write to it.
-    bool leads_to(const std::filesystem::path& file) const;
-    /// Whether both write to one file, by whatever names. Everybody may write to the null device.
-    bool same_as(const Place& other) const;
+    /// The same for all names of one file and for no other, also if it is not there yet. Empty for the null device, to
+    /// which everybody may write.
+    std::string identity() const;
   };
-  const Place& place() const { return place_; }
+  /// Throws OutputError for an empty name, a folder, and where the system refuses to say.
+  static Place place_of(const std::string& path);
 
   /// Ends the writing early: throws OutputError with the reason, and with where what was written is kept, and in what
   /// state if that is to be known.
-  [[noreturn]] void fail(const std::string& reason, const std::string& state = "");
+  [[noreturn]] void fail(const std::string& reason, const std::string& state = "") { fail(reason, state, 0); }
 
   /// The system's error number as a reason; of those for a full disk, all say "no space".
   static std::string text_of(int error);
@@ -91,6 +105,8 @@ class OutputFile {
   void open_beside();
   int flush();  // 0, or an error number
   int close();  // likewise
+  [[noreturn]] void fail(int error) { fail(text_of(error), "", error); }
+  [[noreturn]] void fail(const std::string& reason, const std::string& state, int error);
 
   std::string path_;  // as the user names it
   Place place_;
@@ -107,15 +123,26 @@ class OutputFile {
 /// other.
 class OutputOpener {
  public:
-  explicit OutputOpener(std::vector<std::string> inputs) : inputs_(std::move(inputs)) {}
+  explicit OutputOpener(const std::vector<std::string>& inputs);
 
   /// `option` names the output where it is refused. Throws OutputError.
   OutputFile open(const std::string& option, const std::string& path,
                   OutputFile::Access access = OutputFile::Access::kInOrder);
 
+  /// Keeps a place for an output that somebody opens later, and that must be a regular file. Throws OutputError.
+  void keep(const std::string& option, const std::string& path);
+
+  /// The same for all outputs that will come in `folder`, whose names `is_output` tells. Looks at what is there,
+  /// however many may come. To be called after `open` and `keep` for the others.
+  void keep_all(const std::string& option, const std::string& folder,
+                const std::function<bool(const std::string& name)>& is_output);
+
  private:
-  std::vector<std::string> inputs_;
-  std::vector<std::pair<std::string, OutputFile::Place>> opened_;  // by option
+  /// Throws OutputError if the place is taken.
+  void take(const std::string& option, const std::string& path, const OutputFile::Place& place);
+
+  std::map<std::string, std::string> taken_;  // by identity: what it is
+  std::vector<std::string> to_come_;          // names of files, without folders, that are not there yet
 };
 
 /// Throws OutputError unless all that was printed has been written to standard output.

@@ -38,7 +38,13 @@ class RowMaker {
   /// its trajectory cannot be written.
   Row make(std::uint64_t run, const std::atomic<bool>& stop) const;
 
+  /// Keeps the places of all trajectories. Throws OutputError where one leads to a file that is read, or to that of
+  /// another output.
+  void keep_trajectories(OutputOpener& opener) const;
+
  private:
+  bool keeps_trajectory(std::uint64_t run) const;
+  std::string trajectory_name(std::uint64_t run) const;
   std::unique_ptr<Recorder> open_trajectory(std::uint64_t run) const;
   std::string values_after(const Scene& scene, std::uint64_t run, const std::atomic<bool>& stop, Row& row,
                            std::string& reason) const;

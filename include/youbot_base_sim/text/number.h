@@ -22,7 +22,7 @@ inline bool contains(const Range& range, double number) {
 /// "a finite number > 0, from 1e-06 to 1e+06 kg"
 std::string text_of(const Range& range);
 
-/// Whether all of the text is one number, which may be NaN or infinite; only then is `number` defined.
+/// Whether all of the text is one number to base 10, which may be NaN or infinite; only then is `number` defined.
 bool read_number(std::string_view text, double& number);
 
 }  // namespace youbot_base_sim
