@@ -110,7 +110,7 @@ void keep_apart(const Arguments& arguments, const Family& family, const RowMaker
   inputs.insert(inputs.end(), {family.path, family.scene.path});
   OutputOpener opener(inputs);
   opener.keep("--csv", arguments.csv);
-  OutputFile(arguments.csv);  // which may be refused
+  const OutputFile may_be_refused(arguments.csv);
   opener.keep("the journal beside --csv", journal_of(arguments));
   maker.keep_trajectories(opener);
 }
