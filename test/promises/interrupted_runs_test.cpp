@@ -161,7 +161,11 @@ TEST_F(InterruptedRunsTest, FilesMayNotGrow) {
 }
 
 TEST_F(InterruptedRunsTest, DiskIsFull) {
-  for (const char* size : {"20k", "100k", "300k", "500k", "1m"}) {
+  std::vector<const char*> sizes = {"20k", "100k", "300k"};
+#ifdef YOUBOT_BASE_SIM_ROS
+  sizes.insert(sizes.end(), {"500k", "1m"});  // the motion finds room, its bag does not
+#endif
+  for (const char* size : sizes) {
     SCOPED_TRACE(size);
     const std::string folder = place(std::string("disk") + size);
     const SmallDisk disk(folder, size);

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <regex>
 #include <set>
 
 #include "temporary_folder.h"
@@ -30,7 +31,7 @@ class FamilyTest : public testing::Test {
   static std::string values(const Family& family, std::uint64_t run) {
     std::string text;
     for (const SceneSetting& setting : family.settings(run)) text += (text.empty() ? "" : " ") + setting.value;
-    return text;
+    return std::regex_replace(text, std::regex("\\.0\\b"), "");  // fmt before version 7 writes 3 as 3.0
   }
 
   TemporaryFolder folder_;
