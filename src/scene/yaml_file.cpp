@@ -75,6 +75,9 @@ std::string read_yaml_text(const std::string& path, const char* kind) {
   try {
     std::string text = read_text_file(path, kMaxBytes);
     if (const auto nul = find_nul(text)) throw SceneError(located(path, *nul) + ": has a NUL byte; must be text");
+    // Ubuntu 20.04's yaml-cpp, 0.6.2, never ends on a file that does in "{key:". (UTF-16 has NULs, and lines of its
+    // own.)
+    if (text.find('\0') == std::string::npos) text += '\n';
     std::istringstream stream(text);
     YAML::Parser parser(stream);
     Bounds bounds(path, kind);
