@@ -7,7 +7,6 @@ import contextlib
 import copy
 import csv
 import errno
-import importlib.util
 import io
 import math
 import os
@@ -17,7 +16,6 @@ import sys
 import tempfile
 import unittest
 import unittest.mock
-from importlib.machinery import SourceFileLoader
 
 import genpy
 import genpy.dynamic
@@ -28,21 +26,15 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header, String
 
-ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-SCRIPT = os.path.join(ROOT, "scripts/analyse")
+sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+from script import ROOT, load_script  # noqa: E402: the path comes first
+
+SCRIPT, analyse = load_script("analyse")
 SIMULATE = ENVIRONMENT = None
 WHEELS = ("fl", "fr", "bl", "br")
 R, ARM = 0.05, 0.385
 EFFORTS = np.array((0.1, 0.2, 0.3, 0.4))  # N m
 SEPARATOR = "\n" + 80 * "=" + "\nMSG: "
-
-
-def load_script():
-    sys.dont_write_bytecode = True
-    loader = SourceFileLoader("analyse_script", SCRIPT)
-    module = importlib.util.module_from_spec(importlib.util.spec_from_loader(loader.name, loader))
-    loader.exec_module(module)
-    return module
 
 
 def definition(name):
@@ -107,7 +99,7 @@ def elsewhere(pose, x=7.0, y=-3.0, turn=2.0):
 class AnalyseTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.script = load_script()
+        cls.script = analyse
         cls.messages = own_messages()
         cls.folder = tempfile.mkdtemp()
         cls.addClassCleanup(shutil.rmtree, cls.folder)
@@ -597,7 +589,7 @@ class AnalyseTest(unittest.TestCase):
             with open(table, "w"):
                 os.chmod(table, 0o640)
             for path in (pipe, table):
-                load_script().write_whole(path, "rows\n")
+                analyse.write_whole(path, "rows\n")
             self.assertEqual(os.read(reader, 100), b"rows\n")
             self.assertEqual(os.stat(table).st_mode & 0o777, 0o640)
             self.assertEqual(sorted(os.listdir(folder)), ["pipe", "table"])

@@ -1,6 +1,5 @@
 #!/usr/bin/env python3
 """scripts/identification_drive: what it drives, and the parameters that it refuses. Brings its own master."""
-import importlib.util
 import logging
 import math
 import os
@@ -8,25 +7,18 @@ import subprocess
 import sys
 import tempfile
 import unittest
-from importlib.machinery import SourceFileLoader
 
 import rosmaster.master
 
-ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-SCRIPT = os.path.join(ROOT, "scripts/identification_drive")
+sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+from script import load_script  # noqa: E402: the path comes first
+
+SCRIPT, identification_drive = load_script("identification_drive")
 ROW = [0.3, 0.4, 0.0, 0.0]
 
 
-def load_script():
-    sys.dont_write_bytecode = True
-    loader = SourceFileLoader("identification_drive_script", SCRIPT)
-    module = importlib.util.module_from_spec(importlib.util.spec_from_loader(loader.name, loader))
-    loader.exec_module(module)
-    return module
-
-
 class ParametersTest(unittest.TestCase):
-    script = load_script()
+    script = identification_drive
 
     def test_numbers_may_be_texts(self):
         for scale, value in ((0.5, 0.5), ("5e-1", 0.5), (1, 1), ("2", 2), ("", 1), ("unset", 1)):

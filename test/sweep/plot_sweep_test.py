@@ -1,7 +1,5 @@
 """scripts/plot_sweep: indices that are known, tables with gaps, and what is refused."""
 
-import importlib.machinery
-import importlib.util
 import math
 import os
 import random
@@ -10,11 +8,10 @@ import tempfile
 import unittest
 from unittest import mock
 
-SCRIPT = os.path.join(os.path.dirname(__file__), "../../scripts/plot_sweep")
-sys.dont_write_bytecode = True
-LOADER = importlib.machinery.SourceFileLoader("plot_sweep", SCRIPT)
-plot_sweep = importlib.util.module_from_spec(importlib.util.spec_from_loader("plot_sweep", LOADER))
-LOADER.exec_module(plot_sweep)
+sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+from script import load_script  # noqa: E402: the path comes first
+
+SCRIPT, plot_sweep = load_script("plot_sweep")
 np = plot_sweep.np
 
 
