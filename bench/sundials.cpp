@@ -88,7 +88,7 @@ static_assert(CV_ROOT_RETURN == ARK_ROOT_RETURN && CV_NORMAL == ARK_NORMAL, "Int
 /// A SlipSystem as SUNDIALS integrates it: a vector of numbers, smooth between switches and between the segments of the
 /// torque. It leaves out work and roller angles of a State, on which nothing depends, and counts phi from the middle of
 /// the roller in contact, so that a relative tolerance does not loosen as the wheels turn.
-template <class Law>
+template <class Model>
 class Integrator {
  public:
   Integrator(const Task& task, const Package& package)
@@ -96,11 +96,11 @@ class Integrator {
     if (!torque_) throw RunFailure("the scene's drive is not a torque");
     const Scene& scene = task.scene;
     const TorqueProfile& torque = scene.solver.control_period > 0 ? held_ : *torque_;
-    SlipModel<Law> model(scene.robot, scene.floor);
+    Model model(scene.robot, scene.floor);
     if (std::isfinite(scene.burdens.next_change(0)))
       throw RunFailure("loads and wrenches that change are not known here");
-    if constexpr (kBeyond<Law>) model.set_burden(scene.burdens.at(0));
-    system_ = std::make_unique<SlipSystem<Law>>(model, torque, scene.initial);
+    if constexpr (Model::kReactionsFollow) model.set_burden(scene.burdens.at(0));
+    system_ = std::make_unique<SlipSystem<Model>>(model, torque, scene.initial);
     State start = scene.initial;
     start.phi() -= middle();
     for (int k = 0; k < kSize; ++k) {
@@ -256,7 +256,7 @@ class Integrator {
   const Package& package_;
   std::unique_ptr<TorqueProfile> torque_;
   HeldTorque held_;
-  std::unique_ptr<SlipSystem<Law>> system_;
+  std::unique_ptr<SlipSystem<Model>> system_;
   Run run_;
   SUNContext context_ = make_context();
   N_Vector y_ = N_VNew_Serial(kSize, context_), absolute_ = N_VNew_Serial(kSize, context_);
@@ -267,9 +267,9 @@ class Integrator {
 
 Run run(const Task& task, const Package& package) {
   const bool beyond = beyond_the_paper(task.scene);
-  if (task.scene.model == Model::kCoulomb && beyond) return Integrator<Beyond<CoulombLaw>>(task, package).run();
-  if (task.scene.model == Model::kCoulomb) return Integrator<CoulombLaw>(task, package).run();
-  if (task.scene.model == Model::kViscous && !beyond) return Integrator<ViscousLaw>(task, package).run();
+  if (task.scene.model == Model::kCoulomb && beyond) return Integrator<ExtendedModel<CoulombLaw>>(task, package).run();
+  if (task.scene.model == Model::kCoulomb) return Integrator<PaperModel<CoulombLaw>>(task, package).run();
+  if (task.scene.model == Model::kViscous && !beyond) return Integrator<PaperModel<ViscousLaw>>(task, package).run();
   throw RunFailure("only models 2a and 2b are known here, and beyond the paper only 2b");
 }
 

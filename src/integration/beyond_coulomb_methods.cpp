@@ -2,6 +2,6 @@
 
 namespace youbot_base_sim {
 
-template const std::vector<Entry>& entries<Beyond<CoulombLaw>>();
+template const std::vector<Entry>& entries<ExtendedModel<CoulombLaw>>();
 
 }  // namespace youbot_base_sim

@@ -2,6 +2,6 @@
 
 namespace youbot_base_sim {
 
-template const std::vector<Entry>& entries<Beyond<ViscousLaw>>();
+template const std::vector<Entry>& entries<ExtendedModel<ViscousLaw>>();
 
 }  // namespace youbot_base_sim

@@ -2,6 +2,6 @@
 
 namespace youbot_base_sim {
 
-template const std::vector<Entry>& entries<CoulombLaw>();
+template const std::vector<Entry>& entries<PaperModel<CoulombLaw>>();
 
 }  // namespace youbot_base_sim

@@ -29,51 +29,52 @@ using Maker = std::unique_ptr<Integration> (*)(const Parts&);
 // Radau must keep up with real time: this many evaluations, and the 80 % more of an eased millisecond, take about 0.8
 // ms at 3 GHz; beyond the paper each takes longer. The other methods are for comparison and may take what they need;
 // their bound only makes sure that a run ends.
-template <class Law>
-inline constexpr WorkBound kRealTime{kBeyond<Law> ? 2000 : 3000};
+template <class Model>
+inline constexpr WorkBound kRealTime{Model::kReactionsFollow ? 2000 : 3000};
 inline constexpr WorkBound kComparison{10000000};
 
-template <class Law, class Stepper, class MakeStepper>
+template <class Model, class Stepper, class MakeStepper>
 std::unique_ptr<Integration> integrate(const Parts& parts, const WorkBound& bound, const MakeStepper& make_stepper) {
-  SlipModel<Law> model(parts.robot, parts.floor);
+  Model model(parts.robot, parts.floor);
   model.set_transition_speed(effective_transition_speed(model.transition_speed(), parts.tolerance));
-  return std::make_unique<SlipIntegration<Law, Stepper>>(model, parts.torque, parts.start, parts.tolerance, bound,
-                                                         make_stepper);
+  return std::make_unique<SlipIntegration<Model, Stepper>>(model, parts.torque, parts.start, parts.tolerance, bound,
+                                                           make_stepper);
 }
 
-template <class Law>
+template <class Model>
 std::unique_ptr<Integration> radau(const Parts& parts) {
-  return integrate<Law, Radau<Law>>(
-      parts, kRealTime<Law>,
-      [](const Tolerance& tolerance, IntegrationStatistics& statistics) { return Radau<Law>(tolerance, statistics); });
+  return integrate<Model, Radau<Model>>(parts, kRealTime<Model>,
+                                        [](const Tolerance& tolerance, IntegrationStatistics& statistics) {
+                                          return Radau<Model>(tolerance, statistics);
+                                        });
 }
 
-template <class Law, class Coefficients>
+template <class Model, class Coefficients>
 std::unique_ptr<Integration> rosenbrock4(const Parts& parts) {
-  return integrate<Law, Rosenbrock4<Coefficients>>(parts, kComparison,
-                                                   [](const Tolerance& tolerance, IntegrationStatistics& statistics) {
-                                                     return Rosenbrock4<Coefficients>(tolerance, statistics);
-                                                   });
+  return integrate<Model, Rosenbrock4<Coefficients>>(parts, kComparison,
+                                                     [](const Tolerance& tolerance, IntegrationStatistics& statistics) {
+                                                       return Rosenbrock4<Coefficients>(tolerance, statistics);
+                                                     });
 }
 
-template <class Law, class ErrorStepper>
+template <class Model, class ErrorStepper>
 std::unique_ptr<Integration> runge_kutta(const Parts& parts) {
-  return integrate<Law, ControlledRungeKutta<ErrorStepper>>(
+  return integrate<Model, ControlledRungeKutta<ErrorStepper>>(
       parts, kComparison,
       [](const Tolerance& tolerance, IntegrationStatistics&) { return ControlledRungeKutta<ErrorStepper>(tolerance); });
 }
 
-template <class Law>
+template <class Model>
 std::unique_ptr<Integration> bulirsch_stoer(const Parts& parts) {
-  return integrate<Law, BulirschStoer>(
+  return integrate<Model, BulirschStoer>(
       parts, kComparison, [](const Tolerance& tolerance, IntegrationStatistics&) { return BulirschStoer(tolerance); });
 }
 
-template <class Law, class Step>
+template <class Model, class Step>
 std::unique_ptr<Integration> fixed_step(const Parts& parts) {
-  return integrate<Law, FixedStep<Step>>(parts, kComparison, [&](const Tolerance&, IntegrationStatistics& statistics) {
-    return FixedStep<Step>(parts.step, statistics);
-  });
+  return integrate<Model, FixedStep<Step>>(
+      parts, kComparison,
+      [&](const Tolerance&, IntegrationStatistics& statistics) { return FixedStep<Step>(parts.step, statistics); });
 }
 
 using Dopri5 = odeint::runge_kutta_dopri5<State>;
@@ -88,31 +89,31 @@ struct Entry {
 };
 
 /// All methods, the default one first.
-template <class Law>
+template <class Model>
 const std::vector<Entry>& entries() {
   static const std::vector<Entry> kEntries = {
-      {{"radau", "Radau IIA of order 5, implicit, made for this problem: the one to use", false, 0}, radau<Law>},
+      {{"radau", "Radau IIA of order 5, implicit, made for this problem: the one to use", false, 0}, radau<Model>},
       {{"rosenbrock4", "odeint's, linearly implicit, of order 4, with d4 corrected: an independent check", false, 0},
-       rosenbrock4<Law, CorrectedRosenbrock4>},
+       rosenbrock4<Model, CorrectedRosenbrock4>},
       {{"rosenbrock4_as_shipped", "the same with the wrong sign of d4 that Boost 1.74 has: to see what it costs", false,
         0},
-       rosenbrock4<Law, ShippedRosenbrock4>},
+       rosenbrock4<Model, ShippedRosenbrock4>},
       {{"implicit_euler", "odeint's, linearly implicit, of order 1, fixed step", false, 1e-5},
-       fixed_step<Law, ImplicitEulerStep>},
+       fixed_step<Model, ImplicitEulerStep>},
       {{"dopri5", "odeint's Dormand-Prince, explicit, of order 5: where all wheels slip fast", true, 0},
-       runge_kutta<Law, Dopri5>},
-      {{"cash_karp54", "odeint's, explicit, of order 5", true, 0}, runge_kutta<Law, CashKarp54>},
+       runge_kutta<Model, Dopri5>},
+      {{"cash_karp54", "odeint's, explicit, of order 5", true, 0}, runge_kutta<Model, CashKarp54>},
       {{"fehlberg78", "odeint's, explicit, of order 8: where all wheels slip fast, at tight tolerances", true, 0},
-       runge_kutta<Law, Fehlberg78>},
-      {{"bulirsch_stoer", "odeint's, explicit, of variable order", true, 0}, bulirsch_stoer<Law>},
-      {{"runge_kutta4", "odeint's, explicit, of order 4, fixed step", true, 2e-7}, fixed_step<Law, RungeKutta4Step>},
+       runge_kutta<Model, Fehlberg78>},
+      {{"bulirsch_stoer", "odeint's, explicit, of variable order", true, 0}, bulirsch_stoer<Model>},
+      {{"runge_kutta4", "odeint's, explicit, of order 4, fixed step", true, 2e-7}, fixed_step<Model, RungeKutta4Step>},
   };
   return kEntries;
 }
 
-extern template const std::vector<Entry>& entries<ViscousLaw>();
-extern template const std::vector<Entry>& entries<CoulombLaw>();
-extern template const std::vector<Entry>& entries<Beyond<ViscousLaw>>();
-extern template const std::vector<Entry>& entries<Beyond<CoulombLaw>>();
+extern template const std::vector<Entry>& entries<PaperModel<ViscousLaw>>();
+extern template const std::vector<Entry>& entries<PaperModel<CoulombLaw>>();
+extern template const std::vector<Entry>& entries<ExtendedModel<ViscousLaw>>();
+extern template const std::vector<Entry>& entries<ExtendedModel<CoulombLaw>>();
 
 }  // namespace youbot_base_sim

@@ -16,10 +16,10 @@ double step_of(const Method& method, const IntegrationSettings& settings) {
   return settings.step > 0 ? settings.step : method.default_step;
 }
 
-// The laws have the same methods.
-template <class Law = CoulombLaw>
+// All models have the same methods.
+template <class Model = PaperModel<CoulombLaw>>
 const Entry* find_entry(const std::string& name) {
-  const std::vector<Entry>& all = entries<Law>();
+  const std::vector<Entry>& all = entries<Model>();
   const auto found =
       std::find_if(all.begin(), all.end(), [&](const Entry& entry) { return entry.method.name == name; });
   return found == all.end() ? nullptr : &*found;
@@ -30,7 +30,7 @@ const Entry* find_entry(const std::string& name) {
 const std::vector<Method>& methods() {
   static const std::vector<Method> kMethods = [] {
     std::vector<Method> all;
-    for (const Entry& entry : entries<CoulombLaw>()) all.push_back(entry.method);
+    for (const Entry& entry : entries<PaperModel<CoulombLaw>>()) all.push_back(entry.method);
     return all;
   }();
   return kMethods;
@@ -59,11 +59,15 @@ double effective_transition_speed(double nu, const Tolerance& tolerance) {
 std::string advice(const RobotParameters& robot, const FloorParameters& floor, Model model,
                    const IntegrationSettings& settings, double duration) {
   const Method& method = *find_method(settings.method);
-  if (!method.is_explicit || model == Model::kNoSlip) return "";
+  if (!method.is_explicit || !slips(model)) return "";
   constexpr double kStability = 3, kTimePerStep = 0.6e-6;  // s, at 3 GHz
   const double nu = effective_transition_speed(floor.nu, settings.tolerance);
-  const double damping = model == Model::kViscous ? floor.mu_0(robot).maxCoeff()
-                                                  : (floor.f * normal_reactions(robot, floor)).maxCoeff() / nu;
+  const double damping = visit_law(model, [&](auto row) {
+    using Law = typename decltype(row)::Law;
+    const ContactVector<2> no_slip = {{Wheels::Zero(), Wheels::Zero()}};
+    const Wheels limit = floor.f * normal_reactions(robot, floor);
+    return ContactFriction<Law, 2>(Law(robot, floor), nu).stiffness(no_slip, limit)(0, 0).maxCoeff();
+  });
   const ContactGeometry mean = RollerGeometry(robot).mean();
   const double rate = damping * (mean.r_X.square() + mean.r_Y.square()).maxCoeff() / robot.J_2;
   if (!(rate > 0)) return "";
@@ -80,22 +84,19 @@ std::string advice(const RobotParameters& robot, const FloorParameters& floor, M
 }
 
 std::string refusal(const Method& method, const RobotParameters& robot, Model model) {
-  if (model == Model::kNoSlip || method.name == "radau" || robot.J_2 > 0) return "";
+  if (!slips(model) || method.name == "radau" || robot.J_2 > 0) return "";
   return "one that integrates rollers without inertia, which only radau does: robot.roller_inertia is 0";
 }
 
 std::unique_ptr<Integration> make_integration(Model model, const RobotParameters& robot, const FloorParameters& floor,
                                               const State& start, const TorqueProfile& torque,
                                               const IntegrationSettings& settings, bool beyond) {
-  if (model == Model::kNoSlip) return std::make_unique<NoSlipIntegration>(robot, floor, torque, settings.tolerance);
+  if (!slips(model)) return std::make_unique<NoSlipIntegration>(robot, floor, torque, settings.tolerance);
   const std::string& name = settings.method;
-  const bool viscous = model == Model::kViscous;
-  const Entry* entry = nullptr;
-  if (beyond) {
-    entry = viscous ? find_entry<Beyond<ViscousLaw>>(name) : find_entry<Beyond<CoulombLaw>>(name);
-  } else {
-    entry = viscous ? find_entry<ViscousLaw>(name) : find_entry<CoulombLaw>(name);
-  }
+  const Entry* entry = visit_law(model, [&](auto row) {
+    using Law = typename decltype(row)::Law;
+    return beyond ? find_entry<ExtendedModel<Law>>(name) : find_entry<PaperModel<Law>>(name);
+  });
   if (!entry) throw std::invalid_argument(name + ": no method of integration");
   return entry->make({robot, floor, start, torque, settings.tolerance, step_of(entry->method, settings)});
 }

@@ -2,6 +2,6 @@
 
 namespace youbot_base_sim {
 
-template const std::vector<Entry>& entries<ViscousLaw>();
+template const std::vector<Entry>& entries<PaperModel<ViscousLaw>>();
 
 }  // namespace youbot_base_sim

@@ -27,7 +27,7 @@ ContactsStamped contacts_message(const Simulation& simulation, const ros::Time& 
     contact.slip_velocity = vector_message<geometry_msgs::Vector3>({contacts.V_PX[i], contacts.V_PY[i], 0});
     contact.friction_force = vector_message<geometry_msgs::Vector3>({contacts.F_X[i], contacts.F_Y[i], 0});
     contact.normal_force = contacts.N[i];
-    const double limit = scene.model == Model::kCoulomb ? contacts.f[i] * contacts.N[i] : 0;
+    const double limit = limits_friction(scene.model) ? contacts.f[i] * contacts.N[i] : 0;
     contact.friction_share = limit > 0 ? std::hypot(contacts.F_X[i], contacts.F_Y[i], contacts.F_Z[i]) / limit : 0;
     contact.torque = torque[i];
     contact.roller = static_cast<std::uint8_t>(rollers[i]);

@@ -94,8 +94,8 @@ bool frictionless_patch(const FloorParameters& floor) {
 }
 
 /// What the model cannot use is refused rather than ignored.
-void refuse_for_model(const SceneValue& value, bool off, Model model, Model least) {
-  if (off || model >= least) return;
+void refuse_for_model(const SceneValue& value, bool off, Model model, bool used) {
+  if (off || used) return;
   value.refuse(fmt::format("left out for {}, which has no use for it", name_of(model)));
 }
 
@@ -147,9 +147,9 @@ RobotParameters read_robot(SceneSection s, const FloorParameters& floor, Model m
   s.finish();
 
   const bool dynamic = robot.normal_reactions == NormalReactions::kDynamic;
-  refuse_for_model(reactions, !dynamic, model, Model::kCoulomb);
-  refuse_for_model(preload, robot.q == 0, model, Model::kCoulomb);
-  refuse_for_model(com_height, robot.a_Z == 0, model, Model::kCoulomb);
+  refuse_for_model(reactions, !dynamic, model, limits_friction(model));
+  refuse_for_model(preload, robot.q == 0, model, limits_friction(model));
+  refuse_for_model(com_height, robot.a_Z == 0, model, limits_friction(model));
   if (robot.a_Z <= -robot.R) com_height.refuse(fmt::format("more than -wheel_radius, {}", -robot.R));
   if (robot.load_sharing != LoadSharing::kEqualWheels) {
     if (!dynamic) sharing.refuse("equal_wheels unless normal_reactions is dynamic");
@@ -204,13 +204,13 @@ FloorParameters read_floor(SceneSection s, Model model) {
   FloorParameters floor;
   const SceneValue friction = s["friction"], spin = s["spin_radius"], patches = s["patches"], slope = s["slope"];
   friction.number_or_wheels(floor.f, kFriction);
-  refuse_for_model(friction, (floor.f == floor.f[0]).all(), model, Model::kViscous);
+  refuse_for_model(friction, (floor.f == floor.f[0]).all(), model, slips(model));
   spin.number(floor.spin_radius, {0, 1, "m"});
-  refuse_for_model(spin, floor.spin_radius == 0, model, Model::kCoulomb);
+  refuse_for_model(spin, floor.spin_radius == 0, model, limits_friction(model));
   if (patches.given()) {
     for (const SceneSection& section : patches.sections()) floor.patches.push_back(read_patch(section));
   }
-  refuse_for_model(patches, floor.patches.empty(), model, Model::kCoulomb);
+  refuse_for_model(patches, floor.patches.empty(), model, limits_friction(model));
   if (slope.given()) read_slope(slope, floor);
   s["slip_regularization"].number(floor.nu, {1e-15, 1e3, "m/s"});
   s["viscous_friction"].number(floor.viscous_friction, {0, 1e15, "N s/m"});
@@ -423,8 +423,7 @@ std::string lifted_wheel(const Scene& scene, const std::vector<Load>& more, doub
 }
 
 bool beyond_the_paper(const Scene& scene) {
-  const bool uneven_viscous = scene.model == Model::kViscous && (scene.floor.f != scene.floor.f[0]).any();
-  return uneven_viscous || scene.robot.normal_reactions != NormalReactions::kStatic || scene.floor.slope != 0 ||
+  return scene.robot.normal_reactions != NormalReactions::kStatic || scene.floor.slope != 0 ||
          scene.floor.spin_radius != 0 || !scene.floor.patches.empty() || !scene.burdens.empty();
 }
 

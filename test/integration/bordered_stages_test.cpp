@@ -7,6 +7,7 @@
 
 #include "physics/random_states.h"
 #include "youbot_base_sim/integration/reacting_stages.h"
+#include "youbot_base_sim/physics/model.h"
 
 namespace youbot_base_sim {
 namespace {
@@ -171,7 +172,7 @@ TYPED_TEST(BorderedStagesTest, SolvesForEveryStepAndStiffness) {
         const RobotParameters robot = random_robot(random);
         FloorParameters floor;
         floor.nu = nu;
-        const SlipModel<CoulombLaw> model(robot, floor);
+        const PaperModel<CoulombLaw> model(robot, floor);
         TypeParam system(robot);
         system.set_step(dt);
         for (std::size_t j = 0; j < system.G.size(); ++j) {

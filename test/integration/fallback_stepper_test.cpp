@@ -9,6 +9,7 @@
 
 #include "explicit_solution.h"
 #include "youbot_base_sim/integration/slip_system.h"
+#include "youbot_base_sim/physics/model.h"
 
 namespace youbot_base_sim {
 namespace {
@@ -28,16 +29,16 @@ State rolling_state() {
 double distance(const State& a, const State& b) { return (a.values - b.values).abs().maxCoeff(); }
 
 TEST(FallbackStepperTest, ConvergesWithTheFirstOrder) {
-  const SlipModel<CoulombLaw> model{RobotParameters(), FloorParameters()};
+  const PaperModel<CoulombLaw> model{RobotParameters(), FloorParameters()};
   const HeldTorque torque(Wheels{1, -0.5, 0.7, 1.2});
   constexpr double kEnd = 2e-3;  // s; no wheel reaches an edge
 
-  SlipSystem<CoulombLaw> system(model, torque, rolling_state());
+  SlipSystem<PaperModel<CoulombLaw>> system(model, torque, rolling_state());
   const State exact = explicit_solution(system, rolling_state(), 0, kEnd, 1e-11);
 
   const auto error = [&](int steps) {
     State x = rolling_state();
-    odeint::integrate_n_steps(FallbackStepper<CoulombLaw>(), std::ref(system), x, 0.0, kEnd / steps, steps);
+    odeint::integrate_n_steps(FallbackStepper<PaperModel<CoulombLaw>>(), std::ref(system), x, 0.0, kEnd / steps, steps);
     return distance(x, exact);
   };
   const double coarse = error(1000), fine = error(2000);
@@ -50,14 +51,14 @@ TEST(FallbackStepperTest, StandsWhereStepsAndStiffnessAreExtreme) {
   for (const double nu : {1e-2, 1e-6, 1e-12}) {
     FloorParameters floor;
     floor.nu = nu;
-    const SlipModel<CoulombLaw> model(RobotParameters(), floor);
+    const PaperModel<CoulombLaw> model(RobotParameters(), floor);
     const HeldTorque torque;
-    FallbackStepper<CoulombLaw> fallback;
+    FallbackStepper<PaperModel<CoulombLaw>> fallback;
     for (const double dt : {1e-7, 1e-4, 1e-1}) {
       State x = rolling_state();
       for (int k = 0; k < 100; ++k) {
         const double before = kinetic_energy(model.robot(), x);
-        SlipSystem<CoulombLaw> system(model, torque, x);
+        SlipSystem<PaperModel<CoulombLaw>> system(model, torque, x);
         fallback.do_step(std::ref(system), x, 0, dt);
         ASSERT_TRUE(x.values.allFinite()) << "nu " << nu << ", dt " << dt;
         // Coriolis forces are held over the step: they may add (dt Omega)^2 of it.
@@ -69,12 +70,12 @@ TEST(FallbackStepperTest, StandsWhereStepsAndStiffnessAreExtreme) {
 }
 
 TEST(FallbackStepperTest, AbsurdTorqueGivesWhatItsInertiaAllows) {
-  const SlipModel<CoulombLaw> model{RobotParameters(), FloorParameters()};
-  FallbackStepper<CoulombLaw> fallback;
+  const PaperModel<CoulombLaw> model{RobotParameters(), FloorParameters()};
+  FallbackStepper<PaperModel<CoulombLaw>> fallback;
   State x;
   constexpr double kTorque = 1e6, kStep = 1e-5;
   const HeldTorque torque(Wheels::Constant(kTorque));
-  SlipSystem<CoulombLaw> system(model, torque, x);
+  SlipSystem<PaperModel<CoulombLaw>> system(model, torque, x);
   fallback.do_step(std::ref(system), x, 0, kStep);
   // J_1 dphi / dt = M - mu_1 dphi, next to which friction, some 50 N, is nothing.
   const double dphi = kTorque / (model.robot().J_1 / kStep + 0.11);
@@ -83,12 +84,12 @@ TEST(FallbackStepperTest, AbsurdTorqueGivesWhatItsInertiaAllows) {
 
 // Beyond the edges of the rollers on which the wheels stand when the step begins, or with a contact that is averaged.
 TEST(FallbackStepperTest, StandsFarFromTheRollersOfItsStart) {
-  const SlipModel<CoulombLaw> model{RobotParameters(), FloorParameters()};
+  const PaperModel<CoulombLaw> model{RobotParameters(), FloorParameters()};
   const HeldTorque torque;
   State x = rolling_state();
-  SlipSystem<CoulombLaw> system(model, torque, x);
+  SlipSystem<PaperModel<CoulombLaw>> system(model, torque, x);
   system.average(2);
-  FallbackStepper<CoulombLaw> fallback;
+  FallbackStepper<PaperModel<CoulombLaw>> fallback;
   double energy = kinetic_energy(model.robot(), x);
   for (int k = 0; k < 100; ++k) {
     fallback.do_step(std::ref(system), x, 1e-3 * k, 1e-3);

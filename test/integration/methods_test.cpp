@@ -99,8 +99,8 @@ struct SmoothMotion : GentleRobot {
   static constexpr double kEnd = 0.3;  // s
 
   State exact() const {
-    return explicit_solution(SlipSystem<CoulombLaw>(SlipModel<CoulombLaw>(robot, floor), torque, start), start, 0,
-                             kEnd);
+    return explicit_solution(SlipSystem<PaperModel<CoulombLaw>>(PaperModel<CoulombLaw>(robot, floor), torque, start),
+                             start, 0, kEnd);
   }
 
   PiecewiseTorque torque{{TorqueSegment{0, {0.1, -0.1, 0.05, 0}, {0.3, 0, 0.2, 0.1}, {0, 0.3, -0.2, 0.3}, 0.05}}};
@@ -136,9 +136,9 @@ TEST_P(MethodTest, HasItsOrderOnSmoothMotion) {
 
 // Switches by the equations alone: one millisecond after another by an explicit method of order 8, and bisection in
 // those where a wheel leaves its roller.
-template <class Law>
+template <class Model>
 struct Bisection {
-  Bisection(const SlipModel<Law>& model, const TorqueProfile& torque, const State& start)
+  Bisection(const Model& model, const TorqueProfile& torque, const State& start)
       : system(model, torque, start), x(start), pitch(2 * kPi / model.robot().rollers) {
     for (int i = 0; i < kWheels; ++i) rollers[i] = std::floor(x.phi()[i] / pitch + 0.5);
   }
@@ -167,7 +167,7 @@ struct Bisection {
     }
   }
 
-  SlipSystem<Law> system;
+  SlipSystem<Model> system;
   State x;
   std::vector<RollerSwitch> switches;
 
@@ -200,10 +200,11 @@ struct SwitchingMotion : GentleRobot {
 };
 
 // The reference is computed once for all methods.
-const Bisection<CoulombLaw>& switching_reference() {
-  static const Bisection<CoulombLaw> kReference = [] {
+const Bisection<PaperModel<CoulombLaw>>& switching_reference() {
+  static const Bisection<PaperModel<CoulombLaw>> kReference = [] {
     const SwitchingMotion motion;
-    Bisection<CoulombLaw> bisection(SlipModel<CoulombLaw>(motion.robot, motion.floor), motion.torque, motion.start);
+    Bisection<PaperModel<CoulombLaw>> bisection(PaperModel<CoulombLaw>(motion.robot, motion.floor), motion.torque,
+                                                motion.start);
     bisection.run(motion.kEnd);
     return bisection;
   }();

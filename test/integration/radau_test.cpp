@@ -12,6 +12,7 @@
 #include "explicit_solution.h"
 #include "physics/random_states.h"
 #include "youbot_base_sim/drive/torque_profiles.h"
+#include "youbot_base_sim/physics/model.h"
 
 namespace youbot_base_sim {
 namespace {
@@ -24,7 +25,7 @@ const double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr Tolerance kAnything{1e3, 1e3};
 
 // A robot under torques that vary; the rollers on the floor stay the same.
-template <class Law>
+template <class Model>
 struct Motion {
   Motion(const RobotParameters& robot, const FloorParameters& floor)
       : model(robot, floor), torque({TorqueSegment{0, {1, -2, 1, 0}, {1, 0, 2, 1}, {0, 1, -1, 2}, 0.3}}) {
@@ -36,16 +37,16 @@ struct Motion {
     start.phi() << 0.1, -0.2, 0.3, 0;
     torque.begin_segment(0);
   }
-  SlipSystem<Law> system() const { return {model, torque, start}; }
+  SlipSystem<Model> system() const { return {model, torque, start}; }
 
-  SlipModel<Law> model;
+  Model model;
   PiecewiseTorque torque;
   State start;  // at t = 0
 };
 
 // In gentle terms: friction of some 40 N s/m at each contact and heavy rollers leave rates of up to 100/s.
-template <class Law>
-Motion<Law> gentle_motion() {
+template <class Model>
+Motion<Model> gentle_motion() {
   RobotParameters robot;
   robot.J_2 = 1e-3;
   FloorParameters floor;
@@ -55,8 +56,8 @@ Motion<Law> gentle_motion() {
 }
 
 // The robot of the paper, its contacts between gripping and slipping, after what its start sets off has died down.
-Motion<CoulombLaw> stiff_motion() {
-  Motion<CoulombLaw> motion{RobotParameters(), FloorParameters()};
+Motion<PaperModel<CoulombLaw>> stiff_motion() {
+  Motion<PaperModel<CoulombLaw>> motion{RobotParameters(), FloorParameters()};
   motion.start.values.setZero();
   motion.start.V_X() = 0.4;
   motion.start.V_Y() = 0.1;
@@ -69,8 +70,8 @@ Motion<CoulombLaw> stiff_motion() {
 
 // The end of a step of length dt from x at t, its stages solved to rounding and its error not judged: a Radau that
 // accepts anything, asked for the same step over and over, takes each solution for the prediction of the next.
-template <class Law>
-State polished_step(Radau<Law>& radau, SlipSystem<Law>& system, const State& x, double t, double dt) {
+template <class Model>
+State polished_step(Radau<Model>& radau, SlipSystem<Model>& system, const State& x, double t, double dt) {
   constexpr int kRepetitions = 4;
   State end;
   for (int repetition = 0; repetition < kRepetitions; ++repetition) {
@@ -82,20 +83,20 @@ State polished_step(Radau<Law>& radau, SlipSystem<Law>& system, const State& x, 
 }
 
 // State after `steps` equal steps from t_0 to t_1, s.
-template <class Law>
-State stepped(SlipSystem<Law> system, State x, double t_0, double t_1, int steps) {
+template <class Model>
+State stepped(SlipSystem<Model> system, State x, double t_0, double t_1, int steps) {
   IntegrationStatistics statistics;
-  Radau<Law> radau(kAnything, statistics);
+  Radau<Model> radau(kAnything, statistics);
   const double dt = (t_1 - t_0) / steps;
   for (int k = 0; k < steps; ++k) x = polished_step(radau, system, x, t_0 + k * dt, dt);
   return x;
 }
 
 // A single try of a new Radau.
-template <class Law>
+template <class Model>
 struct Try {
-  Try(const Tolerance& tolerance, SlipSystem<Law> system, const State& x, double t, double dt) : next(dt) {
-    Radau<Law> radau(tolerance, statistics);
+  Try(const Tolerance& tolerance, SlipSystem<Model> system, const State& x, double t, double dt) : next(dt) {
+    Radau<Model> radau(tolerance, statistics);
     accepted = radau.try_step(std::ref(system), x, t, end, next) == odeint::success;
   }
   IntegrationStatistics statistics;
@@ -131,9 +132,9 @@ double worst(const Velocities& e, const State& x, const Tolerance& tolerance, do
                    (e.dgamma / allowed(x.dgamma())).abs().maxCoeff() / roller_weight});
 }
 
-template <class Law>
+template <class Model>
 class RadauTest : public testing::Test {};
-using Laws = testing::Types<ViscousLaw, CoulombLaw>;
+using Laws = testing::Types<PaperModel<ViscousLaw>, PaperModel<CoulombLaw>>;
 TYPED_TEST_SUITE(RadauTest, Laws, );
 
 // Pose, work and angles too, which follow from the velocities at the stages.
@@ -157,7 +158,7 @@ TYPED_TEST(RadauTest, HasOrderFiveOnSmoothMotion) {
 // friction drives, the rollers and then the wheels, converges with the stage order, 3, at least (Hairer and Wanner,
 // section VI.1), what they drive with an order near 5.
 TEST(Radau, HasHighOrderOnStiffMotion) {
-  const Motion<CoulombLaw> motion = stiff_motion();
+  const Motion<PaperModel<CoulombLaw>> motion = stiff_motion();
   const double begin = 0.02, end = 0.06;
   const State exact = explicit_solution(motion.system(), motion.start, begin, end, 1e-13);
   const auto errors = [&](int steps) {
@@ -174,10 +175,10 @@ TEST(Radau, HasHighOrderOnStiffMotion) {
 }
 
 // The longest step from the motion's start, of lengths 0.1 s, 0.09 s, 0.081 s ..., that this tolerance accepts.
-template <class Law>
-double longest_accepted(const Motion<Law>& motion, const Tolerance& tolerance) {
+template <class Model>
+double longest_accepted(const Motion<Model>& motion, const Tolerance& tolerance) {
   double h = 0.1;
-  while (h > 1e-4 && !Try<Law>(tolerance, motion.system(), motion.start, 0, h).accepted) h *= 0.9;
+  while (h > 1e-4 && !Try<Model>(tolerance, motion.system(), motion.start, 0, h).accepted) h *= 0.9;
   EXPECT_GT(h, 1e-4);
   return h;
 }
@@ -273,7 +274,7 @@ TEST(BeyondRadauTest, TurnsInAStepAsFarAsItsSineIsRight) {
     x.values.setZero();
     x.Omega() = turn / dt;
     const HeldTorque none;
-    return Try<Beyond<CoulombLaw>>(kAnything, {SlipModel<Beyond<CoulombLaw>>(robot, floor), none, x}, x, 0, dt);
+    return Try<ExtendedModel<CoulombLaw>>(kAnything, {ExtendedModel<CoulombLaw>(robot, floor), none, x}, x, 0, dt);
   };
   // What the method of order 5 is off, as a share of the way, goes with the fourth power of the turn.
   const auto off = [&](double turn) {
@@ -316,8 +317,8 @@ TYPED_TEST(RadauTest, RunsInTheLoopsOfOdeint) {
 
 // Fourth derivative of the velocities at the motion's start: that of the polynomial through nine points of the explicit
 // solution. Points 2 ms apart, rates of 40/s: the ninth derivative spoils it by 1e-4, rounding by 1e-3.
-template <class Law>
-Velocities fourth_derivative(const Motion<Law>& motion) {
+template <class Model>
+Velocities fourth_derivative(const Motion<Model>& motion) {
   constexpr int kPoints = 9;
   constexpr double kApart = 2e-3;
   Eigen::Matrix<double, kPoints, kPoints> powers;
@@ -403,7 +404,7 @@ TEST(Radau, RollersWithoutInertiaAreTheLimitOfLight) {
     const State start = stiff_motion().start;
     RobotParameters robot;
     robot.J_2 = J_2;
-    Motion<CoulombLaw> motion{robot, FloorParameters()};
+    Motion<PaperModel<CoulombLaw>> motion{robot, FloorParameters()};
     motion.start = start;
     const State x = stepped(motion.system(), start, 0.02, 0.06, 80);
     if (J_2 == 0) {
@@ -412,8 +413,8 @@ TEST(Radau, RollersWithoutInertiaAreTheLimitOfLight) {
       const Wheels left = c.r_Y * c.F_Y - c.r_X * c.F_X - robot.mu_2 * x.dgamma();
       EXPECT_LT(left.abs().maxCoeff(), 1e-8 * (c.r_Y * c.F_Y).abs().maxCoeff());
       // It has an error estimate, of more than nothing.
-      EXPECT_TRUE(Try<CoulombLaw>({1e-7, 1e-7}, motion.system(), x, 0.06, 1e-4).accepted);
-      EXPECT_FALSE(Try<CoulombLaw>({1e-14, 1e-14}, motion.system(), x, 0.06, 1e-4).accepted);
+      EXPECT_TRUE(Try<PaperModel<CoulombLaw>>({1e-7, 1e-7}, motion.system(), x, 0.06, 1e-4).accepted);
+      EXPECT_FALSE(Try<PaperModel<CoulombLaw>>({1e-14, 1e-14}, motion.system(), x, 0.06, 1e-4).accepted);
     }
     return x;
   };
@@ -425,11 +426,11 @@ TEST(Radau, RollersWithoutInertiaAreTheLimitOfLight) {
 
 TEST(Radau, RefusesStepsThatTurnByMoreThanARadian) {
   for (const double Omega : {20.0, -20.0}) {
-    Motion<ViscousLaw> motion = gentle_motion<ViscousLaw>();
+    Motion<PaperModel<ViscousLaw>> motion = gentle_motion<PaperModel<ViscousLaw>>();
     motion.start.Omega() = Omega;
-    SlipSystem<ViscousLaw> system = motion.system();
+    SlipSystem<PaperModel<ViscousLaw>> system = motion.system();
     IntegrationStatistics statistics;
-    Radau<ViscousLaw> radau(kAnything, statistics);
+    Radau<PaperModel<ViscousLaw>> radau(kAnything, statistics);
     State end;
     double t = 0, dt = 0.2;
     EXPECT_EQ(radau.try_step(std::ref(system), motion.start, t, end, dt), odeint::fail);
@@ -457,21 +458,21 @@ class TurningTorque : public TorqueProfile {
 };
 
 TEST(Radau, FailsForWhatIsNoNumberAndRecovers) {
-  const Motion<CoulombLaw> motion = stiff_motion();
+  const Motion<PaperModel<CoulombLaw>> motion = stiff_motion();
   constexpr Tolerance kTolerance{1e-7, 1e-7};
   for (const double value : {kNaN, std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::max()}) {
     // From the start on; at all stages, at the last two, at the last one of a step of 10 ms.
     for (const double from : {0.0, 1e-6, 5e-3, 8e-3}) {
       SCOPED_TRACE(testing::Message() << "torque " << value << " from " << from << " s on");
       const TurningTorque torque(from, value);
-      SlipSystem<CoulombLaw> system(motion.model, torque, motion.start);
+      SlipSystem<PaperModel<CoulombLaw>> system(motion.model, torque, motion.start);
       const HeldTorque sound(Wheels::Constant(1.0));
-      SlipSystem<CoulombLaw> sound_system(motion.model, sound, motion.start);
+      SlipSystem<PaperModel<CoulombLaw>> sound_system(motion.model, sound, motion.start);
       for (const bool predicted : {false, true}) {
         IntegrationStatistics statistics;
         // Whatever the error: the number itself is why it fails.
         for (const Tolerance& tolerance : {kTolerance, kAnything}) {
-          Radau<CoulombLaw> radau(tolerance, statistics);
+          Radau<PaperModel<CoulombLaw>> radau(tolerance, statistics);
           State end;
           double t = 0, dt = 1e-3;
           if (predicted) {
@@ -487,16 +488,16 @@ TEST(Radau, FailsForWhatIsNoNumberAndRecovers) {
           EXPECT_GT(dt, 0);
           EXPECT_LT(dt, 10e-3);
           // A step that ends before that is like any other, and so is one under a sound torque.
-          SlipSystem<CoulombLaw>& sound_now = from == 0 ? sound_system : system;
+          SlipSystem<PaperModel<CoulombLaw>>& sound_now = from == 0 ? sound_system : system;
           if (from == 0) radau.reset();  // the torque jumps
           if (tolerance.absolute < 1) {
             dt = 5e-7;
-            const Try<CoulombLaw> reference(tolerance, sound_system, motion.start, 0, dt);
+            const Try<PaperModel<CoulombLaw>> reference(tolerance, sound_system, motion.start, 0, dt);
             ASSERT_TRUE(reference.accepted);
             ASSERT_EQ(radau.try_step(std::ref(sound_now), motion.start, t, end, dt), odeint::success);
             EXPECT_LT(distance(end, reference.end), 1e-5);
           } else {
-            Radau<CoulombLaw> other(tolerance, statistics);
+            Radau<PaperModel<CoulombLaw>> other(tolerance, statistics);
             const double length = from > 1e-3 ? 1e-3 : 5e-7;
             EXPECT_LT(distance(polished_step(radau, sound_now, motion.start, 0, length),
                                polished_step(other, sound_system, motion.start, 0, length)),

@@ -19,8 +19,7 @@ namespace youbot_base_sim {
 namespace {
 
 using Json = nlohmann::json;
-using Law = Beyond<CoulombLaw>;
-using System = SlipSystem<Law>;
+using System = SlipSystem<ExtendedModel<CoulombLaw>>;
 
 Wheels wheels(const Json& json) {
   const auto numbers = json.get<std::array<double, kWheels>>();
@@ -57,7 +56,7 @@ struct Motion {
   struct Torque : HeldTorque {
     explicit Torque(const Json& golden) { set(wheels(golden["torques"])); }
   };
-  SlipModel<Law> model;
+  ExtendedModel<CoulombLaw> model;
   Torque torque;
   State state;
 };
@@ -84,7 +83,7 @@ TEST(BeyondModelTest, MeetsRightHandSidesOfAnIndependentProgram) {
       system.enter_sliding(golden["wheel"].get<int>(), 0, x);
       EXPECT_NEAR(system.alpha(golden["wheel"].get<int>(), x, 0), golden["alpha"].get<double>(), 1e-11);
     }
-    const BeyondContacts c = system.contacts(x, 0);
+    const ExtendedContacts c = system.contacts(x, 0);
     State dxdt;
     system(x, dxdt, 0);
     // Slip is a difference of velocities of 1 m/s, and friction turns over nu = 1e-3 m/s.
@@ -120,7 +119,7 @@ TEST(BeyondModelTest, MomentsAboutAnyPointOfTheFloorVanish) {
     if (scene.robot.normal_reactions != NormalReactions::kDynamic || golden.contains("wheel")) continue;
     const Motion motion(golden, scene);
     const System system(motion.model, motion.torque, motion.state);
-    const BeyondContacts c = system.contacts(motion.state, 0);
+    const ExtendedContacts c = system.contacts(motion.state, 0);
     if (c.tipping != Side::kNone) continue;
     State dxdt;
     system(motion.state, dxdt, 0);
@@ -186,7 +185,7 @@ TEST(BeyondModelTest, DampingIsTheDerivativeOfTheForces) {
     const System system(motion.model, motion.torque, motion.state);
     const State& x = motion.state;
     const Wheels M = motion.torque.value(0);
-    const BeyondContacts c = system.contacts(x, 0);
+    const ExtendedContacts c = system.contacts(x, 0);
     DampingMatrix G;
     motion.model.damping(x.velocities(), c, G);
     const auto forces = [&](const Velocities& u) {
@@ -247,7 +246,7 @@ TEST(BeyondModelTest, CouplingCompletesTheDerivativeOfTheForces) {
     const System system(motion.model, motion.torque, motion.state);
     const State& x = motion.state;
     const Wheels M = motion.torque.value(0);
-    const BeyondContacts c = system.contacts(x, 0);
+    const ExtendedContacts c = system.contacts(x, 0);
     if (c.tipping != Side::kNone) continue;
     ++cases;
     rocking += scene.robot.load_sharing != LoadSharing::kEqualWheels;
@@ -308,7 +307,8 @@ TEST(BeyondModelTest, IsThePapersWithEverythingOff) {
     if (golden["feature"] != "paper") continue;
     const Scene scene = scene_of(golden["scene"]);
     const Motion motion(golden, scene);
-    const SlipSystem<CoulombLaw> paper(SlipModel<CoulombLaw>(scene.robot, scene.floor), motion.torque, motion.state);
+    const SlipSystem<PaperModel<CoulombLaw>> paper(PaperModel<CoulombLaw>(scene.robot, scene.floor), motion.torque,
+                                                   motion.state);
     const System beyond(motion.model, motion.torque, motion.state);
     State a, b;
     paper(motion.state, a, 0);

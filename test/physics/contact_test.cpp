@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 
 #include "random_states.h"
+#include "youbot_base_sim/physics/model.h"
 #include "youbot_base_sim/physics/slip_model.h"
 
 namespace youbot_base_sim {
@@ -172,7 +173,7 @@ TEST(Contacts, SlipIsTheVelocityOfTheRollersMaterialPoint) {
   Random random(4);
   for (int trial = 0; trial < 50; ++trial) {
     const RobotParameters robot = random_robot(random);
-    const SlipModel<CoulombLaw> model(robot, {});
+    const PaperModel<CoulombLaw> model(robot, {});
     Wheels phi_center = Wheels{-3, -1, 0, 5} * model.geometry().pitch();
     const State state = random_state(random, robot, phi_center, random.uniform(0, 0.3));
     const Contacts contacts = model.contacts(state.velocities(), state.phi() - phi_center);
@@ -232,6 +233,21 @@ TEST(NormalReactions, BalanceTheWeight) {
   }
 }
 
+using Slip = ContactVector<2>;
+
+/// Friction by a law under the normal reactions of the robot at rest.
+template <class Law>
+struct Friction {
+  Friction(const RobotParameters& robot, const FloorParameters& floor)
+      : friction(Law(robot, floor), floor.nu), limit(floor.f * normal_reactions(robot, floor)) {}
+
+  Slip force(const Slip& V_P) const { return friction.force(V_P, limit); }
+  ContactStiffness<2> stiffness(const Slip& V_P) const { return friction.stiffness(V_P, limit); }
+
+  ContactFriction<Law, 2> friction;
+  Wheels limit;
+};
+
 TEST(ViscousLaw, ResistsInProportion) {
   const RobotParameters robot;
   FloorParameters floor;
@@ -240,30 +256,26 @@ TEST(ViscousLaw, ResistsInProportion) {
   for (const double viscous_friction : {-1.0, 0.0, 123.0}) {
     floor.viscous_friction = viscous_friction;
     const double mu_0 = viscous_friction < 0 ? 43654.5 : viscous_friction;
-    const ViscousLaw law(robot, floor);
+    const Friction<ViscousLaw> friction(robot, floor);
     Random random(6);
-    const Wheels V_X = random.wheels(-1, 1), V_Y = random.wheels(-1, 1);
-    const ContactForce F = law.force(V_X, V_Y);
-    const ContactStiffness K = law.stiffness(V_X, V_Y);
+    const Slip V_P = {{random.wheels(-1, 1), random.wheels(-1, 1)}};
+    const Slip F = friction.force(V_P);
+    const auto K = friction.stiffness(V_P);
     for (int i = 0; i < kWheels; ++i) {
-      EXPECT_DOUBLE_EQ(F.F_X[i], -mu_0 * V_X[i]);
-      EXPECT_DOUBLE_EQ(F.F_Y[i], -mu_0 * V_Y[i]);
-      EXPECT_DOUBLE_EQ(K.XX[i], mu_0);
-      EXPECT_DOUBLE_EQ(K.YY[i], mu_0);
-      EXPECT_EQ(K.XY[i], 0);
+      EXPECT_DOUBLE_EQ(F[0][i], -mu_0 * V_P[0][i]);
+      EXPECT_DOUBLE_EQ(F[1][i], -mu_0 * V_P[1][i]);
+      EXPECT_DOUBLE_EQ(K(0, 0)[i], mu_0);
+      EXPECT_DOUBLE_EQ(K(1, 1)[i], mu_0);
+      EXPECT_EQ(K(0, 1)[i], 0);
     }
   }
 }
 
 // Slip velocities of `speed` (m/s) in four random directions.
-struct Slip {
-  Slip(Random& random, double speed) {
-    const Wheels direction = random.wheels(-kPi, kPi);
-    X = speed * direction.cos();
-    Y = speed * direction.sin();
-  }
-  Wheels X, Y;
-};
+Slip random_slip(Random& random, double speed) {
+  const Wheels direction = random.wheels(-kPi, kPi);
+  return {{speed * direction.cos(), speed * direction.sin()}};
+}
 
 TEST(CoulombLaw, OpposesSlipAndSaturates) {
   Random random(7);
@@ -271,15 +283,15 @@ TEST(CoulombLaw, OpposesSlipAndSaturates) {
     const RobotParameters robot = random_robot(random);
     const FloorParameters floor;
     const Wheels limit = floor.f * normal_reactions(robot, floor);
-    const Slip V_P(random, ratio * floor.nu);
-    const ContactForce F = CoulombLaw(robot, floor).force(V_P.X, V_P.Y);
+    const Slip V_P = random_slip(random, ratio * floor.nu);
+    const Slip F = Friction<CoulombLaw>(robot, floor).force(V_P);
     const double share = ratio / std::hypot(1, ratio);  // of f N, by the regularisation of section 5.2
     for (int i = 0; i < kWheels; ++i) {
       // Directly against the slip, and as large as the law says: to rounding.
-      EXPECT_NEAR((F.F_X[i] * V_P.X[i] + F.F_Y[i] * V_P.Y[i]) / (ratio * floor.nu), -share * limit[i],
+      EXPECT_NEAR((F[0][i] * V_P[0][i] + F[1][i] * V_P[1][i]) / (ratio * floor.nu), -share * limit[i],
                   1e-14 * share * limit[i]);
-      EXPECT_NEAR(F.F_X[i] * V_P.Y[i], F.F_Y[i] * V_P.X[i], 1e-14 * share * limit[i] * ratio * floor.nu);
-      EXPECT_LE(std::hypot(F.F_X[i], F.F_Y[i]), limit[i] * (1 + 1e-15));
+      EXPECT_NEAR(F[0][i] * V_P[1][i], F[1][i] * V_P[0][i], 1e-14 * share * limit[i] * ratio * floor.nu);
+      EXPECT_LE(std::hypot(F[0][i], F[1][i]), limit[i] * (1 + 1e-15));
     }
   }
 }
@@ -289,12 +301,12 @@ TEST(CoulombLaw, IsTheViscousLawNearZeroSlip) {
   robot.a_X = robot.a_Y = 0;  // N_i = m_s g / 4, of which mu_0 is made
   const FloorParameters floor;
   Random random(8);
-  const Slip V_P(random, 1e-6 * floor.nu);
-  const ContactForce coulomb = CoulombLaw(robot, floor).force(V_P.X, V_P.Y);
-  const ContactForce viscous = ViscousLaw(robot, floor).force(V_P.X, V_P.Y);
+  const Slip V_P = random_slip(random, 1e-6 * floor.nu);
+  const Slip coulomb = Friction<CoulombLaw>(robot, floor).force(V_P);
+  const Slip viscous = Friction<ViscousLaw>(robot, floor).force(V_P);
   // They part by (slip / nu)^2 / 2 = 5e-13.
-  EXPECT_LT((coulomb.F_X / viscous.F_X - 1).abs().maxCoeff(), 1e-12);
-  EXPECT_LT((coulomb.F_Y / viscous.F_Y - 1).abs().maxCoeff(), 1e-12);
+  EXPECT_LT((coulomb[0] / viscous[0] - 1).abs().maxCoeff(), 1e-12);
+  EXPECT_LT((coulomb[1] / viscous[1] - 1).abs().maxCoeff(), 1e-12);
 }
 
 TEST(CoulombLaw, StiffnessIsTheForcesDerivative) {
@@ -302,39 +314,39 @@ TEST(CoulombLaw, StiffnessIsTheForcesDerivative) {
   for (const double ratio : {1e-3, 0.1, 1.0, 10.0, 1e3}) {  // slip by nu
     const RobotParameters robot = random_robot(random);
     const FloorParameters floor;
-    const CoulombLaw law(robot, floor);
+    const Friction<CoulombLaw> friction(robot, floor);
     const double speed = ratio * floor.nu;
-    const Slip V_P(random, speed);
-    const ContactStiffness K = law.stiffness(V_P.X, V_P.Y);
+    const Slip V_P = random_slip(random, speed);
+    const auto K = friction.stiffness(V_P);
     const double scale = std::hypot(floor.nu, speed);
     // Steps of 1e-3 of the scale of the law: error (1e-3)^4, rounding 1e-16 / 1e-3, both of the slope f N / scale.
     const double h = 1e-3 * scale;
     const Wheels tolerance = 1e-11 * floor.f * normal_reactions(robot, floor) / scale;
-    const auto by_X = [&](Wheels ContactForce::*F) {
-      return difference([&](double step) { return Wheels(law.force(V_P.X + step, V_P.Y).*F); }, h);
-    };
-    const auto by_Y = [&](Wheels ContactForce::*F) {
-      return difference([&](double step) { return Wheels(law.force(V_P.X, V_P.Y + step).*F); }, h);
-    };
-    EXPECT_TRUE(((K.XX + by_X(&ContactForce::F_X)).abs() < tolerance).all()) << "slip / nu = " << ratio;
-    EXPECT_TRUE(((K.XY + by_Y(&ContactForce::F_X)).abs() < tolerance).all()) << "slip / nu = " << ratio;
-    EXPECT_TRUE(((K.XY + by_X(&ContactForce::F_Y)).abs() < tolerance).all()) << "slip / nu = " << ratio;
-    EXPECT_TRUE(((K.YY + by_Y(&ContactForce::F_Y)).abs() < tolerance).all()) << "slip / nu = " << ratio;
+    for (int k = 0; k < 2; ++k) {
+      for (int l = 0; l < 2; ++l) {
+        const auto shifted = [&](double step) {
+          Slip V = V_P;
+          V[l] += step;
+          return Wheels(friction.force(V)[k]);
+        };
+        EXPECT_TRUE(((K(k, l) + difference(shifted, h)).abs() < tolerance).all()) << "slip / nu = " << ratio;
+      }
+    }
     // Positive definite, however flat the law has become: (nu / slip)^2 = 1e-6 is far above rounding.
-    EXPECT_TRUE((K.XX > 0 && K.YY > 0 && K.XX * K.YY > K.XY.square()).all()) << "slip / nu = " << ratio;
+    EXPECT_TRUE((K(0, 0) > 0 && K(1, 1) > 0 && K(0, 0) * K(1, 1) > K(0, 1).square()).all()) << "slip / nu = " << ratio;
   }
 }
 
 TEST(CoulombLaw, StiffnessAlongTheSlipKeepsItsDigitsInFullSlip) {
   const RobotParameters robot;
   const FloorParameters floor;
-  const CoulombLaw law(robot, floor);
+  const Friction<CoulombLaw> friction(robot, floor);
   const Wheels limit = floor.f * normal_reactions(robot, floor);
   const Wheels speed{1e-2, 0.1, 1, 10};
   // d/ds of s / sqrt(nu^2 + s^2) is nu^2 / (nu^2 + s^2)^(3/2); 1 - s^2 / (nu^2 + s^2) would lose it to rounding.
   const Wheels along = limit * floor.nu * floor.nu / (floor.nu * floor.nu + speed.square()).pow(1.5);
-  EXPECT_LT((law.stiffness(speed, Wheels::Zero()).XX / along - 1).abs().maxCoeff(), 1e-14);
-  EXPECT_LT((law.stiffness(Wheels::Zero(), -speed).YY / along - 1).abs().maxCoeff(), 1e-14);
+  EXPECT_LT((friction.stiffness({{speed, Wheels::Zero()}})(0, 0) / along - 1).abs().maxCoeff(), 1e-14);
+  EXPECT_LT((friction.stiffness({{Wheels::Zero(), -speed}})(1, 1) / along - 1).abs().maxCoeff(), 1e-14);
 }
 
 }  // namespace

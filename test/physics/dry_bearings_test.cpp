@@ -8,6 +8,7 @@
 #include "random_states.h"
 #include "youbot_base_sim/drive/torque_profiles.h"
 #include "youbot_base_sim/integration/slip_system.h"
+#include "youbot_base_sim/physics/model.h"
 #include "youbot_base_sim/physics/no_slip_model.h"
 
 namespace youbot_base_sim {
@@ -47,15 +48,15 @@ TEST(DryBearings, DampingIsTheSlopeOfTheTorque) {
   }
 }
 
-template <class Law>
+template <class Model>
 class DrySlipModel : public testing::Test {};
-using Laws = testing::Types<ViscousLaw, CoulombLaw>;
+using Laws = testing::Types<PaperModel<ViscousLaw>, PaperModel<CoulombLaw>>;
 TYPED_TEST_SUITE(DrySlipModel, Laws, );
 
 TYPED_TEST(DrySlipModel, BrakesWheelsAndRollersAndNothingElse) {
   const RobotParameters robot = dry_robot();
   const FloorParameters floor;
-  const SlipModel<TypeParam> with(robot, floor), without(RobotParameters(), floor);
+  const TypeParam with(robot, floor), without(RobotParameters(), floor);
   const DryBearings dry(robot);
   const Velocities u{{0.4, -0.3, 0.5, 0}, {0.01, -7, 12, -0.2}, {1, -40, 0.3, 90}};
   const Wheels M{1, 2, -1, 0.5};
@@ -70,7 +71,7 @@ TYPED_TEST(DrySlipModel, BrakesWheelsAndRollersAndNothingElse) {
 TYPED_TEST(DrySlipModel, DampingMatrixIsTheDerivativeOfTheForces) {
   FloorParameters floor;
   floor.nu = 0.1;  // so that differences of the contacts' friction are no harder than those of the bearings'
-  const SlipModel<TypeParam> model(dry_robot(), floor);
+  const TypeParam model(dry_robot(), floor);
   const Velocities u{{0.4, -0.3, 0.5, 0}, {0.01, -7, 12, -0.2}, {1, -40, 0.3, 90}};
   const Wheels phi{0.1, -0.2, 0.3, 0};
   DampingMatrix G;

@@ -9,6 +9,7 @@
 #include "random_states.h"
 #include "youbot_base_sim/drive/torque_profiles.h"
 #include "youbot_base_sim/integration/slip_system.h"
+#include "youbot_base_sim/physics/model.h"
 
 namespace youbot_base_sim {
 namespace {
@@ -27,18 +28,18 @@ constexpr int kUnused = 7;  // row 3 of the velocities' column
 
 Wheels wheels(const double* values) { return Eigen::Map<const Wheels>(values); }
 
-template <class Law>
+template <class Model>
 class SlipModelTest : public testing::Test {};
-using Laws = testing::Types<ViscousLaw, CoulombLaw>;
+using Laws = testing::Types<PaperModel<ViscousLaw>, PaperModel<CoulombLaw>>;
 TYPED_TEST_SUITE(SlipModelTest, Laws, );
 
 TYPED_TEST(SlipModelTest, AgreesWithAnIndependentSolver) {
   const RobotParameters robot;
   const FloorParameters floor;
-  const SlipModel<TypeParam> model(robot, floor);
+  const TypeParam model(robot, floor);
   int cases = 0;
   for (const GoldenCase& golden : kGoldenCases) {
-    if (golden.coulomb != std::is_same<TypeParam, CoulombLaw>::value) continue;
+    if (golden.coulomb != std::is_same<TypeParam, PaperModel<CoulombLaw>>::value) continue;
     SCOPED_TRACE(++cases);
     State state;
     state.values.col(1).head<3>() = Eigen::Map<const Eigen::Array3d>(golden.velocities);
@@ -72,7 +73,7 @@ TYPED_TEST(SlipModelTest, AgreesWithAnIndependentSolver) {
 TYPED_TEST(SlipModelTest, CoordinatesFollowTheVelocities) {
   Random random(11);
   const RobotParameters robot = random_robot(random);
-  const SlipModel<TypeParam> model(robot, {});
+  const TypeParam model(robot, {});
   const State state = random_state(random, robot, Wheels::Zero(), 1e-3);
   State derivative;
   model.derivative(state, model.contacts(state.velocities(), state.phi()), Wheels::Zero(), derivative);
@@ -118,7 +119,7 @@ TYPED_TEST(SlipModelTest, PowerBalanceIsExact) {
   for (int trial = 0; trial < 60; ++trial) {
     const RobotParameters robot = random_robot(random);
     const FloorParameters floor;
-    const SlipModel<TypeParam> model(robot, floor);
+    const TypeParam model(robot, floor);
     const Wheels phi_center = Wheels{-2, 0, 1, 7} * model.geometry().pitch();
     const State state = random_state(random, robot, phi_center, floor.nu * std::pow(10, trial % 6 - 3));
     const Wheels M = random.wheels(-3, 3);
@@ -161,8 +162,8 @@ Vector24 slip_by_entry() {
 // Derivative of dx/dt by entry j of the state, by differences of steps that change the slip by 2e-3 of the scale of the
 // friction law (nu, or the slip where that is larger). Error of the law's slope: (2e-3)^4, and 1e-16 m/s of rounding
 // over 2e-6 m/s: 1e-10 of it.
-template <class Law>
-Vector24 difference_by_entry(const SlipSystem<Law>& system, const State& state, double t, int j, double scale) {
+template <class Model>
+Vector24 difference_by_entry(const SlipSystem<Model>& system, const State& state, double t, int j, double scale) {
   const auto along_j = [&](double h) -> Vector24 {
     State dxdt;
     system(unflat(flat(state) + h * Vector24::Unit(j)), dxdt, t);
@@ -172,8 +173,8 @@ Vector24 difference_by_entry(const SlipSystem<Law>& system, const State& state, 
 }
 
 // Derivative of dx/dt by t, s.
-template <class Law>
-Vector24 difference_by_time(const SlipSystem<Law>& system, const State& state, double t) {
+template <class Model>
+Vector24 difference_by_time(const SlipSystem<Model>& system, const State& state, double t) {
   const auto along_t = [&](double h) -> Vector24 {
     State dxdt;
     system(state, dxdt, t + h);
@@ -185,8 +186,8 @@ Vector24 difference_by_time(const SlipSystem<Law>& system, const State& state, d
 // Compares jacobian(x, J, t, dfdt) of the system with differences. Wheel `shared`, if there is one, rests on two
 // rollers: its phi and dphi are constant, so that what dx/dt would be off them is of no consequence, and its dphi
 // accelerates by nothing.
-template <class Law>
-void expect_jacobian_of_the_right_hand_side(const SlipSystem<Law>& system, const State& state, double t, double scale,
+template <class Model>
+void expect_jacobian_of_the_right_hand_side(const SlipSystem<Model>& system, const State& state, double t, double scale,
                                             int shared = -1) {
   Matrix24 told, J = Matrix24::Zero();
   State dfdt;
@@ -219,7 +220,7 @@ void expect_jacobian_of_the_right_hand_side(const SlipSystem<Law>& system, const
 }
 
 // A random robot in motion at a slip that is given as a multiple of nu, its wheels on various rollers.
-template <class Law>
+template <class Model>
 struct Motion {
   Motion(unsigned seed, double slip_by_nu)
       : random(seed),
@@ -239,11 +240,11 @@ struct Motion {
   RobotParameters robot;
   FloorParameters floor;
   double slip;
-  SlipModel<Law> model;
+  Model model;
   Wheels phi_center;
   State state;
   PiecewiseTorque torque;
-  SlipSystem<Law> system;
+  SlipSystem<Model> system;
 };
 constexpr double kSlipsByNu[] = {1e-3, 0.1, 1, 10, 1e3};
 
@@ -275,7 +276,7 @@ TYPED_TEST(SlipModelTest, JacobianKnowsAveragedContacts) {
 
 // Wheel i stands on the edge between two rollers, which slip about `slip_by_nu` nu to either side, with a torque such
 // that the upper one has a share of 0.3 at kTime.
-template <class Law>
+template <class Model>
 struct SharedMotion {
   SharedMotion(unsigned seed, double slip_by_nu, int i)
       : motion(seed, slip_by_nu), state(motion.state), lower(motion.system.roller(i)) {
@@ -302,9 +303,9 @@ struct SharedMotion {
     segment.constant[i] += motion.robot.R * (0.3 * friction(-edge) + 0.7 * friction(edge)) - value();
     value();
   }
-  SlipSystem<Law> system() const { return {motion.model, torque, state}; }
+  SlipSystem<Model> system() const { return {motion.model, torque, state}; }
 
-  Motion<Law> motion;
+  Motion<Model> motion;
   State state;
   std::int64_t lower;
   PiecewiseTorque torque{{}};

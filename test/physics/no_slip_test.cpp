@@ -4,6 +4,7 @@
 
 #include "random_states.h"
 #include "youbot_base_sim/drive/torque_profiles.h"
+#include "youbot_base_sim/physics/model.h"
 #include "youbot_base_sim/physics/slip_model.h"
 
 namespace youbot_base_sim {
@@ -25,7 +26,7 @@ TEST(NoSlipModel, RollsWithoutSlip) {
   Random random(21);
   for (int trial = 0; trial < 20; ++trial) {
     const RobotParameters robot = random_robot(random);
-    const SlipModel<ViscousLaw> slip_model(robot, {});
+    const PaperModel<ViscousLaw> slip_model(robot, {});
     const Wheels phi_center = Wheels{0, 1, -4, 2} * slip_model.geometry().pitch();
     State state;
     state.values.col(1).head<3>() = random_vector(random).array();
@@ -192,7 +193,7 @@ TEST(NoSlipModel, IsTheLimitOfModel2a) {
     robot.J_2 = 1e-12;  // adds 8 J_2 / (R - R_d)^2 = 4e-8 kg
     FloorParameters floor;
     floor.viscous_friction = 1e9;  // slips by 1e-7 m/s under 100 N, and rounds by 1e-7 N
-    const SlipModel<ViscousLaw> slip_model(robot, floor);
+    const PaperModel<ViscousLaw> slip_model(robot, floor);
     const NoSlipModel no_slip_model(robot);
     State rolling;
     rolling.values.col(1).head<3>() = random_vector(random).array();

@@ -61,7 +61,7 @@ constexpr Symmetry kSymmetries[] = {{"left and right", {1, 0, 3, 2}, 1, -1, -1, 
 
 /// A robot in motion, each contact point slipping by `slip` (m/s), its wheels around the middle of the rollers that are
 /// `rollers` on from the first.
-template <class Law>
+template <class Model>
 struct RandomMotion {
   RandomMotion(Random& random, double slip, const Wheels& rollers = Wheels::Zero())
       : robot(random_robot(random)),
@@ -71,15 +71,15 @@ struct RandomMotion {
 
   FloorParameters floor;
   RobotParameters robot;
-  SlipModel<Law> model;
+  Model model;
   State x;
   Wheels M;  ///< N m
   HeldTorque torque{M};
 };
 
-template <class Law>
+template <class Model>
 class RightHandSideTest : public testing::Test {};
-using Laws = testing::Types<ViscousLaw, CoulombLaw>;
+using Laws = testing::Types<PaperModel<ViscousLaw>, PaperModel<CoulombLaw>>;
 TYPED_TEST_SUITE(RightHandSideTest, Laws, );
 
 // The slip is a difference of speeds of about 1 m/s: known to a few units in their last place, which the contact turns
@@ -109,7 +109,7 @@ TYPED_TEST(RightHandSideTest, HasTheSymmetriesOfTheRobot) {
       SCOPED_TRACE(testing::Message() << image_of.name << ", trial " << trial);
       const double slip = FloorParameters().nu * std::pow(10, trial % 6 - 3);
       const auto [floor, robot, model, x, M, torque] = RandomMotion<TypeParam>(random, slip, {-2, 0, 1, 7});
-      const SlipModel<TypeParam> mirrored(image_of(robot), floor);
+      const TypeParam mirrored(image_of(robot), floor);
       const HeldTorque mirrored_torque(image_of(image_of.phi, M));
       State dxdt, image;
       SlipSystem<TypeParam>(model, torque, x)(x, dxdt, 0);

@@ -14,7 +14,7 @@ namespace youbot_base_sim {
 /// potential, so that Newton's method with a line search always ends, whatever the length of the step and the
 /// transition speed. It is of first order and locates no switches: wheels stay on the rollers of its start, also beyond
 /// their edges.
-template <class Law>
+template <class Model>
 class FallbackStepper : public StepperTypes<boost::numeric::odeint::stepper_tag> {
  public:
   static constexpr order_type order() { return 1; }
@@ -23,7 +23,7 @@ class FallbackStepper : public StepperTypes<boost::numeric::odeint::stepper_tag>
   template <class System>
   void do_step(System system_reference, State& x, double t, double dt) {
     auto& system = unwrapped(system_reference);
-    const SlipModel<Law>& model = system.model();
+    const Model& model = system.model();
     const Inertia& inertia = model.inertia();
     const Velocities start = x.velocities();
     const Wheels M = system.torque().value(t + dt);
@@ -32,7 +32,7 @@ class FallbackStepper : public StepperTypes<boost::numeric::odeint::stepper_tag>
     const auto at_start = contacts;
     // The slope of the potential at u: forces that are left over.
     const auto residual = [&](const Velocities& u) {
-      system.contacts_near(x, at_start, u, M, contacts);
+      system.contacts_near(x, at_start, u, contacts);
       system.count_evaluations(1);
       const Velocities moving = {inertia.coriolis(u.v), Wheels::Zero(), Wheels::Zero()};
       return inertia * ((1 / dt) * (u - start)) - (model.forces(u, contacts, M) - moving + held);

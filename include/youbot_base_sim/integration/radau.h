@@ -35,7 +35,7 @@ namespace youbot_base_sim {
 /// have changed in between; call `reset` where the torque jumps.
 ///
 /// The functions that do the work are marked `flatten`: all that they call is small and best inlined.
-template <class Law>
+template <class Model>
 class Radau : public ControlledStepperTypes {
  public:
   /// Counts its iterations in `statistics`, which must outlive it.
@@ -80,8 +80,8 @@ class Radau : public ControlledStepperTypes {
   }
 
  private:
-  using Contacts = typename SlipSystem<Law>::Contacts;
-  using Friction = typename SlipSystem<Law>::Model::Friction;
+  using Contacts = typename Model::Contacts;
+  using Friction = typename Model::Friction;
   using StageVelocities = std::array<Velocities, RadauTableau::stages>;
   enum class Known { kNothing, kThisStep, kStepBefore };
 
@@ -109,9 +109,9 @@ class Radau : public ControlledStepperTypes {
   }
 
   // Steps that follow start from x at time t.
-  [[gnu::flatten, gnu::noinline]] void initialize(const SlipSystem<Law>& system, const State& x, double t) {
+  [[gnu::flatten, gnu::noinline]] void initialize(const SlipSystem<Model>& system, const State& x, double t) {
     if (known_ == Known::kThisStep && !starts_at(x, t)) accept();
-    const typename SlipSystem<Law>::Mask unchanged = system.contact_ids() == end_contact_ids_;
+    const typename SlipSystem<Model>::Mask unchanged = system.contact_ids() == end_contact_ids_;
     if (!unchanged.all()) {  // another contact: the step before says nothing of this one
       known_ = Known::kNothing;
       control_.restart();
@@ -123,7 +123,7 @@ class Radau : public ControlledStepperTypes {
     contact_ids_ = system.contact_ids();
     start_ = x.velocities();
     const Wheels M = system.torque().value(t);
-    if constexpr (kBeyond<Law>) start_pose_ = system.pose(x);
+    start_pose_ = system.pose(x);
     Contacts contacts = system.contacts(start_, x.phi(), start_pose_, M);
     system.count_evaluations(1);
     if (unchanged.any()) {
@@ -138,7 +138,7 @@ class Radau : public ControlledStepperTypes {
   }
 
   // Where the tolerance exceeds the transition speed, the equations are still solved to a fraction of that speed.
-  void set_convergence_tolerance(const SlipSystem<Law>& system) {
+  void set_convergence_tolerance(const SlipSystem<Model>& system) {
     const Velocities turning = transition_velocities(system.model());
     convergence_tolerance_ = {kConverged * error_scale_.v.min(turning.v),
                               kConverged * error_scale_.dphi.min(turning.dphi),
@@ -156,7 +156,7 @@ class Radau : public ControlledStepperTypes {
 
   // Finds the stages of a step of length dt. False if the iterations do not converge, or the platform would turn by
   // more than a radian.
-  bool solve(SlipSystem<Law>& system, double dt) {
+  bool solve(SlipSystem<Model>& system, double dt) {
     if ((known_ == Known::kNothing || !iterate_from_prediction(system, dt)) && !iterate_from_start(system, dt) &&
         !continue_to_transition_speed(system, dt)) {
       known_ = Known::kNothing;
@@ -167,12 +167,12 @@ class Radau : public ControlledStepperTypes {
     return dt * std::max({std::abs(stages_[0].v[2]), std::abs(stages_[1].v[2]), std::abs(stages_[2].v[2])}) < 1;
   }
 
-  bool iterate_from_prediction(const SlipSystem<Law>& system, double dt) {
+  bool iterate_from_prediction(const SlipSystem<Model>& system, double dt) {
     predict(system, dt);
     return iterate(system, dt);
   }
 
-  bool iterate_from_start(const SlipSystem<Law>& system, double dt) {
+  bool iterate_from_start(const SlipSystem<Model>& system, double dt) {
     stages_.fill(start_);
     friction_.fill(start_friction_);
     return iterate(system, dt);
@@ -180,7 +180,7 @@ class Radau : public ControlledStepperTypes {
 
   // Friction that turns over a larger slip speed is easier to solve for, and its solution is a good start for a smaller
   // one. Where the next speed is too small, one nearer to the last is tried.
-  [[gnu::noinline]] bool continue_to_transition_speed(SlipSystem<Law>& system, double dt) {
+  [[gnu::noinline]] bool continue_to_transition_speed(SlipSystem<Model>& system, double dt) {
     const double nu = system.model().transition_speed();
     if (!(nu < kFirstTransitionSpeed)) return false;
     stages_.fill(start_);
@@ -240,7 +240,7 @@ class Radau : public ControlledStepperTypes {
   }
 
   // Estimate of the step's error in units of what is allowed: 1 where it is just allowed.
-  [[gnu::flatten, gnu::noinline]] double error(const SlipSystem<Law>& system) {
+  [[gnu::flatten, gnu::noinline]] double error(const SlipSystem<Model>& system) {
     using T = RadauTableau;
     const Velocities change = (T::error[0] / dt_) * (stages_[0] - start_) +
                               (T::error[1] / dt_) * (stages_[1] - start_) + (T::error[2] / dt_) * (stages_[2] - start_);
@@ -273,34 +273,32 @@ class Radau : public ControlledStepperTypes {
   // Poses at the stages of a step of length dt, where they matter. An iterate may turn further than sine_and_cosine is
   // right for: it leads nowhere or to stages that are solved, of which `solve` accepts none that turn further than 1
   // rad.
-  std::array<Pose, 3> poses([[maybe_unused]] const SlipSystem<Law>& system, [[maybe_unused]] double dt) const {
+  std::array<Pose, 3> poses(const SlipSystem<Model>& system, double dt) const {
     std::array<Pose, 3> pose;
-    if constexpr (kBeyond<Law>) {
-      if (!system.model().by_pose()) return pose;
-      using T = RadauTableau;
-      const auto integral = [&](int j, double a, double b, double c) {
-        return dt * (T::A[j][0] * a + T::A[j][1] * b + T::A[j][2] * c);
-      };
-      const auto turn = [&](int j) { return integral(j, stages_[0].v[2], stages_[1].v[2], stages_[2].v[2]); };
-      Wheels sine, cosine;
-      RollerGeometry::sine_and_cosine({turn(0), turn(1), turn(2), 0}, sine, cosine);
-      double dx[3], dy[3];
-      for (int j = 0; j < 3; ++j) {
-        pose[j].cosine = start_pose_.cosine * cosine[j] - start_pose_.sine * sine[j];
-        pose[j].sine = start_pose_.sine * cosine[j] + start_pose_.cosine * sine[j];
-        dx[j] = stages_[j].v[0] * pose[j].cosine - stages_[j].v[1] * pose[j].sine;
-        dy[j] = stages_[j].v[0] * pose[j].sine + stages_[j].v[1] * pose[j].cosine;
-      }
-      for (int j = 0; j < 3; ++j) {
-        pose[j].x = x_.x() + integral(j, dx[0], dx[1], dx[2]);
-        pose[j].y = x_.y() + integral(j, dy[0], dy[1], dy[2]);
-      }
+    if (!system.model().features().by_pose()) return pose;
+    using T = RadauTableau;
+    const auto integral = [&](int j, double a, double b, double c) {
+      return dt * (T::A[j][0] * a + T::A[j][1] * b + T::A[j][2] * c);
+    };
+    const auto turn = [&](int j) { return integral(j, stages_[0].v[2], stages_[1].v[2], stages_[2].v[2]); };
+    Wheels sine, cosine;
+    RollerGeometry::sine_and_cosine({turn(0), turn(1), turn(2), 0}, sine, cosine);
+    double dx[3], dy[3];
+    for (int j = 0; j < 3; ++j) {
+      pose[j].cosine = start_pose_.cosine * cosine[j] - start_pose_.sine * sine[j];
+      pose[j].sine = start_pose_.sine * cosine[j] + start_pose_.cosine * sine[j];
+      dx[j] = stages_[j].v[0] * pose[j].cosine - stages_[j].v[1] * pose[j].sine;
+      dy[j] = stages_[j].v[0] * pose[j].sine + stages_[j].v[1] * pose[j].cosine;
+    }
+    for (int j = 0; j < 3; ++j) {
+      pose[j].x = x_.x() + integral(j, dx[0], dx[1], dx[2]);
+      pose[j].y = x_.y() + integral(j, dy[0], dy[1], dy[2]);
     }
     return pose;
   }
 
   // The collocation polynomial of the step that is known, at the stages of one of length dt.
-  void predict(const SlipSystem<Law>& system, double dt) {
+  void predict(const SlipSystem<Model>& system, double dt) {
     using T = RadauTableau;
     const StageVelocities known = stages_;
     const std::array<Friction, 3> known_friction = friction_;
@@ -321,7 +319,7 @@ class Radau : public ControlledStepperTypes {
   }
 
   // Newton's iterations for the stages, from what `stages_` and `friction_` hold.
-  [[gnu::flatten, gnu::noinline]] bool iterate(const SlipSystem<Law>& system, double dt) {
+  [[gnu::flatten, gnu::noinline]] bool iterate(const SlipSystem<Model>& system, double dt) {
     using T = RadauTableau;
     for (int j = 0; j < 3; ++j) torque_[j] = system.torque().value(t_ + T::c[j] * dt);
     StageVelocities left, change;
@@ -350,7 +348,7 @@ class Radau : public ControlledStepperTypes {
       from_.contacts = contacts_;
       from_.friction = friction_;
       from_.correction = change;
-      if constexpr (kBeyond<Law>) from_.dN = dN_;
+      if (system.reacts()) from_.dN = dN_;
       length = 1;
       last = size;
       move(system, length);
@@ -363,11 +361,11 @@ class Radau : public ControlledStepperTypes {
   }
 
   // Moves the stages by a part of the last correction.
-  [[gnu::flatten, gnu::noinline]] void move(const SlipSystem<Law>& system, double length) {
+  [[gnu::flatten, gnu::noinline]] void move(const SlipSystem<Model>& system, double length) {
     for (int j = 0; j < 3; ++j) {
       const Velocities part = length * from_.correction[j];
       stages_[j] = from_.stages[j] + part;
-      if constexpr (kBeyond<Law>) {
+      if constexpr (Model::kReactionsFollow) {
         if (system.reacts()) {
           friction_[j] =
               system.model().friction_after(from_.contacts[j], from_.friction[j], part, length * from_.dN[j]);
@@ -379,7 +377,7 @@ class Radau : public ControlledStepperTypes {
   }
 
   // The residual: forces that are left over at each stage.
-  [[gnu::flatten, gnu::noinline]] void residual(const SlipSystem<Law>& system, double dt, StageVelocities& r) {
+  [[gnu::flatten, gnu::noinline]] void residual(const SlipSystem<Model>& system, double dt, StageVelocities& r) {
     using T = RadauTableau;
     const auto& model = system.model();
     const double per_dt = 1 / dt;
@@ -394,7 +392,7 @@ class Radau : public ControlledStepperTypes {
     }
   }
 
-  [[gnu::flatten, gnu::noinline]] void factorize(const SlipSystem<Law>& system, double dt) {
+  [[gnu::flatten, gnu::noinline]] void factorize(const SlipSystem<Model>& system, double dt) {
     using T = RadauTableau;
     const auto& model = system.model();
     double D[3][3];
@@ -404,7 +402,7 @@ class Radau : public ControlledStepperTypes {
       coriolis_[j] = model.inertia().coriolis_derivative(stages_[j].v);
     }
     solver_.factorize(D, model.inertia(), damping_, coriolis_);
-    if constexpr (kBeyond<Law>) {
+    if constexpr (Model::kReactionsFollow) {
       if (system.reacts()) {
         for (int j = 0; j < 3; ++j) system.couple(stages_[j], contacts_[j], torque_[j], damping_[j], couplings_[j]);
       }
@@ -413,10 +411,10 @@ class Radau : public ControlledStepperTypes {
   }
 
   // Newton's correction for what is left over; returns its size in units of the convergence tolerance.
-  [[gnu::flatten, gnu::noinline]] double correction([[maybe_unused]] const SlipSystem<Law>& system,
-                                                    const StageVelocities& left, StageVelocities& change) {
+  [[gnu::flatten, gnu::noinline]] double correction(const SlipSystem<Model>& system, const StageVelocities& left,
+                                                    StageVelocities& change) {
     solver_.solve(left, change);
-    if constexpr (kBeyond<Law>) {
+    if constexpr (Model::kReactionsFollow) {
       if (system.reacts()) ReactingStages<3>::correct(solver_, couplings_, change, dN_);
     }
     double squares = 0;
@@ -439,7 +437,7 @@ class Radau : public ControlledStepperTypes {
   Velocities start_, start_forces_, error_scale_, convergence_tolerance_;
   Friction start_friction_;
   Pose start_pose_;  // beyond the paper
-  typename SlipSystem<Law>::ContactIds contact_ids_ = SlipSystem<Law>::ContactIds::Zero();
+  typename SlipSystem<Model>::ContactIds contact_ids_ = SlipSystem<Model>::ContactIds::Zero();
   double accepted_dt_ = 0;  // longest step from here whose error is known to be small enough
 
   // The step that is known: its stages, and the start of the step before it.
@@ -449,7 +447,7 @@ class Radau : public ControlledStepperTypes {
   Velocities before_;
   Friction friction_before_;
   Friction end_friction_;
-  typename SlipSystem<Law>::ContactIds end_contact_ids_ = SlipSystem<Law>::ContactIds::Constant(-1);  // none
+  typename SlipSystem<Model>::ContactIds end_contact_ids_ = SlipSystem<Model>::ContactIds::Constant(-1);  // none
 
   // Newton's iterations.
   StageVelocities stages_, forces_;

@@ -16,13 +16,13 @@ namespace youbot_base_sim {
 
 /// Models 2a and 2b by any Controlled Stepper of odeint's form: odeint's loops over a GuardedStepper around a
 /// LocatedStepper around it.
-template <class Law, class Stepper>
+template <class Model, class Stepper>
 class SlipIntegration : public Integration {
  public:
   /// `make_stepper(tolerance, statistics)` makes the Stepper. `torque` must outlive the integration.
   template <class MakeStepper>
-  SlipIntegration(const SlipModel<Law>& model, const TorqueProfile& torque, const State& start,
-                  const Tolerance& tolerance, const WorkBound& bound, const MakeStepper& make_stepper)
+  SlipIntegration(const Model& model, const TorqueProfile& torque, const State& start, const Tolerance& tolerance,
+                  const WorkBound& bound, const MakeStepper& make_stepper)
       : transition_speed_(model.transition_speed()),
         system_(model, torque, start),
         switches_(statistics_),
@@ -112,9 +112,9 @@ class SlipIntegration : public Integration {
 
   mutable IntegrationStatistics statistics_;
   double transition_speed_;  // but in eased milliseconds, m/s
-  SlipSystem<Law> system_;
+  SlipSystem<Model> system_;
   SwitchLog switches_;
-  GuardedStepper<LocatedStepper<Stepper>, FallbackStepper<Law>> stepper_;
+  GuardedStepper<LocatedStepper<Stepper>, FallbackStepper<Model>> stepper_;
 };
 
 }  // namespace youbot_base_sim

@@ -26,15 +26,14 @@ namespace youbot_base_sim {
 /// As sliding mode:   attractive(i, x, t), momentum(i, x), enter_sliding(i, k, x), alpha(i, x, t), put(i, k)
 /// As bounds:         max_step(x); watches(), ends_tipping(), tips(x, t), watch(x, t, dt) of normal reactions
 /// As averaging:      too_fast(i, x), slow_again(i, x), average(i), follow(i, x), put(i, k)
-template <class Law>
+template <class Model>
 class SlipSystem {
  public:
-  using Model = SlipModel<Law>;
   using Contacts = typename Model::Contacts;
-  using Mask = Eigen::Array<bool, kWheels, 1>;
+  using Mask = WheelMask;
 
   /// `torque` must outlive the system. The rollers in contact are those on which `state` stands.
-  SlipSystem(const SlipModel<Law>& model, const TorqueProfile& torque, const State& state)
+  SlipSystem(const Model& model, const TorqueProfile& torque, const State& state)
       : model_(model),
         torque_(&torque),
         max_located_dphi_(kMaxLocatedRate * model.geometry().pitch()),
@@ -55,26 +54,18 @@ class SlipSystem {
 
   /// Slip, friction and position of the contact points, N, m and m/s, at velocities u, wheel angles phi (rad) and this
   /// pose under the torques M (N m), which decide how a shared contact is shared.
-  void contacts(const Velocities& u, const Wheels& phi, [[maybe_unused]] const Pose& pose, const Wheels& M,
-                Contacts& c) const {
-    if constexpr (kBeyond<Law>) {
-      beyond_contacts(u, phi, pose, M, shared_, c);
-    } else {
-      if (mixed()) return mixed_contacts(u, phi, M, c);
-      model_.contacts(u, model_.geometry().at(phi - phi_center_), c);
-    }
+  void contacts(const Velocities& u, const Wheels& phi, const Pose& pose, const Wheels& M, Contacts& c) const {
+    if (mixed() || reacts()) return any_contacts(u, phi, pose, M, shared_, c);
+    own_contacts(u, phi, pose, c);
   }
   /// The same at three stages at once. What is rare stays out of the loop.
-  void contacts(const std::array<Velocities, 3>& u, const std::array<Wheels, 3>& phi,
-                [[maybe_unused]] const std::array<Pose, 3>& pose, const std::array<Wheels, 3>& M,
-                std::array<Contacts, 3>& c) const {
-    if constexpr (kBeyond<Law>) {
-      for (int j = 0; j < 3; ++j) beyond_contacts(u[j], phi[j], pose[j], M[j], shared_, c[j]);
-    } else if (mixed()) {
-      for (int j = 0; j < 3; ++j) mixed_contacts(u[j], phi[j], M[j], c[j]);
+  void contacts(const std::array<Velocities, 3>& u, const std::array<Wheels, 3>& phi, const std::array<Pose, 3>& pose,
+                const std::array<Wheels, 3>& M, std::array<Contacts, 3>& c) const {
+    if (mixed() || reacts()) {
+      for (int j = 0; j < 3; ++j) any_contacts(u[j], phi[j], pose[j], M[j], shared_, c[j]);
     } else {
 #pragma GCC unroll 3
-      for (int j = 0; j < 3; ++j) model_.contacts(u[j], model_.geometry().at(phi[j] - phi_center_), c[j]);
+      for (int j = 0; j < 3; ++j) own_contacts(u[j], phi[j], pose[j], c[j]);
     }
     evaluations_ += 3;
   }
@@ -85,36 +76,21 @@ class SlipSystem {
   }
   /// Gives the wheels in `known`, none of them shared, the friction F of the step before at the contacts `c`. Dynamic
   /// reactions, and with them all friction, follow.
-  void reuse_friction(const Mask& known, const typename Model::Friction& F, [[maybe_unused]] const Velocities& u,
-                      [[maybe_unused]] const Wheels& M, Contacts& c) const {
-    if constexpr (kBeyond<Law>) {
-      press(u, M, shared_, c, [&](Contacts& pressed) { model_.put_friction(known, F, pressed); });
-    } else {
-      model_.put_friction(known, F, c);
-    }
+  void reuse_friction(const Mask& known, const typename Model::Friction& F, const Velocities& u, const Wheels& M,
+                      Contacts& c) const {
+    press(u, M, shared_, c, [&](Contacts& pressed) { model_.put_friction(known, F, pressed); });
   }
   /// Pose of x, if it matters.
-  Pose pose([[maybe_unused]] const State& x) const {
-    if constexpr (kBeyond<Law>) {
-      if (model_.by_pose()) return x.pose();
-    }
-    return {};
-  }
+  Pose pose(const State& x) const { return model_.features().by_pose() ? x.pose() : Pose(); }
   Contacts contacts(const State& x, double t) const {
     return contacts(x.velocities(), x.phi(), pose(x), torque_->value(t));
   }
 
   /// Sets `c` to the contacts at the velocities u with wheel angles, pose and normal reactions of x, where they are
   /// `at_x`. No contact may be shared.
-  void contacts_near(const State& x, [[maybe_unused]] const Contacts& at_x, const Velocities& u, const Wheels& M,
-                     Contacts& c) const {
-    if constexpr (kBeyond<Law>) {
-      model_.place(u, geometry(x.phi()), pose(x), c);
-      model_.press(at_x.N, c);
-      c.tipping = at_x.tipping;
-    } else {
-      contacts(u, x.phi(), pose(x), M, c);
-    }
+  void contacts_near(const State& x, const Contacts& at_x, const Velocities& u, Contacts& c) const {
+    model_.place(u, geometry(x.phi()), pose(x), c);
+    model_.press_like(at_x, c);
   }
 
   /// Damping matrix at these contacts, for the friction F.
@@ -126,7 +102,7 @@ class SlipSystem {
 
   /// Whether normal reactions follow the motion: its derivatives then have a ReactionCoupling besides the damping.
   bool reacts() const {
-    if constexpr (kBeyond<Law>) return model_.dynamic();
+    if constexpr (Model::kReactionsFollow) return model_.dynamic();
     return false;
   }
 
@@ -141,9 +117,7 @@ class SlipSystem {
   }
 
   /// Lets the base carry other loads and feel other wrenches from now on.
-  void set_burden(const Burden& burden) {
-    if constexpr (kBeyond<Law>) model_.set_burden(burden);
-  }
+  void set_burden(const Burden& burden) { model_.set_burden(burden); }
 
   // Normal reactions, of models that know them.
 
@@ -155,13 +129,13 @@ class SlipSystem {
 
   /// Whether the base is at its tipping limit.
   bool tips(const State& x, double t) const {
-    if constexpr (kBeyond<Law>) return contacts(x, t).tipping != Side::kNone;
+    if constexpr (Model::kReactionsFollow) return contacts(x, t).tipping != Side::kNone;
     return false;
   }
 
   /// Looks at the end x of a step from `t - dt` to t, s. Throws TippedOver at the tipping limit unless told to go on.
   void watch([[maybe_unused]] const State& x, [[maybe_unused]] double t, [[maybe_unused]] double dt) {
-    if constexpr (kBeyond<Law>) {
+    if constexpr (Model::kReactionsFollow) {
       const Contacts c = contacts(x, t);
       record_.least_N = record_.least_N.min(c.N);
       record_.time_off_floor += (c.N <= 0).select(Wheels::Constant(dt), Wheels::Zero());
@@ -178,9 +152,9 @@ class SlipSystem {
   void go_on_tipping() { goes_on_tipping_ = true; }
 
   /// The longest step from x (s) that friction, which changes from place to place, allows.
-  double max_step([[maybe_unused]] const State& x) const {
-    if constexpr (kBeyond<Law>) return model_.max_step(x, geometry(x.phi()).Delta_Y);
-    return std::numeric_limits<double>::infinity();
+  double max_step(const State& x) const {
+    if (!model_.features().by_patches()) return std::numeric_limits<double>::infinity();
+    return model_.features().max_step(x, geometry(x.phi()).Delta_Y);
   }
 
   // Edges.
@@ -286,7 +260,7 @@ class SlipSystem {
   using ContactIds = Eigen::Array<std::int64_t, kWheels, 1>;
   const ContactIds& contact_ids() const { return contact_ids_; }
 
-  const SlipModel<Law>& model() const { return model_; }
+  const Model& model() const { return model_; }
   const TorqueProfile& torque() const { return *torque_; }
 
   /// The transition speed nu of the friction, m/s.
@@ -305,34 +279,38 @@ class SlipSystem {
 
   // Whether some contacts are averaged or shared.
   bool mixed() const { return shares_ || averages_; }
-  [[gnu::noinline]] void mixed_contacts(const Velocities& u, const Wheels& phi, const Wheels& M, Contacts& c) const {
-    model_.contacts(u, geometry(phi), c);
-    for (int i = 0; i < kWheels; ++i) {
-      if (shared_[i]) shared_contact(i, u, c, M).put(c);
-    }
+  // Where each wheel stands on a roller of its own, under the normal reactions of the base at rest.
+  void own_contacts(const Velocities& u, const Wheels& phi, const Pose& pose, Contacts& c) const {
+    model_.place(u, model_.geometry().at(phi - phi_center_), pose, c);
+    model_.press_at_rest(c);
   }
-
-  // The contacts beyond the paper, where those in `shared` are shared.
-  [[gnu::flatten, gnu::noinline]] void beyond_contacts(const Velocities& u, const Wheels& phi, const Pose& pose,
-                                                       const Wheels& M, const Mask& shared, Contacts& c) const {
+  // Anywhere, where the contacts in `shared` are shared.
+  [[gnu::flatten, gnu::noinline]] void any_contacts(const Velocities& u, const Wheels& phi, const Pose& pose,
+                                                    const Wheels& M, const Mask& shared, Contacts& c) const {
     model_.place(u, averages_ ? geometry(phi) : model_.geometry().at(phi_tilde(phi)), pose, c);
     press(u, M, shared, c, [](const Contacts&) {});
   }
   // Presses contacts that have their place; `amend` may change their friction before reactions follow from it.
   template <class Amend>
   void press(const Velocities& u, const Wheels& M, const Mask& shared, Contacts& c, const Amend& amend) const {
-    c.tipping = Side::kNone;
-    if (model_.dynamic()) {
+    if (reacts()) {
+      press_by_motion(u, M, shared, c, amend);
+    } else {
+      model_.press_at_rest(c);
+      amend(c);
+    }
+    if (shared.any()) share_contacts(u, M, shared, c);
+  }
+  template <class Amend>
+  void press_by_motion(const Velocities& u, const Wheels& M, const Mask& shared, Contacts& c,
+                       const Amend& amend) const {
+    if constexpr (Model::kReactionsFollow) {
       model_.press(Wheels::Ones(), c);
       amend(c);
       ContactByReaction by_reaction = model_.by_reaction(c);
       if (shared.any()) share_reactions(u, M, shared, c, by_reaction);
-      model_.press_more(model_.reactions(u, M, c, by_reaction), c);
-    } else {
-      model_.press(model_.static_reactions(), c);
-      amend(c);
+      model_.scale_by_reactions(model_.reactions(u, M, c, by_reaction), c);
     }
-    if (shared.any()) share_contacts(u, M, shared, c);
   }
   [[gnu::noinline]] void share_reactions(const Velocities& u, const Wheels& M, const Mask& shared, const Contacts& unit,
                                          ContactByReaction& by_reaction) const {
@@ -351,25 +329,20 @@ class SlipSystem {
   }
 
   // The shared contact of wheel i at the pose and normal reactions of `c`.
-  SharedContact<Law> shared_contact(int i, const Velocities& u, [[maybe_unused]] const Contacts& c,
-                                    const Wheels& M) const {
+  SharedContact<Model> shared_contact(int i, const Velocities& u, const Contacts& c, const Wheels& M) const {
     const Wheels half = Wheels::Constant(0.5 * model_.geometry().pitch());
-    if constexpr (kBeyond<Law>) {
-      Contacts lower, upper;
-      model_.place(u, model_.geometry().at(half), c.pose, lower);
-      model_.place(u, model_.geometry().at(-half), c.pose, upper);
-      model_.press(c.N, lower);
-      model_.press(c.N, upper);
-      return {model_, i, u, M[i], lower, upper};
-    } else {
-      return {model_, i, u, M[i], model_.contacts(u, half), model_.contacts(u, -half)};
-    }
+    Contacts lower, upper;
+    model_.place_beside(c, u, model_.geometry().at(half), lower);
+    model_.place_beside(c, u, model_.geometry().at(-half), upper);
+    model_.press_like(c, lower);
+    model_.press_like(c, upper);
+    return {model_, i, u, M[i], lower, upper};
   }
   // The same at the wheel angles and pose of x, with the velocities u.
-  SharedContact<Law> shared_contact(int i, const Velocities& u, [[maybe_unused]] const State& x,
-                                    [[maybe_unused]] const Mask& shared, const Wheels& M) const {
+  SharedContact<Model> shared_contact(int i, const Velocities& u, const State& x, const Mask& shared,
+                                      const Wheels& M) const {
     Contacts c;
-    if constexpr (kBeyond<Law>) beyond_contacts(u, x.phi(), pose(x), M, shared, c);
+    any_contacts(u, x.phi(), pose(x), M, shared, c);
     return shared_contact(i, u, c, M);
   }
 
@@ -379,7 +352,7 @@ class SlipSystem {
 
   // The Jacobian of the paper's equations in closed form; that of those beyond by central differences.
   template <class Matrix>
-  void analytic_jacobian(const State& x, Matrix& J, double t, State& dfdt) const;
+  void closed_jacobian(const State& x, Matrix& J, double t, State& dfdt) const;
   template <class Matrix>
   void difference_jacobian(const State& x, Matrix& J, double t, State& dfdt) const;
   static constexpr double kDifference = 1e-6;  // of positions, velocities and time, at most
@@ -397,7 +370,7 @@ class SlipSystem {
     }
   }
 
-  SlipModel<Law> model_;
+  Model model_;
   const TorqueProfile* torque_;
   double max_located_dphi_;  // rad/s
   std::array<std::int64_t, kWheels> roller_{}, lower_roller_{};
@@ -412,8 +385,8 @@ class SlipSystem {
   mutable std::uint64_t evaluations_ = 0;
 };
 
-template <class Law>
-ContactGeometry SlipSystem<Law>::geometry(const Wheels& phi) const {
+template <class Model>
+ContactGeometry SlipSystem<Model>::geometry(const Wheels& phi) const {
   const ContactGeometry mean = model_.geometry().mean();
   ContactGeometry g = model_.geometry().at(phi_tilde(phi));
   for (Wheels ContactGeometry::*entry : {&ContactGeometry::Delta_Y, &ContactGeometry::dDelta_Y, &ContactGeometry::r_X,
@@ -423,8 +396,8 @@ ContactGeometry SlipSystem<Law>::geometry(const Wheels& phi) const {
   return g;
 }
 
-template <class Law>
-void SlipSystem<Law>::enter_sliding(int i, std::int64_t k, State& x) {
+template <class Model>
+void SlipSystem<Model>::enter_sliding(int i, std::int64_t k, State& x) {
   const RobotParameters& robot = model_.robot();
   const double energy = kinetic_energy(robot, x);
   // A free roller passes on only what is along its axis.
@@ -444,9 +417,9 @@ void SlipSystem<Law>::enter_sliding(int i, std::int64_t k, State& x) {
   ++contact_ids_[i];
 }
 
-template <class Law>
-typename SlipSystem<Law>::ForceJacobian SlipSystem<Law>::force_jacobian(const State& x, const Contacts& c,
-                                                                        const Wheels& M) const {
+template <class Model>
+typename SlipSystem<Model>::ForceJacobian SlipSystem<Model>::force_jacobian(const State& x, const Contacts& c,
+                                                                            const Wheels& M) const {
   const Velocities u = x.velocities();
   AngleStiffness by_phi = model_.angle_stiffness(u, geometry(x.phi()), c);
   DampingMatrix G;
@@ -481,19 +454,19 @@ typename SlipSystem<Law>::ForceJacobian SlipSystem<Law>::force_jacobian(const St
   return Q;
 }
 
-template <class Law>
+template <class Model>
 template <class Matrix>
-void SlipSystem<Law>::jacobian(const State& x, Matrix& J, double t, State& dfdt) const {
-  if constexpr (kBeyond<Law>) {
-    difference_jacobian(x, J, t, dfdt);
+void SlipSystem<Model>::jacobian(const State& x, Matrix& J, double t, State& dfdt) const {
+  if constexpr (Model::kClosedJacobian) {
+    closed_jacobian(x, J, t, dfdt);
   } else {
-    analytic_jacobian(x, J, t, dfdt);
+    difference_jacobian(x, J, t, dfdt);
   }
 }
 
-template <class Law>
+template <class Model>
 template <class Matrix>
-void SlipSystem<Law>::difference_jacobian(const State& x, Matrix& J, double t, State& dfdt) const {
+void SlipSystem<Model>::difference_jacobian(const State& x, Matrix& J, double t, State& dfdt) const {
   State step;
   const Velocities turning = transition_velocities(model_);
   const double slip = std::isfinite(turning.v[0]) ? 1 : 0;
@@ -521,9 +494,9 @@ void SlipSystem<Law>::difference_jacobian(const State& x, Matrix& J, double t, S
   dfdt = difference(x, x, t, t + kDifference, kDifference);
 }
 
-template <class Law>
+template <class Model>
 template <class Matrix>
-void SlipSystem<Law>::analytic_jacobian(const State& x, Matrix& J, double t, State& dfdt) const {
+void SlipSystem<Model>::closed_jacobian(const State& x, Matrix& J, double t, State& dfdt) const {
   const Inertia& inertia = model_.inertia();
   const Velocities u = x.velocities();
   const Wheels M = torque_->value(t);
@@ -564,9 +537,9 @@ void SlipSystem<Law>::analytic_jacobian(const State& x, Matrix& J, double t, Sta
   time_derivative(u, c, M, torque_->derivative(t), dfdt);
 }
 
-template <class Law>
-void SlipSystem<Law>::time_derivative(const Velocities& u, const Contacts& c, const Wheels& M, const Wheels& M_rate,
-                                      State& dfdt) const {
+template <class Model>
+void SlipSystem<Model>::time_derivative(const Velocities& u, const Contacts& c, const Wheels& M, const Wheels& M_rate,
+                                        State& dfdt) const {
   const Inertia& inertia = model_.inertia();
   // Torque acts on dphi; where the contact is shared, through the shares of its rollers.
   Velocities Q_rate = {Wheels::Zero(), M_rate, Wheels::Zero()};

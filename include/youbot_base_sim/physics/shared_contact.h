@@ -2,7 +2,7 @@
 
 #include <Eigen/Dense>
 
-#include "youbot_base_sim/physics/beyond_model.h"
+#include "youbot_base_sim/physics/slip_model.h"
 
 namespace youbot_base_sim {
 
@@ -10,14 +10,13 @@ namespace youbot_base_sim {
 /// to the other. Then dphi = 0, and the friction is alpha times that of the upper roller plus 1 - alpha times that of
 /// the lower one, with the alpha that keeps the wheel on the edge, J_1 ddphi = 0 (A. F. Filippov, Differential
 /// Equations with Discontinuous Righthand Sides, 1988). This is wheel i under the torque M (N m); dphi_i must be zero.
-template <class Law>
+template <class Model>
 class SharedContact {
  public:
-  using Contacts = typename SlipModel<Law>::Contacts;
+  using Contacts = typename Model::Contacts;
 
   /// `lower` and `upper` are the contacts of the two rollers, each as if it carried the wheel alone.
-  SharedContact(const SlipModel<Law>& model, int i, const Velocities& u, double M, const Contacts& lower,
-                const Contacts& upper)
+  SharedContact(const Model& model, int i, const Velocities& u, double M, const Contacts& lower, const Contacts& upper)
       : model_(model),
         i_(i),
         u_(u),
@@ -35,15 +34,7 @@ class SharedContact {
 
   /// Sets the wheel's entries of the contacts. Slip and offset become weighted means, as the friction does.
   void put(Contacts& c) const {
-    for (Wheels Contacts::*entry :
-         {&Contacts::V_PX, &Contacts::V_PY, &Contacts::F_X, &Contacts::F_Y, &Contacts::Delta_Y, &Contacts::M_Z}) {
-      (c.*entry)[i_] = mean((upper_.*entry)[i_], (lower_.*entry)[i_]);
-    }
-    if constexpr (kBeyond<Law>) {
-      for (Wheels Contacts::*entry : {&Contacts::V_Z, &Contacts::F_Z, &Contacts::M_S, &Contacts::T_S, &Contacts::f}) {
-        (c.*entry)[i_] = mean((upper_.*entry)[i_], (lower_.*entry)[i_]);
-      }
-    }
+    for (Wheels Contacts::*entry : Model::kMeans) (c.*entry)[i_] = mean((upper_.*entry)[i_], (lower_.*entry)[i_]);
   }
 
   /// What the wheel exerts as a function of its normal reaction, if `lower` and `upper` are those of 1 N: the parts
@@ -62,7 +53,7 @@ class SharedContact {
     set(&Exerted::F_X, upper_.F_X, lower_.F_X);
     set(&Exerted::F_Y, upper_.F_Y, lower_.F_Y);
     set(&Exerted::M_Z, upper_.M_Z, lower_.M_Z);
-    if constexpr (kBeyond<Law>) set(&Exerted::T_S, upper_.T_S, lower_.T_S);
+    set(&Exerted::T_S, upper_.T_S, lower_.T_S);
     set(&Exerted::D, upper_.Delta_Y, lower_.Delta_Y);
   }
 
@@ -112,7 +103,7 @@ class SharedContact {
     return {c.F_X[i_], c.F_Y[i_], c.M_Z[i_], model_.roller_torque(c)[i_]};
   }
 
-  const SlipModel<Law>& model_;
+  const Model& model_;
   int i_;
   Velocities u_;
   Contacts lower_, upper_;

@@ -3,11 +3,13 @@
 #include <Eigen/Dense>
 #include <cmath>
 
-#include "youbot_base_sim/physics/contact_law.h"
+#include "youbot_base_sim/physics/contact_friction.h"
 #include "youbot_base_sim/physics/contacts.h"
 #include "youbot_base_sim/physics/damping_matrix.h"
 #include "youbot_base_sim/physics/dry_bearings.h"
+#include "youbot_base_sim/physics/extended_features.h"
 #include "youbot_base_sim/physics/inertia.h"
+#include "youbot_base_sim/physics/paper_features.h"
 #include "youbot_base_sim/physics/roller_geometry.h"
 
 namespace youbot_base_sim {
@@ -50,45 +52,77 @@ Velocities transition_velocities(const Model& model) {
 /// contact, for which they are smooth. The wheel angle enters as `phi_tilde` = phi - phi_center (rad), where phi_center
 /// is the wheel angle at which the roller points straight down; it may lie somewhat beyond the roller's edges.
 ///
-/// `Law` is the friction law, a policy of contact_law.h.
-template <class Law>
+/// A contact is evaluated in two steps: `place` finds slip and coefficient of friction, `press` the friction under
+/// given normal reactions. `Law` is the friction law (laws.h), `Features` what there is beyond the paper: PaperFeatures
+/// or ExtendedFeatures. Both are selected once at construction, so that the inner loops branch on neither.
+template <class Law, class Features>
 class SlipModel {
  public:
-  using Contacts = youbot_base_sim::Contacts;
-  using Friction = ContactForce;  ///< at the contacts
-  using Mask = Eigen::Array<bool, kWheels, 1>;
+  using Contacts = typename Features::Contacts;
+  using Friction = typename Features::Friction;  ///< at the contacts, as a step reuses it
 
-  SlipModel(const RobotParameters& robot, const FloorParameters& floor)
-      : robot_(robot),
+  /// Whether normal reactions may follow the motion, and whether the Jacobian has a closed form.
+  static constexpr bool kReactionsFollow = Features::kReactionsFollow, kClosedJacobian = Features::kClosedJacobian;
+
+  /// Entries of the contacts of which two rollers that share a wheel have the weighted mean.
+  static constexpr const auto& kMeans = Features::kMeans;
+
+  /// `robot` is the bare one, whose mass decides mu_0.
+  SlipModel(const RobotParameters& robot, const FloorParameters& floor, const Burden& burden = {})
+      : bare_robot_(robot),
+        floor_(floor),
+        robot_(loaded(robot, burden.loads)),
         geometry_(robot),
-        law_(robot, floor),
-        inertia_(robot),
+        friction_(Law(robot, floor), floor.nu),
+        inertia_(robot_),
         dry_(robot),
-        limit_{floor.f, normal_reactions(robot, floor)},
+        features_(robot_, floor, inertia_, burden),
         rho_X_(robot.rho_X()),
         rho_Y_(robot.rho_Y()) {}
 
-  /// Slip, friction and position of the contact points at the velocities u.
-  void contacts(const Velocities& u, const ContactGeometry& geometry, Contacts& c) const {
-    c.Delta_Y = geometry.Delta_Y;
-    c.r_X = geometry.r_X;
-    c.r_Y = geometry.r_Y;
+  /// Takes over other loads and wrenches.
+  void set_burden(const Burden& burden) {
+    const double nu = transition_speed();
+    *this = SlipModel(bare_robot_, floor_, burden);
+    set_transition_speed(nu);
+  }
+
+  /// Slip and position of the contact points at the velocities u, with what else acts on the base at this pose; no
+  /// friction yet.
+  void place(const Velocities& u, const ContactGeometry& g, const Pose& pose, Contacts& c) const {
+    c.Delta_Y = g.Delta_Y;
+    c.r_X = g.r_X;
+    c.r_Y = g.r_Y;
     // (3.3) in its compact form
     c.V_PX = u.v[0] - (rho_Y_ + c.Delta_Y) * u.v[2] - robot_.R * u.dphi - c.r_X * u.dgamma;
     c.V_PY = u.v[1] + rho_X_ * u.v[2] + c.r_Y * u.dgamma;
-    const ContactForce F = law_.force(c.V_PX, c.V_PY);
-    c.F_X = F.F_X;
-    c.F_Y = F.F_Y;
-    set_moment(c);
-  }
-  Contacts contacts(const Velocities& u, const Wheels& phi_tilde) const {
-    Contacts c;
-    contacts(u, geometry_.at(phi_tilde), c);
-    return c;
+    features_.place(u, g, pose, c);
   }
 
-  /// Sets the moment of the friction by the other entries.
-  void set_moment(Contacts& c) const { c.M_Z = c.F_Y * rho_X_ - c.F_X * (rho_Y_ + c.Delta_Y); }
+  /// The same for another roller at the pose of the contacts `c`.
+  void place_beside(const Contacts& c, const Velocities& u, const ContactGeometry& g, Contacts& other) const {
+    place(u, g, Features::pose(c), other);
+  }
+
+  /// Friction under the normal reactions N (N), which the paper's features take to be those at rest.
+  void press(const Wheels& N, Contacts& c) const {
+    features_.set_reactions(N, c);
+    put(friction_.force(features_.slip(c), features_.limit(c)), c);
+  }
+  /// The same under the normal reactions of the base at rest, and under those of other contacts.
+  void press_at_rest(Contacts& c) const { press(features_.static_reactions(), c); }
+  void press_like(const Contacts& other, Contacts& c) const {
+    press(features_.reactions(other), c);
+    features_.keep_tipping(other, c);
+  }
+
+  /// Contacts at rest's normal reactions.
+  Contacts contacts(const Velocities& u, const Wheels& phi_tilde) const {
+    Contacts c;
+    place(u, geometry_.at(phi_tilde), {}, c);
+    press_at_rest(c);
+    return c;
+  }
 
   /// Right-hand sides of (4.9), with dry friction of the bearings: forces on the velocities under the wheel torques `M`
   /// (N m), N and N m.
@@ -112,108 +146,210 @@ class SlipModel {
   }
 
   /// Sets G to minus the derivative of `forces` by the velocities u, Coriolis forces excluded, where the contacts are
-  /// `c`.
+  /// `c` and normal reactions stay.
   void damping(const Velocities& u, const Contacts& c, DampingMatrix& G) const {
-    damping(u, c, law_.stiffness(c.V_PX, c.V_PY), G);
+    damping(u, c, friction_.stiffness(features_.slip(c), features_.limit(c)), G);
   }
 
-  /// The same where the friction is taken to be F, which need not be the friction of c's slip: see the law.
-  void damping(const Velocities& u, const Contacts& c, const ContactForce& F, DampingMatrix& G) const {
-    damping(u, c, law_.stiffness(c.V_PX, c.V_PY, F), G);
+  /// The same where the friction is taken to be F, which need not be the friction of c's slip: see ContactFriction.
+  void damping(const Velocities& u, const Contacts& c, const Friction& F, DampingMatrix& G) const {
+    damping(u, c, stiffness(c, F), G);
   }
 
   /// Derivative of `forces` by the wheels' angles. `c` are the contacts at the velocities u and this geometry.
   AngleStiffness angle_stiffness(const Velocities& u, const ContactGeometry& geometry, const Contacts& c) const;
 
   /// Friction after the velocities have changed by du from where the contacts are `c`, to first order.
-  ContactForce friction_after(const Contacts& c, const ContactForce& F, const Velocities& du) const {
-    const ContactStiffness K = law_.stiffness(c.V_PX, c.V_PY, F);
-    const Wheels dX = du.v[0] - (rho_Y_ + c.Delta_Y) * du.v[2] - robot_.R * du.dphi - c.r_X * du.dgamma;
-    const Wheels dY = du.v[1] + rho_X_ * du.v[2] + c.r_Y * du.dgamma;
-    return law_.bounded({c.F_X - K.XX * dX - K.XY * dY, c.F_Y - K.XY * dX - K.YY * dY});
+  Friction friction_after(const Contacts& c, const Friction& F, const Velocities& du) const {
+    const Friction now = features_.friction(c);
+    return Features::with_force(now,
+                                friction_.bounded(changed(Features::force(now), c, F, du), features_.limit(now, c)));
+  }
+  /// The same where the normal reactions have changed by dN too.
+  Friction friction_after(const Contacts& c, const Friction& F, const Velocities& du, const Wheels& dN) const {
+    const Wheels N = (c.N + dN).max(0), limit = c.f * N;
+    return {friction_.bounded(changed(friction_.force(features_.slip(c), limit), c, F, du), limit), N};
   }
 
-  /// F, shortened to the largest friction that the law allows.
-  ContactForce bounded(const ContactForce& F, const Contacts&) const { return law_.bounded(F); }
-
-  ContactForce friction(const Contacts& c) const { return {c.F_X, c.F_Y}; }
-
-  /// Replaces the friction of the wheels in `mask`.
-  void put_friction(const Mask& mask, const ContactForce& F, Contacts& c) const {
-    c.F_X = mask.select(F.F_X, c.F_X);
-    c.F_Y = mask.select(F.F_Y, c.F_Y);
-    const Wheels M_Z = c.M_Z;
-    set_moment(c);
-    c.M_Z = mask.select(c.M_Z, M_Z);  // for a shared contact the mean of moments is no moment of means
+  /// F, shortened to the largest friction that the law allows at the contacts `c`.
+  Friction bounded(const Friction& F, const Contacts& c) const {
+    const Friction& pressed = Features::pressed(F);
+    return Features::with_force(pressed, friction_.bounded(Features::force(pressed), features_.limit(pressed, c)));
   }
 
-  /// `c` for whoever looks at it.
+  Friction friction(const Contacts& c) const { return features_.friction(c); }
+
+  /// Replaces the friction of the wheels in `mask` by the one that is known from the step before.
+  void put_friction(const WheelMask& mask, const Friction& known, Contacts& c) const {
+    const Contacts before = c;
+    put(Features::replaced(mask, known, c), c);
+    Features::keep_moments(mask, before, c);  // for a shared contact the mean of moments is no moment of means
+  }
+
+  /// Contact quantities for output.
   ContactDetails details(const Contacts& c) const {
     ContactDetails details{c};
-    details.N = limit_.N;
-    details.f = limit_.f;
+    features_.add_details(c, details);
     return details;
   }
 
   /// The torque that a roller gets from its contact, N m.
-  Wheels roller_torque(const Contacts& c) const { return c.r_Y * c.F_Y - c.r_X * c.F_X; }
+  Wheels roller_torque(const Contacts& c) const {
+    Wheels torque = c.r_Y * c.F_Y - c.r_X * c.F_X;
+    features_.add_spin_torque(c, torque);
+    return torque;
+  }
+
+  // Normal reactions that follow the motion: with ExtendedFeatures only.
+
+  /// Whether they do.
+  bool dynamic() const { return Law::kByReaction && features_.dynamic(); }
+
+  /// What contacts exert that are pressed by 1 N, for each newton of their normal reactions.
+  ContactByReaction by_reaction(const Contacts& c) const {
+    ContactByReaction by_reaction;
+    by_reaction.slope = {c.F_X, c.F_Y, c.M_Z, c.T_S, c.Delta_Y};
+    return by_reaction;
+  }
+
+  /// The normal reactions in this motion under the wheel torques M, N m.
+  Reactions::Solution reactions(const Velocities& u, const Wheels& M, const Contacts& placed,
+                                const ContactByReaction& contact) const {
+    Wheels tau = M - robot_.mu_1 * u.dphi;
+    if (dry_.any()) tau -= dry_.wheel_torque(u.dphi);
+    return features_.reactions().solve(
+        contact, {u.v, u.dphi, tau.sum(), inertia_.coriolis(u.v) + placed.external.v, placed.external});
+  }
+
+  /// Scales the friction of contacts that are pressed by 1 N to these reactions: friction is proportional to them.
+  void scale_by_reactions(const Reactions::Solution& reactions, Contacts& c) const {
+    for (Wheels* entry : {&c.F_X, &c.F_Y, &c.M_Z, &c.F_Z, &c.M_S, &c.T_S}) *entry *= reactions.N;
+    c.N = reactions.N;
+    c.N_by_moment = reactions.by_moment;
+    c.tipping = reactions.tipping;
+  }
+
+  /// How dynamic reactions couple all velocities, where what the contacts `c` exert for each newton is `slope` and the
+  /// damping matrix is G.
+  void couple(const Contacts& c, const ContactByReaction& contact, const DampingMatrix& G,
+              ReactionCoupling& coupling) const {
+    features_.reactions().couple(G, c.N_by_moment, coupling);
+    const ContactByReaction::Exerted& k = contact.slope;
+    const Wheels roller_torque = c.r_Y * k.F_Y - c.r_X * k.F_X + k.T_S;
+    for (int m = 0; m < 3; ++m) {
+      const Wheels& N = coupling.N[m];
+      coupling.forces[m] = {sums(k.F_X * N, k.F_Y * N, k.M_Z * N), -robot_.R * k.F_X * N, roller_torque * N};
+    }
+  }
 
   /// Slip speed over which the friction changes by its own size, m/s; infinite for a linear law. Setting it has no
   /// effect on a law without one.
-  double transition_speed() const { return law_.transition_speed(); }
-  void set_transition_speed(double nu) { law_.set_transition_speed(nu); }
+  double transition_speed() const { return friction_.transition_speed(); }
+  void set_transition_speed(double nu) { friction_.set_transition_speed(nu); }
 
+  const Features& features() const { return features_; }
   const Inertia& inertia() const { return inertia_; }
   const RollerGeometry& geometry() const { return geometry_; }
-  const RobotParameters& robot() const { return robot_; }
+  const RobotParameters& robot() const { return robot_; }  ///< with its loads
   const DryBearings& dry_bearings() const { return dry_; }
 
  private:
-  Velocities viscous_forces(const Velocities& u, const Contacts& c, const Wheels& M) const {
-    return {sums(c.F_X, c.F_Y, c.M_Z) + inertia_.coriolis(u.v), M - robot_.mu_1 * u.dphi - robot_.R * c.F_X,
-            c.r_Y * c.F_Y - c.r_X * c.F_X - robot_.mu_2 * u.dgamma};
+  static constexpr int D = Features::kSlipComponents;
+  static constexpr bool kSpins = D == 3;
+  using Force = ContactVector<D>;
+  using Stiffness = ContactStiffness<D>;
+
+  void put(const Force& F, Contacts& c) const {
+    c.F_X = F[0];
+    c.F_Y = F[1];
+    c.M_Z = c.F_Y * rho_X_ - c.F_X * (rho_Y_ + c.Delta_Y);
+    features_.add_spin(F, c);
   }
 
-  void damping(const Velocities& u, const Contacts& c, const ContactStiffness& K, DampingMatrix& G) const {
-    const double R = robot_.R;
-    const Wheels arm = rho_Y_ + c.Delta_Y;
-    // K dV_P/du for u = V_X, V_Y, Omega, dphi, dgamma, by (3.3); rows of forces combine F_X and F_Y as V_P does.
-    const std::array<Wheels, 3> X = {K.XX, K.XY, rho_X_ * K.XY - arm * K.XX};
-    const std::array<Wheels, 3> Y = {K.XY, K.YY, rho_X_ * K.YY - arm * K.XY};
-    const Wheels X_dgamma = c.r_Y * K.XY - c.r_X * K.XX, Y_dgamma = c.r_Y * K.YY - c.r_X * K.XY;
-    for (int k = 0; k < 3; ++k) {
-      G.platform_platform[0][k] = X[k];
-      G.platform_platform[1][k] = Y[k];
-      G.platform_platform[2][k] = rho_X_ * Y[k] - arm * X[k];
-      G.dphi_platform[k] = -R * X[k];
-      G.dgamma_platform[k] = c.r_Y * Y[k] - c.r_X * X[k];
-      G.platform_dphi[k] = G.dphi_platform[k];
-      G.platform_dgamma[k] = G.dgamma_platform[k];
+  Velocities viscous_forces(const Velocities& u, const Contacts& c, const Wheels& M) const {
+    Velocities Q = {sums(c.F_X, c.F_Y, c.M_Z) + inertia_.coriolis(u.v), M - robot_.mu_1 * u.dphi - robot_.R * c.F_X,
+                    roller_torque(c) - robot_.mu_2 * u.dgamma};
+    features_.add_external(c, Q.v);
+    return Q;
+  }
+
+  Stiffness stiffness(const Contacts& c, const Friction& F) const {
+    return friction_.stiffness(features_.slip(c), Features::force(F), features_.limit(F, c));
+  }
+
+  // `force` at the contacts `c`, changed as friction F changes with the velocities, to first order.
+  Force changed(Force force, const Contacts& c, const Friction& F, const Velocities& du) const {
+    const Stiffness K = stiffness(c, F);
+    Force dV;
+    dV[0] = du.v[0] - (rho_Y_ + c.Delta_Y) * du.v[2] - robot_.R * du.dphi - c.r_X * du.dgamma;
+    dV[1] = du.v[1] + rho_X_ * du.v[2] + c.r_Y * du.dgamma;
+    if constexpr (kSpins) dV[2] = features_.spin_radius() * (du.v[2] + c.spin * du.dgamma);
+    for (int k = 0; k < D; ++k) {
+      for (int l = 0; l < D; ++l) force[k] -= K(k, l) * dV[l];
     }
-    G.dphi_dphi = robot_.mu_1 + R * R * K.XX;
-    G.dphi_dgamma = -R * X_dgamma;
-    G.dgamma_dgamma = robot_.mu_2 + c.r_Y * Y_dgamma - c.r_X * X_dgamma;
+    return force;
+  }
+
+  // What a unit of Omega, and of dgamma, adds to the slip velocity, combined with the components of F: the moment of a
+  // friction F about O, and its torque on the roller.
+  Wheels moment(const Force& F, const Contacts& c) const {
+    Wheels moment = rho_X_ * F[1] - (rho_Y_ + c.Delta_Y) * F[0];
+    if constexpr (kSpins) moment += features_.spin_radius() * F[2];
+    return moment;
+  }
+  Wheels torque(const Force& F, const Contacts& c) const {
+    Wheels torque = c.r_Y * F[1] - c.r_X * F[0];
+    if constexpr (kSpins) torque += features_.spin_radius() * c.spin * F[2];
+    return torque;
+  }
+
+  // J' K J, where the rows of J are the derivatives of the slip by V_X, V_Y, Omega, dphi, dgamma (3.3).
+  void damping(const Velocities& u, const Contacts& c, const Stiffness& K, DampingMatrix& G) const {
+    const double R = robot_.R;
+    Force by_Omega, by_dgamma;  // columns of K J, as those by V_X and V_Y are the first two of K
+    for (int k = 0; k < D; ++k) {
+      by_Omega[k] = moment(K.rows[static_cast<std::size_t>(k)], c);
+      by_dgamma[k] = torque(K.rows[static_cast<std::size_t>(k)], c);
+    }
+    const std::array<Force, 3> by_platform = {K.rows[0], K.rows[1], by_Omega};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Force& column = by_platform[k];
+      G.platform_platform[0][k] = column[0];
+      G.platform_platform[1][k] = column[1];
+      G.platform_platform[2][k] = moment(column, c);
+      G.dphi_platform[k] = G.platform_dphi[k] = -R * column[0];
+      G.dgamma_platform[k] = G.platform_dgamma[k] = torque(column, c);
+    }
+    G.dphi_dphi = robot_.mu_1 + R * R * K(0, 0);
+    G.dphi_dgamma = -R * by_dgamma[0];
+    G.dgamma_dgamma = robot_.mu_2 + c.r_Y * by_dgamma[1] - c.r_X * by_dgamma[0];
+    if constexpr (kSpins) G.dgamma_dgamma += features_.spin_radius() * c.spin * by_dgamma[2];
     if (dry_.any()) dry_.add_to(u, G);
   }
 
-  struct Limit {
-    Wheels f, N;
-  };
-
+  RobotParameters bare_robot_;
+  FloorParameters floor_;
   RobotParameters robot_;
   RollerGeometry geometry_;
-  Law law_;
+  ContactFriction<Law, D> friction_;
   Inertia inertia_;
   DryBearings dry_;
-  Limit limit_;
+  Features features_;
   alignas(kAlignment) Wheels rho_X_, rho_Y_;
 };
 
+/// The paper's model, and the one with all that goes beyond it.
 template <class Law>
-AngleStiffness SlipModel<Law>::angle_stiffness(const Velocities& u, const ContactGeometry& g, const Contacts& c) const {
-  const ContactStiffness K = law_.stiffness(c.V_PX, c.V_PY);
+using PaperModel = SlipModel<Law, PaperFeatures>;
+template <class Law>
+using ExtendedModel = SlipModel<Law, ExtendedFeatures>;
+
+template <class Law, class Features>
+AngleStiffness SlipModel<Law, Features>::angle_stiffness(const Velocities& u, const ContactGeometry& g,
+                                                         const Contacts& c) const {
+  const Stiffness K = friction_.stiffness(features_.slip(c), features_.limit(c));
   const Wheels V_PX_phi = -g.dDelta_Y * u.v[2] - g.dr_X * u.dgamma, V_PY_phi = g.dr_Y * u.dgamma;
-  const Wheels X = K.XX * V_PX_phi + K.XY * V_PY_phi, Y = K.XY * V_PX_phi + K.YY * V_PY_phi;
+  const Wheels X = K(0, 0) * V_PX_phi + K(0, 1) * V_PY_phi, Y = K(0, 1) * V_PX_phi + K(1, 1) * V_PY_phi;
   const Wheels arm = rho_Y_ + c.Delta_Y;
   return {{-X, -Y, arm * X - rho_X_ * Y - c.F_X * g.dDelta_Y},
           robot_.R * X,

@@ -18,7 +18,10 @@ constexpr int kWheels = 4;
 /// Not aligned, so that its layout does not depend on the instruction set that a program is built for.
 using Wheels = Eigen::Array<double, kWheels, 1, Eigen::DontAlign>;
 
-/// Of what is computed with in inner loops, so that no four numbers lie across two cache lines.
+/// Whether something holds for each wheel.
+using WheelMask = Eigen::Array<bool, kWheels, 1>;
+
+/// Alignment of the operands of inner loops: four doubles never straddle a cache line.
 constexpr std::size_t kAlignment = 32;
 
 /// The sums of three times four entries, and a zero.

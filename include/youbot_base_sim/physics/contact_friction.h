@@ -1,0 +1,136 @@
+#pragma once
+
+#include <array>
+#include <limits>
+
+#include "youbot_base_sim/physics/state.h"
+
+namespace youbot_base_sim {
+
+/// Slip velocity of the contact points, m/s, or friction on them, N: one entry for each wheel. Components 0 and 1 are X
+/// and Y in the platform's frame. With three, the last belongs to turning on the spot: V_Z = a_m omega, F_Z = M_S /
+/// a_m.
+template <int D>
+struct alignas(kAlignment) ContactVector {
+  std::array<Wheels, D> components;
+
+  Wheels& operator[](int k) { return components[static_cast<std::size_t>(k)]; }
+  const Wheels& operator[](int k) const { return components[static_cast<std::size_t>(k)]; }
+};
+template <int D>
+ContactVector<D> operator+(const ContactVector<D>& a, const ContactVector<D>& b) {
+  ContactVector<D> sum;
+  for (int k = 0; k < D; ++k) sum[k] = a[k] + b[k];
+  return sum;
+}
+template <int D>
+ContactVector<D> operator*(double factor, const ContactVector<D>& a) {
+  ContactVector<D> product;
+  for (int k = 0; k < D; ++k) product[k] = factor * a[k];
+  return product;
+}
+
+/// -dF/dV_P, symmetric, N s/m.
+template <int D>
+struct ContactStiffness {
+  std::array<ContactVector<D>, D> rows;
+
+  const Wheels& operator()(int k, int l) const { return rows[static_cast<std::size_t>(k)][l]; }
+  void set(int k, int l, const Wheels& value) {
+    rows[static_cast<std::size_t>(k)][l] = value;
+    rows[static_cast<std::size_t>(l)][k] = value;
+  }
+};
+
+/// What a friction law says of a slip velocity V: friction is F = -slope V, against the slip and the same in all
+/// directions, and the slope falls with the slip as d(slope)/dV = -slope scale^2 V.
+struct SlipResistance {
+  Wheels slope;    ///< N s/m
+  Wheels scale;    ///< s/m
+  Wheels regular;  ///< 1 - scale^2 |V|^2, computed without cancellation
+};
+
+/// Friction at the contacts by a law, which is regularised over slip speeds of about nu: it sees sqrt(nu^2 + |V|^2) in
+/// place of |V| (section 5.2 of the paper). With D = 3, slip and spin share one limit, an ellipsoid (Howe and Cutkosky,
+/// 1996).
+///
+/// A law is a class with the functions of CoulombLaw, free of allocation and branches.
+template <class Law, int D>
+class ContactFriction {
+ public:
+  using Vector = ContactVector<D>;
+  using Stiffness = ContactStiffness<D>;
+
+  ContactFriction(const Law& law, double nu) : law_(law), nu_(nu), nu_squared_(nu * nu) {}
+
+  /// Friction at the slip V under the limit f N, N.
+  Vector force(const Vector& V, const Wheels& limit) const {
+    const Wheels slope = at(V, limit).slope;
+    Vector F;
+    for (int k = 0; k < D; ++k) F[k] = -slope * V[k];
+    return F;
+  }
+
+  /// Its stiffness; positive semidefinite unless the law's friction falls with the slip.
+  Stiffness stiffness(const Vector& V, const Wheels& limit) const {
+    const SlipResistance r = at(V, limit);
+    Vector n;
+    for (int k = 0; k < D; ++k) n[k] = V[k] * r.scale;
+    Stiffness K;
+    for (int k = 0; k < D; ++k) {
+      // The squares of the other components rather than 1 - n_k^2: no cancellation in full slip.
+      Wheels across = r.regular;
+      for (int l = 0; l < D; ++l) {
+        if (l != k) across += n[l].square();
+      }
+      K.set(k, k, r.slope * across);
+      for (int l = 0; l < k; ++l) K.set(k, l, -r.slope * n[l] * n[k]);
+    }
+    return K;
+  }
+
+  /// The stiffness for a force F within the limit that is not yet the force of V: the derivative of F / slope(V) = -V
+  /// by both F and V (Chan, Golub and Mulet, SIAM J. Sci. Comput. 20(6), 1999, for another problem of this form). With
+  /// it Newton's iterations converge even where V is off by far more than nu.
+  Stiffness stiffness(const Vector& V, const Vector& F, const Wheels& limit) const {
+    const SlipResistance r = at(V, limit);
+    Vector n;
+    for (int k = 0; k < D; ++k) n[k] = V[k] * r.scale.square();
+    Stiffness K;
+    for (int k = 0; k < D; ++k) {
+      K.set(k, k, r.slope + F[k] * n[k]);
+      for (int l = 0; l < k; ++l) K.set(k, l, 0.5 * (F[l] * n[k] + F[k] * n[l]));
+    }
+    return K;
+  }
+
+  /// F, shortened to the largest friction under the limit f N.
+  Vector bounded(const Vector& F, const Wheels& limit) const {
+    Wheels squares = F[0].square();
+    for (int k = 1; k < D; ++k) squares += F[k].square();
+    const Wheels scale = (law_.largest(limit) * squares.max(1e-300).sqrt().inverse()).min(1);
+    Vector shortened;
+    for (int k = 0; k < D; ++k) shortened[k] = scale * F[k];
+    return shortened;
+  }
+
+  /// The transition speed nu, m/s. A law that does not saturate is not regularised: infinite, and setting it has no
+  /// effect.
+  double transition_speed() const { return Law::kByReaction ? nu_ : std::numeric_limits<double>::infinity(); }
+  void set_transition_speed(double nu) {
+    nu_ = nu;
+    nu_squared_ = nu * nu;
+  }
+
+ private:
+  SlipResistance at(const Vector& V, const Wheels& limit) const {
+    Wheels squares = nu_squared_ + V[0].square();
+    for (int k = 1; k < D; ++k) squares += V[k].square();
+    return law_.at(squares, nu_squared_, limit);
+  }
+
+  Law law_;
+  double nu_, nu_squared_;
+};
+
+}  // namespace youbot_base_sim

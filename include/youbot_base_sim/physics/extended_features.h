@@ -1,0 +1,177 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "youbot_base_sim/physics/burden.h"
+#include "youbot_base_sim/physics/contact_friction.h"
+#include "youbot_base_sim/physics/contacts.h"
+#include "youbot_base_sim/physics/floor_patches.h"
+#include "youbot_base_sim/physics/inertia.h"
+#include "youbot_base_sim/physics/reactions.h"
+#include "youbot_base_sim/physics/roller_geometry.h"
+
+namespace youbot_base_sim {
+
+/// Contacts, and what they depend on besides the velocities.
+struct alignas(kAlignment) ExtendedContacts : Contacts {
+  Wheels V_Z;                         ///< a_m omega, where omega is the rate at which the roller turns on the spot, m/s
+  Wheels spin;                        ///< what a unit dgamma adds to omega
+  Wheels F_Z;                         ///< M_S / a_m, N
+  Wheels M_S;                         ///< torque of the spin friction, N m; part of M_Z
+  Wheels T_S;                         ///< its torque on the roller, N m
+  Wheels f;                           ///< coefficient of friction
+  Wheels N;                           ///< normal reaction, N
+  std::array<Wheels, 3> N_by_moment;  ///< see Reactions::Solution; set for dynamic reactions only
+  Pose pose;                          ///< of the base
+  ExternalForce external;
+  Side tipping = Side::kNone;
+};
+
+/// Friction with the normal reactions that belong to it.
+struct alignas(kAlignment) FrictionUnderReactions {
+  ContactVector<3> F;
+  Wheels N;
+};
+inline FrictionUnderReactions operator+(const FrictionUnderReactions& a, const FrictionUnderReactions& b) {
+  return {a.F + b.F, a.N + b.N};
+}
+inline FrictionUnderReactions operator*(double factor, const FrictionUnderReactions& a) {
+  return {factor * a.F, factor * a.N};
+}
+
+/// The physics beyond the paper, as a policy of SlipModel: slope, patches, dynamic normal reactions, spin friction,
+/// loads and wrenches.
+class ExtendedFeatures {
+ public:
+  static constexpr int kSlipComponents = 3;
+  static constexpr bool kReactionsFollow = true;
+  static constexpr bool kClosedJacobian = false;
+
+  using Contacts = ExtendedContacts;
+  using Force = ContactVector<kSlipComponents>;
+  using Friction = FrictionUnderReactions;
+  static constexpr std::array<Wheels Contacts::*, 11> kMeans = {
+      &Contacts::V_PX, &Contacts::V_PY, &Contacts::F_X, &Contacts::F_Y, &Contacts::Delta_Y, &Contacts::M_Z,
+      &Contacts::V_Z,  &Contacts::F_Z,  &Contacts::M_S, &Contacts::T_S, &Contacts::f};
+
+  /// `robot` and `inertia` are those with the loads.
+  ExtendedFeatures(const RobotParameters& robot, const FloorParameters& floor, const Inertia& inertia,
+                   const Burden& burden)
+      : rho_X_(robot.rho_X()),
+        rho_Y_(robot.rho_Y()),
+        reach_(std::hypot(robot.h, robot.l + robot.R_d)),
+        per_R_(1 / robot.R),
+        a_m_(floor.spin_radius),
+        f_(floor.f),
+        patches_(floor),
+        external_(robot, floor, burden.wrenches),
+        dynamic_(robot.normal_reactions == NormalReactions::kDynamic),
+        static_N_(normal_reactions(robot, floor)),
+        reactions_(robot, inertia, external_.normal_gravity()) {}
+
+  /// Spin, coefficient of friction and what acts on the base at this pose, for contacts whose slip is known.
+  void place(const Velocities& u, const ContactGeometry& g, const Pose& pose, Contacts& c) const {
+    c.spin = g.dr_Y * per_R_;  // -cos(delta) sin(phi~)
+    c.V_Z = a_m_ * (u.v[2] + c.spin * u.dgamma);
+    c.pose = pose;
+    c.external = external_.at(pose.cosine, pose.sine);
+    c.f = patches_.any() ? friction_at(pose, c.Delta_Y) : f_;
+    c.tipping = Side::kNone;
+  }
+
+  static Pose pose(const Contacts& c) { return c.pose; }
+
+  /// Normal reactions of the base at rest, N.
+  const Wheels& static_reactions() const { return static_N_; }
+  const Wheels& reactions(const Contacts& c) const { return c.N; }
+  void set_reactions(const Wheels& N, Contacts& c) const { c.N = N; }
+  void keep_tipping(const Contacts& from, Contacts& c) const { c.tipping = from.tipping; }
+  Wheels limit(const Contacts& c) const { return c.f * c.N; }
+
+  Force slip(const Contacts& c) const { return {{c.V_PX, c.V_PY, c.V_Z}}; }
+  Force force(const Contacts& c) const { return {{c.F_X, c.F_Y, c.F_Z}}; }
+  void add_spin(const Force& F, Contacts& c) const {
+    c.F_Z = F[2];
+    c.M_S = a_m_ * F[2];
+    c.T_S = c.M_S * c.spin;
+    c.M_Z += c.M_S;
+  }
+  void add_spin_torque(const Contacts& c, Wheels& torque) const { torque += c.T_S; }
+  void add_external(const Contacts& c, Wheels& v) const { v += c.external.v; }
+
+  Friction friction(const Contacts& c) const { return {force(c), c.N}; }
+  static const Force& force(const Friction& F) { return F.F; }
+  static Friction with_force(const Friction& known, const Force& F) { return {F, known.N}; }
+  static Friction pressed(const Friction& F) { return {F.F, F.N.max(0)}; }
+  Wheels limit(const Friction& F, const Contacts& c) const { return c.f * F.N; }
+
+  /// As large a share of the normal reaction as `known` is. A wheel that was off the floor keeps its friction.
+  static Force replaced(const WheelMask& mask, const Friction& known, const Contacts& c) {
+    const WheelMask pressed = mask && known.N > 0;
+    const auto share = [&](const Wheels& F, const Wheels& other) -> Wheels {
+      return pressed.select(c.N / known.N * F, other);
+    };
+    return {{share(known.F[0], c.F_X), share(known.F[1], c.F_Y), share(known.F[2], c.F_Z)}};
+  }
+  static void keep_moments(const WheelMask& mask, const Contacts& before, Contacts& c) {
+    c.M_Z = mask.select(c.M_Z, before.M_Z);
+    c.M_S = mask.select(c.M_S, before.M_S);
+    c.T_S = mask.select(c.T_S, before.T_S);
+  }
+
+  /// Whether what acts on the base depends on where it stands.
+  bool by_pose() const { return patches_.any() || external_.turns(); }
+
+  /// The longest step (s) in which no contact point jumps over the soft edge of a patch; infinite without patches.
+  bool by_patches() const { return patches_.any(); }
+  double max_step(const State& x, const Wheels& Delta_Y) const {
+    Wheels X, Y;
+    contact_points(x.pose(), Delta_Y, X, Y);
+    const double speed = std::hypot(x.V_X(), x.V_Y()) + std::abs(x.Omega()) * reach_;
+    const double way = patches_.max_way(X, Y);  // = speed t + kMaxAcceleration t^2 / 2
+    return 2 * way / (speed + std::sqrt(speed * speed + 2 * kMaxAcceleration * way));
+  }
+
+  void add_details(const Contacts& c, ContactDetails& details) const {
+    details.N = c.N;
+    details.f = c.f;
+    details.M_S = c.M_S;
+    details.F_Z = c.F_Z;
+    details.T_S = c.T_S;
+    details.external = c.external.v;
+    if (a_m_ > 0) details.omega = c.V_Z / a_m_;
+  }
+
+  double spin_radius() const { return a_m_; }  ///< a_m, m
+
+  /// Whether the normal reactions follow the motion; how.
+  bool dynamic() const { return dynamic_; }
+  const Reactions& reactions() const { return reactions_; }
+
+ private:
+  static constexpr double kMaxAcceleration = 20;  // m/s^2, more than friction gives a base
+
+  void contact_points(const Pose& pose, const Wheels& Delta_Y, Wheels& X, Wheels& Y) const {
+    const Wheels arm = rho_Y_ + Delta_Y;
+    X = pose.x + pose.cosine * rho_X_ - pose.sine * arm;
+    Y = pose.y + pose.sine * rho_X_ + pose.cosine * arm;
+  }
+  Wheels friction_at(const Pose& pose, const Wheels& Delta_Y) const {
+    Wheels X, Y;
+    contact_points(pose, Delta_Y, X, Y);
+    return patches_.friction(X, Y);
+  }
+
+  Wheels rho_X_, rho_Y_;
+  double reach_, per_R_, a_m_;
+  Wheels f_;
+  FloorPatches patches_;
+  ExternalForces external_;
+  bool dynamic_;
+  Wheels static_N_;
+  Reactions reactions_;
+};
+
+}  // namespace youbot_base_sim
