@@ -6,7 +6,9 @@
 #include <stdexcept>
 
 #include "method_table.h"
+#include "slip_integrations.h"
 #include "youbot_base_sim/integration/no_slip_integration.h"
+#include "youbot_base_sim/physics/roller_geometry.h"
 
 namespace youbot_base_sim {
 
@@ -16,21 +18,12 @@ double step_of(const Method& method, const IntegrationSettings& settings) {
   return settings.step > 0 ? settings.step : method.default_step;
 }
 
-// The laws have the same methods.
-template <class Law = CoulombLaw>
-const Entry* find_entry(const std::string& name) {
-  const std::vector<Entry>& all = entries<Law>();
-  const auto found =
-      std::find_if(all.begin(), all.end(), [&](const Entry& entry) { return entry.method.name == name; });
-  return found == all.end() ? nullptr : &*found;
-}
-
 }  // namespace
 
 const std::vector<Method>& methods() {
   static const std::vector<Method> kMethods = [] {
     std::vector<Method> all;
-    for (const Entry& entry : entries<CoulombLaw>()) all.push_back(entry.method);
+    for (const MethodEntry& entry : method_table()) all.push_back(entry.method);
     return all;
   }();
   return kMethods;
@@ -46,7 +39,7 @@ const std::vector<std::string>& method_names() {
 }
 
 const Method* find_method(const std::string& name) {
-  const Entry* entry = find_entry(name);
+  const MethodEntry* entry = find_entry(name);
   return entry ? &entry->method : nullptr;
 }
 
@@ -88,16 +81,13 @@ std::unique_ptr<Integration> make_integration(Model model, const RobotParameters
                                               const State& start, const TorqueProfile& torque,
                                               const IntegrationSettings& settings, bool beyond) {
   if (model == Model::kNoSlip) return std::make_unique<NoSlipIntegration>(robot, floor, torque, settings.tolerance);
-  const std::string& name = settings.method;
+  const MethodEntry* entry = find_entry(settings.method);
+  if (!entry) throw std::invalid_argument(settings.method + ": no method of integration");
   const bool viscous = model == Model::kViscous;
-  const Entry* entry = nullptr;
-  if (beyond) {
-    entry = viscous ? find_entry<Beyond<ViscousLaw>>(name) : find_entry<Beyond<CoulombLaw>>(name);
-  } else {
-    entry = viscous ? find_entry<ViscousLaw>(name) : find_entry<CoulombLaw>(name);
-  }
-  if (!entry) throw std::invalid_argument(name + ": no method of integration");
-  return entry->make({robot, floor, start, torque, settings.tolerance, step_of(entry->method, settings)});
+  const auto integrate_law = beyond ? (viscous ? integrate<Beyond<ViscousLaw>> : integrate<Beyond<CoulombLaw>>)
+                                    : (viscous ? integrate<ViscousLaw> : integrate<CoulombLaw>);
+  return integrate_law({robot, floor, start, torque, settings.tolerance, step_of(entry->method, settings)},
+                       entry->make);
 }
 
 }  // namespace youbot_base_sim

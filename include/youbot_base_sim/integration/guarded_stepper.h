@@ -7,9 +7,10 @@
 #include <functional>
 #include <limits>
 #include <optional>
+#include <utility>
 
 #include "youbot_base_sim/integration/integration.h"
-#include "youbot_base_sim/integration/sliding_mode.h"
+#include "youbot_base_sim/integration/located_stepper.h"
 #include "youbot_base_sim/integration/statistics.h"
 #include "youbot_base_sim/integration/stepper_types.h"
 #include "youbot_base_sim/integration/switch_log.h"
@@ -30,24 +31,21 @@ struct WorkBound {
 /// steps become too short to advance t, fallback steps cover the next millisecond, and twice as long each time this
 /// recurs within kSoon. Switches on the way are announced like all others, with times that are interpolated within the
 /// step.
-template <class Stepper, class Fallback>
+template <class System, class Fallback>
 class GuardedStepper : public ControlledStepperTypes {
  public:
   /// Records in `switches` and counts in `statistics`, which must outlive it.
-  GuardedStepper(const Stepper& stepper, const Stepper& coarse, const WorkBound& bound, SwitchLog& switches,
-                 IntegrationStatistics& statistics)
-      : fresh_(stepper),
-        coarse_(coarse),
-        stepper_(fresh_),
+  GuardedStepper(LocatedStepper<System> fine, LocatedStepper<System> coarse, const WorkBound& bound,
+                 SwitchLog& switches, IntegrationStatistics& statistics)
+      : fine_(std::move(fine)),
+        coarse_(std::move(coarse)),
         bound_(bound),
         switches_(&switches),
         statistics_(&statistics) {}
 
   /// As LocatedStepper's; `dt` is an upper bound. Never fails kMaxFailures times in a row. Throws Stopped if it is to.
-  template <class System>
-  Result try_step(System system_reference, State& x, double& t, double& dt) {
+  Result try_step(System& system, State& x, double& t, double& dt) {
     if (stop_ && stop_->load(std::memory_order_relaxed)) throw Stopped();
-    auto& system = unwrapped(system_reference);
     if (t < fallback_end_) return fall_back(system, x, t, dt);
     if (!(t < window_start_ + kWindow) || t < window_start_) begin_window(system, t);
     const bool stuck = failures_ >= kMaxFailures || t + stepper_->dt() <= t;
@@ -61,7 +59,7 @@ class GuardedStepper : public ControlledStepperTypes {
     }
     const double end = dt < stepper_->dt() ? t + dt : std::numeric_limits<double>::infinity();
     const std::uint64_t before = system.evaluations();
-    const Result result = stepper_->try_step(system_reference, x, t, dt);
+    const Result result = stepper_->try_step(system, x, t, dt);
     // A step that the caller cut short is free, up to what an ordinary one takes: fallback steps would be no longer.
     if (result == boost::numeric::odeint::success && t >= end) {
       spent_ += std::min(system.evaluations() - before, kFreeEvaluations);
@@ -77,7 +75,10 @@ class GuardedStepper : public ControlledStepperTypes {
   void torque_jumped() { stepper_->torque_jumped(); }
 
   /// The stepper whose work is bounded.
-  Stepper& stepper() { return *stepper_; }
+  LocatedStepper<System>& stepper() { return *stepper_; }
+
+  GuardedStepper(const GuardedStepper&) = delete;
+  GuardedStepper& operator=(const GuardedStepper&) = delete;
 
  private:
   static constexpr double kWindow = 1e-3;      // s
@@ -89,7 +90,6 @@ class GuardedStepper : public ControlledStepperTypes {
   static constexpr double kMinStretch = 1e-3, kMaxStretch = 64e-3;  // s of fallback steps in a row
   static constexpr double kSoon = 10e-3;                            // s after the last stretch
 
-  template <class System>
   void begin_window(System& system, double t) {
     window_start_ = t;
     spent_ = system.evaluations();
@@ -97,7 +97,6 @@ class GuardedStepper : public ControlledStepperTypes {
     if (eased_) end_easing(system);
   }
 
-  template <class System>
   void ease(System& system) {
     eased_ = system.transition_speed();
     system.set_transition_speed(std::max(*eased_, kEasedSpeed));
@@ -106,31 +105,28 @@ class GuardedStepper : public ControlledStepperTypes {
     ++statistics_->eased_periods;
   }
 
-  template <class System>
   void end_easing(System& system) {
     system.set_transition_speed(*eased_);
     eased_.reset();
-    replace_stepper(fresh_);
+    replace_stepper(fine_);
   }
 
   // Keeps the record of chattering wheels.
-  void replace_stepper(const Stepper& stepper) {
-    const SlidingMode sliding_mode = stepper_->sliding_mode();
-    stepper_.emplace(stepper);
-    stepper_->sliding_mode() = sliding_mode;
+  void replace_stepper(LocatedStepper<System>& stepper) {
+    stepper.restart();
+    stepper.sliding_mode() = stepper_->sliding_mode();
+    stepper_ = &stepper;
   }
 
-  template <class System>
   void begin_fallback(System& system, double t) {
     if (eased_) end_easing(system);
     stretch_ = t < fallback_end_ + kSoon ? std::min(2 * stretch_, kMaxStretch) : kMinStretch;
     fallback_end_ = t + stretch_;
-    stepper_.emplace(fresh_);
+    stepper_->restart();
     failures_ = 0;
     window_start_ = std::numeric_limits<double>::infinity();
   }
 
-  template <class System>
   Result fall_back(System& system, State& x, double& t, double& dt) {
     for (int i = 0; i < kWheels; ++i) {
       if (system.shared(i)) system.put(i, system.roller(i));
@@ -154,7 +150,6 @@ class GuardedStepper : public ControlledStepperTypes {
   }
 
   // Hands wheel i, whose angle was `start` (rad) at time t, over to the roller that it has come to `length` (s) later.
-  template <class System>
   void cross(System& system, State& x, double t, double length, int i, double start) {
     const std::int64_t from = system.roller(i), to = system.model().geometry().roller_at(x.phi()[i]);
     if (from == to) return;
@@ -165,8 +160,8 @@ class GuardedStepper : public ControlledStepperTypes {
     switches_->record(t + at * length, i, from, to, system.rollers(), far_side);
   }
 
-  Stepper fresh_, coarse_;          // as they begin
-  std::optional<Stepper> stepper_;  // odeint's implicit steppers can be copied but not assigned
+  LocatedStepper<System> fine_, coarse_;
+  LocatedStepper<System>* stepper_ = &fine_;  // the one at work
   WorkBound bound_;
   SwitchLog* switches_;
   IntegrationStatistics* statistics_;

@@ -5,9 +5,12 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <memory>
+#include <utility>
 
 #include "youbot_base_sim/integration/edge_crossing.h"
 #include "youbot_base_sim/integration/sliding_mode.h"
+#include "youbot_base_sim/integration/smooth_stepper.h"
 #include "youbot_base_sim/integration/statistics.h"
 #include "youbot_base_sim/integration/stepper_types.h"
 #include "youbot_base_sim/integration/switch_log.h"
@@ -15,8 +18,7 @@
 
 namespace youbot_base_sim {
 
-/// Steps that end where a wheel reaches the edge of its roller: a Controlled Stepper of odeint, around any other one
-/// that has try_step(system, in, t, out, dt) and reset().
+/// Steps that end where a wheel reaches the edge of its roller: a Controlled Stepper of odeint around a SmoothStepper.
 ///
 /// A switch is located to 1e-12 s, or to the resolution of phi for a wheel that hardly turns, by Newton's method on the
 /// length of the step: each try is a whole step of the inner stepper from the same start. The wheel then stands on the
@@ -26,18 +28,17 @@ namespace youbot_base_sim {
 ///
 /// `dt` of try_step is an upper bound: how long a step is worth trying is remembered here, so that odeint may clip the
 /// bound at the end of a control period without any loss. After success dt is infinite, and odeint clips it again.
-template <class Stepper>
+template <class System>
 class LocatedStepper : public ControlledStepperTypes {
  public:
   /// Records in `switches` and counts in `statistics`, which must outlive it.
-  LocatedStepper(Stepper stepper, const Tolerance& tolerance, SwitchLog& switches, IntegrationStatistics& statistics)
+  LocatedStepper(std::unique_ptr<SmoothStepper<System>> stepper, const Tolerance& tolerance, SwitchLog& switches,
+                 IntegrationStatistics& statistics)
       : stepper_(std::move(stepper)), tolerance_(tolerance), switches_(&switches), statistics_(&statistics) {}
 
   /// Tries a step of at most dt (s) from x at time t, to the first edge that is reached. `system` is a SlipSystem or
   /// another one with edges, by std::ref; its contacts change with the state.
-  template <class System>
-  Result try_step(System system_reference, State& x, double& t, double& dt) {
-    auto& system = unwrapped(system_reference);
+  Result try_step(System& system, State& x, double& t, double& dt) {
     if (!settled_) settle(system, x, t);
     const double bound = std::min(dt, system.max_step(x));
     // A step that would leave a sliver goes to the end.
@@ -68,14 +69,19 @@ class LocatedStepper : public ControlledStepperTypes {
 
   /// The torque jumps here: the next step is as long as was good after the last jump.
   void torque_jumped() {
-    stepper_.reset();
+    stepper_->reset();
     dt_ = std::min(dt_, dt_after_jump_);
     after_jump_ = true;
     settled_ = false;
   }
 
+  /// Forgets all steps so far.
+  void restart() {
+    stepper_->restart();
+    *this = LocatedStepper(std::move(stepper_), tolerance_, *switches_, *statistics_);
+  }
+
   /// Announces the rollers that wheel i, whose contact is averaged, has passed since it was last asked, in one record.
-  template <class System>
   void record_passed_rollers(System& system, const State& x, double t, int i) {
     const std::int64_t from = system.roller(i);
     system.follow(i, x);
@@ -109,10 +115,9 @@ class LocatedStepper : public ControlledStepperTypes {
   }
 
   // Tries a step of this length; its end is in end_, the length to try next in next_dt_.
-  template <class System>
   bool try_length(System& system, const State& x, double t, double length) {
     next_dt_ = length;
-    const Result result = stepper_.try_step(std::ref(system), x, t, end_, next_dt_);
+    const Result result = stepper_->try_step(system, x, t, end_, next_dt_);
     if (result == boost::numeric::odeint::fail) return false;
     // odeint's step size control accepts a step whose error is NaN.
     if ((0 * end_.values).sum() == 0) return true;  // all of it is finite
@@ -131,7 +136,6 @@ class LocatedStepper : public ControlledStepperTypes {
   // Shortens the step so that it ends on the edge that is reached first: Newton's method on its length, kept in the
   // bracket that is known. A remainder, beyond_, whose square is negligible is covered by extrapolation instead of
   // another try.
-  template <class System>
   void locate(System& system, const State& x, double t, EdgeCrossing crossing) {
     double low = 0, high = length_, length = crossing.dt;
     for (int tries = 0; tries < kMaxTries; ++tries) {
@@ -170,7 +174,6 @@ class LocatedStepper : public ControlledStepperTypes {
 
   // Whether the end of the step, which is `beyond_` (s) off the edge, may be moved there to first order: the secant's
   // slope is that of the middle between the two tries.
-  template <class System>
   bool may_go_on(const System& system, const EdgeCrossing& crossing) const {
     const Wheels phi = end_.phi() + beyond_ * end_.dphi();
     const double off = std::abs(beyond_) + std::abs(length_ - other_length_);
@@ -186,7 +189,6 @@ class LocatedStepper : public ControlledStepperTypes {
 
   // Shortens the step so that a wheel is just released from sliding mode, or just slow enough for its switches to be
   // located again. Forces are continuous there, or nearly so: the time need not be exact.
-  template <class System>
   void end_where_contact_ends(System& system, const State& x, double t) {
     for (int i = 0; i < kWheels; ++i) {
       if (!contact_ends(system, i, end_, t + length_)) continue;
@@ -207,7 +209,6 @@ class LocatedStepper : public ControlledStepperTypes {
   }
 
   // Shortens the step so that the base has just reached its tipping limit.
-  template <class System>
   void end_where_base_tips(System& system, const State& x, double t) {
     if (!system.tips(end_, t + length_) || system.tips(x, t)) return;
     double low = 0, high = length_;
@@ -225,7 +226,6 @@ class LocatedStepper : public ControlledStepperTypes {
     if (!try_length(system, x, t, high)) end_ = tipped;
   }
 
-  template <class System>
   static bool contact_ends(const System& system, int i, const State& x, double t) {
     if (system.averaged(i)) return system.slow_again(i, x);
     return system.shared(i) && SlidingMode::excess(system, i, x, t) > 0;
@@ -233,7 +233,6 @@ class LocatedStepper : public ControlledStepperTypes {
 
   // The effects of where the wheels now are: hands over those that stand on an edge and move across it, or puts them in
   // sliding mode, or averages their contacts; releases from sliding mode those that one roller carries alone.
-  template <class System>
   void settle(System& system, State& x, double t) {
     settled_ = true;
     if (inside_edges(system, x, kNear) && !system.shares() && !system.averages()) return;
@@ -248,7 +247,6 @@ class LocatedStepper : public ControlledStepperTypes {
     }
   }
 
-  template <class System>
   void cross(System& system, State& x, double t, int i) {
     const double phi = x.phi()[i];
     int direction = 0;
@@ -276,7 +274,6 @@ class LocatedStepper : public ControlledStepperTypes {
   }
 
   // Whether wheel i, on an edge, turns in `direction`, or is about to.
-  template <class System>
   static bool moves(const System& system, const State& x, double t, int i, int direction) {
     if (x.dphi()[i] != 0) return direction * x.dphi()[i] > 0;
     State dxdt;
@@ -284,7 +281,6 @@ class LocatedStepper : public ControlledStepperTypes {
     return direction * dxdt.dphi()[i] > 0;
   }
 
-  template <class System>
   void release(System& system, State& x, double t, int i) {
     const double alpha = system.alpha(i, x, t);
     if (alpha >= 0 && alpha <= 1) return;
@@ -300,7 +296,6 @@ class LocatedStepper : public ControlledStepperTypes {
     start_afresh();
   }
 
-  template <class System>
   void resolve(System& system, State& x, double t, int i) {
     record_passed_rollers(system, x, t, i);
     system.put(i, system.roller(i));
@@ -308,23 +303,21 @@ class LocatedStepper : public ControlledStepperTypes {
   }
 
   void start_afresh() {
-    stepper_.reset();
+    stepper_->reset();
     dt_ = dt_after_switch_;
     afresh_ = true;
   }
 
-  template <class System>
   void announce(const System& system, double t, int i, std::int64_t from, const State& x) {
     switches_->record(t, i, from, system.roller(i), system.rollers(), x.phi()[i]);
   }
 
-  template <class System>
   static void keep_inside(const System& system, State& x, int i) {
     const double below = std::nextafter(system.upper_edge()[i], -std::numeric_limits<double>::infinity());
     x.phi()[i] = std::min(std::max(x.phi()[i], system.lower_edge()[i]), below);
   }
 
-  Stepper stepper_;
+  std::unique_ptr<SmoothStepper<System>> stepper_;
   Tolerance tolerance_;
   SwitchLog* switches_;
   IntegrationStatistics* statistics_;

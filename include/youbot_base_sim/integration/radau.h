@@ -11,6 +11,7 @@
 #include "youbot_base_sim/integration/radau_tableau.h"
 #include "youbot_base_sim/integration/reacting_stages.h"
 #include "youbot_base_sim/integration/slip_system.h"
+#include "youbot_base_sim/integration/smooth_stepper.h"
 #include "youbot_base_sim/integration/statistics.h"
 #include "youbot_base_sim/integration/step_size_controller.h"
 #include "youbot_base_sim/integration/stepper_types.h"
@@ -36,8 +37,10 @@ namespace youbot_base_sim {
 ///
 /// The functions that do the work are marked `flatten`: all that they call is small and best inlined.
 template <class Law>
-class Radau : public ControlledStepperTypes {
+class Radau final : public ControlledStepperTypes, public SmoothStepper<SlipSystem<Law>> {
  public:
+  using Result = ControlledStepperTypes::Result;
+
   /// Counts its iterations in `statistics`, which must outlive it.
   Radau(const Tolerance& tolerance, IntegrationStatistics& statistics)
       : tolerance_(tolerance), statistics_(&statistics) {}
@@ -45,17 +48,12 @@ class Radau : public ControlledStepperTypes {
   /// Tries a step of length dt (s) from x at time t. On success x and t are those of its end, and dt is the length
   /// recommended for the next step; on failure only dt changes, to one that is worth trying. `system` is a SlipSystem,
   /// by std::ref.
-  template <class System>
-  Result try_step(System system, State& x, double& t, double& dt) {
-    return try_step(system, x, t, x, dt);
-  }
+  Result try_step(SlipSystem<Law>& system, State& x, double& t, double& dt) { return try_step(system, x, t, x, dt); }
 
   /// The same from `in` to `out`. A step that is shorter than one whose error was small enough, from the same start, is
   /// not judged again.
-  template <class System>
-  Result try_step(System system_reference, const State& in, double& t, State& out, double& dt) {
+  Result try_step(SlipSystem<Law>& system, const State& in, double& t, State& out, double& dt) override {
     using boost::numeric::odeint::fail;
-    auto& system = unwrapped(system_reference);
     if (!repeats(in, t)) initialize(system, in, t);
     if (!solve(system, dt)) {
       dt *= kShrinkage;
@@ -74,9 +72,17 @@ class Radau : public ControlledStepperTypes {
   }
 
   /// Forgets the derivative at the start and the errors of the steps before: the torque jumps.
-  void reset() {
+  void reset() override {
     started_ = false;
     control_.restart();
+  }
+
+  void restart() override {
+    started_ = false;
+    control_ = StepSizeController();
+    known_ = Known::kNothing;
+    rate_ = kFirstRate;
+    end_contact_ids_.setConstant(-1);  // none
   }
 
  private:
@@ -95,6 +101,7 @@ class Radau : public ControlledStepperTypes {
   static constexpr double kSlow = 0.1;
   // The smallest rate of convergence that the next step's first correction is expected to have, judging by this step
   static constexpr double kMinRate = 0.03;
+  static constexpr double kFirstRate = 0.1;
   // How many times stiffer than elsewhere in the step a contact is at its end when its friction turns there
   static constexpr double kPassing = 4;
   // Continuation: the slip speed at which it begins, m/s, and the ratio of one to the next.
@@ -445,7 +452,7 @@ class Radau : public ControlledStepperTypes {
   // The step that is known: its stages, and the start of the step before it.
   Known known_ = Known::kNothing;
   double dt_ = 0;
-  double rate_ = 0.1;
+  double rate_ = kFirstRate;
   Velocities before_;
   Friction friction_before_;
   Friction end_friction_;

@@ -4,6 +4,7 @@
 #include <boost/numeric/odeint/integrate/integrate_adaptive.hpp>
 #include <boost/numeric/odeint/integrate/integrate_n_steps.hpp>
 #include <functional>
+#include <memory>
 
 #include "youbot_base_sim/integration/fallback_stepper.h"
 #include "youbot_base_sim/integration/guarded_stepper.h"
@@ -11,16 +12,18 @@
 #include "youbot_base_sim/integration/located_stepper.h"
 #include "youbot_base_sim/integration/period_stepper.h"
 #include "youbot_base_sim/integration/slip_system.h"
+#include "youbot_base_sim/integration/smooth_stepper.h"
 
 namespace youbot_base_sim {
 
-/// Models 2a and 2b by any Controlled Stepper of odeint's form: odeint's loops over a GuardedStepper around a
-/// LocatedStepper around it.
-template <class Law, class Stepper>
+/// Models 2a and 2b by any method: odeint's loops over a GuardedStepper around a LocatedStepper around it.
+template <class Law>
 class SlipIntegration : public Integration {
  public:
-  /// `make_stepper(tolerance, statistics)` makes the Stepper. `torque` must outlive the integration.
-  template <class MakeStepper>
+  using MakeStepper =
+      std::function<std::unique_ptr<SmoothStepper<SlipSystem<Law>>>(const Tolerance&, IntegrationStatistics&)>;
+
+  /// `make_stepper` makes a stepper of the method for a tolerance. `torque` must outlive the integration.
   SlipIntegration(const SlipModel<Law>& model, const TorqueProfile& torque, const State& start,
                   const Tolerance& tolerance, const WorkBound& bound, const MakeStepper& make_stepper)
       : transition_speed_(model.transition_speed()),
@@ -98,8 +101,7 @@ class SlipIntegration : public Integration {
     return {relative, tolerance.absolute * relative / tolerance.relative};
   }
 
-  template <class MakeStepper>
-  LocatedStepper<Stepper> located(const Tolerance& tolerance, const MakeStepper& make_stepper) {
+  LocatedStepper<SlipSystem<Law>> located(const Tolerance& tolerance, const MakeStepper& make_stepper) {
     return {make_stepper(tolerance, statistics_), tolerance, switches_, statistics_};
   }
 
@@ -114,7 +116,7 @@ class SlipIntegration : public Integration {
   double transition_speed_;  // but in eased milliseconds, m/s
   SlipSystem<Law> system_;
   SwitchLog switches_;
-  GuardedStepper<LocatedStepper<Stepper>, FallbackStepper<Law>> stepper_;
+  GuardedStepper<SlipSystem<Law>, FallbackStepper<Law>> stepper_;
 };
 
 }  // namespace youbot_base_sim
