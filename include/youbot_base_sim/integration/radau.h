@@ -118,7 +118,7 @@ class Radau final : public ControlledStepperTypes, public SmoothStepper<SlipSyst
   // Steps that follow start from x at time t.
   [[gnu::flatten, gnu::noinline]] void initialize(const SlipSystem<Law>& system, const State& x, double t) {
     if (known_ == Known::kThisStep && !starts_at(x, t)) accept();
-    const typename SlipSystem<Law>::Mask unchanged = system.contact_ids() == end_contact_ids_;
+    const ContactModes::Mask unchanged = system.modes().ids() == end_contact_ids_;
     if (!unchanged.all()) {  // another contact: the step before says nothing of this one
       known_ = Known::kNothing;
       control_.restart();
@@ -127,7 +127,7 @@ class Radau final : public ControlledStepperTypes, public SmoothStepper<SlipSyst
     accepted_dt_ = 0;
     x_ = x;
     t_ = t;
-    contact_ids_ = system.contact_ids();
+    contact_ids_ = system.modes().ids();
     start_ = x.velocities();
     const Wheels M = system.torque().value(t);
     if constexpr (kBeyond<Law>) start_pose_ = system.pose(x);
@@ -136,7 +136,7 @@ class Radau final : public ControlledStepperTypes, public SmoothStepper<SlipSyst
     if (unchanged.any()) {
       // Reuse the converged friction force: recomputing it from the slip velocity would turn an O(nu) error of the slip
       // into an O(1) error of the force.
-      system.reuse_friction(unchanged && !system.shared(), end_friction_, start_, M, contacts);
+      system.reuse_friction(unchanged && !system.modes().shared(), end_friction_, start_, M, contacts);
     }
     start_forces_ = system.model().forces(start_, contacts, M);
     start_friction_ = system.model().friction(contacts);
@@ -446,7 +446,7 @@ class Radau final : public ControlledStepperTypes, public SmoothStepper<SlipSyst
   Velocities start_, start_forces_, error_scale_, convergence_tolerance_;
   Friction start_friction_;
   Pose start_pose_;  // beyond the paper
-  typename SlipSystem<Law>::ContactIds contact_ids_ = SlipSystem<Law>::ContactIds::Zero();
+  ContactModes::Ids contact_ids_ = ContactModes::Ids::Zero();
   double accepted_dt_ = 0;  // longest step from here whose error is known to be small enough
 
   // The step that is known: its stages, and the start of the step before it.
@@ -456,7 +456,7 @@ class Radau final : public ControlledStepperTypes, public SmoothStepper<SlipSyst
   Velocities before_;
   Friction friction_before_;
   Friction end_friction_;
-  typename SlipSystem<Law>::ContactIds end_contact_ids_ = SlipSystem<Law>::ContactIds::Constant(-1);  // none
+  ContactModes::Ids end_contact_ids_ = ContactModes::Ids::Constant(-1);  // none
 
   // Newton's iterations.
   StageVelocities stages_, forces_;

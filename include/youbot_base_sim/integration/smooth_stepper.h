@@ -41,7 +41,7 @@ class SmoothSystem {
   ~SmoothSystem() = default;
 };
 
-/// A System with edges as a SmoothSystem.
+/// A System with contacts as a SmoothSystem.
 template <class System>
 class SmoothSystemOf final : public SmoothSystem {
  public:
@@ -50,7 +50,7 @@ class SmoothSystemOf final : public SmoothSystem {
   void jacobian(const State& x, StateJacobian& J, double t, State& dfdt) const override {
     system_->jacobian(x, J, t, dfdt);
   }
-  Wheels middle() const override { return 0.5 * (system_->lower_edge() + system_->upper_edge()); }
+  Wheels middle() const override { return 0.5 * (system_->modes().lower_edge() + system_->modes().upper_edge()); }
 
  private:
   const System* system_;
