@@ -217,7 +217,7 @@ class Integrator {
       const int i = k % kWheels, direction = k < kWheels ? +1 : -1;
       ++run_.statistics.switches;
       State x = state(y_);
-      system_->hand_over(i, system_->roller(i) + direction, x);
+      system_->modes().switch_roller(i, system_->modes().roller(i) + direction, x);
       // The other wheels stay as they are to the bit, for a rounding error may carry them past an edge unseen.
       NV_DATA_S(y_)[kPhi + i] = -direction * half_pitch();
       NV_DATA_S(y_)[kDgamma + i] = x.dgamma()[i];
@@ -237,7 +237,7 @@ class Integrator {
   }
 
   double half_pitch() const { return 0.5 * system_->model().geometry().pitch(); }  // |phi| at the edges of a roller
-  Wheels middle() const { return 0.5 * (system_->lower_edge() + system_->upper_edge()); }
+  Wheels middle() const { return 0.5 * (system_->modes().lower_edge() + system_->modes().upper_edge()); }
 
   State state(N_Vector y) const {
     State x;

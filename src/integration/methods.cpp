@@ -6,7 +6,9 @@
 #include <stdexcept>
 
 #include "method_table.h"
+#include "slip_integrations.h"
 #include "youbot_base_sim/integration/no_slip_integration.h"
+#include "youbot_base_sim/physics/roller_geometry.h"
 
 namespace youbot_base_sim {
 
@@ -16,21 +18,12 @@ double step_of(const Method& method, const IntegrationSettings& settings) {
   return settings.step > 0 ? settings.step : method.default_step;
 }
 
-// All models have the same methods.
-template <class Model = PaperModel<CoulombLaw>>
-const Entry* find_entry(const std::string& name) {
-  const std::vector<Entry>& all = entries<Model>();
-  const auto found =
-      std::find_if(all.begin(), all.end(), [&](const Entry& entry) { return entry.method.name == name; });
-  return found == all.end() ? nullptr : &*found;
-}
-
 }  // namespace
 
 const std::vector<Method>& methods() {
   static const std::vector<Method> kMethods = [] {
     std::vector<Method> all;
-    for (const Entry& entry : entries<PaperModel<CoulombLaw>>()) all.push_back(entry.method);
+    for (const MethodEntry& entry : method_table()) all.push_back(entry.method);
     return all;
   }();
   return kMethods;
@@ -46,7 +39,7 @@ const std::vector<std::string>& method_names() {
 }
 
 const Method* find_method(const std::string& name) {
-  const Entry* entry = find_entry(name);
+  const MethodEntry* entry = find_entry(name);
   return entry ? &entry->method : nullptr;
 }
 
@@ -90,15 +83,17 @@ std::string refusal(const Method& method, const RobotParameters& robot, Model mo
 
 std::unique_ptr<Integration> make_integration(Model model, const RobotParameters& robot, const FloorParameters& floor,
                                               const State& start, const TorqueProfile& torque,
-                                              const IntegrationSettings& settings, bool beyond) {
+                                              const IntegrationSettings& settings, bool extended,
+                                              const MotionSoFar* before) {
   if (!slips(model)) return std::make_unique<NoSlipIntegration>(robot, floor, torque, settings.tolerance);
-  const std::string& name = settings.method;
-  const Entry* entry = visit_law(model, [&](auto row) {
+  const MethodEntry* entry = find_entry(settings.method);
+  if (!entry) throw std::invalid_argument(settings.method + ": no method of integration");
+  const auto integrate_model = visit_law(model, [&](auto row) {
     using Law = typename decltype(row)::Law;
-    return beyond ? find_entry<ExtendedModel<Law>>(name) : find_entry<PaperModel<Law>>(name);
+    return extended ? integrate<ExtendedModel<Law>> : integrate<PaperModel<Law>>;
   });
-  if (!entry) throw std::invalid_argument(name + ": no method of integration");
-  return entry->make({robot, floor, start, torque, settings.tolerance, step_of(entry->method, settings)});
+  return integrate_model({robot, floor, start, torque, settings.tolerance, step_of(entry->method, settings), before},
+                         entry->make);
 }
 
 }  // namespace youbot_base_sim

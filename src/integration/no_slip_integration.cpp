@@ -5,8 +5,11 @@
 #include <boost/numeric/odeint/stepper/generation.hpp>
 #include <boost/numeric/odeint/stepper/runge_kutta_dopri5.hpp>
 #include <functional>
+#include <limits>
+#include <memory>
 
-#include "youbot_base_sim/integration/odeint_steppers.h"
+#include "method_table.h"
+#include "youbot_base_sim/integration/state_range.h"
 
 namespace youbot_base_sim {
 
@@ -14,35 +17,38 @@ namespace odeint = boost::numeric::odeint;
 
 namespace {
 
-/// Model 1 as a System with a Jacobian, for Rosenbrock4.
-struct NoSlipSystem {
-  const NoSlipModel& model;
-  const TorqueProfile& torque;
-  IntegrationStatistics& statistics;
+/// Model 1 as a System, which has no edges.
+class NoSlipSystem final : public SmoothSystem {
+ public:
+  NoSlipSystem(const NoSlipModel& model, const TorqueProfile& torque, IntegrationStatistics& statistics)
+      : model_(model), torque_(torque), statistics_(statistics) {}
 
-  void operator()(const State& x, State& dxdt, double t) const {
-    ++statistics.evaluations;
-    model.derivative(x, torque.value(t), dxdt);
+  void operator()(const State& x, State& dxdt, double t) const override {
+    ++statistics_.evaluations;
+    model_.derivative(x, torque_.value(t), dxdt);
   }
-  template <class Matrix>
-  void jacobian(const State& x, Matrix& J, double t, State& dfdt) const {
-    model.jacobian(x, torque.value(t), torque.derivative(t), J, dfdt);
+  void jacobian(const State& x, StateJacobian& J, double t, State& dfdt) const override {
+    model_.jacobian(x, torque_.value(t), torque_.derivative(t), J, dfdt);
   }
-  Wheels lower_edge() const { return Wheels::Constant(-std::numeric_limits<double>::infinity()); }
-  Wheels upper_edge() const { return Wheels::Constant(std::numeric_limits<double>::infinity()); }
+  Wheels middle() const override { return Wheels::Constant(std::numeric_limits<double>::infinity()); }
+
+ private:
+  const NoSlipModel& model_;
+  const TorqueProfile& torque_;
+  IntegrationStatistics& statistics_;
 };
 
-/// Rosenbrock4 as a Controlled Stepper of odeint.
+/// rosenbrock4 as a Controlled Stepper of odeint.
 class StiffStepper : public ControlledStepperTypes {
  public:
-  StiffStepper(const Tolerance& tolerance, IntegrationStatistics& statistics) : rosenbrock4_(tolerance, statistics) {}
-  template <class System>
-  Result try_step(System system, State& x, double& t, double& dt) {
-    return rosenbrock4_.try_step(system, x, t, x, dt);
+  StiffStepper(const Tolerance& tolerance, IntegrationStatistics& statistics)
+      : rosenbrock4_(find_entry("rosenbrock4")->make(tolerance, 0, statistics)) {}
+  Result try_step(const SmoothSystem& system, State& x, double& t, double& dt) {
+    return rosenbrock4_->try_step(system, x, t, x, dt);
   }
 
  private:
-  Rosenbrock4<CorrectedRosenbrock4> rosenbrock4_;
+  std::unique_ptr<GeneralMethod> rosenbrock4_;
 };
 
 }  // namespace
@@ -59,7 +65,7 @@ void NoSlipIntegration::advance_periods(State& x, std::int64_t first, double per
 
 void NoSlipIntegration::advance(State& x, double t, double t_end) {
   if (!(t < t_end)) return;
-  const NoSlipSystem system{model_, torque_, statistics_};
+  const NoSlipSystem system(model_, torque_, statistics_);
   const double dt = std::min(t_end - t, max_first_step_);
   const auto observer = [this](const State&, double) {
     if (stop_ && *stop_) throw Stopped();

@@ -6,9 +6,15 @@
 
 #include <algorithm>
 #include <boost/numeric/odeint/integrate/integrate_adaptive.hpp>
+#include <boost/numeric/odeint/integrate/integrate_const.hpp>
 #include <boost/numeric/odeint/integrate/integrate_n_steps.hpp>
+#include <boost/numeric/odeint/integrate/integrate_times.hpp>
+#include <boost/numeric/odeint/iterator/adaptive_time_iterator.hpp>
+#include <boost/numeric/odeint/iterator/times_time_iterator.hpp>
 #include <functional>
+#include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "physics/random_states.h"
@@ -25,7 +31,7 @@ constexpr Tolerance kTolerance{1e-3, 1e-3};
 
 class LocatedStepperTest : public testing::Test {
  protected:
-  using Stepper = LocatedStepper<WheelworkStepper>;
+  using Stepper = LocatedStepper<Wheelwork>;
 
   // Runs to t_end in odeint's loops, cut into periods of that length (s), which must divide it; a period of zero does
   // not cut. What happened is left in the members.
@@ -34,10 +40,11 @@ class LocatedStepperTest : public testing::Test {
     go_on(t_end, period);
   }
 
+  Stepper located() { return {std::make_unique<WheelworkStepper>(tolerance), tolerance, *record}; }
+
   void restart() {
-    statistics = {};
-    log.emplace(statistics);
-    stepper.emplace(WheelworkStepper(tolerance), tolerance, *log, statistics);
+    record.emplace();
+    stepper.emplace(located());
     x = wheels.start();
     t = t_of_last_switch = 0;
     switches.clear();
@@ -45,7 +52,7 @@ class LocatedStepperTest : public testing::Test {
 
   void go_on(double t_end, double period = 0) {
     const auto observe = [this](const State& state, double now) {
-      for (const RollerSwitch& event : log->take()) {
+      for (const RollerSwitch& event : record->switches.take()) {
         switches.push_back(event);
         check_far_side(event, state, now);
       }
@@ -56,9 +63,9 @@ class LocatedStepperTest : public testing::Test {
       const auto periods = static_cast<std::size_t>(std::lround((t_end - t) / period));
       const auto observe_periods = [&](const State& state, double now) {
         for (int i = 0; i < kWheels; ++i) {
-          if (wheels.averaged(i)) stepper->record_passed_rollers(wheels, state, now, i);
+          if (wheels.modes().averaged(i)) record->record_passed_rollers(wheels.modes(), i, state, now);
         }
-        for (const RollerSwitch& event : log->take()) switches.push_back(event);
+        for (const RollerSwitch& event : record->switches.take()) switches.push_back(event);
       };
       odeint::integrate_n_steps(std::ref(*stepper), std::ref(wheels), x, t, period, periods, observe_periods);
     }
@@ -74,10 +81,10 @@ class LocatedStepperTest : public testing::Test {
     EXPECT_GE(event.t, t_of_last_switch);
     t_of_last_switch = event.t;
     EXPECT_EQ(event.count, 1);
-    EXPECT_EQ(wheels.geometry.roller_at(event.phi), wheels.roller(i));
-    EXPECT_EQ(event.roller_to, wrapped(wheels.roller(i), kRollers));
-    EXPECT_EQ(event.roller_from, wrapped(wheels.roller(i) - event.direction, kRollers));
-    const double edge = event.direction > 0 ? wheels.lower_edge()[i] : wheels.upper_edge()[i];
+    EXPECT_EQ(wheels.geometry.roller_at(event.phi), wheels.modes().roller(i));
+    EXPECT_EQ(event.roller_to, wrapped(wheels.modes().roller(i), kRollers));
+    EXPECT_EQ(event.roller_from, wrapped(wheels.modes().roller(i) - event.direction, kRollers));
+    const double edge = event.direction > 0 ? wheels.modes().lower_edge()[i] : wheels.modes().upper_edge()[i];
     EXPECT_NEAR(event.phi, edge, 1e-12 * std::abs(state.dphi()[i]) + 1e-15 * std::abs(edge));
   }
 
@@ -99,7 +106,9 @@ class LocatedStepperTest : public testing::Test {
     }
   }
 
-  std::uint64_t work() const { return statistics.steps + statistics.rejected_steps + statistics.location_steps; }
+  std::uint64_t work() const {
+    return record->statistics.steps + record->statistics.rejected_steps + record->statistics.location_steps;
+  }
 
   // Of all records of wheel i, the sum of direction times count.
   std::int64_t rollers_passed(int i) const {
@@ -112,8 +121,7 @@ class LocatedStepperTest : public testing::Test {
 
   Wheelwork wheels;
   Tolerance tolerance = kTolerance;
-  IntegrationStatistics statistics;
-  std::optional<SwitchLog> log;
+  std::optional<MotionRecord> record;
   std::optional<Stepper> stepper;
   State x;
   double t = 0;
@@ -134,7 +142,7 @@ TEST_F(LocatedStepperTest, LocatesEverySwitch) {
     expect_exact_switches(2);
     // The last wheel ends at 33 rad/s, after 16 switches that put it where it was to 1e-12 s.
     EXPECT_NEAR(x.phi()[3], 2 + 0.5 * 2 + 16, 33 * 16 * 1e-12);
-    EXPECT_EQ(statistics.switches, switches.size());
+    EXPECT_EQ(record->statistics.switches, switches.size());
   }
 }
 
@@ -184,7 +192,7 @@ TEST_F(LocatedStepperTest, GrazesWithoutSwitching) {
         expect_exact_switches(1, 1e-14 / (2 * std::sqrt(beyond)));
         EXPECT_EQ(switches[0].direction, side);
       }
-      EXPECT_EQ(wheels.roller(1), 0);
+      EXPECT_EQ(wheels.modes().roller(1), 0);
       EXPECT_LT(work(), 300u);
     }
   }
@@ -210,7 +218,7 @@ TEST_F(LocatedStepperTest, StartsOnAnEdge) {
         EXPECT_EQ(switches[0].direction, -1);
         EXPECT_LT(switches[0].phi, wheels.geometry.upper_edge(k));
       }
-      EXPECT_EQ(wheels.roller(2), start.leaves ? k : k + 1);
+      EXPECT_EQ(wheels.modes().roller(2), start.leaves ? k : k + 1);
       const double moved = 0.1 * start.rate + 0.005 * start.acceleration;
       EXPECT_NEAR(x.phi()[2], wheels.geometry.upper_edge(k) + moved, 1e-13);
       EXPECT_LT(work(), 300u);
@@ -241,9 +249,9 @@ TEST_F(LocatedStepperTest, ComesToRestOnTwoRollersWhereSwitchesHaveNoEnd) {
   wheels.c_0[0] = kPi / 6 - 1e-6;
   wheels.c_2 = {0.5, -5, -5, -5};
   run(1);
-  EXPECT_EQ(statistics.shared_contacts, 1u);
-  EXPECT_TRUE(wheels.shared(0));
-  EXPECT_EQ(wheels.lower_roller(0), 0);
+  EXPECT_EQ(record->statistics.shared_contacts, 1u);
+  EXPECT_TRUE(wheels.modes().shared(0));
+  EXPECT_EQ(wheels.modes().lower_roller(0), 0);
   EXPECT_EQ(x.phi()[0], wheels.geometry.upper_edge(0));
   EXPECT_EQ(x.dphi()[0], 0);
   EXPECT_GT(switches.size(), 8u);
@@ -257,12 +265,12 @@ TEST_F(LocatedStepperTest, GoesOnFromTwoRollersWhenOneOfThemBearsItAlone) {
     wheels.c_0[0] = wheels.geometry.upper_edge(0);
     wheels.c_3[0] = side * 10 / 3.0;
     run(0.5 - 1e-5);
-    EXPECT_EQ(statistics.shared_contacts, 1u);
-    ASSERT_TRUE(wheels.shared(0));
+    EXPECT_EQ(record->statistics.shared_contacts, 1u);
+    ASSERT_TRUE(wheels.modes().shared(0));
     EXPECT_EQ(x.phi()[0], wheels.geometry.upper_edge(0));
     go_on(0.6);
-    EXPECT_FALSE(wheels.shared(0));
-    EXPECT_EQ(wheels.roller(0), side > 0 ? 1 : 0);
+    EXPECT_FALSE(wheels.modes().shared(0));
+    EXPECT_EQ(wheels.modes().roller(0), side > 0 ? 1 : 0);
     // From there, ddphi = 20 (t - 0.5).
     EXPECT_NEAR(x.phi()[0] - wheels.geometry.upper_edge(0), side * 10 / 3.0 * std::pow(0.1, 3), 1e-6);
     EXPECT_EQ(rollers_passed(0), side > 0 ? 0 : -1);  // it starts on roller 1, which (2.1) names
@@ -288,20 +296,115 @@ TEST_F(LocatedStepperTest, FailsWithoutATraceWhereNoStepSucceeds) {
   double length = stepper->dt();
   for (int tries = 0; tries < 400; ++tries) {
     double now = 0, dt = 1;
-    ASSERT_EQ(stepper->try_step(std::ref(wheels), x, now, dt), odeint::fail);
+    ASSERT_EQ(stepper->try_step(wheels, x, now, dt), odeint::fail);
     EXPECT_EQ(now, 0);
-    EXPECT_EQ(dt, 1);  // the bound is the caller's
+    EXPECT_LT(dt, length);
+    EXPECT_GT(dt, stepper->dt());
     EXPECT_TRUE((x.values == wheels.start().values).all());
     EXPECT_LT(stepper->dt(), length);
     length = stepper->dt();
   }
-  EXPECT_EQ(statistics.rejected_steps, 400u);
-  EXPECT_EQ(statistics.steps, 0u);
+  EXPECT_EQ(record->statistics.rejected_steps, 400u);
+  EXPECT_EQ(record->statistics.steps, 0u);
+}
+
+// The effects of a switch at the start are not the caller's business until a step succeeds.
+TEST_F(LocatedStepperTest, LeavesTheStateAloneThoughASwitchIsDueWhereNoStepSucceeds) {
+  wheels.robot.roller_rate_at_switch = RollerRateAtSwitch::kAtRest;
+  wheels.c_0[2] = wheels.geometry.upper_edge(0);
+  wheels.c_1 = {0, 0, -1, 40};
+  const auto begin = [this] {
+    restart();
+    x.dgamma()[2] = 5;
+  };
+  begin();
+  go_on(0.1);
+  const State unimpeded = x;
+  const std::vector<RollerSwitch> due = switches;
+  ASSERT_EQ(due.front().wheel, 2);
+  ASSERT_EQ(due.front().t, 0);
+
+  begin();
+  const State start = x;
+  wheels.every_nth_step_fails = 1;
+  for (int tries = 0; tries < 5; ++tries) {
+    double now = 0, dt = 0.1;
+    ASSERT_EQ(stepper->try_step(wheels, x, now, dt), odeint::fail);
+    EXPECT_TRUE((x.values == start.values).all());
+    EXPECT_EQ(now, 0);
+    EXPECT_LT(dt, 0.1);
+  }
+  wheels.every_nth_step_fails = 0;
+  go_on(0.1);
+  EXPECT_EQ(x.dgamma()[2], 0);
+  EXPECT_LT((x.values - unimpeded.values).abs().maxCoeff(), 1e-10);
+  ASSERT_EQ(switches.size(), due.size());
+  for (std::size_t k = 0; k < due.size(); ++k) EXPECT_NEAR(switches[k].t, due[k].t, 1e-11);
+}
+
+// odeint's loops and iterators for Controlled Steppers, and one by the letter of its concept, over the same motion.
+TEST_F(LocatedStepperTest, WorksInEveryLoopOfOdeint) {
+  constexpr double kEnd = 2, kPeriod = 0.25;
+  wheels.c_0 = {0.1, -0.2, 0.3, 2};
+  wheels.c_1 = {6, -4, 5, 0.5};
+  wheels.c_2 = {1, -1, -3, 0};
+  wheels.c_4 = {0.2, 0, -0.2, 1};
+  wheels.every_nth_step_fails = 5;
+  std::vector<double> times;
+  for (int k = 0; k <= 8; ++k) times.push_back(k * kPeriod);
+  const auto nothing = [](const State&, double) {};
+  const auto system = [this] { return std::ref(wheels); };
+  const auto located_stepper = [this] { return std::ref(*stepper); };
+  const auto by_concept = [&] {
+    for (double dt = kEnd; t < kEnd;) {
+      dt = std::min(dt, kEnd - t);
+      const State before = x;
+      const double t_before = t, tried = dt;
+      if (stepper->try_step(wheels, x, t, dt) == odeint::success) continue;
+      EXPECT_TRUE((x.values == before.values).all());
+      EXPECT_EQ(t, t_before);
+      EXPECT_LT(dt, tried);
+    }
+  };
+  const auto iterate = [](auto begin, auto end) {
+    while (begin != end) ++begin;
+  };
+  const std::vector<std::pair<const char*, std::function<void()>>> loops = {
+      {"concept", by_concept},
+      {"adaptive", [&] { odeint::integrate_adaptive(located_stepper(), system(), x, 0.0, kEnd, kEnd, nothing); }},
+      {"const", [&] { odeint::integrate_const(located_stepper(), system(), x, 0.0, kEnd, kPeriod, nothing); }},
+      {"n_steps", [&] { odeint::integrate_n_steps(located_stepper(), system(), x, 0.0, kPeriod, 8, nothing); }},
+      {"times", [&] { odeint::integrate_times(located_stepper(), system(), x, times, kPeriod, nothing); }},
+      {"adaptive iterator",
+       [&] {
+         iterate(odeint::make_adaptive_time_iterator_begin(located_stepper(), system(), x, 0.0, kEnd, kEnd),
+                 odeint::make_adaptive_time_iterator_end(located_stepper(), system(), x));
+       }},
+      {"times iterator",
+       [&] {
+         iterate(odeint::make_times_time_iterator_begin(located_stepper(), system(), x, times.begin(), times.end(),
+                                                        kPeriod),
+                 odeint::make_times_time_iterator_end<std::vector<double>::iterator>(located_stepper(), system(), x));
+       }},
+  };
+  for (const auto& [name, loop] : loops) {
+    SCOPED_TRACE(name);
+    restart();
+    loop();
+    switches = record->switches.take();
+    EXPECT_GT(switches.size(), 40u);
+    EXPECT_GT(record->statistics.rejected_steps, 5u);
+    expect_exact_switches(kEnd);
+    for (int i = 0; i < kWheels; ++i) {
+      const double phi = wheels.c_0[i] + kEnd * (wheels.c_1[i] + kEnd * (wheels.c_2[i] + kEnd * kEnd * wheels.c_4[i]));
+      EXPECT_NEAR(x.phi()[i], phi, 1e-9) << "wheel " << i;
+    }
+  }
 }
 
 TEST_F(LocatedStepperTest, LetsTheSystemChangeVelocitiesAtASwitch) {
   wheels.c_1 = {3, -3, 0, 0};
-  wheels.stops_rollers = true;
+  wheels.robot.roller_rate_at_switch = RollerRateAtSwitch::kAtRest;
   restart();
   x.dgamma() << 1, 2, 3, 4;
   go_on(0.25);
@@ -315,26 +418,26 @@ TEST_F(LocatedStepperTest, RemembersTheLengthThatABoundCutsShort) {
   wheels.c_4 = {1e-3, 0, 0, 0};
   constexpr double kPeriod = 1e-3;
   run(1);
-  const std::uint64_t uncut = statistics.steps;
+  const std::uint64_t uncut = record->statistics.steps;
   EXPECT_LT(uncut, 20u);
   const double worth_trying = stepper->dt();
   EXPECT_GT(worth_trying, 0.5);
   go_on(2, kPeriod);
-  EXPECT_EQ(statistics.steps, uncut + 1000);
+  EXPECT_EQ(record->statistics.steps, uncut + 1000);
   EXPECT_GE(stepper->dt(), worth_trying);
   // And after that, without periods, it goes on by long steps at once.
   go_on(3);
-  EXPECT_LE(statistics.steps, uncut + 1000 + 5);
-  EXPECT_EQ(statistics.rejected_steps, 0u);
+  EXPECT_LE(record->statistics.steps, uncut + 1000 + 5);
+  EXPECT_EQ(record->statistics.rejected_steps, 0u);
 
   // Steps of about a fifth of a period.
   tolerance = {1e-18, 1e-18};
   run(0.5);
-  const std::uint64_t short_uncut = statistics.steps;
+  const std::uint64_t short_uncut = record->statistics.steps;
   EXPECT_GT(short_uncut, 2 * 500u);
   run(0.5, kPeriod);
-  EXPECT_LE(statistics.steps, short_uncut + 500 + 20);
-  EXPECT_EQ(statistics.rejected_steps, 0u);
+  EXPECT_LE(record->statistics.steps, short_uncut + 500 + 20);
+  EXPECT_EQ(record->statistics.rejected_steps, 0u);
 }
 
 // The end of a period costs no more than the cut itself where switches come in between.
@@ -359,7 +462,7 @@ TEST_F(LocatedStepperTest, EndsExactlyAtTheBound) {
   for (int k = 0; k < 100; ++k) {
     const double start = t;
     double dt = 1e-7;  // less than the first step
-    ASSERT_EQ(stepper->try_step(std::ref(wheels), x, t, dt), odeint::success);
+    ASSERT_EQ(stepper->try_step(wheels, x, t, dt), odeint::success);
     EXPECT_EQ(t, start + 1e-7);
     EXPECT_EQ(dt, std::numeric_limits<double>::infinity());
   }
@@ -376,13 +479,13 @@ TEST_F(LocatedStepperTest, CountsTheRollersOfAnAveragedContact) {
     wheels.max_located_dphi = 3;
     const std::int64_t first = wheels.geometry.roller_at(0.2);
     run(2, 0.25);
-    EXPECT_EQ(statistics.averaged_contacts, 1u);
-    EXPECT_FALSE(wheels.averaged(2));  // slow again
+    EXPECT_EQ(record->statistics.averaged_contacts, 1u);
+    EXPECT_FALSE(wheels.modes().averaged(2));  // slow again
     EXPECT_NEAR(x.phi()[2], 0.2 + side * 8, 1e-12);
-    EXPECT_EQ(wheels.roller(2), wheels.geometry.roller_at(x.phi()[2]));
-    EXPECT_EQ(rollers_passed(2), wheels.roller(2) - first);
-    EXPECT_EQ(rollers_passed(0), wheels.roller(0));
-    EXPECT_EQ(statistics.switches,
+    EXPECT_EQ(wheels.modes().roller(2), wheels.geometry.roller_at(x.phi()[2]));
+    EXPECT_EQ(rollers_passed(2), wheels.modes().roller(2) - first);
+    EXPECT_EQ(rollers_passed(0), wheels.modes().roller(0));
+    EXPECT_EQ(record->statistics.switches,
               static_cast<std::uint64_t>(std::abs(rollers_passed(0)) + std::abs(rollers_passed(2))));
 
     const std::vector<RollerSwitch> due = exact_switches(wheels, 2);
@@ -422,24 +525,24 @@ TEST_F(LocatedStepperTest, CountsTheRollersOfAnAveragedContact) {
 // A GuardedStepper around it, as a run uses it.
 class GuardedStepperTest : public LocatedStepperTest {
  protected:
-  using Guarded = GuardedStepper<Stepper, WheelworkFallback>;
+  using Guarded = GuardedStepper<Wheelwork, WheelworkFallback>;
 
   // Runs to t_end without cuts, from the start.
   void run_guarded(double t_end, std::uint64_t max_evaluations) {
     restart();
-    Guarded guarded(*stepper, *stepper, WorkBound{max_evaluations}, *log, statistics);
+    Guarded guarded(located(), located(), WorkBound{max_evaluations}, *record);
     exhausted_at = -1;
     work_until_exhausted = 0;
     odeint::integrate_adaptive(std::ref(guarded), std::ref(wheels), x, 0.0, t_end, t_end,
                                [&](const State& state, double now) {
                                  EXPECT_TRUE(state.values.allFinite());
-                                 if (statistics.fallback_steps == 0) {
+                                 if (record->statistics.fallback_steps == 0) {
                                    exhausted_at = now;
                                    before_fallback = state;
                                    work_until_exhausted = work();
                                  }
                                });
-    switches = log->take();
+    switches = record->switches.take();
     for (std::size_t k = 1; k < switches.size(); ++k) EXPECT_GE(switches[k].t, switches[k - 1].t) << k;
     for (int i = 0; i < kWheels; ++i) {
       EXPECT_EQ(rollers_passed(i), wheels.geometry.roller_at(x.phi()[i]) - wheels.geometry.roller_at(wheels.c_0[i]));
@@ -457,9 +560,9 @@ TEST_F(GuardedStepperTest, GivesUpWhereNoStepSucceeds) {
   run_guarded(1e-3, 100000);
   EXPECT_EQ(exhausted_at, 0);
   EXPECT_TRUE((before_fallback.values == wheels.start().values).all());
-  EXPECT_EQ(statistics.exhausted, 1u);
-  EXPECT_EQ(statistics.fallback_steps, 50u);  // of 2e-5 s
-  EXPECT_EQ(statistics.steps, 0u);
+  EXPECT_EQ(record->statistics.exhausted, 1u);
+  EXPECT_EQ(record->statistics.fallback_steps, 50u);  // of 2e-5 s
+  EXPECT_EQ(record->statistics.steps, 0u);
   EXPECT_LT(work(), 1000u);
   EXPECT_NEAR(x.phi()[0], 3e-3, 1e-15);
 }
@@ -471,24 +574,27 @@ TEST_F(GuardedStepperTest, GivesUpWhereSwitchesAreMoreThanItsBoundOfWork) {
   EXPECT_GT(exhausted_at, 1e-6);
   // The bound, 0.8 times as much to get through the rest of the millisecond more easily, and the last locations.
   EXPECT_LE(work_until_exhausted, 1.8 * kBound + 100);
-  EXPECT_EQ(statistics.exhausted, 1u);
-  EXPECT_EQ(statistics.eased_periods, 1u);
-  EXPECT_EQ(statistics.switches, static_cast<std::uint64_t>(rollers_passed(3)));
+  EXPECT_EQ(record->statistics.exhausted, 1u);
+  EXPECT_EQ(record->statistics.eased_periods, 1u);
+  EXPECT_EQ(record->statistics.switches, static_cast<std::uint64_t>(rollers_passed(3)));
 }
 
-// What must be looked at after each step is looked at after fallback steps too, once.
-TEST_F(GuardedStepperTest, EveryStepIsWatched) {
-  wheels.is_watched = true;
+// Reactions are looked at after each step, fallback steps too, once.
+TEST_F(GuardedStepperTest, LooksAtReactionsAfterEachStep) {
+  wheels.reactions_matter = true;
+  wheels.c_1 = {3, -3, 40, 0};
   for (const int nth : {0, 1}) {  // steps that succeed, and fallback steps
     wheels.every_nth_step_fails = nth;
-    wheels.watched_until = 0;
-    wheels.c_1 = {3, -3, 40, 0};
-    for (int i = 0; i < kWheels; ++i) wheels.put(i, 0);
+    wheels.looked_at = 0;
+    wheels.looks = 0;
     restart();
-    Guarded guarded(*stepper, *stepper, WorkBound{100000}, *log, statistics);
+    record->reactions.go_on_tipping();  // so that nothing else looks at them
+    Guarded guarded(located(), located(), WorkBound{100000}, *record);
     odeint::integrate_adaptive(std::ref(guarded), std::ref(wheels), x, 0.0, 0.1, 0.1);
-    EXPECT_EQ(statistics.fallback_steps > 0, nth == 1);
-    EXPECT_NEAR(wheels.watched_until, 0.1, 1e-12);
+    EXPECT_EQ(record->statistics.fallback_steps > 0, nth == 1);
+    EXPECT_EQ(wheels.looks, record->statistics.steps + record->statistics.fallback_steps);
+    EXPECT_NEAR(wheels.looked_at, 0.1, 1e-12);
+    EXPECT_LT((record->reactions.record().time_off_floor - 0.1).abs().maxCoeff(), 1e-12);  // without a gap
   }
 }
 
@@ -497,20 +603,20 @@ TEST_F(GuardedStepperTest, GoesOnAccuratelyAfterTheFallback) {
   wheels.every_nth_step_fails = 1;
   wheels.c_1 = {3, -3, 40, 0};
   restart();
-  Guarded guarded(*stepper, *stepper, WorkBound{100000}, *log, statistics);
+  Guarded guarded(located(), located(), WorkBound{100000}, *record);
   double now = 0;
   odeint::integrate_adaptive(std::ref(guarded), std::ref(wheels), x, now, 0.1, 0.1);
-  EXPECT_GT(statistics.fallback_steps, 1000u);
-  EXPECT_EQ(statistics.steps, 0u);
+  EXPECT_GT(record->statistics.fallback_steps, 1000u);
+  EXPECT_EQ(record->statistics.steps, 0u);
   // Stretches of fallback steps double up to 64 ms: 1, 3, 7, ... 127 ms.
-  EXPECT_EQ(statistics.exhausted, 7u);
+  EXPECT_EQ(record->statistics.exhausted, 7u);
   wheels.every_nth_step_fails = 0;
-  const std::uint64_t fallback_steps = statistics.fallback_steps;
+  const std::uint64_t fallback_steps = record->statistics.fallback_steps;
   odeint::integrate_adaptive(std::ref(guarded), std::ref(wheels), x, 0.1, 1.0, 0.9);
-  EXPECT_LE(statistics.fallback_steps - fallback_steps, 64u * 50u);
-  EXPECT_EQ(statistics.exhausted, 7u);
-  EXPECT_GT(statistics.steps, 0u);
-  switches = log->take();
+  EXPECT_LE(record->statistics.fallback_steps - fallback_steps, 64u * 50u);
+  EXPECT_EQ(record->statistics.exhausted, 7u);
+  EXPECT_GT(record->statistics.steps, 0u);
+  switches = record->switches.take();
   for (std::size_t k = 1; k < switches.size(); ++k) EXPECT_GE(switches[k].t, switches[k - 1].t) << k;
   // Wheels that turn steadily: interpolated times are exact but for rounding, in fallback steps too.
   std::vector<RollerSwitch> due = exact_switches(wheels, 1);

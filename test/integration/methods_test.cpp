@@ -162,7 +162,7 @@ struct Bisection {
       t += high;
       const int direction = x.phi()[i] > rollers[i] * pitch ? 1 : -1;
       rollers[i] += direction;
-      system.put(i, static_cast<std::int64_t>(rollers[i]));
+      system.modes().set_roller(i, static_cast<std::int64_t>(rollers[i]));
       switches.push_back({t, i, 0, 0, (rollers[i] - 0.5 * direction) * pitch, direction});
     }
   }

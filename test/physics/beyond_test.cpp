@@ -81,7 +81,7 @@ TEST(BeyondModelTest, MeetsRightHandSidesOfAnIndependentProgram) {
     System system(motion.model, motion.torque, x);
     if (golden.contains("wheel")) {
       system.enter_sliding(golden["wheel"].get<int>(), 0, x);
-      EXPECT_NEAR(system.alpha(golden["wheel"].get<int>(), x, 0), golden["alpha"].get<double>(), 1e-11);
+      EXPECT_NEAR(system.sharing(golden["wheel"].get<int>(), x, 0).alpha, golden["alpha"].get<double>(), 1e-11);
     }
     const ExtendedContacts c = system.contacts(x, 0);
     State dxdt;

@@ -267,8 +267,8 @@ TYPED_TEST(SlipModelTest, JacobianKnowsAveragedContacts) {
     for (const double slip_by_nu : kSlipsByNu) {
       SCOPED_TRACE(testing::Message() << "seed " << seed << ", slip / nu = " << slip_by_nu);
       Motion<TypeParam> motion(100 + seed, slip_by_nu);
-      motion.system.average(static_cast<int>(seed % 4));
-      if (seed == 4) motion.system.average(2);
+      motion.system.modes().average(static_cast<int>(seed % 4));
+      if (seed == 4) motion.system.modes().average(2);
       expect_jacobian_of_the_right_hand_side(motion.system, motion.state, motion.kTime, motion.scale());
     }
   }
@@ -279,7 +279,7 @@ TYPED_TEST(SlipModelTest, JacobianKnowsAveragedContacts) {
 template <class Model>
 struct SharedMotion {
   SharedMotion(unsigned seed, double slip_by_nu, int i)
-      : motion(seed, slip_by_nu), state(motion.state), lower(motion.system.roller(i)) {
+      : motion(seed, slip_by_nu), state(motion.state), lower(motion.system.modes().roller(i)) {
     const double slip = motion.slip;
     state.phi()[i] = motion.model.geometry().upper_edge(lower);
     const double Delta_Y = motion.model.geometry().at(Wheels::Constant(kPi / motion.robot.rollers)).Delta_Y[i];
@@ -336,8 +336,8 @@ TYPED_TEST(SlipModelTest, SharedContactIsTheConvexCombinationThatKeepsTheWheelOn
       SharedMotion<TypeParam> shared(500 + seed, slip_by_nu, i);
       State x = shared.state;
       SlipSystem<TypeParam> lower = shared.system(), upper = shared.system(), both = shared.system();
-      lower.put(i, shared.lower);
-      upper.put(i, shared.lower + 1);
+      lower.modes().set_roller(i, shared.lower);
+      upper.modes().set_roller(i, shared.lower + 1);
       const bool attractive = lower.attractive(i, x, t);
       both.enter_sliding(i, shared.lower, x);
       EXPECT_TRUE((x.values == shared.state.values).all());  // there was no momentum to give up
@@ -372,7 +372,7 @@ TYPED_TEST(SlipModelTest, PowerBalanceIsExactWithMixedContacts) {
       SlipSystem<TypeParam> system = shared.system();
       State x = shared.state, dxdt;
       system.enter_sliding(i, shared.lower, x);
-      system.average((i + 1) % kWheels);
+      system.modes().average((i + 1) % kWheels);
       system(x, dxdt, t);
       const RobotParameters& robot = shared.motion.robot;
       const Velocities u = x.velocities();
@@ -380,7 +380,7 @@ TYPED_TEST(SlipModelTest, PowerBalanceIsExactWithMixedContacts) {
       const auto friction_power = [&](const Contacts& c) -> Wheels { return c.F_X * c.V_PX + c.F_Y * c.V_PY; };
       const Contacts c = system.contacts(u, x.phi(), x.pose(), M);
       Wheels friction = friction_power(c);
-      const double edge = kPi / robot.rollers, alpha = system.alpha(i, x, t);
+      const double edge = kPi / robot.rollers, alpha = system.sharing(i, x, t).alpha;
       friction[i] = alpha * friction_power(shared.motion.model.contacts(u, Wheels::Constant(-edge)))[i] +
                     (1 - alpha) * friction_power(shared.motion.model.contacts(u, Wheels::Constant(edge)))[i];
       const Wheels power = M * u.dphi - robot.mu_1 * u.dphi.square() - robot.mu_2 * u.dgamma.square() + friction;
@@ -406,7 +406,7 @@ TYPED_TEST(SlipModelTest, JacobianKnowsSharedBesideAveragedContacts) {
       SharedMotion<TypeParam> shared(700 + seed, slip_by_nu, i);
       SlipSystem<TypeParam> system = shared.system();
       system.enter_sliding(i, shared.lower, shared.state);
-      system.average((i + 1 + static_cast<int>(seed / 4)) % kWheels);
+      system.modes().average((i + 1 + static_cast<int>(seed / 4)) % kWheels);
       expect_jacobian_of_the_right_hand_side(system, shared.state, shared.motion.kTime, shared.motion.slip, i);
     }
   }

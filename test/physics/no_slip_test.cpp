@@ -157,7 +157,8 @@ TEST(NoSlipModel, JacobianIsTheDerivative) {
     state.values.col(0) = random.wheels(-2, 2);
     state.values.col(1).head<3>() = random_vector(random).array();
     const Wheels M = random.wheels(-3, 3), M_rate = random.wheels(-3, 3);
-    Eigen::Matrix<double, State::kSize, State::kSize> J;
+    std::array<double, State::kSize * State::kSize> entries;
+    StateJacobian J(entries.data());
     State dfdt;
     model.jacobian(state, M, M_rate, J, dfdt);
     constexpr double d = 1e-5;

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <boost/math/tools/toms748_solve.hpp>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 
+#include "youbot_base_sim/physics/contact_modes.h"
 #include "youbot_base_sim/physics/state.h"
 
 namespace youbot_base_sim {
@@ -49,7 +51,7 @@ struct HermiteCubic {
   }
 };
 
-/// The event of the integration: a wheel reaches an edge of the roller on which it stands.
+/// A wheel reaches an edge of the roller on which it stands.
 struct EdgeCrossing {
   int wheel = -1;                                       ///< none: -1
   int direction = 0;                                    ///< +1: the upper edge, -1: the lower one
@@ -65,10 +67,9 @@ struct EdgeCrossing {
 };
 
 /// Whether all wheels are further than `margin` (rad) from the edges of their contacts.
-template <class System>
-bool inside_edges(const System& system, const State& x, double margin) {
+inline bool inside_edges(const ContactModes& modes, const State& x, double margin) {
   const Wheels phi = x.phi();
-  return (phi - system.lower_edge()).min(system.upper_edge() - phi).minCoeff() > margin;
+  return (phi - modes.lower_edge()).min(modes.upper_edge() - phi).minCoeff() > margin;
 }
 
 /// Whether no wheel turns back between two states.
@@ -76,15 +77,14 @@ inline bool keep_direction(const State& start, const State& end) { return (start
 
 /// The first crossing in a step of length dt (s) from `start` to `end`, by the cubics through phi and dphi at both
 /// ends. A roller's range contains its lower edge, not its upper one.
-template <class System>
-EdgeCrossing first_crossing(const System& system, const State& start, const State& end, double dt) {
+inline EdgeCrossing first_crossing(const ContactModes& modes, const State& start, const State& end, double dt) {
   EdgeCrossing first;
-  if (inside_edges(system, end, 0) && keep_direction(start, end)) return first;
+  if (inside_edges(modes, end, 0) && keep_direction(start, end)) return first;
   const Wheels phi = end.phi();
   for (int i = 0; i < kWheels; ++i) {
     for (const int direction : {+1, -1}) {
-      const double edge = direction > 0 ? system.upper_edge()[i] : system.lower_edge()[i];
-      if (edge - edge != 0) continue;  // infinite: there is none
+      const double edge = direction > 0 ? modes.upper_edge()[i] : modes.lower_edge()[i];
+      if (!std::isfinite(edge)) continue;
       const HermiteCubic progress{direction * (start.phi()[i] - edge), direction * (phi[i] - edge),
                                   direction * start.dphi()[i] * dt, direction * end.dphi()[i] * dt};
       const bool beyond = direction > 0 ? progress.end >= 0 : progress.end > 0;

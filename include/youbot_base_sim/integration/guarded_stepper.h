@@ -7,12 +7,12 @@
 #include <functional>
 #include <limits>
 #include <optional>
+#include <utility>
 
 #include "youbot_base_sim/integration/integration.h"
-#include "youbot_base_sim/integration/sliding_mode.h"
-#include "youbot_base_sim/integration/statistics.h"
+#include "youbot_base_sim/integration/located_stepper.h"
+#include "youbot_base_sim/integration/motion_record.h"
 #include "youbot_base_sim/integration/stepper_types.h"
-#include "youbot_base_sim/integration/switch_log.h"
 #include "youbot_base_sim/physics/state.h"
 
 namespace youbot_base_sim {
@@ -30,44 +30,38 @@ struct WorkBound {
 /// steps become too short to advance t, fallback steps cover the next millisecond, and twice as long each time this
 /// recurs within kSoon. Switches on the way are announced like all others, with times that are interpolated within the
 /// step.
-template <class Stepper, class Fallback>
+template <class System, class Fallback>
 class GuardedStepper : public ControlledStepperTypes {
  public:
-  /// Records in `switches` and counts in `statistics`, which must outlive it.
-  GuardedStepper(const Stepper& stepper, const Stepper& coarse, const WorkBound& bound, SwitchLog& switches,
-                 IntegrationStatistics& statistics)
-      : fresh_(stepper),
-        coarse_(coarse),
-        stepper_(fresh_),
-        bound_(bound),
-        switches_(&switches),
-        statistics_(&statistics) {}
+  /// Records in `record`, which must outlive it.
+  GuardedStepper(LocatedStepper<System> fine, LocatedStepper<System> coarse, const WorkBound& bound,
+                 MotionRecord& record)
+      : fine_(std::move(fine)), coarse_(std::move(coarse)), bound_(bound), record_(&record) {}
 
-  /// As LocatedStepper's; `dt` is an upper bound. Never fails kMaxFailures times in a row. Throws Stopped if it is to.
-  template <class System>
-  Result try_step(System system_reference, State& x, double& t, double& dt) {
-    if (stop_ && stop_->load(std::memory_order_relaxed)) throw Stopped();
-    auto& system = unwrapped(system_reference);
-    if (t < fallback_end_) return fall_back(system, x, t, dt);
-    if (!(t < window_start_ + kWindow) || t < window_start_) begin_window(system, t);
-    const bool stuck = failures_ >= kMaxFailures || t + stepper_->dt() <= t;
-    if (stuck || system.evaluations() - spent_ > allowed_) {
-      statistics_->exhausted += !eased_;
-      if (stuck || eased_) {
-        begin_fallback(system, t);
-        return fall_back(system, x, t, dt);
+  /// As LocatedStepper's, but it never fails: it tries again itself. Throws Stopped once the stop flag is set.
+  Result try_step(System& system, State& x, double& t, double& dt) {
+    for (int failures = 0;; ++failures) {
+      if (stop_ && stop_->load(std::memory_order_relaxed)) throw Stopped();
+      if (t < fallback_end_) return fall_back(system, x, t, dt);
+      if (!(t < window_start_ + kWindow) || t < window_start_) begin_window(system, t);
+      const bool stuck = failures >= kMaxFailures || t + stepper_->dt() <= t;
+      if (stuck || system.evaluations() - spent_ > allowed_) {
+        record_->statistics.exhausted += !eased_;
+        if (stuck || eased_) {
+          begin_fallback(system, t);
+          continue;
+        }
+        ease(system);
       }
-      ease(system);
+      const double end = dt < stepper_->dt() ? t + dt : std::numeric_limits<double>::infinity();
+      const std::uint64_t before = system.evaluations();
+      double next = dt;
+      if (stepper_->try_step(system, x, t, next) == boost::numeric::odeint::fail) continue;
+      // A step that the caller cut short is free, up to what an ordinary one takes: fallback steps would be no longer.
+      if (t >= end) spent_ += std::min(system.evaluations() - before, kFreeEvaluations);
+      dt = next;
+      return boost::numeric::odeint::success;
     }
-    const double end = dt < stepper_->dt() ? t + dt : std::numeric_limits<double>::infinity();
-    const std::uint64_t before = system.evaluations();
-    const Result result = stepper_->try_step(system_reference, x, t, dt);
-    // A step that the caller cut short is free, up to what an ordinary one takes: fallback steps would be no longer.
-    if (result == boost::numeric::odeint::success && t >= end) {
-      spent_ += std::min(system.evaluations() - before, kFreeEvaluations);
-    }
-    failures_ = result == boost::numeric::odeint::fail ? failures_ + 1 : 0;
-    return result;
   }
 
   /// As Integration's.
@@ -76,20 +70,19 @@ class GuardedStepper : public ControlledStepperTypes {
   /// As LocatedStepper's.
   void torque_jumped() { stepper_->torque_jumped(); }
 
-  /// The stepper whose work is bounded.
-  Stepper& stepper() { return *stepper_; }
+  GuardedStepper(const GuardedStepper&) = delete;
+  GuardedStepper& operator=(const GuardedStepper&) = delete;
 
  private:
   static constexpr double kWindow = 1e-3;      // s
   static constexpr double kEasedShare = 0.8;   // of the bound
   static constexpr double kEasedSpeed = 1e-6;  // m/s
-  static constexpr int kMaxFailures = 400;     // odeint throws after 500
+  static constexpr int kMaxFailures = 400;     // of one step
   static constexpr std::uint64_t kFreeEvaluations = 20;
   static constexpr double kFallbackStep = 2e-5;                     // s
   static constexpr double kMinStretch = 1e-3, kMaxStretch = 64e-3;  // s of fallback steps in a row
   static constexpr double kSoon = 10e-3;                            // s after the last stretch
 
-  template <class System>
   void begin_window(System& system, double t) {
     window_start_ = t;
     spent_ = system.evaluations();
@@ -97,86 +90,77 @@ class GuardedStepper : public ControlledStepperTypes {
     if (eased_) end_easing(system);
   }
 
-  template <class System>
   void ease(System& system) {
     eased_ = system.transition_speed();
     system.set_transition_speed(std::max(*eased_, kEasedSpeed));
     replace_stepper(coarse_);
     allowed_ += static_cast<std::uint64_t>(kEasedShare * static_cast<double>(bound_.max_evaluations));
-    ++statistics_->eased_periods;
+    ++record_->statistics.eased_periods;
   }
 
-  template <class System>
   void end_easing(System& system) {
     system.set_transition_speed(*eased_);
     eased_.reset();
-    replace_stepper(fresh_);
+    replace_stepper(fine_);
   }
 
-  // Keeps the record of chattering wheels.
-  void replace_stepper(const Stepper& stepper) {
-    const SlidingMode sliding_mode = stepper_->sliding_mode();
-    stepper_.emplace(stepper);
-    stepper_->sliding_mode() = sliding_mode;
+  void replace_stepper(LocatedStepper<System>& stepper) {
+    stepper.restart();
+    stepper_ = &stepper;
   }
 
-  template <class System>
   void begin_fallback(System& system, double t) {
     if (eased_) end_easing(system);
     stretch_ = t < fallback_end_ + kSoon ? std::min(2 * stretch_, kMaxStretch) : kMinStretch;
     fallback_end_ = t + stretch_;
-    stepper_.emplace(fresh_);
-    failures_ = 0;
+    stepper_->restart();
+    record_->sliding_mode = {};
     window_start_ = std::numeric_limits<double>::infinity();
   }
 
-  template <class System>
   Result fall_back(System& system, State& x, double& t, double& dt) {
+    ContactModes& modes = system.modes();
     for (int i = 0; i < kWheels; ++i) {
-      if (system.shared(i)) system.put(i, system.roller(i));
+      if (modes.shared(i)) modes.set_roller(i, modes.roller(i));
     }
     const double length = std::min(dt, kFallbackStep);
     const Wheels start = x.phi();
     fallback_.do_step(std::ref(system), x, t, length);
     for (int i = 0; i < kWheels; ++i) {
-      if (!system.averaged(i)) {
-        cross(system, x, t, length, i, start[i]);
-      } else if (system.slow_again(i, x)) {
-        stepper_->record_passed_rollers(system, x, t + length, i);
-        system.put(i, system.roller(i));
+      if (!modes.averaged(i)) {
+        cross(modes, x, t, length, i, start[i]);
+      } else if (modes.below_resolution_limit(i, x) > 0) {
+        record_->record_passed_rollers(modes, i, x, t + length);
+        modes.set_roller(i, modes.roller(i));
       }
     }
     t += length;
-    if (system.watches()) system.watch(x, t, length);
-    ++statistics_->fallback_steps;
+    if (system.reacts()) record_->reactions.watch(system.reactions(x, t), t, length);
+    ++record_->statistics.fallback_steps;
     dt = std::numeric_limits<double>::infinity();
     return boost::numeric::odeint::success;
   }
 
-  // Hands wheel i, whose angle was `start` (rad) at time t, over to the roller that it has come to `length` (s) later.
-  template <class System>
-  void cross(System& system, State& x, double t, double length, int i, double start) {
-    const std::int64_t from = system.roller(i), to = system.model().geometry().roller_at(x.phi()[i]);
+  // Stands wheel i, whose angle was `start` (rad) at time t, on the roller that it has come to `length` (s) later.
+  void cross(ContactModes& modes, State& x, double t, double length, int i, double start) {
+    const std::int64_t from = modes.roller(i), to = modes.roller_at(x.phi()[i]);
     if (from == to) return;
-    const double edge = to > from ? system.upper_edge()[i] : system.lower_edge()[i];
+    const double edge = to > from ? modes.upper_edge()[i] : modes.lower_edge()[i];
     const double moved = x.phi()[i] - start, at = moved == 0 ? 0 : std::clamp((edge - start) / moved, 0.0, 1.0);
-    system.hand_over(i, to, x);
-    const double far_side = to > from ? edge : std::nextafter(edge, -std::numeric_limits<double>::infinity());
-    switches_->record(t + at * length, i, from, to, system.rollers(), far_side);
+    modes.switch_roller(i, to, x);
+    record_->switches.record(modes, i, from, t + at * length, ContactModes::far_side(edge, to > from ? +1 : -1));
   }
 
-  Stepper fresh_, coarse_;          // as they begin
-  std::optional<Stepper> stepper_;  // odeint's implicit steppers can be copied but not assigned
+  LocatedStepper<System> fine_, coarse_;
+  LocatedStepper<System>* stepper_ = &fine_;  // the one at work
   WorkBound bound_;
-  SwitchLog* switches_;
-  IntegrationStatistics* statistics_;
+  MotionRecord* record_;
   Fallback fallback_;
   const std::atomic<bool>* stop_ = nullptr;  // null: never
 
   // The millisecond under way: its start, the evaluations before it and those that it may take.
   double window_start_ = std::numeric_limits<double>::infinity();
   std::uint64_t spent_ = 0, allowed_ = 0;
-  int failures_ = 0;             // in a row
   std::optional<double> eased_;  // the transition speed to return to, m/s, while the coarse stepper is at work
 
   double fallback_end_ = -std::numeric_limits<double>::infinity();

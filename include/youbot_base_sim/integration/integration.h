@@ -10,6 +10,7 @@
 
 #include "youbot_base_sim/integration/statistics.h"
 #include "youbot_base_sim/physics/burden.h"
+#include "youbot_base_sim/physics/contact_modes.h"
 #include "youbot_base_sim/physics/contacts.h"
 #include "youbot_base_sim/physics/reactions.h"
 #include "youbot_base_sim/physics/roller_switch.h"
@@ -21,6 +22,13 @@ namespace youbot_base_sim {
 class Stopped : public std::exception {
  public:
   const char* what() const noexcept override { return "stopped"; }
+};
+
+/// What an integration knows of its motion besides the state.
+struct MotionSoFar {
+  std::optional<ContactModes> contacts;  ///< none in model 1
+  IntegrationStatistics statistics;
+  std::vector<RollerSwitch> switches;  ///< that were not taken
 };
 
 /// The motion of one model from one state on, by one method. Selected once when the simulation is built, so that the
@@ -50,12 +58,12 @@ class Integration {
   virtual void torque_jumped() = 0;
 
   /// Lets the base carry these loads and feel these wrenches from now on. Its velocities stay, or, for loads that are
-  /// put on at rest, its momentum; the change of kinetic energy counts as work. Does nothing for an integration that
-  /// was made without what is beyond the paper.
+  /// put on at rest, its momentum; the change of kinetic energy counts as work. Throws std::logic_error for the
+  /// paper's models, which know neither.
   virtual void set_burden(State& x, const Burden& burden, bool keep_momentum) = 0;
 
-  /// Takes over what `before` has counted and logged, and the angles of its rollers, to go on from where it is.
-  virtual void adopt(Integration& before) = 0;
+  /// Ends this integration, for another one to continue the motion.
+  virtual MotionSoFar leave() = 0;
 
   /// What became of the normal reactions; empty where they are static.
   virtual std::optional<ReactionRecord> reaction_record() const = 0;

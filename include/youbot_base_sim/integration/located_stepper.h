@@ -2,88 +2,82 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
-#include <functional>
 #include <limits>
+#include <memory>
+#include <tuple>
+#include <utility>
 
-#include "youbot_base_sim/integration/edge_crossing.h"
-#include "youbot_base_sim/integration/sliding_mode.h"
-#include "youbot_base_sim/integration/statistics.h"
+#include "youbot_base_sim/integration/events.h"
+#include "youbot_base_sim/integration/motion_record.h"
+#include "youbot_base_sim/integration/smooth_stepper.h"
 #include "youbot_base_sim/integration/stepper_types.h"
-#include "youbot_base_sim/integration/switch_log.h"
 #include "youbot_base_sim/integration/tolerance.h"
 
 namespace youbot_base_sim {
 
-/// Steps that end where a wheel reaches the edge of its roller: a Controlled Stepper of odeint, around any other one
-/// that has try_step(system, in, t, out, dt) and reset().
+/// Steps that end where an event happens: a Controlled Stepper of odeint around a SmoothStepper.
 ///
 /// A switch is located to 1e-12 s, or to the resolution of phi for a wheel that hardly turns, by Newton's method on the
 /// length of the step: each try is a whole step of the inner stepper from the same start. The wheel then stands on the
 /// far side of the edge, and the step after it starts afresh. A wheel exactly on an edge stands on the roller that
 /// (2.1) names, unless its motion leaves that roller at once; a wheel that touches the edge and turns back does not
-/// switch.
+/// switch. Other events are located by bisection.
 ///
 /// `dt` of try_step is an upper bound: how long a step is worth trying is remembered here, so that odeint may clip the
 /// bound at the end of a control period without any loss. After success dt is infinite, and odeint clips it again.
-template <class Stepper>
+template <class System>
 class LocatedStepper : public ControlledStepperTypes {
  public:
-  /// Records in `switches` and counts in `statistics`, which must outlive it.
-  LocatedStepper(Stepper stepper, const Tolerance& tolerance, SwitchLog& switches, IntegrationStatistics& statistics)
-      : stepper_(std::move(stepper)), tolerance_(tolerance), switches_(&switches), statistics_(&statistics) {}
+  /// Records in `record`, which must outlive it.
+  LocatedStepper(std::unique_ptr<SmoothStepper<System>> stepper, const Tolerance& tolerance, MotionRecord& record)
+      : stepper_(std::move(stepper)),
+        tolerance_(tolerance),
+        record_(&record),
+        events_(EdgeReached(tolerance, record), SharingEnds(record), AveragingEnds(record), TippingReached(record)) {}
 
-  /// Tries a step of at most dt (s) from x at time t, to the first edge that is reached. `system` is a SlipSystem or
-  /// another one with edges, by std::ref; its contacts change with the state.
-  template <class System>
-  Result try_step(System system_reference, State& x, double& t, double& dt) {
-    auto& system = unwrapped(system_reference);
-    if (!settled_) settle(system, x, t);
-    const double bound = std::min(dt, system.max_step(x));
+  /// Tries a step of at most dt (s) from x at time t, to the first event. On failure x and t stay as they are, and dt
+  /// becomes less. The contacts of `system` change with the state.
+  Result try_step(System& system, State& x, double& t, double& dt) {
+    const State& start = settled_start(system, x, t);
+    const double bound = std::min(dt, system.max_step(start));
     // A step that would leave a sliver goes to the end.
-    double length = dt_ < kSliver * bound ? dt_ : bound;
-    if (!try_length(system, x, t, length)) {
-      ++statistics_->rejected_steps;
+    const double length = dt_ < kSliver * bound ? dt_ : bound;
+    if (!try_length(system, start, t, length)) {
+      ++record_->statistics.rejected_steps;
       dt_ = next_dt_;
+      dt = kRoom * dt_;
       return boost::numeric::odeint::fail;
     }
     remember(length);
-    length_ = length;
-    beyond_ = 0;
-    if (EdgeCrossing crossing = first_crossing(system, x, end_, length)) locate(system, x, t, crossing);
-    if (system.shares() || system.averages()) end_where_contact_ends(system, x, t);
-    if (system.ends_tipping()) end_where_base_tips(system, x, t);
-    const double start = t;
-    t = length_ == bound ? t + bound : t + length_ + beyond_;
-    x = end_;
-    if (beyond_ != 0) x.values += beyond_ * secant();
-    ++statistics_->steps;
+    residual_dt_ = 0;
+    std::apply([&](const auto&... event) { (end_at(event, system, start, t), ...); }, events_);
+    const double t_start = t;
+    t = now_.length == bound ? t + bound : t + now_.length + residual_dt_;
+    x = now_.end;
+    if (residual_dt_ != 0) x.values += residual_dt_ * secant();
+    starts_elsewhere_ = false;
+    ++record_->statistics.steps;
     if (afresh_) dt_after_switch_ = std::max(kFirstStep, 0.5 * dt_);
     afresh_ = false;
     settle(system, x, t);
-    if (system.watches()) system.watch(x, t, t - start);
+    if (system.reacts()) record_->reactions.watch(system.reactions(x, t), t, t - t_start);
     dt = std::numeric_limits<double>::infinity();
     return boost::numeric::odeint::success;
   }
 
   /// The torque jumps here: the next step is as long as was good after the last jump.
   void torque_jumped() {
-    stepper_.reset();
+    stepper_->reset();
     dt_ = std::min(dt_, dt_after_jump_);
     after_jump_ = true;
-    settled_ = false;
+    settled_ = starts_elsewhere_ = false;
   }
 
-  /// Announces the rollers that wheel i, whose contact is averaged, has passed since it was last asked, in one record.
-  template <class System>
-  void record_passed_rollers(System& system, const State& x, double t, int i) {
-    const std::int64_t from = system.roller(i);
-    system.follow(i, x);
-    announce(system, t, i, from, x);
+  /// Forgets all steps so far.
+  void restart() {
+    stepper_->restart();
+    *this = LocatedStepper(std::move(stepper_), tolerance_, *record_);
   }
-
-  /// Which wheels chatter.
-  SlidingMode& sliding_mode() { return sliding_mode_; }
 
   /// Length of the step that is tried next, s.
   double dt() const { return dt_; }
@@ -91,33 +85,45 @@ class LocatedStepper : public ControlledStepperTypes {
  private:
   static constexpr double kFirstStep = 1e-6;  // s
   static constexpr double kSliver = 0.99;
+  // After failure `dt` is by this much longer than what is tried next, so that it does not cut that.
+  static constexpr double kRoom = 1.02;
   // A rejected step after a jump now and then costs less than short ones after all jumps.
   static constexpr double kDaring = 1.6;
-  static constexpr double kShrinkage = 0.2;            // of a step whose end is not finite
-  static constexpr double kReleaseResolution = 1e-6;   // of the step
-  static constexpr double kTippingResolution = 1e-10;  // s
-  static constexpr double kFirstOrder = 1e-6;          // of a step: what has a negligible square
-  static constexpr double kTimeResolution = 1e-13;     // s; the promised 1e-12 with room for what sums
+  static constexpr double kShrinkage = 0.2;    // of a step whose end is not finite
+  static constexpr double kFirstOrder = 1e-6;  // of a step: what has a negligible square
   // Further from an edge than any resolution, rad: a quick look suffices.
   static constexpr double kNear = 1e-6;
-  static constexpr int kMaxTries = 100, kMaxHalvings = 40;
+  static constexpr int kMaxTries = 100;
 
-  // Distance from an edge (rad) below which a wheel stands on it.
-  static double resolution(double edge, double dphi) {
-    return std::max(kTimeResolution * std::abs(dphi),
-                    4 * std::numeric_limits<double>::epsilon() * std::max(1.0, std::abs(edge)));
+  struct Try {
+    State end;
+    double length = 0;  // s
+  };
+
+  // Where the step starts: at x, or where the effects of events put it that happen there.
+  const State& settled_start(System& system, const State& x, double t) {
+    if (settled_ && !starts_elsewhere_) return x;
+    if (!settled_ || t != t_ || (x.values != x_.values).any()) {
+      x_ = start_ = x;
+      t_ = t;
+      settle(system, start_, t);
+      starts_elsewhere_ = true;
+    }
+    return start_;
   }
 
-  // Tries a step of this length; its end is in end_, the length to try next in next_dt_.
-  template <class System>
-  bool try_length(System& system, const State& x, double t, double length) {
+  // Tries a step of this length; its end is in now_, the length to try next in next_dt_.
+  bool try_length(System& system, const State& start, double t, double length) {
     next_dt_ = length;
-    const Result result = stepper_.try_step(std::ref(system), x, t, end_, next_dt_);
+    const Result result = stepper_->try_step(system, start, t, now_.end, next_dt_);
     if (result == boost::numeric::odeint::fail) return false;
     // odeint's step size control accepts a step whose error is NaN.
-    if ((0 * end_.values).sum() == 0) return true;  // all of it is finite
-    next_dt_ = kShrinkage * length;
-    return false;
+    if (!now_.end.values.allFinite()) {
+      next_dt_ = kShrinkage * length;
+      return false;
+    }
+    now_.length = length;
+    return true;
   }
 
   void remember(double length) {
@@ -128,218 +134,116 @@ class LocatedStepper : public ControlledStepperTypes {
     if (length < wanted) dt_ = std::max(dt_, wanted);  // the bound cut it short, not its error
   }
 
-  // Shortens the step so that it ends on the edge that is reached first: Newton's method on its length, kept in the
-  // bracket that is known. A remainder, beyond_, whose square is negligible is covered by extrapolation instead of
-  // another try.
-  template <class System>
-  void locate(System& system, const State& x, double t, EdgeCrossing crossing) {
-    double low = 0, high = length_, length = crossing.dt;
+  // Shortens the step so that it ends at the event, if that happens within it.
+  template <class Event>
+  void end_at(const Event& event, System& system, const State& start, double t) {
+    for (int i = 0; i < Event::kConditions; ++i) {
+      if (const auto found = event.find(system, Step{start, t, now_.end, now_.length}, i)) {
+        locate(event, system, start, t, i, found);
+      }
+    }
+  }
+
+  // Shortens the step by Newton's method on its length, kept in the bracket that is known, or by bisection where the
+  // speed is not. A remainder, residual_dt_, whose square is negligible is covered by extrapolation instead of another
+  // try.
+  template <class Event, class Crossing>
+  void locate(const Event& event, System& system, const State& start, double t, int i, Crossing crossing) {
+    double low = 0, high = now_.length, length = crossing.dt;
+    Try past_event = now_;
+    residual_dt_ = 0;
     for (int tries = 0; tries < kMaxTries; ++tries) {
       if (!(length > low && length < high)) length = 0.5 * (low + high);
-      other_end_ = end_;
-      other_length_ = length_;
-      ++statistics_->location_steps;
-      if (!try_length(system, x, t, length)) {
-        end_ = other_end_;
+      before_ = now_;
+      ++record_->statistics.location_steps;
+      if (!try_length(system, start, t, length)) {
+        now_ = before_;
         high = length;
         continue;
       }
-      length_ = length;
-      const EdgeCrossing other = first_crossing(system, x, end_, length);
-      if (other && other.wheel != crossing.wheel && other.past(end_) > resolution(other)) {
+      const Crossing other = event.find(system, Step{start, t, now_.end, length}, i);
+      if (other && other.wheel != crossing.wheel && is_past(event.witness(system, other, now_.end, t + length))) {
         crossing = other;
         high = length;
         length = crossing.dt;
         continue;
       }
-      const double past = crossing.past(end_), speed = crossing.speed(end_);
-      if (std::abs(past) <= resolution(crossing)) return;
-      (past > 0 ? high : low) = length;
-      if (high - low <= std::numeric_limits<double>::epsilon() * high) return;
-      beyond_ = -past / speed;
-      if (speed > 0 && may_go_on(system, crossing)) return;
-      beyond_ = 0;
-      length = speed > 0 ? length - past / speed : low;  // low: bisect
+      const Witness witness = event.witness(system, crossing, now_.end, t + length);
+      if (std::abs(witness.past) <= witness.resolution) return;
+      (witness.past > 0 ? high : low) = length;
+      if (Event::kEndsPast && witness.past > 0) past_event = now_;
+      if (high - low <= event.width(high)) break;
+      if (witness.speed > 0) {
+        residual_dt_ = -witness.past / witness.speed;
+        if (can_extrapolate(system.modes(), crossing.wheel, witness.resolution)) return;
+        residual_dt_ = 0;
+      }
+      length = witness.speed > 0 ? length - witness.past / witness.speed : low;  // low: bisect
     }
+    if (Event::kEndsPast && !try_length(system, start, t, high)) now_ = past_event;
   }
 
-  double resolution(const EdgeCrossing& crossing) const { return resolution(crossing.edge, crossing.speed(end_)); }
+  static bool is_past(const Witness& witness) { return witness.past > witness.resolution; }
 
   // Slope of the state at the end of the step, by the last two tries.
-  State::Values secant() const { return (end_.values - other_end_.values) / (length_ - other_length_); }
+  State::Values secant() const { return (now_.end.values - before_.end.values) / (now_.length - before_.length); }
 
-  // Whether the end of the step, which is `beyond_` (s) off the edge, may be moved there to first order: the secant's
-  // slope is that of the middle between the two tries.
-  template <class System>
-  bool may_go_on(const System& system, const EdgeCrossing& crossing) const {
-    const Wheels phi = end_.phi() + beyond_ * end_.dphi();
-    const double off = std::abs(beyond_) + std::abs(length_ - other_length_);
+  // Whether the end of the step, at which `wheel` is residual_dt_ (s) off the edge, may be moved there to first order:
+  // the secant's slope is that of the middle between the two tries.
+  bool can_extrapolate(const ContactModes& modes, int wheel, double resolution) const {
+    const Wheels phi = now_.end.phi() + residual_dt_ * now_.end.dphi();
+    const double off = std::abs(residual_dt_) + std::abs(now_.length - before_.length);
     const double acceleration = secant().col(3).abs().maxCoeff();
-    if (!(std::abs(beyond_) < kFirstOrder * length_ && std::abs(beyond_) * off * acceleration < resolution(crossing))) {
+    if (!(std::abs(residual_dt_) < kFirstOrder * now_.length &&
+          std::abs(residual_dt_) * off * acceleration < resolution)) {
       return false;
     }
     for (int k = 0; k < kWheels; ++k) {
-      if (k != crossing.wheel && !(phi[k] > system.lower_edge()[k] && phi[k] < system.upper_edge()[k])) return false;
+      if (k != wheel && !(phi[k] > modes.lower_edge()[k] && phi[k] < modes.upper_edge()[k])) return false;
     }
     return true;
   }
 
-  // Shortens the step so that a wheel is just released from sliding mode, or just slow enough for its switches to be
-  // located again. Forces are continuous there, or nearly so: the time need not be exact.
-  template <class System>
-  void end_where_contact_ends(System& system, const State& x, double t) {
-    for (int i = 0; i < kWheels; ++i) {
-      if (!contact_ends(system, i, end_, t + length_)) continue;
-      double low = 0, high = length_;
-      State ended = end_;
-      for (int halving = 0; halving < kMaxHalvings && high - low > kReleaseResolution * high; ++halving) {
-        const double middle = 0.5 * (low + high);
-        if (!try_length(system, x, t, middle)) break;
-        ++statistics_->location_steps;
-        const bool ends = contact_ends(system, i, end_, t + middle);
-        (ends ? high : low) = middle;
-        if (ends) ended = end_;
-      }
-      length_ = high;
-      beyond_ = 0;
-      if (!try_length(system, x, t, high)) end_ = ended;
-    }
-  }
-
-  // Shortens the step so that the base has just reached its tipping limit.
-  template <class System>
-  void end_where_base_tips(System& system, const State& x, double t) {
-    if (!system.tips(end_, t + length_) || system.tips(x, t)) return;
-    double low = 0, high = length_;
-    State tipped = end_;
-    for (int halving = 0; halving < kMaxHalvings && high - low > kTippingResolution; ++halving) {
-      const double middle = 0.5 * (low + high);
-      ++statistics_->location_steps;
-      if (!try_length(system, x, t, middle)) break;
-      const bool tips = system.tips(end_, t + middle);
-      (tips ? high : low) = middle;
-      if (tips) tipped = end_;
-    }
-    length_ = high;
-    beyond_ = 0;
-    if (!try_length(system, x, t, high)) end_ = tipped;
-  }
-
-  template <class System>
-  static bool contact_ends(const System& system, int i, const State& x, double t) {
-    if (system.averaged(i)) return system.slow_again(i, x);
-    return system.shared(i) && SlidingMode::excess(system, i, x, t) > 0;
-  }
-
-  // The effects of where the wheels now are: hands over those that stand on an edge and move across it, or puts them in
-  // sliding mode, or averages their contacts; releases from sliding mode those that one roller carries alone.
-  template <class System>
+  // The effects of events where the wheels now are: for each wheel, those of the event that concerns its contact.
   void settle(System& system, State& x, double t) {
     settled_ = true;
-    if (inside_edges(system, x, kNear) && !system.shares() && !system.averages()) return;
+    const ContactModes& modes = system.modes();
+    if (inside_edges(modes, x, kNear) && !modes.mixed()) return;
     for (int i = 0; i < kWheels; ++i) {
-      if (system.averaged(i)) {
-        if (system.slow_again(i, x)) resolve(system, x, t, i);
-      } else if (system.shared(i)) {
-        release(system, x, t, i);
-      } else {
-        cross(system, x, t, i);
-      }
+      std::apply([&](auto&... event) { (void)(... || settle(event, system, x, t, i)); }, events_);
     }
   }
 
-  template <class System>
-  void cross(System& system, State& x, double t, int i) {
-    const double phi = x.phi()[i];
-    int direction = 0;
-    if (phi >= system.upper_edge()[i] - resolution(phi, x.dphi()[i])) direction = +1;
-    if (phi <= system.lower_edge()[i] + resolution(phi, x.dphi()[i])) direction = -1;
-    if (direction == 0) return;
-    const std::int64_t from = system.roller(i);
-    if (!moves(system, x, t, i, direction)) {
-      keep_inside(system, x, i);
-    } else if (sliding_mode_.enters(system, x, t, i, direction, error_scale(tolerance_, x.velocities()).v[0])) {
-      ++statistics_->shared_contacts;
-      system.enter_sliding(i, direction > 0 ? from : from - 1, x);
-      start_afresh();
-    } else {
-      const double edge = direction > 0 ? system.upper_edge()[i] : system.lower_edge()[i];
-      system.hand_over(i, from + direction, x);
-      x.phi()[i] = direction > 0 ? edge : std::nextafter(edge, -std::numeric_limits<double>::infinity());
-      announce(system, t, i, from, x);
-      if (system.too_fast(i, x)) {
-        system.average(i);
-        ++statistics_->averaged_contacts;
-      }
-      start_afresh();
+  template <class Event>
+  bool settle(Event& event, System& system, State& x, double t, int i) {
+    if (!event.concerns(system.modes(), i)) return false;
+    if (event.apply(system, x, t, i)) {
+      stepper_->reset();
+      dt_ = dt_after_switch_;
+      afresh_ = true;
     }
+    return true;
   }
 
-  // Whether wheel i, on an edge, turns in `direction`, or is about to.
-  template <class System>
-  static bool moves(const System& system, const State& x, double t, int i, int direction) {
-    if (x.dphi()[i] != 0) return direction * x.dphi()[i] > 0;
-    State dxdt;
-    system(x, dxdt, t);
-    return direction * dxdt.dphi()[i] > 0;
-  }
-
-  template <class System>
-  void release(System& system, State& x, double t, int i) {
-    const double alpha = system.alpha(i, x, t);
-    if (alpha >= 0 && alpha <= 1) return;
-    const std::int64_t from = system.roller(i), to = system.lower_roller(i) + (alpha > 1 ? 1 : 0);
-    if (to != from) {
-      system.hand_over(i, to, x);
-    } else {
-      system.put(i, to);
-    }
-    keep_inside(system, x, i);
-    announce(system, t, i, from, x);  // nothing, if it stays on the roller that it reached last
-    sliding_mode_.left(i);
-    start_afresh();
-  }
-
-  template <class System>
-  void resolve(System& system, State& x, double t, int i) {
-    record_passed_rollers(system, x, t, i);
-    system.put(i, system.roller(i));
-    start_afresh();
-  }
-
-  void start_afresh() {
-    stepper_.reset();
-    dt_ = dt_after_switch_;
-    afresh_ = true;
-  }
-
-  template <class System>
-  void announce(const System& system, double t, int i, std::int64_t from, const State& x) {
-    switches_->record(t, i, from, system.roller(i), system.rollers(), x.phi()[i]);
-  }
-
-  template <class System>
-  static void keep_inside(const System& system, State& x, int i) {
-    const double below = std::nextafter(system.upper_edge()[i], -std::numeric_limits<double>::infinity());
-    x.phi()[i] = std::min(std::max(x.phi()[i], system.lower_edge()[i]), below);
-  }
-
-  Stepper stepper_;
+  std::unique_ptr<SmoothStepper<System>> stepper_;
   Tolerance tolerance_;
-  SwitchLog* switches_;
-  IntegrationStatistics* statistics_;
-  SlidingMode sliding_mode_;
+  MotionRecord* record_;
+  std::tuple<EdgeReached, SharingEnds, AveragingEnds, TippingReached> events_;
 
-  // The step under way: its end and length; those of the try before; what is left to the edge, s.
-  State end_, other_end_;
-  double length_ = 0, other_length_ = 0, beyond_ = 0;
+  // The step under way, and the try before; what is left to the event, s.
+  Try now_, before_;
+  double residual_dt_ = 0;
   double next_dt_ = 0;
 
   // Lengths that are worth trying: now, after a switch, after a jump of the torque, s.
   double dt_ = kFirstStep, dt_after_switch_ = kFirstStep;
   double dt_after_jump_ = std::numeric_limits<double>::infinity();
   bool afresh_ = false, after_jump_ = false;
-  bool settled_ = false;
+
+  // Where the effects of events have put a start that is not the last step's end: start_ for x_ at time t_.
+  bool settled_ = false, starts_elsewhere_ = false;
+  State x_, start_;
+  double t_ = 0;
 };
 
 }  // namespace youbot_base_sim

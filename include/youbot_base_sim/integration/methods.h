@@ -48,11 +48,12 @@ std::string advice(const RobotParameters& robot, const FloorParameters& floor, M
 std::string refusal(const Method& method, const RobotParameters& robot, Model model);
 
 /// Integrates `model` from `start` at t = 0 by the method of that name, which must exist and not be refused. `torque`
-/// must outlive the result. Model 1 is not stiff and has no switches: it goes by dopri5 whatever the method. `beyond`
+/// must outlive the result. Model 1 is not stiff and has no switches: it goes by dopri5 whatever the method. `extended`
 /// selects equations that know what is beyond the paper; without it those parameters have no effect on models 2a and
-/// 2b.
+/// 2b. The motion continues that of another integration which ended at `start`, if `before` is given.
 std::unique_ptr<Integration> make_integration(Model model, const RobotParameters& robot, const FloorParameters& floor,
                                               const State& start, const TorqueProfile& torque,
-                                              const IntegrationSettings& settings, bool beyond = false);
+                                              const IntegrationSettings& settings, bool extended = false,
+                                              const MotionSoFar* before = nullptr);
 
 }  // namespace youbot_base_sim

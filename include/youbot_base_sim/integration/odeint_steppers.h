@@ -7,29 +7,19 @@
 #include <boost/numeric/odeint/stepper/implicit_euler.hpp>
 #include <boost/numeric/odeint/stepper/rosenbrock4.hpp>
 #include <boost/numeric/odeint/stepper/rosenbrock4_controller.hpp>
+#include <cmath>
 #include <functional>
 #include <limits>
 #include <type_traits>
 #include <utility>
 
+#include "youbot_base_sim/integration/smooth_stepper.h"
+#include "youbot_base_sim/integration/state_range.h"
 #include "youbot_base_sim/integration/statistics.h"
-#include "youbot_base_sim/integration/stepper_types.h"
 #include "youbot_base_sim/integration/tolerance.h"
 #include "youbot_base_sim/physics/state.h"
 
-// odeint's own steppers, made to fit LocatedStepper: try_step(system, in, t, out, dt), which may repeat a step with
-// another length, and reset().
-
-namespace boost::numeric::odeint {
-
-/// A State is a range of 24 numbers that never changes its size: odeint's range_algebra works on it in place.
-template <>
-struct is_resizeable<youbot_base_sim::State> : boost::false_type {
-  using type = boost::false_type;
-  static const bool value = false;
-};
-
-}  // namespace boost::numeric::odeint
+// odeint's own steppers as SmoothSteppers.
 
 namespace youbot_base_sim {
 
@@ -49,23 +39,20 @@ class VelocityErrorChecker {
 
 /// An explicit Runge-Kutta method of odeint with its step size control.
 template <class ErrorStepper>
-class ControlledRungeKutta {
+class ControlledRungeKutta final : public GeneralMethod {
  public:
   explicit ControlledRungeKutta(const Tolerance& tolerance) : controlled_(VelocityErrorChecker(tolerance)) {}
 
-  template <class System>
-  boost::numeric::odeint::controlled_step_result try_step(System system, const State& in, double& t, State& out,
-                                                          double& dt) {
-    auto& right_hand_side = unwrapped(system);
+  Result try_step(const SmoothSystem& system, const State& in, double& t, State& out, double& dt) override {
     if (!known_ || t != t_ || (in.values != x_.values).any()) {
-      right_hand_side(in, dxdt_, t);
+      system(in, dxdt_, t);
       known_ = true;
       t_ = t;
       x_ = in;
     }
     if constexpr (std::is_same_v<typename ErrorStepper::stepper_category,
                                  boost::numeric::odeint::explicit_error_stepper_fsal_tag>) {
-      const auto result = controlled_.try_step(system, in, dxdt_, t, out, end_dxdt_, dt);
+      const auto result = controlled_.try_step(std::ref(system), in, dxdt_, t, out, end_dxdt_, dt);
       if (result == boost::numeric::odeint::success) {  // the last stage is the next step's first
         x_ = out;
         t_ = t;
@@ -73,11 +60,11 @@ class ControlledRungeKutta {
       }
       return result;
     } else {
-      return controlled_.try_step(system, in, dxdt_, t, out, dt);
+      return controlled_.try_step(std::ref(system), in, dxdt_, t, out, dt);
     }
   }
 
-  void reset() { known_ = false; }
+  void reset() override { known_ = false; }
 
  private:
   boost::numeric::odeint::controlled_runge_kutta<ErrorStepper, VelocityErrorChecker> controlled_;
@@ -87,16 +74,14 @@ class ControlledRungeKutta {
 };
 
 /// odeint's Bulirsch-Stoer method.
-class BulirschStoer {
+class BulirschStoer final : public GeneralMethod {
  public:
   explicit BulirschStoer(const Tolerance& tolerance) : stepper_(tolerance.absolute, tolerance.relative) {}
 
-  template <class System>
-  boost::numeric::odeint::controlled_step_result try_step(System system, const State& in, double& t, State& out,
-                                                          double& dt) {
-    return stepper_.try_step(system, in, t, out, dt);
+  Result try_step(const SmoothSystem& system, const State& in, double& t, State& out, double& dt) override {
+    return stepper_.try_step(std::ref(system), in, t, out, dt);
   }
-  void reset() { stepper_.reset(); }
+  void reset() override { stepper_.reset(); }
 
  private:
   boost::numeric::odeint::bulirsch_stoer<State> stepper_;
@@ -111,16 +96,15 @@ using ShippedRosenbrock4 = boost::numeric::odeint::default_rosenbrock_coefficien
 
 /// A System as the pair of functions on uBLAS vectors that odeint's implicit steppers ask for. Wheel angles count from
 /// the middle of the roller, so that a relative tolerance does not loosen as the wheels turn.
-template <class System>
 class UblasSystem {
  public:
   using Vector = boost::numeric::ublas::vector<double>;
   using Matrix = boost::numeric::ublas::matrix<double>;
 
-  UblasSystem(const System& system, const State& x, IntegrationStatistics& statistics)
+  UblasSystem(const SmoothSystem& system, const State& x, IntegrationStatistics& statistics)
       : system_(&system), statistics_(&statistics) {
-    const Wheels middle = 0.5 * (system.lower_edge() + system.upper_edge());
-    for (int i = 0; i < kWheels; ++i) origin_[i] = middle[i] - middle[i] == 0 ? middle[i] : x.phi()[i];
+    const Wheels middle = system.middle();
+    for (int i = 0; i < kWheels; ++i) origin_[i] = std::isfinite(middle[i]) ? middle[i] : x.phi()[i];
   }
 
   void put(const State& x, Vector& y) const {
@@ -142,7 +126,8 @@ class UblasSystem {
   }
   void jacobian(const Vector& y, Matrix& J, double t, Vector& dfdt) const {
     State rate;
-    system_->jacobian(state(y), J, t, rate);
+    StateJacobian by_row(&J(0, 0));  // uBLAS keeps rows one after another, as this does
+    system_->jacobian(state(y), by_row, t, rate);
     std::copy(rate.begin(), rate.end(), dfdt.begin());
     ++statistics_->factorizations;
   }
@@ -162,28 +147,26 @@ class UblasSystem {
   std::pair<Derivative, Jacobian> pair() const { return {{this}, {this}}; }
 
  private:
-  const System* system_;
+  const SmoothSystem* system_;
   IntegrationStatistics* statistics_;
   Wheels origin_;
 };
 
 /// odeint's rosenbrock4 under its rosenbrock4_controller.
 template <class Coefficients>
-class Rosenbrock4 {
+class Rosenbrock4 final : public GeneralMethod {
  public:
   Rosenbrock4(const Tolerance& tolerance, IntegrationStatistics& statistics)
       : statistics_(&statistics), controller_(tolerance), y_(State().values.size()), y_end_(y_.size()) {}
 
-  template <class System>
-  boost::numeric::odeint::controlled_step_result try_step(System system, const State& in, double& t, State& out,
-                                                          double& dt) {
-    const UblasSystem ublas(unwrapped(system), in, *statistics_);
+  Result try_step(const SmoothSystem& system, const State& in, double& t, State& out, double& dt) override {
+    const UblasSystem ublas(system, in, *statistics_);
     ublas.put(in, y_);
     const auto result = controller_.try_step(ublas.pair(), y_, t, y_end_, dt);
     if (result == boost::numeric::odeint::success) out = ublas.state(y_end_);
     return result;
   }
-  void reset() { controller_.reset(); }
+  void reset() override { controller_.reset(); }
 
  private:
   using Stepper = boost::numeric::odeint::rosenbrock4<double, Coefficients>;
@@ -205,13 +188,11 @@ class Rosenbrock4 {
 /// A method of odeint without step size control, with steps of one length at most. Method: step(system, in, t, out,
 /// dt).
 template <class Method>
-class FixedStep {
+class FixedStep final : public GeneralMethod {
  public:
   FixedStep(double step, IntegrationStatistics& statistics) : step_(step), method_(statistics) {}
 
-  template <class System>
-  boost::numeric::odeint::controlled_step_result try_step(System system, const State& in, double& t, State& out,
-                                                          double& dt) {
+  Result try_step(const SmoothSystem& system, const State& in, double& t, State& out, double& dt) override {
     const double length = dt;
     dt = step_;
     if (length > kSliver * step_) return boost::numeric::odeint::fail;
@@ -219,7 +200,7 @@ class FixedStep {
     t += length;
     return boost::numeric::odeint::success;
   }
-  void reset() {}
+  void reset() override {}
 
  private:
   static constexpr double kSliver = 1.02;  // a step may be this much longer, to end where it must
@@ -233,9 +214,8 @@ template <class Stepper>
 class ExplicitStep {
  public:
   explicit ExplicitStep(IntegrationStatistics&) {}
-  template <class System>
-  void step(System system, const State& in, double t, State& out, double dt) {
-    stepper_.do_step(system, in, t, out, dt);
+  void step(const SmoothSystem& system, const State& in, double t, State& out, double dt) {
+    stepper_.do_step(std::ref(system), in, t, out, dt);
   }
 
  private:
@@ -247,9 +227,8 @@ class ExplicitStep {
 class ImplicitEulerStep {
  public:
   explicit ImplicitEulerStep(IntegrationStatistics& statistics) : statistics_(&statistics), y_(State().values.size()) {}
-  template <class System>
-  void step(System system, const State& in, double t, State& out, double dt) {
-    const UblasSystem ublas(unwrapped(system), in, *statistics_);
+  void step(const SmoothSystem& system, const State& in, double t, State& out, double dt) {
+    const UblasSystem ublas(system, in, *statistics_);
     ublas.put(in, y_);
     stepper_.do_step(ublas.pair(), y_, t, dt);
     out = ublas.state(y_);

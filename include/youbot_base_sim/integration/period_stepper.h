@@ -20,8 +20,7 @@ class PeriodStepper : public ControlledStepperTypes {
     const double start = t * period_, bound = dt * period_;
     double time = start, next = bound;
     const auto result = stepper_->try_step(system, x, time, next);
-    if (result == boost::numeric::odeint::fail) return result;
-    t = time == start + bound ? t + dt : t + (time - start) / period_;
+    if (time != start) t = time == start + bound ? t + dt : t + (time - start) / period_;
     dt = next / period_;
     return result;
   }

@@ -11,6 +11,7 @@
 #include "youbot_base_sim/integration/radau_tableau.h"
 #include "youbot_base_sim/integration/reacting_stages.h"
 #include "youbot_base_sim/integration/slip_system.h"
+#include "youbot_base_sim/integration/smooth_stepper.h"
 #include "youbot_base_sim/integration/statistics.h"
 #include "youbot_base_sim/integration/step_size_controller.h"
 #include "youbot_base_sim/integration/stepper_types.h"
@@ -36,8 +37,10 @@ namespace youbot_base_sim {
 ///
 /// The functions that do the work are marked `flatten`: all that they call is small and best inlined.
 template <class Model>
-class Radau : public ControlledStepperTypes {
+class Radau final : public ControlledStepperTypes, public SmoothStepper<SlipSystem<Model>> {
  public:
+  using Result = ControlledStepperTypes::Result;
+
   /// Counts its iterations in `statistics`, which must outlive it.
   Radau(const Tolerance& tolerance, IntegrationStatistics& statistics)
       : tolerance_(tolerance), statistics_(&statistics) {}
@@ -45,17 +48,12 @@ class Radau : public ControlledStepperTypes {
   /// Tries a step of length dt (s) from x at time t. On success x and t are those of its end, and dt is the length
   /// recommended for the next step; on failure only dt changes, to one that is worth trying. `system` is a SlipSystem,
   /// by std::ref.
-  template <class System>
-  Result try_step(System system, State& x, double& t, double& dt) {
-    return try_step(system, x, t, x, dt);
-  }
+  Result try_step(SlipSystem<Model>& system, State& x, double& t, double& dt) { return try_step(system, x, t, x, dt); }
 
   /// The same from `in` to `out`. A step that is shorter than one whose error was small enough, from the same start, is
   /// not judged again.
-  template <class System>
-  Result try_step(System system_reference, const State& in, double& t, State& out, double& dt) {
+  Result try_step(SlipSystem<Model>& system, const State& in, double& t, State& out, double& dt) override {
     using boost::numeric::odeint::fail;
-    auto& system = unwrapped(system_reference);
     if (!repeats(in, t)) initialize(system, in, t);
     if (!solve(system, dt)) {
       dt *= kShrinkage;
@@ -74,9 +72,17 @@ class Radau : public ControlledStepperTypes {
   }
 
   /// Forgets the derivative at the start and the errors of the steps before: the torque jumps.
-  void reset() {
+  void reset() override {
     started_ = false;
     control_.restart();
+  }
+
+  void restart() override {
+    started_ = false;
+    control_ = StepSizeController();
+    known_ = Known::kNothing;
+    rate_ = kFirstRate;
+    end_contact_ids_.setConstant(-1);  // none
   }
 
  private:
@@ -95,6 +101,7 @@ class Radau : public ControlledStepperTypes {
   static constexpr double kSlow = 0.1;
   // The smallest rate of convergence that the next step's first correction is expected to have, judging by this step
   static constexpr double kMinRate = 0.03;
+  static constexpr double kFirstRate = 0.1;
   // How many times stiffer than elsewhere in the step a contact is at its end when its friction turns there
   static constexpr double kPassing = 4;
   // Continuation: the slip speed at which it begins, m/s, and the ratio of one to the next.
@@ -111,7 +118,7 @@ class Radau : public ControlledStepperTypes {
   // Steps that follow start from x at time t.
   [[gnu::flatten, gnu::noinline]] void initialize(const SlipSystem<Model>& system, const State& x, double t) {
     if (known_ == Known::kThisStep && !starts_at(x, t)) accept();
-    const typename SlipSystem<Model>::Mask unchanged = system.contact_ids() == end_contact_ids_;
+    const WheelMask unchanged = system.modes().ids() == end_contact_ids_;
     if (!unchanged.all()) {  // another contact: the step before says nothing of this one
       known_ = Known::kNothing;
       control_.restart();
@@ -120,7 +127,7 @@ class Radau : public ControlledStepperTypes {
     accepted_dt_ = 0;
     x_ = x;
     t_ = t;
-    contact_ids_ = system.contact_ids();
+    contact_ids_ = system.modes().ids();
     start_ = x.velocities();
     const Wheels M = system.torque().value(t);
     start_pose_ = system.pose(x);
@@ -129,7 +136,7 @@ class Radau : public ControlledStepperTypes {
     if (unchanged.any()) {
       // Reuse the converged friction force: recomputing it from the slip velocity would turn an O(nu) error of the slip
       // into an O(1) error of the force.
-      system.reuse_friction(unchanged && !system.shared(), end_friction_, start_, M, contacts);
+      system.reuse_friction(unchanged && !system.modes().shared(), end_friction_, start_, M, contacts);
     }
     start_forces_ = system.model().forces(start_, contacts, M);
     start_friction_ = system.model().friction(contacts);
@@ -437,17 +444,17 @@ class Radau : public ControlledStepperTypes {
   Velocities start_, start_forces_, error_scale_, convergence_tolerance_;
   Friction start_friction_;
   Pose start_pose_;  // beyond the paper
-  typename SlipSystem<Model>::ContactIds contact_ids_ = SlipSystem<Model>::ContactIds::Zero();
+  ContactModes::Ids contact_ids_ = ContactModes::Ids::Zero();
   double accepted_dt_ = 0;  // longest step from here whose error is known to be small enough
 
   // The step that is known: its stages, and the start of the step before it.
   Known known_ = Known::kNothing;
   double dt_ = 0;
-  double rate_ = 0.1;
+  double rate_ = kFirstRate;
   Velocities before_;
   Friction friction_before_;
   Friction end_friction_;
-  typename SlipSystem<Model>::ContactIds end_contact_ids_ = SlipSystem<Model>::ContactIds::Constant(-1);  // none
+  ContactModes::Ids end_contact_ids_ = ContactModes::Ids::Constant(-1);  // none
 
   // Newton's iterations.
   StageVelocities stages_, forces_;

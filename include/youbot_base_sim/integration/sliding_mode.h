@@ -21,20 +21,12 @@ class SlidingMode {
     if (direction != -last_direction_[i] || t > last_crossing_[i] + kWindow) reversals_[i] = 0;
     last_direction_[i] = direction;
     last_crossing_[i] = t;
-    if (++reversals_[i] <= kMinChatter || !system.attractive(i, x, t)) return false;
+    if (++reversals_[i] <= kMinChatter || !system.sharing(i, x, t).attractive) return false;
     return reversals_[i] > kMaxChatter || system.momentum(i, x) < max_momentum;
   }
 
   /// Wheel i has left sliding mode.
   void left(int i) { reversals_[i] = 0; }
-
-  /// By how much the share of a roller of wheel i exceeds [0, 1] at the state x and time t: the contact is no longer
-  /// shared where this is positive.
-  template <class System>
-  static double excess(const System& system, int i, const State& x, double t) {
-    const double alpha = system.alpha(i, x, t);
-    return std::max(alpha - 1, -alpha);
-  }
 
  private:
   static constexpr int kMinChatter = 8, kMaxChatter = 32;

@@ -4,6 +4,7 @@
 #include <boost/numeric/odeint/integrate/integrate_adaptive.hpp>
 #include <boost/numeric/odeint/integrate/integrate_n_steps.hpp>
 #include <functional>
+#include <memory>
 
 #include "youbot_base_sim/integration/fallback_stepper.h"
 #include "youbot_base_sim/integration/guarded_stepper.h"
@@ -11,29 +12,36 @@
 #include "youbot_base_sim/integration/located_stepper.h"
 #include "youbot_base_sim/integration/period_stepper.h"
 #include "youbot_base_sim/integration/slip_system.h"
+#include "youbot_base_sim/integration/smooth_stepper.h"
 
 namespace youbot_base_sim {
 
-/// Models 2a and 2b by any Controlled Stepper of odeint's form: odeint's loops over a GuardedStepper around a
-/// LocatedStepper around it.
-template <class Model, class Stepper>
+/// Models 2a and 2b by any method: odeint's loops over a GuardedStepper around a LocatedStepper around it.
+template <class Model>
 class SlipIntegration : public Integration {
  public:
-  /// `make_stepper(tolerance, statistics)` makes the Stepper. `torque` must outlive the integration.
-  template <class MakeStepper>
+  using MakeStepper =
+      std::function<std::unique_ptr<SmoothStepper<SlipSystem<Model>>>(const Tolerance&, IntegrationStatistics&)>;
+
+  /// `make_stepper` makes a stepper of the method for a tolerance. `torque` must outlive the integration. The motion
+  /// begins at `start`, or continues there after `before`.
   SlipIntegration(const Model& model, const TorqueProfile& torque, const State& start, const Tolerance& tolerance,
-                  const WorkBound& bound, const MakeStepper& make_stepper)
+                  const WorkBound& bound, const MakeStepper& make_stepper, const MotionSoFar* before = nullptr)
       : transition_speed_(model.transition_speed()),
         system_(model, torque, start),
-        switches_(statistics_),
-        stepper_(located(tolerance, make_stepper), located(coarse(tolerance), make_stepper), bound, switches_,
-                 statistics_) {}
+        stepper_(located(tolerance, make_stepper), located(coarse(tolerance), make_stepper), bound, record_) {
+    if (!before) return;
+    system_.modes() = *before->contacts;
+    system_.count_evaluations(before->statistics.evaluations);
+    record_.statistics = before->statistics;
+    record_.switches.begin_with(before->switches);
+  }
 
   void advance_periods(State& x, std::int64_t first, double period, std::size_t n,
                        const PeriodObserver& observer) override {
     std::size_t k = 0;
     const auto observe = [&](const State& state, double periods) {
-      if (system_.averages()) record_passed_rollers(state, periods * period);
+      if (system_.modes().averages()) record_passed_rollers(state, periods * period);
       observer(k++);
     };
     PeriodStepper stepper(stepper_, period);
@@ -44,7 +52,7 @@ class SlipIntegration : public Integration {
   void advance(State& x, double t, double t_end) override {
     if (!(t < t_end)) return;
     boost::numeric::odeint::integrate_adaptive(std::ref(stepper_), std::ref(system_), x, t, t_end, t_end - t);
-    if (system_.averages()) record_passed_rollers(x, t_end);
+    if (system_.modes().averages()) record_passed_rollers(x, t_end);
   }
 
   void stop_on(const std::atomic<bool>& stop) override { stepper_.stop_on(stop); }
@@ -63,31 +71,24 @@ class SlipIntegration : public Integration {
     x.work() += kinetic_energy(x) - energy;
     stepper_.torque_jumped();
   }
-  void adopt(Integration& before) override {
-    statistics_ = before.statistics();
-    system_.count_evaluations(statistics_.evaluations);
-    switches_.adopt(before.take_switches());
-    for (int i = 0; i < kWheels; ++i) {
-      system_.put(i, before.roller(i));  // of two, the one that it reached last
-      for (int k = 0; k < system_.rollers(); ++k) system_.set_resting_angle(i, k, before.resting_angle(i, k));
-    }
-  }
+  MotionSoFar leave() override { return {system_.modes(), statistics(), take_switches()}; }
   std::optional<ReactionRecord> reaction_record() const override {
-    if (!system_.watches()) return std::nullopt;
-    return system_.reaction_record();
+    if (!system_.reacts()) return std::nullopt;
+    return record_.reactions.record();
   }
-  void go_on_tipping() override { system_.go_on_tipping(); }
-  std::int64_t roller(int i) const override { return system_.roller(i); }
+  void go_on_tipping() override { record_.reactions.go_on_tipping(); }
+  std::int64_t roller(int i) const override { return system_.modes().roller(i); }
   std::optional<std::int64_t> other_roller(int i) const override {
-    if (!system_.shared(i)) return std::nullopt;
-    return 2 * system_.lower_roller(i) + 1 - system_.roller(i);
+    const ContactModes& modes = system_.modes();
+    if (!modes.shared(i)) return std::nullopt;
+    return 2 * modes.lower_roller(i) + 1 - modes.roller(i);
   }
   double transition_speed() const override { return transition_speed_; }
-  double resting_angle(int i, int k) const override { return system_.resting_angle(i, k); }
-  std::vector<RollerSwitch> take_switches() override { return switches_.take(); }
+  double resting_angle(int i, int k) const override { return system_.modes().resting_angle(i, k); }
+  std::vector<RollerSwitch> take_switches() override { return record_.switches.take(); }
   const IntegrationStatistics& statistics() const override {
-    statistics_.evaluations = system_.evaluations();
-    return statistics_;
+    record_.statistics.evaluations = system_.evaluations();
+    return record_.statistics;
   }
 
  private:
@@ -98,23 +99,21 @@ class SlipIntegration : public Integration {
     return {relative, tolerance.absolute * relative / tolerance.relative};
   }
 
-  template <class MakeStepper>
-  LocatedStepper<Stepper> located(const Tolerance& tolerance, const MakeStepper& make_stepper) {
-    return {make_stepper(tolerance, statistics_), tolerance, switches_, statistics_};
+  LocatedStepper<SlipSystem<Model>> located(const Tolerance& tolerance, const MakeStepper& make_stepper) {
+    return {make_stepper(tolerance, record_.statistics), tolerance, record_};
   }
 
   // One record for all the rollers that a wheel with an averaged contact has passed since the last one.
   void record_passed_rollers(const State& x, double t) {
     for (int i = 0; i < kWheels; ++i) {
-      if (system_.averaged(i)) stepper_.stepper().record_passed_rollers(system_, x, t, i);
+      if (system_.modes().averaged(i)) record_.record_passed_rollers(system_.modes(), i, x, t);
     }
   }
 
-  mutable IntegrationStatistics statistics_;
+  mutable MotionRecord record_;
   double transition_speed_;  // but in eased milliseconds, m/s
   SlipSystem<Model> system_;
-  SwitchLog switches_;
-  GuardedStepper<LocatedStepper<Stepper>, FallbackStepper<Model>> stepper_;
+  GuardedStepper<SlipSystem<Model>, FallbackStepper<Model>> stepper_;
 };
 
 }  // namespace youbot_base_sim

@@ -1,12 +1,12 @@
 #pragma once
 
-#include <Eigen/Dense>
 #include <cmath>
 #include <optional>
 
 #include "youbot_base_sim/physics/burden.h"
 #include "youbot_base_sim/physics/dry_bearings.h"
 #include "youbot_base_sim/physics/inertia.h"
+#include "youbot_base_sim/physics/state_jacobian.h"
 
 namespace youbot_base_sim {
 
@@ -43,13 +43,10 @@ class NoSlipModel {
 
   /// Sets J(row, column) to the derivative of `derivative` by the state, both in the order of State::Index, and dfdt to
   /// that by time where the torques change at `M_rate`, N m/s.
-  template <class Matrix>
-  void jacobian(const State& state, const Wheels& M, const Wheels& M_rate, Matrix& J, State& dfdt) const;
+  void jacobian(const State& state, const Wheels& M, const Wheels& M_rate, StateJacobian& J, State& dfdt) const;
 
   /// An upper bound of the rate at which velocities decay, 1/s.
-  double max_decay_rate() const {
-    return inertia_.llt().solve(damping_ + dry_damping(Eigen::Vector3d::Zero())).trace();
-  }
+  double max_decay_rate() const;
 
   /// Sets dphi and dgamma of `state` to what rolls without slip.
   void constrain(State& state) const;
@@ -91,50 +88,5 @@ class NoSlipModel {
   Eigen::Matrix3d inertia_;
   Eigen::Matrix3d damping_;  // diagonal (zeta_X, zeta_Y, mu_Omega) where all wheels' bearings are alike
 };
-
-template <class Matrix>
-void NoSlipModel::jacobian(const State& state, const Wheels& M, const Wheels& M_rate, Matrix& J, State& dfdt) const {
-  const Eigen::Vector3d v = state.velocity();
-  const Eigen::Matrix3d damping = damping_ + dry_damping(v);
-  const PlatformMatrix C = platform_.coriolis_derivative({v[0], v[1], v[2], 0});
-  Eigen::Matrix3d coriolis;
-  coriolis << C[0].head<3>().matrix(), C[1].head<3>().matrix(), C[2].head<3>().matrix();
-  const auto inverse = inertia_.llt();
-  const Eigen::Matrix3d by_v = inverse.solve(coriolis - damping);
-  const Eigen::Vector3d power_by_v = rolling_.transpose() * M.matrix() - damping_ * v - damping_.transpose() * v -
-                                     dry_friction(v) - dry_damping(v).transpose() * v;
-  const double cos_psi = std::cos(state.psi()), sin_psi = std::sin(state.psi());
-
-  for (int row = 0; row < State::kSize; ++row) {
-    for (int column = 0; column < State::kSize; ++column) J(row, column) = 0;
-  }
-  J(State::kX, State::kPsi) = -v[0] * sin_psi - v[1] * cos_psi;
-  J(State::kY, State::kPsi) = v[0] * cos_psi - v[1] * sin_psi;
-  J(State::kX, State::kV) = J(State::kY, State::kV + 1) = cos_psi;
-  J(State::kX, State::kV + 1) = -sin_psi;
-  J(State::kY, State::kV) = sin_psi;
-  J(State::kPsi, State::kOmega) = 1;
-  for (int k = 0; k < 3; ++k) {
-    J(State::kWork, State::kV + k) = power_by_v[k];
-    for (int row = 0; row < 3; ++row) J(State::kV + row, State::kV + k) = by_v(row, k);
-    for (int i = 0; i < kWheels; ++i) {
-      J(State::kPhi + i, State::kV + k) = rolling_(i, k);
-      J(State::kGamma + i, State::kV + k) = roller_rolling_(i, k);
-    }
-  }
-  if (external_) {
-    constexpr double kStep = 1e-6;  // rad: forces are harmonics of psi
-    const Eigen::Vector3d by_psi = (external(state.psi() + kStep) - external(state.psi() - kStep)) / (2 * kStep);
-    const Eigen::Vector3d acceleration_by_psi = inverse.solve(by_psi);
-    for (int row = 0; row < 3; ++row) {
-      J(State::kV + row, State::kPsi) = acceleration_by_psi[row];
-      J(State::kWork, State::kV + row) += external(state.psi())[row];
-    }
-    J(State::kWork, State::kPsi) = v.dot(by_psi);
-  }
-  dfdt.values.setZero();
-  dfdt.work() = (M_rate * dphi(v)).sum();
-  dfdt.values.col(1).head<3>() = inverse.solve(rolling_.transpose() * M_rate.matrix()).array();
-}
 
 }  // namespace youbot_base_sim

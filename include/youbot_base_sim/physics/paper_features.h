@@ -2,6 +2,7 @@
 
 #include <array>
 #include <limits>
+#include <stdexcept>
 
 #include "youbot_base_sim/physics/burden.h"
 #include "youbot_base_sim/physics/contact_friction.h"
@@ -27,9 +28,11 @@ class PaperFeatures {
   static constexpr std::array<Wheels Contacts::*, 6> kMeans = {&Contacts::V_PX, &Contacts::V_PY,    &Contacts::F_X,
                                                                &Contacts::F_Y,  &Contacts::Delta_Y, &Contacts::M_Z};
 
-  /// Takes no loads: they belong to ExtendedFeatures.
-  PaperFeatures(const RobotParameters& robot, const FloorParameters& floor, const Inertia&, const Burden&)
-      : N_(normal_reactions(robot, floor)), f_(floor.f), limit_(floor.f * N_) {}
+  /// Throws std::logic_error for loads or wrenches, which belong to ExtendedFeatures.
+  PaperFeatures(const RobotParameters& robot, const FloorParameters& floor, const Inertia&, const Burden& burden)
+      : N_(normal_reactions(robot, floor)), f_(floor.f), limit_(floor.f * N_) {
+    if (!burden.loads.empty() || !burden.wrenches.empty()) throw std::logic_error("the paper's model knows no loads");
+  }
 
   void place(const Velocities&, const ContactGeometry&, const Pose&, Contacts&) const {}
   static Pose pose(const Contacts&) { return {}; }

@@ -1,0 +1,78 @@
+#pragma once
+
+#include <memory>
+#include <utility>
+
+#include "youbot_base_sim/integration/stepper_types.h"
+#include "youbot_base_sim/physics/state_jacobian.h"
+
+namespace youbot_base_sim {
+
+/// A method of integration between two events, where the right-hand side is smooth.
+template <class System>
+class SmoothStepper {
+ public:
+  using Result = boost::numeric::odeint::controlled_step_result;
+
+  virtual ~SmoothStepper() = default;
+
+  /// Tries a step of length dt (s) from `in` at time t to `out`. On success t is that of its end, and dt is the length
+  /// recommended for the next step; on failure t stays, and dt is a length that is worth trying. A call with the same
+  /// `in` and t repeats the step with another length.
+  virtual Result try_step(System& system, const State& in, double& t, State& out, double& dt) = 0;
+
+  /// The right-hand side jumps here: forgets what does not hold on both sides.
+  virtual void reset() = 0;
+
+  /// Forgets all steps so far.
+  virtual void restart() { reset(); }
+};
+
+/// A System of odeint between two events: what a method that is made for any equations knows of them.
+class SmoothSystem {
+ public:
+  virtual void operator()(const State& x, State& dxdt, double t) const = 0;
+  /// Sets J(row, column) to the derivative of dx/dt by x and dfdt to that by t.
+  virtual void jacobian(const State& x, StateJacobian& J, double t, State& dfdt) const = 0;
+  /// Wheel angles in the middle of the contacts' ranges, rad; not finite where a range has no end.
+  virtual Wheels middle() const = 0;
+
+ protected:
+  ~SmoothSystem() = default;
+};
+
+/// A System with contacts as a SmoothSystem.
+template <class System>
+class SmoothSystemOf final : public SmoothSystem {
+ public:
+  explicit SmoothSystemOf(const System& system) : system_(&system) {}
+  void operator()(const State& x, State& dxdt, double t) const override { (*system_)(x, dxdt, t); }
+  void jacobian(const State& x, StateJacobian& J, double t, State& dfdt) const override {
+    system_->jacobian(x, J, t, dfdt);
+  }
+  Wheels middle() const override { return 0.5 * (system_->modes().lower_edge() + system_->modes().upper_edge()); }
+
+ private:
+  const System* system_;
+};
+
+/// A method that is made for any equations.
+using GeneralMethod = SmoothStepper<const SmoothSystem>;
+
+/// Such a method for the equations of one System: the method's code exists once for all of them.
+template <class System>
+class GeneralStepper final : public SmoothStepper<System> {
+ public:
+  explicit GeneralStepper(std::unique_ptr<GeneralMethod> method) : method_(std::move(method)) {}
+
+  GeneralMethod::Result try_step(System& system, const State& in, double& t, State& out, double& dt) override {
+    return method_->try_step(SmoothSystemOf<System>(system), in, t, out, dt);
+  }
+  void reset() override { method_->reset(); }
+  void restart() override { method_->restart(); }
+
+ private:
+  std::unique_ptr<GeneralMethod> method_;
+};
+
+}  // namespace youbot_base_sim

@@ -1,7 +1,0 @@
-#include "method_table.h"
-
-namespace youbot_base_sim {
-
-template const std::vector<Entry>& entries<ExtendedModel<CoulombLaw>>();
-
-}  // namespace youbot_base_sim

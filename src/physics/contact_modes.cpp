@@ -1,0 +1,74 @@
+#include "youbot_base_sim/physics/contact_modes.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace youbot_base_sim {
+
+namespace {
+
+// An averaged contact is resolved again at this share of the rate at which it was averaged, so that it does not flip.
+constexpr double kResolve = 0.8;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+}  // namespace
+
+ContactModes::ContactModes(const RobotParameters& robot, const Wheels& phi, double max_located_rate)
+    : geometry_(robot),
+      resting_angle_(static_cast<std::size_t>(kWheels * robot.rollers), 0.0),
+      max_located_dphi_(max_located_rate * geometry_.pitch()),
+      min_averaged_dphi_(kResolve * max_located_dphi_),
+      rollers_(robot.rollers),
+      J_2_(robot.J_2),
+      rate_at_switch_(robot.roller_rate_at_switch) {
+  for (int i = 0; i < kWheels; ++i) set_roller(i, roller_at(phi[i]));
+}
+
+void ContactModes::begin_contact(int i, bool shared, bool averaged) {
+  ++ids_[i];
+  shared_[i] = shared;
+  averaged_[i] = averaged;
+  shares_ = shared_.any();
+  averages_ = averaged_.any();
+}
+
+void ContactModes::set_roller(int i, std::int64_t k) {
+  begin_contact(i, false, false);
+  roller_[i] = k;
+  center_[i] = static_cast<double>(k) * geometry_.pitch();
+  lower_edge_[i] = geometry_.upper_edge(k - 1);
+  upper_edge_[i] = geometry_.upper_edge(k);
+}
+
+void ContactModes::switch_roller(int i, std::int64_t k, State& x) {
+  resting_angle_[index(i, wrapped(roller_[i], rollers_))] = x.gamma()[i];
+  x.gamma()[i] = resting_angle_[index(i, wrapped(k, rollers_))];
+  set_roller(i, k);
+  if (rate_at_switch_ == RollerRateAtSwitch::kContinuous) return;
+  // The bearing of the roller that leaves takes its energy.
+  x.work() -= 0.5 * J_2_ * x.dgamma()[i] * x.dgamma()[i];
+  x.dgamma()[i] = 0;
+}
+
+void ContactModes::share(int i, std::int64_t k) {
+  begin_contact(i, true, false);
+  lower_roller_[i] = k;
+  center_[i] = static_cast<double>(k) * geometry_.pitch();
+  lower_edge_[i] = -kInfinity;
+  upper_edge_[i] = kInfinity;
+}
+
+void ContactModes::average(int i) {
+  begin_contact(i, false, true);
+  center_[i] = kInfinity;
+  lower_edge_[i] = -kInfinity;
+  upper_edge_[i] = kInfinity;
+}
+
+double ContactModes::before(double edge) { return std::nextafter(edge, -kInfinity); }
+
+void ContactModes::keep_inside(int i, State& x) const {
+  x.phi()[i] = std::min(std::max(x.phi()[i], lower_edge_[i]), before(upper_edge_[i]));
+}
+
+}  // namespace youbot_base_sim
