@@ -369,6 +369,7 @@ class Radau final : public ControlledStepperTypes, public SmoothStepper<SlipSyst
 
   // Moves the stages by a part of the last correction.
   [[gnu::flatten, gnu::noinline]] void move(const SlipSystem<Model>& system, double length) {
+#pragma GCC unroll 3
     for (int j = 0; j < 3; ++j) {
       const Velocities part = length * from_.correction[j];
       stages_[j] = from_.stages[j] + part;

@@ -63,7 +63,9 @@ class SlipSystem {
   /// reactions, and with them all friction, follow.
   void reuse_friction(const Mask& known, const typename Model::Friction& F, const Velocities& u, const Wheels& M,
                       Contacts& c) const {
-    press(u, M, modes_.shared(), c, [&](Contacts& pressed) { model_.put_friction(known, F, pressed); });
+    const auto reuse = [&](Contacts& pressed) { model_.put_friction(known, F, pressed); };
+    if (!reacts()) return reuse(c);
+    press_by_motion(u, M, modes_.shared(), c, reuse);
   }
   /// Pose of x, if it matters.
   Pose pose(const State& x) const { return model_.features().by_pose() ? x.pose() : Pose(); }
@@ -169,19 +171,15 @@ class SlipSystem {
   [[gnu::flatten, gnu::noinline]] void any_contacts(const Velocities& u, const Wheels& phi, const Pose& pose,
                                                     const Wheels& M, const Mask& shared, Contacts& c) const {
     model_.place(u, modes_.averages() ? modes_.geometry(phi) : model_.geometry().at(modes_.phi_tilde(phi)), pose, c);
-    press(u, M, shared, c, [](const Contacts&) {});
-  }
-  // Presses contacts that have their place; `amend` may change their friction before reactions follow from it.
-  template <class Amend>
-  void press(const Velocities& u, const Wheels& M, const Mask& shared, Contacts& c, const Amend& amend) const {
     if (reacts()) {
-      press_by_motion(u, M, shared, c, amend);
+      press_by_motion(u, M, shared, c, [](const Contacts&) {});
     } else {
       model_.press_at_rest(c);
-      amend(c);
+      if (shared.any()) share_contacts(u, M, shared, c);
     }
-    if (shared.any()) share_contacts(u, M, shared, c);
   }
+  // Presses contacts that have their place by the normal reactions in this motion, which follow from the friction as
+  // `amend` has changed it.
   template <class Amend>
   void press_by_motion(const Velocities& u, const Wheels& M, const Mask& shared, Contacts& c,
                        const Amend& amend) const {
@@ -191,6 +189,7 @@ class SlipSystem {
       ContactByReaction by_reaction = model_.by_reaction(c);
       if (shared.any()) share_reactions(u, M, shared, c, by_reaction);
       model_.scale_by_reactions(model_.reactions(u, M, c, by_reaction), c);
+      if (shared.any()) share_contacts(u, M, shared, c);
     }
   }
   [[gnu::noinline]] void share_reactions(const Velocities& u, const Wheels& M, const Mask& shared, const Contacts& unit,

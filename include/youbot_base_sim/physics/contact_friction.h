@@ -32,14 +32,24 @@ ContactVector<D> operator*(double factor, const ContactVector<D>& a) {
 
 /// -dF/dV_P, symmetric, N s/m.
 template <int D>
-struct ContactStiffness {
-  std::array<ContactVector<D>, D> rows;
+class ContactStiffness {
+ public:
+  const Wheels& operator()(int k, int l) const { return entries_[index(k, l)]; }
+  void set(int k, int l, const Wheels& value) { entries_[index(k, l)] = value; }
 
-  const Wheels& operator()(int k, int l) const { return rows[static_cast<std::size_t>(k)][l]; }
-  void set(int k, int l, const Wheels& value) {
-    rows[static_cast<std::size_t>(k)][l] = value;
-    rows[static_cast<std::size_t>(l)][k] = value;
+  /// Row k, which is also column k.
+  ContactVector<D> row(int k) const {
+    ContactVector<D> row;
+    for (int l = 0; l < D; ++l) row[l] = (*this)(k, l);
+    return row;
   }
+
+ private:
+  static constexpr std::size_t index(int k, int l) {
+    return static_cast<std::size_t>(k < l ? l * (l + 1) / 2 + k : k * (k + 1) / 2 + l);
+  }
+
+  std::array<Wheels, D*(D + 1) / 2> entries_;  // the lower triangle, row by row
 };
 
 /// What a friction law says of a slip velocity V: friction is F = -slope V, against the slip and the same in all

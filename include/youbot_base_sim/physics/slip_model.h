@@ -308,10 +308,10 @@ class SlipModel {
     const double R = robot_.R;
     Force by_Omega, by_dgamma;  // columns of K J, as those by V_X and V_Y are the first two of K
     for (int k = 0; k < D; ++k) {
-      by_Omega[k] = moment(K.rows[static_cast<std::size_t>(k)], c);
-      by_dgamma[k] = torque(K.rows[static_cast<std::size_t>(k)], c);
+      by_Omega[k] = moment(K.row(k), c);
+      by_dgamma[k] = torque(K.row(k), c);
     }
-    const std::array<Force, 3> by_platform = {K.rows[0], K.rows[1], by_Omega};
+    const std::array<Force, 3> by_platform = {K.row(0), K.row(1), by_Omega};
     for (std::size_t k = 0; k < 3; ++k) {
       const Force& column = by_platform[k];
       G.platform_platform[0][k] = column[0];
