@@ -5,22 +5,23 @@
 #include <cstdint>
 #include <limits>
 
-#include "youbot_base_sim/integration/edge_crossing.h"
+#include "youbot_base_sim/integration/hermite_cubic.h"
 #include "youbot_base_sim/integration/motion_record.h"
 #include "youbot_base_sim/integration/tolerance.h"
 #include "youbot_base_sim/physics/contact_modes.h"
 
 // The events at which LocatedStepper ends a step. An event has
-//   a condition   find(system, step, i)             the condition i, of kConditions, as it is met within the step; or
-//   none
-//                 witness(system, found, x, t)      how far the state x at time t is past it
-//   a location    width(length)                     s: how closely it is located within a step of that length
-//                 kEndsPast                         whether the step ends past the event rather than on it
+//   conditions    kConditions                       how many, of which the first one that is met counts
+//                 possible(system, step)            a quick look: false if none is met within the step
+//                 witness(system, x, t, condition)  how far the state x at time t is past it
+//                 wheel(condition)                  the wheel that it is about, where its speed is known
+//   a location    kEndsPast                         whether the step ends past the event rather than on it
+//                 width(length)                     s: how closely it is located within a step of that length
 //   an effect     concerns(modes, i)                whether it is the one for wheel i in its present contact
 //                 apply(system, x, t, i)            changes contacts and state; true if the motion starts afresh
 namespace youbot_base_sim {
 
-/// A step of a System from `start` at time t (s), as far as it is known: its end `dt` later.
+/// A step of a System from `start` at time t (s) to `end`, dt later.
 struct Step {
   const State& start;
   double t;
@@ -31,39 +32,72 @@ struct Step {
 /// How far a state is past an event, in any unit.
 struct Witness {
   double past;             ///< positive past the event
-  double speed = 0;        ///< its time derivative; 0: not known
-  double resolution = -1;  ///< |past| below which the state is on the event; negative: only past or not counts
+  double speed = 0;        ///< its time derivative; 0 where it is not known
+  double resolution = -1;  ///< |past| within which the state is on the event; negative: it never is
 };
 
-/// A condition that is met within a step, where it is not known.
-struct Found {
-  int wheel = -1;  ///< none: -1
-  double dt = 0;   ///< after the start of the step, s; 0: not known
-  explicit operator bool() const { return wheel >= 0; }
+/// A condition that is met within a step, `dt` (s) after its start; 0 where that is not known.
+struct Crossing {
+  int condition = -1;  ///< none: -1
+  double dt = std::numeric_limits<double>::infinity();
+  explicit operator bool() const { return condition >= 0; }
 };
+
+/// The first condition of an event that is met within a step: by the cubics through `past` and its speed at both ends,
+/// so that there and back is seen; where the speed is not known, any that is met at the end.
+template <class Event, class System>
+Crossing first_crossing(const Event& event, const System& system, const Step& step) {
+  Crossing first;
+  if (!event.possible(system, step)) return first;
+  for (int condition = 0; condition < Event::kConditions; ++condition) {
+    const Witness end = event.witness(system, step.end, step.t + step.dt, condition);
+    if (Event::kEndsPast) {
+      if (end.past > 0) return {condition, 0};
+      continue;
+    }
+    if (!std::isfinite(end.past)) continue;
+    const Witness start = event.witness(system, step.start, step.t, condition);
+    const HermiteCubic past{start.past, end.past, start.speed * step.dt, end.speed * step.dt};
+    double high = 1;
+    if (!(end.past > 0)) {
+      if (!(past.start_slope > 0 && past.end_slope < 0)) continue;
+      high = past.maximum();
+      if (!(past(high) > 0)) continue;
+    }
+    const double at = step.dt * past.root(high);
+    if (at < first.dt) first = {condition, at};
+  }
+  return first;
+}
+
+/// Whether all wheels are further than `margin` (rad) from the edges of their contacts.
+inline bool inside_edges(const ContactModes& modes, const State& x, double margin) {
+  const Wheels phi = x.phi();
+  return (phi - modes.lower_edge()).min(modes.upper_edge() - phi).minCoeff() > margin;
+}
 
 /// A wheel reaches an edge of its roller. It goes over to the next one; or, where it chatters, rests on both; or has
 /// its contact averaged, where it is too fast.
+template <class System>
 class EdgeReached {
  public:
   EdgeReached(const Tolerance& tolerance, MotionRecord& record) : tolerance_(tolerance), record_(&record) {}
 
-  static constexpr int kConditions = 1;  // of all wheels, the first
+  static constexpr int kConditions = 2 * kWheels;  // the upper and the lower edge of each wheel
   static constexpr bool kEndsPast = false;
   static double width(double length) { return std::numeric_limits<double>::epsilon() * length; }
+  static constexpr int wheel(int condition) { return condition / 2; }
 
-  template <class System>
-  EdgeCrossing find(const System& system, const Step& step, int) const {
-    return first_crossing(system.modes(), step.start, step.end, step.dt);
+  static bool possible(const System& system, const Step& step) {
+    return !inside_edges(system.modes(), step.end, 0) || (step.start.dphi() * step.end.dphi()).minCoeff() < 0;
   }
-  template <class System>
-  Witness witness(const System&, const EdgeCrossing& crossing, const State& x, double) const {
-    const double speed = crossing.speed(x);
-    return {crossing.past(x), speed, resolution(crossing.edge, speed)};
+  static Witness witness(const System& system, const State& x, double, int condition) {
+    const int i = wheel(condition), direction = condition % 2 == 0 ? +1 : -1;
+    const double edge = direction > 0 ? system.modes().upper_edge()[i] : system.modes().lower_edge()[i];
+    return {direction * (x.phi()[i] - edge), direction * x.dphi()[i], resolution(edge, x.dphi()[i])};
   }
 
   static bool concerns(const ContactModes& modes, int i) { return modes.on_one_roller(i); }
-  template <class System>
   bool apply(System& system, State& x, double t, int i) {
     ContactModes& modes = system.modes();
     const double phi = x.phi()[i];
@@ -102,7 +136,6 @@ class EdgeReached {
   }
 
   // Whether wheel i, on an edge, turns in `direction`, or is about to.
-  template <class System>
   static bool moves(const System& system, const State& x, double t, int i, int direction) {
     if (x.dphi()[i] != 0) return direction * x.dphi()[i] > 0;
     State dxdt;
@@ -114,29 +147,26 @@ class EdgeReached {
   MotionRecord* record_;
 };
 
-/// One of the two rollers that share a wheel carries it alone: it is released from sliding mode. Forces are continuous
-/// there, or nearly so: the time need not be exact.
-class SharingEnds {
- public:
-  explicit SharingEnds(MotionRecord& record) : record_(&record) {}
-
+/// Events that are located by bisection, one condition for each wheel. Forces are continuous there, or nearly so: the
+/// time need not be exact.
+struct WheelEvent {
   static constexpr int kConditions = kWheels;
   static constexpr bool kEndsPast = true;
   static double width(double length) { return 1e-6 * length; }
+  MotionRecord* record;
+};
 
-  template <class System>
-  Found find(const System& system, const Step& step, int i) const {
-    if (!system.modes().shares() || !system.modes().shared(i)) return {};
-    return witness(system, {i}, step.end, step.t + step.dt).past > 0 ? Found{i} : Found{};
-  }
-  template <class System>
-  Witness witness(const System& system, const Found& found, const State& x, double t) const {
-    const double alpha = system.sharing(found.wheel, x, t).alpha;
+/// One of the two rollers that share a wheel carries it alone: it is released from sliding mode.
+template <class System>
+struct SharingEnds : WheelEvent {
+  static bool possible(const System& system, const Step&) { return system.modes().shares(); }
+  static Witness witness(const System& system, const State& x, double t, int i) {
+    if (!system.modes().shared(i)) return {-1};
+    const double alpha = system.sharing(i, x, t).alpha;
     return {std::max(alpha - 1, -alpha)};
   }
 
   static bool concerns(const ContactModes& modes, int i) { return modes.shared(i); }
-  template <class System>
   bool apply(System& system, State& x, double t, int i) {
     const double alpha = system.sharing(i, x, t).alpha;
     if (alpha >= 0 && alpha <= 1) return false;
@@ -148,80 +178,53 @@ class SharingEnds {
       modes.set_roller(i, to);
     }
     modes.keep_inside(i, x);
-    record_->switches.record(modes, i, from, t, x.phi()[i]);  // nothing, if it stays on the roller that it reached last
-    record_->sliding_mode.left(i);
+    record->switches.record(modes, i, from, t, x.phi()[i]);  // nothing, if it stays on the roller that it reached last
+    record->sliding_mode.left(i);
     return true;
   }
-
- private:
-  MotionRecord* record_;
 };
 
 /// A wheel whose contact is averaged becomes slow enough for its switches to be located again.
-class AveragingEnds {
- public:
-  explicit AveragingEnds(MotionRecord& record) : record_(&record) {}
-
-  static constexpr int kConditions = kWheels;
-  static constexpr bool kEndsPast = true;
-  static double width(double length) { return 1e-6 * length; }
-
-  template <class System>
-  Found find(const System& system, const Step& step, int i) const {
-    const ContactModes& modes = system.modes();
-    return modes.averages() && modes.averaged(i) && modes.below_resolution_limit(i, step.end) > 0 ? Found{i} : Found{};
-  }
-  template <class System>
-  Witness witness(const System& system, const Found& found, const State& x, double) const {
-    return {system.modes().below_resolution_limit(found.wheel, x)};
+template <class System>
+struct AveragingEnds : WheelEvent {
+  static bool possible(const System& system, const Step&) { return system.modes().averages(); }
+  static Witness witness(const System& system, const State& x, double, int i) {
+    return {system.modes().averaged(i) ? system.modes().below_resolution_limit(i, x) : -1};
   }
 
   static bool concerns(const ContactModes& modes, int i) { return modes.averaged(i); }
-  template <class System>
   bool apply(System& system, State& x, double t, int i) {
     ContactModes& modes = system.modes();
     if (!(modes.below_resolution_limit(i, x) > 0)) return false;
-    record_->record_passed_rollers(modes, i, x, t);
+    record->record_passed_rollers(modes, i, x, t);
     modes.set_roller(i, modes.roller(i));
     return true;
   }
-
- private:
-  MotionRecord* record_;
 };
 
-/// The base reaches its tipping limit, where the motion ends: the effect is ReactionMonitor's.
-class TippingReached {
- public:
-  explicit TippingReached(const MotionRecord& record) : record_(&record) {}
-
+/// The base reaches its tipping limit, where ReactionMonitor ends the motion.
+template <class System>
+struct TippingReached {
   static constexpr int kConditions = 1;
   static constexpr bool kEndsPast = true;
   static double width(double) { return 1e-10; }
 
-  template <class System>
-  Found find(const System& system, const Step& step, int) const {
-    if (!system.reacts() || !record_->reactions.ends_tipping()) return {};
-    return tips(system, step.end, step.t + step.dt) && !tips(system, step.start, step.t) ? Found{0} : Found{};
+  bool possible(const System& system, const Step& step) const {
+    return system.reacts() && record->reactions.ends_tipping() && tips(system, step.end, step.t + step.dt) &&
+           !tips(system, step.start, step.t);
   }
-  template <class System>
-  Witness witness(const System& system, const Found&, const State& x, double t) const {
+  static Witness witness(const System& system, const State& x, double t, int) {
     return {tips(system, x, t) ? 1.0 : -1.0};
   }
 
   static bool concerns(const ContactModes&, int) { return false; }
-  template <class System>
-  bool apply(System&, State&, double, int) {
-    return false;
-  }
+  static bool apply(System&, State&, double, int) { return false; }
 
- private:
-  template <class System>
   static bool tips(const System& system, const State& x, double t) {
     return system.reactions(x, t).tipping != Side::kNone;
   }
 
-  const MotionRecord* record_;
+  const MotionRecord* record;
 };
 
 }  // namespace youbot_base_sim

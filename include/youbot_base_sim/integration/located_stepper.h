@@ -33,7 +33,8 @@ class LocatedStepper : public ControlledStepperTypes {
       : stepper_(std::move(stepper)),
         tolerance_(tolerance),
         record_(&record),
-        events_(EdgeReached(tolerance, record), SharingEnds(record), AveragingEnds(record), TippingReached(record)) {}
+        events_(EdgeReached<System>(tolerance, record), SharingEnds<System>{{&record}},
+                AveragingEnds<System>{{&record}}, TippingReached<System>{&record}) {}
 
   /// Tries a step of at most dt (s) from x at time t, to the first event. On failure x and t stay as they are, and dt
   /// becomes less. The contacts of `system` change with the state.
@@ -134,21 +135,14 @@ class LocatedStepper : public ControlledStepperTypes {
     if (length < wanted) dt_ = std::max(dt_, wanted);  // the bound cut it short, not its error
   }
 
-  // Shortens the step so that it ends at the event, if that happens within it.
+  // Ends the step at the event, if that happens within it. Newton's method finds the step's length, kept in the bracket
+  // that is known; bisection, where the speed is not. A remainder, residual_dt_, whose square is negligible is covered
+  // by extrapolation instead of another try.
   template <class Event>
   void end_at(const Event& event, System& system, const State& start, double t) {
-    for (int i = 0; i < Event::kConditions; ++i) {
-      if (const auto found = event.find(system, Step{start, t, now_.end, now_.length}, i)) {
-        locate(event, system, start, t, i, found);
-      }
-    }
-  }
-
-  // Shortens the step by Newton's method on its length, kept in the bracket that is known, or by bisection where the
-  // speed is not. A remainder, residual_dt_, whose square is negligible is covered by extrapolation instead of another
-  // try.
-  template <class Event, class Crossing>
-  void locate(const Event& event, System& system, const State& start, double t, int i, Crossing crossing) {
+    const auto first = [&] { return first_crossing(event, system, {start, t, now_.end, now_.length}); };
+    Crossing crossing = first();
+    if (!crossing) return;
     double low = 0, high = now_.length, length = crossing.dt;
     Try past_event = now_;
     residual_dt_ = 0;
@@ -161,35 +155,36 @@ class LocatedStepper : public ControlledStepperTypes {
         high = length;
         continue;
       }
-      const Crossing other = event.find(system, Step{start, t, now_.end, length}, i);
-      if (other && other.wheel != crossing.wheel && is_past(event.witness(system, other, now_.end, t + length))) {
-        crossing = other;
-        high = length;
-        length = crossing.dt;
-        continue;
+      const auto witness = [&](int condition) { return event.witness(system, now_.end, t + length, condition); };
+      if (const Crossing other = first(); other && other.condition != crossing.condition) {
+        const Witness before_it = witness(other.condition);
+        if (before_it.past > before_it.resolution) {
+          crossing = other;
+          high = length;
+          length = crossing.dt;
+          continue;
+        }
       }
-      const Witness witness = event.witness(system, crossing, now_.end, t + length);
-      if (std::abs(witness.past) <= witness.resolution) return;
-      (witness.past > 0 ? high : low) = length;
-      if (Event::kEndsPast && witness.past > 0) past_event = now_;
+      const auto [past, speed, resolution] = witness(crossing.condition);
+      if (std::abs(past) <= resolution) return;
+      (past > 0 ? high : low) = length;
+      if (past > 0) past_event = now_;
       if (high - low <= event.width(high)) break;
-      if (witness.speed > 0) {
-        residual_dt_ = -witness.past / witness.speed;
-        if (can_extrapolate(system.modes(), crossing.wheel, witness.resolution)) return;
+      if constexpr (!Event::kEndsPast) {
+        residual_dt_ = -past / speed;
+        if (speed > 0 && can_extrapolate(system.modes(), event.wheel(crossing.condition), resolution)) return;
         residual_dt_ = 0;
       }
-      length = witness.speed > 0 ? length - witness.past / witness.speed : low;  // low: bisect
+      length = speed > 0 ? length - past / speed : low;  // low: bisect
     }
     if (Event::kEndsPast && !try_length(system, start, t, high)) now_ = past_event;
   }
 
-  static bool is_past(const Witness& witness) { return witness.past > witness.resolution; }
-
   // Slope of the state at the end of the step, by the last two tries.
   State::Values secant() const { return (now_.end.values - before_.end.values) / (now_.length - before_.length); }
 
-  // Whether the end of the step, at which `wheel` is residual_dt_ (s) off the edge, may be moved there to first order:
-  // the secant's slope is that of the middle between the two tries.
+  // Whether the end of the step, residual_dt_ (s) off an edge, may be moved there to first order: the secant's slope is
+  // that of the middle between the two tries. All wheels must stay within their edges but the one that reaches its own.
   bool can_extrapolate(const ContactModes& modes, int wheel, double resolution) const {
     const Wheels phi = now_.end.phi() + residual_dt_ * now_.end.dphi();
     const double off = std::abs(residual_dt_) + std::abs(now_.length - before_.length);
@@ -228,7 +223,7 @@ class LocatedStepper : public ControlledStepperTypes {
   std::unique_ptr<SmoothStepper<System>> stepper_;
   Tolerance tolerance_;
   MotionRecord* record_;
-  std::tuple<EdgeReached, SharingEnds, AveragingEnds, TippingReached> events_;
+  std::tuple<EdgeReached<System>, SharingEnds<System>, AveragingEnds<System>, TippingReached<System>> events_;
 
   // The step under way, and the try before; what is left to the event, s.
   Try now_, before_;
