@@ -3,6 +3,7 @@
 #include "slip_integrations.h"
 #include "youbot_base_sim/integration/radau.h"
 #include "youbot_base_sim/integration/slip_integration.h"
+#include "youbot_base_sim/physics/slip_model.h"
 
 namespace youbot_base_sim {
 

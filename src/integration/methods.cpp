@@ -88,12 +88,8 @@ std::unique_ptr<Integration> make_integration(Model model, const RobotParameters
   if (!slips(model)) return std::make_unique<NoSlipIntegration>(robot, floor, torque, settings.tolerance);
   const MethodEntry* entry = find_entry(settings.method);
   if (!entry) throw std::invalid_argument(settings.method + ": no method of integration");
-  const auto integrate_model = visit_law(model, [&](auto row) {
-    using Law = typename decltype(row)::Law;
-    return extended ? integrate<ExtendedModel<Law>> : integrate<PaperModel<Law>>;
-  });
-  return integrate_model({robot, floor, start, torque, settings.tolerance, step_of(entry->method, settings), before},
-                         entry->make);
+  const Parts parts{robot, floor, start, torque, settings.tolerance, step_of(entry->method, settings), before};
+  return extended ? integrate_extended(model, parts, entry->make) : integrate_paper(model, parts, entry->make);
 }
 
 }  // namespace youbot_base_sim

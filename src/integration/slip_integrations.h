@@ -7,7 +7,6 @@
 #include "youbot_base_sim/integration/tolerance.h"
 #include "youbot_base_sim/physics/model.h"
 #include "youbot_base_sim/physics/parameters.h"
-#include "youbot_base_sim/physics/slip_model.h"
 #include "youbot_base_sim/physics/torque_profile.h"
 
 namespace youbot_base_sim {
@@ -23,14 +22,9 @@ struct Parts {
   const MotionSoFar* before;  // null: the motion begins
 };
 
-/// Integrates the motion of this SlipModel by a method of the table. Each has a file of its own, which takes
-/// long to compile.
-template <class Model>
-std::unique_ptr<Integration> integrate(const Parts& parts, MakeGeneralMethod make_method);
-
-extern template std::unique_ptr<Integration> integrate<PaperModel<ViscousLaw>>(const Parts&, MakeGeneralMethod);
-extern template std::unique_ptr<Integration> integrate<PaperModel<CoulombLaw>>(const Parts&, MakeGeneralMethod);
-extern template std::unique_ptr<Integration> integrate<ExtendedModel<ViscousLaw>>(const Parts&, MakeGeneralMethod);
-extern template std::unique_ptr<Integration> integrate<ExtendedModel<CoulombLaw>>(const Parts&, MakeGeneralMethod);
+/// Integrates the motion of a model that slips by a method of the table, with the paper's features or with all of them.
+/// Each stands in a file of its own, which takes long to compile.
+std::unique_ptr<Integration> integrate_paper(Model model, const Parts& parts, MakeGeneralMethod make_method);
+std::unique_ptr<Integration> integrate_extended(Model model, const Parts& parts, MakeGeneralMethod make_method);
 
 }  // namespace youbot_base_sim

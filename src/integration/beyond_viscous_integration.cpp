@@ -1,7 +1,0 @@
-#include "integrate.h"
-
-namespace youbot_base_sim {
-
-template std::unique_ptr<Integration> integrate<ExtendedModel<ViscousLaw>>(const Parts&, MakeGeneralMethod);
-
-}  // namespace youbot_base_sim
