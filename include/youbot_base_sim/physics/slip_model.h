@@ -306,20 +306,23 @@ class SlipModel {
   // J' K J, where the rows of J are the derivatives of the slip by V_X, V_Y, Omega, dphi, dgamma (3.3).
   void damping(const Velocities& u, const Contacts& c, const Stiffness& K, DampingMatrix& G) const {
     const double R = robot_.R;
-    Force by_Omega, by_dgamma;  // columns of K J, as those by V_X and V_Y are the first two of K
+    // Columns of K J; those by V_X and V_Y are the first two of K.
+    const Force X = K.row(0), Y = K.row(1);
+    Force by_Omega, by_dgamma;
     for (int k = 0; k < D; ++k) {
       by_Omega[k] = moment(K.row(k), c);
       by_dgamma[k] = torque(K.row(k), c);
     }
-    const std::array<Force, 3> by_platform = {K.row(0), K.row(1), by_Omega};
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Force& column = by_platform[k];
+    const auto set_platform = [&](std::size_t k, const Force& column) {
       G.platform_platform[0][k] = column[0];
       G.platform_platform[1][k] = column[1];
       G.platform_platform[2][k] = moment(column, c);
       G.dphi_platform[k] = G.platform_dphi[k] = -R * column[0];
       G.dgamma_platform[k] = G.platform_dgamma[k] = torque(column, c);
-    }
+    };
+    set_platform(0, X);
+    set_platform(1, Y);
+    set_platform(2, by_Omega);
     G.dphi_dphi = robot_.mu_1 + R * R * K(0, 0);
     G.dphi_dgamma = -R * by_dgamma[0];
     G.dgamma_dgamma = robot_.mu_2 + c.r_Y * by_dgamma[1] - c.r_X * by_dgamma[0];
