@@ -338,7 +338,7 @@ TYPED_TEST(SlipModelTest, SharedContactIsTheConvexCombinationThatKeepsTheWheelOn
       SlipSystem<TypeParam> lower = shared.system(), upper = shared.system(), both = shared.system();
       lower.modes().set_roller(i, shared.lower);
       upper.modes().set_roller(i, shared.lower + 1);
-      const bool attractive = lower.attractive(i, x, t);
+      const bool attractive = lower.sharing(i, x, t).attractive;
       both.enter_sliding(i, shared.lower, x);
       EXPECT_TRUE((x.values == shared.state.values).all());  // there was no momentum to give up
       State on_lower, on_upper, dxdt;
@@ -348,7 +348,7 @@ TYPED_TEST(SlipModelTest, SharedContactIsTheConvexCombinationThatKeepsTheWheelOn
       const double below = on_lower.dphi()[i], above = on_upper.dphi()[i];
       const double alpha = below / (below - above);
       EXPECT_NEAR(alpha, 0.3, 1e-9);  // by the choice of the torque
-      EXPECT_NEAR(both.alpha(i, x, t), alpha, 1e-9);
+      EXPECT_NEAR(both.sharing(i, x, t).alpha, alpha, 1e-9);
       EXPECT_EQ(attractive, below > 0 && above < 0);
       const Vector24 wanted = alpha * flat(on_upper) + (1 - alpha) * flat(on_lower);
       const Vector24 size = flat(on_upper).cwiseAbs() + flat(on_lower).cwiseAbs();
