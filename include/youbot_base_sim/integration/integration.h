@@ -8,6 +8,7 @@
 #include <optional>
 #include <vector>
 
+#include "youbot_base_sim/export.h"
 #include "youbot_base_sim/integration/statistics.h"
 #include "youbot_base_sim/physics/burden.h"
 #include "youbot_base_sim/physics/contacts.h"
@@ -15,7 +16,7 @@
 #include "youbot_base_sim/physics/roller_switch.h"
 #include "youbot_base_sim/physics/state.h"
 
-namespace youbot_base_sim {
+namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
 /// Thrown out of an integration that was told to stop.
 class Stopped : public std::exception {
