@@ -3,9 +3,5 @@
 if(NOT TARGET youbot_base_sim::core)  # there already where both are built in one run of catkin_make
   include(CMakeFindDependencyMacro)
   find_dependency(Eigen3 NO_MODULE)
-  find_dependency(Boost)
-  find_dependency(fmt)
-  find_dependency(yaml-cpp)
-  find_dependency(nlohmann_json)
   include("${CMAKE_CURRENT_LIST_DIR}/youbot_base_sim-targets.cmake")
 endif()

@@ -9,10 +9,10 @@
 #include <map>
 #include <string>
 
+#include "youbot_base_sim/description/meshes.h"
+#include "youbot_base_sim/description/urdf.h"
 #include "youbot_base_sim/record/output_file.h"
-#include "youbot_base_sim/scene/meshes.h"
 #include "youbot_base_sim/scene/scene.h"
-#include "youbot_base_sim/scene/urdf.h"
 #include "youbot_base_sim/text/command_line.h"
 #include "youbot_base_sim/text/print_error.h"
 #include "youbot_base_sim/text/quote.h"

@@ -8,6 +8,7 @@
 
 #include "youbot_base_sim/drive/wheel_drive.h"
 #include "youbot_base_sim/integration/methods.h"
+#include "youbot_base_sim/integration/motion_so_far.h"
 #include "youbot_base_sim/integration/no_slip_integration.h"
 #include "youbot_base_sim/physics/roller_geometry.h"
 

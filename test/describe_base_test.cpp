@@ -8,7 +8,7 @@
 #include <sstream>
 
 #include "program.h"
-#include "youbot_base_sim/scene/urdf.h"
+#include "youbot_base_sim/description/urdf.h"
 
 namespace youbot_base_sim {
 namespace {

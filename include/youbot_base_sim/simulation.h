@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "youbot_base_sim/export.h"
 #include "youbot_base_sim/integration/integration.h"
 #include "youbot_base_sim/integration/statistics.h"
 #include "youbot_base_sim/physics/burden.h"
@@ -17,7 +18,7 @@
 #include "youbot_base_sim/physics/roller_switch.h"
 #include "youbot_base_sim/scene/scene.h"
 
-namespace youbot_base_sim {
+namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
 /// What the base carries and what pushes it from an instant on.
 struct BurdenChange {

@@ -9,6 +9,12 @@ Wheels DriverKinematics::wheel_rates(const Eigen::Vector3d& velocity) const {
   return Wheels(v_x - v_y - turn, v_x + v_y + turn, v_x + v_y - turn, v_x - v_y + turn) / wheel_radius;
 }
 
+Eigen::Vector3d DriverKinematics::velocity(const Wheels& dphi) const {
+  const double quarter = wheel_radius / 4;
+  return {quarter * (dphi[0] + dphi[1] + dphi[2] + dphi[3]), quarter * (-dphi[0] + dphi[1] + dphi[2] - dphi[3]),
+          quarter / half_lengths * (-dphi[0] + dphi[1] - dphi[2] + dphi[3])};
+}
+
 Eigen::Matrix<double, 3, kWheels> DriverKinematics::jacobian() const {
   Eigen::Matrix<double, 3, kWheels> jacobian;
   for (int i = 0; i < kWheels; ++i) {
@@ -22,6 +28,27 @@ Eigen::Matrix<double, 3, kWheels> DriverKinematics::jacobian() const {
 WheelOdometry::WheelOdometry(const DriverKinematics& kinematics, const Wheels& phi, double wheel_error,
                              const Motor& motor)
     : kinematics_(kinematics), wheel_error_(wheel_error), tick_(motor.tick()), rpm_(motor.rpm()), phi_(phi) {}
+
+void WheelOdometry::update(const Wheels& phi) {
+  const Wheels turned = phi - phi_;
+  phi_ = phi;
+  const Eigen::Vector3d moved = kinematics_.velocity(turned);
+  turn(moved[2]);
+  if (wheel_error_ > 0) update_covariance(turned, moved);
+  pose_[0] += cos_ * moved[0] - sin_ * moved[1];
+  pose_[1] += sin_ * moved[0] + cos_ * moved[1];
+}
+
+void WheelOdometry::turn(double angle) {
+  pose_[2] += angle;
+  if (--turns_until_look_up_ <= 0 || !(std::abs(angle) < kSmallAngle)) return look_up();
+  const double square = angle * angle;
+  const double s = angle * (1 - square / 6 * (1 - square / 20));
+  const double c = 1 - square / 2 * (1 - square / 12 * (1 - square / 30));
+  const double cos_before = cos_;
+  cos_ = c * cos_before - s * sin_;
+  sin_ = s * cos_before + c * sin_;
+}
 
 void WheelOdometry::look_up() {
   cos_ = std::cos(pose_[2]);

@@ -4,9 +4,9 @@
 
 #include <filesystem>
 
+#include "youbot_base_sim/description/meshes.h"
 #include "youbot_base_sim/ros/node_constants.h"
 #include "youbot_base_sim/scene/frames.h"
-#include "youbot_base_sim/scene/meshes.h"
 
 namespace youbot_base_sim {
 

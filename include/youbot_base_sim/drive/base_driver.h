@@ -11,8 +11,9 @@
 #include "youbot_base_sim/drive/motor_sensors.h"
 #include "youbot_base_sim/drive/motor_settings.h"
 #include "youbot_base_sim/drive/wheel_drive.h"
+#include "youbot_base_sim/export.h"
 
-namespace youbot_base_sim {
+namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
 /// A set point for each wheel that the command names; the other wheels keep theirs.
 using DriveCommand = std::array<std::optional<SetPoint>, kWheels>;

@@ -5,8 +5,9 @@
 
 #include "youbot_base_sim/drive/motor.h"
 #include "youbot_base_sim/drive/wheel_odometry.h"
+#include "youbot_base_sim/export.h"
 
-namespace youbot_base_sim {
+namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
 /// A mistake in a configuration file of the driver, in one line that names the file, the key, its value and what is
 /// allowed.

@@ -3,10 +3,11 @@
 #include <Eigen/Dense>
 #include <random>
 
+#include "youbot_base_sim/export.h"
 #include "youbot_base_sim/physics/parameters.h"
 #include "youbot_base_sim/physics/state.h"
 
-namespace youbot_base_sim {
+namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
 /// Errors of an inertial measurement unit, as standard deviations of a reading and as constants; about what a small
 /// MEMS unit has.

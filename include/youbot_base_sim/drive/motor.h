@@ -1,6 +1,8 @@
 #pragma once
 
-namespace youbot_base_sim {
+#include "youbot_base_sim/export.h"
+
+namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
 /// Control mode of a motor.
 enum class DriveMode {

@@ -6,9 +6,10 @@
 #include "youbot_base_sim/drive/faults.h"
 #include "youbot_base_sim/drive/motor.h"
 #include "youbot_base_sim/drive/motor_settings.h"
+#include "youbot_base_sim/export.h"
 #include "youbot_base_sim/physics/state.h"
 
-namespace youbot_base_sim {
+namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
 /// Readings of the four motors, converted to the wheels; positive drives forward on all four.
 struct MotorReadings {

@@ -3,9 +3,10 @@
 #include <array>
 
 #include "youbot_base_sim/drive/motor.h"
+#include "youbot_base_sim/export.h"
 #include "youbot_base_sim/physics/state.h"
 
-namespace youbot_base_sim {
+namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
 /// PI gains of the wheels' velocity loop. The motor controllers' own gains (P 600, I 200) have undocumented units;
 /// those here were fitted to records of two real bases (docs/drop_in.md).

@@ -1,12 +1,12 @@
 #pragma once
 
 #include <Eigen/Dense>
-#include <cmath>
 
 #include "youbot_base_sim/drive/motor.h"
+#include "youbot_base_sim/export.h"
 #include "youbot_base_sim/physics/state.h"
 
-namespace youbot_base_sim {
+namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
 /// Base kinematics as the youBot driver computes them: a Mecanum base that does not slip and whose wheels touch the
 /// floor below their centres. Wheel rates have the signs of the URDF and of the paper, positive forward on all four
@@ -23,11 +23,7 @@ struct DriverKinematics {
 
   /// Velocity of the base that the wheel rates tell of; of four rates, the part that no such motion explains is lost.
   /// Linear, so that it also turns differences of wheel angles (rad) into displacements (m, m, rad).
-  Eigen::Vector3d velocity(const Wheels& dphi) const {
-    const double quarter = wheel_radius / 4;
-    return {quarter * (dphi[0] + dphi[1] + dphi[2] + dphi[3]), quarter * (-dphi[0] + dphi[1] + dphi[2] - dphi[3]),
-            quarter / half_lengths * (-dphi[0] + dphi[1] - dphi[2] + dphi[3])};
-  }
+  Eigen::Vector3d velocity(const Wheels& dphi) const;
 
   /// The matrix of `velocity`: its rows are V_X, V_Y and Omega, its columns the wheels.
   Eigen::Matrix<double, 3, kWheels> jacobian() const;
@@ -47,17 +43,8 @@ class WheelOdometry {
   /// Starts at pose zero, with the wheels at angles phi (rad).
   WheelOdometry(const DriverKinematics& kinematics, const Wheels& phi, double wheel_error = 0, const Motor& motor = {});
 
-  /// Goes on to wheel angles phi, rad. Inline, for a loop at 1 kHz makes this step in each of its periods, whether
-  /// anybody wants to know the pose or not.
-  void update(const Wheels& phi) {
-    const Wheels turned = phi - phi_;
-    phi_ = phi;
-    const Eigen::Vector3d moved = kinematics_.velocity(turned);
-    turn(moved[2]);
-    if (wheel_error_ > 0) update_covariance(turned, moved);
-    pose_[0] += cos_ * moved[0] - sin_ * moved[1];
-    pose_[1] += sin_ * moved[0] + cos_ * moved[1];
-  }
+  /// Goes on to wheel angles phi, rad.
+  void update(const Wheels& phi);
 
   /// Sets the pose back to zero, with the wheels at angles phi (rad).
   void reset(const Wheels& phi);
@@ -81,16 +68,7 @@ class WheelOdometry {
 
   /// Turns the heading. Its sine and cosine follow by addition theorems with series of the small angle, a third of the
   /// work of looking them up; now and then they are, so that rounding does not add up.
-  void turn(double angle) {
-    pose_[2] += angle;
-    if (--turns_until_look_up_ <= 0 || !(std::abs(angle) < kSmallAngle)) return look_up();
-    const double square = angle * angle;
-    const double s = angle * (1 - square / 6 * (1 - square / 20));
-    const double c = 1 - square / 2 * (1 - square / 12 * (1 - square / 30));
-    const double cos_before = cos_;
-    cos_ = c * cos_before - s * sin_;
-    sin_ = s * cos_before + c * sin_;
-  }
+  void turn(double angle);
   void look_up();
   void update_covariance(const Wheels& turned, const Eigen::Vector3d& moved);
 

@@ -8,15 +8,15 @@
 #include <optional>
 #include <vector>
 
+#include "youbot_base_sim/export.h"
 #include "youbot_base_sim/integration/statistics.h"
 #include "youbot_base_sim/physics/burden.h"
-#include "youbot_base_sim/physics/contact_modes.h"
 #include "youbot_base_sim/physics/contacts.h"
 #include "youbot_base_sim/physics/reactions.h"
 #include "youbot_base_sim/physics/roller_switch.h"
 #include "youbot_base_sim/physics/state.h"
 
-namespace youbot_base_sim {
+namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
 /// Thrown out of an integration that was told to stop.
 class Stopped : public std::exception {
@@ -24,12 +24,7 @@ class Stopped : public std::exception {
   const char* what() const noexcept override { return "stopped"; }
 };
 
-/// What an integration knows of its motion besides the state.
-struct MotionSoFar {
-  std::optional<ContactModes> contacts;  ///< none in model 1
-  IntegrationStatistics statistics;
-  std::vector<RollerSwitch> switches;  ///< that were not taken
-};
+struct MotionSoFar;
 
 /// The motion of one model from one state on, by one method. Selected once when the simulation is built, so that the
 /// inner loops branch on neither.

@@ -4,13 +4,14 @@
 #include <string>
 #include <vector>
 
+#include "youbot_base_sim/export.h"
 #include "youbot_base_sim/integration/integration.h"
 #include "youbot_base_sim/integration/tolerance.h"
 #include "youbot_base_sim/physics/model.h"
 #include "youbot_base_sim/physics/parameters.h"
 #include "youbot_base_sim/physics/torque_profile.h"
 
-namespace youbot_base_sim {
+namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
 /// A method that integrates models 2a and 2b.
 struct Method {

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "youbot_base_sim/integration/integration.h"
+#include "youbot_base_sim/integration/motion_so_far.h"
 #include "youbot_base_sim/integration/tolerance.h"
 #include "youbot_base_sim/physics/no_slip_model.h"
 #include "youbot_base_sim/physics/torque_profile.h"

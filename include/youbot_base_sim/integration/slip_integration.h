@@ -10,6 +10,7 @@
 #include "youbot_base_sim/integration/guarded_stepper.h"
 #include "youbot_base_sim/integration/integration.h"
 #include "youbot_base_sim/integration/located_stepper.h"
+#include "youbot_base_sim/integration/motion_so_far.h"
 #include "youbot_base_sim/integration/period_stepper.h"
 #include "youbot_base_sim/integration/slip_system.h"
 #include "youbot_base_sim/integration/smooth_stepper.h"

@@ -3,9 +3,10 @@
 #include <Eigen/Dense>
 #include <vector>
 
+#include "youbot_base_sim/export.h"
 #include "youbot_base_sim/physics/parameters.h"
 
-namespace youbot_base_sim {
+namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
 /// A body that the base carries, fixed to the platform.
 struct Load {

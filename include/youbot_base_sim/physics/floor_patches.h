@@ -2,9 +2,10 @@
 
 #include <vector>
 
+#include "youbot_base_sim/export.h"
 #include "youbot_base_sim/physics/parameters.h"
 
-namespace youbot_base_sim {
+namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
 /// Friction of a floor with patches.
 class FloorPatches {

@@ -2,9 +2,10 @@
 
 #include <Eigen/Dense>
 
+#include "youbot_base_sim/export.h"
 #include "youbot_base_sim/physics/parameters.h"
 
-namespace youbot_base_sim {
+namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
 /// Columns of a matrix that maps (V_X, V_Y, Omega), with a zero below each.
 using PlatformMatrix = std::array<Wheels, 3>;

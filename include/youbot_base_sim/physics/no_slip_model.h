@@ -3,12 +3,13 @@
 #include <cmath>
 #include <optional>
 
+#include "youbot_base_sim/export.h"
 #include "youbot_base_sim/physics/burden.h"
 #include "youbot_base_sim/physics/dry_bearings.h"
 #include "youbot_base_sim/physics/inertia.h"
 #include "youbot_base_sim/physics/state_jacobian.h"
 
-namespace youbot_base_sim {
+namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
 /// Model 1 of the paper (section 5.1): contact at the middle of each roller and no slip, so that the platform's three
 /// velocities determine all others. Here v stands for (V_X, V_Y, Omega), m/s and rad/s.

@@ -5,9 +5,10 @@
 #include <limits>
 #include <vector>
 
+#include "youbot_base_sim/export.h"
 #include "youbot_base_sim/physics/state.h"
 
-namespace youbot_base_sim {
+namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
 /// How dgamma, which the equations know only for the roller in contact, goes on when the next roller takes over.
 enum class RollerRateAtSwitch {

@@ -1,9 +1,10 @@
 #pragma once
 
+#include "youbot_base_sim/export.h"
 #include "youbot_base_sim/physics/contacts.h"
 #include "youbot_base_sim/physics/parameters.h"
 
-namespace youbot_base_sim {
+namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
 /// Where power comes from and goes to, W.
 struct PowerBalance {

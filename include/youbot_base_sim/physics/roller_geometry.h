@@ -2,9 +2,10 @@
 
 #include <cstdint>
 
+#include "youbot_base_sim/export.h"
 #include "youbot_base_sim/physics/parameters.h"
 
-namespace youbot_base_sim {
+namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
 /// Where a roller touches the floor, and how that changes with the wheel's angle; one entry for each wheel. A prime is
 /// the derivative by phi.

@@ -24,7 +24,7 @@ using WheelMask = Eigen::Array<bool, kWheels, 1>;
 /// Alignment of the operands of inner loops: four doubles never straddle a cache line.
 constexpr std::size_t kAlignment = 32;
 
-/// The sums of three times four entries, and a zero.
+/// The sums of three times four entries, and a zero. The same bits with AVX and without.
 inline Wheels sums(const Wheels& a, const Wheels& b, const Wheels& c) {
 #ifdef __AVX__
   const __m256d ab = _mm256_hadd_pd(_mm256_loadu_pd(a.data()), _mm256_loadu_pd(b.data()));
@@ -34,7 +34,8 @@ inline Wheels sums(const Wheels& a, const Wheels& b, const Wheels& c) {
                    _mm256_add_pd(_mm256_permute2f128_pd(ab, c0, 0x20), _mm256_permute2f128_pd(ab, c0, 0x31)));
   return result;
 #else
-  return {a.sum(), b.sum(), c.sum(), 0};
+  const auto sum = [](const Wheels& w) { return (w[0] + w[1]) + (w[2] + w[3]); };
+  return {sum(a), sum(b), sum(c), 0};
 #endif
 }
 

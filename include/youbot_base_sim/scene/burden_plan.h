@@ -3,10 +3,11 @@
 #include <limits>
 #include <vector>
 
+#include "youbot_base_sim/export.h"
 #include "youbot_base_sim/physics/burden.h"
 #include "youbot_base_sim/text/number.h"
 
-namespace youbot_base_sim {
+namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
 // What the numbers may be, in scenes and messages.
 inline constexpr Range kLoadMasses{1e-12, 1e6, "kg"};

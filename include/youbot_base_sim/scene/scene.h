@@ -9,13 +9,14 @@
 
 #include "youbot_base_sim/drive/motor_settings.h"
 #include "youbot_base_sim/drive/torque_profiles.h"
+#include "youbot_base_sim/export.h"
 #include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/physics/model.h"
 #include "youbot_base_sim/physics/parameters.h"
 #include "youbot_base_sim/scene/burden_plan.h"
 #include "youbot_base_sim/text/number.h"
 
-namespace youbot_base_sim {
+namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
 /// The model's name in a scene file: no_slip, viscous or coulomb.
 const char* name_of(Model model);

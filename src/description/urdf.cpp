@@ -1,4 +1,4 @@
-#include "youbot_base_sim/scene/urdf.h"
+#include "youbot_base_sim/description/urdf.h"
 
 #include <fmt/format.h>
 

@@ -1,6 +1,6 @@
 // The URDF against the contact geometry of the physics.
 
-#include "youbot_base_sim/scene/urdf.h"
+#include "youbot_base_sim/description/urdf.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "youbot_base_sim/scene/meshes.h"
+#include "youbot_base_sim/description/meshes.h"
 
 #include <fmt/format.h>
 

@@ -3,8 +3,8 @@
 #include <functional>
 #include <string>
 
+#include "youbot_base_sim/description/meshes.h"
 #include "youbot_base_sim/physics/parameters.h"
-#include "youbot_base_sim/scene/meshes.h"
 
 namespace youbot_base_sim {
 

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "youbot_base_sim/integration/statistics.h"
+#include "youbot_base_sim/physics/contact_modes.h"
+#include "youbot_base_sim/physics/roller_switch.h"
+
+namespace youbot_base_sim {
+
+/// What an integration knows of its motion besides the state.
+struct MotionSoFar {
+  std::optional<ContactModes> contacts;  ///< none in model 1
+  IntegrationStatistics statistics;
+  std::vector<RollerSwitch> switches;  ///< that were not taken
+};
+
+}  // namespace youbot_base_sim
