@@ -108,8 +108,8 @@ class ContactFriction {
     for (int k = 0; k < D; ++k) n[k] = V[k] * r.scale.square();
     Stiffness K;
     for (int k = 0; k < D; ++k) {
-      K.set(k, k, r.slope + F[k] * n[k]);
       for (int l = 0; l < k; ++l) K.set(k, l, 0.5 * (F[l] * n[k] + F[k] * n[l]));
+      K.set(k, k, r.slope + F[k] * n[k]);
     }
     return K;
   }
