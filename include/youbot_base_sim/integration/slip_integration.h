@@ -6,17 +6,17 @@
 #include <functional>
 #include <memory>
 
+#include "youbot_base_sim/integration/event_locating_stepper.h"
 #include "youbot_base_sim/integration/fallback_stepper.h"
 #include "youbot_base_sim/integration/guarded_stepper.h"
 #include "youbot_base_sim/integration/integration.h"
-#include "youbot_base_sim/integration/located_stepper.h"
 #include "youbot_base_sim/integration/period_stepper.h"
 #include "youbot_base_sim/integration/slip_system.h"
 #include "youbot_base_sim/integration/smooth_stepper.h"
 
 namespace youbot_base_sim {
 
-/// Models 2a and 2b by any method: odeint's loops over a GuardedStepper around a LocatedStepper around it.
+/// Models 2a and 2b by any method: odeint's loops over a GuardedStepper around a EventLocatingStepper around it.
 template <class Law>
 class SlipIntegration : public Integration {
  public:
@@ -101,7 +101,7 @@ class SlipIntegration : public Integration {
     return {relative, tolerance.absolute * relative / tolerance.relative};
   }
 
-  LocatedStepper<SlipSystem<Law>> located(const Tolerance& tolerance, const MakeStepper& make_stepper) {
+  EventLocatingStepper<SlipSystem<Law>> located(const Tolerance& tolerance, const MakeStepper& make_stepper) {
     return {make_stepper(tolerance, record_.statistics), tolerance, record_};
   }
 
@@ -113,7 +113,7 @@ class SlipIntegration : public Integration {
   }
 
   mutable MotionRecord record_;
-  double transition_speed_;  // but in eased milliseconds, m/s
+  double transition_speed_;  // except in relaxed milliseconds, m/s
   SlipSystem<Law> system_;
   GuardedStepper<SlipSystem<Law>, FallbackStepper<Law>> stepper_;
 };
