@@ -119,7 +119,7 @@ class EventLocatingStepper : public ControlledStepperTypes {
     const Result result = stepper_->try_step(system, start, t, now_.end, next_dt_);
     if (result == boost::numeric::odeint::fail) return false;
     // odeint's step size control accepts a step whose error is NaN.
-    if (!now_.end.values.allFinite()) {
+    if (!std::isfinite(now_.end.values.sum())) {
       next_dt_ = kShrinkage * length;
       return false;
     }
