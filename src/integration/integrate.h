@@ -7,7 +7,7 @@
 
 namespace youbot_base_sim {
 
-// Radau must keep up with real time: this many evaluations, and the 80 % more of an eased millisecond, take about 0.8
+// Radau must keep up with real time: this many evaluations, and the 80 % more of a relaxed millisecond, take about 0.8
 // ms at 3 GHz; beyond the paper each takes longer. The other methods are for comparison and may take what they need;
 // their bound only makes sure that a run ends.
 template <class Model>

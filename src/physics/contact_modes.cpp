@@ -58,7 +58,7 @@ void ContactModes::share(int i, std::int64_t k) {
   upper_edge_[i] = kInfinity;
 }
 
-void ContactModes::average(int i) {
+void ContactModes::enter_averaging(int i) {
   begin_contact(i, false, true);
   center_[i] = kInfinity;
   lower_edge_[i] = -kInfinity;

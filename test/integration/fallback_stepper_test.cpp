@@ -88,7 +88,7 @@ TEST(FallbackStepperTest, StandsFarFromTheRollersOfItsStart) {
   const HeldTorque torque;
   State x = rolling_state();
   SlipSystem<PaperModel<CoulombLaw>> system(model, torque, x);
-  system.modes().average(2);
+  system.modes().enter_averaging(2);
   FallbackStepper<PaperModel<CoulombLaw>> fallback;
   double energy = kinetic_energy(model.robot(), x);
   for (int k = 0; k < 100; ++k) {

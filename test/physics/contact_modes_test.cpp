@@ -61,7 +61,7 @@ TEST_F(ContactModesTest, ARollerThatStartsAtRestLeavesTheEnergyOfTheOneBefore) {
 
 TEST_F(ContactModesTest, SharedAndAveragedContactsHaveNoEdges) {
   modes.share(1, 1);
-  modes.average(3);
+  modes.enter_averaging(3);
   EXPECT_TRUE(modes.shares() && modes.averages() && modes.mixed());
   EXPECT_TRUE((modes.shared() == WheelMask{false, true, false, false}).all());
   EXPECT_TRUE(modes.averaged(3) && !modes.averaged(1));
@@ -80,7 +80,7 @@ TEST_F(ContactModesTest, SharedAndAveragedContactsHaveNoEdges) {
 }
 
 TEST_F(ContactModesTest, TheShapeOfAnAveragedContactIsTheMean) {
-  modes.average(3);
+  modes.enter_averaging(3);
   const Wheels phi = {0.1, 0.7 * pitch, -0.5 * pitch, 123.4};
   const ContactGeometry g = modes.geometry(phi), one = geometry.at({0.1, -0.3 * pitch, 0.5 * pitch, 0});
   EXPECT_EQ(modes.phi_tilde(phi)[3], 0);
@@ -99,7 +99,7 @@ TEST_F(ContactModesTest, RatesOfAveragingAndBackLeaveAGap) {
     EXPECT_EQ(modes.above_location_limit(0, x), rate > 1) << rate;
     EXPECT_EQ(modes.below_resolution_limit(0, x) > 0, rate < 0.8) << rate;
   }
-  modes.average(0);
+  modes.enter_averaging(0);
   x.phi()[0] = -12.4 * pitch;
   modes.track_roller(0, x);
   EXPECT_EQ(modes.roller(0), -12);
@@ -119,7 +119,7 @@ TEST_F(ContactModesTest, EachChangeHasAnIdOfItsOwn) {
   EXPECT_TRUE(changed());
   modes.set_roller(2, 0);
   EXPECT_TRUE(changed());
-  modes.average(2);
+  modes.enter_averaging(2);
   EXPECT_TRUE(changed());
 }
 

@@ -267,8 +267,8 @@ TYPED_TEST(SlipModelTest, JacobianKnowsAveragedContacts) {
     for (const double slip_by_nu : kSlipsByNu) {
       SCOPED_TRACE(testing::Message() << "seed " << seed << ", slip / nu = " << slip_by_nu);
       Motion<TypeParam> motion(100 + seed, slip_by_nu);
-      motion.system.modes().average(static_cast<int>(seed % 4));
-      if (seed == 4) motion.system.modes().average(2);
+      motion.system.modes().enter_averaging(static_cast<int>(seed % 4));
+      if (seed == 4) motion.system.modes().enter_averaging(2);
       expect_jacobian_of_the_right_hand_side(motion.system, motion.state, motion.kTime, motion.scale());
     }
   }
@@ -372,7 +372,7 @@ TYPED_TEST(SlipModelTest, PowerBalanceIsExactWithMixedContacts) {
       SlipSystem<TypeParam> system = shared.system();
       State x = shared.state, dxdt;
       system.enter_sliding(i, shared.lower, x);
-      system.modes().average((i + 1) % kWheels);
+      system.modes().enter_averaging((i + 1) % kWheels);
       system(x, dxdt, t);
       const RobotParameters& robot = shared.motion.robot;
       const Velocities u = x.velocities();
@@ -406,7 +406,7 @@ TYPED_TEST(SlipModelTest, JacobianKnowsSharedBesideAveragedContacts) {
       SharedMotion<TypeParam> shared(700 + seed, slip_by_nu, i);
       SlipSystem<TypeParam> system = shared.system();
       system.enter_sliding(i, shared.lower, shared.state);
-      system.modes().average((i + 1 + static_cast<int>(seed / 4)) % kWheels);
+      system.modes().enter_averaging((i + 1 + static_cast<int>(seed / 4)) % kWheels);
       expect_jacobian_of_the_right_hand_side(system, shared.state, shared.motion.kTime, shared.motion.slip, i);
     }
   }

@@ -10,7 +10,7 @@
 #include "youbot_base_sim/integration/tolerance.h"
 #include "youbot_base_sim/physics/contact_modes.h"
 
-// The events at which LocatedStepper ends a step. An event has
+// The events at which EventLocatingStepper ends a step. An event has
 //   conditions    kConditions                       how many, of which the first one that is met counts
 //                 possible(system, step)            a quick look: false if none is met within the step
 //                 witness(system, x, t, condition)  how far the state x at time t is past it
@@ -120,7 +120,7 @@ class EdgeReached {
     x.phi()[i] = ContactModes::far_side(edge, direction);
     record_->switches.record(modes, i, from, t, x.phi()[i]);
     if (modes.above_location_limit(i, x)) {
-      modes.average(i);
+      modes.enter_averaging(i);
       ++record_->statistics.averaged_contacts;
     }
     return true;

@@ -9,8 +9,8 @@
 #include <optional>
 #include <utility>
 
+#include "youbot_base_sim/integration/event_locating_stepper.h"
 #include "youbot_base_sim/integration/integration.h"
-#include "youbot_base_sim/integration/located_stepper.h"
 #include "youbot_base_sim/integration/motion_record.h"
 #include "youbot_base_sim/integration/stepper_types.h"
 #include "youbot_base_sim/physics/state.h"
@@ -22,23 +22,22 @@ struct WorkBound {
   std::uint64_t max_evaluations;  ///< of the right-hand side, in kWindow
 };
 
-/// Bounds the work of a LocatedStepper: a Controlled Stepper of odeint around it. Work is counted in evaluations of the
-/// right-hand side, not timed, so that results do not depend on the machine.
+/// Bounds the work of an EventLocatingStepper: a Controlled Stepper of odeint around it. Work is counted in evaluations
+/// of the right-hand side, not timed, so that results do not depend on the machine.
 ///
-/// Once a millisecond of motion has used up its bound, the rest of it gets kEasedShare more: a second stepper with a
-/// looser tolerance continues, and the transition speed is raised to at least kEasedSpeed. If that is not enough, or
+/// Once a millisecond of motion has used up its bound, the rest of it gets kRelaxedShare more: a second stepper with a
+/// looser tolerance continues, and the transition speed is raised to at least kRelaxedSpeed. If that is not enough, or
 /// steps become too short to advance t, fallback steps cover the next millisecond, and twice as long each time this
-/// recurs within kSoon. Switches on the way are announced like all others, with times that are interpolated within the
-/// step.
+/// recurs within kFallbackCooldown. Their switches are recorded too, at times that are interpolated within the step.
 template <class System, class Fallback>
 class GuardedStepper : public ControlledStepperTypes {
  public:
   /// Records in `record`, which must outlive it.
-  GuardedStepper(LocatedStepper<System> fine, LocatedStepper<System> coarse, const WorkBound& bound,
+  GuardedStepper(EventLocatingStepper<System> fine, EventLocatingStepper<System> coarse, const WorkBound& bound,
                  MotionRecord& record)
       : fine_(std::move(fine)), coarse_(std::move(coarse)), bound_(bound), record_(&record) {}
 
-  /// As LocatedStepper's, but it never fails: it tries again itself. Throws Stopped once the stop flag is set.
+  /// As EventLocatingStepper's, but it never fails: it tries again itself. Throws Stopped once the stop flag is set.
   Result try_step(System& system, State& x, double& t, double& dt) {
     for (int failures = 0;; ++failures) {
       if (stop_ && stop_->load(std::memory_order_relaxed)) throw Stopped();
@@ -46,12 +45,12 @@ class GuardedStepper : public ControlledStepperTypes {
       if (!(t < window_start_ + kWindow) || t < window_start_) begin_window(system, t);
       const bool stuck = failures >= kMaxFailures || t + stepper_->dt() <= t;
       if (stuck || system.evaluations() - spent_ > allowed_) {
-        record_->statistics.exhausted += !eased_;
-        if (stuck || eased_) {
+        record_->statistics.exhausted += !relaxed_;
+        if (stuck || relaxed_) {
           begin_fallback(system, t);
           continue;
         }
-        ease(system);
+        relax(system);
       }
       const double end = dt < stepper_->dt() ? t + dt : std::numeric_limits<double>::infinity();
       const std::uint64_t before = system.evaluations();
@@ -67,51 +66,51 @@ class GuardedStepper : public ControlledStepperTypes {
   /// As Integration's.
   void stop_on(const std::atomic<bool>& stop) { stop_ = &stop; }
 
-  /// As LocatedStepper's.
+  /// As EventLocatingStepper's.
   void torque_jumped() { stepper_->torque_jumped(); }
 
   GuardedStepper(const GuardedStepper&) = delete;
   GuardedStepper& operator=(const GuardedStepper&) = delete;
 
  private:
-  static constexpr double kWindow = 1e-3;      // s
-  static constexpr double kEasedShare = 0.8;   // of the bound
-  static constexpr double kEasedSpeed = 1e-6;  // m/s
-  static constexpr int kMaxFailures = 400;     // of one step
+  static constexpr double kWindow = 1e-3;        // s
+  static constexpr double kRelaxedShare = 0.8;   // of the bound
+  static constexpr double kRelaxedSpeed = 1e-6;  // m/s
+  static constexpr int kMaxFailures = 400;       // of one step
   static constexpr std::uint64_t kFreeEvaluations = 20;
   static constexpr double kFallbackStep = 2e-5;                     // s
   static constexpr double kMinStretch = 1e-3, kMaxStretch = 64e-3;  // s of fallback steps in a row
-  static constexpr double kSoon = 10e-3;                            // s after the last stretch
+  static constexpr double kFallbackCooldown = 10e-3;                // s after the last stretch
 
   void begin_window(System& system, double t) {
     window_start_ = t;
     spent_ = system.evaluations();
     allowed_ = bound_.max_evaluations;
-    if (eased_) end_easing(system);
+    if (relaxed_) end_relaxation(system);
   }
 
-  void ease(System& system) {
-    eased_ = system.transition_speed();
-    system.set_transition_speed(std::max(*eased_, kEasedSpeed));
+  void relax(System& system) {
+    relaxed_ = system.transition_speed();
+    system.set_transition_speed(std::max(*relaxed_, kRelaxedSpeed));
     replace_stepper(coarse_);
-    allowed_ += static_cast<std::uint64_t>(kEasedShare * static_cast<double>(bound_.max_evaluations));
+    allowed_ += static_cast<std::uint64_t>(kRelaxedShare * static_cast<double>(bound_.max_evaluations));
     ++record_->statistics.eased_periods;
   }
 
-  void end_easing(System& system) {
-    system.set_transition_speed(*eased_);
-    eased_.reset();
+  void end_relaxation(System& system) {
+    system.set_transition_speed(*relaxed_);
+    relaxed_.reset();
     replace_stepper(fine_);
   }
 
-  void replace_stepper(LocatedStepper<System>& stepper) {
+  void replace_stepper(EventLocatingStepper<System>& stepper) {
     stepper.restart();
     stepper_ = &stepper;
   }
 
   void begin_fallback(System& system, double t) {
-    if (eased_) end_easing(system);
-    stretch_ = t < fallback_end_ + kSoon ? std::min(2 * stretch_, kMaxStretch) : kMinStretch;
+    if (relaxed_) end_relaxation(system);
+    stretch_ = t < fallback_end_ + kFallbackCooldown ? std::min(2 * stretch_, kMaxStretch) : kMinStretch;
     fallback_end_ = t + stretch_;
     stepper_->restart();
     record_->sliding_mode = {};
@@ -151,8 +150,8 @@ class GuardedStepper : public ControlledStepperTypes {
     record_->switches.record(modes, i, from, t + at * length, ContactModes::far_side(edge, to > from ? +1 : -1));
   }
 
-  LocatedStepper<System> fine_, coarse_;
-  LocatedStepper<System>* stepper_ = &fine_;  // the one at work
+  EventLocatingStepper<System> fine_, coarse_;
+  EventLocatingStepper<System>* stepper_ = &fine_;  // the one in use
   WorkBound bound_;
   MotionRecord* record_;
   Fallback fallback_;
@@ -161,7 +160,7 @@ class GuardedStepper : public ControlledStepperTypes {
   // The millisecond under way: its start, the evaluations before it and those that it may take.
   double window_start_ = std::numeric_limits<double>::infinity();
   std::uint64_t spent_ = 0, allowed_ = 0;
-  std::optional<double> eased_;  // the transition speed to return to, m/s, while the coarse stepper is at work
+  std::optional<double> relaxed_;  // the transition speed to return to, m/s, while the coarse stepper is at work
 
   double fallback_end_ = -std::numeric_limits<double>::infinity();
   double stretch_ = kMinStretch;

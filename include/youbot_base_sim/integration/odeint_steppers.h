@@ -107,7 +107,7 @@ class UblasSystem {
     for (int i = 0; i < kWheels; ++i) origin_[i] = std::isfinite(middle[i]) ? middle[i] : x.phi()[i];
   }
 
-  void put(const State& x, Vector& y) const {
+  void to_vector(const State& x, Vector& y) const {
     State relative = x;
     relative.phi() -= origin_;
     std::copy(relative.begin(), relative.end(), y.begin());
@@ -161,7 +161,7 @@ class Rosenbrock4 final : public GeneralMethod {
 
   Result try_step(const SmoothSystem& system, const State& in, double& t, State& out, double& dt) override {
     const UblasSystem ublas(system, in, *statistics_);
-    ublas.put(in, y_);
+    ublas.to_vector(in, y_);
     const auto result = controller_.try_step(ublas.pair(), y_, t, y_end_, dt);
     if (result == boost::numeric::odeint::success) out = ublas.state(y_end_);
     return result;
@@ -229,7 +229,7 @@ class ImplicitEulerStep {
   explicit ImplicitEulerStep(IntegrationStatistics& statistics) : statistics_(&statistics), y_(State().values.size()) {}
   void step(const SmoothSystem& system, const State& in, double t, State& out, double dt) {
     const UblasSystem ublas(system, in, *statistics_);
-    ublas.put(in, y_);
+    ublas.to_vector(in, y_);
     stepper_.do_step(ublas.pair(), y_, t, dt);
     out = ublas.state(y_);
   }

@@ -6,10 +6,10 @@
 #include <functional>
 #include <memory>
 
+#include "youbot_base_sim/integration/event_locating_stepper.h"
 #include "youbot_base_sim/integration/fallback_stepper.h"
 #include "youbot_base_sim/integration/guarded_stepper.h"
 #include "youbot_base_sim/integration/integration.h"
-#include "youbot_base_sim/integration/located_stepper.h"
 #include "youbot_base_sim/integration/motion_so_far.h"
 #include "youbot_base_sim/integration/period_stepper.h"
 #include "youbot_base_sim/integration/slip_system.h"
@@ -17,7 +17,7 @@
 
 namespace youbot_base_sim {
 
-/// Models 2a and 2b by any method: odeint's loops over a GuardedStepper around a LocatedStepper around it.
+/// Models 2a and 2b by any method: odeint's loops over a GuardedStepper around an EventLocatingStepper around it.
 template <class Model>
 class SlipIntegration : public Integration {
  public:
@@ -100,7 +100,7 @@ class SlipIntegration : public Integration {
     return {relative, tolerance.absolute * relative / tolerance.relative};
   }
 
-  LocatedStepper<SlipSystem<Model>> located(const Tolerance& tolerance, const MakeStepper& make_stepper) {
+  EventLocatingStepper<SlipSystem<Model>> located(const Tolerance& tolerance, const MakeStepper& make_stepper) {
     return {make_stepper(tolerance, record_.statistics), tolerance, record_};
   }
 
@@ -112,7 +112,7 @@ class SlipIntegration : public Integration {
   }
 
   mutable MotionRecord record_;
-  double transition_speed_;  // but in eased milliseconds, m/s
+  double transition_speed_;  // except in relaxed milliseconds, m/s
   SlipSystem<Model> system_;
   GuardedStepper<SlipSystem<Model>, FallbackStepper<Model>> stepper_;
 };

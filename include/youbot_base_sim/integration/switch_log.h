@@ -11,7 +11,7 @@
 
 namespace youbot_base_sim {
 
-/// The switches that nobody has taken yet, in order of time. It has room for kRoom before it allocates.
+/// The switches since the last call of `take`, in order of time. It has room for kRoom before it allocates.
 class SwitchLog {
  public:
   explicit SwitchLog(IntegrationStatistics& statistics) : statistics_(&statistics) { switches_.reserve(kRoom); }

@@ -83,7 +83,7 @@ class ContactModes {
   void share(int i, std::int64_t k);
 
   /// Averages the contact of wheel i over its rollers.
-  void average(int i);
+  void enter_averaging(int i);
 
   /// Moves the roller number of wheel i, whose contact is averaged, to the roller at the wheel's angle. All its rollers
   /// share the angle and rate gamma and dgamma meanwhile; RollerRateAtSwitch has no effect.

@@ -1,6 +1,6 @@
-// LocatedStepper around a stepper in closed form, on wheels whose angles are known; and its guard.
+// EventLocatingStepper around a stepper in closed form, on wheels whose angles are known; and its guard.
 
-#include "youbot_base_sim/integration/located_stepper.h"
+#include "youbot_base_sim/integration/event_locating_stepper.h"
 
 #include <gtest/gtest.h>
 
@@ -29,9 +29,9 @@ namespace odeint = boost::numeric::odeint;
 // Steps are exact whatever is allowed: this makes for long ones, and cubics far off the mark.
 constexpr Tolerance kTolerance{1e-3, 1e-3};
 
-class LocatedStepperTest : public testing::Test {
+class EventLocatingStepperTest : public testing::Test {
  protected:
-  using Stepper = LocatedStepper<Wheelwork>;
+  using Stepper = EventLocatingStepper<Wheelwork>;
 
   // Runs to t_end in odeint's loops, cut into periods of that length (s), which must divide it; a period of zero does
   // not cut. What happened is left in the members.
@@ -129,7 +129,7 @@ class LocatedStepperTest : public testing::Test {
   std::vector<RollerSwitch> switches;
 };
 
-TEST_F(LocatedStepperTest, LocatesEverySwitch) {
+TEST_F(EventLocatingStepperTest, LocatesEverySwitch) {
   // Forwards; backwards; forwards and back; slowly at first, over many edges at last.
   wheels.c_0 = {0.1, -0.2, 0.3, 2};
   wheels.c_1 = {6, -4, 5, 0.5};
@@ -146,7 +146,7 @@ TEST_F(LocatedStepperTest, LocatesEverySwitch) {
   }
 }
 
-TEST_F(LocatedStepperTest, LocatesSwitchesAtTheSameTime) {
+TEST_F(EventLocatingStepperTest, LocatesSwitchesAtTheSameTime) {
   // Wheels 0, 1 and 3 alike but for the direction and for whole rollers, wheel 2 behind by as much as is given.
   for (const double lag : {0.0, 1e-15, 3e-12, 3e-9, 3e-6}) {  // rad, at 5 rad/s and more
     wheels.c_0 = {0.2, -0.2, 0.2 - lag, 0.2 + kPi / 3};
@@ -158,7 +158,7 @@ TEST_F(LocatedStepperTest, LocatesSwitchesAtTheSameTime) {
   }
 }
 
-TEST_F(LocatedStepperTest, LocatesTheFirstOfTwoSwitchesInOneStep) {
+TEST_F(EventLocatingStepperTest, LocatesTheFirstOfTwoSwitchesInOneStep) {
   // Wheel 3 turns steadily and reaches its edge at t = 0.3 s; wheel 0 does so earlier or later by `lag` (s), at a rate
   // that varies so much that the cubics through a step's ends may well have it the other way round.
   for (const double lag : {-1e-2, -1e-3, -1e-4, -1e-6, -1e-8, 1e-8, 1e-6, 1e-4, 1e-3, 1e-2}) {
@@ -173,7 +173,7 @@ TEST_F(LocatedStepperTest, LocatesTheFirstOfTwoSwitchesInOneStep) {
   }
 }
 
-TEST_F(LocatedStepperTest, GrazesWithoutSwitching) {
+TEST_F(EventLocatingStepperTest, GrazesWithoutSwitching) {
   for (const int side : {+1, -1}) {
     for (const double beyond : {-1e-3, -1e-9, 0.0, 1e-9, 1e-3}) {  // rad that wheel 1 gets past its edge, at t = 0.5 s
       wheels.c_0[1] = side * (kPi / 6 + beyond - 0.25);
@@ -198,7 +198,7 @@ TEST_F(LocatedStepperTest, GrazesWithoutSwitching) {
   }
 }
 
-TEST_F(LocatedStepperTest, StartsOnAnEdge) {
+TEST_F(EventLocatingStepperTest, StartsOnAnEdge) {
   struct Start {
     double rate, acceleration;  // rad/s, rad/s^2
     bool leaves;                // the roller that (2.1) names, which is the upper one
@@ -226,7 +226,7 @@ TEST_F(LocatedStepperTest, StartsOnAnEdge) {
   }
 }
 
-TEST_F(LocatedStepperTest, RocksOverAnEdgeForAsLongAsItDoes) {
+TEST_F(EventLocatingStepperTest, RocksOverAnEdgeForAsLongAsItDoes) {
   // Thrown up at 1 rad/s from the edge against 10 rad/s^2 on either side: back after 0.2 s, over and over.
   wheels.pull = 10;
   wheels.c_0 = {kPi / 6 - 0.05, 0, 0, 0};  // at rest here a tenth of a second before
@@ -241,7 +241,7 @@ TEST_F(LocatedStepperTest, RocksOverAnEdgeForAsLongAsItDoes) {
   }
 }
 
-TEST_F(LocatedStepperTest, ComesToRestOnTwoRollersWhereSwitchesHaveNoEnd) {
+TEST_F(EventLocatingStepperTest, ComesToRestOnTwoRollersWhereSwitchesHaveNoEnd) {
   // The same with damping: amplitudes shrink, and the switches' number grows exponentially.
   tolerance = {1e-10, 1e-10};
   wheels.pull = 10;
@@ -258,7 +258,7 @@ TEST_F(LocatedStepperTest, ComesToRestOnTwoRollersWhereSwitchesHaveNoEnd) {
   EXPECT_LT(work(), 2000u);
 }
 
-TEST_F(LocatedStepperTest, GoesOnFromTwoRollersWhenOneOfThemBearsItAlone) {
+TEST_F(EventLocatingStepperTest, GoesOnFromTwoRollersWhenOneOfThemBearsItAlone) {
   // A push that grows and is as strong as the pull at t = 0.5 s, upwards or downwards.
   for (const int side : {+1, -1}) {
     wheels.pull = 10;
@@ -277,7 +277,7 @@ TEST_F(LocatedStepperTest, GoesOnFromTwoRollersWhenOneOfThemBearsItAlone) {
   }
 }
 
-TEST_F(LocatedStepperTest, LocatesEverySwitchThoughStepsFail) {
+TEST_F(EventLocatingStepperTest, LocatesEverySwitchThoughStepsFail) {
   wheels.c_0 = {0.1, -0.2, 0.3, 2};
   wheels.c_1 = {6, -4, 5, 0.5};
   wheels.c_2 = {1, -1, -3, 0};
@@ -290,7 +290,7 @@ TEST_F(LocatedStepperTest, LocatesEverySwitchThoughStepsFail) {
   }
 }
 
-TEST_F(LocatedStepperTest, FailsWithoutATraceWhereNoStepSucceeds) {
+TEST_F(EventLocatingStepperTest, FailsWithoutATraceWhereNoStepSucceeds) {
   wheels.c_3[1] = std::numeric_limits<double>::quiet_NaN();
   restart();
   double length = stepper->dt();
@@ -309,7 +309,7 @@ TEST_F(LocatedStepperTest, FailsWithoutATraceWhereNoStepSucceeds) {
 }
 
 // The effects of a switch at the start are not the caller's business until a step succeeds.
-TEST_F(LocatedStepperTest, LeavesTheStateAloneThoughASwitchIsDueWhereNoStepSucceeds) {
+TEST_F(EventLocatingStepperTest, LeavesTheStateAloneThoughASwitchIsDueWhereNoStepSucceeds) {
   wheels.robot.roller_rate_at_switch = RollerRateAtSwitch::kAtRest;
   wheels.c_0[2] = wheels.geometry.upper_edge(0);
   wheels.c_1 = {0, 0, -1, 40};
@@ -343,7 +343,7 @@ TEST_F(LocatedStepperTest, LeavesTheStateAloneThoughASwitchIsDueWhereNoStepSucce
 }
 
 // odeint's loops and iterators for Controlled Steppers, and one by the letter of its concept, over the same motion.
-TEST_F(LocatedStepperTest, WorksInEveryLoopOfOdeint) {
+TEST_F(EventLocatingStepperTest, WorksInEveryLoopOfOdeint) {
   constexpr double kEnd = 2, kPeriod = 0.25;
   wheels.c_0 = {0.1, -0.2, 0.3, 2};
   wheels.c_1 = {6, -4, 5, 0.5};
@@ -402,7 +402,7 @@ TEST_F(LocatedStepperTest, WorksInEveryLoopOfOdeint) {
   }
 }
 
-TEST_F(LocatedStepperTest, LetsTheSystemChangeVelocitiesAtASwitch) {
+TEST_F(EventLocatingStepperTest, LetsTheSystemChangeVelocitiesAtASwitch) {
   wheels.c_1 = {3, -3, 0, 0};
   wheels.robot.roller_rate_at_switch = RollerRateAtSwitch::kAtRest;
   restart();
@@ -413,7 +413,7 @@ TEST_F(LocatedStepperTest, LetsTheSystemChangeVelocitiesAtASwitch) {
 
 // odeint clips dt at the end of each period. Steps that are longer than a period end with it; others are cut by it once
 // at most. Neither makes later ones shorter.
-TEST_F(LocatedStepperTest, RemembersTheLengthThatABoundCutsShort) {
+TEST_F(EventLocatingStepperTest, RemembersTheLengthThatABoundCutsShort) {
   wheels.c_1 = {0.1, 0, 0, 0};  // no edge is reached
   wheels.c_4 = {1e-3, 0, 0, 0};
   constexpr double kPeriod = 1e-3;
@@ -441,7 +441,7 @@ TEST_F(LocatedStepperTest, RemembersTheLengthThatABoundCutsShort) {
 }
 
 // The end of a period costs no more than the cut itself where switches come in between.
-TEST_F(LocatedStepperTest, PeriodsCostNoMoreThanTheirCuts) {
+TEST_F(EventLocatingStepperTest, PeriodsCostNoMoreThanTheirCuts) {
   wheels.c_0 = {0.1, -0.2, 0.3, 2};
   wheels.c_1 = {6, -4, 5, 0.5};
   wheels.c_2 = {1, -1, -3, 0};
@@ -455,7 +455,7 @@ TEST_F(LocatedStepperTest, PeriodsCostNoMoreThanTheirCuts) {
 }
 
 // A step of the bound's length ends exactly where the bound does, and after success odeint may clip dt again.
-TEST_F(LocatedStepperTest, EndsExactlyAtTheBound) {
+TEST_F(EventLocatingStepperTest, EndsExactlyAtTheBound) {
   wheels.c_1 = {0.1, 0, 0, 0};
   restart();
   t = 0.1;
@@ -470,7 +470,7 @@ TEST_F(LocatedStepperTest, EndsExactlyAtTheBound) {
 
 // Wheel 2 speeds up to 6 rad/s and slows down again; above 3 rad/s its contact is averaged, and one record a period
 // tells how many rollers it has passed. The other wheels' switches are located meanwhile.
-TEST_F(LocatedStepperTest, CountsTheRollersOfAnAveragedContact) {
+TEST_F(EventLocatingStepperTest, CountsTheRollersOfAnAveragedContact) {
   for (const int side : {+1, -1}) {
     wheels.c_0 = {0.1, 0, 0.2, 0};
     wheels.c_1 = {side * 2.5, 0, 0, 0};
@@ -523,7 +523,7 @@ TEST_F(LocatedStepperTest, CountsTheRollersOfAnAveragedContact) {
 }
 
 // A GuardedStepper around it, as a run uses it.
-class GuardedStepperTest : public LocatedStepperTest {
+class GuardedStepperTest : public EventLocatingStepperTest {
  protected:
   using Guarded = GuardedStepper<Wheelwork, WheelworkFallback>;
 

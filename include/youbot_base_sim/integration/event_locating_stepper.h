@@ -26,10 +26,10 @@ namespace youbot_base_sim {
 /// `dt` of try_step is an upper bound: how long a step is worth trying is remembered here, so that odeint may clip the
 /// bound at the end of a control period without any loss. After success dt is infinite, and odeint clips it again.
 template <class System>
-class LocatedStepper : public ControlledStepperTypes {
+class EventLocatingStepper : public ControlledStepperTypes {
  public:
   /// Records in `record`, which must outlive it.
-  LocatedStepper(std::unique_ptr<SmoothStepper<System>> stepper, const Tolerance& tolerance, MotionRecord& record)
+  EventLocatingStepper(std::unique_ptr<SmoothStepper<System>> stepper, const Tolerance& tolerance, MotionRecord& record)
       : stepper_(std::move(stepper)),
         tolerance_(tolerance),
         record_(&record),
@@ -58,8 +58,8 @@ class LocatedStepper : public ControlledStepperTypes {
     if (residual_dt_ != 0) x.values += residual_dt_ * secant();
     starts_elsewhere_ = false;
     ++record_->statistics.steps;
-    if (afresh_) dt_after_switch_ = std::max(kFirstStep, 0.5 * dt_);
-    afresh_ = false;
+    if (restarting_) dt_after_switch_ = std::max(kFirstStep, 0.5 * dt_);
+    restarting_ = false;
     settle(system, x, t);
     if (system.reacts()) record_->reactions.watch(system.reactions(x, t), t, t - t_start);
     dt = std::numeric_limits<double>::infinity();
@@ -77,7 +77,7 @@ class LocatedStepper : public ControlledStepperTypes {
   /// Forgets all steps so far.
   void restart() {
     stepper_->restart();
-    *this = LocatedStepper(std::move(stepper_), tolerance_, *record_);
+    *this = EventLocatingStepper(std::move(stepper_), tolerance_, *record_);
   }
 
   /// Length of the step that is tried next, s.
@@ -88,8 +88,8 @@ class LocatedStepper : public ControlledStepperTypes {
   static constexpr double kSliver = 0.99;
   // After failure `dt` is by this much longer than what is tried next, so that it does not cut that.
   static constexpr double kRoom = 1.02;
-  // A rejected step after a jump now and then costs less than short ones after all jumps.
-  static constexpr double kDaring = 1.6;
+  // Of the length that was good after the last jump: a rejected step now and then costs less than short ones always.
+  static constexpr double kGrowthAfterJump = 1.6;
   static constexpr double kShrinkage = 0.2;    // of a step whose end is not finite
   static constexpr double kFirstOrder = 1e-6;  // of a step: what has a negligible square
   // Further from an edge than any resolution, rad: a quick look suffices.
@@ -101,7 +101,7 @@ class LocatedStepper : public ControlledStepperTypes {
     double length = 0;  // s
   };
 
-  // Where the step starts: at x, or where the effects of events put it that happen there.
+  // Where the step starts: at x, or at what the effects of events make of x.
   const State& settled_start(System& system, const State& x, double t) {
     if (settled_ && !starts_elsewhere_) return x;
     if (!settled_ || t != t_ || (x.values != x_.values).any()) {
@@ -119,7 +119,7 @@ class LocatedStepper : public ControlledStepperTypes {
     const Result result = stepper_->try_step(system, start, t, now_.end, next_dt_);
     if (result == boost::numeric::odeint::fail) return false;
     // odeint's step size control accepts a step whose error is NaN.
-    if (!now_.end.values.allFinite()) {
+    if (!std::isfinite(now_.end.values.sum())) {
       next_dt_ = kShrinkage * length;
       return false;
     }
@@ -130,7 +130,7 @@ class LocatedStepper : public ControlledStepperTypes {
   void remember(double length) {
     const double wanted = dt_;
     dt_ = next_dt_;
-    if (after_jump_) dt_after_jump_ = kDaring * dt_;
+    if (after_jump_) dt_after_jump_ = kGrowthAfterJump * dt_;
     after_jump_ = false;
     if (length < wanted) dt_ = std::max(dt_, wanted);  // the bound cut it short, not its error
   }
@@ -215,7 +215,7 @@ class LocatedStepper : public ControlledStepperTypes {
     if (event.apply(system, x, t, i)) {
       stepper_->reset();
       dt_ = dt_after_switch_;
-      afresh_ = true;
+      restarting_ = true;
     }
     return true;
   }
@@ -233,9 +233,9 @@ class LocatedStepper : public ControlledStepperTypes {
   // Lengths that are worth trying: now, after a switch, after a jump of the torque, s.
   double dt_ = kFirstStep, dt_after_switch_ = kFirstStep;
   double dt_after_jump_ = std::numeric_limits<double>::infinity();
-  bool afresh_ = false, after_jump_ = false;
+  bool restarting_ = false, after_jump_ = false;
 
-  // Where the effects of events have put a start that is not the last step's end: start_ for x_ at time t_.
+  // What the effects of events have made of a start that is not the last step's end: start_ of x_ at time t_.
   bool settled_ = false, starts_elsewhere_ = false;
   State x_, start_;
   double t_ = 0;
