@@ -12,6 +12,7 @@
 #include "youbot_base_sim/identify/first_guess.h"
 #include "youbot_base_sim/identify/forward_model.h"
 #include "youbot_base_sim/identify/inspection.h"
+#include "youbot_base_sim/integration/integration.h"
 
 namespace youbot_base_sim {
 
@@ -67,7 +68,8 @@ double robust(double r) {
 /// All records beside candidates.
 class Problem {
  public:
-  Problem(const std::vector<DriveRecord>& records, double delay, int threads) : records_(records), threads_(threads) {
+  Problem(const std::vector<DriveRecord>& records, double delay, const Workers& workers)
+      : records_(records), workers_(workers) {
     for (const DriveRecord& record : records) {
       comparisons_.emplace_back(record, kFilter, delay);
       const auto& held_out = comparisons_.back().held_out();
@@ -91,7 +93,7 @@ class Problem {
       unknowns.apply(point, candidate, phi);
       for (std::size_t r = 0; r < records_.size(); ++r) replays.push_back({candidate, &records_[r], phi[r]});
     }
-    const std::vector<Prediction> predictions = predict(replays, threads_);
+    const std::vector<Prediction> predictions = predict(replays, workers_);
     Eigen::MatrixXd residuals(static_cast<Eigen::Index>(held_out_.size()), static_cast<Eigen::Index>(points.size()));
     Eigen::Index row = 0;
     for (std::size_t k = 0; k < replays.size(); ++k) {
@@ -108,7 +110,7 @@ class Problem {
   std::vector<Comparison> comparisons_;
   std::vector<bool> held_out_;
   std::vector<int> predecessors_;
-  int threads_;
+  Workers workers_;
 };
 
 /// Residuals at a point, and their derivatives by the unknowns, of all rows.
@@ -199,6 +201,8 @@ class TrainingCost : public ceres::CostFunction {
       residuals_ = problem_.residuals(base_, unknowns_, {x}).col(0);
     } catch (const std::domain_error&) {
       return false;  // a robot without a finite motion
+    } catch (const Stopped&) {
+      return false;  // the next simulation throws it again, with nothing of Ceres in between
     }
     x_ = x;
     return true;
@@ -425,7 +429,7 @@ void drop_what_does_not_help(const Problem& problem, const Scene& start, Trial& 
 
 /// Finds whether the driver obeys commands when they come, or in the cycles in which it reads the joints: then the
 /// records' commands come to wait for those.
-bool find_cycles(std::vector<DriveRecord>& records, Trial& trial, int threads) {
+bool find_cycles(std::vector<DriveRecord>& records, Trial& trial, const Workers& workers) {
   constexpr double kStep = 0.004;      // s
   constexpr double kNoWorse = 1.05;    // where they always come at the same time of a cycle, nothing tells
   constexpr double kHalfCycle = 0.01;  // s: the mean that waiting takes off the delay
@@ -433,8 +437,8 @@ bool find_cycles(std::vector<DriveRecord>& records, Trial& trial, int threads) {
   for (const DriveRecord& record : records) in_cycles.push_back(obeyed_in_cycles(record));
   Scene waiting = trial.scene;
   const double first = trial.scene.motors->command_delay - 3 * kStep;
-  const double error = find_delay(trial.scene, records, trial.phi, threads, first, kStep);
-  if (find_delay(waiting, in_cycles, trial.phi, threads, first - kHalfCycle, kStep) > kNoWorse * error) return false;
+  const double error = find_delay(trial.scene, records, trial.phi, workers, first, kStep);
+  if (find_delay(waiting, in_cycles, trial.phi, workers, first - kHalfCycle, kStep) > kNoWorse * error) return false;
   trial.scene = waiting;
   records = in_cycles;
   return true;
@@ -444,7 +448,7 @@ bool find_cycles(std::vector<DriveRecord>& records, Trial& trial, int threads) {
 
 Fit fit(const Scene& start, std::vector<DriveRecord>& records, std::vector<std::string>& findings,
         const FitSettings& settings) {
-  const int threads = std::max(1, settings.threads);
+  const Workers& workers = settings.workers;
   const auto progress = [&](double share) {
     if (settings.progress) settings.progress(share);
   };
@@ -461,13 +465,13 @@ Fit fit(const Scene& start, std::vector<DriveRecord>& records, std::vector<std::
 
   Trial trial{first.scene, std::vector<Wheels>(records.size(), Wheels::Zero()), first.told, {}, {}};
   if (first.gains_told) trial.law = first.scene;
-  find_angles(trial.scene, records, threads, trial.phi);
-  find_delay(trial.scene, records, trial.phi, threads, 0, 0.02);
+  find_angles(trial.scene, records, workers, trial.phi);
+  find_delay(trial.scene, records, trial.phi, workers, 0, 0.02);
   progress(0.1);
   Fit fit;
   fit.untold = first.untold;
   {
-    const Problem problem(records, trial.scene.motors->command_delay, threads);
+    const Problem problem(records, trial.scene.motors->command_delay, workers);
     if (std::count(problem.held_out().begin(), problem.held_out().end(), true) == 0) {
       throw UnusableRecord(
           "fewer than three motions to fit to and to check with: drive the programme of identification_drive.launch");
@@ -476,11 +480,11 @@ Fit fit(const Scene& start, std::vector<DriveRecord>& records, std::vector<std::
     minimize_roughly(problem, trial);
   }
   progress(0.4);
-  find_angles(trial.scene, records, threads, trial.phi);  // by now the ripple is that of the robot
-  if (find_cycles(records, trial, threads)) {
+  find_angles(trial.scene, records, workers, trial.phi);  // by now the ripple is that of the robot
+  if (find_cycles(records, trial, workers)) {
     findings.push_back("commands are obeyed in the cycles in which the driver publishes joint_states");
   }
-  const Problem problem(records, trial.scene.motors->command_delay, threads);
+  const Problem problem(records, trial.scene.motors->command_delay, workers);
   linearize(problem, trial);
   minimize(problem, trial);
   progress(0.8);

@@ -80,7 +80,8 @@ Scene start_of(const Scene& candidate, const DriveRecord& record, const Wheels& 
 
 }  // namespace
 
-Prediction predict(const Scene& candidate, const DriveRecord& record, const Wheels& phi) {
+Prediction predict(const Scene& candidate, const DriveRecord& record, const Wheels& phi,
+                   const std::atomic<bool>* stop) {
   const MotorSettings& motors = *candidate.motors;
   WheelDrive loops(kControlPeriod, motors.limit(Motor()), motors.gains);
   DelayedCommands commands(record.commands, motors.command_delay, motors.limit(Motor()));
@@ -90,6 +91,7 @@ Prediction predict(const Scene& candidate, const DriveRecord& record, const Whee
     for (int i = 0; i < kWheels; ++i) loops.command(i, {DriveMode::kVelocity, rate[i]});
     return torque = loops.sample(state.dphi());
   });
+  if (stop) simulation.stop_on(*stop);
   Prediction prediction;
   for (const double t : record.t) {
     simulation.advance_to(time_in_period(t));
@@ -103,16 +105,16 @@ Prediction predict(const Scene& candidate, const DriveRecord& record, const Whee
   return prediction;
 }
 
-std::vector<Prediction> predict(const std::vector<Replay>& replays, int threads) {
+std::vector<Prediction> predict(const std::vector<Replay>& replays, const Workers& workers) {
   std::vector<Prediction> predictions(replays.size());
   std::atomic<std::size_t> next{0};
   const auto work = [&] {
     for (std::size_t k = next++; k < replays.size(); k = next++) {
-      predictions[k] = predict(replays[k].candidate, *replays[k].record, replays[k].phi);
+      predictions[k] = predict(replays[k].candidate, *replays[k].record, replays[k].phi, workers.stop);
     }
   };
   std::vector<std::future<void>> helpers;
-  for (int k = 1; k < threads; ++k) helpers.push_back(std::async(std::launch::async, work));
+  for (int k = 1; k < workers.threads; ++k) helpers.push_back(std::async(std::launch::async, work));
   helpers.push_back(std::async(std::launch::deferred, work));
   for (auto helper = helpers.rbegin(); helper != helpers.rend(); ++helper) helper->wait();
   for (std::future<void>& helper : helpers) helper.get();
