@@ -14,7 +14,6 @@
 #include "youbot_base_sim/record/output_file.h"
 #include "youbot_base_sim/record/row_loop.h"
 #include "youbot_base_sim/record/summary.h"
-#include "youbot_base_sim/record/tipping.h"
 #ifdef YOUBOT_BASE_SIM_ROS
 #include "youbot_base_sim/ros/bag.h"
 #endif
@@ -191,8 +190,7 @@ class Run {
       try {
         RowLoop rows(simulation_, audit_.energy);
         while (next(rows)) write_row(rows.t());
-      } catch (const TippedOver& error) {
-        tipped_ = error;
+      } catch (const TippedOver&) {
         outputs_.commit_summary(simulation_, wall_time_, audit_);  // tells what the wheels bore
         throw;
       }
@@ -212,17 +210,7 @@ class Run {
     if (!doubt.empty()) print_error("simulate", "warning: the result is not to be trusted: " + doubt);
   }
 
-  /// What would have kept the base on the floor, where that is why the run ended early; empty if there is nothing to
-  /// tell. To find it may take as long as the run did, or a second.
-  std::string remedy() const {
-    if (!tipped_ || arguments_.cpu_limit > 0) return "";
-    const std::uint64_t work = std::max(simulation_.statistics().evaluations, kSecondOfWork);
-    return what_would_hold(scene_, *tipped_, work, stop_requested());
-  }
-
  private:
-  static constexpr std::uint64_t kSecondOfWork = 4000000;  // evaluations of the right-hand side, about
-
   /// Does a part of the run. Where that throws, ends all outputs early and says why.
   template <class Action>
   void attempt(const Action& action) {
@@ -280,7 +268,6 @@ class Run {
   bool measured_;
   double wall_time_ = 0;  // of the simulation alone, s
   RunAudit audit_;
-  std::optional<TippedOver> tipped_;
 };
 
 /// Returns the exit status.
@@ -299,15 +286,12 @@ int simulate(const Arguments& arguments, const Scene& scene) {
   for (const std::string& warning : {unlikely_geometry(scene.robot), without_effect(scene), told}) {
     if (!arguments.quiet && !warning.empty()) print_error("simulate", warning);
   }
-  std::optional<Run> run;
   try {
-    run.emplace(arguments, scene, *outputs, progress);
-    run->complete();
-    run->report();
+    Run run(arguments, scene, *outputs, progress);
+    run.complete();
+    run.report();
   } catch (const std::exception& error) {
     print_error("simulate", error.what());
-    const std::string remedy = run ? run->remedy() : "";
-    if (!remedy.empty()) print_error("simulate", remedy);
     return kNotCompleted;
   }
   return outputs->failed() ? kNotCompleted : kDone;
