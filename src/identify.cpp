@@ -7,13 +7,13 @@
 #include <optional>
 #include <thread>
 
+#include "youbot_base_sim/identify/bag_reader.h"
 #include "youbot_base_sim/identify/fit.h"
 #include "youbot_base_sim/identify/inspection.h"
 #include "youbot_base_sim/identify/report.h"
 #include "youbot_base_sim/integration/integration.h"
 #include "youbot_base_sim/offline_program.h"
 #include "youbot_base_sim/record/output_file.h"
-#include "youbot_base_sim/ros/drive_bag.h"
 #include "youbot_base_sim/text/command_line.h"
 #include "youbot_base_sim/text/print_error.h"
 #include "youbot_base_sim/text/progress_bar.h"

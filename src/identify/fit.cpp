@@ -1,6 +1,10 @@
 #include "youbot_base_sim/identify/fit.h"
 
-#include <ceres/ceres.h>
+#include <ceres/cost_function.h>
+#include <ceres/covariance.h>
+#include <ceres/loss_function.h>
+#include <ceres/problem.h>
+#include <ceres/solver.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,6 +16,7 @@
 #include "youbot_base_sim/identify/first_guess.h"
 #include "youbot_base_sim/identify/forward_model.h"
 #include "youbot_base_sim/identify/inspection.h"
+#include "youbot_base_sim/identify/least_squares.h"
 #include "youbot_base_sim/integration/integration.h"
 
 namespace youbot_base_sim {
@@ -59,10 +64,13 @@ class Unknowns {
   std::size_t records_;
 };
 
-/// A residual whose square is the robust cost: quadratic at first, linear beyond kOutlier.
+/// A residual whose square is the robust cost. Ceres would apply a loss to all rows of a block as one number, and a
+/// block has them all, since one simulation yields them; so it is applied here, row by row.
 double robust(double r) {
-  const double s = r * r / (kOutlier * kOutlier);
-  return std::copysign(kOutlier * std::sqrt(2 * (std::sqrt(1 + s) - 1)), r);
+  static const ceres::SoftLOneLoss loss(kOutlier);
+  double cost[3];  // and its derivatives
+  loss.Evaluate(r * r, cost);
+  return std::copysign(std::sqrt(cost[0]), r);
 }
 
 /// All records beside candidates.
@@ -322,13 +330,30 @@ Eigen::MatrixXd normal_matrix(const Problem& problem, const Linearization& at) {
   for (std::size_t k = 0; k < problem.held_out().size(); ++k) {
     if (problem.held_out()[k]) rows.row(static_cast<Eigen::Index>(k)).setZero();
   }
-  return rows.transpose() * rows;
+  return rows.transpose().lazyProduct(rows);
 }
 
 Eigen::MatrixXd without_column(const Eigen::MatrixXd& matrix, Eigen::Index column) {
   Eigen::MatrixXd rest(matrix.rows(), matrix.cols() - 1);
   rest << matrix.leftCols(column), matrix.rightCols(rest.cols() - column);
   return rest;
+}
+
+/// Covariance of the unknowns for residuals of variance 1, without what the loops' law tells. Throws std::domain_error.
+Eigen::MatrixXd covariance_of(const Problem& problem, const Trial& trial, const Unknowns& unknowns) {
+  std::vector<double> x = trial.at.x;
+  ceres::Problem rows;
+  rows.AddResidualBlock(new TrainingCost(problem, trial.scene, unknowns, trial.at, nullptr), nullptr, x.data());
+  ceres::Covariance::Options options;
+  options.algorithm_type = ceres::DENSE_SVD;
+  options.null_space_rank = -1;  // angles of wheels that never turned leave no trace
+  ceres::Covariance covariance(options);
+  Eigen::MatrixXd matrix(x.size(), x.size());
+  if (!covariance.Compute(std::vector<std::pair<const double*, const double*>>{{x.data(), x.data()}}, &rows) ||
+      !covariance.GetCovarianceBlock(x.data(), x.data(), matrix.data())) {
+    throw std::domain_error("the covariance of what was fitted cannot be computed");
+  }
+  return matrix;
 }
 
 /// Sigma and correlation of what is free, from the scatter of residuals; those that follow each other count for fewer
@@ -348,9 +373,8 @@ void estimate_errors(const Problem& problem, const Trial& trial, Fit& fit) {
   const auto rows = static_cast<double>(problem.held_out().size());
   const double alike = std::clamp(predecessor_square > 0 ? product / predecessor_square : 0, 0.0, 0.95);
   const double variance = std::max(square / rows, kLeastScatter * kLeastScatter) * (1 + alike) / (1 - alike);
-  const Eigen::MatrixXd covariance =
-      variance * normal_matrix(problem, trial.at).completeOrthogonalDecomposition().pseudoInverse();
   const Unknowns unknowns(trial.free, trial.phi.size());
+  const Eigen::MatrixXd covariance = variance * covariance_of(problem, trial, unknowns);
   const std::vector<std::size_t>& free = unknowns.free();
   for (std::size_t a = 0; a < free.size(); ++a) {
     const auto row = static_cast<Eigen::Index>(a);
@@ -377,7 +401,7 @@ Eigen::VectorXd step_back(const Eigen::MatrixXd& normal, Eigen::Index fixed, dou
   others(fixed, fixed) = 1;
   Eigen::VectorXd push = -normal.col(fixed) * change;
   push[fixed] = change;
-  return others.completeOrthogonalDecomposition().solve(push);
+  return least_squares(others, push);
 }
 
 /// Puts parameters back to their start, one after the other, for as long as the held-out motions do not miss them: the

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <future>
 
-#include "youbot_base_sim/physics/no_slip_model.h"
+#include "youbot_base_sim/identify/least_squares.h"
 #include "youbot_base_sim/simulation.h"
 
 namespace youbot_base_sim {
@@ -66,12 +66,7 @@ Scene start_of(const Scene& candidate, const DriveRecord& record, const Wheels& 
   scene.initial.phi() = phi;
   // Rolling as the wheels turn, ahead, sideways and round.
   const NoSlipModel rolling(scene.robot);
-  const Eigen::Matrix<double, kWheels, 3> rates = [&] {
-    Eigen::Matrix<double, kWheels, 3> m;
-    for (int k = 0; k < 3; ++k) m.col(k) = rolling.dphi(Eigen::Vector3d::Unit(k)).matrix();
-    return m;
-  }();
-  const Eigen::Vector3d v = rates.colPivHouseholderQr().solve(record.dphi.front().matrix());
+  const Eigen::Vector3d v = rolling_velocity(rolling, record.dphi.front());
   scene.initial.values.col(1).head<3>() = v.array();
   scene.initial.dphi() = rolling.dphi(v);
   scene.initial.dgamma() = rolling.dgamma(v);
@@ -79,6 +74,12 @@ Scene start_of(const Scene& candidate, const DriveRecord& record, const Wheels& 
 }
 
 }  // namespace
+
+Eigen::Vector3d rolling_velocity(const NoSlipModel& model, const Wheels& rates) {
+  Eigen::Matrix<double, kWheels, 3> rolling;
+  for (int k = 0; k < 3; ++k) rolling.col(k) = model.dphi(Eigen::Vector3d::Unit(k)).matrix();
+  return least_squares(rolling, rates.matrix());
+}
 
 Prediction predict(const Scene& candidate, const DriveRecord& record, const Wheels& phi,
                    const std::atomic<bool>* stop) {

@@ -6,6 +6,7 @@
 
 #include "youbot_base_sim/identify/drive_record.h"
 #include "youbot_base_sim/identify/parameters.h"
+#include "youbot_base_sim/physics/no_slip_model.h"
 
 namespace youbot_base_sim {
 
@@ -16,6 +17,10 @@ struct Prediction {
   std::vector<Wheels> torque;         ///< of the motors, N m
   std::vector<Eigen::Vector3d> pose;  ///< x, y (m), heading (rad), from where it started
 };
+
+/// The velocity (m/s, rad/s) at which wheels roll that turn at these rates (rad/s), nearly where they work against each
+/// other.
+Eigen::Vector3d rolling_velocity(const NoSlipModel& model, const Wheels& rates);
 
 /// Who simulates.
 struct Workers {
