@@ -5,16 +5,15 @@
 #include <boost/program_options.hpp>
 #include <cstdio>
 #include <filesystem>
-#include <iostream>
 #include <map>
 #include <string>
 
 #include "youbot_base_sim/description/meshes.h"
 #include "youbot_base_sim/description/urdf.h"
+#include "youbot_base_sim/offline_program.h"
 #include "youbot_base_sim/record/output_file.h"
 #include "youbot_base_sim/scene/scene.h"
 #include "youbot_base_sim/text/command_line.h"
-#include "youbot_base_sim/text/print_error.h"
 #include "youbot_base_sim/text/quote.h"
 
 namespace {
@@ -27,7 +26,11 @@ struct Arguments {
   std::string meshes;  // folder; empty: the package has them, or the cache
 };
 
-/// Reads the command line; false if all that was wanted was help. Throws boost::program_options::error or OptionError.
+const Usage kUsage = {"describe_base [SCENE.yaml] [options]",
+                      "Prints the URDF of the base that the scene simulates; without a scene, of the paper's robot.",
+                      ""};
+
+/// Reads the command line; false if all that was wanted was help. Throws std::runtime_error.
 bool read_arguments(int argc, char** argv, Arguments& arguments) {
   namespace po = boost::program_options;
   po::options_description options("Options");
@@ -42,24 +45,7 @@ bool read_arguments(int argc, char** argv, Arguments& arguments) {
      "that folder on the same machine")
     ("help,h", "print this");
   // clang-format on
-  po::options_description all;
-  all.add(options).add_options()("scene", po::value(&arguments.scene));
-  po::variables_map given;
-  po::store(po::command_line_parser(argc, argv)
-                .options(all)
-                .positional(po::positional_options_description().add("scene", 1))
-                .run(),
-            given);
-  po::notify(given);
-  if (!given.count("help")) {
-    if (arguments.scene.empty()) given.erase("scene");  // which may be
-    refuse_empty(given, "scene");
-    return true;
-  }
-  std::cout << "Usage: describe_base [SCENE.yaml] [options]\n\nPrints the URDF of the base that the scene simulates; "
-               "without a scene, of the paper's robot.\n\n"
-            << options;
-  return false;
+  return parse(argc, argv, kUsage, options, {"scene", po::value(&arguments.scene), 1, false}).has_value();
 }
 
 /// Writes the mesh of a part. Returns its URI.
@@ -75,34 +61,33 @@ std::string write_mesh(Part part, const RobotParameters& robot, const std::files
   return file_uri(folder / mesh_name(part, robot));
 }
 
+/// The URDF, whose meshes are written unless the package has them. Throws std::runtime_error.
+std::string describe(const Arguments& arguments) {
+  const RobotParameters robot = arguments.scene.empty() ? RobotParameters() : load_scene(arguments.scene).robot;
+  std::map<Part, std::string> uris;
+  for (const Part part : kParts) {
+    const bool packaged = arguments.meshes.empty() && in_package(part, robot);
+    uris[part] = packaged
+                     ? kPackageMeshes + mesh_name(part, robot)
+                     : write_mesh(part, robot,
+                                  arguments.meshes.empty() ? mesh_cache() : std::filesystem::path(arguments.meshes));
+  }
+  return urdf(robot, arguments.turning_rollers ? RollerJoints::kTurning : RollerJoints::kFixed,
+              [&](Part part) { return uris.at(part); });
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-  try {
-    Arguments arguments;
-    if (!read_arguments(argc, argv, arguments)) return 0;
-    const RobotParameters robot = arguments.scene.empty() ? RobotParameters() : load_scene(arguments.scene).robot;
-    std::map<Part, std::string> uris;
-    for (const Part part : kParts) {
-      const bool packaged = arguments.meshes.empty() && in_package(part, robot);
-      uris[part] = packaged
-                       ? kPackageMeshes + mesh_name(part, robot)
-                       : write_mesh(part, robot,
-                                    arguments.meshes.empty() ? mesh_cache() : std::filesystem::path(arguments.meshes));
-    }
-    std::cout << urdf(robot, arguments.turning_rollers ? RollerJoints::kTurning : RollerJoints::kFixed, [&](Part part) {
-      return uris.at(part);
-    }) << std::flush;
-  } catch (const boost::program_options::error& error) {
-    print_error("describe_base", quote(error.what(), kMaxMessage) + "; see describe_base --help");
-    return 2;
-  } catch (const std::runtime_error& error) {  // OptionError, SceneError, OutputError
-    print_error("describe_base", error.what());
-    return 2;
-  }
-  if (!std::cout) {
-    std::perror("describe_base: standard output");
-    return 1;
-  }
-  return 0;
+  Arguments arguments;
+  std::string document;
+  const auto prepare = [&] {
+    const bool ready = read_arguments(argc, argv, arguments);
+    if (ready) document = describe(arguments);
+    return ready;
+  };
+  return run_offline_program("describe_base", prepare, [&] {
+    std::fputs(document.c_str(), stdout);
+    return kDone;
+  });
 }

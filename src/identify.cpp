@@ -4,15 +4,16 @@
 
 #include <boost/program_options.hpp>
 #include <filesystem>
-#include <iostream>
 #include <optional>
 #include <thread>
 
+#include "youbot_base_sim/identify/bag_reader.h"
 #include "youbot_base_sim/identify/fit.h"
 #include "youbot_base_sim/identify/inspection.h"
 #include "youbot_base_sim/identify/report.h"
+#include "youbot_base_sim/integration/integration.h"
+#include "youbot_base_sim/offline_program.h"
 #include "youbot_base_sim/record/output_file.h"
-#include "youbot_base_sim/ros/drive_bag.h"
 #include "youbot_base_sim/text/command_line.h"
 #include "youbot_base_sim/text/print_error.h"
 #include "youbot_base_sim/text/progress_bar.h"
@@ -22,16 +23,18 @@ namespace {
 
 using namespace youbot_base_sim;
 
-enum ExitStatus { kDone = 0, kNotCompleted = 1, kRefused = 2 };
-
 struct Arguments {
   std::vector<std::string> bags;
   std::string scene, output, csv;
   bool quiet = false;
 };
 
-/// Reads the command line; false if all that was wanted was help. Throws boost::program_options::error, OptionError
-/// or SceneError.
+const Usage kUsage = {
+    "identify BAG.. [options]",
+    "Fits robot and motors of a scene to bags with joint_states, with effort, and cmd_vel or velocity_command.",
+    "\nExit status: 0 done, 2 refused input, 1 the fit could not be completed.\n"};
+
+/// Reads the command line; false if all that was wanted was help. Throws std::runtime_error.
 bool read_arguments(int argc, char** argv, Arguments& arguments) {
   namespace po = boost::program_options;
   po::options_description options("Options");
@@ -45,23 +48,7 @@ bool read_arguments(int argc, char** argv, Arguments& arguments) {
     ("quiet", po::bool_switch(&arguments.quiet), "print nothing but errors")
     ("help", "print this");
   // clang-format on
-  po::options_description all;
-  all.add(options).add_options()("bag", po::value(&arguments.bags));
-  po::positional_options_description positional;
-  positional.add("bag", -1);
-  po::variables_map given;
-  po::store(po::command_line_parser(argc, argv).options(all).positional(positional).run(), given);
-  po::notify(given);
-  if (given.count("help")) {
-    std::cout << "Usage: identify BAG.. [options]\n\nFits robot and motors of a scene to bags with joint_states, with "
-                 "effort, and "
-                 "cmd_vel or velocity_command.\n\n"
-              << options << "\nExit status: 0 done, 2 refused input, 1 the fit could not be completed.\n";
-    return false;
-  }
-  if (arguments.bags.empty()) throw SceneError("no bag given; usage: identify BAG.. [options]");
-  refuse_empty(given, "bag");
-  return true;
+  return parse(argc, argv, kUsage, options, {"bag", po::value(&arguments.bags), -1, true}).has_value();
 }
 
 Scene start_scene(const std::string& path) {
@@ -105,7 +92,17 @@ void write(std::optional<OutputFile>& file, const std::string& text) {
   file->commit();
 }
 
-void run(const Arguments& arguments, const Scene& start) {
+/// Reads the command line and the scene, and opens the outputs, so that what is refused is refused before minutes have
+/// gone by. Throws std::runtime_error.
+bool prepare(int argc, char** argv, Arguments& arguments, Scene& start) {
+  if (!read_arguments(argc, argv, arguments)) return false;
+  start = start_scene(arguments.scene);
+  open_outputs(arguments, start);
+  return true;
+}
+
+/// Fits, and writes what was fitted. Throws UnusableRecord or, once a signal has come, Stopped.
+void identify(const Arguments& arguments, const Scene& start) {
   std::vector<DriveRecord> records;
   std::vector<std::string> findings;
   for (const std::string& bag : arguments.bags) {
@@ -113,7 +110,7 @@ void run(const Arguments& arguments, const Scene& start) {
     for (const std::string& line : inspect(records.back())) findings.push_back(line);
   }
   FitSettings settings;
-  settings.threads = static_cast<int>(std::thread::hardware_concurrency());
+  settings.workers = {static_cast<int>(std::thread::hardware_concurrency()), &stop_requested()};
   ProgressBar progress(arguments.quiet);
   settings.progress = [&](double share) {
     share < 1 ? progress.draw(share, fmt::format("{:.0f} %", 100 * share)) : progress.clear();
@@ -129,7 +126,19 @@ void run(const Arguments& arguments, const Scene& start) {
     write(outputs.scene, fitted_scene(arguments.scene, result, records.front(), table_of(arguments).filename()));
   }
   if (outputs.csv) write(outputs.csv, comparison_csv(result, records.front(), result.phi.front()));
-  flush_standard_output();
+}
+
+/// Returns the exit status.
+int run(const Arguments& arguments, const Scene& start) {
+  try {
+    identify(arguments, start);
+    return kDone;
+  } catch (const UnusableRecord& error) {
+    print_error("identify", error.what());
+    return kRefused;
+  } catch (const Stopped&) {
+    throw std::runtime_error("stopped by " + stop_reason());
+  }
 }
 
 }  // namespace
@@ -137,25 +146,6 @@ void run(const Arguments& arguments, const Scene& start) {
 int main(int argc, char** argv) {
   Arguments arguments;
   Scene start;
-  try {
-    if (!read_arguments(argc, argv, arguments)) return kDone;
-    start = start_scene(arguments.scene);
-    open_outputs(arguments, start);  // so that what is refused is refused before minutes have gone by
-  } catch (const boost::program_options::error& error) {
-    print_error("identify", quote(error.what(), kMaxMessage) + "; see identify --help");
-    return kRefused;
-  } catch (const std::runtime_error& error) {  // OptionError, SceneError, OutputError
-    print_error("identify", error.what());
-    return kRefused;
-  }
-  try {
-    run(arguments, start);
-  } catch (const UnusableRecord& error) {
-    print_error("identify", error.what());
-    return kRefused;
-  } catch (const std::exception& error) {
-    print_error("identify", error.what());
-    return kNotCompleted;
-  }
-  return kDone;
+  return run_offline_program(
+      "identify", [&] { return prepare(argc, argv, arguments, start); }, [&] { return run(arguments, start); });
 }

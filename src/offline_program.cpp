@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cstring>
 #include <exception>
+#include <stdexcept>
 
 #include "youbot_base_sim/record/output_file.h"
 #include "youbot_base_sim/text/print_error.h"
@@ -45,6 +46,26 @@ int run_offline_program(const char* name, const std::function<int()>& body) {
     return kNotCompleted;
   }
   return status;
+}
+
+int run_offline_program(const char* name, const std::function<bool()>& prepare, const std::function<int()>& run) {
+  return run_offline_program(name, [&]() -> int {
+    bool ready = false;
+    const std::string refusal = refusal_of([&] { ready = prepare(); });
+    if (!refusal.empty()) print_error(name, refusal);
+    if (!ready) return refusal.empty() ? kDone : kRefused;
+    catch_signals();
+    return run();
+  });
+}
+
+std::string refusal_of(const std::function<void()>& prepare) {
+  try {
+    prepare();
+  } catch (const std::runtime_error& error) {
+    return error.what();
+  }
+  return "";
 }
 
 // They may come more than once: `timeout` sends two.

@@ -4,7 +4,6 @@
 
 #include <boost/program_options.hpp>
 #include <chrono>
-#include <iostream>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -15,7 +14,6 @@
 #include "youbot_base_sim/record/output_file.h"
 #include "youbot_base_sim/record/row_loop.h"
 #include "youbot_base_sim/record/summary.h"
-#include "youbot_base_sim/record/tipping.h"
 #ifdef YOUBOT_BASE_SIM_ROS
 #include "youbot_base_sim/ros/bag.h"
 #endif
@@ -48,8 +46,12 @@ std::string method_help() {
   return text;
 }
 
-/// Reads the command line; false if all that was wanted was help. Throws boost::program_options::error, OptionError or
-/// SceneError.
+const Usage kUsage = {
+    "simulate SCENE.yaml [options]", "Simulates the scene and writes what is asked for.",
+    "\nA FILE appears when it is whole. What a run leaves that fails or is stopped is FILE.incomplete-*.\n"
+    "Exit status: 0 done, 2 refused input, 1 the run could not be completed.\n"};
+
+/// Reads the command line; false if all that was wanted was help. Throws std::runtime_error.
 bool read_arguments(int argc, char** argv, Arguments& arguments) {
   namespace po = boost::program_options;
   po::options_description options("Options");
@@ -73,32 +75,27 @@ bool read_arguments(int argc, char** argv, Arguments& arguments) {
     ("quiet", po::bool_switch(&arguments.quiet), "print nothing but errors and warnings of a result not to be trusted")
     ("help", "print this");
   // clang-format on
-  po::options_description all;
-  all.add(options).add_options()("scene", po::value(&arguments.scene));
-  po::positional_options_description positional;
-  positional.add("scene", 1);
-  po::variables_map given;
-  po::store(po::command_line_parser(argc, argv).options(all).positional(positional).run(), given);
-  po::notify(given);
-  if (given.count("help")) {
-    std::cout << "Usage: simulate SCENE.yaml [options]\n\nSimulates the scene and writes what is asked for.\n\n"
-              << options
-              << "\nA FILE appears when it is whole. What a run leaves that fails or is stopped is FILE.incomplete-*.\n"
-                 "Exit status: 0 done, 2 refused input, 1 the run could not be completed.\n";
-    return false;
-  }
-  if (!given.count("scene")) throw SceneError("no scene given; usage: simulate SCENE.yaml [options]");
-  refuse_empty(given, "scene");
-  if (given.count("relative-tolerance")) {
+  const auto given = parse(argc, argv, kUsage, options, {"scene", po::value(&arguments.scene), 1, true});
+  if (!given) return false;
+  if (given->count("relative-tolerance")) {
     arguments.overrides.relative_tolerance =
-        number_of("--relative-tolerance", given["relative-tolerance"].as<std::string>(), kRelativeTolerances);
+        number_of("--relative-tolerance", (*given)["relative-tolerance"].as<std::string>(), kRelativeTolerances);
   }
-  if (given.count("cpu-limit"))
-    arguments.cpu_limit = number_of("--cpu-limit", given["cpu-limit"].as<std::string>(), kCpuLimits);
+  if (given->count("cpu-limit"))
+    arguments.cpu_limit = number_of("--cpu-limit", (*given)["cpu-limit"].as<std::string>(), kCpuLimits);
   if (arguments.overrides.contacts && arguments.bag.empty()) throw SceneError("--contacts: must be given with --bag");
 #ifndef YOUBOT_BASE_SIM_ROS
   if (!arguments.bag.empty()) throw SceneError("--bag: this simulate was built without ROS");
 #endif
+  return true;
+}
+
+/// Reads the command line and the scene; false if all that was wanted was help. Throws std::runtime_error.
+bool prepare(int argc, char** argv, Arguments& arguments, Scene& scene) {
+  if (!read_arguments(argc, argv, arguments)) return false;
+  scene = load_scene(arguments.scene, arguments.overrides);
+  if (std::holds_alternative<std::monostate>(scene.drive))
+    throw SceneError(fmt::format("{}: drive is left out; simulate needs one", quote_path(arguments.scene)));
   return true;
 }
 
@@ -193,8 +190,7 @@ class Run {
       try {
         RowLoop rows(simulation_, audit_.energy);
         while (next(rows)) write_row(rows.t());
-      } catch (const TippedOver& error) {
-        tipped_ = error;
+      } catch (const TippedOver&) {
         outputs_.commit_summary(simulation_, wall_time_, audit_);  // tells what the wheels bore
         throw;
       }
@@ -214,17 +210,7 @@ class Run {
     if (!doubt.empty()) print_error("simulate", "warning: the result is not to be trusted: " + doubt);
   }
 
-  /// What would have kept the base on the floor, where that is why the run ended early; empty if there is nothing to
-  /// tell. To find it may take as long as the run did, or a second.
-  std::string remedy() const {
-    if (!tipped_ || arguments_.cpu_limit > 0) return "";
-    const std::uint64_t work = std::max(simulation_.statistics().evaluations, kSecondOfWork);
-    return what_would_hold(scene_, *tipped_, work, stop_requested());
-  }
-
  private:
-  static constexpr std::uint64_t kSecondOfWork = 4000000;  // evaluations of the right-hand side, about
-
   /// Does a part of the run. Where that throws, ends all outputs early and says why.
   template <class Action>
   void attempt(const Action& action) {
@@ -282,14 +268,12 @@ class Run {
   bool measured_;
   double wall_time_ = 0;  // of the simulation alone, s
   RunAudit audit_;
-  std::optional<TippedOver> tipped_;
 };
 
 /// Returns the exit status.
 int simulate(const Arguments& arguments, const Scene& scene) {
   const std::string told =
       advice(scene.robot, scene.floor, scene.model, integration_settings(scene.solver), scene.duration);
-  catch_signals();
   ProgressBar progress(arguments.quiet);
   std::optional<Outputs> outputs;
   try {
@@ -302,42 +286,22 @@ int simulate(const Arguments& arguments, const Scene& scene) {
   for (const std::string& warning : {unlikely_geometry(scene.robot), without_effect(scene), told}) {
     if (!arguments.quiet && !warning.empty()) print_error("simulate", warning);
   }
-  std::optional<Run> run;
   try {
-    run.emplace(arguments, scene, *outputs, progress);
-    run->complete();
-    run->report();
+    Run run(arguments, scene, *outputs, progress);
+    run.complete();
+    run.report();
   } catch (const std::exception& error) {
     print_error("simulate", error.what());
-    const std::string remedy = run ? run->remedy() : "";
-    if (!remedy.empty()) print_error("simulate", remedy);
     return kNotCompleted;
   }
   return outputs->failed() ? kNotCompleted : kDone;
 }
 
-/// Reads the command line and the scene. Returns the exit status.
-int run_program(int argc, char** argv) {
-  Arguments arguments;
-  Scene scene;
-  try {
-    if (!read_arguments(argc, argv, arguments)) return kDone;
-    scene = load_scene(arguments.scene, arguments.overrides);
-    if (std::holds_alternative<std::monostate>(scene.drive)) {
-      throw SceneError(fmt::format("{}: drive is left out; simulate needs one", quote_path(arguments.scene)));
-    }
-  } catch (const boost::program_options::error& error) {
-    print_error("simulate", quote(error.what(), kMaxMessage) + "; see simulate --help");
-    return kRefused;
-  } catch (const std::runtime_error& error) {  // OptionError, SceneError
-    print_error("simulate", error.what());
-    return kRefused;
-  }
-  return simulate(arguments, scene);
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
-  return run_offline_program("simulate", [&] { return run_program(argc, argv); });
+  Arguments arguments;
+  Scene scene;
+  return run_offline_program(
+      "simulate", [&] { return prepare(argc, argv, arguments, scene); }, [&] { return simulate(arguments, scene); });
 }

@@ -7,7 +7,6 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
-#include <iostream>
 #include <optional>
 #include <thread>
 
@@ -52,8 +51,14 @@ std::string quantity_help() {
   return text;
 }
 
-/// Reads the command line; false if all that was wanted was help. Throws boost::program_options::error, OptionError or
-/// SceneError.
+Usage usage() {
+  return {"sweep FAMILY.yaml [options]",
+          "Simulates a family of scenes, as docs/sweep.md describes it, and writes a table with a row for each run.\n"
+          "`mpirun sweep FAMILY.yaml` does so on several machines. What was ended early goes on where it was.",
+          "\n" + quantity_help() + "\nExit status: 0 done, 2 refused input, 1 the sweep could not be completed.\n"};
+}
+
+/// Reads the command line; false if all that was wanted was help. Throws std::runtime_error.
 bool read_arguments(int argc, char** argv, const Ranks& ranks, Arguments& arguments) {
   namespace po = boost::program_options;
   po::options_description options("Options");
@@ -68,25 +73,9 @@ bool read_arguments(int argc, char** argv, const Ranks& ranks, Arguments& argume
     ("quiet", po::bool_switch(&arguments.quiet), "print nothing but errors and warnings of runs that failed")
     ("help", "print this");
   // clang-format on
-  po::options_description all;
-  all.add(options).add_options()("family", po::value(&arguments.family));
-  po::positional_options_description positional;
-  positional.add("family", 1);
-  po::variables_map given;
-  po::store(po::command_line_parser(argc, argv).options(all).positional(positional).run(), given);
-  po::notify(given);
-  if (given.count("help")) {
-    std::cout
-        << "Usage: sweep FAMILY.yaml [options]\n\nSimulates a family of scenes, as docs/sweep.md describes it, and "
-           "writes a table with a row for each run.\n`mpirun sweep FAMILY.yaml` does so on several machines. What "
-           "was ended early goes on where it was.\n\n"
-        << options << "\n"
-        << quantity_help() << "\nExit status: 0 done, 2 refused input, 1 the sweep could not be completed.\n";
-    return false;
-  }
-  if (!given.count("family")) throw SceneError("no family given; usage: sweep FAMILY.yaml [options]");
-  refuse_empty(given, "family");
-  const std::string threads = given.count("threads") ? given["threads"].as<std::string>() : "";
+  const auto given = parse(argc, argv, usage(), options, {"family", po::value(&arguments.family), 1, true});
+  if (!given) return false;
+  const std::string threads = given->count("threads") ? (*given)["threads"].as<std::string>() : "";
   if (!threads.empty()) arguments.threads = static_cast<int>(whole_number_of("--threads", threads, 1, kMaxThreads));
   if (ranks.size() > 1) {
     if (!threads.empty())
@@ -360,20 +349,14 @@ int run_program(int argc, char** argv) {
   std::optional<RowMaker> maker;
   const Ranks ranks(argc, argv);
   std::uint64_t scene = 0;
-  std::string refusal;
   bool helped = false;
-  try {
+  const std::string refusal = refusal_of([&] {
     helped = !read_arguments(argc, argv, ranks, arguments);
-    if (!helped) {
-      family = load_family(arguments.family);
-      maker.emplace(row_maker(arguments, family));
-      if (!arguments.scene.empty()) scene = whole_number_of("--scene", arguments.scene, 0, family.runs() - 1);
-    }
-  } catch (const boost::program_options::error& error) {
-    refusal = quote(error.what(), kMaxMessage) + "; see sweep --help";
-  } catch (const std::runtime_error& error) {  // OptionError, SceneError
-    refusal = error.what();
-  }
+    if (helped) return;
+    family = load_family(arguments.family);
+    maker.emplace(row_maker(arguments, family));
+    if (!arguments.scene.empty()) scene = whole_number_of("--scene", arguments.scene, 0, family.runs() - 1);
+  });
   const std::vector<std::string> refusals = ranks.gather(refusal);
   const auto refused = std::find_if(refusals.begin(), refusals.end(), [](const auto& text) { return !text.empty(); });
   if (refused != refusals.end()) {

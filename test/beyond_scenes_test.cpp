@@ -3,14 +3,10 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <atomic>
 #include <cmath>
-#include <cstdint>
-#include <regex>
 
 #include "program.h"
 #include "temporary_folder.h"
-#include "youbot_base_sim/record/tipping.h"
 #include "youbot_base_sim/simulation.h"
 
 namespace youbot_base_sim {
@@ -290,65 +286,8 @@ TEST(ExampleTest, SimulateEndsAtTheTippingLimitWithExitStatus1) {
   EXPECT_EQ(simulate.wait(), 1);
   EXPECT_NE(simulate.err().find("tips over at t = 0.50"), std::string::npos) << simulate.err();
   EXPECT_NE(simulate.err().find("left side"), std::string::npos) << simulate.err();
-  // The load that it names, in a line of its own once that is told, does hold, and a kilogram more does not.
-  std::smatch named;
-  const std::string said = simulate.err().substr(simulate.err().find('\n'));
-  ASSERT_TRUE(std::regex_search(said, named, std::regex("with ([0-9.]+) in place of 25 kg, it would hold"))) << said;
-  const auto ends = [&](double mass) {
-    Scene scene = example("braking");
-    scene.burdens.loads[0].load.inertia *= mass / scene.burdens.loads[0].load.mass;
-    scene.burdens.loads[0].load.mass = mass;
-    Simulation simulation(scene);
-    simulation.advance_to(scene.duration);
-  };
-  EXPECT_NO_THROW(ends(std::stod(named[1])));
-  EXPECT_THROW(ends(std::stod(named[1]) + 1), TippedOver);
+  EXPECT_EQ(simulate.err().find('\n'), simulate.err().size() - 1) << simulate.err();
   EXPECT_NE(folder.read("summary.json").find("time_off_floor"), std::string::npos);
-}
-
-// What a search may take, it tells when that is spent, with what it has found by then.
-TEST(ExampleTest, TheSearchForWhatWouldHoldIsBounded) {
-  const Scene scene = example("braking");
-  const std::atomic<bool> stop{false};
-  std::uint64_t whole = 0;  // evaluations of a run that holds
-  {
-    Scene empty = scene;
-    empty.burdens.loads.clear();
-    Simulation simulation(empty);
-    simulation.advance_to(empty.duration);
-    whole = simulation.statistics().evaluations;
-  }
-  const auto found = [&](double runs) {
-    return what_would_hold(scene, TippedOver(0.5, Side::kLeft), static_cast<std::uint64_t>(runs * whole), stop);
-  };
-  EXPECT_EQ(found(0.5), "what would hold is not known: the search took too long and was given up");
-  const std::string some = found(3.5);
-  EXPECT_TRUE(std::regex_match(some, std::regex("with [0-9.]+ in place of 25 kg, it would hold until t = 2 s, perhaps "
-                                                "with more: the search took too long and was given up")))
-      << some;
-  EXPECT_EQ(found(100).find("given up"), std::string::npos);
-}
-
-// Without a load it is the height of the robot's own centre of mass that is at fault, or a push.
-TEST(ExampleTest, SimulateNamesWhatWouldHoldWithoutALoad) {
-  const TemporaryFolder folder;
-  const auto said = [&](const std::string& scene) {
-    Program simulate(SIMULATE, {folder.write("scene.yaml", "duration: 1\n" + scene)});
-    EXPECT_EQ(simulate.wait(), 1);
-    return simulate.err();
-  };
-  const auto expect_found = [](const std::string& text, const char* pattern) {
-    EXPECT_TRUE(std::regex_search(text, std::regex(pattern))) << text;
-  };
-  expect_found(said("robot: {normal_reactions: dynamic, com_height: 0.6, com: [0, 0]}\ninitial: {twist: [0, 0.6, 0]}\n"
-                    "drive: {torque: [{start: 0, constant: [3, -3, -3, 3]}]}\n"),
-               "com_height: with 0\\.[1-5][0-9]* in place of 0\\.6 m, it would hold until t = 1 s");
-  expect_found(said("robot: {normal_reactions: dynamic, com: [0, 0]}\ndrive: {torque: [{start: 0}]}\n"
-                    "wrenches: [{force: [0, 100, 0], point: [0, 0, 1], start: 0.2}]\n"),
-               "with [45][0-9] in place of 100 % of what pushes it, it would hold until t = 1 s");
-  expect_found(said("robot: {normal_reactions: dynamic}\ndrive: {torque: [{start: 0}]}\n"
-                    "wrenches: [{force: [0, 0, 400], start: 0.2}]\n"),
-               "lifted off the floor at t = 0\\.2[0-9]* s\nsimulate: with 5\\.17 kg more it would stay");
 }
 
 // A push upwards by more than the weight.

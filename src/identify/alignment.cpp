@@ -53,14 +53,14 @@ double rate_error(const DriveRecord& record, const Prediction& prediction) {
 
 }  // namespace
 
-void find_angles(const Scene& candidate, const std::vector<DriveRecord>& records, int threads,
+void find_angles(const Scene& candidate, const std::vector<DriveRecord>& records, const Workers& workers,
                  std::vector<Wheels>& phi) {
   constexpr int kRounds = 6;  // every wheel's ripple shows in the others' rates too
   const int rollers = candidate.robot.rollers;
   for (int round = 0; round < kRounds; ++round) {
     std::vector<Replay> replays;
     for (std::size_t r = 0; r < records.size(); ++r) replays.push_back({candidate, &records[r], phi[r]});
-    const std::vector<Prediction> predictions = predict(replays, threads);
+    const std::vector<Prediction> predictions = predict(replays, workers);
     for (std::size_t r = 0; r < records.size(); ++r) {
       const std::vector<Ripple> recorded = ripples(records[r], records[r].phi, records[r].dphi, rollers);
       const std::vector<Ripple> predicted = ripples(records[r], predictions[r].phi, predictions[r].dphi, rollers);
@@ -93,7 +93,7 @@ DriveRecord obeyed_in_cycles(DriveRecord record) {
 }
 
 double find_delay(Scene& candidate, const std::vector<DriveRecord>& records, const std::vector<Wheels>& phi,
-                  int threads, double first, double step) {
+                  const Workers& workers, double first, double step) {
   constexpr int kTried = 7;
   std::vector<Replay> replays;
   for (int k = 0; k < kTried; ++k) {
@@ -101,7 +101,7 @@ double find_delay(Scene& candidate, const std::vector<DriveRecord>& records, con
     tried.motors->command_delay = first + k * step;
     for (std::size_t r = 0; r < records.size(); ++r) replays.push_back({tried, &records[r], phi[r]});
   }
-  const std::vector<Prediction> predictions = predict(replays, threads);
+  const std::vector<Prediction> predictions = predict(replays, workers);
   std::array<double, kTried> errors{};
   for (std::size_t k = 0; k < replays.size(); ++k) {
     errors[k / records.size()] += rate_error(*replays[k].record, predictions[k]);

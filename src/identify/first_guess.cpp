@@ -8,9 +8,9 @@
 #include <limits>
 
 #include "youbot_base_sim/identify/forward_model.h"
+#include "youbot_base_sim/identify/least_squares.h"
 #include "youbot_base_sim/identify/modes.h"
 #include "youbot_base_sim/identify/motions.h"
-#include "youbot_base_sim/physics/no_slip_model.h"
 
 namespace youbot_base_sim {
 
@@ -56,11 +56,11 @@ struct Regression {
   void add(const Eigen::MatrixX2d& columns, const Eigen::VectorXd& values) {
     const Eigen::MatrixX2d A = columns.rowwise() - columns.colwise().mean();
     const Eigen::VectorXd b = values.array() - values.mean();
-    squares += A.transpose() * A;
-    moments += A.transpose() * b;
+    squares += A.transpose().lazyProduct(A);
+    moments += A.transpose().lazyProduct(b);
     total += b.squaredNorm();
   }
-  Eigen::Vector2d solution() const { return squares.ldlt().solve(moments); }
+  Eigen::Vector2d solution() const { return squares.inverse() * moments; }
   double error() const { return total - moments.dot(solution()); }
 };
 
@@ -162,14 +162,11 @@ FrictionMatrix friction_rows(const Scene& candidate, const std::vector<Steady>& 
   measured.resize(kModes * n);
   const Scene none = without_friction(candidate);
   const NoSlipModel smooth(none.robot);
-  Eigen::Matrix<double, kWheels, 3> rolling;
-  for (int k = 0; k < 3; ++k) rolling.col(k) = smooth.dphi(Eigen::Vector3d::Unit(k)).matrix();
-  const auto inverse = rolling.colPivHouseholderQr();
   for (Eigen::Index s = 0; s < n; ++s) {
     const Steady& steady = stretches[static_cast<std::size_t>(s)];
     // A mode that nobody asked for leaves a small rate, whose smoothed friction tells nothing.
     const Eigen::Vector3d rates = modes(steady.dphi).unaryExpr([](double m) { return std::abs(m) < kMinRate ? 0 : m; });
-    const Eigen::Vector3d v = inverse.solve(wheels_of(rates).matrix());
+    const Eigen::Vector3d v = rolling_velocity(smooth, wheels_of(rates));
     const Wheels carrying = smooth.torque(v, Eigen::Vector3d::Zero());
     measured.segment<kModes>(kModes * s) = modes(steady.torque - carrying);
     for (int f = 0; f < kFrictions; ++f) {
@@ -213,7 +210,7 @@ Frictions nonnegative_least_squares(const FrictionMatrix& rows, const Eigen::Vec
     if (columns.empty()) continue;
     Eigen::MatrixXd A(rows.rows(), static_cast<Eigen::Index>(columns.size()));
     for (std::size_t k = 0; k < columns.size(); ++k) A.col(static_cast<Eigen::Index>(k)) = rows.col(columns[k]);
-    const Eigen::VectorXd solution = A.colPivHouseholderQr().solve(measured);
+    const Eigen::VectorXd solution = least_squares(A, measured);
     const double error = (A * solution - measured).squaredNorm();
     if (solution.minCoeff() < 0 || error >= least) continue;
     least = error;

@@ -1,6 +1,10 @@
 #include "youbot_base_sim/identify/fit.h"
 
-#include <ceres/ceres.h>
+#include <ceres/cost_function.h>
+#include <ceres/covariance.h>
+#include <ceres/loss_function.h>
+#include <ceres/problem.h>
+#include <ceres/solver.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,6 +16,8 @@
 #include "youbot_base_sim/identify/first_guess.h"
 #include "youbot_base_sim/identify/forward_model.h"
 #include "youbot_base_sim/identify/inspection.h"
+#include "youbot_base_sim/identify/least_squares.h"
+#include "youbot_base_sim/integration/integration.h"
 
 namespace youbot_base_sim {
 
@@ -58,16 +64,20 @@ class Unknowns {
   std::size_t records_;
 };
 
-/// A residual whose square is the robust cost: quadratic at first, linear beyond kOutlier.
+/// A residual whose square is the robust cost. Ceres would apply a loss to all rows of a block as one number, and a
+/// block has them all, since one simulation yields them; so it is applied here, row by row.
 double robust(double r) {
-  const double s = r * r / (kOutlier * kOutlier);
-  return std::copysign(kOutlier * std::sqrt(2 * (std::sqrt(1 + s) - 1)), r);
+  static const ceres::SoftLOneLoss loss(kOutlier);
+  double cost[3];  // and its derivatives
+  loss.Evaluate(r * r, cost);
+  return std::copysign(std::sqrt(cost[0]), r);
 }
 
 /// All records beside candidates.
 class Problem {
  public:
-  Problem(const std::vector<DriveRecord>& records, double delay, int threads) : records_(records), threads_(threads) {
+  Problem(const std::vector<DriveRecord>& records, double delay, const Workers& workers)
+      : records_(records), workers_(workers) {
     for (const DriveRecord& record : records) {
       comparisons_.emplace_back(record, kFilter, delay);
       const auto& held_out = comparisons_.back().held_out();
@@ -91,7 +101,7 @@ class Problem {
       unknowns.apply(point, candidate, phi);
       for (std::size_t r = 0; r < records_.size(); ++r) replays.push_back({candidate, &records_[r], phi[r]});
     }
-    const std::vector<Prediction> predictions = predict(replays, threads_);
+    const std::vector<Prediction> predictions = predict(replays, workers_);
     Eigen::MatrixXd residuals(static_cast<Eigen::Index>(held_out_.size()), static_cast<Eigen::Index>(points.size()));
     Eigen::Index row = 0;
     for (std::size_t k = 0; k < replays.size(); ++k) {
@@ -108,7 +118,7 @@ class Problem {
   std::vector<Comparison> comparisons_;
   std::vector<bool> held_out_;
   std::vector<int> predecessors_;
-  int threads_;
+  Workers workers_;
 };
 
 /// Residuals at a point, and their derivatives by the unknowns, of all rows.
@@ -199,6 +209,8 @@ class TrainingCost : public ceres::CostFunction {
       residuals_ = problem_.residuals(base_, unknowns_, {x}).col(0);
     } catch (const std::domain_error&) {
       return false;  // a robot without a finite motion
+    } catch (const Stopped&) {
+      return false;  // the next simulation throws it again, with nothing of Ceres in between
     }
     x_ = x;
     return true;
@@ -318,13 +330,30 @@ Eigen::MatrixXd normal_matrix(const Problem& problem, const Linearization& at) {
   for (std::size_t k = 0; k < problem.held_out().size(); ++k) {
     if (problem.held_out()[k]) rows.row(static_cast<Eigen::Index>(k)).setZero();
   }
-  return rows.transpose() * rows;
+  return rows.transpose().lazyProduct(rows);
 }
 
 Eigen::MatrixXd without_column(const Eigen::MatrixXd& matrix, Eigen::Index column) {
   Eigen::MatrixXd rest(matrix.rows(), matrix.cols() - 1);
   rest << matrix.leftCols(column), matrix.rightCols(rest.cols() - column);
   return rest;
+}
+
+/// Covariance of the unknowns for residuals of variance 1, without what the loops' law tells. Throws std::domain_error.
+Eigen::MatrixXd covariance_of(const Problem& problem, const Trial& trial, const Unknowns& unknowns) {
+  std::vector<double> x = trial.at.x;
+  ceres::Problem rows;
+  rows.AddResidualBlock(new TrainingCost(problem, trial.scene, unknowns, trial.at, nullptr), nullptr, x.data());
+  ceres::Covariance::Options options;
+  options.algorithm_type = ceres::DENSE_SVD;
+  options.null_space_rank = -1;  // angles of wheels that never turned leave no trace
+  ceres::Covariance covariance(options);
+  Eigen::MatrixXd matrix(x.size(), x.size());
+  if (!covariance.Compute(std::vector<std::pair<const double*, const double*>>{{x.data(), x.data()}}, &rows) ||
+      !covariance.GetCovarianceBlock(x.data(), x.data(), matrix.data())) {
+    throw std::domain_error("the covariance of what was fitted cannot be computed");
+  }
+  return matrix;
 }
 
 /// Sigma and correlation of what is free, from the scatter of residuals; those that follow each other count for fewer
@@ -344,9 +373,8 @@ void estimate_errors(const Problem& problem, const Trial& trial, Fit& fit) {
   const auto rows = static_cast<double>(problem.held_out().size());
   const double alike = std::clamp(predecessor_square > 0 ? product / predecessor_square : 0, 0.0, 0.95);
   const double variance = std::max(square / rows, kLeastScatter * kLeastScatter) * (1 + alike) / (1 - alike);
-  const Eigen::MatrixXd covariance =
-      variance * normal_matrix(problem, trial.at).completeOrthogonalDecomposition().pseudoInverse();
   const Unknowns unknowns(trial.free, trial.phi.size());
+  const Eigen::MatrixXd covariance = variance * covariance_of(problem, trial, unknowns);
   const std::vector<std::size_t>& free = unknowns.free();
   for (std::size_t a = 0; a < free.size(); ++a) {
     const auto row = static_cast<Eigen::Index>(a);
@@ -373,7 +401,7 @@ Eigen::VectorXd step_back(const Eigen::MatrixXd& normal, Eigen::Index fixed, dou
   others(fixed, fixed) = 1;
   Eigen::VectorXd push = -normal.col(fixed) * change;
   push[fixed] = change;
-  return others.completeOrthogonalDecomposition().solve(push);
+  return least_squares(others, push);
 }
 
 /// Puts parameters back to their start, one after the other, for as long as the held-out motions do not miss them: the
@@ -425,7 +453,7 @@ void drop_what_does_not_help(const Problem& problem, const Scene& start, Trial& 
 
 /// Finds whether the driver obeys commands when they come, or in the cycles in which it reads the joints: then the
 /// records' commands come to wait for those.
-bool find_cycles(std::vector<DriveRecord>& records, Trial& trial, int threads) {
+bool find_cycles(std::vector<DriveRecord>& records, Trial& trial, const Workers& workers) {
   constexpr double kStep = 0.004;      // s
   constexpr double kNoWorse = 1.05;    // where they always come at the same time of a cycle, nothing tells
   constexpr double kHalfCycle = 0.01;  // s: the mean that waiting takes off the delay
@@ -433,8 +461,8 @@ bool find_cycles(std::vector<DriveRecord>& records, Trial& trial, int threads) {
   for (const DriveRecord& record : records) in_cycles.push_back(obeyed_in_cycles(record));
   Scene waiting = trial.scene;
   const double first = trial.scene.motors->command_delay - 3 * kStep;
-  const double error = find_delay(trial.scene, records, trial.phi, threads, first, kStep);
-  if (find_delay(waiting, in_cycles, trial.phi, threads, first - kHalfCycle, kStep) > kNoWorse * error) return false;
+  const double error = find_delay(trial.scene, records, trial.phi, workers, first, kStep);
+  if (find_delay(waiting, in_cycles, trial.phi, workers, first - kHalfCycle, kStep) > kNoWorse * error) return false;
   trial.scene = waiting;
   records = in_cycles;
   return true;
@@ -444,7 +472,7 @@ bool find_cycles(std::vector<DriveRecord>& records, Trial& trial, int threads) {
 
 Fit fit(const Scene& start, std::vector<DriveRecord>& records, std::vector<std::string>& findings,
         const FitSettings& settings) {
-  const int threads = std::max(1, settings.threads);
+  const Workers& workers = settings.workers;
   const auto progress = [&](double share) {
     if (settings.progress) settings.progress(share);
   };
@@ -461,13 +489,13 @@ Fit fit(const Scene& start, std::vector<DriveRecord>& records, std::vector<std::
 
   Trial trial{first.scene, std::vector<Wheels>(records.size(), Wheels::Zero()), first.told, {}, {}};
   if (first.gains_told) trial.law = first.scene;
-  find_angles(trial.scene, records, threads, trial.phi);
-  find_delay(trial.scene, records, trial.phi, threads, 0, 0.02);
+  find_angles(trial.scene, records, workers, trial.phi);
+  find_delay(trial.scene, records, trial.phi, workers, 0, 0.02);
   progress(0.1);
   Fit fit;
   fit.untold = first.untold;
   {
-    const Problem problem(records, trial.scene.motors->command_delay, threads);
+    const Problem problem(records, trial.scene.motors->command_delay, workers);
     if (std::count(problem.held_out().begin(), problem.held_out().end(), true) == 0) {
       throw UnusableRecord(
           "fewer than three motions to fit to and to check with: drive the programme of identification_drive.launch");
@@ -476,11 +504,11 @@ Fit fit(const Scene& start, std::vector<DriveRecord>& records, std::vector<std::
     minimize_roughly(problem, trial);
   }
   progress(0.4);
-  find_angles(trial.scene, records, threads, trial.phi);  // by now the ripple is that of the robot
-  if (find_cycles(records, trial, threads)) {
+  find_angles(trial.scene, records, workers, trial.phi);  // by now the ripple is that of the robot
+  if (find_cycles(records, trial, workers)) {
     findings.push_back("commands are obeyed in the cycles in which the driver publishes joint_states");
   }
-  const Problem problem(records, trial.scene.motors->command_delay, threads);
+  const Problem problem(records, trial.scene.motors->command_delay, workers);
   linearize(problem, trial);
   minimize(problem, trial);
   progress(0.8);

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <future>
 
-#include "youbot_base_sim/physics/no_slip_model.h"
+#include "youbot_base_sim/identify/least_squares.h"
 #include "youbot_base_sim/simulation.h"
 
 namespace youbot_base_sim {
@@ -66,12 +66,7 @@ Scene start_of(const Scene& candidate, const DriveRecord& record, const Wheels& 
   scene.initial.phi() = phi;
   // Rolling as the wheels turn, ahead, sideways and round.
   const NoSlipModel rolling(scene.robot);
-  const Eigen::Matrix<double, kWheels, 3> rates = [&] {
-    Eigen::Matrix<double, kWheels, 3> m;
-    for (int k = 0; k < 3; ++k) m.col(k) = rolling.dphi(Eigen::Vector3d::Unit(k)).matrix();
-    return m;
-  }();
-  const Eigen::Vector3d v = rates.colPivHouseholderQr().solve(record.dphi.front().matrix());
+  const Eigen::Vector3d v = rolling_velocity(rolling, record.dphi.front());
   scene.initial.values.col(1).head<3>() = v.array();
   scene.initial.dphi() = rolling.dphi(v);
   scene.initial.dgamma() = rolling.dgamma(v);
@@ -80,7 +75,14 @@ Scene start_of(const Scene& candidate, const DriveRecord& record, const Wheels& 
 
 }  // namespace
 
-Prediction predict(const Scene& candidate, const DriveRecord& record, const Wheels& phi) {
+Eigen::Vector3d rolling_velocity(const NoSlipModel& model, const Wheels& rates) {
+  Eigen::Matrix<double, kWheels, 3> rolling;
+  for (int k = 0; k < 3; ++k) rolling.col(k) = model.dphi(Eigen::Vector3d::Unit(k)).matrix();
+  return least_squares(rolling, rates.matrix());
+}
+
+Prediction predict(const Scene& candidate, const DriveRecord& record, const Wheels& phi,
+                   const std::atomic<bool>* stop) {
   const MotorSettings& motors = *candidate.motors;
   WheelDrive loops(kControlPeriod, motors.limit(Motor()), motors.gains);
   DelayedCommands commands(record.commands, motors.command_delay, motors.limit(Motor()));
@@ -90,6 +92,7 @@ Prediction predict(const Scene& candidate, const DriveRecord& record, const Whee
     for (int i = 0; i < kWheels; ++i) loops.command(i, {DriveMode::kVelocity, rate[i]});
     return torque = loops.sample(state.dphi());
   });
+  if (stop) simulation.stop_on(*stop);
   Prediction prediction;
   for (const double t : record.t) {
     simulation.advance_to(time_in_period(t));
@@ -103,16 +106,16 @@ Prediction predict(const Scene& candidate, const DriveRecord& record, const Whee
   return prediction;
 }
 
-std::vector<Prediction> predict(const std::vector<Replay>& replays, int threads) {
+std::vector<Prediction> predict(const std::vector<Replay>& replays, const Workers& workers) {
   std::vector<Prediction> predictions(replays.size());
   std::atomic<std::size_t> next{0};
   const auto work = [&] {
     for (std::size_t k = next++; k < replays.size(); k = next++) {
-      predictions[k] = predict(replays[k].candidate, *replays[k].record, replays[k].phi);
+      predictions[k] = predict(replays[k].candidate, *replays[k].record, replays[k].phi, workers.stop);
     }
   };
   std::vector<std::future<void>> helpers;
-  for (int k = 1; k < threads; ++k) helpers.push_back(std::async(std::launch::async, work));
+  for (int k = 1; k < workers.threads; ++k) helpers.push_back(std::async(std::launch::async, work));
   helpers.push_back(std::async(std::launch::deferred, work));
   for (auto helper = helpers.rbegin(); helper != helpers.rend(); ++helper) helper->wait();
   for (std::future<void>& helper : helpers) helper.get();

@@ -161,7 +161,7 @@ TEST(ObeyedInCycles, WaitsForTheNextSampleButNotThroughAGap) {
 TEST(Predict, DoesNotDependOnThreads) {
   const DriveRecord record = short_drive();
   const std::vector<Replay> replays(3, {measured_base(), &record, Wheels::Zero()});
-  const std::vector<Prediction> one = predict(replays, 1), four = predict(replays, 4);
+  const std::vector<Prediction> one = predict(replays, {1}), four = predict(replays, {4});
   for (std::size_t k = 0; k < replays.size(); ++k) {
     for (std::size_t j = 0; j < record.t.size(); ++j) ASSERT_TRUE((one[k].dphi[j] == four[k].dphi[j]).all());
   }

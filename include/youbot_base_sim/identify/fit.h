@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "youbot_base_sim/identify/drive_record.h"
+#include "youbot_base_sim/identify/forward_model.h"
 #include "youbot_base_sim/identify/parameters.h"
 
 namespace youbot_base_sim {
@@ -23,13 +24,14 @@ struct Fit {
 };
 
 struct FitSettings {
-  int threads = 2;
+  Workers workers;
   std::function<void(double share)> progress;  ///< called now and then with what is done, 0 to 1
 };
 
 /// Fits what the records can tell, starting from `start`: motions ahead, sideways and turning, low-passed, by bounded
 /// robust least squares, with the angles at which the wheels stood as unknowns besides. A parameter is kept only if it
-/// lowers the error on motions that were held out. Records must be inspected. Throws UnusableRecord.
+/// lowers the error on motions that were held out. Records must be inspected. Throws UnusableRecord
+/// and, once told to, Stopped.
 Fit fit(const Scene& start, std::vector<DriveRecord>& records, std::vector<std::string>& findings,
         const FitSettings& settings = {});
 

@@ -4,6 +4,8 @@
 #include <boost/program_options.hpp>
 #include <charconv>
 #include <cstdint>
+#include <iostream>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -37,18 +39,62 @@ inline std::uint64_t whole_number_of(const std::string& option, const std::strin
   throw OptionError(option, value, "be a whole number from " + std::to_string(min) + " to " + std::to_string(max));
 }
 
-/// Throws OptionError if a text is given but empty, as an unset variable of a shell is. `positional` is what stands
-/// without an option's name.
-inline void refuse_empty(const boost::program_options::variables_map& given, const std::string& positional) {
+/// How a program is called.
+struct Usage {
+  std::string call;     ///< "PROGRAM FILE [options]"
+  std::string purpose;  ///< what --help prints before the options
+  std::string remarks;  ///< and after them
+};
+
+/// What stands on a command line without an option's name.
+struct Positional {
+  const char* name;
+  const boost::program_options::value_semantic* value;  ///< of a std::string or a std::vector of them; owned by `parse`
+  int max_count;                                        ///< -1: any number
+  bool required;                                        ///< if not, an empty text counts as none
+};
+
+/// Throws OptionError if a text is given but empty, as an unset variable of a shell is.
+inline void refuse_empty(const boost::program_options::variables_map& given, const Positional& positional) {
   for (const auto& [name, value] : given) {
     std::vector<std::string> texts;
     if (const auto* one = boost::any_cast<std::string>(&value.value())) texts = {*one};
     if (const auto* several = boost::any_cast<std::vector<std::string>>(&value.value())) texts = *several;
     for (const std::string& text : texts) {
-      if (!text.empty()) continue;
-      throw OptionError(name == positional ? name : "--" + name, text, "not be empty");
+      const bool is_positional = name == positional.name;
+      if (!text.empty() || (is_positional && !positional.required)) continue;
+      throw OptionError(is_positional ? name : "--" + name, text, "not be empty");
     }
   }
+}
+
+/// Reads a command line into the variables that `options` and `positional` name, and returns what was given. Prints the
+/// help and returns nothing if `help`, one of the options, was. Throws std::runtime_error, a line that says what is
+/// wrong.
+inline std::optional<boost::program_options::variables_map> parse(
+    int argc, char** argv, const Usage& usage, const boost::program_options::options_description& options,
+    const Positional& positional) {
+  namespace po = boost::program_options;
+  po::options_description all;
+  all.add(options).add_options()(positional.name, positional.value);
+  po::positional_options_description places;
+  places.add(positional.name, positional.max_count);
+  po::variables_map given;
+  try {
+    po::store(po::command_line_parser(argc, argv).options(all).positional(places).run(), given);
+    po::notify(given);
+  } catch (const po::error& error) {
+    const std::string program = usage.call.substr(0, usage.call.find(' '));
+    throw std::runtime_error(quote(error.what(), kMaxMessage) + "; see " + program + " --help");
+  }
+  if (given.count("help")) {
+    std::cout << "Usage: " << usage.call << "\n\n" << usage.purpose << "\n\n" << options << usage.remarks;
+    return std::nullopt;
+  }
+  if (positional.required && !given.count(positional.name))
+    throw std::runtime_error(std::string("no ") + positional.name + " given; usage: " + usage.call);
+  refuse_empty(given, positional);
+  return given;
 }
 
 }  // namespace youbot_base_sim

@@ -1,4 +1,4 @@
-#include "youbot_base_sim/ros/drive_bag.h"
+#include "youbot_base_sim/identify/bag_reader.h"
 
 #include <fmt/format.h>
 #include <geometry_msgs/Twist.h>
@@ -14,6 +14,7 @@
 #include <optional>
 
 #include "youbot_base_sim/identify/inspection.h"
+#include "youbot_base_sim/identify/least_squares.h"
 #include "youbot_base_sim/identify/modes.h"
 #include "youbot_base_sim/ros/conversions.h"
 #include "youbot_base_sim/text/quote.h"
@@ -113,10 +114,8 @@ class Reader {
       squares += rates.matrix() * rates.matrix().transpose();
       moments += rates.matrix() * velocity.transpose();
     }
-    Eigen::CompleteOrthogonalDecomposition<Eigen::Matrix4d> solver;
-    solver.setThreshold(kTold);
-    const Eigen::Matrix<double, kWheels, 3> coefficients = solver.compute(squares).solve(moments);
-    const Eigen::Vector3d sizes = 2 * coefficients.colwise().norm();  // R, R, R / h; 0 of a motion that was never made
+    Eigen::Vector3d sizes;  // R, R, R / h; 0 of a motion that was never made
+    for (int k = 0; k < 3; ++k) sizes[k] = 2 * least_squares(squares, moments.col(k), kTold).norm();
     DriverKinematics kinematics;
     const double radius = std::max(sizes[0], sizes[1]);
     if (radius > kMinRadius && radius < kMaxRadius) kinematics.wheel_radius = 1e-4 * std::round(1e4 * radius);

@@ -1,6 +1,6 @@
 // Bags as recorders write them, read back: units, signs, times, gaps, and files that are not what they should be.
 
-#include "youbot_base_sim/ros/drive_bag.h"
+#include "youbot_base_sim/identify/bag_reader.h"
 
 #include <geometry_msgs/Twist.h>
 #include <gtest/gtest.h>
@@ -11,8 +11,9 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <thread>
 
-#include "../temporary_folder.h"
+#include "../program.h"
 #include "youbot_base_sim/identify/inspection.h"
 #include "youbot_base_sim/ros/conversions.h"
 
@@ -79,7 +80,7 @@ void write_bag(const std::string& path, const Recording& recording) {
   }
 }
 
-class DriveBagTest : public testing::Test {
+class BagReaderTest : public testing::Test {
  protected:
   DriveRecord read(const Recording& recording) {
     write_bag(folder_.path("x.bag"), recording);
@@ -99,7 +100,7 @@ class DriveBagTest : public testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(DriveBagTest, HasTheWheelsInTheirOrderAndTimesFromTheFirstStamp) {
+TEST_F(BagReaderTest, HasTheWheelsInTheirOrderAndTimesFromTheFirstStamp) {
   const DriveRecord record = read({});
   ASSERT_EQ(record.t.size(), kRate * kVelocities.size());
   EXPECT_EQ(record.t.front(), 0);
@@ -112,7 +113,7 @@ TEST_F(DriveBagTest, HasTheWheelsInTheirOrderAndTimesFromTheFirstStamp) {
 }
 
 // cmd_vel becomes rates by the lengths of the odometry, which are not the driver's usual ones here.
-TEST_F(DriveBagTest, FindsTheLengthsByWhichTheDriverMakesRates) {
+TEST_F(BagReaderTest, FindsTheLengthsByWhichTheDriverMakesRates) {
   for (const bool driver_signs : {false, true}) {
     Recording recording;
     recording.driver_signs = driver_signs;
@@ -129,7 +130,7 @@ TEST_F(DriveBagTest, FindsTheLengthsByWhichTheDriverMakesRates) {
   EXPECT_TRUE(record.commands.values[5].isApprox(DriverKinematics().wheel_rates(kVelocities[5])));
 }
 
-TEST_F(DriveBagTest, IsMendedByInspection) {
+TEST_F(BagReaderTest, IsMendedByInspection) {
   Recording recording;
   recording.driver_signs = true;
   recording.gap_from = 3.5;
@@ -148,7 +149,7 @@ TEST_F(DriveBagTest, IsMendedByInspection) {
   EXPECT_TRUE((record.dphi[75] > 0).all() || (record.dphi[75] < 0).all()) << "straight ahead";
 }
 
-TEST_F(DriveBagTest, ReadsGroundTruthWithItsHeadingUnwrapped) {
+TEST_F(BagReaderTest, ReadsGroundTruthWithItsHeadingUnwrapped) {
   Recording recording;
   recording.ground_truth = true;
   const DriveRecord record = read(recording);
@@ -157,7 +158,7 @@ TEST_F(DriveBagTest, ReadsGroundTruthWithItsHeadingUnwrapped) {
   EXPECT_NEAR(record.truth[5 * 50 - 1][2], 3.4, 1e-6);
 }
 
-TEST_F(DriveBagTest, UsesArrivalWhereNobodySetStamps) {
+TEST_F(BagReaderTest, UsesArrivalWhereNobodySetStamps) {
   Recording recording;
   recording.stamps = false;
   const DriveRecord record = read(recording);
@@ -165,14 +166,14 @@ TEST_F(DriveBagTest, UsesArrivalWhereNobodySetStamps) {
   EXPECT_NEAR(record.commands.t[1], 1.005 - kArrival, 1e-6);
 }
 
-TEST_F(DriveBagTest, TakesAnyNamespaceAndNoArm) {
+TEST_F(BagReaderTest, TakesAnyNamespaceAndNoArm) {
   Recording recording;
   recording.joints = "/youbot/base/joint_states";
   recording.arm = true;
   EXPECT_EQ(read(recording).t.size(), kRate * kVelocities.size());
 }
 
-TEST_F(DriveBagTest, HasZerosForAMissingEffort) {
+TEST_F(BagReaderTest, HasZerosForAMissingEffort) {
   Recording recording;
   recording.effort = false;
   DriveRecord record = read(recording);
@@ -182,7 +183,7 @@ TEST_F(DriveBagTest, HasZerosForAMissingEffort) {
   EXPECT_FALSE(record.has_torque());
 }
 
-TEST_F(DriveBagTest, RefusesWrongFiles) {
+TEST_F(BagReaderTest, RefusesWrongFiles) {
   expect_refused("missing.bag", "is no file");
   folder_.write("text.bag", "t,fl,fr,bl,br\n0,1,1,1,1\n");
   expect_refused("text.bag", "cannot be read as a bag");
@@ -193,10 +194,30 @@ TEST_F(DriveBagTest, RefusesWrongFiles) {
 }
 
 // A recorder that was killed leaves a bag without its index, perhaps with half a chunk at its end.
-TEST_F(DriveBagTest, RefusesATruncatedBagWithTheRemedy) {
+TEST_F(BagReaderTest, RefusesATruncatedBagWithTheRemedy) {
   write_bag(folder_.path("cut.bag"), {});
   std::filesystem::resize_file(folder_.path("cut.bag"), std::filesystem::file_size(folder_.path("cut.bag")) / 2);
   expect_refused("cut.bag", "cannot be read as a bag");
+}
+
+// The program ends by a signal as simulate and sweep do, also amid a fit.
+TEST_F(BagReaderTest, ASignalEndsIdentifyInALine) {
+  write_bag(folder_.path("x.bag"), {});
+  Program identify(IDENTIFY, {folder_.path("x.bag"), "--output", folder_.path("fitted.yaml")});
+  const auto catches_it = [&] {
+    std::ifstream status("/proc/" + std::to_string(identify.id()) + "/status");
+    for (std::string name; status >> name;) {
+      unsigned long long caught = 0;
+      if (name == "SigCgt:") return static_cast<bool>(status >> std::hex >> caught) && (caught >> (SIGTERM - 1) & 1);
+    }
+    return false;
+  };
+  for (int tries = 0; !catches_it() && tries < 30000; ++tries)
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  identify.send(SIGTERM);
+  EXPECT_EQ(identify.wait(), 1);
+  EXPECT_EQ(identify.err(), "identify: stopped by signal 15, Terminated\n");
+  EXPECT_FALSE(folder_.has("fitted.yaml"));
 }
 
 }  // namespace

@@ -1,0 +1,13 @@
+#include "youbot_base_sim/identify/least_squares.h"
+
+#include <Eigen/QR>
+
+namespace youbot_base_sim {
+
+Eigen::VectorXd least_squares(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, double threshold) {
+  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> decomposition;
+  if (threshold > 0) decomposition.setThreshold(threshold);
+  return decomposition.compute(A).solve(b);
+}
+
+}  // namespace youbot_base_sim
