@@ -4,15 +4,10 @@ from pathlib import Path
 
 import numpy as np
 
-from .base import WHEELS
 from .command_line import Refused
 from .files import write_whole
 
-# Okabe and Ito's colours, told apart by the colour-blind.
-BLACK, BLUE, RED, GREEN, PINK, SKY, ORANGE = (
-    "#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00")
-WHEEL_COLOURS = dict(zip(WHEELS, (BLUE, RED, GREEN, PINK)))
-BINS = 1200  # a curve's highest and lowest point in each are drawn: more could not be told apart
+BINS = 1200  # a curve's highest and lowest point in each are drawn: more could not be seen
 
 
 def new_figure(**options):

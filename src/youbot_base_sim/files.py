@@ -24,13 +24,15 @@ def read_whole(option, path, max_bytes, allowed):
         with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK), "rb") as file:
             mode, content = os.fstat(file.fileno()).st_mode, b""
             if stat.S_ISFIFO(mode):
-                content = first_bytes(file.fileno())
-                if content == b"":
-                    refuse("is a pipe that nobody writes to")
+                select.select([file], [], [], WRITER_TIMEOUT)
+                with contextlib.suppress(BlockingIOError):  # of a writer that has written nothing so far
+                    content = os.read(file.fileno(), select.PIPE_BUF)
+                    if not content:
+                        refuse("is a pipe that nobody writes to")
             elif not stat.S_ISREG(mode):
                 refuse("is neither a file nor a pipe")
             os.set_blocking(file.fileno(), True)
-            content = (content or b"") + file.read(max_bytes + 1)
+            content += file.read(max_bytes + 1)
     except OSError as error:
         refuse(error.strerror)
     except ValueError:  # a NUL in it
@@ -38,15 +40,6 @@ def read_whole(option, path, max_bytes, allowed):
     if len(content) > max_bytes:
         refuse(f"is longer than {max_bytes} bytes")
     return content
-
-
-def first_bytes(pipe):
-    """None where a writer has opened it, but has not written so far."""
-    select.select([pipe], [], [], WRITER_TIMEOUT)
-    try:
-        return os.read(pipe, select.PIPE_BUF)
-    except BlockingIOError:
-        return None
 
 
 class Outputs:

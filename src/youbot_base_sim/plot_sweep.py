@@ -14,8 +14,9 @@ import csv
 import numpy as np
 
 from .command_line import Parser, Refused, shown
-from .figures import BLUE, RED, new_figure, save
+from .figures import new_figure, save
 from .files import Outputs
+from .palette import BLUE, RED
 
 MAX_SLICES = 100
 

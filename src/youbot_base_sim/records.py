@@ -1,5 +1,6 @@
 """What a bag tells of a base, as arrays over time in SI units: a row a message, cleaned of what cannot be used."""
 import math
+from collections import Counter
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -144,23 +145,23 @@ class LeftOut:
     """Replaces the fields of messages that cannot be used by NaN, and counts them."""
 
     def __init__(self):
-        self.foreign, self.lacking, self.wild = {}, {}, {}  # numbers of messages
+        self.foreign, self.lacking, self.wild = Counter(), Counter(), Counter()  # numbers of messages
         self.seen, self.filled = set(), set()  # topics; their fields that are not always empty
 
     def cleaned(self, topic, fields):
         """The numbers of a message in one row; None if nothing in it can be used."""
         self.seen.add(topic)
         if fields is None:
-            count(self.foreign, topic)
+            self.foreign[topic] += 1
             return None
         row, is_usable = [], False
         for name, values in fields.items():
             if values is not EMPTY:
                 self.filled.add((topic, name))
             if values is EMPTY or values is MISCOUNTED:
-                count(self.lacking, (topic, name))
+                self.lacking[topic, name] += 1
             elif not all(abs(value) <= LARGEST for value in values):
-                count(self.wild, (topic, name))
+                self.wild[topic, name] += 1
                 values = (math.nan,) * len(values)
             else:
                 is_usable = True
@@ -185,24 +186,18 @@ class LeftOut:
                 yield f"{shown(topic)}: {number} messages lack what is needed, such as wheels fl, fr, bl and br: left out"
 
 
-def count(numbers, key):
-    numbers[key] = numbers.get(key, 0) + 1
-
-
 def find_topics(bag, chosen):
     """{name: topics that may tell it, the likeliest first}"""
     found = {}
     for name, (kind, usual) in TOPICS.items():
+        topics = {topic: topic.rsplit("/", 1)[-1] for topic in bag.types if bag.types[topic] == kind}
+        found[name] = sorted((topic for topic in topics if topics[topic] in usual),
+                             key=lambda topic: (usual.index(topics[topic]), topic.count("/"), topic))
         if name in chosen:
-            topic = chosen[name]
-            if bag.types.get(topic) != kind:
-                raise Refused(f"{shown(bag.path)}: {name}={shown(topic)}: must be a topic of type {kind}; it has "
+            found[name] = [chosen[name]]
+            if chosen[name] not in topics:
+                raise Refused(f"{shown(bag.path)}: {name}={shown(chosen[name])}: must be a topic of type {kind}; it has "
                               f"{bag.shown_topics()}")
-            found[name] = [topic]
-            continue
-        found[name] = sorted((topic for topic in bag.types
-                              if bag.types[topic] == kind and topic.rsplit("/", 1)[-1] in usual),
-                             key=lambda topic: (usual.index(topic.rsplit("/", 1)[-1]), topic.count("/"), topic))
     return found
 
 
@@ -261,22 +256,17 @@ FIELDS = {"odom": pose_fields, "ground_truth": pose_fields, "joint_states": join
           "velocity_command": command_fields}
 
 
-def in_order(rows, keep_equal=False):
-    """Rows by time, and how many are left out since another one has their time."""
-    array = np.array(rows, float)
-    array = array[np.argsort(array[:, 0], kind="stable")]
-    new = np.ones(len(array), bool)
-    if not keep_equal:
-        new[1:] = np.diff(array[:, 0]) > 0
-    return array[new], int(np.sum(~new))
-
-
 def add_series(record, name, rows):
-    table, repeated = in_order(rows, keep_equal=name in ("roller_switches", "cmd_vel", "velocity_command"))
-    if repeated:
-        record.notes.append(f"{record.topics[name]}: {repeated} messages have a stamp that was there before: left "
-                            "out (was the clock set back?)")
-    t, values = table[:, 0], table[:, 1:]
+    """Of rows in any order; of those with equal times the first, but of commands and switches, which may share one."""
+    table = np.array(rows, float)
+    table = table[np.argsort(table[:, 0], kind="stable")]
+    new = np.diff(table[:, 0], prepend=-np.inf) > 0
+    if name in ("roller_switches", "cmd_vel", "velocity_command"):
+        new[:] = True
+    if not new.all():
+        record.notes.append(f"{record.topics[name]}: {np.sum(~new)} messages have a stamp that was there before: left out "
+                            "(was the clock set back?)")
+    t, values = table[new, 0], table[new, 1:]
     if name in ("odom", "ground_truth"):
         columns = dict(zip(POSE, values.T))
         there = np.isfinite(columns["psi"])
@@ -288,9 +278,9 @@ def add_series(record, name, rows):
         record.series[name] = Series(t, {"wheel": values[:, 0].astype(int), "direction": values[:, 1],
                                          "count": values[:, 2]})
     elif name == "contacts":
-        columns = {"kinetic_energy": values[:, 0], **dict(zip(POWERS, values[:, 1:1 + len(POWERS)].T))}
         slip, share = np.split(values[:, 1 + len(POWERS):], [8], axis=1)
-        record.series[name] = Series(t, {**columns, "slip": slip.reshape(-1, 4, 2), "share": share})
+        record.series[name] = Series(t, {**dict(zip(("kinetic_energy", *POWERS), values.T)),
+                                         "slip": slip.reshape(-1, 4, 2), "share": share})
     else:
         V = values.T if name == "cmd_vel" else record.base.velocities(values)
         record.series[name] = Series(t, dict(zip(POSE[3:], V)))

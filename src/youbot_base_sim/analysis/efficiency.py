@@ -1,7 +1,8 @@
 """What of the commanded, and of the rolled, velocity the base reaches: ahead, sideways and turning."""
 import numpy as np
 
-from ..figures import BLACK, BLUE, RED, curve
+from ..figures import curve
+from ..palette import BLACK, BLUE, RED
 from ..records import Missing
 from .section import Section
 
@@ -11,6 +12,7 @@ SMALL = 0.05  # of the whole speed: a part that is less tells nothing
 
 def analyse(record):
     V = [name for _, name, _ in DIRECTIONS]
+    no_command = f"{record.lack('cmd_vel')}; {record.lack('velocity_command')}"
     truth, joints = record.get("ground_truth", *V), record.get("joint_states", "rate")
     if truth:
         t, true = truth.t, [truth[name] for name in V]
@@ -23,12 +25,12 @@ def analyse(record):
     else:
         raise Missing(f"{record.lack('ground_truth', *V)}; {record.lack('joint_states', 'rate')}")
     if not any(velocities for _, velocities in sources):
-        raise Missing(no_command(record))
+        raise Missing(no_command)
     section.say("", "".join(f"{direction:>11}" for direction, _, _ in DIRECTIONS))
     for what, source in sources:
         if not source:
             section.say(f"of what {what}", "not told: " + (
-                no_command(record) if what == "was commanded" else record.lack("joint_states", "rate")))
+                no_command if what == "was commanded" else record.lack("joint_states", "rate")))
             continue
         factors = [fit(true[k], source, k, record.base) for k in range(3)]
         section.say(f"of what {what}", "".join(f"{e:>11.4f}" if e == e else f"{'-':>11}" for e in factors),
@@ -53,10 +55,6 @@ def commanded(record, t):
             return "was commanded" if name != "desired" else "was desired", [
                 np.where(at >= 0, series[column][at], np.nan) for _, column, _ in DIRECTIONS]
     return "was commanded", None
-
-
-def no_command(record):
-    return f"{record.lack('cmd_vel')}; {record.lack('velocity_command')}"
 
 
 def rolled(record, t):

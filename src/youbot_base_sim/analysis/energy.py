@@ -1,7 +1,8 @@
 """Where the energy goes that the drives put in."""
 import numpy as np
 
-from ..figures import BLACK, GREEN, ORANGE, RED, SKY, thinned
+from ..figures import thinned
+from ..palette import BLACK, GREEN, ORANGE, RED, SKY
 from ..records import Missing
 from .section import Section
 
@@ -33,34 +34,27 @@ def integral(t, values):
 
 
 def energies(contacts, stride=1):
-    """Since the beginning, J: times; put in, lost by place, gained. Gaps are left out: in them nothing is put in or
-    lost."""
+    """Since the beginning, J, from each sample or every second one: times; put in, lost by place, gained, and what is left
+    over. Gaps are left out: in them nothing is put in or lost."""
     parts = {name: [] for name in ("t", *GAINS, *LOSSES, "gained")}
     last = {name: 0.0 for name in parts}
     for stretch in contacts.stretches():
-        t = thin(contacts.t[stretch], stride)
-        values = {name: integral(t, thin(contacts[name][stretch], stride)) for name in (*GAINS, *LOSSES)}
-        kinetic = thin(contacts["kinetic_energy"][stretch], stride)
+        chosen = np.unique([*range(stretch.start, stretch.stop, stride), stretch.stop - 1])
+        t, kinetic = contacts.t[chosen], contacts["kinetic_energy"][chosen]
+        values = {name: integral(t, contacts[name][chosen]) for name in (*GAINS, *LOSSES)}
         values["gained"] = kinetic - kinetic[0]
         parts["t"].append(t)
         for name, column in values.items():
             parts[name].append(last[name] + column)
             last[name] = parts[name][-1][-1]
-    return {name: np.concatenate(columns) for name, columns in parts.items()}
-
-
-def thin(values, stride):
-    """Every so-manieth sample, and the last one."""
-    return values[np.unique(np.append(np.arange(0, len(values), stride), len(values) - 1))]
-
-
-def residual(sums):
-    return sum(sums[name] for name in GAINS) - sum(sums[name] for name in LOSSES) - sums["gained"]
+    sums = {name: np.concatenate(columns) for name, columns in parts.items()}
+    sums["left"] = sum(sums[name] for name in GAINS) - sum(sums[name] for name in LOSSES) - sums["gained"]
+    return sums
 
 
 def balance(contacts):
-    sums, coarse = energies(contacts), energies(contacts, 2)
-    left, left_coarse = residual(sums), residual(coarse)
+    sums = energies(contacts)
+    left, left_coarse = sums["left"], energies(contacts, 2)["left"]
     section = Section("energy", "Energy, powers of contacts integrated by trapezoids")
     turned_over = max(*(np.abs(sums[name]).max() for name in (*GAINS, "gained")), 1e-12)
     for what, name in (("put in by the drives", "drive"), ("put in by slope and wrenches", "external"),
@@ -86,13 +80,13 @@ def balance(contacts):
     section.tables["energy.csv"] = (
         ["t_s", "put_in_J", "from_outside_J", "bearings_J", "rollers_J", "floor_J", "kept_J", "residual_J"],
         np.column_stack([sums["t"], *[sums[name] for name in (*GAINS, *LOSSES)], sums["gained"], left]))
-    section.draw = lambda figure: draw(figure, sums, left)
+    section.draw = lambda figure: draw(figure, sums)
     return section
 
 
-def draw(figure, sums, left):
+def draw(figure, sums):
     balance_axes, residual_axes = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": [3, 1]})
-    i = thinned(sums["gained"], left)
+    i = thinned(sums["gained"], sums["left"])
     t, below = sums["t"][i], 0
     for name, label, color in (("gained", "kept as motion", SKY), ("bearing", "lost in bearings and drives", ORANGE),
                                ("roller", "lost in rollers", GREEN), ("floor", "lost by slip on the floor", RED)):
@@ -104,6 +98,5 @@ def draw(figure, sums, left):
         ", slope and wrenches" if sums["external"].any() else ""))
     balance_axes.set_ylabel("energy, J")
     balance_axes.legend(loc="upper left")
-    residual_axes.plot(t, left[i], color=BLACK)
-    residual_axes.set_ylabel("residual, J")
-    residual_axes.set_xlabel("t, s")
+    residual_axes.plot(t, sums["left"][i], color=BLACK)
+    residual_axes.set(xlabel="t, s", ylabel="residual, J")

@@ -3,7 +3,8 @@ import math
 
 import numpy as np
 
-from ..figures import BLACK, RED, curve, thinned
+from ..figures import curve, thinned
+from ..palette import BLACK, RED
 from ..records import Missing
 from .section import Section, each, rms
 

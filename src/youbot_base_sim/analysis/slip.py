@@ -2,7 +2,8 @@
 import numpy as np
 
 from ..base import WHEELS
-from ..figures import BLACK, WHEEL_COLOURS, curve
+from ..figures import curve
+from ..palette import BLACK, WHEEL_COLOURS
 from ..records import Missing
 from .section import Section, rms
 

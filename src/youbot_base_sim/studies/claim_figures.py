@@ -5,7 +5,8 @@ from matplotlib.cm import viridis
 from matplotlib.lines import Line2D
 
 from ..base import WHEELS
-from ..figures import BLACK, BLUE, RED, curve
+from ..figures import curve
+from ..palette import BLACK, BLUE, RED
 from ..runs import DEGREES, MODELS
 from .drawing import finish_paths, finished, letter, panels, path, wheel_style
 

@@ -4,7 +4,8 @@ import numpy as np
 from matplotlib.patches import Polygon, Rectangle
 
 from ..base import WHEELS, Base
-from ..figures import BLACK, BLUE, RED, WHEEL_COLOURS, curve
+from ..figures import curve
+from ..palette import BLACK, BLUE, RED, WHEEL_COLOURS
 from ..runs import DEGREES
 from .drawing import finish_paths, finished, letter, panels, path
 from .effects import at

@@ -9,22 +9,13 @@ import math
 from matplotlib.ticker import LogLocator, NullFormatter
 
 from ..command_line import Parser, Refused
-from ..figures import BLACK, BLUE, GREEN, ORANGE, PINK, RED, SKY, new_figure, save
+from ..figures import new_figure, save
 from ..files import Outputs
+from ..palette import GREY
+from .work_precision_runs import CONTESTANTS
 
-GREY = "#777777"
-STYLES = {
-    "youbot_base_sim": dict(color=BLACK, marker="o", linewidth=2.4, markersize=5, zorder=5),
-    "cvode": dict(color=BLUE, marker="s"),
-    "arkode_4": dict(color=SKY, marker="^"),
-    "arkode_5": dict(color=GREEN, marker="v"),
-    "odeint_rosenbrock4_corrected": dict(color=RED, marker="D"),
-    "odeint_rosenbrock4": dict(color=ORANGE, marker="d", linestyle="--"),
-    "odeint_implicit_euler": dict(color=PINK, marker="P"),
-    "odeint_dopri5": dict(color=GREY, linestyle="-."),
-    "odeint_runge_kutta4": dict(color=GREY, linestyle=":"),
-}
-EXPLICIT = ("odeint_dopri5", "odeint_runge_kutta4")
+STYLES = {one.key: one.style for one in CONTESTANTS}
+EXPLICIT = [one.key for one in CONTESTANTS if one.explicit]
 FLOOR = 1e-10  # m; errors below are those of the reference
 
 

@@ -10,7 +10,8 @@ import numpy as np
 
 from ..base import DRIVER_RADIUS, GRAVITY, WHEELS, Base
 from ..builds import ROOT
-from ..figures import BLUE, RED, new_figure, save
+from ..figures import new_figure, save
+from ..palette import BLUE, RED
 
 YOUBOT = Base()
 SCALES = {"A": 1.3, "B": 0.76}
@@ -84,10 +85,9 @@ def velocity_along(degrees, speed=0.2):
 def torque_table():
     motions = [("A", "ahead, 0.1 m/s", (0.1, 0, 0), 0.237), ("A", "sideways, 0.1 m/s", (0, 0.1, 0), 1.024),
                ("A", "turning, 0.314 rad/s", (0, 0, 0.314), 0.666), ("B", "ahead, 0.1 m/s", (0.1, 0, 0), 0.159),
-               ("B", "ahead, 0.2 m/s", (0.2, 0, 0), 0.168)]
-    for degrees, what, real in ((30, "30 degrees", 0.451), (45, "45 degrees", 0.504), (60, "60 degrees", 0.698),
-                                (90, "sideways", 0.719)):
-        motions.append(("B", what + ", 0.2 m/s", velocity_along(degrees), real))
+               *(("B", what + ", 0.2 m/s", velocity_along(degrees), real) for degrees, what, real in (
+                   (0, "ahead", 0.168), (30, "30 degrees", 0.451), (45, "45 degrees", 0.504), (60, "60 degrees", 0.698),
+                   (90, "sideways", 0.719)))]
     print("\n| robot | motion | real, N m | `measured`, N m | off by | `paper`, N m |\n|---|---|---|---|---|---|")
     for robot, what, velocity, real in motions:
         ours, paper = mean_torque(robot, robot, *velocity), mean_torque(robot, "paper", *velocity)
@@ -96,18 +96,8 @@ def torque_table():
 
 
 # What a base's records have of a wheel's torque, N m: how to get it from the means of four wheels.
-def SIZE(wheels):
-    return float(np.abs(wheels).mean())
-
-
-def AHEAD(wheels):
-    return float(wheels @ [1, 1, 1, 1]) / 4
-
-
-def TURNING(wheels):
-    return float(wheels @ [-1, 1, -1, 1]) / 4
-
-
+SIZE, AHEAD, TURNING = (lambda wheels: float(np.abs(wheels).mean()), lambda wheels: float(wheels @ [1, 1, 1, 1]) / 4,
+                        lambda wheels: float(wheels @ [-1, 1, -1, 1]) / 4)
 CIRCLE = (0.1, 0, 0.25)
 STEADY_OF_A = [((0.1, 0, 0), SIZE, 0.237), ((0, 0.1, 0), SIZE, 1.024), ((0, 0, 0.314), SIZE, 0.666),
                (CIRCLE, AHEAD, 0.243), (CIRCLE, TURNING, 0.492)]

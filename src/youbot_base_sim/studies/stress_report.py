@@ -2,9 +2,11 @@
 
 import csv
 import math
+import re
 from itertools import groupby
 
 from ..base import Base
+from ..builds import ROOT
 from ..report import csv_text, table
 from .stress_cells import RANDOM_GROUP, ROBOT_MASS
 
@@ -18,36 +20,6 @@ MAX_HELD_ERROR = 1e-5  # m, of a motion in which a wheel is held, at the default
 SMALLEST = 1e-3  # absolute / relative tolerance, SI units: the least scale of a path or a speed
 SMALLEST_ENERGY = 0.5 * ROBOT_MASS * SMALLEST**2  # J, of the robot at that speed
 WHEELS_CENTRE = math.hypot(Base.half_wheelbase, Base.half_track)  # m from O
-
-EXPLANATION = """
-Every cell is one motion at one tolerance tol (the relative one; the absolute one is 1e-3 of it). Run time is processor
-time of the simulation. Required is:
-
-- **finishes**: the whole duration with a finite state, in a process of its own; not refused, cut for its run time,
-  hung (20 s of wall time beyond what its limit explains) or crashed.
-- **cost**: at most 20 times the run time of Case 1 (2b, counter-clockwise) for the same simulated time at the same
-  tolerance, which is measured before each group. Cut at 26 times; less than 0.05 s is never too much. A motion with
-  more than 10,000 switches a simulated second needs only real time; it is cut at 1.3 times that.
-- **1 ms**: at most 1 ms of run time for each simulated millisecond. Where one takes longer the run is repeated, up to
-  twice, and the run with the quickest slowest millisecond counts.
-- **energy**: the largest energy_balance_error (looked at every 10 ms or 1/4000 of the run) is at most
-  tol (E + 1.8e-5 J). E is the largest of the greatest kinetic energy, the integral of the sum of |M dphi| and the force of
-  slope and wrenches times the base's path.
-- **halving**: half the tolerance moves the end pose by at most tol S (m; the turn counts at the wheels' centres, 0.28 m
-  from O). Where it moves further, by no more than A tol S, the motion is *sensitive*, which explains it; beyond that it
-  fails.
-- **held wheel**: of the random runs at the default tolerance, 3e-7, or else the next tighter one, those in which a
-  wheel was held between two rollers end within 1e-5 m of where they end with a hundredth of the tolerance.
-
-S is the path: 1 mm more than the longer of the base's path and the longest that a wheel rolled. A is the amplification,
-shown by two neighbours: wheel angles that start 1e-6 rad less and 1e-6 rad more, at tolerance 1e-9. A is the distance
-of their ends from the motion's own, over R 1e-6 rad, the lesser of the two; runs with fallback steps show nothing. The
-echo is the distance at the end of two runs at the cell's own tolerance that start 1e-12 rad apart. A and echo are
-looked for only where halving moves the end by more than tol S. 1.8e-5 J and 1 mm are the robot's energy and path at
-1e-3 SI units, where relative and absolute tolerance meet.
-
-The numbers below are measured over allowed: up to 1 is right. `stress.csv` has every run.
-"""
 
 # Columns of stress.csv besides the counters of the integration: numbers but for WORDS.
 COLUMNS = ("group cell tolerance build ending message outcome duration reached cpu_time base_cpu_time slowest_ms "
@@ -237,6 +209,12 @@ def counter_table(rows):
                  for name in names)] for line, of_line in lines(at)])
 
 
+def requirements():
+    """In words, as docs/stress.md has them."""
+    page = (ROOT / "docs" / "stress.md").read_text()
+    return re.search(r"(?s)\nEvery cell is .*?`stress\.csv` has every run\.\n", page)[0]
+
+
 def markdown(rows, torques):
     """The report; `torques` (N m) of the random runs by their names."""
     failed = sum(row["outcome"] == "fails" for row in rows)
@@ -244,6 +222,6 @@ def markdown(rows, torques):
     head = f"# Stress suite\n\n{len(rows) - failed - explained} of {len(rows)} runs hold all requirements"
     if explained:
         head += f", {explained} more {'is' if explained == 1 else 'are'} explained by a sensitive motion"
-    return "".join([head, ".\n", EXPLANATION, "\n", base_table(rows),
+    return "".join([head, ".\n", requirements(), "\n", base_table(rows),
                     "\n## Cells, each with the worst over its tolerances\n\n", cell_table(rows),
                     held_table(rows, torques), failure_table(rows), explained_table(rows), counter_table(rows)])

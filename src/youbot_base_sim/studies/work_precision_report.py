@@ -5,6 +5,7 @@ import re
 import time
 from pathlib import Path
 
+from ..builds import ROOT
 from ..report import csv_text, table
 from .work_precision_runs import CONTESTANTS, LONG_ENOUGH, LONG_RUN, USEFUL_ERROR
 
@@ -13,48 +14,7 @@ CSV_COLUMNS = ("scene scene_title contestant contestant_title setting_kind setti
                "yaw_rate_error_rad_s wheel_rate_error_rad_s roller_rate_error_rad_s steps rejected_steps "
                "location_steps evaluations jacobians factorizations switches failure").split()
 
-INTRODUCTION = """# Work-precision diagrams
-
-Written by `scripts/work_precision`. {machine}
-
-![error against run time](work_precision.png)
-
-All contestants integrate the same equations with the same Jacobian, those of `SlipSystem`, in one program, one after the
-other, on one core. The Jacobian is analytic, beyond the paper by central differences: 48 evaluations, which this package's
-method does not need. Run time is processor time of the integration alone, the least of 3 to 10 runs; runs
-beyond 1 s are made once. Everything but SUNDIALS itself, which is the system's, is compiled with the flags above.
-Errors are the largest over rows at 20 Hz. A contestant's sweep ends after its first run beyond {long_run:g} s, or
-{long_enough:g} s if that is within {useful:g} m.
-
-{contestants}
-This package's method and odeint's run through Simulation, by the names of `solver: {{method: ...}}`. They share the
-location of switches, integrate the work and the rollers' angles too (odeint's implicit methods solve systems of order
-24 for that) and end steps on rows. SUNDIALS has its own root finding and dense output, and systems of order 18.
-
-## The references and how far they can be trusted
-
-"""
-AT_USEFUL_ERROR = """
-## At a largest position error of {useful:g} m
-
-Run time, ratio to this package, simulated time over run time; interpolated on each contestant's curve. `<=`: its
-coarsest setting is more accurate already. "never": not at any setting that it was run with.
-
-"""
-GROWTH = """
-## How cost grows with the control rate and with the number of switches
-
-Run time per simulated second, position error and number of switches, Case 1 counter-clockwise, each contestant at the
-loosest tolerance at which it stays within 1e-5 m on that scene above. Torque: over 1 s; number of rollers: over 5 s,
-with `roller_axis_radius` 0.034, which four rollers need.
-"""
-EXPLICIT = """
-## Explicit methods
-
-Rollers relax within 1e-7 s, so their steps cannot be longer however loose the tolerance. They run over a short span,
-which their errors are of; compare the run time per simulated second.
-
-"""
+TEMPLATE = ROOT / "docs" / "work_precision" / "template.md"
 
 
 def seconds(t):
@@ -203,13 +163,12 @@ def markdown(results):
                f"{about['libraries']}.")
     if results.quick:
         machine += " A quick look, not for the record."
-    numbers = {"useful": USEFUL_ERROR, "long_run": LONG_RUN, "long_enough": LONG_ENOUGH}
-    contestants = "".join(f"- **{one.title}**: {one.notes}\n" for one in results.contestants)
-    text = INTRODUCTION.format(machine=machine, contestants=contestants, **numbers) + references_table(results)
-    text += AT_USEFUL_ERROR.format(**numbers) + useful_table(results)
-    text += "\n## How cost grows with accuracy\n\nRun time at which the largest position error comes down to:\n"
-    text += "".join(f"\n{scene.title}:\n\n{accuracy_table(results, scene)}" for scene in results.scenes)
-    if results.growth:
-        text += GROWTH + "".join(f"\n{growth_table(*growth)}" for growth in results.growth)
-    text += EXPLICIT + explicit_table(results) + "\n## All runs\n"
-    return text + "".join(f"\n{scene.title}:\n\n{runs_table(results, scene)}" for scene in results.scenes)
+
+    def of_scenes(make):
+        return "".join(f"\n{scene.title}:\n\n{make(results, scene)}" for scene in results.scenes)
+
+    return TEMPLATE.read_text().format(
+        machine=machine, useful=USEFUL_ERROR, long_run=LONG_RUN, long_enough=LONG_ENOUGH,
+        references=references_table(results), useful_table=useful_table(results), accuracy=of_scenes(accuracy_table),
+        growth="".join(f"\n{growth_table(*growth)}" for growth in results.growth) or "\nNot measured.\n",
+        explicit=explicit_table(results), runs=of_scenes(runs_table))

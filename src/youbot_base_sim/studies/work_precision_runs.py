@@ -9,6 +9,7 @@ from pathlib import Path
 
 from ..builds import ROOT
 from ..command_line import Failed
+from ..palette import BLACK, BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY
 
 TOLERANCES = [float(f"1e-{n}") for n in range(3, 11)]
 USEFUL_ERROR = 1e-5  # m, at which contestants are compared
@@ -31,37 +32,26 @@ class Contestant:
     key: str  # in the CSV and on the command line
     title: str  # in the tables
     solver: str  # of bench/solve
-    notes: str  # how it is run, one sentence or two
+    style: dict  # of its curve
     settings: tuple = tuple(TOLERANCES)
     explicit: bool = False  # needs steps of some 1e-7 s, and so runs over a short span
 
 
-CONTESTANTS = [
+CONTESTANTS = [  # docs/work_precision/template.md says how each is run
     Contestant("youbot_base_sim", "youbot_base_sim", "radau",
-               "Radau IIA of this package."),
-    Contestant("cvode", "SUNDIALS CVODE (BDF)", "cvode",
-               "Orders 1 to 5, analytic Jacobian, dense LU, CVodeRootInit, CVodeReInit after each switch and jump of "
-               "torque; rows by its dense output."),
-    Contestant("arkode_4", "SUNDIALS ARKODE (DIRK 4)", "arkode_4",
-               "ESDIRK436L2SA; analytic Jacobian, dense LU, its root finding, ARKStepReset after each switch and jump "
-               "of torque; rows by its dense output."),
-    Contestant("arkode_5", "SUNDIALS ARKODE (DIRK 5)", "arkode_5",
-               "ARK548L2SA, its default of that order; the same in all else."),
+               dict(color=BLACK, marker="o", linewidth=2.4, markersize=5, zorder=5)),
+    Contestant("cvode", "SUNDIALS CVODE (BDF)", "cvode", dict(color=BLUE, marker="s")),
+    Contestant("arkode_4", "SUNDIALS ARKODE (DIRK 4)", "arkode_4", dict(color=SKY, marker="^")),
+    Contestant("arkode_5", "SUNDIALS ARKODE (DIRK 5)", "arkode_5", dict(color=GREEN, marker="v")),
     Contestant("odeint_rosenbrock4_corrected", "odeint rosenbrock4, d4 corrected", "rosenbrock4",
-               "RODAS of order 4 with rosenbrock4_controller; `Coefficients` with the sign of d4 of Hairer and Wanner, "
-               "section IV.7."),
+               dict(color=RED, marker="D")),
     Contestant("odeint_rosenbrock4", "odeint rosenbrock4 as shipped", "rosenbrock4_as_shipped",
-               "The same with odeint's default coefficients, where d4 = +0.0362 (in the book -0.0362): of lower order "
-               "where the torque depends on time, the same otherwise."),
-    Contestant("odeint_implicit_euler", "odeint implicit_euler", "implicit_euler",
-               "Fixed step, one Newton step each, the linearly implicit scheme that its comments speak of (further "
-               "ones factorise the factors of its Jacobian again, in Boost 1.74).",
+               dict(color=ORANGE, marker="d", linestyle="--")),
+    Contestant("odeint_implicit_euler", "odeint implicit_euler", "implicit_euler", dict(color=PINK, marker="P"),
                (1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6)),
-    Contestant("odeint_dopri5", "odeint runge_kutta_dopri5", "dopri5",
-               "Explicit, of order 5, with odeint's step size control.", (1e-3, 1e-6),
+    Contestant("odeint_dopri5", "odeint runge_kutta_dopri5", "dopri5", dict(color=GREY, linestyle="-."), (1e-3, 1e-6),
                explicit=True),
-    Contestant("odeint_runge_kutta4", "odeint runge_kutta4", "runge_kutta4",
-               "Explicit, of order 4, with fixed steps from where they are no longer stable down.",
+    Contestant("odeint_runge_kutta4", "odeint runge_kutta4", "runge_kutta4", dict(color=GREY, linestyle=":"),
                (1.6e-6, 1.2e-6, 8e-7, 4e-7, 2e-7), explicit=True),
 ]
 
