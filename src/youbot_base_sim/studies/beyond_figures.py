@@ -42,7 +42,7 @@ def make(work, effect, output):
 
     def draw():
         from . import effect_figures
-        return getattr(effect_figures, effect.name)(effect.record(work.recorder), f"{effect.scene}.yaml: {effect.what}")
+        return effect_figures.draw(effect.name, effect.record(work.recorder), f"{effect.scene}.yaml: {effect.what}")
     work.picture(f"figure {effect.name}", ("figure", *key), draw, output / f"{effect.name}.png")
     return work.cells(f"finding {effect.name}", ("finding", *key),
                       lambda: effect.row(effect.measure(effect.record(work.recorder))))

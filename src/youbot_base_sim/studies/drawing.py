@@ -19,9 +19,10 @@ def panels(rows, columns, title, height=2.5):
 
 
 def finished(figure, handles, labels):
-    """The figure, with its legend below all axes."""
-    figure.legend(handles, labels, loc="lower center", ncol=len(labels), frameon=False)
-    figure.tight_layout(rect=(0, 0.3 / figure.get_figheight(), 1, 1))
+    """The figure, with its legend, if there is one, below all axes."""
+    if handles:
+        figure.legend(handles, labels, loc="lower center", ncol=len(labels), frameon=False)
+    figure.tight_layout(rect=(0, 0.3 / figure.get_figheight() if handles else 0, 1, 1))
     return figure
 
 

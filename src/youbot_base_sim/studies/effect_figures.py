@@ -1,4 +1,4 @@
-"""A figure for each effect, of the recordings by label. Each function returns a figure of matplotlib."""
+"""A figure for each effect, of the recordings by label: panels, each a function that draws them into its axis."""
 
 import numpy as np
 from matplotlib.patches import Polygon, Rectangle
@@ -19,10 +19,16 @@ def drawn(runs):
     return [(label, run, style) for (label, run), style in zip(runs.items(), styles)]
 
 
-def over_time(axis, runs, values, ylabel, until=None):
-    for label, run, style in drawn(runs):
-        curve(axis, run.truth["t"], values(run.truth), label=label, **style)
-    axis.set(xlabel="t, s", ylabel=ylabel, xlim=(0, until or run.truth["t"][-1]))
+def over_time(values, ylabel, until=None):
+    def draw(axis, runs):
+        for label, run, style in drawn(runs):
+            curve(axis, run.truth["t"], values(run.truth), label=label, **style)
+        axis.set(xlabel="t, s", ylabel=ylabel, xlim=(0, until or run.truth["t"][-1]))
+    return draw
+
+
+def lateral_velocity(until=None):
+    return over_time(lambda truth: truth["V_Y"], "$V_Y$, m/s", until)
 
 
 def paths(axis, runs):
@@ -31,113 +37,78 @@ def paths(axis, runs):
     finish_paths(axis, next(iter(runs.values())).truth)
 
 
-def heading(truth):
-    return truth["psi"] * DEGREES
-
-
-def of_wheels(axis, run, **style):
+def reactions(label, is_smooth=True, **style):
     """The normal reactions, smoothed over a twentieth of a second: rollers that switch make them jump."""
-    t = run.contacts["t"]
-    count = max(1, int(0.05 / (t[1] - t[0]))) if style.pop("smooth", True) else 1
-    for i, wheel in enumerate(WHEELS):
-        N = run.contacts["normal"][:, i]
-        padded = np.pad(N, count // 2, mode="edge")[:len(N) + count - 1]
-        smooth = np.convolve(padded, np.full(count, 1 / count), mode="valid")[:len(N)]
-        curve(axis, t[:len(smooth)], smooth, color=WHEEL_COLOURS[wheel], label=wheel, **style)
-    axis.set(xlabel="t, s", ylabel="N, N", xlim=(t[0], t[-1]), ylim=(0, None))
-    axis.legend(ncol=4, loc="lower center", frameon=False, handlelength=1, columnspacing=1)
+    def draw(axis, runs):
+        t, normal = runs[label].contacts["t"], runs[label].contacts["normal"]
+        count = max(1, int(0.05 / (t[1] - t[0]))) if is_smooth else 1
+        for wheel, N in zip(WHEELS, normal.T):
+            padded = np.pad(N, count // 2, mode="edge")[:len(N) + count - 1]
+            smooth = np.convolve(padded, np.full(count, 1 / count), mode="valid")[:len(N)]
+            curve(axis, t[:len(smooth)], smooth, color=WHEEL_COLOURS[wheel], label=wheel, **style)
+        axis.set(xlabel="t, s", ylabel="N, N", xlim=(t[0], t[-1]), ylim=(0, None))
+        axis.legend(ncol=4, loc="lower center", frameon=False, handlelength=1, columnspacing=1)
+    return draw
 
 
-def together(figure, axis):
-    """With the legend of one axis below all."""
-    return finished(figure, *axis.get_legend_handles_labels())
-
-
-def slope(runs, title):
-    figure, axes = panels(1, 2, title)
-    over_time(axes[0], runs, lambda truth: truth["x"], "x, m")
-    of_wheels(axes[1], runs["5° uphill"])
-    for axis in axes:
-        axis.axvspan(0, 1.5, color="0.93", zorder=0)
-    letter(axes, ("way (grey: the drives push)", "normal reactions on the slope"))
-    return together(figure, axes[0])
-
-
-def base(axis, place, **style):
-    """The rectangle of the wheels."""
+def patch(axis, runs):
+    """Paths over the wet patch, with the rectangle of the wheels at some instants."""
+    paths(axis, runs)
+    axis.add_patch(Rectangle((0.1, 0.4), 0.5, 0.5, color=BLUE, alpha=0.25, linewidth=0))
     corners = np.array([[1, 1], [1, -1], [-1, -1], [-1, 1]]) * (Base.half_wheelbase, Base.half_track)
-    turn = np.array([[np.cos(place["psi"]), -np.sin(place["psi"])], [np.sin(place["psi"]), np.cos(place["psi"])]])
-    axis.add_patch(Polygon(corners @ turn.T + (place["x"], place["y"]), fill=False, **style))
-
-
-def patch(runs, title):
-    figure, axes = panels(1, 2, title, 3.4)
-    paths(axes[0], runs)
-    axes[0].add_patch(Rectangle((0.1, 0.4), 0.5, 0.5, color=BLUE, alpha=0.25, linewidth=0))
     for _, run, style in drawn(runs):
-        for t in (0, 1.6, 2.3, 3) if style is not WITHOUT else (3,):
-            base(axes[0], at(run, t), color=style["color"], linewidth=0.8, alpha=0.7)
-    axes[0].autoscale()
-    over_time(axes[1], runs, heading, "$\\psi$, degrees")
-    letter(axes, ("way of O; the base at 0, 1.6, 2.3 and 3 s; blue: f = 0.03", "heading"))
-    return together(figure, axes[1])
+        for place in (at(run, t) for t in ((0, 1.6, 2.3, 3) if style is not WITHOUT else (3,))):
+            c, s = np.cos(place["psi"]), np.sin(place["psi"])
+            axis.add_patch(Polygon(corners @ [[c, s], [-s, c]] + (place["x"], place["y"]), fill=False,
+                                   color=style["color"], linewidth=0.8, alpha=0.7))
+    axis.autoscale()
 
 
-def load(runs, title):
-    figure, axes = panels(1, 3, title)
-    over_time(axes[0], runs, lambda truth: truth["V_Y"], "$V_Y$, m/s")
-    over_time(axes[1], runs, heading, "$\\psi$, degrees")
-    of_wheels(axes[2], runs["with the load"])
-    letter(axes, ("velocity to the left", "heading", "normal reactions"))
-    return together(figure, axes[0])
-
-
-def push(runs, title):
-    figure, axes = panels(1, 2, title)
-    over_time(axes[0], runs, lambda truth: 1e3 * truth["y"], "y, mm")
-    over_time(axes[1], runs, heading, "$\\psi$, degrees")
-    for axis in axes:
-        axis.axvspan(0.2, 0.6, color="0.93", zorder=0)
-    letter(axes, ("way to the left (grey: the push)", "heading"))
-    return together(figure, axes[0])
-
-
-def braking(runs, title):
-    figure, axes = panels(1, 2, title)
-    for axis, run in zip(axes, runs.values()):
-        of_wheels(axis, run, smooth=False, linewidth=0.9)
+def braking(label, tips=False):
+    def draw(axis, runs):
+        reactions(label, is_smooth=False, linewidth=0.9)(axis, runs)
         axis.axvline(0.5, color="0.5", linewidth=0.8, linestyle=":")
         axis.set(xlim=(0.48, 0.56), ylim=(-35, 320))
-    tips = runs["25 kg at 0.8 m"].contacts["t"][-1]
-    axes[0].axvspan(tips, 0.56, color="0.93", zorder=0)
-    axes[0].text(tips + 0.002, 290, "tips over its left wheels:\nthe run ends here", va="top", fontsize=8)
-    letter(axes, [f"normal reactions, {label} (dotted: brakes)" for label in runs])
-    figure.tight_layout()
-    return figure
+        if tips:
+            end = runs[label].contacts["t"][-1]
+            axis.axvspan(end, 0.56, color="0.93", zorder=0)
+            axis.text(end + 0.002, 290, "tips over its left wheels:\nthe run ends here", va="top", fontsize=8)
+    return draw
 
 
-def preload(runs, title):
-    figure, axes = panels(1, 2, title)
-    over_time(axes[0], runs, lambda truth: 1e3 * truth["x"], "x, mm")
-    over_time(axes[1], runs, heading, "$\\psi$, degrees")
-    letter(axes, ("off the line sideways", "heading"))
-    return together(figure, axes[0])
-
-
-def spin(runs, title):
-    figure, axes = panels(1, 2, title)
-    over_time(axes[0], runs, lambda truth: truth["V_Y"], "$V_Y$, m/s", until=2)
-    for label, run, style in drawn(runs):
+def slip_shares(axis, runs):
+    for _, run, style in drawn(runs):
         slip = np.sort(run.contacts["slip"].ravel()) * 1e3
-        curve(axes[1], slip, 100 * np.arange(1, len(slip) + 1) / len(slip), **style)
-    axes[1].set(xscale="log", xlim=(0.1, 300), ylim=(0, 100), xlabel="slip speed, mm/s", ylabel="of the time below it, %")
-    letter(axes, ("velocity to the left", "slip of the four contacts"))
-    return together(figure, axes[0])
+        curve(axis, slip, 100 * np.arange(1, len(slip) + 1) / len(slip), **style)
+    axis.set(xscale="log", xlim=(0.1, 300), ylim=(0, 100), xlabel="slip speed, mm/s", ylabel="of the time below it, %")
 
 
-def dry(runs, title):
-    figure, axes = panels(1, 2, title, 3.2)
-    over_time(axes[0], runs, lambda truth: truth["V_Y"], "$V_Y$, m/s", until=5)
-    paths(axes[1], runs)
-    letter(axes, ("velocity to the left", "trajectory of O (square: start; dots: after 30 s)"))
-    return together(figure, axes[0])
+HEADING = over_time(lambda truth: truth["psi"] * DEGREES, "$\\psi$, degrees")
+FIGURES = {  # height, inches; grey stretch of time, s; panels by their titles
+    "slope": (2.5, (0, 1.5), {"way (grey: the drives push)": over_time(lambda truth: truth["x"], "x, m"),
+                              "normal reactions on the slope": reactions("5° uphill")}),
+    "patch": (3.4, None, {"way of O; the base at 0, 1.6, 2.3 and 3 s; blue: f = 0.03": patch, "heading": HEADING}),
+    "load": (2.5, None, {"velocity to the left": lateral_velocity(), "heading": HEADING,
+                         "normal reactions": reactions("with the load")}),
+    "push": (2.5, (0.2, 0.6), {"way to the left (grey: the push)": over_time(lambda truth: 1e3 * truth["y"], "y, mm"),
+                               "heading": HEADING}),
+    "braking": (2.5, None, {f"normal reactions, {label} (dotted: brakes)": braking(label, tips)
+                            for label, tips in (("25 kg at 0.8 m", True), ("25 kg at 0.3 m", False))}),
+    "preload": (2.5, None, {"off the line sideways": over_time(lambda truth: 1e3 * truth["x"], "x, mm"),
+                            "heading": HEADING}),
+    "spin": (2.5, None, {"velocity to the left": lateral_velocity(2), "slip of the four contacts": slip_shares}),
+    "dry": (3.2, None, {"velocity to the left": lateral_velocity(5),
+                        "trajectory of O (square: start; dots: after 30 s)": paths})}
+
+
+def draw(name, runs, title):
+    """The figure of an effect; the legend of its curves over time stands below all panels."""
+    height, grey, contents = FIGURES[name]
+    figure, axes = panels(1, len(contents), title, height)
+    for axis, content in zip(axes, contents.values()):
+        content(axis, runs)
+        if grey:
+            axis.axvspan(*grey, color="0.93", zorder=0)
+    letter(axes, contents)
+    legends = [axis.get_legend_handles_labels() for axis in axes if not axis.get_legend()]
+    return finished(figure, *max(legends, key=lambda legend: len(legend[0]), default=((), ())))
