@@ -1,5 +1,5 @@
-"""The base: names of its four wheels, its size, the kinematics of ideal Mecanum wheels, and the sense in which the wheels'
-rates were recorded. Arrays over wheels have the order of WHEELS."""
+"""The base: names of its four wheels, its size, the kinematics of ideal Mecanum wheels, and the sense in which rates of
+wheels were recorded. Arrays over wheels have the order of WHEELS."""
 from dataclasses import dataclass
 from math import pi, tan
 
@@ -31,8 +31,8 @@ class Base:
                 for speed in (V_X - V_Y - turn, V_X + V_Y + turn, V_X + V_Y - turn, V_X - V_Y + turn)]
 
     def velocities(self, rates):
-        """V_X, V_Y and Omega that wheels of these rates, (n, 4), roll: the least squares' where the rates contradict each
-        other."""
+        """V_X, V_Y and Omega that wheels of these rates, (n, 4), roll: the least squares' where the rates contradict
+        each other."""
         fl, fr, bl, br = self.wheel_radius / 4 * rates.T
         return fl + fr + bl + br, -fl + fr + bl - br, (-fl + fr - bl + br) / self.half_lengths
 

@@ -69,7 +69,8 @@ def number(text):
 
 
 def slices(x):
-    """The runs in slices of an axis, about as many as have runs each: one for each of a few values, else of equal size."""
+    """The runs in slices of an axis, about as many as each has runs: one for each of a few values, else of equal
+    size."""
     count = int(np.clip(np.sqrt(len(x)), 2, MAX_SLICES))
     values = np.unique(x)
     if len(values) <= count:
@@ -131,8 +132,8 @@ def histogram(table, arguments):
             axis.axvline(place, color=RED, linestyle=style, linewidth=1.2)
         axis.set_xlabel(name)
         deviation = values.std(ddof=1) if len(values) > 1 else 0
-        print(f"{name}: {len(values)} runs, mean {values.mean():.6g}, deviation {deviation:.3g}, least {values.min():.6g}, "
-              f"5 % {low:.6g}, median {median:.6g}, 95 % {high:.6g}, largest {values.max():.6g}")
+        print(f"{name}: {len(values)} runs, mean {values.mean():.6g}, deviation {deviation:.3g}, least "
+              f"{values.min():.6g}, 5 % {low:.6g}, median {median:.6g}, 95 % {high:.6g}, largest {values.max():.6g}")
     axes[0].set_ylabel("runs")
     return figure
 

@@ -183,7 +183,8 @@ class LeftOut:
                        "names: left out")
         for topic, number in self.foreign.items():
             if names[topic] != "joint_states":  # where an arm's joints are at home too
-                yield f"{shown(topic)}: {number} messages lack what is needed, such as wheels fl, fr, bl and br: left out"
+                yield (f"{shown(topic)}: {number} messages lack what is needed, such as wheels fl, fr, bl and br: "
+                       "left out")
 
 
 def find_topics(bag, chosen):
@@ -196,8 +197,8 @@ def find_topics(bag, chosen):
         if name in chosen:
             found[name] = [chosen[name]]
             if chosen[name] not in topics:
-                raise Refused(f"{shown(bag.path)}: {name}={shown(chosen[name])}: must be a topic of type {kind}; it has "
-                              f"{bag.shown_topics()}")
+                raise Refused(f"{shown(bag.path)}: {name}={shown(chosen[name])}: must be a topic of type {kind}; it "
+                              f"has {bag.shown_topics()}")
     return found
 
 
@@ -264,8 +265,8 @@ def add_series(record, name, rows):
     if name in ("roller_switches", "cmd_vel", "velocity_command"):
         new[:] = True
     if not new.all():
-        record.notes.append(f"{record.topics[name]}: {np.sum(~new)} messages have a stamp that was there before: left out "
-                            "(was the clock set back?)")
+        record.notes.append(f"{record.topics[name]}: {np.sum(~new)} messages have a stamp that was there before: left "
+                            "out (was the clock set back?)")
     t, values = table[new, 0], table[new, 1:]
     if name in ("odom", "ground_truth"):
         columns = dict(zip(POSE, values.T))

@@ -1,5 +1,5 @@
-"""Tables as CSV and Markdown, and tables of what runs were found to do, which programs write into pages of docs/ and tests
-measure anew."""
+"""Tables as CSV and Markdown, and tables of what runs were found to do: programs write them into pages of docs/, tests
+measure them anew."""
 import csv
 import io
 import re
@@ -19,8 +19,8 @@ def table(head, rows):
 
 
 def csv_text(columns, rows, form=lambda value: "" if value != value else repr(value)):
-    """A table in CSV with one line of names. `form` writes floats: by default so that they read back to the same value, and
-    what is not a number is left empty."""
+    """A table in CSV with one line of names. `form` writes floats: by default so that they read back to the same value,
+    and empty where they are not a number."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(columns)
@@ -30,7 +30,7 @@ def csv_text(columns, rows, form=lambda value: "" if value != value else repr(va
 
 @dataclass
 class Finding:
-    """`text` has a field of str.format for each of `values`; `same`: whether it is what was claimed, yes, no or in part."""
+    """`text` has a field of str.format for each of `values`; `same`: whether it is the claim, yes, no or in part."""
 
     same: str
     text: str

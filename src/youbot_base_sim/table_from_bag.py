@@ -101,8 +101,8 @@ def commanded(chosen, types, arguments):
     topics = chosen.need(*types, advice=". Without commands, --measured takes what the wheels did")
     others = chosen.find(*set(TOPICS) - {STATES} - set(types))
     if others:
-        raise Refused(f"{chosen.path} has commands on {', '.join(others)} too, which no one table can tell; name the topics "
-                      "to take with --topic")
+        raise Refused(f"{chosen.path} has commands on {', '.join(others)} too, which no one table can tell; name the "
+                      "topics to take with --topic")
     driver = Base(wheel_radius=arguments.wheel_radius, half_wheelbase=arguments.half_lengths, half_track=0)
     rows, now, complaints = [], [0.0] * 4, Counter()
     for t, kind, message in chosen.read(topics):
@@ -115,7 +115,8 @@ def commanded(chosen, types, arguments):
         complaints.update(wrong)
         after = [old if new is None else new for old, new in zip(now, command)]
         if not rows and None in command and types == (TORQUES,):
-            warn(f"{chosen.path}: its first torques leave out wheels: zero in the table, but the base held them at rest")
+            warn(f"{chosen.path}: its first torques leave out wheels: zero in the table, but the base held them at "
+                 "rest")
         if not rows or after != now:
             rows.append((t, after))
         now = after
@@ -192,8 +193,8 @@ def parse_arguments():
     parser.add_argument("--joint-velocity-sign", choices=("auto", "consistent", "driver_exact"), default="auto",
                         help="of measured velocities and efforts: as the positions, or, as the real driver has it, the "
                              "other way round for fl and bl; auto (default): by the way the positions go")
-    parser.add_argument("--wheel-radius", type=metres, default=DRIVER_RADIUS, metavar="M", help="of the driver that obeyed "
-                        "cmd_vel, m; default 0.0475, the youBot driver's")
+    parser.add_argument("--wheel-radius", type=metres, default=DRIVER_RADIUS, metavar="M",
+                        help="of the driver that obeyed cmd_vel, m; default 0.0475, the youBot driver's")
     parser.add_argument("--half-lengths", type=metres, default=Base().half_lengths, metavar="M",
                         help="likewise: half the wheelbase plus half the track, m; default 0.385")
     arguments = parser.parse_args()

@@ -1,5 +1,5 @@
-"""scripts/plot_sweep and scripts/plot_identification: indices that are known, tables with gaps, what is refused, and how they
-write."""
+"""scripts/plot_sweep and scripts/plot_identification: indices that are known, tables with gaps, what is refused, what is
+written."""
 import contextlib
 import io
 import math
@@ -87,7 +87,8 @@ class Plots(unittest.TestCase):
             if link:
                 plot = self.plot
                 link(self.table, plot)
-            self.assertIn(f"PLOT = {plot}: must not be a file that is read", self.run_with(*self.arguments(plot), status=2))
+            said = self.run_with(*self.arguments(plot), status=2)
+            self.assertIn(f"PLOT = {plot}: must not be a file that is read", said)
             self.assertEqual(self.table.read_bytes(), content)
             if link:
                 plot.unlink()
@@ -101,8 +102,8 @@ class Plots(unittest.TestCase):
                 self.plot.write_bytes(older)
             before = self.files()
             ran = subprocess.run(
-                [sys.executable, ROOT / "scripts" / self.name, *self.arguments(self.plot)], stderr=subprocess.PIPE,
-                stdout=subprocess.DEVNULL, text=True, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (99, 99)))
+                [sys.executable, ROOT / "scripts" / self.name, *self.arguments(self.plot)], capture_output=True,
+                text=True, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (99, 99)))
             self.assertEqual((ran.returncode, ran.stderr), (
                 1, f"{self.name}: {self.plot}: cannot be written: no space left for it (File too large)\n"))
             self.assertEqual(self.files(), before)
@@ -122,7 +123,7 @@ class Plots(unittest.TestCase):
 
 class SweepPlots(Plots):
     def test_each_kind(self):
-        self.assertIn("59 of 60 runs", self.run_with("scatter", self.table, self.plot, "floor.friction", "x", "--color", "x"))
+        self.assertIn("59 of 60 runs", self.run_with(*self.arguments(self.plot), "--color", "x"))
         self.assertIn("x: 59 runs", self.run_with("histogram", self.table, self.plot, "x"))
         self.assertRegex(self.run_with("rank", self.table, self.plot, "x"), "runs:\n +floor.friction +0.9")
         self.run_with("rank", self.table, self.plot, "x", "--by", "correlation")

@@ -40,7 +40,8 @@ class ProgramsTest(unittest.TestCase):
         self.assertEqual(sorted(self.folder.glob("called-*")), [], command)
 
     def test_there_are_some(self):
-        self.assertLessEqual({*INSTALLED, "plot_sweep", "paper_figures", "validation"}, {path.name for path in programs()})
+        expected = {*INSTALLED, "plot_sweep", "paper_figures", "validation"}
+        self.assertLessEqual(expected, {path.name for path in programs()})
 
     def test_help_from_the_root_and_from_elsewhere(self):
         for program in programs():
@@ -49,7 +50,8 @@ class ProgramsTest(unittest.TestCase):
 
     def test_help_in_the_devel_space(self):
         for name in INSTALLED:
-            self.helps(["bash", "-c", f"source {DEVEL}/setup.bash && rosrun youbot_base_sim {name} --help"], name, self.folder)
+            command = f"source {DEVEL}/setup.bash && rosrun youbot_base_sim {name} --help"
+            self.helps(["bash", "-c", command], name, self.folder)
 
     def test_a_module_that_is_missing_is_named(self):
         (self.folder / "numpy.py").write_text("raise ModuleNotFoundError(name='numpy')")

@@ -1,1 +1,1 @@
-"""The sections of what `analyse` says of a bag: a module each, whose analyse(record) returns a Section or throws Missing."""
+"""The sections of what `analyse` says of a bag: in each module analyse(record) returns a Section or throws Missing."""

@@ -34,8 +34,8 @@ def integral(t, values):
 
 
 def energies(contacts, stride=1):
-    """Since the beginning, J, from each sample or every second one: times; put in, lost by place, gained, and what is left
-    over. Gaps are left out: in them nothing is put in or lost."""
+    """Since the beginning, J, from each sample or every second one: times; put in, lost by place, gained, and what is
+    left over. Gaps are left out: in them nothing is put in or lost."""
     parts = {name: [] for name in ("t", *GAINS, *LOSSES, "gained")}
     last = {name: 0.0 for name in parts}
     for stretch in contacts.stretches():

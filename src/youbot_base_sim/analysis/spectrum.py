@@ -38,10 +38,11 @@ def analyse(record):
             (f"pieces of {turns} turns", lambda wheel: wheel.segments, ".0f", "pieces", "1"),
             (f"rollers passing, order {n}", lambda wheel: wheel.peak(n)[1], ".4f", "ripple_of_rollers", "rad/s"),
             ("  times what is around", lambda wheel: wheel.stands_out(n), ".1f", "ripple_over_around", "1"),
-            (f"its double, order {2 * n}", lambda wheel: wheel.peak(2 * n)[1], ".4f", "double_ripple_of_rollers", "rad/s"),
+            (f"its double, order {2 * n}", lambda wheel: wheel.peak(2 * n)[1], ".4f", "double_ripple_of_rollers",
+             "rad/s"),
             ("strongest order", lambda wheel: wheel.strongest(n)[0], ".2f", "strongest_order", "1"),
             ("  its amplitude", lambda wheel: wheel.strongest(n)[1], ".4f", "strongest_ripple", "rad/s"),
-            ("rollers pass at, Hz", lambda wheel: n * wheel.mean_rate / (2 * math.pi), ".2f", "passing_frequency", "Hz")):
+            ("rollers pass at, Hz", lambda wheel: n * wheel.mean_rate / 2 / math.pi, ".2f", "passing_frequency", "Hz")):
         section.wheels(what, map(value, wheels), form, name, unit)
     if any(wheel.too_fast for wheel in wheels):
         section.say("", f"above {fastest:.1f} rad/s rollers pass faster than {1 / joints.period:.3g} Hz of "

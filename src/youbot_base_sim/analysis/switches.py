@@ -31,8 +31,8 @@ def analyse(record):
                        name, "ms")
     many = switches["count"] > 1
     if many.any():
-        section.say("", f"{switches['count'][many].sum():.0f} of them in {many.sum()} messages that stand for many: left "
-                    "out of intervals and jumps")
+        section.say("", f"{switches['count'][many].sum():.0f} of them in {many.sum()} messages that stand for many: "
+                    "left out of intervals and jumps")
     add_expected_jump(section, record, switches)
     jumps = add_jumps(section, record, switches, intervals)
     section.tables["switches.csv"] = (
@@ -75,8 +75,8 @@ def add_jumps(section, record, switches, intervals):
     shortest = np.median(np.concatenate(intervals)) if any(map(len, intervals)) else np.inf
     longest = min(SLOWEST, shortest / 5)
     if contacts.period > 1.01 * longest:
-        section.say("jump of slip, sampled", f"not told: contacts come every {1e3 * contacts.period:.3g} ms; must be every "
-                    f"{1e3 * longest:.3g} ms or faster to catch it")
+        section.say("jump of slip, sampled", f"not told: contacts come every {1e3 * contacts.period:.3g} ms; must be "
+                    f"every {1e3 * longest:.3g} ms or faster to catch it")
         return jumps
     after = np.searchsorted(contacts.t, switches.t)
     near = (after > 0) & (after < len(contacts)) & (switches["count"] == 1)
@@ -101,9 +101,10 @@ def draw(figure, switches, of_wheel, jumps):
     for wheel, mask in zip(WHEELS, of_wheel):
         t, single = switches.t[mask], switches["count"][mask] == 1
         both = single[1:] & single[:-1]
-        rows[0].semilogy(t[1:][both], 1e3 * np.diff(t)[both], ".", markersize=3, color=WHEEL_COLOURS[wheel], label=wheel)
+        style = dict(linestyle="", marker=".", markersize=3, color=WHEEL_COLOURS[wheel])
+        rows[0].semilogy(t[1:][both], 1e3 * np.diff(t)[both], label=wheel, **style)
         if has_jumps:
-            rows[1].plot(t, 1e3 * jumps[mask], ".", markersize=3, color=WHEEL_COLOURS[wheel])
+            rows[1].plot(t, 1e3 * jumps[mask], **style)
     rows[0].set_ylabel("time since the wheel's last switch, ms")
     rows[0].legend(ncol=4)
     if has_jumps:

@@ -60,8 +60,8 @@ def profile(name):
 
 def steady_torques(base, robot, velocity, floor=""):
     """Mean torque of each wheel as the base's records have it, N m: A at constant speed, B over 4 s from rest, here
-    without the first half second. A wheel that is commanded to stand holds what it stopped with, so that the latter matters
-    at 45 degrees."""
+    without the first half second. A wheel that is commanded to stand holds what it stopped with, which matters at 45
+    degrees."""
     duration, skipped = (20, 10) if base == "A" else (4, 0.5)
     torque = Run(robot, YOUBOT.rolling_rates(*velocity), duration, floor=floor).torque
     return torque[int(skipped / duration * len(torque)):].mean(axis=0)

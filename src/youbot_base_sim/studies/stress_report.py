@@ -205,7 +205,7 @@ def counter_table(rows):
     at = [row for row in rows if row["tolerance"] == tolerance]
     names = counter_names(at)
     return section(f"Counters at {tolerance:g}", ["cell", *names], [
-        [line, *(f"{sum(row[name] for row in counted):.0f}" if (counted := [row for row in of_line if name in row]) else "-"
+        [line, *(f"{sum(counts):.0f}" if (counts := [row[name] for row in of_line if name in row]) else "-"
                  for name in names)] for line, of_line in lines(at)])
 
 

@@ -141,7 +141,7 @@ def main():
     write_whole(arguments.output / "work_precision.md", markdown(results))
     held = held_wheel_table(runs.held_wheel(solve))
     write_whole(arguments.output / "held_wheel.md", held)
-    print(f"\n{comparison(results)}\n{held}\nwritten: {arguments.output}/work_precision.csv, .md, held_wheel.md", flush=True)
+    print(f"\n{comparison(results)}\n{held}\nwritten: {arguments.output}/work_precision.csv, .md, held_wheel.md")
     from .plot_work_precision import plot  # with what has been installed
     plot(table, table.with_suffix(".png"))
     return DONE

@@ -17,8 +17,8 @@ def add_arguments(parser, folder):
 
 
 class Workshop:
-    """Draws and measures with one `simulate`; what was drawn and measured before is taken from where it is kept. A context,
-    which ends with the warnings of runs. `count`: of figures and rows."""
+    """Draws and measures with one `simulate`; what was drawn and measured before is taken from where it is kept. A
+    context, which ends with the warnings of runs. `count`: of figures and rows."""
 
     def __init__(self, name, simulate, folder, count):
         from ..runs import Kept, Recorder  # with what has been installed
