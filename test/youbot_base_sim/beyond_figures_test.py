@@ -11,8 +11,7 @@ from pathlib import Path
 from harness import ROOT
 from measured_page import MeasuredPage
 
-from youbot_base_sim import runs
-from youbot_base_sim.studies import effects
+from youbot_base_sim.studies import effects, runs
 
 SIMULATE = Path(sys.argv.pop(1)).resolve()
 

@@ -15,8 +15,7 @@ from pathlib import Path
 from harness import ROOT
 from measured_page import MeasuredPage
 
-from youbot_base_sim import runs
-from youbot_base_sim.studies import claims
+from youbot_base_sim.studies import claims, runs
 
 SIMULATE = Path(sys.argv.pop(1)).resolve()
 

@@ -115,13 +115,12 @@ class Plots(unittest.TestCase):
             self.assertIn(words, self.run_with(*self.arguments(plot), status=2))
         self.assertEqual(self.files(), ["t.csv"])
 
+class SweepPlots(Plots):
     def test_other_formats(self):
         for ending, begin in (("png", b"\x89PNG"), ("pdf", b"%PDF"), ("svg", b"<?xml")):
             self.run_with(*self.arguments(self.folder / f"p.{ending}"))
             self.assertTrue((self.folder / f"p.{ending}").read_bytes().startswith(begin))
 
-
-class SweepPlots(Plots):
     def test_each_kind(self):
         self.assertIn("59 of 60 runs", self.run_with(*self.arguments(self.plot), "--color", "x"))
         self.assertIn("x: 59 runs", self.run_with("histogram", self.table, self.plot, "x"))

@@ -6,10 +6,10 @@ Installs and builds what it needs. Runs and figures are kept in build/beyond_fig
 
 from pathlib import Path
 
-from ..builds import ROOT, simulate_of
 from ..command_line import Parser, interruptible
 from ..files import make_folder
 from . import workshop
+from .builds import ROOT, simulate_of
 
 
 def read_arguments():

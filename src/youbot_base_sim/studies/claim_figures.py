@@ -7,8 +7,8 @@ from matplotlib.lines import Line2D
 from ..base import WHEELS
 from ..figures import curve
 from ..palette import BLACK, BLUE, RED
-from ..runs import DEGREES, MODELS
 from .drawing import finish_paths, finished, letter, panels, path, wheel_style
+from .runs import DEGREES, MODELS
 
 STYLES = {"no_slip": dict(color=BLACK, linestyle="--", zorder=3), "viscous": dict(color=BLUE),
           "coulomb": dict(color=RED, linewidth=0.9)}

@@ -7,9 +7,9 @@ from typing import Callable
 import numpy as np
 
 from ..base import Base
-from ..builds import ROOT
 from ..report import Finding, FindingsTable
-from ..runs import DEGREES, MODELS, Scene, mean
+from .builds import ROOT
+from .runs import DEGREES, MODELS, Scene, mean
 from .study import Study
 
 RADIUS, PERIOD = 2.5, 30.0  # of the circle of both cases: m, s

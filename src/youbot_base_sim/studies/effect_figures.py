@@ -6,9 +6,9 @@ from matplotlib.patches import Polygon, Rectangle
 from ..base import WHEELS, Base
 from ..figures import curve
 from ..palette import BLACK, BLUE, RED, WHEEL_COLOURS
-from ..runs import DEGREES
 from .drawing import finish_paths, finished, letter, panels, path
 from .effects import at
+from .runs import DEGREES
 
 WITHOUT = dict(color=BLACK, linestyle="--", zorder=3)
 

@@ -6,9 +6,9 @@ from typing import Callable
 
 import numpy as np
 
-from ..builds import ROOT
 from ..report import Finding, FindingsTable
-from ..runs import DEGREES, Scene, mean
+from .builds import ROOT
+from .runs import DEGREES, Scene, mean
 
 TABLE = FindingsTable(ROOT / "docs" / "beyond.md", "scripts/beyond_figures", ("what", "scene", "what it does"))
 ROWS = 3000  # of a run

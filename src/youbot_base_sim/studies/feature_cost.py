@@ -11,10 +11,10 @@ import subprocess
 import tempfile
 from pathlib import Path
 
-from ..builds import ROOT, build
 from ..command_line import Failed, Parser
 from ..files import write_whole
 from ..report import table
+from .builds import ROOT, build
 
 SHORT, LONG = 1.0, 4.0  # s of simulated time
 ALLOWED = 1.0  # %, of what is switched off

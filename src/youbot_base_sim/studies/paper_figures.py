@@ -10,10 +10,10 @@ Installs and builds what it needs. Runs and figures are kept in build/paper_figu
 
 from pathlib import Path
 
-from ..builds import ROOT, simulate_of
 from ..command_line import Parser, Refused, interruptible
 from ..files import make_folder
 from . import workshop
+from .builds import ROOT, simulate_of
 
 # What the paper's figures show: a function each in drawing.py. The first four are of Case 1, the others of Case 2.
 KINDS = {4: "torques", 5: "motion", 6: "velocities", 7: "spread", 8: "motion", 9: "beginning", 10: "contact"}
@@ -69,7 +69,7 @@ class Work(workshop.Workshop):
 
 
 def draw_scene(work, arguments):
-    from ..runs import Scene
+    from .runs import Scene
     study = work.claims.Study(Scene(arguments.scene), work.recorder)
     work.recorder.check(study.scene)
     name = study.scene.name

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from ..base import DRIVER_RADIUS, GRAVITY, WHEELS, Base
-from ..builds import ROOT
 from ..figures import new_figure, save
 from ..palette import BLUE, RED
+from .builds import ROOT
 
 YOUBOT = Base()
 SCALES = {"A": 1.3, "B": 0.76}

@@ -8,10 +8,10 @@ import argparse
 import time
 from pathlib import Path
 
-from ..builds import ROOT, build, digest
 from ..command_line import Parser, Progress, interruptible
 from ..files import write_whole
 from . import stress_cells, stress_report, stress_runs
+from .builds import ROOT, build, digest
 
 ALL_HOLDS, SOMETHING_FAILS = 0, 1
 QUICK_DURATION = 2  # s of simulated time

@@ -6,8 +6,8 @@ import re
 from itertools import groupby
 
 from ..base import Base
-from ..builds import ROOT
 from ..report import csv_text, table
+from .builds import ROOT
 from .stress_cells import RANDOM_GROUP, ROBOT_MASS
 
 DEFAULT_TOLERANCE = 3e-7  # as shipped, see `simulate --help`

@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..runs import MODELS
+from .runs import MODELS
 
 
 class Study:

@@ -4,9 +4,9 @@ Prints the tables; with --figure also draws torque over the direction of travel;
 friction fitted again to both robots, without and with spin friction. Installs and builds what it needs. Takes two
 minutes, --fit three.
 """
-from ..builds import ROOT, add_simulate, simulate_of
 from ..command_line import Parser
 from ..files import Outputs
+from .builds import ROOT, add_simulate, simulate_of
 
 
 def main():

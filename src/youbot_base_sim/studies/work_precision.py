@@ -9,10 +9,10 @@ import tempfile
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from ..builds import ROOT, build
 from ..command_line import DONE, Parser
 from ..files import make_folder, write_whole
 from . import work_precision_runs as runs
+from .builds import ROOT, build
 from .work_precision_report import comparison, csv_of_rows, held_wheel_table, markdown
 
 QUICK_SPAN = 2.0  # s of the scene that a quick look runs over

@@ -5,8 +5,8 @@ import re
 import time
 from pathlib import Path
 
-from ..builds import ROOT
 from ..report import csv_text, table
+from .builds import ROOT
 from .work_precision_runs import CONTESTANTS, LONG_ENOUGH, LONG_RUN, USEFUL_ERROR
 
 CSV_COLUMNS = ("scene scene_title contestant contestant_title setting_kind setting span_s run_time_s repeats "

@@ -7,9 +7,9 @@ import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..builds import ROOT
 from ..command_line import Failed
 from ..palette import BLACK, BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY
+from .builds import ROOT
 
 TOLERANCES = [float(f"1e-{n}") for n in range(3, 11)]
 USEFUL_ERROR = 1e-5  # m, at which contestants are compared

@@ -1,9 +1,9 @@
 """What the programs that make figures and tables of runs of `simulate` share: the runs, and what is kept of them."""
 from pathlib import Path
 
-from .. import builds
 from ..command_line import Progress, complain
 from ..files import write_whole
+from . import builds
 
 PACKAGES = ("python3-numpy", "python3-matplotlib", "python3-rosbag", "python3-yaml")
 INTERRUPTED = "interrupted; what was finished is kept"
@@ -21,7 +21,7 @@ class Workshop:
     context, which ends with the warnings of runs. `count`: of figures and rows."""
 
     def __init__(self, name, simulate, folder, count):
-        from ..runs import Kept, Recorder  # with what has been installed
+        from .runs import Kept, Recorder  # with what has been installed
         self.name, self.progress, self.done, self.part = name, Progress(count), 0, ""
         self.kept = Kept(folder, simulate)
         self.recorder = Recorder(simulate, self.kept, self.report)

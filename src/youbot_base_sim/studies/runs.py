@@ -19,10 +19,10 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-from .bags import Bag
-from .base import JOINTS, WHEELS
+from ..bags import Bag
+from ..base import JOINTS, WHEELS
+from ..command_line import REFUSED, Failed, Refused, one_line
 from .builds import digest
-from .command_line import REFUSED, Failed, Refused, one_line
 
 MODELS = ("no_slip", "viscous", "coulomb")  # the paper's 1, 2a and 2b
 DEGREES = 180 / math.pi

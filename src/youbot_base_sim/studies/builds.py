@@ -7,9 +7,9 @@ import subprocess
 import sys
 from pathlib import Path
 
-from .command_line import Failed
+from ..command_line import Failed
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 SIMULATE = ROOT / "devel" / "lib" / "youbot_base_sim" / "simulate"
 
 
