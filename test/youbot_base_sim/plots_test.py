@@ -115,6 +115,7 @@ class Plots(unittest.TestCase):
             self.assertIn(words, self.run_with(*self.arguments(plot), status=2))
         self.assertEqual(self.files(), ["t.csv"])
 
+
 class SweepPlots(Plots):
     def test_other_formats(self):
         for ending, begin in (("png", b"\x89PNG"), ("pdf", b"%PDF"), ("svg", b"<?xml")):
