@@ -62,7 +62,7 @@ class Bag:
                 topic, message, arrival = next(messages)
             except StopIteration:
                 return
-            except Exception as error:  # likewise
+            except Exception as error:  # as above
                 self.problem = (f"{shown(self.path)} is damaged ({one_line(error)}): read up to "
                                 f"t = {self.seconds(last):.3f} s")
                 return

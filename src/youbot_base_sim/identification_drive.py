@@ -11,7 +11,7 @@ import rospy
 
 from .command_line import Parser, Refused
 
-RATE = 20  # Hz: bases whose driver stops without commands go on
+RATE = 20  # Hz, often enough for drivers that stop without commands
 LONGEST, FASTEST, LARGEST_SCALE = 3600, 10, 2  # s; m/s and rad/s
 ROWS = (f"a list of one row or more, each [seconds, ahead, left, turning]: a finite number > 0, up to {LONGEST} s, "
         f"and three from {-FASTEST} to {FASTEST} m/s or rad/s")

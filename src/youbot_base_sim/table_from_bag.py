@@ -1,12 +1,12 @@
 """Makes a velocity_table or torque_table, for the drive of a scene, from a bag.
 
-Without --measured the table has what the base was told: on /cmd_vel and /base/base_controller/velocity_command for a
-velocity table, on /base/base_controller/torques_command for a torque table. With --measured it has the velocities or
+Without --measured the table has the commands: on /cmd_vel and /base/base_controller/velocity_command for a velocity
+table, on /base/base_controller/torques_command for a torque table. With --measured it has the velocities or
 efforts of /joint_states or /base/joint_states, a row a message.
 
 Rates are in rad/s, torques in N m, both positive forward on all four wheels. t = 0 is the beginning of the bag. A wheel
-that was not told anything yet is at zero. Of a bag that is cut or has no index, the table has what can be read, and a
-warning tells how far that is. To replay what a robot was told, with its limits and resolution:
+without a command so far is at zero. Of a bag that is cut or has no index, the table has what can be read, and a
+warning says how far that is. To replay the commands of a robot, with its limits and resolution:
 
   drive: {velocity_table: FILE.csv}
   motors: {quantized: true}
@@ -97,7 +97,7 @@ def joint_values(entries, unit):
 
 
 def commanded(chosen, types, arguments):
-    """Rows of what the base was told; only those that change anything."""
+    """Rows of the commands; only those that change anything."""
     topics = chosen.need(*types, advice=". Without commands, --measured takes what the wheels did")
     others = chosen.find(*set(TOPICS) - {STATES} - set(types))
     if others:
@@ -188,7 +188,7 @@ def parse_arguments():
     parser.add_argument("bag")
     parser.add_argument("--velocity", metavar="FILE", help="velocity table to write")
     parser.add_argument("--torque", metavar="FILE", help="torque table to write")
-    parser.add_argument("--measured", action="store_true", help="what the wheels did, in place of what they were told")
+    parser.add_argument("--measured", action="store_true", help="what the wheels did, in place of the commands")
     parser.add_argument("--topic", action="append", help="take this topic in place of the usual ones; may be repeated")
     parser.add_argument("--joint-velocity-sign", choices=("auto", "consistent", "driver_exact"), default="auto",
                         help="of measured velocities and efforts: as the positions, or, as the real driver has it, the "
@@ -196,7 +196,7 @@ def parse_arguments():
     parser.add_argument("--wheel-radius", type=metres, default=DRIVER_RADIUS, metavar="M",
                         help="of the driver that obeyed cmd_vel, m; default 0.0475, the youBot driver's")
     parser.add_argument("--half-lengths", type=metres, default=Base().half_lengths, metavar="M",
-                        help="likewise: half the wheelbase plus half the track, m; default 0.385")
+                        help="of the same driver: half the wheelbase plus half the track, m; default 0.385")
     arguments = parser.parse_args()
     if not arguments.velocity and not arguments.torque:
         parser.error("nothing to write: give --velocity FILE or --torque FILE")

@@ -107,7 +107,7 @@ def main():
     if arguments.list:
         print("\n".join(cell.full_name for cell in arguments.cells))
         return ALL_HOLDS
-    with interruptible("interrupted; --resume goes on from the last cell"), \
+    with interruptible("interrupted; --resume continues after the last cell"), \
             Progress(len(arguments.cells) * len(arguments.tolerances)) as progress:
         rows = run(arguments, progress)
     good = sum(row["outcome"] != "fails" for row in rows)
