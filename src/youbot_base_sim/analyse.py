@@ -1,0 +1,238 @@
+"""Says what a bag tells of a base: of base_node, of `simulate --bag` or of a real robot.
+
+Odometry against ground truth, slip of the wheels, switches of rollers, energy, ripple of the wheels' rates, and what of
+the commanded motion arrives; from what the bag has of odom, ground_truth, joint_states, roller_switches, contacts,
+cmd_vel and velocity_command, in any namespace. What it cannot tell, it says, in a line each. docs/analyse.md explains
+the numbers.
+
+A bag that is cut, damaged or without an index is analysed as far as it goes, and never written to.
+Exit status: 0 done, 2 refused, 1 an output could not be written.
+"""
+import argparse
+import array
+import contextlib
+import csv
+import importlib
+import io
+import math
+import warnings
+from pathlib import Path
+
+import numpy as np
+
+from . import figures
+from .bags import Bag
+from .base import Base
+from .command_line import DONE, Failed, Parser, Progress, Refused, complain, one_line, quoted, shown
+from .files import Outputs, make_folder, read_whole, write_whole
+from .records import TOPICS, Missing, Series, read_record
+from .report import csv_text
+
+SECTIONS = ("path", "odometry", "slip", "switches", "energy", "spectrum", "efficiency")  # modules of analysis/
+LARGEST_SCENE, LARGEST_TABLE = 1000000, 250000000  # bytes, as simulate reads
+
+
+def main(argv=None):
+    """Returns the exit status."""
+    arguments = parse_arguments(argv)
+    base = read_base(arguments.scene) if arguments.scene else Base()
+    desired = read_desired(arguments.desired) if arguments.desired else None
+    folders = output_folders(arguments)
+    status = DONE
+    for k, bag in enumerate(arguments.bag):
+        if k:
+            print()
+        try:
+            analyse(bag, base, desired, arguments, *folders[k])
+        except (Refused, Failed) as error:
+            complain("analyse", error)
+            status = max(status, error.status)
+    return status
+
+
+def analyse(path, base, desired, arguments, tables, plots):
+    with contextlib.closing(Bag(path)) as bag, Progress(sum(bag.counts.values()), delay=1, interval=0.2) as progress:
+        record = read_record(bag, base, arguments.topic, lambda n: n % 256 or progress.show(n, Path(path).name))
+    if bag.problem:
+        complain("analyse", "warning: " + bag.problem)
+    if not record.series:
+        raise Refused(f"{shown(path)}: nothing of a base: must have one of {', '.join(TOPICS)}; "
+                      f"{'; '.join(record.notes) or 'it has ' + bag.shown_topics()}")
+    if desired:
+        record.series["desired"] = desired
+    print_beginning(bag, record)
+    sections, missing = [], []
+    for name in arguments.only:
+        try:
+            sections.append(importlib.import_module(f".analysis.{name}", __package__).analyse(record))
+            print_section(sections[-1])
+        except Missing as reason:
+            missing.append((name, reason))
+    if missing:
+        print("\nNot told")
+        for name, reason in missing:
+            print(f"  {name:28}{reason}")
+    if tables:
+        write_tables(tables, sections)
+    if plots:
+        write_plots(plots, sections, Path(path).name)
+
+
+def print_beginning(bag, record):
+    end = max(series.t[-1] for series in record.series.values())
+    print(f"{shown(bag.path)}: {sum(bag.counts.values())} messages, to t = {end:.3f} s")
+    for name, topic in record.topics.items():
+        series = record.series[name]
+        is_regular = name not in ("roller_switches", "cmd_vel", "velocity_command") and 0 < series.period < math.inf
+        rate = f", {1 / series.period:.4g} Hz" if is_regular else ""
+        print(f"  {name:28}{shown(topic)}: {len(series)}{rate}")
+    for note in record.notes:
+        print("  note: " + note)
+
+
+def print_section(section):
+    print("\n" + section.title)
+    for what, text in section.lines:
+        print(f"  {what:28}{text}".rstrip())
+
+
+def write_tables(folder, sections):
+    files = {name: csv_text(columns, rows.tolist() if hasattr(rows, "tolist") else rows)
+             for section in sections for name, (columns, rows) in section.tables.items()}
+    files["summary.csv"] = csv_text(["section", "quantity", "value", "unit"],
+                                    [(section.name, *number) for section in sections for number in section.numbers])
+    write_all(folder, files, ".csv")
+
+
+def write_plots(folder, sections, name):
+    files = {}
+    for section in sections:
+        if not section.draw:
+            continue
+        figure = figures.new_figure(figsize=(9, 6), dpi=100, constrained_layout=True)
+        title = shown(name).replace("$", r"\$")
+        figure.suptitle(f"{title}: {section.name}")
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of a logarithmic axis without data
+            section.draw(figure)
+            files[section.name + ".png"] = figures.picture(figure)
+    write_all(folder, files, ".png")
+
+
+def write_all(folder, files, ending):
+    for name, content in files.items():
+        write_whole(folder / name, content)
+    print(f"{shown(folder)}: {', '.join(files) or 'nothing to write'}")
+    older = sorted(set(file_names(SECTIONS, ending)) & {path.name for path in folder.iterdir()} - set(files))
+    if older:
+        complain("analyse", f"warning: {shown(folder)}: {', '.join(older)} {'is' if len(older) == 1 else 'are'} of an "
+                 "earlier run")
+
+
+def file_names(sections, ending):
+    """Of all files that the sections may write: path has numbers alone."""
+    tables = ["summary", *(["contact_slip"] if "slip" in sections else [])] if ending == ".csv" else []
+    return [name + ending for name in (*sections, *tables) if name != "path"]
+
+
+def read_base(path):
+    """The sizes in section `robot` of a scene. simulate checks scenes; here only what is used must be a number."""
+    try:
+        import yaml
+    except ImportError:
+        raise Refused("--scene needs the package python3-yaml")
+    try:
+        scene = yaml.safe_load(read_whole("--scene", path, LARGEST_SCENE, "a scene").decode("utf-8-sig"))
+    except (yaml.YAMLError, ValueError, RecursionError) as error:  # a ValueError of text, and of numbers and dates
+        raise Refused(f"--scene {shown(path)} is no YAML: {one_line(error)}")
+    robot = scene.get("robot", {}) if isinstance(scene, dict) else None
+    if not isinstance(robot, (dict, type(None))) or scene is None:
+        raise Refused(f"--scene {shown(path)}: must be a scene: a map of keys")
+    base = Base()
+    for key, default in vars(Base()).items():
+        value = (robot or {}).get(key, default)
+        try:  # YAML 1.1 takes 5e-2 for text
+            value = float(value)
+        except (TypeError, ValueError, OverflowError):
+            value = math.nan
+        if not 0 < value < math.inf or (key == "rollers_per_wheel" and (value != int(value) or value < 3)):
+            raise Refused(f"--scene {shown(path)}: robot.{key} is {quoted(robot[key])}: must be "
+                          f"{'a whole number >= 3' if key == 'rollers_per_wheel' else 'a number > 0'}")
+        setattr(base, key, type(default)(value))
+    return base
+
+
+def read_desired(path):
+    """The desired motion, from rows of `simulate --csv`."""
+    columns = ("t", "x", "y", "V_X", "V_Y", "Omega")
+    content = read_whole("--desired", path, LARGEST_TABLE, "rows of simulate --csv")
+    numbers = array.array("d")  # takes a tenth of what lists do
+    try:
+        rows = csv.reader(io.TextIOWrapper(io.BytesIO(content), encoding="utf-8-sig", newline=""))
+        names = next(rows, [])
+        places = [names.index(column) for column in columns]
+        for row in filter(None, rows):
+            numbers.extend(float(row[place]) for place in places)
+    except (IndexError, ValueError, csv.Error):
+        numbers = []
+    values = np.array(numbers).reshape(-1, len(columns))
+    if not len(values) or not np.isfinite(values).all() or not (np.diff(values[:, 0]) > 0).all():
+        raise Refused(f"--desired {shown(path)}: must be rows of simulate --csv: numbers in columns "
+                      f"{', '.join(columns)}, t rising")
+    return Series(values[:, 0], dict(zip(columns[1:], values.T[1:])))
+
+
+def output_folders(arguments):
+    """For each bag where its tables and plots go: into the folder that is named, with several bags into one of each
+    bag's name there."""
+    if arguments.plots:
+        try:
+            import matplotlib  # noqa: F401: only whether it is there
+        except ImportError:
+            raise Refused("--plots needs the package python3-matplotlib")
+    names = [Path(bag).stem for bag in arguments.bag]
+    if len(set(names)) < len(names) and (arguments.csv or arguments.plots):
+        raise Refused(f"{shown(next(name for name in names if names.count(name) > 1))}: two bags of one name: must be "
+                      "analysed one by one")
+    folders = [[folder and (Path(folder) / name if len(names) > 1 else Path(folder))
+                for folder in (arguments.csv, arguments.plots)] for name in names]
+    for folder in {folder for pair in folders for folder in pair if folder}:
+        make_folder(folder)
+    outputs = Outputs([*arguments.bag, *filter(None, (arguments.scene, arguments.desired))])
+    for pair in folders:
+        for option, folder, ending in zip(("--csv", "--plots"), pair, (".csv", ".png")):
+            for name in file_names(arguments.only, ending) if folder else ():
+                outputs.claim(option, folder / name)
+    return folders
+
+
+def section_names(text):
+    names = text.split(",")
+    if not set(names) <= set(SECTIONS):
+        raise argparse.ArgumentTypeError(f"{text!r}: must be of {', '.join(SECTIONS)}, separated by commas")
+    return list(dict.fromkeys(names))
+
+
+def named_topic(text):
+    name, _, topic = text.partition("=")
+    if name not in TOPICS or not topic:
+        raise argparse.ArgumentTypeError(f"{text!r}: must be NAME=TOPIC, NAME of {', '.join(TOPICS)}")
+    return name, topic
+
+
+def parse_arguments(argv):
+    parser = Parser("analyse", __doc__)
+    parser.add_argument("bag", metavar="BAG", nargs="+")
+    parser.add_argument("--csv", metavar="DIR", help="write tables there: summary.csv and one or two for each section")
+    parser.add_argument("--plots", metavar="DIR", help="write PNG figures there")
+    parser.add_argument("--only", metavar="SECTION,...", type=section_names, default=list(SECTIONS),
+                        help=f"of {', '.join(SECTIONS)}")
+    parser.add_argument("--desired", metavar="FILE.csv", help="the motion that was desired: rows of simulate --csv, "
+                        "with --model no_slip for the paper's cases")
+    parser.add_argument("--scene", metavar="SCENE.yaml", help="takes the size of the base from this scene's section "
+                        "robot; else the youBot's: wheel_radius 0.05, half_wheelbase 0.235, half_track 0.15")
+    parser.add_argument("--topic", metavar="NAME=TOPIC", action="append", type=named_topic, default=[],
+                        help=f"take this topic in place of the usual one; NAME of {', '.join(TOPICS)}")
+    arguments = parser.parse_args(argv)
+    arguments.topic = dict(arguments.topic)
+    return arguments

@@ -1,0 +1,81 @@
+"""What of the commanded, and of the rolled, velocity the base reaches: ahead, sideways and turning."""
+import numpy as np
+
+from ..figures import curve
+from ..palette import BLACK, BLUE, RED
+from ..records import Missing
+from .section import Section
+
+DIRECTIONS = (("ahead", "V_X", "m/s"), ("sideways", "V_Y", "m/s"), ("turning", "Omega", "rad/s"))
+SMALL = 0.05  # of the whole speed: a part that is less tells nothing
+
+
+def analyse(record):
+    V = [name for _, name, _ in DIRECTIONS]
+    no_command = f"{record.lack('cmd_vel')}; {record.lack('velocity_command')}"
+    truth, joints = record.get("ground_truth", *V), record.get("joint_states", "rate")
+    if truth:
+        t, true = truth.t, [truth[name] for name in V]
+        sources = [commanded(record, t), ("the wheels rolled", rolled(record, t))]
+        section = Section("efficiency", "What of the velocity arrives: factor by which the true one follows it best")
+    elif joints:
+        t, true = joints.t, rolled(record, joints.t)
+        sources = [commanded(record, t)]
+        section = Section("efficiency", "Without true velocities: factor by which what the wheels roll follows best")
+    else:
+        raise Missing(f"{record.lack('ground_truth', *V)}; {record.lack('joint_states', 'rate')}")
+    if not any(velocities for _, velocities in sources):
+        raise Missing(no_command)
+    section.say("", "".join(f"{direction:>11}" for direction, _, _ in DIRECTIONS))
+    for what, source in sources:
+        if not source:
+            section.say(f"of what {what}", "not told: " + (
+                no_command if what == "was commanded" else record.lack("joint_states", "rate")))
+            continue
+        factors = [fit(true[k], source, k, record.base) for k in range(3)]
+        section.say(f"of what {what}", "".join(f"{e:>11.4f}" if e == e else f"{'-':>11}" for e in factors),
+                    **{f"{direction}_of_{what.split()[-1]}": (e, "1")
+                       for (direction, _, _), e in zip(DIRECTIONS, factors) if e == e})
+    sources = [(what, source) for what, source in sources if source]
+    columns, values = ["t_s"], [t]
+    for what, source in [("true" if truth else "rolled", true)] + sources:
+        columns += [f"{what.split()[-1]}_{name}_{unit.replace('/', '_per_')}" for _, name, unit in DIRECTIONS]
+        values += list(source)
+    section.tables["efficiency.csv"] = (columns, np.column_stack(values))
+    section.draw = lambda figure: draw(figure, t, true, sources, "the base did" if truth else "the wheels rolled")
+    return section
+
+
+def commanded(record, t):
+    """The last command before each instant; NaN before the first one."""
+    for name in ("desired", "cmd_vel", "velocity_command"):
+        series = record.get(name)
+        if series:
+            at = np.searchsorted(series.t, t, side="right") - 1
+            return "was commanded" if name != "desired" else "was desired", [
+                np.where(at >= 0, series[column][at], np.nan) for _, column, _ in DIRECTIONS]
+    return "was commanded", None
+
+
+def rolled(record, t):
+    joints = record.get("joint_states", "rate")
+    return list(record.base.velocities(joints.at(t, "rate"))) if joints else None
+
+
+def fit(true, source, k, base):
+    """The least squares' e in true = e source for one direction; NaN where the source hardly has it."""
+    sizes = np.array([1, 1, base.half_lengths])[:, None] * np.array(source)
+    known = np.isfinite(sizes).all(axis=0)
+    if not known.any() or np.mean(sizes[k, known] ** 2) <= SMALL ** 2 * np.mean(np.sum(sizes[:, known] ** 2, axis=0)):
+        return np.nan
+    return np.sum(true[known] * source[k][known]) / np.sum(source[k][known] ** 2)
+
+
+def draw(figure, t, true, sources, label):
+    for k, (axes, (direction, _, unit)) in enumerate(zip(figure.subplots(3, 1, sharex=True), DIRECTIONS)):
+        for (what, source), (color, linestyle) in zip(sources, ((BLUE, "--"), (RED, "-"))):
+            curve(axes, t, source[k], color=color, linestyle=linestyle, linewidth=1, label=what)
+        curve(axes, t, true[k], color=BLACK, linewidth=1.2, label=label)
+        axes.set_ylabel(f"{direction}, {unit}")
+    figure.axes[0].legend(ncol=3)
+    figure.axes[-1].set_xlabel("t, s")

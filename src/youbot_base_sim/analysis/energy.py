@@ -1,0 +1,102 @@
+"""Where the energy goes that the drives put in."""
+import numpy as np
+
+from ..figures import thinned
+from ..palette import BLACK, GREEN, ORANGE, RED, SKY
+from ..records import Missing
+from .section import Section
+
+GAINS = ("drive", "external")
+LOSSES = ("bearing", "roller", "floor")
+CLOSED = 1e-3  # share of the energy put in that may be left over
+
+
+def analyse(record):
+    powers, effort = ("contacts", "kinetic_energy", *GAINS, *LOSSES), ("joint_states", "effort", "rate")
+    contacts, joints = record.get(*powers), record.get(*effort)
+    if contacts and contacts.stretches():
+        return balance(contacts)
+    why = "contacts lie too far apart" if contacts else record.lack(*powers)
+    if joints and joints.stretches():
+        section = Section("energy", "Energy")
+        put_in = sum(integral(joints.t[s], np.sum(joints["effort"] * joints["rate"], axis=1)[s])[-1]
+                     for s in joints.stretches())
+        section.say("put in by the wheels", f"{put_in:.4g} J: effort times rate of joint_states",
+                    drive_energy=(put_in, "J"))
+        section.say("lost and kept", f"not told: {why} (see simulate --contacts, ~publish_contacts)")
+        return section
+    raise Missing(f"{why}; {'joint_states lie too far apart' if joints else record.lack(*effort)}")
+
+
+def integral(t, values):
+    """From the beginning, by trapezoids."""
+    return np.concatenate([[0], np.cumsum(np.diff(t) * (values[1:] + values[:-1]) / 2)])
+
+
+def energies(contacts, stride=1):
+    """Since the beginning, J, from each sample or every second one: times; put in, lost by place, gained, and what is
+    left over. Gaps are left out: in them nothing is put in or lost."""
+    parts = {name: [] for name in ("t", *GAINS, *LOSSES, "gained")}
+    last = {name: 0.0 for name in parts}
+    for stretch in contacts.stretches():
+        chosen = np.unique([*range(stretch.start, stretch.stop, stride), stretch.stop - 1])
+        t, kinetic = contacts.t[chosen], contacts["kinetic_energy"][chosen]
+        values = {name: integral(t, contacts[name][chosen]) for name in (*GAINS, *LOSSES)}
+        values["gained"] = kinetic - kinetic[0]
+        parts["t"].append(t)
+        for name, column in values.items():
+            parts[name].append(last[name] + column)
+            last[name] = parts[name][-1][-1]
+    sums = {name: np.concatenate(columns) for name, columns in parts.items()}
+    sums["left"] = sum(sums[name] for name in GAINS) - sum(sums[name] for name in LOSSES) - sums["gained"]
+    return sums
+
+
+def balance(contacts):
+    sums = energies(contacts)
+    left, left_coarse = sums["left"], energies(contacts, 2)["left"]
+    section = Section("energy", "Energy, powers of contacts integrated by trapezoids")
+    turned_over = max(*(np.abs(sums[name]).max() for name in (*GAINS, "gained")), 1e-12)
+    for what, name in (("put in by the drives", "drive"), ("put in by slope and wrenches", "external"),
+                       ("lost in bearings and drives", "bearing"), ("lost in the rollers", "roller"),
+                       ("lost by slip on the floor", "floor"), ("kept as motion", "gained")):
+        if name == "external" and not sums[name].any():
+            continue
+        share = "" if name == "drive" else f"  {100 * sums[name][-1] / turned_over:5.1f} %"
+        section.say(what, f"{sums[name][-1]:10.4f} J{share}", **{name + "_energy": (sums[name][-1], "J")})
+    worst, worst_coarse = np.abs(left).max(), np.abs(left_coarse).max()
+    share = np.abs(left[-1]) / turned_over
+    verdict = "the balance closes" if share <= CLOSED else (
+        "the samples lie too far apart to close the balance" if abs(left_coarse[-1]) > 1.5 * abs(left[-1])
+        else "THE BALANCE DOES NOT CLOSE: the powers lack something, such as rollers that switches stop")
+    section.say("residual", f"{left[-1]:10.4f} J at the end, {worst:.4f} J at most: {100 * share:.2g} % of what was "
+                "put in", residual=(left[-1], "J"), residual_maximal=(worst, "J"))
+    section.say("", f"from samples every {1e3 * contacts.period:.3g} ms; {left_coarse[-1]:.4f} J at the end from every "
+                f"second one: {verdict}", residual_from_half_the_samples=(left_coarse[-1], "J"),
+                residual_maximal_from_half_the_samples=(worst_coarse, "J"))
+    gaps = len(contacts.stretches()) - 1
+    if gaps:
+        section.say("gaps", f"{gaps} in the record of contacts: left out")
+    section.tables["energy.csv"] = (
+        ["t_s", "put_in_J", "from_outside_J", "bearings_J", "rollers_J", "floor_J", "kept_J", "residual_J"],
+        np.column_stack([sums["t"], *[sums[name] for name in (*GAINS, *LOSSES)], sums["gained"], left]))
+    section.draw = lambda figure: draw(figure, sums)
+    return section
+
+
+def draw(figure, sums):
+    balance_axes, residual_axes = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": [3, 1]})
+    i = thinned(sums["gained"], sums["left"])
+    t, below = sums["t"][i], 0
+    for name, label, color in (("gained", "kept as motion", SKY), ("bearing", "lost in bearings and drives", ORANGE),
+                               ("roller", "lost in rollers", GREEN), ("floor", "lost by slip on the floor", RED)):
+        above = below + sums[name][i]
+        balance_axes.fill_between(t, below, above, color=color, label=label, linewidth=0)
+        below = above
+    put_in = sum(sums[name][i] for name in GAINS)
+    balance_axes.plot(t, put_in, color=BLACK, label="put in by the drives" + (
+        ", slope and wrenches" if sums["external"].any() else ""))
+    balance_axes.set_ylabel("energy, J")
+    balance_axes.legend(loc="upper left")
+    residual_axes.plot(t, sums["left"][i], color=BLACK)
+    residual_axes.set(xlabel="t, s", ylabel="residual, J")

@@ -1,0 +1,140 @@
+"""How far the odometry is off the truth, over time, way and turning."""
+import math
+
+import numpy as np
+
+from ..figures import curve, thinned
+from ..palette import BLACK, RED
+from ..records import Missing
+from .section import Section, each, rms
+
+POSE = ("x", "y", "psi")
+PIECE, PIECE_TURN = 1.0, math.pi / 2  # m and rad: pieces over which the error is measured afresh
+JUMP = 10.0  # m/s, faster than any base: the odometry was set anew
+
+
+def analyse(record):
+    odom, truth = record.need("odom", *POSE), record.need("ground_truth", *POSE)
+    aligned = Aligned(odom, truth)
+    section = Section("odometry", "Odometry against ground truth, laid over it in position and heading at t = "
+                                  f"{aligned.t[0]:.3f} s")
+    way, turned = aligned.way[-1], aligned.turned[-1]
+    section.say("way and turning", f"{way:.3f} m, {math.degrees(turned):.1f} deg",
+                way=(way, "m"), turning=(turned, "rad"))
+    add_error(section, "at the end", "final", aligned, -1)
+    heading = np.abs(aligned.heading)
+    worst, turned_worst = np.argmax(aligned.distance), np.argmax(heading)
+    section.say("at most", f"{aligned.distance[worst]:.4f} m (t = {aligned.t[worst]:.3f} s), "
+                f"{np.degrees(heading.max()):.3f} deg (t = {aligned.t[turned_worst]:.3f} s)",
+                maximal_error=(aligned.distance[worst], "m"), maximal_heading_error=(heading.max(), "rad"))
+    add_per_way(section, aligned)
+    add_per_turn(section, aligned)
+    jumps = np.flatnonzero(np.hypot(np.diff(odom["x"]), np.diff(odom["y"])) > JUMP * np.diff(odom.t) + 0.01)
+    if len(jumps):
+        section.say("odometry jumps", f"{len(jumps)} times, first at t = {odom.t[jumps[0] + 1]:.3f} s (was it set to "
+                    "zero?): that counts as error")
+    section.tables["odometry.csv"] = (
+        ["t_s", "true_x_m", "true_y_m", "true_psi_rad", "odom_x_m", "odom_y_m", "odom_psi_rad", "way_m", "error_m",
+         "heading_error_rad"],
+        np.column_stack([aligned.t, *aligned.truth, *aligned.odom, aligned.way, aligned.distance, aligned.heading]))
+    section.draw = lambda figure: draw(figure, aligned)
+    return section
+
+
+class Aligned:
+    """Truth and odometry at the odometry's instants, in the frame of the truth."""
+
+    def __init__(self, odom, truth):
+        true = [truth.at(odom.t, name) for name in ("x", "y", "psi")]
+        both = np.isfinite(true[0])
+        if np.sum(both) < 2:
+            raise Missing("odom and ground_truth are never there at the same time")
+        self.t = odom.t[both]
+        self.truth = [column[both] for column in true]
+        x, y, psi = [odom[name][both] for name in ("x", "y", "psi")]
+        X, Y, Psi = self.truth
+        turn = Psi[0] - psi[0]
+        dx, dy = x - x[0], y - y[0]
+        self.odom = [X[0] + math.cos(turn) * dx - math.sin(turn) * dy, Y[0] + math.sin(turn) * dx + math.cos(turn) * dy,
+                     psi + turn]
+        self.distance = np.hypot(self.odom[0] - X, self.odom[1] - Y)
+        self.heading = self.odom[2] - Psi
+        self.way = np.concatenate([[0], np.cumsum(np.hypot(np.diff(X), np.diff(Y)))])
+        self.turned = np.concatenate([[0], np.cumsum(np.abs(np.diff(Psi)))])
+
+    def pieces(self, along, length):
+        """First and last samples of pieces of this length of `along`, ten beginning on each length."""
+        begins = each(along, length / 10)
+        ends = np.searchsorted(along, along[begins] + length)
+        inside = ends < len(along)
+        return begins[inside], ends[inside]
+
+    def piece_errors(self, begins, ends):
+        """Distance and heading between the two motions over pieces, each seen from its own beginning."""
+        steps = []
+        for x, y, psi in (self.truth, self.odom):
+            dx, dy = x[ends] - x[begins], y[ends] - y[begins]
+            c, s = np.cos(psi[begins]), np.sin(psi[begins])
+            steps.append((c * dx + s * dy, -s * dx + c * dy, psi[ends] - psi[begins]))
+        (x0, y0, psi0), (x1, y1, psi1) = steps
+        return np.hypot(x1 - x0, y1 - y0), psi1 - psi0
+
+
+def add_error(section, what, name, aligned, at):
+    distance, heading = aligned.distance[at], aligned.heading[at]
+    section.say(what, f"{distance:.4f} m, {math.degrees(heading):.3f} deg (t = {aligned.t[at]:.3f} s)",
+                **{name + "_error": (distance, "m"), name + "_heading_error": (heading, "rad")})
+
+
+def add_per_way(section, aligned):
+    way = aligned.way[-1]
+    if way < 0.1 * PIECE:
+        section.say("per metre of way", f"the base did not go {0.1 * PIECE:g} m")
+        return
+    final = aligned.distance[-1] / way
+    begins, ends = aligned.pieces(aligned.way, PIECE)
+    section.say("per metre of way", f"{1e3 * final:.1f} mm: that of the end over the whole way",
+                final_error_per_metre=(final, "m/m"))
+    if len(begins):
+        errors, _ = aligned.piece_errors(begins, ends)
+        errors = errors * PIECE / (aligned.way[ends] - aligned.way[begins])
+        section.say("", f"{1e3 * rms(errors):.1f} mm rms, {1e3 * errors.max():.1f} mm at most: over pieces of "
+                    f"{PIECE:g} m, each laid over at its own beginning", error_per_metre_rms=(rms(errors), "m/m"),
+                    error_per_metre_maximal=(errors.max(), "m/m"))
+
+
+def add_per_turn(section, aligned):
+    turned, full = aligned.turned[-1], 2 * math.pi
+    begins, ends = aligned.pieces(aligned.turned, PIECE_TURN)
+    if not len(begins):
+        section.say("per turn", f"the base turned by less than {math.degrees(PIECE_TURN):g} deg")
+        return
+    final = aligned.heading[-1] / turned * full
+    section.say("per turn", f"{math.degrees(final):.2f} deg: that of the end over all turning, to and fro",
+                heading_error_per_turn=(final, "rad/turn"))
+    _, errors = aligned.piece_errors(begins, ends)
+    errors = errors * full / (aligned.turned[ends] - aligned.turned[begins])
+    largest = np.abs(errors).max()
+    section.say("", f"{math.degrees(rms(errors)):.2f} deg rms, {math.degrees(largest):.2f} deg at most: over pieces of "
+                f"{math.degrees(PIECE_TURN):g} deg", heading_error_per_turn_rms=(rms(errors), "rad/turn"),
+                heading_error_per_turn_maximal=(largest, "rad/turn"))
+
+
+def draw(figure, aligned):
+    grid = figure.add_gridspec(2, 2)
+    path, error = figure.add_subplot(grid[:, 0]), figure.add_subplot(grid[0, 1])
+    heading = figure.add_subplot(grid[1, 1], sharex=error)
+    i = thinned(*aligned.truth[:2], *aligned.odom[:2])
+    for (x, y, _), style in ((aligned.truth, dict(color=BLACK, label="ground truth")),
+                             (aligned.odom, dict(color=RED, linestyle="--", label="odometry"))):
+        path.plot(x[i], y[i], **style)
+    path.plot(*[column[0] for column in aligned.truth[:2]], "o", color=BLACK, label="start")
+    path.set_aspect("equal", adjustable="datalim")
+    path.set(xlabel="x, m", ylabel="y, m")
+    path.legend()
+    curve(error, aligned.t, aligned.distance, color=RED)
+    error.set_title("odometry's distance from the truth", fontsize="medium")
+    error.set_ylabel("m")
+    curve(heading, aligned.t, np.degrees(aligned.heading), color=RED)
+    heading.set_title("odometry's heading minus the true one", fontsize="medium")
+    heading.set(xlabel="t, s", ylabel="deg")

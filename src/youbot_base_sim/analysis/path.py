@@ -1,0 +1,28 @@
+"""Where the base went, and how far off the path that was desired."""
+import numpy as np
+
+from .section import Section
+
+
+def analyse(record):
+    truth = record.get("ground_truth", "x", "y", "psi")
+    seen = truth or record.need("odom", "x", "y", "psi")
+    section = Section("path", "The motion")
+    section.say("its end", f"t = {seen.t[-1]:.3f} s")
+    x, y, psi = (seen[name][-1] for name in ("x", "y", "psi"))
+    if not truth:
+        dx, dy, turn = (np.diff(seen[name]) for name in ("x", "y", "psi"))
+        section.say("way by odometry",
+                    f"{np.sum(np.hypot(dx, dy)):.3f} m, {np.degrees(np.sum(np.abs(turn))):.1f} deg")
+    section.say("true pose" if truth else "pose by odometry", f"x {x:.4f} m, y {y:.4f} m, psi {psi:.4f} rad",
+                final_x=(x, "m"), final_y=(y, "m"), final_psi=(psi, "rad"))
+    desired = record.get("desired")
+    if desired and truth:
+        off = np.hypot(truth["x"] - desired.at(truth.t, "x"), truth["y"] - desired.at(truth.t, "y"))
+        there = np.isfinite(off)
+        if there.any():
+            off, t = off[there], truth.t[there]
+            section.say("off the desired path", f"{off[-1]:.3f} m at the end, {off.max():.3f} m at most "
+                        f"(t = {t[np.argmax(off)]:.1f} s)", final_deviation=(off[-1], "m"),
+                        maximal_deviation=(off.max(), "m"))
+    return section

@@ -1,0 +1,112 @@
+"""How often rollers take over from each other, and what slip does then."""
+import numpy as np
+
+from ..base import WHEELS
+from ..palette import WHEEL_COLOURS
+from .section import Section
+
+SLOWEST = 2e-3  # s: friction ends a jump of slip within milliseconds
+
+
+def analyse(record):
+    switches = record.need("roller_switches")
+    spans = [series.t for name, series in record.series.items() if name in ("ground_truth", "joint_states", "odom")]
+    spans.append(switches.t)
+    duration = max(t[-1] for t in spans) - min(t[0] for t in spans)
+    section = Section("switches", "Switches of rollers")
+    of_wheel = [switches["wheel"] == k for k in range(4)]
+    count = np.array([switches["count"][mask].sum() for mask in of_wheel])
+    section.say("all wheels", f"{count.sum():.0f} in {duration:.3f} s", switches=(count.sum(), "1"))
+    section.wheel_header()
+    for what, sense in (("forward", 1), ("backward", -1)):
+        section.wheels(what, [switches["count"][mask & (sense * switches["direction"] > 0)].sum() for mask in of_wheel],
+                       ".0f", f"switches_{what}", "1")
+    if duration > 0:
+        section.wheels("a second, mean", count / duration, ".2f", "switch_rate", "1/s")
+    intervals = [intervals_of(switches, mask) for mask in of_wheel]
+    for what, name, share in (("interval, shortest, ms", "interval_shortest", 0),
+                              ("interval, median, ms", "interval_median", 50),
+                              ("interval, longest, ms", "interval_longest", 100)):
+        section.wheels(what, [1e3 * np.percentile(gaps, share) if len(gaps) else np.nan for gaps in intervals], ".2f",
+                       name, "ms")
+    many = switches["count"] > 1
+    if many.any():
+        section.say("", f"{switches['count'][many].sum():.0f} of them in {many.sum()} messages that stand for many: "
+                    "left out of intervals and jumps")
+    add_expected_jump(section, record, switches)
+    jumps = add_jumps(section, record, switches, intervals)
+    section.tables["switches.csv"] = (
+        ["t_s", "wheel", "direction", "count", "slip_jump_m_per_s"],
+        [(float(t), WHEELS[wheel], int(direction), int(n), float(jump)) for t, wheel, direction, n, jump in zip(
+            switches.t, switches["wheel"], switches["direction"], switches["count"], jumps)])
+    section.draw = lambda figure: draw(figure, switches, of_wheel, jumps)
+    return section
+
+
+def intervals_of(switches, mask):
+    """Between one switch of a wheel and the next, s, where both stand for themselves."""
+    t, single = switches.t[mask], switches["count"][mask] == 1
+    return np.diff(t)[single[1:] & single[:-1]]
+
+
+def add_expected_jump(section, record, switches):
+    """The contact point jumps along the axle, so that V_PX jumps by this times the yaw rate."""
+    truth = record.get("ground_truth", "Omega")
+    if not truth:
+        section.say("jump of slip, by geometry", f"not told: {record.lack('ground_truth', 'Omega')}, for the yaw rate")
+        return
+    jump = record.base.jump_of_offset() * np.abs(truth.at(switches.t, "Omega"))
+    jump = jump[np.isfinite(jump)]
+    if len(jump):
+        median = 1e3 * np.median(jump)
+        section.say("jump of slip, by geometry", f"{median:.3f} mm/s median, {1e3 * jump.max():.3f} mm/s at most: "
+                    f"{1e3 * record.base.jump_of_offset():.1f} mm times the yaw rate",
+                    geometric_jump_median=(median, "mm/s"))
+
+
+def add_jumps(section, record, switches, intervals):
+    """Change of the slip velocity of the wheel from the last sample before a switch to the first one after it."""
+    jumps = np.full(len(switches), np.nan)
+    contacts = record.get("contacts", "slip")
+    if not contacts:
+        section.say("jump of slip, sampled",
+                    f"not told: {record.lack('contacts', 'slip')} (see simulate --contacts, ~publish_contacts)")
+        return jumps
+    shortest = np.median(np.concatenate(intervals)) if any(map(len, intervals)) else np.inf
+    longest = min(SLOWEST, shortest / 5)
+    if contacts.period > 1.01 * longest:
+        section.say("jump of slip, sampled", f"not told: contacts come every {1e3 * contacts.period:.3g} ms; must be "
+                    f"every {1e3 * longest:.3g} ms or faster to catch it")
+        return jumps
+    after = np.searchsorted(contacts.t, switches.t)
+    near = (after > 0) & (after < len(contacts)) & (switches["count"] == 1)
+    after = np.clip(after, 1, len(contacts) - 1)
+    near &= contacts.t[after] - contacts.t[after - 1] < contacts.max_step
+    slip, wheel = contacts["slip"], switches["wheel"]
+    jumps[near] = np.linalg.norm(slip[after, wheel] - slip[after - 1, wheel], axis=1)[near]
+    known = 1e3 * jumps[np.isfinite(jumps)]
+    if not len(known):
+        return jumps
+    steps = np.linalg.norm(np.diff(slip, axis=0), axis=2)
+    section.say("jump of slip, sampled", f"{np.median(known):.3f} mm/s median, {known.max():.3f} mm/s at most, between "
+                f"samples {1e3 * contacts.period:.3g} ms apart", jump_median=(np.median(known), "mm/s"),
+                jump_maximal=(known.max(), "mm/s"))
+    section.say("", f"{1e3 * np.median(steps):.3f} mm/s median between any two samples")
+    return jumps
+
+
+def draw(figure, switches, of_wheel, jumps):
+    has_jumps = np.isfinite(jumps).any()
+    rows = figure.subplots(2 if has_jumps else 1, 1, sharex=True, squeeze=False)[:, 0]
+    for wheel, mask in zip(WHEELS, of_wheel):
+        t, single = switches.t[mask], switches["count"][mask] == 1
+        both = single[1:] & single[:-1]
+        style = dict(linestyle="", marker=".", markersize=3, color=WHEEL_COLOURS[wheel])
+        rows[0].semilogy(t[1:][both], 1e3 * np.diff(t)[both], label=wheel, **style)
+        if has_jumps:
+            rows[1].plot(t, 1e3 * jumps[mask], **style)
+    rows[0].set_ylabel("time since the wheel's last switch, ms")
+    rows[0].legend(ncol=4)
+    if has_jumps:
+        rows[1].set_ylabel("jump of slip velocity, mm/s")
+    rows[-1].set_xlabel("t, s")

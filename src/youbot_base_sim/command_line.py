@@ -1,0 +1,165 @@
+"""How a program begins and ends: its arguments, what it refuses, standard output, exit status; as those in C++ do."""
+import argparse
+import contextlib
+import errno
+import importlib
+import os
+import reprlib
+import signal
+import subprocess
+import sys
+import time
+
+DONE, NOT_COMPLETED, REFUSED, INTERRUPTED = 0, 1, 2, 130  # exit status
+LONGEST_QUOTE = 60  # characters
+
+
+class Failed(Exception):
+    """What is asked for cannot be completed; the text says why."""
+    status = NOT_COMPLETED
+
+
+class Refused(Failed):
+    """What is asked for cannot be done with this input; one line says why."""
+    status = REFUSED
+
+
+def shown(name):
+    """A file's or topic's name as a message may show it: in one line, and only what a terminal can print."""
+    name = str(name)
+    return name if name.isprintable() else ascii(name)
+
+
+def quoted(value):
+    """A value of a file, cut where it is long: lists may hold each other a billion times."""
+    text = reprlib.repr(value)
+    return text if len(text) <= LONGEST_QUOTE else text[:LONGEST_QUOTE] + "..."
+
+
+def one_line(error):
+    return " ".join(str(error).split()) or type(error).__name__
+
+
+def is_full(error):
+    return error.errno in (errno.ENOSPC, errno.EFBIG, errno.EDQUOT)
+
+
+def reason_of(error):
+    """Why an output cannot be written, of an OSError; of those for a full disk, all say "no space"."""
+    return f"no space left for it ({error.strerror})" if is_full(error) else error.strerror
+
+
+def complain(name, text):
+    """Prints a line on standard error. Where that takes no more, as on a full disk, the exit status has to do."""
+    with contextlib.suppress(OSError):
+        print(f"{name}: {text}", file=sys.stderr, flush=True)
+
+
+class Parser(argparse.ArgumentParser):
+    """Refuses in one line, and texts that are given but empty, as an unset variable of a shell is."""
+
+    def __init__(self, name, description, **options):
+        super().__init__(prog=name, description=description, formatter_class=argparse.RawDescriptionHelpFormatter,
+                         **options)
+
+    def parse_args(self, argv=None):
+        arguments = super().parse_args(argv)
+        options = {action.dest: action.option_strings[-1] for action in self._actions if action.option_strings}
+        for name, value in vars(arguments).items():
+            if "" in (value if isinstance(value, list) else [value]):
+                self.error(f'{options.get(name, name)} = "": must not be empty')
+        return arguments
+
+    def error(self, message):
+        line = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in message)
+        raise Refused(f"{line}; see {self.prog} --help")
+
+
+class Progress:
+    """A bar on standard error, if that is a terminal: from `delay` s on, at most each `interval` s. A context, which
+    clears it."""
+
+    def __init__(self, total, delay=0, interval=0):
+        self.total, self.interval, self.is_shown = max(total, 1), interval, False
+        self.next_time = time.monotonic() + delay if sys.stderr.isatty() else float("inf")
+
+    def show(self, done, text):
+        if time.monotonic() < self.next_time:
+            return
+        self.next_time, self.is_shown = time.monotonic() + self.interval, True
+        share = min(done / self.total, 1)
+        print(f"\r\033[K[{'#' * int(40 * share):40}] {100 * share:3.0f} % {text}", end="", file=sys.stderr, flush=True)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        if self.is_shown:
+            print("\r\033[K", end="", file=sys.stderr, flush=True)
+
+
+class StandardOutput:
+    """Where it takes no more, the program still writes its other outputs; `error` keeps the reason."""
+
+    def __init__(self, stream):
+        self.stream, self.error = stream, None
+
+    def write(self, text):
+        self._attempt(lambda: self.stream.write(text))
+
+    def flush(self):
+        self._attempt(self.stream.flush)
+
+    def _attempt(self, action):
+        try:
+            if not self.error:
+                action()
+        except OSError as error:
+            self.error = error
+            os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # takes what the interpreter still holds
+
+
+@contextlib.contextmanager
+def interruptible(text):
+    """Turns an interrupt, by Ctrl-C or SIGTERM, into Failed with this text."""
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    except KeyboardInterrupt:
+        raise Failed(text)
+
+
+def run(name, main, *arguments):
+    """Runs main, which returns the exit status or None for DONE. Returns that of the whole program."""
+    for stream in ("stdin", "stdout", "stderr"):  # one that is closed must not become the number of an output
+        if getattr(sys, stream) is None:
+            setattr(sys, stream, open(os.devnull, "w"))
+    out = StandardOutput(sys.stdout)
+    with contextlib.redirect_stdout(out):
+        try:
+            status = main(*arguments) or DONE
+        except (Failed, OSError, subprocess.CalledProcessError) as error:
+            complain(name, error)
+            status = getattr(error, "status", NOT_COMPLETED)
+        except ModuleNotFoundError as error:
+            if error.name.startswith(__package__):
+                raise
+            complain(name, f"needs the Python module {error.name}: scripts/install_dependencies "
+                     f"python3-{error.name.partition('.')[0]}")
+            status = NOT_COMPLETED
+        except SystemExit as end:  # after --help
+            status = end.code
+        except KeyboardInterrupt:
+            status = INTERRUPTED
+        out.flush()
+    if not out.error:
+        return status
+    if status == DONE and not isinstance(out.error, BrokenPipeError):  # as of `analyse BAG | head`
+        complain(name, "standard output: cannot be written: " + reason_of(out.error))
+    return max(status, NOT_COMPLETED)
+
+
+def start(module):
+    """Runs `main` of a module of this package as a program of its name, and ends with its exit status."""
+    name = module.rpartition(".")[2]
+    sys.exit(run(name, lambda: importlib.import_module(f"{__package__}.{module}").main()))

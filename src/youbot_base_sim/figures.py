@@ -1,0 +1,55 @@
+"""What the figures of this package have in common. matplotlib is imported when a figure is made, without a display."""
+import io
+from pathlib import Path
+
+import numpy as np
+
+from .command_line import Refused
+from .files import write_whole
+
+BINS = 1200  # a curve's highest and lowest point in each are drawn: more could not be seen
+
+
+def new_figure(**options):
+    """A figure of matplotlib that needs no display."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+    figure = Figure(**options)
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def picture(figure, **options):
+    """The figure as a PNG."""
+    content = io.BytesIO()
+    figure.savefig(content, **{"format": "png", **options})
+    return content.getvalue()
+
+
+def save(figure, path, **options):
+    """Writes the figure whole, in the format of the file's ending, else as PNG. Throws Refused, Failed."""
+    ending = Path(path).suffix[1:].lower() or "png"
+    try:
+        write_whole(path, picture(figure, format=ending, **options))
+    except ValueError as error:  # of matplotlib: no format of this name
+        raise Refused(f"{path}: {error}")
+
+
+def thinned(*columns):
+    """Indices of the points of curves with many that are seen: where one of them is highest or lowest in each of BINS
+    stretches."""
+    count = len(columns[0])
+    if count <= 4 * BINS:
+        return np.arange(count)
+    chosen = {0, count - 1}
+    for stretch in np.array_split(np.arange(count), BINS):
+        for column in columns:
+            for blank, extreme in ((np.inf, np.argmin), (-np.inf, np.argmax)):
+                chosen.add(stretch[extreme(np.nan_to_num(column[stretch], nan=blank))])
+    return np.array(sorted(chosen))
+
+
+def curve(axis, t, y, **style):
+    """Draws y over t, thinned."""
+    i = thinned(y)
+    return axis.plot(t[i], y[i], **style)

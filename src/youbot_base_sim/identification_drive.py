@@ -1,0 +1,88 @@
+"""Drives a programme on cmd_vel, for identification_drive.launch; then the base stands.
+
+~programme: list of [s, m/s ahead, m/s left, rad/s]; ~scale: factor of all velocities, 0 to 2. A parameter that is wrong
+is refused with exit status 2.
+"""
+import contextlib
+import json
+
+import geometry_msgs.msg
+import rospy
+
+from .command_line import Parser, Refused
+
+RATE = 20  # Hz, often enough for drivers that stop without commands
+LONGEST, FASTEST, LARGEST_SCALE = 3600, 10, 2  # s; m/s and rad/s
+ROWS = (f"a list of one row or more, each [seconds, ahead, left, turning]: a finite number > 0, up to {LONGEST} s, "
+        f"and three from {-FASTEST} to {FASTEST} m/s or rad/s")
+
+
+def main():
+    Parser("identification_drive", __doc__).parse_args(rospy.myargv()[1:])
+    rospy.init_node("identification_drive")
+    with contextlib.suppress(rospy.ROSInterruptException):
+        drive(*read_parameters(rospy.get_param("~", {})))
+
+
+def drive(programme, scale):
+    publisher = rospy.Publisher("cmd_vel", geometry_msgs.msg.Twist, queue_size=10)
+    rospy.on_shutdown(lambda: publisher.publish(geometry_msgs.msg.Twist()))
+    wait_for_listeners(publisher)
+    rospy.loginfo("driving for %.0f s", sum(row[0] for row in programme))
+    rate = rospy.Rate(RATE)
+    end = rospy.Time.now()
+    for time, ahead, left, turning in programme:
+        end += rospy.Duration(time)
+        twist = geometry_msgs.msg.Twist()
+        twist.linear.x, twist.linear.y, twist.angular.z = scale * ahead, scale * left, scale * turning
+        while rospy.Time.now() < end:
+            publisher.publish(twist)
+            rate.sleep()
+
+
+def read_parameters(given):
+    """Programme and scale of {name: value}. An empty text, and "unset", count as not set, as for the other nodes."""
+    given = {name: value for name, value in given.items() if value not in ("", "unset")}
+    unknown = sorted(set(given) - {"programme", "scale"})
+    if unknown:
+        raise Refused(f"parameter ~{unknown[0]} is unknown; known are: programme, scale")
+    if "programme" not in given:
+        raise Refused("parameter ~programme is not set: must be " + ROWS)
+    rows, scale = given["programme"], number(given.get("scale", 1.0))
+    if scale is None or not 0 < scale <= LARGEST_SCALE:
+        raise refusal("scale", given["scale"], f"a finite number > 0, up to {LARGEST_SCALE}")
+    if not isinstance(rows, list) or not rows:
+        raise refusal("programme", rows, ROWS)
+    programme = []
+    for k, row in enumerate(rows):
+        numbers = [number(value) for value in row] if isinstance(row, list) else []
+        if len(numbers) != 4 or None in numbers or not 0 < numbers[0] <= LONGEST or \
+                not all(-FASTEST <= velocity <= FASTEST for velocity in numbers[1:]):
+            raise refusal(f"programme[{k}]", row, ROWS)
+        programme.append(numbers)
+    return programme, scale
+
+
+def number(value):
+    """A number, or a text that is one: YAML, as of roslaunch, takes 5e-1 for a text. Else None."""
+    if isinstance(value, bool) or not isinstance(value, (int, float, str)):
+        return None
+    if isinstance(value, str) and not set(value) <= set("0123456789.eE+-"):  # float() also takes 1_0
+        return None
+    try:
+        return float(value)
+    except ValueError:
+        return None
+
+
+def refusal(name, value, allowed):
+    text = json.dumps(value, default=str)
+    return Refused(f"parameter ~{name} = {text[:60] + '...' * (len(text) > 60)}: must be {allowed}")
+
+
+def wait_for_listeners(publisher):
+    """Until the driver and the recorder both listen."""
+    while publisher.get_num_connections() < 2:
+        rospy.loginfo_throttle(5, "waiting until both a driver and a recorder listen to cmd_vel")
+        rospy.sleep(0.1)
+    rospy.sleep(1.0)

@@ -1,0 +1,76 @@
+"""Plots what `identify --csv FILE` has written: rates and torques, recorded and fitted, and their difference.
+
+Grey stretches were held out: the fit has not seen them. Needs python3-matplotlib.
+"""
+import csv
+
+import numpy as np
+
+from .command_line import Parser, Refused, shown
+from .figures import new_figure, save
+from .files import Outputs
+from .palette import BLACK, BLUE, RED
+
+MODES = ("ahead", "sideways", "turning")
+SERIES = (("rate", "rad/s"), ("torque", "N m"))
+
+
+def read_columns(path):
+    """The columns of the file by their names."""
+    wanted = ["t", "held_out", *(f"{fitted}{series}_{mode}" for fitted in ("", "fitted_") for series, _ in SERIES
+                                 for mode in MODES)]
+    problem = "no rows"
+    try:
+        with open(path, newline="") as file:
+            rows = list(csv.DictReader(file))
+        if rows:
+            return {name: np.array([float(row[name]) for row in rows]) for name in wanted}
+    except OSError as error:
+        raise Refused(f"{shown(path)}: {error.strerror}")
+    except KeyError as error:
+        problem = f"no column {error}"
+    except (ValueError, TypeError, csv.Error) as error:
+        problem = error
+    raise Refused(f"{shown(path)}: {problem}; must be a file by `identify --csv`")
+
+
+def shade_held_out(axis, t, held_out):
+    bounds = np.flatnonzero(np.diff(held_out != 0, prepend=False, append=False))
+    for begin, end in zip(bounds[::2], bounds[1::2]):
+        axis.axvspan(t[begin], t[min(end, len(t) - 1)], color="0.9", linewidth=0)
+
+
+def draw(columns, series, unit, mode, above, below):
+    """Record and fit into the axis above, their difference into the one below."""
+    t, recorded, fitted = columns["t"], columns[f"{series}_{mode}"], columns[f"fitted_{series}_{mode}"]
+    above.plot(t, recorded, color=BLACK, linewidth=1.4, label="recorded")
+    above.plot(t, fitted, color=RED, linewidth=0.9, label="fitted")
+    above.set_title(f"{mode}: {series} of the wheels", fontsize=10, loc="left")
+    above.set_ylabel(unit)
+    below.plot(t, recorded - fitted, color=BLUE, linewidth=0.8)
+    below.axhline(0, color="0.5", linewidth=0.5)
+    below.set_ylabel("difference", fontsize=8)
+    for axis in (above, below):
+        shade_held_out(axis, t, columns["held_out"])
+        axis.margins(x=0)
+        axis.grid(alpha=0.3)
+
+
+def main(argv=None):
+    parser = Parser("plot_identification", __doc__)
+    parser.add_argument("table", metavar="FILE.csv")
+    parser.add_argument("plot", metavar="PLOT.png")
+    arguments = parser.parse_args(argv)
+    Outputs([arguments.table]).claim("PLOT", arguments.plot)
+    columns = read_columns(arguments.table)
+    figure = new_figure(figsize=(12, 9.5))
+    axes = figure.subplots(2 * len(MODES), len(SERIES), sharex=True, gridspec_kw={"height_ratios": [3, 1] * len(MODES)})
+    for row, mode in enumerate(MODES):
+        for column, (series, unit) in enumerate(SERIES):
+            draw(columns, series, unit, mode, axes[2 * row][column], axes[2 * row + 1][column])
+    axes[0][0].legend(loc="upper right", fontsize=8)
+    for axis in axes[-1]:
+        axis.set_xlabel("t, s")
+    figure.align_ylabels()
+    figure.tight_layout()
+    save(figure, arguments.plot, dpi=72)

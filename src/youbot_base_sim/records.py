@@ -1,0 +1,346 @@
+"""What a bag tells of a base, as arrays over time in SI units: a row a message, cleaned of what cannot be used."""
+import math
+from collections import Counter
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from .base import JOINTS, WHEELS, Base, sign_factors, velocity_sign
+from .command_line import Refused, shown
+
+# name -> message type, and the usual names of its topic, in any namespace, the best first
+TOPICS = {
+    "odom": ("nav_msgs/Odometry", ("odom",)),
+    "ground_truth": ("nav_msgs/Odometry", ("ground_truth", "base_pose_ground_truth")),
+    "joint_states": ("sensor_msgs/JointState", ("joint_states",)),
+    "roller_switches": ("youbot_base_sim/RollerSwitchStamped", ("roller_switches",)),
+    "contacts": ("youbot_base_sim/ContactsStamped", ("contacts",)),
+    "cmd_vel": ("geometry_msgs/Twist", ("cmd_vel",)),
+    "velocity_command": ("brics_actuator/JointVelocities", ("velocity_command",)),
+}
+POSE = ("x", "y", "psi", "V_X", "V_Y", "Omega")
+LARGEST = 1e9  # in SI units: beyond, a number is damaged
+POWERS = ("drive", "bearing", "roller", "floor", "external")
+
+
+class Missing(Exception):
+    """What an analysis needs and the bag lacks, in one line."""
+
+
+@dataclass
+class Series:
+    """Times, s, and columns of values with a row for each; `columns` are (n,) or, of the wheels, (n, 4). NaN is what is
+    not known."""
+    t: np.ndarray
+    columns: dict
+
+    def __getitem__(self, name):
+        return self.columns[name]
+
+    def __len__(self):
+        return len(self.t)
+
+    def known(self, *names):
+        """The rows in which these columns are known; none if a column is not there."""
+        if not set(names) <= set(self.columns):
+            return Series(self.t[:0], {})
+        rows = np.ones(len(self), bool)
+        for name in names:
+            rows &= np.isfinite(self.columns[name]).reshape(len(self), -1).all(axis=1)
+        return Series(self.t[rows], {name: values[rows] for name, values in self.columns.items()})
+
+    @property
+    def period(self):
+        """The usual time from one sample to the next, s."""
+        return float(np.median(np.diff(self.t))) if len(self) > 1 else math.inf
+
+    def at(self, t, name):
+        """Values at times t, linear in between; NaN before, after and within gaps."""
+        values = self.columns[name]
+        wide = values.reshape(len(self), -1)
+        result = np.stack([np.interp(t, self.t, column, left=np.nan, right=np.nan) for column in wide.T], axis=-1)
+        if len(self) > 1:
+            after = np.clip(np.searchsorted(self.t, t), 1, len(self) - 1)
+            in_gap = (self.t[after] - self.t[after - 1] > self.max_step) & ~np.isin(t, self.t)
+            result[in_gap] = np.nan
+        return result.reshape(np.shape(t) + values.shape[1:])
+
+    @property
+    def max_step(self):
+        """A longer step than this is a gap in the record, s."""
+        return 5 * self.period + 1e-9
+
+    def stretches(self):
+        """Slices without gaps, of two samples at least."""
+        breaks = np.flatnonzero(np.diff(self.t) > self.max_step) + 1
+        bounds = [0, *breaks, len(self)]
+        return [slice(a, b) for a, b in zip(bounds, bounds[1:]) if b - a > 1]
+
+
+@dataclass
+class Record:
+    """The series of a bag, None for those that it lacks.
+
+    odom, ground_truth: pose and velocity in the frame of the base. joint_states: rates positive forward, and, where the
+    bag has them, position and effort. commands: V_X, V_Y, Omega that were commanded, held until the next.
+    """
+    base: Base
+    series: dict = field(default_factory=dict)
+    topics: dict = field(default_factory=dict)  # of each series
+    unusable: dict = field(default_factory=dict)  # name -> why no message of its topic can be used
+    notes: list = field(default_factory=list)   # what was left out or is assumed, a line each
+
+    def get(self, name, *columns):
+        """The rows of a series in which these columns are known, None if there are none."""
+        return self.series[name].known(*columns) or None if name in self.series else None
+
+    def need(self, name, *columns):
+        series = self.get(name, *columns)
+        if not series:
+            raise Missing(self.lack(name, *columns))
+        return series
+
+    def lack(self, name, *columns):
+        """Why `get` has none."""
+        if name in self.series:
+            unknown = [column for column in columns if not self.series[name].known(column)]
+            return f"{shown(self.topics[name])} tells no {', '.join(unknown or columns)}"
+        if name in self.unusable:
+            return self.unusable[name]
+        kind, names = TOPICS[name]
+        return f"no {' or '.join(names)} ({kind})"
+
+
+def read_record(bag, base, chosen, progress):
+    """Reads a Record. `chosen` has topics by name that go before the usual ones; `progress(n)` hears of n messages."""
+    topics = find_topics(bag, chosen)
+    names = {topic: name for name, candidates in topics.items() for topic in candidates}
+    rows = {topic: [] for topic in names}
+    record, left_out = Record(base), LeftOut()
+    for n, (topic, message, arrival) in enumerate(bag.messages(list(names))):
+        progress(n)
+        try:
+            fields = FIELDS[names[topic]](message)
+            t = bag.time_of(message, arrival)
+        except (AttributeError, TypeError):  # another definition of this type
+            fields = None
+        row = left_out.cleaned(topic, fields)
+        if row:
+            rows[topic].append((t, *row))
+    record.notes += left_out.notes(names)
+    for name, candidates in topics.items():
+        used = [topic for topic in candidates if rows[topic]]
+        if not used:
+            record.unusable.update((name, left_out.why_none(topic)) for topic in reversed(candidates))
+            continue
+        record.topics[name] = used[0]
+        if len(used) > 1:
+            record.notes.append(f"takes {shown(used[0])}; has also {', '.join(map(shown, used[1:]))} (another: "
+                                f"--topic {name}=TOPIC)")
+        add_series(record, name, rows[used[0]])
+    return record
+
+
+class LeftOut:
+    """Replaces the fields of messages that cannot be used by NaN, and counts them."""
+
+    def __init__(self):
+        self.foreign, self.lacking, self.wild = Counter(), Counter(), Counter()  # numbers of messages
+        self.seen, self.filled = set(), set()  # topics; their fields that are not always empty
+
+    def cleaned(self, topic, fields):
+        """The numbers of a message in one row; None if nothing in it can be used."""
+        self.seen.add(topic)
+        if fields is None:
+            self.foreign[topic] += 1
+            return None
+        row, is_usable = [], False
+        for name, values in fields.items():
+            if values is not EMPTY:
+                self.filled.add((topic, name))
+            if values is EMPTY or values is MISCOUNTED:
+                self.lacking[topic, name] += 1
+            elif not all(abs(value) <= LARGEST for value in values):
+                self.wild[topic, name] += 1
+                values = (math.nan,) * len(values)
+            else:
+                is_usable = True
+            row += values
+        return row if is_usable else None
+
+    def why_none(self, topic):
+        """The reason where no message of a topic can be used."""
+        return f"{shown(topic)} has no message " + (
+            "with what is needed, such as wheels fl, fr, bl and br" if topic in self.foreign else
+            "with numbers that can be used" if topic in self.seen else "that can be read")
+
+    def notes(self, names):
+        for (topic, field_name), number in self.wild.items():
+            yield f"{shown(topic)}: {field_name} of {number} messages is not finite, or beyond {LARGEST:g}: left out"
+        for (topic, field_name), number in self.lacking.items():
+            if (topic, field_name) in self.filled:
+                yield (f"{shown(topic)}: {field_name} of {number} messages has fewer or more numbers than there are "
+                       "names: left out")
+        for topic, number in self.foreign.items():
+            if names[topic] != "joint_states":  # where an arm's joints are at home too
+                yield (f"{shown(topic)}: {number} messages lack what is needed, such as wheels fl, fr, bl and br: "
+                       "left out")
+
+
+def find_topics(bag, chosen):
+    """{name: topics that may tell it, the likeliest first}"""
+    found = {}
+    for name, (kind, usual) in TOPICS.items():
+        topics = {topic: topic.rsplit("/", 1)[-1] for topic in bag.types if bag.types[topic] == kind}
+        found[name] = sorted((topic for topic in topics if topics[topic] in usual),
+                             key=lambda topic: (usual.index(topics[topic]), topic.count("/"), topic))
+        if name in chosen:
+            found[name] = [chosen[name]]
+            if chosen[name] not in topics:
+                raise Refused(f"{shown(bag.path)}: {name}={shown(chosen[name])}: must be a topic of type {kind}; it "
+                              f"has {bag.shown_topics()}")
+    return found
+
+
+# What a message tells: {field: numbers}, each of which is used or left out as a whole; None for one of something else.
+
+# Fields of joint_states without a number for each name: these objects, not their likes.
+EMPTY, MISCOUNTED = [math.nan] * 4, [math.nan] * 4
+
+
+def pose_fields(message):
+    pose, twist = message.pose.pose, message.twist.twist
+    q = pose.orientation
+    psi = math.atan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y * q.y + q.z * q.z))
+    return {"pose": (pose.position.x, pose.position.y, psi), "twist": (twist.linear.x, twist.linear.y, twist.angular.z)}
+
+
+def joint_fields(message):
+    if not set(JOINTS) <= set(message.name):
+        return None
+    index = [message.name.index(joint) for joint in JOINTS]
+    return {name: [column[i] for i in index] if len(column) == len(message.name) else MISCOUNTED if column else EMPTY
+            for name, column in (("position", message.position), ("velocity", message.velocity),
+                                 ("effort", message.effort))}
+
+
+def switch_fields(message):
+    wheel = message.wheel.rsplit("_", 1)[-1]
+    if wheel not in WHEELS:
+        return None
+    return {"switch": (WHEELS.index(wheel), message.direction, getattr(message, "count", 1))}
+
+
+def contact_fields(message):
+    contacts = {contact.wheel.rsplit("_", 1)[-1]: contact for contact in message.contacts}
+    if set(contacts) != set(WHEELS):
+        return None
+    slip = [contacts[wheel].slip_velocity for wheel in WHEELS]
+    return {"kinetic_energy": (message.kinetic_energy,),
+            **{name + "_power": (getattr(message, name + "_power", 0.0),) for name in POWERS},
+            "slip_velocity": [component for velocity in slip for component in (velocity.x, velocity.y)],
+            "friction_share": [contacts[wheel].friction_share for wheel in WHEELS]}
+
+
+def twist_fields(message):
+    return {"twist": (message.linear.x, message.linear.y, message.angular.z)}
+
+
+def command_fields(message):
+    """Rates of the wheels; None unless the command names all four: the others keep their set points."""
+    rates = {entry.joint_uri: entry.value for entry in reversed(message.velocities) if entry.unit == "s^-1 rad"}
+    return {"velocities": [rates[joint] for joint in JOINTS]} if set(JOINTS) <= set(rates) else None
+
+
+FIELDS = {"odom": pose_fields, "ground_truth": pose_fields, "joint_states": joint_fields,
+          "roller_switches": switch_fields, "contacts": contact_fields, "cmd_vel": twist_fields,
+          "velocity_command": command_fields}
+
+
+def add_series(record, name, rows):
+    """Of rows in any order; of those with equal times the first, but of commands and switches, which may share one."""
+    table = np.array(rows, float)
+    table = table[np.argsort(table[:, 0], kind="stable")]
+    new = np.diff(table[:, 0], prepend=-np.inf) > 0
+    if name in ("roller_switches", "cmd_vel", "velocity_command"):
+        new[:] = True
+    if not new.all():
+        record.notes.append(f"{record.topics[name]}: {np.sum(~new)} messages have a stamp that was there before: left "
+                            "out (was the clock set back?)")
+    t, values = table[new, 0], table[new, 1:]
+    if name in ("odom", "ground_truth"):
+        columns = dict(zip(POSE, values.T))
+        there = np.isfinite(columns["psi"])
+        columns["psi"][there] = np.unwrap(columns["psi"][there])
+        record.series[name] = with_velocities(Series(t, columns), record, name)
+    elif name == "joint_states":
+        record.series[name] = wheel_series(t, values, record)
+    elif name == "roller_switches":
+        record.series[name] = Series(t, {"wheel": values[:, 0].astype(int), "direction": values[:, 1],
+                                         "count": values[:, 2]})
+    elif name == "contacts":
+        slip, share = np.split(values[:, 1 + len(POWERS):], [8], axis=1)
+        record.series[name] = Series(t, {**dict(zip(("kinetic_energy", *POWERS), values.T)),
+                                         "slip": slip.reshape(-1, 4, 2), "share": share})
+    else:
+        V = values.T if name == "cmd_vel" else record.base.velocities(values)
+        record.series[name] = Series(t, dict(zip(POSE[3:], V)))
+
+
+def with_velocities(series, record, name):
+    """Poses differentiated, where the twists are none of theirs, as in a motion capture's record."""
+    poses = series.known("x", "y", "psi")
+    if len(poses) < 3:
+        return series
+    step = np.diff(poses.t)
+    middle = lambda column: (column[1:] + column[:-1]) / 2
+    V = differentiated(poses)
+    way = np.hypot(V["V_X"], V["V_Y"])
+    off = np.hypot(V["V_X"] - middle(poses["V_X"]), V["V_Y"] - middle(poses["V_Y"]))
+    known = np.isfinite(off)
+    if known.any() and np.sum((off * step)[known]) <= 0.5 * np.sum((way * step)[known]):
+        return series
+    record.notes.append(f"{shown(record.topics[name])}: its twists are not those of its poses: takes the "
+                        "differences of the poses")
+    for column, values in V.items():
+        series.columns[column] = np.full(len(series), np.nan)
+        series.columns[column][np.isin(series.t, poses.t)] = np.interp(poses.t, middle(poses.t), values)
+    return series
+
+
+def differentiated(series):
+    """V_X, V_Y and Omega, means over the steps."""
+    step, psi = np.diff(series.t), (series["psi"][1:] + series["psi"][:-1]) / 2
+    dx, dy = np.diff(series["x"]) / step, np.diff(series["y"]) / step
+    return {"V_X": np.cos(psi) * dx + np.sin(psi) * dy, "V_Y": -np.sin(psi) * dx + np.cos(psi) * dy,
+            "Omega": np.diff(series["psi"]) / step}
+
+
+def wheel_series(t, values, record):
+    """Rates positive forward: velocities in the positions' sense, else differences of the positions."""
+    topic = shown(record.topics["joint_states"])
+    series = Series(t, dict(zip(("position", "rate", "effort"), np.split(values, 3, axis=1))))
+    positions, both = series.known("position"), series.known("position", "rate")
+    sign = velocity_sign(list(zip(both["position"].tolist(), both["rate"].tolist()))) if both else None
+    if not positions:
+        record.notes.append(f"{topic} tells no positions: the velocities are taken as positive forward")
+    elif sign is None and len(positions) > 1:
+        record.notes.append(f"{topic}: "
+                            f"{'its velocities do not agree with its positions' if both else 'tells no velocities'}"
+                            ": takes the differences of the positions")
+        series.columns["rate"] = np.full((len(t), 4), np.nan)
+        series.columns["rate"][np.isin(t, positions.t)] = rates_of(positions)
+    elif sign == "driver_exact":
+        record.notes.append(f"{topic}: velocities of fl and bl have the driver's opposite sign: turned round")
+    for name in ("rate", "effort"):
+        series.columns[name] = series[name] * np.array(sign_factors(sign))
+    if not np.nan_to_num(series["effort"]).any():
+        del series.columns["effort"]
+    return series
+
+
+def rates_of(positions):
+    """The positions differentiated, at their times."""
+    t, position = positions.t, positions["position"]
+    middle, rates = (t[1:] + t[:-1]) / 2, np.diff(position, axis=0) / np.diff(t)[:, None]
+    return np.stack([np.interp(t, middle, column) for column in rates.T], -1)

@@ -1,0 +1,189 @@
+"""What the physics beyond the paper does to motions: of each feature a finding, with numbers for the table of
+docs/beyond.md, and a figure. Each compares runs of a scene of config/scenes with and without the feature."""
+
+from dataclasses import dataclass
+from typing import Callable
+
+import numpy as np
+
+from ..report import Finding, FindingsTable
+from .builds import ROOT
+from .runs import DEGREES, Scene, mean
+
+TABLE = FindingsTable(ROOT / "docs" / "beyond.md", "scripts/beyond_figures", ("what", "scene", "what it does"))
+ROWS = 3000  # of a run
+CREEP = 5e-3  # m/s: a contact that slips faster slides rather than creeps
+
+
+@dataclass
+class Effect:
+    name: str          # of its figure
+    what: str          # in words
+    scene: str         # of config/scenes
+    runs: Callable     # Scene to a dictionary of label and scene
+    measure: Callable  # runs by label to Finding
+    to_the_limit: bool = False
+
+    def scenes(self):
+        scene = Scene(ROOT / "config" / "scenes" / f"{self.scene}.yaml")
+        return self.runs(scene.sampled(scene.duration, ROWS))
+
+    def record(self, recorder):
+        scenes = self.scenes()
+        recordings = recorder.record_all([(scene, "coulomb", True, self.to_the_limit) for scene in scenes.values()])
+        return dict(zip(scenes, recordings))
+
+    def row(self, finding):
+        return [self.what, f"`{self.scene}.yaml`", finding.measured()]
+
+
+EFFECTS = []
+
+
+def effect(name, what, scene, runs, to_the_limit=False):
+    """Adds an effect that the function measures."""
+    def add(measure):
+        EFFECTS.append(Effect(name, what, scene, runs, measure, to_the_limit))
+        return measure
+    return add
+
+
+def found(text, values):
+    return Finding("yes", text, values)
+
+
+def at(run, t):
+    """x, y, psi and the like at time t, s."""
+    return {key: np.interp(t, run.truth["t"], values) for key, values in run.truth.items()}
+
+
+def end(run):
+    return at(run, run.truth["t"][-1])
+
+
+def reactions(run, start, stop):
+    """Of the four wheels, in the mean from `start` to `stop` (s), N."""
+    t = run.contacts["t"]
+    shown = (start <= t) & (t <= stop)
+    return np.array([mean(t[shown], N[shown]) for N in run.contacts["normal"].T])
+
+
+def standstill(run):
+    """When the base comes to rest for good, s."""
+    truth = run.truth
+    moves = np.hypot(truth["V_X"], truth["V_Y"]) + 0.3 * np.abs(truth["Omega"]) > 1e-3
+    return truth["t"][np.flatnonzero(moves)[-1]]
+
+
+@effect("slope", "slope", "ramp",
+        lambda scene: {"5° uphill": scene, "level": scene.changed(floor=dict(slope=None))})
+def slope(runs):
+    up, level = runs.values()
+    top = np.argmax(up.truth["x"])
+    rear = [100 * N[2:].sum() / N.sum() for N in (reactions(up, 0.2, 1.5), reactions(up, 3, 4))]
+    return found("With 1.1 N m on each wheel for 1.5 s it climbs {:.2f} m, rolls on to {:.2f} m until {:.2f} s, "
+                 "and back, at {:.2f} m/s in the end; on the level {:.2f} m in 1.5 s. The rear wheels carry "
+                 "{:.1f} % of the weight while driven, {:.1f} % while it rolls back",
+                 [at(up, 1.5)["x"], up.truth["x"][top], up.truth["t"][top], -end(up)["V_X"], at(level, 1.5)["x"], *rear])
+
+
+@effect("patch", "a wet spot under two wheels", "wet_patch",
+        lambda scene: {"wet": scene, "dry": scene.changed(floor=dict(patches=None))})
+def patch(runs):
+    wet, dry = runs.values()
+    return found("On {:.2f} m sideways it turns by {:.0f}°, and by {:.1f}° where the spot is dry",
+                 [np.hypot(end(wet)["x"], end(wet)["y"]), end(wet)["psi"] * DEGREES, end(dry)["psi"] * DEGREES])
+
+
+@effect("load", "12 kg on the left of the front", "payload",
+        lambda scene: {"with the load": scene, "without": scene.changed(loads=None)})
+def load(runs):
+    loaded, free = runs.values()
+    more = reactions(loaded, 2, 3) - reactions(free, 2, 3)
+    return found("Put on at rest, it takes {:.1f} % of the speed at once, and in the end {:.0f} mm of {:.2f} m and "
+                 "{:.1f}° of heading. It presses with {:.0f}, {:.0f}, {:.0f} and {:.0f} N more on fl, fr, bl and br",
+                 [100 * (1 - at(loaded, 0.502)["V_Y"] / at(loaded, 0.498)["V_Y"]),
+                  1e3 * (end(free)["y"] - end(loaded)["y"]), end(free)["y"],
+                  (end(free)["psi"] - end(loaded)["psi"]) * DEGREES, *more])
+
+
+@effect("push", "a push of 60 N for 0.4 s", "push",
+        lambda scene: {"pushed": scene, "pushed, drives without dry friction":
+                       scene.changed(robot=dict(profile="measured", dry_friction=0))})
+def push(runs):
+    pushed, free = runs.values()
+    return found("The standing base rolls {:.0f} mm to the left and turns by {:.1f}°; friction of its drives and rollers "
+                 "stops it {:.2f} s after the push ends. Without the drives' dry friction {:.0f} mm and {:.1f}°",
+                 [1e3 * end(pushed)["y"], end(pushed)["psi"] * DEGREES, standstill(pushed) - 0.6, 1e3 * end(free)["y"],
+                  end(free)["psi"] * DEGREES])
+
+
+def braking_loads(scene):
+    low = [dict(scene.values["loads"][0], position=[0, 0, 0.3])]
+    return {"25 kg at 0.8 m": scene, "25 kg at 0.3 m": scene.changed(loads=low)}
+
+
+@effect("braking", "dynamic reactions, to the tipping limit", "braking", braking_loads, to_the_limit=True)
+def braking(runs):
+    tall, low = runs.values()
+    before, least = reactions(tall, 0.4, 0.5), low.contacts["normal"][low.contacts["t"] > 0.5].min(axis=0)
+    return found("Before it brakes the right wheels carry {:.0f} and {:.0f} N, the left ones {:.0f} and {:.0f} N; "
+                 "{:.0f} ms later the right ones are off the floor. With the load at 0.3 m it stays: the right ones keep "
+                 "{:.0f} and {:.0f} N at least",
+                 [before[1], before[3], before[0], before[2], 1e3 * (tall.contacts["t"][-1] - 0.5), least[1], least[3]])
+
+
+@effect("preload", "12 N of diagonal preload", "uneven_floor",
+        lambda scene: {"uneven floor": scene, "even": scene.changed(robot=dict(diagonal_preload=None))})
+def preload(runs):
+    uneven, even = runs.values()
+    return found("On {:.2f} m sideways the base leaves its line by {:.1f} mm and turns by {:.2f}°; on an even floor by "
+                 "{:.1f} mm and {:.2f}°",
+                 [end(uneven)["y"], abs(1e3 * end(uneven)["x"]), abs(end(uneven)["psi"] * DEGREES),
+                  abs(1e3 * end(even)["x"]), abs(end(even)["psi"] * DEGREES)])
+
+
+def sliding(run):
+    """Share of the time, of all contacts, that they slide rather than creep, %."""
+    return 100 * mean(run.contacts["t"], np.mean(run.contacts["slip"] > CREEP, axis=1))
+
+
+def sideways(run):
+    """Mean velocity from 1 s on, m/s."""
+    shown = run.truth["t"] >= 1
+    return mean(run.truth["t"][shown], run.truth["V_Y"][shown])
+
+
+@effect("spin", "spin friction", "case2",
+        lambda scene: {f"$a_m$ = {a} mm": scene.changed(floor=dict(spin_radius=a * 1e-3) if a else {})
+                       for a in (0, 1, 2)})
+def spin(runs):
+    none, one, two = runs.values()
+    away = [np.hypot(end(run)["x"] - end(none)["x"], end(run)["y"] - end(none)["y"]) for run in (one, two)]
+    return found("With a_m of 1 and 2 mm, V_Y is {:.1f} and {:.1f} % less in the mean. Contacts slip faster than 5 mm/s for "
+                 "{:.0f} and {:.0f} % of the time instead of {:.0f} %. After 30 s the base is {:.0f} and {:.0f} mm elsewhere",
+                 [*(100 * (1 - sideways(run) / sideways(none)) for run in (one, two)), sliding(one), sliding(two),
+                  sliding(none), *(1e3 * distance for distance in away)])
+
+
+def driven_by_torques(scene):
+    """Case 2 under the torques that move model 1 without dry friction."""
+    torque = [dict(start=0, constant=[-2.898, 2.800, 2.286, -2.384])]
+    return scene.changed(drive=dict(reference_motion=None, torque=torque), initial=dict(twist=[0, 0.5236, 0.2094]))
+
+
+@effect("dry", "dry friction of the drives", "case2",
+        lambda scene: {f"$T_1$ = {T:g} N m": driven_by_torques(scene).changed(robot=dict(dry_friction=T))
+                       for T in (0, 0.15, 0.3)})
+def dry(runs):
+    none, half, whole = runs.values()
+    away = np.hypot(end(whole)["x"] - end(none)["x"], end(whole)["y"] - end(none)["y"])
+    return found("Under the same torques V_Y is {:.1f} % less with 0.15 N m and {:.1f} % with 0.3 N m; after 30 s the base "
+                 "is {:.2f} m elsewhere with 0.3 N m, which has turned it by {:.0f}° instead of {:.0f}°",
+                 [*(100 * (1 - sideways(run) / sideways(none)) for run in (half, whole)), away,
+                  *(end(run)["psi"] * DEGREES for run in (whole, none))])
+
+
+def findings(recorder):
+    """Of all effects, measured."""
+    return [one.measure(one.record(recorder)) for one in EFFECTS]

@@ -1,0 +1,203 @@
+"""Counts the instructions that each model, output and feature takes for a simulated second of the paper's Case 2, and
+prints them as Markdown tables; to OUT.md too, if it is given. Builds what it needs in build/bench_ros/ and installs
+valgrind if it is missing. Counts the node's part where there is ROS; needs no ROS master.
+
+Instructions do not depend on what else the machine does. Each number is that of a long run less that of a short one, so
+that start-up does not count.
+"""
+import json
+import re
+import subprocess
+import tempfile
+from pathlib import Path
+
+from ..command_line import Failed, Parser
+from ..files import write_whole
+from ..report import table
+from .builds import ROOT, build
+
+SHORT, LONG = 1.0, 4.0  # s of simulated time
+ALLOWED = 1.0  # %, of what is switched off
+RUNS = 10  # of which the quickest tells the time
+MODELS = {"no_slip": "1", "viscous": "2a", "coulomb": "2b"}
+REACTIONS = {"normal_reactions": "dynamic", "com_height": 0.034}
+BEYOND = {  # sections of a scene, each with the keys that a feature takes
+    "friction of each wheel": {"floor": {"friction": [0.5, 0.45, 0.5, 0.55]}},
+    "slope of 1 degree": {"floor": {"slope": {"angle": 0.0175, "uphill": 0.5}}},
+    "wet patch": {"floor": {"patches": [{"rectangle": [2.2, 0.5, 2.8, 1.0], "friction": 0.2}]}},
+    "dynamic normal reactions": {"robot": REACTIONS},
+    "the same, diagonal preload of 10 N": {"robot": {**REACTIONS, "diagonal_preload": 10}},
+    "the same, rocking front axle": {"robot": {**REACTIONS, "load_sharing": "rocking_front"}},
+    "load of 10 kg": {"loads": [{"mass": 10, "position": [0.1, 0, 0.15]}]},
+    "push of 5 N": {"wrenches": [{"force": [5, 0, 0], "point": [0, 0, 0.1]}]},
+    "spin friction, 1 mm": {"floor": {"spin_radius": 0.001}},
+    "dry friction of drives and rollers": {"robot": {"dry_friction": 0.18, "roller_dry_friction": 0.073}},
+}
+
+
+def all_of(features, but):
+    """The sections of all features together, without those whose name has `but` in it: a preload and a rocking axle
+    exclude each other."""
+    sections = {}
+    for name, feature in features.items():
+        for section, keys in feature.items() if but not in name else ():
+            sections[section] = {**sections.get(section, {}), **keys} if isinstance(keys, dict) else keys
+    return sections
+
+
+class Counter:
+    """Instructions of a program, for a simulated second of a case of the paper."""
+
+    def __init__(self, folder, case="case2"):
+        self.folder, self.case = folder, case
+        self.text = (ROOT / "config" / "scenes" / f"{case}.yaml").read_text()
+        self.sections = {}  # added to it
+
+    def scene(self, duration, output_rate=100.0):
+        text = self.text
+        for key, value in (("duration", duration), ("output_rate", output_rate)):
+            text, found = re.subn(rf"(?m)^{key}:.*$", f"{key}: {value!r}", text)
+            if found != 1:
+                raise Failed(f"{self.case}.yaml: must have one {key}")
+        path = self.folder / f"scene_{duration:g}_{output_rate:g}.yaml"
+        path.write_text(text + "".join(f"\n{key}: {json.dumps(value)}" for key, value in self.sections.items()))
+        return path
+
+    def instructions(self, command):
+        command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", *map(str, command)]
+        done = subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        collected = re.search(r"Collected : (\d+)", done.stderr)
+        if done.returncode or not collected:
+            raise Failed(f"{' '.join(command)} failed:\n{done.stderr}")
+        return int(collected[1])
+
+    def per_second(self, command, output_rate=100.0):
+        """`command` has SCENE where the scene's file name goes."""
+        short, long = (self.instructions([self.scene(duration, output_rate) if word == "SCENE" else word
+                                          for word in command]) for duration in (SHORT, LONG))
+        return (long - short) / (LONG - SHORT)
+
+    def real_time(self, simulate):
+        """How many times as fast as real time the whole of the paper's case runs, at its best of several runs."""
+        scene, summary = ROOT / "config" / "scenes" / f"{self.case}.yaml", self.folder / "summary.json"
+        factors = []
+        for _ in range(RUNS):
+            subprocess.run([simulate, scene, "--quiet", "--summary", summary], check=True)
+            numbers = json.loads(summary.read_text())
+            factors.append(numbers["simulated_time"] / numbers["cpu_time"])
+        return max(factors)
+
+    def steps(self, simulate, model):
+        """Of a simulated second: steps accepted, all that were tried, and Newton iterations."""
+        sums = []
+        for duration in (SHORT, LONG):
+            summary = self.folder / "summary.json"
+            subprocess.run([simulate, self.scene(duration), "--model", model, "--quiet", "--summary", summary],
+                           check=True)
+            numbers = json.loads(summary.read_text())
+            sums.append((numbers["steps"], sum(v for k, v in numbers.items() if k.endswith("steps")),
+                         numbers["newton_iterations"]))
+        return [(long - short) / (LONG - SHORT) for short, long in zip(*sums)]
+
+
+def models(counter, simulate):
+    rows = []
+    for model, name in MODELS.items():
+        count = counter.per_second([simulate, "SCENE", "--quiet", "--model", model])
+        accepted, tried, _ = counter.steps(simulate, model)
+        rows.append([f"{model} ({name})", f"{count / 1e6:.4g} M", f"{accepted:.0f}", f"{tried:.0f}",
+                     f"{count / tried:.0f}"])
+    head = ["model", "instructions a simulated second", "steps a second", "tried", "instructions a step tried"]
+    return f"\n## Models\n\n`simulate --quiet` without outputs, 100 rows a second.\n\n{table(head, rows)}"
+
+
+def beyond(counter, simulate, title):
+    real_time = counter.real_time(simulate)
+    rows, paper = [], None
+    for name, sections in {"the paper": {}, **BEYOND, "all, with the preload": all_of(BEYOND, but="rocking"),
+                           "all, with the rocking axle": all_of(BEYOND, but="preload")}.items():
+        counter.sections = sections
+        count = counter.per_second([simulate, "SCENE", "--quiet"])
+        paper = paper or count
+        _, tried, iterations = counter.steps(simulate, "coulomb")
+        rows.append([name, f"{count / 1e6:.3g} M", f"{count / paper:.2f}", f"{tried:.0f}", f"{iterations / tried:.2f}",
+                     f"{real_time * paper / count:.0f}"])
+    counter.sections = {}
+    head = [f"in {title}", "instructions a second", "of the paper's", "steps tried a second",
+            "Newton iterations a step", "times real time"]
+    return f"\n## Beyond the paper, {title}, model 2b\n\n{table(head, rows)}"
+
+
+def features(title, what, commands, counter, output_rate=100.0):
+    """A table of features, by their names: each beside the first, which has none of them. Names with a * are of what is
+    switched off, and so must cost next to nothing."""
+    counts = {name: counter.per_second(command, output_rate) for name, command in commands.items()}
+    bare = next(iter(counts.values()))
+    rows = []
+    for name, count in counts.items():
+        more = 100 * (count / bare - 1)
+        verdict = "" if "*" not in name else "within 1 %" if more <= ALLOWED else "**not within 1 %**"
+        rows.append([name.replace("*", ""), f"{count / 1e6:.4g} M", f"{more:+.2f} %", verdict])
+    return f"\n## {title}\n\n{table([what, 'instructions a simulated second', 'more than bare', ''], rows)}"
+
+
+def outputs(counter, simulate, bench, rate, options):
+    command = [simulate, "SCENE", "--quiet"]
+    return features(f"Outputs of simulate, model 2b, {rate:g} rows a second", "outputs", {
+        "a bare loop around Simulation::advance_to": [bench, "rows", "SCENE"],
+        "*simulate --quiet: none": command,
+        **{f"--{option}": [*command, f"--{option}", counter.folder / f"out.{option}"] for option in options},
+    }, counter, rate)
+
+
+def node(counter, bench):
+    topics = subprocess.run([bench, "topics", counter.scene(SHORT)], check=True, stdout=subprocess.PIPE,
+                            text=True).stdout.split()
+
+    def run(rate, rollers="", bag="", listened=()):
+        return [bench, "node", "SCENE", rate, bag, rollers, *listened]
+
+    bag = counter.folder / "node.bag"
+    joints = "base/joint_states"
+    return features("The node, model 2b, control period 1 ms",
+                    "topics with a listener (their messages are made and serialised)", {
+        "Simulation::advance_periods alone, driven alike": [bench, "periods", "SCENE"],
+        "*none, 50 Hz": run(50),
+        "*none, 50 Hz, publish_rollers": run(50, "rollers"),
+        "*none, 1000 Hz": run(1000),
+        **{f"`{topic}`, 50 Hz": run(50, listened=[topic]) for topic in topics},
+        f"`{joints}`, 50 Hz, publish_rollers": run(50, "rollers", listened=[joints]),
+        **{f"all, {rate} Hz{f', publish_{rollers}' if rollers else ''}": run(rate, rollers, listened=topics)
+           for rate in (50, 1000) for rollers in ("", "rollers")},
+        "none, 50 Hz, bag": run(50, bag=bag),
+        "none, 50 Hz, bag, publish_rollers": run(50, "rollers", bag),
+        "none, 1000 Hz, bag": run(1000, bag=bag),
+    }, counter)
+
+
+def sections(simulate, bench):
+    yield ("# What each feature costs\n\nInstructions (callgrind) for a simulated second of Case 2: a run of "
+           f"{LONG:g} s less one of {SHORT:g} s. Times real time: the ratio of instructions, applied to what the\n"
+           "paper's case takes here.\n")
+    with_ros = "devel" in simulate.parts
+    with tempfile.TemporaryDirectory() as folder:
+        counter = Counter(Path(folder))
+        yield models(counter, simulate)
+        yield beyond(Counter(Path(folder), "case1_counter_clockwise"), simulate, "Case 1")
+        yield beyond(counter, simulate, "Case 2")
+        for rate in (100.0, 1000.0):
+            yield outputs(counter, simulate, bench, rate, ["csv", "switches", "summary"] + ["bag"] * with_ros)
+        if with_ros:
+            yield node(counter, bench)
+
+
+def main():
+    parser = Parser("feature_cost", __doc__)
+    parser.add_argument("out", nargs="?", metavar="OUT.md")
+    out = parser.parse_args().out
+    text = ""
+    for section in sections(*build("simulate", "feature_cost", packages=["valgrind"], ros=True)):
+        print(section, end="", flush=True)
+        text += section
+    if out:
+        write_whole(out, text)

@@ -1,0 +1,254 @@
+"""What was measured on real youBots, and the same measured on the simulated base."""
+import csv
+import math
+import subprocess
+import tempfile
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+
+from ..base import DRIVER_RADIUS, GRAVITY, WHEELS, Base
+from ..figures import new_figure, save
+from ..palette import BLUE, RED
+from .builds import ROOT
+
+YOUBOT = Base()
+SCALES = {"A": 1.3, "B": 0.76}
+GAINS = (0.4, 1.2)           # of the velocity loops, N m s/rad and N m/rad
+CONTROL_PERIOD = 1e-3        # s
+RATE = 200                   # of rows, Hz
+STARTS = 32                  # sets of angles at which wheels may start
+PROFILES = {"paper": "paper", "measured": "measured",
+            **{robot: f"{{name: measured, friction_scale: {scale}}}" for robot, scale in SCALES.items()}}
+
+
+class Run:
+    """A run of `simulate` in which the wheels track constant rates: its rows, RATE a second, by the names of their
+    columns, and the motors' torques."""
+
+    simulate = None  # the program
+
+    def __init__(self, robot, rates, duration, initial="", floor="", gains=GAINS):
+        with tempfile.TemporaryDirectory() as folder:
+            scene, table, rows = (Path(folder) / name for name in ("scene.yaml", "table.csv", "rows.csv"))
+            table.write_text(f"t,{','.join(WHEELS)}\n0,{','.join(map(repr, rates))}\n")
+            scene.write_text(f"duration: {duration}\noutput_rate: {RATE}\nrobot: {robot}\nfloor: {{{floor}}}\n"
+                             f"initial: {{{initial}}}\nmotors: {{velocity_proportional_gain: {gains[0]}, "
+                             f"velocity_integral_gain: {gains[1]}}}\nsolver: {{relative_tolerance: 1e-5}}\n"
+                             "drive: {velocity_table: table.csv}\n")
+            subprocess.run([self.simulate, scene, "--quiet", "--csv", rows], check=True)
+            with open(rows) as file:
+                names = file.readline().strip().split(",")
+                self.rows = dict(zip(names, np.loadtxt(file, delimiter=",").T))
+        # The velocity loops' law; none comes to its limit here. Their integral is a sum over control periods, both ends
+        # included.
+        lacking = rates - self.dphi()
+        behind = np.outer(self.rows["t"], rates) - (self.phi() - self.phi()[0])
+        self.torque = gains[0] * lacking + gains[1] * (behind + CONTROL_PERIOD / 2 * (lacking + lacking[0]))
+
+    def phi(self):
+        return np.array([self.rows["phi_" + wheel] for wheel in WHEELS]).T
+
+    def dphi(self):
+        return np.array([self.rows["dphi_" + wheel] for wheel in WHEELS]).T
+
+
+def profile(name):
+    return f"{{profile: {PROFILES[name]}}}"
+
+
+def steady_torques(base, robot, velocity, floor=""):
+    """Mean torque of each wheel as the base's records have it, N m: A at constant speed, B over 4 s from rest, here
+    without the first half second. A wheel that is commanded to stand holds what it stopped with, which matters at 45
+    degrees."""
+    duration, skipped = (20, 10) if base == "A" else (4, 0.5)
+    torque = Run(robot, YOUBOT.rolling_rates(*velocity), duration, floor=floor).torque
+    return torque[int(skipped / duration * len(torque)):].mean(axis=0)
+
+
+def mean_torque(base, name, V_X, V_Y, Omega):
+    """Mean over the wheels of |mean torque|, N m."""
+    return float(np.abs(steady_torques(base, profile(name), (V_X, V_Y, Omega))).mean())
+
+
+def directions_of_B():
+    """Direction of travel, degrees, and torque on linoleum, N m, as recorded."""
+    with open(ROOT / "docs" / "validation" / "robot_b.csv", newline="") as file:
+        return [(float(row["degrees"]), float(row["linoleum"])) for row in csv.DictReader(file)]
+
+
+def velocity_along(degrees, speed=0.2):
+    return speed * math.cos(math.radians(degrees)), speed * math.sin(math.radians(degrees)), 0
+
+
+def torque_table():
+    motions = [("A", "ahead, 0.1 m/s", (0.1, 0, 0), 0.237), ("A", "sideways, 0.1 m/s", (0, 0.1, 0), 1.024),
+               ("A", "turning, 0.314 rad/s", (0, 0, 0.314), 0.666), ("B", "ahead, 0.1 m/s", (0.1, 0, 0), 0.159),
+               *(("B", what + ", 0.2 m/s", velocity_along(degrees), real) for degrees, what, real in (
+                   (0, "ahead", 0.168), (30, "30 degrees", 0.451), (45, "45 degrees", 0.504), (60, "60 degrees", 0.698),
+                   (90, "sideways", 0.719)))]
+    print("\n| robot | motion | real, N m | `measured`, N m | off by | `paper`, N m |\n|---|---|---|---|---|---|")
+    for robot, what, velocity, real in motions:
+        ours, paper = mean_torque(robot, robot, *velocity), mean_torque(robot, "paper", *velocity)
+        print(f"| {robot} | {what} | {real:.3f} | {ours:.3f} | {ours - real:+.3f}, {100 * (ours / real - 1):+.0f} % | "
+              f"{paper:.3f} |", flush=True)
+
+
+# What a base's records have of a wheel's torque, N m: how to get it from the means of four wheels.
+SIZE, AHEAD, TURNING = (lambda wheels: float(np.abs(wheels).mean()), lambda wheels: float(wheels @ [1, 1, 1, 1]) / 4,
+                        lambda wheels: float(wheels @ [-1, 1, -1, 1]) / 4)
+CIRCLE = (0.1, 0, 0.25)
+STEADY_OF_A = [((0.1, 0, 0), SIZE, 0.237), ((0, 0.1, 0), SIZE, 1.024), ((0, 0, 0.314), SIZE, 0.666),
+               (CIRCLE, AHEAD, 0.243), (CIRCLE, TURNING, 0.492)]
+TRANSIENT_OF_B = 0.01  # N m: of the start, which B's means include and ours leave out
+FITTED = ("dry_friction", "wheel_damping", "roller_dry_friction", "roller_damping", "roller_dry_friction_rate")
+MEASURED = np.array([0.18, 0.01, 0.073, 0.0025, 2])
+STEPS = np.array([0.01, 0.003, 0.004, 0.0003, 0.2])  # by which the effect of each is measured
+LEAST = np.array([0, 0, 0, 0, 0.3])
+
+
+def off(values, spin_radius):
+    """What the two robots under these frictions are off the records, N m: five figures of A, 19 directions of B."""
+    def robot(scale):
+        scaled = values * ([scale] * 4 + [1])
+        return "{" + ", ".join(f"{key}: {value!r}" for key, value in zip(FITTED, scaled.tolist())) + "}"
+    motions = [("A", *record) for record in STEADY_OF_A]
+    motions += [("B", velocity_along(degrees), SIZE, torque - TRANSIENT_OF_B) for degrees, torque in directions_of_B()]
+
+    def one(motion):
+        base, velocity, part, torque = motion
+        return part(steady_torques(base, robot(SCALES[base]), velocity, f"spin_radius: {spin_radius}")) - torque
+    with ThreadPoolExecutor() as pool:
+        all_off = np.array(list(pool.map(one, motions)))
+    return all_off[:len(STEADY_OF_A)], all_off[len(STEADY_OF_A):]
+
+
+def rms(values):
+    return math.sqrt(np.mean(np.square(values)))
+
+
+def fit(free, spin_radius):
+    """The first `free` of FITTED, for which both robots are off least; each counts for half. Gauss and Newton's method;
+    the problem is nearly linear, and two rounds end it."""
+    def residuals(values):
+        return np.concatenate([part / math.sqrt(len(part)) for part in off(values, spin_radius)])
+    values = MEASURED.copy()
+    for _ in range(2):
+        here = residuals(values)
+        slopes = [(residuals(values + step) - here) / step.sum() for step in np.diag(STEPS)[:free]]
+        values[:free] -= np.linalg.lstsq(np.array(slopes).T, here, rcond=None)[0]
+        values = np.maximum(values, LEAST)
+    return values
+
+
+def fit_table():
+    print("\n| friction | " + " | ".join(f"`{key}`" for key in FITTED) + " | off A, N m | off B, N m |")
+    print("|---" * (len(FITTED) + 3) + "|")
+    for what, free, spin_radius in (("`measured`", 0, 0), ("fitted again", 4, 0),
+                                    ("`measured`, spin radius 2 mm", 0, 2e-3), ("fitted with it", 4, 2e-3),
+                                    ("fitted with it, and the smoothing too", 5, 2e-3)):
+        values = fit(free, spin_radius) if free else MEASURED
+        print(f"| {what} | " + " | ".join(f"{value:.3g}" for value in values) +
+              " | " + " | ".join(f"{rms(part):.4f}" for part in off(values, spin_radius)) + " |", flush=True)
+
+
+def crossing(t, rate, share):
+    """When the rate first comes to a share of its final value, 1."""
+    k = np.argmax(rate >= share)
+    return t[k - 1] + (t[k] - t[k - 1]) * (share - rate[k - 1]) / (rate[k] - rate[k - 1])
+
+
+def rise_and_overshoot(robot, gains, velocity, phi):
+    """Of the wheels' rates over the commanded ones, from rest at angles `phi`: the mean over the wheels of their times
+    from 10 to 90 %, s; that of their mean in samples of 10 a second, s; the overshoot of their mean, without the ripple
+    of single rollers, %."""
+    target = np.array(Base(wheel_radius=DRIVER_RADIUS).rolling_rates(*velocity))
+    run = Run(robot, target.tolist(), 4, f"wheel_angles: {list(phi)}", gains=gains)
+    t, rates = run.rows["t"], run.dphi() / target
+    rise = np.mean([crossing(t, rate, 0.9) - crossing(t, rate, 0.1) for rate in rates.T])
+    tenths = rates[::RATE // 10].mean(axis=1)
+    smooth = np.convolve(rates.mean(axis=1), np.ones(RATE // 10) / (RATE // 10), mode="valid")
+    return rise, 0.1 * float(np.argmax(tenths >= 0.9) - np.argmax(tenths >= 0.1)), 100 * (smooth.max() - 1)
+
+
+def rise_table():
+    starts = [(0, 0, 0, 0)] + np.random.default_rng(1).uniform(0, math.pi / 3, (STARTS, 4)).round(4).tolist()
+    print("\n| friction | gains | ahead, 0.1 m/s | sideways, 0.1 m/s | turning, 0.314 rad/s |\n|---|---|---|---|---|")
+    print("| base A | | 0.26 s, 21 % | 0.50 to 0.54 s, 15 % | 0.32 s, 13 % |")
+    at_10_Hz = []
+    for what, name, gains in (("`paper`", "paper", GAINS), ("`measured`", "measured", GAINS),
+                              ("A's", "A", (0.4, 0.9)), ("A's", "A", GAINS), ("A's", "A", (0.4, 1.6))):
+        cells = []
+        for velocity in (0.1, 0, 0), (0, 0.1, 0), (0, 0, 0.314):
+            def respond_from(phi):
+                return rise_and_overshoot(profile(name), gains, velocity, phi)
+            with ThreadPoolExecutor() as pool:
+                ours = np.array(list(pool.map(respond_from, starts)))
+            low, high = np.quantile(ours[1:, 0], (0.05, 0.95))
+            mean_rise, _, mean_overshoot = ours[1:].mean(axis=0)
+            cells.append(f"{ours[0, 0]:.2f}; {mean_rise:.2f} ({low:.2f} to {high:.2f}) s, {abs(mean_overshoot):.0f} %")
+            at_10_Hz.append(f"{what}, I {gains[1]}: {ours[0, 1]:.1f}")
+        print(f"| {what} | {gains[0]}, {gains[1]} | " + " | ".join(cells) + " |", flush=True)
+    print("\nfrom angle 0, in samples of 10 Hz, s: " + "; ".join(at_10_Hz))
+
+
+def ripple(name):
+    """Of the torque sideways at 0.2 m/s: cycles per turn of the wheel, and amplitude, N m."""
+    run = Run(profile(name), YOUBOT.rolling_rates(0, 0.2, 0), 20, "twist: [0, 0.2, 0]")
+    wheel = run.torque[len(run.torque) // 2:, 1]
+    spectrum = np.abs(np.fft.rfft((wheel - wheel.mean()) * np.hanning(len(wheel)))) * 4 / len(wheel)
+    frequency = np.fft.rfftfreq(len(wheel), 1 / RATE)
+    turns = (run.phi()[-1, 1] - run.phi()[len(run.phi()) // 2, 1]) / (2 * math.pi) / 10
+    return frequency[spectrum.argmax()] / turns, spectrum.max()
+
+
+def ways(robot, base, floor="", gains=GAINS):
+    """Way sideways over way ahead for each turn of the wheels, and turning while going round sideways over the same
+    ahead."""
+    def way(V_X, V_Y, Omega):
+        run = Run(robot, base.rolling_rates(V_X, V_Y, Omega), 30, f"twist: [{V_X}, {V_Y}, {Omega}]", floor, gains)
+        first = len(run.rows["t"]) // 3
+        x, y, psi = (run.rows[key][first:] for key in ("x", "y", "psi"))
+        middle = 0.5 * (psi[1:] + psi[:-1])
+        along = np.sum(np.diff(x) * np.cos(middle) + np.diff(y) * np.sin(middle))
+        across = np.sum(np.diff(y) * np.cos(middle) - np.diff(x) * np.sin(middle))
+        rolled = np.mean(np.abs(np.diff(run.phi()[[first, -1]], axis=0))) * base.wheel_radius
+        return (along if V_X else across) / rolled, (psi[-1] - psi[0]) / rolled
+    speed, Omega = 0.07, 0.14
+    ahead, sideways = way(speed, 0, 0)[0], way(0, speed, 0)[0]
+    return sideways / ahead, way(0, speed, Omega)[1] / way(speed, 0, Omega)[1]
+
+
+def gain_table():
+    C, limit_C = Base(0.03, 0.0215, 0.1015, 0.1075, 8), 0.5 * 3.4 * GRAVITY / 4  # f N of a wheel, N
+    geometry_C = ("body_mass: 3, wheel_mass: 0.1, total_inertia: 0.05, wheel_inertia: 1e-4, com: [0, 0], " +
+                  ", ".join(f"{key}: {value}" for key, value in vars(C).items()) +
+                  ", wheel_damping: 1e-3, roller_damping: 1e-6")
+    free_C, dry_C = f"{{{geometry_C}}}", f"{{{geometry_C}, roller_dry_friction: {2.2e-3 * limit_C}}}"
+    gentle = (0.02, 0.1)  # gains for wheels of a sixtieth of the youBot's inertia
+    print("\n| wheels | k_Y/k_X | q |\n|---|---|---|")
+    for what, *arguments in (*((f"the youBot, {whose} friction", profile(name), YOUBOT)
+                               for whose, name in (("paper's", "paper"), ("A's", "A"), ("B's", "B"))),
+                             ("C, rollers without friction", free_C, C, "", gentle),
+                             ("C, dry rollers, 2.2 mm times f N", dry_C, C, "", gentle),
+                             ("C, dry rollers and spin friction, 2 mm", dry_C, C, "spin_radius: 2e-3", gentle)):
+        lateral, turning = ways(*arguments)
+        print(f"| {what} | {lateral:.4f} | {turning:.4f} |", flush=True)
+
+
+def draw(path):
+    real = directions_of_B()
+    degrees, torques = zip(*real)
+    figure = new_figure(figsize=(7, 4.2))
+    axes = figure.subplots()
+    axes.plot(degrees, torques, "ko", label="robot B on linoleum, measured")
+    for key, label, style in (("B", "profile measured, times 0.76", dict(linestyle="-", color=RED)),
+                              ("paper", "the paper's friction", dict(linestyle="--", color=BLUE))):
+        axes.plot(degrees, [mean_torque("B", key, *velocity_along(angle)) for angle in degrees], label=label, **style)
+    axes.set(xlabel="direction of travel, degrees (0 ahead, 90 sideways)", ylabel="mean torque of a wheel, N m",
+             ylim=(0, None), xlim=(0, 90), title="0.2 m/s")
+    axes.grid(alpha=0.3)
+    axes.legend()
+    figure.tight_layout()
+    save(figure, path, dpi=120)

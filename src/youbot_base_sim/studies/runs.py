@@ -1,0 +1,265 @@
+"""Runs of `simulate`: a scene changed in some keys, recorded in a bag, and the bag as arrays.
+
+Bags are kept under the hash of what they depend on, so that no run is done twice.
+"""
+import contextlib
+import copy
+import fcntl
+import hashlib
+import math
+import os
+import shutil
+import subprocess
+import tempfile
+import threading
+from concurrent.futures import ThreadPoolExecutor
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+import yaml
+
+from ..bags import Bag
+from ..base import JOINTS, WHEELS
+from ..command_line import REFUSED, Failed, Refused, one_line
+from .builds import digest
+
+MODELS = ("no_slip", "viscous", "coulomb")  # the paper's 1, 2a and 2b
+DEGREES = 180 / math.pi
+
+
+def mean(t, values):
+    """Over time."""
+    return np.trapz(values, t) / (t[-1] - t[0])
+
+
+class PlainDumper(yaml.SafeDumper):
+    """Writes every scalar as it was read, without quotes."""
+    yaml_implicit_resolvers = {}
+
+
+class Scene:
+    """A scene file. All its scalars stay the text that they are: only `simulate` knows what they mean."""
+
+    def __init__(self, path):
+        self.path = Path(path)
+        try:
+            self.values = yaml.load(self.path.read_text(), Loader=yaml.BaseLoader)
+        except (OSError, UnicodeDecodeError) as error:
+            raise Refused(f"{path}: {getattr(error, 'strerror', None) or 'must be text'}")
+        except yaml.YAMLError as error:
+            raise Refused(f"{path}: must be YAML: {one_line(error)}")
+        self.tables = []
+        if not isinstance(self.values, dict):
+            return  # for simulate to refuse
+        drive = self.values.get("drive")
+        for key in ("torque_table", "velocity_table"):
+            if isinstance(drive, dict) and isinstance(drive.get(key), str):
+                self.tables.append(self.path.parent.absolute() / drive[key])
+                drive[key] = str(self.tables[-1])
+
+    @property
+    def name(self):
+        return self.path.stem
+
+    def key(self):
+        """All that its motion depends on, but for the program."""
+        return "\0".join([self.text(), *(hashlib.sha256(table.read_bytes()).hexdigest() for table in self.tables)])
+
+    @property
+    def duration(self):
+        return float(self.values["duration"])
+
+    @property
+    def wheel_angles(self):
+        return [float(angle) for angle in self.values.get("initial", {}).get("wheel_angles", [0] * 4)]
+
+    @property
+    def roller_pitch(self):
+        """Angle of the wheel from one roller to the next, rad."""
+        return 2 * math.pi / int(self.values.get("robot", {}).get("rollers_per_wheel", 6))
+
+    def changed(self, **sections):
+        """The scene with other values: changed(duration=3, initial=dict(wheel_angles=[...])); None leaves a key out."""
+        scene = copy.copy(self)
+        scene.values = dict(self.values)
+        for key, value in sections.items():
+            if value is None:
+                scene.values.pop(key, None)
+                continue
+            if not isinstance(value, dict):
+                scene.values[key] = plain(value)
+                continue
+            section = {**scene.values.get(key, {}), **{name: plain(entry) for name, entry in value.items()}}
+            scene.values[key] = {name: entry for name, entry in section.items() if entry is not None}
+        return scene
+
+    def sampled(self, duration, rows):
+        """The first `duration` s in about that many rows."""
+        rate = min(rows / duration, 1e6)
+        return self.changed(duration=duration, output_rate=float(f"{rate:.2g}"))
+
+    def text(self):
+        return yaml.dump(self.values, Dumper=PlainDumper)
+
+
+def plain(value):
+    """Numbers as text, in lists and dictionaries too."""
+    if isinstance(value, dict):
+        return {key: plain(entry) for key, entry in value.items()}
+    if isinstance(value, (list, tuple, np.ndarray)):
+        return [plain(entry) for entry in value]
+    return value if value is None or isinstance(value, str) else repr(float(value))
+
+
+class Recording:
+    """What a bag tells, each topic read when it is first asked for."""
+
+    def __init__(self, path):
+        self.path = path
+
+    def messages(self, topic):
+        with contextlib.closing(Bag(self.path)) as bag:
+            return [message for _, message, _ in bag.messages([topic])]
+
+    @cached_property
+    def truth(self):
+        """Of each row of ground_truth t, x, y, psi (s, m, rad, unwrapped), V_X, V_Y and Omega (m/s, rad/s)."""
+        rows = []
+        for message in self.messages("/ground_truth"):
+            at, turn, twist = message.pose.pose.position, message.pose.pose.orientation, message.twist.twist
+            rows.append((message.header.stamp.to_sec(), at.x, at.y, 2 * math.atan2(turn.z, turn.w), twist.linear.x,
+                         twist.linear.y, twist.angular.z))
+        table = np.array(rows)
+        table[:, 3] = np.unwrap(table[:, 3])
+        return dict(zip(("t", "x", "y", "psi", "V_X", "V_Y", "Omega"), table.T))
+
+    @cached_property
+    def wheels(self):
+        """Of each row of joint_states t (s), and of the four wheels phi, dphi and torque (rad, rad/s, N m)."""
+        messages = self.messages("/base/joint_states")
+        index = [messages[0].name.index(joint) for joint in JOINTS]
+        t = np.array([message.header.stamp.to_sec() for message in messages])
+        phi, dphi, torque = (np.array([[values(message)[i] for i in index] for message in messages])
+                             for values in (lambda m: m.position, lambda m: m.velocity, lambda m: m.effort))
+        return dict(t=t, phi=phi, dphi=dphi, torque=torque)
+
+    @cached_property
+    def switches(self):
+        """Of each wheel the times (s) and wheel angles (rad) of its roller switches."""
+        found = [([], []) for _ in WHEELS]
+        for message in self.messages("/base/roller_switches"):
+            times, angles = found[JOINTS.index(message.wheel)]
+            times += [message.t] * message.count
+            angles += [message.phi] * message.count
+        return [(np.array(times), np.array(angles)) for times, angles in found]
+
+    @cached_property
+    def contacts(self):
+        """Of each row of contacts t (s); of the four contacts |v_P| (m/s), |F| and N (N), share of the friction limit;
+        and the power that the drives put in (W)."""
+        messages = self.messages("/contacts")
+        table = np.array([[(math.hypot(one.slip_velocity.x, one.slip_velocity.y),
+                            math.hypot(one.friction_force.x, one.friction_force.y), one.normal_force,
+                            one.friction_share) for one in message.contacts] for message in messages])
+        return dict(t=np.array([message.t for message in messages]), slip=table[:, :, 0], force=table[:, :, 1],
+                    normal=table[:, :, 2], share=table[:, :, 3],
+                    drive_power=np.array([message.drive_power for message in messages]))
+
+
+class Kept:
+    """Files that are made once and kept under the hash of what they depend on, for one program: what was made with
+    another one is deleted. Of several users of a folder, the later ones wait."""
+
+    def __init__(self, folder, program):
+        self.program = digest(program)
+        folder = Path(folder)
+        folder.mkdir(parents=True, exist_ok=True)
+        self.lock = open(folder / "lock", "w")
+        fcntl.flock(self.lock, fcntl.LOCK_EX)
+        self.folder = folder / self.program[:16]
+        self.folder.mkdir(exist_ok=True)
+        for other in [*folder.iterdir(), *self.folder.glob("part-*")]:
+            if other.is_dir() and other != self.folder:
+                shutil.rmtree(other)
+
+    def key(self, *parts):
+        return hashlib.sha256("\0".join([self.program, *map(str, parts)]).encode()).hexdigest()[:24]
+
+    def file(self, name, make):
+        """The file or folder of this name, which make(path) makes if it is missing; it appears when it is whole."""
+        path = self.folder / name
+        if not path.exists():
+            with tempfile.TemporaryDirectory(prefix="part-", dir=self.folder) as part:
+                make(Path(part) / name)
+                os.replace(Path(part) / name, path)
+        return path
+
+
+class Recorder:
+    """Runs `simulate`, as many at a time as there are processors, and keeps the bags. `report(done, all)` hears of
+    runs under way."""
+
+    def __init__(self, simulate, kept, report=lambda done, count: None):
+        self.simulate, self.kept, self.report = Path(simulate), kept, report
+        self.warnings = []
+        self.lock, self.running, self.stopped = threading.Lock(), set(), False
+
+    def check(self, scene):
+        """Throws Refused, with what `simulate` says, where it does not take the scene as it is."""
+        status, said = self.run([scene.path, "--quiet", "--cpu-limit", "1e-9"])
+        if status == REFUSED:
+            raise Refused(said)
+
+    def run(self, arguments):
+        """Exit status of `simulate`, and what it says of errors."""
+        with self.lock:
+            if self.stopped:
+                raise Failed("stopped")
+            program = subprocess.Popen([self.simulate, *arguments], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+                                       stdin=subprocess.DEVNULL, text=True)
+            self.running.add(program)
+        line = program.communicate()[1].strip().split("\n")[0]
+        self.running.discard(program)
+        return program.returncode, line[len("simulate: "):] if line.startswith("simulate: ") else line
+
+    def stop(self):
+        with self.lock:
+            self.stopped = True
+            for program in list(self.running):
+                program.terminate()
+
+    def record(self, scene, model="coulomb", contacts=False, to_the_limit=False):
+        """`to_the_limit`: where the base tips over, what was until then."""
+        if model == "no_slip":  # its wheels can but roll
+            scene = scene.changed(initial=dict(wheel_rates=None, roller_rates=None))
+        text = scene.text()
+        key = self.kept.key(scene.key(), model, contacts)
+
+        def run(bag):
+            file = bag.with_suffix(".yaml")
+            file.write_text(text)
+            options = ["--contacts"] if contacts else []
+            status, said = self.run([file, "--model", model, "--bag", bag, "--quiet", *options])
+            said = said.replace(str(file), str(scene.path))
+            if to_the_limit and status == 1 and "tips over" in said:
+                next(bag.parent.glob(bag.name + ".incomplete-*")).rename(bag)
+                return
+            if status != 0:
+                raise (Refused if status == REFUSED else Failed)(said or f"{self.simulate}: exit status {status}")
+            if said:
+                self.warnings.append(f"{scene.path}, {model}: {said}")
+        return Recording(self.kept.file(f"{scene.name}-{model}-{key}.bag", run))
+
+    def record_all(self, runs):
+        """Recordings of several runs, each the arguments of `record`."""
+        recordings = []
+        with ThreadPoolExecutor(os.cpu_count()) as pool:
+            try:
+                for future in [pool.submit(self.record, *run) for run in runs]:
+                    recordings.append(future.result())
+                    self.report(len(recordings), len(runs))
+            except BaseException:  # an interrupt too
+                self.stop()
+                raise
+        return recordings

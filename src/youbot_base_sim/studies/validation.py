@@ -1,0 +1,31 @@
+"""Measures on the simulated base what was measured on real ones: the tables and the figure of docs/validation.md.
+
+Prints the tables; with --figure also draws torque over the direction of travel; with --fit, prints nothing but the
+friction fitted again to both robots, without and with spin friction. Installs and builds what it needs. Takes two
+minutes, --fit three.
+"""
+from ..command_line import Parser
+from ..files import Outputs
+from .builds import ROOT, add_simulate, simulate_of
+
+
+def main():
+    parser = Parser("validation", __doc__)
+    parser.add_argument("--figure", metavar="PLOT.png")
+    parser.add_argument("--fit", action="store_true")
+    add_simulate(parser)
+    arguments = parser.parse_args()
+    if arguments.figure:
+        Outputs([ROOT / "docs" / "validation" / "robot_b.csv"]).claim("--figure", arguments.figure)
+    simulate = simulate_of(parser, arguments, ("python3-numpy", "python3-matplotlib"))
+    from . import real_robots as robots  # with what has been installed
+    robots.Run.simulate = simulate
+    if arguments.fit:
+        return robots.fit_table()
+    robots.torque_table()
+    robots.rise_table()
+    cycles, amplitude = robots.ripple("B")
+    print(f"\nripple sideways: {cycles:.2f} per turn of the wheel, {amplitude:.3f} N m (B: 6.0, about 0.06)")
+    robots.gain_table()
+    if arguments.figure:
+        robots.draw(arguments.figure)

@@ -1,0 +1,182 @@
+"""Runs of bench/solve for the work-precision diagram: contestants, scenes, references and errors."""
+
+import csv
+import json
+import math
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..command_line import Failed
+from ..palette import BLACK, BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY
+from .builds import ROOT
+
+TOLERANCES = [float(f"1e-{n}") for n in range(3, 11)]
+USEFUL_ERROR = 1e-5  # m, at which contestants are compared
+# A contestant's sweep ends after a run that takes longer, s; sooner once it is within USEFUL_ERROR.
+LONG_RUN, LONG_ENOUGH = 6.0, 2.5
+EXPLICIT_SPAN, QUICK_EXPLICIT_SPAN = 0.2, 0.05  # s of the scene that explicit methods run over
+FIXED_STEP = ("implicit_euler", "runge_kutta4")  # solvers whose setting is a step, s; of the others a tolerance
+ROW_RATE = 20  # Hz
+REFERENCE_EVALUATIONS = 2e8  # of the right-hand side, that a reference may take
+# Solver and tolerance to measure with, then those to tell its error by: for the record, for a quick look, and to
+# compare contestants at USEFUL_ERROR, not checked by another.
+YARDSTICKS = {"record": [("cvode", 3e-14), ("arkode_5", 1e-10)], "quick": [("cvode", 1e-11), ("arkode_5", 1e-8)],
+              "comparison": [("cvode", 1e-11)]}
+
+
+@dataclass(frozen=True)
+class Contestant:
+    """A way to integrate a scene, and the settings it is run with, from coarse to fine."""
+
+    key: str  # in the CSV and on the command line
+    title: str  # in the tables
+    solver: str  # of bench/solve
+    style: dict  # of its curve
+    settings: tuple = tuple(TOLERANCES)
+    explicit: bool = False  # needs steps of some 1e-7 s, and so runs over a short span
+
+
+CONTESTANTS = [  # docs/work_precision/template.md says how each is run
+    Contestant("youbot_base_sim", "youbot_base_sim", "radau",
+               dict(color=BLACK, marker="o", linewidth=2.4, markersize=5, zorder=5)),
+    Contestant("cvode", "SUNDIALS CVODE (BDF)", "cvode", dict(color=BLUE, marker="s")),
+    Contestant("arkode_4", "SUNDIALS ARKODE (DIRK 4)", "arkode_4", dict(color=SKY, marker="^")),
+    Contestant("arkode_5", "SUNDIALS ARKODE (DIRK 5)", "arkode_5", dict(color=GREEN, marker="v")),
+    Contestant("odeint_rosenbrock4_corrected", "odeint rosenbrock4, d4 corrected", "rosenbrock4",
+               dict(color=RED, marker="D")),
+    Contestant("odeint_rosenbrock4", "odeint rosenbrock4 as shipped", "rosenbrock4_as_shipped",
+               dict(color=ORANGE, marker="d", linestyle="--")),
+    Contestant("odeint_implicit_euler", "odeint implicit_euler", "implicit_euler", dict(color=PINK, marker="P"),
+               (1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6)),
+    Contestant("odeint_dopri5", "odeint runge_kutta_dopri5", "dopri5", dict(color=GREY, linestyle="-."), (1e-3, 1e-6),
+               explicit=True),
+    Contestant("odeint_runge_kutta4", "odeint runge_kutta4", "runge_kutta4", dict(color=GREY, linestyle=":"),
+               (1.6e-6, 1.2e-6, 8e-7, 4e-7, 2e-7), explicit=True),
+]
+
+
+@dataclass(frozen=True)
+class Scene:
+    key: str  # in the CSV and on the command line
+    title: str
+    path: Path
+    model: str = "coulomb"
+    rows: str = ""  # file of test/data/reference with rows of an independent solver
+
+
+CASES = ROOT / "config" / "scenes"
+SCENES = [
+    Scene("case1_ccw_coulomb", "Case 1 counter-clockwise, 2b", CASES / "case1_counter_clockwise.yaml",
+          rows="case1_counter_clockwise_coulomb.csv"),
+    Scene("case1_ccw_viscous", "Case 1 counter-clockwise, 2a", CASES / "case1_counter_clockwise.yaml", "viscous",
+          "case1_counter_clockwise_viscous.csv"),
+    Scene("case1_printed_coulomb", "Case 1 as printed, 2b", CASES / "case1_as_printed.yaml",
+          rows="case1_as_printed_coulomb.csv"),
+    Scene("case2_coulomb", "Case 2, 2b", CASES / "case2.yaml", rows="case2_coulomb.csv"),
+    Scene("violent", "violent", ROOT / "bench" / "scenes" / "violent.yaml"),
+    Scene("held", "torque held over 1 ms", ROOT / "bench" / "scenes" / "held.yaml"),
+    Scene("rocking", "Case 2, rocking front axle, 10 s", ROOT / "bench" / "scenes" / "rocking.yaml"),
+    Scene("beyond", "Case 2, all beyond the paper, 10 s", ROOT / "bench" / "scenes" / "beyond.yaml"),
+]
+HELD_WHEEL = Scene("held_wheel", "held wheel", ROOT / "bench" / "scenes" / "held_wheel.yaml")
+
+
+class Solve:
+    """The program that runs the solvers."""
+
+    def __init__(self, program):
+        self.program = program
+        self.about = json.loads(subprocess.check_output([program]))
+
+    def __call__(self, scene, solver, setting, span, **limits):
+        """Rows, counts, run time and repeats, or the failure."""
+        task = {"scene": str(scene.path), "model": scene.model, "solver": solver, "span": span, "rate": ROW_RATE,
+                "step" if solver in FIXED_STEP else "tolerance": setting, **limits}
+        done = subprocess.run([self.program, json.dumps(task)], capture_output=True, text=True)
+        if done.returncode != 0:
+            raise Failed(done.stderr.strip() or f"{solver} on {scene.key}: ended by signal {-done.returncode}")
+        return json.loads(done.stdout)
+
+
+def errors(rows, reference):
+    """Largest differences over the rows; what is not a number counts as infinite."""
+    def largest(difference):
+        values = [difference(a, b) for a, b in zip(rows, reference)]
+        return math.inf if any(map(math.isnan, values)) else max(values, default=0.0)
+
+    def of(*columns):
+        return largest(lambda a, b: math.hypot(*(a[k] - b[k] for k in columns)))
+
+    return {"failure": "", "position_error_m": of(0, 1), "heading_error_rad": of(2), "velocity_error_m_s": of(4, 5),
+            "yaw_rate_error_rad_s": of(6), "wheel_rate_error_rad_s": max(of(k) for k in range(12, 16)),
+            "roller_rate_error_rad_s": max(of(k) for k in range(16, 20))}
+
+
+def file_rows(path):
+    """Numbers of the rows of a file, by their times in rows of ROW_RATE; of other times none."""
+    rows = {}
+    with open(path, newline="") as file:
+        for row in list(csv.reader(file))[1:]:
+            k = float(row[0]) * ROW_RATE
+            if abs(k - round(k)) < 1e-7:
+                x = [float(x) for x in row[1:]]
+                rows[round(k)] = [*x[:3], 0.0, *x[3:6], 0.0, *x[6:]]  # in the order of a State, without the work
+    return rows
+
+
+def make_reference(solve, scene, span, effort):
+    """Motion to measure against, and how far others, as independent of it as can be, are from it."""
+    def run(solver, tolerance):
+        title = f"{solver.replace('_', ' of order ').upper().replace('OF ORDER', 'of order')}, {tolerance:g}"
+        return title, solve(scene, solver, tolerance, span, max_evaluations=REFERENCE_EVALUATIONS)
+
+    (title, found), *others = [run(*yardstick) for yardstick in YARDSTICKS[effort]]
+    if "failure" in found:
+        raise Failed(f"the reference of {scene.title} fails: {found['failure']}")
+    rows = found["rows"]
+    checks = [(name, {"failure": other["failure"]} if "failure" in other else errors(other["rows"], rows))
+              for name, other in others]
+    if scene.rows:
+        at = file_rows(ROOT / "test" / "data" / "reference" / scene.rows)
+        both = [(row, at[k]) for k, row in enumerate(rows) if k in at]
+        checks.append(("rows of test/data/reference", errors(*zip(*both))))
+    return {"title": title, "rows": rows, "switches": found["counts"]["switches"], "checks": checks,
+            "span": (len(rows) - 1) / ROW_RATE}
+
+
+def measure(solve, scene, reference, contestant, setting, span):
+    """A row of work_precision.csv."""
+    found = solve(scene, contestant.solver, setting, span)
+    row = {"scene": scene.key, "scene_title": scene.title, "contestant": contestant.key,
+           "contestant_title": contestant.title, "setting_kind": "step_s" if contestant.solver in FIXED_STEP else
+           "relative_tolerance", "setting": setting, "span_s": math.floor(span * ROW_RATE + 1e-9) / ROW_RATE,
+           "run_time_s": found["run_time"], "failure": found.get("failure", "")}
+    if row["failure"]:
+        return row
+    counts = found["counts"]
+    counts["steps"] += counts["fallback_steps"]
+    row.update(repeats=found["repeats"], run_time_per_simulated_s=found["run_time"] / row["span_s"],
+               real_time_factor=row["span_s"] / found["run_time"], **errors(found["rows"], reference["rows"]),
+               end_off_m=errors(found["rows"][-1:], reference["rows"][-1:])["position_error_m"],
+               # A count of zero where there must be some was not taken.
+               **{name: count for name, count in counts.items()
+                  if count > 0 or name not in ("evaluations", "jacobians", "factorizations")})
+    if not row["position_error_m"] <= 1:
+        row["failure"] = "off by more than 1 m"
+    return row
+
+
+def ends_sweep(row):
+    """Whether finer settings would but take longer. A failure says nothing about them."""
+    if row["failure"]:
+        return False
+    return row["run_time_s"] > (LONG_ENOUGH if row["position_error_m"] <= USEFUL_ERROR else LONG_RUN)
+
+
+def held_wheel(solve):
+    """A wheel held between two rollers, by this package and by CVODE: where each ends, after how many switches."""
+    reference = solve(HELD_WHEEL, "radau", 1e-10, 10.0)
+    return [measure(solve, HELD_WHEEL, reference, contestant, tolerance, 10.0)
+            for contestant in CONTESTANTS if contestant.key in ("youbot_base_sim", "cvode")
+            for tolerance in (1e-3, 1e-4, 1e-5, 1e-6, 1e-8)]

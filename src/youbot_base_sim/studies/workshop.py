@@ -1,0 +1,58 @@
+"""What the programs that make figures and tables of runs of `simulate` share: the runs, and what is kept of them."""
+from pathlib import Path
+
+from ..command_line import Progress, complain
+from ..files import write_whole
+from . import builds
+
+PACKAGES = ("python3-numpy", "python3-matplotlib", "python3-rosbag", "python3-yaml")
+INTERRUPTED = "interrupted; what was finished is kept"
+
+
+def add_arguments(parser, folder):
+    """Of all these programs; `folder`: in build/, where runs and figures are kept."""
+    builds.add_simulate(parser)
+    parser.add_argument("--keep", type=Path, default=builds.ROOT / "build" / folder, metavar="FOLDER",
+                        help=f"where runs and figures are kept; build/{folder} unless given")
+
+
+class Workshop:
+    """Draws and measures with one `simulate`; what was drawn and measured before is taken from where it is kept. A
+    context, which ends with the warnings of runs. `count`: of figures and rows."""
+
+    def __init__(self, name, simulate, folder, count):
+        from .runs import Kept, Recorder  # with what has been installed
+        self.name, self.progress, self.done, self.part = name, Progress(count), 0, ""
+        self.kept = Kept(folder, simulate)
+        self.recorder = Recorder(simulate, self.kept, self.report)
+        self.sources = [file.read_text() for file in sorted(Path(__file__).parents[1].rglob("*.py"))]
+
+    def report(self, run, runs):
+        self.progress.show(self.done + run / runs, f"{self.part}, run {run} of {runs}")
+
+    def make(self, what, key, ending, make):
+        """The file that make(path) writes; `key`: all that it depends on but the sources."""
+        self.part = what
+        self.progress.show(self.done, what)
+        made = self.kept.file(self.kept.key(*key, *self.sources) + ending, make)
+        self.done += 1
+        return made
+
+    def picture(self, what, key, draw, path):
+        """Writes the figure that draw() returns."""
+        def make(file):
+            from .drawing import png  # takes a second
+            file.write_bytes(png(draw()))
+        write_whole(path, self.make(what, key, ".png", make).read_bytes())
+
+    def cells(self, what, key, measure):
+        """A row of a table, the texts that measure() returns."""
+        return self.make(what, key, ".row", lambda file: file.write_text("\n".join(measure()))).read_text().split("\n")
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *error):
+        self.progress.__exit__(*error)
+        for warning in self.recorder.warnings:
+            complain(self.name, warning)

@@ -1,0 +1,222 @@
+"""Makes a velocity_table or torque_table, for the drive of a scene, from a bag.
+
+Without --measured the table has the commands: on /cmd_vel and /base/base_controller/velocity_command for a velocity
+table, on /base/base_controller/torques_command for a torque table. With --measured it has the velocities or
+efforts of /joint_states or /base/joint_states, a row a message.
+
+Rates are in rad/s, torques in N m, both positive forward on all four wheels. t = 0 is the beginning of the bag. A wheel
+without a command so far is at zero. Of a bag that is cut or has no index, the table has what can be read, and a
+warning says how far that is. To replay the commands of a robot, with its limits and resolution:
+
+  drive: {velocity_table: FILE.csv}
+  motors: {quantized: true}
+
+Exit status: 0 done, 2 refused, 1 an output could not be written.
+"""
+import argparse
+import math
+from collections import Counter
+
+from .bags import Bag
+from .base import DRIVER_RADIUS, JOINTS, WHEELS, Base, sign_factors, velocity_sign
+from .command_line import Parser, Refused, complain
+from .files import Outputs, write_whole
+
+VELOCITY_UNIT, TORQUE_UNIT = "s^-1 rad", "m^2 kg s^-2 rad^-1"
+TWIST, VELOCITIES, TORQUES, STATES = (
+    "geometry_msgs/Twist", "brics_actuator/JointVelocities", "brics_actuator/JointTorques", "sensor_msgs/JointState")
+TOPICS = {TWIST: ["/cmd_vel"],
+          VELOCITIES: ["/base/base_controller/velocity_command"],
+          TORQUES: ["/base/base_controller/torques_command"],
+          STATES: ["/joint_states", "/base/joint_states"]}
+
+
+def warn(text):
+    complain("table_from_bag", "warning: " + text)
+
+
+def absolute(topic):
+    """rosbag record keeps a topic's name as it was given, without the slash too."""
+    return "/" + topic.lstrip("/")
+
+
+class ChosenTopics:
+    """The messages of a bag on the topics that were asked for, else on those of the base."""
+
+    def __init__(self, path, topics):
+        self.path, self.bag = path, Bag(path)
+        self.topics = [absolute(topic) for topic in topics or []]
+        types = {absolute(topic): kind for topic, kind in self.bag.types.items()}
+        for topic in self.topics:
+            if topic not in types:
+                raise Refused(f"{path}: no topic {topic}; it has {self.bag.shown_topics()}")
+            if types[topic] not in TOPICS:
+                raise Refused(f"{path}: {topic} is {types[topic]}: must be {', '.join(sorted(TOPICS))}")
+
+    def find(self, *types):
+        return [topic for topic, kind in sorted(self.bag.types.items())
+                if kind in types and absolute(topic) in (self.topics or TOPICS[kind])]
+
+    def need(self, *types, advice=""):
+        """The same; throws Refused where there are none."""
+        usual = " or ".join(topic for kind in types for topic in TOPICS[kind])
+        found = self.find(*types)
+        if not found:
+            raise Refused(f"{self.path}: no {usual}; it has {self.bag.shown_topics()}{advice}")
+        return found
+
+    def read(self, topics):
+        """Time, s from the bag's beginning, type and message, in the order of the bag."""
+        for topic, message, arrival in self.bag.messages(topics):
+            yield self.bag.time_of(message, arrival), self.bag.types[topic], message
+
+
+def twist_rates(twist, driver):
+    """Wheel rates by the driver's kinematics; none for any wheel where the driver refuses the twist."""
+    velocity = twist.linear.x, twist.linear.y, twist.angular.z
+    if not all(map(math.isfinite, velocity)):
+        return [None] * 4, ["a twist is not finite"]
+    return driver.rolling_rates(*velocity), []
+
+
+def joint_values(entries, unit):
+    """The value of each wheel that a command names, as the base reads it: the first with the right unit counts."""
+    values, complaints, seen = [None] * 4, [], set()
+    for entry in entries:
+        if entry.joint_uri not in JOINTS:
+            continue
+        if entry.unit != unit:
+            complaints.append(f"{entry.joint_uri} has the unit \"{entry.unit}\" instead of \"{unit}\"")
+        elif entry.joint_uri not in seen:
+            seen.add(entry.joint_uri)
+            if math.isfinite(entry.value):
+                values[JOINTS.index(entry.joint_uri)] = entry.value
+            else:
+                complaints.append(f"{entry.joint_uri} is {entry.value}")
+    return values, complaints
+
+
+def commanded(chosen, types, arguments):
+    """Rows of the commands; only those that change anything."""
+    topics = chosen.need(*types, advice=". Without commands, --measured takes what the wheels did")
+    others = chosen.find(*set(TOPICS) - {STATES} - set(types))
+    if others:
+        raise Refused(f"{chosen.path} has commands on {', '.join(others)} too, which no one table can tell; name the "
+                      "topics to take with --topic")
+    driver = Base(wheel_radius=arguments.wheel_radius, half_wheelbase=arguments.half_lengths, half_track=0)
+    rows, now, complaints = [], [0.0] * 4, Counter()
+    for t, kind, message in chosen.read(topics):
+        if kind == TWIST:
+            command, wrong = twist_rates(message, driver)
+        elif kind == VELOCITIES:
+            command, wrong = joint_values(message.velocities, VELOCITY_UNIT)
+        else:
+            command, wrong = joint_values(message.torques, TORQUE_UNIT)
+        complaints.update(wrong)
+        after = [old if new is None else new for old, new in zip(now, command)]
+        if not rows and None in command and types == (TORQUES,):
+            warn(f"{chosen.path}: its first torques leave out wheels: zero in the table, but the base held them at "
+                 "rest")
+        if not rows or after != now:
+            rows.append((t, after))
+        now = after
+    for complaint, count in sorted(complaints.items()):
+        warn(f"{chosen.path}: {complaint}: skipped, as the base does ({count} times)")
+    return rows
+
+
+def joint_states(chosen, fields):
+    """Time, s, and the values of each field for the four wheels, in order of time."""
+    states = []
+    for t, _, message in chosen.read(chosen.need(STATES)):
+        if not set(JOINTS) <= set(message.name):
+            continue  # the arm's
+        state = {}
+        for field in fields:
+            column = getattr(message, field)
+            if len(column) != len(message.name):
+                raise Refused(f"{chosen.path}: the joint states at t = {t:.3f} s have no {field}")
+            state[field] = [column[message.name.index(joint)] for joint in JOINTS]
+            if not all(map(math.isfinite, state[field])):
+                raise Refused(f"{chosen.path}: {field} at t = {t:.3f} s: must be finite")
+        states.append((t, state))
+    if not states:
+        raise Refused(f"{chosen.path}: no joint states of {', '.join(JOINTS)}")
+    return sorted(states, key=lambda timed: timed[0])
+
+
+def detected_sign(chosen, states):
+    """The sign of the velocities, by whether positions go the same way."""
+    sign = velocity_sign([(state["position"], state["velocity"]) for _, state in states])
+    if sign in (None, "still"):
+        raise Refused(f"{chosen.path}: positions and velocities do not tell the sign of the velocities "
+                      f"({'no wheel turns' if sign else 'they do not agree'}); tell it with --joint-velocity-sign")
+    print(f"joint velocities are {sign}")
+    return sign
+
+
+def measured(chosen, fields, sign):
+    """For each field the rows of what the wheels did."""
+    states = joint_states(chosen, fields + (["position", "velocity"] if sign == "auto" else []))
+    if sign == "auto":
+        sign = detected_sign(chosen, states)
+    return [[(t, [factor * value for factor, value in zip(sign_factors(sign), state[field])]) for t, state in states]
+            for field in fields]
+
+
+def write(path, rows):
+    """Of rows at the same time the last one counts."""
+    last = {f"{t:.9f}": values for t, values in rows}
+    lines = ["t," + ",".join(WHEELS)]
+    lines += [f"{t},{','.join(repr(value + 0.0) for value in values)}" for t, values in last.items()]  # no -0.0
+    write_whole(path, "\n".join(lines) + "\n")
+    print(f"{path}: {len(last)} rows from {rows[0][0]:.3f} to {rows[-1][0]:.3f} s")
+
+
+def metres(text):
+    try:
+        number = float(text)
+    except ValueError:
+        number = 0
+    if not 0 < number < math.inf:
+        raise argparse.ArgumentTypeError(f"{text!r}: must be a number > 0")
+    return number
+
+
+def parse_arguments():
+    parser = Parser("table_from_bag", __doc__)
+    parser.add_argument("bag")
+    parser.add_argument("--velocity", metavar="FILE", help="velocity table to write")
+    parser.add_argument("--torque", metavar="FILE", help="torque table to write")
+    parser.add_argument("--measured", action="store_true", help="what the wheels did, in place of the commands")
+    parser.add_argument("--topic", action="append", help="take this topic in place of the usual ones; may be repeated")
+    parser.add_argument("--joint-velocity-sign", choices=("auto", "consistent", "driver_exact"), default="auto",
+                        help="of measured velocities and efforts: as the positions, or, as the real driver has it, the "
+                             "other way round for fl and bl; auto (default): by the way the positions go")
+    parser.add_argument("--wheel-radius", type=metres, default=DRIVER_RADIUS, metavar="M",
+                        help="of the driver that obeyed cmd_vel, m; default 0.0475, the youBot driver's")
+    parser.add_argument("--half-lengths", type=metres, default=Base().half_lengths, metavar="M",
+                        help="of the same driver: half the wheelbase plus half the track, m; default 0.385")
+    arguments = parser.parse_args()
+    if not arguments.velocity and not arguments.torque:
+        parser.error("nothing to write: give --velocity FILE or --torque FILE")
+    return arguments
+
+
+def main():
+    arguments = parse_arguments()
+    outputs = Outputs([arguments.bag])
+    for option, path in (("--velocity", arguments.velocity), ("--torque", arguments.torque)):
+        if path:
+            outputs.claim(option, path)
+    chosen = ChosenTopics(arguments.bag, arguments.topic)
+    wanted = [(path, field, types) for path, field, types in (
+        (arguments.velocity, "velocity", (TWIST, VELOCITIES)), (arguments.torque, "effort", (TORQUES,))) if path]
+    if arguments.measured:
+        tables = measured(chosen, [field for _, field, _ in wanted], arguments.joint_velocity_sign)
+    else:
+        tables = [commanded(chosen, types, arguments) for _, _, types in wanted]
+    if chosen.bag.problem:
+        warn(chosen.bag.problem)
+    for (path, _, _), rows in zip(wanted, tables):
+        write(path, rows)
