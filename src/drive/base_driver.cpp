@@ -3,12 +3,13 @@
 #include <algorithm>
 #include <limits>
 
+#include "youbot_base_sim/drive/control_time.h"
+
 namespace youbot_base_sim {
 
 namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
-constexpr double kSlack = 1e-9;  // s, for the rounding of times that are sums of control periods
 constexpr SetPoint kHoldAtRest{DriveMode::kVelocity, 0};
 
 bool quantized(const BaseDriver::Settings& settings) { return settings.motors.quantized.value_or(true); }
@@ -74,7 +75,7 @@ Wheels BaseDriver::sample(double t, const Wheels& dphi) {
 }
 
 void BaseDriver::apply_due_commands(double t) {
-  while (!pending_.empty() && pending_.front().due <= t + kSlack) {
+  while (!pending_.empty() && ControlTime::reached(pending_.front().due, t)) {
     for (int i = 0; i < kWheels; ++i) {
       if (const auto& set_point = pending_.front().command[i]) sent_[i] = *set_point;
     }
@@ -83,7 +84,8 @@ void BaseDriver::apply_due_commands(double t) {
 }
 
 void BaseDriver::check_command_timeout(double t) {
-  if (settings_.command_timeout == 0 || timed_out_ || t < last_command_ + settings_.command_timeout - kSlack) return;
+  if (settings_.command_timeout == 0 || timed_out_) return;
+  if (!ControlTime::reached(last_command_ + settings_.command_timeout, t)) return;
   timed_out_ = events_.timed_out = true;
   pending_.clear();
   send_to_all(kHoldAtRest);
@@ -93,7 +95,7 @@ void BaseDriver::exchange_ethercat(double t) {
   for (int i = 0; i < kWheels; ++i) {
     if (responds(i)) {
       drive_.command(i, sent_[i]);
-    } else if (t >= silent_since_[i] + EthercatConnection::kTimeout - kSlack) {
+    } else if (ControlTime::reached(silent_since_[i] + EthercatConnection::kTimeout, t)) {
       drive_.command(i, {});
     }
   }

@@ -1,13 +1,10 @@
 #include "youbot_base_sim/drive/driver_requests.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace youbot_base_sim {
 
 namespace {
-
-constexpr double kSlack = 1e-9;  // s, for times that are sums of control periods
 
 template <class... Functions>
 struct Overloaded : Functions... {
@@ -43,12 +40,9 @@ std::size_t DriverRequests::others() const {
   return static_cast<std::size_t>(std::count_if(waiting_.begin(), waiting_.end(), is_other));
 }
 
-/// Number of the control period from which a request that arrives at this time acts.
-double DriverRequests::period_of(double arrival) const { return std::ceil((arrival - kSlack) / control_period_); }
-
 /// Adds a command to the one that arrived before it; false if they do not act from the same control period.
 bool DriverRequests::merge(double arrival, const DriverRequest& request) {
-  if (waiting_.empty() || period_of(waiting_.back().arrival) != period_of(arrival)) return false;
+  if (waiting_.empty() || time_.first_from(waiting_.back().arrival) != time_.first_from(arrival)) return false;
   auto* last = std::get_if<DriveCommand>(&waiting_.back().request);
   const auto* command = std::get_if<DriveCommand>(&request);
   if (!last || !command) return false;
@@ -61,7 +55,7 @@ bool DriverRequests::merge(double arrival, const DriverRequest& request) {
 
 bool DriverRequests::take(double t, BaseDriver& driver) {
   bool reconnected = false;
-  for (; !waiting_.empty() && waiting_.front().arrival <= t + kSlack; waiting_.pop_front()) {
+  for (; !waiting_.empty() && ControlTime::reached(waiting_.front().arrival, t); waiting_.pop_front()) {
     reconnected = obey(waiting_.front().arrival, waiting_.front().request, driver) || reconnected;
   }
   return reconnected;

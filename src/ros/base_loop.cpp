@@ -1,13 +1,10 @@
 #include "youbot_base_sim/ros/base_loop.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace youbot_base_sim {
 
 namespace {
-
-constexpr double kSlack = 1e-6;  // of a control period, for rounding
 
 BaseDriver::Settings driver_settings(const BaseSettings& settings) {
   BaseDriver::Settings driver = settings.driver;
@@ -21,14 +18,15 @@ BaseDriver::Settings driver_settings(const BaseSettings& settings) {
 BaseLoop::BaseLoop(const BaseSettings& settings)
     : driver_settings_(driver_settings(settings)),
       telemetry_options_(settings.telemetry),
+      control_time_(settings.scene.solver.control_period),
       takes_always_(settings.command_rate == 0 || settings.lockstep.on),
-      requests_(settings.scene.solver.control_period),
+      requests_(control_time_),
       driver_(driver_settings_, settings.scene.initial.phi()),
       simulation_(settings.scene, [this](double t, const State& state) { return begin_period(t, state); }),
       telemetry_(settings.scene, driver_.read(settings.scene.initial.phi(), settings.scene.initial.dphi()).phi,
                  settings.telemetry),
-      instants_(settings.publish_rate, kSlack * control_period()),
-      listening_(takes_always_ ? 1 : settings.command_rate, kSlack * control_period()) {
+      instants_(settings.publish_rate),
+      listening_(takes_always_ ? 1 : settings.command_rate) {
   simulation_.go_on_tipping();  // a node does not end for it: diagnostics tell
 }
 
@@ -52,7 +50,7 @@ bool BaseLoop::push(const BurdenRequest& request) {
   // Wrenches that act from the same control period become one, in which the last counts.
   if (request.wrench && !burden_requests_.empty()) {
     BurdenRequest& last = burden_requests_.back();
-    if (last.wrench && period_of(last.arrival) == period_of(request.arrival)) {
+    if (last.wrench && control_time_.first_from(last.arrival) == control_time_.first_from(request.arrival)) {
       last = request;
       return true;
     }
@@ -67,8 +65,6 @@ void BaseLoop::bring_requests_forward() {
   for (BurdenRequest& request : burden_requests_) request.arrival = std::min(request.arrival, simulation_.time());
 }
 
-double BaseLoop::period_of(double t) const { return std::ceil(t / control_period() - kSlack); }
-
 // What is taken off goes with the velocity that it has, also where others are put on at rest.
 void BaseLoop::take_off(const std::vector<Load>& remaining) {
   const auto goes = [&](const Load& load) {
@@ -79,8 +75,7 @@ void BaseLoop::take_off(const std::vector<Load>& remaining) {
 }
 
 void BaseLoop::take_burdens() {
-  const double now = period_of(simulation_.time());
-  for (; !burden_requests_.empty() && period_of(burden_requests_.front().arrival) <= now;
+  for (; !burden_requests_.empty() && ControlTime::reached(burden_requests_.front().arrival, time());
        burden_requests_.pop_front()) {
     const BurdenRequest& request = burden_requests_.front();
     if (request.wrench) burden_.wrenches = {*request.wrench};
@@ -98,8 +93,7 @@ void BaseLoop::advance_periods(std::int64_t n) {
     if (!burden_requests_.empty()) take_burdens();
     std::int64_t part = n;
     if (!burden_requests_.empty()) {
-      const double until = period_of(burden_requests_.front().arrival) - period_of(simulation_.time());
-      if (until < static_cast<double>(n)) part = std::max<std::int64_t>(1, static_cast<std::int64_t>(until));
+      part = std::clamp<std::int64_t>(control_time_.first_from(burden_requests_.front().arrival) - periods(), 1, n);
     }
     simulation_.advance_periods(part);
     n -= part;
@@ -107,8 +101,7 @@ void BaseLoop::advance_periods(std::int64_t n) {
 }
 
 std::int64_t BaseLoop::periods_until(double t) const {
-  const double periods = std::ceil((t - simulation_.time()) / control_period() - kSlack);
-  return std::max<std::int64_t>(1, static_cast<std::int64_t>(periods));
+  return std::max<std::int64_t>(1, control_time_.first_from(t) - periods());
 }
 
 bool BaseLoop::meet_instant(double t, const State& state) {

@@ -24,7 +24,6 @@ constexpr double kLastWord = 0.2;       // s of wall time for the last message t
 constexpr double kPatience = 0.1;       // s of wall time between two looks whether ROS goes on
 constexpr auto kDiagnosticsWhileWaiting = std::chrono::seconds(2);
 constexpr double kMaxAhead = 0.02;  // s of simulated time that may pass at once, unless a control period is longer
-constexpr double kSlack = 1e-6;     // of a control period, for rounding
 
 /// Topics that time does not wait for: what they tell comes again, or is kept for whoever comes later.
 const std::set<std::string> kNotWaitedFor = {kDiagnosticsTopic, kDashboardTopic, kContactMarkersTopic, kLoadsTopic,
@@ -43,7 +42,7 @@ BaseNode::BaseNode(const BaseSettings& settings)
       loop_(settings),
       lockstep_(settings.lockstep, loop_.control_period()),
       pacer_(settings.real_time_factor, settings.lockstep.on ? 0 : kMaxLag),
-      diagnosing_(kDiagnosticsRate, kSlack * loop_.control_period()),
+      diagnosing_(kDiagnosticsRate),
       markers_(settings.markers),
       private_node_("~"),
       publications_([this] { see_who_listens(); }),

@@ -4,6 +4,7 @@
 #include <variant>
 
 #include "youbot_base_sim/drive/base_driver.h"
+#include "youbot_base_sim/drive/control_time.h"
 
 namespace youbot_base_sim {
 
@@ -26,8 +27,7 @@ class DriverRequests {
  public:
   static constexpr std::size_t kMaxWaiting = 1000;
 
-  /// `control_period` in s.
-  explicit DriverRequests(double control_period) : control_period_(control_period) {}
+  explicit DriverRequests(const ControlTime& time) : time_(time) {}
 
   /// Appends a request that arrives at time t, or with the one before it if that is later. False if it is refused
   /// because too many wait; a command never is.
@@ -54,10 +54,9 @@ class DriverRequests {
   };
 
   std::size_t others() const;
-  double period_of(double arrival) const;
   bool merge(double arrival, const DriverRequest& request);
 
-  double control_period_;
+  ControlTime time_;
   std::deque<Stamped> waiting_;
 };
 

@@ -60,9 +60,8 @@ class BagWriter {
   void write(visualization_msgs::MarkerArray markers, double t);
 
   std::unique_ptr<File> file_;
-  Schedule markers_due_{kBagMarkersRate, kMarkersSlack};
-  static constexpr double kMarkersSlack = 1e-6;  // s, for rounding
-  bool has_static_ = false;                      // transforms: they are written first
+  Schedule markers_due_{kBagMarkersRate};
+  bool has_static_ = false;  // transforms: they are written first
 };
 
 /// The bag of a simulation whose motors exert its torque and tell what they do, without error unless the scene's motors

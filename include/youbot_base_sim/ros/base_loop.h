@@ -1,7 +1,6 @@
 #pragma once
 
 #include <atomic>
-#include <cmath>
 #include <cstdint>
 #include <deque>
 #include <optional>
@@ -9,6 +8,7 @@
 #include <vector>
 
 #include "youbot_base_sim/drive/base_driver.h"
+#include "youbot_base_sim/drive/control_time.h"
 #include "youbot_base_sim/drive/driver_requests.h"
 #include "youbot_base_sim/ros/base_settings.h"
 #include "youbot_base_sim/ros/schedule.h"
@@ -86,9 +86,9 @@ class BaseLoop {
     telemetry_.visit(simulation_, driver_.readings(), stamp, topic);
   }
 
-  double time() const { return simulation_.time(); }                                   ///< s
-  std::int64_t periods() const { return std::llround(time() / control_period()); }     ///< that have passed
-  double control_period() const { return simulation_.scene().solver.control_period; }  ///< s
+  double time() const { return simulation_.time(); }                       ///< s
+  std::int64_t periods() const { return control_time_.ended_by(time()); }  ///< that have passed
+  double control_period() const { return control_time_.period(); }         ///< s
   const Simulation& simulation() const { return simulation_; }
   const BaseDriver& driver() const { return driver_; }
   const Telemetry& telemetry() const { return telemetry_; }
@@ -104,13 +104,13 @@ class BaseLoop {
   bool push(const BurdenRequest& request);
   void take_burdens();
   void take_off(const std::vector<Load>& remaining);
-  double period_of(double t) const;  // number of the control period from which what arrives at time t acts
   Wheels begin_period(double t, const State& state);
   bool meet_instant(double t, const State& state);
   [[gnu::noinline]] void take_requests(double t, const State& state);
 
   const BaseDriver::Settings driver_settings_;
   const Telemetry::Options telemetry_options_;
+  const ControlTime control_time_;
   const bool takes_always_;  // requests, where any control period begins
   DriverRequests requests_;
   std::deque<BurdenRequest> burden_requests_;
