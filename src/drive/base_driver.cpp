@@ -20,7 +20,6 @@ BaseDriver::BaseDriver(const Settings& settings, const Wheels& phi)
     : settings_(settings),
       motor_(settings.motors.limit(settings.motor)),
       drive_(settings.control_period, motor_, settings.motors.gains, quantized(settings)),
-      friction_(settings.dry_friction, settings.wheel_inertia, settings.control_period),
       sensors_(motor_, quantized(settings), phi),
       last_command_(kNever) {
   send_to_all(kHoldAtRest);
@@ -66,12 +65,11 @@ void BaseDriver::set_faults(double t, const Faults& faults) {
   for (int i = 0; i < kWheels; ++i) silent_since_[i] = responds(i) ? kNever : std::min(silent_since_[i], t);
 }
 
-Wheels BaseDriver::sample(double t, const Wheels& dphi) {
+const Wheels& BaseDriver::sample(double t, const Wheels& dphi) {
   apply_due_commands(t);
   check_command_timeout(t);
   exchange_ethercat(t);
-  torque_ = drive_.sample(dphi);
-  return torque_ + friction_.sample(dphi, torque_);
+  return torque_ = drive_.sample(dphi);
 }
 
 void BaseDriver::apply_due_commands(double t) {

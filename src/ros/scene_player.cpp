@@ -70,7 +70,8 @@ void ScenePlayer::run() {
     if (base_lost_) throw std::runtime_error(fmt::format("{} is gone at t = {} s", base_, time_of(now_)));
     if (!ros::ok()) throw std::runtime_error(fmt::format("interrupted at t = {} s", time_of(now_)));
     if (timeout_ > 0 && commanded_.isZero() && (ros::SteadyTime::now() - beginning).toSec() > timeout_)
-      throw std::runtime_error(fmt::format("no base_node for {:g} s: no /clock, or nobody who listens", timeout_));
+      throw std::runtime_error(
+          fmt::format("no base_node for {:g} s: no /clock, or no subscriber of the commands", timeout_));
     if (now_ == commanded_ || !listeners_.count(base_)) continue;
     if (commanded_.isZero()) start = ros::SteadyTime::now();
     command(time_of(now_));

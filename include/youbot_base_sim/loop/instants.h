@@ -8,10 +8,10 @@ namespace youbot_base_sim {
 
 /// Instants at the multiples of a period. The first control period that ends at an instant or later meets it. Instants
 /// are computed as k / rate, not summed up, so they do not drift.
-class Schedule {
+class Instants {
  public:
   /// `rate` in Hz.
-  explicit Schedule(double rate) : rate_(rate) {}
+  explicit Instants(double rate) : rate_(rate) {}
 
   /// Whether the next instant is at time t (s) or earlier.
   bool due(double t) const { return ControlTime::reached(next_, t); }
