@@ -8,7 +8,7 @@
 #include <ctime>
 #include <thread>
 
-#include "youbot_base_sim/ros/pacer.h"
+#include "youbot_base_sim/loop/pacer.h"
 
 int main(int argc, char** argv) {
   const double duration = argc == 2 ? std::atof(argv[1]) : 0;

@@ -16,8 +16,8 @@
 #include <ros/serialization.h>
 #include <rosgraph_msgs/Clock.h>
 
+#include "youbot_base_sim/loop/base_loop.h"
 #include "youbot_base_sim/ros/bag.h"
-#include "youbot_base_sim/ros/base_loop.h"
 #endif
 
 namespace {
@@ -45,16 +45,15 @@ DriveCommand curve() {
   return command;
 }
 
-BaseDriver::Settings driver_settings(const Scene& scene) {
+BaseDriver::Settings driver_settings() {
   BaseDriver::Settings settings;
   settings.control_period = kControlPeriod;
-  settings.wheel_inertia = scene.robot.J_1;
   return settings;
 }
 
 /// The least that the node could do: control periods, driven as the node is.
 void run_periods(const Scene& scene) {
-  BaseDriver driver(driver_settings(scene), scene.initial.phi());
+  BaseDriver driver(driver_settings(), scene.initial.phi());
   driver.command(0, curve());
   Simulation simulation(scene, [&](double t, const State& state) { return driver.sample(t, state.dphi()); });
   simulation.advance_periods(std::llround(scene.duration / kControlPeriod));
@@ -72,12 +71,14 @@ void send(const Message& message) {
 /// to, each control period for /clock, and 50 times a second if there are none. `bag_file` is empty for none.
 void run_node(const Scene& scene, double publish_rate, const std::string& bag_file, bool rollers,
               const std::set<std::string>& listened) {
-  BaseSettings settings;
+  LoopSettings settings;
   settings.scene = scene;
   settings.publish_rate = publish_rate;
-  settings.driver = driver_settings(scene);
-  settings.telemetry.rollers = rollers;
+  settings.driver = driver_settings();
   BaseLoop loop(settings);
+  Telemetry::Options options;
+  options.rollers = rollers;
+  const Telemetry telemetry(scene, options);
   loop.push(0, curve());
   const auto bag = bag_file.empty() ? nullptr : std::make_unique<BagWriter>(bag_file);
   const bool clock_listened = listened.count(kClockTopic);
@@ -86,10 +87,10 @@ void run_node(const Scene& scene, double publish_rate, const std::string& bag_fi
   while (loop.time() < scene.duration - 0.5 * kControlPeriod) {
     const double stop = telemetry_wanted ? loop.next_instant() : loop.time() + 0.02;
     loop.advance_periods(clock_listened ? 1 : loop.periods_until(stop));
-    loop.take_events();
+    loop.take_driver_events();
     const double t = loop.time();
     const bool is_due = loop.meet_instant();
-    const Events events = loop.take_happenings();
+    const Events events = loop.take_events();
     if (clock_listened) {
       rosgraph_msgs::Clock message;
       message.clock = stamp_of(t);
@@ -100,8 +101,8 @@ void run_node(const Scene& scene, double publish_rate, const std::string& bag_fi
       for (const RollerSwitch& event : events.switches) send(roller_switch_message(event, stamp_of(event.t)));
     }
     if (!is_due || !telemetry_wanted) continue;
-    if (bag) bag->write(loop.telemetry(), loop.simulation(), loop.driver().readings(), t);
-    loop.visit_telemetry(stamp_of(t), [&](const char* topic, const auto& make) {
+    if (bag) bag->write(telemetry, loop.simulation(), loop.sensors(), t);
+    telemetry.visit(loop.simulation(), loop.sensors(), stamp_of(t), [&](const char* topic, const auto& make) {
       if (listened.count(topic)) send(make());
     });
   }
@@ -110,9 +111,11 @@ void run_node(const Scene& scene, double publish_rate, const std::string& bag_fi
 
 /// Names of all topics of which there may be messages.
 void print_topics(const Scene& scene) {
-  BaseSettings settings;
+  LoopSettings settings;
   settings.scene = scene;
-  BaseLoop(settings).visit_telemetry(ros::Time(), [](const char* topic, const auto&) { fmt::print("{}\n", topic); });
+  const BaseLoop loop(settings);
+  const auto print = [](const char* topic, const auto&) { fmt::print("{}\n", topic); };
+  Telemetry(scene, {}).visit(loop.simulation(), loop.sensors(), ros::Time(), print);
   fmt::print("{}\n{}\n", kRollerSwitchesTopic, kClockTopic);
 }
 #endif

@@ -12,8 +12,8 @@
 #include <iostream>
 #include <random>
 
+#include "youbot_base_sim/loop/base_loop.h"
 #include "youbot_base_sim/physics/roller_geometry.h"
-#include "youbot_base_sim/ros/base_loop.h"
 
 namespace {
 
@@ -114,7 +114,11 @@ struct Hour {
 /// A base in the node's loop, and what is kept of it.
 class Soak {
  public:
-  explicit Soak(unsigned seed) : stack_(seed), loop_(settings()), geometry_(loop_.simulation().scene().robot) {}
+  explicit Soak(unsigned seed)
+      : stack_(seed),
+        loop_(settings()),
+        telemetry_(loop_.simulation().scene(), {}),
+        geometry_(loop_.simulation().scene().robot) {}
 
   Hour hour() {
     Hour hour;
@@ -143,8 +147,8 @@ class Soak {
   const BaseLoop& loop() const { return loop_; }
 
  private:
-  static BaseSettings settings() {
-    BaseSettings settings;  // the node's defaults
+  static LoopSettings settings() {
+    LoopSettings settings;  // the node's defaults
     settings.scene.solver.control_period = 1e-3;
     settings.scene.solver.relative_tolerance = 1e-5;
     settings.scene.solver.absolute_tolerance = 1e-8;
@@ -172,13 +176,14 @@ class Soak {
   }
 
   void publish(Hour& hour) {
-    loop_.visit_telemetry(stamp_of(loop_.time()), [&](const char*, const auto& make) {
+    telemetry_.visit(loop_.simulation(), loop_.sensors(), stamp_of(loop_.time()), [&](const char*, const auto& make) {
       hour.messages += ros::serialization::serializeMessage(make()).num_bytes > 0;
     });
   }
 
   RandomStack stack_;
   BaseLoop loop_;
+  Telemetry telemetry_;
   RollerGeometry geometry_;
   std::array<std::int64_t, kWheels> rollers_{};
   std::int64_t hours_ = 0;

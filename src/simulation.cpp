@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "youbot_base_sim/drive/control_time.h"
 #include "youbot_base_sim/drive/wheel_drive.h"
 #include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/integration/motion_so_far.h"
@@ -16,32 +17,35 @@ namespace youbot_base_sim {
 
 namespace {
 
-/// What the scene's drive tells the wheels at time t: rates, rad/s, of a velocity table, else torques, N m.
-std::function<Wheels(double t)> make_command(const Scene& scene) {
-  // A row or a segment that begins where a control period does must not be missed for a rounding error.
-  const double late = 1e-6 * scene.solver.control_period;
+/// What the scene's drive commands at time t, s: wheel rates, rad/s, of a velocity table, else torques, N m. Rows and
+/// segments that begin up to `rounding` (s) later count as begun.
+using Command = std::function<Wheels(double t, double rounding)>;
+
+Command make_command(const Scene& scene) {
   if (const auto* velocities = std::get_if<VelocityTable>(&scene.drive)) {
-    return [late, table = velocities->table](double t) { return table.at(t + late); };
+    return [table = velocities->table](double t, double rounding) { return table.at(t + rounding); };
   }
   const std::shared_ptr<TorqueProfile> torque = make_torque_profile(scene);
-  if (!torque) return [](double) -> Wheels { return Wheels::Zero(); };
-  return [late, torque](double t) {
-    torque->begin_segment(t + late);
+  if (!torque) return [](double, double) -> Wheels { return Wheels::Zero(); };
+  return [torque](double t, double rounding) {
+    torque->begin_segment(t + rounding);
     return torque->value(t);
   };
 }
 
 /// The scene's own drive, sampled at the beginning of each control period.
 Simulation::Drive make_drive(const Scene& scene) {
-  const std::function<Wheels(double)> command = make_command(scene);
+  const Command command = make_command(scene);
   const bool tracks_rates = std::holds_alternative<VelocityTable>(scene.drive);
-  if (!tracks_rates && !scene.motors) return [command](double t, const State&) { return command(t); };
+  if (!tracks_rates && !scene.motors) {
+    return [command](double t, const State&) { return command(t, ControlTime::rounding(t)); };
+  }
   const DriveMode mode = tracks_rates ? DriveMode::kVelocity : DriveMode::kTorque;
   const MotorSettings motors = scene.motors.value_or(MotorSettings());
   WheelDrive wheels(scene.solver.control_period, motors.limit(Motor()), motors.gains, motors.quantized.value_or(false));
   return [=](double t, const State& state) mutable {
-    const Wheels told = command(t - motors.command_delay);
-    for (int i = 0; i < kWheels; ++i) wheels.command(i, {mode, told[i]});
+    const Wheels commanded = command(t - motors.command_delay, ControlTime::rounding(t));
+    for (int i = 0; i < kWheels; ++i) wheels.command(i, {mode, commanded[i]});
     return wheels.sample(state.dphi());
   };
 }
@@ -54,7 +58,8 @@ bool same(const Wrench& a, const Wrench& b) {
 
 class Simulation::Loop {
  public:
-  Loop(const Scene& scene, Drive drive) : scene_(scene), given_drive_(std::move(drive)) {
+  Loop(const Scene& scene, Drive drive)
+      : scene_(scene), given_drive_(std::move(drive)), control_time_(scene.solver.control_period) {
     if (given_drive_ && !(scene.solver.control_period > 0)) {
       throw std::invalid_argument("a sampled drive needs a control_period > 0");
     }
@@ -94,11 +99,10 @@ class Simulation::Loop {
   void advance_to(double t) {
     if (!(t > t_)) return;
     if (!held_) return advance_continuously(t);
-    const double slack = kSlack * period();
-    if (in_period_) advance_within_period(t + slack < end_of_period() ? t : end_of_period());
-    const auto whole = static_cast<std::int64_t>(std::floor((t + slack) / period())) - periods_;
+    if (in_period_) advance_within_period(ControlTime::reached(end_of_period(), t) ? end_of_period() : t);
+    const std::int64_t whole = control_time_.ended_by(t) - periods_;
     if (!in_period_ && whole > 0) advance_whole_periods(whole);
-    if (t_ < t - slack) advance_within_period(t);
+    if (!ControlTime::reached(t, t_)) advance_within_period(t);
   }
 
   void advance_periods(std::int64_t n) {
@@ -134,12 +138,8 @@ class Simulation::Loop {
   std::vector<BurdenChange> burden_changes_;
 
  private:
-  static constexpr double kSlack = 1e-6;  // of a control period, for rounding
-
-  double period() const { return scene_.solver.control_period; }
-
-  // k * period rather than a sum, so that an hour of periods is an hour.
-  double end_of_period() const { return static_cast<double>(periods_ + 1) * period(); }
+  double period() const { return control_time_.period(); }
+  double end_of_period() const { return control_time_.begin(periods_ + 1); }
 
   // The torque acts continuously, segment by segment.
   void advance_continuously(double t) {
@@ -157,10 +157,10 @@ class Simulation::Loop {
   // n control periods from the beginning of one; those in which loads or wrenches change in parts.
   void advance_whole_periods(std::int64_t n) {
     while (n > 0) {
-      if (next_change_ <= t_ + kSlack * period()) change_burden();
-      const double before = std::floor((next_change_ + kSlack * period()) / period()) - static_cast<double>(periods_);
+      make_due_changes();
+      const std::int64_t before = control_time_.ended_by(next_change_) - periods_;
       if (before >= 1) {
-        const std::int64_t whole = before < static_cast<double>(n) ? static_cast<std::int64_t>(before) : n;
+        const std::int64_t whole = std::min(before, n);
         run_periods(whole);
         n -= whole;
       } else {
@@ -176,7 +176,7 @@ class Simulation::Loop {
     const auto count = static_cast<std::size_t>(n);
     const auto observer = [&](std::size_t k) {
       periods_ = first + static_cast<std::int64_t>(k);
-      t_ = static_cast<double>(periods_) * period();
+      t_ = control_time_.begin(periods_);
       if (k < count) sample_drive();
     };
     integration_->advance_periods(state_, first, period(), count, std::ref(observer));
@@ -184,9 +184,11 @@ class Simulation::Loop {
 
   // A part of a control period, for whoever looks between two samples.
   void advance_within_period(double t) {
-    if (!in_period_ && next_change_ <= t_ + kSlack * period()) change_burden();
-    if (!in_period_) sample_drive();
-    while (next_change_ < t - kSlack * period()) {
+    if (!in_period_) {
+      make_due_changes();
+      sample_drive();
+    }
+    while (!ControlTime::reached(t, next_change_)) {
       integration_->advance(state_, t_, next_change_);
       t_ = std::max(t_, next_change_);
       change_burden();
@@ -216,6 +218,11 @@ class Simulation::Loop {
     burden.loads.insert(burden.loads.end(), added_.loads.begin(), added_.loads.end());
     burden.wrenches.insert(burden.wrenches.end(), added_.wrenches.begin(), added_.wrenches.end());
     return burden;
+  }
+
+  // Where a control period begins, to which a change counts that rounding alone keeps apart from it.
+  void make_due_changes() {
+    while (ControlTime::reached(next_change_, t_)) change_burden();
   }
 
   // Loads and wrenches as they are from the change on that is due.
@@ -252,6 +259,7 @@ class Simulation::Loop {
 
   const std::atomic<bool>* stop_ = nullptr;  // null: never
   Drive given_drive_;
+  const ControlTime control_time_;  // where the drive is sampled
   Drive drive_;
   HeldTorque* held_ = nullptr;  // torque_, where the drive is sampled
   std::int64_t periods_ = 0;    // completed

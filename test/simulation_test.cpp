@@ -50,6 +50,39 @@ TEST_F(SimulationTest, RowsDoNotDisturbHeldTorques) {
   EXPECT_TRUE((by_row.state().values == by_period.state().values).all());
 }
 
+/// A push of 1 MN along x from `start` to `end`, and when to look where the base has come to, s.
+struct Push {
+  double start, end, duration;
+};
+
+// A change of what pushes acts at its own time, however long the control periods are within which it lies.
+TEST_F(SimulationTest, ShortPushesActWhateverTheControlPeriod) {
+  const auto way = [&](const Push& push, double period) {
+    std::ostringstream scene;
+    scene.precision(12);
+    scene << "duration: " << push.duration << "\nsolver: {control_period: " << period << "}\nwrenches: [{force: "
+          << "[1000000, 0, 0], start: " << push.start << ", end: " << push.end << "}]\n";
+    Simulation simulation(load(scene.str()));
+    simulation.advance_to(push.duration);
+    return simulation.state().x();
+  };
+  for (const Push& push : {Push{9.999995, 10.000004, 12}, Push{1.9999995, 2.0000005, 3}, Push{0, 1e-6, 3}}) {
+    const double expected = way(push, 0.001);
+    EXPECT_GT(expected, 5e-3);
+    for (const double period : {0.01, 1.0, 10.0}) {
+      EXPECT_NEAR(way(push, period), expected, 1e-3 * expected) << push.start << " s, " << period << " s";
+    }
+  }
+}
+
+TEST_F(SimulationTest, AdvancesBySmallPartsOfAPeriod) {
+  Simulation simulation(
+      load("duration: 1e-6\nsolver: {control_period: 10}\ndrive: {torque: [{start: 0, constant: [1, 1, 1, 1]}]}\n"));
+  simulation.advance_to(1e-6);
+  EXPECT_EQ(simulation.time(), 1e-6);
+  EXPECT_GT(simulation.state().dphi()[0], 0);
+}
+
 // Under a continuous torque a row ends a step, so that other rows mean other steps.
 TEST_F(SimulationTest, RowsMoveAContinuousMotionWithinTheTolerance) {
   const Scene scene = load_scene(YOUBOT_BASE_SIM_SOURCE_DIR "/config/scenes/case2.yaml");

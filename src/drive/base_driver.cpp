@@ -3,12 +3,13 @@
 #include <algorithm>
 #include <limits>
 
+#include "youbot_base_sim/drive/control_time.h"
+
 namespace youbot_base_sim {
 
 namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
-constexpr double kSlack = 1e-9;  // s, for the rounding of times that are sums of control periods
 constexpr SetPoint kHoldAtRest{DriveMode::kVelocity, 0};
 
 bool quantized(const BaseDriver::Settings& settings) { return settings.motors.quantized.value_or(true); }
@@ -19,7 +20,6 @@ BaseDriver::BaseDriver(const Settings& settings, const Wheels& phi)
     : settings_(settings),
       motor_(settings.motors.limit(settings.motor)),
       drive_(settings.control_period, motor_, settings.motors.gains, quantized(settings)),
-      friction_(settings.dry_friction, settings.wheel_inertia, settings.control_period),
       sensors_(motor_, quantized(settings), phi),
       last_command_(kNever) {
   send_to_all(kHoldAtRest);
@@ -65,16 +65,15 @@ void BaseDriver::set_faults(double t, const Faults& faults) {
   for (int i = 0; i < kWheels; ++i) silent_since_[i] = responds(i) ? kNever : std::min(silent_since_[i], t);
 }
 
-Wheels BaseDriver::sample(double t, const Wheels& dphi) {
+const Wheels& BaseDriver::sample(double t, const Wheels& dphi) {
   apply_due_commands(t);
   check_command_timeout(t);
   exchange_ethercat(t);
-  torque_ = drive_.sample(dphi);
-  return torque_ + friction_.sample(dphi, torque_);
+  return torque_ = drive_.sample(dphi);
 }
 
 void BaseDriver::apply_due_commands(double t) {
-  while (!pending_.empty() && pending_.front().due <= t + kSlack) {
+  while (!pending_.empty() && ControlTime::reached(pending_.front().due, t)) {
     for (int i = 0; i < kWheels; ++i) {
       if (const auto& set_point = pending_.front().command[i]) sent_[i] = *set_point;
     }
@@ -83,7 +82,8 @@ void BaseDriver::apply_due_commands(double t) {
 }
 
 void BaseDriver::check_command_timeout(double t) {
-  if (settings_.command_timeout == 0 || timed_out_ || t < last_command_ + settings_.command_timeout - kSlack) return;
+  if (settings_.command_timeout == 0 || timed_out_) return;
+  if (!ControlTime::reached(last_command_ + settings_.command_timeout, t)) return;
   timed_out_ = events_.timed_out = true;
   pending_.clear();
   send_to_all(kHoldAtRest);
@@ -93,7 +93,7 @@ void BaseDriver::exchange_ethercat(double t) {
   for (int i = 0; i < kWheels; ++i) {
     if (responds(i)) {
       drive_.command(i, sent_[i]);
-    } else if (t >= silent_since_[i] + EthercatConnection::kTimeout - kSlack) {
+    } else if (ControlTime::reached(silent_since_[i] + EthercatConnection::kTimeout, t)) {
       drive_.command(i, {});
     }
   }

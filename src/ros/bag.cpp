@@ -158,14 +158,13 @@ void BagWriter::write(const Events& events) {
   }
 }
 
-void BagWriter::write(const Telemetry& telemetry, const Simulation& simulation, const MotorReadings& readings,
-                      double t) {
+void BagWriter::write(const Telemetry& telemetry, const Simulation& simulation, const BaseSensors& sensors, double t) {
   const ros::Time stamp = stamp_of(t);
   if (!std::exchange(has_static_, true)) {
     const auto transforms = telemetry.static_transforms(simulation, stamp);
     if (transforms) file_->write(kStaticTransformsTopic, stamp, *transforms, latched(*transforms));
   }
-  telemetry.visit(simulation, readings, stamp, [&](const char* topic, const auto& make) {
+  telemetry.visit(simulation, sensors, stamp, [&](const char* topic, const auto& make) {
     if (telemetry.recorded(topic)) file_->write(topic, stamp, make());
   });
   Telemetry::visit_push(simulation, stamp, [&](const char* topic, const auto& make) {
@@ -184,19 +183,20 @@ std::string BagWriter::keep_incomplete() { return file_->keep_incomplete(); }
 
 void BagRecorder::write(double t, const Simulation& simulation, const Events& events) {
   const State& state = simulation.state();
-  if (!sensors_) sensors_.emplace(simulation.scene().motors, state.phi());
-  const MotorReadings& readings = sensors_->read(state.phi(), state.dphi(), simulation.torque());
-  if (telemetry_) {
-    telemetry_->update(t, state, readings.phi);
+  if (!motors_) motors_.emplace(simulation.scene().motors, state.phi());
+  const MotorReadings& readings = motors_->read(state.phi(), state.dphi(), simulation.torque());
+  if (sensors_) {
+    sensors_->update(t, state, readings);
   } else {
     Telemetry::Options options;
     options.contacts = simulation.scene().output.contacts;
     options.world = true;
-    telemetry_.emplace(simulation.scene(), readings.phi, options);
+    sensors_.emplace(simulation.scene(), readings, BaseSensors::Options());
+    telemetry_.emplace(simulation.scene(), options);
     if (options.contacts) markers_.emplace(marker_options(simulation.scene().robot, options.world));
   }
   bag_.write(events);
-  bag_.write(*telemetry_, simulation, readings, t);
+  bag_.write(*telemetry_, simulation, *sensors_, t);
   if (!markers_) return;
   bag_.write_markers(t, [&] { return markers_->at(contacts_message(simulation, stamp_of(t)), simulation); });
 }

@@ -50,6 +50,8 @@ Scene read_scene(Parameters& parameters) {
   }
   if (scene.solver.control_period == 0) scene.solver.control_period = 1e-3;
   scene.drive = std::monostate();
+  const auto friction = parameters.number("dry_friction", std::optional<double>(), {0, 100, "N m"});
+  if (friction) scene.robot.dry_friction.setConstant(*friction);
   return scene;
 }
 
@@ -76,7 +78,7 @@ void read_driver_parameters(BaseSettings& settings) {
   try {
     const DriverConfiguration configuration = load_driver_configuration(folder, name);
     settings.driver.motor = configuration.motor;
-    settings.telemetry.kinematics = configuration.kinematics;
+    settings.sensors.kinematics = configuration.kinematics;
   } catch (const DriverConfigurationError& error) {
     throw ParameterError(fmt::format("parameter youBotConfigurationFilePath: {}", error.what()));
   }
@@ -137,22 +139,20 @@ void read_drive(Parameters& parameters, BaseSettings& settings) {
   BaseDriver::Settings& driver = settings.driver;
   driver.motors = settings.scene.motors.value_or(MotorSettings());
   visit_settings(driver.motors, MotorReader{parameters});
-  driver.dry_friction = parameters.number("dry_friction", driver.dry_friction, {0, 100, "N m"});
-  if (driver.dry_friction > 0 && (settings.scene.robot.dry_friction > 0).any()) {
-    throw parameters.refusal("dry_friction", fmt::format("{:g}", driver.dry_friction),
-                             "left out where the robot has a dry_friction of its own, by its scene or profile");
-  }
   driver.command_timeout = parameters.number("command_timeout", driver.command_timeout, {0, 1e6, "s"});
 }
 
-void read_imu(Parameters& parameters, Telemetry::Options& telemetry) {
+void read_sensors(Parameters& parameters, BaseSensors::Options& sensors) {
+  sensors.kinematics.wheel_radius =
+      parameters.number("driver_wheel_radius", sensors.kinematics.wheel_radius, {1e-3, 1, "m"});
+  sensors.wheel_error = parameters.number("odometry_wheel_error", sensors.wheel_error, {0, 1, ""});
   const bool publish = parameters.flag("publish_imu", false);
   ImuSettings imu;
   imu.rate_noise = parameters.number("imu_rate_noise", imu.rate_noise, {0, 10, "rad/s"});
   imu.rate_bias = parameters.number("imu_rate_bias", imu.rate_bias, {0, 10, "rad/s"});
   imu.acceleration_noise = parameters.number("imu_acceleration_noise", imu.acceleration_noise, {0, 100, "m/s^2"});
   imu.acceleration_bias = parameters.number("imu_acceleration_bias", imu.acceleration_bias, {0, 100, "m/s^2"});
-  if (publish) telemetry.imu = imu;
+  if (publish) sensors.imu = imu;
 }
 
 void read_telemetry(Parameters& parameters, BaseSettings& settings) {
@@ -161,10 +161,6 @@ void read_telemetry(Parameters& parameters, BaseSettings& settings) {
   telemetry.world = parameters.flag("world_tf", telemetry.world);
   telemetry.rollers = parameters.flag("publish_rollers", telemetry.rollers);
   telemetry.contacts = parameters.flag("publish_contacts", settings.scene.output.contacts);
-  telemetry.kinematics.wheel_radius =
-      parameters.number("driver_wheel_radius", telemetry.kinematics.wheel_radius, {1e-3, 1, "m"});
-  telemetry.wheel_error = parameters.number("odometry_wheel_error", telemetry.wheel_error, {0, 1, ""});
-  read_imu(parameters, telemetry);
   const std::string sign = parameters.text("joint_velocity_sign", "consistent");
   if (sign != "consistent" && sign != "driver_exact") {
     throw parameters.refusal("joint_velocity_sign", "\"" + sign + "\"", "consistent or driver_exact");
@@ -212,6 +208,7 @@ BaseSettings read_base_settings() {
   read_rates(parameters, settings);
   read_time(parameters, settings);
   read_drive(parameters, settings);
+  read_sensors(parameters, settings.sensors);
   read_telemetry(parameters, settings);
   read_markers(parameters, settings);
   settings.bag = parameters.text("bag", settings.bag);

@@ -28,7 +28,7 @@ DiagnosticStatusWrapper own_status(const std::string& subject, bool ok, const st
   return status;
 }
 
-std::string doing_of(const BaseDriver& driver, int i) {
+std::string motor_status_text(const BaseDriver& driver, int i) {
   if (driver.faults().silent[i] || driver.faults().ethercat_lost) return "does not answer";
   const SetPoint set_point = driver.set_points()[i];
   if (set_point.mode == DriveMode::kOff) return "motor off";
@@ -46,7 +46,7 @@ DiagnosticStatusWrapper wheels_status(const BaseDriver& driver, const Simulation
   for (int i = 0; i < kWheels; ++i) {
     const std::string stands = others[i] ? fmt::format("between rollers {} and {}", rollers[i], *others[i])
                                          : fmt::format("on roller {}", rollers[i]);
-    status.add(wheel_joint(i), doing_of(driver, i) + ", " + stands);
+    status.add(wheel_joint(i), motor_status_text(driver, i) + ", " + stands);
   }
   return status;
 }

@@ -5,13 +5,16 @@
 #include <algorithm>
 #include <cmath>
 
+#include "youbot_base_sim/ros/burden_messages.h"
+#include "youbot_base_sim/ros/node_constants.h"
+
 namespace youbot_base_sim {
 
 namespace {
 
 constexpr char kNoBase[] = "No base initialized!";  // the driver's words
 
-const std::string kTooMany = fmt::format("{} requests wait for time to go on: refused", DriverRequests::kMaxWaiting);
+const std::string kTooMany = fmt::format("{} requests wait for time to advance: refused", BaseRequests::kMaxWaiting);
 
 /// What is wrong with a request for faults; empty if nothing is.
 std::string refusal_of(const SetFaults::Request& request) {
@@ -41,18 +44,21 @@ Faults faults_of(const SetFaults::Request& request) {
 
 }  // namespace
 
-DriverInterface::DriverInterface(BaseLoop& loop, const std::function<double()>& now,
-                                 const Telemetry::Options& telemetry, ros::NodeHandle& node,
-                                 ros::NodeHandle& private_node, ThrottledLog& log)
-    : loop_(loop), now_(now), log_(log), warns_of_signs_(telemetry.driver_velocity_sign) {
+DriverInterface::DriverInterface(BaseLoop& loop, const std::function<double()>& now, const BaseSettings& settings,
+                                 ros::NodeHandle& node, ros::NodeHandle& private_node, ThrottledLog& log)
+    : loop_(loop), now_(now), log_(log), warns_of_signs_(settings.telemetry.driver_velocity_sign) {
   subscribe<brics_actuator::JointTorques>(node, kTorqueTopic, [](const auto& m) { return wheel_command(m); });
   subscribe<brics_actuator::JointVelocities>(node, kVelocityTopic, [](const auto& m) { return wheel_command(m); });
-  subscribe<geometry_msgs::Twist>(
-      node, kTwistTopic, [kinematics = telemetry.kinematics](const auto& m) { return wheel_command(m, kinematics); });
+  subscribe<geometry_msgs::Twist>(node, kTwistTopic, [kinematics = settings.sensors.kinematics](const auto& m) {
+    return wheel_command(m, kinematics);
+  });
+  wrench_subscriber_ = private_node.subscribe(kWrenchTopic, kCommandQueueSize, &DriverInterface::receive_wrench, this,
+                                              ros::TransportHints().tcpNoDelay());
   services_ = {node.advertiseService(kSwitchOffService, &DriverInterface::switch_off, this),
                node.advertiseService(kSwitchOnService, &DriverInterface::switch_on, this),
                node.advertiseService(kReconnectService, &DriverInterface::reconnect, this),
-               private_node.advertiseService(kSetFaultsService, &DriverInterface::set_faults, this)};
+               private_node.advertiseService(kSetFaultsService, &DriverInterface::set_faults, this),
+               private_node.advertiseService(kSetLoadsService, &DriverInterface::set_loads, this)};
 }
 
 template <class Message>
@@ -61,17 +67,17 @@ void DriverInterface::subscribe(ros::NodeHandle& node, const char* topic,
   const boost::function<void(const boost::shared_ptr<const Message>&)> take =
       [this, topic, read](const boost::shared_ptr<const Message>& message) { receive(topic, read(*message)); };
   // Without the hint Nagle's algorithm may hold a command back for 40 ms.
-  subscribers_.push_back(
+  command_subscribers_.push_back(
       node.subscribe<Message>(topic, kCommandQueueSize, take, ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay()));
 }
 
 bool DriverInterface::has_commander() const {
-  return std::any_of(subscribers_.begin(), subscribers_.end(),
+  return std::any_of(command_subscribers_.begin(), command_subscribers_.end(),
                      [](const ros::Subscriber& subscriber) { return subscriber.getNumPublishers() > 0; });
 }
 
 void DriverInterface::receive(const char* topic, const WheelCommand& command) {
-  ++commands_;
+  commanded_ = true;
   const double now = now_();
   if (!loop_.present(now)) return log_.error("no base", kNoBase);
   const auto complain = [&](const std::string& subject, const std::string& text) {
@@ -99,15 +105,27 @@ void DriverInterface::receive(const char* topic, const WheelCommand& command) {
   if (names_any) loop_.push(now, command.set_points);
 }
 
-/// Enqueues a request of a service; false if it is refused.
-bool DriverInterface::request(const DriverRequest& request) {
+void DriverInterface::receive_wrench(const geometry_msgs::WrenchStamped& message) {
+  std::string complaint;
+  const Wrench wrench = wrench_of(message, complaint);
+  if (!complaint.empty()) return log_.warn(kWrenchTopic, fmt::format("~{}: {}: refused", kWrenchTopic, complaint));
+  if (!request(wrench)) return;
+  if (wrench.force.z() != 0 && loop_.simulation().scene().robot.normal_reactions == NormalReactions::kStatic) {
+    log_.warn("vertical force", fmt::format("~{}: wrench.force.z = {}: has no effect unless robot.normal_reactions is "
+                                            "dynamic",
+                                            kWrenchTopic, wrench.force.z()));
+  }
+}
+
+/// Enqueues a request other than a command; false if it is refused.
+bool DriverInterface::request(const BaseRequest& request) {
   const bool taken = loop_.push(now_(), request);
   if (!taken) log_.error("too many", kTooMany);
   return taken;
 }
 
 /// The same for one that only a base can fulfil.
-bool DriverInterface::request_of_base(const DriverRequest& request) {
+bool DriverInterface::request_of_base(const BaseRequest& request) {
   if (loop_.present(now_())) return this->request(request);
   log_.error("no base", kNoBase);
   return false;
@@ -137,6 +155,16 @@ bool DriverInterface::reconnect(std_srvs::Empty::Request&, std_srvs::Empty::Resp
 bool DriverInterface::set_faults(SetFaults::Request& asked, SetFaults::Response& response) {
   response.message = refusal_of(asked);
   if (response.message.empty() && !request(faults_of(asked))) response.message = kTooMany;
+  response.success = response.message.empty();
+  return true;
+}
+
+bool DriverInterface::set_loads(SetLoads::Request& asked, SetLoads::Response& response) {
+  const std::vector<Load> loads = loads_of(asked, response.message);
+  if (response.message.empty()) response.message = loop_.refusal(loads);
+  if (response.message.empty() && !request(LoadsRequest{loads, static_cast<bool>(asked.at_rest)})) {
+    response.message = kTooMany;
+  }
   response.success = response.message.empty();
   return true;
 }

@@ -5,11 +5,23 @@
 
 #include <stdexcept>
 
+#include "youbot_base_sim/drive/control_time.h"
 #include "youbot_base_sim/ros/conversions.h"
 #include "youbot_base_sim/ros/parameters.h"
 #include "youbot_base_sim/text/quote.h"
 
 namespace youbot_base_sim {
+
+namespace {
+
+/// The latest time, s, that a clock of whole nanoseconds may tell like this, so that nothing that begins with a control
+/// period is missed.
+double latest_of(const ros::Time& clock) {
+  const double t = time_of(clock) + 0.5e-9;
+  return t + ControlTime::rounding(t);
+}
+
+}  // namespace
 
 PlayerSettings read_player_settings() {
   Parameters parameters(ros::NodeHandle("~"), "~");
@@ -52,13 +64,14 @@ void ScenePlayer::run() {
   ROS_INFO("waiting for base_node: a /clock, and a subscriber of %s", commands_.getTopic().c_str());
   const ros::SteadyTime beginning = ros::SteadyTime::now();
   ros::SteadyTime start;
-  for (const double end = scene_.duration - 1e-9;;) {
+  for (;;) {
     ros::getGlobalCallbackQueue()->callOne(ros::WallDuration(0.1));
-    if (time_of(now_) >= end) break;
+    if (latest_of(now_) >= scene_.duration) break;
     if (base_lost_) throw std::runtime_error(fmt::format("{} is gone at t = {} s", base_, time_of(now_)));
     if (!ros::ok()) throw std::runtime_error(fmt::format("interrupted at t = {} s", time_of(now_)));
     if (timeout_ > 0 && commanded_.isZero() && (ros::SteadyTime::now() - beginning).toSec() > timeout_)
-      throw std::runtime_error(fmt::format("no base_node for {:g} s: no /clock, or nobody who listens", timeout_));
+      throw std::runtime_error(
+          fmt::format("no base_node for {:g} s: no /clock, or no subscriber of the commands", timeout_));
     if (now_ == commanded_ || !listeners_.count(base_)) continue;
     if (commanded_.isZero()) start = ros::SteadyTime::now();
     command(time_of(now_));
@@ -80,8 +93,7 @@ void ScenePlayer::lose(const ros::SingleSubscriberPublisher& subscriber) {
 }
 
 void ScenePlayer::command(double t) {
-  // What begins with this control period must not be missed for a rounding error.
-  const double in_period = t + 1e-9;
+  const double in_period = latest_of(now_);
   if (torque_) {
     torque_->begin_segment(in_period);
     commands_.publish(torque_message(torque_->value(t), now_));

@@ -1,9 +1,5 @@
 #include "youbot_base_sim/ros/telemetry.h"
 
-#include <fmt/format.h>
-
-#include <stdexcept>
-
 namespace youbot_base_sim {
 
 namespace {
@@ -40,37 +36,21 @@ geometry_msgs::TransformStamped place(const char* frame, const State& state, con
 
 }  // namespace
 
-Telemetry::Telemetry(const Scene& scene, const Wheels& phi, const Options& options)
-    : options_(options), odometry_(options.kinematics, phi, options.wheel_error) {
-  if (options.imu) imu_.emplace(*options.imu, scene.floor, 0, scene.initial);
+Telemetry::Telemetry(const Scene& scene, const Options& options) : options_(options) {
   joints_.name = joint_names(options.rollers ? scene.robot.rollers : 0);
   joints_.position.resize(joints_.name.size());
   joints_.velocity.resize(joints_.name.size());
   joints_.effort.resize(joints_.name.size());
 }
 
-void Telemetry::require_finite(const Simulation& simulation, const MotorReadings& readings) const {
-  const auto require = [&](const char* topic, const char* what, bool is_finite) {
-    if (is_finite) return;
-    throw std::runtime_error(fmt::format("{}: the {} is not finite at t = {} s", topic, what, simulation.time()));
-  };
-  require(kGroundTruthTopic, "state of the base", simulation.state().values.allFinite());
-  require(kJointStatesTopic, "position of a wheel", readings.phi.allFinite());
-  require(kJointStatesTopic, "velocity of a wheel", readings.dphi.allFinite());
-  require(kJointStatesTopic, "effort of a wheel", readings.torque.allFinite());
-  require(kOdometryTopic, "pose", odometry_.pose().allFinite());
-  require(kOdometryTopic, "twist", odometry_.kinematics().velocity(readings.dphi).allFinite());
-  if (options_.wheel_error == 0) return;
-  require(kOdometryTopic, "pose's covariance", odometry_.pose_covariance().allFinite());
-  require(kOdometryTopic, "twist's covariance", odometry_.velocity_covariance(readings.dphi).allFinite());
-}
-
-nav_msgs::Odometry Telemetry::odometry(const MotorReadings& readings, const ros::Time& stamp) const {
+nav_msgs::Odometry Telemetry::odometry(const BaseSensors& sensors, const ros::Time& stamp) const {
+  const WheelOdometry& odometry = sensors.odometry();
+  const Wheels& dphi = sensors.readings().dphi;
   nav_msgs::Odometry message =
-      odometry_message(kOdometryFrame, odometry_.pose(), odometry_.kinematics().velocity(readings.dphi), stamp);
-  if (options_.wheel_error > 0) {
-    message.pose.covariance = covariance_message(odometry_.pose_covariance());
-    message.twist.covariance = covariance_message(odometry_.velocity_covariance(readings.dphi));
+      odometry_message(kOdometryFrame, odometry.pose(), odometry.kinematics().velocity(dphi), stamp);
+  if (odometry.has_covariance()) {
+    message.pose.covariance = covariance_message(odometry.pose_covariance());
+    message.twist.covariance = covariance_message(odometry.velocity_covariance(dphi));
   }
   return message;
 }
@@ -95,9 +75,10 @@ sensor_msgs::JointState Telemetry::joint_states(const Simulation& simulation, co
   return message;
 }
 
-tf2_msgs::TFMessage Telemetry::transforms(const Simulation& simulation, const ros::Time& stamp) const {
+tf2_msgs::TFMessage Telemetry::transforms(const Simulation& simulation, const BaseSensors& sensors,
+                                          const ros::Time& stamp) const {
   tf2_msgs::TFMessage message;
-  message.transforms.push_back(transform_message(kOdometryFrame, kBaseFrame, odometry_.pose(), stamp));
+  message.transforms.push_back(transform_message(kOdometryFrame, kBaseFrame, sensors.odometry().pose(), stamp));
   if (options_.world) message.transforms.push_back(place(kTruthFrame, simulation.state(), stamp));
   return message;
 }

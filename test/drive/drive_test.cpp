@@ -4,7 +4,6 @@
 
 #include <cmath>
 
-#include "youbot_base_sim/drive/dry_friction.h"
 #include "youbot_base_sim/drive/motor_settings.h"
 #include "youbot_base_sim/drive/torque_profiles.h"
 #include "youbot_base_sim/drive/wheel_drive.h"
@@ -130,43 +129,6 @@ TEST(WheelDriveTest, MotorThatIsOffExertsNoTorque) {
   drive.command(3, torque(1));
   drive.command(3, {});
   EXPECT_EQ(drive.sample(Wheels::Constant(5))[3], 0);
-}
-
-// A wheel of inertia J under the torque of its motor, a load, and dry friction of up to 0.5 N m.
-class DryFrictionTest : public ::testing::Test {
- protected:
-  /// Rate of the wheel after `periods` control periods.
-  double rate_after(int periods, double J, double start, double motor, double load) {
-    DryFriction friction(0.5, kInertia, kPeriod);
-    Wheels dphi = Wheels::Zero();
-    dphi[0] = start;
-    for (int k = 0; k < periods; ++k) {
-      const Wheels exerted = Wheels(motor, 0, 0, 0);
-      dphi[0] += (motor + load + friction.sample(dphi, exerted)[0]) * kPeriod / J;
-    }
-    return dphi[0];
-  }
-
-  static constexpr double kInertia = 5.87e-3, kPeriod = 1e-3;
-};
-
-TEST_F(DryFrictionTest, HoldsAgainstMotorAndLoad) {
-  for (const double J : {kInertia, 0.028}) {  // a wheel alone, and one that carries a quarter of the robot
-    EXPECT_NEAR(rate_after(500, J, 0, 0.4, 0), 0, 1e-12) << J;
-    EXPECT_NEAR(rate_after(500, J, 0, 0, -0.4), 0, 1e-12) << J;
-    EXPECT_NEAR(rate_after(500, J, 0, 0.7, -0.4), 0, 1e-12) << J;
-  }
-}
-
-TEST_F(DryFrictionTest, BrakesByItsLimitUntilTheWheelRests) {
-  const double J = 0.028;
-  EXPECT_NEAR(rate_after(100, J, 5, 0, 0), 5 - 0.5 * 0.1 / J, 0.02);
-  EXPECT_NEAR(rate_after(1000, J, 5, 0, 0), 0, 1e-12);
-}
-
-TEST_F(DryFrictionTest, YieldsAboveItsLimit) {
-  const double J = 0.028;
-  EXPECT_NEAR(rate_after(100, J, 0, 0.8, 0), 0.3 * 0.1 / J, 0.02);
 }
 
 TEST(TorqueProfileTest, SegmentHoldsUntilTheNextIsBegun) {

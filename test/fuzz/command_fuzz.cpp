@@ -2,7 +2,7 @@
 // motor's limits, and the base keeps a finite state.
 
 #include "fuzz.h"
-#include "youbot_base_sim/drive/driver_requests.h"
+#include "youbot_base_sim/loop/base_requests.h"
 #include "youbot_base_sim/ros/conversions.h"
 
 using namespace youbot_base_sim;
@@ -90,7 +90,7 @@ Faults faults(Input& input) {
   return faults;
 }
 
-DriverRequest request(Input& input, const DriverKinematics& kinematics) {
+BaseRequest request(Input& input, const DriverKinematics& kinematics) {
   switch (input.byte() % 7) {
     case 0: {
       brics_actuator::JointTorques message;
@@ -131,19 +131,18 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   scene.duration = 1;
   BaseDriver::Settings settings;
   settings.control_period = kPeriod;
-  settings.wheel_inertia = scene.robot.J_1;
 
   Input input(data, size);
   const std::uint8_t variant = input.byte();
   settings.motors.quantized = variant & 1;
-  settings.dry_friction = variant & 2 ? kDryFriction : 0;
+  scene.robot.dry_friction.setConstant(variant & 2 ? kDryFriction : 0);
   settings.command_timeout = variant & 4 ? 2 * kPeriod : 0;
   BaseDriver driver(settings, Wheels::Zero());
-  DriverRequests requests(kPeriod);
+  BaseRequests requests{ControlTime(kPeriod)};
   Simulation simulation(scene, [&](double t, const State& state) {
     requests.take(t, driver);
     const Wheels torque = driver.sample(t, state.dphi());
-    require((torque.abs() <= driver.motor().max_torque() + settings.dry_friction).all(), "torques are limited");
+    require((torque.abs() <= driver.motor().max_torque()).all(), "torques are limited");
     for (const SetPoint& set_point : driver.set_points()) {
       require(driver.motor().can(set_point), fmt::format("set point {} is within the limits", set_point.value));
     }

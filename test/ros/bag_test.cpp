@@ -34,15 +34,16 @@ TEST(BagWriter, writes_every_topic_and_every_switch) {
   const TemporaryFolder folder;
   Simulation simulation(short_scene());
   BagWriter bag(folder.path("x.bag"));
-  Telemetry telemetry(simulation.scene(), simulation.state().phi(), {});
+  BaseSensors sensors(simulation.scene(), exact_readings(simulation), {});
+  const Telemetry telemetry(simulation.scene(), {});
   std::size_t switches = 0;
   for (int k = 0; k <= 50; ++k) {
     simulation.advance_to(0.01 * k);
     const Events events{simulation.take_switches(), simulation.take_burden_changes()};
     switches += events.switches.size();
     bag.write(events);
-    telemetry.update(simulation.time(), simulation.state(), simulation.state().phi());
-    bag.write(telemetry, simulation, exact_readings(simulation), simulation.time());
+    sensors.update(simulation.time(), simulation.state(), exact_readings(simulation));
+    bag.write(telemetry, simulation, sensors, simulation.time());
   }
   bag.commit();
 
@@ -209,8 +210,8 @@ TEST(BagRecorder, tells_what_the_base_carries_and_what_pushes_it) {
 
 /// Writes what the base tells at t (s) of a simulation that stands still.
 void write_at(double t, const Simulation& simulation, BagWriter& bag) {
-  const MotorReadings readings = exact_readings(simulation);
-  bag.write(Telemetry(simulation.scene(), readings.phi, {}), simulation, readings, t);
+  const BaseSensors sensors(simulation.scene(), exact_readings(simulation), {});
+  bag.write(Telemetry(simulation.scene(), {}), simulation, sensors, t);
 }
 
 std::vector<std::string> files(const TemporaryFolder& folder) {

@@ -7,7 +7,7 @@
 
 #include "joint_entry.h"
 #include "promises/refusals.h"
-#include "youbot_base_sim/ros/base_loop.h"
+#include "youbot_base_sim/loop/base_loop.h"
 #include "youbot_base_sim/ros/conversions.h"
 
 namespace youbot_base_sim {
@@ -120,8 +120,8 @@ TEST(TwistTest, MakesRatesThatAreNumbers) {
   }
 }
 
-BaseSettings settings() {
-  BaseSettings settings;
+LoopSettings settings() {
+  LoopSettings settings;
   settings.scene.solver.control_period = 1e-3;
   return settings;
 }

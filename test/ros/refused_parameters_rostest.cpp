@@ -8,11 +8,12 @@
 #include <limits>
 #include <regex>
 
+#include "program.h"
 #include "promises/refusals.h"
 #include "rostest_main.h"
+#include "temporary_folder.h"
 #include "youbot_base_sim/ros/base_settings.h"
 #include "youbot_base_sim/ros/parameters.h"
-#include "youbot_base_sim/text/text_file.h"
 
 namespace youbot_base_sim {
 namespace {
@@ -56,7 +57,7 @@ std::vector<std::string> RefusedParameters::names_;
 
 TEST_F(RefusedParameters, none_by_default) { EXPECT_EQ(refusal(), ""); }
 
-// As launch files pass on what nobody has set.
+// As launch files pass on arguments that are not given.
 TEST_F(RefusedParameters, none_that_is_unset) {
   for (const std::string& name : names_) {
     for (const std::string text : {"unset", ""}) EXPECT_EQ(refusal_of(name, text), "") << name;
@@ -109,15 +110,47 @@ TEST_F(RefusedParameters, names_that_are_unknown) {
   }
 }
 
-// What the launch files pass on: all of them.
-TEST_F(RefusedParameters, are_arguments_of_the_launch_files) {
-  for (const std::string file : {"base.launch", "youbot_driver.launch"}) {
-    const std::string text = read_text_file(YOUBOT_BASE_SIM_SOURCE_DIR "/launch/" + file, 1 << 20);
-    for (const std::string& name : names_) {
-      if (name[0] != '~') continue;
-      const std::string argument = name == "~bag" ? "node_bag" : name.substr(1);
-      EXPECT_NE(text.find("<arg name=\"" + argument + "\" default="), std::string::npos) << argument << " in " << file;
+/// The parameters that a launch file sets with these arguments, as "/node/name: value".
+std::string parameters_of(const std::string& launch_file, std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), {"roslaunch", "--dump-params", "youbot_base_sim", launch_file});
+  Program roslaunch("/usr/bin/env", arguments);
+  EXPECT_EQ(roslaunch.wait(), 0) << roslaunch.err();
+  return "\n" + roslaunch.out();
+}
+
+// Any of them, in place of what the launch file itself says.
+TEST_F(RefusedParameters, stand_in_the_file_of_the_launch_files) {
+  std::string yaml;
+  const TemporaryFolder folder;
+  int value = 1000;
+  for (const std::string& name : names_) {
+    if (name[0] == '~') yaml += name.substr(1) + ": " + std::to_string(++value) + "\n";
+  }
+  const std::string argument = "params:=" + folder.write("every.yaml", yaml);
+  for (const auto& [file, node] :
+       {std::pair("base.launch", "/base_node/"), std::pair("youbot_driver.launch", "/youbot_driver/")}) {
+    const std::string set = parameters_of(file, {argument, "scene:=unset", "lockstep:=true"});
+    std::istringstream lines(yaml);
+    for (std::string line; std::getline(lines, line);) {
+      EXPECT_NE(set.find("\n" + (node + line) + "\n"), std::string::npos) << line << " by " << file;
     }
+  }
+}
+
+TEST_F(RefusedParameters, are_arguments_of_the_launch_files_where_they_are_used_most) {
+  const std::string scene = YOUBOT_BASE_SIM_SOURCE_DIR "/config/scenes/case2.yaml";
+  const std::vector<std::string> arguments = {"profile: measured",     "publish_clock: true",  "real_time_factor: 0.5",
+                                              "lockstep: true",        "lockstep_period: 0.5", "lockstep_timeout: 2",
+                                              "publish_contacts: true"};
+  std::vector<std::string> given = {"scene:=" + scene};
+  for (const std::string& one : arguments) given.push_back(std::regex_replace(one, std::regex(": "), ":="));
+  for (const auto& [file, node] :
+       {std::pair("base.launch", "/base_node/"), std::pair("youbot_driver.launch", "/youbot_driver/")}) {
+    const std::string set = parameters_of(file, given);
+    for (const std::string& one : arguments) {
+      EXPECT_NE(set.find("\n" + (node + one) + "\n"), std::string::npos) << one << " by " << file << set;
+    }
+    EXPECT_NE(set.find("\n" + (node + ("scene: " + scene)) + "\n"), std::string::npos) << set;
   }
 }
 

@@ -9,8 +9,8 @@
 #include <functional>
 
 #include "program.h"
+#include "youbot_base_sim/loop/base_loop.h"
 #include "youbot_base_sim/ros/bag.h"
-#include "youbot_base_sim/ros/base_loop.h"
 
 namespace youbot_base_sim {
 namespace {
@@ -19,8 +19,8 @@ constexpr double kPeriod = 1e-3;     // s
 constexpr double kWallTime = 1.7e9;  // s, of a recorder's clock
 constexpr double kDuration = 2;      // s
 
-BaseSettings node_settings() {
-  BaseSettings settings;
+LoopSettings node_settings() {
+  LoopSettings settings;
   settings.scene.solver.control_period = kPeriod;
   settings.scene.solver.relative_tolerance = 1e-6;
   settings.scene.solver.absolute_tolerance = 1e-9;
@@ -76,17 +76,19 @@ class TableFromBagTest : public ::testing::Test {
 
   /// A base that has driven for two seconds, whose joint states and wheel rates were recorded.
   State drive_and_record(bool driver_velocity_sign) {
-    BaseSettings settings = node_settings();
-    settings.telemetry.driver_velocity_sign = driver_velocity_sign;
+    LoopSettings settings = node_settings();
+    Telemetry::Options options;
+    options.driver_velocity_sign = driver_velocity_sign;
     settings.publish_rate = 1 / kPeriod;
     BaseLoop loop(settings);
+    const Telemetry telemetry(settings.scene, options);
     DriveCommand command;
     const Wheels rates = DriverKinematics().wheel_rates({0.2, 0.1, 0.3});
     for (int i = 0; i < kWheels; ++i) command[i] = SetPoint{DriveMode::kVelocity, rates[i]};
     loop.push(0, command);
     BagWriter bag(folder_.path("x.bag"));
     for (int k = 0; k * kPeriod < kDuration; ++k) {
-      bag.write(loop.telemetry(), loop.simulation(), loop.driver().readings(), loop.time());
+      bag.write(telemetry, loop.simulation(), loop.sensors(), loop.time());
       loop.advance_periods(1);
       loop.meet_instant();
       rates_.push_back(loop.simulation().state().dphi());

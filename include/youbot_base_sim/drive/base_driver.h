@@ -5,7 +5,6 @@
 #include <optional>
 #include <utility>
 
-#include "youbot_base_sim/drive/dry_friction.h"
 #include "youbot_base_sim/drive/ethercat_connection.h"
 #include "youbot_base_sim/drive/faults.h"
 #include "youbot_base_sim/drive/motor_sensors.h"
@@ -29,8 +28,6 @@ class BaseDriver {
     double control_period = 1e-3;  ///< s
     Motor motor;                   ///< as the driver's configuration file has it
     MotorSettings motors;          ///< limits of that motor and the like; a fault adds to the delay of commands
-    double dry_friction = 0;       ///< of each wheel, N m
-    double wheel_inertia = 0;      ///< J_1, for dry friction, kg m^2
     double command_timeout = 0;    ///< the wheels stop after this time without a command, s; 0: never, as the driver
   };
 
@@ -55,9 +52,9 @@ class BaseDriver {
   void set_faults(double t, const Faults& faults);
   const Faults& faults() const { return faults_; }
 
-  /// Torque of motors and dry friction on each wheel, N m, for the control period that begins at time t with wheel
-  /// rates `dphi` (rad/s).
-  Wheels sample(double t, const Wheels& dphi);
+  /// Torque of the motors at each wheel, N m, for the control period that begins at time t with wheel rates `dphi`
+  /// (rad/s).
+  const Wheels& sample(double t, const Wheels& dphi);
 
   /// Reads the motors of wheels at angles phi (rad) and rates dphi (rad/s).
   const MotorReadings& read(const Wheels& phi, const Wheels& dphi) {
@@ -99,7 +96,6 @@ class BaseDriver {
   Settings settings_;
   Motor motor_;  // with its limits
   WheelDrive drive_;
-  DryFriction friction_;
   MotorSensors sensors_;
   Faults faults_;
   bool faulty_ = false;  // faults_.any()

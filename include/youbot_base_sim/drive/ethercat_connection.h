@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "youbot_base_sim/drive/control_time.h"
+
 namespace youbot_base_sim {
 
 /// Whether the driver has its base. It gives the base up when EtherCAT has failed for longer than its time-out, and
@@ -17,7 +19,7 @@ class EthercatConnection {
   bool present() const { return present_; }
 
   /// Looks at time t whether the base is still there, as the driver does in each of its cycles.
-  bool update(double t) { return present_ = present_ && t < lost_since_ + kTimeout - kSlack; }
+  bool update(double t) { return present_ = present_ && !ControlTime::reached(lost_since_ + kTimeout, t); }
 
   /// The cable comes out at time t, or is in again.
   void set_lost(double t, bool lost) {
@@ -30,7 +32,6 @@ class EthercatConnection {
 
  private:
   static constexpr double kNever = std::numeric_limits<double>::infinity();
-  static constexpr double kSlack = 1e-9;  // s, for times that are sums of control periods
 
   bool present_ = true;
   double lost_since_ = kNever;  // infinite: the cable is in

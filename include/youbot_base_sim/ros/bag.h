@@ -6,10 +6,10 @@
 #include <utility>
 #include <vector>
 
+#include "youbot_base_sim/loop/instants.h"
 #include "youbot_base_sim/record/output_file.h"
 #include "youbot_base_sim/record/recorder.h"
 #include "youbot_base_sim/ros/contact_markers.h"
-#include "youbot_base_sim/ros/schedule.h"
 #include "youbot_base_sim/ros/telemetry.h"
 #include "youbot_base_sim/simulation.h"
 
@@ -36,9 +36,9 @@ class BagWriter {
   /// Writes what happened since the last instant.
   void write(const Events& events);
 
-  /// Writes what the base tells about itself at time t (s), which is that of the others: the last update of
-  /// `telemetry`, `simulation`, and its motors' `readings`.
-  void write(const Telemetry& telemetry, const Simulation& simulation, const MotorReadings& readings, double t);
+  /// Writes all topics of `telemetry` at time t (s), which is that of `simulation` and the last update of its
+  /// `sensors`.
+  void write(const Telemetry& telemetry, const Simulation& simulation, const BaseSensors& sensors, double t);
 
   /// Writes what make() tells rviz of the contacts at time t (s), where `kBagMarkersRate` asks for it.
   template <class Make>
@@ -60,9 +60,8 @@ class BagWriter {
   void write(visualization_msgs::MarkerArray markers, double t);
 
   std::unique_ptr<File> file_;
-  Schedule markers_due_{kBagMarkersRate, kMarkersSlack};
-  static constexpr double kMarkersSlack = 1e-6;  // s, for rounding
-  bool has_static_ = false;                      // transforms: they are written first
+  Instants markers_due_{kBagMarkersRate};
+  bool has_static_ = false;  // transforms: they are written first
 };
 
 /// The bag of a simulation whose motors exert its torque and tell what they do, without error unless the scene's motors
@@ -76,8 +75,9 @@ class BagRecorder : public Recorder {
 
  private:
   BagWriter bag_;
-  std::optional<MotorSensors> sensors_;
-  std::optional<Telemetry> telemetry_;  // from the first row on
+  std::optional<MotorSensors> motors_;
+  std::optional<BaseSensors> sensors_;  // from the first row on, as the next two
+  std::optional<Telemetry> telemetry_;
   std::optional<ContactMarkers> markers_;
 };
 

@@ -2,13 +2,9 @@
 
 #include <string>
 
-#include "youbot_base_sim/drive/base_driver.h"
-#include "youbot_base_sim/drive/wheel_odometry.h"
+#include "youbot_base_sim/loop/base_loop.h"
 #include "youbot_base_sim/ros/contact_markers.h"
-#include "youbot_base_sim/ros/lockstep.h"
-#include "youbot_base_sim/ros/node_constants.h"
 #include "youbot_base_sim/ros/telemetry.h"
-#include "youbot_base_sim/scene/scene.h"
 
 namespace youbot_base_sim {
 
@@ -22,30 +18,28 @@ namespace youbot_base_sim {
 ///   youBotBaseName                 "youbot-base" by default
 ///
 /// The driver's other parameters (names of arms, trajectory action) concern arms and are ignored.
-struct BaseSettings {
-  /// From the parameters `scene` (a scene file; its `drive` section is ignored), `model`, `relative_tolerance` and
-  /// `control_period` (s), each of which overrides the scene's value. Without a scene file: the paper's robot at rest
-  /// at the origin, a relative tolerance of 1e-5 and a control period of 1 ms.
-  Scene scene;
-  /// Hz; at most once a control period, as all rates. Odometry is integrated at this rate too, whether anybody listens
-  /// or not.
-  double publish_rate = kDefaultPublishRate;
-  /// Rate at which commands and services are obeyed, Hz, 0.1 or more. 0: each acts from the first control period that
-  /// begins after its arrival. The driver obeys 50 times a second.
-  double command_rate = 0;
+///
+/// Of LoopSettings: `scene` comes from the parameters `scene` (a scene file; its `drive` section is ignored), `model`,
+/// `method`, `profile`, `friction_scale`, `relative_tolerance`, `control_period` (s) and `dry_friction` (N m, of each
+/// wheel's drive), each of which overrides the scene's value. Without a scene file: the paper's robot at rest at the
+/// origin, a relative tolerance of 1e-5 and a control period of 1 ms. `publish_rate` and `command_rate` are at most
+/// once a control period. `driver` has `command_timeout` (s) and, in place of the scene's section `motors`, what
+/// MotorSettings has; `sensors`, `driver_wheel_radius` (m), `odometry_wheel_error` and, with `publish_imu`, the errors
+/// of the inertial unit.
+///
+/// `lockstep`: each period waits for a command message. Messages that come while time stands still, paused or because
+/// the period is not due yet, count as one. Needs `publish_clock`. Without a `lockstep_period` (s) that is each control
+/// period, so that a player that answers each /clock message with a command is obeyed in every one, however slow it is.
+/// With it, /clock advances by whole periods, once the nodes that follow it have dealt with all else that was
+/// published; so a node with a loop of this period always commands from the latest odometry, and for the same period.
+/// After `lockstep_timeout` (s of wall time, 0: none) time advances without a command. Until the first command only
+/// /clock does: the simulation begins with it.
+struct BaseSettings : LoopSettings {
   /// Makes the node the master of simulated time: it publishes /clock, stamps messages with simulated time and offers
   /// the time services. Other nodes follow only if /use_sim_time is true. Otherwise stamps are wall time.
   bool publish_clock = false;
   /// Simulated seconds per second, 0.001 or more; 0: as fast as possible. Other values than 1 need `publish_clock`.
   double real_time_factor = 1;
-  /// `lockstep`: each period waits for a command message. Messages that come while time stands still, paused or because
-  /// the period is not due yet, count as one. Needs `publish_clock`.
-  /// Without a `lockstep_period` (s) that is each control period, so that a player that answers each /clock message
-  /// with a command is obeyed in every one, however slow it is. With it, /clock goes on by whole periods, once the
-  /// nodes that follow it have dealt with all else that was published; so a node with a loop of this period always
-  /// commands from the latest odometry, and for the same period. `lockstep_timeout` (s of wall time, 0: none): time
-  /// then goes on without a command. Until the first command only /clock does: the simulation begins with it.
-  LockstepSettings lockstep;
   /// Time starts once every topic that `Telemetry` has recorded has a subscriber, so a recorder misses nothing.
   bool wait_for_subscribers = false;
   /// Bag file to record to, complete when the node ends; empty: none. Needs `publish_clock`.
@@ -56,13 +50,9 @@ struct BaseSettings {
   bool start_paused = false;
   /// Whether odom to base_footprint is published on /tf.
   bool publish_tf = true;
-  /// Driver and motors: `dry_friction` (N m), `command_timeout` (s) and, in place of the scene's section `motors`, what
-  /// MotorSettings has. BaseLoop fills in the control period and the wheel's inertia, which are the scene's.
-  BaseDriver::Settings driver;
   /// `publish_rollers`; `publish_contacts`, which has them recorded; `world_tf`: world to odom, at the scene's initial
   /// pose, so that odometry and ground truth overlay, and world to ground_truth/base_footprint; `joint_velocity_sign`:
-  /// consistent (with positions) or driver_exact (the driver's: reversed on the left); `odometry_wheel_error`, for
-  /// covariances; `driver_wheel_radius` (m), for `odom` and `cmd_vel`.
+  /// consistent (with positions) or driver_exact (the driver's: reversed on the left).
   Telemetry::Options telemetry;
   /// `friction_marker_scale` (m/N) and `slip_marker_scale` (m for each m/s).
   MarkerOptions markers;

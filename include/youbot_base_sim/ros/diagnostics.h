@@ -8,7 +8,7 @@
 #include <string>
 
 #include "youbot_base_sim/drive/base_driver.h"
-#include "youbot_base_sim/ros/pacer.h"
+#include "youbot_base_sim/loop/pacer.h"
 #include "youbot_base_sim/simulation.h"
 
 /// Messages for /diagnostics and the dashboard, as pure functions.

@@ -1,21 +1,24 @@
 #pragma once
 
 #include <geometry_msgs/Twist.h>
+#include <geometry_msgs/WrenchStamped.h>
 #include <ros/ros.h>
 #include <std_srvs/Empty.h>
 #include <youbot_base_sim/SetFaults.h>
+#include <youbot_base_sim/SetLoads.h>
 
 #include <functional>
 #include <vector>
 
-#include "youbot_base_sim/ros/base_loop.h"
+#include "youbot_base_sim/loop/base_loop.h"
+#include "youbot_base_sim/ros/base_settings.h"
 #include "youbot_base_sim/ros/conversions.h"
 #include "youbot_base_sim/ros/throttled_log.h"
 
 namespace youbot_base_sim {
 
-/// The base driver's topics and services: converts messages, answers services and enqueues requests for the control
-/// loop.
+/// The topics and services by which the base is commanded, the driver's and the simulator's own: converts messages,
+/// answers services and enqueues requests for the control loop.
 ///
 /// Subscribes (queue 1000, as the driver):
 ///   cmd_vel                               geometry_msgs/Twist, by the driver's kinematics to wheel rates
@@ -25,36 +28,42 @@ namespace youbot_base_sim {
 /// and their messages read, by analogy to the arm's.
 ///
 /// Offers base/switchOffMotors, base/switchOnMotors and reconnect (std_srvs/Empty), which fail without a base as the
-/// driver's do, and ~set_faults (youbot_base_sim/SetFaults). All fail while too many requests wait for time to go on.
+/// driver's do, and ~set_faults (youbot_base_sim/SetFaults). What pushes the base and what it carries: topic ~wrench
+/// (geometry_msgs/WrenchStamped, held until the next one) and service ~set_loads (youbot_base_sim/SetLoads). All but
+/// commands are refused while too many requests wait for time to advance.
 class DriverInterface {
  public:
-  /// `now` tells the simulated time at which what comes now arrives, s. All references must outlive it.
-  DriverInterface(BaseLoop& loop, const std::function<double()>& now, const Telemetry::Options& telemetry,
+  /// `now` returns the simulated time at which a message that comes now arrives, s. All references must outlive it.
+  DriverInterface(BaseLoop& loop, const std::function<double()>& now, const BaseSettings& settings,
                   ros::NodeHandle& node, ros::NodeHandle& private_node, ThrottledLog& log);
 
-  /// Command messages so far, bad ones included.
-  std::int64_t commands() const { return commands_; }
+  /// Whether a command message has come since the last `forget_commands`; bad ones count.
+  bool commanded() const { return commanded_; }
+  void forget_commands() { commanded_ = false; }
 
-  /// Whether anybody is there who could command.
+  /// Whether a command topic has a publisher.
   bool has_commander() const;
 
  private:
   template <class Message>
   void subscribe(ros::NodeHandle& node, const char* topic, const std::function<WheelCommand(const Message&)>& read);
   void receive(const char* topic, const WheelCommand& command);
-  bool request(const DriverRequest& request);
-  bool request_of_base(const DriverRequest& request);
+  void receive_wrench(const geometry_msgs::WrenchStamped& message);
+  bool request(const BaseRequest& request);
+  bool request_of_base(const BaseRequest& request);
   bool switch_off(std_srvs::Empty::Request&, std_srvs::Empty::Response&);
   bool switch_on(std_srvs::Empty::Request&, std_srvs::Empty::Response&);
   bool reconnect(std_srvs::Empty::Request&, std_srvs::Empty::Response&);
   bool set_faults(SetFaults::Request& asked, SetFaults::Response& response);
+  bool set_loads(SetLoads::Request& asked, SetLoads::Response& response);
 
   BaseLoop& loop_;
   std::function<double()> now_;
   ThrottledLog& log_;
   bool warns_of_signs_;  // of joint velocities that are not those of commands, once
-  std::int64_t commands_ = 0;
-  std::vector<ros::Subscriber> subscribers_;
+  bool commanded_ = false;
+  std::vector<ros::Subscriber> command_subscribers_;
+  ros::Subscriber wrench_subscriber_;
   std::vector<ros::ServiceServer> services_;
 };
 

@@ -8,9 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "youbot_base_sim/drive/imu.h"
-#include "youbot_base_sim/drive/motor_sensors.h"
-#include "youbot_base_sim/drive/wheel_odometry.h"
+#include "youbot_base_sim/loop/base_sensors.h"
 #include "youbot_base_sim/ros/burden_messages.h"
 #include "youbot_base_sim/ros/contacts_message.h"
 #include "youbot_base_sim/ros/conversions.h"
@@ -37,48 +35,30 @@ namespace youbot_base_sim {
 class Telemetry {
  public:
   struct Options {
-    DriverKinematics kinematics;  ///< of `odom`
-    double wheel_error = 0;       ///< for the covariances of `odom`, see WheelOdometry
     bool driver_velocity_sign =
         false;              ///< rates and efforts of the wheels on the left as their motors have them, which
                             ///< turn the other way round: what the driver publishes beside its positions
     bool rollers = false;   ///< roller_joint_fl_0 and so on in the joint states
     bool contacts = false;  ///< recorded too
-    std::optional<ImuSettings> imu;
-    bool world = false;  ///< where odom and the base's true place are in the scene's frame, on /tf_static and /tf
+    bool world = false;     ///< where odom and the base's true place are in the scene's frame, on /tf_static and /tf
   };
 
-  /// Starts with the odometry at zero where the wheels are at angles phi, rad, by their encoders, at the beginning of
-  /// `scene`.
-  Telemetry(const Scene& scene, const Wheels& phi, const Options& options);
-
-  /// An instant of publishing, at time t (s): the wheel odometry makes one step to the angles phi (rad) that the
-  /// encoders tell, and the inertial unit reads `state`. This is all that happens where nobody listens.
-  void update(double t, const State& state, const Wheels& phi) {
-    odometry_.update(phi);
-    if (imu_) imu_->update(t, state);
-  }
-
-  /// Has the odometry start again from zero at angles phi, rad.
-  void restart_odometry(const Wheels& phi) { odometry_.reset(phi); }
-
-  /// The last check before anything is told: throws std::runtime_error, with what and when, unless the state, the
-  /// odometry and the readings are finite.
-  void require_finite(const Simulation& simulation, const MotorReadings& readings) const;
+  /// Of the robot of `scene`.
+  Telemetry(const Scene& scene, const Options& options);
 
   /// Calls `topic(name, make)` for each topic that has one message an instant; make() makes it, with `stamp`, from
-  /// `simulation` and its motors' `readings` at the time of the last update. What is not wanted need not be made.
+  /// `simulation` and its `sensors` at the time of their last update. What is not wanted need not be made.
   template <class Topic>
-  void visit(const Simulation& simulation, const MotorReadings& readings, const ros::Time& stamp, Topic&& topic) const {
-    topic(kOdometryTopic, [&] { return odometry(readings, stamp); });
+  void visit(const Simulation& simulation, const BaseSensors& sensors, const ros::Time& stamp, Topic&& topic) const {
+    topic(kOdometryTopic, [&] { return odometry(sensors, stamp); });
     topic(kGroundTruthTopic, [&] { return ground_truth(simulation, stamp); });
-    topic(kJointStatesTopic, [&] { return joint_states(simulation, readings, stamp); });
-    if (imu_) topic(kImuTopic, [&] { return imu_message(*imu_, stamp); });
-    topic(kTransformsTopic, [&] { return transforms(simulation, stamp); });
+    topic(kJointStatesTopic, [&] { return joint_states(simulation, sensors.readings(), stamp); });
+    if (sensors.imu()) topic(kImuTopic, [&] { return imu_message(*sensors.imu(), stamp); });
+    topic(kTransformsTopic, [&] { return transforms(simulation, sensors, stamp); });
     topic(kContactsTopic, [&] { return contacts_message(simulation, stamp); });
   }
 
-  /// Calls `topic` likewise for a change of what the base carries and what pushes it.
+  /// Calls `topic` in the same way for a change of what the base carries and what pushes it.
   template <class Topic>
   static void visit(const BurdenChange& change, const ros::Time& stamp, Topic&& topic) {
     if (change.loads) topic(kLoadsTopic, [&] { return loads_message(change.burden.loads, stamp); });
@@ -98,19 +78,18 @@ class Telemetry {
   /// Whether the topic belongs into every bag; what does not is there for whoever subscribes to it.
   bool recorded(const std::string& topic) const { return options_.contacts || topic != kContactsTopic; }
 
-  nav_msgs::Odometry odometry(const MotorReadings& readings, const ros::Time& stamp) const;
+  nav_msgs::Odometry odometry(const BaseSensors& sensors, const ros::Time& stamp) const;
   nav_msgs::Odometry ground_truth(const Simulation& simulation, const ros::Time& stamp) const;
   sensor_msgs::JointState joint_states(const Simulation& simulation, const MotorReadings& readings,
                                        const ros::Time& stamp) const;
-  tf2_msgs::TFMessage transforms(const Simulation& simulation, const ros::Time& stamp) const;
+  tf2_msgs::TFMessage transforms(const Simulation& simulation, const BaseSensors& sensors,
+                                 const ros::Time& stamp) const;
 
   /// What is for /tf_static, if anything: where odometry starts from in the scene's frame.
   std::optional<tf2_msgs::TFMessage> static_transforms(const Simulation& simulation, const ros::Time& stamp) const;
 
  private:
   Options options_;
-  WheelOdometry odometry_;
-  std::optional<Imu> imu_;
   sensor_msgs::JointState joints_;  // with names, and zeros for the rest
 };
 

@@ -1,6 +1,6 @@
 // Where simulated time waits for commands, and for how long.
 
-#include "youbot_base_sim/ros/lockstep.h"
+#include "youbot_base_sim/loop/lockstep.h"
 
 #include <gtest/gtest.h>
 

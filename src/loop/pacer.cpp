@@ -1,4 +1,4 @@
-#include "youbot_base_sim/ros/pacer.h"
+#include "youbot_base_sim/loop/pacer.h"
 
 #include <algorithm>
 #include <utility>

@@ -2,17 +2,19 @@
 
 #include <cstdint>
 
+#include "youbot_base_sim/drive/control_time.h"
+
 namespace youbot_base_sim {
 
 /// Instants at the multiples of a period. The first control period that ends at an instant or later meets it. Instants
 /// are computed as k / rate, not summed up, so they do not drift.
-class Schedule {
+class Instants {
  public:
-  /// `rate` in Hz. A time that is up to `slack` (s) before an instant meets it, so that rounding does not matter.
-  Schedule(double rate, double slack) : rate_(rate), slack_(slack) {}
+  /// `rate` in Hz.
+  explicit Instants(double rate) : rate_(rate) {}
 
   /// Whether the next instant is at time t (s) or earlier.
-  bool due(double t) const { return t >= next_ - slack_; }
+  bool due(double t) const { return ControlTime::reached(next_, t); }
 
   /// The same; if so, proceeds to the instant after it.
   bool meet(double t) {
@@ -29,7 +31,6 @@ class Schedule {
 
  private:
   double rate_;
-  double slack_;
   std::int64_t instants_ = 0;  // that have been met
   double next_ = 0;            // s
 };

@@ -1,7 +1,7 @@
-// The node's control loop without a master: requests are obeyed in order where control periods begin, and what comes
-// out does not depend on who looks.
+// The node's control loop: requests act in order where control periods begin, and what comes out does not depend on
+// how often the sensors are read.
 
-#include "youbot_base_sim/ros/base_loop.h"
+#include "youbot_base_sim/loop/base_loop.h"
 
 #include <gtest/gtest.h>
 
@@ -15,8 +15,8 @@ namespace {
 
 constexpr double kPeriod = 1e-3;
 
-BaseSettings settings() {
-  BaseSettings settings;
+LoopSettings settings() {
+  LoopSettings settings;
   settings.scene.solver.control_period = kPeriod;
   settings.scene.solver.relative_tolerance = 1e-5;
   settings.scene.solver.absolute_tolerance = 1e-8;
@@ -85,7 +85,7 @@ TEST(BaseLoopTest, BurdensActAtTheSameTimesWhereManyPeriodsGoAtOnce) {
   for (BaseLoop* loop : {&one, &many}) {
     loop->push(0.0, torques(1));
     loop->push(0.0103, push_sideways(100));
-    loop->push(0.0201, std::vector<Load>{{10, {0.1, 0, 0.1}, 0.1}}, true);
+    loop->push(0.0201, LoadsRequest{{{10, {0.1, 0, 0.1}, 0.1}}, true});
     loop->push(0.0503, push_sideways(0));
   }
   for (int k = 0; k < 100; ++k) one.advance_periods(1);
@@ -101,7 +101,7 @@ TEST(BaseLoopTest, BurdensActAtTheSameTimesWhereManyPeriodsGoAtOnce) {
 
 // A base that is hardly held by its floor gets the push's momentum.
 TEST(BaseLoopTest, AWrenchHoldsFromThePeriodThatBeginsAtItsArrivalUntilTheNext) {
-  BaseSettings slippery = settings();
+  LoopSettings slippery = settings();
   slippery.scene.floor.f.setZero();
   slippery.scene.robot.a_X = slippery.scene.robot.a_Y = 0;
   BaseLoop loop(slippery);
@@ -117,16 +117,16 @@ TEST(BaseLoopTest, AWrenchHoldsFromThePeriodThatBeginsAtItsArrivalUntilTheNext) 
 // A load that is replaced goes with its momentum, and the one put on at rest in its place takes its share of what is
 // left.
 TEST(BaseLoopTest, ALoadInPlaceOfAnotherSlowsTheBaseOnceMore) {
-  BaseSettings slippery = settings();
+  LoopSettings slippery = settings();
   slippery.scene.floor.f.setZero();
   slippery.scene.robot.a_X = slippery.scene.robot.a_Y = 0;
   slippery.scene.initial.V_Y() = 0.5;
   BaseLoop loop(slippery);
   const double m_s = slippery.scene.robot.m_s(), share = m_s / (m_s + 10);
-  loop.push(0, std::vector<Load>{{10, {0, 0, 0.1}, 0}}, true);
+  loop.push(0, LoadsRequest{{{10, {0, 0, 0.1}, 0}}, true});
   loop.advance_periods(2);
   EXPECT_NEAR(loop.simulation().state().V_Y(), 0.5 * share, 1e-12);
-  loop.push(loop.time(), std::vector<Load>{{10, {0, 0, 0.2}, 0}}, true);
+  loop.push(loop.time(), LoadsRequest{{{10, {0, 0, 0.2}, 0}}, true});
   loop.advance_periods(2);
   EXPECT_NEAR(loop.simulation().state().V_Y(), 0.5 * share * share, 1e-12);
 }
@@ -210,8 +210,8 @@ TEST(BaseLoopTest, RequestsThatWaitAreBounded) {
     loop.push(0, torques(1));
     taken += loop.push(0, SwitchOff());
   }
-  EXPECT_EQ(taken, static_cast<int>(DriverRequests::kMaxWaiting));
-  EXPECT_LE(loop.waiting(), 2 * DriverRequests::kMaxWaiting + 1);
+  EXPECT_EQ(taken, static_cast<int>(BaseRequests::kMaxWaiting));
+  EXPECT_LE(loop.waiting(), 2 * BaseRequests::kMaxWaiting + 1);
   EXPECT_EQ(play(loop, 1), std::vector<double>{1}) << "commands are never refused";
   EXPECT_TRUE(loop.push(loop.time(), SwitchOff())) << "room again";
 }
@@ -232,11 +232,11 @@ TEST(BaseLoopTest, AnswersForRequestsThatStillWait) {
 
   loop.advance_periods(115);
   EXPECT_FALSE(loop.driver().present());
-  EXPECT_TRUE(loop.take_events().base_lost);
+  EXPECT_TRUE(loop.take_driver_events().base_lost);
   EXPECT_TRUE(loop.present(0.14)) << "as before";
   loop.advance_periods(30);
   EXPECT_TRUE(loop.driver().present());
-  EXPECT_FALSE(loop.take_events().base_lost) << "told once";
+  EXPECT_FALSE(loop.take_driver_events().base_lost) << "told once";
 }
 
 TEST(BaseLoopTest, LosesAndFindsTheBaseWithinOneCall) {
@@ -247,26 +247,25 @@ TEST(BaseLoopTest, LosesAndFindsTheBaseWithinOneCall) {
   loop.push(0.8, Reconnect());
   loop.advance_periods(1000);
   EXPECT_TRUE(loop.driver().present());
-  EXPECT_TRUE(loop.take_events().base_lost);
-  EXPECT_NEAR(loop.telemetry().odometry(loop.driver().readings(), ros::Time()).pose.pose.position.x, 0, 0.02)
-      << "odometry starts again";
+  EXPECT_TRUE(loop.take_driver_events().base_lost);
+  EXPECT_NEAR(loop.sensors().odometry().pose().x(), 0, 0.02) << "odometry starts again";
   EXPECT_GT(loop.simulation().state().x(), 0.1);
 }
 
 TEST(BaseLoopTest, TellsOfATimeOut) {
-  BaseSettings stopping = settings();
+  LoopSettings stopping = settings();
   stopping.driver.command_timeout = 0.05;
   BaseLoop loop(stopping);
   loop.push(0.0007, torques(1));
   loop.advance_periods(50);
-  EXPECT_FALSE(loop.take_events().timed_out);
+  EXPECT_FALSE(loop.take_driver_events().timed_out);
   loop.advance_periods(2);
-  EXPECT_TRUE(loop.take_events().timed_out);
-  EXPECT_FALSE(loop.take_events().timed_out);
+  EXPECT_TRUE(loop.take_driver_events().timed_out);
+  EXPECT_FALSE(loop.take_driver_events().timed_out);
 }
 
 TEST(BaseLoopTest, TakesRequestsAtTheCommandRate) {
-  BaseSettings driver_like = settings();
+  LoopSettings driver_like = settings();
   driver_like.command_rate = 50;
   BaseLoop loop(driver_like);
   loop.push(0, torques(1));
@@ -281,13 +280,45 @@ TEST(BaseLoopTest, TakesRequestsAtTheCommandRate) {
 }
 
 TEST(BaseLoopTest, LockstepTakesRequestsInEachPeriod) {
-  BaseSettings lockstep = settings();
+  LoopSettings lockstep = settings();
   lockstep.command_rate = 50;
   lockstep.lockstep.on = true;
   BaseLoop loop(lockstep);
   loop.advance_periods(3);
   loop.push(loop.time(), torques(1));
   EXPECT_EQ(play(loop, 1), std::vector<double>{1});
+}
+
+// As where a stack commands and pushes at once while time is paused.
+TEST(BaseLoopTest, CommandsAndWrenchesOfOnePeriodAreOneEach) {
+  LoopSettings slippery = settings();
+  slippery.scene.floor.f.setZero();
+  slippery.scene.robot.a_X = slippery.scene.robot.a_Y = 0;
+  BaseLoop loop(slippery);
+  for (int k = 0; k < 100000; ++k) {
+    ASSERT_TRUE(loop.push(0, torques(1e-5 * k)));
+    ASSERT_TRUE(loop.push(0, push_sideways(k)));
+  }
+  EXPECT_EQ(loop.waiting(), 2u);
+  EXPECT_EQ(play(loop, 1), std::vector<double>{1e-5 * 99999});
+  EXPECT_NEAR(loop.simulation().state().V_Y(), 99999 * 0.001 / slippery.scene.robot.m_s(), 1e-9);
+}
+
+// The driver's cycle is no matter of what pushes its base.
+TEST(BaseLoopTest, WrenchesDoNotWaitForTheCommandRate) {
+  LoopSettings driver_like = settings();
+  driver_like.command_rate = 50;
+  BaseLoop loop(driver_like);
+  loop.advance_periods(1);
+  loop.push(0.001, torques(1));
+  loop.push(0.001, push_sideways(200));
+  loop.push(0.001, LoadsRequest{{{10, {0, 0, 0.1}, 0}}, false});
+  loop.advance_periods(1);
+  EXPECT_EQ(loop.simulation().torque()[0], 0) << "waits for 20 ms";
+  EXPECT_GT(loop.simulation().state().V_Y(), 0);
+  EXPECT_EQ(loop.simulation().burden().loads.size(), 1u);
+  EXPECT_EQ(loop.waiting(), 1u);
+  EXPECT_EQ(play(loop, 19).back(), 1);
 }
 
 TEST(BaseLoopTest, SetBackAgainstTheWallClockObeysAtOnceWhatHasArrived) {
@@ -307,15 +338,15 @@ TEST(BaseLoopTest, ResetForgetsEverything) {
   EXPECT_TRUE(loop.meet_instant());
   loop.advance_periods(100);
   EXPECT_EQ(loop.simulation().state().x(), 0);
-  EXPECT_EQ(loop.telemetry().odometry(loop.driver().readings(), ros::Time()).pose.pose.position.x, 0);
+  EXPECT_EQ(loop.sensors().odometry().pose().x(), 0);
 }
 
-/// What the topics say after two seconds of driving with noisy encoders, if somebody looks every n control periods.
-std::vector<double> telemetry_after_looking_every(int n, double publish_rate) {
-  BaseSettings noisy = settings();
+/// What the sensors say after two seconds of driving with noisy encoders, if they are read every n control periods.
+std::vector<double> sensors_after_reading_every(int n, double publish_rate) {
+  LoopSettings noisy = settings();
   noisy.publish_rate = publish_rate;
   noisy.driver.motors.quantized = true;
-  noisy.telemetry.wheel_error = 0.05;
+  noisy.sensors.wheel_error = 0.05;
   BaseLoop loop(noisy);
   Faults noise;
   noise.encoder_noise = 1e-3;
@@ -330,31 +361,29 @@ std::vector<double> telemetry_after_looking_every(int n, double publish_rate) {
   }
   loop.meet_instant();
   std::vector<double> numbers;
-  const nav_msgs::Odometry odometry = loop.telemetry().odometry(loop.driver().readings(), ros::Time());
-  for (const double number : odometry.pose.covariance) numbers.push_back(number);
-  for (const double number : {odometry.pose.pose.position.x, odometry.pose.pose.position.y,
-                              odometry.pose.pose.orientation.z, odometry.twist.twist.linear.x}) {
-    numbers.push_back(number);
-  }
-  const sensor_msgs::JointState joints =
-      loop.telemetry().joint_states(loop.simulation(), loop.driver().readings(), ros::Time());
-  for (const auto& column : {joints.position, joints.velocity, joints.effort}) {
-    numbers.insert(numbers.end(), column.begin(), column.end());
-  }
+  const auto add = [&](const auto& matrix) {
+    numbers.insert(numbers.end(), matrix.data(), matrix.data() + matrix.size());
+  };
+  const WheelOdometry& odometry = loop.sensors().odometry();
+  const MotorReadings& readings = loop.sensors().readings();
+  add(odometry.pose());
+  add(odometry.pose_covariance());
+  add(odometry.velocity_covariance(readings.dphi));
+  for (const Wheels& column : {readings.phi, readings.dphi, readings.torque}) add(column);
   return numbers;
 }
 
-TEST(BaseLoopTest, TelemetryIsTheSameHoweverOftenSomebodyLooks) {
+TEST(BaseLoopTest, SensorsAreTheSameHoweverOftenTheyAreRead) {
   for (const double publish_rate : {50.0, 300.0, 1000.0}) {
-    const auto expected = telemetry_after_looking_every(1, publish_rate);
+    const auto expected = sensors_after_reading_every(1, publish_rate);
     for (const int n : {2, 20, 500, 2000}) {
-      EXPECT_EQ(telemetry_after_looking_every(n, publish_rate), expected) << n << " at " << publish_rate << " Hz";
+      EXPECT_EQ(sensors_after_reading_every(n, publish_rate), expected) << n << " at " << publish_rate << " Hz";
     }
   }
 }
 
 /// What the check says of a loop with these settings at its first instant; empty: all is finite.
-std::string refusal_of(const BaseSettings& settings, const Faults& faults = {}) {
+std::string refusal_of(const LoopSettings& settings, const Faults& faults = {}) {
   BaseLoop loop(settings);
   loop.push(0, faults);
   loop.push(0, rates({0.3, 0.1, 0.5}));
@@ -372,16 +401,16 @@ std::string refusal_of(const BaseSettings& settings, const Faults& faults = {}) 
 TEST(BaseLoopTest, TellsWhatIsNotFiniteBeforeItIsPublished) {
   EXPECT_EQ(refusal_of(settings()), "");
 
-  BaseSettings coarse = settings();
+  LoopSettings coarse = settings();
   coarse.driver.motors.quantized = true;
   coarse.driver.motor.encoder_ticks = 1e-320;
   EXPECT_EQ(refusal_of(coarse), "base/joint_states: the position of a wheel is not finite at t = 0 s");
 
-  BaseSettings narrow = settings();
-  narrow.telemetry.kinematics.half_lengths = 1e-320;
+  LoopSettings narrow = settings();
+  narrow.sensors.kinematics.half_lengths = 1e-320;
   EXPECT_EQ(refusal_of(narrow), "odom: the pose is not finite at t = 0 s");
 
-  BaseSettings nowhere = settings();
+  LoopSettings nowhere = settings();
   nowhere.scene.initial.x() = std::numeric_limits<double>::infinity();
   EXPECT_EQ(refusal_of(nowhere), "ground_truth: the state of the base is not finite at t = 0 s");
 }

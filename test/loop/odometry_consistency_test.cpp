@@ -8,23 +8,21 @@
 #include <random>
 #include <vector>
 
-#include "youbot_base_sim/ros/base_loop.h"
+#include "youbot_base_sim/loop/base_loop.h"
 
 namespace youbot_base_sim {
 namespace {
 
 constexpr int kDrives = 100;
 
-BaseSettings settings() {
-  BaseSettings settings;
+LoopSettings settings() {
+  LoopSettings settings;
   settings.scene.solver.control_period = 1e-3;
   settings.scene.solver.relative_tolerance = 1e-5;
   settings.scene.solver.absolute_tolerance = 1e-8;
-  settings.telemetry.wheel_error = 0.05;
+  settings.sensors.wheel_error = 0.05;
   return settings;
 }
-
-double heading(const geometry_msgs::Quaternion& q) { return 2 * std::atan2(q.z, q.w); }
 
 /// What odometry is off after each second of a drive whose velocity changes every second, and its covariance.
 struct Error {
@@ -47,15 +45,12 @@ std::vector<Error> errors_of_drive(unsigned seed, int seconds) {
     loop.push(loop.time(), command);
     loop.advance_periods(1000);
     loop.meet_instant();
-    const auto odometry = loop.telemetry().odometry(loop.driver().readings(), ros::Time());
+    const WheelOdometry& odometry = loop.sensors().odometry();
     const State& truth = loop.simulation().state();
     Error error;
-    error.value = {odometry.pose.pose.position.x - truth.x(), odometry.pose.pose.position.y - truth.y(),
-                   std::remainder(heading(odometry.pose.pose.orientation) - truth.psi(), 2 * M_PI)};
-    constexpr int kAt[] = {0, 1, 5};
-    for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) error.covariance(i, j) = odometry.pose.covariance[6 * kAt[i] + kAt[j]];
-    }
+    error.value = odometry.pose() - Eigen::Vector3d(truth.x(), truth.y(), truth.psi());
+    error.value[2] = std::remainder(error.value[2], 2 * M_PI);
+    error.covariance = odometry.pose_covariance();
     errors.push_back(error);
   }
   return errors;

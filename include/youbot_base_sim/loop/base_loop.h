@@ -1,0 +1,113 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "youbot_base_sim/drive/base_driver.h"
+#include "youbot_base_sim/drive/control_time.h"
+#include "youbot_base_sim/loop/base_requests.h"
+#include "youbot_base_sim/loop/base_sensors.h"
+#include "youbot_base_sim/loop/instants.h"
+#include "youbot_base_sim/loop/lockstep.h"
+#include "youbot_base_sim/simulation.h"
+
+namespace youbot_base_sim {
+
+/// What a BaseLoop simulates, and how often it does what.
+struct LoopSettings {
+  Scene scene;  ///< with a control period; its `drive` section is ignored
+  /// Instants a second at which motors are read and odometry makes its step, Hz.
+  double publish_rate = 50;
+  /// Rate at which the driver takes requests, Hz. 0: each acts from the first control period that begins after its
+  /// arrival, as all do in lockstep.
+  double command_rate = 0;
+  LockstepSettings lockstep;
+  BaseDriver::Settings driver;  ///< BaseLoop fills in what the scene has: the control period
+  BaseSensors::Options sensors;
+};
+
+/// The control loop of the simulated base, without ROS around it: requests go in, the state, the driver and the sensors
+/// come out.
+///
+/// At time t, where a control period begins, these things happen in this order: wrenches and loads that have arrived by
+/// t act; if an instant of publishing is due, the motors are read and odometry makes its step; the driver takes the
+/// requests that have arrived by t; the driver sets the torques of the period. So the results depend neither on how
+/// many periods one call advances by nor on whether the sensors are read.
+class BaseLoop {
+ public:
+  explicit BaseLoop(const LoopSettings& settings);
+  BaseLoop(const BaseLoop&) = delete;
+  BaseLoop& operator=(const BaseLoop&) = delete;
+
+  /// Enqueues a request that arrives at simulated time t, s. False if it is refused because too many wait.
+  bool push(double t, const BaseRequest& request) { return requests_.push(t, request); }
+
+  /// Why the base cannot carry these besides the scene's loads, in words; empty if it can.
+  std::string refusal(const std::vector<Load>& loads) const;
+
+  /// Requests that wait for the control period that takes them.
+  std::size_t waiting() const { return requests_.size(); }
+
+  /// Whether the driver will have its base for a request that arrives at simulated time t, s.
+  bool present(double t) const { return requests_.present(t, driver_); }
+
+  /// Makes requests that are stamped later than now due now, after simulated time was set back against the wall clock.
+  void bring_requests_forward() { requests_.bring_forward(time()); }
+
+  /// Advances by n control periods. The motion does not depend on how they are grouped into calls.
+  void advance_periods(std::int64_t n);
+
+  /// Has `advance_periods` throw Stopped once `stop` is set; see Simulation.
+  void stop_on(const std::atomic<bool>& stop) { simulation_.stop_on(stop); }
+
+  /// Control periods until one ends at time t (s) or later; at least 1.
+  std::int64_t periods_until(double t) const;
+
+  /// Time of the next instant of publishing, s.
+  double next_instant() const { return instants_.next(); }
+
+  /// Whether an instant of publishing is due now. If so, the sensors are updated, and the next instant is the one after
+  /// it.
+  bool meet_instant() { return meet_instant(simulation_.time(), simulation_.state()); }
+
+  /// BaseSensors::require_finite at the instant that was met last.
+  void require_finite() const { sensors_.require_finite(simulation_); }
+
+  /// Back to t = 0, with a new driver and an empty queue.
+  void reset();
+
+  /// What has happened to the driver since the last `take_driver_events`.
+  BaseDriver::Events take_driver_events() { return driver_.take_events(); }
+
+  /// What has happened to the base since the last `take_events`.
+  Events take_events() { return {simulation_.take_switches(), simulation_.take_burden_changes()}; }
+
+  double time() const { return simulation_.time(); }                       ///< s
+  std::int64_t periods() const { return control_time_.ended_by(time()); }  ///< that have passed
+  double control_period() const { return control_time_.period(); }         ///< s
+  const Simulation& simulation() const { return simulation_; }
+  const BaseDriver& driver() const { return driver_; }
+  const BaseSensors& sensors() const { return sensors_; }
+
+ private:
+  void apply(const Wrench& wrench);
+  void apply(const LoadsRequest& request);
+  Wheels begin_period(double t, const State& state);
+  bool meet_instant(double t, const State& state);
+  [[gnu::noinline]] void take_requests(double t, const State& state);
+
+  const BaseDriver::Settings driver_settings_;
+  const BaseSensors::Options sensor_options_;
+  const ControlTime control_time_;
+  const bool takes_always_;  // requests, where any control period begins
+  BaseRequests requests_;
+  Burden burden_;  // besides the scene's
+  BaseDriver driver_;
+  Simulation simulation_;
+  BaseSensors sensors_;
+  Instants instants_, listening_;
+};
+
+}  // namespace youbot_base_sim

@@ -1,0 +1,95 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <limits>
+#include <variant>
+#include <vector>
+
+#include "youbot_base_sim/drive/base_driver.h"
+#include "youbot_base_sim/drive/control_time.h"
+#include "youbot_base_sim/physics/burden.h"
+
+namespace youbot_base_sim {
+
+struct SwitchOff {};  ///< BaseDriver::switch_off
+struct SwitchOn {};   ///< BaseDriver::switch_on
+struct Reconnect {};  ///< BaseDriver::reconnect
+
+/// What the base carries besides its scene's loads from then on.
+struct LoadsRequest {
+  std::vector<Load> loads;
+  bool at_rest = false;  ///< put on at rest: the base's momentum stays, where otherwise its velocities do
+};
+
+/// What the base driver is asked for, what pushes the base from then on, or what it carries.
+using BaseRequest = std::variant<DriveCommand, SwitchOff, SwitchOn, Reconnect, Faults, Wrench, LoadsRequest>;
+
+/// Queue of requests from the receivers of messages to the control loop, in order of arrival, each stamped with the
+/// simulated time of its arrival (s). Receivers only append; the loop takes what is due where a control period begins.
+/// So a request acts from the first control period that begins at its arrival or later, whatever the loop is doing when
+/// it comes.
+///
+/// The queue is bounded even while time stands still. Commands that follow one another and act from the same control
+/// period become one, in which the last set point of each wheel counts, as it would in the driver; a simulated delay
+/// then counts from the last of them. Of such wrenches the last counts. Of requests other than commands at most
+/// `kMaxWaiting` wait. The driver's requests and those of wrenches and loads do not wait for each other.
+class BaseRequests {
+ public:
+  static constexpr std::size_t kMaxWaiting = 1000;
+
+  explicit BaseRequests(const ControlTime& time) : time_(time) {}
+
+  /// Appends a request that arrives at time t, or with the one before it if that is later. False if it is refused
+  /// because too many wait; a command never is.
+  bool push(double t, const BaseRequest& request);
+
+  /// Makes the requests of `driver` that have arrived by time t, in order. Returns whether a reconnect has succeeded.
+  bool take(double t, BaseDriver& driver);
+
+  /// Calls `apply(request)` for each wrench and each LoadsRequest that has arrived by time t, in order.
+  template <class Apply>
+  void take_loads(double t, const Apply& apply) {
+    take_due(t, [&](const Stamped& one) {
+      if (const auto* wrench = std::get_if<Wrench>(&one.request)) return apply(*wrench), true;
+      if (const auto* loads = std::get_if<LoadsRequest>(&one.request)) return apply(*loads), true;
+      return false;
+    });
+  }
+
+  /// Number of the control period from which the first wrench or LoadsRequest acts; the largest if none waits.
+  std::int64_t period_of_loads() const;
+
+  /// Whether `driver` will have its base when it takes a request that arrives at time t, after all that still waits
+  /// here.
+  bool present(double t, const BaseDriver& driver) const;
+
+  /// Sets later arrivals to time t, for simulated time that is set back against the wall clock.
+  void bring_forward(double t);
+
+  void clear() { waiting_.clear(); }
+  bool empty() const { return waiting_.empty(); }
+  std::size_t size() const { return waiting_.size(); }  ///< requests that wait
+
+ private:
+  struct Stamped {
+    Stamped(double t, const BaseRequest& made) : arrival(t), request(made) {}
+    double arrival;  // s
+    BaseRequest request;
+  };
+
+  /// Removes each request that has arrived by time t and that `takes(one)` accepts.
+  template <class Takes>
+  void take_due(double t, const Takes& takes) {
+    for (auto one = waiting_.begin(); one != waiting_.end() && ControlTime::reached(one->arrival, t);) {
+      one = takes(*one) ? waiting_.erase(one) : one + 1;
+    }
+  }
+  std::size_t others() const;
+  bool merge(double arrival, const BaseRequest& request);
+
+  ControlTime time_;
+  std::deque<Stamped> waiting_;
+};
+
+}  // namespace youbot_base_sim

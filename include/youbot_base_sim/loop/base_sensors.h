@@ -1,0 +1,53 @@
+#pragma once
+
+#include <optional>
+
+#include "youbot_base_sim/drive/imu.h"
+#include "youbot_base_sim/drive/motor_sensors.h"
+#include "youbot_base_sim/drive/wheel_odometry.h"
+#include "youbot_base_sim/simulation.h"
+
+namespace youbot_base_sim {
+
+/// What the base knows of itself at an instant of publishing: its motors' readings, the wheel odometry that is
+/// integrated from them, and on request an inertial unit.
+class BaseSensors {
+ public:
+  struct Options {
+    DriverKinematics kinematics;     ///< of the odometry and of `cmd_vel`
+    double wheel_error = 0;          ///< for the odometry's covariances, see WheelOdometry
+    std::optional<ImuSettings> imu;  ///< empty: none
+  };
+
+  /// Starts with the odometry at zero where the motors read `readings`, at the beginning of `scene`.
+  BaseSensors(const Scene& scene, const MotorReadings& readings, const Options& options);
+
+  /// An instant of publishing, at time t (s): the odometry makes one step to the angles of `readings`, and the inertial
+  /// unit reads `state`.
+  void update(double t, const State& state, const MotorReadings& readings) {
+    readings_ = readings;
+    odometry_.update(readings.phi);
+    if (imu_) imu_->update(t, state);
+  }
+
+  /// Has the odometry start again from zero where the motors read `readings`.
+  void restart_odometry(const MotorReadings& readings) {
+    readings_ = readings;
+    odometry_.reset(readings.phi);
+  }
+
+  /// The last check before anything is published: throws std::runtime_error, with topic, quantity and time, unless the
+  /// state, the odometry and the readings are finite.
+  void require_finite(const Simulation& simulation) const;
+
+  const MotorReadings& readings() const { return readings_; }  ///< of the last update or restart
+  const WheelOdometry& odometry() const { return odometry_; }
+  const std::optional<Imu>& imu() const { return imu_; }
+
+ private:
+  MotorReadings readings_;
+  WheelOdometry odometry_;
+  std::optional<Imu> imu_;
+};
+
+}  // namespace youbot_base_sim

@@ -1,0 +1,98 @@
+#include "youbot_base_sim/loop/base_loop.h"
+
+#include <algorithm>
+
+namespace youbot_base_sim {
+
+namespace {
+
+BaseDriver::Settings driver_settings(const LoopSettings& settings) {
+  BaseDriver::Settings driver = settings.driver;
+  driver.control_period = settings.scene.solver.control_period;
+  return driver;
+}
+
+}  // namespace
+
+BaseLoop::BaseLoop(const LoopSettings& settings)
+    : driver_settings_(driver_settings(settings)),
+      sensor_options_(settings.sensors),
+      control_time_(settings.scene.solver.control_period),
+      takes_always_(settings.command_rate == 0 || settings.lockstep.on),
+      requests_(control_time_),
+      driver_(driver_settings_, settings.scene.initial.phi()),
+      simulation_(settings.scene, [this](double t, const State& state) { return begin_period(t, state); }),
+      sensors_(settings.scene, driver_.read(settings.scene.initial.phi(), settings.scene.initial.dphi()),
+               settings.sensors),
+      instants_(settings.publish_rate),
+      listening_(takes_always_ ? 1 : settings.command_rate) {
+  simulation_.go_on_tipping();  // a node does not end for it: diagnostics tell
+}
+
+Wheels BaseLoop::begin_period(double t, const State& state) {
+  if (instants_.due(t)) meet_instant(t, state);
+  if (takes_always_ ? !requests_.empty() : listening_.meet(t)) take_requests(t, state);
+  return driver_.sample(t, state.dphi());
+}
+
+void BaseLoop::take_requests(double t, const State& state) {
+  const bool reconnected = requests_.take(t, driver_);
+  if (reconnected) sensors_.restart_odometry(driver_.read(state.phi(), state.dphi()));
+}
+
+std::string BaseLoop::refusal(const std::vector<Load>& loads) const {
+  const std::string lifted = lifted_wheel(simulation_.scene(), loads, simulation_.time());
+  return lifted.empty() ? "" : "loads must be " + lifted;
+}
+
+void BaseLoop::apply(const Wrench& wrench) {
+  burden_.wrenches = {wrench};
+  simulation_.set_burden(burden_);
+}
+
+// What is taken off goes with the velocity that it has, also where others are put on at rest.
+void BaseLoop::apply(const LoadsRequest& request) {
+  const auto goes = [&](const Load& load) {
+    return std::find(request.loads.begin(), request.loads.end(), load) == request.loads.end();
+  };
+  burden_.loads.erase(std::remove_if(burden_.loads.begin(), burden_.loads.end(), goes), burden_.loads.end());
+  simulation_.set_burden(burden_);
+  burden_.loads = request.loads;
+  simulation_.set_burden(burden_, request.at_rest);
+}
+
+// In parts where loads or wrenches change: odeint's loop over control periods cannot change them.
+void BaseLoop::advance_periods(std::int64_t n) {
+  while (n > 0) {
+    std::int64_t part = n;
+    if (!requests_.empty()) {
+      requests_.take_loads(time(), [this](const auto& request) { apply(request); });
+      part = std::clamp<std::int64_t>(requests_.period_of_loads() - periods(), 1, n);
+    }
+    simulation_.advance_periods(part);
+    n -= part;
+  }
+}
+
+std::int64_t BaseLoop::periods_until(double t) const {
+  return std::max<std::int64_t>(1, control_time_.first_from(t) - periods());
+}
+
+bool BaseLoop::meet_instant(double t, const State& state) {
+  if (!instants_.meet(t)) return false;
+  sensors_.update(t, state, driver_.read(state.phi(), state.dphi()));
+  return true;
+}
+
+void BaseLoop::reset() {
+  requests_.clear();
+  burden_ = {};
+  simulation_.reset();
+  const State& state = simulation_.state();
+  driver_ = BaseDriver(driver_settings_, state.phi());
+  sensors_ = BaseSensors(simulation_.scene(), driver_.read(state.phi(), state.dphi()), sensor_options_);
+  instants_.reset();
+  listening_.reset();
+}
+
+}  // namespace youbot_base_sim
