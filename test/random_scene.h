@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "physics/random_states.h"
+#include "youbot_base_sim/physics/no_slip_model.h"
 #include "youbot_base_sim/scene/scene.h"
 
 namespace youbot_base_sim {
