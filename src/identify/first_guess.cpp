@@ -56,11 +56,11 @@ struct Regression {
   void add(const Eigen::MatrixX2d& columns, const Eigen::VectorXd& values) {
     const Eigen::MatrixX2d A = columns.rowwise() - columns.colwise().mean();
     const Eigen::VectorXd b = values.array() - values.mean();
-    squares += A.transpose().lazyProduct(A);
-    moments += A.transpose().lazyProduct(b);
+    squares += A.transpose() * A;
+    moments += A.transpose() * b;
     total += b.squaredNorm();
   }
-  Eigen::Vector2d solution() const { return squares.inverse() * moments; }
+  Eigen::Vector2d solution() const { return squares.ldlt().solve(moments); }
   double error() const { return total - moments.dot(solution()); }
 };
 

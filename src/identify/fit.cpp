@@ -2,7 +2,6 @@
 
 #include <ceres/cost_function.h>
 #include <ceres/covariance.h>
-#include <ceres/loss_function.h>
 #include <ceres/problem.h>
 #include <ceres/solver.h>
 #include <fmt/format.h>
@@ -64,13 +63,11 @@ class Unknowns {
   std::size_t records_;
 };
 
-/// A residual whose square is the robust cost. Ceres would apply a loss to all rows of a block as one number, and a
-/// block has them all, since one simulation yields them; so it is applied here, row by row.
+/// A residual whose square is the robust cost: quadratic at first, linear beyond kOutlier. Ceres has it as SoftLOneLoss,
+/// but applies a loss to a block as a whole, and one block has all rows, since one simulation yields them.
 double robust(double r) {
-  static const ceres::SoftLOneLoss loss(kOutlier);
-  double cost[3];  // and its derivatives
-  loss.Evaluate(r * r, cost);
-  return std::copysign(std::sqrt(cost[0]), r);
+  const double s = r * r / (kOutlier * kOutlier);
+  return std::copysign(kOutlier * std::sqrt(2 * (std::sqrt(1 + s) - 1)), r);
 }
 
 /// All records beside candidates.
@@ -330,7 +327,7 @@ Eigen::MatrixXd normal_matrix(const Problem& problem, const Linearization& at) {
   for (std::size_t k = 0; k < problem.held_out().size(); ++k) {
     if (problem.held_out()[k]) rows.row(static_cast<Eigen::Index>(k)).setZero();
   }
-  return rows.transpose().lazyProduct(rows);
+  return products_of_columns(rows);
 }
 
 Eigen::MatrixXd without_column(const Eigen::MatrixXd& matrix, Eigen::Index column) {
