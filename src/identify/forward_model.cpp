@@ -63,7 +63,7 @@ Scene start_of(const Scene& candidate, const DriveRecord& record, const Wheels& 
   scene.solver.absolute_tolerance = 1e-7;
   scene.initial = State();
   scene.initial.phi() = phi;
-  // Rolling as the wheels turn, ahead, sideways and round.
+  // Rolling as the wheels turn.
   const NoSlipModel rolling(scene.robot);
   const Eigen::Vector3d v = rolling_velocity(rolling, record.dphi.front());
   scene.initial.values.col(1).head<3>() = v.array();
