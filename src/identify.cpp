@@ -63,7 +63,7 @@ Scene start_scene(const std::string& path) {
   return scene;
 }
 
-/// What it writes: the fitted scene with what the base was told beside it, and rows to draw.
+/// The fitted scene, the commands of the record beside it, and rows to draw.
 struct Outputs {
   std::optional<OutputFile> scene, table, csv;
 };

@@ -27,7 +27,7 @@ std::vector<Ripple> ripples(const DriveRecord& record, const std::vector<Wheels>
   for (const Motion& motion : motions(record)) {
     Ripple sum{};
     for (std::size_t k = 0; k < record.t.size(); ++k) {
-      if (record.t[k] < motion.begin + kTransient || record.t[k] >= motion.end || record.is_spoilt(record.t[k]))
+      if (record.t[k] < motion.begin + kTransient || record.t[k] >= motion.end || record.is_excluded(record.t[k]))
         continue;
       for (int i = 0; i < kWheels; ++i) {
         if (std::abs(dphi[k][i]) < kMinRate) continue;
@@ -46,7 +46,7 @@ double rate_error(const DriveRecord& record, const Prediction& prediction) {
   off = low_pass(record.t, off, kFilter);
   double error = 0;
   for (std::size_t k = 0; k < record.t.size(); ++k) {
-    if (!record.is_spoilt(record.t[k])) error += off[k].squaredNorm();
+    if (!record.is_excluded(record.t[k])) error += off[k].squaredNorm();
   }
   return error;
 }
@@ -106,8 +106,8 @@ double find_delay(Scene& candidate, const std::vector<DriveRecord>& records, con
   for (std::size_t k = 0; k < replays.size(); ++k) {
     errors[k / records.size()] += rate_error(*replays[k].record, predictions[k]);
   }
-  const auto least = std::min_element(errors.begin(), errors.end()) - errors.begin();
-  const auto middle = static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(least, 1, kTried - 2));
+  const auto best = std::min_element(errors.begin(), errors.end()) - errors.begin();
+  const auto middle = static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(best, 1, kTried - 2));
   const double before = errors[middle - 1], at = errors[middle], after = errors[middle + 1];
   const double curvature = before - 2 * at + after, slope = (after - before) / 2;
   const double offset = curvature > 0 ? std::clamp(-slope / curvature, -1.0, 1.0) : 0;

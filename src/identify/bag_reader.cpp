@@ -30,7 +30,7 @@ bool ends_with(const std::string& topic, const std::string& name) {
   return topic.size() >= tail.size() && topic.compare(topic.size() - tail.size(), std::string::npos, tail) == 0;
 }
 
-/// The recorder's time of arrival stands in for a stamp that nobody set, or that another clock did.
+/// Falls back to the recorder's time of arrival where the stamp is missing or from another clock.
 double time_of(const ros::Time& stamp, const ros::Time& arrival) {
   constexpr double kMaxApart = 1;  // s
   return std::abs((stamp - arrival).toSec()) < kMaxApart ? stamp.toSec() : arrival.toSec();
@@ -101,9 +101,10 @@ class Reader {
   }
 
   /// The lengths with which odometry makes its velocities from the wheels' rates. Those are linear, and their
-  /// coefficients follow from least squares, whatever signs the rates have: R / 4 ahead and sideways, R / (4 h) round.
+  /// coefficients follow from least squares, whatever signs the rates have: R / 4 forward and lateral, R / (4 h) in
+  /// yaw.
   DriverKinematics kinematics_of_odometry() const {
-    constexpr double kTold = 1e-3;  // share of the rates' squares below which a direction of theirs tells nothing
+    constexpr double kMinShare = 1e-3;  // of the rates' squares; directions below it are noise
     constexpr double kMinRadius = 0.01, kMaxRadius = 0.2, kMinLengths = 0.05, kMaxLengths = 2;  // m
     Eigen::Matrix4d squares = Eigen::Matrix4d::Zero();
     Eigen::Matrix<double, kWheels, 3> moments = Eigen::Matrix<double, kWheels, 3>::Zero();
@@ -115,7 +116,7 @@ class Reader {
       moments += rates.matrix() * velocity.transpose();
     }
     Eigen::Vector3d sizes;  // R, R, R / h; 0 of a motion that was never made
-    for (int k = 0; k < 3; ++k) sizes[k] = 2 * least_squares(squares, moments.col(k), kTold).norm();
+    for (int k = 0; k < 3; ++k) sizes[k] = 2 * least_squares(squares, moments.col(k), kMinShare).norm();
     DriverKinematics kinematics;
     const double radius = std::max(sizes[0], sizes[1]);
     if (radius > kMinRadius && radius < kMaxRadius) kinematics.wheel_radius = 1e-4 * std::round(1e4 * radius);

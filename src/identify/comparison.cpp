@@ -87,7 +87,7 @@ Comparison::Comparison(const DriveRecord& record, double filter, double delay)
 void Comparison::choose_samples() {
   double next = 0;
   for (std::size_t k = 0; k < record_.t.size(); ++k) {
-    if (record_.t[k] < next || record_.is_spoilt(record_.t[k])) continue;
+    if (record_.t[k] < next || record_.is_excluded(record_.t[k])) continue;
     samples_.push_back(k);
     next = record_.t[k] + kInterval;
   }
@@ -98,8 +98,8 @@ void Comparison::choose_windows() {
   for (std::size_t first = 0, last = 1; last < record_.t.size(); ++last) {
     if (record_.t[last] < record_.t[first] + kWindow) continue;
     const double begin = record_.t[first], end = record_.t[last];
-    if (begin >= record_.truth_t.front() && end <= record_.truth_t.back() && !record_.is_spoilt(begin) &&
-        !record_.is_spoilt(end)) {
+    if (begin >= record_.truth_t.front() && end <= record_.truth_t.back() && !record_.is_excluded(begin) &&
+        !record_.is_excluded(end)) {
       windows_.push_back({first, last, moved(truth_at(record_, begin), truth_at(record_, end))});
     }
     first = last;

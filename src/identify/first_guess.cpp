@@ -18,14 +18,14 @@ namespace {
 
 // ---- The velocity loop: M = P (w - dphi) + I (integral of w - phi) + a constant of each wheel in each motion.
 
-/// The rates that were told, and their integrals, at the samples' times less a delay.
-struct Told {
+/// The commanded rates, and their integrals, at the samples' times less a delay.
+struct CommandHistory {
   std::vector<Wheels> rate, angle;
   std::vector<bool> sure;  // no command has just changed, or is about to
 };
 
-Told told_with_delay(const DriveRecord& record, double delay, double apart) {
-  Told told;
+CommandHistory delayed_commands(const DriveRecord& record, double delay, double apart) {
+  CommandHistory commanded;
   Wheels rate = Wheels::Zero(), angle = Wheels::Zero();
   double t = -delay;
   std::size_t next = 0;
@@ -38,13 +38,13 @@ Told told_with_delay(const DriveRecord& record, double delay, double apart) {
     }
     angle += (now - t) * rate;
     t = now;
-    told.rate.push_back(rate);
-    told.angle.push_back(angle);
+    commanded.rate.push_back(rate);
+    commanded.angle.push_back(angle);
     const auto& changes = record.commands.t;
-    told.sure.push_back((next == 0 || now >= changes[next - 1] + apart) &&
-                        (next == changes.size() || now <= changes[next] - apart));
+    commanded.sure.push_back((next == 0 || now >= changes[next - 1] + apart) &&
+                             (next == changes.size() || now <= changes[next] - apart));
   }
-  return told;
+  return commanded;
 }
 
 /// Normal equations of a regression on two columns without mean.
@@ -56,23 +56,25 @@ struct Regression {
   void add(const Eigen::MatrixX2d& columns, const Eigen::VectorXd& values) {
     const Eigen::MatrixX2d A = columns.rowwise() - columns.colwise().mean();
     const Eigen::VectorXd b = values.array() - values.mean();
-    squares += A.transpose().lazyProduct(A);
-    moments += A.transpose().lazyProduct(b);
+    squares += A.transpose() * A;
+    moments += A.transpose() * b;
     total += b.squaredNorm();
   }
-  Eigen::Vector2d solution() const { return squares.inverse() * moments; }
+  Eigen::Vector2d solution() const { return squares.ldlt().solve(moments); }
   double error() const { return total - moments.dot(solution()); }
 };
 
-/// Adds what a motion tells of the loops.
-void add_motion(const DriveRecord& record, const Told& told, const Motion& motion, Regression& regression) {
+/// Adds the samples of a motion.
+void add_motion(const DriveRecord& record, const CommandHistory& commanded, const Motion& motion,
+                Regression& regression) {
   const double limit = 0.9 * Motor().max_torque();
   for (int i = 0; i < kWheels; ++i) {
     std::vector<std::array<double, 3>> rows;
     for (std::size_t k = 0; k < record.t.size(); ++k) {
-      if (record.t[k] < motion.begin || record.t[k] >= motion.end || record.is_spoilt(record.t[k])) continue;
-      if (std::abs(record.torque[k][i]) > limit || !told.sure[k]) continue;
-      rows.push_back({told.rate[k][i] - record.dphi[k][i], told.angle[k][i] - record.phi[k][i], record.torque[k][i]});
+      if (record.t[k] < motion.begin || record.t[k] >= motion.end || record.is_excluded(record.t[k])) continue;
+      if (std::abs(record.torque[k][i]) > limit || !commanded.sure[k]) continue;
+      rows.push_back(
+          {commanded.rate[k][i] - record.dphi[k][i], commanded.angle[k][i] - record.phi[k][i], record.torque[k][i]});
     }
     if (rows.size() < 10) continue;
     const auto n = static_cast<Eigen::Index>(rows.size());
@@ -86,8 +88,8 @@ Regression regress_loops(const std::vector<DriveRecord>& records, double delay, 
   Regression regression;
   for (const DriveRecord& record : records) {
     if (!record.has_torque()) continue;
-    const Told told = told_with_delay(record, delay, apart);
-    for (const Motion& motion : motions(record)) add_motion(record, told, motion, regression);
+    const CommandHistory commanded = delayed_commands(record, delay, apart);
+    for (const Motion& motion : motions(record)) add_motion(record, commanded, motion, regression);
   }
   return regression;
 }
@@ -96,18 +98,18 @@ Regression regress_loops(const std::vector<DriveRecord>& records, double delay, 
 bool guess_loops(const std::vector<DriveRecord>& records, Scene& candidate) {
   constexpr int kDelays = 41;
   constexpr double kStep = 0.005, kUnsure = 0.05;  // s
-  double least = std::numeric_limits<double>::infinity();
+  double min_error = std::numeric_limits<double>::infinity();
   for (int k = 0; k < kDelays; ++k) {
     const double delay = k * kStep;
     const Regression regression = regress_loops(records, delay, 0);
-    if (!(regression.error() < least)) continue;
+    if (!(regression.error() < min_error)) continue;
     const Eigen::Vector2d gains = regression.solution();
     if (!(gains[0] > 0 && gains[1] >= 0)) continue;
-    least = regression.error();
+    min_error = regression.error();
     candidate.motors->gains = {gains[0], gains[1]};
     candidate.motors->command_delay = delay;
   }
-  if (!std::isfinite(least)) return false;
+  if (!std::isfinite(min_error)) return false;
   // The delay is known to a sample or so. It must not be mended by the gains.
   const Eigen::Vector2d gains = regress_loops(records, candidate.motors->command_delay, kUnsure).solution();
   if (gains[0] > 0 && gains[1] >= 0) candidate.motors->gains = {gains[0], gains[1]};
@@ -142,7 +144,7 @@ std::vector<Steady> steady_stretches(const std::vector<DriveRecord>& records) {
       Steady sum{Wheels::Zero(), Wheels::Zero()};
       int n = 0;
       for (std::size_t k = 0; k < record.t.size(); ++k) {
-        if (record.t[k] < motion.begin + kSettlingTime || record.t[k] >= motion.end || record.is_spoilt(record.t[k]))
+        if (record.t[k] < motion.begin + kSettlingTime || record.t[k] >= motion.end || record.is_excluded(record.t[k]))
           continue;
         sum.dphi += record.dphi[k];
         sum.torque += record.torque[k];
@@ -164,7 +166,7 @@ FrictionMatrix friction_rows(const Scene& candidate, const std::vector<Steady>& 
   const NoSlipModel smooth(none.robot);
   for (Eigen::Index s = 0; s < n; ++s) {
     const Steady& steady = stretches[static_cast<std::size_t>(s)];
-    // A mode that nobody asked for leaves a small rate, whose smoothed friction tells nothing.
+    // A mode that is not commanded leaves a small rate, whose smoothed friction is no measurement.
     const Eigen::Vector3d rates = modes(steady.dphi).unaryExpr([](double m) { return std::abs(m) < kMinRate ? 0 : m; });
     const Eigen::Vector3d v = rolling_velocity(smooth, wheels_of(rates));
     const Wheels carrying = smooth.torque(v, Eigen::Vector3d::Zero());
@@ -201,7 +203,7 @@ std::array<bool, kFrictions> independent(const FrictionMatrix& rows) {
 Frictions nonnegative_least_squares(const FrictionMatrix& rows, const Eigen::VectorXd& measured,
                                     const std::array<bool, kFrictions>& chosen) {
   Frictions best = Frictions::Zero();
-  double least = measured.squaredNorm();
+  double min_error = measured.squaredNorm();
   for (int set = 1; set < 1 << kFrictions; ++set) {
     std::vector<Eigen::Index> columns;
     for (int f = 0; f < kFrictions; ++f) {
@@ -212,8 +214,8 @@ Frictions nonnegative_least_squares(const FrictionMatrix& rows, const Eigen::Vec
     for (std::size_t k = 0; k < columns.size(); ++k) A.col(static_cast<Eigen::Index>(k)) = rows.col(columns[k]);
     const Eigen::VectorXd solution = least_squares(A, measured);
     const double error = (A * solution - measured).squaredNorm();
-    if (solution.minCoeff() < 0 || error >= least) continue;
-    least = error;
+    if (solution.minCoeff() < 0 || error >= min_error) continue;
+    min_error = error;
     best.setZero();
     for (std::size_t k = 0; k < columns.size(); ++k) best[columns[k]] = solution[static_cast<Eigen::Index>(k)];
   }
@@ -244,10 +246,10 @@ void guess_friction(const std::vector<DriveRecord>& records, bool simulated_too,
     measured -= simulated - rows * now;
   }
   const std::array<bool, kFrictions> chosen = independent(rows);
-  // What cannot be told stays, and takes its share.
+  // An unidentifiable friction keeps its start value; subtract its torque.
   for (int f = 0; f < kFrictions; ++f) {
     const Parameter& p = parameters()[parameter(kFrictionKeys[f])];
-    guess.told[parameter(kFrictionKeys[f])] = chosen[f];
+    guess.identifiable[parameter(kFrictionKeys[f])] = chosen[f];
     if (!chosen[f]) measured -= p.get(guess.scene) * rows.col(f);
   }
   const Frictions friction = nonnegative_least_squares(rows, measured, chosen);
@@ -256,11 +258,11 @@ void guess_friction(const std::vector<DriveRecord>& records, bool simulated_too,
     if (chosen[f]) {
       p.set(guess.scene, std::clamp(friction[f], p.min, p.max));
     } else {
-      guess.untold.push_back(fmt::format("{}: {}; drive {}", p.name(),
-                                         took_torque(rows, f)
-                                             ? "one speed or one direction alone cannot tell it from the others"
-                                             : "nothing turned against it steadily for more than a second",
-                                         p.drive));
+      guess.unidentifiable.push_back(fmt::format("{}: {}; drive {}", p.name(),
+                                                 took_torque(rows, f)
+                                                     ? "one speed or one direction alone cannot tell it from the others"
+                                                     : "nothing turned against it steadily for more than a second",
+                                                 p.drive));
     }
   }
 }
@@ -276,12 +278,13 @@ FirstGuess guess(const Scene& start, const std::vector<DriveRecord>& records) {
   }
   for (std::size_t k = 0; k < parameters().size(); ++k) {
     const Needs needs = parameters()[k].needs;
-    guess.told[k] = needs == Needs::kRates || (needs == Needs::kTorques && torque) || (needs == Needs::kTruth && truth);
+    guess.identifiable[k] =
+        needs == Needs::kRates || (needs == Needs::kTorques && torque) || (needs == Needs::kTruth && truth);
   }
   if (!torque) return guess;
-  guess.gains_told = guess_loops(records, guess.scene);
+  guess.gains_identified = guess_loops(records, guess.scene);
   guess_friction(records, false, guess);
-  guess.untold.clear();
+  guess.unidentifiable.clear();
   guess_friction(records, true, guess);
   return guess;
 }

@@ -2,7 +2,6 @@
 
 #include <ceres/cost_function.h>
 #include <ceres/covariance.h>
-#include <ceres/loss_function.h>
 #include <ceres/problem.h>
 #include <ceres/solver.h>
 #include <fmt/format.h>
@@ -23,11 +22,11 @@ namespace youbot_base_sim {
 
 namespace {
 
-constexpr double kFilter = 0.3;        // s: the ripple of single rollers falls to a sixth
-constexpr double kAngleStep = 0.05;    // rad
-constexpr double kGainsWeight = 3;     // of the loops' law: residuals follow each other, so that hundreds count as one
-constexpr double kLeastScatter = 0.1;  // of residuals, for sigma: less is luck, since readings are rounded to as much
-constexpr double kOutlier = 3;         // residuals beyond this count with their size, not its square
+constexpr double kFilter = 0.3;      // s: the ripple of single rollers falls to a sixth
+constexpr double kAngleStep = 0.05;  // rad
+constexpr double kGainsWeight = 3;   // of the loops' law: residuals follow each other, so that hundreds count as one
+constexpr double kMinScatter = 0.1;  // of residuals, for sigma: less is luck, since readings are rounded to as much
+constexpr double kOutlier = 3;       // residuals beyond it count linearly
 
 /// What is unknown: numbers in units of their steps. First the free parameters, then four angles for each record.
 class Unknowns {
@@ -64,13 +63,11 @@ class Unknowns {
   std::size_t records_;
 };
 
-/// A residual whose square is the robust cost. Ceres would apply a loss to all rows of a block as one number, and a
-/// block has them all, since one simulation yields them; so it is applied here, row by row.
+/// A residual whose square is the robust cost: quadratic at first, linear beyond kOutlier. Ceres has it as SoftLOneLoss,
+/// but applies a loss to a block as a whole, and one block has all rows, since one simulation yields them.
 double robust(double r) {
-  static const ceres::SoftLOneLoss loss(kOutlier);
-  double cost[3];  // and its derivatives
-  loss.Evaluate(r * r, cost);
-  return std::copysign(std::sqrt(cost[0]), r);
+  const double s = r * r / (kOutlier * kOutlier);
+  return std::copysign(kOutlier * std::sqrt(2 * (std::sqrt(1 + s) - 1)), r);
 }
 
 /// All records beside candidates.
@@ -210,7 +207,7 @@ class TrainingCost : public ceres::CostFunction {
     } catch (const std::domain_error&) {
       return false;  // a robot without a finite motion
     } catch (const Stopped&) {
-      return false;  // the next simulation throws it again, with nothing of Ceres in between
+      return false;  // the next simulation throws it again, outside of Ceres
     }
     x_ = x;
     return true;
@@ -231,7 +228,7 @@ class TrainingCost : public ceres::CostFunction {
   Scene base_;
   Unknowns unknowns_;
   std::vector<Eigen::Index> rows_;
-  std::vector<std::pair<std::size_t, double>> expected_;  // unknowns that the loops' law tells, and what it tells
+  std::vector<std::pair<std::size_t, double>> expected_;  // unknowns that the loops' law determines, and their values
   double weight_;                                         // of that
   // Ceres evaluates what it holds for a function of x alone; this only spares work.
   mutable Linearization at_;
@@ -324,13 +321,13 @@ void minimize(const Problem& problem, Trial& trial) {
   unknowns.apply(trial.at.x, trial.scene, trial.phi);
 }
 
-/// Of the rows that are not held out, without what the loops' law tells.
+/// J^T J of the rows that are not held out, without the rows of the loops' law.
 Eigen::MatrixXd normal_matrix(const Problem& problem, const Linearization& at) {
   Eigen::MatrixXd rows = at.jacobian;
   for (std::size_t k = 0; k < problem.held_out().size(); ++k) {
     if (problem.held_out()[k]) rows.row(static_cast<Eigen::Index>(k)).setZero();
   }
-  return rows.transpose().lazyProduct(rows);
+  return products_of_columns(rows);
 }
 
 Eigen::MatrixXd without_column(const Eigen::MatrixXd& matrix, Eigen::Index column) {
@@ -339,7 +336,8 @@ Eigen::MatrixXd without_column(const Eigen::MatrixXd& matrix, Eigen::Index colum
   return rest;
 }
 
-/// Covariance of the unknowns for residuals of variance 1, without what the loops' law tells. Throws std::domain_error.
+/// Covariance of the unknowns for residuals of variance 1, without the rows of the loops' law. Throws
+/// std::domain_error.
 Eigen::MatrixXd covariance_of(const Problem& problem, const Trial& trial, const Unknowns& unknowns) {
   std::vector<double> x = trial.at.x;
   ceres::Problem rows;
@@ -372,7 +370,7 @@ void estimate_errors(const Problem& problem, const Trial& trial, Fit& fit) {
   }
   const auto rows = static_cast<double>(problem.held_out().size());
   const double alike = std::clamp(predecessor_square > 0 ? product / predecessor_square : 0, 0.0, 0.95);
-  const double variance = std::max(square / rows, kLeastScatter * kLeastScatter) * (1 + alike) / (1 - alike);
+  const double variance = std::max(square / rows, kMinScatter * kMinScatter) * (1 + alike) / (1 - alike);
   const Unknowns unknowns(trial.free, trial.phi.size());
   const Eigen::MatrixXd covariance = variance * covariance_of(problem, trial, unknowns);
   const std::vector<std::size_t>& free = unknowns.free();
@@ -406,7 +404,7 @@ Eigen::VectorXd step_back(const Eigen::MatrixXd& normal, Eigen::Index fixed, dou
 
 /// Puts parameters back to their start, one after the other, for as long as the held-out motions do not miss them: the
 /// one that, to first order, they miss least, if the simulation confirms it.
-void drop_what_does_not_help(const Problem& problem, const Scene& start, Trial& trial, Fit& fit) {
+void eliminate_insignificant_parameters(const Problem& problem, const Scene& start, Trial& trial, Fit& fit) {
   constexpr double kWorth = 1e-3;  // share of the error that a parameter must take away
   std::vector<bool> needed(parameters().size(), false);
   bool dropped = false;
@@ -417,15 +415,15 @@ void drop_what_does_not_help(const Problem& problem, const Scene& start, Trial& 
     const std::vector<double> x_start = unknowns.values(start, trial.phi);
     const Eigen::MatrixXd normal = normal_matrix(problem, trial.at);
     const double limit = (1 + kWorth) * held_out_error(problem, trial.at.residuals);
-    double least = limit;
+    double min_error = limit;
     std::size_t best = x.size();
     std::vector<double> there;
     for (std::size_t k = 0; k < unknowns.free().size(); ++k) {
       if (needed[unknowns.free()[k]]) continue;
       const Eigen::VectorXd step = step_back(normal, static_cast<Eigen::Index>(k), x_start[k] - x[k]);
       const double error = held_out_error(problem, trial.at.residuals + trial.at.jacobian * step);
-      if (error > least) continue;
-      least = error;
+      if (error > min_error) continue;
+      min_error = error;
       best = k;
       there = x;
       for (std::size_t j = 0; j < x.size(); ++j) there[j] += step[static_cast<Eigen::Index>(j)];
@@ -439,7 +437,7 @@ void drop_what_does_not_help(const Problem& problem, const Scene& start, Trial& 
       continue;
     }
     const Parameter& p = parameters()[number];
-    fit.untold.push_back(
+    fit.unidentifiable.push_back(
         fmt::format("{}: fitted, it does not lower the error on held-out motions; drive {}", p.name(), p.drive));
     unknowns.apply(there, trial.scene, trial.phi);
     p.set(trial.scene, p.get(start));
@@ -455,7 +453,7 @@ void drop_what_does_not_help(const Problem& problem, const Scene& start, Trial& 
 /// records' commands come to wait for those.
 bool find_cycles(std::vector<DriveRecord>& records, Trial& trial, const Workers& workers) {
   constexpr double kStep = 0.004;      // s
-  constexpr double kNoWorse = 1.05;    // where they always come at the same time of a cycle, nothing tells
+  constexpr double kNoWorse = 1.05;    // commands at one phase of the cycle cannot decide it
   constexpr double kHalfCycle = 0.01;  // s: the mean that waiting takes off the delay
   std::vector<DriveRecord> in_cycles;
   for (const DriveRecord& record : records) in_cycles.push_back(obeyed_in_cycles(record));
@@ -487,13 +485,13 @@ Fit fit(const Scene& start, std::vector<DriveRecord>& records, std::vector<std::
   if (pushed) first = guess(start, records);
   progress(0.05);
 
-  Trial trial{first.scene, std::vector<Wheels>(records.size(), Wheels::Zero()), first.told, {}, {}};
-  if (first.gains_told) trial.law = first.scene;
+  Trial trial{first.scene, std::vector<Wheels>(records.size(), Wheels::Zero()), first.identifiable, {}, {}};
+  if (first.gains_identified) trial.law = first.scene;
   find_angles(trial.scene, records, workers, trial.phi);
   find_delay(trial.scene, records, trial.phi, workers, 0, 0.02);
   progress(0.1);
   Fit fit;
-  fit.untold = first.untold;
+  fit.unidentifiable = first.unidentifiable;
   {
     const Problem problem(records, trial.scene.motors->command_delay, workers);
     if (std::count(problem.held_out().begin(), problem.held_out().end(), true) == 0) {
@@ -513,7 +511,7 @@ Fit fit(const Scene& start, std::vector<DriveRecord>& records, std::vector<std::
   minimize(problem, trial);
   progress(0.8);
   fit.error_before = start_error(problem, start, trial);
-  drop_what_does_not_help(problem, start, trial, fit);
+  eliminate_insignificant_parameters(problem, start, trial, fit);
   estimate_errors(problem, trial, fit);
   fit.scene = trial.scene;
   fit.phi = trial.phi;

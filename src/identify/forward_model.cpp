@@ -5,7 +5,6 @@
 #include <cmath>
 #include <future>
 
-#include "youbot_base_sim/identify/least_squares.h"
 #include "youbot_base_sim/simulation.h"
 
 namespace youbot_base_sim {
@@ -64,7 +63,7 @@ Scene start_of(const Scene& candidate, const DriveRecord& record, const Wheels& 
   scene.solver.absolute_tolerance = 1e-7;
   scene.initial = State();
   scene.initial.phi() = phi;
-  // Rolling as the wheels turn, ahead, sideways and round.
+  // Rolling as the wheels turn.
   const NoSlipModel rolling(scene.robot);
   const Eigen::Vector3d v = rolling_velocity(rolling, record.dphi.front());
   scene.initial.values.col(1).head<3>() = v.array();
@@ -78,7 +77,7 @@ Scene start_of(const Scene& candidate, const DriveRecord& record, const Wheels& 
 Eigen::Vector3d rolling_velocity(const NoSlipModel& model, const Wheels& rates) {
   Eigen::Matrix<double, kWheels, 3> rolling;
   for (int k = 0; k < 3; ++k) rolling.col(k) = model.dphi(Eigen::Vector3d::Unit(k)).matrix();
-  return least_squares(rolling, rates.matrix());
+  return rolling.colPivHouseholderQr().solve(rates.matrix());
 }
 
 Prediction predict(const Scene& candidate, const DriveRecord& record, const Wheels& phi,

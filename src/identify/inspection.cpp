@@ -35,7 +35,7 @@ void find_gaps(DriveRecord& record, Findings& findings) {
     if (record.t[k] - record.t[k - 1] <= limit) continue;
     findings.push_back(fmt::format("{}: a gap in joint_states of {:.2f} s at {:.2f} s: left out", record.name,
                                    record.t[k] - record.t[k - 1], record.t[k - 1]));
-    record.spoilt.emplace_back(record.t[k - 1], record.t[k] + kSettlingTime);
+    record.excluded.emplace_back(record.t[k - 1], record.t[k] + kSettlingTime);
   }
 }
 
@@ -44,14 +44,14 @@ void find_start_in_motion(DriveRecord& record, Findings& findings) {
   constexpr double kMoving = 0.1;  // rad/s
   if ((record.dphi.front().abs() < kMoving).all()) return;
   findings.push_back(fmt::format("{}: begins in motion: its first {:g} s are left out", record.name, kSettlingTime));
-  record.spoilt.emplace_back(0, kSettlingTime);
+  record.excluded.emplace_back(0, kSettlingTime);
 }
 
 /// How many times the change of the angle the rate of wheel i is.
 double rate_per_turning(const DriveRecord& record, int i) {
   double product = 0, square = 0;
   for (std::size_t k = 1; k < record.t.size(); ++k) {
-    if (record.is_spoilt(record.t[k])) continue;
+    if (record.is_excluded(record.t[k])) continue;
     const double dt = record.t[k] - record.t[k - 1];
     const double turning = (record.phi[k][i] - record.phi[k - 1][i]) / dt;
     product += 0.5 * (record.dphi[k][i] + record.dphi[k - 1][i]) * turning;
@@ -119,7 +119,7 @@ void check_effort_signs(DriveRecord& record, Findings& findings) {
 }
 
 /// Whether all efforts are whole multiples of `quantum`.
-bool comes_in_steps_of(const DriveRecord& record, double quantum) {
+bool is_quantized_by(const DriveRecord& record, double quantum) {
   std::complex<double> sum = 0;
   int n = 0;
   double largest = 0;
@@ -133,7 +133,7 @@ bool comes_in_steps_of(const DriveRecord& record, double quantum) {
   return largest > 10 * quantum && std::abs(sum) > 0.9 * n;
 }
 
-/// The current comes in whole mA, whatever unit it is told in.
+/// The current comes in whole mA, whatever its unit.
 void check_effort_unit(DriveRecord& record, const Motor& motor, Findings& findings) {
   struct Unit {
     double milliampere;  // in this unit
@@ -142,7 +142,7 @@ void check_effort_unit(DriveRecord& record, const Motor& motor, Findings& findin
   const Unit units[] = {
       {1, "mA"}, {1e-3, "A"}, {motor.milliampere(), ""}, {1e-3 * motor.torque_constant, "N m at the motor"}};
   for (const Unit& unit : units) {
-    if (!comes_in_steps_of(record, unit.milliampere)) continue;
+    if (!is_quantized_by(record, unit.milliampere)) continue;
     if (!*unit.name) return;
     for (Wheels& w : record.torque) w *= motor.milliampere() / unit.milliampere;
     findings.push_back(
@@ -201,7 +201,7 @@ std::vector<std::string> find_pushes(DriveRecord& record, const Prediction& pred
   const std::vector<Motion> parts = motions(record);
   const auto settled = [&](double t) {
     for (const Motion& m : parts) {
-      if (t >= m.begin + kSettlingTime && t < m.end) return m.held && !record.is_spoilt(t);
+      if (t >= m.begin + kSettlingTime && t < m.end) return m.held && !record.is_excluded(t);
     }
     return false;
   };
@@ -214,16 +214,16 @@ std::vector<std::string> find_pushes(DriveRecord& record, const Prediction& pred
     }
     const double min_rate = std::max(kMinRate, kFactor * 1.5 * median(rates));
     const double min_torque = std::max(kMinTorque, kFactor * 1.5 * median(torques));
-    double begin = -1, end = -1, most = 0;
+    double begin = -1, end = -1, max_torque = 0;
     const auto finish = [&] {
       if (begin < 0) return;
       findings.push_back(
           fmt::format("{}: from {:.1f} to {:.1f} s the base is pushed, {}, with up to {:.2g} N m a wheel: left "
                       "out",
-                      record.name, begin, end, kModeNames[mode], most));
-      record.spoilt.emplace_back(begin - 0.3, end + kSettlingTime);
+                      record.name, begin, end, kModeNames[mode], max_torque));
+      record.excluded.emplace_back(begin - 0.3, end + kSettlingTime);
       begin = -1;
-      most = 0;
+      max_torque = 0;
     };
     for (std::size_t k = 0; k < record.t.size(); ++k) {
       const double t = record.t[k];
@@ -231,7 +231,7 @@ std::vector<std::string> find_pushes(DriveRecord& record, const Prediction& pred
       if (!settled(t) || std::abs(torque[k][mode]) < min_torque || std::abs(rate[k][mode]) < min_rate) continue;
       if (begin < 0) begin = t;
       end = t;
-      most = std::max(most, std::abs(torque[k][mode]));
+      max_torque = std::max(max_torque, std::abs(torque[k][mode]));
     }
     finish();
   }

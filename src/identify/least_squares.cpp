@@ -10,4 +10,6 @@ Eigen::VectorXd least_squares(const Eigen::MatrixXd& A, const Eigen::VectorXd& b
   return decomposition.compute(A).solve(b);
 }
 
+Eigen::MatrixXd products_of_columns(const Eigen::MatrixXd& A) { return A.transpose() * A; }
+
 }  // namespace youbot_base_sim

@@ -145,7 +145,7 @@ TEST_F(BagReaderTest, IsMendedByInspection) {
   EXPECT_TRUE(named("the velocity of wheel fl has the sign opposite"));
   EXPECT_TRUE(named("the effort of wheel bl brakes it"));
   EXPECT_FALSE(named("wheel fr"));
-  EXPECT_TRUE(record.is_spoilt(4));
+  EXPECT_TRUE(record.is_excluded(4));
   EXPECT_TRUE((record.dphi[75] > 0).all() || (record.dphi[75] < 0).all()) << "straight ahead";
 }
 

@@ -227,8 +227,8 @@ TEST(Inspection, FindsAGap) {
   cut(record.dphi);
   cut(record.torque);
   EXPECT_TRUE(named(inspect(record), "a gap in joint_states of 0.82 s at 5.98 s"));
-  EXPECT_TRUE(record.is_spoilt(6.3));
-  EXPECT_FALSE(record.is_spoilt(5.9));
+  EXPECT_TRUE(record.is_excluded(6.3));
+  EXPECT_FALSE(record.is_excluded(5.9));
 }
 
 TEST(Inspection, LeavesOutTheStartOfARecordThatBeginsInMotion) {
@@ -241,8 +241,8 @@ TEST(Inspection, LeavesOutTheStartOfARecordThatBeginsInMotion) {
   for (double& t : record.t) t -= 1.5;
   for (double& t : record.commands.t) t -= 1.5;
   EXPECT_TRUE(named(inspect(record), "begins in motion"));
-  EXPECT_TRUE(record.is_spoilt(0.5));
-  EXPECT_FALSE(record.is_spoilt(1.5));
+  EXPECT_TRUE(record.is_excluded(0.5));
+  EXPECT_FALSE(record.is_excluded(1.5));
 }
 
 TEST(Inspection, FindsAPush) {
@@ -253,7 +253,7 @@ TEST(Inspection, FindsAPush) {
   DriveRecord record = twin.drive(kShort), undisturbed = short_drive();
   ASSERT_TRUE(inspect(record).empty());
   EXPECT_TRUE(named(find_pushes(record, predict(twin.robot, record, Wheels::Zero())), "the base is pushed, sideways"));
-  EXPECT_TRUE(record.is_spoilt(9.2));
+  EXPECT_TRUE(record.is_excluded(9.2));
   EXPECT_TRUE(find_pushes(undisturbed, predict(twin.robot, undisturbed, Wheels::Zero())).empty());
 }
 
@@ -266,14 +266,14 @@ TEST(FirstGuess, RefusesWhatTheDriveCannotTell) {
   };
   const FirstGuess one_speed =
       guessed({{1, {0, 0, 0}}, {2.5, {0.1, 0, 0}}, {2.5, {-0.1, 0, 0}}, {2.5, {0, 0.1, 0}}, {2.5, {0, -0.1, 0}}});
-  EXPECT_TRUE(one_speed.told[parameter("dry_friction")]);
-  EXPECT_FALSE(one_speed.told[parameter("wheel_damping")]);
-  EXPECT_TRUE(named(one_speed.untold, "robot.wheel_damping: one speed"));
+  EXPECT_TRUE(one_speed.identifiable[parameter("dry_friction")]);
+  EXPECT_FALSE(one_speed.identifiable[parameter("wheel_damping")]);
+  EXPECT_TRUE(named(one_speed.unidentifiable, "robot.wheel_damping: one speed"));
   const FirstGuess ahead =
       guessed({{1, {0, 0, 0}}, {2.5, {0.1, 0, 0}}, {2.5, {-0.1, 0, 0}}, {2.5, {0.2, 0, 0}}, {2.5, {-0.2, 0, 0}}});
-  EXPECT_TRUE(ahead.told[parameter("wheel_damping")]);
-  EXPECT_FALSE(ahead.told[parameter("roller_dry_friction")]);
-  EXPECT_TRUE(named(ahead.untold, "robot.roller_dry_friction: nothing turned against it"));
+  EXPECT_TRUE(ahead.identifiable[parameter("wheel_damping")]);
+  EXPECT_FALSE(ahead.identifiable[parameter("roller_dry_friction")]);
+  EXPECT_TRUE(named(ahead.unidentifiable, "robot.roller_dry_friction: nothing turned against it"));
 }
 
 TEST(Inspection, RefusesWhatCannotBeUsed) {

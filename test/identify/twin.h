@@ -5,7 +5,7 @@
 #include "youbot_base_sim/drive/base_driver.h"
 #include "youbot_base_sim/drive/wheel_odometry.h"
 #include "youbot_base_sim/identify/drive_record.h"
-#include "youbot_base_sim/identify/parameters.h"
+#include "youbot_base_sim/identify/fitted_parameters.h"
 #include "youbot_base_sim/simulation.h"
 
 namespace youbot_base_sim {

@@ -14,7 +14,7 @@ void find_angles(const Scene& candidate, const std::vector<DriveRecord>& records
                  std::vector<Wheels>& phi);
 
 /// Sets the candidate's command delay to what fits the wheels' rates best, by a parabola through the best of seven from
-/// `first` on, `step` (s) apart, and its neighbours. Returns the error left, in no unit to speak of.
+/// `first` on, `step` (s) apart, and its neighbours. Returns the remaining cost (dimensionless).
 double find_delay(Scene& candidate, const std::vector<DriveRecord>& records, const std::vector<Wheels>& phi,
                   const Workers& workers, double first, double step);
 

@@ -9,7 +9,7 @@
 namespace youbot_base_sim {
 
 /// A record beside what a candidate does: differences of the low-passed modes of rates and torques, and of how far the
-/// base came in each half second, if somebody measured it. Each in units of what one expects to be off, so that 1 is a
+/// base came in each half second, where it was measured. Each in units of what one expects to be off, so that 1 is a
 /// good fit.
 class Comparison {
  public:

@@ -8,8 +8,8 @@
 
 namespace youbot_base_sim {
 
-/// What a bag tells of one drive: the wheels as their motors read them, the rates that they were told, and where the
-/// base really was, if somebody measured it. Times in s from the first sample; wheels positive forward on all four.
+/// One drive as a bag records it: wheel readings of the motors, commanded wheel rates, and the true pose where it was
+/// measured. Times in s from the first sample; wheels positive forward on all four.
 struct DriveRecord {
   std::string name;  ///< of the bag, for messages
 
@@ -20,17 +20,17 @@ struct DriveRecord {
 
   WheelTable commands;  ///< rates, rad/s, as they arrived; each holds until the next
 
-  std::vector<double> truth_t;          ///< increasing; empty: nobody measured
-  std::vector<Eigen::Vector3d> truth;   ///< x, y (m), heading (rad, unwrapped) in a fixed frame
-  std::vector<Eigen::Vector2d> spoilt;  ///< begin and end of stretches that are not fitted: gaps, pushes
+  std::vector<double> truth_t;            ///< increasing; empty: not measured
+  std::vector<Eigen::Vector3d> truth;     ///< x, y (m), heading (rad, unwrapped) in a fixed frame
+  std::vector<Eigen::Vector2d> excluded;  ///< begin and end of stretches that are not fitted: gaps, pushes
 
   bool has_torque() const { return !torque.empty(); }
   bool has_truth() const { return !truth.empty(); }
   double duration() const { return t.empty() ? 0 : t.back(); }
 
-  /// Whether a spoilt stretch covers `time`.
-  bool is_spoilt(double time) const {
-    for (const Eigen::Vector2d& s : spoilt) {
+  /// Whether an excluded stretch covers `time`.
+  bool is_excluded(double time) const {
+    for (const Eigen::Vector2d& s : excluded) {
       if (time >= s[0] && time <= s[1]) return true;
     }
     return false;

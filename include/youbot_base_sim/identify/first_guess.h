@@ -4,16 +4,17 @@
 #include <vector>
 
 #include "youbot_base_sim/identify/drive_record.h"
-#include "youbot_base_sim/identify/parameters.h"
+#include "youbot_base_sim/identify/fitted_parameters.h"
 
 namespace youbot_base_sim {
 
-/// What linear least squares tell at once, for the nonlinear fit to start from.
+/// The result of linear least squares, from which the nonlinear fit starts.
 struct FirstGuess {
   Scene scene;
-  std::vector<bool> told;           ///< for each of `parameters()`: whether the records can tell it at all
-  bool gains_told = false;          ///< P and I follow from the loops' law, to kGainsSigma
-  std::vector<std::string> untold;  ///< a line on each friction that they cannot tell, and which drive would
+  std::vector<bool> identifiable;  ///< for each of `parameters()`: whether the records determine it at all
+  bool gains_identified = false;   ///< P and I follow from the loops' law, to kGainsSigma
+  std::vector<std::string>
+      unidentifiable;  ///< a line on each friction that they do not determine, and which drive would
 };
 
 /// P, I and delay from the loops' own law: torque against what the rate lacks, and against its integral, in each

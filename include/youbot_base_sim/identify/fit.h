@@ -6,20 +6,20 @@
 #include <vector>
 
 #include "youbot_base_sim/identify/drive_record.h"
+#include "youbot_base_sim/identify/fitted_parameters.h"
 #include "youbot_base_sim/identify/forward_model.h"
-#include "youbot_base_sim/identify/parameters.h"
 
 namespace youbot_base_sim {
 
 /// What was fitted to records.
 struct Fit {
-  Scene scene;                      ///< the start with the fitted parameters
-  std::vector<bool> fitted;         ///< for each of `parameters()`; the others are the start's
-  std::vector<double> sigma;        ///< one standard deviation of each; 0 where it was not fitted
-  Eigen::MatrixXd correlation;      ///< of `parameters()`; zero where one was not fitted
-  std::vector<std::string> untold;  ///< a line on each parameter that the records do not tell
-  std::vector<Wheels> phi;          ///< where the wheels of each record stood at first, rad
-  double error_before = 0;          ///< on the held-out motions, root mean square, 1: as good as can be expected
+  Scene scene;                              ///< the start with the fitted parameters
+  std::vector<bool> fitted;                 ///< for each of `parameters()`; the others are the start's
+  std::vector<double> sigma;                ///< one standard deviation of each; 0 where it was not fitted
+  Eigen::MatrixXd correlation;              ///< of `parameters()`; zero where one was not fitted
+  std::vector<std::string> unidentifiable;  ///< a line on each parameter that the records do not determine
+  std::vector<Wheels> phi;                  ///< where the wheels of each record stood at first, rad
+  double error_before = 0;  ///< on the held-out motions, root mean square, 1: as good as can be expected
   double error_after = 0;
 };
 
@@ -28,10 +28,10 @@ struct FitSettings {
   std::function<void(double share)> progress;  ///< called now and then with what is done, 0 to 1
 };
 
-/// Fits what the records can tell, starting from `start`: motions ahead, sideways and turning, low-passed, by bounded
-/// robust least squares, with the angles at which the wheels stood as unknowns besides. A parameter is kept only if it
-/// lowers the error on motions that were held out. Records must be inspected. Throws UnusableRecord
-/// and, once told to, Stopped.
+/// Fits the identifiable parameters, starting from `start`, by bounded robust least squares on low-passed forward,
+/// lateral and yaw motions. The initial wheel angles are further unknowns. A parameter is kept only if it
+/// lowers the error on motions that were held out. Records must be inspected. Throws UnusableRecord,
+/// and Stopped once settings.workers.stop is set.
 Fit fit(const Scene& start, std::vector<DriveRecord>& records, std::vector<std::string>& findings,
         const FitSettings& settings = {});
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "youbot_base_sim/identify/drive_record.h"
-#include "youbot_base_sim/identify/parameters.h"
+#include "youbot_base_sim/identify/fitted_parameters.h"
 #include "youbot_base_sim/physics/no_slip_model.h"
 
 namespace youbot_base_sim {
@@ -22,7 +22,7 @@ struct Prediction {
 /// other.
 Eigen::Vector3d rolling_velocity(const NoSlipModel& model, const Wheels& rates);
 
-/// Who simulates.
+/// Resources of simulations.
 struct Workers {
   int threads = 2;
   const std::atomic<bool>* stop = nullptr;  ///< once it is set, simulations throw Stopped; null: nothing stops them

@@ -17,12 +17,12 @@ class UnusableRecord : public std::runtime_error {
 
 /// Finds what is unlike the conventions of DriveRecord, by what wheels must do: a rate is the change of an angle,
 /// wheels follow their commands, and motors put work into turning wheels. Mends it where there is one way to: signs of
-/// single wheels, motor rpm, A or mA in place of N m. Gaps are marked as spoilt. Returns a line on each finding. Throws
+/// single wheels, motor rpm, A or mA in place of N m. Gaps are excluded. Returns a line on each finding. Throws
 /// UnusableRecord.
 std::vector<std::string> inspect(DriveRecord& record, const Motor& motor = {});
 
-/// Finds stretches in which somebody pushed the base: under a command that stays, torques and rates leave those of
-/// `predicted` together. Marks them as spoilt and returns a line on each.
+/// Finds stretches in which the base was pushed: under a command that stays, torques and rates leave those of
+/// `predicted` together. Excludes them and returns a line on each.
 struct Prediction;
 std::vector<std::string> find_pushes(DriveRecord& record, const Prediction& predicted);
 

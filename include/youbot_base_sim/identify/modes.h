@@ -12,8 +12,8 @@ namespace youbot_base_sim {
 constexpr int kModes = 3;
 constexpr std::array<const char*, kModes> kModeNames = {"ahead", "sideways", "turning"};
 
-/// The parts of four wheels' rates or torques that drive the base ahead, sideways and round: means with the signs that
-/// each wheel has in that motion. What is left, wheels that work against each other, depends on where every roller
+/// The parts of four wheels' rates or torques that drive the base forward, laterally and in yaw: means with the signs
+/// that each wheel has in that motion. What is left, wheels that work against each other, depends on where every roller
 /// happened to stand, and is not looked at.
 inline Eigen::Vector3d modes(const Wheels& w) {
   return Eigen::Vector3d{w[0] + w[1] + w[2] + w[3], -w[0] + w[1] + w[2] - w[3], -w[0] + w[1] - w[2] + w[3]} / 4;

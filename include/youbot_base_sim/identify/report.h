@@ -8,11 +8,11 @@
 
 namespace youbot_base_sim {
 
-/// What was fitted, for the terminal: values, sigma, strong correlations, what the records do not tell, errors.
+/// What was fitted, for the terminal: values, sigma, strong correlations, unidentifiable parameters, errors.
 std::string report(const Scene& start, const Fit& fit);
 
 /// The scene `start_path` (empty: the robot of profile `measured`) with what was fitted, each with its sigma in a
-/// comment. It drives what the record was told, by a velocity table that is to be written to the file `table`. Throws
+/// comment. It repeats the commands of the record by a velocity table that is to be written to the file `table`. Throws
 /// SceneError.
 std::string fitted_scene(const std::string& start_path, const Fit& fit, const DriveRecord& record,
                          const std::string& table);

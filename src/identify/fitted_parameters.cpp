@@ -1,4 +1,4 @@
-#include "youbot_base_sim/identify/parameters.h"
+#include "youbot_base_sim/identify/fitted_parameters.h"
 
 #include <stdexcept>
 

@@ -7,7 +7,7 @@
 
 namespace youbot_base_sim {
 
-/// Which records tell a parameter.
+/// Which measurements determine a parameter.
 enum class Needs { kRates, kTorques, kTruth };
 
 /// One number of a scene that is fitted. The scene must have its section `motors`.
@@ -18,8 +18,8 @@ struct Parameter {
   double min, max;  ///< of what is tried
   double step;      ///< change by which its effect is measured: well above the integration's error
   Needs needs;
-  bool by_law;        ///< the loops' law tells it, see FirstGuess
-  const char* drive;  ///< which tells it, for a record that does not
+  bool by_law;        ///< determined by the loops' law, see FirstGuess
+  const char* drive;  ///< that would determine it, for the message where a record does not
   double (*get)(const Scene&);
   void (*set)(Scene&, double);
 
