@@ -48,7 +48,7 @@ class WheelOdometry {
   WheelOdometry(const DriverKinematics& kinematics, const Wheels& phi, double wheel_error = 0, const Motor& motor = {});
 
   /// Goes on to wheel angles phi, rad. Inline, for a loop at 1 kHz makes this step in each of its periods, whether
-  /// anybody wants to know the pose or not.
+  /// the pose is published or not.
   void update(const Wheels& phi) {
     const Wheels turned = phi - phi_;
     phi_ = phi;
