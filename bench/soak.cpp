@@ -14,6 +14,7 @@
 
 #include "youbot_base_sim/loop/base_loop.h"
 #include "youbot_base_sim/physics/roller_geometry.h"
+#include "youbot_base_sim/ros/telemetry.h"
 
 namespace {
 
@@ -42,7 +43,7 @@ class RandomStack {
   /// Seconds until the next request, in whole control periods.
   double pause() { return 1e-3 * std::round(uniform(50, 4000)); }
 
-  DriverRequest request() {
+  BaseRequest request() {
     switch (engine_() % 9) {
       case 0:
       case 1:
@@ -59,7 +60,7 @@ class RandomStack {
       case 7:
         return last_ = held();
       default:
-        return engine_() % 2 == 0 ? DriverRequest(SwitchOff()) : DriverRequest(SwitchOn());
+        return engine_() % 2 == 0 ? BaseRequest(SwitchOff()) : BaseRequest(SwitchOn());
     }
   }
 
@@ -133,10 +134,10 @@ class Soak {
       loop_.advance_periods(periods);
       hour.drive_energy += std::abs((loop_.simulation().torque() * loop_.simulation().state().dphi()).sum()) *
                            static_cast<double>(periods) * 1e-3;
-      const Events events = loop_.take_happenings();
+      const Events events = loop_.take_events();
       for (const RollerSwitch& event : events.switches) add(event, hour);
       if (loop_.meet_instant()) publish(hour);
-      loop_.take_events();
+      loop_.take_driver_events();
     }
     for (int i = 0; i < kWheels; ++i) hour.all_switches &= on_its_roller(i);
     hour.cpu = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;

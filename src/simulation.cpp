@@ -182,7 +182,7 @@ class Simulation::Loop {
     integration_->advance_periods(state_, first, period(), count, std::ref(observer));
   }
 
-  // A part of a control period, for whoever looks between two samples.
+  // A part of a control period, for callers that look between two samples.
   void advance_within_period(double t) {
     if (!in_period_) {
       make_due_changes();

@@ -94,8 +94,8 @@ class Simulation {
   /// What the base carries and what pushes it now, the scene's loads and wrenches included.
   const Burden& burden() const;
 
-  /// Changes of it since the last `take_burden_changes`, in order of time; clears them. The list grows until somebody
-  /// takes it.
+  /// Changes of it since the last `take_burden_changes`, in order of time; clears them. The list grows until it is
+  /// taken.
   std::vector<BurdenChange> take_burden_changes();
 
   /// What became of the normal reactions; empty where they are static.
@@ -107,7 +107,7 @@ class Simulation {
   /// Where the power goes now. Its net changes the kinetic energy, but for switches that stop a roller or a wheel.
   PowerBalance power_balance() const;
 
-  /// Switches since the last `take_switches`, in order of time; clears them. The list grows until somebody takes it.
+  /// Switches since the last `take_switches`, in order of time; clears them. The list grows until it is taken.
   std::vector<RollerSwitch> take_switches();
 
   const IntegrationStatistics& statistics() const;

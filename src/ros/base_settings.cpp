@@ -185,7 +185,7 @@ void check_time(const Parameters& parameters, const BaseSettings& settings) {
   }
   if (use_sim_time) {
     throw ParameterError(
-        "parameter ~publish_clock = false: must be true where /use_sim_time is true, or nobody knows the time");
+        "parameter ~publish_clock = false: must be true where /use_sim_time is true, or no node has the time");
   }
   if (settings.real_time_factor != 1) {
     throw parameters.refusal("real_time_factor", fmt::format("{:g}", settings.real_time_factor),

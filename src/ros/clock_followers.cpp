@@ -144,7 +144,7 @@ void ClockFollowers::add(const std::string& node) {
   } else {
     ROS_WARN(
         "%s follows /clock from elsewhere, another machine, container or user: whether it has read what is published "
-        "before, nobody can tell",
+        "before cannot be known",
         node.c_str());
   }
 }
@@ -160,7 +160,7 @@ void ClockFollowers::await_rest() {
     const std::string node = restless();
     if (node.empty()) return;
     processes_.erase(node);
-    ROS_WARN("%s%s never rests: whether it has read what is published before /clock, nobody can tell", node.c_str(),
+    ROS_WARN("%s%s never rests: whether it has read what is published before /clock cannot be known", node.c_str(),
              node == ros::this_node::getName() ? ", this node itself," : "");
   }
 }

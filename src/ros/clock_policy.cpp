@@ -126,7 +126,7 @@ bool LockstepClock::await(ClockOwner& owner) {
     pacer_.idle([&] { owner.queue().callOne(ros::WallDuration(std::min(left, kPollInterval))); });
     if (commands.commanded() || !owner.queue().isEmpty()) continue;
     if (settings_.end_with_commands && lockstep_.started() && !commands.has_commander()) {
-      ROS_INFO("nobody is left who commands: the node ends at t = %g s", loop_.time());
+      ROS_INFO("no publisher of commands is left: the node ends at t = %g s", loop_.time());
       owner.end();
       return false;
     }

@@ -18,7 +18,7 @@ struct ImuSettings {
   double acceleration_bias = 0.02;   ///< m/s^2, along each axis
 };
 
-/// An inertial measurement unit at the origin of base_footprint. It tells means over the time between two readings, as
+/// An inertial measurement unit at the origin of base_footprint. It reads means over the time between two readings, as
 /// units that integrate do: so the kicks of roller switches, which are too short to be met by samples, count in full.
 class Imu {
  public:
@@ -29,7 +29,7 @@ class Imu {
   void update(double t, const State& state);
 
   double rate() const { return rate_; }                              ///< about z, rad/s
-  const Eigen::Vector3d& acceleration() const { return specific_; }  ///< less gravity: at rest g upwards, m/s^2
+  const Eigen::Vector3d& acceleration() const { return specific_; }  ///< specific force, m/s^2: +g upwards at rest
   double heading() const { return heading_; }                        ///< integrated from the readings of the rate, rad
 
   double rate_variance() const;          ///< rad^2/s^2

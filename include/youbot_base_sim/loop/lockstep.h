@@ -13,9 +13,9 @@ struct LockstepSettings {
   bool on = false;
   /// Of the loop of the node that commands, s, a multiple of the control period. 0: each control period.
   double period = 0;
-  /// s of wall time for a command to come. 0: for ever. Where none comes, time goes on without.
+  /// s of wall time for a command to come. 0: for ever. Where none comes, time advances without.
   double timeout = 0;
-  /// Whether the node ends instead; and it ends when nobody who commands is left.
+  /// Whether the node ends instead; and it ends when the last publisher of commands is gone.
   bool end_with_commands = false;
 };
 
@@ -27,8 +27,8 @@ class Lockstep {
       : settings_(settings),
         every_(settings.period > 0 ? std::max<std::int64_t>(1, std::llround(settings.period / control_period)) : 1) {}
 
-  /// Whether the node that commands has a loop of its own: /clock then goes on by whole periods of lockstep, each after
-  /// all else that is published.
+  /// Whether the node that commands has a loop of its own: /clock then advances by whole periods of lockstep, each
+  /// after all else that is published.
   bool has_own_period() const { return settings_.on && settings_.period > 0; }
 
   /// Whether a period of lockstep begins at control period k.
@@ -40,11 +40,11 @@ class Lockstep {
   /// Control periods from k to where the next period of lockstep begins, 1 or more.
   std::int64_t left(std::int64_t k) const { return every_ - k % every_; }
 
-  /// Whether /clock goes on while nothing is simulated yet: until a node that has a loop of its own first commands.
+  /// Whether /clock advances while nothing is simulated yet: until a node that has a loop of its own first commands.
   bool idles() const { return has_own_period() && !started_; }
 
-  /// s of wall time that a command may take to come. Nobody is waited for twice: until the next command a period takes
-  /// as long as it does by the wall clock.
+  /// s of wall time that a command may take to come. After one has not come, until the next a period takes as long as
+  /// it does by the wall clock.
   double patience() const {
     if (idles()) return settings_.period;
     if (settings_.timeout == 0) return std::numeric_limits<double>::infinity();
@@ -58,7 +58,7 @@ class Lockstep {
     return !idles() || static_cast<double>(idle_periods) * settings_.period >= settings_.timeout;
   }
 
-  /// Control period k has its command, or none in time: time goes on.
+  /// Control period k has its command, or none in time: time advances.
   void release(std::int64_t k, bool answered) {
     released_ = k;
     started_ = started_ || answered;
@@ -81,7 +81,7 @@ class Lockstep {
   std::int64_t every_;  // control periods
   std::int64_t released_ = -1;
   bool started_ = false;
-  bool unanswered_ = true;  // nobody who has not commanded yet is waited for
+  bool unanswered_ = true;  // before the first command no other is waited for
 };
 
 }  // namespace youbot_base_sim

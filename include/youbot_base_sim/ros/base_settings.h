@@ -29,7 +29,7 @@ namespace youbot_base_sim {
 ///
 /// `lockstep`: each period waits for a command message. Messages that come while time stands still, paused or because
 /// the period is not due yet, count as one. Needs `publish_clock`. Without a `lockstep_period` (s) that is each control
-/// period, so that a player that answers each /clock message with a command is obeyed in every one, however slow it is.
+/// period, so that a player that answers each /clock message with a command acts in every one, however slow it is.
 /// With it, /clock advances by whole periods, once the nodes that follow it have dealt with all else that was
 /// published; so a node with a loop of this period always commands from the latest odometry, and for the same period.
 /// After `lockstep_timeout` (s of wall time, 0: none) time advances without a command. Until the first command only
@@ -44,7 +44,7 @@ struct BaseSettings : LoopSettings {
   bool wait_for_subscribers = false;
   /// Bag file to record to, complete when the node ends; empty: none. Needs `publish_clock`.
   std::string bag;
-  /// Whether the node ends where the bag cannot be written any further; otherwise it goes on without.
+  /// Whether the node ends where the bag cannot be written any further; otherwise it runs on without.
   bool bag_required = true;
   /// Starts as after ~pause. Needs `publish_clock`.
   bool start_paused = false;

@@ -12,11 +12,11 @@ namespace youbot_base_sim {
 /// The nodes that follow /clock, and whether they have dealt with all that was published.
 ///
 /// ROS 1 has no acknowledgements. But a node on this machine that has dealt with everything sleeps in all of its
-/// threads, and what is sent over the loopback device wakes its reader before the sender goes on. So while no thread of
+/// threads, and what is sent over the loopback device wakes its reader before the sender runs on. So while no thread of
 /// any follower or of this process runs, nothing is under way between them. /proc tells.
 ///
-/// A node's processes are those that hold the socket at which, by the master, it answers. A node is not asked: in a
-/// container it would tell a number that is another process's here, and one that hangs would not answer.
+/// A node's processes are those that hold the socket at which, by the master, it answers. The node itself is not
+/// asked: in a container its process number is another process's here, and one that hangs would not answer.
 class ClockFollowers {
  public:
   /// `patience`: wall time for a node to come to rest.
@@ -32,8 +32,8 @@ class ClockFollowers {
   /// a millisecond later, as roscpp does; `await_rest` gives it that time.
   void let_clock_arrive();
 
-  /// Waits until all of them have come to rest. Whoever takes longer than the patience is not waited for again, with a
-  /// warning that names it.
+  /// Waits until all of them have come to rest. A node that takes longer than the patience is not waited for again,
+  /// with a warning that names it.
   void await_rest();
 
  private:
@@ -43,7 +43,7 @@ class ClockFollowers {
 
   const std::chrono::milliseconds patience_;
   std::map<std::string, std::vector<pid_t>> processes_;  // by node, of this one too
-  Clock::time_point seen_;                               // /clock, by everybody
+  Clock::time_point seen_;                               // /clock, by all of them
 };
 
 }  // namespace youbot_base_sim

@@ -14,7 +14,7 @@ namespace youbot_base_sim {
 /// How contacts are drawn.
 struct MarkerOptions {
   double friction_scale = 3e-3;  ///< length of an arrow of any force, m/N
-  double slip_scale = 2;         ///< likewise, m for each m/s
+  double slip_scale = 2;         ///< of an arrow of any slip, m for each m/s
   std::string frame;             ///< that of the base; empty: the contacts'
   std::string world_frame;       ///< that of the scene; empty: what lies on the floor is not shown
   std::string roller_mesh;       ///< URI; empty: rollers in contact are not coloured

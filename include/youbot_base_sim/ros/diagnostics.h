@@ -24,7 +24,7 @@ diagnostic_msgs::DiagnosticArray diagnostics_message(const BaseDriver& driver, c
 /// The status "youbot_base_sim: bag" of the bag `path`: an error if `failure` says why it cannot be written.
 diagnostic_msgs::DiagnosticStatus bag_status(const std::string& path, const std::string& failure);
 
-/// The status "youbot_base_sim: time": a warning with what simulated time waits for, or goes on without; empty:
+/// The status "youbot_base_sim: time": a warning with what simulated time waits for, or advances without; empty:
 /// nothing.
 diagnostic_msgs::DiagnosticStatus time_status(const std::string& waits_for);
 

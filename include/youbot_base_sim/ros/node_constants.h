@@ -7,11 +7,11 @@
 namespace youbot_base_sim {
 
 constexpr char kOdometryFrame[] = "odom";        ///< as the driver's
-constexpr char kBaseFrame[] = "base_footprint";  ///< likewise; it lies over O, the geometric centre of the base
+constexpr char kBaseFrame[] = "base_footprint";  ///< as the driver's; over O, the geometric centre of the base
 constexpr char kWorldFrame[] = "world";          ///< the fixed frame of the scene
 constexpr char kTruthFrame[] = "ground_truth/base_footprint";  ///< where the base is, as kBaseFrame is where odometry
                                                                ///< believes it to be
-constexpr char kBaseLinkFrame[] = "base_link";                 ///< likewise
+constexpr char kBaseLinkFrame[] = "base_link";                 ///< as the driver's
 constexpr char kWheelFramePrefix[] = "wheel_link_";
 
 constexpr char kWheelJointPrefix[] = "wheel_joint_";

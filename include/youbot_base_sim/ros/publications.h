@@ -9,7 +9,7 @@
 
 namespace youbot_base_sim {
 
-/// The publishers of a node, by topic, and whether anybody listens to each. Callbacks on the node's own queue keep
+/// The publishers of a node, by topic, and whether each has a subscriber. Callbacks on the node's own queue keep
 /// track of subscribers, so looking costs nothing, and the answer changes only where the node processes its callbacks.
 class Publications {
  public:
@@ -43,8 +43,8 @@ class Publications {
     return found != publications_.end() && found->second.heard;
   }
 
-  /// Publishes the message that make() makes, if the topic is advertised and somebody listens or, of a latched one, may
-  /// listen later.
+  /// Publishes the message that make() makes, if the topic is advertised and has a subscriber or, of a latched one, may
+  /// have one later.
   template <class Make>
   void publish(const std::string& topic, const Make& make) const {
     const auto found = publications_.find(topic);

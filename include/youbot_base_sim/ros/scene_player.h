@@ -11,7 +11,7 @@
 
 namespace youbot_base_sim {
 
-/// What play_scene is told to play.
+/// The parameters of play_scene.
 struct PlayerSettings {
   Scene scene;
   /// s of wall time for base_node to come. 0: for ever.

@@ -75,7 +75,7 @@ class Telemetry {
     topic(kAppliedWrenchTopic, [&] { return wrench_message(wrenches, simulation.state().psi(), stamp); });
   }
 
-  /// Whether the topic belongs into every bag; what does not is there for whoever subscribes to it.
+  /// Whether the topic belongs into every bag; what does not is published all the same.
   bool recorded(const std::string& topic) const { return options_.contacts || topic != kContactsTopic; }
 
   nav_msgs::Odometry odometry(const BaseSensors& sensors, const ros::Time& stamp) const;
