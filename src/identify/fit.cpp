@@ -63,8 +63,9 @@ class Unknowns {
   std::size_t records_;
 };
 
-/// A residual whose square is the robust cost: quadratic at first, linear beyond kOutlier. Ceres has it as SoftLOneLoss,
-/// but applies a loss to a block as a whole, and one block has all rows, since one simulation yields them.
+/// A residual whose square is the robust cost: quadratic at first, linear beyond kOutlier. Ceres has it as
+/// SoftLOneLoss, but applies a loss to a block as a whole, and one block has all rows, since one simulation yields
+/// them.
 double robust(double r) {
   const double s = r * r / (kOutlier * kOutlier);
   return std::copysign(kOutlier * std::sqrt(2 * (std::sqrt(1 + s) - 1)), r);
