@@ -18,6 +18,7 @@
 #include "reference_rows.h"
 #include "youbot_base_sim/drive/torque_profiles.h"
 #include "youbot_base_sim/integration/slip_system.h"
+#include "youbot_base_sim/physics/no_slip_model.h"
 #include "youbot_base_sim/simulation.h"
 
 namespace youbot_base_sim {
