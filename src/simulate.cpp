@@ -206,7 +206,7 @@ class Run {
       outputs_.commit_summary(simulation_, wall_time_, audit_);
     });
     if (!arguments_.quiet) fmt::print("{}", summary_text(simulation_, wall_time_));
-    const std::string doubt = reason_to_distrust(simulation_, audit_.energy);
+    const std::string doubt = unreliability_reason(simulation_, audit_.energy);
     if (!doubt.empty()) print_error("simulate", "warning: the result is not to be trusted: " + doubt);
   }
 
@@ -272,7 +272,7 @@ class Run {
 
 /// Returns the exit status.
 int simulate(const Arguments& arguments, const Scene& scene) {
-  const std::string told =
+  const std::string solver_advice =
       advice(scene.robot, scene.floor, scene.model, integration_settings(scene.solver), scene.duration);
   ProgressBar progress(arguments.quiet);
   std::optional<Outputs> outputs;
@@ -283,7 +283,7 @@ int simulate(const Arguments& arguments, const Scene& scene) {
     print_error("simulate", stopped ? fmt::format("stopped by {}; {}", stop_reason(), error.what()) : error.what());
     return stopped || error.is_full() ? kNotCompleted : kRefused;
   }
-  for (const std::string& warning : {unlikely_geometry(scene.robot), without_effect(scene), told}) {
+  for (const std::string& warning : {unlikely_geometry(scene.robot), without_effect(scene), solver_advice}) {
     if (!arguments.quiet && !warning.empty()) print_error("simulate", warning);
   }
   try {

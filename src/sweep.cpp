@@ -18,7 +18,7 @@
 #include "youbot_base_sim/sweep/quantities.h"
 #include "youbot_base_sim/sweep/ranks.h"
 #include "youbot_base_sim/sweep/row.h"
-#include "youbot_base_sim/sweep/schedule.h"
+#include "youbot_base_sim/sweep/run_schedule.h"
 #ifdef YOUBOT_BASE_SIM_ROS
 #include "youbot_base_sim/ros/bag.h"
 #endif
@@ -226,8 +226,8 @@ class Sweep {
     if (!schedule.finished()) return false;
     const std::uint64_t runs = journal_.tally().runs;
     const std::string made = before == 0 ? "" : fmt::format(", {} of them", runs - before);
-    told_ = fmt::format("{} runs{} in {}, {:.3g} a second{}: {}\n", runs, made, duration_text(progress.seconds()),
-                        progress.rate(), counts_text(journal_.tally()), quote_path(arguments_.csv));
+    summary_ = fmt::format("{} runs{} in {}, {:.3g} a second{}: {}\n", runs, made, duration_text(progress.seconds()),
+                           progress.rate(), counts_text(journal_.tally()), quote_path(arguments_.csv));
     return true;
   }
 
@@ -247,7 +247,7 @@ class Sweep {
     });
     table.commit();
     journal_.remove();
-    if (!arguments_.quiet) fmt::print("{}{}", told_, spread.text());
+    if (!arguments_.quiet) fmt::print("{}{}", summary_, spread.text());
     const Tally& tally = journal_.tally();
     if (tally.failed + tally.refused + tally.doubtful == 0) return;
     print_error("sweep", fmt::format("warning: of {} runs{}: see the column reason", tally.runs, counts_text(tally)));
@@ -268,7 +268,7 @@ class Sweep {
   std::vector<std::string> fingerprint_;
   Journal journal_;
   Clock::time_point next_sync_ = Clock::now() + kSync;
-  std::string told_;
+  std::string summary_;
 };
 
 /// Says what there is to be done. Times the first run.

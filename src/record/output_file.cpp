@@ -129,7 +129,7 @@ void OutputFile::open_straight() {
 }
 
 void OutputFile::open_beside() {
-  // Renaming would ask nobody.
+  // Renaming ignores the mode of the file that it replaces.
   if (place_.existing && access(place_.target.c_str(), W_OK) != 0) refuse_output(path_, errno);
   descriptor_ = create_beside(place_.target, name_);
   if (descriptor_ < 0) {
@@ -137,7 +137,7 @@ void OutputFile::open_beside() {
     refuse(path_, fmt::format("in its folder, {}: {}", quote_path(folder_of(place_.target).string()), text_of(error)),
            error);
   }
-  // Nobody may read meanwhile what only the owner may read in the end.
+  // Private until the end what is private in the end.
   if (place_.existing) fchmod(descriptor_, (place_.existing->st_mode & 0777) | S_IRUSR | S_IWUSR);
 }
 

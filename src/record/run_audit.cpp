@@ -53,7 +53,7 @@ void EnergyAudit::add_row(const Simulation& simulation) {
   if (error > max_balance_error_ || std::isnan(error)) max_balance_error_ = error;
 }
 
-std::string reason_to_distrust(const Simulation& simulation, const EnergyAudit& energy) {
+std::string unreliability_reason(const Simulation& simulation, const EnergyAudit& energy) {
   if (const std::uint64_t steps = simulation.statistics().fallback_steps) {
     return fmt::format("{} fallback steps, of first order, went on where the bound of work was reached", steps);
   }

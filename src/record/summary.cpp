@@ -13,7 +13,7 @@ namespace {
 void add_audit(const Simulation& simulation, const RunAudit& audit, nlohmann::json& json) {
   const RunCost::Period& slowest = audit.cost.slowest();
   json["completed"] = audit.completed;
-  json["reliable"] = audit.completed && reason_to_distrust(simulation, audit.energy).empty();
+  json["reliable"] = audit.completed && unreliability_reason(simulation, audit.energy).empty();
   json["cpu_time"] = audit.cost.cpu_time();
   json["slowest_period"] = {{"start", slowest.start},
                             {"length", slowest.length},

@@ -37,7 +37,7 @@ double draw(const DrawPlace& place) { return share_of(numbered(key_of(place.seed
 
 double stratified_draw(const DrawPlace& place, std::uint64_t runs) {
   const auto part = static_cast<double>(permuted(place.run, runs, place.seed, place.axis));
-  return std::min((part + draw(place)) / static_cast<double>(runs), kLargestDraw);
+  return std::min((part + draw(place)) / static_cast<double>(runs), kMaxDraw);
 }
 
 // A Feistel network permutes the numbers of 2 * `half` bits; those that lead out of 0 .. n-1 are walked on from until
@@ -68,7 +68,7 @@ double Distribution::quantile(double u) const {
     case Kind::kNormal: {
       const boost::math::normal normal(mean, deviation);
       const double below = std::isfinite(min) ? cdf(normal, min) : 0, above = std::isfinite(max) ? cdf(normal, max) : 1;
-      const double share = std::clamp(below + u * (above - below), kLeastDraw, kLargestDraw);
+      const double share = std::clamp(below + u * (above - below), kMinDraw, kMaxDraw);
       return std::clamp(boost::math::quantile(normal, share), min, max);
     }
   }

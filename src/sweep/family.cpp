@@ -188,7 +188,7 @@ class AxesTrial {
           require(k, (*listed)[j], [j](const Axis& partner) { return partner.value(j); });
         }
       } else {
-        for (const double share : {kLeastDraw, kBetween, kLargestDraw}) {
+        for (const double share : {kMinDraw, kBetween, kMaxDraw}) {
           require(k, axes_[k]->value_at(share), [share](const Axis& partner) { return partner.value_at(share); });
         }
       }
@@ -210,7 +210,7 @@ class AxesTrial {
     };
     const std::string error = refusal(settings_beside(kMiddle));
     if (error.empty()) return;
-    if (refusal(settings_beside(kLeastDraw)).empty() || refusal(settings_beside(kLargestDraw)).empty()) return;
+    if (refusal(settings_beside(kMinDraw)).empty() || refusal(settings_beside(kMaxDraw)).empty()) return;
     const SceneSetting blamed = blame(settings_beside(kMiddle), k, error);
     throw SceneError(
         fmt::format("{}: {} = {}: {}", quote_path(family_.path), quote(blamed.key), quote(blamed.value), error));

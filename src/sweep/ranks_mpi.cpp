@@ -37,7 +37,7 @@ enum Tag { kRows = 1, kRuns = 2 };
 
 // MPI's own waiting takes all of a core, which may be one that another rank simulates on.
 constexpr milliseconds kPoll{1};
-// As many runs are handed out at once as take this long, by the rate of late, so that messages are few; their rows come
+// As many runs are handed out at once as take this long, by the latest rate, so that messages are few; their rows come
 // back as often, however long the rest of them take.
 constexpr std::chrono::milliseconds kBatch{250};
 constexpr double kMaxBatch = 100;
@@ -72,7 +72,7 @@ class Ranks::Communicator {
       watched = now;
       watch();
     });
-    if (!schedule.finished()) return;  // stopped: whoever did it aborts
+    if (!schedule.finished()) return;  // stopped: the caller of `stop` aborts
     for (int rank = 1; rank < world_.size(); ++rank) hand_out(rank, {});
     for (Handed& handed : handed_) handed.message.wait();
   }

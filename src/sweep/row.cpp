@@ -100,7 +100,7 @@ std::string RowMaker::values_after(const Scene& scene, std::uint64_t run, const 
       observer.add_row();
     }
     if (trajectory) trajectory->commit();
-    reason = reason_to_distrust(simulation, energy);
+    reason = unreliability_reason(simulation, energy);
     if (!reason.empty()) row.status = RunStatus::kDoubtful;
     std::string values;
     for (const std::string& name : family_.quantities) {

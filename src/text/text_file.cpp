@@ -14,7 +14,7 @@ namespace youbot_base_sim {
 
 namespace {
 
-constexpr int kWriterTimeout = 1000;  // ms, in which somebody must have opened a pipe to write
+constexpr int kWriterTimeout = 1000;  // ms, in which a writer must have opened a pipe
 
 [[noreturn]] void refuse_error() {
   throw UnreadableFile(fmt::format("cannot be read ({})", std::generic_category().message(errno)));
@@ -23,7 +23,7 @@ constexpr int kWriterTimeout = 1000;  // ms, in which somebody must have opened 
 /// A file or pipe that is read from its beginning.
 class Input {
  public:
-  // Without O_NONBLOCK, open would wait for ever for a pipe that nobody writes to.
+  // Without O_NONBLOCK, open would wait for ever for the writer of a pipe.
   explicit Input(const std::string& path) : descriptor_(open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC)) {
     if (descriptor_ < 0) refuse_error();
   }
@@ -45,7 +45,7 @@ class Input {
       const ssize_t count = ::read(descriptor_, bytes, size);
       if (count > 0) opened_ = true;
       if (count > 0 || (count == 0 && opened_)) return static_cast<std::size_t>(count);
-      if (count == 0) {  // a file that is empty or a pipe that nobody has opened to write so far
+      if (count == 0) {  // a file that is empty or a pipe that has had no writer so far
         if (!in_time) throw UnreadableFile("is a pipe that nobody writes to");
         opened_ = in_time = wait(kWriterTimeout);
       } else if (errno == EAGAIN) {

@@ -5,6 +5,7 @@
 #include "random_states.h"
 #include "youbot_base_sim/drive/reference_torque.h"
 #include "youbot_base_sim/physics/model.h"
+#include "youbot_base_sim/physics/no_slip_model.h"
 #include "youbot_base_sim/physics/slip_model.h"
 
 namespace youbot_base_sim {

@@ -25,7 +25,7 @@ std::string reason_of(const Scene& scene, double interval) {
     simulation.advance_to(interval * k);
     energy.add_row(simulation);
   }
-  return reason_to_distrust(simulation, energy);
+  return unreliability_reason(simulation, energy);
 }
 
 TEST(Reliability, HoldsAtEveryToleranceHoweverFewRows) {

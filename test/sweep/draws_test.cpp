@@ -87,10 +87,10 @@ TEST(Distribution, HasItsQuantiles) {
   EXPECT_NEAR(normal.quantile(0.5), 2, 1e-12);
   EXPECT_NEAR(normal.quantile(0.841344746068543), 2.5, 1e-12);
   const Distribution cut{Distribution::Kind::kNormal, 1.9, 2.4, 2, 0.5};
-  EXPECT_NEAR(cut.quantile(kLeastDraw), 1.9, 1e-12);
-  EXPECT_NEAR(cut.quantile(kLargestDraw), 2.4, 1e-12);
+  EXPECT_NEAR(cut.quantile(kMinDraw), 1.9, 1e-12);
+  EXPECT_NEAR(cut.quantile(kMaxDraw), 2.4, 1e-12);
   for (const Distribution& distribution : {uniform, log_uniform, normal, cut}) {
-    for (const double share : {kLeastDraw, kLargestDraw}) {
+    for (const double share : {kMinDraw, kMaxDraw}) {
       EXPECT_GE(distribution.quantile(share), distribution.min);
       EXPECT_LE(distribution.quantile(share), distribution.max);
     }

@@ -24,7 +24,7 @@ class OutputError : public std::runtime_error {
 
   /// Whether there is no space left, where another place would do.
   bool is_full() const;
-  /// Whether a signal came while it waited for whoever reads what is written.
+  /// Whether a signal came while it waited for a reader of the output.
   bool is_interrupted() const { return error_ == EINTR; }
 
  private:
@@ -38,8 +38,8 @@ class OutputError : public std::runtime_error {
 ///
 /// What is a regular file, or not there yet, is written as NAME.incomplete-XXXXXX beside it and renamed by `commit`, so
 /// that NAME is always whole: the last of several writers stands. The name is not a hidden one and ends with none of
-/// the usual suffixes: whatever ends the program, what is left can be seen, tells what it is, and is taken for whole by
-/// nobody. Symbolic links are followed, and a file that is replaced keeps its mode.
+/// the usual suffixes: whatever ends the program, what is left can be seen, tells what it is, and is never taken for
+/// whole. Symbolic links are followed, and a file that is replaced keeps its mode.
 ///
 /// What is not a regular file (a device, a FIFO) is written straight to, row by row, and so are the program's own
 /// descriptors (/dev/stdout, /dev/fd/N), wherever they lead.
@@ -78,7 +78,7 @@ class OutputFile {
   /// The name under which it is being written.
   const std::string& name() const { return name_; }
 
-  /// Whether it is a terminal, where somebody reads it as it comes.
+  /// Whether it is a terminal, where it is read as it comes.
   bool is_terminal() const;
 
   /// Where an output goes.
@@ -104,7 +104,7 @@ class OutputFile {
   void open_straight();
   void open_beside();
   int flush();  // 0, or an error number
-  int close();  // likewise
+  int close();  // 0, or an error number
   [[noreturn]] void fail(int error) { fail(text_of(error), "", error); }
   [[noreturn]] void fail(const std::string& reason, const std::string& state, int error);
 
@@ -129,7 +129,7 @@ class OutputOpener {
   OutputFile open(const std::string& option, const std::string& path,
                   OutputFile::Access access = OutputFile::Access::kInOrder);
 
-  /// Keeps a place for an output that somebody opens later, and that must be a regular file. Throws OutputError.
+  /// Keeps a place for an output that is opened later, and that must be a regular file. Throws OutputError.
   void keep(const std::string& option, const std::string& path);
 
   /// The same for all outputs that will come in `folder`, whose names `is_output` tells. Looks at what is there,

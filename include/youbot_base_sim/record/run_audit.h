@@ -63,7 +63,7 @@ class EnergyAudit {
 /// thousand times the tolerance, but at least 1e-9 and at most a hundredth (or ten times a looser tolerance), of the
 /// energy that the motion had or exchanged. Runs that are right close it to the tolerance itself, mostly to a hundredth
 /// of that.
-std::string reason_to_distrust(const Simulation& simulation, const EnergyAudit& energy);
+std::string unreliability_reason(const Simulation& simulation, const EnergyAudit& energy);
 
 /// Length of the paths of the base and of the wheels' rims, summed over the rows, m.
 class PathLength {

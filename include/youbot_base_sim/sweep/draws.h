@@ -4,8 +4,8 @@
 
 namespace youbot_base_sim {
 
-/// Random numbers that are functions of their place rather than members of a sequence: whoever makes the row of a run,
-/// and whenever, draws the same.
+/// Random numbers that are functions of their place rather than members of a sequence: any thread or rank that makes
+/// the row of a run, and whenever, draws the same.
 struct DrawPlace {
   std::uint64_t seed;
   std::uint64_t axis;
@@ -22,7 +22,7 @@ double stratified_draw(const DrawPlace& place, std::uint64_t runs);
 std::uint64_t permuted(std::uint64_t k, std::uint64_t n, std::uint64_t seed, std::uint64_t axis);
 
 /// The draws nearest to 0 and to 1.
-constexpr double kLeastDraw = 0x1p-53, kLargestDraw = 1 - 0x1p-53;
+constexpr double kMinDraw = 0x1p-53, kMaxDraw = 1 - 0x1p-53;
 
 /// How numbers are distributed, by their quantiles.
 struct Distribution {

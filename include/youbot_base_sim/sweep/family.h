@@ -27,7 +27,7 @@ struct Axis {
 
   bool is_drawn() const { return std::holds_alternative<Distribution>(values); }
   std::uint64_t size() const;                ///< of an axis that is not drawn
-  std::string value(std::uint64_t k) const;  ///< likewise, 0 <= k < size
+  std::string value(std::uint64_t k) const;  ///< of an axis that is not drawn, 0 <= k < size
   std::string value_at(double share) const;  ///< of any axis; 0 < share < 1
   std::string text() const;                  ///< what it is, for people
 };

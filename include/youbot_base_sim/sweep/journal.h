@@ -45,7 +45,7 @@ struct Tally {
 class Journal {
  public:
   /// Goes on with the journal at `path`, or begins it. A torn line at the end is dropped; a line that was damaged
-  /// counts for nothing, and its run as not finished. Throws OutputError if it is written by somebody else at the time,
+  /// counts for nothing, and its run as not finished. Throws OutputError if another process writes it,
   /// or does not begin with `head`, whose lines tell what the rows depend on: the error tells which of them differs.
   Journal(const std::string& path, const std::vector<std::string>& head, std::uint64_t runs);
   ~Journal();

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "youbot_base_sim/sweep/schedule.h"
+#include "youbot_base_sim/sweep/run_schedule.h"
 
 namespace youbot_base_sim {
 

@@ -5,8 +5,8 @@
 
 namespace youbot_base_sim {
 
-/// Prints "PROGRAM: TEXT" on standard error. Where nobody can hear it, as on a full disk, the program's exit status has
-/// to do: fmt::print would throw.
+/// Prints "PROGRAM: TEXT" on standard error. A failure to write it, as on a full disk, is ignored:
+/// the exit status still reports it.
 inline void print_error(const std::string& program, const std::string& text) {
   std::fputs((program + ": " + text + "\n").c_str(), stderr);
 }

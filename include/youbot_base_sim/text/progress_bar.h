@@ -5,8 +5,8 @@
 
 namespace youbot_base_sim {
 
-/// A bar on the terminal for what takes longer than a second; nothing where standard error is none. Whoever prints
-/// clears it first.
+/// A bar on the terminal for what takes longer than a second; nothing where standard error is none. Clear it before
+/// printing anything else.
 class ProgressBar {
  public:
   explicit ProgressBar(bool quiet);
@@ -14,7 +14,7 @@ class ProgressBar {
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
-  /// Whether it is to be drawn now: at most ten times a second, so that whoever asks need not count.
+  /// Whether it is to be drawn now: at most ten times a second, so that callers need not count.
   bool due() const;
   /// `share` is from 0 to 1; `text` stands behind the bar.
   void draw(double share, const std::string& text);

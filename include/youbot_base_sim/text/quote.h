@@ -9,7 +9,7 @@ namespace youbot_base_sim {
 /// Characters of a library's message that may repeat such text.
 constexpr std::size_t kMaxMessage = 200;
 
-/// Text that somebody else wrote, as a message may show it: one line that no terminal obeys. Control characters, bytes
+/// Text from outside, made safe to print in one line of a message. Control characters, bytes
 /// that are not UTF-8, backslashes and what turns the direction of writing are escaped as in C; what is longer than
 /// `max_characters` ends there, with "...".
 std::string quote(std::string_view text, std::size_t max_characters = 60);

@@ -1,4 +1,4 @@
-#include "youbot_base_sim/sweep/schedule.h"
+#include "youbot_base_sim/sweep/run_schedule.h"
 
 #include <thread>
 
@@ -6,11 +6,11 @@
 
 namespace youbot_base_sim {
 
-std::vector<std::uint64_t> RunSchedule::take(std::size_t most) { return take(Lock(mutex_), most); }
+std::vector<std::uint64_t> RunSchedule::take(std::size_t max_count) { return take(Lock(mutex_), max_count); }
 
-std::vector<std::uint64_t> RunSchedule::take(const Lock&, std::size_t most) {
+std::vector<std::uint64_t> RunSchedule::take(const Lock&, std::size_t max_count) {
   std::vector<std::uint64_t> taken;
-  for (; !stopping_ && taken.size() < most && may_begin_next(); ++next_) {
+  for (; !stopping_ && taken.size() < max_count && may_begin_next(); ++next_) {
     if (!journal_.finished().contains(next_)) taken.push_back(next_);
   }
   return taken;

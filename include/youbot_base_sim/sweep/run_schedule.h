@@ -16,16 +16,16 @@ namespace youbot_base_sim {
 /// Makes the row of a run, on whatever thread or rank. Throws Stopped once `stop` is set.
 using MakeRow = std::function<Row(std::uint64_t run, const std::atomic<bool>& stop)>;
 
-/// Hands out the runs that nobody has finished, and enters their rows into the journal as they come. For several
+/// Hands out the runs that are not finished, and enters their rows into the journal as they come. For several
 /// threads at once.
 class RunSchedule {
  public:
   /// `journal` must outlive this.
   RunSchedule(Journal& journal, std::uint64_t runs) : journal_(journal), runs_(runs) {}
 
-  /// The next runs, `most` of them or fewer; none where none are left, where it is to stop, or while those that others
+  /// The next runs, at most `max_count`; none where none are left, where it is to stop, or while those that others
   /// work at hold up the rest (see FinishedRuns).
-  std::vector<std::uint64_t> take(std::size_t most);
+  std::vector<std::uint64_t> take(std::size_t max_count);
 
   /// Enters rows of runs that were taken. Throws OutputError.
   void finish(const std::vector<Row>& rows);
@@ -49,7 +49,7 @@ class RunSchedule {
   using Lock = std::unique_lock<std::mutex>;
 
   bool may_begin_next() const { return next_ < runs_ && journal_.finished().has_room_for(next_); }
-  std::vector<std::uint64_t> take(const Lock&, std::size_t most);
+  std::vector<std::uint64_t> take(const Lock&, std::size_t max_count);
   bool ended() const { return stopping_ || journal_.tally().runs == runs_; }
 
   Journal& journal_;
