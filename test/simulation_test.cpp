@@ -9,6 +9,7 @@
 
 #include "temporary_folder.h"
 #include "youbot_base_sim/drive/wheel_drive.h"
+#include "youbot_base_sim/physics/no_slip_model.h"
 
 namespace youbot_base_sim {
 namespace {

@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "youbot_base_sim/physics/no_slip_model.h"
 #include "youbot_base_sim/simulation.h"
 
 namespace youbot_base_sim {

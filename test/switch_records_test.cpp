@@ -10,6 +10,7 @@
 
 #include "physics/random_states.h"
 #include "youbot_base_sim/integration/methods.h"
+#include "youbot_base_sim/physics/no_slip_model.h"
 #include "youbot_base_sim/physics/roller_geometry.h"
 #include "youbot_base_sim/simulation.h"
 
