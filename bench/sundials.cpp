@@ -97,9 +97,9 @@ class Integrator {
     const Scene& scene = task.scene;
     const TorqueProfile& torque = scene.solver.control_period > 0 ? held_ : *torque_;
     Model model(scene.robot, scene.floor);
-    if (std::isfinite(scene.burdens.next_change(0)))
+    if (std::isfinite(scene.load_schedule.next_change(0)))
       throw RunFailure("loads and wrenches that change are not known here");
-    if constexpr (Model::kReactionsFollow) model.set_burden(scene.burdens.at(0));
+    if constexpr (Model::kReactionsFollow) model.set_loads(scene.load_schedule.at(0));
     system_ = std::make_unique<SlipSystem<Model>>(model, torque, scene.initial);
     State start = scene.initial;
     start.phi() -= middle();

@@ -90,9 +90,9 @@ class Simulation::Loop {
     next_change_ = std::numeric_limits<double>::infinity();
     added_ = {};
     planned_ = {};
-    burden_changes_.clear();
-    if (!scene_.burdens.empty()) change_burden();
-    note_burden(0);
+    load_changes_.clear();
+    if (!scene_.load_schedule.empty()) change_loads();
+    note_loads(0);
     initial_energy_ = integration_->kinetic_energy(state_) - state_.work();
   }
 
@@ -111,11 +111,11 @@ class Simulation::Loop {
     if (n > 0) advance_whole_periods(n);
   }
 
-  void set_burden(const Burden& burden, bool keep_momentum) {
+  void set_loads(const AppliedLoads& applied, bool keep_momentum) {
     if (!extended_ && slips(scene_.model)) extend();
-    added_ = burden;
-    integration_->set_burden(state_, with_added(planned_), keep_momentum);
-    note_burden(t_);
+    added_ = applied;
+    integration_->set_loads(state_, with_added(planned_), keep_momentum);
+    note_loads(t_);
   }
 
   void go_on_tipping() {
@@ -134,8 +134,8 @@ class Simulation::Loop {
   std::unique_ptr<TorqueProfile> torque_;
   std::unique_ptr<Integration> integration_;
   double initial_energy_ = 0;
-  Burden burden_;  // now: the scene's and what was added to it
-  std::vector<BurdenChange> burden_changes_;
+  AppliedLoads applied_loads_;  // now: the scene's and what was added to it
+  std::vector<LoadChange> load_changes_;
 
  private:
   double period() const { return control_time_.period(); }
@@ -144,7 +144,7 @@ class Simulation::Loop {
   // The torque acts continuously, segment by segment.
   void advance_continuously(double t) {
     while (t_ < t) {
-      if (t_ >= next_change_) change_burden();
+      if (t_ >= next_change_) change_loads();
       const double end = torque_->begin_segment(t_);
       if (end != segment_end_) integration_->torque_jumped();
       segment_end_ = end;
@@ -191,7 +191,7 @@ class Simulation::Loop {
     while (!ControlTime::reached(t, next_change_)) {
       integration_->advance(state_, t_, next_change_);
       t_ = std::max(t_, next_change_);
-      change_burden();
+      change_loads();
     }
     integration_->advance(state_, t_, t);
     t_ = t;
@@ -213,41 +213,41 @@ class Simulation::Loop {
     set_up_integration();
   }
 
-  // A burden of the scene's and what was added to it.
-  Burden with_added(Burden burden) const {
-    burden.loads.insert(burden.loads.end(), added_.loads.begin(), added_.loads.end());
-    burden.wrenches.insert(burden.wrenches.end(), added_.wrenches.begin(), added_.wrenches.end());
-    return burden;
+  // The scene's loads and wrenches, and those that were added.
+  AppliedLoads with_added(AppliedLoads applied) const {
+    applied.loads.insert(applied.loads.end(), added_.loads.begin(), added_.loads.end());
+    applied.wrenches.insert(applied.wrenches.end(), added_.wrenches.begin(), added_.wrenches.end());
+    return applied;
   }
 
   // Where a control period begins, to which a change counts that rounding alone keeps apart from it.
   void make_due_changes() {
-    while (ControlTime::reached(next_change_, t_)) change_burden();
+    while (ControlTime::reached(next_change_, t_)) change_loads();
   }
 
   // Loads and wrenches as they are from the change on that is due.
-  void change_burden() {
+  void change_loads() {
     const double t = std::isfinite(next_change_) ? next_change_ : t_;
-    integration_->set_burden(state_, with_added(scene_.burdens.at(t, false)), false);
-    planned_ = scene_.burdens.at(t);
-    integration_->set_burden(state_, with_added(planned_), true);
-    next_change_ = scene_.burdens.next_change(t);
-    note_burden(t);
+    integration_->set_loads(state_, with_added(scene_.load_schedule.at(t, false)), false);
+    planned_ = scene_.load_schedule.at(t);
+    integration_->set_loads(state_, with_added(planned_), true);
+    next_change_ = scene_.load_schedule.next_change(t);
+    note_loads(t);
   }
 
   // Notes what is carried and what pushes from t on, if that changed; of several changes at one instant the sum.
-  void note_burden(double t) {
-    Burden now = with_added(planned_);
-    const bool loads = now.loads != burden_.loads;
-    const bool wrenches =
-        !std::equal(now.wrenches.begin(), now.wrenches.end(), burden_.wrenches.begin(), burden_.wrenches.end(), same);
+  void note_loads(double t) {
+    AppliedLoads now = with_added(planned_);
+    const bool loads = now.loads != applied_loads_.loads;
+    const bool wrenches = !std::equal(now.wrenches.begin(), now.wrenches.end(), applied_loads_.wrenches.begin(),
+                                      applied_loads_.wrenches.end(), same);
     if (!loads && !wrenches) return;
-    burden_ = std::move(now);
-    if (!burden_changes_.empty() && burden_changes_.back().t == t) {
-      BurdenChange& last = burden_changes_.back();
-      last = {t, state_.psi(), burden_, last.loads || loads, last.wrenches || wrenches};
+    applied_loads_ = std::move(now);
+    if (!load_changes_.empty() && load_changes_.back().t == t) {
+      LoadChange& last = load_changes_.back();
+      last = {t, state_.psi(), applied_loads_, last.loads || loads, last.wrenches || wrenches};
     } else {
-      burden_changes_.push_back({t, state_.psi(), burden_, loads, wrenches});
+      load_changes_.push_back({t, state_.psi(), applied_loads_, loads, wrenches});
     }
   }
 
@@ -268,8 +268,8 @@ class Simulation::Loop {
   double next_change_ = 0;  // of loads and wrenches, s
   bool goes_on_tipping_ = false;
   bool extended_ = false;  // whether the integration knows what is beyond the paper
-  Burden planned_;         // the scene's now
-  Burden added_;           // to it
+  AppliedLoads planned_;   // the scene's now
+  AppliedLoads added_;     // to it
 };
 
 Simulation::Simulation(const Scene& scene) : loop_(std::make_unique<Loop>(scene, nullptr)) {}
@@ -309,11 +309,13 @@ ContactDetails Simulation::contacts() const { return loop_->integration_->contac
 
 std::optional<ReactionRecord> Simulation::reaction_record() const { return loop_->integration_->reaction_record(); }
 
-void Simulation::set_burden(const Burden& burden, bool keep_momentum) { loop_->set_burden(burden, keep_momentum); }
+void Simulation::set_loads(const AppliedLoads& applied, bool keep_momentum) {
+  loop_->set_loads(applied, keep_momentum);
+}
 
-const Burden& Simulation::burden() const { return loop_->burden_; }
+const AppliedLoads& Simulation::applied_loads() const { return loop_->applied_loads_; }
 
-std::vector<BurdenChange> Simulation::take_burden_changes() { return std::exchange(loop_->burden_changes_, {}); }
+std::vector<LoadChange> Simulation::take_load_changes() { return std::exchange(loop_->load_changes_, {}); }
 
 void Simulation::go_on_tipping() { loop_->go_on_tipping(); }
 

@@ -252,7 +252,7 @@ TEST(ExampleTest, TheWetPatchTurnsTheBase) {
 TEST(ExampleTest, ThePayloadSlowsAndTurnsTheBase) {
   Scene scene = example("payload");
   const State loaded = end_of(scene);
-  scene.burdens.loads.clear();
+  scene.load_schedule.loads.clear();
   const State free = end_of(scene);
   EXPECT_LT(loaded.y(), free.y() - 0.02);
   EXPECT_LT(loaded.psi(), free.psi() - 0.03);

@@ -12,7 +12,7 @@
 #include "youbot_base_sim/export.h"
 #include "youbot_base_sim/integration/integration.h"
 #include "youbot_base_sim/integration/statistics.h"
-#include "youbot_base_sim/physics/burden.h"
+#include "youbot_base_sim/physics/applied_loads.h"
 #include "youbot_base_sim/physics/contacts.h"
 #include "youbot_base_sim/physics/power_balance.h"
 #include "youbot_base_sim/physics/roller_switch.h"
@@ -21,17 +21,17 @@
 namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
 /// What the base carries and what pushes it from an instant on.
-struct BurdenChange {
+struct LoadChange {
   double t;              ///< s
   double psi;            ///< heading of the base then, rad
-  Burden burden;         ///< all of it, the scene's too
+  AppliedLoads applied;  ///< all of it, the scene's too
   bool loads, wrenches;  ///< which of both are others than before
 };
 
 /// What happened in a stretch of the motion, in order of time.
 struct Events {
   std::vector<RollerSwitch> switches;
-  std::vector<BurdenChange> burdens;
+  std::vector<LoadChange> load_changes;
 };
 
 /// One running simulation: a scene in; commands in; state, switches, contacts and statistics out.
@@ -89,14 +89,14 @@ class Simulation {
   /// Lets the base carry these loads and feel these wrenches besides the scene's, in place of those of the last call,
   /// from now on: between two calls of the advancing functions. Its velocities stay, or, with `keep_momentum`, its
   /// momentum does; the change of kinetic energy counts as work.
-  void set_burden(const Burden& burden, bool keep_momentum = false);
+  void set_loads(const AppliedLoads& applied, bool keep_momentum = false);
 
   /// What the base carries and what pushes it now, the scene's loads and wrenches included.
-  const Burden& burden() const;
+  const AppliedLoads& applied_loads() const;
 
-  /// Changes of it since the last `take_burden_changes`, in order of time; clears them. The list grows until it is
+  /// Changes of it since the last `take_load_changes`, in order of time; clears them. The list grows until it is
   /// taken.
-  std::vector<BurdenChange> take_burden_changes();
+  std::vector<LoadChange> take_load_changes();
 
   /// What became of the normal reactions; empty where they are static.
   std::optional<ReactionRecord> reaction_record() const;

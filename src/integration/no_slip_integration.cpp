@@ -81,10 +81,10 @@ void NoSlipIntegration::advance(State& x, double t, double t_end) {
   model_.constrain(x);
 }
 
-void NoSlipIntegration::set_burden(State& x, const Burden& burden, bool keep_momentum) {
+void NoSlipIntegration::set_loads(State& x, const AppliedLoads& applied, bool keep_momentum) {
   const double energy = kinetic_energy(x);
   const Eigen::Vector3d momentum = model_.inertia() * x.velocity();
-  model_ = NoSlipModel(robot_, floor_, burden);
+  model_ = NoSlipModel(robot_, floor_, applied);
   if (keep_momentum) {
     x.values.col(1).head<3>() = model_.inertia().llt().solve(momentum).array();
     model_.constrain(x);

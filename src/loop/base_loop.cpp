@@ -46,8 +46,8 @@ std::string BaseLoop::refusal(const std::vector<Load>& loads) const {
 }
 
 void BaseLoop::apply(const Wrench& wrench) {
-  burden_.wrenches = {wrench};
-  simulation_.set_burden(burden_);
+  applied_loads_.wrenches = {wrench};
+  simulation_.set_loads(applied_loads_);
 }
 
 // What is taken off goes with the velocity that it has, also where others are put on at rest.
@@ -55,10 +55,11 @@ void BaseLoop::apply(const LoadsRequest& request) {
   const auto goes = [&](const Load& load) {
     return std::find(request.loads.begin(), request.loads.end(), load) == request.loads.end();
   };
-  burden_.loads.erase(std::remove_if(burden_.loads.begin(), burden_.loads.end(), goes), burden_.loads.end());
-  simulation_.set_burden(burden_);
-  burden_.loads = request.loads;
-  simulation_.set_burden(burden_, request.at_rest);
+  applied_loads_.loads.erase(std::remove_if(applied_loads_.loads.begin(), applied_loads_.loads.end(), goes),
+                             applied_loads_.loads.end());
+  simulation_.set_loads(applied_loads_);
+  applied_loads_.loads = request.loads;
+  simulation_.set_loads(applied_loads_, request.at_rest);
 }
 
 // In parts where loads or wrenches change: odeint's loop over control periods cannot change them.
@@ -86,7 +87,7 @@ bool BaseLoop::meet_instant(double t, const State& state) {
 
 void BaseLoop::reset() {
   requests_.clear();
-  burden_ = {};
+  applied_loads_ = {};
   simulation_.reset();
   const State& state = simulation_.state();
   driver_ = BaseDriver(driver_settings_, state.phi());

@@ -15,9 +15,9 @@ NoSlipModel::NoSlipModel(const RobotParameters& robot) : robot_(robot), platform
              roller_rolling_.transpose() * robot.mu_2.matrix().asDiagonal() * roller_rolling_;
 }
 
-NoSlipModel::NoSlipModel(const RobotParameters& robot, const FloorParameters& floor, const Burden& burden)
-    : NoSlipModel(loaded(robot, burden.loads)) {
-  if (floor.slope != 0 || !burden.wrenches.empty()) external_.emplace(robot_, floor, burden.wrenches);
+NoSlipModel::NoSlipModel(const RobotParameters& robot, const FloorParameters& floor, const AppliedLoads& applied)
+    : NoSlipModel(loaded(robot, applied.loads)) {
+  if (floor.slope != 0 || !applied.wrenches.empty()) external_.emplace(robot_, floor, applied.wrenches);
 }
 
 Eigen::Vector3d NoSlipModel::dry_friction(const Eigen::Vector3d& v) const {

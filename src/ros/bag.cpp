@@ -149,7 +149,7 @@ void BagWriter::write(const Events& events) {
     const ros::Time stamp = stamp_of(event.t);
     file_->write(kRollerSwitchesTopic, stamp, roller_switch_message(event, stamp));
   }
-  for (const BurdenChange& change : events.burdens) {
+  for (const LoadChange& change : events.load_changes) {
     const ros::Time stamp = stamp_of(change.t);
     Telemetry::visit(change, stamp, [&](const char* topic, const auto& make) {
       const auto message = make();

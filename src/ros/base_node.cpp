@@ -248,7 +248,7 @@ void BaseNode::publish_instant() {
     publications_.publish(kRollerSwitchesTopic, [&] { return roller_switch_message(event, clock_->stamp(event.t)); });
   }
   const auto publish = [this](const char* topic, const auto& make) { publications_.publish(topic, make); };
-  for (const BurdenChange& change : events.burdens) Telemetry::visit(change, clock_->stamp(change.t), publish);
+  for (const LoadChange& change : events.load_changes) Telemetry::visit(change, clock_->stamp(change.t), publish);
   if (is_due && wanted_.telemetry) {
     record_telemetry();
     publish_telemetry();

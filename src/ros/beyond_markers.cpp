@@ -6,8 +6,8 @@
 #include <array>
 #include <cmath>
 
-#include "youbot_base_sim/ros/burden_messages.h"
 #include "youbot_base_sim/ros/conversions.h"
+#include "youbot_base_sim/ros/load_messages.h"
 #include "youbot_base_sim/scene/frames.h"
 
 namespace youbot_base_sim {
@@ -35,9 +35,9 @@ double degrees(double slope) { return std::abs(slope) * 180 / M_PI; }
 
 bool shows_reactions(const Simulation& simulation) {
   const Scene& scene = simulation.scene();
-  const Burden& burden = simulation.burden();
+  const AppliedLoads& applied = simulation.applied_loads();
   return beyond_the_paper(scene) || scene.robot.q != 0 || (scene.floor.f != scene.floor.f[0]).any() ||
-         !burden.loads.empty() || !burden.wrenches.empty();
+         !applied.loads.empty() || !applied.wrenches.empty();
 }
 
 void add_reactions(Markers& markers, const ContactsStamped& contacts, double scale) {
@@ -142,7 +142,7 @@ void BeyondMarkers::add_to(Markers& markers, const ContactsStamped& contacts, co
     add_patch(markers, static_cast<int>(k), floor.patches[k], floor,
               floor_height(simulation.scene().robot) + kOverFloor * static_cast<double>(k + 1), world_frame);
   }
-  add_loads(markers, simulation.burden().loads);
+  add_loads(markers, simulation.applied_loads().loads);
   add_wrenches(markers, simulation, force_scale);
 }
 
@@ -170,7 +170,7 @@ void BeyondMarkers::add_loads(Markers& markers, const std::vector<Load>& loads) 
 }
 
 void BeyondMarkers::add_wrenches(Markers& markers, const Simulation& simulation, double force_scale) {
-  const std::vector<Wrench>& wrenches = simulation.burden().wrenches;
+  const std::vector<Wrench>& wrenches = simulation.applied_loads().wrenches;
   const int count = static_cast<int>(wrenches.size());
   most_wrenches_ = std::max(most_wrenches_, count);
   for (int k = 0; k < most_wrenches_; ++k) {
@@ -199,7 +199,7 @@ std::vector<std::pair<std::string, std_msgs::ColorRGBA>> BeyondMarkers::legend(c
   if (shows_reactions(simulation)) {
     lines.emplace_back(fmt::format("normal reaction, {:.3g} N each 10 cm", 0.1 / force_scale), kReaction);
   }
-  if (!simulation.burden().wrenches.empty()) {
+  if (!simulation.applied_loads().wrenches.empty()) {
     lines.emplace_back(fmt::format("push, {:.3g} N each 10 cm", 0.1 / force_scale), kPush);
   }
   if (const double slope = simulation.scene().floor.slope; slope != 0) {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "youbot_base_sim/ros/burden_messages.h"
+#include "youbot_base_sim/ros/load_messages.h"
 #include "youbot_base_sim/ros/node_constants.h"
 
 namespace youbot_base_sim {

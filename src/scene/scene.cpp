@@ -6,7 +6,7 @@
 #include <cmath>
 #include <filesystem>
 
-#include "burdens.h"
+#include "loads.h"
 #include "motors.h"
 #include "scene_settings.h"
 #include "wheel_table.h"
@@ -222,7 +222,7 @@ FloorParameters read_floor(SceneSection s, Model model) {
 
 /// Every wheel must press on the floor at rest, whatever the base carries.
 void check_loads(const SceneValue& value, const Scene& scene) {
-  if (scene.burdens.loads.empty()) return;
+  if (scene.load_schedule.loads.empty()) return;
   const std::string lifted = lifted_wheel(scene, {}, 0);
   if (!lifted.empty()) value.refuse(lifted);
 }
@@ -388,7 +388,7 @@ Scene read_scene(const std::string& path, const YAML::Node& root, const SceneOve
   }
   scene.floor = read_floor(floor.section(), scene.model);
   scene.robot = read_robot(robot.section(), scene.floor, scene.model, overrides);
-  scene.burdens = read_burdens(loads, wrenches);
+  scene.load_schedule = read_load_schedule(loads, wrenches);
   check_loads(loads, scene);
   scene.solver = read_solver(solver.section(), overrides, scene);
   scene.output = read_output(output.section(), overrides);
@@ -411,8 +411,8 @@ auto guarded(const std::string& path, const Read& read) {
 }  // namespace
 
 std::string lifted_wheel(const Scene& scene, const std::vector<Load>& more, double t) {
-  for (; std::isfinite(t); t = scene.burdens.next_change(t)) {
-    std::vector<Load> loads = scene.burdens.at(t).loads;
+  for (; std::isfinite(t); t = scene.load_schedule.next_change(t)) {
+    std::vector<Load> loads = scene.load_schedule.at(t).loads;
     loads.insert(loads.end(), more.begin(), more.end());
     const Wheels N = normal_reactions(loaded(scene.robot, loads), scene.floor);
     int lightest = 0;
@@ -425,7 +425,7 @@ std::string lifted_wheel(const Scene& scene, const std::vector<Load>& more, doub
 
 bool beyond_the_paper(const Scene& scene) {
   return scene.robot.normal_reactions != NormalReactions::kStatic || scene.floor.slope != 0 ||
-         scene.floor.spin_radius != 0 || !scene.floor.patches.empty() || !scene.burdens.empty();
+         scene.floor.spin_radius != 0 || !scene.floor.patches.empty() || !scene.load_schedule.empty();
 }
 
 IntegrationSettings integration_settings(const SolverSettings& solver) {
@@ -480,7 +480,7 @@ std::string without_effect(const Scene& scene) {
   if (scene.robot.normal_reactions == NormalReactions::kDynamic) return "";
   constexpr char kWhy[] = "has no effect unless robot.normal_reactions is dynamic";
   if (scene.robot.a_Z != 0) return fmt::format("robot.com_height = {:g}: {}", scene.robot.a_Z, kWhy);
-  const auto& wrenches = scene.burdens.wrenches;
+  const auto& wrenches = scene.load_schedule.wrenches;
   for (std::size_t k = 0; k < wrenches.size(); ++k) {
     const double up = wrenches[k].wrench.force.z();
     if (up != 0) return fmt::format("wrenches[{}].force: its vertical part, {:g} N, {}", k, up, kWhy);

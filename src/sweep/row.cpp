@@ -95,7 +95,7 @@ std::string RowMaker::values_after(const Scene& scene, std::uint64_t run, const 
     RowLoop rows(simulation, energy);
     Observer observer(simulation, family_.quantities);
     while (rows.next()) {
-      const Events events{simulation.take_switches(), simulation.take_burden_changes()};
+      const Events events{simulation.take_switches(), simulation.take_load_changes()};
       if (trajectory) trajectory->write(rows.t(), simulation, events);
       observer.add_row();
     }

@@ -80,7 +80,7 @@ Wrench push_sideways(double force) {
   return wrench;
 }
 
-TEST(BaseLoopTest, BurdensActAtTheSameTimesWhereManyPeriodsGoAtOnce) {
+TEST(BaseLoopTest, LoadsActAtTheSameTimesWhereManyPeriodsGoAtOnce) {
   BaseLoop one(settings()), many(settings());
   for (BaseLoop* loop : {&one, &many}) {
     loop->push(0.0, torques(1));
@@ -316,7 +316,7 @@ TEST(BaseLoopTest, WrenchesDoNotWaitForTheCommandRate) {
   loop.advance_periods(1);
   EXPECT_EQ(loop.simulation().torque()[0], 0) << "waits for 20 ms";
   EXPECT_GT(loop.simulation().state().V_Y(), 0);
-  EXPECT_EQ(loop.simulation().burden().loads.size(), 1u);
+  EXPECT_EQ(loop.simulation().applied_loads().loads.size(), 1u);
   EXPECT_EQ(loop.waiting(), 1u);
   EXPECT_EQ(play(loop, 19).back(), 1);
 }

@@ -36,7 +36,7 @@ Scene scene_of(const Json& keys) {
 
 struct Motion {
   explicit Motion(const Json& golden, const Scene& scene)
-      : model(scene.robot, scene.floor, scene.burdens.at(0)), torque(golden), state(state_of(golden)) {}
+      : model(scene.robot, scene.floor, scene.load_schedule.at(0)), torque(golden), state(state_of(golden)) {}
 
   static State state_of(const Json& golden) {
     State x;
@@ -149,8 +149,8 @@ TEST(BeyondModelTest, MomentsAboutAnyPointOfTheFloorVanish) {
       // d/dt of J_1 dphi about the axle, which turns with the platform
       moment -= Vector{-robot.J_1 * Omega * motion.state.dphi()[i], robot.J_1 * dxdt.dphi()[i], 0};
     }
-    const Burden burden = scene.burdens.at(0);
-    for (const Wrench& wrench : burden.wrenches) {
+    const AppliedLoads applied = scene.load_schedule.at(0);
+    for (const Wrench& wrench : applied.wrenches) {
       Vector W = wrench.force;
       if (wrench.fixed) W = Eigen::AngleAxisd(-motion.state.psi(), Vector::UnitZ()) * W;
       add(wrench.point, W);

@@ -39,7 +39,7 @@ TEST(BagWriter, writes_every_topic_and_every_switch) {
   std::size_t switches = 0;
   for (int k = 0; k <= 50; ++k) {
     simulation.advance_to(0.01 * k);
-    const Events events{simulation.take_switches(), simulation.take_burden_changes()};
+    const Events events{simulation.take_switches(), simulation.take_load_changes()};
     switches += events.switches.size();
     bag.write(events);
     sensors.update(simulation.time(), simulation.state(), exact_readings(simulation));
@@ -79,7 +79,7 @@ TEST(BagRecorder, numbers_its_messages) {
   BagRecorder recorder(BagWriter::open(folder.path("x.bag")));
   for (int k = 0; k <= 20; ++k) {
     simulation.advance_to(0.05 * k);
-    recorder.write(0.05 * k, simulation, {simulation.take_switches(), simulation.take_burden_changes()});
+    recorder.write(0.05 * k, simulation, {simulation.take_switches(), simulation.take_load_changes()});
   }
   recorder.commit();
   rosbag::Bag read(folder.path("x.bag"), rosbag::bagmode::Read);
@@ -163,7 +163,7 @@ TEST(BagRecorder, tells_what_the_base_carries_and_what_pushes_it) {
   BagRecorder recorder(BagWriter::open(folder.path("x.bag")));
   for (int k = 0; k <= 10; ++k) {
     simulation.advance_to(0.1 * k);
-    recorder.write(0.1 * k, simulation, {simulation.take_switches(), simulation.take_burden_changes()});
+    recorder.write(0.1 * k, simulation, {simulation.take_switches(), simulation.take_load_changes()});
   }
   recorder.commit();
 

@@ -10,7 +10,7 @@
 
 #include "youbot_base_sim/export.h"
 #include "youbot_base_sim/integration/statistics.h"
-#include "youbot_base_sim/physics/burden.h"
+#include "youbot_base_sim/physics/applied_loads.h"
 #include "youbot_base_sim/physics/contacts.h"
 #include "youbot_base_sim/physics/reactions.h"
 #include "youbot_base_sim/physics/roller_switch.h"
@@ -55,7 +55,7 @@ class Integration {
   /// Lets the base carry these loads and feel these wrenches from now on. Its velocities stay, or, for loads that are
   /// put on at rest, its momentum; the change of kinetic energy counts as work. Throws std::logic_error for the
   /// paper's models, which know neither.
-  virtual void set_burden(State& x, const Burden& burden, bool keep_momentum) = 0;
+  virtual void set_loads(State& x, const AppliedLoads& applied, bool keep_momentum) = 0;
 
   /// Ends this integration, for another one to continue the motion.
   virtual MotionSoFar leave() = 0;

@@ -37,7 +37,7 @@ class NoSlipIntegration : public Integration {
   void stop_on(const std::atomic<bool>& stop) override { stop_ = &stop; }
   void torque_jumped() override {}
   double kinetic_energy(const State& x) const override { return model_.kinetic_energy(x.velocity()); }
-  void set_burden(State& x, const Burden& burden, bool keep_momentum) override;
+  void set_loads(State& x, const AppliedLoads& applied, bool keep_momentum) override;
   MotionSoFar leave() override { return {std::nullopt, statistics_, {}}; }
   std::optional<ReactionRecord> reaction_record() const override { return std::nullopt; }
   void go_on_tipping() override {}

@@ -64,10 +64,10 @@ class SlipIntegration : public Integration {
   ContactDetails contacts(const State& x, double t) const override {
     return system_.model().details(system_.contacts(x, t));
   }
-  void set_burden(State& x, const Burden& burden, bool keep_momentum) override {
+  void set_loads(State& x, const AppliedLoads& applied, bool keep_momentum) override {
     const double energy = kinetic_energy(x);
     const Eigen::Vector3d momentum = system_.model().inertia().M_v * x.velocity();
-    system_.set_burden(burden);
+    system_.set_loads(applied);
     if (keep_momentum) x.values.col(1).head<3>() = (system_.model().inertia().M_v_inverse * momentum).array();
     x.work() += kinetic_energy(x) - energy;
     stepper_.torque_jumped();

@@ -104,7 +104,7 @@ class SlipSystem {
   }
 
   /// Lets the base carry other loads and feel other wrenches from now on.
-  void set_burden(const Burden& burden) { model_.set_burden(burden); }
+  void set_loads(const AppliedLoads& applied) { model_.set_loads(applied); }
 
   /// Normal reactions where they follow the motion.
   FloorReactions reactions(const State& x, double t) const {

@@ -82,7 +82,7 @@ class BaseLoop {
   BaseDriver::Events take_driver_events() { return driver_.take_events(); }
 
   /// What has happened to the base since the last `take_events`.
-  Events take_events() { return {simulation_.take_switches(), simulation_.take_burden_changes()}; }
+  Events take_events() { return {simulation_.take_switches(), simulation_.take_load_changes()}; }
 
   double time() const { return simulation_.time(); }                       ///< s
   std::int64_t periods() const { return control_time_.ended_by(time()); }  ///< that have passed
@@ -103,7 +103,7 @@ class BaseLoop {
   const ControlTime control_time_;
   const bool takes_always_;  // requests, where any control period begins
   BaseRequests requests_;
-  Burden burden_;  // besides the scene's
+  AppliedLoads applied_loads_;  // besides the scene's
   BaseDriver driver_;
   Simulation simulation_;
   BaseSensors sensors_;

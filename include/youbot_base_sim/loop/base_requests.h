@@ -8,7 +8,7 @@
 
 #include "youbot_base_sim/drive/base_driver.h"
 #include "youbot_base_sim/drive/control_time.h"
-#include "youbot_base_sim/physics/burden.h"
+#include "youbot_base_sim/physics/applied_loads.h"
 
 namespace youbot_base_sim {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "youbot_base_sim/physics/burden.h"
+#include "youbot_base_sim/physics/applied_loads.h"
 #include "youbot_base_sim/physics/contact_friction.h"
 #include "youbot_base_sim/physics/contacts.h"
 #include "youbot_base_sim/physics/floor_patches.h"
@@ -58,7 +58,7 @@ class ExtendedFeatures {
 
   /// `robot` and `inertia` are those with the loads.
   ExtendedFeatures(const RobotParameters& robot, const FloorParameters& floor, const Inertia& inertia,
-                   const Burden& burden)
+                   const AppliedLoads& applied)
       : rho_X_(robot.rho_X()),
         rho_Y_(robot.rho_Y()),
         reach_(std::hypot(robot.h, robot.l + robot.R_d)),
@@ -66,7 +66,7 @@ class ExtendedFeatures {
         a_m_(floor.spin_radius),
         f_(floor.f),
         patches_(floor),
-        external_(robot, floor, burden.wrenches),
+        external_(robot, floor, applied.wrenches),
         dynamic_(robot.normal_reactions == NormalReactions::kDynamic),
         static_N_(normal_reactions(robot, floor)),
         reactions_(robot, inertia, external_.normal_gravity()) {}

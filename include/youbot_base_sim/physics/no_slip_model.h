@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "youbot_base_sim/export.h"
-#include "youbot_base_sim/physics/burden.h"
+#include "youbot_base_sim/physics/applied_loads.h"
 #include "youbot_base_sim/physics/dry_bearings.h"
 #include "youbot_base_sim/physics/inertia.h"
 #include "youbot_base_sim/physics/state_jacobian.h"
@@ -18,7 +18,7 @@ class NoSlipModel {
   explicit NoSlipModel(const RobotParameters& robot);
 
   /// On a floor that may slope, with loads and wrenches.
-  NoSlipModel(const RobotParameters& robot, const FloorParameters& floor, const Burden& burden);
+  NoSlipModel(const RobotParameters& robot, const FloorParameters& floor, const AppliedLoads& applied);
 
   /// Rates of the wheels, and of the rollers in contact, that roll without slip at `v`, rad/s.
   Wheels dphi(const Eigen::Vector3d& v) const { return (rolling_ * v).array(); }

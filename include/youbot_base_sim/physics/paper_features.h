@@ -4,7 +4,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "youbot_base_sim/physics/burden.h"
+#include "youbot_base_sim/physics/applied_loads.h"
 #include "youbot_base_sim/physics/contact_friction.h"
 #include "youbot_base_sim/physics/contacts.h"
 #include "youbot_base_sim/physics/inertia.h"
@@ -29,9 +29,9 @@ class PaperFeatures {
                                                                &Contacts::F_Y,  &Contacts::Delta_Y, &Contacts::M_Z};
 
   /// Throws std::logic_error for loads or wrenches, which belong to ExtendedFeatures.
-  PaperFeatures(const RobotParameters& robot, const FloorParameters& floor, const Inertia&, const Burden& burden)
+  PaperFeatures(const RobotParameters& robot, const FloorParameters& floor, const Inertia&, const AppliedLoads& applied)
       : N_(normal_reactions(robot, floor)), f_(floor.f), limit_(floor.f * N_) {
-    if (!burden.loads.empty() || !burden.wrenches.empty()) throw std::logic_error("the paper's model knows no loads");
+    if (!applied.loads.empty() || !applied.wrenches.empty()) throw std::logic_error("the paper's model knows no loads");
   }
 
   void place(const Velocities&, const ContactGeometry&, const Pose&, Contacts&) const {}

@@ -4,7 +4,7 @@
 #include <array>
 
 #include "youbot_base_sim/export.h"
-#include "youbot_base_sim/physics/burden.h"
+#include "youbot_base_sim/physics/applied_loads.h"
 #include "youbot_base_sim/physics/damping_matrix.h"
 #include "youbot_base_sim/physics/inertia.h"
 #include "youbot_base_sim/physics/reaction_record.h"

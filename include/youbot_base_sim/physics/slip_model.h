@@ -68,22 +68,22 @@ class SlipModel {
   static constexpr const auto& kMeans = Features::kMeans;
 
   /// `robot` is the bare one, whose mass decides mu_0.
-  SlipModel(const RobotParameters& robot, const FloorParameters& floor, const Burden& burden = {})
+  SlipModel(const RobotParameters& robot, const FloorParameters& floor, const AppliedLoads& applied = {})
       : bare_robot_(robot),
         floor_(floor),
-        robot_(loaded(robot, burden.loads)),
+        robot_(loaded(robot, applied.loads)),
         geometry_(robot),
         friction_(Law(robot, floor), floor.nu),
         inertia_(robot_),
         dry_(robot),
-        features_(robot_, floor, inertia_, burden),
+        features_(robot_, floor, inertia_, applied),
         rho_X_(robot.rho_X()),
         rho_Y_(robot.rho_Y()) {}
 
   /// Takes over other loads and wrenches.
-  void set_burden(const Burden& burden) {
+  void set_loads(const AppliedLoads& applied) {
     const double nu = transition_speed();
-    *this = SlipModel(bare_robot_, floor_, burden);
+    *this = SlipModel(bare_robot_, floor_, applied);
     set_transition_speed(nu);
   }
 

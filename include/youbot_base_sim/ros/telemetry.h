@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "youbot_base_sim/loop/base_sensors.h"
-#include "youbot_base_sim/ros/burden_messages.h"
 #include "youbot_base_sim/ros/contacts_message.h"
 #include "youbot_base_sim/ros/conversions.h"
+#include "youbot_base_sim/ros/load_messages.h"
 #include "youbot_base_sim/simulation.h"
 
 namespace youbot_base_sim {
@@ -60,17 +60,17 @@ class Telemetry {
 
   /// Calls `topic` in the same way for a change of what the base carries and what pushes it.
   template <class Topic>
-  static void visit(const BurdenChange& change, const ros::Time& stamp, Topic&& topic) {
-    if (change.loads) topic(kLoadsTopic, [&] { return loads_message(change.burden.loads, stamp); });
+  static void visit(const LoadChange& change, const ros::Time& stamp, Topic&& topic) {
+    if (change.loads) topic(kLoadsTopic, [&] { return loads_message(change.applied.loads, stamp); });
     if (change.wrenches) {
-      topic(kAppliedWrenchTopic, [&] { return wrench_message(change.burden.wrenches, change.psi, stamp); });
+      topic(kAppliedWrenchTopic, [&] { return wrench_message(change.applied.wrenches, change.psi, stamp); });
     }
   }
 
   /// And for what pushes it at an instant, if anything does.
   template <class Topic>
   static void visit_push(const Simulation& simulation, const ros::Time& stamp, Topic&& topic) {
-    const std::vector<Wrench>& wrenches = simulation.burden().wrenches;
+    const std::vector<Wrench>& wrenches = simulation.applied_loads().wrenches;
     if (wrenches.empty()) return;
     topic(kAppliedWrenchTopic, [&] { return wrench_message(wrenches, simulation.state().psi(), stamp); });
   }

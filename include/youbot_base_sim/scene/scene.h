@@ -13,7 +13,7 @@
 #include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/physics/model.h"
 #include "youbot_base_sim/physics/parameters.h"
-#include "youbot_base_sim/scene/burden_plan.h"
+#include "youbot_base_sim/scene/load_schedule.h"
 #include "youbot_base_sim/text/number.h"
 
 namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
@@ -53,7 +53,7 @@ struct Scene {
   OutputSettings output;
   RobotParameters robot;
   FloorParameters floor;
-  BurdenPlan burdens;
+  LoadSchedule load_schedule;
   State initial;
   SolverSettings solver;
   /// The motors between commands and wheels. Empty: a velocity table's loops have the default motors; torques act as

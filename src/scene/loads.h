@@ -6,6 +6,6 @@
 namespace youbot_base_sim {
 
 /// Reads the lists `loads` and `wrenches`, either of which may be left out. Throws SceneError.
-BurdenPlan read_burdens(const SceneValue& loads, const SceneValue& wrenches);
+LoadSchedule read_load_schedule(const SceneValue& loads, const SceneValue& wrenches);
 
 }  // namespace youbot_base_sim

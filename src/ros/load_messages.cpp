@@ -1,4 +1,4 @@
-#include "youbot_base_sim/ros/burden_messages.h"
+#include "youbot_base_sim/ros/load_messages.h"
 
 #include <fmt/format.h>
 
@@ -6,8 +6,8 @@
 
 #include "youbot_base_sim/ros/conversions.h"
 #include "youbot_base_sim/ros/node_constants.h"
-#include "youbot_base_sim/scene/burden_plan.h"
 #include "youbot_base_sim/scene/frames.h"
+#include "youbot_base_sim/scene/load_schedule.h"
 #include "youbot_base_sim/text/number.h"
 #include "youbot_base_sim/text/quote.h"
 
@@ -65,7 +65,7 @@ std::vector<Load> loads_of(const SetLoads::Request& request, std::string& compla
     load.position = vector(message.position);
     load.inertia = message.inertia;
     check(name + "mass", load.mass, kLoadMasses, complaint);
-    for (int k = 0; k < 3; ++k) check(name + "position." + "xyz"[k], load.position[k], kBurdenPositions, complaint);
+    for (int k = 0; k < 3; ++k) check(name + "position." + "xyz"[k], load.position[k], kLoadPositions, complaint);
     check(name + "inertia", load.inertia, kLoadInertias, complaint);
     load.position += kBaseLinkOrigin;
   }

@@ -21,7 +21,7 @@ std::vector<Message> read(const rosbag::Bag& bag, const std::string& topic) {
   return messages;
 }
 
-TEST(BurdenBag, has_what_pushed_the_base_and_what_it_carried) {
+TEST(LoadBag, has_what_pushed_the_base_and_what_it_carried) {
   const TemporaryFolder folder;
   BaseProcess base("pushed", {"_publish_clock:=true", "_bag:=" + folder.path("x.bag")});
   base.expect_instants(2);

@@ -1,22 +1,22 @@
-#include "youbot_base_sim/scene/burden_plan.h"
+#include "youbot_base_sim/scene/load_schedule.h"
 
 #include <algorithm>
 
 namespace youbot_base_sim {
 
-Burden BurdenPlan::at(double t, bool settled) const {
-  Burden burden;
+AppliedLoads LoadSchedule::at(double t, bool settled) const {
+  AppliedLoads applied;
   for (const PlannedLoad& planned : loads) {
     if (planned.contains(t) && (settled || !planned.at_rest || planned.start != t))
-      burden.loads.push_back(planned.load);
+      applied.loads.push_back(planned.load);
   }
   for (const PlannedWrench& planned : wrenches) {
-    if (planned.contains(t)) burden.wrenches.push_back(planned.wrench);
+    if (planned.contains(t)) applied.wrenches.push_back(planned.wrench);
   }
-  return burden;
+  return applied;
 }
 
-double BurdenPlan::next_change(double t) const {
+double LoadSchedule::next_change(double t) const {
   double next = std::numeric_limits<double>::infinity();
   const auto look = [&](const Stretch& stretch) {
     for (const double change : {stretch.start, stretch.end}) {

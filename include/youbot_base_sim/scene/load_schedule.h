@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "youbot_base_sim/export.h"
-#include "youbot_base_sim/physics/burden.h"
+#include "youbot_base_sim/physics/applied_loads.h"
 #include "youbot_base_sim/text/number.h"
 
 namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
@@ -12,12 +12,12 @@ namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 // What the numbers may be, in scenes and messages.
 inline constexpr Range kLoadMasses{1e-12, 1e6, "kg"};
 inline constexpr Range kLoadInertias{0, 1e6, "kg m^2"};
-inline constexpr Range kBurdenPositions{-1e3, 1e3, "m"};
+inline constexpr Range kLoadPositions{-1e3, 1e3, "m"};
 inline constexpr Range kWrenchForces{-1e6, 1e6, "N"};
 inline constexpr Range kWrenchTorques{-1e6, 1e6, "N m"};
 
 /// What the base carries and what pushes it, in the course of time.
-struct BurdenPlan {
+struct LoadSchedule {
   /// From `start` (s) on and before `end`.
   struct Stretch {
     double start = 0, end = std::numeric_limits<double>::infinity();
@@ -36,7 +36,7 @@ struct BurdenPlan {
   bool empty() const { return loads.empty() && wrenches.empty(); }
 
   /// What there is at time t, s. Without the loads that are put on at rest at that very instant, if not `settled`.
-  Burden at(double t, bool settled = true) const;
+  AppliedLoads at(double t, bool settled = true) const;
 
   /// When something changes next after t, s; infinite: never.
   double next_change(double t) const;

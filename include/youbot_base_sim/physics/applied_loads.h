@@ -28,7 +28,7 @@ struct Wrench {
 };
 
 /// What the base carries and what pushes it now.
-struct Burden {
+struct AppliedLoads {
   std::vector<Load> loads;
   std::vector<Wrench> wrenches;
 };

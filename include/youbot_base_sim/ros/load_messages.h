@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "youbot_base_sim/physics/burden.h"
+#include "youbot_base_sim/physics/applied_loads.h"
 
 /// Conversions between loads and wrenches of the simulation and messages, as pure functions. Their points are given
 /// from O at the height of the axles, those of messages in base_link.

@@ -1,4 +1,4 @@
-#include "youbot_base_sim/physics/burden.h"
+#include "youbot_base_sim/physics/applied_loads.h"
 
 #include <cmath>
 

@@ -1,4 +1,4 @@
-#include "burdens.h"
+#include "loads.h"
 
 #include <fmt/format.h>
 
@@ -9,7 +9,7 @@ namespace {
 constexpr Named<bool> kPlacements[] = {{"moving", false}, {"at_rest", true}};
 constexpr Named<bool> kFrames[] = {{"platform", false}, {"fixed", true}};
 
-void read_stretch(SceneSection& s, BurdenPlan::Stretch& stretch) {
+void read_stretch(SceneSection& s, LoadSchedule::Stretch& stretch) {
   s["start"].number(stretch.start, {0, 1e9, "s"});
   const SceneValue end = s["end"];
   end.number(stretch.end, {0, 1e9, "s"});
@@ -22,10 +22,10 @@ void read_vector(const SceneValue& value, Eigen::Vector3d& vector, const Range& 
   vector = numbers.matrix();
 }
 
-BurdenPlan::PlannedLoad read_load(SceneSection s) {
-  BurdenPlan::PlannedLoad planned;
+LoadSchedule::PlannedLoad read_load(SceneSection s) {
+  LoadSchedule::PlannedLoad planned;
   s.required("mass").number(planned.load.mass, kLoadMasses);
-  read_vector(s.required("position"), planned.load.position, kBurdenPositions);
+  read_vector(s.required("position"), planned.load.position, kLoadPositions);
   s["inertia"].number(planned.load.inertia, kLoadInertias);
   read_stretch(s, planned);
   s["placed"].choice(planned.at_rest, kPlacements);
@@ -33,11 +33,11 @@ BurdenPlan::PlannedLoad read_load(SceneSection s) {
   return planned;
 }
 
-BurdenPlan::PlannedWrench read_wrench(SceneSection s) {
-  BurdenPlan::PlannedWrench planned;
+LoadSchedule::PlannedWrench read_wrench(SceneSection s) {
+  LoadSchedule::PlannedWrench planned;
   const SceneValue force = s["force"], torque = s["torque"];
   read_vector(force, planned.wrench.force, kWrenchForces);
-  read_vector(s["point"], planned.wrench.point, kBurdenPositions);
+  read_vector(s["point"], planned.wrench.point, kLoadPositions);
   torque.number(planned.wrench.torque, kWrenchTorques);
   read_stretch(s, planned);
   s["frame"].choice(planned.wrench.fixed, kFrames);
@@ -48,8 +48,8 @@ BurdenPlan::PlannedWrench read_wrench(SceneSection s) {
 
 }  // namespace
 
-BurdenPlan read_burdens(const SceneValue& loads, const SceneValue& wrenches) {
-  BurdenPlan plan;
+LoadSchedule read_load_schedule(const SceneValue& loads, const SceneValue& wrenches) {
+  LoadSchedule plan;
   if (loads.given()) {
     for (const SceneSection& section : loads.sections()) plan.loads.push_back(read_load(section));
   }
