@@ -327,7 +327,7 @@ std::vector<RollerSwitch> Simulation::take_switches() { return loop_->integratio
 
 const IntegrationStatistics& Simulation::statistics() const { return loop_->integration_->statistics(); }
 
-double Simulation::transition_speed() const { return loop_->integration_->transition_speed(); }
+double Simulation::regularization_speed() const { return loop_->integration_->regularization_speed(); }
 
 std::string Simulation::method() const {
   const Scene& scene = loop_->scene_;

@@ -381,7 +381,7 @@ TEST_F(SimulationTest, ShortPeriodsAreNotEased) {
 
 // Friction that turns over less slip than the tolerance can see is made to turn over more: this moves the end by no
 // more than the tolerance times the way. The reference turns over the scene's own slip speed.
-TEST_F(SimulationTest, TransitionSpeedBelowTheToleranceDoesNotShow) {
+TEST_F(SimulationTest, RegularizationSpeedBelowTheToleranceDoesNotShow) {
   const auto run = [](double nu, double tolerance) {
     SceneOverrides overrides;
     overrides.relative_tolerance = tolerance;
@@ -393,16 +393,16 @@ TEST_F(SimulationTest, TransitionSpeedBelowTheToleranceDoesNotShow) {
     return simulation;
   };
   const auto reference = run(1e-8, 1e-10);
-  EXPECT_EQ(reference->transition_speed(), 1e-8);
+  EXPECT_EQ(reference->regularization_speed(), 1e-8);
   constexpr double kWay = 2 * 0.52 + 1e-3;  // m
   for (const double tolerance : {1e-3, 1e-4, 1e-5, 1e-6}) {
     const auto simulation = run(1e-8, tolerance);
-    EXPECT_GT(simulation->transition_speed(), 1e-8) << tolerance;
-    EXPECT_LE(simulation->transition_speed(), 1e-5) << tolerance;
+    EXPECT_GT(simulation->regularization_speed(), 1e-8) << tolerance;
+    EXPECT_LE(simulation->regularization_speed(), 1e-5) << tolerance;
     const State &x = simulation->state(), &exact = reference->state();
     EXPECT_LT(std::hypot(x.x() - exact.x(), x.y() - exact.y()), tolerance * kWay) << tolerance;
   }
-  EXPECT_EQ(run(1e-3, 1e-3)->transition_speed(), 1e-3);
+  EXPECT_EQ(run(1e-3, 1e-3)->regularization_speed(), 1e-3);
 }
 
 TEST_F(SimulationTest, VelocityTableIsTracked) {

@@ -112,9 +112,10 @@ class Simulation {
 
   const IntegrationStatistics& statistics() const;
 
-  /// The transition speed, over which friction is regularised, m/s: the scene's slip_regularization, or what the
-  /// tolerance can tell from zero if that is more (see effective_transition_speed); infinite for models without one.
-  double transition_speed() const;
+  /// The regularization speed, over which friction is smoothed, m/s: the scene's slip_regularization, or what the
+  /// tolerance can tell from zero if that is more (see effective_regularization_speed); infinite for models without
+  /// one.
+  double regularization_speed() const;
 
   /// The name of the method that integrates: the scene's, or model 1's own.
   std::string method() const;

@@ -18,7 +18,7 @@ template <class Model>
 std::unique_ptr<Integration> integrate(const Parts& parts, MakeGeneralMethod make_method) {
   using System = SlipSystem<Model>;
   Model model(parts.robot, parts.floor);
-  model.set_transition_speed(effective_transition_speed(model.transition_speed(), parts.tolerance));
+  model.set_regularization_speed(effective_regularization_speed(model.regularization_speed(), parts.tolerance));
   const auto make_stepper = [&](const Tolerance& tolerance,
                                 IntegrationStatistics& statistics) -> std::unique_ptr<SmoothStepper<System>> {
     if (!make_method) return std::make_unique<Radau<Model>>(tolerance, statistics);

@@ -43,7 +43,7 @@ const Method* find_method(const std::string& name) {
   return entry ? &entry->method : nullptr;
 }
 
-double effective_transition_speed(double nu, const Tolerance& tolerance) {
+double effective_regularization_speed(double nu, const Tolerance& tolerance) {
   constexpr double kShare = 0.3;  // of an error of the relative tolerance at 1 m/s
   constexpr double kMax = 1e-5;   // m/s: a larger one would show at any tolerance
   return std::max(nu, std::min(kMax, kShare * tolerance.relative));
@@ -54,7 +54,7 @@ std::string advice(const RobotParameters& robot, const FloorParameters& floor, M
   const Method& method = *find_method(settings.method);
   if (!method.is_explicit || !slips(model)) return "";
   constexpr double kStability = 3, kTimePerStep = 0.6e-6;  // s, at 3 GHz
-  const double nu = effective_transition_speed(floor.nu, settings.tolerance);
+  const double nu = effective_regularization_speed(floor.nu, settings.tolerance);
   const double damping = visit_law(model, [&](auto row) {
     using Law = typename decltype(row)::Law;
     const ContactVector<2> no_slip = {{Wheels::Zero(), Wheels::Zero()}};

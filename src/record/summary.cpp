@@ -38,7 +38,7 @@ std::string summary_json(const Simulation& simulation, double wall_time, const R
   json["model"] = name_of(simulation.scene().model);
   json["method"] = simulation.method();
   json["relative_tolerance"] = simulation.scene().solver.relative_tolerance;
-  if (std::isfinite(simulation.transition_speed())) json["transition_speed"] = simulation.transition_speed();
+  if (std::isfinite(simulation.regularization_speed())) json["transition_speed"] = simulation.regularization_speed();
   json["control_period"] = simulation.scene().solver.control_period;
   json["simulated_time"] = simulation.time();
   json["wall_time"] = wall_time;
@@ -84,10 +84,11 @@ std::string summary_text(const Simulation& simulation, double wall_time) {
       text += fmt::format("; off the floor {:.3g}, {:.3g}, {:.3g}, {:.3g} s", off[0], off[1], off[2], off[3]);
     text += "\n";
   }
-  if (std::isfinite(simulation.transition_speed()) && simulation.transition_speed() > simulation.scene().floor.nu) {
+  if (std::isfinite(simulation.regularization_speed()) &&
+      simulation.regularization_speed() > simulation.scene().floor.nu) {
     text += fmt::format(
         "note: friction is regularised over {:g} m/s of slip: at this tolerance {:g} m/s makes no difference\n",
-        simulation.transition_speed(), simulation.scene().floor.nu);
+        simulation.regularization_speed(), simulation.scene().floor.nu);
   }
   if (statistics.averaged_contacts > 0) {
     text += fmt::format("note: switches of wheels that pass more than {:g} rollers a second are counted, not located\n",

@@ -75,7 +75,7 @@ DiagnosticStatusWrapper integration_status(const Simulation& simulation) {
                                                  : "accurate but for milliseconds to a looser tolerance");
   status.add("model", name_of(simulation.scene().model));
   status.add("method", simulation.method());
-  status.add("transition speed", fmt::format("{:g} m/s", simulation.transition_speed()));
+  status.add("transition speed", fmt::format("{:g} m/s", simulation.regularization_speed()));
   status.add("relative tolerance", fmt::format("{:g}", simulation.scene().solver.relative_tolerance));
   status.add("simulated time", fmt::format("{:.9g} s", simulation.time()));
   for (const StatisticsField& field : kStatisticsFields) status.add(field.text, statistics.*field.value);

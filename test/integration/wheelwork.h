@@ -71,8 +71,8 @@ class Wheelwork {
   mutable std::uint64_t looks = 0;
 
   // What a GuardedStepper asks for.
-  double transition_speed() const { return 0; }
-  void set_transition_speed(double) {}
+  double regularization_speed() const { return 0; }
+  void set_regularization_speed(double) {}
   std::uint64_t evaluations() const { return evaluations_; }
   void count_evaluations(std::uint64_t more) const { evaluations_ += more; }
 

@@ -273,7 +273,7 @@ TEST(BeyondModelTest, CouplingCompletesTheDerivativeOfTheForces) {
     const Inertia& inertia = motion.model.inertia();
     const Velocities u = x.velocities();
     const double step = 1e-7, stiffness = G.contact_stiffness().maxCoeff();
-    const double allowed = (std::pow(step / motion.model.transition_speed(), 2) + kRounding) * stiffness;
+    const double allowed = (std::pow(step / motion.model.regularization_speed(), 2) + kRounding) * stiffness;
     for (int k = 0; k < 11; ++k) {
       Velocities du = {Wheels::Zero(), Wheels::Zero(), Wheels::Zero()};
       (k < 3 ? du.v[k] : k < 7 ? du.dphi[k - 3] : du.dgamma[k - 7]) = step;

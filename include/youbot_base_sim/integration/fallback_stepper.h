@@ -11,8 +11,8 @@ namespace youbot_base_sim {
 
 /// The step of last resort, a Stepper of odeint: backward Euler with the geometry of the contacts and the Coriolis
 /// forces held as they are at the step's start, normal reactions too. The friction force is then the slope of a convex
-/// potential: Newton's method with a line search always ends, for any step length and transition speed. The step is of
-/// first order and locates no switches: wheels stay on the rollers of its start, even beyond their edges.
+/// potential: Newton's method with a line search always ends, for any step length and regularization speed. The step is
+/// of first order and locates no switches: wheels stay on the rollers of its start, even beyond their edges.
 template <class Model>
 class FallbackStepper : public StepperTypes<boost::numeric::odeint::stepper_tag> {
  public:

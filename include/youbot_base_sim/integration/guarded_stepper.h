@@ -26,8 +26,8 @@ struct WorkBound {
 /// of the right-hand side, not timed, so that results do not depend on the machine.
 ///
 /// Once a millisecond of motion has used up its bound, the rest of it gets kRelaxedShare more: a second stepper with a
-/// looser tolerance continues, and the transition speed is raised to at least kRelaxedSpeed. If that is not enough, or
-/// steps become too short to advance t, fallback steps cover the next millisecond, and twice as long each time this
+/// looser tolerance continues, and the regularization speed is raised to at least kRelaxedSpeed. If that is not enough,
+/// or steps become too short to advance t, fallback steps cover the next millisecond, and twice as long each time this
 /// recurs within kFallbackCooldown. Their switches are recorded too, at times that are interpolated within the step.
 template <class System, class Fallback>
 class GuardedStepper : public ControlledStepperTypes {
@@ -90,15 +90,15 @@ class GuardedStepper : public ControlledStepperTypes {
   }
 
   void relax(System& system) {
-    relaxed_ = system.transition_speed();
-    system.set_transition_speed(std::max(*relaxed_, kRelaxedSpeed));
+    relaxed_ = system.regularization_speed();
+    system.set_regularization_speed(std::max(*relaxed_, kRelaxedSpeed));
     replace_stepper(coarse_);
     allowed_ += static_cast<std::uint64_t>(kRelaxedShare * static_cast<double>(bound_.max_evaluations));
     ++record_->statistics.eased_periods;
   }
 
   void end_relaxation(System& system) {
-    system.set_transition_speed(*relaxed_);
+    system.set_regularization_speed(*relaxed_);
     relaxed_.reset();
     replace_stepper(fine_);
   }
@@ -160,7 +160,7 @@ class GuardedStepper : public ControlledStepperTypes {
   // The millisecond under way: its start, the evaluations before it and those that it may take.
   double window_start_ = std::numeric_limits<double>::infinity();
   std::uint64_t spent_ = 0, allowed_ = 0;
-  std::optional<double> relaxed_;  // the transition speed to return to, m/s, while the coarse stepper is at work
+  std::optional<double> relaxed_;  // the regularization speed to return to, m/s, while the coarse stepper is at work
 
   double fallback_end_ = -std::numeric_limits<double>::infinity();
   double stretch_ = kMinStretch;

@@ -70,7 +70,7 @@ class Integration {
   virtual ContactDetails contacts(const State& x, double t) const = 0;  ///< model 1: no slip, no friction
   virtual std::int64_t roller(int i) const = 0;                         ///< on which wheel i stands, unwrapped
   virtual std::optional<std::int64_t> other_roller(int i) const = 0;    ///< the second one of a shared contact
-  virtual double transition_speed() const = 0;                          ///< of the friction, m/s; infinite: none
+  virtual double regularization_speed() const = 0;                      ///< of the friction, m/s; infinite: none
   virtual double resting_angle(int i, int k) const = 0;                 ///< of roller k, off the floor, rad
   virtual std::vector<RollerSwitch> take_switches() = 0;                ///< since the last call, in order of time
   virtual const IntegrationStatistics& statistics() const = 0;

@@ -35,9 +35,9 @@ struct IntegrationSettings {
   double step = 0;  ///< of a method without step size control, s; 0: its default
 };
 
-/// The transition speed of the friction in the integration, m/s: nu, or 0.3 m/s times the relative tolerance, at most
-/// 1e-5 m/s, if that is more: a smaller one makes no difference at that tolerance.
-double effective_transition_speed(double nu, const Tolerance& tolerance);
+/// The regularization speed of the friction in the integration, m/s: nu, or 0.3 m/s times the relative tolerance, at
+/// most 1e-5 m/s, if that is more: a smaller one makes no difference at that tolerance.
+double effective_regularization_speed(double nu, const Tolerance& tolerance);
 
 /// What to know before a run of `duration` (s) by an explicit method, in a sentence: which steps are stable and how
 /// long that may take; empty for other methods. While wheels roll, explicit methods are stable for steps of about 3

@@ -44,7 +44,7 @@ class NoSlipIntegration : public Integration {
   ContactDetails contacts(const State& x, double t) const override;
   std::int64_t roller(int) const override { return 0; }
   std::optional<std::int64_t> other_roller(int) const override { return std::nullopt; }
-  double transition_speed() const override { return std::numeric_limits<double>::infinity(); }
+  double regularization_speed() const override { return std::numeric_limits<double>::infinity(); }
   double resting_angle(int, int) const override { return 0; }
   std::vector<RollerSwitch> take_switches() override { return {}; }
   const IntegrationStatistics& statistics() const override { return statistics_; }

@@ -105,8 +105,8 @@ class Radau final : public ControlledStepperTypes, public SmoothStepper<SlipSyst
   // How many times stiffer than elsewhere in the step a contact is at its end when its friction turns there
   static constexpr double kPassing = 4;
   // Continuation: the slip speed at which it begins, m/s, and the ratio of one to the next.
-  static constexpr double kFirstTransitionSpeed = 1e-2;
-  static constexpr double kTransitionRatio = 0.2, kMaxTransitionRatio = 0.7;
+  static constexpr double kFirstRegularizationSpeed = 1e-2;
+  static constexpr double kRegularizationRatio = 0.2, kMaxRegularizationRatio = 0.7;
 
   bool repeats(const State& x, double t) const { return started_ && starts_at(x, t); }
 
@@ -144,9 +144,9 @@ class Radau final : public ControlledStepperTypes, public SmoothStepper<SlipSyst
     set_convergence_tolerance(system);
   }
 
-  // Where the tolerance exceeds the transition speed, the equations are still solved to a fraction of that speed.
+  // Where the tolerance exceeds the regularization speed, the equations are still solved to a fraction of that speed.
   void set_convergence_tolerance(const SlipSystem<Model>& system) {
-    const Velocities turning = transition_velocities(system.model());
+    const Velocities turning = regularization_velocities(system.model());
     convergence_tolerance_ = {kConverged * error_scale_.v.min(turning.v),
                               kConverged * error_scale_.dphi.min(turning.dphi),
                               kConverged * error_scale_.dgamma.min(turning.dgamma)};
@@ -165,7 +165,7 @@ class Radau final : public ControlledStepperTypes, public SmoothStepper<SlipSyst
   // more than a radian.
   bool solve(SlipSystem<Model>& system, double dt) {
     if ((known_ == Known::kNothing || !iterate_from_prediction(system, dt)) && !iterate_from_start(system, dt) &&
-        !continue_to_transition_speed(system, dt)) {
+        !continue_to_regularization_speed(system, dt)) {
       known_ = Known::kNothing;
       return false;
     }
@@ -187,17 +187,17 @@ class Radau final : public ControlledStepperTypes, public SmoothStepper<SlipSyst
 
   // Friction that turns over a larger slip speed is easier to solve for, and its solution is a good start for a smaller
   // one. Where the next speed is too small, one nearer to the last is tried.
-  [[gnu::noinline]] bool continue_to_transition_speed(SlipSystem<Model>& system, double dt) {
-    const double nu = system.model().transition_speed();
-    if (!(nu < kFirstTransitionSpeed)) return false;
+  [[gnu::noinline]] bool continue_to_regularization_speed(SlipSystem<Model>& system, double dt) {
+    const double nu = system.model().regularization_speed();
+    if (!(nu < kFirstRegularizationSpeed)) return false;
     stages_.fill(start_);
     friction_.fill(start_friction_);
     StageVelocities solved = stages_;
     std::array<Friction, 3> solved_friction = friction_;
-    double speed = kFirstTransitionSpeed, ratio = kTransitionRatio, last = 0;
+    double speed = kFirstRegularizationSpeed, ratio = kRegularizationRatio, last = 0;
     bool converged = false;
     for (;;) {
-      system.set_transition_speed(speed);
+      system.set_regularization_speed(speed);
       set_convergence_tolerance(system);
       converged = iterate(system, dt);
       if (converged) {
@@ -207,13 +207,13 @@ class Radau final : public ControlledStepperTypes, public SmoothStepper<SlipSyst
         solved_friction = friction_;
       } else {
         ratio = std::sqrt(ratio);
-        if (last == 0 || ratio > kMaxTransitionRatio) break;
+        if (last == 0 || ratio > kMaxRegularizationRatio) break;
         stages_ = solved;
         friction_ = solved_friction;
       }
       speed = std::max(nu, ratio * last);
     }
-    system.set_transition_speed(nu);
+    system.set_regularization_speed(nu);
     set_convergence_tolerance(system);
     return converged;
   }

@@ -28,7 +28,7 @@ class SlipIntegration : public Integration {
   /// begins at `start`, or continues there after `before`.
   SlipIntegration(const Model& model, const TorqueProfile& torque, const State& start, const Tolerance& tolerance,
                   const WorkBound& bound, const MakeStepper& make_stepper, const MotionSoFar* before = nullptr)
-      : transition_speed_(model.transition_speed()),
+      : regularization_speed_(model.regularization_speed()),
         system_(model, torque, start),
         stepper_(located(tolerance, make_stepper), located(coarse(tolerance), make_stepper), bound, record_) {
     if (!before) return;
@@ -84,7 +84,7 @@ class SlipIntegration : public Integration {
     if (!modes.shared(i)) return std::nullopt;
     return 2 * modes.lower_roller(i) + 1 - modes.roller(i);
   }
-  double transition_speed() const override { return transition_speed_; }
+  double regularization_speed() const override { return regularization_speed_; }
   double resting_angle(int i, int k) const override { return system_.modes().resting_angle(i, k); }
   std::vector<RollerSwitch> take_switches() override { return record_.switches.take(); }
   const IntegrationStatistics& statistics() const override {
@@ -112,7 +112,7 @@ class SlipIntegration : public Integration {
   }
 
   mutable MotionRecord record_;
-  double transition_speed_;  // except in relaxed milliseconds, m/s
+  double regularization_speed_;  // except in relaxed milliseconds, m/s
   SlipSystem<Model> system_;
   GuardedStepper<SlipSystem<Model>, FallbackStepper<Model>> stepper_;
 };

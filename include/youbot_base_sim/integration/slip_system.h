@@ -153,9 +153,9 @@ class SlipSystem {
   const Model& model() const { return model_; }
   const TorqueProfile& torque() const { return *torque_; }
 
-  /// The transition speed nu of the friction, m/s.
-  double transition_speed() const { return model_.transition_speed(); }
-  void set_transition_speed(double nu) { model_.set_transition_speed(nu); }
+  /// The regularization speed nu of the friction, m/s.
+  double regularization_speed() const { return model_.regularization_speed(); }
+  void set_regularization_speed(double nu) { model_.set_regularization_speed(nu); }
 
   /// Evaluations of the right-hand side so far.
   std::uint64_t evaluations() const { return evaluations_; }
@@ -319,7 +319,7 @@ template <class Model>
 template <class Matrix>
 void SlipSystem<Model>::difference_jacobian(const State& x, Matrix& J, double t, State& dfdt) const {
   State step;
-  const Velocities turning = transition_velocities(model_);
+  const Velocities turning = regularization_velocities(model_);
   const double slip = std::isfinite(turning.v[0]) ? 1 : 0;
   step.values.setConstant(kDifference);
   if (slip != 0) {

@@ -124,10 +124,10 @@ class ContactFriction {
     return shortened;
   }
 
-  /// The transition speed nu, m/s. A law that does not saturate is not regularised: infinite, and setting it has no
+  /// The regularization speed nu, m/s. A law that does not saturate is not regularised: infinite, and setting it has no
   /// effect.
-  double transition_speed() const { return Law::kByReaction ? nu_ : std::numeric_limits<double>::infinity(); }
-  void set_transition_speed(double nu) {
+  double regularization_speed() const { return Law::kByReaction ? nu_ : std::numeric_limits<double>::infinity(); }
+  void set_regularization_speed(double nu) {
     nu_ = nu;
     nu_squared_ = nu * nu;
   }

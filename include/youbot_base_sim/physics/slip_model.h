@@ -41,10 +41,10 @@ inline void set_derivative(const Inertia& inertia, const State& state, const Vel
   derivative.gamma() = u.dgamma;
 }
 
-/// The velocities that each bring about the model's transition speed, m/s and rad/s.
+/// The velocities that each bring about the model's regularization speed, m/s and rad/s.
 template <class Model>
-Velocities transition_velocities(const Model& model) {
-  const double speed = model.transition_speed(), R = model.robot().R, R_d = model.robot().R_d;
+Velocities regularization_velocities(const Model& model) {
+  const double speed = model.regularization_speed(), R = model.robot().R, R_d = model.robot().R_d;
   return {Wheels::Constant(speed), Wheels::Constant(speed / R), Wheels::Constant(speed / (R - R_d))};
 }
 
@@ -82,9 +82,9 @@ class SlipModel {
 
   /// Takes over other loads and wrenches.
   void set_loads(const AppliedLoads& applied) {
-    const double nu = transition_speed();
+    const double nu = regularization_speed();
     *this = SlipModel(bare_robot_, floor_, applied);
-    set_transition_speed(nu);
+    set_regularization_speed(nu);
   }
 
   /// Slip and position of the contact points at the velocities u, with what else acts on the base at this pose; no
@@ -244,8 +244,8 @@ class SlipModel {
 
   /// Slip speed over which the friction changes by its own size, m/s; infinite for a linear law. Setting it has no
   /// effect on a law without one.
-  double transition_speed() const { return friction_.transition_speed(); }
-  void set_transition_speed(double nu) { friction_.set_transition_speed(nu); }
+  double regularization_speed() const { return friction_.regularization_speed(); }
+  void set_regularization_speed(double nu) { friction_.set_regularization_speed(nu); }
 
   const Features& features() const { return features_; }
   const Inertia& inertia() const { return inertia_; }
