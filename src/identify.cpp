@@ -11,7 +11,7 @@
 #include "youbot_base_sim/identify/fit.h"
 #include "youbot_base_sim/identify/inspection.h"
 #include "youbot_base_sim/identify/report.h"
-#include "youbot_base_sim/integration/integration.h"
+#include "youbot_base_sim/integration/motion_integrator.h"
 #include "youbot_base_sim/offline_program.h"
 #include "youbot_base_sim/record/output_file.h"
 #include "youbot_base_sim/text/command_line.h"

@@ -10,7 +10,7 @@
 #include "youbot_base_sim/drive/wheel_drive.h"
 #include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/integration/motion_so_far.h"
-#include "youbot_base_sim/integration/no_slip_integration.h"
+#include "youbot_base_sim/integration/no_slip_integrator.h"
 #include "youbot_base_sim/physics/roller_geometry.h"
 
 namespace youbot_base_sim {
@@ -84,16 +84,16 @@ class Simulation::Loop {
       torque_->begin_segment(0);
     }
     extended_ = beyond_the_paper(scene_);
-    integration_ = make_integration(scene_.model, scene_.robot, scene_.floor, state_, *torque_,
-                                    integration_settings(scene_.solver), extended_);
-    set_up_integration();
+    integrator_ = make_integrator(scene_.model, scene_.robot, scene_.floor, state_, *torque_,
+                                  integration_settings(scene_.solver), extended_);
+    set_up_integrator();
     next_change_ = std::numeric_limits<double>::infinity();
     added_ = {};
     planned_ = {};
     load_changes_.clear();
     if (!scene_.load_schedule.empty()) change_loads();
     note_loads(0);
-    initial_energy_ = integration_->kinetic_energy(state_) - state_.work();
+    initial_energy_ = integrator_->kinetic_energy(state_) - state_.work();
   }
 
   void advance_to(double t) {
@@ -114,25 +114,25 @@ class Simulation::Loop {
   void set_loads(const AppliedLoads& applied, bool keep_momentum) {
     if (!extended_ && slips(scene_.model)) extend();
     added_ = applied;
-    integration_->set_loads(state_, with_added(planned_), keep_momentum);
+    integrator_->set_loads(state_, with_added(planned_), keep_momentum);
     note_loads(t_);
   }
 
   void go_on_tipping() {
     goes_on_tipping_ = true;
-    integration_->go_on_tipping();
+    integrator_->go_on_tipping();
   }
 
   void stop_on(const std::atomic<bool>& stop) {
     stop_ = &stop;
-    integration_->stop_on(stop);
+    integrator_->stop_on(stop);
   }
 
   const Scene scene_;
   State state_;
   double t_ = 0;
   std::unique_ptr<TorqueProfile> torque_;
-  std::unique_ptr<Integration> integration_;
+  std::unique_ptr<MotionIntegrator> integrator_;
   double initial_energy_ = 0;
   AppliedLoads applied_loads_;  // now: the scene's and what was added to it
   std::vector<LoadChange> load_changes_;
@@ -146,10 +146,10 @@ class Simulation::Loop {
     while (t_ < t) {
       if (t_ >= next_change_) change_loads();
       const double end = torque_->begin_segment(t_);
-      if (end != segment_end_) integration_->torque_jumped();
+      if (end != segment_end_) integrator_->torque_jumped();
       segment_end_ = end;
       const double next = std::min({end, t, next_change_});
-      integration_->advance(state_, t_, next);
+      integrator_->advance(state_, t_, next);
       t_ = next;
     }
   }
@@ -179,7 +179,7 @@ class Simulation::Loop {
       t_ = control_time_.begin(periods_);
       if (k < count) sample_drive();
     };
-    integration_->advance_periods(state_, first, period(), count, std::ref(observer));
+    integrator_->advance_periods(state_, first, period(), count, std::ref(observer));
   }
 
   // A part of a control period, for callers that look between two samples.
@@ -189,28 +189,28 @@ class Simulation::Loop {
       sample_drive();
     }
     while (!ControlTime::reached(t, next_change_)) {
-      integration_->advance(state_, t_, next_change_);
+      integrator_->advance(state_, t_, next_change_);
       t_ = std::max(t_, next_change_);
       change_loads();
     }
-    integration_->advance(state_, t_, t);
+    integrator_->advance(state_, t_, t);
     t_ = t;
     in_period_ = t < end_of_period();
     if (!in_period_) ++periods_;
   }
 
-  void set_up_integration() {
-    if (stop_) integration_->stop_on(*stop_);
-    if (goes_on_tipping_) integration_->go_on_tipping();
+  void set_up_integrator() {
+    if (stop_) integrator_->stop_on(*stop_);
+    if (goes_on_tipping_) integrator_->go_on_tipping();
   }
 
   // The paper's equations know neither loads nor wrenches, and take less time: those that know them continue from here.
   void extend() {
     extended_ = true;
-    const MotionSoFar before = integration_->leave();
-    integration_ = make_integration(scene_.model, scene_.robot, scene_.floor, state_, *torque_,
-                                    integration_settings(scene_.solver), extended_, &before);
-    set_up_integration();
+    const MotionSoFar before = integrator_->leave();
+    integrator_ = make_integrator(scene_.model, scene_.robot, scene_.floor, state_, *torque_,
+                                  integration_settings(scene_.solver), extended_, &before);
+    set_up_integrator();
   }
 
   // The scene's loads and wrenches, and those that were added.
@@ -228,9 +228,9 @@ class Simulation::Loop {
   // Loads and wrenches as they are from the change on that is due.
   void change_loads() {
     const double t = std::isfinite(next_change_) ? next_change_ : t_;
-    integration_->set_loads(state_, with_added(scene_.load_schedule.at(t, false)), false);
+    integrator_->set_loads(state_, with_added(scene_.load_schedule.at(t, false)), false);
     planned_ = scene_.load_schedule.at(t);
-    integration_->set_loads(state_, with_added(planned_), true);
+    integrator_->set_loads(state_, with_added(planned_), true);
     next_change_ = scene_.load_schedule.next_change(t);
     note_loads(t);
   }
@@ -254,7 +254,7 @@ class Simulation::Loop {
   void sample_drive() {
     const Wheels before = held_->value(t_);
     held_->set(drive_(t_, state_));
-    if ((held_->value(t_) != before).any()) integration_->torque_jumped();
+    if ((held_->value(t_) != before).any()) integrator_->torque_jumped();
   }
 
   const std::atomic<bool>* stop_ = nullptr;  // null: never
@@ -288,26 +288,26 @@ Wheels Simulation::torque() const { return loop_->torque_->value(loop_->t_); }
 
 std::array<int, kWheels> Simulation::rollers() const {
   std::array<int, kWheels> rollers;
-  for (int i = 0; i < kWheels; ++i) rollers[i] = wrapped(loop_->integration_->roller(i), loop_->scene_.robot.rollers);
+  for (int i = 0; i < kWheels; ++i) rollers[i] = wrapped(loop_->integrator_->roller(i), loop_->scene_.robot.rollers);
   return rollers;
 }
 
 std::array<std::optional<int>, kWheels> Simulation::other_rollers() const {
   std::array<std::optional<int>, kWheels> rollers;
   for (int i = 0; i < kWheels; ++i) {
-    if (const auto other = loop_->integration_->other_roller(i))
+    if (const auto other = loop_->integrator_->other_roller(i))
       rollers[i] = wrapped(*other, loop_->scene_.robot.rollers);
   }
   return rollers;
 }
 
 double Simulation::roller_angle(int i, int k) const {
-  return rollers()[i] == k ? loop_->state_.gamma()[i] : loop_->integration_->resting_angle(i, k);
+  return rollers()[i] == k ? loop_->state_.gamma()[i] : loop_->integrator_->resting_angle(i, k);
 }
 
-ContactDetails Simulation::contacts() const { return loop_->integration_->contacts(loop_->state_, loop_->t_); }
+ContactDetails Simulation::contacts() const { return loop_->integrator_->contacts(loop_->state_, loop_->t_); }
 
-std::optional<ReactionRecord> Simulation::reaction_record() const { return loop_->integration_->reaction_record(); }
+std::optional<ReactionRecord> Simulation::reaction_record() const { return loop_->integrator_->reaction_record(); }
 
 void Simulation::set_loads(const AppliedLoads& applied, bool keep_momentum) {
   loop_->set_loads(applied, keep_momentum);
@@ -323,18 +323,18 @@ PowerBalance Simulation::power_balance() const {
   return youbot_base_sim::power_balance(loop_->scene_.robot, loop_->state_, contacts(), torque());
 }
 
-std::vector<RollerSwitch> Simulation::take_switches() { return loop_->integration_->take_switches(); }
+std::vector<RollerSwitch> Simulation::take_switches() { return loop_->integrator_->take_switches(); }
 
-const IntegrationStatistics& Simulation::statistics() const { return loop_->integration_->statistics(); }
+const IntegrationStatistics& Simulation::statistics() const { return loop_->integrator_->statistics(); }
 
-double Simulation::regularization_speed() const { return loop_->integration_->regularization_speed(); }
+double Simulation::regularization_speed() const { return loop_->integrator_->regularization_speed(); }
 
 std::string Simulation::method() const {
   const Scene& scene = loop_->scene_;
-  return scene.model == Model::kNoSlip ? NoSlipIntegration::method(scene.robot) : scene.solver.method;
+  return scene.model == Model::kNoSlip ? NoSlipIntegrator::method(scene.robot) : scene.solver.method;
 }
 
-double Simulation::kinetic_energy() const { return loop_->integration_->kinetic_energy(loop_->state_); }
+double Simulation::kinetic_energy() const { return loop_->integrator_->kinetic_energy(loop_->state_); }
 
 double Simulation::energy_balance_error(double kinetic_energy) const {
   return std::abs(kinetic_energy - loop_->initial_energy_ - loop_->state_.work());

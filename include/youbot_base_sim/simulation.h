@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "youbot_base_sim/export.h"
-#include "youbot_base_sim/integration/integration.h"
+#include "youbot_base_sim/integration/motion_integrator.h"
 #include "youbot_base_sim/integration/statistics.h"
 #include "youbot_base_sim/physics/applied_loads.h"
 #include "youbot_base_sim/physics/contacts.h"

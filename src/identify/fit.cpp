@@ -16,7 +16,7 @@
 #include "youbot_base_sim/identify/forward_model.h"
 #include "youbot_base_sim/identify/inspection.h"
 #include "youbot_base_sim/identify/least_squares.h"
-#include "youbot_base_sim/integration/integration.h"
+#include "youbot_base_sim/integration/motion_integrator.h"
 
 namespace youbot_base_sim {
 

@@ -6,8 +6,8 @@
 #include <stdexcept>
 
 #include "method_table.h"
-#include "slip_integrations.h"
-#include "youbot_base_sim/integration/no_slip_integration.h"
+#include "slip_integrators.h"
+#include "youbot_base_sim/integration/no_slip_integrator.h"
 #include "youbot_base_sim/physics/roller_geometry.h"
 
 namespace youbot_base_sim {
@@ -81,15 +81,16 @@ std::string refusal(const Method& method, const RobotParameters& robot, Model mo
   return "one that integrates rollers without inertia, which only radau does: robot.roller_inertia is 0";
 }
 
-std::unique_ptr<Integration> make_integration(Model model, const RobotParameters& robot, const FloorParameters& floor,
-                                              const State& start, const TorqueProfile& torque,
-                                              const IntegrationSettings& settings, bool extended,
-                                              const MotionSoFar* before) {
-  if (!slips(model)) return std::make_unique<NoSlipIntegration>(robot, floor, torque, settings.tolerance);
+std::unique_ptr<MotionIntegrator> make_integrator(Model model, const RobotParameters& robot,
+                                                  const FloorParameters& floor, const State& start,
+                                                  const TorqueProfile& torque, const IntegrationSettings& settings,
+                                                  bool extended, const MotionSoFar* before) {
+  if (!slips(model)) return std::make_unique<NoSlipIntegrator>(robot, floor, torque, settings.tolerance);
   const MethodEntry* entry = find_entry(settings.method);
   if (!entry) throw std::invalid_argument(settings.method + ": no method of integration");
   const Parts parts{robot, floor, start, torque, settings.tolerance, step_of(entry->method, settings), before};
-  return extended ? integrate_extended(model, parts, entry->make) : integrate_paper(model, parts, entry->make);
+  return extended ? make_extended_integrator(model, parts, entry->make)
+                  : make_paper_integrator(model, parts, entry->make);
 }
 
 }  // namespace youbot_base_sim

@@ -2,7 +2,7 @@
 
 #include <thread>
 
-#include "youbot_base_sim/integration/integration.h"
+#include "youbot_base_sim/integration/motion_integrator.h"
 
 namespace youbot_base_sim {
 

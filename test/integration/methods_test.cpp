@@ -79,9 +79,9 @@ struct GentleRobot {
     robot.J_2 = 1e-3;
     floor.nu = 1;
   }
-  std::unique_ptr<Integration> integration(const State& start, const TorqueProfile& torque,
-                                           const IntegrationSettings& settings) const {
-    return make_integration(Model::kCoulomb, robot, floor, start, torque, settings);
+  std::unique_ptr<MotionIntegrator> integration(const State& start, const TorqueProfile& torque,
+                                                const IntegrationSettings& settings) const {
+    return make_integrator(Model::kCoulomb, robot, floor, start, torque, settings);
   }
   RobotParameters robot;
   FloorParameters floor;
@@ -378,7 +378,7 @@ TEST_P(MethodTest, FallsBackWhereItCannotStepAndGoesOn) {
   State start;
   start.dphi() << 40, -30, 10, 5;
   const double accuracy = has_fixed_step() ? 8e-6 : 1e-7;
-  const auto run = [&](bool with_hole, std::unique_ptr<Integration>& integration) {
+  const auto run = [&](bool with_hole, std::unique_ptr<MotionIntegrator>& integration) {
     TorqueWithAHole torque(Wheels{1, -1, 0.5, 0});
     integration = gentle.integration(start, torque, settings(accuracy));
     State x = start;
@@ -388,7 +388,7 @@ TEST_P(MethodTest, FallsBackWhereItCannotStepAndGoesOn) {
     integration->advance(x, 3e-3, 0.1);
     return x;
   };
-  std::unique_ptr<Integration> interrupted, uninterrupted;
+  std::unique_ptr<MotionIntegrator> interrupted, uninterrupted;
   const State x = run(true, interrupted), exact = run(false, uninterrupted);
   ASSERT_TRUE(x.values.allFinite());
   EXPECT_EQ(uninterrupted->statistics().exhausted, 0u);

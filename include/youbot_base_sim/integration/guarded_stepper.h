@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "youbot_base_sim/integration/event_locating_stepper.h"
-#include "youbot_base_sim/integration/integration.h"
+#include "youbot_base_sim/integration/motion_integrator.h"
 #include "youbot_base_sim/integration/motion_record.h"
 #include "youbot_base_sim/integration/stepper_types.h"
 #include "youbot_base_sim/physics/state.h"
@@ -63,7 +63,7 @@ class GuardedStepper : public ControlledStepperTypes {
     }
   }
 
-  /// As Integration's.
+  /// As MotionIntegrator::stop_on.
   void stop_on(const std::atomic<bool>& stop) { stop_ = &stop; }
 
   /// As EventLocatingStepper's.

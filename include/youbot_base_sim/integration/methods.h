@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "youbot_base_sim/export.h"
-#include "youbot_base_sim/integration/integration.h"
+#include "youbot_base_sim/integration/motion_integrator.h"
 #include "youbot_base_sim/integration/tolerance.h"
 #include "youbot_base_sim/physics/model.h"
 #include "youbot_base_sim/physics/parameters.h"
@@ -52,9 +52,9 @@ std::string refusal(const Method& method, const RobotParameters& robot, Model mo
 /// must outlive the result. Model 1 is not stiff and has no switches: it goes by dopri5 whatever the method. `extended`
 /// selects equations that know what is beyond the paper; without it those parameters have no effect on models 2a and
 /// 2b. The motion continues that of another integration which ended at `start`, if `before` is given.
-std::unique_ptr<Integration> make_integration(Model model, const RobotParameters& robot, const FloorParameters& floor,
-                                              const State& start, const TorqueProfile& torque,
-                                              const IntegrationSettings& settings, bool extended = false,
-                                              const MotionSoFar* before = nullptr);
+std::unique_ptr<MotionIntegrator> make_integrator(Model model, const RobotParameters& robot,
+                                                  const FloorParameters& floor, const State& start,
+                                                  const TorqueProfile& torque, const IntegrationSettings& settings,
+                                                  bool extended = false, const MotionSoFar* before = nullptr);
 
 }  // namespace youbot_base_sim

@@ -1,8 +1,8 @@
 #pragma once
 
-#include "slip_integrations.h"
+#include "slip_integrators.h"
 #include "youbot_base_sim/integration/radau.h"
-#include "youbot_base_sim/integration/slip_integration.h"
+#include "youbot_base_sim/integration/slip_integrator.h"
 #include "youbot_base_sim/physics/slip_model.h"
 
 namespace youbot_base_sim {
@@ -15,7 +15,7 @@ inline constexpr WorkBound kRealTime{Model::kReactionsFollow ? 2000 : 3000};
 inline constexpr WorkBound kComparison{10000000};
 
 template <class Model>
-std::unique_ptr<Integration> integrate(const Parts& parts, MakeGeneralMethod make_method) {
+std::unique_ptr<MotionIntegrator> make_slip_integrator(const Parts& parts, MakeGeneralMethod make_method) {
   using System = SlipSystem<Model>;
   Model model(parts.robot, parts.floor);
   model.set_regularization_speed(effective_regularization_speed(model.regularization_speed(), parts.tolerance));
@@ -24,9 +24,9 @@ std::unique_ptr<Integration> integrate(const Parts& parts, MakeGeneralMethod mak
     if (!make_method) return std::make_unique<Radau<Model>>(tolerance, statistics);
     return std::make_unique<GeneralStepper<System>>(make_method(tolerance, parts.step, statistics));
   };
-  return std::make_unique<SlipIntegration<Model>>(model, parts.torque, parts.start, parts.tolerance,
-                                                  make_method ? kComparison : kRealTime<Model>, make_stepper,
-                                                  parts.before);
+  return std::make_unique<SlipIntegrator<Model>>(model, parts.torque, parts.start, parts.tolerance,
+                                                 make_method ? kComparison : kRealTime<Model>, make_stepper,
+                                                 parts.before);
 }
 
 }  // namespace youbot_base_sim

@@ -3,7 +3,7 @@
 #include <memory>
 
 #include "method_table.h"
-#include "youbot_base_sim/integration/integration.h"
+#include "youbot_base_sim/integration/motion_integrator.h"
 #include "youbot_base_sim/integration/tolerance.h"
 #include "youbot_base_sim/physics/model.h"
 #include "youbot_base_sim/physics/parameters.h"
@@ -24,7 +24,8 @@ struct Parts {
 
 /// Integrates the motion of a model that slips by a method of the table, with the paper's features or with all of them.
 /// Each stands in a file of its own, which takes long to compile.
-std::unique_ptr<Integration> integrate_paper(Model model, const Parts& parts, MakeGeneralMethod make_method);
-std::unique_ptr<Integration> integrate_extended(Model model, const Parts& parts, MakeGeneralMethod make_method);
+std::unique_ptr<MotionIntegrator> make_paper_integrator(Model model, const Parts& parts, MakeGeneralMethod make_method);
+std::unique_ptr<MotionIntegrator> make_extended_integrator(Model model, const Parts& parts,
+                                                           MakeGeneralMethod make_method);
 
 }  // namespace youbot_base_sim

@@ -9,7 +9,7 @@
 #include "youbot_base_sim/integration/event_locating_stepper.h"
 #include "youbot_base_sim/integration/fallback_stepper.h"
 #include "youbot_base_sim/integration/guarded_stepper.h"
-#include "youbot_base_sim/integration/integration.h"
+#include "youbot_base_sim/integration/motion_integrator.h"
 #include "youbot_base_sim/integration/motion_so_far.h"
 #include "youbot_base_sim/integration/period_stepper.h"
 #include "youbot_base_sim/integration/slip_system.h"
@@ -19,15 +19,15 @@ namespace youbot_base_sim {
 
 /// Models 2a and 2b by any method: odeint's loops over a GuardedStepper around an EventLocatingStepper around it.
 template <class Model>
-class SlipIntegration : public Integration {
+class SlipIntegrator : public MotionIntegrator {
  public:
   using MakeStepper =
       std::function<std::unique_ptr<SmoothStepper<SlipSystem<Model>>>(const Tolerance&, IntegrationStatistics&)>;
 
   /// `make_stepper` makes a stepper of the method for a tolerance. `torque` must outlive the integration. The motion
   /// begins at `start`, or continues there after `before`.
-  SlipIntegration(const Model& model, const TorqueProfile& torque, const State& start, const Tolerance& tolerance,
-                  const WorkBound& bound, const MakeStepper& make_stepper, const MotionSoFar* before = nullptr)
+  SlipIntegrator(const Model& model, const TorqueProfile& torque, const State& start, const Tolerance& tolerance,
+                 const WorkBound& bound, const MakeStepper& make_stepper, const MotionSoFar* before = nullptr)
       : regularization_speed_(model.regularization_speed()),
         system_(model, torque, start),
         stepper_(located(tolerance, make_stepper), located(coarse(tolerance), make_stepper), bound, record_) {

@@ -28,9 +28,9 @@ struct MotionSoFar;
 
 /// The motion of one model from one state on, by one method. Selected once when the simulation is built, so that the
 /// inner loops branch on neither.
-class Integration {
+class MotionIntegrator {
  public:
-  virtual ~Integration() = default;
+  virtual ~MotionIntegrator() = default;
 
   /// Observes odeint's loop over n control periods: called with k = 0 .. n-1 at the beginning of each, and with n at
   /// the end of the last.

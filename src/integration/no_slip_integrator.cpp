@@ -1,4 +1,4 @@
-#include "youbot_base_sim/integration/no_slip_integration.h"
+#include "youbot_base_sim/integration/no_slip_integrator.h"
 
 #include <algorithm>
 #include <boost/numeric/odeint/integrate/integrate_adaptive.hpp>
@@ -53,8 +53,8 @@ class StiffStepper : public ControlledStepperTypes {
 
 }  // namespace
 
-void NoSlipIntegration::advance_periods(State& x, std::int64_t first, double period, std::size_t n,
-                                        const PeriodObserver& observer) {
+void NoSlipIntegrator::advance_periods(State& x, std::int64_t first, double period, std::size_t n,
+                                       const PeriodObserver& observer) {
   for (std::size_t k = 0; k < n; ++k) {
     observer(k);
     const auto now = static_cast<double>(first) + static_cast<double>(k);
@@ -63,7 +63,7 @@ void NoSlipIntegration::advance_periods(State& x, std::int64_t first, double per
   observer(n);
 }
 
-void NoSlipIntegration::advance(State& x, double t, double t_end) {
+void NoSlipIntegrator::advance(State& x, double t, double t_end) {
   if (!(t < t_end)) return;
   const NoSlipSystem system(model_, torque_, statistics_);
   const double dt = std::min(t_end - t, max_first_step_);
@@ -81,7 +81,7 @@ void NoSlipIntegration::advance(State& x, double t, double t_end) {
   model_.constrain(x);
 }
 
-void NoSlipIntegration::set_loads(State& x, const AppliedLoads& applied, bool keep_momentum) {
+void NoSlipIntegrator::set_loads(State& x, const AppliedLoads& applied, bool keep_momentum) {
   const double energy = kinetic_energy(x);
   const Eigen::Vector3d momentum = model_.inertia() * x.velocity();
   model_ = NoSlipModel(robot_, floor_, applied);
@@ -92,7 +92,7 @@ void NoSlipIntegration::set_loads(State& x, const AppliedLoads& applied, bool ke
   x.work() += kinetic_energy(x) - energy;
 }
 
-ContactDetails NoSlipIntegration::contacts(const State& x, double) const {
+ContactDetails NoSlipIntegrator::contacts(const State& x, double) const {
   const Wheels none = Wheels::Zero();
   ContactDetails details{{none, none, none, none, none, none, none, none}};
   details.N = normal_reactions(model_.robot(), floor_);

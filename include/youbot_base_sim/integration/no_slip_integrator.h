@@ -3,7 +3,7 @@
 #include <limits>
 #include <vector>
 
-#include "youbot_base_sim/integration/integration.h"
+#include "youbot_base_sim/integration/motion_integrator.h"
 #include "youbot_base_sim/integration/motion_so_far.h"
 #include "youbot_base_sim/integration/tolerance.h"
 #include "youbot_base_sim/physics/no_slip_model.h"
@@ -13,11 +13,11 @@ namespace youbot_base_sim {
 
 /// Model 1, which has no switches: odeint's loops over its Dormand-Prince method, or over its rosenbrock4 where the
 /// bearings brake so hard that an explicit method would need steps without end.
-class NoSlipIntegration : public Integration {
+class NoSlipIntegrator : public MotionIntegrator {
  public:
   /// `torque` must outlive the integration.
-  NoSlipIntegration(const RobotParameters& robot, const FloorParameters& floor, const TorqueProfile& torque,
-                    const Tolerance& tolerance)
+  NoSlipIntegrator(const RobotParameters& robot, const FloorParameters& floor, const TorqueProfile& torque,
+                   const Tolerance& tolerance)
       : robot_(robot),
         floor_(floor),
         torque_(torque),
