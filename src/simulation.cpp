@@ -118,9 +118,9 @@ class Simulation::Loop {
     note_loads(t_);
   }
 
-  void go_on_tipping() {
-    goes_on_tipping_ = true;
-    integrator_->go_on_tipping();
+  void continue_when_tipping() {
+    continues_when_tipping_ = true;
+    integrator_->continue_when_tipping();
   }
 
   void stop_on(const std::atomic<bool>& stop) {
@@ -201,7 +201,7 @@ class Simulation::Loop {
 
   void set_up_integrator() {
     if (stop_) integrator_->stop_on(*stop_);
-    if (goes_on_tipping_) integrator_->go_on_tipping();
+    if (continues_when_tipping_) integrator_->continue_when_tipping();
   }
 
   // The paper's equations know neither loads nor wrenches, and take less time: those that know them continue from here.
@@ -266,7 +266,7 @@ class Simulation::Loop {
   bool in_period_ = false;
   double segment_end_ = 0;  // of a continuous torque, s
   double next_change_ = 0;  // of loads and wrenches, s
-  bool goes_on_tipping_ = false;
+  bool continues_when_tipping_ = false;
   bool extended_ = false;  // whether the integration knows what is beyond the paper
   AppliedLoads planned_;   // the scene's now
   AppliedLoads added_;     // to it
@@ -317,7 +317,7 @@ const AppliedLoads& Simulation::applied_loads() const { return loop_->applied_lo
 
 std::vector<LoadChange> Simulation::take_load_changes() { return std::exchange(loop_->load_changes_, {}); }
 
-void Simulation::go_on_tipping() { loop_->go_on_tipping(); }
+void Simulation::continue_when_tipping() { loop_->continue_when_tipping(); }
 
 PowerBalance Simulation::power_balance() const {
   return youbot_base_sim::power_balance(loop_->scene_.robot, loop_->state_, contacts(), torque());

@@ -74,7 +74,7 @@ TEST(TippingTest, EndsAtTheLimitAndNamesTheSide) {
     EXPECT_EQ(error.side(), Side::kLeft);
   }
   Simulation going_on(scene);
-  going_on.go_on_tipping();
+  going_on.continue_when_tipping();
   going_on.advance_to(100e-6);
   const ReactionRecord record = *going_on.reaction_record();
   EXPECT_EQ(record.tipping, Side::kLeft);

@@ -187,7 +187,7 @@ TEST(NormalReactionsTest, AWheelLeavesTheFloorAndComesBack) {
   EXPECT_GE(kinks, 2);
   EXPECT_GT(N.back().minCoeff(), 0);
   const ReactionRecord record = *simulation.reaction_record();
-  EXPECT_EQ(record.least_N.minCoeff(), 0);
+  EXPECT_EQ(record.min_N.minCoeff(), 0);
   EXPECT_GT(record.time_off_floor.maxCoeff(), 1e-3);
   EXPECT_LT(simulation.energy_balance_error(), 1e-4);
 }

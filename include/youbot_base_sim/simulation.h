@@ -102,7 +102,7 @@ class Simulation {
   std::optional<ReactionRecord> reaction_record() const;
 
   /// Has the motion go on at the tipping limit, where the advancing functions throw TippedOver otherwise.
-  void go_on_tipping();
+  void continue_when_tipping();
 
   /// Where the power goes now. Its net changes the kinetic energy, but for switches that stop a roller or a wheel.
   PowerBalance power_balance() const;

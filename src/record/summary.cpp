@@ -49,8 +49,7 @@ std::string summary_json(const Simulation& simulation, double wall_time, const R
                    {"V_X", x.V_X()}, {"V_Y", x.V_Y()}, {"Omega", x.Omega()}};
   if (const auto record = simulation.reaction_record()) {
     const auto numbers = [](const Wheels& w) { return std::vector<double>(w.data(), w.data() + w.size()); };
-    json["normal_reactions"] = {{"least", numbers(record->least_N)},
-                                {"time_off_floor", numbers(record->time_off_floor)}};
+    json["normal_reactions"] = {{"least", numbers(record->min_N)}, {"time_off_floor", numbers(record->time_off_floor)}};
   }
   add_audit(simulation, audit, json);
   return json.dump(2) + "\n";
@@ -77,7 +76,7 @@ std::string summary_text(const Simulation& simulation, double wall_time) {
     text += fmt::format("wheel {} ends between rollers {} and {}\n", kWheelNames[i], rollers[i], *others[i]);
   }
   if (const auto record = simulation.reaction_record()) {
-    const Wheels& N = record->least_N;
+    const Wheels& N = record->min_N;
     text += fmt::format("least normal reactions {:.1f}, {:.1f}, {:.1f}, {:.1f} N", N[0], N[1], N[2], N[3]);
     const Wheels& off = record->time_off_floor;
     if ((off > 0).any())

@@ -23,7 +23,7 @@ const std_msgs::ColorRGBA kPush = colour(0.2, 0.95, 0.8), kText = colour(1, 1, 1
 const std_msgs::ColorRGBA kSlippery = colour(0.2, 0.5, 1, 0.65), kRough = colour(1, 0.6, 0.2, 0.5);
 
 constexpr double kLoadDensity = 2500;                       // kg/m^3
-constexpr double kLeastBox = 0.02, kLargestBox = 0.5;       // m
+constexpr double kMinBox = 0.02, kMaxBox = 0.5;             // m
 constexpr double kStick = 0.006, kArc = 0.006;              // thickness, m
 constexpr double kArcRadius = 0.12;                         // m
 constexpr double kOverFloor = 1e-3;                         // m, or the floor's grid would cut through
@@ -148,15 +148,15 @@ void BeyondMarkers::add_to(Markers& markers, const ContactsStamped& contacts, co
 
 void BeyondMarkers::add_loads(Markers& markers, const std::vector<Load>& loads) {
   const int count = static_cast<int>(loads.size());
-  most_loads_ = std::max(most_loads_, count);
-  for (int k = 0; k < most_loads_; ++k) {
+  max_loads_shown_ = std::max(max_loads_shown_, count);
+  for (int k = 0; k < max_loads_shown_; ++k) {
     if (k >= count) {
       for (int part = 0; part < 3; ++part) markers.remove("loads", 3 * k + part);
       continue;
     }
     const Load& load = loads[static_cast<std::size_t>(k)];
     const Vector3d centre = load.position + kAxles;
-    const double width = std::clamp(std::cbrt(load.mass / kLoadDensity), kLeastBox, kLargestBox);
+    const double width = std::clamp(std::cbrt(load.mass / kLoadDensity), kMinBox, kMaxBox);
     Marker& box = markers.add("loads", 3 * k, Marker::CUBE, kLoad);
     box.pose.position = vector_message<geometry_msgs::Point>(centre);
     box.scale.x = box.scale.y = box.scale.z = width;
@@ -172,8 +172,8 @@ void BeyondMarkers::add_loads(Markers& markers, const std::vector<Load>& loads) 
 void BeyondMarkers::add_wrenches(Markers& markers, const Simulation& simulation, double force_scale) {
   const std::vector<Wrench>& wrenches = simulation.applied_loads().wrenches;
   const int count = static_cast<int>(wrenches.size());
-  most_wrenches_ = std::max(most_wrenches_, count);
-  for (int k = 0; k < most_wrenches_; ++k) {
+  max_wrenches_shown_ = std::max(max_wrenches_shown_, count);
+  for (int k = 0; k < max_wrenches_shown_; ++k) {
     if (k >= count) {
       for (int part = 0; part < 3; ++part) markers.remove("wrenches", 3 * k + part);
       continue;

@@ -21,7 +21,7 @@ const std_msgs::ColorRGBA kLifted = colour(0.5, 0.5, 0.5), kText = colour(1, 1, 
 constexpr double kPoint = 0.014;         // m
 constexpr double kLegendHeight = 0.425;  // of its lowest line over the base's frame, m
 constexpr double kLine = 1.1 * kLetter;  // m
-constexpr int kMostLines = 7;            // of the legend
+constexpr int kMaxLines = 7;             // of the legend
 
 Eigen::Vector3d vector(const geometry_msgs::Vector3& message) { return {message.x, message.y, message.z}; }
 
@@ -72,7 +72,7 @@ void add_legend(Markers& markers, const Simulation& simulation, const MarkerOpti
   }
   int id = 0;
   for (const auto& [text, colour] : lines) markers.add_text("legend", id++, {0, 0, height -= kLine}, text, colour);
-  while (id < kMostLines) markers.remove("legend", id++);
+  while (id < kMaxLines) markers.remove("legend", id++);
 }
 
 }  // namespace

@@ -95,7 +95,7 @@ DiagnosticStatusWrapper reactions_status(const ReactionRecord& record) {
   }
   for (int i = 0; i < kWheels; ++i) {
     status.add(wheel_joint(i),
-               fmt::format("least {:.4g} N, off the floor {:.3g} s", record.least_N[i], record.time_off_floor[i]));
+               fmt::format("least {:.4g} N, off the floor {:.3g} s", record.min_N[i], record.time_off_floor[i]));
   }
   status.add("at the tipping limit", fmt::format("{:.3g} s", record.time_at_limit));
   return status;

@@ -11,7 +11,7 @@ using visualization_msgs::Marker;
 namespace {
 
 constexpr double kShaft = 0.008, kHead = 0.018;  // of arrows, m
-constexpr double kLeastArrow = 1e-3;             // m: a shorter one could not be seen
+constexpr double kMinArrow = 1e-3;               // m: a shorter one could not be seen
 
 }  // namespace
 
@@ -69,7 +69,7 @@ void Markers::add_arrow_to(const std::string& ns, int id, const Eigen::Vector3d&
 void Markers::add_way(const std::string& ns, int id, const Eigen::Vector3d& start, const Eigen::Vector3d& way,
                       double width, const std_msgs::ColorRGBA& colour) {
   const double length = way.norm();
-  if (length < kLeastArrow) return remove(ns, id);
+  if (length < kMinArrow) return remove(ns, id);
   Marker& marker = add(ns, id, Marker::ARROW, colour);
   marker.points = {vector_message<geometry_msgs::Point>(start), vector_message<geometry_msgs::Point>(start + way)};
   marker.scale.x = width * kShaft;

@@ -588,7 +588,7 @@ TEST_F(GuardedStepperTest, LooksAtReactionsAfterEachStep) {
     wheels.looked_at = 0;
     wheels.looks = 0;
     restart();
-    record->reactions.go_on_tipping();  // so that nothing else looks at them
+    record->reactions.continue_when_tipping();  // so that nothing else looks at them
     Guarded guarded(located(), located(), WorkBound{100000}, *record);
     odeint::integrate_adaptive(std::ref(guarded), std::ref(wheels), x, 0.0, 0.1, 0.1);
     EXPECT_EQ(record->statistics.fallback_steps > 0, nth == 1);

@@ -15,13 +15,13 @@ TEST(ReactionMonitorTest, EndsTheMotionAtTheTippingLimit) {
     EXPECT_EQ(tipped.time(), 0.3);
     EXPECT_EQ(tipped.side(), Side::kRight);
   }
-  EXPECT_TRUE((monitor.record().least_N == Wheels{0, 20, 0, 0}).all());
+  EXPECT_TRUE((monitor.record().min_N == Wheels{0, 20, 0, 0}).all());
   EXPECT_TRUE((monitor.record().time_off_floor == Wheels{0.2, 0, 0.2, 0.1 + 0.2}).all());
 }
 
 TEST(ReactionMonitorTest, RecordsWhenTheLimitWasReachedAndForHowLong) {
   ReactionMonitor monitor;
-  monitor.go_on_tipping();
+  monitor.continue_when_tipping();
   EXPECT_FALSE(monitor.ends_tipping());
   const Wheels N = {10, 10, 10, 10};
   const Side sides[] = {Side::kNone, Side::kLeft, Side::kFront, Side::kNone, Side::kRear, Side::kNone};

@@ -28,7 +28,7 @@ TEST(Lockstep, waits_once_where_a_period_begins) {
   EXPECT_TRUE(lockstep.waits(20));
 }
 
-TEST(Lockstep, goes_on_by_the_wall_clock_where_nobody_commands) {
+TEST(Lockstep, continues_by_the_wall_clock_where_nobody_commands) {
   Lockstep lockstep(settings(0.02, 1), 0.001);
   EXPECT_TRUE(lockstep.idles());
   EXPECT_EQ(lockstep.patience(), 0.02);
@@ -42,7 +42,7 @@ TEST(Lockstep, goes_on_by_the_wall_clock_where_nobody_commands) {
   EXPECT_FALSE(lockstep.ends(1000000));
 }
 
-TEST(Lockstep, ends_with_a_player_that_does_not_come_or_go_on) {
+TEST(Lockstep, ends_with_a_player_that_does_not_come_or_continue) {
   Lockstep lockstep(settings(0, 20, true), 0.001);
   EXPECT_EQ(lockstep.patience(), 20);
   EXPECT_TRUE(lockstep.ends(0));

@@ -134,7 +134,7 @@ class BeyondMarkersTest : public testing::Test {
   /// What is shown of a scene at time t (s), by "namespace/id".
   std::map<std::string, Marker> shown(const std::string& text, double t = 0) {
     simulation_ = std::make_unique<Simulation>(load_scene(folder_.write("scene.yaml", "duration: 9\n" + text)));
-    simulation_->go_on_tipping();
+    simulation_->continue_when_tipping();
     markers_ = std::make_unique<ContactMarkers>(marker_options(simulation_->scene().robot, true));
     return shown_at(t);
   }

@@ -68,7 +68,7 @@ TEST(Lockstep, reset_forgets_a_command_that_has_just_come) {
   base.unpause();
 }
 
-TEST(Lockstep, goes_on_by_the_wall_clock_without_commands_and_says_so) {
+TEST(Lockstep, continues_by_the_wall_clock_without_commands_and_says_so) {
   BaseClient& base = BaseClient::fresh();
   Log& log = Log::of(base);
   base.command(twist(0.1, 0, 0));

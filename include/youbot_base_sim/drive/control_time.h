@@ -40,9 +40,9 @@ class ControlTime {
 
  private:
   static constexpr double kUlps = 4;
-  static constexpr double kMost = 1e18;  // periods, for infinite times
+  static constexpr double kMaxPeriods = 1e18;  // periods, for infinite times
 
-  double periods(double t) const { return std::clamp(t / period_, -kMost, kMost); }
+  double periods(double t) const { return std::clamp(t / period_, -kMaxPeriods, kMaxPeriods); }
 
   double period_;
 };

@@ -64,7 +64,7 @@ class MotionIntegrator {
   virtual std::optional<ReactionRecord> reaction_record() const = 0;
 
   /// Has the motion go on at the tipping limit, where it throws TippedOver otherwise.
-  virtual void go_on_tipping() = 0;
+  virtual void continue_when_tipping() = 0;
 
   virtual double kinetic_energy(const State& x) const = 0;              ///< J
   virtual ContactDetails contacts(const State& x, double t) const = 0;  ///< model 1: no slip, no friction

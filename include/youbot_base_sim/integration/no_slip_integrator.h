@@ -40,7 +40,7 @@ class NoSlipIntegrator : public MotionIntegrator {
   void set_loads(State& x, const AppliedLoads& applied, bool keep_momentum) override;
   MotionSoFar leave() override { return {std::nullopt, statistics_, {}}; }
   std::optional<ReactionRecord> reaction_record() const override { return std::nullopt; }
-  void go_on_tipping() override {}
+  void continue_when_tipping() override {}
   ContactDetails contacts(const State& x, double t) const override;
   std::int64_t roller(int) const override { return 0; }
   std::optional<std::int64_t> other_roller(int) const override { return std::nullopt; }

@@ -95,15 +95,15 @@ class Radau final : public ControlledStepperTypes, public SmoothStepper<SlipSyst
   static constexpr double kMinLength = 1.0 / 16;  // of a damped correction
   static constexpr double kConverged = 0.03;      // of the tolerance
   static constexpr double kShrinkage = 0.3;       // of a step after iterations that failed
-  // The Jacobian is evaluated again after a first correction of more than kFar tolerances, and where corrections shrink
-  // by a factor above kSlow.
-  static constexpr double kFar = 3000;
-  static constexpr double kSlow = 0.1;
+  // The Jacobian is evaluated again after a first correction of more than kRefactorizeCorrection tolerances, and where
+  // corrections shrink by a factor above kRefactorizeRate.
+  static constexpr double kRefactorizeCorrection = 3000;
+  static constexpr double kRefactorizeRate = 0.1;
   // The smallest rate of convergence that the next step's first correction is expected to have, judging by this step
   static constexpr double kMinRate = 0.03;
   static constexpr double kFirstRate = 0.1;
   // How many times stiffer than elsewhere in the step a contact is at its end when its friction turns there
-  static constexpr double kPassing = 4;
+  static constexpr double kTransientStiffnessRatio = 4;
   // Continuation: the slip speed at which it begins, m/s, and the ratio of one to the next.
   static constexpr double kFirstRegularizationSpeed = 1e-2;
   static constexpr double kRegularizationRatio = 0.2, kMaxRegularizationRatio = 0.7;
@@ -252,7 +252,7 @@ class Radau final : public ControlledStepperTypes, public SmoothStepper<SlipSyst
     const Velocities change = (T::error[0] / dt_) * (stages_[0] - start_) +
                               (T::error[1] / dt_) * (stages_[1] - start_) + (T::error[2] / dt_) * (stages_[2] - start_);
     const Inertia& inertia = system.model().inertia();
-    weaken_damping_that_passes();
+    limit_transient_damping();
     filter_.factorize({{T::gamma / dt_}}, inertia, {{damping_[2]}}, {{coriolis_[2]}});
     std::array<Velocities, 1> error;
     filter_.solve({start_forces_ + inertia * change}, error);
@@ -262,13 +262,14 @@ class Radau final : public ControlledStepperTypes, public SmoothStepper<SlipSyst
 
   // Friction that turns within a step is stiff for an instant only. Where the step happens to end in it, the damping
   // there would hide the error of the whole step: the wheel's weakest damping is taken instead.
-  void weaken_damping_that_passes() {
+  void limit_transient_damping() {
     const std::array<Wheels, 3> stiffness = {damping_[0].contact_stiffness(), damping_[1].contact_stiffness(),
                                              damping_[2].contact_stiffness()};
-    if ((stiffness[2] <= kPassing * stiffness[0].min(stiffness[1])).all()) return;
+    if ((stiffness[2] <= kTransientStiffnessRatio * stiffness[0].min(stiffness[1])).all()) return;
     for (int i = 0; i < kWheels; ++i) {
       const int weakest = stiffness[0][i] < stiffness[1][i] ? 0 : 1;
-      if (stiffness[2][i] > kPassing * stiffness[weakest][i]) damping_[2].set_wheel(i, damping_[weakest]);
+      if (stiffness[2][i] > kTransientStiffnessRatio * stiffness[weakest][i])
+        damping_[2].set_wheel(i, damping_[weakest]);
     }
   }
 
@@ -345,7 +346,7 @@ class Radau final : public ControlledStepperTypes, public SmoothStepper<SlipSyst
           continue;
         }
         rate = size / last;
-        if (iteration == 1 ? last > kFar : rate > kSlow) {
+        if (iteration == 1 ? last > kRefactorizeCorrection : rate > kRefactorizeRate) {
           factorize(system, dt);
           size = correction(system, left, change);
         }

@@ -15,12 +15,12 @@ class ReactionMonitor {
  public:
   /// Whether the motion ends at the tipping limit: it does unless it was asked to continue there.
   bool ends_tipping() const { return ends_tipping_; }
-  void go_on_tipping() { ends_tipping_ = false; }
+  void continue_when_tipping() { ends_tipping_ = false; }
 
   /// Records the reactions at the end of a step from `t - dt` to t, s. Throws TippedOver at the tipping limit, where
   /// the motion ends there.
   void watch(const FloorReactions& reactions, double t, double dt) {
-    record_.least_N = record_.least_N.min(reactions.N);
+    record_.min_N = record_.min_N.min(reactions.N);
     record_.time_off_floor += (reactions.N <= 0).select(Wheels::Constant(dt), Wheels::Zero());
     const bool tipped_before = record_.tipping != Side::kNone;
     record_.tipping = reactions.tipping;

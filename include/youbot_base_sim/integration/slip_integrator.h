@@ -77,7 +77,7 @@ class SlipIntegrator : public MotionIntegrator {
     if (!system_.reacts()) return std::nullopt;
     return record_.reactions.record();
   }
-  void go_on_tipping() override { record_.reactions.go_on_tipping(); }
+  void continue_when_tipping() override { record_.reactions.continue_when_tipping(); }
   std::int64_t roller(int i) const override { return system_.modes().roller(i); }
   std::optional<std::int64_t> other_roller(int i) const override {
     const ContactModes& modes = system_.modes();

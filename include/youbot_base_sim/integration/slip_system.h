@@ -98,9 +98,9 @@ class SlipSystem {
               ReactionCoupling& coupling) const {
     Contacts unit = c;
     model_.press(Wheels::Ones(), unit);
-    ContactByReaction by_reaction = model_.by_reaction(unit);
-    if (modes_.shares()) share_reactions(u, M, modes_.shared(), unit, by_reaction);
-    model_.couple(c, by_reaction, G, coupling);
+    ForcePerNormalLoad per_load = model_.force_per_normal_load(unit);
+    if (modes_.shares()) share_reactions(u, M, modes_.shared(), unit, per_load);
+    model_.couple(c, per_load, G, coupling);
   }
 
   /// Lets the base carry other loads and feel other wrenches from now on.
@@ -186,19 +186,19 @@ class SlipSystem {
     if constexpr (Model::kReactionsFollow) {
       model_.press(Wheels::Ones(), c);
       amend(c);
-      ContactByReaction by_reaction = model_.by_reaction(c);
-      if (shared.any()) share_reactions(u, M, shared, c, by_reaction);
-      model_.scale_by_reactions(model_.reactions(u, M, c, by_reaction), c);
+      ForcePerNormalLoad per_load = model_.force_per_normal_load(c);
+      if (shared.any()) share_reactions(u, M, shared, c, per_load);
+      model_.scale_by_reactions(model_.reactions(u, M, c, per_load), c);
       if (shared.any()) share_contacts(u, M, shared, c);
     }
   }
   [[gnu::noinline]] void share_reactions(const Velocities& u, const Wheels& M, const Mask& shared, const Contacts& unit,
-                                         ContactByReaction& by_reaction) const {
+                                         ForcePerNormalLoad& per_load) const {
     const Wheels zero = Wheels::Zero();
-    by_reaction.constant = {zero, zero, zero, zero, zero};
-    by_reaction.shares = true;
+    per_load.intercept = {zero, zero, zero, zero, zero};
+    per_load.shares = true;
     for (int i = 0; i < kWheels; ++i) {
-      if (shared[i]) shared_contact(i, u, unit, M).put(by_reaction);
+      if (shared[i]) shared_contact(i, u, unit, M).put(per_load);
     }
   }
   [[gnu::noinline]] void share_contacts(const Velocities& u, const Wheels& M, const Mask& shared, Contacts& c) const {

@@ -15,12 +15,12 @@ const char* name_of(Side side);
 
 /// What became of the normal reactions in a motion.
 struct ReactionRecord {
-  Wheels least_N = Wheels::Constant(std::numeric_limits<double>::infinity());  ///< of each wheel, N
-  Wheels time_off_floor = Wheels::Zero();                                      ///< s
-  Side tipping = Side::kNone;                                                  ///< at the last look
-  Side tipped = Side::kNone;                                                   ///< when it last was at its limit
-  std::optional<double> tipped_at;                                             ///< when it last came there, s
-  double time_at_limit = 0;                                                    ///< s, while it went on there
+  Wheels min_N = Wheels::Constant(std::numeric_limits<double>::infinity());  ///< of each wheel, N
+  Wheels time_off_floor = Wheels::Zero();                                    ///< s
+  Side tipping = Side::kNone;                                                ///< at the last look
+  Side tipped = Side::kNone;                                                 ///< when it last was at its limit
+  std::optional<double> tipped_at;                                           ///< when it last came there, s
+  double time_at_limit = 0;                                                  ///< s, while it went on there
 };
 
 /// The base reached its tipping limit, where the two wheels of one side bear all, or was lifted off.

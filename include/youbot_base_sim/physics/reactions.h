@@ -11,17 +11,17 @@
 
 namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
-/// What each contact exerts for a normal reaction N: `constant` + `slope` N. A wheel on one roller has no constant; one
-/// that rests on two shares N between them so that the wheel stands still.
-struct ContactByReaction {
-  struct Exerted {
+/// What each contact exerts for a normal reaction N: `intercept` + `slope` N. A wheel on one roller has no intercept;
+/// one that rests on two shares N between them so that the wheel stands still.
+struct ForcePerNormalLoad {
+  struct Terms {
     Wheels F_X, F_Y;  ///< friction, N
     Wheels M_Z;       ///< its moment about O, spin friction included, N m
     Wheels T_S;       ///< torque of the spin friction on the roller, N m
     Wheels D;         ///< moment of the normal forces about the wheel's centre line, N Delta_Y, N m
   };
-  Exerted slope;
-  Exerted constant;     ///< set if `shares`
+  Terms slope;
+  Terms intercept;      ///< set if `shares`
   bool shares = false;  ///< whether some wheel rests on two rollers
 };
 
@@ -58,7 +58,7 @@ class Reactions {
     Side tipping = Side::kNone;       ///< the side that bears all, at the tipping limit
   };
   /// A wheel that would be pulled down leaves the floor: its N is 0 in place of the fourth condition.
-  Solution solve(const ContactByReaction& contact, const Motion& motion) const {
+  Solution solve(const ForcePerNormalLoad& contact, const Motion& motion) const {
     const double weight = m_s_ * g_n_ + motion.external.down;
     const Conditions all = conditions(contact, motion);
     const Solution solution = share(all, weight);
@@ -77,8 +77,8 @@ class Reactions {
     Wheels right;
   };
   // Accelerations are dv = M_v^-1 (platform_forces + friction), with friction = constant + slope N.
-  Conditions conditions(const ContactByReaction& contact, const Motion& motion) const {
-    const ContactByReaction::Exerted& slope = contact.slope;
+  Conditions conditions(const ForcePerNormalLoad& contact, const Motion& motion) const {
+    const ForcePerNormalLoad::Terms& slope = contact.slope;
     const ExternalForce& e = motion.external;
     const double V_X = motion.v[0], V_Y = motion.v[1], Omega = motion.v[2], m_a_Z = m_ * a_Z_;
     Wheels forces = motion.platform_forces;
@@ -86,8 +86,8 @@ class Reactions {
     Wheels held = J_1_ * Omega * motion.dphi;
     const Wheels arm = rho_Y_ + slope.D + R_ * slope.F_Y;
     if (contact.shares) {
-      forces += sums(contact.constant.F_X, contact.constant.F_Y, contact.constant.M_Z);
-      held += contact.constant.D + R_ * contact.constant.F_Y;
+      forces += sums(contact.intercept.F_X, contact.intercept.F_Y, contact.intercept.M_Z);
+      held += contact.intercept.D + R_ * contact.intercept.F_Y;
     }
     const double pitch = m_ * g_n_ * a_X_ - motion.sum_tau + e.pitch + m_a_Z * (e.g_X + Omega * (V_Y + a_X_ * Omega)) -
                          by_force_X_[0] * forces[0] - by_force_X_[1] * forces[1] - by_force_X_[2] * forces[2];

@@ -39,22 +39,22 @@ class SharedContact {
 
   /// What the wheel exerts as a function of its normal reaction, if `lower` and `upper` are those of 1 N: the parts
   /// n and N - n of the two rollers are such that the wheel gets no torque, n F_X + (N - n) F_X' = M / R.
-  void put(ContactByReaction& by_reaction) const {
+  void put(ForcePerNormalLoad& per_load) const {
     if (alpha_ == kEnded) return;
     const double difference = upper_.F_X[i_] - lower_.F_X[i_];
     // n = constant + slope N of the upper roller
     const double constant = F_X_ / difference, slope = -lower_.F_X[i_] / difference;
-    using Exerted = ContactByReaction::Exerted;
-    const auto set = [&](Wheels Exerted::*entry, const Wheels& upper, const Wheels& lower) {
+    using Terms = ForcePerNormalLoad::Terms;
+    const auto set = [&](Wheels Terms::*entry, const Wheels& upper, const Wheels& lower) {
       const double more = upper[i_] - lower[i_];
-      (by_reaction.constant.*entry)[i_] = more * constant;
-      (by_reaction.slope.*entry)[i_] = lower[i_] + more * slope;
+      (per_load.intercept.*entry)[i_] = more * constant;
+      (per_load.slope.*entry)[i_] = lower[i_] + more * slope;
     };
-    set(&Exerted::F_X, upper_.F_X, lower_.F_X);
-    set(&Exerted::F_Y, upper_.F_Y, lower_.F_Y);
-    set(&Exerted::M_Z, upper_.M_Z, lower_.M_Z);
-    set(&Exerted::T_S, upper_.T_S, lower_.T_S);
-    set(&Exerted::D, upper_.Delta_Y, lower_.Delta_Y);
+    set(&Terms::F_X, upper_.F_X, lower_.F_X);
+    set(&Terms::F_Y, upper_.F_Y, lower_.F_Y);
+    set(&Terms::M_Z, upper_.M_Z, lower_.M_Z);
+    set(&Terms::T_S, upper_.T_S, lower_.T_S);
+    set(&Terms::D, upper_.Delta_Y, lower_.Delta_Y);
   }
 
   /// Derivative of the forces on V_X, V_Y, Omega and dgamma by the torque, which changes the shares.

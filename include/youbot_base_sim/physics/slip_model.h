@@ -206,15 +206,15 @@ class SlipModel {
   bool dynamic() const { return Law::kByReaction && features_.dynamic(); }
 
   /// What contacts exert that are pressed by 1 N, for each newton of their normal reactions.
-  ContactByReaction by_reaction(const Contacts& c) const {
-    ContactByReaction by_reaction;
-    by_reaction.slope = {c.F_X, c.F_Y, c.M_Z, c.T_S, c.Delta_Y};
-    return by_reaction;
+  ForcePerNormalLoad force_per_normal_load(const Contacts& c) const {
+    ForcePerNormalLoad per_load;
+    per_load.slope = {c.F_X, c.F_Y, c.M_Z, c.T_S, c.Delta_Y};
+    return per_load;
   }
 
   /// The normal reactions in this motion under the wheel torques M, N m.
   Reactions::Solution reactions(const Velocities& u, const Wheels& M, const Contacts& placed,
-                                const ContactByReaction& contact) const {
+                                const ForcePerNormalLoad& contact) const {
     Wheels tau = M - robot_.mu_1 * u.dphi;
     if (dry_.any()) tau -= dry_.wheel_torque(u.dphi);
     return features_.reactions().solve(
@@ -231,10 +231,10 @@ class SlipModel {
 
   /// How dynamic reactions couple all velocities, where what the contacts `c` exert for each newton is `slope` and the
   /// damping matrix is G.
-  void couple(const Contacts& c, const ContactByReaction& contact, const DampingMatrix& G,
+  void couple(const Contacts& c, const ForcePerNormalLoad& contact, const DampingMatrix& G,
               ReactionCoupling& coupling) const {
     features_.reactions().couple(G, c.N_by_moment, coupling);
-    const ContactByReaction::Exerted& k = contact.slope;
+    const ForcePerNormalLoad::Terms& k = contact.slope;
     const Wheels roller_torque = c.r_Y * k.F_Y - c.r_X * k.F_X + k.T_S;
     for (int m = 0; m < 3; ++m) {
       const Wheels& N = coupling.N[m];

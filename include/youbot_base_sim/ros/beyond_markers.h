@@ -33,7 +33,7 @@ class BeyondMarkers {
   void add_loads(Markers& markers, const std::vector<Load>& loads);
   void add_wrenches(Markers& markers, const Simulation& simulation, double force_scale);
 
-  int most_loads_ = 0, most_wrenches_ = 0;  // that were shown: what has gone is deleted
+  int max_loads_shown_ = 0, max_wrenches_shown_ = 0;  // that were shown: what has gone is deleted
 };
 
 }  // namespace youbot_base_sim
