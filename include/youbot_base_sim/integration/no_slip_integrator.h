@@ -60,7 +60,7 @@ class NoSlipIntegrator : public MotionIntegrator {
   NoSlipModel model_;
   Tolerance tolerance_;
   bool stiff_;
-  double max_first_step_;  // s: much longer ones may end beyond all numbers, where no error tells
+  double max_first_step_;  // s: much longer ones may overflow, where the error estimate is void
   IntegrationStatistics statistics_;
   const std::atomic<bool>* stop_ = nullptr;  // null: never
 };

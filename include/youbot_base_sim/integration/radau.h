@@ -278,9 +278,8 @@ class Radau final : public ControlledStepperTypes, public SmoothStepper<SlipSyst
     return x_.phi() + dt * (T::A[j][0] * stages_[0].dphi + T::A[j][1] * stages_[1].dphi + T::A[j][2] * stages_[2].dphi);
   }
 
-  // Poses at the stages of a step of length dt, where they matter. An iterate may turn further than sine_and_cosine is
-  // right for: it leads nowhere or to stages that are solved, of which `solve` accepts none that turn further than 1
-  // rad.
+  // Poses at the stages of a step of length dt, where they matter. An iterate may turn further than the range of
+  // sine_and_cosine: either it does not converge, or `solve` rejects solved stages that turn further than 1 rad.
   std::array<Pose, 3> poses(const SlipSystem<Model>& system, double dt) const {
     std::array<Pose, 3> pose;
     if (!system.model().features().by_pose()) return pose;

@@ -5,7 +5,7 @@
 
 namespace youbot_base_sim {
 
-/// What an integration did so far.
+/// Counters of an integration so far.
 struct IntegrationStatistics {
   std::uint64_t steps = 0;
   std::uint64_t rejected_steps = 0;
@@ -21,7 +21,7 @@ struct IntegrationStatistics {
   std::uint64_t evaluations = 0;
 };
 
-/// A field of the statistics, for whoever prints them.
+/// A field of the statistics, for output.
 struct StatisticsField {
   const char* name;  ///< as in the summary
   const char* text;  ///< for people
