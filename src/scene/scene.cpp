@@ -100,7 +100,7 @@ void refuse_for_model(const SceneValue& value, bool off, Model model, bool used)
   value.refuse(fmt::format("left out for {}, which has no use for it", name_of(model)));
 }
 
-/// The robot of the profile that stands in place of the file's, or `robot` if there is none.
+/// The robot of the profile that replaces the file's, or `robot` if there is none.
 RobotParameters override_profile(const SceneOverrides& overrides, const RobotParameters& robot) {
   Profile profile = Profile::kPaper;
   if (!overrides.profile.empty()) profile = named("profile", overrides.profile, kProfiles);

@@ -95,7 +95,7 @@ struct SceneSetting {
 };
 
 /// Settings of a command line or of a node that replace the scene file's. An empty name or no number leaves the file's.
-/// Whoever sets a number sees that it is in its range.
+/// The caller makes sure that numbers are in their ranges.
 struct SceneOverrides {
   std::string model;
   std::optional<double> relative_tolerance;
