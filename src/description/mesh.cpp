@@ -43,7 +43,7 @@ std::string effect(std::size_t k, const Colour& colour) {
 
 }  // namespace
 
-/// Turns the face so that its corners go counter-clockwise for whoever looks at its outside.
+/// Turns the face so that its corners run counter-clockwise, seen from outside.
 void Mesh::add_face(const Colour& colour, std::array<int, 4> face) {
   const auto at = [&](int k) -> const Vertex& { return vertices_[face[k]]; };
   const Eigen::Vector3d turn = (at(2).position - at(0).position).cross(at(3).position - at(1).position);

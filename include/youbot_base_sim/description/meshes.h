@@ -12,7 +12,7 @@ namespace youbot_base_sim {
 enum class Part {
   kRoller,      ///< its axis is x; two stripes along it show how it turns
   kWheelLeft,   ///< hub and side plates of a wheel whose rollers on the floor point as the left front one's
-  kWheelRight,  ///< likewise the right front one's
+  kWheelRight,  ///< the same for the right front one's
   kBody
 };
 constexpr Part kParts[] = {Part::kRoller, Part::kWheelLeft, Part::kWheelRight, Part::kBody};
