@@ -277,7 +277,7 @@ void OutputOpener::keep_all(const std::string& option, const std::string& folder
     if (is_output(entry->path().filename())) keep(option, entry->path());
   }
   if (error && error != std::errc::no_such_file_or_directory) refuse_output(folder, error.value());
-  // Of those that are not there yet, only these may be one that another name leads to.
+  // Among the outputs that do not exist yet, only these may be reached by another name.
   for (const std::string& name : std::exchange(to_come_, {})) {
     const fs::path path = fs::path(folder) / name;
     if (is_output(name) && fs::symlink_status(path, error).type() == fs::file_type::not_found) keep(option, path);
