@@ -26,7 +26,7 @@ BaseLoop::BaseLoop(const LoopSettings& settings)
                settings.sensors),
       instants_(settings.publish_rate),
       listening_(takes_always_ ? 1 : settings.command_rate) {
-  simulation_.continue_when_tipping();  // a node does not end for it: diagnostics tell
+  simulation_.continue_when_tipping();  // the node does not end for it; diagnostics report it
 }
 
 Wheels BaseLoop::begin_period(double t, const State& state) {
