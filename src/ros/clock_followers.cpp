@@ -29,7 +29,7 @@ namespace youbot_base_sim {
 namespace {
 
 constexpr auto kBetweenLooks = std::chrono::microseconds(50);
-// Of loops and timers by simulated time: 1 ms, and slack.
+// Polling interval of loops and timers by simulated time: 1 ms, and slack.
 constexpr auto kRoscppPolling = std::chrono::microseconds(1200);
 
 /// A small file of /proc; empty if it is gone.
@@ -170,7 +170,8 @@ std::string ClockFollowers::restless() const {
   const auto end = Clock::now() + patience_;
   std::map<std::string, std::uint64_t> before;
   std::map<std::string, int> times;
-  // The states of all threads are two thirds of the work, and the second look's tell enough: nothing has run between.
+  // Reading the states of all threads is two thirds of the work; those of the second look suffice, as nothing has run
+  // in between.
   for (bool first = true;; first = false) {
     bool at_rest = !first;
     for (const auto& [node, processes] : processes_) {
