@@ -457,7 +457,7 @@ bool find_cycles(std::vector<DriveRecord>& records, Trial& trial, const Workers&
   constexpr double kNoWorse = 1.05;    // commands at one phase of the cycle cannot decide it
   constexpr double kHalfCycle = 0.01;  // s: the mean that waiting takes off the delay
   std::vector<DriveRecord> in_cycles;
-  for (const DriveRecord& record : records) in_cycles.push_back(obeyed_in_cycles(record));
+  for (const DriveRecord& record : records) in_cycles.push_back(applied_in_cycles(record));
   Scene waiting = trial.scene;
   const double first = trial.scene.motors->command_delay - 3 * kStep;
   const double error = find_delay(trial.scene, records, trial.phi, workers, first, kStep);
