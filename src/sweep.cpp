@@ -231,7 +231,7 @@ class Sweep {
     return true;
   }
 
-  /// Makes the table of the rows, tells of it, and deletes the journal.
+  /// Makes the table of the rows, reports it, and deletes the journal.
   void write_table() {
     if (!family_.tables.empty() && fingerprint(family_) != fingerprint_) {
       throw SceneError(fmt::format("{}: a table of its scenes was changed while it ran; delete {} to begin anew",
