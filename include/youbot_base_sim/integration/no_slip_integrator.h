@@ -12,7 +12,7 @@
 namespace youbot_base_sim {
 
 /// Model 1, which has no switches: odeint's loops over its Dormand-Prince method, or over its rosenbrock4 where the
-/// bearings brake so hard that an explicit method would need steps without end.
+/// bearings brake so hard that an explicit method would need too many steps.
 class NoSlipIntegrator : public MotionIntegrator {
  public:
   /// `torque` must outlive the integration.
