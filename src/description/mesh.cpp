@@ -10,7 +10,7 @@ namespace youbot_base_sim {
 
 namespace {
 
-/// What is below a nanometre is a rounding error.
+/// Lengths below a nanometre are rounding errors.
 double rounded(double x) { return std::abs(x) < 1e-9 ? 0.0 : x; }
 
 /// A list of vectors, to six digits: a thousandth of a millimetre on a robot of a metre.
