@@ -50,7 +50,7 @@ void BaseLoop::apply(const Wrench& wrench) {
   simulation_.set_loads(applied_loads_);
 }
 
-// What is taken off goes with the velocity that it has, also where others are put on at rest.
+// Loads that are taken off keep their velocity, also where others are added at rest.
 void BaseLoop::apply(const LoadsRequest& request) {
   const auto goes = [&](const Load& load) {
     return std::find(request.loads.begin(), request.loads.end(), load) == request.loads.end();
