@@ -65,7 +65,7 @@ std::optional<std::uint64_t> runs_of(const std::vector<pid_t>& processes, bool i
     if (!threads) continue;  // it has ended
     while (const dirent* entry = readdir(threads.get())) {
       if (entry->d_name[0] == '.' || entry->d_name == self) continue;
-      // The state first: who runs until then has its time counted when it goes to sleep.
+      // Read the state first: a thread that runs until then has its time counted when it goes to sleep.
       const std::string thread = folder + entry->d_name;
       if (if_all_sleep && !sleeps(thread)) return std::nullopt;
       // Time on a processor, time of waiting for one, and the number of times: all grow.
