@@ -39,7 +39,7 @@ struct Arguments {
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
-/// What --help says of the methods.
+/// The part of --help about the methods.
 std::string method_help() {
   std::string text = "how to integrate, in place of the scene's solver.method:";
   for (const Method& method : methods()) text += fmt::format("\n{}: {}", method.name, method.description);
@@ -199,7 +199,7 @@ class Run {
     audit_.completed = true;
   }
 
-  /// Puts the outputs in their places, and prints what is to be known.
+  /// Puts the outputs in their places, and prints the summary and warnings.
   void report() {
     attempt([&] {
       outputs_.commit();
