@@ -39,7 +39,7 @@ struct Arguments {
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
-/// What --help says of the methods.
+/// The part of --help about the methods.
 std::string method_help() {
   std::string text = "how to integrate, in place of the scene's solver.method:";
   for (const Method& method : methods()) text += fmt::format("\n{}: {}", method.name, method.description);
@@ -100,7 +100,7 @@ bool prepare(int argc, char** argv, Arguments& arguments, Scene& scene) {
 }
 
 /// Everything that a run writes; complete files appear when it is committed. An output that fails, as on a full disk,
-/// ends alone; the others go on.
+/// ends alone; the others continue.
 class Outputs {
  public:
   /// Opens them all before anything is written. Throws OutputError where one is refused.
@@ -158,7 +158,7 @@ class Outputs {
         if (error.is_interrupted()) throw;
         failed_ = true;
         recorder = recorders_.erase(recorder);
-        if (recorders_.empty() && !summary_) throw;  // nothing to go on for
+        if (recorders_.empty() && !summary_) throw;  // no output is left
         progress_.clear();
         print_error("simulate", error.what());
       }
@@ -191,7 +191,7 @@ class Run {
         RowLoop rows(simulation_, audit_.energy);
         while (next(rows)) write_row(rows.t());
       } catch (const TippedOver&) {
-        outputs_.commit_summary(simulation_, wall_time_, audit_);  // tells what the wheels bore
+        outputs_.commit_summary(simulation_, wall_time_, audit_);  // it has the normal reactions
         throw;
       }
     });
@@ -199,7 +199,7 @@ class Run {
     audit_.completed = true;
   }
 
-  /// Puts the outputs in their places, and prints what is to be known.
+  /// Puts the outputs in their places, and prints the summary and warnings.
   void report() {
     attempt([&] {
       outputs_.commit();

@@ -134,7 +134,7 @@ class Simulation::Loop {
   std::unique_ptr<TorqueProfile> torque_;
   std::unique_ptr<MotionIntegrator> integrator_;
   double initial_energy_ = 0;
-  AppliedLoads applied_loads_;  // now: the scene's and what was added to it
+  AppliedLoads applied_loads_;  // the present ones: the scene's and those that were added
   std::vector<LoadChange> load_changes_;
 
  private:
@@ -182,7 +182,7 @@ class Simulation::Loop {
     integrator_->advance_periods(state_, first, period(), count, std::ref(observer));
   }
 
-  // A part of a control period, for callers that look between two samples.
+  // A part of a control period, for callers that read the state between two samples.
   void advance_within_period(double t) {
     if (!in_period_) {
       make_due_changes();
@@ -204,7 +204,7 @@ class Simulation::Loop {
     if (continues_when_tipping_) integrator_->continue_when_tipping();
   }
 
-  // The paper's equations know neither loads nor wrenches, and take less time: those that know them continue from here.
+  // The paper's equations have neither loads nor wrenches, and take less time: the extended ones continue from here.
   void extend() {
     extended_ = true;
     const MotionSoFar before = integrator_->leave();
@@ -220,12 +220,12 @@ class Simulation::Loop {
     return applied;
   }
 
-  // Where a control period begins, to which a change counts that rounding alone keeps apart from it.
+  // At the beginning of a control period. A change that only rounding separates from it counts as due.
   void make_due_changes() {
     while (ControlTime::reached(next_change_, t_)) change_loads();
   }
 
-  // Loads and wrenches as they are from the change on that is due.
+  // Applies the loads and wrenches of the change that is due.
   void change_loads() {
     const double t = std::isfinite(next_change_) ? next_change_ : t_;
     integrator_->set_loads(state_, with_added(scene_.load_schedule.at(t, false)), false);
@@ -235,7 +235,7 @@ class Simulation::Loop {
     note_loads(t);
   }
 
-  // Notes what is carried and what pushes from t on, if that changed; of several changes at one instant the sum.
+  // Notes the loads and wrenches from t on, if they changed; several changes at one instant make one.
   void note_loads(double t) {
     AppliedLoads now = with_added(planned_);
     const bool loads = now.loads != applied_loads_.loads;
@@ -267,9 +267,9 @@ class Simulation::Loop {
   double segment_end_ = 0;  // of a continuous torque, s
   double next_change_ = 0;  // of loads and wrenches, s
   bool continues_when_tipping_ = false;
-  bool extended_ = false;  // whether the integration knows what is beyond the paper
-  AppliedLoads planned_;   // the scene's now
-  AppliedLoads added_;     // to it
+  bool extended_ = false;  // whether the equations have the physics beyond the paper
+  AppliedLoads planned_;   // the scene's present ones
+  AppliedLoads added_;     // besides those of the scene
 };
 
 Simulation::Simulation(const Scene& scene) : loop_(std::make_unique<Loop>(scene, nullptr)) {}

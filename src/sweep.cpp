@@ -44,7 +44,7 @@ struct Arguments {
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
-/// What --help says of the quantities.
+/// The part of --help about the quantities.
 std::string quantity_help() {
   std::string text = "Quantities of a row:\n";
   for (const Quantity& quantity : quantities()) text += fmt::format("  {:<24}{}\n", quantity.name, quantity.text);
@@ -167,7 +167,7 @@ class Progress {
   }
   void clear() { bar_.clear(); }
   double seconds() const { return seconds_since(start_); }
-  /// Runs a second since the sweep began or went on.
+  /// Runs a second since the sweep began or continued.
   double rate() const { return static_cast<double>(schedule_.tally().runs - before_) / seconds(); }
 
  private:
@@ -231,14 +231,14 @@ class Sweep {
     return true;
   }
 
-  /// Makes the table of the rows, tells of it, and deletes the journal.
+  /// Makes the table of the rows, reports it, and deletes the journal.
   void write_table() {
     if (!family_.tables.empty() && fingerprint(family_) != fingerprint_) {
       throw SceneError(fmt::format("{}: a table of its scenes was changed while it ran; delete {} to begin anew",
                                    quote_path(family_.path), quote_path(journal_of(arguments_))));
     }
     OutputFile table(arguments_.csv);
-    table.sync_on_commit();  // for then the journal goes
+    table.sync_on_commit();  // because the journal is deleted next
     Spread spread(family_);
     table.write(maker_.header() + "\n");
     journal_.for_each_row([&](const Row& row) {
@@ -271,7 +271,7 @@ class Sweep {
   std::string summary_;
 };
 
-/// Says what there is to be done. Times the first run.
+/// Prints the work to be done. Times the first run.
 void list(const Arguments& arguments, Family family, const Ranks& ranks) {
   fmt::print("{} runs of {}\n", family.runs(), quote_path(family.scene.path));
   for (const Axis* axis : family.axes()) fmt::print("  {}: {}\n", quote(axis->key), axis->text());

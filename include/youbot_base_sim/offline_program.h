@@ -6,7 +6,7 @@
 
 namespace youbot_base_sim {
 
-/// What a program that runs offline ends with.
+/// Exit status of a program that runs offline.
 enum ExitStatus { kDone = 0, kNotCompleted = 1, kRefused = 2 };
 
 /// The common part of the main functions of such programs: `body` returns the exit status. What it throws, and standard

@@ -20,15 +20,15 @@
 
 namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
-/// What the base carries and what pushes it from an instant on.
+/// The loads and wrenches from an instant on.
 struct LoadChange {
   double t;              ///< s
   double psi;            ///< heading of the base then, rad
   AppliedLoads applied;  ///< all of it, the scene's too
-  bool loads, wrenches;  ///< which of both are others than before
+  bool loads, wrenches;  ///< which of them changed
 };
 
-/// What happened in a stretch of the motion, in order of time.
+/// Events in a stretch of the motion, in order of time.
 struct Events {
   std::vector<RollerSwitch> switches;
   std::vector<LoadChange> load_changes;
@@ -53,7 +53,7 @@ class Simulation {
   ~Simulation();
 
   /// Advances to time t (s), sampling the drive at each control period that begins on the way; does nothing if that has
-  /// passed. Where the accurate integration takes too much work, it goes on less accurately, and the statistics tell.
+  /// passed. Where accurate integration takes too much work, it continues less accurately, and the statistics count it.
   /// Throws std::domain_error where the equations have no finite solution.
   void advance_to(double t);
 
@@ -86,22 +86,22 @@ class Simulation {
   /// Slip, friction, normal reaction and offset of the contact points; in model 1, no slip and no force.
   ContactDetails contacts() const;
 
-  /// Lets the base carry these loads and feel these wrenches besides the scene's, in place of those of the last call,
-  /// from now on: between two calls of the advancing functions. Its velocities stay, or, with `keep_momentum`, its
-  /// momentum does; the change of kinetic energy counts as work.
+  /// Replaces the loads and wrenches of the last call, which act besides the scene's, from now on. To be called between
+  /// two calls of the advancing functions. The base keeps its velocities or, with `keep_momentum`, its momentum; the
+  /// change of kinetic energy counts as work.
   void set_loads(const AppliedLoads& applied, bool keep_momentum = false);
 
-  /// What the base carries and what pushes it now, the scene's loads and wrenches included.
+  /// The present loads and wrenches, those of the scene included.
   const AppliedLoads& applied_loads() const;
 
   /// Changes of it since the last `take_load_changes`, in order of time; clears them. The list grows until it is
   /// taken.
   std::vector<LoadChange> take_load_changes();
 
-  /// What became of the normal reactions; empty where they are static.
+  /// Extremes of the normal reactions; empty where they are static.
   std::optional<ReactionRecord> reaction_record() const;
 
-  /// Has the motion go on at the tipping limit, where the advancing functions throw TippedOver otherwise.
+  /// Lets the motion continue at the tipping limit, where the advancing functions otherwise throw TippedOver.
   void continue_when_tipping();
 
   /// Where the power goes now. Its net changes the kinetic energy, but for switches that stop a roller or a wheel.
@@ -113,8 +113,8 @@ class Simulation {
   const IntegrationStatistics& statistics() const;
 
   /// The regularization speed, over which friction is smoothed, m/s: the scene's slip_regularization, or what the
-  /// tolerance can tell from zero if that is more (see effective_regularization_speed); infinite for models without
-  /// one.
+  /// tolerance can distinguish from zero if that is more (see effective_regularization_speed); infinite for models
+  /// without one.
   double regularization_speed() const;
 
   /// The name of the method that integrates: the scene's, or model 1's own.
@@ -124,7 +124,7 @@ class Simulation {
 
   /// |change of kinetic energy - integrated power| since t = 0, J.
   double energy_balance_error() const { return energy_balance_error(kinetic_energy()); }
-  /// The same for those who have asked for the kinetic energy (J) already.
+  /// The same for callers that already have the kinetic energy (J).
   double energy_balance_error(double kinetic_energy) const;
 
   const Scene& scene() const;

@@ -10,7 +10,7 @@ namespace youbot_base_sim {
 
 namespace {
 
-/// What is below a nanometre is a rounding error.
+/// Lengths below a nanometre are rounding errors.
 double rounded(double x) { return std::abs(x) < 1e-9 ? 0.0 : x; }
 
 /// A list of vectors, to six digits: a thousandth of a millimetre on a robot of a metre.
@@ -43,7 +43,7 @@ std::string effect(std::size_t k, const Colour& colour) {
 
 }  // namespace
 
-/// Turns the face so that its corners go counter-clockwise for whoever looks at its outside.
+/// Turns the face so that its corners run counter-clockwise, seen from outside.
 void Mesh::add_face(const Colour& colour, std::array<int, 4> face) {
   const auto at = [&](int k) -> const Vertex& { return vertices_[face[k]]; };
   const Eigen::Vector3d turn = (at(2).position - at(0).position).cross(at(3).position - at(1).position);

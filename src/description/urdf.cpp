@@ -70,7 +70,7 @@ std::string turning(const char* axis, double damping, double friction) {
   return fmt::format("<axis xyz=\"{}\"/>{}", axis, dynamics.empty() ? "" : "<dynamics" + dynamics + "/>");
 }
 
-/// What a motor can at most.
+/// The limits of a motor.
 std::string motor_limit() {
   return fmt::format("<limit effort=\"{}\" velocity=\"{}\"/>", number(Motor().max_torque()),
                      number(Motor().max_rate()));

@@ -101,7 +101,7 @@ void BaseDriver::exchange_ethercat(double t) {
   if (!connection_.update(t)) {
     events_.base_lost = events_.base_lost || was_present;
     motors_on_ = false;
-    // Nothing of before moves the base when the cable is in again.
+    // No earlier command moves the base when the cable is in again.
     pending_.clear();
     send_to_all({});
   }

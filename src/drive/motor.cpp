@@ -24,7 +24,7 @@ SetPoint Motor::limited(SetPoint set_point) const {
 bool Motor::can(const SetPoint& set_point) const { return limited(set_point).value == set_point.value; }
 
 SetPoint Motor::transmitted(SetPoint set_point) const {
-  // Truncation must not take a mA from a torque that is a whole number of them but for rounding.
+  // A torque that is a whole number of mA but for rounding must not lose one by truncation.
   constexpr double kRounding = 1e-9;
   if (set_point.mode == DriveMode::kTorque) {
     const double milliamperes = set_point.value / milliampere();

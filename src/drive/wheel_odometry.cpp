@@ -59,8 +59,8 @@ void WheelOdometry::look_up() {
 void WheelOdometry::update_covariance(const Wheels& turned, const Eigen::Vector3d& moved) {
   constexpr double kTurn = 2 * M_PI;
   const double c = cos_, s = sin_;
-  // Derivatives of `update`: by the pose before, and by each wheel's turning, of which displacements are turned by the
-  // heading that is already the new one.
+  // Derivatives of `update`: by the previous pose, and by each wheel's rotation, whose displacements are rotated by the
+  // new heading.
   Eigen::Matrix3d by_pose = Eigen::Matrix3d::Identity(), by_moved = Eigen::Matrix3d::Identity();
   by_pose(0, 2) = -s * moved[0] - c * moved[1];
   by_pose(1, 2) = c * moved[0] - s * moved[1];

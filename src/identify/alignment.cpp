@@ -73,18 +73,18 @@ void find_angles(const Scene& candidate, const std::vector<DriveRecord>& records
   }
 }
 
-DriveRecord obeyed_in_cycles(DriveRecord record) {
+DriveRecord applied_in_cycles(DriveRecord record) {
   const double longest = 2 * record.duration() / static_cast<double>(record.t.size());
   WheelTable commands;
   for (std::size_t k = 0; k < record.commands.t.size(); ++k) {
     const auto cycle = std::lower_bound(record.t.begin(), record.t.end(), record.commands.t[k]);
     if (cycle == record.t.end()) break;
-    // Within a gap of the record the driver has gone on.
-    const double obeyed = *cycle - record.commands.t[k] < longest ? *cycle : record.commands.t[k];
-    if (!commands.t.empty() && commands.t.back() == obeyed) {
+    // The driver continued during a gap of the record.
+    const double applied = *cycle - record.commands.t[k] < longest ? *cycle : record.commands.t[k];
+    if (!commands.t.empty() && commands.t.back() == applied) {
       commands.values.back() = record.commands.values[k];
     } else {
-      commands.t.push_back(obeyed);
+      commands.t.push_back(applied);
       commands.values.push_back(record.commands.values[k]);
     }
   }

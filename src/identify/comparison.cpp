@@ -14,7 +14,7 @@ constexpr double kInterval = 0.1;   // s, of the samples that are compared
 constexpr double kWindow = 0.5;     // s, over which ground truth is compared
 constexpr double kRate = 0.02;      // rad/s that rates may be off,
 constexpr double kTorque = 0.02;    // N m, torques,
-constexpr double kWay = 2e-3;       // m and rad, poses
+constexpr double kPose = 2e-3;      // m and rad, poses
 constexpr double kJumping = 0.012;  // s: what a first guess of the delay may be off
 
 template <class Modes>
@@ -119,7 +119,7 @@ Eigen::VectorXd Comparison::residuals(const Prediction& prediction) const {
     add(rate_[k] - rate[k], kRate);
     if (record_.has_torque()) add(torque_[k] - torque[k], kTorque);
   }
-  for (const Window& w : windows_) add(w.moved - moved(prediction.pose[w.first], prediction.pose[w.last]), kWay);
+  for (const Window& w : windows_) add(w.moved - moved(prediction.pose[w.first], prediction.pose[w.last]), kPose);
   return all;
 }
 

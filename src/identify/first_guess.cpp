@@ -94,7 +94,7 @@ Regression regress_loops(const std::vector<DriveRecord>& records, double delay, 
   return regression;
 }
 
-/// Whether it has found any that make sense.
+/// Whether it has found plausible values.
 bool guess_loops(const std::vector<DriveRecord>& records, Scene& candidate) {
   constexpr int kDelays = 41;
   constexpr double kStep = 0.005, kUnsure = 0.05;  // s

@@ -164,7 +164,7 @@ class TrainingCost : public ceres::CostFunction {
  public:
   TrainingCost(const Problem& problem, const Scene& base, const Unknowns& unknowns, Linearization at, const Scene* law)
       : problem_(problem), base_(base), unknowns_(unknowns), at_(std::move(at)), x_(at_.x), residuals_(at_.residuals) {
-    // The better a record is, the better it knows itself.
+    // The better the records fit, the less the loops' law weighs, since they determine the gains themselves.
     const double scatter = std::sqrt(residuals_.squaredNorm() / static_cast<double>(residuals_.size()));
     weight_ = kGainsWeight * std::min(1.0, scatter);
     for (std::size_t k = 0; k < problem.held_out().size(); ++k) {
@@ -237,7 +237,7 @@ class TrainingCost : public ceres::CostFunction {
   mutable Eigen::VectorXd residuals_;
 };
 
-/// A fit on its way.
+/// A fit in progress.
 struct Trial {
   Scene scene;
   std::vector<Wheels> phi;
@@ -450,14 +450,14 @@ void eliminate_insignificant_parameters(const Problem& problem, const Scene& sta
   if (dropped) minimize(problem, trial);
 }
 
-/// Finds whether the driver obeys commands when they come, or in the cycles in which it reads the joints: then the
-/// records' commands come to wait for those.
+/// Finds whether the driver applies commands on arrival or in the cycles in which it reads the joints. In the latter
+/// case the records' commands are delayed to those cycles.
 bool find_cycles(std::vector<DriveRecord>& records, Trial& trial, const Workers& workers) {
   constexpr double kStep = 0.004;      // s
   constexpr double kNoWorse = 1.05;    // commands at one phase of the cycle cannot decide it
   constexpr double kHalfCycle = 0.01;  // s: the mean that waiting takes off the delay
   std::vector<DriveRecord> in_cycles;
-  for (const DriveRecord& record : records) in_cycles.push_back(obeyed_in_cycles(record));
+  for (const DriveRecord& record : records) in_cycles.push_back(applied_in_cycles(record));
   Scene waiting = trial.scene;
   const double first = trial.scene.motors->command_delay - 3 * kStep;
   const double error = find_delay(trial.scene, records, trial.phi, workers, first, kStep);

@@ -39,7 +39,7 @@ void find_gaps(DriveRecord& record, Findings& findings) {
   }
 }
 
-/// What the loops' integrals hold at first is known of a base at rest alone.
+/// The initial integrals of the loops are known only for a base at rest.
 void find_start_in_motion(DriveRecord& record, Findings& findings) {
   constexpr double kMoving = 0.1;  // rad/s
   if ((record.dphi.front().abs() < kMoving).all()) return;

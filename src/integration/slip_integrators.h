@@ -11,7 +11,7 @@
 
 namespace youbot_base_sim {
 
-/// What an integration is made of; `step` is that of a method without step size control, s.
+/// The parts of an integration; `step` applies to methods without step size control, s.
 struct Parts {
   const RobotParameters& robot;
   const FloorParameters& floor;
@@ -22,8 +22,8 @@ struct Parts {
   const MotionSoFar* before;  // null: the motion begins
 };
 
-/// Integrates the motion of a model that slips by a method of the table, with the paper's features or with all of them.
-/// Each stands in a file of its own, which takes long to compile.
+/// Makes the integrator of a model that slips, for a method of the table: with the paper's features, or with all of
+/// them. Each has a file of its own, because it takes long to compile.
 std::unique_ptr<MotionIntegrator> make_paper_integrator(Model model, const Parts& parts, MakeGeneralMethod make_method);
 std::unique_ptr<MotionIntegrator> make_extended_integrator(Model model, const Parts& parts,
                                                            MakeGeneralMethod make_method);

@@ -26,7 +26,7 @@ BaseLoop::BaseLoop(const LoopSettings& settings)
                settings.sensors),
       instants_(settings.publish_rate),
       listening_(takes_always_ ? 1 : settings.command_rate) {
-  simulation_.continue_when_tipping();  // a node does not end for it: diagnostics tell
+  simulation_.continue_when_tipping();  // the node does not end for it; diagnostics report it
 }
 
 Wheels BaseLoop::begin_period(double t, const State& state) {
@@ -50,7 +50,7 @@ void BaseLoop::apply(const Wrench& wrench) {
   simulation_.set_loads(applied_loads_);
 }
 
-// What is taken off goes with the velocity that it has, also where others are put on at rest.
+// Loads that are taken off keep their velocity, also where others are added at rest.
 void BaseLoop::apply(const LoadsRequest& request) {
   const auto goes = [&](const Load& load) {
     return std::find(request.loads.begin(), request.loads.end(), load) == request.loads.end();

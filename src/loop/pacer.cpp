@@ -10,7 +10,7 @@ double SpeedMeter::at(double t) {
   const Clock::time_point now = Clock::now();
   const double passed = std::chrono::duration<double>(now - since_).count();
   if (t >= since_t_ && passed < kLong) return speed_;
-  // After a start, a reset, or a long time without a look nothing is known.
+  // After a start, a reset, or a long pause the load is unknown.
   speed_ = t >= since_t_ && passed < 4 * kLong ? (t - since_t_) / passed : 0;
   since_ = now;
   since_t_ = t;

@@ -8,8 +8,8 @@ PowerBalance power_balance(const RobotParameters& robot, const State& state, con
                            const Wheels& M) {
   const DryBearings dry(robot);
   const Wheels dphi = state.dphi(), dgamma = state.dgamma();
-  // By the forces on the velocities rather than as the product of friction and slip, of which a contact that two
-  // rollers share tells only the means.
+  // Computed from the forces on the velocities: a contact that two rollers share has only mean values of friction and
+  // slip, whose product is not the mean power.
   const Wheels friction = contacts.F_X * (state.V_X() - robot.R * dphi - contacts.r_X * dgamma) +
                           contacts.F_Y * (state.V_Y() + contacts.r_Y * dgamma) + contacts.M_Z * state.Omega() +
                           contacts.T_S * dgamma;

@@ -97,7 +97,7 @@ Reactions::Solution Reactions::tip(const Conditions& conditions, double weight) 
     const double N_a = (right[c.balance] - weight * balance[c.b]) / (balance[c.a] - balance[c.b]), N_b = weight - N_a;
     // Over a corner one wheel bears all, and both sides there qualify equally.
     const double least = std::min(N_a, N_b);
-    // Of opposite sides the one towards which the other moment pulls.
+    // Between opposite sides, take the one towards which the other moment pulls.
     const Wheels& other = rows[1 - c.balance];
     const double moment = right[1 - c.balance] - other[c.a] * N_a - other[c.b] * N_b;
     const double outwards = (c.side == Side::kLeft || c.side == Side::kFront) ? moment : -moment;
@@ -115,7 +115,7 @@ Reactions::Solution Reactions::tip(const Conditions& conditions, double weight) 
 void Reactions::couple(const DampingMatrix& G, const std::array<Wheels, 3>& by_moment,
                        ReactionCoupling& coupling) const {
   // Friction changes by minus G's rows: those of the platform, by wheel. `by_F` of it enters a condition.
-  const auto put = [&](int m, const Wheels& by_F_X, const Wheels& by_F_Y, const Wheels& by_M_Z) {
+  const auto set_balance = [&](int m, const Wheels& by_F_X, const Wheels& by_F_Y, const Wheels& by_M_Z) {
     const auto combined = [&](const Wheels& X, const Wheels& Y, const Wheels& M) -> Wheels {
       return by_F_X * X + by_F_Y * Y + by_M_Z * M;
     };
@@ -127,11 +127,11 @@ void Reactions::couple(const DampingMatrix& G, const std::array<Wheels, 3>& by_m
   };
   const Wheels one = Wheels::Ones(), zero = Wheels::Zero();
   coupling.N = by_moment;
-  put(0, by_force_X_[0] * one, by_force_X_[1] * one, by_force_X_[2] * one);
+  set_balance(0, by_force_X_[0] * one, by_force_X_[1] * one, by_force_X_[2] * one);
   coupling.balance[0].dphi += G.dphi_dphi + R_ * G.platform_dphi[0];  // the bearings' share, of sum tau
-  put(1, by_force_Y_[0] * one, (by_force_Y_[1] + R_) * one, by_force_Y_[2] * one);
+  set_balance(1, by_force_Y_[0] * one, (by_force_Y_[1] + R_) * one, by_force_Y_[2] * one);
   if (rocks_) {
-    put(2, zero, R_ * rocking_, zero);
+    set_balance(2, zero, R_ * rocking_, zero);
   } else {
     coupling.balance[2] = {zero, zero, zero};
   }

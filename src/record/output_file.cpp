@@ -79,7 +79,7 @@ int sync(int descriptor) {
 
 int sync_folder(const fs::path& folder) {
   const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (descriptor < 0) return errno == EACCES ? 0 : errno;  // a folder may be written by who must not read it
+  if (descriptor < 0) return errno == EACCES ? 0 : errno;  // a folder may be writable but not readable
   const int error = sync(descriptor);
   ::close(descriptor);
   return error;
@@ -137,7 +137,7 @@ void OutputFile::open_beside() {
     refuse(path_, fmt::format("in its folder, {}: {}", quote_path(folder_of(place_.target).string()), text_of(error)),
            error);
   }
-  // Private until the end what is private in the end.
+  // A file that will be private is private from the start.
   if (place_.existing) fchmod(descriptor_, (place_.existing->st_mode & 0777) | S_IRUSR | S_IWUSR);
 }
 
@@ -167,7 +167,7 @@ int OutputFile::flush() {
   std::size_t done = 0;
   while (done < buffer_.size()) {
     const ssize_t n = ::write(descriptor_, buffer_.data() + done, buffer_.size() - done);
-    // An interruption counts as a failure: who is interrupted while waiting for a pipe's reader is to end.
+    // An interruption counts as a failure: a program that is interrupted while it waits for a pipe's reader must end.
     if (n < 0) {
       const int error = errno;
       buffer_.clear();
@@ -277,7 +277,7 @@ void OutputOpener::keep_all(const std::string& option, const std::string& folder
     if (is_output(entry->path().filename())) keep(option, entry->path());
   }
   if (error && error != std::errc::no_such_file_or_directory) refuse_output(folder, error.value());
-  // Of those that are not there yet, only these may be one that another name leads to.
+  // Among the outputs that do not exist yet, only these may be reached by another name.
   for (const std::string& name : std::exchange(to_come_, {})) {
     const fs::path path = fs::path(folder) / name;
     if (is_output(name) && fs::symlink_status(path, error).type() == fs::file_type::not_found) keep(option, path);

@@ -49,7 +49,7 @@ void EnergyAudit::add_row(const Simulation& simulation) {
   t_ = simulation.time();
   const double kinetic_energy = simulation.kinetic_energy(), error = simulation.energy_balance_error(kinetic_energy);
   max_kinetic_energy_ = std::max(max_kinetic_energy_, kinetic_energy);
-  // Once it is not a number it remains that.
+  // NaN must persist.
   if (error > max_balance_error_ || std::isnan(error)) max_balance_error_ = error;
 }
 
@@ -59,8 +59,8 @@ std::string unreliability_reason(const Simulation& simulation, const EnergyAudit
   }
   const Scene& scene = simulation.scene();
   const double tolerance = scene.solver.relative_tolerance;
-  // What moves between two rows only is not seen, so the energy of a speed counts as well that friction can give the
-  // base in between, and that of the speed at which relative and absolute tolerance meet.
+  // Motion between two rows is not seen. So the scale includes the energy of a speed that friction can give the base in
+  // between, and that of the speed at which relative and absolute tolerance meet.
   const double speed = scene.solver.absolute_tolerance / tolerance +
                        scene.floor.f.maxCoeff() * scene.floor.g * energy.longest_interval();
   const double exchanged = std::max(energy.max_kinetic_energy(), energy.drive_work());

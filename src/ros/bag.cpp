@@ -109,7 +109,7 @@ class BagWriter::File {
     }
   }
 
-  // What rosbag throws does not tell the system's reason.
+  // rosbag's exceptions do not contain the system's reason.
   template <class Action>
   void guarded(Action&& action) {
     errno = 0;
@@ -128,7 +128,7 @@ class BagWriter::File {
 
 namespace {
 
-/// Of a topic whose last message `rosbag play` gives to whoever comes later.
+/// Connection header of a latched topic: `rosbag play` gives its last message to later subscribers.
 template <class Message>
 boost::shared_ptr<ros::M_string> latched(const Message& message) {
   namespace traits = ros::message_traits;

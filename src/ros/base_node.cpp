@@ -164,7 +164,7 @@ void BaseNode::take_callbacks(double timeout) {
   clock_->pacer().idle([&] { queue_.callAvailable(ros::WallDuration(timeout)); });
 }
 
-/// On the console, and in diagnostics by the wall clock.
+/// Logs on the console and, by the wall clock, in diagnostics.
 void BaseNode::report_wait(const std::string& what) {
   const WaitNotice::Due due = notice_.waits_for(what);
   if (due.console) ROS_INFO_STREAM(what);
@@ -228,7 +228,7 @@ void BaseNode::advance(std::int64_t periods) {
   log_tipping();
 }
 
-/// When the base comes to its tipping limit, beyond which a real base would not move as this one does.
+/// Logs that the base reached its tipping limit, beyond which a real base would move differently.
 void BaseNode::log_tipping() {
   const auto record = loop_.simulation().reaction_record();
   if (!record || record->tipped_at == tipping_logged_) return;
@@ -299,8 +299,8 @@ void BaseNode::publish_diagnostics(double t) {
 #endif
 }
 
-/// Has `write` write into the bag. If that fails, the file cannot become whole any more: the node says so, and ends if
-/// the bag is required.
+/// Calls `write` for the bag. If that fails, the file cannot be completed any more: the node says so, and ends if the
+/// bag is required.
 template <class Write>
 void BaseNode::record(const Write& write) {
   if (!bag_.writer) return;

@@ -55,7 +55,7 @@ Scene read_scene(Parameters& parameters) {
   return scene;
 }
 
-/// Control periods a second, the most that anything can be asked for; and a little more, for rounding.
+/// Control periods a second, which no other rate may exceed; and a little more, for rounding.
 double max_rate(const BaseSettings& settings) { return (1 + 1e-9) / settings.scene.solver.control_period; }
 
 Range rates(double min, const BaseSettings& settings) {

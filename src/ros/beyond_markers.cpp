@@ -30,7 +30,7 @@ constexpr double kOverFloor = 1e-3;                         // m, or the floor's
 constexpr double kUphillStart = 0.42, kUphillLength = 0.3;  // from O, m
 const Vector3d kAxles{0, 0, kAxleHeight};                   // where O is in the base's frame
 
-/// Of a slope, whatever its sign.
+/// The size of a slope's angle, in degrees.
 double degrees(double slope) { return std::abs(slope) * 180 / M_PI; }
 
 bool shows_reactions(const Simulation& simulation) {

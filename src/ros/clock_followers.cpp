@@ -29,7 +29,7 @@ namespace youbot_base_sim {
 namespace {
 
 constexpr auto kBetweenLooks = std::chrono::microseconds(50);
-// Of loops and timers by simulated time: 1 ms, and slack.
+// Polling interval of loops and timers by simulated time: 1 ms, and slack.
 constexpr auto kRoscppPolling = std::chrono::microseconds(1200);
 
 /// A small file of /proc; empty if it is gone.
@@ -65,7 +65,7 @@ std::optional<std::uint64_t> runs_of(const std::vector<pid_t>& processes, bool i
     if (!threads) continue;  // it has ended
     while (const dirent* entry = readdir(threads.get())) {
       if (entry->d_name[0] == '.' || entry->d_name == self) continue;
-      // The state first: who runs until then has its time counted when it goes to sleep.
+      // Read the state first: a thread that runs until then has its time counted when it goes to sleep.
       const std::string thread = folder + entry->d_name;
       if (if_all_sleep && !sleeps(thread)) return std::nullopt;
       // Time on a processor, time of waiting for one, and the number of times: all grow.
@@ -170,7 +170,8 @@ std::string ClockFollowers::restless() const {
   const auto end = Clock::now() + patience_;
   std::map<std::string, std::uint64_t> before;
   std::map<std::string, int> times;
-  // The states of all threads are two thirds of the work, and the second look's tell enough: nothing has run between.
+  // Reading the states of all threads is two thirds of the work; those of the second look suffice, as nothing has run
+  // in between.
   for (bool first = true;; first = false) {
     bool at_rest = !first;
     for (const auto& [node, processes] : processes_) {

@@ -197,8 +197,8 @@ class LoopLockstepClock : public LockstepClock {
     publish_period();
   }
 
-  // The nodes that command may work on until they sleep. At t = 0 /clock tells 1 ns, for zero is no time; a loop that
-  // sleeps from there would miss the first period by that.
+  // The nodes that command may work on until they sleep. At t = 0 /clock has 1 ns, because zero means no time; a loop
+  // that sleeps from there would miss the first period by that.
   void await_followers(ClockOwner& owner) override {
     if (idle_periods_ == 0) idle(owner);
     followers_.await_rest();

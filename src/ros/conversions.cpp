@@ -14,7 +14,7 @@ namespace youbot_base_sim {
 
 namespace {
 
-constexpr double kUnknownVariance = 1e6;  // m^2, rad^2 and so on: of what a planar odometry cannot know
+constexpr double kUnknownVariance = 1e6;  // m^2, rad^2 and so on: of the components that planar odometry cannot measure
 
 geometry_msgs::Quaternion quaternion(double heading) { return tf2::toMsg(tf2::Quaternion({0, 0, 1}, heading)); }
 

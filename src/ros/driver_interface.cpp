@@ -16,7 +16,7 @@ constexpr char kNoBase[] = "No base initialized!";  // the driver's words
 
 const std::string kTooMany = fmt::format("{} requests wait for time to advance: refused", BaseRequests::kMaxWaiting);
 
-/// What is wrong with a request for faults; empty if nothing is.
+/// Why a request for faults is invalid; empty if it is valid.
 std::string refusal_of(const SetFaults::Request& request) {
   for (int i = 0; i < kWheels; ++i) {
     if (request.encoder_slip[i] >= 0 && request.encoder_slip[i] <= 1) continue;
@@ -124,7 +124,7 @@ bool DriverInterface::request(const BaseRequest& request) {
   return taken;
 }
 
-/// The same for one that only a base can fulfil.
+/// The same for a request that needs a base.
 bool DriverInterface::request_of_base(const BaseRequest& request) {
   if (loop_.present(now_())) return this->request(request);
   log_.error("no base", kNoBase);
@@ -141,7 +141,7 @@ bool DriverInterface::switch_on(std_srvs::Empty::Request&, std_srvs::Empty::Resp
   return request_of_base(SwitchOn());
 }
 
-/// True whether there is a base then or not, as the driver's.
+/// True whether or not there is a base then, as the driver's is.
 bool DriverInterface::reconnect(std_srvs::Empty::Request&, std_srvs::Empty::Response&) {
   if (!request(Reconnect())) return false;
   if (loop_.present(now_())) {

@@ -27,7 +27,7 @@ Eigen::Vector3d vector(const Message& message) {
   return {message.x, message.y, message.z};
 }
 
-/// Where the origin of base_link is, from O at the height of the axles, m.
+/// Position of the origin of base_link, from O at the height of the axles, m.
 const Eigen::Vector3d kBaseLinkOrigin{0, 0, -kAxleHeight};
 
 }  // namespace

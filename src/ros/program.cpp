@@ -21,8 +21,8 @@ namespace {
 
 std::atomic<bool> end_is_requested{false};
 
-/// Has a signal end ROS, and so the program, in the normal way. ROS would do this for SIGINT alone. A signal that was
-/// ignored from the start, as nohup does with SIGHUP, stays so.
+/// Makes a signal shut down ROS, and so the program, in the normal way. ROS would do this for SIGINT alone. A signal
+/// that was ignored from the start, as nohup does with SIGHUP, stays so.
 void end_ros_on(int signal) {
   struct sigaction action = {};
   sigaction(signal, nullptr, &action);
@@ -81,7 +81,7 @@ int run_program(int argc, char** argv, const char* name, const std::function<voi
     return 2;
   }
   const ros::NodeHandle keep_alive;  // ROS shuts down, its log included, with the last handle
-  if (!ros::ok()) {                  // what waits for a master now may be interrupted, and is fit for nothing then
+  if (!ros::ok()) {                  // an interrupted wait for a master leaves its objects unusable
     complain(name, "interrupted before there was a master at " + ros::master::getURI());
     return 1;
   }

@@ -14,8 +14,8 @@ namespace youbot_base_sim {
 
 namespace {
 
-/// The latest time, s, that a clock of whole nanoseconds may tell like this, so that nothing that begins with a control
-/// period is missed.
+/// The latest time, s, that a clock of whole nanoseconds may round to this, so that segments that begin with a
+/// control period are not missed.
 double latest_of(const ros::Time& clock) {
   const double t = time_of(clock) + 0.5e-9;
   return t + ControlTime::rounding(t);

@@ -16,7 +16,7 @@ std::vector<std::string> joint_names(int rollers) {
   return names;
 }
 
-/// A roller turns while it is on the floor and stands otherwise; its bearing exerts no torque that anyone commands.
+/// A roller turns while it is on the floor and stands otherwise; its bearing exerts no commanded torque.
 void add_rollers(const Simulation& simulation, sensor_msgs::JointState& message) {
   const int n = simulation.scene().robot.rollers;
   const auto on_floor = simulation.rollers();
@@ -29,7 +29,7 @@ void add_rollers(const Simulation& simulation, sensor_msgs::JointState& message)
   }
 }
 
-/// Where a frame that the base has at `state` is in the scene's.
+/// The transform from the scene's frame to the base's at `state`.
 geometry_msgs::TransformStamped place(const char* frame, const State& state, const ros::Time& stamp) {
   return transform_message(kWorldFrame, frame, {state.x(), state.y(), state.psi()}, stamp);
 }

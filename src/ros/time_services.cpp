@@ -12,7 +12,7 @@ namespace {
 
 constexpr auto kPollInterval = std::chrono::milliseconds(100);  // between two looks whether there will be an answer
 
-/// Has the loop call a function where it takes its callbacks.
+/// Makes the loop call a function where it takes its callbacks.
 class LoopCallback : public ros::CallbackInterface {
  public:
   explicit LoopCallback(std::function<void()> function) : function_(std::move(function)) {}
@@ -57,7 +57,7 @@ bool TimeServices::unpause(std_srvs::Empty::Request&, std_srvs::Empty::Response&
 
 bool TimeServices::reset(std_srvs::Empty::Request&, std_srvs::Empty::Response&) { return loop_.reset(); }
 
-/// In a thread of its own.
+/// Runs in a thread of its own.
 bool TimeServices::step(Step::Request& request, Step::Response& response) {
   const auto answer = std::make_shared<std::promise<Step::Response>>();
   std::future<Step::Response> answered = answer->get_future();

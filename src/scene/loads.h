@@ -5,7 +5,7 @@
 
 namespace youbot_base_sim {
 
-/// Reads the lists `loads` and `wrenches`, either of which may be left out. Throws SceneError.
+/// Reads the lists `loads` and `wrenches`; either may be left out. Throws SceneError.
 LoadSchedule read_load_schedule(const SceneValue& loads, const SceneValue& wrenches);
 
 }  // namespace youbot_base_sim

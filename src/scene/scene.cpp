@@ -100,7 +100,7 @@ void refuse_for_model(const SceneValue& value, bool off, Model model, bool used)
   value.refuse(fmt::format("left out for {}, which has no use for it", name_of(model)));
 }
 
-/// The robot of the profile that stands in place of the file's, or `robot` if there is none.
+/// The robot of the profile that replaces the file's, or `robot` if there is none.
 RobotParameters override_profile(const SceneOverrides& overrides, const RobotParameters& robot) {
   Profile profile = Profile::kPaper;
   if (!overrides.profile.empty()) profile = named("profile", overrides.profile, kProfiles);
@@ -220,7 +220,7 @@ FloorParameters read_floor(SceneSection s, Model model) {
   return floor;
 }
 
-/// Every wheel must press on the floor at rest, whatever the base carries.
+/// Every wheel must press on the floor at rest, under all loads.
 void check_loads(const SceneValue& value, const Scene& scene) {
   if (scene.load_schedule.loads.empty()) return;
   const std::string lifted = lifted_wheel(scene, {}, 0);
@@ -246,7 +246,7 @@ OutputSettings read_output(SceneSection s, const SceneOverrides& overrides) {
   return output;
 }
 
-/// What was read of the scene decides what the method must be able to do and how short a control period may be.
+/// The scene so far decides which methods can integrate it and how short a control period may be.
 SolverSettings read_solver(SceneSection s, const SceneOverrides& overrides, const Scene& scene) {
   SolverSettings solver;
   const SceneValue method = s["method"];

@@ -179,7 +179,7 @@ std::vector<SceneSection> SceneValue::sections() const {
 SceneSection::SceneSection(const std::string& file, const std::string& path, const YAML::Node& node, const char* kind)
     : file_(file), path_(path), node_(node), kind_(kind) {
   if (!node.IsMap()) {
-    // A file of another kind is not shown: it may be anything, and nobody's business.
+    // The content of a file of another kind may be private, so it is not quoted.
     const std::string value = !path.empty() || node.IsNull() ? shown(node) : node.IsScalar() ? "(text)" : "(list)";
     throw SceneError(fmt::format("{}: {} = {}: must be keys with values", file_, path_.empty() ? kind : path_, value));
   }

@@ -39,8 +39,8 @@ std::string_view take_cell(std::optional<std::string_view>& line) {
   return cell;
 }
 
-/// Where t, fl, fr, bl and br stand in a row, in this order. `name` is the file's. The header is not shown: the file
-/// may be anything, and nobody's business.
+/// The columns of t, fl, fr, bl and br, in this order. `name` is the file's. The content of the file may be private, so
+/// its header is not quoted.
 std::array<std::size_t, kColumns> columns_of(const std::string& name, std::optional<std::string_view> header) {
   const auto refuse = [&](const std::string& what) {
     throw SceneError(fmt::format("{}:1: header: {}; must be {}, each once", name, what, kTableColumns));

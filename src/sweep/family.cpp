@@ -216,7 +216,7 @@ class AxesTrial {
         fmt::format("{}: {} = {}: {}", quote_path(family_.path), quote(blamed.key), quote(blamed.value), error));
   }
 
-  /// Of settings that a scene may not have, the one that the error names; the k-th if it names that, or none.
+  /// The setting that the error names, among those that a scene may not have; the k-th if the error names it or none.
   static SceneSetting blame(const std::vector<SceneSetting>& settings, std::size_t k, const std::string& error) {
     const auto named = [&](const SceneSetting& setting) {
       const bool in_list = setting.key.back() == ']';

@@ -186,7 +186,7 @@ void Journal::append(const Row& row) {
     if (n < 0 && errno == EINTR) continue;
     if (n <= 0) {
       const int error = n < 0 ? errno : ENOSPC;
-      if (ftruncate(descriptor_, end_) != 0) errno = 0;  // the torn line is dropped when the sweep goes on
+      if (ftruncate(descriptor_, end_) != 0) errno = 0;  // the torn line is dropped when the sweep continues
       refuse_output(path_, error);
     }
     written += static_cast<std::size_t>(n);

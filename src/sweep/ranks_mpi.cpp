@@ -105,7 +105,7 @@ class Ranks::Communicator {
   }
 
  private:
-  /// Runs on their way to a rank.
+  /// Runs that were sent to a rank.
   struct Handed {
     Runs runs;
     mpi::request message;

@@ -153,7 +153,7 @@ TEST(ObeyedInCycles, WaitsForTheNextSampleButNotThroughAGap) {
   for (int k = 0; k < 100; ++k) record.t.push_back(0.02 * (k < 50 ? k : k + 40));
   const Wheels one = Wheels::Ones();
   record.commands = {{0.031, 0.035, 0.06, 1.4}, {one, 2 * one, 3 * one, 4 * one}};
-  const WheelTable obeyed = obeyed_in_cycles(record).commands;
+  const WheelTable obeyed = applied_in_cycles(record).commands;
   EXPECT_EQ(obeyed.t, (std::vector<double>{record.t[2], record.t[3], 1.4}));
   EXPECT_EQ(obeyed.values[0][0], 2) << "the last one counts";
 }

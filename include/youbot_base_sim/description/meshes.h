@@ -8,11 +8,11 @@
 
 namespace youbot_base_sim {
 
-/// What of the base is drawn by a mesh, in the frame of its link.
+/// The parts of the base that are drawn by a mesh, in the frame of their link.
 enum class Part {
   kRoller,      ///< its axis is x; two stripes along it show how it turns
   kWheelLeft,   ///< hub and side plates of a wheel whose rollers on the floor point as the left front one's
-  kWheelRight,  ///< likewise the right front one's
+  kWheelRight,  ///< the same for the right front one's
   kBody
 };
 constexpr Part kParts[] = {Part::kRoller, Part::kWheelLeft, Part::kWheelRight, Part::kBody};
@@ -28,8 +28,8 @@ struct Dimensions {
   double middle, top;            ///< heights of the body over the frame base_link
 };
 
-/// The name of the file with the mesh of a part: made of the parameters that it depends on, so that what has one name
-/// is one mesh.
+/// The name of the file with the mesh of a part: made of the parameters that it depends on, so that one name
+/// means one mesh.
 std::string mesh_name(Part part, const RobotParameters& robot);
 
 /// Its contents: COLLADA, m. Rollers are barrels whose envelope, on a wheel that turns, is the cylinder of radius

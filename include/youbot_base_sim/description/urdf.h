@@ -8,7 +8,7 @@
 
 namespace youbot_base_sim {
 
-/// Where whoever draws the robot finds the mesh of a part.
+/// The URI at which viewers find the mesh of a part.
 using MeshUri = std::function<std::string(Part)>;
 
 enum class RollerJoints {

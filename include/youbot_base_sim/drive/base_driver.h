@@ -19,7 +19,7 @@ using DriveCommand = std::array<std::optional<SetPoint>, kWheels>;
 
 /// The base driver without ROS. It keeps the set points of the four motors and sends them over EtherCAT in every cycle
 /// of 1 ms, forever if no command follows. It switches the motors on and off, and loses the base when EtherCAT fails.
-/// The driver and the motors behave as the real ones do, as far as their sources tell.
+/// The driver and the motors behave as the real ones do, as far as their sources show.
 ///
 /// Times are simulated time, s.
 class BaseDriver {
@@ -61,19 +61,19 @@ class BaseDriver {
     return faulty_ ? read_faulty(phi, dphi) : sensors_.read(phi, dphi, torque_);
   }
 
-  /// The readings of before.
+  /// The last readings.
   const MotorReadings& readings() const { return sensors_.readings(); }
 
   const EthercatConnection& connection() const { return connection_; }
   bool present() const { return connection_.present(); }  ///< the base, in the driver's eyes
   bool motors_on() const { return motors_on_; }  ///< what the driver's dashboard shows: only its services change it
-  bool timed_out() const { return timed_out_; }  ///< stopped for want of commands
+  bool timed_out() const { return timed_out_; }  ///< stopped because no command arrived in time
   const Motor& motor() const { return motor_; }
 
-  /// What has happened in `sample` since the last `take_events`.
+  /// Events in `sample` since the last `take_events`.
   struct Events {
     bool base_lost = false;  ///< EtherCAT has failed for too long
-    bool timed_out = false;  ///< the wheels were stopped for want of commands
+    bool timed_out = false;  ///< the wheels were stopped because no command arrived in time
   };
   Events take_events() { return std::exchange(events_, {}); }
 

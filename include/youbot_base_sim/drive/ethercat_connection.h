@@ -7,8 +7,8 @@
 
 namespace youbot_base_sim {
 
-/// Whether the driver has its base. It gives the base up when EtherCAT has failed for longer than its time-out, and
-/// finds it again only by a reconnect while the cable is in. Times are simulated time, s.
+/// Whether the driver is connected to its base. It gives the base up when EtherCAT has failed for longer than its
+/// time-out, and finds it again only by a reconnect while the cable is in. Times are simulated time, s.
 class EthercatConnection {
  public:
   /// EtherCAT's cycle of 1 ms times the driver's MaximumNumberOfEtherCATErrors; also the MotorControllerTimeout of the

@@ -12,7 +12,7 @@ constexpr double kMaxCommandDelay = 60;  ///< s
 /// Faults between the software that commands the base and its wheels; none by default.
 struct Faults {
   /// The EtherCAT cable is unplugged. After 100 cycles of 1 ms the driver gives up the base, and the motors' own
-  /// time-out switches them off. When the cable is back, the driver must be told to reconnect.
+  /// time-out switches them off. When the cable is back, the driver reconnects only on request.
   bool ethercat_lost = false;
   /// These motors do not answer: their readings freeze, set points do not reach them, and after their time-out they
   /// switch off. The driver carries on with the others.

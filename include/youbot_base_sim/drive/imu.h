@@ -25,7 +25,7 @@ class Imu {
   /// Starts at time t (s) with heading zero.
   Imu(const ImuSettings& settings, const FloorParameters& floor, double t, const State& state);
 
-  /// Goes on to a reading at time t (s).
+  /// Advances to a reading at time t (s).
   void update(double t, const State& state);
 
   double rate() const { return rate_; }                              ///< about z, rad/s

@@ -39,7 +39,8 @@ class MotorSensors {
     return readings_ = transmitted({phi - missed_, dphi, torque});
   }
 
-  /// The same under faults, of which those of encoders count; readings of silent motors are those of before.
+  /// The same under faults; only those of encoders and silent motors matter. Silent motors keep their previous
+  /// readings.
   const MotorReadings& read(const Wheels& phi, const Wheels& dphi, const Wheels& torque, const Faults& faults);
 
   /// The last readings.

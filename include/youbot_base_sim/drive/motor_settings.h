@@ -9,7 +9,7 @@
 
 namespace youbot_base_sim {
 
-/// What a scene's section `motors` and the parameters of base_node, which has the same names, tell of the motors.
+/// Settings of the motors: a scene's section `motors`, and the parameters of base_node with the same names.
 struct MotorSettings {
   VelocityGains gains;
   std::optional<double> max_wheel_torque;  ///< N m; empty: what the motor's current limit allows

@@ -18,7 +18,7 @@ struct VelocityGains {
 /// The motor controllers of the four wheels, sampled once a control period. Each exerts a torque, tracks a rate with a
 /// PI velocity loop, or is off, as all are at first.
 ///
-/// The loop's integral is what holds a wheel against its friction, so it stays when the rate that is wanted changes,
+/// The loop's integral is what holds a wheel against its friction, so it stays when the commanded rate changes,
 /// even to zero: real bases that stand hold 0.11 to 0.27 N m. It starts from zero where a motor begins to track rates,
 /// after torques or after it was off. It cannot wind up: while the torque is at its limit, the integral only moves away
 /// from that (conditional integration).

@@ -21,7 +21,7 @@ struct DriverKinematics {
   /// Wheel rates, rad/s, for a velocity (V_X, V_Y, Omega) of the base in its own frame, m/s and rad/s.
   Wheels wheel_rates(const Eigen::Vector3d& velocity) const;
 
-  /// Velocity of the base that the wheel rates tell of; of four rates, the part that no such motion explains is lost.
+  /// Velocity of the base by the wheel rates; the component of the four rates that no such motion explains is lost.
   /// Linear, so that it also turns differences of wheel angles (rad) into displacements (m, m, rad).
   Eigen::Vector3d velocity(const Wheels& dphi) const;
 
@@ -43,7 +43,7 @@ class WheelOdometry {
   /// Starts at pose zero, with the wheels at angles phi (rad).
   WheelOdometry(const DriverKinematics& kinematics, const Wheels& phi, double wheel_error = 0, const Motor& motor = {});
 
-  /// Goes on to wheel angles phi, rad.
+  /// Advances to wheel angles phi, rad.
   void update(const Wheels& phi);
 
   /// Sets the pose back to zero, with the wheels at angles phi (rad).

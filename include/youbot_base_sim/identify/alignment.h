@@ -18,8 +18,8 @@ void find_angles(const Scene& candidate, const std::vector<DriveRecord>& records
 double find_delay(Scene& candidate, const std::vector<DriveRecord>& records, const std::vector<Wheels>& phi,
                   const Workers& workers, double first, double step);
 
-/// The record with its commands as a driver takes them that obeys in its cycles, in which it reads the joints too, as
-/// the youBot's does: each waits for the next sample, before which the last one counts.
-DriveRecord obeyed_in_cycles(DriveRecord record);
+/// The record with its commands as a driver applies them that acts once a cycle, in which it also reads the joints, as
+/// the youBot's does: a command waits for the next sample, and the last one before it counts.
+DriveRecord applied_in_cycles(DriveRecord record);
 
 }  // namespace youbot_base_sim

@@ -19,7 +19,7 @@ namespace youbot_base_sim {
 ///
 ///   [ A_1                  B_1 ] [ w_1 ]   [ b_1 ]      A_i = D (x) diag(J_1, J_2) + G_ii    2 s x 2 s, full
 ///   [      A_2             B_2 ] [ w_2 ]   [ b_2 ]      B_i: force on wheel i by the platform, one stage by itself
-///   [           A_3        B_3 ] [ w_3 ] = [ b_3 ]      E_i: force on the platform by wheel i, likewise
+///   [           A_3        B_3 ] [ w_3 ] = [ b_3 ]      E_i: force on the platform by wheel i, the same
 ///   [                A_4   B_4 ] [ w_4 ]   [ b_4 ]      P   = D (x) M_v + G_vv - C           3 s x 3 s, full
 ///   [ E_1  E_2  E_3  E_4   P   ] [ v   ]   [ b_v ]
 ///

@@ -88,7 +88,7 @@ class EventLocatingStepper : public ControlledStepperTypes {
   static constexpr double kSliver = 0.99;
   // After failure `dt` is by this much longer than what is tried next, so that it does not cut that.
   static constexpr double kRoom = 1.02;
-  // Of the length that was good after the last jump: a rejected step now and then costs less than short ones always.
+  // Factor on the length that was good after the last jump: an occasional rejected step costs less than short steps.
   static constexpr double kGrowthAfterJump = 1.6;
   static constexpr double kShrinkage = 0.2;    // of a step whose end is not finite
   static constexpr double kFirstOrder = 1e-6;  // of a step: what has a negligible square

@@ -11,7 +11,7 @@
 #include "youbot_base_sim/physics/contact_modes.h"
 
 // The events at which EventLocatingStepper ends a step. An event has
-//   conditions    kConditions                       how many, of which the first one that is met counts
+//   conditions    kConditions                       how many; the first one that is met counts
 //                 possible(system, step)            a quick look: false if none is met within the step
 //                 witness(system, x, t, condition)  how far the state x at time t is past it
 //                 wheel(condition)                  the wheel that it is about, where its speed is known

@@ -94,7 +94,7 @@ class GuardedStepper : public ControlledStepperTypes {
     system.set_regularization_speed(std::max(*relaxed_, kRelaxedSpeed));
     replace_stepper(coarse_);
     allowed_ += static_cast<std::uint64_t>(kRelaxedShare * static_cast<double>(bound_.max_evaluations));
-    ++record_->statistics.eased_periods;
+    ++record_->statistics.relaxed_periods;
   }
 
   void end_relaxation(System& system) {

@@ -39,8 +39,8 @@ struct IntegrationSettings {
 /// most 1e-5 m/s, if that is more: a smaller one makes no difference at that tolerance.
 double effective_regularization_speed(double nu, const Tolerance& tolerance);
 
-/// What to know before a run of `duration` (s) by an explicit method, in a sentence: which steps are stable and how
-/// long that may take; empty for other methods. While wheels roll, explicit methods are stable for steps of about 3
+/// Advice before a run of `duration` (s) by an explicit method, in a sentence: which steps are stable and how long that
+/// may take; empty for other methods. While wheels roll, explicit methods are stable for steps of about 3
 /// over the fastest rate of a roller, which friction drives with f N / nu (mu_0 in model 2a) against J_2.
 std::string advice(const RobotParameters& robot, const FloorParameters& floor, Model model,
                    const IntegrationSettings& settings, double duration);
@@ -48,10 +48,10 @@ std::string advice(const RobotParameters& robot, const FloorParameters& floor, M
 /// Why `method` cannot integrate this robot, in words for an error message; empty if it can.
 std::string refusal(const Method& method, const RobotParameters& robot, Model model);
 
-/// Integrates `model` from `start` at t = 0 by the method of that name, which must exist and not be refused. `torque`
-/// must outlive the result. Model 1 is not stiff and has no switches: it goes by dopri5 whatever the method. `extended`
-/// selects equations that know what is beyond the paper; without it those parameters have no effect on models 2a and
-/// 2b. The motion continues that of another integration which ended at `start`, if `before` is given.
+/// Makes the integrator of `model` from `start` at t = 0 by the method of that name, which must exist and not be
+/// refused. `torque` must outlive the result. Model 1 is not stiff and has no switches: it uses dopri5 whatever the
+/// method. `extended` selects equations with the physics beyond the paper; without it those parameters have no effect
+/// on models 2a and 2b. The motion continues that of another integration which ended at `start`, if `before` is given.
 std::unique_ptr<MotionIntegrator> make_integrator(Model model, const RobotParameters& robot,
                                                   const FloorParameters& floor, const State& start,
                                                   const TorqueProfile& torque, const IntegrationSettings& settings,

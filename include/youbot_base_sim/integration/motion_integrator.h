@@ -18,7 +18,7 @@
 
 namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
-/// Thrown out of an integration that was told to stop.
+/// Thrown out of an integration once its stop flag is set.
 class Stopped : public std::exception {
  public:
   const char* what() const noexcept override { return "stopped"; }
@@ -26,7 +26,7 @@ class Stopped : public std::exception {
 
 struct MotionSoFar;
 
-/// The motion of one model from one state on, by one method. Selected once when the simulation is built, so that the
+/// Integrates the motion of one model from one state on, by one method. Both are selected once at construction, so the
 /// inner loops branch on neither.
 class MotionIntegrator {
  public:
@@ -36,9 +36,9 @@ class MotionIntegrator {
   /// the end of the last.
   using PeriodObserver = std::function<void(std::size_t k)>;
 
-  /// Advances x, at the beginning of control period `first`, by n periods of length `period` (s), over each of which
-  /// the torque is smooth; the observer may change it where one begins, and calls `torque_jumped` then. The result does
-  /// not depend on how a run is grouped into calls.
+  /// Advances x, at the beginning of control period `first`, by n periods of length `period` (s). The torque is smooth
+  /// over each; the observer may change it at the beginning of a period, and then calls `torque_jumped`. The result
+  /// does not depend on how a run is grouped into calls.
   virtual void advance_periods(State& x, std::int64_t first, double period, std::size_t n,
                                const PeriodObserver& observer) = 0;
 
@@ -52,18 +52,17 @@ class MotionIntegrator {
   /// The torque has jumped since the last call of `advance` or since the control period before.
   virtual void torque_jumped() = 0;
 
-  /// Lets the base carry these loads and feel these wrenches from now on. Its velocities stay, or, for loads that are
-  /// put on at rest, its momentum; the change of kinetic energy counts as work. Throws std::logic_error for the
-  /// paper's models, which know neither.
+  /// Replaces the loads and wrenches from now on. The base keeps its velocities or, with `keep_momentum`, its momentum;
+  /// the change of kinetic energy counts as work. Throws std::logic_error for the paper's models, which have neither.
   virtual void set_loads(State& x, const AppliedLoads& applied, bool keep_momentum) = 0;
 
-  /// Ends this integration, for another one to continue the motion.
+  /// Ends this integration, so that another one can continue the motion.
   virtual MotionSoFar leave() = 0;
 
-  /// What became of the normal reactions; empty where they are static.
+  /// Extremes of the normal reactions; empty where they are static.
   virtual std::optional<ReactionRecord> reaction_record() const = 0;
 
-  /// Has the motion go on at the tipping limit, where it throws TippedOver otherwise.
+  /// Lets the motion continue at the tipping limit, where it otherwise throws TippedOver.
   virtual void continue_when_tipping() = 0;
 
   virtual double kinetic_energy(const State& x) const = 0;              ///< J

@@ -8,7 +8,7 @@
 
 namespace youbot_base_sim {
 
-/// What the steppers of one motion write down, whichever of them is at work.
+/// The record that all steppers of one motion write to.
 struct MotionRecord {
   MotionRecord() = default;
   MotionRecord(const MotionRecord&) = delete;

@@ -9,7 +9,7 @@
 
 namespace youbot_base_sim {
 
-/// What an integration knows of its motion besides the state.
+/// The part of an integration's motion that is not in the state.
 struct MotionSoFar {
   std::optional<ContactModes> contacts;  ///< none in model 1
   IntegrationStatistics statistics;

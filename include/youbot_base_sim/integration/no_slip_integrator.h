@@ -12,7 +12,7 @@
 namespace youbot_base_sim {
 
 /// Model 1, which has no switches: odeint's loops over its Dormand-Prince method, or over its rosenbrock4 where the
-/// bearings brake so hard that an explicit method would need steps without end.
+/// bearings brake so hard that an explicit method would need too many steps.
 class NoSlipIntegrator : public MotionIntegrator {
  public:
   /// `torque` must outlive the integration.
@@ -60,7 +60,7 @@ class NoSlipIntegrator : public MotionIntegrator {
   NoSlipModel model_;
   Tolerance tolerance_;
   bool stiff_;
-  double max_first_step_;  // s: much longer ones may end beyond all numbers, where no error tells
+  double max_first_step_;  // s: much longer ones may overflow, where the error estimate is void
   IntegrationStatistics statistics_;
   const std::atomic<bool>* stop_ = nullptr;  // null: never
 };

@@ -23,9 +23,8 @@ namespace youbot_base_sim {
 ///
 /// Newton iterations find the stages in terms of the velocities alone; positions, heading and work are integrals of
 /// these. Each stage has its own friction in the Jacobian: with one for all, as Hairer and Wanner have it for smooth
-/// problems, the iterations fail where a wheel goes from gripping to slipping within a step. Where they fail all the
-/// same, the friction is first made to turn over a larger slip speed, which is then lowered step by step
-/// (continuation).
+/// problems, the iterations fail where a wheel goes from gripping to slipping within a step. Where they still fail,
+/// the regularization speed is first raised, and then lowered step by step (continuation).
 ///
 /// A linearly implicit method would do without iterations, but it steps by the derivatives at the beginning of the
 /// step. Friction at slip speeds near nu turns within a step, and near sticking the velocities follow it like the
@@ -119,7 +118,7 @@ class Radau final : public ControlledStepperTypes, public SmoothStepper<SlipSyst
   [[gnu::flatten, gnu::noinline]] void initialize(const SlipSystem<Model>& system, const State& x, double t) {
     if (known_ == Known::kThisStep && !starts_at(x, t)) accept();
     const WheelMask unchanged = system.modes().ids() == end_contact_ids_;
-    if (!unchanged.all()) {  // another contact: the step before says nothing of this one
+    if (!unchanged.all()) {  // another contact: the step before does not predict this one
       known_ = Known::kNothing;
       control_.restart();
     }
@@ -185,8 +184,8 @@ class Radau final : public ControlledStepperTypes, public SmoothStepper<SlipSyst
     return iterate(system, dt);
   }
 
-  // Friction that turns over a larger slip speed is easier to solve for, and its solution is a good start for a smaller
-  // one. Where the next speed is too small, one nearer to the last is tried.
+  // A larger regularization speed is easier to solve for, and its solution is a good start for a smaller one. Where the
+  // next speed is too small, one nearer to the last is tried.
   [[gnu::noinline]] bool continue_to_regularization_speed(SlipSystem<Model>& system, double dt) {
     const double nu = system.model().regularization_speed();
     if (!(nu < kFirstRegularizationSpeed)) return false;
@@ -278,9 +277,8 @@ class Radau final : public ControlledStepperTypes, public SmoothStepper<SlipSyst
     return x_.phi() + dt * (T::A[j][0] * stages_[0].dphi + T::A[j][1] * stages_[1].dphi + T::A[j][2] * stages_[2].dphi);
   }
 
-  // Poses at the stages of a step of length dt, where they matter. An iterate may turn further than sine_and_cosine is
-  // right for: it leads nowhere or to stages that are solved, of which `solve` accepts none that turn further than 1
-  // rad.
+  // Poses at the stages of a step of length dt, where they matter. An iterate may turn further than the range of
+  // sine_and_cosine: either it does not converge, or `solve` rejects solved stages that turn further than 1 rad.
   std::array<Pose, 3> poses(const SlipSystem<Model>& system, double dt) const {
     std::array<Pose, 3> pose;
     if (!system.model().features().by_pose()) return pose;

@@ -10,8 +10,8 @@ namespace youbot_base_sim {
 ///
 ///   K u - U y = b,   y = B u,
 ///
-/// where the columns of U are the couplings' `forces` and the rows of B their `balance`. y is by how much the moments
-/// change that the reactions balance, at most 3 s of them. From the solution u_0 = K^-1 b for reactions that stay,
+/// where the columns of U are the couplings' `forces` and the rows of B their `balance`. y holds the changes of the
+/// moments that the reactions balance, at most 3 s of them. From the solution u_0 = K^-1 b for reactions that stay,
 ///
 ///   (1 - C) y = B u_0,   u = u_0 + K^-1 U y,   C = B K^-1 U.
 ///
@@ -24,7 +24,7 @@ class ReactingStages {
   using Vector = typename BorderedStages<s>::Vector;
   using Couplings = std::array<ReactionCoupling, s>;
 
-  /// Turns u from u_0 into the solution, and tells by how much the reactions change at each stage, N. `K` is
+  /// Turns u from u_0 into the solution, and computes the changes of the reactions at each stage, N. `K` is
   /// factorized.
   static void correct(const BorderedStages<s>& K, const Couplings& couplings, Vector& u, std::array<Wheels, s>& dN) {
     Moments rest = moments(couplings, u), y;

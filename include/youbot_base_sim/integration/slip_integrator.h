@@ -17,7 +17,8 @@
 
 namespace youbot_base_sim {
 
-/// Models 2a and 2b by any method: odeint's loops over a GuardedStepper around an EventLocatingStepper around it.
+/// Integrates models 2a and 2b by any method: odeint's loops over a GuardedStepper, which wraps an
+/// EventLocatingStepper, which wraps the method.
 template <class Model>
 class SlipIntegrator : public MotionIntegrator {
  public:

@@ -43,7 +43,7 @@ class SlipSystem {
     if (modes_.mixed() || reacts()) return any_contacts(u, phi, pose, M, modes_.shared(), c);
     own_contacts(u, phi, pose, c);
   }
-  /// The same at three stages at once. What is rare stays out of the loop.
+  /// The same at three stages at once. Rare cases stay out of the loop.
   void contacts(const std::array<Velocities, 3>& u, const std::array<Wheels, 3>& phi, const std::array<Pose, 3>& pose,
                 const std::array<Wheels, 3>& M, std::array<Contacts, 3>& c) const {
     if (modes_.mixed() || reacts()) {
@@ -65,7 +65,7 @@ class SlipSystem {
                       Contacts& c) const {
     const auto reuse = [&](Contacts& pressed) { model_.put_friction(known, F, pressed); };
     if (!reacts()) return reuse(c);
-    press_by_motion(u, M, modes_.shared(), c, reuse);
+    apply_dynamic_normal_force(u, M, modes_.shared(), c, reuse);
   }
   /// Pose of x, if it matters.
   Pose pose(const State& x) const { return model_.features().by_pose() ? x.pose() : Pose(); }
@@ -76,15 +76,15 @@ class SlipSystem {
   /// Sets `c` to the contacts at the velocities u with wheel angles, pose and normal reactions of x, where they are
   /// `at_x`. No contact may be shared.
   void contacts_near(const State& x, const Contacts& at_x, const Velocities& u, Contacts& c) const {
-    model_.place(u, modes_.geometry(x.phi()), pose(x), c);
-    model_.press_like(at_x, c);
+    model_.evaluate_kinematics(u, modes_.geometry(x.phi()), pose(x), c);
+    model_.apply_normal_force_of(at_x, c);
   }
 
   /// Damping matrix at these contacts, for the friction F.
   void damping(const Velocities& u, const Contacts& c, const typename Model::Friction& F, const Wheels& M,
                DampingMatrix& G) const {
     model_.damping(u, c, F, G);
-    if (modes_.shares()) put_shared(u, c, M, G);
+    if (modes_.shares()) write_shared_contacts(u, c, M, G);
   }
 
   /// Whether normal reactions follow the motion: its derivatives then have a ReactionCoupling besides the damping.
@@ -97,13 +97,13 @@ class SlipSystem {
   void couple(const Velocities& u, const Contacts& c, const Wheels& M, const DampingMatrix& G,
               ReactionCoupling& coupling) const {
     Contacts unit = c;
-    model_.press(Wheels::Ones(), unit);
+    model_.apply_normal_force(Wheels::Ones(), unit);
     ForcePerNormalLoad per_load = model_.force_per_normal_load(unit);
     if (modes_.shares()) share_reactions(u, M, modes_.shared(), unit, per_load);
     model_.couple(c, per_load, G, coupling);
   }
 
-  /// Lets the base carry other loads and feel other wrenches from now on.
+  /// Replaces the loads and wrenches from now on.
   void set_loads(const AppliedLoads& applied) { model_.set_loads(applied); }
 
   /// Normal reactions where they follow the motion.
@@ -140,8 +140,8 @@ class SlipSystem {
     return {contact.alpha(), contact.attractive()};
   }
 
-  /// Stands wheel i, which is at the upper edge of roller k, on rollers k and k + 1. What momentum it had goes to the
-  /// platform, through the contact that took it.
+  /// Stands wheel i, which is at the upper edge of roller k, on rollers k and k + 1. Its momentum goes to the platform,
+  /// through the contact that took it.
   void enter_sliding(int i, std::int64_t k, State& x);
 
   /// Change of the platform's speed if wheel i gave up its momentum, m/s.
@@ -164,27 +164,28 @@ class SlipSystem {
  private:
   // Where each wheel stands on a roller of its own, under the normal reactions of the base at rest.
   void own_contacts(const Velocities& u, const Wheels& phi, const Pose& pose, Contacts& c) const {
-    model_.place(u, model_.geometry().at(phi - modes_.center()), pose, c);
-    model_.press_at_rest(c);
+    model_.evaluate_kinematics(u, model_.geometry().at(phi - modes_.center()), pose, c);
+    model_.apply_static_normal_force(c);
   }
-  // Any contacts, of which those in `shared` are shared.
+  // Contacts of any mode; those in `shared` are shared.
   [[gnu::flatten, gnu::noinline]] void any_contacts(const Velocities& u, const Wheels& phi, const Pose& pose,
                                                     const Wheels& M, const Mask& shared, Contacts& c) const {
-    model_.place(u, modes_.averages() ? modes_.geometry(phi) : model_.geometry().at(modes_.phi_tilde(phi)), pose, c);
+    model_.evaluate_kinematics(
+        u, modes_.averages() ? modes_.geometry(phi) : model_.geometry().at(modes_.phi_tilde(phi)), pose, c);
     if (reacts()) {
-      press_by_motion(u, M, shared, c, [](const Contacts&) {});
+      apply_dynamic_normal_force(u, M, shared, c, [](const Contacts&) {});
     } else {
-      model_.press_at_rest(c);
+      model_.apply_static_normal_force(c);
       if (shared.any()) share_contacts(u, M, shared, c);
     }
   }
-  // Presses contacts that have their place by the normal reactions in this motion, which follow from the friction as
-  // `amend` has changed it.
+  // Applies the normal reactions of this motion to contacts whose kinematics are known. The reactions follow from the
+  // friction as `amend` has changed it.
   template <class Amend>
-  void press_by_motion(const Velocities& u, const Wheels& M, const Mask& shared, Contacts& c,
-                       const Amend& amend) const {
+  void apply_dynamic_normal_force(const Velocities& u, const Wheels& M, const Mask& shared, Contacts& c,
+                                  const Amend& amend) const {
     if constexpr (Model::kReactionsFollow) {
-      model_.press(Wheels::Ones(), c);
+      model_.apply_normal_force(Wheels::Ones(), c);
       amend(c);
       ForcePerNormalLoad per_load = model_.force_per_normal_load(c);
       if (shared.any()) share_reactions(u, M, shared, c, per_load);
@@ -198,13 +199,13 @@ class SlipSystem {
     per_load.intercept = {zero, zero, zero, zero, zero};
     per_load.shares = true;
     for (int i = 0; i < kWheels; ++i) {
-      if (shared[i]) shared_contact(i, u, unit, M).put(per_load);
+      if (shared[i]) shared_contact(i, u, unit, M).write_to(per_load);
     }
   }
   [[gnu::noinline]] void share_contacts(const Velocities& u, const Wheels& M, const Mask& shared, Contacts& c) const {
     const Contacts pressed = c;
     for (int i = 0; i < kWheels; ++i) {
-      if (shared[i]) shared_contact(i, u, pressed, M).put(c);
+      if (shared[i]) shared_contact(i, u, pressed, M).write_to(c);
     }
   }
 
@@ -212,10 +213,10 @@ class SlipSystem {
   SharedContact<Model> shared_contact(int i, const Velocities& u, const Contacts& c, const Wheels& M) const {
     const Wheels half = Wheels::Constant(0.5 * model_.geometry().pitch());
     Contacts lower, upper;
-    model_.place_beside(c, u, model_.geometry().at(half), lower);
-    model_.place_beside(c, u, model_.geometry().at(-half), upper);
-    model_.press_like(c, lower);
-    model_.press_like(c, upper);
+    model_.evaluate_kinematics_beside(c, u, model_.geometry().at(half), lower);
+    model_.evaluate_kinematics_beside(c, u, model_.geometry().at(-half), upper);
+    model_.apply_normal_force_of(c, lower);
+    model_.apply_normal_force_of(c, upper);
     return {model_, i, u, M[i], lower, upper};
   }
   // The same at the wheel angles and pose of x, with the velocities u.
@@ -240,9 +241,10 @@ class SlipSystem {
   void time_derivative(const Velocities& u, const Contacts& c, const Wheels& M, const Wheels& M_rate,
                        State& dfdt) const;
 
-  [[gnu::noinline]] void put_shared(const Velocities& u, const Contacts& c, const Wheels& M, DampingMatrix& G) const {
+  [[gnu::noinline]] void write_shared_contacts(const Velocities& u, const Contacts& c, const Wheels& M,
+                                               DampingMatrix& G) const {
     for (int i = 0; i < kWheels; ++i) {
-      if (modes_.shared(i)) shared_contact(i, u, c, M).put(G);
+      if (modes_.shared(i)) shared_contact(i, u, c, M).write_to(G);
     }
   }
 
@@ -276,7 +278,7 @@ typename SlipSystem<Model>::ForceJacobian SlipSystem<Model>::force_jacobian(cons
   DampingMatrix G;
   model_.damping(u, c, G);
   if (modes_.shares()) {
-    put_shared(u, c, M, G);
+    write_shared_contacts(u, c, M, G);
     for (Wheels* entry :
          {&by_phi.platform[0], &by_phi.platform[1], &by_phi.platform[2], &by_phi.dphi, &by_phi.dgamma}) {
       *entry = modes_.shared().select(Wheels::Zero(), *entry);  // phi stays on the edge

@@ -5,7 +5,7 @@
 
 namespace youbot_base_sim {
 
-/// What an integration did so far.
+/// Counters of an integration so far.
 struct IntegrationStatistics {
   std::uint64_t steps = 0;
   std::uint64_t rejected_steps = 0;
@@ -16,12 +16,12 @@ struct IntegrationStatistics {
   std::uint64_t shared_contacts = 0;
   std::uint64_t averaged_contacts = 0;
   std::uint64_t exhausted = 0;
-  std::uint64_t eased_periods = 0;
+  std::uint64_t relaxed_periods = 0;
   std::uint64_t fallback_steps = 0;
   std::uint64_t evaluations = 0;
 };
 
-/// A field of the statistics, for whoever prints them.
+/// A field of the statistics, for output.
 struct StatisticsField {
   const char* name;  ///< as in the summary
   const char* text;  ///< for people
@@ -42,7 +42,7 @@ constexpr std::array<StatisticsField, 12> kStatisticsFields = {{
      &IntegrationStatistics::averaged_contacts},
     {"exhausted", "times that the bound of work was reached", &IntegrationStatistics::exhausted},
     {"eased_periods", "milliseconds integrated to a looser tolerance to save work",
-     &IntegrationStatistics::eased_periods},
+     &IntegrationStatistics::relaxed_periods},
     {"fallback_steps", "fallback steps, of first order", &IntegrationStatistics::fallback_steps},
 }};
 

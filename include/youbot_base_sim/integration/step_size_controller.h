@@ -12,7 +12,7 @@ class StepSizeController {
  public:
   /// Next length after a step of length dt with the given norm of its error; the step stands if the norm is <= 1.
   double next(double dt, double norm) {
-    if (!(norm <= std::numeric_limits<double>::max())) {  // also not a number
+    if (!(norm <= std::numeric_limits<double>::max())) {  // NaN too
       rejected_ = true;
       return dt * kMaxShrinkage;
     }

@@ -32,8 +32,9 @@ using BaseRequest = std::variant<DriveCommand, SwitchOff, SwitchOn, Reconnect, F
 ///
 /// The queue is bounded even while time stands still. Commands that follow one another and act from the same control
 /// period become one, in which the last set point of each wheel counts, as it would in the driver; a simulated delay
-/// then counts from the last of them. Of such wrenches the last counts. Of requests other than commands at most
-/// `kMaxWaiting` wait. The driver's requests and those of wrenches and loads do not wait for each other.
+/// then counts from the last of them. Among such wrenches, too, the last counts. At most
+/// `kMaxWaiting` requests other than commands wait. The driver's requests and those of wrenches and loads do not wait
+/// for each other.
 class BaseRequests {
  public:
   static constexpr std::size_t kMaxWaiting = 1000;

@@ -11,9 +11,9 @@ namespace youbot_base_sim {
 /// answer each /clock message, or several of them, for nodes with a loop of their own.
 struct LockstepSettings {
   bool on = false;
-  /// Of the loop of the node that commands, s, a multiple of the control period. 0: each control period.
+  /// Period of the commanding node's loop, s, a multiple of the control period. 0: each control period.
   double period = 0;
-  /// s of wall time for a command to come. 0: for ever. Where none comes, time advances without.
+  /// Wall time to wait for a command, s; 0: for ever. If none comes, time advances without one.
   double timeout = 0;
   /// Whether the node ends instead; and it ends when the last publisher of commands is gone.
   bool end_with_commands = false;

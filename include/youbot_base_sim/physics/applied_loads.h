@@ -27,7 +27,7 @@ struct Wrench {
   bool fixed = false;                               ///< whether the force keeps its direction in the fixed frame
 };
 
-/// What the base carries and what pushes it now.
+/// The loads on the base and the wrenches that act on it.
 struct AppliedLoads {
   std::vector<Load> loads;
   std::vector<Wrench> wrenches;
@@ -42,7 +42,7 @@ struct ExternalForce {
   Wheels v = Wheels::Zero();  ///< on (V_X, V_Y, Omega, 0)
   double down = 0;            ///< -W_Z: how much more presses on the floor
   double pitch = 0;           ///< p_Z W_X - p_X W_Z, the moment of the wrenches that loads the front wheels
-  double roll = 0;            ///< p_Z W_Y - p_Y W_Z, likewise the left ones
+  double roll = 0;            ///< p_Z W_Y - p_Y W_Z, the moment that loads the left ones
   double g_X = 0, g_Y = 0;    ///< gravity along the floor, m/s^2
 };
 

@@ -89,7 +89,7 @@ class ContactModes {
   /// share the angle and rate gamma and dgamma meanwhile; RollerRateAtSwitch has no effect.
   void track_roller(int i, const State& x) { roller_[i] = roller_at(x.phi()[i]); }
 
-  /// Whether wheel i passes rollers too fast for its switches to be located.
+  /// Whether wheel i passes rollers too fast to locate its switches.
   bool above_location_limit(int i, const State& x) const { return std::abs(x.dphi()[i]) > max_located_dphi_; }
   /// How far wheel i is below the rate at which an averaged contact is resolved again, rad/s.
   double below_resolution_limit(int i, const State& x) const { return min_averaged_dphi_ - std::abs(x.dphi()[i]); }

@@ -4,7 +4,7 @@
 
 namespace youbot_base_sim {
 
-/// What happens at the four contacts, in the platform's frame.
+/// Slip, friction and offset at the four contacts, in the platform's frame.
 struct alignas(kAlignment) Contacts {
   Wheels V_PX, V_PY;  ///< slip velocity, m/s
   Wheels F_X, F_Y;    ///< friction, N
@@ -13,7 +13,7 @@ struct alignas(kAlignment) Contacts {
   Wheels M_Z;         ///< moment of the friction about O, N m
 };
 
-/// The same for whoever looks at them.
+/// Contact quantities for output.
 struct ContactDetails : Contacts {
   Wheels N = Wheels::Zero();      ///< normal reaction, N; in model 1 that at rest
   Wheels f = Wheels::Zero();      ///< coefficient of friction

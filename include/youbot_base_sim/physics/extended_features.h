@@ -72,7 +72,7 @@ class ExtendedFeatures {
         reactions_(robot, inertia, external_.normal_gravity()) {}
 
   /// Spin, coefficient of friction and what acts on the base at this pose, for contacts whose slip is known.
-  void place(const Velocities& u, const ContactGeometry& g, const Pose& pose, Contacts& c) const {
+  void evaluate_kinematics(const Velocities& u, const ContactGeometry& g, const Pose& pose, Contacts& c) const {
     c.spin = g.dr_Y * per_R_;  // -cos(delta) sin(phi~)
     c.V_Z = a_m_ * (u.v[2] + c.spin * u.dgamma);
     c.pose = pose;

@@ -24,7 +24,7 @@ class PaperFeatures {
   using Contacts = youbot_base_sim::Contacts;
   using Force = ContactVector<kSlipComponents>;
   using Friction = Force;  ///< what a step reuses of the one before
-  /// Entries of which two rollers that share a wheel have the weighted mean.
+  /// Entries that become weighted means where two rollers share a wheel.
   static constexpr std::array<Wheels Contacts::*, 6> kMeans = {&Contacts::V_PX, &Contacts::V_PY,    &Contacts::F_X,
                                                                &Contacts::F_Y,  &Contacts::Delta_Y, &Contacts::M_Z};
 
@@ -34,7 +34,7 @@ class PaperFeatures {
     if (!applied.loads.empty() || !applied.wrenches.empty()) throw std::logic_error("the paper's model knows no loads");
   }
 
-  void place(const Velocities&, const ContactGeometry&, const Pose&, Contacts&) const {}
+  void evaluate_kinematics(const Velocities&, const ContactGeometry&, const Pose&, Contacts&) const {}
   static Pose pose(const Contacts&) { return {}; }
   const Wheels& static_reactions() const { return N_; }
   const Wheels& reactions(const Contacts&) const { return N_; }

@@ -10,7 +10,7 @@
 
 namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
-/// How dgamma, which the equations know only for the roller in contact, goes on when the next roller takes over.
+/// The value of dgamma after a roller switch: the equations define it only for the roller in contact.
 enum class RollerRateAtSwitch {
   kContinuous,  ///< dgamma is kept, as the paper's equations integrate it
   kAtRest       ///< the new roller starts at dgamma = 0, as one that its bearing has stopped
@@ -63,8 +63,8 @@ struct RobotParameters {
 /// the rollers dry with a little viscous. `scale` multiplies all of it: 0.76 is one of the two bases, 1.3 the other.
 RobotParameters measured_robot(double scale = 1);
 
-/// Directions of the axes of the rollers in contact: delta = -45, 45, 45, -45 deg (paper, section 2). Nothing else
-/// knows them.
+/// Directions of the axes of the rollers in contact: delta = -45, 45, 45, -45 deg (paper, section 2). They are
+/// defined only here.
 constexpr double kCosDelta = 0.70710678118654752440;
 inline Wheels tan_delta() { return {-1.0, 1.0, 1.0, -1.0}; }
 inline Wheels sin_delta() { return kCosDelta * tan_delta(); }

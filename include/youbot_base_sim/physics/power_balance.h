@@ -14,11 +14,11 @@ struct PowerBalance {
   double floor;     ///< what slip and spin on the floor take
   double external;  ///< what gravity on a slope and wrenches put in
 
-  /// What is left to change the kinetic energy.
+  /// The net power, which changes the kinetic energy.
   double net() const { return drive + external - bearings - rollers - floor; }
 };
 
-/// Of a robot in the given state, with these contacts, under the wheel torques `M` (N m).
+/// The power balance of a robot in the given state, with these contacts, under the wheel torques `M` (N m).
 PowerBalance power_balance(const RobotParameters& robot, const State& state, const ContactDetails& contacts,
                            const Wheels& M);
 

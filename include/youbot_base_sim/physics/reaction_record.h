@@ -13,7 +13,7 @@ namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 enum class Side { kNone, kLeft, kRight, kFront, kRear, kOff };
 const char* name_of(Side side);
 
-/// What became of the normal reactions in a motion.
+/// Extremes of the normal reactions over a motion.
 struct ReactionRecord {
   Wheels min_N = Wheels::Constant(std::numeric_limits<double>::infinity());  ///< of each wheel, N
   Wheels time_off_floor = Wheels::Zero();                                    ///< s

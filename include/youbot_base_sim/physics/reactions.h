@@ -43,7 +43,7 @@ class Reactions {
   /// `robot` is the loaded one.
   Reactions(const RobotParameters& robot, const Inertia& inertia, double normal_gravity);
 
-  /// What moves besides: all of it given.
+  /// The other quantities of the motion, all given.
   struct Motion {
     Wheels v;                ///< (V_X, V_Y, Omega, 0), m/s and rad/s
     Wheels dphi;             ///< rates of the wheels, rad/s

@@ -42,8 +42,8 @@ class RollerGeometry {
     return g;
   }
 
-  /// The mean over a roller: the contact of a wheel that passes rollers too fast for anybody to tell them apart. Its
-  /// derivatives are zero.
+  /// The mean over a roller: the contact of a wheel that passes rollers too fast to distinguish them. Its derivatives
+  /// are zero.
   const ContactGeometry& mean() const { return mean_; }
 
   /// Radius of a roller at its ends, where the next one takes over, m. Negative where rollers taper to a point before

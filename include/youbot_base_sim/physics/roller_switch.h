@@ -8,8 +8,8 @@ namespace youbot_base_sim {
 /// averaged over a roller. Real bases pass fewer than 20.
 constexpr double kMaxLocatedRate = 500;
 
-/// One roller taking over from another, or one record for several switches of a wheel that passes rollers faster than
-/// anybody could use them one by one.
+/// One roller taking over from another, or one record for several switches of a wheel that passes rollers too fast to
+/// report them one by one.
 struct RollerSwitch {
   /// s: located to 1e-12 s; interpolated in fallback steps; for an averaged contact, when it was noticed.
   double t;

@@ -33,21 +33,21 @@ class SharedContact {
   bool attractive() const { return alpha_ >= 0 && alpha_ <= 1 && upper_.F_X[i_] > lower_.F_X[i_]; }
 
   /// Sets the wheel's entries of the contacts. Slip and offset become weighted means, as the friction does.
-  void put(Contacts& c) const {
+  void write_to(Contacts& c) const {
     for (Wheels Contacts::*entry : Model::kMeans) (c.*entry)[i_] = mean((upper_.*entry)[i_], (lower_.*entry)[i_]);
   }
 
   /// What the wheel exerts as a function of its normal reaction, if `lower` and `upper` are those of 1 N: the parts
   /// n and N - n of the two rollers are such that the wheel gets no torque, n F_X + (N - n) F_X' = M / R.
-  void put(ForcePerNormalLoad& per_load) const {
+  void write_to(ForcePerNormalLoad& per_load) const {
     if (alpha_ == kEnded) return;
     const double difference = upper_.F_X[i_] - lower_.F_X[i_];
-    // n = constant + slope N of the upper roller
-    const double constant = F_X_ / difference, slope = -lower_.F_X[i_] / difference;
+    // n = intercept + slope N of the upper roller
+    const double intercept = F_X_ / difference, slope = -lower_.F_X[i_] / difference;
     using Terms = ForcePerNormalLoad::Terms;
     const auto set = [&](Wheels Terms::*entry, const Wheels& upper, const Wheels& lower) {
       const double more = upper[i_] - lower[i_];
-      (per_load.intercept.*entry)[i_] = more * constant;
+      (per_load.intercept.*entry)[i_] = more * intercept;
       (per_load.slope.*entry)[i_] = lower[i_] + more * slope;
     };
     set(&Terms::F_X, upper_.F_X, lower_.F_X);
@@ -64,7 +64,7 @@ class SharedContact {
   }
 
   /// Sets the wheel's entries of the damping matrix: each roller's own, weighted, and the change of the shares.
-  void put(DampingMatrix& G) const {
+  void write_to(DampingMatrix& G) const {
     DampingMatrix upper, lower;
     model_.damping(u_, upper_, upper);
     model_.damping(u_, lower_, lower);

@@ -52,9 +52,10 @@ Velocities regularization_velocities(const Model& model) {
 /// contact, for which they are smooth. The wheel angle enters as `phi_tilde` = phi - phi_center (rad), where phi_center
 /// is the wheel angle at which the roller points straight down; it may lie somewhat beyond the roller's edges.
 ///
-/// A contact is evaluated in two steps: `place` finds slip and coefficient of friction, `press` the friction under
-/// given normal reactions. `Law` is the friction law (laws.h), `Features` what there is beyond the paper: PaperFeatures
-/// or ExtendedFeatures. Both are selected once at construction, so that the inner loops branch on neither.
+/// A contact is evaluated in two steps: `evaluate_kinematics` computes slip and coefficient of friction, and
+/// `apply_normal_force` the friction under given normal reactions. `Law` is the friction law (laws.h). `Features` is
+/// the physics beyond the paper: PaperFeatures or ExtendedFeatures. Both are selected once at construction, so the
+/// inner loops branch on neither.
 template <class Law, class Features>
 class SlipModel {
  public:
@@ -64,7 +65,7 @@ class SlipModel {
   /// Whether normal reactions may follow the motion, and whether the Jacobian has a closed form.
   static constexpr bool kReactionsFollow = Features::kReactionsFollow, kClosedJacobian = Features::kClosedJacobian;
 
-  /// Entries of the contacts of which two rollers that share a wheel have the weighted mean.
+  /// Entries of the contacts that become weighted means where two rollers share a wheel.
   static constexpr const auto& kMeans = Features::kMeans;
 
   /// `robot` is the bare one, whose mass decides mu_0.
@@ -80,7 +81,7 @@ class SlipModel {
         rho_X_(robot.rho_X()),
         rho_Y_(robot.rho_Y()) {}
 
-  /// Takes over other loads and wrenches.
+  /// Replaces the loads and wrenches.
   void set_loads(const AppliedLoads& applied) {
     const double nu = regularization_speed();
     *this = SlipModel(bare_robot_, floor_, applied);
@@ -89,38 +90,39 @@ class SlipModel {
 
   /// Slip and position of the contact points at the velocities u, with what else acts on the base at this pose; no
   /// friction yet.
-  void place(const Velocities& u, const ContactGeometry& g, const Pose& pose, Contacts& c) const {
+  void evaluate_kinematics(const Velocities& u, const ContactGeometry& g, const Pose& pose, Contacts& c) const {
     c.Delta_Y = g.Delta_Y;
     c.r_X = g.r_X;
     c.r_Y = g.r_Y;
     // (3.3) in its compact form
     c.V_PX = u.v[0] - (rho_Y_ + c.Delta_Y) * u.v[2] - robot_.R * u.dphi - c.r_X * u.dgamma;
     c.V_PY = u.v[1] + rho_X_ * u.v[2] + c.r_Y * u.dgamma;
-    features_.place(u, g, pose, c);
+    features_.evaluate_kinematics(u, g, pose, c);
   }
 
   /// The same for another roller at the pose of the contacts `c`.
-  void place_beside(const Contacts& c, const Velocities& u, const ContactGeometry& g, Contacts& other) const {
-    place(u, g, Features::pose(c), other);
+  void evaluate_kinematics_beside(const Contacts& c, const Velocities& u, const ContactGeometry& g,
+                                  Contacts& other) const {
+    evaluate_kinematics(u, g, Features::pose(c), other);
   }
 
   /// Friction under the normal reactions N (N), which the paper's features take to be those at rest.
-  void press(const Wheels& N, Contacts& c) const {
+  void apply_normal_force(const Wheels& N, Contacts& c) const {
     features_.set_reactions(N, c);
-    put(friction_.force(features_.slip(c), features_.limit(c)), c);
+    set_friction(friction_.force(features_.slip(c), features_.limit(c)), c);
   }
   /// The same under the normal reactions of the base at rest, and under those of other contacts.
-  void press_at_rest(Contacts& c) const { press(features_.static_reactions(), c); }
-  void press_like(const Contacts& other, Contacts& c) const {
-    press(features_.reactions(other), c);
+  void apply_static_normal_force(Contacts& c) const { apply_normal_force(features_.static_reactions(), c); }
+  void apply_normal_force_of(const Contacts& other, Contacts& c) const {
+    apply_normal_force(features_.reactions(other), c);
     features_.keep_tipping(other, c);
   }
 
   /// Contacts at rest's normal reactions.
   Contacts contacts(const Velocities& u, const Wheels& phi_tilde) const {
     Contacts c;
-    place(u, geometry_.at(phi_tilde), {}, c);
-    press_at_rest(c);
+    evaluate_kinematics(u, geometry_.at(phi_tilde), {}, c);
+    apply_static_normal_force(c);
     return c;
   }
 
@@ -131,7 +133,7 @@ class SlipModel {
     if (dry_.any()) dry_.add_to(u, Q);
     return Q;
   }
-  /// The same at three stages at once. What is rare stays out of the loop.
+  /// The same at three stages at once. Rare cases stay out of the loop.
   void forces(const std::array<Velocities, 3>& u, const std::array<Contacts, 3>& c, const std::array<Wheels, 3>& M,
               std::array<Velocities, 3>& Q) const {
 #pragma GCC unroll 3
@@ -182,7 +184,7 @@ class SlipModel {
   /// Replaces the friction of the wheels in `mask` by the one that is known from the step before.
   void put_friction(const WheelMask& mask, const Friction& known, Contacts& c) const {
     const Contacts before = c;
-    put(Features::replaced(mask, known, c), c);
+    set_friction(Features::replaced(mask, known, c), c);
     Features::keep_moments(mask, before, c);  // for a shared contact the mean of moments is no moment of means
   }
 
@@ -193,7 +195,7 @@ class SlipModel {
     return details;
   }
 
-  /// The torque that a roller gets from its contact, N m.
+  /// The torque of a contact on its roller, N m.
   Wheels roller_torque(const Contacts& c) const {
     Wheels torque = c.r_Y * c.F_Y - c.r_X * c.F_X;
     features_.add_spin_torque(c, torque);
@@ -202,11 +204,11 @@ class SlipModel {
 
   // Normal reactions that follow the motion: with ExtendedFeatures only.
 
-  /// Whether they do.
+  /// Whether the normal reactions follow the motion.
   bool dynamic() const { return Law::kByReaction && features_.dynamic(); }
 
-  /// What contacts exert that are pressed by 1 N, for each newton of their normal reactions.
-  ForcePerNormalLoad per_load(const Contacts& c) const {
+  /// Forces of the contacts `c`, which are those under 1 N, for each newton of normal reaction.
+  ForcePerNormalLoad force_per_normal_load(const Contacts& c) const {
     ForcePerNormalLoad per_load;
     per_load.slope = {c.F_X, c.F_Y, c.M_Z, c.T_S, c.Delta_Y};
     return per_load;
@@ -259,7 +261,7 @@ class SlipModel {
   using Force = ContactVector<D>;
   using Stiffness = ContactStiffness<D>;
 
-  void put(const Force& F, Contacts& c) const {
+  void set_friction(const Force& F, Contacts& c) const {
     c.F_X = F[0];
     c.F_Y = F[1];
     c.M_Z = c.F_Y * rho_X_ - c.F_X * (rho_Y_ + c.Delta_Y);
@@ -341,7 +343,7 @@ class SlipModel {
   alignas(kAlignment) Wheels rho_X_, rho_Y_;
 };
 
-/// The paper's model, and the one with all that goes beyond it.
+/// The paper's model, and the one with all extensions.
 template <class Law>
 using PaperModel = SlipModel<Law, PaperFeatures>;
 template <class Law>

@@ -34,7 +34,7 @@ class SwitchCsv : public Recorder {
 
  private:
   OutputFile file_;
-  std::string header_;  // likewise
+  std::string header_;
 };
 
 }  // namespace youbot_base_sim

@@ -38,8 +38,8 @@ class OutputError : public std::runtime_error {
 ///
 /// What is a regular file, or not there yet, is written as NAME.incomplete-XXXXXX beside it and renamed by `commit`, so
 /// that NAME is always whole: the last of several writers stands. The name is not a hidden one and ends with none of
-/// the usual suffixes: whatever ends the program, what is left can be seen, tells what it is, and is never taken for
-/// whole. Symbolic links are followed, and a file that is replaced keeps its mode.
+/// the usual suffixes: whatever ends the program, the remains are visible, named as such, and never mistaken for a
+/// complete file. Symbolic links are followed, and a file that is replaced keeps its mode.
 ///
 /// What is not a regular file (a device, a FIFO) is written straight to, row by row, and so are the program's own
 /// descriptors (/dev/stdout, /dev/fd/N), wherever they lead.
@@ -87,7 +87,7 @@ class OutputFile {
     std::optional<struct stat> existing;  ///< the target, if there is one
 
     /// The same for all names of one file and for no other, also if it is not there yet. Empty for the null device, to
-    /// which everybody may write.
+    /// which any program may write.
     std::string identity() const;
   };
   /// Throws OutputError for an empty name, a folder, and where the system refuses to say.
@@ -132,7 +132,7 @@ class OutputOpener {
   /// Keeps a place for an output that is opened later, and that must be a regular file. Throws OutputError.
   void keep(const std::string& option, const std::string& path);
 
-  /// The same for all outputs that will come in `folder`, whose names `is_output` tells. Looks at what is there,
+  /// The same for all outputs that will come in `folder`, whose names `is_output` recognizes. Looks at what is there,
   /// however many may come. To be called after `open` and `keep` for the others.
   void keep_all(const std::string& option, const std::string& folder,
                 const std::function<bool(const std::string& name)>& is_output);

@@ -7,8 +7,8 @@
 namespace youbot_base_sim {
 
 /// A file that the rows of a run go to. What it writes appears under the file's name only with `commit`; without it,
-/// what was written is kept under a name that tells (see OutputFile). Throws OutputError where the system refuses; it
-/// must not be used any more then.
+/// what was written is kept under a name that marks it as incomplete (see OutputFile). Throws OutputError where the
+/// system refuses, and must not be used afterwards.
 class Recorder {
  public:
   virtual ~Recorder() = default;

@@ -58,8 +58,8 @@ class EnergyAudit {
   double longest_interval_ = 0;
 };
 
-/// Why a result is not to be trusted, in one line; empty if it is. It is where the integration kept to its own method
-/// (to a looser tolerance at times: the summary counts these milliseconds), and the energy balance closes: to a
+/// Why a result may be unreliable, in one line; empty if it is reliable. It is where the integration kept to its own
+/// method (to a looser tolerance at times: the summary counts these milliseconds), and the energy balance closes: to a
 /// thousand times the tolerance, but at least 1e-9 and at most a hundredth (or ten times a looser tolerance), of the
 /// energy that the motion had or exchanged. Runs that are right close it to the tolerance itself, mostly to a hundredth
 /// of that.
@@ -81,7 +81,7 @@ class PathLength {
   Wheels wheels_ = Wheels::Zero();
 };
 
-/// What the summary says about a run besides its final state.
+/// The content of a run's summary besides its final state.
 struct RunAudit {
   bool completed = false;  ///< to the scene's duration
   RunCost cost;

@@ -7,7 +7,7 @@
 
 namespace youbot_base_sim {
 
-/// What a run came to, as a JSON object; `wall_time` in s.
+/// The summary of a run as a JSON object; `wall_time` in s.
 std::string summary_json(const Simulation& simulation, double wall_time, const RunAudit& audit);
 
 /// The same in a few lines for a person.

@@ -40,7 +40,7 @@ class BagWriter {
   /// `sensors`.
   void write(const Telemetry& telemetry, const Simulation& simulation, const BaseSensors& sensors, double t);
 
-  /// Writes what make() tells rviz of the contacts at time t (s), where `kBagMarkersRate` asks for it.
+  /// Writes the contact markers of make() at time t (s), at most at `kBagMarkersRate`.
   template <class Make>
   void write_markers(double t, const Make& make) {
     if (markers_due_.meet(t)) write(make(), t);
@@ -64,8 +64,8 @@ class BagWriter {
   bool has_static_ = false;  // transforms: they are written first
 };
 
-/// The bag of a simulation whose motors exert its torque and tell what they do, without error unless the scene's motors
-/// are `quantized`.
+/// The bag of a simulation whose motors exert its torque. Their readings are exact unless the scene's motors are
+/// `quantized`.
 class BagRecorder : public Recorder {
  public:
   explicit BagRecorder(OutputFile file) : bag_(std::move(file)) {}

@@ -21,7 +21,7 @@ namespace youbot_base_sim {
 ///
 /// Of LoopSettings: `scene` comes from the parameters `scene` (a scene file; its `drive` section is ignored), `model`,
 /// `method`, `profile`, `friction_scale`, `relative_tolerance`, `control_period` (s) and `dry_friction` (N m, of each
-/// wheel's drive), each of which overrides the scene's value. Without a scene file: the paper's robot at rest at the
+/// wheel's drive); each overrides the scene's value. Without a scene file: the paper's robot at rest at the
 /// origin, a relative tolerance of 1e-5 and a control period of 1 ms. `publish_rate` and `command_rate` are at most
 /// once a control period. `driver` has `command_timeout` (s) and, in place of the scene's section `motors`, what
 /// MotorSettings has; `sensors`, `driver_wheel_radius` (m), `odometry_wheel_error` and, with `publish_imu`, the errors

@@ -13,7 +13,7 @@ namespace youbot_base_sim {
 ///
 /// ROS 1 has no acknowledgements. But a node on this machine that has dealt with everything sleeps in all of its
 /// threads, and what is sent over the loopback device wakes its reader before the sender runs on. So while no thread of
-/// any follower or of this process runs, nothing is under way between them. /proc tells.
+/// any follower or of this process runs, nothing is under way between them. The states come from /proc.
 ///
 /// A node's processes are those that hold the socket at which, by the master, it answers. The node itself is not
 /// asked: in a container its process number is another process's here, and one that hangs would not answer.

@@ -58,7 +58,7 @@ class ClockPolicy {
 
   virtual const char* name() const { return "master of simulated time"; }
 
-  /// Of publishers: by simulated time every message counts, by the wall clock the latest.
+  /// Queue size of publishers: by simulated time every message counts, by the wall clock the latest.
   virtual std::uint32_t queue_size() const { return kRecorderQueueSize; }
 
   /// Advertises /clock, if there is one.

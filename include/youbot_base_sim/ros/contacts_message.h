@@ -7,7 +7,7 @@
 
 namespace youbot_base_sim {
 
-/// What happens at the four contacts now, and where the power goes.
+/// The present state of the four contacts, and where the power goes.
 ContactsStamped contacts_message(const Simulation& simulation, const ros::Time& stamp);
 
 }  // namespace youbot_base_sim

@@ -43,7 +43,7 @@ class Telemetry {
     bool world = false;     ///< where odom and the base's true place are in the scene's frame, on /tf_static and /tf
   };
 
-  /// Of the robot of `scene`.
+  /// Telemetry of the robot of `scene`.
   Telemetry(const Scene& scene, const Options& options);
 
   /// Calls `topic(name, make)` for each topic that has one message an instant; make() makes it, with `stamp`, from

@@ -9,14 +9,14 @@
 
 namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
-// What the numbers may be, in scenes and messages.
+// Ranges of the numbers in scenes and messages.
 inline constexpr Range kLoadMasses{1e-12, 1e6, "kg"};
 inline constexpr Range kLoadInertias{0, 1e6, "kg m^2"};
 inline constexpr Range kLoadPositions{-1e3, 1e3, "m"};
 inline constexpr Range kWrenchForces{-1e6, 1e6, "N"};
 inline constexpr Range kWrenchTorques{-1e6, 1e6, "N m"};
 
-/// What the base carries and what pushes it, in the course of time.
+/// The loads on the base and the wrenches that act on it, as functions of time.
 struct LoadSchedule {
   /// From `start` (s) on and before `end`.
   struct Stretch {
@@ -25,7 +25,7 @@ struct LoadSchedule {
   };
   struct PlannedLoad : Stretch {
     Load load;
-    bool at_rest = false;  ///< put on at rest: momentum stays, where otherwise the base's velocities do
+    bool at_rest = false;  ///< added at rest: the base keeps its momentum rather than its velocities
   };
   struct PlannedWrench : Stretch {
     Wrench wrench;
@@ -35,10 +35,10 @@ struct LoadSchedule {
 
   bool empty() const { return loads.empty() && wrenches.empty(); }
 
-  /// What there is at time t, s. Without the loads that are put on at rest at that very instant, if not `settled`.
+  /// The loads and wrenches at time t, s. Unless `settled`, loads that are added at rest at exactly t are left out.
   AppliedLoads at(double t, bool settled = true) const;
 
-  /// When something changes next after t, s; infinite: never.
+  /// The time of the next change after t, s; infinite: never.
   double next_change(double t) const;
 };
 

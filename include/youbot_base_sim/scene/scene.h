@@ -63,11 +63,11 @@ struct Scene {
   std::variant<std::monostate, ReferenceMotion, TorqueSegments, WheelTable, VelocityTable> drive;
 };
 
-/// Whether a scene asks for anything that the paper's equations do not have, but for what only changes their numbers.
+/// Whether a scene needs the extended equations rather than the paper's with other numbers.
 bool beyond_the_paper(const Scene& scene);
 
-/// What is wrong if the scene's robot carries these loads at rest besides the scene's own, from time t (s) on: a wheel
-/// that would leave the floor, in words; empty if nothing is.
+/// Why the scene's robot cannot carry these loads at rest besides the scene's own, from time t (s) on: a wheel that
+/// would leave the floor, in words; empty if it can.
 std::string lifted_wheel(const Scene& scene, const std::vector<Load>& more, double t);
 
 /// A mistake in a scene, in one line that names the key, its value and what is allowed.
@@ -76,7 +76,7 @@ class SceneError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// What the numbers may be that a scene file and programs have in common.
+// Ranges of the numbers that scene files and programs share.
 inline constexpr Range kRelativeTolerances{1e-14, 0.1, ""};
 inline constexpr Range kControlPeriods{1e-6, 10, "s", true};
 inline constexpr Range kFrictionScales{0, 1e3, ""};
@@ -95,7 +95,7 @@ struct SceneSetting {
 };
 
 /// Settings of a command line or of a node that replace the scene file's. An empty name or no number leaves the file's.
-/// Whoever sets a number sees that it is in its range.
+/// The caller makes sure that numbers are in their ranges.
 struct SceneOverrides {
   std::string model;
   std::optional<double> relative_tolerance;
@@ -121,10 +121,10 @@ std::string text_of(const SceneFile& file, const std::vector<SceneSetting>& sett
 /// The scene of a file that says nothing, without a drive. Throws SceneError, which begins with the override's name.
 Scene default_scene(const SceneOverrides& overrides);
 
-/// What is allowed but no real robot has, in one line; empty if there is nothing of the kind.
+/// Settings that are allowed but that no real robot has, in one line; empty if there are none.
 std::string unlikely_geometry(const RobotParameters& robot);
 
-/// What the scene asks for to no effect, in one line; empty if there is nothing of the kind.
+/// Settings of the scene that have no effect, in one line; empty if there are none.
 std::string without_effect(const Scene& scene);
 
 /// The scene's torque as a function of time; null if it has no drive or one that tracks velocities.

@@ -67,7 +67,7 @@ class SceneValue {
 
   /// Throws: the value must be `allowed`.
   [[noreturn]] void refuse(const std::string& allowed) const;
-  /// Throws: what is wrong, and what the value must be, stands in `reason`.
+  /// Throws; `reason` says what is wrong and what the value must be.
   [[noreturn]] void refuse_for(const std::string& reason) const;
 
  private:
@@ -80,7 +80,7 @@ class SceneValue {
 };
 
 /// One mapping of a scene file, or of another that is written alike. It records the keys that it is asked for, so that
-/// a key is named where it is read and nowhere else; those that nobody asked for are refused at the end.
+/// a key is named only where it is read; keys that were never read are refused at the end.
 class SceneSection {
  public:
   /// `file` is the file's name as messages show it; `path` is the section's own key with those above it, empty for the
@@ -92,7 +92,7 @@ class SceneSection {
   SceneValue required(const std::string& key);
 
   /// To be called once all keys were read, and before what depends on several of them is checked. Throws SceneError for
-  /// a key that is given twice or that nobody asked for, which is likely misspelt, and then for a required one that is
+  /// a key that is given twice or was never read, which is likely misspelt, and then for a required one that is
   /// missing.
   void finish() const;
 

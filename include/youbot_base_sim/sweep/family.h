@@ -44,7 +44,7 @@ struct Trajectories {
 /// may have them. Where values that depend on each other make a scene that may not be, that run is refused when its
 /// turn comes.
 ///
-/// Runs are numbered from 0. The axes that are not drawn make a grid, of which the last changes fastest; those of one
+/// Runs are numbered from 0. The axes that are not drawn make a grid, whose last axis changes fastest; those of one
 /// inner vector change together. At each of its points there are `draws` runs.
 struct Family {
   static constexpr double kMaxRuns = 1e9;

@@ -44,9 +44,9 @@ struct Tally {
 /// One process at a time writes it. Throws OutputError where the system refuses.
 class Journal {
  public:
-  /// Goes on with the journal at `path`, or begins it. A torn line at the end is dropped; a line that was damaged
+  /// Continues the journal at `path`, or begins it. A torn line at the end is dropped; a line that was damaged
   /// counts for nothing, and its run as not finished. Throws OutputError if another process writes it,
-  /// or does not begin with `head`, whose lines tell what the rows depend on: the error tells which of them differs.
+  /// or does not begin with `head`, whose lines list what the rows depend on: the error says which of them differs.
   Journal(const std::string& path, const std::vector<std::string>& head, std::uint64_t runs);
   ~Journal();
   Journal(const Journal&) = delete;

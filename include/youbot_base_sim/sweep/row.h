@@ -34,8 +34,8 @@ class RowMaker {
   /// The table's first line: run, the axes' keys, status, reliable, quantities, reason.
   std::string header() const;
 
-  /// Simulates a run. What is wrong with it stands in its row. Throws Stopped once `stop` is set, and OutputError where
-  /// its trajectory cannot be written.
+  /// Simulates a run. Its row says what is wrong with it, if anything. Throws Stopped once `stop` is set, and
+  /// OutputError where its trajectory cannot be written.
   Row make(std::uint64_t run, const std::atomic<bool>& stop) const;
 
   /// Keeps the places of all trajectories. Throws OutputError where one leads to a file that is read, or to that of

@@ -14,7 +14,7 @@ constexpr std::size_t kMaxMessage = 200;
 /// `max_characters` ends there, with "...".
 std::string quote(std::string_view text, std::size_t max_characters = 60);
 
-/// The same for the name of a file, of which a long one loses its beginning.
+/// The same for the name of a file; a long one loses its beginning.
 std::string quote_path(std::string_view path);
 
 }  // namespace youbot_base_sim
