@@ -31,14 +31,13 @@ class SmoothStepper {
 /// A System of odeint between two events: what a method that is made for any equations knows of them.
 class SmoothSystem {
  public:
+  virtual ~SmoothSystem() = default;
+
   virtual void operator()(const State& x, State& dxdt, double t) const = 0;
   /// Sets J(row, column) to the derivative of dx/dt by x and dfdt to that by t.
   virtual void jacobian(const State& x, StateJacobian& J, double t, State& dfdt) const = 0;
   /// Wheel angles in the middle of the contacts' ranges, rad; not finite where a range has no end.
   virtual Wheels middle() const = 0;
-
- protected:
-  ~SmoothSystem() = default;
 };
 
 /// A System with contacts as a SmoothSystem.
