@@ -22,6 +22,8 @@ constexpr double kPollInterval = 0.1;
 /// What a clock policy asks of the node that it belongs to while it waits.
 class ClockOwner {
  public:
+  virtual ~ClockOwner() = default;
+
   virtual const DriverInterface& commands() const = 0;
   virtual ros::CallbackQueue& queue() = 0;
   /// Whether waiting must end: time is paused, or stepped, or ROS has ended.
@@ -32,9 +34,6 @@ class ClockOwner {
   virtual void publish_telemetry() = 0;
   /// Ends the node's loop.
   virtual void end() = 0;
-
- protected:
-  ~ClockOwner() = default;
 };
 
 /// How simulated time advances, what stamps messages have, and when /clock is published.
