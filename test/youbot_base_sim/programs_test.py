@@ -18,7 +18,7 @@ INSTALLED = ("analyse", "identification_drive", "table_from_bag")
 
 def programs():
     return [path for path in sorted((ROOT / "scripts").iterdir())
-            if path.suffix == "" and path.read_text().startswith("#!/usr/bin/python3")]
+            if path.is_file() and path.suffix == "" and path.read_text().startswith("#!/usr/bin/python3")]
 
 
 class ProgramsTest(unittest.TestCase):
