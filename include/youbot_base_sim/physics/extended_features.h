@@ -124,7 +124,8 @@ class ExtendedFeatures {
   /// Whether what acts on the base depends on where it stands.
   bool by_pose() const { return patches_.any() || external_.turns(); }
 
-  /// The longest step (s) in which no contact point jumps over the soft edge of a patch; infinite without patches.
+  /// Whether friction changes from place to place; if so, the longest step (s) in which no contact point jumps over the
+  /// soft edge of a patch.
   bool by_patches() const { return patches_.any(); }
   double max_step(const State& x, const Wheels& Delta_Y) const {
     Wheels X, Y;

@@ -53,7 +53,7 @@ Velocities regularization_velocities(const Model& model) {
 /// is the wheel angle at which the roller points straight down; it may lie somewhat beyond the roller's edges.
 ///
 /// A contact is evaluated in two steps: `evaluate_kinematics` computes slip and coefficient of friction, and
-/// `apply_normal_force` the friction under given normal reactions. `Law` is the friction law (laws.h). `Features` is
+/// `apply_normal_force` the friction under given normal reactions. `Law` is the friction law (model.h). `Features` is
 /// the physics beyond the paper: PaperFeatures or ExtendedFeatures. Both are selected once at construction, so the
 /// inner loops branch on neither.
 template <class Law, class Features>
@@ -118,7 +118,7 @@ class SlipModel {
     features_.keep_tipping(other, c);
   }
 
-  /// Contacts at rest's normal reactions.
+  /// Contacts of rollers at the wheel angles phi_tilde (rad), under the normal reactions of the base at rest.
   Contacts contacts(const Velocities& u, const Wheels& phi_tilde) const {
     Contacts c;
     evaluate_kinematics(u, geometry_.at(phi_tilde), {}, c);
