@@ -7,9 +7,8 @@ import csv
 import numpy as np
 
 from .command_line import Parser, Refused, shown
-from .figures import new_figure, save
+from .figures import BLACK, BLUE, RED, new_figure, save
 from .files import Outputs
-from .palette import BLACK, BLUE, RED
 
 MODES = ("ahead", "sideways", "turning")
 SERIES = (("rate", "rad/s"), ("torque", "N m"))

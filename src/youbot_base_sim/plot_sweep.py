@@ -14,9 +14,8 @@ import csv
 import numpy as np
 
 from .command_line import Parser, Refused, shown
-from .figures import new_figure, save
+from .figures import BLUE, RED, new_figure, save
 from .files import Outputs
-from .palette import BLUE, RED
 
 MAX_SLICES = 100
 

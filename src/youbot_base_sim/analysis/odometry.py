@@ -3,8 +3,7 @@ import math
 
 import numpy as np
 
-from ..figures import curve, thinned
-from ..palette import BLACK, RED
+from ..figures import BLACK, RED, curve, thinned
 from ..records import Missing
 from .section import Section, each, rms
 

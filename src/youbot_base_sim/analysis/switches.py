@@ -2,7 +2,7 @@
 import numpy as np
 
 from ..base import WHEELS
-from ..palette import WHEEL_COLOURS
+from ..figures import WHEEL_COLOURS
 from .section import Section
 
 SLOWEST = 2e-3  # s: friction ends a jump of slip within milliseconds

@@ -9,9 +9,8 @@ import math
 from matplotlib.ticker import LogLocator, NullFormatter
 
 from ..command_line import Parser, Refused
-from ..figures import new_figure, save
+from ..figures import GREY, new_figure, save
 from ..files import Outputs
-from ..palette import GREY
 from .work_precision_runs import CONTESTANTS
 
 STYLES = {one.key: one.style for one in CONTESTANTS}

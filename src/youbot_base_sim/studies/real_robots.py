@@ -9,8 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ..base import DRIVER_RADIUS, GRAVITY, WHEELS, Base
-from ..figures import new_figure, save
-from ..palette import BLUE, RED
+from ..figures import BLUE, RED, new_figure, save
 from .builds import ROOT
 
 YOUBOT = Base()
