@@ -83,7 +83,7 @@ def print_beginning(bag, record):
     print(f"{shown(bag.path)}: {sum(bag.counts.values())} messages, to t = {end:.3f} s")
     for name, topic in record.topics.items():
         series = record.series[name]
-        is_regular = name not in ("roller_switches", "cmd_vel", "velocity_command") and 0 < series.period < math.inf
+        is_regular = TOPICS[name].is_sampled and 0 < series.period < math.inf
         rate = f", {1 / series.period:.4g} Hz" if is_regular else ""
         print(f"  {name:28}{shown(topic)}: {len(series)}{rate}")
     for note in record.notes:
