@@ -29,7 +29,7 @@ class Page(MeasuredPage, unittest.TestCase):
         cls.script = subprocess.run([sys.executable, ROOT / "scripts" / "beyond_figures", "--simulate", SIMULATE, "--keep",
                                      kept, "-o", cls.drawn], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         recorder = runs.Recorder(SIMULATE, runs.Kept(kept, SIMULATE))
-        cls.findings = effects.findings(recorder)
+        cls.findings = [effect.measure(effect.record(recorder)) for effect in effects.EFFECTS]
         cls.rows = [effect.row(finding) for effect, finding in zip(effects.EFFECTS, cls.findings)]
         cls.warnings = recorder.warnings
 
