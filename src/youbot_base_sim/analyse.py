@@ -11,9 +11,7 @@ Exit status: 0 done, 2 refused, 1 an output could not be written.
 import argparse
 import array
 import contextlib
-import csv
 import importlib
-import io
 import math
 import warnings
 from pathlib import Path
@@ -26,10 +24,10 @@ from .base import Base
 from .command_line import DONE, Failed, Parser, Progress, Refused, complain, one_line, quoted, shown
 from .files import Outputs, make_folder, read_whole, write_whole
 from .records import TOPICS, Missing, Series, read_record
-from .report import csv_text
+from .report import csv_text, read_csv
 
 SECTIONS = ("path", "odometry", "slip", "switches", "energy", "spectrum", "efficiency")  # modules of analysis/
-LARGEST_SCENE, LARGEST_TABLE = 1000000, 250000000  # bytes, as simulate reads
+LARGEST_SCENE = 1000000  # bytes, as simulate reads
 
 
 def main(argv=None):
@@ -165,15 +163,13 @@ def read_base(path):
 def read_desired(path):
     """The desired motion, from rows of `simulate --csv`."""
     columns = ("t", "x", "y", "V_X", "V_Y", "Omega")
-    content = read_whole("--desired", path, LARGEST_TABLE, "rows of simulate --csv")
-    numbers = array.array("d")  # takes a tenth of what lists do
+    rows, numbers = read_csv("--desired", path, "rows of simulate --csv"), array.array("d")  # a tenth of what lists take
+    names = next(rows)
     try:
-        rows = csv.reader(io.TextIOWrapper(io.BytesIO(content), encoding="utf-8-sig", newline=""))
-        names = next(rows, [])
         places = [names.index(column) for column in columns]
-        for row in filter(None, rows):
+        for row in rows:
             numbers.extend(float(row[place]) for place in places)
-    except (IndexError, ValueError, csv.Error):
+    except ValueError:
         numbers = []
     values = np.array(numbers).reshape(-1, len(columns))
     if not len(values) or not np.isfinite(values).all() or not (np.diff(values[:, 0]) > 0).all():

@@ -3,7 +3,10 @@ import csv
 import io
 from dataclasses import dataclass
 
-from .files import write_whole
+from .command_line import Refused, shown
+from .files import read_whole, write_whole
+
+LARGEST_TABLE = 250000000  # bytes, as simulate reads
 
 
 def table(head, rows):
@@ -19,6 +22,24 @@ def csv_text(columns, rows, form=lambda value: "" if value != value else repr(va
     writer.writerow(columns)
     writer.writerows([form(cell) if isinstance(cell, float) else cell for cell in row] for row in rows)
     return text.getvalue()
+
+
+def read_csv(option, path, allowed):
+    """Yields the rows of a table in CSV, lists of texts of one length: the first has the columns' names, one at least
+    follows. Blank lines and a byte order mark are passed over. Throws Refused, as read_whole does."""
+    count, rows = 0, csv.reader(io.TextIOWrapper(io.BytesIO(read_whole(option, path, LARGEST_TABLE, allowed)),
+                                                 encoding="utf-8-sig", newline=""))
+    try:
+        for row in filter(None, rows):
+            columns = len(row) if count == 0 else columns
+            if len(row) != columns:
+                raise csv.Error(f"line {rows.line_num} has {len(row)} cells instead of {columns}")
+            count += 1
+            yield row
+        if count < 2:
+            raise csv.Error("no rows")
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise Refused(f"{option} {shown(path)}: {error}; must be {allowed}".lstrip())
 
 
 @dataclass
