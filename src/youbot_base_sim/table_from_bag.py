@@ -6,7 +6,8 @@ efforts of /joint_states or /base/joint_states, a row a message.
 
 Rates are in rad/s, torques in N m, both positive forward on all four wheels. t = 0 is the beginning of the bag. A wheel
 without a command so far is at zero. Of a bag that is cut or has no index, the table has what can be read, and a
-warning says how far that is. To replay the commands of a robot, with its limits and resolution:
+warning says how far that is. A bag whose times go back, as of two runs, is refused. To replay the commands of a robot,
+with its limits and resolution:
 
   drive: {velocity_table: FILE.csv}
   motors: {quantized: true}
@@ -65,11 +66,6 @@ class ChosenTopics:
             raise Refused(f"{self.path}: no {usual}; it has {self.bag.shown_topics()}{advice}")
         return found
 
-    def read(self, topics):
-        """Time, s from the bag's beginning, type and message, in the order of the bag."""
-        for topic, message, arrival in self.bag.messages(topics):
-            yield self.bag.time_of(message, arrival), self.bag.types[topic], message
-
 
 def twist_rates(twist, driver):
     """Wheel rates by the driver's kinematics; none for any wheel where the driver refuses the twist."""
@@ -105,7 +101,8 @@ def commanded(chosen, types, arguments):
                       "topics to take with --topic")
     driver = Base(wheel_radius=arguments.wheel_radius, half_wheelbase=arguments.half_lengths, half_track=0)
     rows, now, complaints = [], [0.0] * 4, Counter()
-    for t, kind, message in chosen.read(topics):
+    for t, topic, message in chosen.bag.messages_of_one_run(topics):
+        kind = chosen.bag.types[topic]
         if kind == TWIST:
             command, wrong = twist_rates(message, driver)
         elif kind == VELOCITIES:
@@ -128,7 +125,7 @@ def commanded(chosen, types, arguments):
 def joint_states(chosen, fields):
     """Time, s, and the values of each field for the four wheels, in order of time."""
     states = []
-    for t, _, message in chosen.read(chosen.need(STATES)):
+    for t, _, message in chosen.bag.messages_of_one_run(chosen.need(STATES)):
         if not set(JOINTS) <= set(message.name):
             continue  # the arm's
         state = {}
