@@ -77,16 +77,16 @@ nlohmann::json measure(Solver solver, const Task& task) {
   return {{"rows", run.rows}, {"run_time", least}, {"repeats", repeats}, {"counts", counts}};
 }
 
-Task read_task(const nlohmann::json& told) {
+Task read_task(const nlohmann::json& argument) {
   SceneOverrides overrides;
-  overrides.model = told.at("model");
-  if (told.contains("tolerance")) overrides.relative_tolerance = told.at("tolerance").get<double>();
+  overrides.model = argument.at("model");
+  if (argument.contains("tolerance")) overrides.relative_tolerance = argument.at("tolerance").get<double>();
   Task task;
-  task.scene = load_scene(told.at("scene"), overrides);
-  task.scene.solver.method = told.at("solver");
-  task.scene.solver.step = told.value("step", 0.0);
-  task.max_evaluations = told.value("max_evaluations", task.max_evaluations);
-  const double rate = told.at("rate"), end = std::min(told.at("span").get<double>(), task.scene.duration);
+  task.scene = load_scene(argument.at("scene"), overrides);
+  task.scene.solver.method = argument.at("solver");
+  task.scene.solver.step = argument.value("step", 0.0);
+  task.max_evaluations = argument.value("max_evaluations", task.max_evaluations);
+  const double rate = argument.at("rate"), end = std::min(argument.at("span").get<double>(), task.scene.duration);
   for (int k = 0; k <= end * rate * (1 + 1e-12); ++k) task.times.push_back(k / rate);
   return task;
 }

@@ -27,7 +27,7 @@ struct Task {
 struct Run {
   std::vector<State> rows;  ///< at the times asked for
   IntegrationStatistics statistics;
-  std::uint64_t jacobians = 0;  ///< evaluated; 0: not told
+  std::uint64_t jacobians = 0;  ///< evaluated; 0: not counted
 };
 
 /// Thrown out of a run that cannot go on; says why.

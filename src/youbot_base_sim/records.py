@@ -6,7 +6,7 @@ from typing import Callable
 
 import numpy as np
 
-from .base import JOINTS, WHEELS, Base, sign_factors, velocity_sign
+from .base import JOINTS, WHEELS, Base
 from .command_line import Refused, shown
 
 POSE = ("x", "y", "psi", "V_X", "V_Y", "Omega")
@@ -291,7 +291,7 @@ def wheel_series(t, values, record, topic):
     """Rates positive forward: velocities in the positions' sense, else differences of the positions."""
     series = Series(t, dict(zip(("position", "rate", "effort"), np.split(values, 3, axis=1))))
     positions, both = series.known("position"), series.known("position", "rate")
-    sign = velocity_sign(list(zip(both["position"].tolist(), both["rate"].tolist()))) if both else None
+    sign = velocity_sign(both["position"], both["rate"]) if both else None
     if not positions:
         record.notes.append(f"{topic} tells no positions: the velocities are taken as positive forward")
     elif sign is None and len(positions) > 1:
@@ -303,10 +303,26 @@ def wheel_series(t, values, record, topic):
     elif sign == "driver_exact":
         record.notes.append(f"{topic}: velocities of fl and bl have the driver's opposite sign: turned round")
     for name in ("rate", "effort"):
-        series.columns[name] = series[name] * np.array(sign_factors(sign))
+        series.columns[name] = series[name] * sign_factors(sign)
     if not np.nan_to_num(series["effort"]).any():
         del series.columns["effort"]
     return series
+
+
+def velocity_sign(positions, rates):
+    """"consistent" with the positions, or "driver_exact": fl and bl the other way round, as the youBot's driver has it.
+
+    Rows over the four wheels, in order of time. None where they contradict each other, "still" where no wheel turns.
+    """
+    agree = np.sign(np.sum(np.diff(positions, axis=0) * rates[1:], axis=0))
+    if not agree.any():
+        return "still"
+    return next((sign for sign in ("consistent", "driver_exact") if (agree == sign_factors(sign)).all()), None)
+
+
+def sign_factors(sign):
+    """What makes velocities and efforts positive forward on all four wheels."""
+    return np.array([-1, 1, -1, 1] if sign == "driver_exact" else [1, 1, 1, 1])
 
 
 def switch_series(t, values, *_):

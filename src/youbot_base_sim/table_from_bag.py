@@ -18,10 +18,13 @@ import argparse
 import math
 from collections import Counter
 
+import numpy as np
+
 from .bags import Bag
-from .base import DRIVER_RADIUS, JOINTS, WHEELS, Base, sign_factors, velocity_sign
+from .base import DRIVER_RADIUS, JOINTS, WHEELS, Base
 from .command_line import Parser, Refused, complain
 from .files import Outputs, write_whole
+from .records import sign_factors, velocity_sign
 
 VELOCITY_UNIT, TORQUE_UNIT = "s^-1 rad", "m^2 kg s^-2 rad^-1"
 TWIST, VELOCITIES, TORQUES, STATES = (
@@ -123,28 +126,28 @@ def commanded(chosen, types, arguments):
 
 
 def joint_states(chosen, fields):
-    """Time, s, and the values of each field for the four wheels, in order of time."""
-    states = []
+    """Times, s, in order, and for each field the values of the four wheels at these times."""
+    rows = []
     for t, _, message in chosen.bag.messages_of_one_run(chosen.need(STATES)):
         if not set(JOINTS) <= set(message.name):
             continue  # the arm's
-        state = {}
+        rows.append([t])
         for field in fields:
             column = getattr(message, field)
             if len(column) != len(message.name):
                 raise Refused(f"{chosen.path}: the joint states at t = {t:.3f} s have no {field}")
-            state[field] = [column[message.name.index(joint)] for joint in JOINTS]
-            if not all(map(math.isfinite, state[field])):
+            rows[-1] += [column[message.name.index(joint)] for joint in JOINTS]
+            if not all(map(math.isfinite, rows[-1])):
                 raise Refused(f"{chosen.path}: {field} at t = {t:.3f} s: must be finite")
-        states.append((t, state))
-    if not states:
+    if not rows:
         raise Refused(f"{chosen.path}: no joint states of {', '.join(JOINTS)}")
-    return sorted(states, key=lambda timed: timed[0])
+    table = np.array(sorted(rows, key=lambda row: row[0]))
+    return table[:, 0], dict(zip(fields, np.split(table[:, 1:], len(fields), axis=1)))
 
 
 def detected_sign(chosen, states):
     """The sign of the velocities, by whether positions go the same way."""
-    sign = velocity_sign([(state["position"], state["velocity"]) for _, state in states])
+    sign = velocity_sign(states["position"], states["velocity"])
     if sign in (None, "still"):
         raise Refused(f"{chosen.path}: positions and velocities do not tell the sign of the velocities "
                       f"({'no wheel turns' if sign else 'they do not agree'}); tell it with --joint-velocity-sign")
@@ -154,11 +157,9 @@ def detected_sign(chosen, states):
 
 def measured(chosen, fields, sign):
     """For each field the rows of what the wheels did."""
-    states = joint_states(chosen, fields + (["position", "velocity"] if sign == "auto" else []))
-    if sign == "auto":
-        sign = detected_sign(chosen, states)
-    return [[(t, [factor * value for factor, value in zip(sign_factors(sign), state[field])]) for t, state in states]
-            for field in fields]
+    t, states = joint_states(chosen, fields + (["position", "velocity"] if sign == "auto" else []))
+    factors = sign_factors(detected_sign(chosen, states) if sign == "auto" else sign)
+    return [list(zip(t.tolist(), (factors * states[field]).tolist())) for field in fields]
 
 
 def write(path, rows):
