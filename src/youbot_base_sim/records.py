@@ -101,9 +101,10 @@ class Record:
         return f"no {' or '.join(TOPICS[name].usual)} ({TOPICS[name].kind})"
 
 
-def read_record(bag, base, chosen, progress):
-    """Reads a Record. `chosen` has topics by name that go before the usual ones; `progress(n)` hears of n messages."""
-    topics = find_topics(bag, chosen)
+def read_record(bag, base, chosen=(), progress=lambda n: None, names=None):
+    """Reads a Record, of these names of TOPICS or of all. `chosen` has topics by name that go before the usual ones;
+    `progress(n)` hears of n messages."""
+    topics = find_topics(bag, chosen, names or TOPICS)
     names = {topic: name for name, candidates in topics.items() for topic in candidates}
     rows = {topic: [] for topic in names}
     record, left_out = Record(base), LeftOut()
@@ -177,10 +178,10 @@ class LeftOut:
                        "left out")
 
 
-def find_topics(bag, chosen):
+def find_topics(bag, chosen, names):
     """{name: topics that may tell it, the likeliest first}"""
     found = {}
-    for name, wanted in TOPICS.items():
+    for name, wanted in ((name, TOPICS[name]) for name in names):
         topics = {topic: topic.rsplit("/", 1)[-1] for topic in bag.types if bag.types[topic] == wanted.kind}
         found[name] = sorted((topic for topic in topics if topics[topic] in wanted.usual),
                              key=lambda topic: (wanted.usual.index(topics[topic]), topic.count("/"), topic))
@@ -216,18 +217,19 @@ def switch_fields(message):
     wheel = message.wheel.rsplit("_", 1)[-1]
     if wheel not in WHEELS:
         return None
-    return {"switch": (WHEELS.index(wheel), message.direction, getattr(message, "count", 1))}
+    return {"switch": (WHEELS.index(wheel), message.direction, getattr(message, "count", 1)), "phi": (message.phi,)}
 
 
 def contact_fields(message):
     contacts = {contact.wheel.rsplit("_", 1)[-1]: contact for contact in message.contacts}
     if set(contacts) != set(WHEELS):
         return None
-    slip = [contacts[wheel].slip_velocity for wheel in WHEELS]
+    vectors = {name: [component for wheel in WHEELS for vector in [getattr(contacts[wheel], name)]
+                      for component in (vector.x, vector.y)] for name in ("slip_velocity", "friction_force")}
     return {"kinetic_energy": (message.kinetic_energy,),
             **{name + "_power": (getattr(message, name + "_power", 0.0),) for name in POWERS},
-            "slip_velocity": [component for velocity in slip for component in (velocity.x, velocity.y)],
-            "friction_share": [contacts[wheel].friction_share for wheel in WHEELS]}
+            **vectors, **{name: [getattr(contacts[wheel], name) for wheel in WHEELS]
+                          for name in ("friction_share", "normal_force")}}
 
 
 def twist_fields(message):
@@ -326,13 +328,14 @@ def sign_factors(sign):
 
 
 def switch_series(t, values, *_):
-    return Series(t, {"wheel": values[:, 0].astype(int), "direction": values[:, 1], "count": values[:, 2]})
+    return Series(t, {"wheel": values[:, 0].astype(int), "direction": values[:, 1], "count": values[:, 2],
+                      "phi": values[:, 3]})
 
 
 def contact_series(t, values, *_):
-    slip, share = np.split(values[:, 1 + len(POWERS):], [8], axis=1)
+    slip, force, share, normal = np.split(values[:, 1 + len(POWERS):], [8, 16, 20], axis=1)
     return Series(t, {**dict(zip(("kinetic_energy", *POWERS), values.T)), "slip": slip.reshape(-1, 4, 2),
-                      "share": share})
+                      "force": force.reshape(-1, 4, 2), "share": share, "normal": normal})
 
 
 @dataclass
