@@ -1,8 +1,15 @@
-"""What the tests of pages with measured tables have in common."""
-
+"""What the tests of pages with measured tables have in common. Their first argument is SIMULATE."""
 import re
 import string
+import sys
+import tempfile
+from pathlib import Path
 
+from harness import ROOT
+
+from youbot_base_sim.studies import runs
+
+SIMULATE = Path(sys.argv.pop(1)).resolve()
 NUMBER = r"[-+]?\d+(?:\.\d+)?"
 # Units of the last digit that a printed number may be off: half for rounding, and what machines differ by.
 ROUNDED = 0.6
@@ -29,7 +36,30 @@ def agrees(finding, text):
 
 
 class MeasuredPage:
-    """Tests of a page: a mixin of unittest.TestCase, whose class has `table`, and `findings` with their `rows` of it."""
+    """Tests of a page with a `table` and a picture for each `picture_names`: a mixin of unittest.TestCase, whose class
+    measures `findings` with their `rows` of the table, of runs in `kept`."""
+
+    @classmethod
+    def setUpClass(cls):
+        folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(folder.cleanup)
+        cls.folder = Path(folder.name)
+        cls.prepare()
+        recorder = runs.Recorder(SIMULATE, runs.Kept(cls.folder / "kept", SIMULATE))
+        cls.findings, cls.rows = cls.measure(recorder)
+        cls.warnings = recorder.warnings
+
+    @classmethod
+    def prepare(cls):
+        """Before `folder`/kept is taken for the runs."""
+
+    def test_runs_without_a_warning(self):
+        self.assertEqual(self.warnings, [])
+
+    def test_has_every_figure(self):
+        for name in self.picture_names:
+            self.assertIn(f"]({self.table.page.stem}/{name})", self.page())
+            self.assertGreater((ROOT / "docs" / self.table.page.stem / name).stat().st_size, 5000)
 
     def page(self):
         return self.table.page.read_text()

@@ -9,8 +9,7 @@ import numpy as np
 from ..base import Base
 from ..report import Finding, FindingsTable
 from .builds import ROOT
-from .runs import DEGREES, MODELS, Scene, mean
-from .study import Study
+from .runs import DEGREES, MODELS, Scene, Study, mean
 
 RADIUS, PERIOD = 2.5, 30.0  # of the circle of both cases: m, s
 SPEED, YAW_RATE = RADIUS * 2 * np.pi / PERIOD, 2 * np.pi / PERIOD

@@ -45,7 +45,7 @@ def read_arguments():
 
 def draw(work, arguments, cases):
     """Draws the paper's figures, or those of a scene. Returns their folder."""
-    from .claims import Scene, Study
+    from .runs import Scene, Study
     own = arguments.scene and Study(Scene(arguments.scene), work.recorder)
     if own:
         work.recorder.check(own.scene)
