@@ -15,12 +15,14 @@ def table(head, rows):
 
 
 def csv_text(columns, rows, form=lambda value: "" if value != value else repr(value)):
-    """A table in CSV with one line of names. `form` writes floats: by default so that they read back to the same value,
-    and empty where they are not a number."""
+    """A table in CSV with one line of names; rows are lists of cells or, where a cell may be missing, dictionaries.
+    `form` writes floats: by default so that they read back to the same value, and empty where they are not a number."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(columns)
-    writer.writerows([form(cell) if isinstance(cell, float) else cell for cell in row] for row in rows)
+    for row in rows:
+        cells = [row.get(column, "") for column in columns] if isinstance(row, dict) else row
+        writer.writerow([form(cell) if isinstance(cell, float) else cell for cell in cells])
     return text.getvalue()
 
 

@@ -93,13 +93,12 @@ class Row(dict):
 
 
 def csv_of_rows(rows):
-    """One line for each cell and tolerance; a cell that a row does not have stays empty."""
-    columns = COLUMNS + counter_names(rows)
-    return csv_text(columns, [[row.get(column, "") for column in columns] for row in rows], "{:.10g}".format)
+    """One line for each cell and tolerance."""
+    return csv_text(COLUMNS + counter_names(rows), rows, "{:.10g}".format)
 
 
 def read_rows(path):
-    """Reads back what `csv_text` wrote."""
+    """Reads back what `csv_of_rows` wrote."""
     with open(path, newline="") as file:
         for line in csv.DictReader(file):
             yield Row({key: value if key in WORDS else float(value) for key, value in line.items()
