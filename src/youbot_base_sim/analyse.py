@@ -163,7 +163,8 @@ def read_base(path):
 def read_desired(path):
     """The desired motion, from rows of `simulate --csv`."""
     columns = ("t", "x", "y", "V_X", "V_Y", "Omega")
-    rows, numbers = read_csv("--desired", path, "rows of simulate --csv"), array.array("d")  # a tenth of what lists take
+    numbers = array.array("d")  # takes a tenth of what lists do
+    rows = read_csv("--desired", path, "rows of simulate --csv")
     names = next(rows)
     try:
         places = [names.index(column) for column in columns]

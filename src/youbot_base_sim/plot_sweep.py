@@ -101,8 +101,8 @@ def scatter(table, arguments):
     x, y = table.numbers(arguments.x), table.numbers(arguments.y)
     both = np.isfinite(x) & np.isfinite(y)
     if not both.any():
-        raise Refused(f"{table.path}: columns {shown(arguments.x)} and {shown(arguments.y)}: must both have a number in "
-                      "some run")
+        raise Refused(f"{table.path}: columns {shown(arguments.x)} and {shown(arguments.y)}: must both have a number "
+                      "in some run")
     figure = new_figure(figsize=(6.4, 5))
     axis = figure.subplots()
     size = np.clip(2000 / len(x), 1.5, 25)

@@ -344,7 +344,7 @@ class Topic:
     kind: str           # of its messages
     usual: tuple        # names, in any namespace, the best first
     fields: Callable    # message to {field: numbers}, each used or left out as a whole; None for one of something else
-    series: Callable    # times, rows of all fields, record and shown topic to a Series; tells the record what it assumes
+    series: Callable    # times, rows of all fields, record (for its notes) and topic as it is shown, to a Series
     is_sampled: bool = True  # rather than sent when something happens
 
 

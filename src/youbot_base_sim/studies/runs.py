@@ -1,5 +1,5 @@
-"""Runs of `simulate`: a scene changed in some keys, recorded in a bag, and the bag as arrays; and which of them a study of
-a scene looks at.
+"""Runs of `simulate`: a scene changed in some keys, recorded in a bag, and the bag as arrays; and which of them a study
+of a scene looks at.
 
 Bags are kept under the hash of what they depend on, so that no run is done twice.
 """
