@@ -27,8 +27,16 @@ class NoSlipSystem final : public SmoothSystem {
     ++statistics_.evaluations;
     model_.derivative(x, torque_.value(t), dxdt);
   }
-  void jacobian(const State& x, StateJacobian& J, double t, State& dfdt) const override {
-    model_.jacobian(x, torque_.value(t), torque_.derivative(t), J, dfdt);
+  State increments() const override {
+    const RobotParameters& robot = model_.robot();
+    // Bearings' friction turns where rolling wheels and rollers turn at their smoothing rates.
+    const double turns = std::min(robot.dry_friction_rate * robot.R,
+                                  robot.roller_dry_friction_rate * (robot.R - robot.R_d) * kCosDelta);
+    const double step = std::min(1e-6, 1e-3 * turns);
+    State steps;
+    steps.psi() = 1e-6;
+    steps.values.col(1) << step, step, step, 0;
+    return steps;
   }
   Wheels middle() const override { return Wheels::Constant(std::numeric_limits<double>::infinity()); }
 

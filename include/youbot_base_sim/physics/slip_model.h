@@ -19,12 +19,6 @@ inline double power(const Velocities& u, const Velocities& Q) {
   return (u.v * Q.v + u.dphi * Q.dphi + u.dgamma * Q.dgamma).sum();
 }
 
-/// Derivative of the forces by each wheel's angle phi_i, N/rad and N m/rad: on the platform, on dphi_i, on dgamma_i.
-struct AngleStiffness {
-  std::array<Wheels, 3> platform;
-  Wheels dphi, dgamma;
-};
-
 /// Sets `derivative` to the time derivative of `state` under the forces Q on its velocities.
 inline void set_derivative(const Inertia& inertia, const State& state, const Velocities& Q, State& derivative) {
   const Velocities u = state.velocities();
@@ -62,8 +56,8 @@ class SlipModel {
   using Contacts = typename Features::Contacts;
   using Friction = typename Features::Friction;  ///< at the contacts, as a step reuses it
 
-  /// Whether normal reactions may follow the motion, and whether the Jacobian has a closed form.
-  static constexpr bool kReactionsFollow = Features::kReactionsFollow, kClosedJacobian = Features::kClosedJacobian;
+  /// Whether normal reactions may follow the motion.
+  static constexpr bool kReactionsFollow = Features::kReactionsFollow;
 
   /// Entries of the contacts that become weighted means where two rollers share a wheel.
   static constexpr const auto& kMeans = Features::kMeans;
@@ -157,9 +151,6 @@ class SlipModel {
   void damping(const Velocities& u, const Contacts& c, const Friction& F, DampingMatrix& G) const {
     damping(u, c, stiffness(c, F), G);
   }
-
-  /// Derivative of `forces` by the wheels' angles. `c` are the contacts at the velocities u and this geometry.
-  AngleStiffness angle_stiffness(const Velocities& u, const ContactGeometry& geometry, const Contacts& c) const;
 
   /// Friction after the velocities have changed by du from where the contacts are `c`, to first order.
   Friction friction_after(const Contacts& c, const Friction& F, const Velocities& du) const {
@@ -348,17 +339,5 @@ template <class Law>
 using PaperModel = SlipModel<Law, PaperFeatures>;
 template <class Law>
 using ExtendedModel = SlipModel<Law, ExtendedFeatures>;
-
-template <class Law, class Features>
-AngleStiffness SlipModel<Law, Features>::angle_stiffness(const Velocities& u, const ContactGeometry& g,
-                                                         const Contacts& c) const {
-  const Stiffness K = friction_.stiffness(features_.slip(c), features_.limit(c));
-  const Wheels V_PX_phi = -g.dDelta_Y * u.v[2] - g.dr_X * u.dgamma, V_PY_phi = g.dr_Y * u.dgamma;
-  const Wheels X = K(0, 0) * V_PX_phi + K(0, 1) * V_PY_phi, Y = K(0, 1) * V_PX_phi + K(1, 1) * V_PY_phi;
-  const Wheels arm = rho_Y_ + c.Delta_Y;
-  return {{-X, -Y, arm * X - rho_X_ * Y - c.F_X * g.dDelta_Y},
-          robot_.R * X,
-          g.r_X * X - g.r_Y * Y - g.dr_X * c.F_X + g.dr_Y * c.F_Y};
-}
 
 }  // namespace youbot_base_sim
