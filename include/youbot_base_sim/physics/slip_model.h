@@ -19,22 +19,6 @@ inline double power(const Velocities& u, const Velocities& Q) {
   return (u.v * Q.v + u.dphi * Q.dphi + u.dgamma * Q.dgamma).sum();
 }
 
-/// Sets `derivative` to the time derivative of `state` under the forces Q on its velocities.
-inline void set_derivative(const Inertia& inertia, const State& state, const Velocities& Q, State& derivative) {
-  const Velocities u = state.velocities();
-  const double cos_psi = std::cos(state.psi()), sin_psi = std::sin(state.psi());
-  derivative.x() = u.v[0] * cos_psi - u.v[1] * sin_psi;
-  derivative.y() = u.v[0] * sin_psi + u.v[1] * cos_psi;
-  derivative.psi() = u.v[2];
-  derivative.work() = power(u, Q);
-  const Eigen::Vector3d dv = inertia.M_v_inverse * Eigen::Vector3d{Q.v[0], Q.v[1], Q.v[2]};
-  derivative.values.col(1) << dv[0], dv[1], dv[2], 0;
-  derivative.phi() = u.dphi;
-  derivative.dphi() = Q.dphi * (1 / inertia.J_1);
-  derivative.dgamma() = Q.dgamma * (1 / inertia.J_2);
-  derivative.gamma() = u.dgamma;
-}
-
 /// The velocities that each bring about the model's regularization speed, m/s and rad/s.
 template <class Model>
 Velocities regularization_velocities(const Model& model) {
@@ -138,7 +122,18 @@ class SlipModel {
 
   /// Time derivative of `state`, whose contacts are `c`, under the wheel torques `M` (N m).
   void derivative(const State& state, const Contacts& c, const Wheels& M, State& derivative) const {
-    set_derivative(inertia_, state, forces(state.velocities(), c, M), derivative);
+    const Velocities u = state.velocities(), Q = forces(u, c, M);
+    const double cos_psi = std::cos(state.psi()), sin_psi = std::sin(state.psi());
+    derivative.x() = u.v[0] * cos_psi - u.v[1] * sin_psi;
+    derivative.y() = u.v[0] * sin_psi + u.v[1] * cos_psi;
+    derivative.psi() = u.v[2];
+    derivative.work() = power(u, Q);
+    const Eigen::Vector3d dv = inertia_.M_v_inverse * Eigen::Vector3d{Q.v[0], Q.v[1], Q.v[2]};
+    derivative.values.col(1) << dv[0], dv[1], dv[2], 0;
+    derivative.phi() = u.dphi;
+    derivative.dphi() = Q.dphi * (1 / inertia_.J_1);
+    derivative.dgamma() = Q.dgamma * (1 / inertia_.J_2);
+    derivative.gamma() = u.dgamma;
   }
 
   /// Sets G to minus the derivative of `forces` by the velocities u, Coriolis forces excluded, where the contacts are
