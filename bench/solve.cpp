@@ -18,6 +18,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "youbot_base_sim/integration/difference_jacobian.h"
 #include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/integration/slip_system.h"
 #include "youbot_base_sim/simulation.h"
@@ -222,7 +223,7 @@ class Integrator {
     ++integrator.run_.jacobians;
     Eigen::Matrix<double, State::kSize, State::kSize> all;
     State rate;
-    integrator.system_->jacobian(integrator.state(y), all, t, rate);
+    difference_jacobian(*integrator.system_, integrator.state(y), t, all, rate);
     Eigen::Map<Eigen::Matrix<double, kSize, kSize>>(SM_DATA_D(J)) = all(kIndices, kIndices);
     return 0;
   }
