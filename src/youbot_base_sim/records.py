@@ -101,10 +101,10 @@ class Record:
         return f"no {' or '.join(TOPICS[name].usual)} ({TOPICS[name].kind})"
 
 
-def read_record(bag, base, chosen=(), progress=lambda n: None, names=None):
-    """Reads a Record, of these names of TOPICS or of all. `chosen` has topics by name that go before the usual ones;
-    `progress(n)` hears of n messages."""
-    topics = find_topics(bag, chosen, names or TOPICS)
+def read_record(bag, base, chosen=(), progress=lambda n: None, only=None):
+    """Reads a Record. `chosen` has topics by name that go before the usual ones; `progress(n)` hears of n messages;
+    `only`: the names of TOPICS to read, all unless given."""
+    topics = find_topics(bag, chosen, only or TOPICS)
     names = {topic: name for name, candidates in topics.items() for topic in candidates}
     rows = {topic: [] for topic in names}
     record, left_out = Record(base), LeftOut()
@@ -224,12 +224,16 @@ def contact_fields(message):
     contacts = {contact.wheel.rsplit("_", 1)[-1]: contact for contact in message.contacts}
     if set(contacts) != set(WHEELS):
         return None
-    vectors = {name: [component for wheel in WHEELS for vector in [getattr(contacts[wheel], name)]
-                      for component in (vector.x, vector.y)] for name in ("slip_velocity", "friction_force")}
+    ordered = [contacts[wheel] for wheel in WHEELS]
+
+    def planar(vectors):
+        return [component for vector in vectors for component in (vector.x, vector.y)]
     return {"kinetic_energy": (message.kinetic_energy,),
             **{name + "_power": (getattr(message, name + "_power", 0.0),) for name in POWERS},
-            **vectors, **{name: [getattr(contacts[wheel], name) for wheel in WHEELS]
-                          for name in ("friction_share", "normal_force")}}
+            "slip_velocity": planar(contact.slip_velocity for contact in ordered),
+            "friction_force": planar(contact.friction_force for contact in ordered),
+            "friction_share": [contact.friction_share for contact in ordered],
+            "normal_force": [contact.normal_force for contact in ordered]}
 
 
 def twist_fields(message):

@@ -123,7 +123,7 @@ class Recording:
 
     def series(self, name):
         with contextlib.closing(Bag(self.path)) as bag:
-            return read_record(bag, Base(), names=[name]).get(name)
+            return read_record(bag, Base(), only=[name]).get(name)
 
     @cached_property
     def truth(self):
