@@ -14,6 +14,11 @@ def table(head, rows):
     return "\n".join(lines) + "\n"
 
 
+def figures(x):
+    """Three figures, without an exponent while that is short; "-" for what is not a number."""
+    return "-" if x != x else f"{x:.0f}" if x >= 1000 else f"{x:.3g}"
+
+
 def csv_text(columns, rows, form=lambda value: "" if value != value else repr(value)):
     """A table in CSV with one line of names; rows are lists of cells or, where a cell may be missing, dictionaries.
     `form` writes floats: by default so that they read back to the same value, and empty where they are not a number."""

@@ -5,7 +5,7 @@ import re
 import time
 from pathlib import Path
 
-from ..report import table
+from ..report import figures, table
 from .builds import ROOT
 from .work_precision_runs import CONTESTANTS, LONG_ENOUGH, LONG_RUN, USEFUL_ERROR
 
@@ -19,11 +19,6 @@ TEMPLATE = ROOT / "docs" / "work_precision" / "template.md"
 
 def seconds(t):
     return f"{1e3 * t:.2g} ms" if t < 0.0995 else f"{1e3 * t:.0f} ms" if t < 0.9995 else f"{t:.3g} s"
-
-
-def figures(x):
-    """Three figures, without an exponent while that is short."""
-    return f"{x:.0f}" if x >= 1000 else f"{x:.3g}"
 
 
 def setting(row):
