@@ -209,8 +209,8 @@ def held_text(rows):
     others = [row for row in compared if row["shared_contacts"] == 0]
     distances = [shown("{:.1e} m", worst(of(some, "hundredth_distance")), "none") for some in (held, others)]
     return (f"Of {len(compared)} random runs at {power(compared[0]['tolerance'])}, {len(held)} hold a wheel, "
-            f"{sum(of(held, 'shared_contacts')):.0f} times in all. Largest distance from the end of a run at a hundredth "
-            f"of the tolerance: {distances[0]} with a held wheel, {distances[1]} without.")
+            f"{sum(of(held, 'shared_contacts')):.0f} times in all. Largest distance from the end of a run at a "
+            f"hundredth of the tolerance: {distances[0]} with a held wheel, {distances[1]} without.")
 
 
 def requirements():
@@ -236,5 +236,5 @@ def markdown(rows):
     return "\n".join(["# Stress suite\n", paragraph(head), requirements(),
                       "## Groups, each with the worst over its cells and tolerances\n", group_table(rows),
                       paragraph(links), paragraph(base_costs(rows)), "## What does not hold\n",
-                      failure_table(failing) if failing else "Everything holds.\n", paragraph(explained_text(explained)),
-                      "## Held wheels\n", paragraph(held_text(rows))])
+                      failure_table(failing) if failing else "Everything holds.\n",
+                      paragraph(explained_text(explained)), "## Held wheels\n", paragraph(held_text(rows))])
