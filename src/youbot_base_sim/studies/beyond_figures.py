@@ -8,6 +8,7 @@ from pathlib import Path
 
 from ..command_line import Parser, interruptible
 from ..files import make_folder
+from ..report import table
 from . import workshop
 from .builds import ROOT, simulate_of
 
@@ -24,7 +25,7 @@ def read_arguments():
 
 def main():
     arguments = read_arguments()
-    from .effects import EFFECTS, TABLE  # with what has been installed
+    from .effects import COLUMNS, EFFECTS, PAGE  # with what has been installed
     output = arguments.output or ROOT / "docs" / "beyond"
     make_folder(output)
     with interruptible(workshop.INTERRUPTED), workshop.Workshop(
@@ -32,7 +33,7 @@ def main():
         rows = [make(work, effect, output) for effect in EFFECTS]
     print(f"{len(rows)} figures: {output}/")
     if not arguments.output:
-        TABLE.write(rows)
+        PAGE.write(table(COLUMNS, rows))
         print(f"table of {len(rows)} effects: docs/beyond.md")
 
 

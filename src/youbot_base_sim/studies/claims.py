@@ -7,7 +7,7 @@ from typing import Callable
 import numpy as np
 
 from ..base import Base
-from ..report import Finding, FindingsTable
+from ..report import Finding, WrittenPart
 from .builds import ROOT
 from .runs import DEGREES, MODELS, Scene, Study, mean
 
@@ -15,9 +15,8 @@ RADIUS, PERIOD = 2.5, 30.0  # of the circle of both cases: m, s
 SPEED, YAW_RATE = RADIUS * 2 * np.pi / PERIOD, 2 * np.pi / PERIOD
 MU_1, MU_2, NU = 0.11, 5.78e-3, 1e-3  # (5.1), SI
 H, L, R, R_D = Base.half_wheelbase, Base.half_track, Base.wheel_radius, Base.roller_axis_radius
-TABLE = FindingsTable(
-    ROOT / "docs" / "paper.md", "scripts/paper_figures",
-    ("no.", "section", "the paper says", "measured", "same", "why", "command: `scripts/paper_figures`"))
+PAGE = WrittenPart(ROOT / "docs" / "paper.md", "scripts/paper_figures")
+COLUMNS = "no.", "section", "the paper says", "measured", "same", "why", "command: `scripts/paper_figures`"
 
 
 class Cases:

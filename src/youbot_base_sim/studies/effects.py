@@ -6,11 +6,12 @@ from typing import Callable
 
 import numpy as np
 
-from ..report import Finding, FindingsTable
+from ..report import Finding, WrittenPart
 from .builds import ROOT
 from .runs import DEGREES, Scene, mean
 
-TABLE = FindingsTable(ROOT / "docs" / "beyond.md", "scripts/beyond_figures", ("what", "scene", "what it does"))
+PAGE = WrittenPart(ROOT / "docs" / "beyond.md", "scripts/beyond_figures")
+COLUMNS = "what", "scene", "what it does"
 ROWS = 3000  # of a run
 CREEP = 5e-3  # m/s: a contact that slips faster slides rather than creeps
 

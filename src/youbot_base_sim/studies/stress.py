@@ -97,7 +97,7 @@ def run(arguments, progress):
     make_folder(tables)
     write_whole(tables / "cells.csv", stress_report.cells_csv(rows))
     write_whole(tables / "counters.csv", stress_report.counters_csv(rows))
-    write_whole(arguments.folder / "stress.md", stress_report.markdown(rows))
+    stress_report.PAGE.write(stress_report.written_part(rows), arguments.folder / "stress.md")
     return rows
 
 

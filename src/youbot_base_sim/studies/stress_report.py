@@ -2,11 +2,9 @@
 
 import csv
 import math
-import re
-import textwrap
 
 from ..base import Base
-from ..report import csv_text, figures, table
+from ..report import WrittenPart, csv_text, figures, paragraph, table
 from .builds import ROOT
 from .stress_cells import RANDOM_GROUP, ROBOT_MASS
 
@@ -20,6 +18,8 @@ MAX_HELD_ERROR = 1e-5  # m, of a motion in which a wheel is held, at the default
 SMALLEST = 1e-3  # absolute / relative tolerance, SI units: the least scale of a path or a speed
 SMALLEST_ENERGY = 0.5 * ROBOT_MASS * SMALLEST**2  # J, of the robot at that speed
 WHEELS_CENTRE = math.hypot(Base.half_wheelbase, Base.half_track)  # m from O
+
+PAGE = WrittenPart(ROOT / "docs" / "stress.md", "scripts/stress")
 
 # Columns of stress.csv besides the counters of the integration: numbers but for WORDS.
 COLUMNS = ("group cell tolerance build ending message outcome duration reached cpu_time base_cpu_time slowest_ms "
@@ -213,28 +213,16 @@ def held_text(rows):
             f"hundredth of the tolerance: {distances[0]} with a held wheel, {distances[1]} without.")
 
 
-def requirements():
-    """In words, as docs/stress.md has them."""
-    page = (ROOT / "docs" / "stress.md").read_text()
-    return re.search(r"(?s)Every cell is .*?`stress\.csv` has every run\.\n", page)[0]
-
-
-def paragraph(text):
-    return textwrap.fill(text, 120, break_long_words=False, break_on_hyphens=False) + "\n"
-
-
-def markdown(rows):
-    """The report."""
+def written_part(rows):
+    """What the script writes into the page."""
     failing, explained = ([row for row in rows if row["outcome"] == outcome] for outcome in ("fails", "explained"))
     cells, tolerances = len({row.full_name for row in rows}), sorted({row["tolerance"] for row in rows}, reverse=True)
-    head = (f"{cells} motions, each at tolerances from {power(tolerances[0])} to {power(tolerances[-1])}: "
-            f"{len(rows) - len(failing) - len(explained)} of {len(rows)} runs hold all requirements, {len(explained)} "
-            "more are explained by a sensitive motion. `scripts/stress` makes the runs and writes this page and "
-            "its tables, without the remarks at the end.")
-    links = ("[cells.csv](stress/cells.csv) has every cell, [counters.csv](stress/counters.csv) the counters of the "
-             f"integration at {power(tolerances[0])}.")
-    return "\n".join(["# Stress suite\n", paragraph(head), requirements(),
-                      "## Groups, each with the worst over its cells and tolerances\n", group_table(rows),
-                      paragraph(links), paragraph(base_costs(rows)), "## What does not hold\n",
-                      failure_table(failing) if failing else "Everything holds.\n",
-                      paragraph(explained_text(explained)), "## Held wheels\n", paragraph(held_text(rows))])
+    holding = len(rows) - len(failing) - len(explained)
+    totals = (f"{cells} motions, each at {len(tolerances)} tolerances from {power(tolerances[0])} to "
+              f"{power(tolerances[-1])}: {holding} of {len(rows)} runs hold all requirements, {len(explained)} more "
+              "are explained by a sensitive motion.")
+    links = ("The worst over the cells and tolerances of each group; [cells.csv](stress/cells.csv) has every cell, "
+             f"[counters.csv](stress/counters.csv) the counters of the integration at {power(tolerances[0])}.")
+    return "\n".join([paragraph(totals), group_table(rows), paragraph(links), paragraph(base_costs(rows)),
+                      "### What does not hold\n", failure_table(failing) if failing else "Everything holds.\n",
+                      paragraph(explained_text(explained)), "### Held wheels\n", paragraph(held_text(rows))])
