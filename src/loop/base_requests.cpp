@@ -6,13 +6,6 @@ namespace youbot_base_sim {
 
 namespace {
 
-template <class... Functions>
-struct Overloaded : Functions... {
-  using Functions::operator()...;
-};
-template <class... Functions>
-Overloaded(Functions...) -> Overloaded<Functions...>;
-
 bool is_command(const BaseRequest& request) { return std::holds_alternative<DriveCommand>(request); }
 
 bool is_of_loads(const BaseRequest& request) {
@@ -53,12 +46,12 @@ bool BaseRequests::push(double t, const BaseRequest& request) {
 bool BaseRequests::take(double t, BaseDriver& driver) {
   bool reconnected = false;
   for (; is_due(driver_, t); driver_.pop_front()) {
-    const double arrival = driver_.front().arrival;
-    std::visit(Overloaded{[&](const DriveCommand& command) { driver.command(arrival, command); },
-                          [&](SwitchOff) { driver.switch_off(); }, [&](SwitchOn) { driver.switch_on(); },
-                          [&](Reconnect) { reconnected = driver.reconnect() || reconnected; },
-                          [&](const Faults& faults) { driver.set_faults(arrival, faults); }, [](const auto&) {}},
-               driver_.front().request);
+    const auto& [arrival, request] = driver_.front();
+    if (const auto* command = std::get_if<DriveCommand>(&request)) driver.command(arrival, *command);
+    if (std::holds_alternative<SwitchOff>(request)) driver.switch_off();
+    if (std::holds_alternative<SwitchOn>(request)) driver.switch_on();
+    if (std::holds_alternative<Reconnect>(request)) reconnected = driver.reconnect() || reconnected;
+    if (const auto* faults = std::get_if<Faults>(&request)) driver.set_faults(arrival, *faults);
   }
   return reconnected;
 }
