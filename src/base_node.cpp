@@ -88,7 +88,7 @@ class BaseNode {
   void report_wait(const std::string& what);
   void advance_when_due();
   void advance_by_step();
-  std::int64_t periods_ahead() const;
+  std::int64_t periods_ahead();
   double wait_for_periods_ahead();
   void advance(std::int64_t periods);
   void log_tipping();
@@ -338,15 +338,16 @@ void BaseNode::advance_by_step() {
     advance(periods);
     publish_instant();
   }
-  clock_.end_of_step();
+  if (clock_.lockstep().has_own_period()) clock_.announce();  // within a period too
   time_services_->advanced(periods);
 }
 
 /// Control periods until it could be noticed.
-std::int64_t BaseNode::periods_ahead() const {
+std::int64_t BaseNode::periods_ahead() {
   if (wants_periods_) return 1;
   const double next = std::min(loop_.time() + kMaxAhead, diagnosing_.next());
-  return clock_.bounded(loop_.periods_until(wants_telemetry_ ? std::min(next, loop_.next_instant()) : next));
+  const std::int64_t periods = loop_.periods_until(wants_telemetry_ ? std::min(next, loop_.next_instant()) : next);
+  return std::min(periods, clock_.lockstep().left(loop_.periods()));
 }
 
 /// Wall time until they have passed, s; not positive if they have.

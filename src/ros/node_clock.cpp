@@ -72,10 +72,6 @@ bool NodeClock::wants_each_period() const {
   return paced_ || publications_.heard(kRollerSwitchesTopic) || publications_.heard(kClockTopic);
 }
 
-std::int64_t NodeClock::bounded(std::int64_t periods) const {
-  return lockstep_.has_own_period() ? std::min(periods, lockstep_.left(loop_.periods())) : periods;
-}
-
 double NodeClock::wait_for(double t) const {
   const double factor = settings_.real_time_factor;
   return factor == 0 ? 0 : (t - start_t_) / factor - since(start_);
@@ -128,10 +124,6 @@ void NodeClock::begin_publishing(bool is_due, bool switched) {
 
 void NodeClock::end_publishing() {
   if (lockstep_.has_own_period() && lockstep_.begins(loop_.periods())) publish_period();
-}
-
-void NodeClock::end_of_step() {
-  if (lockstep_.has_own_period()) announce();
 }
 
 /// In lockstep with nodes that have loops of their own, /clock advances once all else has arrived.

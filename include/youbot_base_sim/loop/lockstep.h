@@ -37,8 +37,11 @@ class Lockstep {
   /// Whether time waits at control period k: one begins for which there was no command yet.
   bool waits(std::int64_t k) const { return begins(k) && k != released_; }
 
-  /// Control periods from k to where the next period of lockstep begins, 1 or more.
-  std::int64_t left(std::int64_t k) const { return every_ - k % every_; }
+  /// Control periods from k to where the next period of lockstep begins, 1 or more; without lockstep no number is too
+  /// many.
+  std::int64_t left(std::int64_t k) const {
+    return settings_.on ? every_ - k % every_ : std::numeric_limits<std::int64_t>::max();
+  }
 
   /// Whether /clock advances while nothing is simulated yet: until a node that has a loop of its own first commands.
   bool idles() const { return has_own_period() && !started_; }

@@ -53,17 +53,14 @@ class NodeClock {
   /// Whether the end of each control period could be noticed, as far as topics are heard now.
   bool wants_each_period() const;
 
-  /// Control periods that may pass at once, of this many.
-  std::int64_t bounded(std::int64_t periods) const;
-
   /// Wall time until simulated time t (s) is due, s; not positive if it is.
   double wait_for(double t) const;
 
-  /// Calls `wait`, which waits for something other than time, and counts its duration as idle.
-  template <class Wait>
-  void wait(const Wait& wait) {
+  /// Calls `take_callbacks`, which waits for something other than time, and counts its duration as idle.
+  template <class TakeCallbacks>
+  void wait(const TakeCallbacks& take_callbacks) {
     timing_.busy += since(awake_since_);
-    wait();
+    take_callbacks();
     awake_since_ = SteadyClock::now();
   }
 
@@ -92,9 +89,6 @@ class NodeClock {
   /// After it.
   void end_publishing();
 
-  /// After a part of a step.
-  void end_of_step();
-
   /// /clock advances by a period of lockstep, to which the simulation does not follow, after `publish`, which publishes
   /// what is published at an instant.
   template <class Publish>
@@ -110,7 +104,10 @@ class NodeClock {
   /// Simulated time at which a message that comes now arrives, s.
   double arrival() const;
 
+  /// Where time waits for commands; it never does unless that is set.
   Lockstep& lockstep() { return lockstep_; }
+
+  /// The nodes that follow /clock, in lockstep with a period.
   ClockFollowers& followers() { return followers_; }
 
  private:
