@@ -15,28 +15,23 @@ constexpr char kNoBase[] = "No base initialized!";  // the driver's words
 
 const std::string kTooMany = fmt::format("{} requests wait for time to advance: refused", BaseRequests::kMaxWaiting);
 
-/// Why a request for faults is invalid; empty if it is valid.
-std::string refusal_of(const SetFaults::Request& request) {
-  std::string refusal;
-  const auto check = [&refusal](const std::string& name, double value, double max, const char* unit) {
-    if (!refusal.empty() || (value >= 0 && value <= max)) return;
-    refusal = fmt::format("{} = {}: must be from 0 to {:g}{}", name, value, max, unit);
+/// Faults of a request. `complaint` says why they cannot be; empty: they can.
+Faults faults_of(const SetFaults::Request& request, std::string& complaint) {
+  const auto checked = [&complaint](const std::string& name, double value, double max, const char* unit) {
+    const bool holds = value >= 0 && value <= max;
+    if (complaint.empty() && !holds) {
+      complaint = fmt::format("{} = {}: must be from 0 to {:g}{}", name, value, max, unit);
+    }
+    return value;
   };
-  for (int i = 0; i < kWheels; ++i) check(fmt::format("encoder_slip[{}]", i), request.encoder_slip[i], 1, "");
-  check("encoder_noise", request.encoder_noise, 10, " rad");
-  check("command_delay", request.command_delay, kMaxCommandDelay, " s");
-  return refusal;
-}
-
-Faults faults_of(const SetFaults::Request& request) {
   Faults faults;
   faults.ethercat_lost = request.ethercat_lost;
   for (int i = 0; i < kWheels; ++i) {
     faults.silent[i] = request.silent[i];
-    faults.encoder_slip[i] = request.encoder_slip[i];
+    faults.encoder_slip[i] = checked(fmt::format("encoder_slip[{}]", i), request.encoder_slip[i], 1, "");
   }
-  faults.encoder_noise = request.encoder_noise;
-  faults.command_delay = request.command_delay;
+  faults.encoder_noise = checked("encoder_noise", request.encoder_noise, 10, " rad");
+  faults.command_delay = checked("command_delay", request.command_delay, kMaxCommandDelay, " s");
   return faults;
 }
 
@@ -148,8 +143,8 @@ bool DriverInterface::reconnect(std_srvs::Empty::Request&, std_srvs::Empty::Resp
 }
 
 bool DriverInterface::set_faults(SetFaults::Request& asked, SetFaults::Response& response) {
-  response.message = refusal_of(asked);
-  if (response.message.empty() && !request(faults_of(asked))) response.message = kTooMany;
+  const Faults faults = faults_of(asked, response.message);
+  if (response.message.empty() && !request(faults)) response.message = kTooMany;
   response.success = response.message.empty();
   return true;
 }

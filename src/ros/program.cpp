@@ -33,18 +33,11 @@ std::string shown(XmlRpcValue& value) {
 
 /// A number, or a text that is one: YAML, as of roslaunch, takes 1e-5 for a text.
 bool read_number(XmlRpcValue& value, double& number) {
-  switch (value.getType()) {
-    case XmlRpcValue::TypeInt:
-      number = static_cast<int>(value);
-      return true;
-    case XmlRpcValue::TypeDouble:
-      number = static_cast<double>(value);
-      return true;
-    case XmlRpcValue::TypeString:
-      return youbot_base_sim::read_number(static_cast<std::string>(value), number);
-    default:
-      return false;
-  }
+  const auto type = value.getType();
+  if (type == XmlRpcValue::TypeString) return youbot_base_sim::read_number(static_cast<std::string>(value), number);
+  if (type == XmlRpcValue::TypeInt) number = static_cast<int>(value);
+  if (type == XmlRpcValue::TypeDouble) number = static_cast<double>(value);
+  return type == XmlRpcValue::TypeInt || type == XmlRpcValue::TypeDouble;
 }
 
 std::atomic<bool> end_is_requested{false};

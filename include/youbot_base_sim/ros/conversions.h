@@ -14,8 +14,6 @@
 #include <youbot_base_sim/SetLoads.h>
 
 #include <Eigen/Dense>
-#include <array>
-#include <optional>
 #include <string>
 #include <vector>
 
