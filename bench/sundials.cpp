@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "solver.h"
+#include "youbot_base_sim/integration/difference_jacobian.h"
 #include "youbot_base_sim/integration/slip_system.h"
 
 // What CVODE and ARKODE leave to the user was chosen by trial, for the highest accuracy in the time.
@@ -184,7 +185,7 @@ class Integrator {
     ++integrator.run_.jacobians;
     Eigen::Matrix<double, State::kSize, State::kSize> all;
     State rate;
-    integrator.system_->jacobian(integrator.state(y), all, t, rate);
+    difference_jacobian(*integrator.system_, integrator.state(y), t, all, rate);
     Eigen::Map<Eigen::Matrix<double, kSize, kSize>>(SM_DATA_D(J)) = all(kIndices, kIndices);
     return 0;
   }

@@ -19,12 +19,6 @@ Eigen::Vector3d ReferenceMotion::acceleration(double t) const {
   return {value(V_X), value(V_Y), value(Omega)};
 }
 
-Eigen::Vector3d ReferenceMotion::jerk(double t) const {
-  const double w = 2 * M_PI / period, c = std::cos(w * t), s = std::sin(w * t);
-  const auto value = [&](const Harmonic& v) { return -w * w * (v.cos * c + v.sin * s); };
-  return {value(V_X), value(V_Y), value(Omega)};
-}
-
 ReferenceTorque::ReferenceTorque(const RobotParameters& robot, const ReferenceMotion& motion)
     : model_(robot), motion_(motion) {
   constant_ = cos_ = sin_ = cos_2_ = sin_2_ = Wheels::Zero();
@@ -50,10 +44,6 @@ Wheels ReferenceTorque::dry_value(double t) const {
   return model_.torque(motion_.velocity(t), motion_.acceleration(t));
 }
 
-Wheels ReferenceTorque::derivative(double t) const {
-  return model_.torque_rate(motion_.velocity(t), motion_.acceleration(t), motion_.jerk(t));
-}
-
 double PiecewiseTorque::begin_segment(double t) {
   const auto next = std::upper_bound(segments_.begin(), segments_.end(), t,
                                      [](double time, const TorqueSegment& segment) { return time < segment.start; });
@@ -64,11 +54,6 @@ double PiecewiseTorque::begin_segment(double t) {
 Wheels PiecewiseTorque::value(double t) const {
   const double angle = 2 * M_PI * t / segment_.period;
   return segment_.constant + segment_.cos * std::cos(angle) + segment_.sin * std::sin(angle);
-}
-
-Wheels PiecewiseTorque::derivative(double t) const {
-  const double w = 2 * M_PI / segment_.period, angle = w * t;
-  return w * (segment_.sin * std::cos(angle) - segment_.cos * std::sin(angle));
 }
 
 Wheels WheelTable::at(double time) const {

@@ -17,6 +17,7 @@
 #include "physics/random_states.h"
 #include "reference_rows.h"
 #include "youbot_base_sim/drive/torque_profiles.h"
+#include "youbot_base_sim/integration/difference_jacobian.h"
 #include "youbot_base_sim/integration/slip_system.h"
 #include "youbot_base_sim/physics/no_slip_model.h"
 #include "youbot_base_sim/simulation.h"
@@ -491,6 +492,37 @@ TEST(Methods, TheTableNamesEachMethodOnce) {
 }
 
 std::string name_of_test(const testing::TestParamInfo<std::string>& tested) { return tested.param; }
+// Each entry depends on itself, on the next one and on time; the last one has no effect.
+struct Chain {
+  State increments() const {
+    State steps;
+    steps.values.setConstant(1e-6);
+    steps.begin()[State::kSize - 1] = 0;
+    return steps;
+  }
+  static double next(const State& x, int k) { return k + 2 < State::kSize ? x.begin()[k + 1] : 0; }
+  void operator()(const State& x, State& dxdt, double t) const {
+    for (int k = 0; k < State::kSize - 1; ++k) dxdt.begin()[k] = std::sin(x.begin()[k]) * std::cos(next(x, k)) + t * t;
+  }
+};
+
+// Errors of central differences: third derivatives times (1e-6)^2 / 6, and rounding of 1e-16 over 1e-6.
+TEST(DifferenceJacobianTest, MeetsDerivativesInClosedForm) {
+  Random random(41);
+  State x, dfdt;
+  for (double& entry : x) entry = random.uniform(-2, 2);
+  Eigen::Matrix<double, State::kSize, State::kSize> J, expected = decltype(J)::Zero();
+  for (int k = 0; k < State::kSize - 1; ++k) {
+    const double here = x.begin()[k], next = Chain::next(x, k);
+    expected(k, k) = std::cos(here) * std::cos(next);
+    if (k + 2 < State::kSize) expected(k, k + 1) = -std::sin(here) * std::sin(next);
+  }
+  difference_jacobian(Chain(), x, 1.5, J, dfdt);
+  EXPECT_LT((J - expected).cwiseAbs().maxCoeff(), 1e-9);
+  for (int k = 0; k < State::kSize - 1; ++k) EXPECT_NEAR(dfdt.begin()[k], 3, 1e-8);
+  EXPECT_EQ(dfdt.begin()[State::kSize - 1], 0);
+}
+
 INSTANTIATE_TEST_SUITE_P(Table, MethodTest, testing::ValuesIn(method_names()), name_of_test);
 INSTANTIATE_TEST_SUITE_P(Table, PaperCaseTest, testing::ValuesIn(method_names()), name_of_test);
 

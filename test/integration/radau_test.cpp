@@ -451,7 +451,6 @@ class TurningTorque : public TorqueProfile {
   TurningTorque(double from, double value) : from_(from), value_(value) {}
   double begin_segment(double) override { return std::numeric_limits<double>::infinity(); }
   Wheels value(double t) const override { return Wheels::Constant(t < from_ ? 1 : value_); }
-  Wheels derivative(double) const override { return Wheels::Zero(); }
 
  private:
   double from_, value_;

@@ -14,7 +14,6 @@ class ReferenceTorque : public TorqueProfile {
   ReferenceTorque(const RobotParameters& robot, const ReferenceMotion& motion);
   double begin_segment(double) override { return std::numeric_limits<double>::infinity(); }
   Wheels value(double t) const override;
-  Wheels derivative(double t) const override;
 
  private:
   [[gnu::noinline, gnu::cold]] Wheels dry_value(double t) const;

@@ -21,10 +21,9 @@ struct ReferenceMotion {
   double period = 1;  ///< s
   Harmonic V_X, V_Y, Omega;
 
-  /// (V_X, V_Y, Omega), m/s and rad/s, at time t (s); then its first and second derivatives.
+  /// (V_X, V_Y, Omega), m/s and rad/s, at time t (s); then its derivative.
   Eigen::Vector3d velocity(double t) const;
   Eigen::Vector3d acceleration(double t) const;
-  Eigen::Vector3d jerk(double t) const;
 };
 
 /// One segment of a torque profile: constant + cos * cos(2 pi t / period) + sin * sin(2 pi t / period), N m. The time t
@@ -46,7 +45,6 @@ class PiecewiseTorque : public TorqueProfile {
   explicit PiecewiseTorque(TorqueSegments segments) : segments_(std::move(segments)) {}
   double begin_segment(double t) override;
   Wheels value(double t) const override;
-  Wheels derivative(double t) const override;
 
  private:
   TorqueSegments segments_;
@@ -70,7 +68,6 @@ class TableTorque : public TorqueProfile {
   explicit TableTorque(WheelTable table) : table_(std::move(table)) {}
   double begin_segment(double t) override;
   Wheels value(double) const override { return segment_; }
-  Wheels derivative(double) const override { return Wheels::Zero(); }
 
  private:
   WheelTable table_;

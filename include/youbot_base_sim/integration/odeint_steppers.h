@@ -13,6 +13,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "youbot_base_sim/integration/difference_jacobian.h"
 #include "youbot_base_sim/integration/smooth_stepper.h"
 #include "youbot_base_sim/integration/state_range.h"
 #include "youbot_base_sim/integration/statistics.h"
@@ -126,8 +127,7 @@ class UblasSystem {
   }
   void jacobian(const Vector& y, Matrix& J, double t, Vector& dfdt) const {
     State rate;
-    StateJacobian by_row(&J(0, 0));  // uBLAS keeps rows one after another, as this does
-    system_->jacobian(state(y), by_row, t, rate);
+    difference_jacobian(*system_, state(y), t, J, rate);
     std::copy(rate.begin(), rate.end(), dfdt.begin());
     ++statistics_->factorizations;
   }

@@ -20,7 +20,6 @@ template <class Model>
 class SlipSystem {
  public:
   using Contacts = typename Model::Contacts;
-  using Mask = WheelMask;
 
   /// `torque` must outlive the system. The rollers in contact are those on which `state` stands.
   SlipSystem(const Model& model, const TorqueProfile& torque, const State& state)
@@ -33,9 +32,8 @@ class SlipSystem {
     ++evaluations_;
   }
 
-  /// Sets J(row, column) to the derivative of dx/dt by x, both in the order of State::Index, and dfdt to that by t.
-  template <class Matrix>
-  void jacobian(const State& x, Matrix& J, double t, State& dfdt) const;
+  /// What difference_jacobian needs: small against the scales on which friction changes; 0 for entries without effect.
+  State increments() const;
 
   /// Slip, friction and position of the contact points, N, m and m/s, at velocities u, wheel angles phi (rad) and this
   /// pose under the torques M (N m), which decide how a shared contact is shared.
@@ -61,7 +59,7 @@ class SlipSystem {
   }
   /// Gives the wheels in `known`, none of them shared, the friction F of the step before at the contacts `c`. Dynamic
   /// reactions, and with them all friction, follow.
-  void reuse_friction(const Mask& known, const typename Model::Friction& F, const Velocities& u, const Wheels& M,
+  void reuse_friction(const WheelMask& known, const typename Model::Friction& F, const Velocities& u, const Wheels& M,
                       Contacts& c) const {
     const auto reuse = [&](Contacts& pressed) { model_.put_friction(known, F, pressed); };
     if (!reacts()) return reuse(c);
@@ -131,7 +129,7 @@ class SlipSystem {
   /// How wheel i is shared between two rollers at the edge at which it stands, or would be if it rested there.
   Sharing sharing(int i, const State& x, double t) const {
     Velocities u = x.velocities();
-    Mask shared = modes_.shared();
+    WheelMask shared = modes_.shared();
     if (!shared[i]) {
       u.dphi[i] = 0;
       shared[i] = true;
@@ -169,7 +167,7 @@ class SlipSystem {
   }
   // Contacts of any mode; those in `shared` are shared.
   [[gnu::flatten, gnu::noinline]] void any_contacts(const Velocities& u, const Wheels& phi, const Pose& pose,
-                                                    const Wheels& M, const Mask& shared, Contacts& c) const {
+                                                    const Wheels& M, const WheelMask& shared, Contacts& c) const {
     model_.evaluate_kinematics(
         u, modes_.averages() ? modes_.geometry(phi) : model_.geometry().at(modes_.phi_tilde(phi)), pose, c);
     if (reacts()) {
@@ -182,7 +180,7 @@ class SlipSystem {
   // Applies the normal reactions of this motion to contacts whose kinematics are known. The reactions follow from the
   // friction as `amend` has changed it.
   template <class Amend>
-  void apply_dynamic_normal_force(const Velocities& u, const Wheels& M, const Mask& shared, Contacts& c,
+  void apply_dynamic_normal_force(const Velocities& u, const Wheels& M, const WheelMask& shared, Contacts& c,
                                   const Amend& amend) const {
     if constexpr (Model::kReactionsFollow) {
       model_.apply_normal_force(Wheels::Ones(), c);
@@ -193,8 +191,8 @@ class SlipSystem {
       if (shared.any()) share_contacts(u, M, shared, c);
     }
   }
-  [[gnu::noinline]] void share_reactions(const Velocities& u, const Wheels& M, const Mask& shared, const Contacts& unit,
-                                         ForcePerNormalLoad& per_load) const {
+  [[gnu::noinline]] void share_reactions(const Velocities& u, const Wheels& M, const WheelMask& shared,
+                                         const Contacts& unit, ForcePerNormalLoad& per_load) const {
     const Wheels zero = Wheels::Zero();
     per_load.intercept = {zero, zero, zero, zero, zero};
     per_load.shares = true;
@@ -202,7 +200,8 @@ class SlipSystem {
       if (shared[i]) shared_contact(i, u, unit, M).write_to(per_load);
     }
   }
-  [[gnu::noinline]] void share_contacts(const Velocities& u, const Wheels& M, const Mask& shared, Contacts& c) const {
+  [[gnu::noinline]] void share_contacts(const Velocities& u, const Wheels& M, const WheelMask& shared,
+                                        Contacts& c) const {
     const Contacts pressed = c;
     for (int i = 0; i < kWheels; ++i) {
       if (shared[i]) shared_contact(i, u, pressed, M).write_to(c);
@@ -220,26 +219,12 @@ class SlipSystem {
     return {model_, i, u, M[i], lower, upper};
   }
   // The same at the wheel angles and pose of x, with the velocities u.
-  SharedContact<Model> shared_contact(int i, const Velocities& u, const State& x, const Mask& shared,
+  SharedContact<Model> shared_contact(int i, const Velocities& u, const State& x, const WheelMask& shared,
                                       const Wheels& M) const {
     Contacts c;
     any_contacts(u, x.phi(), pose(x), M, shared, c);
     return shared_contact(i, u, c, M);
   }
-
-  // The Jacobian of the paper's equations in closed form; that of the others by central differences.
-  template <class Matrix>
-  void closed_jacobian(const State& x, Matrix& J, double t, State& dfdt) const;
-  template <class Matrix>
-  void difference_jacobian(const State& x, Matrix& J, double t, State& dfdt) const;
-  static constexpr double kDifference = 1e-6;  // of positions, velocities and time, at most
-
-  // Derivatives of the forces on (V_X, V_Y, Omega), dphi and dgamma, one row each, by the 24 numbers of the state.
-  using ForceJacobian = Eigen::Matrix<double, 11, State::kSize>;
-  ForceJacobian force_jacobian(const State& x, const Contacts& c, const Wheels& M) const;
-  // Derivative of dx/dt by t, where the torque M changes at `M_rate` (N m/s).
-  void time_derivative(const Velocities& u, const Contacts& c, const Wheels& M, const Wheels& M_rate,
-                       State& dfdt) const;
 
   [[gnu::noinline]] void write_shared_contacts(const Velocities& u, const Contacts& c, const Wheels& M,
                                                DampingMatrix& G) const {
@@ -271,143 +256,19 @@ void SlipSystem<Model>::enter_sliding(int i, std::int64_t k, State& x) {
 }
 
 template <class Model>
-typename SlipSystem<Model>::ForceJacobian SlipSystem<Model>::force_jacobian(const State& x, const Contacts& c,
-                                                                            const Wheels& M) const {
-  const Velocities u = x.velocities();
-  AngleStiffness by_phi = model_.angle_stiffness(u, modes_.geometry(x.phi()), c);
-  DampingMatrix G;
-  model_.damping(u, c, G);
-  if (modes_.shares()) {
-    write_shared_contacts(u, c, M, G);
-    for (Wheels* entry :
-         {&by_phi.platform[0], &by_phi.platform[1], &by_phi.platform[2], &by_phi.dphi, &by_phi.dgamma}) {
-      *entry = modes_.shared().select(Wheels::Zero(), *entry);  // phi stays on the edge
-    }
-  }
-  ForceJacobian Q = ForceJacobian::Zero();
-  for (int i = 0; i < kWheels; ++i) {
-    for (int row = 0; row < 3; ++row) {
-      for (int k = 0; k < 3; ++k) Q(row, State::kV + k) -= G.platform_platform[row][k][i];
-      Q(row, State::kPhi + i) = by_phi.platform[row][i];
-      Q(row, State::kDphi + i) = -G.platform_dphi[row][i];
-      Q(row, State::kDgamma + i) = -G.platform_dgamma[row][i];
-      Q(3 + i, State::kV + row) = -G.dphi_platform[row][i];
-      Q(7 + i, State::kV + row) = -G.dgamma_platform[row][i];
-    }
-    Q(3 + i, State::kPhi + i) = by_phi.dphi[i];
-    Q(7 + i, State::kPhi + i) = by_phi.dgamma[i];
-    Q(3 + i, State::kDphi + i) = -G.dphi_dphi[i];
-    Q(3 + i, State::kDgamma + i) = Q(7 + i, State::kDphi + i) = -G.dphi_dgamma[i];
-    Q(7 + i, State::kDgamma + i) = -G.dgamma_dgamma[i];
-  }
-  const PlatformMatrix C = model_.inertia().coriolis_derivative(u.v);
-  for (int row = 0; row < 3; ++row) {
-    for (int k = 0; k < 3; ++k) Q(row, State::kV + k) += C[k][row];
-  }
-  return Q;
-}
-
-template <class Model>
-template <class Matrix>
-void SlipSystem<Model>::jacobian(const State& x, Matrix& J, double t, State& dfdt) const {
-  if constexpr (Model::kClosedJacobian) {
-    closed_jacobian(x, J, t, dfdt);
-  } else {
-    difference_jacobian(x, J, t, dfdt);
-  }
-}
-
-template <class Model>
-template <class Matrix>
-void SlipSystem<Model>::difference_jacobian(const State& x, Matrix& J, double t, State& dfdt) const {
-  State step;
-  const Velocities turning = regularization_velocities(model_);
-  const double slip = std::isfinite(turning.v[0]) ? 1 : 0;
-  step.values.setConstant(kDifference);
-  if (slip != 0) {
-    step.values.col(1) = (1e-3 * turning.v).min(kDifference);
-    step.dphi() = (1e-3 * turning.dphi).min(kDifference);
-    step.dgamma() = (1e-3 * turning.dgamma).min(kDifference);
-  }
-  const auto difference = [&](const State& below, const State& above, double t_below, double t_above, double width) {
-    State low, high;
-    (*this)(below, low, t_below);
-    (*this)(above, high, t_above);
-    high.values = (high.values - low.values) / width;
-    return high;
-  };
-  for (int column = 0; column < State::kSize; ++column) {
-    State below = x, above = x;
-    below.begin()[column] -= step.begin()[column];
-    above.begin()[column] += step.begin()[column];
-    const State slope = difference(below, above, t, t, above.begin()[column] - below.begin()[column]);
-    for (int row = 0; row < State::kSize; ++row) J(row, column) = slope.begin()[row];
-  }
-  // Torque may jump at t: only what follows counts.
-  dfdt = difference(x, x, t, t + kDifference, kDifference);
-}
-
-template <class Model>
-template <class Matrix>
-void SlipSystem<Model>::closed_jacobian(const State& x, Matrix& J, double t, State& dfdt) const {
-  const Inertia& inertia = model_.inertia();
-  const Velocities u = x.velocities();
-  const Wheels M = torque_->value(t);
-  const Contacts c = contacts(u, x.phi(), pose(x), M);
-  ForceJacobian Q = force_jacobian(x, c, M);
-  // d(u . Q)/dx, the power's, from the forces before they become accelerations.
-  const Velocities F = model_.forces(u, c, M);
-  Eigen::Matrix<double, 11, 1> velocities, forces;
-  velocities << u.v.head<3>(), u.dphi, u.dgamma;
-  forces << F.v.head<3>(), F.dphi, F.dgamma;
-  Eigen::Matrix<double, 1, State::kSize> power_by_state = velocities.transpose() * Q;
-  power_by_state.segment<3>(State::kV) += forces.head<3>().transpose();
-  power_by_state.segment<4>(State::kDphi) += forces.segment<4>(3).transpose();
-  power_by_state.segment<4>(State::kDgamma) += forces.tail<4>().transpose();
-  Q.topRows<3>() = (inertia.M_v_inverse * Q.topRows<3>()).eval();
-  Q.middleRows<4>(3) *= 1 / inertia.J_1;
-  Q.bottomRows<4>() *= 1 / inertia.J_2;
-
-  const double cos_psi = std::cos(x.psi()), sin_psi = std::sin(x.psi());
-  for (int row = 0; row < State::kSize; ++row) {
-    for (int column = 0; column < State::kSize; ++column) J(row, column) = 0;
-  }
-  J(State::kX, State::kPsi) = -(u.v[0] * sin_psi + u.v[1] * cos_psi);
-  J(State::kY, State::kPsi) = u.v[0] * cos_psi - u.v[1] * sin_psi;
-  J(State::kX, State::kV) = J(State::kY, State::kV + 1) = cos_psi;
-  J(State::kX, State::kV + 1) = -sin_psi;
-  J(State::kY, State::kV) = sin_psi;
-  J(State::kPsi, State::kOmega) = 1;
-  for (int i = 0; i < kWheels; ++i) J(State::kPhi + i, State::kDphi + i) = J(State::kGamma + i, State::kDgamma + i) = 1;
-  for (int column = 0; column < State::kSize; ++column) {
-    J(State::kWork, column) = power_by_state[column];
-    for (int row = 0; row < 3; ++row) J(State::kV + row, column) = Q(row, column);
-    for (int i = 0; i < kWheels; ++i) {
-      J(State::kDphi + i, column) = Q(3 + i, column);
-      J(State::kDgamma + i, column) = Q(7 + i, column);
-    }
-  }
-  time_derivative(u, c, M, torque_->derivative(t), dfdt);
-}
-
-template <class Model>
-void SlipSystem<Model>::time_derivative(const Velocities& u, const Contacts& c, const Wheels& M, const Wheels& M_rate,
-                                        State& dfdt) const {
-  const Inertia& inertia = model_.inertia();
-  // Torque acts on dphi; where the contact is shared, through the shares of its rollers.
-  Velocities Q_rate = {Wheels::Zero(), M_rate, Wheels::Zero()};
-  for (int i = 0; i < kWheels; ++i) {
-    if (!modes_.shared(i)) continue;
-    const Eigen::Vector4d by_torque = shared_contact(i, u, c, M).torque_derivative();
-    Q_rate.v.template head<3>() += M_rate[i] * by_torque.head<3>().array();
-    Q_rate.dphi[i] = 0;
-    Q_rate.dgamma[i] = M_rate[i] * by_torque[3];
-  }
-  dfdt.values.setZero();
-  dfdt.work() = power(u, Q_rate);
-  dfdt.values.col(1).template head<3>() = (inertia.M_v_inverse * Q_rate.v.template head<3>().matrix()).array();
-  dfdt.dphi() = Q_rate.dphi * (1 / inertia.J_1);
-  dfdt.dgamma() = Q_rate.dgamma * (1 / inertia.J_2);
+State SlipSystem<Model>::increments() const {
+  constexpr double kLargest = 1e-6, kShare = 1e-3;  // m, rad, m/s or rad/s; of the velocities over which friction turns
+  const Velocities scale = regularization_velocities(model_);
+  const auto increment = [&](const Wheels& velocity) -> Wheels { return (kShare * velocity).min(kLargest); };
+  const double place = model_.features().by_pose() ? kLargest : 0;
+  State steps;
+  steps.values.col(0) << place, place, kLargest, 0;
+  steps.values.col(1) = increment(scale.v);
+  steps.values(3, 1) = 0;  // unused
+  steps.phi().setConstant(kLargest);
+  steps.dphi() = increment(scale.dphi);
+  steps.dgamma() = increment(scale.dgamma);
+  return steps;
 }
 
 }  // namespace youbot_base_sim

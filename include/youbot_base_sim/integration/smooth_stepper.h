@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "youbot_base_sim/integration/stepper_types.h"
-#include "youbot_base_sim/physics/state_jacobian.h"
+#include "youbot_base_sim/physics/state.h"
 
 namespace youbot_base_sim {
 
@@ -34,8 +34,8 @@ class SmoothSystem {
   virtual ~SmoothSystem() = default;
 
   virtual void operator()(const State& x, State& dxdt, double t) const = 0;
-  /// Sets J(row, column) to the derivative of dx/dt by x and dfdt to that by t.
-  virtual void jacobian(const State& x, StateJacobian& J, double t, State& dfdt) const = 0;
+  /// How far difference_jacobian moves each entry of the state.
+  virtual State increments() const = 0;
   /// Wheel angles in the middle of the contacts' ranges, rad; not finite where a range has no end.
   virtual Wheels middle() const = 0;
 };
@@ -46,9 +46,7 @@ class SmoothSystemOf final : public SmoothSystem {
  public:
   explicit SmoothSystemOf(const System& system) : system_(&system) {}
   void operator()(const State& x, State& dxdt, double t) const override { (*system_)(x, dxdt, t); }
-  void jacobian(const State& x, StateJacobian& J, double t, State& dfdt) const override {
-    system_->jacobian(x, J, t, dfdt);
-  }
+  State increments() const override { return system_->increments(); }
   Wheels middle() const override { return 0.5 * (system_->modes().lower_edge() + system_->modes().upper_edge()); }
 
  private:

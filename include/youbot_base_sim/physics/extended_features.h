@@ -47,7 +47,6 @@ class ExtendedFeatures {
  public:
   static constexpr int kSlipComponents = 3;
   static constexpr bool kReactionsFollow = true;
-  static constexpr bool kClosedJacobian = false;
 
   using Contacts = ExtendedContacts;
   using Force = ContactVector<kSlipComponents>;

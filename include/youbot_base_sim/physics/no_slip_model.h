@@ -7,7 +7,6 @@
 #include "youbot_base_sim/physics/applied_loads.h"
 #include "youbot_base_sim/physics/dry_bearings.h"
 #include "youbot_base_sim/physics/inertia.h"
-#include "youbot_base_sim/physics/state_jacobian.h"
 
 namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
@@ -35,16 +34,9 @@ class NoSlipModel {
   /// Whether bearings have dry friction; without, the torques are quadratic in v and linear in dv.
   bool dry() const { return dry_.any(); }
 
-  /// Time derivative of `torque`, N m/s; `ddv` is that of `dv`.
-  Wheels torque_rate(const Eigen::Vector3d& v, const Eigen::Vector3d& dv, const Eigen::Vector3d& ddv) const;
-
   /// Time derivative of `state` under the wheel torques `M`: pose, work, (V_X, V_Y, Omega), phi and gamma. The
   /// columns dphi and dgamma stay zero: they are functions of v, see `constrain`.
   void derivative(const State& state, const Wheels& M, State& derivative) const;
-
-  /// Sets J(row, column) to the derivative of `derivative` by the state, both in the order of State::Index, and dfdt to
-  /// that by time where the torques change at `M_rate`, N m/s.
-  void jacobian(const State& state, const Wheels& M, const Wheels& M_rate, StateJacobian& J, State& dfdt) const;
 
   /// An upper bound of the rate at which velocities decay, 1/s.
   double max_decay_rate() const;
@@ -74,9 +66,8 @@ class NoSlipModel {
   /// Forces on v of the dry friction in wheels and rollers, and their derivative by v.
   Eigen::Vector3d dry_friction(const Eigen::Vector3d& v) const;
   Eigen::Matrix3d dry_damping(const Eigen::Vector3d& v) const;
-  /// Forces on v besides the wheels' torques, to the left-hand side; and their time derivative.
+  /// Forces on v besides the wheels' torques, to the left-hand side.
   Eigen::Vector3d bias(const Eigen::Vector3d& v) const;
-  Eigen::Vector3d bias_rate(const Eigen::Vector3d& v, const Eigen::Vector3d& dv) const;
   /// Wheel torques that exert `force` on v ([10] of the paper).
   Wheels distribute(const Eigen::Vector3d& force) const;
 

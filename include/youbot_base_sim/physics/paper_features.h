@@ -19,7 +19,6 @@ class PaperFeatures {
  public:
   static constexpr int kSlipComponents = 2;        ///< of ContactVector: without spin
   static constexpr bool kReactionsFollow = false;  ///< whether normal reactions may follow the motion
-  static constexpr bool kClosedJacobian = true;    ///< whether the Jacobian has a closed form
 
   using Contacts = youbot_base_sim::Contacts;
   using Force = ContactVector<kSlipComponents>;

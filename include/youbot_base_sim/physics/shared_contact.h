@@ -57,12 +57,6 @@ class SharedContact {
     set(&Terms::D, upper_.Delta_Y, lower_.Delta_Y);
   }
 
-  /// Derivative of the forces on V_X, V_Y, Omega and dgamma by the torque, which changes the shares.
-  Eigen::Vector4d torque_derivative() const {
-    if (alpha_ == kEnded) return Eigen::Vector4d::Zero();
-    return (forces(upper_) - forces(lower_)) / (model_.robot().R * (upper_.F_X[i_] - lower_.F_X[i_]));
-  }
-
   /// Sets the wheel's entries of the damping matrix: each roller's own, weighted, and the change of the shares.
   void write_to(DampingMatrix& G) const {
     DampingMatrix upper, lower;

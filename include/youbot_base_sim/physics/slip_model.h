@@ -19,28 +19,6 @@ inline double power(const Velocities& u, const Velocities& Q) {
   return (u.v * Q.v + u.dphi * Q.dphi + u.dgamma * Q.dgamma).sum();
 }
 
-/// Derivative of the forces by each wheel's angle phi_i, N/rad and N m/rad: on the platform, on dphi_i, on dgamma_i.
-struct AngleStiffness {
-  std::array<Wheels, 3> platform;
-  Wheels dphi, dgamma;
-};
-
-/// Sets `derivative` to the time derivative of `state` under the forces Q on its velocities.
-inline void set_derivative(const Inertia& inertia, const State& state, const Velocities& Q, State& derivative) {
-  const Velocities u = state.velocities();
-  const double cos_psi = std::cos(state.psi()), sin_psi = std::sin(state.psi());
-  derivative.x() = u.v[0] * cos_psi - u.v[1] * sin_psi;
-  derivative.y() = u.v[0] * sin_psi + u.v[1] * cos_psi;
-  derivative.psi() = u.v[2];
-  derivative.work() = power(u, Q);
-  const Eigen::Vector3d dv = inertia.M_v_inverse * Eigen::Vector3d{Q.v[0], Q.v[1], Q.v[2]};
-  derivative.values.col(1) << dv[0], dv[1], dv[2], 0;
-  derivative.phi() = u.dphi;
-  derivative.dphi() = Q.dphi * (1 / inertia.J_1);
-  derivative.dgamma() = Q.dgamma * (1 / inertia.J_2);
-  derivative.gamma() = u.dgamma;
-}
-
 /// The velocities that each bring about the model's regularization speed, m/s and rad/s.
 template <class Model>
 Velocities regularization_velocities(const Model& model) {
@@ -62,8 +40,8 @@ class SlipModel {
   using Contacts = typename Features::Contacts;
   using Friction = typename Features::Friction;  ///< at the contacts, as a step reuses it
 
-  /// Whether normal reactions may follow the motion, and whether the Jacobian has a closed form.
-  static constexpr bool kReactionsFollow = Features::kReactionsFollow, kClosedJacobian = Features::kClosedJacobian;
+  /// Whether normal reactions may follow the motion.
+  static constexpr bool kReactionsFollow = Features::kReactionsFollow;
 
   /// Entries of the contacts that become weighted means where two rollers share a wheel.
   static constexpr const auto& kMeans = Features::kMeans;
@@ -144,7 +122,18 @@ class SlipModel {
 
   /// Time derivative of `state`, whose contacts are `c`, under the wheel torques `M` (N m).
   void derivative(const State& state, const Contacts& c, const Wheels& M, State& derivative) const {
-    set_derivative(inertia_, state, forces(state.velocities(), c, M), derivative);
+    const Velocities u = state.velocities(), Q = forces(u, c, M);
+    const double cos_psi = std::cos(state.psi()), sin_psi = std::sin(state.psi());
+    derivative.x() = u.v[0] * cos_psi - u.v[1] * sin_psi;
+    derivative.y() = u.v[0] * sin_psi + u.v[1] * cos_psi;
+    derivative.psi() = u.v[2];
+    derivative.work() = power(u, Q);
+    const Eigen::Vector3d dv = inertia_.M_v_inverse * Eigen::Vector3d{Q.v[0], Q.v[1], Q.v[2]};
+    derivative.values.col(1) << dv[0], dv[1], dv[2], 0;
+    derivative.phi() = u.dphi;
+    derivative.dphi() = Q.dphi * (1 / inertia_.J_1);
+    derivative.dgamma() = Q.dgamma * (1 / inertia_.J_2);
+    derivative.gamma() = u.dgamma;
   }
 
   /// Sets G to minus the derivative of `forces` by the velocities u, Coriolis forces excluded, where the contacts are
@@ -157,9 +146,6 @@ class SlipModel {
   void damping(const Velocities& u, const Contacts& c, const Friction& F, DampingMatrix& G) const {
     damping(u, c, stiffness(c, F), G);
   }
-
-  /// Derivative of `forces` by the wheels' angles. `c` are the contacts at the velocities u and this geometry.
-  AngleStiffness angle_stiffness(const Velocities& u, const ContactGeometry& geometry, const Contacts& c) const;
 
   /// Friction after the velocities have changed by du from where the contacts are `c`, to first order.
   Friction friction_after(const Contacts& c, const Friction& F, const Velocities& du) const {
@@ -348,17 +334,5 @@ template <class Law>
 using PaperModel = SlipModel<Law, PaperFeatures>;
 template <class Law>
 using ExtendedModel = SlipModel<Law, ExtendedFeatures>;
-
-template <class Law, class Features>
-AngleStiffness SlipModel<Law, Features>::angle_stiffness(const Velocities& u, const ContactGeometry& g,
-                                                         const Contacts& c) const {
-  const Stiffness K = friction_.stiffness(features_.slip(c), features_.limit(c));
-  const Wheels V_PX_phi = -g.dDelta_Y * u.v[2] - g.dr_X * u.dgamma, V_PY_phi = g.dr_Y * u.dgamma;
-  const Wheels X = K(0, 0) * V_PX_phi + K(0, 1) * V_PY_phi, Y = K(0, 1) * V_PX_phi + K(1, 1) * V_PY_phi;
-  const Wheels arm = rho_Y_ + c.Delta_Y;
-  return {{-X, -Y, arm * X - rho_X_ * Y - c.F_X * g.dDelta_Y},
-          robot_.R * X,
-          g.r_X * X - g.r_Y * Y - g.dr_X * c.F_X + g.dr_Y * c.F_Y};
-}
 
 }  // namespace youbot_base_sim

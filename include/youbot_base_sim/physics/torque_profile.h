@@ -15,10 +15,8 @@ class TorqueProfile {
   /// Begins the segment that holds at time t (s), its start included. Returns where it ends, s; infinity if never.
   virtual double begin_segment(double t) = 0;
 
-  /// Torque of the segment that was begun last, N m, and its time derivative, N m/s, at time t (s), also beyond its
-  /// end.
+  /// Torque of the segment that was begun last at time t (s), also beyond its end, N m.
   virtual Wheels value(double t) const = 0;
-  virtual Wheels derivative(double t) const = 0;
 };
 
 /// The same torque until it is set anew.
@@ -28,7 +26,6 @@ class HeldTorque : public TorqueProfile {
   void set(const Wheels& torque) { torque_ = torque; }
   double begin_segment(double) override { return std::numeric_limits<double>::infinity(); }
   Wheels value(double) const override { return torque_; }
-  Wheels derivative(double) const override { return Wheels::Zero(); }
 
  private:
   Wheels torque_;
