@@ -3,7 +3,6 @@
 #include <string>
 
 #include "youbot_base_sim/loop/base_loop.h"
-#include "youbot_base_sim/ros/contact_markers.h"
 #include "youbot_base_sim/ros/telemetry.h"
 
 namespace youbot_base_sim {
@@ -52,10 +51,9 @@ struct BaseSettings : LoopSettings {
   bool publish_tf = true;
   /// `publish_rollers`; `publish_contacts`, which has them recorded; `world_tf`: world to odom, at the scene's initial
   /// pose, so that odometry and ground truth overlay, and world to ground_truth/base_footprint; `joint_velocity_sign`:
-  /// consistent (with positions) or driver_exact (the driver's: reversed on the left).
+  /// consistent (with positions) or driver_exact (the driver's: reversed on the left); `friction_marker_scale` (m/N)
+  /// and `slip_marker_scale` (m for each m/s).
   Telemetry::Options telemetry;
-  /// `friction_marker_scale` (m/N) and `slip_marker_scale` (m for each m/s).
-  MarkerOptions markers;
   /// Whether youBotHasArms is true. Diagnostics report that there is no arm in either case.
   bool has_arms = false;
 };
