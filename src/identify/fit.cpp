@@ -76,7 +76,7 @@ class Unknowns {
 struct Trial {
   Candidate candidate;
   std::vector<bool> free;
-  std::optional<Scene> law;  // whose gains follow from the loops' law
+  std::optional<Scene> law;   // whose gains follow from the loops' law
   Eigen::VectorXd x;          // where derivatives were measured, or corrected to
   Eigen::VectorXd residuals;  // there, of all rows
   Eigen::MatrixXd jacobian;   // of these by the unknowns
