@@ -26,7 +26,7 @@ using namespace youbot_base_sim;
 
 constexpr double kControlPeriod = 1e-3;  // s, of the node's loop
 
-/// The least that simulate could do: a row each 1 / output_rate that nobody looks at.
+/// The least that simulate could do: a row each 1 / output_rate that is not looked at.
 void run_rows(const Scene& scene) {
   Simulation simulation(scene);
   for (std::int64_t k = 1;; ++k) {
@@ -37,7 +37,7 @@ void run_rows(const Scene& scene) {
   simulation.advance_to(scene.duration);
 }
 
-/// What the node is told at the start, for the whole run: a turn to the left, sideways.
+/// What the node is commanded at the start, for the whole run: a turn to the left, sideways.
 DriveCommand curve() {
   const Wheels rates = DriverKinematics().wheel_rates({0.3, 0.15, 0.4});
   DriveCommand command;

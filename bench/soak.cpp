@@ -67,11 +67,13 @@ class RandomStack {
  private:
   double uniform(double low, double high) { return low + (high - low) * (engine_() / 4294967296.0); }
 
-  DriveCommand twist(const Eigen::Vector3d& velocity) {
-    const Wheels rates = kinematics_.wheel_rates(velocity);
+  static DriveCommand all(DriveMode mode, const Wheels& values) {
     DriveCommand command;
-    for (int i = 0; i < kWheels; ++i) command[i] = SetPoint{DriveMode::kVelocity, rates[i]};
+    for (int i = 0; i < kWheels; ++i) command[i] = SetPoint{mode, values[i]};
     return command;
+  }
+  static DriveCommand twist(const Eigen::Vector3d& velocity) {
+    return all(DriveMode::kVelocity, DriverKinematics().wheel_rates(velocity));
   }
   DriveCommand each(DriveMode mode, double size) {
     DriveCommand command;
@@ -88,15 +90,12 @@ class RandomStack {
     return command;
   }
   // Torques under which a wheel comes to rest on an edge, by a random search.
-  DriveCommand held() {
-    const double torques[] = {-1.6608860541984796, 0.6423426008195765, 1.6391085502068918, 1.12921153639236};
-    DriveCommand command;
-    for (int i = 0; i < kWheels; ++i) command[i] = SetPoint{DriveMode::kTorque, torques[i]};
-    return command;
+  static DriveCommand held() {
+    return all(DriveMode::kTorque,
+               Wheels(-1.6608860541984796, 0.6423426008195765, 1.6391085502068918, 1.12921153639236));
   }
 
   std::mt19937 engine_;
-  DriverKinematics kinematics_;
   DriveCommand last_;
 };
 

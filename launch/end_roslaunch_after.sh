@@ -1,6 +1,6 @@
-# As a node's launch-prefix: runs the node and then ends roslaunch, as Ctrl-C does. roslaunch itself calls the end of a
-# node that is "required" a death, and without one it runs on without nodes where it has started the master.
-trap : INT TERM HUP  # they go to this process and the node at once; the node ends by them, and this one after it
+# Launch-prefix of a node: runs the node and then ends roslaunch, as Ctrl-C does. roslaunch reports the end of a "required"
+# node as a death, and without one it keeps running after its last node if it has started the master.
+trap : INT TERM HUP  # signals reach this process and the node; the node ends first, then this process
 "$@"
 status=$?
 kill -INT "$PPID"

@@ -1,5 +1,4 @@
-# As a node's launch-prefix: runs the node in the folder in which roslaunch was called, so that the file names of its user
-# are what they are in a shell. roslaunch runs nodes in ROS_HOME, and its substitutions know PWD only, which tells of the
-# last shell's folder.
+# Launch-prefix of a node: runs the node in the folder in which roslaunch was called, so that relative file names work as in
+# a shell. roslaunch runs nodes in ROS_HOME, and its substitutions know only PWD, the folder of the last shell.
 cd "/proc/$PPID/cwd" || exit
 exec "$@"

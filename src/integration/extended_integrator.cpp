@@ -2,11 +2,6 @@
 
 namespace youbot_base_sim {
 
-std::unique_ptr<MotionIntegrator> make_extended_integrator(Model model, const Parts& parts,
-                                                           MakeGeneralMethod make_method) {
-  return visit_law(model, [&](auto row) {
-    return make_slip_integrator<ExtendedModel<typename decltype(row)::Law>>(parts, make_method);
-  });
-}
+template std::unique_ptr<MotionIntegrator> make_slip_integrator<ExtendedFeatures>(Model model, const Parts& parts);
 
 }  // namespace youbot_base_sim

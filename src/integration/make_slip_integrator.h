@@ -14,19 +14,23 @@ template <class Model>
 inline constexpr WorkBound kRealTime{Model::kReactionsFollow ? 2000 : 3000};
 inline constexpr WorkBound kComparison{10000000};
 
-template <class Model>
-std::unique_ptr<MotionIntegrator> make_slip_integrator(const Parts& parts, MakeGeneralMethod make_method) {
-  using System = SlipSystem<Model>;
-  Model model(parts.robot, parts.floor);
-  model.set_regularization_speed(effective_regularization_speed(model.regularization_speed(), parts.tolerance));
-  const auto make_stepper = [&](const Tolerance& tolerance,
-                                IntegrationStatistics& statistics) -> std::unique_ptr<SmoothStepper<System>> {
-    if (!make_method) return std::make_unique<Radau<Model>>(tolerance, statistics);
-    return std::make_unique<GeneralStepper<System>>(make_method(tolerance, parts.step, statistics));
-  };
-  return std::make_unique<SlipIntegrator<Model>>(model, parts.torque, parts.start, parts.tolerance,
-                                                 make_method ? kComparison : kRealTime<Model>, make_stepper,
-                                                 parts.before);
+template <class Features>
+std::unique_ptr<MotionIntegrator> make_slip_integrator(Model model, const Parts& parts) {
+  return visit_law(model, [&](auto row) -> std::unique_ptr<MotionIntegrator> {
+    using Equations = SlipModel<typename decltype(row)::Law, Features>;
+    using System = SlipSystem<Equations>;
+    Equations equations(parts.robot, parts.floor);
+    equations.set_regularization_speed(
+        effective_regularization_speed(equations.regularization_speed(), parts.tolerance));
+    const auto make_stepper = [&](const Tolerance& tolerance,
+                                  IntegrationStatistics& statistics) -> std::unique_ptr<SmoothStepper<System>> {
+      if (!parts.method.make) return std::make_unique<Radau<Equations>>(tolerance, statistics);
+      return std::make_unique<GeneralStepper<System>>(parts.method.make(tolerance, parts.step, statistics));
+    };
+    return std::make_unique<SlipIntegrator<Equations>>(equations, parts.torque, parts.start, parts.tolerance,
+                                                       parts.method.make ? kComparison : kRealTime<Equations>,
+                                                       make_stepper, parts.before);
+  });
 }
 
 }  // namespace youbot_base_sim

@@ -1,11 +1,10 @@
-#include "method_table.h"
-
 #include <algorithm>
 #include <boost/numeric/odeint/stepper/runge_kutta4.hpp>
 #include <boost/numeric/odeint/stepper/runge_kutta_cash_karp54.hpp>
 #include <boost/numeric/odeint/stepper/runge_kutta_dopri5.hpp>
 #include <boost/numeric/odeint/stepper/runge_kutta_fehlberg78.hpp>
 
+#include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/integration/odeint_steppers.h"
 
 namespace youbot_base_sim {
@@ -40,31 +39,29 @@ using RungeKutta4Step = ExplicitStep<odeint::runge_kutta4<State>>;
 
 }  // namespace
 
-const std::vector<MethodEntry>& method_table() {
-  static const std::vector<MethodEntry> kTable = {
-      {{"radau", "Radau IIA of order 5, implicit, made for this problem: the one to use", false, 0}, nullptr},
-      {{"rosenbrock4", "odeint's, linearly implicit, of order 4, with d4 corrected: an independent check", false, 0},
+const std::vector<Method>& methods() {
+  static const std::vector<Method> kMethods = {
+      {"radau", "Radau IIA of order 5, implicit, made for this problem: the one to use", false, 0, nullptr},
+      {"rosenbrock4", "odeint's, linearly implicit, of order 4, with d4 corrected: an independent check", false, 0,
        rosenbrock4<CorrectedRosenbrock4>},
-      {{"rosenbrock4_as_shipped", "the same with the wrong sign of d4 that Boost 1.74 has: to see what it costs", false,
-        0},
-       rosenbrock4<ShippedRosenbrock4>},
-      {{"implicit_euler", "odeint's, linearly implicit, of order 1, fixed step", false, 1e-5},
+      {"rosenbrock4_as_shipped", "the same with the wrong sign of d4 that Boost 1.74 has: to see what it costs", false,
+       0, rosenbrock4<ShippedRosenbrock4>},
+      {"implicit_euler", "odeint's, linearly implicit, of order 1, fixed step", false, 1e-5,
        fixed_step<ImplicitEulerStep>},
-      {{"dopri5", "odeint's Dormand-Prince, explicit, of order 5: where all wheels slip fast", true, 0},
+      {"dopri5", "odeint's Dormand-Prince, explicit, of order 5: where all wheels slip fast", true, 0,
        runge_kutta<Dopri5>},
-      {{"cash_karp54", "odeint's, explicit, of order 5", true, 0}, runge_kutta<CashKarp54>},
-      {{"fehlberg78", "odeint's, explicit, of order 8: where all wheels slip fast, at tight tolerances", true, 0},
+      {"cash_karp54", "odeint's, explicit, of order 5", true, 0, runge_kutta<CashKarp54>},
+      {"fehlberg78", "odeint's, explicit, of order 8: where all wheels slip fast, at tight tolerances", true, 0,
        runge_kutta<Fehlberg78>},
-      {{"bulirsch_stoer", "odeint's, explicit, of variable order", true, 0}, bulirsch_stoer},
-      {{"runge_kutta4", "odeint's, explicit, of order 4, fixed step", true, 2e-7}, fixed_step<RungeKutta4Step>},
+      {"bulirsch_stoer", "odeint's, explicit, of variable order", true, 0, bulirsch_stoer},
+      {"runge_kutta4", "odeint's, explicit, of order 4, fixed step", true, 2e-7, fixed_step<RungeKutta4Step>},
   };
-  return kTable;
+  return kMethods;
 }
 
-const MethodEntry* find_entry(const std::string& name) {
-  const std::vector<MethodEntry>& all = method_table();
-  const auto found =
-      std::find_if(all.begin(), all.end(), [&](const MethodEntry& entry) { return entry.method.name == name; });
+const Method* find_method(const std::string& name) {
+  const std::vector<Method>& all = methods();
+  const auto found = std::find_if(all.begin(), all.end(), [&](const Method& method) { return method.name == name; });
   return found == all.end() ? nullptr : &*found;
 }
 

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "method_table.h"
 #include "slip_integrators.h"
 #include "youbot_base_sim/integration/no_slip_integrator.h"
 #include "youbot_base_sim/physics/roller_geometry.h"
@@ -20,15 +19,6 @@ double step_of(const Method& method, const IntegrationSettings& settings) {
 
 }  // namespace
 
-const std::vector<Method>& methods() {
-  static const std::vector<Method> kMethods = [] {
-    std::vector<Method> all;
-    for (const MethodEntry& entry : method_table()) all.push_back(entry.method);
-    return all;
-  }();
-  return kMethods;
-}
-
 const std::vector<std::string>& method_names() {
   static const std::vector<std::string> kNames = [] {
     std::vector<std::string> all;
@@ -36,11 +26,6 @@ const std::vector<std::string>& method_names() {
     return all;
   }();
   return kNames;
-}
-
-const Method* find_method(const std::string& name) {
-  const MethodEntry* entry = find_entry(name);
-  return entry ? &entry->method : nullptr;
 }
 
 double effective_regularization_speed(double nu, const Tolerance& tolerance) {
@@ -86,11 +71,11 @@ std::unique_ptr<MotionIntegrator> make_integrator(Model model, const RobotParame
                                                   const TorqueProfile& torque, const IntegrationSettings& settings,
                                                   bool extended, const MotionSoFar* before) {
   if (!slips(model)) return std::make_unique<NoSlipIntegrator>(robot, floor, torque, settings.tolerance);
-  const MethodEntry* entry = find_entry(settings.method);
-  if (!entry) throw std::invalid_argument(settings.method + ": no method of integration");
-  const Parts parts{robot, floor, start, torque, settings.tolerance, step_of(entry->method, settings), before};
-  return extended ? make_extended_integrator(model, parts, entry->make)
-                  : make_paper_integrator(model, parts, entry->make);
+  const Method* method = find_method(settings.method);
+  if (!method) throw std::invalid_argument(settings.method + ": no method of integration");
+  const Parts parts{robot, floor, start, torque, settings.tolerance, *method, step_of(*method, settings), before};
+  return extended ? make_slip_integrator<ExtendedFeatures>(model, parts)
+                  : make_slip_integrator<PaperFeatures>(model, parts);
 }
 
 }  // namespace youbot_base_sim

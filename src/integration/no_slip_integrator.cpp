@@ -8,7 +8,8 @@
 #include <limits>
 #include <memory>
 
-#include "method_table.h"
+#include "youbot_base_sim/integration/methods.h"
+#include "youbot_base_sim/integration/smooth_stepper.h"
 #include "youbot_base_sim/integration/state_range.h"
 
 namespace youbot_base_sim {
@@ -30,8 +31,8 @@ class NoSlipSystem final : public SmoothSystem {
   State increments() const override {
     const RobotParameters& robot = model_.robot();
     // Bearings' friction turns where rolling wheels and rollers turn at their smoothing rates.
-    const double turns = std::min(robot.dry_friction_rate * robot.R,
-                                  robot.roller_dry_friction_rate * (robot.R - robot.R_d) * kCosDelta);
+    const double turns =
+        std::min(robot.dry_friction_rate * robot.R, robot.roller_dry_friction_rate * (robot.R - robot.R_d) * kCosDelta);
     const double step = std::min(1e-6, 1e-3 * turns);
     State steps;
     steps.psi() = 1e-6;
@@ -50,7 +51,7 @@ class NoSlipSystem final : public SmoothSystem {
 class StiffStepper : public ControlledStepperTypes {
  public:
   StiffStepper(const Tolerance& tolerance, IntegrationStatistics& statistics)
-      : rosenbrock4_(find_entry("rosenbrock4")->make(tolerance, 0, statistics)) {}
+      : rosenbrock4_(find_method("rosenbrock4")->make(tolerance, 0, statistics)) {}
   Result try_step(const SmoothSystem& system, State& x, double& t, double& dt) {
     return rosenbrock4_->try_step(system, x, t, x, dt);
   }

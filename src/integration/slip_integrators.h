@@ -2,14 +2,12 @@
 
 #include <memory>
 
-#include "method_table.h"
-#include "youbot_base_sim/integration/motion_integrator.h"
-#include "youbot_base_sim/integration/tolerance.h"
-#include "youbot_base_sim/physics/model.h"
-#include "youbot_base_sim/physics/parameters.h"
-#include "youbot_base_sim/physics/torque_profile.h"
+#include "youbot_base_sim/integration/methods.h"
 
 namespace youbot_base_sim {
+
+class PaperFeatures;
+class ExtendedFeatures;
 
 /// The parts of an integration; `step` applies to methods without step size control, s.
 struct Parts {
@@ -18,14 +16,14 @@ struct Parts {
   const State& start;
   const TorqueProfile& torque;
   const Tolerance& tolerance;
+  const Method& method;
   double step;
   const MotionSoFar* before;  // null: the motion begins
 };
 
-/// Makes the integrator of a model that slips, for a method of the table: with the paper's features, or with all of
-/// them. Each has a file of its own, because it takes long to compile.
-std::unique_ptr<MotionIntegrator> make_paper_integrator(Model model, const Parts& parts, MakeGeneralMethod make_method);
-std::unique_ptr<MotionIntegrator> make_extended_integrator(Model model, const Parts& parts,
-                                                           MakeGeneralMethod make_method);
+/// Makes the integrator of a model that slips with PaperFeatures or ExtendedFeatures. Each has a file of its own,
+/// because it takes long to compile.
+template <class Features>
+std::unique_ptr<MotionIntegrator> make_slip_integrator(Model model, const Parts& parts);
 
 }  // namespace youbot_base_sim

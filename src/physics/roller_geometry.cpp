@@ -15,10 +15,8 @@ RollerGeometry::RollerGeometry(const RobotParameters& robot)
   const double edge = 0.5 * pitch_;
   const double mean_secant = std::log((1 + std::sin(edge)) / std::cos(edge)) / edge;
   const double mean_cosine = std::sin(edge) / edge;
-  const Wheels zero = Wheels::Zero();
-  mean_ = {
-      zero, zero, sin_delta_ * (R_ - R_d_ * mean_secant), zero, Wheels::Constant(kCosDelta * (R_ * mean_cosine - R_d_)),
-      zero};
+  mean_ = {Wheels::Zero(), sin_delta_ * (R_ - R_d_ * mean_secant),
+           Wheels::Constant(kCosDelta * (R_ * mean_cosine - R_d_)), Wheels::Zero()};
 }
 
 double RollerGeometry::end_radius() const { return R_ - R_d_ / std::cos(0.5 * pitch_); }

@@ -11,9 +11,7 @@ Exit status: 0 done, 2 refused, 1 an output could not be written.
 import argparse
 import array
 import contextlib
-import csv
 import importlib
-import io
 import math
 import warnings
 from pathlib import Path
@@ -26,10 +24,10 @@ from .base import Base
 from .command_line import DONE, Failed, Parser, Progress, Refused, complain, one_line, quoted, shown
 from .files import Outputs, make_folder, read_whole, write_whole
 from .records import TOPICS, Missing, Series, read_record
-from .report import csv_text
+from .report import csv_text, read_csv
 
 SECTIONS = ("path", "odometry", "slip", "switches", "energy", "spectrum", "efficiency")  # modules of analysis/
-LARGEST_SCENE, LARGEST_TABLE = 1000000, 250000000  # bytes, as simulate reads
+LARGEST_SCENE = 1000000  # bytes, as simulate reads
 
 
 def main(argv=None):
@@ -83,7 +81,7 @@ def print_beginning(bag, record):
     print(f"{shown(bag.path)}: {sum(bag.counts.values())} messages, to t = {end:.3f} s")
     for name, topic in record.topics.items():
         series = record.series[name]
-        is_regular = name not in ("roller_switches", "cmd_vel", "velocity_command") and 0 < series.period < math.inf
+        is_regular = TOPICS[name].is_sampled and 0 < series.period < math.inf
         rate = f", {1 / series.period:.4g} Hz" if is_regular else ""
         print(f"  {name:28}{shown(topic)}: {len(series)}{rate}")
     for note in record.notes:
@@ -165,15 +163,14 @@ def read_base(path):
 def read_desired(path):
     """The desired motion, from rows of `simulate --csv`."""
     columns = ("t", "x", "y", "V_X", "V_Y", "Omega")
-    content = read_whole("--desired", path, LARGEST_TABLE, "rows of simulate --csv")
     numbers = array.array("d")  # takes a tenth of what lists do
+    rows = read_csv("--desired", path, "rows of simulate --csv")
+    names = next(rows)
     try:
-        rows = csv.reader(io.TextIOWrapper(io.BytesIO(content), encoding="utf-8-sig", newline=""))
-        names = next(rows, [])
         places = [names.index(column) for column in columns]
-        for row in filter(None, rows):
+        for row in rows:
             numbers.extend(float(row[place]) for place in places)
-    except (IndexError, ValueError, csv.Error):
+    except ValueError:
         numbers = []
     values = np.array(numbers).reshape(-1, len(columns))
     if not len(values) or not np.isfinite(values).all() or not (np.diff(values[:, 0]) > 0).all():

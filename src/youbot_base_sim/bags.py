@@ -15,6 +15,7 @@ from .command_line import Refused, one_line, shown
 MAGIC = (b"#ROSBAG V2.0\n", b"#ROSRECORD V1.")
 MESSAGE, CHUNK, CONNECTION, FILE_HEADER = 2, 5, 7, 3  # op codes of records
 MAX_CLOCKS_APART = 1  # s, between a stamp and its arrival; beyond, the stamp is another clock's
+MAX_STEP_BACK = 0.1  # s: messages that overtake each other by less are of one run
 
 logging.getLogger("rosout").addHandler(logging.NullHandler())  # genpy's, which prints what it replaces in damaged text
 
@@ -29,7 +30,8 @@ class Bag:
     def __init__(self, path):
         """Throws Refused for what is no bag, and for one without a message that can be read."""
         self.path, self.problem, self._bag = path, None, None
-        require_bag(path)
+        file, is_new = open_bag(path)
+        file.close()
         try:
             self._bag = rosbag.Bag(path)
             topics = self._bag.get_type_and_topic_info().topics
@@ -41,6 +43,8 @@ class Bag:
             if "encrypt" in type(error).__name__.lower():
                 raise Refused(f"{shown(path)} is encrypted: {one_line(error)}")
             self.close()
+            if not is_new:
+                raise Refused(f"{shown(path)} has no index and is of an old version: run rosbag reindex on a copy")
             self._scan()
         if not self.counts:
             self.close()
@@ -69,6 +73,26 @@ class Bag:
             last = max(last, arrival)
             yield topic, message, arrival
 
+    def messages_of_one_run(self, topics):
+        """Yields seconds, topic and message. Throws Refused where the times of a topic go back, as of a clock that was
+        set back: in order of time the messages of two runs would alternate."""
+        latest = {}
+
+        def follow(topic, t):
+            before = latest.setdefault(topic, t)
+            if t < before - MAX_STEP_BACK:
+                raise Refused(f"{shown(self.path)}: the times of {shown(topic)} go back from t = {before:.3f} s to "
+                              f"{t:.3f} s: must be one run")
+            latest[topic] = max(before, t)
+        for connection, arrival, _ in scan(self.path):  # as they lie in the file: rosbag puts them in order of time
+            if connection["topic"] in topics:
+                follow(connection["topic"], self.seconds(arrival))
+        latest.clear()
+        for topic, message, arrival in self.messages(topics):
+            t = self.time_of(message, arrival)
+            follow(topic, t)
+            yield t, topic, message
+
     def shown_topics(self):
         return ", ".join(f"{shown(topic)} ({shown(kind)})" for topic, kind in sorted(self.types.items()))
 
@@ -86,10 +110,6 @@ class Bag:
         return by_stamp if abs(by_stamp - by_arrival) < MAX_CLOCKS_APART else by_arrival
 
     def _scan(self):
-        with open_file(self.path) as file:
-            is_new = file.read(len(MAGIC[0])) == MAGIC[0]
-        if not is_new:
-            raise Refused(f"{shown(self.path)} has no index and is of an old version: run rosbag reindex on a copy")
         self.types, self.counts = {}, {}
         times = []
         for connection, arrival, _ in scan(self.path):
@@ -112,25 +132,22 @@ class Bag:
             yield connection["topic"], classes[kind]().deserialize(data), arrival
 
 
-def open_file(path):
-    try:
-        return open(path, "rb")
-    except OSError as error:
-        raise Refused(f"{shown(path)}: {error.strerror}; must be a bag")
-
-
-def require_bag(path):
+def open_bag(path):
+    """The file, at the end of its first line if it is of version 2.0, and whether it is. Throws Refused for no bag."""
     try:
         if not Path(path).is_file():
             Path(path).stat()
             raise Refused(f"{shown(path)} is {'a folder' if Path(path).is_dir() else 'no regular file'}: must be a bag")
+        file = open(path, "rb")
     except (OSError, ValueError) as error:
         raise Refused(f"{shown(path)}: {getattr(error, 'strerror', None) or one_line(error)}; must be a bag")
-    with open_file(path) as file:
-        begin = file.read(max(map(len, MAGIC)))
+    begin = file.read(max(map(len, MAGIC)))
     if not begin.startswith(MAGIC):
+        file.close()
         raise Refused(f"{shown(path)} is no bag: must begin with #ROSBAG V2.0" if begin else
                       f"{shown(path)} is empty: must be a bag")
+    file.seek(len(MAGIC[0]))
+    return file, begin.startswith(MAGIC[0])
 
 
 def scan(path):
@@ -138,8 +155,7 @@ def scan(path):
     up to the first record that is cut or damaged: rosbag's own reindexing drops the whole last chunk, and with it all
     of a short bag."""
     connections = {}
-    with open_file(path) as file:
-        file.seek(len(MAGIC[0]))
+    with open_bag(path)[0] as file:
         try:
             for header, data in records(file, os.fstat(file.fileno()).st_size):
                 op = header[b"op"][0]
@@ -157,10 +173,7 @@ def scan(path):
 
 def records(stream, size):
     """Yields header and data of the records of a bag, those within chunks in place of the chunks."""
-    while True:
-        header = block(stream, size)
-        if header is None:
-            return
+    while (header := block(stream, size)) is not None:
         header = fields_of(header)
         if header[b"op"][0] == CHUNK and header[b"compression"] == b"none":
             stream.read(4)  # the records within follow, even where the chunk was never ended

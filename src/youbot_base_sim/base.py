@@ -1,11 +1,10 @@
-"""The base: names of its four wheels, its size, the kinematics of ideal Mecanum wheels, and the sense in which rates of
-wheels were recorded. Arrays over wheels have the order of WHEELS."""
+"""The base: names of its four wheels, its size and the kinematics of ideal Mecanum wheels. Arrays over wheels have the
+order of WHEELS."""
 from dataclasses import dataclass
 from math import pi, tan
 
 WHEELS = ("fl", "fr", "bl", "br")
 JOINTS = tuple("wheel_joint_" + wheel for wheel in WHEELS)
-LEFT = (True, False, True, False)
 DRIVER_RADIUS = 0.0475  # of the wheels, as the youBot's driver has it, m
 GRAVITY = 9.81          # m/s^2
 
@@ -39,26 +38,3 @@ class Base:
     def jump_of_offset(self):
         """How far a contact point jumps along the axle when the next roller takes over, m."""
         return 2 * self.roller_axis_radius * tan(pi / self.rollers_per_wheel)
-
-
-def velocity_sign(states):
-    """"consistent" with the positions, or "driver_exact": fl and bl the other way round, as the youBot's driver has it.
-
-    `states` are (positions, velocities) of the four wheels in order of time. None where they contradict each other,
-    "still" where no wheel turns.
-    """
-    agree = [0.0] * 4
-    for (before, _), (after, velocity) in zip(states, states[1:]):
-        for i in range(4):
-            agree[i] += (after[i] - before[i]) * velocity[i]
-    if not any(agree):
-        return "still"
-    left, right = [[a for a, is_left in zip(agree, LEFT) if is_left == side] for side in (True, False)]
-    if min(right) > 0 and min(left) > 0:
-        return "consistent"
-    return "driver_exact" if min(right) > 0 and max(left) < 0 else None
-
-
-def sign_factors(sign):
-    """What makes velocities and efforts positive forward on all four wheels."""
-    return tuple(-1 if is_left and sign == "driver_exact" else 1 for is_left in LEFT)

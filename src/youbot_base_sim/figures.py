@@ -1,12 +1,16 @@
-"""What the figures of this package have in common. matplotlib is imported when a figure is made, without a display."""
+"""What the figures of this package have in common. numpy and matplotlib are imported when something is drawn, without a
+display: programs that install them know the colours before."""
 import io
 from pathlib import Path
 
-import numpy as np
-
+from .base import WHEELS
 from .command_line import Refused
 from .files import write_whole
 
+# Okabe and Ito's colours, which the colour-blind can distinguish, and those of the wheels.
+BLACK, BLUE, RED, GREEN, PINK, SKY, ORANGE, GREY = (
+    "#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#777777")
+WHEEL_COLOURS = dict(zip(WHEELS, (BLUE, RED, GREEN, PINK)))
 BINS = 1200  # a curve's highest and lowest point in each are drawn: more could not be seen
 
 
@@ -38,6 +42,7 @@ def save(figure, path, **options):
 def thinned(*columns):
     """Indices of the points of curves with many that are seen: where one of them is highest or lowest in each of BINS
     stretches."""
+    import numpy as np
     count = len(columns[0])
     if count <= 4 * BINS:
         return np.arange(count)

@@ -16,9 +16,9 @@ LONGEST_NAME = 255   # bytes
 
 
 def read_whole(option, path, max_bytes, allowed):
-    """The bytes of a file or pipe. Throws Refused, which says that it must be `allowed`."""
+    """The bytes of a file or pipe. Throws Refused, which says that it must be `allowed`; `option` may be empty."""
     def refuse(reason):
-        raise Refused(f"{option} {shown(path)}: {reason}; must be {allowed}")
+        raise Refused(f"{option} {shown(path)}: {reason}; must be {allowed}".lstrip())
     try:
         # Without O_NONBLOCK, open would wait for ever for a pipe without a writer.
         with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK), "rb") as file:

@@ -2,14 +2,12 @@
 
 Grey stretches were held out: the fit has not seen them. Needs python3-matplotlib.
 """
-import csv
-
 import numpy as np
 
 from .command_line import Parser, Refused, shown
-from .figures import new_figure, save
+from .figures import BLACK, BLUE, RED, new_figure, save
 from .files import Outputs
-from .palette import BLACK, BLUE, RED
+from .report import read_csv
 
 MODES = ("ahead", "sideways", "turning")
 SERIES = (("rate", "rad/s"), ("torque", "N m"))
@@ -17,21 +15,16 @@ SERIES = (("rate", "rad/s"), ("torque", "N m"))
 
 def read_columns(path):
     """The columns of the file by their names."""
-    wanted = ["t", "held_out", *(f"{fitted}{series}_{mode}" for fitted in ("", "fitted_") for series, _ in SERIES
-                                 for mode in MODES)]
-    problem = "no rows"
+    allowed = "a file by `identify --csv`"
+    names, *rows = read_csv("", path, allowed)
+    texts = dict(zip(names, zip(*rows)))
     try:
-        with open(path, newline="") as file:
-            rows = list(csv.DictReader(file))
-        if rows:
-            return {name: np.array([float(row[name]) for row in rows]) for name in wanted}
-    except OSError as error:
-        raise Refused(f"{shown(path)}: {error.strerror}")
-    except KeyError as error:
-        problem = f"no column {error}"
-    except (ValueError, TypeError, csv.Error) as error:
-        problem = error
-    raise Refused(f"{shown(path)}: {problem}; must be a file by `identify --csv`")
+        return {name: np.array(texts[name], float) for name in (
+            "t", "held_out", *(f"{fitted}{series}_{mode}" for fitted in ("", "fitted_") for series, _ in SERIES
+                               for mode in MODES))}
+    except (KeyError, ValueError) as error:
+        problem = f"no column {error}" if isinstance(error, KeyError) else error
+        raise Refused(f"{shown(path)}: {problem}; must be {allowed}")
 
 
 def shade_held_out(axis, t, held_out):

@@ -9,16 +9,15 @@ quantity; by Sobol' index, the share of its variance that goes when the axis is 
 whatever the sampling: the variance between slices of the axis), or by Spearman's rank correlation. Runs without a value
 are left out. Needs python3-numpy and python3-matplotlib.
 """
-import csv
-
 import numpy as np
 
 from .command_line import Parser, Refused, shown
-from .figures import new_figure, save
+from .figures import BLUE, RED, new_figure, save
 from .files import Outputs
-from .palette import BLUE, RED
+from .report import read_csv
 
 MAX_SLICES = 100
+LARGEST = 1e150  # whose square is a number
 
 
 class Table:
@@ -26,14 +25,9 @@ class Table:
 
     def __init__(self, path):
         self.path = shown(path)
-        try:
-            with open(path, newline="") as file:
-                rows = list(csv.reader(file))
-        except (OSError, UnicodeDecodeError, csv.Error) as error:
-            raise Refused(f"{self.path}: {getattr(error, 'strerror', None) or error}; must be a table by sweep")
-        if len(rows) < 2 or rows[0][0] != "run" or "status" not in rows[0] or any(len(r) != len(rows[0]) for r in rows):
-            raise Refused(f"{self.path}: no rows; must be a table by sweep")
-        self.names, *self.rows = rows
+        self.names, *self.rows = read_csv("", path, "a table by sweep")
+        if self.names[0] != "run" or "status" not in self.names:
+            raise Refused(f"{self.path}: no columns run and status; must be a table by sweep")
         self.axes = self.names[1:self.names.index("status")]
 
     def texts(self, name):
@@ -47,8 +41,9 @@ class Table:
 
     def numbers(self, name):
         values = self.column(name)
-        if not np.isfinite(values).any():
-            raise Refused(f"{self.path}: column = {shown(name)}: must have numbers")
+        known = values[np.isfinite(values)]
+        if not len(known) or np.abs(known).max() > LARGEST:
+            raise Refused(f"{self.path}: column = {shown(name)}: must have numbers, up to {LARGEST:g}")
         return values
 
     def axis(self, name):
@@ -104,6 +99,10 @@ def correlation(x, y):
 
 def scatter(table, arguments):
     x, y = table.numbers(arguments.x), table.numbers(arguments.y)
+    both = np.isfinite(x) & np.isfinite(y)
+    if not both.any():
+        raise Refused(f"{table.path}: columns {shown(arguments.x)} and {shown(arguments.y)}: must both have a number "
+                      "in some run")
     figure = new_figure(figsize=(6.4, 5))
     axis = figure.subplots()
     size = np.clip(2000 / len(x), 1.5, 25)
@@ -114,7 +113,6 @@ def scatter(table, arguments):
         axis.scatter(x, y, s=size, color=BLUE, alpha=float(np.clip(500 / len(x), 0.15, 1)), linewidths=0)
     axis.set(xlabel=arguments.x, ylabel=arguments.y)
     axis.grid(alpha=0.3)
-    both = np.isfinite(x) & np.isfinite(y)
     print(f"{both.sum()} of {len(x)} runs; rank correlation {correlation(x[both], y[both]):.3f}")
     return figure
 
@@ -140,6 +138,8 @@ def histogram(table, arguments):
 
 def rank(table, arguments):
     names, is_sobol = arguments.columns, arguments.by == "sobol"
+    if not table.axes:
+        raise Refused(f"{table.path}: no axes; must have a column between run and status")
     figure = new_figure(figsize=(max(6.4, 3.6 * len(names)), 1.4 + 0.4 * len(table.axes)))
     axes = figure.subplots(1, len(names), squeeze=False, sharey=True)[0]
     places = np.arange(len(table.axes))

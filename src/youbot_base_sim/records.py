@@ -2,22 +2,13 @@
 import math
 from collections import Counter
 from dataclasses import dataclass, field
+from typing import Callable
 
 import numpy as np
 
-from .base import JOINTS, WHEELS, Base, sign_factors, velocity_sign
+from .base import JOINTS, WHEELS, Base
 from .command_line import Refused, shown
 
-# name -> message type, and the usual names of its topic, in any namespace, the best first
-TOPICS = {
-    "odom": ("nav_msgs/Odometry", ("odom",)),
-    "ground_truth": ("nav_msgs/Odometry", ("ground_truth", "base_pose_ground_truth")),
-    "joint_states": ("sensor_msgs/JointState", ("joint_states",)),
-    "roller_switches": ("youbot_base_sim/RollerSwitchStamped", ("roller_switches",)),
-    "contacts": ("youbot_base_sim/ContactsStamped", ("contacts",)),
-    "cmd_vel": ("geometry_msgs/Twist", ("cmd_vel",)),
-    "velocity_command": ("brics_actuator/JointVelocities", ("velocity_command",)),
-}
 POSE = ("x", "y", "psi", "V_X", "V_Y", "Omega")
 LARGEST = 1e9  # in SI units: beyond, a number is damaged
 POWERS = ("drive", "bearing", "roller", "floor", "external")
@@ -107,20 +98,20 @@ class Record:
             return f"{shown(self.topics[name])} tells no {', '.join(unknown or columns)}"
         if name in self.unusable:
             return self.unusable[name]
-        kind, names = TOPICS[name]
-        return f"no {' or '.join(names)} ({kind})"
+        return f"no {' or '.join(TOPICS[name].usual)} ({TOPICS[name].kind})"
 
 
-def read_record(bag, base, chosen, progress):
-    """Reads a Record. `chosen` has topics by name that go before the usual ones; `progress(n)` hears of n messages."""
-    topics = find_topics(bag, chosen)
+def read_record(bag, base, chosen=(), progress=lambda n: None, only=None):
+    """Reads a Record. `chosen` has topics by name that go before the usual ones; `progress(n)` hears of n messages;
+    `only`: the names of TOPICS to read, all unless given."""
+    topics = find_topics(bag, chosen, only or TOPICS)
     names = {topic: name for name, candidates in topics.items() for topic in candidates}
     rows = {topic: [] for topic in names}
     record, left_out = Record(base), LeftOut()
     for n, (topic, message, arrival) in enumerate(bag.messages(list(names))):
         progress(n)
         try:
-            fields = FIELDS[names[topic]](message)
+            fields = TOPICS[names[topic]].fields(message)
             t = bag.time_of(message, arrival)
         except (AttributeError, TypeError):  # another definition of this type
             fields = None
@@ -187,22 +178,20 @@ class LeftOut:
                        "left out")
 
 
-def find_topics(bag, chosen):
+def find_topics(bag, chosen, names):
     """{name: topics that may tell it, the likeliest first}"""
     found = {}
-    for name, (kind, usual) in TOPICS.items():
-        topics = {topic: topic.rsplit("/", 1)[-1] for topic in bag.types if bag.types[topic] == kind}
-        found[name] = sorted((topic for topic in topics if topics[topic] in usual),
-                             key=lambda topic: (usual.index(topics[topic]), topic.count("/"), topic))
+    for name, wanted in ((name, TOPICS[name]) for name in names):
+        topics = {topic: topic.rsplit("/", 1)[-1] for topic in bag.types if bag.types[topic] == wanted.kind}
+        found[name] = sorted((topic for topic in topics if topics[topic] in wanted.usual),
+                             key=lambda topic: (wanted.usual.index(topics[topic]), topic.count("/"), topic))
         if name in chosen:
             found[name] = [chosen[name]]
             if chosen[name] not in topics:
-                raise Refused(f"{shown(bag.path)}: {name}={shown(chosen[name])}: must be a topic of type {kind}; it "
-                              f"has {bag.shown_topics()}")
+                raise Refused(f"{shown(bag.path)}: {name}={shown(chosen[name])}: must be a topic of type "
+                              f"{wanted.kind}; it has {bag.shown_topics()}")
     return found
 
-
-# What a message tells: {field: numbers}, each of which is used or left out as a whole; None for one of something else.
 
 # Fields of joint_states without a number for each name: these objects, not their likes.
 EMPTY, MISCOUNTED = [math.nan] * 4, [math.nan] * 4
@@ -228,18 +217,23 @@ def switch_fields(message):
     wheel = message.wheel.rsplit("_", 1)[-1]
     if wheel not in WHEELS:
         return None
-    return {"switch": (WHEELS.index(wheel), message.direction, getattr(message, "count", 1))}
+    return {"switch": (WHEELS.index(wheel), message.direction, getattr(message, "count", 1)), "phi": (message.phi,)}
 
 
 def contact_fields(message):
     contacts = {contact.wheel.rsplit("_", 1)[-1]: contact for contact in message.contacts}
     if set(contacts) != set(WHEELS):
         return None
-    slip = [contacts[wheel].slip_velocity for wheel in WHEELS]
+    ordered = [contacts[wheel] for wheel in WHEELS]
+
+    def planar(vectors):
+        return [component for vector in vectors for component in (vector.x, vector.y)]
     return {"kinetic_energy": (message.kinetic_energy,),
             **{name + "_power": (getattr(message, name + "_power", 0.0),) for name in POWERS},
-            "slip_velocity": [component for velocity in slip for component in (velocity.x, velocity.y)],
-            "friction_share": [contacts[wheel].friction_share for wheel in WHEELS]}
+            "slip_velocity": planar(contact.slip_velocity for contact in ordered),
+            "friction_force": planar(contact.friction_force for contact in ordered),
+            "friction_share": [contact.friction_share for contact in ordered],
+            "normal_force": [contact.normal_force for contact in ordered]}
 
 
 def twist_fields(message):
@@ -252,43 +246,24 @@ def command_fields(message):
     return {"velocities": [rates[joint] for joint in JOINTS]} if set(JOINTS) <= set(rates) else None
 
 
-FIELDS = {"odom": pose_fields, "ground_truth": pose_fields, "joint_states": joint_fields,
-          "roller_switches": switch_fields, "contacts": contact_fields, "cmd_vel": twist_fields,
-          "velocity_command": command_fields}
-
-
 def add_series(record, name, rows):
     """Of rows in any order; of those with equal times the first, but of commands and switches, which may share one."""
+    topic = shown(record.topics[name])
     table = np.array(rows, float)
     table = table[np.argsort(table[:, 0], kind="stable")]
     new = np.diff(table[:, 0], prepend=-np.inf) > 0
-    if name in ("roller_switches", "cmd_vel", "velocity_command"):
-        new[:] = True
-    if not new.all():
-        record.notes.append(f"{record.topics[name]}: {np.sum(~new)} messages have a stamp that was there before: left "
-                            "out (was the clock set back?)")
-    t, values = table[new, 0], table[new, 1:]
-    if name in ("odom", "ground_truth"):
-        columns = dict(zip(POSE, values.T))
-        there = np.isfinite(columns["psi"])
-        columns["psi"][there] = np.unwrap(columns["psi"][there])
-        record.series[name] = with_velocities(Series(t, columns), record, name)
-    elif name == "joint_states":
-        record.series[name] = wheel_series(t, values, record)
-    elif name == "roller_switches":
-        record.series[name] = Series(t, {"wheel": values[:, 0].astype(int), "direction": values[:, 1],
-                                         "count": values[:, 2]})
-    elif name == "contacts":
-        slip, share = np.split(values[:, 1 + len(POWERS):], [8], axis=1)
-        record.series[name] = Series(t, {**dict(zip(("kinetic_energy", *POWERS), values.T)),
-                                         "slip": slip.reshape(-1, 4, 2), "share": share})
-    else:
-        V = values.T if name == "cmd_vel" else record.base.velocities(values)
-        record.series[name] = Series(t, dict(zip(POSE[3:], V)))
+    if TOPICS[name].is_sampled and not new.all():
+        record.notes.append(f"{topic}: {np.sum(~new)} messages have a stamp that was there before: left out (was the "
+                            "clock set back?)")
+        table = table[new]
+    record.series[name] = TOPICS[name].series(table[:, 0], table[:, 1:], record, topic)
 
 
-def with_velocities(series, record, name):
-    """Poses differentiated, where the twists are none of theirs, as in a motion capture's record."""
+def pose_series(t, values, record, topic):
+    """Poses are differentiated where the twists are none of theirs, as in a motion capture's record."""
+    series = Series(t, dict(zip(POSE, values.T)))
+    there = np.isfinite(series["psi"])
+    series["psi"][there] = np.unwrap(series["psi"][there])
     poses = series.known("x", "y", "psi")
     if len(poses) < 3:
         return series
@@ -300,11 +275,8 @@ def with_velocities(series, record, name):
     known = np.isfinite(off)
     if known.any() and np.sum((off * step)[known]) <= 0.5 * np.sum((way * step)[known]):
         return series
-    record.notes.append(f"{shown(record.topics[name])}: its twists are not those of its poses: takes the "
-                        "differences of the poses")
-    for column, values in V.items():
-        series.columns[column] = np.full(len(series), np.nan)
-        series.columns[column][np.isin(series.t, poses.t)] = np.interp(poses.t, middle(poses.t), values)
+    record.notes.append(f"{topic}: its twists are not those of its poses: takes the differences of the poses")
+    series.columns.update((name, at_samples(t, poses.t, values)) for name, values in V.items())
     return series
 
 
@@ -316,31 +288,80 @@ def differentiated(series):
             "Omega": np.diff(series["psi"]) / step}
 
 
-def wheel_series(t, values, record):
+def at_samples(t, known, means):
+    """Means over the steps between the times `known`, at these times; NaN at the others of t."""
+    return np.where(np.isin(t, known), np.interp(t, (known[1:] + known[:-1]) / 2, means), np.nan)
+
+
+def wheel_series(t, values, record, topic):
     """Rates positive forward: velocities in the positions' sense, else differences of the positions."""
-    topic = shown(record.topics["joint_states"])
     series = Series(t, dict(zip(("position", "rate", "effort"), np.split(values, 3, axis=1))))
     positions, both = series.known("position"), series.known("position", "rate")
-    sign = velocity_sign(list(zip(both["position"].tolist(), both["rate"].tolist()))) if both else None
+    sign = velocity_sign(both["position"], both["rate"]) if both else None
     if not positions:
         record.notes.append(f"{topic} tells no positions: the velocities are taken as positive forward")
     elif sign is None and len(positions) > 1:
         record.notes.append(f"{topic}: "
                             f"{'its velocities do not agree with its positions' if both else 'tells no velocities'}"
                             ": takes the differences of the positions")
-        series.columns["rate"] = np.full((len(t), 4), np.nan)
-        series.columns["rate"][np.isin(t, positions.t)] = rates_of(positions)
+        means = np.diff(positions["position"], axis=0) / np.diff(positions.t)[:, None]
+        series.columns["rate"] = np.stack([at_samples(t, positions.t, wheel) for wheel in means.T], -1)
     elif sign == "driver_exact":
         record.notes.append(f"{topic}: velocities of fl and bl have the driver's opposite sign: turned round")
     for name in ("rate", "effort"):
-        series.columns[name] = series[name] * np.array(sign_factors(sign))
+        series.columns[name] = series[name] * sign_factors(sign)
     if not np.nan_to_num(series["effort"]).any():
         del series.columns["effort"]
     return series
 
 
-def rates_of(positions):
-    """The positions differentiated, at their times."""
-    t, position = positions.t, positions["position"]
-    middle, rates = (t[1:] + t[:-1]) / 2, np.diff(position, axis=0) / np.diff(t)[:, None]
-    return np.stack([np.interp(t, middle, column) for column in rates.T], -1)
+def velocity_sign(positions, rates):
+    """"consistent" with the positions, or "driver_exact": fl and bl the other way round, as the youBot's driver has it.
+
+    Rows over the four wheels, in order of time. None where they contradict each other, "still" where no wheel turns.
+    """
+    agree = np.sign(np.sum(np.diff(positions, axis=0) * rates[1:], axis=0))
+    if not agree.any():
+        return "still"
+    return next((sign for sign in ("consistent", "driver_exact") if (agree == sign_factors(sign)).all()), None)
+
+
+def sign_factors(sign):
+    """What makes velocities and efforts positive forward on all four wheels."""
+    return np.array([-1, 1, -1, 1] if sign == "driver_exact" else [1, 1, 1, 1])
+
+
+def switch_series(t, values, *_):
+    return Series(t, {"wheel": values[:, 0].astype(int), "direction": values[:, 1], "count": values[:, 2],
+                      "phi": values[:, 3]})
+
+
+def contact_series(t, values, *_):
+    slip, force, share, normal = np.split(values[:, 1 + len(POWERS):], [8, 16, 20], axis=1)
+    return Series(t, {**dict(zip(("kinetic_energy", *POWERS), values.T)), "slip": slip.reshape(-1, 4, 2),
+                      "force": force.reshape(-1, 4, 2), "share": share, "normal": normal})
+
+
+@dataclass
+class Topic:
+    """A topic that tells of a base."""
+    kind: str           # of its messages
+    usual: tuple        # names, in any namespace, the best first
+    fields: Callable    # message to {field: numbers}, each used or left out as a whole; None for one of something else
+    series: Callable    # times, rows of all fields, record (for its notes) and topic as it is shown, to a Series
+    is_sampled: bool = True  # rather than sent when something happens
+
+
+TOPICS = {
+    "odom": Topic("nav_msgs/Odometry", ("odom",), pose_fields, pose_series),
+    "ground_truth": Topic("nav_msgs/Odometry", ("ground_truth", "base_pose_ground_truth"), pose_fields, pose_series),
+    "joint_states": Topic("sensor_msgs/JointState", ("joint_states",), joint_fields, wheel_series),
+    "roller_switches": Topic("youbot_base_sim/RollerSwitchStamped", ("roller_switches",), switch_fields, switch_series,
+                             is_sampled=False),
+    "contacts": Topic("youbot_base_sim/ContactsStamped", ("contacts",), contact_fields, contact_series),
+    "cmd_vel": Topic("geometry_msgs/Twist", ("cmd_vel",), twist_fields,
+                     lambda t, twists, *_: Series(t, dict(zip(POSE[3:], twists.T))), is_sampled=False),
+    "velocity_command": Topic("brics_actuator/JointVelocities", ("velocity_command",), command_fields,
+                              lambda t, rates, record, _: Series(t, dict(zip(POSE[3:], record.base.velocities(rates)))),
+                              is_sampled=False),
+}

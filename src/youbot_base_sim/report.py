@@ -1,16 +1,12 @@
-"""Tables as CSV and Markdown, and tables of what runs were found to do: programs write them into pages of docs/, tests
-measure them anew."""
+"""Tables as CSV and Markdown, and tables of what runs were found to do, which programs write into pages of docs/."""
 import csv
 import io
-import re
-import string
 from dataclasses import dataclass
 
-from .files import write_whole
+from .command_line import Refused, shown
+from .files import read_whole, write_whole
 
-NUMBER = r"[-+]?\d+(?:\.\d+)?"
-# Units of the last digit that a printed number may be off: half for rounding, and what machines differ by.
-ROUNDED = 0.6
+LARGEST_TABLE = 250000000  # bytes, as simulate reads
 
 
 def table(head, rows):
@@ -19,13 +15,33 @@ def table(head, rows):
 
 
 def csv_text(columns, rows, form=lambda value: "" if value != value else repr(value)):
-    """A table in CSV with one line of names. `form` writes floats: by default so that they read back to the same value,
-    and empty where they are not a number."""
+    """A table in CSV with one line of names; rows are lists of cells or, where a cell may be missing, dictionaries.
+    `form` writes floats: by default so that they read back to the same value, and empty where they are not a number."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(columns)
-    writer.writerows([form(cell) if isinstance(cell, float) else cell for cell in row] for row in rows)
+    for row in rows:
+        cells = [row.get(column, "") for column in columns] if isinstance(row, dict) else row
+        writer.writerow([form(cell) if isinstance(cell, float) else cell for cell in cells])
     return text.getvalue()
+
+
+def read_csv(option, path, allowed):
+    """Yields the rows of a table in CSV, lists of texts of one length: the first has the columns' names, one at least
+    follows. Blank lines and a byte order mark are passed over. Throws Refused, as read_whole does."""
+    count, rows = 0, csv.reader(io.TextIOWrapper(io.BytesIO(read_whole(option, path, LARGEST_TABLE, allowed)),
+                                                 encoding="utf-8-sig", newline=""))
+    try:
+        for row in filter(None, rows):
+            columns = len(row) if count == 0 else columns
+            if len(row) != columns:
+                raise csv.Error(f"line {rows.line_num} has {len(row)} cells instead of {columns}")
+            count += 1
+            yield row
+        if count < 2:
+            raise csv.Error("no rows")
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise Refused(f"{option} {shown(path)}: {error}; must be {allowed}".lstrip())
 
 
 @dataclass
@@ -38,29 +54,6 @@ class Finding:
 
     def measured(self):
         return self.text.format(*self.values)
-
-    def fields(self):
-        """(literal, name, spec) of each part of the text."""
-        return [(literal, name, spec) for literal, name, spec, _ in string.Formatter().parse(self.text)]
-
-    def specs(self):
-        return [spec for _, name, spec in self.fields() if name is not None]
-
-    def printed(self):
-        """How each value is printed."""
-        return [format(value, spec) for value, spec in zip(self.values, self.specs())]
-
-    def agrees(self, printed):
-        """Whether that text has all numbers of this one, with as many decimals and of the same value."""
-        match = re.fullmatch("".join(re.escape(literal) + (f"({NUMBER})" if name is not None else "")
-                                     for literal, name, _ in self.fields()), printed)
-        if not match:
-            return False
-        for text, value, own in zip(match.groups(), self.values, self.printed()):
-            decimals = len(own.partition(".")[2])
-            if len(text.partition(".")[2]) != decimals or abs(float(text) - value) > ROUNDED * 10 ** -decimals:
-                return False
-        return True
 
 
 class FindingsTable:
@@ -86,16 +79,3 @@ class FindingsTable:
         before, _, rest = page.partition(self.begin)
         table, _, after = rest.partition(self.END)
         return before, table, after
-
-    def wrong_rows(self, page, rows, findings):
-        """Numbers, from 1, of the rows in the text of a page that are missing or not what was found; 0 for what is not
-        the table's."""
-        shown = [line.strip("| ").split(" | ") for line in self.parts(page)[1].strip().split("\n")[2:]]
-        wrong = [0] if len(shown) != len(rows) else []
-        for number, (expected, finding) in enumerate(zip(rows, findings), 1):
-            found = shown[number - 1] if number <= len(shown) else []
-            measured = expected.index(finding.measured())
-            if not (len(found) == len(expected) and finding.agrees(found[measured]) and
-                    found[:measured] + found[measured + 1:] == expected[:measured] + expected[measured + 1:]):
-                wrong.append(number)
-        return wrong

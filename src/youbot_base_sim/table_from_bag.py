@@ -6,7 +6,8 @@ efforts of /joint_states or /base/joint_states, a row a message.
 
 Rates are in rad/s, torques in N m, both positive forward on all four wheels. t = 0 is the beginning of the bag. A wheel
 without a command so far is at zero. Of a bag that is cut or has no index, the table has what can be read, and a
-warning says how far that is. To replay the commands of a robot, with its limits and resolution:
+warning says how far that is. A bag whose times go back, as of two runs, is refused. To replay the commands of a robot,
+with its limits and resolution:
 
   drive: {velocity_table: FILE.csv}
   motors: {quantized: true}
@@ -17,10 +18,13 @@ import argparse
 import math
 from collections import Counter
 
+import numpy as np
+
 from .bags import Bag
-from .base import DRIVER_RADIUS, JOINTS, WHEELS, Base, sign_factors, velocity_sign
+from .base import DRIVER_RADIUS, JOINTS, WHEELS, Base
 from .command_line import Parser, Refused, complain
 from .files import Outputs, write_whole
+from .records import sign_factors, velocity_sign
 
 VELOCITY_UNIT, TORQUE_UNIT = "s^-1 rad", "m^2 kg s^-2 rad^-1"
 TWIST, VELOCITIES, TORQUES, STATES = (
@@ -65,11 +69,6 @@ class ChosenTopics:
             raise Refused(f"{self.path}: no {usual}; it has {self.bag.shown_topics()}{advice}")
         return found
 
-    def read(self, topics):
-        """Time, s from the bag's beginning, type and message, in the order of the bag."""
-        for topic, message, arrival in self.bag.messages(topics):
-            yield self.bag.time_of(message, arrival), self.bag.types[topic], message
-
 
 def twist_rates(twist, driver):
     """Wheel rates by the driver's kinematics; none for any wheel where the driver refuses the twist."""
@@ -105,7 +104,8 @@ def commanded(chosen, types, arguments):
                       "topics to take with --topic")
     driver = Base(wheel_radius=arguments.wheel_radius, half_wheelbase=arguments.half_lengths, half_track=0)
     rows, now, complaints = [], [0.0] * 4, Counter()
-    for t, kind, message in chosen.read(topics):
+    for t, topic, message in chosen.bag.messages_of_one_run(topics):
+        kind = chosen.bag.types[topic]
         if kind == TWIST:
             command, wrong = twist_rates(message, driver)
         elif kind == VELOCITIES:
@@ -126,28 +126,28 @@ def commanded(chosen, types, arguments):
 
 
 def joint_states(chosen, fields):
-    """Time, s, and the values of each field for the four wheels, in order of time."""
-    states = []
-    for t, _, message in chosen.read(chosen.need(STATES)):
+    """Times, s, in order, and for each field the values of the four wheels at these times."""
+    rows = []
+    for t, _, message in chosen.bag.messages_of_one_run(chosen.need(STATES)):
         if not set(JOINTS) <= set(message.name):
             continue  # the arm's
-        state = {}
+        rows.append([t])
         for field in fields:
             column = getattr(message, field)
             if len(column) != len(message.name):
                 raise Refused(f"{chosen.path}: the joint states at t = {t:.3f} s have no {field}")
-            state[field] = [column[message.name.index(joint)] for joint in JOINTS]
-            if not all(map(math.isfinite, state[field])):
+            rows[-1] += [column[message.name.index(joint)] for joint in JOINTS]
+            if not all(map(math.isfinite, rows[-1])):
                 raise Refused(f"{chosen.path}: {field} at t = {t:.3f} s: must be finite")
-        states.append((t, state))
-    if not states:
+    if not rows:
         raise Refused(f"{chosen.path}: no joint states of {', '.join(JOINTS)}")
-    return sorted(states, key=lambda timed: timed[0])
+    table = np.array(sorted(rows, key=lambda row: row[0]))
+    return table[:, 0], dict(zip(fields, np.split(table[:, 1:], len(fields), axis=1)))
 
 
 def detected_sign(chosen, states):
     """The sign of the velocities, by whether positions go the same way."""
-    sign = velocity_sign([(state["position"], state["velocity"]) for _, state in states])
+    sign = velocity_sign(states["position"], states["velocity"])
     if sign in (None, "still"):
         raise Refused(f"{chosen.path}: positions and velocities do not tell the sign of the velocities "
                       f"({'no wheel turns' if sign else 'they do not agree'}); tell it with --joint-velocity-sign")
@@ -157,11 +157,9 @@ def detected_sign(chosen, states):
 
 def measured(chosen, fields, sign):
     """For each field the rows of what the wheels did."""
-    states = joint_states(chosen, fields + (["position", "velocity"] if sign == "auto" else []))
-    if sign == "auto":
-        sign = detected_sign(chosen, states)
-    return [[(t, [factor * value for factor, value in zip(sign_factors(sign), state[field])]) for t, state in states]
-            for field in fields]
+    t, states = joint_states(chosen, fields + (["position", "velocity"] if sign == "auto" else []))
+    factors = sign_factors(detected_sign(chosen, states) if sign == "auto" else sign)
+    return [list(zip(t.tolist(), (factors * states[field]).tolist())) for field in fields]
 
 
 def write(path, rows):

@@ -84,8 +84,8 @@ TEST_F(ContactModesTest, TheShapeOfAnAveragedContactIsTheMean) {
   const Wheels phi = {0.1, 0.7 * pitch, -0.5 * pitch, 123.4};
   const ContactGeometry g = modes.geometry(phi), one = geometry.at({0.1, -0.3 * pitch, 0.5 * pitch, 0});
   EXPECT_EQ(modes.phi_tilde(phi)[3], 0);
-  for (Wheels ContactGeometry::*entry : {&ContactGeometry::Delta_Y, &ContactGeometry::dDelta_Y, &ContactGeometry::r_X,
-                                         &ContactGeometry::dr_X, &ContactGeometry::r_Y, &ContactGeometry::dr_Y}) {
+  for (Wheels ContactGeometry::*entry :
+       {&ContactGeometry::Delta_Y, &ContactGeometry::r_X, &ContactGeometry::r_Y, &ContactGeometry::dr_Y}) {
     for (int i = 0; i < 3; ++i) EXPECT_NEAR((g.*entry)[i], (one.*entry)[i], 1e-14) << i;
     EXPECT_EQ((g.*entry)[3], (geometry.mean().*entry)[3]);
   }

@@ -253,6 +253,26 @@ TEST_F(TableFromBagTest, OfABagThatIsCutTheTableHasWhatCanBeRead) {
   }
 }
 
+TEST_F(TableFromBagTest, RefusesTwoRunsInOneBag) {
+  const geometry_msgs::Twist twist;
+  record<geometry_msgs::Twist>("/cmd_vel", {{0, twist}, {1, twist}, {2, twist}, {0.5, twist}, {1, twist}});
+  expect_refused(velocity_, {"x.bag: the times of /cmd_vel go back from t = 2.000 s to 0.500 s: must be one run"});
+
+  std::vector<std::pair<double, sensor_msgs::JointState>> messages(8);
+  for (std::size_t k = 0; k < messages.size(); ++k) {
+    auto& [arrival, message] = messages[k];
+    arrival = 0.1 * static_cast<double>(k);
+    message.header.stamp = ros::Time(kWallTime) + ros::Duration(0.1 * static_cast<double>(k % 4));
+    for (int i = 0; i < kWheels; ++i) {
+      message.name.push_back(wheel_joint(i));
+      message.position.push_back(arrival);
+      message.velocity.push_back(1);
+    }
+  }
+  record("/joint_states", messages);
+  expect_refused({"--measured", velocity_[0], velocity_[1]}, {"/joint_states go back from t = 0.300 s to 0.000 s"});
+}
+
 TEST_F(TableFromBagTest, RefusesWhatNoOneTableCanTell) {
   rosbag::Bag bag(folder_.path("x.bag"), rosbag::bagmode::Write);
   bag.write("/cmd_vel", ros::Time(1), geometry_msgs::Twist());

@@ -109,6 +109,14 @@ class Plots(unittest.TestCase):
             self.assertEqual(self.files(), before)
         self.assertEqual(self.plot.read_bytes(), older)
 
+    def test_what_is_read_is_a_file_or_a_pipe_that_ends(self):
+        pipe = self.folder / "pipe"
+        os.mkfifo(pipe)
+        for table, words in ((pipe, "is a pipe that nobody writes to"), ("/dev/zero", "is neither a file nor a pipe")):
+            arguments = [table if one == self.table else one for one in self.arguments(self.plot)]
+            self.assertIn(f"{self.name}: {table}: {words}; must be a", self.run_with(*arguments, status=2))
+        self.assertFalse(self.plot.exists())
+
     def test_where_nothing_can_be_written_nothing_is_drawn(self):
         for plot, words in ((self.folder, "Is a directory"), (self.folder / "none" / "p.png", "No such file"),
                             (self.folder / "p.xyz", "'xyz' is not supported")):
@@ -138,6 +146,25 @@ class SweepPlots(Plots):
                           ("pie", self.table, self.plot, "x")):
             self.run_with(*arguments, status=2)
             self.assertFalse(self.plot.exists())
+
+    def test_tables_that_tell_nothing(self):
+        for lines, arguments, words in (
+                (["run,status,x", "0,done,1"], ["rank", "x"], "no axes; must have a column between run and status"),
+                (["run,a,status,x", "0,1,done,", "1,,done,1"], ["scatter", "a", "x"],
+                 "columns a and x: must both have a number in some run"),
+                (["run,a,status", "0,1e308,done", "1,-1e308,done"], ["histogram", "a"],
+                 "column = a: must have numbers, up to 1e+150"),
+                (["run,a,status", "0,1"], ["rank", "a"], "line 2 has 2 cells instead of 3; must be a table by sweep"),
+                (["a,b", "0,1"], ["rank", "a"], "no columns run and status; must be a table by sweep")):
+            self.table.write_text("\n".join(lines) + "\n")
+            kind, *columns = arguments
+            self.assertIn(words, self.run_with(kind, self.table, self.plot, *columns, status=2))
+        self.assertEqual(self.files(), ["t.csv"])
+
+    def test_a_byte_order_mark_and_blank_lines_are_passed_over(self):
+        expected = self.run_with("rank", self.table, self.plot, "x")
+        self.table.write_text("\ufeff\n" + self.table.read_text().replace("\n", "\n\n"))
+        self.assertEqual(self.run_with("rank", self.table, self.plot, "x"), expected)
 
 
 class IdentificationPlot(Plots):

@@ -13,12 +13,21 @@
 
 namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
+class SmoothSystem;
+template <class System>
+class SmoothStepper;
+struct IntegrationStatistics;
+
 /// A method that integrates models 2a and 2b.
 struct Method {
   std::string name;         ///< of `solver: {method: NAME}`, `--method` and `~method`
   std::string description;  ///< what it is and when to use it, in a line
   bool is_explicit;         ///< takes short steps while wheels roll, see `advice`
   double default_step;      ///< of a method without step size control, s; 0: it has one
+  /// Makes one that is made for any equations, with this step (s) if it has no step size control. Null for Radau, which
+  /// is made for these equations and for each friction law.
+  std::unique_ptr<SmoothStepper<const SmoothSystem>> (*make)(const Tolerance& tolerance, double step,
+                                                             IntegrationStatistics& statistics);
 };
 
 /// All of them, the default one first; and their names.

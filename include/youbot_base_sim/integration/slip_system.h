@@ -20,7 +20,6 @@ template <class Model>
 class SlipSystem {
  public:
   using Contacts = typename Model::Contacts;
-  using Mask = WheelMask;
 
   /// `torque` must outlive the system. The rollers in contact are those on which `state` stands.
   SlipSystem(const Model& model, const TorqueProfile& torque, const State& state)
@@ -60,9 +59,9 @@ class SlipSystem {
   }
   /// Gives the wheels in `known`, none of them shared, the friction F of the step before at the contacts `c`. Dynamic
   /// reactions, and with them all friction, follow.
-  void reuse_friction(const Mask& known, const typename Model::Friction& F, const Velocities& u, const Wheels& M,
+  void reuse_friction(const WheelMask& known, const typename Model::Friction& F, const Velocities& u, const Wheels& M,
                       Contacts& c) const {
-    const auto reuse = [&](Contacts& pressed) { model_.put_friction(known, F, pressed); };
+    const auto reuse = [&](Contacts& pressed) { model_.replace_friction(known, F, pressed); };
     if (!reacts()) return reuse(c);
     apply_dynamic_normal_force(u, M, modes_.shared(), c, reuse);
   }
@@ -130,7 +129,7 @@ class SlipSystem {
   /// How wheel i is shared between two rollers at the edge at which it stands, or would be if it rested there.
   Sharing sharing(int i, const State& x, double t) const {
     Velocities u = x.velocities();
-    Mask shared = modes_.shared();
+    WheelMask shared = modes_.shared();
     if (!shared[i]) {
       u.dphi[i] = 0;
       shared[i] = true;
@@ -168,7 +167,7 @@ class SlipSystem {
   }
   // Contacts of any mode; those in `shared` are shared.
   [[gnu::flatten, gnu::noinline]] void any_contacts(const Velocities& u, const Wheels& phi, const Pose& pose,
-                                                    const Wheels& M, const Mask& shared, Contacts& c) const {
+                                                    const Wheels& M, const WheelMask& shared, Contacts& c) const {
     model_.evaluate_kinematics(
         u, modes_.averages() ? modes_.geometry(phi) : model_.geometry().at(modes_.phi_tilde(phi)), pose, c);
     if (reacts()) {
@@ -181,7 +180,7 @@ class SlipSystem {
   // Applies the normal reactions of this motion to contacts whose kinematics are known. The reactions follow from the
   // friction as `amend` has changed it.
   template <class Amend>
-  void apply_dynamic_normal_force(const Velocities& u, const Wheels& M, const Mask& shared, Contacts& c,
+  void apply_dynamic_normal_force(const Velocities& u, const Wheels& M, const WheelMask& shared, Contacts& c,
                                   const Amend& amend) const {
     if constexpr (Model::kReactionsFollow) {
       model_.apply_normal_force(Wheels::Ones(), c);
@@ -192,8 +191,8 @@ class SlipSystem {
       if (shared.any()) share_contacts(u, M, shared, c);
     }
   }
-  [[gnu::noinline]] void share_reactions(const Velocities& u, const Wheels& M, const Mask& shared, const Contacts& unit,
-                                         ForcePerNormalLoad& per_load) const {
+  [[gnu::noinline]] void share_reactions(const Velocities& u, const Wheels& M, const WheelMask& shared,
+                                         const Contacts& unit, ForcePerNormalLoad& per_load) const {
     const Wheels zero = Wheels::Zero();
     per_load.intercept = {zero, zero, zero, zero, zero};
     per_load.shares = true;
@@ -201,7 +200,8 @@ class SlipSystem {
       if (shared[i]) shared_contact(i, u, unit, M).write_to(per_load);
     }
   }
-  [[gnu::noinline]] void share_contacts(const Velocities& u, const Wheels& M, const Mask& shared, Contacts& c) const {
+  [[gnu::noinline]] void share_contacts(const Velocities& u, const Wheels& M, const WheelMask& shared,
+                                        Contacts& c) const {
     const Contacts pressed = c;
     for (int i = 0; i < kWheels; ++i) {
       if (shared[i]) shared_contact(i, u, pressed, M).write_to(c);
@@ -219,7 +219,7 @@ class SlipSystem {
     return {model_, i, u, M[i], lower, upper};
   }
   // The same at the wheel angles and pose of x, with the velocities u.
-  SharedContact<Model> shared_contact(int i, const Velocities& u, const State& x, const Mask& shared,
+  SharedContact<Model> shared_contact(int i, const Velocities& u, const State& x, const WheelMask& shared,
                                       const Wheels& M) const {
     Contacts c;
     any_contacts(u, x.phi(), pose(x), M, shared, c);

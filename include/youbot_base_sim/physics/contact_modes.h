@@ -40,8 +40,8 @@ class ContactModes {
   ContactGeometry geometry(const Wheels& phi) const {
     const ContactGeometry& mean = geometry_.mean();
     ContactGeometry g = geometry_.at(phi_tilde(phi));
-    for (Wheels ContactGeometry::*entry : {&ContactGeometry::Delta_Y, &ContactGeometry::dDelta_Y, &ContactGeometry::r_X,
-                                           &ContactGeometry::dr_X, &ContactGeometry::r_Y, &ContactGeometry::dr_Y}) {
+    for (Wheels ContactGeometry::*entry :
+         {&ContactGeometry::Delta_Y, &ContactGeometry::r_X, &ContactGeometry::r_Y, &ContactGeometry::dr_Y}) {
       g.*entry = averaged_.select(mean.*entry, g.*entry);
     }
     return g;

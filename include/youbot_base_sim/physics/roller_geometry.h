@@ -7,15 +7,12 @@
 
 namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
-/// Where a roller touches the floor, and how that changes with the wheel's angle; one entry for each wheel. A prime is
-/// the derivative by phi.
+/// Where a roller touches the floor; one entry for each wheel.
 struct ContactGeometry {
-  Wheels Delta_Y;   ///< offset of the contact point along the wheel's axle, m (3.4)
-  Wheels dDelta_Y;  ///< Delta_Y', m/rad
-  Wheels r_X;       ///< r sin(delta): what a unit dgamma takes from V_PX, m
-  Wheels dr_X;      ///< r_X'
-  Wheels r_Y;       ///< r cos(phi~) cos(delta): what a unit dgamma adds to V_PY, m
-  Wheels dr_Y;      ///< r_Y'
+  Wheels Delta_Y;  ///< offset of the contact point along the wheel's axle, m (3.4)
+  Wheels r_X;      ///< r sin(delta): what a unit dgamma takes from V_PX, m
+  Wheels r_Y;      ///< r cos(phi~) cos(delta): what a unit dgamma adds to V_PY, m
+  Wheels dr_Y;     ///< its derivative by phi, m/rad
 };
 
 /// Number 0 .. n-1 of a roller by its unwrapped number, on a wheel of n.
@@ -34,16 +31,14 @@ class RollerGeometry {
     const Wheels secant = 1 / cosine;
     ContactGeometry g;
     g.Delta_Y = R_d_tan_delta_ * (sine * secant);
-    g.dDelta_Y = R_d_tan_delta_ * (secant * secant);
     g.r_X = sin_delta_ * (R_ - R_d_ * secant);
-    g.dr_X = -sin_delta_ * R_d_ * (sine * secant * secant);
     g.r_Y = kCosDelta * (R_ * cosine - R_d_);
     g.dr_Y = -kCosDelta * R_ * sine;
     return g;
   }
 
-  /// The mean over a roller: the contact of a wheel that passes rollers too fast to distinguish them. Its derivatives
-  /// are zero.
+  /// The mean over a roller: the contact of a wheel that passes rollers too fast to distinguish them. Its derivative
+  /// is zero.
   const ContactGeometry& mean() const { return mean_; }
 
   /// Radius of a roller at its ends, where the next one takes over, m. Negative where rollers taper to a point before

@@ -19,22 +19,6 @@ inline double power(const Velocities& u, const Velocities& Q) {
   return (u.v * Q.v + u.dphi * Q.dphi + u.dgamma * Q.dgamma).sum();
 }
 
-/// Sets `derivative` to the time derivative of `state` under the forces Q on its velocities.
-inline void set_derivative(const Inertia& inertia, const State& state, const Velocities& Q, State& derivative) {
-  const Velocities u = state.velocities();
-  const double cos_psi = std::cos(state.psi()), sin_psi = std::sin(state.psi());
-  derivative.x() = u.v[0] * cos_psi - u.v[1] * sin_psi;
-  derivative.y() = u.v[0] * sin_psi + u.v[1] * cos_psi;
-  derivative.psi() = u.v[2];
-  derivative.work() = power(u, Q);
-  const Eigen::Vector3d dv = inertia.M_v_inverse * Eigen::Vector3d{Q.v[0], Q.v[1], Q.v[2]};
-  derivative.values.col(1) << dv[0], dv[1], dv[2], 0;
-  derivative.phi() = u.dphi;
-  derivative.dphi() = Q.dphi * (1 / inertia.J_1);
-  derivative.dgamma() = Q.dgamma * (1 / inertia.J_2);
-  derivative.gamma() = u.dgamma;
-}
-
 /// The velocities that each bring about the model's regularization speed, m/s and rad/s.
 template <class Model>
 Velocities regularization_velocities(const Model& model) {
@@ -138,7 +122,18 @@ class SlipModel {
 
   /// Time derivative of `state`, whose contacts are `c`, under the wheel torques `M` (N m).
   void derivative(const State& state, const Contacts& c, const Wheels& M, State& derivative) const {
-    set_derivative(inertia_, state, forces(state.velocities(), c, M), derivative);
+    const Velocities u = state.velocities(), Q = forces(u, c, M);
+    const double cos_psi = std::cos(state.psi()), sin_psi = std::sin(state.psi());
+    derivative.x() = u.v[0] * cos_psi - u.v[1] * sin_psi;
+    derivative.y() = u.v[0] * sin_psi + u.v[1] * cos_psi;
+    derivative.psi() = u.v[2];
+    derivative.work() = power(u, Q);
+    const Eigen::Vector3d dv = inertia_.M_v_inverse * Eigen::Vector3d{Q.v[0], Q.v[1], Q.v[2]};
+    derivative.values.col(1) << dv[0], dv[1], dv[2], 0;
+    derivative.phi() = u.dphi;
+    derivative.dphi() = Q.dphi * (1 / inertia_.J_1);
+    derivative.dgamma() = Q.dgamma * (1 / inertia_.J_2);
+    derivative.gamma() = u.dgamma;
   }
 
   /// Sets G to minus the derivative of `forces` by the velocities u, Coriolis forces excluded, where the contacts are
@@ -173,7 +168,7 @@ class SlipModel {
   Friction friction(const Contacts& c) const { return features_.friction(c); }
 
   /// Replaces the friction of the wheels in `mask` by the one that is known from the step before.
-  void put_friction(const WheelMask& mask, const Friction& known, Contacts& c) const {
+  void replace_friction(const WheelMask& mask, const Friction& known, Contacts& c) const {
     const Contacts before = c;
     set_friction(Features::replaced(mask, known, c), c);
     Features::keep_moments(mask, before, c);  // for a shared contact the mean of moments is no moment of means
@@ -196,7 +191,7 @@ class SlipModel {
   // Normal reactions that follow the motion: with ExtendedFeatures only.
 
   /// Whether the normal reactions follow the motion.
-  bool dynamic() const { return Law::kByReaction && features_.dynamic(); }
+  bool dynamic() const { return Law::kScalesWithReaction && features_.dynamic(); }
 
   /// Forces of the contacts `c`, which are those under 1 N, for each newton of normal reaction.
   ForcePerNormalLoad force_per_normal_load(const Contacts& c) const {

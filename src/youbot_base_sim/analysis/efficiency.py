@@ -1,8 +1,7 @@
 """What of the commanded, and of the rolled, velocity the base reaches: ahead, sideways and turning."""
 import numpy as np
 
-from ..figures import curve
-from ..palette import BLACK, BLUE, RED
+from ..figures import BLACK, BLUE, RED, curve
 from ..records import Missing
 from .section import Section
 

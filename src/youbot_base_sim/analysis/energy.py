@@ -1,8 +1,7 @@
 """Where the energy goes that the drives put in."""
 import numpy as np
 
-from ..figures import thinned
-from ..palette import BLACK, GREEN, ORANGE, RED, SKY
+from ..figures import BLACK, GREEN, ORANGE, RED, SKY, thinned
 from ..records import Missing
 from .section import Section
 

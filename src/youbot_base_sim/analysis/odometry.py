@@ -3,8 +3,7 @@ import math
 
 import numpy as np
 
-from ..figures import curve, thinned
-from ..palette import BLACK, RED
+from ..figures import BLACK, RED, curve, thinned
 from ..records import Missing
 from .section import Section, each, rms
 
@@ -21,7 +20,9 @@ def analyse(record):
     way, turned = aligned.way[-1], aligned.turned[-1]
     section.say("way and turning", f"{way:.3f} m, {math.degrees(turned):.1f} deg",
                 way=(way, "m"), turning=(turned, "rad"))
-    add_error(section, "at the end", "final", aligned, -1)
+    section.say("at the end", f"{aligned.distance[-1]:.4f} m, {math.degrees(aligned.heading[-1]):.3f} deg "
+                f"(t = {aligned.t[-1]:.3f} s)", final_error=(aligned.distance[-1], "m"),
+                final_heading_error=(aligned.heading[-1], "rad"))
     heading = np.abs(aligned.heading)
     worst, turned_worst = np.argmax(aligned.distance), np.argmax(heading)
     section.say("at most", f"{aligned.distance[worst]:.4f} m (t = {aligned.t[worst]:.3f} s), "
@@ -78,12 +79,6 @@ class Aligned:
             steps.append((c * dx + s * dy, -s * dx + c * dy, psi[ends] - psi[begins]))
         (x0, y0, psi0), (x1, y1, psi1) = steps
         return np.hypot(x1 - x0, y1 - y0), psi1 - psi0
-
-
-def add_error(section, what, name, aligned, at):
-    distance, heading = aligned.distance[at], aligned.heading[at]
-    section.say(what, f"{distance:.4f} m, {math.degrees(heading):.3f} deg (t = {aligned.t[at]:.3f} s)",
-                **{name + "_error": (distance, "m"), name + "_heading_error": (heading, "rad")})
 
 
 def add_per_way(section, aligned):

@@ -2,8 +2,7 @@
 import numpy as np
 
 from ..base import WHEELS
-from ..figures import curve
-from ..palette import BLACK, WHEEL_COLOURS
+from ..figures import BLACK, WHEEL_COLOURS, curve
 from ..records import Missing
 from .section import Section, rms
 

@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from ..base import WHEELS
-from ..palette import WHEEL_COLOURS
+from ..figures import WHEEL_COLOURS
 from ..records import Missing
 from .section import Section, each
 

@@ -2,7 +2,7 @@
 import numpy as np
 
 from ..base import WHEELS
-from ..palette import WHEEL_COLOURS
+from ..figures import WHEEL_COLOURS
 from .section import Section
 
 SLOWEST = 2e-3  # s: friction ends a jump of slip within milliseconds
@@ -27,8 +27,8 @@ def analyse(record):
     for what, name, share in (("interval, shortest, ms", "interval_shortest", 0),
                               ("interval, median, ms", "interval_median", 50),
                               ("interval, longest, ms", "interval_longest", 100)):
-        section.wheels(what, [1e3 * np.percentile(gaps, share) if len(gaps) else np.nan for gaps in intervals], ".2f",
-                       name, "ms")
+        section.wheels(what, [1e3 * np.percentile(gaps, share) if len(gaps) else np.nan for _, gaps in intervals],
+                       ".2f", name, "ms")
     many = switches["count"] > 1
     if many.any():
         section.say("", f"{switches['count'][many].sum():.0f} of them in {many.sum()} messages that stand for many: "
@@ -39,14 +39,15 @@ def analyse(record):
         ["t_s", "wheel", "direction", "count", "slip_jump_m_per_s"],
         [(float(t), WHEELS[wheel], int(direction), int(n), float(jump)) for t, wheel, direction, n, jump in zip(
             switches.t, switches["wheel"], switches["direction"], switches["count"], jumps)])
-    section.draw = lambda figure: draw(figure, switches, of_wheel, jumps)
+    section.draw = lambda figure: draw(figure, switches, of_wheel, intervals, jumps)
     return section
 
 
 def intervals_of(switches, mask):
-    """Between one switch of a wheel and the next, s, where both stand for themselves."""
+    """Switches of a wheel, s, and how long after the one before, s, where both stand for themselves."""
     t, single = switches.t[mask], switches["count"][mask] == 1
-    return np.diff(t)[single[1:] & single[:-1]]
+    both = single[1:] & single[:-1]
+    return t[1:][both], np.diff(t)[both]
 
 
 def add_expected_jump(section, record, switches):
@@ -72,7 +73,8 @@ def add_jumps(section, record, switches, intervals):
         section.say("jump of slip, sampled",
                     f"not told: {record.lack('contacts', 'slip')} (see simulate --contacts, ~publish_contacts)")
         return jumps
-    shortest = np.median(np.concatenate(intervals)) if any(map(len, intervals)) else np.inf
+    gaps = np.concatenate([gaps for _, gaps in intervals])
+    shortest = np.median(gaps) if len(gaps) else np.inf
     longest = min(SLOWEST, shortest / 5)
     if contacts.period > 1.01 * longest:
         section.say("jump of slip, sampled", f"not told: contacts come every {1e3 * contacts.period:.3g} ms; must be "
@@ -95,16 +97,14 @@ def add_jumps(section, record, switches, intervals):
     return jumps
 
 
-def draw(figure, switches, of_wheel, jumps):
+def draw(figure, switches, of_wheel, intervals, jumps):
     has_jumps = np.isfinite(jumps).any()
     rows = figure.subplots(2 if has_jumps else 1, 1, sharex=True, squeeze=False)[:, 0]
-    for wheel, mask in zip(WHEELS, of_wheel):
-        t, single = switches.t[mask], switches["count"][mask] == 1
-        both = single[1:] & single[:-1]
+    for wheel, mask, (t, gaps) in zip(WHEELS, of_wheel, intervals):
         style = dict(linestyle="", marker=".", markersize=3, color=WHEEL_COLOURS[wheel])
-        rows[0].semilogy(t[1:][both], 1e3 * np.diff(t)[both], label=wheel, **style)
+        rows[0].semilogy(t, 1e3 * gaps, label=wheel, **style)
         if has_jumps:
-            rows[1].plot(t, 1e3 * jumps[mask], **style)
+            rows[1].plot(switches.t[mask], 1e3 * jumps[mask], **style)
     rows[0].set_ylabel("time since the wheel's last switch, ms")
     rows[0].legend(ncol=4)
     if has_jumps:

@@ -5,8 +5,7 @@ from matplotlib.cm import viridis
 from matplotlib.lines import Line2D
 
 from ..base import WHEELS
-from ..figures import curve
-from ..palette import BLACK, BLUE, RED
+from ..figures import BLACK, BLUE, RED, curve
 from .drawing import finish_paths, finished, letter, panels, path, wheel_style
 from .runs import DEGREES, MODELS
 

@@ -9,8 +9,7 @@ import numpy as np
 from ..base import Base
 from ..report import Finding, FindingsTable
 from .builds import ROOT
-from .runs import DEGREES, MODELS, Scene, mean
-from .study import Study
+from .runs import DEGREES, MODELS, Scene, Study, mean
 
 RADIUS, PERIOD = 2.5, 30.0  # of the circle of both cases: m, s
 SPEED, YAW_RATE = RADIUS * 2 * np.pi / PERIOD, 2 * np.pi / PERIOD
@@ -164,11 +163,6 @@ def mean_V_Y_as_printed(cases):
                    with_changes(means))
 
 
-def on_all_wheels(angles, *first):
-    """All combinations of these angles, degrees, on the four wheels, or with those given on the first ones; rad."""
-    return np.array([first + rest for rest in itertools.product(angles, repeat=4 - len(first))]) / DEGREES
-
-
 SPREAD = ("At t = T the coordinates of O spread by about 0.6 m and psi by about 15° over \"various combinations\" of "
           "initial wheel angles (Fig. 7, 2b)")
 OF_THE_SET = "The paper names no set; the more combinations, the wider the spread."
@@ -192,7 +186,7 @@ for says, why, case, angles, angles_of in (
          lambda study: np.tile(np.arange(0, 60, 5) / DEGREES, (4, 1)).T),
         ("The same, other angles", OF_THE_SET, "case1",
          "64 combinations: the first wheel at 0.1 rad, each other one 0, 15, 30 or 45° further",
-         lambda study: on_all_wheels((0, 15, 30, 45), 0) + 0.1),
+         lambda study: np.array([(0, *rest) for rest in itertools.product((0, 15, 30, 45), repeat=3)]) / DEGREES + 0.1),
         ("The same, by the formula as printed", OF_THE_SET, "as_printed", HALF_PITCH, Study.half_pitch_angles)):
     claim("5.3", says, why, case, angles, angles_of)(spread)
 
@@ -320,30 +314,23 @@ def viscous_jump(cases):
                    [before, jumped, late])
 
 
-def around_switches(contacts, switches, key, span):
-    """Values of the first wheel's contact within `span` (s, a pair) of its switches."""
-    t = contacts["t"]
-    near = np.zeros(len(t), bool)
-    for time in switches[0][0]:
-        near |= (t >= time + span[0]) & (t <= time + span[1])
-    return contacts[key][near, 0]
-
-
 @claim("5.4", "... and the Coulomb friction force (2b) saturates (Fig. 10a)",
        "It is saturated some ms before the switch already: the bearing of the thin end of the roller, which has to "
        "turn fast, takes more than friction can give.")
 def coulomb_saturation(cases):
     run = cases.case2.contact["coulomb"]
-    contacts, time = run.contacts, run.switches[0][0][0]
-    share = around_switches(contacts, run.switches, "share", (-0.005, 0.005))
+    contacts, times = run.contacts, run.switches[0][0]
+    near_switch = np.any([np.abs(contacts["t"] - time) <= 0.005 for time in times], axis=0)
+    share = contacts["share"][near_switch, 0]
     saturated = contacts["share"][:, 0] > 0.99
-    row_of_switch = np.searchsorted(contacts["t"], time)
+    row_of_switch = np.searchsorted(contacts["t"], times[0])
     start = contacts["t"][row_of_switch - np.argmin(saturated[row_of_switch::-1])]
     end = contacts["t"][row_of_switch + np.argmin(saturated[row_of_switch:])]
     return Finding(yes(share.min() > 0.99),
                    "Within 5 ms of each switch the force is at least {:.1f} % of f N = {:.1f} N; at the first one it "
                    "is above 99 % from {:.0f} ms before to {:.0f} ms after",
-                   [100 * share.min(), 0.5 * contacts["normal"][0, 0], 1e3 * (time - start), 1e3 * (end - time)])
+                   [100 * share.min(), 0.5 * contacts["normal"][0, 0], 1e3 * (times[0] - start),
+                    1e3 * (end - times[0])])
 
 
 @claim("5.4", "... and the slip speed increases sharply (Fig. 10b, c)",

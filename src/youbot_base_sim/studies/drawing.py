@@ -5,8 +5,7 @@ import matplotlib
 import numpy as np
 from PIL import Image
 
-from ..figures import new_figure, picture
-from ..palette import WHEEL_COLOURS
+from ..figures import WHEEL_COLOURS, new_figure, picture
 
 matplotlib.rcParams.update({"path.simplify_threshold": 0.3, "font.size": 9, "axes.grid": True, "grid.alpha": 0.3,
                             "axes.titlesize": 9, "legend.fontsize": 8, "lines.linewidth": 1.1})

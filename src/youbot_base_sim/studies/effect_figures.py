@@ -4,8 +4,7 @@ import numpy as np
 from matplotlib.patches import Polygon, Rectangle
 
 from ..base import WHEELS, Base
-from ..figures import curve
-from ..palette import BLACK, BLUE, RED, WHEEL_COLOURS
+from ..figures import BLACK, BLUE, RED, WHEEL_COLOURS, curve
 from .drawing import finish_paths, finished, letter, panels, path
 from .effects import at
 from .runs import DEGREES

@@ -182,8 +182,3 @@ def dry(runs):
                  "is {:.2f} m elsewhere with 0.3 N m, which has turned it by {:.0f}° instead of {:.0f}°",
                  [*(100 * (1 - sideways(run) / sideways(none)) for run in (half, whole)), away,
                   *(end(run)["psi"] * DEGREES for run in (whole, none))])
-
-
-def findings(recorder):
-    """Of all effects, measured."""
-    return [one.measure(one.record(recorder)) for one in EFFECTS]

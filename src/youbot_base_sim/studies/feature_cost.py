@@ -1,6 +1,6 @@
 """Counts the instructions that each model, output and feature takes for a simulated second of the paper's Case 2, and
 prints them as Markdown tables; to OUT.md too, if it is given. Builds what it needs in build/bench_ros/ and installs
-valgrind if it is missing. Counts the node's part where there is ROS; needs no ROS master.
+valgrind and PyYAML if they are missing. Counts the node's part where there is ROS; needs no ROS master.
 
 Instructions do not depend on what else the machine does. Each number is that of a long run less that of a short one, so
 that start-up does not count.
@@ -49,18 +49,14 @@ class Counter:
     """Instructions of a program, for a simulated second of a case of the paper."""
 
     def __init__(self, folder, case="case2"):
-        self.folder, self.case = folder, case
-        self.text = (ROOT / "config" / "scenes" / f"{case}.yaml").read_text()
+        import yaml  # with what has been installed
+        self.folder, self.case = folder, ROOT / "config" / "scenes" / f"{case}.yaml"
+        self.keys = yaml.safe_load(self.case.read_text())
         self.sections = {}  # added to it
 
     def scene(self, duration, output_rate=100.0):
-        text = self.text
-        for key, value in (("duration", duration), ("output_rate", output_rate)):
-            text, found = re.subn(rf"(?m)^{key}:.*$", f"{key}: {value!r}", text)
-            if found != 1:
-                raise Failed(f"{self.case}.yaml: must have one {key}")
         path = self.folder / f"scene_{duration:g}_{output_rate:g}.yaml"
-        path.write_text(text + "".join(f"\n{key}: {json.dumps(value)}" for key, value in self.sections.items()))
+        path.write_text(json.dumps({**self.keys, **self.sections, "duration": duration, "output_rate": output_rate}))
         return path
 
     def instructions(self, command):
@@ -77,24 +73,21 @@ class Counter:
                                           for word in command]) for duration in (SHORT, LONG))
         return (long - short) / (LONG - SHORT)
 
+    def summary(self, simulate, scene, *options):
+        path = self.folder / "summary.json"
+        subprocess.run([simulate, scene, *options, "--quiet", "--summary", path], check=True)
+        return json.loads(path.read_text())
+
     def real_time(self, simulate):
         """How many times as fast as real time the whole of the paper's case runs, at its best of several runs."""
-        scene, summary = ROOT / "config" / "scenes" / f"{self.case}.yaml", self.folder / "summary.json"
-        factors = []
-        for _ in range(RUNS):
-            subprocess.run([simulate, scene, "--quiet", "--summary", summary], check=True)
-            numbers = json.loads(summary.read_text())
-            factors.append(numbers["simulated_time"] / numbers["cpu_time"])
-        return max(factors)
+        summaries = [self.summary(simulate, self.case) for _ in range(RUNS)]
+        return max(one["simulated_time"] / one["cpu_time"] for one in summaries)
 
     def steps(self, simulate, model):
         """Of a simulated second: steps accepted, all that were tried, and Newton iterations."""
         sums = []
         for duration in (SHORT, LONG):
-            summary = self.folder / "summary.json"
-            subprocess.run([simulate, self.scene(duration), "--model", model, "--quiet", "--summary", summary],
-                           check=True)
-            numbers = json.loads(summary.read_text())
+            numbers = self.summary(simulate, self.scene(duration), "--model", model)
             sums.append((numbers["steps"], sum(v for k, v in numbers.items() if k.endswith("steps")),
                          numbers["newton_iterations"]))
         return [(long - short) / (LONG - SHORT) for short, long in zip(*sums)]
@@ -196,7 +189,7 @@ def main():
     parser.add_argument("out", nargs="?", metavar="OUT.md")
     out = parser.parse_args().out
     text = ""
-    for section in sections(*build("simulate", "feature_cost", packages=["valgrind"], ros=True)):
+    for section in sections(*build("simulate", "feature_cost", packages=["valgrind", "python3-yaml"], ros=True)):
         print(section, end="", flush=True)
         text += section
     if out:

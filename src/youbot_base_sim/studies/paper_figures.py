@@ -43,54 +43,42 @@ def read_arguments():
     return arguments
 
 
-class Work(workshop.Workshop):
-    """The paper's figures and claims."""
-
-    def __init__(self, simulate, folder, count):
-        super().__init__("paper_figures", simulate, folder, count)
-        from . import claims
-        self.claims = claims
-        self.cases = claims.Cases(ROOT / "config" / "scenes", self.recorder)
-
-    def figure(self, number, study, motion, path):
-        """Draws a figure, with a title that begins with that of the motion."""
-        title = f"{motion}: {TITLES[KINDS[number]]}"
-
-        def draw():
-            from . import claim_figures
-            return getattr(claim_figures, KINDS[number])(study, title)
-        self.picture(f"figure {number}", ("figure", study.scene.key(), number, title), draw, path)
-
-    def row(self, number):
-        """That row of the table of claims."""
-        scenes = [study.scene.key() for study in (self.cases.case1, self.cases.as_printed, self.cases.case2)]
-        return self.cells(f"claim {number}", ("claim", number, *scenes),
-                          lambda: self.claims.row(number, self.claims.CLAIMS[number - 1].measure(self.cases)))
-
-
-def draw_scene(work, arguments):
-    from .runs import Scene
-    study = work.claims.Study(Scene(arguments.scene), work.recorder)
-    work.recorder.check(study.scene)
-    name = study.scene.name
-    output = arguments.output or Path(name + "_figures")
+def draw(work, arguments, cases):
+    """Draws the paper's figures, or those of a scene. Returns their folder."""
+    from .runs import Scene, Study
+    own = arguments.scene and Study(Scene(arguments.scene), work.recorder)
+    if own:
+        work.recorder.check(own.scene)
+    output = arguments.output or (Path(own.scene.name + "_figures") if own else ROOT / "docs" / "paper")
     make_folder(output)
     for number in arguments.figures:
-        work.figure(number, study, name, output / f"{name}_{KINDS[number]}.png")
+        kind = KINDS[number]
+        if own:
+            study, motion, file = own, own.scene.name, f"{own.scene.name}_{kind}"
+        else:
+            case, study = (1, cases.case1) if number < 8 else (2, cases.case2)
+            motion, file = f"Fig. {number}. Case {case}", f"fig{number:02}"
+        title = f"{motion}: {TITLES[kind]}"
+        work.picture(f"figure {number}", ("figure", study.scene.key(), number, title),
+                     lambda: figure(kind, study, title), output / f"{file}.png")
     return output
 
 
-def draw_paper(work, arguments):
-    output = arguments.output or ROOT / "docs" / "paper"
-    make_folder(output)
-    for number in arguments.figures:
-        case, study = (1, work.cases.case1) if number < 8 else (2, work.cases.case2)
-        work.figure(number, study, f"Fig. {number}. Case {case}", output / f"fig{number:02}.png")
-    return output
+def figure(kind, study, title):
+    from . import claim_figures
+    return getattr(claim_figures, kind)(study, title)
 
 
-def rows_of(arguments):
-    """Numbers of the rows of the table that are measured: those of --claims, else all with the whole of docs/paper."""
+def rows_of(work, numbers, cases):
+    """Those rows of the table of claims."""
+    from .claims import CLAIMS, row
+    scenes = [study.scene.key() for study in (cases.case1, cases.as_printed, cases.case2)]
+    return [work.cells(f"claim {number}", ("claim", number, *scenes),
+                       lambda: row(number, CLAIMS[number - 1].measure(cases))) for number in numbers]
+
+
+def row_numbers(arguments):
+    """Of the rows of the table that are measured: those of --claims, else all with the whole of docs/paper."""
     from .claims import CLAIMS  # with what has been installed
     everything = range(1, len(CLAIMS) + 1)
     for number in arguments.claims or ():
@@ -103,15 +91,17 @@ def rows_of(arguments):
 def main():
     arguments = read_arguments()
     is_table = arguments.claims is not None
-    numbers, figures = rows_of(arguments), [] if is_table else arguments.figures
-    with interruptible(workshop.INTERRUPTED), \
-            Work(arguments.simulate, arguments.keep, len(figures) + len(numbers)) as work:
-        output = (draw_scene if arguments.scene else draw_paper)(work, arguments) if figures else None
-        rows = [work.row(number) for number in numbers]
+    numbers, figures = row_numbers(arguments), [] if is_table else arguments.figures
+    from .claims import TABLE, Cases
+    with interruptible(workshop.INTERRUPTED), workshop.Workshop(
+            "paper_figures", arguments.simulate, arguments.keep, len(figures) + len(numbers)) as work:
+        cases = Cases(ROOT / "config" / "scenes", work.recorder)
+        output = draw(work, arguments, cases) if figures else None
+        rows = rows_of(work, numbers, cases)
     if output:
         print(f"{len(figures)} figure{'s' * (len(figures) > 1)}: {output}/")
     if is_table:
-        print(work.claims.TABLE.text(rows), end="")
+        print(TABLE.text(rows), end="")
     elif rows:
-        work.claims.TABLE.write(rows)
+        TABLE.write(rows)
         print(f"table of {len(rows)} claims: docs/paper.md")

@@ -3,15 +3,14 @@
 A diagram for each scene: the largest position error against the run time for each simulated second, a curve for each
 solver.
 """
-import csv
 import math
 
 from matplotlib.ticker import LogLocator, NullFormatter
 
 from ..command_line import Parser, Refused
-from ..figures import new_figure, save
+from ..figures import GREY, new_figure, save
 from ..files import Outputs
-from ..palette import GREY
+from ..report import read_csv
 from .work_precision_runs import CONTESTANTS
 
 STYLES = {one.key: one.style for one in CONTESTANTS}
@@ -22,13 +21,12 @@ FLOOR = 1e-10  # m; errors below are those of the reference
 def read(path):
     """Returns {scene: {contestant: [(error, run time per simulated s), ...]}} and titles, in the table's order."""
     scenes, titles = {}, {}
-    with open(path, newline="") as file:
-        for row in csv.DictReader(file):
-            titles[row["scene"]] = row["scene_title"]
-            titles[row["contestant"]] = row["contestant_title"]
-            points = scenes.setdefault(row["scene"], {}).setdefault(row["contestant"], [])
-            if row["failure"]:
-                continue
+    names, *rows = read_csv("", path, "a table of the benchmark")
+    for row in (dict(zip(names, cells)) for cells in rows):
+        titles[row["scene"]] = row["scene_title"]
+        titles[row["contestant"]] = row["contestant_title"]
+        points = scenes.setdefault(row["scene"], {}).setdefault(row["contestant"], [])
+        if not row["failure"]:
             points.append((max(float(row["position_error_m"]), FLOOR), float(row["run_time_per_simulated_s"])))
     return scenes, titles
 
@@ -89,10 +87,8 @@ def plot(table, path):
     """Draws the table. Throws Refused, Failed."""
     try:
         scenes, titles = read(table)
-    except (OSError, KeyError, ValueError) as error:
+    except (KeyError, ValueError) as error:
         raise Refused(f"{table}: not a table of the benchmark: {error}")
-    if not scenes:
-        raise Refused(f"{table}: has no rows, must have one at least")
     save(draw(scenes, titles), path, dpi=140)
 
 

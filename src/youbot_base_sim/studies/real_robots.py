@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
+from ..analysis.section import rms
 from ..base import DRIVER_RADIUS, GRAVITY, WHEELS, Base
-from ..figures import new_figure, save
-from ..palette import BLUE, RED
+from ..figures import BLUE, RED, new_figure, save
 from .builds import ROOT
 
 YOUBOT = Base()
@@ -67,9 +67,9 @@ def steady_torques(base, robot, velocity, floor=""):
     return torque[int(skipped / duration * len(torque)):].mean(axis=0)
 
 
-def mean_torque(base, name, V_X, V_Y, Omega):
+def mean_torque(base, name, velocity):
     """Mean over the wheels of |mean torque|, N m."""
-    return float(np.abs(steady_torques(base, profile(name), (V_X, V_Y, Omega))).mean())
+    return SIZE(steady_torques(base, profile(name), velocity))
 
 
 def directions_of_B():
@@ -90,7 +90,7 @@ def torque_table():
                    (90, "sideways", 0.719)))]
     print("\n| robot | motion | real, N m | `measured`, N m | off by | `paper`, N m |\n|---|---|---|---|---|---|")
     for robot, what, velocity, real in motions:
-        ours, paper = mean_torque(robot, robot, *velocity), mean_torque(robot, "paper", *velocity)
+        ours, paper = mean_torque(robot, robot, velocity), mean_torque(robot, "paper", velocity)
         print(f"| {robot} | {what} | {real:.3f} | {ours:.3f} | {ours - real:+.3f}, {100 * (ours / real - 1):+.0f} % | "
               f"{paper:.3f} |", flush=True)
 
@@ -122,10 +122,6 @@ def off(values, spin_radius):
     with ThreadPoolExecutor() as pool:
         all_off = np.array(list(pool.map(one, motions)))
     return all_off[:len(STEADY_OF_A)], all_off[len(STEADY_OF_A):]
-
-
-def rms(values):
-    return math.sqrt(np.mean(np.square(values)))
 
 
 def fit(free, spin_radius):
@@ -245,7 +241,7 @@ def draw(path):
     axes.plot(degrees, torques, "ko", label="robot B on linoleum, measured")
     for key, label, style in (("B", "profile measured, times 0.76", dict(linestyle="-", color=RED)),
                               ("paper", "the paper's friction", dict(linestyle="--", color=BLUE))):
-        axes.plot(degrees, [mean_torque("B", key, *velocity_along(angle)) for angle in degrees], label=label, **style)
+        axes.plot(degrees, [mean_torque("B", key, velocity_along(angle)) for angle in degrees], label=label, **style)
     axes.set(xlabel="direction of travel, degrees (0 ahead, 90 sideways)", ylabel="mean torque of a wheel, N m",
              ylim=(0, None), xlim=(0, 90), title="0.2 m/s")
     axes.grid(alpha=0.3)

@@ -1,4 +1,5 @@
-"""Runs of `simulate`: a scene changed in some keys, recorded in a bag, and the bag as arrays.
+"""Runs of `simulate`: a scene changed in some keys, recorded in a bag, and the bag as arrays; and which of them a study
+of a scene looks at.
 
 Bags are kept under the hash of what they depend on, so that no run is done twice.
 """
@@ -6,6 +7,7 @@ import contextlib
 import copy
 import fcntl
 import hashlib
+import itertools
 import math
 import os
 import shutil
@@ -20,8 +22,9 @@ import numpy as np
 import yaml
 
 from ..bags import Bag
-from ..base import JOINTS, WHEELS
+from ..base import WHEELS, Base
 from ..command_line import REFUSED, Failed, Refused, one_line
+from ..records import read_record
 from .builds import digest
 
 MODELS = ("no_slip", "viscous", "coulomb")  # the paper's 1, 2a and 2b
@@ -118,53 +121,40 @@ class Recording:
     def __init__(self, path):
         self.path = path
 
-    def messages(self, topic):
+    def series(self, name):
         with contextlib.closing(Bag(self.path)) as bag:
-            return [message for _, message, _ in bag.messages([topic])]
+            return read_record(bag, Base(), only=[name]).get(name)
 
     @cached_property
     def truth(self):
         """Of each row of ground_truth t, x, y, psi (s, m, rad, unwrapped), V_X, V_Y and Omega (m/s, rad/s)."""
-        rows = []
-        for message in self.messages("/ground_truth"):
-            at, turn, twist = message.pose.pose.position, message.pose.pose.orientation, message.twist.twist
-            rows.append((message.header.stamp.to_sec(), at.x, at.y, 2 * math.atan2(turn.z, turn.w), twist.linear.x,
-                         twist.linear.y, twist.angular.z))
-        table = np.array(rows)
-        table[:, 3] = np.unwrap(table[:, 3])
-        return dict(zip(("t", "x", "y", "psi", "V_X", "V_Y", "Omega"), table.T))
+        series = self.series("ground_truth")
+        return dict(series.columns, t=series.t)
 
     @cached_property
     def wheels(self):
         """Of each row of joint_states t (s), and of the four wheels phi, dphi and torque (rad, rad/s, N m)."""
-        messages = self.messages("/base/joint_states")
-        index = [messages[0].name.index(joint) for joint in JOINTS]
-        t = np.array([message.header.stamp.to_sec() for message in messages])
-        phi, dphi, torque = (np.array([[values(message)[i] for i in index] for message in messages])
-                             for values in (lambda m: m.position, lambda m: m.velocity, lambda m: m.effort))
-        return dict(t=t, phi=phi, dphi=dphi, torque=torque)
+        series = self.series("joint_states")
+        return dict(t=series.t, phi=series["position"], dphi=series["rate"],
+                    torque=series.columns.get("effort", 0 * series["rate"]))
 
     @cached_property
     def switches(self):
         """Of each wheel the times (s) and wheel angles (rad) of its roller switches."""
-        found = [([], []) for _ in WHEELS]
-        for message in self.messages("/base/roller_switches"):
-            times, angles = found[JOINTS.index(message.wheel)]
-            times += [message.t] * message.count
-            angles += [message.phi] * message.count
-        return [(np.array(times), np.array(angles)) for times, angles in found]
+        series = self.series("roller_switches")
+        if not series:
+            return [(np.array([]), np.array([]))] * len(WHEELS)
+        count = [np.where(series["wheel"] == i, series["count"], 0).astype(int) for i in range(len(WHEELS))]
+        return [(np.repeat(series.t, one), np.repeat(series["phi"], one)) for one in count]
 
     @cached_property
     def contacts(self):
         """Of each row of contacts t (s); of the four contacts |v_P| (m/s), |F| and N (N), share of the friction limit;
         and the power that the drives put in (W)."""
-        messages = self.messages("/contacts")
-        table = np.array([[(math.hypot(one.slip_velocity.x, one.slip_velocity.y),
-                            math.hypot(one.friction_force.x, one.friction_force.y), one.normal_force,
-                            one.friction_share) for one in message.contacts] for message in messages])
-        return dict(t=np.array([message.t for message in messages]), slip=table[:, :, 0], force=table[:, :, 1],
-                    normal=table[:, :, 2], share=table[:, :, 3],
-                    drive_power=np.array([message.drive_power for message in messages]))
+        series = self.series("contacts")
+        return dict(t=series.t, slip=np.linalg.norm(series["slip"], axis=2),
+                    force=np.linalg.norm(series["force"], axis=2), normal=series["normal"], share=series["share"],
+                    drive_power=series["drive"])
 
 
 class Kept:
@@ -263,3 +253,52 @@ class Recorder:
                 self.stop()
                 raise
         return recordings
+
+
+class Study:
+    """The runs of one scene that its figures show, each recorded when it is first asked for."""
+
+    ROWS = 6000            # of a run
+    BEGINNING, CONTACT = 20, 5  # roller switches of the first wheel that the figures of the beginning show
+    CONTACT_ROWS = 10000
+    SPREAD_ROWS = 300
+
+    def __init__(self, scene, recorder):
+        self.scene, self.recorder = scene, recorder
+
+    def of_models(self, scene, models=MODELS, contacts=False):
+        return dict(zip(models, self.recorder.record_all([(scene, model, contacts) for model in models])))
+
+    @cached_property
+    def whole(self):
+        """By model, the whole motion."""
+        return self.of_models(self.scene.sampled(self.scene.duration, self.ROWS))
+
+    @cached_property
+    def beginning(self):
+        """By model, the motion's beginning."""
+        return self.of_models(self.scene.sampled(self.until_switch(self.BEGINNING), self.ROWS))
+
+    @cached_property
+    def contact(self):
+        """By model, 2a and 2b, the contacts in the motion's beginning."""
+        scene = self.scene.sampled(self.until_switch(self.CONTACT), self.CONTACT_ROWS)
+        return self.of_models(scene, ("viscous", "coulomb"), True)
+
+    def until_switch(self, count):
+        """Time (s) that goes a little beyond this switch of the first wheel; the whole duration if there are fewer."""
+        times = self.whole["coulomb"].switches[0][0]
+        if len(times) < count or times[count - 1] <= 0:
+            return self.scene.duration
+        return min(self.scene.duration, float(f"{1.1 * times[count - 1]:.2g}"))
+
+    def half_pitch_angles(self):
+        """16 rows of initial wheel angles, rad: each wheel stands as the scene says or half a roller further."""
+        return np.array([np.add(self.scene.wheel_angles, self.scene.roller_pitch / 2 * np.array(further))
+                         for further in itertools.product((0, 1), repeat=4)])
+
+    def spread(self, angles):
+        """Motions of model 2b from these initial wheel angles, rows of four, rad."""
+        scene = self.scene.sampled(self.scene.duration, self.SPREAD_ROWS)
+        return self.recorder.record_all(
+            [(scene.changed(initial=dict(wheel_angles=list(row))), "coulomb") for row in angles])

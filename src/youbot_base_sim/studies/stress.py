@@ -64,19 +64,13 @@ def chosen_cells(parser, arguments):
     return cells
 
 
-def kept_rows(path, build_digest):
-    if not path.exists():
-        return {}
-    return {(row["group"], row["cell"], row["tolerance"], row["duration"]): row
-            for row in stress_report.read_rows(path) if row["build"] == build_digest}
-
-
 def run(arguments, progress):
     """Runs all cells one after the other: parallel runs would disturb the timing."""
     program = arguments.simulate or build("simulate")[0]
     simulate = stress_runs.Simulate(program, arguments.folder / "scenes")
     this_build = digest(program)[:12]
-    kept = kept_rows(arguments.folder / "stress.csv", this_build) if arguments.resume else {}
+    table = arguments.folder / "stress.csv"
+    kept = stress_report.kept_rows(table, this_build) if arguments.resume and table.exists() else {}
     base_cell = stress_cells.BASE.shortened(QUICK_DURATION) if arguments.quick else stress_cells.BASE
     held_tolerance = max((x for x in arguments.tolerances if x <= stress_report.DEFAULT_TOLERANCE), default=None)
     start = time.monotonic()
@@ -97,7 +91,7 @@ def run(arguments, progress):
                 row["build"] = this_build
             row.judge()
             rows.append(row)
-        write_whole(arguments.folder / "stress.csv", stress_report.csv_of_rows(rows + list(kept.values())))
+        write_whole(table, stress_report.csv_of_rows(rows + list(kept.values())))
     write_whole(arguments.folder / "stress.md", stress_report.markdown(rows, stress_cells.random_torques()))
     return rows
 

@@ -93,17 +93,16 @@ class Row(dict):
 
 
 def csv_of_rows(rows):
-    """One line for each cell and tolerance; a cell that a row does not have stays empty."""
-    columns = COLUMNS + counter_names(rows)
-    return csv_text(columns, [[row.get(column, "") for column in columns] for row in rows], "{:.10g}".format)
+    """One line for each cell and tolerance."""
+    return csv_text(COLUMNS + counter_names(rows), rows, "{:.10g}".format)
 
 
-def read_rows(path):
-    """Reads back what `csv_text` wrote."""
+def kept_rows(path, build):
+    """The rows of `csv_of_rows` in a file that this build gave, by group, cell, tolerance and duration."""
     with open(path, newline="") as file:
-        for line in csv.DictReader(file):
-            yield Row({key: value if key in WORDS else float(value) for key, value in line.items()
-                       if key in WORDS or value})
+        rows = [Row({key: value if key in WORDS else float(value) for key, value in line.items()
+                     if key in WORDS or value}) for line in csv.DictReader(file) if line["build"] == build]
+    return {(row["group"], row["cell"], row["tolerance"], row["duration"]): row for row in rows}
 
 
 def ratio(value):

@@ -11,9 +11,10 @@ from pathlib import Path
 
 from ..command_line import DONE, Parser
 from ..files import make_folder, write_whole
+from ..report import csv_text
 from . import work_precision_runs as runs
 from .builds import ROOT, build
-from .work_precision_report import comparison, csv_of_rows, held_wheel_table, markdown
+from .work_precision_report import CSV_COLUMNS, comparison, held_wheel_table, markdown
 
 QUICK_SPAN = 2.0  # s of the scene that a quick look runs over
 
@@ -137,7 +138,7 @@ def main():
     results = run(solve, arguments)
     make_folder(arguments.output)
     table = arguments.output / "work_precision.csv"
-    write_whole(table, csv_of_rows(results.rows))
+    write_whole(table, csv_text(CSV_COLUMNS, results.rows, "{:.6g}".format))
     write_whole(arguments.output / "work_precision.md", markdown(results))
     held = held_wheel_table(runs.held_wheel(solve))
     write_whole(arguments.output / "held_wheel.md", held)

@@ -5,7 +5,7 @@ import re
 import time
 from pathlib import Path
 
-from ..report import csv_text, table
+from ..report import table
 from .builds import ROOT
 from .work_precision_runs import CONTESTANTS, LONG_ENOUGH, LONG_RUN, USEFUL_ERROR
 
@@ -143,11 +143,6 @@ def runs_table(results, scene):
 
 def held_wheel_table(rows):
     return listing(["solver", "tolerance"], HELD_COLUMNS, [([row["contestant"], setting(row)], row) for row in rows])
-
-
-def csv_of_rows(rows):
-    """One line for each run; a cell that a row does not have stays empty."""
-    return csv_text(CSV_COLUMNS, [[row.get(column, "") for column in CSV_COLUMNS] for row in rows], "{:.6g}".format)
 
 
 def comparison(results):

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..command_line import Failed
-from ..palette import BLACK, BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY
+from ..figures import BLACK, BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY
 from .builds import ROOT
 
 TOLERANCES = [float(f"1e-{n}") for n in range(3, 11)]
