@@ -135,8 +135,8 @@ class Recording:
     def wheels(self):
         """Of each row of joint_states t (s), and of the four wheels phi, dphi and torque (rad, rad/s, N m)."""
         series = self.series("joint_states")
-        return dict(t=series.t, phi=series["position"], dphi=series["rate"],
-                    torque=series.columns.get("effort", 0 * series["rate"]))
+        return dict(t=series.t, phi=series["position"], dphi=series["velocity"],
+                    torque=series.columns.get("effort", 0 * series["velocity"]))
 
     @cached_property
     def switches(self):
