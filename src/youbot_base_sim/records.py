@@ -72,7 +72,7 @@ class Series:
 class Record:
     """The series of a bag, None for those that it lacks.
 
-    odom, ground_truth: pose and velocity in the frame of the base. joint_states: velocity, positive forward, and, where the
+    odom, ground_truth: pose and velocity in the frame of the base. joint_states: velocity positive forward and, if the
     bag has them, position and effort. commands: V_X, V_Y, Omega that were commanded, held until the next.
     """
     base: Base
@@ -102,8 +102,8 @@ class Record:
 
 
 def read_record(bag, base, chosen=(), progress=lambda n: None, only=None):
-    """Reads a Record. `chosen` has topics by name that replace the usual ones; `progress(n)` is called with the number of
-    messages so far; `only`: the names of TOPICS to read, all unless given."""
+    """Reads a Record. `chosen` has topics by name that replace the usual ones; `progress(n)` is called after each of n
+    messages; `only`: the names of TOPICS to read, all unless given."""
     topics = find_topics(bag, chosen, only or TOPICS)
     names = {topic: name for name, candidates in topics.items() for topic in candidates}
     rows = {topic: [] for topic in names}
