@@ -25,9 +25,9 @@ TITLES = {"torques": "torques of the wheels", "motion": "trajectory and heading"
 
 def read_arguments():
     parser = Parser("paper_figures", __doc__,
-                    epilog="Exit status: 0 done, 2 refused input, 1 it could not be completed.")
+                    epilog="Exit status: 0 done, 2 rejected input, 1 it could not be completed.")
     parser.add_argument("scene", nargs="?", type=Path, metavar="SCENE.yaml", help="a scene of your own")
-    parser.add_argument("--only", type=int, metavar="N", help="draw this figure alone")
+    parser.add_argument("--only", type=int, metavar="N", help="draw only this figure")
     parser.add_argument("-o", "--output", type=Path, metavar="FOLDER",
                         help="draw here, and leave docs/ alone; unless given docs/paper, or NAME_figures for NAME.yaml")
     parser.add_argument("--claims", type=int, nargs="*", metavar="N",

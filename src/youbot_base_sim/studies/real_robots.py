@@ -157,22 +157,19 @@ def crossing(t, rate, share):
 
 def rise_and_overshoot(robot, gains, velocity, phi):
     """Of the wheels' angular velocities over the commanded ones, from rest at angles `phi`: the mean over the wheels of
-    their times from 10 to 90 %, s; that of their mean in samples of 10 a second, s; the overshoot of their mean,
-    without the ripple of single rollers, %."""
+    their times from 10 to 90 %, s; the overshoot of their mean, without the ripple of single rollers, %."""
     target = np.array(Base(wheel_radius=DRIVER_RADIUS).rolling_rates(*velocity))
     run = Run(robot, target.tolist(), 4, f"wheel_angles: {list(phi)}", gains=gains)
     t, rates = run.rows["t"], run.dphi() / target
     rise = np.mean([crossing(t, rate, 0.9) - crossing(t, rate, 0.1) for rate in rates.T])
-    tenths = rates[::RATE // 10].mean(axis=1)
     smooth = np.convolve(rates.mean(axis=1), np.ones(RATE // 10) / (RATE // 10), mode="valid")
-    return rise, 0.1 * float(np.argmax(tenths >= 0.9) - np.argmax(tenths >= 0.1)), 100 * (smooth.max() - 1)
+    return rise, 100 * (smooth.max() - 1)
 
 
 def rise_table():
     starts = [(0, 0, 0, 0)] + np.random.default_rng(1).uniform(0, math.pi / 3, (STARTS, 4)).round(4).tolist()
     print("\n| friction | P, I | forward | lateral | yaw |\n|---|---|---|---|---|")
     print("| base A | | 0.26 s, 21 % | 0.50 to 0.54 s, 15 % | 0.32 s, 13 % |")
-    at_10_Hz = []
     for what, name, gains in (("`paper`", "paper", GAINS), ("`measured`", "measured", GAINS),
                               ("A's", "A", (0.4, 0.9)), ("A's", "A", GAINS), ("A's", "A", (0.4, 1.6))):
         cells = []
@@ -182,11 +179,9 @@ def rise_table():
             with ThreadPoolExecutor() as pool:
                 found = np.array(list(pool.map(respond_from, starts)))
             low, high = np.quantile(found[1:, 0], (0.05, 0.95))
-            mean_rise, _, mean_overshoot = found[1:].mean(axis=0)
+            mean_rise, mean_overshoot = found[1:].mean(axis=0)
             cells.append(f"{found[0, 0]:.2f}; {mean_rise:.2f} ({low:.2f} to {high:.2f}) s, {abs(mean_overshoot):.0f} %")
-            at_10_Hz.append(f"{what}, I {gains[1]}: {found[0, 1]:.1f}")
         print(f"| {what} | {gains[0]}, {gains[1]} | " + " | ".join(cells) + " |", flush=True)
-    print("\nfrom angle 0, in samples of 10 Hz, s: " + "; ".join(at_10_Hz))
 
 
 def ripple(name):

@@ -31,7 +31,7 @@ def tolerances(text):
 
 def read_arguments():
     parser = Parser("stress", __doc__,
-                    epilog="Exit status: 0 all holds or is explained, 1 something does not, 2 refused input.")
+                    epilog="Exit status: 0 all holds or is explained, 1 something does not, 2 rejected input.")
     parser.add_argument("folder", nargs="?", type=Path, default=ROOT / "build" / "stress", metavar="FOLDER",
                         help="build/stress/ unless given")
     parser.add_argument("--only", action="append", default=[], metavar="GROUP[/CELL]",

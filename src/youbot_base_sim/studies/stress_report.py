@@ -24,7 +24,7 @@ PAGE = WrittenPart(ROOT / "docs" / "stress.md", "scripts/stress")
 # Columns of stress.csv besides the counters of the integration: numbers but for WORDS.
 COLUMNS = ("group cell tolerance build ending message outcome duration reached cpu_time base_cpu_time slowest_ms "
            "slowest_ms_at ms_99_9 late_ms energy_error energy path halving echo amplification_minus amplification_plus "
-           "x y psi hundredth_distance hundredth_heading switches_per_s cost_ratio ms_ratio energy_ratio halving_ratio "
+           "x y psi hundredth_distance switches_per_s cost_ratio ms_ratio energy_ratio halving_ratio "
            "held_ratio").split()
 WORDS = ("group", "cell", "build", "ending", "message", "outcome")
 BRACES = str.maketrans({"{": "{{", "}": "}}"})  # for str.format

@@ -11,8 +11,8 @@ from .builds import ROOT, add_simulate, simulate_of
 
 def main():
     parser = Parser("validation", __doc__)
-    parser.add_argument("--figure", metavar="PLOT.png")
-    parser.add_argument("--fit", action="store_true")
+    parser.add_argument("--figure", metavar="PLOT.png", help="draw the figure, too")
+    parser.add_argument("--fit", action="store_true", help="fit the friction, and print nothing else")
     add_simulate(parser)
     arguments = parser.parse_args()
     if arguments.figure:

@@ -21,13 +21,13 @@ QUICK_SPAN = 2.0  # s of the scene that a quick look runs over
 
 def read_arguments():
     parser = Parser("work_precision", __doc__,
-                    epilog="Exit status: 0 done, 2 refused input, 1 the run could not be completed.")
+                    epilog="Exit status: 0 done, 2 rejected input, 1 the run could not be completed.")
     parser.add_argument("--output", type=Path, default=ROOT / "docs" / "work_precision", metavar="FOLDER",
                         help="where to write; docs/work_precision/ unless given")
     parser.add_argument("--scene", choices=[scene.key for scene in runs.SCENES], metavar="KEY",
-                        help="run this one alone")
+                        help="run only this one")
     parser.add_argument("--contestant", choices=[one.key for one in runs.CONTESTANTS], metavar="KEY",
-                        help="run this one alone")
+                        help="run only this one")
     parser.add_argument("--span", type=float, metavar="S",
                         help="simulate no more than the first S seconds of each scene, at least 1; all unless given")
     parser.add_argument("--quick", action="store_true",
