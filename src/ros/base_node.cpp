@@ -440,7 +440,7 @@ void BaseNode::publish_telemetry() {
     if (loop_.driver().present() || is_truth(topic)) publish(topic, make);
   });
   Telemetry::visit_push(simulation, stamp, publish);
-  publish(kContactMarkersTopic, [&] { return telemetry_.markers(simulation, stamp, clock_.speed()); });
+  publish(kContactMarkersTopic, [&] { return telemetry_.markers(simulation, stamp); });
 }
 
 /// Time t (s) is the loop's, or later within a long control period.

@@ -22,9 +22,9 @@ namespace youbot_base_sim {
 /// `method`, `profile`, `friction_scale`, `relative_tolerance`, `control_period` (s) and `dry_friction` (N m, of each
 /// wheel's drive); each overrides the scene's value. Without a scene file: the paper's robot with the
 /// measured profile, at rest at the origin, a relative tolerance of 1e-5 and a control period of 1 ms. `publish_rate`
-/// and `command_rate`, both the driver's cycle frequency if left out, are at most once a control period. `driver` has `command_timeout` (s) and, in place of the scene's section `motors`, what
-/// MotorSettings has; `sensors`, `driver_wheel_radius` (m), `odometry_wheel_error` and, with `publish_imu`, the errors
-/// of the inertial unit.
+/// and `command_rate`, both the driver's cycle frequency if left out, are at most once a control period. `driver` has
+/// `command_timeout` (s) and, in place of the scene's section `motors`, what MotorSettings has; `sensors`,
+/// `driver_wheel_radius` (m), `odometry_wheel_error` and, with `publish_imu`, the errors of the inertial unit.
 ///
 /// `lockstep`: each period waits for a command message. Messages that come while time stands still, paused or because
 /// the period is not due yet, count as one. Needs `publish_clock`. Without a `lockstep_period` (s) that is each control
