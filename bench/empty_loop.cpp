@@ -3,12 +3,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <ctime>
 #include <thread>
-
-#include "youbot_base_sim/loop/pacer.h"
 
 int main(int argc, char** argv) {
   const double duration = argc == 2 ? std::atof(argv[1]) : 0;
@@ -16,15 +15,19 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "usage: empty_loop SECONDS\n");
     return 2;
   }
-  youbot_base_sim::Pacer pacer(1, 1);
+  using Clock = std::chrono::steady_clock;
   const std::clock_t before = std::clock();
-  pacer.start(0);
-  for (int k = 1; k * 1e-3 <= duration; ++k) {
-    std::this_thread::sleep_for(std::chrono::duration<double>(pacer.wait_for(k * 1e-3)));
-    pacer.arrive(k * 1e-3);
+  const Clock::time_point start = Clock::now();
+  double lateness = 0, max_lateness = 0;  // us
+  int instants = 0;
+  while ((instants + 1) * 1e-3 <= duration) {
+    const Clock::time_point due = start + ++instants * std::chrono::milliseconds(1);
+    std::this_thread::sleep_until(due);
+    const double late = std::chrono::duration<double, std::micro>(Clock::now() - due).count();
+    lateness += late;
+    max_lateness = std::max(max_lateness, late);
   }
   const double processor = static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
-  const youbot_base_sim::Pacer::Timing timing = pacer.take_timing();
-  fmt::print("{:.2f} {:.1f} {:.1f}\n", 100 * processor / duration, 1e6 * timing.lateness, 1e6 * timing.max_lateness);
+  fmt::print("{:.2f} {:.1f} {:.1f}\n", 100 * processor / duration, lateness / std::max(1, instants), max_lateness);
   return 0;
 }

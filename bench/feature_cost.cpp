@@ -78,7 +78,7 @@ void run_node(const Scene& scene, double publish_rate, const std::string& bag_fi
   BaseLoop loop(settings);
   Telemetry::Options options;
   options.rollers = rollers;
-  const Telemetry telemetry(scene, options);
+  Telemetry telemetry(scene, options);
   loop.push(0, curve());
   const auto bag = bag_file.empty() ? nullptr : std::make_unique<BagWriter>(bag_file);
   const bool clock_listened = listened.count(kClockTopic);

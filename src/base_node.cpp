@@ -5,6 +5,5 @@
 #include "youbot_base_sim/ros/program.h"
 
 int main(int argc, char** argv) {
-  using namespace youbot_base_sim;
-  return run_program(argc, argv, "base_node", [] { BaseNode(read_base_settings()).run(); });
+  return youbot_base_sim::run_program(argc, argv, "base_node", youbot_base_sim::run_base_node);
 }

@@ -34,23 +34,6 @@ const Usage kUsage = {
     "Fits robot and motors of a scene to bags with joint_states, with effort, and cmd_vel or velocity_command.",
     "\nExit status: 0 done, 2 refused input, 1 the fit could not be completed.\n"};
 
-/// Reads the command line; false if all that was wanted was help. Throws std::runtime_error.
-bool read_arguments(int argc, char** argv, Arguments& arguments) {
-  namespace po = boost::program_options;
-  po::options_description options("Options");
-  // clang-format off
-  options.add_options()
-    ("scene", po::value(&arguments.scene)->value_name("START.yaml"),
-     "robot, floor and motors to start from; left out: the profile `measured`")
-    ("output,o", po::value(&arguments.output)->value_name("FITTED.yaml"),
-     "write the fitted scene, and what the base was told beside it, as FITTED.csv")
-    ("csv", po::value(&arguments.csv)->value_name("FILE"), "write the first bag's motion, recorded and fitted, for scripts/plot_identification")
-    ("quiet", po::bool_switch(&arguments.quiet), "print nothing but errors")
-    ("help", "print this");
-  // clang-format on
-  return parse(argc, argv, kUsage, options, {"bag", po::value(&arguments.bags), -1, true}).has_value();
-}
-
 Scene start_scene(const std::string& path) {
   Scene scene;
   if (path.empty()) {
@@ -93,9 +76,21 @@ void write(std::optional<OutputFile>& file, const std::string& text) {
 }
 
 /// Reads the command line and the scene, and opens the outputs, so that what is refused is refused before minutes have
-/// gone by. Throws std::runtime_error.
+/// gone by. Returns false if all that was wanted was help. Throws std::runtime_error.
 bool prepare(int argc, char** argv, Arguments& arguments, Scene& start) {
-  if (!read_arguments(argc, argv, arguments)) return false;
+  namespace po = boost::program_options;
+  po::options_description options("Options");
+  // clang-format off
+  options.add_options()
+    ("scene", po::value(&arguments.scene)->value_name("START.yaml"),
+     "robot, floor and motors to start from; left out: the profile `measured`")
+    ("output,o", po::value(&arguments.output)->value_name("FITTED.yaml"),
+     "write the fitted scene, and what the base was told beside it, as FITTED.csv")
+    ("csv", po::value(&arguments.csv)->value_name("FILE"), "write the first bag's motion, recorded and fitted, for scripts/plot_identification")
+    ("quiet", po::bool_switch(&arguments.quiet), "print nothing but errors")
+    ("help", "print this");
+  // clang-format on
+  if (!parse(argc, argv, kUsage, options, {"bag", po::value(&arguments.bags), -1, true})) return false;
   start = start_scene(arguments.scene);
   open_outputs(arguments, start);
   return true;
@@ -125,7 +120,7 @@ void identify(const Arguments& arguments, const Scene& start) {
   if (outputs.scene) {
     write(outputs.scene, fitted_scene(arguments.scene, result, records.front(), table_of(arguments).filename()));
   }
-  if (outputs.csv) write(outputs.csv, comparison_csv(result, records.front(), result.phi.front()));
+  if (outputs.csv) write(outputs.csv, comparison_csv(result, records.front()));
 }
 
 /// Returns the exit status.

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstring>
 #include <exception>
 #include <stdexcept>
@@ -37,15 +38,12 @@ int run_offline_program(const char* name, const std::function<int()>& body) {
   int status = kNotCompleted;
   try {
     status = body();
-    flush_standard_output();
-  } catch (const OutputError& error) {
-    if (status == kDone) print_error(name, error.what());
-    return std::max<int>(status, kNotCompleted);
   } catch (const std::exception& error) {
     print_error(name, error.what());
-    return kNotCompleted;
   }
-  return status;
+  if (std::fflush(stdout) == 0) return status;
+  if (status == kDone) print_error(name, "standard output: cannot be written: " + OutputFile::text_of(errno));
+  return std::max<int>(status, kNotCompleted);
 }
 
 int run_offline_program(const char* name, const std::function<bool()>& prepare, const std::function<int()>& run) {

@@ -10,10 +10,8 @@
 
 #include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/offline_program.h"
-#include "youbot_base_sim/record/csv.h"
-#include "youbot_base_sim/record/output_file.h"
-#include "youbot_base_sim/record/row_loop.h"
-#include "youbot_base_sim/record/summary.h"
+#include "youbot_base_sim/record/recorder.h"
+#include "youbot_base_sim/record/run_audit.h"
 #ifdef YOUBOT_BASE_SIM_ROS
 #include "youbot_base_sim/ros/bag.h"
 #endif
@@ -51,8 +49,8 @@ const Usage kUsage = {
     "\nA FILE appears when it is whole. What a run leaves that fails or is stopped is FILE.incomplete-*.\n"
     "Exit status: 0 done, 2 refused input, 1 the run could not be completed.\n"};
 
-/// Reads the command line; false if all that was wanted was help. Throws std::runtime_error.
-bool read_arguments(int argc, char** argv, Arguments& arguments) {
+/// Reads the command line and the scene; false if all that was wanted was help. Throws std::runtime_error.
+bool prepare(int argc, char** argv, Arguments& arguments, Scene& scene) {
   namespace po = boost::program_options;
   po::options_description options("Options");
   // clang-format off
@@ -87,12 +85,6 @@ bool read_arguments(int argc, char** argv, Arguments& arguments) {
 #ifndef YOUBOT_BASE_SIM_ROS
   if (!arguments.bag.empty()) throw SceneError("--bag: this simulate was built without ROS");
 #endif
-  return true;
-}
-
-/// Reads the command line and the scene; false if all that was wanted was help. Throws std::runtime_error.
-bool prepare(int argc, char** argv, Arguments& arguments, Scene& scene) {
-  if (!read_arguments(argc, argv, arguments)) return false;
   scene = load_scene(arguments.scene, arguments.overrides);
   if (std::holds_alternative<std::monostate>(scene.drive))
     throw SceneError(fmt::format("{}: drive is left out; simulate needs one", quote_path(arguments.scene)));
@@ -106,17 +98,20 @@ class Outputs {
   /// Opens them all before anything is written. Throws OutputError where one is refused.
   Outputs(const Arguments& arguments, const Scene& scene, ProgressBar& progress) : progress_(progress) {
     OutputOpener opener(scene.files);
-    std::optional<OutputFile> csv, switches, bag;
-    if (!arguments.csv.empty()) csv.emplace(opener.open("--csv", arguments.csv));
-    if (!arguments.switches.empty()) switches.emplace(opener.open("--switches", arguments.switches));
-    if (!arguments.bag.empty()) bag.emplace(opener.open("--bag", arguments.bag, OutputFile::Access::kAnywhere));
-    if (!arguments.summary.empty()) summary_.emplace(opener.open("--summary", arguments.summary));
-    if ((csv && csv->is_terminal()) || (switches && switches->is_terminal())) progress.hide();
-    if (csv) recorders_.push_back(std::make_unique<StateCsv>(std::move(*csv)));
-    if (switches) recorders_.push_back(std::make_unique<SwitchCsv>(std::move(*switches)));
+    const auto open = [&](const char* option, const std::string& path, auto make_recorder,
+                          OutputFile::Access access = OutputFile::Access::kInOrder) {
+      if (path.empty()) return;
+      OutputFile file = opener.open(option, path, access);
+      if (file.is_terminal()) progress.hide();
+      recorders_.push_back(make_recorder(std::move(file)));
+    };
+    open("--csv", arguments.csv, state_csv);
+    open("--switches", arguments.switches, switch_csv);
 #ifdef YOUBOT_BASE_SIM_ROS
-    if (bag) recorders_.push_back(std::make_unique<BagRecorder>(std::move(*bag)));
+    const auto bag = [](OutputFile file) { return std::make_unique<BagRecorder>(std::move(file)); };
+    open("--bag", arguments.bag, bag, OutputFile::Access::kAnywhere);
 #endif
+    if (!arguments.summary.empty()) summary_.emplace(opener.open("--summary", arguments.summary));
   }
 
   void write_row(double t, Simulation& simulation) {
@@ -184,48 +179,38 @@ class Run {
     simulation_.stop_on(stop_requested());
   }
 
-  /// Writes all rows. Throws where the run ends early, whose outputs are kept as incomplete ones.
+  /// Writes all rows, puts the outputs in their places, and prints the summary and warnings. Throws where the run ends
+  /// early, whose outputs are kept as incomplete ones.
   void complete() {
-    attempt([&] {
-      try {
-        RowLoop rows(simulation_, audit_.energy);
-        while (next(rows)) write_row(rows.t());
-      } catch (const TippedOver&) {
-        outputs_.commit_summary(simulation_, wall_time_, audit_);  // it has the normal reactions
-        throw;
-      }
-    });
-    progress_.clear();
-    audit_.completed = true;
-  }
-
-  /// Puts the outputs in their places, and prints the summary and warnings.
-  void report() {
-    attempt([&] {
+    const auto stopped = [&] {
+      return fmt::format("stopped after t = {:g} s by {}", simulation_.time(), stop_reason());
+    };
+    try {
+      write_rows();
+      progress_.clear();
+      audit_.completed = true;
       outputs_.commit();
       outputs_.commit_summary(simulation_, wall_time_, audit_);
-    });
+    } catch (const Stopped&) {
+      fail(stopped());
+    } catch (const OutputError& error) {
+      fail(error.is_interrupted() ? stopped() : error.what());
+    } catch (const std::exception& error) {
+      fail(error.what());
+    }
     if (!arguments_.quiet) fmt::print("{}", summary_text(simulation_, wall_time_));
     const std::string doubt = unreliability_reason(simulation_, audit_.energy);
     if (!doubt.empty()) print_error("simulate", "warning: the result is not to be trusted: " + doubt);
   }
 
  private:
-  /// Does a part of the run. Where that throws, ends all outputs early and says why.
-  template <class Action>
-  void attempt(const Action& action) {
-    const auto stopped = [&] {
-      fail(fmt::format("stopped after t = {:g} s by {}", simulation_.time(), stop_reason()));
-    };
+  void write_rows() {
+    RowLoop rows(simulation_, audit_.energy);
     try {
-      action();
-    } catch (const Stopped&) {
-      stopped();
-    } catch (const OutputError& error) {
-      if (error.is_interrupted()) stopped();
-      fail(error.what());
-    } catch (const std::exception& error) {
-      fail(error.what());
+      while (next(rows)) write_row(rows.t());
+    } catch (const TippedOver&) {
+      outputs_.commit_summary(simulation_, wall_time_, audit_);  // it has the normal reactions
+      throw;
     }
   }
 
@@ -287,9 +272,7 @@ int simulate(const Arguments& arguments, const Scene& scene) {
     if (!arguments.quiet && !warning.empty()) print_error("simulate", warning);
   }
   try {
-    Run run(arguments, scene, *outputs, progress);
-    run.complete();
-    run.report();
+    Run(arguments, scene, *outputs, progress).complete();
   } catch (const std::exception& error) {
     print_error("simulate", error.what());
     return kNotCompleted;

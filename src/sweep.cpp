@@ -7,18 +7,16 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <thread>
 
 #include "youbot_base_sim/offline_program.h"
 #include "youbot_base_sim/record/output_file.h"
 #include "youbot_base_sim/sweep/family.h"
-#include "youbot_base_sim/sweep/fingerprint.h"
 #include "youbot_base_sim/sweep/journal.h"
 #include "youbot_base_sim/sweep/quantities.h"
 #include "youbot_base_sim/sweep/ranks.h"
-#include "youbot_base_sim/sweep/row.h"
-#include "youbot_base_sim/sweep/run_schedule.h"
 #ifdef YOUBOT_BASE_SIM_ROS
 #include "youbot_base_sim/ros/bag.h"
 #endif
@@ -44,18 +42,13 @@ struct Arguments {
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
-/// The part of --help about the quantities.
-std::string quantity_help() {
-  std::string text = "Quantities of a row:\n";
-  for (const Quantity& quantity : quantities()) text += fmt::format("  {:<24}{}\n", quantity.name, quantity.text);
-  return text;
-}
-
 Usage usage() {
+  std::string remarks = "\nQuantities of a row:\n";
+  for (const Quantity& quantity : quantities()) remarks += fmt::format("  {:<24}{}\n", quantity.name, quantity.text);
   return {"sweep FAMILY.yaml [options]",
           "Simulates a family of scenes, as docs/sweep.md describes it, and writes a table with a row for each run.\n"
           "`mpirun sweep FAMILY.yaml` does so on several machines. What was ended early goes on where it was.",
-          "\n" + quantity_help() + "\nExit status: 0 done, 2 refused input, 1 the sweep could not be completed.\n"};
+          remarks + "\nExit status: 0 done, 2 refused input, 1 the sweep could not be completed.\n"};
 }
 
 /// Reads the command line; false if all that was wanted was help. Throws std::runtime_error.
@@ -103,27 +96,6 @@ void keep_apart(const Arguments& arguments, const Family& family, const RowMaker
   opener.keep("the journal beside --csv", journal_of(arguments));
   maker.keep_trajectories(opener);
 }
-
-/// The folder of trajectories. Unless it was there, it goes again with this object if nothing is in it.
-class Folder {
- public:
-  /// Throws OutputError.
-  explicit Folder(const std::string& path) : path_(path) {
-    std::error_code error;
-    made_ = std::filesystem::create_directory(path, error);
-    if (error) refuse_output(path, error.value());
-  }
-  ~Folder() {
-    std::error_code ignored;
-    if (made_) std::filesystem::remove(path_, ignored);
-  }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-
- private:
-  std::string path_;
-  bool made_;
-};
 
 RowMaker row_maker(const Arguments& arguments, const Family& family) {
   RowMaker::MakeRecorder make_bag;
@@ -194,12 +166,12 @@ class Progress {
 /// One sweep on rank 0, from its journal to its table.
 class Sweep {
  public:
-  Sweep(const Arguments& arguments, const Family& family, const RowMaker& maker, const Ranks& ranks)
+  Sweep(const Arguments& arguments, const Family& family, const RowMaker& maker, Ranks& ranks)
       : arguments_(arguments),
         family_(family),
         maker_(maker),
         ranks_(ranks),
-        fingerprint_(fingerprint(family)),
+        fingerprint_(family.fingerprint()),
         journal_(journal_of(arguments), fingerprint_, family.runs()) {}
 
   /// Makes all rows. Returns false if a signal has stopped it.
@@ -216,12 +188,7 @@ class Sweep {
       journal_.sync();
       next_sync_ = Clock::now() + kSync;
     };
-    const MakeRow make = [&](std::uint64_t run, const std::atomic<bool>& stop) { return maker_.make(run, stop); };
-    if (ranks_.size() > 1) {
-      ranks_.serve(schedule, make, 100ms, watch);
-    } else {
-      work_on_threads(schedule, make, arguments_.threads, 100ms, watch);
-    }
+    ranks_.serve(schedule, maker_, arguments_.threads, 100ms, watch);
     progress.clear();
     if (!schedule.finished()) return false;
     const std::uint64_t runs = journal_.tally().runs;
@@ -233,7 +200,7 @@ class Sweep {
 
   /// Makes the table of the rows, reports it, and deletes the journal.
   void write_table() {
-    if (!family_.tables.empty() && fingerprint(family_) != fingerprint_) {
+    if (!family_.tables.empty() && family_.fingerprint() != fingerprint_) {
       throw SceneError(fmt::format("{}: a table of its scenes was changed while it ran; delete {} to begin anew",
                                    quote_path(family_.path), quote_path(journal_of(arguments_))));
     }
@@ -264,7 +231,7 @@ class Sweep {
   const Arguments& arguments_;
   const Family& family_;
   const RowMaker& maker_;
-  const Ranks& ranks_;
+  Ranks& ranks_;
   std::vector<std::string> fingerprint_;
   Journal journal_;
   Clock::time_point next_sync_ = Clock::now() + kSync;
@@ -274,8 +241,8 @@ class Sweep {
 /// Prints the work to be done. Times the first run.
 void list(const Arguments& arguments, Family family, const Ranks& ranks) {
   fmt::print("{} runs of {}\n", family.runs(), quote_path(family.scene.path));
-  for (const Axis* axis : family.axes()) fmt::print("  {}: {}\n", quote(axis->key), axis->text());
-  if (family.draws > 1 || !family.drawn.empty()) {
+  for (const Axis& axis : family.axes) fmt::print("  {}: {}\n", quote(axis.key), axis.text());
+  if (family.has_draws()) {
     fmt::print("  {} draws{}\n", family.draws, family.latin_hypercube ? ", Latin hypercube" : "");
   }
   std::fflush(stdout);
@@ -290,12 +257,10 @@ void list(const Arguments& arguments, Family family, const Ranks& ranks) {
 }
 
 /// The work of rank 0. Returns the exit status.
-int run_first(const Arguments& arguments, const Family& family, const RowMaker& maker, const Ranks& ranks) {
-  std::optional<Folder> folder;
+int run_first(const Arguments& arguments, const Family& family, const RowMaker& maker, Ranks& ranks) {
   std::optional<Sweep> sweep;
   try {
     keep_apart(arguments, family, maker);
-    if (family.trajectories) folder.emplace(folder_of(arguments));
     sweep.emplace(arguments, family, maker, ranks);
   } catch (const OutputError& error) {
     print_error("sweep", error.what());
@@ -319,8 +284,8 @@ int run_first(const Arguments& arguments, const Family& family, const RowMaker& 
 }
 
 /// The work of one of several ranks, whose families must be one. Returns the exit status.
-int run_rank(const Arguments& arguments, const Family& family, const RowMaker& maker, const Ranks& ranks) {
-  const std::vector<std::string> prints = ranks.gather(fmt::format("{}", fmt::join(fingerprint(family), "\n")));
+int run_rank(const Arguments& arguments, const Family& family, const RowMaker& maker, Ranks& ranks) {
+  const std::vector<std::string> prints = ranks.gather(fmt::format("{}", fmt::join(family.fingerprint(), "\n")));
   const auto other = std::find_if(prints.begin(), prints.end(), [&](const auto& print) { return print != prints[0]; });
   if (other != prints.end()) {
     if (ranks.rank() == 0)
@@ -334,7 +299,7 @@ int run_rank(const Arguments& arguments, const Family& family, const RowMaker& m
     return status;
   }
   try {
-    ranks.work([&](std::uint64_t run, const std::atomic<bool>& stop) { return maker.make(run, stop); });
+    ranks.work(maker);
   } catch (const std::exception& error) {
     print_error("sweep", error.what());
     ranks.abort(kNotCompleted);
@@ -347,34 +312,35 @@ int run_program(int argc, char** argv) {
   Arguments arguments;
   Family family;
   std::optional<RowMaker> maker;
-  const Ranks ranks(argc, argv);
+  const std::unique_ptr<Ranks> ranks = join_ranks(argc, argv);
   std::uint64_t scene = 0;
   bool helped = false;
   const std::string refusal = refusal_of([&] {
-    helped = !read_arguments(argc, argv, ranks, arguments);
+    helped = !read_arguments(argc, argv, *ranks, arguments);
     if (helped) return;
     family = load_family(arguments.family);
     maker.emplace(row_maker(arguments, family));
     if (!arguments.scene.empty()) scene = whole_number_of("--scene", arguments.scene, 0, family.runs() - 1);
   });
-  const std::vector<std::string> refusals = ranks.gather(refusal);
+  const std::vector<std::string> refusals = ranks->gather(refusal);
   const auto refused = std::find_if(refusals.begin(), refusals.end(), [](const auto& text) { return !text.empty(); });
   if (refused != refusals.end()) {
-    if (ranks.rank() == 0) print_error("sweep", *refused);
+    if (ranks->rank() == 0) print_error("sweep", *refused);
     return kRefused;
   }
   if (helped) return kDone;
   catch_signals();
-  if (!arguments.scene.empty() || arguments.list) {
-    if (ranks.rank() > 0) return kDone;
-    if (arguments.list) {
-      list(arguments, family, ranks);
-    } else {
-      fmt::print("{}", text_of(family.scene, family.settings(scene)));
-    }
-    return kDone;
+  if (arguments.scene.empty() && !arguments.list) {
+    return ranks->size() > 1 ? run_rank(arguments, family, *maker, *ranks)
+                             : run_first(arguments, family, *maker, *ranks);
   }
-  return ranks.size() > 1 ? run_rank(arguments, family, *maker, ranks) : run_first(arguments, family, *maker, ranks);
+  if (ranks->rank() > 0) return kDone;
+  if (arguments.list) {
+    list(arguments, family, *ranks);
+  } else {
+    fmt::print("{}", text_of(family.scene, family.settings(scene)));
+  }
+  return kDone;
 }
 
 }  // namespace

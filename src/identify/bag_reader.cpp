@@ -11,11 +11,9 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <optional>
+#include <variant>
 
 #include "youbot_base_sim/identify/inspection.h"
-#include "youbot_base_sim/identify/least_squares.h"
-#include "youbot_base_sim/identify/modes.h"
 #include "youbot_base_sim/ros/conversions.h"
 #include "youbot_base_sim/text/quote.h"
 
@@ -42,11 +40,9 @@ class Reader {
 
   void add(const rosbag::MessageInstance& message) {
     if (const auto joints = message.instantiate<sensor_msgs::JointState>()) add(*joints, message.getTime());
-    if (const auto twist = message.instantiate<geometry_msgs::Twist>())
-      twists_.emplace_back(message.getTime().toSec(), *twist);
-    if (const auto rates = message.instantiate<brics_actuator::JointVelocities>()) {
-      velocities_.emplace_back(message.getTime().toSec(), *rates);
-    }
+    const double t = message.getTime().toSec();
+    if (const auto twist = message.instantiate<geometry_msgs::Twist>()) commands_.emplace_back(t, *twist);
+    if (const auto rates = message.instantiate<brics_actuator::JointVelocities>()) commands_.emplace_back(t, *rates);
     if (const auto odometry = message.instantiate<nav_msgs::Odometry>()) {
       ends_with(message.getTopic(), kGroundTruthTopic) ? add_truth(*odometry, message.getTime())
                                                        : add_odometry(*odometry, message.getTime());
@@ -115,8 +111,10 @@ class Reader {
       squares += rates.matrix() * rates.matrix().transpose();
       moments += rates.matrix() * velocity.transpose();
     }
-    Eigen::Vector3d sizes;  // R, R, R / h; 0 of a motion that was never made
-    for (int k = 0; k < 3; ++k) sizes[k] = 2 * least_squares(squares, moments.col(k), kMinShare).norm();
+    Eigen::CompleteOrthogonalDecomposition<Eigen::Matrix4d> decomposition;
+    decomposition.setThreshold(kMinShare).compute(squares);
+    // R, R, R / h; 0 of a motion that was never made
+    const Eigen::Vector3d sizes = 2 * decomposition.solve(moments).colwise().norm();
     DriverKinematics kinematics;
     const double radius = std::max(sizes[0], sizes[1]);
     if (radius > kMinRadius && radius < kMaxRadius) kinematics.wheel_radius = 1e-4 * std::round(1e4 * radius);
@@ -127,28 +125,20 @@ class Reader {
 
   void add_commands(const DriverKinematics& kinematics) {
     Wheels rates = Wheels::Zero();
-    std::size_t twist = 0, velocity = 0;
-    const auto apply = [&](double t, const WheelCommand& command) {
+    WheelTable& table = record_.commands;
+    for (const auto& [t, message] : commands_) {
+      const auto* twist = std::get_if<geometry_msgs::Twist>(&message);
+      const WheelCommand command =
+          twist ? wheel_command(*twist, kinematics) : wheel_command(std::get<brics_actuator::JointVelocities>(message));
       for (int i = 0; i < kWheels; ++i) {
         if (command.set_points[i]) rates[i] = command.set_points[i]->value;
       }
-      WheelTable& table = record_.commands;
-      if (!table.t.empty() && (table.values.back() == rates).all()) return;  // said again
+      if (!table.t.empty() && (table.values.back() == rates).all()) continue;  // said again
       if (!table.t.empty() && t <= table.t.back()) {
         table.values.back() = rates;
-        return;
-      }
-      table.t.push_back(t);
-      table.values.push_back(rates);
-    };
-    while (twist < twists_.size() || velocity < velocities_.size()) {
-      if (velocity == velocities_.size() ||
-          (twist < twists_.size() && twists_[twist].first <= velocities_[velocity].first)) {
-        apply(twists_[twist].first, wheel_command(twists_[twist].second, kinematics));
-        ++twist;
       } else {
-        apply(velocities_[velocity].first, wheel_command(velocities_[velocity].second));
-        ++velocity;
+        table.t.push_back(t);
+        table.values.push_back(rates);
       }
     }
   }
@@ -156,8 +146,8 @@ class Reader {
   static constexpr double kSameInstant = 1e-3;  // s: odometry's rates are those of joint_states of its stamp
 
   DriveRecord record_;
-  std::vector<std::pair<double, geometry_msgs::Twist>> twists_;
-  std::vector<std::pair<double, brics_actuator::JointVelocities>> velocities_;
+  /// By the time of arrival, s, in whose order bags are read.
+  std::vector<std::pair<double, std::variant<geometry_msgs::Twist, brics_actuator::JointVelocities>>> commands_;
   std::vector<std::pair<double, Eigen::Vector3d>> odometry_;  // time, s; velocity, m/s and rad/s
 };
 

@@ -3,9 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "youbot_base_sim/identify/modes.h"
-#include "youbot_base_sim/identify/motions.h"
-
 namespace youbot_base_sim {
 
 namespace {
@@ -16,14 +13,6 @@ constexpr double kRate = 0.02;      // rad/s that rates may be off,
 constexpr double kTorque = 0.02;    // N m, torques,
 constexpr double kPose = 2e-3;      // m and rad, poses
 constexpr double kJumping = 0.012;  // s: what a first guess of the delay may be off
-
-template <class Modes>
-std::vector<Eigen::Vector3d> filtered(const std::vector<double>& t, const Modes& wheels, double time_constant,
-                                      const std::vector<bool>& left_out = {}) {
-  std::vector<Eigen::Vector3d> samples;
-  for (const Wheels& w : wheels) samples.push_back(modes(w));
-  return low_pass(t, samples, time_constant, left_out);
-}
 
 /// For each sample, whether a command comes to act about then.
 std::vector<bool> jumping(const DriveRecord& record, double delay) {
@@ -55,39 +44,29 @@ Eigen::Vector3d truth_at(const DriveRecord& record, double t) {
 
 }  // namespace
 
-Comparison::Comparison(const DriveRecord& record, double filter, double delay)
+Comparison::Comparison(const DriveRecord& record, double delay)
     : record_(record),
-      filter_(filter),
       jumping_(jumping(record, delay)),
-      rate_(filtered(record.t, record.dphi, filter)),
-      torque_(filtered(record.t, record.torque, filter, jumping_)) {
+      rate_(low_pass(record.t, modes_of(record.dphi), kComparisonFilter)),
+      torque_(low_pass(record.t, modes_of(record.torque), kComparisonFilter, jumping_)) {
   choose_samples();
   choose_windows();
-  // Which rows are held out, and how they follow each other, in the order of `residuals`.
-  const std::vector<Motion> parts = motions(record);
-  const auto is_held_out = [&](double t) {
-    bool held_out = false;
-    for (const Motion& motion : parts) {
-      if (motion.begin <= t) held_out = motion.held_out;
+  // In the order of `residuals`.
+  const std::vector<Motion> motions = record.motions();
+  const auto add = [&](double t, bool first, int rows) {
+    for (int r = 0; r < rows; ++r) {
+      rows_.push_back({motion_at(motions, t).held_out, first ? -1 : static_cast<int>(rows_.size()) - rows});
     }
-    return held_out;
   };
   const int per_sample = record.has_torque() ? 2 * kModes : kModes;
-  const auto add = [&](double t, bool first, int rows) {
-    const bool held_out = is_held_out(t);
-    for (int r = 0; r < rows; ++r) {
-      predecessors_.push_back(first ? -1 : static_cast<int>(held_out_.size()) - rows);
-      held_out_.push_back(held_out);
-    }
-  };
-  for (std::size_t k = 0; k < samples_.size(); ++k) add(record.t[samples_[k]], k == 0, per_sample);
-  for (std::size_t k = 0; k < windows_.size(); ++k) add(record.t[windows_[k].first], k == 0, 3);
+  for (const std::size_t k : samples_) add(record.t[k], k == samples_.front(), per_sample);
+  for (const Window& w : windows_) add(record.t[w.first], w.first == windows_.front().first, 3);
 }
 
 void Comparison::choose_samples() {
   double next = 0;
-  for (std::size_t k = 0; k < record_.t.size(); ++k) {
-    if (record_.t[k] < next || record_.is_excluded(record_.t[k])) continue;
+  for (const std::size_t k : record_.samples()) {
+    if (record_.t[k] < next) continue;
     samples_.push_back(k);
     next = record_.t[k] + kInterval;
   }
@@ -107,9 +86,9 @@ void Comparison::choose_windows() {
 }
 
 Eigen::VectorXd Comparison::residuals(const Prediction& prediction) const {
-  const std::vector<Eigen::Vector3d> rate = filtered(record_.t, prediction.dphi, filter_);
-  const std::vector<Eigen::Vector3d> torque = filtered(record_.t, prediction.torque, filter_, jumping_);
-  Eigen::VectorXd all(static_cast<Eigen::Index>(held_out_.size()));
+  const auto rate = low_pass(record_.t, modes_of(prediction.dphi), kComparisonFilter);
+  const auto torque = low_pass(record_.t, modes_of(prediction.torque), kComparisonFilter, jumping_);
+  Eigen::VectorXd all(static_cast<Eigen::Index>(rows_.size()));
   Eigen::Index row = 0;
   const auto add = [&](const Eigen::Vector3d& difference, double expected) {
     all.segment<3>(row) = difference / expected;

@@ -8,9 +8,6 @@
 #include <limits>
 
 #include "youbot_base_sim/identify/forward_model.h"
-#include "youbot_base_sim/identify/least_squares.h"
-#include "youbot_base_sim/identify/modes.h"
-#include "youbot_base_sim/identify/motions.h"
 
 namespace youbot_base_sim {
 
@@ -70,8 +67,7 @@ void add_motion(const DriveRecord& record, const CommandHistory& commanded, cons
   const double limit = 0.9 * Motor().max_torque();
   for (int i = 0; i < kWheels; ++i) {
     std::vector<std::array<double, 3>> rows;
-    for (std::size_t k = 0; k < record.t.size(); ++k) {
-      if (record.t[k] < motion.begin || record.t[k] >= motion.end || record.is_excluded(record.t[k])) continue;
+    for (const std::size_t k : record.samples(motion.begin, motion.end)) {
       if (std::abs(record.torque[k][i]) > limit || !commanded.sure[k]) continue;
       rows.push_back(
           {commanded.rate[k][i] - record.dphi[k][i], commanded.angle[k][i] - record.phi[k][i], record.torque[k][i]});
@@ -89,7 +85,7 @@ Regression regress_loops(const std::vector<DriveRecord>& records, double delay, 
   for (const DriveRecord& record : records) {
     if (!record.has_torque()) continue;
     const CommandHistory commanded = delayed_commands(record, delay, apart);
-    for (const Motion& motion : motions(record)) add_motion(record, commanded, motion, regression);
+    for (const Motion& motion : record.motions()) add_motion(record, commanded, motion, regression);
   }
   return regression;
 }
@@ -120,13 +116,19 @@ bool guess_loops(const std::vector<DriveRecord>& records, Scene& candidate) {
 
 constexpr int kFrictions = 4;
 constexpr double kMinRate = 0.1;  // rad/s
-constexpr std::array<const char*, kFrictions> kFrictionKeys = {"dry_friction", "roller_dry_friction", "wheel_damping",
-                                                               "roller_damping"};
 using FrictionMatrix = Eigen::Matrix<double, Eigen::Dynamic, kFrictions>;
 using Frictions = Eigen::Matrix<double, kFrictions, 1>;
 
+/// Their numbers among `parameters()`.
+const std::array<std::size_t, kFrictions>& frictions() {
+  static const std::array<std::size_t, kFrictions> numbers = {parameter("dry_friction"),
+                                                              parameter("roller_dry_friction"),
+                                                              parameter("wheel_damping"), parameter("roller_damping")};
+  return numbers;
+}
+
 Scene without_friction(Scene candidate) {
-  for (const char* key : kFrictionKeys) parameters()[parameter(key)].set(candidate, 0);
+  for (const std::size_t number : frictions()) parameters()[number].set(candidate, 0);
   return candidate;
 }
 
@@ -139,17 +141,15 @@ std::vector<Steady> steady_stretches(const std::vector<DriveRecord>& records) {
   std::vector<Steady> stretches;
   for (const DriveRecord& record : records) {
     if (!record.has_torque()) continue;
-    for (const Motion& motion : motions(record)) {
+    for (const Motion& motion : record.motions()) {
       if (!motion.held || !motion.moving) continue;
+      const std::vector<std::size_t> samples = record.samples(motion.begin + kSettlingTime, motion.end);
       Steady sum{Wheels::Zero(), Wheels::Zero()};
-      int n = 0;
-      for (std::size_t k = 0; k < record.t.size(); ++k) {
-        if (record.t[k] < motion.begin + kSettlingTime || record.t[k] >= motion.end || record.is_excluded(record.t[k]))
-          continue;
+      for (const std::size_t k : samples) {
         sum.dphi += record.dphi[k];
         sum.torque += record.torque[k];
-        ++n;
       }
+      const auto n = static_cast<double>(samples.size());
       if (n > 20) stretches.push_back({sum.dphi / n, sum.torque / n});
     }
   }
@@ -173,7 +173,7 @@ FrictionMatrix friction_rows(const Scene& candidate, const std::vector<Steady>& 
     measured.segment<kModes>(kModes * s) = modes(steady.torque - carrying);
     for (int f = 0; f < kFrictions; ++f) {
       Scene one = none;
-      parameters()[parameter(kFrictionKeys[f])].set(one, 1);
+      parameters()[frictions()[f]].set(one, 1);
       const Wheels torque = NoSlipModel(one.robot).torque(v, Eigen::Vector3d::Zero());
       rows.col(f).segment<kModes>(kModes * s) = modes(torque - carrying);
     }
@@ -210,14 +210,13 @@ Frictions nonnegative_least_squares(const FrictionMatrix& rows, const Eigen::Vec
       if (set >> f & 1 && chosen[f]) columns.push_back(f);
     }
     if (columns.empty()) continue;
-    Eigen::MatrixXd A(rows.rows(), static_cast<Eigen::Index>(columns.size()));
-    for (std::size_t k = 0; k < columns.size(); ++k) A.col(static_cast<Eigen::Index>(k)) = rows.col(columns[k]);
-    const Eigen::VectorXd solution = least_squares(A, measured);
+    const Eigen::MatrixXd A = rows(Eigen::all, columns);
+    const Eigen::VectorXd solution = A.completeOrthogonalDecomposition().solve(measured);
     const double error = (A * solution - measured).squaredNorm();
     if (solution.minCoeff() < 0 || error >= min_error) continue;
     min_error = error;
     best.setZero();
-    for (std::size_t k = 0; k < columns.size(); ++k) best[columns[k]] = solution[static_cast<Eigen::Index>(k)];
+    best(columns) = solution;
   }
   return best;
 }
@@ -225,7 +224,7 @@ Frictions nonnegative_least_squares(const FrictionMatrix& rows, const Eigen::Vec
 /// The records as `scene` would have made them.
 std::vector<DriveRecord> predicted(const Scene& scene, std::vector<DriveRecord> records) {
   for (DriveRecord& record : records) {
-    Prediction prediction = predict(scene, record, Wheels::Zero());
+    Prediction prediction = predict(scene, record);
     record.dphi = std::move(prediction.dphi);
     if (record.has_torque()) record.torque = std::move(prediction.torque);
   }
@@ -242,19 +241,19 @@ void guess_friction(const std::vector<DriveRecord>& records, bool simulated_too,
     Eigen::VectorXd simulated;
     friction_rows(guess.scene, steady_stretches(predicted(guess.scene, records)), simulated);
     Frictions now;
-    for (int f = 0; f < kFrictions; ++f) now[f] = parameters()[parameter(kFrictionKeys[f])].get(guess.scene);
+    for (int f = 0; f < kFrictions; ++f) now[f] = parameters()[frictions()[f]].get(guess.scene);
     measured -= simulated - rows * now;
   }
   const std::array<bool, kFrictions> chosen = independent(rows);
   // An unidentifiable friction keeps its start value; subtract its torque.
   for (int f = 0; f < kFrictions; ++f) {
-    const Parameter& p = parameters()[parameter(kFrictionKeys[f])];
-    guess.identifiable[parameter(kFrictionKeys[f])] = chosen[f];
+    const Parameter& p = parameters()[frictions()[f]];
+    guess.identifiable[frictions()[f]] = chosen[f];
     if (!chosen[f]) measured -= p.get(guess.scene) * rows.col(f);
   }
   const Frictions friction = nonnegative_least_squares(rows, measured, chosen);
   for (int f = 0; f < kFrictions; ++f) {
-    const Parameter& p = parameters()[parameter(kFrictionKeys[f])];
+    const Parameter& p = parameters()[frictions()[f]];
     if (chosen[f]) {
       p.set(guess.scene, std::clamp(friction[f], p.min, p.max));
     } else {

@@ -1,8 +1,10 @@
 #include "youbot_base_sim/identify/forward_model.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
+#include <complex>
 #include <future>
 
 #include "youbot_base_sim/simulation.h"
@@ -56,8 +58,7 @@ double time_in_period(double t) {
   return std::abs(t - whole) < kRounding ? whole : t;
 }
 
-Scene start_of(const Scene& candidate, const DriveRecord& record, const Wheels& phi) {
-  Scene scene = candidate;
+Scene start_of(Scene scene, const DriveRecord& record, const Wheels& phi) {
   scene.solver.control_period = kControlPeriod;
   scene.solver.relative_tolerance = 1e-4;  // residuals change by 1e-4 of what is expected of them
   scene.solver.absolute_tolerance = 1e-7;
@@ -72,6 +73,38 @@ Scene start_of(const Scene& candidate, const DriveRecord& record, const Wheels& 
   return scene;
 }
 
+constexpr double kMinRate = 0.5;        // rad/s: wheels that turn
+constexpr double kTransient = 0.5;      // s, after which ripple is more than what is left of the start
+constexpr double kRippleFilter = 0.15;  // s: what is slower is no ripple
+
+using Ripple = std::array<std::complex<double>, kWheels>;
+
+/// For each motion, the part of the wheels' rates that comes as often as their rollers, as amplitude and phase.
+std::vector<Ripple> ripples(const DriveRecord& record, const std::vector<Wheels>& phi, const std::vector<Wheels>& dphi,
+                            int rollers) {
+  const std::vector<Wheels> slow = low_pass(record.t, dphi, kRippleFilter);
+  std::vector<Ripple> ripples;
+  for (const Motion& motion : record.motions()) {
+    Ripple sum{};
+    for (const std::size_t k : record.samples(motion.begin + kTransient, motion.end)) {
+      for (int i = 0; i < kWheels; ++i) {
+        if (std::abs(dphi[k][i]) < kMinRate) continue;
+        sum[i] += (dphi[k][i] - slow[k][i]) * std::polar(1.0, -rollers * (phi[k][i] - phi[0][i]));
+      }
+    }
+    ripples.push_back(sum);
+  }
+  return ripples;
+}
+
+double rate_error(const DriveRecord& record, const Prediction& prediction) {
+  constexpr double kFilter = 0.1;  // s
+  const std::vector<Eigen::Vector3d> off = low_pass(record.t, modes_of(record.dphi, prediction.dphi), kFilter);
+  double error = 0;
+  for (const std::size_t k : record.samples()) error += off[k].squaredNorm();
+  return error;
+}
+
 }  // namespace
 
 Eigen::Vector3d rolling_velocity(const NoSlipModel& model, const Wheels& rates) {
@@ -80,13 +113,12 @@ Eigen::Vector3d rolling_velocity(const NoSlipModel& model, const Wheels& rates) 
   return rolling.colPivHouseholderQr().solve(rates.matrix());
 }
 
-Prediction predict(const Scene& candidate, const DriveRecord& record, const Wheels& phi,
-                   const std::atomic<bool>* stop) {
-  const MotorSettings& motors = *candidate.motors;
+Prediction predict(const Scene& scene, const DriveRecord& record, const Wheels& phi, const std::atomic<bool>* stop) {
+  const MotorSettings& motors = *scene.motors;
   WheelDrive loops(kControlPeriod, motors.limit(Motor()), motors.gains);
   DelayedCommands commands(record.commands, motors.command_delay, motors.limit(Motor()));
   Wheels torque = Wheels::Zero();
-  Simulation simulation(start_of(candidate, record, phi), [&](double t, const State& state) {
+  Simulation simulation(start_of(scene, record, phi), [&](double t, const State& state) {
     const Wheels rate = commands.mean(t);
     for (int i = 0; i < kWheels; ++i) loops.command(i, {DriveMode::kVelocity, rate[i]});
     return torque = loops.sample(state.dphi());
@@ -105,12 +137,15 @@ Prediction predict(const Scene& candidate, const DriveRecord& record, const Whee
   return prediction;
 }
 
-std::vector<Prediction> predict(const std::vector<Replay>& replays, const Workers& workers) {
-  std::vector<Prediction> predictions(replays.size());
+std::vector<std::vector<Prediction>> predict(const std::vector<Candidate>& candidates,
+                                             const std::vector<DriveRecord>& records, const Workers& workers) {
+  std::vector<std::vector<Prediction>> predictions(candidates.size(), std::vector<Prediction>(records.size()));
+  const std::size_t runs = candidates.size() * records.size();
   std::atomic<std::size_t> next{0};
   const auto work = [&] {
-    for (std::size_t k = next++; k < replays.size(); k = next++) {
-      predictions[k] = predict(replays[k].candidate, *replays[k].record, replays[k].phi, workers.stop);
+    for (std::size_t run = next++; run < runs; run = next++) {
+      const std::size_t k = run / records.size(), r = run % records.size();
+      predictions[k][r] = predict(candidates[k].scene, records[r], candidates[k].phi[r], workers.stop);
     }
   };
   std::vector<std::future<void>> helpers;
@@ -119,6 +154,61 @@ std::vector<Prediction> predict(const std::vector<Replay>& replays, const Worker
   for (auto helper = helpers.rbegin(); helper != helpers.rend(); ++helper) helper->wait();
   for (std::future<void>& helper : helpers) helper.get();
   return predictions;
+}
+
+void find_angles(Candidate& candidate, const std::vector<DriveRecord>& records, const Workers& workers) {
+  constexpr int kRounds = 6;  // every wheel's ripple shows in the others' rates too
+  const int rollers = candidate.scene.robot.rollers;
+  for (int round = 0; round < kRounds; ++round) {
+    const std::vector<Prediction> predictions = predict({candidate}, records, workers).front();
+    for (std::size_t r = 0; r < records.size(); ++r) {
+      const std::vector<Ripple> recorded = ripples(records[r], records[r].phi, records[r].dphi, rollers);
+      const std::vector<Ripple> predicted = ripples(records[r], predictions[r].phi, predictions[r].dphi, rollers);
+      for (int i = 0; i < kWheels; ++i) {
+        std::complex<double> apart = 0;
+        for (std::size_t m = 0; m < recorded.size(); ++m) apart += recorded[m][i] * std::conj(predicted[m][i]);
+        candidate.phi[r][i] += std::arg(apart) / rollers;
+      }
+    }
+  }
+}
+
+DriveRecord applied_in_cycles(DriveRecord record) {
+  const double longest = 2 * record.duration() / static_cast<double>(record.t.size());
+  WheelTable commands;
+  for (std::size_t k = 0; k < record.commands.t.size(); ++k) {
+    const auto cycle = std::lower_bound(record.t.begin(), record.t.end(), record.commands.t[k]);
+    if (cycle == record.t.end()) break;
+    // The driver continued during a gap of the record.
+    const double applied = *cycle - record.commands.t[k] < longest ? *cycle : record.commands.t[k];
+    if (!commands.t.empty() && commands.t.back() == applied) {
+      commands.values.back() = record.commands.values[k];
+    } else {
+      commands.t.push_back(applied);
+      commands.values.push_back(record.commands.values[k]);
+    }
+  }
+  record.commands = commands;
+  return record;
+}
+
+double find_delay(Candidate& candidate, const std::vector<DriveRecord>& records, const Workers& workers, double first,
+                  double step) {
+  constexpr int kTried = 7;
+  std::vector<Candidate> tried(kTried, candidate);
+  for (int k = 0; k < kTried; ++k) tried[k].scene.motors->command_delay = first + k * step;
+  const std::vector<std::vector<Prediction>> predictions = predict(tried, records, workers);
+  std::array<double, kTried> errors{};
+  for (int k = 0; k < kTried; ++k) {
+    for (std::size_t r = 0; r < records.size(); ++r) errors[k] += rate_error(records[r], predictions[k][r]);
+  }
+  const auto best = std::min_element(errors.begin(), errors.end()) - errors.begin();
+  const auto middle = static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(best, 1, kTried - 2));
+  const double before = errors[middle - 1], at = errors[middle], after = errors[middle + 1];
+  const double curvature = before - 2 * at + after, slope = (after - before) / 2;
+  const double offset = curvature > 0 ? std::clamp(-slope / curvature, -1.0, 1.0) : 0;
+  candidate.scene.motors->command_delay = std::max(0.0, first + (static_cast<double>(middle) + offset) * step);
+  return at + offset * slope + offset * offset * curvature / 2;
 }
 
 }  // namespace youbot_base_sim

@@ -6,15 +6,17 @@
 #include <cmath>
 #include <complex>
 
-#include "youbot_base_sim/identify/forward_model.h"
-#include "youbot_base_sim/identify/modes.h"
-#include "youbot_base_sim/identify/motions.h"
-
 namespace youbot_base_sim {
 
 namespace {
 
 using Findings = std::vector<std::string>;
+
+/// A unit in which a record may be.
+struct Unit {
+  double size;  ///< what a rate of 1 rad/s, or a current of 1 mA, is in it
+  const char* name;
+};
 
 void flip(std::vector<Wheels>& samples, int wheel) {
   for (Wheels& w : samples) w[wheel] = -w[wheel];
@@ -61,10 +63,6 @@ double rate_per_turning(const DriveRecord& record, int i) {
 }
 
 void check_rates(DriveRecord& record, const Motor& motor, Findings& findings) {
-  struct Unit {
-    double per_radian;
-    const char* name;
-  };
   const Unit units[] = {{1, ""}, {1 / motor.rpm(), "rpm of the motor"}, {30 / M_PI, "rpm of the wheel"}};
   double size = 0;
   for (int i = 0; i < kWheels; ++i) {
@@ -79,9 +77,9 @@ void check_rates(DriveRecord& record, const Motor& motor, Findings& findings) {
   }
   if (size == 0) throw UnusableRecord(record.name + ": the wheels never turn");
   for (const Unit& unit : units) {
-    if (std::abs(size / unit.per_radian - 1) > 0.1) continue;
-    if (unit.per_radian == 1) return;
-    for (Wheels& rate : record.dphi) rate /= unit.per_radian;
+    if (std::abs(size / unit.size - 1) > 0.1) continue;
+    if (unit.size == 1) return;
+    for (Wheels& rate : record.dphi) rate /= unit.size;
     findings.push_back(fmt::format("{}: velocities are in {}: converted to rad/s", record.name, unit.name));
     return;
   }
@@ -135,20 +133,16 @@ bool is_quantized_by(const DriveRecord& record, double quantum) {
 
 /// The current comes in whole mA, whatever its unit.
 void check_effort_unit(DriveRecord& record, const Motor& motor, Findings& findings) {
-  struct Unit {
-    double milliampere;  // in this unit
-    const char* name;
-  };
   const Unit units[] = {
       {1, "mA"}, {1e-3, "A"}, {motor.milliampere(), ""}, {1e-3 * motor.torque_constant, "N m at the motor"}};
   for (const Unit& unit : units) {
-    if (!is_quantized_by(record, unit.milliampere)) continue;
+    if (!is_quantized_by(record, unit.size)) continue;
     if (!*unit.name) return;
-    for (Wheels& w : record.torque) w *= motor.milliampere() / unit.milliampere;
+    for (Wheels& w : record.torque) w *= motor.milliampere() / unit.size;
     findings.push_back(
         fmt::format("{}: efforts come in steps of {:g}, one mA of the motor: they are {}, not N m at the "
                     "wheel, and converted by {:.4g}",
-                    record.name, unit.milliampere, unit.name, motor.milliampere() / unit.milliampere));
+                    record.name, unit.size, unit.name, motor.milliampere() / unit.size));
     return;
   }
   findings.push_back(record.name +
@@ -191,19 +185,12 @@ std::vector<std::string> find_pushes(DriveRecord& record, const Prediction& pred
   constexpr double kFactor = 8;
   Findings findings;
   if (!record.has_torque()) return findings;
-  std::vector<Eigen::Vector3d> rate, torque;
-  for (std::size_t k = 0; k < record.t.size(); ++k) {
-    rate.push_back(modes(record.dphi[k] - predicted.dphi[k]));
-    torque.push_back(modes(record.torque[k] - predicted.torque[k]));
-  }
-  rate = low_pass(record.t, rate, kFilter);
-  torque = low_pass(record.t, torque, kFilter);
-  const std::vector<Motion> parts = motions(record);
+  const auto rate = low_pass(record.t, modes_of(record.dphi, predicted.dphi), kFilter);
+  const auto torque = low_pass(record.t, modes_of(record.torque, predicted.torque), kFilter);
+  const std::vector<Motion> motions = record.motions();
   const auto settled = [&](double t) {
-    for (const Motion& m : parts) {
-      if (t >= m.begin + kSettlingTime && t < m.end) return m.held && !record.is_excluded(t);
-    }
-    return false;
+    const Motion& m = motion_at(motions, t);
+    return m.held && t >= m.begin + kSettlingTime && t < m.end && !record.is_excluded(t);
   };
   for (int mode = 0; mode < kModes; ++mode) {
     std::vector<double> rates, torques;

@@ -3,13 +3,10 @@
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
-#include <algorithm>
 #include <cmath>
 #include <map>
 
-#include "youbot_base_sim/identify/forward_model.h"
-#include "youbot_base_sim/identify/modes.h"
-#include "youbot_base_sim/identify/motions.h"
+#include "youbot_base_sim/identify/comparison.h"
 #include "youbot_base_sim/scene/yaml_file.h"
 
 namespace youbot_base_sim {
@@ -20,12 +17,12 @@ using Comments = std::map<std::string, std::string>;  // by section.key
 
 /// Puts what was fitted into the scene.
 void set_fitted(YAML::Node& root, const Fit& fit, Comments& comments) {
-  const RobotParameters& robot = fit.scene.robot;
+  const RobotParameters& robot = fit.best.scene.robot;
   for (std::size_t k = 0; k < parameters().size(); ++k) {
     if (!fit.fitted[k]) continue;
     const Parameter& p = parameters()[k];
     std::string key = p.key;
-    YAML::Node value(fmt::format("{:.6g}", p.get(fit.scene)));
+    YAML::Node value(fmt::format("{:.6g}", p.get(fit.best.scene)));
     if (key == "com_X" || key == "com_Y") {
       key = "com";
       value = YAML::Node(YAML::NodeType::Sequence);
@@ -63,7 +60,7 @@ std::string report(const Scene& start, const Fit& fit) {
   for (std::size_t k = 0; k < parameters().size(); ++k) {
     const Parameter& p = parameters()[k];
     if (!fit.fitted[k]) continue;
-    text += fmt::format("{:<36} {:>10.4g} {:>10.4g} {:>10.1g} {}\n", p.name(), p.get(start), p.get(fit.scene),
+    text += fmt::format("{:<36} {:>10.4g} {:>10.4g} {:>10.1g} {}\n", p.name(), p.get(start), p.get(fit.best.scene),
                         fit.sigma[k], p.unit);
   }
   for (Eigen::Index a = 0; a < fit.correlation.rows(); ++a) {
@@ -100,7 +97,7 @@ std::string fitted_scene(const std::string& start_path, const Fit& fit, const Dr
   root["duration"] = fmt::format("{:.3f}", record.duration());
   root.remove("drive");
   root.remove("initial");
-  const Wheels& phi = fit.phi.front();
+  const Wheels& phi = fit.best.phi.front();
   YAML::Node angles(YAML::NodeType::Sequence);
   for (int i = 0; i < kWheels; ++i) angles.push_back(fmt::format("{:.4f}", phi[i]));
   angles.SetStyle(YAML::EmitterStyle::Flow);
@@ -124,28 +121,27 @@ std::string command_table(const DriveRecord& record) {
   return text;
 }
 
-std::string comparison_csv(const Fit& fit, const DriveRecord& record, const Wheels& phi) {
-  constexpr double kFilter = 0.3;  // s
-  const Prediction fitted = predict(fit.scene, record, phi);
-  const auto modes_of = [&](const std::vector<Wheels>& wheels) {
-    std::vector<Eigen::Vector3d> samples;
-    for (const Wheels& w : wheels) samples.push_back(modes(w));
-    samples.resize(record.t.size(), Eigen::Vector3d::Zero());
-    return low_pass(record.t, samples, kFilter);
-  };
-  const auto rate = modes_of(record.dphi), torque = modes_of(record.torque);
-  const auto fitted_rate = modes_of(fitted.dphi), fitted_torque = modes_of(fitted.torque);
-  const std::vector<Motion> parts = motions(record);
+std::string comparison_csv(const Fit& fit, const DriveRecord& record) {
+  const Prediction fitted = predict(fit.best.scene, record, fit.best.phi.front());
+  std::vector<std::vector<Eigen::Vector3d>> series;
   std::string text = "t,held_out";
-  for (const char* what : {"rate", "torque", "fitted_rate", "fitted_torque"}) {
-    for (const char* mode : kModeNames) text += fmt::format(",{}_{}", what, mode);
+  const std::pair<const char*, const std::vector<Wheels>*> columns[] = {{"rate", &record.dphi},
+                                                                        {"torque", &record.torque},
+                                                                        {"fitted_rate", &fitted.dphi},
+                                                                        {"fitted_torque", &fitted.torque}};
+  for (const auto& [name, wheels] : columns) {
+    for (const char* mode : kModeNames) text += fmt::format(",{}_{}", name, mode);
+    std::vector<Eigen::Vector3d> samples = modes_of(*wheels);
+    samples.resize(record.t.size(), Eigen::Vector3d::Zero());
+    series.push_back(low_pass(record.t, samples, kComparisonFilter));
   }
   text += "\n";
+  const std::vector<Motion> motions = record.motions();
   for (std::size_t k = 0; k < record.t.size(); ++k) {
-    const auto after = std::find_if(parts.begin(), parts.end(), [&](const Motion& m) { return m.end > record.t[k]; });
-    text += fmt::format("{:.4f},{}", record.t[k], after != parts.end() && after->held_out ? 1 : 0);
-    for (const auto* series : {&rate, &torque, &fitted_rate, &fitted_torque}) {
-      for (int m = 0; m < kModes; ++m) text += fmt::format(",{:.6g}", (*series)[k][m]);
+    const Motion& motion = motion_at(motions, record.t[k]);
+    text += fmt::format("{:.4f},{}", record.t[k], record.t[k] < motion.end && motion.held_out ? 1 : 0);
+    for (const auto& samples : series) {
+      for (int m = 0; m < kModes; ++m) text += fmt::format(",{:.6g}", samples[k][m]);
     }
     text += "\n";
   }

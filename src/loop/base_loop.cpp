@@ -1,23 +1,17 @@
 #include "youbot_base_sim/loop/base_loop.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <stdexcept>
 
 namespace youbot_base_sim {
 
-namespace {
-
-BaseDriver::Settings driver_settings(const LoopSettings& settings) {
-  BaseDriver::Settings driver = settings.driver;
-  driver.control_period = settings.scene.solver.control_period;
-  return driver;
-}
-
-}  // namespace
-
 BaseLoop::BaseLoop(const LoopSettings& settings)
-    : driver_settings_(driver_settings(settings)),
-      sensor_options_(settings.sensors),
+    : sensor_options_(settings.sensors),
       control_time_(settings.scene.solver.control_period),
+      driver_settings_{control_time_.period(), settings.driver.motor, settings.driver.motors,
+                       settings.driver.command_timeout},
       takes_always_(settings.command_rate == 0 || settings.lockstep.on),
       requests_(control_time_),
       driver_(driver_settings_, settings.scene.initial.phi()),
@@ -83,6 +77,24 @@ bool BaseLoop::meet_instant(double t, const State& state) {
   if (!instants_.meet(t)) return false;
   sensors_.update(t, state, driver_.read(state.phi(), state.dphi()));
   return true;
+}
+
+void BaseLoop::require_finite() const {
+  const auto require = [this](const char* topic, const char* what, bool is_finite) {
+    if (is_finite) return;
+    throw std::runtime_error(fmt::format("{}: the {} is not finite at t = {} s", topic, what, time()));
+  };
+  const MotorReadings& readings = sensors_.readings();
+  const WheelOdometry& odometry = sensors_.odometry();
+  require("ground_truth", "state of the base", simulation_.state().values.allFinite());
+  require("base/joint_states", "position of a wheel", readings.phi.allFinite());
+  require("base/joint_states", "velocity of a wheel", readings.dphi.allFinite());
+  require("base/joint_states", "effort of a wheel", readings.torque.allFinite());
+  require("odom", "pose", odometry.pose().allFinite());
+  require("odom", "twist", odometry.kinematics().velocity(readings.dphi).allFinite());
+  if (!odometry.has_covariance()) return;
+  require("odom", "pose's covariance", odometry.pose_covariance().allFinite());
+  require("odom", "twist's covariance", odometry.velocity_covariance(readings.dphi).allFinite());
 }
 
 void BaseLoop::reset() {

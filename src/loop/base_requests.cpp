@@ -6,28 +6,10 @@ namespace youbot_base_sim {
 
 namespace {
 
-template <class... Functions>
-struct Overloaded : Functions... {
-  using Functions::operator()...;
-};
-template <class... Functions>
-Overloaded(Functions...) -> Overloaded<Functions...>;
-
 bool is_command(const BaseRequest& request) { return std::holds_alternative<DriveCommand>(request); }
 
 bool is_of_loads(const BaseRequest& request) {
   return std::holds_alternative<Wrench>(request) || std::holds_alternative<LoadsRequest>(request);
-}
-
-/// Makes a request that arrived at time t (s). False if it is not the driver's.
-bool apply(double t, const BaseRequest& request, BaseDriver& driver, bool& reconnected) {
-  return std::visit(Overloaded{[&](const DriveCommand& command) { return driver.command(t, command), true; },
-                               [&](SwitchOff) { return driver.switch_off(), true; },
-                               [&](SwitchOn) { return driver.switch_on(), true; },
-                               [&](Reconnect) { return reconnected = driver.reconnect() || reconnected, true; },
-                               [&](const Faults& faults) { return driver.set_faults(t, faults), true; },
-                               [](const auto&) { return false; }},
-                    request);
 }
 
 /// Adds `request` to `last`, which acts from the same control period; false if they do not make one.
@@ -45,48 +27,42 @@ bool add(const BaseRequest& request, BaseRequest& last) {
 }  // namespace
 
 bool BaseRequests::push(double t, const BaseRequest& request) {
-  const double arrival = waiting_.empty() ? t : std::max(t, waiting_.back().arrival);
-  if (merge(arrival, request)) return true;
-  if (!is_command(request) && others() >= kMaxWaiting) return false;
-  waiting_.emplace_back(arrival, request);
-  return true;
-}
-
-/// Requests that wait and are no commands.
-std::size_t BaseRequests::others() const {
-  const auto is_other = [](const Stamped& one) { return !is_command(one.request); };
-  return static_cast<std::size_t>(std::count_if(waiting_.begin(), waiting_.end(), is_other));
-}
-
-/// Adds a request to the last one of the driver's, or of the loads', that acts from the same control period; false if
-/// there is none to add it to.
-bool BaseRequests::merge(double arrival, const BaseRequest& request) {
-  const std::int64_t period = time_.first_from(arrival);
-  for (auto one = waiting_.rbegin(); one != waiting_.rend() && time_.first_from(one->arrival) == period; ++one) {
-    if (is_of_loads(one->request) != is_of_loads(request)) continue;
-    if (!add(request, one->request)) return false;
-    one->arrival = arrival;
+  for (const auto* queue : {&driver_, &loads_}) {
+    if (!queue->empty()) t = std::max(t, queue->back().arrival);
+  }
+  std::deque<Stamped>& queue = is_of_loads(request) ? loads_ : driver_;
+  const bool same_period = !queue.empty() && time_.first_from(queue.back().arrival) == time_.first_from(t);
+  if (same_period && add(request, queue.back().request)) {
+    queue.back().arrival = t;
     return true;
   }
-  return false;
+  const auto is_other = [](const Stamped& one) { return !is_command(one.request); };
+  const auto of_driver = static_cast<std::size_t>(std::count_if(driver_.begin(), driver_.end(), is_other));
+  if (!is_command(request) && of_driver + loads_.size() >= kMaxWaiting) return false;
+  queue.emplace_back(t, request);
+  return true;
 }
 
 bool BaseRequests::take(double t, BaseDriver& driver) {
   bool reconnected = false;
-  take_due(t, [&](const Stamped& one) { return apply(one.arrival, one.request, driver, reconnected); });
+  for (; is_due(driver_, t); driver_.pop_front()) {
+    const auto& [arrival, request] = driver_.front();
+    if (const auto* command = std::get_if<DriveCommand>(&request)) driver.command(arrival, *command);
+    if (std::holds_alternative<SwitchOff>(request)) driver.switch_off();
+    if (std::holds_alternative<SwitchOn>(request)) driver.switch_on();
+    if (std::holds_alternative<Reconnect>(request)) reconnected = driver.reconnect() || reconnected;
+    if (const auto* faults = std::get_if<Faults>(&request)) driver.set_faults(arrival, *faults);
+  }
   return reconnected;
 }
 
 std::int64_t BaseRequests::period_of_loads() const {
-  for (const Stamped& one : waiting_) {
-    if (is_of_loads(one.request)) return time_.first_from(one.arrival);
-  }
-  return std::numeric_limits<std::int64_t>::max();
+  return loads_.empty() ? std::numeric_limits<std::int64_t>::max() : time_.first_from(loads_.front().arrival);
 }
 
 bool BaseRequests::present(double t, const BaseDriver& driver) const {
   EthercatConnection connection = driver.connection();
-  for (const auto& [arrival, request] : waiting_) {
+  for (const auto& [arrival, request] : driver_) {
     if (const auto* faults = std::get_if<Faults>(&request)) connection.set_lost(arrival, faults->ethercat_lost);
     if (std::holds_alternative<Reconnect>(request)) connection.reconnect();
   }
@@ -94,7 +70,9 @@ bool BaseRequests::present(double t, const BaseDriver& driver) const {
 }
 
 void BaseRequests::bring_forward(double t) {
-  for (Stamped& waiting : waiting_) waiting.arrival = std::min(waiting.arrival, t);
+  for (auto* queue : {&driver_, &loads_}) {
+    for (Stamped& waiting : *queue) waiting.arrival = std::min(waiting.arrival, t);
+  }
 }
 
 }  // namespace youbot_base_sim

@@ -27,15 +27,15 @@ Wheels FloorPatches::friction(const Wheels& X, const Wheels& Y) const {
   return f;
 }
 
-double FloorPatches::max_way(const Wheels& X, const Wheels& Y) const {
-  double way = std::numeric_limits<double>::infinity();
+double FloorPatches::max_distance(const Wheels& X, const Wheels& Y) const {
+  double distance = std::numeric_limits<double>::infinity();
   for (const FloorPatch& patch : patches_) {
     // Distance from the rectangle's outline, from outside or inside.
     const Wheels out_X = (patch.x0 - X).max(X - patch.x1), out_Y = (patch.y0 - Y).max(Y - patch.y1);
     const Wheels outside = (out_X.max(0).square() + out_Y.max(0).square()).sqrt(), inside = -out_X.max(out_Y).min(0);
-    way = std::min(way, (outside + inside - patch.edge).max(0).minCoeff() + 0.5 * patch.edge);
+    distance = std::min(distance, (outside + inside - patch.edge).max(0).minCoeff() + 0.5 * patch.edge);
   }
-  return way;
+  return distance;
 }
 
 }  // namespace youbot_base_sim

@@ -292,8 +292,4 @@ void OutputOpener::take(const std::string& option, const std::string& path, cons
   if (!place.existing) to_come_.push_back(place.target.filename());
 }
 
-void flush_standard_output() {
-  if (std::fflush(stdout) != 0) refuse_output("standard output", errno);
-}
-
 }  // namespace youbot_base_sim

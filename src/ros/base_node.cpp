@@ -1,68 +1,169 @@
 #include "youbot_base_sim/ros/base_node.h"
 
 #include <fmt/format.h>
+#include <ros/callback_queue.h>
+#include <ros/ros.h>
+#include <tf2_ros/static_transform_broadcaster.h>
 
 #include <algorithm>
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <optional>
 #include <set>
 #include <stdexcept>
 #include <string>
 
 #include "youbot_base_sim/integration/methods.h"
+#include "youbot_base_sim/loop/base_loop.h"
+#include "youbot_base_sim/loop/instants.h"
+#include "youbot_base_sim/ros/bag.h"
+#include "youbot_base_sim/ros/base_settings.h"
 #include "youbot_base_sim/ros/diagnostics.h"
-#include "youbot_base_sim/ros/parameters.h"
+#include "youbot_base_sim/ros/driver_interface.h"
+#include "youbot_base_sim/ros/node_clock.h"
 #include "youbot_base_sim/ros/program.h"
+#include "youbot_base_sim/ros/publications.h"
+#include "youbot_base_sim/ros/telemetry.h"
+#include "youbot_base_sim/ros/throttled_log.h"
 
 namespace youbot_base_sim {
 
 namespace {
 
+using SteadyClock = std::chrono::steady_clock;
+
+constexpr double kPollInterval = 0.1;   // s of wall time that the loop waits at most without looking if ROS still runs
 constexpr double kRecorderDelay = 0.2;  // s of wall time from a recorder's subscription to its first message at most
 constexpr double kFlushDelay = 0.2;     // s of wall time for the last message to leave before the node ends
 constexpr double kMaxAhead = 0.02;      // s of simulated time that may pass at once, unless a control period is longer
 
+// What time waits for is reported on the console once it has taken a second and then every ten, in diagnostics every
+// two.
+constexpr auto kFirstNotice = std::chrono::seconds(1), kNextNotice = std::chrono::seconds(10);
+constexpr auto kNoticeInDiagnostics = std::chrono::seconds(2);
+
 /// Topics that time does not wait for: their content comes again, or is kept for subscribers that come later.
 const std::set<std::string> kNotWaitedFor = {kDiagnosticsTopic, kDashboardTopic, kContactMarkersTopic, kLoadsTopic,
                                              kAppliedWrenchTopic};
+
+/// One number where all wheels have the same, else four.
+std::string wheels_text(const Wheels& values) {
+  if ((values == values[0]).all()) return fmt::format("{:g}", values[0]);
+  return fmt::format("[{:g}]", fmt::join(values, ", "));
+}
 
 /// Whether a topic comes from elsewhere than the driver.
 bool is_truth(const std::string& topic) {
   return topic == kGroundTruthTopic || topic == kContactsTopic || topic == kImuTopic;
 }
 
-}  // namespace
+/// The simulated base as a ROS node: what `DriverInterface` enqueues goes into a `BaseLoop`, whose state and sensors
+/// are published. A `NodeClock` decides when. As the master of simulated time the node also has `TimeServices`.
+///
+/// The loop stops where that could be noticed: at instants of publishing, if a topic is heard, and every 20 ms at
+/// least; a control period is never divided. Where it waits, it takes callbacks, and looks every 0.1 s whether ROS
+/// still runs.
+///
+/// While the driver has no base, as after a loss of EtherCAT, odom, base/joint_states and /tf stop, as the driver's do.
+class BaseNode {
+ public:
+  /// Needs ros::init. Throws ParameterError if the bag cannot be opened.
+  explicit BaseNode(const BaseSettings& settings);
+
+  /// Runs until ROS shuts down. Throws std::runtime_error where anything that would be published is not finite, or if
+  /// the bag cannot be written and is required.
+  void run();
+
+ private:
+  /// What keeps simulated time from advancing, and when that is reported next.
+  struct Wait {
+    std::string what;  ///< empty: it advances
+    SteadyClock::time_point console_due, diagnostics_due;
+  };
+
+  void open_bag();
+  void advertise();
+  void update_subscriptions();
+
+  void run_loop();
+  void report_start();
+  void await_subscribers();
+  bool await_command();
+  bool advance_without_command();
+  void take_callbacks(double timeout);
+  void report_wait(const std::string& what);
+  void advance_when_due();
+  void advance_by_step();
+  std::int64_t periods_ahead();
+  double wait_for_periods_ahead();
+  void advance(std::int64_t periods);
+  void log_tipping();
+  void publish_instant();
+  void record(const Events& events, bool is_due);
+  void publish_telemetry();
+  void publish_diagnostics(double t);
+  bool paused() const { return time_services_ && time_services_->paused(); }
+  bool stepping() const { return time_services_ && time_services_->stepping(); }
+  bool reset();
+
+  const BaseSettings settings_;
+  BaseLoop loop_;
+  Telemetry telemetry_;
+  Instants diagnosing_;
+  std::unique_ptr<BagWriter> bag_;  // null: not recorded, or not any longer
+  std::string bag_failure_;         // why; empty: none
+  ThrottledLog log_;
+  Wait wait_;
+  std::optional<double> tipping_logged_;  // when the base tipped, s
+
+  ros::CallbackQueue queue_;
+  ros::NodeHandle node_, private_node_;
+  Publications publications_;
+  NodeClock clock_;
+  std::optional<tf2_ros::StaticTransformBroadcaster> static_transforms_;
+  std::unique_ptr<DriverInterface> interface_;
+  std::optional<TimeServices> time_services_;
+
+  bool wants_telemetry_ = false;  // any of it is heard or recorded now, switches included
+  bool wants_periods_ = false;    // the end of each control period could be noticed
+  bool ended_ = false;
+};
 
 BaseNode::BaseNode(const BaseSettings& settings)
     : settings_(settings),
       loop_(settings),
       telemetry_(settings.scene, settings.telemetry),
-      markers_(settings.markers),
       diagnosing_(kDiagnosticsRate),
       private_node_("~"),
       publications_([this] { update_subscriptions(); }),
-      clock_(ClockPolicy::make(settings_, loop_, publications_)) {
+      clock_(settings_, loop_, publications_) {
   node_.setCallbackQueue(&queue_);
   private_node_.setCallbackQueue(&queue_);
   if (!settings_.bag.empty()) open_bag();
   advertise();
   update_subscriptions();
-  interface_ = std::make_unique<DriverInterface>(
-      loop_, [this] { return clock_->arrival(); }, settings_, node_, private_node_, log_);
-  publish_world();
-  if (clock_->is_master()) offer_time_services();
+  interface_ = std::make_unique<DriverInterface>(loop_, clock_, settings_, node_, private_node_, log_);
+  const auto world = telemetry_.static_transforms(loop_.simulation(), ros::Time::now());
+  if (world) static_transforms_.emplace().sendTransform(world->transforms);
+  if (settings_.publish_clock) {
+    time_services_.emplace(private_node_, queue_, settings_.start_paused, loop_, clock_, [this] { return reset(); });
+  }
   if (settings_.has_arms) ROS_WARN("youBotHasArms is true, but no arm is simulated: it will not be found");
 }
 
 void BaseNode::open_bag() {
   try {
-    bag_.writer = std::make_unique<BagWriter>(
+    bag_ = std::make_unique<BagWriter>(
         OutputOpener(settings_.scene.files).open("bag", settings_.bag, OutputFile::Access::kAnywhere));
   } catch (const std::runtime_error& error) {
     throw ParameterError(fmt::format("parameter ~bag: {}", error.what()));
   }
 }
 
+/// By simulated time every message counts, by the wall clock the latest.
 void BaseNode::advertise() {
-  const std::uint32_t queue_size = clock_->queue_size();
+  const std::uint32_t queue_size = settings_.publish_clock ? kRecorderQueueSize : kDriverQueueSize;
   telemetry_.visit(loop_.simulation(), loop_.sensors(), ros::Time(), [&](const char* topic, const auto& make) {
     if (topic == std::string(kTransformsTopic) && !settings_.publish_tf) return;
     publications_.advertise<decltype(make())>(node_, topic, queue_size);
@@ -75,27 +176,16 @@ void BaseNode::advertise() {
 #ifdef YOUBOT_BASE_SIM_PR2_MSGS
   publications_.advertise<pr2_msgs::PowerBoardState>(node_, kDashboardTopic, kDriverQueueSize);
 #endif
-  clock_->advertise(node_);
+  clock_.advertise(node_);
 }
 
 void BaseNode::update_subscriptions() {
-  wanted_.telemetry = bag_.writer || publications_.heard(kRollerSwitchesTopic) ||
-                      publications_.heard(kContactMarkersTopic) || publications_.heard(kAppliedWrenchTopic);
+  wants_telemetry_ = bag_ || publications_.heard(kRollerSwitchesTopic) || publications_.heard(kContactMarkersTopic) ||
+                     publications_.heard(kAppliedWrenchTopic);
   telemetry_.visit(loop_.simulation(), loop_.sensors(), ros::Time(), [this](const char* topic, const auto&) {
-    wanted_.telemetry = wanted_.telemetry || publications_.heard(topic);
+    wants_telemetry_ = wants_telemetry_ || publications_.heard(topic);
   });
-  wanted_.periods = clock_->wants_each_period();
-}
-
-void BaseNode::publish_world() {
-  const auto world = telemetry_.static_transforms(loop_.simulation(), ros::Time::now());
-  if (world) static_transforms_.emplace().sendTransform(world->transforms);
-}
-
-void BaseNode::offer_time_services() {
-  time_services_.emplace(
-      private_node_, queue_, settings_.start_paused,
-      TimeServices::Loop{[this] { return loop_.time(); }, [this] { clock_->start(); }, [this] { return reset(); }});
+  wants_periods_ = clock_.wants_each_period();
 }
 
 void BaseNode::run() {
@@ -105,18 +195,18 @@ void BaseNode::run() {
   } catch (const Stopped&) {  // by a signal, within a control period
     ros::shutdown();          // now, so that a last line goes where it is still printed
   } catch (const std::exception&) {
-    const std::string name = bag_.writer ? bag_.writer->keep_incomplete() : "";
+    const std::string name = bag_ ? bag_->keep_incomplete() : "";
     if (!name.empty()) ROS_ERROR("the bag, up to here, is kept as %s", name.c_str());
     throw;
   }
-  if (bag_.writer) bag_.writer->commit();
+  if (bag_) bag_->commit();
 }
 
 void BaseNode::run_loop() {
   report_start();
-  clock_->announce();
+  clock_.announce();
   if (settings_.wait_for_subscribers) await_subscribers();
-  clock_->start();
+  clock_.start();
   publish_instant();
   while (node_.ok() && !ended_) {
     if (stepping()) {
@@ -124,8 +214,8 @@ void BaseNode::run_loop() {
     } else if (paused()) {
       report_wait(fmt::format("time waits, paused at t = {:g} s, for ~unpause or ~step", loop_.time()));
       take_callbacks(kPollInterval);
-    } else if (clock_->await(*this)) {
-      notice_.over();
+    } else if (await_command()) {
+      wait_.what.clear();
       advance_when_due();
     }
   }
@@ -133,8 +223,16 @@ void BaseNode::run_loop() {
 
 void BaseNode::report_start() {
   const Scene& scene = settings_.scene;
+  const RobotParameters& robot = scene.robot;
+  const VelocityGains& gains = settings_.driver.motors.gains;
   ROS_INFO("model %s by %s, control period %g s, %s", name_of(scene.model), loop_.simulation().method().c_str(),
-           loop_.control_period(), clock_->name());
+           loop_.control_period(), settings_.publish_clock ? "master of simulated time" : "wall clock");
+  ROS_INFO(
+      "%s: friction of the drive trains %s N m + %s N m s, of the rollers %s N m + %s N m s, of the floor %s; "
+      "velocity gains %g N m s/rad, %g N m/rad",
+      scene.files.empty() ? "no scene" : scene.files.front().c_str(), wheels_text(robot.dry_friction).c_str(),
+      wheels_text(robot.mu_1).c_str(), wheels_text(robot.roller_dry_friction).c_str(), wheels_text(robot.mu_2).c_str(),
+      wheels_text(scene.floor.f).c_str(), gains.proportional, gains.integral);
   const std::string advised = advice(scene.robot, scene.floor, scene.model, integration_settings(scene.solver), 1);
   for (const std::string& warning : {unlikely_geometry(scene.robot), without_effect(scene), advised}) {
     if (!warning.empty()) ROS_WARN_STREAM(warning);
@@ -154,35 +252,93 @@ void BaseNode::await_subscribers() {
     report_wait("~wait_for_subscribers: time starts when these topics have subscribers:" + topics);
     take_callbacks(0.01);
   }
-  notice_.over();
+  wait_.what.clear();
   ros::WallDuration(kRecorderDelay).sleep();
+}
+
+/// In lockstep, waits a while for the command message of the next period. Whether that may begin; if not, all else is
+/// looked at first.
+bool BaseNode::await_command() {
+  Lockstep& lockstep = clock_.lockstep();
+  if (!lockstep.waits(loop_.periods())) return true;
+  const auto start = SteadyClock::now();
+  const auto interrupted = [this] { return paused() || stepping() || !node_.ok(); };
+  while (!interface_->commanded() && !interrupted()) {
+    const double left = lockstep.patience() - std::chrono::duration<double>(SteadyClock::now() - start).count();
+    if (left <= 0) return advance_without_command();
+    clock_.wait([&] { queue_.callOne(ros::WallDuration(std::min(left, kPollInterval))); });
+    if (interface_->commanded() || !queue_.isEmpty()) continue;
+    if (settings_.lockstep.end_with_commands && lockstep.started() && !interface_->has_commander()) {
+      ROS_INFO("no publisher of commands is left: the node ends at t = %g s", loop_.time());
+      ended_ = true;
+      return false;
+    }
+    report_wait(fmt::format("lockstep: time waits at t = {:g} s for a command on {}, {} or {}", loop_.time(),
+                            kTwistTopic, kTorqueTopic, kVelocityTopic));
+  }
+  if (interface_->commanded() && lockstep.has_own_period()) {
+    // The nodes that command may work on until they sleep. At t = 0 /clock has 1 ns, because zero means no time; a loop
+    // that sleeps from there would miss the first period by that.
+    if (lockstep.idle_time() == 0) clock_.idle([this] { publish_telemetry(); });
+    clock_.followers().await_rest();
+    take_callbacks(0);
+  }
+  if (!interface_->commanded() || interrupted()) return false;
+  lockstep.release(loop_.periods(), true);
+  return true;
+}
+
+/// No command has come in time. Before the first one nothing is simulated: /clock alone advances, for nodes that sleep
+/// before they command, and how long that takes must not matter.
+bool BaseNode::advance_without_command() {
+  Lockstep& lockstep = clock_.lockstep();
+  const std::string none =
+      fmt::format("lockstep: no command for {:g} s at t = {:g} s", settings_.lockstep.timeout, loop_.time());
+  if (lockstep.ends()) throw std::runtime_error(none + ": the node ends, by ~end_with_commands");
+  if (lockstep.idles()) {
+    clock_.idle([this] { publish_telemetry(); });
+  } else {
+    if (!lockstep.unanswered()) ROS_WARN("%s: time goes on without, by the wall clock, until one comes", none.c_str());
+    lockstep.release(loop_.periods(), false);
+  }
+  return lockstep.started();
 }
 
 /// Waits for callbacks, or `timeout` (s of wall time). They change nothing but what waits for the loop, and which
 /// topics are heard; the services of time are the exception, which the loop serves here, between control periods.
 void BaseNode::take_callbacks(double timeout) {
-  clock_->pacer().idle([&] { queue_.callAvailable(ros::WallDuration(timeout)); });
+  clock_.wait([&] { queue_.callAvailable(ros::WallDuration(timeout)); });
 }
 
-/// Logs on the console and, by the wall clock, in diagnostics.
+/// Says what time waits for, where that takes long, in words that may change from call to call.
 void BaseNode::report_wait(const std::string& what) {
-  const WaitNotice::Due due = notice_.waits_for(what);
-  if (due.console) ROS_INFO_STREAM(what);
-  if (due.diagnostics) publish_diagnostics(loop_.time());
+  const auto now = SteadyClock::now();
+  if (wait_.what.empty()) wait_ = {what, now + kFirstNotice, now + kNoticeInDiagnostics};
+  wait_.what = what;
+  if (now >= wait_.console_due) {
+    wait_.console_due = now + kNextNotice;
+    ROS_INFO_STREAM(what);
+  }
+  if (now >= wait_.diagnostics_due) {
+    wait_.diagnostics_due = now + kNoticeInDiagnostics;
+    publish_diagnostics(loop_.time());
+  }
 }
 
 /// Advances to the next time that could be noticed, if that is due; if not, takes callbacks until then, but not for
-/// long. To wake up for each control period would cost more than to simulate it.
+/// long. To wake up for each control period would cost more than to simulate it. In lockstep callbacks wait: the
+/// command in hand is the only one for this period.
 void BaseNode::advance_when_due() {
   const double wait = wait_for_periods_ahead();
-  if (wait > 0 || (clock_->takes_late_messages() && !queue_.isEmpty())) {
+  if (wait > 0 || (!settings_.lockstep.on && !queue_.isEmpty())) {
     take_callbacks(std::clamp(wait, 0.0, kPollInterval));
     if (paused() || stepping() || wait_for_periods_ahead() > 0) {
-      return publish_diagnostics_when_due(clock_->arrival());
+      if (const double now = clock_.arrival(); diagnosing_.meet(now)) publish_diagnostics(now);
+      return;
     }
   }
   advance(periods_ahead());
-  const double lost = clock_->arrive();
+  const double lost = clock_.arrive();
   if (lost > 0) log_.warn("lag", fmt::format("too slow for the rate asked for: {:.3g} s are lost", lost));
   publish_instant();
 }
@@ -197,20 +353,21 @@ void BaseNode::advance_by_step() {
     advance(periods);
     publish_instant();
   }
-  clock_->end_of_step();
+  if (clock_.lockstep().has_own_period()) clock_.announce();  // within a period too
   time_services_->advanced(periods);
 }
 
 /// Control periods until it could be noticed.
-std::int64_t BaseNode::periods_ahead() const {
-  if (wanted_.periods) return 1;
+std::int64_t BaseNode::periods_ahead() {
+  if (wants_periods_) return 1;
   const double next = std::min(loop_.time() + kMaxAhead, diagnosing_.next());
-  return clock_->bounded(loop_.periods_until(wanted_.telemetry ? std::min(next, loop_.next_instant()) : next));
+  const std::int64_t periods = loop_.periods_until(wants_telemetry_ ? std::min(next, loop_.next_instant()) : next);
+  return std::min(periods, clock_.lockstep().left(loop_.periods()));
 }
 
 /// Wall time until they have passed, s; not positive if they have.
 double BaseNode::wait_for_periods_ahead() {
-  return clock_->pacer().wait_for(loop_.time() + static_cast<double>(periods_ahead()) * loop_.control_period());
+  return clock_.wait_for(loop_.time() + static_cast<double>(periods_ahead()) * loop_.control_period());
 }
 
 void BaseNode::advance(std::int64_t periods) {
@@ -242,56 +399,60 @@ void BaseNode::publish_instant() {
   const bool is_due = loop_.meet_instant();
   if (is_due) loop_.require_finite();
   const Events events = loop_.take_events();
-  clock_->begin_publishing(is_due, !events.switches.empty());
-  record([&](BagWriter& bag) { bag.write(events); });
+  clock_.begin_publishing(is_due, !events.switches.empty());
+  record(events, is_due);
   for (const RollerSwitch& event : events.switches) {
-    publications_.publish(kRollerSwitchesTopic, [&] { return roller_switch_message(event, clock_->stamp(event.t)); });
+    publications_.publish(kRollerSwitchesTopic, [&] { return roller_switch_message(event, clock_.stamp(event.t)); });
   }
   const auto publish = [this](const char* topic, const auto& make) { publications_.publish(topic, make); };
-  for (const LoadChange& change : events.load_changes) Telemetry::visit(change, clock_->stamp(change.t), publish);
-  if (is_due && wanted_.telemetry) {
-    record_telemetry();
-    publish_telemetry();
-  }
-  publish_diagnostics_when_due(loop_.time());
-  clock_->end_publishing();
+  for (const LoadChange& change : events.load_changes) Telemetry::visit(change, clock_.stamp(change.t), publish);
+  if (is_due && wants_telemetry_) publish_telemetry();
+  if (diagnosing_.meet(loop_.time())) publish_diagnostics(loop_.time());
+  clock_.end_publishing();
 }
 
-void BaseNode::record_telemetry() {
-  const Simulation& simulation = loop_.simulation();
-  const double t = loop_.time();
-  record([&](BagWriter& bag) {
-    bag.write(telemetry_, simulation, loop_.sensors(), t);
-    if (!telemetry_.recorded(kContactsTopic)) return;
-    bag.write_markers(t, [&] { return markers_.at(contacts_message(simulation, stamp_of(t)), simulation); });
-  });
+/// Writes them to the bag. If that fails, the file cannot be completed any more: the node says so, and ends if the bag
+/// is required.
+void BaseNode::record(const Events& events, bool is_due) {
+  if (!bag_) return;
+  try {
+    bag_->write(events);
+    if (is_due) bag_->write(telemetry_, loop_.simulation(), loop_.sensors(), loop_.time());
+    return;
+  } catch (const std::runtime_error& error) {
+    bag_failure_ = error.what();
+  }
+  bag_.reset();
+  update_subscriptions();
+  publish_diagnostics(loop_.time());
+  if (settings_.bag_required) {
+    ros::WallDuration(kFlushDelay).sleep();
+    throw std::runtime_error("the bag has failed: " + bag_failure_);
+  }
+  ROS_ERROR("the bag has failed, the node goes on without it: %s", bag_failure_.c_str());
 }
 
 void BaseNode::publish_telemetry() {
-  const ros::Time stamp = clock_->stamp(loop_.time());
+  const ros::Time stamp = clock_.stamp(loop_.time());
   const Simulation& simulation = loop_.simulation();
   const auto publish = [this](const char* topic, const auto& make) { publications_.publish(topic, make); };
   telemetry_.visit(simulation, loop_.sensors(), stamp, [&](const char* topic, const auto& make) {
     if (loop_.driver().present() || is_truth(topic)) publish(topic, make);
   });
   Telemetry::visit_push(simulation, stamp, publish);
-  publish(kContactMarkersTopic,
-          [&] { return markers_.at(contacts_message(simulation, stamp), simulation, clock_->speed()); });
+  publish(kContactMarkersTopic, [&] { return telemetry_.markers(simulation, stamp, clock_.speed()); });
 }
 
 /// Time t (s) is the loop's, or later within a long control period.
-void BaseNode::publish_diagnostics_when_due(double t) {
-  if (diagnosing_.meet(t)) publish_diagnostics(t);
-}
-
 void BaseNode::publish_diagnostics(double t) {
-  const ros::Time now = clock_->stamp(t);
-  const Pacer::Timing timing = clock_->pacer().take_timing();
+  const ros::Time now = clock_.stamp(t);
+  const NodeClock::Timing timing = clock_.take_timing();
   publications_.publish(kDiagnosticsTopic, [&] {
-    auto message = diagnostics_message(loop_.driver(), loop_.simulation(), timing, now);
-    const std::string lack = clock_->lack();
-    message.status.push_back(time_status(lack.empty() ? notice_.what() : lack));
-    if (!settings_.bag.empty()) message.status.push_back(bag_status(settings_.bag, bag_.failure));
+    const Lockstep& lockstep = clock_.lockstep();
+    const bool lacks = lockstep.started() && lockstep.unanswered();
+    auto message = diagnostics_message(loop_.driver(), loop_.simulation(), timing,
+                                       lacks ? "lockstep: no command: time goes on without" : wait_.what, now);
+    if (!settings_.bag.empty()) message.status.push_back(bag_status(settings_.bag, bag_failure_));
     return message;
   });
 #ifdef YOUBOT_BASE_SIM_PR2_MSGS
@@ -299,39 +460,22 @@ void BaseNode::publish_diagnostics(double t) {
 #endif
 }
 
-/// Calls `write` for the bag. If that fails, the file cannot be completed any more: the node says so, and ends if the
-/// bag is required.
-template <class Write>
-void BaseNode::record(const Write& write) {
-  if (!bag_.writer) return;
-  try {
-    write(*bag_.writer);
-  } catch (const std::runtime_error& error) {
-    bag_.failure = error.what();
-  }
-  if (bag_.failure.empty()) return;
-  bag_.writer.reset();
-  update_subscriptions();
-  publish_diagnostics(loop_.time());
-  if (settings_.bag_required) {
-    ros::WallDuration(kFlushDelay).sleep();
-    throw std::runtime_error("the bag has failed: " + bag_.failure);
-  }
-  ROS_ERROR("the bag has failed, the node goes on without it: %s", bag_.failure.c_str());
-}
-
 bool BaseNode::reset() {
-  if (bag_.writer) {
+  if (bag_) {
     ROS_ERROR("~reset is refused while ~bag is written: its time would go back");
     return false;
   }
   time_services_->end_step("ended by ~reset");
   loop_.reset();
-  clock_->reset();
+  clock_.reset();
   interface_->forget_commands();
   diagnosing_.reset();
   publish_instant();
   return true;
 }
+
+}  // namespace
+
+void run_base_node() { BaseNode(read_base_settings()).run(); }
 
 }  // namespace youbot_base_sim

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "youbot_base_sim/drive/driver_configuration.h"
-#include "youbot_base_sim/ros/parameters.h"
+#include "youbot_base_sim/ros/program.h"
 
 namespace youbot_base_sim {
 
@@ -15,28 +15,28 @@ namespace {
 // Default tolerance without a scene: a minute of driving ends within a few micrometres, at a third of the run time that
 // the scenes' default takes.
 constexpr double kTolerance = 1e-5;
+// Default profile without a scene: the node stands for a real base. A scene means the same here as offline.
+constexpr char kProfile[] = "measured";
 
 constexpr double kMinPublishRate = 1e-3;  // Hz
 constexpr double kMinCommandRate = 0.1;   // Hz; commands wait for so long
 
 constexpr Range kPeriods{kControlPeriods.min, kControlPeriods.max, kControlPeriods.unit};  // never continuous in time
 
-SceneOverrides read_overrides(Parameters& parameters) {
-  SceneOverrides overrides;
-  overrides.model = parameters.text("model", "");
-  overrides.method = parameters.text("method", "");
-  overrides.control_period = parameters.number("control_period", overrides.control_period, kPeriods);
-  overrides.relative_tolerance =
-      parameters.number("relative_tolerance", overrides.relative_tolerance, kRelativeTolerances);
-  overrides.profile = parameters.text("profile", "");
-  overrides.friction_scale = parameters.number("friction_scale", overrides.friction_scale, kFrictionScales);
-  return overrides;
-}
-
 Scene read_scene(Parameters& parameters) {
-  const std::string path = parameters.text("scene", "");
-  SceneOverrides overrides = read_overrides(parameters);
-  if (path.empty() && !overrides.relative_tolerance) overrides.relative_tolerance = kTolerance;
+  std::string path;
+  SceneOverrides overrides;
+  parameters.read("scene", path);
+  parameters.read("model", overrides.model);
+  parameters.read("method", overrides.method);
+  parameters.read("control_period", overrides.control_period, kPeriods);
+  parameters.read("relative_tolerance", overrides.relative_tolerance, kRelativeTolerances);
+  parameters.read("profile", overrides.profile);
+  parameters.read("friction_scale", overrides.friction_scale, kFrictionScales);
+  if (path.empty()) {
+    if (!overrides.relative_tolerance) overrides.relative_tolerance = kTolerance;
+    if (overrides.profile.empty()) overrides.profile = kProfile;
+  }
   Scene scene;
   try {
     scene = default_scene(overrides);
@@ -50,8 +50,8 @@ Scene read_scene(Parameters& parameters) {
   }
   if (scene.solver.control_period == 0) scene.solver.control_period = 1e-3;
   scene.drive = std::monostate();
-  const auto friction = parameters.number("dry_friction", std::optional<double>(), {0, 100, "N m"});
-  if (friction) scene.robot.dry_friction.setConstant(*friction);
+  double friction = 0;
+  if (parameters.read("dry_friction", friction, {0, 100, "N m"})) scene.robot.dry_friction.setConstant(friction);
   return scene;
 }
 
@@ -65,15 +65,16 @@ Range rates(double min, const BaseSettings& settings) {
 /// Reads the real driver's parameters.
 void read_driver_parameters(BaseSettings& settings) {
   Parameters parameters(ros::NodeHandle(), "");
-  if (!parameters.flag("youBotHasBase", true)) {
-    throw parameters.refusal("youBotHasBase", "false", "true: this node simulates the base and nothing else");
-  }
-  settings.has_arms = parameters.flag("youBotHasArms", false);
-  settings.publish_rate =
-      parameters.number("youBotDriverCycleFrequencyInHz", std::min(settings.publish_rate, max_rate(settings)),
-                        rates(kMinPublishRate, settings));
-  const std::string folder = parameters.text("youBotConfigurationFilePath", "");
-  const std::string name = parameters.text("youBotBaseName", "youbot-base");
+  bool has_base = true;
+  parameters.read("youBotHasBase", has_base);
+  parameters.require(has_base, "youBotHasBase", "false", "true: this node simulates the base and nothing else");
+  parameters.read("youBotHasArms", settings.has_arms);
+  settings.publish_rate = std::min(settings.publish_rate, max_rate(settings));
+  parameters.read("youBotDriverCycleFrequencyInHz", settings.publish_rate, rates(kMinPublishRate, settings));
+  settings.command_rate = settings.publish_rate;  // one loop in the driver
+  std::string folder, name = "youbot-base";
+  parameters.read("youBotConfigurationFilePath", folder);
+  parameters.read("youBotBaseName", name);
   if (folder.empty()) return;
   try {
     const DriverConfiguration configuration = load_driver_configuration(folder, name);
@@ -85,94 +86,60 @@ void read_driver_parameters(BaseSettings& settings) {
 }
 
 void read_rates(Parameters& parameters, BaseSettings& settings) {
-  settings.publish_rate = parameters.number("publish_rate", settings.publish_rate, rates(kMinPublishRate, settings));
+  parameters.read("publish_rate", settings.publish_rate, rates(kMinPublishRate, settings));
   Range command_rates = rates(kMinCommandRate, settings);
   command_rates.or_zero = true;
-  settings.command_rate = parameters.number("command_rate", settings.command_rate, command_rates);
+  parameters.read("command_rate", settings.command_rate, command_rates);
 }
 
 void read_lockstep(Parameters& parameters, BaseSettings& settings) {
   LockstepSettings& lockstep = settings.lockstep;
   const double control_period = settings.scene.solver.control_period;
-  lockstep.on = parameters.flag("lockstep", lockstep.on);
-  lockstep.period = parameters.number("lockstep_period", lockstep.period, {control_period, 10, "s", true});
-  lockstep.timeout = parameters.number("lockstep_timeout", lockstep.timeout, {1e-3, 1e6, "s", true});
-  lockstep.end_with_commands = parameters.flag("end_with_commands", lockstep.end_with_commands);
+  parameters.read("lockstep", lockstep.on);
+  parameters.read("lockstep_period", lockstep.period, {control_period, 10, "s", true});
+  parameters.read("lockstep_timeout", lockstep.timeout, {1e-3, 1e6, "s", true});
+  parameters.read("end_with_commands", lockstep.end_with_commands);
   const double periods = lockstep.period / control_period;
-  if (std::abs(periods - std::round(periods)) > 1e-6) {
-    throw parameters.refusal("lockstep_period", fmt::format("{:g}", lockstep.period),
-                             fmt::format("a multiple of the control period, {:g} s", control_period));
-  }
-  if (lockstep.timeout > 0 && lockstep.period == 0 && !lockstep.end_with_commands) {
-    throw parameters.refusal("lockstep_timeout", fmt::format("{:g}", lockstep.timeout),
-                             "0 unless ~lockstep_period or ~end_with_commands is set: a player of each control period "
-                             "may take its time");
-  }
-  if (lockstep.end_with_commands && !lockstep.on) {
-    throw parameters.refusal("end_with_commands", "true", "false unless ~lockstep is true");
-  }
-  if (lockstep.period > 0 && !lockstep.on) {
-    throw parameters.refusal("lockstep_period", fmt::format("{:g}", lockstep.period), "0 unless ~lockstep is true");
-  }
-}
-
-void read_time(Parameters& parameters, BaseSettings& settings) {
-  settings.publish_clock = parameters.flag("publish_clock", settings.publish_clock);
-  settings.real_time_factor = parameters.number("real_time_factor", settings.real_time_factor, {1e-3, 1e6, "", true});
-  read_lockstep(parameters, settings);
-  settings.wait_for_subscribers = parameters.flag("wait_for_subscribers", settings.wait_for_subscribers);
-  settings.start_paused = parameters.flag("start_paused", settings.start_paused);
-}
-
-/// Reads each motor setting that is set, in place of the scene's.
-struct MotorReader {
-  Parameters& parameters;
-
-  template <class Number>  // double or std::optional<double>
-  void operator()(const char* name, Number& number, const Range& range) const {
-    number = parameters.number(name, number, range);
-  }
-  void operator()(const char* name, std::optional<bool>& flag) const { flag = parameters.flag(name, flag); }
-};
-
-void read_drive(Parameters& parameters, BaseSettings& settings) {
-  BaseDriver::Settings& driver = settings.driver;
-  driver.motors = settings.scene.motors.value_or(MotorSettings());
-  visit_settings(driver.motors, MotorReader{parameters});
-  driver.command_timeout = parameters.number("command_timeout", driver.command_timeout, {0, 1e6, "s"});
+  const std::string period = fmt::format("{:g}", lockstep.period);
+  parameters.require(std::abs(periods - std::round(periods)) <= 1e-6, "lockstep_period", period,
+                     fmt::format("a multiple of the control period, {:g} s", control_period));
+  parameters.require(lockstep.timeout == 0 || lockstep.period > 0 || lockstep.end_with_commands, "lockstep_timeout",
+                     fmt::format("{:g}", lockstep.timeout),
+                     "0 unless ~lockstep_period or ~end_with_commands is set: a player of each control period may take "
+                     "its time");
+  parameters.require(lockstep.on || !lockstep.end_with_commands, "end_with_commands", "true",
+                     "false unless ~lockstep is true");
+  parameters.require(lockstep.on || lockstep.period == 0, "lockstep_period", period, "0 unless ~lockstep is true");
 }
 
 void read_sensors(Parameters& parameters, BaseSensors::Options& sensors) {
-  sensors.kinematics.wheel_radius =
-      parameters.number("driver_wheel_radius", sensors.kinematics.wheel_radius, {1e-3, 1, "m"});
-  sensors.wheel_error = parameters.number("odometry_wheel_error", sensors.wheel_error, {0, 1, ""});
-  const bool publish = parameters.flag("publish_imu", false);
+  parameters.read("driver_wheel_radius", sensors.kinematics.wheel_radius, {1e-3, 1, "m"});
+  parameters.read("odometry_wheel_error", sensors.wheel_error, {0, 1, ""});
+  bool publish = false;
   ImuSettings imu;
-  imu.rate_noise = parameters.number("imu_rate_noise", imu.rate_noise, {0, 10, "rad/s"});
-  imu.rate_bias = parameters.number("imu_rate_bias", imu.rate_bias, {0, 10, "rad/s"});
-  imu.acceleration_noise = parameters.number("imu_acceleration_noise", imu.acceleration_noise, {0, 100, "m/s^2"});
-  imu.acceleration_bias = parameters.number("imu_acceleration_bias", imu.acceleration_bias, {0, 100, "m/s^2"});
+  parameters.read("publish_imu", publish);
+  parameters.read("imu_rate_noise", imu.rate_noise, {0, 10, "rad/s"});
+  parameters.read("imu_rate_bias", imu.rate_bias, {0, 10, "rad/s"});
+  parameters.read("imu_acceleration_noise", imu.acceleration_noise, {0, 100, "m/s^2"});
+  parameters.read("imu_acceleration_bias", imu.acceleration_bias, {0, 100, "m/s^2"});
   if (publish) sensors.imu = imu;
 }
 
 void read_telemetry(Parameters& parameters, BaseSettings& settings) {
   Telemetry::Options& telemetry = settings.telemetry;
-  settings.publish_tf = parameters.flag("publish_tf", settings.publish_tf);
-  telemetry.world = parameters.flag("world_tf", telemetry.world);
-  telemetry.rollers = parameters.flag("publish_rollers", telemetry.rollers);
-  telemetry.contacts = parameters.flag("publish_contacts", settings.scene.output.contacts);
-  const std::string sign = parameters.text("joint_velocity_sign", "consistent");
-  if (sign != "consistent" && sign != "driver_exact") {
-    throw parameters.refusal("joint_velocity_sign", "\"" + sign + "\"", "consistent or driver_exact");
-  }
+  telemetry.contacts = settings.scene.output.contacts;
+  std::string sign = "driver_exact";
+  parameters.read("publish_tf", settings.publish_tf);
+  parameters.read("world_tf", telemetry.world);
+  parameters.read("publish_rollers", telemetry.rollers);
+  parameters.read("publish_contacts", telemetry.contacts);
+  parameters.read("joint_velocity_sign", sign);
+  parameters.require(sign == "consistent" || sign == "driver_exact", "joint_velocity_sign", "\"" + sign + "\"",
+                     "consistent or driver_exact");
   telemetry.driver_velocity_sign = sign == "driver_exact";
-}
-
-void read_markers(Parameters& parameters, BaseSettings& settings) {
-  MarkerOptions& markers = settings.markers;
-  markers = marker_options(settings.scene.robot, settings.telemetry.world);
-  markers.friction_scale = parameters.number("friction_marker_scale", markers.friction_scale, {1e-9, 1e3, "m/N"});
-  markers.slip_scale = parameters.number("slip_marker_scale", markers.slip_scale, {1e-6, 1e6, "s"});
+  telemetry.markers = marker_options(settings.scene.robot, telemetry.world);
+  parameters.read("friction_marker_scale", telemetry.markers.friction_scale, {1e-9, 1e3, "m/N"});
+  parameters.read("slip_marker_scale", telemetry.markers.slip_scale, {1e-6, 1e6, "s"});
 }
 
 /// Refuses settings that only make sense where the node is the master of time.
@@ -187,15 +154,12 @@ void check_time(const Parameters& parameters, const BaseSettings& settings) {
     throw ParameterError(
         "parameter ~publish_clock = false: must be true where /use_sim_time is true, or no node has the time");
   }
-  if (settings.real_time_factor != 1) {
-    throw parameters.refusal("real_time_factor", fmt::format("{:g}", settings.real_time_factor),
-                             "1 unless ~publish_clock is true: the wall clock has its own rate");
-  }
-  if (settings.lockstep.on) throw parameters.refusal("lockstep", "true", "false unless ~publish_clock is true");
-  if (!settings.bag.empty()) {
-    throw parameters.refusal("bag", settings.bag, "left out unless ~publish_clock is true: use rosbag record");
-  }
-  if (settings.start_paused) throw parameters.refusal("start_paused", "true", "false unless ~publish_clock is true");
+  parameters.require(settings.real_time_factor == 1, "real_time_factor", fmt::format("{:g}", settings.real_time_factor),
+                     "1 unless ~publish_clock is true: the wall clock has its own rate");
+  parameters.require(!settings.lockstep.on, "lockstep", "true", "false unless ~publish_clock is true");
+  parameters.require(settings.bag.empty(), "bag", settings.bag,
+                     "left out unless ~publish_clock is true: use rosbag record");
+  parameters.require(!settings.start_paused, "start_paused", "true", "false unless ~publish_clock is true");
 }
 
 }  // namespace
@@ -206,13 +170,20 @@ BaseSettings read_base_settings() {
   settings.scene = read_scene(parameters);
   read_driver_parameters(settings);
   read_rates(parameters, settings);
-  read_time(parameters, settings);
-  read_drive(parameters, settings);
+  parameters.read("publish_clock", settings.publish_clock);
+  parameters.read("real_time_factor", settings.real_time_factor, {1e-3, 1e6, "", true});
+  read_lockstep(parameters, settings);
+  parameters.read("wait_for_subscribers", settings.wait_for_subscribers);
+  parameters.read("start_paused", settings.start_paused);
+  settings.driver.motors = settings.scene.motors.value_or(MotorSettings());
+  visit_settings(settings.driver.motors, [&parameters](const char* name, auto& value, const auto&... range) {
+    parameters.read(name, value, range...);
+  });
+  parameters.read("command_timeout", settings.driver.command_timeout, {0, 1e6, "s"});
   read_sensors(parameters, settings.sensors);
   read_telemetry(parameters, settings);
-  read_markers(parameters, settings);
-  settings.bag = parameters.text("bag", settings.bag);
-  settings.bag_required = parameters.flag("bag_required", settings.bag_required);
+  parameters.read("bag", settings.bag);
+  parameters.read("bag_required", settings.bag_required);
   parameters.refuse_others();
   check_time(parameters, settings);
   return settings;

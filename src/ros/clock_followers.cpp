@@ -3,6 +3,7 @@
 #include <dirent.h>
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <glob.h>
 #include <ros/console.h>
 #include <ros/master.h>
 #include <ros/network.h>
@@ -56,7 +57,7 @@ bool sleeps(const std::string& folder) {
 
 /// How often the threads of these processes have run so far; nullopt if one runs, where `if_all_sleep` is asked for. Of
 /// this process, all but the caller.
-std::optional<std::uint64_t> runs_of(const std::vector<pid_t>& processes, bool if_all_sleep) {
+std::optional<std::uint64_t> runs_of(const std::set<pid_t>& processes, bool if_all_sleep) {
   const std::string self = std::to_string(syscall(SYS_gettid));
   std::uint64_t runs = 0;
   for (const pid_t process : processes) {
@@ -97,22 +98,16 @@ std::set<std::string> sockets_at(std::uint32_t port) {
 }
 
 /// The processes that hold one of these sockets, of those that may be looked into: this user's.
-std::vector<pid_t> holders_of(const std::set<std::string>& sockets) {
-  namespace fs = std::filesystem;
-  std::vector<pid_t> holders;
-  std::error_code none;
-  for (fs::directory_iterator process("/proc", none); !none && process != fs::end(process); process.increment(none)) {
-    const std::string number = process->path().filename();
-    if (number.find_first_not_of("0123456789") != std::string::npos) continue;
-    std::error_code gone;
-    fs::directory_iterator file(process->path() / "fd", gone);
-    const auto is_one = [&](const fs::directory_entry& entry) {
-      std::error_code closed;
-      return sockets.count(fs::read_symlink(entry.path(), closed)) > 0;
-    };
-    while (!gone && file != fs::end(file) && !is_one(*file)) file.increment(gone);
-    if (!gone && file != fs::end(file)) holders.push_back(std::stoi(number));
+std::set<pid_t> holders_of(const std::set<std::string>& sockets) {
+  std::set<pid_t> holders;
+  glob_t files = {};
+  glob("/proc/[0-9]*/fd/*", GLOB_NOSORT, nullptr, &files);
+  for (std::size_t k = 0; k < files.gl_pathc; ++k) {
+    std::error_code closed;
+    if (!sockets.count(std::filesystem::read_symlink(files.gl_pathv[k], closed))) continue;
+    holders.insert(std::atoi(files.gl_pathv[k] + std::strlen("/proc/")));
   }
+  globfree(&files);
   return holders;
 }
 
@@ -138,7 +133,7 @@ ClockFollowers::ClockFollowers(std::chrono::milliseconds patience)
 
 void ClockFollowers::add(const std::string& node) {
   const std::optional<std::uint32_t> port = port_of(node);
-  const std::vector<pid_t> processes = port ? holders_of(sockets_at(*port)) : std::vector<pid_t>();
+  const std::set<pid_t> processes = port ? holders_of(sockets_at(*port)) : std::set<pid_t>();
   if (!processes.empty()) {
     processes_[node] = processes;
   } else {

@@ -4,15 +4,22 @@
 #include <tf2/LinearMath/Quaternion.h>
 #include <tf2_geometry_msgs/tf2_geometry_msgs.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <bitset>
 #include <cmath>
 
+#include "youbot_base_sim/scene/frames.h"
+#include "youbot_base_sim/scene/load_schedule.h"
+#include "youbot_base_sim/text/number.h"
 #include "youbot_base_sim/text/quote.h"
 
 namespace youbot_base_sim {
 
 namespace {
+
+/// Position of the origin of base_link, from O at the height of the axles, m.
+const Eigen::Vector3d kBaseLinkOrigin{0, 0, -kAxleHeight};
 
 constexpr double kUnknownVariance = 1e6;  // m^2, rad^2 and so on: of the components that planar odometry cannot measure
 
@@ -51,6 +58,13 @@ WheelCommand read(const std::vector<brics_actuator::JointValue>& entries, const 
   return command;
 }
 
+/// Sets `complaint`, if it is empty, where `number` is not in its range.
+void check(const std::string& name, double number, const Range& range, std::string& complaint) {
+  if (complaint.empty() && !contains(range, number)) {
+    complaint = fmt::format("{} = {}: must be {}", name, number, text_of(range));
+  }
+}
+
 std::vector<brics_actuator::JointValue> entries(const Wheels& values, const std::string& unit, const ros::Time& stamp) {
   std::vector<brics_actuator::JointValue> entries(kWheels);
   for (int i = 0; i < kWheels; ++i) {
@@ -78,8 +92,7 @@ nav_msgs::Odometry odometry_message(const std::string& frame, const Eigen::Vecto
   message.header.stamp = stamp;
   message.header.frame_id = frame;
   message.child_frame_id = kBaseFrame;
-  message.pose.pose.position.x = pose[0];
-  message.pose.pose.position.y = pose[1];
+  message.pose.pose.position = vector_message<geometry_msgs::Point>({pose[0], pose[1], 0});
   message.pose.pose.orientation = quaternion(pose[2]);
   message.twist.twist.linear.x = velocity[0] + 0.0;  // not -0 at rest
   message.twist.twist.linear.y = velocity[1] + 0.0;
@@ -94,9 +107,7 @@ sensor_msgs::Imu imu_message(const Imu& imu, const ros::Time& stamp) {
   message.header.frame_id = kBaseFrame;
   message.orientation = quaternion(imu.heading());
   message.angular_velocity.z = imu.rate();
-  message.linear_acceleration.x = imu.acceleration()[0];
-  message.linear_acceleration.y = imu.acceleration()[1];
-  message.linear_acceleration.z = imu.acceleration()[2];
+  message.linear_acceleration = vector_message<geometry_msgs::Vector3>(imu.acceleration());
   message.orientation_covariance = {
       kLevelVariance, 0, 0, 0, kLevelVariance, 0, 0, 0, imu.heading_variance() + kLevelVariance};
   message.angular_velocity_covariance = {kLevelVariance, 0, 0, 0, kLevelVariance, 0, 0, 0, imu.rate_variance()};
@@ -121,8 +132,7 @@ geometry_msgs::TransformStamped transform_message(const std::string& frame, cons
   message.header.stamp = stamp;
   message.header.frame_id = frame;
   message.child_frame_id = child;
-  message.transform.translation.x = pose[0];
-  message.transform.translation.y = pose[1];
+  message.transform.translation = vector_message<geometry_msgs::Vector3>({pose[0], pose[1], 0});
   message.transform.rotation = quaternion(pose[2]);
   return message;
 }
@@ -139,6 +149,115 @@ RollerSwitchStamped roller_switch_message(const RollerSwitch& event, const ros::
   message.t = event.t;
   message.count = event.count;
   return message;
+}
+
+ContactsStamped contacts_message(const Simulation& simulation, const ros::Time& stamp) {
+  const Scene& scene = simulation.scene();
+  const ContactDetails contacts = simulation.contacts();
+  const Wheels torque = simulation.torque();
+  const Wheels X = scene.robot.rho_X(), Y = scene.robot.rho_Y() + contacts.Delta_Y;
+  const auto rollers = simulation.rollers();
+  const auto other_rollers = simulation.other_rollers();
+
+  ContactsStamped message;
+  message.header.stamp = stamp;
+  message.header.frame_id = kBaseFrame;
+  message.t = simulation.time();
+  message.contacts.resize(kWheels);
+  for (int i = 0; i < kWheels; ++i) {
+    Contact& contact = message.contacts[i];
+    contact.wheel = wheel_joint(i);
+    contact.position = vector_message<geometry_msgs::Point>({X[i], Y[i], floor_height(scene.robot)});
+    contact.slip_velocity = vector_message<geometry_msgs::Vector3>({contacts.V_PX[i], contacts.V_PY[i], 0});
+    contact.friction_force = vector_message<geometry_msgs::Vector3>({contacts.F_X[i], contacts.F_Y[i], 0});
+    contact.normal_force = contacts.N[i];
+    const double limit = limits_friction(scene.model) ? contacts.f[i] * contacts.N[i] : 0;
+    contact.friction_share = limit > 0 ? std::hypot(contacts.F_X[i], contacts.F_Y[i], contacts.F_Z[i]) / limit : 0;
+    contact.torque = torque[i];
+    contact.roller = static_cast<std::uint8_t>(rollers[i]);
+    contact.other_roller = static_cast<std::int16_t>(other_rollers[i].value_or(-1));
+  }
+  const PowerBalance power = simulation.power_balance();
+  message.kinetic_energy = simulation.kinetic_energy();
+  message.drive_power = power.drive;
+  message.bearing_power = power.bearings;
+  message.roller_power = power.rollers;
+  message.floor_power = power.floor;
+  message.external_power = power.external;
+  return message;
+}
+
+Eigen::Vector3d platform_force(const Wrench& wrench, double psi) {
+  if (!wrench.fixed) return wrench.force;
+  return Eigen::AngleAxisd(-psi, Eigen::Vector3d::UnitZ()) * wrench.force;
+}
+
+geometry_msgs::WrenchStamped wrench_message(const std::vector<Wrench>& wrenches, double psi, const ros::Time& stamp) {
+  Eigen::Vector3d force = Eigen::Vector3d::Zero(), torque = Eigen::Vector3d::Zero();
+  for (const Wrench& wrench : wrenches) {
+    const Eigen::Vector3d one = platform_force(wrench, psi);
+    force += one;
+    torque += (wrench.point - kBaseLinkOrigin).cross(one) + wrench.torque * Eigen::Vector3d::UnitZ();
+  }
+  geometry_msgs::WrenchStamped message;
+  message.header.stamp = stamp;
+  message.header.frame_id = kBaseLinkFrame;
+  message.wrench.force = vector_message<geometry_msgs::Vector3>(force);
+  message.wrench.torque = vector_message<geometry_msgs::Vector3>(torque);
+  return message;
+}
+
+LoadsStamped loads_message(const std::vector<Load>& loads, const ros::Time& stamp) {
+  LoadsStamped message;
+  message.header.stamp = stamp;
+  message.header.frame_id = kBaseLinkFrame;
+  for (const Load& load : loads) {
+    Payload& payload = message.loads.emplace_back();
+    payload.mass = load.mass;
+    payload.position = vector_message<geometry_msgs::Point>(load.position - kBaseLinkOrigin);
+    payload.inertia = load.inertia;
+  }
+  return message;
+}
+
+Wrench wrench_of(const geometry_msgs::WrenchStamped& message, std::string& complaint) {
+  Wrench wrench;
+  const std::string& frame = message.header.frame_id;
+  wrench.fixed = frame == kWorldFrame || frame == kOdometryFrame;
+  if (!wrench.fixed && !frame.empty() && frame != kBaseLinkFrame && frame != kBaseFrame) {
+    complaint = fmt::format("header.frame_id = {}: must be {}, {} or {}", quote(frame), kBaseLinkFrame, kWorldFrame,
+                            kOdometryFrame);
+  }
+  wrench.force = vector_of(message.wrench.force);
+  wrench.torque = message.wrench.torque.z;
+  wrench.point = kBaseLinkOrigin;
+  for (int k = 0; k < 3; ++k) {
+    check(fmt::format("wrench.force.{}", "xyz"[k]), wrench.force[k], kWrenchForces, complaint);
+  }
+  check("wrench.torque.z", wrench.torque, kWrenchTorques, complaint);
+  const double tilting[] = {message.wrench.torque.x, message.wrench.torque.y};
+  for (int k = 0; k < 2 && complaint.empty(); ++k) {
+    if (tilting[k] == 0) continue;
+    complaint = fmt::format("wrench.torque.{} = {}: must be 0, as only torques about the vertical axis act", "xy"[k],
+                            tilting[k]);
+  }
+  return wrench;
+}
+
+std::vector<Load> loads_of(const SetLoads::Request& request, std::string& complaint) {
+  std::vector<Load> loads;
+  for (const Payload& message : request.loads) {
+    const std::string name = fmt::format("loads[{}].", loads.size());
+    Load& load = loads.emplace_back();
+    load.mass = message.mass;
+    load.position = vector_of(message.position);
+    load.inertia = message.inertia;
+    check(name + "mass", load.mass, kLoadMasses, complaint);
+    for (int k = 0; k < 3; ++k) check(name + "position." + "xyz"[k], load.position[k], kLoadPositions, complaint);
+    check(name + "inertia", load.inertia, kLoadInertias, complaint);
+    load.position += kBaseLinkOrigin;
+  }
+  return loads;
 }
 
 WheelCommand wheel_command(const brics_actuator::JointTorques& message) {

@@ -101,7 +101,7 @@ DiagnosticStatusWrapper reactions_status(const ReactionRecord& record) {
   return status;
 }
 
-DiagnosticStatusWrapper timing_status(const Pacer::Timing& timing) {
+DiagnosticStatusWrapper timing_status(const NodeClock::Timing& timing) {
   DiagnosticStatusWrapper status =
       own_status("loop", timing.lost == 0, timing.lost == 0 ? "in time" : "too slow for the rate asked for");
   status.add("instants", timing.instants);
@@ -115,7 +115,8 @@ DiagnosticStatusWrapper timing_status(const Pacer::Timing& timing) {
 }  // namespace
 
 diagnostic_msgs::DiagnosticArray diagnostics_message(const BaseDriver& driver, const Simulation& simulation,
-                                                     const Pacer::Timing& timing, const ros::Time& stamp) {
+                                                     const NodeClock::Timing& timing, const std::string& waits_for,
+                                                     const ros::Time& stamp) {
   diagnostic_msgs::DiagnosticArray message;
   message.header.stamp = stamp;
   message.status = {
@@ -128,6 +129,7 @@ diagnostic_msgs::DiagnosticArray diagnostics_message(const BaseDriver& driver, c
       integration_status(simulation),
       timing_status(timing)};
   if (const auto record = simulation.reaction_record()) message.status.push_back(reactions_status(*record));
+  message.status.push_back(own_status("time", waits_for.empty(), waits_for.empty() ? "goes on" : waits_for));
   return message;
 }
 
@@ -136,10 +138,6 @@ diagnostic_msgs::DiagnosticStatus bag_status(const std::string& path, const std:
   if (!failure.empty()) status.summary(status.ERROR, failure);
   status.add("file", path);
   return status;
-}
-
-diagnostic_msgs::DiagnosticStatus time_status(const std::string& waits_for) {
-  return own_status("time", waits_for.empty(), waits_for.empty() ? "goes on" : waits_for);
 }
 
 #ifdef YOUBOT_BASE_SIM_PR2_MSGS

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "youbot_base_sim/ros/load_messages.h"
 #include "youbot_base_sim/ros/node_constants.h"
 
 namespace youbot_base_sim {
@@ -16,37 +15,31 @@ constexpr char kNoBase[] = "No base initialized!";  // the driver's words
 
 const std::string kTooMany = fmt::format("{} requests wait for time to advance: refused", BaseRequests::kMaxWaiting);
 
-/// Why a request for faults is invalid; empty if it is valid.
-std::string refusal_of(const SetFaults::Request& request) {
-  for (int i = 0; i < kWheels; ++i) {
-    if (request.encoder_slip[i] >= 0 && request.encoder_slip[i] <= 1) continue;
-    return fmt::format("encoder_slip[{}] = {}: must be from 0 to 1", i, request.encoder_slip[i]);
-  }
-  const auto check = [](const char* name, double value, double max, const char* unit) {
-    if (value >= 0 && value <= max) return std::string();
-    return fmt::format("{} = {}: must be from 0 to {:g} {}", name, value, max, unit);
+/// Faults of a request. `complaint` says why they cannot be; empty: they can.
+Faults faults_of(const SetFaults::Request& request, std::string& complaint) {
+  const auto checked = [&complaint](const std::string& name, double value, double max, const char* unit) {
+    const bool holds = value >= 0 && value <= max;
+    if (complaint.empty() && !holds) {
+      complaint = fmt::format("{} = {}: must be from 0 to {:g}{}", name, value, max, unit);
+    }
+    return value;
   };
-  const std::string noise = check("encoder_noise", request.encoder_noise, 10, "rad");
-  return noise.empty() ? check("command_delay", request.command_delay, kMaxCommandDelay, "s") : noise;
-}
-
-Faults faults_of(const SetFaults::Request& request) {
   Faults faults;
   faults.ethercat_lost = request.ethercat_lost;
   for (int i = 0; i < kWheels; ++i) {
     faults.silent[i] = request.silent[i];
-    faults.encoder_slip[i] = request.encoder_slip[i];
+    faults.encoder_slip[i] = checked(fmt::format("encoder_slip[{}]", i), request.encoder_slip[i], 1, "");
   }
-  faults.encoder_noise = request.encoder_noise;
-  faults.command_delay = request.command_delay;
+  faults.encoder_noise = checked("encoder_noise", request.encoder_noise, 10, " rad");
+  faults.command_delay = checked("command_delay", request.command_delay, kMaxCommandDelay, " s");
   return faults;
 }
 
 }  // namespace
 
-DriverInterface::DriverInterface(BaseLoop& loop, const std::function<double()>& now, const BaseSettings& settings,
+DriverInterface::DriverInterface(BaseLoop& loop, const NodeClock& clock, const BaseSettings& settings,
                                  ros::NodeHandle& node, ros::NodeHandle& private_node, ThrottledLog& log)
-    : loop_(loop), now_(now), log_(log), warns_of_signs_(settings.telemetry.driver_velocity_sign) {
+    : loop_(loop), clock_(clock), log_(log), warns_of_signs_(settings.telemetry.driver_velocity_sign) {
   subscribe<brics_actuator::JointTorques>(node, kTorqueTopic, [](const auto& m) { return wheel_command(m); });
   subscribe<brics_actuator::JointVelocities>(node, kVelocityTopic, [](const auto& m) { return wheel_command(m); });
   subscribe<geometry_msgs::Twist>(node, kTwistTopic, [kinematics = settings.sensors.kinematics](const auto& m) {
@@ -54,8 +47,8 @@ DriverInterface::DriverInterface(BaseLoop& loop, const std::function<double()>& 
   });
   wrench_subscriber_ = private_node.subscribe(kWrenchTopic, kCommandQueueSize, &DriverInterface::receive_wrench, this,
                                               ros::TransportHints().tcpNoDelay());
-  services_ = {node.advertiseService(kSwitchOffService, &DriverInterface::switch_off, this),
-               node.advertiseService(kSwitchOnService, &DriverInterface::switch_on, this),
+  services_ = {offer_switch<SwitchOff>(node, kSwitchOffService, "Switch off the base motors"),
+               offer_switch<SwitchOn>(node, kSwitchOnService, "Switch on the base motors"),
                node.advertiseService(kReconnectService, &DriverInterface::reconnect, this),
                private_node.advertiseService(kSetFaultsService, &DriverInterface::set_faults, this),
                private_node.advertiseService(kSetLoadsService, &DriverInterface::set_loads, this)};
@@ -78,7 +71,7 @@ bool DriverInterface::has_commander() const {
 
 void DriverInterface::receive(const char* topic, const WheelCommand& command) {
   commanded_ = true;
-  const double now = now_();
+  const double now = clock_.arrival();
   if (!loop_.present(now)) return log_.error("no base", kNoBase);
   const auto complain = [&](const std::string& subject, const std::string& text) {
     log_.warn(topic + subject, fmt::format("{}: {}", topic, text));
@@ -119,32 +112,29 @@ void DriverInterface::receive_wrench(const geometry_msgs::WrenchStamped& message
 
 /// Enqueues a request other than a command; false if it is refused.
 bool DriverInterface::request(const BaseRequest& request) {
-  const bool taken = loop_.push(now_(), request);
+  const bool taken = loop_.push(clock_.arrival(), request);
   if (!taken) log_.error("too many", kTooMany);
   return taken;
 }
 
-/// The same for a request that needs a base.
-bool DriverInterface::request_of_base(const BaseRequest& request) {
-  if (loop_.present(now_())) return this->request(request);
-  log_.error("no base", kNoBase);
-  return false;
-}
-
-bool DriverInterface::switch_off(std_srvs::Empty::Request&, std_srvs::Empty::Response&) {
-  ROS_INFO("Switch off the base motors");
-  return request_of_base(SwitchOff());
-}
-
-bool DriverInterface::switch_on(std_srvs::Empty::Request&, std_srvs::Empty::Response&) {
-  ROS_INFO("Switch on the base motors");
-  return request_of_base(SwitchOn());
+/// A service of the driver for a request that needs a base. `line`: for the log, the driver's.
+template <class Request>
+ros::ServiceServer DriverInterface::offer_switch(ros::NodeHandle& node, const char* service, const char* line) {
+  using std_srvs::Empty;
+  return node.advertiseService<Empty::Request, Empty::Response>(service,
+                                                                [this, line](Empty::Request&, Empty::Response&) {
+                                                                  ROS_INFO_STREAM(line);
+                                                                  if (loop_.present(clock_.arrival()))
+                                                                    return request(Request());
+                                                                  log_.error("no base", kNoBase);
+                                                                  return false;
+                                                                });
 }
 
 /// True whether or not there is a base then, as the driver's is.
 bool DriverInterface::reconnect(std_srvs::Empty::Request&, std_srvs::Empty::Response&) {
   if (!request(Reconnect())) return false;
-  if (loop_.present(now_())) {
+  if (loop_.present(clock_.arrival())) {
     ROS_INFO("Base is initialized.");
   } else {
     ROS_ERROR("Base could not be initialized: EtherCAT is lost");
@@ -153,8 +143,8 @@ bool DriverInterface::reconnect(std_srvs::Empty::Request&, std_srvs::Empty::Resp
 }
 
 bool DriverInterface::set_faults(SetFaults::Request& asked, SetFaults::Response& response) {
-  response.message = refusal_of(asked);
-  if (response.message.empty() && !request(faults_of(asked))) response.message = kTooMany;
+  const Faults faults = faults_of(asked, response.message);
+  if (response.message.empty() && !request(faults)) response.message = kTooMany;
   response.success = response.message.empty();
   return true;
 }

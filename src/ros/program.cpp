@@ -1,5 +1,6 @@
 #include "youbot_base_sim/ros/program.h"
 
+#include <fmt/format.h>
 #include <ros/network.h>
 #include <ros/ros.h>
 
@@ -9,15 +10,35 @@
 #include <cstdlib>
 #include <cstring>
 #include <exception>
+#include <sstream>
 #include <string>
+#include <vector>
 
-#include "youbot_base_sim/ros/parameters.h"
 #include "youbot_base_sim/text/print_error.h"
 #include "youbot_base_sim/text/quote.h"
 
 namespace youbot_base_sim {
 
 namespace {
+
+using XmlRpc::XmlRpcValue;
+
+std::string shown(XmlRpcValue& value) {
+  if (value.getType() == XmlRpcValue::TypeString) return fmt::format("\"{}\"", static_cast<std::string>(value));
+  if (value.getType() == XmlRpcValue::TypeBoolean) return static_cast<bool>(value) ? "true" : "false";
+  std::ostringstream text;
+  text << value;
+  return text.str();
+}
+
+/// A number, or a text that is one: YAML, as of roslaunch, takes 1e-5 for a text.
+bool read_number(XmlRpcValue& value, double& number) {
+  const auto type = value.getType();
+  if (type == XmlRpcValue::TypeString) return youbot_base_sim::read_number(static_cast<std::string>(value), number);
+  if (type == XmlRpcValue::TypeInt) number = static_cast<int>(value);
+  if (type == XmlRpcValue::TypeDouble) number = static_cast<double>(value);
+  return type == XmlRpcValue::TypeInt || type == XmlRpcValue::TypeDouble;
+}
 
 std::atomic<bool> end_is_requested{false};
 
@@ -64,6 +85,58 @@ void init(int& argc, char** argv, const char* name) {
 }
 
 }  // namespace
+
+void Parameters::require(bool holds, const std::string& name, const std::string& value,
+                         const std::string& allowed) const {
+  if (holds) return;
+  throw ParameterError(fmt::format("parameter {}{} = {}: must be {}", prefix_, name, quote(value), allowed));
+}
+
+bool Parameters::get(const std::string& name, XmlRpcValue& value) {
+  known_.insert(name);
+  if (!node_.getParam(name, value)) return false;
+  if (value.getType() != XmlRpcValue::TypeString) return true;
+  const std::string& text = value;
+  return !text.empty() && text != "unset";
+}
+
+bool Parameters::read(const std::string& name, std::string& value) {
+  XmlRpcValue set;
+  if (!get(name, set)) return false;
+  require(set.getType() == XmlRpcValue::TypeString, name, shown(set), "a text");
+  value = static_cast<std::string>(set);
+  return true;
+}
+
+bool Parameters::read(const std::string& name, bool& value) {
+  XmlRpcValue set;
+  if (!get(name, set)) return false;
+  require(set.getType() == XmlRpcValue::TypeBoolean, name, shown(set), "true or false");
+  value = static_cast<bool>(set);
+  return true;
+}
+
+bool Parameters::read(const std::string& name, double& value, const Range& range) {
+  XmlRpcValue set;
+  if (!get(name, set)) return false;
+  double number;
+  require(read_number(set, number) && contains(range, number), name, shown(set), text_of(range));
+  value = number;
+  return true;
+}
+
+void Parameters::refuse_others() const {
+  std::vector<std::string> names;
+  node_.getParamNames(names);
+  const std::string mine = node_.getNamespace() + "/";
+  for (const std::string& name : names) {
+    if (name.rfind(mine, 0) != 0) continue;
+    const std::string key = name.substr(mine.size(), name.find('/', mine.size()) - mine.size());
+    if (known_.count(key)) continue;
+    throw ParameterError(
+        fmt::format("parameter {}{} is unknown; known are: {}", prefix_, quote(key), fmt::join(known_, ", ")));
+  }
+}
 
 const std::atomic<bool>& end_requested() { return end_is_requested; }
 

@@ -29,21 +29,16 @@ void add_rollers(const Simulation& simulation, sensor_msgs::JointState& message)
   }
 }
 
-/// The transform from the scene's frame to the base's at `state`.
-geometry_msgs::TransformStamped place(const char* frame, const State& state, const ros::Time& stamp) {
-  return transform_message(kWorldFrame, frame, {state.x(), state.y(), state.psi()}, stamp);
-}
-
 }  // namespace
 
-Telemetry::Telemetry(const Scene& scene, const Options& options) : options_(options) {
+Telemetry::Telemetry(const Scene& scene, const Options& options) : options_(options), markers_(options.markers) {
   joints_.name = joint_names(options.rollers ? scene.robot.rollers : 0);
   joints_.position.resize(joints_.name.size());
   joints_.velocity.resize(joints_.name.size());
   joints_.effort.resize(joints_.name.size());
 }
 
-nav_msgs::Odometry Telemetry::odometry(const BaseSensors& sensors, const ros::Time& stamp) const {
+nav_msgs::Odometry Telemetry::odometry(const BaseSensors& sensors, const ros::Time& stamp) {
   const WheelOdometry& odometry = sensors.odometry();
   const Wheels& dphi = sensors.readings().dphi;
   nav_msgs::Odometry message =
@@ -53,11 +48,6 @@ nav_msgs::Odometry Telemetry::odometry(const BaseSensors& sensors, const ros::Ti
     message.twist.covariance = covariance_message(odometry.velocity_covariance(dphi));
   }
   return message;
-}
-
-nav_msgs::Odometry Telemetry::ground_truth(const Simulation& simulation, const ros::Time& stamp) const {
-  const State& state = simulation.state();
-  return odometry_message(kWorldFrame, {state.x(), state.y(), state.psi()}, state.velocity(), stamp);
 }
 
 sensor_msgs::JointState Telemetry::joint_states(const Simulation& simulation, const MotorReadings& readings,
@@ -79,7 +69,9 @@ tf2_msgs::TFMessage Telemetry::transforms(const Simulation& simulation, const Ba
                                           const ros::Time& stamp) const {
   tf2_msgs::TFMessage message;
   message.transforms.push_back(transform_message(kOdometryFrame, kBaseFrame, sensors.odometry().pose(), stamp));
-  if (options_.world) message.transforms.push_back(place(kTruthFrame, simulation.state(), stamp));
+  if (options_.world) {
+    message.transforms.push_back(transform_message(kWorldFrame, kTruthFrame, pose_of(simulation.state()), stamp));
+  }
   return message;
 }
 
@@ -87,7 +79,8 @@ std::optional<tf2_msgs::TFMessage> Telemetry::static_transforms(const Simulation
                                                                 const ros::Time& stamp) const {
   if (!options_.world) return std::nullopt;
   tf2_msgs::TFMessage message;
-  message.transforms.push_back(place(kOdometryFrame, simulation.scene().initial, stamp));
+  message.transforms.push_back(
+      transform_message(kWorldFrame, kOdometryFrame, pose_of(simulation.scene().initial), stamp));
   return message;
 }
 

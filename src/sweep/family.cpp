@@ -1,8 +1,11 @@
 #include "youbot_base_sim/sweep/family.h"
 
+#include <dlfcn.h>
 #include <fmt/format.h>
+#include <link.h>
 
 #include <algorithm>
+#include <boost/crc.hpp>
 #include <cmath>
 #include <filesystem>
 #include <limits>
@@ -10,8 +13,8 @@
 
 #include "youbot_base_sim/scene/scene_section.h"
 #include "youbot_base_sim/scene/yaml_file.h"
-#include "youbot_base_sim/sweep/quantities.h"
 #include "youbot_base_sim/text/quote.h"
+#include "youbot_base_sim/text/text_file.h"
 
 namespace youbot_base_sim {
 
@@ -121,29 +124,30 @@ bool overlap(const std::string& a, const std::string& b) {
 
 void read_axes(const SceneValue& axes, Family& family) {
   std::vector<ReadAxis> all;
+  std::vector<Axis> drawn;
+  std::uint64_t grid_axes = 0;
   for (const SceneSection& section : axes.sections()) {
     std::vector<ReadAxis> entry = read_entry(section, axes, false);
-    for (const ReadAxis& axis : entry) {
+    for (ReadAxis& axis : entry) {
       for (const ReadAxis& other : all) {
         if (!overlap(axis.axis.key, other.axis.key)) continue;
         axis.key.refuse(fmt::format("a key that no other axis sets; one sets {}", quote(other.axis.key)));
       }
+      const bool is_drawn = axis.axis.is_drawn();
+      axis.axis.number = is_drawn ? drawn.size() : grid_axes;
       all.push_back(axis);
+      (is_drawn ? drawn : family.axes).push_back(axis.axis);
     }
-    if (entry.front().axis.is_drawn()) {
-      family.drawn.push_back(entry.front().axis);
-    } else {
-      std::vector<Axis>& together = family.grid.emplace_back();
-      for (const ReadAxis& axis : entry) together.push_back(axis.axis);
-    }
+    grid_axes += !entry.front().axis.is_drawn();
   }
+  family.axes.insert(family.axes.end(), drawn.begin(), drawn.end());
 }
 
 void read_draws(const SceneValue& draws, const SceneValue& sampling, const SceneValue& seed, Family& family) {
   draws.whole_number(family.draws, 1, kMaxCount);
   sampling.choice(family.latin_hypercube, kSamplings);
   seed.whole_number(family.seed, 0, std::numeric_limits<int>::max());
-  if (family.drawn.empty()) {
+  if (!family.has_draws()) {
     for (const SceneValue* value : {&draws, &sampling, &seed}) {
       if (value->given()) value->refuse("left out, for no axis is drawn");
     }
@@ -152,17 +156,21 @@ void read_draws(const SceneValue& draws, const SceneValue& sampling, const Scene
   }
 }
 
-std::vector<std::string> read_quantities(const SceneValue& value) {
-  std::vector<std::string> all;
-  for (const Quantity& quantity : quantities()) all.push_back(quantity.name);
-  if (!value.given()) return all;
+std::vector<Quantity> read_quantities(const SceneValue& value) {
+  if (!value.given()) return quantities();
+  std::vector<Quantity> wanted;
   std::vector<std::string> names = value.entries();
   for (auto name = names.begin(); name != names.end(); ++name) {
-    const bool known = std::find(all.begin(), all.end(), *name) != all.end();
-    if (!known || std::find(names.begin(), name, *name) != name)
+    const auto quantity = std::find_if(quantities().begin(), quantities().end(),
+                                       [&](const Quantity& candidate) { return *name == candidate.name; });
+    if (quantity == quantities().end() || std::find(names.begin(), name, *name) != name) {
+      std::vector<std::string> all;
+      for (const Quantity& candidate : quantities()) all.push_back(candidate.name);
       value.refuse(fmt::format("a list of some of {}, each once", fmt::join(all, ", ")));
+    }
+    wanted.push_back(*quantity);
   }
-  return names;
+  return wanted;
 }
 
 std::optional<Trajectories> read_trajectories(const SceneValue& value) {
@@ -178,40 +186,37 @@ std::optional<Trajectories> read_trajectories(const SceneValue& value) {
 /// Reads scenes with each axis at its ends, or at each of its values where they are a list, and in between.
 class AxesTrial {
  public:
-  explicit AxesTrial(Family& family) : family_(family), axes_(family.axes()) {}
+  explicit AxesTrial(Family& family) : family_(family) {}
 
   /// Throws SceneError for a value that no tried combination of the other axes allows. Notes the tables that it reads.
   void run() {
-    for (std::size_t k = 0; k < axes_.size(); ++k) {
-      if (const auto* listed = std::get_if<std::vector<std::string>>(&axes_[k]->values)) {
-        for (std::size_t j = 0; j < listed->size(); ++j) {
-          require(k, (*listed)[j], [j](const Axis& partner) { return partner.value(j); });
-        }
-      } else {
-        for (const double share : {kMinDraw, kBetween, kMaxDraw}) {
-          require(k, axes_[k]->value_at(share), [share](const Axis& partner) { return partner.value_at(share); });
-        }
+    for (std::size_t k = 0; k < family_.axes.size(); ++k) {
+      std::vector<double> shares = {kMinDraw, kBetween, kMaxDraw};
+      if (const auto* listed = std::get_if<std::vector<std::string>>(&family_.axes[k].values)) {
+        const auto size = static_cast<double>(listed->size());
+        shares.clear();
+        while (shares.size() < listed->size()) shares.push_back((static_cast<double>(shares.size()) + 0.5) / size);
       }
+      for (const double share : shares) require(k, share);
     }
     family_.tables.assign(tables_.begin(), tables_.end());
   }
 
  private:
-  /// `partner_value`: of the axes that change in step with axis k, beside this value of it.
-  template <class PartnerValue>
-  void require(std::size_t k, const std::string& value, const PartnerValue& partner_value) {
-    const auto settings_beside = [&](double share) {
+  /// Throws unless axis k may be at this share, with those that change together with it, beside some of the others.
+  void require(std::size_t k, double share) {
+    const auto beside = [&](double share_of_others) {
+      const Axis& tried = family_.axes[k];
       std::vector<SceneSetting> settings;
-      for (const Axis* axis : axes_) {
-        settings.push_back({axis->key, in_step(*axis, *axes_[k]) ? partner_value(*axis) : axis->value_at(share)});
+      for (const Axis& axis : family_.axes) {
+        const bool in_step = axis.is_drawn() == tried.is_drawn() && axis.number == tried.number;
+        settings.push_back({axis.key, axis.value_at(in_step ? share : share_of_others)});
       }
-      settings[k].value = value;
       return settings;
     };
-    const std::string error = refusal(settings_beside(kMiddle));
-    if (error.empty()) return;
-    if (refusal(settings_beside(kMinDraw)).empty() || refusal(settings_beside(kMaxDraw)).empty()) return;
-    const SceneSetting blamed = blame(settings_beside(kMiddle), k, error);
+    const std::string error = refusal(beside(kMiddle));
+    if (error.empty() || refusal(beside(kMinDraw)).empty() || refusal(beside(kMaxDraw)).empty()) return;
+    const SceneSetting blamed = blame(beside(kMiddle), k, error);
     throw SceneError(
         fmt::format("{}: {} = {}: {}", quote_path(family_.path), quote(blamed.key), quote(blamed.value), error));
   }
@@ -227,15 +232,6 @@ class AxesTrial {
     return named(settings[k]) || other == settings.end() ? settings[k] : *other;
   }
 
-  /// Whether two axes change together.
-  bool in_step(const Axis& a, const Axis& b) const {
-    const auto has = [](const std::vector<Axis>& group, const Axis& axis) {
-      return std::any_of(group.begin(), group.end(), [&](const Axis& member) { return &member == &axis; });
-    };
-    return std::any_of(family_.grid.begin(), family_.grid.end(),
-                       [&](const std::vector<Axis>& group) { return has(group, a) && has(group, b); });
-  }
-
   /// Why the scene may not have these; empty if it may.
   std::string refusal(const std::vector<SceneSetting>& settings) {
     try {
@@ -249,9 +245,22 @@ class AxesTrial {
   }
 
   Family& family_;
-  std::vector<const Axis*> axes_;
   std::set<std::string> tables_;
 };
+
+/// Whether an axis changes otherwise than the one before it.
+bool begins_grid_axis(const Family& family, std::size_t k) {
+  return !family.axes[k].is_drawn() && (k == 0 || family.axes[k].number != family.axes[k - 1].number);
+}
+
+template <class Number>
+Number number_of_runs(const Family& family) {
+  auto runs = static_cast<Number>(family.draws);
+  for (std::size_t k = 0; k < family.axes.size(); ++k) {
+    if (begins_grid_axis(family, k)) runs *= static_cast<Number>(family.axes[k].size());
+  }
+  return runs;
+}
 
 /// The scene file that the family names, as a path relative to its own folder.
 SceneFile read_base_scene(const SceneValue& name, const std::string& family) {
@@ -275,8 +284,7 @@ Family read_family(const std::string& path, const std::string& text) {
   file.finish();
   read_axes(axes, family);
   read_draws(draws, sampling, seed, family);
-  double runs = family.draws;
-  for (const auto& together : family.grid) runs *= static_cast<double>(together.front().size());
+  const double runs = number_of_runs<double>(family);
   if (runs > Family::kMaxRuns) {
     (draws.given() ? draws : axes)
         .refuse(fmt::format("such that there are at most {:g} runs; there would be {:g}", Family::kMaxRuns, runs));
@@ -288,13 +296,33 @@ Family read_family(const std::string& path, const std::string& text) {
   return family;
 }
 
-}  // namespace
-
-double Steps::value(std::uint64_t k) const {
-  const double share = static_cast<double>(k) / (count - 1);
-  if (k == 0 || k + 1 == static_cast<std::uint64_t>(count)) return k == 0 ? from : to;
-  return logarithmic ? from * std::pow(to / from, share) : from + share * (to - from);
+/// The CRC of 64 bits of ECMA-182: what was changed by mistake has another one.
+std::string hash(const std::string& text) {
+  boost::crc_optimal<64, 0x42F0E1EBA9EA3693> crc;
+  crc.process_bytes(text.data(), text.size());
+  return fmt::format("{:016x}", crc.checksum());
 }
+
+std::string file_hash(const std::string& path) {
+  try {
+    return hash(read_text_file(path, std::numeric_limits<std::size_t>::max()));
+  } catch (const UnreadableFile& error) {
+    throw SceneError(fmt::format("{}: {}", quote_path(path), error.what()));
+  }
+}
+
+/// The file with the code that simulates: a library, or the program itself, which has no name among those loaded.
+std::string library() {
+  Dl_info info{};
+  link_map* loaded = nullptr;
+  const bool found = dladdr1(reinterpret_cast<const void*>(&read_scene_file), &info, reinterpret_cast<void**>(&loaded),
+                             RTLD_DL_LINKMAP) != 0;
+  return found && loaded->l_name[0] != '\0' ? loaded->l_name : "/proc/self/exe";
+}
+
+std::string name_of_file(const std::string& path) { return quote(std::filesystem::path(path).filename().string()); }
+
+}  // namespace
 
 std::uint64_t Axis::size() const {
   if (const auto* listed = std::get_if<std::vector<std::string>>(&values)) return listed->size();
@@ -303,10 +331,11 @@ std::uint64_t Axis::size() const {
 
 std::string Axis::value(std::uint64_t k) const {
   if (const auto* listed = std::get_if<std::vector<std::string>>(&values)) return (*listed)[k];
+  const auto& [from, to, count, logarithmic] = std::get<Steps>(values);
+  if (k == 0 || k + 1 == size()) return number_text(k == 0 ? from : to);
   // Steps between the ends are rounded, so that the second of 0.05, 0.06, .. is 0.06.
-  const auto& steps = std::get<Steps>(values);
-  const bool is_end = k == 0 || k + 1 == size();
-  return is_end ? number_text(steps.value(k)) : fmt::format("{:.15g}", steps.value(k));
+  const double share = static_cast<double>(k) / (count - 1);
+  return fmt::format("{:.15g}", logarithmic ? from * std::pow(to / from, share) : from + share * (to - from));
 }
 
 std::string Axis::value_at(double share) const {
@@ -329,35 +358,34 @@ std::string Axis::text() const {
   return fmt::format("normal around {}, standard deviation {}, {}", drawn.mean, drawn.deviation, ends);
 }
 
-std::uint64_t Family::runs() const {
-  auto runs = static_cast<std::uint64_t>(draws);
-  for (const auto& together : grid) runs *= together.front().size();
-  return runs;
-}
-
-std::vector<const Axis*> Family::axes() const {
-  std::vector<const Axis*> all;
-  for (const auto& together : grid) {
-    for (const Axis& axis : together) all.push_back(&axis);
-  }
-  for (const Axis& axis : drawn) all.push_back(&axis);
-  return all;
-}
+std::uint64_t Family::runs() const { return number_of_runs<std::uint64_t>(*this); }
 
 std::vector<SceneSetting> Family::settings(std::uint64_t run) const {
   std::vector<SceneSetting> settings;
-  std::uint64_t block = runs();  // as many runs have the same values of the axes so far
-  for (const auto& together : grid) {
-    const std::uint64_t size = together.front().size(), before = block;
-    block /= size;
-    for (const Axis& axis : together) settings.push_back({axis.key, axis.value(run % before / block)});
-  }
-  for (std::size_t k = 0; k < drawn.size(); ++k) {
-    const DrawPlace place{static_cast<std::uint64_t>(seed), k, run};
-    settings.push_back(
-        {drawn[k].key, drawn[k].value_at(latin_hypercube ? stratified_draw(place, runs()) : draw(place))});
+  std::uint64_t before = runs(), block = before;  // as many runs have the same values of the axes so far
+  for (std::size_t k = 0; k < axes.size(); ++k) {
+    const Axis& axis = axes[k];
+    if (axis.is_drawn()) {
+      const DrawPlace place{static_cast<std::uint64_t>(seed), axis.number, run};
+      settings.push_back({axis.key, axis.value_at(latin_hypercube ? stratified_draw(place, runs()) : draw(place))});
+      continue;
+    }
+    if (begins_grid_axis(*this, k)) {
+      before = block;
+      block /= axis.size();
+    }
+    settings.push_back({axis.key, axis.value(run % before / block)});
   }
   return settings;
+}
+
+std::vector<std::string> Family::fingerprint() const {
+  std::vector<std::string> lines = {
+      fmt::format("{} build of sweep", hash(file_hash("/proc/self/exe") + file_hash(library()))),
+      fmt::format("{} {}", hash(text), name_of_file(path)),
+      fmt::format("{} {}", hash(scene.text), name_of_file(scene.path))};
+  for (const std::string& table : tables) lines.push_back(fmt::format("{} {}", file_hash(table), name_of_file(table)));
+  return lines;
 }
 
 Family load_family(const std::string& path) {

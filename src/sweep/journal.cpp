@@ -8,6 +8,7 @@
 #include <boost/crc.hpp>
 #include <cerrno>
 #include <charconv>
+#include <fstream>
 #include <map>
 #include <optional>
 
@@ -41,59 +42,36 @@ std::optional<Row> row_of(std::string_view line) {
   return row;
 }
 
-/// Reads up to `size` bytes of the file, whose name is `path`; fewer at its end alone. Throws OutputError: what cannot
-/// be read is not taken for the end, where a journal is cut off.
-std::size_t read_at(const std::string& path, int descriptor, char* bytes, std::size_t size, off_t place) {
-  std::size_t done = 0;
-  while (done < size) {
-    const ssize_t n = pread(descriptor, bytes + done, size - done, place + static_cast<off_t>(done));
-    if (n == 0) break;
-    if (n > 0) done += static_cast<std::size_t>(n);
-    if (n < 0 && errno != EINTR)
-      throw OutputError(fmt::format("{}: cannot be read: {}", quote_path(path), OutputFile::text_of(errno)));
-  }
-  return done;
+[[noreturn]] void refuse_reading(const std::string& path) {
+  throw OutputError(fmt::format("{}: cannot be read: {}", quote_path(path), OutputFile::text_of(errno)));
 }
 
 /// Reads a file line by line from some place on.
 class Lines {
  public:
+  /// `path` is the name of the file whose `descriptor` it reads by, from wherever that one is.
   Lines(const std::string& path, int descriptor, off_t begin)
-      : path_(path), descriptor_(descriptor), end_of_buffer_(begin), begin_(begin) {}
+      : path_(path), file_(fmt::format("/proc/self/fd/{}", descriptor), std::ios::binary), begin_(begin) {
+    file_.seekg(begin);
+  }
 
-  /// The next whole line, without its end; empty at the end of the file or where a line has no end.
-  std::optional<std::string_view> next() {
-    for (;;) {
-      const std::size_t end = buffer_.find('\n', used_);
-      if (end != std::string::npos) {
-        const std::string_view line = std::string_view(buffer_).substr(used_, end - used_);
-        begin_ += static_cast<off_t>(end + 1 - used_);
-        used_ = end + 1;
-        return line;
-      }
-      buffer_.erase(0, used_);
-      used_ = 0;
-      const std::size_t kept = buffer_.size();
-      if (kept > kMaxLine) return std::nullopt;
-      buffer_.resize(kept + kChunk);
-      const std::size_t n = read_at(path_, descriptor_, &buffer_[kept], kChunk, end_of_buffer_);
-      buffer_.resize(kept + n);
-      if (n == 0) return std::nullopt;
-      end_of_buffer_ += static_cast<off_t>(n);
-    }
+  /// The next whole line, without its end; empty at the end of the file or where a line has no end. Throws OutputError:
+  /// what cannot be read is not taken for the end, where a journal is cut off.
+  std::optional<std::string> next() {
+    std::string line;
+    std::getline(file_, line);
+    if (file_.bad() || !file_.is_open()) refuse_reading(path_);
+    if (!file_.good()) return std::nullopt;
+    begin_ += static_cast<off_t>(line.size()) + 1;
+    return line;
   }
 
   /// Where the next line begins.
   off_t begin() const { return begin_; }
 
  private:
-  static constexpr std::size_t kChunk = 1 << 16, kMaxLine = 10'000'000;  // bytes
-
   const std::string& path_;
-  int descriptor_;
-  std::string buffer_;
-  std::size_t used_ = 0;
-  off_t end_of_buffer_;  // in the file
+  std::ifstream file_;
   off_t begin_;
 };
 
@@ -119,9 +97,11 @@ Journal::Journal(const std::string& path, const std::vector<std::string>& head, 
     if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0)
       throw OutputError(fmt::format("{}: is being written by another sweep", quote_path(path)));
     const std::string whole = fmt::format("{}\n{}\n\n", kFirstLine, fmt::join(head, "\n"));
-    std::string found(whole.size(), '\0');
-    found.resize(read_at(path_, descriptor_, found.data(), found.size(), 0));
     begin_ = end_ = static_cast<off_t>(whole.size());
+    std::string found(whole.size(), '\0');
+    const ssize_t size = pread(descriptor_, found.data(), found.size(), 0);
+    if (size < 0) refuse_reading(path_);
+    found.resize(static_cast<std::size_t>(size));
     if (found.size() < whole.size() && whole.compare(0, found.size(), found) == 0) {
       begin(whole);  // anew: its beginning was torn
     } else {
@@ -155,17 +135,14 @@ void Journal::check_head(const std::string& found, const std::vector<std::string
   if (found.rfind(fmt::format("{}\n", kFirstLine), 0) != 0) refuse("is no journal of a sweep");
   Lines lines(path_, descriptor_, static_cast<off_t>(sizeof kFirstLine));
   for (const std::string& expected : head) {
-    const std::optional<std::string_view> line = lines.next();
-    if (line && *line == expected) continue;
-    const std::size_t name = expected.find(' ');
-    refuse(fmt::format("was begun with another {}", expected.substr(name + 1)));
+    if (lines.next() != expected) refuse("was begun with another " + expected.substr(expected.find(' ') + 1));
   }
-  if (lines.next() != std::string_view()) refuse("was begun with more files");
+  if (lines.next() != "") refuse("was begun with more files");
 }
 
 void Journal::read_rows(std::uint64_t runs) {
   Lines lines(path_, descriptor_, begin_);
-  while (const std::optional<std::string_view> line = lines.next()) {
+  while (const std::optional<std::string> line = lines.next()) {
     const std::optional<Row> row = row_of(*line);
     if (row && row->run < runs && !finished_.contains(row->run)) {
       if (!finished_.has_room_for(row->run)) break;
@@ -179,17 +156,16 @@ void Journal::read_rows(std::uint64_t runs) {
 
 void Journal::append(const Row& row) {
   const std::string line = line_of(row);
-  std::size_t written = 0;
-  while (written < line.size()) {
+  for (std::string_view rest = line; !rest.empty();) {
     const ssize_t n =
-        pwrite(descriptor_, line.data() + written, line.size() - written, end_ + static_cast<off_t>(written));
+        pwrite(descriptor_, rest.data(), rest.size(), end_ + static_cast<off_t>(line.size() - rest.size()));
     if (n < 0 && errno == EINTR) continue;
     if (n <= 0) {
       const int error = n < 0 ? errno : ENOSPC;
       if (ftruncate(descriptor_, end_) != 0) errno = 0;  // the torn line is dropped when the sweep continues
       refuse_output(path_, error);
     }
-    written += static_cast<std::size_t>(n);
+    rest.remove_prefix(static_cast<std::size_t>(n));
   }
   end_ += static_cast<off_t>(line.size());
   finished_.insert(row.run);
@@ -205,7 +181,7 @@ void Journal::for_each_row(const std::function<void(const Row&)>& take) const {
   Lines lines(path_, descriptor_, begin_);
   std::map<std::uint64_t, Row> ahead;  // less than FinishedRuns::kWindow
   std::uint64_t next = 0;
-  while (const std::optional<std::string_view> line = lines.next()) {
+  while (const std::optional<std::string> line = lines.next()) {
     std::optional<Row> row = row_of(*line);
     if (!row || row->run < next) continue;  // damaged, see the constructor
     const std::uint64_t run = row->run;

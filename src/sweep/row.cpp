@@ -7,12 +7,11 @@
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <string_view>
 
-#include "youbot_base_sim/record/csv.h"
-#include "youbot_base_sim/record/row_loop.h"
+#include "youbot_base_sim/record/run_audit.h"
 #include "youbot_base_sim/simulation.h"
-#include "youbot_base_sim/sweep/quantities.h"
 
 namespace youbot_base_sim {
 
@@ -21,16 +20,8 @@ namespace {
 constexpr char kTrajectory[] = "run_";  // what the name of each begins with
 
 const char* text_of(RunStatus status) {
-  switch (status) {
-    case RunStatus::kDone:
-    case RunStatus::kDoubtful:
-      return "done";
-    case RunStatus::kRefused:
-      return "refused";
-    case RunStatus::kFailed:
-      return "failed";
-  }
-  return "";
+  if (status == RunStatus::kRefused) return "refused";
+  return status == RunStatus::kFailed ? "failed" : "done";
 }
 
 /// A cell of CSV (RFC 4180).
@@ -58,66 +49,58 @@ RowMaker::RowMaker(const Family& family, std::string folder, MakeRecorder make_b
 
 std::string RowMaker::header() const {
   std::string header = "run";
-  for (const Axis* axis : family_.axes()) header += "," + axis->key;
+  for (const Axis& axis : family_.axes) header += "," + axis.key;
   header += ",status,reliable";
-  for (const std::string& name : family_.quantities) header += "," + name;
+  for (const Quantity& quantity : family_.quantities) header += fmt::format(",{}", quantity.name);
   return header + ",reason";
 }
 
 Row RowMaker::make(std::uint64_t run, const std::atomic<bool>& stop) const {
   const std::vector<SceneSetting> settings = family_.settings(run);
   Row row{run, RunStatus::kDone, ""};
-  std::string values, reason;
+  std::string values(family_.quantities.size(), ','), reason;
   try {
     const Scene scene = load_scene(family_.scene, settings);
     require_drive(scene);
-    values = values_after(scene, run, stop, row, reason);
-  } catch (const SceneError& error) {
-    row.status = RunStatus::kRefused;
-    reason = error.what();
-  }
-  row.text = fmt::format("{}", run);
-  for (const SceneSetting& setting : settings) row.text += "," + cell(setting.value);
-  row.text += fmt::format(",{},{}", text_of(row.status), row.status == RunStatus::kDone);
-  row.text += values.empty() ? std::string(family_.quantities.size(), ',') : values;
-  row.text += "," + cell(reason);
-  return row;
-}
-
-/// The quantities at the end of a scene, each after a comma; none where the run fails.
-std::string RowMaker::values_after(const Scene& scene, std::uint64_t run, const std::atomic<bool>& stop, Row& row,
-                                   std::string& reason) const {
-  const std::unique_ptr<Recorder> trajectory = open_trajectory(run);
-  try {
-    Simulation simulation(scene);
-    simulation.stop_on(stop);
-    EnergyAudit energy;
-    RowLoop rows(simulation, energy);
-    Observer observer(simulation, family_.quantities);
-    while (rows.next()) {
-      const Events events{simulation.take_switches(), simulation.take_load_changes()};
-      if (trajectory) trajectory->write(rows.t(), simulation, events);
-      observer.add_row();
-    }
-    if (trajectory) trajectory->commit();
-    reason = unreliability_reason(simulation, energy);
+    values = simulate(scene, open_trajectory(run), stop, reason);
     if (!reason.empty()) row.status = RunStatus::kDoubtful;
-    std::string values;
-    for (const std::string& name : family_.quantities) {
-      values += fmt::format(",{}", quantity(name).value(observer, energy));
-    }
-    return values;
   } catch (const Stopped&) {
     throw;
   } catch (const OutputError&) {
     throw;
   } catch (const std::bad_alloc&) {
     throw;
+  } catch (const SceneError& error) {
+    row.status = RunStatus::kRefused;
+    reason = error.what();
   } catch (const std::exception& error) {
     row.status = RunStatus::kFailed;
     reason = error.what();
-    return "";
   }
+  row.text = fmt::format("{}", run);
+  for (const SceneSetting& setting : settings) row.text += "," + cell(setting.value);
+  row.text += fmt::format(",{},{}{},{}", text_of(row.status), row.status == RunStatus::kDone, values, cell(reason));
+  return row;
+}
+
+/// The quantities at the end of a scene, each after a comma, and why they may be unreliable.
+std::string RowMaker::simulate(const Scene& scene, const std::unique_ptr<Recorder>& trajectory,
+                               const std::atomic<bool>& stop, std::string& reason) const {
+  Simulation simulation(scene);
+  simulation.stop_on(stop);
+  EnergyAudit energy;
+  RowLoop rows(simulation, energy);
+  Observer observer(simulation);
+  while (rows.next()) {
+    const Events events{simulation.take_switches(), simulation.take_load_changes()};
+    if (trajectory) trajectory->write(rows.t(), simulation, events);
+    observer.add_row();
+  }
+  if (trajectory) trajectory->commit();
+  reason = unreliability_reason(simulation, energy);
+  std::string values;
+  for (const Quantity& quantity : family_.quantities) values += fmt::format(",{}", quantity.value(observer, energy));
+  return values;
 }
 
 void RowMaker::keep_trajectories(OutputOpener& opener) const {
@@ -142,17 +125,20 @@ std::string RowMaker::trajectory_name(std::uint64_t run) const {
 
 std::unique_ptr<Recorder> RowMaker::open_trajectory(std::uint64_t run) const {
   if (!keeps_trajectory(run)) return nullptr;
+  std::error_code error;
+  std::filesystem::create_directory(folder_, error);
+  if (error) refuse_output(folder_, error.value());
   const bool is_csv = family_.trajectories->format == TrajectoryFormat::kCsv;
   OutputFile file(fmt::format("{}/{}", folder_, trajectory_name(run)),
                   is_csv ? OutputFile::Access::kInOrder : OutputFile::Access::kAnywhere);
   file.sync_on_commit();  // as its row is
-  if (is_csv) return std::make_unique<StateCsv>(std::move(file));
+  if (is_csv) return state_csv(std::move(file));
   return make_bag_(std::move(file));
 }
 
 Spread::Spread(const Family& family) {
-  const std::size_t first = 3 + family.axes().size();  // after run, axes, status and reliable
-  for (std::size_t k = 0; k < family.quantities.size(); ++k) columns_.push_back({family.quantities[k], first + k});
+  const std::size_t first = 3 + family.axes.size();  // after run, axes, status and reliable
+  for (std::size_t k = 0; k < family.quantities.size(); ++k) columns_.push_back({family.quantities[k].name, first + k});
 }
 
 void Spread::add(const Row& row) {

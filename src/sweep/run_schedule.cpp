@@ -1,6 +1,6 @@
 #include "youbot_base_sim/sweep/run_schedule.h"
 
-#include <thread>
+#include <future>
 
 #include "youbot_base_sim/integration/motion_integrator.h"
 
@@ -22,7 +22,20 @@ void RunSchedule::finish(const std::vector<Row>& rows) {
   changed_.notify_all();
 }
 
-void RunSchedule::work(const MakeRow& make) {
+void RunSchedule::run(const RowMaker& maker, int threads, std::chrono::milliseconds interval,
+                      const std::function<void()>& watch) {
+  std::vector<std::future<void>> crew;  // which is waited for where this throws too
+  try {
+    for (int k = 0; k < threads; ++k) crew.push_back(std::async(std::launch::async, [&] { work(maker); }));
+    while (!wait(interval)) watch();
+  } catch (...) {
+    stop();
+    throw;
+  }
+  for (std::future<void>& member : crew) member.get();
+}
+
+void RunSchedule::work(const RowMaker& maker) {
   try {
     for (;;) {
       std::vector<std::uint64_t> taken;
@@ -32,15 +45,13 @@ void RunSchedule::work(const MakeRow& make) {
         taken = take(lock, 1);
         if (taken.empty() && (stopping_ || next_ == runs_)) return;
       }
-      for (const std::uint64_t run : taken) finish({make(run, stopping_)});
+      for (const std::uint64_t run : taken) finish({maker.make(run, stopping_)});
     }
   } catch (const Stopped&) {
     stop();
   } catch (...) {
-    const Lock lock(mutex_);
-    if (!failure_) failure_ = std::current_exception();
-    stopping_ = true;
-    changed_.notify_all();
+    stop();
+    throw;
   }
 }
 
@@ -52,12 +63,7 @@ void RunSchedule::stop() {
 
 bool RunSchedule::wait(std::chrono::milliseconds time) const {
   Lock lock(mutex_);
-  return changed_.wait_for(lock, time, [&] { return ended(); });
-}
-
-void RunSchedule::check() const {
-  const Lock lock(mutex_);
-  if (failure_) std::rethrow_exception(failure_);
+  return changed_.wait_for(lock, time, [&] { return stopping_ || journal_.tally().runs == runs_; });
 }
 
 bool RunSchedule::finished() const {
@@ -68,28 +74,6 @@ bool RunSchedule::finished() const {
 Tally RunSchedule::tally() const {
   const Lock lock(mutex_);
   return journal_.tally();
-}
-
-void work_on_threads(RunSchedule& schedule, const MakeRow& make, int threads, std::chrono::milliseconds interval,
-                     const std::function<void()>& watch) {
-  struct Crew {
-    RunSchedule& schedule;
-    std::vector<std::thread> threads;
-    ~Crew() {
-      for (std::thread& thread : threads) thread.join();
-    }
-  };
-  {
-    Crew crew{schedule, {}};
-    try {
-      for (int k = 0; k < threads; ++k) crew.threads.emplace_back([&] { schedule.work(make); });
-      while (!schedule.wait(interval)) watch();
-    } catch (...) {
-      schedule.stop();
-      throw;
-    }
-  }
-  schedule.check();
 }
 
 }  // namespace youbot_base_sim

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <boost/locale/utf.hpp>
 #include <vector>
 
 namespace youbot_base_sim {
@@ -11,42 +12,27 @@ namespace {
 constexpr std::size_t kMaxPath = 200;  // characters of a file's name that are shown
 constexpr char kCut[] = "...";
 
-/// Takes one character off the front of `text` if that is one in UTF-8, as RFC 3629 has it, else one byte. Returns its
-/// code point, negative for a byte; `bytes` is the part of the text that it took.
-int take_character(std::string_view& text, std::string_view& bytes) {
-  const auto byte = [&](std::size_t k) { return static_cast<unsigned char>(text[k]); };
-  const int first = byte(0);
-  const std::size_t length = first < 0x80 ? 1 : first < 0xC0 ? 0 : first < 0xE0 ? 2 : first < 0xF0 ? 3 : 4;
-  constexpr int kFirstOfLength[] = {0, 0, 0x80, 0x800, 0x10000};  // what fits into fewer bytes must use fewer
-  int code = length <= 1 ? first : first & (0x7F >> length);
-  bool valid = length > 0 && length <= text.size();
-  for (std::size_t k = 1; valid && k < length; ++k) {
-    valid = (byte(k) & 0xC0) == 0x80;
-    code = code << 6 | (byte(k) & 0x3F);
-  }
-  const bool surrogate = code >= 0xD800 && code <= 0xDFFF;
-  valid = valid && code >= kFirstOfLength[length] && code <= 0x10FFFF && !surrogate;
-  bytes = text.substr(0, valid ? length : 1);
-  text.remove_prefix(bytes.size());
-  return valid ? code : -1;
-}
-
 /// Whether the character breaks a line, moves a cursor or turns the direction of writing.
-bool is_control(int code) {
+bool is_control(boost::locale::utf::code_point code) {
   return code < 0x20 || (code >= 0x7F && code < 0xA0) || code == 0x61C || code == 0x200E || code == 0x200F ||
          (code >= 0x2028 && code <= 0x202E) || (code >= 0x2066 && code <= 0x2069) || code == 0xFEFF;
 }
 
-/// Takes one character off the front of `text` and returns it as it is shown.
+/// Takes one character off the front of `text`, a byte where that is none in UTF-8, and returns it as it is shown.
 std::string take_shown(std::string_view& text) {
-  std::string_view bytes;
-  const int code = take_character(text, bytes);
+  namespace utf = boost::locale::utf;
+  const char* end = text.data();
+  const utf::code_point code = utf::utf_traits<char>::decode(end, text.data() + text.size());
+  const bool valid = code != utf::illegal && code != utf::incomplete;
+  const std::string_view bytes = text.substr(0, valid ? static_cast<std::size_t>(end - text.data()) : 1);
+  text.remove_prefix(bytes.size());
+  if (!valid) return fmt::format("\\x{:02x}", static_cast<unsigned char>(bytes[0]));
   if (code == '\n') return "\\n";
   if (code == '\r') return "\\r";
   if (code == '\t') return "\\t";
   if (code == '\\') return "\\\\";
   if (code >= 0x80 && is_control(code)) return fmt::format("\\u{:04x}", code);
-  if (is_control(code)) return fmt::format("\\x{:02x}", static_cast<unsigned char>(bytes[0]));
+  if (is_control(code)) return fmt::format("\\x{:02x}", code);
   return std::string(bytes);
 }
 

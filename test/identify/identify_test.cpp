@@ -6,12 +6,10 @@
 #include <cmath>
 
 #include "twin.h"
-#include "youbot_base_sim/identify/alignment.h"
 #include "youbot_base_sim/identify/first_guess.h"
 #include "youbot_base_sim/identify/fit.h"
 #include "youbot_base_sim/identify/forward_model.h"
 #include "youbot_base_sim/identify/inspection.h"
-#include "youbot_base_sim/identify/modes.h"
 
 namespace youbot_base_sim {
 namespace {
@@ -48,9 +46,9 @@ bool named(const std::vector<std::string>& findings, const std::string& words) {
 double share_off(double found, double expected) { return std::abs(found / expected - 1); }
 
 void expect_found(const Fit& fitted, const Scene& robot, const char* key, double tolerance) {
-  EXPECT_LT(share_off(value(fitted.scene, key), value(robot, key)), tolerance)
-      << key << ": " << value(fitted.scene, key) << " in place of " << value(robot, key);
-  testing::Test::RecordProperty(key, std::to_string(value(fitted.scene, key) / value(robot, key) - 1));
+  EXPECT_LT(share_off(value(fitted.best.scene, key), value(robot, key)), tolerance)
+      << key << ": " << value(fitted.best.scene, key) << " in place of " << value(robot, key);
+  testing::Test::RecordProperty(key, std::to_string(value(fitted.best.scene, key) / value(robot, key) - 1));
 }
 
 // The share of what a wheel needs at 4 rad/s, or a roller at 15 rad/s, that does not depend on its rate.
@@ -68,7 +66,7 @@ void expect_drives_found(const Fit& fitted, const Scene& robot) {
   };
   for (const Friction& f : {Friction{"dry_friction", "wheel_damping", kWheelRate},
                             Friction{"roller_dry_friction", "roller_damping", kRollerRate}}) {
-    const double dry = value(fitted.scene, f.dry), viscous = value(fitted.scene, f.viscous);
+    const double dry = value(fitted.best.scene, f.dry), viscous = value(fitted.best.scene, f.viscous);
     const double true_dry = value(robot, f.dry), true_viscous = value(robot, f.viscous);
     EXPECT_LT(share_off(dry + viscous * f.rate, true_dry + true_viscous * f.rate), 0.1) << f.dry;
     EXPECT_LT(share_off(dry_share(dry, viscous, f.rate), dry_share(true_dry, true_viscous, f.rate)), 0.25) << f.dry;
@@ -101,7 +99,7 @@ TEST_P(TwinTest, IsFoundAgain) {
   const Fit fitted = fit(measured_base(), records, findings);
   EXPECT_TRUE(findings.empty()) << findings[0];
   expect_drives_found(fitted, twin.robot);
-  EXPECT_NEAR(value(fitted.scene, "command_delay"), value(twin.robot, "command_delay"), 5e-3);
+  EXPECT_NEAR(value(fitted.best.scene, "command_delay"), value(twin.robot, "command_delay"), 5e-3);
   EXPECT_LT(fitted.error_after, 0.2 * fitted.error_before);
 }
 
@@ -112,11 +110,11 @@ void expect_base_found(const Fit& fitted, const Scene& robot) {
   expect_found(fitted, robot, "wheel_radius", 0.003);
   expect_found(fitted, robot, "half_track", 0.02);
   expect_found(fitted, robot, "friction", 0.1);
-  EXPECT_NEAR(value(fitted.scene, "com_X"), robot.robot.a_X, 0.006);
-  EXPECT_NEAR(value(fitted.scene, "command_delay"), 0, 2e-3);
+  EXPECT_NEAR(value(fitted.best.scene, "com_X"), robot.robot.a_X, 0.006);
+  EXPECT_NEAR(value(fitted.best.scene, "command_delay"), 0, 2e-3);
 }
 
-// Its driver obeys as the youBot's, and somebody measures where it goes.
+// Its driver applies commands as the youBot's does, and ground truth is measured.
 TEST(GroundTruthTwinTest, IsFoundAgain) {
   Twin twin = twin_of(4);
   twin.in_cycles = true;
@@ -148,23 +146,23 @@ TEST(EqualTwinTest, StaysAsItIs) {
   expect_base_found(fitted, twin.robot);
 }
 
-TEST(ObeyedInCycles, WaitsForTheNextSampleButNotThroughAGap) {
+TEST(AppliedInCycles, WaitsForTheNextSampleButNotThroughAGap) {
   DriveRecord record;
   for (int k = 0; k < 100; ++k) record.t.push_back(0.02 * (k < 50 ? k : k + 40));
   const Wheels one = Wheels::Ones();
   record.commands = {{0.031, 0.035, 0.06, 1.4}, {one, 2 * one, 3 * one, 4 * one}};
-  const WheelTable obeyed = applied_in_cycles(record).commands;
-  EXPECT_EQ(obeyed.t, (std::vector<double>{record.t[2], record.t[3], 1.4}));
-  EXPECT_EQ(obeyed.values[0][0], 2) << "the last one counts";
+  const WheelTable applied = applied_in_cycles(record).commands;
+  EXPECT_EQ(applied.t, (std::vector<double>{record.t[2], record.t[3], 1.4}));
+  EXPECT_EQ(applied.values[0][0], 2) << "the last one counts";
 }
 
 // The same bits, however many threads there are.
 TEST(Predict, DoesNotDependOnThreads) {
   const DriveRecord record = short_drive();
-  const std::vector<Replay> replays(3, {measured_base(), &record, Wheels::Zero()});
-  const std::vector<Prediction> one = predict(replays, {1}), four = predict(replays, {4});
-  for (std::size_t k = 0; k < replays.size(); ++k) {
-    for (std::size_t j = 0; j < record.t.size(); ++j) ASSERT_TRUE((one[k].dphi[j] == four[k].dphi[j]).all());
+  const std::vector<Candidate> candidates(3, {measured_base(), {Wheels::Zero()}});
+  const auto one = predict(candidates, {record}, {1}), four = predict(candidates, {record}, {4});
+  for (std::size_t k = 0; k < candidates.size(); ++k) {
+    for (std::size_t j = 0; j < record.t.size(); ++j) ASSERT_TRUE((one[k][0].dphi[j] == four[k][0].dphi[j]).all());
   }
 }
 

@@ -24,7 +24,7 @@ struct Twin {
   double noise = 1;                     ///< times 0.004 rad/s and 0.005 N m
   double push_from = -1, push_to = -1;  ///< s
   Wheels push = Wheels::Zero();         ///< N m at each wheel, as a hand that pushes the base
-  bool in_cycles = false;               ///< commands, which come anyhow, are obeyed when the joints are read
+  bool in_cycles = false;               ///< commands, which come at any time, are applied when the joints are read
   bool ground_truth = false;            ///< with noise of 0.3 mm and 0.5 mrad
 
   static constexpr double kCycle = 0.02;  // s
@@ -47,18 +47,18 @@ struct Twin {
     record.name = "twin";
     double end = 0;
     std::uniform_real_distribution<double> late(0, kCycle);
-    std::vector<double> obeyed;
+    std::vector<double> applied;
     for (const Command& command : programme) {
       const double arrival = end + late(random);
       record.commands.t.push_back(arrival);
       record.commands.values.push_back(DriverKinematics().wheel_rates(command.velocity));
-      obeyed.push_back(in_cycles ? kCycle * std::ceil(arrival / kCycle) : arrival);
+      applied.push_back(in_cycles ? kCycle * std::ceil(arrival / kCycle) : arrival);
       end += command.time;
     }
     std::size_t next = 0;
     Wheels torque = Wheels::Zero();
     Simulation simulation(scene, [&](double t, const State& state) -> Wheels {
-      while (next < obeyed.size() && obeyed[next] <= t + 1e-9) {
+      while (next < applied.size() && applied[next] <= t + 1e-9) {
         DriveCommand command;
         for (int i = 0; i < kWheels; ++i) command[i] = SetPoint{DriveMode::kVelocity, record.commands.values[next][i]};
         driver.command(t, command);

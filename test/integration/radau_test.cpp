@@ -113,7 +113,7 @@ double error_told(double dt, double next) {
     const double middle = std::sqrt(low * high);
     (StepSizeController().next(dt, middle) > next ? low : high) = middle;
   }
-  // Where the controller reaches a bound of its own, nothing is told.
+  // Where the controller reaches a bound of its own, no message comes.
   EXPECT_GT(low, 1e-4) << "the recommended length, " << next << " s, is bounded from above";
   EXPECT_LT(high, 2e2) << "the recommended length, " << next << " s, is bounded from below";
   return low;
@@ -361,13 +361,13 @@ TYPED_TEST(RadauTest, ErrorIsThatOfTheEmbeddedFormula) {
       const double allowed = std::sqrt(low * high);
       (Try<TypeParam>({0, allowed}, motion.system(), motion.start, 0, h).accepted ? high : low) = allowed;
     }
-    const double told = high, unit = std::abs(constant) * std::pow(h, 4);
-    EXPECT_LT(told, 1.1 * unit * norm(1)) << "h = " << h;
-    EXPECT_GT(told, 0.9 * unit * norm(10)) << "h = " << h;
+    const double reported = high, unit = std::abs(constant) * std::pow(h, 4);
+    EXPECT_LT(reported, 1.1 * unit * norm(1)) << "h = " << h;
+    EXPECT_GT(reported, 0.9 * unit * norm(10)) << "h = " << h;
     if (last > 0) {
-      EXPECT_NEAR(last / told, 16, 1.6);
+      EXPECT_NEAR(last / reported, 16, 1.6);
     }
-    last = told;
+    last = reported;
   }
 }
 

@@ -204,12 +204,12 @@ TEST(ContactGeometry, MeanIsTheMeanOverARoller) {
       }
       return sum / (3 * kIntervals);
     };
-    const ContactGeometry& told = geometry.mean();
+    const ContactGeometry& mean_contact = geometry.mean();
     // Lengths of 0.1 m; Simpson's error is (pi / 3 / 1000)^4 / 180 of the fourth derivative, up to 1000 of them.
-    EXPECT_LT((told.Delta_Y - mean(&ContactGeometry::Delta_Y)).abs().maxCoeff(), 1e-12) << "n = " << n;
-    EXPECT_LT((told.r_X - mean(&ContactGeometry::r_X)).abs().maxCoeff(), 1e-12) << "n = " << n;
-    EXPECT_LT((told.r_Y - mean(&ContactGeometry::r_Y)).abs().maxCoeff(), 1e-12) << "n = " << n;
-    EXPECT_TRUE((told.dr_Y == 0).all()) << "n = " << n;  // the mean does not depend on the wheel's angle
+    EXPECT_LT((mean_contact.Delta_Y - mean(&ContactGeometry::Delta_Y)).abs().maxCoeff(), 1e-12) << "n = " << n;
+    EXPECT_LT((mean_contact.r_X - mean(&ContactGeometry::r_X)).abs().maxCoeff(), 1e-12) << "n = " << n;
+    EXPECT_LT((mean_contact.r_Y - mean(&ContactGeometry::r_Y)).abs().maxCoeff(), 1e-12) << "n = " << n;
+    EXPECT_TRUE((mean_contact.dr_Y == 0).all()) << "n = " << n;  // the mean does not depend on the wheel's angle
   }
 }
 

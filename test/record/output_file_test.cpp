@@ -151,7 +151,7 @@ TEST_F(OutputFileTest, FollowsSymbolicLinks) {
 }
 
 TEST_F(OutputFileTest, WritesStraightToWhatIsNoFile) {
-  // A device that no mistake can replace: nobody may make files beside it.
+  // A device that no mistake can replace: no user may make files beside it.
   const int terminal = posix_openpt(O_RDWR | O_NOCTTY);
   ASSERT_TRUE(grantpt(terminal) == 0 && unlockpt(terminal) == 0);
   const std::string device = ptsname(terminal);

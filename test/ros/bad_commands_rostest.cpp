@@ -1,4 +1,4 @@
-// Of a bad command the good part is obeyed, the bad part is named in the log, and the state stays finite.
+// Of a bad command the good part takes effect, the bad part is named in the log, and the state stays finite.
 
 #include "base_client.h"
 #include "joint_entry.h"

@@ -35,7 +35,7 @@ TEST(BagWriter, writes_every_topic_and_every_switch) {
   Simulation simulation(short_scene());
   BagWriter bag(folder.path("x.bag"));
   BaseSensors sensors(simulation.scene(), exact_readings(simulation), {});
-  const Telemetry telemetry(simulation.scene(), {});
+  Telemetry telemetry(simulation.scene(), {});
   std::size_t switches = 0;
   for (int k = 0; k <= 50; ++k) {
     simulation.advance_to(0.01 * k);
@@ -123,7 +123,7 @@ TEST(BagRecorder, writes_contacts_on_request) {
   }
 }
 
-// So that a bag that is played shows odometry and ground truth in one frame, to whoever comes later too.
+// So that a bag that is played shows odometry and ground truth in one frame, to viewers that come later too.
 TEST(BagRecorder, tells_where_odometry_starts_and_where_the_base_is) {
   const TemporaryFolder folder;
   Simulation simulation(short_scene());
@@ -211,7 +211,8 @@ TEST(BagRecorder, tells_what_the_base_carries_and_what_pushes_it) {
 /// Writes what the base tells at t (s) of a simulation that stands still.
 void write_at(double t, const Simulation& simulation, BagWriter& bag) {
   const BaseSensors sensors(simulation.scene(), exact_readings(simulation), {});
-  bag.write(Telemetry(simulation.scene(), {}), simulation, sensors, t);
+  Telemetry telemetry(simulation.scene(), {});
+  bag.write(telemetry, simulation, sensors, t);
 }
 
 std::vector<std::string> files(const TemporaryFolder& folder) {

@@ -1,4 +1,5 @@
-// Whoever follows /clock is waited for until it sleeps, whatever it says of itself, and whoever never does is named.
+// A node that follows /clock is waited for until it sleeps, whatever it says of itself, and one that never does is
+// named.
 
 #include <gtest/gtest.h>
 #include <ros/master.h>
@@ -19,7 +20,7 @@
 namespace youbot_base_sim {
 namespace {
 
-/// A process that the master takes for a node, but that answers nobody. It sleeps; a signal wakes it: SIGUSR1 for a
+/// A process that the master takes for a node, but that never answers. It sleeps; a signal wakes it: SIGUSR1 for a
 /// fifth of a second of work, after most of a millisecond, as a loop of roscpp by simulated time; SIGUSR2 for ever.
 class SilentNode {
  public:
@@ -62,7 +63,7 @@ while True:
   Program program_;
 };
 
-TEST(ClockFollowers, are_waited_for_though_they_answer_nobody) {
+TEST(ClockFollowers, are_waited_for_though_they_never_answer) {
   SilentNode node("/silent");
   ClockFollowers followers;
   followers.add("/silent");
@@ -135,8 +136,8 @@ TEST(ClockFollowers, this_process_is_named_where_it_never_rests) {
 TEST(ClockFollowers, one_that_cannot_be_seen_is_named) {
   Warnings warnings;
   ClockFollowers followers;
-  followers.add("/nobody");
-  wait_for("a warning", [&] { return warnings.has("/nobody follows /clock from elsewhere"); });
+  followers.add("/absent");
+  wait_for("a warning", [&] { return warnings.has("/absent follows /clock from elsewhere"); });
   followers.await_rest();
 }
 

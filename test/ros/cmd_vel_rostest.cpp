@@ -13,9 +13,9 @@ constexpr double kRadiusRatio = 0.05 / 0.0475;
 class CmdVel : public ::testing::Test {
  protected:
   void drive(double v_x, double v_y, double omega) {
-    geometry_msgs::Twist told = twist(v_x, v_y, omega);
-    told.linear.z = told.angular.x = told.angular.y = std::nan("");  // ignored
-    for (int k = 0; k < 1000; ++k) base_.command(told);
+    geometry_msgs::Twist command = twist(v_x, v_y, omega);
+    command.linear.z = command.angular.x = command.angular.y = std::nan("");  // ignored
+    for (int k = 0; k < 1000; ++k) base_.command(command);
     base_.settle();
     EXPECT_EQ(base_.time(), 1.0);
     expect_pose({v_x, v_y, omega});
@@ -32,10 +32,10 @@ class CmdVel : public ::testing::Test {
       const double error = rates[i] - base_.joints.velocity[i];
       behind[i] = (base_.joints.effort[i] - gains.proportional * error) / gains.integral;
     }
-    const Eigen::Vector3d told = velocity * base_.time(), pose = told - kinematics.velocity(behind);
-    EXPECT_GT(pose.norm(), 0.6 * told.norm());
-    EXPECT_LT((pose_of(base_.odometry) - pose).norm(), 0.01 * told.norm());
-    EXPECT_LT((pose_of(base_.truth) - kRadiusRatio * pose).norm(), 0.1 * told.norm());
+    const Eigen::Vector3d way = velocity * base_.time(), pose = way - kinematics.velocity(behind);
+    EXPECT_GT(pose.norm(), 0.6 * way.norm());
+    EXPECT_LT((pose_of(base_.odometry) - pose).norm(), 0.01 * way.norm());
+    EXPECT_LT((pose_of(base_.truth) - kRadiusRatio * pose).norm(), 0.1 * way.norm());
   }
 
   static Eigen::Vector3d pose_of(const nav_msgs::Odometry& message) {
@@ -44,9 +44,9 @@ class CmdVel : public ::testing::Test {
   }
 
   /// Commands a velocity to the base at rest, and expects of its wheels what those of a real base did.
-  void expect_like_a_real_base(const geometry_msgs::Twist& told, double rise) {
-    const Wheels rates = DriverKinematics().wheel_rates({told.linear.x, told.linear.y, told.angular.z});
-    base_.command(told);
+  void expect_like_a_real_base(const geometry_msgs::Twist& command, double rise) {
+    const Wheels rates = DriverKinematics().wheel_rates({command.linear.x, command.linear.y, command.angular.z});
+    base_.command(command);
     RateStep step;
     for (int k = 0; k < 300; ++k) {
       base_.idle(10);

@@ -10,7 +10,7 @@
 #include <memory>
 
 #include "temporary_folder.h"
-#include "youbot_base_sim/ros/contacts_message.h"
+#include "youbot_base_sim/ros/conversions.h"
 #include "youbot_base_sim/scene/frames.h"
 
 namespace youbot_base_sim {

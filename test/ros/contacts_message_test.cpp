@@ -1,7 +1,5 @@
 // What the topic `contacts` tells, without a ROS master.
 
-#include "youbot_base_sim/ros/contacts_message.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>

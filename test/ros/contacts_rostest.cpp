@@ -1,4 +1,4 @@
-// The topic `contacts` tells whoever subscribes what happens on the floor, and its powers are those of the motion. Time
+// The topic `contacts` tells its subscribers what happens on the floor, and its powers are those of the motion. Time
 // starts without a subscriber: the client of the other tests has none.
 
 #include <youbot_base_sim/ContactsStamped.h>

@@ -6,7 +6,7 @@
 
 namespace youbot_base_sim {
 
-/// A port that nobody listens on.
+/// A port on which nothing listens.
 inline int free_port() {
   sockaddr_in address{};
   address.sin_family = AF_INET;

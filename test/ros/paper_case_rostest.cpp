@@ -12,7 +12,6 @@
 #include "free_port.h"
 #include "program.h"
 #include "rostest_main.h"
-#include "youbot_base_sim/ros/contacts_message.h"
 #include "youbot_base_sim/ros/conversions.h"
 #include "youbot_base_sim/simulation.h"
 
@@ -99,13 +98,13 @@ TEST_F(PaperCase, has_every_switch) {
   Simulation simulation(scene);
   simulation.advance_to(kDuration);
   const std::vector<RollerSwitch> expected = simulation.take_switches();
-  const auto told = read<RollerSwitchStamped>("/base/roller_switches");
-  ASSERT_EQ(told.size(), expected.size());
-  ASSERT_GT(told.size(), 10u);
+  const auto published = read<RollerSwitchStamped>("/base/roller_switches");
+  ASSERT_EQ(published.size(), expected.size());
+  ASSERT_GT(published.size(), 10u);
   for (std::size_t k = 0; k < expected.size(); ++k) {
-    EXPECT_NEAR(told[k]->t, expected[k].t, 1e-9);
-    EXPECT_EQ(told[k]->wheel, wheel_joint(expected[k].wheel));
-    EXPECT_GE(told[k]->header.stamp, told[k == 0 ? 0 : k - 1]->header.stamp);
+    EXPECT_NEAR(published[k]->t, expected[k].t, 1e-9);
+    EXPECT_EQ(published[k]->wheel, wheel_joint(expected[k].wheel));
+    EXPECT_GE(published[k]->header.stamp, published[k == 0 ? 0 : k - 1]->header.stamp);
   }
   const auto truth = read<nav_msgs::Odometry>("/ground_truth");
   EXPECT_NEAR(truth.back()->pose.pose.position.x, simulation.state().x(), 1e-9);
@@ -131,12 +130,12 @@ TEST_F(PaperCase, has_the_bits_of_the_same_run_offline) {
     EXPECT_EQ(truth[k]->twist.twist.linear.y, x.V_Y());
     EXPECT_EQ(truth[k]->twist.twist.angular.z, x.Omega());
   }
-  const auto told = read<RollerSwitchStamped>("/base/roller_switches");
+  const auto published = read<RollerSwitchStamped>("/base/roller_switches");
   const std::vector<RollerSwitch> expected = simulation.take_switches();
-  ASSERT_EQ(told.size(), expected.size());
+  ASSERT_EQ(published.size(), expected.size());
   for (std::size_t k = 0; k < expected.size(); ++k) {
-    EXPECT_EQ(told[k]->t, expected[k].t);
-    EXPECT_EQ(told[k]->phi, expected[k].phi);
+    EXPECT_EQ(published[k]->t, expected[k].t);
+    EXPECT_EQ(published[k]->phi, expected[k].phi);
   }
 }
 

@@ -81,7 +81,7 @@ class TableFromBagTest : public ::testing::Test {
     options.driver_velocity_sign = driver_velocity_sign;
     settings.publish_rate = 1 / kPeriod;
     BaseLoop loop(settings);
-    const Telemetry telemetry(settings.scene, options);
+    Telemetry telemetry(settings.scene, options);
     DriveCommand command;
     const Wheels rates = DriverKinematics().wheel_rates({0.2, 0.1, 0.3});
     for (int i = 0; i < kWheels; ++i) command[i] = SetPoint{DriveMode::kVelocity, rates[i]};

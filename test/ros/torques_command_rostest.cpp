@@ -87,13 +87,13 @@ TEST_F(TorquesCommand, pass_the_same_switches) {
   ASSERT_EQ(base_->switches.size(), expected_switches_.size());
   for (std::size_t k = 0; k < expected_switches_.size(); ++k) {
     const RollerSwitch& expected = expected_switches_[k];
-    const RollerSwitchStamped& told = base_->switches[k];
-    EXPECT_NEAR(told.t, expected.t, kTolerance);
-    EXPECT_EQ(told.header.stamp, stamp_of(told.t));
-    EXPECT_EQ(told.wheel, wheel_joint(expected.wheel));
-    EXPECT_EQ(told.roller_from, expected.roller_from);
-    EXPECT_EQ(told.roller_to, expected.roller_to);
-    EXPECT_EQ(told.direction, expected.direction);
+    const RollerSwitchStamped& published = base_->switches[k];
+    EXPECT_NEAR(published.t, expected.t, kTolerance);
+    EXPECT_EQ(published.header.stamp, stamp_of(published.t));
+    EXPECT_EQ(published.wheel, wheel_joint(expected.wheel));
+    EXPECT_EQ(published.roller_from, expected.roller_from);
+    EXPECT_EQ(published.roller_to, expected.roller_to);
+    EXPECT_EQ(published.direction, expected.direction);
   }
 }
 

@@ -20,12 +20,13 @@ TEST(Waits, are_told) {
       {"lockstep", {"_lockstep:=true", "lockstep: time waits at t = 0 s for a command on cmd_vel"}},
       {"paused", {"_start_paused:=true", "time waits, paused at t = 0 s, for ~unpause or ~step"}}};
   ros::NodeHandle node;
-  std::map<std::string, int> told;
+  std::map<std::string, int> warnings;
   const ros::Subscriber diagnostics = node.subscribe<diagnostic_msgs::DiagnosticArray>(
       "/diagnostics", 100, [&](const diagnostic_msgs::DiagnosticArray::ConstPtr& message) {
         for (const auto& status : message->status) {
           if (status.name != "youbot_base_sim: time" || status.level != status.WARN) continue;
-          for (const auto& [ns, expected] : cases) told[ns] += status.message.find(expected.words) != std::string::npos;
+          for (const auto& [ns, expected] : cases)
+            warnings[ns] += status.message.find(expected.words) != std::string::npos;
         }
       });
   std::map<std::string, std::unique_ptr<BaseProcess>> nodes;
@@ -33,7 +34,7 @@ TEST(Waits, are_told) {
     nodes[ns] = std::make_unique<BaseProcess>(ns, std::vector<std::string>{"_publish_clock:=true", expected.parameter});
   }
   for (const auto& [ns, expected] : cases) {
-    wait_for(expected.words.c_str(), [&, name = ns] { return told[name] > 0; });
+    wait_for(expected.words.c_str(), [&, name = ns] { return warnings[name] > 0; });
     nodes[ns]->send(SIGINT);
     nodes[ns]->expect_end(0, expected.words);
   }

@@ -13,7 +13,7 @@
 #include "program.h"
 #include "rostest_main.h"
 #include "youbot_base_sim/ros/base_settings.h"
-#include "youbot_base_sim/ros/parameters.h"
+#include "youbot_base_sim/ros/program.h"
 
 namespace youbot_base_sim {
 namespace {

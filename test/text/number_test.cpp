@@ -1,4 +1,4 @@
-// Numbers that somebody else wrote.
+// Numbers from outside.
 
 #include "youbot_base_sim/text/number.h"
 

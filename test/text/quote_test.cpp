@@ -1,4 +1,4 @@
-// What messages show of text that somebody else wrote.
+// What messages show of text from outside.
 
 #include "youbot_base_sim/text/quote.h"
 

@@ -1,4 +1,4 @@
-// Reading what somebody else wrote: whole, or a reason why not.
+// Reading files from outside: whole, or a reason why not.
 
 #include "youbot_base_sim/text/text_file.h"
 

@@ -1,12 +1,25 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <array>
+#include <cmath>
 #include <string>
 #include <vector>
 
 #include "youbot_base_sim/drive/torque_profiles.h"
 
 namespace youbot_base_sim {
+
+/// A stretch of a record under one command, or one that changes little, s.
+struct Motion {
+  double begin, end;
+  bool held;              ///< the command stays the same
+  bool moving;            ///< the command is not zero
+  bool held_out = false;  ///< kept from the fit, to judge it by: every third that moves, and the stop after it
+};
+
+/// When the base has settled after a jump of the command, s.
+constexpr double kSettlingTime = 1.0;
 
 /// One drive as a bag records it: wheel readings of the motors, commanded wheel rates, and the true pose where it was
 /// measured. Times in s from the first sample; wheels positive forward on all four.
@@ -29,12 +42,48 @@ struct DriveRecord {
   double duration() const { return t.empty() ? 0 : t.back(); }
 
   /// Whether an excluded stretch covers `time`.
-  bool is_excluded(double time) const {
-    for (const Eigen::Vector2d& s : excluded) {
-      if (time >= s[0] && time <= s[1]) return true;
-    }
-    return false;
-  }
+  bool is_excluded(double time) const;
+
+  /// The numbers of the samples from `begin` to before `end` (s) that are not excluded.
+  std::vector<std::size_t> samples(double begin = 0, double end = HUGE_VAL) const;
+
+  /// The record, cut where the command jumps; stretches are at least one second long, and at most four unless held.
+  std::vector<Motion> motions() const;
 };
+
+/// The last of a record's motions that has begun at `time`.
+const Motion& motion_at(const std::vector<Motion>& motions, double time);
+
+constexpr int kModes = 3;
+constexpr std::array<const char*, kModes> kModeNames = {"ahead", "sideways", "turning"};
+
+/// The parts of four wheels' rates or torques that drive the base forward, laterally and in yaw: means with the signs
+/// that each wheel has in that motion. What is left, wheels that work against each other, depends on where every roller
+/// happened to stand, and is not looked at.
+Eigen::Vector3d modes(const Wheels& w);
+
+/// The wheels' part in each mode.
+Wheels wheels_of(const Eigen::Vector3d& m);
+
+/// Of many samples.
+std::vector<Eigen::Vector3d> modes_of(const std::vector<Wheels>& samples);
+/// Of their differences, `a` less `b`.
+std::vector<Eigen::Vector3d> modes_of(const std::vector<Wheels>& a, const std::vector<Wheels>& b);
+
+/// Low-pass filter of first order for samples at times t (s). At those that are `left_out` it stays as it was.
+template <class Value>
+std::vector<Value> low_pass(const std::vector<double>& t, const std::vector<Value>& samples, double time_constant,
+                            const std::vector<bool>& left_out = {}) {
+  std::vector<Value> filtered(samples);
+  for (std::size_t k = 1; k < samples.size(); ++k) {
+    if (!left_out.empty() && left_out[k]) {
+      filtered[k] = filtered[k - 1];
+      continue;
+    }
+    const double keep = std::exp(-(t[k] - t[k - 1]) / time_constant);
+    filtered[k] = keep * filtered[k - 1] + (1 - keep) * samples[k];
+  }
+  return filtered;
+}
 
 }  // namespace youbot_base_sim

@@ -11,21 +11,20 @@
 
 namespace youbot_base_sim {
 
-/// What was fitted to records.
+/// What was fitted to records. Numbers are those of `parameters()`.
 struct Fit {
-  Scene scene;                              ///< the start with the fitted parameters
-  std::vector<bool> fitted;                 ///< for each of `parameters()`; the others are the start's
-  std::vector<double> sigma;                ///< one standard deviation of each; 0 where it was not fitted
-  Eigen::MatrixXd correlation;              ///< of `parameters()`; zero where one was not fitted
+  Candidate best;                           ///< the start with the fitted parameters
+  std::vector<bool> fitted;                 ///< for each parameter; the others are the start's
+  Eigen::VectorXd sigma;                    ///< one standard deviation of each; 0 where it was not fitted
+  Eigen::MatrixXd correlation;              ///< zero where one was not fitted
   std::vector<std::string> unidentifiable;  ///< a line on each parameter that the records do not determine
-  std::vector<Wheels> phi;                  ///< where the wheels of each record stood at first, rad
   double error_before = 0;  ///< on the held-out motions, root mean square, 1: as good as can be expected
   double error_after = 0;
 };
 
 struct FitSettings {
   Workers workers;
-  std::function<void(double share)> progress;  ///< called now and then with what is done, 0 to 1
+  std::function<void(double share)> progress = [](double) {};  ///< called now and then with what is done, 0 to 1
 };
 
 /// Fits the identifiable parameters, starting from `start`, by bounded robust least squares on low-passed forward,

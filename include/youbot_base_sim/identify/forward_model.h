@@ -10,6 +10,12 @@
 
 namespace youbot_base_sim {
 
+/// A scene that may be that of the records.
+struct Candidate {
+  Scene scene;
+  std::vector<Wheels> phi;  ///< where the wheels of each record stood at first, rad
+};
+
 /// What a candidate would have done, at the times of a record's samples.
 struct Prediction {
   std::vector<Wheels> phi;            ///< rad, from where they started
@@ -28,19 +34,28 @@ struct Workers {
   const std::atomic<bool>* stop = nullptr;  ///< once it is set, simulations throw Stopped; null: nothing stops them
 };
 
-/// Simulates the candidate under the record's commands, its wheels at the angles `phi` (rad) at first. Smooth in all
+/// Simulates the scene under the record's commands, its wheels at the angles `phi` (rad) at first. Smooth in all
 /// parameters, the delay included: differences of predictions are derivatives.
-Prediction predict(const Scene& candidate, const DriveRecord& record, const Wheels& phi,
+Prediction predict(const Scene& scene, const DriveRecord& record, const Wheels& phi = Wheels::Zero(),
                    const std::atomic<bool>* stop = nullptr);
 
-/// What is to be predicted.
-struct Replay {
-  Scene candidate;
-  const DriveRecord* record;
-  Wheels phi;
-};
+/// For each candidate what it would have done in each record. It does not depend on the number of threads.
+std::vector<std::vector<Prediction>> predict(const std::vector<Candidate>& candidates,
+                                             const std::vector<DriveRecord>& records, const Workers& workers);
 
-/// The predictions of all replays. They do not depend on the number of threads.
-std::vector<Prediction> predict(const std::vector<Replay>& replays, const Workers& workers);
+// Where the records lie beside a candidate.
+
+/// Improves the angles at which the candidate's wheels stood at first: where ripples come as the records' do. They are
+/// known but for whole rollers, and only of wheels whose rates ripple.
+void find_angles(Candidate& candidate, const std::vector<DriveRecord>& records, const Workers& workers);
+
+/// Sets the candidate's command delay to what fits the wheels' rates best, by a parabola through the best of seven from
+/// `first` on, `step` (s) apart, and its neighbours. Returns the remaining cost (dimensionless).
+double find_delay(Candidate& candidate, const std::vector<DriveRecord>& records, const Workers& workers, double first,
+                  double step);
+
+/// The record with its commands as a driver applies them that acts once a cycle, in which it also reads the joints, as
+/// the youBot's does: a command waits for the next sample, and the last one before it counts.
+DriveRecord applied_in_cycles(DriveRecord record);
 
 }  // namespace youbot_base_sim

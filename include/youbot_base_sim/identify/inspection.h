@@ -6,6 +6,7 @@
 
 #include "youbot_base_sim/drive/motor.h"
 #include "youbot_base_sim/identify/drive_record.h"
+#include "youbot_base_sim/identify/forward_model.h"
 
 namespace youbot_base_sim {
 
@@ -23,7 +24,6 @@ std::vector<std::string> inspect(DriveRecord& record, const Motor& motor = {});
 
 /// Finds stretches in which the base was pushed: under a command that stays, torques and rates leave those of
 /// `predicted` together. Excludes them and returns a line on each.
-struct Prediction;
 std::vector<std::string> find_pushes(DriveRecord& record, const Prediction& predicted);
 
 }  // namespace youbot_base_sim

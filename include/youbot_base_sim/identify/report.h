@@ -20,8 +20,8 @@ std::string fitted_scene(const std::string& start_path, const Fit& fit, const Dr
 /// That velocity table as CSV.
 std::string command_table(const DriveRecord& record);
 
-/// The modes of rates and torques as recorded and as fitted, low-passed as they were compared, as CSV for plots; and
-/// whether each sample was held out.
-std::string comparison_csv(const Fit& fit, const DriveRecord& record, const Wheels& phi);
+/// The modes of rates and torques as recorded in the first record that was fitted and as fitted, low-passed as they
+/// were compared, as CSV for plots; and whether each sample was held out.
+std::string comparison_csv(const Fit& fit, const DriveRecord& record);
 
 }  // namespace youbot_base_sim

@@ -61,7 +61,7 @@ class SlipSystem {
   /// reactions, and with them all friction, follow.
   void reuse_friction(const WheelMask& known, const typename Model::Friction& F, const Velocities& u, const Wheels& M,
                       Contacts& c) const {
-    const auto reuse = [&](Contacts& pressed) { model_.put_friction(known, F, pressed); };
+    const auto reuse = [&](Contacts& pressed) { model_.replace_friction(known, F, pressed); };
     if (!reacts()) return reuse(c);
     apply_dynamic_normal_force(u, M, modes_.shared(), c, reuse);
   }

@@ -72,8 +72,9 @@ class BaseLoop {
   /// it.
   bool meet_instant() { return meet_instant(simulation_.time(), simulation_.state()); }
 
-  /// BaseSensors::require_finite at the instant that was met last.
-  void require_finite() const { sensors_.require_finite(simulation_); }
+  /// The last check before anything is published, at the instant that was met last: throws std::runtime_error, with
+  /// topic, quantity and time, unless the state, the odometry and the readings are finite.
+  void require_finite() const;
 
   /// Back to t = 0, with a new driver and an empty queue.
   void reset();
@@ -98,9 +99,9 @@ class BaseLoop {
   bool meet_instant(double t, const State& state);
   [[gnu::noinline]] void take_requests(double t, const State& state);
 
-  const BaseDriver::Settings driver_settings_;
   const BaseSensors::Options sensor_options_;
   const ControlTime control_time_;
+  const BaseDriver::Settings driver_settings_;
   const bool takes_always_;  // requests, where any control period begins
   BaseRequests requests_;
   AppliedLoads applied_loads_;  // besides the scene's

@@ -51,11 +51,11 @@ class BaseRequests {
   /// Calls `apply(request)` for each wrench and each LoadsRequest that has arrived by time t, in order.
   template <class Apply>
   void take_loads(double t, const Apply& apply) {
-    take_due(t, [&](const Stamped& one) {
-      if (const auto* wrench = std::get_if<Wrench>(&one.request)) return apply(*wrench), true;
-      if (const auto* loads = std::get_if<LoadsRequest>(&one.request)) return apply(*loads), true;
-      return false;
-    });
+    for (; is_due(loads_, t); loads_.pop_front()) {
+      const BaseRequest& request = loads_.front().request;
+      if (const auto* wrench = std::get_if<Wrench>(&request)) apply(*wrench);
+      if (const auto* loads = std::get_if<LoadsRequest>(&request)) apply(*loads);
+    }
   }
 
   /// Number of the control period from which the first wrench or LoadsRequest acts; the largest if none waits.
@@ -68,9 +68,9 @@ class BaseRequests {
   /// Sets later arrivals to time t, for simulated time that is set back against the wall clock.
   void bring_forward(double t);
 
-  void clear() { waiting_.clear(); }
-  bool empty() const { return waiting_.empty(); }
-  std::size_t size() const { return waiting_.size(); }  ///< requests that wait
+  void clear() { driver_.clear(), loads_.clear(); }
+  bool empty() const { return driver_.empty() && loads_.empty(); }
+  std::size_t size() const { return driver_.size() + loads_.size(); }  ///< requests that wait
 
  private:
   struct Stamped {
@@ -79,18 +79,12 @@ class BaseRequests {
     BaseRequest request;
   };
 
-  /// Removes each request that has arrived by time t and that `takes(one)` accepts.
-  template <class Takes>
-  void take_due(double t, const Takes& takes) {
-    for (auto one = waiting_.begin(); one != waiting_.end() && ControlTime::reached(one->arrival, t);) {
-      one = takes(*one) ? waiting_.erase(one) : one + 1;
-    }
+  static bool is_due(const std::deque<Stamped>& queue, double t) {
+    return !queue.empty() && ControlTime::reached(queue.front().arrival, t);
   }
-  std::size_t others() const;
-  bool merge(double arrival, const BaseRequest& request);
 
   ControlTime time_;
-  std::deque<Stamped> waiting_;
+  std::deque<Stamped> driver_, loads_;  // those of the driver, and those of wrenches and loads
 };
 
 }  // namespace youbot_base_sim

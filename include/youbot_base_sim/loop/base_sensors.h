@@ -20,7 +20,10 @@ class BaseSensors {
   };
 
   /// Starts with the odometry at zero where the motors read `readings`, at the beginning of `scene`.
-  BaseSensors(const Scene& scene, const MotorReadings& readings, const Options& options);
+  BaseSensors(const Scene& scene, const MotorReadings& readings, const Options& options)
+      : readings_(readings), odometry_(options.kinematics, readings.phi, options.wheel_error) {
+    if (options.imu) imu_.emplace(*options.imu, scene.floor, 0, scene.initial);
+  }
 
   /// An instant of publishing, at time t (s): the odometry makes one step to the angles of `readings`, and the inertial
   /// unit reads `state`.
@@ -35,10 +38,6 @@ class BaseSensors {
     readings_ = readings;
     odometry_.reset(readings.phi);
   }
-
-  /// The last check before anything is published: throws std::runtime_error, with topic, quantity and time, unless the
-  /// state, the odometry and the readings are finite.
-  void require_finite(const Simulation& simulation) const;
 
   const MotorReadings& readings() const { return readings_; }  ///< of the last update or restart
   const WheelOdometry& odometry() const { return odometry_; }

@@ -37,8 +37,11 @@ class Lockstep {
   /// Whether time waits at control period k: one begins for which there was no command yet.
   bool waits(std::int64_t k) const { return begins(k) && k != released_; }
 
-  /// Control periods from k to where the next period of lockstep begins, 1 or more.
-  std::int64_t left(std::int64_t k) const { return every_ - k % every_; }
+  /// Control periods from k to where the next period of lockstep begins, 1 or more; without lockstep no number is too
+  /// many.
+  std::int64_t left(std::int64_t k) const {
+    return settings_.on ? every_ - k % every_ : std::numeric_limits<std::int64_t>::max();
+  }
 
   /// Whether /clock advances while nothing is simulated yet: until a node that has a loop of its own first commands.
   bool idles() const { return has_own_period() && !started_; }
@@ -51,11 +54,17 @@ class Lockstep {
     return unanswered_ && !settings_.end_with_commands ? settings_.period : settings_.timeout;
   }
 
+  /// /clock advances by one period while nothing is simulated yet.
+  void idle() { ++idle_periods_; }
+
+  /// By how much it has done so, s.
+  double idle_time() const { return static_cast<double>(idle_periods_) * settings_.period; }
+
   /// Whether the node ends for want of a command, which has not come within the patience: at once, or, where it idles,
-  /// after `idle_periods` periods.
-  bool ends(std::int64_t idle_periods) const {
+  /// after as long.
+  bool ends() const {
     if (!settings_.end_with_commands || settings_.timeout == 0) return false;
-    return !idles() || static_cast<double>(idle_periods) * settings_.period >= settings_.timeout;
+    return !idles() || idle_time() >= settings_.timeout;
   }
 
   /// Control period k has its command, or none in time: time advances.
@@ -71,15 +80,11 @@ class Lockstep {
   /// Whether there has been a command since the beginning.
   bool started() const { return started_; }
 
-  /// Back to the beginning.
-  void reset() { *this = Lockstep(settings_, every_); }
-
  private:
-  Lockstep(const LockstepSettings& settings, std::int64_t every) : settings_(settings), every_(every) {}
-
   LockstepSettings settings_;
   std::int64_t every_;  // control periods
   std::int64_t released_ = -1;
+  std::int64_t idle_periods_ = 0;  // of lockstep
   bool started_ = false;
   bool unanswered_ = true;  // before the first command no other is waited for
 };

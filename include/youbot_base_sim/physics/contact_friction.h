@@ -126,7 +126,9 @@ class ContactFriction {
 
   /// The regularization speed nu, m/s. A law that does not saturate is not regularised: infinite, and setting it has no
   /// effect.
-  double regularization_speed() const { return Law::kByReaction ? nu_ : std::numeric_limits<double>::infinity(); }
+  double regularization_speed() const {
+    return Law::kScalesWithReaction ? nu_ : std::numeric_limits<double>::infinity();
+  }
   void set_regularization_speed(double nu) {
     nu_ = nu;
     nu_squared_ = nu * nu;

@@ -130,8 +130,8 @@ class ExtendedFeatures {
     Wheels X, Y;
     contact_points(x.pose(), Delta_Y, X, Y);
     const double speed = std::hypot(x.V_X(), x.V_Y()) + std::abs(x.Omega()) * reach_;
-    const double way = patches_.max_way(X, Y);  // = speed t + kMaxAcceleration t^2 / 2
-    return 2 * way / (speed + std::sqrt(speed * speed + 2 * kMaxAcceleration * way));
+    const double distance = patches_.max_distance(X, Y);  // = speed t + kMaxAcceleration t^2 / 2
+    return 2 * distance / (speed + std::sqrt(speed * speed + 2 * kMaxAcceleration * distance));
   }
 
   void add_details(const Contacts& c, ContactDetails& details) const {

@@ -19,7 +19,7 @@ class FloorPatches {
   Wheels friction(const Wheels& X, const Wheels& Y) const;
 
   /// How far (m) contact points at (X, Y) may move in one step so that none jumps over a soft edge.
-  double max_way(const Wheels& X, const Wheels& Y) const;
+  double max_distance(const Wheels& X, const Wheels& Y) const;
 
  private:
   Wheels f_;

@@ -38,7 +38,7 @@ auto visit_law(Model model, const Visit& visit) -> decltype(visit(std::get<0>(Sl
 /// Whether the contacts slip, by a friction law; and whether the normal reactions limit that friction.
 inline bool slips(Model model) { return model != Model::kNoSlip; }
 inline bool limits_friction(Model model) {
-  return slips(model) && visit_law(model, [](auto row) { return decltype(row)::Law::kByReaction; });
+  return slips(model) && visit_law(model, [](auto row) { return decltype(row)::Law::kScalesWithReaction; });
 }
 
 }  // namespace youbot_base_sim

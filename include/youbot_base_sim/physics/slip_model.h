@@ -168,7 +168,7 @@ class SlipModel {
   Friction friction(const Contacts& c) const { return features_.friction(c); }
 
   /// Replaces the friction of the wheels in `mask` by the one that is known from the step before.
-  void put_friction(const WheelMask& mask, const Friction& known, Contacts& c) const {
+  void replace_friction(const WheelMask& mask, const Friction& known, Contacts& c) const {
     const Contacts before = c;
     set_friction(Features::replaced(mask, known, c), c);
     Features::keep_moments(mask, before, c);  // for a shared contact the mean of moments is no moment of means
@@ -191,7 +191,7 @@ class SlipModel {
   // Normal reactions that follow the motion: with ExtendedFeatures only.
 
   /// Whether the normal reactions follow the motion.
-  bool dynamic() const { return Law::kByReaction && features_.dynamic(); }
+  bool dynamic() const { return Law::kScalesWithReaction && features_.dynamic(); }
 
   /// Forces of the contacts `c`, which are those under 1 N, for each newton of normal reaction.
   ForcePerNormalLoad force_per_normal_load(const Contacts& c) const {

@@ -145,7 +145,4 @@ class OutputOpener {
   std::vector<std::string> to_come_;          // names of files, without folders, that are not there yet
 };
 
-/// Throws OutputError unless all that was printed has been written to standard output.
-void flush_standard_output();
-
 }  // namespace youbot_base_sim

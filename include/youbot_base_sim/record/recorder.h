@@ -1,7 +1,9 @@
 #pragma once
 
+#include <memory>
 #include <string>
 
+#include "youbot_base_sim/record/output_file.h"
 #include "youbot_base_sim/simulation.h"
 
 namespace youbot_base_sim {
@@ -22,5 +24,14 @@ class Recorder {
   /// Ends the file early. Returns the name under which it is kept; empty if nothing is.
   virtual std::string keep_incomplete() = 0;
 };
+
+/// Rows of the motion as CSV: t, pose, velocities, phi, dphi, dgamma; SI units, heading unwrapped, wheels in the order
+/// fl, fr, bl, br; numbers that read back to the same double.
+std::unique_ptr<Recorder> state_csv(OutputFile file);
+
+/// Rows of roller switches as CSV: t (s), wheel (fl ...), roller_from, roller_to (0 .. n-1), phi (rad), direction (+1
+/// or -1), count (switches that a row stands for; more than 1 only for a wheel that passes several rollers between two
+/// looks). Numbers read back to the same double.
+std::unique_ptr<Recorder> switch_csv(OutputFile file);
 
 }  // namespace youbot_base_sim

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -58,6 +59,27 @@ class EnergyAudit {
   double longest_interval_ = 0;
 };
 
+/// Takes a simulation that stands at t = 0 through its scene from row to row: t = 0, the multiples of 1 / output_rate,
+/// and the duration. The energy is audited at each row and, where rows are far apart, in between.
+class RowLoop {
+ public:
+  RowLoop(Simulation& simulation, EnergyAudit& energy) : simulation_(simulation), energy_(energy) {}
+
+  /// Advances to the next row; false if there is none. Throws as Simulation::advance_to, and std::runtime_error where
+  /// the state is no longer finite.
+  bool next();
+
+  double t() const { return t_; }  ///< of the row, s
+
+ private:
+  void audit_until(double t);
+
+  Simulation& simulation_;
+  EnergyAudit& energy_;
+  std::int64_t rows_ = 0;  // so far
+  double t_ = 0;
+};
+
 /// Why a result may be unreliable, in one line; empty if it is reliable. It is where the integration kept to its own
 /// method (to a looser tolerance at times: the summary counts these milliseconds), and the energy balance closes: to a
 /// thousand times the tolerance, but at least 1e-9 and at most a hundredth (or ten times a looser tolerance), of the
@@ -88,5 +110,11 @@ struct RunAudit {
   EnergyAudit energy;
   PathLength path;
 };
+
+/// The summary of a run as a JSON object; `wall_time` in s.
+std::string summary_json(const Simulation& simulation, double wall_time, const RunAudit& audit);
+
+/// The same in a few lines for a person.
+std::string summary_text(const Simulation& simulation, double wall_time);
 
 }  // namespace youbot_base_sim

@@ -1,17 +1,21 @@
 #pragma once
 
+#include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "youbot_base_sim/loop/instants.h"
 #include "youbot_base_sim/record/output_file.h"
 #include "youbot_base_sim/record/recorder.h"
-#include "youbot_base_sim/ros/contact_markers.h"
 #include "youbot_base_sim/ros/telemetry.h"
 #include "youbot_base_sim/simulation.h"
+
+namespace rosbag {
+class Bag;
+}
 
 namespace youbot_base_sim {
 
@@ -25,11 +29,11 @@ namespace youbot_base_sim {
 /// that `rosbag reindex` is needed.
 class BagWriter {
  public:
+  explicit BagWriter(OutputFile file) : file_(std::move(file)) {}
   /// Throws OutputError where the system refuses.
-  explicit BagWriter(OutputFile file);
   explicit BagWriter(const std::string& path) : BagWriter(open(path)) {}
   /// As `keep_incomplete`.
-  ~BagWriter();
+  ~BagWriter() { keep_incomplete(); }
   BagWriter(const BagWriter&) = delete;
   BagWriter& operator=(const BagWriter&) = delete;
 
@@ -37,14 +41,8 @@ class BagWriter {
   void write(const Events& events);
 
   /// Writes all topics of `telemetry` at time t (s), which is that of `simulation` and the last update of its
-  /// `sensors`.
-  void write(const Telemetry& telemetry, const Simulation& simulation, const BaseSensors& sensors, double t);
-
-  /// Writes the contact markers of make() at time t (s), at most at `kBagMarkersRate`.
-  template <class Make>
-  void write_markers(double t, const Make& make) {
-    if (markers_due_.meet(t)) write(make(), t);
-  }
+  /// `sensors`; contact markers at most at `kBagMarkersRate`.
+  void write(Telemetry& telemetry, const Simulation& simulation, const BaseSensors& sensors, double t);
 
   /// Puts the bag in its place.
   void commit();
@@ -56,10 +54,23 @@ class BagWriter {
   static OutputFile open(const std::string& path) { return OutputFile(path, OutputFile::Access::kAnywhere); }
 
  private:
-  class File;
-  void write(visualization_msgs::MarkerArray markers, double t);
+  struct DeleteBag {
+    void operator()(rosbag::Bag* bag) const;
+  };
 
-  std::unique_ptr<File> file_;
+  template <class Message>
+  void write(const std::string& topic, const ros::Time& stamp, Message message, bool latched = false);
+  template <class Action>
+  void guarded(const Action& action);
+  void open_bag();
+  void make_room();
+  [[noreturn]] void fail(const std::string& reason);
+  bool close();
+
+  OutputFile file_;
+  std::unique_ptr<rosbag::Bag, DeleteBag> bag_;
+  std::uint64_t reserved_ = 0;                    // bytes
+  std::map<std::string, std::uint32_t> numbers_;  // of the next message, by topic
   Instants markers_due_{kBagMarkersRate};
   bool has_static_ = false;  // transforms: they are written first
 };
@@ -76,9 +87,8 @@ class BagRecorder : public Recorder {
  private:
   BagWriter bag_;
   std::optional<MotorSensors> motors_;
-  std::optional<BaseSensors> sensors_;  // from the first row on, as the next two
-  std::optional<Telemetry> telemetry_;
-  std::optional<ContactMarkers> markers_;
+  std::optional<BaseSensors> sensors_;  // from the first row on
+  std::optional<Telemetry> telemetry_;  // the same
 };
 
 }  // namespace youbot_base_sim

@@ -3,7 +3,6 @@
 #include <string>
 
 #include "youbot_base_sim/loop/base_loop.h"
-#include "youbot_base_sim/ros/contact_markers.h"
 #include "youbot_base_sim/ros/telemetry.h"
 
 namespace youbot_base_sim {
@@ -21,9 +20,9 @@ namespace youbot_base_sim {
 ///
 /// Of LoopSettings: `scene` comes from the parameters `scene` (a scene file; its `drive` section is ignored), `model`,
 /// `method`, `profile`, `friction_scale`, `relative_tolerance`, `control_period` (s) and `dry_friction` (N m, of each
-/// wheel's drive); each overrides the scene's value. Without a scene file: the paper's robot at rest at the
-/// origin, a relative tolerance of 1e-5 and a control period of 1 ms. `publish_rate` and `command_rate` are at most
-/// once a control period. `driver` has `command_timeout` (s) and, in place of the scene's section `motors`, what
+/// wheel's drive); each overrides the scene's value. Without a scene file: the paper's robot with the
+/// measured profile, at rest at the origin, a relative tolerance of 1e-5 and a control period of 1 ms. `publish_rate`
+/// and `command_rate`, both the driver's cycle frequency if left out, are at most once a control period. `driver` has `command_timeout` (s) and, in place of the scene's section `motors`, what
 /// MotorSettings has; `sensors`, `driver_wheel_radius` (m), `odometry_wheel_error` and, with `publish_imu`, the errors
 /// of the inertial unit.
 ///
@@ -52,10 +51,9 @@ struct BaseSettings : LoopSettings {
   bool publish_tf = true;
   /// `publish_rollers`; `publish_contacts`, which has them recorded; `world_tf`: world to odom, at the scene's initial
   /// pose, so that odometry and ground truth overlay, and world to ground_truth/base_footprint; `joint_velocity_sign`:
-  /// consistent (with positions) or driver_exact (the driver's: reversed on the left).
+  /// driver_exact (reversed on the left, the default) or consistent (with positions); `friction_marker_scale` (m/N)
+  /// and `slip_marker_scale` (m for each m/s).
   Telemetry::Options telemetry;
-  /// `friction_marker_scale` (m/N) and `slip_marker_scale` (m for each m/s).
-  MarkerOptions markers;
   /// Whether youBotHasArms is true. Diagnostics report that there is no arm in either case.
   bool has_arms = false;
 };

@@ -4,8 +4,8 @@
 
 #include <chrono>
 #include <map>
+#include <set>
 #include <string>
-#include <vector>
 
 namespace youbot_base_sim {
 
@@ -42,8 +42,8 @@ class ClockFollowers {
   std::string restless() const;
 
   const std::chrono::milliseconds patience_;
-  std::map<std::string, std::vector<pid_t>> processes_;  // by node, of this one too
-  Clock::time_point seen_;                               // /clock, by all of them
+  std::map<std::string, std::set<pid_t>> processes_;  // by node, of this one too
+  Clock::time_point seen_;                            // /clock, by all of them
 };
 
 }  // namespace youbot_base_sim

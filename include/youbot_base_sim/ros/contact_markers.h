@@ -3,10 +3,10 @@
 #include <visualization_msgs/MarkerArray.h>
 #include <youbot_base_sim/ContactsStamped.h>
 
+#include <cstddef>
 #include <optional>
 #include <string>
 
-#include "youbot_base_sim/ros/beyond_markers.h"
 #include "youbot_base_sim/simulation.h"
 
 namespace youbot_base_sim {
@@ -23,12 +23,17 @@ struct MarkerOptions {
 /// The options for a robot: with its meshes, and with the base where it is in the scene's frame if TF has that.
 MarkerOptions marker_options(const RobotParameters& robot, bool has_world);
 
-/// A contact whose friction has this share of its limit or more is drawn as saturated.
-constexpr double kSaturated = 0.99;
+/// Arrows end at this length, m: those of a wheel that spins freely would leave the picture.
+constexpr double kMaxArrow = 0.4;
 
 /// The contacts for rviz. Namespaces: `contact_points`, `friction` (yellow arrows, on the base) and `slip` (violet
 /// ones), `rollers` (those in contact, green; red where friction is saturated, as are its point), `status` (simulated
-/// time, switches so far), `legend`; and those of BeyondMarkers.
+/// time, switches so far), `legend`.
+///
+/// Of the physics beyond the paper, where a scene or the node's user asks for any: `normal_reactions` (blue arrows, and
+/// `off_floor` over wheels that have lifted off), `slope` (an arrow uphill), `patches` (blue: slippery, orange: rough;
+/// they fade over their soft edges), `loads` (boxes of 2500 kg/m^3 at most half a metre wide, and a stick to the height
+/// of the axles), `wrenches` (thick turquoise arrows that end where the force acts, arcs for torques).
 class ContactMarkers {
  public:
   explicit ContactMarkers(const MarkerOptions& options) : options_(options) {}
@@ -39,7 +44,7 @@ class ContactMarkers {
 
  private:
   MarkerOptions options_;
-  BeyondMarkers beyond_;
+  std::size_t most_loads_ = 0, most_wrenches_ = 0;  // that were shown: what has gone is deleted
 };
 
 }  // namespace youbot_base_sim

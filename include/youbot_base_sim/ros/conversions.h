@@ -4,27 +4,29 @@
 #include <brics_actuator/JointVelocities.h>
 #include <geometry_msgs/TransformStamped.h>
 #include <geometry_msgs/Twist.h>
+#include <geometry_msgs/WrenchStamped.h>
 #include <nav_msgs/Odometry.h>
 #include <ros/time.h>
 #include <sensor_msgs/Imu.h>
+#include <youbot_base_sim/ContactsStamped.h>
+#include <youbot_base_sim/LoadsStamped.h>
 #include <youbot_base_sim/RollerSwitchStamped.h>
+#include <youbot_base_sim/SetLoads.h>
 
 #include <Eigen/Dense>
-#include <array>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "youbot_base_sim/drive/base_driver.h"
 #include "youbot_base_sim/drive/imu.h"
 #include "youbot_base_sim/drive/wheel_odometry.h"
-#include "youbot_base_sim/physics/roller_switch.h"
-#include "youbot_base_sim/physics/state.h"
 #include "youbot_base_sim/ros/node_constants.h"
+#include "youbot_base_sim/simulation.h"
 
 /// Conversions between simulation and messages, as pure functions. Wheel joints have the sign of the URDF and of the
 /// paper everywhere: positive drives forward on all four wheels. (The real driver's left motors turn the other way; its
-/// joint positions have the sign used here.)
+/// joint positions have the sign used here.) Loads and wrenches of the simulation have their points from O at the
+/// height of the axles, those of messages in base_link.
 namespace youbot_base_sim {
 
 /// Units of commands, as boost::units writes them, which is what the driver compares with: N m/rad and rad/s.
@@ -45,6 +47,12 @@ Message vector_message(const Eigen::Vector3d& vector) {
   message.y = vector.y();
   message.z = vector.z();
   return message;
+}
+
+/// The inverse of `vector_message`.
+template <class Message>
+Eigen::Vector3d vector_of(const Message& message) {
+  return {message.x, message.y, message.z};
 }
 
 /// `wheel_joint_fl` and so on, for wheel i.
@@ -68,6 +76,25 @@ geometry_msgs::TransformStamped transform_message(const std::string& frame, cons
 
 /// `stamp` is that of the instant when the switch happened; of many in one record, when the last one was noticed.
 RollerSwitchStamped roller_switch_message(const RollerSwitch& event, const ros::Time& stamp);
+
+/// The present state of the four contacts, and where the power goes.
+ContactsStamped contacts_message(const Simulation& simulation, const ros::Time& stamp);
+
+/// The force of a wrench on a base at heading psi (rad) in the platform's frame, N.
+Eigen::Vector3d platform_force(const Wrench& wrench, double psi);
+
+/// The sum of wrenches on a base at heading psi (rad): force and torque in base_link, about its origin.
+geometry_msgs::WrenchStamped wrench_message(const std::vector<Wrench>& wrenches, double psi, const ros::Time& stamp);
+
+LoadsStamped loads_message(const std::vector<Load>& loads, const ros::Time& stamp);
+
+/// A wrench message as the simulation has it. Frames base_link, base_footprint and none are the platform's; in `world`
+/// and `odom` the force keeps its direction in the fixed frame, and acts at the base all the same. The point is the
+/// origin of base_link. `complaint` says why it cannot be taken; empty: it can.
+Wrench wrench_of(const geometry_msgs::WrenchStamped& message, std::string& complaint);
+
+/// Loads of a request. `complaint` as above.
+std::vector<Load> loads_of(const SetLoads::Request& request, std::string& complaint);
 
 /// A warning about a part of a command that is ignored or changed.
 struct Complaint {

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "youbot_base_sim/drive/base_driver.h"
-#include "youbot_base_sim/loop/pacer.h"
+#include "youbot_base_sim/ros/node_clock.h"
 #include "youbot_base_sim/simulation.h"
 
 /// Messages for /diagnostics and the dashboard, as pure functions.
@@ -16,17 +16,15 @@ namespace youbot_base_sim {
 
 /// The driver's three statuses, platform_Base, platform_Arm and platform_EtherCAT, to the letter; then our own, whose
 /// names begin with "youbot_base_sim: ": wheels (what each motor does, which rollers each wheel stands on), faults,
-/// integration (all of `kStatisticsFields`; a warning if there were fallback steps) and loop (timing since the last
-/// message; a warning if time was lost).
+/// integration (all of `kStatisticsFields`; a warning if there were fallback steps), loop (timing since the last
+/// message; a warning if time was lost) and time (a warning with what simulated time `waits_for`, or advances without,
+/// unless that is empty).
 diagnostic_msgs::DiagnosticArray diagnostics_message(const BaseDriver& driver, const Simulation& simulation,
-                                                     const Pacer::Timing& timing, const ros::Time& stamp);
+                                                     const NodeClock::Timing& timing, const std::string& waits_for,
+                                                     const ros::Time& stamp);
 
 /// The status "youbot_base_sim: bag" of the bag `path`: an error if `failure` says why it cannot be written.
 diagnostic_msgs::DiagnosticStatus bag_status(const std::string& path, const std::string& failure);
-
-/// The status "youbot_base_sim: time": a warning with what simulated time waits for, or advances without; empty:
-/// nothing.
-diagnostic_msgs::DiagnosticStatus time_status(const std::string& waits_for);
 
 #ifdef YOUBOT_BASE_SIM_PR2_MSGS
 /// The driver's: circuit 0 is the base, circuit 1 the arm that is not there, run_stop a lost EtherCAT.

@@ -13,6 +13,7 @@
 #include "youbot_base_sim/loop/base_loop.h"
 #include "youbot_base_sim/ros/base_settings.h"
 #include "youbot_base_sim/ros/conversions.h"
+#include "youbot_base_sim/ros/node_clock.h"
 #include "youbot_base_sim/ros/throttled_log.h"
 
 namespace youbot_base_sim {
@@ -33,9 +34,9 @@ namespace youbot_base_sim {
 /// commands are refused while too many requests wait for time to advance.
 class DriverInterface {
  public:
-  /// `now` returns the simulated time at which a message that comes now arrives, s. All references must outlive it.
-  DriverInterface(BaseLoop& loop, const std::function<double()>& now, const BaseSettings& settings,
-                  ros::NodeHandle& node, ros::NodeHandle& private_node, ThrottledLog& log);
+  /// All references must outlive it.
+  DriverInterface(BaseLoop& loop, const NodeClock& clock, const BaseSettings& settings, ros::NodeHandle& node,
+                  ros::NodeHandle& private_node, ThrottledLog& log);
 
   /// Whether a command message has come since the last `forget_commands`; bad ones count.
   bool commanded() const { return commanded_; }
@@ -50,15 +51,14 @@ class DriverInterface {
   void receive(const char* topic, const WheelCommand& command);
   void receive_wrench(const geometry_msgs::WrenchStamped& message);
   bool request(const BaseRequest& request);
-  bool request_of_base(const BaseRequest& request);
-  bool switch_off(std_srvs::Empty::Request&, std_srvs::Empty::Response&);
-  bool switch_on(std_srvs::Empty::Request&, std_srvs::Empty::Response&);
+  template <class Request>
+  ros::ServiceServer offer_switch(ros::NodeHandle& node, const char* service, const char* line);
   bool reconnect(std_srvs::Empty::Request&, std_srvs::Empty::Response&);
   bool set_faults(SetFaults::Request& asked, SetFaults::Response& response);
   bool set_loads(SetLoads::Request& asked, SetLoads::Response& response);
 
   BaseLoop& loop_;
-  std::function<double()> now_;
+  const NodeClock& clock_;
   ThrottledLog& log_;
   bool warns_of_signs_;  // of joint velocities that are not those of commands, once
   bool commanded_ = false;

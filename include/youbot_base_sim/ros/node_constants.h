@@ -57,8 +57,7 @@ constexpr std::uint32_t kCommandQueueSize = 1000;   ///< of subscribers, as the 
 constexpr std::uint32_t kDriverQueueSize = 1;       ///< of publishers, as the driver's: the latest message counts
 constexpr std::uint32_t kRecorderQueueSize = 1000;  ///< of publishers whose every message counts
 
-constexpr double kDefaultPublishRate = 50;  ///< Hz, as the driver's
-constexpr double kDiagnosticsRate = 0.5;    ///< Hz, as the driver's
-constexpr double kBagMarkersRate = 25;      ///< Hz: as smooth as a film, in bags of any rate
+constexpr double kDiagnosticsRate = 0.5;  ///< Hz, as the driver's
+constexpr double kBagMarkersRate = 25;    ///< Hz: as smooth as a film, in bags of any rate
 
 }  // namespace youbot_base_sim

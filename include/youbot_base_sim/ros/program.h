@@ -1,9 +1,56 @@
 #pragma once
 
+#include <ros/node_handle.h>
+
 #include <atomic>
 #include <functional>
+#include <optional>
+#include <set>
+#include <stdexcept>
+#include <string>
+
+#include "youbot_base_sim/text/number.h"
 
 namespace youbot_base_sim {
+
+/// A parameter is wrong. The text is one line with its name, its value and what is allowed.
+class ParameterError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Reads the parameters of a node, once at its start. An empty text, and "unset", which launch files pass on, count as
+/// not set.
+class Parameters {
+ public:
+  /// Parameters in the namespace of `node`. Errors write `prefix` before the name: "~" for private ones.
+  Parameters(const ros::NodeHandle& node, const std::string& prefix) : node_(node), prefix_(prefix) {}
+
+  /// Sets `value` if the parameter is set. Returns whether it is. Throws ParameterError for one of the wrong type.
+  bool read(const std::string& name, std::string& value);
+  bool read(const std::string& name, bool& value);
+  bool read(const std::string& name, double& value, const Range& range);
+  template <class Value, class... Limits>
+  bool read(const std::string& name, std::optional<Value>& value, const Limits&... limits) {
+    Value set{};
+    if (!read(name, set, limits...)) return false;
+    value = set;
+    return true;
+  }
+
+  /// Throws unless `holds`: "parameter ~name = value: must be ...".
+  void require(bool holds, const std::string& name, const std::string& value, const std::string& allowed) const;
+
+  /// Throws if a parameter is set that no getter has asked for: it is probably misspelt.
+  void refuse_others() const;
+
+ private:
+  bool get(const std::string& name, XmlRpc::XmlRpcValue& value);
+
+  ros::NodeHandle node_;
+  std::string prefix_;
+  std::set<std::string> known_;
+};
 
 /// The common part of all nodes' main functions: initializes ROS under the name `name`, refuses command line arguments
 /// that ROS does not know, and runs `body`. SIGINT, SIGTERM and SIGHUP shut ROS down, upon which `body` has to return.

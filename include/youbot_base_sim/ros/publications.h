@@ -18,15 +18,14 @@ class Publications {
   Publications(const Publications&) = delete;
   Publications& operator=(const Publications&) = delete;
 
-  /// Calls `on_gain` and `on_loss` with the name of each node that comes and goes.
+  /// Calls `on_subscriber` with the name of each node that comes or goes.
   template <class Message>
   void advertise(ros::NodeHandle& node, const std::string& topic, std::uint32_t queue_size, bool latched = false,
-                 const std::function<void(const std::string&)>& on_gain = {},
-                 const std::function<void(const std::string&)>& on_loss = {}) {
+                 const std::function<void(const std::string& name, bool comes)>& on_subscriber = {}) {
     Publication& publication = publications_[topic];
-    const auto counting = [this, &publication](const std::function<void(const std::string&)>& also) {
-      return [this, &publication, also](const ros::SingleSubscriberPublisher& subscriber) {
-        if (also) also(subscriber.getSubscriberName());
+    const auto counting = [&](bool comes) {
+      return [this, &publication, on_subscriber, comes](const ros::SingleSubscriberPublisher& subscriber) {
+        if (on_subscriber) on_subscriber(subscriber.getSubscriberName(), comes);
         const bool is_heard = publication.publisher.getNumSubscribers() > 0;
         if (is_heard == publication.heard) return;
         publication.heard = is_heard;
@@ -34,7 +33,7 @@ class Publications {
       };
     };
     publication.publisher =
-        node.advertise<Message>(topic, queue_size, counting(on_gain), counting(on_loss), ros::VoidConstPtr(), latched);
+        node.advertise<Message>(topic, queue_size, counting(true), counting(false), ros::VoidConstPtr(), latched);
   }
 
   /// Whether the topic is advertised and has a subscriber.

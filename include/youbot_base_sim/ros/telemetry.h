@@ -9,9 +9,8 @@
 #include <vector>
 
 #include "youbot_base_sim/loop/base_sensors.h"
-#include "youbot_base_sim/ros/contacts_message.h"
+#include "youbot_base_sim/ros/contact_markers.h"
 #include "youbot_base_sim/ros/conversions.h"
-#include "youbot_base_sim/ros/load_messages.h"
 #include "youbot_base_sim/simulation.h"
 
 namespace youbot_base_sim {
@@ -27,20 +26,21 @@ namespace youbot_base_sim {
 ///   /tf                  odom to base_footprint; on request world to ground_truth/base_footprint
 ///   /tf_static           on request, once: world to odom
 ///   base/roller_switches youbot_base_sim/RollerSwitchStamped, one message a switch
-///   contacts             youbot_base_sim/ContactsStamped; recorded on request
+///   contacts             youbot_base_sim/ContactsStamped; recorded on request, as are
+///   contact_markers      visualization_msgs/MarkerArray
 ///   loads                youbot_base_sim/LoadsStamped: all that the base carries, where that changes
 ///   applied_wrench       geometry_msgs/WrenchStamped in base_link: the sum of all that pushes it, where that changes
-///   and
-///                        at each instant at which anything pushes
+///                        and at each instant at which anything pushes
 class Telemetry {
  public:
   struct Options {
-    bool driver_velocity_sign =
-        false;              ///< rates and efforts of the wheels on the left as their motors have them, which
-                            ///< turn the other way round: what the driver publishes beside its positions
+    /// Rates and efforts of the wheels on the left as their motors have them, which turn the other way round: what the
+    /// driver publishes beside its positions.
+    bool driver_velocity_sign = false;
     bool rollers = false;   ///< roller_joint_fl_0 and so on in the joint states
     bool contacts = false;  ///< recorded too
     bool world = false;     ///< where odom and the base's true place are in the scene's frame, on /tf_static and /tf
+    MarkerOptions markers;
   };
 
   /// Telemetry of the robot of `scene`.
@@ -51,7 +51,10 @@ class Telemetry {
   template <class Topic>
   void visit(const Simulation& simulation, const BaseSensors& sensors, const ros::Time& stamp, Topic&& topic) const {
     topic(kOdometryTopic, [&] { return odometry(sensors, stamp); });
-    topic(kGroundTruthTopic, [&] { return ground_truth(simulation, stamp); });
+    topic(kGroundTruthTopic, [&] {
+      const State& state = simulation.state();
+      return odometry_message(kWorldFrame, pose_of(state), state.velocity(), stamp);
+    });
     topic(kJointStatesTopic, [&] { return joint_states(simulation, sensors.readings(), stamp); });
     if (sensors.imu()) topic(kImuTopic, [&] { return imu_message(*sensors.imu(), stamp); });
     topic(kTransformsTopic, [&] { return transforms(simulation, sensors, stamp); });
@@ -75,21 +78,30 @@ class Telemetry {
     topic(kAppliedWrenchTopic, [&] { return wrench_message(wrenches, simulation.state().psi(), stamp); });
   }
 
-  /// Whether the topic belongs into every bag; what does not is published all the same.
-  bool recorded(const std::string& topic) const { return options_.contacts || topic != kContactsTopic; }
+  /// The contact markers; `real_time_factor`: shown too, if given.
+  visualization_msgs::MarkerArray markers(const Simulation& simulation, const ros::Time& stamp,
+                                          std::optional<double> real_time_factor = {}) {
+    return markers_.at(contacts_message(simulation, stamp), simulation, real_time_factor);
+  }
 
-  nav_msgs::Odometry odometry(const BaseSensors& sensors, const ros::Time& stamp) const;
-  nav_msgs::Odometry ground_truth(const Simulation& simulation, const ros::Time& stamp) const;
-  sensor_msgs::JointState joint_states(const Simulation& simulation, const MotorReadings& readings,
-                                       const ros::Time& stamp) const;
-  tf2_msgs::TFMessage transforms(const Simulation& simulation, const BaseSensors& sensors,
-                                 const ros::Time& stamp) const;
+  /// Whether the topic belongs into every bag; what does not is published all the same.
+  bool recorded(const std::string& topic) const {
+    return options_.contacts || (topic != kContactsTopic && topic != kContactMarkersTopic);
+  }
 
   /// What is for /tf_static, if anything: where odometry starts from in the scene's frame.
   std::optional<tf2_msgs::TFMessage> static_transforms(const Simulation& simulation, const ros::Time& stamp) const;
 
  private:
+  static Eigen::Vector3d pose_of(const State& state) { return {state.x(), state.y(), state.psi()}; }
+  static nav_msgs::Odometry odometry(const BaseSensors& sensors, const ros::Time& stamp);
+  sensor_msgs::JointState joint_states(const Simulation& simulation, const MotorReadings& readings,
+                                       const ros::Time& stamp) const;
+  tf2_msgs::TFMessage transforms(const Simulation& simulation, const BaseSensors& sensors,
+                                 const ros::Time& stamp) const;
+
   Options options_;
+  ContactMarkers markers_;
   sensor_msgs::JointState joints_;  // with names, and zeros for the rest
 };
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <ros/console.h>
+
 #include <chrono>
 #include <map>
 #include <string>
@@ -7,19 +9,28 @@
 namespace youbot_base_sim {
 
 /// Logs at most one line a second for each subject, since commands may cause a thousand warnings a second.
-/// (ROS_WARN_THROTTLE goes by simulated time, which may stand still.)
+/// (ROS_WARN_THROTTLE goes by simulated time, which may stand still.) A subject is one of a small set of names.
 class ThrottledLog {
  public:
-  /// `subject` is one of a small set of names.
-  void warn(const std::string& subject, const std::string& text);
-  void error(const std::string& subject, const std::string& text);
+  void warn(const std::string& subject, const std::string& text) {
+    if (due(subject)) ROS_WARN_STREAM(text);
+  }
+  void error(const std::string& subject, const std::string& text) {
+    if (due(subject)) ROS_ERROR_STREAM(text);
+  }
 
  private:
   using Clock = std::chrono::steady_clock;
 
-  bool silent(const std::string& subject);
+  bool due(const std::string& subject) {
+    const auto now = Clock::now();
+    Clock::time_point& next = next_[subject];
+    if (now < next) return false;
+    next = now + std::chrono::seconds(1);
+    return true;
+  }
 
-  std::map<std::string, Clock::time_point> last_;  // by subject
+  std::map<std::string, Clock::time_point> next_;  // by subject: when it may have its next line
 };
 
 }  // namespace youbot_base_sim

@@ -8,6 +8,7 @@
 
 #include "youbot_base_sim/scene/scene.h"
 #include "youbot_base_sim/sweep/draws.h"
+#include "youbot_base_sim/sweep/quantities.h"
 
 namespace youbot_base_sim {
 
@@ -16,14 +17,13 @@ struct Steps {
   double from = 0, to = 0;
   int count = 0;
   bool logarithmic = false;
-
-  double value(std::uint64_t k) const;
 };
 
 /// A key of the scene, and the values that it has in turn: as YAML, by steps, or drawn.
 struct Axis {
   std::string key;
   std::variant<std::vector<std::string>, Steps, Distribution> values;
+  std::uint64_t number = 0;  ///< among those drawn; else in the grid, where axes that change together have the same
 
   bool is_drawn() const { return std::holds_alternative<Distribution>(values); }
   std::uint64_t size() const;                ///< of an axis that is not drawn
@@ -44,28 +44,29 @@ struct Trajectories {
 /// may have them. Where values that depend on each other make a scene that may not be, that run is refused when its
 /// turn comes.
 ///
-/// Runs are numbered from 0. The axes that are not drawn make a grid, whose last axis changes fastest; those of one
-/// inner vector change together. At each of its points there are `draws` runs.
+/// Runs are numbered from 0. The axes that are not drawn make a grid, whose last axis changes fastest. At each of its
+/// points there are `draws` runs.
 struct Family {
   static constexpr double kMaxRuns = 1e9;
 
   std::string path;
   std::string text;  ///< of the family file
   SceneFile scene;
-  std::vector<std::vector<Axis>> grid;
-  std::vector<Axis> drawn;
+  std::vector<Axis> axes;  ///< in the order of their columns: those of the grid, then those drawn
   int draws = 1;
   bool latin_hypercube = false;
   int seed = 0;
-  std::vector<std::string> quantities;  ///< names, see sweep/quantities.h
+  std::vector<Quantity> quantities;
   std::optional<Trajectories> trajectories;
   std::vector<std::string> tables;  ///< that its scenes read
 
   std::uint64_t runs() const;
-  /// The axes, in the order of their columns: those of the grid, then those drawn.
-  std::vector<const Axis*> axes() const;
-  /// What a run sets, an axis each, in that order.
+  bool has_draws() const { return !axes.empty() && axes.back().is_drawn(); }
+  /// What a run sets, an axis each.
   std::vector<SceneSetting> settings(std::uint64_t run) const;
+  /// What the rows depend on, a line each: the program and its library, the family file, its scene, their tables, each
+  /// by a hash of its contents and its name. Throws SceneError where a table can no longer be read.
+  std::vector<std::string> fingerprint() const;
 };
 
 /// Reads and checks a family file, the scene that it names, and the tables of that. Throws SceneError.

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cmath>
-#include <string>
 #include <vector>
 
 #include "youbot_base_sim/drive/motor_sensors.h"
@@ -14,8 +13,7 @@ namespace youbot_base_sim {
 /// What a run is asked for besides its state at the end: looked up at each row.
 class Observer {
  public:
-  /// Looks only at what these quantities need.
-  Observer(const Simulation& simulation, const std::vector<std::string>& quantities);
+  explicit Observer(const Simulation& simulation);
 
   void add_row();
 
@@ -27,7 +25,6 @@ class Observer {
 
  private:
   const Simulation& simulation_;
-  bool needs_path_, needs_slip_, needs_odometry_;
   PathLength path_;
   double square_of_slip_ = 0;
   MotorSensors sensors_;
@@ -39,13 +36,9 @@ struct Quantity {
   const char* name;
   const char* text;  ///< what it is, with its unit
   double (*value)(const Observer& run, const EnergyAudit& energy);
-  enum class Needs { kState, kPath, kSlip, kOdometry } needs;
 };
 
 /// All of them, in the order of a table that names none.
 const std::vector<Quantity>& quantities();
-
-/// The one with this name, which there must be.
-const Quantity& quantity(const std::string& name);
 
 }  // namespace youbot_base_sim

@@ -3,7 +3,6 @@
 #include <chrono>
 #include <functional>
 #include <memory>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -12,34 +11,36 @@
 namespace youbot_base_sim {
 
 /// The processes by which `mpirun` runs one sweep, on one machine or several. Rank 0 has the journal and hands out
-/// runs, and works at them too; the others only work. Without mpirun this process is alone.
+/// runs, and works at them too; the others only work. As this class has it, this process is alone.
 class Ranks {
  public:
-  /// Throws std::runtime_error where mpirun has started several and this program was built without MPI.
-  Ranks(int& argc, char**& argv);
-  ~Ranks();
+  Ranks() = default;
+  virtual ~Ranks() = default;
   Ranks(const Ranks&) = delete;
   Ranks& operator=(const Ranks&) = delete;
 
-  int rank() const;
-  int size() const;
+  virtual int rank() const { return 0; }
+  virtual int size() const { return 1; }
 
   /// Each rank's text, for all ranks; to be called by all of them.
-  std::vector<std::string> gather(const std::string& text) const;
+  virtual std::vector<std::string> gather(const std::string& text) const { return {text}; }
 
-  /// Rank 0: finishes the schedule together with the other ranks. Calls `watch` as work_on_threads does.
-  void serve(RunSchedule& schedule, const MakeRow& make, std::chrono::milliseconds interval,
-             const std::function<void()>& watch) const;
+  /// Rank 0: finishes the schedule, on `threads` threads if it is alone, else together with the other ranks. Calls
+  /// `watch` as RunSchedule::run does.
+  virtual void serve(RunSchedule& schedule, const RowMaker& maker, int threads, std::chrono::milliseconds interval,
+                     const std::function<void()>& watch) {
+    schedule.run(maker, threads, interval, watch);
+  }
 
   /// The other ranks: make rows until rank 0 has no more for them.
-  void work(const MakeRow& make) const;
+  virtual void work(const RowMaker&) {}
 
   /// Ends all ranks at once, also those amid a run.
-  [[noreturn]] void abort(int status) const;
-
- private:
-  class Communicator;
-  std::unique_ptr<Communicator> communicator_;  // null: alone
+  [[noreturn]] virtual void abort(int status) const { std::exit(status); }
 };
+
+/// The ranks that mpirun, or another launcher that MPI knows, has started; without one this process alone. Throws
+/// std::runtime_error where there is one and this program was built without MPI.
+std::unique_ptr<Ranks> join_ranks(int& argc, char**& argv);
 
 }  // namespace youbot_base_sim

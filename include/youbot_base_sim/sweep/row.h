@@ -46,8 +46,8 @@ class RowMaker {
   bool keeps_trajectory(std::uint64_t run) const;
   std::string trajectory_name(std::uint64_t run) const;
   std::unique_ptr<Recorder> open_trajectory(std::uint64_t run) const;
-  std::string values_after(const Scene& scene, std::uint64_t run, const std::atomic<bool>& stop, Row& row,
-                           std::string& reason) const;
+  std::string simulate(const Scene& scene, const std::unique_ptr<Recorder>& trajectory, const std::atomic<bool>& stop,
+                       std::string& reason) const;
 
   const Family& family_;
   std::string folder_;

@@ -1,6 +1,10 @@
-// Ranks, built where Boost.MPI is.
+#include "youbot_base_sim/sweep/ranks.h"
 
 #include <algorithm>
+#include <cstdlib>
+#include <stdexcept>
+
+#ifdef YOUBOT_BASE_SIM_MPI
 #include <boost/mpi.hpp>
 #include <boost/serialization/string.hpp>
 #include <boost/serialization/utility.hpp>
@@ -8,9 +12,6 @@
 #include <deque>
 #include <list>
 #include <thread>
-
-#include "launched_by_mpi.h"
-#include "youbot_base_sim/sweep/ranks.h"
 
 namespace boost::serialization {
 
@@ -23,10 +24,13 @@ void serialize(Archive& archive, youbot_base_sim::Row& row, unsigned) {
 
 }  // namespace boost::serialization
 
+#endif
+
 namespace youbot_base_sim {
 
 namespace {
 
+#ifdef YOUBOT_BASE_SIM_MPI
 namespace mpi = boost::mpi;
 using std::chrono::milliseconds;
 using Clock = std::chrono::steady_clock;
@@ -43,13 +47,22 @@ constexpr std::chrono::milliseconds kBatch{250};
 constexpr double kMaxBatch = 100;
 constexpr int kBatchesAhead = 2;  // at each rank: while it works at one, the next is on its way
 
-}  // namespace
-
-class Ranks::Communicator {
+class MpiRanks : public Ranks {
  public:
-  Communicator(int& argc, char**& argv) : environment_(argc, argv, mpi::threading::funneled) {}
+  MpiRanks(int& argc, char**& argv) : environment_(argc, argv, mpi::threading::funneled) {}
 
-  void serve(RunSchedule& schedule, const MakeRow& make, milliseconds interval, const std::function<void()>& watch) {
+  int rank() const override { return world_.rank(); }
+  int size() const override { return world_.size(); }
+
+  std::vector<std::string> gather(const std::string& text) const override {
+    std::vector<std::string> all;
+    mpi::all_gather(world_, text, all);
+    return all;
+  }
+
+  void serve(RunSchedule& schedule, const RowMaker& maker, int threads, milliseconds interval,
+             const std::function<void()>& watch) override {
+    if (size() == 1) return Ranks::serve(schedule, maker, threads, interval, watch);
     hungry_.clear();
     for (int k = 0; k < kBatchesAhead; ++k) {
       for (int rank = 1; rank < world_.size(); ++rank) hungry_.push_back(rank);
@@ -57,7 +70,7 @@ class Ranks::Communicator {
     Clock::time_point watched = Clock::now(), counted = watched;
     std::uint64_t runs_then = schedule.tally().runs;
     double batch = 1;
-    work_on_threads(schedule, make, 1, kPoll, [&] {
+    schedule.run(maker, 1, kPoll, [&] {
       receive(schedule);
       const Clock::time_point now = Clock::now();
       if (now - counted >= kBatch) {
@@ -77,7 +90,7 @@ class Ranks::Communicator {
     for (Handed& handed : handed_) handed.message.wait();
   }
 
-  void work(const MakeRow& make) {
+  void work(const RowMaker& maker) override {
     const std::atomic<bool> stop{false};  // rank 0 aborts
     for (;;) {
       auto message = world_.iprobe(0, kRuns);
@@ -88,7 +101,7 @@ class Ranks::Communicator {
       Rows rows;
       Clock::time_point sent = Clock::now();
       for (const std::uint64_t run : runs) {
-        rows.first.push_back(make(run, stop));
+        rows.first.push_back(maker.make(run, stop));
         rows.second = run == runs.back();
         if (!rows.second && Clock::now() - sent < kBatch) continue;
         world_.send(0, kRows, rows);
@@ -98,8 +111,7 @@ class Ranks::Communicator {
     }
   }
 
-  const mpi::communicator& world() const { return world_; }
-  [[noreturn]] void abort(int status) {
+  [[noreturn]] void abort(int status) const override {
     mpi::environment::abort(status);
     std::terminate();
   }
@@ -141,30 +153,24 @@ class Ranks::Communicator {
   std::list<Handed> handed_;
   std::deque<int> hungry_;  // ranks, once for each batch that they could take
 };
+#endif
 
-Ranks::Ranks(int& argc, char**& argv) {
-  if (launched_by_mpi()) communicator_ = std::make_unique<Communicator>(argc, argv);
+/// Whether mpirun, or another launcher that MPI knows, has started this process.
+bool launched_by_mpi() {
+  constexpr const char* kVariables[] = {"OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_RANK"};
+  return std::any_of(std::begin(kVariables), std::end(kVariables), [](const char* name) { return std::getenv(name); });
 }
 
-Ranks::~Ranks() = default;
+}  // namespace
 
-int Ranks::rank() const { return communicator_ ? communicator_->world().rank() : 0; }
-int Ranks::size() const { return communicator_ ? communicator_->world().size() : 1; }
-
-std::vector<std::string> Ranks::gather(const std::string& text) const {
-  if (!communicator_) return {text};
-  std::vector<std::string> all;
-  mpi::all_gather(communicator_->world(), text, all);
-  return all;
+std::unique_ptr<Ranks> join_ranks([[maybe_unused]] int& argc, [[maybe_unused]] char**& argv) {
+  if (!launched_by_mpi()) return std::make_unique<Ranks>();
+#ifdef YOUBOT_BASE_SIM_MPI
+  return std::make_unique<MpiRanks>(argc, argv);
+#else
+  throw std::runtime_error(
+      "this sweep was built without MPI: start it without mpirun, or build it once more where libboost-mpi-dev is");
+#endif
 }
-
-void Ranks::serve(RunSchedule& schedule, const MakeRow& make, milliseconds interval,
-                  const std::function<void()>& watch) const {
-  communicator_->serve(schedule, make, interval, watch);
-}
-
-void Ranks::work(const MakeRow& make) const { communicator_->work(make); }
-
-void Ranks::abort(int status) const { communicator_->abort(status); }
 
 }  // namespace youbot_base_sim

@@ -1,0 +1,189 @@
+#pragma once
+
+#include <ros/callback_queue.h>
+#include <ros/ros.h>
+#include <std_srvs/Empty.h>
+#include <youbot_base_sim/Step.h>
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <future>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "youbot_base_sim/loop/base_loop.h"
+#include "youbot_base_sim/loop/lockstep.h"
+#include "youbot_base_sim/ros/base_settings.h"
+#include "youbot_base_sim/ros/clock_followers.h"
+#include "youbot_base_sim/ros/publications.h"
+
+namespace youbot_base_sim {
+
+/// How simulated time advances, what stamps messages have, and when /clock is published. Deadlines by the wall clock
+/// are absolute, so the loop catches up after a late instant and the mean rate is exact. A lag beyond a limit is given
+/// up as lost.
+///
+/// | settings | time waits for | /clock |
+/// |---|---|---|
+/// | no `publish_clock` | the wall clock | none: stamps are wall time |
+/// | `publish_clock` | the wall clock times a factor, or nothing | each control period, or where it could be noticed |
+/// | and `lockstep` | a command, each control period | each control period |
+/// | and its `period` | a command, each period of lockstep, and the nodes that follow /clock | each such period, last |
+class NodeClock {
+ public:
+  /// All references must outlive it.
+  NodeClock(const BaseSettings& settings, BaseLoop& loop, Publications& publications);
+
+  /// Advertises /clock, if there is one.
+  void advertise(ros::NodeHandle& node);
+
+  /// Publishes the present time, if /clock is.
+  void announce();
+
+  /// The present time is due now, and later times accordingly: at the start and after a pause.
+  void start();
+
+  /// Back to t = 0, after the loop.
+  void reset();
+
+  /// Whether the end of each control period could be noticed, as far as topics are heard now.
+  bool wants_each_period() const;
+
+  /// Wall time until simulated time t (s) is due, s; not positive if it is.
+  double wait_for(double t) const;
+
+  /// Calls `take_callbacks`, which waits for something other than time, and counts its duration as idle.
+  template <class TakeCallbacks>
+  void wait(const TakeCallbacks& take_callbacks) {
+    timing_.busy += since(awake_since_);
+    take_callbacks();
+    awake_since_ = SteadyClock::now();
+  }
+
+  /// The loop has reached the time that was due. Returns the wall time that it was too slow by and that is given up, s.
+  double arrive();
+
+  /// How the loop kept time since the last `take_timing`.
+  struct Timing {
+    std::int64_t instants = 0;
+    double lateness = 0;      ///< from an instant's being due to the loop's arrival there, mean, s
+    double max_lateness = 0;  ///< s
+    double busy = 0;          ///< share of the time that the loop did not wait
+    double lost = 0;          ///< given up, s
+  };
+
+  /// Returns the timing and clears it.
+  Timing take_timing();
+
+  /// Simulated seconds per second of wall time, over the last half second or more.
+  double speed();
+
+  /// Before what is published at the present time. `is_due`: that is an instant of publishing; `switched`: rollers have
+  /// switched.
+  void begin_publishing(bool is_due, bool switched);
+
+  /// After it.
+  void end_publishing();
+
+  /// /clock advances by a period of lockstep, to which the simulation does not follow, after `publish`, which publishes
+  /// what is published at an instant.
+  template <class Publish>
+  void idle(const Publish& publish) {
+    lockstep_.idle();
+    publish();
+    publish_period();
+  }
+
+  /// Stamp of simulated time t, s.
+  ros::Time stamp(double t) const;
+
+  /// Simulated time at which a message that comes now arrives, s.
+  double arrival() const;
+
+  /// Where time waits for commands; it never does unless that is set.
+  Lockstep& lockstep() { return lockstep_; }
+
+  /// The nodes that follow /clock, in lockstep with a period.
+  ClockFollowers& followers() { return followers_; }
+
+ private:
+  using SteadyClock = std::chrono::steady_clock;
+
+  static double since(SteadyClock::time_point past) {
+    return std::chrono::duration<double>(SteadyClock::now() - past).count();
+  }
+  void publish_period();
+
+  const BaseSettings& settings_;
+  BaseLoop& loop_;
+  Publications& publications_;
+  const bool paced_;  // by the wall clock or by commands, each control period
+  Lockstep lockstep_;
+  ClockFollowers followers_;
+  ros::Time zero_;                 // wall time of t = 0; zero before the start
+  SteadyClock::time_point start_;  // when simulated time start_t_ was due
+  double start_t_ = 0;             // s
+  Timing timing_;                  // lateness and busy as sums, s
+  SteadyClock::time_point timing_start_ = SteadyClock::now(), awake_since_ = timing_start_;
+  SteadyClock::time_point speed_since_;
+  double speed_since_t_ = std::numeric_limits<double>::infinity();  // s
+  double speed_ = 0;
+};
+
+/// The services of simulated time: ~pause, ~unpause, ~reset (std_srvs/Empty) and ~step (youbot_base_sim/Step).
+///
+/// The loop serves them where it takes its callbacks, between control periods. The answer of ~step waits until the loop
+/// has advanced by all periods asked for, so that service runs in a thread of its own: its request reaches the loop
+/// through the loop's own callback queue, which the loop serves between two parts of the step. One step is under way at
+/// a time; others wait for it.
+class TimeServices {
+ public:
+  /// Offers the services, in the private namespace. `reset` goes back to t = 0, unless it refuses and returns false.
+  /// All references must outlive this; `queue` is the loop's.
+  TimeServices(ros::NodeHandle& private_node, ros::CallbackQueue& queue, bool paused, const BaseLoop& loop,
+               NodeClock& clock, std::function<bool()> reset);
+  ~TimeServices();
+  TimeServices(const TimeServices&) = delete;
+  TimeServices& operator=(const TimeServices&) = delete;
+
+  // The rest is for the loop's thread.
+
+  /// Whether time stands still but for steps.
+  bool paused() const { return paused_; }
+
+  /// Whether a step is under way, and by how many control periods it still is to advance.
+  bool stepping() const { return answer_ != nullptr; }
+  std::int64_t left() const { return left_; }
+
+  /// The loop has advanced by some of them. Answers the request if they were the last.
+  void advanced(std::int64_t periods);
+
+  /// Answers that the step has ended, or is refused, and why.
+  void end_step(const std::string& reason);
+
+ private:
+  bool pause(std_srvs::Empty::Request&, std_srvs::Empty::Response&);
+  bool unpause(std_srvs::Empty::Request&, std_srvs::Empty::Response&);
+  bool reset(std_srvs::Empty::Request&, std_srvs::Empty::Response&) { return reset_(); }
+  bool step(Step::Request& request, Step::Response& response);
+  void answer(bool success, const std::string& message);
+
+  const BaseLoop& loop_;
+  NodeClock& clock_;
+  std::function<bool()> reset_;
+  ros::CallbackQueue& loop_queue_;
+  ros::CallbackQueue step_queue_;
+  ros::NodeHandle step_node_{"~"};
+  std::vector<ros::ServiceServer> servers_;
+  ros::AsyncSpinner spinner_{1, &step_queue_};
+  std::atomic<bool> closing_{false};
+  std::shared_ptr<std::promise<Step::Response>> answer_;  // null: no step is under way
+  std::int64_t left_ = 0;
+  bool paused_;
+};
+
+}  // namespace youbot_base_sim

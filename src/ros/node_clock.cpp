@@ -1,0 +1,210 @@
+#include "youbot_base_sim/ros/node_clock.h"
+
+#include <rosgraph_msgs/Clock.h>
+
+#include <algorithm>
+#include <boost/make_shared.hpp>
+#include <string>
+#include <utility>
+
+#include "youbot_base_sim/ros/conversions.h"
+
+namespace youbot_base_sim {
+
+namespace {
+
+constexpr double kMaxLag = 1.0;                                 // s of wall time, before the loop stops catching up
+constexpr auto kPollInterval = std::chrono::milliseconds(100);  // between two looks whether there will be an answer
+
+/// Makes the loop call a function where it takes its callbacks.
+class LoopCallback : public ros::CallbackInterface {
+ public:
+  explicit LoopCallback(std::function<void()> function) : function_(std::move(function)) {}
+  CallResult call() override {
+    function_();
+    return Success;
+  }
+
+ private:
+  std::function<void()> function_;
+};
+
+}  // namespace
+
+NodeClock::NodeClock(const BaseSettings& settings, BaseLoop& loop, Publications& publications)
+    : settings_(settings),
+      loop_(loop),
+      publications_(publications),
+      paced_(settings.lockstep.on || settings.real_time_factor > 0),
+      lockstep_(settings.lockstep, loop.control_period()) {}
+
+// Latched, so that a node that comes later, perhaps while time stands still, knows the time at once.
+void NodeClock::advertise(ros::NodeHandle& node) {
+  if (!settings_.publish_clock) return;
+  publications_.advertise<rosgraph_msgs::Clock>(node, kClockTopic, kRecorderQueueSize, true,
+                                                [this](const std::string& name, bool comes) {
+                                                  if (!lockstep_.has_own_period()) return;
+                                                  comes ? followers_.add(name) : followers_.remove(name);
+                                                });
+}
+
+void NodeClock::announce() {
+  publications_.publish(kClockTopic, [this] {
+    rosgraph_msgs::Clock message;
+    message.clock = stamp(loop_.time());
+    return message;
+  });
+}
+
+void NodeClock::start() {
+  zero_ = ros::Time::now();
+  start_ = SteadyClock::now();
+  start_t_ = loop_.time();
+}
+
+void NodeClock::reset() {
+  lockstep_ = Lockstep(settings_.lockstep, loop_.control_period());
+  start();
+}
+
+bool NodeClock::wants_each_period() const {
+  if (!settings_.publish_clock || lockstep_.has_own_period()) return false;
+  return paced_ || publications_.heard(kRollerSwitchesTopic) || publications_.heard(kClockTopic);
+}
+
+double NodeClock::wait_for(double t) const {
+  const double factor = settings_.real_time_factor;
+  return factor == 0 ? 0 : (t - start_t_) / factor - since(start_);
+}
+
+double NodeClock::arrive() {
+  if (settings_.real_time_factor == 0) return 0;
+  const double t = loop_.time(), lag = -wait_for(t);
+  if (lag <= (settings_.lockstep.on ? 0 : kMaxLag)) {
+    ++timing_.instants;
+    timing_.lateness += lag;
+    timing_.max_lateness = std::max(timing_.max_lateness, lag);
+    return 0;
+  }
+  timing_.lost += lag;
+  start_ = SteadyClock::now();
+  start_t_ = t;
+  if (settings_.lockstep.on) return 0;  // time that it waited for a command
+  zero_ += ros::Duration(lag);
+  loop_.bring_requests_forward();
+  return lag;
+}
+
+NodeClock::Timing NodeClock::take_timing() {
+  Timing taken = std::exchange(timing_, {});
+  const double passed = since(timing_start_);
+  // The time since the last wait counts as busy here, and no more from now on.
+  taken.busy += since(awake_since_);
+  timing_start_ = awake_since_ = SteadyClock::now();
+  if (taken.instants > 0) taken.lateness /= static_cast<double>(taken.instants);
+  if (passed > 0) taken.busy /= passed;
+  return taken;
+}
+
+double NodeClock::speed() {
+  constexpr double kLong = 0.5;  // s of wall time
+  const double t = loop_.time(), passed = since(speed_since_);
+  if (t >= speed_since_t_ && passed < kLong) return speed_;
+  // After a start, a reset, or a long pause the load is unknown.
+  speed_ = t >= speed_since_t_ && passed < 4 * kLong ? (t - speed_since_t_) / passed : 0;
+  speed_since_ = SteadyClock::now();
+  speed_since_t_ = t;
+  return speed_;
+}
+
+// With nothing to keep pace with, a /clock message each control period would cost more than the simulation itself.
+void NodeClock::begin_publishing(bool is_due, bool switched) {
+  if (!lockstep_.has_own_period() && (paced_ || is_due || switched)) announce();
+}
+
+void NodeClock::end_publishing() {
+  if (lockstep_.has_own_period() && lockstep_.begins(loop_.periods())) publish_period();
+}
+
+/// In lockstep with nodes that have loops of their own, /clock advances once all else has arrived.
+void NodeClock::publish_period() {
+  followers_.await_rest();
+  announce();
+  followers_.let_clock_arrive();
+}
+
+ros::Time NodeClock::stamp(double t) const {
+  return settings_.publish_clock ? stamp_of(lockstep_.idle_time() + t) : zero_ + ros::Duration(t);
+}
+
+double NodeClock::arrival() const {
+  if (!settings_.publish_clock) return zero_.isZero() ? loop_.time() : std::max(loop_.time(), start_t_ + since(start_));
+  const std::int64_t k = loop_.periods();
+  if (!lockstep_.has_own_period() || lockstep_.waits(k)) return loop_.time();
+  // Within a period messages act from the next on.
+  return static_cast<double>(k + lockstep_.left(k)) * loop_.control_period();
+}
+
+TimeServices::TimeServices(ros::NodeHandle& private_node, ros::CallbackQueue& queue, bool paused, const BaseLoop& loop,
+                           NodeClock& clock, std::function<bool()> reset)
+    : loop_(loop), clock_(clock), reset_(std::move(reset)), loop_queue_(queue), paused_(paused) {
+  step_node_.setCallbackQueue(&step_queue_);
+  servers_ = {private_node.advertiseService(kPauseService, &TimeServices::pause, this),
+              private_node.advertiseService(kUnpauseService, &TimeServices::unpause, this),
+              private_node.advertiseService(kResetService, &TimeServices::reset, this),
+              step_node_.advertiseService(kStepService, &TimeServices::step, this)};
+  spinner_.start();
+}
+
+TimeServices::~TimeServices() {
+  closing_ = true;
+  spinner_.stop();
+}
+
+bool TimeServices::pause(std_srvs::Empty::Request&, std_srvs::Empty::Response&) {
+  end_step("ended by ~pause");
+  paused_ = true;
+  return true;
+}
+
+bool TimeServices::unpause(std_srvs::Empty::Request&, std_srvs::Empty::Response&) {
+  end_step("ended by ~unpause");
+  paused_ = false;
+  clock_.start();
+  return true;
+}
+
+/// Runs in a thread of its own.
+bool TimeServices::step(Step::Request& request, Step::Response& response) {
+  const auto answer = std::make_shared<std::promise<Step::Response>>();
+  std::future<Step::Response> answered = answer->get_future();
+  loop_queue_.addCallback(boost::make_shared<LoopCallback>([this, answer, periods = request.periods] {
+    answer_ = answer;
+    left_ = periods;
+  }));
+  while (answered.wait_for(kPollInterval) != std::future_status::ready) {
+    if (closing_ || !ros::ok()) return false;
+  }
+  response = answered.get();
+  return true;
+}
+
+void TimeServices::advanced(std::int64_t periods) {
+  left_ -= periods;
+  if (left_ == 0) answer(true, "");
+}
+
+void TimeServices::end_step(const std::string& reason) {
+  if (stepping()) answer(false, reason);
+}
+
+void TimeServices::answer(bool success, const std::string& message) {
+  Step::Response response;
+  response.success = success;
+  response.message = message;
+  response.t = loop_.time();
+  answer_->set_value(response);
+  answer_.reset();
+}
+
+}  // namespace youbot_base_sim
