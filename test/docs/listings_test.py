@@ -1,8 +1,8 @@
 """Runs each listing of the pages as printed, from a fresh shell with the devel space sourced. A listing that cannot run
 says why in a comment above it: <!-- not run: needs a robot -->.
 
-A listing whose first line is a comment with a file's name is written to that file. One that begins with a tag is part of a
-launch file, which roslaunch must accept. All others are commands. Each section of a page has its own ROS master and its own
+A listing whose first line is a comment with a file's name is written to that file, which another one must use. One that
+begins with a tag is part of a launch file, which roslaunch must accept. All others are commands. Each section of a page has its own ROS master and its own
 folder, in which the names of the repository's root lead there; its listings run in order. roslaunch and
 `rostopic pub -r` run beside the commands that follow, until the listing ends.
 
@@ -70,12 +70,14 @@ def run_section(name, section, folder):
                    "ROS_MASTER_URI": f"http://localhost:{port}", "ROSCONSOLE_STDOUT_LINE_BUFFERED": "1"}
     for path in ROOT.iterdir():
         (Path(folder) / path.name).symlink_to(path)
-    for listing, above in section:
+    for i, (listing, above) in enumerate(section):
         if NOT_RUN.fullmatch(above.strip()):
             continue
         file = FILE_NAME.match(listing)
         if file:
             (Path(folder) / file[1]).write_text(listing)
+            if not any(file[1] in other for other, _ in section[:i] + section[i + 1:]):
+                yield f"{name}: no listing uses {file[1]}"
             continue
         if listing.startswith("<"):
             (Path(folder) / "part.launch").write_text(f"<launch>{listing}</launch>")
@@ -101,7 +103,8 @@ class ListingsTest(unittest.TestCase):
         sections = [section for page in PAGES for section in read_listings(page) if ONLY in section[0]]
         with concurrent.futures.ThreadPoolExecutor(3) as pool:
             failures = [failure for failed in pool.map(run, sections) for failure in failed]
-        self.assertEqual(failures, [], "\n".join(failures))
+        if failures:
+            self.fail("\n".join(failures))
 
 
 if __name__ == "__main__":
