@@ -2,9 +2,9 @@
 says why in a comment above it: <!-- not run: needs a robot -->.
 
 A listing whose first line is a comment with a file's name is written to that file, which another one must use. One that
-begins with a tag is part of a launch file, which roslaunch must accept. All others are commands. Each section of a page has its own ROS master and its own
-folder, in which the names of the repository's root lead there; its listings run in order. roslaunch and
-`rostopic pub -r` run beside the commands that follow, until the listing ends.
+begins with a tag is part of a launch file, which roslaunch must accept. All others are commands. Each section of a page has
+its own ROS master and folder, in which the names of the repository's root lead there; its listings run in order. roslaunch
+and `rostopic pub -r` run beside the commands that follow, until the listing ends.
 
 Usage: listings_test.py DEVEL [NAME]      the devel space; only sections in whose name NAME is, such as howto.md
 """
@@ -66,8 +66,8 @@ def run_section(name, section, folder):
     """What failed in a section, a text for each listing."""
     with socket.create_server(("localhost", 0)) as free:
         port = free.getsockname()[1]
-    environment = {"HOME": folder, "PATH": f"{os.path.dirname(sys.executable)}:/usr/bin:/bin", "ROS_HOSTNAME": "localhost",
-                   "ROS_MASTER_URI": f"http://localhost:{port}", "ROSCONSOLE_STDOUT_LINE_BUFFERED": "1"}
+    environment = {"HOME": folder, "PATH": f"{os.path.dirname(sys.executable)}:/usr/bin:/bin",
+                   "ROS_HOSTNAME": "localhost", "ROS_MASTER_URI": f"http://localhost:{port}"}
     for path in ROOT.iterdir():
         (Path(folder) / path.name).symlink_to(path)
     for i, (listing, above) in enumerate(section):
