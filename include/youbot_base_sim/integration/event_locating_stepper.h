@@ -94,7 +94,6 @@ class EventLocatingStepper : public ControlledStepperTypes {
   static constexpr double kFirstOrder = 1e-6;  // of a step: what has a negligible square
   // Further from an edge than any resolution, rad: a quick look suffices.
   static constexpr double kNear = 1e-6;
-  static constexpr int kMaxTries = 100;
 
   struct Try {
     State end;
@@ -146,11 +145,12 @@ class EventLocatingStepper : public ControlledStepperTypes {
     double low = 0, high = now_.length, length = crossing.dt;
     Try past_event = now_;
     residual_dt_ = 0;
-    for (int tries = 0; tries < kMaxTries; ++tries) {
+    for (int tries = 0; tries < Event::kMaxTries; ++tries) {
       if (!(length > low && length < high)) length = 0.5 * (low + high);
       before_ = now_;
       ++record_->statistics.location_steps;
       if (!try_length(system, start, t, length)) {
+        if (Event::kEndsPast) break;
         now_ = before_;
         high = length;
         continue;

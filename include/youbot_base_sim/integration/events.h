@@ -17,6 +17,7 @@
 //                 wheel(condition)                  the wheel that it is about, where its speed is known
 //   a location    kEndsPast                         whether the step ends past the event rather than on it
 //                 width(length)                     s: how closely it is located within a step of that length
+//                 kMaxTries                         how often a step may be repeated for that
 //   an effect     concerns(modes, i)                whether it is the one for wheel i in its present contact
 //                 apply(system, x, t, i)            changes contacts and state; true if the motion starts afresh
 namespace youbot_base_sim {
@@ -86,6 +87,7 @@ class EdgeReached {
   static constexpr int kConditions = 2 * kWheels;  // the upper and the lower edge of each wheel
   static constexpr bool kEndsPast = false;
   static double width(double length) { return std::numeric_limits<double>::epsilon() * length; }
+  static constexpr int kMaxTries = 100;
   static constexpr int wheel(int condition) { return condition / 2; }
 
   static bool possible(const System& system, const Step& step) {
@@ -153,6 +155,8 @@ struct WheelEvent {
   static constexpr int kConditions = kWheels;
   static constexpr bool kEndsPast = true;
   static double width(double length) { return 1e-6 * length; }
+  static constexpr int kMaxTries =
+      40;  // an event at the start has no width: halving on would end in steps of no length
   MotionRecord* record;
 };
 
@@ -208,6 +212,7 @@ struct TippingReached {
   static constexpr int kConditions = 1;
   static constexpr bool kEndsPast = true;
   static double width(double) { return 1e-10; }
+  static constexpr int kMaxTries = 40;
 
   bool possible(const System& system, const Step& step) const {
     return system.reacts() && record->reactions.ends_tipping() && tips(system, step.end, step.t + step.dt) &&
