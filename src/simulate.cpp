@@ -257,8 +257,7 @@ class Run {
 
 /// Returns the exit status.
 int simulate(const Arguments& arguments, const Scene& scene) {
-  const std::string solver_advice =
-      advice(scene.robot, scene.floor, scene.model, integration_settings(scene.solver), scene.duration);
+  const std::string solver_advice = advice(scene.robot, scene.floor, scene.model, scene.solver, scene.duration);
   ProgressBar progress(arguments.quiet);
   std::optional<Outputs> outputs;
   try {

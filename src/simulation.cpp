@@ -84,8 +84,7 @@ class Simulation::Loop {
       torque_->begin_segment(0);
     }
     extended_ = beyond_the_paper(scene_);
-    integrator_ = make_integrator(scene_.model, scene_.robot, scene_.floor, state_, *torque_,
-                                  integration_settings(scene_.solver), extended_);
+    integrator_ = make_integrator(scene_.model, scene_.robot, scene_.floor, state_, *torque_, scene_.solver, extended_);
     set_up_integrator();
     next_change_ = std::numeric_limits<double>::infinity();
     added_ = {};
@@ -208,8 +207,8 @@ class Simulation::Loop {
   void extend() {
     extended_ = true;
     const MotionSoFar before = integrator_->leave();
-    integrator_ = make_integrator(scene_.model, scene_.robot, scene_.floor, state_, *torque_,
-                                  integration_settings(scene_.solver), extended_, &before);
+    integrator_ =
+        make_integrator(scene_.model, scene_.robot, scene_.floor, state_, *torque_, scene_.solver, extended_, &before);
     set_up_integrator();
   }
 

@@ -428,10 +428,6 @@ bool beyond_the_paper(const Scene& scene) {
          scene.floor.spin_radius != 0 || !scene.floor.patches.empty() || !scene.load_schedule.empty();
 }
 
-IntegrationSettings integration_settings(const SolverSettings& solver) {
-  return {solver.method, {solver.relative_tolerance, solver.absolute_tolerance}, solver.step};
-}
-
 const char* name_of(Model model) {
   for (const Named<Model>& candidate : kModels) {
     if (candidate.value == model) return candidate.name;
