@@ -6,9 +6,6 @@
 #include <cmath>
 #include <filesystem>
 
-#include "loads.h"
-#include "motors.h"
-#include "scene_settings.h"
 #include "wheel_table.h"
 #include "youbot_base_sim/drive/reference_torque.h"
 #include "youbot_base_sim/integration/methods.h"
@@ -30,6 +27,8 @@ constexpr Named<RollerRateAtSwitch> kRollerRates[] = {{"continuous", RollerRateA
 
 constexpr Named<NormalReactions> kReactions[] = {{"static", NormalReactions::kStatic},
                                                  {"dynamic", NormalReactions::kDynamic}};
+constexpr Named<bool> kPlacements[] = {{"moving", false}, {"at_rest", true}};
+constexpr Named<bool> kFrames[] = {{"platform", false}, {"fixed", true}};
 constexpr Named<LoadSharing> kSharings[] = {{"equal_wheels", LoadSharing::kEqualWheels},
                                             {"rocking_front", LoadSharing::kRockingFront},
                                             {"rocking_rear", LoadSharing::kRockingRear}};
@@ -220,6 +219,55 @@ FloorParameters read_floor(SceneSection s, Model model) {
   return floor;
 }
 
+void read_stretch(SceneSection& s, LoadSchedule::Stretch& stretch) {
+  s["start"].number(stretch.start, {0, 1e9, "s"});
+  const SceneValue end = s["end"];
+  end.number(stretch.end, {0, 1e9, "s"});
+  if (stretch.end <= stretch.start) end.refuse(fmt::format("after start, {}", stretch.start));
+}
+
+void read_vector(const SceneValue& value, Eigen::Vector3d& vector, const Range& range) {
+  Eigen::Array3d numbers = vector.array();
+  value.numbers(numbers, range);
+  vector = numbers.matrix();
+}
+
+LoadSchedule::PlannedLoad read_load(SceneSection s) {
+  LoadSchedule::PlannedLoad planned;
+  s.required("mass").number(planned.load.mass, kLoadMasses);
+  read_vector(s.required("position"), planned.load.position, kLoadPositions);
+  s["inertia"].number(planned.load.inertia, kLoadInertias);
+  read_stretch(s, planned);
+  s["placed"].choice(planned.at_rest, kPlacements);
+  s.finish();
+  return planned;
+}
+
+LoadSchedule::PlannedWrench read_wrench(SceneSection s) {
+  LoadSchedule::PlannedWrench planned;
+  const SceneValue force = s["force"], torque = s["torque"];
+  read_vector(force, planned.wrench.force, kWrenchForces);
+  read_vector(s["point"], planned.wrench.point, kLoadPositions);
+  torque.number(planned.wrench.torque, kWrenchTorques);
+  read_stretch(s, planned);
+  s["frame"].choice(planned.wrench.fixed, kFrames);
+  s.finish();
+  if (!force.given() && !torque.given()) force.refuse("given where torque is not");
+  return planned;
+}
+
+/// The lists `loads` and `wrenches`; either may be left out.
+LoadSchedule read_load_schedule(const SceneValue& loads, const SceneValue& wrenches) {
+  LoadSchedule plan;
+  if (loads.given()) {
+    for (const SceneSection& section : loads.sections()) plan.loads.push_back(read_load(section));
+  }
+  if (wrenches.given()) {
+    for (const SceneSection& section : wrenches.sections()) plan.wrenches.push_back(read_wrench(section));
+  }
+  return plan;
+}
+
 /// Every wheel must press on the floor at rest, under all loads.
 void check_loads(const SceneValue& value, const Scene& scene) {
   if (scene.load_schedule.loads.empty()) return;
@@ -273,6 +321,28 @@ SolverSettings read_solver(SceneSection s, const SceneOverrides& overrides, cons
   if (!reason.empty() && overrides.method.empty()) method.refuse(reason);
   if (!reason.empty()) throw SceneError(fmt::format("method = {}: must be {}", solver.method, reason));
   return solver;
+}
+
+/// Reads a setting of the motors; an empty one stays empty where the file leaves it out.
+struct MotorReader {
+  SceneSection& section;
+
+  void operator()(const char* name, double& number, const Range& range) const { section[name].number(number, range); }
+  void operator()(const char* name, std::optional<double>& number, const Range& range) const {
+    const SceneValue value = section[name];
+    if (value.given()) value.number(number.emplace(), range);
+  }
+  void operator()(const char* name, std::optional<bool>& flag) const {
+    const SceneValue value = section[name];
+    if (value.given()) value.choice(flag.emplace(), kFlags);
+  }
+};
+
+MotorSettings read_motors(SceneSection s) {
+  MotorSettings motors;
+  visit_settings(motors, MotorReader{s});
+  s.finish();
+  return motors;
 }
 
 Harmonic read_harmonic(SceneSection s) {
@@ -485,19 +555,12 @@ std::string without_effect(const Scene& scene) {
 }
 
 std::unique_ptr<TorqueProfile> make_torque_profile(const Scene& scene) {
-  struct Maker {
-    const Scene& scene;
-    std::unique_ptr<TorqueProfile> operator()(std::monostate) { return nullptr; }
-    std::unique_ptr<TorqueProfile> operator()(const ReferenceMotion& motion) {
-      return std::make_unique<ReferenceTorque>(scene.robot, motion);
-    }
-    std::unique_ptr<TorqueProfile> operator()(const TorqueSegments& segments) {
-      return std::make_unique<PiecewiseTorque>(segments);
-    }
-    std::unique_ptr<TorqueProfile> operator()(const WheelTable& table) { return std::make_unique<TableTorque>(table); }
-    std::unique_ptr<TorqueProfile> operator()(const VelocityTable&) { return nullptr; }
-  };
-  return std::visit(Maker{scene}, scene.drive);
+  if (const auto* motion = std::get_if<ReferenceMotion>(&scene.drive))
+    return std::make_unique<ReferenceTorque>(scene.robot, *motion);
+  if (const auto* segments = std::get_if<TorqueSegments>(&scene.drive))
+    return std::make_unique<PiecewiseTorque>(*segments);
+  if (const auto* table = std::get_if<WheelTable>(&scene.drive)) return std::make_unique<TableTorque>(*table);
+  return nullptr;
 }
 
 }  // namespace youbot_base_sim
