@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 
 namespace youbot_base_sim {
 
@@ -14,22 +13,17 @@ namespace {
 double rounded(double x) { return std::abs(x) < 1e-9 ? 0.0 : x; }
 
 /// A list of vectors, to six digits: a thousandth of a millimetre on a robot of a metre.
-template <class VectorOf>
-std::string source(const char* id, std::size_t count, const VectorOf& vector_of) {
-  std::string text;
-  const auto out = std::back_inserter(text);
-  fmt::format_to(out, "<source id=\"{}\"><float_array id=\"{}_array\" count=\"{}\">\n", id, id, 3 * count);
-  for (std::size_t k = 0; k < count; ++k) {
-    const Eigen::Vector3d v = vector_of(k);
-    fmt::format_to(out, "{:.6g} {:.6g} {:.6g}\n", rounded(v.x()), rounded(v.y()), rounded(v.z()));
+std::string source(const char* id, const std::vector<Eigen::Vector3d>& vectors) {
+  std::string numbers;
+  for (const Eigen::Vector3d& v : vectors) {
+    numbers += fmt::format("{:.6g} {:.6g} {:.6g}\n", rounded(v.x()), rounded(v.y()), rounded(v.z()));
   }
-  fmt::format_to(
-      out,
-      "</float_array><technique_common><accessor source=\"#{}_array\" count=\"{}\" stride=\"3\">"
+  return fmt::format(
+      "<source id=\"{0}\"><float_array id=\"{0}_array\" count=\"{1}\">\n{2}"
+      "</float_array><technique_common><accessor source=\"#{0}_array\" count=\"{3}\" stride=\"3\">"
       "<param name=\"X\" type=\"float\"/><param name=\"Y\" type=\"float\"/><param name=\"Z\" type=\"float\"/>"
       "</accessor></technique_common></source>\n",
-      id, count);
-  return text;
+      id, 3 * vectors.size(), numbers, vectors.size());
 }
 
 std::string effect(std::size_t k, const Colour& colour) {
@@ -45,16 +39,16 @@ std::string effect(std::size_t k, const Colour& colour) {
 
 /// Turns the face so that its corners run counter-clockwise, seen from outside.
 void Mesh::add_face(const Colour& colour, std::array<int, 4> face) {
-  const auto at = [&](int k) -> const Vertex& { return vertices_[face[k]]; };
-  const Eigen::Vector3d turn = (at(2).position - at(0).position).cross(at(3).position - at(1).position);
-  if (turn.dot(at(0).normal + at(1).normal + at(2).normal + at(3).normal) < 0) std::reverse(face.begin(), face.end());
+  const auto [a, b, c, d] = face;
+  const Eigen::Vector3d turn = (positions_[c] - positions_[a]).cross(positions_[d] - positions_[b]);
+  if (turn.dot(normals_[a] + normals_[b] + normals_[c] + normals_[d]) < 0) std::reverse(face.begin(), face.end());
   add_triangle(colour, {face[0], face[1], face[2]});
   add_triangle(colour, {face[0], face[2], face[3]});
 }
 
 void Mesh::add_triangle(const Colour& colour, const std::array<int, 3>& triangle) {
-  const auto at = [&](int k) -> const Eigen::Vector3d& { return vertices_[triangle[k]].position; };
-  if (at(0) == at(1) || at(1) == at(2) || at(2) == at(0)) return;
+  const auto [a, b, c] = triangle;
+  if (positions_[a] == positions_[b] || positions_[b] == positions_[c] || positions_[c] == positions_[a]) return;
   auto paint = std::find_if(paints_.begin(), paints_.end(), [&](const Paint& p) { return p.colour == colour; });
   if (paint == paints_.end()) paint = paints_.insert(paint, {colour, {}});
   paint->triangles.push_back(triangle);
@@ -79,9 +73,8 @@ std::string Mesh::collada() const {
          "<asset><unit name=\"meter\" meter=\"1\"/><up_axis>Z_UP</up_axis></asset>\n"
          "<library_effects>\n" +
          effects + "</library_effects>\n<library_materials>\n" + materials +
-         "</library_materials>\n<library_geometries><geometry id=\"mesh\"><mesh>\n" +
-         source("positions", vertices_.size(), [&](std::size_t k) { return vertices_[k].position; }) +
-         source("normals", vertices_.size(), [&](std::size_t k) { return vertices_[k].normal; }) +
+         "</library_materials>\n<library_geometries><geometry id=\"mesh\"><mesh>\n" + source("positions", positions_) +
+         source("normals", normals_) +
          "<vertices id=\"vertices\"><input semantic=\"POSITION\" source=\"#positions\"/></vertices>\n" + triangles +
          "</mesh></geometry></library_geometries>\n"
          "<library_visual_scenes><visual_scene id=\"scene\"><node><instance_geometry url=\"#mesh\"><bind_material>"

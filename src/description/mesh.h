@@ -22,9 +22,13 @@ class Mesh {
   /// may coincide, as in the middle of a disc.
   template <class MakeVertex>
   void add_sheet(const Colour& colour, int rows, int columns, const MakeVertex& vertex) {
-    const int first = static_cast<int>(vertices_.size());
+    const int first = static_cast<int>(positions_.size());
     for (int row = 0; row < rows; ++row) {
-      for (int column = 0; column < columns; ++column) vertices_.push_back(vertex(row, column));
+      for (int column = 0; column < columns; ++column) {
+        const Vertex one = vertex(row, column);
+        positions_.push_back(one.position);
+        normals_.push_back(one.normal);
+      }
     }
     for (int row = 0; row + 1 < rows; ++row) {
       for (int column = 0; column + 1 < columns; ++column) {
@@ -46,7 +50,7 @@ class Mesh {
   void add_face(const Colour& colour, std::array<int, 4> face);
   void add_triangle(const Colour& colour, const std::array<int, 3>& triangle);
 
-  std::vector<Vertex> vertices_;
+  std::vector<Eigen::Vector3d> positions_, normals_;
   std::vector<Paint> paints_;
 };
 
