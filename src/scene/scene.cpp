@@ -7,7 +7,6 @@
 #include <filesystem>
 
 #include "wheel_table.h"
-#include "youbot_base_sim/drive/reference_torque.h"
 #include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/physics/roller_geometry.h"
 #include "youbot_base_sim/scene/scene_section.h"

@@ -8,13 +8,6 @@
 
 namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
-/// PI gains of the wheels' velocity loop. The motor controllers' own gains (P 600, I 200) have undocumented units;
-/// those here were fitted to records of two real bases (docs/drop_in.md).
-struct VelocityGains {
-  double proportional = 0.4;  ///< N m s/rad
-  double integral = 1.2;      ///< N m/rad
-};
-
 /// The motor controllers of the four wheels, sampled once a control period. Each exerts a torque, tracks a rate with a
 /// PI velocity loop, or is off, as all are at first.
 ///

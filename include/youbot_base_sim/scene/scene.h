@@ -7,7 +7,7 @@
 #include <variant>
 #include <vector>
 
-#include "youbot_base_sim/drive/motor_settings.h"
+#include "youbot_base_sim/drive/motor.h"
 #include "youbot_base_sim/drive/torque_profiles.h"
 #include "youbot_base_sim/export.h"
 #include "youbot_base_sim/integration/methods.h"
