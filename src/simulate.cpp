@@ -171,7 +171,6 @@ class Run {
  public:
   Run(const Arguments& arguments, const Scene& scene, Outputs& outputs, ProgressBar& progress)
       : arguments_(arguments),
-        scene_(scene),
         outputs_(outputs),
         simulation_(scene),
         progress_(progress),
@@ -226,15 +225,16 @@ class Run {
   }
 
   void write_row(double t) {
+    const double duration = simulation_.scene().duration;
     outputs_.write_row(t, simulation_);
     if (measured_) audit_.path.add_row(simulation_);
-    if (arguments_.cpu_limit > 0 && audit_.cost.cpu_time() > arguments_.cpu_limit && t < scene_.duration) {
+    if (arguments_.cpu_limit > 0 && audit_.cost.cpu_time() > arguments_.cpu_limit && t < duration) {
       outputs_.commit_summary(simulation_, wall_time_, audit_);
       throw std::runtime_error(
           fmt::format("stopped at t = {} s: more than {} s of processor time", t, arguments_.cpu_limit));
     }
     if (progress_.due()) {
-      progress_.draw(t / scene_.duration, fmt::format("{:.4g} of {:g} s", t, scene_.duration));
+      progress_.draw(t / duration, fmt::format("{:.4g} of {:g} s", t, duration));
     }
   }
 
@@ -246,7 +246,6 @@ class Run {
   }
 
   const Arguments& arguments_;
-  const Scene& scene_;
   Outputs& outputs_;
   Simulation simulation_;
   ProgressBar& progress_;

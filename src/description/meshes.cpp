@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 
@@ -171,38 +172,23 @@ Dimensions::Dimensions(const RobotParameters& robot) {
 }
 
 std::string mesh_name(Part part, const RobotParameters& robot) {
-  const std::string wheel = fmt::format("R{}_Rd{}_n{}", robot.R, robot.R_d, robot.rollers);
-  switch (part) {
-    case Part::kRoller:
-      return "roller_" + wheel + ".dae";
-    case Part::kWheelLeft:
-      return "wheel_left_" + wheel + ".dae";
-    case Part::kWheelRight:
-      return "wheel_right_" + wheel + ".dae";
-    case Part::kBody:
-      return fmt::format("body_{}_h{}_l{}.dae", wheel, robot.h, robot.l);
-  }
-  return "";
+  constexpr std::array<const char*, std::size(kParts)> kNames = {"roller", "wheel_left", "wheel_right", "body"};
+  const std::string body = part == Part::kBody ? fmt::format("_h{}_l{}", robot.h, robot.l) : "";
+  return fmt::format("{}_R{}_Rd{}_n{}{}.dae", kNames[static_cast<std::size_t>(part)], robot.R, robot.R_d, robot.rollers,
+                     body);
 }
 
 std::string mesh(Part part, const RobotParameters& robot) {
   Mesh mesh;
-  switch (part) {
-    case Part::kRoller:
-      for (const int side : {0, kSides / 2}) {
-        add_roller(mesh, kStripe, robot, side, side + kStripeSides);
-        add_roller(mesh, kRubber, robot, side + kStripeSides, side + kSides / 2);
-      }
-      break;
-    case Part::kWheelLeft:
-      add_wheel(mesh, robot, tan_delta()[0]);
-      break;
-    case Part::kWheelRight:
-      add_wheel(mesh, robot, tan_delta()[1]);
-      break;
-    case Part::kBody:
-      add_body(mesh, robot);
-      break;
+  if (part == Part::kWheelLeft || part == Part::kWheelRight) {
+    add_wheel(mesh, robot, tan_delta()[part == Part::kWheelLeft ? 0 : 1]);
+  } else if (part == Part::kBody) {
+    add_body(mesh, robot);
+  } else {
+    for (const int side : {0, kSides / 2}) {
+      add_roller(mesh, kStripe, robot, side, side + kStripeSides);
+      add_roller(mesh, kRubber, robot, side + kStripeSides, side + kSides / 2);
+    }
   }
   return mesh.collada();
 }

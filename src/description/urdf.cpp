@@ -4,6 +4,7 @@
 
 #include <Eigen/Dense>
 #include <cmath>
+#include <map>
 
 #include "youbot_base_sim/drive/motor.h"
 #include "youbot_base_sim/scene/frames.h"
@@ -61,8 +62,8 @@ double wheel_moment(const RobotParameters& robot, const Dimensions& size) {
   return robot.J_1 / 2 + robot.m_1 * size.half_width * size.half_width / 3;
 }
 
-std::string base_link(const RobotParameters& robot, const Dimensions& size, const MeshUri& mesh_uri) {
-  std::string content = visual(mesh_uri(Part::kBody));
+std::string base_link(const RobotParameters& robot, const Dimensions& size, const std::string& mesh) {
+  std::string content = visual(mesh);
   for (const Vector3d& box : {size.hull, size.flanks}) {
     content += collision(origin({0, 0, size.middle}), fmt::format("<box size=\"{}\"/>", triple(box)));
   }
@@ -77,10 +78,10 @@ std::string base_link(const RobotParameters& robot, const Dimensions& size, cons
 }
 
 std::string wheel_link(const RobotParameters& robot, const Dimensions& size, const std::string& name,
-                       const std::string& uri) {
+                       const std::string& mesh) {
   const Vector3d along_y{M_PI_2, 0, 0};  // a cylinder's axis is z
   const double I_1 = wheel_moment(robot, size);
-  return link(name, visual(uri) +
+  return link(name, visual(mesh) +
                         collision(origin(Vector3d::Zero(), along_y),
                                   fmt::format("<cylinder radius=\"{}\" length=\"{}\"/>", number(robot.R),
                                               number(2 * size.half_width))) +
@@ -108,7 +109,9 @@ std::string urdf(const RobotParameters& robot, RollerJoints rollers, const MeshU
 
   document += link("base_footprint", "");
   document += joint("base_footprint_joint", "fixed", "base_footprint", "base_link", origin());
-  document += base_link(robot, size, mesh_uri);
+  std::map<Part, std::string> meshes;
+  for (const Part part : kParts) meshes[part] = mesh_uri(part);
+  document += base_link(robot, size, meshes[Part::kBody]);
   for (int i = 0; i < kWheels; ++i) {
     const std::string wheel = kWheelNames[i];
     document += joint("caster_joint_" + wheel, "continuous", "base_link", "caster_link_" + wheel,
@@ -117,14 +120,14 @@ std::string urdf(const RobotParameters& robot, RollerJoints rollers, const MeshU
     document += joint("wheel_joint_" + wheel, "continuous", "caster_link_" + wheel, "wheel_link_" + wheel,
                       origin() + turning("0 1 0", robot.mu_1[i], robot.dry_friction[i]) + limit);
     document += wheel_link(robot, size, "wheel_link_" + wheel,
-                           mesh_uri(tan_delta()[i] < 0 ? Part::kWheelLeft : Part::kWheelRight));
+                           meshes[tan_delta()[i] < 0 ? Part::kWheelLeft : Part::kWheelRight]);
     for (int k = 0; k < robot.rollers; ++k) {
       const std::string roller = fmt::format("{}_{}", wheel, k);
       const bool fixed = rollers == RollerJoints::kFixed;
       document += joint(
           "roller_joint_" + roller, fixed ? "fixed" : "continuous", "wheel_link_" + wheel, "roller_link_" + roller,
           roller_origin(robot, i, k) + (fixed ? "" : turning("1 0 0", robot.mu_2[i], robot.roller_dry_friction[i])));
-      document += link("roller_link_" + roller, visual(mesh_uri(Part::kRoller)));
+      document += link("roller_link_" + roller, visual(meshes[Part::kRoller]));
     }
   }
   return document + "</robot>\n";

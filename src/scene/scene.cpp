@@ -51,19 +51,9 @@ constexpr Range kTorque{-3e6, 3e6, "N m"};
 constexpr Range kTime{-1e9, 1e9, "s"};
 constexpr Range kHarmonicPeriod{1e-4, 1e9, "s"};
 
-[[noreturn]] void refuse_override(const char* name, const std::string& value, const std::vector<std::string>& allowed) {
-  throw SceneError(fmt::format("{} = {}: must be {}", name, quote(value), alternatives(allowed)));
-}
-
-/// The value that an override names.
-template <class Value, std::size_t size>
-Value named(const char* key, const std::string& name, const Named<Value> (&allowed)[size]) {
-  std::vector<std::string> names;
-  for (const Named<Value>& candidate : allowed) {
-    if (name == candidate.name) return candidate.value;
-    names.push_back(candidate.name);
-  }
-  refuse_override(key, name, names);
+/// An override as a value of no file; not given where it is empty.
+SceneValue override_of(const char* name, const std::string& text) {
+  return {"", name, text.empty() ? YAML::Node(YAML::NodeType::Undefined) : YAML::Node(text)};
 }
 
 RobotParameters robot_of(Profile profile, double friction_scale) {
@@ -101,10 +91,10 @@ void refuse_for_model(const SceneValue& value, bool off, Model model, bool used)
 /// The robot of the profile that replaces the file's, or `robot` if there is none.
 RobotParameters override_profile(const SceneOverrides& overrides, const RobotParameters& robot) {
   Profile profile = Profile::kPaper;
-  if (!overrides.profile.empty()) profile = named("profile", overrides.profile, kProfiles);
+  override_of("profile", overrides.profile).choice(profile, kProfiles);
   if (overrides.friction_scale && profile != Profile::kMeasured) {
-    throw SceneError(fmt::format("friction_scale = {:g}: must be left out unless profile = measured is given too",
-                                 *overrides.friction_scale));
+    override_of("friction_scale", fmt::format("{:g}", *overrides.friction_scale))
+        .refuse("left out unless profile = measured is given too");
   }
   return overrides.profile.empty() ? robot : robot_of(profile, overrides.friction_scale.value_or(1));
 }
@@ -296,15 +286,12 @@ OutputSettings read_output(SceneSection s, const SceneOverrides& overrides) {
 /// The scene so far decides which methods can integrate it and how short a control period may be.
 SolverSettings read_solver(SceneSection s, const SceneOverrides& overrides, const Scene& scene) {
   SolverSettings solver;
-  const SceneValue method = s["method"];
+  const SceneValue method = s["method"], other_method = override_of("method", overrides.method);
   method.choice(solver.method, method_names());
-  if (!overrides.method.empty()) {
-    if (!find_method(overrides.method)) refuse_override("method", overrides.method, method_names());
-    solver.method = overrides.method;
-  }
+  other_method.choice(solver.method, method_names());
   const SceneValue step = s["step"];
   step.number(solver.step, {1e-9, 1, "s"});
-  if (step.given() && overrides.method.empty() && find_method(solver.method)->default_step == 0) {
+  if (step.given() && !other_method.given() && find_method(solver.method)->default_step == 0) {
     step.refuse("left out for a method with step size control, " + solver.method);
   }
   s["relative_tolerance"].number(solver.relative_tolerance, kRelativeTolerances);
@@ -317,8 +304,7 @@ SolverSettings read_solver(SceneSection s, const SceneOverrides& overrides, cons
   solver.control_period = overrides.control_period.value_or(solver.control_period);
   s.finish();
   const std::string reason = refusal(*find_method(solver.method), scene.robot, scene.model);
-  if (!reason.empty() && overrides.method.empty()) method.refuse(reason);
-  if (!reason.empty()) throw SceneError(fmt::format("method = {}: must be {}", solver.method, reason));
+  if (!reason.empty()) (other_method.given() ? other_method : method).refuse(reason);
   return solver;
 }
 
@@ -444,7 +430,7 @@ Scene read_scene(const std::string& path, const YAML::Node& root, const SceneOve
   Scene scene;
   scene.files = {path};
   file["model"].choice(scene.model, kModels);
-  if (!overrides.model.empty()) scene.model = named("model", overrides.model, kModels);
+  override_of("model", overrides.model).choice(scene.model, kModels);
   file.required("duration").number(scene.duration, {1e-9, 1e6, "s"});
   const SceneValue output_rate = file["output_rate"];
   output_rate.number(scene.output_rate, {1e-9, 1e6, "Hz"});
