@@ -125,15 +125,9 @@ void Simulation::advance_continuously(double t) {
 void Simulation::advance_whole_periods(std::int64_t n) {
   while (n > 0) {
     make_due_changes();
-    const std::int64_t before = control_time_.ended_by(next_change_) - periods_;
-    if (before >= 1) {
-      const std::int64_t whole = std::min(before, n);
-      run_periods(whole);
-      n -= whole;
-    } else {
-      advance_within_period(end_of_period());
-      --n;
-    }
+    const std::int64_t whole = std::min(control_time_.ended_by(next_change_) - periods_, n);
+    whole >= 1 ? run_periods(whole) : advance_within_period(end_of_period());
+    n -= std::max<std::int64_t>(whole, 1);
   }
 }
 

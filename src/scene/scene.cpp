@@ -491,7 +491,7 @@ const char* name_of(Model model) {
 }
 
 Scene load_scene(const std::string& path, const SceneOverrides& overrides) {
-  return guarded(path, [&] { return read_scene(path, read_yaml_file(path), overrides); });
+  return guarded(path, [&] { return read_scene(path, YAML::Load(read_yaml_text(path)), overrides); });
 }
 
 SceneFile read_scene_file(const std::string& path) { return {path, read_yaml_text(path)}; }

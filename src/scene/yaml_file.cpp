@@ -191,8 +191,6 @@ std::string read_yaml_text(const std::string& path, const char* kind) {
   }
 }
 
-YAML::Node read_yaml_file(const std::string& path) { return YAML::Load(read_yaml_text(path)); }
-
 YAML::Node with_settings(const std::string& file, const YAML::Node& root, const std::vector<SceneSetting>& settings) {
   YAML::Node document = root;
   for (const SceneSetting& setting : settings) document.reset(Setter(file, setting).applied(document));
