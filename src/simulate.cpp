@@ -35,8 +35,6 @@ struct Arguments {
   bool quiet = false;
 };
 
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
-
 /// The part of --help about the methods.
 std::string method_help() {
   std::string text = "how to integrate, in place of the scene's solver.method:";
@@ -219,7 +217,7 @@ class Run {
     if (measured_) audit_.cost.start(before);
     const Clock::time_point start = Clock::now();
     const bool is_row = rows.next();
-    wall_time_ += seconds_since(start);
+    wall_time_ += std::chrono::duration<double>(Clock::now() - start).count();
     if (measured_ && simulation_.time() > before) audit_.cost.stop(simulation_.time());
     return is_row;
   }

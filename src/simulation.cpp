@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "youbot_base_sim/drive/control_time.h"
-#include "youbot_base_sim/drive/wheel_drive.h"
+#include "youbot_base_sim/drive/motor.h"
 #include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/integration/motion_so_far.h"
 #include "youbot_base_sim/integration/no_slip_integrator.h"
@@ -17,30 +17,21 @@ namespace youbot_base_sim {
 
 namespace {
 
-/// What the scene's drive commands at time t, s: wheel rates, rad/s, of a velocity table, else torques, N m. Rows and
-/// segments that begin up to `rounding` (s) later count as begun.
-using Command = std::function<Wheels(double t, double rounding)>;
-
-Command make_command(const Scene& scene) {
-  if (const auto* velocities = std::get_if<VelocityTable>(&scene.drive)) {
-    return [table = velocities->table](double t, double rounding) { return table.at(t + rounding); };
-  }
+/// The scene's own drive, sampled at the beginning of each control period.
+Simulation::Drive make_drive(const Scene& scene) {
   const std::shared_ptr<TorqueProfile> torque = make_torque_profile(scene);
-  if (!torque) return [](double, double) -> Wheels { return Wheels::Zero(); };
-  return [torque](double t, double rounding) {
+  const auto* rates = std::get_if<VelocityTable>(&scene.drive);
+  // What is commanded at time t, s: torques, N m, or wheel rates, rad/s. Rows and segments that begin up to `rounding`
+  // (s) later count as begun.
+  const auto command = [torque, table = rates ? rates->table : WheelTable()](double t, double rounding) -> Wheels {
+    if (!torque) return table.at(t + rounding);
     torque->begin_segment(t + rounding);
     return torque->value(t);
   };
-}
-
-/// The scene's own drive, sampled at the beginning of each control period.
-Simulation::Drive make_drive(const Scene& scene) {
-  const Command command = make_command(scene);
-  const bool tracks_rates = std::holds_alternative<VelocityTable>(scene.drive);
-  if (!tracks_rates && !scene.motors) {
+  if (!rates && !scene.motors) {
     return [command](double t, const State&) { return command(t, ControlTime::rounding(t)); };
   }
-  const DriveMode mode = tracks_rates ? DriveMode::kVelocity : DriveMode::kTorque;
+  const DriveMode mode = rates ? DriveMode::kVelocity : DriveMode::kTorque;
   const MotorSettings motors = scene.motors.value_or(MotorSettings());
   WheelDrive wheels(scene.solver.control_period, motors.limit(Motor()), motors.gains, motors.quantized.value_or(false));
   return [=](double t, const State& state) mutable {

@@ -6,7 +6,6 @@
 
 #include "youbot_base_sim/drive/motor.h"
 #include "youbot_base_sim/drive/torque_profiles.h"
-#include "youbot_base_sim/drive/wheel_drive.h"
 
 namespace youbot_base_sim {
 namespace {

@@ -11,7 +11,6 @@
 #include "youbot_base_sim/drive/faults.h"
 #include "youbot_base_sim/drive/motor.h"
 #include "youbot_base_sim/drive/motor_sensors.h"
-#include "youbot_base_sim/drive/wheel_drive.h"
 #include "youbot_base_sim/export.h"
 
 namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
