@@ -166,6 +166,13 @@ RobotParameters read_robot(SceneSection s, const FloorParameters& floor, Model m
   return robot;
 }
 
+/// Reads the sections of a list that may be left out.
+template <class Entry>
+void read_list(const SceneValue& value, std::vector<Entry>& entries, Entry (*read)(SceneSection s)) {
+  if (!value.given()) return;
+  for (const SceneSection& section : value.sections()) entries.push_back(read(section));
+}
+
 FloorPatch read_patch(SceneSection s) {
   FloorPatch patch;
   const SceneValue rectangle = s.required("rectangle");
@@ -196,9 +203,7 @@ FloorParameters read_floor(SceneSection s, Model model) {
   refuse_for_model(friction, (floor.f == floor.f[0]).all(), model, slips(model));
   spin.number(floor.spin_radius, {0, 1, "m"});
   refuse_for_model(spin, floor.spin_radius == 0, model, limits_friction(model));
-  if (patches.given()) {
-    for (const SceneSection& section : patches.sections()) floor.patches.push_back(read_patch(section));
-  }
+  read_list(patches, floor.patches, read_patch);
   refuse_for_model(patches, floor.patches.empty(), model, limits_friction(model));
   if (slope.given()) read_slope(slope, floor);
   s["slip_regularization"].number(floor.nu, {1e-15, 1e3, "m/s"});
@@ -243,18 +248,6 @@ LoadSchedule::PlannedWrench read_wrench(SceneSection s) {
   s.finish();
   if (!force.given() && !torque.given()) force.refuse("given where torque is not");
   return planned;
-}
-
-/// The lists `loads` and `wrenches`; either may be left out.
-LoadSchedule read_load_schedule(const SceneValue& loads, const SceneValue& wrenches) {
-  LoadSchedule plan;
-  if (loads.given()) {
-    for (const SceneSection& section : loads.sections()) plan.loads.push_back(read_load(section));
-  }
-  if (wrenches.given()) {
-    for (const SceneSection& section : wrenches.sections()) plan.wrenches.push_back(read_wrench(section));
-  }
-  return plan;
 }
 
 /// Every wheel must press on the floor at rest, under all loads.
@@ -443,7 +436,8 @@ Scene read_scene(const std::string& path, const YAML::Node& root, const SceneOve
   }
   scene.floor = read_floor(floor.section(), scene.model);
   scene.robot = read_robot(robot.section(), scene.floor, scene.model, overrides);
-  scene.load_schedule = read_load_schedule(loads, wrenches);
+  read_list(loads, scene.load_schedule.loads, read_load);
+  read_list(wrenches, scene.load_schedule.wrenches, read_wrench);
   check_loads(loads, scene);
   scene.solver = read_solver(solver.section(), overrides, scene);
   scene.output = read_output(output.section(), overrides);
