@@ -32,6 +32,7 @@ struct Arguments {
   SceneOverrides overrides;
   std::string csv, switches, bag, summary;
   double cpu_limit = 0;  // s; 0: none
+  bool contacts = false;
   bool quiet = false;
 };
 
@@ -56,7 +57,7 @@ bool prepare(int argc, char** argv, Arguments& arguments, Scene& scene) {
     ("csv", po::value(&arguments.csv)->value_name("FILE"), "write the motion, a row each 1/output_rate")
     ("switches", po::value(&arguments.switches)->value_name("FILE"), "write the roller switches as CSV")
     ("bag", po::value(&arguments.bag)->value_name("FILE"), "write a bag with the topics of base_node")
-    ("contacts", po::bool_switch(&arguments.overrides.contacts),
+    ("contacts", po::bool_switch(&arguments.contacts),
      "in the bag, the topic contacts too, as with output.contacts: true in the scene")
     ("summary", po::value(&arguments.summary)->value_name("FILE"), "write the final state and statistics as JSON")
     ("model", po::value(&arguments.overrides.model)->value_name("NAME"),
@@ -79,11 +80,12 @@ bool prepare(int argc, char** argv, Arguments& arguments, Scene& scene) {
   }
   if (given->count("cpu-limit"))
     arguments.cpu_limit = number_of("--cpu-limit", (*given)["cpu-limit"].as<std::string>(), kCpuLimits);
-  if (arguments.overrides.contacts && arguments.bag.empty()) throw SceneError("--contacts: must be given with --bag");
+  if (arguments.contacts && arguments.bag.empty()) throw SceneError("--contacts: must be given with --bag");
 #ifndef YOUBOT_BASE_SIM_ROS
   if (!arguments.bag.empty()) throw SceneError("--bag: this simulate was built without ROS");
 #endif
   scene = load_scene(arguments.scene, arguments.overrides);
+  if (arguments.contacts) scene.output.contacts = true;
   if (std::holds_alternative<std::monostate>(scene.drive))
     throw SceneError(fmt::format("{}: drive is left out; simulate needs one", quote_path(arguments.scene)));
   return true;

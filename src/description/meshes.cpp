@@ -63,9 +63,9 @@ class Mesh {
     const int first = static_cast<int>(positions_.size());
     for (int row = 0; row < rows; ++row) {
       for (int column = 0; column < columns; ++column) {
-        const Vertex one = vertex(row, column);
-        positions_.push_back(one.position);
-        normals_.push_back(one.normal);
+        const auto [position, normal] = vertex(row, column);
+        positions_.push_back(position);
+        normals_.push_back(normal);
       }
     }
     for (int row = 0; row + 1 < rows; ++row) {

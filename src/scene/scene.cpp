@@ -268,11 +268,10 @@ void check_control_period(const SceneValue& value, double period, const Scene& s
   }
 }
 
-OutputSettings read_output(SceneSection s, const SceneOverrides& overrides) {
+OutputSettings read_output(SceneSection s) {
   OutputSettings output;
   s["contacts"].choice(output.contacts, kFlags);
   s.finish();
-  if (overrides.contacts) output.contacts = true;
   return output;
 }
 
@@ -440,7 +439,7 @@ Scene read_scene(const std::string& path, const YAML::Node& root, const SceneOve
   read_list(wrenches, scene.load_schedule.wrenches, read_wrench);
   check_loads(loads, scene);
   scene.solver = read_solver(solver.section(), overrides, scene);
-  scene.output = read_output(output.section(), overrides);
+  scene.output = read_output(output.section());
   if (motors.given()) scene.motors = read_motors(motors.section());
   read_drive(drive, scene);
   read_initial(initial.section(), scene);

@@ -95,7 +95,6 @@ struct SceneOverrides {
   std::string method;
   std::string profile;                   ///< of the robot; its other keys still go before it
   std::optional<double> friction_scale;  ///< of that profile, which must be measured
-  bool contacts = false;                 ///< true: in bags, whatever the file says
 };
 
 /// Reads and checks a scene file and the tables that it names. Throws SceneError.
