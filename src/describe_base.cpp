@@ -5,7 +5,6 @@
 #include <boost/program_options.hpp>
 #include <cstdio>
 #include <filesystem>
-#include <map>
 #include <string>
 
 #include "youbot_base_sim/description/meshes.h"
@@ -64,16 +63,10 @@ std::string write_mesh(Part part, const RobotParameters& robot, const std::files
 /// The URDF, whose meshes are written unless the package has them. Throws std::runtime_error.
 std::string describe(const Arguments& arguments) {
   const RobotParameters robot = arguments.scene.empty() ? RobotParameters() : load_scene(arguments.scene).robot;
-  std::map<Part, std::string> uris;
-  for (const Part part : kParts) {
-    const bool packaged = arguments.meshes.empty() && in_package(part, robot);
-    uris[part] = packaged
-                     ? kPackageMeshes + mesh_name(part, robot)
-                     : write_mesh(part, robot,
-                                  arguments.meshes.empty() ? mesh_cache() : std::filesystem::path(arguments.meshes));
-  }
-  return urdf(robot, arguments.turning_rollers ? RollerJoints::kTurning : RollerJoints::kFixed,
-              [&](Part part) { return uris.at(part); });
+  return urdf(robot, arguments.turning_rollers ? RollerJoints::kTurning : RollerJoints::kFixed, [&](Part part) {
+    if (!arguments.meshes.empty()) return write_mesh(part, robot, arguments.meshes);
+    return in_package(part, robot) ? kPackageMeshes + mesh_name(part, robot) : write_mesh(part, robot, mesh_cache());
+  });
 }
 
 }  // namespace

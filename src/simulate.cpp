@@ -32,10 +32,9 @@ struct Arguments {
   SceneOverrides overrides;
   std::string csv, switches, bag, summary;
   double cpu_limit = 0;  // s; 0: none
+  bool contacts = false;
   bool quiet = false;
 };
-
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 /// The part of --help about the methods.
 std::string method_help() {
@@ -58,7 +57,7 @@ bool prepare(int argc, char** argv, Arguments& arguments, Scene& scene) {
     ("csv", po::value(&arguments.csv)->value_name("FILE"), "write the motion, a row each 1/output_rate")
     ("switches", po::value(&arguments.switches)->value_name("FILE"), "write the roller switches as CSV")
     ("bag", po::value(&arguments.bag)->value_name("FILE"), "write a bag with the topics of base_node")
-    ("contacts", po::bool_switch(&arguments.overrides.contacts),
+    ("contacts", po::bool_switch(&arguments.contacts),
      "in the bag, the topic contacts too, as with output.contacts: true in the scene")
     ("summary", po::value(&arguments.summary)->value_name("FILE"), "write the final state and statistics as JSON")
     ("model", po::value(&arguments.overrides.model)->value_name("NAME"),
@@ -81,11 +80,12 @@ bool prepare(int argc, char** argv, Arguments& arguments, Scene& scene) {
   }
   if (given->count("cpu-limit"))
     arguments.cpu_limit = number_of("--cpu-limit", (*given)["cpu-limit"].as<std::string>(), kCpuLimits);
-  if (arguments.overrides.contacts && arguments.bag.empty()) throw SceneError("--contacts: must be given with --bag");
+  if (arguments.contacts && arguments.bag.empty()) throw SceneError("--contacts: must be given with --bag");
 #ifndef YOUBOT_BASE_SIM_ROS
   if (!arguments.bag.empty()) throw SceneError("--bag: this simulate was built without ROS");
 #endif
   scene = load_scene(arguments.scene, arguments.overrides);
+  if (arguments.contacts) scene.output.contacts = true;
   if (std::holds_alternative<std::monostate>(scene.drive))
     throw SceneError(fmt::format("{}: drive is left out; simulate needs one", quote_path(arguments.scene)));
   return true;
@@ -171,7 +171,6 @@ class Run {
  public:
   Run(const Arguments& arguments, const Scene& scene, Outputs& outputs, ProgressBar& progress)
       : arguments_(arguments),
-        scene_(scene),
         outputs_(outputs),
         simulation_(scene),
         progress_(progress),
@@ -220,21 +219,22 @@ class Run {
     if (measured_) audit_.cost.start(before);
     const Clock::time_point start = Clock::now();
     const bool is_row = rows.next();
-    wall_time_ += seconds_since(start);
+    wall_time_ += std::chrono::duration<double>(Clock::now() - start).count();
     if (measured_ && simulation_.time() > before) audit_.cost.stop(simulation_.time());
     return is_row;
   }
 
   void write_row(double t) {
+    const double duration = simulation_.scene().duration;
     outputs_.write_row(t, simulation_);
     if (measured_) audit_.path.add_row(simulation_);
-    if (arguments_.cpu_limit > 0 && audit_.cost.cpu_time() > arguments_.cpu_limit && t < scene_.duration) {
+    if (arguments_.cpu_limit > 0 && audit_.cost.cpu_time() > arguments_.cpu_limit && t < duration) {
       outputs_.commit_summary(simulation_, wall_time_, audit_);
       throw std::runtime_error(
           fmt::format("stopped at t = {} s: more than {} s of processor time", t, arguments_.cpu_limit));
     }
     if (progress_.due()) {
-      progress_.draw(t / scene_.duration, fmt::format("{:.4g} of {:g} s", t, scene_.duration));
+      progress_.draw(t / duration, fmt::format("{:.4g} of {:g} s", t, duration));
     }
   }
 
@@ -246,7 +246,6 @@ class Run {
   }
 
   const Arguments& arguments_;
-  const Scene& scene_;
   Outputs& outputs_;
   Simulation simulation_;
   ProgressBar& progress_;
@@ -257,8 +256,7 @@ class Run {
 
 /// Returns the exit status.
 int simulate(const Arguments& arguments, const Scene& scene) {
-  const std::string solver_advice =
-      advice(scene.robot, scene.floor, scene.model, integration_settings(scene.solver), scene.duration);
+  const std::string solver_advice = advice(scene.robot, scene.floor, scene.model, scene.solver, scene.duration);
   ProgressBar progress(arguments.quiet);
   std::optional<Outputs> outputs;
   try {

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "youbot_base_sim/drive/control_time.h"
-#include "youbot_base_sim/drive/wheel_drive.h"
+#include "youbot_base_sim/drive/motor.h"
 #include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/integration/motion_so_far.h"
 #include "youbot_base_sim/integration/no_slip_integrator.h"
@@ -17,30 +17,21 @@ namespace youbot_base_sim {
 
 namespace {
 
-/// What the scene's drive commands at time t, s: wheel rates, rad/s, of a velocity table, else torques, N m. Rows and
-/// segments that begin up to `rounding` (s) later count as begun.
-using Command = std::function<Wheels(double t, double rounding)>;
-
-Command make_command(const Scene& scene) {
-  if (const auto* velocities = std::get_if<VelocityTable>(&scene.drive)) {
-    return [table = velocities->table](double t, double rounding) { return table.at(t + rounding); };
-  }
+/// The scene's own drive, sampled at the beginning of each control period.
+Simulation::Drive make_drive(const Scene& scene) {
   const std::shared_ptr<TorqueProfile> torque = make_torque_profile(scene);
-  if (!torque) return [](double, double) -> Wheels { return Wheels::Zero(); };
-  return [torque](double t, double rounding) {
+  const auto* rates = std::get_if<VelocityTable>(&scene.drive);
+  // What is commanded at time t, s: torques, N m, or wheel rates, rad/s. Rows and segments that begin up to `rounding`
+  // (s) later count as begun.
+  const auto command = [torque, table = rates ? rates->table : WheelTable()](double t, double rounding) -> Wheels {
+    if (!torque) return table.at(t + rounding);
     torque->begin_segment(t + rounding);
     return torque->value(t);
   };
-}
-
-/// The scene's own drive, sampled at the beginning of each control period.
-Simulation::Drive make_drive(const Scene& scene) {
-  const Command command = make_command(scene);
-  const bool tracks_rates = std::holds_alternative<VelocityTable>(scene.drive);
-  if (!tracks_rates && !scene.motors) {
+  if (!rates && !scene.motors) {
     return [command](double t, const State&) { return command(t, ControlTime::rounding(t)); };
   }
-  const DriveMode mode = tracks_rates ? DriveMode::kVelocity : DriveMode::kTorque;
+  const DriveMode mode = rates ? DriveMode::kVelocity : DriveMode::kTorque;
   const MotorSettings motors = scene.motors.value_or(MotorSettings());
   WheelDrive wheels(scene.solver.control_period, motors.limit(Motor()), motors.gains, motors.quantized.value_or(false));
   return [=](double t, const State& state) mutable {
@@ -50,296 +41,208 @@ Simulation::Drive make_drive(const Scene& scene) {
   };
 }
 
-bool same(const Wrench& a, const Wrench& b) {
-  return a.force == b.force && a.point == b.point && a.torque == b.torque && a.fixed == b.fixed;
-}
-
 }  // namespace
 
-class Simulation::Loop {
- public:
-  Loop(const Scene& scene, Drive drive)
-      : scene_(scene), given_drive_(std::move(drive)), control_time_(scene.solver.control_period) {
-    if (given_drive_ && !(scene.solver.control_period > 0)) {
-      throw std::invalid_argument("a sampled drive needs a control_period > 0");
-    }
-    reset();
+Simulation::Simulation(const Scene& scene, Drive drive)
+    : scene_(scene), given_drive_(std::move(drive)), control_time_(scene.solver.control_period) {
+  if (given_drive_ && !(scene.solver.control_period > 0)) {
+    throw std::invalid_argument("a sampled drive needs a control_period > 0");
   }
+  reset();
+}
 
-  void reset() {
-    state_ = scene_.initial;
-    t_ = 0;
-    periods_ = 0;
-    in_period_ = false;
-    segment_end_ = 0;
-    held_ = nullptr;
-    if (period() > 0) {
-      auto held = std::make_unique<HeldTorque>();
-      held_ = held.get();
-      torque_ = std::move(held);
-      drive_ = given_drive_ ? given_drive_ : make_drive(scene_);
-    } else {
-      torque_ = make_torque_profile(scene_);
-      if (!torque_) torque_ = std::make_unique<HeldTorque>();
-      torque_->begin_segment(0);
-    }
-    extended_ = beyond_the_paper(scene_);
-    integrator_ = make_integrator(scene_.model, scene_.robot, scene_.floor, state_, *torque_,
-                                  integration_settings(scene_.solver), extended_);
-    set_up_integrator();
-    next_change_ = std::numeric_limits<double>::infinity();
-    added_ = {};
-    planned_ = {};
-    load_changes_.clear();
-    if (!scene_.load_schedule.empty()) change_loads();
-    note_loads(0);
-    initial_energy_ = integrator_->kinetic_energy(state_) - state_.work();
+void Simulation::reset() {
+  state_ = scene_.initial;
+  t_ = 0;
+  periods_ = 0;
+  in_period_ = false;
+  segment_end_ = 0;
+  held_ = nullptr;
+  if (control_time_.period() > 0) {
+    torque_.reset(held_ = new HeldTorque);
+    drive_ = given_drive_ ? given_drive_ : make_drive(scene_);
+  } else {
+    torque_ = make_torque_profile(scene_);
+    if (!torque_) torque_ = std::make_unique<HeldTorque>();
+    torque_->begin_segment(0);
   }
+  extended_ = beyond_the_paper(scene_);
+  make_integrator(nullptr);
+  next_change_ = std::numeric_limits<double>::infinity();
+  added_ = {};
+  planned_ = {};
+  load_changes_.clear();
+  if (!scene_.load_schedule.empty()) change_loads();
+  note_loads(0);
+  initial_energy_ = kinetic_energy() - state_.work();
+}
 
-  void advance_to(double t) {
-    if (!(t > t_)) return;
-    if (!held_) return advance_continuously(t);
-    if (in_period_) advance_within_period(ControlTime::reached(end_of_period(), t) ? end_of_period() : t);
-    const std::int64_t whole = control_time_.ended_by(t) - periods_;
-    if (!in_period_ && whole > 0) advance_whole_periods(whole);
-    if (!ControlTime::reached(t, t_)) advance_within_period(t);
+void Simulation::make_integrator(const MotionSoFar* before) {
+  integrator_ = youbot_base_sim::make_integrator(scene_.model, scene_.robot, scene_.floor, state_, *torque_,
+                                                 scene_.solver, extended_, before);
+  if (stop_) integrator_->stop_on(*stop_);
+  if (continues_when_tipping_) integrator_->continue_when_tipping();
+}
+
+void Simulation::advance_to(double t) {
+  if (!(t > t_)) return;
+  if (!held_) return advance_continuously(t);
+  if (in_period_) advance_within_period(ControlTime::reached(end_of_period(), t) ? end_of_period() : t);
+  const std::int64_t whole = control_time_.ended_by(t) - periods_;
+  if (!in_period_ && whole > 0) advance_whole_periods(whole);
+  if (!ControlTime::reached(t, t_)) advance_within_period(t);
+}
+
+void Simulation::advance_periods(std::int64_t n) {
+  if (!held_) throw std::logic_error("a simulation without a control_period has no periods to advance by");
+  if (in_period_ && n-- > 0) advance_within_period(end_of_period());
+  if (n > 0) advance_whole_periods(n);
+}
+
+// The torque acts continuously, segment by segment.
+void Simulation::advance_continuously(double t) {
+  while (t_ < t) {
+    if (t_ >= next_change_) change_loads();
+    const double end = torque_->begin_segment(t_);
+    if (end != segment_end_) integrator_->torque_jumped();
+    segment_end_ = end;
+    const double next = std::min({end, t, next_change_});
+    integrator_->advance(state_, t_, next);
+    t_ = next;
   }
+}
 
-  void advance_periods(std::int64_t n) {
-    if (!held_) throw std::logic_error("a simulation without a control_period has no periods to advance by");
-    if (in_period_ && n-- > 0) advance_within_period(end_of_period());
-    if (n > 0) advance_whole_periods(n);
+// n control periods from the beginning of one; those in which loads or wrenches change in parts.
+void Simulation::advance_whole_periods(std::int64_t n) {
+  while (n > 0) {
+    make_due_changes();
+    const std::int64_t whole = std::min(control_time_.ended_by(next_change_) - periods_, n);
+    whole >= 1 ? run_periods(whole) : advance_within_period(end_of_period());
+    n -= std::max<std::int64_t>(whole, 1);
   }
+}
 
-  void set_loads(const AppliedLoads& applied, bool keep_momentum) {
-    if (!extended_ && slips(scene_.model)) extend();
-    added_ = applied;
-    integrator_->set_loads(state_, with_added(planned_), keep_momentum);
-    note_loads(t_);
+// The control loop: odeint's, over n control periods from the beginning of one, sampling the drive at each.
+void Simulation::run_periods(std::int64_t n) {
+  const std::int64_t first = periods_;
+  const auto count = static_cast<std::size_t>(n);
+  const auto observer = [&](std::size_t k) {
+    periods_ = first + static_cast<std::int64_t>(k);
+    t_ = control_time_.begin(periods_);
+    if (k < count) sample_drive();
+  };
+  integrator_->advance_periods(state_, first, control_time_.period(), count, std::ref(observer));
+}
+
+// A part of a control period, for callers that read the state between two samples.
+void Simulation::advance_within_period(double t) {
+  if (!in_period_) {
+    make_due_changes();
+    sample_drive();
   }
-
-  void continue_when_tipping() {
-    continues_when_tipping_ = true;
-    integrator_->continue_when_tipping();
+  while (!ControlTime::reached(t, next_change_)) {
+    integrator_->advance(state_, t_, next_change_);
+    t_ = std::max(t_, next_change_);
+    change_loads();
   }
+  integrator_->advance(state_, t_, t);
+  t_ = t;
+  in_period_ = t < end_of_period();
+  if (!in_period_) ++periods_;
+}
 
-  void stop_on(const std::atomic<bool>& stop) {
-    stop_ = &stop;
-    integrator_->stop_on(stop);
-  }
+void Simulation::sample_drive() {
+  const Wheels before = held_->value(t_);
+  held_->set(drive_(t_, state_));
+  if ((held_->value(t_) != before).any()) integrator_->torque_jumped();
+}
 
-  const Scene scene_;
-  State state_;
-  double t_ = 0;
-  std::unique_ptr<TorqueProfile> torque_;
-  std::unique_ptr<MotionIntegrator> integrator_;
-  double initial_energy_ = 0;
-  AppliedLoads applied_loads_;  // the present ones: the scene's and those that were added
-  std::vector<LoadChange> load_changes_;
+void Simulation::stop_on(const std::atomic<bool>& stop) {
+  stop_ = &stop;
+  integrator_->stop_on(stop);
+}
 
- private:
-  double period() const { return control_time_.period(); }
-  double end_of_period() const { return control_time_.begin(periods_ + 1); }
+void Simulation::continue_when_tipping() {
+  continues_when_tipping_ = true;
+  integrator_->continue_when_tipping();
+}
 
-  // The torque acts continuously, segment by segment.
-  void advance_continuously(double t) {
-    while (t_ < t) {
-      if (t_ >= next_change_) change_loads();
-      const double end = torque_->begin_segment(t_);
-      if (end != segment_end_) integrator_->torque_jumped();
-      segment_end_ = end;
-      const double next = std::min({end, t, next_change_});
-      integrator_->advance(state_, t_, next);
-      t_ = next;
-    }
-  }
-
-  // n control periods from the beginning of one; those in which loads or wrenches change in parts.
-  void advance_whole_periods(std::int64_t n) {
-    while (n > 0) {
-      make_due_changes();
-      const std::int64_t before = control_time_.ended_by(next_change_) - periods_;
-      if (before >= 1) {
-        const std::int64_t whole = std::min(before, n);
-        run_periods(whole);
-        n -= whole;
-      } else {
-        advance_within_period(end_of_period());
-        --n;
-      }
-    }
-  }
-
-  // The control loop: odeint's, over n control periods from the beginning of one, sampling the drive at each.
-  void run_periods(std::int64_t n) {
-    const std::int64_t first = periods_;
-    const auto count = static_cast<std::size_t>(n);
-    const auto observer = [&](std::size_t k) {
-      periods_ = first + static_cast<std::int64_t>(k);
-      t_ = control_time_.begin(periods_);
-      if (k < count) sample_drive();
-    };
-    integrator_->advance_periods(state_, first, period(), count, std::ref(observer));
-  }
-
-  // A part of a control period, for callers that read the state between two samples.
-  void advance_within_period(double t) {
-    if (!in_period_) {
-      make_due_changes();
-      sample_drive();
-    }
-    while (!ControlTime::reached(t, next_change_)) {
-      integrator_->advance(state_, t_, next_change_);
-      t_ = std::max(t_, next_change_);
-      change_loads();
-    }
-    integrator_->advance(state_, t_, t);
-    t_ = t;
-    in_period_ = t < end_of_period();
-    if (!in_period_) ++periods_;
-  }
-
-  void set_up_integrator() {
-    if (stop_) integrator_->stop_on(*stop_);
-    if (continues_when_tipping_) integrator_->continue_when_tipping();
-  }
-
+void Simulation::set_loads(const AppliedLoads& applied, bool keep_momentum) {
   // The paper's equations have neither loads nor wrenches, and take less time: the extended ones continue from here.
-  void extend() {
+  if (!extended_ && slips(scene_.model)) {
     extended_ = true;
     const MotionSoFar before = integrator_->leave();
-    integrator_ = make_integrator(scene_.model, scene_.robot, scene_.floor, state_, *torque_,
-                                  integration_settings(scene_.solver), extended_, &before);
-    set_up_integrator();
+    make_integrator(&before);
   }
+  added_ = applied;
+  integrator_->set_loads(state_, with_added(planned_), keep_momentum);
+  note_loads(t_);
+}
 
-  // The scene's loads and wrenches, and those that were added.
-  AppliedLoads with_added(AppliedLoads applied) const {
-    applied.loads.insert(applied.loads.end(), added_.loads.begin(), added_.loads.end());
-    applied.wrenches.insert(applied.wrenches.end(), added_.wrenches.begin(), added_.wrenches.end());
-    return applied;
+// The scene's loads and wrenches, and those that were added.
+AppliedLoads Simulation::with_added(AppliedLoads applied) const {
+  applied.loads.insert(applied.loads.end(), added_.loads.begin(), added_.loads.end());
+  applied.wrenches.insert(applied.wrenches.end(), added_.wrenches.begin(), added_.wrenches.end());
+  return applied;
+}
+
+// At the beginning of a control period. A change that only rounding separates from it counts as due.
+void Simulation::make_due_changes() {
+  while (ControlTime::reached(next_change_, t_)) change_loads();
+}
+
+// Applies the loads and wrenches of the change that is due.
+void Simulation::change_loads() {
+  const double t = std::isfinite(next_change_) ? next_change_ : t_;
+  integrator_->set_loads(state_, with_added(scene_.load_schedule.at(t, false)), false);
+  planned_ = scene_.load_schedule.at(t);
+  integrator_->set_loads(state_, with_added(planned_), true);
+  next_change_ = scene_.load_schedule.next_change(t);
+  note_loads(t);
+}
+
+// Notes the loads and wrenches from t on, if they changed; several changes at one instant make one.
+void Simulation::note_loads(double t) {
+  AppliedLoads now = with_added(planned_);
+  const bool loads = now.loads != applied_loads_.loads, wrenches = now.wrenches != applied_loads_.wrenches;
+  if (!loads && !wrenches) return;
+  applied_loads_ = std::move(now);
+  if (!load_changes_.empty() && load_changes_.back().t == t) {
+    LoadChange& last = load_changes_.back();
+    last = {t, state_.psi(), applied_loads_, last.loads || loads, last.wrenches || wrenches};
+  } else {
+    load_changes_.push_back({t, state_.psi(), applied_loads_, loads, wrenches});
   }
-
-  // At the beginning of a control period. A change that only rounding separates from it counts as due.
-  void make_due_changes() {
-    while (ControlTime::reached(next_change_, t_)) change_loads();
-  }
-
-  // Applies the loads and wrenches of the change that is due.
-  void change_loads() {
-    const double t = std::isfinite(next_change_) ? next_change_ : t_;
-    integrator_->set_loads(state_, with_added(scene_.load_schedule.at(t, false)), false);
-    planned_ = scene_.load_schedule.at(t);
-    integrator_->set_loads(state_, with_added(planned_), true);
-    next_change_ = scene_.load_schedule.next_change(t);
-    note_loads(t);
-  }
-
-  // Notes the loads and wrenches from t on, if they changed; several changes at one instant make one.
-  void note_loads(double t) {
-    AppliedLoads now = with_added(planned_);
-    const bool loads = now.loads != applied_loads_.loads;
-    const bool wrenches = !std::equal(now.wrenches.begin(), now.wrenches.end(), applied_loads_.wrenches.begin(),
-                                      applied_loads_.wrenches.end(), same);
-    if (!loads && !wrenches) return;
-    applied_loads_ = std::move(now);
-    if (!load_changes_.empty() && load_changes_.back().t == t) {
-      LoadChange& last = load_changes_.back();
-      last = {t, state_.psi(), applied_loads_, last.loads || loads, last.wrenches || wrenches};
-    } else {
-      load_changes_.push_back({t, state_.psi(), applied_loads_, loads, wrenches});
-    }
-  }
-
-  void sample_drive() {
-    const Wheels before = held_->value(t_);
-    held_->set(drive_(t_, state_));
-    if ((held_->value(t_) != before).any()) integrator_->torque_jumped();
-  }
-
-  const std::atomic<bool>* stop_ = nullptr;  // null: never
-  Drive given_drive_;
-  const ControlTime control_time_;  // where the drive is sampled
-  Drive drive_;
-  HeldTorque* held_ = nullptr;  // torque_, where the drive is sampled
-  std::int64_t periods_ = 0;    // completed
-  bool in_period_ = false;
-  double segment_end_ = 0;  // of a continuous torque, s
-  double next_change_ = 0;  // of loads and wrenches, s
-  bool continues_when_tipping_ = false;
-  bool extended_ = false;  // whether the equations have the physics beyond the paper
-  AppliedLoads planned_;   // the scene's present ones
-  AppliedLoads added_;     // besides those of the scene
-};
-
-Simulation::Simulation(const Scene& scene) : loop_(std::make_unique<Loop>(scene, nullptr)) {}
-
-Simulation::Simulation(const Scene& scene, Drive drive) : loop_(std::make_unique<Loop>(scene, std::move(drive))) {}
-
-Simulation::~Simulation() = default;
-
-void Simulation::advance_to(double t) { loop_->advance_to(t); }
-void Simulation::advance_periods(std::int64_t n) { loop_->advance_periods(n); }
-void Simulation::stop_on(const std::atomic<bool>& stop) { loop_->stop_on(stop); }
-void Simulation::reset() { loop_->reset(); }
-double Simulation::time() const { return loop_->t_; }
-const State& Simulation::state() const { return loop_->state_; }
-Wheels Simulation::torque() const { return loop_->torque_->value(loop_->t_); }
+}
 
 std::array<int, kWheels> Simulation::rollers() const {
   std::array<int, kWheels> rollers;
-  for (int i = 0; i < kWheels; ++i) rollers[i] = wrapped(loop_->integrator_->roller(i), loop_->scene_.robot.rollers);
+  for (int i = 0; i < kWheels; ++i) rollers[i] = wrapped(integrator_->roller(i), scene_.robot.rollers);
   return rollers;
 }
 
 std::array<std::optional<int>, kWheels> Simulation::other_rollers() const {
   std::array<std::optional<int>, kWheels> rollers;
   for (int i = 0; i < kWheels; ++i) {
-    if (const auto other = loop_->integrator_->other_roller(i))
-      rollers[i] = wrapped(*other, loop_->scene_.robot.rollers);
+    if (const auto other = integrator_->other_roller(i)) rollers[i] = wrapped(*other, scene_.robot.rollers);
   }
   return rollers;
 }
 
 double Simulation::roller_angle(int i, int k) const {
-  return rollers()[i] == k ? loop_->state_.gamma()[i] : loop_->integrator_->resting_angle(i, k);
+  return rollers()[i] == k ? state_.gamma()[i] : integrator_->resting_angle(i, k);
 }
-
-ContactDetails Simulation::contacts() const { return loop_->integrator_->contacts(loop_->state_, loop_->t_); }
-
-std::optional<ReactionRecord> Simulation::reaction_record() const { return loop_->integrator_->reaction_record(); }
-
-void Simulation::set_loads(const AppliedLoads& applied, bool keep_momentum) {
-  loop_->set_loads(applied, keep_momentum);
-}
-
-const AppliedLoads& Simulation::applied_loads() const { return loop_->applied_loads_; }
-
-std::vector<LoadChange> Simulation::take_load_changes() { return std::exchange(loop_->load_changes_, {}); }
-
-void Simulation::continue_when_tipping() { loop_->continue_when_tipping(); }
 
 PowerBalance Simulation::power_balance() const {
-  return youbot_base_sim::power_balance(loop_->scene_.robot, loop_->state_, contacts(), torque());
+  return youbot_base_sim::power_balance(scene_.robot, state_, contacts(), torque());
 }
-
-std::vector<RollerSwitch> Simulation::take_switches() { return loop_->integrator_->take_switches(); }
-
-const IntegrationStatistics& Simulation::statistics() const { return loop_->integrator_->statistics(); }
-
-double Simulation::regularization_speed() const { return loop_->integrator_->regularization_speed(); }
 
 std::string Simulation::method() const {
-  const Scene& scene = loop_->scene_;
-  return scene.model == Model::kNoSlip ? NoSlipIntegrator::method(scene.robot) : scene.solver.method;
+  return scene_.model == Model::kNoSlip ? NoSlipIntegrator::method(scene_.robot) : scene_.solver.method;
 }
-
-double Simulation::kinetic_energy() const { return loop_->integrator_->kinetic_energy(loop_->state_); }
 
 double Simulation::energy_balance_error(double kinetic_energy) const {
-  return std::abs(kinetic_energy - loop_->initial_energy_ - loop_->state_.work());
+  return std::abs(kinetic_energy - initial_energy_ - state_.work());
 }
-
-const Scene& Simulation::scene() const { return loop_->scene_; }
 
 }  // namespace youbot_base_sim

@@ -8,7 +8,7 @@
 #include <sstream>
 
 #include "temporary_folder.h"
-#include "youbot_base_sim/drive/wheel_drive.h"
+#include "youbot_base_sim/drive/motor.h"
 #include "youbot_base_sim/physics/no_slip_model.h"
 
 namespace youbot_base_sim {

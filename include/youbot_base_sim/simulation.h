@@ -7,8 +7,10 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "youbot_base_sim/drive/control_time.h"
 #include "youbot_base_sim/export.h"
 #include "youbot_base_sim/integration/motion_integrator.h"
 #include "youbot_base_sim/integration/statistics.h"
@@ -16,6 +18,7 @@
 #include "youbot_base_sim/physics/contacts.h"
 #include "youbot_base_sim/physics/power_balance.h"
 #include "youbot_base_sim/physics/roller_switch.h"
+#include "youbot_base_sim/physics/torque_profile.h"
 #include "youbot_base_sim/scene/scene.h"
 
 namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
@@ -45,12 +48,13 @@ class Simulation {
   using Drive = std::function<Wheels(double t, const State& state)>;
 
   /// Runs the scene's own drive; no torque if it has none.
-  explicit Simulation(const Scene& scene);
+  explicit Simulation(const Scene& scene) : Simulation(scene, nullptr) {}
 
   /// Runs `drive` in place of the scene's. Throws std::invalid_argument if the scene has no control period.
   Simulation(const Scene& scene, Drive drive);
 
-  ~Simulation();
+  Simulation(const Simulation&) = delete;
+  Simulation& operator=(const Simulation&) = delete;
 
   /// Advances to time t (s), sampling the drive at each control period that begins on the way; does nothing if that has
   /// passed. Where accurate integration takes too much work, it continues less accurately, and the statistics count it.
@@ -68,11 +72,11 @@ class Simulation {
   /// Back to the scene's initial state at t = 0, statistics included.
   void reset();
 
-  double time() const;  ///< s
-  const State& state() const;
+  double time() const { return t_; }  ///< s
+  const State& state() const { return state_; }
 
   /// Torque that acts now, N m.
-  Wheels torque() const;
+  Wheels torque() const { return torque_->value(t_); }
 
   /// Number 0 .. n-1 of the roller that each wheel stands on.
   std::array<int, kWheels> rollers() const;
@@ -84,7 +88,7 @@ class Simulation {
   double roller_angle(int i, int k) const;
 
   /// Slip, friction, normal reaction and offset of the contact points; in model 1, no slip and no force.
-  ContactDetails contacts() const;
+  ContactDetails contacts() const { return integrator_->contacts(state_, t_); }
 
   /// Replaces the loads and wrenches of the last call, which act besides the scene's, from now on. To be called between
   /// two calls of the advancing functions. The base keeps its velocities or, with `keep_momentum`, its momentum; the
@@ -92,14 +96,14 @@ class Simulation {
   void set_loads(const AppliedLoads& applied, bool keep_momentum = false);
 
   /// The present loads and wrenches, those of the scene included.
-  const AppliedLoads& applied_loads() const;
+  const AppliedLoads& applied_loads() const { return applied_loads_; }
 
   /// Changes of it since the last `take_load_changes`, in order of time; clears them. The list grows until it is
   /// taken.
-  std::vector<LoadChange> take_load_changes();
+  std::vector<LoadChange> take_load_changes() { return std::exchange(load_changes_, {}); }
 
   /// Extremes of the normal reactions; empty where they are static.
-  std::optional<ReactionRecord> reaction_record() const;
+  std::optional<ReactionRecord> reaction_record() const { return integrator_->reaction_record(); }
 
   /// Lets the motion continue at the tipping limit, where the advancing functions otherwise throw TippedOver.
   void continue_when_tipping();
@@ -108,30 +112,61 @@ class Simulation {
   PowerBalance power_balance() const;
 
   /// Switches since the last `take_switches`, in order of time; clears them. The list grows until it is taken.
-  std::vector<RollerSwitch> take_switches();
+  std::vector<RollerSwitch> take_switches() { return integrator_->take_switches(); }
 
-  const IntegrationStatistics& statistics() const;
+  const IntegrationStatistics& statistics() const { return integrator_->statistics(); }
 
   /// The regularization speed, over which friction is smoothed, m/s: the scene's slip_regularization, or what the
   /// tolerance can distinguish from zero if that is more (see effective_regularization_speed); infinite for models
   /// without one.
-  double regularization_speed() const;
+  double regularization_speed() const { return integrator_->regularization_speed(); }
 
   /// The name of the method that integrates: the scene's, or model 1's own.
   std::string method() const;
 
-  double kinetic_energy() const;  ///< J
+  double kinetic_energy() const { return integrator_->kinetic_energy(state_); }  ///< J
 
   /// |change of kinetic energy - integrated power| since t = 0, J.
   double energy_balance_error() const { return energy_balance_error(kinetic_energy()); }
   /// The same for callers that already have the kinetic energy (J).
   double energy_balance_error(double kinetic_energy) const;
 
-  const Scene& scene() const;
+  const Scene& scene() const { return scene_; }
 
  private:
-  class Loop;
-  std::unique_ptr<Loop> loop_;
+  double end_of_period() const { return control_time_.begin(periods_ + 1); }
+  void advance_continuously(double t);
+  void advance_whole_periods(std::int64_t n);
+  void run_periods(std::int64_t n);
+  void advance_within_period(double t);
+  void sample_drive();
+  void make_integrator(const MotionSoFar* before);
+  AppliedLoads with_added(AppliedLoads applied) const;
+  void make_due_changes();
+  void change_loads();
+  void note_loads(double t);
+
+  const Scene scene_;
+  const Drive given_drive_;
+  const ControlTime control_time_;  // where the drive is sampled
+  State state_;
+  double t_;
+  std::unique_ptr<TorqueProfile> torque_;
+  std::unique_ptr<MotionIntegrator> integrator_;
+  const std::atomic<bool>* stop_ = nullptr;  // null: never
+  bool continues_when_tipping_ = false;
+  bool extended_;  // whether the equations have the physics beyond the paper
+  Drive drive_;
+  HeldTorque* held_;      // torque_, where the drive is sampled
+  std::int64_t periods_;  // completed
+  bool in_period_;
+  double segment_end_;  // of a continuous torque, s
+  double initial_energy_;
+  double next_change_;          // of loads and wrenches, s
+  AppliedLoads planned_;        // the scene's present ones
+  AppliedLoads added_;          // besides those of the scene
+  AppliedLoads applied_loads_;  // the present ones: both
+  std::vector<LoadChange> load_changes_;
 };
 
 }  // namespace youbot_base_sim

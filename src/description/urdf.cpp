@@ -4,6 +4,7 @@
 
 #include <Eigen/Dense>
 #include <cmath>
+#include <map>
 
 #include "youbot_base_sim/drive/motor.h"
 #include "youbot_base_sim/scene/frames.h"
@@ -18,31 +19,17 @@ std::string number(double x) { return fmt::format("{:.10g}", std::abs(x) < 1e-12
 
 std::string triple(const Vector3d& v) { return number(v.x()) + " " + number(v.y()) + " " + number(v.z()); }
 
-std::string origin(const Vector3d& xyz, const Vector3d& rpy = Vector3d::Zero()) {
+std::string origin(const Vector3d& xyz = Vector3d::Zero(), const Vector3d& rpy = Vector3d::Zero()) {
   const std::string turned = rpy.isZero(0) ? "" : fmt::format(" rpy=\"{}\"", triple(rpy));
   return fmt::format("<origin xyz=\"{}\"{}/>", triple(xyz), turned);
 }
 
-std::string box(const Vector3d& size) { return fmt::format("<geometry><box size=\"{}\"/></geometry>", triple(size)); }
-
-std::string cylinder(double radius, double length) {
-  return fmt::format("<geometry><cylinder radius=\"{}\" length=\"{}\"/></geometry>", number(radius), number(length));
+std::string visual(const std::string& mesh) {
+  return fmt::format("    <visual>{}<geometry><mesh filename=\"{}\"/></geometry></visual>\n", origin(), mesh);
 }
 
-std::string mesh_geometry(const std::string& uri) {
-  return fmt::format("<geometry><mesh filename=\"{}\"/></geometry>", uri);
-}
-
-// Roll, pitch and yaw that turn a cylinder's axis from z to x, and to y.
-const Vector3d kAlongX{0, M_PI_2, 0};
-const Vector3d kAlongY{M_PI_2, 0, 0};
-
-std::string visual(const std::string& geometry) {
-  return fmt::format("    <visual>{}{}</visual>\n", origin(Vector3d::Zero()), geometry);
-}
-
-std::string collision(const std::string& origin, const std::string& geometry) {
-  return fmt::format("    <collision>{}{}</collision>\n", origin, geometry);
+std::string collision(const std::string& origin, const std::string& shape) {
+  return fmt::format("    <collision>{}<geometry>{}</geometry></collision>\n", origin, shape);
 }
 
 std::string inertial(const Vector3d& centre, double mass, const Vector3d& moments) {
@@ -70,22 +57,16 @@ std::string turning(const char* axis, double damping, double friction) {
   return fmt::format("<axis xyz=\"{}\"/>{}", axis, dynamics.empty() ? "" : "<dynamics" + dynamics + "/>");
 }
 
-/// The limits of a motor.
-std::string motor_limit() {
-  return fmt::format("<limit effort=\"{}\" velocity=\"{}\"/>", number(Motor().max_torque()),
-                     number(Motor().max_rate()));
-}
-
 /// Moment of inertia of a wheel about a diameter, kg m^2. The paper does not give it: that of a disc.
 double wheel_moment(const RobotParameters& robot, const Dimensions& size) {
   return robot.J_1 / 2 + robot.m_1 * size.half_width * size.half_width / 3;
 }
 
-std::string base_link(const RobotParameters& robot, const Dimensions& size, const MeshUri& mesh_uri) {
-  const std::string middle = origin({0, 0, size.middle});
-  std::string content = visual(mesh_geometry(mesh_uri(Part::kBody)));
-  content += collision(middle, box(size.hull)) + collision(middle, box(size.flanks));
-
+std::string base_link(const RobotParameters& robot, const Dimensions& size, const std::string& mesh) {
+  std::string content = visual(mesh);
+  for (const Vector3d& box : {size.hull, size.flanks}) {
+    content += collision(origin({0, 0, size.middle}), fmt::format("<box size=\"{}\"/>", triple(box)));
+  }
   const Vector3d squares = Vector3d{size.hull.x(), size.flanks.y(), size.hull.z()}.array().square();
   Vector3d moments = robot.m / 12 * (squares.sum() - squares.array()).matrix();
   // I_s = 4 I_1 + 4 m_1 (h^2 + l^2) + I_C + m (a_X^2 + a_Y^2) (paper, after (4.5))
@@ -97,12 +78,14 @@ std::string base_link(const RobotParameters& robot, const Dimensions& size, cons
 }
 
 std::string wheel_link(const RobotParameters& robot, const Dimensions& size, const std::string& name,
-                       const std::string& uri) {
-  std::string content = visual(mesh_geometry(uri));
-  content += collision(origin(Vector3d::Zero(), kAlongY), cylinder(robot.R, 2 * size.half_width));
+                       const std::string& mesh) {
+  const Vector3d along_y{M_PI_2, 0, 0};  // a cylinder's axis is z
   const double I_1 = wheel_moment(robot, size);
-  content += inertial(Vector3d::Zero(), robot.m_1, {I_1, robot.J_1, I_1});
-  return link(name, content);
+  return link(name, visual(mesh) +
+                        collision(origin(Vector3d::Zero(), along_y),
+                                  fmt::format("<cylinder radius=\"{}\" length=\"{}\"/>", number(robot.R),
+                                              number(2 * size.half_width))) +
+                        inertial(Vector3d::Zero(), robot.m_1, {I_1, robot.J_1, I_1}));
 }
 
 std::string roller_origin(const RobotParameters& robot, int i, int k) {
@@ -116,31 +99,35 @@ std::string roller_origin(const RobotParameters& robot, int i, int k) {
 
 std::string urdf(const RobotParameters& robot, RollerJoints rollers, const MeshUri& mesh_uri) {
   const Dimensions size(robot);
+  const Motor motor;
+  const std::string limit =
+      fmt::format("<limit effort=\"{}\" velocity=\"{}\"/>", number(motor.max_torque()), number(motor.max_rate()));
   std::string document =
       "<?xml version=\"1.0\"?>\n"
       "<!-- The youBot's base as it is simulated; written by describe_base. -->\n"
       "<robot name=\"youbot_base\">\n";
 
   document += link("base_footprint", "");
-  document += joint("base_footprint_joint", "fixed", "base_footprint", "base_link", origin(Vector3d::Zero()));
-  document += base_link(robot, size, mesh_uri);
+  document += joint("base_footprint_joint", "fixed", "base_footprint", "base_link", origin());
+  std::map<Part, std::string> meshes;
+  for (const Part part : kParts) meshes[part] = mesh_uri(part);
+  document += base_link(robot, size, meshes[Part::kBody]);
   for (int i = 0; i < kWheels; ++i) {
     const std::string wheel = kWheelNames[i];
     document += joint("caster_joint_" + wheel, "continuous", "base_link", "caster_link_" + wheel,
                       origin({robot.rho_X()[i], robot.rho_Y()[i], kAxleHeight}) + turning("0 0 1", 0, 0));
     document += link("caster_link_" + wheel, "");
-    document +=
-        joint("wheel_joint_" + wheel, "continuous", "caster_link_" + wheel, "wheel_link_" + wheel,
-              origin(Vector3d::Zero()) + turning("0 1 0", robot.mu_1[i], robot.dry_friction[i]) + motor_limit());
+    document += joint("wheel_joint_" + wheel, "continuous", "caster_link_" + wheel, "wheel_link_" + wheel,
+                      origin() + turning("0 1 0", robot.mu_1[i], robot.dry_friction[i]) + limit);
     document += wheel_link(robot, size, "wheel_link_" + wheel,
-                           mesh_uri(tan_delta()[i] < 0 ? Part::kWheelLeft : Part::kWheelRight));
+                           meshes[tan_delta()[i] < 0 ? Part::kWheelLeft : Part::kWheelRight]);
     for (int k = 0; k < robot.rollers; ++k) {
       const std::string roller = fmt::format("{}_{}", wheel, k);
       const bool fixed = rollers == RollerJoints::kFixed;
       document += joint(
           "roller_joint_" + roller, fixed ? "fixed" : "continuous", "wheel_link_" + wheel, "roller_link_" + roller,
           roller_origin(robot, i, k) + (fixed ? "" : turning("1 0 0", robot.mu_2[i], robot.roller_dry_friction[i])));
-      document += link("roller_link_" + roller, visual(mesh_geometry(mesh_uri(Part::kRoller))));
+      document += link("roller_link_" + roller, visual(meshes[Part::kRoller]));
     }
   }
   return document + "</robot>\n";

@@ -1,10 +1,5 @@
 #include "youbot_base_sim/drive/base_driver.h"
 
-#include <algorithm>
-#include <limits>
-
-#include "youbot_base_sim/drive/control_time.h"
-
 namespace youbot_base_sim {
 
 namespace {

@@ -42,19 +42,19 @@ class Reader {
   double number(const std::string& section, const std::string& key, const Range& range) const {
     const std::string text = value(section, key);
     double number = 0;
-    if (!read_number(text, number) || !contains(range, number)) throw refusal(section, key, text, text_of(range));
+    if (!read_number(text, number) || !contains(range, number)) refuse(section, key, text, text_of(range));
     return number;
   }
 
   /// Refuses any value but `only`, the one that the simulation implements.
   void expect(const std::string& section, const std::string& key, const std::string& only) const {
     const std::string text = value(section, key);
-    if (text != only) throw refusal(section, key, text, only);
+    if (text != only) refuse(section, key, text, only);
   }
 
-  DriverConfigurationError refusal(const std::string& section, const std::string& key, const std::string& text,
-                                   const std::string& allowed) const {
-    return DriverConfigurationError(
+  [[noreturn]] void refuse(const std::string& section, const std::string& key, const std::string& text,
+                           const std::string& allowed) const {
+    throw DriverConfigurationError(
         fmt::format("{}: [{}] {} = {}: must be {}", file_, section, key, quote(text), allowed));
   }
 
@@ -77,8 +77,8 @@ Motor read_motor(const Reader& reader, const std::string& section) {
   Motor motor;
   motor.gear_ratio = numerator / reader.number(section, "GearRatio_denominator", kTeeth);
   if (!contains(kGearRatio, motor.gear_ratio)) {
-    throw reader.refusal(section, kNumerator, fmt::format("{:g}", numerator),
-                         "such that the ratio of the gear is " + text_of(kGearRatio));
+    reader.refuse(section, kNumerator, fmt::format("{:g}", numerator),
+                  "such that the ratio of the gear is " + text_of(kGearRatio));
   }
   motor.encoder_ticks = reader.number(section, "EncoderTicksPerRound", kTicks);
   motor.torque_constant = reader.number(section, "TorqueConstant_[newton_meter_divided_by_ampere]", kTorqueConstant);

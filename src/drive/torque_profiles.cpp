@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "youbot_base_sim/drive/reference_torque.h"
-
 namespace youbot_base_sim {
 
 Eigen::Vector3d ReferenceMotion::velocity(double t) const {

@@ -85,7 +85,7 @@ std::string fitted_scene(const std::string& start_path, const Fit& fit, const Dr
   if (start_path.empty()) {
     root["robot"]["profile"] = "measured";
   } else {
-    root = YAML::Clone(read_yaml_file(start_path));
+    root = YAML::Clone(YAML::Load(read_yaml_text(start_path)));
   }
   for (const char* section : {"robot", "motors", "floor"}) {
     if (root[section]) root[section].SetStyle(YAML::EmitterStyle::Block);

@@ -39,7 +39,7 @@ std::string advice(const RobotParameters& robot, const FloorParameters& floor, M
   const Method& method = *find_method(settings.method);
   if (!method.is_explicit || !slips(model)) return "";
   constexpr double kStability = 3, kTimePerStep = 0.6e-6;  // s, at 3 GHz
-  const double nu = effective_regularization_speed(floor.nu, settings.tolerance);
+  const double nu = effective_regularization_speed(floor.nu, settings.tolerance());
   const double damping = visit_law(model, [&](auto row) {
     using Law = typename decltype(row)::Law;
     const ContactVector<2> no_slip = {{Wheels::Zero(), Wheels::Zero()}};
@@ -70,10 +70,10 @@ std::unique_ptr<MotionIntegrator> make_integrator(Model model, const RobotParame
                                                   const FloorParameters& floor, const State& start,
                                                   const TorqueProfile& torque, const IntegrationSettings& settings,
                                                   bool extended, const MotionSoFar* before) {
-  if (!slips(model)) return std::make_unique<NoSlipIntegrator>(robot, floor, torque, settings.tolerance);
+  if (!slips(model)) return std::make_unique<NoSlipIntegrator>(robot, floor, torque, settings.tolerance());
   const Method* method = find_method(settings.method);
   if (!method) throw std::invalid_argument(settings.method + ": no method of integration");
-  const Parts parts{robot, floor, start, torque, settings.tolerance, *method, step_of(*method, settings), before};
+  const Parts parts{robot, floor, start, torque, settings.tolerance(), *method, step_of(*method, settings), before};
   return extended ? make_slip_integrator<ExtendedFeatures>(model, parts)
                   : make_slip_integrator<PaperFeatures>(model, parts);
 }

@@ -233,7 +233,7 @@ void BaseNode::report_start() {
       scene.files.empty() ? "no scene" : scene.files.front().c_str(), wheels_text(robot.dry_friction).c_str(),
       wheels_text(robot.mu_1).c_str(), wheels_text(robot.roller_dry_friction).c_str(), wheels_text(robot.mu_2).c_str(),
       wheels_text(scene.floor.f).c_str(), gains.proportional, gains.integral);
-  const std::string advised = advice(scene.robot, scene.floor, scene.model, integration_settings(scene.solver), 1);
+  const std::string advised = advice(scene.robot, scene.floor, scene.model, scene.solver, 1);
   for (const std::string& warning : {unlikely_geometry(scene.robot), without_effect(scene), advised}) {
     if (!warning.empty()) ROS_WARN_STREAM(warning);
   }

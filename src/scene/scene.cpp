@@ -6,11 +6,7 @@
 #include <cmath>
 #include <filesystem>
 
-#include "loads.h"
-#include "motors.h"
-#include "scene_settings.h"
 #include "wheel_table.h"
-#include "youbot_base_sim/drive/reference_torque.h"
 #include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/physics/roller_geometry.h"
 #include "youbot_base_sim/scene/scene_section.h"
@@ -30,6 +26,8 @@ constexpr Named<RollerRateAtSwitch> kRollerRates[] = {{"continuous", RollerRateA
 
 constexpr Named<NormalReactions> kReactions[] = {{"static", NormalReactions::kStatic},
                                                  {"dynamic", NormalReactions::kDynamic}};
+constexpr Named<bool> kPlacements[] = {{"moving", false}, {"at_rest", true}};
+constexpr Named<bool> kFrames[] = {{"platform", false}, {"fixed", true}};
 constexpr Named<LoadSharing> kSharings[] = {{"equal_wheels", LoadSharing::kEqualWheels},
                                             {"rocking_front", LoadSharing::kRockingFront},
                                             {"rocking_rear", LoadSharing::kRockingRear}};
@@ -53,19 +51,9 @@ constexpr Range kTorque{-3e6, 3e6, "N m"};
 constexpr Range kTime{-1e9, 1e9, "s"};
 constexpr Range kHarmonicPeriod{1e-4, 1e9, "s"};
 
-[[noreturn]] void refuse_override(const char* name, const std::string& value, const std::vector<std::string>& allowed) {
-  throw SceneError(fmt::format("{} = {}: must be {}", name, quote(value), alternatives(allowed)));
-}
-
-/// The value that an override names.
-template <class Value, std::size_t size>
-Value named(const char* key, const std::string& name, const Named<Value> (&allowed)[size]) {
-  std::vector<std::string> names;
-  for (const Named<Value>& candidate : allowed) {
-    if (name == candidate.name) return candidate.value;
-    names.push_back(candidate.name);
-  }
-  refuse_override(key, name, names);
+/// An override as a value of no file; not given where it is empty.
+SceneValue override_of(const char* name, const std::string& text) {
+  return {"", name, text.empty() ? YAML::Node(YAML::NodeType::Undefined) : YAML::Node(text)};
 }
 
 RobotParameters robot_of(Profile profile, double friction_scale) {
@@ -103,10 +91,10 @@ void refuse_for_model(const SceneValue& value, bool off, Model model, bool used)
 /// The robot of the profile that replaces the file's, or `robot` if there is none.
 RobotParameters override_profile(const SceneOverrides& overrides, const RobotParameters& robot) {
   Profile profile = Profile::kPaper;
-  if (!overrides.profile.empty()) profile = named("profile", overrides.profile, kProfiles);
+  override_of("profile", overrides.profile).choice(profile, kProfiles);
   if (overrides.friction_scale && profile != Profile::kMeasured) {
-    throw SceneError(fmt::format("friction_scale = {:g}: must be left out unless profile = measured is given too",
-                                 *overrides.friction_scale));
+    override_of("friction_scale", fmt::format("{:g}", *overrides.friction_scale))
+        .refuse("left out unless profile = measured is given too");
   }
   return overrides.profile.empty() ? robot : robot_of(profile, overrides.friction_scale.value_or(1));
 }
@@ -178,6 +166,13 @@ RobotParameters read_robot(SceneSection s, const FloorParameters& floor, Model m
   return robot;
 }
 
+/// Reads the sections of a list that may be left out.
+template <class Entry>
+void read_list(const SceneValue& value, std::vector<Entry>& entries, Entry (*read)(SceneSection s)) {
+  if (!value.given()) return;
+  for (const SceneSection& section : value.sections()) entries.push_back(read(section));
+}
+
 FloorPatch read_patch(SceneSection s) {
   FloorPatch patch;
   const SceneValue rectangle = s.required("rectangle");
@@ -208,9 +203,7 @@ FloorParameters read_floor(SceneSection s, Model model) {
   refuse_for_model(friction, (floor.f == floor.f[0]).all(), model, slips(model));
   spin.number(floor.spin_radius, {0, 1, "m"});
   refuse_for_model(spin, floor.spin_radius == 0, model, limits_friction(model));
-  if (patches.given()) {
-    for (const SceneSection& section : patches.sections()) floor.patches.push_back(read_patch(section));
-  }
+  read_list(patches, floor.patches, read_patch);
   refuse_for_model(patches, floor.patches.empty(), model, limits_friction(model));
   if (slope.given()) read_slope(slope, floor);
   s["slip_regularization"].number(floor.nu, {1e-15, 1e3, "m/s"});
@@ -218,6 +211,43 @@ FloorParameters read_floor(SceneSection s, Model model) {
   s["gravity"].number(floor.g, {1e-6, 1e6, "m/s^2"});
   s.finish();
   return floor;
+}
+
+void read_stretch(SceneSection& s, LoadSchedule::Stretch& stretch) {
+  s["start"].number(stretch.start, {0, 1e9, "s"});
+  const SceneValue end = s["end"];
+  end.number(stretch.end, {0, 1e9, "s"});
+  if (stretch.end <= stretch.start) end.refuse(fmt::format("after start, {}", stretch.start));
+}
+
+void read_vector(const SceneValue& value, Eigen::Vector3d& vector, const Range& range) {
+  Eigen::Array3d numbers = vector.array();
+  value.numbers(numbers, range);
+  vector = numbers.matrix();
+}
+
+LoadSchedule::PlannedLoad read_load(SceneSection s) {
+  LoadSchedule::PlannedLoad planned;
+  s.required("mass").number(planned.load.mass, kLoadMasses);
+  read_vector(s.required("position"), planned.load.position, kLoadPositions);
+  s["inertia"].number(planned.load.inertia, kLoadInertias);
+  read_stretch(s, planned);
+  s["placed"].choice(planned.at_rest, kPlacements);
+  s.finish();
+  return planned;
+}
+
+LoadSchedule::PlannedWrench read_wrench(SceneSection s) {
+  LoadSchedule::PlannedWrench planned;
+  const SceneValue force = s["force"], torque = s["torque"];
+  read_vector(force, planned.wrench.force, kWrenchForces);
+  read_vector(s["point"], planned.wrench.point, kLoadPositions);
+  torque.number(planned.wrench.torque, kWrenchTorques);
+  read_stretch(s, planned);
+  s["frame"].choice(planned.wrench.fixed, kFrames);
+  s.finish();
+  if (!force.given() && !torque.given()) force.refuse("given where torque is not");
+  return planned;
 }
 
 /// Every wheel must press on the floor at rest, under all loads.
@@ -238,26 +268,22 @@ void check_control_period(const SceneValue& value, double period, const Scene& s
   }
 }
 
-OutputSettings read_output(SceneSection s, const SceneOverrides& overrides) {
+OutputSettings read_output(SceneSection s) {
   OutputSettings output;
   s["contacts"].choice(output.contacts, kFlags);
   s.finish();
-  if (overrides.contacts) output.contacts = true;
   return output;
 }
 
 /// The scene so far decides which methods can integrate it and how short a control period may be.
 SolverSettings read_solver(SceneSection s, const SceneOverrides& overrides, const Scene& scene) {
   SolverSettings solver;
-  const SceneValue method = s["method"];
+  const SceneValue method = s["method"], other_method = override_of("method", overrides.method);
   method.choice(solver.method, method_names());
-  if (!overrides.method.empty()) {
-    if (!find_method(overrides.method)) refuse_override("method", overrides.method, method_names());
-    solver.method = overrides.method;
-  }
+  other_method.choice(solver.method, method_names());
   const SceneValue step = s["step"];
   step.number(solver.step, {1e-9, 1, "s"});
-  if (step.given() && overrides.method.empty() && find_method(solver.method)->default_step == 0) {
+  if (step.given() && !other_method.given() && find_method(solver.method)->default_step == 0) {
     step.refuse("left out for a method with step size control, " + solver.method);
   }
   s["relative_tolerance"].number(solver.relative_tolerance, kRelativeTolerances);
@@ -270,9 +296,30 @@ SolverSettings read_solver(SceneSection s, const SceneOverrides& overrides, cons
   solver.control_period = overrides.control_period.value_or(solver.control_period);
   s.finish();
   const std::string reason = refusal(*find_method(solver.method), scene.robot, scene.model);
-  if (!reason.empty() && overrides.method.empty()) method.refuse(reason);
-  if (!reason.empty()) throw SceneError(fmt::format("method = {}: must be {}", solver.method, reason));
+  if (!reason.empty()) (other_method.given() ? other_method : method).refuse(reason);
   return solver;
+}
+
+/// Reads a setting of the motors; an empty one stays empty where the file leaves it out.
+struct MotorReader {
+  SceneSection& section;
+
+  void operator()(const char* name, double& number, const Range& range) const { section[name].number(number, range); }
+  void operator()(const char* name, std::optional<double>& number, const Range& range) const {
+    const SceneValue value = section[name];
+    if (value.given()) value.number(number.emplace(), range);
+  }
+  void operator()(const char* name, std::optional<bool>& flag) const {
+    const SceneValue value = section[name];
+    if (value.given()) value.choice(flag.emplace(), kFlags);
+  }
+};
+
+MotorSettings read_motors(SceneSection s) {
+  MotorSettings motors;
+  visit_settings(motors, MotorReader{s});
+  s.finish();
+  return motors;
 }
 
 Harmonic read_harmonic(SceneSection s) {
@@ -375,7 +422,7 @@ Scene read_scene(const std::string& path, const YAML::Node& root, const SceneOve
   Scene scene;
   scene.files = {path};
   file["model"].choice(scene.model, kModels);
-  if (!overrides.model.empty()) scene.model = named("model", overrides.model, kModels);
+  override_of("model", overrides.model).choice(scene.model, kModels);
   file.required("duration").number(scene.duration, {1e-9, 1e6, "s"});
   const SceneValue output_rate = file["output_rate"];
   output_rate.number(scene.output_rate, {1e-9, 1e6, "Hz"});
@@ -388,10 +435,11 @@ Scene read_scene(const std::string& path, const YAML::Node& root, const SceneOve
   }
   scene.floor = read_floor(floor.section(), scene.model);
   scene.robot = read_robot(robot.section(), scene.floor, scene.model, overrides);
-  scene.load_schedule = read_load_schedule(loads, wrenches);
+  read_list(loads, scene.load_schedule.loads, read_load);
+  read_list(wrenches, scene.load_schedule.wrenches, read_wrench);
   check_loads(loads, scene);
   scene.solver = read_solver(solver.section(), overrides, scene);
-  scene.output = read_output(output.section(), overrides);
+  scene.output = read_output(output.section());
   if (motors.given()) scene.motors = read_motors(motors.section());
   read_drive(drive, scene);
   read_initial(initial.section(), scene);
@@ -428,10 +476,6 @@ bool beyond_the_paper(const Scene& scene) {
          scene.floor.spin_radius != 0 || !scene.floor.patches.empty() || !scene.load_schedule.empty();
 }
 
-IntegrationSettings integration_settings(const SolverSettings& solver) {
-  return {solver.method, {solver.relative_tolerance, solver.absolute_tolerance}, solver.step};
-}
-
 const char* name_of(Model model) {
   for (const Named<Model>& candidate : kModels) {
     if (candidate.value == model) return candidate.name;
@@ -440,7 +484,7 @@ const char* name_of(Model model) {
 }
 
 Scene load_scene(const std::string& path, const SceneOverrides& overrides) {
-  return guarded(path, [&] { return read_scene(path, read_yaml_file(path), overrides); });
+  return guarded(path, [&] { return read_scene(path, YAML::Load(read_yaml_text(path)), overrides); });
 }
 
 SceneFile read_scene_file(const std::string& path) { return {path, read_yaml_text(path)}; }
@@ -489,19 +533,12 @@ std::string without_effect(const Scene& scene) {
 }
 
 std::unique_ptr<TorqueProfile> make_torque_profile(const Scene& scene) {
-  struct Maker {
-    const Scene& scene;
-    std::unique_ptr<TorqueProfile> operator()(std::monostate) { return nullptr; }
-    std::unique_ptr<TorqueProfile> operator()(const ReferenceMotion& motion) {
-      return std::make_unique<ReferenceTorque>(scene.robot, motion);
-    }
-    std::unique_ptr<TorqueProfile> operator()(const TorqueSegments& segments) {
-      return std::make_unique<PiecewiseTorque>(segments);
-    }
-    std::unique_ptr<TorqueProfile> operator()(const WheelTable& table) { return std::make_unique<TableTorque>(table); }
-    std::unique_ptr<TorqueProfile> operator()(const VelocityTable&) { return nullptr; }
-  };
-  return std::visit(Maker{scene}, scene.drive);
+  if (const auto* motion = std::get_if<ReferenceMotion>(&scene.drive))
+    return std::make_unique<ReferenceTorque>(scene.robot, *motion);
+  if (const auto* segments = std::get_if<TorqueSegments>(&scene.drive))
+    return std::make_unique<PiecewiseTorque>(*segments);
+  if (const auto* table = std::get_if<WheelTable>(&scene.drive)) return std::make_unique<TableTorque>(*table);
+  return nullptr;
 }
 
 }  // namespace youbot_base_sim

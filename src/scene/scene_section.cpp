@@ -92,12 +92,10 @@ std::string alternatives(const std::vector<std::string>& names) {
   return text;
 }
 
-void SceneValue::refuse(const std::string& allowed) const {
-  throw SceneError(fmt::format("{}: {} = {}: must be {}", file_, path_, shown(node_), allowed));
-}
+void SceneValue::refuse(const std::string& allowed) const { refuse_for("must be " + allowed); }
 
 void SceneValue::refuse_for(const std::string& reason) const {
-  throw SceneError(fmt::format("{}: {} = {}: {}", file_, path_, shown(node_), reason));
+  throw SceneError(fmt::format("{}{}{} = {}: {}", file_, file_.empty() ? "" : ": ", path_, shown(node_), reason));
 }
 
 void SceneValue::require_list() const {

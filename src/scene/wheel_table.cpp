@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <optional>
 #include <string_view>
 
 #include "youbot_base_sim/scene/scene.h"
@@ -19,46 +18,51 @@ constexpr std::size_t kMaxBytes = 250'000'000;  // an hour at 1 kHz with all fig
 constexpr std::size_t kColumns = 5;
 constexpr std::array<const char*, kColumns> kNames = {"t", "fl", "fr", "bl", "br"};
 
-/// The first line, which is taken off the front of `text`, without what ends it.
-std::string_view take_line(std::string_view& text) {
-  const std::size_t end = std::min(text.find('\n'), text.size());
-  std::string_view line = text.substr(0, end);
+/// The text before the separator, which is taken off the front of `text` with it; all where there is none.
+std::string_view take(std::string_view& text, char separator) {
+  const std::size_t end = std::min(text.find(separator), text.size());
+  const std::string_view before = text.substr(0, end);
   text.remove_prefix(std::min(end + 1, text.size()));
+  return before;
+}
+
+std::string_view take_line(std::string_view& text) {
+  std::string_view line = take(text, '\n');
   if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
   return line;
 }
 
-/// The first cell, which is taken off the front of `line` with the comma behind it. Without one, nothing is left.
-std::string_view take_cell(std::optional<std::string_view>& line) {
+std::string_view take_cell(std::string_view& line) {
   constexpr char kAround[] = " \t\"";
-  const std::size_t end = std::min(line->find(','), line->size());
-  std::string_view cell = line->substr(0, end);
-  end < line->size() ? line->remove_prefix(end + 1) : line.reset();
+  std::string_view cell = take(line, ',');
   cell.remove_prefix(std::min(cell.find_first_not_of(kAround), cell.size()));
   cell.remove_suffix(cell.size() - (cell.find_last_not_of(kAround) + 1));
   return cell;
 }
 
+std::size_t count_cells(std::string_view line) {
+  return 1 + static_cast<std::size_t>(std::count(line.begin(), line.end(), ','));
+}
+
 /// The columns of t, fl, fr, bl and br, in this order. `name` is the file's. The content of the file may be private, so
 /// its header is not quoted.
-std::array<std::size_t, kColumns> columns_of(const std::string& name, std::optional<std::string_view> header) {
+std::array<std::size_t, kColumns> columns_of(const std::string& name, std::string_view header) {
   const auto refuse = [&](const std::string& what) {
     throw SceneError(fmt::format("{}:1: header: {}; must be {}, each once", name, what, kTableColumns));
   };
-  std::array<std::optional<std::size_t>, kColumns> found;
-  std::size_t count = 0;
-  for (; header; ++count) {
+  const std::size_t count = count_cells(header);
+  std::array<std::size_t, kColumns> columns;
+  columns.fill(count);  // not found
+  for (std::size_t column = 0; column < count; ++column) {
     const std::string_view cell = take_cell(header);
     const auto known = std::find(kNames.begin(), kNames.end(), cell);
     if (known == kNames.end()) continue;
-    auto& column = found[static_cast<std::size_t>(known - kNames.begin())];
-    if (column) refuse(fmt::format("column {} twice", cell));
-    column = count;
+    auto& found = columns[static_cast<std::size_t>(known - kNames.begin())];
+    if (found < count) refuse(fmt::format("column {} twice", cell));
+    found = column;
   }
-  std::array<std::size_t, kColumns> columns;
   for (std::size_t k = 0; k < kColumns; ++k) {
-    if (!found[k]) refuse(fmt::format("no column {}", kNames[k]));
-    columns[k] = *found[k];
+    if (columns[k] == count) refuse(fmt::format("no column {}", kNames[k]));
   }
   if (count != kColumns) refuse(fmt::format("{} columns", count));
   return columns;
@@ -73,25 +77,23 @@ WheelTable read_wheel_table(const std::string& path, const Range& time, const Ra
 
   WheelTable table;
   for (int number = 2; !rest.empty(); ++number) {
-    const std::string_view line = take_line(rest);
+    std::string_view line = take_line(rest);
     if (line.find_first_not_of(" \t") == std::string_view::npos) continue;
+    const auto refuse = [&](const std::string& what) {
+      throw SceneError(fmt::format("{}:{}: {}", name, number, what));
+    };
+    if (count_cells(line) != kColumns) refuse(fmt::format("{}: must be {} numbers", quote(line), kColumns));
     std::array<std::string_view, kColumns> cells;
-    std::optional<std::string_view> left = line;
-    std::size_t count = 0;
-    while (left && count < kColumns) cells[count++] = take_cell(left);
-    if (left || count < kColumns) {
-      throw SceneError(fmt::format("{}:{}: {}: must be {} numbers", name, number, quote(line), kColumns));
-    }
+    for (std::string_view& cell : cells) cell = take_cell(line);
     std::array<double, kColumns> row;
     for (std::size_t k = 0; k < kColumns; ++k) {
       const std::string_view cell = cells[columns[k]];
       const Range& range = k == 0 ? time : values;
       if (read_number(cell, row[k]) && contains(range, row[k])) continue;
-      throw SceneError(fmt::format("{}:{}: {} = {}: must be {}", name, number, kNames[k], quote(cell), text_of(range)));
+      refuse(fmt::format("{} = {}: must be {}", kNames[k], quote(cell), text_of(range)));
     }
     if (!table.t.empty() && row[0] <= table.t.back()) {
-      throw SceneError(fmt::format("{}:{}: t = {}: must be greater than the row's before, {}", name, number, row[0],
-                                   table.t.back()));
+      refuse(fmt::format("t = {}: must be greater than the row's before, {}", row[0], table.t.back()));
     }
     table.t.push_back(row[0]);
     table.values.emplace_back(row[1], row[2], row[3], row[4]);

@@ -7,8 +7,8 @@
 #include <cstddef>
 #include <optional>
 #include <sstream>
+#include <string_view>
 
-#include "youbot_base_sim/scene/scene.h"
 #include "youbot_base_sim/text/quote.h"
 #include "youbot_base_sim/text/text_file.h"
 
@@ -69,6 +69,105 @@ class Bounds : public YAML::EventHandler {
   int depth_ = 0;
 };
 
+constexpr std::size_t kMaxDigits = 6;  // of a number in brackets
+constexpr std::string_view kDigits = "0123456789",
+                           kNameCharacters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ_0123456789";
+
+/// Puts one setting into a document. Nodes on the way are made anew, for aliases may share the old ones.
+class Setter {
+ public:
+  Setter(const std::string& file, const SceneSetting& setting) : file_(file), setting_(setting) {
+    std::string_view rest = setting.key;
+    do {
+      take_step(rest);
+    } while (!rest.empty());
+  }
+
+  /// The value in place of the node to which the key leads from here on, which is `depth` steps into the document.
+  YAML::Node applied(const YAML::Node& node, std::size_t depth = 0) const {
+    if (depth == steps_.size()) return YAML::Load(setting_.value);
+    return steps_[depth].name.empty() ? in_list(node, depth) : in_section(node, depth);
+  }
+
+ private:
+  /// One step of a key: the name of what a section has, or the number of what a list has.
+  struct Step {
+    std::string name;  // empty for a number
+    std::size_t number = 0;
+    std::string_view around;  // the key of the section or list; of a step from the document itself, the step's own
+  };
+
+  /// Takes a step off the front of `rest`, the end of the key.
+  void take_step(std::string_view& rest) {
+    const std::string_view key = setting_.key;
+    const bool first = steps_.empty(), bracket = !first && rest.front() == '[';
+    Step step;
+    step.around = key.substr(0, key.size() - rest.size());
+    if (!first && !bracket && rest.front() != '.') refuse_key();
+    if (!first) rest.remove_prefix(1);
+    std::size_t length = std::min(rest.find_first_not_of(bracket ? kDigits : kNameCharacters), rest.size());
+    const std::string text(rest.substr(0, length));
+    const bool begins_with_digit = kDigits.find(text[0]) != std::string_view::npos;
+    if (bracket) {
+      const bool canonical = length == 1 || (length > 1 && length <= kMaxDigits && text[0] != '0');
+      if (!canonical || length == rest.size() || rest[length] != ']') refuse_key();
+      step.number = std::stoul(text);
+      ++length;
+    } else {
+      if (length == 0 || begins_with_digit) refuse_key();
+      step.name = text;
+    }
+    rest.remove_prefix(length);
+    if (first) step.around = key.substr(0, length);
+    steps_.push_back(step);
+  }
+
+  YAML::Node in_section(const YAML::Node& node, std::size_t depth) const {
+    const Step& step = steps_[depth];
+    if (is_given(node) && !node.IsMap())
+      refuse(fmt::format("unknown key: {} is not a section there", quote(step.around)));
+    YAML::Node section(YAML::NodeType::Map);
+    bool found = false;
+    for (const auto& entry : node) {
+      // A key that stands there twice remains, to be refused.
+      const bool is_key = !found && entry.first.IsScalar() && entry.first.Scalar() == step.name;
+      section.force_insert(entry.first, is_key ? applied(entry.second, depth + 1) : entry.second);
+      found = found || is_key;
+    }
+    if (!found) section.force_insert(step.name, applied(missing_node(), depth + 1));
+    return section;
+  }
+
+  YAML::Node in_list(const YAML::Node& node, std::size_t depth) const {
+    const Step& step = steps_[depth];
+    if (is_given(node) && !node.IsSequence())
+      refuse(fmt::format("unknown key: {} is not a list there", quote(step.around)));
+    const std::size_t size = node.size();
+    if (step.number > size) {
+      refuse(fmt::format("{} has {} entries; must be one of them, numbered from 0, or the next", step.around, size));
+    }
+    YAML::Node list(YAML::NodeType::Sequence);
+    for (std::size_t k = 0; k < size; ++k) list.push_back(k == step.number ? applied(node[k], depth + 1) : node[k]);
+    if (step.number == size) list.push_back(applied(missing_node(), depth + 1));
+    return list;
+  }
+
+  static bool is_given(const YAML::Node& node) { return node.IsDefined() && !node.IsNull(); }
+  static YAML::Node missing_node() { return YAML::Node(YAML::NodeType::Undefined); }
+
+  [[noreturn]] void refuse_key() const {
+    refuse("must be a key of a scene such as floor.friction or initial.wheel_angles[0]");
+  }
+
+  [[noreturn]] void refuse(const std::string& reason) const {
+    throw SceneError(fmt::format("{}: {} = {}: {}", file_, quote(setting_.key), quote(setting_.value), reason));
+  }
+
+  const std::string& file_;
+  const SceneSetting& setting_;
+  std::vector<Step> steps_;
+};
+
 }  // namespace
 
 std::string read_yaml_text(const std::string& path, const char* kind) {
@@ -92,6 +191,10 @@ std::string read_yaml_text(const std::string& path, const char* kind) {
   }
 }
 
-YAML::Node read_yaml_file(const std::string& path) { return YAML::Load(read_yaml_text(path)); }
+YAML::Node with_settings(const std::string& file, const YAML::Node& root, const std::vector<SceneSetting>& settings) {
+  YAML::Node document = root;
+  for (const SceneSetting& setting : settings) document.reset(Setter(file, setting).applied(document));
+  return document;
+}
 
 }  // namespace youbot_base_sim

@@ -4,9 +4,8 @@
 
 #include <cmath>
 
-#include "youbot_base_sim/drive/motor_settings.h"
+#include "youbot_base_sim/drive/motor.h"
 #include "youbot_base_sim/drive/torque_profiles.h"
-#include "youbot_base_sim/drive/wheel_drive.h"
 
 namespace youbot_base_sim {
 namespace {

@@ -64,8 +64,8 @@ class MethodTest : public testing::TestWithParam<std::string> {
 
   // `accuracy` is a tolerance, or a step (s).
   IntegrationSettings settings(double accuracy) const {
-    if (has_fixed_step()) return {GetParam(), {1e-7, 1e-10}, accuracy};
-    return {GetParam(), {accuracy, accuracy}, 0};
+    if (has_fixed_step()) return {GetParam(), accuracy};
+    return {GetParam(), 0, accuracy, accuracy};
   }
 };
 

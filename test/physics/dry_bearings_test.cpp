@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "random_states.h"
-#include "youbot_base_sim/drive/reference_torque.h"
+#include "youbot_base_sim/drive/torque_profiles.h"
 #include "youbot_base_sim/integration/slip_system.h"
 #include "youbot_base_sim/physics/model.h"
 #include "youbot_base_sim/physics/no_slip_model.h"

@@ -2,7 +2,7 @@
 
 #include "base_client.h"
 #include "step_response.h"
-#include "youbot_base_sim/drive/wheel_drive.h"
+#include "youbot_base_sim/drive/motor.h"
 
 namespace youbot_base_sim {
 namespace {

@@ -1,7 +1,7 @@
 // Wheel rates commanded over the topic are kept by the wheels' velocity loop.
 
 #include "base_client.h"
-#include "youbot_base_sim/drive/wheel_drive.h"
+#include "youbot_base_sim/drive/motor.h"
 #include "youbot_base_sim/physics/no_slip_model.h"
 
 namespace youbot_base_sim {

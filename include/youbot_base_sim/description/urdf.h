@@ -8,7 +8,7 @@
 
 namespace youbot_base_sim {
 
-/// The URI at which viewers find the mesh of a part.
+/// The URI at which viewers find the mesh of a part; asked for once.
 using MeshUri = std::function<std::string(Part)>;
 
 enum class RollerJoints {

@@ -7,8 +7,6 @@
 
 namespace youbot_base_sim {
 
-constexpr double kMaxCommandDelay = 60;  ///< s
-
 /// Faults between the software that commands the base and its wheels; none by default.
 struct Faults {
   /// The EtherCAT cable is unplugged. After 100 cycles of 1 ms the driver gives up the base, and the motors' own

@@ -1,6 +1,11 @@
 #pragma once
 
+#include <array>
+#include <optional>
+
 #include "youbot_base_sim/export.h"
+#include "youbot_base_sim/physics/state.h"
+#include "youbot_base_sim/text/number.h"
 
 namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
@@ -26,9 +31,8 @@ struct Motor {
   double max_current = 3.564;        ///< limit of the current, A
   double max_speed = 4000;           ///< limit of the motor's speed, rpm
 
-  double torque(double current) const {
-    return current * torque_constant / gear_ratio;
-  }                                                          ///< at the wheel, N m, for a current in A
+  /// At the wheel, N m, for a current in A.
+  double torque(double current) const { return current * torque_constant / gear_ratio; }
   double max_torque() const { return torque(max_current); }  ///< 3.085 N m
   double max_rate() const { return rpm() * max_speed; }      ///< 16.21 rad/s
   double tick() const;                                       ///< 6.08e-5 rad of the wheel
@@ -44,6 +48,75 @@ struct Motor {
   /// The set point as EtherCAT carries it: current truncated to whole mA, speed rounded to whole rpm of the motor (as
   /// in the driver's YouBotJoint.cpp).
   SetPoint transmitted(SetPoint set_point) const;
+};
+
+/// PI gains of the wheels' velocity loop. The motor controllers' own gains (P 600, I 200) have undocumented units;
+/// those here were fitted to records of two real bases (docs/drop_in.md).
+struct VelocityGains {
+  double proportional = 0.4;  ///< N m s/rad
+  double integral = 1.2;      ///< N m/rad
+};
+
+constexpr double kMaxCommandDelay = 60;  ///< s
+
+/// Settings of the motors: a scene's section `motors`, and the parameters of base_node with the same names.
+struct MotorSettings {
+  VelocityGains gains;
+  std::optional<double> max_wheel_torque;  ///< N m; empty: what the motor's current limit allows
+  std::optional<double> max_wheel_rate;    ///< rad/s, of set points; empty: the motor's speed limit
+  double command_delay = 0;                ///< from a command's arrival to its effect, s
+  /// Whether set points and readings are whole rpm, mA and encoder ticks, as EtherCAT carries them; otherwise they are
+  /// exact. Empty: so by BaseDriver, exact offline.
+  std::optional<bool> quantized;
+
+  /// The motor with these limits.
+  Motor limit(Motor motor) const {
+    if (max_wheel_torque) motor.max_current = *max_wheel_torque / motor.torque(1);
+    if (max_wheel_rate) motor.max_speed = *max_wheel_rate / motor.rpm();
+    return motor;
+  }
+};
+
+/// Names, ranges and units of the settings: calls `read(name, setting, range)` for each number and `read(name,
+/// setting)` for what is on or off.
+template <class Read>
+void visit_settings(MotorSettings& motors, Read&& read) {
+  read("velocity_proportional_gain", motors.gains.proportional, Range{0, 1e3, "N m s/rad"});
+  read("velocity_integral_gain", motors.gains.integral, Range{0, 1e6, "N m/rad"});
+  read("max_wheel_torque", motors.max_wheel_torque, Range{0, 1e6, "N m"});
+  read("max_wheel_rate", motors.max_wheel_rate, Range{0, 1e6, "rad/s"});
+  read("command_delay", motors.command_delay, Range{0, kMaxCommandDelay, "s"});
+  read("quantized", motors.quantized);
+}
+
+/// The motor controllers of the four wheels, sampled once a control period. Each exerts a torque, tracks a rate with a
+/// PI velocity loop, or is off, as all are at first.
+///
+/// The loop's integral is what holds a wheel against its friction, so it stays when the commanded rate changes,
+/// even to zero: real bases that stand hold 0.11 to 0.27 N m. It starts from zero where a motor begins to track rates,
+/// after torques or after it was off. It cannot wind up: while the torque is at its limit, the integral only moves away
+/// from that (conditional integration).
+class WheelDrive {
+ public:
+  /// `control_period` in s. With `quantized` set points are those that EtherCAT can carry, otherwise exact.
+  explicit WheelDrive(double control_period, const Motor& motor = {}, const VelocityGains& gains = {},
+                      bool quantized = false);
+
+  /// Gives wheel i a new set point, clamped to its motor's limits.
+  void command(int i, const SetPoint& set_point);
+
+  /// Motor torque at each wheel, N m, for the control period that begins with wheel rates `dphi` (rad/s).
+  Wheels sample(const Wheels& dphi);
+
+  const std::array<SetPoint, kWheels>& set_points() const { return set_points_; }
+
+ private:
+  double control_period_;
+  Motor motor_;
+  VelocityGains gains_;
+  bool quantized_;
+  std::array<SetPoint, kWheels> set_points_;
+  Wheels integral_ = Wheels::Zero();  // N m
 };
 
 }  // namespace youbot_base_sim

@@ -5,7 +5,6 @@
 
 #include "youbot_base_sim/drive/faults.h"
 #include "youbot_base_sim/drive/motor.h"
-#include "youbot_base_sim/drive/motor_settings.h"
 #include "youbot_base_sim/export.h"
 #include "youbot_base_sim/physics/state.h"
 

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <limits>
 #include <utility>
 #include <vector>
 
 #include "youbot_base_sim/export.h"
+#include "youbot_base_sim/physics/no_slip_model.h"
 #include "youbot_base_sim/physics/state.h"
 #include "youbot_base_sim/physics/torque_profile.h"
 
@@ -24,6 +26,22 @@ struct ReferenceMotion {
   /// (V_X, V_Y, Omega), m/s and rad/s, at time t (s); then its derivative.
   Eigen::Vector3d velocity(double t) const;
   Eigen::Vector3d acceleration(double t) const;
+};
+
+/// The paper's open-loop control (section 5.2): the torques under which model 1 performs the desired motion.
+class ReferenceTorque : public TorqueProfile {
+ public:
+  ReferenceTorque(const RobotParameters& robot, const ReferenceMotion& motion);
+  double begin_segment(double) override { return std::numeric_limits<double>::infinity(); }
+  Wheels value(double t) const override;
+
+ private:
+  [[gnu::noinline, gnu::cold]] Wheels dry_value(double t) const;
+
+  NoSlipModel model_;
+  ReferenceMotion motion_;
+  // Without dry friction the torques are quadratic in the velocities: they have no harmonics above the second.
+  Wheels constant_, cos_, sin_, cos_2_, sin_2_;
 };
 
 /// One segment of a torque profile: constant + cos * cos(2 pi t / period) + sin * sin(2 pi t / period), N m. The time t

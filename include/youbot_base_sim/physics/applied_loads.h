@@ -25,6 +25,10 @@ struct Wrench {
   Eigen::Vector3d point = Eigen::Vector3d::Zero();  ///< where it acts, from O at the height of the axles, m: platform
   double torque = 0;                                ///< about OZ, N m
   bool fixed = false;                               ///< whether the force keeps its direction in the fixed frame
+
+  bool operator==(const Wrench& other) const {
+    return force == other.force && point == other.point && torque == other.torque && fixed == other.fixed;
+  }
 };
 
 /// The loads on the base and the wrenches that act on it.

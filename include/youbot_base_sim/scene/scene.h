@@ -7,7 +7,7 @@
 #include <variant>
 #include <vector>
 
-#include "youbot_base_sim/drive/motor_settings.h"
+#include "youbot_base_sim/drive/motor.h"
 #include "youbot_base_sim/drive/torque_profiles.h"
 #include "youbot_base_sim/export.h"
 #include "youbot_base_sim/integration/methods.h"
@@ -21,18 +21,10 @@ namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 /// The model's name in a scene file: no_slip, viscous or coulomb.
 const char* name_of(Model model);
 
-/// How the equations of motion are integrated.
-struct SolverSettings {
-  std::string method = "radau";  ///< one of integration/methods.h
-  double step = 0;               ///< s, of a method without step size control; 0: its default
-  /// The default keeps the paper's Cases 1 and 2 within 1e-5 m and 1e-5 rad of the exact motion over their 30 s.
-  double relative_tolerance = 3e-7;
-  double absolute_tolerance = 3e-10;  ///< SI units; 1e-3 of the relative one unless given
-  double control_period = 0;          ///< s; > 0: the drive is sampled and held for this period; 0: continuous in time
+/// How the motion is integrated; the absolute tolerance is 1e-3 of the relative one unless given.
+struct SolverSettings : IntegrationSettings {
+  double control_period = 0;  ///< s; > 0: the drive is sampled and held for this period; 0: continuous in time
 };
-
-/// The same for the integration.
-IntegrationSettings integration_settings(const SolverSettings& solver);
 
 /// What is written besides the motion, where anything is.
 struct OutputSettings {
@@ -103,7 +95,6 @@ struct SceneOverrides {
   std::string method;
   std::string profile;                   ///< of the robot; its other keys still go before it
   std::optional<double> friction_scale;  ///< of that profile, which must be measured
-  bool contacts = false;                 ///< true: in bags, whatever the file says
 };
 
 /// Reads and checks a scene file and the tables that it names. Throws SceneError.

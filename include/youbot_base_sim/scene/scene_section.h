@@ -25,7 +25,8 @@ std::string alternatives(const std::vector<std::string>& names);
 class SceneSection;
 
 /// The value of one key. A function that reads it leaves its argument, which holds the default, as it is where the file
-/// leaves the key out; throws SceneError, in one line that names the file, the key, the value and what is allowed.
+/// leaves the key out; throws SceneError, in one line that names the file (where `file` is not empty), the key, the
+/// value and what is allowed.
 class SceneValue {
  public:
   SceneValue(const std::string& file, const std::string& path, const YAML::Node& node)
