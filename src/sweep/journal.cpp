@@ -91,7 +91,7 @@ void Tally::add(RunStatus status) {
 }
 
 Journal::Journal(const std::string& path, const std::vector<std::string>& head, std::uint64_t runs)
-    : path_(path), descriptor_(open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666)) {
+    : path_(path), runs_(runs), descriptor_(open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666)) {
   if (descriptor_ < 0) refuse_output(path, errno);
   try {
     if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0)
@@ -106,7 +106,7 @@ Journal::Journal(const std::string& path, const std::vector<std::string>& head, 
       begin(whole);  // anew: its beginning was torn
     } else {
       check_head(found, head);
-      read_rows(runs);
+      read_rows();
     }
   } catch (...) {
     close(descriptor_);
@@ -140,11 +140,11 @@ void Journal::check_head(const std::string& found, const std::vector<std::string
   if (lines.next() != "") refuse("was begun with more files");
 }
 
-void Journal::read_rows(std::uint64_t runs) {
+void Journal::read_rows() {
   Lines lines(path_, descriptor_, begin_);
   while (const std::optional<std::string> line = lines.next()) {
     const std::optional<Row> row = row_of(*line);
-    if (row && row->run < runs && !finished_.contains(row->run)) {
+    if (row && row->run < runs_ && !finished_.contains(row->run)) {
       if (!finished_.has_room_for(row->run)) break;
       finished_.insert(row->run);
       tally_.add(row->status);

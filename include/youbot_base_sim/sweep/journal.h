@@ -57,6 +57,8 @@ class Journal {
   /// Sees that what was appended survives a power failure. May be called beside `append` by another thread.
   void sync();
 
+  std::uint64_t runs() const { return runs_; }
+  bool is_complete() const { return tally_.runs == runs_; }
   const FinishedRuns& finished() const { return finished_; }
   const Tally& tally() const { return tally_; }
 
@@ -69,9 +71,10 @@ class Journal {
  private:
   void begin(const std::string& head);
   void check_head(const std::string& found, const std::vector<std::string>& head) const;
-  void read_rows(std::uint64_t runs);
+  void read_rows();
 
   std::string path_;
+  std::uint64_t runs_;
   int descriptor_;
   off_t begin_ = 0;  // of the rows, bytes
   off_t end_ = 0;
