@@ -102,7 +102,7 @@ RowMaker row_maker(const Arguments& arguments, const Family& family) {
 #ifdef YOUBOT_BASE_SIM_ROS
   make_bag = [](OutputFile file) { return std::make_unique<BagRecorder>(std::move(file)); };
 #endif
-  if (family.trajectories && family.trajectories->format == TrajectoryFormat::kBag && !make_bag) {
+  if (family.trajectories && family.trajectories->format == "bag" && !make_bag) {
     throw SceneError(fmt::format("{}: trajectories.format = bag: must be csv: this sweep was built without ROS",
                                  quote_path(family.path)));
   }
