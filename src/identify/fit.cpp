@@ -45,7 +45,8 @@ struct Trial {
   Eigen::VectorXd unknowns(const Candidate& other) const {
     Eigen::VectorXd values(size());
     for (std::size_t k = 0; k < free.size(); ++k) values[k] = parameter(k).get(other.scene) / parameter(k).step;
-    for (std::size_t r = 0; r < other.phi.size(); ++r) values.segment<kWheels>(angles_of(r)) = other.phi[r] / kAngleStep;
+    for (std::size_t r = 0; r < other.phi.size(); ++r)
+      values.segment<kWheels>(angles_of(r)) = other.phi[r] / kAngleStep;
     return values;
   }
 
@@ -53,7 +54,8 @@ struct Trial {
   Candidate with(const Eigen::VectorXd& values) const {
     Candidate other = candidate;
     for (std::size_t k = 0; k < free.size(); ++k) parameter(k).set(other.scene, values[k] * parameter(k).step);
-    for (std::size_t r = 0; r < other.phi.size(); ++r) other.phi[r] = values.segment<kWheels>(angles_of(r)) * kAngleStep;
+    for (std::size_t r = 0; r < other.phi.size(); ++r)
+      other.phi[r] = values.segment<kWheels>(angles_of(r)) * kAngleStep;
     return other;
   }
 

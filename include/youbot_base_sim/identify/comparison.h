@@ -38,11 +38,12 @@ class Comparison {
  private:
   /// What is compared of one record.
   struct Part {
-    std::vector<bool> jumping;                                 // torques, for each sample
-    std::vector<std::size_t> samples;                          // at which modes are compared
-    std::vector<std::pair<std::size_t, std::size_t>> windows;  // the first and last samples of stretches of ground truth
-    std::vector<double> expected;                              // that each row may be off
-    Eigen::VectorXd recorded;                                  // values of all rows
+    std::vector<bool> jumping;         // torques, for each sample
+    std::vector<std::size_t> samples;  // at which modes are compared
+    std::vector<std::pair<std::size_t, std::size_t>>
+        windows;                   // the first and last samples of stretches of ground truth
+    std::vector<double> expected;  // that each row may be off
+    Eigen::VectorXd recorded;      // values of all rows
   };
 
   void add_rows(const DriveRecord& record, Part& part);
