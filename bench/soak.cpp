@@ -1,5 +1,5 @@
-// Drives the node's control loop, without a master, through hours of random commands and prints a row of a table for
-// each hour: what must be at the end as it was at the start. See scripts/soak.
+// Drives the node's control loop, without a master, through hours of random commands, and prints what must be at the
+// end as it was at the start. See scripts/soak.
 
 #include <fmt/format.h>
 #include <ros/serialization.h>
@@ -11,6 +11,7 @@
 #include <fstream>
 #include <iostream>
 #include <random>
+#include <string>
 
 #include "youbot_base_sim/loop/base_loop.h"
 #include "youbot_base_sim/physics/roller_geometry.h"
@@ -23,8 +24,8 @@ using namespace youbot_base_sim;
 constexpr double kHour = 3600;           // s
 constexpr int kPeriodsAnHour = 3600000;  // of 1 ms
 
-// Memory that may come to be used after the first hour, KiB. A byte kept for each switch would make four times as much
-// in as many hours as a day has.
+// Growth of the memory that is allowed after the first hour, KiB. A byte kept for each switch would add four times as
+// much in a day.
 constexpr long kMaxGrowth = 512;
 
 /// Memory that the process holds, KiB.
@@ -34,8 +35,8 @@ long resident_memory() {
   return resident * sysconf(_SC_PAGESIZE) / 1024;
 }
 
-/// What a stack might ask of the base, at random: driving about by twists and by wheels, torques, rest, reversals, a
-/// wheel held between two rollers, motors off and on.
+/// Random requests, as a stack might send them: twists, wheel velocities, torques, rest, reversals, a wheel held
+/// between two rollers, motors off and on.
 class RandomStack {
  public:
   explicit RandomStack(unsigned seed) : engine_(seed) {}
@@ -89,7 +90,7 @@ class RandomStack {
     }
     return command;
   }
-  // Torques under which a wheel comes to rest on an edge, by a random search.
+  // Torques under which a wheel comes to rest between two rollers, found by a random search.
   static DriveCommand held() {
     return all(DriveMode::kTorque,
                Wheels(-1.6608860541984796, 0.6423426008195765, 1.6391085502068918, 1.12921153639236));
@@ -99,19 +100,19 @@ class RandomStack {
   DriveCommand last_;
 };
 
-/// What an hour must not change.
+/// What must be the same for every hour.
 struct Hour {
   double cpu = 0;              ///< processor time, s
-  double energy_error = 0;     ///< what the audit of the energy is off after the hour, J
-  double drive_energy = 0;     ///< that went through the drives, either way, J
+  double energy_error = 0;     ///< error of the energy balance after the hour, J
+  double drive_energy = 0;     ///< that went through the drive trains, either way, J
   std::uint64_t switches = 0;  ///< all of them, counted ones too
-  double edge_error = 0;       ///< most that a located switch was off its edge, rad
-  double edge_allowed = 0;     ///< most that it may have been, rad
-  bool all_switches = true;    ///< sums of counts are the rollers by which the wheels have turned
+  double edge_error = 0;       ///< largest distance of a located switch from its roller boundary, rad
+  double edge_allowed = 0;     ///< largest that is allowed, rad
+  bool all_switches = true;    ///< the counts add up to the wheels' rotation
   std::uint64_t messages = 0;
 };
 
-/// A base in the node's loop, and what is kept of it.
+/// A base in the node's loop, and its record.
 class Soak {
  public:
   explicit Soak(unsigned seed)
@@ -171,7 +172,7 @@ class Soak {
   bool on_its_roller(int i) const {
     const std::int64_t counted = rollers_[static_cast<std::size_t>(i)];
     const std::int64_t stands_on = geometry_.roller_at(loop_.simulation().state().phi()[i]);
-    // A wheel that rests on an edge stands on both of its rollers.
+    // A wheel at rest between two rollers stands on both.
     return stands_on == counted || (loop_.simulation().other_rollers()[i] && std::abs(stands_on - counted) == 1);
   }
 
@@ -190,6 +191,17 @@ class Soak {
   double next_request_ = 0;
 };
 
+/// What is printed of an hour, in the order of kHead.
+using Row = Eigen::Array<double, 8, 1>;
+constexpr const char* kHead =
+    "| hour | times real time | memory, KiB | energy through the drive trains, J | error, J | switches | off their "
+    "boundary, rad | largest angle, rad | t - hours, s |\n|---|---|---|---|---|---|---|---|---|";
+
+std::string line(const std::string& hour, const Row& row) {
+  return fmt::format("| {} | {:.0f} | {:.0f} | {:.0f} | {:.1e} | {:.0f} | {:.1e} | {:.0f} | {:g} |", hour, row[0],
+                     row[1], row[2], row[3], row[4], row[5], row[6], row[7]);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -207,28 +219,29 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "soak: {}\n", error.what());
     return 2;
   }
-  fmt::print(
-      "| hour | times real time | memory, KiB | energy through the drives, J | off by, J | switches | off their edge, "
-      "rad | largest angle, rad | t - hours, s |\n|---|---|---|---|---|---|---|---|---|\n");
   Soak soak(seed);
   bool holds = true;
-  long settled = 0;
   double error_before = 0;
+  Row first, last, least, most;
   for (int k = 1; k <= hours; ++k) {
     const Hour hour = soak.hour();
     const Simulation& simulation = soak.loop().simulation();
-    const long memory = resident_memory();
+    const auto memory = static_cast<double>(resident_memory());
     const double energy_error = std::abs(hour.energy_error - error_before);
-    if (k == 1) settled = memory;
-    fmt::print("| {} | {:.0f} | {} | {:.0f} | {:.1e} | {}{} | {:.1e} | {:.0f} | {:g} |\n", k, kHour / hour.cpu, memory,
-               hour.drive_energy, energy_error, hour.switches, hour.all_switches ? "" : ", some lost", hour.edge_error,
-               simulation.state().phi().abs().maxCoeff(), soak.loop().time() - k * kHour);
-    std::fflush(stdout);
+    const double time_error = soak.loop().time() - k * kHour;
+    last << kHour / hour.cpu, memory, hour.drive_energy, energy_error, static_cast<double>(hour.switches),
+        hour.edge_error, simulation.state().phi().abs().maxCoeff(), time_error;
+    if (k == 1) first = least = most = last;
+    least = least.min(last);
+    most = most.max(last);
+    fmt::print(stderr, "{}{}\n", line(std::to_string(k), last), hour.all_switches ? "" : " some switches lost");
     holds = holds && simulation.state().values.allFinite() && hour.all_switches &&
-            hour.edge_error <= hour.edge_allowed && memory <= settled + kMaxGrowth && soak.loop().time() == k * kHour &&
+            hour.edge_error <= hour.edge_allowed && memory <= first[1] + kMaxGrowth && time_error == 0 &&
             energy_error <= simulation.scene().solver.relative_tolerance * hour.drive_energy;
     error_before = hour.energy_error;
   }
+  fmt::print("{}\n{}\n{}\n{}\n{}\n", kHead, line("1", first), line(std::to_string(hours), last),
+             line("least of all", least), line("most of all", most));
   for (const StatisticsField& field : kStatisticsFields) {
     fmt::print(stderr, "{}: {}\n", field.text, soak.loop().simulation().statistics().*field.value);
   }

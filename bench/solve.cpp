@@ -53,8 +53,8 @@ class RunFailure : public std::runtime_error {
 
 using Solver = Run (*)(const Task& task);
 
-// CVODE and ARKODE of SUNDIALS 6, each with the analytic Jacobian, its dense linear solver and its own root finding.
-// What they leave to the user was chosen by trial, for the highest accuracy in the time.
+// CVODE and ARKODE of SUNDIALS 6, each with the Jacobian by central differences, its dense linear solver and its own
+// root finding. What they leave to the user was chosen by trial, for the highest accuracy in the time.
 
 /// The functions that CVODE and ARKODE have in common, by their names in one of them.
 struct Package {

@@ -135,7 +135,8 @@ std::string summary_json(const Simulation& simulation, bool completed, double wa
   json["model"] = name_of(simulation.scene().model);
   json["method"] = simulation.method();
   json["relative_tolerance"] = simulation.scene().solver.relative_tolerance;
-  if (std::isfinite(simulation.regularization_speed())) json["transition_speed"] = simulation.regularization_speed();
+  if (std::isfinite(simulation.regularization_speed()))
+    json["regularization_speed"] = simulation.regularization_speed();
   json["control_period"] = simulation.scene().solver.control_period;
   json["simulated_time"] = simulation.time();
   json["wall_time"] = wall_time;

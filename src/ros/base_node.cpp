@@ -47,6 +47,12 @@ constexpr auto kNoticeInDiagnostics = std::chrono::seconds(2);
 const std::set<std::string> kNotWaitedFor = {kDiagnosticsTopic, kDashboardTopic, kContactMarkersTopic, kLoadsTopic,
                                              kAppliedWrenchTopic};
 
+/// One number where all wheels have the same, else four.
+std::string wheels_text(const Wheels& values) {
+  if ((values == values[0]).all()) return fmt::format("{:g}", values[0]);
+  return fmt::format("[{:g}]", fmt::join(values, ", "));
+}
+
 /// Whether a topic comes from elsewhere than the driver.
 bool is_truth(const std::string& topic) {
   return topic == kGroundTruthTopic || topic == kContactsTopic || topic == kImuTopic;
@@ -217,8 +223,16 @@ void BaseNode::run_loop() {
 
 void BaseNode::report_start() {
   const Scene& scene = settings_.scene;
+  const RobotParameters& robot = scene.robot;
+  const VelocityGains& gains = settings_.driver.motors.gains;
   ROS_INFO("model %s by %s, control period %g s, %s", name_of(scene.model), loop_.simulation().method().c_str(),
            loop_.control_period(), settings_.publish_clock ? "master of simulated time" : "wall clock");
+  ROS_INFO(
+      "%s: friction of the drive trains %s N m + %s N m s, of the rollers %s N m + %s N m s, of the floor %s; "
+      "velocity gains %g N m s/rad, %g N m/rad",
+      scene.files.empty() ? "no scene" : scene.files.front().c_str(), wheels_text(robot.dry_friction).c_str(),
+      wheels_text(robot.mu_1).c_str(), wheels_text(robot.roller_dry_friction).c_str(), wheels_text(robot.mu_2).c_str(),
+      wheels_text(scene.floor.f).c_str(), gains.proportional, gains.integral);
   const std::string advised = advice(scene.robot, scene.floor, scene.model, integration_settings(scene.solver), 1);
   for (const std::string& warning : {unlikely_geometry(scene.robot), without_effect(scene), advised}) {
     if (!warning.empty()) ROS_WARN_STREAM(warning);
@@ -426,7 +440,7 @@ void BaseNode::publish_telemetry() {
     if (loop_.driver().present() || is_truth(topic)) publish(topic, make);
   });
   Telemetry::visit_push(simulation, stamp, publish);
-  publish(kContactMarkersTopic, [&] { return telemetry_.markers(simulation, stamp, clock_.speed()); });
+  publish(kContactMarkersTopic, [&] { return telemetry_.markers(simulation, stamp); });
 }
 
 /// Time t (s) is the loop's, or later within a long control period.

@@ -15,6 +15,8 @@ namespace {
 // Default tolerance without a scene: a minute of driving ends within a few micrometres, at a third of the run time that
 // the scenes' default takes.
 constexpr double kTolerance = 1e-5;
+// Default profile without a scene: the node stands for a real base. A scene means the same here as offline.
+constexpr char kProfile[] = "measured";
 
 constexpr double kMinPublishRate = 1e-3;  // Hz
 constexpr double kMinCommandRate = 0.1;   // Hz; commands wait for so long
@@ -31,7 +33,10 @@ Scene read_scene(Parameters& parameters) {
   parameters.read("relative_tolerance", overrides.relative_tolerance, kRelativeTolerances);
   parameters.read("profile", overrides.profile);
   parameters.read("friction_scale", overrides.friction_scale, kFrictionScales);
-  if (path.empty() && !overrides.relative_tolerance) overrides.relative_tolerance = kTolerance;
+  if (path.empty()) {
+    if (!overrides.relative_tolerance) overrides.relative_tolerance = kTolerance;
+    if (overrides.profile.empty()) overrides.profile = kProfile;
+  }
   Scene scene;
   try {
     scene = default_scene(overrides);
@@ -66,6 +71,7 @@ void read_driver_parameters(BaseSettings& settings) {
   parameters.read("youBotHasArms", settings.has_arms);
   settings.publish_rate = std::min(settings.publish_rate, max_rate(settings));
   parameters.read("youBotDriverCycleFrequencyInHz", settings.publish_rate, rates(kMinPublishRate, settings));
+  settings.command_rate = settings.publish_rate;  // one loop in the driver
   std::string folder, name = "youbot-base";
   parameters.read("youBotConfigurationFilePath", folder);
   parameters.read("youBotBaseName", name);
@@ -122,7 +128,7 @@ void read_sensors(Parameters& parameters, BaseSensors::Options& sensors) {
 void read_telemetry(Parameters& parameters, BaseSettings& settings) {
   Telemetry::Options& telemetry = settings.telemetry;
   telemetry.contacts = settings.scene.output.contacts;
-  std::string sign = "consistent";
+  std::string sign = "driver_exact";
   parameters.read("publish_tf", settings.publish_tf);
   parameters.read("world_tf", telemetry.world);
   parameters.read("publish_rollers", telemetry.rollers);

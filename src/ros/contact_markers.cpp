@@ -320,8 +320,7 @@ MarkerOptions marker_options(const RobotParameters& robot, bool has_world) {
   return options;
 }
 
-visualization_msgs::MarkerArray ContactMarkers::at(const ContactsStamped& contacts, const Simulation& simulation,
-                                                   std::optional<double> real_time_factor) {
+visualization_msgs::MarkerArray ContactMarkers::at(const ContactsStamped& contacts, const Simulation& simulation) {
   const Scene& scene = simulation.scene();
   const std::vector<FloorPatch>& patches = scene.floor.patches;
   const auto& [loads, wrenches] = simulation.applied_loads();
@@ -343,9 +342,8 @@ visualization_msgs::MarkerArray ContactMarkers::at(const ContactsStamped& contac
     add_wrench(markers, static_cast<int>(k), wrenches[k], simulation.state().psi(), options_.friction_scale);
   }
   markers.remove_after("wrenches", wrenches.size(), most_wrenches_);
-  const std::string rate = real_time_factor ? fmt::format("{:.2f} of real time, ", *real_time_factor) : "";
   add_legend(markers, simulation, options_,
-             fmt::format("t = {:.1f} s, {}{} switches", contacts.t, rate, simulation.statistics().switches));
+             fmt::format("t = {:.1f} s, {} switches", contacts.t, simulation.statistics().switches));
   return markers.array;
 }
 

@@ -75,7 +75,7 @@ DiagnosticStatusWrapper integration_status(const Simulation& simulation) {
                                                    : "accurate but for milliseconds to a looser tolerance");
   status.add("model", name_of(simulation.scene().model));
   status.add("method", simulation.method());
-  status.add("transition speed", fmt::format("{:g} m/s", simulation.regularization_speed()));
+  status.add("regularization speed", fmt::format("{:g} m/s", simulation.regularization_speed()));
   status.add("relative tolerance", fmt::format("{:g}", simulation.scene().solver.relative_tolerance));
   status.add("simulated time", fmt::format("{:.9g} s", simulation.time()));
   for (const StatisticsField& field : kStatisticsFields) status.add(field.text, statistics.*field.value);
@@ -107,6 +107,7 @@ DiagnosticStatusWrapper timing_status(const NodeClock::Timing& timing) {
   status.add("instants", timing.instants);
   status.add("mean lateness", fmt::format("{:.1f} us", 1e6 * timing.lateness));
   status.add("max lateness", fmt::format("{:.1f} us", 1e6 * timing.max_lateness));
+  status.add("speed", fmt::format("{:.3g} times real time", timing.speed));
   status.add("busy", fmt::format("{:.1f} % of the time", 100 * timing.busy));
   status.add("lost", fmt::format("{:.3g} s", timing.lost));
   return status;

@@ -102,19 +102,12 @@ NodeClock::Timing NodeClock::take_timing() {
   taken.busy += since(awake_since_);
   timing_start_ = awake_since_ = SteadyClock::now();
   if (taken.instants > 0) taken.lateness /= static_cast<double>(taken.instants);
-  if (passed > 0) taken.busy /= passed;
+  if (passed > 0) {
+    taken.busy /= passed;
+    taken.speed = std::max(0.0, loop_.time() - timing_start_t_) / passed;  // after a reset it is not known
+  }
+  timing_start_t_ = loop_.time();
   return taken;
-}
-
-double NodeClock::speed() {
-  constexpr double kLong = 0.5;  // s of wall time
-  const double t = loop_.time(), passed = since(speed_since_);
-  if (t >= speed_since_t_ && passed < kLong) return speed_;
-  // After a start, a reset, or a long pause the load is unknown.
-  speed_ = t >= speed_since_t_ && passed < 4 * kLong ? (t - speed_since_t_) / passed : 0;
-  speed_since_ = SteadyClock::now();
-  speed_since_t_ = t;
-  return speed_;
 }
 
 // With nothing to keep pace with, a /clock message each control period would cost more than the simulation itself.

@@ -1,12 +1,12 @@
-"""Says what a bag tells of a base: of base_node, of `simulate --bag` or of a real robot.
+"""Reports on a bag of base_node, of `simulate --bag` or of a real base.
 
-Odometry against ground truth, slip of the wheels, switches of rollers, energy, ripple of the wheels' rates, and what of
-the commanded motion arrives; from what the bag has of odom, ground_truth, joint_states, roller_switches, contacts,
-cmd_vel and velocity_command, in any namespace. What it cannot tell, it says, in a line each. docs/analyse.md explains
-the numbers.
+Drift of the odometry, slip of the wheels, roller switches, energy balance, ripple of the wheels' angular velocities,
+and how much of the commanded motion arrived. Uses odom, ground_truth, joint_states, roller_switches, contacts, cmd_vel
+and velocity_command, in any namespace, and says in one line each what it cannot compute and why. docs/analyse.md
+explains the numbers.
 
-A bag that is cut, damaged or without an index is analysed as far as it goes, and never written to.
-Exit status: 0 done, 2 refused, 1 an output could not be written.
+A bag that is cut, damaged or without an index is read up to where it breaks; the file is never written to.
+Exit status: 0 done, 2 rejected input, 1 an output could not be written.
 """
 import argparse
 import array
@@ -54,7 +54,7 @@ def analyse(path, base, desired, arguments, tables, plots):
     if bag.problem:
         complain("analyse", "warning: " + bag.problem)
     if not record.series:
-        raise Refused(f"{shown(path)}: nothing of a base: must have one of {', '.join(TOPICS)}; "
+        raise Refused(f"{shown(path)}: no topic of a base: must have one of {', '.join(TOPICS)}; "
                       f"{'; '.join(record.notes) or 'it has ' + bag.shown_topics()}")
     if desired:
         record.series["desired"] = desired
@@ -67,7 +67,7 @@ def analyse(path, base, desired, arguments, tables, plots):
         except Missing as reason:
             missing.append((name, reason))
     if missing:
-        print("\nNot told")
+        print("\nNot computed")
         for name, reason in missing:
             print(f"  {name:28}{reason}")
     if tables:
@@ -123,12 +123,12 @@ def write_all(folder, files, ending):
     print(f"{shown(folder)}: {', '.join(files) or 'nothing to write'}")
     older = sorted(set(file_names(SECTIONS, ending)) & {path.name for path in folder.iterdir()} - set(files))
     if older:
-        complain("analyse", f"warning: {shown(folder)}: {', '.join(older)} {'is' if len(older) == 1 else 'are'} of an "
-                 "earlier run")
+        complain("analyse", f"warning: {shown(folder)}: {', '.join(older)} {'is' if len(older) == 1 else 'are'} from "
+                 "an earlier run")
 
 
 def file_names(sections, ending):
-    """Of all files that the sections may write: path has numbers alone."""
+    """Of all files that the sections may write; path has only numbers."""
     tables = ["summary", *(["contact_slip"] if "slip" in sections else [])] if ending == ".csv" else []
     return [name + ending for name in (*sections, *tables) if name != "path"]
 
@@ -142,7 +142,7 @@ def read_base(path):
     try:
         scene = yaml.safe_load(read_whole("--scene", path, LARGEST_SCENE, "a scene").decode("utf-8-sig"))
     except (yaml.YAMLError, ValueError, RecursionError) as error:  # a ValueError of text, and of numbers and dates
-        raise Refused(f"--scene {shown(path)} is no YAML: {one_line(error)}")
+        raise Refused(f"--scene {shown(path)} is not YAML: {one_line(error)}")
     robot = scene.get("robot", {}) if isinstance(scene, dict) else None
     if not isinstance(robot, (dict, type(None))) or scene is None:
         raise Refused(f"--scene {shown(path)}: must be a scene: a map of keys")
@@ -189,8 +189,8 @@ def output_folders(arguments):
             raise Refused("--plots needs the package python3-matplotlib")
     names = [Path(bag).stem for bag in arguments.bag]
     if len(set(names)) < len(names) and (arguments.csv or arguments.plots):
-        raise Refused(f"{shown(next(name for name in names if names.count(name) > 1))}: two bags of one name: must be "
-                      "analysed one by one")
+        raise Refused(f"{shown(next(name for name in names if names.count(name) > 1))}: two bags of this name: analyse "
+                      "them one by one")
     folders = [[folder and (Path(folder) / name if len(names) > 1 else Path(folder))
                 for folder in (arguments.csv, arguments.plots)] for name in names]
     for folder in {folder for pair in folders for folder in pair if folder}:
@@ -223,13 +223,13 @@ def parse_arguments(argv):
     parser.add_argument("--csv", metavar="DIR", help="write tables there: summary.csv and one or two for each section")
     parser.add_argument("--plots", metavar="DIR", help="write PNG figures there")
     parser.add_argument("--only", metavar="SECTION,...", type=section_names, default=list(SECTIONS),
-                        help=f"of {', '.join(SECTIONS)}")
-    parser.add_argument("--desired", metavar="FILE.csv", help="the motion that was desired: rows of simulate --csv, "
-                        "with --model no_slip for the paper's cases")
-    parser.add_argument("--scene", metavar="SCENE.yaml", help="takes the size of the base from this scene's section "
-                        "robot; else the youBot's: wheel_radius 0.05, half_wheelbase 0.235, half_track 0.15")
+                        help=f"only these sections of {', '.join(SECTIONS)}")
+    parser.add_argument("--desired", metavar="FILE.csv", help="the desired motion: rows of simulate --csv, with "
+                        "--model no_slip for the paper's cases")
+    parser.add_argument("--scene", metavar="SCENE.yaml", help="take the size of the base from section robot of this "
+                        "scene; default is the youBot's: wheel_radius 0.05, half_wheelbase 0.235, half_track 0.15")
     parser.add_argument("--topic", metavar="NAME=TOPIC", action="append", type=named_topic, default=[],
-                        help=f"take this topic in place of the usual one; NAME of {', '.join(TOPICS)}")
+                        help=f"read this topic instead of the usual one; NAME of {', '.join(TOPICS)}")
     arguments = parser.parse_args(argv)
     arguments.topic = dict(arguments.topic)
     return arguments

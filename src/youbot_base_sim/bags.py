@@ -1,4 +1,4 @@
-"""Reads the messages of a bag, also of one that its recorder never ended. Never writes to it."""
+"""Reads the messages of a bag, also of an unfinished one. Never writes to it."""
 import bz2
 import io
 import logging
@@ -28,7 +28,7 @@ class Bag:
     """
 
     def __init__(self, path):
-        """Throws Refused for what is no bag, and for one without a message that can be read."""
+        """Throws Refused for a file that is not a bag, and for one without a message that can be read."""
         self.path, self.problem, self._bag = path, None, None
         file, is_new = open_bag(path)
         file.close()
@@ -118,8 +118,8 @@ class Bag:
             times = [min(times + [arrival]), max(times + [arrival])]
         self.start, last = times or (None, None)
         self.problem = (
-            f"{shown(self.path)} has no whole index, as a bag that is cut or whose recorder did not end well: " +
-            (f"read as far as it goes, t = {self.seconds(last):.3f} s" if times else "nothing can be read"))
+            f"{shown(self.path)} has no complete index, as if it was cut or its recorder was killed: " +
+            (f"read up to t = {self.seconds(last):.3f} s" if times else "nothing can be read"))
 
     def _scanned_messages(self, topics):
         classes = {}
@@ -137,14 +137,15 @@ def open_bag(path):
     try:
         if not Path(path).is_file():
             Path(path).stat()
-            raise Refused(f"{shown(path)} is {'a folder' if Path(path).is_dir() else 'no regular file'}: must be a bag")
+            kind = "a folder" if Path(path).is_dir() else "not a regular file"
+            raise Refused(f"{shown(path)} is {kind}: must be a bag")
         file = open(path, "rb")
     except (OSError, ValueError) as error:
         raise Refused(f"{shown(path)}: {getattr(error, 'strerror', None) or one_line(error)}; must be a bag")
     begin = file.read(max(map(len, MAGIC)))
     if not begin.startswith(MAGIC):
         file.close()
-        raise Refused(f"{shown(path)} is no bag: must begin with #ROSBAG V2.0" if begin else
+        raise Refused(f"{shown(path)} is not a bag: must begin with #ROSBAG V2.0" if begin else
                       f"{shown(path)} is empty: must be a bag")
     file.seek(len(MAGIC[0]))
     return file, begin.startswith(MAGIC[0])

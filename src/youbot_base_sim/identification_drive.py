@@ -1,7 +1,7 @@
 """Drives a programme on cmd_vel, for identification_drive.launch; then the base stands.
 
-~programme: list of [s, m/s ahead, m/s left, rad/s]; ~scale: factor of all velocities, 0 to 2. A parameter that is wrong
-is refused with exit status 2.
+~programme: list of [s, m/s forward, m/s left, rad/s]; ~scale: factor of all velocities, 0 to 2. An invalid parameter is
+rejected with exit status 2.
 """
 import contextlib
 import json
@@ -11,9 +11,9 @@ import rospy
 
 from .command_line import Parser, Refused
 
-RATE = 20  # Hz, often enough for drivers that stop without commands
+RATE = 20  # Hz, above the least rate at which drivers keep moving
 LONGEST, FASTEST, LARGEST_SCALE = 3600, 10, 2  # s; m/s and rad/s
-ROWS = (f"a list of one row or more, each [seconds, ahead, left, turning]: a finite number > 0, up to {LONGEST} s, "
+ROWS = (f"a list of one row or more, each [seconds, forward, left, yaw]: a finite number > 0, up to {LONGEST} s, "
         f"and three from {-FASTEST} to {FASTEST} m/s or rad/s")
 
 
@@ -31,10 +31,10 @@ def drive(programme, scale):
     rospy.loginfo("driving for %.0f s", sum(row[0] for row in programme))
     rate = rospy.Rate(RATE)
     end = rospy.Time.now()
-    for time, ahead, left, turning in programme:
+    for time, forward, left, yaw in programme:
         end += rospy.Duration(time)
         twist = geometry_msgs.msg.Twist()
-        twist.linear.x, twist.linear.y, twist.angular.z = scale * ahead, scale * left, scale * turning
+        twist.linear.x, twist.linear.y, twist.angular.z = scale * forward, scale * left, scale * yaw
         while rospy.Time.now() < end:
             publisher.publish(twist)
             rate.sleep()

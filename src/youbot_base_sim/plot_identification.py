@@ -1,6 +1,6 @@
-"""Plots what `identify --csv FILE` has written: rates and torques, recorded and fitted, and their difference.
+"""Plots a table written by `identify --csv`: angular velocities and torques, recorded and fitted, and their difference.
 
-Grey stretches were held out: the fit has not seen them. Needs python3-matplotlib.
+Grey stretches were held out from the fit. Needs python3-matplotlib.
 """
 import numpy as np
 
@@ -9,8 +9,8 @@ from .figures import BLACK, BLUE, RED, new_figure, save
 from .files import Outputs
 from .report import read_csv
 
-MODES = ("ahead", "sideways", "turning")
-SERIES = (("rate", "rad/s"), ("torque", "N m"))
+MODES = {"ahead": "forward", "sideways": "lateral", "turning": "yaw"}  # in the columns' names, and in words
+SERIES = {"rate": ("angular velocity", "rad/s"), "torque": ("torque", "N m")}
 
 
 def read_columns(path):
@@ -20,7 +20,7 @@ def read_columns(path):
     texts = dict(zip(names, zip(*rows)))
     try:
         return {name: np.array(texts[name], float) for name in (
-            "t", "held_out", *(f"{fitted}{series}_{mode}" for fitted in ("", "fitted_") for series, _ in SERIES
+            "t", "held_out", *(f"{fitted}{series}_{mode}" for fitted in ("", "fitted_") for series in SERIES
                                for mode in MODES))}
     except (KeyError, ValueError) as error:
         problem = f"no column {error}" if isinstance(error, KeyError) else error
@@ -33,12 +33,13 @@ def shade_held_out(axis, t, held_out):
         axis.axvspan(t[begin], t[min(end, len(t) - 1)], color="0.9", linewidth=0)
 
 
-def draw(columns, series, unit, mode, above, below):
+def draw(columns, series, mode, above, below):
     """Record and fit into the axis above, their difference into the one below."""
     t, recorded, fitted = columns["t"], columns[f"{series}_{mode}"], columns[f"fitted_{series}_{mode}"]
     above.plot(t, recorded, color=BLACK, linewidth=1.4, label="recorded")
     above.plot(t, fitted, color=RED, linewidth=0.9, label="fitted")
-    above.set_title(f"{mode}: {series} of the wheels", fontsize=10, loc="left")
+    quantity, unit = SERIES[series]
+    above.set_title(f"{MODES[mode]}: {quantity} of the wheels", fontsize=10, loc="left")
     above.set_ylabel(unit)
     below.plot(t, recorded - fitted, color=BLUE, linewidth=0.8)
     below.axhline(0, color="0.5", linewidth=0.5)
@@ -59,8 +60,8 @@ def main(argv=None):
     figure = new_figure(figsize=(12, 9.5))
     axes = figure.subplots(2 * len(MODES), len(SERIES), sharex=True, gridspec_kw={"height_ratios": [3, 1] * len(MODES)})
     for row, mode in enumerate(MODES):
-        for column, (series, unit) in enumerate(SERIES):
-            draw(columns, series, unit, mode, axes[2 * row][column], axes[2 * row + 1][column])
+        for column, series in enumerate(SERIES):
+            draw(columns, series, mode, axes[2 * row][column], axes[2 * row + 1][column])
     axes[0][0].legend(loc="upper right", fontsize=8)
     for axis in axes[-1]:
         axis.set_xlabel("t, s")

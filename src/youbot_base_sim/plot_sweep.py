@@ -1,13 +1,13 @@
-"""Draws a table that `sweep` has written, and prints what it draws.
+"""Draws a table written by `sweep`, and prints what it draws.
 
 Usage: plot_sweep scatter TABLE.csv PLOT.png X Y [--color COLUMN]
        plot_sweep histogram TABLE.csv PLOT.png COLUMN...
        plot_sweep rank TABLE.csv PLOT.png QUANTITY... [--by sobol|correlation]
 
-scatter: a point for each run. histogram: how each column is distributed. rank: which of the axes matters for a
-quantity; by Sobol' index, the share of its variance that goes when the axis is held (estimated from the table as it is,
-whatever the sampling: the variance between slices of the axis), or by Spearman's rank correlation. Runs without a value
-are left out. Needs python3-numpy and python3-matplotlib.
+scatter: a point for each run. histogram: the distribution of each column. rank: which axes matter for a quantity, by
+Sobol' index, the share of its variance that vanishes if the axis is fixed (estimated from the table, however it was
+sampled, as the variance between slices of the axis), or by Spearman's rank correlation. Runs without a value are left
+out. Needs python3-numpy and python3-matplotlib.
 """
 import numpy as np
 
@@ -74,7 +74,7 @@ def slices(x):
 
 
 def sobol(x, y):
-    """First-order Sobol' index: variance of the slices' means over all variance, less what chance alone adds."""
+    """First-order Sobol' index: variance of the slices' means over all variance, less what chance adds."""
     parts = slices(x)
     if len(parts) < 2 or np.ptp(y) == 0 or len(y) <= len(parts):
         return 0.0
@@ -130,7 +130,7 @@ def histogram(table, arguments):
             axis.axvline(place, color=RED, linestyle=style, linewidth=1.2)
         axis.set_xlabel(name)
         deviation = values.std(ddof=1) if len(values) > 1 else 0
-        print(f"{name}: {len(values)} runs, mean {values.mean():.6g}, deviation {deviation:.3g}, least "
+        print(f"{name}: {len(values)} runs, mean {values.mean():.6g}, standard deviation {deviation:.3g}, least "
               f"{values.min():.6g}, 5 % {low:.6g}, median {median:.6g}, 95 % {high:.6g}, largest {values.max():.6g}")
     axes[0].set_ylabel("runs")
     return figure
@@ -157,7 +157,7 @@ def rank(table, arguments):
         for share, key in sorted(zip(shares, table.axes), key=lambda pair: -abs(pair[0])):
             print(f"  {key:34}{share:6.3f}")
         if is_sobol:
-            print(f"  {'(axes together with others)':34}{max(0.0, 1 - sum(shares)):6.3f}")
+            print(f"  {'(interaction of axes)':34}{max(0.0, 1 - sum(shares)):6.3f}")
     axes[0].set_yticks(places)
     axes[0].set_yticklabels(table.axes)
     axes[0].invert_yaxis()

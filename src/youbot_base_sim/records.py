@@ -1,4 +1,4 @@
-"""What a bag tells of a base, as arrays over time in SI units: a row a message, cleaned of what cannot be used."""
+"""The topics of a base in a bag, as arrays over time in SI units: a row per message, without what cannot be used."""
 import math
 from collections import Counter
 from dataclasses import dataclass, field
@@ -72,7 +72,7 @@ class Series:
 class Record:
     """The series of a bag, None for those that it lacks.
 
-    odom, ground_truth: pose and velocity in the frame of the base. joint_states: rates positive forward, and, where the
+    odom, ground_truth: pose and velocity in the frame of the base. joint_states: velocity positive forward and, if the
     bag has them, position and effort. commands: V_X, V_Y, Omega that were commanded, held until the next.
     """
     base: Base
@@ -95,15 +95,15 @@ class Record:
         """Why `get` has none."""
         if name in self.series:
             unknown = [column for column in columns if not self.series[name].known(column)]
-            return f"{shown(self.topics[name])} tells no {', '.join(unknown or columns)}"
+            return f"{shown(self.topics[name])} has no {', '.join(unknown or columns)}"
         if name in self.unusable:
             return self.unusable[name]
         return f"no {' or '.join(TOPICS[name].usual)} ({TOPICS[name].kind})"
 
 
 def read_record(bag, base, chosen=(), progress=lambda n: None, only=None):
-    """Reads a Record. `chosen` has topics by name that go before the usual ones; `progress(n)` hears of n messages;
-    `only`: the names of TOPICS to read, all unless given."""
+    """Reads a Record. `chosen` has topics by name that replace the usual ones; `progress(n)` is called after each of n
+    messages; `only`: the names of TOPICS to read, all unless given."""
     topics = find_topics(bag, chosen, only or TOPICS)
     names = {topic: name for name, candidates in topics.items() for topic in candidates}
     rows = {topic: [] for topic in names}
@@ -126,7 +126,7 @@ def read_record(bag, base, chosen=(), progress=lambda n: None, only=None):
             continue
         record.topics[name] = used[0]
         if len(used) > 1:
-            record.notes.append(f"takes {shown(used[0])}; has also {', '.join(map(shown, used[1:]))} (another: "
+            record.notes.append(f"uses {shown(used[0])}, not {', '.join(map(shown, used[1:]))} (to choose: "
                                 f"--topic {name}=TOPIC)")
         add_series(record, name, rows[used[0]])
     return record
@@ -162,8 +162,8 @@ class LeftOut:
     def why_none(self, topic):
         """The reason where no message of a topic can be used."""
         return f"{shown(topic)} has no message " + (
-            "with what is needed, such as wheels fl, fr, bl and br" if topic in self.foreign else
-            "with numbers that can be used" if topic in self.seen else "that can be read")
+            "with the wheels fl, fr, bl and br or another part that is needed" if topic in self.foreign else
+            "with usable numbers" if topic in self.seen else "that can be read")
 
     def notes(self, names):
         for (topic, field_name), number in self.wild.items():
@@ -174,12 +174,12 @@ class LeftOut:
                        "names: left out")
         for topic, number in self.foreign.items():
             if names[topic] != "joint_states":  # where an arm's joints are at home too
-                yield (f"{shown(topic)}: {number} messages lack what is needed, such as wheels fl, fr, bl and br: "
-                       "left out")
+                yield (f"{shown(topic)}: {number} messages lack the wheels fl, fr, bl and br or another part that is "
+                       "needed: left out")
 
 
 def find_topics(bag, chosen, names):
-    """{name: topics that may tell it, the likeliest first}"""
+    """{name: topics that may have it, the likeliest first}"""
     found = {}
     for name, wanted in ((name, TOPICS[name]) for name in names):
         topics = {topic: topic.rsplit("/", 1)[-1] for topic in bag.types if bag.types[topic] == wanted.kind}
@@ -253,14 +253,14 @@ def add_series(record, name, rows):
     table = table[np.argsort(table[:, 0], kind="stable")]
     new = np.diff(table[:, 0], prepend=-np.inf) > 0
     if TOPICS[name].is_sampled and not new.all():
-        record.notes.append(f"{topic}: {np.sum(~new)} messages have a stamp that was there before: left out (was the "
-                            "clock set back?)")
+        record.notes.append(f"{topic}: {np.sum(~new)} messages repeat an earlier stamp: left out (was the clock set "
+                            "back?)")
         table = table[new]
     record.series[name] = TOPICS[name].series(table[:, 0], table[:, 1:], record, topic)
 
 
 def pose_series(t, values, record, topic):
-    """Poses are differentiated where the twists are none of theirs, as in a motion capture's record."""
+    """Poses are differentiated if the twists do not fit them, as in a record of motion capture."""
     series = Series(t, dict(zip(POSE, values.T)))
     there = np.isfinite(series["psi"])
     series["psi"][there] = np.unwrap(series["psi"][there])
@@ -270,12 +270,12 @@ def pose_series(t, values, record, topic):
     step = np.diff(poses.t)
     middle = lambda column: (column[1:] + column[:-1]) / 2
     V = differentiated(poses)
-    way = np.hypot(V["V_X"], V["V_Y"])
+    speed = np.hypot(V["V_X"], V["V_Y"])
     off = np.hypot(V["V_X"] - middle(poses["V_X"]), V["V_Y"] - middle(poses["V_Y"]))
     known = np.isfinite(off)
-    if known.any() and np.sum((off * step)[known]) <= 0.5 * np.sum((way * step)[known]):
+    if known.any() and np.sum((off * step)[known]) <= 0.5 * np.sum((speed * step)[known]):
         return series
-    record.notes.append(f"{topic}: its twists are not those of its poses: takes the differences of the poses")
+    record.notes.append(f"{topic}: its twists do not fit its poses: velocities are differences of the poses")
     series.columns.update((name, at_samples(t, poses.t, values)) for name, values in V.items())
     return series
 
@@ -294,21 +294,21 @@ def at_samples(t, known, means):
 
 
 def wheel_series(t, values, record, topic):
-    """Rates positive forward: velocities in the positions' sense, else differences of the positions."""
-    series = Series(t, dict(zip(("position", "rate", "effort"), np.split(values, 3, axis=1))))
-    positions, both = series.known("position"), series.known("position", "rate")
-    sign = velocity_sign(both["position"], both["rate"]) if both else None
+    """Angular velocities positive forward: as the positions have it, else differences of the positions."""
+    series = Series(t, dict(zip(("position", "velocity", "effort"), np.split(values, 3, axis=1))))
+    positions, both = series.known("position"), series.known("position", "velocity")
+    sign = velocity_sign(both["position"], both["velocity"]) if both else None
     if not positions:
-        record.notes.append(f"{topic} tells no positions: the velocities are taken as positive forward")
+        record.notes.append(f"{topic} has no positions: velocities are assumed positive forward")
     elif sign is None and len(positions) > 1:
         record.notes.append(f"{topic}: "
-                            f"{'its velocities do not agree with its positions' if both else 'tells no velocities'}"
-                            ": takes the differences of the positions")
+                            f"{'its velocities do not fit its positions' if both else 'it has no velocities'}"
+                            ": velocities are differences of the positions")
         means = np.diff(positions["position"], axis=0) / np.diff(positions.t)[:, None]
-        series.columns["rate"] = np.stack([at_samples(t, positions.t, wheel) for wheel in means.T], -1)
+        series.columns["velocity"] = np.stack([at_samples(t, positions.t, wheel) for wheel in means.T], -1)
     elif sign == "driver_exact":
-        record.notes.append(f"{topic}: velocities of fl and bl have the driver's opposite sign: turned round")
-    for name in ("rate", "effort"):
+        record.notes.append(f"{topic}: velocities of fl and bl have the driver's opposite sign: negated")
+    for name in ("velocity", "effort"):
         series.columns[name] = series[name] * sign_factors(sign)
     if not np.nan_to_num(series["effort"]).any():
         del series.columns["effort"]
@@ -316,7 +316,7 @@ def wheel_series(t, values, record, topic):
 
 
 def velocity_sign(positions, rates):
-    """"consistent" with the positions, or "driver_exact": fl and bl the other way round, as the youBot's driver has it.
+    """"consistent" with the positions, or "driver_exact": fl and bl negated, as by the youBot's driver.
 
     Rows over the four wheels, in order of time. None where they contradict each other, "still" where no wheel turns.
     """
@@ -344,7 +344,7 @@ def contact_series(t, values, *_):
 
 @dataclass
 class Topic:
-    """A topic that tells of a base."""
+    """A topic of a base."""
     kind: str           # of its messages
     usual: tuple        # names, in any namespace, the best first
     fields: Callable    # message to {field: numbers}, each used or left out as a whole; None for one of something else

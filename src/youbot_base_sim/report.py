@@ -1,6 +1,7 @@
-"""Tables as CSV and Markdown, and tables of what runs were found to do, which programs write into pages of docs/."""
+"""Tables as CSV and Markdown, what runs were found to do, and the parts of pages in docs/ that programs write."""
 import csv
 import io
+import textwrap
 from dataclasses import dataclass
 
 from .command_line import Refused, shown
@@ -12,6 +13,11 @@ LARGEST_TABLE = 250000000  # bytes, as simulate reads
 def table(head, rows):
     lines = ["| " + " | ".join(head) + " |", "|---" * len(head) + "|", *("| " + " | ".join(row) + " |" for row in rows)]
     return "\n".join(lines) + "\n"
+
+
+def figures(x):
+    """Three figures, without an exponent while that is short; "-" for what is not a number."""
+    return "-" if x != x else f"{x:.0f}" if x >= 1000 else f"{x:.3g}"
 
 
 def csv_text(columns, rows, form=lambda value: "" if value != value else repr(value)):
@@ -56,26 +62,25 @@ class Finding:
         return self.text.format(*self.values)
 
 
-class FindingsTable:
-    """A table that `script` writes into a page, between two comments. Its rows are lists of cells, one of them what was
-    measured."""
+class WrittenPart:
+    """The part of a page that `script` writes, between two comments."""
 
-    END = "<!-- End of the table -->"
+    END = "<!-- End of what it writes -->"
 
-    def __init__(self, page, script, columns):
-        self.page, self.columns = page, columns
-        self.begin = f"<!-- The table that {script} writes -->"
-
-    def text(self, rows):
-        """In Markdown."""
-        return table(self.columns, rows)
-
-    def write(self, rows):
-        before, _, after = self.parts(self.page.read_text())
-        write_whole(self.page, f"{before}{self.begin}\n{self.text(rows)}{self.END}{after}")
+    def __init__(self, page, script):
+        self.page, self.begin = page, f"<!-- Written by {script} -->"
 
     def parts(self, page):
-        """The text of a page before the table, of it, and after it."""
+        """The text of a page before this part, of it, and after it."""
         before, _, rest = page.partition(self.begin)
-        table, _, after = rest.partition(self.END)
-        return before, table, after
+        part, _, after = rest.partition(self.END)
+        return before, part, after
+
+    def write(self, text, copy=None):
+        """Into the page or, with the rest of the page, to a copy of it."""
+        before, _, after = self.parts(self.page.read_text())
+        write_whole(copy or self.page, f"{before}{self.begin}\n{text}{self.END}{after}")
+
+
+def paragraph(text):
+    return textwrap.fill(text, 120, break_long_words=False, break_on_hyphens=False) + "\n"

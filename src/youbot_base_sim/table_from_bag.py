@@ -2,17 +2,17 @@
 
 Without --measured the table has the commands: on /cmd_vel and /base/base_controller/velocity_command for a velocity
 table, on /base/base_controller/torques_command for a torque table. With --measured it has the velocities or
-efforts of /joint_states or /base/joint_states, a row a message.
+efforts of /joint_states or /base/joint_states, one row per message.
 
-Rates are in rad/s, torques in N m, both positive forward on all four wheels. t = 0 is the beginning of the bag. A wheel
-without a command so far is at zero. Of a bag that is cut or has no index, the table has what can be read, and a
-warning says how far that is. A bag whose times go back, as of two runs, is refused. To replay the commands of a robot,
-with its limits and resolution:
+Angular velocities are in rad/s, torques in N m, both positive forward on all four wheels. t = 0 is the start of the
+bag. A wheel is at zero until its first command. A bag that is cut or has no index is read up to where it breaks, and a
+warning gives that instant. A bag whose times go back, such as one of two runs, is rejected. To replay the commands of a
+robot, with its limits and resolution:
 
   drive: {velocity_table: FILE.csv}
   motors: {quantized: true}
 
-Exit status: 0 done, 2 refused, 1 an output could not be written.
+Exit status: 0 done, 2 rejected input, 1 an output could not be written.
 """
 import argparse
 import math
@@ -40,12 +40,12 @@ def warn(text):
 
 
 def absolute(topic):
-    """rosbag record keeps a topic's name as it was given, without the slash too."""
+    """rosbag record keeps a topic's name as given, also without the slash."""
     return "/" + topic.lstrip("/")
 
 
 class ChosenTopics:
-    """The messages of a bag on the topics that were asked for, else on those of the base."""
+    """The messages of a bag on the given topics, else on those of the base."""
 
     def __init__(self, path, topics):
         self.path, self.bag = path, Bag(path)
@@ -79,7 +79,7 @@ def twist_rates(twist, driver):
 
 
 def joint_values(entries, unit):
-    """The value of each wheel that a command names, as the base reads it: the first with the right unit counts."""
+    """The value for each wheel named in a command, as the base reads it: the first with the right unit counts."""
     values, complaints, seen = [None] * 4, [], set()
     for entry in entries:
         if entry.joint_uri not in JOINTS:
@@ -97,11 +97,11 @@ def joint_values(entries, unit):
 
 def commanded(chosen, types, arguments):
     """Rows of the commands; only those that change anything."""
-    topics = chosen.need(*types, advice=". Without commands, --measured takes what the wheels did")
+    topics = chosen.need(*types, advice=". For a bag without commands, use --measured")
     others = chosen.find(*set(TOPICS) - {STATES} - set(types))
     if others:
-        raise Refused(f"{chosen.path} has commands on {', '.join(others)} too, which no one table can tell; name the "
-                      "topics to take with --topic")
+        raise Refused(f"{chosen.path} has commands on {', '.join(others)} too: choose the topics of one table with "
+                      "--topic")
     driver = Base(wheel_radius=arguments.wheel_radius, half_wheelbase=arguments.half_lengths, half_track=0)
     rows, now, complaints = [], [0.0] * 4, Counter()
     for t, topic, message in chosen.bag.messages_of_one_run(topics):
@@ -115,7 +115,7 @@ def commanded(chosen, types, arguments):
         complaints.update(wrong)
         after = [old if new is None else new for old, new in zip(now, command)]
         if not rows and None in command and types == (TORQUES,):
-            warn(f"{chosen.path}: its first torques leave out wheels: zero in the table, but the base held them at "
+            warn(f"{chosen.path}: its first torques leave out wheels: the table has zero, but the base held them at "
                  "rest")
         if not rows or after != now:
             rows.append((t, after))
@@ -146,24 +146,24 @@ def joint_states(chosen, fields):
 
 
 def detected_sign(chosen, states):
-    """The sign of the velocities, by whether positions go the same way."""
+    """The sign convention of the velocities, from the positions."""
     sign = velocity_sign(states["position"], states["velocity"])
     if sign in (None, "still"):
-        raise Refused(f"{chosen.path}: positions and velocities do not tell the sign of the velocities "
-                      f"({'no wheel turns' if sign else 'they do not agree'}); tell it with --joint-velocity-sign")
+        raise Refused(f"{chosen.path}: the sign of the velocities cannot be found from the positions "
+                      f"({'no wheel turns' if sign else 'they contradict each other'}); give --joint-velocity-sign")
     print(f"joint velocities are {sign}")
     return sign
 
 
 def measured(chosen, fields, sign):
-    """For each field the rows of what the wheels did."""
+    """For each field the measured rows."""
     t, states = joint_states(chosen, fields + (["position", "velocity"] if sign == "auto" else []))
     factors = sign_factors(detected_sign(chosen, states) if sign == "auto" else sign)
     return [list(zip(t.tolist(), (factors * states[field]).tolist())) for field in fields]
 
 
 def write(path, rows):
-    """Of rows at the same time the last one counts."""
+    """Of rows with equal times, keeps the last."""
     last = {f"{t:.9f}": values for t, values in rows}
     lines = ["t," + ",".join(WHEELS)]
     lines += [f"{t},{','.join(repr(value + 0.0) for value in values)}" for t, values in last.items()]  # no -0.0
@@ -183,18 +183,18 @@ def metres(text):
 
 def parse_arguments():
     parser = Parser("table_from_bag", __doc__)
-    parser.add_argument("bag")
+    parser.add_argument("bag", metavar="BAG")
     parser.add_argument("--velocity", metavar="FILE", help="velocity table to write")
     parser.add_argument("--torque", metavar="FILE", help="torque table to write")
-    parser.add_argument("--measured", action="store_true", help="what the wheels did, in place of the commands")
-    parser.add_argument("--topic", action="append", help="take this topic in place of the usual ones; may be repeated")
+    parser.add_argument("--measured", action="store_true", help="what the wheels did, instead of the commands")
+    parser.add_argument("--topic", action="append", help="read this topic instead of the usual ones; may be repeated")
     parser.add_argument("--joint-velocity-sign", choices=("auto", "consistent", "driver_exact"), default="auto",
-                        help="of measured velocities and efforts: as the positions, or, as the real driver has it, the "
-                             "other way round for fl and bl; auto (default): by the way the positions go")
+                        help="sign of measured velocities and efforts: that of the positions, or, as from the real "
+                             "driver, negated for fl and bl; auto (default): found from the positions")
     parser.add_argument("--wheel-radius", type=metres, default=DRIVER_RADIUS, metavar="M",
-                        help="of the driver that obeyed cmd_vel, m; default 0.0475, the youBot driver's")
+                        help="wheel radius in the driver that executed cmd_vel, m; default 0.0475, the youBot driver's")
     parser.add_argument("--half-lengths", type=metres, default=Base().half_lengths, metavar="M",
-                        help="of the same driver: half the wheelbase plus half the track, m; default 0.385")
+                        help="half the wheelbase plus half the track in that driver, m; default 0.385")
     arguments = parser.parse_args()
     if not arguments.velocity and not arguments.torque:
         parser.error("nothing to write: give --velocity FILE or --torque FILE")

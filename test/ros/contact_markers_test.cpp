@@ -29,7 +29,7 @@ class ContactMarkersTest : public testing::Test {
   /// By "namespace/id".
   std::map<std::string, Marker> markers() const {
     std::map<std::string, Marker> result;
-    for (const Marker& marker : ContactMarkers(options_).at(contacts_, simulation_, 0.5).markers) {
+    for (const Marker& marker : ContactMarkers(options_).at(contacts_, simulation_).markers) {
       EXPECT_TRUE(result.emplace(marker.ns + "/" + std::to_string(marker.id), marker).second) << "one of each";
     }
     return result;
@@ -108,13 +108,12 @@ TEST_F(ContactMarkersTest, ColoursTheRollersThatAreOnTheFloor) {
   EXPECT_EQ(markers().count("rollers/0"), 0u);
 }
 
-TEST_F(ContactMarkersTest, TellsTimeSpeedAndSwitches) {
+TEST_F(ContactMarkersTest, SaysTimeAndSwitches) {
   options_.frame = "ground_truth/base_footprint";
   const auto shown = markers();
   const Marker& status = shown.at("status/0");
   EXPECT_EQ(status.type, Marker::TEXT_VIEW_FACING);
-  EXPECT_EQ(status.text,
-            "t = 1.5 s, 0.50 of real time, " + std::to_string(simulation_.statistics().switches) + " switches");
+  EXPECT_EQ(status.text, "t = 1.5 s, " + std::to_string(simulation_.statistics().switches) + " switches");
   EXPECT_EQ(status.header.frame_id, "ground_truth/base_footprint");
   EXPECT_GT(simulation_.statistics().switches, 0u);
 }

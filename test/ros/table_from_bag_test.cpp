@@ -178,7 +178,7 @@ TEST_F(TableFromBagTest, MeasuredTorquesMakeTheMotionAgain) {
 TEST_F(TableFromBagTest, RefusesInOneLineThatSaysWhy) {
   expect_refused(velocity_, {"x.bag", "No such file"});
   folder_.write("x.bag", "something else");
-  expect_refused(velocity_, {"x.bag is no bag"});
+  expect_refused(velocity_, {"x.bag is not a bag"});
   { rosbag::Bag bag(folder_.path("x.bag"), rosbag::bagmode::Write); }
   expect_refused(velocity_, {"x.bag has no messages"});
   expect_refused({}, {"--velocity FILE or --torque FILE"});
@@ -246,7 +246,7 @@ TEST_F(TableFromBagTest, OfABagThatIsCutTheTableHasWhatCanBeRead) {
   for (const auto& [size, rows] : {std::pair(whole.size() - 20, 3u), std::pair(within_last, 2u)}) {
     folder_.write("x.bag", whole.substr(0, size));
     EXPECT_EQ(make_table(velocity_), 0) << said_;
-    EXPECT_NE(said_.find("table_from_bag: warning: " + folder_.path("x.bag") + " has no whole index"),
+    EXPECT_NE(said_.find("table_from_bag: warning: " + folder_.path("x.bag") + " has no complete index"),
               std::string::npos)
         << said_;
     EXPECT_EQ(table().t.size(), rows) << said_;
@@ -304,7 +304,7 @@ TEST_F(TableFromBagTest, RefusesJointStatesThatDoNotTell) {
   states([](auto&) {});
   expect_refused(with(torque_, "--measured"), {"have no effort"});
   states([](auto& message) { message.velocity[0] = -1; });
-  expect_refused(with(velocity_, "--measured"), {"do not agree", "--joint-velocity-sign"});
+  expect_refused(with(velocity_, "--measured"), {"contradict each other", "--joint-velocity-sign"});
   states([](auto& message) { message.position.assign(kWheels, 0.0); });
   expect_refused(with(velocity_, "--measured"), {"no wheel turns", "--joint-velocity-sign"});
   states([](auto& message) { message.velocity[2] = NAN; });

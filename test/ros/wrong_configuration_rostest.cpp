@@ -103,9 +103,22 @@ TEST_F(WrongConfiguration, of_motors_and_odometry) {
   expect_base_refuses("~max_wheel_torque", -1, {"~max_wheel_torque", "-1", "N m"});
   expect_base_refuses("~command_delay", 61, {"~command_delay", "61", "60 s"});
   expect_base_refuses("~profile", "real", {"profile", "real", "paper or measured"});
+  ros::param::set("~profile", "paper");
   expect_base_refuses("~friction_scale", 2, {"~friction_scale", "2", "profile = measured"});
+  ros::param::del("~profile");
   expect_base_refuses("~dry_friction", -0.1, {"~dry_friction", "-0.1", "N m"});
   expect_base_refuses("~command_rate", 1001, {"~command_rate", "1001", "1000 Hz"});
+}
+
+// A scene means what it means offline.
+TEST_F(WrongConfiguration, none_is_a_real_base_by_default) {
+  const BaseSettings settings = read_base_settings();
+  EXPECT_TRUE((settings.scene.robot.dry_friction == measured_robot().dry_friction).all());
+  EXPECT_EQ(settings.command_rate, 50);
+  EXPECT_TRUE(settings.telemetry.driver_velocity_sign);
+  ros::param::set("~scene", folder_.write("scene.yaml", "duration: 1\n"));
+  EXPECT_TRUE((read_base_settings().scene.robot.dry_friction == 0).all());
+  ros::param::del("~scene");
 }
 
 TEST_F(WrongConfiguration, scene) {

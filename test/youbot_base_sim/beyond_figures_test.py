@@ -15,7 +15,7 @@ from youbot_base_sim.studies import effects
 class Page(MeasuredPage, unittest.TestCase):
     """The script runs once; the findings are of the runs that it kept."""
 
-    table, picture_names = effects.TABLE, [f"{effect.name}.png" for effect in effects.EFFECTS]
+    part, picture_names = effects.PAGE, [f"{effect.name}.png" for effect in effects.EFFECTS]
 
     @classmethod
     def prepare(cls):

@@ -27,7 +27,7 @@ class ParametersTest(unittest.TestCase):
             self.assertEqual((programme, read), ([[0.3, 0.4, 0, -0.1]], value))
 
     def test_anything_else_is_refused_in_one_line(self):
-        rows = "must be a list of one row or more, each [seconds, ahead, left, turning]"
+        rows = "must be a list of one row or more, each [seconds, forward, left, yaw]"
         for parameters, words in (
                 *(({"programme": [ROW], "scale": scale},
                    "parameter ~scale = %s: must be a finite number > 0, up to 2" % shown) for scale, shown in (
@@ -73,9 +73,9 @@ class NodeTest(unittest.TestCase):
                 listener.terminate()
         heard = [listener.communicate(timeout=30)[0] for listener in listeners]
         self.assertEqual((ran.returncode, ran.stderr), (0, ""))
-        ahead = [float(line.split(",")[1]) for line in heard[0].splitlines()[1:]]
-        self.assertIn(0.2, ahead)
-        self.assertTrue(set(ahead) <= {0.2, 0}, ahead)
+        forward = [float(line.split(",")[1]) for line in heard[0].splitlines()[1:]]
+        self.assertIn(0.2, forward)
+        self.assertTrue(set(forward) <= {0.2, 0}, forward)
 
 
 if __name__ == "__main__":

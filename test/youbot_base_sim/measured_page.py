@@ -36,8 +36,8 @@ def agrees(finding, text):
 
 
 class MeasuredPage:
-    """Tests of a page with a `table` and a picture for each `picture_names`: a mixin of unittest.TestCase, whose class
-    measures `findings` with their `rows` of the table, of runs in `kept`."""
+    """Tests of a page with a table, its written `part`, and a picture for each `picture_names`: a mixin of
+    unittest.TestCase, whose class measures `findings` with their `rows` of the table, of runs in `kept`."""
 
     @classmethod
     def setUpClass(cls):
@@ -58,16 +58,16 @@ class MeasuredPage:
 
     def test_has_every_figure(self):
         for name in self.picture_names:
-            self.assertIn(f"]({self.table.page.stem}/{name})", self.page())
-            self.assertGreater((ROOT / "docs" / self.table.page.stem / name).stat().st_size, 5000)
+            self.assertIn(f"]({self.part.page.stem}/{name})", self.page())
+            self.assertGreater((ROOT / "docs" / self.part.page.stem / name).stat().st_size, 5000)
 
     def page(self):
-        return self.table.page.read_text()
+        return self.part.page.read_text()
 
     def wrong_rows(self, page):
         """Numbers, from 1, of the rows in the text of a page that are missing or not what was found; 0 for what is not
         the table's."""
-        shown = [line.strip("| ").split(" | ") for line in self.table.parts(page)[1].strip().split("\n")[2:]]
+        shown = [line.strip("| ").split(" | ") for line in self.part.parts(page)[1].strip().split("\n")[2:]]
         wrong = [0] if len(shown) != len(self.rows) else []
         for number, (expected, finding) in enumerate(zip(self.rows, self.findings), 1):
             found = shown[number - 1] if number <= len(shown) else []
@@ -84,10 +84,10 @@ class MeasuredPage:
 
     def test_would_fail_on_any_other_number(self):
         page = self.page()
-        before, table, _ = self.table.parts(page)
+        before, table, _ = self.part.parts(page)
         for number, finding in enumerate(self.findings, 1):
             measured, own = finding.measured(), printed(finding)
-            start = page.index(measured, len(before), len(before) + len(self.table.begin) + len(table))
+            start = page.index(measured, len(before), len(before) + len(self.part.begin) + len(table))
             for match in re.finditer(NUMBER, measured):
                 text = match.group()
                 if text not in own:

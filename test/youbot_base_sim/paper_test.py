@@ -19,7 +19,7 @@ from youbot_base_sim.studies import claims, runs
 
 
 class Page(MeasuredPage, unittest.TestCase):
-    table, picture_names = claims.TABLE, [f"fig{number:02}.png" for number in range(4, 11)]
+    part, picture_names = claims.PAGE, [f"fig{number:02}.png" for number in range(4, 11)]
 
     @staticmethod
     def measure(recorder):
@@ -33,7 +33,7 @@ class Page(MeasuredPage, unittest.TestCase):
         self.assertIn(7, self.wrong_rows(rows[0] + rows[1].partition("\n")[2]))
 
     def test_has_no_measured_number_outside_the_table(self):
-        before, _, after = self.table.parts(self.page())
+        before, _, after = self.part.parts(self.page())
         prose = before + after
         numbers = set(re.findall(r"(?<![\d.])\d+\.\d+", prose))
         self.assertLessEqual(numbers, {"5.3", "5.4"})  # sections of the paper

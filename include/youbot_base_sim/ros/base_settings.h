@@ -20,11 +20,11 @@ namespace youbot_base_sim {
 ///
 /// Of LoopSettings: `scene` comes from the parameters `scene` (a scene file; its `drive` section is ignored), `model`,
 /// `method`, `profile`, `friction_scale`, `relative_tolerance`, `control_period` (s) and `dry_friction` (N m, of each
-/// wheel's drive); each overrides the scene's value. Without a scene file: the paper's robot at rest at the
-/// origin, a relative tolerance of 1e-5 and a control period of 1 ms. `publish_rate` and `command_rate` are at most
-/// once a control period. `driver` has `command_timeout` (s) and, in place of the scene's section `motors`, what
-/// MotorSettings has; `sensors`, `driver_wheel_radius` (m), `odometry_wheel_error` and, with `publish_imu`, the errors
-/// of the inertial unit.
+/// wheel's drive); each overrides the scene's value. Without a scene file: the paper's robot with the
+/// measured profile, at rest at the origin, a relative tolerance of 1e-5 and a control period of 1 ms. `publish_rate`
+/// and `command_rate`, both the driver's cycle frequency if left out, are at most once a control period. `driver` has
+/// `command_timeout` (s) and, in place of the scene's section `motors`, what MotorSettings has; `sensors`,
+/// `driver_wheel_radius` (m), `odometry_wheel_error` and, with `publish_imu`, the errors of the inertial unit.
 ///
 /// `lockstep`: each period waits for a command message. Messages that come while time stands still, paused or because
 /// the period is not due yet, count as one. Needs `publish_clock`. Without a `lockstep_period` (s) that is each control
@@ -51,7 +51,7 @@ struct BaseSettings : LoopSettings {
   bool publish_tf = true;
   /// `publish_rollers`; `publish_contacts`, which has them recorded; `world_tf`: world to odom, at the scene's initial
   /// pose, so that odometry and ground truth overlay, and world to ground_truth/base_footprint; `joint_velocity_sign`:
-  /// consistent (with positions) or driver_exact (the driver's: reversed on the left); `friction_marker_scale` (m/N)
+  /// driver_exact (reversed on the left, the default) or consistent (with positions); `friction_marker_scale` (m/N)
   /// and `slip_marker_scale` (m for each m/s).
   Telemetry::Options telemetry;
   /// Whether youBotHasArms is true. Diagnostics report that there is no arm in either case.

@@ -38,9 +38,8 @@ class ContactMarkers {
  public:
   explicit ContactMarkers(const MarkerOptions& options) : options_(options) {}
 
-  /// `contacts` are those of the simulation now; `real_time_factor`: shown too, if given.
-  visualization_msgs::MarkerArray at(const ContactsStamped& contacts, const Simulation& simulation,
-                                     std::optional<double> real_time_factor = {});
+  /// `contacts` are those of the simulation now.
+  visualization_msgs::MarkerArray at(const ContactsStamped& contacts, const Simulation& simulation);
 
  private:
   MarkerOptions options_;

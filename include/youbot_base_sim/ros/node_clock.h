@@ -74,13 +74,11 @@ class NodeClock {
     double max_lateness = 0;  ///< s
     double busy = 0;          ///< share of the time that the loop did not wait
     double lost = 0;          ///< given up, s
+    double speed = 0;         ///< simulated seconds per second of wall time
   };
 
   /// Returns the timing and clears it.
   Timing take_timing();
-
-  /// Simulated seconds per second of wall time, over the last half second or more.
-  double speed();
 
   /// Before what is published at the present time. `is_due`: that is an instant of publishing; `switched`: rollers have
   /// switched.
@@ -129,9 +127,7 @@ class NodeClock {
   double start_t_ = 0;             // s
   Timing timing_;                  // lateness and busy as sums, s
   SteadyClock::time_point timing_start_ = SteadyClock::now(), awake_since_ = timing_start_;
-  SteadyClock::time_point speed_since_;
-  double speed_since_t_ = std::numeric_limits<double>::infinity();  // s
-  double speed_ = 0;
+  double timing_start_t_ = 0;  // s
 };
 
 /// The services of simulated time: ~pause, ~unpause, ~reset (std_srvs/Empty) and ~step (youbot_base_sim/Step).

@@ -78,10 +78,9 @@ class Telemetry {
     topic(kAppliedWrenchTopic, [&] { return wrench_message(wrenches, simulation.state().psi(), stamp); });
   }
 
-  /// The contact markers; `real_time_factor`: shown too, if given.
-  visualization_msgs::MarkerArray markers(const Simulation& simulation, const ros::Time& stamp,
-                                          std::optional<double> real_time_factor = {}) {
-    return markers_.at(contacts_message(simulation, stamp), simulation, real_time_factor);
+  /// The contact markers.
+  visualization_msgs::MarkerArray markers(const Simulation& simulation, const ros::Time& stamp) {
+    return markers_.at(contacts_message(simulation, stamp), simulation);
   }
 
   /// Whether the topic belongs into every bag; what does not is published all the same.

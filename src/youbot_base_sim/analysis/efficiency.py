@@ -1,26 +1,26 @@
-"""What of the commanded, and of the rolled, velocity the base reaches: ahead, sideways and turning."""
+"""How much of the commanded velocity, and of the rolled one, the base reaches: forward, lateral and in yaw."""
 import numpy as np
 
 from ..figures import BLACK, BLUE, RED, curve
 from ..records import Missing
 from .section import Section
 
-DIRECTIONS = (("ahead", "V_X", "m/s"), ("sideways", "V_Y", "m/s"), ("turning", "Omega", "rad/s"))
-SMALL = 0.05  # of the whole speed: a part that is less tells nothing
+DIRECTIONS = (("forward", "V_X", "m/s"), ("lateral", "V_Y", "m/s"), ("yaw", "Omega", "rad/s"))
+SMALL = 0.05  # of the whole speed: the factor of a smaller part says nothing
 
 
 def analyse(record):
     V = [name for _, name, _ in DIRECTIONS]
     no_command = f"{record.lack('cmd_vel')}; {record.lack('velocity_command')}"
-    truth, joints = record.get("ground_truth", *V), record.get("joint_states", "rate")
+    truth, joints = record.get("ground_truth", *V), record.get("joint_states", "velocity")
     if truth:
         t, true = truth.t, [truth[name] for name in V]
-        sources = [commanded(record, t), ("the wheels rolled", rolled(record, t))]
-        section = Section("efficiency", "What of the velocity arrives: factor by which the true one follows it best")
+        sources = [commanded(record, t), ("rolled", rolled(record, t))]
+        section = Section("efficiency", "Efficiency: the true velocity as a share of others, by least squares")
     elif joints:
         t, true = joints.t, rolled(record, joints.t)
         sources = [commanded(record, t)]
-        section = Section("efficiency", "Without true velocities: factor by which what the wheels roll follows best")
+        section = Section("efficiency", "Efficiency, no true velocity: what the wheels roll as a share of others")
     else:
         raise Missing(f"{record.lack('ground_truth', *V)}; {record.lack('joint_states', 'rate')}")
     if not any(velocities for _, velocities in sources):
@@ -28,20 +28,20 @@ def analyse(record):
     section.say("", "".join(f"{direction:>11}" for direction, _, _ in DIRECTIONS))
     for what, source in sources:
         if not source:
-            section.say(f"of what {what}", "not told: " + (
-                no_command if what == "was commanded" else record.lack("joint_states", "rate")))
+            section.say(f"of the {what} velocity", "not computed: " + (
+                no_command if what == "commanded" else record.lack("joint_states", "velocity")))
             continue
         factors = [fit(true[k], source, k, record.base) for k in range(3)]
-        section.say(f"of what {what}", "".join(f"{e:>11.4f}" if e == e else f"{'-':>11}" for e in factors),
-                    **{f"{direction}_of_{what.split()[-1]}": (e, "1")
+        section.say(f"of the {what} velocity", "".join(f"{e:>11.4f}" if e == e else f"{'-':>11}" for e in factors),
+                    **{f"{direction}_of_{what}": (e, "1")
                        for (direction, _, _), e in zip(DIRECTIONS, factors) if e == e})
     sources = [(what, source) for what, source in sources if source]
     columns, values = ["t_s"], [t]
     for what, source in [("true" if truth else "rolled", true)] + sources:
-        columns += [f"{what.split()[-1]}_{name}_{unit.replace('/', '_per_')}" for _, name, unit in DIRECTIONS]
+        columns += [f"{what}_{name}_{unit.replace('/', '_per_')}" for _, name, unit in DIRECTIONS]
         values += list(source)
     section.tables["efficiency.csv"] = (columns, np.column_stack(values))
-    section.draw = lambda figure: draw(figure, t, true, sources, "the base did" if truth else "the wheels rolled")
+    section.draw = lambda figure: draw(figure, t, true, sources, "true" if truth else "rolled")
     return section
 
 
@@ -51,18 +51,18 @@ def commanded(record, t):
         series = record.get(name)
         if series:
             at = np.searchsorted(series.t, t, side="right") - 1
-            return "was commanded" if name != "desired" else "was desired", [
+            return "desired" if name == "desired" else "commanded", [
                 np.where(at >= 0, series[column][at], np.nan) for _, column, _ in DIRECTIONS]
-    return "was commanded", None
+    return "commanded", None
 
 
 def rolled(record, t):
-    joints = record.get("joint_states", "rate")
-    return list(record.base.velocities(joints.at(t, "rate"))) if joints else None
+    joints = record.get("joint_states", "velocity")
+    return list(record.base.velocities(joints.at(t, "velocity"))) if joints else None
 
 
 def fit(true, source, k, base):
-    """The least squares' e in true = e source for one direction; NaN where the source hardly has it."""
+    """The least squares' e in true = e source for one direction; NaN if the source hardly moves in it."""
     sizes = np.array([1, 1, base.half_lengths])[:, None] * np.array(source)
     known = np.isfinite(sizes).all(axis=0)
     if not known.any() or np.mean(sizes[k, known] ** 2) <= SMALL ** 2 * np.mean(np.sum(sizes[:, known] ** 2, axis=0)):

@@ -1,4 +1,4 @@
-"""Where the energy goes that the drives put in."""
+"""Where the energy from the drive trains goes."""
 import numpy as np
 
 from ..figures import BLACK, GREEN, ORANGE, RED, SKY, thinned
@@ -11,20 +11,20 @@ CLOSED = 1e-3  # share of the energy put in that may be left over
 
 
 def analyse(record):
-    powers, effort = ("contacts", "kinetic_energy", *GAINS, *LOSSES), ("joint_states", "effort", "rate")
+    powers, effort = ("contacts", "kinetic_energy", *GAINS, *LOSSES), ("joint_states", "effort", "velocity")
     contacts, joints = record.get(*powers), record.get(*effort)
     if contacts and contacts.stretches():
         return balance(contacts)
-    why = "contacts lie too far apart" if contacts else record.lack(*powers)
+    why = "the samples of contacts are too far apart" if contacts else record.lack(*powers)
     if joints and joints.stretches():
         section = Section("energy", "Energy")
-        put_in = sum(integral(joints.t[s], np.sum(joints["effort"] * joints["rate"], axis=1)[s])[-1]
+        put_in = sum(integral(joints.t[s], np.sum(joints["effort"] * joints["velocity"], axis=1)[s])[-1]
                      for s in joints.stretches())
-        section.say("put in by the wheels", f"{put_in:.4g} J: effort times rate of joint_states",
+        section.say("put in by the wheels", f"{put_in:.4g} J: effort times velocity of joint_states",
                     drive_energy=(put_in, "J"))
-        section.say("lost and kept", f"not told: {why} (see simulate --contacts, ~publish_contacts)")
+        section.say("lost and kept", f"not computed: {why} (see simulate --contacts, ~publish_contacts)")
         return section
-    raise Missing(f"{why}; {'joint_states lie too far apart' if joints else record.lack(*effort)}")
+    raise Missing(f"{why}; {'the samples of joint_states are too far apart' if joints else record.lack(*effort)}")
 
 
 def integral(t, values):
@@ -54,11 +54,11 @@ def energies(contacts, stride=1):
 def balance(contacts):
     sums = energies(contacts)
     left, left_coarse = sums["left"], energies(contacts, 2)["left"]
-    section = Section("energy", "Energy, powers of contacts integrated by trapezoids")
+    section = Section("energy", "Energy: the powers of contacts, integrated by trapezoids")
     turned_over = max(*(np.abs(sums[name]).max() for name in (*GAINS, "gained")), 1e-12)
-    for what, name in (("put in by the drives", "drive"), ("put in by slope and wrenches", "external"),
-                       ("lost in bearings and drives", "bearing"), ("lost in the rollers", "roller"),
-                       ("lost by slip on the floor", "floor"), ("kept as motion", "gained")):
+    for what, name in (("put in by the motors", "drive"), ("put in by slope and wrenches", "external"),
+                       ("lost in the drive trains", "bearing"), ("lost in the rollers", "roller"),
+                       ("lost by slip on the floor", "floor"), ("kept as kinetic energy", "gained")):
         if name == "external" and not sums[name].any():
             continue
         share = "" if name == "drive" else f"  {100 * sums[name][-1] / turned_over:5.1f} %"
@@ -66,8 +66,8 @@ def balance(contacts):
     worst, worst_coarse = np.abs(left).max(), np.abs(left_coarse).max()
     share = np.abs(left[-1]) / turned_over
     verdict = "the balance closes" if share <= CLOSED else (
-        "the samples lie too far apart to close the balance" if abs(left_coarse[-1]) > 1.5 * abs(left[-1])
-        else "THE BALANCE DOES NOT CLOSE: the powers lack something, such as rollers that switches stop")
+        "the samples are too far apart to close the balance" if abs(left_coarse[-1]) > 1.5 * abs(left[-1])
+        else "THE BALANCE DOES NOT CLOSE: the powers lack something, such as rollers stopped by switches")
     section.say("residual", f"{left[-1]:10.4f} J at the end, {worst:.4f} J at most: {100 * share:.2g} % of what was "
                 "put in", residual=(left[-1], "J"), residual_maximal=(worst, "J"))
     section.say("", f"from samples every {1e3 * contacts.period:.3g} ms; {left_coarse[-1]:.4f} J at the end from every "
@@ -75,7 +75,7 @@ def balance(contacts):
                 residual_maximal_from_half_the_samples=(worst_coarse, "J"))
     gaps = len(contacts.stretches()) - 1
     if gaps:
-        section.say("gaps", f"{gaps} in the record of contacts: left out")
+        section.say("gaps", f"{gaps} in contacts: left out")
     section.tables["energy.csv"] = (
         ["t_s", "put_in_J", "from_outside_J", "bearings_J", "rollers_J", "floor_J", "kept_J", "residual_J"],
         np.column_stack([sums["t"], *[sums[name] for name in (*GAINS, *LOSSES)], sums["gained"], left]))
@@ -87,13 +87,14 @@ def draw(figure, sums):
     balance_axes, residual_axes = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": [3, 1]})
     i = thinned(sums["gained"], sums["left"])
     t, below = sums["t"][i], 0
-    for name, label, color in (("gained", "kept as motion", SKY), ("bearing", "lost in bearings and drives", ORANGE),
+    for name, label, color in (("gained", "kept as kinetic energy", SKY),
+                               ("bearing", "lost in the drive trains", ORANGE),
                                ("roller", "lost in rollers", GREEN), ("floor", "lost by slip on the floor", RED)):
         above = below + sums[name][i]
         balance_axes.fill_between(t, below, above, color=color, label=label, linewidth=0)
         below = above
     put_in = sum(sums[name][i] for name in GAINS)
-    balance_axes.plot(t, put_in, color=BLACK, label="put in by the drives" + (
+    balance_axes.plot(t, put_in, color=BLACK, label="put in by the motors" + (
         ", slope and wrenches" if sums["external"].any() else ""))
     balance_axes.set_ylabel("energy, J")
     balance_axes.legend(loc="upper left")

@@ -1,4 +1,4 @@
-"""How far the odometry is off the truth, over time, way and turning."""
+"""How far the odometry is off the truth, over time, path length and rotation."""
 import math
 
 import numpy as np
@@ -8,36 +8,36 @@ from ..records import Missing
 from .section import Section, each, rms
 
 POSE = ("x", "y", "psi")
-PIECE, PIECE_TURN = 1.0, math.pi / 2  # m and rad: pieces over which the error is measured afresh
+PIECE, PIECE_ANGLE = 1.0, math.pi / 2  # m and rad: pieces over which the error is measured afresh
 JUMP = 10.0  # m/s, faster than any base: the odometry was set anew
 
 
 def analyse(record):
     odom, truth = record.need("odom", *POSE), record.need("ground_truth", *POSE)
     aligned = Aligned(odom, truth)
-    section = Section("odometry", "Odometry against ground truth, laid over it in position and heading at t = "
+    section = Section("odometry", "Odometry against ground truth, aligned in position and heading at t = "
                                   f"{aligned.t[0]:.3f} s")
-    way, turned = aligned.way[-1], aligned.turned[-1]
-    section.say("way and turning", f"{way:.3f} m, {math.degrees(turned):.1f} deg",
-                way=(way, "m"), turning=(turned, "rad"))
+    length, rotation = aligned.length[-1], aligned.rotation[-1]
+    section.say("path length and rotation", f"{length:.3f} m, {math.degrees(rotation):.1f} deg",
+                path_length=(length, "m"), rotation=(rotation, "rad"))
     section.say("at the end", f"{aligned.distance[-1]:.4f} m, {math.degrees(aligned.heading[-1]):.3f} deg "
                 f"(t = {aligned.t[-1]:.3f} s)", final_error=(aligned.distance[-1], "m"),
                 final_heading_error=(aligned.heading[-1], "rad"))
     heading = np.abs(aligned.heading)
-    worst, turned_worst = np.argmax(aligned.distance), np.argmax(heading)
+    worst, worst_heading = np.argmax(aligned.distance), np.argmax(heading)
     section.say("at most", f"{aligned.distance[worst]:.4f} m (t = {aligned.t[worst]:.3f} s), "
-                f"{np.degrees(heading.max()):.3f} deg (t = {aligned.t[turned_worst]:.3f} s)",
+                f"{np.degrees(heading.max()):.3f} deg (t = {aligned.t[worst_heading]:.3f} s)",
                 maximal_error=(aligned.distance[worst], "m"), maximal_heading_error=(heading.max(), "rad"))
-    add_per_way(section, aligned)
-    add_per_turn(section, aligned)
+    add_per_length(section, aligned)
+    add_per_revolution(section, aligned)
     jumps = np.flatnonzero(np.hypot(np.diff(odom["x"]), np.diff(odom["y"])) > JUMP * np.diff(odom.t) + 0.01)
     if len(jumps):
-        section.say("odometry jumps", f"{len(jumps)} times, first at t = {odom.t[jumps[0] + 1]:.3f} s (was it set to "
-                    "zero?): that counts as error")
+        section.say("jumps of the odometry", f"{len(jumps)}, first at t = {odom.t[jumps[0] + 1]:.3f} s (was it set to "
+                    "zero?): they count as error")
     section.tables["odometry.csv"] = (
-        ["t_s", "true_x_m", "true_y_m", "true_psi_rad", "odom_x_m", "odom_y_m", "odom_psi_rad", "way_m", "error_m",
-         "heading_error_rad"],
-        np.column_stack([aligned.t, *aligned.truth, *aligned.odom, aligned.way, aligned.distance, aligned.heading]))
+        ["t_s", "true_x_m", "true_y_m", "true_psi_rad", "odom_x_m", "odom_y_m", "odom_psi_rad", "path_length_m",
+         "error_m", "heading_error_rad"],
+        np.column_stack([aligned.t, *aligned.truth, *aligned.odom, aligned.length, aligned.distance, aligned.heading]))
     section.draw = lambda figure: draw(figure, aligned)
     return section
 
@@ -49,7 +49,7 @@ class Aligned:
         true = [truth.at(odom.t, name) for name in ("x", "y", "psi")]
         both = np.isfinite(true[0])
         if np.sum(both) < 2:
-            raise Missing("odom and ground_truth are never there at the same time")
+            raise Missing("odom and ground_truth do not overlap in time")
         self.t = odom.t[both]
         self.truth = [column[both] for column in true]
         x, y, psi = [odom[name][both] for name in ("x", "y", "psi")]
@@ -60,18 +60,18 @@ class Aligned:
                      psi + turn]
         self.distance = np.hypot(self.odom[0] - X, self.odom[1] - Y)
         self.heading = self.odom[2] - Psi
-        self.way = np.concatenate([[0], np.cumsum(np.hypot(np.diff(X), np.diff(Y)))])
-        self.turned = np.concatenate([[0], np.cumsum(np.abs(np.diff(Psi)))])
+        self.length = np.concatenate([[0], np.cumsum(np.hypot(np.diff(X), np.diff(Y)))])
+        self.rotation = np.concatenate([[0], np.cumsum(np.abs(np.diff(Psi)))])
 
     def pieces(self, along, length):
-        """First and last samples of pieces of this length of `along`, ten beginning on each length."""
+        """First and last samples of pieces of this length of `along`; ten start on each length."""
         begins = each(along, length / 10)
         ends = np.searchsorted(along, along[begins] + length)
         inside = ends < len(along)
         return begins[inside], ends[inside]
 
     def piece_errors(self, begins, ends):
-        """Distance and heading between the two motions over pieces, each seen from its own beginning."""
+        """Distance and heading between the two motions over pieces, each aligned at its own start."""
         steps = []
         for x, y, psi in (self.truth, self.odom):
             dx, dy = x[ends] - x[begins], y[ends] - y[begins]
@@ -81,37 +81,37 @@ class Aligned:
         return np.hypot(x1 - x0, y1 - y0), psi1 - psi0
 
 
-def add_per_way(section, aligned):
-    way = aligned.way[-1]
-    if way < 0.1 * PIECE:
-        section.say("per metre of way", f"the base did not go {0.1 * PIECE:g} m")
+def add_per_length(section, aligned):
+    length = aligned.length[-1]
+    if length < 0.1 * PIECE:
+        section.say("error per metre of path", f"the base moved less than {0.1 * PIECE:g} m")
         return
-    final = aligned.distance[-1] / way
-    begins, ends = aligned.pieces(aligned.way, PIECE)
-    section.say("per metre of way", f"{1e3 * final:.1f} mm: that of the end over the whole way",
+    final = aligned.distance[-1] / length
+    begins, ends = aligned.pieces(aligned.length, PIECE)
+    section.say("error per metre of path", f"{1e3 * final:.1f} mm: that at the end over the whole path length",
                 final_error_per_metre=(final, "m/m"))
     if len(begins):
         errors, _ = aligned.piece_errors(begins, ends)
-        errors = errors * PIECE / (aligned.way[ends] - aligned.way[begins])
+        errors = errors * PIECE / (aligned.length[ends] - aligned.length[begins])
         section.say("", f"{1e3 * rms(errors):.1f} mm rms, {1e3 * errors.max():.1f} mm at most: over pieces of "
-                    f"{PIECE:g} m, each laid over at its own beginning", error_per_metre_rms=(rms(errors), "m/m"),
+                    f"{PIECE:g} m, each aligned at its own start", error_per_metre_rms=(rms(errors), "m/m"),
                     error_per_metre_maximal=(errors.max(), "m/m"))
 
 
-def add_per_turn(section, aligned):
-    turned, full = aligned.turned[-1], 2 * math.pi
-    begins, ends = aligned.pieces(aligned.turned, PIECE_TURN)
+def add_per_revolution(section, aligned):
+    rotation, full = aligned.rotation[-1], 2 * math.pi
+    begins, ends = aligned.pieces(aligned.rotation, PIECE_ANGLE)
     if not len(begins):
-        section.say("per turn", f"the base turned by less than {math.degrees(PIECE_TURN):g} deg")
+        section.say("error per revolution", f"the base rotated by less than {math.degrees(PIECE_ANGLE):g} deg")
         return
-    final = aligned.heading[-1] / turned * full
-    section.say("per turn", f"{math.degrees(final):.2f} deg: that of the end over all turning, to and fro",
+    final = aligned.heading[-1] / rotation * full
+    section.say("error per revolution", f"{math.degrees(final):.2f} deg: that at the end over all rotation, to and fro",
                 heading_error_per_turn=(final, "rad/turn"))
     _, errors = aligned.piece_errors(begins, ends)
-    errors = errors * full / (aligned.turned[ends] - aligned.turned[begins])
+    errors = errors * full / (aligned.rotation[ends] - aligned.rotation[begins])
     largest = np.abs(errors).max()
     section.say("", f"{math.degrees(rms(errors)):.2f} deg rms, {math.degrees(largest):.2f} deg at most: over pieces of "
-                f"{math.degrees(PIECE_TURN):g} deg", heading_error_per_turn_rms=(rms(errors), "rad/turn"),
+                f"{math.degrees(PIECE_ANGLE):g} deg", heading_error_per_turn_rms=(rms(errors), "rad/turn"),
                 heading_error_per_turn_maximal=(largest, "rad/turn"))
 
 
@@ -128,8 +128,8 @@ def draw(figure, aligned):
     path.set(xlabel="x, m", ylabel="y, m")
     path.legend()
     curve(error, aligned.t, aligned.distance, color=RED)
-    error.set_title("odometry's distance from the truth", fontsize="medium")
+    error.set_title("distance of the odometry from the truth", fontsize="medium")
     error.set_ylabel("m")
     curve(heading, aligned.t, np.degrees(aligned.heading), color=RED)
-    heading.set_title("odometry's heading minus the true one", fontsize="medium")
+    heading.set_title("heading of the odometry minus the true one", fontsize="medium")
     heading.set(xlabel="t, s", ylabel="deg")

@@ -1,4 +1,4 @@
-"""Where the base went, and how far off the path that was desired."""
+"""Where the base went, and how far off the desired path."""
 import numpy as np
 
 from .section import Section
@@ -8,11 +8,11 @@ def analyse(record):
     truth = record.get("ground_truth", "x", "y", "psi")
     seen = truth or record.need("odom", "x", "y", "psi")
     section = Section("path", "The motion")
-    section.say("its end", f"t = {seen.t[-1]:.3f} s")
+    section.say("end", f"t = {seen.t[-1]:.3f} s")
     x, y, psi = (seen[name][-1] for name in ("x", "y", "psi"))
     if not truth:
         dx, dy, turn = (np.diff(seen[name]) for name in ("x", "y", "psi"))
-        section.say("way by odometry",
+        section.say("path length by odometry",
                     f"{np.sum(np.hypot(dx, dy)):.3f} m, {np.degrees(np.sum(np.abs(turn))):.1f} deg")
     section.say("true pose" if truth else "pose by odometry", f"x {x:.4f} m, y {y:.4f} m, psi {psi:.4f} rad",
                 final_x=(x, "m"), final_y=(y, "m"), final_psi=(psi, "rad"))

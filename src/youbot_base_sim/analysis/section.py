@@ -41,5 +41,5 @@ def rms(values, axis=0):
 
 
 def each(along, length):
-    """Index of the first sample of each such length of a rising quantity."""
+    """Index of the first sample on each such length of a rising quantity."""
     return np.flatnonzero(np.diff(np.floor((along - along[0]) / length), prepend=-1) > 0)

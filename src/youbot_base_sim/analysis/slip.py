@@ -1,4 +1,4 @@
-"""What the wheels would turn if they rolled, minus what they turn; and slip at the contact points."""
+"""Angular velocity at which the wheels would roll, minus the actual one; and slip at the contact points."""
 import numpy as np
 
 from ..base import WHEELS
@@ -10,25 +10,25 @@ SATURATED = 0.99  # share of the friction limit
 
 
 def analyse(record):
-    joints = record.need("joint_states", "rate")
+    joints = record.need("joint_states", "velocity")
     truth = record.get("ground_truth", "V_X", "V_Y", "Omega")
     if not truth:
         return contradiction(joints, record.lack("ground_truth", "V_X", "V_Y", "Omega"))
     rolling = np.stack(record.base.rolling_rates(*[truth.at(joints.t, name) for name in ("V_X", "V_Y", "Omega")]), -1)
     both = np.isfinite(rolling).all(axis=1)
     if not both.any():
-        raise Missing("ground_truth and joint_states are never there at the same time")
-    t, rolling, actual = joints.t[both], rolling[both], joints["rate"][both]
+        raise Missing("ground_truth and joint_states do not overlap in time")
+    t, rolling, actual = joints.t[both], rolling[both], joints["velocity"][both]
     slip = rolling - actual
     R = record.base.wheel_radius
     section = Section(
-        "slip", f"Slip of the wheels: what the true motion would roll (R = {R:g} m), minus what they turn")
+        "slip", f"Slip of the wheels: angular velocity of ideal rolling (R = {R:g} m) minus the actual one")
     section.wheel_header()
     section.wheels("rms, rad/s", rms(slip), ".4f", "slip_rms", "rad/s")
     section.wheels("at most, rad/s", np.abs(slip).max(axis=0), ".4f", "slip_maximal", "rad/s")
     section.wheels("mean, rad/s", slip.mean(axis=0), ".4f", "slip_mean", "rad/s")
     section.wheels("rms at the rim, mm/s", 1e3 * R * rms(slip), ".2f", "rim_slip_rms", "mm/s")
-    section.wheels("rms of the rates, rad/s", rms(actual), ".3f", "rate_rms", "rad/s")
+    section.wheels("rms of the actual, rad/s", rms(actual), ".3f", "rate_rms", "rad/s")
     section.tables["slip.csv"] = (
         ["t_s"] + [f"{what}_{wheel}_rad_per_s" for what in ("rolling", "actual", "slip") for wheel in WHEELS],
         np.column_stack([t, rolling, actual, slip]))
@@ -40,12 +40,12 @@ def analyse(record):
 
 
 def contradiction(joints, reason):
-    """Four rates of a base that has three velocities: what no motion of it explains, the same for all wheels but for
-    the sign."""
-    fl, fr, bl, br = joints["rate"].T
+    """The part of four angular velocities that none of a base's three velocities explains; the same for all wheels but
+    for the sign."""
+    fl, fr, bl, br = joints["velocity"].T
     apart = (fl + fr - bl - br) / 4
     largest = np.abs(apart).max()
-    section = Section("slip", f"Slip of the wheels, only how far their rates contradict each other: {reason}")
+    section = Section("slip", f"Slip of the wheels, only the part that no motion of the base explains: {reason}")
     section.say("(fl + fr - bl - br) / 4", f"{rms(apart):.4f} rad/s rms, {largest:.4f} rad/s at most",
                 contradiction_rms=(rms(apart), "rad/s"), contradiction_maximal=(largest, "rad/s"))
     return section
@@ -73,7 +73,8 @@ def draw(figure, t, slip, R, contacts):
         if contacts:
             curve(axes[1], contacts.t, 1e3 * np.linalg.norm(contacts["slip"][:, k], axis=1), **style)
             axes[1].set_ylabel(f"{wheel}, mm/s")
-    panels[0][0].set_title(f"rolling minus actual rate (1 rad/s is {1e3 * R:g} mm/s at the rim)", fontsize="medium")
+    panels[0][0].set_title(f"ideal minus actual angular velocity (1 rad/s is {1e3 * R:g} mm/s at the rim)",
+                           fontsize="medium")
     if contacts:
         panels[0][1].set_title("slip speed at the contact point", fontsize="medium")
     for axes in panels[-1]:

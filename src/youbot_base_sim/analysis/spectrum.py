@@ -1,7 +1,7 @@
-"""Order spectrum of the wheels' rates: how they ripple, in cycles per turn of the wheel.
+"""Order spectrum of the wheels' angular velocities: their ripple, in cycles per revolution of the wheel.
 
-Over the wheel's angle, rollers pass n times a turn whatever its rate, so that a motion that changes its speed does not
-smear the line, as it would a spectrum over time.
+n rollers pass per revolution at any speed, so a changing speed does not smear the line, as it would in a spectrum over
+time.
 """
 import math
 
@@ -21,32 +21,32 @@ BELOW_NYQUIST = 0.8   # share of the Nyquist frequency to which the rollers' fre
 
 
 def analyse(record):
-    joints, n = record.need("joint_states", "rate"), record.base.rollers_per_wheel
+    joints, n = record.need("joint_states", "velocity"), record.base.rollers_per_wheel
     orders = np.arange(0.5, 3.5 * n + ORDER_STEP / 2, ORDER_STEP)
     phi = joints["position"] if np.isfinite(joints["position"]).all() else integrated(joints)
     fastest = BELOW_NYQUIST * math.pi / joints.period / n if len(joints) > 1 else 0  # rad/s
     for turns in TURNS:
-        wheels = [Wheel(joints, phi[:, k], joints["rate"][:, k], orders, fastest, turns) for k in range(4)]
+        wheels = [Wheel(joints, phi[:, k], joints["velocity"][:, k], orders, fastest, turns) for k in range(4)]
         if any(wheel.segments for wheel in wheels):
             break
     else:
-        raise Missing(f"no wheel turns {TURNS[-1]} times one way below {fastest:.1f} rad/s, to which joint_states "
-                      "show rollers pass")
-    section = Section("spectrum", "Ripple of the wheels' rates, over the wheel's angle: amplitude in rad/s")
+        raise Missing(f"no wheel makes {TURNS[-1]} revolutions in one direction below {fastest:.1f} rad/s; above, "
+                      "joint_states are too slow to show rollers pass")
+    section = Section("spectrum", "Ripple of the wheels' angular velocities over their angle: amplitude in rad/s")
     section.wheel_header()
     for what, value, form, name, unit in (
-            (f"pieces of {turns} turns", lambda wheel: wheel.segments, ".0f", "pieces", "1"),
-            (f"rollers passing, order {n}", lambda wheel: wheel.peak(n)[1], ".4f", "ripple_of_rollers", "rad/s"),
-            ("  times what is around", lambda wheel: wheel.stands_out(n), ".1f", "ripple_over_around", "1"),
-            (f"its double, order {2 * n}", lambda wheel: wheel.peak(2 * n)[1], ".4f", "double_ripple_of_rollers",
+            (f"pieces of {turns} revolutions", lambda wheel: wheel.segments, ".0f", "pieces", "1"),
+            (f"rollers pass: order {n}", lambda wheel: wheel.peak(n)[1], ".4f", "ripple_of_rollers", "rad/s"),
+            ("  over the orders around", lambda wheel: wheel.stands_out(n), ".1f", "ripple_over_background", "1"),
+            (f"twice that: order {2 * n}", lambda wheel: wheel.peak(2 * n)[1], ".4f", "double_ripple_of_rollers",
              "rad/s"),
             ("strongest order", lambda wheel: wheel.strongest(n)[0], ".2f", "strongest_order", "1"),
             ("  its amplitude", lambda wheel: wheel.strongest(n)[1], ".4f", "strongest_ripple", "rad/s"),
-            ("rollers pass at, Hz", lambda wheel: n * wheel.mean_rate / 2 / math.pi, ".2f", "passing_frequency", "Hz")):
+            ("rollers pass, Hz", lambda wheel: n * wheel.mean_rate / 2 / math.pi, ".2f", "passing_frequency", "Hz")):
         section.wheels(what, map(value, wheels), form, name, unit)
     if any(wheel.too_fast for wheel in wheels):
-        section.say("", f"above {fastest:.1f} rad/s rollers pass faster than {1 / joints.period:.3g} Hz of "
-                        "joint_states can show: left out")
+        section.say("", f"left out above {fastest:.1f} rad/s, where rollers pass faster than joint_states of "
+                        f"{1 / joints.period:.3g} Hz can show")
     section.tables["spectrum.csv"] = (["order_per_turn"] + [f"ripple_{wheel}_rad_per_s" for wheel in WHEELS],
                                       np.column_stack([orders] + [wheel.amplitude for wheel in wheels]))
     section.draw = lambda figure: draw(figure, orders, wheels, n)
@@ -54,7 +54,7 @@ def analyse(record):
 
 
 def integrated(joints):
-    step = np.diff(joints.t)[:, None] * (joints["rate"][1:] + joints["rate"][:-1]) / 2
+    step = np.diff(joints.t)[:, None] * (joints["velocity"][1:] + joints["velocity"][:-1]) / 2
     return np.concatenate([np.zeros((1, 4)), np.cumsum(step, axis=0)])
 
 
@@ -70,7 +70,7 @@ class Wheel:
         chosen = np.unique(np.linspace(0, len(segments) - 1, min(len(segments), SEGMENTS)).astype(int))
         self.segments = len(chosen)
         power = np.zeros(len(orders))
-        shares = np.zeros(len(orders))  # number of segments whose samples can tell an order
+        shares = np.zeros(len(orders))  # number of segments whose samples resolve an order
         for segment in (segments[i] for i in chosen):
             seen = orders < math.pi / joints.period / size[segment].max()
             power[seen] += amplitudes(phi[segment], rate[segment], orders[seen]) ** 2
@@ -110,7 +110,7 @@ class Wheel:
         return self.peak(order)[1] / max(np.nanmedian(self.amplitude[around]), 1e-12) if self.segments else math.nan
 
     def strongest(self, n):
-        """From half the rollers' order on: below lie changes of the rate."""
+        """From half the rollers' order on: below lie changes of the speed."""
         return self.peak(self.orders[-1], self.orders[-1] - n / 2)
 
 
@@ -140,6 +140,6 @@ def draw(figure, orders, wheels, n):
                       xycoords=("data", "axes fraction"), xytext=(3, -12), textcoords="offset points", color="grey")
     for name, wheel in zip(WHEELS, wheels):
         axes.semilogy(orders, wheel.amplitude, color=WHEEL_COLOURS[name], label=name)
-    axes.set_xlabel("order, cycles per turn of the wheel")
-    axes.set_ylabel("amplitude of the rate's ripple, rad/s")
+    axes.set_xlabel("order, cycles per revolution of the wheel")
+    axes.set_ylabel("amplitude of the ripple, rad/s")
     axes.legend(loc="lower left", ncol=4)

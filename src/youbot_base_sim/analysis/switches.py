@@ -1,4 +1,4 @@
-"""How often rollers take over from each other, and what slip does then."""
+"""How often wheels switch rollers, and how slip jumps then."""
 import numpy as np
 
 from ..base import WHEELS
@@ -13,7 +13,7 @@ def analyse(record):
     spans = [series.t for name, series in record.series.items() if name in ("ground_truth", "joint_states", "odom")]
     spans.append(switches.t)
     duration = max(t[-1] for t in spans) - min(t[0] for t in spans)
-    section = Section("switches", "Switches of rollers")
+    section = Section("switches", "Roller switches")
     of_wheel = [switches["wheel"] == k for k in range(4)]
     count = np.array([switches["count"][mask].sum() for mask in of_wheel])
     section.say("all wheels", f"{count.sum():.0f} in {duration:.3f} s", switches=(count.sum(), "1"))
@@ -22,7 +22,7 @@ def analyse(record):
         section.wheels(what, [switches["count"][mask & (sense * switches["direction"] > 0)].sum() for mask in of_wheel],
                        ".0f", f"switches_{what}", "1")
     if duration > 0:
-        section.wheels("a second, mean", count / duration, ".2f", "switch_rate", "1/s")
+        section.wheels("per second, mean", count / duration, ".2f", "switch_rate", "1/s")
     intervals = [intervals_of(switches, mask) for mask in of_wheel]
     for what, name, share in (("interval, shortest, ms", "interval_shortest", 0),
                               ("interval, median, ms", "interval_median", 50),
@@ -31,7 +31,7 @@ def analyse(record):
                        ".2f", name, "ms")
     many = switches["count"] > 1
     if many.any():
-        section.say("", f"{switches['count'][many].sum():.0f} of them in {many.sum()} messages that stand for many: "
+        section.say("", f"{switches['count'][many].sum():.0f} of them in {many.sum()} messages with a count above 1: "
                     "left out of intervals and jumps")
     add_expected_jump(section, record, switches)
     jumps = add_jumps(section, record, switches, intervals)
@@ -44,7 +44,7 @@ def analyse(record):
 
 
 def intervals_of(switches, mask):
-    """Switches of a wheel, s, and how long after the one before, s, where both stand for themselves."""
+    """Times of a wheel's switches, s, and the intervals before them, s, where both messages are of one switch."""
     t, single = switches.t[mask], switches["count"][mask] == 1
     both = single[1:] & single[:-1]
     return t[1:][both], np.diff(t)[both]
@@ -54,7 +54,8 @@ def add_expected_jump(section, record, switches):
     """The contact point jumps along the axle, so that V_PX jumps by this times the yaw rate."""
     truth = record.get("ground_truth", "Omega")
     if not truth:
-        section.say("jump of slip, by geometry", f"not told: {record.lack('ground_truth', 'Omega')}, for the yaw rate")
+        section.say("jump of slip, by geometry",
+                    f"not computed: {record.lack('ground_truth', 'Omega')}, for the yaw rate")
         return
     jump = record.base.jump_of_offset() * np.abs(truth.at(switches.t, "Omega"))
     jump = jump[np.isfinite(jump)]
@@ -71,14 +72,14 @@ def add_jumps(section, record, switches, intervals):
     contacts = record.get("contacts", "slip")
     if not contacts:
         section.say("jump of slip, sampled",
-                    f"not told: {record.lack('contacts', 'slip')} (see simulate --contacts, ~publish_contacts)")
+                    f"not computed: {record.lack('contacts', 'slip')} (see simulate --contacts, ~publish_contacts)")
         return jumps
     gaps = np.concatenate([gaps for _, gaps in intervals])
     shortest = np.median(gaps) if len(gaps) else np.inf
     longest = min(SLOWEST, shortest / 5)
     if contacts.period > 1.01 * longest:
-        section.say("jump of slip, sampled", f"not told: contacts come every {1e3 * contacts.period:.3g} ms; must be "
-                    f"every {1e3 * longest:.3g} ms or faster to catch it")
+        section.say("jump of slip, sampled", f"not computed: contacts every {1e3 * contacts.period:.3g} ms; must be "
+                    f"every {1e3 * longest:.3g} ms or faster")
         return jumps
     after = np.searchsorted(contacts.t, switches.t)
     near = (after > 0) & (after < len(contacts)) & (switches["count"] == 1)

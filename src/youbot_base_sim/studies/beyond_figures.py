@@ -8,13 +8,14 @@ from pathlib import Path
 
 from ..command_line import Parser, interruptible
 from ..files import make_folder
+from ..report import table
 from . import workshop
 from .builds import ROOT, simulate_of
 
 
 def read_arguments():
     parser = Parser("beyond_figures", __doc__,
-                    epilog="Exit status: 0 done, 2 refused input, 1 it could not be completed.")
+                    epilog="Exit status: 0 done, 2 rejected input, 1 it could not be completed.")
     parser.add_argument("-o", "--output", type=Path, metavar="FOLDER", help="draw here, and leave docs/ alone")
     workshop.add_arguments(parser, "beyond_figures")
     arguments = parser.parse_args()
@@ -24,7 +25,7 @@ def read_arguments():
 
 def main():
     arguments = read_arguments()
-    from .effects import EFFECTS, TABLE  # with what has been installed
+    from .effects import COLUMNS, EFFECTS, PAGE  # with what has been installed
     output = arguments.output or ROOT / "docs" / "beyond"
     make_folder(output)
     with interruptible(workshop.INTERRUPTED), workshop.Workshop(
@@ -32,7 +33,7 @@ def main():
         rows = [make(work, effect, output) for effect in EFFECTS]
     print(f"{len(rows)} figures: {output}/")
     if not arguments.output:
-        TABLE.write(rows)
+        PAGE.write(table(COLUMNS, rows))
         print(f"table of {len(rows)} effects: docs/beyond.md")
 
 

@@ -56,12 +56,12 @@ def draw_velocities(runs, until, title):
             curve(axis, truth["t"][shown], values[shown], **dict(STYLES[model], linewidth=0.8))
     for axis, name in zip(axes, ("$V_X$, m/s", "$V_Y$, m/s", "$\\Omega$, rad/s", "$\\dot\\varphi_1$, rad/s")):
         axis.set(xlabel="t, s", ylabel=name, xlim=(0, until))
-    letter(axes, ("velocity ahead", "velocity to the left", "yaw rate", "rate of the first wheel (fl)"))
+    letter(axes, ("forward velocity", "lateral velocity", "yaw rate", "angular velocity of wheel 1 (fl)"))
     return with_models(figure)
 
 
 def velocities(study, title):
-    """Fig. 6: velocities of the platform and rate of the first wheel over the first half of the motion."""
+    """Fig. 6: velocities of the platform and of the first wheel over the first half of the motion."""
     return draw_velocities(study.whole, study.scene.duration / 2, title)
 
 

@@ -1,4 +1,4 @@
-"""What the paper claims of its numerical results, and what `simulate` says to each: the table of docs/paper.md."""
+"""The paper's claims about its numerical results, each with what `simulate` measures: the table of docs/paper.md."""
 
 import itertools
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ from typing import Callable
 import numpy as np
 
 from ..base import Base
-from ..report import Finding, FindingsTable
+from ..report import Finding, WrittenPart
 from .builds import ROOT
 from .runs import DEGREES, MODELS, Scene, Study, mean
 
@@ -15,13 +15,12 @@ RADIUS, PERIOD = 2.5, 30.0  # of the circle of both cases: m, s
 SPEED, YAW_RATE = RADIUS * 2 * np.pi / PERIOD, 2 * np.pi / PERIOD
 MU_1, MU_2, NU = 0.11, 5.78e-3, 1e-3  # (5.1), SI
 H, L, R, R_D = Base.half_wheelbase, Base.half_track, Base.wheel_radius, Base.roller_axis_radius
-TABLE = FindingsTable(
-    ROOT / "docs" / "paper.md", "scripts/paper_figures",
-    ("no.", "section", "the paper says", "measured", "same", "why", "command: `scripts/paper_figures`"))
+PAGE = WrittenPart(ROOT / "docs" / "paper.md", "scripts/paper_figures")
+COLUMNS = "no.", "section", "the paper says", "measured", "same", "why", "command: `scripts/paper_figures`"
 
 
 class Cases:
-    """The paper's cases, each with the runs that claims ask for."""
+    """The paper's cases, each with the runs that claims need."""
 
     def __init__(self, scenes, recorder):
         self.recorder = recorder
@@ -71,7 +70,7 @@ def truths(study):
 
 
 def turned(truth):
-    """Angle by which O went round the middle of its path, degrees, counter-clockwise positive."""
+    """Angle by which O went around the middle of its path, degrees, counter-clockwise positive."""
     x, y = (truth[key] - (truth[key].max() + truth[key].min()) / 2 for key in ("x", "y"))
     angle = np.unwrap(np.arctan2(y, x))
     return (angle[-1] - angle[0]) * DEGREES
@@ -85,8 +84,8 @@ def direction(cases):
     printed, exchanged, other = (turned(study.whole["no_slip"].truth)
                                  for study in (cases.as_printed, cases.case1, cases.case2))
     return Finding(yes(printed > 0),
-                   "By the formula model 1 goes round by {:.0f}°, clockwise; with sine and cosine exchanged by "
-                   "{:+.0f}°. Case 2 goes round by {:+.0f}°, as its caption says", [printed, exchanged, other])
+                   "By the formula model 1 goes around by {:.0f}°, clockwise; with sine and cosine exchanged by "
+                   "{:+.0f}°. Case 2 goes around by {:+.0f}°, as its caption says", [printed, exchanged, other])
 
 
 @claim("5.3", "In Case 1 the control torques change by sines of frequency w (Fig. 4)",
@@ -101,7 +100,7 @@ def sines(cases):
 
 
 @claim("5.3", "The rollers' design deforms Case 1's trajectory in the direction of the transverse axis Y (Fig. 5a)",
-       "Y points along -x here. The same torques drive the base less far sideways, and as far ahead as before.")
+       "Y points along -x here. The same torques move the base less far laterally, and as far forward as before.")
 def deformation(cases):
     sizes = [[np.ptp(truth["x"]), np.ptp(truth["y"])] for truth in truths(cases.case1)]
     (across_1, along_1), *others = sizes
@@ -127,8 +126,8 @@ def vibration(truth, key):
 
 
 @claim("5.3", "Switches of rollers make the platform and the wheels vibrate in Case 1 (Fig. 6)",
-       "The frequency is that at which rollers pass the floor and varies with the wheels' rates; row 15 compares the "
-       "two.")
+       "The frequency is that at which rollers pass the floor. It varies with the wheels' angular velocities; row 15 "
+       "compares the two.")
 def vibration_case1(cases):
     halves = [until(truth, PERIOD / 2) for truth in truths(cases.case1)]
     values = [1e3 * vibration(half, key) for half in halves[1:] for key in ("V_Y", "Omega")]
@@ -181,8 +180,8 @@ def spread(cases, case, angles, angles_of):
 for says, why, case, angles, angles_of in (
         (SPREAD, OF_THE_SET + " This one comes nearest, and is the one that is drawn.", "case1", HALF_PITCH,
          Study.half_pitch_angles),
-        ("The same, other angles", "All wheels alike differ less than wheels that stand differently.", "case1",
-         "12 combinations: all wheels alike, from 0° to 55° by 5°",
+        ("The same, other angles", "Motions with equal wheel angles differ less than those with different ones.",
+         "case1", "12 combinations: all wheels alike, from 0° to 55° by 5°",
          lambda study: np.tile(np.arange(0, 60, 5) / DEGREES, (4, 1)).T),
         ("The same, other angles", OF_THE_SET, "case1",
          "64 combinations: the first wheel at 0.1 rad, each other one 0, 15, 30 or 45° further",
@@ -220,7 +219,7 @@ def smaller_radius(cases):
                    with_changes(radii))
 
 
-@claim("5.4", "... and the speed at which it is traversed (Fig. 8)", "Row 16 tells why.")
+@claim("5.4", "... and the speed at which it is traversed (Fig. 8)", "Row 16 has the reason.")
 def lower_speed(cases):
     speeds, ends = [], []
     for truth in truths(cases.case2):
@@ -258,7 +257,7 @@ def vibration_case2(cases):
 
 
 def bearing_factor():
-    """By how much more than in model 1 the rollers' bearings damp, on average over a roller: their rate squared."""
+    """Damping of the rollers' bearings over that in model 1, on average over a roller: angular velocity squared."""
     angle = np.linspace(-np.pi / 6, np.pi / 6, 10001)
     return mean(angle, ((R - R_D) / (R * np.cos(angle) - R_D)) ** 2)
 
@@ -315,8 +314,8 @@ def viscous_jump(cases):
 
 
 @claim("5.4", "... and the Coulomb friction force (2b) saturates (Fig. 10a)",
-       "It is saturated some ms before the switch already: the bearing of the thin end of the roller, which has to "
-       "turn fast, takes more than friction can give.")
+       "It saturates some ms before the switch: the bearing of the roller's thin end, which has to turn fast, takes "
+       "more than friction can give.")
 def coulomb_saturation(cases):
     run = cases.case2.contact["coulomb"]
     contacts, times = run.contacts, run.switches[0][0]
@@ -364,7 +363,7 @@ def slip_decay(cases):
 
 
 def drive_power_of_reference(cases, model):
-    """Mean power (W) that the drives put in where constant torques keep Case 2's mean velocities, and the largest
+    """Mean drive power (W) if constant torques keep Case 2's mean velocities, and the largest
     difference to these (m/s, rad/s). The torques are found by Broyden's method."""
     target = np.array([0, SPEED, YAW_RATE])
     signs = np.array([[1, 1, 1, 1], [-1, 1, 1, -1], [-1, 1, -1, 1]])
@@ -389,8 +388,8 @@ def drive_power_of_reference(cases, model):
 
 
 @claim("6", "The wandering contact point makes the control of yaw rate and lateral velocity less efficient",
-       "Measured as mean velocity under the same torques. By row 16 the point's way to where the roller is thinner is "
-       "what counts.")
+       "Measured as mean velocity under the same torques. By row 16, what counts is that the point moves to "
+       "where the roller is thinner.")
 def efficiency(cases):
     ideal, run = (settled(cases.case2.whole[model].truth) for model in ("no_slip", "coulomb"))
     shares = [100 * mean(run["t"], run[key]) / mean(ideal["t"], ideal[key]) for key in ("V_Y", "Omega")]
@@ -399,23 +398,23 @@ def efficiency(cases):
 
 
 @claim("6", "... and so the exact implementation of the reference motion consumes more energy",
-       "Constant torques are sought that give Case 2's V_X, V_Y and Omega in the mean; the paper gives no number. Mean "
-       "of 1 to 10 s.")
+       "Constant torques were found that give Case 2's mean V_X, V_Y and Omega; the paper gives no number. Mean of 1 "
+       "to 10 s.")
 def energy(cases):
     powers, differences = zip(*(drive_power_of_reference(cases, model) for model in MODELS))
     return Finding(yes(max(differences) < 1e-4, *(power > powers[0] for power in powers[1:])),
-                   "Drive power for the reference motion in the mean: model 1 {:.1f} W, 2a {:.1f} W ({:+.0f} %), 2b "
+                   "Mean drive power for the reference motion: model 1 {:.1f} W, 2a {:.1f} W ({:+.0f} %), 2b "
                    "{:.1f} W ({:+.0f} %)", with_changes(powers))
 
 
 @claim("6", "Deformed trajectories and motions that depend on the initial wheel angles, as an experiment of others "
        "shows, can be described by these models",
-       "The effects are there; that experiment's robot, floor and numbers are not in the paper, so that sizes cannot "
-       "be compared. [Validation](validation.md) compares with records of real youBots.")
+       "The effects are there; that experiment's robot, floor and numbers are not in the paper, so sizes cannot be "
+       "compared. [Validation](validation.md) compares with records of real youBots.")
 def described(cases):
     width = [np.ptp(cases.case1.whole[model].truth["x"]) for model in ("no_slip", "coulomb")]
     ends = [run.truth["psi"][-1] * DEGREES for run in cases.case1.spread(cases.case1.half_pitch_angles())]
     headings = max(ends) - min(ends)
     return Finding("in part" if width[0] - width[1] > 0.1 and headings > 1 else "no",
-                   "2b: Case 1 is {:.2f} m narrower than model 1's, and its last heading is {:.1f}° to {:.1f}° by the "
-                   "initial angles", [width[0] - width[1], min(ends), max(ends)])
+                   "2b: Case 1 is {:.2f} m narrower than model 1's, and its final heading is {:.1f}° to {:.1f}°, "
+                   "depending on the initial angles", [width[0] - width[1], min(ends), max(ends)])

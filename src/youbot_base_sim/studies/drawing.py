@@ -38,13 +38,13 @@ def wheel_style(wheel, name):
 
 
 def path(axis, truth, **style):
-    """The way of O, with a dot where it ends."""
+    """The path of O, with a dot at its end."""
     axis.plot(truth["x"], truth["y"], **style)
     axis.plot(truth["x"][-1], truth["y"][-1], "o", markersize=4, color=style["color"], alpha=style.get("alpha", 1))
 
 
 def finish_paths(axis, truth):
-    """Marks the start, and by an arrow which way `truth` goes."""
+    """Marks the start, and by an arrow the direction of `truth`."""
     axis.plot(truth["x"][0], truth["y"][0], "ks", markersize=5, fillstyle="none")
     x, y, count = truth["x"], truth["y"], len(truth["x"])
     first, then = count // 8, count // 8 + max(1, count // 100)

@@ -45,7 +45,7 @@ def reactions(label, is_smooth=True, **style):
             padded = np.pad(N, count // 2, mode="edge")[:len(N) + count - 1]
             smooth = np.convolve(padded, np.full(count, 1 / count), mode="valid")[:len(N)]
             curve(axis, t[:len(smooth)], smooth, color=WHEEL_COLOURS[wheel], label=wheel, **style)
-        axis.set(xlabel="t, s", ylabel="N, N", xlim=(t[0], t[-1]), ylim=(0, None))
+        axis.set(xlabel="t, s", ylabel="$N_i$, N", xlim=(t[0], t[-1]), ylim=(0, None))
         axis.legend(ncol=4, loc="lower center", frameon=False, handlelength=1, columnspacing=1)
     return draw
 
@@ -79,24 +79,25 @@ def slip_shares(axis, runs):
     for _, run, style in drawn(runs):
         slip = np.sort(run.contacts["slip"].ravel()) * 1e3
         curve(axis, slip, 100 * np.arange(1, len(slip) + 1) / len(slip), **style)
-    axis.set(xscale="log", xlim=(0.1, 300), ylim=(0, 100), xlabel="slip speed, mm/s", ylabel="of the time below it, %")
+    axis.set(xscale="log", xlim=(0.1, 300), ylim=(0, 100), xlabel="slip speed, mm/s",
+             ylabel="share of time below it, %")
 
 
 HEADING = over_time(lambda truth: truth["psi"] * DEGREES, "$\\psi$, degrees")
 FIGURES = {  # height, inches; grey stretch of time, s; panels by their titles
-    "slope": (2.5, (0, 1.5), {"way (grey: the drives push)": over_time(lambda truth: truth["x"], "x, m"),
+    "slope": (2.5, (0, 1.5), {"position (grey: motors on)": over_time(lambda truth: truth["x"], "x, m"),
                               "normal reactions on the slope": reactions("5° uphill")}),
-    "patch": (3.4, None, {"way of O; the base at 0, 1.6, 2.3 and 3 s; blue: f = 0.03": patch, "heading": HEADING}),
-    "load": (2.5, None, {"velocity to the left": lateral_velocity(), "heading": HEADING,
+    "patch": (3.4, None, {"path of O; the base at 0, 1.6, 2.3 and 3 s; blue: f = 0.03": patch, "heading": HEADING}),
+    "load": (2.5, None, {"lateral velocity": lateral_velocity(), "heading": HEADING,
                          "normal reactions": reactions("with the load")}),
-    "push": (2.5, (0.2, 0.6), {"way to the left (grey: the push)": over_time(lambda truth: 1e3 * truth["y"], "y, mm"),
+    "push": (2.5, (0.2, 0.6), {"lateral position (grey: the push)": over_time(lambda truth: 1e3 * truth["y"], "y, mm"),
                                "heading": HEADING}),
-    "braking": (2.5, None, {f"normal reactions, {label} (dotted: brakes)": braking(label, tips)
+    "braking": (2.5, None, {f"normal reactions, {label} (dotted: braking starts)": braking(label, tips)
                             for label, tips in (("25 kg at 0.8 m", True), ("25 kg at 0.3 m", False))}),
-    "preload": (2.5, None, {"off the line sideways": over_time(lambda truth: 1e3 * truth["x"], "x, mm"),
+    "preload": (2.5, None, {"distance from the line": over_time(lambda truth: 1e3 * truth["x"], "x, mm"),
                             "heading": HEADING}),
-    "spin": (2.5, None, {"velocity to the left": lateral_velocity(2), "slip of the four contacts": slip_shares}),
-    "dry": (3.2, None, {"velocity to the left": lateral_velocity(5),
+    "spin": (2.5, None, {"lateral velocity": lateral_velocity(2), "slip of the four contacts": slip_shares}),
+    "dry": (3.2, None, {"lateral velocity": lateral_velocity(5),
                         "trajectory of O (square: start; dots: after 30 s)": paths})}
 
 

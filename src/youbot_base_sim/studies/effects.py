@@ -6,11 +6,12 @@ from typing import Callable
 
 import numpy as np
 
-from ..report import Finding, FindingsTable
+from ..report import Finding, WrittenPart
 from .builds import ROOT
 from .runs import DEGREES, Scene, mean
 
-TABLE = FindingsTable(ROOT / "docs" / "beyond.md", "scripts/beyond_figures", ("what", "scene", "what it does"))
+PAGE = WrittenPart(ROOT / "docs" / "beyond.md", "scripts/beyond_figures")
+COLUMNS = "what", "scene", "what it does"
 ROWS = 3000  # of a run
 CREEP = 5e-3  # m/s: a contact that slips faster slides rather than creeps
 
@@ -81,39 +82,42 @@ def slope(runs):
     up, level = runs.values()
     top = np.argmax(up.truth["x"])
     rear = [100 * N[2:].sum() / N.sum() for N in (reactions(up, 0.2, 1.5), reactions(up, 3, 4))]
-    return found("With 1.1 N m on each wheel for 1.5 s it climbs {:.2f} m, rolls on to {:.2f} m until {:.2f} s, "
-                 "and back, at {:.2f} m/s in the end; on the level {:.2f} m in 1.5 s. The rear wheels carry "
-                 "{:.1f} % of the weight while driven, {:.1f} % while it rolls back",
-                 [at(up, 1.5)["x"], up.truth["x"][top], up.truth["t"][top], -end(up)["V_X"], at(level, 1.5)["x"], *rear])
+    return found("With 1.1 N m on each wheel for 1.5 s the base climbs {:.2f} m, coasts to {:.2f} m until {:.2f} s and "
+                 "rolls back, at {:.2f} m/s in the end. On level floor it covers {:.2f} m in 1.5 s. The rear wheels "
+                 "carry {:.1f} % of the weight while driven, {:.1f} % while it rolls back",
+                 [at(up, 1.5)["x"], up.truth["x"][top], up.truth["t"][top], -end(up)["V_X"], at(level, 1.5)["x"],
+                  *rear])
 
 
 @effect("patch", "a wet spot under two wheels", "wet_patch",
         lambda scene: {"wet": scene, "dry": scene.changed(floor=dict(patches=None))})
 def patch(runs):
     wet, dry = runs.values()
-    return found("On {:.2f} m sideways it turns by {:.0f}°, and by {:.1f}° where the spot is dry",
+    return found("Over {:.2f} m of lateral motion the base turns by {:.0f}°; on a dry floor by {:.1f}°",
                  [np.hypot(end(wet)["x"], end(wet)["y"]), end(wet)["psi"] * DEGREES, end(dry)["psi"] * DEGREES])
 
 
-@effect("load", "12 kg on the left of the front", "payload",
+@effect("load", "12 kg at the front left", "payload",
         lambda scene: {"with the load": scene, "without": scene.changed(loads=None)})
 def load(runs):
     loaded, free = runs.values()
     more = reactions(loaded, 2, 3) - reactions(free, 2, 3)
-    return found("Put on at rest, it takes {:.1f} % of the speed at once, and in the end {:.0f} mm of {:.2f} m and "
-                 "{:.1f}° of heading. It presses with {:.0f}, {:.0f}, {:.0f} and {:.0f} N more on fl, fr, bl and br",
+    return found("Placed at rest on the moving base, it takes {:.1f} % of the speed at once. In the end {:.0f} mm of "
+                 "{:.2f} m and {:.1f}° of heading are missing. It adds {:.0f}, {:.0f}, {:.0f} and {:.0f} N to fl, fr, "
+                 "bl and br",
                  [100 * (1 - at(loaded, 0.502)["V_Y"] / at(loaded, 0.498)["V_Y"]),
                   1e3 * (end(free)["y"] - end(loaded)["y"]), end(free)["y"],
                   (end(free)["psi"] - end(loaded)["psi"]) * DEGREES, *more])
 
 
 @effect("push", "a push of 60 N for 0.4 s", "push",
-        lambda scene: {"pushed": scene, "pushed, drives without dry friction":
+        lambda scene: {"pushed": scene, "pushed, drive trains without dry friction":
                        scene.changed(robot=dict(profile="measured", dry_friction=0))})
 def push(runs):
     pushed, free = runs.values()
-    return found("The standing base rolls {:.0f} mm to the left and turns by {:.1f}°; friction of its drives and rollers "
-                 "stops it {:.2f} s after the push ends. Without the drives' dry friction {:.0f} mm and {:.1f}°",
+    return found("The standing base rolls {:.0f} mm to the left and turns by {:.1f}°. Friction of its drive trains and "
+                 "rollers stops it {:.2f} s after the push ends. Without the drive trains' dry friction it rolls "
+                 "{:.0f} mm and turns by {:.1f}°",
                  [1e3 * end(pushed)["y"], end(pushed)["psi"] * DEGREES, standstill(pushed) - 0.6, 1e3 * end(free)["y"],
                   end(free)["psi"] * DEGREES])
 
@@ -128,8 +132,8 @@ def braking(runs):
     tall, low = runs.values()
     before, least = reactions(tall, 0.4, 0.5), low.contacts["normal"][low.contacts["t"] > 0.5].min(axis=0)
     return found("Before it brakes the right wheels carry {:.0f} and {:.0f} N, the left ones {:.0f} and {:.0f} N; "
-                 "{:.0f} ms later the right ones are off the floor. With the load at 0.3 m it stays: the right ones keep "
-                 "{:.0f} and {:.0f} N at least",
+                 "{:.0f} ms later the right ones are off the floor. With the load at 0.3 m the base stays: the right "
+                 "ones keep at least {:.0f} and {:.0f} N",
                  [before[1], before[3], before[0], before[2], 1e3 * (tall.contacts["t"][-1] - 0.5), least[1], least[3]])
 
 
@@ -137,8 +141,8 @@ def braking(runs):
         lambda scene: {"uneven floor": scene, "even": scene.changed(robot=dict(diagonal_preload=None))})
 def preload(runs):
     uneven, even = runs.values()
-    return found("On {:.2f} m sideways the base leaves its line by {:.1f} mm and turns by {:.2f}°; on an even floor by "
-                 "{:.1f} mm and {:.2f}°",
+    return found("Over {:.2f} m of lateral motion the base leaves its line by {:.1f} mm and turns by {:.2f}°; on an "
+                 "even floor by {:.1f} mm and {:.2f}°",
                  [end(uneven)["y"], abs(1e3 * end(uneven)["x"]), abs(end(uneven)["psi"] * DEGREES),
                   abs(1e3 * end(even)["x"]), abs(end(even)["psi"] * DEGREES)])
 
@@ -148,8 +152,8 @@ def sliding(run):
     return 100 * mean(run.contacts["t"], np.mean(run.contacts["slip"] > CREEP, axis=1))
 
 
-def sideways(run):
-    """Mean velocity from 1 s on, m/s."""
+def lateral_velocity(run):
+    """Its mean from 1 s on, m/s."""
     shown = run.truth["t"] >= 1
     return mean(run.truth["t"][shown], run.truth["V_Y"][shown])
 
@@ -160,10 +164,11 @@ def sideways(run):
 def spin(runs):
     none, one, two = runs.values()
     away = [np.hypot(end(run)["x"] - end(none)["x"], end(run)["y"] - end(none)["y"]) for run in (one, two)]
-    return found("With a_m of 1 and 2 mm, V_Y is {:.1f} and {:.1f} % less in the mean. Contacts slip faster than 5 mm/s for "
-                 "{:.0f} and {:.0f} % of the time instead of {:.0f} %. After 30 s the base is {:.0f} and {:.0f} mm elsewhere",
-                 [*(100 * (1 - sideways(run) / sideways(none)) for run in (one, two)), sliding(one), sliding(two),
-                  sliding(none), *(1e3 * distance for distance in away)])
+    return found("With a_m of 1 and 2 mm, the mean V_Y is {:.1f} and {:.1f} % lower. Contacts slip faster than 5 mm/s "
+                 "for {:.0f} and {:.0f} % of the time instead of {:.0f} %. After 30 s the base is {:.0f} and {:.0f} mm "
+                 "away from where it ends without",
+                 [*(100 * (1 - lateral_velocity(run) / lateral_velocity(none)) for run in (one, two)), sliding(one),
+                  sliding(two), sliding(none), *(1e3 * distance for distance in away)])
 
 
 def driven_by_torques(scene):
@@ -172,13 +177,14 @@ def driven_by_torques(scene):
     return scene.changed(drive=dict(reference_motion=None, torque=torque), initial=dict(twist=[0, 0.5236, 0.2094]))
 
 
-@effect("dry", "dry friction of the drives", "case2",
+@effect("dry", "dry friction of the drive trains", "case2",
         lambda scene: {f"$T_1$ = {T:g} N m": driven_by_torques(scene).changed(robot=dict(dry_friction=T))
                        for T in (0, 0.15, 0.3)})
 def dry(runs):
     none, half, whole = runs.values()
     away = np.hypot(end(whole)["x"] - end(none)["x"], end(whole)["y"] - end(none)["y"])
-    return found("Under the same torques V_Y is {:.1f} % less with 0.15 N m and {:.1f} % with 0.3 N m; after 30 s the base "
-                 "is {:.2f} m elsewhere with 0.3 N m, which has turned it by {:.0f}° instead of {:.0f}°",
-                 [*(100 * (1 - sideways(run) / sideways(none)) for run in (half, whole)), away,
+    return found("Under the same torques V_Y is {:.1f} % lower with 0.15 N m and {:.1f} % with 0.3 N m. After 30 s "
+                 "with 0.3 N m the base is {:.2f} m away from where it ends without, and has turned by {:.0f}° instead "
+                 "of {:.0f}°",
+                 [*(100 * (1 - lateral_velocity(run) / lateral_velocity(none)) for run in (half, whole)), away,
                   *(end(run)["psi"] * DEGREES for run in (whole, none))])

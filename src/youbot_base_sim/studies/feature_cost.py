@@ -1,9 +1,9 @@
-"""Counts the instructions that each model, output and feature takes for a simulated second of the paper's Case 2, and
-prints them as Markdown tables; to OUT.md too, if it is given. Builds what it needs in build/bench_ros/ and installs
-valgrind and PyYAML if they are missing. Counts the node's part where there is ROS; needs no ROS master.
+"""Counts the instructions of each model, output and feature per simulated second of the paper's Case 2, and prints them
+as Markdown tables; also to OUT.md, if it is given. Builds what it needs in build/bench_ros/ and installs valgrind and
+PyYAML if they are missing. Counts the node's part if ROS is installed; needs no ROS master.
 
-Instructions do not depend on what else the machine does. Each number is that of a long run less that of a short one, so
-that start-up does not count.
+Instructions do not depend on what else the machine does. Each number is that of a long run less that of a short one,
+without the start-up.
 """
 import json
 import re
@@ -18,7 +18,7 @@ from .builds import ROOT, build
 
 SHORT, LONG = 1.0, 4.0  # s of simulated time
 ALLOWED = 1.0  # %, of what is switched off
-RUNS = 10  # of which the quickest tells the time
+RUNS = 10  # of which the quickest counts
 MODELS = {"no_slip": "1", "viscous": "2a", "coulomb": "2b"}
 REACTIONS = {"normal_reactions": "dynamic", "com_height": 0.034}
 BEYOND = {  # sections of a scene, each with the keys that a feature takes
@@ -31,7 +31,7 @@ BEYOND = {  # sections of a scene, each with the keys that a feature takes
     "load of 10 kg": {"loads": [{"mass": 10, "position": [0.1, 0, 0.15]}]},
     "push of 5 N": {"wrenches": [{"force": [5, 0, 0], "point": [0, 0, 0.1]}]},
     "spin friction, 1 mm": {"floor": {"spin_radius": 0.001}},
-    "dry friction of drives and rollers": {"robot": {"dry_friction": 0.18, "roller_dry_friction": 0.073}},
+    "dry friction of drive trains and rollers": {"robot": {"dry_friction": 0.18, "roller_dry_friction": 0.073}},
 }
 
 
@@ -46,7 +46,7 @@ def all_of(features, but):
 
 
 class Counter:
-    """Instructions of a program, for a simulated second of a case of the paper."""
+    """Instructions of a program per simulated second of a case of the paper."""
 
     def __init__(self, folder, case="case2"):
         import yaml  # with what has been installed
@@ -84,7 +84,7 @@ class Counter:
         return max(one["simulated_time"] / one["cpu_time"] for one in summaries)
 
     def steps(self, simulate, model):
-        """Of a simulated second: steps accepted, all that were tried, and Newton iterations."""
+        """Per simulated second: accepted steps, tried steps, and Newton iterations."""
         sums = []
         for duration in (SHORT, LONG):
             numbers = self.summary(simulate, self.scene(duration), "--model", model)
@@ -100,8 +100,9 @@ def models(counter, simulate):
         accepted, tried, _ = counter.steps(simulate, model)
         rows.append([f"{model} ({name})", f"{count / 1e6:.4g} M", f"{accepted:.0f}", f"{tried:.0f}",
                      f"{count / tried:.0f}"])
-    head = ["model", "instructions a simulated second", "steps a second", "tried", "instructions a step tried"]
-    return f"\n## Models\n\n`simulate --quiet` without outputs, 100 rows a second.\n\n{table(head, rows)}"
+    head = ["model", "instructions per second", "steps", "steps tried", "instructions per step tried"]
+    return ("\n## Models\n\n`simulate --quiet` without outputs, 100 rows a second; per simulated second.\n\n"
+            f"{table(head, rows)}")
 
 
 def beyond(counter, simulate, title):
@@ -116,8 +117,8 @@ def beyond(counter, simulate, title):
         rows.append([name, f"{count / 1e6:.3g} M", f"{count / paper:.2f}", f"{tried:.0f}", f"{iterations / tried:.2f}",
                      f"{real_time * paper / count:.0f}"])
     counter.sections = {}
-    head = [f"in {title}", "instructions a second", "of the paper's", "steps tried a second",
-            "Newton iterations a step", "times real time"]
+    head = [f"in {title}", "instructions per second", "ratio to the paper's", "steps tried per second",
+            "Newton iterations per step", "times real time"]
     return f"\n## Beyond the paper, {title}, model 2b\n\n{table(head, rows)}"
 
 
@@ -131,7 +132,7 @@ def features(title, what, commands, counter, output_rate=100.0):
         more = 100 * (count / bare - 1)
         verdict = "" if "*" not in name else "within 1 %" if more <= ALLOWED else "**not within 1 %**"
         rows.append([name.replace("*", ""), f"{count / 1e6:.4g} M", f"{more:+.2f} %", verdict])
-    return f"\n## {title}\n\n{table([what, 'instructions a simulated second', 'more than bare', ''], rows)}"
+    return f"\n## {title}\n\n{table([what, 'instructions per second', 'more than bare', ''], rows)}"
 
 
 def outputs(counter, simulate, bench, rate, options):
@@ -153,7 +154,7 @@ def node(counter, bench):
     bag = counter.folder / "node.bag"
     joints = "base/joint_states"
     return features("The node, model 2b, control period 1 ms",
-                    "topics with a listener (their messages are made and serialised)", {
+                    "topics with a subscriber (their messages are made and serialised)", {
         "Simulation::advance_periods alone, driven alike": [bench, "periods", "SCENE"],
         "*none, 50 Hz": run(50),
         "*none, 50 Hz, publish_rollers": run(50, "rollers"),
@@ -169,7 +170,7 @@ def node(counter, bench):
 
 
 def sections(simulate, bench):
-    yield ("# What each feature costs\n\nInstructions (callgrind) for a simulated second of Case 2: a run of "
+    yield ("# What each feature costs\n\nInstructions (callgrind) per simulated second of Case 2: a run of "
            f"{LONG:g} s less one of {SHORT:g} s. Times real time: the ratio of instructions, applied to what the\n"
            "paper's case takes here.\n")
     with_ros = "devel" in simulate.parts

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from ..command_line import Parser, Refused, interruptible
 from ..files import make_folder
+from ..report import table
 from . import workshop
 from .builds import ROOT, simulate_of
 
@@ -24,9 +25,9 @@ TITLES = {"torques": "torques of the wheels", "motion": "trajectory and heading"
 
 def read_arguments():
     parser = Parser("paper_figures", __doc__,
-                    epilog="Exit status: 0 done, 2 refused input, 1 it could not be completed.")
+                    epilog="Exit status: 0 done, 2 rejected input, 1 it could not be completed.")
     parser.add_argument("scene", nargs="?", type=Path, metavar="SCENE.yaml", help="a scene of your own")
-    parser.add_argument("--only", type=int, metavar="N", help="draw this figure alone")
+    parser.add_argument("--only", type=int, metavar="N", help="draw only this figure")
     parser.add_argument("-o", "--output", type=Path, metavar="FOLDER",
                         help="draw here, and leave docs/ alone; unless given docs/paper, or NAME_figures for NAME.yaml")
     parser.add_argument("--claims", type=int, nargs="*", metavar="N",
@@ -92,7 +93,7 @@ def main():
     arguments = read_arguments()
     is_table = arguments.claims is not None
     numbers, figures = row_numbers(arguments), [] if is_table else arguments.figures
-    from .claims import TABLE, Cases
+    from .claims import COLUMNS, PAGE, Cases
     with interruptible(workshop.INTERRUPTED), workshop.Workshop(
             "paper_figures", arguments.simulate, arguments.keep, len(figures) + len(numbers)) as work:
         cases = Cases(ROOT / "config" / "scenes", work.recorder)
@@ -101,7 +102,7 @@ def main():
     if output:
         print(f"{len(figures)} figure{'s' * (len(figures) > 1)}: {output}/")
     if is_table:
-        print(TABLE.text(rows), end="")
+        print(table(COLUMNS, rows), end="")
     elif rows:
-        TABLE.write(rows)
+        PAGE.write(table(COLUMNS, rows))
         print(f"table of {len(rows)} claims: docs/paper.md")

@@ -116,7 +116,7 @@ def plain(value):
 
 
 class Recording:
-    """What a bag tells, each topic read when it is first asked for."""
+    """The topics of a bag, each read when it is first asked for."""
 
     def __init__(self, path):
         self.path = path
@@ -135,8 +135,8 @@ class Recording:
     def wheels(self):
         """Of each row of joint_states t (s), and of the four wheels phi, dphi and torque (rad, rad/s, N m)."""
         series = self.series("joint_states")
-        return dict(t=series.t, phi=series["position"], dphi=series["rate"],
-                    torque=series.columns.get("effort", 0 * series["rate"]))
+        return dict(t=series.t, phi=series["position"], dphi=series["velocity"],
+                    torque=series.columns.get("effort", 0 * series["velocity"]))
 
     @cached_property
     def switches(self):
@@ -150,7 +150,7 @@ class Recording:
     @cached_property
     def contacts(self):
         """Of each row of contacts t (s); of the four contacts |v_P| (m/s), |F| and N (N), share of the friction limit;
-        and the power that the drives put in (W)."""
+        and the drive power (W)."""
         series = self.series("contacts")
         return dict(t=series.t, slip=np.linalg.norm(series["slip"], axis=2),
                     force=np.linalg.norm(series["force"], axis=2), normal=series["normal"], share=series["share"],
@@ -187,8 +187,8 @@ class Kept:
 
 
 class Recorder:
-    """Runs `simulate`, as many at a time as there are processors, and keeps the bags. `report(done, all)` hears of
-    runs under way."""
+    """Runs `simulate`, as many at a time as there are processors, and keeps the bags. `report(done, all)` is
+    called as they end."""
 
     def __init__(self, simulate, kept, report=lambda done, count: None):
         self.simulate, self.kept, self.report = Path(simulate), kept, report
@@ -202,7 +202,7 @@ class Recorder:
             raise Refused(said)
 
     def run(self, arguments):
-        """Exit status of `simulate`, and what it says of errors."""
+        """Exit status of `simulate`, and its first line of errors."""
         with self.lock:
             if self.stopped:
                 raise Failed("stopped")
@@ -220,7 +220,7 @@ class Recorder:
                 program.terminate()
 
     def record(self, scene, model="coulomb", contacts=False, to_the_limit=False):
-        """`to_the_limit`: where the base tips over, what was until then."""
+        """`to_the_limit`: if the base tips over, the motion until then counts."""
         if model == "no_slip":  # its wheels can but roll
             scene = scene.changed(initial=dict(wheel_rates=None, roller_rates=None))
         text = scene.text()

@@ -1,7 +1,8 @@
 """Runs `simulate` on hard motions and reports the requirements that it fails.
 
-Each of 302 motions is run at several tolerances and judged by the same requirements, which stress.md states. Writes
-stress.csv, stress.md and the scenes to FOLDER. Builds `simulate` in build/bench/ first.
+Each of 302 motions is run at several tolerances and judged by the same requirements, which stress.md states. Writes to
+FOLDER: stress.csv with every run, stress.md with its tables in stress/, and the scenes. Builds `simulate` in
+build/bench/ first.
 """
 
 import argparse
@@ -9,7 +10,7 @@ import time
 from pathlib import Path
 
 from ..command_line import Parser, Progress, interruptible
-from ..files import write_whole
+from ..files import make_folder, write_whole
 from . import stress_cells, stress_report, stress_runs
 from .builds import ROOT, build, digest
 
@@ -30,7 +31,7 @@ def tolerances(text):
 
 def read_arguments():
     parser = Parser("stress", __doc__,
-                    epilog="Exit status: 0 all holds or is explained, 1 something does not, 2 refused input.")
+                    epilog="Exit status: 0 all holds or is explained, 1 something does not, 2 rejected input.")
     parser.add_argument("folder", nargs="?", type=Path, default=ROOT / "build" / "stress", metavar="FOLDER",
                         help="build/stress/ unless given")
     parser.add_argument("--only", action="append", default=[], metavar="GROUP[/CELL]",
@@ -92,7 +93,11 @@ def run(arguments, progress):
             row.judge()
             rows.append(row)
         write_whole(table, stress_report.csv_of_rows(rows + list(kept.values())))
-    write_whole(arguments.folder / "stress.md", stress_report.markdown(rows, stress_cells.random_torques()))
+    tables = arguments.folder / "stress"
+    make_folder(tables)
+    write_whole(tables / "cells.csv", stress_report.cells_csv(rows))
+    write_whole(tables / "counters.csv", stress_report.counters_csv(rows))
+    stress_report.PAGE.write(stress_report.written_part(rows), arguments.folder / "stress.md")
     return rows
 
 

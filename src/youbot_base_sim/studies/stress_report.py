@@ -2,11 +2,9 @@
 
 import csv
 import math
-import re
-from itertools import groupby
 
 from ..base import Base
-from ..report import csv_text, table
+from ..report import WrittenPart, csv_text, figures, paragraph, table
 from .builds import ROOT
 from .stress_cells import RANDOM_GROUP, ROBOT_MASS
 
@@ -21,12 +19,15 @@ SMALLEST = 1e-3  # absolute / relative tolerance, SI units: the least scale of a
 SMALLEST_ENERGY = 0.5 * ROBOT_MASS * SMALLEST**2  # J, of the robot at that speed
 WHEELS_CENTRE = math.hypot(Base.half_wheelbase, Base.half_track)  # m from O
 
+PAGE = WrittenPart(ROOT / "docs" / "stress.md", "scripts/stress")
+
 # Columns of stress.csv besides the counters of the integration: numbers but for WORDS.
 COLUMNS = ("group cell tolerance build ending message outcome duration reached cpu_time base_cpu_time slowest_ms "
            "slowest_ms_at ms_99_9 late_ms energy_error energy path halving echo amplification_minus amplification_plus "
-           "x y psi hundredth_distance hundredth_heading switches_per_s cost_ratio ms_ratio energy_ratio halving_ratio "
+           "x y psi hundredth_distance switches_per_s cost_ratio ms_ratio energy_ratio halving_ratio "
            "held_ratio").split()
 WORDS = ("group", "cell", "build", "ending", "message", "outcome")
+BRACES = str.maketrans({"{": "{{", "}": "}}"})  # for str.format
 
 
 class Row(dict):
@@ -71,25 +72,25 @@ class Row(dict):
         self["outcome"] = "fails" if self.failures() else "holds" if self["halving_ratio"] <= 1 else "explained"
 
     def failures(self):
-        """The requirements that the run fails, in words."""
+        """The requirements that the run fails: a text with a field for the number measured, and that number."""
         ending = self["ending"]
+        late = [("a millisecond takes {} ms", 1e3 * self["slowest_ms"])] if self["ms_ratio"] > 1 else []
         if ending in ("refused", "failed", "not finite"):
-            return [f"{ending}: {self['message']}"]
+            return [(f"{ending}: {self['message'].translate(BRACES)}", math.nan)]
         if ending != "finished":
-            reached = f"at {self['reached']:.4g} of {self['duration']:g} s" if "reached" in self else self["message"]
-            slow = [f"1 ms {self['ms_ratio']:.4g} times"] if self["ms_ratio"] > 1 else []
-            return [f"{ending} {reached}".strip(), *slow]
-        words = [f"{name} {self[key]:.4g} times"
-                 for name, key in (("cost", "cost_ratio"), ("1 ms", "ms_ratio"), ("energy", "energy_ratio"))
-                 if not self[key] <= 1]
+            until = f"at {{}} of {self['duration']:g} s" if "reached" in self else self["message"]
+            return [(f"{ending} {until}".strip(), self["reached"]), *late]
+        found = late if self["ms_ratio"] >= 0 else [("milliseconds not measured", math.nan)]
+        found += [(f"{name} {{}} times", self[f"{name}_ratio"]) for name in ("cost", "energy")
+                  if not self[f"{name}_ratio"] <= 1]
         if math.isnan(self["halving_ratio"]):
-            words.append("halving: a run to compare with did not finish")
+            found.append(("halving: a run to compare with did not finish", math.nan))
         elif self["halving_ratio"] > 1 and not self.is_sensitive:
-            A = self.amplification
-            words.append(f"halving {self['halving_ratio']:.4g} times (A {'unknown' if math.isnan(A) else f'{A:.2g}'})")
+            found.append((f"halving {{}} times (A {shown('{:.2g}', self.amplification, 'unknown')})",
+                          self["halving_ratio"]))
         if self["held_ratio"] > 1:
-            words.append(f"held wheel {self['held_ratio']:.3g} times")
-        return words
+            found.append(("held wheel {} times", self["held_ratio"]))
+        return found
 
 
 def csv_of_rows(rows):
@@ -105,122 +106,123 @@ def kept_rows(path, build):
     return {(row["group"], row["cell"], row["tolerance"], row["duration"]): row for row in rows}
 
 
-def ratio(value):
-    return "-" if math.isnan(value) else f"{value:.3g}" if value <= 1 else f"**{value:.3g}**"
+def counter_names(rows):
+    return list(dict.fromkeys(key for row in rows for key in row if key not in COLUMNS))
 
 
-def shown(text, value):
-    return "-" if math.isnan(value) else text.format(value)
+def grouped(items, key):
+    """Lists of items by their key, in the order in which the keys first appear."""
+    groups = {}
+    for item in items:
+        groups.setdefault(key(item), []).append(item)
+    return groups
+
+
+def by_cell(rows):
+    """The rows of each cell, and of all random runs together."""
+    return grouped(rows, lambda row: RANDOM_GROUP if row["group"] == RANDOM_GROUP else row.full_name)
+
+
+def shown(text, value, missing="-"):
+    return missing if math.isnan(value) else text.format(value)
 
 
 def worst(values):
     return max((value for value in values if not math.isnan(value)), default=math.nan)
 
 
-def lines(rows):
-    """The rows of each line of the summary: of a cell, or of all random runs."""
-    return [(name, list(of_line)) for name, of_line in groupby(
-        rows, lambda row: RANDOM_GROUP if row["group"] == RANDOM_GROUP else row.full_name)]
+def of(rows, key):
+    return [row[key] for row in rows]
 
 
-def cell_line(name, rows):
-    most = {key: worst(row[key] for row in rows) for key in COLUMNS if key not in WORDS}
-    finished = sum(row["ending"] == "finished" for row in rows)
-    holding = sum(row["outcome"] != "fails" for row in rows)
-    sensitive = sum(row.is_sensitive for row in rows)
-    return [name, f"{finished} of {len(rows)}" if finished == len(rows) else f"**{finished} of {len(rows)}**",
-            ratio(most["cost_ratio"]), ratio(most["ms_ratio"]), shown("{:.2g} ms", 1e3 * most["ms_99_9"]),
-            ratio(most["energy_ratio"]),
-            ratio(most["halving_ratio"]) + (f", {sensitive} sensitive" if sensitive else ""),
-            shown("{:.2g}", worst(row.amplification for row in rows)), shown("{:.1e} m", most["echo"]),
-            "all" if holding == len(rows) else f"{holding} of {len(rows)}"]
+def least_to_most(values):
+    return " to ".join(dict.fromkeys(figures(value) for value in (min(values), max(values))))
 
 
-def cell_table(rows):
-    return table(["cell", "finished", "cost", "slowest ms", "its 99.9 %", "energy", "halving", "A", "echo", "all hold"],
-                 [cell_line(*item) for item in lines(rows)])
+def power(tolerance):
+    """1e-3 rather than the 0.001 of {:g}."""
+    digits, exponent = f"{tolerance:e}".split("e")
+    return f"{float(digits):g}e{int(exponent)}"
 
 
-def section(title, head, rows):
-    """A table with its title, if there is anything in it."""
-    return f"\n## {title}\n\n{table(head, rows)}" if rows else ""
+# Columns of the tables of groups and of cells: which of their runs are counted, and of which ratio the worst is shown.
+RUNS = {"runs": lambda row: True, "finish": lambda row: row["ending"] == "finished",
+        "hold or are explained": lambda row: row["outcome"] != "fails", "sensitive": lambda row: row.is_sensitive}
+RATIOS = {"cost": "cost_ratio", "slowest ms": "ms_ratio", "energy": "energy_ratio", "halving": "halving_ratio"}
 
 
-def failure_table(rows):
-    return section("What does not hold", ["cell", "tol", ""], [
-        [row.full_name, f"{row['tolerance']:g}", "; ".join(row.failures())]
-        for row in rows if row["outcome"] == "fails"])
+def summary(rows):
+    return [*(f"{sum(map(holds, rows))}" for holds in RUNS.values()),
+            *(figures(worst(of(rows, key))) for key in RATIOS.values())]
 
 
-def explained_table(rows):
-    return section("Explained by a sensitive motion",
-                   ["cell", "tol", "halving", "A, turned less", "A, turned more", "echo"],
-                   [[row.full_name, f"{row['tolerance']:g}", f"{row['halving_ratio']:.4g}",
-                     f"{row['amplification_minus']:.3g}", f"{row['amplification_plus']:.3g}", f"{row['echo']:.1e} m"]
-                    for row in rows if row["outcome"] == "explained"])
+def cells_csv(rows):
+    """One line for each cell, with the worst over its tolerances."""
+    return csv_text(["cell", *RUNS, *RATIOS, "99.9 % of ms, ms", "A", "echo, m"], [
+        [name, *summary(of_cell), shown("{:.2g}", 1e3 * worst(of(of_cell, "ms_99_9"))),
+         shown("{:.2g}", worst(row.amplification for row in of_cell)), shown("{:.1e}", worst(of(of_cell, "echo")))]
+        for name, of_cell in by_cell(rows).items()])
 
 
-def held_table(rows, torques):
-    """The random runs in which a wheel was held, beside what a hundredth of the tolerance makes of them."""
+def counters_csv(rows):
+    """The counters at the loosest tolerance; those of the random runs summed."""
+    at = [row for row in rows if row["tolerance"] == max(of(rows, "tolerance"))]
+    names = sorted(counter_names(at))
+    return csv_text(["cell", *names], [
+        [name, *(shown("{:.0f}", sum(counts) if counts else math.nan) for counts in (
+            [row[key] for row in of_cell if key in row] for key in names))] for name, of_cell in by_cell(at).items()])
+
+
+def group_table(rows):
+    return table(["group", "cells", *RUNS, *RATIOS], [
+        [name, f"{len(set(of(of_group, 'cell')))}", *summary(of_group)]
+        for name, of_group in grouped(rows, lambda row: row["group"]).items()])
+
+
+def base_costs(rows):
+    costs = [f"{least_to_most([1e3 * row['base_cpu_time'] / row['duration'] for row in at])} ms at {power(tolerance)}"
+             for tolerance, at in sorted(grouped(rows, lambda row: row["tolerance"]).items(), reverse=True)]
+    return f"The base scene takes per simulated second {', '.join(costs)}."
+
+
+def failure_table(failing):
+    """A line for each cell and requirement that it fails, over the tolerances."""
+    found = grouped([(row.full_name, text, row["tolerance"], value) for row in failing
+                     for text, value in row.failures()], lambda failure: failure[:2])
+    return table(["cell", "tolerance", "what fails"], [
+        [name, ", ".join(power(failure[2]) for failure in failures),
+         text.format(least_to_most([failure[3] for failure in failures]))] for (name, text), failures in found.items()])
+
+
+def explained_text(explained):
+    runs = [f"{row.full_name} at {power(row['tolerance'])} (halving {figures(row['halving_ratio'])}, "
+            f"A {figures(row.amplification)})" for row in explained]
+    return f"Explained by a sensitive motion: {', '.join(runs) or 'none'}."
+
+
+def held_text(rows):
+    """The random runs in which a wheel was held, and how far a hundredth of the tolerance moves their ends."""
     compared = [row for row in rows if "hundredth_distance" in row]
     if not compared:
-        return ""
+        return "None of these runs was compared with one at a hundredth of the tolerance."
     held = [row for row in compared if row["shared_contacts"] > 0]
-    within = sum(row["held_ratio"] <= 1 for row in held)
-    distance = worst(row["hundredth_distance"] for row in compared if row not in held)
-    others = shown(" Of the others, the largest such\ndistance is {:.1e} m.", distance)
-    text = f"""
-## A wheel held between two rollers
-
-Of {len(compared)} random runs at {compared[0]["tolerance"]:g}, {len(held)} tell of a wheel that was held; the end
-position of {within} of these is within 1e-5 m of the run at a hundredth of the tolerance.{others}
-"""
-    if not held:
-        return text
-    head = ["run", "torque fl, fr, bl, br, N m", "times held", "distance, m", "heading, rad", "within"]
-    return text + "\n" + table(head, [
-        [row["cell"], ", ".join(f"{x:+.4f}" for x in torques[row["cell"]]), f"{row['shared_contacts']:g}",
-         f"{row['hundredth_distance']:.2e}", f"{row['hundredth_heading']:.2e}",
-         "yes" if row["held_ratio"] <= 1 else "**no**"] for row in held])
+    others = [row for row in compared if row["shared_contacts"] == 0]
+    distances = [shown("{:.1e} m", worst(of(some, "hundredth_distance")), "none") for some in (held, others)]
+    return (f"Of {len(compared)} random runs at {power(compared[0]['tolerance'])}, {len(held)} hold a wheel, "
+            f"{sum(of(held, 'shared_contacts')):.0f} times in all. Largest distance from the end of a run at a "
+            f"hundredth of the tolerance: {distances[0]} with a held wheel, {distances[1]} without.")
 
 
-def base_table(rows):
-    costs = {}
-    for row in rows:
-        costs.setdefault(row["tolerance"], []).append(1e3 * row["base_cpu_time"] / row["duration"])
-    return table(["tol", "base scene, ms of run time a simulated second: least to most over the suite"],
-                 [[f"{tolerance:g}", f"{min(costs[tolerance]):.3g} to {max(costs[tolerance]):.3g}"]
-                  for tolerance in sorted(costs, reverse=True)])
-
-
-def counter_names(rows):
-    return list(dict.fromkeys(key for row in rows for key in row if key not in COLUMNS))
-
-
-def counter_table(rows):
-    """The counters at the default tolerance, or else at the first that was run; those of the random runs summed."""
-    ran = {row["tolerance"] for row in rows}
-    tolerance = DEFAULT_TOLERANCE if DEFAULT_TOLERANCE in ran else rows[0]["tolerance"]
-    at = [row for row in rows if row["tolerance"] == tolerance]
-    names = counter_names(at)
-    return section(f"Counters at {tolerance:g}", ["cell", *names], [
-        [line, *(f"{sum(counts):.0f}" if (counts := [row[name] for row in of_line if name in row]) else "-"
-                 for name in names)] for line, of_line in lines(at)])
-
-
-def requirements():
-    """In words, as docs/stress.md has them."""
-    page = (ROOT / "docs" / "stress.md").read_text()
-    return re.search(r"(?s)\nEvery cell is .*?`stress\.csv` has every run\.\n", page)[0]
-
-
-def markdown(rows, torques):
-    """The report; `torques` (N m) of the random runs by their names."""
-    failed = sum(row["outcome"] == "fails" for row in rows)
-    explained = sum(row["outcome"] == "explained" for row in rows)
-    head = f"# Stress suite\n\n{len(rows) - failed - explained} of {len(rows)} runs hold all requirements"
-    if explained:
-        head += f", {explained} more {'is' if explained == 1 else 'are'} explained by a sensitive motion"
-    return "".join([head, ".\n", requirements(), "\n", base_table(rows),
-                    "\n## Cells, each with the worst over its tolerances\n\n", cell_table(rows),
-                    held_table(rows, torques), failure_table(rows), explained_table(rows), counter_table(rows)])
+def written_part(rows):
+    """What the script writes into the page."""
+    failing, explained = ([row for row in rows if row["outcome"] == outcome] for outcome in ("fails", "explained"))
+    cells, tolerances = len({row.full_name for row in rows}), sorted({row["tolerance"] for row in rows}, reverse=True)
+    holding = len(rows) - len(failing) - len(explained)
+    totals = (f"{cells} motions, each at {len(tolerances)} tolerances from {power(tolerances[0])} to "
+              f"{power(tolerances[-1])}: {holding} of {len(rows)} runs hold all requirements, {len(explained)} more "
+              "are explained by a sensitive motion.")
+    links = ("The worst over the cells and tolerances of each group; [cells.csv](stress/cells.csv) has every cell, "
+             f"[counters.csv](stress/counters.csv) the counters of the integration at {power(tolerances[0])}.")
+    return "\n".join([paragraph(totals), group_table(rows), paragraph(links), paragraph(base_costs(rows)),
+                      "### What does not hold\n", failure_table(failing) if failing else "Everything holds.\n",
+                      paragraph(explained_text(explained)), "### Held wheels\n", paragraph(held_text(rows))])

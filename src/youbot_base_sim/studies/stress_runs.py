@@ -157,8 +157,7 @@ def halving(simulate, cell, tolerance, run, row):
 def hundredth(simulate, cell, tolerance, run, row):
     exact = simulate.run(cell, tolerance / 100)
     if exact.ending != "finished":  # a failure rather than a gap
-        row.update(hundredth_distance=math.inf, hundredth_heading=math.nan)
+        row["hundredth_distance"] = math.inf
         return
     a, b = run.summary["final"], exact.summary["final"]
     row["hundredth_distance"] = math.hypot(b["x"] - a["x"], b["y"] - a["y"])
-    row["hundredth_heading"] = abs(b["psi"] - a["psi"])

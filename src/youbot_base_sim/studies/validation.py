@@ -1,8 +1,8 @@
-"""Measures on the simulated base what was measured on real ones: the tables and the figure of docs/validation.md.
+"""Repeats measurements on real bases with the simulated one: the tables and the figure of docs/validation.md.
 
-Prints the tables; with --figure also draws torque over the direction of travel; with --fit, prints nothing but the
-friction fitted again to both robots, without and with spin friction. Installs and builds what it needs. Takes two
-minutes, --fit three.
+Prints the tables; with --figure also draws torque over the direction of travel; with --fit prints only the friction
+fitted again to both robots, without and with spin friction. Installs and builds what it needs. Takes two minutes,
+--fit three.
 """
 from ..command_line import Parser
 from ..files import Outputs
@@ -11,8 +11,8 @@ from .builds import ROOT, add_simulate, simulate_of
 
 def main():
     parser = Parser("validation", __doc__)
-    parser.add_argument("--figure", metavar="PLOT.png")
-    parser.add_argument("--fit", action="store_true")
+    parser.add_argument("--figure", metavar="PLOT.png", help="draw the figure, too")
+    parser.add_argument("--fit", action="store_true", help="fit the friction, and print nothing else")
     add_simulate(parser)
     arguments = parser.parse_args()
     if arguments.figure:
@@ -25,7 +25,8 @@ def main():
     robots.torque_table()
     robots.rise_table()
     cycles, amplitude = robots.ripple("B")
-    print(f"\nripple sideways: {cycles:.2f} per turn of the wheel, {amplitude:.3f} N m (B: 6.0, about 0.06)")
+    print(f"\nripple in lateral motion: {cycles:.2f} per revolution of the wheel, {amplitude:.3f} N m (B: 6.0, about "
+          "0.06)")
     robots.gain_table()
     if arguments.figure:
         robots.draw(arguments.figure)

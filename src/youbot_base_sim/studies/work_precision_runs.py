@@ -37,7 +37,7 @@ class Contestant:
     explicit: bool = False  # needs steps of some 1e-7 s, and so runs over a short span
 
 
-CONTESTANTS = [  # docs/work_precision/template.md says how each is run
+CONTESTANTS = [  # docs/work_precision/work_precision.md says how each is run
     Contestant("youbot_base_sim", "youbot_base_sim", "radau",
                dict(color=BLACK, marker="o", linewidth=2.4, markersize=5, zorder=5)),
     Contestant("cvode", "SUNDIALS CVODE (BDF)", "cvode", dict(color=BLUE, marker="s")),

@@ -1,4 +1,4 @@
-"""What the programs that make figures and tables of runs of `simulate` share: the runs, and what is kept of them."""
+"""Shared by the programs that make figures and tables of runs of `simulate`: the runs, and the files kept of them."""
 from pathlib import Path
 
 from ..command_line import Progress, complain
