@@ -123,9 +123,9 @@ class Outputs {
     for_each([](Recorder& recorder) { recorder.commit(); });
   }
 
-  void commit_summary(const Simulation& simulation, double wall_time, const RunAudit& audit) {
-    if (!summary_) return;
-    summary_->write(summary_json(simulation, wall_time, audit));
+  /// To be called only if one is wanted.
+  void commit_summary(const std::string& summary) {
+    summary_->write(summary);
     summary_->commit();
   }
 
@@ -173,6 +173,7 @@ class Run {
       : arguments_(arguments),
         outputs_(outputs),
         simulation_(scene),
+        rows_(simulation_),
         progress_(progress),
         measured_(!arguments.summary.empty() || arguments.cpu_limit > 0) {
     simulation_.stop_on(stop_requested());
@@ -187,9 +188,8 @@ class Run {
     try {
       write_rows();
       progress_.clear();
-      audit_.completed = true;
       outputs_.commit();
-      outputs_.commit_summary(simulation_, wall_time_, audit_);
+      commit_summary(true);
     } catch (const Stopped&) {
       fail(stopped());
     } catch (const OutputError& error) {
@@ -198,44 +198,47 @@ class Run {
       fail(error.what());
     }
     if (!arguments_.quiet) fmt::print("{}", summary_text(simulation_, wall_time_));
-    const std::string doubt = unreliability_reason(simulation_, audit_.energy);
+    const std::string doubt = unreliability_reason(simulation_, rows_.energy());
     if (!doubt.empty()) print_error("simulate", "warning: the result is not to be trusted: " + doubt);
   }
 
  private:
   void write_rows() {
-    RowLoop rows(simulation_, audit_.energy);
     try {
-      while (next(rows)) write_row(rows.t());
+      while (next()) write_row(rows_.t());
     } catch (const TippedOver&) {
-      outputs_.commit_summary(simulation_, wall_time_, audit_);  // it has the normal reactions
+      commit_summary(false);  // it has the normal reactions
       throw;
     }
   }
 
   /// Advances to the next row, and measures what that took.
-  bool next(RowLoop& rows) {
+  bool next() {
     const double before = simulation_.time();
-    if (measured_) audit_.cost.start(before);
+    if (measured_) cost_.start(before);
     const Clock::time_point start = Clock::now();
-    const bool is_row = rows.next();
+    const bool is_row = rows_.next();
     wall_time_ += std::chrono::duration<double>(Clock::now() - start).count();
-    if (measured_ && simulation_.time() > before) audit_.cost.stop(simulation_.time());
+    if (measured_ && simulation_.time() > before) cost_.stop(simulation_.time());
     return is_row;
   }
 
   void write_row(double t) {
     const double duration = simulation_.scene().duration;
     outputs_.write_row(t, simulation_);
-    if (measured_) audit_.path.add_row(simulation_);
-    if (arguments_.cpu_limit > 0 && audit_.cost.cpu_time() > arguments_.cpu_limit && t < duration) {
-      outputs_.commit_summary(simulation_, wall_time_, audit_);
+    if (arguments_.cpu_limit > 0 && cost_.cpu_time() > arguments_.cpu_limit && t < duration) {
+      commit_summary(false);
       throw std::runtime_error(
           fmt::format("stopped at t = {} s: more than {} s of processor time", t, arguments_.cpu_limit));
     }
     if (progress_.due()) {
       progress_.draw(t / duration, fmt::format("{:.4g} of {:g} s", t, duration));
     }
+  }
+
+  void commit_summary(bool completed) {
+    if (arguments_.summary.empty()) return;
+    outputs_.commit_summary(summary_json(simulation_, completed, wall_time_, cost_, rows_));
   }
 
   [[noreturn]] void fail(const std::string& reason) {
@@ -248,10 +251,11 @@ class Run {
   const Arguments& arguments_;
   Outputs& outputs_;
   Simulation simulation_;
+  RowLoop rows_;
   ProgressBar& progress_;
   bool measured_;
   double wall_time_ = 0;  // of the simulation alone, s
-  RunAudit audit_;
+  RunCost cost_;
 };
 
 /// Returns the exit status.

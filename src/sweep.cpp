@@ -102,7 +102,7 @@ RowMaker row_maker(const Arguments& arguments, const Family& family) {
 #ifdef YOUBOT_BASE_SIM_ROS
   make_bag = [](OutputFile file) { return std::make_unique<BagRecorder>(std::move(file)); };
 #endif
-  if (family.trajectories && family.trajectories->format == TrajectoryFormat::kBag && !make_bag) {
+  if (family.trajectories && family.trajectories->format == "bag" && !make_bag) {
     throw SceneError(fmt::format("{}: trajectories.format = bag: must be csv: this sweep was built without ROS",
                                  quote_path(family.path)));
   }
@@ -128,115 +128,84 @@ std::string counts_text(const Tally& tally) {
 /// Shows how far a sweep is: a bar on a terminal, else a line a minute.
 class Progress {
  public:
-  Progress(const RunSchedule& schedule, std::uint64_t runs, bool quiet)
-      : schedule_(schedule), runs_(runs), quiet_(quiet), bar_(quiet), before_(schedule.tally().runs) {}
+  Progress(const Journal& journal, bool quiet)
+      : runs_(journal.runs()), before_(journal.tally().runs), quiet_(quiet), bar_(quiet) {}
 
-  void show() {
-    if (bar_.due()) bar_.draw(share(), text());
+  void show(const Tally& tally) {
+    if (bar_.due()) bar_.draw(static_cast<double>(tally.runs) / static_cast<double>(runs_), text(tally));
     if (bar_.shown() || quiet_ || Clock::now() < next_line_) return;
     next_line_ += 1min;
-    print_error("sweep", text());
+    print_error("sweep", text(tally));
   }
   void clear() { bar_.clear(); }
-  double seconds() const { return seconds_since(start_); }
-  /// Runs a second since the sweep began or continued.
-  double rate() const { return static_cast<double>(schedule_.tally().runs - before_) / seconds(); }
+
+  /// What there is to say once all runs are finished.
+  std::string summary(const Tally& tally) const {
+    const std::string made = before_ == 0 ? "" : fmt::format(", {} of them", tally.runs - before_);
+    return fmt::format("{} runs{} in {}, {:.3g} a second{}", tally.runs, made, duration_text(seconds_since(start_)),
+                       rate(tally), counts_text(tally));
+  }
 
  private:
-  double share() const { return static_cast<double>(schedule_.tally().runs) / static_cast<double>(runs_); }
+  /// Runs a second since the sweep began or continued.
+  double rate(const Tally& tally) const { return static_cast<double>(tally.runs - before_) / seconds_since(start_); }
 
-  std::string text() const {
-    const Tally tally = schedule_.tally();
+  std::string text(const Tally& tally) const {
     std::string text = fmt::format("{} of {} runs", tally.runs, runs_);
     if (tally.runs > before_) {
-      const double left = static_cast<double>(runs_ - tally.runs) / rate();
-      text += fmt::format(", {:.3g} a second, {} left", rate(), duration_text(left));
+      const double left = static_cast<double>(runs_ - tally.runs) / rate(tally);
+      text += fmt::format(", {:.3g} a second, {} left", rate(tally), duration_text(left));
     }
     return text + counts_text(tally);
   }
 
-  const RunSchedule& schedule_;
-  std::uint64_t runs_;
+  std::uint64_t runs_, before_;
   bool quiet_;
   ProgressBar bar_;
-  std::uint64_t before_;
   Clock::time_point start_ = Clock::now(), next_line_ = start_ + 1min;
 };
 
-/// One sweep on rank 0, from its journal to its table.
-class Sweep {
- public:
-  Sweep(const Arguments& arguments, const Family& family, const RowMaker& maker, Ranks& ranks)
-      : arguments_(arguments),
-        family_(family),
-        maker_(maker),
-        ranks_(ranks),
-        fingerprint_(family.fingerprint()),
-        journal_(journal_of(arguments), fingerprint_, family.runs()) {}
-
-  /// Makes all rows. Returns false if a signal has stopped it.
-  bool run() {
-    const std::uint64_t before = journal_.tally().runs;
-    if (before > 0 && !arguments_.quiet) fmt::print("{} of {} runs were finished before\n", before, family_.runs());
-    std::fflush(stdout);
-    RunSchedule schedule(journal_, family_.runs());
-    Progress progress(schedule, family_.runs(), arguments_.quiet);
-    const auto watch = [&] {
-      if (stop_requested()) return schedule.stop();
-      progress.show();
-      if (Clock::now() < next_sync_) return;
-      journal_.sync();
-      next_sync_ = Clock::now() + kSync;
-    };
-    ranks_.serve(schedule, maker_, arguments_.threads, 100ms, watch);
-    progress.clear();
-    if (!schedule.finished()) return false;
-    const std::uint64_t runs = journal_.tally().runs;
-    const std::string made = before == 0 ? "" : fmt::format(", {} of them", runs - before);
-    summary_ = fmt::format("{} runs{} in {}, {:.3g} a second{}: {}\n", runs, made, duration_text(progress.seconds()),
-                           progress.rate(), counts_text(journal_.tally()), quote_path(arguments_.csv));
-    return true;
-  }
-
-  /// Makes the table of the rows, reports it, and deletes the journal.
-  void write_table() {
-    if (!family_.tables.empty() && family_.fingerprint() != fingerprint_) {
-      throw SceneError(fmt::format("{}: a table of its scenes was changed while it ran; delete {} to begin anew",
-                                   quote_path(family_.path), quote_path(journal_of(arguments_))));
+/// Makes the rows that the journal lacks. Returns a summary, or nothing if a signal has stopped it.
+std::optional<std::string> make_rows(const Arguments& arguments, const RowMaker& maker, Ranks& ranks,
+                                     Journal& journal) {
+  constexpr auto kSync = 1s;
+  const std::uint64_t before = journal.tally().runs;
+  if (before > 0 && !arguments.quiet) fmt::print("{} of {} runs were finished before\n", before, journal.runs());
+  std::fflush(stdout);
+  Progress progress(journal, arguments.quiet);
+  Clock::time_point next_sync = Clock::now() + kSync;
+  ranks.serve(journal, maker, arguments.threads, [&](const Tally& tally) {
+    if (stop_requested()) return false;
+    progress.show(tally);
+    if (Clock::now() >= next_sync) {
+      journal.sync();
+      next_sync = Clock::now() + kSync;
     }
-    OutputFile table(arguments_.csv);
-    table.sync_on_commit();  // because the journal is deleted next
-    Spread spread(family_);
-    table.write(maker_.header() + "\n");
-    journal_.for_each_row([&](const Row& row) {
-      table.write(row.text + "\n");
-      spread.add(row);
-    });
-    table.commit();
-    journal_.remove();
-    if (!arguments_.quiet) fmt::print("{}{}", summary_, spread.text());
-    const Tally& tally = journal_.tally();
-    if (tally.failed + tally.refused + tally.doubtful == 0) return;
-    print_error("sweep", fmt::format("warning: of {} runs{}: see the column reason", tally.runs, counts_text(tally)));
-  }
+    return true;
+  });
+  progress.clear();
+  if (!journal.is_complete()) return std::nullopt;
+  return progress.summary(journal.tally());
+}
 
-  std::string way_on() const {
-    return fmt::format("{} of {} runs are in {}; the same command goes on from there", journal_.tally().runs,
-                       family_.runs(), quote_path(journal_of(arguments_)));
-  }
-
- private:
-  static constexpr auto kSync = 1s;
-
-  const Arguments& arguments_;
-  const Family& family_;
-  const RowMaker& maker_;
-  Ranks& ranks_;
-  std::vector<std::string> fingerprint_;
-  Journal journal_;
-  Clock::time_point next_sync_ = Clock::now() + kSync;
-  std::string summary_;
-};
+/// Makes the table of the rows, reports it, and deletes the journal.
+void write_table(const Arguments& arguments, const Family& family, const RowMaker& maker, Journal& journal,
+                 const std::string& summary) {
+  OutputFile file(arguments.csv);
+  file.sync_on_commit();  // because the journal is deleted next
+  Spread spread(family);
+  file.write(maker.header() + "\n");
+  journal.for_each_row([&](const Row& row) {
+    file.write(row.text + "\n");
+    spread.add(row);
+  });
+  file.commit();
+  journal.remove();
+  if (!arguments.quiet) fmt::print("{}: {}\n{}", summary, quote_path(arguments.csv), spread.text());
+  const Tally& tally = journal.tally();
+  if (tally.failed + tally.refused + tally.doubtful == 0) return;
+  print_error("sweep", fmt::format("warning: of {} runs{}: see the column reason", tally.runs, counts_text(tally)));
+}
 
 /// Prints the work to be done. Times the first run.
 void list(const Arguments& arguments, Family family, const Ranks& ranks) {
@@ -256,12 +225,14 @@ void list(const Arguments& arguments, Family family, const Ranks& ranks) {
              ranks.size() > 1 ? "ranks" : "threads");
 }
 
-/// The work of rank 0. Returns the exit status.
+/// The work of rank 0, from the journal to the table. Returns the exit status.
 int run_first(const Arguments& arguments, const Family& family, const RowMaker& maker, Ranks& ranks) {
-  std::optional<Sweep> sweep;
+  std::vector<std::string> fingerprint;
+  std::optional<Journal> journal;
   try {
     keep_apart(arguments, family, maker);
-    sweep.emplace(arguments, family, maker, ranks);
+    fingerprint = family.fingerprint();
+    journal.emplace(journal_of(arguments), fingerprint, family.runs());
   } catch (const OutputError& error) {
     print_error("sweep", error.what());
     return error.is_full() ? kNotCompleted : kRefused;
@@ -269,14 +240,24 @@ int run_first(const Arguments& arguments, const Family& family, const RowMaker& 
     print_error("sweep", error.what());
     return kRefused;
   }
+  const auto way_on = [&] {
+    return fmt::format("{} of {} runs are in {}; the same command goes on from there", journal->tally().runs,
+                       family.runs(), quote_path(journal_of(arguments)));
+  };
   try {
-    if (sweep->run()) {
-      sweep->write_table();
-      return kDone;
+    const std::optional<std::string> summary = make_rows(arguments, maker, ranks, *journal);
+    if (!summary) {
+      print_error("sweep", fmt::format("stopped by {}; {}", stop_reason(), way_on()));
+      return kNotCompleted;
     }
-    print_error("sweep", fmt::format("stopped by {}; {}", stop_reason(), sweep->way_on()));
+    if (!family.tables.empty() && family.fingerprint() != fingerprint) {
+      throw SceneError(fmt::format("{}: a table of its scenes was changed while it ran; delete {} to begin anew",
+                                   quote_path(family.path), quote_path(journal_of(arguments))));
+    }
+    write_table(arguments, family, maker, *journal, *summary);
+    return kDone;
   } catch (const OutputError& error) {
-    print_error("sweep", fmt::format("{}; {}", error.what(), sweep->way_on()));
+    print_error("sweep", fmt::format("{}; {}", error.what(), way_on()));
   } catch (const std::exception& error) {
     print_error("sweep", error.what());
   }

@@ -9,6 +9,7 @@
 #include <tf2/utils.h>
 
 #include <algorithm>
+#include <boost/algorithm/string/predicate.hpp>
 #include <cmath>
 #include <filesystem>
 #include <variant>
@@ -23,9 +24,7 @@ namespace {
 
 /// Whether the topic has this name, in any namespace or, as rosbag record writes it on request, in none.
 bool ends_with(const std::string& topic, const std::string& name) {
-  if (topic == name) return true;
-  const std::string tail = "/" + name;
-  return topic.size() >= tail.size() && topic.compare(topic.size() - tail.size(), std::string::npos, tail) == 0;
+  return topic == name || boost::algorithm::ends_with(topic, "/" + name);
 }
 
 /// Falls back to the recorder's time of arrival where the stamp is missing or from another clock.

@@ -13,6 +13,15 @@ constexpr double kRate = 0.02;      // rad/s that rates may be off,
 constexpr double kTorque = 0.02;    // N m, torques,
 constexpr double kPose = 2e-3;      // m and rad, poses
 constexpr double kJumping = 0.012;  // s: what a first guess of the delay may be off
+constexpr double kOutlier = 3;      // residuals beyond it count linearly
+
+/// A residual whose square is the robust cost: quadratic at first, linear beyond kOutlier. Ceres has it as
+/// SoftLOneLoss, but applies a loss to a block as a whole, and one block has all rows, since one simulation yields
+/// them.
+double robust(double r) {
+  const double s = r * r / (kOutlier * kOutlier);
+  return std::copysign(kOutlier * std::sqrt(2 * (std::sqrt(1 + s) - 1)), r);
+}
 
 /// For each sample, whether a command comes to act about then.
 std::vector<bool> jumping(const DriveRecord& record, double delay) {
@@ -42,64 +51,105 @@ Eigen::Vector3d truth_at(const DriveRecord& record, double t) {
   return record.truth[j - 1] + share * (record.truth[j] - record.truth[j - 1]);
 }
 
-}  // namespace
-
-Comparison::Comparison(const DriveRecord& record, double delay)
-    : record_(record),
-      jumping_(jumping(record, delay)),
-      rate_(low_pass(record.t, modes_of(record.dphi), kComparisonFilter)),
-      torque_(low_pass(record.t, modes_of(record.torque), kComparisonFilter, jumping_)) {
-  choose_samples();
-  choose_windows();
-  // In the order of `residuals`.
-  const std::vector<Motion> motions = record.motions();
-  const auto add = [&](double t, bool first, int rows) {
-    for (int r = 0; r < rows; ++r) {
-      rows_.push_back({motion_at(motions, t).held_out, first ? -1 : static_cast<int>(rows_.size()) - rows});
-    }
-  };
-  const int per_sample = record.has_torque() ? 2 * kModes : kModes;
-  for (const std::size_t k : samples_) add(record.t[k], k == samples_.front(), per_sample);
-  for (const Window& w : windows_) add(record.t[w.first], w.first == windows_.front().first, 3);
+/// The record as a prediction would have it.
+Prediction recorded(const DriveRecord& record) {
+  Prediction motion{record, {}};
+  if (record.truth_t.size() < 2) return motion;
+  for (const double t : record.t) motion.pose.push_back(truth_at(record, t));
+  return motion;
 }
 
-void Comparison::choose_samples() {
+std::vector<std::size_t> compared_samples(const DriveRecord& record) {
+  std::vector<std::size_t> samples;
   double next = 0;
-  for (const std::size_t k : record_.samples()) {
-    if (record_.t[k] < next) continue;
-    samples_.push_back(k);
-    next = record_.t[k] + kInterval;
+  for (const std::size_t k : record.samples()) {
+    if (record.t[k] < next) continue;
+    samples.push_back(k);
+    next = record.t[k] + kInterval;
   }
+  return samples;
 }
 
-void Comparison::choose_windows() {
-  if (!record_.has_truth()) return;
-  for (std::size_t first = 0, last = 1; last < record_.t.size(); ++last) {
-    if (record_.t[last] < record_.t[first] + kWindow) continue;
-    const double begin = record_.t[first], end = record_.t[last];
-    if (begin >= record_.truth_t.front() && end <= record_.truth_t.back() && !record_.is_excluded(begin) &&
-        !record_.is_excluded(end)) {
-      windows_.push_back({first, last, moved(truth_at(record_, begin), truth_at(record_, end))});
+std::vector<std::pair<std::size_t, std::size_t>> compared_windows(const DriveRecord& record) {
+  std::vector<std::pair<std::size_t, std::size_t>> windows;
+  if (!record.has_truth()) return windows;
+  for (std::size_t first = 0, last = 1; last < record.t.size(); ++last) {
+    const double begin = record.t[first], end = record.t[last];
+    if (end < begin + kWindow) continue;
+    if (begin >= record.truth_t.front() && end <= record.truth_t.back() && !record.is_excluded(begin) &&
+        !record.is_excluded(end)) {
+      windows.emplace_back(first, last);
     }
     first = last;
   }
+  return windows;
 }
 
-Eigen::VectorXd Comparison::residuals(const Prediction& prediction) const {
-  const auto rate = low_pass(record_.t, modes_of(prediction.dphi), kComparisonFilter);
-  const auto torque = low_pass(record_.t, modes_of(prediction.torque), kComparisonFilter, jumping_);
-  Eigen::VectorXd all(static_cast<Eigen::Index>(rows_.size()));
+}  // namespace
+
+Comparison::Comparison(const std::vector<DriveRecord>& records, double delay, const Workers& workers)
+    : records_(records), workers_(workers) {
+  for (const DriveRecord& record : records) {
+    Part part{jumping(record, delay), compared_samples(record), compared_windows(record), {}, {}};
+    add_rows(record, part);
+    part.recorded = values(record, part, recorded(record));
+    parts_.push_back(std::move(part));
+  }
+}
+
+void Comparison::add_rows(const DriveRecord& record, Part& part) {
+  const std::vector<Motion> motions = record.motions();
+  const auto add = [&](double t, bool first, const std::vector<double>& expected) {
+    const bool is_held_out = motion_at(motions, t).held_out;
+    for (std::size_t k = 0; k < kModes * expected.size(); ++k) {
+      const int row = static_cast<int>(predecessors_.size());
+      (is_held_out ? held_out_ : training_).push_back(row);
+      predecessors_.push_back(first ? -1 : row - static_cast<int>(kModes * expected.size()));
+      part.expected.push_back(expected[k / kModes]);
+    }
+  };
+  const std::vector<double> of_sample =
+      record.has_torque() ? std::vector<double>{kRate, kTorque} : std::vector<double>{kRate};
+  for (const std::size_t k : part.samples) add(record.t[k], k == part.samples.front(), of_sample);
+  for (const auto& window : part.windows) add(record.t[window.first], window == part.windows.front(), {kPose});
+}
+
+/// In the order of `add_rows`.
+Eigen::VectorXd Comparison::values(const DriveRecord& record, const Part& part, const Prediction& motion) {
+  const auto rate = low_pass(record.t, modes_of(motion.dphi), kComparisonFilter);
+  const auto torque = low_pass(record.t, modes_of(motion.torque), kComparisonFilter, part.jumping);
+  Eigen::VectorXd all(part.expected.size());
   Eigen::Index row = 0;
-  const auto add = [&](const Eigen::Vector3d& difference, double expected) {
-    all.segment<3>(row) = difference / expected;
+  const auto add = [&](const Eigen::Vector3d& value) {
+    all.segment<3>(row) = value;
     row += 3;
   };
-  for (const std::size_t k : samples_) {
-    add(rate_[k] - rate[k], kRate);
-    if (record_.has_torque()) add(torque_[k] - torque[k], kTorque);
+  for (const std::size_t k : part.samples) {
+    add(rate[k]);
+    if (record.has_torque()) add(torque[k]);
   }
-  for (const Window& w : windows_) add(w.moved - moved(prediction.pose[w.first], prediction.pose[w.last]), kPose);
+  for (const auto& [first, last] : part.windows) add(moved(motion.pose[first], motion.pose[last]));
   return all;
+}
+
+Eigen::MatrixXd Comparison::residuals(const std::vector<Candidate>& candidates) const {
+  const std::vector<std::vector<Prediction>> predictions = predict(candidates, records_, workers_);
+  Eigen::MatrixXd residuals(predecessors_.size(), candidates.size());
+  for (std::size_t k = 0; k < candidates.size(); ++k) {
+    Eigen::Index row = 0;
+    for (std::size_t r = 0; r < records_.size(); ++r) {
+      const Part& part = parts_[r];
+      const Eigen::VectorXd off = part.recorded - values(records_[r], part, predictions[k][r]);
+      const Eigen::Map<const Eigen::VectorXd> expected(part.expected.data(), off.size());
+      residuals.col(k).segment(row, off.size()) = off.cwiseQuotient(expected).unaryExpr(&robust);
+      row += off.size();
+    }
+  }
+  return residuals;
+}
+
+double Comparison::held_out_error(const Eigen::VectorXd& residuals) const {
+  return held_out_.empty() ? 0 : residuals(held_out_).norm() / std::sqrt(held_out_.size());
 }
 
 }  // namespace youbot_base_sim

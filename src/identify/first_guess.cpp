@@ -224,9 +224,7 @@ Frictions nonnegative_least_squares(const FrictionMatrix& rows, const Eigen::Vec
 /// The records as `scene` would have made them.
 std::vector<DriveRecord> predicted(const Scene& scene, std::vector<DriveRecord> records) {
   for (DriveRecord& record : records) {
-    Prediction prediction = predict(scene, record);
-    record.dphi = std::move(prediction.dphi);
-    if (record.has_torque()) record.torque = std::move(prediction.torque);
+    if (record.has_torque()) static_cast<Readings&>(record) = predict(scene, record);
   }
   return records;
 }

@@ -80,8 +80,8 @@ constexpr double kRippleFilter = 0.15;  // s: what is slower is no ripple
 using Ripple = std::array<std::complex<double>, kWheels>;
 
 /// For each motion, the part of the wheels' rates that comes as often as their rollers, as amplitude and phase.
-std::vector<Ripple> ripples(const DriveRecord& record, const std::vector<Wheels>& phi, const std::vector<Wheels>& dphi,
-                            int rollers) {
+std::vector<Ripple> ripples(const DriveRecord& record, const Readings& readings, int rollers) {
+  const auto& [phi, dphi, torque] = readings;
   const std::vector<Wheels> slow = low_pass(record.t, dphi, kRippleFilter);
   std::vector<Ripple> ripples;
   for (const Motion& motion : record.motions()) {
@@ -162,8 +162,8 @@ void find_angles(Candidate& candidate, const std::vector<DriveRecord>& records, 
   for (int round = 0; round < kRounds; ++round) {
     const std::vector<Prediction> predictions = predict({candidate}, records, workers).front();
     for (std::size_t r = 0; r < records.size(); ++r) {
-      const std::vector<Ripple> recorded = ripples(records[r], records[r].phi, records[r].dphi, rollers);
-      const std::vector<Ripple> predicted = ripples(records[r], predictions[r].phi, predictions[r].dphi, rollers);
+      const std::vector<Ripple> recorded = ripples(records[r], records[r], rollers);
+      const std::vector<Ripple> predicted = ripples(records[r], predictions[r], rollers);
       for (int i = 0; i < kWheels; ++i) {
         std::complex<double> apart = 0;
         for (std::size_t m = 0; m < recorded.size(); ++m) apart += recorded[m][i] * std::conj(predicted[m][i]);

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <complex>
 
+#include "youbot_base_sim/drive/motor.h"
+
 namespace youbot_base_sim {
 
 namespace {
@@ -17,10 +19,6 @@ struct Unit {
   double size;  ///< what a rate of 1 rad/s, or a current of 1 mA, is in it
   const char* name;
 };
-
-void flip(std::vector<Wheels>& samples, int wheel) {
-  for (Wheels& w : samples) w[wheel] = -w[wheel];
-}
 
 double median(std::vector<double> values) {
   if (values.empty()) return 0;
@@ -49,32 +47,39 @@ void find_start_in_motion(DriveRecord& record, Findings& findings) {
   record.excluded.emplace_back(0, kSettlingTime);
 }
 
-/// How many times the change of the angle the rate of wheel i is.
-double rate_per_turning(const DriveRecord& record, int i) {
-  double product = 0, square = 0;
-  for (std::size_t k = 1; k < record.t.size(); ++k) {
-    if (record.is_excluded(record.t[k])) continue;
-    const double dt = record.t[k] - record.t[k - 1];
-    const double turning = (record.phi[k][i] - record.phi[k - 1][i]) / dt;
-    product += 0.5 * (record.dphi[k][i] + record.dphi[k - 1][i]) * turning;
-    square += turning * turning;
+/// Turns the samples round of each wheel for which `positive` is not; `finding` has places for record and wheel.
+void turn_round(const DriveRecord& record, const Wheels& positive, const std::vector<std::vector<Wheels>*>& samples,
+                const char* finding, Findings& findings) {
+  for (int i = 0; i < kWheels; ++i) {
+    if (positive[i] >= 0) continue;
+    for (std::vector<Wheels>* turned : samples) {
+      for (Wheels& w : *turned) w[i] = -w[i];
+    }
+    findings.push_back(fmt::format(finding, record.name, kWheelNames[i]));
   }
-  return square > 0 ? product / square : 0;
 }
 
-void check_rates(DriveRecord& record, const Motor& motor, Findings& findings) {
-  const Unit units[] = {{1, ""}, {1 / motor.rpm(), "rpm of the motor"}, {30 / M_PI, "rpm of the wheel"}};
-  double size = 0;
-  for (int i = 0; i < kWheels; ++i) {
-    const double ratio = rate_per_turning(record, i);
-    size += std::abs(ratio) / kWheels;
-    if (ratio >= 0) continue;
-    flip(record.dphi, i);
-    findings.push_back(fmt::format(
-        "{}: the velocity of wheel {} has the sign opposite to the change of its position, as the driver's own "
-        "on the left: turned round",
-        record.name, kWheelNames[i]));
+/// How many times the change of its angle the rate of each wheel is.
+Wheels rate_per_turning(const DriveRecord& record) {
+  Wheels product = Wheels::Zero(), square = Wheels::Zero();
+  for (std::size_t k = 1; k < record.t.size(); ++k) {
+    if (record.is_excluded(record.t[k])) continue;
+    const Wheels turning = (record.phi[k] - record.phi[k - 1]) / (record.t[k] - record.t[k - 1]);
+    product += 0.5 * (record.dphi[k] + record.dphi[k - 1]) * turning;
+    square += turning.square();
   }
+  return (square > 0).select(product / square, 0);
+}
+
+void check_rates(DriveRecord& record, Findings& findings) {
+  const Motor motor;
+  const Unit units[] = {{1, ""}, {1 / motor.rpm(), "rpm of the motor"}, {30 / M_PI, "rpm of the wheel"}};
+  const Wheels ratio = rate_per_turning(record);
+  turn_round(record, ratio, {&record.dphi},
+             "{}: the velocity of wheel {} has the sign opposite to the change of its position, as the driver's own on "
+             "the left: turned round",
+             findings);
+  const double size = ratio.abs().mean();
   if (size == 0) throw UnusableRecord(record.name + ": the wheels never turn");
   for (const Unit& unit : units) {
     if (std::abs(size / unit.size - 1) > 0.1) continue;
@@ -90,49 +95,36 @@ void check_rates(DriveRecord& record, const Motor& motor, Findings& findings) {
 
 /// Wheels that turn against their commands.
 void check_positions(DriveRecord& record, Findings& findings) {
-  for (int i = 0; i < kWheels; ++i) {
-    double product = 0;
-    for (std::size_t k = 0; k < record.t.size(); ++k) product += record.commands.at(record.t[k])[i] * record.dphi[k][i];
-    if (product >= 0) continue;
-    flip(record.phi, i);
-    flip(record.dphi, i);
-    findings.push_back(
-        fmt::format("{}: wheel {} turns against its commands: its position and velocity are turned round", record.name,
-                    kWheelNames[i]));
-  }
+  Wheels product = Wheels::Zero();
+  for (std::size_t k = 0; k < record.t.size(); ++k) product += record.commands.at(record.t[k]) * record.dphi[k];
+  turn_round(record, product, {&record.phi, &record.dphi},
+             "{}: wheel {} turns against its commands: its position and velocity are turned round", findings);
 }
 
 /// Motors put work into wheels that turn steadily.
 void check_effort_signs(DriveRecord& record, Findings& findings) {
-  for (int i = 0; i < kWheels; ++i) {
-    double work = 0;
-    for (std::size_t k = 0; k < record.t.size(); ++k) work += record.torque[k][i] * record.dphi[k][i];
-    if (work >= 0) continue;
-    flip(record.torque, i);
-    findings.push_back(
-        fmt::format("{}: the effort of wheel {} brakes it all the time: its sign is opposite to that of its "
-                    "position, and turned round",
-                    record.name, kWheelNames[i]));
-  }
+  Wheels work = Wheels::Zero();
+  for (std::size_t k = 0; k < record.t.size(); ++k) work += record.torque[k] * record.dphi[k];
+  turn_round(record, work, {&record.torque},
+             "{}: the effort of wheel {} brakes it all the time: its sign is opposite to that of its position, and "
+             "turned round",
+             findings);
 }
 
 /// Whether all efforts are whole multiples of `quantum`.
 bool is_quantized_by(const DriveRecord& record, double quantum) {
   std::complex<double> sum = 0;
-  int n = 0;
   double largest = 0;
   for (const Wheels& w : record.torque) {
-    for (int i = 0; i < kWheels; ++i) {
-      largest = std::max(largest, std::abs(w[i]));
-      sum += std::polar(1.0, 2 * M_PI * w[i] / quantum);
-      ++n;
-    }
+    largest = std::max(largest, w.abs().maxCoeff());
+    for (int i = 0; i < kWheels; ++i) sum += std::polar(1.0, 2 * M_PI * w[i] / quantum);
   }
-  return largest > 10 * quantum && std::abs(sum) > 0.9 * n;
+  return largest > 10 * quantum && std::abs(sum) > 0.9 * kWheels * static_cast<double>(record.torque.size());
 }
 
 /// The current comes in whole mA, whatever its unit.
-void check_effort_unit(DriveRecord& record, const Motor& motor, Findings& findings) {
+void check_effort_unit(DriveRecord& record, Findings& findings) {
+  const Motor motor;
   const Unit units[] = {
       {1, "mA"}, {1e-3, "A"}, {motor.milliampere(), ""}, {1e-3 * motor.torque_constant, "N m at the motor"}};
   for (const Unit& unit : units) {
@@ -150,7 +142,7 @@ void check_effort_unit(DriveRecord& record, const Motor& motor, Findings& findin
                      "taken for N m at the wheel");
 }
 
-void check_effort(DriveRecord& record, const Motor& motor, Findings& findings) {
+void check_effort(DriveRecord& record, Findings& findings) {
   const bool missing = std::none_of(record.torque.begin(), record.torque.end(),
                                     [](const Wheels& w) { return w.isFinite().all() && (w != 0).any(); });
   if (missing) {
@@ -160,23 +152,23 @@ void check_effort(DriveRecord& record, const Motor& motor, Findings& findings) {
                        "publishes the sensed torques");
     return;
   }
-  check_effort_unit(record, motor, findings);
+  check_effort_unit(record, findings);
   check_effort_signs(record, findings);
 }
 
 }  // namespace
 
-std::vector<std::string> inspect(DriveRecord& record, const Motor& motor) {
+std::vector<std::string> inspect(DriveRecord& record) {
   Findings findings;
   if (record.t.size() < 100)
     throw UnusableRecord(fmt::format("{}: {} joint states; must be at least 100", record.name, record.t.size()));
   if (record.commands.t.empty())
     throw UnusableRecord(record.name + ": no commands; must have cmd_vel or velocity_command");
   find_gaps(record, findings);
-  check_rates(record, motor, findings);
+  check_rates(record, findings);
   check_positions(record, findings);
   find_start_in_motion(record, findings);
-  check_effort(record, motor, findings);
+  check_effort(record, findings);
   return findings;
 }
 

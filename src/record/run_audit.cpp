@@ -21,24 +21,18 @@ double thread_cpu_time() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-void add_audit(const Simulation& simulation, const RunAudit& audit, nlohmann::json& json) {
-  const RunCost::Period& slowest = audit.cost.slowest();
-  json["completed"] = audit.completed;
-  json["reliable"] = audit.completed && unreliability_reason(simulation, audit.energy).empty();
-  json["cpu_time"] = audit.cost.cpu_time();
+void add_cost(const RunCost& cost, nlohmann::json& json) {
+  const RunCost::Period& slowest = cost.slowest();
+  json["cpu_time"] = cost.cpu_time();
   json["slowest_period"] = {{"start", slowest.start},
                             {"length", slowest.length},
                             {"cpu_time", slowest.cpu_time},
                             {"cost", slowest.length > 0 ? slowest.cpu_time / slowest.length : 0}};
-  json["periods"] = {{"count", audit.cost.periods()},
-                     {"late", audit.cost.late_periods()},
-                     {"cpu_time_99_9", audit.cost.percentile(0.999)}};
-  json["energy"] = {{"max_balance_error", audit.energy.max_balance_error()},
-                    {"max_kinetic", audit.energy.max_kinetic_energy()},
-                    {"drive_work", audit.energy.drive_work()}};
-  const Wheels& wheels = audit.path.wheels();
-  json["path_length"] = {{"base", audit.path.base()}, {"wheels", {wheels[0], wheels[1], wheels[2], wheels[3]}}};
+  json["periods"] = {
+      {"count", cost.periods()}, {"late", cost.late_periods()}, {"cpu_time_99_9", cost.percentile(0.999)}};
 }
+
+std::vector<double> numbers(const Wheels& w) { return {w.data(), w.data() + w.size()}; }
 
 }  // namespace
 
@@ -83,8 +77,10 @@ bool RowLoop::next() {
     // The last multiple of 1 / output_rate may be the end but for rounding.
     t_ = static_cast<double>(rows_) / scene.output_rate;
     if (t_ >= scene.duration * (1 - 1e-12)) t_ = scene.duration;
+    const State before = simulation_.state();
     audit_until(t_);
     simulation_.advance_to(t_);
+    add_path(before);
     if (!simulation_.state().values.allFinite()) {
       throw std::runtime_error(fmt::format("the state is no longer finite at t = {} s", t_));
     }
@@ -105,6 +101,14 @@ void RowLoop::audit_until(double t) {
   }
 }
 
+void RowLoop::add_path(const State& before) {
+  const State& x = simulation_.state();
+  const RobotParameters& robot = simulation_.scene().robot;
+  path_.base +=
+      std::hypot(x.x() - before.x(), x.y() - before.y(), std::hypot(robot.h, robot.l) * (x.psi() - before.psi()));
+  path_.wheels += robot.R * (x.phi() - before.phi()).abs();
+}
+
 std::string unreliability_reason(const Simulation& simulation, const EnergyAudit& energy) {
   if (const std::uint64_t steps = simulation.statistics().fallback_steps) {
     return fmt::format("{} fallback steps, of first order, went on where the bound of work was reached", steps);
@@ -123,18 +127,8 @@ std::string unreliability_reason(const Simulation& simulation, const EnergyAudit
                      energy.max_balance_error(), exchanged, allowed);
 }
 
-void PathLength::add_row(const Simulation& simulation) {
-  const State& x = simulation.state();
-  const RobotParameters& robot = simulation.scene().robot;
-  if (started_) {
-    base_ += std::hypot(x.x() - last_.x(), x.y() - last_.y(), std::hypot(robot.h, robot.l) * (x.psi() - last_.psi()));
-    wheels_ += robot.R * (x.phi() - last_.phi()).abs();
-  }
-  started_ = true;
-  last_ = x;
-}
-
-std::string summary_json(const Simulation& simulation, double wall_time, const RunAudit& audit) {
+std::string summary_json(const Simulation& simulation, bool completed, double wall_time, const RunCost& cost,
+                         const RowLoop& rows) {
   const State& x = simulation.state();
   const IntegrationStatistics& statistics = simulation.statistics();
   nlohmann::json json;
@@ -152,10 +146,15 @@ std::string summary_json(const Simulation& simulation, double wall_time, const R
   json["final"] = {{"x", x.x()},     {"y", x.y()},     {"psi", x.psi()},
                    {"V_X", x.V_X()}, {"V_Y", x.V_Y()}, {"Omega", x.Omega()}};
   if (const auto record = simulation.reaction_record()) {
-    const auto numbers = [](const Wheels& w) { return std::vector<double>(w.data(), w.data() + w.size()); };
     json["normal_reactions"] = {{"least", numbers(record->min_N)}, {"time_off_floor", numbers(record->time_off_floor)}};
   }
-  add_audit(simulation, audit, json);
+  json["completed"] = completed;
+  json["reliable"] = completed && unreliability_reason(simulation, rows.energy()).empty();
+  add_cost(cost, json);
+  json["energy"] = {{"max_balance_error", rows.energy().max_balance_error()},
+                    {"max_kinetic", rows.energy().max_kinetic_energy()},
+                    {"drive_work", rows.energy().drive_work()}};
+  json["path_length"] = {{"base", rows.path().base}, {"wheels", numbers(rows.path().wheels)}};
   return json.dump(2) + "\n";
 }
 

@@ -1,8 +1,6 @@
 #include "youbot_base_sim/sweep/family.h"
 
-#include <dlfcn.h>
 #include <fmt/format.h>
-#include <link.h>
 
 #include <algorithm>
 #include <boost/crc.hpp>
@@ -10,6 +8,7 @@
 #include <filesystem>
 #include <limits>
 #include <set>
+#include <utility>
 
 #include "youbot_base_sim/scene/scene_section.h"
 #include "youbot_base_sim/scene/yaml_file.h"
@@ -25,35 +24,29 @@ constexpr Range kAnyNumber{-1e15, 1e15, ""};
 constexpr Range kPositive{1e-15, 1e15, ""};
 constexpr double kMiddle = 0.5, kBetween = 0.381966;  // shares at which an axis is tried besides its ends
 
-constexpr Named<bool> kSpacings[] = {{"linear", false}, {"logarithmic", true}};
+constexpr Named<Distribution::Kind> kSpacings[] = {{"linear", Distribution::Kind::kUniform},
+                                                   {"logarithmic", Distribution::Kind::kLogUniform}};
 constexpr Named<bool> kSamplings[] = {{"independent", false}, {"latin_hypercube", true}};
-constexpr Named<TrajectoryFormat> kFormats[] = {{"csv", TrajectoryFormat::kCsv}, {"bag", TrajectoryFormat::kBag}};
 
 std::string number_text(double number) { return fmt::format("{}", number); }
 
-/// Reads the ends of a range, both required.
-void read_ends(SceneSection& s, double& from, double& to, const Range& range) {
-  s.required("from").number(from, range);
+/// Reads the ends of a range of this kind, both required, and with them all that is left of its section.
+Distribution read_range(SceneSection s, Distribution::Kind kind) {
+  const Range& allowed = kind == Distribution::Kind::kLogUniform ? kPositive : kAnyNumber;
+  Distribution range{kind};
+  s.required("from").number(range.min, allowed);
   const SceneValue end = s.required("to");
-  end.number(to, range);
-  if (end.given() && to <= from) end.refuse(fmt::format("more than from, {}", from));
+  end.number(range.max, allowed);
+  if (end.given() && range.max <= range.min) end.refuse(fmt::format("more than from, {}", range.min));
+  s.finish();
+  return range;
 }
 
-Steps read_steps(SceneSection s) {
-  Steps steps;
-  s["spacing"].choice(steps.logarithmic, kSpacings);
-  s.required("count").whole_number(steps.count, 2, kMaxCount);
-  read_ends(s, steps.from, steps.to, steps.logarithmic ? kPositive : kAnyNumber);
-  s.finish();
-  return steps;
-}
-
-Distribution read_uniform(SceneSection s, Distribution::Kind kind) {
-  Distribution distribution;
-  distribution.kind = kind;
-  read_ends(s, distribution.min, distribution.max, kind == Distribution::Kind::kLogUniform ? kPositive : kAnyNumber);
-  s.finish();
-  return distribution;
+void read_steps(SceneSection s, Axis& axis) {
+  auto spacing = Distribution::Kind::kUniform;
+  s["spacing"].choice(spacing, kSpacings);
+  s.required("count").whole_number(axis.count, 2, kMaxCount);
+  axis.range = read_range(std::move(s), spacing);
 }
 
 Distribution read_normal(SceneSection s) {
@@ -106,11 +99,11 @@ std::vector<ReadAxis> read_entry(SceneSection s, const SceneValue& whole, bool i
   if (values.given() + range.given() + uniform.given() + log_uniform.given() + normal.given() != 1) {
     key.refuse("beside exactly one of values, range, uniform, log_uniform, normal");
   }
-  if (values.given()) axis.values = values.entries();
-  if (range.given()) axis.values = read_steps(range.section());
-  if (uniform.given()) axis.values = read_uniform(uniform.section(), Distribution::Kind::kUniform);
-  if (log_uniform.given()) axis.values = read_uniform(log_uniform.section(), Distribution::Kind::kLogUniform);
-  if (normal.given()) axis.values = read_normal(normal.section());
+  if (values.given()) axis.list = values.entries();
+  if (range.given()) read_steps(range.section(), axis);
+  if (normal.given()) axis.range = read_normal(normal.section());
+  if (uniform.given()) axis.range = read_range(uniform.section(), Distribution::Kind::kUniform);
+  if (log_uniform.given()) axis.range = read_range(log_uniform.section(), Distribution::Kind::kLogUniform);
   return {{std::move(axis), key}};
 }
 
@@ -177,7 +170,7 @@ std::optional<Trajectories> read_trajectories(const SceneValue& value) {
   if (!value.given()) return std::nullopt;
   SceneSection s = value.section();
   Trajectories trajectories;
-  s["format"].choice(trajectories.format, kFormats);
+  s["format"].choice(trajectories.format, {"csv", "bag"});
   s["every"].whole_number(trajectories.every, 1, kMaxCount);
   s.finish();
   return trajectories;
@@ -192,10 +185,11 @@ class AxesTrial {
   void run() {
     for (std::size_t k = 0; k < family_.axes.size(); ++k) {
       std::vector<double> shares = {kMinDraw, kBetween, kMaxDraw};
-      if (const auto* listed = std::get_if<std::vector<std::string>>(&family_.axes[k].values)) {
-        const auto size = static_cast<double>(listed->size());
+      if (const std::vector<std::string>& list = family_.axes[k].list; !list.empty()) {
         shares.clear();
-        while (shares.size() < listed->size()) shares.push_back((static_cast<double>(shares.size()) + 0.5) / size);
+        while (shares.size() < list.size()) {
+          shares.push_back((static_cast<double>(shares.size()) + 0.5) / static_cast<double>(list.size()));
+        }
       }
       for (const double share : shares) require(k, share);
     }
@@ -253,11 +247,11 @@ bool begins_grid_axis(const Family& family, std::size_t k) {
   return !family.axes[k].is_drawn() && (k == 0 || family.axes[k].number != family.axes[k - 1].number);
 }
 
-template <class Number>
-Number number_of_runs(const Family& family) {
-  auto runs = static_cast<Number>(family.draws);
+/// A double, for there may be too many.
+double number_of_runs(const Family& family) {
+  double runs = family.draws;
   for (std::size_t k = 0; k < family.axes.size(); ++k) {
-    if (begins_grid_axis(family, k)) runs *= static_cast<Number>(family.axes[k].size());
+    if (begins_grid_axis(family, k)) runs *= static_cast<double>(family.axes[k].size());
   }
   return runs;
 }
@@ -284,7 +278,7 @@ Family read_family(const std::string& path, const std::string& text) {
   file.finish();
   read_axes(axes, family);
   read_draws(draws, sampling, seed, family);
-  const double runs = number_of_runs<double>(family);
+  const double runs = number_of_runs(family);
   if (runs > Family::kMaxRuns) {
     (draws.given() ? draws : axes)
         .refuse(fmt::format("such that there are at most {:g} runs; there would be {:g}", Family::kMaxRuns, runs));
@@ -311,54 +305,38 @@ std::string file_hash(const std::string& path) {
   }
 }
 
-/// The file with the code that simulates: a library, or the program itself, which has no name among those loaded.
-std::string library() {
-  Dl_info info{};
-  link_map* loaded = nullptr;
-  const bool found = dladdr1(reinterpret_cast<const void*>(&read_scene_file), &info, reinterpret_cast<void**>(&loaded),
-                             RTLD_DL_LINKMAP) != 0;
-  return found && loaded->l_name[0] != '\0' ? loaded->l_name : "/proc/self/exe";
-}
-
 std::string name_of_file(const std::string& path) { return quote(std::filesystem::path(path).filename().string()); }
 
 }  // namespace
 
-std::uint64_t Axis::size() const {
-  if (const auto* listed = std::get_if<std::vector<std::string>>(&values)) return listed->size();
-  return static_cast<std::uint64_t>(std::get<Steps>(values).count);
-}
+std::uint64_t Axis::size() const { return list.empty() ? static_cast<std::uint64_t>(count) : list.size(); }
 
 std::string Axis::value(std::uint64_t k) const {
-  if (const auto* listed = std::get_if<std::vector<std::string>>(&values)) return (*listed)[k];
-  const auto& [from, to, count, logarithmic] = std::get<Steps>(values);
+  if (!list.empty()) return list[k];
+  const double from = range.min, to = range.max;
   if (k == 0 || k + 1 == size()) return number_text(k == 0 ? from : to);
   // Steps between the ends are rounded, so that the second of 0.05, 0.06, .. is 0.06.
   const double share = static_cast<double>(k) / (count - 1);
+  const bool logarithmic = range.kind == Distribution::Kind::kLogUniform;
   return fmt::format("{:.15g}", logarithmic ? from * std::pow(to / from, share) : from + share * (to - from));
 }
 
 std::string Axis::value_at(double share) const {
-  if (const auto* distribution = std::get_if<Distribution>(&values)) return number_text(distribution->quantile(share));
+  if (is_drawn()) return number_text(range.quantile(share));
   return value(std::min(static_cast<std::uint64_t>(share * static_cast<double>(size())), size() - 1));
 }
 
 std::string Axis::text() const {
-  if (const auto* listed = std::get_if<std::vector<std::string>>(&values)) {
-    return fmt::format("{}: {}", listed->size(), quote(fmt::format("{}", fmt::join(*listed, ", "))));
-  }
-  if (const auto* steps = std::get_if<Steps>(&values)) {
-    return fmt::format("{} from {} to {}{}", steps->count, steps->from, steps->to,
-                       steps->logarithmic ? ", logarithmic" : "");
-  }
-  const auto& drawn = std::get<Distribution>(values);
-  const std::string ends = fmt::format("from {} to {}", drawn.min, drawn.max);
-  if (drawn.kind == Distribution::Kind::kUniform) return "uniform " + ends;
-  if (drawn.kind == Distribution::Kind::kLogUniform) return "log-uniform " + ends;
-  return fmt::format("normal around {}, standard deviation {}, {}", drawn.mean, drawn.deviation, ends);
+  if (!list.empty()) return fmt::format("{}: {}", list.size(), quote(fmt::format("{}", fmt::join(list, ", "))));
+  const std::string ends = fmt::format("from {} to {}", range.min, range.max);
+  const bool logarithmic = range.kind == Distribution::Kind::kLogUniform;
+  if (count > 0) return fmt::format("{} {}{}", count, ends, logarithmic ? ", logarithmic" : "");
+  if (logarithmic) return "log-uniform " + ends;
+  if (range.kind == Distribution::Kind::kUniform) return "uniform " + ends;
+  return fmt::format("normal around {}, standard deviation {}, {}", range.mean, range.deviation, ends);
 }
 
-std::uint64_t Family::runs() const { return number_of_runs<std::uint64_t>(*this); }
+std::uint64_t Family::runs() const { return static_cast<std::uint64_t>(number_of_runs(*this)); }
 
 std::vector<SceneSetting> Family::settings(std::uint64_t run) const {
   std::vector<SceneSetting> settings;
@@ -380,10 +358,9 @@ std::vector<SceneSetting> Family::settings(std::uint64_t run) const {
 }
 
 std::vector<std::string> Family::fingerprint() const {
-  std::vector<std::string> lines = {
-      fmt::format("{} build of sweep", hash(file_hash("/proc/self/exe") + file_hash(library()))),
-      fmt::format("{} {}", hash(text), name_of_file(path)),
-      fmt::format("{} {}", hash(scene.text), name_of_file(scene.path))};
+  std::vector<std::string> lines = {fmt::format("{} build of sweep", file_hash("/proc/self/exe")),
+                                    fmt::format("{} {}", hash(text), name_of_file(path)),
+                                    fmt::format("{} {}", hash(scene.text), name_of_file(scene.path))};
   for (const std::string& table : tables) lines.push_back(fmt::format("{} {}", file_hash(table), name_of_file(table)));
   return lines;
 }

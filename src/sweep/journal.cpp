@@ -46,41 +46,27 @@ std::optional<Row> row_of(std::string_view line) {
   throw OutputError(fmt::format("{}: cannot be read: {}", quote_path(path), OutputFile::text_of(errno)));
 }
 
-/// Reads a file line by line from some place on.
-class Lines {
- public:
-  /// `path` is the name of the file whose `descriptor` it reads by, from wherever that one is.
-  Lines(const std::string& path, int descriptor, off_t begin)
-      : path_(path), file_(fmt::format("/proc/self/fd/{}", descriptor), std::ios::binary), begin_(begin) {
-    file_.seekg(begin);
-  }
+/// The file of a descriptor, whose name is `path`, from some place on, wherever the descriptor is.
+std::ifstream open_at(const std::string& path, int descriptor, off_t begin) {
+  std::ifstream file(fmt::format("/proc/self/fd/{}", descriptor), std::ios::binary);
+  if (!file.seekg(begin)) refuse_reading(path);
+  return file;
+}
 
-  /// The next whole line, without its end; empty at the end of the file or where a line has no end. Throws OutputError:
-  /// what cannot be read is not taken for the end, where a journal is cut off.
-  std::optional<std::string> next() {
-    std::string line;
-    std::getline(file_, line);
-    if (file_.bad() || !file_.is_open()) refuse_reading(path_);
-    if (!file_.good()) return std::nullopt;
-    begin_ += static_cast<off_t>(line.size()) + 1;
-    return line;
-  }
-
-  /// Where the next line begins.
-  off_t begin() const { return begin_; }
-
- private:
-  const std::string& path_;
-  std::ifstream file_;
-  off_t begin_;
-};
+/// The next whole line, without its end; empty at the end of the file or where a line has no end. Throws OutputError:
+/// what cannot be read is not taken for the end, where a journal is cut off.
+std::optional<std::string> next_line(const std::string& path, std::ifstream& file) {
+  std::string line;
+  std::getline(file, line);
+  if (file.bad()) refuse_reading(path);
+  return file.good() ? std::optional(line) : std::nullopt;
+}
 
 }  // namespace
 
 void FinishedRuns::insert(std::uint64_t run) {
-  ahead_[static_cast<std::size_t>(run % kWindow)] = true;
-  for (; ahead_[static_cast<std::size_t>(first_open_ % kWindow)]; ++first_open_)
-    ahead_[static_cast<std::size_t>(first_open_ % kWindow)] = false;
+  ahead_.insert(run);
+  while (ahead_.erase(first_open_) > 0) ++first_open_;
 }
 
 void Tally::add(RunStatus status) {
@@ -91,7 +77,7 @@ void Tally::add(RunStatus status) {
 }
 
 Journal::Journal(const std::string& path, const std::vector<std::string>& head, std::uint64_t runs)
-    : path_(path), descriptor_(open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666)) {
+    : path_(path), runs_(runs), descriptor_(open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666)) {
   if (descriptor_ < 0) refuse_output(path, errno);
   try {
     if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0)
@@ -105,8 +91,8 @@ Journal::Journal(const std::string& path, const std::vector<std::string>& head, 
     if (found.size() < whole.size() && whole.compare(0, found.size(), found) == 0) {
       begin(whole);  // anew: its beginning was torn
     } else {
-      check_head(found, head);
-      read_rows(runs);
+      check_head(head);
+      read_rows();
     }
   } catch (...) {
     close(descriptor_);
@@ -126,30 +112,30 @@ void Journal::begin(const std::string& head) {
   refuse_output(path_, error);
 }
 
-void Journal::check_head(const std::string& found, const std::vector<std::string>& head) const {
+void Journal::check_head(const std::vector<std::string>& head) const {
   const auto refuse = [&](const std::string& what) {
     throw OutputError(
         fmt::format("{}: {}; must be the journal of this sweep: go on as it began, or delete it to begin anew",
                     quote_path(path_), what));
   };
-  if (found.rfind(fmt::format("{}\n", kFirstLine), 0) != 0) refuse("is no journal of a sweep");
-  Lines lines(path_, descriptor_, static_cast<off_t>(sizeof kFirstLine));
+  std::ifstream file = open_at(path_, descriptor_, 0);
+  if (next_line(path_, file) != kFirstLine) refuse("is no journal of a sweep");
   for (const std::string& expected : head) {
-    if (lines.next() != expected) refuse("was begun with another " + expected.substr(expected.find(' ') + 1));
+    if (next_line(path_, file) != expected) refuse("was begun with another " + expected.substr(expected.find(' ') + 1));
   }
-  if (lines.next() != "") refuse("was begun with more files");
+  if (next_line(path_, file) != "") refuse("was begun with more files");
 }
 
-void Journal::read_rows(std::uint64_t runs) {
-  Lines lines(path_, descriptor_, begin_);
-  while (const std::optional<std::string> line = lines.next()) {
+void Journal::read_rows() {
+  std::ifstream file = open_at(path_, descriptor_, begin_);
+  while (const std::optional<std::string> line = next_line(path_, file)) {
     const std::optional<Row> row = row_of(*line);
-    if (row && row->run < runs && !finished_.contains(row->run)) {
+    if (row && row->run < runs_ && !finished_.contains(row->run)) {
       if (!finished_.has_room_for(row->run)) break;
       finished_.insert(row->run);
       tally_.add(row->status);
     }
-    end_ = lines.begin();
+    end_ += static_cast<off_t>(line->size()) + 1;
   }
   if (ftruncate(descriptor_, end_) != 0) refuse_output(path_, errno);
 }
@@ -178,10 +164,10 @@ void Journal::sync() {
 }
 
 void Journal::for_each_row(const std::function<void(const Row&)>& take) const {
-  Lines lines(path_, descriptor_, begin_);
+  std::ifstream file = open_at(path_, descriptor_, begin_);
   std::map<std::uint64_t, Row> ahead;  // less than FinishedRuns::kWindow
   std::uint64_t next = 0;
-  while (const std::optional<std::string> line = lines.next()) {
+  while (const std::optional<std::string> line = next_line(path_, file)) {
     std::optional<Row> row = row_of(*line);
     if (!row || row->run < next) continue;  // damaged, see the constructor
     const std::uint64_t run = row->run;

@@ -1,8 +1,14 @@
 #include "youbot_base_sim/sweep/ranks.h"
 
 #include <algorithm>
+#include <chrono>
+#include <condition_variable>
 #include <cstdlib>
+#include <future>
+#include <mutex>
 #include <stdexcept>
+
+#include "youbot_base_sim/integration/motion_integrator.h"
 
 #ifdef YOUBOT_BASE_SIM_MPI
 #include <boost/mpi.hpp>
@@ -30,11 +36,103 @@ namespace youbot_base_sim {
 
 namespace {
 
+using std::chrono::milliseconds;
+using Runs = std::vector<std::uint64_t>;
+
+constexpr milliseconds kWatch{100};  // between two calls of `watch`
+
+/// Hands out the runs whose rows the journal lacks, and enters these as they come. For several threads at once.
+class RunQueue {
+ public:
+  /// `watch` as Ranks::serve has it. All must outlive this.
+  RunQueue(Journal& journal, const RowMaker& maker, const Ranks::Watch& watch)
+      : journal_(journal), maker_(maker), watch_(watch) {}
+
+  /// Finishes the runs, or what others leave of them, on `threads` more threads. Calls `look` every `interval` on this
+  /// one. Throws what was thrown there or here, which stops all.
+  void run(int threads, milliseconds interval, const std::function<void()>& look) {
+    std::vector<std::future<void>> crew;  // which is waited for where this throws too
+    try {
+      for (int k = 0; k < threads; ++k) crew.push_back(std::async(std::launch::async, [&] { work(); }));
+      while (!wait(interval)) look();
+    } catch (...) {
+      stop();
+      throw;
+    }
+    for (std::future<void>& member : crew) member.get();
+  }
+
+  /// Calls `watch`, which may have nothing more handed out, and runs end early.
+  void watch() {
+    if (!watch_(tally())) stop();
+  }
+
+  /// The next runs, at most `max_count`; none where none are left, where it is to stop, or, unless this waits for them,
+  /// while those that others work at hold up the rest (see FinishedRuns).
+  Runs take(std::size_t max_count, bool waits = false) {
+    Lock lock(mutex_);
+    for (Runs taken;; changed_.wait(lock)) {
+      for (; !stopping_ && taken.size() < max_count && next_ < journal_.runs(); ++next_) {
+        if (!journal_.finished().has_room_for(next_)) break;
+        if (!journal_.finished().contains(next_)) taken.push_back(next_);
+      }
+      if (!waits || !taken.empty() || stopping_ || next_ == journal_.runs()) return taken;
+    }
+  }
+
+  /// Enters rows of runs that were taken. Throws OutputError.
+  void finish(const std::vector<Row>& rows) {
+    const Lock lock(mutex_);
+    for (const Row& row : rows) journal_.append(row);
+    changed_.notify_all();
+  }
+
+  Tally tally() const {
+    const Lock lock(mutex_);
+    return journal_.tally();
+  }
+
+ private:
+  using Lock = std::unique_lock<std::mutex>;
+
+  /// Takes runs and finishes them until there are no more or it is to stop.
+  void work() {
+    try {
+      for (Runs taken = take(1, true); !taken.empty(); taken = take(1, true)) {
+        finish({maker_.make(taken.front(), stopping_)});
+      }
+    } catch (const Stopped&) {
+      stop();
+    } catch (...) {
+      stop();
+      throw;
+    }
+  }
+
+  void stop() {
+    const Lock lock(mutex_);
+    stopping_ = true;
+    changed_.notify_all();
+  }
+
+  /// Waits until all runs are finished or it is to stop, at most as long. Returns whether that is so.
+  bool wait(milliseconds time) const {
+    Lock lock(mutex_);
+    return changed_.wait_for(lock, time, [&] { return stopping_ || journal_.is_complete(); });
+  }
+
+  Journal& journal_;
+  const RowMaker& maker_;
+  const Ranks::Watch& watch_;
+  std::uint64_t next_ = 0;  // all before were handed out or found finished
+  std::atomic<bool> stopping_{false};
+  mutable std::mutex mutex_;  // of all this, and of the journal but for its `sync`
+  mutable std::condition_variable changed_;
+};
+
 #ifdef YOUBOT_BASE_SIM_MPI
 namespace mpi = boost::mpi;
-using std::chrono::milliseconds;
 using Clock = std::chrono::steady_clock;
-using Runs = std::vector<std::uint64_t>;
 using Rows = std::pair<std::vector<Row>, bool>;  // of a batch, and whether there are no more of it
 
 enum Tag { kRows = 1, kRuns = 2 };
@@ -43,7 +141,7 @@ enum Tag { kRows = 1, kRuns = 2 };
 constexpr milliseconds kPoll{1};
 // As many runs are handed out at once as take this long, by the latest rate, so that messages are few; their rows come
 // back as often, however long the rest of them take.
-constexpr std::chrono::milliseconds kBatch{250};
+constexpr milliseconds kBatch{250};
 constexpr double kMaxBatch = 100;
 constexpr int kBatchesAhead = 2;  // at each rank: while it works at one, the next is on its way
 
@@ -60,32 +158,31 @@ class MpiRanks : public Ranks {
     return all;
   }
 
-  void serve(RunSchedule& schedule, const RowMaker& maker, int threads, milliseconds interval,
-             const std::function<void()>& watch) override {
-    if (size() == 1) return Ranks::serve(schedule, maker, threads, interval, watch);
-    hungry_.clear();
+  void serve(Journal& journal, const RowMaker& maker, int threads, const Watch& watch) override {
+    if (size() == 1) return Ranks::serve(journal, maker, threads, watch);
     for (int k = 0; k < kBatchesAhead; ++k) {
       for (int rank = 1; rank < world_.size(); ++rank) hungry_.push_back(rank);
     }
     Clock::time_point watched = Clock::now(), counted = watched;
-    std::uint64_t runs_then = schedule.tally().runs;
+    std::uint64_t runs_then = journal.tally().runs;
     double batch = 1;
-    schedule.run(maker, 1, kPoll, [&] {
-      receive(schedule);
+    RunQueue queue(journal, maker, watch);
+    queue.run(1, kPoll, [&] {
+      receive(queue);
       const Clock::time_point now = Clock::now();
       if (now - counted >= kBatch) {
-        const std::uint64_t runs = schedule.tally().runs;
+        const std::uint64_t runs = queue.tally().runs;
         const double batches = std::chrono::duration<double>(now - counted) / kBatch;
         batch = std::clamp(static_cast<double>(runs - runs_then) / batches / world_.size(), 1.0, kMaxBatch);
         counted = now;
         runs_then = runs;
       }
-      feed(schedule, static_cast<std::size_t>(batch));
-      if (now - watched < interval) return;
+      feed(queue, static_cast<std::size_t>(batch));
+      if (now - watched < kWatch) return;
       watched = now;
-      watch();
+      queue.watch();
     });
-    if (!schedule.finished()) return;  // stopped: the caller of `stop` aborts
+    if (!journal.is_complete()) return;  // stopped: the caller aborts
     for (int rank = 1; rank < world_.size(); ++rank) hand_out(rank, {});
     for (Handed& handed : handed_) handed.message.wait();
   }
@@ -130,18 +227,18 @@ class MpiRanks : public Ranks {
     handed.message = world_.isend(rank, kRuns, handed.runs.data(), static_cast<int>(handed.runs.size()));
   }
 
-  void receive(RunSchedule& schedule) {
+  void receive(RunQueue& queue) {
     while (const auto message = world_.iprobe(mpi::any_source, kRows)) {
       Rows rows;
       world_.recv(message->source(), kRows, rows);
-      schedule.finish(rows.first);
+      queue.finish(rows.first);
       if (rows.second) hungry_.push_back(message->source());
     }
   }
 
-  void feed(RunSchedule& schedule, std::size_t batch) {
+  void feed(RunQueue& queue, std::size_t batch) {
     while (!hungry_.empty()) {
-      Runs runs = schedule.take(batch);
+      Runs runs = queue.take(batch);
       if (runs.empty()) return;
       hand_out(hungry_.front(), std::move(runs));
       hungry_.pop_front();
@@ -162,6 +259,11 @@ bool launched_by_mpi() {
 }
 
 }  // namespace
+
+void Ranks::serve(Journal& journal, const RowMaker& maker, int threads, const Watch& watch) {
+  RunQueue queue(journal, maker, watch);
+  queue.run(threads, kWatch, [&] { queue.watch(); });
+}
 
 std::unique_ptr<Ranks> join_ranks([[maybe_unused]] int& argc, [[maybe_unused]] char**& argv) {
   if (!launched_by_mpi()) return std::make_unique<Ranks>();

@@ -3,15 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <boost/tokenizer.hpp>
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <string_view>
-
-#include "youbot_base_sim/record/run_audit.h"
-#include "youbot_base_sim/simulation.h"
 
 namespace youbot_base_sim {
 
@@ -30,16 +27,6 @@ std::string cell(const std::string& text) {
   std::string quoted = "\"";
   for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
   return quoted + "\"";
-}
-
-/// Takes a cell off the front of a row.
-std::string_view take_cell(std::string_view& row) {
-  bool quoted = false;
-  std::size_t end = 0;
-  for (; end < row.size() && (quoted || row[end] != ','); ++end) quoted = quoted != (row[end] == '"');
-  const std::string_view taken = row.substr(0, end);
-  row.remove_prefix(std::min(end + 1, row.size()));
-  return taken;
 }
 
 }  // namespace
@@ -88,18 +75,15 @@ std::string RowMaker::simulate(const Scene& scene, const std::unique_ptr<Recorde
                                const std::atomic<bool>& stop, std::string& reason) const {
   Simulation simulation(scene);
   simulation.stop_on(stop);
-  EnergyAudit energy;
-  RowLoop rows(simulation, energy);
-  Observer observer(simulation);
-  while (rows.next()) {
+  ObservedRun run(simulation);
+  while (run.next()) {
     const Events events{simulation.take_switches(), simulation.take_load_changes()};
-    if (trajectory) trajectory->write(rows.t(), simulation, events);
-    observer.add_row();
+    if (trajectory) trajectory->write(run.rows().t(), simulation, events);
   }
   if (trajectory) trajectory->commit();
-  reason = unreliability_reason(simulation, energy);
+  reason = unreliability_reason(simulation, run.rows().energy());
   std::string values;
-  for (const Quantity& quantity : family_.quantities) values += fmt::format(",{}", quantity.value(observer, energy));
+  for (const Quantity& quantity : family_.quantities) values += fmt::format(",{}", quantity.value(run));
   return values;
 }
 
@@ -119,8 +103,7 @@ bool RowMaker::keeps_trajectory(std::uint64_t run) const {
 
 std::string RowMaker::trajectory_name(std::uint64_t run) const {
   const auto digits = fmt::format("{}", family_.runs() - 1).size();
-  const bool is_csv = family_.trajectories->format == TrajectoryFormat::kCsv;
-  return fmt::format("{}{:0{}}.{}", kTrajectory, run, digits, is_csv ? "csv" : "bag");
+  return fmt::format("{}{:0{}}.{}", kTrajectory, run, digits, family_.trajectories->format);
 }
 
 std::unique_ptr<Recorder> RowMaker::open_trajectory(std::uint64_t run) const {
@@ -128,7 +111,7 @@ std::unique_ptr<Recorder> RowMaker::open_trajectory(std::uint64_t run) const {
   std::error_code error;
   std::filesystem::create_directory(folder_, error);
   if (error) refuse_output(folder_, error.value());
-  const bool is_csv = family_.trajectories->format == TrajectoryFormat::kCsv;
+  const bool is_csv = family_.trajectories->format == "csv";
   OutputFile file(fmt::format("{}/{}", folder_, trajectory_name(run)),
                   is_csv ? OutputFile::Access::kInOrder : OutputFile::Access::kAnywhere);
   file.sync_on_commit();  // as its row is
@@ -143,8 +126,9 @@ Spread::Spread(const Family& family) {
 
 void Spread::add(const Row& row) {
   if (row.status != RunStatus::kDone && row.status != RunStatus::kDoubtful) return;
-  std::vector<std::string> cells;
-  for (std::string_view rest = row.text; !rest.empty();) cells.emplace_back(take_cell(rest));
+  using Separator = boost::escaped_list_separator<char>;
+  const boost::tokenizer<Separator> split(row.text, Separator("", ",", "\""));  // no escapes but doubled quotes
+  const std::vector<std::string> cells(split.begin(), split.end());
   ++count_;
   for (Column& column : columns_) {
     const double value = std::strtod(cells[column.index].c_str(), nullptr);  // stod refuses subnormal numbers

@@ -21,15 +21,18 @@ struct Motion {
 /// When the base has settled after a jump of the command, s.
 constexpr double kSettlingTime = 1.0;
 
-/// One drive as a bag records it: wheel readings of the motors, commanded wheel rates, and the true pose where it was
-/// measured. Times in s from the first sample; wheels positive forward on all four.
-struct DriveRecord {
-  std::string name;  ///< of the bag, for messages
-
-  std::vector<double> t;       ///< increasing
+/// Samples of the motors; wheels positive forward on all four.
+struct Readings {
   std::vector<Wheels> phi;     ///< rad
   std::vector<Wheels> dphi;    ///< rad/s
   std::vector<Wheels> torque;  ///< N m; empty: the bag has no effort
+};
+
+/// One drive as a bag records it: readings, commanded wheel rates, and the true pose where it was measured. Times in s
+/// from the first sample.
+struct DriveRecord : Readings {
+  std::string name;       ///< of the bag, for messages
+  std::vector<double> t;  ///< of the readings, increasing
 
   WheelTable commands;  ///< rates, rad/s, as they arrived; each holds until the next
 

@@ -16,11 +16,8 @@ struct Candidate {
   std::vector<Wheels> phi;  ///< where the wheels of each record stood at first, rad
 };
 
-/// What a candidate would have done, at the times of a record's samples.
-struct Prediction {
-  std::vector<Wheels> phi;            ///< rad, from where they started
-  std::vector<Wheels> dphi;           ///< rad/s
-  std::vector<Wheels> torque;         ///< of the motors, N m
+/// What a candidate would have done, at the times of a record's samples. Angles count from where they started.
+struct Prediction : Readings {
   std::vector<Eigen::Vector3d> pose;  ///< x, y (m), heading (rad), from where it started
 };
 

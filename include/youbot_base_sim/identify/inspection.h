@@ -4,7 +4,6 @@
 #include <string>
 #include <vector>
 
-#include "youbot_base_sim/drive/motor.h"
 #include "youbot_base_sim/identify/drive_record.h"
 #include "youbot_base_sim/identify/forward_model.h"
 
@@ -20,7 +19,7 @@ class UnusableRecord : public std::runtime_error {
 /// wheels follow their commands, and motors put work into turning wheels. Mends it where there is one way to: signs of
 /// single wheels, motor rpm, A or mA in place of N m. Gaps are excluded. Returns a line on each finding. Throws
 /// UnusableRecord.
-std::vector<std::string> inspect(DriveRecord& record, const Motor& motor = {});
+std::vector<std::string> inspect(DriveRecord& record);
 
 /// Finds stretches in which the base was pushed: under a command that stays, torques and rates leave those of
 /// `predicted` together. Excludes them and returns a line on each.

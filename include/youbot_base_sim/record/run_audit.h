@@ -59,23 +59,33 @@ class EnergyAudit {
   double longest_interval_ = 0;
 };
 
+/// Length of the paths of the base and of the wheels' rims, m.
+struct PathLength {
+  double base = 0;  ///< of O; a turn counts at the wheels' centres
+  Wheels wheels = Wheels::Zero();
+};
+
 /// Takes a simulation that stands at t = 0 through its scene from row to row: t = 0, the multiples of 1 / output_rate,
 /// and the duration. The energy is audited at each row and, where rows are far apart, in between.
 class RowLoop {
  public:
-  RowLoop(Simulation& simulation, EnergyAudit& energy) : simulation_(simulation), energy_(energy) {}
+  explicit RowLoop(Simulation& simulation) : simulation_(simulation) {}
 
   /// Advances to the next row; false if there is none. Throws as Simulation::advance_to, and std::runtime_error where
   /// the state is no longer finite.
   bool next();
 
   double t() const { return t_; }  ///< of the row, s
+  const EnergyAudit& energy() const { return energy_; }
+  const PathLength& path() const { return path_; }  ///< summed over the rows
 
  private:
   void audit_until(double t);
+  void add_path(const State& before);
 
   Simulation& simulation_;
-  EnergyAudit& energy_;
+  EnergyAudit energy_;
+  PathLength path_;
   std::int64_t rows_ = 0;  // so far
   double t_ = 0;
 };
@@ -87,32 +97,9 @@ class RowLoop {
 /// of that.
 std::string unreliability_reason(const Simulation& simulation, const EnergyAudit& energy);
 
-/// Length of the paths of the base and of the wheels' rims, summed over the rows, m.
-class PathLength {
- public:
-  void add_row(const Simulation& simulation);
-
-  /// Of O; a turn counts at the wheels' centres.
-  double base() const { return base_; }
-  const Wheels& wheels() const { return wheels_; }
-
- private:
-  bool started_ = false;
-  State last_;
-  double base_ = 0;
-  Wheels wheels_ = Wheels::Zero();
-};
-
-/// The content of a run's summary besides its final state.
-struct RunAudit {
-  bool completed = false;  ///< to the scene's duration
-  RunCost cost;
-  EnergyAudit energy;
-  PathLength path;
-};
-
-/// The summary of a run as a JSON object; `wall_time` in s.
-std::string summary_json(const Simulation& simulation, double wall_time, const RunAudit& audit);
+/// The summary of a run as a JSON object. `completed`: to the scene's duration; `wall_time` in s.
+std::string summary_json(const Simulation& simulation, bool completed, double wall_time, const RunCost& cost,
+                         const RowLoop& rows);
 
 /// The same in a few lines for a person.
 std::string summary_text(const Simulation& simulation, double wall_time);

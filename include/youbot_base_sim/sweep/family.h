@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <optional>
 #include <string>
-#include <variant>
 #include <vector>
 
 #include "youbot_base_sim/scene/scene.h"
@@ -12,32 +11,25 @@
 
 namespace youbot_base_sim {
 
-/// Numbers from one end to the other, both included, at equal distances or at equal ratios.
-struct Steps {
-  double from = 0, to = 0;
-  int count = 0;
-  bool logarithmic = false;
-};
-
-/// A key of the scene, and the values that it has in turn: as YAML, by steps, or drawn.
+/// A key of the scene, and the values that it has in turn or by chance.
 struct Axis {
   std::string key;
-  std::variant<std::vector<std::string>, Steps, Distribution> values;
+  std::vector<std::string> list;  ///< the values, as YAML; empty: they are numbers of `range`
+  Distribution range;
+  int count = 0;             ///< of equal steps, or ratios, through the range with both its ends; 0: drawn from it
   std::uint64_t number = 0;  ///< among those drawn; else in the grid, where axes that change together have the same
 
-  bool is_drawn() const { return std::holds_alternative<Distribution>(values); }
-  std::uint64_t size() const;                ///< of an axis that is not drawn
+  bool is_drawn() const { return size() == 0; }
+  std::uint64_t size() const;                ///< 0 of an axis that is drawn
   std::string value(std::uint64_t k) const;  ///< of an axis that is not drawn, 0 <= k < size
   std::string value_at(double share) const;  ///< of any axis; 0 < share < 1
   std::string text() const;                  ///< what it is, for people
 };
 
-enum class TrajectoryFormat { kCsv, kBag };
-
 /// Which motions are kept whole.
 struct Trajectories {
-  TrajectoryFormat format = TrajectoryFormat::kCsv;
-  int every = 1;  ///< runs 0, every, 2 every, ..
+  std::string format = "csv";  ///< or "bag"; also the suffix of their files
+  int every = 1;               ///< runs 0, every, 2 every, ..
 };
 
 /// Many runs of one scene, as a family file describes them, checked: the values of each axis are such that the scene
@@ -64,7 +56,7 @@ struct Family {
   bool has_draws() const { return !axes.empty() && axes.back().is_drawn(); }
   /// What a run sets, an axis each.
   std::vector<SceneSetting> settings(std::uint64_t run) const;
-  /// What the rows depend on, a line each: the program and its library, the family file, its scene, their tables, each
+  /// What the rows depend on, a line each: the program, the family file, its scene, their tables, each
   /// by a hash of its contents and its name. Throws SceneError where a table can no longer be read.
   std::vector<std::string> fingerprint() const;
 };

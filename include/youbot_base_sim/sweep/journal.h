@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -18,15 +19,13 @@ class FinishedRuns {
   std::uint64_t first_open() const { return first_open_; }
   /// Whether a run may be finished: others must not stay so far behind it that it would be too much to remember.
   bool has_room_for(std::uint64_t run) const { return run < first_open_ + kWindow; }
-  bool contains(std::uint64_t run) const {
-    return run < first_open_ || (has_room_for(run) && ahead_[static_cast<std::size_t>(run % kWindow)]);
-  }
-  /// One for which there is room, and which is not in it.
+  bool contains(std::uint64_t run) const { return run < first_open_ || ahead_.count(run) > 0; }
+  /// One for which there is room.
   void insert(std::uint64_t run);
 
  private:
   std::uint64_t first_open_ = 0;
-  std::vector<bool> ahead_ = std::vector<bool>(kWindow);  // by run % kWindow
+  std::set<std::uint64_t> ahead_;
 };
 
 /// How many runs are finished, and how they ended.
@@ -57,6 +56,8 @@ class Journal {
   /// Sees that what was appended survives a power failure. May be called beside `append` by another thread.
   void sync();
 
+  std::uint64_t runs() const { return runs_; }
+  bool is_complete() const { return tally_.runs == runs_; }
   const FinishedRuns& finished() const { return finished_; }
   const Tally& tally() const { return tally_; }
 
@@ -68,10 +69,11 @@ class Journal {
 
  private:
   void begin(const std::string& head);
-  void check_head(const std::string& found, const std::vector<std::string>& head) const;
-  void read_rows(std::uint64_t runs);
+  void check_head(const std::vector<std::string>& head) const;
+  void read_rows();
 
   std::string path_;
+  std::uint64_t runs_;
   int descriptor_;
   off_t begin_ = 0;  // of the rows, bytes
   off_t end_ = 0;

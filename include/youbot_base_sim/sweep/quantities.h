@@ -10,22 +10,25 @@
 
 namespace youbot_base_sim {
 
-/// What a run is asked for besides its state at the end: looked up at each row.
-class Observer {
+/// A run on its way from row to row, and what it is asked for besides its state at the end.
+class ObservedRun {
  public:
-  explicit Observer(const Simulation& simulation);
+  /// `simulation` stands at t = 0, and must outlive this.
+  explicit ObservedRun(Simulation& simulation);
 
-  void add_row();
+  /// As RowLoop::next.
+  bool next();
 
   const Simulation& simulation() const { return simulation_; }
-  const PathLength& path() const { return path_; }
+  const State& state() const { return simulation_.state(); }
+  const RowLoop& rows() const { return rows_; }
   double largest_slip() const { return std::sqrt(square_of_slip_); }  ///< of contact points over the floor, m/s
   /// The pose that the driver's odometry has, laid over the true one at the start: x, y (m), psi (rad).
   Eigen::Vector3d odometry() const;
 
  private:
-  const Simulation& simulation_;
-  PathLength path_;
+  Simulation& simulation_;
+  RowLoop rows_;
   double square_of_slip_ = 0;
   MotorSensors sensors_;
   WheelOdometry odometry_;
@@ -35,7 +38,7 @@ class Observer {
 struct Quantity {
   const char* name;
   const char* text;  ///< what it is, with its unit
-  double (*value)(const Observer& run, const EnergyAudit& energy);
+  double (*value)(const ObservedRun& run);
 };
 
 /// All of them, in the order of a table that names none.

@@ -1,12 +1,11 @@
 #pragma once
 
-#include <chrono>
 #include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "youbot_base_sim/sweep/run_schedule.h"
+#include "youbot_base_sim/sweep/journal.h"
 
 namespace youbot_base_sim {
 
@@ -25,12 +24,13 @@ class Ranks {
   /// Each rank's text, for all ranks; to be called by all of them.
   virtual std::vector<std::string> gather(const std::string& text) const { return {text}; }
 
-  /// Rank 0: finishes the schedule, on `threads` threads if it is alone, else together with the other ranks. Calls
-  /// `watch` as RunSchedule::run does.
-  virtual void serve(RunSchedule& schedule, const RowMaker& maker, int threads, std::chrono::milliseconds interval,
-                     const std::function<void()>& watch) {
-    schedule.run(maker, threads, interval, watch);
-  }
+  /// Told how far rank 0 is; returns whether it shall go on.
+  using Watch = std::function<bool(const Tally& tally)>;
+
+  /// Rank 0: finishes the runs that the journal lacks, on `threads` threads if it is alone, else together with the
+  /// other ranks. Calls `watch` on this thread ten times a second; once that returns false, runs end early and stay
+  /// unfinished. Throws what was thrown at the work or by `watch`, which ends it too.
+  virtual void serve(Journal& journal, const RowMaker& maker, int threads, const Watch& watch);
 
   /// The other ranks: make rows until rank 0 has no more for them.
   virtual void work(const RowMaker&) {}
