@@ -277,6 +277,22 @@ TEST_F(EventLocatingStepperTest, GoesOnFromTwoRollersWhenOneOfThemBearsItAlone) 
   }
 }
 
+// Bisection towards it would never end by the width of what is left, and steps of no length cost most.
+TEST_F(EventLocatingStepperTest, ReleasesAtOnceWhereSharingEndsAtTheStart) {
+  wheels.pull = 10;
+  wheels.c_0[0] = wheels.geometry.upper_edge(0);
+  wheels.c_2[0] = wheels.pull / 2;  // the push is as strong as the pull at t = 0
+  wheels.c_3[0] = 1;
+  restart();
+  wheels.enter_sliding(0, 0, x);
+  ASSERT_EQ(wheels.sharing(0, x, 0).alpha, 1);
+  go_on(0.1);
+  EXPECT_EQ(wheels.modes().roller(0), 1);
+  EXPECT_FALSE(wheels.modes().shared(0));
+  EXPECT_NEAR(x.phi()[0] - wheels.geometry.upper_edge(0), std::pow(0.1, 3), 1e-9);
+  EXPECT_LE(record->statistics.location_steps, 40u);
+}
+
 TEST_F(EventLocatingStepperTest, LocatesEverySwitchThoughStepsFail) {
   wheels.c_0 = {0.1, -0.2, 0.3, 2};
   wheels.c_1 = {6, -4, 5, 0.5};

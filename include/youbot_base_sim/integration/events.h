@@ -155,8 +155,8 @@ struct WheelEvent {
   static constexpr int kConditions = kWheels;
   static constexpr bool kEndsPast = true;
   static double width(double length) { return 1e-6 * length; }
-  static constexpr int kMaxTries =
-      40;  // an event at the start has no width: halving on would end in steps of no length
+  // An event at the start of the step has no width: halving on would end in steps of no length.
+  static constexpr int kMaxTries = 40;
   MotionRecord* record;
 };
 
