@@ -27,7 +27,9 @@ struct Arguments {
 
 const Usage kUsage = {"describe_base [SCENE.yaml] [options]",
                       "Prints the URDF of the base that the scene simulates; without a scene, of the paper's robot.",
-                      ""};
+                      "",
+                      "  describe_base > base.urdf\n"
+                      "  describe_base my_scene.yaml --turning-rollers --meshes meshes > my_base.urdf\n"};
 
 /// Reads the command line; false if all that was wanted was help. Throws std::runtime_error.
 bool read_arguments(int argc, char** argv, Arguments& arguments) {
@@ -41,8 +43,7 @@ bool read_arguments(int argc, char** argv, Arguments& arguments) {
     ("meshes", po::value(&arguments.meshes)->value_name("FOLDER"),
      "write all meshes into this folder. Without it, the parts that are the paper's robot's are those of the package; "
      "others are written to $ROS_HOME/youbot_base_sim, or ~/.ros/youbot_base_sim. Whoever draws the robot must find "
-     "that folder on the same machine")
-    ("help,h", "print this");
+     "that folder on the same machine");
   // clang-format on
   return parse(argc, argv, kUsage, options, {"scene", po::value(&arguments.scene), 1, false}).has_value();
 }

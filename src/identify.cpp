@@ -32,7 +32,9 @@ struct Arguments {
 const Usage kUsage = {
     "identify BAG.. [options]",
     "Fits robot and motors of a scene to bags with joint_states, with effort, and cmd_vel or velocity_command.",
-    "\nExit status: 0 done, 2 refused input, 1 the fit could not be completed.\n"};
+    "\nExit status: 0 done, 2 refused input, 1 the fit could not be completed.\n",
+    "  identify drive.bag --output fitted.yaml\n"
+    "  identify first.bag second.bag --scene my_scene.yaml --csv comparison.csv\n"};
 
 Scene start_scene(const std::string& path) {
   Scene scene;
@@ -87,8 +89,7 @@ bool prepare(int argc, char** argv, Arguments& arguments, Scene& start) {
     ("output,o", po::value(&arguments.output)->value_name("FITTED.yaml"),
      "write the fitted scene, and what the base was told beside it, as FITTED.csv")
     ("csv", po::value(&arguments.csv)->value_name("FILE"), "write the first bag's motion, recorded and fitted, for scripts/plot_identification")
-    ("quiet", po::bool_switch(&arguments.quiet), "print nothing but errors")
-    ("help", "print this");
+    ("quiet", po::bool_switch(&arguments.quiet), "print nothing but errors");
   // clang-format on
   if (!parse(argc, argv, kUsage, options, {"bag", po::value(&arguments.bags), -1, true})) return false;
   start = start_scene(arguments.scene);

@@ -46,7 +46,9 @@ std::string method_help() {
 const Usage kUsage = {
     "simulate SCENE.yaml [options]", "Simulates the scene and writes what is asked for.",
     "\nA FILE appears when it is whole. What a run leaves that fails or is stopped is FILE.incomplete-*.\n"
-    "Exit status: 0 done, 2 refused input, 1 the run could not be completed.\n"};
+    "Exit status: 0 done, 2 refused input, 1 the run could not be completed.\n",
+    "  simulate case2.yaml --csv case2.csv --summary case2.json\n"
+    "  simulate my_scene.yaml --bag my_scene.bag --contacts --quiet\n"};
 
 /// Reads the command line and the scene; false if all that was wanted was help. Throws std::runtime_error.
 bool prepare(int argc, char** argv, Arguments& arguments, Scene& scene) {
@@ -69,8 +71,7 @@ bool prepare(int argc, char** argv, Arguments& arguments, Scene& scene) {
     ("cpu-limit", po::value<std::string>()->value_name("SECONDS"),
      "stop at the first row after this much processor time; writes the summary, keeps the rest as FILE.incomplete-*, "
      "and exits with status 1")
-    ("quiet", po::bool_switch(&arguments.quiet), "print nothing but errors and warnings of a result not to be trusted")
-    ("help", "print this");
+    ("quiet", po::bool_switch(&arguments.quiet), "print nothing but errors and warnings of a result not to be trusted");
   // clang-format on
   const auto given = parse(argc, argv, kUsage, options, {"scene", po::value(&arguments.scene), 1, true});
   if (!given) return false;

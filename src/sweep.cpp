@@ -48,7 +48,9 @@ Usage usage() {
   return {"sweep FAMILY.yaml [options]",
           "Simulates a family of scenes, as docs/sweep.md describes it, and writes a table with a row for each run.\n"
           "`mpirun sweep FAMILY.yaml` does so on several machines. What was ended early goes on where it was.",
-          remarks + "\nExit status: 0 done, 2 refused input, 1 the sweep could not be completed.\n"};
+          remarks + "\nExit status: 0 done, 2 refused input, 1 the sweep could not be completed.\n",
+          "  sweep wheel_angles.yaml --list\n"
+          "  sweep wheel_angles.yaml --csv angles.csv --threads 4\n"};
 }
 
 /// Reads the command line; false if all that was wanted was help. Throws std::runtime_error.
@@ -63,8 +65,7 @@ bool read_arguments(int argc, char** argv, const Ranks& ranks, Arguments& argume
      "left out: one for each core; not under mpirun")
     ("list", po::bool_switch(&arguments.list), "say how many runs there are and how long they will take, and end")
     ("scene", po::value(&arguments.scene)->value_name("RUN"), "print the scene of a run, for simulate, and end")
-    ("quiet", po::bool_switch(&arguments.quiet), "print nothing but errors and warnings of runs that failed")
-    ("help", "print this");
+    ("quiet", po::bool_switch(&arguments.quiet), "print nothing but errors and warnings of runs that failed");
   // clang-format on
   const auto given = parse(argc, argv, usage(), options, {"family", po::value(&arguments.family), 1, true});
   if (!given) return false;

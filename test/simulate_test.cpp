@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <thread>
@@ -420,6 +422,17 @@ TEST_F(SimulateTest, HelpSaysHowTheToleranceWasChosen) {
   Program simulate(SIMULATE, {"--help"});
   EXPECT_EQ(simulate.wait(), 0);
   EXPECT_NE(simulate.out().find("1e-5 m"), std::string::npos);
+}
+
+TEST_F(SimulateTest, SaysTheVersionOfThePackage) {
+  Program simulate(SIMULATE, {"--version"});
+  EXPECT_EQ(simulate.wait(), 0);
+  const std::string out = simulate.out(), name = "simulate ";
+  ASSERT_EQ(out.substr(0, name.size()), name);
+  const std::string version = out.substr(name.size(), out.size() - name.size() - 1);
+  std::ifstream manifest(YOUBOT_BASE_SIM_SOURCE_DIR "/package.xml");
+  const std::string text{std::istreambuf_iterator<char>(manifest), {}};
+  EXPECT_NE(text.find("<version>" + version + "</version>"), std::string::npos) << out;
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 
 #include "youbot_base_sim/text/number.h"
 #include "youbot_base_sim/text/quote.h"
+#include "youbot_base_sim/text/version.h"
 
 namespace youbot_base_sim {
 
@@ -41,9 +42,10 @@ inline std::uint64_t whole_number_of(const std::string& option, const std::strin
 
 /// How a program is called.
 struct Usage {
-  std::string call;     ///< "PROGRAM FILE [options]"
-  std::string purpose;  ///< what --help prints before the options
-  std::string remarks;  ///< and after them
+  std::string call;      ///< "PROGRAM FILE [options]"
+  std::string purpose;   ///< what --help prints before the options
+  std::string remarks;   ///< and after them
+  std::string examples;  ///< command lines, which --help prints last
 };
 
 /// What stands on a command line without an option's name.
@@ -68,13 +70,15 @@ inline void refuse_empty(const boost::program_options::variables_map& given, con
   }
 }
 
-/// Reads a command line into the variables that `options` and `positional` name, and returns what was given. Prints the
-/// help and returns nothing if `help`, one of the options, was. Throws std::runtime_error, a line that says what is
-/// wrong.
-inline std::optional<boost::program_options::variables_map> parse(
-    int argc, char** argv, const Usage& usage, const boost::program_options::options_description& options,
-    const Positional& positional) {
+/// Reads a command line into the variables that `options` and `positional` name, and returns what was given. For --help
+/// and --version, which every program has, it prints these and returns nothing. Throws std::runtime_error, a line that
+/// says what is wrong.
+inline std::optional<boost::program_options::variables_map> parse(int argc, char** argv, const Usage& usage,
+                                                                  boost::program_options::options_description options,
+                                                                  const Positional& positional) {
   namespace po = boost::program_options;
+  const std::string program = usage.call.substr(0, usage.call.find(' '));
+  options.add_options()("help,h", "print this")("version", "print the version");
   po::options_description all;
   all.add(options).add_options()(positional.name, positional.value);
   po::positional_options_description places;
@@ -84,11 +88,15 @@ inline std::optional<boost::program_options::variables_map> parse(
     po::store(po::command_line_parser(argc, argv).options(all).positional(places).run(), given);
     po::notify(given);
   } catch (const po::error& error) {
-    const std::string program = usage.call.substr(0, usage.call.find(' '));
     throw std::runtime_error(quote(error.what(), kMaxMessage) + "; see " + program + " --help");
   }
   if (given.count("help")) {
     std::cout << "Usage: " << usage.call << "\n\n" << usage.purpose << "\n\n" << options << usage.remarks;
+    std::cout << "\nExamples:\n" << usage.examples;
+    return std::nullopt;
+  }
+  if (given.count("version")) {
+    std::cout << program << " " << version() << "\n";
     return std::nullopt;
   }
   if (positional.required && !given.count(positional.name))
