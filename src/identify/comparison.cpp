@@ -53,7 +53,8 @@ Eigen::Vector3d truth_at(const DriveRecord& record, double t) {
 
 /// The record as a prediction would have it.
 Prediction recorded(const DriveRecord& record) {
-  Prediction motion{record, {}};
+  const Readings& readings = record;
+  Prediction motion{readings, {}};
   if (record.truth_t.size() < 2) return motion;
   for (const double t : record.t) motion.pose.push_back(truth_at(record, t));
   return motion;

@@ -224,7 +224,9 @@ Frictions nonnegative_least_squares(const FrictionMatrix& rows, const Eigen::Vec
 /// The records as `scene` would have made them.
 std::vector<DriveRecord> predicted(const Scene& scene, std::vector<DriveRecord> records) {
   for (DriveRecord& record : records) {
-    if (record.has_torque()) static_cast<Readings&>(record) = predict(scene, record);
+    if (!record.has_torque()) continue;
+    const Readings& readings = predict(scene, record);
+    static_cast<Readings&>(record) = readings;
   }
   return records;
 }
