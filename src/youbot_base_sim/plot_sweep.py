@@ -9,22 +9,49 @@ Sobol' index, the share of its variance that vanishes if the axis is fixed (esti
 sampled, as the variance between slices of the axis), or by Spearman's rank correlation. Runs without a value are left
 out. Needs python3-numpy and python3-matplotlib.
 """
+import re
+from pathlib import Path
+
 import numpy as np
 
 from .command_line import Parser, Refused, shown
-from .figures import BLUE, RED, new_figure, save
+from .figures import BLUE, RED, WHEEL_NAMES, new_figure, save
 from .files import Outputs
 from .report import read_csv
 
 MAX_SLICES = 100
 LARGEST = 1e150  # whose square is a number
+QUANTITIES = {  # of sweep, in words and units
+    "x": "final x, m", "y": "final y, m", "psi": "final heading, rad", "V_X": "final forward velocity, m/s",
+    "V_Y": "final lateral velocity, m/s", "Omega": "final yaw rate, rad/s", "path_length": "path length, m",
+    "odometry_error": "odometry error, m", "odometry_heading_error": "odometry heading error, rad",
+    "largest_slip": "largest slip speed, m/s", "kinetic_energy": "final kinetic energy, J",
+    "drive_work": "drive work, J", "energy_balance_error": "energy balance error, J", "switches": "roller switches"}
+UNITS = {key: unit for unit, keys in {  # of the keys of a scene
+    "kg": "body_mass wheel_mass mass", "kg m²": "total_inertia wheel_inertia roller_inertia inertia",
+    "m": "com com_height half_wheelbase half_track wheel_radius roller_axis_radius spin_radius position point edge",
+    "N": "diagonal_preload force", "N m": "dry_friction roller_dry_friction torque max_wheel_torque",
+    "N m s": "wheel_damping roller_damping", "N s/m": "viscous_friction", "m/s": "slip_regularization",
+    "rad": "wheel_angles angle uphill", "s": "duration start end command_delay",
+    "rad/s": "wheel_rates roller_rates dry_friction_rate roller_dry_friction_rate"}.items() for key in keys.split()}
+
+
+def label(name):
+    """A column in words, with its unit where that is known."""
+    parts = re.fullmatch(r"(.*)\.(\w+)(?:\[(\d)\])?", name)
+    if not parts:
+        return QUANTITIES.get(name, name)
+    section, key, index = parts.groups()
+    places = dict(enumerate("xyz" if key in ("com", "position", "point", "force", "pose") else WHEEL_NAMES))
+    place = ", " + places.get(int(index), f"[{index}]") if index else ""
+    return f"{section}: {key.replace('_', ' ')}{place}" + (f", {UNITS[key]}" if key in UNITS else "")
 
 
 class Table:
     """Columns of a table by their names; cells without a number are NaN."""
 
     def __init__(self, path):
-        self.path = shown(path)
+        self.path, self.name = shown(path), Path(path).stem
         self.names, *self.rows = read_csv("", path, "a table by sweep")
         if self.names[0] != "run" or "status" not in self.names:
             raise Refused(f"{self.path}: no columns run and status; must be a table by sweep")
@@ -36,11 +63,8 @@ class Table:
         index = self.names.index(name)
         return [row[index] for row in self.rows]
 
-    def column(self, name):
-        return np.array([number(text) for text in self.texts(name)])
-
     def numbers(self, name):
-        values = self.column(name)
+        values = as_numbers(self.texts(name))
         known = values[np.isfinite(values)]
         if not len(known) or np.abs(known).max() > LARGEST:
             raise Refused(f"{self.path}: column = {shown(name)}: must have numbers, up to {LARGEST:g}")
@@ -48,19 +72,18 @@ class Table:
 
     def axis(self, name):
         """An axis as numbers: those of texts are their places among all of them in order."""
-        values = self.column(name)
-        if np.isfinite(values).all():
-            return values
-        texts = self.texts(name)
-        order = sorted(set(texts))
-        return np.array([float(order.index(text)) for text in texts])
+        values = as_numbers(self.texts(name))
+        return values if np.isfinite(values).all() else np.unique(self.texts(name), return_inverse=True)[1].astype(float)
 
 
-def number(text):
-    try:
-        return float(text)
-    except ValueError:
-        return np.nan
+def as_numbers(texts):
+    """NaN for what is no number."""
+    def number(text):
+        try:
+            return float(text)
+        except ValueError:
+            return np.nan
+    return np.array([number(text) for text in texts])
 
 
 def slices(x):
@@ -108,10 +131,12 @@ def scatter(table, arguments):
     size = np.clip(2000 / len(x), 1.5, 25)
     if arguments.color:
         points = axis.scatter(x, y, s=size, c=table.numbers(arguments.color), cmap="viridis", linewidths=0)
-        figure.colorbar(points, label=arguments.color)
+        figure.colorbar(points, label=label(arguments.color))
     else:
         axis.scatter(x, y, s=size, color=BLUE, alpha=float(np.clip(500 / len(x), 0.15, 1)), linewidths=0)
-    axis.set(xlabel=arguments.x, ylabel=arguments.y)
+    axis.set(xlabel=label(arguments.x), ylabel=label(arguments.y), title=f"{table.name}: {both.sum()} runs")
+    if {arguments.x, arguments.y} == {"x", "y"}:
+        axis.set_aspect("equal", "datalim")
     axis.grid(alpha=0.3)
     print(f"{both.sum()} of {len(x)} runs; rank correlation {correlation(x[both], y[both]):.3f}")
     return figure
@@ -128,11 +153,12 @@ def histogram(table, arguments):
         axis.hist(values, bins=int(np.clip(np.sqrt(len(values)), 5, 60)), color=BLUE)
         for place, style in ((low, ":"), (median, "-"), (high, ":")):
             axis.axvline(place, color=RED, linestyle=style, linewidth=1.2)
-        axis.set_xlabel(name)
+        axis.set_xlabel(label(name))
         deviation = values.std(ddof=1) if len(values) > 1 else 0
         print(f"{name}: {len(values)} runs, mean {values.mean():.6g}, standard deviation {deviation:.3g}, least "
               f"{values.min():.6g}, 5 % {low:.6g}, median {median:.6g}, 95 % {high:.6g}, largest {values.max():.6g}")
-    axes[0].set_ylabel("runs")
+    axes[0].set_ylabel("number of runs")
+    figure.suptitle(f"{table.name}: {len(table.rows)} runs; lines at the median (solid), 5 and 95 % (dotted)", fontsize=11)
     return figure
 
 
@@ -140,7 +166,7 @@ def rank(table, arguments):
     names, is_sobol = arguments.columns, arguments.by == "sobol"
     if not table.axes:
         raise Refused(f"{table.path}: no axes; must have a column between run and status")
-    figure = new_figure(figsize=(max(6.4, 3.6 * len(names)), 1.4 + 0.4 * len(table.axes)))
+    figure = new_figure(figsize=(max(6.4, 2 + 3 * len(names)), 1.7 + 0.4 * len(table.axes)))
     axes = figure.subplots(1, len(names), squeeze=False, sharey=True)[0]
     places = np.arange(len(table.axes))
     for axis, name in zip(axes, names):
@@ -150,8 +176,8 @@ def rank(table, arguments):
         axis.barh(places, shares, color=[BLUE if share >= 0 else RED for share in shares])
         axis.axvline(0, color="0.3", linewidth=0.8)
         axis.set_xlim(-1.05 if min(shares) < 0 else 0, 1.05)
-        axis.set_title(name, fontsize=10, loc="left")
-        axis.set_xlabel("Sobol' index" if is_sobol else "rank correlation")
+        axis.set_title(label(name), fontsize=10, loc="left")
+        axis.set_xlabel("share of variance" if is_sobol else "rank correlation")
         axis.grid(alpha=0.3, axis="x")
         print(f"{name}, {known.sum()} runs:")
         for share, key in sorted(zip(shares, table.axes), key=lambda pair: -abs(pair[0])):
@@ -159,8 +185,10 @@ def rank(table, arguments):
         if is_sobol:
             print(f"  {'(interaction of axes)':34}{max(0.0, 1 - sum(shares)):6.3f}")
     axes[0].set_yticks(places)
-    axes[0].set_yticklabels(table.axes)
+    axes[0].set_yticklabels([label(key) for key in table.axes])
     axes[0].invert_yaxis()
+    measure = "Sobol' indices" if is_sobol else "Spearman's rank correlation"
+    figure.suptitle(f"{table.name}: what matters, by {measure} of {len(table.rows)} runs", fontsize=11)
     return figure
 
 
