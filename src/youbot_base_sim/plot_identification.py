@@ -5,7 +5,7 @@ Grey stretches were held out from the fit. Needs python3-matplotlib.
 import numpy as np
 
 from .command_line import Parser, Refused, shown
-from .figures import BLACK, BLUE, RED, new_figure, save
+from .figures import BLUE, RED, SKY, new_figure, save
 from .files import Outputs
 from .report import read_csv
 
@@ -30,20 +30,19 @@ def read_columns(path):
 def shade_held_out(axis, t, held_out):
     bounds = np.flatnonzero(np.diff(held_out != 0, prepend=False, append=False))
     for begin, end in zip(bounds[::2], bounds[1::2]):
-        axis.axvspan(t[begin], t[min(end, len(t) - 1)], color="0.9", linewidth=0)
+        axis.axvspan(t[begin], t[min(end, len(t) - 1)], color="0.9", linewidth=0, label="held out from the fit")
 
 
 def draw(columns, series, mode, above, below):
     """Record and fit into the axis above, their difference into the one below."""
     t, recorded, fitted = columns["t"], columns[f"{series}_{mode}"], columns[f"fitted_{series}_{mode}"]
-    above.plot(t, recorded, color=BLACK, linewidth=1.4, label="recorded")
+    above.plot(t, recorded, color=SKY, linewidth=4, label="recorded")
     above.plot(t, fitted, color=RED, linewidth=0.9, label="fitted")
     quantity, unit = SERIES[series]
     above.set_title(f"{MODES[mode]}: {quantity} of the wheels", fontsize=10, loc="left")
     above.set_ylabel(unit)
-    below.plot(t, recorded - fitted, color=BLUE, linewidth=0.8)
-    below.axhline(0, color="0.5", linewidth=0.5)
-    below.set_ylabel("difference", fontsize=8)
+    below.plot(t, recorded - fitted, color=BLUE, linewidth=0.8, label="recorded less fitted")
+    below.set_ylabel(unit, fontsize=8)
     for axis in (above, below):
         shade_held_out(axis, t, columns["held_out"])
         axis.margins(x=0)
@@ -57,14 +56,17 @@ def main(argv=None):
     arguments = parser.parse_args(argv)
     Outputs([arguments.table]).claim("PLOT", arguments.plot)
     columns = read_columns(arguments.table)
-    figure = new_figure(figsize=(12, 9.5))
+    figure = new_figure(figsize=(11, 9))
     axes = figure.subplots(2 * len(MODES), len(SERIES), sharex=True, gridspec_kw={"height_ratios": [3, 1] * len(MODES)})
     for row, mode in enumerate(MODES):
         for column, series in enumerate(SERIES):
             draw(columns, series, mode, axes[2 * row][column], axes[2 * row + 1][column])
-    axes[0][0].legend(loc="upper right", fontsize=8)
+    legend = {name: handle for axis in (axes[0][0], axes[1][0])
+              for handle, name in zip(*axis.get_legend_handles_labels())}
+    figure.legend(legend.values(), legend.keys(), loc="lower center", ncol=4, frameon=False)
+    figure.suptitle("wheels' velocities and torques by direction of motion, recorded and fitted")
     for axis in axes[-1]:
         axis.set_xlabel("t, s")
     figure.align_ylabels()
-    figure.tight_layout()
+    figure.tight_layout(rect=(0, 0.02, 1, 1))
     save(figure, arguments.plot, dpi=72)

@@ -1,16 +1,18 @@
 """The paper's figures, drawn from a Study. Each function returns a figure of matplotlib."""
 
 import numpy as np
-from matplotlib.cm import viridis
 from matplotlib.lines import Line2D
 
 from ..base import WHEELS
-from ..figures import BLACK, BLUE, RED, curve
+from ..figures import BLACK, BLUE, RED, SKY, WHEEL_NAMES, curve
+from .claims import R_D, by_rollers
 from .drawing import finish_paths, finished, letter, panels, path, wheel_style
 from .runs import DEGREES, MODELS
 
-STYLES = {"no_slip": dict(color=BLACK, linestyle="--", zorder=3), "viscous": dict(color=BLUE),
-          "coulomb": dict(color=RED, linewidth=0.9)}
+# 2a is wide enough to show on both sides of 2b, which lies on it.
+STYLES = {"no_slip": dict(color=BLACK, linestyle="--", zorder=3), "viscous": dict(color=SKY, linewidth=2.8),
+          "coulomb": dict(color=RED, linewidth=0.8)}
+LIMIT = dict(color=BLACK, linewidth=0.8, linestyle="--")
 NAMES = {"no_slip": "1, no slip", "viscous": "2a, viscous friction", "coulomb": "2b, Coulomb friction"}
 
 
@@ -22,7 +24,7 @@ def torques(study, title):
     """Fig. 4: the wheels' torques over time; of each model, where they differ."""
     runs = {model: run.wheels for model, run in study.whole.items()}
     same = all(np.allclose(run["torque"], runs["coulomb"]["torque"], atol=1e-6) for run in runs.values())
-    names = [f"$M_{i + 1}$ ({wheel})" for i, wheel in enumerate(WHEELS)]
+    names = [f"$M_{i + 1}$ ({wheel})" for i, wheel in enumerate(WHEEL_NAMES)]
     figure, axes = panels(*((1, 1) if same else (2, 2)), title)
     for i, name in enumerate(names):
         axis = axes[0 if same else i]
@@ -33,16 +35,19 @@ def torques(study, title):
     return finished(figure, *axes[0].get_legend_handles_labels()) if same else with_models(figure)
 
 
+def heading(axis, study):
+    axis.set(xlabel="t, s", ylabel="$\\psi$, degrees", xlim=(0, study.scene.duration))
+
+
 def motion(study, title):
     """Figs. 5 and 8: trajectory of O and heading."""
     figure, axes = panels(1, 2, title, 3.7)
     for model in MODELS:
         truth = study.whole[model].truth
-        style = dict(STYLES[model], **(dict(linewidth=2) if model == "viscous" else {}))  # often beneath 2b
-        path(axes[0], truth, **style)
-        curve(axes[1], truth["t"], truth["psi"] * DEGREES, **style)
+        path(axes[0], truth, **STYLES[model])
+        curve(axes[1], truth["t"], truth["psi"] * DEGREES, **STYLES[model])
     finish_paths(axes[0], study.whole["no_slip"].truth)
-    axes[1].set(xlabel="t, s", ylabel="$\\psi$, degrees", xlim=(0, study.scene.duration))
+    heading(axes[1], study)
     letter(axes, ("trajectory of O (square: start; dots: ends)", "heading"))
     return with_models(figure)
 
@@ -53,10 +58,10 @@ def draw_velocities(runs, until, title):
         truth, wheels = runs[model].truth, runs[model].wheels
         shown = truth["t"] <= until * (1 + 1e-9)
         for axis, values in zip(axes, (truth["V_X"], truth["V_Y"], truth["Omega"], wheels["dphi"][:, 0])):
-            curve(axis, truth["t"][shown], values[shown], **dict(STYLES[model], linewidth=0.8))
+            curve(axis, truth["t"][shown], values[shown], **STYLES[model])
     for axis, name in zip(axes, ("$V_X$, m/s", "$V_Y$, m/s", "$\\Omega$, rad/s", "$\\dot\\varphi_1$, rad/s")):
         axis.set(xlabel="t, s", ylabel=name, xlim=(0, until))
-    letter(axes, ("forward velocity", "lateral velocity", "yaw rate", "angular velocity of wheel 1 (fl)"))
+    letter(axes, ("forward velocity", "lateral velocity", "yaw rate", "angular velocity of the front left wheel"))
     return with_models(figure)
 
 
@@ -72,42 +77,69 @@ def beginning(study, title):
 
 
 def spread(study, title):
-    """Fig. 7: motion of model 2b from several initial wheel angles."""
-    figure, axes = panels(1, 2, title, 3.7)
+    """Fig. 7: motion of model 2b from several initial wheel angles; the ends enlarged."""
+    figure, axes = panels(1, 3, title, 3)
     runs = study.spread(study.half_pitch_angles())
-    colours = ["black", *viridis(np.linspace(0, 0.9, len(runs) - 1))]
-    for run, colour in zip(runs, colours):
-        style = dict(color=colour, linewidth=1.6 if run is runs[0] else 0.7)
-        path(axes[0], run.truth, **style)
-        axes[1].plot(run.truth["t"], run.truth["psi"] * DEGREES, **style)
-    finish_paths(axes[0], runs[0].truth)
-    axes[1].set(xlabel="t, s", ylabel="$\\psi$, degrees", xlim=(0, study.scene.duration))
-    pitch = study.scene.roller_pitch * DEGREES
-    letter(axes, ("trajectories of O, model 2b (black: angles of the scene)",
-                  f"heading (each wheel as in the scene or {pitch / 2:.3g}° further)"))
-    figure.tight_layout()
-    return figure
+    for run in reversed(runs):
+        style = dict(color=BLACK, linewidth=1.6) if run is runs[0] else dict(color=BLUE, linewidth=0.6)
+        for axis in axes[:2]:
+            path(axis, run.truth, **style)
+        axes[2].plot(run.truth["t"], run.truth["psi"] * DEGREES, **style)
+    ends = np.array([[run.truth[key][-1] for run in runs] for key in ("x", "y")])
+    size, middle = np.ptp(ends, axis=1), (ends.max(axis=1) + ends.min(axis=1)) / 2
+    for axis in axes[:2]:
+        finish_paths(axis, runs[0].truth)
+    half = 0.6 * max(*size, 1e-3)
+    axes[1].set(xlim=(middle[0] - half, middle[0] + half), ylim=(middle[1] - half, middle[1] + half))
+    axes[1].set_aspect("equal", "box")
+    heading(axes[2], study)
+    further = study.scene.roller_pitch / 2 * DEGREES
+    letter(axes, ("trajectories of O, model 2b", f"ends: {size[0]:.2f} m by {size[1]:.2f} m", "heading"))
+    return finished(figure, [Line2D([], [], color=BLACK), Line2D([], [], color=BLUE)],
+                    ["wheel angles of the scene", f"the other 15 combinations, some wheels {further:.3g}° further"])
 
 
 def contact(study, title):
     """Fig. 10: friction force and slip speed at P_1, with the switches of the first wheel marked."""
     figure, axes = panels(3, 1, title, 2)
-    for model, run in study.contact.items():
-        contacts = run.contacts
-        t, force, slip = contacts["t"], contacts["force"][:, 0], contacts["slip"][:, 0]
-        own = axes[1 if model == "viscous" else 2]
+    nu = float(study.scene.values.get("floor", {}).get("slip_regularization", 1e-3))
+    highest = 0
+    for axis, (model, run) in zip(axes[1:], study.contact.items()):
+        t, force, slip, share = (run.contacts[key] if key == "t" else run.contacts[key][:, 0]
+                                 for key in ("t", "force", "slip", "share"))
         curve(axes[0], t, force, **STYLES[model])
-        curve(own, t, slip, **STYLES[model])
-        settled = t > 0.01 * t[-1]
-        own.set_ylim(0, 1.1 * slip[settled].max() or None)
+        curve(axis, t, slip, color=STYLES[model]["color"])
+        after_start = t > 0.01 * t[-1]
+        highest = max(highest, force[after_start].max())
+        axis.axhline(nu, **LIMIT)
+        axis.text(t[-1], nu, " $\\nu$", va="center")
+        axis.set(yscale="log", ylim=(nu / 3, 3 * max(slip[after_start].max(), nu)), ylabel="$|v_{P_1}|$, m/s")
         for time in run.switches[0][0]:
-            own.axvline(time, color="0.4", linewidth=0.7, linestyle=":")
+            axis.axvline(time, color="0.4", linewidth=0.7, linestyle=":")
             axes[0].axvline(time, color=STYLES[model]["color"], linewidth=0.7, linestyle=":")
-    highest = max(run.contacts["force"][run.contacts["t"] > 0.01 * run.contacts["t"][-1], 0].max()
-                  for run in study.contact.values())
-    axes[0].set_ylim(0, 1.1 * highest or None)
-    for axis, name in zip(axes, ("$|F_1|$, N", "$|v_{P_1}|$, m/s", "$|v_{P_1}|$, m/s")):
-        axis.set(xlabel="t, s", ylabel=name, xlim=(0, t[-1]))
-    letter(axes, ("friction force at the first wheel (fl); dotted: its roller switches", "slip speed, model 2a",
-                  "slip speed, model 2b"))
+    limit = np.divide(force, share, out=np.full_like(force, np.nan), where=share > 0)
+    curve(axes[0], t, limit, **LIMIT)
+    axes[0].text(t[-1], limit[-1], " $f N_1$", va="center")
+    axes[0].set(ylim=(0, 1.1 * highest or None), ylabel="$|F_1|$, N")
+    for axis in axes:
+        axis.set(xlabel="t, s", xlim=(0, t[-1]))
+    letter(axes, ("friction force at the front left wheel (vertical lines: its roller switches)",
+                  "slip speed, model 2a", "slip speed, model 2b"))
     return with_models(figure, ("viscous", "coulomb"))
+
+
+def rollers(study, title):
+    """Fig. 11, which the paper lacks: mean lateral velocity and its vibration over the number of rollers."""
+    figure, axes = panels(1, 2, title, 2.8)
+    for R_d, color in ((R_D, RED), (0.03, BLUE)):
+        counts = [count for count in (4, 5, 6, 8, 10, 12, 16, 20, 24) if 0.05 * np.cos(np.pi / count) > R_d]
+        lost, by_bearings, vibration = by_rollers(study, R_d, counts)
+        axes[0].plot(counts, lost, "o-", color=color, label=f"2b, $R_d$ = {1e3 * R_d:g} mm")
+        axes[0].plot(counts, by_bearings, "--", color=color, label="by the rollers' bearings alone")
+        axes[1].plot(counts, vibration, "o-", color=color)
+    axes[0].set_ylabel("mean $V_Y$ below model 1's, %")
+    axes[1].set(ylabel="vibration of $V_Y$, mm/s rms", yscale="log")
+    for axis in axes:
+        axis.set(xlabel="rollers per wheel", xticks=range(4, 25, 4))
+    letter(axes, ("lateral velocity lost", "vibration of the lateral velocity"))
+    return finished(figure, *axes[0].get_legend_handles_labels())
