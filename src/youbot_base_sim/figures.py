@@ -24,10 +24,14 @@ def new_figure(**options):
     return figure
 
 
-def picture(figure, **options):
-    """The figure as a PNG."""
+def picture(figure, format="png", **options):
+    """The figure in a format of matplotlib's; a PNG in 256 colours, which makes it half as large."""
     content = io.BytesIO()
-    figure.savefig(content, **{"format": "png", **options})
+    figure.savefig(content, format=format, **options)
+    if format == "png":
+        from PIL import Image
+        image = Image.open(content).convert("RGB").quantize(256)
+        image.save(content := io.BytesIO(), "PNG", optimize=True)
     return content.getvalue()
 
 

@@ -13,23 +13,18 @@ from . import workshop
 from .builds import ROOT, simulate_of
 
 
-def read_arguments():
+def main():
     parser = Parser("beyond_figures", __doc__,
                     epilog="Exit status: 0 done, 2 rejected input, 1 it could not be completed.")
     parser.add_argument("-o", "--output", type=Path, metavar="FOLDER", help="draw here, and leave docs/ alone")
     workshop.add_arguments(parser, "beyond_figures")
     arguments = parser.parse_args()
-    arguments.simulate = simulate_of(parser, arguments, workshop.PACKAGES)
-    return arguments
-
-
-def main():
-    arguments = read_arguments()
+    simulate = simulate_of(parser, arguments, workshop.PACKAGES)
     from .effects import COLUMNS, EFFECTS, PAGE  # with what has been installed
     output = arguments.output or ROOT / "docs" / "beyond"
     make_folder(output)
     with interruptible(workshop.INTERRUPTED), workshop.Workshop(
-            "beyond_figures", arguments.simulate, arguments.keep, 2 * len(EFFECTS)) as work:
+            "beyond_figures", simulate, arguments.keep, 2 * len(EFFECTS)) as work:
         rows = [make(work, effect, output) for effect in EFFECTS]
     print(f"{len(rows)} figures: {output}/")
     if not arguments.output:

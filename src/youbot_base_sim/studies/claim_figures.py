@@ -5,14 +5,14 @@ from matplotlib.lines import Line2D
 
 from ..base import WHEELS
 from ..figures import BLACK, BLUE, RED, SKY, WHEEL_NAMES, curve
-from .claims import R_D, by_rollers
+from .claims import R, R_D, by_rollers, part
 from .drawing import finish_paths, finished, letter, panels, path, wheel_style
 from .runs import DEGREES, MODELS
 
-# 2a is wide enough to show on both sides of 2b, which lies on it.
-STYLES = {"no_slip": dict(color=BLACK, linestyle="--", zorder=3), "viscous": dict(color=SKY, linewidth=2.8),
+# 2a is wide, to show on both sides of 2b, which often lies on it; zoomed in, both are thin.
+STYLES = {"no_slip": dict(color=BLACK, linestyle="--", zorder=3), "viscous": dict(color=SKY, linewidth=2.4),
           "coulomb": dict(color=RED, linewidth=0.8)}
-LIMIT = dict(color=BLACK, linewidth=0.8, linestyle="--")
+ZOOMED = {model: dict(style, linewidth=1) for model, style in STYLES.items()}
 NAMES = {"no_slip": "1, no slip", "viscous": "2a, viscous friction", "coulomb": "2b, Coulomb friction"}
 
 
@@ -52,13 +52,12 @@ def motion(study, title):
     return with_models(figure)
 
 
-def draw_velocities(runs, until, title):
+def draw_velocities(runs, until, title, styles):
     figure, axes = panels(2, 2, title)
     for model in MODELS:
-        truth, wheels = runs[model].truth, runs[model].wheels
-        shown = truth["t"] <= until * (1 + 1e-9)
-        for axis, values in zip(axes, (truth["V_X"], truth["V_Y"], truth["Omega"], wheels["dphi"][:, 0])):
-            curve(axis, truth["t"][shown], values[shown], **STYLES[model])
+        rows = part(runs[model], 0, until)
+        for axis, values in zip(axes, (rows["V_X"], rows["V_Y"], rows["Omega"], rows["dphi"][:, 0])):
+            curve(axis, rows["t"], values, **styles[model])
     for axis, name in zip(axes, ("$V_X$, m/s", "$V_Y$, m/s", "$\\Omega$, rad/s", "$\\dot\\varphi_1$, rad/s")):
         axis.set(xlabel="t, s", ylabel=name, xlim=(0, until))
     letter(axes, ("forward velocity", "lateral velocity", "yaw rate", "angular velocity of the front left wheel"))
@@ -67,13 +66,12 @@ def draw_velocities(runs, until, title):
 
 def velocities(study, title):
     """Fig. 6: velocities of the platform and of the first wheel over the first half of the motion."""
-    return draw_velocities(study.whole, study.scene.duration / 2, title)
+    return draw_velocities(study.whole, study.scene.duration / 2, title, STYLES)
 
 
 def beginning(study, title):
     """Fig. 9: the same in the beginning, where each vibration can be seen."""
-    runs = study.beginning
-    return draw_velocities(runs, runs["coulomb"].truth["t"][-1], title)
+    return draw_velocities(study.beginning, study.beginning["coulomb"].truth["t"][-1], title, ZOOMED)
 
 
 def spread(study, title):
@@ -105,41 +103,42 @@ def contact(study, title):
     nu = float(study.scene.values.get("floor", {}).get("slip_regularization", 1e-3))
     highest = 0
     for axis, (model, run) in zip(axes[1:], study.contact.items()):
-        t, force, slip, share = (run.contacts[key] if key == "t" else run.contacts[key][:, 0]
-                                 for key in ("t", "force", "slip", "share"))
-        curve(axes[0], t, force, **STYLES[model])
-        curve(axis, t, slip, color=STYLES[model]["color"])
+        t = run.contacts["t"]
+        force, slip, share = (run.contacts[key][:, 0] for key in ("force", "slip", "share"))
+        curve(axes[0], t, force, **ZOOMED[model])
+        curve(axis, t, slip, **ZOOMED[model])
         after_start = t > 0.01 * t[-1]
         highest = max(highest, force[after_start].max())
-        axis.axhline(nu, **LIMIT)
+        axis.axhline(nu, color=BLACK, linewidth=0.6)
         axis.text(t[-1], nu, " $\\nu$", va="center")
         axis.set(yscale="log", ylim=(nu / 3, 3 * max(slip[after_start].max(), nu)), ylabel="$|v_{P_1}|$, m/s")
         for time in run.switches[0][0]:
-            axis.axvline(time, color="0.4", linewidth=0.7, linestyle=":")
-            axes[0].axvline(time, color=STYLES[model]["color"], linewidth=0.7, linestyle=":")
+            for one in (axes[0], axis):
+                one.axvline(time, color=STYLES[model]["color"], linestyle=":")
     limit = np.divide(force, share, out=np.full_like(force, np.nan), where=share > 0)
-    curve(axes[0], t, limit, **LIMIT)
+    curve(axes[0], t, limit, color=BLACK, linewidth=0.6, zorder=1)
     axes[0].text(t[-1], limit[-1], " $f N_1$", va="center")
     axes[0].set(ylim=(0, 1.1 * highest or None), ylabel="$|F_1|$, N")
     for axis in axes:
         axis.set(xlabel="t, s", xlim=(0, t[-1]))
-    letter(axes, ("friction force at the front left wheel (vertical lines: its roller switches)",
+    letter(axes, ("friction force at the front left wheel (dotted: its roller switches)",
                   "slip speed, model 2a", "slip speed, model 2b"))
     return with_models(figure, ("viscous", "coulomb"))
 
 
 def rollers(study, title):
-    """Fig. 11, which the paper lacks: mean lateral velocity and its vibration over the number of rollers."""
+    """Fig. 11, which the paper lacks: mean and vibration of the lateral velocity over the number of rollers."""
     figure, axes = panels(1, 2, title, 2.8)
     for R_d, color in ((R_D, RED), (0.03, BLUE)):
-        counts = [count for count in (4, 5, 6, 8, 10, 12, 16, 20, 24) if 0.05 * np.cos(np.pi / count) > R_d]
+        counts = [count for count in (4, 5, 6, 8, 10, 12, 16, 20, 24) if R * np.cos(np.pi / count) > R_d]
         lost, by_bearings, vibration = by_rollers(study, R_d, counts)
-        axes[0].plot(counts, lost, "o-", color=color, label=f"2b, $R_d$ = {1e3 * R_d:g} mm")
-        axes[0].plot(counts, by_bearings, "--", color=color, label="by the rollers' bearings alone")
-        axes[1].plot(counts, vibration, "o-", color=color)
+        axes[0].plot(counts, lost, "o-", color=color, markersize=3)
+        axes[0].plot(counts, by_bearings, "--", color=color)
+        axes[1].plot(counts, vibration, "o-", color=color, markersize=3, label=f"$R_d$ = {1e3 * R_d:g} mm, rollers "
+                     f"{2e3 * (R - R_d):g} mm thick")
     axes[0].set_ylabel("mean $V_Y$ below model 1's, %")
-    axes[1].set(ylabel="vibration of $V_Y$, mm/s rms", yscale="log")
+    axes[1].set(ylabel="mm/s, root mean square", yscale="log")
     for axis in axes:
         axis.set(xlabel="rollers per wheel", xticks=range(4, 25, 4))
-    letter(axes, ("lateral velocity lost", "vibration of the lateral velocity"))
-    return finished(figure, *axes[0].get_legend_handles_labels())
+    letter(axes, ("loss of lateral velocity (dashed: bearings alone)", "vibration of the lateral velocity"))
+    return finished(figure, *axes[1].get_legend_handles_labels())

@@ -1,9 +1,6 @@
 """What the figures of the studies have in common: their style, panels and paths."""
-import io
-
 import matplotlib
 import numpy as np
-from PIL import Image
 
 from ..figures import WHEEL_COLOURS, new_figure, picture
 
@@ -56,7 +53,4 @@ def finish_paths(axis, truth):
 
 
 def png(figure):
-    """The figure in 256 colours, which makes it half as large."""
-    content = io.BytesIO()
-    Image.open(io.BytesIO(picture(figure, dpi=110))).convert("RGB").quantize(256).save(content, "PNG", optimize=True)
-    return content.getvalue()
+    return picture(figure, dpi=110)
