@@ -45,18 +45,15 @@ def save(figure, path, **options):
 
 
 def thinned(*columns):
-    """Indices of the points of curves with many that are seen: where one of them is highest or lowest in each of BINS
-    stretches."""
+    """Indices of curves' points that are seen: where one curve is highest or lowest in each of BINS stretches."""
     import numpy as np
     count = len(columns[0])
     if count <= 4 * BINS:
         return np.arange(count)
-    chosen = {0, count - 1}
-    for stretch in np.array_split(np.arange(count), BINS):
-        for column in columns:
-            for blank, extreme in ((np.inf, np.argmin), (-np.inf, np.argmax)):
-                chosen.add(stretch[extreme(np.nan_to_num(column[stretch], nan=blank))])
-    return np.array(sorted(chosen))
+    extremes = [stretch[extreme(np.nan_to_num(column[stretch], nan=blank))]
+                for stretch in np.array_split(np.arange(count), BINS) for column in columns
+                for blank, extreme in ((np.inf, np.argmin), (-np.inf, np.argmax))]
+    return np.unique([0, *extremes, count - 1])
 
 
 def curve(axis, t, y, **style):

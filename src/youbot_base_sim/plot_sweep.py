@@ -5,9 +5,8 @@ Usage: plot_sweep scatter TABLE.csv PLOT.png X Y [--color COLUMN]
        plot_sweep rank TABLE.csv PLOT.png QUANTITY... [--by sobol|correlation]
 
 scatter: a point for each run. histogram: the distribution of each column. rank: which axes matter for a quantity, by
-Sobol' index, the share of its variance that vanishes if the axis is fixed (estimated from the table, however it was
-sampled, as the variance between slices of the axis), or by Spearman's rank correlation. Runs without a value are left
-out. Needs python3-numpy and python3-matplotlib.
+Sobol' index, the share of its variance that vanishes if the axis is fixed (estimated from any table, as the variance
+between slices of the axis), or by Spearman's rank correlation. Runs without a value are left out.
 """
 import re
 from pathlib import Path
@@ -27,24 +26,16 @@ QUANTITIES = {  # of sweep, in words and units
     "odometry_error": "odometry error, m", "odometry_heading_error": "odometry heading error, rad",
     "largest_slip": "largest slip speed, m/s", "kinetic_energy": "final kinetic energy, J",
     "drive_work": "drive work, J", "energy_balance_error": "energy balance error, J", "switches": "roller switches"}
-UNITS = {key: unit for unit, keys in {  # of the keys of a scene
-    "kg": "body_mass wheel_mass mass", "kg m²": "total_inertia wheel_inertia roller_inertia inertia",
-    "m": "com com_height half_wheelbase half_track wheel_radius roller_axis_radius spin_radius position point edge",
-    "N": "diagonal_preload force", "N m": "dry_friction roller_dry_friction torque max_wheel_torque",
-    "N m s": "wheel_damping roller_damping", "N s/m": "viscous_friction", "m/s": "slip_regularization",
-    "rad": "wheel_angles angle uphill", "s": "duration start end command_delay",
-    "rad/s": "wheel_rates roller_rates dry_friction_rate roller_dry_friction_rate"}.items() for key in keys.split()}
 
 
 def label(name):
-    """A column in words, with its unit where that is known."""
-    parts = re.fullmatch(r"(.*)\.(\w+)(?:\[(\d)\])?", name)
+    """A column in words, with the unit of a quantity, and the wheel or direction of a key's index."""
+    parts = re.fullmatch(r"(.*)\.(\w+)(?:\[([0-3])\])?", name)
     if not parts:
         return QUANTITIES.get(name, name)
     section, key, index = parts.groups()
-    places = dict(enumerate("xyz" if key in ("com", "position", "point", "force", "pose") else WHEEL_NAMES))
-    place = ", " + places.get(int(index), f"[{index}]") if index else ""
-    return f"{section}: {key.replace('_', ' ')}{place}" + (f", {UNITS[key]}" if key in UNITS else "")
+    places = ["x", "y", "z", ""] if key in ("com", "position", "point", "force", "pose") else WHEEL_NAMES
+    return f"{section}: {key.replace('_', ' ')}" + (f", {places[int(index)]}" if index else "")
 
 
 class Table:
@@ -87,8 +78,7 @@ def as_numbers(texts):
 
 
 def slices(x):
-    """The runs in slices of an axis, about as many as each has runs: one for each of a few values, else of equal
-    size."""
+    """Runs in slices of an axis, about as many as each has runs: one for each of a few values, else of equal size."""
     count = int(np.clip(np.sqrt(len(x)), 2, MAX_SLICES))
     values = np.unique(x)
     if len(values) <= count:
@@ -121,21 +111,19 @@ def correlation(x, y):
 
 
 def scatter(table, arguments):
-    x, y = table.numbers(arguments.x), table.numbers(arguments.y)
+    names, color = arguments.columns, arguments.color
+    x, y = map(table.numbers, names)
     both = np.isfinite(x) & np.isfinite(y)
     if not both.any():
-        raise Refused(f"{table.path}: columns {shown(arguments.x)} and {shown(arguments.y)}: must both have a number "
-                      "in some run")
+        raise Refused(f"{table.path}: columns {' and '.join(map(shown, names))}: must both have a number in some run")
     figure = new_figure(figsize=(6.4, 5))
     axis = figure.subplots()
-    size = np.clip(2000 / len(x), 1.5, 25)
-    if arguments.color:
-        points = axis.scatter(x, y, s=size, c=table.numbers(arguments.color), cmap="viridis", linewidths=0)
-        figure.colorbar(points, label=label(arguments.color))
-    else:
-        axis.scatter(x, y, s=size, color=BLUE, alpha=float(np.clip(500 / len(x), 0.15, 1)), linewidths=0)
-    axis.set(xlabel=label(arguments.x), ylabel=label(arguments.y), title=f"{table.name}: {both.sum()} runs")
-    if {arguments.x, arguments.y} == {"x", "y"}:
+    points = axis.scatter(x, y, s=np.clip(2000 / len(x), 1.5, 25), c=table.numbers(color) if color else BLUE,
+                          alpha=1 if color else float(np.clip(500 / len(x), 0.15, 1)), linewidths=0)
+    if color:
+        figure.colorbar(points, label=label(color))
+    axis.set(xlabel=label(names[0]), ylabel=label(names[1]), title=f"{table.name}: {both.sum()} runs")
+    if sorted(names) == ["x", "y"]:
         axis.set_aspect("equal", "datalim")
     axis.grid(alpha=0.3)
     print(f"{both.sum()} of {len(x)} runs; rank correlation {correlation(x[both], y[both]):.3f}")
@@ -158,7 +146,7 @@ def histogram(table, arguments):
         print(f"{name}: {len(values)} runs, mean {values.mean():.6g}, standard deviation {deviation:.3g}, least "
               f"{values.min():.6g}, 5 % {low:.6g}, median {median:.6g}, 95 % {high:.6g}, largest {values.max():.6g}")
     axes[0].set_ylabel("number of runs")
-    figure.suptitle(f"{table.name}: {len(table.rows)} runs; lines at the median (solid), 5 and 95 % (dotted)", fontsize=11)
+    figure.suptitle(f"{table.name}: {len(table.rows)} runs; solid: median; dotted: 5 and 95 %", fontsize=11)
     return figure
 
 
@@ -184,8 +172,7 @@ def rank(table, arguments):
             print(f"  {key:34}{share:6.3f}")
         if is_sobol:
             print(f"  {'(interaction of axes)':34}{max(0.0, 1 - sum(shares)):6.3f}")
-    axes[0].set_yticks(places)
-    axes[0].set_yticklabels([label(key) for key in table.axes])
+    axes[0].set_yticks(places, map(label, table.axes))
     axes[0].invert_yaxis()
     measure = "Sobol' indices" if is_sobol else "Spearman's rank correlation"
     figure.suptitle(f"{table.name}: what matters, by {measure} of {len(table.rows)} runs", fontsize=11)
@@ -201,12 +188,9 @@ def parse_arguments(argv):
         kind.set_defaults(draw=draw)
         kind.add_argument("table")
         kind.add_argument("plot")
+        kind.add_argument("columns", nargs=2 if draw is scatter else "+", metavar="COLUMN")
         if draw is scatter:
-            kind.add_argument("x")
-            kind.add_argument("y")
             kind.add_argument("--color", metavar="COLUMN")
-        else:
-            kind.add_argument("columns", nargs="+", metavar="COLUMN")
         if draw is rank:
             kind.add_argument("--by", choices=("sobol", "correlation"), default="sobol")
     return parser.parse_args(argv)

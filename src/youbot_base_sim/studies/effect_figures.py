@@ -3,8 +3,8 @@
 import numpy as np
 from matplotlib.patches import Polygon, Rectangle
 
-from ..base import WHEELS, Base
-from ..figures import BLACK, BLUE, RED, WHEEL_COLOURS, curve
+from ..base import Base
+from ..figures import BLACK, BLUE, RED, WHEEL_COLOURS, WHEEL_NAMES, curve
 from .drawing import finish_paths, finished, letter, panels, path
 from .effects import at
 from .runs import DEGREES
@@ -41,12 +41,11 @@ def reactions(label, is_smooth=True, **style):
     def draw(axis, runs):
         t, normal = runs[label].contacts["t"], runs[label].contacts["normal"]
         count = max(1, int(0.05 / (t[1] - t[0]))) if is_smooth else 1
-        for wheel, N in zip(WHEELS, normal.T):
-            padded = np.pad(N, count // 2, mode="edge")[:len(N) + count - 1]
-            smooth = np.convolve(padded, np.full(count, 1 / count), mode="valid")[:len(N)]
-            curve(axis, t[:len(smooth)], smooth, color=WHEEL_COLOURS[wheel], label=wheel, **style)
+        for colour, name, N in zip(WHEEL_COLOURS.values(), WHEEL_NAMES, normal.T):
+            smooth = np.convolve(N, np.full(count, 1 / count), mode="valid")
+            curve(axis, t[count // 2:][:len(smooth)], smooth, color=colour, label=name, **style)
         axis.set(xlabel="t, s", ylabel="$N_i$, N", xlim=(t[0], t[-1]), ylim=(0, None))
-        axis.legend(ncol=4, loc="lower center", frameon=False, handlelength=1, columnspacing=1)
+        axis.legend(ncol=2, loc="lower center", frameon=False, handlelength=1, columnspacing=1)
     return draw
 
 

@@ -42,15 +42,11 @@ EFFECTS = []
 
 
 def effect(name, what, scene, runs, to_the_limit=False):
-    """Adds an effect that the function measures."""
+    """Adds an effect that the function measures: it returns a finding's text and values."""
     def add(measure):
-        EFFECTS.append(Effect(name, what, scene, runs, measure, to_the_limit))
+        EFFECTS.append(Effect(name, what, scene, runs, lambda runs: Finding("yes", *measure(runs)), to_the_limit))
         return measure
     return add
-
-
-def found(text, values):
-    return Finding("yes", text, values)
 
 
 def at(run, t):
@@ -82,19 +78,18 @@ def slope(runs):
     up, level = runs.values()
     top = np.argmax(up.truth["x"])
     rear = [100 * N[2:].sum() / N.sum() for N in (reactions(up, 0.2, 1.5), reactions(up, 3, 4))]
-    return found("With 1.1 N m on each wheel for 1.5 s the base climbs {:.2f} m, coasts to {:.2f} m until {:.2f} s and "
-                 "rolls back, at {:.2f} m/s in the end. On level floor it covers {:.2f} m in 1.5 s. The rear wheels "
-                 "carry {:.1f} % of the weight while driven, {:.1f} % while it rolls back",
-                 [at(up, 1.5)["x"], up.truth["x"][top], up.truth["t"][top], -end(up)["V_X"], at(level, 1.5)["x"],
-                  *rear])
+    return ("With 1.1 N m on each wheel for 1.5 s the base climbs {:.2f} m, coasts to {:.2f} m until {:.2f} s and "
+            "rolls back, at {:.2f} m/s in the end. On level floor it covers {:.2f} m in 1.5 s. The rear wheels "
+            "carry {:.1f} % of the weight while driven, {:.1f} % while it rolls back",
+            [at(up, 1.5)["x"], up.truth["x"][top], up.truth["t"][top], -end(up)["V_X"], at(level, 1.5)["x"], *rear])
 
 
 @effect("patch", "a wet spot under two wheels", "wet_patch",
         lambda scene: {"wet": scene, "dry": scene.changed(floor=dict(patches=None))})
 def patch(runs):
     wet, dry = runs.values()
-    return found("Over {:.2f} m of lateral motion the base turns by {:.0f}°; on a dry floor by {:.1f}°",
-                 [np.hypot(end(wet)["x"], end(wet)["y"]), end(wet)["psi"] * DEGREES, end(dry)["psi"] * DEGREES])
+    return ("Over {:.2f} m of lateral motion the base turns by {:.0f}°; on a dry floor by {:.1f}°",
+            [np.hypot(end(wet)["x"], end(wet)["y"]), end(wet)["psi"] * DEGREES, end(dry)["psi"] * DEGREES])
 
 
 @effect("load", "12 kg at the front left", "payload",
@@ -102,12 +97,12 @@ def patch(runs):
 def load(runs):
     loaded, free = runs.values()
     more = reactions(loaded, 2, 3) - reactions(free, 2, 3)
-    return found("Placed at rest on the moving base, it takes {:.1f} % of the speed at once. In the end {:.0f} mm of "
-                 "{:.2f} m and {:.1f}° of heading are missing. It adds {:.0f}, {:.0f}, {:.0f} and {:.0f} N to fl, fr, "
-                 "bl and br",
-                 [100 * (1 - at(loaded, 0.502)["V_Y"] / at(loaded, 0.498)["V_Y"]),
-                  1e3 * (end(free)["y"] - end(loaded)["y"]), end(free)["y"],
-                  (end(free)["psi"] - end(loaded)["psi"]) * DEGREES, *more])
+    return ("Placed at rest on the moving base, it takes {:.1f} % of the speed at once. In the end {:.0f} mm of "
+            "{:.2f} m and {:.1f}° of heading are missing. It adds {:.0f}, {:.0f}, {:.0f} and {:.0f} N to fl, fr, "
+            "bl and br",
+            [100 * (1 - at(loaded, 0.502)["V_Y"] / at(loaded, 0.498)["V_Y"]),
+             1e3 * (end(free)["y"] - end(loaded)["y"]), end(free)["y"],
+             (end(free)["psi"] - end(loaded)["psi"]) * DEGREES, *more])
 
 
 @effect("push", "a push of 60 N for 0.4 s", "push",
@@ -115,11 +110,11 @@ def load(runs):
                        scene.changed(robot=dict(profile="measured", dry_friction=0))})
 def push(runs):
     pushed, free = runs.values()
-    return found("The standing base rolls {:.0f} mm to the left and turns by {:.1f}°. Friction of its drive trains and "
-                 "rollers stops it {:.2f} s after the push ends. Without the drive trains' dry friction it rolls "
-                 "{:.0f} mm and turns by {:.1f}°",
-                 [1e3 * end(pushed)["y"], end(pushed)["psi"] * DEGREES, standstill(pushed) - 0.6, 1e3 * end(free)["y"],
-                  end(free)["psi"] * DEGREES])
+    return ("The standing base rolls {:.0f} mm to the left and turns by {:.1f}°. Friction of its drive trains and "
+            "rollers stops it {:.2f} s after the push ends. Without the drive trains' dry friction it rolls "
+            "{:.0f} mm and turns by {:.1f}°",
+            [1e3 * end(pushed)["y"], end(pushed)["psi"] * DEGREES, standstill(pushed) - 0.6, 1e3 * end(free)["y"],
+             end(free)["psi"] * DEGREES])
 
 
 def braking_loads(scene):
@@ -131,20 +126,20 @@ def braking_loads(scene):
 def braking(runs):
     tall, low = runs.values()
     before, least = reactions(tall, 0.4, 0.5), low.contacts["normal"][low.contacts["t"] > 0.5].min(axis=0)
-    return found("Before it brakes the right wheels carry {:.0f} and {:.0f} N, the left ones {:.0f} and {:.0f} N; "
-                 "{:.0f} ms later the right ones are off the floor. With the load at 0.3 m the base stays: the right "
-                 "ones keep at least {:.0f} and {:.0f} N",
-                 [before[1], before[3], before[0], before[2], 1e3 * (tall.contacts["t"][-1] - 0.5), least[1], least[3]])
+    return ("Before it brakes the right wheels carry {:.0f} and {:.0f} N, the left ones {:.0f} and {:.0f} N; "
+            "{:.0f} ms later the right ones are off the floor. With the load at 0.3 m the base stays: the right "
+            "ones keep at least {:.0f} and {:.0f} N",
+            [before[1], before[3], before[0], before[2], 1e3 * (tall.contacts["t"][-1] - 0.5), least[1], least[3]])
 
 
 @effect("preload", "12 N of diagonal preload", "uneven_floor",
         lambda scene: {"uneven floor": scene, "even": scene.changed(robot=dict(diagonal_preload=None))})
 def preload(runs):
     uneven, even = runs.values()
-    return found("Over {:.2f} m of lateral motion the base leaves its line by {:.1f} mm and turns by {:.2f}°; on an "
-                 "even floor by {:.1f} mm and {:.2f}°",
-                 [end(uneven)["y"], abs(1e3 * end(uneven)["x"]), abs(end(uneven)["psi"] * DEGREES),
-                  abs(1e3 * end(even)["x"]), abs(end(even)["psi"] * DEGREES)])
+    return ("Over {:.2f} m of lateral motion the base leaves its line by {:.1f} mm and turns by {:.2f}°; on an "
+            "even floor by {:.1f} mm and {:.2f}°",
+            [end(uneven)["y"], abs(1e3 * end(uneven)["x"]), abs(end(uneven)["psi"] * DEGREES),
+             abs(1e3 * end(even)["x"]), abs(end(even)["psi"] * DEGREES)])
 
 
 def sliding(run):
@@ -164,11 +159,11 @@ def lateral_velocity(run):
 def spin(runs):
     none, one, two = runs.values()
     away = [np.hypot(end(run)["x"] - end(none)["x"], end(run)["y"] - end(none)["y"]) for run in (one, two)]
-    return found("With a_m of 1 and 2 mm, the mean V_Y is {:.1f} and {:.1f} % lower. Contacts slip faster than 5 mm/s "
-                 "for {:.0f} and {:.0f} % of the time instead of {:.0f} %. After 30 s the base is {:.0f} and {:.0f} mm "
-                 "away from where it ends without",
-                 [*(100 * (1 - lateral_velocity(run) / lateral_velocity(none)) for run in (one, two)), sliding(one),
-                  sliding(two), sliding(none), *(1e3 * distance for distance in away)])
+    return ("With a_m of 1 and 2 mm, the mean V_Y is {:.1f} and {:.1f} % lower. Contacts slip faster than 5 mm/s "
+            "for {:.0f} and {:.0f} % of the time instead of {:.0f} %. After 30 s the base is {:.0f} and {:.0f} mm "
+            "away from where it ends without",
+            [*(100 * (1 - lateral_velocity(run) / lateral_velocity(none)) for run in (one, two)), sliding(one),
+             sliding(two), sliding(none), *(1e3 * distance for distance in away)])
 
 
 def driven_by_torques(scene):
@@ -183,8 +178,8 @@ def driven_by_torques(scene):
 def dry(runs):
     none, half, whole = runs.values()
     away = np.hypot(end(whole)["x"] - end(none)["x"], end(whole)["y"] - end(none)["y"])
-    return found("Under the same torques V_Y is {:.1f} % lower with 0.15 N m and {:.1f} % with 0.3 N m. After 30 s "
-                 "with 0.3 N m the base is {:.2f} m away from where it ends without, and has turned by {:.0f}° instead "
-                 "of {:.0f}°",
-                 [*(100 * (1 - lateral_velocity(run) / lateral_velocity(none)) for run in (half, whole)), away,
-                  *(end(run)["psi"] * DEGREES for run in (whole, none))])
+    return ("Under the same torques V_Y is {:.1f} % lower with 0.15 N m and {:.1f} % with 0.3 N m. After 30 s "
+            "with 0.3 N m the base is {:.2f} m away from where it ends without, and has turned by {:.0f}° instead "
+            "of {:.0f}°",
+            [*(100 * (1 - lateral_velocity(run) / lateral_velocity(none)) for run in (half, whole)), away,
+             *(end(run)["psi"] * DEGREES for run in (whole, none))])

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..analysis.section import rms
 from ..base import DRIVER_RADIUS, GRAVITY, WHEELS, Base
-from ..figures import BLUE, RED, new_figure, save
+from ..figures import BLUE, GREEN, ORANGE, RED, new_figure, save
 from .builds import ROOT
 
 YOUBOT = Base()
@@ -229,17 +229,21 @@ def gain_table():
 
 
 def draw(path):
-    real = directions_of_B()
-    degrees, torques = zip(*real)
-    figure = new_figure(figsize=(7, 4.2))
+    degrees, torques = zip(*directions_of_B())
+    figure = new_figure(figsize=(7, 4.6))
     axes = figure.subplots()
-    axes.plot(degrees, torques, "ko", label="robot B on linoleum, measured")
-    for key, label, style in (("B", "profile measured, times 0.76", dict(linestyle="-", color=RED)),
-                              ("paper", "the paper's friction", dict(linestyle="--", color=BLUE))):
+    axes.errorbar(degrees, torques, 0.02, fmt="ko", markersize=4, capsize=2,
+                  label="real base B on linoleum, 0.2 m/s (bars: largest standard error)")
+    for key, label, style in (("B", "simulated B: profile measured, times 0.76", dict(linestyle="-", color=RED)),
+                              ("paper", "simulated with the paper's friction", dict(linestyle="--", color=BLUE))):
         axes.plot(degrees, [mean_torque("B", key, velocity_along(angle)) for angle in degrees], label=label, **style)
+    axes.errorbar((0, 90), (0.237, 1.024), ((0.057, 0.094), (0.063, 0.086)), fmt="s", color=GREEN, capsize=4,
+                  label="real base A, 0.1 m/s (bars: range)")
+    axes.plot((0, 90), [mean_torque("A", "A", velocity_along(angle, 0.1)) for angle in (0, 90)], "D", color=ORANGE,
+              markersize=5, label="simulated A: profile measured, times 1.3")
     axes.set(xlabel="direction of travel, degrees (0 forward, 90 lateral)", ylabel="mean torque of a wheel, N m",
-             ylim=(0, None), xlim=(0, 90), title="0.2 m/s")
+             ylim=(0, 1.9), xlim=(-2, 92), title="Torque over the direction of travel, real and simulated")
     axes.grid(alpha=0.3)
-    axes.legend()
+    axes.legend(loc="upper left", fontsize=9)
     figure.tight_layout()
     save(figure, path, dpi=120)
