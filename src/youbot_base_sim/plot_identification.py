@@ -39,9 +39,9 @@ def draw(columns, series, mode, above, below):
     above.plot(t, recorded, color=SKY, linewidth=4, label="recorded")
     above.plot(t, fitted, color=RED, linewidth=0.9, label="fitted")
     quantity, unit = SERIES[series]
-    above.set_title(f"{MODES[mode]}: {quantity} of the wheels", fontsize=10, loc="left")
+    above.set_title(f"{MODES[mode]}: {quantity}", fontsize=10, loc="left")
     above.set_ylabel(unit)
-    below.plot(t, recorded - fitted, color=BLUE, linewidth=0.8, label="recorded less fitted")
+    below.plot(t, recorded - fitted, color=BLUE, linewidth=0.8)
     below.set_ylabel(unit, fontsize=8)
     for axis in (above, below):
         shade_held_out(axis, t, columns["held_out"])
@@ -61,10 +61,9 @@ def main(argv=None):
     for row, mode in enumerate(MODES):
         for column, series in enumerate(SERIES):
             draw(columns, series, mode, axes[2 * row][column], axes[2 * row + 1][column])
-    legend = {name: handle for axis in (axes[0][0], axes[1][0])
-              for handle, name in zip(*axis.get_legend_handles_labels())}
-    figure.legend(legend.values(), legend.keys(), loc="lower center", ncol=4, frameon=False)
-    figure.suptitle("wheels' velocities and torques by direction of motion, recorded and fitted")
+    handles, names = axes[0][0].get_legend_handles_labels()
+    figure.legend(handles[:3], names[:3], loc="lower center", ncol=3, frameon=False)
+    figure.suptitle("angular velocities and torques of the wheels, recorded and fitted, with differences")
     for axis in axes[-1]:
         axis.set_xlabel("t, s")
     figure.align_ylabels()

@@ -34,7 +34,8 @@ def label(name):
     if not parts:
         return QUANTITIES.get(name, name)
     section, key, index = parts.groups()
-    places = ["x", "y", "z", ""] if key in ("com", "position", "point", "force", "pose") else WHEEL_NAMES
+    places = WHEEL_NAMES if re.search("wheel|roller|friction|constant|cos|sin", key) else (
+        "xyz" if key in ("com", "position", "point", "force") and index != "3" else "0123")
     return f"{section}: {key.replace('_', ' ')}" + (f", {places[int(index)]}" if index else "")
 
 
@@ -179,7 +180,7 @@ def rank(table, arguments):
     return figure
 
 
-def parse_arguments(argv):
+def main(argv=None):
     parser = Parser("plot_sweep", __doc__)
     kinds = parser.add_subparsers(prog="plot_sweep", metavar="KIND", required=True,
                                   parser_class=lambda prog: Parser(prog, __doc__))
@@ -193,11 +194,7 @@ def parse_arguments(argv):
             kind.add_argument("--color", metavar="COLUMN")
         if draw is rank:
             kind.add_argument("--by", choices=("sobol", "correlation"), default="sobol")
-    return parser.parse_args(argv)
-
-
-def main(argv=None):
-    arguments = parse_arguments(argv)
+    arguments = parser.parse_args(argv)
     Outputs([arguments.table]).claim("PLOT", arguments.plot)
     figure = arguments.draw(Table(arguments.table), arguments)
     figure.tight_layout()

@@ -35,10 +35,6 @@ def torques(study, title):
     return finished(figure, *axes[0].get_legend_handles_labels()) if same else with_models(figure)
 
 
-def heading(axis, study):
-    axis.set(xlabel="t, s", ylabel="$\\psi$, degrees", xlim=(0, study.scene.duration))
-
-
 def motion(study, title):
     """Figs. 5 and 8: trajectory of O and heading."""
     figure, axes = panels(1, 2, title, 3.7)
@@ -47,7 +43,7 @@ def motion(study, title):
         path(axes[0], truth, **STYLES[model])
         curve(axes[1], truth["t"], truth["psi"] * DEGREES, **STYLES[model])
     finish_paths(axes[0], study.whole["no_slip"].truth)
-    heading(axes[1], study)
+    axes[1].set(xlabel="t, s", ylabel="$\\psi$, degrees", xlim=(0, study.scene.duration))
     letter(axes, ("trajectory of O (square: start; dots: ends)", "heading"))
     return with_models(figure)
 
@@ -84,13 +80,12 @@ def spread(study, title):
             path(axis, run.truth, **style)
         axes[2].plot(run.truth["t"], run.truth["psi"] * DEGREES, **style)
     ends = np.array([[run.truth[key][-1] for run in runs] for key in ("x", "y")])
-    size, middle = np.ptp(ends, axis=1), (ends.max(axis=1) + ends.min(axis=1)) / 2
+    size, lowest = np.ptp(ends, axis=1), ends.min(axis=1)
     for axis in axes[:2]:
         finish_paths(axis, runs[0].truth)
-    half = 0.6 * max(*size, 1e-3)
-    axes[1].set(xlim=(middle[0] - half, middle[0] + half), ylim=(middle[1] - half, middle[1] + half))
-    axes[1].set_aspect("equal", "box")
-    heading(axes[2], study)
+    (left, right), (bottom, top) = np.add.outer(lowest, (-0.1 * size.max(), 1.1 * size.max() or 1))
+    axes[1].set(xlim=(left, right), ylim=(bottom, top), aspect="equal", adjustable="box")
+    axes[2].set(xlabel="t, s", ylabel="$\\psi$, degrees", xlim=(0, study.scene.duration))
     further = study.scene.roller_pitch / 2 * DEGREES
     letter(axes, ("trajectories of O, model 2b", f"ends: {size[0]:.2f} m by {size[1]:.2f} m", "heading"))
     return finished(figure, [Line2D([], [], color=BLACK), Line2D([], [], color=BLUE)],

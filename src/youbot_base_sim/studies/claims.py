@@ -131,8 +131,7 @@ def reactions(cases):
     four = "{:.1f}, {:.1f}, {:.1f} and {:.1f} N"
     return Finding(yes(np.abs(displaced - static).min() > 1),
                    f"At rest, all contacts 20 mm to the left: {four}; by (4.17) {four}. Case 2, 2b: dynamic reactions "
-                   "swing about (4.17) by {:.1f} N (root mean square); the mean V_Y changes by {:+.2f} %, the end by "
-                   "{:.0f} mm",
+                   "swing about (4.17) by {:.1f} N rms; the mean V_Y changes by {:+.2f} %, the end by {:.0f} mm",
                    [*displaced, *static, np.sqrt(np.mean((moved.contacts["normal"] - static) ** 2)),
                     100 * (average(rows, "V_Y") / average(plain, "V_Y") - 1),
                     1e3 * np.hypot(*(rows[key][-1] - plain[key][-1] for key in ("x", "y")))])

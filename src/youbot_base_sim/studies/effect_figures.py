@@ -26,10 +26,6 @@ def over_time(values, ylabel, until=None):
     return draw
 
 
-def lateral_velocity(until=None):
-    return over_time(lambda truth: truth["V_Y"], "$V_Y$, m/s", until)
-
-
 def paths(axis, runs):
     for _, run, style in drawn(runs):
         path(axis, run.truth, **style)
@@ -82,12 +78,13 @@ def slip_shares(axis, runs):
              ylabel="share of time below it, %")
 
 
+LATERAL_VELOCITY = lambda truth: truth["V_Y"], "$V_Y$, m/s"
 HEADING = over_time(lambda truth: truth["psi"] * DEGREES, "$\\psi$, degrees")
 FIGURES = {  # height, inches; grey stretch of time, s; panels by their titles
     "slope": (2.5, (0, 1.5), {"position (grey: motors on)": over_time(lambda truth: truth["x"], "x, m"),
                               "normal reactions on the slope": reactions("5° uphill")}),
     "patch": (3.4, None, {"path of O; the base at 0, 1.6, 2.3 and 3 s; blue: f = 0.03": patch, "heading": HEADING}),
-    "load": (2.5, None, {"lateral velocity": lateral_velocity(), "heading": HEADING,
+    "load": (2.5, None, {"lateral velocity": over_time(*LATERAL_VELOCITY), "heading": HEADING,
                          "normal reactions": reactions("with the load")}),
     "push": (2.5, (0.2, 0.6), {"lateral position (grey: the push)": over_time(lambda truth: 1e3 * truth["y"], "y, mm"),
                                "heading": HEADING}),
@@ -95,8 +92,9 @@ FIGURES = {  # height, inches; grey stretch of time, s; panels by their titles
                             for label, tips in (("25 kg at 0.8 m", True), ("25 kg at 0.3 m", False))}),
     "preload": (2.5, None, {"distance from the line": over_time(lambda truth: 1e3 * truth["x"], "x, mm"),
                             "heading": HEADING}),
-    "spin": (2.5, None, {"lateral velocity": lateral_velocity(2), "slip of the four contacts": slip_shares}),
-    "dry": (3.2, None, {"lateral velocity": lateral_velocity(5),
+    "spin": (2.5, None, {"lateral velocity": over_time(*LATERAL_VELOCITY, 2),
+                         "slip of the four contacts": slip_shares}),
+    "dry": (3.2, None, {"lateral velocity": over_time(*LATERAL_VELOCITY, 5),
                         "trajectory of O (square: start; dots: after 30 s)": paths})}
 
 

@@ -65,13 +65,6 @@ def reactions(run, start, stop):
     return np.array([mean(t[shown], N[shown]) for N in run.contacts["normal"].T])
 
 
-def standstill(run):
-    """When the base comes to rest for good, s."""
-    truth = run.truth
-    moves = np.hypot(truth["V_X"], truth["V_Y"]) + 0.3 * np.abs(truth["Omega"]) > 1e-3
-    return truth["t"][np.flatnonzero(moves)[-1]]
-
-
 @effect("slope", "slope", "ramp",
         lambda scene: {"5° uphill": scene, "level": scene.changed(floor=dict(slope=None))})
 def slope(runs):
@@ -110,19 +103,18 @@ def load(runs):
                        scene.changed(robot=dict(profile="measured", dry_friction=0))})
 def push(runs):
     pushed, free = runs.values()
+    truth = pushed.truth
+    moves = np.hypot(truth["V_X"], truth["V_Y"]) + 0.3 * np.abs(truth["Omega"]) > 1e-3
     return ("The standing base rolls {:.0f} mm to the left and turns by {:.1f}°. Friction of its drive trains and "
             "rollers stops it {:.2f} s after the push ends. Without the drive trains' dry friction it rolls "
             "{:.0f} mm and turns by {:.1f}°",
-            [1e3 * end(pushed)["y"], end(pushed)["psi"] * DEGREES, standstill(pushed) - 0.6, 1e3 * end(free)["y"],
+            [1e3 * end(pushed)["y"], end(pushed)["psi"] * DEGREES, truth["t"][moves][-1] - 0.6, 1e3 * end(free)["y"],
              end(free)["psi"] * DEGREES])
 
 
-def braking_loads(scene):
-    low = [dict(scene.values["loads"][0], position=[0, 0, 0.3])]
-    return {"25 kg at 0.8 m": scene, "25 kg at 0.3 m": scene.changed(loads=low)}
-
-
-@effect("braking", "dynamic reactions, to the tipping limit", "braking", braking_loads, to_the_limit=True)
+@effect("braking", "dynamic reactions, to the tipping limit", "braking",
+        lambda scene: {f"25 kg at {z} m": scene.changed(loads=[dict(scene.values["loads"][0], position=[0, 0, z])])
+                       for z in (0.8, 0.3)}, to_the_limit=True)
 def braking(runs):
     tall, low = runs.values()
     before, least = reactions(tall, 0.4, 0.5), low.contacts["normal"][low.contacts["t"] > 0.5].min(axis=0)
@@ -166,15 +158,11 @@ def spin(runs):
              sliding(two), sliding(none), *(1e3 * distance for distance in away)])
 
 
-def driven_by_torques(scene):
-    """Case 2 under the torques that move model 1 without dry friction."""
-    torque = [dict(start=0, constant=[-2.898, 2.800, 2.286, -2.384])]
-    return scene.changed(drive=dict(reference_motion=None, torque=torque), initial=dict(twist=[0, 0.5236, 0.2094]))
-
-
-@effect("dry", "dry friction of the drive trains", "case2",
-        lambda scene: {f"$T_1$ = {T:g} N m": driven_by_torques(scene).changed(robot=dict(dry_friction=T))
-                       for T in (0, 0.15, 0.3)})
+@effect("dry", "dry friction of the drive trains", "case2",  # under the torques that move model 1 without it
+        lambda scene: {f"$T_1$ = {T:g} N m": scene.changed(
+            robot=dict(dry_friction=T), initial=dict(twist=[0, 0.5236, 0.2094]),
+            drive=dict(reference_motion=None, torque=[dict(start=0, constant=[-2.898, 2.800, 2.286, -2.384])]))
+            for T in (0, 0.15, 0.3)})
 def dry(runs):
     none, half, whole = runs.values()
     away = np.hypot(end(whole)["x"] - end(none)["x"], end(whole)["y"] - end(none)["y"])

@@ -1,9 +1,9 @@
 """Records the motions of Adamov and Saipulaev's paper in bags and draws its Figs. 4 to 10 from them, as PNG.
 
-Without a scene it draws the paper's figures and one on the number of rollers in docs/paper/, and writes the table of
-docs/paper.md: what the paper claims, and what was measured. With one it draws the same of that scene: 4 torques,
-5 trajectory and heading, 6 velocities, 7 the spread over initial wheel angles, 9 velocities in the beginning, 10 force
-and slip at the first wheel's contact.
+Without a scene it draws these and one on the number of rollers in docs/paper/, and writes the table of docs/paper.md:
+what the paper claims, and what was measured. With one it draws of that scene: 4 torques, 5 trajectory and heading,
+6 velocities, 7 the spread over initial wheel angles, 9 velocities in the beginning, 10 force and slip at the first
+wheel's contact.
 
 Installs and builds what it needs. Runs and figures are kept in build/paper_figures/: what is there is not made again.
 """
@@ -23,7 +23,6 @@ FIGURES = {4: ("torques", "torques of the wheels"), 5: ("motion", "trajectory an
            9: ("beginning", "velocities in the beginning"),
            10: ("contact", "force and slip at the contact of the front left wheel"),
            11: ("rollers", "wheels with more or fewer rollers (not in the paper)")}
-NOT_OF_A_SCENE = 8, 11
 
 
 def read_arguments():
@@ -37,7 +36,7 @@ def read_arguments():
                         help="print the table of the paper's claims, or these rows of it, and draw nothing")
     workshop.add_arguments(parser, "paper_figures")
     arguments = parser.parse_args()
-    figures = [number for number in FIGURES if not arguments.scene or number not in NOT_OF_A_SCENE]
+    figures = [number for number in FIGURES if not arguments.scene or number not in (8, 11)]
     if arguments.only is not None and arguments.only not in figures:
         parser.error(f"--only {arguments.only}: must be {', '.join(map(str, figures[:-1]))} or {figures[-1]}")
     if arguments.claims is not None and (arguments.scene or arguments.only or arguments.output):

@@ -240,7 +240,7 @@ def draw(path):
     axes.errorbar((0, 90), (0.237, 1.024), ((0.057, 0.094), (0.063, 0.086)), fmt="s", color=GREEN, capsize=4,
                   label="real base A, 0.1 m/s (bars: range)")
     axes.plot((0, 90), [mean_torque("A", "A", velocity_along(angle, 0.1)) for angle in (0, 90)], "D", color=ORANGE,
-              markersize=5, label="simulated A: profile measured, times 1.3")
+              markersize=10, fillstyle="none", label="simulated A: profile measured, times 1.3")
     axes.set(xlabel="direction of travel, degrees (0 forward, 90 lateral)", ylabel="mean torque of a wheel, N m",
              ylim=(0, 1.9), xlim=(-2, 92), title="Torque over the direction of travel, real and simulated")
     axes.grid(alpha=0.3)

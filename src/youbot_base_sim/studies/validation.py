@@ -1,8 +1,6 @@
-"""Repeats measurements on real bases with the simulated one: the tables and the figure of docs/validation.md.
+"""Repeats measurements on real bases with the simulated one: prints the tables of docs/validation.md, in two minutes.
 
-Prints the tables; with --figure also draws torque over the direction of travel; with --fit prints only the friction
-fitted again to both robots, without and with spin friction. Installs and builds what it needs. Takes two minutes,
---fit three.
+Installs and builds what it needs.
 """
 from ..command_line import Parser
 from ..files import Outputs
@@ -11,8 +9,8 @@ from .builds import ROOT, add_simulate, simulate_of
 
 def main():
     parser = Parser("validation", __doc__)
-    parser.add_argument("--figure", metavar="PLOT.png", help="draw the figure, too")
-    parser.add_argument("--fit", action="store_true", help="fit the friction, and print nothing else")
+    parser.add_argument("--figure", metavar="PLOT.png", help="draw torque over the direction of travel, too")
+    parser.add_argument("--fit", action="store_true", help="print only the friction fitted again, in three minutes")
     add_simulate(parser)
     arguments = parser.parse_args()
     if arguments.figure:
