@@ -41,7 +41,7 @@ def reactions(label, is_smooth=True, **style):
             smooth = np.convolve(N, np.full(count, 1 / count), mode="valid")
             curve(axis, t[count // 2:][:len(smooth)], smooth, color=colour, label=name, **style)
         axis.set(xlabel="t, s", ylabel="$N_i$, N", xlim=(t[0], t[-1]), ylim=(0, None))
-        axis.legend(ncol=2, loc="lower center", frameon=False, handlelength=1, columnspacing=1)
+        axis.legend(ncol=2, loc="best", frameon=False, handlelength=1, columnspacing=1)
     return draw
 
 
@@ -62,11 +62,11 @@ def braking(label, tips=False):
     def draw(axis, runs):
         reactions(label, is_smooth=False, linewidth=0.9)(axis, runs)
         axis.axvline(0.5, color="0.5", linewidth=0.8, linestyle=":")
-        axis.set(xlim=(0.48, 0.56), ylim=(-35, 320))
+        axis.set(xlim=(0.48, 0.56), ylim=(0, 420))
         if tips:
             end = runs[label].contacts["t"][-1]
             axis.axvspan(end, 0.56, color="0.93", zorder=0)
-            axis.text(end + 0.002, 290, "tips over its left wheels:\nthe run ends here", va="top", fontsize=8)
+            axis.text(end + 0.002, 240, "tips over its left wheels:\nthe run ends here", va="top", fontsize=8)
     return draw
 
 
@@ -88,7 +88,7 @@ FIGURES = {  # height, inches; grey stretch of time, s; panels by their titles
                          "normal reactions": reactions("with the load")}),
     "push": (2.5, (0.2, 0.6), {"lateral position (grey: the push)": over_time(lambda truth: 1e3 * truth["y"], "y, mm"),
                                "heading": HEADING}),
-    "braking": (2.5, None, {f"normal reactions, {label} (dotted: braking starts)": braking(label, tips)
+    "braking": (2.5, None, {f"reactions, {label} (dotted: braking starts)": braking(label, tips)
                             for label, tips in (("25 kg at 0.8 m", True), ("25 kg at 0.3 m", False))}),
     "preload": (2.5, None, {"distance from the line": over_time(lambda truth: 1e3 * truth["x"], "x, mm"),
                             "heading": HEADING}),
