@@ -19,7 +19,7 @@ from youbot_base_sim.studies import claims, runs
 
 
 class Page(MeasuredPage, unittest.TestCase):
-    part, picture_names = claims.PAGE, [f"fig{number:02}.png" for number in range(4, 11)]
+    part, picture_names = claims.PAGE, [f"fig{number:02}.png" for number in range(4, 12)]
 
     @staticmethod
     def measure(recorder):

@@ -5,6 +5,7 @@ import io
 import math
 import os
 import random
+import re
 import resource
 import subprocess
 import sys
@@ -146,6 +147,16 @@ class SweepPlots(Plots):
                           ("pie", self.table, self.plot, "x")):
             self.run_with(*arguments, status=2)
             self.assertFalse(self.plot.exists())
+
+    def test_columns_are_shown_in_words(self):
+        table = (ROOT / "docs" / "sweep.md").read_text().partition("| quantity | |")[2].partition("\n\n")[0]
+        quantities = re.findall("`([a-zA-Z_]+)`", "".join(row.split("|")[1] for row in table.split("\n")[2:]))
+        self.assertEqual(set(quantities), set(plot_sweep.QUANTITIES))
+        for name, words in (("largest_slip", "largest slip speed, m/s"), ("floor.friction", "floor: friction"),
+                            ("initial.wheel_angles[3]", "initial: wheel angles, back right"), ("own", "own"),
+                            ("loads[0].position[1]", "loads[0]: position, y"), ("initial.pose[2]", "initial: pose, 2"),
+                            ("wrenches[0].force[3]", "wrenches[0]: force, 3")):
+            self.assertEqual(plot_sweep.label(name), words)
 
     def test_tables_that_tell_nothing(self):
         for lines, arguments, words in (
