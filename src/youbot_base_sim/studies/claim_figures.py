@@ -110,7 +110,7 @@ def contact(study, title):
         for time in run.switches[0][0]:
             for one in (axes[0], axis):
                 one.axvline(time, color=STYLES[model]["color"], linestyle=":")
-    limit = np.divide(force, share, out=np.full_like(force, np.nan), where=share > 0)
+    limit = np.divide(force, share, out=np.zeros_like(force), where=share > 0)
     curve(axes[0], t, limit, color=BLACK, linewidth=0.6, zorder=1)
     axes[0].text(t[-1], limit[-1], " $f N_1$", va="center")
     axes[0].set(ylim=(0, 1.1 * highest or None), ylabel="$|F_1|$, N")

@@ -122,7 +122,7 @@ def number_of_rollers(cases):
 @claim("4.2", "Displaced contact points (Delta_Y != 0) change the normal reactions (4.17)",
        "Dynamic reactions follow contacts and motion. Single ones change much, the motion little.")
 def reactions(cases):
-    moving = cases.case2.scene.sampled(PERIOD, 3000).changed(robot=dict(normal_reactions="dynamic"))
+    moving = cases.case2.scene.sampled(PERIOD, 1000).changed(robot=dict(normal_reactions="dynamic"))
     resting = moving.changed(duration=0.1, drive=dict(reference_motion=None, torque=[dict(start=0, constant=[0] * 4)]),
                              initial=dict(twist=[0] * 3, wheel_angles=[-0.52, 0.52, 0.52, -0.52]))
     moved, rested = (cases.recorder.record(scene, "coulomb", True) for scene in (moving, resting))
@@ -140,7 +140,7 @@ def reactions(cases):
 @claim("5.1", "Model 2a approximates a model without slip: if mu_0 increases, slip decreases",
        "Slip is inverse to mu_0. V_Y does not tend to model 1's: real rollers without slip are another limit.")
 def slip_of_viscous_friction(cases):
-    scene = cases.case2.scene.sampled(10, 2000)
+    scene = cases.case2.scene.sampled(10, 1000)
     runs = cases.recorder.record_all([(scene.changed(floor=dict(viscous_friction=mu_0)), "viscous", True)
                                       for mu_0 in (4.4e3, 4.4e4, 4.4e5)])
     slips = [1e3 * np.mean(run.contacts["slip"][run.contacts["t"] >= 1]) for run in runs]
