@@ -47,11 +47,9 @@ class Simulation {
   /// Torque of the wheels, N m, for the control period that begins at time t (s) in `state`.
   using Drive = std::function<Wheels(double t, const State& state)>;
 
-  /// Runs the scene's own drive; no torque if it has none.
-  explicit Simulation(const Scene& scene) : Simulation(scene, nullptr) {}
-
-  /// Runs `drive` in place of the scene's. Throws std::invalid_argument if the scene has no control period.
-  Simulation(const Scene& scene, Drive drive);
+  /// Runs the scene's own drive (no torque if it has none), or `drive` in its place: that throws std::invalid_argument
+  /// if the scene has no control period.
+  explicit Simulation(const Scene& scene, Drive drive = nullptr);
 
   Simulation(const Simulation&) = delete;
   Simulation& operator=(const Simulation&) = delete;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <deque>
-#include <limits>
 #include <optional>
 #include <utility>
 
@@ -35,17 +34,15 @@ class EthercatConnection {
   /// The cable comes out at time t, or is in again.
   void set_lost(double t, bool lost) {
     update(t);
-    lost_since_ = lost ? std::min(lost_since_, t) : kNever;
+    lost_since_ = lost ? std::min(lost_since_, t) : kInfinity;
   }
 
   /// Starts anew. False if the cable is still out: then the base is not there.
-  bool reconnect() { return present_ = lost_since_ == kNever; }
+  bool reconnect() { return present_ = lost_since_ == kInfinity; }
 
  private:
-  static constexpr double kNever = std::numeric_limits<double>::infinity();
-
   bool present_ = true;
-  double lost_since_ = kNever;  // infinite: the cable is in
+  double lost_since_ = kInfinity;  // infinite: the cable is in
 };
 
 /// The base driver without ROS. It keeps the set points of the four motors and sends them over EtherCAT in every cycle

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <limits>
 #include <utility>
 #include <vector>
 
@@ -32,7 +31,6 @@ struct ReferenceMotion {
 class ReferenceTorque : public TorqueProfile {
  public:
   ReferenceTorque(const RobotParameters& robot, const ReferenceMotion& motion);
-  double begin_segment(double) override { return std::numeric_limits<double>::infinity(); }
   Wheels value(double t) const override;
 
  private:
