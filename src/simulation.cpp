@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
-#include <utility>
 
-#include "youbot_base_sim/drive/control_time.h"
 #include "youbot_base_sim/drive/motor.h"
 #include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/integration/no_slip_integrator.h"

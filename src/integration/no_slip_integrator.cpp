@@ -5,7 +5,6 @@
 #include <boost/numeric/odeint/stepper/generation.hpp>
 #include <boost/numeric/odeint/stepper/runge_kutta_dopri5.hpp>
 #include <functional>
-#include <memory>
 
 #include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/integration/smooth_stepper.h"

@@ -1,7 +1,5 @@
 #include "youbot_base_sim/physics/no_slip_model.h"
 
-#include <cmath>
-
 namespace youbot_base_sim {
 
 NoSlipModel::NoSlipModel(const RobotParameters& robot) : robot_(robot), platform_(robot), dry_(robot) {

@@ -21,8 +21,7 @@ using DriveCommand = std::array<std::optional<SetPoint>, kWheels>;
 /// time-out, and finds it again only by a reconnect while the cable is in. Times are simulated time, s.
 class EthercatConnection {
  public:
-  /// EtherCAT's cycle of 1 ms times the driver's MaximumNumberOfEtherCATErrors; also the MotorControllerTimeout of the
-  /// motors' firmware, s.
+  /// The driver's MaximumNumberOfEtherCATErrors in cycles of 1 ms; also the firmware's MotorControllerTimeout, s.
   static constexpr double kTimeout = 0.1;
 
   /// Whether the base was there at the last `update`.
@@ -45,11 +44,9 @@ class EthercatConnection {
   double lost_since_ = kInfinity;  // infinite: the cable is in
 };
 
-/// The base driver without ROS. It keeps the set points of the four motors and sends them over EtherCAT in every cycle
-/// of 1 ms, forever if no command follows. It switches the motors on and off, and loses the base when EtherCAT fails.
-/// The driver and the motors behave as the real ones do, as far as their sources show.
-///
-/// Times are simulated time, s.
+/// The base driver without ROS, which behaves like the real one as far as its sources show. It sends the set points of
+/// the motors over EtherCAT every 1 ms, forever if no command follows, and loses the base when EtherCAT fails. Times
+/// are simulated time, s.
 class BaseDriver {
  public:
   struct Settings {
@@ -62,8 +59,8 @@ class BaseDriver {
   /// The base is present, its motors are on and keep its wheels, which are at angles phi (rad), at rest.
   BaseDriver(const Settings& settings, const Wheels& phi);
 
-  /// Takes a command that arrives at time t; without effect if the base is not present. A command switches its motors
-  /// on again, as in the driver.
+  /// Takes a command that arrives at time t; without effect if the base is not present. It switches its motors on
+  /// again.
   void command(double t, const DriveCommand& command);
 
   /// Switches the motors off, so that the wheels turn freely. False if the base is not present.
@@ -72,16 +69,14 @@ class BaseDriver {
   /// Switches the motors on to hold the wheels at rest. False if the base is not present.
   bool switch_on();
 
-  /// Restarts the driver with the motors on and the wheels held at rest. False if EtherCAT is still lost: then the base
-  /// is not present.
+  /// Restarts the driver with the motors on and the wheels held at rest. False, without the base, if EtherCAT is lost.
   bool reconnect();
 
   /// Replaces the faults at time t.
   void set_faults(double t, const Faults& faults);
   const Faults& faults() const { return faults_; }
 
-  /// Torque of the motors at each wheel, N m, for the control period that begins at time t with wheel rates `dphi`
-  /// (rad/s).
+  /// Torque at each wheel, N m, for the control period that begins at time t with wheel rates `dphi` (rad/s).
   const Wheels& sample(double t, const Wheels& dphi);
 
   /// Reads the motors of wheels at angles phi (rad) and rates dphi (rad/s).

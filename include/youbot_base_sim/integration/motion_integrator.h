@@ -13,7 +13,7 @@
 #include "youbot_base_sim/physics/applied_loads.h"
 #include "youbot_base_sim/physics/contact_modes.h"
 #include "youbot_base_sim/physics/contacts.h"
-#include "youbot_base_sim/physics/reactions.h"
+#include "youbot_base_sim/physics/reaction_record.h"
 #include "youbot_base_sim/physics/roller_switch.h"
 #include "youbot_base_sim/physics/state.h"
 
