@@ -7,6 +7,7 @@
 namespace youbot_base_sim {
 
 const char* name_of(Side side) {
+  // In the order of Side
   constexpr std::array<const char*, 6> kNames = {"", "left", "right", "front", "rear", ""};
   return kNames[static_cast<std::size_t>(side)];
 }

@@ -59,8 +59,7 @@ class BaseDriver {
   /// The base is present, its motors are on and keep its wheels, which are at angles phi (rad), at rest.
   BaseDriver(const Settings& settings, const Wheels& phi);
 
-  /// Takes a command that arrives at time t; without effect if the base is not present. It switches its motors on
-  /// again.
+  /// Takes a command that arrives at time t, which switches its motors on; without effect if the base is not present.
   void command(double t, const DriveCommand& command);
 
   /// Switches the motors off, so that the wheels turn freely. False if the base is not present.

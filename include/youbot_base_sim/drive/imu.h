@@ -9,8 +9,7 @@
 
 namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
-/// Noise (standard deviation of a reading) and biases of an inertial measurement unit, about those of a small MEMS
-/// unit.
+/// Noise (standard deviation of a reading) and biases of an inertial measurement unit, about a small MEMS unit's.
 struct ImuSettings {
   double rate_noise = 2e-3;          ///< rad/s
   double rate_bias = 1e-3;           ///< rad/s

@@ -30,8 +30,7 @@ class MotorSensors {
   MotorSensors(const std::optional<MotorSettings>& motors, const Wheels& phi)
       : MotorSensors(Motor(), motors && motors->quantized.value_or(false), phi) {}
 
-  /// Reads wheels at angles phi (rad) and rates dphi (rad/s) whose motors exert `torque`, N m, once a cycle of the
-  /// driver.
+  /// Reads wheels at angles phi (rad) and rates dphi (rad/s) whose motors exert `torque`, N m; once a driver's cycle.
   const MotorReadings& read(const Wheels& phi, const Wheels& dphi, const Wheels& torque) {
     phi_ = phi;
     return readings_ = transmitted({phi - missed_, dphi, torque});

@@ -77,8 +77,7 @@ inline bool inside_edges(const ContactModes& modes, const State& x, double margi
   return (phi - modes.lower_edge()).min(modes.upper_edge() - phi).minCoeff() > margin;
 }
 
-/// A wheel reaches an edge. It goes over to the next roller; a wheel that chatters rests on both, a fast one is
-/// averaged.
+/// A wheel reaches an edge: it goes over to the next roller, rests on both if it chatters, or is averaged if too fast.
 template <class System>
 class EdgeReached {
  public:

@@ -90,8 +90,7 @@ class SlipModel {
     return c;
   }
 
-  /// Right-hand sides of (4.9) with dry friction: forces on the velocities under the wheel torques `M` (N m), N and N
-  /// m.
+  /// Right-hand sides of (4.9) with dry friction: forces under the wheel torques `M` (N m), N and N m.
   Velocities forces(const Velocities& u, const Contacts& c, const Wheels& M) const {
     Velocities Q = viscous_forces(u, c, M);
     if (dry_.any()) dry_.add_to(u, Q);
