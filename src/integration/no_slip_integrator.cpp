@@ -5,12 +5,9 @@
 #include <boost/numeric/odeint/stepper/generation.hpp>
 #include <boost/numeric/odeint/stepper/runge_kutta_dopri5.hpp>
 #include <functional>
-#include <limits>
-#include <memory>
 
 #include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/integration/smooth_stepper.h"
-#include "youbot_base_sim/integration/state_range.h"
 
 namespace youbot_base_sim {
 
@@ -39,25 +36,12 @@ class NoSlipSystem final : public SmoothSystem {
     steps.values.col(1) << step, step, step, 0;
     return steps;
   }
-  Wheels middle() const override { return Wheels::Constant(std::numeric_limits<double>::infinity()); }
+  Wheels middle() const override { return Wheels::Constant(kInfinity); }
 
  private:
   const NoSlipModel& model_;
   const TorqueProfile& torque_;
   IntegrationStatistics& statistics_;
-};
-
-/// rosenbrock4 as a Controlled Stepper of odeint.
-class StiffStepper : public ControlledStepperTypes {
- public:
-  StiffStepper(const Tolerance& tolerance, IntegrationStatistics& statistics)
-      : rosenbrock4_(find_method("rosenbrock4")->make(tolerance, 0, statistics)) {}
-  Result try_step(const SmoothSystem& system, State& x, double& t, double& dt) {
-    return rosenbrock4_->try_step(system, x, t, x, dt);
-  }
-
- private:
-  std::unique_ptr<GeneralMethod> rosenbrock4_;
 };
 
 }  // namespace
@@ -80,8 +64,9 @@ void NoSlipIntegrator::advance(State& x, double t, double t_end) {
     if (stop_ && *stop_) throw Stopped();
   };
   if (stiff_) {
-    StiffStepper stepper(tolerance_, statistics_);
-    statistics_.steps += odeint::integrate_adaptive(std::ref(stepper), std::ref(system), x, t, t_end, dt, observer);
+    const auto rosenbrock4 = find_method("rosenbrock4")->make(tolerance_, 0, statistics_);
+    statistics_.steps +=
+        odeint::integrate_adaptive(std::ref(*rosenbrock4), std::ref(system), x, t, t_end, dt, observer);
   } else {
     statistics_.steps += odeint::integrate_adaptive(
         odeint::make_controlled<odeint::runge_kutta_dopri5<State>>(tolerance_.absolute, tolerance_.relative),

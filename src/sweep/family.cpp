@@ -50,7 +50,6 @@ void read_steps(SceneSection s, Axis& axis) {
 }
 
 Distribution read_normal(SceneSection s) {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   Distribution normal{Distribution::Kind::kNormal, -kInfinity, kInfinity};
   s.required("mean").number(normal.mean, kAnyNumber);
   s.required("deviation").number(normal.deviation, kPositive);

@@ -1,18 +1,15 @@
 #pragma once
 
-#include <limits>
 #include <vector>
 
 #include "youbot_base_sim/integration/motion_integrator.h"
-#include "youbot_base_sim/integration/motion_so_far.h"
 #include "youbot_base_sim/integration/tolerance.h"
 #include "youbot_base_sim/physics/no_slip_model.h"
 #include "youbot_base_sim/physics/torque_profile.h"
 
 namespace youbot_base_sim {
 
-/// Model 1, which has no switches: odeint's loops over its Dormand-Prince method, or over its rosenbrock4 where the
-/// bearings brake so hard that an explicit method would need too many steps.
+/// Model 1, which has no switches: odeint's dopri5, or rosenbrock4 where the bearings brake too hard for it.
 class NoSlipIntegrator : public MotionIntegrator {
  public:
   /// `torque` must outlive the integration.
@@ -44,7 +41,7 @@ class NoSlipIntegrator : public MotionIntegrator {
   ContactDetails contacts(const State& x, double t) const override;
   std::int64_t roller(int) const override { return 0; }
   std::optional<std::int64_t> other_roller(int) const override { return std::nullopt; }
-  double regularization_speed() const override { return std::numeric_limits<double>::infinity(); }
+  double regularization_speed() const override { return kInfinity; }
   double resting_angle(int, int) const override { return 0; }
   std::vector<RollerSwitch> take_switches() override { return {}; }
   const IntegrationStatistics& statistics() const override { return statistics_; }
