@@ -1,6 +1,7 @@
 #include "youbot_base_sim/loop/base_requests.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace youbot_base_sim {
 

@@ -1,6 +1,5 @@
 #include "youbot_base_sim/ros/bag.h"
 
-#include <fmt/format.h>
 #include <ros/names.h>
 #include <rosbag/bag.h>
 

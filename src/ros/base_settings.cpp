@@ -37,13 +37,13 @@ Scene read_scene(Parameters& parameters) {
     if (overrides.profile.empty()) overrides.profile = kProfile;
   }
   Scene scene;
-  std::string name = "~";  // of the parameter; the errors of overrides begin with it
+  std::string where = "~";  // continued by the name of an override: "model = ..."
   try {
     scene = default_scene(overrides);
-    name = "~scene: ";
+    where = "~scene: ";
     if (!path.empty()) scene = load_scene(path, overrides);
   } catch (const SceneError& error) {
-    throw ParameterError(fmt::format("parameter {}{}", name, error.what()));
+    throw ParameterError(fmt::format("parameter {}{}", where, error.what()));
   }
   if (scene.solver.control_period == 0) scene.solver.control_period = 1e-3;
   scene.drive = std::monostate();
@@ -139,10 +139,8 @@ void check_time(const Parameters& parameters, const BaseSettings& settings) {
     if (!use_sim_time) ROS_WARN("/use_sim_time is not set: nodes that start now will not follow the clock of this one");
     return;
   }
-  if (use_sim_time) {
-    throw ParameterError(
-        "parameter ~publish_clock = false: must be true where /use_sim_time is true, or no node has the time");
-  }
+  parameters.require(!use_sim_time, "publish_clock", "false",
+                     "true where /use_sim_time is true, or no node has the time");
   parameters.require(settings.real_time_factor == 1, "real_time_factor", fmt::format("{:g}", settings.real_time_factor),
                      "1 unless ~publish_clock is true: the wall clock has its own rate");
   parameters.require(!settings.lockstep.on, "lockstep", "true", "false unless ~publish_clock is true");

@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "youbot_base_sim/ros/node_constants.h"
-
 namespace youbot_base_sim {
 
 namespace {

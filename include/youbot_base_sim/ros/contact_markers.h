@@ -4,7 +4,6 @@
 #include <youbot_base_sim/ContactsStamped.h>
 
 #include <cstddef>
-#include <optional>
 #include <string>
 
 #include "youbot_base_sim/simulation.h"

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <geometry_msgs/Twist.h>
 #include <geometry_msgs/WrenchStamped.h>
 #include <ros/ros.h>
 #include <std_srvs/Empty.h>
