@@ -62,8 +62,8 @@ geometry_msgs::Point point(const Vector3d& position) { return vector_message<geo
 /// The size of a slope's angle, in degrees.
 double degrees(double slope) { return std::abs(slope) * 180 / M_PI; }
 
-/// How far an arrow of a vector goes, with `scale` m for each of its unit.
-Vector3d way_of(const Vector3d& vector, double scale) {
+/// The arrow of a vector, `scale` m for each of its unit.
+Vector3d arrow_of(const Vector3d& vector, double scale) {
   return std::min(vector.norm() * scale, kMaxArrow) * vector.stableNormalized();
 }
 
@@ -75,7 +75,7 @@ geometry_msgs::Pose pose_message(const Eigen::Isometry3d& pose) {
   return message;
 }
 
-/// A marker array under way. Markers are in the frame of `header`, with which they move, unless changed.
+/// A marker array in the making. Markers are in the frame of `header`, with which they move, unless changed.
 struct Markers {
   Marker& add(const std::string& ns, int id, int type, const std_msgs::ColorRGBA& colour, double scale = 0) {
     Marker& marker = array.markers.emplace_back();
@@ -103,12 +103,12 @@ struct Markers {
   }
 
   /// Removes it if it could not be seen.
-  Marker& add_arrow(const std::string& ns, int id, const Vector3d& start, const Vector3d& way,
+  Marker& add_arrow(const std::string& ns, int id, const Vector3d& start, const Vector3d& arrow,
                     const std_msgs::ColorRGBA& colour, double thickness = 1) {
-    const double length = way.norm();
+    const double length = arrow.norm();
     if (length < kMinArrow) return remove(ns, id);
     Marker& marker = add(ns, id, Marker::ARROW, colour);
-    marker.points = {point(start), point(start + way)};
+    marker.points = {point(start), point(start + arrow)};
     marker.scale.x = thickness * kShaft;
     marker.scale.y = thickness * kHead;
     marker.scale.z = std::min(1.5 * thickness * kHead, length / 2);
@@ -137,8 +137,8 @@ void add_contact(Markers& markers, int i, const Contact& contact, const Simulati
                                                                             : kSticks;
   markers.add("contact_points", i, Marker::SPHERE, state, kPoint).pose.position = contact.position;
   const Vector3d at = vector_of(contact.position);
-  markers.add_arrow("friction", i, at, way_of(vector_of(contact.friction_force), options.friction_scale), kFriction);
-  markers.add_arrow("slip", i, at, way_of(vector_of(contact.slip_velocity), options.slip_scale), kSlip);
+  markers.add_arrow("friction", i, at, arrow_of(vector_of(contact.friction_force), options.friction_scale), kFriction);
+  markers.add_arrow("slip", i, at, arrow_of(vector_of(contact.slip_velocity), options.slip_scale), kSlip);
   if (options.roller_mesh.empty()) return;
   const RobotParameters& robot = simulation.scene().robot;
   const int standing[] = {contact.roller, contact.other_roller};
@@ -164,7 +164,7 @@ bool shows_reactions(const Simulation& simulation) {
 
 void add_reaction(Markers& markers, int i, const Contact& contact, double scale) {
   const Vector3d at = vector_of(contact.position);
-  markers.add_arrow("normal_reactions", i, at, way_of({0, 0, contact.normal_force}, scale), kReaction);
+  markers.add_arrow("normal_reactions", i, at, arrow_of({0, 0, contact.normal_force}, scale), kReaction);
   markers.add_text("off_floor", i, at + Vector3d(0, 0, 0.2), contact.normal_force > 0 ? "" : "off the floor",
                    kOffFloor);
 }
@@ -257,12 +257,12 @@ void add_arc(Markers& markers, int id, const Vector3d& centre, double torque) {
 }
 
 void add_wrench(Markers& markers, int k, const Wrench& wrench, double psi, double force_scale) {
-  const Vector3d end = wrench.point + kAxles, force = platform_force(wrench, psi), way = way_of(force, force_scale);
-  markers.add_arrow("wrenches", 3 * k, end - way, way, kPush, 2);
+  const Vector3d end = wrench.point + kAxles, force = platform_force(wrench, psi), arrow = arrow_of(force, force_scale);
+  markers.add_arrow("wrenches", 3 * k, end - arrow, arrow, kPush, 2);
   add_arc(markers, 3 * k + 1, end, wrench.torque);
   std::string text = force.norm() > 0 ? fmt::format("{:.4g} N", force.norm()) : "";
   if (wrench.torque != 0) text += fmt::format("{}{:.4g} N m", text.empty() ? "" : ", ", wrench.torque);
-  markers.add_text("wrenches", 3 * k + 2, end - way + Vector3d(0, 0, 1.2 * kLetter), text, kPush);
+  markers.add_text("wrenches", 3 * k + 2, end - arrow + Vector3d(0, 0, 1.2 * kLetter), text, kPush);
 }
 
 /// That the base tips or is off the floor; else empty.
