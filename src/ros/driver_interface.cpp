@@ -28,8 +28,8 @@ DriverInterface::DriverInterface(BaseLoop& loop, const NodeClock& clock, const B
   });
   wrench_subscriber_ =
       private_node.subscribe(kWrenchTopic, kCommandQueueSize, &DriverInterface::receive_wrench, this, kNoDelay);
-  services_ = {offer_switch(node, kSwitchOffService, SwitchOff(), "Switch off the base motors"),
-               offer_switch(node, kSwitchOnService, SwitchOn(), "Switch on the base motors"),
+  services_ = {offer_switch<SwitchOff>(node, kSwitchOffService, "Switch off the base motors"),
+               offer_switch<SwitchOn>(node, kSwitchOnService, "Switch on the base motors"),
                node.advertiseService(kReconnectService, &DriverInterface::reconnect, this),
                private_node.advertiseService(kSetFaultsService, &DriverInterface::set_faults, this),
                private_node.advertiseService(kSetLoadsService, &DriverInterface::set_loads, this)};
@@ -99,11 +99,11 @@ bool DriverInterface::request(const BaseRequest& request) {
 }
 
 /// A service of the driver that needs a base. `line`: for the log, the driver's.
-ros::ServiceServer DriverInterface::offer_switch(ros::NodeHandle& node, const char* service,
-                                                 const BaseRequest& switching, const char* line) {
-  const auto serve = [this, switching, line](std_srvs::Empty::Request&, std_srvs::Empty::Response&) {
+template <class Request>
+ros::ServiceServer DriverInterface::offer_switch(ros::NodeHandle& node, const char* service, const char* line) {
+  const auto serve = [this, line](std_srvs::Empty::Request&, std_srvs::Empty::Response&) {
     ROS_INFO_STREAM(line);
-    if (loop_.present(clock_.arrival())) return request(switching);
+    if (loop_.present(clock_.arrival())) return request(Request());
     log_.error("no base", kNoBase);
     return false;
   };

@@ -49,8 +49,8 @@ class DriverInterface {
   void receive(const char* topic, const WheelCommand& command);
   void receive_wrench(const geometry_msgs::WrenchStamped& message);
   bool request(const BaseRequest& request);
-  ros::ServiceServer offer_switch(ros::NodeHandle& node, const char* service, const BaseRequest& switching,
-                                  const char* line);
+  template <class Request>
+  ros::ServiceServer offer_switch(ros::NodeHandle& node, const char* service, const char* line);
   bool reconnect(std_srvs::Empty::Request&, std_srvs::Empty::Response&);
   bool set_faults(SetFaults::Request& asked, SetFaults::Response& response);
   bool set_loads(SetLoads::Request& asked, SetLoads::Response& response);
