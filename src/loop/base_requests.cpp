@@ -40,7 +40,7 @@ bool BaseRequests::push(double t, const BaseRequest& request) {
   const auto is_other = [](const Stamped& one) { return !is_command(one.request); };
   const auto of_driver = static_cast<std::size_t>(std::count_if(driver_.begin(), driver_.end(), is_other));
   if (!is_command(request) && of_driver + loads_.size() >= kMaxWaiting) return false;
-  queue.push_back({t, request});
+  queue.emplace_back(t, request);
   return true;
 }
 

@@ -69,7 +69,8 @@ class BaseRequests {
 
  private:
   struct Stamped {
-    double arrival;  // s
+    Stamped(double t, const BaseRequest& made) : arrival(t), request(made) {}  // in place: gcc warns of moved ones
+    double arrival;                                                            // s
     BaseRequest request;
   };
 
