@@ -15,6 +15,7 @@
 #include <boost/mpi.hpp>
 #include <boost/serialization/string.hpp>
 #include <deque>
+#include <list>
 #include <thread>
 #endif
 
@@ -116,8 +117,8 @@ constexpr std::uint64_t kNoRun = -1;  // ends a rank's work
 constexpr int kRunsAhead = 2;         // at each rank: while it makes one, the next is on its way
 constexpr milliseconds kPoll{1};      // MPI's own waiting takes all of a core, on which another rank may simulate
 
-// Rank 0 sends runs, each other rank a row for each of them. A rank is ready to receive its next run before it makes
-// one, so that sending never waits for what the other side waits for.
+// Rank 0 sends runs, and each other rank returns a row for each of them. Neither waits until the other, which may be
+// amid a run, has received its message.
 class MpiRanks : public Ranks {
  public:
   MpiRanks(int& argc, char**& argv) : environment_(argc, argv, mpi::threading::funneled) {}
@@ -133,7 +134,8 @@ class MpiRanks : public Ranks {
 
   void serve(Journal& journal, const RowMaker& maker, int threads, const Watch& watch) override {
     if (size() == 1) return Ranks::serve(journal, maker, threads, watch);
-    std::deque<int> idle;  // ranks, once for each run that they could take
+    std::list<std::pair<std::uint64_t, mpi::request>> sent;  // runs
+    std::deque<int> idle;                                    // ranks, once for each run that they could take
     for (int k = 0; k < kRunsAhead; ++k) {
       for (int rank = 1; rank < size(); ++rank) idle.push_back(rank);
     }
@@ -148,22 +150,30 @@ class MpiRanks : public Ranks {
       for (; !idle.empty(); idle.pop_front()) {
         const auto run = queue.take(false);
         if (!run) return;
-        world_.send(idle.front(), kRun, *run);
+        sent.remove_if([](auto& message) { return message.second.test().has_value(); });
+        auto& [number, request] = sent.emplace_back(*run, mpi::request());
+        request = world_.isend(idle.front(), kRun, number);
       }
     });
     if (!journal.is_complete()) return;  // stopped: the caller aborts
     for (int rank = 1; rank < size(); ++rank) world_.send(rank, kRun, kNoRun);
+    for (auto& message : sent) message.second.wait();
   }
 
   void work(const RowMaker& maker) override {
     const std::atomic<bool> stop{false};  // rank 0 aborts
+    const auto wait = [](mpi::request& message) {
+      while (message.active() && !message.test()) std::this_thread::sleep_for(kPoll);
+    };
     std::uint64_t next = kNoRun;
-    for (mpi::request message = world_.irecv(0, kRun, next);;) {
-      while (!message.test()) std::this_thread::sleep_for(kPoll);
+    for (mpi::request received = world_.irecv(0, kRun, next), sent;;) {
+      wait(received);
       const std::uint64_t run = next;
-      if (run == kNoRun) return;
-      message = world_.irecv(0, kRun, next);
-      world_.send(0, kRow, maker.make(run, stop));
+      if (run == kNoRun) return wait(sent);
+      received = world_.irecv(0, kRun, next);
+      const Row row = maker.make(run, stop);
+      wait(sent);
+      sent = world_.isend(0, kRow, row);
     }
   }
 
