@@ -9,7 +9,6 @@
 #include "youbot_base_sim/identify/first_guess.h"
 #include "youbot_base_sim/identify/fit.h"
 #include "youbot_base_sim/identify/forward_model.h"
-#include "youbot_base_sim/identify/inspection.h"
 
 namespace youbot_base_sim {
 namespace {
