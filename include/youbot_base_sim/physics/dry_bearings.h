@@ -1,5 +1,8 @@
 #pragma once
 
+#include <algorithm>
+#include <limits>
+
 #include "youbot_base_sim/physics/damping_matrix.h"
 #include "youbot_base_sim/physics/parameters.h"
 
@@ -26,6 +29,14 @@ class DryBearings {
   Wheels wheel_damping(const Wheels& dphi) const { return wheels_.damping(dphi); }
   Wheels roller_damping(const Wheels& dgamma) const { return rollers_.damping(dgamma); }
 
+  /// The share of the step from the first to the second rates in which a method of integration sees the friction turn:
+  /// of rates that have friction, none may change by more than kStride times its distance from zero and the rate of
+  /// smoothing. At least 1: the whole step.
+  double resolved_share(const Wheels& dphi_a, const Wheels& dgamma_a, const Wheels& dphi_b,
+                        const Wheels& dgamma_b) const {
+    return std::min(wheels_.resolved_share(dphi_a, dphi_b), rollers_.resolved_share(dgamma_a, dgamma_b));
+  }
+
   /// Adds the friction at the velocities u to the forces Q; its derivative to the damping matrix G.
   [[gnu::noinline, gnu::cold]] void add_to(const Velocities& u, Velocities& Q) const {
     Q.dphi -= wheel_torque(u.dphi);
@@ -37,6 +48,8 @@ class DryBearings {
   }
 
  private:
+  static constexpr double kStride = 2;
+
   struct Bearings {
     Wheels limit;  // T, N m
     double rate;   // rad/s
@@ -45,6 +58,13 @@ class DryBearings {
     Wheels damping(const Wheels& w) const {
       const Wheels s = rate * rate + w.square();
       return rate * rate * limit / (s * s.sqrt());
+    }
+    double resolved_share(const Wheels& a, const Wheels& b) const {
+      const Wheels start = a.abs() + rate;
+      const Wheels leaving = kStride * start;
+      const Wheels approaching = (leaving / (1 + kStride)).max(kStride * rate);  // it may pass zero
+      const Wheels allowed = (a * (b - a) > 0).select(leaving, approaching);
+      return (limit > 0).select(allowed / (b - a).abs(), std::numeric_limits<double>::infinity()).minCoeff();
     }
   };
 

@@ -34,6 +34,11 @@ class NoSlipModel {
   /// Whether bearings have dry friction; without, the torques are quadratic in v and linear in dv.
   bool dry() const { return dry_.any(); }
 
+  /// The share of the step from velocity `a` to `b` that sees the bearings' dry friction turn, see DryBearings.
+  double resolved_share(const Eigen::Vector3d& a, const Eigen::Vector3d& b) const {
+    return dry_.resolved_share(dphi(a), dgamma(a), dphi(b), dgamma(b));
+  }
+
   /// Time derivative of `state` under the wheel torques `M`: pose, work, (V_X, V_Y, Omega), phi and gamma. The
   /// columns dphi and dgamma stay zero: they are functions of v, see `constrain`.
   void derivative(const State& state, const Wheels& M, State& derivative) const;
