@@ -17,6 +17,16 @@ struct DryFriction {
     const Wheels s = rate * rate + w.square();
     return rate * rate * limit / (s * s.sqrt());
   }
+
+  /// The share of the step from rates `a` to `b` in which a method of integration sees the friction turn; 1 or more:
+  /// the whole step. No rate that has friction may change by more than kStride times its distance from zero and `rate`.
+  double resolved_share(const Wheels& a, const Wheels& b) const {
+    constexpr double kStride = 2;
+    const Wheels leaving = kStride * (a.abs() + rate);
+    const Wheels approaching = (leaving / (1 + kStride)).max(kStride * rate);  // it may pass zero
+    const Wheels allowed = (a * (b - a) > 0).select(leaving, approaching);
+    return (limit > 0).select(allowed / (b - a).abs(), kInfinity).minCoeff();
+  }
 };
 
 /// Dry friction of the drives and of the rollers' bearings, which the paper's model leaves out and records of real

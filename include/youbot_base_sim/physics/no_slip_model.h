@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 
@@ -33,6 +34,11 @@ class NoSlipModel {
 
   /// Whether bearings have dry friction; without, the torques are quadratic in v and linear in dv.
   bool dry() const { return dry_.any(); }
+
+  /// The share of the step from velocity `a` to `b` that sees the bearings' dry friction turn, see DryFriction.
+  double resolved_share(const Eigen::Vector3d& a, const Eigen::Vector3d& b) const {
+    return std::min(dry_.wheels.resolved_share(dphi(a), dphi(b)), dry_.rollers.resolved_share(dgamma(a), dgamma(b)));
+  }
 
   /// Time derivative of `state` under the wheel torques `M`, N m; zero for dphi and dgamma, which `constrain` sets.
   void derivative(const State& state, const Wheels& M, State& derivative) const;
