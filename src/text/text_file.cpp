@@ -46,7 +46,7 @@ class Input {
       if (count > 0) opened_ = true;
       if (count > 0 || (count == 0 && opened_)) return static_cast<std::size_t>(count);
       if (count == 0) {  // a file that is empty or a pipe that has had no writer so far
-        if (!in_time) throw UnreadableFile("is a pipe that nobody writes to");
+        if (!in_time) throw UnreadableFile("is a pipe without a writer");
         opened_ = in_time = wait(kWriterTimeout);
       } else if (errno == EAGAIN) {
         opened_ = true;

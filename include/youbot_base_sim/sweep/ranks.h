@@ -24,7 +24,7 @@ class Ranks {
   /// Each rank's text, for all ranks; to be called by all of them.
   virtual std::vector<std::string> gather(const std::string& text) const { return {text}; }
 
-  /// Told how far rank 0 is; returns whether it shall go on.
+  /// Receives the progress so far; returns whether to continue.
   using Watch = std::function<bool(const Tally& tally)>;
 
   /// Rank 0: finishes the runs that the journal lacks, on `threads` threads if it is alone, else together with the
