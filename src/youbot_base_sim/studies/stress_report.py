@@ -135,7 +135,7 @@ def of(rows, key):
     return [row[key] for row in rows]
 
 
-def min_to_max(values):
+def least_to_most(values):
     return " to ".join(dict.fromkeys(figures(value) for value in (min(values), max(values))))
 
 
@@ -180,7 +180,7 @@ def group_table(rows):
 
 
 def base_costs(rows):
-    costs = [f"{min_to_max([1e3 * row['base_cpu_time'] / row['duration'] for row in at])} ms at {power(tolerance)}"
+    costs = [f"{least_to_most([1e3 * row['base_cpu_time'] / row['duration'] for row in at])} ms at {power(tolerance)}"
              for tolerance, at in sorted(grouped(rows, lambda row: row["tolerance"]).items(), reverse=True)]
     return f"The base scene takes per simulated second {', '.join(costs)}."
 
@@ -191,7 +191,7 @@ def failure_table(failing):
                      for text, value in row.failures()], lambda failure: failure[:2])
     return table(["cell", "tolerance", "what fails"], [
         [name, ", ".join(power(failure[2]) for failure in failures),
-         text.format(min_to_max([failure[3] for failure in failures]))] for (name, text), failures in found.items()])
+         text.format(least_to_most([failure[3] for failure in failures]))] for (name, text), failures in found.items()])
 
 
 def explained_text(explained):
