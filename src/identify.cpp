@@ -82,7 +82,7 @@ bool prepare(int argc, char** argv, Arguments& arguments, Scene& start) {
     ("scene", po::value(&arguments.scene)->value_name("START.yaml"),
      "robot, floor and motors to start from; left out: the profile `measured`")
     ("output,o", po::value(&arguments.output)->value_name("FITTED.yaml"),
-     "write the fitted scene, and what the base was told beside it, as FITTED.csv")
+     "write the fitted scene, and beside it the commands as FITTED.csv")
     ("csv", po::value(&arguments.csv)->value_name("FILE"), "write the first bag's motion, recorded and fitted, for scripts/plot_identification")
     ("quiet", po::bool_switch(&arguments.quiet), "print nothing but errors");
   // clang-format on

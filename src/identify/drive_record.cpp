@@ -143,7 +143,7 @@ void check_effort(DriveRecord& record, Findings& findings) {
   if (missing) {
     record.torque.clear();
     findings.push_back(record.name +
-                       ": no effort in joint_states: friction and inertia cannot be told; use a driver that "
+                       ": no effort in joint_states: friction and inertia are not fitted; use a driver that "
                        "publishes the sensed torques");
     return;
   }

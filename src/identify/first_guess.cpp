@@ -253,11 +253,11 @@ void guess_friction(const std::vector<DriveRecord>& records, bool simulated_too,
     if (chosen[f]) {
       p.set(guess.scene, std::clamp(friction[f], p.min, p.max));
     } else {
-      guess.unidentifiable.push_back(fmt::format("{}: {}; drive {}", p.name(),
-                                                 took_torque(rows, f)
-                                                     ? "one speed or one direction alone cannot tell it from the others"
-                                                     : "nothing turned against it steadily for more than a second",
-                                                 p.drive));
+      guess.unidentifiable.push_back(
+          fmt::format("{}: {}; drive {}", p.name(),
+                      took_torque(rows, f) ? "one speed or one direction alone cannot separate it from the others"
+                                           : "nothing turned against it steadily for more than a second",
+                      p.drive));
     }
   }
 }

@@ -460,7 +460,7 @@ Fit fit(const Scene& start, std::vector<DriveRecord>& records, std::vector<std::
   settings.progress(0.4);
   find_angles(trial.candidate, records, workers);  // by now the ripple is that of the robot
   if (find_cycles(records, trial.candidate, workers)) {
-    findings.push_back("commands are obeyed in the cycles in which the driver publishes joint_states");
+    findings.push_back("commands take effect in the cycles in which the driver publishes joint_states");
   }
   const Comparison comparison(records, trial.candidate.scene.motors->command_delay, workers);
   linearize(comparison, trial, trial.start());

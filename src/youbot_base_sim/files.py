@@ -28,7 +28,7 @@ def read_whole(option, path, max_bytes, allowed):
                 with contextlib.suppress(BlockingIOError):  # of a writer that has written nothing so far
                     content = os.read(file.fileno(), select.PIPE_BUF)
                     if not content:
-                        refuse("is a pipe that nobody writes to")
+                        refuse("is a pipe without a writer")
             elif not stat.S_ISREG(mode):
                 refuse("is neither a file nor a pipe")
             os.set_blocking(file.fileno(), True)
