@@ -56,11 +56,14 @@ def complain(name, text):
 
 
 class Parser(argparse.ArgumentParser):
-    """Refuses in one line, and texts that are given but empty, as an unset variable of a shell is."""
+    """Refuses in one line, and texts that are given but empty, as an unset variable of a shell is. `examples`: what
+    follows the program's name."""
 
-    def __init__(self, name, description, **options):
+    def __init__(self, name, description, *examples,
+                 epilog="Exit status: 0 done, 2 rejected input, 1 it could not be completed."):
+        lines = ["", "", "Examples:", *(f"  {name} {example}".rstrip() for example in examples)]
         super().__init__(prog=name, description=description, formatter_class=argparse.RawDescriptionHelpFormatter,
-                         **options)
+                         epilog=epilog + ("\n".join(lines) if examples else ""))
 
     def parse_args(self, argv=None):
         arguments = super().parse_args(argv)

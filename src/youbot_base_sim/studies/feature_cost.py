@@ -1,9 +1,8 @@
 """Counts the instructions of each model, output and feature per simulated second of the paper's Case 2, and prints them
-as Markdown tables; also to OUT.md, if it is given. Builds what it needs in build/bench_ros/ and installs valgrind and
-PyYAML if they are missing. Counts the node's part if ROS is installed; needs no ROS master.
+as Markdown tables. Builds what it needs in build/bench_ros/ and installs valgrind and PyYAML if they are missing. Counts
+the node's part if ROS is installed; needs no ROS master.
 
-Instructions do not depend on what else the machine does. Each number is that of a long run less that of a short one,
-without the start-up.
+Instructions do not depend on other load. Each number is that of a long run less that of a short one.
 """
 import json
 import re
@@ -12,7 +11,6 @@ import tempfile
 from pathlib import Path
 
 from ..command_line import Failed, Parser
-from ..files import write_whole
 from ..report import table
 from .builds import ROOT, build
 
@@ -35,13 +33,11 @@ BEYOND = {  # sections of a scene, each with the keys that a feature takes
 }
 
 
-def all_of(features, but):
-    """The sections of all features together, without those whose name has `but` in it: a preload and a rocking axle
-    exclude each other."""
+def all_but(word):
+    """All features together but those whose name has the word: a preload and a rocking axle exclude each other."""
     sections = {}
-    for name, feature in features.items():
-        for section, keys in feature.items() if but not in name else ():
-            sections[section] = {**sections.get(section, {}), **keys} if isinstance(keys, dict) else keys
+    for section, keys in (item for name, feature in BEYOND.items() if word not in name for item in feature.items()):
+        sections[section] = {**sections.get(section, {}), **keys} if isinstance(keys, dict) else keys
     return sections
 
 
@@ -74,9 +70,8 @@ class Counter:
         return (long - short) / (LONG - SHORT)
 
     def summary(self, simulate, scene, *options):
-        path = self.folder / "summary.json"
-        subprocess.run([simulate, scene, *options, "--quiet", "--summary", path], check=True)
-        return json.loads(path.read_text())
+        command = [simulate, scene, *options, "--quiet", "--summary", "/dev/stdout"]
+        return json.loads(subprocess.check_output(command))
 
     def real_time(self, simulate):
         """How many times as fast as real time the whole of the paper's case runs, at its best of several runs."""
@@ -108,8 +103,8 @@ def models(counter, simulate):
 def beyond(counter, simulate, title):
     real_time = counter.real_time(simulate)
     rows, paper = [], None
-    for name, sections in {"the paper": {}, **BEYOND, "all, with the preload": all_of(BEYOND, but="rocking"),
-                           "all, with the rocking axle": all_of(BEYOND, but="preload")}.items():
+    for name, sections in {"the paper": {}, **BEYOND, "all, with the preload": all_but("rocking"),
+                           "all, with the rocking axle": all_but("preload")}.items():
         counter.sections = sections
         count = counter.per_second([simulate, "SCENE", "--quiet"])
         paper = paper or count
@@ -145,8 +140,7 @@ def outputs(counter, simulate, bench, rate, options):
 
 
 def node(counter, bench):
-    topics = subprocess.run([bench, "topics", counter.scene(SHORT)], check=True, stdout=subprocess.PIPE,
-                            text=True).stdout.split()
+    topics = subprocess.check_output([bench, "topics", counter.scene(SHORT)], text=True).split()
 
     def run(rate, rollers="", bag="", listened=()):
         return [bench, "node", "SCENE", rate, bag, rollers, *listened]
@@ -186,12 +180,6 @@ def sections(simulate, bench):
 
 
 def main():
-    parser = Parser("feature_cost", __doc__)
-    parser.add_argument("out", nargs="?", metavar="OUT.md")
-    out = parser.parse_args().out
-    text = ""
+    Parser("feature_cost", __doc__, "", "> feature_cost.md").parse_args()
     for section in sections(*build("simulate", "feature_cost", packages=["valgrind", "python3-yaml"], ros=True)):
         print(section, end="", flush=True)
-        text += section
-    if out:
-        write_whole(out, text)

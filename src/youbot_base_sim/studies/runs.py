@@ -1,8 +1,5 @@
-"""Runs of `simulate`: a scene changed in some keys, recorded in a bag, and the bag as arrays; and which of them a study
-of a scene looks at.
-
-Bags are kept under the hash of what they depend on, so that no run is done twice.
-"""
+"""Runs of `simulate`: a scene changed in some keys, recorded in a bag, and the bag as arrays; the runs that a study of a
+scene needs. Bags are kept under the hash of what they depend on, so that no run is done twice."""
 import contextlib
 import copy
 import fcntl
@@ -52,18 +49,12 @@ class Scene:
             raise Refused(f"{path}: {getattr(error, 'strerror', None) or 'must be text'}")
         except yaml.YAMLError as error:
             raise Refused(f"{path}: must be YAML: {one_line(error)}")
-        self.tables = []
-        if not isinstance(self.values, dict):
-            return  # for simulate to refuse
-        drive = self.values.get("drive")
+        self.tables, self.name = [], self.path.stem
+        drive = self.values.get("drive") if isinstance(self.values, dict) else None  # simulate refuses all others
         for key in ("torque_table", "velocity_table"):
             if isinstance(drive, dict) and isinstance(drive.get(key), str):
                 self.tables.append(self.path.parent.absolute() / drive[key])
                 drive[key] = str(self.tables[-1])
-
-    @property
-    def name(self):
-        return self.path.stem
 
     def key(self):
         """All that its motion depends on, but for the program."""
@@ -85,39 +76,30 @@ class Scene:
     def changed(self, **sections):
         """The scene with other values: changed(duration=3, initial=dict(wheel_angles=[...])); None leaves a key out."""
         scene = copy.copy(self)
-        scene.values = dict(self.values)
-        for key, value in sections.items():
-            if value is None:
-                scene.values.pop(key, None)
-                continue
-            if not isinstance(value, dict):
-                scene.values[key] = plain(value)
-                continue
-            section = {**scene.values.get(key, {}), **{name: plain(entry) for name, entry in value.items()}}
-            scene.values[key] = {name: entry for name, entry in section.items() if entry is not None}
+        changes = {key: {**self.values.get(key, {}), **value} if isinstance(value, dict) else value
+                   for key, value in sections.items()}
+        scene.values = plain({**self.values, **changes})
         return scene
 
     def sampled(self, duration, rows):
         """The first `duration` s in about that many rows."""
-        rate = min(rows / duration, 1e6)
-        return self.changed(duration=duration, output_rate=float(f"{rate:.2g}"))
+        return self.changed(duration=duration, output_rate=float(f"{min(rows / duration, 1e6):.2g}"))
 
     def text(self):
         return yaml.dump(self.values, Dumper=PlainDumper)
 
 
 def plain(value):
-    """Numbers as text, in lists and dictionaries too."""
+    """Numbers as text, in lists and dictionaries too; without keys of None."""
     if isinstance(value, dict):
-        return {key: plain(entry) for key, entry in value.items()}
+        return {key: plain(entry) for key, entry in value.items() if entry is not None}
     if isinstance(value, (list, tuple, np.ndarray)):
         return [plain(entry) for entry in value]
-    return value if value is None or isinstance(value, str) else repr(float(value))
+    return value if isinstance(value, str) else repr(float(value))
 
 
 class Recording:
     """The topics of a bag, each read when it is first asked for."""
-
     def __init__(self, path):
         self.path = path
 
@@ -158,8 +140,8 @@ class Recording:
 
 
 class Kept:
-    """Files that are made once and kept under the hash of what they depend on, for one program: what was made with
-    another one is deleted. Of several users of a folder, the later ones wait."""
+    """Files that are made once and kept under the hash of what they depend on, for one program: deletes what another
+    one made. Of several users of a folder, the later ones wait."""
 
     def __init__(self, folder, program):
         self.program = digest(program)
@@ -187,12 +169,10 @@ class Kept:
 
 
 class Recorder:
-    """Runs `simulate`, as many at a time as there are processors, and keeps the bags. `report(done, all)` is
-    called as they end."""
+    """Runs `simulate`, one for each processor, and keeps the bags. Calls `report(done, all)` as runs end."""
 
     def __init__(self, simulate, kept, report=lambda done, count: None):
-        self.simulate, self.kept, self.report = Path(simulate), kept, report
-        self.warnings = []
+        self.simulate, self.kept, self.report, self.warnings = Path(simulate), kept, report, []
         self.lock, self.running, self.stopped = threading.Lock(), set(), False
 
     def check(self, scene):
@@ -211,13 +191,7 @@ class Recorder:
             self.running.add(program)
         line = program.communicate()[1].strip().split("\n")[0]
         self.running.discard(program)
-        return program.returncode, line[len("simulate: "):] if line.startswith("simulate: ") else line
-
-    def stop(self):
-        with self.lock:
-            self.stopped = True
-            for program in list(self.running):
-                program.terminate()
+        return program.returncode, line.removeprefix("simulate: ")
 
     def record(self, scene, model="coulomb", contacts=False, to_the_limit=False):
         """`to_the_limit`: if the base tips over, the motion until then counts."""
@@ -250,7 +224,10 @@ class Recorder:
                     recordings.append(future.result())
                     self.report(len(recordings), len(runs))
             except BaseException:  # an interrupt too
-                self.stop()
+                with self.lock:
+                    self.stopped = True
+                    for program in list(self.running):
+                        program.terminate()
                 raise
         return recordings
 

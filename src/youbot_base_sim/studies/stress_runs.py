@@ -1,5 +1,4 @@
 """Runs of `simulate` for the stress suite, each in its own process, so that a crash or a hang ends one run only."""
-
 import json
 import math
 import subprocess
@@ -7,7 +6,7 @@ from dataclasses import dataclass, field
 
 from ..base import Base
 from ..command_line import Failed
-from . import stress_cells
+from .stress_cells import RANDOM_GROUP
 from .stress_report import MAX_MS, MAX_TIMES_BASE, MIN_PERMITTED, SMALL_ANGLE, WHEELS_CENTRE, Row
 
 CUT_AFTER = 1.3  # times the permitted time: timing noise must not cut a run that is just within it
@@ -24,13 +23,12 @@ class Run:
     message: str = ""
     summary: dict = field(default_factory=dict)  # of a run that finished or was cut
 
-    def distance(self, other):
-        """Between the ends of two runs, m: of O, and of the wheels' centres for the turn. Not a number unless both
-        finished."""
+    def distance(self, other, arm=WHEELS_CENTRE):
+        """Between the ends of two runs, m, with rotation at this distance from O; NaN unless both finished."""
         if not self.ending == other.ending == "finished":
             return math.nan
         x, y, psi = (self.summary["final"][key] - other.summary["final"][key] for key in ("x", "y", "psi"))
-        return math.hypot(x, y, WHEELS_CENTRE * psi)
+        return math.hypot(x, y, arm * psi)
 
 
 class Simulate:
@@ -70,11 +68,13 @@ class Simulate:
 def base_cost(simulate, cell, tolerance, repeats):
     """Of the base scene at one tolerance, with which all others at it are compared: processor seconds a simulated
     second."""
-    runs = [simulate.run(cell, tolerance) for _ in range(repeats)]
-    for run in runs:
+    times = []
+    for _ in range(repeats):
+        run = simulate.run(cell, tolerance)
         if run.ending != "finished":
             raise Failed(f"the base scene does not finish at {tolerance:g}: {run.ending} {run.message}")
-    return min(run.summary["cpu_time"] for run in runs) / cell.duration
+        times.append(run.summary["cpu_time"])
+    return min(times) / cell.duration
 
 
 def measure(simulate, cell, tolerance, base, compare_held):
@@ -86,8 +86,9 @@ def measure(simulate, cell, tolerance, base, compare_held):
     milliseconds(simulate, cell, tolerance, row)
     if run.ending == "finished":
         halving(simulate, cell, tolerance, run, row)
-        if compare_held and cell.group == stress_cells.RANDOM_GROUP:
-            hundredth(simulate, cell, tolerance, run, row)
+        if compare_held and cell.group == RANDOM_GROUP:
+            exact = simulate.run(cell, tolerance / 100)
+            row["hundredth_distance"] = run.distance(exact, 0) if exact.ending == "finished" else math.inf
     return row
 
 
@@ -113,13 +114,13 @@ def read(run, cell, row):
     row.update(ending=run.ending, message=run.message)
     numbers = run.summary
     if numbers:
-        # The counters of the integration, whatever they are: all whole numbers.
+        energy, length = numbers["energy"], numbers["path_length"]
+        # The whole numbers are the counters of the integration.
         row.update({name: value for name, value in numbers.items() if type(value) is int},
                    reached=numbers["simulated_time"], cpu_time=numbers["cpu_time"],
-                   energy_error=numbers["energy"]["max_balance_error"],
-                   energy=max(numbers["energy"]["max_kinetic"], numbers["energy"]["drive_work"],
-                              cell.outside_force * numbers["path_length"]["base"]),
-                   path=max(numbers["path_length"]["base"], *numbers["path_length"]["wheels"]),
+                   energy_error=energy["max_balance_error"],
+                   energy=max(energy["max_kinetic"], energy["drive_work"], cell.outside_force * length["base"]),
+                   path=max(length["base"], *length["wheels"]),
                    **{key: numbers["final"][key] for key in ("x", "y", "psi")})
 
 
@@ -152,12 +153,3 @@ def halving(simulate, cell, tolerance, run, row):
         if all(run.summary.get("fallback_steps") == 0 for run in (middle, neighbour)):
             moved = middle.distance(neighbour)
             row[f"amplification_{side}"] = moved / (Base.wheel_radius * SMALL_ANGLE)
-
-
-def hundredth(simulate, cell, tolerance, run, row):
-    exact = simulate.run(cell, tolerance / 100)
-    if exact.ending != "finished":  # a failure rather than a gap
-        row["hundredth_distance"] = math.inf
-        return
-    a, b = run.summary["final"], exact.summary["final"]
-    row["hundredth_distance"] = math.hypot(b["x"] - a["x"], b["y"] - a["y"])
