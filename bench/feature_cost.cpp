@@ -60,15 +60,15 @@ void run_periods(const Scene& scene) {
 }
 
 #ifdef YOUBOT_BASE_SIM_ROS
-/// Makes a message and the bytes of it, as publishing to a subscriber does.
+/// Makes the bytes of a message, as publishing to a subscriber does.
 template <class Message>
 void send(const Message& message) {
   static std::size_t sent = 0;
   sent += ros::serialization::serializeMessage(message).num_bytes;
 }
 
-/// What BaseNode does by the wall clock, without waiting and without a master: it stops for topics that are listened
-/// to, each control period for /clock, and 50 times a second if there are none. `bag_file` is empty for none.
+/// BaseNode's work by the wall clock, without waiting and without a master: stops for topics that are listened to, each
+/// control period for /clock, and 50 times a second without any. `bag_file` is empty for none.
 void run_node(const Scene& scene, double publish_rate, const std::string& bag_file, bool rollers,
               const std::set<std::string>& listened) {
   LoopSettings settings;
@@ -97,8 +97,8 @@ void run_node(const Scene& scene, double publish_rate, const std::string& bag_fi
       send(message);
     }
     if (bag) bag->write(events);
-    if (switches_listened) {
-      for (const RollerSwitch& event : events.switches) send(roller_switch_message(event, stamp_of(event.t)));
+    for (const RollerSwitch& event : events.switches) {
+      if (switches_listened) send(roller_switch_message(event, stamp_of(event.t)));
     }
     if (!is_due || !telemetry_wanted) continue;
     if (bag) bag->write(telemetry, loop.simulation(), loop.sensors(), t);

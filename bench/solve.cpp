@@ -45,9 +45,8 @@ struct Run {
   std::uint64_t jacobians = 0;  ///< evaluated; 0: not counted
 };
 
-/// Thrown out of a run that cannot go on; says why.
-class RunFailure : public std::runtime_error {
- public:
+/// Ends a run that cannot go on; says why.
+struct RunFailure : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
@@ -185,14 +184,13 @@ class Integrator {
         continue;
       }
       const int flag = package_.advance(memory_, std::min(row, segment_end), y_, &t, CV_NORMAL);
-      if (task_.is_spent(run_.statistics)) throw RunFailure("too much work by t = " + std::to_string(t) + " s");
-      if (flag < 0) throw RunFailure("gave up (" + std::to_string(flag) + ") at t = " + std::to_string(t) + " s");
+      if (task_.is_spent(run_.statistics)) throw RunFailure(fmt::format("too much work by t = {:f} s", t));
+      if (flag < 0) throw RunFailure(fmt::format("gave up ({}) at t = {:f} s", flag, t));
+      if (flag != CV_ROOT_RETURN && t < segment_end) continue;
       if (flag == CV_ROOT_RETURN) {
         hand_over();
-      } else if (t >= segment_end) {
-        segment_end = begin_segment(t);
       } else {
-        continue;
+        segment_end = begin_segment(t);
       }
       // CVODE sets its counters back, ARKODE does not.
       count(+1);
@@ -209,7 +207,6 @@ class Integrator {
   static constexpr int kSize = kIndices.size(), kPhi = 6, kDphi = 10, kDgamma = 14;
 
   static Integrator& of(void* self) { return *static_cast<Integrator*>(self); }
-
   static int derivative(realtype t, N_Vector y, N_Vector dydt, void* self) {
     Integrator& integrator = of(self);
     ++integrator.run_.statistics.evaluations;
@@ -305,9 +302,9 @@ class Integrator {
 };
 
 Run run_sundials(const Task& task, const Package& package) {
-  const bool beyond = beyond_the_paper(task.scene);
-  if (task.scene.model == Model::kCoulomb && beyond) return Integrator<ExtendedModel<CoulombLaw>>(task, package).run();
-  if (task.scene.model == Model::kCoulomb) return Integrator<PaperModel<CoulombLaw>>(task, package).run();
+  const bool coulomb = task.scene.model == Model::kCoulomb, beyond = beyond_the_paper(task.scene);
+  if (coulomb && beyond) return Integrator<ExtendedModel<CoulombLaw>>(task, package).run();
+  if (coulomb) return Integrator<PaperModel<CoulombLaw>>(task, package).run();
   if (task.scene.model == Model::kViscous && !beyond) return Integrator<PaperModel<ViscousLaw>>(task, package).run();
   throw RunFailure("only models 2a and 2b are known here, and beyond the paper only 2b");
 }
@@ -326,9 +323,9 @@ Run run_simulation(const Task& task) {
   return run;
 }
 
-/// All solvers by their names. Of SUNDIALS: cvode, backward differentiation formulas of orders 1 to 5; arkode_4 and
-/// arkode_5, diagonally implicit Runge-Kutta methods, of order 4 the best of those it has, of order 5 its default. And
-/// every method of the scenes' `solver`.
+/// All solvers by their names: every method of the scenes' `solver`, and of SUNDIALS cvode (backward differentiation
+/// formulas of orders 1 to 5) and arkode_4 and arkode_5 (diagonally implicit Runge-Kutta methods: the best of its order
+/// and the default).
 std::map<std::string, Solver> solvers() {
   std::map<std::string, Solver> all = {
       {"cvode", [](const Task& task) { return run_sundials(task, kCvode); }},
@@ -341,12 +338,10 @@ std::map<std::string, Solver> solvers() {
 
 /// What the solvers were built with and for; SUNDIALS itself comes from the system.
 nlohmann::json about() {
-  nlohmann::json json;
-  json["compiler"] = "g++ " __VERSION__;
-  json["flags"] = YOUBOT_BASE_SIM_BENCH_FLAGS;
-  json["libraries"] =
-      fmt::format("Boost {}.{}, SUNDIALS {}", BOOST_VERSION / 100000, BOOST_VERSION / 100 % 1000, SUNDIALS_VERSION);
-  return json;
+  return {{"compiler", "g++ " __VERSION__},
+          {"flags", YOUBOT_BASE_SIM_BENCH_FLAGS},
+          {"libraries", fmt::format("Boost {}.{}, SUNDIALS {}", BOOST_VERSION / 100000, BOOST_VERSION / 100 % 1000,
+                                    SUNDIALS_VERSION)}};
 }
 
 /// Run time is the least of the repeats.

@@ -20,8 +20,7 @@ class Missing(Exception):
 
 @dataclass
 class Series:
-    """Times, s, and columns of values with a row for each; `columns` are (n,) or, of the wheels, (n, 4). NaN is what is
-    not known."""
+    """Times, s, and columns of values, (n,) or, of the wheels, (n, 4). NaN is what is not known."""
     t: np.ndarray
     columns: dict
 
@@ -70,11 +69,8 @@ class Series:
 
 @dataclass
 class Record:
-    """The series of a bag, None for those that it lacks.
-
-    odom, ground_truth: pose and velocity in the frame of the base. joint_states: velocity positive forward and, if the
-    bag has them, position and effort. commands: V_X, V_Y, Omega that were commanded, held until the next.
-    """
+    """The series of a bag by the names of TOPICS. Poses with velocities in the frame of the base; wheels positive forward;
+    commands as V_X, V_Y and Omega, held until the next."""
     base: Base
     series: dict = field(default_factory=dict)
     topics: dict = field(default_factory=dict)  # of each series
@@ -102,8 +98,8 @@ class Record:
 
 
 def read_record(bag, base, chosen=(), progress=lambda n: None, only=None):
-    """Reads a Record. `chosen` has topics by name that replace the usual ones; `progress(n)` is called after each of n
-    messages; `only`: the names of TOPICS to read, all unless given."""
+    """Reads a Record. `chosen`: topics by name that replace the usual ones; `progress(n)` is called for each message;
+    `only`: the names of TOPICS to read, all unless given."""
     topics = find_topics(bag, chosen, only or TOPICS)
     names = {topic: name for name, candidates in topics.items() for topic in candidates}
     rows = {topic: [] for topic in names}
@@ -181,15 +177,17 @@ class LeftOut:
 def find_topics(bag, chosen, names):
     """{name: topics that may have it, the likeliest first}"""
     found = {}
-    for name, wanted in ((name, TOPICS[name]) for name in names):
+    for name in names:
+        wanted = TOPICS[name]
         topics = {topic: topic.rsplit("/", 1)[-1] for topic in bag.types if bag.types[topic] == wanted.kind}
-        found[name] = sorted((topic for topic in topics if topics[topic] in wanted.usual),
-                             key=lambda topic: (wanted.usual.index(topics[topic]), topic.count("/"), topic))
-        if name in chosen:
+        if name not in chosen:
+            found[name] = sorted((topic for topic in topics if topics[topic] in wanted.usual),
+                                 key=lambda topic: (wanted.usual.index(topics[topic]), topic.count("/"), topic))
+        elif chosen[name] in topics:
             found[name] = [chosen[name]]
-            if chosen[name] not in topics:
-                raise Refused(f"{shown(bag.path)}: {name}={shown(chosen[name])}: must be a topic of type "
-                              f"{wanted.kind}; it has {bag.shown_topics()}")
+        else:
+            raise Refused(f"{shown(bag.path)}: {name}={shown(chosen[name])}: must be a topic of type {wanted.kind}; it "
+                          f"has {bag.shown_topics()}")
     return found
 
 
@@ -215,9 +213,7 @@ def joint_fields(message):
 
 def switch_fields(message):
     wheel = message.wheel.rsplit("_", 1)[-1]
-    if wheel not in WHEELS:
-        return None
-    return {"switch": (WHEELS.index(wheel), message.direction, getattr(message, "count", 1)), "phi": (message.phi,)}
+    return None if wheel not in WHEELS else {"switch": (WHEELS.index(wheel), message.direction, getattr(message, "count", 1)), "phi": (message.phi,)}
 
 
 def contact_fields(message):
@@ -267,11 +263,9 @@ def pose_series(t, values, record, topic):
     poses = series.known("x", "y", "psi")
     if len(poses) < 3:
         return series
-    step = np.diff(poses.t)
-    middle = lambda column: (column[1:] + column[:-1]) / 2
-    V = differentiated(poses)
+    V, step = differentiated(poses), np.diff(poses.t)
     speed = np.hypot(V["V_X"], V["V_Y"])
-    off = np.hypot(V["V_X"] - middle(poses["V_X"]), V["V_Y"] - middle(poses["V_Y"]))
+    off = np.hypot(V["V_X"] - middles(poses["V_X"]), V["V_Y"] - middles(poses["V_Y"]))
     known = np.isfinite(off)
     if known.any() and np.sum((off * step)[known]) <= 0.5 * np.sum((speed * step)[known]):
         return series
@@ -280,9 +274,14 @@ def pose_series(t, values, record, topic):
     return series
 
 
+def middles(column):
+    """Between neighbouring samples."""
+    return (column[1:] + column[:-1]) / 2
+
+
 def differentiated(series):
     """V_X, V_Y and Omega, means over the steps."""
-    step, psi = np.diff(series.t), (series["psi"][1:] + series["psi"][:-1]) / 2
+    step, psi = np.diff(series.t), middles(series["psi"])
     dx, dy = np.diff(series["x"]) / step, np.diff(series["y"]) / step
     return {"V_X": np.cos(psi) * dx + np.sin(psi) * dy, "V_Y": -np.sin(psi) * dx + np.cos(psi) * dy,
             "Omega": np.diff(series["psi"]) / step}
@@ -290,7 +289,7 @@ def differentiated(series):
 
 def at_samples(t, known, means):
     """Means over the steps between the times `known`, at these times; NaN at the others of t."""
-    return np.where(np.isin(t, known), np.interp(t, (known[1:] + known[:-1]) / 2, means), np.nan)
+    return np.where(np.isin(t, known), np.interp(t, middles(known), means), np.nan)
 
 
 def wheel_series(t, values, record, topic):
@@ -301,9 +300,8 @@ def wheel_series(t, values, record, topic):
     if not positions:
         record.notes.append(f"{topic} has no positions: velocities are assumed positive forward")
     elif sign is None and len(positions) > 1:
-        record.notes.append(f"{topic}: "
-                            f"{'its velocities do not fit its positions' if both else 'it has no velocities'}"
-                            ": velocities are differences of the positions")
+        why = "its velocities do not fit its positions" if both else "it has no velocities"
+        record.notes.append(f"{topic}: {why}: velocities are differences of the positions")
         means = np.diff(positions["position"], axis=0) / np.diff(positions.t)[:, None]
         series.columns["velocity"] = np.stack([at_samples(t, positions.t, wheel) for wheel in means.T], -1)
     elif sign == "driver_exact":
@@ -316,10 +314,8 @@ def wheel_series(t, values, record, topic):
 
 
 def velocity_sign(positions, rates):
-    """"consistent" with the positions, or "driver_exact": fl and bl negated, as by the youBot's driver.
-
-    Rows over the four wheels, in order of time. None where they contradict each other, "still" where no wheel turns.
-    """
+    """"consistent" with the positions, or "driver_exact": fl and bl negated, as by the youBot's driver. None where they
+    contradict each other, "still" where no wheel turns. Rows over the four wheels, in order of time."""
     agree = np.sign(np.sum(np.diff(positions, axis=0) * rates[1:], axis=0))
     if not agree.any():
         return "still"
@@ -332,8 +328,8 @@ def sign_factors(sign):
 
 
 def switch_series(t, values, *_):
-    return Series(t, {"wheel": values[:, 0].astype(int), "direction": values[:, 1], "count": values[:, 2],
-                      "phi": values[:, 3]})
+    wheel, direction, count, phi = values.T
+    return Series(t, {"wheel": wheel.astype(int), "direction": direction, "count": count, "phi": phi})
 
 
 def contact_series(t, values, *_):

@@ -10,7 +10,7 @@ SMALL = 0.05  # of the whole speed: the factor of a smaller part says nothing
 
 
 def analyse(record):
-    V = [name for _, name, _ in DIRECTIONS]
+    V = ("V_X", "V_Y", "Omega")
     no_command = f"{record.lack('cmd_vel')}; {record.lack('velocity_command')}"
     truth, joints = record.get("ground_truth", *V), record.get("joint_states", "velocity")
     if truth:
