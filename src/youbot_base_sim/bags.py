@@ -72,8 +72,7 @@ class Bag:
             yield topic, message, arrival
 
     def messages_of_one_run(self, topics):
-        """Yields seconds, topic and message. Throws Refused where the times of a topic go back, as in a bag of two runs,
-        whose messages would alternate."""
+        """Yields seconds, topic and message. Throws Refused where a topic's times go back, as in a bag of two runs."""
         latest = {}
 
         def follow(topic, t):
@@ -149,8 +148,8 @@ def open_bag(path):
 
 
 def scan(path):
-    """Yields connection, time of arrival and bytes of the messages of a bag of version 2.0 up to the first record that is
-    cut or damaged, without its index: rosbag's reindexing drops the whole last chunk, and with it all of a short bag."""
+    """Yields connection, time of arrival and bytes of the messages of a bag of version 2.0, without its index, up to the
+    first record that is cut or damaged. rosbag's reindexing drops the whole last chunk: all of a short bag."""
     connections = {}
     with open_bag(path)[0] as file:
         try:

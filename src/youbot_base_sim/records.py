@@ -32,10 +32,8 @@ class Series:
 
     def known(self, *names):
         """The rows in which these columns are known; none if a column is not there."""
-        if not set(names) <= set(self.columns):
-            return Series(self.t[:0], {})
-        rows = np.ones(len(self), bool)
-        for name in names:
+        rows = np.full(len(self), set(names) <= set(self.columns))
+        for name in names if rows.any() else ():
             rows &= np.isfinite(self.columns[name]).reshape(len(self), -1).all(axis=1)
         return Series(self.t[rows], {name: values[rows] for name, values in self.columns.items()})
 
@@ -63,14 +61,13 @@ class Series:
     def stretches(self):
         """Slices without gaps, of two samples at least."""
         breaks = np.flatnonzero(np.diff(self.t) > self.max_step) + 1
-        bounds = [0, *breaks, len(self)]
-        return [slice(a, b) for a, b in zip(bounds, bounds[1:]) if b - a > 1]
+        return [slice(a, b) for a, b in zip([0, *breaks], [*breaks, len(self)]) if b - a > 1]
 
 
 @dataclass
 class Record:
-    """The series of a bag by the names of TOPICS. Poses with velocities in the frame of the base; wheels positive forward;
-    commands as V_X, V_Y and Omega, held until the next."""
+    """The series of a bag by the names of TOPICS: poses with velocities in the frame of the base, wheels positive
+    forward, commands as V_X, V_Y and Omega, held until the next."""
     base: Base
     series: dict = field(default_factory=dict)
     topics: dict = field(default_factory=dict)  # of each series
@@ -141,19 +138,17 @@ class LeftOut:
         if fields is None:
             self.foreign[topic] += 1
             return None
-        row, is_usable = [], False
+        row, left_out = [], 0
         for name, values in fields.items():
             if values is not EMPTY:
                 self.filled.add((topic, name))
-            if values is EMPTY or values is MISCOUNTED:
-                self.lacking[topic, name] += 1
-            elif not all(abs(value) <= LARGEST for value in values):
-                self.wild[topic, name] += 1
+            if not all(abs(value) <= LARGEST for value in values):
+                counter = self.lacking if values is EMPTY or values is MISCOUNTED else self.wild
+                counter[topic, name] += 1
+                left_out += 1
                 values = (math.nan,) * len(values)
-            else:
-                is_usable = True
             row += values
-        return row if is_usable else None
+        return row if left_out < len(fields) else None
 
     def why_none(self, topic):
         """The reason where no message of a topic can be used."""
@@ -213,7 +208,8 @@ def joint_fields(message):
 
 def switch_fields(message):
     wheel = message.wheel.rsplit("_", 1)[-1]
-    return None if wheel not in WHEELS else {"switch": (WHEELS.index(wheel), message.direction, getattr(message, "count", 1)), "phi": (message.phi,)}
+    return None if wheel not in WHEELS else {
+        "switch": (WHEELS.index(wheel), message.direction, getattr(message, "count", 1)), "phi": (message.phi,)}
 
 
 def contact_fields(message):
@@ -221,15 +217,11 @@ def contact_fields(message):
     if set(contacts) != set(WHEELS):
         return None
     ordered = [contacts[wheel] for wheel in WHEELS]
-
-    def planar(vectors):
-        return [component for vector in vectors for component in (vector.x, vector.y)]
     return {"kinetic_energy": (message.kinetic_energy,),
             **{name + "_power": (getattr(message, name + "_power", 0.0),) for name in POWERS},
-            "slip_velocity": planar(contact.slip_velocity for contact in ordered),
-            "friction_force": planar(contact.friction_force for contact in ordered),
-            "friction_share": [contact.friction_share for contact in ordered],
-            "normal_force": [contact.normal_force for contact in ordered]}
+            **{name: [number for contact in ordered for number in (getattr(contact, name).x, getattr(contact, name).y)]
+               for name in ("slip_velocity", "friction_force")},
+            **{name: [getattr(contact, name) for contact in ordered] for name in ("friction_share", "normal_force")}}
 
 
 def twist_fields(message):
@@ -314,8 +306,8 @@ def wheel_series(t, values, record, topic):
 
 
 def velocity_sign(positions, rates):
-    """"consistent" with the positions, or "driver_exact": fl and bl negated, as by the youBot's driver. None where they
-    contradict each other, "still" where no wheel turns. Rows over the four wheels, in order of time."""
+    """"consistent" with the positions, "driver_exact" (fl and bl negated, as by the youBot's driver), "still" where no
+    wheel turns, None where they contradict each other. Rows over the four wheels, in order of time."""
     agree = np.sign(np.sum(np.diff(positions, axis=0) * rates[1:], axis=0))
     if not agree.any():
         return "still"

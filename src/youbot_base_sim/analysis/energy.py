@@ -33,8 +33,7 @@ def integral(t, values):
 
 
 def energies(contacts, stride=1):
-    """Since the beginning, J, from each sample or every second one: times; put in, lost by place, gained, and what is
-    left over. Gaps are left out: in them nothing is put in or lost."""
+    """Since the beginning, J, by name, from each sample or every second one; in gaps nothing is put in or lost."""
     parts = {name: [] for name in ("t", *GAINS, *LOSSES, "gained")}
     for stretch in contacts.stretches():
         chosen = np.unique([*range(stretch.start, stretch.stop, stride), stretch.stop - 1])

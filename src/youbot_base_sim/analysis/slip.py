@@ -40,8 +40,7 @@ def analyse(record):
 
 
 def contradiction(joints, reason):
-    """The part of four angular velocities that none of a base's three velocities explains; the same for all wheels but
-    for the sign."""
+    """The part of the wheels' velocities that no motion of a base explains: the same for all but for the sign."""
     fl, fr, bl, br = joints["velocity"].T
     apart = (fl + fr - bl - br) / 4
     largest = np.abs(apart).max()

@@ -1,5 +1,5 @@
-"""Order spectrum of the wheels' angular velocities: their ripple, in cycles per revolution of the wheel. n rollers pass per
-revolution at any speed, so a changing speed does not smear the line, as it would in a spectrum over time."""
+"""Order spectrum of the wheels' angular velocities: their ripple, in cycles per revolution of the wheel. n rollers pass
+per revolution at any speed, so a changing speed does not smear the line, as it would in a spectrum over time."""
 import math
 
 import numpy as np

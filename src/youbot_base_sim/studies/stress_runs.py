@@ -66,8 +66,7 @@ class Simulate:
 
 
 def base_cost(simulate, cell, tolerance, repeats):
-    """Of the base scene at one tolerance, with which all others at it are compared: processor seconds a simulated
-    second."""
+    """Of the base scene at one tolerance: processor seconds per simulated second."""
     times = []
     for _ in range(repeats):
         run = simulate.run(cell, tolerance)
@@ -78,8 +77,7 @@ def base_cost(simulate, cell, tolerance, repeats):
 
 
 def measure(simulate, cell, tolerance, base, compare_held):
-    """A row of stress.csv; what could not be measured is left out. `compare_held`: whether random runs are compared
-    with a hundredth of the tolerance."""
+    """A row of stress.csv. `compare_held`: whether random runs are compared with a hundredth of the tolerance."""
     row = Row(group=cell.group, cell=cell.name, tolerance=tolerance, duration=cell.duration,
               base_cpu_time=base * cell.duration)
     run = plain_run(simulate, cell, tolerance, row)

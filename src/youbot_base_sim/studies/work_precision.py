@@ -92,8 +92,7 @@ def useful_setting(rows, scene, contestant):
 
 
 def grow(solve, quantity, scene, variants, span, settings):
-    """Rows of growth.csv: contestants with their settings on variants of a scene, each a value of the quantity and a
-    line of YAML."""
+    """Rows of growth.csv: contestants on variants of a scene, each a value of the quantity and a line of YAML."""
     print(quantity, flush=True)
     rows = []
     with tempfile.TemporaryDirectory() as folder:
@@ -156,8 +155,7 @@ def time_within(rows, scene, contestant, error):
 
 
 def best_table(rows):
-    """Run time of each method on each scene at USEFUL_ERROR: of this package with the real-time factor, of the others
-    with the ratio to it."""
+    """Run time of each method on each scene at USEFUL_ERROR, with the real-time factor or the ratio to this package."""
     spans = {row["scene"]: row["span_s"] for row in reversed(rows)}  # explicit methods, which come last, have their own
     scenes = {row["scene"]: row["scene_title"] for row in rows}
     own = {scene: time_within(rows, scene, CONTESTANTS[0].key, USEFUL_ERROR) for scene in scenes}

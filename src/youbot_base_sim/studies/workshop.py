@@ -17,8 +17,7 @@ def add_arguments(parser, folder):
 
 
 class Workshop:
-    """Draws and measures `count` figures and rows with one `simulate`, unless they are kept. A context, which ends with
-    the warnings of runs."""
+    """Makes `count` figures and rows with one `simulate`, or takes kept ones. A context; ends with the runs' warnings."""
 
     def __init__(self, name, simulate, folder, count):
         from .runs import Kept, Recorder  # with what has been installed
