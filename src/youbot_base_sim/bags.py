@@ -148,8 +148,8 @@ def open_bag(path):
 
 
 def scan(path):
-    """Yields connection, time of arrival and bytes of the messages of a bag of version 2.0, without its index, up to the
-    first record that is cut or damaged. rosbag's reindexing drops the whole last chunk: all of a short bag."""
+    """Yields connection, time of arrival and bytes of the messages of a bag of version 2.0, without its index, up to
+    the first record that is cut or damaged. rosbag's reindexing drops the whole last chunk: all of a short bag."""
     connections = {}
     with open_bag(path)[0] as file:
         try:

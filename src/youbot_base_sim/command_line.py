@@ -79,7 +79,7 @@ class Parser(argparse.ArgumentParser):
 
 
 class Progress:
-    """A bar on a terminal's standard error: from `delay` s on, at most each `interval` s. A context, which clears it."""
+    """A bar on standard error, if a terminal: from `delay` s on, at most each `interval` s. A context: clears it."""
 
     def __init__(self, total, delay=0, interval=0):
         self.total, self.interval, self.is_shown = max(total, 1), interval, False

@@ -71,12 +71,11 @@ class Aligned:
 
     def piece_errors(self, begins, ends):
         """Distance and heading between the two motions over pieces, each aligned at its own start."""
-        steps = []
-        for x, y, psi in (self.truth, self.odom):
+        def steps(x, y, psi):
             dx, dy = x[ends] - x[begins], y[ends] - y[begins]
             c, s = np.cos(psi[begins]), np.sin(psi[begins])
-            steps.append((c * dx + s * dy, -s * dx + c * dy, psi[ends] - psi[begins]))
-        (x0, y0, psi0), (x1, y1, psi1) = steps
+            return c * dx + s * dy, -s * dx + c * dy, psi[ends] - psi[begins]
+        (x0, y0, psi0), (x1, y1, psi1) = steps(*self.truth), steps(*self.odom)
         return np.hypot(x1 - x0, y1 - y0), psi1 - psi0
 
 
@@ -86,9 +85,9 @@ def add_per_length(section, aligned):
         section.say("error per metre of path", f"the base moved less than {0.1 * PIECE:g} m")
         return
     final = aligned.distance[-1] / length
-    begins, ends = aligned.pieces(aligned.length, PIECE)
     section.say("error per metre of path", f"{1e3 * final:.1f} mm: that at the end over the whole path length",
                 final_error_per_metre=(final, "m/m"))
+    begins, ends = aligned.pieces(aligned.length, PIECE)
     if len(begins):
         errors, _ = aligned.piece_errors(begins, ends)
         errors = errors * PIECE / (aligned.length[ends] - aligned.length[begins])

@@ -1,8 +1,6 @@
 """Counts the instructions of each model, output and feature per simulated second of the paper's Case 2, and prints them
-as Markdown tables. Builds what it needs in build/bench_ros/ and installs valgrind and PyYAML if they are missing. Counts
-the node's part if ROS is installed; needs no ROS master.
-
-Instructions do not depend on other load. Each number is that of a long run less that of a short one.
+as Markdown tables: those of a long run less those of a short one. Builds what it needs in build/bench_ros/ and installs
+valgrind and PyYAML if they are missing. Counts the node's part if ROS is installed; needs no ROS master.
 """
 import json
 import re

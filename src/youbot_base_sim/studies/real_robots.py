@@ -25,8 +25,7 @@ PROFILES = {"paper": "{profile: paper}", "measured": "{profile: measured}",
 
 
 class Run:
-    """A run of `simulate` in which the wheels track constant rates: columns of its rows, RATE a second, by their names,
-    and the motors' torques."""
+    """A run of `simulate` in which the wheels track constant rates: columns of its rows, RATE a second, and torques."""
     simulate = None  # the program
 
     def __init__(self, robot, rates, duration, initial="", floor="", gains=GAINS):
@@ -42,8 +41,7 @@ class Run:
                 names = file.readline().strip().split(",")
                 self.rows = dict(zip(names, np.loadtxt(file, delimiter=",").T))
         self.phi, self.dphi = (np.array([self.rows[name + wheel] for wheel in WHEELS]).T for name in ("phi_", "dphi_"))
-        # The velocity loops' law; none comes to its limit here. Their integral is a sum over control periods, both ends
-        # included.
+        # The velocity loops' law, without limits. Their integral is a sum over control periods, both ends included.
         lacking = rates - self.dphi
         behind = np.outer(self.rows["t"], rates) - (self.phi - self.phi[0])
         self.torque = gains[0] * lacking + gains[1] * (behind + CONTROL_PERIOD / 2 * (lacking + lacking[0]))
@@ -51,8 +49,7 @@ class Run:
 
 def steady_torques(base, robot, velocity, floor=""):
     """Mean torque of each wheel as the base's records have it, N m: A at constant speed, B over 4 s from rest, here
-    without the first half second. A wheel that is commanded to stand keeps the torque that it stopped with: this
-    matters at 45 degrees."""
+    without the first half second: at 45 degrees two wheels keep the torque that they stopped with."""
     duration, skipped = (20, 10) if base == "A" else (4, 0.5)
     torque = Run(robot, YOUBOT.rolling_rates(*velocity), duration, floor=floor).torque
     return torque[int(skipped / duration * len(torque)):].mean(axis=0)
@@ -119,8 +116,8 @@ def off(values, spin_radius):
 
 
 def fit(free, spin_radius):
-    """The first `free` of FITTED, for which both robots differ least from the records; each counts for half. Gauss and
-    Newton's method; the problem is nearly linear, and two rounds are enough."""
+    """The first `free` of FITTED fitted to both records, each of which counts for half. Two rounds of Gauss and Newton's
+    method are enough: the problem is nearly linear."""
     def residuals(values):
         return np.concatenate([part / math.sqrt(len(part)) for part in off(values, spin_radius)])
     values = MEASURED.copy()
@@ -151,8 +148,8 @@ def crossing(t, rate, share):
 
 
 def rise_and_overshoot(robot, gains, velocity, phi):
-    """Of the wheels' angular velocities over the commanded ones, from rest at angles `phi`: the mean over the wheels of
-    their times from 10 to 90 %, s; the overshoot of their mean, without the ripple of single rollers, %."""
+    """Of the wheels' angular velocities, from rest at angles `phi`: mean of their times from 10 to 90 % of the commanded
+    ones, s; overshoot of their mean, without the ripple of single rollers, %."""
     target = np.array(Base(wheel_radius=DRIVER_RADIUS).rolling_rates(*velocity))
     run = Run(robot, target.tolist(), 4, f"wheel_angles: {list(phi)}", gains=gains)
     t, rates = run.rows["t"], run.dphi / target
@@ -207,8 +204,8 @@ def gain_ratios(robot, base, floor="", gains=GAINS):
 
 def gain_table():
     C, limit_C = Base(0.03, 0.0215, 0.1015, 0.1075, 8), 0.5 * 3.4 * GRAVITY / 4  # f N of a wheel, N
-    robot_C = {"body_mass": 3, "wheel_mass": 0.1, "total_inertia": 0.05, "wheel_inertia": 1e-4, "com": [0, 0], **vars(C),
-               "wheel_damping": 1e-3, "roller_damping": 1e-6}
+    robot_C = {"body_mass": 3, "wheel_mass": 0.1, "total_inertia": 0.05, "wheel_inertia": 1e-4, "com": [0, 0],
+               "wheel_damping": 1e-3, "roller_damping": 1e-6, **vars(C)}
     free_C, dry_C = json.dumps(robot_C), json.dumps({**robot_C, "roller_dry_friction": 2.2e-3 * limit_C})
     gentle = (0.02, 0.1)  # gains for wheels of a sixtieth of the youBot's inertia
     print("\n| wheels | k_Y/k_X | q |\n|---|---|---|")

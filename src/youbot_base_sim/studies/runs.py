@@ -1,5 +1,5 @@
-"""Runs of `simulate`: a scene changed in some keys, recorded in a bag, and the bag as arrays; the runs that a study of a
-scene needs. Bags are kept under the hash of what they depend on, so that no run is done twice."""
+"""Runs of `simulate`: a scene changed in some keys, recorded in a bag, and the bag as arrays; the runs that a study
+needs. Bags are kept under the hash of what they depend on, so that no run is done twice."""
 import contextlib
 import copy
 import fcntl
@@ -19,7 +19,7 @@ import numpy as np
 import yaml
 
 from ..bags import Bag
-from ..base import WHEELS, Base
+from ..base import Base
 from ..command_line import REFUSED, Failed, Refused, one_line
 from ..records import read_record
 from .builds import digest
@@ -125,14 +125,13 @@ class Recording:
         """Of each wheel the times (s) and wheel angles (rad) of its roller switches."""
         series = self.series("roller_switches")
         if not series:
-            return [(np.array([]), np.array([]))] * len(WHEELS)
-        count = [np.where(series["wheel"] == i, series["count"], 0).astype(int) for i in range(len(WHEELS))]
-        return [(np.repeat(series.t, one), np.repeat(series["phi"], one)) for one in count]
+            return [(np.array([]), np.array([]))] * 4
+        counts = [np.where(series["wheel"] == i, series["count"], 0).astype(int) for i in range(4)]
+        return [(np.repeat(series.t, count), np.repeat(series["phi"], count)) for count in counts]
 
     @cached_property
     def contacts(self):
-        """Of each row of contacts t (s); of the four contacts |v_P| (m/s), |F| and N (N), share of the friction limit;
-        and the drive power (W)."""
+        """Of each row t (s) and drive power (W); of the four contacts |v_P| (m/s), |F|, N (N), share of the limit."""
         series = self.series("contacts")
         return dict(t=series.t, slip=np.linalg.norm(series["slip"], axis=2),
                     force=np.linalg.norm(series["force"], axis=2), normal=series["normal"], share=series["share"],
@@ -177,17 +176,17 @@ class Recorder:
 
     def check(self, scene):
         """Throws Refused, with what `simulate` says, where it does not take the scene as it is."""
-        status, said = self.run([scene.path, "--quiet", "--cpu-limit", "1e-9"])
+        status, said = self.run(scene.path, "--cpu-limit", "1e-9")
         if status == REFUSED:
             raise Refused(said)
 
-    def run(self, arguments):
+    def run(self, *arguments):
         """Exit status of `simulate`, and its first line of errors."""
         with self.lock:
             if self.stopped:
                 raise Failed("stopped")
-            program = subprocess.Popen([self.simulate, *arguments], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
-                                       stdin=subprocess.DEVNULL, text=True)
+            program = subprocess.Popen([self.simulate, *arguments, "--quiet"], stdout=subprocess.DEVNULL,
+                                       stderr=subprocess.PIPE, stdin=subprocess.DEVNULL, text=True)
             self.running.add(program)
         line = program.communicate()[1].strip().split("\n")[0]
         self.running.discard(program)
@@ -197,14 +196,12 @@ class Recorder:
         """`to_the_limit`: if the base tips over, the motion until then counts."""
         if model == "no_slip":  # its wheels can but roll
             scene = scene.changed(initial=dict(wheel_rates=None, roller_rates=None))
-        text = scene.text()
         key = self.kept.key(scene.key(), model, contacts)
 
         def run(bag):
             file = bag.with_suffix(".yaml")
-            file.write_text(text)
-            options = ["--contacts"] if contacts else []
-            status, said = self.run([file, "--model", model, "--bag", bag, "--quiet", *options])
+            file.write_text(scene.text())
+            status, said = self.run(file, "--model", model, "--bag", bag, *["--contacts"] * contacts)
             said = said.replace(str(file), str(scene.path))
             if to_the_limit and status == 1 and "tips over" in said:
                 next(bag.parent.glob(bag.name + ".incomplete-*")).rename(bag)
@@ -235,10 +232,8 @@ class Recorder:
 class Study:
     """The runs of one scene that its figures show, each recorded when it is first asked for."""
 
-    ROWS = 6000            # of a run
+    ROWS, CONTACT_ROWS, SPREAD_ROWS = 6000, 10000, 300  # of a run
     BEGINNING, CONTACT = 20, 5  # roller switches of the first wheel that the figures of the beginning show
-    CONTACT_ROWS = 10000
-    SPREAD_ROWS = 300
 
     def __init__(self, scene, recorder):
         self.scene, self.recorder = scene, recorder
@@ -263,19 +258,17 @@ class Study:
         return self.of_models(scene, ("viscous", "coulomb"), True)
 
     def until_switch(self, count):
-        """Time (s) that goes a little beyond this switch of the first wheel; the whole duration if there are fewer."""
+        """Time (s) a little beyond this switch of the first wheel, if there is one within the duration."""
         times = self.whole["coulomb"].switches[0][0]
-        if len(times) < count or times[count - 1] <= 0:
-            return self.scene.duration
-        return min(self.scene.duration, float(f"{1.1 * times[count - 1]:.2g}"))
+        end = float(f"{1.1 * times[count - 1]:.2g}") if len(times) >= count else 0
+        return min(self.scene.duration, end if end > 0 else math.inf)
 
     def half_pitch_angles(self):
         """16 rows of initial wheel angles, rad: each wheel stands as the scene says or half a roller further."""
-        return np.array([np.add(self.scene.wheel_angles, self.scene.roller_pitch / 2 * np.array(further))
-                         for further in itertools.product((0, 1), repeat=4)])
+        further = np.array(list(itertools.product((0, 1), repeat=4)))
+        return self.scene.wheel_angles + self.scene.roller_pitch / 2 * further
 
     def spread(self, angles):
         """Motions of model 2b from these initial wheel angles, rows of four, rad."""
         scene = self.scene.sampled(self.scene.duration, self.SPREAD_ROWS)
-        return self.recorder.record_all(
-            [(scene.changed(initial=dict(wheel_angles=list(row))), "coulomb") for row in angles])
+        return self.recorder.record_all([(scene.changed(initial=dict(wheel_angles=row)), "coulomb") for row in angles])

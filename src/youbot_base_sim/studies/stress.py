@@ -10,7 +10,7 @@ from pathlib import Path
 from ..command_line import Parser, Progress, interruptible
 from ..files import make_folder, write_whole
 from . import stress_report, stress_runs
-from .builds import ROOT, build, digest
+from .builds import ROOT, build
 from .stress_cells import BASE, stress_cells
 
 
@@ -34,8 +34,6 @@ def read_arguments():
                         help="run this group or cell; may be repeated")
     parser.add_argument("--tolerances", type=tolerances, default=[float(f"1e-{n}") for n in range(3, 11)],
                         metavar="X,...", help="relative tolerances; 1e-3 to 1e-10 unless given")
-    parser.add_argument("--resume", action="store_true",
-                        help="keep the rows of FOLDER/stress.csv that the same build of simulate gave")
     parser.add_argument("--simulate", type=Path, metavar="FILE", help="run this program rather than build one")
     parser.add_argument("--list", action="store_true", help="print the names of the cells and run nothing")
     arguments = parser.parse_args()
@@ -50,11 +48,7 @@ def read_arguments():
 
 def run(arguments, progress):
     """Runs all cells one after the other: parallel runs would disturb the timing."""
-    program = arguments.simulate or build("simulate")[0]
-    simulate = stress_runs.Simulate(program, arguments.folder / "scenes")
-    this_build = digest(program)[:12]
-    table = arguments.folder / "stress.csv"
-    kept = stress_report.kept_rows(table, this_build) if arguments.resume and table.exists() else {}
+    simulate = stress_runs.Simulate(arguments.simulate or build("simulate")[0], arguments.folder / "scenes")
     held_tolerance = max((x for x in arguments.tolerances if x <= stress_report.DEFAULT_TOLERANCE), default=None)
     start = time.monotonic()
     rows, base, group = [], {}, None
@@ -65,15 +59,11 @@ def run(arguments, progress):
             failed = sum(row["outcome"] == "fails" for row in rows)
             progress.show(len(rows), f"{time.monotonic() - start:.0f} s, {failed} failed: {cell.full_name} at "
                           f"{tolerance:g}")
-            row = kept.pop((cell.group, cell.name, tolerance, cell.duration), None)
-            if row is None:
-                if tolerance not in base:
-                    base[tolerance] = stress_runs.base_cost(simulate, BASE, tolerance, 3)
-                row = stress_runs.measure(simulate, cell, tolerance, base[tolerance], tolerance == held_tolerance)
-                row["build"] = this_build
-            row.judge()
-            rows.append(row)
-        write_whole(table, stress_report.csv_of_rows(rows + list(kept.values())))
+            if tolerance not in base:
+                base[tolerance] = stress_runs.base_cost(simulate, BASE, tolerance)
+            rows.append(stress_runs.measure(simulate, cell, tolerance, base[tolerance], tolerance == held_tolerance))
+            rows[-1].judge()
+        write_whole(arguments.folder / "stress.csv", stress_report.csv_of_rows(rows))
     tables = arguments.folder / "stress"
     make_folder(tables)
     write_whole(tables / "cells.csv", stress_report.cells_csv(rows))
@@ -87,7 +77,7 @@ def main():
     if arguments.list:
         print("\n".join(cell.full_name for cell in arguments.cells))
         return 0
-    with interruptible("interrupted; --resume continues after the last cell"), \
+    with interruptible("interrupted; stress.csv has the cells so far"), \
             Progress(len(arguments.cells) * len(arguments.tolerances)) as progress:
         rows = run(arguments, progress)
     good = sum(row["outcome"] != "fails" for row in rows)

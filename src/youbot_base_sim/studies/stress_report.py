@@ -1,5 +1,4 @@
 """What the stress suite requires, and its report. A run is a row of stress.csv: a dictionary of what was measured."""
-import csv
 import math
 
 from ..base import Base
@@ -20,18 +19,16 @@ WHEELS_CENTRE = math.hypot(Base.half_wheelbase, Base.half_track)  # m from O
 
 PAGE = WrittenPart(ROOT / "docs" / "stress.md", "scripts/stress")
 
-# Columns of stress.csv besides the counters of the integration: numbers but for WORDS.
-COLUMNS = ("group cell tolerance build ending message outcome duration reached cpu_time base_cpu_time slowest_ms "
+# Columns of stress.csv besides the counters of the integration.
+COLUMNS = ("group cell tolerance ending message outcome duration reached cpu_time base_cpu_time slowest_ms "
            "slowest_ms_at ms_99_9 late_ms energy_error energy path halving echo amplification_minus amplification_plus "
            "x y psi hundredth_distance switches_per_s cost_ratio ms_ratio energy_ratio halving_ratio "
            "held_ratio").split()
-WORDS = ("group", "cell", "build", "ending", "message", "outcome")
 BRACES = str.maketrans({"{": "{{", "}": "}}"})  # for str.format
 
 
 class Row(dict):
-    """What was measured of a run; what was not is not a number."""
-
+    """What was measured of a run; NaN for what was not."""
     def __missing__(self, key):
         return math.nan
 
@@ -95,14 +92,6 @@ class Row(dict):
 def csv_of_rows(rows):
     """One line for each cell and tolerance."""
     return csv_text(COLUMNS + counter_names(rows), rows, "{:.10g}".format)
-
-
-def kept_rows(path, build):
-    """The rows of `csv_of_rows` in a file that this build gave, by group, cell, tolerance and duration."""
-    with open(path, newline="") as file:
-        rows = [Row({key: value if key in WORDS else float(value) for key, value in line.items()
-                     if key in WORDS or value}) for line in csv.DictReader(file) if line["build"] == build]
-    return {(row["group"], row["cell"], row["tolerance"], row["duration"]): row for row in rows}
 
 
 def counter_names(rows):
@@ -219,7 +208,8 @@ def written_part(rows):
             [name, f"{len(set(of(of_group, 'cell')))}", *summary(of_group)]
             for name, of_group in grouped(rows, lambda row: row["group"]).items()]),
         paragraph("The worst over the cells and tolerances of each group; [cells.csv](stress/cells.csv) has every "
-                  f"cell, [counters.csv](stress/counters.csv) the counters of the integration at {power(tolerances[0])}."),
+                  "cell, [counters.csv](stress/counters.csv) the counters of the integration at "
+                  f"{power(tolerances[0])}."),
         paragraph(base_costs(rows)),
         "### What does not hold\n", failure_table(failing) if failing else "Everything holds.\n",
         paragraph(explained_text(explained)), "### Held wheels\n", paragraph(held_text(rows))])

@@ -65,10 +65,10 @@ class Simulate:
         return Run("refused" if done.returncode == 2 else "failed", message)
 
 
-def base_cost(simulate, cell, tolerance, repeats):
+def base_cost(simulate, cell, tolerance):
     """Of the base scene at one tolerance: processor seconds per simulated second."""
     times = []
-    for _ in range(repeats):
+    for _ in range(3):
         run = simulate.run(cell, tolerance)
         if run.ending != "finished":
             raise Failed(f"the base scene does not finish at {tolerance:g}: {run.ending} {run.message}")

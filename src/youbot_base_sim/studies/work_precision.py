@@ -36,12 +36,9 @@ def read_arguments():
     parser = Parser("work_precision", __doc__, "", "--scene case2_coulomb --span 2 --output build/case2")
     parser.add_argument("--output", type=Path, default=ROOT / "docs" / "work_precision", metavar="FOLDER",
                         help="where to write; docs/work_precision/ unless given")
-    parser.add_argument("--scene", choices=[scene.key for scene in SCENES], metavar="KEY", help="run only this one")
-    parser.add_argument("--contestant", choices=[one.key for one in CONTESTANTS], metavar="KEY",
-                        help="run only this one")
+    parser.add_argument("--scene", choices=[scene.key for scene in SCENES], help="run only this one")
     parser.add_argument("--span", type=float, default=1e9, metavar="S",
                         help="simulate no more than the first S seconds of each scene, at least 1; all unless given")
-    parser.add_argument("--list", action="store_true", help="print the keys of scenes and contestants")
     parser.add_argument("--solve", type=Path, metavar="FILE",
                         help="run this program rather than build one, and install nothing")
     arguments = parser.parse_args()
@@ -60,7 +57,7 @@ def say(row):
     print(text, flush=True)
 
 
-def sweep(solve, scene, span, contestants):
+def sweep(solve, scene, span):
     """Rows of references.csv and of work_precision.csv."""
     print(scene.title, flush=True)
     reference = make_reference(solve, scene, span, RECORD)
@@ -72,7 +69,7 @@ def sweep(solve, scene, span, contestants):
         print(f"  reference ({check['reference']}, {check['switches']} switches) against {check['checked_by']}: "
               f"{found}", flush=True)
     rows = []
-    for contestant in contestants:
+    for contestant in CONTESTANTS:
         for setting in contestant.settings:
             own_span = min(reference["span"], EXPLICIT_SPAN) if contestant.explicit else reference["span"]
             row = measure(solve, scene, reference, contestant, setting, own_span)
@@ -111,15 +108,14 @@ def grow(solve, quantity, scene, variants, span, settings):
 def run(solve, arguments):
     """Rows of all tables by their names."""
     scenes = [scene for scene in SCENES if arguments.scene in (None, scene.key)]
-    contestants = [one for one in CONTESTANTS if arguments.contestant in (None, one.key)]
     tables = {name: [] for name in TABLES}
     for scene in scenes:
-        checks, rows = sweep(solve, scene, arguments.span, contestants)
+        checks, rows = sweep(solve, scene, arguments.span)
         tables["references"] += checks
         tables["work_precision"] += rows
     first = scenes[0]
     if first is SCENES[0]:
-        settings = [(one, setting) for one in contestants if not one.explicit and one.solver not in FIXED_STEP
+        settings = [(one, setting) for one in CONTESTANTS if not one.explicit and one.solver not in FIXED_STEP
                     for setting in [useful_setting(tables["work_precision"], first, one)] if setting is not None]
         held = [(f"{period:g}", f"solver: {{control_period: {period}}}") for period in (1e-2, 1e-3, 1e-4)]
         tables["growth"] += grow(solve, "control_period, s", first, [("0", ""), *held], 1.0, settings)
@@ -188,10 +184,6 @@ def written_part(about, rows, references):
 
 def main():
     arguments = read_arguments()
-    if arguments.list:
-        for title, items in (("scenes", SCENES), ("contestants", CONTESTANTS)):
-            print(f"{title}:", *(f"  {item.key:30} {item.title}" for item in items), sep="\n")
-        return
     solve = Solve(arguments.solve or build("solve", packages=["libsundials-dev", "python3-matplotlib"])[0])
     tables = run(solve, arguments)
     make_folder(arguments.output)

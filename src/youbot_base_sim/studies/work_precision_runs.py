@@ -25,7 +25,7 @@ RECORD, COMPARISON = (("cvode", 3e-14), ("arkode_5", 1e-10)), (("cvode", 1e-11),
 @dataclass(frozen=True)
 class Contestant:
     """A way to integrate a scene, and the settings it is run with, from coarse to fine."""
-    key: str  # in the CSV and on the command line
+    key: str  # in the CSV
     title: str  # in the tables
     solver: str  # of bench/solve
     style: dict  # of its curve

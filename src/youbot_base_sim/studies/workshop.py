@@ -17,7 +17,7 @@ def add_arguments(parser, folder):
 
 
 class Workshop:
-    """Makes `count` figures and rows with one `simulate`, or takes kept ones. A context; ends with the runs' warnings."""
+    """Makes `count` figures and rows with one `simulate`, or takes kept ones. A context: prints the runs' warnings."""
 
     def __init__(self, name, simulate, folder, count):
         from .runs import Kept, Recorder  # with what has been installed
