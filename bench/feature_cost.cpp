@@ -1,6 +1,8 @@
 // Does what the programs do, one feature at a time, for an instruction counter to look at: see scripts/feature_cost.
 
 #include <fmt/format.h>
+#include <ros/serialization.h>
+#include <rosgraph_msgs/Clock.h>
 
 #include <cmath>
 #include <cstdlib>
@@ -10,14 +12,9 @@
 
 #include "youbot_base_sim/drive/base_driver.h"
 #include "youbot_base_sim/drive/wheel_odometry.h"
-#include "youbot_base_sim/simulation.h"
-#ifdef YOUBOT_BASE_SIM_ROS
-#include <ros/serialization.h>
-#include <rosgraph_msgs/Clock.h>
-
 #include "youbot_base_sim/loop/base_loop.h"
 #include "youbot_base_sim/ros/bag.h"
-#endif
+#include "youbot_base_sim/simulation.h"
 
 namespace {
 
@@ -58,7 +55,6 @@ void run_periods(const Scene& scene) {
   simulation.advance_periods(std::llround(scene.duration / kControlPeriod));
 }
 
-#ifdef YOUBOT_BASE_SIM_ROS
 /// Makes the bytes of a message, as publishing to a subscriber does.
 template <class Message>
 void send(const Message& message) {
@@ -105,8 +101,6 @@ void run_node(const Scene& scene, double publish_rate, const std::string& bag_fi
   if (bag) bag->commit();
 }
 
-#endif
-
 }  // namespace
 
 int main(int argc, char** argv) try {
@@ -119,10 +113,8 @@ int main(int argc, char** argv) try {
     run_rows(scene);
   } else if (what == "periods") {
     run_periods(scene);
-#ifdef YOUBOT_BASE_SIM_ROS
   } else if (what == "node" && words.size() == 6) {
     run_node(scene, std::atof(words[2].c_str()), words[3], words[4] == "rollers", words[5] == "all");
-#endif
   } else {
     throw std::invalid_argument("usage: rows|periods SCENE, or node SCENE PUBLISH_RATE BAG|'' rollers|'' all|''");
   }

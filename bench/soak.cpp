@@ -1,12 +1,11 @@
-// Drives the node's control loop, without a master, through hours of random commands, and prints what must be at the
-// end as it was at the start. See scripts/soak.
+// Drives the node's control loop through hours of random commands; prints what must not change. See scripts/soak.
 
 #include <fmt/format.h>
 #include <ros/serialization.h>
 #include <unistd.h>
 
-#include <boost/program_options.hpp>
 #include <cmath>
+#include <cstdlib>
 #include <ctime>
 #include <fstream>
 #include <iostream>
@@ -190,21 +189,12 @@ std::string line(const std::string& hour, const Row& row) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  namespace po = boost::program_options;
-  int hours = 24;
-  unsigned seed = 1;
-  po::options_description options("Options");
-  options.add_options()("hours", po::value(&hours), "of simulated time")("seed", po::value(&seed), "of the commands");
-  try {
-    po::variables_map given;
-    po::store(po::parse_command_line(argc, argv, options), given);
-    po::notify(given);
-    if (hours < 1 || hours > 10000) throw po::error(fmt::format("--hours = {}: must be from 1 to 10000", hours));
-  } catch (const po::error& error) {
-    fmt::print(stderr, "soak: {}\n", error.what());
+  const int hours = argc > 1 ? std::atoi(argv[1]) : 24;
+  if (hours < 1 || hours > 10000) {
+    fmt::print(stderr, "soak: HOURS = {}: must be from 1 to 10000\n", argv[1]);
     return 2;
   }
-  Soak soak(seed);
+  Soak soak(argc > 2 ? static_cast<unsigned>(std::atoi(argv[2])) : 1);
   bool holds = true;
   double error_before = 0;
   Row first, last, least, most;

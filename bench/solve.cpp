@@ -1,6 +1,6 @@
-// Runs one solver on one scene, repeats quick runs, and prints rows, counts and run time as JSON. Its argument is JSON
-// too: scene (a file), model, solver, tolerance or step (s), span (s), rate (rows a second), and max_evaluations unless
-// they are the usual. Without one it prints what it was built with. scripts/work_precision drives it.
+// Runs one solver on one scene, repeats quick runs, and prints rows, counts and run time as JSON; without an argument
+// what it was built with. Its argument is JSON too: scene (a file), model, solver, tolerance or step (s), span (s),
+// rate (rows a second), and if they differ from the usual max_evaluations. scripts/work_precision drives it.
 
 #include <arkode/arkode_arkstep.h>
 #include <cvode/cvode.h>
@@ -52,10 +52,9 @@ struct RunFailure : std::runtime_error {
 
 using Solver = Run (*)(const Task& task);
 
-// CVODE and ARKODE of SUNDIALS 6, each with the Jacobian by central differences, its dense linear solver and its own
-// root finding. What they leave to the user was chosen by trial, for the highest accuracy in the time.
-
-/// The functions that CVODE and ARKODE have in common, by their names in one of them.
+/// The functions that CVODE and ARKODE of SUNDIALS 6 have in common. Both use the Jacobian by central differences, the
+/// dense linear solver and their own root finding. Other settings are chosen by trial, for the highest accuracy in the
+/// time.
 struct Package {
   using Counter = int (*)(void*, long*);
   void* (*create)(SUNContext, CVRhsFn, N_Vector);
@@ -86,7 +85,7 @@ void* create_arkode(SUNContext context, CVRhsFn derivative, N_Vector y) {
   void* memory = ARKStepCreate(nullptr, derivative, 0, y, context);
   ARKStepSetTableNum(memory, table, ARKODE_ERK_NONE);
   ARKStepSetInterpolantType(memory, ARK_INTERP_LAGRANGE);  // the other, Hermite, is not for stiff problems
-  // Otherwise what Newton's iteration leaves, times the rollers' 1e7/s, counts as an error: hundreds of times the
+  // Otherwise what Newton's iteration leaves, times the rollers' 1e7/s, counts as an error: hundreds of times more
   // steps.
   ARKStepSetDeduceImplicitRhs(memory, SUNTRUE);
   ARKStepSetPredictorMethod(memory, 1);
@@ -123,9 +122,8 @@ const Package kArkode = {
 static_assert(SUNDIALS_VERSION_MAJOR == 6, "other versions have other functions");
 static_assert(CV_ROOT_RETURN == ARK_ROOT_RETURN && CV_NORMAL == ARK_NORMAL, "Integrator takes the one for the other");
 
-/// A SlipSystem as SUNDIALS integrates it: a vector of numbers, smooth between switches and between the segments of the
-/// torque. It leaves out work and roller angles of a State, on which nothing depends, and counts phi from the middle of
-/// the roller in contact, so that a relative tolerance does not loosen as the wheels turn.
+/// A SlipSystem as SUNDIALS integrates it: a vector without the work and roller angles of a State, on which nothing
+/// depends. It counts phi from the middle of the roller, so that a relative tolerance does not loosen as wheels turn.
 template <class Model>
 class Integrator {
  public:
@@ -156,8 +154,8 @@ class Integrator {
     std::array<int, 2 * kWheels> outwards;
     outwards.fill(+1);
     package_.set_root_directions(memory_, outwards.data());
-    // Of the tolerance, when Newton's iteration ends. With the default, 0.1, both are ten times less accurate in the
-    // same time: an error that is small in velocities is large in the rollers' accelerations.
+    // With the default, 0.1, both are ten times less accurate in the same time: an error that is small in velocities is
+    // large in the rollers' accelerations.
     package_.set_convergence(memory_, 0.01);
     package_.set_max_steps(memory_, 2000000);  // for each row
   }
@@ -172,8 +170,7 @@ class Integrator {
   Integrator(const Integrator&) = delete;
   Integrator& operator=(const Integrator&) = delete;
 
-  /// Goes from switch to switch and from one segment of torque to the next, started anew at each as the manuals ask;
-  /// rows come from the dense output.
+  /// Starts anew at each switch and segment of torque, as the manuals ask; rows come from the dense output.
   Run run() {
     double t = 0, segment_end = begin_segment(0);
     package_.set_stop_time(memory_, segment_end);

@@ -23,7 +23,7 @@ logging.getLogger("rosout").addHandler(logging.NullHandler())  # genpy's, which 
 
 class Bag:
     """The messages of a bag. types: {topic: type}. counts: {topic: messages}. start: the earliest time of arrival.
-    problem: None, or in one line why not all of it can be read; final after `messages` has ended."""
+    problem: None or, at the end of `messages`, in one line why not all of it can be read."""
 
     def __init__(self, path):
         """Throws Refused for a file that is not a bag, and for one without a message that can be read."""

@@ -33,7 +33,7 @@ def shown(name):
 def quoted(value):
     """A value of a file, cut where it is long: lists may hold each other a billion times."""
     text = reprlib.repr(value)
-    return text if len(text) <= LONGEST_QUOTE else text[:LONGEST_QUOTE] + "..."
+    return text[:LONGEST_QUOTE] + "..." * (len(text) > LONGEST_QUOTE)
 
 
 def one_line(error):
@@ -56,8 +56,7 @@ def complain(name, text):
 
 
 class Parser(argparse.ArgumentParser):
-    """Refuses in one line, and texts that are given but empty, as an unset variable of a shell is. `examples`: what
-    follows the program's name."""
+    """Refuses in one line; empty texts too, as of unset variables. `examples`: what follows the program's name."""
 
     def __init__(self, name, description, *examples,
                  epilog="Exit status: 0 done, 2 rejected input, 1 it could not be completed."):
@@ -107,18 +106,17 @@ class StandardOutput:
         self.stream, self.error = stream, None
 
     def write(self, text):
-        self._attempt(lambda: self.stream.write(text))
+        self.attempt(self.stream.write, text)
 
     def flush(self):
-        self._attempt(self.stream.flush)
+        self.attempt(self.stream.flush)
 
-    def _attempt(self, action):
+    def attempt(self, action, *arguments):
         try:
-            if not self.error:
-                action()
+            action(*arguments)
         except OSError as error:
             self.error = error
-            os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # takes what the interpreter still holds
+            os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # takes what the interpreter still holds, and all that follows
 
 
 @contextlib.contextmanager

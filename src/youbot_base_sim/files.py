@@ -112,8 +112,8 @@ def create_beside(target):
 
 
 def write_whole(path, content):
-    """Writes text or bytes. An older file stays until the new one, which takes its mode, is whole; a pipe or device is
-    written straight. Throws Failed, and leaves nothing that is not whole."""
+    """Writes text or bytes: a pipe or device straight, a file with the mode of an older one, whole or, throwing Failed,
+    not at all."""
     content = content if isinstance(content, bytes) else content.encode()
     try:
         target = follow_links(path)

@@ -28,7 +28,10 @@ def main():
 def drive(programme, scale):
     publisher = rospy.Publisher("cmd_vel", geometry_msgs.msg.Twist, queue_size=10)
     rospy.on_shutdown(lambda: publisher.publish(geometry_msgs.msg.Twist()))
-    wait_for_listeners(publisher)
+    while publisher.get_num_connections() < 2:
+        rospy.loginfo_throttle(5, "waiting until both a driver and a recorder listen to cmd_vel")
+        rospy.sleep(0.1)
+    rospy.sleep(1.0)
     rospy.loginfo("driving for %.0f s", sum(row[0] for row in programme))
     rate = rospy.Rate(RATE)
     end = rospy.Time.now()
@@ -75,11 +78,3 @@ def number(value):
 def refusal(name, value, allowed):
     text = json.dumps(value, default=str)
     return Refused(f"parameter ~{name} = {text[:60] + '...' * (len(text) > 60)}: must be {allowed}")
-
-
-def wait_for_listeners(publisher):
-    """Until the driver and the recorder both listen."""
-    while publisher.get_num_connections() < 2:
-        rospy.loginfo_throttle(5, "waiting until both a driver and a recorder listen to cmd_vel")
-        rospy.sleep(0.1)
-    rospy.sleep(1.0)

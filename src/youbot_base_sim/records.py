@@ -95,8 +95,7 @@ class Record:
 
 
 def read_record(bag, base, chosen=(), progress=lambda n: None, only=None):
-    """Reads a Record. `chosen`: topics by name that replace the usual ones; `progress(n)` is called for each message;
-    `only`: the names of TOPICS to read, all unless given."""
+    """Reads a Record of `only` these TOPICS, all unless given. `chosen`: topics by name that replace the usual ones."""
     topics = find_topics(bag, chosen, only or TOPICS)
     names = {topic: name for name, candidates in topics.items() for topic in candidates}
     rows = {topic: [] for topic in names}

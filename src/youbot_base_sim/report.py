@@ -21,8 +21,7 @@ def figures(x):
 
 
 def csv_text(columns, rows, form=lambda value: "" if value != value else repr(value)):
-    """A table in CSV; rows are lists or, where a cell may be missing, dictionaries. `form` writes floats: by default so
-    that they read back to the same value, and empty for NaN."""
+    """A table in CSV of lists or, where a cell may be missing, dictionaries. `form` writes floats: empty for NaN."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(columns)

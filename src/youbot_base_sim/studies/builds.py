@@ -25,8 +25,8 @@ def run_quietly(command):
 
 
 def build(*targets, packages=(), ros=False):
-    """Installs the packages, builds programs in build/bench/, or with ROS, if it is there, in build/bench_ros/, and
-    returns their paths. CMAKE_ARGUMENTS go to cmake's configure step."""
+    """Installs packages, builds programs in build/bench/ or, with ROS, build/bench_ros/, and returns their paths.
+    CMAKE_ARGUMENTS go to cmake's configure step."""
     if packages:
         install(*packages)
     folder = ROOT / "build" / ("bench_ros" if ros else "bench")

@@ -1,6 +1,6 @@
 """Counts the instructions of each model, output and feature per simulated second of the paper's Case 2, and prints them
 as Markdown tables: those of a long run less those of a short one. Builds what it needs in build/bench_ros/ and installs
-valgrind and PyYAML if they are missing. Counts the node's part if ROS is installed; needs no ROS master.
+valgrind and PyYAML if they are missing. Needs no ROS master.
 """
 import json
 import re
@@ -122,13 +122,13 @@ def features(title, what, commands, counter, output_rate=100.0):
     return f"\n## {title}\n\n{table([what, 'instructions per second', 'more than bare'], rows)}"
 
 
-def outputs(counter, simulate, bench, rate, options):
+def outputs(counter, simulate, bench, rate):
     command = [simulate, "SCENE", "--quiet"]
     return features(f"Outputs of simulate, model 2b, {rate:g} rows a second", "outputs", {
         "a bare loop around Simulation::advance_to": [bench, "rows", "SCENE"],
         "simulate --quiet: none": command,
-        **{f"--{option}": [*command, f"--{option}", counter.folder / f"out.{option}"] for option in options},
-    }, counter, rate)
+        **{f"--{option}": [*command, f"--{option}", counter.folder / f"out.{option}"]
+           for option in ("csv", "switches", "summary", "bag")}}, counter, rate)
 
 
 def node(counter, bench):
@@ -138,31 +138,25 @@ def node(counter, bench):
     bag = counter.folder / "node.bag"
     return features("The node, model 2b, control period 1 ms", "topics with a subscriber", {
         "Simulation::advance_periods alone, driven alike": [bench, "periods", "SCENE"],
-        "none, 50 Hz": run(50),
-        "none, 50 Hz, publish_rollers": run(50, "rollers"),
-        "none, 1000 Hz": run(1000),
+        "none, 50 Hz": run(50), "none, 50 Hz, publish_rollers": run(50, "rollers"), "none, 1000 Hz": run(1000),
         **{f"all, {rate} Hz{f', publish_{rollers}' if rollers else ''}": run(rate, rollers, listened="all")
            for rate in (50, 1000) for rollers in ("", "rollers")},
-        "none, 50 Hz, bag": run(50, bag=bag),
-        "none, 50 Hz, bag, publish_rollers": run(50, "rollers", bag),
-        "none, 1000 Hz, bag": run(1000, bag=bag),
-    }, counter)
+        "none, 50 Hz, bag": run(50, bag=bag), "none, 50 Hz, bag, publish_rollers": run(50, "rollers", bag),
+        "none, 1000 Hz, bag": run(1000, bag=bag)}, counter)
 
 
 def sections(simulate, bench):
     yield ("# What each feature costs\n\nInstructions (callgrind) per simulated second of Case 2: a run of "
            f"{LONG:g} s less one of {SHORT:g} s. Times real time: the ratio of instructions, applied to what the\n"
            "paper's case takes here.\n")
-    with_ros = "devel" in simulate.parts
     with tempfile.TemporaryDirectory() as folder:
         counter = Counter(Path(folder))
         yield models(counter, simulate)
         yield beyond(Counter(Path(folder), "case1_counter_clockwise"), simulate, "Case 1")
         yield beyond(counter, simulate, "Case 2")
         for rate in (100.0, 1000.0):
-            yield outputs(counter, simulate, bench, rate, ["csv", "switches", "summary"] + ["bag"] * with_ros)
-        if with_ros:
-            yield node(counter, bench)
+            yield outputs(counter, simulate, bench, rate)
+        yield node(counter, bench)
 
 
 def main():

@@ -116,8 +116,8 @@ def off(values, spin_radius):
 
 
 def fit(free, spin_radius):
-    """The first `free` of FITTED fitted to both records, each of which counts for half. Two rounds of Gauss and Newton's
-    method are enough: the problem is nearly linear."""
+    """The first `free` of FITTED fitted to both records, each of which counts for half. Two rounds of Gauss and
+    Newton's method are enough: the problem is nearly linear."""
     def residuals(values):
         return np.concatenate([part / math.sqrt(len(part)) for part in off(values, spin_radius)])
     values = MEASURED.copy()
@@ -148,8 +148,8 @@ def crossing(t, rate, share):
 
 
 def rise_and_overshoot(robot, gains, velocity, phi):
-    """Of the wheels' angular velocities, from rest at angles `phi`: mean of their times from 10 to 90 % of the commanded
-    ones, s; overshoot of their mean, without the ripple of single rollers, %."""
+    """Of the wheels' angular velocities, from rest at angles `phi`: mean of their times from 10 to 90 % of what is
+    commanded, s; overshoot of their mean, without the ripple of single rollers, %."""
     target = np.array(Base(wheel_radius=DRIVER_RADIUS).rolling_rates(*velocity))
     run = Run(robot, target.tolist(), 4, f"wheel_angles: {list(phi)}", gains=gains)
     t, rates = run.rows["t"], run.dphi / target

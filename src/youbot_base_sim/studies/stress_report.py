@@ -20,10 +20,10 @@ WHEELS_CENTRE = math.hypot(Base.half_wheelbase, Base.half_track)  # m from O
 PAGE = WrittenPart(ROOT / "docs" / "stress.md", "scripts/stress")
 
 # Columns of stress.csv besides the counters of the integration.
-COLUMNS = ("group cell tolerance ending message outcome duration reached cpu_time base_cpu_time slowest_ms "
-           "slowest_ms_at ms_99_9 late_ms energy_error energy path halving echo amplification_minus amplification_plus "
-           "x y psi hundredth_distance switches_per_s cost_ratio ms_ratio energy_ratio halving_ratio "
-           "held_ratio").split()
+COLUMNS = (
+    "group cell tolerance ending message outcome duration reached cpu_time base_cpu_time slowest_ms slowest_ms_at "
+    "ms_99_9 late_ms energy_error energy path halving echo amplification_minus amplification_plus x y psi "
+    "hundredth_distance switches_per_s cost_ratio ms_ratio energy_ratio halving_ratio held_ratio").split()
 BRACES = str.maketrans({"{": "{{", "}": "}}"})  # for str.format
 
 

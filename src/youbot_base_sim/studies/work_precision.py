@@ -48,13 +48,8 @@ def read_arguments():
 
 
 def say(row):
-    text = f"  {row['contestant']:30} {row['setting']:<8g} "
-    if row["failure"]:
-        text += f"failed: {row['failure']}"
-    else:
-        text += (f"{row['run_time_s']:9.4f} s {row['position_error_m']:9.1e} m {row['heading_error_rad']:9.1e} rad "
-                 f"{row['steps']:9} steps {row['switches']:6} switches")
-    print(text, flush=True)
+    found = row["failure"] or f"{row['run_time_s']:9.4f} s {row['position_error_m']:9.1e} m {row['steps']:9} steps"
+    print(f"  {row['contestant']:30} {row['setting']:<8g} {found}", flush=True)
 
 
 def sweep(solve, scene, span):
@@ -64,10 +59,6 @@ def sweep(solve, scene, span):
     checks = [{"scene": scene.key, "scene_title": scene.title, "span_s": reference["span"], "switches":
                reference["switches"], "reference": reference["title"], "checked_by": title, "failure": "", **check}
               for title, check in reference["checks"]]
-    for check in checks:
-        found = check["failure"] or f"{check['position_error_m']:.1e} m"
-        print(f"  reference ({check['reference']}, {check['switches']} switches) against {check['checked_by']}: "
-              f"{found}", flush=True)
     rows = []
     for contestant in CONTESTANTS:
         for setting in contestant.settings:
@@ -133,8 +124,8 @@ def seconds(t):
 
 
 def time_within(rows, scene, contestant, error):
-    """Least run time (s) in which a contestant came within `error` (m): on the lower envelope of its points, straight
-    in the logarithms; then "<= " if its coarsest setting is more accurate already. None if it never did."""
+    """Least run time (s) in which a contestant came within `error` (m), by the lower envelope of its points in
+    logarithms, and "<= " if its coarsest setting is more accurate already. None if it never did."""
     points = sorted((row["run_time_s"], row["position_error_m"]) for row in rows
                     if (row["scene"], row["contestant"], row["failure"]) == (scene, contestant, ""))
     coarse = None

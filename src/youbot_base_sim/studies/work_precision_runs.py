@@ -18,7 +18,7 @@ EXPLICIT_SPAN = 0.2  # s of the scene that explicit methods run over
 FIXED_STEP = ("implicit_euler", "runge_kutta4")  # solvers whose setting is a step, s; of the others a tolerance
 ROW_RATE = 20  # Hz
 REFERENCE_EVALUATIONS = 2e8  # of the right-hand side, that a reference may take
-# Solver and tolerance to measure with, then to check that by; and to compare contestants at USEFUL_ERROR, unchecked.
+# Solver and tolerance to measure with, then to check that by; to compare contestants at USEFUL_ERROR, unchecked.
 RECORD, COMPARISON = (("cvode", 3e-14), ("arkode_5", 1e-10)), (("cvode", 1e-11),)
 
 
