@@ -20,7 +20,7 @@ namespace {
 
 using namespace youbot_base_sim;
 
-constexpr double kControlPeriod = 1e-3;  // s, of the node's loop
+constexpr double kControlPeriod = 1e-3;  // s, of the node's loop and the driver by default
 
 /// The least that simulate could do: a row each 1 / output_rate that is not looked at.
 void run_rows(const Scene& scene) {
@@ -41,15 +41,9 @@ DriveCommand curve() {
   return command;
 }
 
-BaseDriver::Settings driver_settings() {
-  BaseDriver::Settings settings;
-  settings.control_period = kControlPeriod;
-  return settings;
-}
-
 /// The least that the node could do: control periods, driven as the node is.
 void run_periods(const Scene& scene) {
-  BaseDriver driver(driver_settings(), scene.initial.phi());
+  BaseDriver driver(BaseDriver::Settings(), scene.initial.phi());
   driver.command(0, curve());
   Simulation simulation(scene, [&](double t, const State& state) { return driver.sample(t, state.dphi()); });
   simulation.advance_periods(std::llround(scene.duration / kControlPeriod));
@@ -68,7 +62,6 @@ void run_node(const Scene& scene, double publish_rate, const std::string& bag_fi
   LoopSettings settings;
   settings.scene = scene;
   settings.publish_rate = publish_rate;
-  settings.driver = driver_settings();
   BaseLoop loop(settings);
   Telemetry::Options options;
   options.rollers = rollers;

@@ -51,9 +51,9 @@ def analyse(path, base, desired, arguments, tables, plots):
     if missing:
         print_section("Not computed", missing)
     if tables:
-        write_tables(tables, sections)
+        write_all(tables, csv_files(sections), ".csv")
     if plots:
-        write_plots(plots, sections, Path(path).name)
+        write_all(plots, png_files(sections, Path(path).name), ".png")
 
 
 def print_beginning(bag, record):
@@ -74,15 +74,14 @@ def print_section(title, lines):
         print(f"  {what:28}{text}".rstrip())
 
 
-def write_tables(folder, sections):
+def csv_files(sections):
     files = {name: csv_text(columns, rows.tolist() if hasattr(rows, "tolist") else rows)
              for section in sections for name, (columns, rows) in section.tables.items()}
-    files["summary.csv"] = csv_text(["section", "quantity", "value", "unit"],
-                                    [(section.name, *number) for section in sections for number in section.numbers])
-    write_all(folder, files, ".csv")
+    numbers = [(section.name, *number) for section in sections for number in section.numbers]
+    return {**files, "summary.csv": csv_text(["section", "quantity", "value", "unit"], numbers)}
 
 
-def write_plots(folder, sections, name):
+def png_files(sections, name):
     files, title = {}, shown(name).replace("$", r"\$")
     for section in filter(lambda section: section.draw, sections):
         figure = figures.new_figure(figsize=(9, 6), dpi=100, constrained_layout=True)
@@ -91,7 +90,7 @@ def write_plots(folder, sections, name):
             warnings.simplefilter("ignore")  # of a logarithmic axis without data
             section.draw(figure)
             files[section.name + ".png"] = figures.picture(figure)
-    write_all(folder, files, ".png")
+    return files
 
 
 def write_all(folder, files, ending):

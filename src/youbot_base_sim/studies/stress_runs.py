@@ -40,15 +40,14 @@ class Simulate:
 
     def run(self, cell, tolerance, cpu_limit=MAX_RUN, **variant):
         """Runs the cell's scene, or a variant of it, for at most `cpu_limit` s of processor time."""
-        scene, summary = self.folder / f"{cell.file_name}.yaml", self.folder / "summary.json"
+        scene = self.folder / f"{cell.file_name}.yaml"
         if cell.table:
             (self.folder / f"{cell.file_name}.csv").write_text(cell.table)
         scene.write_text(cell.yaml(**variant))
-        summary.unlink(missing_ok=True)
-        command = [self.program, scene, "--quiet", "--relative-tolerance", repr(tolerance), "--summary", summary,
+        command = [self.program, scene, "--quiet", "--relative-tolerance", repr(tolerance), "--summary", "/dev/stdout",
                    "--cpu-limit", repr(cpu_limit)]
         try:
-            done = subprocess.run(command, stderr=subprocess.PIPE, text=True, timeout=RESPITE + 5 * cpu_limit)
+            done = subprocess.run(command, capture_output=True, text=True, timeout=RESPITE + 5 * cpu_limit)
         except subprocess.TimeoutExpired:
             return Run("hung")
         finally:
@@ -56,9 +55,8 @@ class Simulate:
         message = done.stderr.strip().removeprefix("simulate: ")
         if done.returncode < 0:
             return Run("crashed", f"signal {-done.returncode}")
-        if summary.exists():
-            numbers = json.loads(summary.read_text())
-            summary.unlink()
+        if done.stdout:
+            numbers = json.loads(done.stdout)
             return Run("finished" if numbers["completed"] else "cut", "", numbers)
         if "no longer finite" in message:
             return Run("not finite", message)
@@ -92,16 +90,11 @@ def measure(simulate, cell, tolerance, base, compare_held):
 
 def plain_run(simulate, cell, tolerance, row):
     """Ending, cost, energy and counters, and where the motion ends."""
-    def run_within(permitted):
+    for permitted in max(MIN_PERMITTED, MAX_TIMES_BASE * row["base_cpu_time"]), cell.duration:
         run = simulate.run(cell, tolerance, min(MAX_RUN, CUT_AFTER * permitted))
         read(run, cell, row)
-        return run
-
-    permitted = max(MIN_PERMITTED, MAX_TIMES_BASE * row["base_cpu_time"])
-    run = run_within(permitted)
-    if run.ending == "cut" and row.is_fast:  # real time is enough for it
-        permitted = cell.duration
-        run = run_within(permitted)
+        if run.ending != "cut" or not row.is_fast:  # real time is enough for a fast one
+            break
     if run.ending == "finished" and row["cpu_time"] > permitted:
         again = simulate.run(cell, tolerance, CUT_AFTER * permitted)
         row["cpu_time"] = min(row["cpu_time"], again.summary.get("cpu_time", math.inf))
@@ -110,8 +103,7 @@ def plain_run(simulate, cell, tolerance, row):
 
 def read(run, cell, row):
     row.update(ending=run.ending, message=run.message)
-    numbers = run.summary
-    if numbers:
+    if numbers := run.summary:
         energy, length = numbers["energy"], numbers["path_length"]
         # The whole numbers are the counters of the integration.
         row.update({name: value for name, value in numbers.items() if type(value) is int},

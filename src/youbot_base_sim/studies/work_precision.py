@@ -32,21 +32,6 @@ TABLES = {name: columns.split() for name, columns in {
     "held_wheel": "contestant setting end_off_m position_error_m switches run_time_s failure"}.items()}
 
 
-def read_arguments():
-    parser = Parser("work_precision", __doc__, "", "--scene case2_coulomb --span 2 --output build/case2")
-    parser.add_argument("--output", type=Path, default=ROOT / "docs" / "work_precision", metavar="FOLDER",
-                        help="where to write; docs/work_precision/ unless given")
-    parser.add_argument("--scene", choices=[scene.key for scene in SCENES], help="run only this one")
-    parser.add_argument("--span", type=float, default=1e9, metavar="S",
-                        help="simulate no more than the first S seconds of each scene, at least 1; all unless given")
-    parser.add_argument("--solve", type=Path, metavar="FILE",
-                        help="run this program rather than build one, and install nothing")
-    arguments = parser.parse_args()
-    if not arguments.span >= 1:
-        parser.error(f"--span = {arguments.span}: must be a number of seconds, 1 or more")
-    return arguments
-
-
 def say(row):
     found = row["failure"] or f"{row['run_time_s']:9.4f} s {row['position_error_m']:9.1e} m {row['steps']:9} steps"
     print(f"  {row['contestant']:30} {row['setting']:<8g} {found}", flush=True)
@@ -174,7 +159,17 @@ def written_part(about, rows, references):
 
 
 def main():
-    arguments = read_arguments()
+    parser = Parser("work_precision", __doc__, "", "--scene case2_coulomb --span 2 --output build/case2")
+    parser.add_argument("--output", type=Path, default=ROOT / "docs" / "work_precision", metavar="FOLDER",
+                        help="where to write; docs/work_precision/ unless given")
+    parser.add_argument("--scene", choices=[scene.key for scene in SCENES], help="run only this one")
+    parser.add_argument("--span", type=float, default=1e9, metavar="S",
+                        help="simulate no more than the first S seconds of each scene, at least 1; all unless given")
+    parser.add_argument("--solve", type=Path, metavar="FILE",
+                        help="run this program rather than build one, and install nothing")
+    arguments = parser.parse_args()
+    if not arguments.span >= 1:
+        parser.error(f"--span = {arguments.span}: must be a number of seconds, 1 or more")
     solve = Solve(arguments.solve or build("solve", packages=["libsundials-dev", "python3-matplotlib"])[0])
     tables = run(solve, arguments)
     make_folder(arguments.output)
