@@ -14,12 +14,10 @@
 #include <cmath>
 #include <ctime>
 #include <iostream>
-#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "youbot_base_sim/integration/difference_jacobian.h"
-#include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/integration/slip_system.h"
 #include "youbot_base_sim/simulation.h"
 
@@ -49,8 +47,6 @@ struct Run {
 struct RunFailure : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
-
-using Solver = Run (*)(const Task& task);
 
 /// The functions that CVODE and ARKODE of SUNDIALS 6 have in common. Both use the Jacobian by central differences, the
 /// dense linear solver and their own root finding. Other settings are chosen by trial, for the highest accuracy in the
@@ -320,17 +316,14 @@ Run run_simulation(const Task& task) {
   return run;
 }
 
-/// All solvers by their names: every method of the scenes' `solver`, and of SUNDIALS cvode (backward differentiation
-/// formulas of orders 1 to 5) and arkode_4 and arkode_5 (diagonally implicit Runge-Kutta methods: the best of its order
-/// and the default).
-std::map<std::string, Solver> solvers() {
-  std::map<std::string, Solver> all = {
-      {"cvode", [](const Task& task) { return run_sundials(task, kCvode); }},
-      {"arkode_4", [](const Task& task) { return run_sundials(task, kArkode<ARKODE_ESDIRK436L2SA_6_3_4>); }},
-      {"arkode_5", [](const Task& task) { return run_sundials(task, kArkode<ARKODE_ARK548L2SA_DIRK_8_4_5>); }},
-  };
-  for (const Method& method : methods()) all[method.name] = run_simulation;
-  return all;
+/// Of SUNDIALS cvode (backward differentiation formulas of orders 1 to 5), arkode_4 and arkode_5 (diagonally implicit
+/// Runge-Kutta methods: the best of its order and the default); else the method of that name of Simulation.
+Run solve(const Task& task) {
+  const std::string& solver = task.scene.solver.method;
+  if (solver == "cvode") return run_sundials(task, kCvode);
+  if (solver == "arkode_4") return run_sundials(task, kArkode<ARKODE_ESDIRK436L2SA_6_3_4>);
+  if (solver == "arkode_5") return run_sundials(task, kArkode<ARKODE_ARK548L2SA_DIRK_8_4_5>);
+  return run_simulation(task);
 }
 
 /// What the solvers were built with and for; SUNDIALS itself comes from the system.
@@ -342,7 +335,7 @@ nlohmann::json about() {
 }
 
 /// Run time is the least of the repeats.
-nlohmann::json measure(Solver solver, const Task& task) {
+nlohmann::json measure(const Task& task) {
   constexpr double kLong = 1, kEnough = 1;  // s: of a run that is not repeated, and of all runs
   constexpr int kMinRepeats = 3, kMaxRepeats = 10;
   double least = std::numeric_limits<double>::infinity(), total = 0;
@@ -353,7 +346,7 @@ nlohmann::json measure(Solver solver, const Task& task) {
   try {
     do {
       start = std::clock();
-      run = solver(task);
+      run = solve(task);
       const double run_time = taken();
       total += run_time;
       least = std::min(least, run_time);
@@ -389,12 +382,7 @@ int main(int argc, char** argv) try {
     std::cout << about().dump() << '\n';
     return 0;
   }
-  const Task task = read_task(nlohmann::json::parse(argv[1]));
-  const auto all = solvers();
-  const auto solver = all.find(task.scene.solver.method);
-  if (solver == all.end())
-    throw SceneError("solver = " + task.scene.solver.method + ": is none of those it is built with");
-  std::cout << measure(solver->second, task).dump() << '\n';
+  std::cout << measure(read_task(nlohmann::json::parse(argv[1]))).dump() << '\n';
   return 0;
 } catch (const std::exception& error) {
   fmt::print(stderr, "solve: {}\n", error.what());

@@ -6,11 +6,7 @@ efforts of /joint_states or /base/joint_states, one row per message.
 
 Angular velocities are in rad/s, torques in N m, both positive forward on all four wheels. t = 0 is the start of the
 bag. A wheel is at zero until its first command. A bag that is cut or has no index is read up to where it breaks, and a
-warning gives that instant. A bag whose times go back, such as one of two runs, is rejected. To replay the commands of a
-robot, with its limits and resolution:
-
-  drive: {velocity_table: FILE.csv}
-  motors: {quantized: true}
+warning gives that instant. A bag whose times go back, such as one of two runs, is rejected. docs/replay.md says more.
 """
 import argparse
 import math

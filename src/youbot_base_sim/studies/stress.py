@@ -1,8 +1,5 @@
-"""Runs `simulate` on hard motions and reports the requirements that it fails.
-
-Runs each of 302 motions at several tolerances and judges it by the requirements in stress.md. Writes to FOLDER:
-stress.csv with every run, stress.md with its tables in stress/, and the scenes. Builds `simulate` in build/bench/.
-"""
+"""Runs `simulate` on 302 hard motions at several tolerances and judges each run by the requirements in stress.md.
+Writes to FOLDER: stress.csv with every run, stress.md with its tables in stress/, and the scenes."""
 import time
 from pathlib import Path
 

@@ -10,7 +10,6 @@ SEED = 20200216  # of the random torques
 RANDOM_RUNS = 200
 MAX_RANDOM_TORQUE = 2.0  # N m
 CIRCLE_SPEED = 2 * math.pi * 2.5 / 30  # m/s: Case 1, a circle of radius 2.5 m in 30 s
-WHEEL_INERTIA = 5.87e-3  # kg m^2, the default
 ROBOT_MASS = 35.6  # kg, wheels included
 MAX_ROWS = 4000  # of a long run
 ANGLES = {"wheel_angles": [0.1] * 4}
@@ -104,7 +103,7 @@ def floors():
 def robots():
     for inertia in [f"1e{decade}" for decade in range(-4, -13, -1)] + ["0"]:
         yield cell("roller_inertia", inertia, CASE1, robot={"roller_inertia": float(inertia)})
-    yield cell("wheel_inertia", "times_1e-3", CASE1, robot={"wheel_inertia": 1e-3 * WHEEL_INERTIA})
+    yield cell("wheel_inertia", "times_1e-3", CASE1, robot={"wheel_inertia": 1e-3 * 5.87e-3})
     for n in (3, 4, 5, 6, 8, 12, 24):
         rollers = {"rollers_per_wheel": n}
         yield cell("rollers", f"{n}", CASE1, robot=rollers)

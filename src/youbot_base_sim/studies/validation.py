@@ -10,7 +10,7 @@ from .builds import ROOT, add_simulate, simulate_of
 
 
 def main():
-    parser = Parser("validation", __doc__)
+    parser = Parser("validation", __doc__, "--figure torque.png", "--fit")
     parser.add_argument("--figure", metavar="PLOT.png", help="draw the figure, too")
     parser.add_argument("--fit", action="store_true", help="fit the friction, and print nothing else")
     add_simulate(parser)

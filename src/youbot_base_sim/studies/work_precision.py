@@ -1,8 +1,6 @@
-"""Measures error against run time of this package and of other solvers on the same equations.
-
-Writes work_precision.md, its tables in CSV and the diagram .png. Builds what it needs in build/bench/ and installs
-SUNDIALS and matplotlib if they are missing. About 20 minutes. CMAKE_ARGUMENTS go to cmake's configure step.
-"""
+"""Measures error against run time of this package and of other solvers on the same equations, in about 20 minutes.
+Writes work_precision.md, its tables in CSV and the diagram .png. Builds what it needs in build/bench/, with
+CMAKE_ARGUMENTS for cmake's configure step, and installs SUNDIALS and matplotlib if they are missing."""
 import math
 import re
 import tempfile
