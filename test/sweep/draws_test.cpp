@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <set>
 #include <vector>
 
@@ -77,6 +78,7 @@ TEST(StratifiedDraw, FallsOnceIntoEachPart) {
 }
 
 TEST(Distribution, HasItsQuantiles) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const Distribution uniform{Distribution::Kind::kUniform, -1, 3};
   EXPECT_EQ(uniform.quantile(0.25), 0);
   const Distribution log_uniform{Distribution::Kind::kLogUniform, 0.01, 100};
