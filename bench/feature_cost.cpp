@@ -1,30 +1,26 @@
 // Does what the programs do, one feature at a time, for an instruction counter to look at: see scripts/feature_cost.
 
 #include <fmt/format.h>
+#include <ros/serialization.h>
+#include <rosgraph_msgs/Clock.h>
 
 #include <cmath>
 #include <cstdlib>
 #include <memory>
-#include <set>
 #include <string>
 #include <vector>
 
 #include "youbot_base_sim/drive/base_driver.h"
 #include "youbot_base_sim/drive/wheel_odometry.h"
-#include "youbot_base_sim/simulation.h"
-#ifdef YOUBOT_BASE_SIM_ROS
-#include <ros/serialization.h>
-#include <rosgraph_msgs/Clock.h>
-
 #include "youbot_base_sim/loop/base_loop.h"
 #include "youbot_base_sim/ros/bag.h"
-#endif
+#include "youbot_base_sim/simulation.h"
 
 namespace {
 
 using namespace youbot_base_sim;
 
-constexpr double kControlPeriod = 1e-3;  // s, of the node's loop
+constexpr double kControlPeriod = 1e-3;  // s, of the node's loop and the driver by default
 
 /// The least that simulate could do: a row each 1 / output_rate that is not looked at.
 void run_rows(const Scene& scene) {
@@ -45,80 +41,58 @@ DriveCommand curve() {
   return command;
 }
 
-BaseDriver::Settings driver_settings() {
-  BaseDriver::Settings settings;
-  settings.control_period = kControlPeriod;
-  return settings;
-}
-
 /// The least that the node could do: control periods, driven as the node is.
 void run_periods(const Scene& scene) {
-  BaseDriver driver(driver_settings(), scene.initial.phi());
+  BaseDriver driver(BaseDriver::Settings(), scene.initial.phi());
   driver.command(0, curve());
   Simulation simulation(scene, [&](double t, const State& state) { return driver.sample(t, state.dphi()); });
   simulation.advance_periods(std::llround(scene.duration / kControlPeriod));
 }
 
-#ifdef YOUBOT_BASE_SIM_ROS
-/// Makes a message and the bytes of it, as publishing to a subscriber does.
+/// Makes the bytes of a message, as publishing to a subscriber does.
 template <class Message>
 void send(const Message& message) {
   static std::size_t sent = 0;
   sent += ros::serialization::serializeMessage(message).num_bytes;
 }
 
-/// What BaseNode does by the wall clock, without waiting and without a master: it stops for topics that are listened
-/// to, each control period for /clock, and 50 times a second if there are none. `bag_file` is empty for none.
-void run_node(const Scene& scene, double publish_rate, const std::string& bag_file, bool rollers,
-              const std::set<std::string>& listened) {
+/// BaseNode's work by the wall clock, without waiting and without a master. If all topics, /clock too, are `listened`
+/// to, it stops each control period, without a bag or listeners 50 times a second. `bag_file` is empty for none.
+void run_node(const Scene& scene, double publish_rate, const std::string& bag_file, bool rollers, bool listened) {
   LoopSettings settings;
   settings.scene = scene;
   settings.publish_rate = publish_rate;
-  settings.driver = driver_settings();
   BaseLoop loop(settings);
   Telemetry::Options options;
   options.rollers = rollers;
   Telemetry telemetry(scene, options);
   loop.push(0, curve());
   const auto bag = bag_file.empty() ? nullptr : std::make_unique<BagWriter>(bag_file);
-  const bool clock_listened = listened.count(kClockTopic);
-  const bool switches_listened = listened.count(kRollerSwitchesTopic);
-  const bool telemetry_wanted = bag || !listened.empty();
+  const bool telemetry_wanted = bag || listened;
   while (loop.time() < scene.duration - 0.5 * kControlPeriod) {
     const double stop = telemetry_wanted ? loop.next_instant() : loop.time() + 0.02;
-    loop.advance_periods(clock_listened ? 1 : loop.periods_until(stop));
+    loop.advance_periods(listened ? 1 : loop.periods_until(stop));
     loop.take_driver_events();
     const double t = loop.time();
     const bool is_due = loop.meet_instant();
     const Events events = loop.take_events();
-    if (clock_listened) {
+    if (listened) {
       rosgraph_msgs::Clock message;
       message.clock = stamp_of(t);
       send(message);
     }
     if (bag) bag->write(events);
-    if (switches_listened) {
-      for (const RollerSwitch& event : events.switches) send(roller_switch_message(event, stamp_of(event.t)));
+    for (const RollerSwitch& event : events.switches) {
+      if (listened) send(roller_switch_message(event, stamp_of(event.t)));
     }
     if (!is_due || !telemetry_wanted) continue;
     if (bag) bag->write(telemetry, loop.simulation(), loop.sensors(), t);
-    telemetry.visit(loop.simulation(), loop.sensors(), stamp_of(t), [&](const char* topic, const auto& make) {
-      if (listened.count(topic)) send(make());
-    });
+    if (!listened) continue;
+    telemetry.visit(loop.simulation(), loop.sensors(), stamp_of(t),
+                    [](const char*, const auto& make) { send(make()); });
   }
   if (bag) bag->commit();
 }
-
-/// Names of all topics of which there may be messages.
-void print_topics(const Scene& scene) {
-  LoopSettings settings;
-  settings.scene = scene;
-  const BaseLoop loop(settings);
-  const auto print = [](const char* topic, const auto&) { fmt::print("{}\n", topic); };
-  Telemetry(scene, {}).visit(loop.simulation(), loop.sensors(), ros::Time(), print);
-  fmt::print("{}\n{}\n", kRollerSwitchesTopic, kClockTopic);
-}
-#endif
 
 }  // namespace
 
@@ -132,15 +106,10 @@ int main(int argc, char** argv) try {
     run_rows(scene);
   } else if (what == "periods") {
     run_periods(scene);
-#ifdef YOUBOT_BASE_SIM_ROS
-  } else if (what == "topics") {
-    print_topics(scene);
-  } else if (what == "node" && words.size() >= 5) {
-    run_node(scene, std::atof(words[2].c_str()), words[3], words[4] == "rollers", {words.begin() + 5, words.end()});
-#endif
+  } else if (what == "node" && words.size() == 6) {
+    run_node(scene, std::atof(words[2].c_str()), words[3], words[4] == "rollers", words[5] == "all");
   } else {
-    throw std::invalid_argument(
-        "usage: rows|periods|topics SCENE, or node SCENE PUBLISH_RATE BAG|'' rollers|'' TOPIC...");
+    throw std::invalid_argument("usage: rows|periods SCENE, or node SCENE PUBLISH_RATE BAG|'' rollers|'' all|''");
   }
   return 0;
 } catch (const std::exception& error) {

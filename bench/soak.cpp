@@ -1,12 +1,11 @@
-// Drives the node's control loop, without a master, through hours of random commands, and prints what must be at the
-// end as it was at the start. See scripts/soak.
+// Drives the node's control loop through hours of random commands; prints what must not change. See scripts/soak.
 
 #include <fmt/format.h>
 #include <ros/serialization.h>
 #include <unistd.h>
 
-#include <boost/program_options.hpp>
 #include <cmath>
+#include <cstdlib>
 #include <ctime>
 #include <fstream>
 #include <iostream>
@@ -24,19 +23,17 @@ using namespace youbot_base_sim;
 constexpr double kHour = 3600;           // s
 constexpr int kPeriodsAnHour = 3600000;  // of 1 ms
 
-// Growth of the memory that is allowed after the first hour, KiB. A byte kept for each switch would add four times as
-// much in a day.
-constexpr long kMaxGrowth = 512;
+// KiB that the process may grow after the first hour. A byte kept for each switch would add four times as much a day.
+constexpr double kMaxGrowth = 512;
 
 /// Memory that the process holds, KiB.
-long resident_memory() {
+double resident_memory() {
   long all = 0, resident = 0;
   std::ifstream("/proc/self/statm") >> all >> resident;
-  return resident * sysconf(_SC_PAGESIZE) / 1024;
+  return static_cast<double>(resident * sysconf(_SC_PAGESIZE) / 1024);
 }
 
-/// Random requests, as a stack might send them: twists, wheel velocities, torques, rest, reversals, a wheel held
-/// between two rollers, motors off and on.
+/// Random requests, as a stack might send them.
 class RandomStack {
  public:
   explicit RandomStack(unsigned seed) : engine_(seed) {}
@@ -45,24 +42,25 @@ class RandomStack {
   double pause() { return 1e-3 * std::round(uniform(50, 4000)); }
 
   BaseRequest request() {
-    switch (engine_() % 9) {
-      case 0:
-      case 1:
-        return last_ = twist({uniform(-0.6, 0.6), uniform(-0.6, 0.6), uniform(-1.5, 1.5)});
-      case 2:
-        return last_ = each(DriveMode::kVelocity, 16);
-      case 3:
-      case 4:
-        return last_ = each(DriveMode::kTorque, 2.5);
-      case 5:
-        return last_ = twist({0, 0, 0});
-      case 6:
-        return last_ = reversed();
-      case 7:
-        return last_ = held();
-      default:
-        return engine_() % 2 == 0 ? BaseRequest(SwitchOff()) : BaseRequest(SwitchOn());
+    const unsigned kind = engine_() % 9;
+    if (kind == 8) return engine_() % 2 == 0 ? BaseRequest(SwitchOff()) : BaseRequest(SwitchOn());
+    if (kind <= 1) {
+      last_ = twist({uniform(-0.6, 0.6), uniform(-0.6, 0.6), uniform(-1.5, 1.5)});
+    } else if (kind == 2) {
+      last_ = each(DriveMode::kVelocity, 16);
+    } else if (kind <= 4) {
+      last_ = each(DriveMode::kTorque, 2.5);
+    } else if (kind == 5) {
+      last_ = twist({0, 0, 0});
+    } else if (kind == 6) {
+      for (std::optional<SetPoint>& wheel : last_) {
+        if (wheel) wheel->value = -wheel->value;
+      }
+    } else {
+      // Torques under which a wheel comes to rest between two rollers, found by a random search.
+      last_ = all(DriveMode::kTorque, {-1.6608860541984796, 0.6423426008195765, 1.6391085502068918, 1.12921153639236});
     }
+    return last_;
   }
 
  private:
@@ -83,18 +81,6 @@ class RandomStack {
     }
     return command;
   }
-  DriveCommand reversed() const {
-    DriveCommand command = last_;
-    for (std::optional<SetPoint>& wheel : command) {
-      if (wheel) wheel->value = -wheel->value;
-    }
-    return command;
-  }
-  // Torques under which a wheel comes to rest between two rollers, found by a random search.
-  static DriveCommand held() {
-    return all(DriveMode::kTorque,
-               Wheels(-1.6608860541984796, 0.6423426008195765, 1.6391085502068918, 1.12921153639236));
-  }
 
   std::mt19937 engine_;
   DriveCommand last_;
@@ -109,7 +95,6 @@ struct Hour {
   double edge_error = 0;       ///< largest distance of a located switch from its roller boundary, rad
   double edge_allowed = 0;     ///< largest that is allowed, rad
   bool all_switches = true;    ///< the counts add up to the wheels' rotation
-  std::uint64_t messages = 0;
 };
 
 /// A base in the node's loop, and its record.
@@ -136,7 +121,7 @@ class Soak {
                            static_cast<double>(periods) * 1e-3;
       const Events events = loop_.take_events();
       for (const RollerSwitch& event : events.switches) add(event, hour);
-      if (loop_.meet_instant()) publish(hour);
+      if (loop_.meet_instant()) publish();
       loop_.take_driver_events();
     }
     for (int i = 0; i < kWheels; ++i) hour.all_switches &= on_its_roller(i);
@@ -176,10 +161,9 @@ class Soak {
     return stands_on == counted || (loop_.simulation().other_rollers()[i] && std::abs(stands_on - counted) == 1);
   }
 
-  void publish(Hour& hour) {
-    telemetry_.visit(loop_.simulation(), loop_.sensors(), stamp_of(loop_.time()), [&](const char*, const auto& make) {
-      hour.messages += ros::serialization::serializeMessage(make()).num_bytes > 0;
-    });
+  void publish() {
+    telemetry_.visit(loop_.simulation(), loop_.sensors(), stamp_of(loop_.time()),
+                     [](const char*, const auto& make) { ros::serialization::serializeMessage(make()); });
   }
 
   RandomStack stack_;
@@ -205,29 +189,19 @@ std::string line(const std::string& hour, const Row& row) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  namespace po = boost::program_options;
-  int hours = 24;
-  unsigned seed = 1;
-  po::options_description options("Options");
-  options.add_options()("hours", po::value(&hours), "of simulated time")("seed", po::value(&seed), "of the commands");
-  try {
-    po::variables_map given;
-    po::store(po::parse_command_line(argc, argv, options), given);
-    po::notify(given);
-    if (hours < 1 || hours > 10000) throw po::error(fmt::format("--hours = {}: must be from 1 to 10000", hours));
-  } catch (const po::error& error) {
-    fmt::print(stderr, "soak: {}\n", error.what());
+  const int hours = argc > 1 ? std::atoi(argv[1]) : 24;
+  if (hours < 1 || hours > 10000) {
+    fmt::print(stderr, "soak: HOURS = {}: must be from 1 to 10000\n", argv[1]);
     return 2;
   }
-  Soak soak(seed);
+  Soak soak(argc > 2 ? static_cast<unsigned>(std::atoi(argv[2])) : 1);
   bool holds = true;
   double error_before = 0;
   Row first, last, least, most;
   for (int k = 1; k <= hours; ++k) {
     const Hour hour = soak.hour();
     const Simulation& simulation = soak.loop().simulation();
-    const auto memory = static_cast<double>(resident_memory());
-    const double energy_error = std::abs(hour.energy_error - error_before);
+    const double memory = resident_memory(), energy_error = std::abs(hour.energy_error - error_before);
     const double time_error = soak.loop().time() - k * kHour;
     last << kHour / hour.cpu, memory, hour.drive_energy, energy_error, static_cast<double>(hour.switches),
         hour.edge_error, simulation.state().phi().abs().maxCoeff(), time_error;

@@ -1,6 +1,6 @@
-// Runs one solver on one scene, repeats quick runs, and prints rows, counts and run time as JSON. Its argument is JSON
-// too: scene (a file), model, solver, tolerance or step (s), span (s), rate (rows a second), and max_evaluations unless
-// they are the usual. Without one it prints what it was built with. scripts/work_precision drives it.
+// Runs one solver on one scene, repeats quick runs, and prints rows, counts and run time as JSON; without an argument
+// what it was built with. Its argument is JSON too: scene (a file), model, solver, tolerance or step (s), span (s),
+// rate (rows a second), and if they differ from the usual max_evaluations. scripts/work_precision drives it.
 
 #include <arkode/arkode_arkstep.h>
 #include <cvode/cvode.h>
@@ -14,12 +14,10 @@
 #include <cmath>
 #include <ctime>
 #include <iostream>
-#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "youbot_base_sim/integration/difference_jacobian.h"
-#include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/integration/slip_system.h"
 #include "youbot_base_sim/simulation.h"
 
@@ -45,18 +43,14 @@ struct Run {
   std::uint64_t jacobians = 0;  ///< evaluated; 0: not counted
 };
 
-/// Thrown out of a run that cannot go on; says why.
-class RunFailure : public std::runtime_error {
- public:
+/// Ends a run that cannot go on; says why.
+struct RunFailure : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-using Solver = Run (*)(const Task& task);
-
-// CVODE and ARKODE of SUNDIALS 6, each with the Jacobian by central differences, its dense linear solver and its own
-// root finding. What they leave to the user was chosen by trial, for the highest accuracy in the time.
-
-/// The functions that CVODE and ARKODE have in common, by their names in one of them.
+/// The functions that CVODE and ARKODE of SUNDIALS 6 have in common. Both use the Jacobian by central differences, the
+/// dense linear solver and their own root finding. Other settings are chosen by trial, for the highest accuracy in the
+/// time.
 struct Package {
   using Counter = int (*)(void*, long*);
   void* (*create)(SUNContext, CVRhsFn, N_Vector);
@@ -87,7 +81,7 @@ void* create_arkode(SUNContext context, CVRhsFn derivative, N_Vector y) {
   void* memory = ARKStepCreate(nullptr, derivative, 0, y, context);
   ARKStepSetTableNum(memory, table, ARKODE_ERK_NONE);
   ARKStepSetInterpolantType(memory, ARK_INTERP_LAGRANGE);  // the other, Hermite, is not for stiff problems
-  // Otherwise what Newton's iteration leaves, times the rollers' 1e7/s, counts as an error: hundreds of times the
+  // Otherwise what Newton's iteration leaves, times the rollers' 1e7/s, counts as an error: hundreds of times more
   // steps.
   ARKStepSetDeduceImplicitRhs(memory, SUNTRUE);
   ARKStepSetPredictorMethod(memory, 1);
@@ -124,9 +118,8 @@ const Package kArkode = {
 static_assert(SUNDIALS_VERSION_MAJOR == 6, "other versions have other functions");
 static_assert(CV_ROOT_RETURN == ARK_ROOT_RETURN && CV_NORMAL == ARK_NORMAL, "Integrator takes the one for the other");
 
-/// A SlipSystem as SUNDIALS integrates it: a vector of numbers, smooth between switches and between the segments of the
-/// torque. It leaves out work and roller angles of a State, on which nothing depends, and counts phi from the middle of
-/// the roller in contact, so that a relative tolerance does not loosen as the wheels turn.
+/// A SlipSystem as SUNDIALS integrates it: a vector without the work and roller angles of a State, on which nothing
+/// depends. It counts phi from the middle of the roller, so that a relative tolerance does not loosen as wheels turn.
 template <class Model>
 class Integrator {
  public:
@@ -157,8 +150,8 @@ class Integrator {
     std::array<int, 2 * kWheels> outwards;
     outwards.fill(+1);
     package_.set_root_directions(memory_, outwards.data());
-    // Of the tolerance, when Newton's iteration ends. With the default, 0.1, both are ten times less accurate in the
-    // same time: an error that is small in velocities is large in the rollers' accelerations.
+    // With the default, 0.1, both are ten times less accurate in the same time: an error that is small in velocities is
+    // large in the rollers' accelerations.
     package_.set_convergence(memory_, 0.01);
     package_.set_max_steps(memory_, 2000000);  // for each row
   }
@@ -173,8 +166,7 @@ class Integrator {
   Integrator(const Integrator&) = delete;
   Integrator& operator=(const Integrator&) = delete;
 
-  /// Goes from switch to switch and from one segment of torque to the next, started anew at each as the manuals ask;
-  /// rows come from the dense output.
+  /// Starts anew at each switch and segment of torque, as the manuals ask; rows come from the dense output.
   Run run() {
     double t = 0, segment_end = begin_segment(0);
     package_.set_stop_time(memory_, segment_end);
@@ -185,14 +177,13 @@ class Integrator {
         continue;
       }
       const int flag = package_.advance(memory_, std::min(row, segment_end), y_, &t, CV_NORMAL);
-      if (task_.is_spent(run_.statistics)) throw RunFailure("too much work by t = " + std::to_string(t) + " s");
-      if (flag < 0) throw RunFailure("gave up (" + std::to_string(flag) + ") at t = " + std::to_string(t) + " s");
+      if (task_.is_spent(run_.statistics)) throw RunFailure(fmt::format("too much work by t = {:f} s", t));
+      if (flag < 0) throw RunFailure(fmt::format("gave up ({}) at t = {:f} s", flag, t));
+      if (flag != CV_ROOT_RETURN && t < segment_end) continue;
       if (flag == CV_ROOT_RETURN) {
         hand_over();
-      } else if (t >= segment_end) {
-        segment_end = begin_segment(t);
       } else {
-        continue;
+        segment_end = begin_segment(t);
       }
       // CVODE sets its counters back, ARKODE does not.
       count(+1);
@@ -209,7 +200,6 @@ class Integrator {
   static constexpr int kSize = kIndices.size(), kPhi = 6, kDphi = 10, kDgamma = 14;
 
   static Integrator& of(void* self) { return *static_cast<Integrator*>(self); }
-
   static int derivative(realtype t, N_Vector y, N_Vector dydt, void* self) {
     Integrator& integrator = of(self);
     ++integrator.run_.statistics.evaluations;
@@ -305,9 +295,9 @@ class Integrator {
 };
 
 Run run_sundials(const Task& task, const Package& package) {
-  const bool beyond = beyond_the_paper(task.scene);
-  if (task.scene.model == Model::kCoulomb && beyond) return Integrator<ExtendedModel<CoulombLaw>>(task, package).run();
-  if (task.scene.model == Model::kCoulomb) return Integrator<PaperModel<CoulombLaw>>(task, package).run();
+  const bool coulomb = task.scene.model == Model::kCoulomb, beyond = beyond_the_paper(task.scene);
+  if (coulomb && beyond) return Integrator<ExtendedModel<CoulombLaw>>(task, package).run();
+  if (coulomb) return Integrator<PaperModel<CoulombLaw>>(task, package).run();
   if (task.scene.model == Model::kViscous && !beyond) return Integrator<PaperModel<ViscousLaw>>(task, package).run();
   throw RunFailure("only models 2a and 2b are known here, and beyond the paper only 2b");
 }
@@ -326,31 +316,26 @@ Run run_simulation(const Task& task) {
   return run;
 }
 
-/// All solvers by their names. Of SUNDIALS: cvode, backward differentiation formulas of orders 1 to 5; arkode_4 and
-/// arkode_5, diagonally implicit Runge-Kutta methods, of order 4 the best of those it has, of order 5 its default. And
-/// every method of the scenes' `solver`.
-std::map<std::string, Solver> solvers() {
-  std::map<std::string, Solver> all = {
-      {"cvode", [](const Task& task) { return run_sundials(task, kCvode); }},
-      {"arkode_4", [](const Task& task) { return run_sundials(task, kArkode<ARKODE_ESDIRK436L2SA_6_3_4>); }},
-      {"arkode_5", [](const Task& task) { return run_sundials(task, kArkode<ARKODE_ARK548L2SA_DIRK_8_4_5>); }},
-  };
-  for (const Method& method : methods()) all[method.name] = run_simulation;
-  return all;
+/// Of SUNDIALS cvode (backward differentiation formulas of orders 1 to 5), arkode_4 and arkode_5 (diagonally implicit
+/// Runge-Kutta methods: the best of its order and the default); else the method of that name of Simulation.
+Run solve(const Task& task) {
+  const std::string& solver = task.scene.solver.method;
+  if (solver == "cvode") return run_sundials(task, kCvode);
+  if (solver == "arkode_4") return run_sundials(task, kArkode<ARKODE_ESDIRK436L2SA_6_3_4>);
+  if (solver == "arkode_5") return run_sundials(task, kArkode<ARKODE_ARK548L2SA_DIRK_8_4_5>);
+  return run_simulation(task);
 }
 
 /// What the solvers were built with and for; SUNDIALS itself comes from the system.
 nlohmann::json about() {
-  nlohmann::json json;
-  json["compiler"] = "g++ " __VERSION__;
-  json["flags"] = YOUBOT_BASE_SIM_BENCH_FLAGS;
-  json["libraries"] =
-      fmt::format("Boost {}.{}, SUNDIALS {}", BOOST_VERSION / 100000, BOOST_VERSION / 100 % 1000, SUNDIALS_VERSION);
-  return json;
+  return {{"compiler", "g++ " __VERSION__},
+          {"flags", YOUBOT_BASE_SIM_BENCH_FLAGS},
+          {"libraries", fmt::format("Boost {}.{}, SUNDIALS {}", BOOST_VERSION / 100000, BOOST_VERSION / 100 % 1000,
+                                    SUNDIALS_VERSION)}};
 }
 
 /// Run time is the least of the repeats.
-nlohmann::json measure(Solver solver, const Task& task) {
+nlohmann::json measure(const Task& task) {
   constexpr double kLong = 1, kEnough = 1;  // s: of a run that is not repeated, and of all runs
   constexpr int kMinRepeats = 3, kMaxRepeats = 10;
   double least = std::numeric_limits<double>::infinity(), total = 0;
@@ -361,7 +346,7 @@ nlohmann::json measure(Solver solver, const Task& task) {
   try {
     do {
       start = std::clock();
-      run = solver(task);
+      run = solve(task);
       const double run_time = taken();
       total += run_time;
       least = std::min(least, run_time);
@@ -397,12 +382,7 @@ int main(int argc, char** argv) try {
     std::cout << about().dump() << '\n';
     return 0;
   }
-  const Task task = read_task(nlohmann::json::parse(argv[1]));
-  const auto all = solvers();
-  const auto solver = all.find(task.scene.solver.method);
-  if (solver == all.end())
-    throw SceneError("solver = " + task.scene.solver.method + ": is none of those it is built with");
-  std::cout << measure(solver->second, task).dump() << '\n';
+  std::cout << measure(read_task(nlohmann::json::parse(argv[1]))).dump() << '\n';
   return 0;
 } catch (const std::exception& error) {
   fmt::print(stderr, "solve: {}\n", error.what());

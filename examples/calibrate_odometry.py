@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Calibrates the driver's odometry from a bag: the wheel radius that it ought to use ahead, sideways and in turning, by least
-squares of where the base went over what its wheels turned. On a real base a motion capture takes the place of ground_truth.
+"""Calibrates the driver's odometry from a bag: fits the wheel radius that it should use forward, lateral and in yaw by
+least squares of the true motion over the wheels' rotation. On a real base a motion capture replaces ground_truth.
 
     rosrun youbot_base_sim simulate examples/calibration_drive.yaml --bag drive.bag
     examples/calibrate_odometry.py drive.bag
@@ -15,7 +15,7 @@ import rosbag
 RADIUS, HALF_LENGTHS = 0.0475, 0.385  # the driver's, m
 STEP = 0.1                            # s, over which ways are compared
 
-# Base motion ahead, sideways and in turning, for each rad of the wheels fl, fr, bl and br.
+# Base motion forward, lateral and in yaw, for each rad of the wheels fl, fr, bl and br.
 KINEMATICS = RADIUS / 4 * numpy.array([[1, 1, 1, 1], [-1, 1, 1, -1], numpy.array([-1, 1, -1, 1]) / HALF_LENGTHS])
 
 
@@ -38,13 +38,13 @@ def read(path):
 
 def main(path):
     wheels, poses = read(path)
-    told = numpy.diff(wheels, axis=0) @ KINEMATICS.T
+    rolled = numpy.diff(wheels, axis=0) @ KINEMATICS.T
     yaw = numpy.unwrap(poses[:, 2])
     middle = (yaw[1:] + yaw[:-1]) / 2
     dx, dy = numpy.diff(poses[:, 0]), numpy.diff(poses[:, 1])
     went = numpy.column_stack([numpy.cos(middle) * dx + numpy.sin(middle) * dy,
                                numpy.cos(middle) * dy - numpy.sin(middle) * dx, numpy.diff(yaw)])
-    for name, a, b in zip(["ahead", "sideways", "turning"], told.T, went.T):
+    for name, a, b in zip(["forward", "lateral", "yaw"], rolled.T, went.T):
         if a @ a < 1e-6:
             print(f"{name:9s} not driven")
             continue

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Tells from a bag when the base slips by what a robot can know itself: four wheels tell of a motion in a plane, which has
-three components, so the fourth combination of their rates is zero unless a wheel slips. Beside it the truth: the largest
+"""Detects from a bag's joint states when the base slips. A motion in a plane has three components, so the fourth
+combination of the four wheels' angular velocities is zero unless a wheel slips. Prints the truth beside it: the largest
 slip of any contact.
 
     rosrun youbot_base_sim simulate config/scenes/case2.yaml --contacts --bag case2.bag

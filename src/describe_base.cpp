@@ -20,7 +20,7 @@ namespace {
 using namespace youbot_base_sim;
 
 struct Arguments {
-  std::string scene;  // empty also where it is an argument of a launch file that is not set
+  std::string scene;  // empty also for a launch file's argument that is not set
   bool turning_rollers = false;
   std::string meshes;  // folder; empty: the package has them, or the cache
 };
@@ -42,8 +42,8 @@ bool read_arguments(int argc, char** argv, Arguments& arguments) {
      "the driver's eight joint states are enough")
     ("meshes", po::value(&arguments.meshes)->value_name("FOLDER"),
      "write all meshes into this folder. Without it, the parts that are the paper's robot's are those of the package; "
-     "others are written to $ROS_HOME/youbot_base_sim, or ~/.ros/youbot_base_sim. Whoever draws the robot must find "
-     "that folder on the same machine");
+     "others are written to $ROS_HOME/youbot_base_sim, or ~/.ros/youbot_base_sim. What draws the robot must find that "
+     "folder on the same machine");
   // clang-format on
   return parse(argc, argv, kUsage, options, {"scene", po::value(&arguments.scene), 1, false}).has_value();
 }
@@ -51,14 +51,15 @@ bool read_arguments(int argc, char** argv, Arguments& arguments) {
 /// Writes the mesh of a part. Returns its URI.
 std::string write_mesh(Part part, const RobotParameters& robot, const std::filesystem::path& given_folder) {
   if (given_folder.empty()) throw OutputError("HOME is not set: --meshes must say where the meshes go");
-  const std::filesystem::path folder = std::filesystem::absolute(given_folder);
+  const std::filesystem::path path = std::filesystem::absolute(given_folder) / mesh_name(part, robot);
+  const std::string folder = path.parent_path();
   std::error_code error;
   std::filesystem::create_directories(folder, error);
-  if (error) throw OutputError(fmt::format("{}: cannot be made: {}", quote_path(folder.string()), error.message()));
-  OutputFile file(folder / mesh_name(part, robot));
+  if (error) throw OutputError(fmt::format("{}: cannot be made: {}", quote_path(folder), error.message()));
+  OutputFile file(path);
   file.write(mesh(part, robot));
   file.commit();
-  return file_uri(folder / mesh_name(part, robot));
+  return file_uri(path);
 }
 
 /// The URDF, whose meshes are written unless the package has them. Throws std::runtime_error.

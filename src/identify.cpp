@@ -9,7 +9,6 @@
 
 #include "youbot_base_sim/identify/bag_reader.h"
 #include "youbot_base_sim/identify/fit.h"
-#include "youbot_base_sim/identify/inspection.h"
 #include "youbot_base_sim/identify/report.h"
 #include "youbot_base_sim/integration/motion_integrator.h"
 #include "youbot_base_sim/offline_program.h"
@@ -37,12 +36,8 @@ const Usage kUsage = {
     "  identify first.bag second.bag --scene my_scene.yaml --csv comparison.csv\n"};
 
 Scene start_scene(const std::string& path) {
-  Scene scene;
-  if (path.empty()) {
-    scene.robot = measured_robot();
-  } else {
-    scene = load_scene(path);
-  }
+  Scene scene = path.empty() ? Scene() : load_scene(path);
+  if (path.empty()) scene.robot = measured_robot();
   scene.drive = std::monostate();
   if (!scene.motors) scene.motors.emplace();
   return scene;
@@ -72,9 +67,9 @@ Outputs open_outputs(const Arguments& arguments, const Scene& start) {
   return outputs;
 }
 
-void write(std::optional<OutputFile>& file, const std::string& text) {
-  file->write(text);
-  file->commit();
+void write(OutputFile& file, const std::string& text) {
+  file.write(text);
+  file.commit();
 }
 
 /// Reads the command line and the scene, and opens the outputs, so that what is refused is refused before minutes have
@@ -87,7 +82,7 @@ bool prepare(int argc, char** argv, Arguments& arguments, Scene& start) {
     ("scene", po::value(&arguments.scene)->value_name("START.yaml"),
      "robot, floor and motors to start from; left out: the profile `measured`")
     ("output,o", po::value(&arguments.output)->value_name("FITTED.yaml"),
-     "write the fitted scene, and what the base was told beside it, as FITTED.csv")
+     "write the fitted scene, and beside it the commands as FITTED.csv")
     ("csv", po::value(&arguments.csv)->value_name("FILE"), "write the first bag's motion, recorded and fitted, for scripts/plot_identification")
     ("quiet", po::bool_switch(&arguments.quiet), "print nothing but errors");
   // clang-format on
@@ -97,37 +92,32 @@ bool prepare(int argc, char** argv, Arguments& arguments, Scene& start) {
   return true;
 }
 
-/// Fits, and writes what was fitted. Throws UnusableRecord or, once a signal has come, Stopped.
-void identify(const Arguments& arguments, const Scene& start) {
-  std::vector<DriveRecord> records;
-  std::vector<std::string> findings;
-  for (const std::string& bag : arguments.bags) {
-    records.push_back(read_drive_bag(bag));
-    for (const std::string& line : inspect(records.back())) findings.push_back(line);
-  }
-  FitSettings settings;
-  settings.workers = {static_cast<int>(std::thread::hardware_concurrency()), &stop_requested()};
-  ProgressBar progress(arguments.quiet);
-  settings.progress = [&](double share) {
-    share < 1 ? progress.draw(share, fmt::format("{:.0f} %", 100 * share)) : progress.clear();
-  };
-  const Fit result = fit(start, records, findings, settings);
-  if (!arguments.quiet) {
-    for (const std::string& line : findings) fmt::print("{}\n", line);
-    fmt::print("{}", report(start, result));
-  }
-  Outputs outputs = open_outputs(arguments, start);
-  if (outputs.table) write(outputs.table, command_table(records.front()));
-  if (outputs.scene) {
-    write(outputs.scene, fitted_scene(arguments.scene, result, records.front(), table_of(arguments).filename()));
-  }
-  if (outputs.csv) write(outputs.csv, comparison_csv(result, records.front()));
-}
-
-/// Returns the exit status.
+/// Fits, and writes what was fitted. Returns the exit status.
 int run(const Arguments& arguments, const Scene& start) {
   try {
-    identify(arguments, start);
+    std::vector<DriveRecord> records;
+    std::vector<std::string> findings;
+    for (const std::string& bag : arguments.bags) {
+      records.push_back(read_drive_bag(bag));
+      for (const std::string& line : inspect(records.back())) findings.push_back(line);
+    }
+    FitSettings settings;
+    settings.workers = {static_cast<int>(std::thread::hardware_concurrency()), &stop_requested()};
+    ProgressBar progress(arguments.quiet);
+    settings.progress = [&](double share) {
+      share < 1 ? progress.draw(share, fmt::format("{:.0f} %", 100 * share)) : progress.clear();
+    };
+    const Fit result = fit(start, records, findings, settings);
+    if (!arguments.quiet) {
+      for (const std::string& line : findings) fmt::print("{}\n", line);
+      fmt::print("{}", report(start, result));
+    }
+    Outputs outputs = open_outputs(arguments, start);
+    const DriveRecord& first = records.front();
+    if (outputs.table) write(*outputs.table, command_table(first));
+    if (outputs.scene)
+      write(*outputs.scene, fitted_scene(arguments.scene, result, first, table_of(arguments).filename()));
+    if (outputs.csv) write(*outputs.csv, comparison_csv(result, first));
     return kDone;
   } catch (const UnusableRecord& error) {
     print_error("identify", error.what());

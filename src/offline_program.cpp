@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <exception>
 #include <stdexcept>
 
 #include "youbot_base_sim/record/output_file.h"
@@ -20,15 +19,13 @@ namespace {
 
 std::atomic<bool> stop{false};
 std::atomic<int> stop_signal{0};
+void (*on_stop)() = nullptr;
 
-/// A standard stream that is closed must not become the number of an output.
+/// Opens closed standard streams, lest an output get the number of one.
 void take_standard_streams() {
-  while (true) {
-    const int descriptor = open("/dev/null", O_RDWR | O_CLOEXEC);
-    if (descriptor <= STDERR_FILENO && descriptor >= 0) continue;
-    close(descriptor);
-    return;
-  }
+  int descriptor = 0;
+  while (descriptor >= 0 && descriptor <= STDERR_FILENO) descriptor = open("/dev/null", O_RDWR | O_CLOEXEC);
+  close(descriptor);
 }
 
 }  // namespace
@@ -67,7 +64,8 @@ std::string refusal_of(const std::function<void()>& prepare) {
 }
 
 // They may come more than once: `timeout` sends two.
-void catch_signals() {
+void catch_signals(void (*also)()) {
+  on_stop = also;
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
     struct sigaction action {};
     sigaction(number, nullptr, &action);
@@ -75,6 +73,7 @@ void catch_signals() {
     action.sa_handler = [](int caught) {
       stop_signal = caught;
       stop = true;
+      if (on_stop) on_stop();
     };
     action.sa_flags = 0;  // so that waiting for a pipe's reader ends too
     sigaction(number, &action, nullptr);

@@ -50,7 +50,7 @@ const Usage kUsage = {
     "  simulate case2.yaml --csv case2.csv --summary case2.json\n"
     "  simulate my_scene.yaml --bag my_scene.bag --contacts --quiet\n"};
 
-/// Reads the command line and the scene; false if all that was wanted was help. Throws std::runtime_error.
+/// Reads the command line and the scene; false if it only asks for help. Throws std::runtime_error.
 bool prepare(int argc, char** argv, Arguments& arguments, Scene& scene) {
   namespace po = boost::program_options;
   po::options_description options("Options");
@@ -92,11 +92,10 @@ bool prepare(int argc, char** argv, Arguments& arguments, Scene& scene) {
   return true;
 }
 
-/// Everything that a run writes; complete files appear when it is committed. An output that fails, as on a full disk,
-/// ends alone; the others continue.
+/// The files that a run writes. One that fails, as on a full disk, ends alone; the others continue.
 class Outputs {
  public:
-  /// Opens them all before anything is written. Throws OutputError where one is refused.
+  /// Opens them all before anything is written. Throws OutputError.
   Outputs(const Arguments& arguments, const Scene& scene, ProgressBar& progress) : progress_(progress) {
     OutputOpener opener(scene.files);
     const auto open = [&](const char* option, const std::string& path, auto make_recorder,
@@ -124,12 +123,6 @@ class Outputs {
     for_each([](Recorder& recorder) { recorder.commit(); });
   }
 
-  /// To be called only if one is wanted.
-  void commit_summary(const std::string& summary) {
-    summary_->write(summary);
-    summary_->commit();
-  }
-
   /// Ends all early. Returns the names under which they are kept.
   std::vector<std::string> keep_incomplete() {
     std::vector<std::string> names;
@@ -140,8 +133,8 @@ class Outputs {
     return names;
   }
 
-  /// Whether one has failed.
-  bool failed() const { return failed_; }
+  bool failed() const { return failed_; }  ///< one of them
+  std::optional<OutputFile>& summary() { return summary_; }
 
  private:
   template <class Action>
@@ -180,8 +173,8 @@ class Run {
     simulation_.stop_on(stop_requested());
   }
 
-  /// Writes all rows, puts the outputs in their places, and prints the summary and warnings. Throws where the run ends
-  /// early, whose outputs are kept as incomplete ones.
+  /// Writes and commits all outputs, and prints the summary and warnings. If the run ends early, keeps its outputs as
+  /// incomplete ones and throws.
   void complete() {
     const auto stopped = [&] {
       return fmt::format("stopped after t = {:g} s by {}", simulation_.time(), stop_reason());
@@ -213,7 +206,7 @@ class Run {
     }
   }
 
-  /// Advances to the next row, and measures what that took.
+  /// Advances to the next row and measures the time.
   bool next() {
     const double before = simulation_.time();
     if (measured_) cost_.start(before);
@@ -232,14 +225,13 @@ class Run {
       throw std::runtime_error(
           fmt::format("stopped at t = {} s: more than {} s of processor time", t, arguments_.cpu_limit));
     }
-    if (progress_.due()) {
-      progress_.draw(t / duration, fmt::format("{:.4g} of {:g} s", t, duration));
-    }
+    if (progress_.due()) progress_.draw(t / duration, fmt::format("{:.4g} of {:g} s", t, duration));
   }
 
   void commit_summary(bool completed) {
-    if (arguments_.summary.empty()) return;
-    outputs_.commit_summary(summary_json(simulation_, completed, wall_time_, cost_, rows_));
+    if (!outputs_.summary()) return;
+    outputs_.summary()->write(summary_json(simulation_, completed, wall_time_, cost_, rows_));
+    outputs_.summary()->commit();
   }
 
   [[noreturn]] void fail(const std::string& reason) {

@@ -2,14 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
-#include <utility>
 
-#include "youbot_base_sim/drive/control_time.h"
 #include "youbot_base_sim/drive/motor.h"
 #include "youbot_base_sim/integration/methods.h"
-#include "youbot_base_sim/integration/motion_so_far.h"
 #include "youbot_base_sim/integration/no_slip_integrator.h"
 #include "youbot_base_sim/physics/roller_geometry.h"
 
@@ -68,7 +64,7 @@ void Simulation::reset() {
   }
   extended_ = beyond_the_paper(scene_);
   make_integrator(nullptr);
-  next_change_ = std::numeric_limits<double>::infinity();
+  next_change_ = kInfinity;
   added_ = {};
   planned_ = {};
   load_changes_.clear();

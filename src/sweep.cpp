@@ -53,7 +53,7 @@ Usage usage() {
           "  sweep wheel_angles.yaml --csv angles.csv --threads 4\n"};
 }
 
-/// Reads the command line; false if all that was wanted was help. Throws std::runtime_error.
+/// Reads the command line; false if it only asks for help. Throws std::runtime_error.
 bool read_arguments(int argc, char** argv, const Ranks& ranks, Arguments& arguments) {
   namespace po = boost::program_options;
   po::options_description options("Options");
@@ -87,7 +87,7 @@ std::string folder_of(const Arguments& arguments) {
   return std::filesystem::path(arguments.csv).replace_extension().string() + "_runs";
 }
 
-/// Keeps apart what the sweep reads and all that it will write. Throws OutputError.
+/// Throws OutputError unless what the sweep reads and writes are different files.
 void keep_apart(const Arguments& arguments, const Family& family, const RowMaker& maker) {
   std::vector<std::string> inputs = family.tables;
   inputs.insert(inputs.end(), {family.path, family.scene.path});
@@ -126,7 +126,7 @@ std::string counts_text(const Tally& tally) {
   return text;
 }
 
-/// Shows how far a sweep is: a bar on a terminal, else a line a minute.
+/// Shows the progress: a bar on a terminal, else a line a minute.
 class Progress {
  public:
   Progress(const Journal& journal, bool quiet)
@@ -140,7 +140,7 @@ class Progress {
   }
   void clear() { bar_.clear(); }
 
-  /// What there is to say once all runs are finished.
+  /// To be called once all runs are finished.
   std::string summary(const Tally& tally) const {
     const std::string made = before_ == 0 ? "" : fmt::format(", {} of them", tally.runs - before_);
     return fmt::format("{} runs{} in {}, {:.3g} a second{}", tally.runs, made, duration_text(seconds_since(start_)),
@@ -166,7 +166,7 @@ class Progress {
   Clock::time_point start_ = Clock::now(), next_line_ = start_ + 1min;
 };
 
-/// Makes the rows that the journal lacks. Returns a summary, or nothing if a signal has stopped it.
+/// Makes the rows that the journal lacks. Returns a summary, or nothing if a signal stopped it.
 std::optional<std::string> make_rows(const Arguments& arguments, const RowMaker& maker, Ranks& ranks,
                                      Journal& journal) {
   constexpr auto kSync = 1s;
@@ -227,28 +227,19 @@ void list(const Arguments& arguments, Family family, const Ranks& ranks) {
 }
 
 /// The work of rank 0, from the journal to the table. Returns the exit status.
-int run_first(const Arguments& arguments, const Family& family, const RowMaker& maker, Ranks& ranks) {
-  std::vector<std::string> fingerprint;
+int run_first(const Arguments& arguments, const Family& family, const std::vector<std::string>& fingerprint,
+              const RowMaker& maker, Ranks& ranks) {
   std::optional<Journal> journal;
-  try {
-    keep_apart(arguments, family, maker);
-    fingerprint = family.fingerprint();
-    journal.emplace(journal_of(arguments), fingerprint, family.runs());
-  } catch (const OutputError& error) {
-    print_error("sweep", error.what());
-    return error.is_full() ? kNotCompleted : kRefused;
-  } catch (const SceneError& error) {
-    print_error("sweep", error.what());
-    return kRefused;
-  }
   const auto way_on = [&] {
-    return fmt::format("{} of {} runs are in {}; the same command goes on from there", journal->tally().runs,
+    return fmt::format("; {} of {} runs are in {}; the same command goes on from there", journal->tally().runs,
                        family.runs(), quote_path(journal_of(arguments)));
   };
   try {
+    keep_apart(arguments, family, maker);
+    journal.emplace(journal_of(arguments), fingerprint, family.runs());
     const std::optional<std::string> summary = make_rows(arguments, maker, ranks, *journal);
     if (!summary) {
-      print_error("sweep", fmt::format("stopped by {}; {}", stop_reason(), way_on()));
+      print_error("sweep", fmt::format("stopped by {}{}", stop_reason(), way_on()));
       return kNotCompleted;
     }
     if (!family.tables.empty() && family.fingerprint() != fingerprint) {
@@ -258,16 +249,18 @@ int run_first(const Arguments& arguments, const Family& family, const RowMaker& 
     write_table(arguments, family, maker, *journal, *summary);
     return kDone;
   } catch (const OutputError& error) {
-    print_error("sweep", fmt::format("{}; {}", error.what(), way_on()));
+    print_error("sweep", error.what() + (journal ? way_on() : ""));
+    return journal || error.is_full() ? kNotCompleted : kRefused;
   } catch (const std::exception& error) {
     print_error("sweep", error.what());
   }
   return kNotCompleted;
 }
 
-/// The work of one of several ranks, whose families must be one. Returns the exit status.
-int run_rank(const Arguments& arguments, const Family& family, const RowMaker& maker, Ranks& ranks) {
-  const std::vector<std::string> prints = ranks.gather(fmt::format("{}", fmt::join(family.fingerprint(), "\n")));
+/// The work of a rank; the families of all must be one. Returns the exit status.
+int run_rank(const Arguments& arguments, const Family& family, const std::vector<std::string>& fingerprint,
+             const RowMaker& maker, Ranks& ranks) {
+  const std::vector<std::string> prints = ranks.gather(fmt::format("{}", fmt::join(fingerprint, "\n")));
   const auto other = std::find_if(prints.begin(), prints.end(), [&](const auto& print) { return print != prints[0]; });
   if (other != prints.end()) {
     if (ranks.rank() == 0)
@@ -275,24 +268,26 @@ int run_rank(const Arguments& arguments, const Family& family, const RowMaker& m
                                        quote_path(family.path), other - prints.begin()));
     return kRefused;
   }
+  int status = kDone;
   if (ranks.rank() == 0) {
-    const int status = run_first(arguments, family, maker, ranks);
-    if (status != kDone) ranks.abort(status);
-    return status;
+    status = run_first(arguments, family, fingerprint, maker, ranks);
+  } else {
+    try {
+      ranks.work(maker);
+    } catch (const std::exception& error) {
+      print_error("sweep", error.what());
+      status = kNotCompleted;
+    }
   }
-  try {
-    ranks.work(maker);
-  } catch (const std::exception& error) {
-    print_error("sweep", error.what());
-    ranks.abort(kNotCompleted);
-  }
-  return kDone;
+  if (status != kDone && ranks.size() > 1) ranks.abort(status);
+  return status;
 }
 
 /// Reads the command line and the family. Returns the exit status.
 int run_program(int argc, char** argv) {
   Arguments arguments;
   Family family;
+  std::vector<std::string> fingerprint;
   std::optional<RowMaker> maker;
   const std::unique_ptr<Ranks> ranks = join_ranks(argc, argv);
   std::uint64_t scene = 0;
@@ -303,19 +298,16 @@ int run_program(int argc, char** argv) {
     family = load_family(arguments.family);
     maker.emplace(row_maker(arguments, family));
     if (!arguments.scene.empty()) scene = whole_number_of("--scene", arguments.scene, 0, family.runs() - 1);
+    fingerprint = family.fingerprint();
   });
-  const std::vector<std::string> refusals = ranks->gather(refusal);
-  const auto refused = std::find_if(refusals.begin(), refusals.end(), [](const auto& text) { return !text.empty(); });
-  if (refused != refusals.end()) {
-    if (ranks->rank() == 0) print_error("sweep", *refused);
+  for (const std::string& text : ranks->gather(refusal)) {
+    if (text.empty()) continue;
+    if (ranks->rank() == 0) print_error("sweep", text);
     return kRefused;
   }
   if (helped) return kDone;
   catch_signals();
-  if (arguments.scene.empty() && !arguments.list) {
-    return ranks->size() > 1 ? run_rank(arguments, family, *maker, *ranks)
-                             : run_first(arguments, family, *maker, *ranks);
-  }
+  if (arguments.scene.empty() && !arguments.list) return run_rank(arguments, family, fingerprint, *maker, *ranks);
   if (ranks->rank() > 0) return kDone;
   if (arguments.list) {
     list(arguments, family, *ranks);

@@ -1,4 +1,4 @@
-// Drives the base ahead with 1 N m on each wheel while it goes slower than 0.3 m/s, and prints where it goes.
+// Drives the base forward with 1 N m on each wheel while it is slower than 0.3 m/s, and prints where it goes.
 
 #include <youbot_base_sim/simulation.h>
 

@@ -6,28 +6,26 @@
 
 namespace youbot_base_sim {
 
-/// Exit status of a program that runs offline.
 enum ExitStatus { kDone = 0, kNotCompleted = 1, kRefused = 2 };
 
-/// The common part of the main functions of such programs: `body` returns the exit status. What it throws, and standard
-/// output that takes no more, becomes a line on standard error, which begins with `name`, and kNotCompleted.
+/// The common part of the offline programs' main functions: `body` returns the exit status. An exception, and standard
+/// output that takes no more, become a line on standard error, which begins with `name`, and kNotCompleted.
 int run_offline_program(const char* name, const std::function<int()>& body);
 
-/// The same in two parts: `prepare` reads the command line and the inputs, and returns whether there is anything to do.
-/// A std::runtime_error of it is a refusal: a line on standard error, and kRefused. `run` does the work, with signals
-/// caught.
+/// The same in two parts: `prepare` reads command line and inputs, and returns whether there is anything to do. Its
+/// std::runtime_error is a refusal: a line on standard error, and kRefused. `run` does the work, with signals caught.
 int run_offline_program(const char* name, const std::function<bool()>& prepare, const std::function<int()>& run);
 
 /// The text of the std::runtime_error that `prepare` throws; empty if it throws none.
 std::string refusal_of(const std::function<void()>& prepare);
 
-/// From here on the signals that ask a program to end set `stop_requested`, and what cannot be written is an error
-/// rather than a signal. A signal that is ignored, as by nohup, remains so.
-void catch_signals();
+/// From here on the signals that ask a program to end set `stop_requested` and call `also`, and what cannot be written
+/// is an error rather than a signal. A signal that is ignored, as by nohup, remains so.
+void catch_signals(void (*also)() = nullptr);
 
 const std::atomic<bool>& stop_requested();
 
-/// The signal that did it: "signal 15, Terminated".
+/// "signal 15, Terminated"
 std::string stop_reason();
 
 }  // namespace youbot_base_sim

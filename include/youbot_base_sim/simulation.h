@@ -37,21 +37,17 @@ struct Events {
   std::vector<LoadChange> load_changes;
 };
 
-/// One running simulation: a scene in; commands in; state, switches, contacts and statistics out.
-///
-/// With a control period the loop is that of a robot's controller: at t = k * period the drive is sampled, and its
-/// torque is held while the state is advanced to the end of the period. Without one the scene's torque acts
-/// continuously.
+/// One running simulation: a scene and commands in; state, switches, contacts and statistics out. With a control period
+/// the drive is sampled at t = k * period, and its torque is held to the end of the period; without one the scene's
+/// torque acts continuously.
 class Simulation {
  public:
   /// Torque of the wheels, N m, for the control period that begins at time t (s) in `state`.
   using Drive = std::function<Wheels(double t, const State& state)>;
 
-  /// Runs the scene's own drive; no torque if it has none.
-  explicit Simulation(const Scene& scene) : Simulation(scene, nullptr) {}
-
-  /// Runs `drive` in place of the scene's. Throws std::invalid_argument if the scene has no control period.
-  Simulation(const Scene& scene, Drive drive);
+  /// Runs the scene's own drive (no torque if it has none), or `drive` in its place: that throws std::invalid_argument
+  /// if the scene has no control period.
+  explicit Simulation(const Scene& scene, Drive drive = nullptr);
 
   Simulation(const Simulation&) = delete;
   Simulation& operator=(const Simulation&) = delete;
@@ -61,12 +57,10 @@ class Simulation {
   /// Throws std::domain_error where the equations have no finite solution.
   void advance_to(double t);
 
-  /// Advances to the end of the present control period and by n - 1 more. Throws std::logic_error if the scene has
-  /// none.
+  /// Advances to the end of the present control period and by n - 1 more; std::logic_error if the scene has none.
   void advance_periods(std::int64_t n);
 
-  /// Has `advance_to` and `advance_periods` throw Stopped within a step once `stop`, which must outlive this, is set:
-  /// by another thread or a signal's handler. The state is then somewhere on the way; only `reset` leads on from there.
+  /// As MotionIntegrator::stop_on, for `advance_to` and `advance_periods`; only `reset` leads on from there.
   void stop_on(const std::atomic<bool>& stop);
 
   /// Back to the scene's initial state at t = 0, statistics included.
@@ -90,16 +84,14 @@ class Simulation {
   /// Slip, friction, normal reaction and offset of the contact points; in model 1, no slip and no force.
   ContactDetails contacts() const { return integrator_->contacts(state_, t_); }
 
-  /// Replaces the loads and wrenches of the last call, which act besides the scene's, from now on. To be called between
-  /// two calls of the advancing functions. The base keeps its velocities or, with `keep_momentum`, its momentum; the
-  /// change of kinetic energy counts as work.
+  /// Replaces the loads and wrenches of the last call, which act besides the scene's, from now on. The base keeps its
+  /// velocities or, with `keep_momentum`, its momentum; the change of kinetic energy counts as work.
   void set_loads(const AppliedLoads& applied, bool keep_momentum = false);
 
   /// The present loads and wrenches, those of the scene included.
   const AppliedLoads& applied_loads() const { return applied_loads_; }
 
-  /// Changes of it since the last `take_load_changes`, in order of time; clears them. The list grows until it is
-  /// taken.
+  /// Changes of it since the last call, in order of time. The list grows until it is taken.
   std::vector<LoadChange> take_load_changes() { return std::exchange(load_changes_, {}); }
 
   /// Extremes of the normal reactions; empty where they are static.
@@ -111,14 +103,12 @@ class Simulation {
   /// Where the power goes now. Its net changes the kinetic energy, but for switches that stop a roller or a wheel.
   PowerBalance power_balance() const;
 
-  /// Switches since the last `take_switches`, in order of time; clears them. The list grows until it is taken.
+  /// Switches since the last call, in order of time. The list grows until it is taken.
   std::vector<RollerSwitch> take_switches() { return integrator_->take_switches(); }
 
   const IntegrationStatistics& statistics() const { return integrator_->statistics(); }
 
-  /// The regularization speed, over which friction is smoothed, m/s: the scene's slip_regularization, or what the
-  /// tolerance can distinguish from zero if that is more (see effective_regularization_speed); infinite for models
-  /// without one.
+  /// effective_regularization_speed of the scene's friction, m/s; infinite for models without one.
   double regularization_speed() const { return integrator_->regularization_speed(); }
 
   /// The name of the method that integrates: the scene's, or model 1's own.
@@ -126,9 +116,8 @@ class Simulation {
 
   double kinetic_energy() const { return integrator_->kinetic_energy(state_); }  ///< J
 
-  /// |change of kinetic energy - integrated power| since t = 0, J.
+  /// |change of kinetic energy - integrated power| since t = 0, J; for callers that have the kinetic energy (J), too.
   double energy_balance_error() const { return energy_balance_error(kinetic_energy()); }
-  /// The same for callers that already have the kinetic energy (J).
   double energy_balance_error(double kinetic_energy) const;
 
   const Scene& scene() const { return scene_; }

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
 #include <vector>
 
 #include "youbot_base_sim/scene/frames.h"
@@ -48,7 +50,7 @@ std::string effect(std::size_t k, const Colour& colour) {
       k, 0.6 * colour[0], 0.6 * colour[1], 0.6 * colour[2], colour[0], colour[1], colour[2]);
 }
 
-/// A painted surface of quadrilaterals with a normal at each vertex, so that it is shaded as a smooth one.
+/// A painted surface of quadrilaterals, with a normal at each vertex for smooth shading.
 class Mesh {
  public:
   struct Vertex {
@@ -56,8 +58,7 @@ class Mesh {
     Vector3d normal;    ///< of length 1, outward
   };
 
-  /// Adds a sheet of rows x columns vertices, vertex(row, column), that are joined to their neighbours. Rows or columns
-  /// may coincide, as in the middle of a disc.
+  /// Adds a sheet of rows x columns vertices, vertex(row, column). Rows or columns may coincide, as in a disc's middle.
   template <class MakeVertex>
   void add_sheet(const Colour& colour, int rows, int columns, const MakeVertex& vertex) {
     const int first = static_cast<int>(positions_.size());
@@ -77,7 +78,35 @@ class Mesh {
   }
 
   /// As a COLLADA file.
-  std::string collada() const;
+  std::string collada() const {
+    std::string effects, materials, triangles, bindings;
+    for (std::size_t k = 0; k < paints_.size(); ++k) {
+      effects += effect(k, paints_[k].colour);
+      materials += fmt::format("<material id=\"material_{0}\"><instance_effect url=\"#effect_{0}\"/></material>\n", k);
+      bindings += fmt::format("<instance_material symbol=\"paint_{0}\" target=\"#material_{0}\"/>", k);
+      triangles += fmt::format(
+          "<triangles material=\"paint_{}\" count=\"{}\"><input semantic=\"VERTEX\" source=\"#vertices\" offset=\"0\"/>"
+          "<input semantic=\"NORMAL\" source=\"#normals\" offset=\"0\"/><p>\n",
+          k, paints_[k].triangles.size());
+      for (const auto& [a, b, c] : paints_[k].triangles) triangles += fmt::format("{} {} {}\n", a, b, c);
+      triangles += "</p></triangles>\n";
+    }
+    return "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n"
+           "<!-- Written by describe_base. -->\n"
+           "<COLLADA xmlns=\"http://www.collada.org/2005/11/COLLADASchema\" version=\"1.4.1\">\n"
+           "<asset><unit name=\"meter\" meter=\"1\"/><up_axis>Z_UP</up_axis></asset>\n"
+           "<library_effects>\n" +
+           effects + "</library_effects>\n<library_materials>\n" + materials +
+           "</library_materials>\n<library_geometries><geometry id=\"mesh\"><mesh>\n" +
+           source("positions", positions_) + source("normals", normals_) +
+           "<vertices id=\"vertices\"><input semantic=\"POSITION\" source=\"#positions\"/></vertices>\n" + triangles +
+           "</mesh></geometry></library_geometries>\n"
+           "<library_visual_scenes><visual_scene id=\"scene\"><node><instance_geometry url=\"#mesh\"><bind_material>"
+           "<technique_common>" +
+           bindings +
+           "</technique_common></bind_material></instance_geometry></node></visual_scene></library_visual_scenes>\n"
+           "<scene><instance_visual_scene url=\"#scene\"/></scene>\n</COLLADA>\n";
+  }
 
  private:
   struct Paint {
@@ -85,59 +114,26 @@ class Mesh {
     std::vector<std::array<int, 3>> triangles;
   };
 
-  void add_face(const Colour& colour, std::array<int, 4> face);
-  void add_triangle(const Colour& colour, const std::array<int, 3>& triangle);
+  /// Turns the face so that its corners run counter-clockwise, seen from outside.
+  void add_face(const Colour& colour, std::array<int, 4> face) {
+    const auto [a, b, c, d] = face;
+    const Vector3d turn = (positions_[c] - positions_[a]).cross(positions_[d] - positions_[b]);
+    if (turn.dot(normals_[a] + normals_[b] + normals_[c] + normals_[d]) < 0) std::reverse(face.begin(), face.end());
+    add_triangle(colour, {face[0], face[1], face[2]});
+    add_triangle(colour, {face[0], face[2], face[3]});
+  }
+
+  void add_triangle(const Colour& colour, const std::array<int, 3>& triangle) {
+    const auto [a, b, c] = triangle;
+    if (positions_[a] == positions_[b] || positions_[b] == positions_[c] || positions_[c] == positions_[a]) return;
+    auto paint = std::find_if(paints_.begin(), paints_.end(), [&](const Paint& p) { return p.colour == colour; });
+    if (paint == paints_.end()) paint = paints_.insert(paint, {colour, {}});
+    paint->triangles.push_back(triangle);
+  }
 
   std::vector<Vector3d> positions_, normals_;
   std::vector<Paint> paints_;
 };
-
-/// Turns the face so that its corners run counter-clockwise, seen from outside.
-void Mesh::add_face(const Colour& colour, std::array<int, 4> face) {
-  const auto [a, b, c, d] = face;
-  const Vector3d turn = (positions_[c] - positions_[a]).cross(positions_[d] - positions_[b]);
-  if (turn.dot(normals_[a] + normals_[b] + normals_[c] + normals_[d]) < 0) std::reverse(face.begin(), face.end());
-  add_triangle(colour, {face[0], face[1], face[2]});
-  add_triangle(colour, {face[0], face[2], face[3]});
-}
-
-void Mesh::add_triangle(const Colour& colour, const std::array<int, 3>& triangle) {
-  const auto [a, b, c] = triangle;
-  if (positions_[a] == positions_[b] || positions_[b] == positions_[c] || positions_[c] == positions_[a]) return;
-  auto paint = std::find_if(paints_.begin(), paints_.end(), [&](const Paint& p) { return p.colour == colour; });
-  if (paint == paints_.end()) paint = paints_.insert(paint, {colour, {}});
-  paint->triangles.push_back(triangle);
-}
-
-std::string Mesh::collada() const {
-  std::string effects, materials, triangles, bindings;
-  for (std::size_t k = 0; k < paints_.size(); ++k) {
-    effects += effect(k, paints_[k].colour);
-    materials += fmt::format("<material id=\"material_{0}\"><instance_effect url=\"#effect_{0}\"/></material>\n", k);
-    bindings += fmt::format("<instance_material symbol=\"paint_{0}\" target=\"#material_{0}\"/>", k);
-    triangles += fmt::format(
-        "<triangles material=\"paint_{}\" count=\"{}\"><input semantic=\"VERTEX\" source=\"#vertices\" offset=\"0\"/>"
-        "<input semantic=\"NORMAL\" source=\"#normals\" offset=\"0\"/><p>\n",
-        k, paints_[k].triangles.size());
-    for (const auto& [a, b, c] : paints_[k].triangles) triangles += fmt::format("{} {} {}\n", a, b, c);
-    triangles += "</p></triangles>\n";
-  }
-  return "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n"
-         "<!-- Written by describe_base. -->\n"
-         "<COLLADA xmlns=\"http://www.collada.org/2005/11/COLLADASchema\" version=\"1.4.1\">\n"
-         "<asset><unit name=\"meter\" meter=\"1\"/><up_axis>Z_UP</up_axis></asset>\n"
-         "<library_effects>\n" +
-         effects + "</library_effects>\n<library_materials>\n" + materials +
-         "</library_materials>\n<library_geometries><geometry id=\"mesh\"><mesh>\n" + source("positions", positions_) +
-         source("normals", normals_) +
-         "<vertices id=\"vertices\"><input semantic=\"POSITION\" source=\"#positions\"/></vertices>\n" + triangles +
-         "</mesh></geometry></library_geometries>\n"
-         "<library_visual_scenes><visual_scene id=\"scene\"><node><instance_geometry url=\"#mesh\"><bind_material>"
-         "<technique_common>" +
-         bindings +
-         "</technique_common></bind_material></instance_geometry></node></visual_scene></library_visual_scenes>\n"
-         "<scene><instance_visual_scene url=\"#scene\"/></scene>\n</COLLADA>\n";
-}
 
 constexpr int kRings = 29;       // of a roller: its chords are within 0.01 mm
 constexpr int kSides = 40;       // of a roller: within 0.05 mm
@@ -154,8 +150,8 @@ struct Circle {
 };
 
 /// At the wheel angle phi~ from where the roller points straight down. The contact point lies r below the roller's axis
-/// at R_d tan(phi~) / cos(delta) from its middle (paper, section 3). The axis is inclined to the floor, and the
-/// circle's plane to the vertical, by an angle whose sine is sin(phi~) cos(delta).
+/// at R_d tan(phi~) / cos(delta) from its middle (paper, section 3). sin(phi~) cos(delta) is the sine of the axis's
+/// inclination to the floor, and of the circle's plane to the vertical.
 Circle contact_circle(const RobotParameters& robot, double phi_tilde) {
   const double r = robot.R - robot.R_d / std::cos(phi_tilde);
   const double slope = std::sin(phi_tilde) * kCosDelta;
@@ -187,9 +183,9 @@ void add_roller(Mesh& mesh, const Colour& colour, const RobotParameters& robot, 
 /// A disc about the axle: `radius(angle)` is its outline, and angles count from straight down as the wheel's does.
 template <class Radius>
 void add_disc(Mesh& mesh, const Colour& colour, double y, double thickness, int sides, const Radius& radius) {
-  const auto out = [&](double angle) { return Vector3d{std::sin(angle), 0, -std::cos(angle)}; };
   const auto rim = [&](int column) -> Vector3d {
-    return radius(2 * M_PI * column / sides) * out(2 * M_PI * column / sides);
+    const double angle = 2 * M_PI * column / sides;
+    return radius(angle) * Vector3d{std::sin(angle), 0, -std::cos(angle)};
   };
   for (const int face : {1, -1}) {
     mesh.add_sheet(colour, 2, sides + 1, [&](int row, int column) {
@@ -326,9 +322,8 @@ std::filesystem::path mesh_cache() {
 std::string file_uri(const std::string& path) {
   std::string uri = "file://";
   for (const char c : path) {
-    const bool plain = (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
-                       std::string("/._-~").find(c) != std::string::npos;
-    uri += plain ? std::string(1, c) : fmt::format("%{:02X}", static_cast<unsigned char>(c));
+    const auto byte = static_cast<unsigned char>(c);
+    uri += std::isalnum(byte) || std::strchr("/._-~", c) ? std::string(1, c) : fmt::format("%{:02X}", byte);
   }
   return uri;
 }

@@ -4,7 +4,6 @@ namespace youbot_base_sim {
 
 namespace {
 
-constexpr double kNever = std::numeric_limits<double>::infinity();
 constexpr SetPoint kHoldAtRest{DriveMode::kVelocity, 0};
 
 bool quantized(const BaseDriver::Settings& settings) { return settings.motors.quantized.value_or(true); }
@@ -16,9 +15,9 @@ BaseDriver::BaseDriver(const Settings& settings, const Wheels& phi)
       motor_(settings.motors.limit(settings.motor)),
       drive_(settings.control_period, motor_, settings.motors.gains, quantized(settings)),
       sensors_(motor_, quantized(settings), phi),
-      last_command_(kNever) {
+      last_command_(kInfinity) {
   send_to_all(kHoldAtRest);
-  silent_since_.fill(kNever);
+  silent_since_.fill(kInfinity);
 }
 
 void BaseDriver::command(double t, const DriveCommand& command) {
@@ -31,7 +30,7 @@ void BaseDriver::command(double t, const DriveCommand& command) {
 bool BaseDriver::switch_off() {
   if (!present()) return false;
   pending_.clear();
-  last_command_ = kNever;
+  last_command_ = kInfinity;
   send_to_all({});
   motors_on_ = false;
   return true;
@@ -47,7 +46,7 @@ bool BaseDriver::switch_on() {
 bool BaseDriver::reconnect() {
   connection_.reconnect();
   pending_.clear();
-  last_command_ = kNever;
+  last_command_ = kInfinity;
   timed_out_ = false;
   switch_on();
   return present();
@@ -57,7 +56,7 @@ void BaseDriver::set_faults(double t, const Faults& faults) {
   faults_ = faults;
   faulty_ = faults.any();
   connection_.set_lost(t, faults.ethercat_lost);
-  for (int i = 0; i < kWheels; ++i) silent_since_[i] = responds(i) ? kNever : std::min(silent_since_[i], t);
+  for (int i = 0; i < kWheels; ++i) silent_since_[i] = responds(i) ? kInfinity : std::min(silent_since_[i], t);
 }
 
 const Wheels& BaseDriver::sample(double t, const Wheels& dphi) {

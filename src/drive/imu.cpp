@@ -37,7 +37,8 @@ void Imu::update(double t, const State& state) {
   std::normal_distribution<double> noise;
   const Eigen::Vector2d velocity = velocity_of(state);
   rate_ = (state.psi() - psi_) / passed + settings_.rate_bias + settings_.rate_noise * noise(random_);
-  specific_ = reading((velocity - velocity_) / passed, upwards_, state.psi());
+  // At the end's heading, the mean over a curve would lean backwards.
+  specific_ = reading((velocity - velocity_) / passed, upwards_, 0.5 * (psi_ + state.psi()));
   for (int i = 0; i < 3; ++i) {
     specific_[i] += settings_.acceleration_bias + settings_.acceleration_noise * noise(random_);
   }

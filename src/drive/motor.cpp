@@ -5,15 +5,9 @@
 
 namespace youbot_base_sim {
 
-namespace {
+double Motor::tick() const { return 2 * M_PI * gear_ratio / encoder_ticks; }
 
-constexpr double kTurn = 2 * M_PI;  // rad
-
-}  // namespace
-
-double Motor::tick() const { return kTurn * gear_ratio / encoder_ticks; }
-
-double Motor::rpm() const { return kTurn * gear_ratio / 60; }
+double Motor::rpm() const { return 2 * M_PI * gear_ratio / 60; }
 
 SetPoint Motor::limited(SetPoint set_point) const {
   const double max = set_point.mode == DriveMode::kTorque ? max_torque() : max_rate();
@@ -55,7 +49,6 @@ Wheels WheelDrive::sample(const Wheels& dphi) {
     const double integral = integral_[i] + gains_.integral * control_period_ * error;
     const double unlimited = gains_.proportional * error + integral;
     torque[i] = std::clamp(unlimited, -max, max);
-    // While the torque is limited, the integral only moves away from the limit.
     if (torque[i] == unlimited || error * unlimited < 0) integral_[i] = integral;
   }
   return torque;

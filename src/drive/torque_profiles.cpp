@@ -46,7 +46,7 @@ double PiecewiseTorque::begin_segment(double t) {
   const auto next = std::upper_bound(segments_.begin(), segments_.end(), t,
                                      [](double time, const TorqueSegment& segment) { return time < segment.start; });
   segment_ = next == segments_.begin() ? TorqueSegment{} : *(next - 1);
-  return next == segments_.end() ? std::numeric_limits<double>::infinity() : next->start;
+  return next == segments_.end() ? kInfinity : next->start;
 }
 
 Wheels PiecewiseTorque::value(double t) const {
@@ -62,7 +62,7 @@ Wheels WheelTable::at(double time) const {
 
 double WheelTable::next(double time) const {
   const auto after = std::upper_bound(t.begin(), t.end(), time);
-  return after == t.end() ? std::numeric_limits<double>::infinity() : *after;
+  return after == t.end() ? kInfinity : *after;
 }
 
 double TableTorque::begin_segment(double t) {

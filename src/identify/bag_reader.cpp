@@ -14,7 +14,7 @@
 #include <filesystem>
 #include <variant>
 
-#include "youbot_base_sim/identify/inspection.h"
+#include "youbot_base_sim/identify/least_squares.h"
 #include "youbot_base_sim/ros/conversions.h"
 #include "youbot_base_sim/text/quote.h"
 
@@ -110,10 +110,9 @@ class Reader {
       squares += rates.matrix() * rates.matrix().transpose();
       moments += rates.matrix() * velocity.transpose();
     }
-    Eigen::CompleteOrthogonalDecomposition<Eigen::Matrix4d> decomposition;
-    decomposition.setThreshold(kMinShare).compute(squares);
     // R, R, R / h; 0 of a motion that was never made
-    const Eigen::Vector3d sizes = 2 * decomposition.solve(moments).colwise().norm();
+    Eigen::Vector3d sizes;
+    for (int m = 0; m < 3; ++m) sizes[m] = 2 * solve_least_squares(squares, moments.col(m), kMinShare).norm();
     DriverKinematics kinematics;
     const double radius = std::max(sizes[0], sizes[1]);
     if (radius > kMinRadius && radius < kMaxRadius) kinematics.wheel_radius = 1e-4 * std::round(1e4 * radius);

@@ -1,6 +1,12 @@
 #include "youbot_base_sim/identify/drive_record.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cmath>
+#include <complex>
+
+#include "youbot_base_sim/drive/motor.h"
 
 namespace youbot_base_sim {
 
@@ -10,6 +16,145 @@ constexpr double kJump = 0.3;                     // rad/s, of any wheel
 constexpr double kMinLength = 1, kMaxLength = 4;  // s
 constexpr int kHeldOut = 3;                       // every third motion is
 constexpr double kUnchanged = 0.01;               // rad/s: two of the motor's rpm
+
+using Findings = std::vector<std::string>;
+
+/// A unit in which a record may be.
+struct Unit {
+  double size;  ///< what a rate of 1 rad/s, or a current of 1 mA, is in it
+  const char* name;
+};
+
+double median(std::vector<double> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+void find_gaps(DriveRecord& record, Findings& findings) {
+  std::vector<double> intervals;
+  for (std::size_t k = 1; k < record.t.size(); ++k) intervals.push_back(record.t[k] - record.t[k - 1]);
+  const double limit = std::max(0.2, 5 * median(intervals));
+  for (std::size_t k = 1; k < record.t.size(); ++k) {
+    if (record.t[k] - record.t[k - 1] <= limit) continue;
+    findings.push_back(fmt::format("{}: a gap in joint_states of {:.2f} s at {:.2f} s: left out", record.name,
+                                   record.t[k] - record.t[k - 1], record.t[k - 1]));
+    record.excluded.emplace_back(record.t[k - 1], record.t[k] + kSettlingTime);
+  }
+}
+
+/// The initial integrals of the loops are known only for a base at rest.
+void find_start_in_motion(DriveRecord& record, Findings& findings) {
+  constexpr double kMoving = 0.1;  // rad/s
+  if ((record.dphi.front().abs() < kMoving).all()) return;
+  findings.push_back(fmt::format("{}: begins in motion: its first {:g} s are left out", record.name, kSettlingTime));
+  record.excluded.emplace_back(0, kSettlingTime);
+}
+
+/// Turns the samples round of each wheel for which `positive` is not; `finding` has places for record and wheel.
+void turn_round(const DriveRecord& record, const Wheels& positive, const std::vector<std::vector<Wheels>*>& samples,
+                const char* finding, Findings& findings) {
+  for (int i = 0; i < kWheels; ++i) {
+    if (positive[i] >= 0) continue;
+    for (std::vector<Wheels>* turned : samples) {
+      for (Wheels& w : *turned) w[i] = -w[i];
+    }
+    findings.push_back(fmt::format(finding, record.name, kWheelNames[i]));
+  }
+}
+
+/// How many times the change of its angle the rate of each wheel is.
+Wheels rate_per_turning(const DriveRecord& record) {
+  Wheels product = Wheels::Zero(), square = Wheels::Zero();
+  for (std::size_t k = 1; k < record.t.size(); ++k) {
+    if (record.is_excluded(record.t[k])) continue;
+    const Wheels turning = (record.phi[k] - record.phi[k - 1]) / (record.t[k] - record.t[k - 1]);
+    product += 0.5 * (record.dphi[k] + record.dphi[k - 1]) * turning;
+    square += turning.square();
+  }
+  return (square > 0).select(product / square, 0);
+}
+
+void check_rates(DriveRecord& record, Findings& findings) {
+  const Motor motor;
+  const Unit units[] = {{1, ""}, {1 / motor.rpm(), "rpm of the motor"}, {30 / M_PI, "rpm of the wheel"}};
+  const Wheels ratio = rate_per_turning(record);
+  turn_round(record, ratio, {&record.dphi},
+             "{}: the velocity of wheel {} has the sign opposite to the change of its position, as the driver's own on "
+             "the left: turned round",
+             findings);
+  const double size = ratio.abs().mean();
+  if (size == 0) throw UnusableRecord(record.name + ": the wheels never turn");
+  for (const Unit& unit : units) {
+    if (std::abs(size / unit.size - 1) > 0.1) continue;
+    if (unit.size == 1) return;
+    for (Wheels& rate : record.dphi) rate /= unit.size;
+    findings.push_back(fmt::format("{}: velocities are in {}: converted to rad/s", record.name, unit.name));
+    return;
+  }
+  throw UnusableRecord(
+      fmt::format("{}: velocities are {:.3g} times the change of positions; must be rad/s, or rpm of motor or wheel",
+                  record.name, size));
+}
+
+/// Finds wheels that turn against their commands.
+void check_positions(DriveRecord& record, Findings& findings) {
+  Wheels product = Wheels::Zero();
+  for (std::size_t k = 0; k < record.t.size(); ++k) product += record.commands.at(record.t[k]) * record.dphi[k];
+  turn_round(record, product, {&record.phi, &record.dphi},
+             "{}: wheel {} turns against its commands: its position and velocity are turned round", findings);
+}
+
+/// Whether all efforts are whole multiples of `quantum`.
+bool is_quantized_by(const DriveRecord& record, double quantum) {
+  std::complex<double> sum = 0;
+  double largest = 0;
+  for (const Wheels& w : record.torque) {
+    largest = std::max(largest, w.abs().maxCoeff());
+    for (int i = 0; i < kWheels; ++i) sum += std::polar(1.0, 2 * M_PI * w[i] / quantum);
+  }
+  return largest > 10 * quantum && std::abs(sum) > 0.9 * kWheels * static_cast<double>(record.torque.size());
+}
+
+/// The current comes in whole mA, whatever its unit.
+void check_effort_unit(DriveRecord& record, Findings& findings) {
+  const Motor motor;
+  const Unit units[] = {
+      {1, "mA"}, {1e-3, "A"}, {motor.milliampere(), ""}, {1e-3 * motor.torque_constant, "N m at the motor"}};
+  for (const Unit& unit : units) {
+    if (!is_quantized_by(record, unit.size)) continue;
+    if (!*unit.name) return;
+    for (Wheels& w : record.torque) w *= motor.milliampere() / unit.size;
+    findings.push_back(
+        fmt::format("{}: efforts come in steps of {:g}, one mA of the motor: they are {}, not N m at the "
+                    "wheel, and converted by {:.4g}",
+                    record.name, unit.size, unit.name, motor.milliampere() / unit.size));
+    return;
+  }
+  findings.push_back(record.name +
+                     ": efforts do not come in steps of one mA, so that their unit is not to be seen: "
+                     "taken for N m at the wheel");
+}
+
+void check_effort(DriveRecord& record, Findings& findings) {
+  const bool missing = std::none_of(record.torque.begin(), record.torque.end(),
+                                    [](const Wheels& w) { return w.isFinite().all() && (w != 0).any(); });
+  if (missing) {
+    record.torque.clear();
+    findings.push_back(record.name +
+                       ": no effort in joint_states: friction and inertia are not fitted; use a driver that "
+                       "publishes the sensed torques");
+    return;
+  }
+  check_effort_unit(record, findings);
+  Wheels work = Wheels::Zero();  // which motors put into wheels that turn steadily
+  for (std::size_t k = 0; k < record.t.size(); ++k) work += record.torque[k] * record.dphi[k];
+  turn_round(record, work, {&record.torque},
+             "{}: the effort of wheel {} brakes it all the time: its sign is opposite to that of its position, and "
+             "turned round",
+             findings);
+}
 
 }  // namespace
 
@@ -75,16 +220,67 @@ Wheels wheels_of(const Eigen::Vector3d& m) {
   return {m[0] - m[1] - m[2], m[0] + m[1] + m[2], m[0] + m[1] - m[2], m[0] - m[1] + m[2]};
 }
 
-std::vector<Eigen::Vector3d> modes_of(const std::vector<Wheels>& samples) {
+std::vector<Eigen::Vector3d> modes_of(const std::vector<Wheels>& samples, const std::vector<Wheels>& from) {
   std::vector<Eigen::Vector3d> all;
-  for (const Wheels& w : samples) all.push_back(modes(w));
+  for (std::size_t k = 0; k < samples.size(); ++k)
+    all.push_back(modes(from.empty() ? samples[k] : Wheels(samples[k] - from[k])));
   return all;
 }
 
-std::vector<Eigen::Vector3d> modes_of(const std::vector<Wheels>& a, const std::vector<Wheels>& b) {
-  std::vector<Eigen::Vector3d> all;
-  for (std::size_t k = 0; k < a.size(); ++k) all.push_back(modes(a[k] - b[k]));
-  return all;
+std::vector<std::string> inspect(DriveRecord& record) {
+  Findings findings;
+  if (record.t.size() < 100)
+    throw UnusableRecord(fmt::format("{}: {} joint states; must be at least 100", record.name, record.t.size()));
+  if (record.commands.t.empty())
+    throw UnusableRecord(record.name + ": no commands; must have cmd_vel or velocity_command");
+  find_gaps(record, findings);
+  check_rates(record, findings);
+  check_positions(record, findings);
+  find_start_in_motion(record, findings);
+  check_effort(record, findings);
+  return findings;
+}
+
+std::vector<std::string> find_pushes(DriveRecord& record, const Readings& predicted) {
+  constexpr double kFilter = 0.1, kMinTorque = 0.12, kMinRate = 0.08, kApart = 1.0;  // s, N m, rad/s, s
+  constexpr double kFactor = 8;
+  Findings findings;
+  if (!record.has_torque()) return findings;
+  const auto rate = low_pass(record.t, modes_of(record.dphi, predicted.dphi), kFilter);
+  const auto torque = low_pass(record.t, modes_of(record.torque, predicted.torque), kFilter);
+  const std::vector<Motion> motions = record.motions();
+  const auto settled = [&](double t) {
+    const Motion& m = motion_at(motions, t);
+    return m.held && t >= m.begin + kSettlingTime && t < m.end && !record.is_excluded(t);
+  };
+  for (int mode = 0; mode < kModes; ++mode) {
+    std::vector<double> rates, torques;
+    for (std::size_t k = 0; k < record.t.size(); ++k) {
+      if (!settled(record.t[k])) continue;
+      rates.push_back(std::abs(rate[k][mode]));
+      torques.push_back(std::abs(torque[k][mode]));
+    }
+    const double min_rate = std::max(kMinRate, kFactor * 1.5 * median(rates));
+    const double min_torque = std::max(kMinTorque, kFactor * 1.5 * median(torques));
+    struct Push {
+      double begin, end, torque;
+    };
+    std::vector<Push> pushes;
+    for (std::size_t k = 0; k < record.t.size(); ++k) {
+      const double t = record.t[k], size = std::abs(torque[k][mode]);
+      if (!settled(t) || size < min_torque || std::abs(rate[k][mode]) < min_rate) continue;
+      if (pushes.empty() || t > pushes.back().end + kApart) pushes.push_back({t, t, size});
+      pushes.back().end = t;
+      pushes.back().torque = std::max(pushes.back().torque, size);
+    }
+    for (const Push& push : pushes) {
+      findings.push_back(
+          fmt::format("{}: from {:.1f} to {:.1f} s the base is pushed, {}, with up to {:.2g} N m a wheel: left out",
+                      record.name, push.begin, push.end, kModeNames[mode], push.torque));
+      record.excluded.emplace_back(push.begin - 0.3, push.end + kSettlingTime);
+    }
+  }
+  return findings;
 }
 
 }  // namespace youbot_base_sim

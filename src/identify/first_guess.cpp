@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "youbot_base_sim/identify/forward_model.h"
+#include "youbot_base_sim/identify/least_squares.h"
 
 namespace youbot_base_sim {
 
@@ -53,7 +54,7 @@ struct Regression {
   void add(const Eigen::MatrixX2d& columns, const Eigen::VectorXd& values) {
     const Eigen::MatrixX2d A = columns.rowwise() - columns.colwise().mean();
     const Eigen::VectorXd b = values.array() - values.mean();
-    squares += A.transpose() * A;
+    squares += normal_matrix(A);
     moments += A.transpose() * b;
     total += b.squaredNorm();
   }
@@ -127,11 +128,6 @@ const std::array<std::size_t, kFrictions>& frictions() {
   return numbers;
 }
 
-Scene without_friction(Scene candidate) {
-  for (const std::size_t number : frictions()) parameters()[number].set(candidate, 0);
-  return candidate;
-}
-
 /// A settled stretch of a motion: means of rates and torques.
 struct Steady {
   Wheels dphi, torque;
@@ -158,12 +154,12 @@ std::vector<Steady> steady_stretches(const std::vector<DriveRecord>& records) {
 
 /// Three rows for each stretch, one a mode: the torque that each friction of size 1 takes; `measured` without what
 /// moves the base besides.
-FrictionMatrix friction_rows(const Scene& candidate, const std::vector<Steady>& stretches, Eigen::VectorXd& measured) {
+FrictionMatrix friction_rows(Scene scene, const std::vector<Steady>& stretches, Eigen::VectorXd& measured) {
   const auto n = static_cast<Eigen::Index>(stretches.size());
   FrictionMatrix rows(kModes * n, kFrictions);
   measured.resize(kModes * n);
-  const Scene none = without_friction(candidate);
-  const NoSlipModel smooth(none.robot);
+  for (const std::size_t number : frictions()) parameters()[number].set(scene, 0);
+  const NoSlipModel smooth(scene.robot);
   for (Eigen::Index s = 0; s < n; ++s) {
     const Steady& steady = stretches[static_cast<std::size_t>(s)];
     // A mode that is not commanded leaves a small rate, whose smoothed friction is no measurement.
@@ -172,7 +168,7 @@ FrictionMatrix friction_rows(const Scene& candidate, const std::vector<Steady>& 
     const Wheels carrying = smooth.torque(v, Eigen::Vector3d::Zero());
     measured.segment<kModes>(kModes * s) = modes(steady.torque - carrying);
     for (int f = 0; f < kFrictions; ++f) {
-      Scene one = none;
+      Scene one = scene;
       parameters()[frictions()[f]].set(one, 1);
       const Wheels torque = NoSlipModel(one.robot).torque(v, Eigen::Vector3d::Zero());
       rows.col(f).segment<kModes>(kModes * s) = modes(torque - carrying);
@@ -211,7 +207,7 @@ Frictions nonnegative_least_squares(const FrictionMatrix& rows, const Eigen::Vec
     }
     if (columns.empty()) continue;
     const Eigen::MatrixXd A = rows(Eigen::all, columns);
-    const Eigen::VectorXd solution = A.completeOrthogonalDecomposition().solve(measured);
+    const Eigen::VectorXd solution = solve_least_squares(A, measured);
     const double error = (A * solution - measured).squaredNorm();
     if (solution.minCoeff() < 0 || error >= min_error) continue;
     min_error = error;
@@ -257,11 +253,11 @@ void guess_friction(const std::vector<DriveRecord>& records, bool simulated_too,
     if (chosen[f]) {
       p.set(guess.scene, std::clamp(friction[f], p.min, p.max));
     } else {
-      guess.unidentifiable.push_back(fmt::format("{}: {}; drive {}", p.name(),
-                                                 took_torque(rows, f)
-                                                     ? "one speed or one direction alone cannot tell it from the others"
-                                                     : "nothing turned against it steadily for more than a second",
-                                                 p.drive));
+      guess.unidentifiable.push_back(
+          fmt::format("{}: {}; drive {}", p.name(),
+                      took_torque(rows, f) ? "one speed or one direction alone cannot separate it from the others"
+                                           : "nothing turned against it steadily for more than a second",
+                      p.drive));
     }
   }
 }

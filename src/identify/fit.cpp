@@ -1,27 +1,197 @@
 #include "youbot_base_sim/identify/fit.h"
 
-#include <ceres/cost_function.h>
-#include <ceres/problem.h>
-#include <ceres/solver.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <optional>
 #include <utility>
 
-#include "youbot_base_sim/identify/comparison.h"
 #include "youbot_base_sim/identify/first_guess.h"
-#include "youbot_base_sim/identify/inspection.h"
+#include "youbot_base_sim/identify/least_squares.h"
 #include "youbot_base_sim/integration/motion_integrator.h"
 
 namespace youbot_base_sim {
 
 namespace {
 
+constexpr double kInterval = 0.1;    // s, of the samples that are compared
+constexpr double kWindow = 0.5;      // s, over which ground truth is compared
+constexpr double kRate = 0.02;       // rad/s that rates may be off,
+constexpr double kTorque = 0.02;     // N m, torques,
+constexpr double kPose = 2e-3;       // m and rad, poses
+constexpr double kJumping = 0.012;   // s: what a first guess of the delay may be off
+constexpr double kOutlier = 3;       // residuals beyond it count linearly
 constexpr double kAngleStep = 0.05;  // rad
 constexpr double kGainsWeight = 3;   // of the loops' law: residuals follow each other, so that hundreds count as one
 constexpr double kMinScatter = 0.1;  // of residuals, for sigma: less is luck, since readings are rounded to as much
+
+/// A residual whose square is the robust cost: quadratic at first, linear beyond kOutlier. Ceres has it as
+/// SoftLOneLoss, but applies a loss to a block as a whole, and one block has all rows, since one simulation yields
+/// them.
+double robust(double r) {
+  const double s = r * r / (kOutlier * kOutlier);
+  return std::copysign(kOutlier * std::sqrt(2 * (std::sqrt(1 + s) - 1)), r);
+}
+
+/// For each sample, whether a command comes to act about then.
+std::vector<bool> jumping(const DriveRecord& record, double delay) {
+  std::vector<bool> jumping(record.t.size(), false);
+  for (const double change : record.commands.t) {
+    const auto first = std::lower_bound(record.t.begin(), record.t.end(), change + delay - kJumping);
+    for (auto t = first; t != record.t.end() && *t <= change + delay + kJumping; ++t) {
+      jumping[static_cast<std::size_t>(t - record.t.begin())] = true;
+    }
+  }
+  return jumping;
+}
+
+/// From pose a to pose b, in the frame of a.
+Eigen::Vector3d moved(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  const Eigen::Vector3d d = b - a;
+  const double c = std::cos(a[2]), s = std::sin(a[2]);
+  return {c * d[0] + s * d[1], -s * d[0] + c * d[1], d[2]};
+}
+
+Eigen::Vector3d truth_at(const DriveRecord& record, double t) {
+  const auto next = std::lower_bound(record.truth_t.begin() + 1, record.truth_t.end() - 1, t);
+  const auto j = static_cast<std::size_t>(next - record.truth_t.begin());
+  const double share = (t - record.truth_t[j - 1]) / (record.truth_t[j] - record.truth_t[j - 1]);
+  return record.truth[j - 1] + share * (record.truth[j] - record.truth[j - 1]);
+}
+
+/// The record as a prediction would have it.
+Prediction recorded(const DriveRecord& record) {
+  const Readings& readings = record;
+  Prediction motion{readings, {}};
+  if (record.truth_t.size() < 2) return motion;
+  for (const double t : record.t) motion.pose.push_back(truth_at(record, t));
+  return motion;
+}
+
+std::vector<std::size_t> compared_samples(const DriveRecord& record) {
+  std::vector<std::size_t> samples;
+  double next = 0;
+  for (const std::size_t k : record.samples()) {
+    if (record.t[k] < next) continue;
+    samples.push_back(k);
+    next = record.t[k] + kInterval;
+  }
+  return samples;
+}
+
+using Window = std::pair<std::size_t, std::size_t>;  // first and last samples
+
+std::vector<Window> compared_windows(const DriveRecord& record) {
+  std::vector<Window> windows;
+  const auto is_measured = [&](double t) {
+    return t >= record.truth_t.front() && t <= record.truth_t.back() && !record.is_excluded(t);
+  };
+  for (std::size_t first = 0, last = 1; record.has_truth() && last < record.t.size(); ++last) {
+    if (record.t[last] < record.t[first] + kWindow) continue;
+    if (is_measured(record.t[first]) && is_measured(record.t[last])) windows.emplace_back(first, last);
+    first = last;
+  }
+  return windows;
+}
+
+/// Records beside what candidates do: differences of the low-passed modes of rates and torques, and of how far the base
+/// came in each half second, where it was measured. Each is a row, in units of what one expects to be off, so that 1 is
+/// a good fit, and robust: one that is far off counts linearly.
+class Comparison {
+ public:
+  /// `delay`: about that of the commands, s. Where a command comes to act, torques jump, and a millisecond more decides
+  /// which sample shows it: samples there are left out. `records` must outlive this.
+  Comparison(const std::vector<DriveRecord>& records, double delay, const Workers& workers)
+      : records_(records), workers_(workers) {
+    for (const DriveRecord& record : records) {
+      Part part{jumping(record, delay), compared_samples(record), compared_windows(record), {}, {}};
+      add_rows(record, part);
+      part.recorded = values(record, part, recorded(record));
+      parts_.push_back(std::move(part));
+    }
+  }
+
+  /// The numbers of the rows that are fitted, and of those in every third motion, by which the fit is judged.
+  const std::vector<int>& training() const { return training_; }
+  const std::vector<int>& held_out() const { return held_out_; }
+  /// For each row the one before it in time within one series; -1: none.
+  const std::vector<int>& predecessors() const { return predecessors_; }
+
+  /// Record less prediction in all rows, a column for each candidate. Throws Stopped, and std::domain_error for a robot
+  /// without a finite motion.
+  Eigen::MatrixXd residuals(const std::vector<Candidate>& candidates) const {
+    const std::vector<std::vector<Prediction>> predictions = predict(candidates, records_, workers_);
+    Eigen::MatrixXd residuals(predecessors_.size(), candidates.size());
+    for (std::size_t k = 0; k < candidates.size(); ++k) {
+      Eigen::Index row = 0;
+      for (std::size_t r = 0; r < records_.size(); ++r) {
+        const Part& part = parts_[r];
+        const Eigen::VectorXd off = part.recorded - values(records_[r], part, predictions[k][r]);
+        const Eigen::Map<const Eigen::VectorXd> expected(part.expected.data(), off.size());
+        residuals.col(k).segment(row, off.size()) = off.cwiseQuotient(expected).unaryExpr(&robust);
+        row += off.size();
+      }
+    }
+    return residuals;
+  }
+
+  /// The root mean square of those that are held out; 0 if none are.
+  double held_out_error(const Eigen::VectorXd& residuals) const {
+    return held_out_.empty() ? 0 : residuals(held_out_).norm() / std::sqrt(held_out_.size());
+  }
+
+ private:
+  /// What is compared of one record.
+  struct Part {
+    std::vector<bool> jumping;         // torques, for each sample
+    std::vector<std::size_t> samples;  // at which modes are compared
+    std::vector<Window> windows;       // of ground truth
+    std::vector<double> expected;      // that each row may be off
+    Eigen::VectorXd recorded;          // values of all rows
+  };
+
+  void add_rows(const DriveRecord& record, Part& part) {
+    const std::vector<Motion> motions = record.motions();
+    const auto add = [&](double t, bool first, const std::vector<double>& expected) {
+      const bool is_held_out = motion_at(motions, t).held_out;
+      for (std::size_t k = 0; k < kModes * expected.size(); ++k) {
+        const int row = static_cast<int>(predecessors_.size());
+        (is_held_out ? held_out_ : training_).push_back(row);
+        predecessors_.push_back(first ? -1 : row - static_cast<int>(kModes * expected.size()));
+        part.expected.push_back(expected[k / kModes]);
+      }
+    };
+    std::vector<double> of_sample = {kRate};
+    if (record.has_torque()) of_sample.push_back(kTorque);
+    for (const std::size_t k : part.samples) add(record.t[k], k == part.samples.front(), of_sample);
+    for (const auto& window : part.windows) add(record.t[window.first], window == part.windows.front(), {kPose});
+  }
+
+  /// In the order of `add_rows`.
+  static Eigen::VectorXd values(const DriveRecord& record, const Part& part, const Prediction& motion) {
+    const auto rate = low_pass(record.t, modes_of(motion.dphi), kComparisonFilter);
+    const auto torque = low_pass(record.t, modes_of(motion.torque), kComparisonFilter, part.jumping);
+    Eigen::VectorXd all(part.expected.size());
+    Eigen::Index row = 0;
+    const auto add = [&](const Eigen::Vector3d& value) {
+      all.segment<3>(row) = value;
+      row += 3;
+    };
+    for (const std::size_t k : part.samples) {
+      add(rate[k]);
+      if (record.has_torque()) add(torque[k]);
+    }
+    for (const auto& [first, last] : part.windows) add(moved(motion.pose[first], motion.pose[last]));
+    return all;
+  }
+
+  const std::vector<DriveRecord>& records_;
+  Workers workers_;
+  std::vector<Part> parts_;
+  std::vector<int> training_, held_out_, predecessors_;
+};
 
 /// A fit in progress. What is unknown are numbers in units of their steps: first the free parameters, then four angles
 /// for each record.
@@ -40,6 +210,8 @@ struct Trial {
   Eigen::VectorXd min() const { return bounds(&Parameter::min, -HUGE_VAL); }
   Eigen::VectorXd max() const { return bounds(&Parameter::max, HUGE_VAL); }
   Eigen::VectorXd clamped(const Eigen::VectorXd& values) const { return values.cwiseMax(min()).cwiseMin(max()); }
+  /// The candidate's unknowns, within them.
+  Eigen::VectorXd start() const { return clamped(unknowns(candidate)); }
 
   /// The unknowns as `other` has them.
   Eigen::VectorXd unknowns(const Candidate& other) const {
@@ -69,76 +241,6 @@ struct Trial {
   }
 };
 
-/// Ceres' view of the comparison: the rows that are not held out. Derivatives are measured once, and then corrected in
-/// the trial by what each step shows of them (Broyden's method), for a column costs a simulation.
-class TrainingCost : public ceres::CostFunction {
- public:
-  TrainingCost(const Comparison& comparison, Trial& trial)
-      : comparison_(comparison), trial_(trial), x_(trial.x), residuals_(trial.residuals) {
-    // The better the records fit, the less the loops' law weighs, since they determine the gains themselves.
-    const double scatter = std::sqrt(residuals_.squaredNorm() / static_cast<double>(residuals_.size()));
-    weight_ = kGainsWeight * std::min(1.0, scatter);
-    for (std::size_t k = 0; k < trial.free.size(); ++k) {
-      const Parameter& p = trial.parameter(k);
-      if (p.by_law && trial.law) expected_.push_back({k, p.get(*trial.law) / p.step});
-    }
-    set_num_residuals(static_cast<int>(comparison.training().size() + expected_.size()));
-    mutable_parameter_block_sizes()->push_back(static_cast<int>(trial.size()));
-  }
-
-  bool Evaluate(const double* const* parameters, double* residuals, double** jacobians) const override {
-    if (!go_to(Eigen::Map<const Eigen::VectorXd>(parameters[0], trial_.size()))) return false;
-    const std::vector<int>& training = comparison_.training();
-    Eigen::Map<Eigen::VectorXd> rows(residuals, num_residuals());
-    rows.head(training.size()) = residuals_(training);
-    for (std::size_t e = 0; e < expected_.size(); ++e) {
-      const auto [k, value] = expected_[e];
-      rows[training.size() + e] = (x_[k] - value) / (kGainsSigma * value) * weight_;
-    }
-    if (!jacobians || !jacobians[0]) return true;
-    correct_derivatives();
-    using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-    Eigen::Map<RowMajor> derivatives(jacobians[0], rows.size(), x_.size());
-    derivatives.topRows(training.size()) = trial_.jacobian(training, Eigen::all);
-    derivatives.bottomRows(expected_.size()).setZero();
-    for (std::size_t e = 0; e < expected_.size(); ++e) {
-      const auto [k, value] = expected_[e];
-      derivatives(training.size() + e, k) = weight_ / (kGainsSigma * value);
-    }
-    return true;
-  }
-
- private:
-  bool go_to(const Eigen::VectorXd& x) const {
-    if (x == x_) return true;
-    try {
-      residuals_ = comparison_.residuals({trial_.with(x)}).col(0);
-    } catch (const std::domain_error&) {
-      return false;  // a robot without a finite motion
-    } catch (const Stopped&) {
-      return false;  // the next simulation throws it again, outside of Ceres
-    }
-    x_ = x;
-    return true;
-  }
-
-  void correct_derivatives() const {
-    if (x_ == trial_.x) return;
-    const Eigen::VectorXd step = x_ - trial_.x;
-    const Eigen::VectorXd missed = residuals_ - trial_.residuals - trial_.jacobian * step;
-    trial_.jacobian += missed * step.transpose() / step.squaredNorm();
-    trial_.residuals = residuals_;
-    trial_.x = x_;
-  }
-
-  const Comparison& comparison_;
-  Trial& trial_;
-  std::vector<std::pair<std::size_t, double>> expected_;  // unknowns that the loops' law determines, and their values
-  double weight_;                                         // of that
-  // Ceres evaluates what it holds for a function of x alone; this only spares work.
-  mutable Eigen::VectorXd x_, residuals_;
-};
-
 /// Measures residuals and derivatives at x: by differences, a simulation for each unknown.
 void linearize(const Comparison& comparison, Trial& trial, const Eigen::VectorXd& x) {
   const Eigen::VectorXd max = trial.max();
@@ -158,30 +260,51 @@ void linearize(const Comparison& comparison, Trial& trial, const Eigen::VectorXd
   trial.jacobian = (results.leftCols(n).colwise() - trial.residuals).array().rowwise() / steps.array();
 }
 
-/// Measures them where the candidate is.
-void linearize(const Comparison& comparison, Trial& trial) {
-  linearize(comparison, trial, trial.clamped(trial.unknowns(trial.candidate)));
-}
-
-/// Fits what is free, by derivatives of where it begins. Returns the unknowns.
+/// Fits what is free to the rows that are not held out, and to the loops' law. Returns the unknowns. Derivatives are
+/// those of the trial, corrected there by what each step shows of them (Broyden's method), for a column costs a
+/// simulation.
 Eigen::VectorXd minimize_once(const Comparison& comparison, Trial& trial) {
-  Eigen::VectorXd x = trial.x;
-  ceres::Problem least_squares;
-  least_squares.AddResidualBlock(new TrainingCost(comparison, trial), nullptr, x.data());
+  // The better the records fit, the less the loops' law weighs, since they determine the gains themselves.
+  const double scatter = std::sqrt(trial.residuals.squaredNorm() / static_cast<double>(trial.residuals.size()));
+  const double weight = kGainsWeight * std::min(1.0, scatter);
+  std::vector<std::pair<Eigen::Index, double>> expected;  // unknowns that the law determines, and their values
   for (std::size_t k = 0; k < trial.free.size(); ++k) {
-    least_squares.SetParameterLowerBound(x.data(), static_cast<int>(k), trial.min()[k]);
-    least_squares.SetParameterUpperBound(x.data(), static_cast<int>(k), trial.max()[k]);
+    const Parameter& p = trial.parameter(k);
+    if (p.by_law && trial.law) expected.emplace_back(k, p.get(*trial.law) / p.step);
   }
-  ceres::Solver::Options options;
-  options.max_num_iterations = 8;
-  options.function_tolerance = 1e-4;
-  options.parameter_tolerance = 1e-4;
-  options.linear_solver_type = ceres::DENSE_QR;
-  options.max_num_line_search_step_size_iterations = 0;  // a step that fails shall be shorter, for one simulation
-  options.logging_type = ceres::SILENT;
-  ceres::Solver::Summary summary;
-  ceres::Solve(options, &least_squares, &summary);
-  return x;
+  const std::vector<int>& training = comparison.training();
+  const auto trained = static_cast<Eigen::Index>(training.size());
+  Eigen::VectorXd latest = trial.x, residuals = trial.residuals;  // there, which spares a simulation
+  const auto evaluate = [&](const Eigen::VectorXd& x, Eigen::VectorXd& rows, Eigen::MatrixXd* jacobian) {
+    if (x != latest) {
+      try {
+        residuals = comparison.residuals({trial.with(x)}).col(0);
+      } catch (const std::domain_error&) {
+        return false;  // a robot without a finite motion
+      } catch (const Stopped&) {
+        return false;  // the next simulation throws it again, outside of Ceres
+      }
+      latest = x;
+    }
+    rows.head(trained) = residuals(training);
+    if (jacobian && x != trial.x) {
+      const Eigen::VectorXd step = x - trial.x;
+      const Eigen::VectorXd missed = residuals - trial.residuals - trial.jacobian * step;
+      trial.jacobian += missed * step.transpose() / step.squaredNorm();
+      trial.residuals = residuals;
+      trial.x = x;
+    }
+    if (jacobian) jacobian->setZero().topRows(trained) = trial.jacobian(training, Eigen::all);
+    for (std::size_t e = 0; e < expected.size(); ++e) {
+      const auto [k, value] = expected[e];
+      const auto row = trained + static_cast<Eigen::Index>(e);
+      rows[row] = (x[k] - value) / (kGainsSigma * value) * weight;
+      if (jacobian) (*jacobian)(row, k) = weight / (kGainsSigma * value);
+    }
+    return true;
+  };
+  const auto rows = trained + static_cast<Eigen::Index>(expected.size());
+  return minimize_squares(evaluate, rows, trial.x, trial.min(), trial.max());
 }
 
 /// Fits what is free, beginning with the derivatives that there are, until fresh ones find no better.
@@ -194,18 +317,6 @@ void minimize(const Comparison& comparison, Trial& trial) {
     if (trial.residuals(comparison.training()).norm() > kBetter * before) break;
   }
   trial.candidate = trial.with(trial.x);
-}
-
-/// Covariance of the unknowns for residuals of variance 1, without the rows of the loops' law. Angles of wheels that
-/// never turned leave no trace in the derivatives, and have none.
-Eigen::MatrixXd covariance_of(const Comparison& comparison, const Trial& trial) {
-  constexpr double kNoTrace = 1e-7;  // share of the largest singular value
-  Eigen::JacobiSVD<Eigen::MatrixXd> svd;
-  svd.setThreshold(kNoTrace);
-  svd.compute(trial.jacobian(comparison.training(), Eigen::all), Eigen::ComputeThinV);
-  const Eigen::VectorXd scales = svd.singularValues().head(svd.rank());
-  const Eigen::MatrixXd root = svd.matrixV().leftCols(svd.rank()) * scales.cwiseInverse().asDiagonal();
-  return root * root.transpose();
 }
 
 /// Sigma and correlation of what is free, from the scatter of residuals; those that follow each other count for fewer
@@ -223,12 +334,15 @@ void estimate_errors(const Comparison& comparison, const Trial& trial, Fit& fit)
       std::max(residuals.squaredNorm() / static_cast<double>(residuals.size()), kMinScatter * kMinScatter);
   const std::vector<std::size_t>& free = trial.free;
   const Eigen::MatrixXd covariance =
-      square * (1 + alike) / (1 - alike) * covariance_of(comparison, trial).topLeftCorner(free.size(), free.size());
+      square * (1 + alike) / (1 - alike) *
+      unit_covariance(trial.jacobian(comparison.training(), Eigen::all)).topLeftCorner(free.size(), free.size());
   const Eigen::VectorXd sigma = covariance.diagonal().cwiseSqrt();
   fit.fitted.assign(parameters().size(), false);
-  for (const std::size_t number : free) fit.fitted[number] = true;
   fit.sigma.setZero(parameters().size());
-  for (std::size_t k = 0; k < free.size(); ++k) fit.sigma[free[k]] = sigma[k] * trial.parameter(k).step;
+  for (std::size_t k = 0; k < free.size(); ++k) {
+    fit.fitted[free[k]] = true;
+    fit.sigma[free[k]] = sigma[k] * trial.parameter(k).step;
+  }
   fit.correlation.setZero(parameters().size(), parameters().size());
   fit.correlation(free, free) = covariance.cwiseQuotient(sigma * sigma.transpose());
 }
@@ -242,14 +356,7 @@ Eigen::VectorXd step_back(const Eigen::MatrixXd& normal, Eigen::Index fixed, dou
   others(fixed, fixed) = 1;
   Eigen::VectorXd push = -normal.col(fixed) * change;
   push[fixed] = change;
-  return others.completeOrthogonalDecomposition().solve(push);
-}
-
-/// J^T J of the rows that are not held out, without those of the loops' law.
-Eigen::MatrixXd normal_matrix(const Comparison& comparison, const Trial& trial) {
-  Eigen::MatrixXd rows = trial.jacobian;
-  for (const int row : comparison.held_out()) rows.row(row).setZero();
-  return rows.transpose() * rows;
+  return solve_least_squares(others, push);
 }
 
 /// Puts parameters back to their start, one after the other, for as long as the held-out motions do not miss them: the
@@ -260,7 +367,9 @@ void eliminate_insignificant_parameters(const Comparison& comparison, const Scen
   bool dropped = false;
   for (;;) {
     const Eigen::VectorXd x_start = trial.unknowns({start, trial.candidate.phi});
-    const Eigen::MatrixXd normal = normal_matrix(comparison, trial);
+    Eigen::MatrixXd training = trial.jacobian;
+    for (const int row : comparison.held_out()) training.row(row).setZero();
+    const Eigen::MatrixXd normal = normal_matrix(training);
     const double limit = (1 + kWorth) * comparison.held_out_error(trial.residuals);
     double min_error = limit;
     std::optional<std::size_t> best;
@@ -285,10 +394,9 @@ void eliminate_insignificant_parameters(const Comparison& comparison, const Scen
     fit.unidentifiable.push_back(
         fmt::format("{}: fitted, it does not lower the error on held-out motions; drive {}", p.name(), p.drive));
     p.set(without.scene, p.get(start));
-    std::vector<Eigen::Index> others;
-    for (Eigen::Index k = 0; k < there.size(); ++k) {
-      if (k != static_cast<Eigen::Index>(*best)) others.push_back(k);
-    }
+    std::vector<std::size_t> others(trial.size());
+    std::iota(others.begin(), others.end(), 0);
+    others.erase(others.begin() + static_cast<std::ptrdiff_t>(*best));
     trial.free.erase(trial.free.begin() + static_cast<std::ptrdiff_t>(*best));
     trial.candidate = without;
     trial.x = there(others);
@@ -322,14 +430,11 @@ Fit fit(const Scene& start, std::vector<DriveRecord>& records, std::vector<std::
         const FitSettings& settings) {
   const Workers& workers = settings.workers;
   FirstGuess first = guess(start, records);
-  bool pushed = false;
+  const std::size_t found = findings.size();
   for (DriveRecord& record : records) {
-    for (const std::string& line : find_pushes(record, predict(first.scene, record))) {
-      findings.push_back(line);
-      pushed = true;
-    }
+    for (const std::string& line : find_pushes(record, predict(first.scene, record))) findings.push_back(line);
   }
-  if (pushed) first = guess(start, records);
+  if (findings.size() > found) first = guess(start, records);
   settings.progress(0.05);
 
   Trial trial;
@@ -349,16 +454,16 @@ Fit fit(const Scene& start, std::vector<DriveRecord>& records, std::vector<std::
       throw UnusableRecord(
           "fewer than three motions to fit to and to check with: drive the programme of identification_drive.launch");
     }
-    linearize(comparison, trial);
+    linearize(comparison, trial, trial.start());
     trial.candidate = trial.with(minimize_once(comparison, trial));
   }
   settings.progress(0.4);
   find_angles(trial.candidate, records, workers);  // by now the ripple is that of the robot
   if (find_cycles(records, trial.candidate, workers)) {
-    findings.push_back("commands are obeyed in the cycles in which the driver publishes joint_states");
+    findings.push_back("commands take effect in the cycles in which the driver publishes joint_states");
   }
   const Comparison comparison(records, trial.candidate.scene.motors->command_delay, workers);
-  linearize(comparison, trial);
+  linearize(comparison, trial, trial.start());
   minimize(comparison, trial);
   settings.progress(0.8);
   fit.error_before = comparison.held_out_error(comparison.residuals({{start, trial.candidate.phi}}).col(0));

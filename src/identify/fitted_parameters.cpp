@@ -12,8 +12,8 @@ void set_radius(Scene& c, double radius) {
   robot.R = radius;
 }
 
-constexpr char kTwoSpeeds[] = "ahead, sideways and turning at two speeds each that differ by a factor of 2 or more";
-constexpr char kSteps[] = "steps from rest to 0.2 m/s and back, ahead, sideways and turning";
+constexpr char kTwoSpeeds[] = "forward, lateral and in yaw at two speeds each that differ by a factor of 2 or more";
+constexpr char kSteps[] = "steps from rest to 0.2 m/s and back, forward, lateral and in yaw";
 constexpr char kTruth[] = "the same drive under motion capture or the like, as ground_truth in the bag";
 constexpr char kSlip[] = "starts and stops so hard that wheels slide, with ground truth";
 

@@ -17,37 +17,28 @@ constexpr double kControlPeriod = 1e-3;  // s, as the motors'
 
 /// The mean of a table over each control period, delayed. A mean, so that a little more delay is a little more of the
 /// old row, and not nothing at first and then a whole period.
-class DelayedCommands {
- public:
-  DelayedCommands(const WheelTable& table, double delay, const Motor& motor)
-      : table_(table), delay_(delay), motor_(motor) {}
+struct DelayedCommands {
+  const WheelTable& table;
+  double delay;  // s
+  Motor motor;
+  std::size_t next = 0;
+  Wheels now = Wheels::Zero();
 
   /// Over the period that begins at t (s); to be called for one after the other.
   Wheels mean(double t) {
     const double end = t + kControlPeriod;
     Wheels sum = Wheels::Zero();
-    while (next_ < table_.t.size() && table_.t[next_] + delay_ < end) {
-      const double change = std::max(table_.t[next_] + delay_, t);
-      sum += (change - t) * now_;
+    for (; next < table.t.size() && table.t[next] + delay < end; ++next) {
+      const double change = std::max(table.t[next] + delay, t);
+      sum += (change - t) * now;
       t = change;
-      now_ = transmitted(table_.values[next_++]);
+      // As EtherCAT carries them: rows are rounded, their means are not.
+      now = table.values[next].unaryExpr([&](double rate) {
+        return motor.transmitted(motor.limited({DriveMode::kVelocity, rate})).value;
+      });
     }
-    return (sum + (end - t) * now_) / kControlPeriod;
+    return (sum + (end - t) * now) / kControlPeriod;
   }
-
- private:
-  /// As EtherCAT carries them: rows are rounded, their means are not.
-  Wheels transmitted(Wheels rate) const {
-    for (int i = 0; i < kWheels; ++i)
-      rate[i] = motor_.transmitted(motor_.limited({DriveMode::kVelocity, rate[i]})).value;
-    return rate;
-  }
-
-  const WheelTable& table_;
-  double delay_;
-  Motor motor_;
-  std::size_t next_ = 0;
-  Wheels now_ = Wheels::Zero();
 };
 
 /// The time of a sample, in the control period where it was taken: stamps are rounded, which must not move it to the
@@ -115,8 +106,9 @@ Eigen::Vector3d rolling_velocity(const NoSlipModel& model, const Wheels& rates) 
 
 Prediction predict(const Scene& scene, const DriveRecord& record, const Wheels& phi, const std::atomic<bool>* stop) {
   const MotorSettings& motors = *scene.motors;
-  WheelDrive loops(kControlPeriod, motors.limit(Motor()), motors.gains);
-  DelayedCommands commands(record.commands, motors.command_delay, motors.limit(Motor()));
+  const Motor motor = motors.limit(Motor());
+  WheelDrive loops(kControlPeriod, motor, motors.gains);
+  DelayedCommands commands{record.commands, motors.command_delay, motor};
   Wheels torque = Wheels::Zero();
   Simulation simulation(start_of(scene, record, phi), [&](double t, const State& state) {
     const Wheels rate = commands.mean(t);
@@ -150,8 +142,7 @@ std::vector<std::vector<Prediction>> predict(const std::vector<Candidate>& candi
   };
   std::vector<std::future<void>> helpers;
   for (int k = 1; k < workers.threads; ++k) helpers.push_back(std::async(std::launch::async, work));
-  helpers.push_back(std::async(std::launch::deferred, work));
-  for (auto helper = helpers.rbegin(); helper != helpers.rend(); ++helper) helper->wait();
+  work();
   for (std::future<void>& helper : helpers) helper.get();
   return predictions;
 }

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <map>
 
-#include "youbot_base_sim/identify/comparison.h"
 #include "youbot_base_sim/scene/yaml_file.h"
 
 namespace youbot_base_sim {

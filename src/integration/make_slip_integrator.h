@@ -7,17 +7,16 @@
 
 namespace youbot_base_sim {
 
-// Radau must keep up with real time: this many evaluations, and the 80 % more of a relaxed millisecond, take about 0.8
-// ms at 3 GHz; beyond the paper each takes longer. The other methods are for comparison and may take what they need;
-// their bound only makes sure that a run ends.
+// Radau must keep up with real time: this many evaluations, and 80 % more in a relaxed millisecond, take about 0.8 ms
+// at 3 GHz. The other methods are for comparison; their bound only makes sure that a run ends.
 template <class Model>
-inline constexpr WorkBound kRealTime{Model::kReactionsFollow ? 2000 : 3000};
-inline constexpr WorkBound kComparison{10000000};
+inline constexpr std::uint64_t kRealTime = Model::kReactionsFollow ? 2000 : 3000;
+inline constexpr std::uint64_t kComparison = 10000000;
 
 template <class Features>
 std::unique_ptr<MotionIntegrator> make_slip_integrator(Model model, const Parts& parts) {
-  return visit_law(model, [&](auto row) -> std::unique_ptr<MotionIntegrator> {
-    using Equations = SlipModel<typename decltype(row)::Law, Features>;
+  return visit_law(model, [&](auto law) -> std::unique_ptr<MotionIntegrator> {
+    using Equations = SlipModel<typename decltype(law)::Law, Features>;
     using System = SlipSystem<Equations>;
     Equations equations(parts.robot, parts.floor);
     equations.set_regularization_speed(

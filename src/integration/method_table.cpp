@@ -13,29 +13,15 @@ namespace odeint = boost::numeric::odeint;
 
 namespace {
 
-template <class Coefficients>
-std::unique_ptr<GeneralMethod> rosenbrock4(const Tolerance& tolerance, double, IntegrationStatistics& statistics) {
-  return std::make_unique<Rosenbrock4<Coefficients>>(tolerance, statistics);
+template <class Stepper>
+std::unique_ptr<GeneralMethod> make(const Tolerance& tolerance, double step, IntegrationStatistics& statistics) {
+  return std::make_unique<Stepper>(tolerance, step, statistics);
 }
 
-template <class ErrorStepper>
-std::unique_ptr<GeneralMethod> runge_kutta(const Tolerance& tolerance, double, IntegrationStatistics&) {
-  return std::make_unique<ControlledRungeKutta<ErrorStepper>>(tolerance);
-}
-
-std::unique_ptr<GeneralMethod> bulirsch_stoer(const Tolerance& tolerance, double, IntegrationStatistics&) {
-  return std::make_unique<BulirschStoer>(tolerance);
-}
-
-template <class Step>
-std::unique_ptr<GeneralMethod> fixed_step(const Tolerance&, double step, IntegrationStatistics& statistics) {
-  return std::make_unique<FixedStep<Step>>(step, statistics);
-}
-
-using Dopri5 = odeint::runge_kutta_dopri5<State>;
-using CashKarp54 = odeint::runge_kutta_cash_karp54<State>;
-using Fehlberg78 = odeint::runge_kutta_fehlberg78<State>;
-using RungeKutta4Step = ExplicitStep<odeint::runge_kutta4<State>>;
+using Dopri5 = ControlledRungeKutta<odeint::runge_kutta_dopri5<State>>;
+using CashKarp54 = ControlledRungeKutta<odeint::runge_kutta_cash_karp54<State>>;
+using Fehlberg78 = ControlledRungeKutta<odeint::runge_kutta_fehlberg78<State>>;
+using RungeKutta4 = FixedStep<ExplicitStep<odeint::runge_kutta4<State>>>;
 
 }  // namespace
 
@@ -43,18 +29,17 @@ const std::vector<Method>& methods() {
   static const std::vector<Method> kMethods = {
       {"radau", "Radau IIA of order 5, implicit, made for this problem: the one to use", false, 0, nullptr},
       {"rosenbrock4", "odeint's, linearly implicit, of order 4, with d4 corrected: an independent check", false, 0,
-       rosenbrock4<CorrectedRosenbrock4>},
+       make<Rosenbrock4<CorrectedRosenbrock4>>},
       {"rosenbrock4_as_shipped", "the same with the wrong sign of d4 that Boost 1.74 has: to see what it costs", false,
-       0, rosenbrock4<ShippedRosenbrock4>},
+       0, make<Rosenbrock4<ShippedRosenbrock4>>},
       {"implicit_euler", "odeint's, linearly implicit, of order 1, fixed step", false, 1e-5,
-       fixed_step<ImplicitEulerStep>},
-      {"dopri5", "odeint's Dormand-Prince, explicit, of order 5: where all wheels slip fast", true, 0,
-       runge_kutta<Dopri5>},
-      {"cash_karp54", "odeint's, explicit, of order 5", true, 0, runge_kutta<CashKarp54>},
+       make<FixedStep<ImplicitEulerStep>>},
+      {"dopri5", "odeint's Dormand-Prince, explicit, of order 5: where all wheels slip fast", true, 0, make<Dopri5>},
+      {"cash_karp54", "odeint's, explicit, of order 5", true, 0, make<CashKarp54>},
       {"fehlberg78", "odeint's, explicit, of order 8: where all wheels slip fast, at tight tolerances", true, 0,
-       runge_kutta<Fehlberg78>},
-      {"bulirsch_stoer", "odeint's, explicit, of variable order", true, 0, bulirsch_stoer},
-      {"runge_kutta4", "odeint's, explicit, of order 4, fixed step", true, 2e-7, fixed_step<RungeKutta4Step>},
+       make<Fehlberg78>},
+      {"bulirsch_stoer", "odeint's, explicit, of variable order", true, 0, make<BulirschStoer>},
+      {"runge_kutta4", "odeint's, explicit, of order 4, fixed step", true, 2e-7, make<RungeKutta4>},
   };
   return kMethods;
 }

@@ -40,8 +40,8 @@ std::string advice(const RobotParameters& robot, const FloorParameters& floor, M
   if (!method.is_explicit || !slips(model)) return "";
   constexpr double kStability = 3, kTimePerStep = 0.6e-6;  // s, at 3 GHz
   const double nu = effective_regularization_speed(floor.nu, settings.tolerance());
-  const double damping = visit_law(model, [&](auto row) {
-    using Law = typename decltype(row)::Law;
+  const double damping = visit_law(model, [&](auto law) {
+    using Law = typename decltype(law)::Law;
     const ContactVector<2> no_slip = {{Wheels::Zero(), Wheels::Zero()}};
     const Wheels limit = floor.f * normal_reactions(robot, floor);
     return ContactFriction<Law, 2>(Law(robot, floor), nu).stiffness(no_slip, limit)(0, 0).maxCoeff();

@@ -2,15 +2,10 @@
 
 #include <algorithm>
 #include <boost/numeric/odeint/integrate/integrate_adaptive.hpp>
-#include <boost/numeric/odeint/stepper/generation.hpp>
-#include <boost/numeric/odeint/stepper/runge_kutta_dopri5.hpp>
 #include <functional>
-#include <limits>
-#include <memory>
 
 #include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/integration/smooth_stepper.h"
-#include "youbot_base_sim/integration/state_range.h"
 
 namespace youbot_base_sim {
 
@@ -39,7 +34,7 @@ class NoSlipSystem final : public SmoothSystem {
     steps.values.col(1) << step, step, step, 0;
     return steps;
   }
-  Wheels middle() const override { return Wheels::Constant(std::numeric_limits<double>::infinity()); }
+  Wheels middle() const override { return Wheels::Constant(kInfinity); }
 
  private:
   const NoSlipModel& model_;
@@ -47,20 +42,56 @@ class NoSlipSystem final : public SmoothSystem {
   IntegrationStatistics& statistics_;
 };
 
-/// rosenbrock4 as a Controlled Stepper of odeint.
-class StiffStepper : public ControlledStepperTypes {
+}  // namespace
+
+/// The method as a Controlled Stepper, whose steps resolve the bearings' dry friction. `dt` is an upper bound: rows do
+/// not lose the length worth trying.
+class NoSlipIntegrator::Stepper : public ControlledStepperTypes {
  public:
-  StiffStepper(const Tolerance& tolerance, IntegrationStatistics& statistics)
-      : rosenbrock4_(find_method("rosenbrock4")->make(tolerance, 0, statistics)) {}
+  explicit Stepper(NoSlipIntegrator& motion) : motion_(motion) {}
+
   Result try_step(const SmoothSystem& system, State& x, double& t, double& dt) {
-    return rosenbrock4_->try_step(system, x, t, x, dt);
+    const double start = t, length = std::min(dt, motion_.next_step_);
+    double next = length;
+    State end;
+    Result result = motion_.method_->try_step(system, x, t, end, next);
+    const Eigen::Vector3d v = x.velocity(), v_end = end.velocity();
+    if (result == odeint::success) {
+      const double share = motion_.model_.resolved_share(v, v_end);
+      if (share < 1) {
+        t = start;
+        next = kSafety * share * length;
+        result = odeint::fail;
+      }
+    }
+    if (result == odeint::fail) {
+      ++motion_.statistics_.rejected_steps;
+      dt = motion_.next_step_ = next;
+      return result;
+    }
+    ++motion_.statistics_.steps;
+    x = end;
+    if (length < motion_.next_step_) next = std::max(next, motion_.next_step_);
+    const double share = motion_.model_.resolved_share(v_end, v_end + next / length * (v_end - v));
+    dt = motion_.next_step_ = std::min(1.0, kSafety * share) * next;
+    return result;
   }
 
  private:
-  std::unique_ptr<GeneralMethod> rosenbrock4_;
+  static constexpr double kSafety = 0.9;
+
+  NoSlipIntegrator& motion_;
 };
 
-}  // namespace
+NoSlipIntegrator::NoSlipIntegrator(const RobotParameters& robot, const FloorParameters& floor,
+                                   const TorqueProfile& torque, const Tolerance& tolerance)
+    : robot_(robot),
+      floor_(floor),
+      torque_(torque),
+      model_(robot, floor, {}),
+      max_first_step_(10 / model_.max_decay_rate()),
+      next_step_(max_first_step_),
+      method_(find_method(method(robot))->make(tolerance, 0, statistics_)) {}
 
 void NoSlipIntegrator::advance_periods(State& x, std::int64_t first, double period, std::size_t n,
                                        const PeriodObserver& observer) {
@@ -75,25 +106,23 @@ void NoSlipIntegrator::advance_periods(State& x, std::int64_t first, double peri
 void NoSlipIntegrator::advance(State& x, double t, double t_end) {
   if (!(t < t_end)) return;
   const NoSlipSystem system(model_, torque_, statistics_);
-  const double dt = std::min(t_end - t, max_first_step_);
-  const auto observer = [this](const State&, double) {
+  Stepper stepper(*this);
+  odeint::integrate_adaptive(std::ref(stepper), std::ref(system), x, t, t_end, t_end - t, [this](const State&, double) {
     if (stop_ && *stop_) throw Stopped();
-  };
-  if (stiff_) {
-    StiffStepper stepper(tolerance_, statistics_);
-    statistics_.steps += odeint::integrate_adaptive(std::ref(stepper), std::ref(system), x, t, t_end, dt, observer);
-  } else {
-    statistics_.steps += odeint::integrate_adaptive(
-        odeint::make_controlled<odeint::runge_kutta_dopri5<State>>(tolerance_.absolute, tolerance_.relative),
-        std::ref(system), x, t, t_end, dt, observer);
-  }
+  });
   model_.constrain(x);
+}
+
+void NoSlipIntegrator::torque_jumped() {
+  method_->reset();
+  next_step_ = std::min(next_step_, max_first_step_);
 }
 
 void NoSlipIntegrator::set_loads(State& x, const AppliedLoads& applied, bool keep_momentum) {
   const double energy = kinetic_energy(x);
   const Eigen::Vector3d momentum = model_.inertia() * x.velocity();
   model_ = NoSlipModel(robot_, floor_, applied);
+  torque_jumped();
   if (keep_momentum) {
     x.values.col(1).head<3>() = model_.inertia().llt().solve(momentum).array();
     model_.constrain(x);

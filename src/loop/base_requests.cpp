@@ -1,6 +1,7 @@
 #include "youbot_base_sim/loop/base_requests.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace youbot_base_sim {
 
@@ -8,20 +9,20 @@ namespace {
 
 bool is_command(const BaseRequest& request) { return std::holds_alternative<DriveCommand>(request); }
 
-bool is_of_loads(const BaseRequest& request) {
-  return std::holds_alternative<Wrench>(request) || std::holds_alternative<LoadsRequest>(request);
-}
+bool is_wrench(const BaseRequest& request) { return std::holds_alternative<Wrench>(request); }
 
 /// Adds `request` to `last`, which acts from the same control period; false if they do not make one.
 bool add(const BaseRequest& request, BaseRequest& last) {
-  if (std::holds_alternative<Wrench>(request) && std::holds_alternative<Wrench>(last)) return last = request, true;
-  auto* before = std::get_if<DriveCommand>(&last);
-  const auto* command = std::get_if<DriveCommand>(&request);
-  if (!before || !command) return false;
-  for (int i = 0; i < kWheels; ++i) {
-    if ((*command)[i]) (*before)[i] = (*command)[i];
+  if (is_command(request) && is_command(last)) {
+    const auto& command = std::get<DriveCommand>(request);
+    for (int i = 0; i < kWheels; ++i) {
+      if (command[i]) std::get<DriveCommand>(last)[i] = command[i];
+    }
+    return true;
   }
-  return true;
+  const bool both_wrenches = is_wrench(request) && is_wrench(last);
+  if (both_wrenches) last = request;
+  return both_wrenches;
 }
 
 }  // namespace
@@ -30,7 +31,7 @@ bool BaseRequests::push(double t, const BaseRequest& request) {
   for (const auto* queue : {&driver_, &loads_}) {
     if (!queue->empty()) t = std::max(t, queue->back().arrival);
   }
-  std::deque<Stamped>& queue = is_of_loads(request) ? loads_ : driver_;
+  std::deque<Stamped>& queue = is_wrench(request) || std::holds_alternative<LoadsRequest>(request) ? loads_ : driver_;
   const bool same_period = !queue.empty() && time_.first_from(queue.back().arrival) == time_.first_from(t);
   if (same_period && add(request, queue.back().request)) {
     queue.back().arrival = t;

@@ -1,7 +1,6 @@
 #include "youbot_base_sim/physics/contact_modes.h"
 
 #include <algorithm>
-#include <limits>
 
 namespace youbot_base_sim {
 
@@ -9,7 +8,6 @@ namespace {
 
 // An averaged contact is resolved again at this share of the rate at which it was averaged, so that it does not flip.
 constexpr double kResolve = 0.8;
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
@@ -24,20 +22,21 @@ ContactModes::ContactModes(const RobotParameters& robot, const Wheels& phi, doub
   for (int i = 0; i < kWheels; ++i) set_roller(i, roller_at(phi[i]));
 }
 
-void ContactModes::begin_contact(int i, bool shared, bool averaged) {
+void ContactModes::begin_contact(int i, bool shared, bool averaged, double center, double lower, double upper) {
   ++ids_[i];
   shared_[i] = shared;
   averaged_[i] = averaged;
   shares_ = shared_.any();
   averages_ = averaged_.any();
+  center_[i] = center;
+  lower_edge_[i] = lower;
+  upper_edge_[i] = upper;
 }
 
 void ContactModes::set_roller(int i, std::int64_t k) {
-  begin_contact(i, false, false);
   roller_[i] = k;
-  center_[i] = static_cast<double>(k) * geometry_.pitch();
-  lower_edge_[i] = geometry_.upper_edge(k - 1);
-  upper_edge_[i] = geometry_.upper_edge(k);
+  const double center = static_cast<double>(k) * geometry_.pitch();
+  begin_contact(i, false, false, center, geometry_.upper_edge(k - 1), geometry_.upper_edge(k));
 }
 
 void ContactModes::switch_roller(int i, std::int64_t k, State& x) {
@@ -51,24 +50,14 @@ void ContactModes::switch_roller(int i, std::int64_t k, State& x) {
 }
 
 void ContactModes::share(int i, std::int64_t k) {
-  begin_contact(i, true, false);
   lower_roller_[i] = k;
-  center_[i] = static_cast<double>(k) * geometry_.pitch();
-  lower_edge_[i] = -kInfinity;
-  upper_edge_[i] = kInfinity;
+  begin_contact(i, true, false, static_cast<double>(k) * geometry_.pitch(), -kInfinity, kInfinity);
 }
 
-void ContactModes::enter_averaging(int i) {
-  begin_contact(i, false, true);
-  center_[i] = kInfinity;
-  lower_edge_[i] = -kInfinity;
-  upper_edge_[i] = kInfinity;
-}
-
-double ContactModes::before(double edge) { return std::nextafter(edge, -kInfinity); }
+void ContactModes::enter_averaging(int i) { begin_contact(i, false, true, kInfinity, -kInfinity, kInfinity); }
 
 void ContactModes::keep_inside(int i, State& x) const {
-  x.phi()[i] = std::min(std::max(x.phi()[i], lower_edge_[i]), before(upper_edge_[i]));
+  x.phi()[i] = std::min(std::max(x.phi()[i], lower_edge_[i]), far_side(upper_edge_[i], -1));
 }
 
 }  // namespace youbot_base_sim

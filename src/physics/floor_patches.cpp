@@ -1,7 +1,5 @@
 #include "youbot_base_sim/physics/floor_patches.h"
 
-#include <limits>
-
 namespace youbot_base_sim {
 
 namespace {
@@ -28,7 +26,7 @@ Wheels FloorPatches::friction(const Wheels& X, const Wheels& Y) const {
 }
 
 double FloorPatches::max_distance(const Wheels& X, const Wheels& Y) const {
-  double distance = std::numeric_limits<double>::infinity();
+  double distance = kInfinity;
   for (const FloorPatch& patch : patches_) {
     // Distance from the rectangle's outline, from outside or inside.
     const Wheels out_X = (patch.x0 - X).max(X - patch.x1), out_Y = (patch.y0 - Y).max(Y - patch.y1);

@@ -1,7 +1,5 @@
 #include "youbot_base_sim/physics/no_slip_model.h"
 
-#include <cmath>
-
 namespace youbot_base_sim {
 
 NoSlipModel::NoSlipModel(const RobotParameters& robot) : robot_(robot), platform_(robot), dry_(robot) {
@@ -21,13 +19,13 @@ NoSlipModel::NoSlipModel(const RobotParameters& robot, const FloorParameters& fl
 }
 
 Eigen::Vector3d NoSlipModel::dry_friction(const Eigen::Vector3d& v) const {
-  return rolling_.transpose() * dry_.wheel_torque(dphi(v)).matrix() +
-         roller_rolling_.transpose() * dry_.roller_torque(dgamma(v)).matrix();
+  return rolling_.transpose() * dry_.wheels.torque(dphi(v)).matrix() +
+         roller_rolling_.transpose() * dry_.rollers.torque(dgamma(v)).matrix();
 }
 
 Eigen::Matrix3d NoSlipModel::dry_damping(const Eigen::Vector3d& v) const {
-  return rolling_.transpose() * dry_.wheel_damping(dphi(v)).matrix().asDiagonal() * rolling_ +
-         roller_rolling_.transpose() * dry_.roller_damping(dgamma(v)).matrix().asDiagonal() * roller_rolling_;
+  return rolling_.transpose() * dry_.wheels.damping(dphi(v)).matrix().asDiagonal() * rolling_ +
+         roller_rolling_.transpose() * dry_.rollers.damping(dgamma(v)).matrix().asDiagonal() * roller_rolling_;
 }
 
 Eigen::Vector3d NoSlipModel::bias(const Eigen::Vector3d& v) const {

@@ -3,31 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
 
 namespace youbot_base_sim {
 
-namespace {
-
-const Wheels kForward{1, 1, -1, -1};
-
-}  // namespace
-
 const char* name_of(Side side) {
-  switch (side) {
-    case Side::kLeft:
-      return "left";
-    case Side::kRight:
-      return "right";
-    case Side::kFront:
-      return "front";
-    case Side::kRear:
-      return "rear";
-    case Side::kOff:
-    case Side::kNone:
-      break;
-  }
-  return "";
+  // In the order of Side
+  constexpr std::array<const char*, 6> kNames = {"", "left", "right", "front", "rear", ""};
+  return kNames[static_cast<std::size_t>(side)];
 }
 
 TippedOver::TippedOver(double t, Side side)
@@ -49,7 +31,7 @@ Reactions::Reactions(const RobotParameters& robot, const Inertia& inertia, doubl
       q_(robot.q),
       g_n_(normal_gravity),
       rocks_(robot.load_sharing != LoadSharing::kEqualWheels),
-      rocking_(((robot.load_sharing == LoadSharing::kRockingFront ? 1 : -1) * kForward).max(0)),
+      rocking_(robot.load_sharing == LoadSharing::kRockingFront ? Wheels{1, 1, 0, 0} : Wheels{0, 0, 1, 1}),
       rho_X_(robot.rho_X()),
       rho_Y_(robot.rho_Y()) {
   const Eigen::Matrix3d& inverse = inertia.M_v_inverse;
@@ -66,7 +48,7 @@ Reactions::Solution Reactions::lift(const Conditions& conditions, double weight,
   for (int tries = 0; tries < kWheels; ++tries) {
     int i = 0;
     pulled.minCoeff(&i);
-    pulled[i] = std::numeric_limits<double>::infinity();
+    pulled[i] = kInfinity;
     Conditions without = conditions;
     without.rows[2] = Wheels::Zero();
     without.rows[2][i] = 1;
@@ -90,7 +72,7 @@ Reactions::Solution Reactions::tip(const Conditions& conditions, double weight) 
   const auto& [rows, right] = conditions;
   Solution best;
   best.by_moment.fill(Wheels::Zero());
-  double best_share = -std::numeric_limits<double>::infinity();
+  double best_share = -kInfinity;
   for (const Candidate& c :
        {Candidate{Side::kLeft, 0, 2, 0}, {Side::kRight, 1, 3, 0}, {Side::kFront, 0, 1, 1}, {Side::kRear, 2, 3, 1}}) {
     const Wheels& balance = rows[c.balance];

@@ -31,9 +31,9 @@ class Csv : public Recorder {
 
 std::string state_line(double t, const Simulation& simulation, const Events&) {
   std::string line = fmt::format("{:.17g}", t);
-  for (const int column : {0, 1, 2, 3, 4}) {
-    const int size = column < 2 ? 3 : kWheels;
-    for (int k = 0; k < size; ++k) line += fmt::format(",{:.17g}", simulation.state().values(k, column));
+  for (int column = 0; column < 5; ++column) {
+    for (int k = 0; k < (column < 2 ? 3 : kWheels); ++k)
+      line += fmt::format(",{:.17g}", simulation.state().values(k, column));
   }
   return line + "\n";
 }

@@ -21,17 +21,6 @@ double thread_cpu_time() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-void add_cost(const RunCost& cost, nlohmann::json& json) {
-  const RunCost::Period& slowest = cost.slowest();
-  json["cpu_time"] = cost.cpu_time();
-  json["slowest_period"] = {{"start", slowest.start},
-                            {"length", slowest.length},
-                            {"cpu_time", slowest.cpu_time},
-                            {"cost", slowest.length > 0 ? slowest.cpu_time / slowest.length : 0}};
-  json["periods"] = {
-      {"count", cost.periods()}, {"late", cost.late_periods()}, {"cpu_time_99_9", cost.percentile(0.999)}};
-}
-
 std::vector<double> numbers(const Wheels& w) { return {w.data(), w.data() + w.size()}; }
 
 }  // namespace
@@ -90,7 +79,6 @@ bool RowLoop::next() {
   return true;
 }
 
-// Where rows are far apart, the energy is looked at in between: every kMaxUnseen, where a control period ends.
 void RowLoop::audit_until(double t) {
   if (t - simulation_.time() <= kMaxUnseen) return;
   const double period = simulation_.scene().solver.control_period;
@@ -115,8 +103,8 @@ std::string unreliability_reason(const Simulation& simulation, const EnergyAudit
   }
   const Scene& scene = simulation.scene();
   const double tolerance = scene.solver.relative_tolerance;
-  // Motion between two rows is not seen. So the scale includes the energy of a speed that friction can give the base in
-  // between, and that of the speed at which relative and absolute tolerance meet.
+  // The scale includes the energy of a speed that friction can give the base unseen between two rows, and that of the
+  // speed at which relative and absolute tolerance meet.
   const double speed = scene.solver.absolute_tolerance / tolerance +
                        scene.floor.f.maxCoeff() * scene.floor.g * energy.longest_interval();
   const double exchanged = std::max(energy.max_kinetic_energy(), energy.drive_work());
@@ -150,7 +138,14 @@ std::string summary_json(const Simulation& simulation, bool completed, double wa
   }
   json["completed"] = completed;
   json["reliable"] = completed && unreliability_reason(simulation, rows.energy()).empty();
-  add_cost(cost, json);
+  const RunCost::Period& slowest = cost.slowest();
+  json["cpu_time"] = cost.cpu_time();
+  json["slowest_period"] = {{"start", slowest.start},
+                            {"length", slowest.length},
+                            {"cpu_time", slowest.cpu_time},
+                            {"cost", slowest.length > 0 ? slowest.cpu_time / slowest.length : 0}};
+  json["periods"] = {
+      {"count", cost.periods()}, {"late", cost.late_periods()}, {"cpu_time_99_9", cost.percentile(0.999)}};
   json["energy"] = {{"max_balance_error", rows.energy().max_balance_error()},
                     {"max_kinetic", rows.energy().max_kinetic_energy()},
                     {"drive_work", rows.energy().drive_work()}};
@@ -179,11 +174,9 @@ std::string summary_text(const Simulation& simulation, double wall_time) {
     text += fmt::format("wheel {} ends between rollers {} and {}\n", kWheelNames[i], rollers[i], *others[i]);
   }
   if (const auto record = simulation.reaction_record()) {
-    const Wheels& N = record->min_N;
-    text += fmt::format("least normal reactions {:.1f}, {:.1f}, {:.1f}, {:.1f} N", N[0], N[1], N[2], N[3]);
     const Wheels& off = record->time_off_floor;
-    if ((off > 0).any())
-      text += fmt::format("; off the floor {:.3g}, {:.3g}, {:.3g}, {:.3g} s", off[0], off[1], off[2], off[3]);
+    text += fmt::format("least normal reactions {:.1f} N", fmt::join(record->min_N, ", "));
+    if ((off > 0).any()) text += fmt::format("; off the floor {:.3g} s", fmt::join(off, ", "));
     text += "\n";
   }
   if (std::isfinite(simulation.regularization_speed()) &&

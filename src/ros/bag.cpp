@@ -1,6 +1,5 @@
 #include "youbot_base_sim/ros/bag.h"
 
-#include <fmt/format.h>
 #include <ros/names.h>
 #include <rosbag/bag.h>
 
@@ -15,11 +14,11 @@ namespace youbot_base_sim {
 namespace {
 
 constexpr char kNotIndexed[] = " without its index, which rosbag reindex makes";
-// bytes: room for a message, the index of the chunk under way and the connections, a share for the list of chunks;
-// and how much of the disk is taken at a time, where it has that much.
+// bytes: room for a message, the index of the chunk under way and the connections; a share for the list of chunks; and
+// how much of the disk is taken at a time, if it has that much.
 constexpr std::uint64_t kRoom = 256 << 10, kRoomShare = 1000, kStride = 4 << 20;
 
-// A bag loads a plugin when it is made and gives it back when it is deleted, which no two threads may do at once.
+// A bag's constructor loads a plugin and its destructor unloads it: one thread at a time.
 std::mutex bag_plugins;
 
 /// Connection header of a latched topic: `rosbag play` gives its last message to later subscribers.
@@ -34,17 +33,15 @@ boost::shared_ptr<ros::M_string> latching(const Message& message) {
 
 }  // namespace
 
-void BagWriter::DeleteBag::operator()(rosbag::Bag* bag) const {
-  const std::lock_guard<std::mutex> lock(bag_plugins);
-  delete bag;
-}
-
-// Not before the first message, so that nothing is left where there is none, nor where it has no room.
+// Called with the first message, so that a bag without one, or without room for it, leaves nothing.
 void BagWriter::open_bag() {
   make_room();
   {
     const std::lock_guard<std::mutex> lock(bag_plugins);
-    bag_.reset(new rosbag::Bag);
+    bag_.reset(new rosbag::Bag, [](rosbag::Bag* bag) {
+      const std::lock_guard<std::mutex> lock_to_delete(bag_plugins);
+      delete bag;
+    });
   }
   bag_->open(file_.name(), rosbag::bagmode::Write);
   reserved_ = 0;  // given back: rosbag empties the file
@@ -73,8 +70,8 @@ bool BagWriter::close() {
     return true;
   } catch (const ros::Exception&) {
     // Its destructor would throw the same again, so it stays until the program ends.
-    static auto* const unclosed = new std::vector<rosbag::Bag*>;
-    unclosed->push_back(bag_.release());
+    static auto* const unclosed = new std::vector<std::shared_ptr<rosbag::Bag>>;
+    unclosed->push_back(std::move(bag_));
     return false;
   }
 }
@@ -115,8 +112,8 @@ void BagWriter::write(const Events& events) {
 void BagWriter::write(Telemetry& telemetry, const Simulation& simulation, const BaseSensors& sensors, double t) {
   const ros::Time stamp = stamp_of(t);
   if (!std::exchange(has_static_, true)) {
-    const auto transforms = telemetry.static_transforms(simulation, stamp);
-    if (transforms) write(kStaticTransformsTopic, stamp, *transforms, true);
+    const tf2_msgs::TFMessage transforms = telemetry.static_transforms(simulation, stamp);
+    if (!transforms.transforms.empty()) write(kStaticTransformsTopic, stamp, transforms, true);
   }
   telemetry.visit(simulation, sensors, stamp, [&](const char* topic, const auto& make) {
     if (telemetry.recorded(topic)) write(topic, stamp, make());

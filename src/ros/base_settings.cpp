@@ -12,10 +12,9 @@ namespace youbot_base_sim {
 
 namespace {
 
-// Default tolerance without a scene: a minute of driving ends within a few micrometres, at a third of the run time that
-// the scenes' default takes.
+// Defaults without a scene. The tolerance puts a minute of driving within a few micrometres, at a third of the run time
+// of the scenes' default; the profile is that of a real base.
 constexpr double kTolerance = 1e-5;
-// Default profile without a scene: the node stands for a real base. A scene means the same here as offline.
 constexpr char kProfile[] = "measured";
 
 constexpr double kMinPublishRate = 1e-3;  // Hz
@@ -38,15 +37,13 @@ Scene read_scene(Parameters& parameters) {
     if (overrides.profile.empty()) overrides.profile = kProfile;
   }
   Scene scene;
+  std::string where = "~";  // continued by the name of an override: "model = ..."
   try {
     scene = default_scene(overrides);
-  } catch (const SceneError& error) {
-    throw ParameterError(fmt::format("parameter ~{}", error.what()));  // "model = ..."
-  }
-  try {
+    where = "~scene: ";
     if (!path.empty()) scene = load_scene(path, overrides);
   } catch (const SceneError& error) {
-    throw ParameterError(fmt::format("parameter ~scene: {}", error.what()));
+    throw ParameterError(fmt::format("parameter {}{}", where, error.what()));
   }
   if (scene.solver.control_period == 0) scene.solver.control_period = 1e-3;
   scene.drive = std::monostate();
@@ -55,20 +52,20 @@ Scene read_scene(Parameters& parameters) {
   return scene;
 }
 
-/// Control periods a second, which no other rate may exceed; and a little more, for rounding.
+/// Control periods a second, and a little more for rounding.
 double max_rate(const BaseSettings& settings) { return (1 + 1e-9) / settings.scene.solver.control_period; }
 
-Range rates(double min, const BaseSettings& settings) {
-  return {min, max_rate(settings), "Hz: at most once a control period"};
+Range rates(double min, const BaseSettings& settings, bool or_zero = false) {
+  return {min, max_rate(settings), "Hz: at most once a control period", or_zero};
 }
 
-/// Reads the real driver's parameters.
 void read_driver_parameters(BaseSettings& settings) {
   Parameters parameters(ros::NodeHandle(), "");
-  bool has_base = true;
+  bool has_base = true, has_arms = false;
   parameters.read("youBotHasBase", has_base);
   parameters.require(has_base, "youBotHasBase", "false", "true: this node simulates the base and nothing else");
-  parameters.read("youBotHasArms", settings.has_arms);
+  parameters.read("youBotHasArms", has_arms);
+  if (has_arms) ROS_WARN("youBotHasArms is true, but no arm is simulated: it will not be found");
   settings.publish_rate = std::min(settings.publish_rate, max_rate(settings));
   parameters.read("youBotDriverCycleFrequencyInHz", settings.publish_rate, rates(kMinPublishRate, settings));
   settings.command_rate = settings.publish_rate;  // one loop in the driver
@@ -83,13 +80,6 @@ void read_driver_parameters(BaseSettings& settings) {
   } catch (const DriverConfigurationError& error) {
     throw ParameterError(fmt::format("parameter youBotConfigurationFilePath: {}", error.what()));
   }
-}
-
-void read_rates(Parameters& parameters, BaseSettings& settings) {
-  parameters.read("publish_rate", settings.publish_rate, rates(kMinPublishRate, settings));
-  Range command_rates = rates(kMinCommandRate, settings);
-  command_rates.or_zero = true;
-  parameters.read("command_rate", settings.command_rate, command_rates);
 }
 
 void read_lockstep(Parameters& parameters, BaseSettings& settings) {
@@ -142,18 +132,15 @@ void read_telemetry(Parameters& parameters, BaseSettings& settings) {
   parameters.read("slip_marker_scale", telemetry.markers.slip_scale, {1e-6, 1e6, "s"});
 }
 
-/// Refuses settings that only make sense where the node is the master of time.
+/// Refuses settings that only the master of time may have.
 void check_time(const Parameters& parameters, const BaseSettings& settings) {
-  bool use_sim_time = false;
-  ros::param::get("/use_sim_time", use_sim_time);
+  const bool use_sim_time = ros::param::param("/use_sim_time", false);
   if (settings.publish_clock) {
     if (!use_sim_time) ROS_WARN("/use_sim_time is not set: nodes that start now will not follow the clock of this one");
     return;
   }
-  if (use_sim_time) {
-    throw ParameterError(
-        "parameter ~publish_clock = false: must be true where /use_sim_time is true, or no node has the time");
-  }
+  parameters.require(!use_sim_time, "publish_clock", "false",
+                     "true where /use_sim_time is true, or no node has the time");
   parameters.require(settings.real_time_factor == 1, "real_time_factor", fmt::format("{:g}", settings.real_time_factor),
                      "1 unless ~publish_clock is true: the wall clock has its own rate");
   parameters.require(!settings.lockstep.on, "lockstep", "true", "false unless ~publish_clock is true");
@@ -169,7 +156,8 @@ BaseSettings read_base_settings() {
   BaseSettings settings;
   settings.scene = read_scene(parameters);
   read_driver_parameters(settings);
-  read_rates(parameters, settings);
+  parameters.read("publish_rate", settings.publish_rate, rates(kMinPublishRate, settings));
+  parameters.read("command_rate", settings.command_rate, rates(kMinCommandRate, settings, true));
   parameters.read("publish_clock", settings.publish_clock);
   parameters.read("real_time_factor", settings.real_time_factor, {1e-3, 1e6, "", true});
   read_lockstep(parameters, settings);

@@ -13,14 +13,13 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <memory>
 #include <optional>
-#include <set>
-#include <sstream>
 #include <system_error>
 #include <thread>
 #include <utility>
@@ -55,8 +54,7 @@ bool sleeps(const std::string& folder) {
   return std::strcmp(read_small(folder + "/wchan", text), "0") != 0;
 }
 
-/// How often the threads of these processes have run so far; nullopt if one runs, where `if_all_sleep` is asked for. Of
-/// this process, all but the caller.
+/// How often the threads of these processes, but the caller, have run so far. With `if_all_sleep`, nullopt if one runs.
 std::optional<std::uint64_t> runs_of(const std::set<pid_t>& processes, bool if_all_sleep) {
   const std::string self = std::to_string(syscall(SYS_gettid));
   std::uint64_t runs = 0;
@@ -81,17 +79,15 @@ std::optional<std::uint64_t> runs_of(const std::set<pid_t>& processes, bool if_a
 
 /// The sockets that listen at a TCP port of this machine, as /proc names them.
 std::set<std::string> sockets_at(std::uint32_t port) {
-  constexpr char kListening[] = "0A";
-  const std::string port_in_table = fmt::format(":{:04X}", port);
+  constexpr unsigned kListening = 0x0A;
   std::set<std::string> sockets;
   for (const char* path : {"/proc/net/tcp", "/proc/net/tcp6"}) {
     std::ifstream table(path);
     for (std::string line; std::getline(table, line);) {
-      std::istringstream columns(line);
-      std::string number, local, remote, state, queues, timer, retransmissions, user, probes, inode;
-      columns >> number >> local >> remote >> state >> queues >> timer >> retransmissions >> user >> probes >> inode;
-      if (state != kListening || local.substr(std::min(local.find(':'), local.size())) != port_in_table) continue;
-      sockets.insert("socket:[" + inode + "]");
+      unsigned local = 0, state = 0;
+      unsigned long inode = 0;
+      std::sscanf(line.c_str(), "%*s %*[^:]:%x %*s %x %*s %*s %*s %*s %*s %lu", &local, &state, &inode);
+      if (state == kListening && local == port) sockets.insert(fmt::format("socket:[{}]", inode));
     }
   }
   return sockets;
@@ -111,19 +107,19 @@ std::set<pid_t> holders_of(const std::set<std::string>& sockets) {
   return holders;
 }
 
-/// Where the master says that a node answers: the port, if that is on this machine.
-std::optional<std::uint32_t> port_of(const std::string& node) {
+/// The port at which, by the master, a node answers; 0 if that is not on this machine.
+std::uint32_t port_of(const std::string& node) {
   XmlRpc::XmlRpcValue request, response, uri;
   request[0] = ros::this_node::getName();
   request[1] = node;
   std::string host;
   std::uint32_t port = 0;
-  if (!ros::master::execute("lookupNode", request, response, uri, false)) return std::nullopt;
-  if (!ros::network::splitURI(uri, host, port)) return std::nullopt;
+  if (!ros::master::execute("lookupNode", request, response, uri, false)) return 0;
+  if (!ros::network::splitURI(uri, host, port)) return 0;
   char name[256] = "";
   gethostname(name, sizeof(name) - 1);
   const std::set<std::string> here = {ros::network::getHost(), name, "localhost", "127.0.0.1"};
-  return here.count(host) ? std::optional(port) : std::nullopt;
+  return here.count(host) ? port : 0;
 }
 
 }  // namespace
@@ -132,8 +128,7 @@ ClockFollowers::ClockFollowers(std::chrono::milliseconds patience)
     : patience_(patience), processes_{{ros::this_node::getName(), {getpid()}}} {}
 
 void ClockFollowers::add(const std::string& node) {
-  const std::optional<std::uint32_t> port = port_of(node);
-  const std::set<pid_t> processes = port ? holders_of(sockets_at(*port)) : std::set<pid_t>();
+  const std::set<pid_t> processes = holders_of(sockets_at(port_of(node)));
   if (!processes.empty()) {
     processes_[node] = processes;
   } else {
@@ -165,8 +160,7 @@ std::string ClockFollowers::restless() const {
   const auto end = Clock::now() + patience_;
   std::map<std::string, std::uint64_t> before;
   std::map<std::string, int> times;
-  // Reading the states of all threads is two thirds of the work; those of the second look suffice, as nothing has run
-  // in between.
+  // The first look need not read the threads' states, two thirds of the work: at rest, none has run until the second.
   for (bool first = true;; first = false) {
     bool at_rest = !first;
     for (const auto& [node, processes] : processes_) {

@@ -1,6 +1,8 @@
 #include "youbot_base_sim/ros/contact_markers.h"
 
 #include <fmt/format.h>
+#include <tf2/LinearMath/Quaternion.h>
+#include <tf2_geometry_msgs/tf2_geometry_msgs.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -60,8 +62,8 @@ geometry_msgs::Point point(const Vector3d& position) { return vector_message<geo
 /// The size of a slope's angle, in degrees.
 double degrees(double slope) { return std::abs(slope) * 180 / M_PI; }
 
-/// How far an arrow of a vector goes, with `scale` m for each of its unit.
-Vector3d way_of(const Vector3d& vector, double scale) {
+/// The arrow of a vector, `scale` m for each of its unit.
+Vector3d arrow_of(const Vector3d& vector, double scale) {
   return std::min(vector.norm() * scale, kMaxArrow) * vector.stableNormalized();
 }
 
@@ -69,21 +71,15 @@ geometry_msgs::Pose pose_message(const Eigen::Isometry3d& pose) {
   geometry_msgs::Pose message;
   message.position = point(pose.translation());
   const Eigen::Quaterniond q(pose.linear());
-  message.orientation.x = q.x();
-  message.orientation.y = q.y();
-  message.orientation.z = q.z();
-  message.orientation.w = q.w();
+  message.orientation = tf2::toMsg(tf2::Quaternion(q.x(), q.y(), q.z(), q.w()));
   return message;
 }
 
-/// A marker array under way. All markers are in the frame of `header`, with which they move, unless changed.
-class Markers {
- public:
-  explicit Markers(const std_msgs::Header& header) : header_(header) {}
-
+/// A marker array in the making. Markers are in the frame of `header`, with which they move, unless changed.
+struct Markers {
   Marker& add(const std::string& ns, int id, int type, const std_msgs::ColorRGBA& colour, double scale = 0) {
     Marker& marker = array.markers.emplace_back();
-    marker.header = header_;
+    marker.header = header;
     marker.ns = ns;
     marker.id = id;
     marker.type = type;
@@ -94,35 +90,32 @@ class Markers {
     return marker;
   }
 
-  /// What an id showed before is no longer there.
   Marker& remove(const std::string& ns, int id) {
     Marker& marker = add(ns, id, Marker::CUBE, colour(1, 1, 1));
     marker.action = Marker::DELETE;
     return marker;
   }
 
-  /// Of the `most` things that were shown so far with three ids each, removes those after the first `count`.
+  /// Of at most `most` things shown so far with three ids each, removes those after the first `count`.
   void remove_after(const std::string& ns, std::size_t count, std::size_t& most) {
     most = std::max(most, count);
     for (std::size_t id = 3 * count; id < 3 * most; ++id) remove(ns, static_cast<int>(id));
   }
 
-  /// None where it could not be seen.
-  void add_arrow(const std::string& ns, int id, const Vector3d& start, const Vector3d& way,
-                 const std_msgs::ColorRGBA& colour, double thickness = 1) {
-    const double length = way.norm();
-    if (length < kMinArrow) {
-      remove(ns, id);
-      return;
-    }
+  /// Removes it if it could not be seen.
+  Marker& add_arrow(const std::string& ns, int id, const Vector3d& start, const Vector3d& arrow,
+                    const std_msgs::ColorRGBA& colour, double thickness = 1) {
+    const double length = arrow.norm();
+    if (length < kMinArrow) return remove(ns, id);
     Marker& marker = add(ns, id, Marker::ARROW, colour);
-    marker.points = {point(start), point(start + way)};
+    marker.points = {point(start), point(start + arrow)};
     marker.scale.x = thickness * kShaft;
     marker.scale.y = thickness * kHead;
     marker.scale.z = std::min(1.5 * thickness * kHead, length / 2);
+    return marker;
   }
 
-  /// None if the text is empty.
+  /// Removes it if the text is empty.
   Marker& add_text(const std::string& ns, int id, const Vector3d& position, const std::string& text,
                    const std_msgs::ColorRGBA& colour) {
     if (text.empty()) return remove(ns, id);
@@ -133,10 +126,8 @@ class Markers {
     return marker;
   }
 
-  visualization_msgs::MarkerArray array;
-
- private:
-  std_msgs::Header header_;
+  std_msgs::Header header;
+  visualization_msgs::MarkerArray array = {};
 };
 
 void add_contact(Markers& markers, int i, const Contact& contact, const Simulation& simulation,
@@ -144,11 +135,10 @@ void add_contact(Markers& markers, int i, const Contact& contact, const Simulati
   const std_msgs::ColorRGBA& state = contact.normal_force <= 0              ? kLifted
                                      : contact.friction_share >= kSaturated ? kSlides
                                                                             : kSticks;
-  Marker& sphere = markers.add("contact_points", i, Marker::SPHERE, state, kPoint);
-  sphere.pose.position = contact.position;
+  markers.add("contact_points", i, Marker::SPHERE, state, kPoint).pose.position = contact.position;
   const Vector3d at = vector_of(contact.position);
-  markers.add_arrow("friction", i, at, way_of(vector_of(contact.friction_force), options.friction_scale), kFriction);
-  markers.add_arrow("slip", i, at, way_of(vector_of(contact.slip_velocity), options.slip_scale), kSlip);
+  markers.add_arrow("friction", i, at, arrow_of(vector_of(contact.friction_force), options.friction_scale), kFriction);
+  markers.add_arrow("slip", i, at, arrow_of(vector_of(contact.slip_velocity), options.slip_scale), kSlip);
   if (options.roller_mesh.empty()) return;
   const RobotParameters& robot = simulation.scene().robot;
   const int standing[] = {contact.roller, contact.other_roller};
@@ -174,7 +164,7 @@ bool shows_reactions(const Simulation& simulation) {
 
 void add_reaction(Markers& markers, int i, const Contact& contact, double scale) {
   const Vector3d at = vector_of(contact.position);
-  markers.add_arrow("normal_reactions", i, at, way_of({0, 0, contact.normal_force}, scale), kReaction);
+  markers.add_arrow("normal_reactions", i, at, arrow_of({0, 0, contact.normal_force}, scale), kReaction);
   markers.add_text("off_floor", i, at + Vector3d(0, 0, 0.2), contact.normal_force > 0 ? "" : "off the floor",
                    kOffFloor);
 }
@@ -193,38 +183,41 @@ void add_slope(Markers& markers, const Simulation& simulation) {
                    fmt::format("uphill, {:.3g} deg", degrees(floor.slope)), kUphill);
 }
 
-// A corner of a patch, which fades from what lies within its soft edge to nothing outside.
-struct Corner {
-  double x, y, alpha;
-};
-
+/// The patch, which fades from within its soft edge to nothing outside.
 void add_patch(Markers& markers, int id, const FloorPatch& patch, const FloorParameters& floor, double height,
                const std::string& frame) {
-  const std_msgs::ColorRGBA& colour = patch.friction < floor.f.mean() ? kSlippery : kRough;
-  const double half = patch.edge / 2;
-  const auto corners = [&patch](double over_x, double over_y, double alpha) {
-    return std::array<Corner, 4>{Corner{patch.x0 - over_x, patch.y0 - over_y, alpha},
-                                 {patch.x1 + over_x, patch.y0 - over_y, alpha},
-                                 {patch.x1 + over_x, patch.y1 + over_y, alpha},
-                                 {patch.x0 - over_x, patch.y1 + over_y, alpha}};
+  struct Corner {
+    geometry_msgs::Point position;
+    std_msgs::ColorRGBA colour;
   };
-  const auto in = corners(-std::min(half, (patch.x1 - patch.x0) / 2), -std::min(half, (patch.y1 - patch.y0) / 2), 1);
-  const auto out = corners(half, half, 0);
+  const auto corners = [&](double over_x, double over_y, const std_msgs::ColorRGBA& colour) {
+    const double x0 = patch.x0 - over_x, x1 = patch.x1 + over_x, y0 = patch.y0 - over_y, y1 = patch.y1 + over_y;
+    return std::array<Corner, 4>{Corner{point({x0, y0, height}), colour},
+                                 {point({x1, y0, height}), colour},
+                                 {point({x1, y1, height}), colour},
+                                 {point({x0, y1, height}), colour}};
+  };
+  const std_msgs::ColorRGBA& colour = patch.friction < floor.f.mean() ? kSlippery : kRough;
+  std_msgs::ColorRGBA clear = colour;
+  clear.a = 0;
+  const double half = patch.edge / 2;
+  const auto in =
+      corners(-std::min(half, (patch.x1 - patch.x0) / 2), -std::min(half, (patch.y1 - patch.y0) / 2), colour);
+  const auto out = corners(half, half, clear);
   Marker& area = markers.add("patches", 2 * id, Marker::TRIANGLE_LIST, colour, 1);
   area.header.frame_id = frame;
   const auto add_quadrangle = [&](const Corner& a, const Corner& b, const Corner& c, const Corner& d) {
     for (const Corner& corner : {a, b, c, a, c, d}) {
-      area.points.push_back(point({corner.x, corner.y, height}));
-      area.colors.push_back(colour);
-      area.colors.back().a *= static_cast<float>(corner.alpha);
+      area.points.push_back(corner.position);
+      area.colors.push_back(corner.colour);
     }
   };
   add_quadrangle(in[0], in[1], in[2], in[3]);
   for (std::size_t k = 0; k < 4; ++k) add_quadrangle(out[k], out[(k + 1) % 4], in[(k + 1) % 4], in[k]);
-  Marker& text =
-      markers.add_text("patches", 2 * id + 1, {(patch.x0 + patch.x1) / 2, (patch.y0 + patch.y1) / 2, height + 0.03},
-                       fmt::format("friction {:g}", patch.friction), kText);
-  text.header.frame_id = frame;
+  markers
+      .add_text("patches", 2 * id + 1, {(patch.x0 + patch.x1) / 2, (patch.y0 + patch.y1) / 2, height + 0.03},
+                fmt::format("friction {:g}", patch.friction), kText)
+      .header.frame_id = frame;
 }
 
 void add_load(Markers& markers, int k, const Load& load) {
@@ -239,8 +232,7 @@ void add_load(Markers& markers, int k, const Load& load) {
                    fmt::format("{:.4g} kg", load.mass), kText);
 }
 
-/// An arc of three quarters about the vertical through `centre`, in the sense of `torque`, and an arrow's head at its
-/// end.
+/// Three quarters of a circle about the vertical through `centre`, in the sense of `torque`, with an arrow's head.
 void add_arc(Markers& markers, int id, const Vector3d& centre, double torque) {
   if (torque == 0) {
     markers.remove("wrenches", id);
@@ -265,15 +257,15 @@ void add_arc(Markers& markers, int id, const Vector3d& centre, double torque) {
 }
 
 void add_wrench(Markers& markers, int k, const Wrench& wrench, double psi, double force_scale) {
-  const Vector3d end = wrench.point + kAxles, force = platform_force(wrench, psi), way = way_of(force, force_scale);
-  markers.add_arrow("wrenches", 3 * k, end - way, way, kPush, 2);
+  const Vector3d end = wrench.point + kAxles, force = platform_force(wrench, psi), arrow = arrow_of(force, force_scale);
+  markers.add_arrow("wrenches", 3 * k, end - arrow, arrow, kPush, 2);
   add_arc(markers, 3 * k + 1, end, wrench.torque);
   std::string text = force.norm() > 0 ? fmt::format("{:.4g} N", force.norm()) : "";
   if (wrench.torque != 0) text += fmt::format("{}{:.4g} N m", text.empty() ? "" : ", ", wrench.torque);
-  markers.add_text("wrenches", 3 * k + 2, end - way + Vector3d(0, 0, 1.2 * kLetter), text, kPush);
+  markers.add_text("wrenches", 3 * k + 2, end - arrow + Vector3d(0, 0, 1.2 * kLetter), text, kPush);
 }
 
-/// A warning for the status, such as that the base is at its tipping limit; empty: none.
+/// That the base tips or is off the floor; else empty.
 std::string warning(const Simulation& simulation) {
   const auto record = simulation.reaction_record();
   if (!record || record->tipping == Side::kNone) return "";
@@ -281,7 +273,7 @@ std::string warning(const Simulation& simulation) {
   return fmt::format("TIPPING: the wheels of the {} side bear all", name_of(record->tipping));
 }
 
-/// From its lowest line upwards, and the status above it.
+/// The legend, from its lowest line upwards, and the status above it.
 void add_legend(Markers& markers, const Simulation& simulation, const MarkerOptions& options,
                 const std::string& status) {
   const std::string of_force = fmt::format("{:.3g} N each 10 cm", 0.1 / options.friction_scale);
@@ -326,7 +318,7 @@ visualization_msgs::MarkerArray ContactMarkers::at(const ContactsStamped& contac
   const auto& [loads, wrenches] = simulation.applied_loads();
   std_msgs::Header header = contacts.header;
   if (!options_.frame.empty()) header.frame_id = options_.frame;
-  Markers markers(header);
+  Markers markers{header};
   for (int i = 0; i < kWheels; ++i) add_contact(markers, i, contacts.contacts[i], simulation, options_);
   for (int i = 0; i < kWheels && shows_reactions(simulation); ++i) {
     add_reaction(markers, i, contacts.contacts[i], options_.friction_scale);

@@ -6,8 +6,10 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <bitset>
+#include <array>
 #include <cmath>
+#include <stdexcept>
+#include <utility>
 
 #include "youbot_base_sim/scene/frames.h"
 #include "youbot_base_sim/scene/load_schedule.h"
@@ -23,46 +25,58 @@ const Eigen::Vector3d kBaseLinkOrigin{0, 0, -kAxleHeight};
 
 constexpr double kUnknownVariance = 1e6;  // m^2, rad^2 and so on: of the components that planar odometry cannot measure
 
+template <class Message>
+Message stamped(const std::string& frame, const ros::Time& stamp) {
+  Message message;
+  message.header.frame_id = frame;
+  message.header.stamp = stamp;
+  return message;
+}
+
+geometry_msgs::Vector3 vector3(const Eigen::Vector3d& vector) { return vector_message<geometry_msgs::Vector3>(vector); }
+
 geometry_msgs::Quaternion quaternion(double heading) { return tf2::toMsg(tf2::Quaternion({0, 0, 1}, heading)); }
 
-/// Number of the wheel whose joint is called `joint`; -1 if none is.
+/// The wheel of a joint; -1 if it is none's.
 int wheel_of(const std::string& joint) {
-  if (joint.rfind(kWheelJointPrefix, 0) != 0) return -1;
-  const auto suffix = joint.substr(sizeof(kWheelJointPrefix) - 1);
-  const auto found = std::find(kWheelNames.begin(), kWheelNames.end(), suffix);
-  return found == kWheelNames.end() ? -1 : static_cast<int>(found - kWheelNames.begin());
+  for (int i = 0; i < kWheels; ++i) {
+    if (joint == wheel_joint(i)) return i;
+  }
+  return -1;
 }
 
 WheelCommand read(const std::vector<brics_actuator::JointValue>& entries, const std::string& unit, DriveMode mode) {
   WheelCommand command;
   if (entries.empty()) command.complaints.push_back({"empty", "names no joint at all: nothing changes"});
-  std::bitset<kWheels> seen;
+  std::array<bool, kWheels> seen{};
   for (const auto& entry : entries) {
     const int i = wheel_of(entry.joint_uri);
     if (i < 0) continue;
+    const auto complain = [&](const char* part, const std::string& text) {
+      command.complaints.push_back({entry.joint_uri + part, entry.joint_uri + ": " + text});
+    };
     if (entry.unit != unit) {
-      command.complaints.push_back({entry.joint_uri + " unit", fmt::format("{}: unit \"{}\" is not \"{}\": skipped",
-                                                                           entry.joint_uri, quote(entry.unit), unit)});
+      complain(" unit", fmt::format("unit \"{}\" is not \"{}\": skipped", quote(entry.unit), unit));
+    } else if (std::exchange(seen[i], true)) {
       continue;
-    }
-    if (seen[i]) continue;
-    seen[i] = true;
-    if (std::isfinite(entry.value)) {
+    } else if (std::isfinite(entry.value)) {
       command.set_points[i] = SetPoint{mode, entry.value};
     } else {
-      command.complaints.push_back({entry.joint_uri + " value",
-                                    fmt::format("{}: {} is not a finite number: refused, the joint keeps its set point",
-                                                entry.joint_uri, entry.value)});
+      complain(" value", fmt::format("{} is not a finite number: refused, the joint keeps its set point", entry.value));
     }
   }
   return command;
 }
 
-/// Sets `complaint`, if it is empty, where `number` is not in its range.
-void check(const std::string& name, double number, const Range& range, std::string& complaint) {
-  if (complaint.empty() && !contains(range, number)) {
-    complaint = fmt::format("{} = {}: must be {}", name, number, text_of(range));
-  }
+/// Throws unless `number` is in its range.
+double checked(const std::string& name, double number, const Range& range) {
+  if (contains(range, number)) return number;
+  throw std::runtime_error(fmt::format("{} = {}: must be {}", name, number, text_of(range)));
+}
+
+Eigen::Vector3d checked(const std::string& name, const Eigen::Vector3d& vector, const Range& range) {
+  for (int k = 0; k < 3; ++k) checked(fmt::format("{}.{}", name, "xyz"[k]), vector[k], range);
+  return vector;
 }
 
 std::vector<brics_actuator::JointValue> entries(const Wheels& values, const std::string& unit, const ros::Time& stamp) {
@@ -88,9 +102,7 @@ std::string wheel_joint(int i) { return std::string(kWheelJointPrefix) + kWheelN
 
 nav_msgs::Odometry odometry_message(const std::string& frame, const Eigen::Vector3d& pose,
                                     const Eigen::Vector3d& velocity, const ros::Time& stamp) {
-  nav_msgs::Odometry message;
-  message.header.stamp = stamp;
-  message.header.frame_id = frame;
+  auto message = stamped<nav_msgs::Odometry>(frame, stamp);
   message.child_frame_id = kBaseFrame;
   message.pose.pose.position = vector_message<geometry_msgs::Point>({pose[0], pose[1], 0});
   message.pose.pose.orientation = quaternion(pose[2]);
@@ -102,12 +114,10 @@ nav_msgs::Odometry odometry_message(const std::string& frame, const Eigen::Vecto
 
 sensor_msgs::Imu imu_message(const Imu& imu, const ros::Time& stamp) {
   constexpr double kLevelVariance = 1e-6;  // of roll and pitch, rad^2, and of the rates about x and y, rad^2/s^2
-  sensor_msgs::Imu message;
-  message.header.stamp = stamp;
-  message.header.frame_id = kBaseFrame;
+  auto message = stamped<sensor_msgs::Imu>(kBaseFrame, stamp);
   message.orientation = quaternion(imu.heading());
   message.angular_velocity.z = imu.rate();
-  message.linear_acceleration = vector_message<geometry_msgs::Vector3>(imu.acceleration());
+  message.linear_acceleration = vector3(imu.acceleration());
   message.orientation_covariance = {
       kLevelVariance, 0, 0, 0, kLevelVariance, 0, 0, 0, imu.heading_variance() + kLevelVariance};
   message.angular_velocity_covariance = {kLevelVariance, 0, 0, 0, kLevelVariance, 0, 0, 0, imu.rate_variance()};
@@ -128,19 +138,15 @@ boost::array<double, 36> covariance_message(const Eigen::Matrix3d& covariance) {
 
 geometry_msgs::TransformStamped transform_message(const std::string& frame, const std::string& child,
                                                   const Eigen::Vector3d& pose, const ros::Time& stamp) {
-  geometry_msgs::TransformStamped message;
-  message.header.stamp = stamp;
-  message.header.frame_id = frame;
+  auto message = stamped<geometry_msgs::TransformStamped>(frame, stamp);
   message.child_frame_id = child;
-  message.transform.translation = vector_message<geometry_msgs::Vector3>({pose[0], pose[1], 0});
+  message.transform.translation = vector3({pose[0], pose[1], 0});
   message.transform.rotation = quaternion(pose[2]);
   return message;
 }
 
 RollerSwitchStamped roller_switch_message(const RollerSwitch& event, const ros::Time& stamp) {
-  RollerSwitchStamped message;
-  message.header.stamp = stamp;
-  message.header.frame_id = std::string(kWheelFramePrefix) + kWheelNames[event.wheel];
+  auto message = stamped<RollerSwitchStamped>(std::string(kWheelFramePrefix) + kWheelNames[event.wheel], stamp);
   message.wheel = wheel_joint(event.wheel);
   message.roller_from = static_cast<std::uint8_t>(event.roller_from);
   message.roller_to = static_cast<std::uint8_t>(event.roller_to);
@@ -159,17 +165,15 @@ ContactsStamped contacts_message(const Simulation& simulation, const ros::Time& 
   const auto rollers = simulation.rollers();
   const auto other_rollers = simulation.other_rollers();
 
-  ContactsStamped message;
-  message.header.stamp = stamp;
-  message.header.frame_id = kBaseFrame;
+  auto message = stamped<ContactsStamped>(kBaseFrame, stamp);
   message.t = simulation.time();
   message.contacts.resize(kWheels);
   for (int i = 0; i < kWheels; ++i) {
     Contact& contact = message.contacts[i];
     contact.wheel = wheel_joint(i);
     contact.position = vector_message<geometry_msgs::Point>({X[i], Y[i], floor_height(scene.robot)});
-    contact.slip_velocity = vector_message<geometry_msgs::Vector3>({contacts.V_PX[i], contacts.V_PY[i], 0});
-    contact.friction_force = vector_message<geometry_msgs::Vector3>({contacts.F_X[i], contacts.F_Y[i], 0});
+    contact.slip_velocity = vector3({contacts.V_PX[i], contacts.V_PY[i], 0});
+    contact.friction_force = vector3({contacts.F_X[i], contacts.F_Y[i], 0});
     contact.normal_force = contacts.N[i];
     const double limit = limits_friction(scene.model) ? contacts.f[i] * contacts.N[i] : 0;
     contact.friction_share = limit > 0 ? std::hypot(contacts.F_X[i], contacts.F_Y[i], contacts.F_Z[i]) / limit : 0;
@@ -199,18 +203,14 @@ geometry_msgs::WrenchStamped wrench_message(const std::vector<Wrench>& wrenches,
     force += one;
     torque += (wrench.point - kBaseLinkOrigin).cross(one) + wrench.torque * Eigen::Vector3d::UnitZ();
   }
-  geometry_msgs::WrenchStamped message;
-  message.header.stamp = stamp;
-  message.header.frame_id = kBaseLinkFrame;
-  message.wrench.force = vector_message<geometry_msgs::Vector3>(force);
-  message.wrench.torque = vector_message<geometry_msgs::Vector3>(torque);
+  auto message = stamped<geometry_msgs::WrenchStamped>(kBaseLinkFrame, stamp);
+  message.wrench.force = vector3(force);
+  message.wrench.torque = vector3(torque);
   return message;
 }
 
 LoadsStamped loads_message(const std::vector<Load>& loads, const ros::Time& stamp) {
-  LoadsStamped message;
-  message.header.stamp = stamp;
-  message.header.frame_id = kBaseLinkFrame;
+  auto message = stamped<LoadsStamped>(kBaseLinkFrame, stamp);
   for (const Load& load : loads) {
     Payload& payload = message.loads.emplace_back();
     payload.mass = load.mass;
@@ -220,44 +220,43 @@ LoadsStamped loads_message(const std::vector<Load>& loads, const ros::Time& stam
   return message;
 }
 
-Wrench wrench_of(const geometry_msgs::WrenchStamped& message, std::string& complaint) {
-  Wrench wrench;
+Wrench wrench_of(const geometry_msgs::WrenchStamped& message) {
   const std::string& frame = message.header.frame_id;
-  wrench.fixed = frame == kWorldFrame || frame == kOdometryFrame;
-  if (!wrench.fixed && !frame.empty() && frame != kBaseLinkFrame && frame != kBaseFrame) {
-    complaint = fmt::format("header.frame_id = {}: must be {}, {} or {}", quote(frame), kBaseLinkFrame, kWorldFrame,
-                            kOdometryFrame);
+  const geometry_msgs::Vector3& torque = message.wrench.torque;
+  const bool fixed = frame == kWorldFrame || frame == kOdometryFrame;
+  if (!fixed && !frame.empty() && frame != kBaseLinkFrame && frame != kBaseFrame) {
+    throw std::runtime_error(fmt::format("header.frame_id = {}: must be {}, {} or {}", quote(frame), kBaseLinkFrame,
+                                         kWorldFrame, kOdometryFrame));
   }
-  wrench.force = vector_of(message.wrench.force);
-  wrench.torque = message.wrench.torque.z;
-  wrench.point = kBaseLinkOrigin;
-  for (int k = 0; k < 3; ++k) {
-    check(fmt::format("wrench.force.{}", "xyz"[k]), wrench.force[k], kWrenchForces, complaint);
+  if (torque.x != 0 || torque.y != 0) {
+    throw std::runtime_error(fmt::format(
+        "wrench.torque.x, y = {}, {}: must be 0, as only torques about the vertical axis act", torque.x, torque.y));
   }
-  check("wrench.torque.z", wrench.torque, kWrenchTorques, complaint);
-  const double tilting[] = {message.wrench.torque.x, message.wrench.torque.y};
-  for (int k = 0; k < 2 && complaint.empty(); ++k) {
-    if (tilting[k] == 0) continue;
-    complaint = fmt::format("wrench.torque.{} = {}: must be 0, as only torques about the vertical axis act", "xy"[k],
-                            tilting[k]);
-  }
-  return wrench;
+  return {checked("wrench.force", vector_of(message.wrench.force), kWrenchForces), kBaseLinkOrigin,
+          checked("wrench.torque.z", torque.z, kWrenchTorques), fixed};
 }
 
-std::vector<Load> loads_of(const SetLoads::Request& request, std::string& complaint) {
+std::vector<Load> loads_of(const SetLoads::Request& request) {
   std::vector<Load> loads;
   for (const Payload& message : request.loads) {
     const std::string name = fmt::format("loads[{}].", loads.size());
-    Load& load = loads.emplace_back();
-    load.mass = message.mass;
-    load.position = vector_of(message.position);
-    load.inertia = message.inertia;
-    check(name + "mass", load.mass, kLoadMasses, complaint);
-    for (int k = 0; k < 3; ++k) check(name + "position." + "xyz"[k], load.position[k], kLoadPositions, complaint);
-    check(name + "inertia", load.inertia, kLoadInertias, complaint);
-    load.position += kBaseLinkOrigin;
+    loads.push_back({checked(name + "mass", message.mass, kLoadMasses),
+                     checked(name + "position", vector_of(message.position), kLoadPositions) + kBaseLinkOrigin,
+                     checked(name + "inertia", message.inertia, kLoadInertias)});
   }
   return loads;
+}
+
+Faults faults_of(const SetFaults::Request& request) {
+  Faults faults;
+  faults.ethercat_lost = request.ethercat_lost;
+  for (int i = 0; i < kWheels; ++i) {
+    faults.silent[i] = request.silent[i];
+    faults.encoder_slip[i] = checked(fmt::format("encoder_slip[{}]", i), request.encoder_slip[i], {0, 1, ""});
+  }
+  faults.encoder_noise = checked("encoder_noise", request.encoder_noise, {0, 10, "rad"});
+  faults.command_delay = checked("command_delay", request.command_delay, {0, kMaxCommandDelay, "s"});
+  return faults;
 }
 
 WheelCommand wheel_command(const brics_actuator::JointTorques& message) {

@@ -56,12 +56,11 @@ DiagnosticStatusWrapper faults_status(const Faults& faults) {
   if (faults.ethercat_lost) status.add("EtherCAT", "lost");
   for (int i = 0; i < kWheels; ++i) {
     if (faults.silent[i]) status.add(wheel_joint(i), "does not answer");
-    if (faults.encoder_slip[i] != 0) {
-      status.add(wheel_joint(i), fmt::format("encoder misses {:g} of each turn", faults.encoder_slip[i]));
-    }
+    const double slip = faults.encoder_slip[i];
+    if (slip != 0) status.addf(wheel_joint(i), "encoder misses %g of each turn", slip);
   }
-  if (faults.encoder_noise != 0) status.add("encoder noise", fmt::format("{:g} rad", faults.encoder_noise));
-  if (faults.command_delay != 0) status.add("command delay", fmt::format("{:g} s", faults.command_delay));
+  if (faults.encoder_noise != 0) status.addf("encoder noise", "%g rad", faults.encoder_noise);
+  if (faults.command_delay != 0) status.addf("command delay", "%g s", faults.command_delay);
   return status;
 }
 
@@ -75,11 +74,11 @@ DiagnosticStatusWrapper integration_status(const Simulation& simulation) {
                                                    : "accurate but for milliseconds to a looser tolerance");
   status.add("model", name_of(simulation.scene().model));
   status.add("method", simulation.method());
-  status.add("regularization speed", fmt::format("{:g} m/s", simulation.regularization_speed()));
-  status.add("relative tolerance", fmt::format("{:g}", simulation.scene().solver.relative_tolerance));
-  status.add("simulated time", fmt::format("{:.9g} s", simulation.time()));
+  status.addf("regularization speed", "%g m/s", simulation.regularization_speed());
+  status.addf("relative tolerance", "%g", simulation.scene().solver.relative_tolerance);
+  status.addf("simulated time", "%.9g s", simulation.time());
   for (const StatisticsField& field : kStatisticsFields) status.add(field.text, statistics.*field.value);
-  status.add("energy balance error", fmt::format("{:.2g} J", simulation.energy_balance_error()));
+  status.addf("energy balance error", "%.2g J", simulation.energy_balance_error());
   return status;
 }
 
@@ -94,10 +93,9 @@ DiagnosticStatusWrapper reactions_status(const ReactionRecord& record) {
     status.summary(now ? status.ERROR : status.WARN, (now ? "the base is " : "the base was ") + what);
   }
   for (int i = 0; i < kWheels; ++i) {
-    status.add(wheel_joint(i),
-               fmt::format("least {:.4g} N, off the floor {:.3g} s", record.min_N[i], record.time_off_floor[i]));
+    status.addf(wheel_joint(i), "least %.4g N, off the floor %.3g s", record.min_N[i], record.time_off_floor[i]);
   }
-  status.add("at the tipping limit", fmt::format("{:.3g} s", record.time_at_limit));
+  status.addf("at the tipping limit", "%.3g s", record.time_at_limit);
   return status;
 }
 
@@ -105,11 +103,11 @@ DiagnosticStatusWrapper timing_status(const NodeClock::Timing& timing) {
   DiagnosticStatusWrapper status =
       own_status("loop", timing.lost == 0, timing.lost == 0 ? "in time" : "too slow for the rate asked for");
   status.add("instants", timing.instants);
-  status.add("mean lateness", fmt::format("{:.1f} us", 1e6 * timing.lateness));
-  status.add("max lateness", fmt::format("{:.1f} us", 1e6 * timing.max_lateness));
-  status.add("speed", fmt::format("{:.3g} times real time", timing.speed));
-  status.add("busy", fmt::format("{:.1f} % of the time", 100 * timing.busy));
-  status.add("lost", fmt::format("{:.3g} s", timing.lost));
+  status.addf("mean lateness", "%.1f us", 1e6 * timing.lateness);
+  status.addf("max lateness", "%.1f us", 1e6 * timing.max_lateness);
+  status.addf("speed", "%.3g times real time", timing.speed);
+  status.addf("busy", "%.1f %% of the time", 100 * timing.busy);
+  status.addf("lost", "%.3g s", timing.lost);
   return status;
 }
 

@@ -3,9 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
-
-#include "youbot_base_sim/ros/node_constants.h"
+#include <stdexcept>
 
 namespace youbot_base_sim {
 
@@ -15,25 +13,8 @@ constexpr char kNoBase[] = "No base initialized!";  // the driver's words
 
 const std::string kTooMany = fmt::format("{} requests wait for time to advance: refused", BaseRequests::kMaxWaiting);
 
-/// Faults of a request. `complaint` says why they cannot be; empty: they can.
-Faults faults_of(const SetFaults::Request& request, std::string& complaint) {
-  const auto checked = [&complaint](const std::string& name, double value, double max, const char* unit) {
-    const bool holds = value >= 0 && value <= max;
-    if (complaint.empty() && !holds) {
-      complaint = fmt::format("{} = {}: must be from 0 to {:g}{}", name, value, max, unit);
-    }
-    return value;
-  };
-  Faults faults;
-  faults.ethercat_lost = request.ethercat_lost;
-  for (int i = 0; i < kWheels; ++i) {
-    faults.silent[i] = request.silent[i];
-    faults.encoder_slip[i] = checked(fmt::format("encoder_slip[{}]", i), request.encoder_slip[i], 1, "");
-  }
-  faults.encoder_noise = checked("encoder_noise", request.encoder_noise, 10, " rad");
-  faults.command_delay = checked("command_delay", request.command_delay, kMaxCommandDelay, " s");
-  return faults;
-}
+// Without it Nagle's algorithm may hold a command back for 40 ms.
+const ros::TransportHints kNoDelay = ros::TransportHints().tcpNoDelay();
 
 }  // namespace
 
@@ -45,8 +26,8 @@ DriverInterface::DriverInterface(BaseLoop& loop, const NodeClock& clock, const B
   subscribe<geometry_msgs::Twist>(node, kTwistTopic, [kinematics = settings.sensors.kinematics](const auto& m) {
     return wheel_command(m, kinematics);
   });
-  wrench_subscriber_ = private_node.subscribe(kWrenchTopic, kCommandQueueSize, &DriverInterface::receive_wrench, this,
-                                              ros::TransportHints().tcpNoDelay());
+  wrench_subscriber_ =
+      private_node.subscribe(kWrenchTopic, kCommandQueueSize, &DriverInterface::receive_wrench, this, kNoDelay);
   services_ = {offer_switch<SwitchOff>(node, kSwitchOffService, "Switch off the base motors"),
                offer_switch<SwitchOn>(node, kSwitchOnService, "Switch on the base motors"),
                node.advertiseService(kReconnectService, &DriverInterface::reconnect, this),
@@ -54,14 +35,13 @@ DriverInterface::DriverInterface(BaseLoop& loop, const NodeClock& clock, const B
                private_node.advertiseService(kSetLoadsService, &DriverInterface::set_loads, this)};
 }
 
-template <class Message>
-void DriverInterface::subscribe(ros::NodeHandle& node, const char* topic,
-                                const std::function<WheelCommand(const Message&)>& read) {
-  const boost::function<void(const boost::shared_ptr<const Message>&)> take =
-      [this, topic, read](const boost::shared_ptr<const Message>& message) { receive(topic, read(*message)); };
-  // Without the hint Nagle's algorithm may hold a command back for 40 ms.
+template <class Message, class Read>
+void DriverInterface::subscribe(ros::NodeHandle& node, const char* topic, const Read& read) {
+  const auto take = [this, topic, read](const boost::shared_ptr<const Message>& message) {
+    receive(topic, read(*message));
+  };
   command_subscribers_.push_back(
-      node.subscribe<Message>(topic, kCommandQueueSize, take, ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay()));
+      node.subscribe<Message>(topic, kCommandQueueSize, take, ros::VoidConstPtr(), kNoDelay));
 }
 
 bool DriverInterface::has_commander() const {
@@ -99,14 +79,15 @@ void DriverInterface::receive(const char* topic, const WheelCommand& command) {
 }
 
 void DriverInterface::receive_wrench(const geometry_msgs::WrenchStamped& message) {
-  std::string complaint;
-  const Wrench wrench = wrench_of(message, complaint);
-  if (!complaint.empty()) return log_.warn(kWrenchTopic, fmt::format("~{}: {}: refused", kWrenchTopic, complaint));
-  if (!request(wrench)) return;
-  if (wrench.force.z() != 0 && loop_.simulation().scene().robot.normal_reactions == NormalReactions::kStatic) {
-    log_.warn("vertical force", fmt::format("~{}: wrench.force.z = {}: has no effect unless robot.normal_reactions is "
-                                            "dynamic",
-                                            kWrenchTopic, wrench.force.z()));
+  try {
+    const Wrench wrench = wrench_of(message);
+    if (!request(wrench) || wrench.force.z() == 0) return;
+    if (loop_.simulation().scene().robot.normal_reactions == NormalReactions::kDynamic) return;
+    log_.warn("vertical force",
+              fmt::format("~{}: wrench.force.z = {}: has no effect unless robot.normal_reactions is dynamic",
+                          kWrenchTopic, wrench.force.z()));
+  } catch (const std::runtime_error& error) {
+    log_.warn(kWrenchTopic, fmt::format("~{}: {}: refused", kWrenchTopic, error.what()));
   }
 }
 
@@ -117,18 +98,16 @@ bool DriverInterface::request(const BaseRequest& request) {
   return taken;
 }
 
-/// A service of the driver for a request that needs a base. `line`: for the log, the driver's.
+/// A service of the driver that needs a base. `line`: for the log, the driver's.
 template <class Request>
 ros::ServiceServer DriverInterface::offer_switch(ros::NodeHandle& node, const char* service, const char* line) {
-  using std_srvs::Empty;
-  return node.advertiseService<Empty::Request, Empty::Response>(service,
-                                                                [this, line](Empty::Request&, Empty::Response&) {
-                                                                  ROS_INFO_STREAM(line);
-                                                                  if (loop_.present(clock_.arrival()))
-                                                                    return request(Request());
-                                                                  log_.error("no base", kNoBase);
-                                                                  return false;
-                                                                });
+  const auto serve = [this, line](std_srvs::Empty::Request&, std_srvs::Empty::Response&) {
+    ROS_INFO_STREAM(line);
+    if (loop_.present(clock_.arrival())) return request(Request());
+    log_.error("no base", kNoBase);
+    return false;
+  };
+  return node.advertiseService<std_srvs::Empty::Request, std_srvs::Empty::Response>(service, serve);
 }
 
 /// True whether or not there is a base then, as the driver's is.
@@ -143,19 +122,26 @@ bool DriverInterface::reconnect(std_srvs::Empty::Request&, std_srvs::Empty::Resp
 }
 
 bool DriverInterface::set_faults(SetFaults::Request& asked, SetFaults::Response& response) {
-  const Faults faults = faults_of(asked, response.message);
-  if (response.message.empty() && !request(faults)) response.message = kTooMany;
-  response.success = response.message.empty();
-  return true;
+  return answer(response, [&] { return faults_of(asked); });
 }
 
 bool DriverInterface::set_loads(SetLoads::Request& asked, SetLoads::Response& response) {
-  const std::vector<Load> loads = loads_of(asked, response.message);
-  if (response.message.empty()) response.message = loop_.refusal(loads);
-  if (response.message.empty() && !request(LoadsRequest{loads, static_cast<bool>(asked.at_rest)})) {
-    response.message = kTooMany;
+  return answer(response, [&] {
+    LoadsRequest loads{loads_of(asked), static_cast<bool>(asked.at_rest)};
+    if (const std::string refusal = loop_.refusal(loads.loads); !refusal.empty()) throw std::runtime_error(refusal);
+    return loads;
+  });
+}
+
+/// Enqueues what `make_request` returns. Answers whether that succeeded or, where it throws, why not.
+template <class Response, class MakeRequest>
+bool DriverInterface::answer(Response& response, const MakeRequest& make_request) {
+  try {
+    response.success = request(make_request());
+    if (!response.success) response.message = kTooMany;
+  } catch (const std::runtime_error& error) {
+    response.message = error.what();
   }
-  response.success = response.message.empty();
   return true;
 }
 

@@ -1,6 +1,7 @@
 #include "youbot_base_sim/ros/node_clock.h"
 
 #include <rosgraph_msgs/Clock.h>
+#include <std_srvs/Empty.h>
 
 #include <algorithm>
 #include <boost/make_shared.hpp>
@@ -16,17 +17,15 @@ namespace {
 constexpr double kMaxLag = 1.0;                                 // s of wall time, before the loop stops catching up
 constexpr auto kPollInterval = std::chrono::milliseconds(100);  // between two looks whether there will be an answer
 
-/// Makes the loop call a function where it takes its callbacks.
-class LoopCallback : public ros::CallbackInterface {
- public:
-  explicit LoopCallback(std::function<void()> function) : function_(std::move(function)) {}
+/// A function for a callback queue.
+struct FunctionCallback : ros::CallbackInterface {
+  explicit FunctionCallback(std::function<void()> called) : function(std::move(called)) {}
   CallResult call() override {
-    function_();
+    function();
     return Success;
   }
 
- private:
-  std::function<void()> function_;
+  std::function<void()> function;
 };
 
 }  // namespace
@@ -38,7 +37,7 @@ NodeClock::NodeClock(const BaseSettings& settings, BaseLoop& loop, Publications&
       paced_(settings.lockstep.on || settings.real_time_factor > 0),
       lockstep_(settings.lockstep, loop.control_period()) {}
 
-// Latched, so that a node that comes later, perhaps while time stands still, knows the time at once.
+// Latched, so that a node that comes while time stands still knows the time at once.
 void NodeClock::advertise(ros::NodeHandle& node) {
   if (!settings_.publish_clock) return;
   publications_.advertise<rosgraph_msgs::Clock>(node, kClockTopic, kRecorderQueueSize, true,
@@ -98,7 +97,6 @@ double NodeClock::arrive() {
 NodeClock::Timing NodeClock::take_timing() {
   Timing taken = std::exchange(timing_, {});
   const double passed = since(timing_start_);
-  // The time since the last wait counts as busy here, and no more from now on.
   taken.busy += since(awake_since_);
   timing_start_ = awake_since_ = SteadyClock::now();
   if (taken.instants > 0) taken.lateness /= static_cast<double>(taken.instants);
@@ -139,12 +137,21 @@ double NodeClock::arrival() const {
 }
 
 TimeServices::TimeServices(ros::NodeHandle& private_node, ros::CallbackQueue& queue, bool paused, const BaseLoop& loop,
-                           NodeClock& clock, std::function<bool()> reset)
-    : loop_(loop), clock_(clock), reset_(std::move(reset)), loop_queue_(queue), paused_(paused) {
+                           NodeClock& clock, const std::function<bool()>& reset)
+    : loop_(loop), loop_queue_(queue), paused_(paused) {
+  const auto offer = [&](const char* service, const std::function<bool()>& serve) {
+    return private_node.advertiseService<std_srvs::Empty::Request, std_srvs::Empty::Response>(
+        service, [serve](auto&, auto&) { return serve(); });
+  };
+  const auto set_paused = [this, &clock](bool value) {
+    end_step(value ? "ended by ~pause" : "ended by ~unpause");
+    paused_ = value;
+    if (!value) clock.start();
+    return true;
+  };
   step_node_.setCallbackQueue(&step_queue_);
-  servers_ = {private_node.advertiseService(kPauseService, &TimeServices::pause, this),
-              private_node.advertiseService(kUnpauseService, &TimeServices::unpause, this),
-              private_node.advertiseService(kResetService, &TimeServices::reset, this),
+  servers_ = {offer(kPauseService, [set_paused] { return set_paused(true); }),
+              offer(kUnpauseService, [set_paused] { return set_paused(false); }), offer(kResetService, reset),
               step_node_.advertiseService(kStepService, &TimeServices::step, this)};
   spinner_.start();
 }
@@ -154,24 +161,11 @@ TimeServices::~TimeServices() {
   spinner_.stop();
 }
 
-bool TimeServices::pause(std_srvs::Empty::Request&, std_srvs::Empty::Response&) {
-  end_step("ended by ~pause");
-  paused_ = true;
-  return true;
-}
-
-bool TimeServices::unpause(std_srvs::Empty::Request&, std_srvs::Empty::Response&) {
-  end_step("ended by ~unpause");
-  paused_ = false;
-  clock_.start();
-  return true;
-}
-
 /// Runs in a thread of its own.
 bool TimeServices::step(Step::Request& request, Step::Response& response) {
   const auto answer = std::make_shared<std::promise<Step::Response>>();
   std::future<Step::Response> answered = answer->get_future();
-  loop_queue_.addCallback(boost::make_shared<LoopCallback>([this, answer, periods = request.periods] {
+  loop_queue_.addCallback(boost::make_shared<FunctionCallback>([this, answer, periods = request.periods] {
     answer_ = answer;
     left_ = periods;
   }));

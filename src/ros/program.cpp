@@ -4,16 +4,14 @@
 #include <ros/network.h>
 #include <ros/ros.h>
 
-#include <csignal>
 #include <cstdint>
-#include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <exception>
 #include <sstream>
 #include <string>
 #include <vector>
 
+#include "youbot_base_sim/offline_program.h"
 #include "youbot_base_sim/text/print_error.h"
 #include "youbot_base_sim/text/quote.h"
 
@@ -40,22 +38,7 @@ bool read_number(XmlRpcValue& value, double& number) {
   return type == XmlRpcValue::TypeInt || type == XmlRpcValue::TypeDouble;
 }
 
-std::atomic<bool> end_is_requested{false};
-
-/// Makes a signal shut down ROS, and so the program, in the normal way. ROS would do this for SIGINT alone. A signal
-/// that was ignored from the start, as nohup does with SIGHUP, stays so.
-void end_ros_on(int signal) {
-  struct sigaction action = {};
-  sigaction(signal, nullptr, &action);
-  if (action.sa_handler == SIG_IGN) return;
-  action.sa_handler = [](int) {
-    end_is_requested = true;
-    ros::requestShutdown();
-  };
-  sigaction(signal, &action, nullptr);
-}
-
-/// A last line, which ROS's console no longer prints once ROS has shut down.
+/// ROS's console prints nothing once ROS has shut down.
 void complain(const char* name, const std::string& text) {
   if (ros::ok()) {
     ROS_FATAL_STREAM(text);
@@ -64,7 +47,7 @@ void complain(const char* name, const std::string& text) {
   }
 }
 
-/// ros::init, whose own answer to an address of the master that it cannot read is a breakpoint. Throws ParameterError.
+/// ros::init, which itself ends in a breakpoint where it cannot read the master's address. Throws ParameterError.
 void init(int& argc, char** argv, const char* name) {
   const char* master = std::getenv("ROS_MASTER_URI");
   constexpr char kRemapping[] = "__master:=";
@@ -138,8 +121,6 @@ void Parameters::refuse_others() const {
   }
 }
 
-const std::atomic<bool>& end_requested() { return end_is_requested; }
-
 int run_program(int argc, char** argv, const char* name, const std::function<void()>& body) {
   try {
     init(argc, argv, name);
@@ -147,7 +128,7 @@ int run_program(int argc, char** argv, const char* name, const std::function<voi
     print_error(name, error.what());
     return 2;
   }
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) end_ros_on(signal);
+  catch_signals(&ros::requestShutdown);  // ROS would do this for SIGINT alone
   if (argc > 1) {
     ROS_FATAL("unexpected argument %s: %s takes ROS parameters, as _scene:=FILE, and remappings only",
               quote(argv[1]).c_str(), name);

@@ -1,17 +1,18 @@
 #include "youbot_base_sim/ros/telemetry.h"
 
+#include <fmt/format.h>
+
 namespace youbot_base_sim {
 
 namespace {
 
-/// Names as the driver orders them: wheels, then casters; the rollers after them, wheel by wheel.
+/// In the driver's order: wheels, then casters; after them the rollers, wheel by wheel.
 std::vector<std::string> joint_names(int rollers) {
   std::vector<std::string> names;
   for (int i = 0; i < kWheels; ++i) names.push_back(wheel_joint(i));
   for (const char* wheel : kWheelNames) names.push_back(std::string(kCasterJointPrefix) + wheel);
   for (const char* wheel : kWheelNames) {
-    for (int k = 0; k < rollers; ++k)
-      names.push_back(std::string(kRollerJointPrefix) + wheel + "_" + std::to_string(k));
+    for (int k = 0; k < rollers; ++k) names.push_back(fmt::format("{}{}_{}", kRollerJointPrefix, wheel, k));
   }
   return names;
 }
@@ -68,19 +69,19 @@ sensor_msgs::JointState Telemetry::joint_states(const Simulation& simulation, co
 tf2_msgs::TFMessage Telemetry::transforms(const Simulation& simulation, const BaseSensors& sensors,
                                           const ros::Time& stamp) const {
   tf2_msgs::TFMessage message;
-  message.transforms.push_back(transform_message(kOdometryFrame, kBaseFrame, sensors.odometry().pose(), stamp));
+  message.transforms = {transform_message(kOdometryFrame, kBaseFrame, sensors.odometry().pose(), stamp)};
   if (options_.world) {
     message.transforms.push_back(transform_message(kWorldFrame, kTruthFrame, pose_of(simulation.state()), stamp));
   }
   return message;
 }
 
-std::optional<tf2_msgs::TFMessage> Telemetry::static_transforms(const Simulation& simulation,
-                                                                const ros::Time& stamp) const {
-  if (!options_.world) return std::nullopt;
+tf2_msgs::TFMessage Telemetry::static_transforms(const Simulation& simulation, const ros::Time& stamp) const {
   tf2_msgs::TFMessage message;
-  message.transforms.push_back(
-      transform_message(kWorldFrame, kOdometryFrame, pose_of(simulation.scene().initial), stamp));
+  if (options_.world) {
+    const Eigen::Vector3d start = pose_of(simulation.scene().initial);
+    message.transforms = {transform_message(kWorldFrame, kOdometryFrame, start, stamp)};
+  }
   return message;
 }
 

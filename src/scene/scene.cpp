@@ -51,7 +51,7 @@ constexpr Range kTorque{-3e6, 3e6, "N m"};
 constexpr Range kTime{-1e9, 1e9, "s"};
 constexpr Range kHarmonicPeriod{1e-4, 1e9, "s"};
 
-/// An override as a value of no file; not given where it is empty.
+/// An override as a value of no file; not given if empty.
 SceneValue override_of(const char* name, const std::string& text) {
   return {"", name, text.empty() ? YAML::Node(YAML::NodeType::Undefined) : YAML::Node(text)};
 }
@@ -70,22 +70,15 @@ RobotParameters read_profile(const SceneValue& value) {
   SceneSection s = value.section();
   s.required("name").choice(profile, kProfiles);
   double scale = 1;
-  const SceneValue friction_scale = s["friction_scale"];
-  friction_scale.number(scale, kFrictionScales);
+  const SceneValue friction_scale = s["friction_scale"].number(scale, kFrictionScales);
   s.finish();
   if (profile == Profile::kPaper && friction_scale.given()) friction_scale.refuse("left out for paper");
   return robot_of(profile, scale);
 }
 
-bool frictionless_patch(const FloorParameters& floor) {
-  return std::any_of(floor.patches.begin(), floor.patches.end(),
-                     [](const FloorPatch& patch) { return patch.friction == 0; });
-}
-
-/// What the model cannot use is refused rather than ignored.
-void refuse_for_model(const SceneValue& value, bool off, Model model, bool used) {
-  if (off || used) return;
-  value.refuse(fmt::format("left out for {}, which has no use for it", name_of(model)));
+/// Refuses what the model would ignore.
+void refuse_for_model(const SceneValue& value, bool ignored, Model model) {
+  if (ignored) value.refuse(fmt::format("left out for {}, which has no use for it", name_of(model)));
 }
 
 /// The robot of the profile that replaces the file's, or `robot` if there is none.
@@ -104,21 +97,17 @@ RobotParameters read_robot(SceneSection s, const FloorParameters& floor, Model m
   RobotParameters robot = override_profile(overrides, read_profile(s["profile"]));
   s["body_mass"].number(robot.m, kMass);
   s["wheel_mass"].number(robot.m_1, kMass);
-  const SceneValue inertia = s["total_inertia"];
-  inertia.number(robot.I_s, kInertia);
+  const SceneValue inertia = s["total_inertia"].number(robot.I_s, kInertia);
   s["wheel_inertia"].number(robot.J_1, kInertia);
-  const SceneValue roller_inertia = s["roller_inertia"];
-  roller_inertia.number(robot.J_2, {1e-15, 1e3, "kg m^2", true});
-  const SceneValue com = s["com"];
+  const SceneValue roller_inertia = s["roller_inertia"].number(robot.J_2, {1e-15, 1e3, "kg m^2", true});
   Eigen::Array2d a{robot.a_X, robot.a_Y};
-  com.numbers(a, {-1e3, 1e3, "m"});
+  const SceneValue com = s["com"].numbers(a, {-1e3, 1e3, "m"});
   robot.a_X = a[0];
   robot.a_Y = a[1];
   s["half_wheelbase"].number(robot.h, kLength);
   s["half_track"].number(robot.l, kLength);
   s["wheel_radius"].number(robot.R, kLength);
-  const SceneValue axis_radius = s["roller_axis_radius"];
-  axis_radius.number(robot.R_d, kLength);
+  const SceneValue axis_radius = s["roller_axis_radius"].number(robot.R_d, kLength);
   s["rollers_per_wheel"].whole_number(robot.rollers, 3, 255);
   s["wheel_damping"].number_or_wheels(robot.mu_1, kDamping);
   s["roller_damping"].number_or_wheels(robot.mu_2, kDamping);
@@ -127,24 +116,24 @@ RobotParameters read_robot(SceneSection s, const FloorParameters& floor, Model m
   s["roller_dry_friction"].number_or_wheels(robot.roller_dry_friction, kDryFriction);
   s["roller_dry_friction_rate"].number(robot.roller_dry_friction_rate, kSmoothing);
   s["roller_rate_at_switch"].choice(robot.roller_rate_at_switch, kRollerRates);
-  const SceneValue reactions = s["normal_reactions"], sharing = s["load_sharing"], preload = s["diagonal_preload"],
-                   com_height = s["com_height"];
-  reactions.choice(robot.normal_reactions, kReactions);
-  sharing.choice(robot.load_sharing, kSharings);
-  preload.number(robot.q, {-1e6, 1e6, "N"});
-  com_height.number(robot.a_Z, {-1e3, 1e3, "m"});
+  const SceneValue reactions = s["normal_reactions"].choice(robot.normal_reactions, kReactions),
+                   sharing = s["load_sharing"].choice(robot.load_sharing, kSharings),
+                   preload = s["diagonal_preload"].number(robot.q, {-1e6, 1e6, "N"}),
+                   com_height = s["com_height"].number(robot.a_Z, {-1e3, 1e3, "m"});
   s.finish();
 
   const bool dynamic = robot.normal_reactions == NormalReactions::kDynamic;
-  refuse_for_model(reactions, !dynamic, model, limits_friction(model));
-  refuse_for_model(preload, robot.q == 0, model, limits_friction(model));
-  refuse_for_model(com_height, robot.a_Z == 0, model, limits_friction(model));
+  refuse_for_model(reactions, dynamic && !limits_friction(model), model);
+  refuse_for_model(preload, robot.q != 0 && !limits_friction(model), model);
+  refuse_for_model(com_height, robot.a_Z != 0 && !limits_friction(model), model);
   if (robot.a_Z <= -robot.R) com_height.refuse(fmt::format("more than -wheel_radius, {}", -robot.R));
   if (robot.load_sharing != LoadSharing::kEqualWheels) {
     if (!dynamic) sharing.refuse("equal_wheels unless normal_reactions is dynamic");
     if (robot.q != 0) preload.refuse("left out for a rocking axle, which evens it out");
   }
-  const bool loose = dynamic || floor.f.minCoeff() == 0 || floor.viscous_friction == 0 || frictionless_patch(floor);
+  const auto frictionless = [](const FloorPatch& patch) { return patch.friction == 0; };
+  const bool loose = dynamic || floor.f.minCoeff() == 0 || floor.viscous_friction == 0 ||
+                     std::any_of(floor.patches.begin(), floor.patches.end(), frictionless);
   if (robot.J_2 == 0 && (robot.mu_2 + robot.roller_dry_friction).minCoeff() == 0 && loose) {
     roller_inertia.refuse(
         "a finite number > 0 where neither friction nor roller_damping nor roller_dry_friction holds the rollers");
@@ -175,9 +164,8 @@ void read_list(const SceneValue& value, std::vector<Entry>& entries, Entry (*rea
 
 FloorPatch read_patch(SceneSection s) {
   FloorPatch patch;
-  const SceneValue rectangle = s.required("rectangle");
   Eigen::Array4d corners = Eigen::Array4d::Zero();
-  rectangle.numbers(corners, {-1e6, 1e6, "m"});
+  const SceneValue rectangle = s.required("rectangle").numbers(corners, {-1e6, 1e6, "m"});
   s.required("friction").number(patch.friction, kFriction);
   s["edge"].number(patch.edge, {1e-4, 1e3, "m"});
   s.finish();
@@ -189,8 +177,7 @@ FloorPatch read_patch(SceneSection s) {
   return patch;
 }
 
-void read_slope(const SceneValue& value, FloorParameters& floor) {
-  SceneSection s = value.section();
+void read_slope(SceneSection s, FloorParameters& floor) {
   s["angle"].number(floor.slope, {-0.5, 0.5, "rad"});
   s["uphill"].number(floor.uphill, {-1e3, 1e3, "rad"});
   s.finish();
@@ -198,14 +185,13 @@ void read_slope(const SceneValue& value, FloorParameters& floor) {
 
 FloorParameters read_floor(SceneSection s, Model model) {
   FloorParameters floor;
-  const SceneValue friction = s["friction"], spin = s["spin_radius"], patches = s["patches"], slope = s["slope"];
-  friction.number_or_wheels(floor.f, kFriction);
-  refuse_for_model(friction, (floor.f == floor.f[0]).all(), model, slips(model));
-  spin.number(floor.spin_radius, {0, 1, "m"});
-  refuse_for_model(spin, floor.spin_radius == 0, model, limits_friction(model));
+  const SceneValue friction = s["friction"].number_or_wheels(floor.f, kFriction),
+                   spin = s["spin_radius"].number(floor.spin_radius, {0, 1, "m"}), patches = s["patches"];
   read_list(patches, floor.patches, read_patch);
-  refuse_for_model(patches, floor.patches.empty(), model, limits_friction(model));
-  if (slope.given()) read_slope(slope, floor);
+  read_slope(s["slope"].section(), floor);
+  refuse_for_model(friction, (floor.f != floor.f[0]).any() && !slips(model), model);
+  refuse_for_model(spin, floor.spin_radius != 0 && !limits_friction(model), model);
+  refuse_for_model(patches, !floor.patches.empty() && !limits_friction(model), model);
   s["slip_regularization"].number(floor.nu, {1e-15, 1e3, "m/s"});
   s["viscous_friction"].number(floor.viscous_friction, {0, 1e15, "N s/m"});
   s["gravity"].number(floor.g, {1e-6, 1e6, "m/s^2"});
@@ -215,8 +201,7 @@ FloorParameters read_floor(SceneSection s, Model model) {
 
 void read_stretch(SceneSection& s, LoadSchedule::Stretch& stretch) {
   s["start"].number(stretch.start, {0, 1e9, "s"});
-  const SceneValue end = s["end"];
-  end.number(stretch.end, {0, 1e9, "s"});
+  const SceneValue end = s["end"].number(stretch.end, {0, 1e9, "s"});
   if (stretch.end <= stretch.start) end.refuse(fmt::format("after start, {}", stretch.start));
 }
 
@@ -239,22 +224,14 @@ LoadSchedule::PlannedLoad read_load(SceneSection s) {
 
 LoadSchedule::PlannedWrench read_wrench(SceneSection s) {
   LoadSchedule::PlannedWrench planned;
-  const SceneValue force = s["force"], torque = s["torque"];
+  const SceneValue force = s["force"], torque = s["torque"].number(planned.wrench.torque, kWrenchTorques);
   read_vector(force, planned.wrench.force, kWrenchForces);
   read_vector(s["point"], planned.wrench.point, kLoadPositions);
-  torque.number(planned.wrench.torque, kWrenchTorques);
   read_stretch(s, planned);
   s["frame"].choice(planned.wrench.fixed, kFrames);
   s.finish();
   if (!force.given() && !torque.given()) force.refuse("given where torque is not");
   return planned;
-}
-
-/// Every wheel must press on the floor at rest, under all loads.
-void check_loads(const SceneValue& value, const Scene& scene) {
-  if (scene.load_schedule.loads.empty()) return;
-  const std::string lifted = lifted_wheel(scene, {}, 0);
-  if (!lifted.empty()) value.refuse(lifted);
 }
 
 void check_control_period(const SceneValue& value, double period, const Scene& scene) {
@@ -268,21 +245,17 @@ void check_control_period(const SceneValue& value, double period, const Scene& s
   }
 }
 
-OutputSettings read_output(SceneSection s) {
-  OutputSettings output;
+void read_output(SceneSection s, OutputSettings& output) {
   s["contacts"].choice(output.contacts, kFlags);
   s.finish();
-  return output;
 }
 
-/// The scene so far decides which methods can integrate it and how short a control period may be.
+/// The `scene` so far limits the methods and the control period.
 SolverSettings read_solver(SceneSection s, const SceneOverrides& overrides, const Scene& scene) {
   SolverSettings solver;
-  const SceneValue method = s["method"], other_method = override_of("method", overrides.method);
-  method.choice(solver.method, method_names());
-  other_method.choice(solver.method, method_names());
-  const SceneValue step = s["step"];
-  step.number(solver.step, {1e-9, 1, "s"});
+  const SceneValue method = s["method"].choice(solver.method, method_names()),
+                   other_method = override_of("method", overrides.method).choice(solver.method, method_names()),
+                   step = s["step"].number(solver.step, {1e-9, 1, "s"});
   if (step.given() && !other_method.given() && find_method(solver.method)->default_step == 0) {
     step.refuse("left out for a method with step size control, " + solver.method);
   }
@@ -290,9 +263,8 @@ SolverSettings read_solver(SceneSection s, const SceneOverrides& overrides, cons
   solver.relative_tolerance = overrides.relative_tolerance.value_or(solver.relative_tolerance);
   solver.absolute_tolerance = 1e-3 * solver.relative_tolerance;
   s["absolute_tolerance"].number(solver.absolute_tolerance, {1e-18, 1, ""});
-  const SceneValue control_period = s["control_period"];
-  control_period.number(solver.control_period, kControlPeriods);
-  check_control_period(control_period, solver.control_period, scene);
+  const SceneValue period = s["control_period"].number(solver.control_period, kControlPeriods);
+  check_control_period(period, solver.control_period, scene);
   solver.control_period = overrides.control_period.value_or(solver.control_period);
   s.finish();
   const std::string reason = refusal(*find_method(solver.method), scene.robot, scene.model);
@@ -345,13 +317,11 @@ TorqueSegments read_torque(const std::vector<SceneSection>& sections) {
   TorqueSegments segments;
   for (SceneSection s : sections) {
     TorqueSegment segment;
-    const SceneValue start = s.required("start"), constant = s["constant"], cos = s["cos"], sin = s["sin"];
-    start.number(segment.start, kTime);
-    constant.numbers(segment.constant, kTorque);
-    cos.numbers(segment.cos, kTorque);
-    sin.numbers(segment.sin, kTorque);
-    const SceneValue period = cos.given() || sin.given() ? s.required("period") : s["period"];
-    period.number(segment.period, kHarmonicPeriod);
+    const SceneValue start = s.required("start").number(segment.start, kTime);
+    s["constant"].numbers(segment.constant, kTorque);
+    const bool cos = s["cos"].numbers(segment.cos, kTorque).given(),
+               sin = s["sin"].numbers(segment.sin, kTorque).given();
+    (cos || sin ? s.required("period") : s["period"]).number(segment.period, kHarmonicPeriod);
     s.finish();
     if (!segments.empty() && segment.start <= segments.back().start) {
       start.refuse(fmt::format("after the start of the piece before, {}", segments.back().start));
@@ -402,9 +372,8 @@ void read_initial(SceneSection s, Scene& scene) {
   const Wheels dphi = no_slip.dphi(x.velocity()), dgamma = no_slip.dgamma(x.velocity());
   x.dphi() = dphi;
   x.dgamma() = dgamma;
-  const SceneValue wheel_rates = s["wheel_rates"], roller_rates = s["roller_rates"];
-  wheel_rates.numbers(x.dphi(), kRate);
-  roller_rates.numbers(x.dgamma(), kRate);
+  const SceneValue wheel_rates = s["wheel_rates"].numbers(x.dphi(), kRate),
+                   roller_rates = s["roller_rates"].numbers(x.dgamma(), kRate);
   s.finish();
   if (scene.model == Model::kNoSlip) {
     const auto require_rolling = [](const SceneValue& value, const Wheels& given, const Wheels& rolling) {
@@ -424,8 +393,7 @@ Scene read_scene(const std::string& path, const YAML::Node& root, const SceneOve
   file["model"].choice(scene.model, kModels);
   override_of("model", overrides.model).choice(scene.model, kModels);
   file.required("duration").number(scene.duration, {1e-9, 1e6, "s"});
-  const SceneValue output_rate = file["output_rate"];
-  output_rate.number(scene.output_rate, {1e-9, 1e6, "Hz"});
+  const SceneValue output_rate = file["output_rate"].number(scene.output_rate, {1e-9, 1e6, "Hz"});
   const SceneValue robot = file["robot"], floor = file["floor"], initial = file["initial"], solver = file["solver"],
                    motors = file["motors"], output = file["output"], drive = file["drive"], loads = file["loads"],
                    wrenches = file["wrenches"];
@@ -437,16 +405,17 @@ Scene read_scene(const std::string& path, const YAML::Node& root, const SceneOve
   scene.robot = read_robot(robot.section(), scene.floor, scene.model, overrides);
   read_list(loads, scene.load_schedule.loads, read_load);
   read_list(wrenches, scene.load_schedule.wrenches, read_wrench);
-  check_loads(loads, scene);
+  const std::string lifted = scene.load_schedule.loads.empty() ? "" : lifted_wheel(scene, {}, 0);
+  if (!lifted.empty()) loads.refuse(lifted);
   scene.solver = read_solver(solver.section(), overrides, scene);
-  scene.output = read_output(output.section());
+  read_output(output.section(), scene.output);
   if (motors.given()) scene.motors = read_motors(motors.section());
   read_drive(drive, scene);
   read_initial(initial.section(), scene);
   return scene;
 }
 
-/// What yaml-cpp throws while a document is read becomes a SceneError.
+/// Turns yaml-cpp's exceptions into SceneError.
 template <class Read>
 auto guarded(const std::string& path, const Read& read) {
   try {

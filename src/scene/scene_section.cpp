@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 #include <set>
+#include <utility>
 
 #include "youbot_base_sim/scene/scene.h"
 #include "youbot_base_sim/text/quote.h"
@@ -16,32 +17,27 @@ namespace {
 
 constexpr std::size_t kMaxShown = 60;  // characters of a value
 
-/// Adds the value to `text` as YAML's flow style has it, until that is too long to be shown whole: an alias may stand
-/// for a value of any size, even for one that contains itself.
+/// Appends the value in YAML's flow style until `text` is too long to be shown whole: an alias may stand for a value of
+/// any size, even one that contains itself.
 void write_flow(const YAML::Node& node, std::string& text) {
   if (text.size() > kMaxShown * 4) return;
   if (node.IsScalar()) {
     text += node.Scalar().empty() ? "\"\"" : node.Scalar();
-  } else if (node.IsSequence()) {
-    const char* separator = "[";
-    for (const auto& entry : node) {
-      text += separator;
-      separator = ", ";
-      write_flow(entry, text);
-    }
-    text += node.size() == 0 ? "[]" : "]";
-  } else if (node.IsMap()) {
-    const char* separator = "{";
-    for (const auto& entry : node) {
-      text += separator;
-      separator = ", ";
-      write_flow(entry.first, text);
-      text += ": ";
-      write_flow(entry.second, text);
-    }
-    text += node.size() == 0 ? "{}" : "}";
-  } else {
+  } else if (node.IsNull()) {
     text += "~";
+  } else {
+    text += node.IsMap() ? "{" : "[";
+    const char* separator = "";
+    for (const auto& entry : node) {
+      text += separator;
+      separator = ", ";
+      if (node.IsMap()) {
+        write_flow(entry.first, text);
+        text += ": ";
+      }
+      write_flow(node.IsMap() ? entry.second : entry, text);
+    }
+    text += node.IsMap() ? "}" : "]";
   }
 }
 
@@ -56,7 +52,7 @@ std::string shown(const YAML::Node& node) {
 
 std::string key_of(const YAML::Node& node) { return node.IsScalar() ? node.Scalar() : shown(node); }
 
-/// How many characters must be added, removed or replaced to make b of a (Levenshtein).
+/// The Levenshtein distance of a and b.
 std::size_t edit_distance(const std::string& a, const std::string& b) {
   std::vector<std::size_t> row(b.size() + 1);  // distances of the part of a so far to each beginning of b
   std::iota(row.begin(), row.end(), 0);
@@ -104,52 +100,53 @@ void SceneValue::require_list() const {
 
 double SceneValue::checked(const YAML::Node& entry, const Range& range, const std::string& allowed) const {
   double number = 0;
-  if (!entry.IsScalar() || !YAML::convert<double>::decode(entry, number) || !contains(range, number)) {
-    refuse(allowed);
-  }
+  if (!entry.IsScalar() || !YAML::convert<double>::decode(entry, number) || !contains(range, number)) refuse(allowed);
   return number;
 }
 
-void SceneValue::number(double& value, const Range& range) const {
+const SceneValue& SceneValue::number(double& value, const Range& range) const {
   if (given()) value = checked(node_, range, text_of(range));
+  return *this;
 }
 
-void SceneValue::whole_number(int& value, int min, int max) const {
-  if (!given()) return;
+const SceneValue& SceneValue::whole_number(int& value, int min, int max) const {
+  if (!given()) return *this;
   const std::string allowed = fmt::format("a whole number from {} to {}", min, max);
   const double number = checked(node_, {double(min), double(max), ""}, allowed);
   if (number != std::floor(number)) refuse(allowed);
   value = static_cast<int>(number);
+  return *this;
 }
 
-void SceneValue::numbers(Eigen::Ref<Eigen::ArrayXd> values, const Range& range) const {
-  if (!given()) return;
+const SceneValue& SceneValue::numbers(Eigen::Ref<Eigen::ArrayXd> values, const Range& range) const {
+  if (!given()) return *this;
   const std::string allowed = fmt::format("a list of {} numbers, each {}", values.size(), text_of(range));
   if (!node_.IsSequence() || node_.size() != static_cast<std::size_t>(values.size())) refuse(allowed);
   for (Eigen::Index k = 0; k < values.size(); ++k) {
     values[k] = checked(node_[static_cast<std::size_t>(k)], range, allowed);
   }
+  return *this;
 }
 
-void SceneValue::number_or_wheels(Wheels& values, const Range& range) const {
-  if (given() && node_.IsScalar()) {
-    values.setConstant(checked(node_, range, text_of(range)));
-  } else {
-    numbers(values, range);
-  }
+const SceneValue& SceneValue::number_or_wheels(Wheels& values, const Range& range) const {
+  if (!given() || !node_.IsScalar()) return numbers(values, range);
+  values.setConstant(checked(node_, range, text_of(range)));
+  return *this;
 }
 
-void SceneValue::text(std::string& value, const std::string& allowed) const {
-  if (!given()) return;
-  // A name of a file would end at a NUL, and be another one.
+const SceneValue& SceneValue::text(std::string& value, const std::string& allowed) const {
+  if (!given()) return *this;
+  // A file name would end at a NUL.
   if (!node_.IsScalar() || node_.Scalar().empty() || node_.Scalar().find('\0') != std::string::npos) refuse(allowed);
   value = node_.Scalar();
+  return *this;
 }
 
-void SceneValue::choice(std::string& value, const std::vector<std::string>& names) const {
+const SceneValue& SceneValue::choice(std::string& value, const std::vector<std::string>& names) const {
   const std::string allowed = alternatives(names);
   text(value, allowed);
   if (given() && std::find(names.begin(), names.end(), value) == names.end()) refuse(allowed);
+  return *this;
 }
 
 SceneSection SceneValue::section() const { return {file_, path_, given() ? node_ : YAML::Node(YAML::NodeType::Map)}; }
@@ -177,7 +174,7 @@ std::vector<SceneSection> SceneValue::sections() const {
 SceneSection::SceneSection(const std::string& file, const std::string& path, const YAML::Node& node, const char* kind)
     : file_(file), path_(path), node_(node), kind_(kind) {
   if (!node.IsMap()) {
-    // The content of a file of another kind may be private, so it is not quoted.
+    // A file of another kind may be private, so messages do not quote it.
     const std::string value = !path.empty() || node.IsNull() ? shown(node) : node.IsScalar() ? "(text)" : "(list)";
     throw SceneError(fmt::format("{}: {} = {}: must be keys with values", file_, path_.empty() ? kind : path_, value));
   }
@@ -185,8 +182,7 @@ SceneSection::SceneSection(const std::string& file, const std::string& path, con
 
 SceneValue SceneSection::operator[](const std::string& key) {
   known_.push_back(key);
-  const YAML::Node& node = node_;  // whose operator[] adds nothing to the file
-  return {file_, full(key), node[key]};
+  return {file_, full(key), std::as_const(node_)[key]};  // which adds nothing to the file
 }
 
 SceneValue SceneSection::required(const std::string& key) {

@@ -18,7 +18,7 @@ constexpr std::size_t kMaxBytes = 250'000'000;  // an hour at 1 kHz with all fig
 constexpr std::size_t kColumns = 5;
 constexpr std::array<const char*, kColumns> kNames = {"t", "fl", "fr", "bl", "br"};
 
-/// The text before the separator, which is taken off the front of `text` with it; all where there is none.
+/// Takes the text before the separator, and the separator, off the front of `text`; all if there is none.
 std::string_view take(std::string_view& text, char separator) {
   const std::size_t end = std::min(text.find(separator), text.size());
   const std::string_view before = text.substr(0, end);
@@ -44,8 +44,8 @@ std::size_t count_cells(std::string_view line) {
   return 1 + static_cast<std::size_t>(std::count(line.begin(), line.end(), ','));
 }
 
-/// The columns of t, fl, fr, bl and br, in this order. `name` is the file's. The content of the file may be private, so
-/// its header is not quoted.
+/// The columns of t, fl, fr, bl and br, in this order. `name` is the file's. The header is not quoted: it may be
+/// private.
 std::array<std::size_t, kColumns> columns_of(const std::string& name, std::string_view header) {
   const auto refuse = [&](const std::string& what) {
     throw SceneError(fmt::format("{}:1: header: {}; must be {}, each once", name, what, kTableColumns));

@@ -7,12 +7,11 @@
 
 namespace youbot_base_sim {
 
-/// What a table must have, for messages.
+/// For messages.
 constexpr char kTableColumns[] = "the columns t,fl,fr,bl,br";
 
-/// Reads a CSV file with the columns t (increasing), fl, fr, bl and br, whose numbers are in the ranges. Its first line
-/// names them, in any order. Throws SceneError, which names the file, the line, the value and what is allowed, and
-/// UnreadableFile.
+/// Reads a CSV file with the columns t (increasing), fl, fr, bl and br, whose first line names them in any order.
+/// Throws UnreadableFile, and SceneError with the file, the line, the value and what is allowed.
 WheelTable read_wheel_table(const std::string& path, const Range& time, const Range& values);
 
 }  // namespace youbot_base_sim

@@ -4,10 +4,9 @@
 #include <yaml-cpp/eventhandler.h>
 
 #include <algorithm>
-#include <cstddef>
-#include <optional>
+#include <cctype>
+#include <regex>
 #include <sstream>
-#include <string_view>
 
 #include "youbot_base_sim/text/quote.h"
 #include "youbot_base_sim/text/text_file.h"
@@ -17,25 +16,24 @@ namespace youbot_base_sim {
 namespace {
 
 constexpr std::size_t kMaxBytes = 1'000'000;  // of a scene; its nodes may take a hundred times as much memory
-constexpr int kMaxDepth = 32;                 // of lists and sections in each other; a scene has 5
+constexpr int kMaxDepth = 32;                 // of nested lists and sections; a scene has 5
 
 std::string located(const std::string& path, const YAML::Mark& mark) {
   return fmt::format("{}:{}:{}", quote_path(path), mark.line + 1, mark.column + 1);
 }
 
-/// Where UTF-8 has a NUL, which yaml-cpp takes for a character of a text or for a wrong escape. UTF-16 and UTF-32,
+/// Throws for a NUL in UTF-8, which yaml-cpp takes for a character of a text or for a wrong escape. UTF-16 and UTF-32,
 /// which it reads too, have NULs among their first four bytes.
-std::optional<YAML::Mark> find_nul(const std::string& text) {
+void refuse_nul(const std::string& path, const std::string& text) {
   const std::size_t nul = text.find('\0');
-  if (nul == std::string::npos || nul < 4) return std::nullopt;
+  if (nul == std::string::npos || nul < 4) return;
   YAML::Mark mark;
   mark.line = static_cast<int>(std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(nul), '\n'));
-  const std::size_t line = text.rfind('\n', nul);
-  mark.column = static_cast<int>(line == std::string::npos ? nul : nul - line - 1);
-  return mark;
+  mark.column = static_cast<int>(nul - (text.rfind('\n', nul) + 1));  // npos + 1 is 0
+  throw SceneError(located(path, mark) + ": has a NUL byte; must be text");
 }
 
-/// Refuses a document too many or too deep while it is parsed, before memory or stack is used up.
+/// Refuses a second document and deep nesting during parsing, before memory or stack runs out.
 class Bounds : public YAML::EventHandler {
  public:
   Bounds(const std::string& path, const char* kind) : path_(path), kind_(kind) {}
@@ -69,95 +67,57 @@ class Bounds : public YAML::EventHandler {
   int depth_ = 0;
 };
 
-constexpr std::size_t kMaxDigits = 6;  // of a number in brackets
-constexpr std::string_view kDigits = "0123456789",
-                           kNameCharacters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ_0123456789";
-
-/// Puts one setting into a document. Nodes on the way are made anew, for aliases may share the old ones.
+/// Puts one setting into a document. Nodes on its path are made anew, because aliases may share the old ones.
 class Setter {
  public:
   Setter(const std::string& file, const SceneSetting& setting) : file_(file), setting_(setting) {
-    std::string_view rest = setting.key;
-    do {
-      take_step(rest);
-    } while (!rest.empty());
+    constexpr std::size_t kMaxKey = 1000;  // characters; std::regex recurses
+    static const std::regex kKey(R"([A-Za-z_]\w*(\.[A-Za-z_]\w*|\[(0|[1-9]\d{0,5})\])*)"), kStep(R"(\w+)");
+    const std::string& key = setting.key;
+    if (key.size() > kMaxKey || !std::regex_match(key, kKey))
+      refuse("must be a key of a scene such as floor.friction or initial.wheel_angles[0]");
+    for (std::sregex_iterator step(key.begin(), key.end(), kStep), end; step != end; ++step) {
+      const auto at = static_cast<std::size_t>(step->position());
+      steps_.push_back({step->str(), at == 0 ? step->str() : key.substr(0, at - 1)});
+    }
   }
 
   /// The value in place of the node to which the key leads from here on, which is `depth` steps into the document.
   YAML::Node applied(const YAML::Node& node, std::size_t depth = 0) const {
     if (depth == steps_.size()) return YAML::Load(setting_.value);
-    return steps_[depth].name.empty() ? in_list(node, depth) : in_section(node, depth);
-  }
-
- private:
-  /// One step of a key: the name of what a section has, or the number of what a list has.
-  struct Step {
-    std::string name;  // empty for a number
-    std::size_t number = 0;
-    std::string_view around;  // the key of the section or list; of a step from the document itself, the step's own
-  };
-
-  /// Takes a step off the front of `rest`, the end of the key.
-  void take_step(std::string_view& rest) {
-    const std::string_view key = setting_.key;
-    const bool first = steps_.empty(), bracket = !first && rest.front() == '[';
-    Step step;
-    step.around = key.substr(0, key.size() - rest.size());
-    if (!first && !bracket && rest.front() != '.') refuse_key();
-    if (!first) rest.remove_prefix(1);
-    std::size_t length = std::min(rest.find_first_not_of(bracket ? kDigits : kNameCharacters), rest.size());
-    const std::string text(rest.substr(0, length));
-    const bool begins_with_digit = kDigits.find(text[0]) != std::string_view::npos;
-    if (bracket) {
-      const bool canonical = length == 1 || (length > 1 && length <= kMaxDigits && text[0] != '0');
-      if (!canonical || length == rest.size() || rest[length] != ']') refuse_key();
-      step.number = std::stoul(text);
-      ++length;
-    } else {
-      if (length == 0 || begins_with_digit) refuse_key();
-      step.name = text;
-    }
-    rest.remove_prefix(length);
-    if (first) step.around = key.substr(0, length);
-    steps_.push_back(step);
-  }
-
-  YAML::Node in_section(const YAML::Node& node, std::size_t depth) const {
     const Step& step = steps_[depth];
-    if (is_given(node) && !node.IsMap())
-      refuse(fmt::format("unknown key: {} is not a section there", quote(step.around)));
-    YAML::Node section(YAML::NodeType::Map);
-    bool found = false;
-    for (const auto& entry : node) {
-      // A key that stands there twice remains, to be refused.
-      const bool is_key = !found && entry.first.IsScalar() && entry.first.Scalar() == step.name;
-      section.force_insert(entry.first, is_key ? applied(entry.second, depth + 1) : entry.second);
-      found = found || is_key;
+    const bool in_list = std::isdigit(static_cast<unsigned char>(step.text[0]));
+    if (node.IsDefined() && !node.IsNull() && !(in_list ? node.IsSequence() : node.IsMap()))
+      refuse(fmt::format("unknown key: {} is not a {} there", quote(step.around), in_list ? "list" : "section"));
+    const YAML::Node missing(YAML::NodeType::Undefined);
+    if (!in_list) {
+      YAML::Node section(YAML::NodeType::Map);
+      bool found = false;
+      for (const auto& entry : node) {
+        // A key that stands there twice remains, to be refused.
+        const bool is_key = !found && entry.first.IsScalar() && entry.first.Scalar() == step.text;
+        section.force_insert(entry.first, is_key ? applied(entry.second, depth + 1) : entry.second);
+        found = found || is_key;
+      }
+      if (!found) section.force_insert(step.text, applied(missing, depth + 1));
+      return section;
     }
-    if (!found) section.force_insert(step.name, applied(missing_node(), depth + 1));
-    return section;
-  }
-
-  YAML::Node in_list(const YAML::Node& node, std::size_t depth) const {
-    const Step& step = steps_[depth];
-    if (is_given(node) && !node.IsSequence())
-      refuse(fmt::format("unknown key: {} is not a list there", quote(step.around)));
-    const std::size_t size = node.size();
-    if (step.number > size) {
+    const std::size_t size = node.size(), number = std::stoul(step.text);
+    if (number > size) {
       refuse(fmt::format("{} has {} entries; must be one of them, numbered from 0, or the next", step.around, size));
     }
     YAML::Node list(YAML::NodeType::Sequence);
-    for (std::size_t k = 0; k < size; ++k) list.push_back(k == step.number ? applied(node[k], depth + 1) : node[k]);
-    if (step.number == size) list.push_back(applied(missing_node(), depth + 1));
+    for (std::size_t k = 0; k < size; ++k) list.push_back(k == number ? applied(node[k], depth + 1) : node[k]);
+    if (number == size) list.push_back(applied(missing, depth + 1));
     return list;
   }
 
-  static bool is_given(const YAML::Node& node) { return node.IsDefined() && !node.IsNull(); }
-  static YAML::Node missing_node() { return YAML::Node(YAML::NodeType::Undefined); }
-
-  [[noreturn]] void refuse_key() const {
-    refuse("must be a key of a scene such as floor.friction or initial.wheel_angles[0]");
-  }
+ private:
+  /// One step of a key: a name in a section, or a number in a list.
+  struct Step {
+    std::string text;
+    std::string around;  // the key of the section or list; of a first step, its own
+  };
 
   [[noreturn]] void refuse(const std::string& reason) const {
     throw SceneError(fmt::format("{}: {} = {}: {}", file_, quote(setting_.key), quote(setting_.value), reason));
@@ -173,16 +133,15 @@ class Setter {
 std::string read_yaml_text(const std::string& path, const char* kind) {
   try {
     std::string text = read_text_file(path, kMaxBytes);
-    if (const auto nul = find_nul(text)) throw SceneError(located(path, *nul) + ": has a NUL byte; must be text");
-    // Ubuntu 20.04's yaml-cpp, 0.6.2, never ends on a file that does in "{key:". (UTF-16 has NULs, and lines of its
-    // own.)
+    refuse_nul(path, text);
+    // yaml-cpp 0.6.2 of Ubuntu 20.04 never returns from a file that ends in "{key:". UTF-16 would need another newline.
     if (text.find('\0') == std::string::npos) text += '\n';
     std::istringstream stream(text);
     YAML::Parser parser(stream);
     Bounds bounds(path, kind);
     while (parser.HandleNextDocument(bounds)) {
     }
-    YAML::Load(text);  // which refuses more: aliases of what is not there
+    YAML::Load(text);  // refuses aliases without an anchor, too
     return text;
   } catch (const UnreadableFile& error) {
     throw SceneError(fmt::format("{}: {}; must be a {} file", quote_path(path), error.what(), kind));

@@ -8,17 +8,16 @@ namespace youbot_base_sim {
 
 namespace {
 
-/// A bijection of 64 bits that leaves no trace of what its argument had in common with others: the finalizer of
-/// splitmix64 (Steele, Lea and Flood, 2014).
+/// A mixing bijection of 64 bits: the finalizer of splitmix64 (Steele, Lea and Flood, 2014).
 std::uint64_t scrambled(std::uint64_t z) {
   z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9;
   z = (z ^ (z >> 27)) * 0x94D049BB133111EB;
   return z ^ (z >> 31);
 }
 
-/// The k-th of the numbers that belong to a key.
+/// The k-th random number of a key.
 std::uint64_t numbered(std::uint64_t key, std::uint64_t k) {
-  constexpr std::uint64_t kGoldenRatio = 0x9E3779B97F4A7C15;  // as a share of 2^64: multiples of it are far apart
+  constexpr std::uint64_t kGoldenRatio = 0x9E3779B97F4A7C15;  // of 2^64: its multiples are far apart
   return scrambled(key + (k + 1) * kGoldenRatio);
 }
 
@@ -40,8 +39,8 @@ double stratified_draw(const DrawPlace& place, std::uint64_t runs) {
   return std::min((part + draw(place)) / static_cast<double>(runs), kMaxDraw);
 }
 
-// A Feistel network permutes the numbers of 2 * `half` bits; those that lead out of 0 .. n-1 are walked on from until
-// they lead back (Black and Rogaway, 2002), four steps at the most on average.
+// A Feistel network permutes the numbers of 2 * `half` bits; cycle walking (Black and Rogaway, 2002) returns to
+// 0 .. n-1, on average in at most four steps.
 std::uint64_t permuted(std::uint64_t k, std::uint64_t n, std::uint64_t seed, std::uint64_t axis) {
   constexpr std::uint64_t kRounds = 8;
   int half = 1;

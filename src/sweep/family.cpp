@@ -28,9 +28,7 @@ constexpr Named<Distribution::Kind> kSpacings[] = {{"linear", Distribution::Kind
                                                    {"logarithmic", Distribution::Kind::kLogUniform}};
 constexpr Named<bool> kSamplings[] = {{"independent", false}, {"latin_hypercube", true}};
 
-std::string number_text(double number) { return fmt::format("{}", number); }
-
-/// Reads the ends of a range of this kind, both required, and with them all that is left of its section.
+/// Reads the ends of a range, and finishes its section.
 Distribution read_range(SceneSection s, Distribution::Kind kind) {
   const Range& allowed = kind == Distribution::Kind::kLogUniform ? kPositive : kAnyNumber;
   Distribution range{kind};
@@ -50,7 +48,6 @@ void read_steps(SceneSection s, Axis& axis) {
 }
 
 Distribution read_normal(SceneSection s) {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   Distribution normal{Distribution::Kind::kNormal, -kInfinity, kInfinity};
   s.required("mean").number(normal.mean, kAnyNumber);
   s.required("deviation").number(normal.deviation, kPositive);
@@ -70,7 +67,7 @@ struct ReadAxis {
   SceneValue key;
 };
 
-/// The axes that one entry of `axes` has: one, or those that it puts together.
+/// The axis of one entry of `axes`, or those that it puts together. `whole` is the list of entries.
 std::vector<ReadAxis> read_entry(SceneSection s, const SceneValue& whole, bool in_group) {
   const SceneValue key = s["key"], values = s["values"], range = s["range"], uniform = s["uniform"],
                    log_uniform = s["log_uniform"], normal = s["normal"];
@@ -107,12 +104,10 @@ std::vector<ReadAxis> read_entry(SceneSection s, const SceneValue& whole, bool i
   return {{std::move(axis), key}};
 }
 
-/// Whether one of the keys leads to what the other does, or into it.
+/// Whether the keys are the same or one leads into the other.
 bool overlap(const std::string& a, const std::string& b) {
-  const std::string& inner = a.size() < b.size() ? b : a;
-  const std::string& outer = a.size() < b.size() ? a : b;
-  if (inner.compare(0, outer.size(), outer) != 0) return false;
-  return inner.size() == outer.size() || inner[outer.size()] == '.' || inner[outer.size()] == '[';
+  if (a.size() > b.size()) return overlap(b, a);
+  return b.compare(0, a.size(), a) == 0 && (b.size() == a.size() || b[a.size()] == '.' || b[a.size()] == '[');
 }
 
 void read_axes(const SceneValue& axes, Family& family) {
@@ -152,7 +147,7 @@ void read_draws(const SceneValue& draws, const SceneValue& sampling, const Scene
 std::vector<Quantity> read_quantities(const SceneValue& value) {
   if (!value.given()) return quantities();
   std::vector<Quantity> wanted;
-  std::vector<std::string> names = value.entries();
+  const std::vector<std::string> names = value.entries();
   for (auto name = names.begin(); name != names.end(); ++name) {
     const auto quantity = std::find_if(quantities().begin(), quantities().end(),
                                        [&](const Quantity& candidate) { return *name == candidate.name; });
@@ -176,78 +171,63 @@ std::optional<Trajectories> read_trajectories(const SceneValue& value) {
   return trajectories;
 }
 
-/// Reads scenes with each axis at its ends, or at each of its values where they are a list, and in between.
-class AxesTrial {
- public:
-  explicit AxesTrial(Family& family) : family_(family) {}
+/// The setting that the error names, among those of a refused scene; the k-th if the error names it or none.
+SceneSetting blame(const std::vector<SceneSetting>& settings, std::size_t k, const std::string& error) {
+  const auto named = [&](const SceneSetting& setting) {
+    const bool in_list = setting.key.back() == ']';
+    const std::string key = setting.key.substr(0, in_list ? setting.key.rfind('[') : std::string::npos);
+    return error.find(": " + key) != std::string::npos;
+  };
+  const auto other = std::find_if(settings.begin(), settings.end(), named);
+  return named(settings[k]) || other == settings.end() ? settings[k] : *other;
+}
 
-  /// Throws SceneError for a value that no tried combination of the other axes allows. Notes the tables that it reads.
-  void run() {
-    for (std::size_t k = 0; k < family_.axes.size(); ++k) {
-      std::vector<double> shares = {kMinDraw, kBetween, kMaxDraw};
-      if (const std::vector<std::string>& list = family_.axes[k].list; !list.empty()) {
-        shares.clear();
-        while (shares.size() < list.size()) {
-          shares.push_back((static_cast<double>(shares.size()) + 0.5) / static_cast<double>(list.size()));
-        }
-      }
-      for (const double share : shares) require(k, share);
-    }
-    family_.tables.assign(tables_.begin(), tables_.end());
-  }
-
- private:
-  /// Throws unless axis k may be at this share, with those that change together with it, beside some of the others.
-  void require(std::size_t k, double share) {
-    const auto beside = [&](double share_of_others) {
-      const Axis& tried = family_.axes[k];
-      std::vector<SceneSetting> settings;
-      for (const Axis& axis : family_.axes) {
-        const bool in_step = axis.is_drawn() == tried.is_drawn() && axis.number == tried.number;
-        settings.push_back({axis.key, axis.value_at(in_step ? share : share_of_others)});
-      }
-      return settings;
-    };
-    const std::string error = refusal(beside(kMiddle));
-    if (error.empty() || refusal(beside(kMinDraw)).empty() || refusal(beside(kMaxDraw)).empty()) return;
-    const SceneSetting blamed = blame(beside(kMiddle), k, error);
-    throw SceneError(
-        fmt::format("{}: {} = {}: {}", quote_path(family_.path), quote(blamed.key), quote(blamed.value), error));
-  }
-
-  /// The setting that the error names, among those that a scene may not have; the k-th if the error names it or none.
-  static SceneSetting blame(const std::vector<SceneSetting>& settings, std::size_t k, const std::string& error) {
-    const auto named = [&](const SceneSetting& setting) {
-      const bool in_list = setting.key.back() == ']';
-      return error.find(": " + setting.key.substr(0, in_list ? setting.key.rfind('[') : std::string::npos)) !=
-             std::string::npos;
-    };
-    const auto other = std::find_if(settings.begin(), settings.end(), named);
-    return named(settings[k]) || other == settings.end() ? settings[k] : *other;
-  }
-
-  /// Why the scene may not have these; empty if it may.
-  std::string refusal(const std::vector<SceneSetting>& settings) {
+/// Reads scenes with each axis at its ends and in between, or at each of its values if they are a list. Throws
+/// SceneError for a value that is refused with all others in the middle, at their starts and at their ends. Notes the
+/// tables that the scenes read.
+void try_axes(Family& family) {
+  std::set<std::string> tables;
+  const auto refusal = [&](const std::vector<SceneSetting>& settings) -> std::string {
     try {
-      const Scene scene = load_scene(family_.scene, settings);
+      const Scene scene = load_scene(family.scene, settings);
       require_drive(scene);
-      tables_.insert(scene.files.begin() + 1, scene.files.end());
+      tables.insert(scene.files.begin() + 1, scene.files.end());
     } catch (const SceneError& error) {
       return error.what();
     }
     return "";
+  };
+  for (std::size_t k = 0; k < family.axes.size(); ++k) {
+    const Axis& tried = family.axes[k];
+    std::vector<double> shares = {kMinDraw, kBetween, kMaxDraw};
+    if (!tried.list.empty()) shares.clear();
+    const auto size = static_cast<double>(tried.list.size());
+    while (shares.size() < tried.list.size()) shares.push_back((static_cast<double>(shares.size()) + 0.5) / size);
+    for (const double share : shares) {
+      const auto beside = [&](double share_of_others) {
+        std::vector<SceneSetting> settings;
+        for (const Axis& axis : family.axes) {
+          const bool in_step = axis.is_drawn() == tried.is_drawn() && axis.number == tried.number;
+          settings.push_back({axis.key, axis.value_at(in_step ? share : share_of_others)});
+        }
+        return settings;
+      };
+      const std::string error = refusal(beside(kMiddle));
+      if (error.empty() || refusal(beside(kMinDraw)).empty() || refusal(beside(kMaxDraw)).empty()) continue;
+      const SceneSetting blamed = blame(beside(kMiddle), k, error);
+      throw SceneError(
+          fmt::format("{}: {} = {}: {}", quote_path(family.path), quote(blamed.key), quote(blamed.value), error));
+    }
   }
+  family.tables.assign(tables.begin(), tables.end());
+}
 
-  Family& family_;
-  std::set<std::string> tables_;
-};
-
-/// Whether an axis changes otherwise than the one before it.
+/// Whether axis k is in the grid and does not change together with the one before it.
 bool begins_grid_axis(const Family& family, std::size_t k) {
   return !family.axes[k].is_drawn() && (k == 0 || family.axes[k].number != family.axes[k - 1].number);
 }
 
-/// A double, for there may be too many.
+/// A double, because there may be too many.
 double number_of_runs(const Family& family) {
   double runs = family.draws;
   for (std::size_t k = 0; k < family.axes.size(); ++k) {
@@ -256,7 +236,7 @@ double number_of_runs(const Family& family) {
   return runs;
 }
 
-/// The scene file that the family names, as a path relative to its own folder.
+/// The scene file that the family names relative to its own folder.
 SceneFile read_base_scene(const SceneValue& name, const std::string& family) {
   std::string scene;
   name.text(scene, "the name of a scene file");
@@ -286,11 +266,11 @@ Family read_family(const std::string& path, const std::string& text) {
   family.quantities = read_quantities(kept);
   family.trajectories = read_trajectories(trajectories);
   family.scene = read_base_scene(scene, path);
-  AxesTrial(family).run();
+  try_axes(family);
   return family;
 }
 
-/// The CRC of 64 bits of ECMA-182: what was changed by mistake has another one.
+/// The 64-bit CRC of ECMA-182.
 std::string hash(const std::string& text) {
   boost::crc_optimal<64, 0x42F0E1EBA9EA3693> crc;
   crc.process_bytes(text.data(), text.size());
@@ -314,15 +294,15 @@ std::uint64_t Axis::size() const { return list.empty() ? static_cast<std::uint64
 std::string Axis::value(std::uint64_t k) const {
   if (!list.empty()) return list[k];
   const double from = range.min, to = range.max;
-  if (k == 0 || k + 1 == size()) return number_text(k == 0 ? from : to);
-  // Steps between the ends are rounded, so that the second of 0.05, 0.06, .. is 0.06.
+  if (k == 0 || k + 1 == size()) return fmt::format("{}", k == 0 ? from : to);
+  // Rounded, so that the second of 0.05, 0.06, .. is 0.06.
   const double share = static_cast<double>(k) / (count - 1);
   const bool logarithmic = range.kind == Distribution::Kind::kLogUniform;
   return fmt::format("{:.15g}", logarithmic ? from * std::pow(to / from, share) : from + share * (to - from));
 }
 
 std::string Axis::value_at(double share) const {
-  if (is_drawn()) return number_text(range.quantile(share));
+  if (is_drawn()) return fmt::format("{}", range.quantile(share));
   return value(std::min(static_cast<std::uint64_t>(share * static_cast<double>(size())), size() - 1));
 }
 
@@ -339,20 +319,18 @@ std::string Axis::text() const {
 std::uint64_t Family::runs() const { return static_cast<std::uint64_t>(number_of_runs(*this)); }
 
 std::vector<SceneSetting> Family::settings(std::uint64_t run) const {
-  std::vector<SceneSetting> settings;
-  std::uint64_t before = runs(), block = before;  // as many runs have the same values of the axes so far
-  for (std::size_t k = 0; k < axes.size(); ++k) {
+  std::vector<SceneSetting> settings(axes.size());
+  std::uint64_t point = run / static_cast<std::uint64_t>(draws);  // of the grid that the axes up to k make
+  for (std::size_t k = axes.size(); k-- > 0;) {
     const Axis& axis = axes[k];
+    settings[k].key = axis.key;
     if (axis.is_drawn()) {
       const DrawPlace place{static_cast<std::uint64_t>(seed), axis.number, run};
-      settings.push_back({axis.key, axis.value_at(latin_hypercube ? stratified_draw(place, runs()) : draw(place))});
-      continue;
+      settings[k].value = axis.value_at(latin_hypercube ? stratified_draw(place, runs()) : draw(place));
+    } else {
+      settings[k].value = axis.value(point % axis.size());
+      if (begins_grid_axis(*this, k)) point /= axis.size();
     }
-    if (begins_grid_axis(*this, k)) {
-      before = block;
-      block /= axis.size();
-    }
-    settings.push_back({axis.key, axis.value(run % before / block)});
   }
   return settings;
 }

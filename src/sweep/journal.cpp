@@ -28,11 +28,6 @@ std::string checksum(std::string_view text) {
   return fmt::format("{:08x}", crc.checksum());
 }
 
-std::string line_of(const Row& row) {
-  const std::string text = fmt::format("{} {}", static_cast<char>(row.status), row.text);
-  return fmt::format("{} {}\n", checksum(text), text);
-}
-
 /// The row in a line; empty if the line is damaged.
 std::optional<Row> row_of(std::string_view line) {
   constexpr std::size_t kText = kChecksum + 3;  // after "checksum s "
@@ -46,15 +41,15 @@ std::optional<Row> row_of(std::string_view line) {
   throw OutputError(fmt::format("{}: cannot be read: {}", quote_path(path), OutputFile::text_of(errno)));
 }
 
-/// The file of a descriptor, whose name is `path`, from some place on, wherever the descriptor is.
+/// The file of a descriptor, named `path`, from byte `begin` on, with a position of its own.
 std::ifstream open_at(const std::string& path, int descriptor, off_t begin) {
   std::ifstream file(fmt::format("/proc/self/fd/{}", descriptor), std::ios::binary);
   if (!file.seekg(begin)) refuse_reading(path);
   return file;
 }
 
-/// The next whole line, without its end; empty at the end of the file or where a line has no end. Throws OutputError:
-/// what cannot be read is not taken for the end, where a journal is cut off.
+/// The next whole line without its end; none at the end of the file or in a torn line. Throws OutputError for a read
+/// error, which must not pass for the end, where the journal is cut off.
 std::optional<std::string> next_line(const std::string& path, std::ifstream& file) {
   std::string line;
   std::getline(file, line);
@@ -77,19 +72,20 @@ void Tally::add(RunStatus status) {
 }
 
 Journal::Journal(const std::string& path, const std::vector<std::string>& head, std::uint64_t runs)
-    : path_(path), runs_(runs), descriptor_(open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666)) {
+    : path_(path), runs_(runs), descriptor_(open(path.c_str(), O_RDWR | O_APPEND | O_CREAT | O_CLOEXEC, 0666)) {
   if (descriptor_ < 0) refuse_output(path, errno);
   try {
     if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0)
       throw OutputError(fmt::format("{}: is being written by another sweep", quote_path(path)));
     const std::string whole = fmt::format("{}\n{}\n\n", kFirstLine, fmt::join(head, "\n"));
-    begin_ = end_ = static_cast<off_t>(whole.size());
+    begin_ = static_cast<off_t>(whole.size());
     std::string found(whole.size(), '\0');
     const ssize_t size = pread(descriptor_, found.data(), found.size(), 0);
     if (size < 0) refuse_reading(path_);
     found.resize(static_cast<std::size_t>(size));
     if (found.size() < whole.size() && whole.compare(0, found.size(), found) == 0) {
-      begin(whole);  // anew: its beginning was torn
+      if (ftruncate(descriptor_, 0) != 0) refuse_output(path_, errno);  // its beginning was torn
+      write(whole);
     } else {
       check_head(head);
       read_rows();
@@ -100,16 +96,18 @@ Journal::Journal(const std::string& path, const std::vector<std::string>& head, 
   }
 }
 
-Journal::~Journal() {
-  if (descriptor_ >= 0) close(descriptor_);
-}
+Journal::~Journal() { close(descriptor_); }
 
-void Journal::begin(const std::string& head) {
+void Journal::write(const std::string& text) {
   errno = ENOSPC;  // unless the system says another reason
-  if (ftruncate(descriptor_, 0) == 0 && pwrite(descriptor_, head.data(), head.size(), 0) == begin_) return;
-  const int error = errno;
-  unlink(path_.c_str());  // there were no rows in it
-  refuse_output(path_, error);
+  const ssize_t size = ::write(descriptor_, text.data(), text.size());
+  if (size != static_cast<ssize_t>(text.size())) {
+    const int error = errno;
+    if (ftruncate(descriptor_, end_) != 0) errno = 0;  // a torn line is dropped when the sweep continues
+    if (end_ == 0) unlink(path_.c_str());
+    refuse_output(path_, error);
+  }
+  end_ += size;
 }
 
 void Journal::check_head(const std::vector<std::string>& head) const {
@@ -127,6 +125,7 @@ void Journal::check_head(const std::vector<std::string>& head) const {
 }
 
 void Journal::read_rows() {
+  end_ = begin_;
   std::ifstream file = open_at(path_, descriptor_, begin_);
   while (const std::optional<std::string> line = next_line(path_, file)) {
     const std::optional<Row> row = row_of(*line);
@@ -141,19 +140,8 @@ void Journal::read_rows() {
 }
 
 void Journal::append(const Row& row) {
-  const std::string line = line_of(row);
-  for (std::string_view rest = line; !rest.empty();) {
-    const ssize_t n =
-        pwrite(descriptor_, rest.data(), rest.size(), end_ + static_cast<off_t>(line.size() - rest.size()));
-    if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) {
-      const int error = n < 0 ? errno : ENOSPC;
-      if (ftruncate(descriptor_, end_) != 0) errno = 0;  // the torn line is dropped when the sweep continues
-      refuse_output(path_, error);
-    }
-    rest.remove_prefix(static_cast<std::size_t>(n));
-  }
-  end_ += static_cast<off_t>(line.size());
+  const std::string text = fmt::format("{} {}", static_cast<char>(row.status), row.text);
+  write(fmt::format("{} {}\n", checksum(text), text));
   finished_.insert(row.run);
   tally_.add(row.status);
 }
@@ -168,14 +156,10 @@ void Journal::for_each_row(const std::function<void(const Row&)>& take) const {
   std::map<std::uint64_t, Row> ahead;  // less than FinishedRuns::kWindow
   std::uint64_t next = 0;
   while (const std::optional<std::string> line = next_line(path_, file)) {
-    std::optional<Row> row = row_of(*line);
+    const std::optional<Row> row = row_of(*line);
     if (!row || row->run < next) continue;  // damaged, see the constructor
-    const std::uint64_t run = row->run;
-    ahead.emplace(run, std::move(*row));
-    for (auto first = ahead.begin(); first != ahead.end() && first->first == next; first = ahead.begin(), ++next) {
-      take(first->second);
-      ahead.erase(first);
-    }
+    ahead.emplace(row->run, *row);
+    for (; !ahead.empty() && ahead.begin()->first == next; ++next) take(ahead.extract(ahead.begin()).mapped());
   }
   if (next != tally_.runs) throw OutputError(fmt::format("{}: was damaged while it was written", quote_path(path_)));
 }

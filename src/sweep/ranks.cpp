@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <future>
 #include <mutex>
+#include <optional>
 #include <stdexcept>
 
 #include "youbot_base_sim/integration/motion_integrator.h"
@@ -13,23 +14,9 @@
 #ifdef YOUBOT_BASE_SIM_MPI
 #include <boost/mpi.hpp>
 #include <boost/serialization/string.hpp>
-#include <boost/serialization/utility.hpp>
-#include <boost/serialization/vector.hpp>
 #include <deque>
 #include <list>
 #include <thread>
-
-namespace boost::serialization {
-
-template <class Archive>
-void serialize(Archive& archive, youbot_base_sim::Row& row, unsigned) {
-  archive& row.run;
-  archive& row.status;
-  archive& row.text;
-}
-
-}  // namespace boost::serialization
-
 #endif
 
 namespace youbot_base_sim {
@@ -37,24 +24,24 @@ namespace youbot_base_sim {
 namespace {
 
 using std::chrono::milliseconds;
-using Runs = std::vector<std::uint64_t>;
 
-constexpr milliseconds kWatch{100};  // between two calls of `watch`
-
-/// Hands out the runs whose rows the journal lacks, and enters these as they come. For several threads at once.
+/// Hands out the runs that the journal lacks and appends their rows. Used by several threads at once.
 class RunQueue {
  public:
-  /// `watch` as Ranks::serve has it. All must outlive this.
+  /// `watch` as in Ranks::serve. All must outlive this.
   RunQueue(Journal& journal, const RowMaker& maker, const Ranks::Watch& watch)
       : journal_(journal), maker_(maker), watch_(watch) {}
 
-  /// Finishes the runs, or what others leave of them, on `threads` more threads. Calls `look` every `interval` on this
-  /// one. Throws what was thrown there or here, which stops all.
-  void run(int threads, milliseconds interval, const std::function<void()>& look) {
-    std::vector<std::future<void>> crew;  // which is waited for where this throws too
+  /// Finishes the runs, or those that other ranks leave, on `threads` more threads. Calls `exchange` and `watch` every
+  /// `interval` on this one. Any exception stops all threads and is rethrown.
+  void run(int threads, milliseconds interval, const std::function<void()>& exchange) {
+    std::vector<std::future<void>> crew;  // joined where this throws, too
     try {
       for (int k = 0; k < threads; ++k) crew.push_back(std::async(std::launch::async, [&] { work(); }));
-      while (!wait(interval)) look();
+      while (!wait(interval)) {
+        exchange();
+        if (!watch_(tally())) stop();
+      }
     } catch (...) {
       stop();
       throw;
@@ -62,45 +49,31 @@ class RunQueue {
     for (std::future<void>& member : crew) member.get();
   }
 
-  /// Calls `watch`, which may have nothing more handed out, and runs end early.
-  void watch() {
-    if (!watch_(tally())) stop();
-  }
-
-  /// The next runs, at most `max_count`; none where none are left, where it is to stop, or, unless this waits for them,
-  /// while those that others work at hold up the rest (see FinishedRuns).
-  Runs take(std::size_t max_count, bool waits = false) {
+  /// The next run; none if all are handed out, after a stop, or, unless this `waits`, while the journal has no room for
+  /// it (see FinishedRuns).
+  std::optional<std::uint64_t> take(bool waits) {
     Lock lock(mutex_);
-    for (Runs taken;; changed_.wait(lock)) {
-      for (; !stopping_ && taken.size() < max_count && next_ < journal_.runs(); ++next_) {
-        if (!journal_.finished().has_room_for(next_)) break;
-        if (!journal_.finished().contains(next_)) taken.push_back(next_);
-      }
-      if (!waits || !taken.empty() || stopping_ || next_ == journal_.runs()) return taken;
+    for (;; changed_.wait(lock)) {
+      while (journal_.finished().contains(next_)) ++next_;
+      if (stopping_ || next_ >= journal_.runs()) return std::nullopt;
+      if (journal_.finished().has_room_for(next_)) return next_++;
+      if (!waits) return std::nullopt;
     }
   }
 
-  /// Enters rows of runs that were taken. Throws OutputError.
-  void finish(const std::vector<Row>& rows) {
+  /// Appends the row of a run that was taken. Throws OutputError.
+  void finish(const Row& row) {
     const Lock lock(mutex_);
-    for (const Row& row : rows) journal_.append(row);
+    journal_.append(row);
     changed_.notify_all();
-  }
-
-  Tally tally() const {
-    const Lock lock(mutex_);
-    return journal_.tally();
   }
 
  private:
   using Lock = std::unique_lock<std::mutex>;
 
-  /// Takes runs and finishes them until there are no more or it is to stop.
   void work() {
     try {
-      for (Runs taken = take(1, true); !taken.empty(); taken = take(1, true)) {
-        finish({maker_.make(taken.front(), stopping_)});
-      }
+      while (const auto run = take(true)) finish(maker_.make(*run, stopping_));
     } catch (const Stopped&) {
       stop();
     } catch (...) {
@@ -115,10 +88,15 @@ class RunQueue {
     changed_.notify_all();
   }
 
-  /// Waits until all runs are finished or it is to stop, at most as long. Returns whether that is so.
-  bool wait(milliseconds time) const {
+  /// Waits at most this long until all runs are finished or it stops. Returns whether that is so.
+  bool wait(milliseconds time) {
     Lock lock(mutex_);
     return changed_.wait_for(lock, time, [&] { return stopping_ || journal_.is_complete(); });
+  }
+
+  Tally tally() {
+    const Lock lock(mutex_);
+    return journal_.tally();
   }
 
   Journal& journal_;
@@ -126,25 +104,21 @@ class RunQueue {
   const Ranks::Watch& watch_;
   std::uint64_t next_ = 0;  // all before were handed out or found finished
   std::atomic<bool> stopping_{false};
-  mutable std::mutex mutex_;  // of all this, and of the journal but for its `sync`
-  mutable std::condition_variable changed_;
+  std::mutex mutex_;  // of all this, and of the journal but for its `sync`
+  std::condition_variable changed_;
 };
 
 #ifdef YOUBOT_BASE_SIM_MPI
 namespace mpi = boost::mpi;
-using Clock = std::chrono::steady_clock;
-using Rows = std::pair<std::vector<Row>, bool>;  // of a batch, and whether there are no more of it
 
-enum Tag { kRows = 1, kRuns = 2 };
+enum Tag { kRow = 1, kRun = 2 };
 
-// MPI's own waiting takes all of a core, which may be one that another rank simulates on.
-constexpr milliseconds kPoll{1};
-// As many runs are handed out at once as take this long, by the latest rate, so that messages are few; their rows come
-// back as often, however long the rest of them take.
-constexpr milliseconds kBatch{250};
-constexpr double kMaxBatch = 100;
-constexpr int kBatchesAhead = 2;  // at each rank: while it works at one, the next is on its way
+constexpr std::uint64_t kNoRun = -1;  // ends a rank's work
+constexpr int kRunsAhead = 2;         // at each rank: while it makes one, the next is on its way
+constexpr milliseconds kPoll{1};      // MPI's own waiting takes all of a core, on which another rank may simulate
 
+// Rank 0 sends runs, and each other rank returns a row for each of them. Neither waits until the other, which may be
+// amid a run, has received its message.
 class MpiRanks : public Ranks {
  public:
   MpiRanks(int& argc, char**& argv) : environment_(argc, argv, mpi::threading::funneled) {}
@@ -160,95 +134,54 @@ class MpiRanks : public Ranks {
 
   void serve(Journal& journal, const RowMaker& maker, int threads, const Watch& watch) override {
     if (size() == 1) return Ranks::serve(journal, maker, threads, watch);
-    for (int k = 0; k < kBatchesAhead; ++k) {
-      for (int rank = 1; rank < world_.size(); ++rank) hungry_.push_back(rank);
+    std::list<std::pair<std::uint64_t, mpi::request>> sent;  // runs
+    std::deque<int> idle;                                    // ranks, once for each run that they could take
+    for (int k = 0; k < kRunsAhead; ++k) {
+      for (int rank = 1; rank < size(); ++rank) idle.push_back(rank);
     }
-    Clock::time_point watched = Clock::now(), counted = watched;
-    std::uint64_t runs_then = journal.tally().runs;
-    double batch = 1;
     RunQueue queue(journal, maker, watch);
     queue.run(1, kPoll, [&] {
-      receive(queue);
-      const Clock::time_point now = Clock::now();
-      if (now - counted >= kBatch) {
-        const std::uint64_t runs = queue.tally().runs;
-        const double batches = std::chrono::duration<double>(now - counted) / kBatch;
-        batch = std::clamp(static_cast<double>(runs - runs_then) / batches / world_.size(), 1.0, kMaxBatch);
-        counted = now;
-        runs_then = runs;
+      while (const auto message = world_.iprobe(mpi::any_source, kRow)) {
+        Row row;
+        world_.recv(message->source(), kRow, row);
+        queue.finish(row);
+        idle.push_back(message->source());
       }
-      feed(queue, static_cast<std::size_t>(batch));
-      if (now - watched < kWatch) return;
-      watched = now;
-      queue.watch();
+      for (; !idle.empty(); idle.pop_front()) {
+        const auto run = queue.take(false);
+        if (!run) return;
+        sent.remove_if([](auto& message) { return message.second.test().has_value(); });
+        auto& [number, request] = sent.emplace_back(*run, mpi::request());
+        request = world_.isend(idle.front(), kRun, number);
+      }
     });
     if (!journal.is_complete()) return;  // stopped: the caller aborts
-    for (int rank = 1; rank < world_.size(); ++rank) hand_out(rank, {});
-    for (Handed& handed : handed_) handed.message.wait();
+    for (int rank = 1; rank < size(); ++rank) world_.send(rank, kRun, kNoRun);
+    for (auto& message : sent) message.second.wait();
   }
 
   void work(const RowMaker& maker) override {
     const std::atomic<bool> stop{false};  // rank 0 aborts
-    for (;;) {
-      auto message = world_.iprobe(0, kRuns);
-      for (; !message; message = world_.iprobe(0, kRuns)) std::this_thread::sleep_for(kPoll);
-      Runs runs(static_cast<std::size_t>(message->count<std::uint64_t>().get()));
-      world_.recv(0, kRuns, runs.data(), static_cast<int>(runs.size()));
-      if (runs.empty()) return;
-      Rows rows;
-      Clock::time_point sent = Clock::now();
-      for (const std::uint64_t run : runs) {
-        rows.first.push_back(maker.make(run, stop));
-        rows.second = run == runs.back();
-        if (!rows.second && Clock::now() - sent < kBatch) continue;
-        world_.send(0, kRows, rows);
-        rows.first.clear();
-        sent = Clock::now();
-      }
+    const auto wait = [](mpi::request& message) {
+      while (message.active() && !message.test()) std::this_thread::sleep_for(kPoll);
+    };
+    std::uint64_t next = kNoRun;
+    for (mpi::request received = world_.irecv(0, kRun, next), sent;;) {
+      wait(received);
+      const std::uint64_t run = next;
+      if (run == kNoRun) return wait(sent);
+      received = world_.irecv(0, kRun, next);
+      const Row row = maker.make(run, stop);
+      wait(sent);
+      sent = world_.isend(0, kRow, row);
     }
   }
 
-  [[noreturn]] void abort(int status) const override {
-    mpi::environment::abort(status);
-    std::terminate();
-  }
+  void abort(int status) const override { mpi::environment::abort(status); }
 
  private:
-  /// Runs that were sent to a rank.
-  struct Handed {
-    Runs runs;
-    mpi::request message;
-  };
-
-  // Does not wait until they are received: the rank may be waiting for its rows to be.
-  void hand_out(int rank, Runs runs) {
-    handed_.remove_if([](Handed& handed) { return handed.message.test().has_value(); });
-    Handed& handed = handed_.emplace_back(Handed{std::move(runs), {}});
-    handed.message = world_.isend(rank, kRuns, handed.runs.data(), static_cast<int>(handed.runs.size()));
-  }
-
-  void receive(RunQueue& queue) {
-    while (const auto message = world_.iprobe(mpi::any_source, kRows)) {
-      Rows rows;
-      world_.recv(message->source(), kRows, rows);
-      queue.finish(rows.first);
-      if (rows.second) hungry_.push_back(message->source());
-    }
-  }
-
-  void feed(RunQueue& queue, std::size_t batch) {
-    while (!hungry_.empty()) {
-      Runs runs = queue.take(batch);
-      if (runs.empty()) return;
-      hand_out(hungry_.front(), std::move(runs));
-      hungry_.pop_front();
-    }
-  }
-
   mpi::environment environment_;
   mpi::communicator world_;
-  std::list<Handed> handed_;
-  std::deque<int> hungry_;  // ranks, once for each batch that they could take
 };
 #endif
 
@@ -261,8 +194,7 @@ bool launched_by_mpi() {
 }  // namespace
 
 void Ranks::serve(Journal& journal, const RowMaker& maker, int threads, const Watch& watch) {
-  RunQueue queue(journal, maker, watch);
-  queue.run(threads, kWatch, [&] { queue.watch(); });
+  RunQueue(journal, maker, watch).run(threads, milliseconds(100), [] {});
 }
 
 std::unique_ptr<Ranks> join_ranks([[maybe_unused]] int& argc, [[maybe_unused]] char**& argv) {

@@ -48,15 +48,10 @@ std::string quote(std::string_view text, std::size_t max_characters) {
 }
 
 std::string quote_path(std::string_view path) {
-  constexpr std::size_t kMaxBytes = 4;  // of a character
-  const bool cut = path.size() > kMaxBytes * kMaxPath;
-  if (cut) path.remove_prefix(path.size() - kMaxBytes * kMaxPath);
   std::vector<std::string> shown;
   while (!path.empty()) shown.push_back(take_shown(path));
-  const std::size_t first = shown.size() > kMaxPath ? shown.size() - kMaxPath : 0;
-  std::string end = cut || first > 0 ? kCut : "";
-  for (std::size_t k = first; k < shown.size(); ++k) end += shown[k];
-  return end;
+  const auto cut = static_cast<std::ptrdiff_t>(shown.size() > kMaxPath ? shown.size() - kMaxPath : 0);
+  return fmt::format("{}{}", cut > 0 ? kCut : "", fmt::join(shown.begin() + cut, shown.end(), ""));
 }
 
 }  // namespace youbot_base_sim

@@ -8,6 +8,8 @@
 
 #include <array>
 #include <cerrno>
+#include <cstdio>
+#include <memory>
 #include <system_error>
 
 namespace youbot_base_sim {
@@ -20,67 +22,33 @@ constexpr int kWriterTimeout = 1000;  // ms, in which a writer must have opened 
   throw UnreadableFile(fmt::format("cannot be read ({})", std::generic_category().message(errno)));
 }
 
-/// A file or pipe that is read from its beginning.
-class Input {
- public:
-  // Without O_NONBLOCK, open would wait for ever for the writer of a pipe.
-  explicit Input(const std::string& path) : descriptor_(open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC)) {
-    if (descriptor_ < 0) refuse_error();
-  }
-  ~Input() { close(descriptor_); }
-  Input(const Input&) = delete;
-  Input& operator=(const Input&) = delete;
-
-  void check_kind() const {
-    struct stat status;
-    if (fstat(descriptor_, &status) != 0) refuse_error();
-    if (S_ISDIR(status.st_mode)) throw UnreadableFile("is a folder");
-    if (!S_ISREG(status.st_mode) && !S_ISFIFO(status.st_mode)) throw UnreadableFile("is neither a file nor a pipe");
-  }
-
-  /// Reads up to `size` bytes; none at the end.
-  std::size_t read(char* bytes, std::size_t size) {
-    bool in_time = true;
-    while (true) {
-      const ssize_t count = ::read(descriptor_, bytes, size);
-      if (count > 0) opened_ = true;
-      if (count > 0 || (count == 0 && opened_)) return static_cast<std::size_t>(count);
-      if (count == 0) {  // a file that is empty or a pipe that has had no writer so far
-        if (!in_time) throw UnreadableFile("is a pipe that nobody writes to");
-        opened_ = in_time = wait(kWriterTimeout);
-      } else if (errno == EAGAIN) {
-        opened_ = true;
-        wait(-1);
-      } else {
-        refuse_error();
-      }
-    }
-  }
-
- private:
-  /// Waits for something to read or for the end, at most `timeout` ms unless that is -1. Returns false in vain.
-  bool wait(int timeout) const {
-    pollfd events{descriptor_, POLLIN, 0};
-    const int ready = poll(&events, 1, timeout);
-    if (ready < 0) refuse_error();  // also where a signal interrupts
-    return ready > 0;
-  }
-
-  int descriptor_;
-  bool opened_ = false;  // known not to be a pipe without a writer
-};
-
 }  // namespace
 
 std::string read_text_file(const std::string& path, std::size_t max_bytes) {
-  Input input(path);
-  input.check_kind();
+  // Without O_NONBLOCK, opening a pipe would wait for a writer without end.
+  const int descriptor = open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+  if (descriptor < 0) refuse_error();
+  const std::unique_ptr<FILE, int (*)(FILE*)> file(fdopen(descriptor, "r"), std::fclose);
+  struct stat status;
+  if (!file || fstat(descriptor, &status) != 0) refuse_error();
+  if (S_ISDIR(status.st_mode)) throw UnreadableFile("is a folder");
+  if (!S_ISREG(status.st_mode) && !S_ISFIFO(status.st_mode)) throw UnreadableFile("is neither a file nor a pipe");
   std::string text;
+  if (S_ISFIFO(status.st_mode)) {
+    pollfd events{descriptor, POLLIN, 0};
+    const bool in_time = poll(&events, 1, kWriterTimeout) > 0;
+    char first;
+    const ssize_t count = read(descriptor, &first, 1);
+    if (count > 0) text += first;
+    if (count == 0 && !in_time) throw UnreadableFile("is a pipe without a writer");
+  }
+  fcntl(descriptor, F_SETFL, 0);  // from here on, wait for the writer
   std::array<char, 65536> bytes;
-  while (const std::size_t count = input.read(bytes.data(), bytes.size())) {
+  while (const std::size_t count = std::fread(bytes.data(), 1, bytes.size(), file.get())) {
     text.append(bytes.data(), count);
     if (text.size() > max_bytes) throw UnreadableFile(fmt::format("is longer than {} bytes", max_bytes));
   }
+  if (std::ferror(file.get())) refuse_error();
   constexpr char kByteOrderMark[] = "\xEF\xBB\xBF";
   if (text.compare(0, 3, kByteOrderMark) == 0) text.erase(0, 3);
   return text;

@@ -6,7 +6,6 @@ and velocity_command, in any namespace, and says in one line each what it cannot
 explains the numbers.
 
 A bag that is cut, damaged or without an index is read up to where it breaks; the file is never written to.
-Exit status: 0 done, 2 rejected input, 1 an output could not be written.
 """
 import argparse
 import array
@@ -30,24 +29,6 @@ SECTIONS = ("path", "odometry", "slip", "switches", "energy", "spectrum", "effic
 LARGEST_SCENE = 1000000  # bytes, as simulate reads
 
 
-def main(argv=None):
-    """Returns the exit status."""
-    arguments = parse_arguments(argv)
-    base = read_base(arguments.scene) if arguments.scene else Base()
-    desired = read_desired(arguments.desired) if arguments.desired else None
-    folders = output_folders(arguments)
-    status = DONE
-    for k, bag in enumerate(arguments.bag):
-        if k:
-            print()
-        try:
-            analyse(bag, base, desired, arguments, *folders[k])
-        except (Refused, Failed) as error:
-            complain("analyse", error)
-            status = max(status, error.status)
-    return status
-
-
 def analyse(path, base, desired, arguments, tables, plots):
     with contextlib.closing(Bag(path)) as bag, Progress(sum(bag.counts.values()), delay=1, interval=0.2) as progress:
         record = read_record(bag, base, arguments.topic, lambda n: n % 256 or progress.show(n, Path(path).name))
@@ -62,18 +43,17 @@ def analyse(path, base, desired, arguments, tables, plots):
     sections, missing = [], []
     for name in arguments.only:
         try:
-            sections.append(importlib.import_module(f".analysis.{name}", __package__).analyse(record))
-            print_section(sections[-1])
+            section = importlib.import_module(f".analysis.{name}", __package__).analyse(record)
+            print_section(section.title, section.lines)
+            sections.append(section)
         except Missing as reason:
             missing.append((name, reason))
     if missing:
-        print("\nNot computed")
-        for name, reason in missing:
-            print(f"  {name:28}{reason}")
+        print_section("Not computed", missing)
     if tables:
-        write_tables(tables, sections)
+        write_all(tables, csv_files(sections), ".csv")
     if plots:
-        write_plots(plots, sections, Path(path).name)
+        write_all(plots, png_files(sections, Path(path).name), ".png")
 
 
 def print_beginning(bag, record):
@@ -88,33 +68,29 @@ def print_beginning(bag, record):
         print("  note: " + note)
 
 
-def print_section(section):
-    print("\n" + section.title)
-    for what, text in section.lines:
+def print_section(title, lines):
+    print("\n" + title)
+    for what, text in lines:
         print(f"  {what:28}{text}".rstrip())
 
 
-def write_tables(folder, sections):
+def csv_files(sections):
     files = {name: csv_text(columns, rows.tolist() if hasattr(rows, "tolist") else rows)
              for section in sections for name, (columns, rows) in section.tables.items()}
-    files["summary.csv"] = csv_text(["section", "quantity", "value", "unit"],
-                                    [(section.name, *number) for section in sections for number in section.numbers])
-    write_all(folder, files, ".csv")
+    numbers = [(section.name, *number) for section in sections for number in section.numbers]
+    return {**files, "summary.csv": csv_text(["section", "quantity", "value", "unit"], numbers)}
 
 
-def write_plots(folder, sections, name):
-    files = {}
-    for section in sections:
-        if not section.draw:
-            continue
+def png_files(sections, name):
+    files, title = {}, shown(name).replace("$", r"\$")
+    for section in filter(lambda section: section.draw, sections):
         figure = figures.new_figure(figsize=(9, 6), dpi=100, constrained_layout=True)
-        title = shown(name).replace("$", r"\$")
         figure.suptitle(f"{title}: {section.name}")
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of a logarithmic axis without data
             section.draw(figure)
             files[section.name + ".png"] = figures.picture(figure)
-    write_all(folder, files, ".png")
+    return files
 
 
 def write_all(folder, files, ending):
@@ -129,16 +105,13 @@ def write_all(folder, files, ending):
 
 def file_names(sections, ending):
     """Of all files that the sections may write; path has only numbers."""
-    tables = ["summary", *(["contact_slip"] if "slip" in sections else [])] if ending == ".csv" else []
+    tables = ["summary"] + ["contact_slip"] * ("slip" in sections) if ending == ".csv" else []
     return [name + ending for name in (*sections, *tables) if name != "path"]
 
 
 def read_base(path):
     """The sizes in section `robot` of a scene. simulate checks scenes; here only what is used must be a number."""
-    try:
-        import yaml
-    except ImportError:
-        raise Refused("--scene needs the package python3-yaml")
+    import yaml
     try:
         scene = yaml.safe_load(read_whole("--scene", path, LARGEST_SCENE, "a scene").decode("utf-8-sig"))
     except (yaml.YAMLError, ValueError, RecursionError) as error:  # a ValueError of text, and of numbers and dates
@@ -180,8 +153,7 @@ def read_desired(path):
 
 
 def output_folders(arguments):
-    """For each bag where its tables and plots go: into the folder that is named, with several bags into one of each
-    bag's name there."""
+    """For each bag where its tables and plots go: the folder that is named, with several bags one in it for each."""
     if arguments.plots:
         try:
             import matplotlib  # noqa: F401: only whether it is there
@@ -191,15 +163,16 @@ def output_folders(arguments):
     if len(set(names)) < len(names) and (arguments.csv or arguments.plots):
         raise Refused(f"{shown(next(name for name in names if names.count(name) > 1))}: two bags of this name: analyse "
                       "them one by one")
-    folders = [[folder and (Path(folder) / name if len(names) > 1 else Path(folder))
-                for folder in (arguments.csv, arguments.plots)] for name in names]
-    for folder in {folder for pair in folders for folder in pair if folder}:
-        make_folder(folder)
     outputs = Outputs([*arguments.bag, *filter(None, (arguments.scene, arguments.desired))])
-    for pair in folders:
-        for option, folder, ending in zip(("--csv", "--plots"), pair, (".csv", ".png")):
-            for name in file_names(arguments.only, ending) if folder else ():
-                outputs.claim(option, folder / name)
+    folders = []
+    for name in names:
+        folders.append([folder and (Path(folder) / name if len(names) > 1 else Path(folder))
+                        for folder in (arguments.csv, arguments.plots)])
+        for option, folder, ending in zip(("--csv", "--plots"), folders[-1], (".csv", ".png")):
+            if folder:
+                make_folder(folder)
+                for file in file_names(arguments.only, ending):
+                    outputs.claim(option, folder / file)
     return folders
 
 
@@ -217,8 +190,9 @@ def named_topic(text):
     return name, topic
 
 
-def parse_arguments(argv):
-    parser = Parser("analyse", __doc__)
+def main(argv=None):
+    """Returns the exit status."""
+    parser = Parser("analyse", __doc__, "case1.bag", "drive.bag --only odometry,slip --csv tables --plots plots")
     parser.add_argument("bag", metavar="BAG", nargs="+")
     parser.add_argument("--csv", metavar="DIR", help="write tables there: summary.csv and one or two for each section")
     parser.add_argument("--plots", metavar="DIR", help="write PNG figures there")
@@ -232,4 +206,15 @@ def parse_arguments(argv):
                         help=f"read this topic instead of the usual one; NAME of {', '.join(TOPICS)}")
     arguments = parser.parse_args(argv)
     arguments.topic = dict(arguments.topic)
-    return arguments
+    base = read_base(arguments.scene) if arguments.scene else Base()
+    desired = read_desired(arguments.desired) if arguments.desired else None
+    status = DONE
+    for k, (bag, folders) in enumerate(zip(arguments.bag, output_folders(arguments))):
+        if k:
+            print()
+        try:
+            analyse(bag, base, desired, arguments, *folders)
+        except (Refused, Failed) as error:
+            complain("analyse", error)
+            status = max(status, error.status)
+    return status

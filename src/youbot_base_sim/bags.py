@@ -4,6 +4,7 @@ import io
 import logging
 import os
 import struct
+from collections import Counter
 from pathlib import Path
 
 import genpy
@@ -21,11 +22,8 @@ logging.getLogger("rosout").addHandler(logging.NullHandler())  # genpy's, which 
 
 
 class Bag:
-    """The messages of a bag.
-
-    types: {topic: type}. counts: {topic: messages}. start: the earliest time of arrival. problem: None, or in one line
-    why not all of it can be read; final after `messages` has ended.
-    """
+    """The messages of a bag. types: {topic: type}. counts: {topic: messages}. start: the earliest time of arrival.
+    problem: None or, at the end of `messages`, in one line why not all of it can be read."""
 
     def __init__(self, path):
         """Throws Refused for a file that is not a bag, and for one without a message that can be read."""
@@ -74,8 +72,7 @@ class Bag:
             yield topic, message, arrival
 
     def messages_of_one_run(self, topics):
-        """Yields seconds, topic and message. Throws Refused where the times of a topic go back, as of a clock that was
-        set back: in order of time the messages of two runs would alternate."""
+        """Yields seconds, topic and message. Throws Refused where a topic's times go back, as in a bag of two runs."""
         latest = {}
 
         def follow(topic, t):
@@ -110,12 +107,11 @@ class Bag:
         return by_stamp if abs(by_stamp - by_arrival) < MAX_CLOCKS_APART else by_arrival
 
     def _scan(self):
-        self.types, self.counts = {}, {}
-        times = []
+        self.types, self.counts, times = {}, Counter(), []
         for connection, arrival, _ in scan(self.path):
             self.types[connection["topic"]] = connection["type"]
-            self.counts[connection["topic"]] = self.counts.get(connection["topic"], 0) + 1
-            times = [min(times + [arrival]), max(times + [arrival])]
+            self.counts[connection["topic"]] += 1
+            times = [min([*times, arrival]), max([*times, arrival])]
         self.start, last = times or (None, None)
         self.problem = (
             f"{shown(self.path)} has no complete index, as if it was cut or its recorder was killed: " +
@@ -152,9 +148,8 @@ def open_bag(path):
 
 
 def scan(path):
-    """Yields connection, time of arrival and bytes of the messages of a bag of version 2.0, whatever its index says,
-    up to the first record that is cut or damaged: rosbag's own reindexing drops the whole last chunk, and with it all
-    of a short bag."""
+    """Yields connection, time of arrival and bytes of the messages of a bag of version 2.0, without its index, up to
+    the first record that is cut or damaged. rosbag's reindexing drops the whole last chunk: all of a short bag."""
     connections = {}
     with open_bag(path)[0] as file:
         try:
@@ -191,10 +186,9 @@ def records(stream, size):
 
 def block(stream, size):
     """Bytes that follow their length; None where they are cut."""
-    length = stream.read(4)
-    if len(length) < 4 or stream.tell() + struct.unpack("<L", length)[0] > size:
-        return None
-    return stream.read(struct.unpack("<L", length)[0])
+    head = stream.read(4)
+    length = int.from_bytes(head, "little")
+    return stream.read(length) if len(head) == 4 and stream.tell() + length <= size else None
 
 
 def fields_of(header):

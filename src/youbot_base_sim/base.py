@@ -1,5 +1,4 @@
-"""The base: names of its four wheels, its size and the kinematics of ideal Mecanum wheels. Arrays over wheels have the
-order of WHEELS."""
+"""The base: wheels, size and the kinematics of ideal Mecanum wheels. Arrays over wheels have the order of WHEELS."""
 from dataclasses import dataclass
 from math import pi, tan
 
@@ -30,8 +29,7 @@ class Base:
                 for speed in (V_X - V_Y - turn, V_X + V_Y + turn, V_X + V_Y - turn, V_X - V_Y + turn)]
 
     def velocities(self, rates):
-        """V_X, V_Y and Omega that wheels of these rates, (n, 4), roll: the least squares' where the rates contradict
-        each other."""
+        """V_X, V_Y and Omega that wheels of these rates, (n, 4), roll; where they contradict, by least squares."""
         fl, fr, bl, br = self.wheel_radius / 4 * rates.T
         return fl + fr + bl + br, -fl + fr + bl - br, (-fl + fr - bl + br) / self.half_lengths
 

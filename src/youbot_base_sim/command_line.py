@@ -33,7 +33,7 @@ def shown(name):
 def quoted(value):
     """A value of a file, cut where it is long: lists may hold each other a billion times."""
     text = reprlib.repr(value)
-    return text if len(text) <= LONGEST_QUOTE else text[:LONGEST_QUOTE] + "..."
+    return text[:LONGEST_QUOTE] + "..." * (len(text) > LONGEST_QUOTE)
 
 
 def one_line(error):
@@ -56,11 +56,13 @@ def complain(name, text):
 
 
 class Parser(argparse.ArgumentParser):
-    """Refuses in one line, and texts that are given but empty, as an unset variable of a shell is."""
+    """Refuses in one line; empty texts too, as of unset variables. `examples`: what follows the program's name."""
 
-    def __init__(self, name, description, **options):
+    def __init__(self, name, description, *examples,
+                 epilog="Exit status: 0 done, 2 rejected input, 1 it could not be completed."):
+        lines = ["", "", "Examples:", *(f"  {name} {example}".rstrip() for example in examples)]
         super().__init__(prog=name, description=description, formatter_class=argparse.RawDescriptionHelpFormatter,
-                         **options)
+                         epilog=epilog + ("\n".join(lines) if examples else ""))
 
     def parse_args(self, argv=None):
         arguments = super().parse_args(argv)
@@ -76,8 +78,7 @@ class Parser(argparse.ArgumentParser):
 
 
 class Progress:
-    """A bar on standard error, if that is a terminal: from `delay` s on, at most each `interval` s. A context, which
-    clears it."""
+    """A bar on standard error, if a terminal: from `delay` s on, at most each `interval` s. A context: clears it."""
 
     def __init__(self, total, delay=0, interval=0):
         self.total, self.interval, self.is_shown = max(total, 1), interval, False
@@ -105,18 +106,17 @@ class StandardOutput:
         self.stream, self.error = stream, None
 
     def write(self, text):
-        self._attempt(lambda: self.stream.write(text))
+        self.attempt(self.stream.write, text)
 
     def flush(self):
-        self._attempt(self.stream.flush)
+        self.attempt(self.stream.flush)
 
-    def _attempt(self, action):
+    def attempt(self, action, *arguments):
         try:
-            if not self.error:
-                action()
+            action(*arguments)
         except OSError as error:
             self.error = error
-            os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # takes what the interpreter still holds
+            os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # takes what the interpreter still holds, and all that follows
 
 
 @contextlib.contextmanager

@@ -28,7 +28,7 @@ def read_whole(option, path, max_bytes, allowed):
                 with contextlib.suppress(BlockingIOError):  # of a writer that has written nothing so far
                     content = os.read(file.fileno(), select.PIPE_BUF)
                     if not content:
-                        refuse("is a pipe that nobody writes to")
+                        refuse("is a pipe without a writer")
             elif not stat.S_ISREG(mode):
                 refuse("is neither a file nor a pipe")
             os.set_blocking(file.fileno(), True)
@@ -43,12 +43,11 @@ def read_whole(option, path, max_bytes, allowed):
 
 
 class Outputs:
-    """The files that a program writes: claimed before anything runs, written later. Each must be another one than those
-    that are read, and than each other. Throws Refused where a claim is wrong, Failed where no space is left."""
+    """The files that a program writes, claimed before anything runs. No two may be the same file, nor one that is read.
+    Throws Refused where a claim is wrong, Failed where no space is left."""
 
     def __init__(self, inputs):
-        self.inputs = {identity(path) for path in inputs if os.path.exists(path)}
-        self.claimed = {}  # identity -> option
+        self.taken = {identity(path): "a file that is read" for path in inputs if os.path.exists(path)}
 
     def claim(self, option, path):
         """`option` names the output where it is refused."""
@@ -57,23 +56,19 @@ class Outputs:
             this = identity(path)
         except OSError as error:
             raise (Failed if is_full(error) else Refused)(f"{shown(path)}: cannot be written: {reason_of(error)}")
-        if this == identity(os.devnull):
-            return
-        reads = "a file that is read" if this in self.inputs else None
-        taken = "the file of " + self.claimed[this] if this in self.claimed else None
-        if reads or taken:
-            raise Refused(f"{option} = {shown(path)}: must not be {reads or taken}")
-        self.claimed[this] = option
+        if this in self.taken:
+            raise Refused(f"{option} = {shown(path)}: must not be {self.taken[this]}")
+        if this != identity(os.devnull):
+            self.taken[this] = "the file of " + option
 
 
 def identity(path):
     """The same for all names that lead to one file, or to where one would be."""
-    target = follow_links(path)
-    if target.exists():
-        status = target.stat()
+    try:
+        status = os.stat(path)
         return status.st_dev, status.st_ino
-    folder = target.parent.stat()
-    return folder.st_dev, folder.st_ino, target.name
+    except FileNotFoundError:
+        return os.path.realpath(path)
 
 
 def follow_links(path):
@@ -117,8 +112,8 @@ def create_beside(target):
 
 
 def write_whole(path, content):
-    """Writes text or bytes. An older file stays as it is until the new one is whole, which has its mode. What is no
-    file, such as a pipe, is written straight. Throws Failed, and leaves nothing that is not whole."""
+    """Writes text or bytes: a pipe or device straight, a file with the mode of an older one, whole or, throwing Failed,
+    not at all."""
     content = content if isinstance(content, bytes) else content.encode()
     try:
         target = follow_links(path)
@@ -129,8 +124,7 @@ def write_whole(path, content):
 
 def write_straight(target, content):
     own = own_descriptor(target)
-    if own is not None:
-        sys.stdout.flush()
+    sys.stdout.flush()  # which may be this one
     # A copy of an own descriptor shares its position, where opening it once more would begin at 0 and overwrite.
     with open(target if own is None else os.dup(own), "wb") as file:
         file.write(content)

@@ -18,7 +18,8 @@ ROWS = (f"a list of one row or more, each [seconds, forward, left, yaw]: a finit
 
 
 def main():
-    Parser("identification_drive", __doc__).parse_args(rospy.myargv()[1:])
+    Parser("identification_drive", __doc__, "_programme:='[[5, 0.2, 0, 0], [5, 0, 0.2, 0]]'",
+           "_programme:='[[10, 0, 0, 0.5]]' _scale:=0.5").parse_args(rospy.myargv()[1:])
     rospy.init_node("identification_drive")
     with contextlib.suppress(rospy.ROSInterruptException):
         drive(*read_parameters(rospy.get_param("~", {})))
@@ -27,7 +28,10 @@ def main():
 def drive(programme, scale):
     publisher = rospy.Publisher("cmd_vel", geometry_msgs.msg.Twist, queue_size=10)
     rospy.on_shutdown(lambda: publisher.publish(geometry_msgs.msg.Twist()))
-    wait_for_listeners(publisher)
+    while publisher.get_num_connections() < 2:
+        rospy.loginfo_throttle(5, "waiting until both a driver and a recorder listen to cmd_vel")
+        rospy.sleep(0.1)
+    rospy.sleep(1.0)
     rospy.loginfo("driving for %.0f s", sum(row[0] for row in programme))
     rate = rospy.Rate(RATE)
     end = rospy.Time.now()
@@ -43,9 +47,8 @@ def drive(programme, scale):
 def read_parameters(given):
     """Programme and scale of {name: value}. An empty text, and "unset", count as not set, as for the other nodes."""
     given = {name: value for name, value in given.items() if value not in ("", "unset")}
-    unknown = sorted(set(given) - {"programme", "scale"})
-    if unknown:
-        raise Refused(f"parameter ~{unknown[0]} is unknown; known are: programme, scale")
+    for unknown in sorted(set(given) - {"programme", "scale"}):
+        raise Refused(f"parameter ~{unknown} is unknown; known are: programme, scale")
     if "programme" not in given:
         raise Refused("parameter ~programme is not set: must be " + ROWS)
     rows, scale = given["programme"], number(given.get("scale", 1.0))
@@ -65,24 +68,13 @@ def read_parameters(given):
 
 def number(value):
     """A number, or a text that is one: YAML, as of roslaunch, takes 5e-1 for a text. Else None."""
-    if isinstance(value, bool) or not isinstance(value, (int, float, str)):
-        return None
-    if isinstance(value, str) and not set(value) <= set("0123456789.eE+-"):  # float() also takes 1_0
-        return None
-    try:
-        return float(value)
-    except ValueError:
-        return None
+    is_text = isinstance(value, str) and set(value) <= set("0123456789.eE+-")  # float() also takes 1_0
+    with contextlib.suppress(ValueError):
+        if is_text or type(value) in (int, float):
+            return float(value)
+    return None
 
 
 def refusal(name, value, allowed):
     text = json.dumps(value, default=str)
     return Refused(f"parameter ~{name} = {text[:60] + '...' * (len(text) > 60)}: must be {allowed}")
-
-
-def wait_for_listeners(publisher):
-    """Until the driver and the recorder both listen."""
-    while publisher.get_num_connections() < 2:
-        rospy.loginfo_throttle(5, "waiting until both a driver and a recorder listen to cmd_vel")
-        rospy.sleep(0.1)
-    rospy.sleep(1.0)

@@ -50,7 +50,7 @@ def draw(columns, series, mode, above, below):
 
 
 def main(argv=None):
-    parser = Parser("plot_identification", __doc__)
+    parser = Parser("plot_identification", __doc__, "fit.csv fit.png", "fit.csv fit.pdf")
     parser.add_argument("table", metavar="FILE.csv")
     parser.add_argument("plot", metavar="PLOT.png")
     arguments = parser.parse_args(argv)

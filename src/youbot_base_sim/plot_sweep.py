@@ -181,7 +181,8 @@ def rank(table, arguments):
 
 
 def main(argv=None):
-    parser = Parser("plot_sweep", __doc__)
+    parser = Parser("plot_sweep", __doc__, "scatter wheel_angles.csv wheel_angles.png x y --color psi",
+                    "rank payload.csv payload.png y psi largest_slip")
     kinds = parser.add_subparsers(prog="plot_sweep", metavar="KIND", required=True,
                                   parser_class=lambda prog: Parser(prog, __doc__))
     for draw in (scatter, histogram, rank):

@@ -20,8 +20,7 @@ class Missing(Exception):
 
 @dataclass
 class Series:
-    """Times, s, and columns of values with a row for each; `columns` are (n,) or, of the wheels, (n, 4). NaN is what is
-    not known."""
+    """Times, s, and columns of values, (n,) or, of the wheels, (n, 4). NaN is what is not known."""
     t: np.ndarray
     columns: dict
 
@@ -33,10 +32,8 @@ class Series:
 
     def known(self, *names):
         """The rows in which these columns are known; none if a column is not there."""
-        if not set(names) <= set(self.columns):
-            return Series(self.t[:0], {})
-        rows = np.ones(len(self), bool)
-        for name in names:
+        rows = np.full(len(self), set(names) <= set(self.columns))
+        for name in names if rows.any() else ():
             rows &= np.isfinite(self.columns[name]).reshape(len(self), -1).all(axis=1)
         return Series(self.t[rows], {name: values[rows] for name, values in self.columns.items()})
 
@@ -64,17 +61,13 @@ class Series:
     def stretches(self):
         """Slices without gaps, of two samples at least."""
         breaks = np.flatnonzero(np.diff(self.t) > self.max_step) + 1
-        bounds = [0, *breaks, len(self)]
-        return [slice(a, b) for a, b in zip(bounds, bounds[1:]) if b - a > 1]
+        return [slice(a, b) for a, b in zip([0, *breaks], [*breaks, len(self)]) if b - a > 1]
 
 
 @dataclass
 class Record:
-    """The series of a bag, None for those that it lacks.
-
-    odom, ground_truth: pose and velocity in the frame of the base. joint_states: velocity positive forward and, if the
-    bag has them, position and effort. commands: V_X, V_Y, Omega that were commanded, held until the next.
-    """
+    """The series of a bag by the names of TOPICS: poses with velocities in the frame of the base, wheels positive
+    forward, commands as V_X, V_Y and Omega, held until the next."""
     base: Base
     series: dict = field(default_factory=dict)
     topics: dict = field(default_factory=dict)  # of each series
@@ -102,8 +95,7 @@ class Record:
 
 
 def read_record(bag, base, chosen=(), progress=lambda n: None, only=None):
-    """Reads a Record. `chosen` has topics by name that replace the usual ones; `progress(n)` is called after each of n
-    messages; `only`: the names of TOPICS to read, all unless given."""
+    """Reads a Record of `only` these TOPICS, all unless given. `chosen`: topics by name that replace the usual ones."""
     topics = find_topics(bag, chosen, only or TOPICS)
     names = {topic: name for name, candidates in topics.items() for topic in candidates}
     rows = {topic: [] for topic in names}
@@ -145,19 +137,17 @@ class LeftOut:
         if fields is None:
             self.foreign[topic] += 1
             return None
-        row, is_usable = [], False
+        row, left_out = [], 0
         for name, values in fields.items():
             if values is not EMPTY:
                 self.filled.add((topic, name))
-            if values is EMPTY or values is MISCOUNTED:
-                self.lacking[topic, name] += 1
-            elif not all(abs(value) <= LARGEST for value in values):
-                self.wild[topic, name] += 1
+            if not all(abs(value) <= LARGEST for value in values):
+                counter = self.lacking if values is EMPTY or values is MISCOUNTED else self.wild
+                counter[topic, name] += 1
+                left_out += 1
                 values = (math.nan,) * len(values)
-            else:
-                is_usable = True
             row += values
-        return row if is_usable else None
+        return row if left_out < len(fields) else None
 
     def why_none(self, topic):
         """The reason where no message of a topic can be used."""
@@ -181,15 +171,17 @@ class LeftOut:
 def find_topics(bag, chosen, names):
     """{name: topics that may have it, the likeliest first}"""
     found = {}
-    for name, wanted in ((name, TOPICS[name]) for name in names):
+    for name in names:
+        wanted = TOPICS[name]
         topics = {topic: topic.rsplit("/", 1)[-1] for topic in bag.types if bag.types[topic] == wanted.kind}
-        found[name] = sorted((topic for topic in topics if topics[topic] in wanted.usual),
-                             key=lambda topic: (wanted.usual.index(topics[topic]), topic.count("/"), topic))
-        if name in chosen:
+        if name not in chosen:
+            found[name] = sorted((topic for topic in topics if topics[topic] in wanted.usual),
+                                 key=lambda topic: (wanted.usual.index(topics[topic]), topic.count("/"), topic))
+        elif chosen[name] in topics:
             found[name] = [chosen[name]]
-            if chosen[name] not in topics:
-                raise Refused(f"{shown(bag.path)}: {name}={shown(chosen[name])}: must be a topic of type "
-                              f"{wanted.kind}; it has {bag.shown_topics()}")
+        else:
+            raise Refused(f"{shown(bag.path)}: {name}={shown(chosen[name])}: must be a topic of type {wanted.kind}; it "
+                          f"has {bag.shown_topics()}")
     return found
 
 
@@ -215,9 +207,8 @@ def joint_fields(message):
 
 def switch_fields(message):
     wheel = message.wheel.rsplit("_", 1)[-1]
-    if wheel not in WHEELS:
-        return None
-    return {"switch": (WHEELS.index(wheel), message.direction, getattr(message, "count", 1)), "phi": (message.phi,)}
+    return None if wheel not in WHEELS else {
+        "switch": (WHEELS.index(wheel), message.direction, getattr(message, "count", 1)), "phi": (message.phi,)}
 
 
 def contact_fields(message):
@@ -225,15 +216,11 @@ def contact_fields(message):
     if set(contacts) != set(WHEELS):
         return None
     ordered = [contacts[wheel] for wheel in WHEELS]
-
-    def planar(vectors):
-        return [component for vector in vectors for component in (vector.x, vector.y)]
     return {"kinetic_energy": (message.kinetic_energy,),
             **{name + "_power": (getattr(message, name + "_power", 0.0),) for name in POWERS},
-            "slip_velocity": planar(contact.slip_velocity for contact in ordered),
-            "friction_force": planar(contact.friction_force for contact in ordered),
-            "friction_share": [contact.friction_share for contact in ordered],
-            "normal_force": [contact.normal_force for contact in ordered]}
+            **{name: [number for contact in ordered for number in (getattr(contact, name).x, getattr(contact, name).y)]
+               for name in ("slip_velocity", "friction_force")},
+            **{name: [getattr(contact, name) for contact in ordered] for name in ("friction_share", "normal_force")}}
 
 
 def twist_fields(message):
@@ -267,11 +254,9 @@ def pose_series(t, values, record, topic):
     poses = series.known("x", "y", "psi")
     if len(poses) < 3:
         return series
-    step = np.diff(poses.t)
-    middle = lambda column: (column[1:] + column[:-1]) / 2
-    V = differentiated(poses)
+    V, step = differentiated(poses), np.diff(poses.t)
     speed = np.hypot(V["V_X"], V["V_Y"])
-    off = np.hypot(V["V_X"] - middle(poses["V_X"]), V["V_Y"] - middle(poses["V_Y"]))
+    off = np.hypot(V["V_X"] - middles(poses["V_X"]), V["V_Y"] - middles(poses["V_Y"]))
     known = np.isfinite(off)
     if known.any() and np.sum((off * step)[known]) <= 0.5 * np.sum((speed * step)[known]):
         return series
@@ -280,9 +265,14 @@ def pose_series(t, values, record, topic):
     return series
 
 
+def middles(column):
+    """Between neighbouring samples."""
+    return (column[1:] + column[:-1]) / 2
+
+
 def differentiated(series):
     """V_X, V_Y and Omega, means over the steps."""
-    step, psi = np.diff(series.t), (series["psi"][1:] + series["psi"][:-1]) / 2
+    step, psi = np.diff(series.t), middles(series["psi"])
     dx, dy = np.diff(series["x"]) / step, np.diff(series["y"]) / step
     return {"V_X": np.cos(psi) * dx + np.sin(psi) * dy, "V_Y": -np.sin(psi) * dx + np.cos(psi) * dy,
             "Omega": np.diff(series["psi"]) / step}
@@ -290,7 +280,7 @@ def differentiated(series):
 
 def at_samples(t, known, means):
     """Means over the steps between the times `known`, at these times; NaN at the others of t."""
-    return np.where(np.isin(t, known), np.interp(t, (known[1:] + known[:-1]) / 2, means), np.nan)
+    return np.where(np.isin(t, known), np.interp(t, middles(known), means), np.nan)
 
 
 def wheel_series(t, values, record, topic):
@@ -301,9 +291,8 @@ def wheel_series(t, values, record, topic):
     if not positions:
         record.notes.append(f"{topic} has no positions: velocities are assumed positive forward")
     elif sign is None and len(positions) > 1:
-        record.notes.append(f"{topic}: "
-                            f"{'its velocities do not fit its positions' if both else 'it has no velocities'}"
-                            ": velocities are differences of the positions")
+        why = "its velocities do not fit its positions" if both else "it has no velocities"
+        record.notes.append(f"{topic}: {why}: velocities are differences of the positions")
         means = np.diff(positions["position"], axis=0) / np.diff(positions.t)[:, None]
         series.columns["velocity"] = np.stack([at_samples(t, positions.t, wheel) for wheel in means.T], -1)
     elif sign == "driver_exact":
@@ -316,10 +305,8 @@ def wheel_series(t, values, record, topic):
 
 
 def velocity_sign(positions, rates):
-    """"consistent" with the positions, or "driver_exact": fl and bl negated, as by the youBot's driver.
-
-    Rows over the four wheels, in order of time. None where they contradict each other, "still" where no wheel turns.
-    """
+    """"consistent" with the positions, "driver_exact" (fl and bl negated, as by the youBot's driver), "still" where no
+    wheel turns, None where they contradict each other. Rows over the four wheels, in order of time."""
     agree = np.sign(np.sum(np.diff(positions, axis=0) * rates[1:], axis=0))
     if not agree.any():
         return "still"
@@ -332,8 +319,8 @@ def sign_factors(sign):
 
 
 def switch_series(t, values, *_):
-    return Series(t, {"wheel": values[:, 0].astype(int), "direction": values[:, 1], "count": values[:, 2],
-                      "phi": values[:, 3]})
+    wheel, direction, count, phi = values.T
+    return Series(t, {"wheel": wheel.astype(int), "direction": direction, "count": count, "phi": phi})
 
 
 def contact_series(t, values, *_):

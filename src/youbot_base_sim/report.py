@@ -21,8 +21,7 @@ def figures(x):
 
 
 def csv_text(columns, rows, form=lambda value: "" if value != value else repr(value)):
-    """A table in CSV with one line of names; rows are lists of cells or, where a cell may be missing, dictionaries.
-    `form` writes floats: by default so that they read back to the same value, and empty where they are not a number."""
+    """A table in CSV of lists or, where a cell may be missing, dictionaries. `form` writes floats: empty for NaN."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(columns)
@@ -33,18 +32,17 @@ def csv_text(columns, rows, form=lambda value: "" if value != value else repr(va
 
 
 def read_csv(option, path, allowed):
-    """Yields the rows of a table in CSV, lists of texts of one length: the first has the columns' names, one at least
-    follows. Blank lines and a byte order mark are passed over. Throws Refused, as read_whole does."""
-    count, rows = 0, csv.reader(io.TextIOWrapper(io.BytesIO(read_whole(option, path, LARGEST_TABLE, allowed)),
-                                                 encoding="utf-8-sig", newline=""))
+    """Yields the rows of a table in CSV, lists of texts: the columns' names, then one or more of the same length. Skips
+    blank lines and a byte order mark. Throws Refused, as read_whole does."""
+    content = io.BytesIO(read_whole(option, path, LARGEST_TABLE, allowed))
+    rows, columns, row = csv.reader(io.TextIOWrapper(content, encoding="utf-8-sig", newline="")), None, None
     try:
         for row in filter(None, rows):
-            columns = len(row) if count == 0 else columns
-            if len(row) != columns:
-                raise csv.Error(f"line {rows.line_num} has {len(row)} cells instead of {columns}")
-            count += 1
+            if len(row) != (len(columns) if columns else len(row)):
+                raise csv.Error(f"line {rows.line_num} has {len(row)} cells instead of {len(columns)}")
+            columns = columns or row
             yield row
-        if count < 2:
+        if row is columns:
             raise csv.Error("no rows")
     except (UnicodeDecodeError, csv.Error) as error:
         raise Refused(f"{option} {shown(path)}: {error}; must be {allowed}".lstrip())
@@ -53,7 +51,6 @@ def read_csv(option, path, allowed):
 @dataclass
 class Finding:
     """`text` has a field of str.format for each of `values`; `same`: whether it is the claim, yes, no or in part."""
-
     same: str
     text: str
     values: list
@@ -64,7 +61,6 @@ class Finding:
 
 class WrittenPart:
     """The part of a page that `script` writes, between two comments."""
-
     END = "<!-- End of what it writes -->"
 
     def __init__(self, page, script):

@@ -6,13 +6,7 @@ efforts of /joint_states or /base/joint_states, one row per message.
 
 Angular velocities are in rad/s, torques in N m, both positive forward on all four wheels. t = 0 is the start of the
 bag. A wheel is at zero until its first command. A bag that is cut or has no index is read up to where it breaks, and a
-warning gives that instant. A bag whose times go back, such as one of two runs, is rejected. To replay the commands of a
-robot, with its limits and resolution:
-
-  drive: {velocity_table: FILE.csv}
-  motors: {quantized: true}
-
-Exit status: 0 done, 2 rejected input, 1 an output could not be written.
+warning gives that instant. A bag whose times go back, such as one of two runs, is rejected. docs/replay.md says more.
 """
 import argparse
 import math
@@ -26,7 +20,6 @@ from .command_line import Parser, Refused, complain
 from .files import Outputs, write_whole
 from .records import sign_factors, velocity_sign
 
-VELOCITY_UNIT, TORQUE_UNIT = "s^-1 rad", "m^2 kg s^-2 rad^-1"
 TWIST, VELOCITIES, TORQUES, STATES = (
     "geometry_msgs/Twist", "brics_actuator/JointVelocities", "brics_actuator/JointTorques", "sensor_msgs/JointState")
 TOPICS = {TWIST: ["/cmd_vel"],
@@ -48,8 +41,7 @@ class ChosenTopics:
     """The messages of a bag on the given topics, else on those of the base."""
 
     def __init__(self, path, topics):
-        self.path, self.bag = path, Bag(path)
-        self.topics = [absolute(topic) for topic in topics or []]
+        self.path, self.bag, self.topics = path, Bag(path), list(map(absolute, topics))
         types = {absolute(topic): kind for topic, kind in self.bag.types.items()}
         for topic in self.topics:
             if topic not in types:
@@ -63,36 +55,31 @@ class ChosenTopics:
 
     def need(self, *types, advice=""):
         """The same; throws Refused where there are none."""
-        usual = " or ".join(topic for kind in types for topic in TOPICS[kind])
         found = self.find(*types)
         if not found:
+            usual = " or ".join(topic for kind in types for topic in TOPICS[kind])
             raise Refused(f"{self.path}: no {usual}; it has {self.bag.shown_topics()}{advice}")
         return found
 
 
 def twist_rates(twist, driver):
-    """Wheel rates by the driver's kinematics; none for any wheel where the driver refuses the twist."""
+    """{wheel's index: rate} by the driver's kinematics, and complaints; no rates where the driver refuses the twist."""
     velocity = twist.linear.x, twist.linear.y, twist.angular.z
     if not all(map(math.isfinite, velocity)):
-        return [None] * 4, ["a twist is not finite"]
-    return driver.rolling_rates(*velocity), []
+        return {}, ["a twist is not finite"]
+    return dict(enumerate(driver.rolling_rates(*velocity))), []
 
 
 def joint_values(entries, unit):
-    """The value for each wheel named in a command, as the base reads it: the first with the right unit counts."""
-    values, complaints, seen = [None] * 4, [], set()
+    """The same of a command that names wheels, as the base reads it: the first value with the right unit counts."""
+    values, complaints = {}, []
     for entry in entries:
-        if entry.joint_uri not in JOINTS:
-            continue
-        if entry.unit != unit:
+        if entry.joint_uri in JOINTS and entry.unit != unit:
             complaints.append(f"{entry.joint_uri} has the unit \"{entry.unit}\" instead of \"{unit}\"")
-        elif entry.joint_uri not in seen:
-            seen.add(entry.joint_uri)
-            if math.isfinite(entry.value):
-                values[JOINTS.index(entry.joint_uri)] = entry.value
-            else:
-                complaints.append(f"{entry.joint_uri} is {entry.value}")
-    return values, complaints
+        elif entry.joint_uri in JOINTS:
+            values.setdefault(JOINTS.index(entry.joint_uri), entry.value)
+    complaints += [f"{JOINTS[i]} is {value}" for i, value in values.items() if not math.isfinite(value)]
+    return {i: value for i, value in values.items() if math.isfinite(value)}, complaints
 
 
 def commanded(chosen, types, arguments):
@@ -103,18 +90,15 @@ def commanded(chosen, types, arguments):
         raise Refused(f"{chosen.path} has commands on {', '.join(others)} too: choose the topics of one table with "
                       "--topic")
     driver = Base(wheel_radius=arguments.wheel_radius, half_wheelbase=arguments.half_lengths, half_track=0)
+    read = {TWIST: lambda message: twist_rates(message, driver),
+            VELOCITIES: lambda message: joint_values(message.velocities, "s^-1 rad"),
+            TORQUES: lambda message: joint_values(message.torques, "m^2 kg s^-2 rad^-1")}
     rows, now, complaints = [], [0.0] * 4, Counter()
     for t, topic, message in chosen.bag.messages_of_one_run(topics):
-        kind = chosen.bag.types[topic]
-        if kind == TWIST:
-            command, wrong = twist_rates(message, driver)
-        elif kind == VELOCITIES:
-            command, wrong = joint_values(message.velocities, VELOCITY_UNIT)
-        else:
-            command, wrong = joint_values(message.torques, TORQUE_UNIT)
+        command, wrong = read[chosen.bag.types[topic]](message)
         complaints.update(wrong)
-        after = [old if new is None else new for old, new in zip(now, command)]
-        if not rows and None in command and types == (TORQUES,):
+        after = [command.get(i, old) for i, old in enumerate(now)]
+        if not rows and len(command) < 4 and types == (TORQUES,):
             warn(f"{chosen.path}: its first torques leave out wheels: the table has zero, but the base held them at "
                  "rest")
         if not rows or after != now:
@@ -145,21 +129,16 @@ def joint_states(chosen, fields):
     return table[:, 0], dict(zip(fields, np.split(table[:, 1:], len(fields), axis=1)))
 
 
-def detected_sign(chosen, states):
-    """The sign convention of the velocities, from the positions."""
-    sign = velocity_sign(states["position"], states["velocity"])
-    if sign in (None, "still"):
-        raise Refused(f"{chosen.path}: the sign of the velocities cannot be found from the positions "
-                      f"({'no wheel turns' if sign else 'they contradict each other'}); give --joint-velocity-sign")
-    print(f"joint velocities are {sign}")
-    return sign
-
-
 def measured(chosen, fields, sign):
     """For each field the measured rows."""
     t, states = joint_states(chosen, fields + (["position", "velocity"] if sign == "auto" else []))
-    factors = sign_factors(detected_sign(chosen, states) if sign == "auto" else sign)
-    return [list(zip(t.tolist(), (factors * states[field]).tolist())) for field in fields]
+    if sign == "auto":
+        sign = velocity_sign(states["position"], states["velocity"])
+        if sign in (None, "still"):
+            raise Refused(f"{chosen.path}: the sign of the velocities cannot be found from the positions "
+                          f"({'no wheel turns' if sign else 'they contradict each other'}); give --joint-velocity-sign")
+        print(f"joint velocities are {sign}")
+    return [list(zip(t.tolist(), (sign_factors(sign) * states[field]).tolist())) for field in fields]
 
 
 def write(path, rows):
@@ -181,13 +160,15 @@ def metres(text):
     return number
 
 
-def parse_arguments():
-    parser = Parser("table_from_bag", __doc__)
+def main():
+    parser = Parser("table_from_bag", __doc__, "drive.bag --velocity commands.csv",
+                    "drive.bag --measured --velocity velocities.csv --torque torques.csv")
     parser.add_argument("bag", metavar="BAG")
     parser.add_argument("--velocity", metavar="FILE", help="velocity table to write")
     parser.add_argument("--torque", metavar="FILE", help="torque table to write")
     parser.add_argument("--measured", action="store_true", help="what the wheels did, instead of the commands")
-    parser.add_argument("--topic", action="append", help="read this topic instead of the usual ones; may be repeated")
+    parser.add_argument("--topic", action="append", default=[],
+                        help="read this topic instead of the usual ones; may be repeated")
     parser.add_argument("--joint-velocity-sign", choices=("auto", "consistent", "driver_exact"), default="auto",
                         help="sign of measured velocities and efforts: that of the positions, or, as from the real "
                              "driver, negated for fl and bl; auto (default): found from the positions")
@@ -196,25 +177,19 @@ def parse_arguments():
     parser.add_argument("--half-lengths", type=metres, default=Base().half_lengths, metavar="M",
                         help="half the wheelbase plus half the track in that driver, m; default 0.385")
     arguments = parser.parse_args()
-    if not arguments.velocity and not arguments.torque:
+    wanted = [one for one in (("--velocity", arguments.velocity, "velocity", (TWIST, VELOCITIES)),
+                              ("--torque", arguments.torque, "effort", (TORQUES,))) if one[1]]
+    if not wanted:
         parser.error("nothing to write: give --velocity FILE or --torque FILE")
-    return arguments
-
-
-def main():
-    arguments = parse_arguments()
     outputs = Outputs([arguments.bag])
-    for option, path in (("--velocity", arguments.velocity), ("--torque", arguments.torque)):
-        if path:
-            outputs.claim(option, path)
+    for option, path, _, _ in wanted:
+        outputs.claim(option, path)
     chosen = ChosenTopics(arguments.bag, arguments.topic)
-    wanted = [(path, field, types) for path, field, types in (
-        (arguments.velocity, "velocity", (TWIST, VELOCITIES)), (arguments.torque, "effort", (TORQUES,))) if path]
     if arguments.measured:
-        tables = measured(chosen, [field for _, field, _ in wanted], arguments.joint_velocity_sign)
+        tables = measured(chosen, [field for _, _, field, _ in wanted], arguments.joint_velocity_sign)
     else:
-        tables = [commanded(chosen, types, arguments) for _, _, types in wanted]
+        tables = [commanded(chosen, types, arguments) for _, _, _, types in wanted]
     if chosen.bag.problem:
         warn(chosen.bag.problem)
-    for (path, _, _), rows in zip(wanted, tables):
+    for (_, path, _, _), rows in zip(wanted, tables):
         write(path, rows)

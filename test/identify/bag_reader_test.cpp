@@ -14,7 +14,6 @@
 #include <thread>
 
 #include "../program.h"
-#include "youbot_base_sim/identify/inspection.h"
 #include "youbot_base_sim/ros/conversions.h"
 
 namespace youbot_base_sim {

@@ -9,7 +9,6 @@
 #include "youbot_base_sim/identify/first_guess.h"
 #include "youbot_base_sim/identify/fit.h"
 #include "youbot_base_sim/identify/forward_model.h"
-#include "youbot_base_sim/identify/inspection.h"
 
 namespace youbot_base_sim {
 namespace {
@@ -130,7 +129,7 @@ TEST(GroundTruthTwinTest, IsFoundAgain) {
   std::vector<std::string> findings = inspect(records[0]);
   const Fit fitted = fit(measured_base(), records, findings);
   ASSERT_EQ(findings.size(), 1u);
-  EXPECT_TRUE(named(findings, "commands are obeyed in the cycles"));
+  EXPECT_TRUE(named(findings, "commands take effect in the cycles"));
   expect_base_found(fitted, twin.robot);
 }
 

@@ -52,7 +52,7 @@ class EventLocatingStepperTest : public testing::Test {
 
   void go_on(double t_end, double period = 0) {
     const auto observe = [this](const State& state, double now) {
-      for (const RollerSwitch& event : record->switches.take()) {
+      for (const RollerSwitch& event : record->take_switches()) {
         switches.push_back(event);
         check_far_side(event, state, now);
       }
@@ -65,7 +65,7 @@ class EventLocatingStepperTest : public testing::Test {
         for (int i = 0; i < kWheels; ++i) {
           if (wheels.modes().averaged(i)) record->record_passed_rollers(wheels.modes(), i, state, now);
         }
-        for (const RollerSwitch& event : record->switches.take()) switches.push_back(event);
+        for (const RollerSwitch& event : record->take_switches()) switches.push_back(event);
       };
       odeint::integrate_n_steps(std::ref(*stepper), std::ref(wheels), x, t, period, periods, observe_periods);
     }
@@ -407,7 +407,7 @@ TEST_F(EventLocatingStepperTest, WorksInEveryLoopOfOdeint) {
     SCOPED_TRACE(name);
     restart();
     loop();
-    switches = record->switches.take();
+    switches = record->take_switches();
     EXPECT_GT(switches.size(), 40u);
     EXPECT_GT(record->statistics.rejected_steps, 5u);
     expect_exact_switches(kEnd);
@@ -546,7 +546,7 @@ class GuardedStepperTest : public EventLocatingStepperTest {
   // Runs to t_end without cuts, from the start.
   void run_guarded(double t_end, std::uint64_t max_evaluations) {
     restart();
-    Guarded guarded(located(), located(), WorkBound{max_evaluations}, *record);
+    Guarded guarded(located(), located(), max_evaluations, *record);
     exhausted_at = -1;
     work_until_exhausted = 0;
     odeint::integrate_adaptive(std::ref(guarded), std::ref(wheels), x, 0.0, t_end, t_end,
@@ -558,7 +558,7 @@ class GuardedStepperTest : public EventLocatingStepperTest {
                                    work_until_exhausted = work();
                                  }
                                });
-    switches = record->switches.take();
+    switches = record->take_switches();
     for (std::size_t k = 1; k < switches.size(); ++k) EXPECT_GE(switches[k].t, switches[k - 1].t) << k;
     for (int i = 0; i < kWheels; ++i) {
       EXPECT_EQ(rollers_passed(i), wheels.geometry.roller_at(x.phi()[i]) - wheels.geometry.roller_at(wheels.c_0[i]));
@@ -605,7 +605,7 @@ TEST_F(GuardedStepperTest, LooksAtReactionsAfterEachStep) {
     wheels.looks = 0;
     restart();
     record->reactions.continue_when_tipping();  // so that nothing else looks at them
-    Guarded guarded(located(), located(), WorkBound{100000}, *record);
+    Guarded guarded(located(), located(), 100000, *record);
     odeint::integrate_adaptive(std::ref(guarded), std::ref(wheels), x, 0.0, 0.1, 0.1);
     EXPECT_EQ(record->statistics.fallback_steps > 0, nth == 1);
     EXPECT_EQ(wheels.looks, record->statistics.steps + record->statistics.fallback_steps);
@@ -619,7 +619,7 @@ TEST_F(GuardedStepperTest, GoesOnAccuratelyAfterTheFallback) {
   wheels.every_nth_step_fails = 1;
   wheels.c_1 = {3, -3, 40, 0};
   restart();
-  Guarded guarded(located(), located(), WorkBound{100000}, *record);
+  Guarded guarded(located(), located(), 100000, *record);
   double now = 0;
   odeint::integrate_adaptive(std::ref(guarded), std::ref(wheels), x, now, 0.1, 0.1);
   EXPECT_GT(record->statistics.fallback_steps, 1000u);
@@ -632,7 +632,7 @@ TEST_F(GuardedStepperTest, GoesOnAccuratelyAfterTheFallback) {
   EXPECT_LE(record->statistics.fallback_steps - fallback_steps, 64u * 50u);
   EXPECT_EQ(record->statistics.exhausted, 7u);
   EXPECT_GT(record->statistics.steps, 0u);
-  switches = record->switches.take();
+  switches = record->take_switches();
   for (std::size_t k = 1; k < switches.size(); ++k) EXPECT_GE(switches[k].t, switches[k - 1].t) << k;
   // Wheels that turn steadily: interpolated times are exact but for rounding, in fallback steps too.
   std::vector<RollerSwitch> due = exact_switches(wheels, 1);

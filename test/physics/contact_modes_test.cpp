@@ -10,8 +10,6 @@
 namespace youbot_base_sim {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
 struct ContactModesTest : testing::Test {
   RobotParameters robot;  // n = 6
   RollerGeometry geometry{robot};

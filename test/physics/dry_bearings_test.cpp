@@ -26,7 +26,7 @@ RobotParameters dry_robot() {
 TEST(DryBearings, BrakeByTheirLimitWhateverTheRate) {
   const RobotParameters robot = dry_robot();
   const DryBearings dry(robot);
-  const auto at = [&](double w) { return dry.wheel_torque(Wheels::Constant(w)); };
+  const auto at = [&](double w) { return dry.wheels.torque(Wheels::Constant(w)); };
   EXPECT_TRUE((at(0) == 0).all());
   EXPECT_LT((at(robot.dry_friction_rate) * std::sqrt(2.0) - robot.dry_friction).abs().maxCoeff(), 1e-15);
   EXPECT_LT((at(1e3) - robot.dry_friction).abs().maxCoeff(), 1e-8);
@@ -39,12 +39,11 @@ TEST(DryBearings, DampingIsTheSlopeOfTheTorque) {
   const DryBearings dry(dry_robot());
   constexpr double d = 1e-6;
   for (const double w : {-3.0, -0.04, 0.0, 0.01, 0.3, 20.0}) {
-    const auto slope = [&](auto torque) -> Wheels {
-      return ((dry.*torque)(Wheels::Constant(w + d)) - (dry.*torque)(Wheels::Constant(w - d))) / (2 * d);
-    };
-    EXPECT_LT((slope(&DryBearings::wheel_torque) - dry.wheel_damping(Wheels::Constant(w))).abs().maxCoeff(), 1e-8) << w;
-    EXPECT_LT((slope(&DryBearings::roller_torque) - dry.roller_damping(Wheels::Constant(w))).abs().maxCoeff(), 1e-8)
-        << w;
+    for (const DryFriction& bearings : {dry.wheels, dry.rollers}) {
+      const Wheels slope =
+          (bearings.torque(Wheels::Constant(w + d)) - bearings.torque(Wheels::Constant(w - d))) / (2 * d);
+      EXPECT_LT((slope - bearings.damping(Wheels::Constant(w))).abs().maxCoeff(), 1e-8) << w;
+    }
   }
 }
 
@@ -64,8 +63,8 @@ TYPED_TEST(DrySlipModel, BrakesWheelsAndRollersAndNothingElse) {
   const Velocities change = with.forces(u, c, M) - without.forces(u, c, M);
   EXPECT_TRUE((change.v == 0).all());
   constexpr double kRounding = 1e-11;  // of the contacts' torques, up to 1e3 N m in model 2a
-  EXPECT_LT((change.dphi + dry.wheel_torque(u.dphi)).abs().maxCoeff(), kRounding);
-  EXPECT_LT((change.dgamma + dry.roller_torque(u.dgamma)).abs().maxCoeff(), kRounding);
+  EXPECT_LT((change.dphi + dry.wheels.torque(u.dphi)).abs().maxCoeff(), kRounding);
+  EXPECT_LT((change.dgamma + dry.rollers.torque(u.dgamma)).abs().maxCoeff(), kRounding);
 }
 
 TYPED_TEST(DrySlipModel, DampingMatrixIsTheDerivativeOfTheForces) {

@@ -382,8 +382,7 @@ TYPED_TEST(SlipModelTest, PowerBalanceIsExactWithMixedContacts) {
                                  .sum() +
                              2 * (1 + std::abs(alpha)) * (std::abs(M[i]) / robot.R + std::abs(friction[i]));
       EXPECT_NEAR(dxdt.work(), power.sum(), 1e-14 * passing);
-      EXPECT_NEAR(dxdt.work(), youbot_base_sim::power(u, system.model().inertia() * dxdt.velocities()),
-                  1e-14 * passing);
+      EXPECT_NEAR(dxdt.work(), dot(u, system.model().inertia() * dxdt.velocities()), 1e-14 * passing);
     }
   }
 }
@@ -423,7 +422,7 @@ TYPED_TEST(SlipModelTest, ForcesAreInertiaTimesAccelerations) {
     EXPECT_LT((inertia * a - forces).cwiseAbs().maxCoeff(), 1e-14 * 4 * r.m_s());
     EXPECT_LT((flat(motion.model.inertia() * derivative.velocities()) - inertia * a).cwiseAbs().maxCoeff(),
               1e-14 * 4 * r.m_s());
-    EXPECT_EQ(power(u, motion.model.forces(u, contacts, M)), derivative.work());
+    EXPECT_EQ(dot(u, motion.model.forces(u, contacts, M)), derivative.work());
   }
 }
 

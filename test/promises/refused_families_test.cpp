@@ -151,6 +151,7 @@ TEST_F(FamiliesTest, RefuseKeysThatLeadNowhere) {
     SCOPED_TRACE(key);
     expect_refusal(refusal_of_key(key), {key, "must be a key of a scene such as floor.friction"});
   }
+  expect_refusal(refusal_of_key(std::string(100'000, 'a')), {"must be a key of a scene such as floor.friction"});
 }
 
 TEST_F(FamiliesTest, RefuseAxesThatContradictEachOther) {

@@ -76,7 +76,7 @@ TEST(BagRecorder, numbers_its_messages) {
   Scene scene = short_scene();
   scene.output.contacts = true;
   Simulation simulation(scene);
-  BagRecorder recorder(BagWriter::open(folder.path("x.bag")));
+  BagRecorder recorder(OutputFile(folder.path("x.bag"), OutputFile::Access::kAnywhere));
   for (int k = 0; k <= 20; ++k) {
     simulation.advance_to(0.05 * k);
     recorder.write(0.05 * k, simulation, {simulation.take_switches(), simulation.take_load_changes()});
@@ -105,7 +105,7 @@ TEST(BagRecorder, writes_contacts_on_request) {
     Scene scene = short_scene();
     scene.output.contacts = asked;
     Simulation simulation(scene);
-    BagRecorder recorder(BagWriter::open(folder.path("x.bag")));
+    BagRecorder recorder(OutputFile(folder.path("x.bag"), OutputFile::Access::kAnywhere));
     recorder.write(0, simulation, {});
     simulation.advance_to(0.5);
     recorder.write(0.5, simulation, {});
@@ -127,7 +127,7 @@ TEST(BagRecorder, writes_contacts_on_request) {
 TEST(BagRecorder, tells_where_odometry_starts_and_where_the_base_is) {
   const TemporaryFolder folder;
   Simulation simulation(short_scene());
-  BagRecorder recorder(BagWriter::open(folder.path("x.bag")));
+  BagRecorder recorder(OutputFile(folder.path("x.bag"), OutputFile::Access::kAnywhere));
   recorder.write(0, simulation, {});
   simulation.advance_to(0.5);
   recorder.write(0.5, simulation, {});
@@ -160,7 +160,7 @@ TEST(BagRecorder, tells_what_the_base_carries_and_what_pushes_it) {
                                         "start: 0.111, end: 0.768, frame: fixed}]\n");
   const Scene scene = load_scene(path);
   Simulation simulation(scene);
-  BagRecorder recorder(BagWriter::open(folder.path("x.bag")));
+  BagRecorder recorder(OutputFile(folder.path("x.bag"), OutputFile::Access::kAnywhere));
   for (int k = 0; k <= 10; ++k) {
     simulation.advance_to(0.1 * k);
     recorder.write(0.1 * k, simulation, {simulation.take_switches(), simulation.take_load_changes()});

@@ -73,7 +73,7 @@ TEST_F(TextFileTest, StopsAtTheLimitOfAPipeThatNeverEnds) {
   writer.join();
 }
 
-TEST_F(TextFileTest, RefusesAPipeThatNobodyWritesTo) { EXPECT_EQ(reason(pipe()), "is a pipe that nobody writes to"); }
+TEST_F(TextFileTest, RefusesAPipeWithoutAWriter) { EXPECT_EQ(reason(pipe()), "is a pipe without a writer"); }
 
 }  // namespace
 }  // namespace youbot_base_sim

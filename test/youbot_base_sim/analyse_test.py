@@ -641,7 +641,7 @@ class AnalyseTest(unittest.TestCase):
         with open(self.path("long"), "wb") as file:
             file.truncate(250000001)
         for option, most in (("--scene", "1000000"), ("--desired", "250000000")):
-            for path, words in ((self.path("nobody"), "is a pipe that nobody writes to; must be"),
+            for path, words in ((self.path("nobody"), "is a pipe without a writer; must be"),
                                 ("/dev/zero", "is neither a file nor a pipe; must be"),
                                 (self.folder, "Is a directory; must be"),
                                 (self.path("long"), "is longer than %s bytes" % most)):

@@ -113,7 +113,7 @@ class Plots(unittest.TestCase):
     def test_what_is_read_is_a_file_or_a_pipe_that_ends(self):
         pipe = self.folder / "pipe"
         os.mkfifo(pipe)
-        for table, words in ((pipe, "is a pipe that nobody writes to"), ("/dev/zero", "is neither a file nor a pipe")):
+        for table, words in ((pipe, "is a pipe without a writer"), ("/dev/zero", "is neither a file nor a pipe")):
             arguments = [table if one == self.table else one for one in self.arguments(self.plot)]
             self.assertIn(f"{self.name}: {table}: {words}; must be a", self.run_with(*arguments, status=2))
         self.assertFalse(self.plot.exists())

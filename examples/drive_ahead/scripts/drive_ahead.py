@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Drives one metre ahead, as odometry tells, and ends. The same with the real base as with the simulated one."""
+"""Drives one metre forward by odometry and ends. It works alike with the real and the simulated base."""
 
 import rospy
 from geometry_msgs.msg import Twist

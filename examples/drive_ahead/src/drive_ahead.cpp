@@ -1,4 +1,4 @@
-// Drives one metre ahead, as odometry tells, and ends. The same with the real base as with the simulated one.
+// Drives one metre forward by odometry and ends. It works alike with the real and the simulated base.
 
 #include <geometry_msgs/Twist.h>
 #include <nav_msgs/Odometry.h>

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The base ends one metre ahead by odometry; odometry falls short of where it is by 5 %, as on the robot."""
+"""The base ends one metre forward by odometry, which is 5 % short of the truth, as on the robot."""
 
 import sys
 import time

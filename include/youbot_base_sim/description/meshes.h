@@ -28,12 +28,11 @@ struct Dimensions {
   double middle, top;            ///< heights of the body over the frame base_link
 };
 
-/// The name of the file with the mesh of a part: made of the parameters that it depends on, so that one name
-/// means one mesh.
+/// The name of a part's mesh file: made of the parameters that the mesh depends on, so that one name means one mesh.
 std::string mesh_name(Part part, const RobotParameters& robot);
 
-/// Its contents: COLLADA, m. Rollers are barrels whose envelope, on a wheel that turns, is the cylinder of radius
-/// R: the circle that touches the floor at any wheel angle touches this cylinder from inside.
+/// Its contents: COLLADA, m. Rollers are barrels whose envelope, on a turning wheel, is the cylinder of radius R: the
+/// circle that touches the floor at any wheel angle touches this cylinder from inside.
 std::string mesh(Part part, const RobotParameters& robot);
 
 /// The folder of the meshes of the paper's robot, which are installed with the package.
@@ -42,7 +41,7 @@ constexpr char kPackageMeshes[] = "package://youbot_base_sim/meshes/";
 /// Whether the part is one of the paper's robot.
 bool in_package(Part part, const RobotParameters& robot);
 
-/// The folder of the others: $ROS_HOME/youbot_base_sim, or ~/.ros/youbot_base_sim; empty where neither is known.
+/// The folder of the others: $ROS_HOME/youbot_base_sim, or ~/.ros/youbot_base_sim; empty if neither is known.
 std::filesystem::path mesh_cache();
 
 /// The URI of a file by its absolute path.

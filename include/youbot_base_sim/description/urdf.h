@@ -23,12 +23,11 @@ enum class RollerJoints {
 /// Roller k of a wheel points straight down at the wheel angle k 2 pi / n. The x axis of its link is the roller's axis
 /// e_i (paper, section 2). Meshes are those of meshes.h.
 ///
-/// The body has the mass m at (a_X, a_Y) in the plane of the axles and the share of I_s that the wheels leave it; each
-/// wheel has m_1 and J_1, and rollers have no inertia, as in the paper. The planar model has no moments about the other
-/// axes: they are those of a box and of a disc. If I_s leaves the body nothing, it has the inertia of a solid box.
+/// The body has the mass m at (a_X, a_Y) in the plane of the axles and the share of I_s that the wheels leave it, or,
+/// if they leave none, the inertia of a solid box. Each wheel has m_1 and J_1; rollers have no inertia, as in the
+/// paper. The planar model has no moments about the other axes: they are those of a box and of a disc.
 ///
-/// Every robot that a scene may have can be drawn. Where rollers would end in a point before they meet their
-/// neighbours, as those of no real wheel do, they are drawn up to that point.
+/// Every robot of a scene can be drawn. Rollers that would end in a point before they meet end there.
 std::string urdf(const RobotParameters& robot, RollerJoints rollers, const MeshUri& mesh_uri);
 
 }  // namespace youbot_base_sim

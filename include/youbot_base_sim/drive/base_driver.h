@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <deque>
-#include <limits>
 #include <optional>
 #include <utility>
 
@@ -22,8 +21,7 @@ using DriveCommand = std::array<std::optional<SetPoint>, kWheels>;
 /// time-out, and finds it again only by a reconnect while the cable is in. Times are simulated time, s.
 class EthercatConnection {
  public:
-  /// EtherCAT's cycle of 1 ms times the driver's MaximumNumberOfEtherCATErrors; also the MotorControllerTimeout of the
-  /// motors' firmware, s.
+  /// The driver's MaximumNumberOfEtherCATErrors in cycles of 1 ms; also the firmware's MotorControllerTimeout, s.
   static constexpr double kTimeout = 0.1;
 
   /// Whether the base was there at the last `update`.
@@ -35,24 +33,20 @@ class EthercatConnection {
   /// The cable comes out at time t, or is in again.
   void set_lost(double t, bool lost) {
     update(t);
-    lost_since_ = lost ? std::min(lost_since_, t) : kNever;
+    lost_since_ = lost ? std::min(lost_since_, t) : kInfinity;
   }
 
   /// Starts anew. False if the cable is still out: then the base is not there.
-  bool reconnect() { return present_ = lost_since_ == kNever; }
+  bool reconnect() { return present_ = lost_since_ == kInfinity; }
 
  private:
-  static constexpr double kNever = std::numeric_limits<double>::infinity();
-
   bool present_ = true;
-  double lost_since_ = kNever;  // infinite: the cable is in
+  double lost_since_ = kInfinity;  // infinite: the cable is in
 };
 
-/// The base driver without ROS. It keeps the set points of the four motors and sends them over EtherCAT in every cycle
-/// of 1 ms, forever if no command follows. It switches the motors on and off, and loses the base when EtherCAT fails.
-/// The driver and the motors behave as the real ones do, as far as their sources show.
-///
-/// Times are simulated time, s.
+/// The base driver without ROS, which behaves like the real one as far as its sources show. It sends the set points of
+/// the motors over EtherCAT every 1 ms, forever if no command follows, and loses the base when EtherCAT fails. Times
+/// are simulated time, s.
 class BaseDriver {
  public:
   struct Settings {
@@ -65,8 +59,7 @@ class BaseDriver {
   /// The base is present, its motors are on and keep its wheels, which are at angles phi (rad), at rest.
   BaseDriver(const Settings& settings, const Wheels& phi);
 
-  /// Takes a command that arrives at time t; without effect if the base is not present. A command switches its motors
-  /// on again, as in the driver.
+  /// Takes a command that arrives at time t, which switches its motors on; without effect if the base is not present.
   void command(double t, const DriveCommand& command);
 
   /// Switches the motors off, so that the wheels turn freely. False if the base is not present.
@@ -75,16 +68,14 @@ class BaseDriver {
   /// Switches the motors on to hold the wheels at rest. False if the base is not present.
   bool switch_on();
 
-  /// Restarts the driver with the motors on and the wheels held at rest. False if EtherCAT is still lost: then the base
-  /// is not present.
+  /// Restarts the driver with the motors on and the wheels held at rest. False, without the base, if EtherCAT is lost.
   bool reconnect();
 
   /// Replaces the faults at time t.
   void set_faults(double t, const Faults& faults);
   const Faults& faults() const { return faults_; }
 
-  /// Torque of the motors at each wheel, N m, for the control period that begins at time t with wheel rates `dphi`
-  /// (rad/s).
+  /// Torque at each wheel, N m, for the control period that begins at time t with wheel rates `dphi` (rad/s).
   const Wheels& sample(double t, const Wheels& dphi);
 
   /// Reads the motors of wheels at angles phi (rad) and rates dphi (rad/s).

@@ -7,11 +7,9 @@
 
 namespace youbot_base_sim {
 
-/// Control time: whole control periods, and the one rule by which a time in seconds falls into one of them.
-///
-/// Period k begins at k * period: a product, so that an hour of periods is an hour. A time counts as equal to another
-/// if rounding may have moved them apart: by `kUlps` units in the last place. A fixed slack would either swallow short
-/// events of long periods or miss boundaries of long runs.
+/// Control time: whole control periods, and the one rule by which a time in seconds falls into one of them. Period k
+/// begins at k * period, so that an hour of periods is an hour. Times count as equal within `kUlps` units in the last
+/// place: a fixed slack would either swallow short events or miss boundaries of long runs.
 class ControlTime {
  public:
   /// `period` in s, greater than 0.

@@ -12,8 +12,7 @@ struct Faults {
   /// The EtherCAT cable is unplugged. After 100 cycles of 1 ms the driver gives up the base, and the motors' own
   /// time-out switches them off. When the cable is back, the driver reconnects only on request.
   bool ethercat_lost = false;
-  /// These motors do not answer: their readings freeze, set points do not reach them, and after their time-out they
-  /// switch off. The driver carries on with the others.
+  /// These motors do not answer: readings freeze, set points do not arrive, and after their time-out they switch off.
   std::array<bool, kWheels> silent{};
   /// Share of a wheel's rotation that its encoder misses, 0 .. 1, as if it slipped on its shaft.
   Wheels encoder_slip = Wheels::Zero();

@@ -9,8 +9,7 @@
 
 namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
-/// Errors of an inertial measurement unit, as standard deviations of a reading and as constants; about what a small
-/// MEMS unit has.
+/// Noise (standard deviation of a reading) and biases of an inertial measurement unit, about a small MEMS unit's.
 struct ImuSettings {
   double rate_noise = 2e-3;          ///< rad/s
   double rate_bias = 1e-3;           ///< rad/s

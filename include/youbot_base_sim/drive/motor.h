@@ -45,8 +45,7 @@ struct Motor {
   /// The set point, clamped to the motor's limits.
   SetPoint limited(SetPoint set_point) const;
 
-  /// The set point as EtherCAT carries it: current truncated to whole mA, speed rounded to whole rpm of the motor (as
-  /// in the driver's YouBotJoint.cpp).
+  /// The set point as EtherCAT carries it: whole mA, truncated, or rpm of the motor, rounded (YouBotJoint.cpp).
   SetPoint transmitted(SetPoint set_point) const;
 };
 
@@ -65,8 +64,7 @@ struct MotorSettings {
   std::optional<double> max_wheel_torque;  ///< N m; empty: what the motor's current limit allows
   std::optional<double> max_wheel_rate;    ///< rad/s, of set points; empty: the motor's speed limit
   double command_delay = 0;                ///< from a command's arrival to its effect, s
-  /// Whether set points and readings are whole rpm, mA and encoder ticks, as EtherCAT carries them; otherwise they are
-  /// exact. Empty: so by BaseDriver, exact offline.
+  /// Whether set points and readings are whole rpm, mA and encoder ticks. Empty: with BaseDriver, but not offline.
   std::optional<bool> quantized;
 
   /// The motor with these limits.
@@ -77,8 +75,7 @@ struct MotorSettings {
   }
 };
 
-/// Names, ranges and units of the settings: calls `read(name, setting, range)` for each number and `read(name,
-/// setting)` for what is on or off.
+/// Calls `read(name, setting, range)` for each setting that is a number, and `read(name, setting)` for a switch.
 template <class Read>
 void visit_settings(MotorSettings& motors, Read&& read) {
   read("velocity_proportional_gain", motors.gains.proportional, Range{0, 1e3, "N m s/rad"});
@@ -89,13 +86,12 @@ void visit_settings(MotorSettings& motors, Read&& read) {
   read("quantized", motors.quantized);
 }
 
-/// The motor controllers of the four wheels, sampled once a control period. Each exerts a torque, tracks a rate with a
-/// PI velocity loop, or is off, as all are at first.
+/// The motor controllers of the four wheels, sampled once a control period: each is off, as all are at first, exerts a
+/// torque, or tracks a rate with a PI velocity loop.
 ///
-/// The loop's integral is what holds a wheel against its friction, so it stays when the commanded rate changes,
-/// even to zero: real bases that stand hold 0.11 to 0.27 N m. It starts from zero where a motor begins to track rates,
-/// after torques or after it was off. It cannot wind up: while the torque is at its limit, the integral only moves away
-/// from that (conditional integration).
+/// The loop's integral holds a wheel against its friction. It stays when the commanded rate changes, even to zero: real
+/// bases that stand hold 0.11 to 0.27 N m. It starts from zero where a motor begins to track rates. While the torque is
+/// at its limit, it only moves away from that (conditional integration).
 class WheelDrive {
  public:
   /// `control_period` in s. With `quantized` set points are those that EtherCAT can carry, otherwise exact.

@@ -20,8 +20,7 @@ struct MotorReadings {
 /// The encoders and current sensors of the four motors.
 class MotorSensors {
  public:
-  /// The wheels stand at angles phi, rad. `quantized` readings are whole encoder ticks, rpm of the motor and mA, as the
-  /// driver receives them; otherwise readings are exact.
+  /// The wheels stand at angles phi, rad. `quantized` readings are whole encoder ticks, rpm of the motor and mA.
   MotorSensors(const Motor& motor, bool quantized, const Wheels& phi)
       : tick_(motor.tick()), rpm_(motor.rpm()), milliampere_(motor.milliampere()), quantized_(quantized), phi_(phi) {
     readings_.phi = phi;
@@ -31,15 +30,13 @@ class MotorSensors {
   MotorSensors(const std::optional<MotorSettings>& motors, const Wheels& phi)
       : MotorSensors(Motor(), motors && motors->quantized.value_or(false), phi) {}
 
-  /// Reads wheels at angles phi (rad) and rates dphi (rad/s) whose motors exert `torque`, N m. To be called once a
-  /// cycle of the driver. Inline, for that may be a thousand times a second.
+  /// Reads wheels at angles phi (rad) and rates dphi (rad/s) whose motors exert `torque`, N m; once a driver's cycle.
   const MotorReadings& read(const Wheels& phi, const Wheels& dphi, const Wheels& torque) {
     phi_ = phi;
     return readings_ = transmitted({phi - missed_, dphi, torque});
   }
 
-  /// The same under faults; only those of encoders and silent motors matter. Silent motors keep their previous
-  /// readings.
+  /// The same under faults of encoders and with silent motors, which keep their readings.
   const MotorReadings& read(const Wheels& phi, const Wheels& dphi, const Wheels& torque, const Faults& faults);
 
   /// The last readings.

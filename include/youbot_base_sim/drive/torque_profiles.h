@@ -1,6 +1,5 @@
 #pragma once
 
-#include <limits>
 #include <utility>
 #include <vector>
 
@@ -32,7 +31,6 @@ struct ReferenceMotion {
 class ReferenceTorque : public TorqueProfile {
  public:
   ReferenceTorque(const RobotParameters& robot, const ReferenceMotion& motion);
-  double begin_segment(double) override { return std::numeric_limits<double>::infinity(); }
   Wheels value(double t) const override;
 
  private:
@@ -44,8 +42,7 @@ class ReferenceTorque : public TorqueProfile {
   Wheels constant_, cos_, sin_, cos_2_, sin_2_;
 };
 
-/// One segment of a torque profile: constant + cos * cos(2 pi t / period) + sin * sin(2 pi t / period), N m. The time t
-/// is simulated time; it does not start at the segment.
+/// A segment of a torque profile: constant + cos * cos(2 pi t / period) + sin * sin(2 pi t / period), N m, at time t.
 struct TorqueSegment {
   double start = 0;  ///< s
   Wheels constant = Wheels::Zero();

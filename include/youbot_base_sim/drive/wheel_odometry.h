@@ -9,11 +9,10 @@
 namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
 /// Base kinematics as the youBot driver computes them: a Mecanum base that does not slip and whose wheels touch the
-/// floor below their centres. Wheel rates have the signs of the URDF and of the paper, positive forward on all four
-/// wheels; the driver's own motors on the left turn the other way round.
+/// floor below their centres. Wheel rates are positive forward on all four wheels, as in the URDF and the paper.
 ///
-/// The lengths come from the driver's configuration file, youbot-base.cfg. Its wheel radius is 5 % too small: the
-/// driver's odometry falls short by that much, and the base drives 5 % faster than commanded.
+/// The lengths are those of the driver's youbot-base.cfg. Its wheel radius is 5 % too small: the driver's odometry
+/// falls short by that much, and the base drives 5 % faster than commanded.
 struct DriverKinematics {
   double wheel_radius = 0.0475;  ///< m
   double half_lengths = 0.385;   ///< half the wheelbase plus half the track, (0.47 + 0.3) / 2, m
@@ -29,13 +28,12 @@ struct DriverKinematics {
   Eigen::Matrix<double, 3, kWheels> jacobian() const;
 };
 
-/// Pose of the base as the driver integrates it from the wheels' angles: one Euler step per call, with the new heading.
-/// The result depends on how often it is updated; the driver updates it at 50 Hz.
+/// Pose of the base as the driver integrates it from the wheels' angles: one Euler step per call, with the new heading;
+/// the driver calls at 50 Hz.
 ///
-/// The covariances model a wheel radius that is not exactly known, and slip: each wheel has two relative errors, one
-/// constant and one that changes from turn to turn, both with a standard deviation of `wheel_error`. Errors propagate
-/// to first order, and the rounding of encoder ticks and of rpm is added. With a `wheel_error` of 0 the covariances are
-/// zero, as the driver's are.
+/// The covariances model inexact wheel radii and slip: each wheel has two relative errors, one constant and one that
+/// changes from turn to turn, both with a standard deviation of `wheel_error`. The rounding of encoder ticks and of rpm
+/// is added. With a `wheel_error` of 0 the covariances are zero, as the driver's are.
 class WheelOdometry {
  public:
   using Covariance = Eigen::Matrix3d;  ///< of x, y (m), heading (rad) or V_X, V_Y (m/s), Omega (rad/s)

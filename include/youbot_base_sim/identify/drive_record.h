@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <array>
 #include <cmath>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -31,11 +32,9 @@ struct Readings {
 /// One drive as a bag records it: readings, commanded wheel rates, and the true pose where it was measured. Times in s
 /// from the first sample.
 struct DriveRecord : Readings {
-  std::string name;       ///< of the bag, for messages
-  std::vector<double> t;  ///< of the readings, increasing
-
-  WheelTable commands;  ///< rates, rad/s, as they arrived; each holds until the next
-
+  std::string name;                       ///< of the bag, for messages
+  std::vector<double> t;                  ///< of the readings, increasing
+  WheelTable commands;                    ///< rates, rad/s, as they arrived; each holds until the next
   std::vector<double> truth_t;            ///< increasing; empty: not measured
   std::vector<Eigen::Vector3d> truth;     ///< x, y (m), heading (rad, unwrapped) in a fixed frame
   std::vector<Eigen::Vector2d> excluded;  ///< begin and end of stretches that are not fitted: gaps, pushes
@@ -68,10 +67,8 @@ Eigen::Vector3d modes(const Wheels& w);
 /// The wheels' part in each mode.
 Wheels wheels_of(const Eigen::Vector3d& m);
 
-/// Of many samples.
-std::vector<Eigen::Vector3d> modes_of(const std::vector<Wheels>& samples);
-/// Of their differences, `a` less `b`.
-std::vector<Eigen::Vector3d> modes_of(const std::vector<Wheels>& a, const std::vector<Wheels>& b);
+/// Of many samples, less those of `from` unless that is empty.
+std::vector<Eigen::Vector3d> modes_of(const std::vector<Wheels>& samples, const std::vector<Wheels>& from = {});
 
 /// Low-pass filter of first order for samples at times t (s). At those that are `left_out` it stays as it was.
 template <class Value>
@@ -88,5 +85,21 @@ std::vector<Value> low_pass(const std::vector<double>& t, const std::vector<Valu
   }
   return filtered;
 }
+
+/// Why nothing can be fitted to a record, in one line.
+class UnusableRecord : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Finds what is unlike the conventions of DriveRecord, by what wheels must do: a rate is the change of an angle,
+/// wheels follow their commands, and motors put work into turning wheels. Mends it where there is one way to: signs of
+/// single wheels, motor rpm, A or mA in place of N m. Gaps are excluded. Returns a line on each finding. Throws
+/// UnusableRecord.
+std::vector<std::string> inspect(DriveRecord& record);
+
+/// Finds stretches in which the base was pushed: under a command that stays, torques and rates leave those of
+/// `predicted` together. Excludes them and returns a line on each.
+std::vector<std::string> find_pushes(DriveRecord& record, const Readings& predicted);
 
 }  // namespace youbot_base_sim

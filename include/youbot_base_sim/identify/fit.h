@@ -11,6 +11,10 @@
 
 namespace youbot_base_sim {
 
+/// Time constant of the low-pass filter through which modes are compared, s: the ripple of single rollers falls to a
+/// sixth.
+constexpr double kComparisonFilter = 0.3;
+
 /// What was fitted to records. Numbers are those of `parameters()`.
 struct Fit {
   Candidate best;                           ///< the start with the fitted parameters

@@ -27,9 +27,8 @@ namespace youbot_base_sim {
 ///
 ///   S = P - sum_i E_i A_i^-1 B_i,    S v = b_v - sum_i E_i A_i^-1 b_i,    w_i = A_i^-1 b_i - (A_i^-1 B_i) v.
 ///
-/// `factorize` computes L and U of the four A_i side by side, one lane of a register for each wheel (a_, pivot_), the
-/// columns A_i^-1 B_i (wheels_) and L and U of S in blocks of 3 x 3 (S_). `solve` substitutes. Neither looks for
-/// pivots: with the D of a Radau method, and friction that only takes energy, none vanish.
+/// `factorize` computes L and U of the four A_i, one lane for each wheel, the columns A_i^-1 B_i, and L and U of S in
+/// blocks of 3 x 3. Without pivoting: with the D of a Radau method and friction that only takes energy, none vanish.
 template <int s>
 class BorderedStages {
  public:

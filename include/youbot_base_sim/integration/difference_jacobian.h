@@ -5,8 +5,7 @@
 namespace youbot_base_sim {
 
 /// Sets J(row, column), in the order of State::Index, to the derivative of dx/dt by x and dfdt to that by t (s), by
-/// central differences. `system(x, dxdt, t)` is the right-hand side, and `system.increments()` how far each entry of
-/// the state is moved to either side; 0 for one that has no effect.
+/// central differences of `system.increments()` to either side; 0 for an entry that has no effect.
 template <class System, class Matrix>
 void difference_jacobian(const System& system, const State& x, double t, Matrix& J, State& dfdt) {
   const auto difference = [&](const State& below, const State& above, double t_below, double t_above, double width) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <memory>
 #include <tuple>
 #include <utility>
@@ -17,14 +16,13 @@ namespace youbot_base_sim {
 
 /// Steps that end where an event happens: a Controlled Stepper of odeint around a SmoothStepper.
 ///
-/// A switch is located to 1e-12 s, or to the resolution of phi for a wheel that hardly turns, by Newton's method on the
-/// length of the step: each try is a whole step of the inner stepper from the same start. The wheel then stands on the
-/// far side of the edge, and the step after it starts afresh. A wheel exactly on an edge stands on the roller that
-/// (2.1) names, unless its motion leaves that roller at once; a wheel that touches the edge and turns back does not
-/// switch. Other events are located by bisection.
+/// Newton's method on the length of the step locates a switch to 1e-12 s, or to the resolution of phi: each try is a
+/// whole step from the same start. The wheel then stands on the far side of the edge, and the next step starts afresh.
+/// A wheel exactly on an edge stands on the roller of (2.1), unless its motion leaves that roller at once; one that
+/// touches the edge and turns back does not switch. Other events are located by bisection.
 ///
-/// `dt` of try_step is an upper bound: how long a step is worth trying is remembered here, so that odeint may clip the
-/// bound at the end of a control period without any loss. After success dt is infinite, and odeint clips it again.
+/// `dt` of try_step is an upper bound; the length worth trying is remembered here, so that odeint may clip the bound at
+/// the end of a control period without loss. After success dt is infinite.
 template <class System>
 class EventLocatingStepper : public ControlledStepperTypes {
  public:
@@ -62,7 +60,7 @@ class EventLocatingStepper : public ControlledStepperTypes {
     restarting_ = false;
     settle(system, x, t);
     if (system.reacts()) record_->reactions.watch(system.reactions(x, t), t, t - t_start);
-    dt = std::numeric_limits<double>::infinity();
+    dt = kInfinity;
     return boost::numeric::odeint::success;
   }
 
@@ -86,7 +84,7 @@ class EventLocatingStepper : public ControlledStepperTypes {
  private:
   static constexpr double kFirstStep = 1e-6;  // s
   static constexpr double kSliver = 0.99;
-  // After failure `dt` is by this much longer than what is tried next, so that it does not cut that.
+  // After failure `dt` is this much longer than what is tried next, so that it does not cut that.
   static constexpr double kRoom = 1.02;
   // Factor on the length that was good after the last jump: an occasional rejected step costs less than short steps.
   static constexpr double kGrowthAfterJump = 1.6;
@@ -134,9 +132,8 @@ class EventLocatingStepper : public ControlledStepperTypes {
     if (length < wanted) dt_ = std::max(dt_, wanted);  // the bound cut it short, not its error
   }
 
-  // Ends the step at the event, if that happens within it. Newton's method finds the step's length, kept in the bracket
-  // that is known; bisection, where the speed is not. A remainder, residual_dt_, whose square is negligible is covered
-  // by extrapolation instead of another try.
+  // Ends the step at the event, if that happens within it: by Newton's method within a bracket, or by bisection where
+  // the speed is not known. A remainder, residual_dt_, with a negligible square is extrapolated.
   template <class Event>
   void end_at(const Event& event, System& system, const State& start, double t) {
     const auto first = [&] { return first_crossing(event, system, {start, t, now_.end, now_.length}); };
@@ -232,7 +229,7 @@ class EventLocatingStepper : public ControlledStepperTypes {
 
   // Lengths that are worth trying: now, after a switch, after a jump of the torque, s.
   double dt_ = kFirstStep, dt_after_switch_ = kFirstStep;
-  double dt_after_jump_ = std::numeric_limits<double>::infinity();
+  double dt_after_jump_ = kInfinity;
   bool restarting_ = false, after_jump_ = false;
 
   // What the effects of events have made of a start that is not the last step's end: start_ of x_ at time t_.

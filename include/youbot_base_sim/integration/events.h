@@ -40,7 +40,7 @@ struct Witness {
 /// A condition that is met within a step, `dt` (s) after its start; 0 where that is not known.
 struct Crossing {
   int condition = -1;  ///< none: -1
-  double dt = std::numeric_limits<double>::infinity();
+  double dt = kInfinity;
   explicit operator bool() const { return condition >= 0; }
 };
 
@@ -77,8 +77,7 @@ inline bool inside_edges(const ContactModes& modes, const State& x, double margi
   return (phi - modes.lower_edge()).min(modes.upper_edge() - phi).minCoeff() > margin;
 }
 
-/// A wheel reaches an edge of its roller. It goes over to the next one; or, where it chatters, rests on both; or has
-/// its contact averaged, where it is too fast.
+/// A wheel reaches an edge: it goes over to the next roller, rests on both if it chatters, or is averaged if too fast.
 template <class System>
 class EdgeReached {
  public:
@@ -120,7 +119,7 @@ class EdgeReached {
     const double edge = direction > 0 ? modes.upper_edge()[i] : modes.lower_edge()[i];
     modes.switch_roller(i, from + direction, x);
     x.phi()[i] = ContactModes::far_side(edge, direction);
-    record_->switches.record(modes, i, from, t, x.phi()[i]);
+    record_->record_switch(modes, i, from, t, x.phi()[i]);
     if (modes.above_location_limit(i, x)) {
       modes.enter_averaging(i);
       ++record_->statistics.averaged_contacts;
@@ -149,8 +148,7 @@ class EdgeReached {
   MotionRecord* record_;
 };
 
-/// Events that are located by bisection, one condition for each wheel. Forces are continuous there, or nearly so: the
-/// time need not be exact.
+/// Events located by bisection, one condition for each wheel. Forces hardly jump there: the time need not be exact.
 struct WheelEvent {
   static constexpr int kConditions = kWheels;
   static constexpr bool kEndsPast = true;
@@ -182,7 +180,7 @@ struct SharingEnds : WheelEvent {
       modes.set_roller(i, to);
     }
     modes.keep_inside(i, x);
-    record->switches.record(modes, i, from, t, x.phi()[i]);  // nothing, if it stays on the roller that it reached last
+    record->record_switch(modes, i, from, t, x.phi()[i]);  // nothing, if it stays on the roller that it reached last
     record->sliding_mode.left(i);
     return true;
   }

@@ -9,19 +9,16 @@
 
 namespace youbot_base_sim {
 
-/// The step of last resort, a Stepper of odeint: backward Euler with the geometry of the contacts and the Coriolis
-/// forces held as they are at the step's start, normal reactions too. The friction force is then the slope of a convex
-/// potential: Newton's method with a line search always ends, for any step length and regularization speed. The step is
-/// of first order and locates no switches: wheels stay on the rollers of its start, even beyond their edges.
+/// The step of last resort, a Stepper of odeint: backward Euler with the geometry of the contacts, Coriolis forces and
+/// normal reactions of its start. Friction then has a convex potential: Newton's method with a line search always ends,
+/// for any step length. The step is of first order; wheels stay on their rollers, even beyond the edges.
 template <class Model>
 class FallbackStepper : public StepperTypes<boost::numeric::odeint::stepper_tag> {
  public:
   static constexpr order_type order() { return 1; }
 
-  /// Advances x by dt (s) under the torques at t + dt. `system` is a SlipSystem, by std::ref; no contact may be shared.
-  template <class System>
-  void do_step(System system_reference, State& x, double t, double dt) {
-    auto& system = unwrapped(system_reference);
+  /// Advances x by dt (s) under the torques at t + dt; no contact may be shared.
+  void do_step(const SlipSystem<Model>& system, State& x, double t, double dt) {
     const Model& model = system.model();
     const Inertia& inertia = model.inertia();
     const Velocities start = x.velocities();
@@ -60,7 +57,7 @@ class FallbackStepper : public StepperTypes<boost::numeric::odeint::stepper_tag>
       }
       u = trial;
     }
-    advance_positions(x, u, power(u, model.forces(u, contacts, M)), dt);
+    advance_positions(x, u, dot(u, model.forces(u, contacts, M)), dt);
   }
 
  private:
@@ -68,10 +65,6 @@ class FallbackStepper : public StepperTypes<boost::numeric::odeint::stepper_tag>
   static constexpr int kMaxHalvings = 40;
   static constexpr double kConverged = 1e-22;    // of the kinetic energy: velocities to about 1e-11
   static constexpr double kEnergyFloor = 1e-12;  // J
-
-  static double dot(const Velocities& a, const Velocities& b) {
-    return (a.v * b.v + a.dphi * b.dphi + a.dgamma * b.dgamma).sum();
-  }
 
   static void advance_positions(State& x, const Velocities& u, double power, double dt) {
     const double psi = x.psi() + 0.5 * dt * u.v[2];  // midway

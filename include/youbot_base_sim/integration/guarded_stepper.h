@@ -2,10 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cmath>
 #include <cstdint>
-#include <functional>
-#include <limits>
 #include <optional>
 #include <utility>
 
@@ -17,25 +14,19 @@
 
 namespace youbot_base_sim {
 
-/// The work that a stepper may spend on a millisecond of motion.
-struct WorkBound {
-  std::uint64_t max_evaluations;  ///< of the right-hand side, in kWindow
-};
-
 /// Bounds the work of an EventLocatingStepper: a Controlled Stepper of odeint around it. Work is counted in evaluations
-/// of the right-hand side, not timed, so that results do not depend on the machine.
+/// of the right-hand side, so that results do not depend on the machine.
 ///
-/// Once a millisecond of motion has used up its bound, the rest of it gets kRelaxedShare more: a second stepper with a
-/// looser tolerance continues, and the regularization speed is raised to at least kRelaxedSpeed. If that is not enough,
-/// or steps become too short to advance t, fallback steps cover the next millisecond, and twice as long each time this
-/// recurs within kFallbackCooldown. Their switches are recorded too, at times that are interpolated within the step.
+/// A millisecond of motion that has used up its bound gets kRelaxedShare more, with a stepper of looser tolerance and a
+/// regularization speed of at least kRelaxedSpeed. If that is not enough, or steps become too short to advance t,
+/// fallback steps cover the next millisecond, and twice as long each time this recurs within kFallbackCooldown.
 template <class System, class Fallback>
 class GuardedStepper : public ControlledStepperTypes {
  public:
-  /// Records in `record`, which must outlive it.
-  GuardedStepper(EventLocatingStepper<System> fine, EventLocatingStepper<System> coarse, const WorkBound& bound,
+  /// Spends `max_evaluations` on a millisecond of motion. Records in `record`, which must outlive it.
+  GuardedStepper(EventLocatingStepper<System> fine, EventLocatingStepper<System> coarse, std::uint64_t max_evaluations,
                  MotionRecord& record)
-      : fine_(std::move(fine)), coarse_(std::move(coarse)), bound_(bound), record_(&record) {}
+      : fine_(std::move(fine)), coarse_(std::move(coarse)), max_evaluations_(max_evaluations), record_(&record) {}
 
   /// As EventLocatingStepper's, but it never fails: it tries again itself. Throws Stopped once the stop flag is set.
   Result try_step(System& system, State& x, double& t, double& dt) {
@@ -52,7 +43,7 @@ class GuardedStepper : public ControlledStepperTypes {
         }
         relax(system);
       }
-      const double end = dt < stepper_->dt() ? t + dt : std::numeric_limits<double>::infinity();
+      const double end = dt < stepper_->dt() ? t + dt : kInfinity;
       const std::uint64_t before = system.evaluations();
       double next = dt;
       if (stepper_->try_step(system, x, t, next) == boost::numeric::odeint::fail) continue;
@@ -85,7 +76,7 @@ class GuardedStepper : public ControlledStepperTypes {
   void begin_window(System& system, double t) {
     window_start_ = t;
     spent_ = system.evaluations();
-    allowed_ = bound_.max_evaluations;
+    allowed_ = max_evaluations_;
     if (relaxed_) end_relaxation(system);
   }
 
@@ -93,7 +84,7 @@ class GuardedStepper : public ControlledStepperTypes {
     relaxed_ = system.regularization_speed();
     system.set_regularization_speed(std::max(*relaxed_, kRelaxedSpeed));
     replace_stepper(coarse_);
-    allowed_ += static_cast<std::uint64_t>(kRelaxedShare * static_cast<double>(bound_.max_evaluations));
+    allowed_ += static_cast<std::uint64_t>(kRelaxedShare * static_cast<double>(max_evaluations_));
     ++record_->statistics.relaxed_periods;
   }
 
@@ -114,7 +105,7 @@ class GuardedStepper : public ControlledStepperTypes {
     fallback_end_ = t + stretch_;
     stepper_->restart();
     record_->sliding_mode = {};
-    window_start_ = std::numeric_limits<double>::infinity();
+    window_start_ = kInfinity;
   }
 
   Result fall_back(System& system, State& x, double& t, double& dt) {
@@ -124,7 +115,7 @@ class GuardedStepper : public ControlledStepperTypes {
     }
     const double length = std::min(dt, kFallbackStep);
     const Wheels start = x.phi();
-    fallback_.do_step(std::ref(system), x, t, length);
+    fallback_.do_step(system, x, t, length);
     for (int i = 0; i < kWheels; ++i) {
       if (!modes.averaged(i)) {
         cross(modes, x, t, length, i, start[i]);
@@ -136,7 +127,7 @@ class GuardedStepper : public ControlledStepperTypes {
     t += length;
     if (system.reacts()) record_->reactions.watch(system.reactions(x, t), t, length);
     ++record_->statistics.fallback_steps;
-    dt = std::numeric_limits<double>::infinity();
+    dt = kInfinity;
     return boost::numeric::odeint::success;
   }
 
@@ -147,22 +138,22 @@ class GuardedStepper : public ControlledStepperTypes {
     const double edge = to > from ? modes.upper_edge()[i] : modes.lower_edge()[i];
     const double moved = x.phi()[i] - start, at = moved == 0 ? 0 : std::clamp((edge - start) / moved, 0.0, 1.0);
     modes.switch_roller(i, to, x);
-    record_->switches.record(modes, i, from, t + at * length, ContactModes::far_side(edge, to > from ? +1 : -1));
+    record_->record_switch(modes, i, from, t + at * length, ContactModes::far_side(edge, to > from ? +1 : -1));
   }
 
   EventLocatingStepper<System> fine_, coarse_;
   EventLocatingStepper<System>* stepper_ = &fine_;  // the one in use
-  WorkBound bound_;
+  std::uint64_t max_evaluations_;
   MotionRecord* record_;
   Fallback fallback_;
   const std::atomic<bool>* stop_ = nullptr;  // null: never
 
   // The millisecond under way: its start, the evaluations before it and those that it may take.
-  double window_start_ = std::numeric_limits<double>::infinity();
+  double window_start_ = kInfinity;
   std::uint64_t spent_ = 0, allowed_ = 0;
   std::optional<double> relaxed_;  // the regularization speed to return to, m/s, while the coarse stepper is at work
 
-  double fallback_end_ = -std::numeric_limits<double>::infinity();
+  double fallback_end_ = -kInfinity;
   double stretch_ = kMinStretch;
 };
 

@@ -24,8 +24,7 @@ struct Method {
   std::string description;  ///< what it is and when to use it, in a line
   bool is_explicit;         ///< takes short steps while wheels roll, see `advice`
   double default_step;      ///< of a method without step size control, s; 0: it has one
-  /// Makes one that is made for any equations, with this step (s) if it has no step size control. Null for Radau, which
-  /// is made for these equations and for each friction law.
+  /// Makes the method, with this step (s) if it has no step size control. Null for Radau, a class for each model.
   std::unique_ptr<SmoothStepper<const SmoothSystem>> (*make)(const Tolerance& tolerance, double step,
                                                              IntegrationStatistics& statistics);
 };
@@ -52,19 +51,17 @@ struct IntegrationSettings {
 /// most 1e-5 m/s, if that is more: a smaller one makes no difference at that tolerance.
 double effective_regularization_speed(double nu, const Tolerance& tolerance);
 
-/// Advice before a run of `duration` (s) by an explicit method, in a sentence: which steps are stable and how long that
-/// may take; empty for other methods. While wheels roll, explicit methods are stable for steps of about 3
-/// over the fastest rate of a roller, which friction drives with f N / nu (mu_0 in model 2a) against J_2.
+/// A sentence before a run of `duration` (s) by an explicit method: which steps are stable, about 3 over the fastest
+/// rate of a rolling roller (friction's f N / nu or mu_0, against J_2), and how long that may take. Else empty.
 std::string advice(const RobotParameters& robot, const FloorParameters& floor, Model model,
                    const IntegrationSettings& settings, double duration);
 
 /// Why `method` cannot integrate this robot, in words for an error message; empty if it can.
 std::string refusal(const Method& method, const RobotParameters& robot, Model model);
 
-/// Makes the integrator of `model` from `start` at t = 0 by the method of that name, which must exist and not be
-/// refused. `torque` must outlive the result. Model 1 is not stiff and has no switches: it uses dopri5 whatever the
-/// method. `extended` selects equations with the physics beyond the paper; without it those parameters have no effect
-/// on models 2a and 2b. The motion continues that of another integration which ended at `start`, if `before` is given.
+/// Makes the integrator of `model` from `start` at t = 0 by the method of that name, which must not be refused; model 1
+/// has its own. Throws std::invalid_argument for an unknown name. `torque` must outlive the result. Without `extended`
+/// parameters beyond the paper have no effect on models 2a and 2b. With `before` the motion continues another one's.
 std::unique_ptr<MotionIntegrator> make_integrator(Model model, const RobotParameters& robot,
                                                   const FloorParameters& floor, const State& start,
                                                   const TorqueProfile& torque, const IntegrationSettings& settings,

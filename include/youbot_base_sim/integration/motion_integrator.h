@@ -11,8 +11,9 @@
 #include "youbot_base_sim/export.h"
 #include "youbot_base_sim/integration/statistics.h"
 #include "youbot_base_sim/physics/applied_loads.h"
+#include "youbot_base_sim/physics/contact_modes.h"
 #include "youbot_base_sim/physics/contacts.h"
-#include "youbot_base_sim/physics/reactions.h"
+#include "youbot_base_sim/physics/reaction_record.h"
 #include "youbot_base_sim/physics/roller_switch.h"
 #include "youbot_base_sim/physics/state.h"
 
@@ -24,16 +25,19 @@ class Stopped : public std::exception {
   const char* what() const noexcept override { return "stopped"; }
 };
 
-struct MotionSoFar;
+/// The part of a motion that is not in the state, for another integration to continue.
+struct MotionSoFar {
+  std::optional<ContactModes> contacts;  ///< none in model 1
+  IntegrationStatistics statistics;
+  std::vector<RollerSwitch> switches;  ///< that were not taken
+};
 
-/// Integrates the motion of one model from one state on, by one method. Both are selected once at construction, so the
-/// inner loops branch on neither.
+/// Integrates the motion of one model by one method.
 class MotionIntegrator {
  public:
   virtual ~MotionIntegrator() = default;
 
-  /// Observes odeint's loop over n control periods: called with k = 0 .. n-1 at the beginning of each, and with n at
-  /// the end of the last.
+  /// Called with k = 0 .. n-1 at the beginning of each of n control periods, and with n at the end of the last.
   using PeriodObserver = std::function<void(std::size_t k)>;
 
   /// Advances x, at the beginning of control period `first`, by n periods of length `period` (s). The torque is smooth
@@ -56,7 +60,7 @@ class MotionIntegrator {
   /// the change of kinetic energy counts as work. Throws std::logic_error for the paper's models, which have neither.
   virtual void set_loads(State& x, const AppliedLoads& applied, bool keep_momentum) = 0;
 
-  /// Ends this integration, so that another one can continue the motion.
+  /// Ends this integration, for another one to continue the motion.
   virtual MotionSoFar leave() = 0;
 
   /// Extremes of the normal reactions; empty where they are static.

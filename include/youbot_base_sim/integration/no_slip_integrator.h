@@ -1,30 +1,23 @@
 #pragma once
 
-#include <limits>
+#include <memory>
 #include <vector>
 
 #include "youbot_base_sim/integration/motion_integrator.h"
-#include "youbot_base_sim/integration/motion_so_far.h"
+#include "youbot_base_sim/integration/smooth_stepper.h"
 #include "youbot_base_sim/integration/tolerance.h"
 #include "youbot_base_sim/physics/no_slip_model.h"
 #include "youbot_base_sim/physics/torque_profile.h"
 
 namespace youbot_base_sim {
 
-/// Model 1, which has no switches: odeint's loops over its Dormand-Prince method, or over its rosenbrock4 where the
-/// bearings brake so hard that an explicit method would need too many steps.
+/// Model 1, which has no switches: odeint's dopri5, or rosenbrock4 where the bearings brake too hard for it. Steps are
+/// short where a bearing's dry friction reverses: an error estimate misses most of a kink between two stages.
 class NoSlipIntegrator : public MotionIntegrator {
  public:
   /// `torque` must outlive the integration.
   NoSlipIntegrator(const RobotParameters& robot, const FloorParameters& floor, const TorqueProfile& torque,
-                   const Tolerance& tolerance)
-      : robot_(robot),
-        floor_(floor),
-        torque_(torque),
-        model_(robot, floor, {}),
-        tolerance_(tolerance),
-        stiff_(stiff(model_)),
-        max_first_step_(10 / model_.max_decay_rate()) {}
+                   const Tolerance& tolerance);
 
   /// The method that a robot needs: dopri5 or rosenbrock4.
   static const char* method(const RobotParameters& robot) {
@@ -35,7 +28,7 @@ class NoSlipIntegrator : public MotionIntegrator {
                        const PeriodObserver& observer) override;
   void advance(State& x, double t, double t_end) override;
   void stop_on(const std::atomic<bool>& stop) override { stop_ = &stop; }
-  void torque_jumped() override {}
+  void torque_jumped() override;
   double kinetic_energy(const State& x) const override { return model_.kinetic_energy(x.velocity()); }
   void set_loads(State& x, const AppliedLoads& applied, bool keep_momentum) override;
   MotionSoFar leave() override { return {std::nullopt, statistics_, {}}; }
@@ -44,7 +37,7 @@ class NoSlipIntegrator : public MotionIntegrator {
   ContactDetails contacts(const State& x, double t) const override;
   std::int64_t roller(int) const override { return 0; }
   std::optional<std::int64_t> other_roller(int) const override { return std::nullopt; }
-  double regularization_speed() const override { return std::numeric_limits<double>::infinity(); }
+  double regularization_speed() const override { return kInfinity; }
   double resting_angle(int, int) const override { return 0; }
   std::vector<RollerSwitch> take_switches() override { return {}; }
   const IntegrationStatistics& statistics() const override { return statistics_; }
@@ -54,14 +47,16 @@ class NoSlipIntegrator : public MotionIntegrator {
   static constexpr double kMaxExplicitRate = 1e5;
   static bool stiff(const NoSlipModel& model) { return model.max_decay_rate() > kMaxExplicitRate; }
 
+  class Stepper;
+
   RobotParameters robot_;
   FloorParameters floor_;
   const TorqueProfile& torque_;
   NoSlipModel model_;
-  Tolerance tolerance_;
-  bool stiff_;
   double max_first_step_;  // s: much longer ones may overflow, where the error estimate is void
+  double next_step_;       // s, worth trying
   IntegrationStatistics statistics_;
+  std::unique_ptr<GeneralMethod> method_;
   const std::atomic<bool>* stop_ = nullptr;  // null: never
 };
 

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <boost/numeric/odeint/stepper/bulirsch_stoer.hpp>
 #include <boost/numeric/odeint/stepper/controlled_runge_kutta.hpp>
 #include <boost/numeric/odeint/stepper/implicit_euler.hpp>
@@ -9,20 +8,19 @@
 #include <boost/numeric/odeint/stepper/rosenbrock4_controller.hpp>
 #include <cmath>
 #include <functional>
-#include <limits>
+#include <optional>
 #include <type_traits>
 #include <utility>
 
 #include "youbot_base_sim/integration/difference_jacobian.h"
 #include "youbot_base_sim/integration/smooth_stepper.h"
-#include "youbot_base_sim/integration/state_range.h"
 #include "youbot_base_sim/integration/statistics.h"
 #include "youbot_base_sim/integration/tolerance.h"
 #include "youbot_base_sim/physics/state.h"
 
-// odeint's own steppers as SmoothSteppers.
-
 namespace youbot_base_sim {
+
+// odeint's own steppers as SmoothSteppers, made from a tolerance, a fixed step (s) and the statistics to count in.
 
 /// odeint's Error Checker for a State: judges the velocities as Radau does, so that a tolerance means the same.
 class VelocityErrorChecker {
@@ -42,7 +40,8 @@ class VelocityErrorChecker {
 template <class ErrorStepper>
 class ControlledRungeKutta final : public GeneralMethod {
  public:
-  explicit ControlledRungeKutta(const Tolerance& tolerance) : controlled_(VelocityErrorChecker(tolerance)) {}
+  ControlledRungeKutta(const Tolerance& tolerance, double, IntegrationStatistics&)
+      : controlled_(VelocityErrorChecker(tolerance)) {}
 
   Result try_step(const SmoothSystem& system, const State& in, double& t, State& out, double& dt) override {
     if (!known_ || t != t_ || (in.values != x_.values).any()) {
@@ -77,7 +76,8 @@ class ControlledRungeKutta final : public GeneralMethod {
 /// odeint's Bulirsch-Stoer method.
 class BulirschStoer final : public GeneralMethod {
  public:
-  explicit BulirschStoer(const Tolerance& tolerance) : stepper_(tolerance.absolute, tolerance.relative) {}
+  BulirschStoer(const Tolerance& tolerance, double, IntegrationStatistics&)
+      : stepper_(tolerance.absolute, tolerance.relative) {}
 
   Result try_step(const SmoothSystem& system, const State& in, double& t, State& out, double& dt) override {
     return stepper_.try_step(std::ref(system), in, t, out, dt);
@@ -95,8 +95,8 @@ struct CorrectedRosenbrock4 : boost::numeric::odeint::default_rosenbrock_coeffic
 };
 using ShippedRosenbrock4 = boost::numeric::odeint::default_rosenbrock_coefficients<double>;
 
-/// A System as the pair of functions on uBLAS vectors that odeint's implicit steppers ask for. Wheel angles count from
-/// the middle of the roller, so that a relative tolerance does not loosen as the wheels turn.
+/// A System as functions on uBLAS vectors, for odeint's implicit steppers. Wheel angles count from the middle of the
+/// roller, so that a relative tolerance does not loosen as the wheels turn.
 class UblasSystem {
  public:
   using Vector = boost::numeric::ublas::vector<double>;
@@ -120,31 +120,23 @@ class UblasSystem {
     return x;
   }
 
-  void derivative(const Vector& y, Vector& dydt, double t) const {
-    State dxdt;
-    (*system_)(state(y), dxdt, t);
-    std::copy(dxdt.begin(), dxdt.end(), dydt.begin());
+  /// Sets dydt to dy/dt, as a function of y and t.
+  auto derivative() const {
+    return [this](const Vector& y, Vector& dydt, double t) {
+      State dxdt;
+      (*system_)(state(y), dxdt, t);
+      std::copy(dxdt.begin(), dxdt.end(), dydt.begin());
+    };
   }
-  void jacobian(const Vector& y, Matrix& J, double t, Vector& dfdt) const {
-    State rate;
-    difference_jacobian(*system_, state(y), t, J, rate);
-    std::copy(rate.begin(), rate.end(), dfdt.begin());
-    ++statistics_->factorizations;
+  /// Sets J and dfdt to the derivatives of dy/dt by y and t.
+  auto jacobian() const {
+    return [this](const Vector& y, Matrix& J, double t, Vector& dfdt) {
+      State rate;
+      difference_jacobian(*system_, state(y), t, J, rate);
+      std::copy(rate.begin(), rate.end(), dfdt.begin());
+      ++statistics_->factorizations;
+    };
   }
-
-  struct Derivative {
-    const UblasSystem* system;
-    void operator()(const Vector& y, Vector& dydt, double t) const { system->derivative(y, dydt, t); }
-  };
-  struct Jacobian {
-    const UblasSystem* system;
-    void operator()(const Vector& y, Matrix& J, double t, Vector& dfdt) const { system->jacobian(y, J, t, dfdt); }
-    void operator()(const Vector& y, Matrix& J, double t) const {
-      Vector dfdt(y.size());
-      system->jacobian(y, J, t, dfdt);
-    }
-  };
-  std::pair<Derivative, Jacobian> pair() const { return {{this}, {this}}; }
 
  private:
   const SmoothSystem* system_;
@@ -156,32 +148,27 @@ class UblasSystem {
 template <class Coefficients>
 class Rosenbrock4 final : public GeneralMethod {
  public:
-  Rosenbrock4(const Tolerance& tolerance, IntegrationStatistics& statistics)
-      : statistics_(&statistics), controller_(tolerance), y_(State().values.size()), y_end_(y_.size()) {}
+  Rosenbrock4(const Tolerance& tolerance, double, IntegrationStatistics& statistics)
+      : tolerance_(tolerance), statistics_(&statistics), y_(State().values.size()), y_end_(y_.size()) {
+    reset();
+  }
 
   Result try_step(const SmoothSystem& system, const State& in, double& t, State& out, double& dt) override {
     const UblasSystem ublas(system, in, *statistics_);
     ublas.to_vector(in, y_);
-    const auto result = controller_.try_step(ublas.pair(), y_, t, y_end_, dt);
+    const auto result = controller_->try_step(std::pair(ublas.derivative(), ublas.jacobian()), y_, t, y_end_, dt);
     if (result == boost::numeric::odeint::success) out = ublas.state(y_end_);
     return result;
   }
-  void reset() override { controller_.reset(); }
+  // odeint's has no reset().
+  void reset() override { controller_.emplace(tolerance_.absolute, tolerance_.relative); }
 
  private:
   using Stepper = boost::numeric::odeint::rosenbrock4<double, Coefficients>;
-  // odeint's has no reset().
-  struct Controller : boost::numeric::odeint::rosenbrock4_controller<Stepper> {
-    explicit Controller(const Tolerance& tolerance)
-        : boost::numeric::odeint::rosenbrock4_controller<Stepper>(tolerance.absolute, tolerance.relative) {}
-    void reset() {
-      this->m_first_step = true;
-      this->m_last_rejected = false;
-    }
-  };
 
+  Tolerance tolerance_;
   IntegrationStatistics* statistics_;
-  Controller controller_;
+  std::optional<boost::numeric::odeint::rosenbrock4_controller<Stepper>> controller_;
   boost::numeric::ublas::vector<double> y_, y_end_;
 };
 
@@ -190,7 +177,7 @@ class Rosenbrock4 final : public GeneralMethod {
 template <class Method>
 class FixedStep final : public GeneralMethod {
  public:
-  FixedStep(double step, IntegrationStatistics& statistics) : step_(step), method_(statistics) {}
+  FixedStep(const Tolerance&, double step, IntegrationStatistics& statistics) : step_(step), method_(statistics) {}
 
   Result try_step(const SmoothSystem& system, const State& in, double& t, State& out, double& dt) override {
     const double length = dt;
@@ -226,18 +213,20 @@ class ExplicitStep {
 /// first, the version of Boost 1.74 factorizes the factors of its Jacobian again.
 class ImplicitEulerStep {
  public:
-  explicit ImplicitEulerStep(IntegrationStatistics& statistics) : statistics_(&statistics), y_(State().values.size()) {}
+  explicit ImplicitEulerStep(IntegrationStatistics& statistics)
+      : statistics_(&statistics), y_(State().values.size()), dfdt_(y_.size()) {}
   void step(const SmoothSystem& system, const State& in, double t, State& out, double dt) {
     const UblasSystem ublas(system, in, *statistics_);
     ublas.to_vector(in, y_);
-    stepper_.do_step(ublas.pair(), y_, t, dt);
+    const auto jacobian = [&](const auto& y, auto& J, double time) { ublas.jacobian()(y, J, time, dfdt_); };
+    stepper_.do_step(std::pair(ublas.derivative(), jacobian), y_, t, dt);
     out = ublas.state(y_);
   }
 
  private:
   IntegrationStatistics* statistics_;
-  boost::numeric::odeint::implicit_euler<double> stepper_{std::numeric_limits<double>::infinity()};
-  boost::numeric::ublas::vector<double> y_;
+  boost::numeric::odeint::implicit_euler<double> stepper_{kInfinity};
+  boost::numeric::ublas::vector<double> y_, dfdt_;
 };
 
 }  // namespace youbot_base_sim

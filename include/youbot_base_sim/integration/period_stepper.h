@@ -5,9 +5,8 @@
 
 namespace youbot_base_sim {
 
-/// A Controlled Stepper of odeint whose time counts control periods, around one whose time is in seconds. odeint
-/// computes the ends of periods as start + k dt; counted in periods these are whole numbers and exact, so that a run
-/// has the same bits however many periods are integrated by one call.
+/// A Controlled Stepper of odeint whose time counts control periods, around one in seconds. The ends of periods that
+/// odeint computes are then whole numbers, so that a run has the same bits however it is grouped into calls.
 template <class Stepper>
 class PeriodStepper : public ControlledStepperTypes {
  public:

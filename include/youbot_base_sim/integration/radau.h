@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <cstring>
-#include <functional>
 #include <limits>
 
 #include "youbot_base_sim/integration/bordered_stages.h"
@@ -21,39 +19,30 @@ namespace youbot_base_sim {
 
 /// Radau IIA with three stages, of order 5, for a SlipSystem between two switches: a Controlled Stepper of odeint.
 ///
-/// Newton iterations find the stages in terms of the velocities alone; positions, heading and work are integrals of
-/// these. Each stage has its own friction in the Jacobian: with one for all, as Hairer and Wanner have it for smooth
-/// problems, the iterations fail where a wheel goes from gripping to slipping within a step. Where they still fail,
-/// the regularization speed is first raised, and then lowered step by step (continuation).
+/// Newton iterations find the velocities at the stages; positions, heading and work are integrals of these. Each stage
+/// has its own friction in the Jacobian: with one for all (Hairer and Wanner), the iterations fail where a wheel goes
+/// from gripping to slipping within a step. Where they still fail, the regularization speed is raised, and then lowered
+/// step by step (continuation).
 ///
-/// A linearly implicit method would do without iterations, but it steps by the derivatives at the beginning of the
-/// step. Friction at slip speeds near nu turns within a step, and near sticking the velocities follow it like the
-/// solution of a differential-algebraic equation of index 2: there Radau's error is about a thousand times smaller.
+/// A linearly implicit method needs no iterations, but steps by the derivatives at the start, and friction at slip
+/// speeds near nu turns within a step. Near sticking Radau's error is about a thousand times smaller.
 ///
-/// It remembers the last step, to predict the next one and to reuse its friction. A call that repeats the state and
-/// time of the last one tries another length of the same step; any other continues from that step's end. Contacts may
-/// have changed in between; call `reset` where the torque jumps.
-///
-/// The functions that do the work are marked `flatten`: all that they call is small and best inlined.
+/// It remembers the last step, to predict the next one and to reuse its friction. Contacts may change between steps;
+/// call `reset` where the torque jumps. The functions that do the work are marked `flatten`: what they call is small.
 template <class Model>
-class Radau final : public ControlledStepperTypes, public SmoothStepper<SlipSystem<Model>> {
+class Radau final : public SmoothStepper<SlipSystem<Model>> {
  public:
   using Result = ControlledStepperTypes::Result;
+  using SmoothStepper<SlipSystem<Model>>::try_step;
 
   /// Counts its iterations in `statistics`, which must outlive it.
   Radau(const Tolerance& tolerance, IntegrationStatistics& statistics)
       : tolerance_(tolerance), statistics_(&statistics) {}
 
-  /// Tries a step of length dt (s) from x at time t. On success x and t are those of its end, and dt is the length
-  /// recommended for the next step; on failure only dt changes, to one that is worth trying. `system` is a SlipSystem,
-  /// by std::ref.
-  Result try_step(SlipSystem<Model>& system, State& x, double& t, double& dt) { return try_step(system, x, t, x, dt); }
-
-  /// The same from `in` to `out`. A step that is shorter than one whose error was small enough, from the same start, is
-  /// not judged again.
+  /// A step that is shorter than one whose error was small enough, from the same start, is not judged again.
   Result try_step(SlipSystem<Model>& system, const State& in, double& t, State& out, double& dt) override {
     using boost::numeric::odeint::fail;
-    if (!repeats(in, t)) initialize(system, in, t);
+    if (!started_ || !starts_at(in, t)) initialize(system, in, t);
     if (!solve(system, dt)) {
       dt *= kShrinkage;
       return fail;
@@ -94,8 +83,7 @@ class Radau final : public ControlledStepperTypes, public SmoothStepper<SlipSyst
   static constexpr double kMinLength = 1.0 / 16;  // of a damped correction
   static constexpr double kConverged = 0.03;      // of the tolerance
   static constexpr double kShrinkage = 0.3;       // of a step after iterations that failed
-  // The Jacobian is evaluated again after a first correction of more than kRefactorizeCorrection tolerances, and where
-  // corrections shrink by a factor above kRefactorizeRate.
+  // The Jacobian is evaluated again after a first correction of more tolerances, or where corrections shrink by less.
   static constexpr double kRefactorizeCorrection = 3000;
   static constexpr double kRefactorizeRate = 0.1;
   // The smallest rate of convergence that the next step's first correction is expected to have, judging by this step
@@ -106,8 +94,6 @@ class Radau final : public ControlledStepperTypes, public SmoothStepper<SlipSyst
   // Continuation: the slip speed at which it begins, m/s, and the ratio of one to the next.
   static constexpr double kFirstRegularizationSpeed = 1e-2;
   static constexpr double kRegularizationRatio = 0.2, kMaxRegularizationRatio = 0.7;
-
-  bool repeats(const State& x, double t) const { return started_ && starts_at(x, t); }
 
   bool starts_at(const State& x, double t) const {
     // NOLINTNEXTLINE(bugprone-suspicious-memory-comparison): the very same bits are meant
@@ -132,9 +118,8 @@ class Radau final : public ControlledStepperTypes, public SmoothStepper<SlipSyst
     start_pose_ = system.pose(x);
     Contacts contacts = system.contacts(start_, x.phi(), start_pose_, M);
     system.count_evaluations(1);
+    // The converged friction: recomputed from the slip, its O(nu) error would become an O(1) error of the force.
     if (unchanged.any()) {
-      // Reuse the converged friction force: recomputing it from the slip velocity would turn an O(nu) error of the slip
-      // into an O(1) error of the force.
       system.reuse_friction(unchanged && !system.modes().shared(), end_friction_, start_, M, contacts);
     }
     start_forces_ = system.model().forces(start_, contacts, M);
@@ -143,7 +128,7 @@ class Radau final : public ControlledStepperTypes, public SmoothStepper<SlipSyst
     set_convergence_tolerance(system);
   }
 
-  // Where the tolerance exceeds the regularization speed, the equations are still solved to a fraction of that speed.
+  // At most a fraction of the regularization speed, however large the tolerance.
   void set_convergence_tolerance(const SlipSystem<Model>& system) {
     const Velocities turning = regularization_velocities(system.model());
     convergence_tolerance_ = {kConverged * error_scale_.v.min(turning.v),
@@ -160,10 +145,10 @@ class Radau final : public ControlledStepperTypes, public SmoothStepper<SlipSyst
     end_contact_ids_ = contact_ids_;
   }
 
-  // Finds the stages of a step of length dt. False if the iterations do not converge, or the platform would turn by
-  // more than a radian.
+  // Finds the stages of a step of length dt. False without convergence, or if the platform would turn by over 1 rad.
   bool solve(SlipSystem<Model>& system, double dt) {
-    if ((known_ == Known::kNothing || !iterate_from_prediction(system, dt)) && !iterate_from_start(system, dt) &&
+    if (known_ != Known::kNothing) predict(system, dt);
+    if ((known_ == Known::kNothing || !iterate(system, dt)) && !iterate_from_start(system, dt) &&
         !continue_to_regularization_speed(system, dt)) {
       known_ = Known::kNothing;
       return false;
@@ -171,11 +156,6 @@ class Radau final : public ControlledStepperTypes, public SmoothStepper<SlipSyst
     dt_ = dt;
     known_ = Known::kThisStep;
     return dt * std::max({std::abs(stages_[0].v[2]), std::abs(stages_[1].v[2]), std::abs(stages_[2].v[2])}) < 1;
-  }
-
-  bool iterate_from_prediction(const SlipSystem<Model>& system, double dt) {
-    predict(system, dt);
-    return iterate(system, dt);
   }
 
   bool iterate_from_start(const SlipSystem<Model>& system, double dt) {
@@ -234,7 +214,7 @@ class Radau final : public ControlledStepperTypes, public SmoothStepper<SlipSyst
       const double b = dt_ * T::A[2][j];
       along += b * (u.v[0] * cosine[j] - u.v[1] * sine[j]);
       across += b * (u.v[0] * sine[j] + u.v[1] * cosine[j]);
-      work += b * power(u, forces_[j]);
+      work += b * dot(u, forces_[j]);
       x.phi() += b * u.dphi;
       x.gamma() += b * u.dgamma;
     }
@@ -383,7 +363,7 @@ class Radau final : public ControlledStepperTypes, public SmoothStepper<SlipSyst
     }
   }
 
-  // The residual: forces that are left over at each stage.
+  // Forces that are left over at each stage.
   [[gnu::flatten, gnu::noinline]] void residual(const SlipSystem<Model>& system, double dt, StageVelocities& r) {
     using T = RadauTableau;
     const auto& model = system.model();

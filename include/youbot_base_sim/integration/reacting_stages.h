@@ -15,17 +15,15 @@ namespace youbot_base_sim {
 ///
 ///   (1 - C) y = B u_0,   u = u_0 + K^-1 U y,   C = B K^-1 U.
 ///
-/// C is small: friction moves reactions by less than f h / l of what reactions move friction, with h the height of the
-/// centre of mass over the floor. Minimal residuals therefore converge within one to three substitutions with K, which
-/// take less than the columns of K^-1 U would.
+/// C is small (below f h / l, with the centre of mass h above the floor), so minimal residuals converge within one to
+/// three substitutions with K, which take less than the columns of K^-1 U would.
 template <int s>
 class ReactingStages {
  public:
   using Vector = typename BorderedStages<s>::Vector;
   using Couplings = std::array<ReactionCoupling, s>;
 
-  /// Turns u from u_0 into the solution, and computes the changes of the reactions at each stage, N. `K` is
-  /// factorized.
+  /// Turns u from u_0 into the solution; dN is the change of the reactions at each stage, N. `K` is factorized.
   static void correct(const BorderedStages<s>& K, const Couplings& couplings, Vector& u, std::array<Wheels, s>& dN) {
     Moments rest = moments(couplings, u), y;
     y.fill(Wheels::Zero());

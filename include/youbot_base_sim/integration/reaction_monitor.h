@@ -17,8 +17,7 @@ class ReactionMonitor {
   bool ends_tipping() const { return ends_tipping_; }
   void continue_when_tipping() { ends_tipping_ = false; }
 
-  /// Records the reactions at the end of a step from `t - dt` to t, s. Throws TippedOver at the tipping limit, where
-  /// the motion ends there.
+  /// Records the reactions at the end of a step from `t - dt` to t, s. Throws TippedOver where the motion ends.
   void watch(const FloorReactions& reactions, double t, double dt) {
     record_.min_N = record_.min_N.min(reactions.N);
     record_.time_off_floor += (reactions.N <= 0).select(Wheels::Constant(dt), Wheels::Zero());

@@ -1,17 +1,13 @@
 #pragma once
 
 #include <array>
-#include <cmath>
 
 #include "youbot_base_sim/physics/state.h"
 
 namespace youbot_base_sim {
 
-/// Decides when a wheel that chatters on an edge enters sliding mode, where it stands on both rollers.
-///
-/// Where both rollers drive the wheel back over the edge, it crosses with ever more switches in ever less time. It may
-/// enter sliding mode after kMinChatter reversals that follow one another within kWindow, if its momentum no longer
-/// counts, and it must after kMaxChatter of them.
+/// Decides when a wheel that chatters on an edge, as both rollers drive it back, enters sliding mode: it may after
+/// kMinChatter reversals within kWindow of one another, if its momentum no longer counts, and must after kMaxChatter.
 class SlidingMode {
  public:
   /// Wheel i crosses its edge at time t (s) in `direction`; x is its state there and `max_momentum` (m/s) a speed of

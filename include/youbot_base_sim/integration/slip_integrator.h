@@ -10,33 +10,30 @@
 #include "youbot_base_sim/integration/fallback_stepper.h"
 #include "youbot_base_sim/integration/guarded_stepper.h"
 #include "youbot_base_sim/integration/motion_integrator.h"
-#include "youbot_base_sim/integration/motion_so_far.h"
 #include "youbot_base_sim/integration/period_stepper.h"
 #include "youbot_base_sim/integration/slip_system.h"
 #include "youbot_base_sim/integration/smooth_stepper.h"
 
 namespace youbot_base_sim {
 
-/// Integrates models 2a and 2b by any method: odeint's loops over a GuardedStepper, which wraps an
-/// EventLocatingStepper, which wraps the method.
+/// Integrates models 2a and 2b by any method: odeint's loops over a GuardedStepper.
 template <class Model>
 class SlipIntegrator : public MotionIntegrator {
  public:
   using MakeStepper =
       std::function<std::unique_ptr<SmoothStepper<SlipSystem<Model>>>(const Tolerance&, IntegrationStatistics&)>;
 
-  /// `make_stepper` makes a stepper of the method for a tolerance. `torque` must outlive the integration. The motion
-  /// begins at `start`, or continues there after `before`.
+  /// `make_stepper` makes a stepper of the method for a tolerance; `max_evaluations` is a GuardedStepper's. `torque`
+  /// must outlive the integration. The motion begins at `start`, or continues there after `before`.
   SlipIntegrator(const Model& model, const TorqueProfile& torque, const State& start, const Tolerance& tolerance,
-                 const WorkBound& bound, const MakeStepper& make_stepper, const MotionSoFar* before = nullptr)
+                 std::uint64_t max_evaluations, const MakeStepper& make_stepper, const MotionSoFar* before = nullptr)
       : regularization_speed_(model.regularization_speed()),
         system_(model, torque, start),
-        stepper_(located(tolerance, make_stepper), located(coarse(tolerance), make_stepper), bound, record_) {
+        stepper_(located(tolerance, make_stepper), located(coarse(tolerance), make_stepper), max_evaluations, record_) {
     if (!before) return;
     system_.modes() = *before->contacts;
     system_.count_evaluations(before->statistics.evaluations);
-    record_.statistics = before->statistics;
-    record_.switches.begin_with(before->switches);
+    record_.begin_with(before->statistics, before->switches);
   }
 
   void advance_periods(State& x, std::int64_t first, double period, std::size_t n,
@@ -87,7 +84,7 @@ class SlipIntegrator : public MotionIntegrator {
   }
   double regularization_speed() const override { return regularization_speed_; }
   double resting_angle(int i, int k) const override { return system_.modes().resting_angle(i, k); }
-  std::vector<RollerSwitch> take_switches() override { return record_.switches.take(); }
+  std::vector<RollerSwitch> take_switches() override { return record_.take_switches(); }
   const IntegrationStatistics& statistics() const override {
     record_.statistics.evaluations = system_.evaluations();
     return record_.statistics;
@@ -105,7 +102,6 @@ class SlipIntegrator : public MotionIntegrator {
     return {make_stepper(tolerance, record_.statistics), tolerance, record_};
   }
 
-  // One record for all the rollers that a wheel with an averaged contact has passed since the last one.
   void record_passed_rollers(const State& x, double t) {
     for (int i = 0; i < kWheels; ++i) {
       if (system_.modes().averaged(i)) record_.record_passed_rollers(system_.modes(), i, x, t);

@@ -3,9 +3,9 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 
 #include "youbot_base_sim/integration/reaction_monitor.h"
+#include "youbot_base_sim/integration/smooth_stepper.h"
 #include "youbot_base_sim/physics/contact_modes.h"
 #include "youbot_base_sim/physics/shared_contact.h"
 #include "youbot_base_sim/physics/slip_model.h"
@@ -13,11 +13,10 @@
 
 namespace youbot_base_sim {
 
-/// The equations of motion of models 2a and 2b under given wheel torques, for the rollers that are in contact now: what
-/// odeint calls a System, with the contacts that change at events. docs/architecture.md has the expressions by which
-/// steppers and events know it.
+/// The equations of motion of models 2a and 2b under given wheel torques, for the rollers that are in contact now: a
+/// System of odeint. docs/architecture.md has the expressions by which steppers and events know it.
 template <class Model>
-class SlipSystem {
+class SlipSystem final : public SmoothSystem {
  public:
   using Contacts = typename Model::Contacts;
 
@@ -25,21 +24,29 @@ class SlipSystem {
   SlipSystem(const Model& model, const TorqueProfile& torque, const State& state)
       : model_(model), torque_(&torque), modes_(model.robot(), state.phi()) {}
 
-  /// dx/dt.
-  void operator()(const State& x, State& dxdt, double t) const {
+  void operator()(const State& x, State& dxdt, double t) const override {
     const Wheels M = torque_->value(t);
     model_.derivative(x, contacts(x.velocities(), x.phi(), pose(x), M), M, dxdt);
     ++evaluations_;
   }
 
-  /// What difference_jacobian needs: small against the scales on which friction changes; 0 for entries without effect.
-  State increments() const;
+  /// Small against the scales on which friction changes; 0 for entries without effect.
+  State increments() const override;
+  Wheels middle() const override { return 0.5 * (modes_.lower_edge() + modes_.upper_edge()); }
 
   /// Slip, friction and position of the contact points, N, m and m/s, at velocities u, wheel angles phi (rad) and this
   /// pose under the torques M (N m), which decide how a shared contact is shared.
-  void contacts(const Velocities& u, const Wheels& phi, const Pose& pose, const Wheels& M, Contacts& c) const {
-    if (modes_.mixed() || reacts()) return any_contacts(u, phi, pose, M, modes_.shared(), c);
-    own_contacts(u, phi, pose, c);
+  Contacts contacts(const Velocities& u, const Wheels& phi, const Pose& pose, const Wheels& M) const {
+    Contacts c;
+    if (modes_.mixed() || reacts()) {
+      any_contacts(u, phi, pose, M, modes_.shared(), c);
+    } else {
+      own_contacts(u, phi, pose, c);
+    }
+    return c;
+  }
+  Contacts contacts(const State& x, double t) const {
+    return contacts(x.velocities(), x.phi(), pose(x), torque_->value(t));
   }
   /// The same at three stages at once. Rare cases stay out of the loop.
   void contacts(const std::array<Velocities, 3>& u, const std::array<Wheels, 3>& phi, const std::array<Pose, 3>& pose,
@@ -52,11 +59,6 @@ class SlipSystem {
     }
     evaluations_ += 3;
   }
-  Contacts contacts(const Velocities& u, const Wheels& phi, const Pose& pose, const Wheels& M) const {
-    Contacts c;
-    contacts(u, phi, pose, M, c);
-    return c;
-  }
   /// Gives the wheels in `known`, none of them shared, the friction F of the step before at the contacts `c`. Dynamic
   /// reactions, and with them all friction, follow.
   void reuse_friction(const WheelMask& known, const typename Model::Friction& F, const Velocities& u, const Wheels& M,
@@ -67,9 +69,6 @@ class SlipSystem {
   }
   /// Pose of x, if it matters.
   Pose pose(const State& x) const { return model_.features().by_pose() ? x.pose() : Pose(); }
-  Contacts contacts(const State& x, double t) const {
-    return contacts(x.velocities(), x.phi(), pose(x), torque_->value(t));
-  }
 
   /// Sets `c` to the contacts at the velocities u with wheel angles, pose and normal reactions of x, where they are
   /// `at_x`. No contact may be shared.
@@ -116,7 +115,7 @@ class SlipSystem {
 
   /// The longest step from x (s) that friction, which changes from place to place, allows.
   double max_step(const State& x) const {
-    if (!model_.features().by_patches()) return std::numeric_limits<double>::infinity();
+    if (!model_.features().by_patches()) return kInfinity;
     return model_.features().max_step(x, modes_.geometry(x.phi()).Delta_Y);
   }
 
@@ -177,8 +176,7 @@ class SlipSystem {
       if (shared.any()) share_contacts(u, M, shared, c);
     }
   }
-  // Applies the normal reactions of this motion to contacts whose kinematics are known. The reactions follow from the
-  // friction as `amend` has changed it.
+  // Applies the reactions of this motion, with the friction under 1 N as `amend` has changed it.
   template <class Amend>
   void apply_dynamic_normal_force(const Velocities& u, const Wheels& M, const WheelMask& shared, Contacts& c,
                                   const Amend& amend) const {
@@ -212,8 +210,8 @@ class SlipSystem {
   SharedContact<Model> shared_contact(int i, const Velocities& u, const Contacts& c, const Wheels& M) const {
     const Wheels half = Wheels::Constant(0.5 * model_.geometry().pitch());
     Contacts lower, upper;
-    model_.evaluate_kinematics_beside(c, u, model_.geometry().at(half), lower);
-    model_.evaluate_kinematics_beside(c, u, model_.geometry().at(-half), upper);
+    model_.evaluate_kinematics(u, model_.geometry().at(half), model_.features().pose(c), lower);
+    model_.evaluate_kinematics(u, model_.geometry().at(-half), model_.features().pose(c), upper);
     model_.apply_normal_force_of(c, lower);
     model_.apply_normal_force_of(c, upper);
     return {model_, i, u, M[i], lower, upper};

@@ -8,18 +8,17 @@
 
 namespace youbot_base_sim {
 
-/// A method of integration between two events, where the right-hand side is smooth.
+/// A method of integration between two events, where the right-hand side is smooth: a Controlled Stepper of odeint.
 template <class System>
-class SmoothStepper {
+class SmoothStepper : public ControlledStepperTypes {
  public:
-  using Result = boost::numeric::odeint::controlled_step_result;
-
   virtual ~SmoothStepper() = default;
 
   /// Tries a step of length dt (s) from `in` at time t to `out`. On success t is that of its end, and dt is the length
   /// recommended for the next step; on failure t stays, and dt is a length that is worth trying. A call with the same
   /// `in` and t repeats the step with another length.
   virtual Result try_step(System& system, const State& in, double& t, State& out, double& dt) = 0;
+  Result try_step(System& system, State& x, double& t, double& dt) { return try_step(system, x, t, x, dt); }
 
   /// The right-hand side jumps here: forgets what does not hold on both sides.
   virtual void reset() = 0;
@@ -33,24 +32,12 @@ class SmoothSystem {
  public:
   virtual ~SmoothSystem() = default;
 
+  /// Sets dxdt to dx/dt at time t, s.
   virtual void operator()(const State& x, State& dxdt, double t) const = 0;
   /// How far difference_jacobian moves each entry of the state.
   virtual State increments() const = 0;
   /// Wheel angles in the middle of the contacts' ranges, rad; not finite where a range has no end.
   virtual Wheels middle() const = 0;
-};
-
-/// A System with contacts as a SmoothSystem.
-template <class System>
-class SmoothSystemOf final : public SmoothSystem {
- public:
-  explicit SmoothSystemOf(const System& system) : system_(&system) {}
-  void operator()(const State& x, State& dxdt, double t) const override { (*system_)(x, dxdt, t); }
-  State increments() const override { return system_->increments(); }
-  Wheels middle() const override { return 0.5 * (system_->modes().lower_edge() + system_->modes().upper_edge()); }
-
- private:
-  const System* system_;
 };
 
 /// A method that is made for any equations.
@@ -62,8 +49,8 @@ class GeneralStepper final : public SmoothStepper<System> {
  public:
   explicit GeneralStepper(std::unique_ptr<GeneralMethod> method) : method_(std::move(method)) {}
 
-  GeneralMethod::Result try_step(System& system, const State& in, double& t, State& out, double& dt) override {
-    return method_->try_step(SmoothSystemOf<System>(system), in, t, out, dt);
+  ControlledStepperTypes::Result try_step(System& system, const State& in, double& t, State& out, double& dt) override {
+    return method_->try_step(system, in, t, out, dt);
   }
   void reset() override { method_->reset(); }
   void restart() override { method_->restart(); }

@@ -2,7 +2,7 @@
 
 #include <boost/numeric/odeint/stepper/controlled_step_result.hpp>
 #include <boost/numeric/odeint/stepper/stepper_categories.hpp>
-#include <boost/numeric/odeint/util/unwrap_reference.hpp>
+#include <boost/numeric/odeint/util/is_resizeable.hpp>
 
 #include "youbot_base_sim/physics/state.h"
 
@@ -22,10 +22,11 @@ struct StepperTypes {
 };
 using ControlledStepperTypes = StepperTypes<boost::numeric::odeint::controlled_stepper_tag>;
 
-/// The System behind what odeint's functions were given, which may be a std::ref.
-template <class System>
-auto& unwrapped(System& system) {
-  return static_cast<typename boost::numeric::odeint::unwrap_reference<System>::type&>(system);
-}
-
 }  // namespace youbot_base_sim
+
+/// A State never changes its size: odeint's range_algebra works on it in place.
+template <>
+struct boost::numeric::odeint::is_resizeable<youbot_base_sim::State> : boost::false_type {
+  using type = boost::false_type;
+  static const bool value = false;
+};

@@ -12,9 +12,8 @@ struct Tolerance {
   double absolute;
 };
 
-/// Errors of the velocities u that count as 1, m/s and rad/s. The platform's velocities are judged together, 1 rad/s
-/// as 1 m/s. A roller's rate counts a tenth: the bearing stops its error within 1e-7 s, and what remains is the
-/// impulse, which is as small as the roller's inertia.
+/// Errors of the velocities u that count as 1, m/s and rad/s. The platform's are judged together, 1 rad/s as 1 m/s. A
+/// roller's rate counts a tenth: its bearing stops an error within 1e-7 s, and the impulse that remains is tiny.
 inline Velocities error_scale(const Tolerance& tolerance, const Velocities& u) {
   constexpr double kRollerScale = 10;
   return {Wheels::Constant(tolerance.absolute + tolerance.relative * u.v.matrix().norm()),

@@ -17,9 +17,8 @@ namespace youbot_base_sim {
 
 /// What a BaseLoop simulates, and how often it does what.
 struct LoopSettings {
-  Scene scene;  ///< with a control period; its `drive` section is ignored
-  /// Instants a second at which motors are read and odometry makes its step, Hz.
-  double publish_rate = 50;
+  Scene scene;               ///< with a control period; its `drive` section is ignored
+  double publish_rate = 50;  ///< at which motors are read and odometry makes its step, Hz
   /// Rate at which the driver takes requests, Hz. 0: each acts from the first control period that begins after its
   /// arrival, as all do in lockstep.
   double command_rate = 0;
@@ -28,20 +27,19 @@ struct LoopSettings {
   BaseSensors::Options sensors;
 };
 
-/// The control loop of the simulated base, without ROS around it: requests go in, the state, the driver and the sensors
-/// come out.
+/// The control loop of the simulated base, without ROS: requests go in; state, driver and sensors come out.
 ///
-/// At time t, where a control period begins, these things happen in this order: wrenches and loads that have arrived by
-/// t act; if an instant of publishing is due, the motors are read and odometry makes its step; the driver takes the
-/// requests that have arrived by t; the driver sets the torques of the period. So the results depend neither on how
-/// many periods one call advances by nor on whether the sensors are read.
+/// At the beginning t of a control period, in this order: wrenches and loads that have arrived by t act; at an instant
+/// of publishing the motors are read and odometry makes its step; the driver takes the requests that have arrived by t,
+/// and sets the torques of the period. So results depend neither on how many periods one call advances by nor on
+/// whether the sensors are read.
 class BaseLoop {
  public:
   explicit BaseLoop(const LoopSettings& settings);
   BaseLoop(const BaseLoop&) = delete;
   BaseLoop& operator=(const BaseLoop&) = delete;
 
-  /// Enqueues a request that arrives at simulated time t, s. False if it is refused because too many wait.
+  /// Enqueues a request that arrives at simulated time t, s. False if too many wait.
   bool push(double t, const BaseRequest& request) { return requests_.push(t, request); }
 
   /// Why the base cannot carry these besides the scene's loads, in words; empty if it can.
@@ -53,7 +51,7 @@ class BaseLoop {
   /// Whether the driver will have its base for a request that arrives at simulated time t, s.
   bool present(double t) const { return requests_.present(t, driver_); }
 
-  /// Makes requests that are stamped later than now due now, after simulated time was set back against the wall clock.
+  /// Makes requests with later stamps due now, after simulated time was set back against the wall clock.
   void bring_requests_forward() { requests_.bring_forward(time()); }
 
   /// Advances by n control periods. The motion does not depend on how they are grouped into calls.
@@ -68,12 +66,10 @@ class BaseLoop {
   /// Time of the next instant of publishing, s.
   double next_instant() const { return instants_.next(); }
 
-  /// Whether an instant of publishing is due now. If so, the sensors are updated, and the next instant is the one after
-  /// it.
+  /// Whether an instant of publishing is due now. If so, updates the sensors and proceeds to the next instant.
   bool meet_instant() { return meet_instant(simulation_.time(), simulation_.state()); }
 
-  /// The last check before anything is published, at the instant that was met last: throws std::runtime_error, with
-  /// topic, quantity and time, unless the state, the odometry and the readings are finite.
+  /// Throws std::runtime_error, with topic, quantity and time, unless state, odometry and readings are finite.
   void require_finite() const;
 
   /// Back to t = 0, with a new driver and an empty queue.

@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <deque>
-#include <limits>
 #include <variant>
 #include <vector>
 
@@ -25,24 +24,21 @@ struct LoadsRequest {
 /// What the base driver is asked for, what pushes the base from then on, or what it carries.
 using BaseRequest = std::variant<DriveCommand, SwitchOff, SwitchOn, Reconnect, Faults, Wrench, LoadsRequest>;
 
-/// Queue of requests from the receivers of messages to the control loop, in order of arrival, each stamped with the
-/// simulated time of its arrival (s). Receivers only append; the loop takes what is due where a control period begins.
-/// So a request acts from the first control period that begins at its arrival or later, whatever the loop is doing when
-/// it comes.
+/// Queue of requests to the control loop, in order of arrival, each stamped with the simulated time of its arrival (s).
+/// A request acts from the first control period that begins at its arrival or later.
 ///
-/// The queue is bounded even while time stands still. Commands that follow one another and act from the same control
-/// period become one, in which the last set point of each wheel counts, as it would in the driver; a simulated delay
-/// then counts from the last of them. Among such wrenches, too, the last counts. At most
-/// `kMaxWaiting` requests other than commands wait. The driver's requests and those of wrenches and loads do not wait
-/// for each other.
+/// The queue is bounded even while time stands still. Successive commands for the same control period become one, in
+/// which the last set point of each wheel counts, as in the driver; a simulated delay then counts from the last of
+/// them. Of such wrenches the last counts. At most `kMaxWaiting` other requests wait. The driver's requests and those
+/// of wrenches and loads do not wait for each other.
 class BaseRequests {
  public:
   static constexpr std::size_t kMaxWaiting = 1000;
 
   explicit BaseRequests(const ControlTime& time) : time_(time) {}
 
-  /// Appends a request that arrives at time t, or with the one before it if that is later. False if it is refused
-  /// because too many wait; a command never is.
+  /// Appends a request that arrives at time t, or with the one before it if that is later. False if too many wait,
+  /// which refuses no command.
   bool push(double t, const BaseRequest& request);
 
   /// Makes the requests of `driver` that have arrived by time t, in order. Returns whether a reconnect has succeeded.
@@ -61,11 +57,10 @@ class BaseRequests {
   /// Number of the control period from which the first wrench or LoadsRequest acts; the largest if none waits.
   std::int64_t period_of_loads() const;
 
-  /// Whether `driver` will have its base when it takes a request that arrives at time t, after all that still waits
-  /// here.
+  /// Whether `driver` will have its base when it takes a request that arrives at time t, after all that waits here.
   bool present(double t, const BaseDriver& driver) const;
 
-  /// Sets later arrivals to time t, for simulated time that is set back against the wall clock.
+  /// Sets later arrivals to time t, when simulated time is set back against the wall clock.
   void bring_forward(double t);
 
   void clear() { driver_.clear(), loads_.clear(); }
@@ -74,8 +69,8 @@ class BaseRequests {
 
  private:
   struct Stamped {
-    Stamped(double t, const BaseRequest& made) : arrival(t), request(made) {}
-    double arrival;  // s
+    Stamped(double t, const BaseRequest& made) : arrival(t), request(made) {}  // in place: gcc warns of moved ones
+    double arrival;                                                            // s
     BaseRequest request;
   };
 

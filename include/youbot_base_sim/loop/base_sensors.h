@@ -9,8 +9,8 @@
 
 namespace youbot_base_sim {
 
-/// What the base knows of itself at an instant of publishing: its motors' readings, the wheel odometry that is
-/// integrated from them, and on request an inertial unit.
+/// What the base knows of itself: its motors' readings, the wheel odometry that they make, and on request an inertial
+/// unit.
 class BaseSensors {
  public:
   struct Options {
@@ -19,21 +19,20 @@ class BaseSensors {
     std::optional<ImuSettings> imu;  ///< empty: none
   };
 
-  /// Starts with the odometry at zero where the motors read `readings`, at the beginning of `scene`.
+  /// At the beginning of `scene`, with the odometry at zero.
   BaseSensors(const Scene& scene, const MotorReadings& readings, const Options& options)
       : readings_(readings), odometry_(options.kinematics, readings.phi, options.wheel_error) {
     if (options.imu) imu_.emplace(*options.imu, scene.floor, 0, scene.initial);
   }
 
-  /// An instant of publishing, at time t (s): the odometry makes one step to the angles of `readings`, and the inertial
-  /// unit reads `state`.
+  /// At time t (s): the odometry makes one step to the angles of `readings`, and the inertial unit reads `state`.
   void update(double t, const State& state, const MotorReadings& readings) {
     readings_ = readings;
     odometry_.update(readings.phi);
     if (imu_) imu_->update(t, state);
   }
 
-  /// Has the odometry start again from zero where the motors read `readings`.
+  /// Has the odometry start again from zero.
   void restart_odometry(const MotorReadings& readings) {
     readings_ = readings;
     odometry_.reset(readings.phi);

@@ -6,8 +6,7 @@
 
 namespace youbot_base_sim {
 
-/// Instants at the multiples of a period. The first control period that ends at an instant or later meets it. Instants
-/// are computed as k / rate, not summed up, so they do not drift.
+/// Instants at multiples of a period, k / rate: not summed up, so they do not drift.
 class Instants {
  public:
   /// `rate` in Hz.
@@ -16,7 +15,7 @@ class Instants {
   /// Whether the next instant is at time t (s) or earlier.
   bool due(double t) const { return ControlTime::reached(next_, t); }
 
-  /// The same; if so, proceeds to the instant after it.
+  /// The same; if so, proceeds to the next instant.
   bool meet(double t) {
     if (!due(t)) return false;
     next_ = static_cast<double>(++instants_) / rate_;

@@ -7,16 +7,13 @@
 
 namespace youbot_base_sim {
 
-/// How simulated time waits for command messages. A period of lockstep is either each control period, for players that
-/// answer each /clock message, or several of them, for nodes with a loop of their own.
+/// How simulated time waits for command messages: each control period, for players that answer each /clock message, or
+/// each period of lockstep, for nodes with a loop of their own.
 struct LockstepSettings {
   bool on = false;
-  /// Period of the commanding node's loop, s, a multiple of the control period. 0: each control period.
-  double period = 0;
-  /// Wall time to wait for a command, s; 0: for ever. If none comes, time advances without one.
-  double timeout = 0;
-  /// Whether the node ends instead; and it ends when the last publisher of commands is gone.
-  bool end_with_commands = false;
+  double period = 0;   ///< of the commanding node's loop, s, a multiple of the control period; 0: that period itself
+  double timeout = 0;  ///< wall time to wait for a command, s, before time advances without one; 0: for ever
+  bool end_with_commands = false;  ///< the node ends instead, and when the last publisher of commands is gone
 };
 
 /// Where simulated time waits for a command message, and for how long. Counts time in control periods.
@@ -27,18 +24,16 @@ class Lockstep {
       : settings_(settings),
         every_(settings.period > 0 ? std::max<std::int64_t>(1, std::llround(settings.period / control_period)) : 1) {}
 
-  /// Whether the node that commands has a loop of its own: /clock then advances by whole periods of lockstep, each
-  /// after all else that is published.
+  /// Whether the commanding node has a loop of its own: then /clock advances by whole periods, after all else.
   bool has_own_period() const { return settings_.on && settings_.period > 0; }
 
   /// Whether a period of lockstep begins at control period k.
   bool begins(std::int64_t k) const { return settings_.on && k % every_ == 0; }
 
-  /// Whether time waits at control period k: one begins for which there was no command yet.
+  /// Whether a period begins at control period k that has no command yet.
   bool waits(std::int64_t k) const { return begins(k) && k != released_; }
 
-  /// Control periods from k to where the next period of lockstep begins, 1 or more; without lockstep no number is too
-  /// many.
+  /// Control periods from k to the next period of lockstep, 1 or more; without lockstep, the largest number.
   std::int64_t left(std::int64_t k) const {
     return settings_.on ? every_ - k % every_ : std::numeric_limits<std::int64_t>::max();
   }
@@ -46,8 +41,8 @@ class Lockstep {
   /// Whether /clock advances while nothing is simulated yet: until a node that has a loop of its own first commands.
   bool idles() const { return has_own_period() && !started_; }
 
-  /// s of wall time that a command may take to come. After one has not come, until the next a period takes as long as
-  /// it does by the wall clock.
+  /// Wall time to wait for a command, s. After one has not come, periods last as long as by the wall clock until the
+  /// next one.
   double patience() const {
     if (idles()) return settings_.period;
     if (settings_.timeout == 0) return std::numeric_limits<double>::infinity();
@@ -57,17 +52,16 @@ class Lockstep {
   /// /clock advances by one period while nothing is simulated yet.
   void idle() { ++idle_periods_; }
 
-  /// By how much it has done so, s.
+  /// Time that has passed so, s.
   double idle_time() const { return static_cast<double>(idle_periods_) * settings_.period; }
 
-  /// Whether the node ends for want of a command, which has not come within the patience: at once, or, where it idles,
-  /// after as long.
+  /// Whether the node ends, after the patience, for want of a command; while it idles, after the time-out.
   bool ends() const {
     if (!settings_.end_with_commands || settings_.timeout == 0) return false;
     return !idles() || idle_time() >= settings_.timeout;
   }
 
-  /// Control period k has its command, or none in time: time advances.
+  /// Lets control period k begin, with its command or because none came in time.
   void release(std::int64_t k, bool answered) {
     released_ = k;
     started_ = started_ || answered;

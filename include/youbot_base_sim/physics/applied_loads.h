@@ -40,8 +40,7 @@ struct AppliedLoads {
 /// The robot with these loads: mass, centre of mass and moment of inertia about OZ are those of both together.
 RobotParameters loaded(const RobotParameters& robot, const std::vector<Load>& loads);
 
-/// What acts on the platform besides wheels and inertia: gravity along a sloping floor, and wrenches. Platform's frame,
-/// N and N m.
+/// Gravity along a sloping floor and wrenches, in the platform's frame, N and N m.
 struct ExternalForce {
   Wheels v = Wheels::Zero();  ///< on (V_X, V_Y, Omega, 0)
   double down = 0;            ///< -W_Z: how much more presses on the floor

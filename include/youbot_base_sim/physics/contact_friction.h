@@ -1,15 +1,13 @@
 #pragma once
 
 #include <array>
-#include <limits>
 
 #include "youbot_base_sim/physics/state.h"
 
 namespace youbot_base_sim {
 
-/// Slip velocity of the contact points, m/s, or friction on them, N: one entry for each wheel. Components 0 and 1 are X
-/// and Y in the platform's frame. With three, the last belongs to turning on the spot: V_Z = a_m omega, F_Z = M_S /
-/// a_m.
+/// Slip velocity of the contact points, m/s, or friction on them, N. Components 0 and 1 are X and Y in the platform's
+/// frame; a third belongs to turning on the spot: V_Z = a_m omega, F_Z = M_S / a_m.
 template <int D>
 struct alignas(kAlignment) ContactVector {
   std::array<Wheels, D> components;
@@ -99,9 +97,8 @@ class ContactFriction {
     return K;
   }
 
-  /// The stiffness for a force F within the limit that is not yet the force of V: the derivative of F / slope(V) = -V
-  /// by both F and V (Chan, Golub and Mulet, SIAM J. Sci. Comput. 20(6), 1999, for another problem of this form). With
-  /// it Newton's iterations converge even where V is off by far more than nu.
+  /// The stiffness for a force F within the limit that is not yet that of V: from F / slope(V) = -V, by F and V (Chan,
+  /// Golub and Mulet, SIAM J. Sci. Comput. 20(6), 1999). Newton's iterations then converge even from far beyond nu.
   Stiffness stiffness(const Vector& V, const Vector& F, const Wheels& limit) const {
     const SlipResistance r = at(V, limit);
     Vector n;
@@ -124,11 +121,8 @@ class ContactFriction {
     return shortened;
   }
 
-  /// The regularization speed nu, m/s. A law that does not saturate is not regularised: infinite, and setting it has no
-  /// effect.
-  double regularization_speed() const {
-    return Law::kScalesWithReaction ? nu_ : std::numeric_limits<double>::infinity();
-  }
+  /// The regularization speed nu, m/s; infinite for a law that does not saturate, on which setting it has no effect.
+  double regularization_speed() const { return Law::kScalesWithReaction ? nu_ : kInfinity; }
   void set_regularization_speed(double nu) {
     nu_ = nu;
     nu_squared_ = nu * nu;

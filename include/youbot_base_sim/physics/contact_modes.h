@@ -28,8 +28,7 @@ class ContactModes {
   /// second are above the limit of location. Throws std::domain_error as RollerGeometry::roller_at does.
   ContactModes(const RobotParameters& robot, const Wheels& phi, double max_located_rate = kMaxLocatedRate);
 
-  /// Wheel angles between which each wheel stays in its contact, [lower, upper), rad; infinite for shared and averaged
-  /// contacts.
+  /// Wheel angles that bound each contact, [lower, upper), rad; infinite for shared and averaged contacts.
   const Wheels& lower_edge() const { return lower_edge_; }
   const Wheels& upper_edge() const { return upper_edge_; }
 
@@ -82,11 +81,10 @@ class ContactModes {
   /// Stands wheel i, which rests at the upper edge of roller k, on rollers k and k + 1.
   void share(int i, std::int64_t k);
 
-  /// Averages the contact of wheel i over its rollers.
+  /// Averages the contact of wheel i over its rollers. They share gamma and dgamma; RollerRateAtSwitch has no effect.
   void enter_averaging(int i);
 
-  /// Moves the roller number of wheel i, whose contact is averaged, to the roller at the wheel's angle. All its rollers
-  /// share the angle and rate gamma and dgamma meanwhile; RollerRateAtSwitch has no effect.
+  /// Moves the roller number of wheel i, whose contact is averaged, to the roller at the wheel's angle.
   void track_roller(int i, const State& x) { roller_[i] = roller_at(x.phi()[i]); }
 
   /// Whether wheel i passes rollers too fast to locate its switches.
@@ -95,14 +93,13 @@ class ContactModes {
   double below_resolution_limit(int i, const State& x) const { return min_averaged_dphi_ - std::abs(x.dphi()[i]); }
 
   /// The last angle of the roller's range before its edge, or the first one after it, in this direction (+1, -1), rad.
-  static double far_side(double edge, int direction) { return direction > 0 ? edge : before(edge); }
+  static double far_side(double edge, int direction) { return direction > 0 ? edge : std::nextafter(edge, -kInfinity); }
   /// Moves the angle of wheel i, which is on one roller, into the roller's range.
   void keep_inside(int i, State& x) const;
 
  private:
-  static double before(double edge);
   std::size_t index(int i, int k) const { return static_cast<std::size_t>(i * rollers_ + k); }
-  void begin_contact(int i, bool shared, bool averaged);
+  void begin_contact(int i, bool shared, bool averaged, double center, double lower, double upper);
 
   RollerGeometry geometry_;
   alignas(kAlignment) Wheels center_;

@@ -6,9 +6,8 @@
 
 namespace youbot_base_sim {
 
-/// -d(forces)/d(velocities) at fixed positions, without the Coriolis forces: how friction and bearings resist motion.
-/// One entry for each wheel; `platform_dphi[i]` is the force on platform velocity i by dphi, `dphi_platform[k]` that on
-/// dphi by platform velocity k, and so on. Force per velocity in SI units.
+/// -d(forces)/d(velocities) at fixed positions, without the Coriolis forces, for each wheel; SI units.
+/// `platform_dphi[i]` is the force on platform velocity i by dphi, `dphi_platform[k]` on dphi by platform velocity k.
 struct alignas(kAlignment) DampingMatrix {
   std::array<std::array<Wheels, 3>, 3> platform_platform;
   std::array<Wheels, 3> platform_dphi, platform_dgamma;
@@ -19,15 +18,10 @@ struct alignas(kAlignment) DampingMatrix {
   Wheels contact_stiffness() const { return platform_platform[0][0] + platform_platform[1][1]; }
 
   /// Takes all entries of wheel i from `other`.
-  void set_wheel(int i, const DampingMatrix& other) { columns().row(i) = other.columns().row(i); }
-
- private:
-  static constexpr int kColumns = 24;
-  Eigen::Map<Eigen::Array<double, kWheels, kColumns>> columns() {
-    return Eigen::Map<Eigen::Array<double, kWheels, kColumns>>(platform_platform[0][0].data());
-  }
-  Eigen::Map<const Eigen::Array<double, kWheels, kColumns>> columns() const {
-    return Eigen::Map<const Eigen::Array<double, kWheels, kColumns>>(platform_platform[0][0].data());
+  void set_wheel(int i, const DampingMatrix& other) {
+    using Entries = Eigen::Array<double, kWheels, 24>;
+    Eigen::Map<Entries>(platform_platform[0][0].data()).row(i) =
+        Eigen::Map<const Entries>(other.platform_platform[0][0].data()).row(i);
   }
 };
 

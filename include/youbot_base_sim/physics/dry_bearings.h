@@ -5,50 +5,55 @@
 
 namespace youbot_base_sim {
 
-/// Dry friction of the drives and of the rollers' bearings, which the paper's model leaves out and which records of
-/// real bases show: a torque against the rate w of -T w / sqrt(rate^2 + w^2), N m. It has a convex potential, as the
-/// friction of the contacts has, so that Newton's methods and their safeguards are the same with it.
+/// Dry friction of bearings: a torque against the rate w of -T w / sqrt(rate^2 + w^2).
+struct DryFriction {
+  Wheels limit;  ///< T, N m
+  double rate;   ///< rad/s
+
+  /// Torque against the rate w (rad/s), N m.
+  Wheels torque(const Wheels& w) const { return limit * w / (rate * rate + w.square()).sqrt(); }
+  /// Its derivative by w, N m s.
+  Wheels damping(const Wheels& w) const {
+    const Wheels s = rate * rate + w.square();
+    return rate * rate * limit / (s * s.sqrt());
+  }
+
+  /// The share of the step from rates `a` to `b` in which a method of integration sees the friction turn; 1 or more:
+  /// the whole step. No rate that has friction may change by more than kStride times its distance from zero and `rate`.
+  double resolved_share(const Wheels& a, const Wheels& b) const {
+    constexpr double kStride = 2;
+    const Wheels leaving = kStride * (a.abs() + rate);
+    const Wheels approaching = (leaving / (1 + kStride)).max(kStride * rate);  // it may pass zero
+    const Wheels allowed = (a * (b - a) > 0).select(leaving, approaching);
+    return (limit > 0).select(allowed / (b - a).abs(), kInfinity).minCoeff();
+  }
+};
+
+/// Dry friction of the drives and of the rollers' bearings, which the paper's model leaves out and records of real
+/// bases show. Like the friction of the contacts it has a convex potential, so Newton's methods work as without it.
 class DryBearings {
  public:
   explicit DryBearings(const RobotParameters& robot)
-      : wheels_{robot.dry_friction, robot.dry_friction_rate},
-        rollers_{robot.roller_dry_friction, robot.roller_dry_friction_rate},
+      : wheels{robot.dry_friction, robot.dry_friction_rate},
+        rollers{robot.roller_dry_friction, robot.roller_dry_friction_rate},
         any_((robot.dry_friction != 0 || robot.roller_dry_friction != 0).any()) {}
 
-  /// Whether there is any. The functions below need not be called without.
+  /// Whether there is any.
   bool any() const { return any_; }
-
-  /// Torques against the wheels' rates dphi and the rollers' dgamma (rad/s), N m.
-  Wheels wheel_torque(const Wheels& dphi) const { return wheels_.torque(dphi); }
-  Wheels roller_torque(const Wheels& dgamma) const { return rollers_.torque(dgamma); }
-
-  /// Their derivatives by the rates, N m s.
-  Wheels wheel_damping(const Wheels& dphi) const { return wheels_.damping(dphi); }
-  Wheels roller_damping(const Wheels& dgamma) const { return rollers_.damping(dgamma); }
 
   /// Adds the friction at the velocities u to the forces Q; its derivative to the damping matrix G.
   [[gnu::noinline, gnu::cold]] void add_to(const Velocities& u, Velocities& Q) const {
-    Q.dphi -= wheel_torque(u.dphi);
-    Q.dgamma -= roller_torque(u.dgamma);
+    Q.dphi -= wheels.torque(u.dphi);
+    Q.dgamma -= rollers.torque(u.dgamma);
   }
   [[gnu::noinline, gnu::cold]] void add_to(const Velocities& u, DampingMatrix& G) const {
-    G.dphi_dphi += wheel_damping(u.dphi);
-    G.dgamma_dgamma += roller_damping(u.dgamma);
+    G.dphi_dphi += wheels.damping(u.dphi);
+    G.dgamma_dgamma += rollers.damping(u.dgamma);
   }
 
+  DryFriction wheels, rollers;
+
  private:
-  struct Bearings {
-    Wheels limit;  // T, N m
-    double rate;   // rad/s
-
-    Wheels torque(const Wheels& w) const { return limit * w / (rate * rate + w.square()).sqrt(); }
-    Wheels damping(const Wheels& w) const {
-      const Wheels s = rate * rate + w.square();
-      return rate * rate * limit / (s * s.sqrt());
-    }
-  };
-
-  Bearings wheels_, rollers_;
   bool any_;
 };
 

@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cmath>
-#include <limits>
 
 #include "youbot_base_sim/physics/applied_loads.h"
 #include "youbot_base_sim/physics/contact_friction.h"

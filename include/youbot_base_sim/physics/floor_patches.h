@@ -14,8 +14,7 @@ class FloorPatches {
 
   bool any() const { return !patches_.empty(); }
 
-  /// Coefficient of friction under each wheel, whose contact point is at (X, Y) in the fixed frame, m. Between a patch
-  /// and what lies around it friction changes smoothly over the patch's edge.
+  /// Coefficient of friction at the contact points (X, Y) in the fixed frame, m; smooth over the edges of patches.
   Wheels friction(const Wheels& X, const Wheels& Y) const;
 
   /// How far (m) contact points at (X, Y) may move in one step so that none jumps over a soft edge.

@@ -1,8 +1,6 @@
 #pragma once
 
-#include <array>
 #include <stdexcept>
-#include <tuple>
 
 #include "youbot_base_sim/physics/coulomb_law.h"
 #include "youbot_base_sim/physics/viscous_law.h"
@@ -16,29 +14,30 @@ enum class Model {
   kCoulomb   ///< 2b: Coulomb friction
 };
 
-/// A model that slips, and its friction law. A new law is a class like CoulombLaw and a row of SlipModels.
-template <Model model, class FrictionLaw>
-struct SlipModelRow {
-  static constexpr Model kModel = model;
+/// Stands for a friction law, a class like CoulombLaw.
+template <class FrictionLaw>
+struct LawOf {
   using Law = FrictionLaw;
 };
-using SlipModels = std::tuple<SlipModelRow<Model::kViscous, ViscousLaw>, SlipModelRow<Model::kCoulomb, CoulombLaw>>;
 
-/// Calls `visit` with the row of `model`. Throws std::logic_error for a model that does not slip.
-template <class Visit, std::size_t row = 0>
-auto visit_law(Model model, const Visit& visit) -> decltype(visit(std::get<0>(SlipModels()))) {
-  if constexpr (row == std::tuple_size_v<SlipModels>) {
-    throw std::logic_error("a model without slip has no friction law");
-  } else {
-    using Row = std::tuple_element_t<row, SlipModels>;
-    return Row::kModel == model ? visit(Row()) : visit_law<Visit, row + 1>(model, visit);
+/// Calls `visit` with the LawOf `model`. Throws std::logic_error for a model that does not slip.
+template <class Visit>
+auto visit_law(Model model, const Visit& visit) {
+  switch (model) {
+    case Model::kViscous:
+      return visit(LawOf<ViscousLaw>());
+    case Model::kCoulomb:
+      return visit(LawOf<CoulombLaw>());
+    case Model::kNoSlip:
+      break;
   }
+  throw std::logic_error("a model without slip has no friction law");
 }
 
-/// Whether the contacts slip, by a friction law; and whether the normal reactions limit that friction.
+/// Whether the contacts slip, and whether the normal reactions limit their friction.
 inline bool slips(Model model) { return model != Model::kNoSlip; }
 inline bool limits_friction(Model model) {
-  return slips(model) && visit_law(model, [](auto row) { return decltype(row)::Law::kScalesWithReaction; });
+  return slips(model) && visit_law(model, [](auto law) { return decltype(law)::Law::kScalesWithReaction; });
 }
 
 }  // namespace youbot_base_sim

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 
@@ -10,8 +11,8 @@
 
 namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
-/// Model 1 of the paper (section 5.1): contact at the middle of each roller and no slip, so that the platform's three
-/// velocities determine all others. Here v stands for (V_X, V_Y, Omega), m/s and rad/s.
+/// Model 1 of the paper (section 5.1): contact at the middle of each roller and no slip, so that v = (V_X, V_Y, Omega),
+/// m/s and rad/s, determines all other velocities.
 class NoSlipModel {
  public:
   explicit NoSlipModel(const RobotParameters& robot);
@@ -34,8 +35,12 @@ class NoSlipModel {
   /// Whether bearings have dry friction; without, the torques are quadratic in v and linear in dv.
   bool dry() const { return dry_.any(); }
 
-  /// Time derivative of `state` under the wheel torques `M`: pose, work, (V_X, V_Y, Omega), phi and gamma. The
-  /// columns dphi and dgamma stay zero: they are functions of v, see `constrain`.
+  /// The share of the step from velocity `a` to `b` that sees the bearings' dry friction turn, see DryFriction.
+  double resolved_share(const Eigen::Vector3d& a, const Eigen::Vector3d& b) const {
+    return std::min(dry_.wheels.resolved_share(dphi(a), dphi(b)), dry_.rollers.resolved_share(dgamma(a), dgamma(b)));
+  }
+
+  /// Time derivative of `state` under the wheel torques `M`, N m; zero for dphi and dgamma, which `constrain` sets.
   void derivative(const State& state, const Wheels& M, State& derivative) const;
 
   /// An upper bound of the rate at which velocities decay, 1/s.

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <limits>
 #include <stdexcept>
 
 #include "youbot_base_sim/physics/applied_loads.h"
@@ -13,8 +12,7 @@
 namespace youbot_base_sim {
 
 /// The paper's assumptions, as a policy of SlipModel: one coefficient of friction for each wheel, the normal reactions
-/// of the base at rest, no spin friction, a level floor and nothing that pushes. ExtendedFeatures is the other policy,
-/// with the same functions; these are trivial, so that the paper's model pays nothing for the other.
+/// of the base at rest, no spin friction, a level floor, no loads. ExtendedFeatures is the other policy.
 class PaperFeatures {
  public:
   static constexpr int kSlipComponents = 2;        ///< of ContactVector: without spin
@@ -61,7 +59,7 @@ class PaperFeatures {
 
   bool by_pose() const { return false; }
   bool by_patches() const { return false; }
-  double max_step(const State&, const Wheels&) const { return std::numeric_limits<double>::infinity(); }
+  double max_step(const State&, const Wheels&) const { return kInfinity; }
   void add_details(const Contacts&, ContactDetails& details) const {
     details.N = N_;
     details.f = f_;

@@ -1,8 +1,6 @@
 #pragma once
 
 #include <Eigen/Dense>
-#include <array>
-#include <limits>
 #include <vector>
 
 #include "youbot_base_sim/export.h"
@@ -59,12 +57,10 @@ struct RobotParameters {
   Wheels rho_Y() const { return {l, -l, l, -l}; }   ///< wheel centres from O, to the left, m
 };
 
-/// The robot with the friction that records of two real bases show, in place of the paper's: dry in the drives, and in
-/// the rollers dry with a little viscous. `scale` multiplies all of it: 0.76 is one of the two bases, 1.3 the other.
+/// The robot with the mostly dry friction of two real bases. `scale` multiplies it: 0.76 is one of them, 1.3 the other.
 RobotParameters measured_robot(double scale = 1);
 
-/// Directions of the axes of the rollers in contact: delta = -45, 45, 45, -45 deg (paper, section 2). They are
-/// defined only here.
+/// Directions of the axes of the rollers in contact: delta = -45, 45, 45, -45 deg (paper, section 2).
 constexpr double kCosDelta = 0.70710678118654752440;
 inline Wheels tan_delta() { return {-1.0, 1.0, 1.0, -1.0}; }
 inline Wheels sin_delta() { return kCosDelta * tan_delta(); }

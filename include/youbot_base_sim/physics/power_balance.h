@@ -18,7 +18,7 @@ struct PowerBalance {
   double net() const { return drive + external - bearings - rollers - floor; }
 };
 
-/// The power balance of a robot in the given state, with these contacts, under the wheel torques `M` (N m).
+/// In the given state, with these contacts, under the wheel torques `M` (N m).
 PowerBalance power_balance(const RobotParameters& robot, const State& state, const ContactDetails& contacts,
                            const Wheels& M);
 

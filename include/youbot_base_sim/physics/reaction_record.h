@@ -1,6 +1,5 @@
 #pragma once
 
-#include <limits>
 #include <optional>
 #include <stdexcept>
 
@@ -15,12 +14,12 @@ const char* name_of(Side side);
 
 /// Extremes of the normal reactions over a motion.
 struct ReactionRecord {
-  Wheels min_N = Wheels::Constant(std::numeric_limits<double>::infinity());  ///< of each wheel, N
-  Wheels time_off_floor = Wheels::Zero();                                    ///< s
-  Side tipping = Side::kNone;                                                ///< at the last look
-  Side tipped = Side::kNone;                                                 ///< when it last was at its limit
-  std::optional<double> tipped_at;                                           ///< when it last came there, s
-  double time_at_limit = 0;                                                  ///< s, while it went on there
+  Wheels min_N = Wheels::Constant(kInfinity);  ///< of each wheel, N
+  Wheels time_off_floor = Wheels::Zero();      ///< s
+  Side tipping = Side::kNone;                  ///< at the last look
+  Side tipped = Side::kNone;                   ///< when it last was at its limit
+  std::optional<double> tipped_at;             ///< when it last came there, s
+  double time_at_limit = 0;                    ///< s, while it went on there
 };
 
 /// The base reached its tipping limit, where the two wheels of one side bear all, or was lifted off.

@@ -100,8 +100,7 @@ class Reactions {
             {pitch, roll, rocks_ ? -(rocking_ * held).sum() : 4 * q_, 0}};
   }
 
-  // N = weight / 4 and three transfers of load, which leave the sum: from the rear wheels to the front ones, and on
-  // each axle from the right wheel to the left one.
+  // N = weight / 4 and three transfers of load: from rear to front, and on each axle from right to left.
   static Solution share(const Conditions& conditions, double weight) {
     const auto& rows = conditions.rows;
     const auto by_transfer = [&](const Wheels& N) { return sums(rows[0] * N, rows[1] * N, rows[2] * N); };

@@ -23,8 +23,7 @@ class RollerGeometry {
  public:
   explicit RollerGeometry(const RobotParameters& robot);
 
-  /// Contact point for rollers that stand `phi_tilde` (rad) away from straight down; to rounding for |phi~| < 1.1,
-  /// which is beyond the edges of three rollers.
+  /// Contact point for rollers `phi_tilde` (rad) away from straight down; to rounding for |phi~| < 1.1.
   ContactGeometry at(const Wheels& phi_tilde) const {
     Wheels sine, cosine;
     sine_and_cosine(phi_tilde, sine, cosine);
@@ -37,27 +36,23 @@ class RollerGeometry {
     return g;
   }
 
-  /// The mean over a roller: the contact of a wheel that passes rollers too fast to distinguish them. Its derivative
-  /// is zero.
+  /// The mean over a roller, for wheels that pass rollers too fast to distinguish them; its derivative is zero.
   const ContactGeometry& mean() const { return mean_; }
 
-  /// Radius of a roller at its ends, where the next one takes over, m. Negative where rollers taper to a point before
-  /// they meet, as those of no real wheel do.
+  /// Radius of a roller where the next one takes over, m; negative if rollers taper to a point before they meet.
   double end_radius() const;
 
   /// Angle from one roller to the next, 2 pi / n, rad.
   double pitch() const { return pitch_; }
 
-  /// Unwrapped number of the roller on the floor at wheel angle `phi` (rad): roller k for phi~ in [-pi/n, pi/n), where
-  /// phi = k pitch + phi~ (2.1). Roller k and roller k + n are the same one. Throws std::domain_error where k has more
-  /// than 64 bits.
+  /// Unwrapped number of the roller on the floor at wheel angle `phi` (rad): k with phi = k pitch + phi~, phi~ in
+  /// [-pi/n, pi/n) (2.1). Rollers k and k + n are the same. Throws std::domain_error if k has more than 64 bits.
   std::int64_t roller_at(double phi) const;
 
   /// Wheel angle at which roller k hands over to roller k + 1, rad.
   double upper_edge(std::int64_t k) const { return (static_cast<double>(k) + 0.5) * pitch_; }
 
-  /// Sine and cosine of |x| < 1.1 rad by their Taylor polynomials, whose remainder there is below 1e-16. Computing four
-  /// at once takes fewer instructions than one call of the library.
+  /// Sine and cosine of |x| < 1.1 rad by Taylor polynomials, to 1e-16: four at the price of one call of the library.
   static void sine_and_cosine(const Wheels& x, Wheels& sine, Wheels& cosine) {
     const Wheels q = x.square();
     sine = Wheels::Constant(1 / 355687428096000.0);

@@ -6,10 +6,9 @@
 
 namespace youbot_base_sim {
 
-/// A wheel that stands on two rollers at once, on the edge between them, where each roller alone would drive it back
-/// to the other. Then dphi = 0, and the friction is alpha times that of the upper roller plus 1 - alpha times that of
-/// the lower one, with the alpha that keeps the wheel on the edge, J_1 ddphi = 0 (A. F. Filippov, Differential
-/// Equations with Discontinuous Righthand Sides, 1988). This is wheel i under the torque M (N m); dphi_i must be zero.
+/// Wheel i under the torque M (N m) on the edge between two rollers, each of which alone would drive it back to the
+/// other. Then dphi = 0, and the friction is alpha times the upper roller's plus 1 - alpha times the lower one's, with
+/// the alpha for which J_1 ddphi = 0 (A. F. Filippov, Differential Equations with Discontinuous Righthand Sides, 1988).
 template <class Model>
 class SharedContact {
  public:
@@ -25,8 +24,7 @@ class SharedContact {
         F_X_(M / model.robot().R),
         alpha_(upper_.F_X[i] == lower_.F_X[i] ? kEnded : (F_X_ - lower_.F_X[i]) / (upper_.F_X[i] - lower_.F_X[i])) {}
 
-  /// The upper roller's share; the wheel is held where it lies in [0, 1]. Beyond where both pull alike, as those of a
-  /// wheel off the floor do, and nothing holds it.
+  /// The upper roller's share, which holds the wheel if it lies in [0, 1]; 2 if both pull alike, as off the floor.
   double alpha() const { return alpha_; }
 
   /// Whether the edge is attractive: both rollers drive the wheel back to it rather than away from it.
@@ -84,7 +82,7 @@ class SharedContact {
       G.platform_dphi[row][i_] = G.dphi_platform[row][i_] = 0;
     }
     G.dgamma_dgamma[i_] = all(3, 3);
-    G.dphi_dphi[i_] = model_.robot().mu_1[i_] + model_.dry_bearings().wheel_damping(Wheels::Zero())[i_];
+    G.dphi_dphi[i_] = model_.robot().mu_1[i_] + model_.dry_bearings().wheels.damping(Wheels::Zero())[i_];
     G.dphi_dgamma[i_] = 0;
   }
 

@@ -14,11 +14,6 @@
 
 namespace youbot_base_sim {
 
-/// Power of the forces `Q` on the velocities `u`, W. Coriolis forces contribute nothing.
-inline double power(const Velocities& u, const Velocities& Q) {
-  return (u.v * Q.v + u.dphi * Q.dphi + u.dgamma * Q.dgamma).sum();
-}
-
 /// The velocities that each bring about the model's regularization speed, m/s and rad/s.
 template <class Model>
 Velocities regularization_velocities(const Model& model) {
@@ -26,14 +21,12 @@ Velocities regularization_velocities(const Model& model) {
   return {Wheels::Constant(speed), Wheels::Constant(speed / R), Wheels::Constant(speed / (R - R_d))};
 }
 
-/// Models 2a and 2b: the equations of motion (4.9) with slipping contacts, for one fixed choice of the rollers in
-/// contact, for which they are smooth. The wheel angle enters as `phi_tilde` = phi - phi_center (rad), where phi_center
-/// is the wheel angle at which the roller points straight down; it may lie somewhat beyond the roller's edges.
+/// Models 2a and 2b: the equations of motion (4.9) for one choice of the rollers in contact, for which they are smooth.
+/// The wheel angle enters as `phi_tilde` (rad): 0 where the roller points straight down.
 ///
 /// A contact is evaluated in two steps: `evaluate_kinematics` computes slip and coefficient of friction, and
-/// `apply_normal_force` the friction under given normal reactions. `Law` is the friction law (model.h). `Features` is
-/// the physics beyond the paper: PaperFeatures or ExtendedFeatures. Both are selected once at construction, so the
-/// inner loops branch on neither.
+/// `apply_normal_force` the friction under given normal reactions. `Law` is the friction law, `Features` the physics
+/// beyond the paper: PaperFeatures or ExtendedFeatures. The inner loops branch on neither.
 template <class Law, class Features>
 class SlipModel {
  public:
@@ -66,8 +59,7 @@ class SlipModel {
     set_regularization_speed(nu);
   }
 
-  /// Slip and position of the contact points at the velocities u, with what else acts on the base at this pose; no
-  /// friction yet.
+  /// Slip and position of the contact points at the velocities u and this pose; no friction yet.
   void evaluate_kinematics(const Velocities& u, const ContactGeometry& g, const Pose& pose, Contacts& c) const {
     c.Delta_Y = g.Delta_Y;
     c.r_X = g.r_X;
@@ -76,12 +68,6 @@ class SlipModel {
     c.V_PX = u.v[0] - (rho_Y_ + c.Delta_Y) * u.v[2] - robot_.R * u.dphi - c.r_X * u.dgamma;
     c.V_PY = u.v[1] + rho_X_ * u.v[2] + c.r_Y * u.dgamma;
     features_.evaluate_kinematics(u, g, pose, c);
-  }
-
-  /// The same for another roller at the pose of the contacts `c`.
-  void evaluate_kinematics_beside(const Contacts& c, const Velocities& u, const ContactGeometry& g,
-                                  Contacts& other) const {
-    evaluate_kinematics(u, g, Features::pose(c), other);
   }
 
   /// Friction under the normal reactions N (N), which the paper's features take to be those at rest.
@@ -104,8 +90,7 @@ class SlipModel {
     return c;
   }
 
-  /// Right-hand sides of (4.9), with dry friction of the bearings: forces on the velocities under the wheel torques `M`
-  /// (N m), N and N m.
+  /// Right-hand sides of (4.9) with dry friction: forces under the wheel torques `M` (N m), N and N m.
   Velocities forces(const Velocities& u, const Contacts& c, const Wheels& M) const {
     Velocities Q = viscous_forces(u, c, M);
     if (dry_.any()) dry_.add_to(u, Q);
@@ -127,7 +112,7 @@ class SlipModel {
     derivative.x() = u.v[0] * cos_psi - u.v[1] * sin_psi;
     derivative.y() = u.v[0] * sin_psi + u.v[1] * cos_psi;
     derivative.psi() = u.v[2];
-    derivative.work() = power(u, Q);
+    derivative.work() = dot(u, Q);
     const Eigen::Vector3d dv = inertia_.M_v_inverse * Eigen::Vector3d{Q.v[0], Q.v[1], Q.v[2]};
     derivative.values.col(1) << dv[0], dv[1], dv[2], 0;
     derivative.phi() = u.dphi;
@@ -204,7 +189,7 @@ class SlipModel {
   Reactions::Solution reactions(const Velocities& u, const Wheels& M, const Contacts& placed,
                                 const ForcePerNormalLoad& contact) const {
     Wheels tau = M - robot_.mu_1 * u.dphi;
-    if (dry_.any()) tau -= dry_.wheel_torque(u.dphi);
+    if (dry_.any()) tau -= dry_.wheels.torque(u.dphi);
     return features_.reactions().solve(
         contact, {u.v, u.dphi, tau.sum(), inertia_.coriolis(u.v) + placed.external.v, placed.external});
   }
@@ -217,8 +202,7 @@ class SlipModel {
     c.tipping = reactions.tipping;
   }
 
-  /// How dynamic reactions couple all velocities, where what the contacts `c` exert for each newton is `slope` and the
-  /// damping matrix is G.
+  /// How dynamic reactions couple all velocities, where the damping matrix is G.
   void couple(const Contacts& c, const ForcePerNormalLoad& contact, const DampingMatrix& G,
               ReactionCoupling& coupling) const {
     features_.reactions().couple(G, c.N_by_moment, coupling);
@@ -230,8 +214,7 @@ class SlipModel {
     }
   }
 
-  /// Slip speed over which the friction changes by its own size, m/s; infinite for a linear law. Setting it has no
-  /// effect on a law without one.
+  /// As ContactFriction's.
   double regularization_speed() const { return friction_.regularization_speed(); }
   void set_regularization_speed(double nu) { friction_.set_regularization_speed(nu); }
 
@@ -278,8 +261,7 @@ class SlipModel {
     return force;
   }
 
-  // What a unit of Omega, and of dgamma, adds to the slip velocity, combined with the components of F: the moment of a
-  // friction F about O, and its torque on the roller.
+  // The moment of a friction F about O, and its torque on the roller; for rows of K, columns of K J.
   Wheels moment(const Force& F, const Contacts& c) const {
     Wheels moment = rho_X_ * F[1] - (rho_Y_ + c.Delta_Y) * F[0];
     if constexpr (kSpins) moment += features_.spin_radius() * F[2];

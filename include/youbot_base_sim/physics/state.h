@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #ifdef __AVX__
 #include <immintrin.h>
@@ -11,11 +12,10 @@
 namespace youbot_base_sim {
 
 constexpr int kWheels = 4;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// One number for each wheel, in the order of the paper and of the driver: front-left, front-right, rear-left,
-/// rear-right. Its four entries are also the four lanes in which the physics is computed.
-///
-/// Not aligned, so that its layout does not depend on the instruction set that a program is built for.
+/// One number for each wheel: front-left, front-right, rear-left, rear-right; also the four lanes of the physics.
+/// Not aligned, so that its layout does not depend on a program's instruction set.
 using Wheels = Eigen::Array<double, kWheels, 1, Eigen::DontAlign>;
 
 /// Whether something holds for each wheel.
@@ -42,8 +42,7 @@ inline Wheels sums(const Wheels& a, const Wheels& b, const Wheels& c) {
 /// Suffixes of the driver's joint names in wheel order: `wheel_joint_fl` and so on.
 constexpr std::array<const char*, kWheels> kWheelNames = {"fl", "fr", "bl", "br"};
 
-/// The velocities that the equations of motion are about, or what goes with them: forces on them, N and N m, or their
-/// accelerations. Three times four lanes.
+/// The velocities of the equations of motion, or the forces on them, N and N m, or their accelerations.
 struct alignas(kAlignment) Velocities {
   Wheels v;       ///< (V_X, V_Y, Omega, 0), m/s and rad/s, in the platform's frame
   Wheels dphi;    ///< of each wheel, rad/s
@@ -60,20 +59,24 @@ inline Velocities operator*(double factor, const Velocities& a) {
   return {factor * a.v, factor * a.dphi, factor * a.dgamma};
 }
 
+/// Sum of the products of all entries: the power of forces on velocities, W.
+inline double dot(const Velocities& a, const Velocities& b) {
+  return (a.v * b.v + a.dphi * b.dphi + a.dgamma * b.dgamma).sum();
+}
+
 /// Pose of O in the fixed frame, m, with cosine and sine of the heading.
 struct Pose {
   double x = 0, y = 0, cosine = 1, sine = 0;
 };
 
-/// What the equations of motion integrate. Kept as one fixed-size array, so that a stepper's sums are plain arithmetic
-/// on `values`; a column holds four numbers that are computed together.
+/// What the equations of motion integrate, in one array, so that a stepper's sums are plain arithmetic on `values`.
 ///
 ///   column  0     x, y (m), psi (rad, unwrapped): pose of O in the fixed frame; row 3: work (J)
 ///           1     V_X, V_Y (m/s), Omega (rad/s): velocity in the platform's frame; row 3: unused, zero
 ///           2..5  phi (rad), dphi (rad/s), dgamma (rad/s), gamma (rad), one row for each wheel
 ///
-/// `work` is the integral of the power of all torques and friction forces since the start: it mirrors the change of
-/// kinetic energy and so audits the integration. `gamma` is the angle of the roller in contact.
+/// `work` integrates the power of all torques and friction forces: it mirrors the change of kinetic energy, and so
+/// audits the integration. `gamma` is the angle of the roller in contact.
 struct State {
   using Values = Eigen::Array<double, 4, 6, Eigen::DontAlign>;
   Values values = Values::Zero();
@@ -113,7 +116,7 @@ struct State {
     values.col(4) = u.dgamma;
   }
 
-  // As a range of 24 numbers, which is how odeint's algebras reach them.
+  // The range of 24 numbers on which odeint's algebras work.
   using value_type = double;
   using iterator = double*;
   using const_iterator = const double*;

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <limits>
-
 #include "youbot_base_sim/physics/state.h"
 
 namespace youbot_base_sim {
@@ -13,7 +11,7 @@ class TorqueProfile {
   virtual ~TorqueProfile() = default;
 
   /// Begins the segment that holds at time t (s), its start included. Returns where it ends, s; infinity if never.
-  virtual double begin_segment(double t) = 0;
+  virtual double begin_segment([[maybe_unused]] double t) { return kInfinity; }
 
   /// Torque of the segment that was begun last at time t (s), also beyond its end, N m.
   virtual Wheels value(double t) const = 0;
@@ -24,7 +22,6 @@ class HeldTorque : public TorqueProfile {
  public:
   explicit HeldTorque(const Wheels& torque = Wheels::Zero()) : torque_(torque) {}
   void set(const Wheels& torque) { torque_ = torque; }
-  double begin_segment(double) override { return std::numeric_limits<double>::infinity(); }
   Wheels value(double) const override { return torque_; }
 
  private:

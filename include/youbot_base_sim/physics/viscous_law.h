@@ -1,7 +1,5 @@
 #pragma once
 
-#include <limits>
-
 #include "youbot_base_sim/physics/contact_friction.h"
 #include "youbot_base_sim/physics/parameters.h"
 
@@ -17,7 +15,7 @@ class ViscousLaw {
 
   SlipResistance at(const Wheels&, double, const Wheels&) const { return {mu_0_, Wheels::Zero(), Wheels::Ones()}; }
 
-  Wheels largest(const Wheels&) const { return Wheels::Constant(std::numeric_limits<double>::infinity()); }
+  Wheels largest(const Wheels&) const { return Wheels::Constant(kInfinity); }
 
  private:
   alignas(kAlignment) Wheels mu_0_;  // N s/m

@@ -15,7 +15,7 @@
 
 namespace youbot_base_sim {
 
-/// An output that cannot be opened, written or put in its place: one line that names it, says why, and where what was
+/// An output that cannot be opened, written or put in its place: one line with its name, why, and where the part
 /// written is kept.
 class OutputError : public std::runtime_error {
  public:
@@ -31,18 +31,17 @@ class OutputError : public std::runtime_error {
   int error_;
 };
 
-/// Throws OutputError: the file cannot be written, for the reason that the system's error number has.
+/// Throws OutputError with the reason of a system's error number.
 [[noreturn]] void refuse_output(const std::string& path, int error);
 
 /// A file that a program writes: the only place that opens outputs.
 ///
-/// What is a regular file, or not there yet, is written as NAME.incomplete-XXXXXX beside it and renamed by `commit`, so
-/// that NAME is always whole: the last of several writers stands. The name is not a hidden one and ends with none of
-/// the usual suffixes: whatever ends the program, the remains are visible, named as such, and never mistaken for a
+/// A regular file is written as NAME.incomplete-XXXXXX beside it and renamed by `commit`, so that NAME is always whole:
+/// the last of several writers stands. However the program ends, the remains are visible and not mistaken for a
 /// complete file. Symbolic links are followed, and a file that is replaced keeps its mode.
 ///
-/// What is not a regular file (a device, a FIFO) is written straight to, row by row, and so are the program's own
-/// descriptors (/dev/stdout, /dev/fd/N), wherever they lead.
+/// A device or a FIFO is written straight to, row by row, and so are the program's own descriptors (/dev/stdout,
+/// /dev/fd/N), wherever they lead.
 class OutputFile {
  public:
   enum class Access {
@@ -61,18 +60,17 @@ class OutputFile {
   /// Appends whole lines. Where that fails, keeps the lines before as `keep_incomplete` does, and throws OutputError.
   void write(std::string_view lines);
 
-  /// Makes sure that the file can grow to `size` bytes, by taking the space already, so that what is to be written last
-  /// finds room on a disk that fills. Returns 0, or the system's error number if it cannot.
+  /// Takes the space for the file to grow to `size` bytes. Returns 0, or the system's error number if it cannot.
   int reserve(std::uint64_t size);
 
-  /// Has `commit` wait until the file survives a power failure, some milliseconds, rather than only this program.
+  /// Has `commit` wait some milliseconds until the file survives a power failure.
   void sync_on_commit() { sync_on_commit_ = !straight_; }
 
   /// Puts the file in its place. Throws OutputError if that fails; the file is then kept as `keep_incomplete` does.
   void commit();
 
-  /// Ends the writing early. Returns the name under which the whole lines written so far are kept; empty if there are
-  /// none, or if they went straight to where they should.
+  /// Ends the writing early. Returns the name under which the whole lines so far are kept; empty if there are none, or
+  /// if they were written straight to their place.
   std::string keep_incomplete();
 
   /// The name under which it is being written.
@@ -86,16 +84,16 @@ class OutputFile {
     std::filesystem::path target;         ///< links followed
     std::optional<struct stat> existing;  ///< the target, if there is one
 
-    /// The same for all names of one file and for no other, also if it is not there yet. Empty for the null device, to
-    /// which any program may write.
+    /// The same for all names of one file, even one that does not exist yet, and for no other. Empty for the null
+    /// device, which any output may share.
     std::string identity() const;
   };
   /// Throws OutputError for an empty name, a folder, and where the system refuses to say.
   static Place place_of(const std::string& path);
 
-  /// Ends the writing early: throws OutputError with the reason, and with where what was written is kept, and in what
-  /// state if that is to be known.
-  [[noreturn]] void fail(const std::string& reason, const std::string& state = "") { fail(reason, state, 0); }
+  /// Ends the writing early: throws OutputError with the reason, and where and in what `state` the part written is
+  /// kept.
+  [[noreturn]] void fail(const std::string& reason, const std::string& state = "", int error = 0);
 
   /// The system's error number as a reason; of those for a full disk, all say "no space".
   static std::string text_of(int error);
@@ -106,7 +104,6 @@ class OutputFile {
   int flush();  // 0, or an error number
   int close();  // 0, or an error number
   [[noreturn]] void fail(int error) { fail(text_of(error), "", error); }
-  [[noreturn]] void fail(const std::string& reason, const std::string& state, int error);
 
   std::string path_;  // as the user names it
   Place place_;
@@ -119,8 +116,7 @@ class OutputFile {
   off_t whole_ = 0;    // the bytes of them up to the end of a line
 };
 
-/// Opens what a program writes: each output must be another file than those that the program reads, and than each
-/// other.
+/// Opens what a program writes. Each output must differ from the other outputs and from the files that it reads.
 class OutputOpener {
  public:
   explicit OutputOpener(const std::vector<std::string>& inputs);
@@ -132,13 +128,12 @@ class OutputOpener {
   /// Keeps a place for an output that is opened later, and that must be a regular file. Throws OutputError.
   void keep(const std::string& option, const std::string& path);
 
-  /// The same for all outputs that will come in `folder`, whose names `is_output` recognizes. Looks at what is there,
-  /// however many may come. To be called after `open` and `keep` for the others.
+  /// The same for all outputs that will come in `folder`, whose names `is_output` recognizes. To be called after `open`
+  /// and `keep` for the others.
   void keep_all(const std::string& option, const std::string& folder,
                 const std::function<bool(const std::string& name)>& is_output);
 
  private:
-  /// Throws OutputError if the place is taken.
   void take(const std::string& option, const std::string& path, const OutputFile::Place& place);
 
   std::map<std::string, std::string> taken_;  // by identity: what it is

@@ -8,9 +8,8 @@
 
 namespace youbot_base_sim {
 
-/// A file that the rows of a run go to. What it writes appears under the file's name only with `commit`; without it,
-/// what was written is kept under a name that marks it as incomplete (see OutputFile). Throws OutputError where the
-/// system refuses, and must not be used afterwards.
+/// A file for the rows of a run, which appears under its name only with `commit` (see OutputFile). Throws OutputError
+/// where the system refuses, and must not be used afterwards.
 class Recorder {
  public:
   virtual ~Recorder() = default;

@@ -9,8 +9,7 @@
 
 namespace youbot_base_sim {
 
-/// Processor time of a run, by output interval. Reads the thread's clock twice an interval, 0.2 us each, so `simulate`
-/// uses it only when a summary is wanted.
+/// Processor time of a run, by output interval. Reads the thread's clock twice an interval, 0.2 us each.
 class RunCost {
  public:
   struct Period {
@@ -66,7 +65,7 @@ struct PathLength {
 };
 
 /// Takes a simulation that stands at t = 0 through its scene from row to row: t = 0, the multiples of 1 / output_rate,
-/// and the duration. The energy is audited at each row and, where rows are far apart, in between.
+/// and the duration. Audits the energy at each row and, if rows are far apart, at ends of control periods in between.
 class RowLoop {
  public:
   explicit RowLoop(Simulation& simulation) : simulation_(simulation) {}
@@ -90,11 +89,10 @@ class RowLoop {
   double t_ = 0;
 };
 
-/// Why a result may be unreliable, in one line; empty if it is reliable. It is where the integration kept to its own
-/// method (to a looser tolerance at times: the summary counts these milliseconds), and the energy balance closes: to a
-/// thousand times the tolerance, but at least 1e-9 and at most a hundredth (or ten times a looser tolerance), of the
-/// energy that the motion had or exchanged. Runs that are right close it to the tolerance itself, mostly to a hundredth
-/// of that.
+/// Why a result may be unreliable, in one line; empty if it is reliable: the integration kept to its own method (at
+/// times to a looser tolerance), and the energy balance closes to a share of the energy that the motion had or
+/// exchanged. That share is a thousand times the tolerance, but at least 1e-9 and at most a hundredth (or ten times a
+/// looser tolerance). Good runs close it to the tolerance itself, mostly to a hundredth of that.
 std::string unreliability_reason(const Simulation& simulation, const EnergyAudit& energy);
 
 /// The summary of a run as a JSON object. `completed`: to the scene's duration; `wall_time` in s.

@@ -19,19 +19,18 @@ class Bag;
 
 namespace youbot_base_sim {
 
-/// Writes a bag inside the process that simulates: with the topics, frames and contents of base_node, stamped with
-/// simulated time, and complete, which a recorder at the other end of a topic cannot promise. Needs no ROS master.
+/// Writes a bag inside the process that simulates: topics, frames and contents of base_node, stamped with simulated
+/// time, and complete, which a recorder at the other end of a topic cannot promise. Needs no ROS master.
 ///
 /// The bag appears under its name with `commit`. Without it what was written is kept as NAME.incomplete-XXXXXX (see
-/// OutputFile), with its index, so that it can be read as it is. Room for the index is taken beforehand, so that this
-/// holds on a disk that fills too: the first write that finds no room ends the bag there and throws OutputError, which
-/// says where it is; the writer must not be used after that. Where not even the index can be written, the error says
-/// that `rosbag reindex` is needed.
+/// OutputFile). Room for the index is reserved, so even on a full disk that file has its index and can be read. The
+/// first write that finds no room ends the bag and throws OutputError, after which the writer must not be used. The
+/// error says where the bag is, and if not even the index could be written, that it needs `rosbag reindex`.
 class BagWriter {
  public:
   explicit BagWriter(OutputFile file) : file_(std::move(file)) {}
   /// Throws OutputError where the system refuses.
-  explicit BagWriter(const std::string& path) : BagWriter(open(path)) {}
+  explicit BagWriter(const std::string& path) : BagWriter(OutputFile(path, OutputFile::Access::kAnywhere)) {}
   /// As `keep_incomplete`.
   ~BagWriter() { keep_incomplete(); }
   BagWriter(const BagWriter&) = delete;
@@ -40,24 +39,17 @@ class BagWriter {
   /// Writes what happened since the last instant.
   void write(const Events& events);
 
-  /// Writes all topics of `telemetry` at time t (s), which is that of `simulation` and the last update of its
-  /// `sensors`; contact markers at most at `kBagMarkersRate`.
+  /// Writes all topics of `telemetry` at time t (s), that of `simulation` and of the last update of `sensors`; contact
+  /// markers at most at `kBagMarkersRate`.
   void write(Telemetry& telemetry, const Simulation& simulation, const BaseSensors& sensors, double t);
 
   /// Puts the bag in its place.
   void commit();
 
-  /// Ends the bag early. Returns the name under which it is kept; empty if it has no messages, and nothing is.
+  /// Ends the bag early. Returns the name under which it is kept; empty if it has no messages.
   std::string keep_incomplete();
 
-  /// Opens a file for a bag: one that is not written from beginning to end.
-  static OutputFile open(const std::string& path) { return OutputFile(path, OutputFile::Access::kAnywhere); }
-
  private:
-  struct DeleteBag {
-    void operator()(rosbag::Bag* bag) const;
-  };
-
   template <class Message>
   void write(const std::string& topic, const ros::Time& stamp, Message message, bool latched = false);
   template <class Action>
@@ -68,15 +60,14 @@ class BagWriter {
   bool close();
 
   OutputFile file_;
-  std::unique_ptr<rosbag::Bag, DeleteBag> bag_;
+  std::shared_ptr<rosbag::Bag> bag_;
   std::uint64_t reserved_ = 0;                    // bytes
   std::map<std::string, std::uint32_t> numbers_;  // of the next message, by topic
   Instants markers_due_{kBagMarkersRate};
   bool has_static_ = false;  // transforms: they are written first
 };
 
-/// The bag of a simulation whose motors exert its torque. Their readings are exact unless the scene's motors are
-/// `quantized`.
+/// The bag of a simulation. Motor readings are exact unless the scene's motors are `quantized`.
 class BagRecorder : public Recorder {
  public:
   explicit BagRecorder(OutputFile file) : bag_(std::move(file)) {}

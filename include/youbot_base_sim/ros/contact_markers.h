@@ -4,7 +4,6 @@
 #include <youbot_base_sim/ContactsStamped.h>
 
 #include <cstddef>
-#include <optional>
 #include <string>
 
 #include "youbot_base_sim/simulation.h"
@@ -23,17 +22,15 @@ struct MarkerOptions {
 /// The options for a robot: with its meshes, and with the base where it is in the scene's frame if TF has that.
 MarkerOptions marker_options(const RobotParameters& robot, bool has_world);
 
-/// Arrows end at this length, m: those of a wheel that spins freely would leave the picture.
+/// The length at which arrows end, m: those of a spinning wheel would leave the picture.
 constexpr double kMaxArrow = 0.4;
 
-/// The contacts for rviz. Namespaces: `contact_points`, `friction` (yellow arrows, on the base) and `slip` (violet
-/// ones), `rollers` (those in contact, green; red where friction is saturated, as are its point), `status` (simulated
-/// time, switches so far), `legend`.
+/// The contacts for rviz. Namespaces: `contact_points` and `rollers` (those in contact; green, or red if friction is
+/// saturated), `friction` (yellow arrows, of the force on the base), `slip` (violet arrows), `status`, `legend`.
 ///
-/// Of the physics beyond the paper, where a scene or the node's user asks for any: `normal_reactions` (blue arrows, and
-/// `off_floor` over wheels that have lifted off), `slope` (an arrow uphill), `patches` (blue: slippery, orange: rough;
-/// they fade over their soft edges), `loads` (boxes of 2500 kg/m^3 at most half a metre wide, and a stick to the height
-/// of the axles), `wrenches` (thick turquoise arrows that end where the force acts, arcs for torques).
+/// With physics beyond the paper also `normal_reactions` (blue arrows), `off_floor`, `slope` (an arrow uphill),
+/// `patches` (blue: slippery, orange: rough; they fade over their soft edges), `loads` (boxes of 2500 kg/m^3, at most
+/// half a metre wide, on a stick) and `wrenches` (turquoise arrows that end where the force acts, arcs for torques).
 class ContactMarkers {
  public:
   explicit ContactMarkers(const MarkerOptions& options) : options_(options) {}

@@ -11,6 +11,7 @@
 #include <youbot_base_sim/ContactsStamped.h>
 #include <youbot_base_sim/LoadsStamped.h>
 #include <youbot_base_sim/RollerSwitchStamped.h>
+#include <youbot_base_sim/SetFaults.h>
 #include <youbot_base_sim/SetLoads.h>
 
 #include <Eigen/Dense>
@@ -24,9 +25,8 @@
 #include "youbot_base_sim/simulation.h"
 
 /// Conversions between simulation and messages, as pure functions. Wheel joints have the sign of the URDF and of the
-/// paper everywhere: positive drives forward on all four wheels. (The real driver's left motors turn the other way; its
-/// joint positions have the sign used here.) Loads and wrenches of the simulation have their points from O at the
-/// height of the axles, those of messages in base_link.
+/// paper: positive drives forward. (The real driver's left motors turn the other way, but not its joint positions.)
+/// Points of loads and wrenches count from O at the height of the axles, those in messages from base_link's origin.
 namespace youbot_base_sim {
 
 /// Units of commands, as boost::units writes them, which is what the driver compares with: N m/rad and rad/s.
@@ -39,7 +39,7 @@ ros::Time stamp_of(double t);
 /// The inverse of `stamp_of`, s: the double nearest to the stamp's decimal number; 0 for 1 ns.
 double time_of(const ros::Time& stamp);
 
-/// A message of three numbers, such as geometry_msgs/Point and geometry_msgs/Vector3.
+/// A message of three numbers: geometry_msgs/Point, geometry_msgs/Vector3.
 template <class Message>
 Message vector_message(const Eigen::Vector3d& vector) {
   Message message;
@@ -66,15 +66,14 @@ nav_msgs::Odometry odometry_message(const std::string& frame, const Eigen::Vecto
 /// What the unit reads, in the frame base_footprint; roll and pitch are zero.
 sensor_msgs::Imu imu_message(const Imu& imu, const ros::Time& stamp);
 
-/// Covariance of x, y, heading, or of V_X, V_Y, Omega, as one of six degrees of freedom; the three others are
-/// unknown: zero would say that they are known exactly.
+/// Covariance of x, y, heading, or of V_X, V_Y, Omega, as one of six degrees of freedom, the three others unknown.
 boost::array<double, 36> covariance_message(const Eigen::Matrix3d& covariance);
 
 /// Pose x, y (m), heading (rad) of the frame `child` in `frame`.
 geometry_msgs::TransformStamped transform_message(const std::string& frame, const std::string& child,
                                                   const Eigen::Vector3d& pose, const ros::Time& stamp);
 
-/// `stamp` is that of the instant when the switch happened; of many in one record, when the last one was noticed.
+/// `stamp` is that of the switch; of many in one record, of when the last one was noticed.
 RollerSwitchStamped roller_switch_message(const RollerSwitch& event, const ros::Time& stamp);
 
 /// The present state of the four contacts, and where the power goes.
@@ -89,14 +88,15 @@ geometry_msgs::WrenchStamped wrench_message(const std::vector<Wrench>& wrenches,
 LoadsStamped loads_message(const std::vector<Load>& loads, const ros::Time& stamp);
 
 /// A wrench message as the simulation has it. Frames base_link, base_footprint and none are the platform's; in `world`
-/// and `odom` the force keeps its direction in the fixed frame, and acts at the base all the same. The point is the
-/// origin of base_link. `complaint` says why it cannot be taken; empty: it can.
-Wrench wrench_of(const geometry_msgs::WrenchStamped& message, std::string& complaint);
+/// and `odom` the force keeps its direction in the fixed frame, but still acts at the origin of base_link. Throws
+/// std::runtime_error, a line that names the field, for what cannot be taken; so do the next two.
+Wrench wrench_of(const geometry_msgs::WrenchStamped& message);
 
-/// Loads of a request. `complaint` as above.
-std::vector<Load> loads_of(const SetLoads::Request& request, std::string& complaint);
+std::vector<Load> loads_of(const SetLoads::Request& request);
 
-/// A warning about a part of a command that is ignored or changed.
+Faults faults_of(const SetFaults::Request& request);
+
+/// A warning about an ignored part of a command.
 struct Complaint {
   std::string subject;  ///< one of a small set of names, by which the log is throttled
   std::string text;     ///< the sentence for the log
@@ -108,15 +108,14 @@ struct WheelCommand {
   std::vector<Complaint> complaints;
 };
 
-/// Reads a command as the driver does: an entry counts if its unit is `kTorqueUnit` or `kVelocityUnit` to the letter,
-/// else it is skipped with a complaint; joints other than the wheels' are ignored without a word; of several entries
-/// for one joint the first with the right unit counts; a value that is not finite is refused with a complaint; no
-/// entries at all are one complaint. Time stamps and poison stamps are ignored.
+/// Reads a command as the driver does. Each joint's first entry with `kTorqueUnit` or `kVelocityUnit`, to the letter,
+/// counts. Another unit, a value that is not finite, and a message without entries are complaints; joints other than
+/// the wheels', time stamps and poison stamps are ignored.
 WheelCommand wheel_command(const brics_actuator::JointTorques& message);
 WheelCommand wheel_command(const brics_actuator::JointVelocities& message);
 
 /// Converts a twist to the rates of all wheels by `kinematics`. Only linear.x, linear.y and angular.z are read, as by
-/// the driver; if one of them is not finite, or so large that a rate is not, the twist is refused with a complaint.
+/// the driver. If a rate would not be finite, the twist is refused with a complaint.
 WheelCommand wheel_command(const geometry_msgs::Twist& message, const DriverKinematics& kinematics);
 
 /// Commands for all four wheels, N m and rad/s.

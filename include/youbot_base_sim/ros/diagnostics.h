@@ -14,11 +14,10 @@
 /// Messages for /diagnostics and the dashboard, as pure functions.
 namespace youbot_base_sim {
 
-/// The driver's three statuses, platform_Base, platform_Arm and platform_EtherCAT, to the letter; then our own, whose
-/// names begin with "youbot_base_sim: ": wheels (what each motor does, which rollers each wheel stands on), faults,
-/// integration (all of `kStatisticsFields`; a warning if there were fallback steps), loop (timing since the last
-/// message; a warning if time was lost) and time (a warning with what simulated time `waits_for`, or advances without,
-/// unless that is empty).
+/// The driver's three statuses, platform_Base, platform_Arm and platform_EtherCAT, to the letter; then the simulator's
+/// own, whose names begin with "youbot_base_sim: ": wheels, faults, integration (a warning after fallback steps), loop
+/// (timing since the last message; a warning if time was lost), normal reactions and time (a warning with what
+/// simulated time `waits_for`, unless that is empty).
 diagnostic_msgs::DiagnosticArray diagnostics_message(const BaseDriver& driver, const Simulation& simulation,
                                                      const NodeClock::Timing& timing, const std::string& waits_for,
                                                      const ros::Time& stamp);

@@ -1,13 +1,11 @@
 #pragma once
 
-#include <geometry_msgs/Twist.h>
 #include <geometry_msgs/WrenchStamped.h>
 #include <ros/ros.h>
 #include <std_srvs/Empty.h>
 #include <youbot_base_sim/SetFaults.h>
 #include <youbot_base_sim/SetLoads.h>
 
-#include <functional>
 #include <vector>
 
 #include "youbot_base_sim/loop/base_loop.h"
@@ -18,20 +16,20 @@
 
 namespace youbot_base_sim {
 
-/// The topics and services by which the base is commanded, the driver's and the simulator's own: converts messages,
-/// answers services and enqueues requests for the control loop.
+/// The topics and services that command the base, the driver's and the simulator's own: converts messages, answers
+/// services and enqueues requests for the control loop.
 ///
 /// Subscribes (queue 1000, as the driver):
 ///   cmd_vel                               geometry_msgs/Twist, by the driver's kinematics to wheel rates
 ///   base/base_controller/torques_command  brics_actuator/JointTorques, at the wheels
 ///   base/base_controller/velocity_command brics_actuator/JointVelocities, kept by the wheels' velocity loop
-/// A command holds until the next one for the same wheel. The driver has no topic for single wheels; these are named,
+///   ~wrench                               geometry_msgs/WrenchStamped, which pushes the base
+/// Each holds until the next one, a command for each wheel. The driver has no topic for single wheels; these are named,
 /// and their messages read, by analogy to the arm's.
 ///
 /// Offers base/switchOffMotors, base/switchOnMotors and reconnect (std_srvs/Empty), which fail without a base as the
-/// driver's do, and ~set_faults (youbot_base_sim/SetFaults). What pushes the base and what it carries: topic ~wrench
-/// (geometry_msgs/WrenchStamped, held until the next one) and service ~set_loads (youbot_base_sim/SetLoads). All but
-/// commands are refused while too many requests wait for time to advance.
+/// driver's do, ~set_faults (youbot_base_sim/SetFaults) and ~set_loads (youbot_base_sim/SetLoads). All but commands are
+/// refused while too many requests wait for time to advance.
 class DriverInterface {
  public:
   /// All references must outlive it.
@@ -46,8 +44,8 @@ class DriverInterface {
   bool has_commander() const;
 
  private:
-  template <class Message>
-  void subscribe(ros::NodeHandle& node, const char* topic, const std::function<WheelCommand(const Message&)>& read);
+  template <class Message, class Read>
+  void subscribe(ros::NodeHandle& node, const char* topic, const Read& read);
   void receive(const char* topic, const WheelCommand& command);
   void receive_wrench(const geometry_msgs::WrenchStamped& message);
   bool request(const BaseRequest& request);
@@ -56,6 +54,8 @@ class DriverInterface {
   bool reconnect(std_srvs::Empty::Request&, std_srvs::Empty::Response&);
   bool set_faults(SetFaults::Request& asked, SetFaults::Response& response);
   bool set_loads(SetLoads::Request& asked, SetLoads::Response& response);
+  template <class Response, class MakeRequest>
+  bool answer(Response& response, const MakeRequest& make_request);
 
   BaseLoop& loop_;
   const NodeClock& clock_;

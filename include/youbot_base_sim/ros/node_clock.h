@@ -2,7 +2,6 @@
 
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
-#include <std_srvs/Empty.h>
 #include <youbot_base_sim/Step.h>
 
 #include <atomic>
@@ -10,7 +9,6 @@
 #include <cstdint>
 #include <functional>
 #include <future>
-#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -24,8 +22,7 @@
 namespace youbot_base_sim {
 
 /// How simulated time advances, what stamps messages have, and when /clock is published. Deadlines by the wall clock
-/// are absolute, so the loop catches up after a late instant and the mean rate is exact. A lag beyond a limit is given
-/// up as lost.
+/// are absolute: the loop catches up after a late instant, unless the lag is beyond a limit and given up as lost.
 ///
 /// | settings | time waits for | /clock |
 /// |---|---|---|
@@ -64,7 +61,7 @@ class NodeClock {
     awake_since_ = SteadyClock::now();
   }
 
-  /// The loop has reached the time that was due. Returns the wall time that it was too slow by and that is given up, s.
+  /// The loop has reached the time that was due. Returns the lag that is given up, s of wall time.
   double arrive();
 
   /// How the loop kept time since the last `take_timing`.
@@ -80,15 +77,12 @@ class NodeClock {
   /// Returns the timing and clears it.
   Timing take_timing();
 
-  /// Before what is published at the present time. `is_due`: that is an instant of publishing; `switched`: rollers have
-  /// switched.
+  /// To be called before and after publishing at the present time. `is_due`: at an instant of publishing; `switched`:
+  /// rollers have switched.
   void begin_publishing(bool is_due, bool switched);
-
-  /// After it.
   void end_publishing();
 
-  /// /clock advances by a period of lockstep, to which the simulation does not follow, after `publish`, which publishes
-  /// what is published at an instant.
+  /// Calls `publish`, and advances /clock by a period of lockstep without the simulation.
   template <class Publish>
   void idle(const Publish& publish) {
     lockstep_.idle();
@@ -102,11 +96,8 @@ class NodeClock {
   /// Simulated time at which a message that comes now arrives, s.
   double arrival() const;
 
-  /// Where time waits for commands; it never does unless that is set.
   Lockstep& lockstep() { return lockstep_; }
-
-  /// The nodes that follow /clock, in lockstep with a period.
-  ClockFollowers& followers() { return followers_; }
+  ClockFollowers& followers() { return followers_; }  ///< in lockstep with a period; else empty
 
  private:
   using SteadyClock = std::chrono::steady_clock;
@@ -132,16 +123,14 @@ class NodeClock {
 
 /// The services of simulated time: ~pause, ~unpause, ~reset (std_srvs/Empty) and ~step (youbot_base_sim/Step).
 ///
-/// The loop serves them where it takes its callbacks, between control periods. The answer of ~step waits until the loop
-/// has advanced by all periods asked for, so that service runs in a thread of its own: its request reaches the loop
-/// through the loop's own callback queue, which the loop serves between two parts of the step. One step is under way at
-/// a time; others wait for it.
+/// The loop serves them with its callbacks, between control periods. ~step answers only once the loop has advanced by
+/// all its periods, so it has a thread of its own, which hands the request to the loop's callback queue. Several steps
+/// run one after another.
 class TimeServices {
  public:
-  /// Offers the services, in the private namespace. `reset` goes back to t = 0, unless it refuses and returns false.
-  /// All references must outlive this; `queue` is the loop's.
+  /// `reset` goes back to t = 0; false if it refuses. `queue` is the loop's. All references must outlive this.
   TimeServices(ros::NodeHandle& private_node, ros::CallbackQueue& queue, bool paused, const BaseLoop& loop,
-               NodeClock& clock, std::function<bool()> reset);
+               NodeClock& clock, const std::function<bool()>& reset);
   ~TimeServices();
   TimeServices(const TimeServices&) = delete;
   TimeServices& operator=(const TimeServices&) = delete;
@@ -155,22 +144,17 @@ class TimeServices {
   bool stepping() const { return answer_ != nullptr; }
   std::int64_t left() const { return left_; }
 
-  /// The loop has advanced by some of them. Answers the request if they were the last.
+  /// The loop has advanced by some of them; the last ones answer the request.
   void advanced(std::int64_t periods);
 
   /// Answers that the step has ended, or is refused, and why.
   void end_step(const std::string& reason);
 
  private:
-  bool pause(std_srvs::Empty::Request&, std_srvs::Empty::Response&);
-  bool unpause(std_srvs::Empty::Request&, std_srvs::Empty::Response&);
-  bool reset(std_srvs::Empty::Request&, std_srvs::Empty::Response&) { return reset_(); }
   bool step(Step::Request& request, Step::Response& response);
   void answer(bool success, const std::string& message);
 
   const BaseLoop& loop_;
-  NodeClock& clock_;
-  std::function<bool()> reset_;
   ros::CallbackQueue& loop_queue_;
   ros::CallbackQueue step_queue_;
   ros::NodeHandle step_node_{"~"};

@@ -9,8 +9,7 @@ namespace youbot_base_sim {
 constexpr char kOdometryFrame[] = "odom";        ///< as the driver's
 constexpr char kBaseFrame[] = "base_footprint";  ///< as the driver's; over O, the geometric centre of the base
 constexpr char kWorldFrame[] = "world";          ///< the fixed frame of the scene
-constexpr char kTruthFrame[] = "ground_truth/base_footprint";  ///< where the base is, as kBaseFrame is where odometry
-                                                               ///< believes it to be
+constexpr char kTruthFrame[] = "ground_truth/base_footprint";  ///< where the base is; kBaseFrame: by odometry
 constexpr char kBaseLinkFrame[] = "base_link";                 ///< as the driver's
 constexpr char kWheelFramePrefix[] = "wheel_link_";
 
@@ -18,7 +17,7 @@ constexpr char kWheelJointPrefix[] = "wheel_joint_";
 constexpr char kCasterJointPrefix[] = "caster_joint_";
 constexpr char kRollerJointPrefix[] = "roller_joint_";
 
-// Commands. The driver has no topics for single wheels; ours are named by analogy to the arm's.
+// Commands. The driver has no topics for single wheels; these are named by analogy to the arm's.
 constexpr char kTwistTopic[] = "cmd_vel";
 constexpr char kTorqueTopic[] = "base/base_controller/torques_command";
 constexpr char kWrenchTopic[] = "wrench";  // private

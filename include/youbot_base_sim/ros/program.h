@@ -2,7 +2,6 @@
 
 #include <ros/node_handle.h>
 
-#include <atomic>
 #include <functional>
 #include <optional>
 #include <set>
@@ -13,14 +12,12 @@
 
 namespace youbot_base_sim {
 
-/// A parameter is wrong. The text is one line with its name, its value and what is allowed.
-class ParameterError : public std::runtime_error {
- public:
+/// A wrong parameter: one line with its name, its value and what is allowed.
+struct ParameterError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Reads the parameters of a node, once at its start. An empty text, and "unset", which launch files pass on, count as
-/// not set.
+/// Reads the parameters of a node. An empty text, and "unset", which launch files pass on, count as not set.
 class Parameters {
  public:
   /// Parameters in the namespace of `node`. Errors write `prefix` before the name: "~" for private ones.
@@ -41,7 +38,7 @@ class Parameters {
   /// Throws unless `holds`: "parameter ~name = value: must be ...".
   void require(bool holds, const std::string& name, const std::string& value, const std::string& allowed) const;
 
-  /// Throws if a parameter is set that no getter has asked for: it is probably misspelt.
+  /// Throws if a parameter is set that has not been read: it is probably misspelt.
   void refuse_others() const;
 
  private:
@@ -52,13 +49,10 @@ class Parameters {
   std::set<std::string> known_;
 };
 
-/// The common part of all nodes' main functions: initializes ROS under the name `name`, refuses command line arguments
-/// that ROS does not know, and runs `body`. SIGINT, SIGTERM and SIGHUP shut ROS down, upon which `body` has to return.
-/// Returns the exit status: 0; 2 for a refused argument or a ParameterError, 1 for any other exception, both with a
-/// line in the log.
+/// The common part of all nodes' main functions: initializes ROS, refuses command line arguments that ROS does not
+/// know, and runs `body`. SIGINT, SIGTERM and SIGHUP set `stop_requested` (offline_program.h) and shut ROS down, upon
+/// which `body` has to return. Returns the exit status: 0; 2 for a refused argument or a ParameterError, 1 for any
+/// other exception, both with a line in the log.
 int run_program(int argc, char** argv, const char* name, const std::function<void()>& body);
-
-/// Whether one of these signals has come: for what takes long.
-const std::atomic<bool>& end_requested();
 
 }  // namespace youbot_base_sim

@@ -9,11 +9,11 @@
 
 namespace youbot_base_sim {
 
-/// The publishers of a node, by topic, and whether each has a subscriber. Callbacks on the node's own queue keep
-/// track of subscribers, so looking costs nothing, and the answer changes only where the node processes its callbacks.
+/// The publishers of a node, by topic, and whether each has a subscriber: as of the last callback, so looking costs
+/// nothing, and the answer changes only where the node processes its callbacks.
 class Publications {
  public:
-  /// Calls `on_change` where a topic gets its first subscriber or loses its last.
+  /// Calls `on_change` whenever a subscriber comes or goes.
   explicit Publications(std::function<void()> on_change) : on_change_(std::move(on_change)) {}
   Publications(const Publications&) = delete;
   Publications& operator=(const Publications&) = delete;
@@ -26,9 +26,7 @@ class Publications {
     const auto counting = [&](bool comes) {
       return [this, &publication, on_subscriber, comes](const ros::SingleSubscriberPublisher& subscriber) {
         if (on_subscriber) on_subscriber(subscriber.getSubscriberName(), comes);
-        const bool is_heard = publication.publisher.getNumSubscribers() > 0;
-        if (is_heard == publication.heard) return;
-        publication.heard = is_heard;
+        publication.heard = publication.publisher.getNumSubscribers() > 0;
         on_change_();
       };
     };
@@ -42,8 +40,7 @@ class Publications {
     return found != publications_.end() && found->second.heard;
   }
 
-  /// Publishes the message that make() makes, if the topic is advertised and has a subscriber or, of a latched one, may
-  /// have one later.
+  /// Publishes the message that make() makes, if the topic is advertised and has a subscriber or is latched.
   template <class Make>
   void publish(const std::string& topic, const Make& make) const {
     const auto found = publications_.find(topic);

@@ -4,7 +4,6 @@
 #include <sensor_msgs/JointState.h>
 #include <tf2_msgs/TFMessage.h>
 
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,8 +14,7 @@
 
 namespace youbot_base_sim {
 
-/// Makes all messages about the base that are published at each instant, for the node and for bags, so that both have
-/// the same topics, frames and contents:
+/// Makes the messages about the base, the same for the node and for bags:
 ///
 ///   odom                 nav_msgs/Odometry, odom to base_footprint, from the wheels as the driver computes it
 ///   ground_truth         nav_msgs/Odometry, world to base_footprint: the exact pose and velocity
@@ -34,8 +32,7 @@ namespace youbot_base_sim {
 class Telemetry {
  public:
   struct Options {
-    /// Rates and efforts of the wheels on the left as their motors have them, which turn the other way round: what the
-    /// driver publishes beside its positions.
+    /// Rates and efforts on the left have the reversed sign of their motors, as in the driver's messages.
     bool driver_velocity_sign = false;
     bool rollers = false;   ///< roller_joint_fl_0 and so on in the joint states
     bool contacts = false;  ///< recorded too
@@ -47,7 +44,7 @@ class Telemetry {
   Telemetry(const Scene& scene, const Options& options);
 
   /// Calls `topic(name, make)` for each topic that has one message an instant; make() makes it, with `stamp`, from
-  /// `simulation` and its `sensors` at the time of their last update. What is not wanted need not be made.
+  /// `simulation` and the last update of `sensors`.
   template <class Topic>
   void visit(const Simulation& simulation, const BaseSensors& sensors, const ros::Time& stamp, Topic&& topic) const {
     topic(kOdometryTopic, [&] { return odometry(sensors, stamp); });
@@ -61,7 +58,7 @@ class Telemetry {
     topic(kContactsTopic, [&] { return contacts_message(simulation, stamp); });
   }
 
-  /// Calls `topic` in the same way for a change of what the base carries and what pushes it.
+  /// The same for a change of loads and wrenches.
   template <class Topic>
   static void visit(const LoadChange& change, const ros::Time& stamp, Topic&& topic) {
     if (change.loads) topic(kLoadsTopic, [&] { return loads_message(change.applied.loads, stamp); });
@@ -70,7 +67,7 @@ class Telemetry {
     }
   }
 
-  /// And for what pushes it at an instant, if anything does.
+  /// The same for the wrenches at an instant, if there are any.
   template <class Topic>
   static void visit_push(const Simulation& simulation, const ros::Time& stamp, Topic&& topic) {
     const std::vector<Wrench>& wrenches = simulation.applied_loads().wrenches;
@@ -78,18 +75,17 @@ class Telemetry {
     topic(kAppliedWrenchTopic, [&] { return wrench_message(wrenches, simulation.state().psi(), stamp); });
   }
 
-  /// The contact markers.
   visualization_msgs::MarkerArray markers(const Simulation& simulation, const ros::Time& stamp) {
     return markers_.at(contacts_message(simulation, stamp), simulation);
   }
 
-  /// Whether the topic belongs into every bag; what does not is published all the same.
+  /// Whether the topic is recorded; what is not is still published.
   bool recorded(const std::string& topic) const {
     return options_.contacts || (topic != kContactsTopic && topic != kContactMarkersTopic);
   }
 
-  /// What is for /tf_static, if anything: where odometry starts from in the scene's frame.
-  std::optional<tf2_msgs::TFMessage> static_transforms(const Simulation& simulation, const ros::Time& stamp) const;
+  /// For /tf_static: where odometry starts in the scene's frame; without transforms if that is not wanted.
+  tf2_msgs::TFMessage static_transforms(const Simulation& simulation, const ros::Time& stamp) const;
 
  private:
   static Eigen::Vector3d pose_of(const State& state) { return {state.x(), state.y(), state.psi()}; }

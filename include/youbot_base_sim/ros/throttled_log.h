@@ -8,8 +8,8 @@
 
 namespace youbot_base_sim {
 
-/// Logs at most one line a second for each subject, since commands may cause a thousand warnings a second.
-/// (ROS_WARN_THROTTLE goes by simulated time, which may stand still.) A subject is one of a small set of names.
+/// Logs at most one line a second for each subject, one of a small set of names. (ROS_WARN_THROTTLE goes by simulated
+/// time, which may stand still.)
 class ThrottledLog {
  public:
   void warn(const std::string& subject, const std::string& text) {

@@ -18,8 +18,7 @@ inline Eigen::Isometry3d wheel_pose(const RobotParameters& robot, int i, double 
          Eigen::AngleAxisd(phi, Eigen::Vector3d::UnitY());
 }
 
-/// The frame of roller k of wheel i in that of the wheel, at its angle 0 about its own axis, which is x: turned back
-/// about the axle from where the roller points straight down.
+/// The frame of roller k of wheel i in that of the wheel, at the roller's angle 0 about its own axis, x.
 inline Eigen::Isometry3d roller_pose(const RobotParameters& robot, int i, int k) {
   return Eigen::AngleAxisd(-k * 2 * M_PI / robot.rollers, Eigen::Vector3d::UnitY()) *
          Eigen::Translation3d(0, 0, -robot.R_d) *

@@ -26,7 +26,7 @@ struct SolverSettings : IntegrationSettings {
   double control_period = 0;  ///< s; > 0: the drive is sampled and held for this period; 0: continuous in time
 };
 
-/// What is written besides the motion, where anything is.
+/// What is written besides the motion.
 struct OutputSettings {
   bool contacts = false;  ///< in bags
 };
@@ -38,7 +38,7 @@ struct VelocityTable {
 
 /// One simulation as a scene file describes it, checked and with its defaults filled in. SI units, radians.
 struct Scene {
-  std::vector<std::string> files;  ///< that it was read from: its own and its table
+  std::vector<std::string> files;  ///< its own and its table
   Model model = Model::kCoulomb;
   double duration = 0;       ///< s
   double output_rate = 100;  ///< rows per second
@@ -48,18 +48,16 @@ struct Scene {
   LoadSchedule load_schedule;
   State initial;
   SolverSettings solver;
-  /// The motors between commands and wheels. Empty: a velocity table's loops have the default motors; torques act as
-  /// they are.
+  /// Between commands and wheels. Empty: default motors for a velocity table; torques act directly.
   std::optional<MotorSettings> motors;
-  /// Empty if the scene has no drive, because its commands come from elsewhere.
+  /// Empty if commands come from elsewhere.
   std::variant<std::monostate, ReferenceMotion, TorqueSegments, WheelTable, VelocityTable> drive;
 };
 
 /// Whether a scene needs the extended equations rather than the paper's with other numbers.
 bool beyond_the_paper(const Scene& scene);
 
-/// Why the scene's robot cannot carry these loads at rest besides the scene's own, from time t (s) on: a wheel that
-/// would leave the floor, in words; empty if it can.
+/// Which wheel would leave the floor at rest under these loads and the scene's own, at t (s) or later; empty if none.
 std::string lifted_wheel(const Scene& scene, const std::vector<Load>& more, double t);
 
 /// A mistake in a scene, in one line that names the key, its value and what is allowed.
@@ -73,21 +71,19 @@ inline constexpr Range kRelativeTolerances{1e-14, 0.1, ""};
 inline constexpr Range kControlPeriods{1e-6, 10, "s", true};
 inline constexpr Range kFrictionScales{0, 1e3, ""};
 
-/// The text of a scene file, which may be read as a scene many times.
+/// The text of a scene file.
 struct SceneFile {
   std::string path;
   std::string text;
 };
 
-/// A value in place of a scene file's: of a key such as "floor.friction" or "initial.wheel_angles[0]", what YAML makes
-/// of a text.
+/// A value, as YAML, in place of a scene file's at a key such as "floor.friction" or "initial.wheel_angles[0]".
 struct SceneSetting {
   std::string key;
   std::string value;
 };
 
-/// Settings of a command line or of a node that replace the scene file's. An empty name or no number leaves the file's.
-/// The caller makes sure that numbers are in their ranges.
+/// Settings of a command line or a node that replace the scene file's where given. Callers check the numbers' ranges.
 struct SceneOverrides {
   std::string model;
   std::optional<double> relative_tolerance;
@@ -100,25 +96,25 @@ struct SceneOverrides {
 /// Reads and checks a scene file and the tables that it names. Throws SceneError.
 Scene load_scene(const std::string& path, const SceneOverrides& overrides = {});
 
-/// Reads a scene file, which must be YAML, and checks no more than that. Throws SceneError.
+/// Reads a scene file and checks only that it is YAML. Throws SceneError.
 SceneFile read_scene_file(const std::string& path);
 
-/// The scene of a file with these settings, checked as if they stood in it. Throws SceneError.
+/// Reads and checks a scene file with these settings. Throws SceneError.
 Scene load_scene(const SceneFile& file, const std::vector<SceneSetting>& settings);
 
 /// A scene file with these settings, as YAML. Throws SceneError for a key that leads nowhere.
 std::string text_of(const SceneFile& file, const std::vector<SceneSetting>& settings);
 
-/// The scene of a file that says nothing, without a drive. Throws SceneError, which begins with the override's name.
+/// The defaults, without a drive. Throws SceneError, which begins with the override's name.
 Scene default_scene(const SceneOverrides& overrides);
 
-/// Settings that are allowed but that no real robot has, in one line; empty if there are none.
+/// Allowed settings that no real robot has, in one line; empty if there are none.
 std::string unlikely_geometry(const RobotParameters& robot);
 
 /// Settings of the scene that have no effect, in one line; empty if there are none.
 std::string without_effect(const Scene& scene);
 
-/// The scene's torque as a function of time; null if it has no drive or one that tracks velocities.
+/// The scene's torque over time; null if it has no drive or one that tracks velocities.
 std::unique_ptr<TorqueProfile> make_torque_profile(const Scene& scene);
 
 }  // namespace youbot_base_sim

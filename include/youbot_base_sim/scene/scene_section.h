@@ -24,31 +24,30 @@ std::string alternatives(const std::vector<std::string>& names);
 
 class SceneSection;
 
-/// The value of one key. A function that reads it leaves its argument, which holds the default, as it is where the file
-/// leaves the key out; throws SceneError, in one line that names the file (where `file` is not empty), the key, the
-/// value and what is allowed.
+/// The value of one key. The functions that read it leave their argument, the default, as it is where the key is left
+/// out, and return the value itself, for checks that follow. They throw SceneError, one line that names the file
+/// (unless `file` is empty), the key, the value and what is allowed.
 class SceneValue {
  public:
   SceneValue(const std::string& file, const std::string& path, const YAML::Node& node)
       : file_(file), path_(path), node_(node) {}
 
   bool given() const { return node_.IsDefined(); }
-  /// Whether the value is a mapping.
   bool is_section() const { return given() && node_.IsMap(); }
 
-  void number(double& value, const Range& range) const;
+  const SceneValue& number(double& value, const Range& range) const;
   /// From `min` to `max`.
-  void whole_number(int& value, int min, int max) const;
+  const SceneValue& whole_number(int& value, int min, int max) const;
   /// A list with as many numbers as `values` has.
-  void numbers(Eigen::Ref<Eigen::ArrayXd> values, const Range& range) const;
+  const SceneValue& numbers(Eigen::Ref<Eigen::ArrayXd> values, const Range& range) const;
   /// One number for all wheels, or one for each.
-  void number_or_wheels(Wheels& values, const Range& range) const;
+  const SceneValue& number_or_wheels(Wheels& values, const Range& range) const;
   /// Anything that is neither empty nor a list nor a section; `allowed` says what the text means.
-  void text(std::string& value, const std::string& allowed) const;
+  const SceneValue& text(std::string& value, const std::string& allowed) const;
   /// One of `names`.
-  void choice(std::string& value, const std::vector<std::string>& names) const;
+  const SceneValue& choice(std::string& value, const std::vector<std::string>& names) const;
   template <class Value, std::size_t size>
-  void choice(Value& value, const Named<Value> (&allowed)[size]) const {
+  const SceneValue& choice(Value& value, const Named<Value> (&allowed)[size]) const {
     std::vector<std::string> names;
     for (const Named<Value>& candidate : allowed) names.push_back(candidate.name);
     std::string name;
@@ -56,6 +55,7 @@ class SceneValue {
     for (const Named<Value>& candidate : allowed) {
       if (name == candidate.name) value = candidate.value;
     }
+    return *this;
   }
 
   /// The entries that the value lists, at least one, each as YAML.
@@ -80,8 +80,8 @@ class SceneValue {
   YAML::Node node_;
 };
 
-/// One mapping of a scene file, or of another that is written alike. It records the keys that it is asked for, so that
-/// a key is named only where it is read; keys that were never read are refused at the end.
+/// One mapping of a scene file or a similar one. It records the keys that are read and refuses all others at the end,
+/// so that each key is named once.
 class SceneSection {
  public:
   /// `file` is the file's name as messages show it; `path` is the section's own key with those above it, empty for the
@@ -89,19 +89,18 @@ class SceneSection {
   SceneSection(const std::string& file, const std::string& path, const YAML::Node& node, const char* kind = "scene");
 
   SceneValue operator[](const std::string& key);
-  /// The same for a key that must be given. Where it is not, `finish` throws.
+  /// A key without which `finish` throws.
   SceneValue required(const std::string& key);
 
-  /// To be called once all keys were read, and before what depends on several of them is checked. Throws SceneError for
-  /// a key that is given twice or was never read, which is likely misspelt, and then for a required one that is
-  /// missing.
+  /// To be called after all keys were read, and before checks that involve several. Throws SceneError for a key that is
+  /// given twice or was never read, which is likely misspelt, then for a required one that is missing.
   void finish() const;
 
-  /// The keys that were asked for.
+  /// The keys read so far.
   const std::vector<std::string>& known() const { return known_; }
 
  private:
-  /// Whether a key is one that was asked for, or misspelt.
+  /// Whether the file has a key that was read, or one that resembles it.
   bool has_known_key() const;
   std::string full(const std::string& key) const { return path_.empty() ? key : path_ + "." + key; }
 

@@ -4,18 +4,17 @@
 
 namespace youbot_base_sim {
 
-/// Random numbers that are functions of their place rather than members of a sequence: any thread or rank that makes
-/// the row of a run, and whenever, draws the same.
+/// What a random number is a function of, so that it does not depend on the thread, the rank or the order of runs.
 struct DrawPlace {
   std::uint64_t seed;
   std::uint64_t axis;
   std::uint64_t run;
 };
 
-/// Evenly distributed between 0 and 1, which it never is.
+/// Uniform in (0, 1), from kMinDraw to kMaxDraw.
 double draw(const DrawPlace& place);
 
-/// A Latin hypercube of `runs` runs: one draw of each axis falls into each of `runs` equal parts of (0, 1).
+/// A Latin hypercube: of each axis, one draw falls into each of `runs` equal parts of (0, 1).
 double stratified_draw(const DrawPlace& place, std::uint64_t runs);
 
 /// Where `k` goes in a random permutation of 0 .. n-1 that is never stored.
@@ -29,10 +28,10 @@ struct Distribution {
   enum class Kind { kUniform, kLogUniform, kNormal };
 
   Kind kind = Kind::kUniform;
-  double min = 0, max = 0;         ///< infinite for a normal distribution that is not cut off
-  double mean = 0, deviation = 0;  ///< of a normal distribution, before it is cut off
+  double min = 0, max = 0;         ///< infinite for a normal distribution without truncation
+  double mean = 0, deviation = 0;  ///< of a normal distribution, before truncation
 
-  /// What a share `u` (0 to 1) of all numbers does not exceed.
+  /// The number that a share `u` (0 to 1) of all does not exceed.
   double quantile(double u) const;
 };
 

@@ -10,17 +10,16 @@
 
 namespace youbot_base_sim {
 
-/// Which runs are finished: all before `first_open`, and some of the kWindow that follow. Takes the same memory for any
-/// number of runs.
+/// Which runs are finished: all before `first_open`, and some of the kWindow that follow. Its memory is bounded.
 class FinishedRuns {
  public:
   static constexpr std::uint64_t kWindow = 1 << 16;
 
   std::uint64_t first_open() const { return first_open_; }
-  /// Whether a run may be finished: others must not stay so far behind it that it would be too much to remember.
+  /// Whether a run is within the window.
   bool has_room_for(std::uint64_t run) const { return run < first_open_ + kWindow; }
   bool contains(std::uint64_t run) const { return run < first_open_ || ahead_.count(run) > 0; }
-  /// One for which there is room.
+  /// Requires room for the run.
   void insert(std::uint64_t run);
 
  private:
@@ -28,24 +27,22 @@ class FinishedRuns {
   std::set<std::uint64_t> ahead_;
 };
 
-/// How many runs are finished, and how they ended.
+/// Counts of finished runs, in all and by how they ended.
 struct Tally {
   std::uint64_t runs = 0, doubtful = 0, refused = 0, failed = 0;
   void add(RunStatus status);
 };
 
-/// The rows of a table under way, in a file that survives whatever ends the program: it is only ever appended to, a
-/// line for each row as its run is finished, with a checksum. The rows of one table come in the order of their runs,
-/// but for displacements by less than FinishedRuns::kWindow.
+/// The rows finished so far, in a file that survives whatever ends the program: each row is appended at once, as a line
+/// with a checksum. Rows are displaced from the order of their runs by less than FinishedRuns::kWindow. One process at
+/// a time writes the file. Throws OutputError where the system refuses.
 ///
 /// Lines rather than a database: SQLite takes ten times as long for a row, and does not find a flipped bit in one.
-///
-/// One process at a time writes it. Throws OutputError where the system refuses.
 class Journal {
  public:
-  /// Continues the journal at `path`, or begins it. A torn line at the end is dropped; a line that was damaged
-  /// counts for nothing, and its run as not finished. Throws OutputError if another process writes it,
-  /// or does not begin with `head`, whose lines list what the rows depend on: the error says which of them differs.
+  /// Continues the journal at `path`, or begins it. A torn line at the end is dropped; the run of a damaged line counts
+  /// as unfinished. Throws OutputError if another process writes it, or if it does not begin with `head`, the files
+  /// that the rows depend on: the error names the one that differs.
   Journal(const std::string& path, const std::vector<std::string>& head, std::uint64_t runs);
   ~Journal();
   Journal(const Journal&) = delete;
@@ -53,7 +50,7 @@ class Journal {
 
   void append(const Row& row);
 
-  /// Sees that what was appended survives a power failure. May be called beside `append` by another thread.
+  /// Makes the rows so far survive a power failure. May be called while another thread appends.
   void sync();
 
   std::uint64_t runs() const { return runs_; }
@@ -61,14 +58,15 @@ class Journal {
   const FinishedRuns& finished() const { return finished_; }
   const Tally& tally() const { return tally_; }
 
-  /// All rows in the order of their runs. To be called once all runs are finished.
+  /// Calls `take` for all rows in the order of their runs, once all are finished.
   void for_each_row(const std::function<void(const Row& row)>& take) const;
 
   /// Deletes the file.
   void remove();
 
  private:
-  void begin(const std::string& head);
+  /// Appends the text, or throws and leaves the file as it was; one without any text is deleted.
+  void write(const std::string& text);
   void check_head(const std::vector<std::string>& head) const;
   void read_rows();
 

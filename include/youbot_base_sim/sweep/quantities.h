@@ -10,7 +10,7 @@
 
 namespace youbot_base_sim {
 
-/// A run on its way from row to row, and what it is asked for besides its state at the end.
+/// A run that advances from row to row, and what is gathered on the way.
 class ObservedRun {
  public:
   /// `simulation` stands at t = 0, and must outlive this.
@@ -23,7 +23,7 @@ class ObservedRun {
   const State& state() const { return simulation_.state(); }
   const RowLoop& rows() const { return rows_; }
   double largest_slip() const { return std::sqrt(square_of_slip_); }  ///< of contact points over the floor, m/s
-  /// The pose that the driver's odometry has, laid over the true one at the start: x, y (m), psi (rad).
+  /// The pose of the driver's odometry, which starts at the true one: x, y (m), psi (rad).
   Eigen::Vector3d odometry() const;
 
  private:
@@ -37,11 +37,11 @@ class ObservedRun {
 /// A number that a table may have for each run.
 struct Quantity {
   const char* name;
-  const char* text;  ///< what it is, with its unit
+  const char* text;  ///< its meaning and unit, for --help
   double (*value)(const ObservedRun& run);
 };
 
-/// All of them, in the order of a table that names none.
+/// All quantities, in the table's order if the family names none.
 const std::vector<Quantity>& quantities();
 
 }  // namespace youbot_base_sim

@@ -10,7 +10,7 @@
 namespace youbot_base_sim {
 
 /// The processes by which `mpirun` runs one sweep, on one machine or several. Rank 0 has the journal and hands out
-/// runs, and works at them too; the others only work. As this class has it, this process is alone.
+/// runs; all ranks simulate. This base class is a process without mpirun.
 class Ranks {
  public:
   Ranks() = default;
@@ -21,26 +21,26 @@ class Ranks {
   virtual int rank() const { return 0; }
   virtual int size() const { return 1; }
 
-  /// Each rank's text, for all ranks; to be called by all of them.
+  /// Each rank's text, on all ranks; all of them must call it.
   virtual std::vector<std::string> gather(const std::string& text) const { return {text}; }
 
-  /// Told how far rank 0 is; returns whether it shall go on.
+  /// Receives the progress so far; returns whether to continue.
   using Watch = std::function<bool(const Tally& tally)>;
 
   /// Rank 0: finishes the runs that the journal lacks, on `threads` threads if it is alone, else together with the
-  /// other ranks. Calls `watch` on this thread ten times a second; once that returns false, runs end early and stay
-  /// unfinished. Throws what was thrown at the work or by `watch`, which ends it too.
+  /// other ranks. Calls `watch` on this thread at least ten times a second; when it returns false, runs end early and
+  /// stay unfinished. An exception from a run or from `watch` ends it too, and is rethrown.
   virtual void serve(Journal& journal, const RowMaker& maker, int threads, const Watch& watch);
 
-  /// The other ranks: make rows until rank 0 has no more for them.
+  /// The other ranks: make rows until rank 0 has no more runs.
   virtual void work(const RowMaker&) {}
 
-  /// Ends all ranks at once, also those amid a run.
-  [[noreturn]] virtual void abort(int status) const { std::exit(status); }
+  /// Ends all other ranks, too, in the middle of their runs.
+  virtual void abort(int) const {}
 };
 
-/// The ranks that mpirun, or another launcher that MPI knows, has started; without one this process alone. Throws
-/// std::runtime_error where there is one and this program was built without MPI.
+/// The ranks that mpirun or another MPI launcher started; without one, this process alone. Throws std::runtime_error if
+/// there is one but this program was built without MPI.
 std::unique_ptr<Ranks> join_ranks(int& argc, char**& argv);
 
 }  // namespace youbot_base_sim

@@ -16,30 +16,35 @@ namespace youbot_base_sim {
 /// What became of a run.
 enum class RunStatus : char { kDone = 'd', kDoubtful = 'u', kRefused = 'r', kFailed = 'f' };
 
-/// The row that a run has in the table of its family.
+/// The row of a run in the table.
 struct Row {
   std::uint64_t run = 0;
   RunStatus status = RunStatus::kDone;
   std::string text;  ///< a line of CSV without its end; begins with the run's number
+
+  /// For Boost.Serialization, by which ranks send rows.
+  template <class Archive>
+  void serialize(Archive& archive, unsigned /*version*/) {
+    archive& run& status& text;
+  }
 };
 
-/// Makes the rows of a family, and the trajectories that it keeps. May be used by several threads at once.
+/// Makes the rows and trajectories of a family. Thread-safe.
 class RowMaker {
  public:
   using MakeRecorder = std::function<std::unique_ptr<Recorder>(OutputFile file)>;
 
-  /// Trajectories go into `folder`; `make_bag` is empty where bags cannot be written.
+  /// Trajectories go into `folder`; without ROS `make_bag` is empty.
   RowMaker(const Family& family, std::string folder, MakeRecorder make_bag);
 
   /// The table's first line: run, the axes' keys, status, reliable, quantities, reason.
   std::string header() const;
 
-  /// Simulates a run. Its row says what is wrong with it, if anything. Throws Stopped once `stop` is set, and
-  /// OutputError where its trajectory cannot be written.
+  /// Simulates a run; its row reports what is wrong with it. Throws Stopped once `stop` is set, and OutputError if its
+  /// trajectory cannot be written.
   Row make(std::uint64_t run, const std::atomic<bool>& stop) const;
 
-  /// Keeps the places of all trajectories. Throws OutputError where one leads to a file that is read, or to that of
-  /// another output.
+  /// Throws OutputError if a trajectory would replace a file that is read or another output.
   void keep_trajectories(OutputOpener& opener) const;
 
  private:
@@ -54,16 +59,15 @@ class RowMaker {
   MakeRecorder make_bag_;
 };
 
-/// The least and the largest value of each quantity over the rows that have one, how far these are apart, mean and
-/// standard deviation.
+/// Minimum, maximum, range, mean and standard deviation of each quantity over the rows that have it.
 class Spread {
  public:
   explicit Spread(const Family& family);
 
-  /// Rows are to be added in the order of their runs, so that the sums are always rounded alike.
+  /// To be called in the order of runs, so that rounding does not vary.
   void add(const Row& row);
 
-  /// A table for people; empty if there are no values.
+  /// A table to print; empty if there are no values.
   std::string text() const;
 
  private:

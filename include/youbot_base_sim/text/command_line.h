@@ -16,7 +16,7 @@
 
 namespace youbot_base_sim {
 
-/// What an option of a command line may not be, in one line that names the option, its value and what is allowed.
+/// An invalid option, in one line that names the option, its value and what is allowed.
 class OptionError : public std::runtime_error {
  public:
   OptionError(const std::string& option, const std::string& value, const std::string& allowed)
@@ -48,15 +48,15 @@ struct Usage {
   std::string examples;  ///< command lines, which --help prints last
 };
 
-/// What stands on a command line without an option's name.
+/// An argument without an option's name.
 struct Positional {
   const char* name;
   const boost::program_options::value_semantic* value;  ///< of a std::string or a std::vector of them; owned by `parse`
   int max_count;                                        ///< -1: any number
-  bool required;                                        ///< if not, an empty text counts as none
+  bool required;                                        ///< otherwise an empty text counts as none
 };
 
-/// Throws OptionError if a text is given but empty, as an unset variable of a shell is.
+/// Throws OptionError for an empty text, such as an unset shell variable.
 inline void refuse_empty(const boost::program_options::variables_map& given, const Positional& positional) {
   for (const auto& [name, value] : given) {
     std::vector<std::string> texts;
@@ -70,9 +70,8 @@ inline void refuse_empty(const boost::program_options::variables_map& given, con
   }
 }
 
-/// Reads a command line into the variables that `options` and `positional` name, and returns what was given. For --help
-/// and --version, which every program has, it prints these and returns nothing. Throws std::runtime_error, a line that
-/// says what is wrong.
+/// Reads a command line into the variables of `options` and `positional`, and returns what was given. For --help and
+/// --version, prints these and returns nothing. Throws std::runtime_error with one line.
 inline std::optional<boost::program_options::variables_map> parse(int argc, char** argv, const Usage& usage,
                                                                   boost::program_options::options_description options,
                                                                   const Positional& positional) {

@@ -5,8 +5,7 @@
 
 namespace youbot_base_sim {
 
-/// Prints "PROGRAM: TEXT" on standard error. A failure to write it, as on a full disk, is ignored:
-/// the exit status still reports it.
+/// Prints "PROGRAM: TEXT" on standard error. Ignores write errors: the exit status still reports the error.
 inline void print_error(const std::string& program, const std::string& text) {
   std::fputs((program + ": " + text + "\n").c_str(), stderr);
 }

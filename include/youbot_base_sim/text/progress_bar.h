@@ -5,8 +5,7 @@
 
 namespace youbot_base_sim {
 
-/// A bar on the terminal for what takes longer than a second; nothing where standard error is none. Clear it before
-/// printing anything else.
+/// A bar on standard error, if that is a terminal, for what takes longer than a second. Clear it before printing.
 class ProgressBar {
  public:
   explicit ProgressBar(bool quiet);
@@ -14,12 +13,12 @@ class ProgressBar {
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
-  /// Whether it is to be drawn now: at most ten times a second, so that callers need not count.
+  /// Whether to draw it now: at most ten times a second.
   bool due() const;
   /// `share` is from 0 to 1; `text` stands behind the bar.
   void draw(double share, const std::string& text);
   void clear();
-  /// For good, where what is printed besides shows how far it is, and would be mixed with the bar.
+  /// For good, because other output would be mixed with it.
   void hide() { shown_ = false; }
 
   bool shown() const { return shown_; }

@@ -6,12 +6,11 @@
 
 namespace youbot_base_sim {
 
-/// Characters of a library's message that may repeat such text.
+/// For a library's message, in characters.
 constexpr std::size_t kMaxMessage = 200;
 
-/// Text from outside, made safe to print in one line of a message. Control characters, bytes
-/// that are not UTF-8, backslashes and what turns the direction of writing are escaped as in C; what is longer than
-/// `max_characters` ends there, with "...".
+/// Text from outside, made safe for one line of a message: control characters, invalid UTF-8, backslashes and
+/// bidirectional controls are escaped as in C. A text longer than `max_characters` ends there, with "...".
 std::string quote(std::string_view text, std::size_t max_characters = 60);
 
 /// The same for the name of a file; a long one loses its beginning.

@@ -12,9 +12,8 @@ class UnreadableFile : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// The whole text of a file or of what comes through a pipe, without a byte order mark of UTF-8. Throws UnreadableFile
-/// for a folder, a device, a socket, a read error, more than `max_bytes`, and a pipe without a writer; waits for a
-/// writer that takes its time.
+/// The whole text of a file or pipe, without a byte order mark of UTF-8; waits for slow writers. Throws UnreadableFile
+/// for a folder, a device, a socket, a read error, more than `max_bytes`, and a pipe without a writer.
 std::string read_text_file(const std::string& path, std::size_t max_bytes);
 
 }  // namespace youbot_base_sim

@@ -35,13 +35,12 @@ def analyse(record):
         section.say(f"of the {what} velocity", "".join(f"{e:>11.4f}" if e == e else f"{'-':>11}" for e in factors),
                     **{f"{direction}_of_{what}": (e, "1")
                        for (direction, _, _), e in zip(DIRECTIONS, factors) if e == e})
-    sources = [(what, source) for what, source in sources if source]
-    columns, values = ["t_s"], [t]
-    for what, source in [("true" if truth else "rolled", true)] + sources:
-        columns += [f"{what}_{name}_{unit.replace('/', '_per_')}" for _, name, unit in DIRECTIONS]
-        values += list(source)
-    section.tables["efficiency.csv"] = (columns, np.column_stack(values))
-    section.draw = lambda figure: draw(figure, t, true, sources, "true" if truth else "rolled")
+    sources, label = [(what, source) for what, source in sources if source], "true" if truth else "rolled"
+    columns = [f"{what}_{name}_{unit.replace('/', '_per_')}" for what, _ in [(label, true), *sources]
+               for _, name, unit in DIRECTIONS]
+    section.tables["efficiency.csv"] = (
+        ["t_s", *columns], np.column_stack([t, *true, *(column for _, source in sources for column in source)]))
+    section.draw = lambda figure: draw(figure, t, true, sources, label)
     return section
 
 

@@ -2,8 +2,8 @@
 import numpy as np
 
 from ..figures import BLACK, GREEN, ORANGE, RED, SKY, thinned
-from ..records import Missing
-from .section import Section
+from ..records import Missing, middles
+from .section import Section, summed
 
 GAINS = ("drive", "external")
 LOSSES = ("bearing", "roller", "floor")
@@ -29,23 +29,19 @@ def analyse(record):
 
 def integral(t, values):
     """From the beginning, by trapezoids."""
-    return np.concatenate([[0], np.cumsum(np.diff(t) * (values[1:] + values[:-1]) / 2)])
+    return summed(np.diff(t) * middles(values))
 
 
 def energies(contacts, stride=1):
-    """Since the beginning, J, from each sample or every second one: times; put in, lost by place, gained, and what is
-    left over. Gaps are left out: in them nothing is put in or lost."""
+    """Since the beginning, J, by name, from each sample or every second one; in gaps nothing is put in or lost."""
     parts = {name: [] for name in ("t", *GAINS, *LOSSES, "gained")}
-    last = {name: 0.0 for name in parts}
     for stretch in contacts.stretches():
         chosen = np.unique([*range(stretch.start, stretch.stop, stride), stretch.stop - 1])
         t, kinetic = contacts.t[chosen], contacts["kinetic_energy"][chosen]
-        values = {name: integral(t, contacts[name][chosen]) for name in (*GAINS, *LOSSES)}
-        values["gained"] = kinetic - kinetic[0]
         parts["t"].append(t)
-        for name, column in values.items():
-            parts[name].append(last[name] + column)
-            last[name] = parts[name][-1][-1]
+        for name in (*GAINS, *LOSSES, "gained"):
+            column = kinetic - kinetic[0] if name == "gained" else integral(t, contacts[name][chosen])
+            parts[name].append(column + (parts[name][-1][-1] if parts[name] else 0))
     sums = {name: np.concatenate(columns) for name, columns in parts.items()}
     sums["left"] = sum(sums[name] for name in GAINS) - sum(sums[name] for name in LOSSES) - sums["gained"]
     return sums

@@ -5,7 +5,7 @@ import numpy as np
 
 from ..figures import BLACK, RED, curve, thinned
 from ..records import Missing
-from .section import Section, each, rms
+from .section import Section, each, rms, summed
 
 POSE = ("x", "y", "psi")
 PIECE, PIECE_ANGLE = 1.0, math.pi / 2  # m and rad: pieces over which the error is measured afresh
@@ -23,11 +23,10 @@ def analyse(record):
     section.say("at the end", f"{aligned.distance[-1]:.4f} m, {math.degrees(aligned.heading[-1]):.3f} deg "
                 f"(t = {aligned.t[-1]:.3f} s)", final_error=(aligned.distance[-1], "m"),
                 final_heading_error=(aligned.heading[-1], "rad"))
-    heading = np.abs(aligned.heading)
-    worst, worst_heading = np.argmax(aligned.distance), np.argmax(heading)
-    section.say("at most", f"{aligned.distance[worst]:.4f} m (t = {aligned.t[worst]:.3f} s), "
-                f"{np.degrees(heading.max()):.3f} deg (t = {aligned.t[worst_heading]:.3f} s)",
-                maximal_error=(aligned.distance[worst], "m"), maximal_heading_error=(heading.max(), "rad"))
+    farthest, heading = aligned.distance.max(), np.abs(aligned.heading)
+    section.say("at most", f"{farthest:.4f} m (t = {aligned.t[np.argmax(aligned.distance)]:.3f} s), "
+                f"{np.degrees(heading.max()):.3f} deg (t = {aligned.t[np.argmax(heading)]:.3f} s)",
+                maximal_error=(farthest, "m"), maximal_heading_error=(heading.max(), "rad"))
     add_per_length(section, aligned)
     add_per_revolution(section, aligned)
     jumps = np.flatnonzero(np.hypot(np.diff(odom["x"]), np.diff(odom["y"])) > JUMP * np.diff(odom.t) + 0.01)
@@ -46,13 +45,13 @@ class Aligned:
     """Truth and odometry at the odometry's instants, in the frame of the truth."""
 
     def __init__(self, odom, truth):
-        true = [truth.at(odom.t, name) for name in ("x", "y", "psi")]
+        true = [truth.at(odom.t, name) for name in POSE]
         both = np.isfinite(true[0])
         if np.sum(both) < 2:
             raise Missing("odom and ground_truth do not overlap in time")
         self.t = odom.t[both]
         self.truth = [column[both] for column in true]
-        x, y, psi = [odom[name][both] for name in ("x", "y", "psi")]
+        x, y, psi = [odom[name][both] for name in POSE]
         X, Y, Psi = self.truth
         turn = Psi[0] - psi[0]
         dx, dy = x - x[0], y - y[0]
@@ -60,8 +59,8 @@ class Aligned:
                      psi + turn]
         self.distance = np.hypot(self.odom[0] - X, self.odom[1] - Y)
         self.heading = self.odom[2] - Psi
-        self.length = np.concatenate([[0], np.cumsum(np.hypot(np.diff(X), np.diff(Y)))])
-        self.rotation = np.concatenate([[0], np.cumsum(np.abs(np.diff(Psi)))])
+        self.length = summed(np.hypot(np.diff(X), np.diff(Y)))
+        self.rotation = summed(np.abs(np.diff(Psi)))
 
     def pieces(self, along, length):
         """First and last samples of pieces of this length of `along`; ten start on each length."""
@@ -72,12 +71,11 @@ class Aligned:
 
     def piece_errors(self, begins, ends):
         """Distance and heading between the two motions over pieces, each aligned at its own start."""
-        steps = []
-        for x, y, psi in (self.truth, self.odom):
+        def steps(x, y, psi):
             dx, dy = x[ends] - x[begins], y[ends] - y[begins]
             c, s = np.cos(psi[begins]), np.sin(psi[begins])
-            steps.append((c * dx + s * dy, -s * dx + c * dy, psi[ends] - psi[begins]))
-        (x0, y0, psi0), (x1, y1, psi1) = steps
+            return c * dx + s * dy, -s * dx + c * dy, psi[ends] - psi[begins]
+        (x0, y0, psi0), (x1, y1, psi1) = steps(*self.truth), steps(*self.odom)
         return np.hypot(x1 - x0, y1 - y0), psi1 - psi0
 
 
@@ -87,9 +85,9 @@ def add_per_length(section, aligned):
         section.say("error per metre of path", f"the base moved less than {0.1 * PIECE:g} m")
         return
     final = aligned.distance[-1] / length
-    begins, ends = aligned.pieces(aligned.length, PIECE)
     section.say("error per metre of path", f"{1e3 * final:.1f} mm: that at the end over the whole path length",
                 final_error_per_metre=(final, "m/m"))
+    begins, ends = aligned.pieces(aligned.length, PIECE)
     if len(begins):
         errors, _ = aligned.piece_errors(begins, ends)
         errors = errors * PIECE / (aligned.length[ends] - aligned.length[begins])
@@ -120,16 +118,17 @@ def draw(figure, aligned):
     path, error = figure.add_subplot(grid[:, 0]), figure.add_subplot(grid[0, 1])
     heading = figure.add_subplot(grid[1, 1], sharex=error)
     i = thinned(*aligned.truth[:2], *aligned.odom[:2])
-    for (x, y, _), style in ((aligned.truth, dict(color=BLACK, label="ground truth")),
-                             (aligned.odom, dict(color=RED, linestyle="--", label="odometry"))):
-        path.plot(x[i], y[i], **style)
-    path.plot(*[column[0] for column in aligned.truth[:2]], "o", color=BLACK, label="start")
+    (X, Y, _), (x, y, _) = aligned.truth, aligned.odom
+    path.plot(X[i], Y[i], color=BLACK, label="ground truth")
+    path.plot(x[i], y[i], color=RED, linestyle="--", label="odometry")
+    path.plot(X[0], Y[0], "o", color=BLACK, label="start")
     path.set_aspect("equal", adjustable="datalim")
     path.set(xlabel="x, m", ylabel="y, m")
     path.legend()
-    curve(error, aligned.t, aligned.distance, color=RED)
-    error.set_title("distance of the odometry from the truth", fontsize="medium")
-    error.set_ylabel("m")
-    curve(heading, aligned.t, np.degrees(aligned.heading), color=RED)
-    heading.set_title("heading of the odometry minus the true one", fontsize="medium")
-    heading.set(xlabel="t, s", ylabel="deg")
+    for axes, values, title, unit in ((error, aligned.distance, "distance of the odometry from the truth", "m"),
+                                      (heading, np.degrees(aligned.heading),
+                                       "heading of the odometry minus the true one", "deg")):
+        curve(axes, aligned.t, values, color=RED)
+        axes.set_title(title, fontsize="medium")
+        axes.set_ylabel(unit)
+    heading.set_xlabel("t, s")

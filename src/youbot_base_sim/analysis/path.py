@@ -1,17 +1,18 @@
 """Where the base went, and how far off the desired path."""
 import numpy as np
 
+from ..records import POSE
 from .section import Section
 
 
 def analyse(record):
-    truth = record.get("ground_truth", "x", "y", "psi")
-    seen = truth or record.need("odom", "x", "y", "psi")
+    truth = record.get("ground_truth", *POSE[:3])
+    seen = truth or record.need("odom", *POSE[:3])
     section = Section("path", "The motion")
     section.say("end", f"t = {seen.t[-1]:.3f} s")
-    x, y, psi = (seen[name][-1] for name in ("x", "y", "psi"))
+    x, y, psi = (seen[name][-1] for name in POSE[:3])
     if not truth:
-        dx, dy, turn = (np.diff(seen[name]) for name in ("x", "y", "psi"))
+        dx, dy, turn = (np.diff(seen[name]) for name in POSE[:3])
         section.say("path length by odometry",
                     f"{np.sum(np.hypot(dx, dy)):.3f} m, {np.degrees(np.sum(np.abs(turn))):.1f} deg")
     section.say("true pose" if truth else "pose by odometry", f"x {x:.4f} m, y {y:.4f} m, psi {psi:.4f} rad",
@@ -19,9 +20,8 @@ def analyse(record):
     desired = record.get("desired")
     if desired and truth:
         off = np.hypot(truth["x"] - desired.at(truth.t, "x"), truth["y"] - desired.at(truth.t, "y"))
-        there = np.isfinite(off)
-        if there.any():
-            off, t = off[there], truth.t[there]
+        off, t = off[np.isfinite(off)], truth.t[np.isfinite(off)]
+        if len(off):
             section.say("off the desired path", f"{off[-1]:.3f} m at the end, {off.max():.3f} m at most "
                         f"(t = {t[np.argmax(off)]:.1f} s)", final_deviation=(off[-1], "m"),
                         maximal_deviation=(off.max(), "m"))

@@ -20,11 +20,7 @@ class Section:
     def say(self, what, text, **numbers):
         """A line; `numbers`: name=(value, unit)."""
         self.lines.append((what, text))
-        for name, (value, unit) in numbers.items():
-            self.number(name, value, unit)
-
-    def number(self, name, value, unit):
-        self.numbers.append((name, float(value), unit))
+        self.numbers += [(name, float(value), unit) for name, (value, unit) in numbers.items()]
 
     def wheels(self, what, values, form, name, unit):
         """A line with a value for each wheel."""
@@ -32,12 +28,17 @@ class Section:
         self.say(what, "".join(f"{value:>10{form}}" for value in values),
                  **{f"{name}_{wheel}": (value, unit) for wheel, value in zip(WHEELS, values)})
 
-    def wheel_header(self, what=""):
-        self.say(what, "".join(f"{wheel:>10}" for wheel in WHEELS))
+    def wheel_header(self):
+        self.say("", "".join(f"{wheel:>10}" for wheel in WHEELS))
 
 
 def rms(values, axis=0):
     return np.sqrt(np.mean(np.square(values), axis=axis))
+
+
+def summed(steps):
+    """What the steps add up to at each sample, from 0."""
+    return np.concatenate([np.zeros_like(steps[:1]), np.cumsum(steps, axis=0)])
 
 
 def each(along, length):

@@ -6,23 +6,24 @@ from ..figures import BLACK, WHEEL_COLOURS, curve
 from ..records import Missing
 from .section import Section, rms
 
+V = ("V_X", "V_Y", "Omega")
 SATURATED = 0.99  # share of the friction limit
 
 
 def analyse(record):
     joints = record.need("joint_states", "velocity")
-    truth = record.get("ground_truth", "V_X", "V_Y", "Omega")
+    truth = record.get("ground_truth", *V)
     if not truth:
-        return contradiction(joints, record.lack("ground_truth", "V_X", "V_Y", "Omega"))
-    rolling = np.stack(record.base.rolling_rates(*[truth.at(joints.t, name) for name in ("V_X", "V_Y", "Omega")]), -1)
+        return contradiction(joints, record.lack("ground_truth", *V))
+    rolling = np.stack(record.base.rolling_rates(*[truth.at(joints.t, name) for name in V]), -1)
     both = np.isfinite(rolling).all(axis=1)
     if not both.any():
         raise Missing("ground_truth and joint_states do not overlap in time")
     t, rolling, actual = joints.t[both], rolling[both], joints["velocity"][both]
     slip = rolling - actual
     R = record.base.wheel_radius
-    section = Section(
-        "slip", f"Slip of the wheels: angular velocity of ideal rolling (R = {R:g} m) minus the actual one")
+    section = Section("slip", f"Slip of the wheels: angular velocity of ideal rolling (R = {R:g} m) minus the actual "
+                              "one")
     section.wheel_header()
     section.wheels("rms, rad/s", rms(slip), ".4f", "slip_rms", "rad/s")
     section.wheels("at most, rad/s", np.abs(slip).max(axis=0), ".4f", "slip_maximal", "rad/s")
@@ -40,8 +41,7 @@ def analyse(record):
 
 
 def contradiction(joints, reason):
-    """The part of four angular velocities that none of a base's three velocities explains; the same for all wheels but
-    for the sign."""
+    """The part of the wheels' velocities that no motion of a base explains: the same for all but for the sign."""
     fl, fr, bl, br = joints["velocity"].T
     apart = (fl + fr - bl - br) / 4
     largest = np.abs(apart).max()

@@ -1,16 +1,13 @@
-"""Order spectrum of the wheels' angular velocities: their ripple, in cycles per revolution of the wheel.
-
-n rollers pass per revolution at any speed, so a changing speed does not smear the line, as it would in a spectrum over
-time.
-"""
+"""Order spectrum of the wheels' angular velocities: their ripple, in cycles per revolution of the wheel. n rollers pass
+per revolution at any speed, so a changing speed does not smear the line, as it would in a spectrum over time."""
 import math
 
 import numpy as np
 
 from ..base import WHEELS
 from ..figures import WHEEL_COLOURS
-from ..records import Missing
-from .section import Section, each
+from ..records import Missing, middles
+from .section import Section, each, summed
 
 TURNS = (4, 2)        # of a piece, the fewer where no wheel turns that often one way: lines are 0.5 or 1 order wide
 ORDER_STEP = 0.125
@@ -23,7 +20,8 @@ BELOW_NYQUIST = 0.8   # share of the Nyquist frequency to which the rollers' fre
 def analyse(record):
     joints, n = record.need("joint_states", "velocity"), record.base.rollers_per_wheel
     orders = np.arange(0.5, 3.5 * n + ORDER_STEP / 2, ORDER_STEP)
-    phi = joints["position"] if np.isfinite(joints["position"]).all() else integrated(joints)
+    phi = joints["position"] if np.isfinite(joints["position"]).all() else summed(
+        np.diff(joints.t)[:, None] * middles(joints["velocity"]))
     fastest = BELOW_NYQUIST * math.pi / joints.period / n if len(joints) > 1 else 0  # rad/s
     for turns in TURNS:
         wheels = [Wheel(joints, phi[:, k], joints["velocity"][:, k], orders, fastest, turns) for k in range(4)]
@@ -53,11 +51,6 @@ def analyse(record):
     return section
 
 
-def integrated(joints):
-    step = np.diff(joints.t)[:, None] * (joints["velocity"][1:] + joints["velocity"][:-1]) / 2
-    return np.concatenate([np.zeros((1, 4)), np.cumsum(step, axis=0)])
-
-
 class Wheel:
     """Mean spectrum of one wheel over all segments: half overlapping, without their trend, under Hann's window."""
 
@@ -69,8 +62,7 @@ class Wheel:
         segments = list(self.find_segments(joints, phi, rate, usable, turns))
         chosen = np.unique(np.linspace(0, len(segments) - 1, min(len(segments), SEGMENTS)).astype(int))
         self.segments = len(chosen)
-        power = np.zeros(len(orders))
-        shares = np.zeros(len(orders))  # number of segments whose samples resolve an order
+        power, shares = np.zeros((2, len(orders)))  # shares: number of segments whose samples resolve an order
         for segment in (segments[i] for i in chosen):
             seen = orders < math.pi / joints.period / size[segment].max()
             power[seen] += amplitudes(phi[segment], rate[segment], orders[seen]) ** 2
@@ -86,9 +78,7 @@ class Wheel:
         for a, b in zip(bounds, bounds[1:]):
             if sense[a] == 0:
                 continue
-            angle = np.abs(phi[a:b] - phi[a])
-            if not (np.diff(angle) > 0).all():
-                angle = np.maximum.accumulate(angle)
+            angle = np.maximum.accumulate(np.abs(phi[a:b] - phi[a]))
             for first in each(angle, turns * math.pi):
                 last = np.searchsorted(angle, angle[first] + turns * 2 * math.pi)
                 if last == len(angle):
@@ -115,8 +105,7 @@ class Wheel:
 
 
 def amplitudes(phi, rate, orders):
-    """Of the cycles in a rate over an angle, by Fourier sums over the samples as they are: they lie evenly in time, not
-    over the angle."""
+    """Of the cycles in a rate over an angle, by Fourier sums: the samples lie evenly in time, not over the angle."""
     phi = np.abs(phi - phi[0])
     share = phi / phi[-1]
     window = np.sin(math.pi * share) ** 2 * np.maximum(np.gradient(phi), 0)  # noise turns an angle back
@@ -140,6 +129,5 @@ def draw(figure, orders, wheels, n):
                       xycoords=("data", "axes fraction"), xytext=(3, -12), textcoords="offset points", color="grey")
     for name, wheel in zip(WHEELS, wheels):
         axes.semilogy(orders, wheel.amplitude, color=WHEEL_COLOURS[name], label=name)
-    axes.set_xlabel("order, cycles per revolution of the wheel")
-    axes.set_ylabel("amplitude of the ripple, rad/s")
+    axes.set(xlabel="order, cycles per revolution of the wheel", ylabel="amplitude of the ripple, rad/s")
     axes.legend(loc="lower left", ncol=4)

@@ -24,11 +24,9 @@ def analyse(record):
     if duration > 0:
         section.wheels("per second, mean", count / duration, ".2f", "switch_rate", "1/s")
     intervals = [intervals_of(switches, mask) for mask in of_wheel]
-    for what, name, share in (("interval, shortest, ms", "interval_shortest", 0),
-                              ("interval, median, ms", "interval_median", 50),
-                              ("interval, longest, ms", "interval_longest", 100)):
-        section.wheels(what, [1e3 * np.percentile(gaps, share) if len(gaps) else np.nan for _, gaps in intervals],
-                       ".2f", name, "ms")
+    for what, share in (("shortest", 0), ("median", 50), ("longest", 100)):
+        values = [1e3 * np.percentile(gaps, share) if len(gaps) else np.nan for _, gaps in intervals]
+        section.wheels(f"interval, {what}, ms", values, ".2f", f"interval_{what}", "ms")
     many = switches["count"] > 1
     if many.any():
         section.say("", f"{switches['count'][many].sum():.0f} of them in {many.sum()} messages with a count above 1: "
@@ -52,34 +50,32 @@ def intervals_of(switches, mask):
 
 def add_expected_jump(section, record, switches):
     """The contact point jumps along the axle, so that V_PX jumps by this times the yaw rate."""
-    truth = record.get("ground_truth", "Omega")
+    truth, what = record.get("ground_truth", "Omega"), "jump of slip, by geometry"
     if not truth:
-        section.say("jump of slip, by geometry",
-                    f"not computed: {record.lack('ground_truth', 'Omega')}, for the yaw rate")
+        section.say(what, f"not computed: {record.lack('ground_truth', 'Omega')}, for the yaw rate")
         return
     jump = record.base.jump_of_offset() * np.abs(truth.at(switches.t, "Omega"))
     jump = jump[np.isfinite(jump)]
     if len(jump):
         median = 1e3 * np.median(jump)
-        section.say("jump of slip, by geometry", f"{median:.3f} mm/s median, {1e3 * jump.max():.3f} mm/s at most: "
+        section.say(what, f"{median:.3f} mm/s median, {1e3 * jump.max():.3f} mm/s at most: "
                     f"{1e3 * record.base.jump_of_offset():.1f} mm times the yaw rate",
                     geometric_jump_median=(median, "mm/s"))
 
 
 def add_jumps(section, record, switches, intervals):
     """Change of the slip velocity of the wheel from the last sample before a switch to the first one after it."""
-    jumps = np.full(len(switches), np.nan)
+    jumps, what = np.full(len(switches), np.nan), "jump of slip, sampled"
     contacts = record.get("contacts", "slip")
     if not contacts:
-        section.say("jump of slip, sampled",
-                    f"not computed: {record.lack('contacts', 'slip')} (see simulate --contacts, ~publish_contacts)")
+        section.say(what, f"not computed: {record.lack('contacts', 'slip')} (see simulate --contacts, "
+                    "~publish_contacts)")
         return jumps
     gaps = np.concatenate([gaps for _, gaps in intervals])
-    shortest = np.median(gaps) if len(gaps) else np.inf
-    longest = min(SLOWEST, shortest / 5)
+    longest = min(SLOWEST, np.median(gaps) / 5 if len(gaps) else np.inf)
     if contacts.period > 1.01 * longest:
-        section.say("jump of slip, sampled", f"not computed: contacts every {1e3 * contacts.period:.3g} ms; must be "
-                    f"every {1e3 * longest:.3g} ms or faster")
+        section.say(what, f"not computed: contacts every {1e3 * contacts.period:.3g} ms; must be every "
+                    f"{1e3 * longest:.3g} ms or faster")
         return jumps
     after = np.searchsorted(contacts.t, switches.t)
     near = (after > 0) & (after < len(contacts)) & (switches["count"] == 1)
@@ -88,13 +84,12 @@ def add_jumps(section, record, switches, intervals):
     slip, wheel = contacts["slip"], switches["wheel"]
     jumps[near] = np.linalg.norm(slip[after, wheel] - slip[after - 1, wheel], axis=1)[near]
     known = 1e3 * jumps[np.isfinite(jumps)]
-    if not len(known):
-        return jumps
-    steps = np.linalg.norm(np.diff(slip, axis=0), axis=2)
-    section.say("jump of slip, sampled", f"{np.median(known):.3f} mm/s median, {known.max():.3f} mm/s at most, between "
-                f"samples {1e3 * contacts.period:.3g} ms apart", jump_median=(np.median(known), "mm/s"),
-                jump_maximal=(known.max(), "mm/s"))
-    section.say("", f"{1e3 * np.median(steps):.3f} mm/s median between any two samples")
+    if len(known):
+        steps = np.linalg.norm(np.diff(slip, axis=0), axis=2)
+        section.say(what, f"{np.median(known):.3f} mm/s median, {known.max():.3f} mm/s at most, between samples "
+                    f"{1e3 * contacts.period:.3g} ms apart", jump_median=(np.median(known), "mm/s"),
+                    jump_maximal=(known.max(), "mm/s"))
+        section.say("", f"{1e3 * np.median(steps):.3f} mm/s median between any two samples")
     return jumps
 
 

@@ -14,8 +14,7 @@ from .builds import ROOT, simulate_of
 
 
 def main():
-    parser = Parser("beyond_figures", __doc__,
-                    epilog="Exit status: 0 done, 2 rejected input, 1 it could not be completed.")
+    parser = Parser("beyond_figures", __doc__, "", "-o figures")
     parser.add_argument("-o", "--output", type=Path, metavar="FOLDER", help="draw here, and leave docs/ alone")
     workshop.add_arguments(parser, "beyond_figures")
     arguments = parser.parse_args()

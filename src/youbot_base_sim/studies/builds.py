@@ -25,8 +25,8 @@ def run_quietly(command):
 
 
 def build(*targets, packages=(), ros=False):
-    """Builds programs in build/bench/, or with ROS, if it is there, in build/bench_ros/, and returns their paths.
-    Installs Debian packages first, if they are missing; CMAKE_ARGUMENTS go to cmake's configure step."""
+    """Installs packages, builds programs in build/bench/ or, with ROS, build/bench_ros/, and returns their paths.
+    CMAKE_ARGUMENTS go to cmake's configure step."""
     if packages:
         install(*packages)
     folder = ROOT / "build" / ("bench_ros" if ros else "bench")
@@ -46,8 +46,7 @@ def add_simulate(parser):
 
 
 def simulate_of(parser, arguments, packages):
-    """The program to run: the one that is given, or the devel space's, which is built after the packages are
-    installed."""
+    """The program that is given, or the devel space's, for which it installs the packages and builds."""
     if arguments.simulate:
         if not arguments.simulate.is_file():
             parser.error(f"--simulate {arguments.simulate}: must be a program")

@@ -72,7 +72,7 @@ def draw_jumps(switch, turn):
 
 
 def main(argv=None):
-    parser = Parser("draw_wheel", __doc__)
+    parser = Parser("draw_wheel", __doc__, "", "wheel.pdf")
     parser.add_argument("files", nargs="*", default=[ROOT / f"docs/images/wheel.{ending}" for ending in ("png", "svg")])
     files = parser.parse_args(argv).files
     side, switch, above, turn = new_figure(figsize=(11, 8.4), constrained_layout=True).subplots(2, 2).flat

@@ -1,9 +1,6 @@
 """Counts the instructions of each model, output and feature per simulated second of the paper's Case 2, and prints them
-as Markdown tables; also to OUT.md, if it is given. Builds what it needs in build/bench_ros/ and installs valgrind and
-PyYAML if they are missing. Counts the node's part if ROS is installed; needs no ROS master.
-
-Instructions do not depend on what else the machine does. Each number is that of a long run less that of a short one,
-without the start-up.
+as Markdown tables: those of a long run less those of a short one. Builds what it needs in build/bench_ros/ and installs
+valgrind and PyYAML if they are missing. Needs no ROS master.
 """
 import json
 import re
@@ -12,12 +9,10 @@ import tempfile
 from pathlib import Path
 
 from ..command_line import Failed, Parser
-from ..files import write_whole
 from ..report import table
 from .builds import ROOT, build
 
 SHORT, LONG = 1.0, 4.0  # s of simulated time
-ALLOWED = 1.0  # %, of what is switched off
 RUNS = 10  # of which the quickest counts
 MODELS = {"no_slip": "1", "viscous": "2a", "coulomb": "2b"}
 REACTIONS = {"normal_reactions": "dynamic", "com_height": 0.034}
@@ -35,13 +30,11 @@ BEYOND = {  # sections of a scene, each with the keys that a feature takes
 }
 
 
-def all_of(features, but):
-    """The sections of all features together, without those whose name has `but` in it: a preload and a rocking axle
-    exclude each other."""
+def all_but(word):
+    """All features together but those whose name has the word: a preload and a rocking axle exclude each other."""
     sections = {}
-    for name, feature in features.items():
-        for section, keys in feature.items() if but not in name else ():
-            sections[section] = {**sections.get(section, {}), **keys} if isinstance(keys, dict) else keys
+    for section, keys in (item for name, feature in BEYOND.items() if word not in name for item in feature.items()):
+        sections[section] = {**sections.get(section, {}), **keys} if isinstance(keys, dict) else keys
     return sections
 
 
@@ -74,9 +67,8 @@ class Counter:
         return (long - short) / (LONG - SHORT)
 
     def summary(self, simulate, scene, *options):
-        path = self.folder / "summary.json"
-        subprocess.run([simulate, scene, *options, "--quiet", "--summary", path], check=True)
-        return json.loads(path.read_text())
+        command = [simulate, scene, *options, "--quiet", "--summary", "/dev/stdout"]
+        return json.loads(subprocess.check_output(command))
 
     def real_time(self, simulate):
         """How many times as fast as real time the whole of the paper's case runs, at its best of several runs."""
@@ -108,8 +100,8 @@ def models(counter, simulate):
 def beyond(counter, simulate, title):
     real_time = counter.real_time(simulate)
     rows, paper = [], None
-    for name, sections in {"the paper": {}, **BEYOND, "all, with the preload": all_of(BEYOND, but="rocking"),
-                           "all, with the rocking axle": all_of(BEYOND, but="preload")}.items():
+    for name, sections in {"the paper": {}, **BEYOND, "all, with the preload": all_but("rocking"),
+                           "all, with the rocking axle": all_but("preload")}.items():
         counter.sections = sections
         count = counter.per_second([simulate, "SCENE", "--quiet"])
         paper = paper or count
@@ -123,75 +115,51 @@ def beyond(counter, simulate, title):
 
 
 def features(title, what, commands, counter, output_rate=100.0):
-    """A table of features, by their names: each beside the first, which has none of them. Names with a * are of what is
-    switched off, and so must cost next to nothing."""
-    counts = {name: counter.per_second(command, output_rate) for name, command in commands.items()}
-    bare = next(iter(counts.values()))
-    rows = []
-    for name, count in counts.items():
-        more = 100 * (count / bare - 1)
-        verdict = "" if "*" not in name else "within 1 %" if more <= ALLOWED else "**not within 1 %**"
-        rows.append([name.replace("*", ""), f"{count / 1e6:.4g} M", f"{more:+.2f} %", verdict])
-    return f"\n## {title}\n\n{table([what, 'instructions per second', 'more than bare', ''], rows)}"
+    """A table of features, by their names: each beside the first, which has none of them."""
+    counts = [counter.per_second(command, output_rate) for command in commands.values()]
+    rows = [[name, f"{count / 1e6:.4g} M", f"{100 * (count / counts[0] - 1):+.2f} %"]
+            for name, count in zip(commands, counts)]
+    return f"\n## {title}\n\n{table([what, 'instructions per second', 'more than bare'], rows)}"
 
 
-def outputs(counter, simulate, bench, rate, options):
+def outputs(counter, simulate, bench, rate):
     command = [simulate, "SCENE", "--quiet"]
     return features(f"Outputs of simulate, model 2b, {rate:g} rows a second", "outputs", {
         "a bare loop around Simulation::advance_to": [bench, "rows", "SCENE"],
-        "*simulate --quiet: none": command,
-        **{f"--{option}": [*command, f"--{option}", counter.folder / f"out.{option}"] for option in options},
-    }, counter, rate)
+        "simulate --quiet: none": command,
+        **{f"--{option}": [*command, f"--{option}", counter.folder / f"out.{option}"]
+           for option in ("csv", "switches", "summary", "bag")}}, counter, rate)
 
 
 def node(counter, bench):
-    topics = subprocess.run([bench, "topics", counter.scene(SHORT)], check=True, stdout=subprocess.PIPE,
-                            text=True).stdout.split()
-
-    def run(rate, rollers="", bag="", listened=()):
-        return [bench, "node", "SCENE", rate, bag, rollers, *listened]
+    def run(rate, rollers="", bag="", listened=""):
+        return [bench, "node", "SCENE", rate, bag, rollers, listened]
 
     bag = counter.folder / "node.bag"
-    joints = "base/joint_states"
-    return features("The node, model 2b, control period 1 ms",
-                    "topics with a subscriber (their messages are made and serialised)", {
+    return features("The node, model 2b, control period 1 ms", "topics with a subscriber", {
         "Simulation::advance_periods alone, driven alike": [bench, "periods", "SCENE"],
-        "*none, 50 Hz": run(50),
-        "*none, 50 Hz, publish_rollers": run(50, "rollers"),
-        "*none, 1000 Hz": run(1000),
-        **{f"`{topic}`, 50 Hz": run(50, listened=[topic]) for topic in topics},
-        f"`{joints}`, 50 Hz, publish_rollers": run(50, "rollers", listened=[joints]),
-        **{f"all, {rate} Hz{f', publish_{rollers}' if rollers else ''}": run(rate, rollers, listened=topics)
+        "none, 50 Hz": run(50), "none, 50 Hz, publish_rollers": run(50, "rollers"), "none, 1000 Hz": run(1000),
+        **{f"all, {rate} Hz{f', publish_{rollers}' if rollers else ''}": run(rate, rollers, listened="all")
            for rate in (50, 1000) for rollers in ("", "rollers")},
-        "none, 50 Hz, bag": run(50, bag=bag),
-        "none, 50 Hz, bag, publish_rollers": run(50, "rollers", bag),
-        "none, 1000 Hz, bag": run(1000, bag=bag),
-    }, counter)
+        "none, 50 Hz, bag": run(50, bag=bag), "none, 50 Hz, bag, publish_rollers": run(50, "rollers", bag),
+        "none, 1000 Hz, bag": run(1000, bag=bag)}, counter)
 
 
 def sections(simulate, bench):
     yield ("# What each feature costs\n\nInstructions (callgrind) per simulated second of Case 2: a run of "
            f"{LONG:g} s less one of {SHORT:g} s. Times real time: the ratio of instructions, applied to what the\n"
            "paper's case takes here.\n")
-    with_ros = "devel" in simulate.parts
     with tempfile.TemporaryDirectory() as folder:
         counter = Counter(Path(folder))
         yield models(counter, simulate)
         yield beyond(Counter(Path(folder), "case1_counter_clockwise"), simulate, "Case 1")
         yield beyond(counter, simulate, "Case 2")
         for rate in (100.0, 1000.0):
-            yield outputs(counter, simulate, bench, rate, ["csv", "switches", "summary"] + ["bag"] * with_ros)
-        if with_ros:
-            yield node(counter, bench)
+            yield outputs(counter, simulate, bench, rate)
+        yield node(counter, bench)
 
 
 def main():
-    parser = Parser("feature_cost", __doc__)
-    parser.add_argument("out", nargs="?", metavar="OUT.md")
-    out = parser.parse_args().out
-    text = ""
+    Parser("feature_cost", __doc__, "", "> feature_cost.md").parse_args()
     for section in sections(*build("simulate", "feature_cost", packages=["valgrind", "python3-yaml"], ros=True)):
         print(section, end="", flush=True)
-        text += section
-    if out:
-        write_whole(out, text)

@@ -26,8 +26,7 @@ FIGURES = {4: ("torques", "torques of the wheels"), 5: ("motion", "trajectory an
 
 
 def read_arguments():
-    parser = Parser("paper_figures", __doc__,
-                    epilog="Exit status: 0 done, 2 rejected input, 1 it could not be completed.")
+    parser = Parser("paper_figures", __doc__, "--only 8", "config/scenes/case1_as_printed.yaml -o figures")
     parser.add_argument("scene", nargs="?", type=Path, metavar="SCENE.yaml", help="a scene of your own")
     parser.add_argument("--only", type=int, metavar="N", help="draw only this figure")
     parser.add_argument("-o", "--output", type=Path, metavar="FOLDER",

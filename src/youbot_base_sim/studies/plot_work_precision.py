@@ -1,8 +1,5 @@
-"""Draws error against run time from the benchmark's table.
-
-A diagram for each scene: the largest position error against the run time for each simulated second, a curve for each
-solver.
-"""
+"""Draws the benchmark's table: a diagram for each scene, of the largest position error against the run time for each
+simulated second, with a curve for each solver."""
 import math
 
 from matplotlib.ticker import LogLocator, NullFormatter
@@ -23,8 +20,7 @@ def read(path):
     scenes, titles = {}, {}
     names, *rows = read_csv("", path, "a table of the benchmark")
     for row in (dict(zip(names, cells)) for cells in rows):
-        titles[row["scene"]] = row["scene_title"]
-        titles[row["contestant"]] = row["contestant_title"]
+        titles.update({row["scene"]: row["scene_title"], row["contestant"]: row["contestant_title"]})
         points = scenes.setdefault(row["scene"], {}).setdefault(row["contestant"], [])
         if not row["failure"]:
             points.append((max(float(row["position_error_m"]), FLOOR), float(row["run_time_per_simulated_s"])))
@@ -34,17 +30,14 @@ def read(path):
 def draw_scene(axes, curves):
     """Draws one scene; returns the drawn lines by contestant."""
     lines = {}
-    for contestant, points in curves.items():
-        if not points:
-            continue
+    for contestant, points in ((contestant, points) for contestant, points in curves.items() if points):
         style = dict(linewidth=1.3, markersize=4.5) | STYLES.get(contestant, {})
         if contestant in EXPLICIT:  # the same whatever the error, which is of a shorter span
             lines[contestant] = axes.axhline(min(time for _, time in points), **(style | dict(marker=None)))
         else:
             lines[contestant], = axes.plot(*zip(*points), **style)
     axes.axhline(1, color="#bbbbbb", linewidth=0.8, zorder=0)
-    axes.set_xscale("log")
-    axes.set_yscale("log")
+    axes.set(xscale="log", yscale="log")
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(LogLocator(numticks=20))
         axis.set_minor_locator(LogLocator(subs=(2, 5), numticks=60))
@@ -57,8 +50,7 @@ def draw_scene(axes, curves):
 def draw(scenes, titles):
     columns = min(3, len(scenes))
     rows = math.ceil(len(scenes) / columns)
-    legend_columns = min(3, columns)
-    legend_height = 0.25 * math.ceil(len(STYLES) / legend_columns) + 0.2  # inches
+    legend_height = 0.25 * math.ceil(len(STYLES) / columns) + 0.2  # inches
     figure = new_figure(figsize=(4.2 * columns + 0.4, 3.6 * rows + legend_height))
     grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
     lines = {}
@@ -73,13 +65,12 @@ def draw(scenes, titles):
     first.text(0.02, 1, "real time", transform=first.get_yaxis_transform(), fontsize=8, color=GREY, va="top")
     for axes in grid[:, 0]:
         axes.set_ylabel("run time for each simulated second, s", fontsize=9)
-    for column in range(columns):
-        bottom = [axes for axes in grid[:, column] if axes.get_visible()][-1]
-        bottom.set_xlabel("largest position error, m", fontsize=9)
+    for column in grid.T:
+        [axes for axes in column if axes.get_visible()][-1].set_xlabel("largest position error, m", fontsize=9)
     labels = [titles[contestant] + (" (explicit; over a short span)" if contestant in EXPLICIT else "")
               for contestant in lines]
     figure.tight_layout(rect=(0, legend_height / figure.get_figheight(), 1, 1))
-    figure.legend(lines.values(), labels, loc="lower center", ncol=legend_columns, fontsize=9.5, frameon=False)
+    figure.legend(lines.values(), labels, loc="lower center", ncol=columns, fontsize=9.5, frameon=False)
     return figure
 
 
@@ -93,7 +84,8 @@ def plot(table, path):
 
 
 def main():
-    parser = Parser("plot_work_precision", __doc__)
+    table = "docs/work_precision/work_precision.csv"
+    parser = Parser("plot_work_precision", __doc__, f"{table} diagram.png", f"{table} diagram.pdf")
     parser.add_argument("table", metavar="TABLE.csv")
     parser.add_argument("plot", metavar="PLOT.png")
     arguments = parser.parse_args()

@@ -1,5 +1,6 @@
 """Measurements on real youBots, and the same on the simulated base."""
 import csv
+import json
 import math
 import subprocess
 import tempfile
@@ -19,14 +20,12 @@ GAINS = (0.4, 1.2)           # of the velocity loops, N m s/rad and N m/rad
 CONTROL_PERIOD = 1e-3        # s
 RATE = 200                   # of rows, Hz
 STARTS = 32                  # sets of angles at which wheels may start
-PROFILES = {"paper": "paper", "measured": "measured",
-            **{robot: f"{{name: measured, friction_scale: {scale}}}" for robot, scale in SCALES.items()}}
+PROFILES = {"paper": "{profile: paper}", "measured": "{profile: measured}",
+            **{robot: f"{{profile: {{name: measured, friction_scale: {scale}}}}}" for robot, scale in SCALES.items()}}
 
 
 class Run:
-    """A run of `simulate` in which the wheels track constant rates: its rows, RATE a second, by the names of their
-    columns, and the motors' torques."""
-
+    """A run of `simulate` in which the wheels track constant rates: columns of its rows, RATE a second, and torques."""
     simulate = None  # the program
 
     def __init__(self, robot, rates, duration, initial="", floor="", gains=GAINS):
@@ -41,27 +40,16 @@ class Run:
             with open(rows) as file:
                 names = file.readline().strip().split(",")
                 self.rows = dict(zip(names, np.loadtxt(file, delimiter=",").T))
-        # The velocity loops' law; none comes to its limit here. Their integral is a sum over control periods, both ends
-        # included.
-        lacking = rates - self.dphi()
-        behind = np.outer(self.rows["t"], rates) - (self.phi() - self.phi()[0])
+        self.phi, self.dphi = (np.array([self.rows[name + wheel] for wheel in WHEELS]).T for name in ("phi_", "dphi_"))
+        # The velocity loops' law, without limits. Their integral is a sum over control periods, both ends included.
+        lacking = rates - self.dphi
+        behind = np.outer(self.rows["t"], rates) - (self.phi - self.phi[0])
         self.torque = gains[0] * lacking + gains[1] * (behind + CONTROL_PERIOD / 2 * (lacking + lacking[0]))
-
-    def phi(self):
-        return np.array([self.rows["phi_" + wheel] for wheel in WHEELS]).T
-
-    def dphi(self):
-        return np.array([self.rows["dphi_" + wheel] for wheel in WHEELS]).T
-
-
-def profile(name):
-    return f"{{profile: {PROFILES[name]}}}"
 
 
 def steady_torques(base, robot, velocity, floor=""):
     """Mean torque of each wheel as the base's records have it, N m: A at constant speed, B over 4 s from rest, here
-    without the first half second. A wheel that is commanded to stand keeps the torque that it stopped with: this
-    matters at 45 degrees."""
+    without the first half second: at 45 degrees two wheels keep the torque that they stopped with."""
     duration, skipped = (20, 10) if base == "A" else (4, 0.5)
     torque = Run(robot, YOUBOT.rolling_rates(*velocity), duration, floor=floor).torque
     return torque[int(skipped / duration * len(torque)):].mean(axis=0)
@@ -69,7 +57,7 @@ def steady_torques(base, robot, velocity, floor=""):
 
 def mean_torque(base, name, velocity):
     """Mean over the wheels of |mean torque|, N m."""
-    return SIZE(steady_torques(base, profile(name), velocity))
+    return SIZE(steady_torques(base, PROFILES[name], velocity))
 
 
 def directions_of_B():
@@ -82,6 +70,10 @@ def velocity_along(degrees, speed=0.2):
     return speed * math.cos(math.radians(degrees)), speed * math.sin(math.radians(degrees)), 0
 
 
+def print_row(*cells):
+    print(f"| {' | '.join(cells)} |", flush=True)
+
+
 def torque_table():
     motions = [("A", "forward, 0.1 m/s", (0.1, 0, 0), 0.237), ("A", "lateral, 0.1 m/s", (0, 0.1, 0), 1.024),
                ("A", "yaw, 0.314 rad/s", (0, 0, 0.314), 0.666), ("B", "forward, 0.1 m/s", (0.1, 0, 0), 0.159),
@@ -91,8 +83,8 @@ def torque_table():
     print("\n| robot | motion | real, N m | `measured`, N m | off by | `paper`, N m |\n|---|---|---|---|---|---|")
     for robot, what, velocity, real in motions:
         measured, paper = mean_torque(robot, robot, velocity), mean_torque(robot, "paper", velocity)
-        off = f"{measured - real:+.3f}, {100 * (measured / real - 1):+.0f} %"
-        print(f"| {robot} | {what} | {real:.3f} | {measured:.3f} | {off} | {paper:.3f} |", flush=True)
+        print_row(robot, what, f"{real:.3f}", f"{measured:.3f}",
+                  f"{measured - real:+.3f}, {100 * (measured / real - 1):+.0f} %", f"{paper:.3f}")
 
 
 # What the records have of a base's torques, N m, as functions of the means of its four wheels.
@@ -110,23 +102,22 @@ LEAST = np.array([0, 0, 0, 0, 0.3])
 
 def off(values, spin_radius):
     """Differences of both robots with these frictions from the records, N m: five figures of A, 19 directions of B."""
-    def robot(scale):
-        scaled = values * ([scale] * 4 + [1])
-        return "{" + ", ".join(f"{key}: {value!r}" for key, value in zip(FITTED, scaled.tolist())) + "}"
+    robots = {robot: json.dumps(dict(zip(FITTED, (values * ([scale] * 4 + [1])).tolist())))
+              for robot, scale in SCALES.items()}
     motions = [("A", *record) for record in STEADY_OF_A]
     motions += [("B", velocity_along(degrees), SIZE, torque - TRANSIENT_OF_B) for degrees, torque in directions_of_B()]
 
     def one(motion):
         base, velocity, part, torque = motion
-        return part(steady_torques(base, robot(SCALES[base]), velocity, f"spin_radius: {spin_radius}")) - torque
+        return part(steady_torques(base, robots[base], velocity, f"spin_radius: {spin_radius}")) - torque
     with ThreadPoolExecutor() as pool:
         all_off = np.array(list(pool.map(one, motions)))
     return all_off[:len(STEADY_OF_A)], all_off[len(STEADY_OF_A):]
 
 
 def fit(free, spin_radius):
-    """The first `free` of FITTED, for which both robots differ least from the records; each counts for half. Gauss and
-    Newton's method; the problem is nearly linear, and two rounds are enough."""
+    """The first `free` of FITTED fitted to both records, each of which counts for half. Two rounds of Gauss and
+    Newton's method are enough: the problem is nearly linear."""
     def residuals(values):
         return np.concatenate([part / math.sqrt(len(part)) for part in off(values, spin_radius)])
     values = MEASURED.copy()
@@ -139,14 +130,15 @@ def fit(free, spin_radius):
 
 
 def fit_table():
-    print("\n| friction | " + " | ".join(f"`{key}`" for key in FITTED) + " | off A, N m | off B, N m |")
+    print()
+    print_row("friction", *(f"`{key}`" for key in FITTED), "off A, N m", "off B, N m")
     print("|---" * (len(FITTED) + 3) + "|")
     for what, free, spin_radius in (("`measured`", 0, 0), ("fitted again", 4, 0),
                                     ("`measured`, spin radius 2 mm", 0, 2e-3), ("fitted with it", 4, 2e-3),
                                     ("fitted with it, and the smoothing too", 5, 2e-3)):
         values = fit(free, spin_radius) if free else MEASURED
-        print(f"| {what} | " + " | ".join(f"{value:.3g}" for value in values) +
-              " | " + " | ".join(f"{rms(part):.4f}" for part in off(values, spin_radius)) + " |", flush=True)
+        print_row(what, *(f"{value:.3g}" for value in values),
+                  *(f"{rms(part):.4f}" for part in off(values, spin_radius)))
 
 
 def crossing(t, rate, share):
@@ -156,11 +148,11 @@ def crossing(t, rate, share):
 
 
 def rise_and_overshoot(robot, gains, velocity, phi):
-    """Of the wheels' angular velocities over the commanded ones, from rest at angles `phi`: the mean over the wheels of
-    their times from 10 to 90 %, s; the overshoot of their mean, without the ripple of single rollers, %."""
+    """Of the wheels' angular velocities, from rest at angles `phi`: mean of their times from 10 to 90 % of what is
+    commanded, s; overshoot of their mean, without the ripple of single rollers, %."""
     target = np.array(Base(wheel_radius=DRIVER_RADIUS).rolling_rates(*velocity))
     run = Run(robot, target.tolist(), 4, f"wheel_angles: {list(phi)}", gains=gains)
-    t, rates = run.rows["t"], run.dphi() / target
+    t, rates = run.rows["t"], run.dphi / target
     rise = np.mean([crossing(t, rate, 0.9) - crossing(t, rate, 0.1) for rate in rates.T])
     smooth = np.convolve(rates.mean(axis=1), np.ones(RATE // 10) / (RATE // 10), mode="valid")
     return rise, 100 * (smooth.max() - 1)
@@ -174,23 +166,22 @@ def rise_table():
                               ("A's", "A", (0.4, 0.9)), ("A's", "A", GAINS), ("A's", "A", (0.4, 1.6))):
         cells = []
         for velocity in (0.1, 0, 0), (0, 0.1, 0), (0, 0, 0.314):
-            def respond_from(phi):
-                return rise_and_overshoot(profile(name), gains, velocity, phi)
             with ThreadPoolExecutor() as pool:
-                found = np.array(list(pool.map(respond_from, starts)))
+                found = np.array(list(pool.map(
+                    lambda phi: rise_and_overshoot(PROFILES[name], gains, velocity, phi), starts)))
             low, high = np.quantile(found[1:, 0], (0.05, 0.95))
             mean_rise, mean_overshoot = found[1:].mean(axis=0)
             cells.append(f"{found[0, 0]:.2f}; {mean_rise:.2f} ({low:.2f} to {high:.2f}) s, {abs(mean_overshoot):.0f} %")
-        print(f"| {what} | {gains[0]}, {gains[1]} | " + " | ".join(cells) + " |", flush=True)
+        print_row(what, f"{gains[0]}, {gains[1]}", *cells)
 
 
 def ripple(name):
     """Of the torque in lateral motion at 0.2 m/s: cycles per revolution of the wheel, and amplitude, N m."""
-    run = Run(profile(name), YOUBOT.rolling_rates(0, 0.2, 0), 20, "twist: [0, 0.2, 0]")
+    run = Run(PROFILES[name], YOUBOT.rolling_rates(0, 0.2, 0), 20, "twist: [0, 0.2, 0]")
     wheel = run.torque[len(run.torque) // 2:, 1]
     spectrum = np.abs(np.fft.rfft((wheel - wheel.mean()) * np.hanning(len(wheel)))) * 4 / len(wheel)
     frequency = np.fft.rfftfreq(len(wheel), 1 / RATE)
-    turns = (run.phi()[-1, 1] - run.phi()[len(run.phi()) // 2, 1]) / (2 * math.pi) / 10
+    turns = (run.phi[-1, 1] - run.phi[len(run.phi) // 2, 1]) / (2 * math.pi) / 10
     return frequency[spectrum.argmax()] / turns, spectrum.max()
 
 
@@ -204,7 +195,7 @@ def gain_ratios(robot, base, floor="", gains=GAINS):
         middle = 0.5 * (psi[1:] + psi[:-1])
         along = np.sum(np.diff(x) * np.cos(middle) + np.diff(y) * np.sin(middle))
         across = np.sum(np.diff(y) * np.cos(middle) - np.diff(x) * np.sin(middle))
-        rolled = np.mean(np.abs(np.diff(run.phi()[[first, -1]], axis=0))) * base.wheel_radius
+        rolled = np.mean(np.abs(np.diff(run.phi[[first, -1]], axis=0))) * base.wheel_radius
         return (along if V_X else across) / rolled, (psi[-1] - psi[0]) / rolled
     speed, Omega = 0.07, 0.14
     forward, lateral = gains_of(speed, 0, 0)[0], gains_of(0, speed, 0)[0]
@@ -213,19 +204,17 @@ def gain_ratios(robot, base, floor="", gains=GAINS):
 
 def gain_table():
     C, limit_C = Base(0.03, 0.0215, 0.1015, 0.1075, 8), 0.5 * 3.4 * GRAVITY / 4  # f N of a wheel, N
-    geometry_C = ("body_mass: 3, wheel_mass: 0.1, total_inertia: 0.05, wheel_inertia: 1e-4, com: [0, 0], " +
-                  ", ".join(f"{key}: {value}" for key, value in vars(C).items()) +
-                  ", wheel_damping: 1e-3, roller_damping: 1e-6")
-    free_C, dry_C = f"{{{geometry_C}}}", f"{{{geometry_C}, roller_dry_friction: {2.2e-3 * limit_C}}}"
+    robot_C = {"body_mass": 3, "wheel_mass": 0.1, "total_inertia": 0.05, "wheel_inertia": 1e-4, "com": [0, 0],
+               "wheel_damping": 1e-3, "roller_damping": 1e-6, **vars(C)}
+    free_C, dry_C = json.dumps(robot_C), json.dumps({**robot_C, "roller_dry_friction": 2.2e-3 * limit_C})
     gentle = (0.02, 0.1)  # gains for wheels of a sixtieth of the youBot's inertia
     print("\n| wheels | k_Y/k_X | q |\n|---|---|---|")
-    for what, *arguments in (*((f"the youBot, {owner} friction", profile(name), YOUBOT)
+    for what, *arguments in (*((f"the youBot, {owner} friction", PROFILES[name], YOUBOT)
                                for owner, name in (("paper's", "paper"), ("A's", "A"), ("B's", "B"))),
                              ("C, rollers without friction", free_C, C, "", gentle),
                              ("C, dry rollers, 2.2 mm times f N", dry_C, C, "", gentle),
                              ("C, dry rollers and spin friction, 2 mm", dry_C, C, "spin_radius: 2e-3", gentle)):
-        lateral, yaw = gain_ratios(*arguments)
-        print(f"| {what} | {lateral:.4f} | {yaw:.4f} |", flush=True)
+        print_row(what, *(f"{ratio:.4f}" for ratio in gain_ratios(*arguments)))
 
 
 def draw(path):

@@ -1,8 +1,5 @@
-"""Runs of `simulate`: a scene changed in some keys, recorded in a bag, and the bag as arrays; and which of them a study
-of a scene looks at.
-
-Bags are kept under the hash of what they depend on, so that no run is done twice.
-"""
+"""Runs of `simulate`: a scene changed in some keys, recorded in a bag, and the bag as arrays; the runs that a study
+needs. Bags are kept under the hash of what they depend on, so that no run is done twice."""
 import contextlib
 import copy
 import fcntl
@@ -22,7 +19,7 @@ import numpy as np
 import yaml
 
 from ..bags import Bag
-from ..base import WHEELS, Base
+from ..base import Base
 from ..command_line import REFUSED, Failed, Refused, one_line
 from ..records import read_record
 from .builds import digest
@@ -52,18 +49,12 @@ class Scene:
             raise Refused(f"{path}: {getattr(error, 'strerror', None) or 'must be text'}")
         except yaml.YAMLError as error:
             raise Refused(f"{path}: must be YAML: {one_line(error)}")
-        self.tables = []
-        if not isinstance(self.values, dict):
-            return  # for simulate to refuse
-        drive = self.values.get("drive")
+        self.tables, self.name = [], self.path.stem
+        drive = self.values.get("drive") if isinstance(self.values, dict) else None  # simulate refuses all others
         for key in ("torque_table", "velocity_table"):
             if isinstance(drive, dict) and isinstance(drive.get(key), str):
                 self.tables.append(self.path.parent.absolute() / drive[key])
                 drive[key] = str(self.tables[-1])
-
-    @property
-    def name(self):
-        return self.path.stem
 
     def key(self):
         """All that its motion depends on, but for the program."""
@@ -85,39 +76,30 @@ class Scene:
     def changed(self, **sections):
         """The scene with other values: changed(duration=3, initial=dict(wheel_angles=[...])); None leaves a key out."""
         scene = copy.copy(self)
-        scene.values = dict(self.values)
-        for key, value in sections.items():
-            if value is None:
-                scene.values.pop(key, None)
-                continue
-            if not isinstance(value, dict):
-                scene.values[key] = plain(value)
-                continue
-            section = {**scene.values.get(key, {}), **{name: plain(entry) for name, entry in value.items()}}
-            scene.values[key] = {name: entry for name, entry in section.items() if entry is not None}
+        changes = {key: {**self.values.get(key, {}), **value} if isinstance(value, dict) else value
+                   for key, value in sections.items()}
+        scene.values = plain({**self.values, **changes})
         return scene
 
     def sampled(self, duration, rows):
         """The first `duration` s in about that many rows."""
-        rate = min(rows / duration, 1e6)
-        return self.changed(duration=duration, output_rate=float(f"{rate:.2g}"))
+        return self.changed(duration=duration, output_rate=float(f"{min(rows / duration, 1e6):.2g}"))
 
     def text(self):
         return yaml.dump(self.values, Dumper=PlainDumper)
 
 
 def plain(value):
-    """Numbers as text, in lists and dictionaries too."""
+    """Numbers as text, in lists and dictionaries too; without keys of None."""
     if isinstance(value, dict):
-        return {key: plain(entry) for key, entry in value.items()}
+        return {key: plain(entry) for key, entry in value.items() if entry is not None}
     if isinstance(value, (list, tuple, np.ndarray)):
         return [plain(entry) for entry in value]
-    return value if value is None or isinstance(value, str) else repr(float(value))
+    return value if isinstance(value, str) else repr(float(value))
 
 
 class Recording:
     """The topics of a bag, each read when it is first asked for."""
-
     def __init__(self, path):
         self.path = path
 
@@ -143,14 +125,13 @@ class Recording:
         """Of each wheel the times (s) and wheel angles (rad) of its roller switches."""
         series = self.series("roller_switches")
         if not series:
-            return [(np.array([]), np.array([]))] * len(WHEELS)
-        count = [np.where(series["wheel"] == i, series["count"], 0).astype(int) for i in range(len(WHEELS))]
-        return [(np.repeat(series.t, one), np.repeat(series["phi"], one)) for one in count]
+            return [(np.array([]), np.array([]))] * 4
+        counts = [np.where(series["wheel"] == i, series["count"], 0).astype(int) for i in range(4)]
+        return [(np.repeat(series.t, count), np.repeat(series["phi"], count)) for count in counts]
 
     @cached_property
     def contacts(self):
-        """Of each row of contacts t (s); of the four contacts |v_P| (m/s), |F| and N (N), share of the friction limit;
-        and the drive power (W)."""
+        """Of each row t (s) and drive power (W); of the four contacts |v_P| (m/s), |F|, N (N), share of the limit."""
         series = self.series("contacts")
         return dict(t=series.t, slip=np.linalg.norm(series["slip"], axis=2),
                     force=np.linalg.norm(series["force"], axis=2), normal=series["normal"], share=series["share"],
@@ -158,8 +139,8 @@ class Recording:
 
 
 class Kept:
-    """Files that are made once and kept under the hash of what they depend on, for one program: what was made with
-    another one is deleted. Of several users of a folder, the later ones wait."""
+    """Files that are made once and kept under the hash of what they depend on, for one program: deletes what another
+    one made. Of several users of a folder, the later ones wait."""
 
     def __init__(self, folder, program):
         self.program = digest(program)
@@ -187,50 +168,40 @@ class Kept:
 
 
 class Recorder:
-    """Runs `simulate`, as many at a time as there are processors, and keeps the bags. `report(done, all)` is
-    called as they end."""
+    """Runs `simulate`, one for each processor, and keeps the bags. Calls `report(done, all)` as runs end."""
 
     def __init__(self, simulate, kept, report=lambda done, count: None):
-        self.simulate, self.kept, self.report = Path(simulate), kept, report
-        self.warnings = []
+        self.simulate, self.kept, self.report, self.warnings = Path(simulate), kept, report, []
         self.lock, self.running, self.stopped = threading.Lock(), set(), False
 
     def check(self, scene):
         """Throws Refused, with what `simulate` says, where it does not take the scene as it is."""
-        status, said = self.run([scene.path, "--quiet", "--cpu-limit", "1e-9"])
+        status, said = self.run(scene.path, "--cpu-limit", "1e-9")
         if status == REFUSED:
             raise Refused(said)
 
-    def run(self, arguments):
+    def run(self, *arguments):
         """Exit status of `simulate`, and its first line of errors."""
         with self.lock:
             if self.stopped:
                 raise Failed("stopped")
-            program = subprocess.Popen([self.simulate, *arguments], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
-                                       stdin=subprocess.DEVNULL, text=True)
+            program = subprocess.Popen([self.simulate, *arguments, "--quiet"], stdout=subprocess.DEVNULL,
+                                       stderr=subprocess.PIPE, stdin=subprocess.DEVNULL, text=True)
             self.running.add(program)
         line = program.communicate()[1].strip().split("\n")[0]
         self.running.discard(program)
-        return program.returncode, line[len("simulate: "):] if line.startswith("simulate: ") else line
-
-    def stop(self):
-        with self.lock:
-            self.stopped = True
-            for program in list(self.running):
-                program.terminate()
+        return program.returncode, line.removeprefix("simulate: ")
 
     def record(self, scene, model="coulomb", contacts=False, to_the_limit=False):
         """`to_the_limit`: if the base tips over, the motion until then counts."""
         if model == "no_slip":  # its wheels can but roll
             scene = scene.changed(initial=dict(wheel_rates=None, roller_rates=None))
-        text = scene.text()
         key = self.kept.key(scene.key(), model, contacts)
 
         def run(bag):
             file = bag.with_suffix(".yaml")
-            file.write_text(text)
-            options = ["--contacts"] if contacts else []
-            status, said = self.run([file, "--model", model, "--bag", bag, "--quiet", *options])
+            file.write_text(scene.text())
+            status, said = self.run(file, "--model", model, "--bag", bag, *["--contacts"] * contacts)
             said = said.replace(str(file), str(scene.path))
             if to_the_limit and status == 1 and "tips over" in said:
                 next(bag.parent.glob(bag.name + ".incomplete-*")).rename(bag)
@@ -250,7 +221,10 @@ class Recorder:
                     recordings.append(future.result())
                     self.report(len(recordings), len(runs))
             except BaseException:  # an interrupt too
-                self.stop()
+                with self.lock:
+                    self.stopped = True
+                    for program in list(self.running):
+                        program.terminate()
                 raise
         return recordings
 
@@ -258,10 +232,8 @@ class Recorder:
 class Study:
     """The runs of one scene that its figures show, each recorded when it is first asked for."""
 
-    ROWS = 6000            # of a run
+    ROWS, CONTACT_ROWS, SPREAD_ROWS = 6000, 10000, 300  # of a run
     BEGINNING, CONTACT = 20, 5  # roller switches of the first wheel that the figures of the beginning show
-    CONTACT_ROWS = 10000
-    SPREAD_ROWS = 300
 
     def __init__(self, scene, recorder):
         self.scene, self.recorder = scene, recorder
@@ -286,19 +258,17 @@ class Study:
         return self.of_models(scene, ("viscous", "coulomb"), True)
 
     def until_switch(self, count):
-        """Time (s) that goes a little beyond this switch of the first wheel; the whole duration if there are fewer."""
+        """Time (s) a little beyond this switch of the first wheel, if there is one within the duration."""
         times = self.whole["coulomb"].switches[0][0]
-        if len(times) < count or times[count - 1] <= 0:
-            return self.scene.duration
-        return min(self.scene.duration, float(f"{1.1 * times[count - 1]:.2g}"))
+        end = float(f"{1.1 * times[count - 1]:.2g}") if len(times) >= count else 0
+        return min(self.scene.duration, end if end > 0 else math.inf)
 
     def half_pitch_angles(self):
         """16 rows of initial wheel angles, rad: each wheel stands as the scene says or half a roller further."""
-        return np.array([np.add(self.scene.wheel_angles, self.scene.roller_pitch / 2 * np.array(further))
-                         for further in itertools.product((0, 1), repeat=4)])
+        further = np.array(list(itertools.product((0, 1), repeat=4)))
+        return self.scene.wheel_angles + self.scene.roller_pitch / 2 * further
 
     def spread(self, angles):
         """Motions of model 2b from these initial wheel angles, rows of four, rad."""
         scene = self.scene.sampled(self.scene.duration, self.SPREAD_ROWS)
-        return self.recorder.record_all(
-            [(scene.changed(initial=dict(wheel_angles=list(row))), "coulomb") for row in angles])
+        return self.recorder.record_all([(scene.changed(initial=dict(wheel_angles=row)), "coulomb") for row in angles])

@@ -1,78 +1,43 @@
-"""Runs `simulate` on hard motions and reports the requirements that it fails.
-
-Each of 302 motions is run at several tolerances and judged by the same requirements, which stress.md states. Writes to
-FOLDER: stress.csv with every run, stress.md with its tables in stress/, and the scenes. Builds `simulate` in
-build/bench/ first.
-"""
-
-import argparse
+"""Runs `simulate` on 302 hard motions at several tolerances and judges each run by the requirements in stress.md.
+Writes to FOLDER: stress.csv with every run, stress.md with its tables in stress/, and the scenes."""
 import time
 from pathlib import Path
 
 from ..command_line import Parser, Progress, interruptible
 from ..files import make_folder, write_whole
-from . import stress_cells, stress_report, stress_runs
-from .builds import ROOT, build, digest
-
-ALL_HOLDS, SOMETHING_FAILS = 0, 1
-QUICK_DURATION = 2  # s of simulated time
-
-
-def tolerances(text):
-    try:
-        values = [float(item) for item in text.split(",")]
-    except ValueError:
-        values = []
-    # A hundredth of the smallest one is run too, where a wheel is held.
-    if not values or not all(1e-12 <= value <= 0.1 for value in values):
-        raise argparse.ArgumentTypeError(f"{text}: must be numbers from 1e-12 to 0.1, with commas between")
-    return values
+from . import stress_report, stress_runs
+from .builds import ROOT, build
+from .stress_cells import BASE, stress_cells
 
 
 def read_arguments():
-    parser = Parser("stress", __doc__,
+    parser = Parser("stress", __doc__, "--list", "--only nu --only load/100_kg --tolerance 1e-4",
                     epilog="Exit status: 0 all holds or is explained, 1 something does not, 2 rejected input.")
     parser.add_argument("folder", nargs="?", type=Path, default=ROOT / "build" / "stress", metavar="FOLDER",
                         help="build/stress/ unless given")
     parser.add_argument("--only", action="append", default=[], metavar="GROUP[/CELL]",
                         help="run this group or cell; may be repeated")
-    parser.add_argument("--tolerances", type=tolerances, metavar="X,...",
-                        help="relative tolerances; 1e-3 to 1e-10 unless given")
-    parser.add_argument("--quick", action="store_true",
-                        help="a smoke test: few cells, 2 s each, at 1e-4 and 1e-7 unless given")
-    parser.add_argument("--resume", action="store_true",
-                        help="keep the rows of FOLDER/stress.csv that the same build of simulate gave")
+    parser.add_argument("--tolerance", type=float, action="append", default=[], metavar="X",
+                        help="relative tolerance; may be repeated; 1e-3 to 1e-10 unless given")
     parser.add_argument("--simulate", type=Path, metavar="FILE", help="run this program rather than build one")
     parser.add_argument("--list", action="store_true", help="print the names of the cells and run nothing")
     arguments = parser.parse_args()
-    if arguments.tolerances is None:
-        arguments.tolerances = [1e-4, 1e-7] if arguments.quick else [float(f"1e-{n}") for n in range(3, 11)]
-    arguments.cells = chosen_cells(parser, arguments)
-    return arguments
-
-
-def chosen_cells(parser, arguments):
-    cells = list(stress_cells.stress_cells())
+    arguments.tolerances = arguments.tolerance or [float(f"1e-{n}") for n in range(3, 11)]
+    # A hundredth of the smallest one is run too, where a wheel is held.
+    if not 1e-12 <= min(arguments.tolerances) <= max(arguments.tolerances) <= 0.1:
+        parser.error("--tolerance: must be from 1e-12 to 0.1")
+    cells = list(stress_cells())
     for name in arguments.only:
         if not any(name in (cell.group, cell.full_name) for cell in cells):
             parser.error(f"--only = {name}: must be a group or cell of --list")
-    if arguments.only:
-        cells = [cell for cell in cells if cell.group in arguments.only or cell.full_name in arguments.only]
-    if arguments.quick:
-        cells = [cell.shortened(QUICK_DURATION) for cell in cells if cell.quick]
-    if not cells:
-        parser.error("--quick: none of the chosen cells is part of it")
-    return cells
+    arguments.cells = [cell for cell in cells
+                       if not arguments.only or {cell.group, cell.full_name}.intersection(arguments.only)]
+    return arguments
 
 
 def run(arguments, progress):
     """Runs all cells one after the other: parallel runs would disturb the timing."""
-    program = arguments.simulate or build("simulate")[0]
-    simulate = stress_runs.Simulate(program, arguments.folder / "scenes")
-    this_build = digest(program)[:12]
-    table = arguments.folder / "stress.csv"
-    kept = stress_report.kept_rows(table, this_build) if arguments.resume and table.exists() else {}
-    base_cell = stress_cells.BASE.shortened(QUICK_DURATION) if arguments.quick else stress_cells.BASE
+    simulate = stress_runs.Simulate(arguments.simulate or build("simulate")[0], arguments.folder / "scenes")
     held_tolerance = max((x for x in arguments.tolerances if x <= stress_report.DEFAULT_TOLERANCE), default=None)
     start = time.monotonic()
     rows, base, group = [], {}, None
@@ -83,16 +48,11 @@ def run(arguments, progress):
             failed = sum(row["outcome"] == "fails" for row in rows)
             progress.show(len(rows), f"{time.monotonic() - start:.0f} s, {failed} failed: {cell.full_name} at "
                           f"{tolerance:g}")
-            row = kept.pop((cell.group, cell.name, tolerance, cell.duration), None)
-            if row is None:
-                if tolerance not in base:
-                    repeats = 1 if arguments.quick else 3
-                    base[tolerance] = stress_runs.base_cost(simulate, base_cell, tolerance, repeats)
-                row = stress_runs.measure(simulate, cell, tolerance, base[tolerance], tolerance == held_tolerance)
-                row["build"] = this_build
-            row.judge()
-            rows.append(row)
-        write_whole(table, stress_report.csv_of_rows(rows + list(kept.values())))
+            if tolerance not in base:
+                base[tolerance] = stress_runs.base_cost(simulate, BASE, tolerance)
+            rows.append(stress_runs.measure(simulate, cell, tolerance, base[tolerance], tolerance == held_tolerance))
+            rows[-1].judge()
+        write_whole(arguments.folder / "stress.csv", stress_report.csv_of_rows(rows))
     tables = arguments.folder / "stress"
     make_folder(tables)
     write_whole(tables / "cells.csv", stress_report.cells_csv(rows))
@@ -105,10 +65,10 @@ def main():
     arguments = read_arguments()
     if arguments.list:
         print("\n".join(cell.full_name for cell in arguments.cells))
-        return ALL_HOLDS
-    with interruptible("interrupted; --resume continues after the last cell"), \
+        return 0
+    with interruptible("interrupted; stress.csv has the cells so far"), \
             Progress(len(arguments.cells) * len(arguments.tolerances)) as progress:
         rows = run(arguments, progress)
     good = sum(row["outcome"] != "fails" for row in rows)
     print(f"{good} of {len(rows)} runs hold all requirements or are explained; see {arguments.folder}/stress.md")
-    return ALL_HOLDS if good == len(rows) else SOMETHING_FAILS
+    return int(good < len(rows))

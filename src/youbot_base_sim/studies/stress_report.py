@@ -1,6 +1,4 @@
 """What the stress suite requires, and its report. A run is a row of stress.csv: a dictionary of what was measured."""
-
-import csv
 import math
 
 from ..base import Base
@@ -21,18 +19,16 @@ WHEELS_CENTRE = math.hypot(Base.half_wheelbase, Base.half_track)  # m from O
 
 PAGE = WrittenPart(ROOT / "docs" / "stress.md", "scripts/stress")
 
-# Columns of stress.csv besides the counters of the integration: numbers but for WORDS.
-COLUMNS = ("group cell tolerance build ending message outcome duration reached cpu_time base_cpu_time slowest_ms "
-           "slowest_ms_at ms_99_9 late_ms energy_error energy path halving echo amplification_minus amplification_plus "
-           "x y psi hundredth_distance switches_per_s cost_ratio ms_ratio energy_ratio halving_ratio "
-           "held_ratio").split()
-WORDS = ("group", "cell", "build", "ending", "message", "outcome")
+# Columns of stress.csv besides the counters of the integration.
+COLUMNS = (
+    "group cell tolerance ending message outcome duration reached cpu_time base_cpu_time slowest_ms slowest_ms_at "
+    "ms_99_9 late_ms energy_error energy path halving echo amplification_minus amplification_plus x y psi "
+    "hundredth_distance switches_per_s cost_ratio ms_ratio energy_ratio halving_ratio held_ratio").split()
 BRACES = str.maketrans({"{": "{{", "}": "}}"})  # for str.format
 
 
 class Row(dict):
-    """What was measured of a run; what was not is not a number."""
-
+    """What was measured of a run; NaN for what was not."""
     def __missing__(self, key):
         return math.nan
 
@@ -86,7 +82,7 @@ class Row(dict):
         if math.isnan(self["halving_ratio"]):
             found.append(("halving: a run to compare with did not finish", math.nan))
         elif self["halving_ratio"] > 1 and not self.is_sensitive:
-            found.append((f"halving {{}} times (A {shown('{:.2g}', self.amplification, 'unknown')})",
+            found.append((f"halving {{}} times (A {shown('.2g', self.amplification, 'unknown')})",
                           self["halving_ratio"]))
         if self["held_ratio"] > 1:
             found.append(("held wheel {} times", self["held_ratio"]))
@@ -96,14 +92,6 @@ class Row(dict):
 def csv_of_rows(rows):
     """One line for each cell and tolerance."""
     return csv_text(COLUMNS + counter_names(rows), rows, "{:.10g}".format)
-
-
-def kept_rows(path, build):
-    """The rows of `csv_of_rows` in a file that this build gave, by group, cell, tolerance and duration."""
-    with open(path, newline="") as file:
-        rows = [Row({key: value if key in WORDS else float(value) for key, value in line.items()
-                     if key in WORDS or value}) for line in csv.DictReader(file) if line["build"] == build]
-    return {(row["group"], row["cell"], row["tolerance"], row["duration"]): row for row in rows}
 
 
 def counter_names(rows):
@@ -123,8 +111,8 @@ def by_cell(rows):
     return grouped(rows, lambda row: RANDOM_GROUP if row["group"] == RANDOM_GROUP else row.full_name)
 
 
-def shown(text, value, missing="-"):
-    return missing if math.isnan(value) else text.format(value)
+def shown(form, value, missing="-"):
+    return missing if math.isnan(value) else format(value, form)
 
 
 def worst(values):
@@ -136,7 +124,7 @@ def of(rows, key):
 
 
 def least_to_most(values):
-    return " to ".join(dict.fromkeys(figures(value) for value in (min(values), max(values))))
+    return " to ".join(dict.fromkeys(map(figures, (min(values), max(values)))))
 
 
 def power(tolerance):
@@ -159,8 +147,8 @@ def summary(rows):
 def cells_csv(rows):
     """One line for each cell, with the worst over its tolerances."""
     return csv_text(["cell", *RUNS, *RATIOS, "99.9 % of ms, ms", "A", "echo, m"], [
-        [name, *summary(of_cell), shown("{:.2g}", 1e3 * worst(of(of_cell, "ms_99_9"))),
-         shown("{:.2g}", worst(row.amplification for row in of_cell)), shown("{:.1e}", worst(of(of_cell, "echo")))]
+        [name, *summary(of_cell), shown(".2g", 1e3 * worst(of(of_cell, "ms_99_9"))),
+         shown(".2g", worst(row.amplification for row in of_cell)), shown(".1e", worst(of(of_cell, "echo")))]
         for name, of_cell in by_cell(rows).items()])
 
 
@@ -169,14 +157,8 @@ def counters_csv(rows):
     at = [row for row in rows if row["tolerance"] == max(of(rows, "tolerance"))]
     names = sorted(counter_names(at))
     return csv_text(["cell", *names], [
-        [name, *(shown("{:.0f}", sum(counts) if counts else math.nan) for counts in (
+        [name, *(f"{sum(counts):.0f}" if counts else "-" for counts in (
             [row[key] for row in of_cell if key in row] for key in names))] for name, of_cell in by_cell(at).items()])
-
-
-def group_table(rows):
-    return table(["group", "cells", *RUNS, *RATIOS], [
-        [name, f"{len(set(of(of_group, 'cell')))}", *summary(of_group)]
-        for name, of_group in grouped(rows, lambda row: row["group"]).items()])
 
 
 def base_costs(rows):
@@ -207,7 +189,8 @@ def held_text(rows):
         return "None of these runs was compared with one at a hundredth of the tolerance."
     held = [row for row in compared if row["shared_contacts"] > 0]
     others = [row for row in compared if row["shared_contacts"] == 0]
-    distances = [shown("{:.1e} m", worst(of(some, "hundredth_distance")), "none") for some in (held, others)]
+    distances = [f"{farthest:.1e} m" if farthest == farthest else "none"
+                 for farthest in (worst(of(some, "hundredth_distance")) for some in (held, others))]
     return (f"Of {len(compared)} random runs at {power(compared[0]['tolerance'])}, {len(held)} hold a wheel, "
             f"{sum(of(held, 'shared_contacts')):.0f} times in all. Largest distance from the end of a run at a "
             f"hundredth of the tolerance: {distances[0]} with a held wheel, {distances[1]} without.")
@@ -217,12 +200,16 @@ def written_part(rows):
     """What the script writes into the page."""
     failing, explained = ([row for row in rows if row["outcome"] == outcome] for outcome in ("fails", "explained"))
     cells, tolerances = len({row.full_name for row in rows}), sorted({row["tolerance"] for row in rows}, reverse=True)
-    holding = len(rows) - len(failing) - len(explained)
-    totals = (f"{cells} motions, each at {len(tolerances)} tolerances from {power(tolerances[0])} to "
-              f"{power(tolerances[-1])}: {holding} of {len(rows)} runs hold all requirements, {len(explained)} more "
-              "are explained by a sensitive motion.")
-    links = ("The worst over the cells and tolerances of each group; [cells.csv](stress/cells.csv) has every cell, "
-             f"[counters.csv](stress/counters.csv) the counters of the integration at {power(tolerances[0])}.")
-    return "\n".join([paragraph(totals), group_table(rows), paragraph(links), paragraph(base_costs(rows)),
-                      "### What does not hold\n", failure_table(failing) if failing else "Everything holds.\n",
-                      paragraph(explained_text(explained)), "### Held wheels\n", paragraph(held_text(rows))])
+    return "\n".join([
+        paragraph(f"{cells} motions, each at {len(tolerances)} tolerances from {power(tolerances[0])} to "
+                  f"{power(tolerances[-1])}: {len(rows) - len(failing) - len(explained)} of {len(rows)} runs hold all "
+                  f"requirements, {len(explained)} more are explained by a sensitive motion."),
+        table(["group", "cells", *RUNS, *RATIOS], [
+            [name, f"{len(set(of(of_group, 'cell')))}", *summary(of_group)]
+            for name, of_group in grouped(rows, lambda row: row["group"]).items()]),
+        paragraph("The worst over the cells and tolerances of each group; [cells.csv](stress/cells.csv) has every "
+                  "cell, [counters.csv](stress/counters.csv) the counters of the integration at "
+                  f"{power(tolerances[0])}."),
+        paragraph(base_costs(rows)),
+        "### What does not hold\n", failure_table(failing) if failing else "Everything holds.\n",
+        paragraph(explained_text(explained)), "### Held wheels\n", paragraph(held_text(rows))])

@@ -1,5 +1,4 @@
 """Runs of `simulate` for the stress suite, each in its own process, so that a crash or a hang ends one run only."""
-
 import json
 import math
 import subprocess
@@ -7,7 +6,7 @@ from dataclasses import dataclass, field
 
 from ..base import Base
 from ..command_line import Failed
-from . import stress_cells
+from .stress_cells import RANDOM_GROUP
 from .stress_report import MAX_MS, MAX_TIMES_BASE, MIN_PERMITTED, SMALL_ANGLE, WHEELS_CENTRE, Row
 
 CUT_AFTER = 1.3  # times the permitted time: timing noise must not cut a run that is just within it
@@ -24,13 +23,12 @@ class Run:
     message: str = ""
     summary: dict = field(default_factory=dict)  # of a run that finished or was cut
 
-    def distance(self, other):
-        """Between the ends of two runs, m: of O, and of the wheels' centres for the turn. Not a number unless both
-        finished."""
+    def distance(self, other, arm=WHEELS_CENTRE):
+        """Between the ends of two runs, m, with rotation at this distance from O; NaN unless both finished."""
         if not self.ending == other.ending == "finished":
             return math.nan
         x, y, psi = (self.summary["final"][key] - other.summary["final"][key] for key in ("x", "y", "psi"))
-        return math.hypot(x, y, WHEELS_CENTRE * psi)
+        return math.hypot(x, y, arm * psi)
 
 
 class Simulate:
@@ -42,15 +40,14 @@ class Simulate:
 
     def run(self, cell, tolerance, cpu_limit=MAX_RUN, **variant):
         """Runs the cell's scene, or a variant of it, for at most `cpu_limit` s of processor time."""
-        scene, summary = self.folder / f"{cell.file_name}.yaml", self.folder / "summary.json"
+        scene = self.folder / f"{cell.file_name}.yaml"
         if cell.table:
             (self.folder / f"{cell.file_name}.csv").write_text(cell.table)
         scene.write_text(cell.yaml(**variant))
-        summary.unlink(missing_ok=True)
-        command = [self.program, scene, "--quiet", "--relative-tolerance", repr(tolerance), "--summary", summary,
+        command = [self.program, scene, "--quiet", "--relative-tolerance", repr(tolerance), "--summary", "/dev/stdout",
                    "--cpu-limit", repr(cpu_limit)]
         try:
-            done = subprocess.run(command, stderr=subprocess.PIPE, text=True, timeout=RESPITE + 5 * cpu_limit)
+            done = subprocess.run(command, capture_output=True, text=True, timeout=RESPITE + 5 * cpu_limit)
         except subprocess.TimeoutExpired:
             return Run("hung")
         finally:
@@ -58,51 +55,46 @@ class Simulate:
         message = done.stderr.strip().removeprefix("simulate: ")
         if done.returncode < 0:
             return Run("crashed", f"signal {-done.returncode}")
-        if summary.exists():
-            numbers = json.loads(summary.read_text())
-            summary.unlink()
+        if done.stdout:
+            numbers = json.loads(done.stdout)
             return Run("finished" if numbers["completed"] else "cut", "", numbers)
         if "no longer finite" in message:
             return Run("not finite", message)
         return Run("refused" if done.returncode == 2 else "failed", message)
 
 
-def base_cost(simulate, cell, tolerance, repeats):
-    """Of the base scene at one tolerance, with which all others at it are compared: processor seconds a simulated
-    second."""
-    runs = [simulate.run(cell, tolerance) for _ in range(repeats)]
-    for run in runs:
+def base_cost(simulate, cell, tolerance):
+    """Of the base scene at one tolerance: processor seconds per simulated second."""
+    times = []
+    for _ in range(3):
+        run = simulate.run(cell, tolerance)
         if run.ending != "finished":
             raise Failed(f"the base scene does not finish at {tolerance:g}: {run.ending} {run.message}")
-    return min(run.summary["cpu_time"] for run in runs) / cell.duration
+        times.append(run.summary["cpu_time"])
+    return min(times) / cell.duration
 
 
 def measure(simulate, cell, tolerance, base, compare_held):
-    """A row of stress.csv; what could not be measured is left out. `compare_held`: whether random runs are compared
-    with a hundredth of the tolerance."""
+    """A row of stress.csv. `compare_held`: whether random runs are compared with a hundredth of the tolerance."""
     row = Row(group=cell.group, cell=cell.name, tolerance=tolerance, duration=cell.duration,
               base_cpu_time=base * cell.duration)
     run = plain_run(simulate, cell, tolerance, row)
     milliseconds(simulate, cell, tolerance, row)
     if run.ending == "finished":
         halving(simulate, cell, tolerance, run, row)
-        if compare_held and cell.group == stress_cells.RANDOM_GROUP:
-            hundredth(simulate, cell, tolerance, run, row)
+        if compare_held and cell.group == RANDOM_GROUP:
+            exact = simulate.run(cell, tolerance / 100)
+            row["hundredth_distance"] = run.distance(exact, 0) if exact.ending == "finished" else math.inf
     return row
 
 
 def plain_run(simulate, cell, tolerance, row):
     """Ending, cost, energy and counters, and where the motion ends."""
-    def run_within(permitted):
+    for permitted in max(MIN_PERMITTED, MAX_TIMES_BASE * row["base_cpu_time"]), cell.duration:
         run = simulate.run(cell, tolerance, min(MAX_RUN, CUT_AFTER * permitted))
         read(run, cell, row)
-        return run
-
-    permitted = max(MIN_PERMITTED, MAX_TIMES_BASE * row["base_cpu_time"])
-    run = run_within(permitted)
-    if run.ending == "cut" and row.is_fast:  # real time is enough for it
-        permitted = cell.duration
-        run = run_within(permitted)
+        if run.ending != "cut" or not row.is_fast:  # real time is enough for a fast one
+            break
     if run.ending == "finished" and row["cpu_time"] > permitted:
         again = simulate.run(cell, tolerance, CUT_AFTER * permitted)
         row["cpu_time"] = min(row["cpu_time"], again.summary.get("cpu_time", math.inf))
@@ -111,15 +103,14 @@ def plain_run(simulate, cell, tolerance, row):
 
 def read(run, cell, row):
     row.update(ending=run.ending, message=run.message)
-    numbers = run.summary
-    if numbers:
-        # The counters of the integration, whatever they are: all whole numbers.
+    if numbers := run.summary:
+        energy, length = numbers["energy"], numbers["path_length"]
+        # The whole numbers are the counters of the integration.
         row.update({name: value for name, value in numbers.items() if type(value) is int},
                    reached=numbers["simulated_time"], cpu_time=numbers["cpu_time"],
-                   energy_error=numbers["energy"]["max_balance_error"],
-                   energy=max(numbers["energy"]["max_kinetic"], numbers["energy"]["drive_work"],
-                              cell.outside_force * numbers["path_length"]["base"]),
-                   path=max(numbers["path_length"]["base"], *numbers["path_length"]["wheels"]),
+                   energy_error=energy["max_balance_error"],
+                   energy=max(energy["max_kinetic"], energy["drive_work"], cell.outside_force * length["base"]),
+                   path=max(length["base"], *length["wheels"]),
                    **{key: numbers["final"][key] for key in ("x", "y", "psi")})
 
 
@@ -152,12 +143,3 @@ def halving(simulate, cell, tolerance, run, row):
         if all(run.summary.get("fallback_steps") == 0 for run in (middle, neighbour)):
             moved = middle.distance(neighbour)
             row[f"amplification_{side}"] = moved / (Base.wheel_radius * SMALL_ANGLE)
-
-
-def hundredth(simulate, cell, tolerance, run, row):
-    exact = simulate.run(cell, tolerance / 100)
-    if exact.ending != "finished":  # a failure rather than a gap
-        row["hundredth_distance"] = math.inf
-        return
-    a, b = run.summary["final"], exact.summary["final"]
-    row["hundredth_distance"] = math.hypot(b["x"] - a["x"], b["y"] - a["y"])

@@ -8,7 +8,7 @@ from .builds import ROOT, add_simulate, simulate_of
 
 
 def main():
-    parser = Parser("validation", __doc__)
+    parser = Parser("validation", __doc__, "--figure torque.png", "--fit")
     parser.add_argument("--figure", metavar="PLOT.png", help="draw torque over the direction of travel, too")
     parser.add_argument("--fit", action="store_true", help="print only the friction fitted again, in three minutes")
     add_simulate(parser)

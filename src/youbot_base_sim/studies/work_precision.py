@@ -1,76 +1,57 @@
-"""Measures error against run time of this package and of other solvers on the same equations.
-
-Writes work_precision.md, its tables in CSV and the diagram .png. Builds what it needs in build/bench/ and installs
-SUNDIALS and matplotlib if they are missing. About 20 minutes; --quick: some seconds. CMAKE_ARGUMENTS go to cmake's
-configure step.
-"""
-
+"""Measures error against run time of this package and of other solvers on the same equations, in about 20 minutes.
+Writes work_precision.md, its tables in CSV and the diagram .png. Builds what it needs in build/bench/, with
+CMAKE_ARGUMENTS for cmake's configure step, and installs SUNDIALS and matplotlib if they are missing."""
+import math
+import re
 import tempfile
+import time
 from dataclasses import replace
 from pathlib import Path
 
-from ..command_line import DONE, Parser
+from ..command_line import Parser
 from ..files import make_folder, write_whole
-from ..report import csv_text
-from . import work_precision_runs as runs
+from ..report import WrittenPart, csv_text, figures, paragraph, table
 from .builds import ROOT, build
-from .work_precision_report import PAGE, TABLES, about_this_machine, written_part
+from .work_precision_runs import (COMPARISON, CONTESTANTS, EXPLICIT_SPAN, FIXED_STEP, HELD_WHEEL, LONG_ENOUGH, LONG_RUN,
+                                  RECORD, SCENES, USEFUL_ERROR, Solve, make_reference, measure)
 
-QUICK_SPAN = 2.0  # s of the scene that a quick look runs over
-
-
-def read_arguments():
-    parser = Parser("work_precision", __doc__,
-                    epilog="Exit status: 0 done, 2 rejected input, 1 the run could not be completed.")
-    parser.add_argument("--output", type=Path, default=ROOT / "docs" / "work_precision", metavar="FOLDER",
-                        help="where to write; docs/work_precision/ unless given")
-    parser.add_argument("--scene", choices=[scene.key for scene in runs.SCENES], metavar="KEY",
-                        help="run only this one")
-    parser.add_argument("--contestant", choices=[one.key for one in runs.CONTESTANTS], metavar="KEY",
-                        help="run only this one")
-    parser.add_argument("--span", type=float, metavar="S",
-                        help="simulate no more than the first S seconds of each scene, at least 1; all unless given")
-    parser.add_argument("--quick", action="store_true",
-                        help="a few seconds: one scene, its beginning, two settings each")
-    parser.add_argument("--list", action="store_true", help="print the keys of scenes and contestants")
-    parser.add_argument("--solve", type=Path, metavar="FILE",
-                        help="run this program rather than build one, and install nothing")
-    arguments = parser.parse_args()
-    if arguments.span is None:
-        arguments.span = QUICK_SPAN if arguments.quick else 1e9
-    if not arguments.span >= 1:
-        parser.error(f"--span = {arguments.span}: must be a number of seconds, 1 or more")
-    return arguments
+PAGE = WrittenPart(ROOT / "docs" / "work_precision" / "work_precision.md", "scripts/work_precision")
+ERRORS = ("position_error_m heading_error_rad velocity_error_m_s yaw_rate_error_rad_s wheel_rate_error_rad_s "
+          "roller_rate_error_rad_s")
+COUNTS = "steps rejected_steps location_steps evaluations jacobians factorizations switches"
+# Columns of the tables by their files' names: all runs, checks of what errors are measured by, run times over the
+# length of held torques and over the number of rollers, and a wheel that is held between two rollers.
+TABLES = {name: columns.split() for name, columns in {
+    "work_precision": "scene scene_title contestant contestant_title setting_kind setting span_s run_time_s repeats "
+                      f"run_time_per_simulated_s real_time_factor {ERRORS} {COUNTS} failure",
+    "references": f"scene scene_title span_s switches reference checked_by {ERRORS} failure",
+    "growth": "quantity value contestant contestant_title setting_kind setting span_s run_time_per_simulated_s "
+              "position_error_m switches failure",
+    "held_wheel": "contestant setting end_off_m position_error_m switches run_time_s failure"}.items()}
 
 
 def say(row):
-    text = f"  {row['contestant']:30} {row['setting']:<8g} "
-    if row["failure"]:
-        text += f"failed: {row['failure']}"
-    else:
-        text += (f"{row['run_time_s']:9.4f} s {row['position_error_m']:9.1e} m {row['heading_error_rad']:9.1e} rad "
-                 f"{row['steps']:9} steps {row['switches']:6} switches")
-    print(text, flush=True)
+    found = row["failure"] or f"{row['run_time_s']:9.4f} s {row['position_error_m']:9.1e} m {row['steps']:9} steps"
+    print(f"  {row['contestant']:30} {row['setting']:<8g} {found}", flush=True)
 
 
-def sweep(solve, scene, arguments, contestants):
+def sweep(solve, scene, span):
     """Rows of references.csv and of work_precision.csv."""
-    reference = runs.make_reference(solve, scene, arguments.span, "quick" if arguments.quick else "record")
+    print(scene.title, flush=True)
+    reference = make_reference(solve, scene, span, RECORD)
     checks = [{"scene": scene.key, "scene_title": scene.title, "span_s": reference["span"], "switches":
                reference["switches"], "reference": reference["title"], "checked_by": title, "failure": "", **check}
               for title, check in reference["checks"]]
-    for check in checks:
-        found = check["failure"] or f"{check['position_error_m']:.1e} m"
-        print(f"  reference ({check['reference']}, {check['switches']} switches) against {check['checked_by']}: "
-              f"{found}", flush=True)
-    explicit_span = runs.QUICK_EXPLICIT_SPAN if arguments.quick else runs.EXPLICIT_SPAN
     rows = []
-    for contestant in contestants:
-        for setting in contestant.settings[1:3] if arguments.quick else contestant.settings:
-            own_span = min(reference["span"], explicit_span) if contestant.explicit else reference["span"]
-            rows.append(runs.measure(solve, scene, reference, contestant, setting, own_span))
-            say(rows[-1])
-            if runs.ends_sweep(rows[-1]):
+    for contestant in CONTESTANTS:
+        for setting in contestant.settings:
+            own_span = min(reference["span"], EXPLICIT_SPAN) if contestant.explicit else reference["span"]
+            row = measure(solve, scene, reference, contestant, setting, own_span)
+            rows.append(row)
+            say(row)
+            # Finer settings would but take longer. A failure says nothing about them.
+            if not row["failure"] and row["run_time_s"] > (
+                    LONG_ENOUGH if row["position_error_m"] <= USEFUL_ERROR else LONG_RUN):
                 break
     return checks, rows
 
@@ -78,12 +59,11 @@ def sweep(solve, scene, arguments, contestants):
 def useful_setting(rows, scene, contestant):
     """Loosest setting with which a contestant stays within USEFUL_ERROR on a scene."""
     return max((row["setting"] for row in rows if (row["scene"], row["contestant"], row["failure"]) ==
-                (scene.key, contestant.key, "") and row["position_error_m"] <= runs.USEFUL_ERROR), default=None)
+                (scene.key, contestant.key, "") and row["position_error_m"] <= USEFUL_ERROR), default=None)
 
 
 def grow(solve, quantity, scene, variants, span, settings):
-    """Rows of growth.csv: contestants with their settings on variants of a scene, each a value of the quantity and a
-    line of YAML."""
+    """Rows of growth.csv: contestants on variants of a scene, each a value of the quantity and a line of YAML."""
     print(quantity, flush=True)
     rows = []
     with tempfile.TemporaryDirectory() as folder:
@@ -91,9 +71,9 @@ def grow(solve, quantity, scene, variants, span, settings):
             path = Path(folder) / "variant.yaml"
             path.write_text(f"{scene.path.read_text()}{line}\n")
             variant = replace(scene, key=f"{scene.key}, {value}", path=path, rows="")
-            reference = runs.make_reference(solve, variant, span, "comparison")
+            reference = make_reference(solve, variant, span, COMPARISON)
             for contestant, setting in settings:
-                row = runs.measure(solve, variant, reference, contestant, setting, span)
+                row = measure(solve, variant, reference, contestant, setting, span)
                 rows.append({"quantity": quantity, "value": value, **row})
                 say(row)
     return rows
@@ -101,42 +81,101 @@ def grow(solve, quantity, scene, variants, span, settings):
 
 def run(solve, arguments):
     """Rows of all tables by their names."""
-    scenes = [scene for scene in runs.SCENES if arguments.scene in (None, scene.key)]
-    contestants = [one for one in runs.CONTESTANTS if arguments.contestant in (None, one.key)]
+    scenes = [scene for scene in SCENES if arguments.scene in (None, scene.key)]
     tables = {name: [] for name in TABLES}
-    for scene in scenes[:1] if arguments.quick else scenes:
-        print(scene.title, flush=True)
-        checks, rows = sweep(solve, scene, arguments, contestants)
+    for scene in scenes:
+        checks, rows = sweep(solve, scene, arguments.span)
         tables["references"] += checks
         tables["work_precision"] += rows
     first = scenes[0]
-    if not arguments.quick and first is runs.SCENES[0]:
-        settings = [(one, setting) for one in contestants if not one.explicit and one.solver not in runs.FIXED_STEP
+    if first is SCENES[0]:
+        settings = [(one, setting) for one in CONTESTANTS if not one.explicit and one.solver not in FIXED_STEP
                     for setting in [useful_setting(tables["work_precision"], first, one)] if setting is not None]
         held = [(f"{period:g}", f"solver: {{control_period: {period}}}") for period in (1e-2, 1e-3, 1e-4)]
         tables["growth"] += grow(solve, "control_period, s", first, [("0", ""), *held], 1.0, settings)
         rollers = [(f"{n}", f"robot: {{rollers_per_wheel: {n}, roller_axis_radius: 0.034}}") for n in (4, 6, 12, 24)]
         tables["growth"] += grow(solve, "rollers_per_wheel", first, rollers, 5.0, settings)
-    tables["held_wheel"] = runs.held_wheel(solve)
+    reference = solve(HELD_WHEEL, "radau", 1e-10, 10.0)
+    tables["held_wheel"] = [measure(solve, HELD_WHEEL, reference, contestant, tolerance, 10.0)
+                            for contestant in CONTESTANTS if contestant.key in ("youbot_base_sim", "cvode")
+                            for tolerance in (1e-3, 1e-4, 1e-5, 1e-6, 1e-8)]
     return tables
 
 
+def seconds(t):
+    return f"{1e3 * t:.2g} ms" if t < 0.0995 else f"{1e3 * t:.0f} ms" if t < 0.9995 else f"{t:.3g} s"
+
+
+def time_within(rows, scene, contestant, error):
+    """Least run time (s) in which a contestant came within `error` (m), by the lower envelope of its points in
+    logarithms, and "<= " if its coarsest setting is more accurate already. None if it never did."""
+    points = sorted((row["run_time_s"], row["position_error_m"]) for row in rows
+                    if (row["scene"], row["contestant"], row["failure"]) == (scene, contestant, ""))
+    coarse = None
+    for fine in points:
+        if coarse and fine[1] >= coarse[1]:
+            continue
+        if fine[1] <= error:
+            if not coarse:
+                return fine[0], "<= "
+            share = math.log(error / coarse[1]) / math.log(fine[1] / coarse[1])
+            return coarse[0] * (fine[0] / coarse[0]) ** share, ""
+        coarse = fine
+    return None
+
+
+def best_table(rows):
+    """Run time of each method on each scene at USEFUL_ERROR, with the real-time factor or the ratio to this package."""
+    spans = {row["scene"]: row["span_s"] for row in reversed(rows)}  # explicit methods, which come last, have their own
+    scenes = {row["scene"]: row["scene_title"] for row in rows}
+    own = {scene: time_within(rows, scene, CONTESTANTS[0].key, USEFUL_ERROR) for scene in scenes}
+
+    def cell(contestant, scene):
+        reached = time_within(rows, scene, contestant.key, USEFUL_ERROR)
+        if not reached:
+            return "never"
+        run_time = reached[1] + seconds(reached[0])
+        if contestant is CONTESTANTS[0]:
+            return f"{run_time} ({figures(spans[scene] / reached[0])} x real time)"
+        return f"{run_time} ({reached[0] / own[scene][0]:.3g} x)" if own[scene] else run_time
+
+    return table(["method", *scenes.values()], [[one.title, *(cell(one, scene) for scene in scenes)]
+                                                for one in CONTESTANTS if not one.explicit])
+
+
+def about_this_machine(about):
+    processor = re.findall(r"(?m)^model name\s*: (.*)", Path("/proc/cpuinfo").read_text()) or ["unknown processor"]
+    return (f"{time.strftime('%Y-%m-%d', time.gmtime())}; {processor[0]}; {about['compiler']}, `{about['flags']}`; "
+            f"{about['libraries']}.")
+
+
+def written_part(about, rows, references):
+    """What the script writes into the page."""
+    checks = [check["position_error_m"] for check in references if not check["failure"]]
+    trust = f" The references agree with those that check them within {max(checks):.1e} m." if checks else ""
+    return "\n".join([paragraph(about + trust), best_table(rows)])
+
+
 def main():
-    arguments = read_arguments()
-    if arguments.list:
-        for title, items in (("scenes", runs.SCENES), ("contestants", runs.CONTESTANTS)):
-            print(f"{title}:", *(f"  {item.key:30} {item.title}" for item in items), sep="\n")
-        return DONE
-    solve = runs.Solve(arguments.solve or build("solve", packages=["libsundials-dev", "python3-matplotlib"])[0])
+    parser = Parser("work_precision", __doc__, "", "--scene case2_coulomb --span 2 --output build/case2")
+    parser.add_argument("--output", type=Path, default=ROOT / "docs" / "work_precision", metavar="FOLDER",
+                        help="where to write; docs/work_precision/ unless given")
+    parser.add_argument("--scene", choices=[scene.key for scene in SCENES], help="run only this one")
+    parser.add_argument("--span", type=float, default=1e9, metavar="S",
+                        help="simulate no more than the first S seconds of each scene, at least 1; all unless given")
+    parser.add_argument("--solve", type=Path, metavar="FILE",
+                        help="run this program rather than build one, and install nothing")
+    arguments = parser.parse_args()
+    if not arguments.span >= 1:
+        parser.error(f"--span = {arguments.span}: must be a number of seconds, 1 or more")
+    solve = Solve(arguments.solve or build("solve", packages=["libsundials-dev", "python3-matplotlib"])[0])
     tables = run(solve, arguments)
     make_folder(arguments.output)
     files = {name: arguments.output / f"{name}.csv" for name in tables}
     for name, rows in tables.items():
         write_whole(files[name], csv_text(TABLES[name], rows, "{:.6g}".format))
-    about = about_this_machine(solve.about, arguments.quick)
-    part = written_part(about, tables["work_precision"], tables["references"])
+    part = written_part(about_this_machine(solve.about), tables["work_precision"], tables["references"])
     PAGE.write(part, arguments.output / "work_precision.md")
     print(f"\n{part}\nwritten: {arguments.output}/work_precision.md and .png, {', '.join(files)} as CSV")
     from .plot_work_precision import plot  # with what has been installed
     plot(files["work_precision"], files["work_precision"].with_suffix(".png"))
-    return DONE

@@ -1,5 +1,4 @@
 """Runs of bench/solve for the work-precision diagram: contestants, scenes, references and errors."""
-
 import csv
 import json
 import math
@@ -15,21 +14,18 @@ TOLERANCES = [float(f"1e-{n}") for n in range(3, 11)]
 USEFUL_ERROR = 1e-5  # m, at which contestants are compared
 # A contestant's sweep ends after a run that takes longer, s; sooner once it is within USEFUL_ERROR.
 LONG_RUN, LONG_ENOUGH = 6.0, 2.5
-EXPLICIT_SPAN, QUICK_EXPLICIT_SPAN = 0.2, 0.05  # s of the scene that explicit methods run over
+EXPLICIT_SPAN = 0.2  # s of the scene that explicit methods run over
 FIXED_STEP = ("implicit_euler", "runge_kutta4")  # solvers whose setting is a step, s; of the others a tolerance
 ROW_RATE = 20  # Hz
 REFERENCE_EVALUATIONS = 2e8  # of the right-hand side, that a reference may take
-# Solver and tolerance to measure with, then those to tell its error by: for the record, for a quick look, and to
-# compare contestants at USEFUL_ERROR, not checked by another.
-YARDSTICKS = {"record": [("cvode", 3e-14), ("arkode_5", 1e-10)], "quick": [("cvode", 1e-11), ("arkode_5", 1e-8)],
-              "comparison": [("cvode", 1e-11)]}
+# Solver and tolerance to measure with, then to check that by; to compare contestants at USEFUL_ERROR, unchecked.
+RECORD, COMPARISON = (("cvode", 3e-14), ("arkode_5", 1e-10)), (("cvode", 1e-11),)
 
 
 @dataclass(frozen=True)
 class Contestant:
     """A way to integrate a scene, and the settings it is run with, from coarse to fine."""
-
-    key: str  # in the CSV and on the command line
+    key: str  # in the CSV
     title: str  # in the tables
     solver: str  # of bench/solve
     style: dict  # of its curve
@@ -65,7 +61,7 @@ class Scene:
     rows: str = ""  # file of test/data/reference with rows of an independent solver
 
 
-CASES = ROOT / "config" / "scenes"
+CASES, BENCH = ROOT / "config" / "scenes", ROOT / "bench" / "scenes"
 SCENES = [
     Scene("case1_ccw_coulomb", "Case 1 counter-clockwise, 2b", CASES / "case1_counter_clockwise.yaml",
           rows="case1_counter_clockwise_coulomb.csv"),
@@ -74,12 +70,12 @@ SCENES = [
     Scene("case1_printed_coulomb", "Case 1 as printed, 2b", CASES / "case1_as_printed.yaml",
           rows="case1_as_printed_coulomb.csv"),
     Scene("case2_coulomb", "Case 2, 2b", CASES / "case2.yaml", rows="case2_coulomb.csv"),
-    Scene("violent", "violent", ROOT / "bench" / "scenes" / "violent.yaml"),
-    Scene("held", "torque held over 1 ms", ROOT / "bench" / "scenes" / "held.yaml"),
-    Scene("rocking", "Case 2, rocking front axle, 10 s", ROOT / "bench" / "scenes" / "rocking.yaml"),
-    Scene("beyond", "Case 2, all beyond the paper, 10 s", ROOT / "bench" / "scenes" / "beyond.yaml"),
+    Scene("violent", "violent", BENCH / "violent.yaml"),
+    Scene("held", "torque held over 1 ms", BENCH / "held.yaml"),
+    Scene("rocking", "Case 2, rocking front axle, 10 s", BENCH / "rocking.yaml"),
+    Scene("beyond", "Case 2, all beyond the paper, 10 s", BENCH / "beyond.yaml"),
 ]
-HELD_WHEEL = Scene("held_wheel", "held wheel", ROOT / "bench" / "scenes" / "held_wheel.yaml")
+HELD_WHEEL = Scene("held_wheel", "held wheel", BENCH / "held_wheel.yaml")
 
 
 class Solve:
@@ -101,12 +97,9 @@ class Solve:
 
 def errors(rows, reference):
     """Largest differences over the rows; what is not a number counts as infinite."""
-    def largest(difference):
-        values = [difference(a, b) for a, b in zip(rows, reference)]
-        return math.inf if any(map(math.isnan, values)) else max(values, default=0.0)
-
     def of(*columns):
-        return largest(lambda a, b: math.hypot(*(a[k] - b[k] for k in columns)))
+        values = [math.hypot(*(a[k] - b[k] for k in columns)) for a, b in zip(rows, reference)]
+        return math.inf if any(map(math.isnan, values)) else max(values, default=0.0)
 
     return {"failure": "", "position_error_m": of(0, 1), "heading_error_rad": of(2), "velocity_error_m_s": of(4, 5),
             "yaw_rate_error_rad_s": of(6), "wheel_rate_error_rad_s": max(of(k) for k in range(12, 16)),
@@ -117,21 +110,19 @@ def file_rows(path):
     """Numbers of the rows of a file, by their times in rows of ROW_RATE; of other times none."""
     rows = {}
     with open(path, newline="") as file:
-        for row in list(csv.reader(file))[1:]:
-            k = float(row[0]) * ROW_RATE
-            if abs(k - round(k)) < 1e-7:
-                x = [float(x) for x in row[1:]]
-                rows[round(k)] = [*x[:3], 0.0, *x[3:6], 0.0, *x[6:]]  # in the order of a State, without the work
+        for t, *x in ([float(cell) for cell in row] for row in list(csv.reader(file))[1:]):
+            k = round(t * ROW_RATE)
+            if abs(t * ROW_RATE - k) < 1e-7:
+                rows[k] = [*x[:3], 0.0, *x[3:6], 0.0, *x[6:]]  # in the order of a State, without the work
     return rows
 
 
-def make_reference(solve, scene, span, effort):
+def make_reference(solve, scene, span, yardsticks):
     """Motion to measure against, and how far others, as independent of it as can be, are from it."""
-    def run(solver, tolerance):
-        title = f"{solver.replace('_', ' of order ').upper().replace('OF ORDER', 'of order')}, {tolerance:g}"
-        return title, solve(scene, solver, tolerance, span, max_evaluations=REFERENCE_EVALUATIONS)
-
-    (title, found), *others = [run(*yardstick) for yardstick in YARDSTICKS[effort]]
+    (title, found), *others = [
+        (f"{solver.upper().replace('_', ' of order ')}, {tolerance:g}",
+         solve(scene, solver, tolerance, span, max_evaluations=REFERENCE_EVALUATIONS))
+        for solver, tolerance in yardsticks]
     if "failure" in found:
         raise Failed(f"the reference of {scene.title} fails: {found['failure']}")
     rows = found["rows"]
@@ -165,18 +156,3 @@ def measure(solve, scene, reference, contestant, setting, span):
     if not row["position_error_m"] <= 1:
         row["failure"] = "off by more than 1 m"
     return row
-
-
-def ends_sweep(row):
-    """Whether finer settings would but take longer. A failure says nothing about them."""
-    if row["failure"]:
-        return False
-    return row["run_time_s"] > (LONG_ENOUGH if row["position_error_m"] <= USEFUL_ERROR else LONG_RUN)
-
-
-def held_wheel(solve):
-    """A wheel held between two rollers, by this package and by CVODE: where each ends, after how many switches."""
-    reference = solve(HELD_WHEEL, "radau", 1e-10, 10.0)
-    return [measure(solve, HELD_WHEEL, reference, contestant, tolerance, 10.0)
-            for contestant in CONTESTANTS if contestant.key in ("youbot_base_sim", "cvode")
-            for tolerance in (1e-3, 1e-4, 1e-5, 1e-6, 1e-8)]

@@ -1,4 +1,4 @@
-"""Shared by the programs that make figures and tables of runs of `simulate`: the runs, and the files kept of them."""
+"""Figures and tables of runs of `simulate`, and the files kept of them."""
 from pathlib import Path
 
 from ..command_line import Progress, complain
@@ -17,8 +17,7 @@ def add_arguments(parser, folder):
 
 
 class Workshop:
-    """Draws and measures with one `simulate`; what was drawn and measured before is taken from where it is kept. A
-    context, which ends with the warnings of runs. `count`: of figures and rows."""
+    """Makes `count` figures and rows with one `simulate`, or takes kept ones. A context: prints the runs' warnings."""
 
     def __init__(self, name, simulate, folder, count):
         from .runs import Kept, Recorder  # with what has been installed

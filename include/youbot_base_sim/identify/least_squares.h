@@ -1,0 +1,28 @@
+#pragma once
+
+#include <Eigen/Dense>
+#include <functional>
+
+namespace youbot_base_sim {
+
+// Ceres and Eigen's decompositions, which take long to compile, for the files here. Units are the caller's.
+
+/// Sets the residuals at x and, unless it is null, their Jacobian. Returns false where there are none.
+using Residuals = std::function<bool(const Eigen::VectorXd& x, Eigen::VectorXd& residuals, Eigen::MatrixXd* jacobian)>;
+
+/// Returns the x within bounds, of which some may be infinite, where the sum of the squares of `rows` residuals is
+/// smallest: Ceres' Levenberg-Marquardt method from `x`, for at most eight iterations.
+Eigen::VectorXd minimize_squares(const Residuals& residuals, Eigen::Index rows, Eigen::VectorXd x,
+                                 const Eigen::VectorXd& min, const Eigen::VectorXd& max);
+
+/// The shortest of the x that minimize |A x - b|. Pivots below `threshold` times the largest count as zero; 0: those
+/// that may be rounding.
+Eigen::VectorXd solve_least_squares(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, double threshold = 0);
+
+/// J^T J.
+Eigen::MatrixXd normal_matrix(const Eigen::MatrixXd& jacobian);
+
+/// Covariance of the unknowns for residuals of variance 1. Unknowns that leave no trace in the Jacobian have none.
+Eigen::MatrixXd unit_covariance(const Eigen::MatrixXd& jacobian);
+
+}  // namespace youbot_base_sim

@@ -1,0 +1,1 @@
+// What precompiled headers stand beside.
