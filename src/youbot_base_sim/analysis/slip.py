@@ -2,7 +2,7 @@
 import numpy as np
 
 from ..base import WHEELS
-from ..figures import BLACK, WHEEL_COLOURS, curve
+from ..figures import BLACK, WHEEL_COLOURS, WHEEL_NAMES, curve
 from ..records import Missing
 from .section import Section, rms
 
@@ -65,8 +65,8 @@ def add_contacts(section, contacts):
 
 def draw(figure, t, slip, R, contacts):
     panels = figure.subplots(4, 2 if contacts else 1, sharex=True, sharey="col", squeeze=False)
-    for k, (wheel, axes) in enumerate(zip(WHEELS, panels)):
-        style = dict(color=WHEEL_COLOURS[wheel], linewidth=0.6)
+    for k, (wheel, colour, axes) in enumerate(zip(WHEEL_NAMES, WHEEL_COLOURS.values(), panels)):
+        style = dict(color=colour, linewidth=0.6)
         curve(axes[0], t, slip[:, k], **style)
         axes[0].axhline(0, color=BLACK, linewidth=0.5)
         axes[0].set_ylabel(f"{wheel}, rad/s")
