@@ -2,7 +2,7 @@
 import matplotlib
 import numpy as np
 
-from ..figures import WHEEL_COLOURS, new_figure, picture
+from ..figures import WHEEL_COLOURS, new_figure
 
 matplotlib.rcParams.update({"path.simplify_threshold": 0.3, "font.size": 9, "axes.grid": True, "grid.alpha": 0.3,
                             "axes.titlesize": 9, "legend.fontsize": 8, "lines.linewidth": 1.1})
@@ -50,7 +50,3 @@ def finish_paths(axis, truth):
                       arrowprops=dict(arrowstyle="-|>", color="black", mutation_scale=14))
     axis.set(xlabel="$x_O$, m", ylabel="$y_O$, m")
     axis.set_aspect("equal", "datalim")
-
-
-def png(figure):
-    return picture(figure, dpi=110)

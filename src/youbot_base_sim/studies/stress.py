@@ -23,9 +23,6 @@ def read_arguments():
     parser.add_argument("--list", action="store_true", help="print the names of the cells and run nothing")
     arguments = parser.parse_args()
     arguments.tolerances = arguments.tolerance or [float(f"1e-{n}") for n in range(3, 11)]
-    # A hundredth of the smallest one is run too, where a wheel is held.
-    if not 1e-12 <= min(arguments.tolerances) <= max(arguments.tolerances) <= 0.1:
-        parser.error("--tolerance: must be from 1e-12 to 0.1")
     cells = list(stress_cells())
     for name in arguments.only:
         if not any(name in (cell.group, cell.full_name) for cell in cells):

@@ -32,10 +32,6 @@ class Cell:
         return f"{self.group}/{self.name}"
 
     @property
-    def file_name(self):
-        return f"{self.group}_{self.name}"
-
-    @property
     def outside_force(self):
         """Of slope and wrenches together, at most, N."""
         slope = self.scene.get("floor", {}).get("slope", {"angle": 0})["angle"]

@@ -40,9 +40,9 @@ class Simulate:
 
     def run(self, cell, tolerance, cpu_limit=MAX_RUN, **variant):
         """Runs the cell's scene, or a variant of it, for at most `cpu_limit` s of processor time."""
-        scene = self.folder / f"{cell.file_name}.yaml"
+        scene = self.folder / f"{cell.group}_{cell.name}.yaml"
         if cell.table:
-            (self.folder / f"{cell.file_name}.csv").write_text(cell.table)
+            scene.with_suffix(".csv").write_text(cell.table)
         scene.write_text(cell.yaml(**variant))
         command = [self.program, scene, "--quiet", "--relative-tolerance", repr(tolerance), "--summary", "/dev/stdout",
                    "--cpu-limit", repr(cpu_limit)]
