@@ -3,19 +3,18 @@ import numpy as np
 
 from ..base import WHEELS
 from ..figures import BLACK, WHEEL_COLOURS, WHEEL_NAMES, curve
-from ..records import Missing
+from ..records import POSE, Missing
 from .section import Section, rms
 
-V = ("V_X", "V_Y", "Omega")
 SATURATED = 0.99  # share of the friction limit
 
 
 def analyse(record):
     joints = record.need("joint_states", "velocity")
-    truth = record.get("ground_truth", *V)
+    truth = record.get("ground_truth", *POSE[3:])
     if not truth:
-        return contradiction(joints, record.lack("ground_truth", *V))
-    rolling = np.stack(record.base.rolling_rates(*[truth.at(joints.t, name) for name in V]), -1)
+        return contradiction(joints, record.lack("ground_truth", *POSE[3:]))
+    rolling = np.stack(record.base.rolling_rates(*[truth.at(joints.t, name) for name in POSE[3:]]), -1)
     both = np.isfinite(rolling).all(axis=1)
     if not both.any():
         raise Missing("ground_truth and joint_states do not overlap in time")

@@ -4,9 +4,9 @@ import numpy as np
 from matplotlib.lines import Line2D
 
 from ..base import WHEELS
-from ..figures import BLACK, BLUE, RED, SKY, WHEEL_NAMES, curve
+from ..figures import BLACK, BLUE, RED, SKY, WHEEL_COLOURS, WHEEL_NAMES, curve
 from .claims import R, R_D, by_rollers, part
-from .drawing import finish_paths, finished, letter, panels, path, wheel_style
+from .drawing import finish_paths, finished, letter, panels, path
 from .runs import DEGREES, MODELS
 
 # 2a is wide, to show on both sides of 2b, which often lies on it; zoomed in, both are thin.
@@ -30,7 +30,9 @@ def torques(study, title):
         axis = axes[0 if same else i]
         for model in ["coulomb"] if same else MODELS:
             curve(axis, runs[model]["t"], runs[model]["torque"][:, i],
-                  **(wheel_style(WHEELS[i], name) if same else STYLES[model]))
+                  **(STYLES[model] if not same else dict(  # where the front wheels may lie beneath the back ones
+                      color=WHEEL_COLOURS[WHEELS[i]], label=name, linestyle="--" if i > 1 else "-",
+                      linewidth=1.2 if i > 1 else 2.4)))
         axis.set(xlabel="t, s", ylabel="M, N m" if same else name + ", N m", xlim=(0, study.scene.duration))
     return finished(figure, *axes[0].get_legend_handles_labels()) if same else with_models(figure)
 

@@ -1,6 +1,7 @@
 """Runs `simulate` on 302 hard motions at several tolerances and judges each run by the requirements in stress.md.
 Writes to FOLDER: stress.csv with every run, stress.md with its tables in stress/, and the scenes."""
 import time
+from functools import partial
 from pathlib import Path
 
 from ..command_line import Parser, Progress, interruptible
@@ -34,7 +35,8 @@ def read_arguments():
 
 def run(arguments, progress):
     """Runs all cells one after the other: parallel runs would disturb the timing."""
-    simulate = stress_runs.Simulate(arguments.simulate or build("simulate")[0], arguments.folder / "scenes")
+    make_folder(scenes := arguments.folder / "scenes")
+    simulate = partial(stress_runs.run_cell, arguments.simulate or build("simulate")[0], scenes)
     held_tolerance = max((x for x in arguments.tolerances if x <= stress_report.DEFAULT_TOLERANCE), default=None)
     start = time.monotonic()
     rows, base, group = [], {}, None
@@ -50,8 +52,7 @@ def run(arguments, progress):
             rows.append(stress_runs.measure(simulate, cell, tolerance, base[tolerance], tolerance == held_tolerance))
             rows[-1].judge()
         write_whole(arguments.folder / "stress.csv", stress_report.csv_of_rows(rows))
-    tables = arguments.folder / "stress"
-    make_folder(tables)
+    make_folder(tables := arguments.folder / "stress")
     write_whole(tables / "cells.csv", stress_report.cells_csv(rows))
     write_whole(tables / "counters.csv", stress_report.counters_csv(rows))
     stress_report.PAGE.write(stress_report.written_part(rows), arguments.folder / "stress.md")

@@ -1,11 +1,14 @@
 """Measures error against run time of this package and of other solvers on the same equations, in about 20 minutes.
 Writes work_precision.md, its tables in CSV and the diagram .png. Builds what it needs in build/bench/, with
 CMAKE_ARGUMENTS for cmake's configure step, and installs SUNDIALS and matplotlib if they are missing."""
+import json
 import math
 import re
+import subprocess
 import tempfile
 import time
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from ..command_line import Parser
@@ -13,7 +16,7 @@ from ..files import make_folder, write_whole
 from ..report import WrittenPart, csv_text, figures, paragraph, table
 from .builds import ROOT, build
 from .work_precision_runs import (COMPARISON, CONTESTANTS, EXPLICIT_SPAN, FIXED_STEP, HELD_WHEEL, LONG_ENOUGH, LONG_RUN,
-                                  RECORD, SCENES, USEFUL_ERROR, Solve, make_reference, measure)
+                                  RECORD, SCENES, USEFUL_ERROR, make_reference, measure, run_solver)
 
 PAGE = WrittenPart(ROOT / "docs" / "work_precision" / "work_precision.md", "scripts/work_precision")
 ERRORS = ("position_error_m heading_error_rad velocity_error_m_s yaw_rate_error_rad_s wheel_rate_error_rad_s "
@@ -143,17 +146,15 @@ def best_table(rows):
                                                 for one in CONTESTANTS if not one.explicit])
 
 
-def about_this_machine(about):
+def written_part(program, rows, references):
+    """What the script writes into the page; `program` says what it was built with."""
+    about = json.loads(subprocess.check_output([program]))
     processor = re.findall(r"(?m)^model name\s*: (.*)", Path("/proc/cpuinfo").read_text()) or ["unknown processor"]
-    return (f"{time.strftime('%Y-%m-%d', time.gmtime())}; {processor[0]}; {about['compiler']}, `{about['flags']}`; "
-            f"{about['libraries']}.")
-
-
-def written_part(about, rows, references):
-    """What the script writes into the page."""
+    machine = (f"{time.strftime('%Y-%m-%d', time.gmtime())}; {processor[0]}; {about['compiler']}, `{about['flags']}`; "
+               f"{about['libraries']}.")
     checks = [check["position_error_m"] for check in references if not check["failure"]]
     trust = f" The references agree with those that check them within {max(checks):.1e} m." if checks else ""
-    return "\n".join([paragraph(about + trust), best_table(rows)])
+    return "\n".join([paragraph(machine + trust), best_table(rows)])
 
 
 def main():
@@ -168,13 +169,13 @@ def main():
     arguments = parser.parse_args()
     if not arguments.span >= 1:
         parser.error(f"--span = {arguments.span}: must be a number of seconds, 1 or more")
-    solve = Solve(arguments.solve or build("solve", packages=["libsundials-dev", "python3-matplotlib"])[0])
-    tables = run(solve, arguments)
+    program = arguments.solve or build("solve", packages=["libsundials-dev", "python3-matplotlib"])[0]
+    tables = run(partial(run_solver, program), arguments)
     make_folder(arguments.output)
     files = {name: arguments.output / f"{name}.csv" for name in tables}
     for name, rows in tables.items():
         write_whole(files[name], csv_text(TABLES[name], rows, "{:.6g}".format))
-    part = written_part(about_this_machine(solve.about), tables["work_precision"], tables["references"])
+    part = written_part(program, tables["work_precision"], tables["references"])
     PAGE.write(part, arguments.output / "work_precision.md")
     print(f"\n{part}\nwritten: {arguments.output}/work_precision.md and .png, {', '.join(files)} as CSV")
     from .plot_work_precision import plot  # with what has been installed
