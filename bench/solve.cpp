@@ -54,8 +54,7 @@ struct RunFailure : std::runtime_error {
 };
 
 /// The functions that CVODE and ARKODE of SUNDIALS 6 have in common. Both use the Jacobian by central differences, the
-/// dense linear solver and their own root finding. Other settings are chosen by trial, for the highest accuracy in the
-/// time.
+/// dense linear solver and their own root finding. Other settings are the most accurate in the time, by trial.
 struct Package {
   using Counter = int (*)(void*, long*);
   void* (*create)(SUNContext, CVRhsFn, N_Vector);
@@ -86,8 +85,7 @@ void* create_arkode(SUNContext context, CVRhsFn derivative, N_Vector y) {
   void* memory = ARKStepCreate(nullptr, derivative, 0, y, context);
   ARKStepSetTableNum(memory, table, ARKODE_ERK_NONE);
   ARKStepSetInterpolantType(memory, ARK_INTERP_LAGRANGE);  // the other, Hermite, is not for stiff problems
-  // Otherwise what Newton's iteration leaves, times the rollers' 1e7/s, counts as an error: hundreds of times more
-  // steps.
+  // Otherwise what Newton's iteration leaves, times the rollers' 1e7/s, counts as an error: far more steps.
   ARKStepSetDeduceImplicitRhs(memory, SUNTRUE);
   ARKStepSetPredictorMethod(memory, 1);
   ARKStepSetMaxNonlinIters(memory, 6);
@@ -155,8 +153,7 @@ class Integrator {
     std::array<int, 2 * kWheels> outwards;
     outwards.fill(+1);
     package_.set_root_directions(memory_, outwards.data());
-    // With the default, 0.1, both are ten times less accurate in the same time: an error that is small in velocities is
-    // large in the rollers' accelerations.
+    // With the default, 0.1, both are ten times less accurate in the same time: rollers amplify small errors.
     package_.set_convergence(memory_, 0.01);
     package_.set_max_steps(memory_, 2000000);  // for each row
   }

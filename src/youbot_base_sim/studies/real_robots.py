@@ -217,8 +217,7 @@ def gain_table():
 
 def draw(path):
     degrees, torques = zip(*directions_of_B())
-    figure = new_figure(figsize=(7, 4.6))
-    axes = figure.subplots()
+    axes = new_figure(figsize=(7, 4.6)).subplots()
     axes.errorbar(degrees, torques, 0.02, fmt="ko", markersize=4, capsize=2,
                   label="real base B on linoleum, 0.2 m/s (bars: largest standard error)")
     for key, label, style in (("B", "simulated B: profile measured, times 0.76", dict(linestyle="-", color=RED)),
@@ -232,5 +231,5 @@ def draw(path):
              ylim=(0, 1.9), xlim=(-2, 92), title="Torque over the direction of travel, real and simulated")
     axes.grid(alpha=0.3)
     axes.legend(loc="upper left", fontsize=9)
-    figure.tight_layout()
-    save(figure, path, dpi=120)
+    axes.figure.tight_layout()
+    save(axes.figure, path, dpi=120)

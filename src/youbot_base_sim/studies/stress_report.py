@@ -175,8 +175,7 @@ def held_text(rows):
     compared = [row for row in rows if "hundredth_distance" in row]
     if not compared:
         return "None of these runs was compared with one at a hundredth of the tolerance."
-    held = [row for row in compared if row["shared_contacts"] > 0]
-    others = [row for row in compared if row["shared_contacts"] == 0]
+    held, others = ([row for row in compared if (row["shared_contacts"] > 0) == is_held] for is_held in (True, False))
     distances = [f"{farthest:.1e} m" if farthest == farthest else "none"
                  for farthest in (worst(of(some, "hundredth_distance")) for some in (held, others))]
     return (f"Of {len(compared)} random runs at {power(compared[0]['tolerance'])}, {len(held)} hold a wheel, "

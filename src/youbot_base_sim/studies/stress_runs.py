@@ -134,5 +134,4 @@ def halving(simulate, cell, tolerance, run, row):
         neighbour = simulate(cell, tight, turned_by=angle)
         # Fallback steps have errors of their own, which say nothing about the motion.
         if all(run.summary.get("fallback_steps") == 0 for run in (middle, neighbour)):
-            moved = middle.distance(neighbour)
-            row[f"amplification_{side}"] = moved / (Base.wheel_radius * SMALL_ANGLE)
+            row[f"amplification_{side}"] = middle.distance(neighbour) / (Base.wheel_radius * SMALL_ANGLE)

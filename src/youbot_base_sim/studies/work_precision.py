@@ -59,12 +59,6 @@ def sweep(solve, scene, span):
     return checks, rows
 
 
-def useful_setting(rows, scene, contestant):
-    """Loosest setting with which a contestant stays within USEFUL_ERROR on a scene."""
-    return max((row["setting"] for row in rows if (row["scene"], row["contestant"], row["failure"]) ==
-                (scene.key, contestant.key, "") and row["position_error_m"] <= USEFUL_ERROR), default=None)
-
-
 def grow(solve, quantity, scene, variants, span, settings):
     """Rows of growth.csv: contestants on variants of a scene, each a value of the quantity and a line of YAML."""
     print(quantity, flush=True)
@@ -92,8 +86,11 @@ def run(solve, arguments):
         tables["work_precision"] += rows
     first = scenes[0]
     if first is SCENES[0]:
-        settings = [(one, setting) for one in CONTESTANTS if not one.explicit and one.solver not in FIXED_STEP
-                    for setting in [useful_setting(tables["work_precision"], first, one)] if setting is not None]
+        # The loosest setting with which each contestant stays within USEFUL_ERROR: they are run from coarse to fine.
+        loosest = {row["contestant"]: row["setting"] for row in reversed(tables["work_precision"])
+                   if row["scene"] == first.key and not row["failure"] and row["position_error_m"] <= USEFUL_ERROR}
+        settings = [(one, loosest[one.key]) for one in CONTESTANTS
+                    if one.key in loosest and not one.explicit and one.solver not in FIXED_STEP]
         held = [(f"{period:g}", f"solver: {{control_period: {period}}}") for period in (1e-2, 1e-3, 1e-4)]
         tables["growth"] += grow(solve, "control_period, s", first, [("0", ""), *held], 1.0, settings)
         rollers = [(f"{n}", f"robot: {{rollers_per_wheel: {n}, roller_axis_radius: 0.034}}") for n in (4, 6, 12, 24)]
