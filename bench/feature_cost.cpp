@@ -25,11 +25,8 @@ constexpr double kControlPeriod = 1e-3;  // s, of the node's loop and the driver
 /// The least that simulate could do: a row each 1 / output_rate that is not looked at.
 void run_rows(const Scene& scene) {
   Simulation simulation(scene);
-  for (std::int64_t k = 1;; ++k) {
-    const double t = static_cast<double>(k) / scene.output_rate;
-    if (t >= scene.duration * (1 - 1e-12)) break;
-    simulation.advance_to(t);
-  }
+  const double end = scene.duration * (1 - 1e-12);
+  for (int k = 1; k / scene.output_rate < end; ++k) simulation.advance_to(k / scene.output_rate);
   simulation.advance_to(scene.duration);
 }
 

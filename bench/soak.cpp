@@ -8,7 +8,6 @@
 #include <cstdlib>
 #include <ctime>
 #include <fstream>
-#include <iostream>
 #include <random>
 #include <string>
 
@@ -121,7 +120,10 @@ class Soak {
                            static_cast<double>(periods) * 1e-3;
       const Events events = loop_.take_events();
       for (const RollerSwitch& event : events.switches) add(event, hour);
-      if (loop_.meet_instant()) publish();
+      if (loop_.meet_instant()) {
+        telemetry_.visit(loop_.simulation(), loop_.sensors(), stamp_of(loop_.time()),
+                         [](const char*, const auto& make) { ros::serialization::serializeMessage(make()); });
+      }
       loop_.take_driver_events();
     }
     for (int i = 0; i < kWheels; ++i) hour.all_switches &= on_its_roller(i);
@@ -159,11 +161,6 @@ class Soak {
     const std::int64_t stands_on = geometry_.roller_at(loop_.simulation().state().phi()[i]);
     // A wheel at rest between two rollers stands on both.
     return stands_on == counted || (loop_.simulation().other_rollers()[i] && std::abs(stands_on - counted) == 1);
-  }
-
-  void publish() {
-    telemetry_.visit(loop_.simulation(), loop_.sensors(), stamp_of(loop_.time()),
-                     [](const char*, const auto& make) { ros::serialization::serializeMessage(make()); });
   }
 
   RandomStack stack_;

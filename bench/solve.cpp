@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <nvector/nvector_serial.h>
 #include <sundials/sundials_config.h>
+#include <sundials/sundials_context.h>
 #include <sunlinsol/sunlinsol_dense.h>
 #include <sunmatrix/sunmatrix_dense.h>
 
@@ -16,6 +17,9 @@
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <sundials/sundials_linearsolver.hpp>
+#include <sundials/sundials_matrix.hpp>
+#include <sundials/sundials_nvector.hpp>
 
 #include "youbot_base_sim/integration/difference_jacobian.h"
 #include "youbot_base_sim/integration/slip_system.h"
@@ -24,6 +28,7 @@
 namespace {
 
 using namespace youbot_base_sim;
+using namespace sundials::experimental;
 
 /// What a solver is asked for: method, tolerance and step are the scene's.
 struct Task {
@@ -49,8 +54,7 @@ struct RunFailure : std::runtime_error {
 };
 
 /// The functions that CVODE and ARKODE of SUNDIALS 6 have in common. Both use the Jacobian by central differences, the
-/// dense linear solver and their own root finding. Other settings are chosen by trial, for the highest accuracy in the
-/// time.
+/// dense linear solver and their own root finding. Other settings are the most accurate in the time, by trial.
 struct Package {
   using Counter = int (*)(void*, long*);
   void* (*create)(SUNContext, CVRhsFn, N_Vector);
@@ -81,8 +85,7 @@ void* create_arkode(SUNContext context, CVRhsFn derivative, N_Vector y) {
   void* memory = ARKStepCreate(nullptr, derivative, 0, y, context);
   ARKStepSetTableNum(memory, table, ARKODE_ERK_NONE);
   ARKStepSetInterpolantType(memory, ARK_INTERP_LAGRANGE);  // the other, Hermite, is not for stiff problems
-  // Otherwise what Newton's iteration leaves, times the rollers' 1e7/s, counts as an error: hundreds of times more
-  // steps.
+  // Otherwise what Newton's iteration leaves, times the rollers' 1e7/s, counts as an error: far more steps.
   ARKStepSetDeduceImplicitRhs(memory, SUNTRUE);
   ARKStepSetPredictorMethod(memory, 1);
   ARKStepSetMaxNonlinIters(memory, 6);
@@ -136,10 +139,10 @@ class Integrator {
     State start = scene.initial;
     start.phi() -= middle();
     for (int k = 0; k < kSize; ++k) {
-      NV_DATA_S(y_)[k] = start.begin()[kIndices[k]];
+      y()[k] = start.begin()[kIndices[k]];
       // Below it a component's error counts absolutely: m, rad, m/s, rad/s.
       const double smallest_size = k < kDphi ? 0.1 : k < kDgamma ? 1 : 10;
-      NV_DATA_S(absolute_)[k] = scene.solver.relative_tolerance * smallest_size;
+      N_VGetArrayPointer(absolute_)[k] = scene.solver.relative_tolerance * smallest_size;
     }
     memory_ = package_.create(context_, derivative, y_);
     package_.set_tolerances(memory_, scene.solver.relative_tolerance, absolute_);
@@ -150,21 +153,11 @@ class Integrator {
     std::array<int, 2 * kWheels> outwards;
     outwards.fill(+1);
     package_.set_root_directions(memory_, outwards.data());
-    // With the default, 0.1, both are ten times less accurate in the same time: an error that is small in velocities is
-    // large in the rollers' accelerations.
+    // With the default, 0.1, both are ten times less accurate in the same time: rollers amplify small errors.
     package_.set_convergence(memory_, 0.01);
     package_.set_max_steps(memory_, 2000000);  // for each row
   }
-  ~Integrator() {
-    package_.destroy(&memory_);
-    SUNLinSolFree(solver_);
-    SUNMatDestroy(A_);
-    N_VDestroy(absolute_);
-    N_VDestroy(y_);
-    SUNContext_Free(&context_);
-  }
-  Integrator(const Integrator&) = delete;
-  Integrator& operator=(const Integrator&) = delete;
+  ~Integrator() { package_.destroy(&memory_); }
 
   /// Starts anew at each switch and segment of torque, as the manuals ask; rows come from the dense output.
   Run run() {
@@ -248,8 +241,8 @@ class Integrator {
       State x = state(y_);
       system_->modes().switch_roller(i, system_->modes().roller(i) + direction, x);
       // The other wheels stay as they are to the bit, for a rounding error may carry them past an edge unseen.
-      NV_DATA_S(y_)[kPhi + i] = -direction * half_pitch();
-      NV_DATA_S(y_)[kDgamma + i] = x.dgamma()[i];
+      y()[kPhi + i] = -direction * half_pitch();
+      y()[kDgamma + i] = x.dgamma()[i];
     }
   }
 
@@ -268,17 +261,12 @@ class Integrator {
   double half_pitch() const { return 0.5 * system_->model().geometry().pitch(); }  // |phi| at the edges of a roller
   Wheels middle() const { return 0.5 * (system_->modes().lower_edge() + system_->modes().upper_edge()); }
 
+  double* y() { return N_VGetArrayPointer(y_); }
   State state(N_Vector y) const {
     State x;
     for (int k = 0; k < kSize; ++k) x.begin()[kIndices[k]] = NV_DATA_S(y)[k];
     x.phi() += middle();
     return x;
-  }
-
-  static SUNContext make_context() {
-    SUNContext context = nullptr;
-    if (SUNContext_Create(nullptr, &context) != 0) throw RunFailure("no SUNContext");
-    return context;
   }
 
   const Task& task_;
@@ -287,10 +275,10 @@ class Integrator {
   HeldTorque held_;
   std::unique_ptr<SlipSystem<Model>> system_;
   Run run_;
-  SUNContext context_ = make_context();
-  N_Vector y_ = N_VNew_Serial(kSize, context_), absolute_ = N_VNew_Serial(kSize, context_);
-  SUNMatrix A_ = SUNDenseMatrix(kSize, kSize, context_);
-  SUNLinearSolver solver_ = SUNLinSol_Dense(y_, A_, context_);
+  sundials::Context context_;
+  NVectorView y_ = N_VNew_Serial(kSize, context_), absolute_ = N_VNew_Serial(kSize, context_);
+  SUNMatrixView A_ = SUNDenseMatrix(kSize, kSize, context_);
+  SUNLinearSolverView solver_ = SUNLinSol_Dense(y_, A_, context_);
   void* memory_ = nullptr;
 };
 
@@ -378,11 +366,7 @@ Task read_task(const nlohmann::json& argument) {
 }  // namespace
 
 int main(int argc, char** argv) try {
-  if (argc == 1) {
-    std::cout << about().dump() << '\n';
-    return 0;
-  }
-  std::cout << measure(read_task(nlohmann::json::parse(argv[1]))).dump() << '\n';
+  std::cout << (argc == 1 ? about() : measure(read_task(nlohmann::json::parse(argv[1])))) << '\n';
   return 0;
 } catch (const std::exception& error) {
   fmt::print(stderr, "solve: {}\n", error.what());

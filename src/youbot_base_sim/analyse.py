@@ -116,12 +116,12 @@ def read_base(path):
         scene = yaml.safe_load(read_whole("--scene", path, LARGEST_SCENE, "a scene").decode("utf-8-sig"))
     except (yaml.YAMLError, ValueError, RecursionError) as error:  # a ValueError of text, and of numbers and dates
         raise Refused(f"--scene {shown(path)} is not YAML: {one_line(error)}")
-    robot = scene.get("robot", {}) if isinstance(scene, dict) else None
-    if not isinstance(robot, (dict, type(None))) or scene is None:
+    robot = scene.get("robot") or {} if isinstance(scene, dict) else None
+    if not isinstance(robot, dict):
         raise Refused(f"--scene {shown(path)}: must be a scene: a map of keys")
     base = Base()
     for key, default in vars(Base()).items():
-        value = (robot or {}).get(key, default)
+        value = robot.get(key, default)
         try:  # YAML 1.1 takes 5e-2 for text
             value = float(value)
         except (TypeError, ValueError, OverflowError):

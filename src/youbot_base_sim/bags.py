@@ -28,8 +28,7 @@ class Bag:
     def __init__(self, path):
         """Throws Refused for a file that is not a bag, and for one without a message that can be read."""
         self.path, self.problem, self._bag = path, None, None
-        file, is_new = open_bag(path)
-        file.close()
+        is_new = is_of_version_2(path)
         try:
             self._bag = rosbag.Bag(path)
             topics = self._bag.get_type_and_topic_info().topics
@@ -59,17 +58,13 @@ class Bag:
             return  # rosbag takes none for all
         messages = self._bag.read_messages(topics) if self._bag else self._scanned_messages(topics)
         last = self.start
-        while True:
-            try:
-                topic, message, arrival = next(messages)
-            except StopIteration:
-                return
-            except Exception as error:  # as above
-                self.problem = (f"{shown(self.path)} is damaged ({one_line(error)}): read up to "
-                                f"t = {self.seconds(last):.3f} s")
-                return
-            last = max(last, arrival)
-            yield topic, message, arrival
+        try:
+            for topic, message, arrival in messages:
+                last = max(last, arrival)
+                yield topic, message, arrival
+        except Exception as error:  # as above
+            self.problem = (f"{shown(self.path)} is damaged ({one_line(error)}): read up to "
+                            f"t = {self.seconds(last):.3f} s")
 
     def messages_of_one_run(self, topics):
         """Yields seconds, topic and message. Throws Refused where a topic's times go back, as in a bag of two runs."""
@@ -128,30 +123,29 @@ class Bag:
             yield connection["topic"], classes[kind]().deserialize(data), arrival
 
 
-def open_bag(path):
-    """The file, at the end of its first line if it is of version 2.0, and whether it is. Throws Refused for no bag."""
+def is_of_version_2(path):
+    """Of a bag. Throws Refused for another file."""
     try:
         if not Path(path).is_file():
             Path(path).stat()
             kind = "a folder" if Path(path).is_dir() else "not a regular file"
             raise Refused(f"{shown(path)} is {kind}: must be a bag")
-        file = open(path, "rb")
+        with open(path, "rb") as file:
+            begin = file.read(max(map(len, MAGIC)))
     except (OSError, ValueError) as error:
         raise Refused(f"{shown(path)}: {getattr(error, 'strerror', None) or one_line(error)}; must be a bag")
-    begin = file.read(max(map(len, MAGIC)))
     if not begin.startswith(MAGIC):
-        file.close()
         raise Refused(f"{shown(path)} is not a bag: must begin with #ROSBAG V2.0" if begin else
                       f"{shown(path)} is empty: must be a bag")
-    file.seek(len(MAGIC[0]))
-    return file, begin.startswith(MAGIC[0])
+    return begin.startswith(MAGIC[0])
 
 
 def scan(path):
     """Yields connection, time of arrival and bytes of the messages of a bag of version 2.0, without its index, up to
     the first record that is cut or damaged. rosbag's reindexing drops the whole last chunk: all of a short bag."""
     connections = {}
-    with open_bag(path)[0] as file:
+    with open(path, "rb") as file:
+        file.seek(len(MAGIC[0]))
         try:
             for header, data in records(file, os.fstat(file.fileno()).st_size):
                 op = header[b"op"][0]

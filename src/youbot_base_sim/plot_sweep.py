@@ -117,18 +117,17 @@ def scatter(table, arguments):
     both = np.isfinite(x) & np.isfinite(y)
     if not both.any():
         raise Refused(f"{table.path}: columns {' and '.join(map(shown, names))}: must both have a number in some run")
-    figure = new_figure(figsize=(6.4, 5))
-    axis = figure.subplots()
+    axis = new_figure(figsize=(6.4, 5)).subplots()
     points = axis.scatter(x, y, s=np.clip(2000 / len(x), 1.5, 25), c=table.numbers(color) if color else BLUE,
                           alpha=1 if color else float(np.clip(500 / len(x), 0.15, 1)), linewidths=0)
     if color:
-        figure.colorbar(points, label=label(color))
+        axis.figure.colorbar(points, label=label(color))
     axis.set(xlabel=label(names[0]), ylabel=label(names[1]), title=f"{table.name}: {both.sum()} runs")
     if sorted(names) == ["x", "y"]:
         axis.set_aspect("equal", "datalim")
     axis.grid(alpha=0.3)
     print(f"{both.sum()} of {len(x)} runs; rank correlation {correlation(x[both], y[both]):.3f}")
-    return figure
+    return axis.figure
 
 
 def histogram(table, arguments):

@@ -109,14 +109,14 @@ def commanded(chosen, types, arguments):
     return rows
 
 
-def joint_states(chosen, fields):
-    """Times, s, in order, and for each field the values of the four wheels at these times."""
-    rows = []
+def measured(chosen, fields, sign):
+    """For each field the measured rows, in order of time."""
+    read, rows = fields + (["position", "velocity"] if sign == "auto" else []), []
     for t, _, message in chosen.bag.messages_of_one_run(chosen.need(STATES)):
         if not set(JOINTS) <= set(message.name):
             continue  # the arm's
         rows.append([t])
-        for field in fields:
+        for field in read:
             column = getattr(message, field)
             if len(column) != len(message.name):
                 raise Refused(f"{chosen.path}: the joint states at t = {t:.3f} s have no {field}")
@@ -126,19 +126,14 @@ def joint_states(chosen, fields):
     if not rows:
         raise Refused(f"{chosen.path}: no joint states of {', '.join(JOINTS)}")
     table = np.array(sorted(rows, key=lambda row: row[0]))
-    return table[:, 0], dict(zip(fields, np.split(table[:, 1:], len(fields), axis=1)))
-
-
-def measured(chosen, fields, sign):
-    """For each field the measured rows."""
-    t, states = joint_states(chosen, fields + (["position", "velocity"] if sign == "auto" else []))
+    states = dict(zip(read, np.split(table[:, 1:], len(read), axis=1)))
     if sign == "auto":
         sign = velocity_sign(states["position"], states["velocity"])
         if sign in (None, "still"):
             raise Refused(f"{chosen.path}: the sign of the velocities cannot be found from the positions "
                           f"({'no wheel turns' if sign else 'they contradict each other'}); give --joint-velocity-sign")
         print(f"joint velocities are {sign}")
-    return [list(zip(t.tolist(), (sign_factors(sign) * states[field]).tolist())) for field in fields]
+    return [list(zip(table[:, 0].tolist(), (sign_factors(sign) * states[field]).tolist())) for field in fields]
 
 
 def write(path, rows):

@@ -4,16 +4,15 @@ import math
 import numpy as np
 
 from ..figures import BLACK, RED, curve, thinned
-from ..records import Missing
+from ..records import POSE, Missing
 from .section import Section, each, rms, summed
 
-POSE = ("x", "y", "psi")
 PIECE, PIECE_ANGLE = 1.0, math.pi / 2  # m and rad: pieces over which the error is measured afresh
 JUMP = 10.0  # m/s, faster than any base: the odometry was set anew
 
 
 def analyse(record):
-    odom, truth = record.need("odom", *POSE), record.need("ground_truth", *POSE)
+    odom, truth = (record.need(name, *POSE[:3]) for name in ("odom", "ground_truth"))
     aligned = Aligned(odom, truth)
     section = Section("odometry", "Odometry against ground truth, aligned in position and heading at t = "
                                   f"{aligned.t[0]:.3f} s")
@@ -45,13 +44,13 @@ class Aligned:
     """Truth and odometry at the odometry's instants, in the frame of the truth."""
 
     def __init__(self, odom, truth):
-        true = [truth.at(odom.t, name) for name in POSE]
+        true = [truth.at(odom.t, name) for name in POSE[:3]]
         both = np.isfinite(true[0])
         if np.sum(both) < 2:
             raise Missing("odom and ground_truth do not overlap in time")
         self.t = odom.t[both]
         self.truth = [column[both] for column in true]
-        x, y, psi = [odom[name][both] for name in POSE]
+        x, y, psi = (odom[name][both] for name in POSE[:3])
         X, Y, Psi = self.truth
         turn = Psi[0] - psi[0]
         dx, dy = x - x[0], y - y[0]

@@ -2,20 +2,19 @@
 import numpy as np
 
 from ..base import WHEELS
-from ..figures import BLACK, WHEEL_COLOURS, curve
-from ..records import Missing
+from ..figures import BLACK, WHEEL_COLOURS, WHEEL_NAMES, curve
+from ..records import POSE, Missing
 from .section import Section, rms
 
-V = ("V_X", "V_Y", "Omega")
 SATURATED = 0.99  # share of the friction limit
 
 
 def analyse(record):
     joints = record.need("joint_states", "velocity")
-    truth = record.get("ground_truth", *V)
+    truth = record.get("ground_truth", *POSE[3:])
     if not truth:
-        return contradiction(joints, record.lack("ground_truth", *V))
-    rolling = np.stack(record.base.rolling_rates(*[truth.at(joints.t, name) for name in V]), -1)
+        return contradiction(joints, record.lack("ground_truth", *POSE[3:]))
+    rolling = np.stack(record.base.rolling_rates(*[truth.at(joints.t, name) for name in POSE[3:]]), -1)
     both = np.isfinite(rolling).all(axis=1)
     if not both.any():
         raise Missing("ground_truth and joint_states do not overlap in time")
@@ -65,8 +64,8 @@ def add_contacts(section, contacts):
 
 def draw(figure, t, slip, R, contacts):
     panels = figure.subplots(4, 2 if contacts else 1, sharex=True, sharey="col", squeeze=False)
-    for k, (wheel, axes) in enumerate(zip(WHEELS, panels)):
-        style = dict(color=WHEEL_COLOURS[wheel], linewidth=0.6)
+    for k, (wheel, colour, axes) in enumerate(zip(WHEEL_NAMES, WHEEL_COLOURS.values(), panels)):
+        style = dict(color=colour, linewidth=0.6)
         curve(axes[0], t, slip[:, k], **style)
         axes[0].axhline(0, color=BLACK, linewidth=0.5)
         axes[0].set_ylabel(f"{wheel}, rad/s")

@@ -2,7 +2,7 @@
 import numpy as np
 
 from ..base import WHEELS
-from ..figures import WHEEL_COLOURS
+from ..figures import WHEEL_COLOURS, WHEEL_NAMES
 from .section import Section
 
 SLOWEST = 2e-3  # s: friction ends a jump of slip within milliseconds
@@ -96,8 +96,8 @@ def add_jumps(section, record, switches, intervals):
 def draw(figure, switches, of_wheel, intervals, jumps):
     has_jumps = np.isfinite(jumps).any()
     rows = figure.subplots(2 if has_jumps else 1, 1, sharex=True, squeeze=False)[:, 0]
-    for wheel, mask, (t, gaps) in zip(WHEELS, of_wheel, intervals):
-        style = dict(linestyle="", marker=".", markersize=3, color=WHEEL_COLOURS[wheel])
+    for wheel, colour, mask, (t, gaps) in zip(WHEEL_NAMES, WHEEL_COLOURS.values(), of_wheel, intervals):
+        style = dict(linestyle="", marker=".", markersize=3, color=colour)
         rows[0].semilogy(t, 1e3 * gaps, label=wheel, **style)
         if has_jumps:
             rows[1].plot(switches.t[mask], 1e3 * jumps[mask], **style)

@@ -3,10 +3,9 @@
 import numpy as np
 from matplotlib.lines import Line2D
 
-from ..base import WHEELS
-from ..figures import BLACK, BLUE, RED, SKY, WHEEL_NAMES, curve
+from ..figures import BLACK, BLUE, RED, SKY, WHEEL_COLOURS, WHEEL_NAMES, curve
 from .claims import R, R_D, by_rollers, part
-from .drawing import finish_paths, finished, letter, panels, path, wheel_style
+from .drawing import finish_paths, finished, letter, panels, path
 from .runs import DEGREES, MODELS
 
 # 2a is wide, to show on both sides of 2b, which often lies on it; zoomed in, both are thin.
@@ -24,13 +23,14 @@ def torques(study, title):
     """Fig. 4: the wheels' torques over time; of each model, where they differ."""
     runs = {model: run.wheels for model, run in study.whole.items()}
     same = all(np.allclose(run["torque"], runs["coulomb"]["torque"], atol=1e-6) for run in runs.values())
-    names = [f"$M_{i + 1}$ ({wheel})" for i, wheel in enumerate(WHEEL_NAMES)]
     figure, axes = panels(*((1, 1) if same else (2, 2)), title)
-    for i, name in enumerate(names):
-        axis = axes[0 if same else i]
+    for i, (wheel, colour) in enumerate(zip(WHEEL_NAMES, WHEEL_COLOURS.values())):
+        axis, name = axes[0 if same else i], f"$M_{i + 1}$ ({wheel})"
         for model in ["coulomb"] if same else MODELS:
             curve(axis, runs[model]["t"], runs[model]["torque"][:, i],
-                  **(wheel_style(WHEELS[i], name) if same else STYLES[model]))
+                  **(STYLES[model] if not same else dict(  # the front wheels may lie beneath the back ones
+                      color=colour, label=name, linestyle="--" if i > 1 else "-",
+                      linewidth=1.2 if i > 1 else 2.4)))
         axis.set(xlabel="t, s", ylabel="M, N m" if same else name + ", N m", xlim=(0, study.scene.duration))
     return finished(figure, *axes[0].get_legend_handles_labels()) if same else with_models(figure)
 

@@ -2,7 +2,7 @@
 import matplotlib
 import numpy as np
 
-from ..figures import WHEEL_COLOURS, new_figure, picture
+from ..figures import new_figure
 
 matplotlib.rcParams.update({"path.simplify_threshold": 0.3, "font.size": 9, "axes.grid": True, "grid.alpha": 0.3,
                             "axes.titlesize": 9, "legend.fontsize": 8, "lines.linewidth": 1.1})
@@ -27,13 +27,6 @@ def letter(axes, titles):
         axis.set_title(f"({name}) {title}")
 
 
-def wheel_style(wheel, name):
-    """Of the wheels' torques in one diagram, where the front ones may lie beneath the rear ones."""
-    is_front = wheel[0] == "f"
-    return dict(color=WHEEL_COLOURS[wheel], label=name, linestyle="-" if is_front else "--",
-                linewidth=2.4 if is_front else 1.2)
-
-
 def path(axis, truth, **style):
     """The path of O, with a dot at its end."""
     axis.plot(truth["x"], truth["y"], **style)
@@ -50,7 +43,3 @@ def finish_paths(axis, truth):
                       arrowprops=dict(arrowstyle="-|>", color="black", mutation_scale=14))
     axis.set(xlabel="$x_O$, m", ylabel="$y_O$, m")
     axis.set_aspect("equal", "datalim")
-
-
-def png(figure):
-    return picture(figure, dpi=110)

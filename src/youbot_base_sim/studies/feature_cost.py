@@ -67,8 +67,7 @@ class Counter:
         return (long - short) / (LONG - SHORT)
 
     def summary(self, simulate, scene, *options):
-        command = [simulate, scene, *options, "--quiet", "--summary", "/dev/stdout"]
-        return json.loads(subprocess.check_output(command))
+        return json.loads(subprocess.check_output([simulate, scene, *options, "--quiet", "--summary", "/dev/stdout"]))
 
     def real_time(self, simulate):
         """How many times as fast as real time the whole of the paper's case runs, at its best of several runs."""

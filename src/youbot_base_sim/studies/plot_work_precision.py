@@ -62,7 +62,7 @@ def draw(scenes, titles):
         axes.set_visible(False)
     first = grid[0][0]
     first.invert_xaxis()  # shared: more accurate to the right
-    first.text(0.02, 1, "real time", transform=first.get_yaxis_transform(), fontsize=8, color=GREY, va="top")
+    first.text(0.02, 1, "real time", transform=first.get_yaxis_transform(), fontsize=8, color=GREY, va="bottom")
     for axes in grid[:, 0]:
         axes.set_ylabel("run time for each simulated second, s", fontsize=9)
     for column in grid.T:

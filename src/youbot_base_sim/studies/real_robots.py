@@ -12,6 +12,7 @@ import numpy as np
 from ..analysis.section import rms
 from ..base import DRIVER_RADIUS, GRAVITY, WHEELS, Base
 from ..figures import BLUE, GREEN, ORANGE, RED, new_figure, save
+from ..report import table
 from .builds import ROOT
 
 YOUBOT = Base()
@@ -30,8 +31,8 @@ class Run:
 
     def __init__(self, robot, rates, duration, initial="", floor="", gains=GAINS):
         with tempfile.TemporaryDirectory() as folder:
-            scene, table, rows = (Path(folder) / name for name in ("scene.yaml", "table.csv", "rows.csv"))
-            table.write_text(f"t,{','.join(WHEELS)}\n0,{','.join(map(repr, rates))}\n")
+            scene, rates_table, rows = (Path(folder) / name for name in ("scene.yaml", "table.csv", "rows.csv"))
+            rates_table.write_text(f"t,{','.join(WHEELS)}\n0,{','.join(map(repr, rates))}\n")
             scene.write_text(f"duration: {duration}\noutput_rate: {RATE}\nrobot: {robot}\nfloor: {{{floor}}}\n"
                              f"initial: {{{initial}}}\nmotors: {{velocity_proportional_gain: {gains[0]}, "
                              f"velocity_integral_gain: {gains[1]}}}\nsolver: {{relative_tolerance: 1e-5}}\n"
@@ -70,21 +71,18 @@ def velocity_along(degrees, speed=0.2):
     return speed * math.cos(math.radians(degrees)), speed * math.sin(math.radians(degrees)), 0
 
 
-def print_row(*cells):
-    print(f"| {' | '.join(cells)} |", flush=True)
-
-
 def torque_table():
-    motions = [("A", "forward, 0.1 m/s", (0.1, 0, 0), 0.237), ("A", "lateral, 0.1 m/s", (0, 0.1, 0), 1.024),
-               ("A", "yaw, 0.314 rad/s", (0, 0, 0.314), 0.666), ("B", "forward, 0.1 m/s", (0.1, 0, 0), 0.159),
-               *(("B", what + ", 0.2 m/s", velocity_along(degrees), real) for degrees, what, real in (
-                   (0, "forward", 0.168), (30, "30 degrees", 0.451), (45, "45 degrees", 0.504),
-                   (60, "60 degrees", 0.698), (90, "lateral", 0.719)))]
-    print("\n| robot | motion | real, N m | `measured`, N m | off by | `paper`, N m |\n|---|---|---|---|---|---|")
-    for robot, what, velocity, real in motions:
+    rows = []
+    for robot, what, velocity, real in (
+            ("A", "forward, 0.1 m/s", (0.1, 0, 0), 0.237), ("A", "lateral, 0.1 m/s", (0, 0.1, 0), 1.024),
+            ("A", "yaw, 0.314 rad/s", (0, 0, 0.314), 0.666), ("B", "forward, 0.1 m/s", (0.1, 0, 0), 0.159),
+            *(("B", what + ", 0.2 m/s", velocity_along(degrees), real) for degrees, what, real in (
+                (0, "forward", 0.168), (30, "30 degrees", 0.451), (45, "45 degrees", 0.504),
+                (60, "60 degrees", 0.698), (90, "lateral", 0.719)))):
         measured, paper = mean_torque(robot, robot, velocity), mean_torque(robot, "paper", velocity)
-        print_row(robot, what, f"{real:.3f}", f"{measured:.3f}",
-                  f"{measured - real:+.3f}, {100 * (measured / real - 1):+.0f} %", f"{paper:.3f}")
+        rows.append([robot, what, f"{real:.3f}", f"{measured:.3f}",
+                     f"{measured - real:+.3f}, {100 * (measured / real - 1):+.0f} %", f"{paper:.3f}"])
+    return table(["robot", "motion", "real, N m", "`measured`, N m", "off by", "`paper`, N m"], rows)
 
 
 # What the records have of a base's torques, N m, as functions of the means of its four wheels.
@@ -130,15 +128,14 @@ def fit(free, spin_radius):
 
 
 def fit_table():
-    print()
-    print_row("friction", *(f"`{key}`" for key in FITTED), "off A, N m", "off B, N m")
-    print("|---" * (len(FITTED) + 3) + "|")
+    rows = []
     for what, free, spin_radius in (("`measured`", 0, 0), ("fitted again", 4, 0),
                                     ("`measured`, spin radius 2 mm", 0, 2e-3), ("fitted with it", 4, 2e-3),
                                     ("fitted with it, and the smoothing too", 5, 2e-3)):
         values = fit(free, spin_radius) if free else MEASURED
-        print_row(what, *(f"{value:.3g}" for value in values),
-                  *(f"{rms(part):.4f}" for part in off(values, spin_radius)))
+        rows.append([what, *(f"{value:.3g}" for value in values),
+                     *(f"{rms(part):.4f}" for part in off(values, spin_radius))])
+    return table(["friction", *(f"`{key}`" for key in FITTED), "off A, N m", "off B, N m"], rows)
 
 
 def crossing(t, rate, share):
@@ -160,8 +157,7 @@ def rise_and_overshoot(robot, gains, velocity, phi):
 
 def rise_table():
     starts = [(0, 0, 0, 0)] + np.random.default_rng(1).uniform(0, math.pi / 3, (STARTS, 4)).round(4).tolist()
-    print("\n| friction | P, I | forward | lateral | yaw |\n|---|---|---|---|---|")
-    print("| base A | | 0.26 s, 21 % | 0.50 to 0.54 s, 15 % | 0.32 s, 13 % |")
+    rows = [["base A", "", "0.26 s, 21 %", "0.50 to 0.54 s, 15 %", "0.32 s, 13 %"]]
     for what, name, gains in (("`paper`", "paper", GAINS), ("`measured`", "measured", GAINS),
                               ("A's", "A", (0.4, 0.9)), ("A's", "A", GAINS), ("A's", "A", (0.4, 1.6))):
         cells = []
@@ -172,17 +168,19 @@ def rise_table():
             low, high = np.quantile(found[1:, 0], (0.05, 0.95))
             mean_rise, mean_overshoot = found[1:].mean(axis=0)
             cells.append(f"{found[0, 0]:.2f}; {mean_rise:.2f} ({low:.2f} to {high:.2f}) s, {abs(mean_overshoot):.0f} %")
-        print_row(what, f"{gains[0]}, {gains[1]}", *cells)
+        rows.append([what, f"{gains[0]}, {gains[1]}", *cells])
+    return table(["friction", "P, I", "forward", "lateral", "yaw"], rows)
 
 
-def ripple(name):
-    """Of the torque in lateral motion at 0.2 m/s: cycles per revolution of the wheel, and amplitude, N m."""
-    run = Run(PROFILES[name], YOUBOT.rolling_rates(0, 0.2, 0), 20, "twist: [0, 0.2, 0]")
+def ripple_of_B():
+    """A line on the torque in lateral motion at 0.2 m/s."""
+    run = Run(PROFILES["B"], YOUBOT.rolling_rates(0, 0.2, 0), 20, "twist: [0, 0.2, 0]")
     wheel = run.torque[len(run.torque) // 2:, 1]
     spectrum = np.abs(np.fft.rfft((wheel - wheel.mean()) * np.hanning(len(wheel)))) * 4 / len(wheel)
     frequency = np.fft.rfftfreq(len(wheel), 1 / RATE)
     turns = (run.phi[-1, 1] - run.phi[len(run.phi) // 2, 1]) / (2 * math.pi) / 10
-    return frequency[spectrum.argmax()] / turns, spectrum.max()
+    return (f"ripple in lateral motion: {frequency[spectrum.argmax()] / turns:.2f} per revolution of the wheel, "
+            f"{spectrum.max():.3f} N m (B: 6.0, about 0.06)\n")
 
 
 def gain_ratios(robot, base, floor="", gains=GAINS):
@@ -208,19 +206,18 @@ def gain_table():
                "wheel_damping": 1e-3, "roller_damping": 1e-6, **vars(C)}
     free_C, dry_C = json.dumps(robot_C), json.dumps({**robot_C, "roller_dry_friction": 2.2e-3 * limit_C})
     gentle = (0.02, 0.1)  # gains for wheels of a sixtieth of the youBot's inertia
-    print("\n| wheels | k_Y/k_X | q |\n|---|---|---|")
-    for what, *arguments in (*((f"the youBot, {owner} friction", PROFILES[name], YOUBOT)
-                               for owner, name in (("paper's", "paper"), ("A's", "A"), ("B's", "B"))),
-                             ("C, rollers without friction", free_C, C, "", gentle),
-                             ("C, dry rollers, 2.2 mm times f N", dry_C, C, "", gentle),
-                             ("C, dry rollers and spin friction, 2 mm", dry_C, C, "spin_radius: 2e-3", gentle)):
-        print_row(what, *(f"{ratio:.4f}" for ratio in gain_ratios(*arguments)))
+    return table(["wheels", "k_Y/k_X", "q"], [
+        [what, *(f"{ratio:.4f}" for ratio in gain_ratios(*arguments))] for what, *arguments in (
+            *((f"the youBot, {owner} friction", PROFILES[name], YOUBOT)
+              for owner, name in (("paper's", "paper"), ("A's", "A"), ("B's", "B"))),
+            ("C, rollers without friction", free_C, C, "", gentle),
+            ("C, dry rollers, 2.2 mm times f N", dry_C, C, "", gentle),
+            ("C, dry rollers and spin friction, 2 mm", dry_C, C, "spin_radius: 2e-3", gentle))])
 
 
 def draw(path):
     degrees, torques = zip(*directions_of_B())
-    figure = new_figure(figsize=(7, 4.6))
-    axes = figure.subplots()
+    axes = new_figure(figsize=(7, 4.6)).subplots()
     axes.errorbar(degrees, torques, 0.02, fmt="ko", markersize=4, capsize=2,
                   label="real base B on linoleum, 0.2 m/s (bars: largest standard error)")
     for key, label, style in (("B", "simulated B: profile measured, times 0.76", dict(linestyle="-", color=RED)),
@@ -234,5 +231,5 @@ def draw(path):
              ylim=(0, 1.9), xlim=(-2, 92), title="Torque over the direction of travel, real and simulated")
     axes.grid(alpha=0.3)
     axes.legend(loc="upper left", fontsize=9)
-    figure.tight_layout()
-    save(figure, path, dpi=120)
+    axes.figure.tight_layout()
+    save(axes.figure, path, dpi=120)

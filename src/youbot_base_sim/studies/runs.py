@@ -10,7 +10,6 @@ import os
 import shutil
 import subprocess
 import tempfile
-import threading
 from concurrent.futures import ThreadPoolExecutor
 from functools import cached_property
 from pathlib import Path
@@ -172,7 +171,7 @@ class Recorder:
 
     def __init__(self, simulate, kept, report=lambda done, count: None):
         self.simulate, self.kept, self.report, self.warnings = Path(simulate), kept, report, []
-        self.lock, self.running, self.stopped = threading.Lock(), set(), False
+        self.running = set()
 
     def check(self, scene):
         """Throws Refused, with what `simulate` says, where it does not take the scene as it is."""
@@ -182,12 +181,9 @@ class Recorder:
 
     def run(self, *arguments):
         """Exit status of `simulate`, and its first line of errors."""
-        with self.lock:
-            if self.stopped:
-                raise Failed("stopped")
-            program = subprocess.Popen([self.simulate, *arguments, "--quiet"], stdout=subprocess.DEVNULL,
-                                       stderr=subprocess.PIPE, stdin=subprocess.DEVNULL, text=True)
-            self.running.add(program)
+        program = subprocess.Popen([self.simulate, *arguments, "--quiet"], stdout=subprocess.DEVNULL,
+                                   stderr=subprocess.PIPE, stdin=subprocess.DEVNULL, text=True)
+        self.running.add(program)
         line = program.communicate()[1].strip().split("\n")[0]
         self.running.discard(program)
         return program.returncode, line.removeprefix("simulate: ")
@@ -221,10 +217,9 @@ class Recorder:
                     recordings.append(future.result())
                     self.report(len(recordings), len(runs))
             except BaseException:  # an interrupt too
-                with self.lock:
-                    self.stopped = True
-                    for program in list(self.running):
-                        program.terminate()
+                pool.shutdown(wait=False, cancel_futures=True)
+                for program in list(self.running):
+                    program.terminate()
                 raise
         return recordings
 

@@ -1,6 +1,7 @@
 """Runs `simulate` on 302 hard motions at several tolerances and judges each run by the requirements in stress.md.
 Writes to FOLDER: stress.csv with every run, stress.md with its tables in stress/, and the scenes."""
 import time
+from functools import partial
 from pathlib import Path
 
 from ..command_line import Parser, Progress, interruptible
@@ -23,9 +24,6 @@ def read_arguments():
     parser.add_argument("--list", action="store_true", help="print the names of the cells and run nothing")
     arguments = parser.parse_args()
     arguments.tolerances = arguments.tolerance or [float(f"1e-{n}") for n in range(3, 11)]
-    # A hundredth of the smallest one is run too, where a wheel is held.
-    if not 1e-12 <= min(arguments.tolerances) <= max(arguments.tolerances) <= 0.1:
-        parser.error("--tolerance: must be from 1e-12 to 0.1")
     cells = list(stress_cells())
     for name in arguments.only:
         if not any(name in (cell.group, cell.full_name) for cell in cells):
@@ -37,7 +35,8 @@ def read_arguments():
 
 def run(arguments, progress):
     """Runs all cells one after the other: parallel runs would disturb the timing."""
-    simulate = stress_runs.Simulate(arguments.simulate or build("simulate")[0], arguments.folder / "scenes")
+    make_folder(scenes := arguments.folder / "scenes")
+    simulate = partial(stress_runs.run_cell, arguments.simulate or build("simulate")[0], scenes)
     held_tolerance = max((x for x in arguments.tolerances if x <= stress_report.DEFAULT_TOLERANCE), default=None)
     start = time.monotonic()
     rows, base, group = [], {}, None
@@ -53,8 +52,7 @@ def run(arguments, progress):
             rows.append(stress_runs.measure(simulate, cell, tolerance, base[tolerance], tolerance == held_tolerance))
             rows[-1].judge()
         write_whole(arguments.folder / "stress.csv", stress_report.csv_of_rows(rows))
-    tables = arguments.folder / "stress"
-    make_folder(tables)
+    make_folder(tables := arguments.folder / "stress")
     write_whole(tables / "cells.csv", stress_report.cells_csv(rows))
     write_whole(tables / "counters.csv", stress_report.counters_csv(rows))
     stress_report.PAGE.write(stress_report.written_part(rows), arguments.folder / "stress.md")

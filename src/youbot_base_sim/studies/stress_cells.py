@@ -32,10 +32,6 @@ class Cell:
         return f"{self.group}/{self.name}"
 
     @property
-    def file_name(self):
-        return f"{self.group}_{self.name}"
-
-    @property
     def outside_force(self):
         """Of slope and wrenches together, at most, N."""
         slope = self.scene.get("floor", {}).get("slope", {"angle": 0})["angle"]
@@ -179,8 +175,8 @@ def beyond():
     yield cell("floor", "patch_of_friction_0_sharp", short, floor={"patches": [{**WET_PATCH, "edge": 1e-3}]})
     yield cell("floor", "no_friction_under_one_wheel", short, floor={"friction": [0, 0.5, 0.5, 0.5]})
     yield cell("floor", "friction_from_0.1_to_2", short, floor={"friction": [0.1, 0.5, 1, 2]})
-    for name, radius in (("1_mm", 1e-3), ("10_mm", 1e-2)):
-        yield cell("floor", f"spin_radius_of_{name}", short, floor={"spin_radius": radius})
+    for mm in (1, 10):
+        yield cell("floor", f"spin_radius_of_{mm}_mm", short, floor={"spin_radius": mm * 1e-3})
 
     yield cell("load", "100_kg", short, loads=[LOAD])
     yield cell("load", "100_kg_put_on_at_rest", short, loads=[{**LOAD, "start": 1, "end": 2, "placed": "at_rest"}])

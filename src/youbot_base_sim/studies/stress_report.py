@@ -161,12 +161,6 @@ def counters_csv(rows):
             [row[key] for row in of_cell if key in row] for key in names))] for name, of_cell in by_cell(at).items()])
 
 
-def base_costs(rows):
-    costs = [f"{least_to_most([1e3 * row['base_cpu_time'] / row['duration'] for row in at])} ms at {power(tolerance)}"
-             for tolerance, at in sorted(grouped(rows, lambda row: row["tolerance"]).items(), reverse=True)]
-    return f"The base scene takes per simulated second {', '.join(costs)}."
-
-
 def failure_table(failing):
     """A line for each cell and requirement that it fails, over the tolerances."""
     found = grouped([(row.full_name, text, row["tolerance"], value) for row in failing
@@ -176,19 +170,12 @@ def failure_table(failing):
          text.format(least_to_most([failure[3] for failure in failures]))] for (name, text), failures in found.items()])
 
 
-def explained_text(explained):
-    runs = [f"{row.full_name} at {power(row['tolerance'])} (halving {figures(row['halving_ratio'])}, "
-            f"A {figures(row.amplification)})" for row in explained]
-    return f"Explained by a sensitive motion: {', '.join(runs) or 'none'}."
-
-
 def held_text(rows):
     """The random runs in which a wheel was held, and how far a hundredth of the tolerance moves their ends."""
     compared = [row for row in rows if "hundredth_distance" in row]
     if not compared:
         return "None of these runs was compared with one at a hundredth of the tolerance."
-    held = [row for row in compared if row["shared_contacts"] > 0]
-    others = [row for row in compared if row["shared_contacts"] == 0]
+    held, others = ([row for row in compared if (row["shared_contacts"] > 0) == is_held] for is_held in (True, False))
     distances = [f"{farthest:.1e} m" if farthest == farthest else "none"
                  for farthest in (worst(of(some, "hundredth_distance")) for some in (held, others))]
     return (f"Of {len(compared)} random runs at {power(compared[0]['tolerance'])}, {len(held)} hold a wheel, "
@@ -199,6 +186,10 @@ def held_text(rows):
 def written_part(rows):
     """What the script writes into the page."""
     failing, explained = ([row for row in rows if row["outcome"] == outcome] for outcome in ("fails", "explained"))
+    costs = [f"{least_to_most([1e3 * row['base_cpu_time'] / row['duration'] for row in at])} ms at {power(tolerance)}"
+             for tolerance, at in sorted(grouped(rows, lambda row: row["tolerance"]).items(), reverse=True)]
+    sensitive = [f"{row.full_name} at {power(row['tolerance'])} (halving {figures(row['halving_ratio'])}, "
+                 f"A {figures(row.amplification)})" for row in explained]
     cells, tolerances = len({row.full_name for row in rows}), sorted({row["tolerance"] for row in rows}, reverse=True)
     return "\n".join([
         paragraph(f"{cells} motions, each at {len(tolerances)} tolerances from {power(tolerances[0])} to "
@@ -210,6 +201,7 @@ def written_part(rows):
         paragraph("The worst over the cells and tolerances of each group; [cells.csv](stress/cells.csv) has every "
                   "cell, [counters.csv](stress/counters.csv) the counters of the integration at "
                   f"{power(tolerances[0])}."),
-        paragraph(base_costs(rows)),
+        paragraph(f"The base scene takes per simulated second {', '.join(costs)}."),
         "### What does not hold\n", failure_table(failing) if failing else "Everything holds.\n",
-        paragraph(explained_text(explained)), "### Held wheels\n", paragraph(held_text(rows))])
+        paragraph(f"Explained by a sensitive motion: {', '.join(sensitive) or 'none'}."),
+        "### Held wheels\n", paragraph(held_text(rows))])

@@ -31,43 +31,36 @@ class Run:
         return math.hypot(x, y, arm * psi)
 
 
-class Simulate:
-    """The program, and the folder in which its scenes lie."""
-
-    def __init__(self, program, folder):
-        self.program, self.folder = program, folder
-        self.folder.mkdir(parents=True, exist_ok=True)
-
-    def run(self, cell, tolerance, cpu_limit=MAX_RUN, **variant):
-        """Runs the cell's scene, or a variant of it, for at most `cpu_limit` s of processor time."""
-        scene = self.folder / f"{cell.file_name}.yaml"
-        if cell.table:
-            (self.folder / f"{cell.file_name}.csv").write_text(cell.table)
-        scene.write_text(cell.yaml(**variant))
-        command = [self.program, scene, "--quiet", "--relative-tolerance", repr(tolerance), "--summary", "/dev/stdout",
-                   "--cpu-limit", repr(cpu_limit)]
-        try:
-            done = subprocess.run(command, capture_output=True, text=True, timeout=RESPITE + 5 * cpu_limit)
-        except subprocess.TimeoutExpired:
-            return Run("hung")
-        finally:
-            scene.write_text(cell.yaml())
-        message = done.stderr.strip().removeprefix("simulate: ")
-        if done.returncode < 0:
-            return Run("crashed", f"signal {-done.returncode}")
-        if done.stdout:
-            numbers = json.loads(done.stdout)
-            return Run("finished" if numbers["completed"] else "cut", "", numbers)
-        if "no longer finite" in message:
-            return Run("not finite", message)
-        return Run("refused" if done.returncode == 2 else "failed", message)
+def run_cell(program, folder, cell, tolerance, cpu_limit=MAX_RUN, **variant):
+    """Runs the cell's scene, which lies in the folder, or a variant of it, for at most `cpu_limit` s of processor
+    time."""
+    scene = folder / f"{cell.group}_{cell.name}.yaml"
+    if cell.table:
+        scene.with_suffix(".csv").write_text(cell.table)
+    scene.write_text(cell.yaml(**variant))
+    command = [program, scene, "--quiet", "--relative-tolerance", repr(tolerance), "--summary", "/dev/stdout",
+               "--cpu-limit", repr(cpu_limit)]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=RESPITE + 5 * cpu_limit)
+    except subprocess.TimeoutExpired:
+        return Run("hung")
+    finally:
+        scene.write_text(cell.yaml())
+    message = done.stderr.strip().removeprefix("simulate: ")
+    if done.returncode < 0:
+        return Run("crashed", f"signal {-done.returncode}")
+    if done.stdout:
+        numbers = json.loads(done.stdout)
+        return Run("finished" if numbers["completed"] else "cut", "", numbers)
+    if "no longer finite" in message:
+        return Run("not finite", message)
+    return Run("refused" if done.returncode == 2 else "failed", message)
 
 
 def base_cost(simulate, cell, tolerance):
     """Of the base scene at one tolerance: processor seconds per simulated second."""
     times = []
-    for _ in range(3):
-        run = simulate.run(cell, tolerance)
+    for run in (simulate(cell, tolerance) for _ in range(3)):
         if run.ending != "finished":
             raise Failed(f"the base scene does not finish at {tolerance:g}: {run.ending} {run.message}")
         times.append(run.summary["cpu_time"])
@@ -83,7 +76,7 @@ def measure(simulate, cell, tolerance, base, compare_held):
     if run.ending == "finished":
         halving(simulate, cell, tolerance, run, row)
         if compare_held and cell.group == RANDOM_GROUP:
-            exact = simulate.run(cell, tolerance / 100)
+            exact = simulate(cell, tolerance / 100)
             row["hundredth_distance"] = run.distance(exact, 0) if exact.ending == "finished" else math.inf
     return row
 
@@ -91,12 +84,12 @@ def measure(simulate, cell, tolerance, base, compare_held):
 def plain_run(simulate, cell, tolerance, row):
     """Ending, cost, energy and counters, and where the motion ends."""
     for permitted in max(MIN_PERMITTED, MAX_TIMES_BASE * row["base_cpu_time"]), cell.duration:
-        run = simulate.run(cell, tolerance, min(MAX_RUN, CUT_AFTER * permitted))
+        run = simulate(cell, tolerance, min(MAX_RUN, CUT_AFTER * permitted))
         read(run, cell, row)
         if run.ending != "cut" or not row.is_fast:  # real time is enough for a fast one
             break
     if run.ending == "finished" and row["cpu_time"] > permitted:
-        again = simulate.run(cell, tolerance, CUT_AFTER * permitted)
+        again = simulate(cell, tolerance, CUT_AFTER * permitted)
         row["cpu_time"] = min(row["cpu_time"], again.summary.get("cpu_time", math.inf))
     return run
 
@@ -118,7 +111,7 @@ def milliseconds(simulate, cell, tolerance, row):
     """Run time of the simulated milliseconds: the run with the quickest slowest of three, where one is late."""
     cut = row["ending"] != "finished"
     for _ in range(1 if cut else 3):
-        numbers = simulate.run(cell, tolerance, CUT_RUN if cut else MAX_RUN, output_rate=1000).summary
+        numbers = simulate(cell, tolerance, CUT_RUN if cut else MAX_RUN, output_rate=1000).summary
         if not numbers:
             return
         slowest = numbers["slowest_period"]
@@ -131,15 +124,14 @@ def milliseconds(simulate, cell, tolerance, row):
 
 def halving(simulate, cell, tolerance, run, row):
     """How far half the tolerance moves the end; where that is too far, how far two neighbours move it."""
-    row["halving"] = run.distance(simulate.run(cell, tolerance / 2))
+    row["halving"] = run.distance(simulate(cell, tolerance / 2))
     if row["halving"] <= row.permitted_distance:
         return
-    row["echo"] = run.distance(simulate.run(cell, tolerance, turned_by=TINY_ANGLE))
+    row["echo"] = run.distance(simulate(cell, tolerance, turned_by=TINY_ANGLE))
     tight = min(tolerance, TIGHT_TOLERANCE)
-    middle = simulate.run(cell, tight)
+    middle = simulate(cell, tight)
     for side, angle in (("minus", -SMALL_ANGLE), ("plus", SMALL_ANGLE)):
-        neighbour = simulate.run(cell, tight, turned_by=angle)
+        neighbour = simulate(cell, tight, turned_by=angle)
         # Fallback steps have errors of their own, which say nothing about the motion.
         if all(run.summary.get("fallback_steps") == 0 for run in (middle, neighbour)):
-            moved = middle.distance(neighbour)
-            row[f"amplification_{side}"] = moved / (Base.wheel_radius * SMALL_ANGLE)
+            row[f"amplification_{side}"] = middle.distance(neighbour) / (Base.wheel_radius * SMALL_ANGLE)

@@ -18,13 +18,8 @@ def main():
     simulate = simulate_of(parser, arguments, ("python3-numpy", "python3-matplotlib"))
     from . import real_robots as robots  # with what has been installed
     robots.Run.simulate = simulate
-    if arguments.fit:
-        return robots.fit_table()
-    robots.torque_table()
-    robots.rise_table()
-    cycles, amplitude = robots.ripple("B")
-    print(f"\nripple in lateral motion: {cycles:.2f} per revolution of the wheel, {amplitude:.3f} N m (B: 6.0, about "
-          "0.06)")
-    robots.gain_table()
+    parts = robots.torque_table, robots.rise_table, robots.ripple_of_B, robots.gain_table
+    for part in [robots.fit_table] if arguments.fit else parts:
+        print("\n" + part(), end="", flush=True)
     if arguments.figure:
         robots.draw(arguments.figure)

@@ -1,11 +1,14 @@
 """Measures error against run time of this package and of other solvers on the same equations, in about 20 minutes.
 Writes work_precision.md, its tables in CSV and the diagram .png. Builds what it needs in build/bench/, with
 CMAKE_ARGUMENTS for cmake's configure step, and installs SUNDIALS and matplotlib if they are missing."""
+import json
 import math
 import re
+import subprocess
 import tempfile
 import time
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from ..command_line import Parser
@@ -13,7 +16,7 @@ from ..files import make_folder, write_whole
 from ..report import WrittenPart, csv_text, figures, paragraph, table
 from .builds import ROOT, build
 from .work_precision_runs import (COMPARISON, CONTESTANTS, EXPLICIT_SPAN, FIXED_STEP, HELD_WHEEL, LONG_ENOUGH, LONG_RUN,
-                                  RECORD, SCENES, USEFUL_ERROR, Solve, make_reference, measure)
+                                  RECORD, SCENES, USEFUL_ERROR, make_reference, measure, run_solver)
 
 PAGE = WrittenPart(ROOT / "docs" / "work_precision" / "work_precision.md", "scripts/work_precision")
 ERRORS = ("position_error_m heading_error_rad velocity_error_m_s yaw_rate_error_rad_s wheel_rate_error_rad_s "
@@ -56,12 +59,6 @@ def sweep(solve, scene, span):
     return checks, rows
 
 
-def useful_setting(rows, scene, contestant):
-    """Loosest setting with which a contestant stays within USEFUL_ERROR on a scene."""
-    return max((row["setting"] for row in rows if (row["scene"], row["contestant"], row["failure"]) ==
-                (scene.key, contestant.key, "") and row["position_error_m"] <= USEFUL_ERROR), default=None)
-
-
 def grow(solve, quantity, scene, variants, span, settings):
     """Rows of growth.csv: contestants on variants of a scene, each a value of the quantity and a line of YAML."""
     print(quantity, flush=True)
@@ -89,8 +86,11 @@ def run(solve, arguments):
         tables["work_precision"] += rows
     first = scenes[0]
     if first is SCENES[0]:
-        settings = [(one, setting) for one in CONTESTANTS if not one.explicit and one.solver not in FIXED_STEP
-                    for setting in [useful_setting(tables["work_precision"], first, one)] if setting is not None]
+        # The loosest setting with which each contestant stays within USEFUL_ERROR: they are run from coarse to fine.
+        loosest = {row["contestant"]: row["setting"] for row in reversed(tables["work_precision"])
+                   if row["scene"] == first.key and not row["failure"] and row["position_error_m"] <= USEFUL_ERROR}
+        settings = [(one, loosest[one.key]) for one in CONTESTANTS
+                    if one.key in loosest and not one.explicit and one.solver not in FIXED_STEP]
         held = [(f"{period:g}", f"solver: {{control_period: {period}}}") for period in (1e-2, 1e-3, 1e-4)]
         tables["growth"] += grow(solve, "control_period, s", first, [("0", ""), *held], 1.0, settings)
         rollers = [(f"{n}", f"robot: {{rollers_per_wheel: {n}, roller_axis_radius: 0.034}}") for n in (4, 6, 12, 24)]
@@ -143,17 +143,15 @@ def best_table(rows):
                                                 for one in CONTESTANTS if not one.explicit])
 
 
-def about_this_machine(about):
+def written_part(program, rows, references):
+    """What the script writes into the page; `program` says what it was built with."""
+    about = json.loads(subprocess.check_output([program]))
     processor = re.findall(r"(?m)^model name\s*: (.*)", Path("/proc/cpuinfo").read_text()) or ["unknown processor"]
-    return (f"{time.strftime('%Y-%m-%d', time.gmtime())}; {processor[0]}; {about['compiler']}, `{about['flags']}`; "
-            f"{about['libraries']}.")
-
-
-def written_part(about, rows, references):
-    """What the script writes into the page."""
+    machine = (f"{time.strftime('%Y-%m-%d', time.gmtime())}; {processor[0]}; {about['compiler']}, `{about['flags']}`; "
+               f"{about['libraries']}.")
     checks = [check["position_error_m"] for check in references if not check["failure"]]
     trust = f" The references agree with those that check them within {max(checks):.1e} m." if checks else ""
-    return "\n".join([paragraph(about + trust), best_table(rows)])
+    return "\n".join([paragraph(machine + trust), best_table(rows)])
 
 
 def main():
@@ -168,13 +166,13 @@ def main():
     arguments = parser.parse_args()
     if not arguments.span >= 1:
         parser.error(f"--span = {arguments.span}: must be a number of seconds, 1 or more")
-    solve = Solve(arguments.solve or build("solve", packages=["libsundials-dev", "python3-matplotlib"])[0])
-    tables = run(solve, arguments)
+    program = arguments.solve or build("solve", packages=["libsundials-dev", "python3-matplotlib"])[0]
+    tables = run(partial(run_solver, program), arguments)
     make_folder(arguments.output)
     files = {name: arguments.output / f"{name}.csv" for name in tables}
     for name, rows in tables.items():
         write_whole(files[name], csv_text(TABLES[name], rows, "{:.6g}".format))
-    part = written_part(about_this_machine(solve.about), tables["work_precision"], tables["references"])
+    part = written_part(program, tables["work_precision"], tables["references"])
     PAGE.write(part, arguments.output / "work_precision.md")
     print(f"\n{part}\nwritten: {arguments.output}/work_precision.md and .png, {', '.join(files)} as CSV")
     from .plot_work_precision import plot  # with what has been installed

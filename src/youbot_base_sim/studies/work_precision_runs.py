@@ -78,21 +78,14 @@ SCENES = [
 HELD_WHEEL = Scene("held_wheel", "held wheel", BENCH / "held_wheel.yaml")
 
 
-class Solve:
-    """The program that runs the solvers."""
-
-    def __init__(self, program):
-        self.program = program
-        self.about = json.loads(subprocess.check_output([program]))
-
-    def __call__(self, scene, solver, setting, span, **limits):
-        """Rows, counts, run time and repeats, or the failure."""
-        task = {"scene": str(scene.path), "model": scene.model, "solver": solver, "span": span, "rate": ROW_RATE,
-                "step" if solver in FIXED_STEP else "tolerance": setting, **limits}
-        done = subprocess.run([self.program, json.dumps(task)], capture_output=True, text=True)
-        if done.returncode != 0:
-            raise Failed(done.stderr.strip() or f"{solver} on {scene.key}: ended by signal {-done.returncode}")
-        return json.loads(done.stdout)
+def run_solver(program, scene, solver, setting, span, **limits):
+    """Rows, counts, run time and repeats, or the failure."""
+    task = {"scene": str(scene.path), "model": scene.model, "solver": solver, "span": span, "rate": ROW_RATE,
+            "step" if solver in FIXED_STEP else "tolerance": setting, **limits}
+    done = subprocess.run([program, json.dumps(task)], capture_output=True, text=True)
+    if done.returncode != 0:
+        raise Failed(done.stderr.strip() or f"{solver} on {scene.key}: ended by signal {-done.returncode}")
+    return json.loads(done.stdout)
 
 
 def errors(rows, reference):

@@ -2,6 +2,7 @@
 from pathlib import Path
 
 from ..command_line import Progress, complain
+from ..figures import picture
 from ..files import write_whole
 from . import builds
 
@@ -39,10 +40,8 @@ class Workshop:
 
     def picture(self, what, key, draw, path):
         """Writes the figure that draw() returns."""
-        def make(file):
-            from .drawing import png  # takes a second
-            file.write_bytes(png(draw()))
-        write_whole(path, self.make(what, key, ".png", make).read_bytes())
+        kept = self.make(what, key, ".png", lambda file: file.write_bytes(picture(draw(), dpi=110)))
+        write_whole(path, kept.read_bytes())
 
     def cells(self, what, key, measure):
         """A row of a table, the texts that measure() returns."""
