@@ -211,7 +211,7 @@ class BaseNode {
       clock_.wait([&] { queue_.callOne(ros::WallDuration(std::min(left, kPollInterval))); });
       if (interface_->commanded() || !queue_.isEmpty()) continue;
       if (settings_.lockstep.end_with_commands && lockstep.started() && !interface_->has_commander()) {
-        ROS_INFO("no publisher of commands is left: the node ends at t = %g s", loop_.time());
+        ROS_INFO("the last publisher of commands has gone: the node ends at t = %g s", loop_.time());
         ended_ = true;
         return false;
       }
@@ -236,7 +236,7 @@ class BaseNode {
     Lockstep& lockstep = clock_.lockstep();
     const std::string none =
         fmt::format("lockstep: no command for {:g} s at t = {:g} s", settings_.lockstep.timeout, loop_.time());
-    if (lockstep.ends()) throw std::runtime_error(none + ": the node ends, by ~end_with_commands");
+    if (lockstep.ends()) throw std::runtime_error(none + ": the node ends (~end_with_commands)");
     if (lockstep.idles()) {
       clock_.idle([this] { publish_telemetry(); });
     } else {
@@ -281,7 +281,7 @@ class BaseNode {
     }
     advance(periods_ahead());
     const double lost = clock_.arrive();
-    if (lost > 0) log_.warn("lag", fmt::format("too slow for the rate asked for: {:.3g} s are lost", lost));
+    if (lost > 0) log_.warn("lag", fmt::format("too slow for the requested rate: {:.3g} s are lost", lost));
     publish_instant();
   }
 
@@ -407,7 +407,7 @@ class BaseNode {
 
   bool reset() {
     if (bag_) {
-      ROS_ERROR("~reset is refused while ~bag is written: its time would go back");
+      ROS_ERROR("~reset is rejected while ~bag is written: the bag's time would go back");
       return false;
     }
     time_services_->end_step("ended by ~reset");

@@ -42,8 +42,8 @@ bool read_arguments(int argc, char** argv, Arguments& arguments) {
      "the driver's eight joint states are enough")
     ("meshes", po::value(&arguments.meshes)->value_name("FOLDER"),
      "write all meshes into this folder. Without it, the parts that are the paper's robot's are those of the package; "
-     "others are written to $ROS_HOME/youbot_base_sim, or ~/.ros/youbot_base_sim. What draws the robot must find that "
-     "folder on the same machine");
+     "others are written to $ROS_HOME/youbot_base_sim, or ~/.ros/youbot_base_sim. Viewers must find that folder on the "
+     "same machine");
   // clang-format on
   return parse(argc, argv, kUsage, options, {"scene", po::value(&arguments.scene), 1, false}).has_value();
 }

@@ -31,7 +31,7 @@ struct Arguments {
 const Usage kUsage = {
     "identify BAG.. [options]",
     "Fits robot and motors of a scene to bags with joint_states, with effort, and cmd_vel or velocity_command.",
-    "\nExit status: 0 done, 2 refused input, 1 the fit could not be completed.\n",
+    "\nExit status: 0 done, 2 rejected input, 1 the fit could not be completed.\n",
     "  identify drive.bag --output fitted.yaml\n"
     "  identify first.bag second.bag --scene my_scene.yaml --csv comparison.csv\n"};
 

@@ -43,12 +43,12 @@ std::string method_help() {
   return text;
 }
 
-const Usage kUsage = {
-    "simulate SCENE.yaml [options]", "Simulates the scene and writes what is asked for.",
-    "\nA FILE appears when it is whole. What a run leaves that fails or is stopped is FILE.incomplete-*.\n"
-    "Exit status: 0 done, 2 refused input, 1 the run could not be completed.\n",
-    "  simulate case2.yaml --csv case2.csv --summary case2.json\n"
-    "  simulate my_scene.yaml --bag my_scene.bag --contacts --quiet\n"};
+const Usage kUsage = {"simulate SCENE.yaml [options]",
+                      "Simulates the scene and writes the files that the options name.",
+                      "\nA FILE appears when it is complete. A run that fails or is stopped leaves FILE.incomplete-*.\n"
+                      "Exit status: 0 done, 2 rejected input, 1 the run could not be completed.\n",
+                      "  simulate case2.yaml --csv case2.csv --summary case2.json\n"
+                      "  simulate my_scene.yaml --bag my_scene.bag --contacts --quiet\n"};
 
 /// Reads the command line and the scene; false if it only asks for help. Throws std::runtime_error.
 bool prepare(int argc, char** argv, Arguments& arguments, Scene& scene) {
@@ -60,7 +60,7 @@ bool prepare(int argc, char** argv, Arguments& arguments, Scene& scene) {
     ("switches", po::value(&arguments.switches)->value_name("FILE"), "write the roller switches as CSV")
     ("bag", po::value(&arguments.bag)->value_name("FILE"), "write a bag with the topics of base_node")
     ("contacts", po::bool_switch(&arguments.contacts),
-     "in the bag, the topic contacts too, as with output.contacts: true in the scene")
+     "write the topic contacts to the bag too, as output.contacts: true in the scene does")
     ("summary", po::value(&arguments.summary)->value_name("FILE"), "write the final state and statistics as JSON")
     ("model", po::value(&arguments.overrides.model)->value_name("NAME"),
      "no_slip, viscous or coulomb, in place of the scene's")
@@ -71,7 +71,7 @@ bool prepare(int argc, char** argv, Arguments& arguments, Scene& scene) {
     ("cpu-limit", po::value<std::string>()->value_name("SECONDS"),
      "stop at the first row after this much processor time; writes the summary, keeps the rest as FILE.incomplete-*, "
      "and exits with status 1")
-    ("quiet", po::bool_switch(&arguments.quiet), "print nothing but errors and warnings of a result not to be trusted");
+    ("quiet", po::bool_switch(&arguments.quiet), "print nothing but errors and warnings of an unreliable result");
   // clang-format on
   const auto given = parse(argc, argv, kUsage, options, {"scene", po::value(&arguments.scene), 1, true});
   if (!given) return false;
@@ -193,7 +193,7 @@ class Run {
     }
     if (!arguments_.quiet) fmt::print("{}", summary_text(simulation_, wall_time_));
     const std::string doubt = unreliability_reason(simulation_, rows_.energy());
-    if (!doubt.empty()) print_error("simulate", "warning: the result is not to be trusted: " + doubt);
+    if (!doubt.empty()) print_error("simulate", "warning: the result is unreliable: " + doubt);
   }
 
  private:

@@ -47,8 +47,8 @@ Usage usage() {
   for (const Quantity& quantity : quantities()) remarks += fmt::format("  {:<24}{}\n", quantity.name, quantity.text);
   return {"sweep FAMILY.yaml [options]",
           "Simulates a family of scenes, as docs/sweep.md describes it, and writes a table with a row for each run.\n"
-          "`mpirun sweep FAMILY.yaml` does so on several machines. What was ended early goes on where it was.",
-          remarks + "\nExit status: 0 done, 2 refused input, 1 the sweep could not be completed.\n",
+          "`mpirun sweep FAMILY.yaml` does so on several machines. A sweep that ended early continues where it was.",
+          remarks + "\nExit status: 0 done, 2 rejected input, 1 the sweep could not be completed.\n",
           "  sweep wheel_angles.yaml --list\n"
           "  sweep wheel_angles.yaml --csv angles.csv --threads 4\n"};
 }
@@ -63,7 +63,7 @@ bool read_arguments(int argc, char** argv, const Ranks& ranks, Arguments& argume
      "write the table there; left out: FAMILY.csv in the current folder. FILE.journal keeps finished runs meanwhile")
     ("threads", po::value<std::string>()->value_name("N"),
      "left out: one for each core; not under mpirun")
-    ("list", po::bool_switch(&arguments.list), "say how many runs there are and how long they will take, and end")
+    ("list", po::bool_switch(&arguments.list), "print the number of runs and how long they will take, and end")
     ("scene", po::value(&arguments.scene)->value_name("RUN"), "print the scene of a run, for simulate, and end")
     ("quiet", po::bool_switch(&arguments.quiet), "print nothing but errors and warnings of runs that failed");
   // clang-format on
@@ -122,7 +122,7 @@ std::string counts_text(const Tally& tally) {
   std::string text;
   if (tally.failed) text += fmt::format(", {} failed", tally.failed);
   if (tally.refused) text += fmt::format(", {} refused", tally.refused);
-  if (tally.doubtful) text += fmt::format(", {} not to be trusted", tally.doubtful);
+  if (tally.doubtful) text += fmt::format(", {} unreliable", tally.doubtful);
   return text;
 }
 

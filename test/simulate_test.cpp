@@ -378,7 +378,7 @@ TEST_F(SimulateTest, WarnsOfAResultThatIsNotToBeTrusted) {
   EXPECT_EQ(nlohmann::json::parse(folder_.read("s.json"))["reliable"], false);
   Program simulate(SIMULATE, {off, "--quiet"});  // without a summary too
   EXPECT_EQ(simulate.wait(), 0);
-  EXPECT_NE(simulate.err().find("warning: the result is not to be trusted"), std::string::npos);
+  EXPECT_NE(simulate.err().find("warning: the result is unreliable"), std::string::npos);
 }
 
 // Whoever reads the pipe of --csv decides how long the run takes: longer than a second, so that there is a bar.

@@ -82,7 +82,7 @@ void check_rates(DriveRecord& record, Findings& findings) {
   const Wheels ratio = rate_per_turning(record);
   turn_round(record, ratio, {&record.dphi},
              "{}: the velocity of wheel {} has the sign opposite to the change of its position, as the driver's own on "
-             "the left: turned round",
+             "the left: sign reversed",
              findings);
   const double size = ratio.abs().mean();
   if (size == 0) throw UnusableRecord(record.name + ": the wheels never turn");
@@ -103,7 +103,7 @@ void check_positions(DriveRecord& record, Findings& findings) {
   Wheels product = Wheels::Zero();
   for (std::size_t k = 0; k < record.t.size(); ++k) product += record.commands.at(record.t[k]) * record.dphi[k];
   turn_round(record, product, {&record.phi, &record.dphi},
-             "{}: wheel {} turns against its commands: its position and velocity are turned round", findings);
+             "{}: wheel {} turns against its commands: the signs of its position and velocity are reversed", findings);
 }
 
 /// Whether all efforts are whole multiples of `quantum`.
@@ -133,8 +133,8 @@ void check_effort_unit(DriveRecord& record, Findings& findings) {
     return;
   }
   findings.push_back(record.name +
-                     ": efforts do not come in steps of one mA, so that their unit is not to be seen: "
-                     "taken for N m at the wheel");
+                     ": efforts do not come in steps of one mA, so their unit cannot be detected: "
+                     "assumed to be N m at the wheel");
 }
 
 void check_effort(DriveRecord& record, Findings& findings) {
@@ -152,7 +152,7 @@ void check_effort(DriveRecord& record, Findings& findings) {
   for (std::size_t k = 0; k < record.t.size(); ++k) work += record.torque[k] * record.dphi[k];
   turn_round(record, work, {&record.torque},
              "{}: the effort of wheel {} brakes it all the time: its sign is opposite to that of its position, and "
-             "turned round",
+             "is reversed",
              findings);
 }
 
@@ -244,6 +244,7 @@ std::vector<std::string> inspect(DriveRecord& record) {
 std::vector<std::string> find_pushes(DriveRecord& record, const Readings& predicted) {
   constexpr double kFilter = 0.1, kMinTorque = 0.12, kMinRate = 0.08, kApart = 1.0;  // s, N m, rad/s, s
   constexpr double kFactor = 8;
+  constexpr std::array<const char*, kModes> kDirections = {"forward", "lateral", "yaw"};
   Findings findings;
   if (!record.has_torque()) return findings;
   const auto rate = low_pass(record.t, modes_of(record.dphi, predicted.dphi), kFilter);
@@ -275,8 +276,8 @@ std::vector<std::string> find_pushes(DriveRecord& record, const Readings& predic
     }
     for (const Push& push : pushes) {
       findings.push_back(
-          fmt::format("{}: from {:.1f} to {:.1f} s the base is pushed, {}, with up to {:.2g} N m a wheel: left out",
-                      record.name, push.begin, push.end, kModeNames[mode], push.torque));
+          fmt::format("{}: from {:.1f} to {:.1f} s the base is pushed ({}) with up to {:.2g} N m per wheel: left out",
+                      record.name, push.begin, push.end, kDirections[mode], push.torque));
       record.excluded.emplace_back(push.begin - 0.3, push.end + kSettlingTime);
     }
   }

@@ -70,7 +70,7 @@ std::string report(const Scene& start, const Fit& fit) {
                           parameters()[static_cast<std::size_t>(a)].name());
     }
   }
-  for (const std::string& line : fit.unidentifiable) text += "kept at its start: " + line + "\n";
+  for (const std::string& line : fit.unidentifiable) text += "not identified, start value kept: " + line + "\n";
   text += fmt::format(
       "error on motions that were held out: {:.3g} before, {:.3g} after (1: 0.02 rad/s, 0.02 N m, 2 mm in half a "
       "second)\n",

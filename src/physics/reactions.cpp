@@ -15,7 +15,7 @@ const char* name_of(Side side) {
 TippedOver::TippedOver(double t, Side side)
     : std::domain_error(side == Side::kOff
                             ? fmt::format("the base is lifted off the floor at t = {:.9g} s", t)
-                            : fmt::format("the base tips over at t = {:.9g} s: the wheels of the {} side bear all", t,
+                            : fmt::format("the base tips over at t = {:.9g} s: the wheels of the {} side carry all", t,
                                           name_of(side))),
       time_(t),
       side_(side) {}
@@ -63,7 +63,7 @@ Reactions::Solution Reactions::lift(const Conditions& conditions, double weight,
   return tip(conditions, weight);
 }
 
-// The two wheels of one side bear all: the moment along that side is out of balance.
+// The two wheels of one side carry all: the moment along that side is out of balance.
 Reactions::Solution Reactions::tip(const Conditions& conditions, double weight) {
   struct Candidate {
     Side side;

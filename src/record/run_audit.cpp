@@ -175,7 +175,7 @@ std::string summary_text(const Simulation& simulation, double wall_time) {
   }
   if (const auto record = simulation.reaction_record()) {
     const Wheels& off = record->time_off_floor;
-    text += fmt::format("least normal reactions {:.1f} N", fmt::join(record->min_N, ", "));
+    text += fmt::format("minimum normal reactions {:.1f} N", fmt::join(record->min_N, ", "));
     if ((off > 0).any()) text += fmt::format("; off the floor {:.3g} s", fmt::join(off, ", "));
     text += "\n";
   }

@@ -270,7 +270,7 @@ std::string warning(const Simulation& simulation) {
   const auto record = simulation.reaction_record();
   if (!record || record->tipping == Side::kNone) return "";
   if (record->tipping == Side::kOff) return "LIFTED OFF THE FLOOR";
-  return fmt::format("TIPPING: the wheels of the {} side bear all", name_of(record->tipping));
+  return fmt::format("TIPPING: the wheels of the {} side carry all", name_of(record->tipping));
 }
 
 /// The legend, from its lowest line upwards, and the status above it.

@@ -62,7 +62,8 @@ WheelCommand read(const std::vector<brics_actuator::JointValue>& entries, const 
     } else if (std::isfinite(entry.value)) {
       command.set_points[i] = SetPoint{mode, entry.value};
     } else {
-      complain(" value", fmt::format("{} is not a finite number: refused, the joint keeps its set point", entry.value));
+      complain(" value",
+               fmt::format("{} is not a finite number: rejected, the joint keeps its set point", entry.value));
     }
   }
   return command;
@@ -273,7 +274,7 @@ WheelCommand wheel_command(const geometry_msgs::Twist& message, const DriverKine
   const Wheels rates = kinematics.wheel_rates(velocity);
   if (!rates.allFinite()) {
     const std::string reason = velocity.allFinite() ? "is too large" : "is not finite";
-    command.complaints.push_back({"value", fmt::format("({}, {}, {}) {}: refused, the base goes on as before",
+    command.complaints.push_back({"value", fmt::format("({}, {}, {}) {}: rejected, the base goes on as before",
                                                        velocity[0], velocity[1], velocity[2], reason)});
     return command;
   }

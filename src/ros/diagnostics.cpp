@@ -71,7 +71,7 @@ DiagnosticStatusWrapper integration_status(const Simulation& simulation) {
       own_status("integration", accurate,
                  !accurate                         ? "fallback steps, of first order, were needed"
                  : statistics.relaxed_periods == 0 ? "accurate"
-                                                   : "accurate but for milliseconds to a looser tolerance");
+                                                   : "accurate, but for some milliseconds at a looser tolerance");
   status.add("model", name_of(simulation.scene().model));
   status.add("method", simulation.method());
   status.addf("regularization speed", "%g m/s", simulation.regularization_speed());
@@ -93,7 +93,7 @@ DiagnosticStatusWrapper reactions_status(const ReactionRecord& record) {
     status.summary(now ? status.ERROR : status.WARN, (now ? "the base is " : "the base was ") + what);
   }
   for (int i = 0; i < kWheels; ++i) {
-    status.addf(wheel_joint(i), "least %.4g N, off the floor %.3g s", record.min_N[i], record.time_off_floor[i]);
+    status.addf(wheel_joint(i), "minimum %.4g N, off the floor %.3g s", record.min_N[i], record.time_off_floor[i]);
   }
   status.addf("at the tipping limit", "%.3g s", record.time_at_limit);
   return status;
@@ -101,7 +101,7 @@ DiagnosticStatusWrapper reactions_status(const ReactionRecord& record) {
 
 DiagnosticStatusWrapper timing_status(const NodeClock::Timing& timing) {
   DiagnosticStatusWrapper status =
-      own_status("loop", timing.lost == 0, timing.lost == 0 ? "in time" : "too slow for the rate asked for");
+      own_status("loop", timing.lost == 0, timing.lost == 0 ? "in time" : "too slow for the requested rate");
   status.add("instants", timing.instants);
   status.addf("mean lateness", "%.1f us", 1e6 * timing.lateness);
   status.addf("max lateness", "%.1f us", 1e6 * timing.max_lateness);

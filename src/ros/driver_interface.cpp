@@ -11,7 +11,7 @@ namespace {
 
 constexpr char kNoBase[] = "No base initialized!";  // the driver's words
 
-const std::string kTooMany = fmt::format("{} requests wait for time to advance: refused", BaseRequests::kMaxWaiting);
+const std::string kTooMany = fmt::format("{} requests wait for time to advance: rejected", BaseRequests::kMaxWaiting);
 
 // Without it Nagle's algorithm may hold a command back for 40 ms.
 const ros::TransportHints kNoDelay = ros::TransportHints().tcpNoDelay();
@@ -87,7 +87,7 @@ void DriverInterface::receive_wrench(const geometry_msgs::WrenchStamped& message
               fmt::format("~{}: wrench.force.z = {}: has no effect unless robot.normal_reactions is dynamic",
                           kWrenchTopic, wrench.force.z()));
   } catch (const std::runtime_error& error) {
-    log_.warn(kWrenchTopic, fmt::format("~{}: {}: refused", kWrenchTopic, error.what()));
+    log_.warn(kWrenchTopic, fmt::format("~{}: {}: rejected", kWrenchTopic, error.what()));
   }
 }
 

@@ -143,8 +143,8 @@ def histogram(table, arguments):
             axis.axvline(place, color=RED, linestyle=style, linewidth=1.2)
         axis.set_xlabel(label(name))
         deviation = values.std(ddof=1) if len(values) > 1 else 0
-        print(f"{name}: {len(values)} runs, mean {values.mean():.6g}, standard deviation {deviation:.3g}, least "
-              f"{values.min():.6g}, 5 % {low:.6g}, median {median:.6g}, 95 % {high:.6g}, largest {values.max():.6g}")
+        print(f"{name}: {len(values)} runs, mean {values.mean():.6g}, standard deviation {deviation:.3g}, minimum "
+              f"{values.min():.6g}, 5 % {low:.6g}, median {median:.6g}, 95 % {high:.6g}, maximum {values.max():.6g}")
     axes[0].set_ylabel("number of runs")
     figure.suptitle(f"{table.name}: {len(table.rows)} runs; solid: median; dotted: 5 and 95 %", fontsize=11)
     return figure

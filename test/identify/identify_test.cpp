@@ -250,7 +250,7 @@ TEST(Inspection, FindsAPush) {
   twin.push = wheels_of({0, 0.5, 0});
   DriveRecord record = twin.drive(kShort), undisturbed = short_drive();
   ASSERT_TRUE(inspect(record).empty());
-  EXPECT_TRUE(named(find_pushes(record, predict(twin.robot, record, Wheels::Zero())), "the base is pushed, sideways"));
+  EXPECT_TRUE(named(find_pushes(record, predict(twin.robot, record, Wheels::Zero())), "the base is pushed (lateral)"));
   EXPECT_TRUE(record.is_excluded(9.2));
   EXPECT_TRUE(find_pushes(undisturbed, predict(twin.robot, undisturbed, Wheels::Zero())).empty());
 }

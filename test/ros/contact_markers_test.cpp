@@ -174,7 +174,7 @@ TEST_F(BeyondMarkersTest, WheelsThatHaveLiftedAreMarked) {
   EXPECT_EQ(markers.at("off_floor/1").text, "off the floor");
   EXPECT_EQ(markers.at("normal_reactions/1").action, Marker::DELETE);
   EXPECT_EQ(markers.at("off_floor/0").action, Marker::DELETE);
-  EXPECT_EQ(markers.at("status/1").text, "TIPPING: the wheels of the left side bear all");
+  EXPECT_EQ(markers.at("status/1").text, "TIPPING: the wheels of the left side carry all");
 }
 
 TEST_F(BeyondMarkersTest, TheSlopePointsUphillWhateverTheHeading) {

@@ -57,7 +57,7 @@ class PaperCase : public ::testing::Test {
     ASSERT_EQ(roslaunch.wait(), 0) << roslaunch.out() << roslaunch.err();
     const std::string said = roslaunch.out() + roslaunch.err();
     EXPECT_EQ(said.find("died!"), std::string::npos) << "an end that is meant looks like one: " << said;
-    EXPECT_NE(said.find("no publisher of commands is left"), std::string::npos) << said;
+    EXPECT_NE(said.find("the last publisher of commands has gone"), std::string::npos) << said;
     bag_.open(path, rosbag::bagmode::Read);
   }
 

@@ -49,7 +49,7 @@ TEST(TippingBase, is_an_error_while_it_tips_and_a_warning_afterwards) {
   log.expect(base, rosgraph_msgs::Log::ERROR, {"the base tips over at t = 1.5", "left side", "goes on"});
   EXPECT_EQ(during.level, DiagnosticStatus::ERROR);
   EXPECT_EQ(during.message, "the base is at its tipping limit, on the wheels of the left side");
-  EXPECT_EQ(marker("status", 1).text, "TIPPING: the wheels of the left side bear all");
+  EXPECT_EQ(marker("status", 1).text, "TIPPING: the wheels of the left side carry all");
   for (const int right : {1, 3}) EXPECT_EQ(marker("off_floor", right).text, "off the floor");
   for (const int left : {0, 2}) EXPECT_EQ(marker("off_floor", left).action, Marker::DELETE);
 

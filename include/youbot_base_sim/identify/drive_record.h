@@ -57,6 +57,7 @@ struct DriveRecord : Readings {
 const Motion& motion_at(const std::vector<Motion>& motions, double time);
 
 constexpr int kModes = 3;
+/// In columns of identify --csv: forward, lateral and yaw.
 constexpr std::array<const char*, kModes> kModeNames = {"ahead", "sideways", "turning"};
 
 /// The parts of four wheels' rates or torques that drive the base forward, laterally and in yaw: means with the signs
