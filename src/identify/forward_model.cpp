@@ -101,7 +101,8 @@ double rate_error(const DriveRecord& record, const Prediction& prediction) {
 Eigen::Vector3d rolling_velocity(const NoSlipModel& model, const Wheels& rates) {
   Eigen::Matrix<double, kWheels, 3> rolling;
   for (int k = 0; k < 3; ++k) rolling.col(k) = model.dphi(Eigen::Vector3d::Unit(k)).matrix();
-  return rolling.colPivHouseholderQr().solve(rates.matrix());
+  const Eigen::Matrix3d squares = rolling.transpose() * rolling;
+  return squares.inverse() * (rolling.transpose() * rates.matrix());
 }
 
 Prediction predict(const Scene& scene, const DriveRecord& record, const Wheels& phi, const std::atomic<bool>* stop) {

@@ -124,7 +124,7 @@ void NoSlipIntegrator::set_loads(State& x, const AppliedLoads& applied, bool kee
   model_ = NoSlipModel(robot_, floor_, applied);
   torque_jumped();
   if (keep_momentum) {
-    x.values.col(1).head<3>() = model_.inertia().llt().solve(momentum).array();
+    x.values.col(1).head<3>() = (model_.inertia().inverse() * momentum).array();
     model_.constrain(x);
   }
   x.work() += kinetic_energy(x) - energy;

@@ -9,6 +9,7 @@ NoSlipModel::NoSlipModel(const RobotParameters& robot) : robot_(robot), platform
   roller_rolling_ << Eigen::Vector4d::Zero(), Eigen::Vector4d::Ones(), robot.rho_X().matrix();
   roller_rolling_ /= (robot.R_d - robot.R) * kCosDelta;
   inertia_ = platform_.M_v + robot.J_1 * rolling_.transpose() * rolling_;
+  inertia_inverse_ = inertia_.inverse();
   damping_ = rolling_.transpose() * robot.mu_1.matrix().asDiagonal() * rolling_ +
              roller_rolling_.transpose() * robot.mu_2.matrix().asDiagonal() * roller_rolling_;
 }
@@ -41,7 +42,7 @@ Wheels NoSlipModel::distribute(const Eigen::Vector3d& force) const {
 
 Eigen::Vector3d NoSlipModel::acceleration(const Eigen::Vector3d& v, const Wheels& M,
                                           const Eigen::Vector3d& external) const {
-  return inertia_.llt().solve(rolling_.transpose() * M.matrix() - bias(v) + external);
+  return inertia_inverse_ * (rolling_.transpose() * M.matrix() - bias(v) + external);
 }
 
 Wheels NoSlipModel::torque(const Eigen::Vector3d& v, const Eigen::Vector3d& dv) const {
@@ -74,7 +75,7 @@ void NoSlipModel::constrain(State& state) const {
 }
 
 double NoSlipModel::max_decay_rate() const {
-  return inertia_.llt().solve(damping_ + dry_damping(Eigen::Vector3d::Zero())).trace();
+  return (inertia_inverse_ * (damping_ + dry_damping(Eigen::Vector3d::Zero()))).trace();
 }
 
 }  // namespace youbot_base_sim

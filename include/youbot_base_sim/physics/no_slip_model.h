@@ -82,7 +82,7 @@ class NoSlipModel {
   std::optional<ExternalForces> external_;
   WheelsByVelocity rolling_;         // dphi = rolling_ v
   WheelsByVelocity roller_rolling_;  // dgamma = roller_rolling_ v
-  Eigen::Matrix3d inertia_;
+  Eigen::Matrix3d inertia_, inertia_inverse_;
   Eigen::Matrix3d damping_;  // diagonal (zeta_X, zeta_Y, mu_Omega) where all wheels' bearings are alike
 };
 
