@@ -3,5 +3,6 @@
 if(NOT TARGET youbot_base_sim::core)  # there already where both are built in one run of catkin_make
   include(CMakeFindDependencyMacro)
   find_dependency(Eigen3 NO_MODULE)
-  include("${CMAKE_CURRENT_LIST_DIR}/youbot_base_sim-targets.cmake")
+  # The targets lie beside the configuration, in devel and install spaces; this file stays in the source tree.
+  include("${youbot_base_sim_DIR}/youbot_base_sim-targets.cmake")
 endif()
