@@ -23,8 +23,8 @@ namespace youbot_base_sim {
 /// wheel's drive); each overrides the scene's value. Without a scene file: the paper's robot with the measured profile,
 /// at rest at the origin, a relative tolerance of 1e-5 and a control period of 1 ms. The two rates are at most once a
 /// control period. `driver` has `command_timeout` (s) and, in place of the scene's section `motors`, what MotorSettings
-/// has; `sensors`, `driver_wheel_radius` (m), `odometry_wheel_error` and, with `publish_imu`, the errors of the inertial
-/// unit.
+/// has; `sensors`, `driver_wheel_radius` (m), `odometry_wheel_error` and, with `publish_imu`, the errors of the
+/// inertial unit.
 ///
 /// `lockstep`, which needs `publish_clock`, has `lockstep_period` (s), `lockstep_timeout` (s) and `end_with_commands`;
 /// see LockstepSettings. Messages that come while time stands still count as one. With a `lockstep_period`, /clock
