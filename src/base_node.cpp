@@ -71,19 +71,19 @@ class BaseNode {
         loop_(settings),
         telemetry_(settings.scene, settings.telemetry),
         diagnosing_(kDiagnosticsRate),
-        private_node_("~"),
         publications_([this] { update_subscriptions(); }),
         clock_(settings_, loop_, publications_) {
     node_.setCallbackQueue(&queue_);
-    private_node_.setCallbackQueue(&queue_);
+    ros::NodeHandle private_node("~");
+    private_node.setCallbackQueue(&queue_);
     if (!settings_.bag.empty()) open_bag();
     advertise();
     update_subscriptions();
-    interface_.emplace(loop_, clock_, settings_, node_, private_node_, log_);
+    interface_.emplace(loop_, clock_, settings_, node_, private_node, log_);
     const tf2_msgs::TFMessage world = telemetry_.static_transforms(loop_.simulation(), ros::Time::now());
     if (!world.transforms.empty()) static_transforms_.emplace().sendTransform(world.transforms);
     if (settings_.publish_clock) {
-      time_services_.emplace(private_node_, queue_, settings_.start_paused, loop_, clock_, [this] { return reset(); });
+      time_services_.emplace(private_node, queue_, settings_.start_paused, loop_, clock_, [this] { return reset(); });
     }
   }
 
@@ -430,7 +430,7 @@ class BaseNode {
   std::optional<double> tipping_logged_;  // when the base tipped, s
 
   ros::CallbackQueue queue_;
-  ros::NodeHandle node_, private_node_;
+  ros::NodeHandle node_;
   Publications publications_;
   NodeClock clock_;
   std::optional<tf2_ros::StaticTransformBroadcaster> static_transforms_;
