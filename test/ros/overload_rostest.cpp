@@ -59,9 +59,12 @@ TEST(Overload, last_of_ten_thousand_commands_a_second_counts) {
   }
   twist.linear.x = 0.2;
   publisher.publish(twist);
-  wait_for("the last command", [&] { return std::abs(base.velocity() - 0.2) < 1e-3; });
-  base.expect_instants(5);
-  EXPECT_NEAR(base.velocity(), 0.2, 1e-3);
+  // The base also passes 0.2 m/s on its way to the commands before.
+  std::size_t reached = base.stamps().size();
+  wait_for("the last command", [&] {
+    if (!(std::abs(base.velocity() - 0.2) < 1e-3)) reached = base.stamps().size();
+    return base.stamps().size() >= reached + 20;
+  });
   base.send(SIGINT);
   base.expect_end(0);
 }
