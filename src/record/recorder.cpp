@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <iterator>
 #include <utility>
 
 namespace youbot_base_sim {
@@ -29,11 +30,12 @@ class Csv : public Recorder {
   LinesOf lines_of_;
 };
 
+// {} writes the fewest digits that read back as the same number.
 std::string state_line(double t, const Simulation& simulation, const Events&) {
-  std::string line = fmt::format("{:.17g}", t);
+  std::string line = fmt::format("{}", t);
   for (int column = 0; column < 5; ++column) {
     for (int k = 0; k < (column < 2 ? 3 : kWheels); ++k)
-      line += fmt::format(",{:.17g}", simulation.state().values(k, column));
+      fmt::format_to(std::back_inserter(line), ",{}", simulation.state().values(k, column));
   }
   return line + "\n";
 }
@@ -41,9 +43,8 @@ std::string state_line(double t, const Simulation& simulation, const Events&) {
 std::string switch_lines(double, const Simulation&, const Events& events) {
   std::string lines;
   for (const RollerSwitch& event : events.switches) {
-    lines +=
-        fmt::format("{:.17g},{},{},{},{:.17g},{},{}\n", event.t, kWheelNames[static_cast<std::size_t>(event.wheel)],
-                    event.roller_from, event.roller_to, event.phi, event.direction, event.count);
+    lines += fmt::format("{},{},{},{},{},{},{}\n", event.t, kWheelNames[static_cast<std::size_t>(event.wheel)],
+                         event.roller_from, event.roller_to, event.phi, event.direction, event.count);
   }
   return lines;
 }
