@@ -25,8 +25,9 @@ Eigen::Matrix3d radau_inverse() {
 
 template <int s>
 struct StageSystem {
-  using Vector = Eigen::Matrix<double, kPerStage * s, 1>;
-  using Matrix = Eigen::Matrix<double, kPerStage * s, kPerStage * s>;
+  static constexpr int kSize = kPerStage * s;
+  using Vector = Eigen::VectorXd;
+  using Matrix = Eigen::MatrixXd;
   using Stages = typename BorderedStages<s>::Vector;
 
   explicit StageSystem(const RobotParameters& robot) : inertia(robot) {}
@@ -44,7 +45,7 @@ struct StageSystem {
   }
 
   Matrix dense() const {
-    Matrix A = Matrix::Zero();
+    Matrix A = Matrix::Zero(kSize, kSize);
     for (int j = 0; j < s; ++j) {
       for (int l = 0; l < s; ++l) {
         auto block = A.template block<kPerStage, kPerStage>(kPerStage * j, kPerStage * l);
@@ -76,7 +77,7 @@ struct StageSystem {
   }
 
   static Vector flat(const Stages& stages) {
-    Vector vector;
+    Vector vector(kSize);
     for (int j = 0; j < s; ++j) {
       vector.template segment<kPerStage>(kPerStage * j) << stages[j].v.template head<3>(), stages[j].dphi,
           stages[j].dgamma;
@@ -148,7 +149,7 @@ TYPED_TEST(BorderedStagesTest, SolvesAnySystem) {
     for (PlatformMatrix& C : system.C) {
       for (Wheels& column : C) column = random.wheels(-30, 30) * Wheels{1, 1, 1, 0};
     }
-    typename TypeParam::Vector wanted;
+    typename TypeParam::Vector wanted(TypeParam::kSize);
     for (int k = 0; k < wanted.size(); ++k) wanted[k] = random.uniform(-1, 1);
     const typename TypeParam::Matrix A = system.dense();
     const typename TypeParam::Vector b = A * wanted, u = solution(system, b);
@@ -180,7 +181,7 @@ TYPED_TEST(BorderedStagesTest, SolvesForEveryStepAndStiffness) {
           model.damping(x.velocities(), model.contacts(x.velocities(), x.phi()), system.G[j]);
           system.C[j] = model.inertia().coriolis_derivative(x.velocities().v);
         }
-        typename TypeParam::Vector wanted;
+        typename TypeParam::Vector wanted(TypeParam::kSize);
         for (int k = 0; k < wanted.size(); ++k) wanted[k] = random.uniform(-1, 1);
         const typename TypeParam::Matrix A = system.dense();
         const typename TypeParam::Vector b = A * wanted, u = solution(system, b);
