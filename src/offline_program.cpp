@@ -21,10 +21,10 @@ std::atomic<bool> stop{false};
 std::atomic<int> stop_signal{0};
 void (*on_stop)() = nullptr;
 
-/// Opens closed standard streams, lest an output get the number of one.
+/// Opens closed standard streams, lest an output get the number of one; for reading, so that writing to one fails.
 void take_standard_streams() {
   int descriptor = 0;
-  while (descriptor >= 0 && descriptor <= STDERR_FILENO) descriptor = open("/dev/null", O_RDWR | O_CLOEXEC);
+  while (descriptor >= 0 && descriptor <= STDERR_FILENO) descriptor = open("/dev/null", O_RDONLY | O_CLOEXEC);
   close(descriptor);
 }
 

@@ -276,6 +276,19 @@ TEST_F(SimulateTest, AFullDiskEndsOneOutputAndKeepsTheOthers) {
   EXPECT_EQ(folder_.read("status"), "1\n");
 }
 
+TEST_F(SimulateTest, AClosedStandardOutputLosesNothingInSilence) {
+  folder_.write("scene.yaml", kScene);
+  Program report("/bin/sh", shell("cd " + folder_.path("") + "; simulate scene.yaml --csv a.csv >&-"));
+  EXPECT_EQ(report.wait(), 1);
+  EXPECT_EQ(report.err(), "simulate: standard output: cannot be written: Bad file descriptor\n");
+  EXPECT_EQ(lines(folder_.read("a.csv")), 5);
+  Program rows("/bin/sh", shell("cd " + folder_.path("") + "; simulate scene.yaml --quiet --csv /proc/self/fd/1 >&-"));
+  EXPECT_EQ(rows.wait(), 2);
+  EXPECT_EQ(lines(rows.err()), 1) << rows.err();
+  Program quiet("/bin/sh", shell("cd " + folder_.path("") + "; simulate scene.yaml --quiet --csv b.csv >&- 2>&-"));
+  EXPECT_EQ(quiet.wait(), 0);
+}
+
 TEST_F(SimulateTest, SignalsEndItWithMarkedFiles) {
   const std::string torque = "drive: {torque: [{start: 0, cos: [1, 0.5, 0.2, -1], sin: [1, 1, 1, 1], period: 3}]}\n";
   // In one control period too.

@@ -41,8 +41,8 @@ std::string read_text_file(const std::string& path, std::size_t max_bytes) {
     const ssize_t count = read(descriptor, &first, 1);
     if (count > 0) text += first;
     if (count == 0 && !in_time) throw UnreadableFile("is a pipe without a writer");
+    fcntl(descriptor, F_SETFL, 0);  // from here on, wait for the writer
   }
-  fcntl(descriptor, F_SETFL, 0);  // from here on, wait for the writer
   std::array<char, 65536> bytes;
   while (const std::size_t count = std::fread(bytes.data(), 1, bytes.size(), file.get())) {
     text.append(bytes.data(), count);
