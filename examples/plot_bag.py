@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Plots the rates of the four wheels from a bag: examples/plot_bag.py case2.bag case2.png"""
+"""Plots the angular velocities of the four wheels from a bag: examples/plot_bag.py case2.bag case2.png"""
 import sys
 
 import matplotlib
@@ -12,6 +12,6 @@ messages = [message for _, message, _ in rosbag.Bag(sys.argv[1]).read_messages("
 for i, name in enumerate(messages[0].name[:4]):
     pyplot.plot([m.header.stamp.to_sec() for m in messages], [m.velocity[i] for m in messages], label=name)
 pyplot.xlabel("t, s")
-pyplot.ylabel("rate, rad/s")
+pyplot.ylabel("angular velocity, rad/s")
 pyplot.legend()
 pyplot.savefig(sys.argv[2])

@@ -38,6 +38,8 @@ struct Arguments {
   std::string scene;  // a run whose scene is to be printed, as typed; empty: none
   int threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));  // or ranks
   bool list = false, quiet = false;
+
+  bool only_print() const { return list || !scene.empty(); }
 };
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
@@ -298,7 +300,7 @@ int run_program(int argc, char** argv) {
     family = load_family(arguments.family);
     maker.emplace(row_maker(arguments, family));
     if (!arguments.scene.empty()) scene = whole_number_of("--scene", arguments.scene, 0, family.runs() - 1);
-    fingerprint = family.fingerprint();
+    if (!arguments.only_print()) fingerprint = family.fingerprint();
   });
   for (const std::string& text : ranks->gather(refusal)) {
     if (text.empty()) continue;
@@ -307,7 +309,7 @@ int run_program(int argc, char** argv) {
   }
   if (helped) return kDone;
   catch_signals();
-  if (arguments.scene.empty() && !arguments.list) return run_rank(arguments, family, fingerprint, *maker, *ranks);
+  if (!arguments.only_print()) return run_rank(arguments, family, fingerprint, *maker, *ranks);
   if (ranks->rank() > 0) return kDone;
   if (arguments.list) {
     list(arguments, family, *ranks);

@@ -55,5 +55,36 @@ TEST(SteadyTorque, IsThatOfTwoRealBases) {
   }
 }
 
+/// The lateral pull, N, at which a base whose motors hold it moves at 0.1 m/s, if the pull grows by 6 N/s.
+double sliding_force(double friction) {
+  constexpr double kStep = 1.5, kInterval = 0.25;  // N, s
+  Scene scene;
+  scene.robot = measured_robot();
+  scene.floor.f.setConstant(friction);
+  scene.solver.control_period = 1e-3;
+  scene.drive = VelocityTable{{{0.0}, {Wheels::Zero()}}};
+  for (int k = 0; k < 300; ++k) {
+    LoadSchedule::PlannedWrench more;
+    more.start = k * kInterval;
+    more.wrench.force.y() = kStep;
+    scene.load_schedule.wrenches.push_back(more);
+  }
+  Simulation simulation(scene);
+  double force = 0;
+  while (simulation.state().V_Y() < 0.1 && force < 300 * kStep) {
+    simulation.advance_to(simulation.time() + kInterval);
+    force += kStep;
+  }
+  return force;
+}
+
+// The recipe of docs/howto.md.
+TEST(SlowPull, TellsTheFrictionOfTheFloor) {
+  for (const double friction : {0.2, 0.35, 0.5, 0.8}) {
+    const double weight = RobotParameters().m_s() * FloorParameters().g;
+    EXPECT_NEAR(1.41 * sliding_force(friction) / weight - 0.07, friction, 0.04);
+  }
+}
+
 }  // namespace
 }  // namespace youbot_base_sim

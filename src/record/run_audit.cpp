@@ -189,9 +189,9 @@ std::string summary_text(const Simulation& simulation, double wall_time) {
     text += fmt::format("note: switches of wheels that pass more than {:g} rollers a second are counted, not located\n",
                         kMaxLocatedRate);
   }
-  if (statistics.relaxed_periods > 0) {
+  if (statistics.eased_periods > 0) {
     text += fmt::format("note: {} milliseconds were integrated to a looser tolerance to bound the work\n",
-                        statistics.relaxed_periods);
+                        statistics.eased_periods);
   }
   return text;
 }

@@ -25,6 +25,7 @@ constexpr Range kPeriods{kControlPeriods.min, kControlPeriods.max, kControlPerio
 Scene read_scene(Parameters& parameters) {
   std::string path;
   SceneOverrides overrides;
+  overrides.endless = true;
   parameters.read("scene", path);
   parameters.read("model", overrides.model);
   parameters.read("method", overrides.method);

@@ -69,9 +69,9 @@ DiagnosticStatusWrapper integration_status(const Simulation& simulation) {
   const bool accurate = statistics.fallback_steps == 0;
   DiagnosticStatusWrapper status =
       own_status("integration", accurate,
-                 !accurate                         ? "fallback steps, of first order, were needed"
-                 : statistics.relaxed_periods == 0 ? "accurate"
-                                                   : "accurate, but for some milliseconds at a looser tolerance");
+                 !accurate                       ? "fallback steps, of first order, were needed"
+                 : statistics.eased_periods == 0 ? "accurate"
+                                                 : "accurate, but for some milliseconds at a looser tolerance");
   status.add("model", name_of(simulation.scene().model));
   status.add("method", simulation.method());
   status.addf("regularization speed", "%g m/s", simulation.regularization_speed());

@@ -392,7 +392,7 @@ Scene read_scene(const std::string& path, const YAML::Node& root, const SceneOve
   scene.files = {path};
   file["model"].choice(scene.model, kModels);
   override_of("model", overrides.model).choice(scene.model, kModels);
-  file.required("duration").number(scene.duration, {1e-9, 1e6, "s"});
+  (overrides.endless ? file["duration"] : file.required("duration")).number(scene.duration, {1e-9, 1e6, "s"});
   const SceneValue output_rate = file["output_rate"].number(scene.output_rate, {1e-9, 1e6, "Hz"});
   const SceneValue robot = file["robot"], floor = file["floor"], initial = file["initial"], solver = file["solver"],
                    motors = file["motors"], output = file["output"], drive = file["drive"], loads = file["loads"],

@@ -69,12 +69,9 @@ struct ReadAxis {
 
 /// The axis of one entry of `axes`, or those that it puts together. `whole` is the list of entries.
 std::vector<ReadAxis> read_entry(SceneSection s, const SceneValue& whole, bool in_group) {
-  const SceneValue key = s["key"], values = s["values"], range = s["range"], uniform = s["uniform"],
-                   log_uniform = s["log_uniform"], normal = s["normal"];
   if (!in_group) {
     const SceneValue together = s["together"];
     if (together.given()) {
-      if (key.given()) key.refuse("left out beside together, whose axes have keys");
       s.finish();
       std::vector<ReadAxis> group;
       for (const SceneSection& section : together.sections()) {
@@ -89,6 +86,8 @@ std::vector<ReadAxis> read_entry(SceneSection s, const SceneValue& whole, bool i
       return group;
     }
   }
+  const SceneValue key = s["key"], values = s["values"], range = s["range"], uniform = s["uniform"],
+                   log_uniform = s["log_uniform"], normal = s["normal"];
   Axis axis;
   key.text(axis.key, "a key of the scene such as floor.friction or initial.wheel_angles[0]");
   s.finish();

@@ -31,7 +31,8 @@ LARGEST_SCENE = 1000000  # bytes, as simulate reads
 
 def analyse(path, base, desired, arguments, tables, plots):
     with contextlib.closing(Bag(path)) as bag, Progress(sum(bag.counts.values()), delay=1, interval=0.2) as progress:
-        record = read_record(bag, base, arguments.topic, lambda n: n % 256 or progress.show(n, Path(path).name))
+        record = read_record(bag, base, arguments.topic, lambda n: n % 256 or progress.show(n, Path(path).name),
+                             namespace=arguments.namespace or "")
     if bag.problem:
         complain("analyse", "warning: " + bag.problem)
     if not record.series:
@@ -202,6 +203,8 @@ def main(argv=None):
                         "--model no_slip for the paper's cases")
     parser.add_argument("--scene", metavar="SCENE.yaml", help="take the size of the base from section robot of this "
                         "scene; default is the youBot's: wheel_radius 0.05, half_wheelbase 0.235, half_track 0.15")
+    parser.add_argument("--namespace", metavar="NAME",
+                        help="of several robots in a bag, the one with this namespace; left out: the shortest names")
     parser.add_argument("--topic", metavar="NAME=TOPIC", action="append", type=named_topic, default=[],
                         help=f"read this topic instead of the usual one; NAME of {', '.join(TOPICS)}")
     arguments = parser.parse_args(argv)

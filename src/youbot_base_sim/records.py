@@ -94,9 +94,9 @@ class Record:
         return f"no {' or '.join(TOPICS[name].usual)} ({TOPICS[name].kind})"
 
 
-def read_record(bag, base, chosen=(), progress=lambda n: None, only=None):
+def read_record(bag, base, chosen=(), progress=lambda n: None, only=None, namespace=""):
     """Reads a Record of `only` these TOPICS, all unless given. `chosen`: topics by name that replace the usual ones."""
-    topics = find_topics(bag, chosen, only or TOPICS)
+    topics = find_topics(bag, chosen, only or TOPICS, f"/{namespace}/".replace("//", "/"))
     names = {topic: name for name, candidates in topics.items() for topic in candidates}
     rows = {topic: [] for topic in names}
     record, left_out = Record(base), LeftOut()
@@ -168,15 +168,15 @@ class LeftOut:
                        "needed: left out")
 
 
-def find_topics(bag, chosen, names):
+def find_topics(bag, chosen, names, namespace):
     """{name: topics that may have it, the likeliest first}"""
     found = {}
     for name in names:
         wanted = TOPICS[name]
         topics = {topic: topic.rsplit("/", 1)[-1] for topic in bag.types if bag.types[topic] == wanted.kind}
         if name not in chosen:
-            found[name] = sorted((topic for topic in topics if topics[topic] in wanted.usual),
-                                 key=lambda topic: (wanted.usual.index(topics[topic]), topic.count("/"), topic))
+            usual = [topic for topic in topics if topics[topic] in wanted.usual and topic.startswith(namespace)]
+            found[name] = sorted(usual, key=lambda topic: (wanted.usual.index(topics[topic]), topic.count("/"), topic))
         elif chosen[name] in topics:
             found[name] = [chosen[name]]
         else:

@@ -19,7 +19,8 @@ import unittest
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGES = ("README.md", "docs/howto.md", "docs/testing.md", "docs/scenes.md", "docs/outputs.md")
+PAGES = ("README.md", "docs/howto.md", "docs/testing.md", "docs/scenes.md", "docs/outputs.md", "docs/numerics.md",
+         "docs/sweep.md")
 NOT_RUN = re.compile(r"<!-- not run: \w.* -->")
 FILE_NAME = re.compile(r"(?:#|<!--) ([\w-]+\.\w+)\b")
 FAILURE = re.compile(r"Traceback|has died|Exception|\[(ERROR|FATAL)\]")

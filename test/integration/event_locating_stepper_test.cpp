@@ -591,7 +591,7 @@ TEST_F(GuardedStepperTest, GivesUpWhereSwitchesAreMoreThanItsBoundOfWork) {
   // The bound, 0.8 times as much to get through the rest of the millisecond more easily, and the last locations.
   EXPECT_LE(work_until_exhausted, 1.8 * kBound + 100);
   EXPECT_EQ(record->statistics.exhausted, 1u);
-  EXPECT_EQ(record->statistics.relaxed_periods, 1u);
+  EXPECT_EQ(record->statistics.eased_periods, 1u);
   EXPECT_EQ(record->statistics.switches, static_cast<std::uint64_t>(rollers_passed(3)));
 }
 

@@ -174,6 +174,10 @@ TEST_F(FamiliesTest, RefuseAxesThatContradictEachOther) {
       {"axes[0].together[1].key = robot.body_mass", "1 values", "it has 2"});
   expect_refusal(refusal_of_axes("{together: [{key: floor.friction, uniform: {from: 0, to: 1}}]}", "draws: 3\n"),
                  {"axes[0].together[0].key = floor.friction", "values or a range"});
+  for (const std::string key : {"key: robot.com", "values: [1, 2]", "range: {from: 1, to: 2, count: 2}"}) {
+    expect_refusal(refusal_of_axes("{together: [{key: floor.friction, values: [1, 2]}], " + key + "}"),
+                   {"axes[0]." + key.substr(0, key.find(':')), "unknown key", "together"});
+  }
   expect_refusal(refusal_of_axes("{key: floor.friction}"), {"floor.friction", "exactly one of values, range"});
   expect_refusal(refusal_of_axes("{key: floor.friction, values: [1], uniform: {from: 0, to: 1}}"),
                  {"floor.friction", "exactly one of values, range"});

@@ -3,15 +3,18 @@
 // lists, so that a new key is tried as soon as it is read.
 
 #include <gtest/gtest.h>
+#include <yaml-cpp/yaml.h>
 
 #include <cmath>
 #include <cstdlib>
 #include <regex>
+#include <set>
 
 #include "limits_table.h"
 #include "refusals.h"
 #include "youbot_base_sim/scene/scene.h"
 #include "youbot_base_sim/simulation.h"
+#include "youbot_base_sim/text/text_file.h"
 
 namespace youbot_base_sim {
 namespace {
@@ -123,6 +126,56 @@ TEST_F(KeysTest, AreAllFound) {
   }
   // robot, floor, initial, solver, motors, output; drive and what is in it; slope, patches, loads, wrenches
   EXPECT_EQ(sections_.size(), 6u + 6u + 4u);
+}
+
+/// Adds the paths of the keys in this section or list of sections.
+void collect_paths(const YAML::Node& node, const std::string& path, std::set<std::string>& paths) {
+  if (node.IsSequence()) {
+    for (const YAML::Node& entry : node) collect_paths(entry, path + "[0]", paths);
+  } else if (node.IsMap()) {
+    for (const auto& entry : node) {
+      const std::string key = (path.empty() ? "" : path + ".") + entry.first.Scalar();
+      paths.insert(key);
+      collect_paths(entry.second, key, paths);
+    }
+  }
+}
+
+const std::string kSource = YOUBOT_BASE_SIM_SOURCE_DIR "/";
+constexpr std::size_t kLargest = 1 << 20;  // bytes of a file that is read here
+
+// Users find a key in the listing, and libFuzzer begins with these files.
+TEST_F(KeysTest, StandInTheListingAndInTheSeeds) {
+  std::set<std::string> known, listed, seeds;
+  for (const std::vector<Key>& keys : {keys_, sections_}) {
+    for (const Key& key : keys) known.insert(key.path);
+  }
+  const std::string page = read_text_file(kSource + "docs/scenes.md", kLargest);
+  const std::size_t begin = page.find("```yaml\n") + 8;
+  collect_paths(YAML::Load(page.substr(begin, page.find("```", begin) - begin)), "", listed);
+  ASSERT_NE(page.find("{name: measured, friction_scale: "),
+            std::string::npos);  // in a comment, beside a profile's name
+  listed.insert({"robot.profile.name", "robot.profile.friction_scale"});
+  EXPECT_EQ(listed, known);
+
+  // every_key.yaml has one of the four drives, and a method that takes no step.
+  for (const char* seed : {"every_key", "fixed_step", "reference_motion", "torque_table", "velocity_table"})
+    collect_paths(YAML::LoadFile(kSource + "test/fuzz/scene/" + seed + ".yaml"), "", seeds);
+  EXPECT_EQ(seeds, known);
+}
+
+TEST_F(KeysTest, StandInTheFuzzersDictionary) {
+  std::set<std::string> known, words;
+  for (const std::vector<Key>& keys : {keys_, sections_}) {
+    for (const Key& key : keys) known.insert(key.path.substr(key.path.rfind('.') + 1));
+  }
+  const std::string dictionary = read_text_file(kSource + "test/fuzz/scene.dict", kLargest);
+  const std::regex key(R"re((?:^|\n)"([a-zA-Z_]+): )re"), inner(R"re(\{([a-zA-Z_]+): )re");
+  for (const std::regex& pattern : {key, inner}) {
+    for (std::sregex_iterator found(dictionary.begin(), dictionary.end(), pattern), end; found != end; ++found)
+      words.insert((*found)[1]);
+  }
+  EXPECT_EQ(words, known);
 }
 
 TEST_F(KeysTest, RefuseWhatIsOfNoUse) {

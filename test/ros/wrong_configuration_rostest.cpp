@@ -116,7 +116,7 @@ TEST_F(WrongConfiguration, none_is_a_real_base_by_default) {
   EXPECT_TRUE((settings.scene.robot.dry_friction == measured_robot().dry_friction).all());
   EXPECT_EQ(settings.command_rate, 50);
   EXPECT_TRUE(settings.telemetry.driver_velocity_sign);
-  ros::param::set("~scene", folder_.write("scene.yaml", "duration: 1\n"));
+  ros::param::set("~scene", folder_.write("scene.yaml", "model: coulomb\n"));
   EXPECT_TRUE((read_base_settings().scene.robot.dry_friction == 0).all());
   ros::param::del("~scene");
 }

@@ -285,6 +285,15 @@ TEST_F(SceneTest, OverridesStandInPlaceOfTheFile) {
   EXPECT_TRUE((load_scene(path, overrides).robot.mu_1 == measured_robot(2).mu_1).all());
 }
 
+TEST_F(SceneTest, NeedsNoDurationWhereItIsEndless) {
+  SceneOverrides overrides;
+  overrides.endless = true;
+  const Scene scene =
+      load_scene(folder_.write("scene.yaml", "robot: {body_mass: 20}\nsolver: {control_period: 0.01}"), overrides);
+  EXPECT_EQ(scene.duration, 0);
+  EXPECT_EQ(scene.robot.m, 20);
+}
+
 TEST_F(SceneTest, OfNoFileHasTheDefaultsAndTheOverrides) {
   const Scene of_file = load("duration: 1");
   const Scene scene = default_scene({});

@@ -353,6 +353,18 @@ class AnalyseTest(unittest.TestCase):
         numbers = self.numbers(bag, "--topic", "odom=/youbot_1/ground_truth")
         self.assertAlmostEqual(numbers["final_error"], 0, delta=1e-9)
 
+    def test_one_of_two_robots(self):
+        bag = self.make_turning("two.bag", prefix="/youbot_2/")
+        with rosbag.Bag(bag, "a") as other:
+            for k in range(10):
+                other.write("/youbot_1/odom", odometry(0.1 * k, (k, 0, 0)), stamp_of(0.1 * k))
+        for namespace in ("youbot_2", "/youbot_2", "/youbot_2/"):
+            self.expect_turning(self.numbers(bag, "--namespace", namespace))
+        self.analyse(bag)
+        self.assertNotRegex(self.out, "0.15")
+        self.analyse(bag, "--namespace", "youbot", status=2)
+        self.one_line("no topic of a base")
+
     def test_gaps_are_not_bridged(self):
         self.expect_turning(self.numbers(self.make_turning("gap.bag", in_gap=lambda k: 200 < k < 300)))
         self.assertEqual(len(self.table("odometry.csv")), 601 - 99)

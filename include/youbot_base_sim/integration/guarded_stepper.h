@@ -17,8 +17,8 @@ namespace youbot_base_sim {
 /// Bounds the work of an EventLocatingStepper: a Controlled Stepper of odeint around it. Work is counted in evaluations
 /// of the right-hand side, so that results do not depend on the machine.
 ///
-/// A millisecond of motion that has used up its bound gets kRelaxedShare more, with a stepper of looser tolerance and a
-/// regularization speed of at least kRelaxedSpeed. If that is not enough, or steps become too short to advance t,
+/// A millisecond of motion that has used up its bound gets kEasedShare more, with a stepper of looser tolerance and a
+/// regularization speed of at least kEasedSpeed. If that is not enough, or steps become too short to advance t,
 /// fallback steps cover the next millisecond, and twice as long each time this recurs within kFallbackCooldown.
 template <class System, class Fallback>
 class GuardedStepper : public ControlledStepperTypes {
@@ -36,12 +36,12 @@ class GuardedStepper : public ControlledStepperTypes {
       if (!(t < window_start_ + kWindow) || t < window_start_) begin_window(system, t);
       const bool stuck = failures >= kMaxFailures || t + stepper_->dt() <= t;
       if (stuck || system.evaluations() - spent_ > allowed_) {
-        record_->statistics.exhausted += !relaxed_;
-        if (stuck || relaxed_) {
+        record_->statistics.exhausted += !eased_;
+        if (stuck || eased_) {
           begin_fallback(system, t);
           continue;
         }
-        relax(system);
+        ease(system);
       }
       const double end = dt < stepper_->dt() ? t + dt : kInfinity;
       const std::uint64_t before = system.evaluations();
@@ -64,10 +64,10 @@ class GuardedStepper : public ControlledStepperTypes {
   GuardedStepper& operator=(const GuardedStepper&) = delete;
 
  private:
-  static constexpr double kWindow = 1e-3;        // s
-  static constexpr double kRelaxedShare = 0.8;   // of the bound
-  static constexpr double kRelaxedSpeed = 1e-6;  // m/s
-  static constexpr int kMaxFailures = 400;       // of one step
+  static constexpr double kWindow = 1e-3;      // s
+  static constexpr double kEasedShare = 0.8;   // of the bound
+  static constexpr double kEasedSpeed = 1e-6;  // m/s
+  static constexpr int kMaxFailures = 400;     // of one step
   static constexpr std::uint64_t kFreeEvaluations = 20;
   static constexpr double kFallbackStep = 2e-5;                     // s
   static constexpr double kMinStretch = 1e-3, kMaxStretch = 64e-3;  // s of fallback steps in a row
@@ -77,20 +77,20 @@ class GuardedStepper : public ControlledStepperTypes {
     window_start_ = t;
     spent_ = system.evaluations();
     allowed_ = max_evaluations_;
-    if (relaxed_) end_relaxation(system);
+    if (eased_) end_easing(system);
   }
 
-  void relax(System& system) {
-    relaxed_ = system.regularization_speed();
-    system.set_regularization_speed(std::max(*relaxed_, kRelaxedSpeed));
+  void ease(System& system) {
+    eased_ = system.regularization_speed();
+    system.set_regularization_speed(std::max(*eased_, kEasedSpeed));
     replace_stepper(coarse_);
-    allowed_ += static_cast<std::uint64_t>(kRelaxedShare * static_cast<double>(max_evaluations_));
-    ++record_->statistics.relaxed_periods;
+    allowed_ += static_cast<std::uint64_t>(kEasedShare * static_cast<double>(max_evaluations_));
+    ++record_->statistics.eased_periods;
   }
 
-  void end_relaxation(System& system) {
-    system.set_regularization_speed(*relaxed_);
-    relaxed_.reset();
+  void end_easing(System& system) {
+    system.set_regularization_speed(*eased_);
+    eased_.reset();
     replace_stepper(fine_);
   }
 
@@ -100,7 +100,7 @@ class GuardedStepper : public ControlledStepperTypes {
   }
 
   void begin_fallback(System& system, double t) {
-    if (relaxed_) end_relaxation(system);
+    if (eased_) end_easing(system);
     stretch_ = t < fallback_end_ + kFallbackCooldown ? std::min(2 * stretch_, kMaxStretch) : kMinStretch;
     fallback_end_ = t + stretch_;
     stepper_->restart();
@@ -151,7 +151,7 @@ class GuardedStepper : public ControlledStepperTypes {
   // The millisecond under way: its start, the evaluations before it and those that it may take.
   double window_start_ = kInfinity;
   std::uint64_t spent_ = 0, allowed_ = 0;
-  std::optional<double> relaxed_;  // the regularization speed to return to, m/s, while the coarse stepper is at work
+  std::optional<double> eased_;  // the regularization speed to return to, m/s, while the coarse stepper is at work
 
   double fallback_end_ = -kInfinity;
   double stretch_ = kMinStretch;

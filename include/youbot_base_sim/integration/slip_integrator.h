@@ -109,7 +109,7 @@ class SlipIntegrator : public MotionIntegrator {
   }
 
   mutable MotionRecord record_;
-  double regularization_speed_;  // except in relaxed milliseconds, m/s
+  double regularization_speed_;  // except in eased milliseconds, m/s
   SlipSystem<Model> system_;
   GuardedStepper<SlipSystem<Model>, FallbackStepper<Model>> stepper_;
 };

@@ -16,7 +16,7 @@ struct IntegrationStatistics {
   std::uint64_t shared_contacts = 0;
   std::uint64_t averaged_contacts = 0;
   std::uint64_t exhausted = 0;
-  std::uint64_t relaxed_periods = 0;
+  std::uint64_t eased_periods = 0;
   std::uint64_t fallback_steps = 0;
   std::uint64_t evaluations = 0;
 };
@@ -42,7 +42,7 @@ constexpr std::array<StatisticsField, 12> kStatisticsFields = {{
      &IntegrationStatistics::averaged_contacts},
     {"exhausted", "times that the bound of work was reached", &IntegrationStatistics::exhausted},
     {"eased_periods", "milliseconds integrated to a looser tolerance to save work",
-     &IntegrationStatistics::relaxed_periods},
+     &IntegrationStatistics::eased_periods},
     {"fallback_steps", "fallback steps, of first order", &IntegrationStatistics::fallback_steps},
 }};
 

@@ -60,7 +60,7 @@ class ExternalForces {
   /// Whether they depend on the heading.
   bool turns() const { return turns_; }
 
-  /// Gravity that presses on the floor, g cos(alpha), m/s^2.
+  /// Gravity that presses on the floor, g cos(slope), m/s^2.
   double normal_gravity() const { return normal_; }
 
  private:

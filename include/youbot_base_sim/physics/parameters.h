@@ -78,8 +78,8 @@ struct FloorParameters {
   double nu = 1e-3;                  ///< slip speed below which Coulomb friction is regularised, m/s
   double g = 9.81;                   ///< gravity, m/s^2
   double viscous_friction = -1;      ///< mu_0 of model 2a, N s/m; negative: f m_s g / (4 nu), the paper's choice
-  double slope = 0;                  ///< alpha, angle of the floor with the horizontal, rad
-  double uphill = 0;                 ///< beta, heading of steepest ascent in the fixed frame, rad
+  double slope = 0;                  ///< angle of the floor with the horizontal, rad
+  double uphill = 0;                 ///< heading of steepest ascent in the fixed frame, rad
   double spin_radius = 0;            ///< a_m: spin friction is as of slip at this distance from the contact point, m
   std::vector<FloorPatch> patches;   ///< later ones lie on top
 

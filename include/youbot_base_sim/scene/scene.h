@@ -40,7 +40,7 @@ struct VelocityTable {
 struct Scene {
   std::vector<std::string> files;  ///< its own and its table
   Model model = Model::kCoulomb;
-  double duration = 0;       ///< s
+  double duration = 0;       ///< s; 0 if it is left out
   double output_rate = 100;  ///< rows per second
   OutputSettings output;
   RobotParameters robot;
@@ -91,6 +91,7 @@ struct SceneOverrides {
   std::string method;
   std::string profile;                   ///< of the robot; its other keys still go before it
   std::optional<double> friction_scale;  ///< of that profile, which must be measured
+  bool endless = false;                  ///< the file may leave out the duration
 };
 
 /// Reads and checks a scene file and the tables that it names. Throws SceneError.

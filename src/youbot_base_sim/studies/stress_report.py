@@ -133,7 +133,7 @@ def power(tolerance):
     return f"{float(digits):g}e{int(exponent)}"
 
 
-# Columns of the tables of groups and of cells: which of their runs are counted, and of which ratio the worst is shown.
+# Columns of the table of cells: which of their runs are counted, and of which ratio the worst is shown.
 RUNS = {"runs": lambda row: True, "finish": lambda row: row["ending"] == "finished",
         "hold or are explained": lambda row: row["outcome"] != "fails", "sensitive": lambda row: row.is_sensitive}
 RATIOS = {"cost": "cost_ratio", "slowest ms": "ms_ratio", "energy": "energy_ratio", "halving": "halving_ratio"}
@@ -186,8 +186,6 @@ def held_text(rows):
 def written_part(rows):
     """What the script writes into the page."""
     failing, explained = ([row for row in rows if row["outcome"] == outcome] for outcome in ("fails", "explained"))
-    costs = [f"{least_to_most([1e3 * row['base_cpu_time'] / row['duration'] for row in at])} ms at {power(tolerance)}"
-             for tolerance, at in sorted(grouped(rows, lambda row: row["tolerance"]).items(), reverse=True)]
     sensitive = [f"{row.full_name} at {power(row['tolerance'])} (halving {figures(row['halving_ratio'])}, "
                  f"A {figures(row.amplification)})" for row in explained]
     cells, tolerances = len({row.full_name for row in rows}), sorted({row["tolerance"] for row in rows}, reverse=True)
@@ -195,13 +193,9 @@ def written_part(rows):
         paragraph(f"{cells} motions, each at {len(tolerances)} tolerances from {power(tolerances[0])} to "
                   f"{power(tolerances[-1])}: {len(rows) - len(failing) - len(explained)} of {len(rows)} runs hold all "
                   f"requirements, {len(explained)} more are explained by a sensitive motion."),
-        table(["group", "cells", *RUNS, *RATIOS], [
-            [name, f"{len(set(of(of_group, 'cell')))}", *summary(of_group)]
-            for name, of_group in grouped(rows, lambda row: row["group"]).items()]),
-        paragraph("The worst over the cells and tolerances of each group; [cells.csv](stress/cells.csv) has every "
-                  "cell, [counters.csv](stress/counters.csv) the counters of the integration at "
+        paragraph("[cells.csv](stress/cells.csv) has every motion with its worst figures over the tolerances, "
+                  "[counters.csv](stress/counters.csv) the counters of the integration at "
                   f"{power(tolerances[0])}."),
-        paragraph(f"The base scene takes per simulated second {', '.join(costs)}."),
         "### What does not hold\n", failure_table(failing) if failing else "Everything holds.\n",
         paragraph(f"Explained by a sensitive motion: {', '.join(sensitive) or 'none'}."),
         "### Held wheels\n", paragraph(held_text(rows))])
