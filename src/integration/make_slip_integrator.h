@@ -7,7 +7,7 @@
 
 namespace youbot_base_sim {
 
-// Radau must keep up with real time: this many evaluations, and 80 % more in a eased millisecond, take about 0.8 ms
+// Radau must keep up with real time: this many evaluations, and 80 % more in an eased millisecond, take about 0.8 ms
 // at 3 GHz. The other methods are for comparison; their bound only makes sure that a run ends.
 template <class Model>
 inline constexpr std::uint64_t kRealTime = Model::kReactionsFollow ? 2000 : 3000;
