@@ -2,6 +2,7 @@
 
 #include "youbot_base_sim/simulation.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -403,6 +404,122 @@ TEST_F(SimulationTest, RegularizationSpeedBelowTheToleranceDoesNotShow) {
     EXPECT_LT(std::hypot(x.x() - exact.x(), x.y() - exact.y()), tolerance * kWay) << tolerance;
   }
   EXPECT_EQ(run(1e-3, 1e-3)->regularization_speed(), 1e-3);
+}
+
+/// A base whose wheels do not turn, pushed forward by `share` of what friction can hold: rollers that turn freely take
+/// a force along their axes only.
+class ParkedBase : public SimulationTest {
+ protected:
+  static constexpr double kWeight = 35.6 * 9.81, kLimit = 0.5 * M_SQRT1_2 * kWeight;  // N
+
+  std::unique_ptr<Simulation> pushed(double share, double end, const std::string& floor,
+                                     const std::string& method = "radau") {
+    Scene scene = load(
+        fmt::format("duration: 100\nrobot: {{com: [0, 0], wheel_damping: 1e9, roller_damping: 1e-6}}\nfloor: {{{}}}\n"
+                    "solver: {{method: {}}}\n"
+                    "wrenches: [{{force: [{}, 0, 0], point: [0, 0, 0], end: {}}}]\n",
+                    floor, method, share * kLimit, end));
+    return std::make_unique<Simulation>(scene);
+  }
+  const std::string holds_ = "holding_speed: 1e-8", creeps_ = "holding_speed: 0";
+};
+
+// Friction that turns over 1 mm/s lets it creep by a metre and more in an hour.
+TEST_F(ParkedBase, StaysOnASlopeWithTheMeasuredProfile) {
+  folder_.write("zero.csv", "t,fl,fr,bl,br\n0,0,0,0,0\n");
+  const auto drift = [&](const std::string& floor) {
+    Simulation simulation(load("duration: 300\nrobot: {profile: measured}\nfloor: {slope: {angle: 0.1}" + floor +
+                               "}\nmotors: {}\ndrive: {velocity_table: zero.csv}\n"));
+    simulation.advance_to(180);  // the velocity loops' integrals have taken up the load
+    const State before = simulation.state();
+    simulation.advance_to(300);
+    EXPECT_LT(simulation.energy_balance_error(), 1e-6);
+    EXPECT_EQ(simulation.statistics().fallback_steps, 0u);
+    const State& x = simulation.state();
+    return 30 * std::hypot(x.x() - before.x(), x.y() - before.y());  // in an hour, m
+  };
+  EXPECT_LT(drift(""), 1e-3);
+  EXPECT_GT(drift(", holding_speed: 0"), 1);
+}
+
+TEST_F(ParkedBase, HoldsUpToTheLimitOfFriction) {
+  for (const char* method : {"radau", "rosenbrock4"}) {
+    for (const double share : {0.5, -0.9, 0.95}) {
+      const auto simulation = pushed(share, 100, holds_, method);
+      simulation->advance_to(3.6);
+      // Slip along the rollers' axes is nu s / sqrt(1 - s^2) at a share s of the limit.
+      const double creep = 1e-8 * share / std::sqrt(1 - share * share) * M_SQRT2 * 3.6;
+      EXPECT_NEAR(simulation->state().x() / creep, 1, 0.05) << method << ' ' << share;
+    }
+  }
+}
+
+TEST_F(ParkedBase, MovesAtOnceBeyondTheLimitAndStopsAfterThePush) {
+  const double a = 0.1 * kLimit / 35.6, deceleration = kLimit / 35.6;  // m/s^2
+  for (const char* method : {"radau", "rosenbrock4"}) {
+    const auto simulation = pushed(1.1, 0.5, holds_, method);
+    simulation->advance_to(0.5);
+    EXPECT_NEAR(simulation->state().x(), 0.5 * a * 0.25, 0.02 * 0.5 * a * 0.25) << method;
+    simulation->advance_to(1);
+    const double stop = 0.5 * a * 0.25 * (1 + a / deceleration);
+    EXPECT_NEAR(simulation->state().x(), stop, 0.02 * stop) << method;
+    const double x = simulation->state().x();
+    simulation->advance_to(20);
+    EXPECT_NEAR(simulation->state().x(), x, 1e-7) << method;
+    EXPECT_LT(simulation->energy_balance_error(), 1e-6) << method;
+    EXPECT_EQ(simulation->statistics().exhausted, 0u) << method;
+  }
+}
+
+// Pushes that come and go, on both sides of the limit: the base neither creeps nor flutters between rest and motion.
+TEST_F(ParkedBase, ChangesBetweenRestAndMotionCostLittle) {
+  const auto evaluations = [&](const std::string& floor) {
+    Simulation simulation(load("duration: 8\nrobot: {com: [0, 0], wheel_damping: 1e9}\nfloor: {" + floor +
+                               "}\nsolver: {control_period: 0.02}\n"),
+                          [](double, const State&) -> Wheels { return Wheels::Zero(); });
+    for (int k = 0; k < 400; ++k) {
+      AppliedLoads applied;
+      applied.wrenches.push_back({{kLimit * 1.05 * std::sin(0.1 * k), 0, 0}, {0, 0, 0}, 0, false});
+      simulation.set_loads(applied);
+      simulation.advance_periods(1);
+    }
+    EXPECT_EQ(simulation.statistics().exhausted, 0u);
+    return simulation.statistics().evaluations;
+  };
+  EXPECT_LT(evaluations(holds_), 2 * evaluations(creeps_));
+}
+
+// A wheel that stands on the edge between two rollers, and one just before it, as the base rolls to rest.
+TEST_F(ParkedBase, HoldsOnTheEdgeBetweenTwoRollers) {
+  folder_.write("zero.csv", "t,fl,fr,bl,br\n0,0,0,0,0\n");
+  for (const double off : {-1e-3, -1e-9, 0.0, 1e-9}) {
+    const double edge = M_PI / 6 + off;
+    Simulation simulation(
+        load(fmt::format("duration: 100\nrobot: {{profile: measured}}\nfloor: {{slope: {{angle: "
+                         "0.1}}}}\ninitial: {{wheel_angles: [{}, {}, {}, {}]}}\nmotors: {{}}\n"
+                         "drive: {{velocity_table: zero.csv}}\n",
+                         edge, -edge, edge, 0.1)));
+    simulation.advance_to(90);
+    const double x = simulation.state().x();
+    simulation.advance_to(100);
+    EXPECT_NEAR(simulation.state().x(), x, 1e-5) << off;
+    EXPECT_EQ(simulation.statistics().fallback_steps, 0u) << off;
+    EXPECT_LT(simulation.energy_balance_error(), 1e-6) << off;
+  }
+}
+
+// Where it is off, and in a model without limit of friction, nothing changes; nor does it for explicit methods.
+TEST_F(ParkedBase, IsHeldByCoulombFrictionOnly) {
+  const auto end = [&](const std::string& model, const std::string& method, const std::string& floor) {
+    Simulation simulation(load("duration: 1\nmodel: " + model + "\nfloor: {" + floor + "}\nsolver: {method: " + method +
+                               "}\ndrive: {torque: [{start: 0.0005, constant: [1, 1, 1, 1]}]}\n"));
+    simulation.advance_to(0.001);
+    return simulation.state().values;
+  };
+  EXPECT_TRUE((end("viscous", "radau", holds_) == end("viscous", "radau", creeps_)).all());
+  EXPECT_TRUE((end("coulomb", "dopri5", holds_) == end("coulomb", "dopri5", creeps_)).all());
+  EXPECT_FALSE((end("coulomb", "radau", holds_) == end("coulomb", "radau", creeps_)).all());
+  EXPECT_TRUE((end("coulomb", "radau", "holding_speed: 1e-3") == end("coulomb", "radau", creeps_)).all());
 }
 
 TEST_F(SimulationTest, VelocityTableIsTracked) {
