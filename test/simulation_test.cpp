@@ -585,6 +585,40 @@ TEST_F(MotorsTest, DelayCommands) {
   EXPECT_EQ(torque("motors: {command_delay: 0.05, max_wheel_torque: 5}", torques_, 0.051), 4);
 }
 
+// A free wheel swings up from the period on that a scene is refused for, and settles below it.
+TEST_F(MotorsTest, HaveVelocityLoopsThatAreStable) {
+  const std::string drive = "duration: 20\ndrive: {velocity_table: rates.csv}\n",
+                    free = "robot: {wheel_damping: 0}\nfloor: {friction: 0}\n";
+  const auto error = [&](const std::string& motors, double period) {
+    Scene scene = load(drive + free + motors);
+    scene.solver.control_period = period;
+    Simulation simulation(scene);
+    simulation.advance_to(300 * period);
+    return std::abs(simulation.state().dphi()[1] - 5);
+  };
+  for (const VelocityGains& gains : {VelocityGains(), VelocityGains{0.1, 4}, VelocityGains{2, 0}}) {
+    const std::string motors = fmt::format("motors: {{velocity_proportional_gain: {}, velocity_integral_gain: {}}}\n",
+                                           gains.proportional, gains.integral);
+    const double unstable = gains.unstable_period(RobotParameters().J_1);
+    EXPECT_LT(error(motors, 0.97 * unstable), 0.1) << motors;
+    EXPECT_GT(error(motors, 1.03 * unstable), 1) << motors;
+    EXPECT_NO_THROW(load(drive + motors + fmt::format("solver: {{control_period: {}}}", 0.97 * unstable)));
+    EXPECT_THROW(load(drive + motors + fmt::format("solver: {{control_period: {}}}", 1.03 * unstable)), SceneError);
+  }
+  // The allowed period stands in the message, whether the period or the gains are to blame.
+  for (const auto& [text, period] :
+       {std::pair{"solver: {control_period: 0.2}", "= 0.2: must be less than 0.02816 s"},
+        {"motors: {velocity_proportional_gain: 20}", "= 0.001: must be less than 0.000587"}}) {
+    try {
+      load(drive + text);
+      ADD_FAILURE() << text;
+    } catch (const SceneError& e) {
+      EXPECT_NE(std::string(e.what()).find(std::string("solver.control_period ") + period), std::string::npos)
+          << e.what();
+    }
+  }
+}
+
 TEST_F(MotorsTest, SendWholeMilliamperesAndRpm) {
   const Motor motor;
   EXPECT_EQ(torque("motors: {quantized: true}", torques_, 0.5), motor.transmitted({DriveMode::kTorque, 1.0001}).value);

@@ -257,6 +257,18 @@ void check_control_period(const SceneValue& value, double period, const Scene& s
   }
 }
 
+/// Refuses a control period at which the velocity loops of the motors would swing up.
+void check_velocity_loops(const std::string& file, const Scene& scene) {
+  if (!std::holds_alternative<VelocityTable>(scene.drive)) return;
+  const double period = scene.solver.control_period,
+               unstable = scene.motors.value_or(MotorSettings()).gains.unstable_period(scene.robot.J_1);
+  if (period < unstable) return;
+  SceneValue(file, "solver.control_period", YAML::Node(fmt::format("{:g}", period)))
+      .refuse(fmt::format("less than {:.4g} s: with these gains and wheel_inertia the velocity loops of the motors are "
+                          "unstable from there on",
+                          unstable));
+}
+
 void read_output(SceneSection s, OutputSettings& output) {
   s["contacts"].choice(output.contacts, kFlags);
   s.finish();
@@ -423,6 +435,7 @@ Scene read_scene(const std::string& path, const YAML::Node& root, const SceneOve
   read_output(output.section(), scene.output);
   if (motors.given()) scene.motors = read_motors(motors.section());
   read_drive(drive, scene);
+  check_velocity_loops(quote_path(path), scene);
   read_initial(initial.section(), scene);
   return scene;
 }
