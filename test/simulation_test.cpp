@@ -533,6 +533,42 @@ TEST_F(SimulationTest, VelocityTableIsTracked) {
   EXPECT_GT(simulation.state().V_Y(), 0.15);
 }
 
+// By statics. A rocking axle passes on no moment about OX but that of the friction under its own wheels, R F_Y. The
+// other axle, which bears half of the weight and half of the push W at the height z over the axles, carries the rest:
+// W z + R W / 2 = l m_s g / 2 where one of its wheels lifts. A stiff frame tips at W (z + R) = l m_s g.
+TEST_F(ParkedBase, TipsOnThreePointsBesideARockingAxle) {
+  const double R = 0.05, l = 0.15, z = 0.2;  // m
+  const double three_points = 0.5 * l * kWeight / (z + 0.5 * R), four_points = l * kWeight / (z + R);
+  const auto run = [&](const std::string& sharing, double W) {
+    auto simulation = std::make_unique<Simulation>(load(fmt::format(
+        "duration: 1\nrobot: {{com: [0, 0], wheel_damping: 1e9, normal_reactions: dynamic, load_sharing: {}}}\n"
+        "floor: {{friction: 1, slip_regularization: 1e-5}}\nwrenches: [{{force: [0, {}, 0], point: [0, 0, {}]}}]\n",
+        sharing, W, z)));
+    return simulation;
+  };
+  for (const std::string sharing : {"rocking_front", "rocking_rear", "equal_wheels"}) {
+    const double limit = sharing == "equal_wheels" ? four_points : three_points;
+    for (const int sign : {+1, -1}) {
+      EXPECT_NO_THROW(run(sharing, 0.99 * sign * limit)->advance_to(0.2)) << sharing;
+      try {
+        run(sharing, 1.01 * sign * limit)->advance_to(0.2);
+        ADD_FAILURE() << sharing << ' ' << sign;
+      } catch (const TippedOver& tipped) {
+        EXPECT_EQ(tipped.side(), sign > 0 ? Side::kLeft : Side::kRight) << sharing;
+      }
+    }
+  }
+  // Beyond the limit three wheels carry all: the rocking axle's two, and the last one of the other.
+  const auto simulation = run("rocking_front", 1.01 * three_points);
+  simulation->continue_when_tipping();
+  simulation->advance_to(0.2);
+  const ContactDetails contacts = simulation->contacts();
+  EXPECT_NEAR(contacts.N[0] + contacts.N[1], kWeight / 2, 1e-6);
+  EXPECT_NEAR((contacts.N[0] - contacts.N[1]) * l + R * (contacts.F_Y[0] + contacts.F_Y[1]), 0, 1e-6);
+  EXPECT_NEAR(contacts.N[2], kWeight / 2, 1e-6);
+  EXPECT_EQ(contacts.N[3], 0);
+}
+
 class MotorsTest : public SimulationTest {
  protected:
   void SetUp() override {
