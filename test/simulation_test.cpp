@@ -2,6 +2,7 @@
 
 #include "youbot_base_sim/simulation.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -405,6 +406,122 @@ TEST_F(SimulationTest, RegularizationSpeedBelowTheToleranceDoesNotShow) {
   EXPECT_EQ(run(1e-3, 1e-3)->regularization_speed(), 1e-3);
 }
 
+/// A base whose wheels do not turn, pushed forward by `share` of what friction can hold: rollers that turn freely take
+/// a force along their axes only.
+class ParkedBase : public SimulationTest {
+ protected:
+  static constexpr double kWeight = 35.6 * 9.81, kLimit = 0.5 * M_SQRT1_2 * kWeight;  // N
+
+  std::unique_ptr<Simulation> pushed(double share, double end, const std::string& floor,
+                                     const std::string& method = "radau") {
+    Scene scene = load(
+        fmt::format("duration: 100\nrobot: {{com: [0, 0], wheel_damping: 1e9, roller_damping: 1e-6}}\nfloor: {{{}}}\n"
+                    "solver: {{method: {}}}\n"
+                    "wrenches: [{{force: [{}, 0, 0], point: [0, 0, 0], end: {}}}]\n",
+                    floor, method, share * kLimit, end));
+    return std::make_unique<Simulation>(scene);
+  }
+  const std::string holds_ = "holding_speed: 1e-8", creeps_ = "holding_speed: 0";
+};
+
+// Friction that turns over 1 mm/s lets it creep by a metre and more in an hour.
+TEST_F(ParkedBase, StaysOnASlopeWithTheMeasuredProfile) {
+  folder_.write("zero.csv", "t,fl,fr,bl,br\n0,0,0,0,0\n");
+  const auto drift = [&](const std::string& floor) {
+    Simulation simulation(load("duration: 300\nrobot: {profile: measured}\nfloor: {slope: {angle: 0.1}" + floor +
+                               "}\nmotors: {}\ndrive: {velocity_table: zero.csv}\n"));
+    simulation.advance_to(180);  // the velocity loops' integrals have taken up the load
+    const State before = simulation.state();
+    simulation.advance_to(300);
+    EXPECT_LT(simulation.energy_balance_error(), 1e-6);
+    EXPECT_EQ(simulation.statistics().fallback_steps, 0u);
+    const State& x = simulation.state();
+    return 30 * std::hypot(x.x() - before.x(), x.y() - before.y());  // in an hour, m
+  };
+  EXPECT_LT(drift(""), 1e-3);
+  EXPECT_GT(drift(", holding_speed: 0"), 1);
+}
+
+TEST_F(ParkedBase, HoldsUpToTheLimitOfFriction) {
+  for (const char* method : {"radau", "rosenbrock4"}) {
+    for (const double share : {0.5, -0.9, 0.95}) {
+      const auto simulation = pushed(share, 100, holds_, method);
+      simulation->advance_to(3.6);
+      // Slip along the rollers' axes is nu s / sqrt(1 - s^2) at a share s of the limit.
+      const double creep = 1e-8 * share / std::sqrt(1 - share * share) * M_SQRT2 * 3.6;
+      EXPECT_NEAR(simulation->state().x() / creep, 1, 0.05) << method << ' ' << share;
+    }
+  }
+}
+
+TEST_F(ParkedBase, MovesAtOnceBeyondTheLimitAndStopsAfterThePush) {
+  const double a = 0.1 * kLimit / 35.6, deceleration = kLimit / 35.6;  // m/s^2
+  for (const char* method : {"radau", "rosenbrock4"}) {
+    const auto simulation = pushed(1.1, 0.5, holds_, method);
+    simulation->advance_to(0.5);
+    EXPECT_NEAR(simulation->state().x(), 0.5 * a * 0.25, 0.02 * 0.5 * a * 0.25) << method;
+    simulation->advance_to(1);
+    const double stop = 0.5 * a * 0.25 * (1 + a / deceleration);
+    EXPECT_NEAR(simulation->state().x(), stop, 0.02 * stop) << method;
+    const double x = simulation->state().x();
+    simulation->advance_to(20);
+    EXPECT_NEAR(simulation->state().x(), x, 1e-7) << method;
+    EXPECT_LT(simulation->energy_balance_error(), 1e-6) << method;
+    EXPECT_EQ(simulation->statistics().exhausted, 0u) << method;
+  }
+}
+
+// Pushes that come and go, on both sides of the limit: the base neither creeps nor flutters between rest and motion.
+TEST_F(ParkedBase, ChangesBetweenRestAndMotionCostLittle) {
+  const auto evaluations = [&](const std::string& floor) {
+    Simulation simulation(load("duration: 8\nrobot: {com: [0, 0], wheel_damping: 1e9}\nfloor: {" + floor +
+                               "}\nsolver: {control_period: 0.02}\n"),
+                          [](double, const State&) -> Wheels { return Wheels::Zero(); });
+    for (int k = 0; k < 400; ++k) {
+      AppliedLoads applied;
+      applied.wrenches.push_back({{kLimit * 1.05 * std::sin(0.1 * k), 0, 0}, {0, 0, 0}, 0, false});
+      simulation.set_loads(applied);
+      simulation.advance_periods(1);
+    }
+    EXPECT_EQ(simulation.statistics().exhausted, 0u);
+    return simulation.statistics().evaluations;
+  };
+  EXPECT_LT(evaluations(holds_), 2 * evaluations(creeps_));
+}
+
+// A wheel that stands on the edge between two rollers, and one just before it, as the base rolls to rest.
+TEST_F(ParkedBase, HoldsOnTheEdgeBetweenTwoRollers) {
+  folder_.write("zero.csv", "t,fl,fr,bl,br\n0,0,0,0,0\n");
+  for (const double off : {-1e-3, -1e-9, 0.0, 1e-9}) {
+    const double edge = M_PI / 6 + off;
+    Simulation simulation(
+        load(fmt::format("duration: 100\nrobot: {{profile: measured}}\nfloor: {{slope: {{angle: "
+                         "0.1}}}}\ninitial: {{wheel_angles: [{}, {}, {}, {}]}}\nmotors: {{}}\n"
+                         "drive: {{velocity_table: zero.csv}}\n",
+                         edge, -edge, edge, 0.1)));
+    simulation.advance_to(90);
+    const double x = simulation.state().x();
+    simulation.advance_to(100);
+    EXPECT_NEAR(simulation.state().x(), x, 1e-5) << off;
+    EXPECT_EQ(simulation.statistics().fallback_steps, 0u) << off;
+    EXPECT_LT(simulation.energy_balance_error(), 1e-6) << off;
+  }
+}
+
+// Where it is off, and in a model without limit of friction, nothing changes; nor does it for explicit methods.
+TEST_F(ParkedBase, IsHeldByCoulombFrictionOnly) {
+  const auto end = [&](const std::string& model, const std::string& method, const std::string& floor) {
+    Simulation simulation(load("duration: 1\nmodel: " + model + "\nfloor: {" + floor + "}\nsolver: {method: " + method +
+                               "}\ndrive: {torque: [{start: 0.0005, constant: [1, 1, 1, 1]}]}\n"));
+    simulation.advance_to(0.001);
+    return simulation.state().values;
+  };
+  EXPECT_TRUE((end("viscous", "radau", holds_) == end("viscous", "radau", creeps_)).all());
+  EXPECT_TRUE((end("coulomb", "dopri5", holds_) == end("coulomb", "dopri5", creeps_)).all());
+  EXPECT_FALSE((end("coulomb", "radau", holds_) == end("coulomb", "radau", creeps_)).all());
+  EXPECT_TRUE((end("coulomb", "radau", "holding_speed: 1e-3") == end("coulomb", "radau", creeps_)).all());
+}
+
 TEST_F(SimulationTest, VelocityTableIsTracked) {
   folder_.write("table.csv", "t,fl,fr,bl,br\n0,5,5,5,5\n2,-5,5,5,-5\n");
   Simulation simulation(load("duration: 4\ndrive: {velocity_table: table.csv}\n"));
@@ -414,6 +531,42 @@ TEST_F(SimulationTest, VelocityTableIsTracked) {
   EXPECT_GT(simulation.state().V_X(), 0.24);
   simulation.advance_to(4);
   EXPECT_GT(simulation.state().V_Y(), 0.15);
+}
+
+// By statics. A rocking axle passes on no moment about OX but that of the friction under its own wheels, R F_Y. The
+// other axle, which bears half of the weight and half of the push W at the height z over the axles, carries the rest:
+// W z + R W / 2 = l m_s g / 2 where one of its wheels lifts. A stiff frame tips at W (z + R) = l m_s g.
+TEST_F(ParkedBase, TipsOnThreePointsBesideARockingAxle) {
+  const double R = 0.05, l = 0.15, z = 0.2;  // m
+  const double three_points = 0.5 * l * kWeight / (z + 0.5 * R), four_points = l * kWeight / (z + R);
+  const auto run = [&](const std::string& sharing, double W) {
+    auto simulation = std::make_unique<Simulation>(load(fmt::format(
+        "duration: 1\nrobot: {{com: [0, 0], wheel_damping: 1e9, normal_reactions: dynamic, load_sharing: {}}}\n"
+        "floor: {{friction: 1, slip_regularization: 1e-5}}\nwrenches: [{{force: [0, {}, 0], point: [0, 0, {}]}}]\n",
+        sharing, W, z)));
+    return simulation;
+  };
+  for (const std::string sharing : {"rocking_front", "rocking_rear", "equal_wheels"}) {
+    const double limit = sharing == "equal_wheels" ? four_points : three_points;
+    for (const int sign : {+1, -1}) {
+      EXPECT_NO_THROW(run(sharing, 0.99 * sign * limit)->advance_to(0.2)) << sharing;
+      try {
+        run(sharing, 1.01 * sign * limit)->advance_to(0.2);
+        ADD_FAILURE() << sharing << ' ' << sign;
+      } catch (const TippedOver& tipped) {
+        EXPECT_EQ(tipped.side(), sign > 0 ? Side::kLeft : Side::kRight) << sharing;
+      }
+    }
+  }
+  // Beyond the limit three wheels carry all: the rocking axle's two, and the last one of the other.
+  const auto simulation = run("rocking_front", 1.01 * three_points);
+  simulation->continue_when_tipping();
+  simulation->advance_to(0.2);
+  const ContactDetails contacts = simulation->contacts();
+  EXPECT_NEAR(contacts.N[0] + contacts.N[1], kWeight / 2, 1e-6);
+  EXPECT_NEAR((contacts.N[0] - contacts.N[1]) * l + R * (contacts.F_Y[0] + contacts.F_Y[1]), 0, 1e-6);
+  EXPECT_NEAR(contacts.N[2], kWeight / 2, 1e-6);
+  EXPECT_EQ(contacts.N[3], 0);
 }
 
 class MotorsTest : public SimulationTest {
@@ -466,6 +619,40 @@ TEST_F(MotorsTest, DelayCommands) {
   expect_same("motors: {command_delay: 0.05}", rates_, "velocity_table: later.csv");
   EXPECT_EQ(torque("motors: {command_delay: 0.05}", torques_, 0.05), 0);
   EXPECT_EQ(torque("motors: {command_delay: 0.05, max_wheel_torque: 5}", torques_, 0.051), 4);
+}
+
+// A free wheel swings up from the period on that a scene is refused for, and settles below it.
+TEST_F(MotorsTest, HaveVelocityLoopsThatAreStable) {
+  const std::string drive = "duration: 20\ndrive: {velocity_table: rates.csv}\n",
+                    free = "robot: {wheel_damping: 0}\nfloor: {friction: 0}\n";
+  const auto error = [&](const std::string& motors, double period) {
+    Scene scene = load(drive + free + motors);
+    scene.solver.control_period = period;
+    Simulation simulation(scene);
+    simulation.advance_to(300 * period);
+    return std::abs(simulation.state().dphi()[1] - 5);
+  };
+  for (const VelocityGains& gains : {VelocityGains(), VelocityGains{0.1, 4}, VelocityGains{2, 0}}) {
+    const std::string motors = fmt::format("motors: {{velocity_proportional_gain: {}, velocity_integral_gain: {}}}\n",
+                                           gains.proportional, gains.integral);
+    const double unstable = gains.unstable_period(RobotParameters().J_1);
+    EXPECT_LT(error(motors, 0.97 * unstable), 0.1) << motors;
+    EXPECT_GT(error(motors, 1.03 * unstable), 1) << motors;
+    EXPECT_NO_THROW(load(drive + motors + fmt::format("solver: {{control_period: {}}}", 0.97 * unstable)));
+    EXPECT_THROW(load(drive + motors + fmt::format("solver: {{control_period: {}}}", 1.03 * unstable)), SceneError);
+  }
+  // The allowed period stands in the message, whether the period or the gains are to blame.
+  for (const auto& [text, period] :
+       {std::pair{"solver: {control_period: 0.2}", "= 0.2: must be less than 0.02816 s"},
+        {"motors: {velocity_proportional_gain: 20}", "= 0.001: must be less than 0.000587"}}) {
+    try {
+      load(drive + text);
+      ADD_FAILURE() << text;
+    } catch (const SceneError& e) {
+      EXPECT_NE(std::string(e.what()).find(std::string("solver.control_period ") + period), std::string::npos)
+          << e.what();
+    }
+  }
 }
 
 TEST_F(MotorsTest, SendWholeMilliamperesAndRpm) {

@@ -29,6 +29,10 @@ SetPoint Motor::transmitted(SetPoint set_point) const {
   return set_point;
 }
 
+double VelocityGains::unstable_period(double wheel_inertia) const {
+  return 4 * wheel_inertia / (proportional + std::sqrt(proportional * proportional + 4 * wheel_inertia * integral));
+}
+
 WheelDrive::WheelDrive(double control_period, const Motor& motor, const VelocityGains& gains, bool quantized)
     : control_period_(control_period), motor_(motor), gains_(gains), quantized_(quantized) {}
 

@@ -18,7 +18,9 @@ std::unique_ptr<MotionIntegrator> make_slip_integrator(Model model, const Parts&
   return visit_law(model, [&](auto law) -> std::unique_ptr<MotionIntegrator> {
     using Equations = SlipModel<typename decltype(law)::Law, Features>;
     using System = SlipSystem<Equations>;
-    Equations equations(parts.robot, parts.floor);
+    FloorParameters floor = parts.floor;
+    if (parts.method.is_explicit) floor.holding_speed = 0;  // its steps would be that much shorter
+    Equations equations(parts.robot, floor);
     equations.set_regularization_speed(
         effective_regularization_speed(equations.regularization_speed(), parts.tolerance));
     const auto make_stepper = [&](const Tolerance& tolerance,

@@ -41,8 +41,9 @@ Reactions::Reactions(const RobotParameters& robot, const Inertia& inertia, doubl
   }
 }
 
-Reactions::Solution Reactions::lift(const Conditions& conditions, double weight, const Wheels& N) {
+Reactions::Solution Reactions::lift(const Conditions& conditions, double weight, const Wheels& N) const {
   if (!(weight > 0)) return {Wheels::Zero(), {Wheels::Zero(), Wheels::Zero(), Wheels::Zero()}, Side::kOff};
+  if (rocks_) return tip_on_three_points(conditions, weight, N);
   // The wheel that is pulled down most is the first to be tried.
   Wheels pulled = N;
   for (int tries = 0; tries < kWheels; ++tries) {
@@ -57,10 +58,28 @@ Reactions::Solution Reactions::lift(const Conditions& conditions, double weight,
     lifted.N[i] = 0;
     if (!(lifted.N >= 0).all()) continue;
     for (Wheels& by_moment : lifted.by_moment) by_moment[i] = 0;
-    lifted.by_moment[2].setZero();  // its wheel stays off the floor, whatever the moment of the rocking axle
+    lifted.by_moment[2].setZero();  // there is no moment in the condition that its wheel has replaced
     return lifted;
   }
   return tip(conditions, weight);
+}
+
+// One wheel of the axle that does not rock lifts: the other one and the rocking axle, whose moment still balances,
+// carry all. If the rocking axle is the one that lifts, or one of its wheels, two wheels of one side do.
+Reactions::Solution Reactions::tip_on_three_points(const Conditions& conditions, double weight, const Wheels& N) const {
+  int i = 0;
+  if ((rocking_ > 0).select(kInfinity, N).minCoeff(&i) >= 0) return tip(conditions, weight);
+  Conditions without = conditions;
+  without.rows[1] = Wheels::Zero();
+  without.rows[1][i] = 1;
+  without.right[1] = 0;
+  Solution tipped = share(without, weight);
+  tipped.N[i] = 0;
+  if (!(tipped.N >= 0).all()) return tip(conditions, weight);
+  for (Wheels& by_moment : tipped.by_moment) by_moment[i] = 0;
+  tipped.by_moment[1].setZero();
+  tipped.tipping = i % 2 == 0 ? Side::kRight : Side::kLeft;
+  return tipped;
 }
 
 // The two wheels of one side carry all: the moment along that side is out of balance.

@@ -103,6 +103,20 @@ void read_lockstep(Parameters& parameters, BaseSettings& settings) {
   parameters.require(lockstep.on || lockstep.period == 0, "lockstep_period", period, "0 unless ~lockstep is true");
 }
 
+void read_motors(Parameters& parameters, BaseSettings& settings) {
+  MotorSettings& motors = settings.driver.motors;
+  motors = settings.scene.motors.value_or(MotorSettings());
+  visit_settings(motors, [&parameters](const char* name, auto& value, const auto&... range) {
+    parameters.read(name, value, range...);
+  });
+  const double period = settings.scene.solver.control_period,
+               unstable = motors.gains.unstable_period(settings.scene.robot.J_1);
+  parameters.require(period < unstable, "control_period", fmt::format("{:g}", period),
+                     fmt::format("less than {:.4g} s: with these gains and the scene's wheel_inertia the velocity "
+                                 "loops of the motors are unstable from there on",
+                                 unstable));
+}
+
 void read_sensors(Parameters& parameters, BaseSensors::Options& sensors) {
   parameters.read("driver_wheel_radius", sensors.kinematics.wheel_radius, {1e-3, 1, "m"});
   parameters.read("odometry_wheel_error", sensors.wheel_error, {0, 1, ""});
@@ -164,10 +178,7 @@ BaseSettings read_base_settings() {
   read_lockstep(parameters, settings);
   parameters.read("wait_for_subscribers", settings.wait_for_subscribers);
   parameters.read("start_paused", settings.start_paused);
-  settings.driver.motors = settings.scene.motors.value_or(MotorSettings());
-  visit_settings(settings.driver.motors, [&parameters](const char* name, auto& value, const auto&... range) {
-    parameters.read(name, value, range...);
-  });
+  read_motors(parameters, settings);
   parameters.read("command_timeout", settings.driver.command_timeout, {0, 1e6, "s"});
   read_sensors(parameters, settings.sensors);
   read_telemetry(parameters, settings);

@@ -56,16 +56,23 @@ SceneValue override_of(const char* name, const std::string& text) {
   return {"", name, text.empty() ? YAML::Node(YAML::NodeType::Undefined) : YAML::Node(text)};
 }
 
-RobotParameters robot_of(Profile profile, double friction_scale) {
-  return profile == Profile::kMeasured ? measured_robot(friction_scale) : RobotParameters();
+/// What a profile sets: the robot's friction, and the holding speed of a parked base, m/s.
+struct Defaults {
+  RobotParameters robot;
+  double holding_speed = 0;
+};
+
+Defaults defaults_of(Profile profile, double friction_scale) {
+  if (profile == Profile::kPaper) return {};
+  return {measured_robot(friction_scale), 1e-8};  // creeps by 0.1 mm an hour at 0.9 of the friction limit
 }
 
 /// A name, or a section with the name and what the profile takes besides.
-RobotParameters read_profile(const SceneValue& value) {
+Defaults read_profile(const SceneValue& value) {
   Profile profile = Profile::kPaper;
   if (!value.is_section()) {
     value.choice(profile, kProfiles);
-    return robot_of(profile, 1);
+    return defaults_of(profile, 1);
   }
   SceneSection s = value.section();
   s.required("name").choice(profile, kProfiles);
@@ -73,7 +80,7 @@ RobotParameters read_profile(const SceneValue& value) {
   const SceneValue friction_scale = s["friction_scale"].number(scale, kFrictionScales);
   s.finish();
   if (profile == Profile::kPaper && friction_scale.given()) friction_scale.refuse("left out for paper");
-  return robot_of(profile, scale);
+  return defaults_of(profile, scale);
 }
 
 /// Refuses what the model would ignore.
@@ -81,20 +88,22 @@ void refuse_for_model(const SceneValue& value, bool ignored, Model model) {
   if (ignored) value.refuse(fmt::format("left out for {}, which has no use for it", name_of(model)));
 }
 
-/// The robot of the profile that replaces the file's, or `robot` if there is none.
-RobotParameters override_profile(const SceneOverrides& overrides, const RobotParameters& robot) {
+/// Those of the profile that replaces the file's, or `defaults` if there is none.
+Defaults override_profile(const SceneOverrides& overrides, const Defaults& defaults) {
   Profile profile = Profile::kPaper;
   override_of("profile", overrides.profile).choice(profile, kProfiles);
   if (overrides.friction_scale && profile != Profile::kMeasured) {
     override_of("friction_scale", fmt::format("{:g}", *overrides.friction_scale))
         .refuse("left out unless profile = measured is given too");
   }
-  return overrides.profile.empty() ? robot : robot_of(profile, overrides.friction_scale.value_or(1));
+  return overrides.profile.empty() ? defaults : defaults_of(profile, overrides.friction_scale.value_or(1));
 }
 
-/// `floor` and `model` decide what a robot may be.
-RobotParameters read_robot(SceneSection s, const FloorParameters& floor, Model model, const SceneOverrides& overrides) {
-  RobotParameters robot = override_profile(overrides, read_profile(s["profile"]));
+/// `floor` and `model` decide what a robot may be. Its profile decides the holding speed of a floor that has none yet.
+RobotParameters read_robot(SceneSection s, FloorParameters& floor, Model model, const SceneOverrides& overrides) {
+  const Defaults defaults = override_profile(overrides, read_profile(s["profile"]));
+  if (floor.holding_speed < 0) floor.holding_speed = defaults.holding_speed;
+  RobotParameters robot = defaults.robot;
   s["body_mass"].number(robot.m, kMass);
   s["wheel_mass"].number(robot.m_1, kMass);
   const SceneValue inertia = s["total_inertia"].number(robot.I_s, kInertia);
@@ -183,12 +192,15 @@ void read_slope(SceneSection s, FloorParameters& floor) {
   s.finish();
 }
 
+/// Leaves `holding_speed` negative where it is left out.
 FloorParameters read_floor(SceneSection s, Model model) {
   FloorParameters floor;
+  floor.holding_speed = -1;
   const SceneValue friction = s["friction"].number_or_wheels(floor.f, kFriction),
                    spin = s["spin_radius"].number(floor.spin_radius, {0, 1, "m"}), patches = s["patches"];
   read_list(patches, floor.patches, read_patch);
   read_slope(s["slope"].section(), floor);
+  s["holding_speed"].number(floor.holding_speed, {1e-12, 1e3, "m/s", true});
   refuse_for_model(friction, (floor.f != floor.f[0]).any() && !slips(model), model);
   refuse_for_model(spin, floor.spin_radius != 0 && !limits_friction(model), model);
   refuse_for_model(patches, !floor.patches.empty() && !limits_friction(model), model);
@@ -243,6 +255,18 @@ void check_control_period(const SceneValue& value, double period, const Scene& s
     value.refuse(fmt::format("such that it has at most {:g} rows of output; it would have {:g}", kMaxRowsInPeriod,
                              scene.output_rate * period));
   }
+}
+
+/// Refuses a control period at which the velocity loops of the motors would swing up.
+void check_velocity_loops(const std::string& file, const Scene& scene) {
+  if (!std::holds_alternative<VelocityTable>(scene.drive)) return;
+  const double period = scene.solver.control_period,
+               unstable = scene.motors.value_or(MotorSettings()).gains.unstable_period(scene.robot.J_1);
+  if (period < unstable) return;
+  SceneValue(file, "solver.control_period", YAML::Node(fmt::format("{:g}", period)))
+      .refuse(fmt::format("less than {:.4g} s: with these gains and wheel_inertia the velocity loops of the motors are "
+                          "unstable from there on",
+                          unstable));
 }
 
 void read_output(SceneSection s, OutputSettings& output) {
@@ -411,6 +435,7 @@ Scene read_scene(const std::string& path, const YAML::Node& root, const SceneOve
   read_output(output.section(), scene.output);
   if (motors.given()) scene.motors = read_motors(motors.section());
   read_drive(drive, scene);
+  check_velocity_loops(quote_path(path), scene);
   read_initial(initial.section(), scene);
   return scene;
 }

@@ -29,6 +29,7 @@ void require_finite_scene(const Scene& scene) {
                                        f.slope,
                                        f.uphill,
                                        f.spin_radius,
+                                       f.holding_speed,
                                        f.nu,
                                        f.g,
                                        f.mu_0(r)[0],

@@ -71,8 +71,9 @@ class Wheelwork {
   mutable std::uint64_t looks = 0;
 
   // What a GuardedStepper asks for.
-  double regularization_speed() const { return 0; }
-  void set_regularization_speed(double) {}
+  void ease_friction(double) {}
+  static double past_rest_change(const State&) { return -1; }
+  void change_rest(const State&) {}
   std::uint64_t evaluations() const { return evaluations_; }
   void count_evaluations(std::uint64_t more) const { evaluations_ += more; }
 

@@ -67,6 +67,7 @@ TEST_F(WrongConfiguration, value_out_of_range) {
   expect_base_refuses("~command_rate", 0.01, {"~command_rate", "0.01", "0 or from 0.1 to 1000 Hz"});
   expect_base_refuses("~control_period", -1, {"~control_period", "-1", "1e-06 to 10 s"});
   expect_base_refuses("~control_period", std::nan(""), {"~control_period", "nan"});
+  expect_base_refuses("~control_period", 0.2, {"~control_period", "0.2", "less than 0.02816 s"});
   expect_base_refuses("~driver_wheel_radius", 0, {"~driver_wheel_radius", "0", "m"});
 }
 

@@ -105,6 +105,11 @@ TEST_F(SceneTest, ProfilesAreDefaultsThatOtherKeysGoBefore) {
   const std::string d = kDrive;
   EXPECT_EQ(load(d + "robot: {profile: paper}").robot.mu_1[0], 0.11);
   EXPECT_TRUE((load(d + "robot: {profile: paper}").robot.dry_friction == 0).all());
+  // It also decides how a parked base is held, unless the floor does.
+  EXPECT_EQ(load(d + "robot: {profile: paper}").floor.holding_speed, 0);
+  EXPECT_EQ(load(d + "robot: {profile: measured}").floor.holding_speed, 1e-8);
+  EXPECT_EQ(load(d + "robot: {profile: measured}\nfloor: {holding_speed: 0}").floor.holding_speed, 0);
+  EXPECT_EQ(load(d + "floor: {holding_speed: 1e-6}").floor.holding_speed, 1e-6);
   const RobotParameters measured = load(d + "robot: {profile: measured}").robot;
   EXPECT_TRUE((measured.dry_friction == 0.18).all());
   EXPECT_TRUE((measured.mu_1 == 0.01).all());
@@ -311,6 +316,7 @@ TEST_F(SceneTest, OfNoFileHasTheDefaultsAndTheOverrides) {
   EXPECT_DOUBLE_EQ(other.solver.absolute_tolerance, 1e-7);
   EXPECT_EQ(other.solver.control_period, 2e-3);
   EXPECT_GT(other.robot.dry_friction.minCoeff(), 0);
+  EXPECT_EQ(other.floor.holding_speed, 1e-8);
   EXPECT_EQ(other.solver.method, "dopri5");
 }
 

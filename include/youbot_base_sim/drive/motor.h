@@ -54,6 +54,10 @@ struct Motor {
 struct VelocityGains {
   double proportional = 0.4;  ///< N m s/rad
   double integral = 1.2;      ///< N m/rad
+
+  /// The control period (s) from which on the loop of a free wheel without friction, of this inertia (kg m^2), is
+  /// unstable: its fastest pole is -1 where 2 P T + I T^2 = 4 J_1.
+  double unstable_period(double wheel_inertia) const;
 };
 
 constexpr double kMaxCommandDelay = 60;  ///< s

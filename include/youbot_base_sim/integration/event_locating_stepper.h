@@ -32,7 +32,7 @@ class EventLocatingStepper : public ControlledStepperTypes {
         tolerance_(tolerance),
         record_(&record),
         events_(EdgeReached<System>(tolerance, record), SharingEnds<System>{{&record}},
-                AveragingEnds<System>{{&record}}, TippingReached<System>{&record}) {}
+                AveragingEnds<System>{{&record}}, RestChanges<System>{}, TippingReached<System>{&record}) {}
 
   /// Tries a step of at most dt (s) from x at time t, to the first event. On failure x and t stay as they are, and dt
   /// becomes less. The contacts of `system` change with the state.
@@ -199,6 +199,10 @@ class EventLocatingStepper : public ControlledStepperTypes {
   // The effects of events where the wheels now are: for each wheel, those of the event that concerns its contact.
   void settle(System& system, State& x, double t) {
     settled_ = true;
+    while (RestChanges<System>::apply(system, x)) {
+      stepper_->restart();  // its friction is no start for what comes
+      begin_afresh();
+    }
     const ContactModes& modes = system.modes();
     if (inside_edges(modes, x, kNear) && !modes.mixed()) return;
     for (int i = 0; i < kWheels; ++i) {
@@ -211,16 +215,22 @@ class EventLocatingStepper : public ControlledStepperTypes {
     if (!event.concerns(system.modes(), i)) return false;
     if (event.apply(system, x, t, i)) {
       stepper_->reset();
-      dt_ = dt_after_switch_;
-      restarting_ = true;
+      begin_afresh();
     }
     return true;
+  }
+
+  void begin_afresh() {
+    dt_ = dt_after_switch_;
+    restarting_ = true;
   }
 
   std::unique_ptr<SmoothStepper<System>> stepper_;
   Tolerance tolerance_;
   MotionRecord* record_;
-  std::tuple<EdgeReached<System>, SharingEnds<System>, AveragingEnds<System>, TippingReached<System>> events_;
+  std::tuple<EdgeReached<System>, SharingEnds<System>, AveragingEnds<System>, RestChanges<System>,
+             TippingReached<System>>
+      events_;
 
   // The step under way, and the try before; what is left to the event, s.
   Try now_, before_;

@@ -20,6 +20,7 @@
 //                 kMaxTries                         how often a step may be repeated for that
 //   an effect     concerns(modes, i)                whether it is the one for wheel i in its present contact
 //                 apply(system, x, t, i)            changes contacts and state; true if the motion starts afresh
+// RestChanges, which is about the whole base, has apply(system, x) instead.
 namespace youbot_base_sim {
 
 /// A step of a System from `start` at time t (s) to `end`, dt later.
@@ -200,6 +201,26 @@ struct AveragingEnds : WheelEvent {
     if (!(modes.below_resolution_limit(i, x) > 0)) return false;
     record->record_passed_rollers(modes, i, x, t);
     modes.set_roller(i, modes.roller(i));
+    return true;
+  }
+};
+
+/// The base comes to rest, where friction holds it, or starts to move.
+template <class System>
+struct RestChanges {
+  static constexpr int kConditions = 1;
+  static constexpr bool kEndsPast = true;
+  static double width(double length) { return 1e-6 * length; }
+  static constexpr int kMaxTries = 40;
+
+  static bool possible(const System& system, const Step& step) { return system.past_rest_change(step.end) > 0; }
+  static Witness witness(const System& system, const State& x, double, int) { return {system.past_rest_change(x)}; }
+
+  static bool concerns(const ContactModes&, int) { return false; }
+  static bool apply(System&, State&, double, int) { return false; }
+  static bool apply(System& system, const State& x) {
+    if (!(system.past_rest_change(x) > 0)) return false;
+    system.change_rest(x);
     return true;
   }
 };

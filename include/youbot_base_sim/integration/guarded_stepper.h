@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <atomic>
 #include <cstdint>
-#include <optional>
 #include <utility>
 
 #include "youbot_base_sim/integration/event_locating_stepper.h"
@@ -81,16 +80,16 @@ class GuardedStepper : public ControlledStepperTypes {
   }
 
   void ease(System& system) {
-    eased_ = system.regularization_speed();
-    system.set_regularization_speed(std::max(*eased_, kEasedSpeed));
+    eased_ = true;
+    system.ease_friction(kEasedSpeed);
     replace_stepper(coarse_);
     allowed_ += static_cast<std::uint64_t>(kEasedShare * static_cast<double>(max_evaluations_));
     ++record_->statistics.eased_periods;
   }
 
   void end_easing(System& system) {
-    system.set_regularization_speed(*eased_);
-    eased_.reset();
+    system.ease_friction(0);
+    eased_ = false;
     replace_stepper(fine_);
   }
 
@@ -125,6 +124,7 @@ class GuardedStepper : public ControlledStepperTypes {
       }
     }
     t += length;
+    if (system.past_rest_change(x) > 0) system.change_rest(x);
     if (system.reacts()) record_->reactions.watch(system.reactions(x, t), t, length);
     ++record_->statistics.fallback_steps;
     dt = kInfinity;
@@ -151,7 +151,7 @@ class GuardedStepper : public ControlledStepperTypes {
   // The millisecond under way: its start, the evaluations before it and those that it may take.
   double window_start_ = kInfinity;
   std::uint64_t spent_ = 0, allowed_ = 0;
-  std::optional<double> eased_;  // the regularization speed to return to, m/s, while the coarse stepper is at work
+  bool eased_ = false;  // whether the coarse stepper is at work
 
   double fallback_end_ = -kInfinity;
   double stretch_ = kMinStretch;

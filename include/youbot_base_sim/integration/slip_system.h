@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "youbot_base_sim/integration/reaction_monitor.h"
+#include "youbot_base_sim/integration/rest_friction.h"
 #include "youbot_base_sim/integration/smooth_stepper.h"
 #include "youbot_base_sim/physics/contact_modes.h"
 #include "youbot_base_sim/physics/shared_contact.h"
@@ -22,7 +23,10 @@ class SlipSystem final : public SmoothSystem {
 
   /// `torque` must outlive the system. The rollers in contact are those on which `state` stands.
   SlipSystem(const Model& model, const TorqueProfile& torque, const State& state)
-      : model_(model), torque_(&torque), modes_(model.robot(), state.phi()) {}
+      : model_(model),
+        torque_(&torque),
+        modes_(model.robot(), state.phi()),
+        rest_friction_(model.regularization_speed(), model.holding_speed()) {}
 
   void operator()(const State& x, State& dxdt, double t) const override {
     const Wheels M = torque_->value(t);
@@ -153,12 +157,34 @@ class SlipSystem final : public SmoothSystem {
   /// The regularization speed nu of the friction, m/s.
   double regularization_speed() const { return model_.regularization_speed(); }
   void set_regularization_speed(double nu) { model_.set_regularization_speed(nu); }
+  /// Has it at least `speed` (m/s) from now on.
+  void ease_friction(double speed) {
+    rest_friction_.ease(speed);
+    set_regularization_speed(rest_friction_.regularization_speed());
+  }
+
+  /// How far x is past the next change between motion and rest, m/s; negative before it, and without holding speed.
+  double past_rest_change(const State& x) const {
+    return rest_friction_.holds() ? rest_friction_.past_change(speed(x)) : -1;
+  }
+  void change_rest(const State& x) {
+    rest_friction_.change(speed(x));
+    set_regularization_speed(rest_friction_.regularization_speed());
+  }
 
   /// Evaluations of the right-hand side so far.
   std::uint64_t evaluations() const { return evaluations_; }
   void count_evaluations(std::uint64_t more) const { evaluations_ += more; }
 
  private:
+  // Of the platform at the wheels or of a wheel's rim, whichever is fastest, m/s.
+  [[gnu::noinline]] double speed(const State& x) const {
+    const RobotParameters& robot = model_.robot();
+    const Wheels along = x.V_X() - robot.rho_Y() * x.Omega(), across = x.V_Y() + robot.rho_X() * x.Omega();
+    const Wheels squares = (along.square() + across.square()).max((robot.R * x.dphi()).square());
+    return std::sqrt(squares.maxCoeff());
+  }
+
   // Where each wheel stands on a roller of its own, under the normal reactions of the base at rest.
   void own_contacts(const Velocities& u, const Wheels& phi, const Pose& pose, Contacts& c) const {
     model_.evaluate_kinematics(u, model_.geometry().at(phi - modes_.center()), pose, c);
@@ -234,6 +260,7 @@ class SlipSystem final : public SmoothSystem {
   Model model_;
   const TorqueProfile* torque_;
   ContactModes modes_;
+  RestFriction rest_friction_;
   mutable std::uint64_t evaluations_ = 0;
 };
 

@@ -81,6 +81,7 @@ struct FloorParameters {
   double slope = 0;                  ///< angle of the floor with the horizontal, rad
   double uphill = 0;                 ///< heading of steepest ascent in the fixed frame, rad
   double spin_radius = 0;            ///< a_m: spin friction is as of slip at this distance from the contact point, m
+  double holding_speed = 0;          ///< of model 2b in place of nu while the base rests, m/s; 0: nu
   std::vector<FloorPatch> patches;   ///< later ones lie on top
 
   /// Viscous friction of the contacts in model 2a, N s/m.

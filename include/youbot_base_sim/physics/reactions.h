@@ -37,7 +37,9 @@ struct ReactionCoupling {
 
 /// Normal reactions of the floor while the base moves: vertical forces and moments about both horizontal axes balance
 /// at every instant, without heave, pitch or roll, and a fourth condition says how four wheels share what three would
-/// carry. The reactions depend on friction, which depends on them: both are linear, and solved for together.
+/// carry. A rocking axle carries no moment about OX but that of its own friction: the base stands on its pivot and two
+/// wheels, and tips where one of these lifts. The reactions depend on friction, which depends on them: both are linear,
+/// and solved for together.
 class Reactions {
  public:
   /// `robot` is the loaded one.
@@ -57,7 +59,8 @@ class Reactions {
     std::array<Wheels, 3> by_moment;  ///< what a moment more in each of the conditions adds to N, 1/m
     Side tipping = Side::kNone;       ///< the side that bears all, at the tipping limit
   };
-  /// A wheel that would be pulled down leaves the floor: its N is 0 in place of the fourth condition.
+  /// A wheel that would be pulled down leaves the floor: its N is 0 in place of the fourth condition; where an axle
+  /// rocks, in place of the balance about OX, at the tipping limit.
   Solution solve(const ForcePerNormalLoad& contact, const Motion& motion) const {
     const double weight = m_s_ * g_n_ + motion.external.down;
     const Conditions all = conditions(contact, motion);
@@ -121,7 +124,8 @@ class Reactions {
   }
 
   // The rare ends of `solve`: some wheel would be pulled down, or all of them.
-  [[gnu::noinline]] static Solution lift(const Conditions& conditions, double weight, const Wheels& N);
+  [[gnu::noinline]] Solution lift(const Conditions& conditions, double weight, const Wheels& N) const;
+  Solution tip_on_three_points(const Conditions& conditions, double weight, const Wheels& N) const;
   static Solution tip(const Conditions& conditions, double weight);
 
   double m_, m_s_, a_X_, a_Y_, a_Z_, J_1_, R_, q_, g_n_;

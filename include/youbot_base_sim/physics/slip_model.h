@@ -218,6 +218,8 @@ class SlipModel {
   double regularization_speed() const { return friction_.regularization_speed(); }
   void set_regularization_speed(double nu) { friction_.set_regularization_speed(nu); }
 
+  double holding_speed() const { return floor_.holding_speed; }  ///< of the floor, m/s
+
   const Features& features() const { return features_; }
   const Inertia& inertia() const { return inertia_; }
   const RollerGeometry& geometry() const { return geometry_; }

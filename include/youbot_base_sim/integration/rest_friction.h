@@ -1,0 +1,48 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+namespace youbot_base_sim {
+
+/// Decides over which slip speed friction turns: nu while the base moves, the holding speed while it rests, and their
+/// geometric mean in between. A parked base creeps at about that speed; while the base is slow, a small one costs
+/// nothing.
+///
+/// Friction turns over the next smaller speed once the base is slower than kRests times the present one, where a load
+/// has 96 % of the limit, and over the next larger one once it is faster than kMoves times that. A load that cannot
+/// take it from one to the other changes nothing. The mean is there because a step may jump over the end of a stop, and
+/// with it over the energy that is left then.
+class RestFriction {
+ public:
+  /// Speeds in m/s. A base that moves at first, and for ever if `nu` is infinite or not more than `holding`.
+  RestFriction(double nu, double holding)
+      : speeds_{nu, std::sqrt(nu * holding), holding}, holds_(std::isfinite(nu) && holding > 0 && holding < nu) {}
+
+  /// Whether there is a holding speed.
+  bool holds() const { return holds_; }
+
+  /// How far a base of this speed (m/s) is past the next change; negative before it.
+  double past_change(double speed) const { return std::max(past_slower(speed), past_faster(speed)); }
+  void change(double speed) { past_slower(speed) > past_faster(speed) ? ++level_ : --level_; }
+
+  /// Friction turns over at least `speed` (m/s) from now on.
+  void ease(double speed) { eased_ = speed; }
+
+  double regularization_speed() const { return std::max(eased_, speeds_[level_]); }
+
+ private:
+  static constexpr double kRests = 5, kMoves = 10;
+
+  double past_slower(double speed) const { return level_ + 1 < speeds_.size() ? kRests * speeds_[level_] - speed : -1; }
+  double past_faster(double speed) const { return level_ > 0 ? speed - kMoves * speeds_[level_ - 1] : -1; }
+
+  std::array<double, 3> speeds_;
+  double eased_ = 0;
+  std::size_t level_ = 0;  // the present one of speeds_
+  bool holds_;
+};
+
+}  // namespace youbot_base_sim
