@@ -88,7 +88,7 @@ void refuse_for_model(const SceneValue& value, bool ignored, Model model) {
   if (ignored) value.refuse(fmt::format("left out for {}, which has no use for it", name_of(model)));
 }
 
-/// Those of the profile that replaces the file's, or `defaults` if there is none.
+/// Those of the profile of the command line, or `defaults`, which are the file's, if there is none.
 Defaults override_profile(const SceneOverrides& overrides, const Defaults& defaults) {
   Profile profile = Profile::kPaper;
   override_of("profile", overrides.profile).choice(profile, kProfiles);
@@ -99,7 +99,50 @@ Defaults override_profile(const SceneOverrides& overrides, const Defaults& defau
   return overrides.profile.empty() ? defaults : defaults_of(profile, overrides.friction_scale.value_or(1));
 }
 
-/// `floor` and `model` decide what a robot may be. Its profile decides the holding speed of a floor that has none yet.
+void check_reactions(const RobotParameters& robot, Model model, const SceneValue& reactions, const SceneValue& sharing,
+                     const SceneValue& preload, const SceneValue& com_height) {
+  const bool dynamic = robot.normal_reactions == NormalReactions::kDynamic;
+  refuse_for_model(reactions, dynamic && !limits_friction(model), model);
+  refuse_for_model(preload, robot.q != 0 && !limits_friction(model), model);
+  refuse_for_model(com_height, robot.a_Z != 0 && !limits_friction(model), model);
+  if (robot.a_Z <= -robot.R) com_height.refuse(fmt::format("more than -wheel_radius, {}", -robot.R));
+  if (robot.load_sharing == LoadSharing::kEqualWheels) return;
+  if (!dynamic) sharing.refuse("equal_wheels unless normal_reactions is dynamic");
+  if (robot.q != 0) preload.refuse("left out for a rocking axle, which evens it out");
+}
+
+void check_rollers(const RobotParameters& robot, const FloorParameters& floor, const SceneValue& roller_inertia,
+                   const SceneValue& axis_radius) {
+  const auto frictionless = [](const FloorPatch& patch) { return patch.friction == 0; };
+  const bool floor_may_not_hold = robot.normal_reactions == NormalReactions::kDynamic || floor.f.minCoeff() == 0 ||
+                                  floor.viscous_friction == 0 ||
+                                  std::any_of(floor.patches.begin(), floor.patches.end(), frictionless);
+  if (robot.J_2 == 0 && (robot.mu_2 + robot.roller_dry_friction).minCoeff() == 0 && floor_may_not_hold) {
+    roller_inertia.refuse(
+        "a finite number > 0 where neither friction nor roller_damping nor roller_dry_friction holds the rollers");
+  }
+  if (robot.R_d >= robot.R) axis_radius.refuse(fmt::format("less than wheel_radius, {}", robot.R));
+}
+
+void check_masses(const RobotParameters& robot, const FloorParameters& floor, const SceneValue& inertia,
+                  const SceneValue& com, const SceneValue& preload) {
+  // I_s is about O; about the centre of mass of all it is less by m^2 (a_X^2 + a_Y^2) / m_s, and must be positive.
+  const double least = robot.m * robot.m * (robot.a_X * robot.a_X + robot.a_Y * robot.a_Y) / robot.m_s();
+  if (robot.I_s <= least) {
+    inertia.refuse(fmt::format("more than {:.6g}, which body_mass and com alone make up", least));
+  }
+  const Wheels N = normal_reactions(robot, floor);
+  int lightest = 0;
+  if (N.minCoeff(&lightest) > 0) return;
+  RobotParameters even = robot;
+  even.q = 0;
+  const SceneValue& cause = normal_reactions(even, floor).minCoeff() > 0 ? preload : com;
+  cause.refuse(fmt::format("such that every wheel presses on the floor; {} would with {:.4g} N", kWheelNames[lightest],
+                           N[lightest]));
+}
+
+/// Checks the robot against `floor` and `model` too. Its profile decides the holding speed of a floor that has none
+/// yet.
 RobotParameters read_robot(SceneSection s, FloorParameters& floor, Model model, const SceneOverrides& overrides) {
   const Defaults defaults = override_profile(overrides, read_profile(s["profile"]));
   if (floor.holding_speed < 0) floor.holding_speed = defaults.holding_speed;
@@ -131,36 +174,9 @@ RobotParameters read_robot(SceneSection s, FloorParameters& floor, Model model, 
                    com_height = s["com_height"].number(robot.a_Z, {-1e3, 1e3, "m"});
   s.finish();
 
-  const bool dynamic = robot.normal_reactions == NormalReactions::kDynamic;
-  refuse_for_model(reactions, dynamic && !limits_friction(model), model);
-  refuse_for_model(preload, robot.q != 0 && !limits_friction(model), model);
-  refuse_for_model(com_height, robot.a_Z != 0 && !limits_friction(model), model);
-  if (robot.a_Z <= -robot.R) com_height.refuse(fmt::format("more than -wheel_radius, {}", -robot.R));
-  if (robot.load_sharing != LoadSharing::kEqualWheels) {
-    if (!dynamic) sharing.refuse("equal_wheels unless normal_reactions is dynamic");
-    if (robot.q != 0) preload.refuse("left out for a rocking axle, which evens it out");
-  }
-  const auto frictionless = [](const FloorPatch& patch) { return patch.friction == 0; };
-  const bool loose = dynamic || floor.f.minCoeff() == 0 || floor.viscous_friction == 0 ||
-                     std::any_of(floor.patches.begin(), floor.patches.end(), frictionless);
-  if (robot.J_2 == 0 && (robot.mu_2 + robot.roller_dry_friction).minCoeff() == 0 && loose) {
-    roller_inertia.refuse(
-        "a finite number > 0 where neither friction nor roller_damping nor roller_dry_friction holds the rollers");
-  }
-  if (robot.R_d >= robot.R) axis_radius.refuse(fmt::format("less than wheel_radius, {}", robot.R));
-  const double offset = robot.m * robot.m * a.square().sum() / robot.m_s();
-  if (robot.I_s <= offset) {
-    inertia.refuse(fmt::format("more than {:.6g}, which body_mass and com alone make up", offset));
-  }
-  const Wheels N = normal_reactions(robot, floor);
-  int lightest = 0;
-  if (N.minCoeff(&lightest) <= 0) {
-    RobotParameters even = robot;
-    even.q = 0;
-    const SceneValue& cause = normal_reactions(even, floor).minCoeff() > 0 ? preload : com;
-    cause.refuse(fmt::format("such that every wheel presses on the floor; {} would with {:.4g} N",
-                             kWheelNames[lightest], N[lightest]));
-  }
+  check_reactions(robot, model, reactions, sharing, preload, com_height);
+  check_rollers(robot, floor, roller_inertia, axis_radius);
+  check_masses(robot, floor, inertia, com, preload);
   return robot;
 }
 

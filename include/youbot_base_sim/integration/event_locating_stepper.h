@@ -51,8 +51,8 @@ class EventLocatingStepper : public ControlledStepperTypes {
     residual_dt_ = 0;
     std::apply([&](const auto&... event) { (end_at(event, system, start, t), ...); }, events_);
     const double t_start = t;
-    t = now_.length == bound ? t + bound : t + now_.length + residual_dt_;
-    x = now_.end;
+    t = last_try_.length == bound ? t + bound : t + last_try_.length + residual_dt_;
+    x = last_try_.end;
     if (residual_dt_ != 0) x.values += residual_dt_ * secant();
     starts_elsewhere_ = false;
     ++record_->statistics.steps;
@@ -110,17 +110,17 @@ class EventLocatingStepper : public ControlledStepperTypes {
     return start_;
   }
 
-  // Tries a step of this length; its end is in now_, the length to try next in next_dt_.
+  // Tries a step of this length; its end is in last_try_, the length to try next in next_dt_.
   bool try_length(System& system, const State& start, double t, double length) {
     next_dt_ = length;
-    const Result result = stepper_->try_step(system, start, t, now_.end, next_dt_);
+    const Result result = stepper_->try_step(system, start, t, last_try_.end, next_dt_);
     if (result == boost::numeric::odeint::fail) return false;
     // odeint's step size control accepts a step whose error is NaN.
-    if (!std::isfinite(now_.end.values.sum())) {
+    if (!std::isfinite(last_try_.end.values.sum())) {
       next_dt_ = kShrinkage * length;
       return false;
     }
-    now_.length = length;
+    last_try_.length = length;
     return true;
   }
 
@@ -136,26 +136,26 @@ class EventLocatingStepper : public ControlledStepperTypes {
   // the speed is not known. A remainder, residual_dt_, with a negligible square is extrapolated.
   template <class Event>
   void end_at(const Event& event, System& system, const State& start, double t) {
-    const auto first = [&] { return first_crossing(event, system, {start, t, now_.end, now_.length}); };
+    const auto first = [&] { return first_crossing(event, system, {start, t, last_try_.end, last_try_.length}); };
     Crossing crossing = first();
     if (!crossing) return;
-    double low = 0, high = now_.length, length = crossing.dt;
-    Try past_event = now_;
+    double low = 0, high = last_try_.length, length = crossing.dt;
+    Try past_event = last_try_;
     residual_dt_ = 0;
     for (int tries = 0; tries < Event::kMaxTries; ++tries) {
       if (!(length > low && length < high)) length = 0.5 * (low + high);
-      before_ = now_;
+      try_before_ = last_try_;
       ++record_->statistics.location_steps;
       if (!try_length(system, start, t, length)) {
         if (Event::kEndsPast) break;
-        now_ = before_;
+        last_try_ = try_before_;
         high = length;
         continue;
       }
-      const auto witness = [&](int condition) { return event.witness(system, now_.end, t + length, condition); };
+      const auto witness = [&](int condition) { return event.witness(system, last_try_.end, t + length, condition); };
       if (const Crossing other = first(); other && other.condition != crossing.condition) {
-        const Witness before_it = witness(other.condition);
-        if (before_it.past > before_it.resolution) {
+        const Witness earlier = witness(other.condition);
+        if (earlier.past > earlier.resolution) {
           crossing = other;
           high = length;
           length = crossing.dt;
@@ -165,7 +165,7 @@ class EventLocatingStepper : public ControlledStepperTypes {
       const auto [past, speed, resolution] = witness(crossing.condition);
       if (std::abs(past) <= resolution) return;
       (past > 0 ? high : low) = length;
-      if (past > 0) past_event = now_;
+      if (past > 0) past_event = last_try_;
       if (high - low <= event.width(high)) break;
       if constexpr (!Event::kEndsPast) {
         residual_dt_ = -past / speed;
@@ -174,19 +174,21 @@ class EventLocatingStepper : public ControlledStepperTypes {
       }
       length = speed > 0 ? length - past / speed : low;  // low: bisect
     }
-    if (Event::kEndsPast && !try_length(system, start, t, high)) now_ = past_event;
+    if (Event::kEndsPast && !try_length(system, start, t, high)) last_try_ = past_event;
   }
 
   // Slope of the state at the end of the step, by the last two tries.
-  State::Values secant() const { return (now_.end.values - before_.end.values) / (now_.length - before_.length); }
+  State::Values secant() const {
+    return (last_try_.end.values - try_before_.end.values) / (last_try_.length - try_before_.length);
+  }
 
   // Whether the end of the step, residual_dt_ (s) off an edge, may be moved there to first order: the secant's slope is
   // that of the middle between the two tries. All wheels must stay within their edges but the one that reaches its own.
   bool can_extrapolate(const ContactModes& modes, int wheel, double resolution) const {
-    const Wheels phi = now_.end.phi() + residual_dt_ * now_.end.dphi();
-    const double off = std::abs(residual_dt_) + std::abs(now_.length - before_.length);
+    const Wheels phi = last_try_.end.phi() + residual_dt_ * last_try_.end.dphi();
+    const double off = std::abs(residual_dt_) + std::abs(last_try_.length - try_before_.length);
     const double acceleration = secant().col(3).abs().maxCoeff();
-    if (!(std::abs(residual_dt_) < kFirstOrder * now_.length &&
+    if (!(std::abs(residual_dt_) < kFirstOrder * last_try_.length &&
           std::abs(residual_dt_) * off * acceleration < resolution)) {
       return false;
     }
@@ -205,13 +207,14 @@ class EventLocatingStepper : public ControlledStepperTypes {
     }
     const ContactModes& modes = system.modes();
     if (inside_edges(modes, x, kNear) && !modes.mixed()) return;
-    for (int i = 0; i < kWheels; ++i) {
-      std::apply([&](auto&... event) { (void)(... || settle(event, system, x, t, i)); }, events_);
+    for (int i = 0; i < kWheels; ++i) {  // up to the first event that concerns the wheel
+      std::apply([&](auto&... event) { (void)(... || apply_to_wheel(event, system, x, t, i)); }, events_);
     }
   }
 
+  // Whether the event is the one for the contact of wheel i; if so, its effect has taken place.
   template <class Event>
-  bool settle(Event& event, System& system, State& x, double t, int i) {
+  bool apply_to_wheel(Event& event, System& system, State& x, double t, int i) {
     if (!event.concerns(system.modes(), i)) return false;
     if (event.apply(system, x, t, i)) {
       stepper_->reset();
@@ -232,8 +235,8 @@ class EventLocatingStepper : public ControlledStepperTypes {
              TippingReached<System>>
       events_;
 
-  // The step under way, and the try before; what is left to the event, s.
-  Try now_, before_;
+  // Of the step under way, the last two tries; what is left to the event, s.
+  Try last_try_, try_before_;
   double residual_dt_ = 0;
   double next_dt_ = 0;
 

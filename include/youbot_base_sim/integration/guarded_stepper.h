@@ -34,7 +34,7 @@ class GuardedStepper : public ControlledStepperTypes {
       if (t < fallback_end_) return fall_back(system, x, t, dt);
       if (!(t < window_start_ + kWindow) || t < window_start_) begin_window(system, t);
       const bool stuck = failures >= kMaxFailures || t + stepper_->dt() <= t;
-      if (stuck || system.evaluations() - spent_ > allowed_) {
+      if (stuck || system.evaluations() - uncounted_ > allowed_) {
         record_->statistics.exhausted += !eased_;
         if (stuck || eased_) {
           begin_fallback(system, t);
@@ -47,7 +47,7 @@ class GuardedStepper : public ControlledStepperTypes {
       double next = dt;
       if (stepper_->try_step(system, x, t, next) == boost::numeric::odeint::fail) continue;
       // A step that the caller cut short is free, up to what an ordinary one takes: fallback steps would be no longer.
-      if (t >= end) spent_ += std::min(system.evaluations() - before, kFreeEvaluations);
+      if (t >= end) uncounted_ += std::min(system.evaluations() - before, kFreeEvaluations);
       dt = next;
       return boost::numeric::odeint::success;
     }
@@ -74,7 +74,7 @@ class GuardedStepper : public ControlledStepperTypes {
 
   void begin_window(System& system, double t) {
     window_start_ = t;
-    spent_ = system.evaluations();
+    uncounted_ = system.evaluations();
     allowed_ = max_evaluations_;
     if (eased_) end_easing(system);
   }
@@ -148,9 +148,10 @@ class GuardedStepper : public ControlledStepperTypes {
   Fallback fallback_;
   const std::atomic<bool>* stop_ = nullptr;  // null: never
 
-  // The millisecond under way: its start, the evaluations before it and those that it may take.
+  // The millisecond under way: its start (infinite: none yet), the evaluations that do not count, which are those
+  // before it and of steps that were cut short, and how many it may take.
   double window_start_ = kInfinity;
-  std::uint64_t spent_ = 0, allowed_ = 0;
+  std::uint64_t uncounted_ = 0, allowed_ = 0;
   bool eased_ = false;  // whether the coarse stepper is at work
 
   double fallback_end_ = -kInfinity;
