@@ -1,5 +1,7 @@
 #include "youbot_base_sim/drive/motor_sensors.h"
 
+#include "youbot_base_sim/drive/normal_noise.h"
+
 namespace youbot_base_sim {
 
 const MotorReadings& MotorSensors::read(const Wheels& phi, const Wheels& dphi, const Wheels& torque,
@@ -8,8 +10,7 @@ const MotorReadings& MotorSensors::read(const Wheels& phi, const Wheels& dphi, c
   phi_ = phi;
   MotorReadings now{phi - missed_, (1 - faults.encoder_slip) * dphi, torque};
   if (faults.encoder_noise > 0) {
-    std::normal_distribution<double> noise(0, faults.encoder_noise);
-    for (int i = 0; i < kWheels; ++i) now.phi[i] += noise(random_);
+    now.phi += faults.encoder_noise * normal_noise(random_);
   }
   now = transmitted(now);
   for (int i = 0; i < kWheels; ++i) {

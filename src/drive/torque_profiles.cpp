@@ -6,14 +6,16 @@
 namespace youbot_base_sim {
 
 Eigen::Vector3d ReferenceMotion::velocity(double t) const {
-  const double w = 2 * M_PI / period, c = std::cos(w * t), s = std::sin(w * t);
-  const auto value = [&](const Harmonic& v) { return v.constant + v.cos * c + v.sin * s; };
+  const double w = 2 * M_PI / period;
+  const auto [s, c] = sine_and_cosine(w * t);
+  const auto value = [s = s, c = c](const Harmonic& v) { return v.constant + v.cos * c + v.sin * s; };
   return {value(V_X), value(V_Y), value(Omega)};
 }
 
 Eigen::Vector3d ReferenceMotion::acceleration(double t) const {
-  const double w = 2 * M_PI / period, c = std::cos(w * t), s = std::sin(w * t);
-  const auto value = [&](const Harmonic& v) { return w * (v.sin * c - v.cos * s); };
+  const double w = 2 * M_PI / period;
+  const auto [s, c] = sine_and_cosine(w * t);
+  const auto value = [w, s = s, c = c](const Harmonic& v) { return w * (v.sin * c - v.cos * s); };
   return {value(V_X), value(V_Y), value(Omega)};
 }
 
@@ -25,16 +27,18 @@ ReferenceTorque::ReferenceTorque(const RobotParameters& robot, const ReferenceMo
     const double part = static_cast<double>(k) / kSamples, t = part * motion.period, angle = 2 * M_PI * part;
     const Wheels M = model_.torque(motion.velocity(t), motion.acceleration(t)) / kSamples;
     constant_ += M;
-    cos_ += 2 * M * std::cos(angle);
-    sin_ += 2 * M * std::sin(angle);
-    cos_2_ += 2 * M * std::cos(2 * angle);
-    sin_2_ += 2 * M * std::sin(2 * angle);
+    const auto [s, c] = sine_and_cosine(angle);
+    const auto [s_2, c_2] = sine_and_cosine(2 * angle);
+    cos_ += 2 * M * c;
+    sin_ += 2 * M * s;
+    cos_2_ += 2 * M * c_2;
+    sin_2_ += 2 * M * s_2;
   }
 }
 
 Wheels ReferenceTorque::value(double t) const {
   if (model_.dry()) return dry_value(t);
-  const double angle = 2 * M_PI * t / motion_.period, c = std::cos(angle), s = std::sin(angle);
+  const auto [s, c] = sine_and_cosine(2 * M_PI * t / motion_.period);
   return constant_ + c * cos_ + s * sin_ + (c * c - s * s) * cos_2_ + (2 * s * c) * sin_2_;
 }
 
@@ -50,8 +54,8 @@ double PiecewiseTorque::begin_segment(double t) {
 }
 
 Wheels PiecewiseTorque::value(double t) const {
-  const double angle = 2 * M_PI * t / segment_.period;
-  return segment_.constant + segment_.cos * std::cos(angle) + segment_.sin * std::sin(angle);
+  const auto [s, c] = sine_and_cosine(2 * M_PI * t / segment_.period);
+  return segment_.constant + segment_.cos * c + segment_.sin * s;
 }
 
 Wheels WheelTable::at(double time) const {

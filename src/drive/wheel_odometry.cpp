@@ -51,8 +51,9 @@ void WheelOdometry::turn(double angle) {
 }
 
 void WheelOdometry::look_up() {
-  cos_ = std::cos(pose_[2]);
-  sin_ = std::sin(pose_[2]);
+  const auto [sine, cosine] = sine_and_cosine(pose_[2]);
+  cos_ = cosine;
+  sin_ = sine;
   turns_until_look_up_ = kTurnsBetweenLookUps;
 }
 
@@ -66,10 +67,10 @@ void WheelOdometry::update_covariance(const Wheels& turned, const Eigen::Vector3
   by_pose(1, 2) = c * moved[0] - s * moved[1];
   by_moved.topLeftCorner<2, 2>() << c, -s, s, c;
   by_moved.col(2) = by_pose.col(2);
-  const Jacobian by_turning = by_moved * kinematics_.jacobian();
-  sensitivity_ = by_pose * sensitivity_ + by_turning * turned.matrix().asDiagonal();
-  changing_ = by_pose * changing_ * by_pose.transpose() +
-              by_turning * (kTurn * turned.abs()).matrix().asDiagonal() * by_turning.transpose();
+  const Jacobian by_turning = product(by_moved, kinematics_.jacobian());
+  sensitivity_ = product(by_pose, sensitivity_) + by_turning * turned.matrix().asDiagonal();
+  changing_ = product(product(by_pose, changing_), by_pose.transpose()) +
+              product(by_turning * (kTurn * turned.abs()).matrix().asDiagonal(), by_turning.transpose());
 }
 
 void WheelOdometry::reset(const Wheels& phi) {
@@ -90,15 +91,15 @@ double rounding_variance(double step) { return step * step / 12; }
 WheelOdometry::Covariance WheelOdometry::pose_covariance() const {
   if (wheel_error_ == 0) return Covariance::Zero();
   const Jacobian J = kinematics_.jacobian();
-  return wheel_error_ * wheel_error_ * (sensitivity_ * sensitivity_.transpose() + changing_) +
-         rounding_variance(tick_) * J * J.transpose();
+  return wheel_error_ * wheel_error_ * (product(sensitivity_, sensitivity_.transpose()) + changing_) +
+         rounding_variance(tick_) * product(J, J.transpose());
 }
 
 WheelOdometry::Covariance WheelOdometry::velocity_covariance(const Wheels& dphi) const {
   if (wheel_error_ == 0) return Covariance::Zero();
   const Jacobian J = kinematics_.jacobian();
   const Wheels variance = 2 * (wheel_error_ * dphi).square() + rounding_variance(rpm_);  // two errors
-  return J * variance.matrix().asDiagonal() * J.transpose();
+  return product(J * variance.matrix().asDiagonal(), J.transpose());
 }
 
 }  // namespace youbot_base_sim

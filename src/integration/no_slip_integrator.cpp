@@ -120,11 +120,11 @@ void NoSlipIntegrator::torque_jumped() {
 
 void NoSlipIntegrator::set_loads(State& x, const AppliedLoads& applied, bool keep_momentum) {
   const double energy = kinetic_energy(x);
-  const Eigen::Vector3d momentum = model_.inertia() * x.velocity();
+  const Eigen::Vector3d momentum = product(model_.inertia(), x.velocity());
   model_ = NoSlipModel(robot_, floor_, applied);
   torque_jumped();
   if (keep_momentum) {
-    x.values.col(1).head<3>() = (model_.inertia().inverse() * momentum).array();
+    x.values.col(1).head<3>() = product(inverse(model_.inertia()), momentum).array();
     model_.constrain(x);
   }
   x.work() += kinetic_energy(x) - energy;

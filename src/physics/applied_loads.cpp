@@ -1,7 +1,5 @@
 #include "youbot_base_sim/physics/applied_loads.h"
 
-#include <cmath>
-
 namespace youbot_base_sim {
 
 RobotParameters loaded(const RobotParameters& robot, const std::vector<Load>& loads) {
@@ -10,7 +8,8 @@ RobotParameters loaded(const RobotParameters& robot, const std::vector<Load>& lo
   for (const Load& load : loads) {
     sum.m += load.mass;
     moment += load.mass * load.position;
-    sum.I_s += load.inertia + load.mass * load.position.head<2>().squaredNorm();
+    const double p_X = load.position[0], p_Y = load.position[1];
+    sum.I_s += load.inertia + load.mass * (p_X * p_X + p_Y * p_Y);
   }
   if (loads.empty()) return sum;  // to the last bit
   sum.a_X = moment[0] / sum.m;
@@ -37,9 +36,9 @@ ExternalForces::ExternalForces(const RobotParameters& robot, const FloorParamete
     : m_s_(robot.m_s()),
       m_a_X_(robot.m * robot.a_X),
       m_a_Y_(robot.m * robot.a_Y),
-      along_x_(-floor.g * std::sin(floor.slope) * std::cos(floor.uphill)),
-      along_y_(-floor.g * std::sin(floor.slope) * std::sin(floor.uphill)),
-      normal_(floor.slope == 0 ? floor.g : floor.g * std::cos(floor.slope)) {
+      along_x_(-floor.g * sine_and_cosine(floor.slope).sine * sine_and_cosine(floor.uphill).cosine),
+      along_y_(-floor.g * sine_and_cosine(floor.slope).sine * sine_and_cosine(floor.uphill).sine),
+      normal_(floor.g * sine_and_cosine(floor.slope).cosine) {
   for (const Wrench& wrench : wrenches) {
     if (wrench.fixed) {
       fixed_.push_back(wrench);

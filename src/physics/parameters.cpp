@@ -1,14 +1,12 @@
 #include "youbot_base_sim/physics/parameters.h"
 
-#include <cmath>
-
 namespace youbot_base_sim {
 
 Wheels normal_reactions(const RobotParameters& robot, const FloorParameters& floor) {
   // a_X / h loads the front wheels, a_Y / l the left ones.
   const Wheels forward{1, 1, -1, -1};
   const Wheels left{1, -1, 1, -1};
-  const double g_n = floor.slope == 0 ? floor.g : floor.g * std::cos(floor.slope);
+  const double g_n = floor.g * sine_and_cosine(floor.slope).cosine;
   return robot.m_1 * g_n + robot.m * g_n / 4 * (1 + forward * (robot.a_X / robot.h) + left * (robot.a_Y / robot.l)) +
          robot.q * (forward * left);
 }

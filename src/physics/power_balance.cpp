@@ -13,9 +13,9 @@ PowerBalance power_balance(const RobotParameters& robot, const State& state, con
   const Wheels friction = contacts.F_X * (state.V_X() - robot.R * dphi - contacts.r_X * dgamma) +
                           contacts.F_Y * (state.V_Y() + contacts.r_Y * dgamma) + contacts.M_Z * state.Omega() +
                           contacts.T_S * dgamma;
-  return {(M * dphi).sum(), (dphi * (robot.mu_1 * dphi + dry.wheels.torque(dphi))).sum(),
-          (dgamma * (robot.mu_2 * dgamma + dry.rollers.torque(dgamma))).sum(), -friction.sum(),
-          (contacts.external * state.values.col(1)).sum()};
+  return {sum(M * dphi), sum(dphi * (robot.mu_1 * dphi + dry.wheels.torque(dphi))),
+          sum(dgamma * (robot.mu_2 * dgamma + dry.rollers.torque(dgamma))), -sum(friction),
+          sum(contacts.external * state.values.col(1))};
 }
 
 }  // namespace youbot_base_sim

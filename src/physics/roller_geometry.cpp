@@ -13,13 +13,14 @@ RollerGeometry::RollerGeometry(const RobotParameters& robot)
       sin_delta_(sin_delta()) {
   // Means of sec(phi~) and cos(phi~) over [-edge, edge]
   const double edge = 0.5 * pitch_;
-  const double mean_secant = std::log((1 + std::sin(edge)) / std::cos(edge)) / edge;
-  const double mean_cosine = std::sin(edge) / edge;
+  const auto [sine, cosine] = sine_and_cosine(edge);
+  const double mean_secant = logarithm((1 + sine) / cosine) / edge;
+  const double mean_cosine = sine / edge;
   mean_ = {Wheels::Zero(), sin_delta_ * (R_ - R_d_ * mean_secant),
            Wheels::Constant(kCosDelta * (R_ * mean_cosine - R_d_)), Wheels::Zero()};
 }
 
-double RollerGeometry::end_radius() const { return R_ - R_d_ / std::cos(0.5 * pitch_); }
+double RollerGeometry::end_radius() const { return R_ - R_d_ / sine_and_cosine(0.5 * pitch_).cosine; }
 
 std::int64_t RollerGeometry::roller_at(double phi) const {
   const double number = std::floor(phi / pitch_ + 0.5);

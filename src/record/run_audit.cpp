@@ -48,7 +48,7 @@ double RunCost::percentile(double share) const {
 
 void EnergyAudit::add_row(const Simulation& simulation) {
   const double interval = simulation.time() - t_;
-  const double power = (simulation.torque() * simulation.state().dphi()).abs().sum();
+  const double power = sum((simulation.torque() * simulation.state().dphi()).abs());
   drive_work_ += 0.5 * (power + power_) * interval;
   longest_interval_ = std::max(longest_interval_, interval);
   power_ = power;
@@ -92,8 +92,8 @@ void RowLoop::audit_until(double t) {
 void RowLoop::add_path(const State& before) {
   const State& x = simulation_.state();
   const RobotParameters& robot = simulation_.scene().robot;
-  path_.base +=
-      std::hypot(x.x() - before.x(), x.y() - before.y(), std::hypot(robot.h, robot.l) * (x.psi() - before.psi()));
+  const double dx = x.x() - before.x(), dy = x.y() - before.y(), dpsi = x.psi() - before.psi();
+  path_.base += std::sqrt(dx * dx + dy * dy + (robot.h * robot.h + robot.l * robot.l) * (dpsi * dpsi));
   path_.wheels += robot.R * (x.phi() - before.phi()).abs();
 }
 

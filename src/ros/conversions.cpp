@@ -35,7 +35,10 @@ Message stamped(const std::string& frame, const ros::Time& stamp) {
 
 geometry_msgs::Vector3 vector3(const Eigen::Vector3d& vector) { return vector_message<geometry_msgs::Vector3>(vector); }
 
-geometry_msgs::Quaternion quaternion(double heading) { return tf2::toMsg(tf2::Quaternion({0, 0, 1}, heading)); }
+geometry_msgs::Quaternion quaternion(double heading) {
+  const auto [sine, cosine] = sine_and_cosine(0.5 * heading);
+  return tf2::toMsg(tf2::Quaternion(0, 0, sine, cosine));
+}
 
 /// The wheel of a joint; -1 if it is none's.
 int wheel_of(const std::string& joint) {
@@ -177,7 +180,8 @@ ContactsStamped contacts_message(const Simulation& simulation, const ros::Time& 
     contact.friction_force = vector3({contacts.F_X[i], contacts.F_Y[i], 0});
     contact.normal_force = contacts.N[i];
     const double limit = limits_friction(scene.model) ? contacts.f[i] * contacts.N[i] : 0;
-    contact.friction_share = limit > 0 ? std::hypot(contacts.F_X[i], contacts.F_Y[i], contacts.F_Z[i]) / limit : 0;
+    const Eigen::Vector3d F{contacts.F_X[i], contacts.F_Y[i], contacts.F_Z[i]};
+    contact.friction_share = limit > 0 ? std::sqrt(product(F.transpose(), F).value()) / limit : 0;
     contact.torque = torque[i];
     contact.roller = static_cast<std::uint8_t>(rollers[i]);
     contact.other_roller = static_cast<std::int16_t>(other_rollers[i].value_or(-1));
@@ -194,7 +198,7 @@ ContactsStamped contacts_message(const Simulation& simulation, const ros::Time& 
 
 Eigen::Vector3d platform_force(const Wrench& wrench, double psi) {
   if (!wrench.fixed) return wrench.force;
-  return Eigen::AngleAxisd(-psi, Eigen::Vector3d::UnitZ()) * wrench.force;
+  return turned(wrench.force, -psi);
 }
 
 geometry_msgs::WrenchStamped wrench_message(const std::vector<Wrench>& wrenches, double psi, const ros::Time& stamp) {

@@ -23,7 +23,7 @@ bool ObservedRun::next() {
 Eigen::Vector3d ObservedRun::odometry() const {
   const State& start = simulation_.scene().initial;
   const Eigen::Vector3d& pose = odometry_.pose();
-  const double c = std::cos(start.psi()), s = std::sin(start.psi());
+  const auto [s, c] = sine_and_cosine(start.psi());
   return {start.x() + c * pose[0] - s * pose[1], start.y() + s * pose[0] + c * pose[1], start.psi() + pose[2]};
 }
 
@@ -41,7 +41,8 @@ const std::vector<Quantity>& quantities() {
       {"odometry_error", "distance of the odometry's position from the true one at the end, m",
        [](const Run& run) {
          const Eigen::Vector3d pose = run.odometry();
-         return std::hypot(pose[0] - run.state().x(), pose[1] - run.state().y());
+         const double dx = pose[0] - run.state().x(), dy = pose[1] - run.state().y();
+         return std::sqrt(dx * dx + dy * dy);
        }},
       {"odometry_heading_error", "odometry's heading minus the true one at the end, rad",
        [](const Run& run) { return run.odometry()[2] - run.state().psi(); }},

@@ -105,20 +105,6 @@ TEST(RollerGeometry, RadiusAtTheEndsIsZeroWhereRollersTaperToAPoint) {
   EXPECT_NEAR(RollerGeometry(robot).end_radius(), 0, 1e-15);
 }
 
-TEST(RollerGeometry, SineAndCosineAreTheLibrarys) {
-  constexpr int kAngles = 100000;
-  for (int k = -kAngles; k < kAngles; ++k) {
-    // Different angles in the four lanes
-    const Wheels x = Wheels{1.0 * k, k + 0.25, -0.7 * k, 1e-3 * k} * (1.1 / kAngles);
-    Wheels sine, cosine;
-    RollerGeometry::sine_and_cosine(x, sine, cosine);
-    for (int i = 0; i < kWheels; ++i) {
-      ASSERT_NEAR(sine[i], std::sin(x[i]), 4e-16) << x[i];
-      ASSERT_NEAR(cosine[i], std::cos(x[i]), 4e-16) << x[i];
-    }
-  }
-}
-
 TEST(ContactGeometry, ContactIsTheLowestPointOfTheRoller) {
   Random random(2);
   for (int trial = 0; trial < 50; ++trial) {

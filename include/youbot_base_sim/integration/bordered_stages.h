@@ -54,7 +54,9 @@ class BorderedStages {
 #pragma GCC unroll 8
     for (int i = 1; i < 2 * s; ++i) {
 #pragma GCC unroll 8
-      for (int k = 0; k < i; ++k) y[i] -= a_[i][k] * y[k];
+      for (int k = 0; k < i; ++k) {
+        if (!vanishes(i, k)) y[i] -= a_[i][k] * y[k];
+      }
     }
     substitute_back(columns);
     std::array<Wheels, s> v;
@@ -92,16 +94,6 @@ class BorderedStages {
       return *this;
     }
   };
-
-  // By cofactors, with one division.
-  static Block inverse(const Block& m) {
-    const auto cross = [](const Wheels& a, const Wheels& b) {
-      return std::array<double, 3>{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-    };
-    const auto x = cross(m[1], m[2]), y = cross(m[2], m[0]), z = cross(m[0], m[1]);
-    const double f = 1 / (m[0][0] * x[0] + m[0][1] * x[1] + m[0][2] * x[2]);
-    return {f * Wheels{x[0], y[0], z[0], 0}, f * Wheels{x[1], y[1], z[1], 0}, f * Wheels{x[2], y[2], z[2], 0}};
-  }
 
   void set_wheels(const double (&D)[s][s], const Inertia& inertia, const std::array<DampingMatrix, s>& G) {
 #pragma GCC unroll 8
@@ -145,7 +137,10 @@ class BorderedStages {
 #pragma GCC unroll 8
     for (int i = 2 * l + 2; i < 2 * s; ++i) {
 #pragma GCC unroll 8
-      for (int k = 0; k < 3; ++k) w[k][i] = -a_[i][2 * l] * w[k][2 * l] - a_[i][2 * l + 1] * w[k][2 * l + 1];
+      for (int k = 0; k < 3; ++k) {
+        w[k][i] = -a_[i][2 * l + 1] * w[k][2 * l + 1];
+        if (!vanishes(i, 2 * l)) w[k][i] -= a_[i][2 * l] * w[k][2 * l];
+      }
 #pragma GCC unroll 8
       for (int m = 2 * l + 2; m < i; ++m) {
 #pragma GCC unroll 8
@@ -168,15 +163,23 @@ class BorderedStages {
     }
   }
 
+  // Whether entry (i, k) of A_i is zero, and so of L and U: the first wheel rate and the other stages' roller rates.
+  static constexpr bool vanishes(int i, int k) {
+    return (i == 0 && k > 1 && k % 2 == 1) || (k == 0 && i > 1 && i % 2 == 1);
+  }
+
   void decompose_wheels() {
 #pragma GCC unroll 8
     for (int k = 0; k < 2 * s; ++k) {
       pivot_[k] = 1 / a_[k][k];
 #pragma GCC unroll 8
       for (int i = k + 1; i < 2 * s; ++i) {
+        if (vanishes(i, k)) continue;
         a_[i][k] *= pivot_[k];
 #pragma GCC unroll 8
-        for (int j = k + 1; j < 2 * s; ++j) a_[i][j] -= a_[i][k] * a_[k][j];
+        for (int j = k + 1; j < 2 * s; ++j) {
+          if (!vanishes(k, j)) a_[i][j] -= a_[i][k] * a_[k][j];
+        }
       }
     }
   }
@@ -188,6 +191,7 @@ class BorderedStages {
     for (int i = 2 * s - 1; i >= 0; --i) {
 #pragma GCC unroll 8
       for (int k = 2 * s - 1; k > i; --k) {  // the entry that is known last comes last
+        if (vanishes(i, k)) continue;
 #pragma GCC unroll 8
         for (Column& column : y) column[i] -= a_[i][k] * column[k];
       }
@@ -208,7 +212,7 @@ class BorderedStages {
   void decompose_platform() {
 #pragma GCC unroll 8
     for (int k = 0; k < s; ++k) {
-      S_[k][k] = inverse(S_[k][k]);
+      S_[k][k] = {inverse(S_[k][k])};
 #pragma GCC unroll 8
       for (int i = k + 1; i < s; ++i) {
         const Block L = S_[k][i] * S_[k][k];

@@ -68,8 +68,9 @@ class FallbackStepper : public StepperTypes<boost::numeric::odeint::stepper_tag>
 
   static void advance_positions(State& x, const Velocities& u, double power, double dt) {
     const double psi = x.psi() + 0.5 * dt * u.v[2];  // midway
-    x.x() += dt * (u.v[0] * std::cos(psi) - u.v[1] * std::sin(psi));
-    x.y() += dt * (u.v[0] * std::sin(psi) + u.v[1] * std::cos(psi));
+    const auto [sine, cosine] = sine_and_cosine(psi);
+    x.x() += dt * (u.v[0] * cosine - u.v[1] * sine);
+    x.y() += dt * (u.v[0] * sine + u.v[1] * cosine);
     x.psi() += dt * u.v[2];
     x.work() += dt * power;
     x.phi() += dt * u.dphi;

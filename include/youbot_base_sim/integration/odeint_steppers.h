@@ -36,6 +36,17 @@ class VelocityErrorChecker {
   Tolerance tolerance_;
 };
 
+/// odeint's own Step Adjuster, with our roots in place of powers.
+class StepAdjuster : public boost::numeric::odeint::default_step_adjuster<double, double> {
+ public:
+  double decrease_step(double dt, double error, int error_order) const {
+    return dt * std::max(0.9 / root(error, error_order - 1), 0.2);
+  }
+  double increase_step(double dt, double error, int stepper_order) const {
+    return error < 0.5 ? dt * (0.9 * std::min(1 / root(error, stepper_order), 5.0)) : dt;
+  }
+};
+
 /// An explicit Runge-Kutta method of odeint with its step size control.
 template <class ErrorStepper>
 class ControlledRungeKutta final : public GeneralMethod {
@@ -67,7 +78,7 @@ class ControlledRungeKutta final : public GeneralMethod {
   void reset() override { known_ = false; }
 
  private:
-  boost::numeric::odeint::controlled_runge_kutta<ErrorStepper, VelocityErrorChecker> controlled_;
+  boost::numeric::odeint::controlled_runge_kutta<ErrorStepper, VelocityErrorChecker, StepAdjuster> controlled_;
   bool known_ = false;  // the derivative at x_, t_
   double t_ = 0;
   State x_, dxdt_, end_dxdt_;

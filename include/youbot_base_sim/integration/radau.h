@@ -131,9 +131,9 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   // At most a fraction of the regularization speed, however large the tolerance.
   void set_convergence_tolerance(const SlipSystem<Model>& system) {
     const Velocities turning = regularization_velocities(system.model());
-    convergence_tolerance_ = {kConverged * error_scale_.v.min(turning.v),
-                              kConverged * error_scale_.dphi.min(turning.dphi),
-                              kConverged * error_scale_.dgamma.min(turning.dgamma)};
+    per_tolerance_ = {1 / (kConverged * error_scale_.v.min(turning.v)),
+                      1 / (kConverged * error_scale_.dphi.min(turning.dphi)),
+                      1 / (kConverged * error_scale_.dgamma.min(turning.dgamma))};
   }
 
   // The last step stands: the next one is predicted from it.
@@ -206,8 +206,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     const auto heading = [&](int j) {
       return dt_ * (T::A[j][0] * stages_[0].v[2] + T::A[j][1] * stages_[1].v[2] + T::A[j][2] * stages_[2].v[2]);
     };
-    Wheels sine, cosine;
-    RollerGeometry::sine_and_cosine({heading(0), heading(1), heading(2), 0}, sine, cosine);
+    const auto [sine, cosine] = small_sine_and_cosine(Wheels{heading(0), heading(1), heading(2), 0});
     double along = 0, across = 0, work = 0;
     for (int j = 0; j < 3; ++j) {
       const Velocities& u = stages_[j];
@@ -218,7 +217,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
       x.phi() += b * u.dphi;
       x.gamma() += b * u.dgamma;
     }
-    const double cos_psi = std::cos(x_.psi()), sin_psi = std::sin(x_.psi());
+    const auto [sin_psi, cos_psi] = sine_and_cosine(x_.psi());
     x.x() += along * cos_psi - across * sin_psi;
     x.y() += along * sin_psi + across * cos_psi;
     x.psi() += heading(2);
@@ -258,7 +257,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   }
 
   // Poses at the stages of a step of length dt, where they matter. An iterate may turn further than the range of
-  // sine_and_cosine: either it does not converge, or `solve` rejects solved stages that turn further than 1 rad.
+  // small_sine_and_cosine: either it does not converge, or `solve` rejects solved stages that turn further than 1 rad.
   std::array<Pose, 3> poses(const SlipSystem<Model>& system, double dt) const {
     std::array<Pose, 3> pose;
     if (!system.model().features().by_pose()) return pose;
@@ -267,8 +266,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
       return dt * (T::A[j][0] * a + T::A[j][1] * b + T::A[j][2] * c);
     };
     const auto turn = [&](int j) { return integral(j, stages_[0].v[2], stages_[1].v[2], stages_[2].v[2]); };
-    Wheels sine, cosine;
-    RollerGeometry::sine_and_cosine({turn(0), turn(1), turn(2), 0}, sine, cosine);
+    const auto [sine, cosine] = small_sine_and_cosine(Wheels{turn(0), turn(1), turn(2), 0});
     double dx[3], dy[3];
     for (int j = 0; j < 3; ++j) {
       pose[j].cosine = start_pose_.cosine * cosine[j] - start_pose_.sine * sine[j];
@@ -294,9 +292,9 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
       const double s = (known_ == Known::kStepBefore ? 1 : 0) + T::c[j] * dt / dt_;
       // Lagrange's weights on the nodes 0, c_1, c_2, 1
       const double a = s - T::c[0], b = s - T::c[1], c = s - 1;
-      constexpr double c_1 = T::c[0], c_2 = T::c[1];
-      const double w_0 = a * b * c / (-c_1 * c_2), w_1 = s * b * c / (c_1 * (c_1 - c_2) * (c_1 - 1)),
-                   w_2 = s * a * c / (c_2 * (c_2 - c_1) * (c_2 - 1)), w_3 = s * a * b / ((1 - c_1) * (1 - c_2));
+      constexpr double c_1 = T::c[0], c_2 = T::c[1], k_0 = -1 / (c_1 * c_2), k_1 = 1 / (c_1 * (c_1 - c_2) * (c_1 - 1)),
+                       k_2 = 1 / (c_2 * (c_2 - c_1) * (c_2 - 1)), k_3 = 1 / ((1 - c_1) * (1 - c_2));
+      const double w_0 = k_0 * a * b * c, w_1 = k_1 * s * b * c, w_2 = k_2 * s * a * c, w_3 = k_3 * s * a * b;
       stages_[j] = w_0 * start + w_1 * known[0] + w_2 * known[1] + w_3 * known[2];
       friction_[j] = system.model().bounded(
           w_0 * start_friction + w_1 * known_friction[0] + w_2 * known_friction[1] + w_3 * known_friction[2],
@@ -307,13 +305,17 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   // Newton's iterations for the stages, from what `stages_` and `friction_` hold.
   [[gnu::flatten, gnu::noinline]] bool iterate(const SlipSystem<Model>& system, double dt) {
     using T = RadauTableau;
-    for (int j = 0; j < 3; ++j) torque_[j] = system.torque().value(t_ + T::c[j] * dt);
+    const double per_dt = 1 / dt;
+    for (int j = 0; j < 3; ++j) {
+      torque_[j] = system.torque().value(t_ + T::c[j] * dt);
+      for (int l = 0; l < 3; ++l) D_[j][l] = per_dt * T::A_inverse[j][l];
+    }
     StageVelocities left, change;
     double length = 1, last = 0, rate = rate_;
     for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
       ++statistics_->newton_iterations;
       residual(system, dt, left);
-      if (iteration == 0) factorize(system, dt);
+      if (iteration == 0) factorize(system);
       double size = correction(system, left, change);
       if (iteration > 0) {
         // Deuflhard's natural monotonicity test: with the same Jacobian, the correction must have shrunk.
@@ -325,7 +327,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
         }
         rate = size / last;
         if (iteration == 1 ? last > kRefactorizeCorrection : rate > kRefactorizeRate) {
-          factorize(system, dt);
+          factorize(system);
           size = correction(system, left, change);
         }
       }
@@ -365,30 +367,23 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
 
   // Forces that are left over at each stage.
   [[gnu::flatten, gnu::noinline]] void residual(const SlipSystem<Model>& system, double dt, StageVelocities& r) {
-    using T = RadauTableau;
     const auto& model = system.model();
-    const double per_dt = 1 / dt;
-    const Velocities z[3] = {per_dt * (stages_[0] - start_), per_dt * (stages_[1] - start_),
-                             per_dt * (stages_[2] - start_)};
+    const Velocities z[3] = {stages_[0] - start_, stages_[1] - start_, stages_[2] - start_};
     system.contacts(stages_, {phi_at(0, dt), phi_at(1, dt), phi_at(2, dt)}, poses(system, dt), torque_, contacts_);
     model.forces(stages_, contacts_, torque_, forces_);
 #pragma GCC unroll 3
     for (int j = 0; j < 3; ++j) {
-      r[j] = forces_[j] -
-             model.inertia() * (T::A_inverse[j][0] * z[0] + T::A_inverse[j][1] * z[1] + T::A_inverse[j][2] * z[2]);
+      r[j] = forces_[j] - model.inertia() * (D_[j][0] * z[0] + D_[j][1] * z[1] + D_[j][2] * z[2]);
     }
   }
 
-  [[gnu::flatten, gnu::noinline]] void factorize(const SlipSystem<Model>& system, double dt) {
-    using T = RadauTableau;
+  [[gnu::flatten, gnu::noinline]] void factorize(const SlipSystem<Model>& system) {
     const auto& model = system.model();
-    double D[3][3];
     for (int j = 0; j < 3; ++j) {
-      for (int l = 0; l < 3; ++l) D[j][l] = T::A_inverse[j][l] / dt;
       system.damping(stages_[j], contacts_[j], friction_[j], torque_[j], damping_[j]);
       coriolis_[j] = model.inertia().coriolis_derivative(stages_[j].v);
     }
-    solver_.factorize(D, model.inertia(), damping_, coriolis_);
+    solver_.factorize(D_, model.inertia(), damping_, coriolis_);
     if constexpr (Model::kReactionsFollow) {
       if (system.reacts()) {
         for (int j = 0; j < 3; ++j) system.couple(stages_[j], contacts_[j], torque_[j], damping_[j], couplings_[j]);
@@ -404,13 +399,12 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     if constexpr (Model::kReactionsFollow) {
       if (system.reacts()) ReactingStages<3>::correct(solver_, couplings_, change, dN_);
     }
-    double squares = 0;
+    Wheels squares = Wheels::Zero();
     for (const Velocities& u : change) {
-      squares += ((u.v / convergence_tolerance_.v).square() + (u.dphi / convergence_tolerance_.dphi).square() +
-                  (u.dgamma / convergence_tolerance_.dgamma).square())
-                     .sum();
+      squares += (u.v * per_tolerance_.v).square() + (u.dphi * per_tolerance_.dphi).square() +
+                 (u.dgamma * per_tolerance_.dgamma).square();
     }
-    return std::sqrt(squares / 11);
+    return std::sqrt(sum(squares) / 11);
   }
 
   Tolerance tolerance_;
@@ -421,7 +415,8 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   bool started_ = false;
   double t_ = 0;
   State x_;
-  Velocities start_, start_forces_, error_scale_, convergence_tolerance_;
+  Velocities start_, start_forces_, error_scale_;
+  Velocities per_tolerance_;  // the inverse of the convergence tolerance
   Friction start_friction_;
   Pose start_pose_;  // beyond the paper
   ContactModes::Ids contact_ids_ = ContactModes::Ids::Zero();
@@ -437,6 +432,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   ContactModes::Ids end_contact_ids_ = ContactModes::Ids::Constant(-1);  // none
 
   // Newton's iterations.
+  double D_[3][3];  // of BorderedStages, 1/s
   StageVelocities stages_, forces_;
   std::array<Contacts, RadauTableau::stages> contacts_;
   alignas(kAlignment) std::array<Wheels, RadauTableau::stages> torque_;

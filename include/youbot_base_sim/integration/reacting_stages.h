@@ -55,9 +55,9 @@ class ReactingStages {
   static constexpr int kMaxIterations = 9;
 
   static double product(const Moments& a, const Moments& b) {
-    Wheels sum = Wheels::Zero();
-    for (int j = 0; j < s; ++j) sum += a[j] * b[j];
-    return sum.sum();
+    Wheels products = Wheels::Zero();
+    for (int j = 0; j < s; ++j) products += a[j] * b[j];
+    return sum(products);
   }
 
   // B u

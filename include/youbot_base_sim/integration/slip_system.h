@@ -272,7 +272,7 @@ void SlipSystem<Model>::enter_sliding(int i, std::int64_t k, State& x) {
   const ContactGeometry g = model_.geometry().at(Wheels::Constant(0.5 * model_.geometry().pitch()));
   const double P_X = robot.J_1 * x.dphi()[i] / robot.R, P_Y = g.r_X[i] / g.r_Y[i] * P_X;
   const Eigen::Vector3d dv =
-      model_.inertia().M_v_inverse * Eigen::Vector3d{P_X, P_Y, P_Y * robot.rho_X()[i] - P_X * robot.rho_Y()[i]};
+      product(model_.inertia().M_v_inverse, Eigen::Vector3d{P_X, P_Y, P_Y * robot.rho_X()[i] - P_X * robot.rho_Y()[i]});
   x.values.col(1) += Wheels{dv[0], dv[1], dv[2], 0};
   x.dphi()[i] = 0;
   x.phi()[i] = model_.geometry().upper_edge(k);

@@ -16,7 +16,7 @@ struct Tolerance {
 /// roller's rate counts a tenth: its bearing stops an error within 1e-7 s, and the impulse that remains is tiny.
 inline Velocities error_scale(const Tolerance& tolerance, const Velocities& u) {
   constexpr double kRollerScale = 10;
-  return {Wheels::Constant(tolerance.absolute + tolerance.relative * u.v.matrix().norm()),
+  return {Wheels::Constant(tolerance.absolute + tolerance.relative * std::sqrt(sum(u.v.square()))),
           tolerance.absolute + tolerance.relative * u.dphi.abs(),
           kRollerScale * (tolerance.absolute + tolerance.relative * u.dgamma.abs())};
 }
@@ -24,8 +24,7 @@ inline Velocities error_scale(const Tolerance& tolerance, const Velocities& u) {
 /// Root of the mean square of an error in units of its scale, over the eleven velocities.
 inline double error_norm(const Velocities& error, const Velocities& scale) {
   return std::sqrt(
-      ((error.v / scale.v).square() + (error.dphi / scale.dphi).square() + (error.dgamma / scale.dgamma).square())
-          .sum() /
+      sum((error.v / scale.v).square() + (error.dphi / scale.dphi).square() + (error.dgamma / scale.dgamma).square()) /
       11);
 }
 

@@ -59,7 +59,7 @@ class ExtendedFeatures {
                    const AppliedLoads& applied)
       : rho_X_(robot.rho_X()),
         rho_Y_(robot.rho_Y()),
-        reach_(std::hypot(robot.h, robot.l + robot.R_d)),
+        reach_(std::sqrt(robot.h * robot.h + (robot.l + robot.R_d) * (robot.l + robot.R_d))),
         per_R_(1 / robot.R),
         a_m_(floor.spin_radius),
         f_(floor.f),
@@ -128,7 +128,7 @@ class ExtendedFeatures {
   double max_step(const State& x, const Wheels& Delta_Y) const {
     Wheels X, Y;
     contact_points(x.pose(), Delta_Y, X, Y);
-    const double speed = std::hypot(x.V_X(), x.V_Y()) + std::abs(x.Omega()) * reach_;
+    const double speed = std::sqrt(x.V_X() * x.V_X() + x.V_Y() * x.V_Y()) + std::abs(x.Omega()) * reach_;
     const double distance = patches_.max_distance(X, Y);  // = speed t + kMaxAcceleration t^2 / 2
     return 2 * distance / (speed + std::sqrt(speed * speed + 2 * kMaxAcceleration * distance));
   }

@@ -10,6 +10,17 @@ namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 /// Columns of a matrix that maps (V_X, V_Y, Omega), with a zero below each.
 using PlatformMatrix = std::array<Wheels, 3>;
 
+/// The inverse, by cofactors with one division.
+inline PlatformMatrix inverse(const PlatformMatrix& m) {
+  const auto cross = [](const Wheels& a, const Wheels& b) {
+    return std::array<double, 3>{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+  };
+  const auto x = cross(m[1], m[2]), y = cross(m[2], m[0]), z = cross(m[0], m[1]);
+  const double f = 1 / (m[0][0] * x[0] + m[0][1] * x[1] + m[0][2] * x[2]);
+  return {f * Wheels{x[0], y[0], z[0], 0}, f * Wheels{x[1], y[1], z[1], 0}, f * Wheels{x[2], y[2], z[2], 0}};
+}
+Eigen::Matrix3d inverse(const Eigen::Matrix3d& m);
+
 /// Inertia of the robot: the matrix of (V_X, V_Y, Omega) and the wheels' and rollers' own moments (paper, (4.5)), SI.
 struct Inertia {
   explicit Inertia(const RobotParameters& robot);

@@ -21,8 +21,8 @@ class NoSlipModel {
   NoSlipModel(const RobotParameters& robot, const FloorParameters& floor, const AppliedLoads& applied);
 
   /// Rates of the wheels, and of the rollers in contact, that roll without slip at `v`, rad/s.
-  Wheels dphi(const Eigen::Vector3d& v) const { return (rolling_ * v).array(); }
-  Wheels dgamma(const Eigen::Vector3d& v) const { return (roller_rolling_ * v).array(); }
+  Wheels dphi(const Eigen::Vector3d& v) const { return product(rolling_, v).array(); }
+  Wheels dgamma(const Eigen::Vector3d& v) const { return product(roller_rolling_, v).array(); }
 
   /// dv/dt under the wheel torques `M`, N m, and the force `external` on v, N and N m.
   Eigen::Vector3d acceleration(const Eigen::Vector3d& v, const Wheels& M,
@@ -60,13 +60,16 @@ class NoSlipModel {
   const Eigen::Matrix3d& inertia() const { return inertia_; }
 
   /// Kinetic energy, J; without that of the rollers, which model 1 holds to be weightless.
-  double kinetic_energy(const Eigen::Vector3d& v) const { return 0.5 * v.dot(inertia_ * v); }
+  double kinetic_energy(const Eigen::Vector3d& v) const {
+    return 0.5 * product(v.transpose(), product(inertia_, v)).value();
+  }
 
  private:
   using WheelsByVelocity = Eigen::Matrix<double, kWheels, 3>;
 
   Eigen::Vector3d external(double psi) const {
-    return external_->at(std::cos(psi), std::sin(psi)).v.head<3>().matrix();
+    const auto [sine, cosine] = sine_and_cosine(psi);
+    return external_->at(cosine, sine).v.head<3>().matrix();
   }
   /// Forces on v of the dry friction in wheels and rollers, and their derivative by v.
   Eigen::Vector3d dry_friction(const Eigen::Vector3d& v) const;

@@ -94,29 +94,26 @@ class Reactions {
     }
     const double pitch = m_ * g_n_ * a_X_ - motion.sum_tau + e.pitch + m_a_Z * (e.g_X + Omega * (V_Y + a_X_ * Omega)) -
                          by_force_X_[0] * forces[0] - by_force_X_[1] * forces[1] - by_force_X_[2] * forces[2];
-    const double roll = m_ * g_n_ * a_Y_ - held.sum() + e.roll + m_a_Z * (e.g_Y - Omega * (V_X - a_Y_ * Omega)) -
+    const double roll = m_ * g_n_ * a_Y_ - sum(held) + e.roll + m_a_Z * (e.g_Y - Omega * (V_X - a_Y_ * Omega)) -
                         by_force_Y_[0] * forces[0] - by_force_Y_[1] * forces[1] - by_force_Y_[2] * forces[2];
     return {{rho_X_ + by_force_X_[0] * slope.F_X + by_force_X_[1] * slope.F_Y + by_force_X_[2] * slope.M_Z,
              arm + by_force_Y_[0] * slope.F_X + by_force_Y_[1] * slope.F_Y + by_force_Y_[2] * slope.M_Z,
              // Moments about OX balance on a rocking axle by themselves.
              rocks_ ? Wheels(rocking_ * arm) : Wheels{1, -1, -1, 1}},
-            {pitch, roll, rocks_ ? -(rocking_ * held).sum() : 4 * q_, 0}};
+            {pitch, roll, rocks_ ? -sum(rocking_ * held) : 4 * q_, 0}};
   }
 
   // N = weight / 4 and three transfers of load: from rear to front, and on each axle from right to left.
   static Solution share(const Conditions& conditions, double weight) {
     const auto& rows = conditions.rows;
     const auto by_transfer = [&](const Wheels& N) { return sums(rows[0] * N, rows[1] * N, rows[2] * N); };
-    Eigen::Matrix3d moments;
-    moments.col(0) = by_transfer({1, 1, -1, -1}).head<3>();
-    moments.col(1) = by_transfer({1, -1, 0, 0}).head<3>();
-    moments.col(2) = by_transfer({0, 0, 1, -1}).head<3>();
-    const Eigen::Matrix3d transfers = moments.inverse();
+    const PlatformMatrix transfers =
+        inverse({by_transfer({1, 1, -1, -1}), by_transfer({1, -1, 0, 0}), by_transfer({0, 0, 1, -1})});
     const Wheels right = conditions.right - 0.25 * weight * sums(rows[0], rows[1], rows[2]);
     Solution solution;
     solution.N = Wheels::Constant(0.25 * weight);
     for (int k = 0; k < 3; ++k) {
-      const auto t = transfers.col(k);
+      const Wheels& t = transfers[k];
       solution.by_moment[k] = {t[0] + t[1], t[0] - t[1], t[2] - t[0], -t[0] - t[2]};
       solution.N += right[k] * solution.by_moment[k];
     }

@@ -25,8 +25,7 @@ class RollerGeometry {
 
   /// Contact point for rollers `phi_tilde` (rad) away from straight down; to rounding for |phi~| < 1.1.
   ContactGeometry at(const Wheels& phi_tilde) const {
-    Wheels sine, cosine;
-    sine_and_cosine(phi_tilde, sine, cosine);
+    const auto [sine, cosine] = small_sine_and_cosine(phi_tilde);
     const Wheels secant = 1 / cosine;
     ContactGeometry g;
     g.Delta_Y = R_d_tan_delta_ * (sine * secant);
@@ -51,22 +50,6 @@ class RollerGeometry {
 
   /// Wheel angle at which roller k hands over to roller k + 1, rad.
   double upper_edge(std::int64_t k) const { return (static_cast<double>(k) + 0.5) * pitch_; }
-
-  /// Sine and cosine of |x| < 1.1 rad by Taylor polynomials, to 1e-16: four at the price of one call of the library.
-  static void sine_and_cosine(const Wheels& x, Wheels& sine, Wheels& cosine) {
-    const Wheels q = x.square();
-    sine = Wheels::Constant(1 / 355687428096000.0);
-    for (const double next : {-1 / 1307674368000.0, 1 / 6227020800.0, -1 / 39916800.0, 1 / 362880.0, -1 / 5040.0,
-                              1 / 120.0, -1 / 6.0, 1.0}) {
-      sine = sine * q + next;
-    }
-    sine *= x;
-    cosine = Wheels::Constant(-1 / 6402373705728000.0);
-    for (const double next : {1 / 20922789888000.0, -1 / 87178291200.0, 1 / 479001600.0, -1 / 3628800.0, 1 / 40320.0,
-                              -1 / 720.0, 1 / 24.0, -1 / 2.0, 1.0}) {
-      cosine = cosine * q + next;
-    }
-  }
 
  private:
   double pitch_;

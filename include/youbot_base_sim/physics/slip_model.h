@@ -108,12 +108,12 @@ class SlipModel {
   /// Time derivative of `state`, whose contacts are `c`, under the wheel torques `M` (N m).
   void derivative(const State& state, const Contacts& c, const Wheels& M, State& derivative) const {
     const Velocities u = state.velocities(), Q = forces(u, c, M);
-    const double cos_psi = std::cos(state.psi()), sin_psi = std::sin(state.psi());
+    const auto [sin_psi, cos_psi] = sine_and_cosine(state.psi());
     derivative.x() = u.v[0] * cos_psi - u.v[1] * sin_psi;
     derivative.y() = u.v[0] * sin_psi + u.v[1] * cos_psi;
     derivative.psi() = u.v[2];
     derivative.work() = dot(u, Q);
-    const Eigen::Vector3d dv = inertia_.M_v_inverse * Eigen::Vector3d{Q.v[0], Q.v[1], Q.v[2]};
+    const Eigen::Vector3d dv = product(inertia_.M_v_inverse, Eigen::Vector3d{Q.v[0], Q.v[1], Q.v[2]});
     derivative.values.col(1) << dv[0], dv[1], dv[2], 0;
     derivative.phi() = u.dphi;
     derivative.dphi() = Q.dphi * (1 / inertia_.J_1);
@@ -191,7 +191,7 @@ class SlipModel {
     Wheels tau = M - robot_.mu_1 * u.dphi;
     if (dry_.any()) tau -= dry_.wheels.torque(u.dphi);
     return features_.reactions().solve(
-        contact, {u.v, u.dphi, tau.sum(), inertia_.coriolis(u.v) + placed.external.v, placed.external});
+        contact, {u.v, u.dphi, sum(tau), inertia_.coriolis(u.v) + placed.external.v, placed.external});
   }
 
   /// Scales the friction of contacts that are pressed by 1 N to these reactions: friction is proportional to them.

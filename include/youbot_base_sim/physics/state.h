@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "youbot_base_sim/physics/elementary.h"
+
 #ifdef __AVX__
 #include <immintrin.h>
 #endif
@@ -24,7 +26,12 @@ using WheelMask = Eigen::Array<bool, kWheels, 1>;
 /// Alignment of the operands of inner loops: four doubles never straddle a cache line.
 constexpr std::size_t kAlignment = 32;
 
-/// The sums of three times four entries, and a zero. The same bits with AVX and without.
+// The order of Eigen's own sums and products of matrices depends on the instruction set.
+
+/// The sum of four entries.
+inline double sum(const Wheels& w) { return (w[0] + w[1]) + (w[2] + w[3]); }
+
+/// The sums of three times four entries, and a zero.
 inline Wheels sums(const Wheels& a, const Wheels& b, const Wheels& c) {
 #ifdef __AVX__
   const __m256d ab = _mm256_hadd_pd(_mm256_loadu_pd(a.data()), _mm256_loadu_pd(b.data()));
@@ -34,9 +41,22 @@ inline Wheels sums(const Wheels& a, const Wheels& b, const Wheels& c) {
                    _mm256_add_pd(_mm256_permute2f128_pd(ab, c0, 0x20), _mm256_permute2f128_pd(ab, c0, 0x31)));
   return result;
 #else
-  const auto sum = [](const Wheels& w) { return (w[0] + w[1]) + (w[2] + w[3]); };
   return {sum(a), sum(b), sum(c), 0};
 #endif
+}
+
+/// The product of small matrices.
+template <class A, class B>
+Eigen::Matrix<double, A::RowsAtCompileTime, B::ColsAtCompileTime> product(const Eigen::MatrixBase<A>& a,
+                                                                          const Eigen::MatrixBase<B>& b) {
+  Eigen::Matrix<double, A::RowsAtCompileTime, B::ColsAtCompileTime> product;
+  for (int j = 0; j < b.cols(); ++j) {
+    for (int i = 0; i < a.rows(); ++i) {
+      product(i, j) = a(i, 0) * b(0, j);
+      for (int k = 1; k < a.cols(); ++k) product(i, j) += a(i, k) * b(k, j);
+    }
+  }
+  return product;
 }
 
 /// Suffixes of the driver's joint names in wheel order: `wheel_joint_fl` and so on.
@@ -61,7 +81,7 @@ inline Velocities operator*(double factor, const Velocities& a) {
 
 /// Sum of the products of all entries: the power of forces on velocities, W.
 inline double dot(const Velocities& a, const Velocities& b) {
-  return (a.v * b.v + a.dphi * b.dphi + a.dgamma * b.dgamma).sum();
+  return sum(a.v * b.v + a.dphi * b.dphi + a.dgamma * b.dgamma);
 }
 
 /// Pose of O in the fixed frame, m, with cosine and sine of the heading.
@@ -108,7 +128,10 @@ struct State {
   auto dgamma() const { return values.col(4); }
   auto gamma() const { return values.col(5); }
 
-  Pose pose() const { return {x(), y(), std::cos(psi()), std::sin(psi())}; }
+  Pose pose() const {
+    const auto [sine, cosine] = sine_and_cosine(psi());
+    return {x(), y(), cosine, sine};
+  }
   Velocities velocities() const { return {values.col(1), values.col(3), values.col(4)}; }
   void set(const Velocities& u) {
     values.col(1) = u.v;
