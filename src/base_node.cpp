@@ -7,7 +7,9 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <set>
 #include <stdexcept>
@@ -34,6 +36,7 @@ using SteadyClock = std::chrono::steady_clock;
 
 constexpr double kPollInterval = 0.1;   // s of wall time that the loop waits at most without looking if ROS still runs
 constexpr double kRecorderDelay = 0.2;  // s of wall time from a recorder's subscription to its first message at most
+constexpr int kMaxAnswers = 100;        // to services that a node calls one after another without sleeping
 constexpr double kFlushDelay = 0.2;     // s of wall time for the last message to leave before the node ends
 constexpr double kMaxAhead = 0.02;      // s of simulated time that may pass at once, unless a control period is longer
 
@@ -70,6 +73,8 @@ class BaseNode {
       : settings_(settings),
         loop_(settings),
         telemetry_(settings.scene, settings.telemetry),
+        end_(settings.end_time > 0 ? std::max<std::int64_t>(1, std::llround(settings.end_time / loop_.control_period()))
+                                   : std::numeric_limits<std::int64_t>::max()),
         diagnosing_(kDiagnosticsRate),
         publications_([this] { update_subscriptions(); }),
         clock_(settings_, loop_, publications_) {
@@ -83,7 +88,9 @@ class BaseNode {
     const tf2_msgs::TFMessage world = telemetry_.static_transforms(loop_.simulation(), ros::Time::now());
     if (!world.transforms.empty()) static_transforms_.emplace().sendTransform(world.transforms);
     if (settings_.publish_clock) {
-      time_services_.emplace(private_node, queue_, settings_.start_paused, loop_, clock_, [this] { return reset(); });
+      time_services_.emplace(
+          private_node, queue_, settings_.start_paused, loop_, clock_, [this] { return reset(); },
+          [this] { end("~end is called"); });
     }
   }
 
@@ -133,7 +140,7 @@ class BaseNode {
 #ifdef YOUBOT_BASE_SIM_PR2_MSGS
     publications_.advertise<pr2_msgs::PowerBoardState>(node_, kDashboardTopic, kDriverQueueSize);
 #endif
-    clock_.advertise(node_);
+    clock_.connect(node_);
   }
 
   void update_subscriptions() {
@@ -148,6 +155,10 @@ class BaseNode {
   void run_loop() {
     report_start();
     clock_.announce();
+    while (clock_.unknown() && node_.ok()) {
+      report_wait("time waits for another node's /clock: /use_sim_time is true, ~publish_clock is not");
+      take_callbacks(kPollInterval);
+    }
     if (settings_.wait_for_subscribers) await_subscribers();
     clock_.start();
     publish_instant();
@@ -157,11 +168,12 @@ class BaseNode {
       } else if (paused()) {
         report_wait(fmt::format("time waits, paused at t = {:g} s, for ~unpause or ~step", loop_.time()));
         take_callbacks(kPollInterval);
-      } else if (await_command()) {
+      } else if (await_period()) {
         wait_.what.clear();
         advance_when_due();
       }
     }
+    if (ended_) ros::WallDuration(kFlushDelay).sleep();
   }
 
   void report_start() {
@@ -199,51 +211,77 @@ class BaseNode {
     ros::WallDuration(kRecorderDelay).sleep();
   }
 
-  /// In lockstep, waits a while for the command of the next period. Returns whether that may begin.
-  bool await_command() {
+  /// In lockstep, waits for what the next period waits for. Returns whether that may begin.
+  bool await_period() {
     Lockstep& lockstep = clock_.lockstep();
     if (!lockstep.waits(loop_.periods())) return true;
-    const auto start = SteadyClock::now();
-    const auto interrupted = [this] { return paused() || stepping() || !node_.ok(); };
-    while (!interface_->commanded() && !interrupted()) {
-      const double left = lockstep.patience() - std::chrono::duration<double>(SteadyClock::now() - start).count();
-      if (left <= 0) return advance_without_command();
-      clock_.wait([&] { queue_.callOne(ros::WallDuration(std::min(left, kPollInterval))); });
-      if (interface_->commanded() || !queue_.isEmpty()) continue;
-      if (settings_.lockstep.end_with_commands && lockstep.started() && !interface_->has_commander()) {
-        ROS_INFO("the last publisher of commands has gone: the node ends at t = %g s", loop_.time());
-        ended_ = true;
-        return false;
-      }
-      report_wait(fmt::format("lockstep: time waits at t = {:g} s for a command on {}, {} or {}", loop_.time(),
-                              kTwistTopic, kTorqueTopic, kVelocityTopic));
-    }
-    if (interface_->commanded() && lockstep.has_own_period()) {
-      // Let the nodes that command work until they sleep. A loop that sleeps from t = 0, which /clock shows as 1 ns
-      // because zero means no time, would miss the first period.
-      if (lockstep.idle_time() == 0) clock_.idle([this] { publish_telemetry(); });
-      clock_.followers().await_rest();
-      take_callbacks(0);
-    }
-    if (!interface_->commanded() || interrupted()) return false;
-    lockstep.release(loop_.periods(), true);
+    const bool ready = lockstep.awaits_rest() ? await_followers() : await_command();
+    if (!ready || interrupted()) return false;
+    lockstep.release(loop_.periods());
     return true;
   }
 
-  /// No command has come in time. Before the first one only /clock advances, for nodes that sleep before they command:
-  /// how long that takes must not change the simulation.
-  bool advance_without_command() {
-    Lockstep& lockstep = clock_.lockstep();
-    const std::string none =
-        fmt::format("lockstep: no command for {:g} s at t = {:g} s", settings_.lockstep.timeout, loop_.time());
-    if (lockstep.ends()) throw std::runtime_error(none + ": the node ends (~end_with_commands)");
+  /// Whether the loop has something else to do than to wait for a period of lockstep.
+  bool interrupted() const { return ended_ || paused() || stepping() || !node_.ok(); }
+
+  /// Waits until the nodes that follow /clock rest. Before the first command only /clock advances, by the wall clock,
+  /// for nodes that sleep before they command: how long that takes must not change the simulation.
+  bool await_followers() {
+    const Lockstep& lockstep = clock_.lockstep();
     if (lockstep.idles()) {
-      clock_.idle([this] { publish_telemetry(); });
-    } else {
-      if (!lockstep.unanswered()) ROS_WARN_STREAM(none << ": time goes on without, by the wall clock, until one comes");
-      lockstep.release(loop_.periods(), false);
+      const bool commanded = await_command();
+      if (interrupted()) return false;
+      // A loop that sleeps from t = 0, which /clock shows as 1 ns because zero means no time, would miss the first
+      // period.
+      if (!commanded || lockstep.idle_time() == 0) clock_.idle([this] { publish_telemetry(); });
+      if (!commanded) return false;
     }
-    return lockstep.started();
+    clock_.wait([this] { await_rest(); });
+    end_with_commands();
+    return !lockstep.idles() || interface_->commanded();  // which a reset forgets
+  }
+
+  /// Waits until all that follow /clock rest, and takes what they have sent. A node whose service call is answered so
+  /// goes on working. One that never rests could go on for ever.
+  void await_rest() {
+    for (int k = 0; k < kMaxAnswers; ++k) {
+      clock_.await_rest();
+      if (queue_.isEmpty()) return;
+      queue_.callAvailable();
+    }
+  }
+
+  /// Waits a while for a command. Throws std::runtime_error if a player that may end sends none.
+  bool await_command() {
+    const double patience = clock_.lockstep().patience();
+    const auto start = SteadyClock::now();
+    while (!interface_->commanded() && !interrupted()) {
+      const double left = patience - std::chrono::duration<double>(SteadyClock::now() - start).count();
+      if (left <= 0) {
+        if (clock_.lockstep().idles()) return false;
+        throw std::runtime_error(
+            fmt::format("lockstep: no command for {:g} s at t = {:g} s: the node ends (~end_with_commands)", patience,
+                        loop_.time()));
+      }
+      clock_.wait([&] { queue_.callOne(ros::WallDuration(std::min(left, kPollInterval))); });
+      if (interface_->commanded() || !queue_.isEmpty()) continue;
+      end_with_commands();
+      const char* what = clock_.lockstep().idles() ? "the simulation begins with ~unpause or" : "time waits for";
+      report_wait(fmt::format("lockstep: {} a command on {}, {} or {}, at t = {:g} s", what, kTwistTopic, kTorqueTopic,
+                              kVelocityTopic, loop_.time()));
+    }
+    return interface_->commanded();
+  }
+
+  /// Ends the node if it is to end with the last publisher of commands, and that has gone.
+  void end_with_commands() {
+    if (!settings_.lockstep.end_with_commands || !clock_.lockstep().started() || interface_->has_commander()) return;
+    end("the last publisher of commands has gone");
+  }
+
+  void end(const char* why) {
+    if (!ended_) ROS_INFO("%s: the node ends at t = %g s", why, loop_.time());
+    ended_ = true;
   }
 
   /// Waits for callbacks, or `timeout` (s of wall time). They only enqueue requests and note subscribers, but for the
@@ -274,7 +312,7 @@ class BaseNode {
     const double wait = wait_for_periods_ahead();
     if (wait > 0 || (!settings_.lockstep.on && !queue_.isEmpty())) {
       take_callbacks(std::clamp(wait, 0.0, kPollInterval));
-      if (paused() || stepping() || wait_for_periods_ahead() > 0) {
+      if (interrupted() || wait_for_periods_ahead() > 0) {
         if (const double now = clock_.arrival(); diagnosing_.meet(now)) publish_diagnostics(now);
         return;
       }
@@ -295,7 +333,7 @@ class BaseNode {
       advance(periods);
       publish_instant();
     }
-    if (clock_.lockstep().has_own_period()) clock_.announce();  // within a period too
+    if (clock_.lockstep().awaits_rest()) clock_.announce();  // within a period too
     time_services_->advanced(periods);
   }
 
@@ -304,7 +342,7 @@ class BaseNode {
     if (wants_periods_) return 1;
     const double next = std::min(loop_.time() + kMaxAhead, diagnosing_.next());
     const std::int64_t periods = loop_.periods_until(wants_telemetry_ ? std::min(next, loop_.next_instant()) : next);
-    return std::min(periods, clock_.lockstep().left(loop_.periods()));
+    return std::min({periods, clock_.lockstep().left(loop_.periods()), end_ - loop_.periods()});
   }
 
   /// Wall time until they have passed, s; not positive if they have.
@@ -325,6 +363,7 @@ class BaseNode {
       ROS_WARN("no command for %g s: the wheels are stopped", settings_.driver.command_timeout);
     }
     log_tipping();
+    if (loop_.periods() >= end_) end("~end_time has come");
   }
 
   /// Logs that the base has reached its tipping limit, beyond which a real base would move differently.
@@ -389,11 +428,14 @@ class BaseNode {
   void publish_diagnostics(double t) {
     const ros::Time now = clock_.stamp(t);
     const NodeClock::Timing timing = clock_.take_timing();
+    std::string what = wait_.what;
+    if (const std::string rivals = clock_.rivals(); !rivals.empty()) {
+      const std::string several = fmt::format("/clock has several publishers, {}: time is undefined", rivals);
+      log_.error("clocks", several);
+      what = several + (what.empty() ? "" : "; ") + what;
+    }
     publications_.publish(kDiagnosticsTopic, [&] {
-      const Lockstep& lockstep = clock_.lockstep();
-      const bool lacks = lockstep.started() && lockstep.unanswered();
-      auto message = diagnostics_message(loop_.driver(), loop_.simulation(), timing,
-                                         lacks ? "lockstep: no command: time goes on without" : wait_.what, now);
+      auto message = diagnostics_message(loop_.driver(), loop_.simulation(), timing, what, now);
       if (!settings_.bag.empty()) message.status.push_back(bag_status(settings_.bag, bag_failure_));
       return message;
     });
@@ -422,6 +464,7 @@ class BaseNode {
   const BaseSettings settings_;
   BaseLoop loop_;
   Telemetry telemetry_;
+  const std::int64_t end_;  // control periods
   Instants diagnosing_;
   std::optional<BagWriter> bag_;  // empty: not recorded, or not any longer
   std::string bag_failure_;       // why; empty: none

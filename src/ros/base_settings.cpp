@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <ros/ros.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "youbot_base_sim/drive/driver_configuration.h"
@@ -19,6 +20,8 @@ constexpr char kProfile[] = "measured";
 
 constexpr double kMinPublishRate = 1e-3;  // Hz
 constexpr double kMinCommandRate = 0.1;   // Hz; commands wait for so long
+
+constexpr double kLockstepPeriod = 0.01;  // s, or the control period if that is longer
 
 constexpr Range kPeriods{kControlPeriods.min, kControlPeriods.max, kControlPeriods.unit};  // never continuous in time
 
@@ -87,20 +90,20 @@ void read_lockstep(Parameters& parameters, BaseSettings& settings) {
   LockstepSettings& lockstep = settings.lockstep;
   const double control_period = settings.scene.solver.control_period;
   parameters.read("lockstep", lockstep.on);
-  parameters.read("lockstep_period", lockstep.period, {control_period, 10, "s", true});
+  if (lockstep.on) lockstep.period = control_period * std::max(1.0, std::round(kLockstepPeriod / control_period));
+  const bool given = parameters.read("lockstep_period", lockstep.period, {control_period, 10, "s", true});
   parameters.read("lockstep_timeout", lockstep.timeout, {1e-3, 1e6, "s", true});
   parameters.read("end_with_commands", lockstep.end_with_commands);
   const double periods = lockstep.period / control_period;
   const std::string period = fmt::format("{:g}", lockstep.period);
   parameters.require(std::abs(periods - std::round(periods)) <= 1e-6, "lockstep_period", period,
                      fmt::format("a multiple of the control period, {:g} s", control_period));
-  parameters.require(lockstep.timeout == 0 || lockstep.period > 0 || lockstep.end_with_commands, "lockstep_timeout",
-                     fmt::format("{:g}", lockstep.timeout),
-                     "0 unless ~lockstep_period or ~end_with_commands is set: a player of each control period may take "
-                     "its time");
+  parameters.require(lockstep.timeout > 0 || lockstep.period == 0, "lockstep_timeout", "0",
+                     "above 0 unless ~lockstep_period is 0: time would wait for ever for a node that does not rest");
   parameters.require(lockstep.on || !lockstep.end_with_commands, "end_with_commands", "true",
                      "false unless ~lockstep is true");
-  parameters.require(lockstep.on || lockstep.period == 0, "lockstep_period", period, "0 unless ~lockstep is true");
+  parameters.require(lockstep.on || !given || lockstep.period == 0, "lockstep_period", period,
+                     "0 unless ~lockstep is true");
 }
 
 void read_motors(Parameters& parameters, BaseSettings& settings) {
@@ -149,15 +152,13 @@ void read_telemetry(Parameters& parameters, BaseSettings& settings) {
 
 /// Refuses settings that only the master of time may have.
 void check_time(const Parameters& parameters, const BaseSettings& settings) {
-  const bool use_sim_time = ros::param::param("/use_sim_time", false);
   if (settings.publish_clock) {
-    if (!use_sim_time) ROS_WARN("/use_sim_time is not set: nodes that start now will not follow the clock of this one");
+    if (ros::param::param("/use_sim_time", false)) return;
+    ROS_WARN("/use_sim_time is not set: nodes that start now will not follow the clock of this one");
     return;
   }
-  parameters.require(!use_sim_time, "publish_clock", "false",
-                     "true where /use_sim_time is true, or no node has the time");
   parameters.require(settings.real_time_factor == 1, "real_time_factor", fmt::format("{:g}", settings.real_time_factor),
-                     "1 unless ~publish_clock is true: the wall clock has its own rate");
+                     "1 unless ~publish_clock is true: another clock has its own rate");
   parameters.require(!settings.lockstep.on, "lockstep", "true", "false unless ~publish_clock is true");
   parameters.require(settings.bag.empty(), "bag", settings.bag,
                      "left out unless ~publish_clock is true: use rosbag record");
@@ -178,6 +179,7 @@ BaseSettings read_base_settings() {
   read_lockstep(parameters, settings);
   parameters.read("wait_for_subscribers", settings.wait_for_subscribers);
   parameters.read("start_paused", settings.start_paused);
+  parameters.read("end_time", settings.end_time, {0, 1e6, "s"});
   read_motors(parameters, settings);
   parameters.read("command_timeout", settings.driver.command_timeout, {0, 1e6, "s"});
   read_sensors(parameters, settings.sensors);

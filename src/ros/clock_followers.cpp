@@ -29,6 +29,8 @@ namespace youbot_base_sim {
 namespace {
 
 constexpr auto kBetweenLooks = std::chrono::microseconds(50);
+constexpr int kLooks = 1000;  // to find who is to blame
+constexpr char kMaster[] = "the master";
 // Polling interval of loops and timers by simulated time: 1 ms, and slack.
 constexpr auto kRoscppPolling = std::chrono::microseconds(1200);
 
@@ -107,28 +109,35 @@ std::set<pid_t> holders_of(const std::set<std::string>& sockets) {
   return holders;
 }
 
-/// The port at which, by the master, a node answers; 0 if that is not on this machine.
-std::uint32_t port_of(const std::string& node) {
+/// The processes of this machine that answer at an address; none for another machine's.
+std::set<pid_t> processes_at(const std::string& host, std::uint32_t port) {
+  char name[256] = "";
+  gethostname(name, sizeof(name) - 1);
+  const std::set<std::string> here = {ros::network::getHost(), name, "localhost", "127.0.0.1"};
+  return here.count(host) ? holders_of(sockets_at(port)) : std::set<pid_t>();
+}
+
+/// The processes of a node, by what the master says of it.
+std::set<pid_t> processes_of(const std::string& node) {
   XmlRpc::XmlRpcValue request, response, uri;
   request[0] = ros::this_node::getName();
   request[1] = node;
   std::string host;
   std::uint32_t port = 0;
-  if (!ros::master::execute("lookupNode", request, response, uri, false)) return 0;
-  if (!ros::network::splitURI(uri, host, port)) return 0;
-  char name[256] = "";
-  gethostname(name, sizeof(name) - 1);
-  const std::set<std::string> here = {ros::network::getHost(), name, "localhost", "127.0.0.1"};
-  return here.count(host) ? port : 0;
+  if (!ros::master::execute("lookupNode", request, response, uri, false)) return {};
+  if (!ros::network::splitURI(uri, host, port)) return {};
+  return processes_at(host, port);
 }
 
 }  // namespace
 
 ClockFollowers::ClockFollowers(std::chrono::milliseconds patience)
-    : patience_(patience), processes_{{ros::this_node::getName(), {getpid()}}} {}
+    : patience_(patience),
+      processes_{{ros::this_node::getName(), {getpid()}},
+                 {kMaster, processes_at(ros::master::getHost(), ros::master::getPort())}} {}
 
 void ClockFollowers::add(const std::string& node) {
-  const std::set<pid_t> processes = holders_of(sockets_at(port_of(node)));
+  const std::set<pid_t> processes = processes_of(node);
   if (!processes.empty()) {
     processes_[node] = processes;
   } else {
@@ -146,36 +155,51 @@ void ClockFollowers::let_clock_arrive() {
 
 void ClockFollowers::await_rest() {
   std::this_thread::sleep_until(seen_);
-  for (;;) {
-    const std::string node = restless();
-    if (node.empty()) return;
-    processes_.erase(node);
-    ROS_WARN("%s%s never rests: whether it has read what is published before /clock cannot be known", node.c_str(),
-             node == ros::this_node::getName() ? ", this node itself," : "");
-  }
+  while (!rest() && ros::ok()) give_up_busiest();
 }
 
-/// Waits until none of them has run between two looks. If that takes too long, returns the node that had most often.
-std::string ClockFollowers::restless() const {
+/// Waits until none of them has run between two looks. Returns whether that has not taken too long.
+bool ClockFollowers::rest() const {
   const auto end = Clock::now() + patience_;
   std::map<std::string, std::uint64_t> before;
-  std::map<std::string, int> times;
   // The first look need not read the threads' states, two thirds of the work: at rest, none has run until the second.
-  for (bool first = true;; first = false) {
+  for (bool first = true; first || (Clock::now() < end && ros::ok()); first = false) {
     bool at_rest = !first;
     for (const auto& [node, processes] : processes_) {
       const std::optional<std::uint64_t> runs = runs_of(processes, !first);
       if (runs && std::exchange(before[node], *runs) == *runs) continue;
       at_rest = false;
-      ++times[node];
       if (!runs) break;
     }
-    if (at_rest) return "";
-    if (Clock::now() > end) break;
+    if (at_rest) return true;
     std::this_thread::sleep_for(kBetweenLooks);
   }
-  return std::max_element(times.begin(), times.end(), [](const auto& a, const auto& b) { return a.second < b.second; })
-      ->first;
+  return false;
+}
+
+/// Gives up the one that is seen at work most often. This process and the master also work for others: they are to
+/// blame only if no other works half as often. If this process does, it cannot be waited for any longer either.
+void ClockFollowers::give_up_busiest() {
+  const std::string self = ros::this_node::getName();
+  std::map<std::string, std::uint64_t> before;
+  std::map<std::string, int> times;
+  for (int look = 0; look < kLooks; ++look) {
+    for (const auto& [node, processes] : processes_) {
+      const std::optional<std::uint64_t> runs = runs_of(processes, true);
+      if (runs && std::exchange(before[node], *runs) == *runs) continue;
+      times[node] += node == self || node == kMaster ? 1 : 2;
+    }
+    std::this_thread::sleep_for(kBetweenLooks);
+  }
+  const std::string busiest = std::max_element(times.begin(), times.end(), [](const auto& a, const auto& b) {
+                                return a.second < b.second;
+                              })->first;
+  const bool keeps_this_busy = times[self] > kLooks / 2;
+  ROS_WARN("%s%s has not rested for %g s%s: time no longer waits for it", busiest.c_str(),
+           busiest == self ? ", this node itself," : "", std::chrono::duration<double>(patience_).count(),
+           busiest != self && keeps_this_busy ? ", and keeps this node busy" : "");
+  processes_.erase(busiest);
+  if (keeps_this_busy) processes_.erase(self);
 }
 
 }  // namespace youbot_base_sim

@@ -1,6 +1,7 @@
 // However base_node and play_scene are ended, they end soon, in a normal way and with whole files.
 
 #include <diagnostic_msgs/DiagnosticArray.h>
+#include <geometry_msgs/Twist.h>
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
 #include <youbot_base_sim/Step.h>
@@ -83,6 +84,44 @@ TEST_F(Endings, do_not_wait_for_what_the_loop_waits_for) {
     base.send(SIGINT);
     base.expect_end(0);
   }
+}
+
+// What ends a node in lockstep with a node that commands once and sleeps, and how much of its bag there is then.
+TEST_F(Endings, in_lockstep_leave_a_whole_bag) {
+  ros::param::set("/use_sim_time", true);
+  const auto start = [&](const std::string& name, const std::string& parameter) {
+    return std::vector<std::string>{"_publish_clock:=true", "_real_time_factor:=0", "_lockstep:=true", parameter,
+                                    bag(name)};
+  };
+  ros::NodeHandle node;
+  const auto command = [&](const std::string& name) {
+    ros::Publisher commands = node.advertise<geometry_msgs::Twist>("/" + name + "/cmd_vel", 1, true);
+    commands.publish(geometry_msgs::Twist());
+    return commands;
+  };
+  {
+    BaseProcess base("deadline", start("deadline.bag", "_end_time:=0.5"));
+    const ros::Publisher commands = command("deadline");
+    base.expect_end(0, "~end_time has come: the node ends at t = 0.5 s");
+    expect_whole("deadline.bag", ros::Time(0.5));
+  }
+  {
+    BaseProcess base("service", start("service.bag", "_end_time:=1000"));
+    const ros::Publisher commands = command("service");
+    base.expect_simulated(2);
+    EXPECT_TRUE(base.call("/base/end"));
+    base.expect_end(0, "~end is called");
+    expect_whole("service.bag", ros::Time(0.3));
+  }
+  {
+    BaseProcess base("exit", start("exit.bag", "_end_with_commands:=true"));
+    ros::Publisher commands = command("exit");
+    base.expect_simulated(2);
+    commands.shutdown();
+    base.expect_end(0, "the last publisher of commands has gone");
+    expect_whole("exit.bag", ros::Time(0.3));
+  }
+  ros::param::del("/use_sim_time");
 }
 
 TEST_F(Endings, signal_ends_a_step_of_any_length) {

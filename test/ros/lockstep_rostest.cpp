@@ -1,9 +1,15 @@
-// Simulated time waits, as fast as it can, for an ordinary node: a loop at 50 Hz that reads the latest odometry,
-// commands and sleeps.
+// Simulated time waits for ordinary nodes until they rest, and goes on as fast as it can: loops of any rate, timers,
+// one command and a long sleep, actions, transforms of the present.
 
+#include <actionlib/TestAction.h>
+#include <actionlib/client/simple_action_client.h>
+#include <actionlib/server/simple_action_server.h>
 #include <ros/rate.h>
+#include <tf2_ros/transform_listener.h>
 
 #include <algorithm>
+#include <atomic>
+#include <mutex>
 #include <vector>
 
 #include "base_client.h"
@@ -12,31 +18,166 @@
 namespace youbot_base_sim {
 namespace {
 
-constexpr double kPeriod = 0.02;  // s
+constexpr double kPeriod = 0.01;  // s, of lockstep
 
-/// Where the base was each time that the loop looked, from when it went to 0.27 m ahead.
-std::vector<double> drive_ahead(BaseClient& base) {
+/// A publisher of commands that the base hears. Returns when /clock has advanced.
+ros::Publisher commander(BaseClient& base) {
   ros::NodeHandle node;
   const ros::Publisher commands = node.advertise<geometry_msgs::Twist>(kTwistTopic, 1);
   base.wait_for("the base to listen", [&] { return commands.getNumSubscribers() > 0; });
+  ros::Duration(2 * kPeriod).sleep();  // what wakes by the clock goes by the clock
+  ros::spinOnce();
+  return commands;
+}
+
+/// Forward, the faster the further from 0.3 m.
+geometry_msgs::Twist towards(double x) { return twist(std::min(0.5, 2 * (0.3 - x)), 0, 0); }
+
+/// Where the base was each time that a loop of this rate (Hz) looked, in `loops` of them.
+std::vector<double> drive_ahead(BaseClient& base, double rate_of_loop, int loops) {
+  const ros::Publisher commands = commander(base);
   std::vector<double> seen;
-  ros::Rate rate(1 / kPeriod);
-  for (double x = 0; ros::ok() && x < 0.27 && seen.size() < 1000; x = base.odometry.pose.pose.position.x) {
-    const double truth = base.truth.pose.pose.position.x;
-    if (truth != 0) seen.insert(seen.end(), {x, truth});
-    commands.publish(twist(std::min(0.5, 2 * (0.3 - x)), 0, 0));
+  ros::Rate rate(rate_of_loop);
+  const ros::Time start = ros::Time::now();
+  for (int k = 0; k < loops && ros::ok(); ++k) {
+    commands.publish(towards(k == 0 ? 0 : base.odometry.pose.pose.position.x));
     rate.sleep();
     ros::spinOnce();
+    seen.insert(seen.end(), {base.odometry.pose.pose.position.x, base.truth.pose.pose.position.x});
   }
+  EXPECT_NEAR((ros::Time::now() - start).toSec(), loops / rate_of_loop, kPeriod + 1e-6) << "by simulated time";
   return seen;
 }
 
-TEST(Lockstep, a_closed_loop_is_the_same_to_the_bit_in_ten_runs) {
-  const std::vector<double> expected = drive_ahead(BaseClient::fresh());
-  EXPECT_GT(expected.size(), 80u);
-  EXPECT_LT(expected.size(), 300u) << "a command for each period";
-  EXPECT_NEAR(expected.back(), 0.28, 0.02);
-  for (int run = 1; run < 10; ++run) EXPECT_EQ(drive_ahead(BaseClient::fresh()), expected) << run;
+TEST(Lockstep, a_closed_loop_of_any_rate_is_the_same_to_the_bit) {
+  for (const double rate : {50.0, 30.0, 100.0}) {
+    const std::vector<double> expected = drive_ahead(BaseClient::fresh(), rate, 40);
+    EXPECT_GT(expected.back(), 0.05);
+    for (int run = 1; run < 3; ++run) EXPECT_EQ(drive_ahead(BaseClient::fresh(), rate, 40), expected) << rate << run;
+  }
+}
+
+/// Where the base is after one command and a sleep of 2 s.
+std::vector<double> command_and_sleep(BaseClient& base) {
+  commander(base).publish(twist(0.2, 0, 0));
+  ros::Duration(2).sleep();
+  ros::spinOnce();
+  return {base.odometry.pose.pose.position.x, base.truth.pose.pose.position.x};
+}
+
+TEST(Lockstep, one_command_holds_through_a_sleep) {
+  BaseClient& base = BaseClient::fresh();
+  const Log& log = Log::of(base);
+  base.reset();
+  const std::vector<double> expected = command_and_sleep(base);
+  EXPECT_NEAR(expected.front(), 0.4, 0.05);
+  EXPECT_EQ(command_and_sleep(BaseClient::fresh()), expected);
+  EXPECT_EQ(log.count(rosgraph_msgs::Log::WARN, "lockstep"), 0u);
+}
+
+/// A node whose callbacks run in a thread of their own, with the odometry that it hears.
+class SpinningNode {
+ public:
+  SpinningNode() {
+    node.setCallbackQueue(&queue_);
+    subscriber_ = node.subscribe<nav_msgs::Odometry>(
+        kOdometryTopic, 1, [this](const auto& message) { x = message->pose.pose.position.x; }, {},
+        ros::TransportHints().tcpNoDelay());
+    spinner_.start();
+  }
+  ~SpinningNode() { spinner_.stop(); }
+
+ private:
+  ros::CallbackQueue queue_;
+  ros::AsyncSpinner spinner_{1, &queue_};
+  ros::Subscriber subscriber_;
+
+ public:
+  ros::NodeHandle node;
+  std::atomic<double> x{0};  // by odometry, m
+};
+
+/// Where a timer of 30 Hz sees the base, which it drives.
+std::vector<double> drive_by_timer(BaseClient& base) {
+  const ros::Publisher commands = commander(base);
+  std::vector<double> seen;
+  std::atomic<bool> done{false};
+  SpinningNode spinning;
+  ros::Timer timer = spinning.node.createTimer(ros::Duration(1.0 / 30), [&](const ros::TimerEvent&) {
+    done = seen.size() == 40;
+    if (done) return;
+    seen.push_back(spinning.x);
+    commands.publish(towards(spinning.x));
+  });
+  base.wait_for("the timer", [&] { return done.load(); });
+  timer.stop();
+  return seen;
+}
+
+TEST(Lockstep, timer_in_a_spinners_thread_is_the_same_to_the_bit) {
+  const std::vector<double> expected = drive_by_timer(BaseClient::fresh());
+  EXPECT_GT(expected.back(), 0.1);
+  EXPECT_EQ(drive_by_timer(BaseClient::fresh()), expected);
+}
+
+/// Where the base is when an action has driven it for a second, nm.
+int drive_by_action(BaseClient& base) {
+  const ros::Publisher commands = commander(base);
+  SpinningNode spinning;
+  using Server = actionlib::SimpleActionServer<actionlib::TestAction>;
+  Server server(
+      spinning.node, "drive",
+      [&](const actionlib::TestGoalConstPtr& goal) {
+        ros::Rate rate(goal->goal);
+        for (int k = 0; k < goal->goal; ++k) {
+          commands.publish(towards(spinning.x));
+          rate.sleep();
+        }
+        actionlib::TestResult result;
+        result.result = static_cast<int>(std::lround(1e9 * spinning.x));
+        server.setSucceeded(result);
+      },
+      false);
+  server.start();
+  actionlib::SimpleActionClient<actionlib::TestAction> client("drive", true);
+  EXPECT_TRUE(client.waitForServer(ros::Duration(20)));
+  actionlib::TestGoal goal;
+  goal.goal = 50;
+  client.sendGoal(goal);
+  EXPECT_TRUE(client.waitForResult(ros::Duration(20)));
+  return client.getResult()->result;
+}
+
+TEST(Lockstep, action_is_the_same_to_the_bit) {
+  const int expected = drive_by_action(BaseClient::fresh());
+  EXPECT_GT(expected, 100'000'000);
+  EXPECT_EQ(drive_by_action(BaseClient::fresh()), expected);
+}
+
+TEST(Lockstep, transforms_of_the_present_are_there) {
+  BaseClient& base = BaseClient::fresh();
+  const ros::Publisher commands = commander(base);
+  tf2_ros::Buffer buffer;
+  const tf2_ros::TransformListener listener(buffer);
+  base.wait_for("a transform", [&] { return buffer.canTransform(kOdometryFrame, kBaseFrame, ros::Time(0)); });
+  ros::Rate rate(100);
+  for (int k = 0; k < 50; ++k) {
+    commands.publish(twist(0.2, 0, 0));
+    rate.sleep();
+    ros::spinOnce();
+    const auto transform = buffer.lookupTransform(kOdometryFrame, kBaseFrame, ros::Time::now());  // or throws
+    EXPECT_EQ(transform.transform.translation.x, base.odometry.pose.pose.position.x);
+  }
+}
+
+TEST(Lockstep, begins_without_a_command_where_it_is_told_to) {
+  BaseClient& base = BaseClient::fresh();
+  base.pause();
+  base.unpause();
+  base.wait_for("the clock to go on", [&] { return base.time() > 0.1; });
+  base.pause();
+  EXPECT_GT(base.step(0).t, 0.05) << "simulated";
+  base.unpause();
 }
 
 TEST(Lockstep, clock_goes_on_before_the_first_command_and_the_base_does_not) {
@@ -66,17 +207,6 @@ TEST(Lockstep, reset_forgets_a_command_that_has_just_come) {
   EXPECT_TRUE(ros::service::call("base_node/step", step));
   EXPECT_EQ(step.response.t, 0) << "nothing was simulated";
   base.unpause();
-}
-
-TEST(Lockstep, continues_by_the_wall_clock_without_commands_and_says_so) {
-  BaseClient& base = BaseClient::fresh();
-  Log& log = Log::of(base);
-  base.command(twist(0.1, 0, 0));
-  const ros::Time commanded = base.clock();
-  base.wait_for("time to go on", [&] { return base.clock() > commanded + ros::Duration(5 * kPeriod); });
-  log.expect(base, rosgraph_msgs::Log::WARN, {"lockstep: no command for 1 s", "time goes on"});
-  base.settle();
-  EXPECT_GT(base.truth.twist.twist.linear.x, 0.01) << "the last command holds";
 }
 
 }  // namespace

@@ -17,7 +17,7 @@ TEST(Waits, are_told) {
   };
   const std::map<std::string, Case> cases = {
       {"subscribers", {"_wait_for_subscribers:=true", "time starts when these topics have subscribers:"}},
-      {"lockstep", {"_lockstep:=true", "lockstep: time waits at t = 0 s for a command on cmd_vel"}},
+      {"lockstep", {"_lockstep:=true", "lockstep: the simulation begins with ~unpause or a command on cmd_vel"}},
       {"paused", {"_start_paused:=true", "time waits, paused at t = 0 s, for ~unpause or ~step"}}};
   ros::NodeHandle node;
   std::map<std::string, int> warnings;

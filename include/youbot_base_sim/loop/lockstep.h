@@ -7,16 +7,16 @@
 
 namespace youbot_base_sim {
 
-/// How simulated time waits for command messages: each control period, for players that answer each /clock message, or
-/// each period of lockstep, for nodes with a loop of their own.
+/// What simulated time waits for: that all nodes that follow /clock rest, or the commands of a player, which answers
+/// each /clock message with one.
 struct LockstepSettings {
   bool on = false;
-  double period = 0;   ///< of the commanding node's loop, s, a multiple of the control period; 0: that period itself
-  double timeout = 0;  ///< wall time to wait for a command, s, before time advances without one; 0: for ever
-  bool end_with_commands = false;  ///< the node ends instead, and when the last publisher of commands is gone
+  double period = 0;    ///< step of /clock for nodes that rest, s, a multiple of the control period; 0: for a player
+  double timeout = 10;  ///< wall time to wait for a node to rest, or for the command of a player that may end, s
+  bool end_with_commands = false;  ///< the node ends when the last publisher of commands is gone
 };
 
-/// Where simulated time waits for a command message, and for how long. Counts time in control periods.
+/// Where simulated time waits. Counts time in control periods.
 class Lockstep {
  public:
   /// `control_period` in s.
@@ -24,13 +24,13 @@ class Lockstep {
       : settings_(settings),
         every_(settings.period > 0 ? std::max<std::int64_t>(1, std::llround(settings.period / control_period)) : 1) {}
 
-  /// Whether the commanding node has a loop of its own: then /clock advances by whole periods, after all else.
-  bool has_own_period() const { return settings_.on && settings_.period > 0; }
+  /// Whether it waits for nodes to rest: then /clock advances by whole periods, after all else.
+  bool awaits_rest() const { return settings_.on && settings_.period > 0; }
 
   /// Whether a period of lockstep begins at control period k.
   bool begins(std::int64_t k) const { return settings_.on && k % every_ == 0; }
 
-  /// Whether a period begins at control period k that has no command yet.
+  /// Whether a period begins at control period k that may not begin yet.
   bool waits(std::int64_t k) const { return begins(k) && k != released_; }
 
   /// Control periods from k to the next period of lockstep, 1 or more; without lockstep, the largest number.
@@ -38,15 +38,14 @@ class Lockstep {
     return settings_.on ? every_ - k % every_ : std::numeric_limits<std::int64_t>::max();
   }
 
-  /// Whether /clock advances while nothing is simulated yet: until a node that has a loop of its own first commands.
-  bool idles() const { return has_own_period() && !started_; }
+  /// Whether /clock advances while nothing is simulated yet: nodes that are to rest sleep before they command.
+  bool idles() const { return awaits_rest() && !started_; }
 
-  /// Wall time to wait for a command, s. After one has not come, periods last as long as by the wall clock until the
-  /// next one.
+  /// Wall time to wait for a command, s: of a period that idles, else of a player's.
   double patience() const {
     if (idles()) return settings_.period;
-    if (settings_.timeout == 0) return std::numeric_limits<double>::infinity();
-    return unanswered_ && !settings_.end_with_commands ? settings_.period : settings_.timeout;
+    const bool gives_up = settings_.end_with_commands && settings_.timeout > 0;
+    return gives_up ? settings_.timeout : std::numeric_limits<double>::infinity();
   }
 
   /// /clock advances by one period while nothing is simulated yet.
@@ -55,23 +54,16 @@ class Lockstep {
   /// Time that has passed so, s.
   double idle_time() const { return static_cast<double>(idle_periods_) * settings_.period; }
 
-  /// Whether the node ends, after the patience, for want of a command; while it idles, after the time-out.
-  bool ends() const {
-    if (!settings_.end_with_commands || settings_.timeout == 0) return false;
-    return !idles() || idle_time() >= settings_.timeout;
-  }
+  /// The simulation begins.
+  void start() { started_ = true; }
 
-  /// Lets control period k begin, with its command or because none came in time.
-  void release(std::int64_t k, bool answered) {
+  /// Lets control period k begin.
+  void release(std::int64_t k) {
     released_ = k;
-    started_ = started_ || answered;
-    unanswered_ = !answered;
+    started_ = true;
   }
 
-  /// Whether the last command did not come in time.
-  bool unanswered() const { return unanswered_; }
-
-  /// Whether there has been a command since the beginning.
+  /// Whether the simulation has begun.
   bool started() const { return started_; }
 
  private:
@@ -80,7 +72,6 @@ class Lockstep {
   std::int64_t released_ = -1;
   std::int64_t idle_periods_ = 0;  // of lockstep
   bool started_ = false;
-  bool unanswered_ = true;  // before the first command no other is waited for
 };
 
 }  // namespace youbot_base_sim

@@ -27,13 +27,13 @@ namespace youbot_base_sim {
 /// inertial unit.
 ///
 /// `lockstep`, which needs `publish_clock`, has `lockstep_period` (s), `lockstep_timeout` (s) and `end_with_commands`;
-/// see LockstepSettings. Messages that come while time stands still count as one. With a `lockstep_period`, /clock
-/// advances once the nodes that follow it have dealt with all that was published before, so a node with a loop of this
-/// period always commands from the latest odometry, for the same period. The simulation then begins with the first
-/// command; until then only /clock advances.
+/// see LockstepSettings. /clock advances by that period once the nodes that follow it rest, and so have dealt with all
+/// that was published before; what they command then acts in the period. The simulation begins with the first command
+/// or ~unpause; until then only /clock advances. Messages that come while time stands still count as one.
 struct BaseSettings : LoopSettings {
   /// The node is the master of simulated time: publishes /clock, stamps messages with it and offers the time services.
-  /// Other nodes follow only if /use_sim_time is true. Otherwise stamps are wall time.
+  /// Other nodes follow only if /use_sim_time is true. Otherwise the node
+  /// follows another's /clock if /use_sim_time is true, else the wall clock.
   bool publish_clock = false;
   /// Simulated seconds per second, 0.001 or more; 0: as fast as possible. Other values than 1 need `publish_clock`.
   double real_time_factor = 1;
@@ -42,6 +42,7 @@ struct BaseSettings : LoopSettings {
   std::string bag;            ///< file to record to, complete when the node ends; empty: none. Needs `publish_clock`
   bool bag_required = true;   ///< the node ends if the bag cannot be written; otherwise it goes on without
   bool start_paused = false;  ///< starts as after ~pause. Needs `publish_clock`
+  double end_time = 0;        ///< simulated time at which the node ends, s; 0: none
   bool publish_tf = true;     ///< whether odom to base_footprint is published on /tf
   /// `publish_rollers`; `publish_contacts`, which has them recorded; `world_tf`: world to odom, at the scene's initial
   /// pose, and world to ground_truth/base_footprint; `joint_velocity_sign`: driver_exact (reversed on the left, the

@@ -15,12 +15,14 @@ namespace youbot_base_sim {
 /// sent over the loopback device wakes its reader before the sender runs on. So while /proc shows no running thread of
 /// any follower or of this process, nothing is under way between them.
 ///
+/// The master takes part: a node that subscribes or looks for a service waits for it.
+///
 /// A node's processes are those that hold the socket at which, by the master, it answers. The node itself is not
 /// asked: in a container its process has another number, and one that hangs would not answer.
 class ClockFollowers {
  public:
   /// `patience`: wall time for a node to come to rest; after it, the node is named in a warning and given up.
-  explicit ClockFollowers(std::chrono::milliseconds patience = std::chrono::seconds(10));
+  explicit ClockFollowers(std::chrono::milliseconds patience);
 
   /// A node subscribes to /clock. Warns if its processes cannot be seen from here.
   void add(const std::string& node);
@@ -36,10 +38,11 @@ class ClockFollowers {
  private:
   using Clock = std::chrono::steady_clock;
 
-  std::string restless() const;
+  bool rest() const;
+  void give_up_busiest();
 
   const std::chrono::milliseconds patience_;
-  std::map<std::string, std::set<pid_t>> processes_;  // by node, of this one too
+  std::map<std::string, std::set<pid_t>> processes_;  // by node, of this one and the master too
   Clock::time_point seen_;                            // /clock, by all of them
 };
 

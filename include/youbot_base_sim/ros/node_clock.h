@@ -2,6 +2,7 @@
 
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
+#include <rosgraph_msgs/Clock.h>
 #include <youbot_base_sim/Step.h>
 
 #include <atomic>
@@ -10,6 +11,7 @@
 #include <functional>
 #include <future>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,16 +29,23 @@ namespace youbot_base_sim {
 /// | settings | time waits for | /clock |
 /// |---|---|---|
 /// | no `publish_clock` | the wall clock | none: stamps are wall time |
+/// | and /use_sim_time | another node's /clock | that one |
 /// | `publish_clock` | the wall clock times a factor, or nothing | each control period, or where it could be noticed |
-/// | and `lockstep` | a command, each control period | each control period |
-/// | and its `period` | a command, each period of lockstep, and the nodes that follow /clock | each such period, last |
+/// | and `lockstep` | the nodes that follow /clock, until they rest | each period of lockstep, last |
+/// | its `period` 0 | a player's command, each control period | each control period |
 class NodeClock {
  public:
   /// All references must outlive it.
   NodeClock(const BaseSettings& settings, BaseLoop& loop, Publications& publications);
 
-  /// Advertises /clock, if there is one.
-  void advertise(ros::NodeHandle& node);
+  /// Advertises /clock, or follows another node's.
+  void connect(ros::NodeHandle& node);
+
+  /// Whether the time is not known yet: another node has not published it.
+  bool unknown() const { return follows_ && ros::Time::now().isZero(); }
+
+  /// The nodes that publish /clock, if there are several; else empty. Asks the master in that case.
+  std::string rivals() const;
 
   /// Publishes the present time, if /clock is.
   void announce();
@@ -96,8 +105,10 @@ class NodeClock {
   /// Simulated time at which a message that comes now arrives, s.
   double arrival() const;
 
+  /// Waits until the nodes that follow /clock rest.
+  void await_rest() { followers_->await_rest(); }
+
   Lockstep& lockstep() { return lockstep_; }
-  ClockFollowers& followers() { return followers_; }  ///< in lockstep with a period; else empty
 
  private:
   using SteadyClock = std::chrono::steady_clock;
@@ -105,15 +116,22 @@ class NodeClock {
   static double since(SteadyClock::time_point past) {
     return std::chrono::duration<double>(SteadyClock::now() - past).count();
   }
+  double due() const;
+  void take_time(const rosgraph_msgs::Clock& message);
   void publish_period();
 
   const BaseSettings& settings_;
   BaseLoop& loop_;
   Publications& publications_;
-  const bool paced_;  // by the wall clock or by commands, each control period
+  const bool paced_;    // by the wall clock or by commands, each control period
+  const bool follows_;  // another node's /clock
   Lockstep lockstep_;
-  ClockFollowers followers_;
-  ros::Time zero_;                 // wall time of t = 0; zero before the start
+  std::optional<ClockFollowers> followers_;  // in lockstep with those that rest
+  ros::CallbackQueue unread_;                // messages of its own
+  ros::Subscriber clock_subscriber_;
+  ros::Time latest_;               // /clock of another node
+  bool running_ = false;           // since the start
+  ros::Duration zero_;             // of stamps at t = 0
   SteadyClock::time_point start_;  // when simulated time start_t_ was due
   double start_t_ = 0;             // s
   Timing timing_;                  // lateness and busy as sums, s
@@ -121,16 +139,17 @@ class NodeClock {
   double timing_start_t_ = 0;  // s
 };
 
-/// The services of simulated time: ~pause, ~unpause, ~reset (std_srvs/Empty) and ~step (youbot_base_sim/Step).
+/// The services of simulated time: ~pause, ~unpause, ~reset, ~end (std_srvs/Empty) and ~step (youbot_base_sim/Step).
 ///
 /// The loop serves them with its callbacks, between control periods. ~step answers only once the loop has advanced by
 /// all its periods, so it has a thread of its own, which hands the request to the loop's callback queue. Several steps
 /// run one after another.
 class TimeServices {
  public:
-  /// `reset` goes back to t = 0; false if it refuses. `queue` is the loop's. All references must outlive this.
+  /// `reset` goes back to t = 0; false if it refuses. `end` ends the node. `queue` is the loop's. All references must
+  /// outlive this.
   TimeServices(ros::NodeHandle& private_node, ros::CallbackQueue& queue, bool paused, const BaseLoop& loop,
-               NodeClock& clock, const std::function<bool()>& reset);
+               NodeClock& clock, const std::function<bool()>& reset, const std::function<void()>& end);
   ~TimeServices();
   TimeServices(const TimeServices&) = delete;
   TimeServices& operator=(const TimeServices&) = delete;

@@ -51,6 +51,7 @@ constexpr char kPauseService[] = "pause";
 constexpr char kUnpauseService[] = "unpause";
 constexpr char kResetService[] = "reset";
 constexpr char kStepService[] = "step";
+constexpr char kEndService[] = "end";
 
 constexpr std::uint32_t kCommandQueueSize = 1000;   ///< of subscribers, as the driver's
 constexpr std::uint32_t kDriverQueueSize = 1;       ///< of publishers, as the driver's: the latest message counts

@@ -1,0 +1,99 @@
+#!/usr/bin/env python3
+"""Simulated time waits for nodes in Python: loops of any rate, timers, one command and a long sleep."""
+
+import sys
+import threading
+import unittest
+
+import rospy
+import rostest
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+from std_srvs.srv import Empty
+
+LOOPS = 40
+
+
+def towards(x):
+    """Forward, the faster the further from 0.3 m."""
+    command = Twist()
+    command.linear.x = min(0.5, 2 * (0.3 - x))
+    return command
+
+
+class LockstepTest(unittest.TestCase):
+    def setUp(self):
+        self.x = 0.0
+        self.odometry = rospy.Subscriber("odom", Odometry, self.take)
+        self.commands = rospy.Publisher("cmd_vel", Twist, queue_size=1)
+        while self.commands.get_num_connections() == 0:
+            rospy.sleep(0.01)
+
+    def tearDown(self):
+        self.odometry.unregister()
+
+    def take(self, odometry):
+        self.x = odometry.pose.pose.position.x
+
+    def fresh(self):
+        """The base is at its start, and nothing is simulated until a command comes."""
+        rospy.ServiceProxy("base_node/reset", Empty)()
+        rospy.wait_for_message("odom", Odometry)
+        rospy.sleep(0.05)
+        self.assertEqual(self.x, 0)
+
+    def drive_by_rate(self, hertz):
+        self.fresh()
+        seen = []
+        rate = rospy.Rate(hertz)
+        start = rospy.get_time()
+        for _ in range(LOOPS):
+            self.commands.publish(towards(self.x))
+            rate.sleep()
+            seen.append(self.x)
+        self.assertAlmostEqual(rospy.get_time() - start, LOOPS / hertz, delta=0.0101)
+        return seen
+
+    def drive_by_timer(self):
+        self.fresh()
+        seen = []
+        done = threading.Event()
+
+        def work(_event):
+            if len(seen) == LOOPS:
+                return done.set()
+            seen.append(self.x)
+            self.commands.publish(towards(self.x))
+
+        timer = rospy.Timer(rospy.Duration(1 / 30), work)
+        self.assertTrue(done.wait(30))
+        timer.shutdown()
+        return seen
+
+    def command_and_sleep(self):
+        self.fresh()
+        command = Twist()
+        command.linear.x = 0.2
+        self.commands.publish(command)
+        rospy.sleep(2.0)
+        return [self.x]
+
+    def expect_same(self, drive, least):
+        expected = drive()
+        self.assertGreater(expected[-1], least)
+        self.assertEqual(drive(), expected)
+
+    def test_rates(self):
+        for hertz in (30, 100):
+            self.expect_same(lambda: self.drive_by_rate(hertz), 0.05)
+
+    def test_timer(self):
+        self.expect_same(self.drive_by_timer, 0.1)
+
+    def test_one_command(self):
+        self.expect_same(self.command_and_sleep, 0.3)
+
+
+if __name__ == "__main__":
+    rospy.init_node("lockstep_test")
+    rostest.rosrun("youbot_base_sim", "lockstep_python", LockstepTest, sys.argv)
