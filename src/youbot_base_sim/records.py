@@ -168,6 +168,11 @@ class LeftOut:
                        "needed: left out")
 
 
+def absolute(topic):
+    """rosbag record keeps the names that it is given, with a slash or without."""
+    return "/" + topic.lstrip("/")
+
+
 def find_topics(bag, chosen, names, namespace):
     """{name: topics that may have it, the likeliest first}"""
     found = {}
@@ -175,11 +180,12 @@ def find_topics(bag, chosen, names, namespace):
         wanted = TOPICS[name]
         topics = {topic: topic.rsplit("/", 1)[-1] for topic in bag.types if bag.types[topic] == wanted.kind}
         if name not in chosen:
-            usual = [topic for topic in topics if topics[topic] in wanted.usual and topic.startswith(namespace)]
+            usual = [topic for topic, last in topics.items()
+                     if last in wanted.usual and absolute(topic).startswith(namespace)]
             found[name] = sorted(usual, key=lambda topic: (wanted.usual.index(topics[topic]), topic.count("/"), topic))
-        elif chosen[name] in topics:
-            found[name] = [chosen[name]]
-        else:
+            continue
+        found[name] = [topic for topic in topics if absolute(topic) == absolute(chosen[name])]
+        if not found[name]:
             raise Refused(f"{shown(bag.path)}: {name}={shown(chosen[name])}: must be a topic of type {wanted.kind}; it "
                           f"has {bag.shown_topics()}")
     return found

@@ -353,6 +353,12 @@ class AnalyseTest(unittest.TestCase):
         numbers = self.numbers(bag, "--topic", "odom=/youbot_1/ground_truth")
         self.assertAlmostEqual(numbers["final_error"], 0, delta=1e-9)
 
+    def test_names_as_rosbag_record_was_given_them(self):
+        bag = self.make_turning("relative.bag", prefix="")
+        self.expect_turning(self.numbers(bag))
+        numbers = self.numbers(bag, "--topic", "odom=/ground_truth")
+        self.assertAlmostEqual(numbers["final_error"], 0, delta=1e-9)
+
     def test_one_of_two_robots(self):
         bag = self.make_turning("two.bag", prefix="/youbot_2/")
         with rosbag.Bag(bag, "a") as other:
