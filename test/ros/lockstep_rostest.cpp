@@ -143,6 +143,7 @@ int drive_by_action(BaseClient& base) {
   EXPECT_TRUE(client.waitForServer(ros::Duration(20)));
   actionlib::TestGoal goal;
   goal.goal = 50;
+  ros::Duration(2 * kPeriod).sleep();  // the connection has come by the wall clock
   client.sendGoal(goal);
   EXPECT_TRUE(client.waitForResult(ros::Duration(20)));
   return client.getResult()->result;
@@ -174,7 +175,8 @@ TEST(Lockstep, begins_without_a_command_where_it_is_told_to) {
   BaseClient& base = BaseClient::fresh();
   base.pause();
   base.unpause();
-  base.wait_for("the clock to go on", [&] { return base.time() > 0.1; });
+  const ros::Time begun = base.clock();
+  base.wait_for("the clock to go on", [&] { return base.clock() > begun + ros::Duration(0.1); });
   base.pause();
   EXPECT_GT(base.step(0).t, 0.05) << "simulated";
   base.unpause();
