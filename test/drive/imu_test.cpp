@@ -5,6 +5,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
+
+#include "youbot_base_sim/drive/normal_noise.h"
 
 namespace youbot_base_sim {
 namespace {
@@ -68,6 +71,17 @@ TEST(ImuTest, ErrorsHaveTheirVariances) {
   EXPECT_NEAR(biased.heading(), 0.2, 0.01);
   EXPECT_GT(std::sqrt(biased.heading_variance()), 0.2);
 }
+
+#ifdef __GLIBCXX__
+TEST(NormalNoiseTest, IsThatOfTheStandardLibraryButForRounding) {
+  std::mt19937_64 random, same;
+  for (int k = 0; k < 10000; ++k) {
+    std::normal_distribution<double> expected;
+    const Wheels noise = normal_noise(random);
+    for (int i = 0; i < kWheels; ++i) ASSERT_NEAR(noise[i], expected(same), 1e-14);
+  }
+}
+#endif
 
 }  // namespace
 }  // namespace youbot_base_sim
