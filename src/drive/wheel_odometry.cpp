@@ -15,8 +15,8 @@ Eigen::Vector3d DriverKinematics::velocity(const Wheels& dphi) const {
           quarter / half_lengths * (-dphi[0] + dphi[1] - dphi[2] + dphi[3])};
 }
 
-Eigen::Matrix<double, 3, kWheels> DriverKinematics::jacobian() const {
-  Eigen::Matrix<double, 3, kWheels> jacobian;
+Eigen::Matrix<double, 3, kWheels, Eigen::DontAlign> DriverKinematics::jacobian() const {
+  Eigen::Matrix<double, 3, kWheels, Eigen::DontAlign> jacobian;
   for (int i = 0; i < kWheels; ++i) {
     Wheels alone = Wheels::Zero();
     alone[i] = 1;

@@ -25,7 +25,7 @@ struct DriverKinematics {
   Eigen::Vector3d velocity(const Wheels& dphi) const;
 
   /// The matrix of `velocity`: its rows are V_X, V_Y and Omega, its columns the wheels.
-  Eigen::Matrix<double, 3, kWheels> jacobian() const;
+  Eigen::Matrix<double, 3, kWheels, Eigen::DontAlign> jacobian() const;
 };
 
 /// Pose of the base as the driver integrates it from the wheels' angles: one Euler step per call, with the new heading;
@@ -62,7 +62,7 @@ class WheelOdometry {
   const DriverKinematics& kinematics() const { return kinematics_; }
 
  private:
-  using Jacobian = Eigen::Matrix<double, 3, kWheels>;
+  using Jacobian = Eigen::Matrix<double, 3, kWheels, Eigen::DontAlign>;
 
   static constexpr double kSmallAngle = 1.0 / 64;  // rad: the series of `turn` are then exact to the last bit
   static constexpr int kTurnsBetweenLookUps = 64;

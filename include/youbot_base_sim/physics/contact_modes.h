@@ -22,7 +22,7 @@ struct Sharing {
 ///   - averaged over its rollers, when it passes them faster than they can be located.
 class ContactModes {
  public:
-  using Ids = Eigen::Array<std::int64_t, kWheels, 1>;
+  using Ids = Eigen::Array<std::int64_t, kWheels, 1, Eigen::DontAlign>;
 
   /// Each wheel stands on the roller at its angle `phi` (rad). Wheels that pass more than `max_located_rate` rollers a
   /// second are above the limit of location. Throws std::domain_error as RollerGeometry::roller_at does.

@@ -65,7 +65,7 @@ class NoSlipModel {
   }
 
  private:
-  using WheelsByVelocity = Eigen::Matrix<double, kWheels, 3>;
+  using WheelsByVelocity = Eigen::Matrix<double, kWheels, 3, Eigen::DontAlign>;
 
   Eigen::Vector3d external(double psi) const {
     const auto [sine, cosine] = sine_and_cosine(psi);
