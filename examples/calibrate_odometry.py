@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Calibrates the driver's odometry from a bag: fits the wheel radius that it should use forward, lateral and in yaw by
 least squares of the true motion over the wheels' rotation. On a real base a motion capture replaces ground_truth.
 

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Publishes the transform map -> odom from ground truth, as a localization with a laser would, but exactly.
 
     roslaunch youbot_base_sim youbot_driver.launch

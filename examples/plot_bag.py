@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Plots the angular velocities of the four wheels from a bag: examples/plot_bag.py case2.bag case2.png"""
 import sys
 

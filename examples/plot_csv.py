@@ -1,5 +1,6 @@
-#!/usr/bin/env python3
-"""Draws path and wheels of `simulate --csv`, without ROS: examples/plot_csv.py motion.csv motion.png"""
+#!/usr/bin/python3
+"""Draws paths and wheels of one or more CSV files of `simulate`, without ROS: examples/plot_csv.py motion.csv motion.png"""
+import itertools
 import sys
 
 import matplotlib
@@ -8,12 +9,16 @@ import numpy
 matplotlib.use("Agg")
 from matplotlib import pyplot
 
-motion = numpy.genfromtxt(sys.argv[1], delimiter=",", names=True)
+*files, picture = sys.argv[1:]
 figure, (path, wheels) = pyplot.subplots(1, 2, figsize=(10, 4))
-path.plot(motion["x"], motion["y"])
-path.set(xlabel="x, m", ylabel="y, m", aspect="equal")
-for wheel in ("fl", "fr", "bl", "br"):
-    wheels.plot(motion["t"], motion["dphi_" + wheel], label=wheel)
-wheels.set(xlabel="t, s", ylabel="angular velocity, rad/s")
-wheels.legend()
-figure.savefig(sys.argv[2])
+for file, style in zip(files, itertools.cycle(("-", "--", ":", "-."))):
+    motion = numpy.genfromtxt(file, delimiter=",", names=True)
+    path.plot(motion["x"], motion["y"], style, marker="o", markevery=[0], label=file)
+    for color, wheel in enumerate(("fl", "fr", "bl", "br")):
+        wheels.plot(motion["t"], motion["dphi_" + wheel], style, color=f"C{color}",
+                    label=wheel if file == files[0] else None)
+path.set(title="path, from the dot on", xlabel="x, m", ylabel="y, m", aspect="equal")
+wheels.set(title="wheels", xlabel="t, s", ylabel="angular velocity, rad/s")
+for axis in (path, wheels):
+    axis.legend()
+figure.savefig(picture)

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Detects from a bag's joint states when the base slips. A motion in a plane has three components, so the fourth
 combination of the four wheels' angular velocities is zero unless a wheel slips. Prints the truth beside it: the largest
 slip of any contact.

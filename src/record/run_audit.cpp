@@ -23,6 +23,13 @@ double thread_cpu_time() {
 
 std::vector<double> numbers(const Wheels& w) { return {w.data(), w.data() + w.size()}; }
 
+/// "fl 57.23, fr 96.41, ..."
+std::string named(const Wheels& w) {
+  std::string text;
+  for (int i = 0; i < kWheels; ++i) text += fmt::format("{}{} {:.4g}", i > 0 ? ", " : "", kWheelNames[i], w[i]);
+  return text;
+}
+
 }  // namespace
 
 void RunCost::start(double t) {
@@ -175,8 +182,8 @@ std::string summary_text(const Simulation& simulation, double wall_time) {
   }
   if (const auto record = simulation.reaction_record()) {
     const Wheels& off = record->time_off_floor;
-    text += fmt::format("minimum normal reactions {:.1f} N", fmt::join(record->min_N, ", "));
-    if ((off > 0).any()) text += fmt::format("; off the floor {:.3g} s", fmt::join(off, ", "));
+    text += fmt::format("minimum normal reactions, N: {}", named(record->min_N));
+    if ((off > 0).any()) text += fmt::format("; off the floor, s: {}", named(off));
     text += "\n";
   }
   if (std::isfinite(simulation.regularization_speed()) &&

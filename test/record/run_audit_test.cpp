@@ -1,4 +1,4 @@
-// Which results are called reliable.
+// Which results are called reliable, and what the console shows of a run.
 
 #include "youbot_base_sim/record/run_audit.h"
 
@@ -74,6 +74,19 @@ TEST(Reliability, IsDeniedWhereTheIntegrationFellBack) {
   scene.duration = 4;
   const std::string doubt = reason_of(scene, 0.01);
   EXPECT_NE(doubt.find("fallback steps"), std::string::npos) << doubt;
+}
+
+// At rest, with the wheels on the middles of their rollers, (4.17) gives 79.57, 105.07, 69.55 and 95.05 N.
+TEST(Console, NamesTheWheelsOfTheNormalReactions) {
+  Scene scene;
+  scene.duration = 0.01;
+  scene.drive = TorqueSegments{TorqueSegment()};
+  scene.robot.normal_reactions = NormalReactions::kDynamic;
+  Simulation simulation(scene);
+  simulation.advance_to(0.01);
+  const std::string text = summary_text(simulation, 1);
+  EXPECT_NE(text.find("minimum normal reactions, N: fl 79.57, fr 105.1, bl 69.55, br 95.05\n"), std::string::npos)
+      << text;
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Drives one metre forward by odometry and ends. It works alike with the real and the simulated base."""
 
 import rospy

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """The base ends one metre forward by odometry, which is 5 % short of the truth, as on the robot."""
 
 import sys

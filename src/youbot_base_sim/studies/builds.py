@@ -53,6 +53,7 @@ def simulate_of(parser, arguments, packages):
         return arguments.simulate
     install(*packages)
     if SIMULATE.exists() and (ROOT / "build" / "CMakeCache.txt").exists():
+        run_quietly(["cmake", "-DYOUBOT_BASE_SIM_ROS=ON", ROOT / "build"])  # it may have been without, after ROS
         run_quietly(["cmake", "--build", ROOT / "build", "--target", "simulate"])
     else:
         subprocess.run([ROOT / "scripts" / "build"], check=True)

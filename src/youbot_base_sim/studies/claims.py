@@ -82,7 +82,7 @@ def vibrations(rows):
 
 
 @claim("abstract", "Roller switches and displaced contact points offset the mean angular velocities of the wheels",
-       "The base is slower under the same torques (row 21); laterally the wheels roll further than it moves.")
+       "The base is slower under the same torques (row 21).")
 def offset_of_wheels(cases):
     means = np.array([mean(rows["t"], rows["dphi"].T) for rows in parts(cases.case2, 1)])
     four = "{:.2f}, {:.2f}, {:.2f} and {:.2f} rad/s"
@@ -120,7 +120,7 @@ def number_of_rollers(cases):
 
 
 @claim("4.2", "Displaced contact points (Delta_Y != 0) change the normal reactions (4.17)",
-       "Dynamic reactions follow contacts and motion. Single ones change much, the motion little.")
+       "Single reactions change much, the motion little.")
 def reactions(cases):
     moving = cases.case2.scene.sampled(PERIOD, 1000).changed(robot=dict(normal_reactions="dynamic"))
     resting = moving.changed(duration=0.1, drive=dict(reference_motion=None, torque=[dict(start=0, constant=[0] * 4)]),
@@ -138,7 +138,7 @@ def reactions(cases):
 
 
 @claim("5.1", "Model 2a approximates a model without slip: if mu_0 increases, slip decreases",
-       "Slip is inverse to mu_0. V_Y does not tend to model 1's: real rollers without slip are another limit.")
+       "Slip is inverse to mu_0. Real rollers without slip are another limit than model 1.")
 def slip_of_viscous_friction(cases):
     scene = cases.case2.scene.sampled(10, 1000)
     runs = cases.recorder.record_all([(scene.changed(floor=dict(viscous_friction=mu_0)), "viscous", True)
@@ -187,7 +187,7 @@ def sines(cases):
 
 
 @claim("5.3", "The rollers' design deforms Case 1's trajectory along the transverse axis Y (Fig. 5a)",
-       "Y points along -x. The same torques move the base less far laterally, and as far forward.")
+       "Y points along -x.")
 def deformation(cases):
     sizes = [[np.ptp(rows["x"]), np.ptp(rows["y"])] for rows in parts(cases.case1)]
     (across_1, along_1), *others = sizes
@@ -286,7 +286,7 @@ def peak(t, values):
 
 
 @claim("5.4", "Roller switches make the platform and the wheels vibrate in Case 2 (Fig. 9)",
-       "Each frequency is that at which one wheel's rollers pass the floor. The paper gives none.")
+       "Each frequency is that at which one wheel's rollers pass the floor.")
 def vibration_case2(cases):
     run = cases.case2.whole["coulomb"]
     rows, ideal = part(run, 1), vibrations(part(cases.case2.whole["no_slip"]))
@@ -350,7 +350,7 @@ def coulomb_saturation(cases):
 
 
 @claim("5.4", "... and the slip speed increases sharply (Fig. 10b, c)",
-       "In 2a it jumps at the switch; in 2b it rises before, with the saturation, and its jump is small beside that.")
+       "In 2a it jumps at the switch; in 2b it rises before, with the saturation.")
 def slip_jump(cases):
     values = []
     for model in ("viscous", "coulomb"):
@@ -362,7 +362,7 @@ def slip_jump(cases):
 
 
 @claim("5.4", "After the change the slip speed decreases to a value comparable to nu = 1 mm/s (Fig. 10b, c)",
-       "At slip of about nu, friction already is of the order of its limit, more than rolling needs.")
+       "At slip of about nu, friction is near its limit, more than rolling needs.")
 def slip_decay(cases):
     values = []
     for model in ("viscous", "coulomb"):
@@ -405,7 +405,7 @@ def drive_power_of_reference(cases, model):
 
 
 @claim("6", "... and so the exact implementation of the reference motion consumes more energy",
-       "Constant torques were found that give Case 2's mean velocities; the paper gives no number.")
+       "Constant torques were found that give Case 2's mean velocities.")
 def energy(cases):
     powers, differences = zip(*(drive_power_of_reference(cases, model) for model in MODELS))
     text, values = compared("{:.1f} W", powers)
