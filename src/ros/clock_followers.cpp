@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <glob.h>
 #include <ros/console.h>
+#include <ros/init.h>
 #include <ros/master.h>
 #include <ros/network.h>
 #include <ros/this_node.h>
