@@ -181,7 +181,7 @@ bool ClockFollowers::rest() const {
 /// Gives up the one that is seen at work most often. This process and the master also work for others: they are to
 /// blame only if no other works half as often. If this process does, it cannot be waited for any longer either.
 void ClockFollowers::give_up_busiest() {
-  const std::string self = ros::this_node::getName();
+  const std::string& self = ros::this_node::getName();
   std::map<std::string, std::uint64_t> before;
   std::map<std::string, int> times;
   for (int look = 0; look < kLooks; ++look) {
