@@ -50,18 +50,21 @@ Reactions::Solution Reactions::lift(const Conditions& conditions, double weight,
     int i = 0;
     pulled.minCoeff(&i);
     pulled[i] = kInfinity;
-    Conditions without = conditions;
-    without.rows[2] = Wheels::Zero();
-    without.rows[2][i] = 1;
-    without.right[2] = 0;
-    Solution lifted = share(without, weight);
-    lifted.N[i] = 0;
-    if (!(lifted.N >= 0).all()) continue;
-    for (Wheels& by_moment : lifted.by_moment) by_moment[i] = 0;
-    lifted.by_moment[2].setZero();  // there is no moment in the condition that its wheel has replaced
-    return lifted;
+    const Solution lifted = share_without(i, 2, conditions, weight);
+    if ((lifted.N >= 0).all()) return lifted;
   }
   return tip(conditions, weight);
+}
+
+Reactions::Solution Reactions::share_without(int i, std::size_t replaced, Conditions conditions, double weight) {
+  conditions.rows[replaced] = Wheels::Zero();
+  conditions.rows[replaced][i] = 1;
+  conditions.right[static_cast<int>(replaced)] = 0;
+  Solution lifted = share(conditions, weight);
+  lifted.N[i] = 0;
+  for (Wheels& by_moment : lifted.by_moment) by_moment[i] = 0;
+  lifted.by_moment[replaced].setZero();  // there is no moment in the condition that its wheel has replaced
+  return lifted;
 }
 
 // One wheel of the axle that does not rock lifts: the other one and the rocking axle, whose moment still balances,
@@ -69,15 +72,8 @@ Reactions::Solution Reactions::lift(const Conditions& conditions, double weight,
 Reactions::Solution Reactions::tip_on_three_points(const Conditions& conditions, double weight, const Wheels& N) const {
   int i = 0;
   if ((rocking_ > 0).select(kInfinity, N).minCoeff(&i) >= 0) return tip(conditions, weight);
-  Conditions without = conditions;
-  without.rows[1] = Wheels::Zero();
-  without.rows[1][i] = 1;
-  without.right[1] = 0;
-  Solution tipped = share(without, weight);
-  tipped.N[i] = 0;
+  Solution tipped = share_without(i, 1, conditions, weight);
   if (!(tipped.N >= 0).all()) return tip(conditions, weight);
-  for (Wheels& by_moment : tipped.by_moment) by_moment[i] = 0;
-  tipped.by_moment[1].setZero();
   tipped.tipping = i % 2 == 0 ? Side::kRight : Side::kLeft;
   return tipped;
 }

@@ -122,6 +122,8 @@ class Reactions {
 
   // The rare ends of `solve`: some wheel would be pulled down, or all of them.
   [[gnu::noinline]] Solution lift(const Conditions& conditions, double weight, const Wheels& N) const;
+  // Wheel i is off the floor: its N is 0 in place of a condition, the one that is `replaced`.
+  static Solution share_without(int i, std::size_t replaced, Conditions conditions, double weight);
   Solution tip_on_three_points(const Conditions& conditions, double weight, const Wheels& N) const;
   static Solution tip(const Conditions& conditions, double weight);
 
