@@ -116,12 +116,8 @@ TEST(ClockFollowers, one_that_never_rests_is_named_and_given_up) {
   EXPECT_TRUE(idle.has_worked()) << "the others are waited for as before";
 }
 
-TEST(ClockFollowers, this_process_is_named_where_it_never_rests) {
-  SilentNode idle("/idle");
-  ClockFollowers followers(kPatience);
-  followers.add("/idle");
-  followers.await_rest();
-  Warnings warnings;
+/// Waits for `followers` while a thread of this process never rests.
+void await_rest_beside_busy_thread(ClockFollowers& followers) {
   std::atomic<bool> done{false};
   std::thread busy([&done] {
     while (!done) continue;
@@ -129,6 +125,15 @@ TEST(ClockFollowers, this_process_is_named_where_it_never_rests) {
   followers.await_rest();
   done = true;
   busy.join();
+}
+
+TEST(ClockFollowers, this_process_is_named_where_it_never_rests) {
+  SilentNode idle("/idle");
+  ClockFollowers followers(kPatience);
+  followers.add("/idle");
+  followers.await_rest();
+  Warnings warnings;
+  await_rest_beside_busy_thread(followers);
   wait_for("a warning", [&] { return warnings.has("this node itself, has not rested"); });
   EXPECT_FALSE(warnings.has("/idle")) << warnings.lines();
 }
@@ -141,13 +146,7 @@ TEST(ClockFollowers, one_that_keeps_this_process_busy_is_named_alone) {
   followers.await_rest();
   Warnings warnings;
   restless.send(SIGUSR2);
-  std::atomic<bool> done{false};
-  std::thread busy([&done] {
-    while (!done) continue;
-  });
-  followers.await_rest();
-  done = true;
-  busy.join();
+  await_rest_beside_busy_thread(followers);
   wait_for("a warning", [&] { return warnings.has("/z_restless has not rested for 2 s, and keeps this node busy"); });
   EXPECT_FALSE(warnings.has("itself")) << warnings.lines();
 }

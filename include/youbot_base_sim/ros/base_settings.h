@@ -32,8 +32,8 @@ namespace youbot_base_sim {
 /// or ~unpause; until then only /clock advances. Messages that come while time stands still count as one.
 struct BaseSettings : LoopSettings {
   /// The node is the master of simulated time: publishes /clock, stamps messages with it and offers the time services.
-  /// Other nodes follow only if /use_sim_time is true. Otherwise the node
-  /// follows another's /clock if /use_sim_time is true, else the wall clock.
+  /// Other nodes follow only if /use_sim_time is true. Otherwise the node follows another's /clock if /use_sim_time is
+  /// true, else the wall clock.
   bool publish_clock = false;
   /// Simulated seconds per second, 0.001 or more; 0: as fast as possible. Other values than 1 need `publish_clock`.
   double real_time_factor = 1;
