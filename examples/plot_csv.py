@@ -12,7 +12,9 @@ from matplotlib import pyplot
 *files, picture = sys.argv[1:]
 figure, (path, wheels) = pyplot.subplots(1, 2, figsize=(10, 4))
 for file, style in zip(files, itertools.cycle(("-", "--", ":", "-."))):
-    motion = numpy.genfromtxt(file, delimiter=",", names=True)
+    with open(file) as lines:
+        comments = next(lines, "").startswith("#")  # of --csv-comment
+    motion = numpy.genfromtxt(file, delimiter=",", names=True, skip_header=int(comments))
     path.plot(motion["x"], motion["y"], style, marker="o", markevery=[0], label=file)
     for color, wheel in enumerate(("fl", "fr", "bl", "br")):
         wheels.plot(motion["t"], motion["dphi_" + wheel], style, color=f"C{color}",

@@ -45,8 +45,8 @@ constexpr auto kFirstNotice = std::chrono::seconds(1), kNextNotice = std::chrono
 constexpr auto kNoticeInDiagnostics = std::chrono::seconds(2);
 
 /// Topics that time does not wait for: their content comes again, or is kept for later subscribers.
-const std::set<std::string> kNotWaitedFor = {kDiagnosticsTopic, kDashboardTopic, kContactMarkersTopic, kLoadsTopic,
-                                             kAppliedWrenchTopic};
+const std::set<std::string> kNotWaitedFor = {kDiagnosticsTopic, kDashboardTopic,     kContactMarkersTopic,
+                                             kLoadsTopic,       kAppliedWrenchTopic, kSceneTopic};
 
 /// One number if all wheels have the same, else four.
 std::string wheels_text(const Wheels& values) {
@@ -137,6 +137,8 @@ class BaseNode {
     publications_.advertise<LoadsStamped>(node_, kLoadsTopic, kRecorderQueueSize, true);
     publications_.advertise<geometry_msgs::WrenchStamped>(node_, kAppliedWrenchTopic, kRecorderQueueSize, true);
     publications_.advertise<diagnostic_msgs::DiagnosticArray>(node_, kDiagnosticsTopic, kDriverQueueSize);
+    publications_.advertise<std_msgs::String>(node_, kSceneTopic, kDriverQueueSize, true);
+    publications_.publish(kSceneTopic, [this] { return scene_message(settings_.scene); });
 #ifdef YOUBOT_BASE_SIM_PR2_MSGS
     publications_.advertise<pr2_msgs::PowerBoardState>(node_, kDashboardTopic, kDriverQueueSize);
 #endif

@@ -32,7 +32,8 @@ struct Arguments {
   SceneOverrides overrides;
   std::string csv, switches, bag, summary;
   double cpu_limit = 0;  // s; 0: none
-  bool contacts = false;
+  bool print_scene = false;
+  bool csv_comment = false;
   bool quiet = false;
 };
 
@@ -59,7 +60,9 @@ bool prepare(int argc, char** argv, Arguments& arguments, Scene& scene) {
     ("csv", po::value(&arguments.csv)->value_name("FILE"), "write the motion, a row each 1/output_rate")
     ("switches", po::value(&arguments.switches)->value_name("FILE"), "write the roller switches as CSV")
     ("bag", po::value(&arguments.bag)->value_name("FILE"), "write a bag with the topics of base_node")
-    ("contacts", po::bool_switch(&arguments.contacts),
+    ("csv-comment", po::bool_switch(&arguments.csv_comment),
+     "begin CSV files with a comment: # youbot_base_sim VERSION, scene HASH")
+    ("contacts", po::bool_switch(&arguments.overrides.contacts),
      "write the topic contacts to the bag too, as output.contacts: true in the scene does")
     ("summary", po::value(&arguments.summary)->value_name("FILE"), "write the final state and statistics as JSON")
     ("model", po::value(&arguments.overrides.model)->value_name("NAME"),
@@ -71,6 +74,9 @@ bool prepare(int argc, char** argv, Arguments& arguments, Scene& scene) {
     ("cpu-limit", po::value<std::string>()->value_name("SECONDS"),
      "stop at the first row after this much processor time; writes the summary, keeps the rest as FILE.incomplete-*, "
      "and exits with status 1")
+    ("print-scene", po::bool_switch(&arguments.print_scene),
+     "print the scene, with every default and the options above, as YAML and a comment as of --csv-comment; write "
+     "nothing")
     ("quiet", po::bool_switch(&arguments.quiet), "print nothing but errors and warnings of an unreliable result");
   // clang-format on
   const auto given = parse(argc, argv, kUsage, options, {"scene", po::value(&arguments.scene), 1, true});
@@ -81,12 +87,13 @@ bool prepare(int argc, char** argv, Arguments& arguments, Scene& scene) {
   }
   if (given->count("cpu-limit"))
     arguments.cpu_limit = number_of("--cpu-limit", (*given)["cpu-limit"].as<std::string>(), kCpuLimits);
-  if (arguments.contacts && arguments.bag.empty()) throw SceneError("--contacts: must be given with --bag");
+  if (arguments.overrides.contacts && arguments.bag.empty()) throw SceneError("--contacts: must be given with --bag");
+  if (arguments.print_scene && !(arguments.csv + arguments.switches + arguments.bag + arguments.summary).empty())
+    throw SceneError("--print-scene: must be given without outputs: it simulates nothing");
 #ifndef YOUBOT_BASE_SIM_ROS
   if (!arguments.bag.empty()) throw SceneError("--bag: this simulate was built without ROS");
 #endif
   scene = load_scene(arguments.scene, arguments.overrides);
-  if (arguments.contacts) scene.output.contacts = true;
   if (std::holds_alternative<std::monostate>(scene.drive))
     throw SceneError(fmt::format("{}: drive is left out; simulate needs one", quote_path(arguments.scene)));
   return true;
@@ -105,8 +112,9 @@ class Outputs {
       if (file.is_terminal()) progress.hide();
       recorders_.push_back(make_recorder(std::move(file)));
     };
-    open("--csv", arguments.csv, state_csv);
-    open("--switches", arguments.switches, switch_csv);
+    const std::string comment = arguments.csv_comment ? provenance(scene) : "";
+    open("--csv", arguments.csv, [&](OutputFile file) { return state_csv(std::move(file), comment); });
+    open("--switches", arguments.switches, [&](OutputFile file) { return switch_csv(std::move(file), comment); });
 #ifdef YOUBOT_BASE_SIM_ROS
     const auto bag = [](OutputFile file) { return std::make_unique<BagRecorder>(std::move(file)); };
     open("--bag", arguments.bag, bag, OutputFile::Access::kAnywhere);
@@ -253,6 +261,10 @@ class Run {
 
 /// Returns the exit status.
 int simulate(const Arguments& arguments, const Scene& scene) {
+  if (arguments.print_scene) {
+    fmt::print("{}{}", provenance(scene), scene.resolved);
+    return kDone;
+  }
   const std::string solver_advice = advice(scene.robot, scene.floor, scene.model, scene.solver, scene.duration);
   ProgressBar progress(arguments.quiet);
   std::optional<Outputs> outputs;

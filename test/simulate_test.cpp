@@ -60,6 +60,26 @@ class SimulateTest : public testing::Test {
   TemporaryFolder folder_;
 };
 
+// A comment, which tells what made the file, then the same rows; the printed scene is the same motion.
+TEST_F(SimulateTest, SaysWhatMadeItsFiles) {
+  const std::string scene = folder_.write("scene.yaml", kScene), printed = folder_.path("printed.yaml");
+  const auto run = [&](const std::string& command) {
+    Program sh("/bin/sh", shell(command));
+    EXPECT_EQ(sh.wait(), 0) << sh.err();
+  };
+  const std::string options = " --relative-tolerance 1e-5 --quiet ";
+  run("simulate --print-scene " + scene + options + "> " + printed);
+  run("simulate " + scene + options + "--csv " + folder_.path("plain.csv") + " --summary " + folder_.path("s.json"));
+  run("simulate " + printed + " --csv-comment --csv " + folder_.path("a.csv") + " --switches " + folder_.path("s.csv"));
+  const auto summary = nlohmann::json::parse(folder_.read("s.json"));
+  const std::string comment = "# youbot_base_sim " + summary["version"].get<std::string>() + ", scene " +
+                              summary["scene"].get<std::string>() + "\n";
+  EXPECT_EQ(summary["scene"].get<std::string>().size(), 16u);
+  EXPECT_EQ(folder_.read("printed.yaml").find(comment), 0u);
+  EXPECT_EQ(folder_.read("a.csv"), comment + folder_.read("plain.csv"));
+  EXPECT_EQ(folder_.read("s.csv").find(comment + "t,wheel"), 0u);
+}
+
 TEST_F(SimulateTest, WritesWhatItIsAskedFor) {
   const std::string scene = folder_.write("scene.yaml", kScene);
   Program simulate(SIMULATE, {scene, "--csv", folder_.path("a.csv"), "--switches", folder_.path("s.csv"), "--summary",

@@ -51,16 +51,17 @@ std::string switch_lines(double, const Simulation&, const Events& events) {
 
 }  // namespace
 
-std::unique_ptr<Recorder> state_csv(OutputFile file) {
-  std::string header = "t,x,y,psi,V_X,V_Y,Omega";
+std::unique_ptr<Recorder> state_csv(OutputFile file, const std::string& comment) {
+  std::string header = comment + "t,x,y,psi,V_X,V_Y,Omega";
   for (const char* quantity : {"phi", "dphi", "dgamma"}) {
     for (const char* wheel : kWheelNames) header += fmt::format(",{}_{}", quantity, wheel);
   }
   return std::make_unique<Csv>(std::move(file), header + "\n", &state_line);
 }
 
-std::unique_ptr<Recorder> switch_csv(OutputFile file) {
-  return std::make_unique<Csv>(std::move(file), "t,wheel,roller_from,roller_to,phi,direction,count\n", &switch_lines);
+std::unique_ptr<Recorder> switch_csv(OutputFile file, const std::string& comment) {
+  return std::make_unique<Csv>(std::move(file), comment + "t,wheel,roller_from,roller_to,phi,direction,count\n",
+                               &switch_lines);
 }
 
 }  // namespace youbot_base_sim

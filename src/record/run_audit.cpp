@@ -8,6 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "youbot_base_sim/text/version.h"
+
 namespace youbot_base_sim {
 
 namespace {
@@ -127,6 +129,8 @@ std::string summary_json(const Simulation& simulation, bool completed, double wa
   const State& x = simulation.state();
   const IntegrationStatistics& statistics = simulation.statistics();
   nlohmann::json json;
+  json["version"] = version();
+  json["scene"] = id_of(simulation.scene());
   json["model"] = name_of(simulation.scene().model);
   json["method"] = simulation.method();
   json["relative_tolerance"] = simulation.scene().solver.relative_tolerance;

@@ -112,6 +112,7 @@ void BagWriter::write(const Events& events) {
 void BagWriter::write(Telemetry& telemetry, const Simulation& simulation, const BaseSensors& sensors, double t) {
   const ros::Time stamp = stamp_of(t);
   if (!std::exchange(has_static_, true)) {
+    write(kSceneTopic, stamp, scene_message(simulation.scene()), true);
     const tf2_msgs::TFMessage transforms = telemetry.static_transforms(simulation, stamp);
     if (!transforms.transforms.empty()) write(kStaticTransformsTopic, stamp, transforms, true);
   }

@@ -28,7 +28,7 @@ constexpr Range kPeriods{kControlPeriods.min, kControlPeriods.max, kControlPerio
 Scene read_scene(Parameters& parameters) {
   std::string path;
   SceneOverrides overrides;
-  overrides.endless = true;
+  overrides.commanded = true;
   parameters.read("scene", path);
   parameters.read("model", overrides.model);
   parameters.read("method", overrides.method);
@@ -36,6 +36,7 @@ Scene read_scene(Parameters& parameters) {
   parameters.read("relative_tolerance", overrides.relative_tolerance, kRelativeTolerances);
   parameters.read("profile", overrides.profile);
   parameters.read("friction_scale", overrides.friction_scale, kFrictionScales);
+  parameters.read("dry_friction", overrides.dry_friction, Range{0, 100, "N m"});
   if (path.empty()) {
     if (!overrides.relative_tolerance) overrides.relative_tolerance = kTolerance;
     if (overrides.profile.empty()) overrides.profile = kProfile;
@@ -49,10 +50,6 @@ Scene read_scene(Parameters& parameters) {
   } catch (const SceneError& error) {
     throw ParameterError(fmt::format("parameter {}{}", where, error.what()));
   }
-  if (scene.solver.control_period == 0) scene.solver.control_period = 1e-3;
-  scene.drive = std::monostate();
-  double friction = 0;
-  if (parameters.read("dry_friction", friction, {0, 100, "N m"})) scene.robot.dry_friction.setConstant(friction);
   return scene;
 }
 

@@ -214,6 +214,12 @@ geometry_msgs::WrenchStamped wrench_message(const std::vector<Wrench>& wrenches,
   return message;
 }
 
+std_msgs::String scene_message(const Scene& scene) {
+  std_msgs::String message;
+  message.data = provenance(scene) + scene.resolved;
+  return message;
+}
+
 LoadsStamped loads_message(const std::vector<Load>& loads, const ros::Time& stamp) {
   auto message = stamped<LoadsStamped>(kBaseLinkFrame, stamp);
   for (const Load& load : loads) {

@@ -11,8 +11,10 @@
 #include "youbot_base_sim/physics/roller_geometry.h"
 #include "youbot_base_sim/scene/scene_section.h"
 #include "youbot_base_sim/scene/yaml_file.h"
+#include "youbot_base_sim/text/hash.h"
 #include "youbot_base_sim/text/quote.h"
 #include "youbot_base_sim/text/text_file.h"
+#include "youbot_base_sim/text/version.h"
 
 namespace youbot_base_sim {
 
@@ -56,6 +58,15 @@ SceneValue override_of(const char* name, const std::string& text) {
   return {"", name, text.empty() ? YAML::Node(YAML::NodeType::Undefined) : YAML::Node(text)};
 }
 
+/// Reads an override of `value`, named `name`, where it is given.
+template <class Target, class Choices>
+SceneValue override_choice(const SceneValue& value, const char* name, const std::string& text, Target& target,
+                           const Choices& choices) {
+  const SceneValue other = override_of(name, text).choice(target, choices);
+  if (other.given()) value.resolve(text);
+  return other;
+}
+
 /// What a profile sets: the robot's friction, and the holding speed of a parked base, m/s.
 struct Defaults {
   RobotParameters robot;
@@ -68,7 +79,7 @@ Defaults defaults_of(Profile profile, double friction_scale) {
 }
 
 /// A name, or a section with the name and what the profile takes besides.
-Defaults read_profile(const SceneValue& value) {
+Defaults read_file_profile(const SceneValue& value) {
   Profile profile = Profile::kPaper;
   if (!value.is_section()) {
     value.choice(profile, kProfiles);
@@ -77,9 +88,10 @@ Defaults read_profile(const SceneValue& value) {
   SceneSection s = value.section();
   s.required("name").choice(profile, kProfiles);
   double scale = 1;
-  const SceneValue friction_scale = s["friction_scale"].number(scale, kFrictionScales);
+  const SceneValue friction_scale = s["friction_scale"];
   s.finish();
   if (profile == Profile::kPaper && friction_scale.given()) friction_scale.refuse("left out for paper");
+  if (profile == Profile::kMeasured) friction_scale.number(scale, kFrictionScales);
   return defaults_of(profile, scale);
 }
 
@@ -88,10 +100,11 @@ void refuse_for_model(const SceneValue& value, bool ignored, Model model) {
   if (ignored) value.refuse(fmt::format("left out for {}, which has no use for it", name_of(model)));
 }
 
-/// Those of the profile of the command line, or `defaults`, which are the file's, if there is none.
-Defaults override_profile(const SceneOverrides& overrides, const Defaults& defaults) {
+/// The file's profile, or that of the command line in its place.
+Defaults read_profile(const SceneValue& value, const SceneOverrides& overrides) {
+  const Defaults defaults = read_file_profile(value);
   Profile profile = Profile::kPaper;
-  override_of("profile", overrides.profile).choice(profile, kProfiles);
+  override_choice(value, "profile", overrides.profile, profile, kProfiles);
   if (overrides.friction_scale && profile != Profile::kMeasured) {
     override_of("friction_scale", fmt::format("{:g}", *overrides.friction_scale))
         .refuse("left out unless profile = measured is given too");
@@ -141,12 +154,9 @@ void check_masses(const RobotParameters& robot, const FloorParameters& floor, co
                            N[lightest]));
 }
 
-/// Checks the robot against `floor` and `model` too. Its profile decides the holding speed of a floor that has none
-/// yet.
-RobotParameters read_robot(SceneSection s, FloorParameters& floor, Model model, const SceneOverrides& overrides) {
-  const Defaults defaults = override_profile(overrides, read_profile(s["profile"]));
-  if (floor.holding_speed < 0) floor.holding_speed = defaults.holding_speed;
-  RobotParameters robot = defaults.robot;
+/// Reads into `robot`, which has the profile's values, and checks it against `floor` and `model` too.
+void read_robot(SceneSection s, RobotParameters& robot, const FloorParameters& floor, Model model,
+                const std::optional<double>& dry_friction) {
   s["body_mass"].number(robot.m, kMass);
   s["wheel_mass"].number(robot.m_1, kMass);
   const SceneValue inertia = s["total_inertia"].number(robot.I_s, kInertia);
@@ -163,7 +173,8 @@ RobotParameters read_robot(SceneSection s, FloorParameters& floor, Model model, 
   s["rollers_per_wheel"].whole_number(robot.rollers, 3, 255);
   s["wheel_damping"].number_or_wheels(robot.mu_1, kDamping);
   s["roller_damping"].number_or_wheels(robot.mu_2, kDamping);
-  s["dry_friction"].number_or_wheels(robot.dry_friction, kDryFriction);
+  const SceneValue file_dry_friction = s["dry_friction"].number_or_wheels(robot.dry_friction, kDryFriction);
+  if (dry_friction) file_dry_friction.resolve(robot.dry_friction.setConstant(*dry_friction));
   s["dry_friction_rate"].number(robot.dry_friction_rate, kSmoothing);
   s["roller_dry_friction"].number_or_wheels(robot.roller_dry_friction, kDryFriction);
   s["roller_dry_friction_rate"].number(robot.roller_dry_friction_rate, kSmoothing);
@@ -177,7 +188,6 @@ RobotParameters read_robot(SceneSection s, FloorParameters& floor, Model model, 
   check_reactions(robot, model, reactions, sharing, preload, com_height);
   check_rollers(robot, floor, roller_inertia, axis_radius);
   check_masses(robot, floor, inertia, com, preload);
-  return robot;
 }
 
 /// Reads the sections of a list that may be left out.
@@ -208,10 +218,9 @@ void read_slope(SceneSection s, FloorParameters& floor) {
   s.finish();
 }
 
-/// Leaves `holding_speed` negative where it is left out.
-FloorParameters read_floor(SceneSection s, Model model) {
+FloorParameters read_floor(SceneSection s, Model model, double holding_speed) {
   FloorParameters floor;
-  floor.holding_speed = -1;
+  floor.holding_speed = holding_speed;
   const SceneValue friction = s["friction"].number_or_wheels(floor.f, kFriction),
                    spin = s["spin_radius"].number(floor.spin_radius, {0, 1, "m"}), patches = s["patches"];
   read_list(patches, floor.patches, read_patch);
@@ -285,27 +294,37 @@ void check_velocity_loops(const std::string& file, const Scene& scene) {
                           unstable));
 }
 
-void read_output(SceneSection s, OutputSettings& output) {
-  s["contacts"].choice(output.contacts, kFlags);
+void read_output(SceneSection s, OutputSettings& output, bool contacts) {
+  const SceneValue file_contacts = s["contacts"].choice(output.contacts, kFlags);
+  if (contacts) file_contacts.resolve("true");
+  output.contacts = output.contacts || contacts;
   s.finish();
+}
+
+/// Whether the drive cannot be continuous in time: commands, or a loop of motors.
+bool is_sampled(const Scene& scene, const SceneOverrides& overrides) {
+  return overrides.commanded || scene.motors || std::holds_alternative<VelocityTable>(scene.drive);
 }
 
 /// The `scene` so far limits the methods and the control period.
 SolverSettings read_solver(SceneSection s, const SceneOverrides& overrides, const Scene& scene) {
   SolverSettings solver;
   const SceneValue method = s["method"].choice(solver.method, method_names()),
-                   other_method = override_of("method", overrides.method).choice(solver.method, method_names()),
+                   other_method = override_choice(method, "method", overrides.method, solver.method, method_names()),
                    step = s["step"].number(solver.step, {1e-9, 1, "s"});
   if (step.given() && !other_method.given() && find_method(solver.method)->default_step == 0) {
     step.refuse("left out for a method with step size control, " + solver.method);
   }
-  s["relative_tolerance"].number(solver.relative_tolerance, kRelativeTolerances);
+  const SceneValue tolerance = s["relative_tolerance"].number(solver.relative_tolerance, kRelativeTolerances);
   solver.relative_tolerance = overrides.relative_tolerance.value_or(solver.relative_tolerance);
+  tolerance.resolve(solver.relative_tolerance);
   solver.absolute_tolerance = 1e-3 * solver.relative_tolerance;
   s["absolute_tolerance"].number(solver.absolute_tolerance, {1e-18, 1, ""});
   const SceneValue period = s["control_period"].number(solver.control_period, kControlPeriods);
   check_control_period(period, solver.control_period, scene);
   solver.control_period = overrides.control_period.value_or(solver.control_period);
+  if (solver.control_period == 0 && is_sampled(scene, overrides)) solver.control_period = 1e-3;  // the driver's
+  period.resolve(solver.control_period);
   s.finish();
   const std::string reason = refusal(*find_method(solver.method), scene.robot, scene.model);
   if (!reason.empty()) (other_method.given() ? other_method : method).refuse(reason);
@@ -395,9 +414,6 @@ void read_drive(const SceneValue& value, Scene& scene) {
   if (torque.given()) scene.drive = read_torque(torque.sections());
   if (torque_table.given()) scene.drive = read_table(torque_table, scene, kTorque);
   if (velocity_table.given()) scene.drive = VelocityTable{read_table(velocity_table, scene, kRate)};
-  // Motors are sampled; the driver's at 1 kHz.
-  const bool has_motors = velocity_table.given() || scene.motors;
-  if (has_motors && scene.solver.control_period == 0) scene.solver.control_period = 1e-3;
 }
 
 void read_initial(SceneSection s, Scene& scene) {
@@ -426,13 +442,15 @@ void read_initial(SceneSection s, Scene& scene) {
   }
 }
 
-Scene read_scene(const std::string& path, const YAML::Node& root, const SceneOverrides& overrides) {
-  SceneSection file(quote_path(path), "", root);
+Scene read_scene(const std::string& path, const YAML::Node& root, const SceneOverrides& overrides,
+                 bool resolve = true) {
+  SceneSection file(quote_path(path), "", root, "scene",
+                    YAML::Node(resolve ? YAML::NodeType::Map : YAML::NodeType::Undefined));
   Scene scene;
   scene.files = {path};
-  file["model"].choice(scene.model, kModels);
-  override_of("model", overrides.model).choice(scene.model, kModels);
-  (overrides.endless ? file["duration"] : file.required("duration")).number(scene.duration, {1e-9, 1e6, "s"});
+  const SceneValue model = file["model"].choice(scene.model, kModels);
+  override_choice(model, "model", overrides.model, scene.model, kModels);
+  (overrides.commanded ? file["duration"] : file.required("duration")).number(scene.duration, {1e-9, 1e6, "s"});
   const SceneValue output_rate = file["output_rate"].number(scene.output_rate, {1e-9, 1e6, "Hz"});
   const SceneValue robot = file["robot"], floor = file["floor"], initial = file["initial"], solver = file["solver"],
                    motors = file["motors"], output = file["output"], drive = file["drive"], loads = file["loads"],
@@ -441,18 +459,26 @@ Scene read_scene(const std::string& path, const YAML::Node& root, const SceneOve
   if (const double rows = scene.duration * scene.output_rate; rows > kMaxRows) {
     output_rate.refuse(fmt::format("such that there are at most {:g} rows; there would be {:g}", kMaxRows, rows));
   }
-  scene.floor = read_floor(floor.section(), scene.model);
-  scene.robot = read_robot(robot.section(), scene.floor, scene.model, overrides);
+  SceneSection robot_section = robot.section();
+  const Defaults defaults = read_profile(robot_section["profile"], overrides);
+  scene.floor = read_floor(floor.section(), scene.model, defaults.holding_speed);
+  scene.robot = defaults.robot;
+  read_robot(robot_section, scene.robot, scene.floor, scene.model, overrides.dry_friction);
   read_list(loads, scene.load_schedule.loads, read_load);
   read_list(wrenches, scene.load_schedule.wrenches, read_wrench);
   const std::string lifted = scene.load_schedule.loads.empty() ? "" : lifted_wheel(scene, {}, 0);
   if (!lifted.empty()) loads.refuse(lifted);
-  scene.solver = read_solver(solver.section(), overrides, scene);
-  read_output(output.section(), scene.output);
+  read_output(output.section(), scene.output, overrides.contacts);
   if (motors.given()) scene.motors = read_motors(motors.section());
   read_drive(drive, scene);
+  scene.solver = read_solver(solver.section(), overrides, scene);
   check_velocity_loops(quote_path(path), scene);
   read_initial(initial.section(), scene);
+  if (overrides.commanded) {
+    drive.unresolve();
+    scene.drive = std::monostate();
+  }
+  scene.resolved = file.resolved();
   return scene;
 }
 
@@ -499,9 +525,9 @@ Scene load_scene(const std::string& path, const SceneOverrides& overrides) {
 
 SceneFile read_scene_file(const std::string& path) { return {path, read_yaml_text(path)}; }
 
-Scene load_scene(const SceneFile& file, const std::vector<SceneSetting>& settings) {
+Scene load_scene(const SceneFile& file, const std::vector<SceneSetting>& settings, bool resolve) {
   return guarded(file.path, [&] {
-    return read_scene(file.path, with_settings(quote_path(file.path), YAML::Load(file.text), settings), {});
+    return read_scene(file.path, with_settings(quote_path(file.path), YAML::Load(file.text), settings), {}, resolve);
   });
 }
 
@@ -513,9 +539,24 @@ std::string text_of(const SceneFile& file, const std::vector<SceneSetting>& sett
   });
 }
 
+std::string id_of(const Scene& scene) {
+  std::string text = scene.resolved;
+  const auto append = [&](const WheelTable& table) {
+    text.append(reinterpret_cast<const char*>(table.t.data()), table.t.size() * sizeof(double));
+    text.append(reinterpret_cast<const char*>(table.values.data()), table.values.size() * sizeof(Wheels));
+  };
+  if (const auto* torques = std::get_if<WheelTable>(&scene.drive)) append(*torques);
+  if (const auto* rates = std::get_if<VelocityTable>(&scene.drive)) append(rates->table);
+  return hash(text);
+}
+
+std::string provenance(const Scene& scene) {
+  return fmt::format("# youbot_base_sim {}, scene {}\n", version(), id_of(scene));
+}
+
 Scene default_scene(const SceneOverrides& overrides) {
-  YAML::Node least;
-  least["duration"] = 1;  // without which no file is complete
+  YAML::Node least(YAML::NodeType::Map);
+  if (!overrides.commanded) least["duration"] = 1;  // without which no file is complete
   Scene scene = read_scene("", least, overrides);
   scene.files.clear();
   return scene;

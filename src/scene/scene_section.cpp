@@ -104,33 +104,62 @@ double SceneValue::checked(const YAML::Node& entry, const Range& range, const st
   return number;
 }
 
+void SceneValue::resolve(const std::string& value) const {
+  if (resolved_.IsDefined()) resolved_[key_] = value;
+}
+
+void SceneValue::resolve(double value) const {
+  if (resolved_.IsDefined()) resolve(fmt::format("{}", value));
+}
+
+void SceneValue::resolve(const Eigen::Ref<const Eigen::ArrayXd>& values) const {
+  if (!resolved_.IsDefined()) return;
+  YAML::Node list(YAML::NodeType::Sequence);
+  list.SetStyle(YAML::EmitterStyle::Flow);
+  for (const double value : values) list.push_back(fmt::format("{}", value));
+  resolved_[key_] = list;
+}
+
+void SceneValue::unresolve() const {
+  if (resolved_.IsDefined()) resolved_.remove(key_);
+}
+
+/// For what a section resolves to: undefined if that is not asked for.
+YAML::Node SceneValue::resolved_section() const {
+  return YAML::Node(resolved_.IsDefined() ? YAML::NodeType::Map : YAML::NodeType::Undefined);
+}
+
 const SceneValue& SceneValue::number(double& value, const Range& range) const {
   if (given()) value = checked(node_, range, text_of(range));
+  if (contains(range, value)) resolve(value);
   return *this;
 }
 
 const SceneValue& SceneValue::whole_number(int& value, int min, int max) const {
-  if (!given()) return *this;
   const std::string allowed = fmt::format("a whole number from {} to {}", min, max);
-  const double number = checked(node_, {double(min), double(max), ""}, allowed);
+  const double number = given() ? checked(node_, {double(min), double(max), ""}, allowed) : value;
   if (number != std::floor(number)) refuse(allowed);
   value = static_cast<int>(number);
+  resolve(number);
   return *this;
 }
 
 const SceneValue& SceneValue::numbers(Eigen::Ref<Eigen::ArrayXd> values, const Range& range) const {
-  if (!given()) return *this;
-  const std::string allowed = fmt::format("a list of {} numbers, each {}", values.size(), text_of(range));
-  if (!node_.IsSequence() || node_.size() != static_cast<std::size_t>(values.size())) refuse(allowed);
-  for (Eigen::Index k = 0; k < values.size(); ++k) {
-    values[k] = checked(node_[static_cast<std::size_t>(k)], range, allowed);
+  if (given()) {
+    const std::string allowed = fmt::format("a list of {} numbers, each {}", values.size(), text_of(range));
+    if (!node_.IsSequence() || node_.size() != static_cast<std::size_t>(values.size())) refuse(allowed);
+    for (Eigen::Index k = 0; k < values.size(); ++k) {
+      values[k] = checked(node_[static_cast<std::size_t>(k)], range, allowed);
+    }
   }
+  resolve(values);
   return *this;
 }
 
 const SceneValue& SceneValue::number_or_wheels(Wheels& values, const Range& range) const {
   if (!given() || !node_.IsScalar()) return numbers(values, range);
   values.setConstant(checked(node_, range, text_of(range)));
+  resolve(values);
   return *this;
 }
 
@@ -139,6 +168,7 @@ const SceneValue& SceneValue::text(std::string& value, const std::string& allowe
   // A file name would end at a NUL.
   if (!node_.IsScalar() || node_.Scalar().empty() || node_.Scalar().find('\0') != std::string::npos) refuse(allowed);
   value = node_.Scalar();
+  resolve(value);
   return *this;
 }
 
@@ -146,10 +176,15 @@ const SceneValue& SceneValue::choice(std::string& value, const std::vector<std::
   const std::string allowed = alternatives(names);
   text(value, allowed);
   if (given() && std::find(names.begin(), names.end(), value) == names.end()) refuse(allowed);
+  if (!value.empty()) resolve(value);
   return *this;
 }
 
-SceneSection SceneValue::section() const { return {file_, path_, given() ? node_ : YAML::Node(YAML::NodeType::Map)}; }
+SceneSection SceneValue::section() const {
+  const YAML::Node resolved = resolved_section();
+  if (resolved.IsDefined()) resolved_[key_] = resolved;
+  return {file_, path_, given() ? node_ : YAML::Node(YAML::NodeType::Map), "scene", resolved};
+}
 
 std::vector<std::string> SceneValue::entries() const {
   require_list();
@@ -166,13 +201,16 @@ std::vector<SceneSection> SceneValue::sections() const {
   require_list();
   std::vector<SceneSection> sections;
   for (std::size_t k = 0; k < node_.size(); ++k) {
-    sections.emplace_back(file_, fmt::format("{}[{}]", path_, k), node_[k]);
+    const YAML::Node resolved = resolved_section();
+    if (resolved.IsDefined()) resolved_[key_].push_back(resolved);
+    sections.emplace_back(file_, fmt::format("{}[{}]", path_, k), node_[k], "scene", resolved);
   }
   return sections;
 }
 
-SceneSection::SceneSection(const std::string& file, const std::string& path, const YAML::Node& node, const char* kind)
-    : file_(file), path_(path), node_(node), kind_(kind) {
+SceneSection::SceneSection(const std::string& file, const std::string& path, const YAML::Node& node, const char* kind,
+                           const YAML::Node& resolved)
+    : file_(file), path_(path), node_(node), kind_(kind), resolved_(resolved) {
   if (!node.IsMap()) {
     // A file of another kind may be private, so messages do not quote it.
     const std::string value = !path.empty() || node.IsNull() ? shown(node) : node.IsScalar() ? "(text)" : "(list)";
@@ -182,7 +220,14 @@ SceneSection::SceneSection(const std::string& file, const std::string& path, con
 
 SceneValue SceneSection::operator[](const std::string& key) {
   known_.push_back(key);
-  return {file_, full(key), std::as_const(node_)[key]};  // which adds nothing to the file
+  return {file_, full(key), std::as_const(node_)[key], key, resolved_};  // which adds nothing to the file
+}
+
+std::string SceneSection::resolved() const {
+  if (!resolved_.IsDefined()) return "";
+  YAML::Emitter emitter;
+  emitter << resolved_;
+  return std::string(emitter.c_str()) + "\n";
 }
 
 SceneValue SceneSection::required(const std::string& key) {

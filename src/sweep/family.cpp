@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <boost/crc.hpp>
 #include <cmath>
 #include <filesystem>
 #include <limits>
@@ -12,6 +11,7 @@
 
 #include "youbot_base_sim/scene/scene_section.h"
 #include "youbot_base_sim/scene/yaml_file.h"
+#include "youbot_base_sim/text/hash.h"
 #include "youbot_base_sim/text/quote.h"
 #include "youbot_base_sim/text/text_file.h"
 
@@ -267,13 +267,6 @@ Family read_family(const std::string& path, const std::string& text) {
   family.scene = read_base_scene(scene, path);
   try_axes(family);
   return family;
-}
-
-/// The 64-bit CRC of ECMA-182.
-std::string hash(const std::string& text) {
-  boost::crc_optimal<64, 0x42F0E1EBA9EA3693> crc;
-  crc.process_bytes(text.data(), text.size());
-  return fmt::format("{:016x}", crc.checksum());
 }
 
 std::string file_hash(const std::string& path) {

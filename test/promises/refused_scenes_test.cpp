@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 #include <regex>
 #include <set>
 
@@ -162,6 +163,25 @@ TEST_F(KeysTest, StandInTheListingAndInTheSeeds) {
   for (const char* seed : {"every_key", "fixed_step", "reference_motion", "torque_table", "velocity_table"})
     collect_paths(YAML::LoadFile(kSource + "test/fuzz/scene/" + seed + ".yaml"), "", seeds);
   EXPECT_EQ(seeds, known);
+}
+
+// What `provenance` hashes: with the defaults of keys that the seed leaves out.
+TEST_F(KeysTest, StandInTheResolvedScene) {
+  std::set<std::string> known, resolved;
+  for (const std::vector<Key>& keys : {keys_, sections_}) {
+    for (const Key& key : keys) known.insert(key.path);
+  }
+  for (const char* seed : {"every_key", "fixed_step", "reference_motion", "torque_table", "velocity_table"}) {
+    folder_.write("table.csv", "t,fl,fr,bl,br\n0,1,1,1,1\n");
+    folder_.write("scene.yaml", read_text_file(kSource + "test/fuzz/scene/" + seed + ".yaml", kLargest));
+    const Scene scene = load_scene(folder_.path("scene.yaml"));
+    collect_paths(YAML::Load(scene.resolved), "", resolved);
+    folder_.write("again.yaml", scene.resolved);
+    const Scene again = load_scene(folder_.path("again.yaml"));
+    EXPECT_EQ(again.resolved, scene.resolved);
+    EXPECT_EQ(id_of(again), id_of(scene));
+  }
+  EXPECT_EQ(resolved, known);
 }
 
 TEST_F(KeysTest, StandInTheFuzzersDictionary) {

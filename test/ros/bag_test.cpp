@@ -69,22 +69,25 @@ TEST(BagWriter, writes_every_topic_and_every_switch) {
   rosbag::Bag read(folder.path("x.bag"), rosbag::bagmode::Read);
   std::map<std::string, std::size_t> count;
   boost::shared_ptr<nav_msgs::Odometry> truth;
+  std::string scene;
   rosbag::View view(read);
   for (const rosbag::MessageInstance& message : view) {
     ++count[message.getTopic()];
     if (message.getTopic() == "/ground_truth") truth = message.instantiate<nav_msgs::Odometry>();
+    if (message.getTopic() == "/scene") scene = message.instantiate<std_msgs::String>()->data;
     if (message.getTopic() == "/base/roller_switches") {
       EXPECT_EQ(message.getTime(), message.instantiate<RollerSwitchStamped>()->header.stamp);
     }
   }
   EXPECT_GT(switches, 0u);
-  std::map<std::string, std::size_t> expected = {{"/base/roller_switches", switches}};
+  std::map<std::string, std::size_t> expected = {{"/base/roller_switches", switches}, {"/scene", 1}};
   for (const std::string& topic : instant_topics(simulation, {})) expected[topic] = 51;
   EXPECT_GE(expected.size(), 5u);
   EXPECT_EQ(count, expected);
   EXPECT_EQ(view.getBeginTime(), ros::TIME_MIN);
   EXPECT_EQ(view.getEndTime(), ros::Time(0.5));
   EXPECT_EQ(truth->pose.pose.position.x, simulation.state().x());
+  EXPECT_EQ(scene, provenance(simulation.scene()) + simulation.scene().resolved);
 }
 
 // The recorder of launch/recorder.xml names its topics: each that the node publishes must be among them.
@@ -97,7 +100,7 @@ TEST(LaunchedRecorder, has_every_topic) {
   EXPECT_TRUE(topics.erase(absolute(kJointStatesTopic)));
   topics.insert("/joint_states");  // so remapped by base.launch
   for (const char* topic : {kRollerSwitchesTopic, kLoadsTopic, kAppliedWrenchTopic, kContactMarkersTopic,
-                            kStaticTransformsTopic, kTwistTopic, kTorqueTopic, kVelocityTopic}) {
+                            kStaticTransformsTopic, kSceneTopic, kTwistTopic, kTorqueTopic, kVelocityTopic}) {
     topics.insert(absolute(topic));
   }
   std::ifstream file(YOUBOT_BASE_SIM_SOURCE_DIR "/launch/recorder.xml");
@@ -278,7 +281,7 @@ TEST(BagWriter, keeps_a_bag_that_is_not_committed_under_a_name_that_tells) {
   }
   ASSERT_EQ(files(folder).size(), 1u);
   EXPECT_EQ(files(folder)[0].find("x.bag.incomplete-"), 0u);
-  EXPECT_EQ(messages(folder.path(files(folder)[0])), instant_topics(simulation, {}).size());
+  EXPECT_EQ(messages(folder.path(files(folder)[0])), 1 + instant_topics(simulation, {}).size());
 }
 
 TEST(BagWriter, a_bag_without_messages_is_a_bag) {
@@ -312,8 +315,8 @@ TEST(BagWriter, on_a_full_disk_keeps_all_messages_so_far_with_their_index) {
   const std::string kept = folder.path(files(folder)[0]);
   EXPECT_GT(std::filesystem::file_size(kept), 3u << 20);
   const std::size_t topics = instant_topics(simulation, {}).size();
-  EXPECT_GE(messages(kept), topics * instants);
-  EXPECT_LT(messages(kept), topics * (instants + 1));
+  EXPECT_GE(messages(kept), 1 + topics * instants);
+  EXPECT_LT(messages(kept), 1 + topics * (instants + 1));
 }
 
 TEST(BagWriter, says_so_if_not_even_the_index_finds_room) {

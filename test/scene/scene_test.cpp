@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <yaml-cpp/yaml.h>
 
 #include <sstream>
 
@@ -290,13 +291,48 @@ TEST_F(SceneTest, OverridesStandInPlaceOfTheFile) {
   EXPECT_TRUE((load_scene(path, overrides).robot.mu_1 == measured_robot(2).mu_1).all());
 }
 
-TEST_F(SceneTest, NeedsNoDurationWhereItIsEndless) {
+TEST_F(SceneTest, ResolvesDefaultsAndOverrides) {
+  const std::string path = folder_.write("scene.yaml", kDrive);
   SceneOverrides overrides;
-  overrides.endless = true;
+  overrides.model = "viscous";
+  overrides.method = "dopri5";
+  overrides.relative_tolerance = 1e-5;
+  overrides.control_period = 0.002;
+  overrides.profile = "measured";
+  overrides.dry_friction = 0.1;
+  overrides.contacts = true;
+  const YAML::Node resolved = YAML::Load(load_scene(path, overrides).resolved), robot = resolved["robot"];
+  EXPECT_EQ(resolved["model"].as<std::string>(), "viscous");
+  EXPECT_EQ(resolved["solver"]["method"].as<std::string>(), "dopri5");
+  EXPECT_EQ(resolved["solver"]["relative_tolerance"].as<double>(), 1e-5);
+  EXPECT_EQ(resolved["solver"]["absolute_tolerance"].as<double>(), 1e-8);
+  EXPECT_EQ(resolved["solver"]["control_period"].as<double>(), 0.002);
+  EXPECT_EQ(robot["profile"].as<std::string>(), "measured");
+  EXPECT_EQ(robot["dry_friction"].as<std::vector<double>>(), std::vector<double>(4, 0.1));
+  EXPECT_EQ(robot["body_mass"].as<double>(), 30);
+  EXPECT_EQ(resolved["floor"]["holding_speed"].as<double>(), 1e-8);
+  EXPECT_TRUE(resolved["output"]["contacts"].as<bool>());
+}
+
+TEST_F(SceneTest, HasAnIdOfItsContents) {
+  const std::string id = id_of(load(kDrive));
+  EXPECT_EQ(id, id_of(load(std::string("# the same\nfloor: {friction: [0.5, 0.5, 0.5, 0.5]}\n") + kDrive)));
+  EXPECT_NE(id, id_of(load(std::string("output_rate: 99\n") + kDrive)));
+  const char table[] = "duration: 1\ndrive: {torque_table: table.csv}";
+  folder_.write("table.csv", "t,fl,fr,bl,br\n0,1,2,3,4\n");
+  const std::string of_table = id_of(load(table));
+  folder_.write("table.csv", "t,fl,fr,bl,br\n0,1,2,3,5\n");
+  EXPECT_NE(id_of(load(table)), of_table);
+}
+
+TEST_F(SceneTest, NeedsNoDurationWhereItIsCommanded) {
+  SceneOverrides overrides;
+  overrides.commanded = true;
   const Scene scene =
       load_scene(folder_.write("scene.yaml", "robot: {body_mass: 20}\nsolver: {control_period: 0.01}"), overrides);
   EXPECT_EQ(scene.duration, 0);
   EXPECT_EQ(scene.robot.m, 20);
+  EXPECT_TRUE(std::holds_alternative<std::monostate>(load_scene(folder_.write("scene.yaml", kDrive), overrides).drive));
 }
 
 TEST_F(SceneTest, OfNoFileHasTheDefaultsAndTheOverrides) {

@@ -25,12 +25,12 @@ class Recorder {
 };
 
 /// Rows of the motion as CSV: t, pose, velocities, phi, dphi, dgamma; SI units, heading unwrapped, wheels in the order
-/// fl, fr, bl, br; numbers that read back to the same double.
-std::unique_ptr<Recorder> state_csv(OutputFile file);
+/// fl, fr, bl, br; numbers that read back to the same double. Begins with `comment`, lines that begin with #.
+std::unique_ptr<Recorder> state_csv(OutputFile file, const std::string& comment = "");
 
 /// Rows of roller switches as CSV: t (s), wheel (fl ...), roller_from, roller_to (0 .. n-1), phi (rad), direction (+1
 /// or -1), count (switches that a row stands for; more than 1 only for a wheel that passes several rollers between two
-/// looks). Numbers read back to the same double.
-std::unique_ptr<Recorder> switch_csv(OutputFile file);
+/// looks). Numbers read back to the same double. Begins with `comment`.
+std::unique_ptr<Recorder> switch_csv(OutputFile file, const std::string& comment = "");
 
 }  // namespace youbot_base_sim

@@ -8,6 +8,7 @@
 #include <nav_msgs/Odometry.h>
 #include <ros/time.h>
 #include <sensor_msgs/Imu.h>
+#include <std_msgs/String.h>
 #include <youbot_base_sim/ContactsStamped.h>
 #include <youbot_base_sim/LoadsStamped.h>
 #include <youbot_base_sim/RollerSwitchStamped.h>
@@ -84,6 +85,9 @@ Eigen::Vector3d platform_force(const Wrench& wrench, double psi);
 
 /// The sum of wrenches on a base at heading psi (rad): force and torque in base_link, about its origin.
 geometry_msgs::WrenchStamped wrench_message(const std::vector<Wrench>& wrenches, double psi, const ros::Time& stamp);
+
+/// What `provenance` says, then the scene as YAML.
+std_msgs::String scene_message(const Scene& scene);
 
 LoadsStamped loads_message(const std::vector<Load>& loads, const ros::Time& stamp);
 

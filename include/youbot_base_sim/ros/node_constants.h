@@ -35,6 +35,7 @@ constexpr char kContactsTopic[] = "contacts";
 constexpr char kLoadsTopic[] = "loads";
 constexpr char kAppliedWrenchTopic[] = "applied_wrench";
 constexpr char kContactMarkersTopic[] = "contact_markers";
+constexpr char kSceneTopic[] = "scene";
 constexpr char kDiagnosticsTopic[] = "/diagnostics";
 constexpr char kDashboardTopic[] = "/dashboard/platform_state";
 constexpr char kClockTopic[] = "/clock";

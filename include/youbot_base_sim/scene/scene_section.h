@@ -27,10 +27,17 @@ class SceneSection;
 /// The value of one key. The functions that read it leave their argument, the default, as it is where the key is left
 /// out, and return the value itself, for checks that follow. They throw SceneError, one line that names the file
 /// (unless `file` is empty), the key, the value and what is allowed.
+///
+/// What they read they also `resolve`, defaults included: but for those outside of the range, which no file may have.
 class SceneValue {
  public:
+  /// A value of no section.
   SceneValue(const std::string& file, const std::string& path, const YAML::Node& node)
-      : file_(file), path_(path), node_(node) {}
+      : SceneValue(file, path, node, path, YAML::Node(YAML::NodeType::Undefined)) {}
+  /// The value of `key` in a section, of which `resolved` takes the resolved values if it is defined.
+  SceneValue(const std::string& file, const std::string& path, const YAML::Node& node, const std::string& key,
+             const YAML::Node& resolved)
+      : file_(file), path_(path), node_(node), key_(key), resolved_(resolved) {}
 
   bool given() const { return node_.IsDefined(); }
   bool is_section() const { return given() && node_.IsMap(); }
@@ -54,6 +61,7 @@ class SceneValue {
     choice(name, names);
     for (const Named<Value>& candidate : allowed) {
       if (name == candidate.name) value = candidate.value;
+      if (value == candidate.value) resolve(candidate.name);
     }
     return *this;
   }
@@ -66,6 +74,13 @@ class SceneValue {
   /// The sections that the value lists, at least one.
   std::vector<SceneSection> sections() const;
 
+  /// Sets what the section resolves to at this key: an override, or a default that other keys decide.
+  void resolve(const std::string& value) const;
+  void resolve(double value) const;
+  void resolve(const Eigen::Ref<const Eigen::ArrayXd>& values) const;
+  /// Leaves the key out of what the section resolves to.
+  void unresolve() const;
+
   /// Throws: the value must be `allowed`.
   [[noreturn]] void refuse(const std::string& allowed) const;
   /// Throws; `reason` says what is wrong and what the value must be.
@@ -73,11 +88,14 @@ class SceneValue {
 
  private:
   void require_list() const;
+  YAML::Node resolved_section() const;
   double checked(const YAML::Node& entry, const Range& range, const std::string& allowed) const;
 
   std::string file_;
   std::string path_;  // the key with those of the sections around it
   YAML::Node node_;
+  std::string key_;
+  mutable YAML::Node resolved_;  // shared with the section
 };
 
 /// One mapping of a scene file or a similar one. It records the keys that are read and refuses all others at the end,
@@ -86,7 +104,8 @@ class SceneSection {
  public:
   /// `file` is the file's name as messages show it; `path` is the section's own key with those above it, empty for the
   /// whole file, which is a `kind`. Throws SceneError unless `node` is a mapping.
-  SceneSection(const std::string& file, const std::string& path, const YAML::Node& node, const char* kind = "scene");
+  SceneSection(const std::string& file, const std::string& path, const YAML::Node& node, const char* kind = "scene",
+               const YAML::Node& resolved = YAML::Node(YAML::NodeType::Undefined));
 
   SceneValue operator[](const std::string& key);
   /// A key without which `finish` throws.
@@ -99,6 +118,10 @@ class SceneSection {
   /// The keys read so far.
   const std::vector<std::string>& known() const { return known_; }
 
+  /// The values read so far, with defaults and overrides, as YAML that reads back to the same. Empty unless the section
+  /// was made with a `resolved` to collect them in.
+  std::string resolved() const;
+
  private:
   /// Whether the file has a key that was read, or one that resembles it.
   bool has_known_key() const;
@@ -110,6 +133,7 @@ class SceneSection {
   std::vector<std::string> known_;
   std::string missing_;  // the first required key that is not given
   const char* kind_;
+  YAML::Node resolved_;
 };
 
 }  // namespace youbot_base_sim
