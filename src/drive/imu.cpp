@@ -6,7 +6,11 @@ namespace youbot_base_sim {
 
 namespace {
 
-Eigen::Vector2d velocity_of(const State& state) { return turned({state.V_X(), state.V_Y(), 0}, state.psi()).head<2>(); }
+/// Of a point of the base, in the scene's frame.
+Eigen::Vector2d velocity_of(const State& state, const Eigen::Vector2d& point) {
+  const double V_X = state.V_X() - state.Omega() * point.y(), V_Y = state.V_Y() + state.Omega() * point.x();
+  return turned({V_X, V_Y, 0}, state.psi()).head<2>();
+}
 
 /// What an accelerometer reads at heading psi (rad), where the velocity changes by `acceleration` in the scene's frame.
 Eigen::Vector3d reading(const Eigen::Vector2d& acceleration, const Eigen::Vector3d& upwards, double psi) {
@@ -15,6 +19,11 @@ Eigen::Vector3d reading(const Eigen::Vector2d& acceleration, const Eigen::Vector
 }
 
 double square(double x) { return x * x; }
+
+/// Standard deviations of these variances: that of the rate, and three of the acceleration.
+Wheels deviations(double rate, double acceleration) {
+  return Wheels(rate, acceleration, acceleration, acceleration).sqrt();
+}
 
 }  // namespace
 
@@ -25,34 +34,44 @@ Imu::Imu(const ImuSettings& settings, const FloorParameters& floor, double t, co
       start_(t),
       t_(t),
       psi_(state.psi()),
-      velocity_(velocity_of(state)),
+      velocity_(velocity_of(state, settings.position)),
+      biases_(settings.rate.bias, settings.acceleration.bias, settings.acceleration.bias, settings.acceleration.bias),
       rate_(state.Omega()),
       specific_(reading({0, 0}, upwards_, psi_)) {}
 
 void Imu::update(double t, const State& state) {
   const double passed = t - t_;
   if (!(passed > 0)) return;
-  const Wheels noise = normal_noise(random_);
-  const Eigen::Vector2d velocity = velocity_of(state);
-  rate_ = (state.psi() - psi_) / passed + settings_.rate_bias + settings_.rate_noise * noise[0];
+  const SensorErrors &rate = settings_.rate, &acceleration = settings_.acceleration;
+  const Wheels errors =
+      biases_ + deviations(rate.noise_variance(passed), acceleration.noise_variance(passed)) * normal_noise(random_);
+  const Eigen::Vector2d velocity = velocity_of(state, settings_.position);
+  rate_ = (state.psi() - psi_) / passed + errors[0];
   // At the end's heading, the mean over a curve would lean backwards.
   specific_ = reading((velocity - velocity_) / passed, upwards_, 0.5 * (psi_ + state.psi()));
-  for (int i = 0; i < 3; ++i) {
-    specific_[i] += settings_.acceleration_bias + settings_.acceleration_noise * noise[i + 1];
-  }
+  specific_ += errors.tail<3>().matrix();
   heading_ += rate_ * passed;
-  walked_variance_ += square(settings_.rate_noise * passed);
+  noise_variance_ += rate.noise_variance(passed) * square(passed);
+  if (rate.walk + acceleration.walk > 0) {
+    biases_ += deviations(square(rate.walk) * passed, square(acceleration.walk) * passed) * normal_noise(random_);
+  }
   t_ = t;
+  interval_ = passed;
   psi_ = state.psi();
   velocity_ = velocity;
 }
 
-double Imu::rate_variance() const { return square(settings_.rate_noise) + square(settings_.rate_bias); }
-
-double Imu::acceleration_variance() const {
-  return square(settings_.acceleration_noise) + square(settings_.acceleration_bias);
+double Imu::variance(const SensorErrors& errors) const {
+  return errors.noise_variance(interval_) + errors.bias_variance(t_ - start_);
 }
 
-double Imu::heading_variance() const { return walked_variance_ + square(settings_.rate_bias * (t_ - start_)); }
+double Imu::rate_variance() const { return variance(settings_.rate); }
+
+double Imu::acceleration_variance() const { return variance(settings_.acceleration); }
+
+double Imu::heading_variance() const {
+  const double passed = t_ - start_, walk = settings_.rate.walk;
+  return noise_variance_ + square(settings_.rate.bias * passed) + square(walk) * passed * square(passed) / 3;
+}
 
 }  // namespace youbot_base_sim

@@ -28,7 +28,7 @@ constexpr Range kPeriods{kControlPeriods.min, kControlPeriods.max, kControlPerio
 Scene read_scene(Parameters& parameters) {
   std::string path;
   SceneOverrides overrides;
-  overrides.commanded = true;
+  overrides.endless = true;
   parameters.read("scene", path);
   parameters.read("model", overrides.model);
   parameters.read("method", overrides.method);
@@ -123,10 +123,15 @@ void read_sensors(Parameters& parameters, BaseSensors::Options& sensors) {
   bool publish = false;
   ImuSettings imu;
   parameters.read("publish_imu", publish);
-  parameters.read("imu_rate_noise", imu.rate_noise, {0, 10, "rad/s"});
-  parameters.read("imu_rate_bias", imu.rate_bias, {0, 10, "rad/s"});
-  parameters.read("imu_acceleration_noise", imu.acceleration_noise, {0, 100, "m/s^2"});
-  parameters.read("imu_acceleration_bias", imu.acceleration_bias, {0, 100, "m/s^2"});
+  const auto read_errors = [&](const std::string& name, SensorErrors& errors, double max, const std::string& unit) {
+    const std::string density = unit + "/sqrt(Hz)", walk = unit + "/sqrt(s)";
+    parameters.read(name + "_noise", errors.noise, {0, max, unit.c_str()});
+    parameters.read(name + "_noise_density", errors.density, {0, max, density.c_str()});
+    parameters.read(name + "_bias", errors.bias, {0, max, unit.c_str()});
+    parameters.read(name + "_bias_walk", errors.walk, {0, max, walk.c_str()});
+  };
+  read_errors("imu_rate", imu.rate, 10, "rad/s");
+  read_errors("imu_acceleration", imu.acceleration, 100, "m/s^2");
   if (publish) sensors.imu = imu;
 }
 

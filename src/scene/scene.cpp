@@ -303,7 +303,7 @@ void read_output(SceneSection s, OutputSettings& output, bool contacts) {
 
 /// Whether the drive cannot be continuous in time: commands, or a loop of motors.
 bool is_sampled(const Scene& scene, const SceneOverrides& overrides) {
-  return overrides.commanded || scene.motors || std::holds_alternative<VelocityTable>(scene.drive);
+  return overrides.endless || scene.motors || std::holds_alternative<VelocityTable>(scene.drive);
 }
 
 /// The `scene` so far limits the methods and the control period.
@@ -450,7 +450,7 @@ Scene read_scene(const std::string& path, const YAML::Node& root, const SceneOve
   scene.files = {path};
   const SceneValue model = file["model"].choice(scene.model, kModels);
   override_choice(model, "model", overrides.model, scene.model, kModels);
-  (overrides.commanded ? file["duration"] : file.required("duration")).number(scene.duration, {1e-9, 1e6, "s"});
+  (overrides.endless ? file["duration"] : file.required("duration")).number(scene.duration, {1e-9, 1e6, "s"});
   const SceneValue output_rate = file["output_rate"].number(scene.output_rate, {1e-9, 1e6, "Hz"});
   const SceneValue robot = file["robot"], floor = file["floor"], initial = file["initial"], solver = file["solver"],
                    motors = file["motors"], output = file["output"], drive = file["drive"], loads = file["loads"],
@@ -474,7 +474,7 @@ Scene read_scene(const std::string& path, const YAML::Node& root, const SceneOve
   scene.solver = read_solver(solver.section(), overrides, scene);
   check_velocity_loops(quote_path(path), scene);
   read_initial(initial.section(), scene);
-  if (overrides.commanded) {
+  if (overrides.endless) {
     drive.unresolve();
     scene.drive = std::monostate();
   }
@@ -556,7 +556,7 @@ std::string provenance(const Scene& scene) {
 
 Scene default_scene(const SceneOverrides& overrides) {
   YAML::Node least(YAML::NodeType::Map);
-  if (!overrides.commanded) least["duration"] = 1;  // without which no file is complete
+  if (!overrides.endless) least["duration"] = 1;  // without which no file is complete
   Scene scene = read_scene("", least, overrides);
   scene.files.clear();
   return scene;

@@ -325,9 +325,9 @@ TEST_F(SceneTest, HasAnIdOfItsContents) {
   EXPECT_NE(id_of(load(table)), of_table);
 }
 
-TEST_F(SceneTest, NeedsNoDurationWhereItIsCommanded) {
+TEST_F(SceneTest, NeedsNoDurationWhereItIsEndless) {
   SceneOverrides overrides;
-  overrides.commanded = true;
+  overrides.endless = true;
   const Scene scene =
       load_scene(folder_.write("scene.yaml", "robot: {body_mass: 20}\nsolver: {control_period: 0.01}"), overrides);
   EXPECT_EQ(scene.duration, 0);

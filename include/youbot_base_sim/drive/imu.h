@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <limits>
 #include <random>
 
 #include "youbot_base_sim/export.h"
@@ -9,15 +10,28 @@
 
 namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
-/// Noise (standard deviation of a reading) and biases of an inertial measurement unit, about a small MEMS unit's.
-struct ImuSettings {
-  double rate_noise = 2e-3;          ///< rad/s
-  double rate_bias = 1e-3;           ///< rad/s
-  double acceleration_noise = 0.02;  ///< m/s^2
-  double acceleration_bias = 0.02;   ///< m/s^2, along each axis
+/// Errors of a sensor: of each reading its noise, of standard deviation `noise`, that of a density, which is larger the
+/// shorter the time that a reading averages, and a bias, which walks.
+struct SensorErrors {
+  double noise = 0;    ///< in units of the reading
+  double density = 0;  ///< those over sqrt(Hz)
+  double bias = 0;     ///< at the start
+  double walk = 0;     ///< of the bias: its units over sqrt(s)
+
+  /// Of a reading that averages `interval` (s), without its bias.
+  double noise_variance(double interval) const { return noise * noise + density * density / interval; }
+  /// Of the bias `t` (s) after the start.
+  double bias_variance(double t) const { return bias * bias + walk * walk * t; }
 };
 
-/// An inertial measurement unit at the origin of base_footprint. It reads means over the time between two readings, as
+/// An inertial measurement unit, by default about a small MEMS unit in the middle of the base.
+struct ImuSettings {
+  SensorErrors rate{2e-3, 0, 1e-3, 0};          ///< rad/s
+  SensorErrors acceleration{0.02, 0, 0.02, 0};  ///< m/s^2, along each axis
+  Eigen::Vector2d position{0, 0};               ///< in base_footprint, m
+};
+
+/// An inertial measurement unit with the axes of base_footprint. It reads means over the time between two readings, as
 /// units that integrate do: so the kicks of roller switches, which are too short to be met by samples, count in full.
 class Imu {
  public:
@@ -36,13 +50,17 @@ class Imu {
   double heading_variance() const;       ///< rad^2
 
  private:
+  double variance(const SensorErrors& errors) const;
+
   ImuSettings settings_;
   Eigen::Vector3d upwards_;  // g, in the scene's frame, m/s^2
   double start_, t_;         // s
   double psi_;
   Eigen::Vector2d velocity_;  // in the scene's frame, m/s
+  Wheels biases_;             // of the rate, rad/s, and of the acceleration's components, m/s^2
+  double interval_ = std::numeric_limits<double>::infinity();  // of the last reading, s
   double rate_ = 0, heading_ = 0;
-  double walked_variance_ = 0;  // of the heading, by the rate's noise, rad^2
+  double noise_variance_ = 0;  // of the heading, by the rate's noise, rad^2
   Eigen::Vector3d specific_ = Eigen::Vector3d::Zero();
   std::mt19937_64 random_;  // has a fixed seed, so that every run draws the same noise
 };

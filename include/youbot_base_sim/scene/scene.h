@@ -96,7 +96,7 @@ struct SceneOverrides {
   std::optional<double> friction_scale;  ///< of that profile, which must be measured
   std::optional<double> dry_friction;    ///< of each wheel, N m
   bool contacts = false;                 ///< true: they are written, whatever the file says
-  bool commanded = false;                ///< as a node is: drive is ignored, and the duration may be left out
+  bool endless = false;                  ///< as a node: the duration may be left out, and the drive is ignored
 };
 
 /// Reads and checks a scene file and the tables that it names. Throws SceneError.
