@@ -8,6 +8,7 @@
 #include <boost/crc.hpp>
 #include <cerrno>
 #include <charconv>
+#include <filesystem>
 #include <fstream>
 #include <map>
 #include <optional>
@@ -57,6 +58,18 @@ std::optional<std::string> next_line(const std::string& path, std::ifstream& fil
   return file.good() ? std::optional(line) : std::nullopt;
 }
 
+/// Deletes the file and any links on the way to it. Returns the system's error number, 0 for none.
+int delete_file(const std::string& path) {
+  std::error_code error;
+  if (std::filesystem::is_symlink(path, error)) {
+    std::filesystem::path next = std::filesystem::read_symlink(path, error);
+    if (error) return error.value();
+    next = std::filesystem::path(path).parent_path() / next;
+    if (const int failed = delete_file(next)) return failed;
+  }
+  return unlink(path.c_str()) == 0 ? 0 : errno;
+}
+
 }  // namespace
 
 void FinishedRuns::insert(std::uint64_t run) {
@@ -104,7 +117,7 @@ void Journal::write(const std::string& text) {
   if (size != static_cast<ssize_t>(text.size())) {
     const int error = errno;
     if (ftruncate(descriptor_, end_) != 0) errno = 0;  // a torn line is dropped when the sweep continues
-    if (end_ == 0) unlink(path_.c_str());
+    if (end_ == 0) delete_file(path_);
     refuse_output(path_, error);
   }
   end_ += size;
@@ -165,8 +178,8 @@ void Journal::for_each_row(const std::function<void(const Row&)>& take) const {
 }
 
 void Journal::remove() {
-  if (unlink(path_.c_str()) != 0)
-    throw OutputError(fmt::format("{}: cannot be deleted: {}", quote_path(path_), OutputFile::text_of(errno)));
+  if (const int error = delete_file(path_))
+    throw OutputError(fmt::format("{}: cannot be deleted: {}", quote_path(path_), OutputFile::text_of(error)));
 }
 
 }  // namespace youbot_base_sim

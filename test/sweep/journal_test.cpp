@@ -66,6 +66,17 @@ class JournalTest : public testing::Test {
   TemporaryFolder folder_;
 };
 
+TEST_F(JournalTest, ThatIsALinkLeavesNeitherLinkNorTarget) {
+  std::filesystem::create_directory(folder_.path("elsewhere"));
+  std::filesystem::create_symlink("elsewhere/link", path());
+  std::filesystem::create_symlink("target", folder_.path("elsewhere/link"));
+  expect_goes_on(0);
+  EXPECT_TRUE(folder_.has("elsewhere/target"));
+  Journal(path(), kHead, kRuns).remove();
+  for (const char* name : {"journal", "elsewhere/link", "elsewhere/target"})
+    EXPECT_FALSE(std::filesystem::is_symlink(folder_.path(name)) || folder_.has(name)) << name;
+}
+
 TEST_F(JournalTest, GoesOnFromWhereverItWasCut) {
   const std::string text = written({1, 0, 2, 5, 4, 3});
   std::size_t ends = 0;
