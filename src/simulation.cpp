@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "youbot_base_sim/drive/motor.h"
+#include "youbot_base_sim/drive/prescribed_wheels.h"
 #include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/integration/no_slip_integrator.h"
 #include "youbot_base_sim/physics/roller_geometry.h"
@@ -74,7 +75,7 @@ void Simulation::reset() {
 }
 
 void Simulation::make_integrator(const MotionSoFar* before) {
-  integrator_ = youbot_base_sim::make_integrator(scene_.model, scene_.robot, scene_.floor, state_, *torque_,
+  integrator_ = youbot_base_sim::make_integrator(scene_.model, integrated_robot(scene_), scene_.floor, state_, *torque_,
                                                  scene_.solver, extended_, before);
   if (stop_) integrator_->stop_on(*stop_);
   if (continues_when_tipping_) integrator_->continue_when_tipping();
@@ -209,6 +210,11 @@ void Simulation::note_loads(double t) {
   } else {
     load_changes_.push_back({t, state_.psi(), applied_loads_, loads, wrenches});
   }
+}
+
+Wheels Simulation::torque() const {
+  const auto* prescribed = dynamic_cast<const PrescribedWheels*>(torque_.get());
+  return prescribed ? prescribed->reaction(scene_.robot, state_.dphi(), contacts().F_X, t_) : torque_->value(t_);
 }
 
 std::array<int, kWheels> Simulation::rollers() const {

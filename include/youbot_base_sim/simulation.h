@@ -69,8 +69,8 @@ class Simulation {
   double time() const { return t_; }  ///< s
   const State& state() const { return state_; }
 
-  /// Torque that acts now, N m.
-  Wheels torque() const { return torque_->value(t_); }
+  /// Torque that acts now, N m; where the scene prescribes wheel angles, the reaction.
+  Wheels torque() const;
 
   /// Number 0 .. n-1 of the roller that each wheel stands on.
   std::array<int, kWheels> rollers() const;

@@ -28,6 +28,7 @@ Reactions::Reactions(const RobotParameters& robot, const Inertia& inertia, doubl
       a_Z_(robot.a_Z),
       J_1_(robot.J_1),
       R_(robot.R),
+      friction_arm_(robot.friction_arm()),
       q_(robot.q),
       g_n_(normal_gravity),
       rocks_(robot.load_sharing != LoadSharing::kEqualWheels),
@@ -39,6 +40,8 @@ Reactions::Reactions(const RobotParameters& robot, const Inertia& inertia, doubl
     by_force_X_[k] = m_ * a_Z_ * (inverse(0, k) - a_Y_ * inverse(2, k));
     by_force_Y_[k] = m_ * a_Z_ * (inverse(1, k) + a_X_ * inverse(2, k));
   }
+  // Where wheels are prescribed, their drives also exert the reaction of friction on the body.
+  pitch_by_F_X_ = by_force_X_[0] + (robot.R - robot.friction_arm());
 }
 
 Reactions::Solution Reactions::lift(const Conditions& conditions, double weight, const Wheels& N) const {
@@ -124,8 +127,8 @@ void Reactions::couple(const DampingMatrix& G, const std::array<Wheels, 3>& by_m
   };
   const Wheels one = Wheels::Ones(), zero = Wheels::Zero();
   coupling.N = by_moment;
-  set_balance(0, by_force_X_[0] * one, by_force_X_[1] * one, by_force_X_[2] * one);
-  coupling.balance[0].dphi += G.dphi_dphi + R_ * G.platform_dphi[0];  // the bearings' share, of sum tau
+  set_balance(0, pitch_by_F_X_ * one, by_force_X_[1] * one, by_force_X_[2] * one);
+  coupling.balance[0].dphi += G.dphi_dphi + friction_arm_ * G.platform_dphi[0];  // the bearings' share, of sum tau
   set_balance(1, by_force_Y_[0] * one, (by_force_Y_[1] + R_) * one, by_force_Y_[2] * one);
   if (rocks_) {
     set_balance(2, zero, R_ * rocking_, zero);

@@ -7,6 +7,8 @@
 #include <filesystem>
 
 #include "wheel_table.h"
+#include "youbot_base_sim/drive/prescribed_wheels.h"
+#include "youbot_base_sim/drive/wheel_odometry.h"
 #include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/physics/roller_geometry.h"
 #include "youbot_base_sim/scene/scene_section.h"
@@ -38,6 +40,7 @@ enum class Profile { kPaper, kMeasured };
 constexpr Named<Profile> kProfiles[] = {{"paper", Profile::kPaper}, {"measured", Profile::kMeasured}};
 
 constexpr double kMaxRows = 1e8, kMaxPeriods = 1e9;
+constexpr double kMinInterval = 1e-6;     // s, between rows of wheel angles
 constexpr double kMaxRowsInPeriod = 1e5;  // closer ones are one instant to the simulation
 
 constexpr Range kMass{1e-6, 1e6, "kg"};
@@ -48,6 +51,7 @@ constexpr Range kDryFriction{0, 1e6, "N m"};
 constexpr Range kSmoothing{1e-6, 1e6, "rad/s"};
 constexpr Range kFriction{0, 100, ""};
 constexpr Range kSpeed{-1e4, 1e4, "m/s or rad/s"};
+constexpr Range kAngle{-1e6, 1e6, "rad"};
 constexpr Range kRate{-1e6, 1e6, "rad/s"};
 constexpr Range kTorque{-3e6, 3e6, "N m"};
 constexpr Range kTime{-1e9, 1e9, "s"};
@@ -325,6 +329,11 @@ SolverSettings read_solver(SceneSection s, const SceneOverrides& overrides, cons
   solver.control_period = overrides.control_period.value_or(solver.control_period);
   if (solver.control_period == 0 && is_sampled(scene, overrides)) solver.control_period = 1e-3;  // the driver's
   period.resolve(solver.control_period);
+  if (std::holds_alternative<WheelAngleTable>(scene.drive)) {
+    if (solver.control_period > 0) period.refuse("0 with a wheel_angle_table");
+    if (find_method(solver.method)->is_explicit)
+      (other_method.given() ? other_method : method).refuse("radau or rosenbrock4 with a wheel_angle_table");
+  }
   s.finish();
   const std::string reason = refusal(*find_method(solver.method), scene.robot, scene.model);
   if (!reason.empty()) (other_method.given() ? other_method : method).refuse(reason);
@@ -401,19 +410,45 @@ WheelTable read_table(const SceneValue& value, Scene& scene, const Range& range)
   }
 }
 
+WheelAngleTable read_wheel_angles(const SceneValue& value, double resolution, Scene& scene) {
+  const WheelAngleTable angles{read_table(value, scene, kAngle), resolution};
+  const std::vector<double>& t = angles.table.t;
+  if (t.size() < 2 || t.front() > 0 || t.back() < scene.duration) {
+    value.refuse(fmt::format("a table from t = 0 to the duration, {} s; it has {} to {} s", scene.duration, t.front(),
+                             t.back()));
+  }
+  for (std::size_t k = 1; k < t.size(); ++k) {
+    const double rate = ((angles.table.values[k] - angles.table.values[k - 1]) / (t[k] - t[k - 1])).abs().maxCoeff();
+    if (t[k] - t[k - 1] >= kMinInterval && contains(kRate, rate)) continue;
+    value.refuse(
+        fmt::format("a table with rows at least {:g} s apart and angular velocities of {}; from t = {} s to "
+                    "{} s there is {:.3g} rad/s",
+                    kMinInterval, text_of(kRate), t[k - 1], t[k], rate));
+  }
+  if (!slips(scene.model)) value.refuse("left out for no_slip, whose wheels cannot follow any four angles");
+  if (scene.motors) value.refuse("left out where motors are given");
+  return angles;
+}
+
 void read_drive(const SceneValue& value, Scene& scene) {
   if (!value.given()) return;
   SceneSection s = value.section();
   const SceneValue motion = s["reference_motion"], torque = s["torque"], torque_table = s["torque_table"],
-                   velocity_table = s["velocity_table"];
+                   velocity_table = s["velocity_table"], angle_table = s["wheel_angle_table"];
+  const std::vector<std::string> drives = s.known();
+  const SceneValue file_resolution = s["resolution"];
   s.finish();
-  if (motion.given() + torque.given() + torque_table.given() + velocity_table.given() != 1) {
-    value.refuse(fmt::format("exactly one of {}", fmt::join(s.known(), ", ")));
+  double resolution = 0;
+  if (file_resolution.given() || angle_table.given()) file_resolution.number(resolution, {1e-9, 1, "rad", true});
+  if (motion.given() + torque.given() + torque_table.given() + velocity_table.given() + angle_table.given() != 1) {
+    value.refuse(fmt::format("exactly one of {}", fmt::join(drives, ", ")));
   }
   if (motion.given()) scene.drive = read_reference_motion(motion.section());
   if (torque.given()) scene.drive = read_torque(torque.sections());
   if (torque_table.given()) scene.drive = read_table(torque_table, scene, kTorque);
   if (velocity_table.given()) scene.drive = VelocityTable{read_table(velocity_table, scene, kRate)};
+  if (angle_table.given()) scene.drive = read_wheel_angles(angle_table, resolution, scene);
+  if (file_resolution.given() && !angle_table.given()) file_resolution.refuse("left out without a wheel_angle_table");
 }
 
 void read_initial(SceneSection s, Scene& scene) {
@@ -421,16 +456,25 @@ void read_initial(SceneSection s, Scene& scene) {
   s["pose"].numbers(x.values.col(0).head<3>(), {-1e6, 1e6, "m or rad"});
   auto twist = x.values.col(1).head<3>();
   if (const auto* motion = std::get_if<ReferenceMotion>(&scene.drive)) twist = motion->velocity(0).array();
+  std::optional<Wheels> prescribed_dphi;
+  if (const auto* angles = std::get_if<WheelAngleTable>(&scene.drive)) {
+    const WheelSpline spline(angles->table, angles->resolution);
+    x.phi() = spline.angle(0);
+    prescribed_dphi = spline.rate(0);
+    twist = DriverKinematics{scene.robot.R, scene.robot.h + scene.robot.l}.velocity(*prescribed_dphi).array();
+  }
   s["twist"].numbers(twist, kSpeed);
 
-  s["wheel_angles"].numbers(x.phi(), {-1e6, 1e6, "rad"});
+  s["wheel_angles"].numbers(x.phi(), kAngle);
   const NoSlipModel no_slip(scene.robot);
   const Wheels dphi = no_slip.dphi(x.velocity()), dgamma = no_slip.dgamma(x.velocity());
-  x.dphi() = dphi;
+  x.dphi() = prescribed_dphi.value_or(dphi);
   x.dgamma() = dgamma;
   const SceneValue wheel_rates = s["wheel_rates"].numbers(x.dphi(), kRate),
                    roller_rates = s["roller_rates"].numbers(x.dgamma(), kRate);
   s.finish();
+  if (prescribed_dphi && (x.dphi() != *prescribed_dphi).any())
+    wheel_rates.refuse("left out with a wheel_angle_table, which decides them");
   if (scene.model == Model::kNoSlip) {
     const auto require_rolling = [](const SceneValue& value, const Wheels& given, const Wheels& rolling) {
       if (((given - rolling).abs() <= 1e-6 * (1 + rolling.abs())).all()) return;
@@ -547,6 +591,7 @@ std::string id_of(const Scene& scene) {
   };
   if (const auto* torques = std::get_if<WheelTable>(&scene.drive)) append(*torques);
   if (const auto* rates = std::get_if<VelocityTable>(&scene.drive)) append(rates->table);
+  if (const auto* angles = std::get_if<WheelAngleTable>(&scene.drive)) append(angles->table);
   return hash(text);
 }
 
@@ -583,11 +628,19 @@ std::string without_effect(const Scene& scene) {
   return "";
 }
 
+RobotParameters integrated_robot(const Scene& scene) {
+  const bool prescribed = std::holds_alternative<WheelAngleTable>(scene.drive);
+  return prescribed ? PrescribedWheels::driven(scene.robot) : scene.robot;
+}
+
 std::unique_ptr<TorqueProfile> make_torque_profile(const Scene& scene) {
   if (const auto* motion = std::get_if<ReferenceMotion>(&scene.drive))
     return std::make_unique<ReferenceTorque>(scene.robot, *motion);
   if (const auto* segments = std::get_if<TorqueSegments>(&scene.drive))
     return std::make_unique<PiecewiseTorque>(*segments);
+  if (const auto* angles = std::get_if<WheelAngleTable>(&scene.drive)) {
+    return std::make_unique<PrescribedWheels>(scene.robot, WheelSpline(angles->table, angles->resolution));
+  }
   if (const auto* table = std::get_if<WheelTable>(&scene.drive)) return std::make_unique<TableTorque>(*table);
   return nullptr;
 }

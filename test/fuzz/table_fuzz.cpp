@@ -23,6 +23,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static const TemporaryFolder folder;
   static const std::string torques = folder.write("torques.yaml", "{duration: 1, drive: {torque_table: table.csv}}");
   static const std::string rates = folder.write("rates.yaml", "{duration: 1, drive: {velocity_table: table.csv}}");
+  static const std::string angles =
+      folder.write("angles.yaml", "{duration: 1, drive: {wheel_angle_table: table.csv, resolution: 0.001}}");
   folder.write("table.csv", {reinterpret_cast<const char*>(data), size});
   Scene scene;
   try {
@@ -37,5 +39,13 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   scene = load_scene(rates);  // what is a table of torques is one of rates
   Simulation rate_driven(scene);
   require_bounded_motion(rate_driven);
+  try {
+    scene = load_scene(angles);
+  } catch (const SceneError& error) {  // of rows that no wheel could follow
+    require_one_line(error.what());
+    return 0;
+  }
+  Simulation prescribed(scene);
+  require_bounded_motion(prescribed);
   return 0;
 }

@@ -72,7 +72,7 @@ struct StageSystem {
     }
     block(dphi, dphi) += damping.dphi_dphi[i];
     block(dphi, dgamma) += damping.dphi_dgamma[i];
-    block(dgamma, dphi) += damping.dphi_dgamma[i];
+    block(dgamma, dphi) += damping.dgamma_dphi[i];
     block(dgamma, dgamma) += damping.dgamma_dgamma[i];
   }
 
@@ -115,6 +115,7 @@ DampingMatrix random_damping(Random& random) {
   G.dphi_dphi = random.wheels(0.5, 1);
   G.dgamma_dgamma = random.wheels(0.5, 1);
   G.dphi_dgamma = random.wheels(-0.3, 0.3);
+  G.dgamma_dphi = random.wheels(-0.3, 0.3);
   return G;
 }
 

@@ -260,7 +260,7 @@ TEST(BeyondModelTest, CouplingCompletesTheDerivativeOfTheForces) {
     };
     const auto damped = [&](const Velocities& du) {  // G du
       Velocities Q = {Wheels::Zero(), G.dphi_dphi * du.dphi + G.dphi_dgamma * du.dgamma,
-                      G.dphi_dgamma * du.dphi + G.dgamma_dgamma * du.dgamma};
+                      G.dgamma_dphi * du.dphi + G.dgamma_dgamma * du.dgamma};
       for (int row = 0; row < 3; ++row) {
         Q.v[row] = (G.platform_dphi[row] * du.dphi + G.platform_dgamma[row] * du.dgamma).sum();
         for (int k = 0; k < 3; ++k) Q.v[row] += G.platform_platform[row][k].sum() * du.v[k];

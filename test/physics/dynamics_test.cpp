@@ -164,7 +164,8 @@ Matrix11 dense(const DampingMatrix& G) {
       result(dgamma, k) = G.dgamma_platform[k][i];
     }
     result(dphi, dphi) = G.dphi_dphi[i];
-    result(dphi, dgamma) = result(dgamma, dphi) = G.dphi_dgamma[i];
+    result(dphi, dgamma) = G.dphi_dgamma[i];
+    result(dgamma, dphi) = G.dgamma_dphi[i];
     result(dgamma, dgamma) = G.dgamma_dgamma[i];
   }
   return result;

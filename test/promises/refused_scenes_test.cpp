@@ -159,8 +159,9 @@ TEST_F(KeysTest, StandInTheListingAndInTheSeeds) {
   listed.insert({"robot.profile.name", "robot.profile.friction_scale"});
   EXPECT_EQ(listed, known);
 
-  // every_key.yaml has one of the four drives, and a method that takes no step.
-  for (const char* seed : {"every_key", "fixed_step", "reference_motion", "torque_table", "velocity_table"})
+  // every_key.yaml has one of the five drives, and a method that takes no step.
+  for (const char* seed :
+       {"every_key", "fixed_step", "reference_motion", "torque_table", "velocity_table", "wheel_angle_table"})
     collect_paths(YAML::LoadFile(kSource + "test/fuzz/scene/" + seed + ".yaml"), "", seeds);
   EXPECT_EQ(seeds, known);
 }
@@ -171,8 +172,9 @@ TEST_F(KeysTest, StandInTheResolvedScene) {
   for (const std::vector<Key>& keys : {keys_, sections_}) {
     for (const Key& key : keys) known.insert(key.path);
   }
-  for (const char* seed : {"every_key", "fixed_step", "reference_motion", "torque_table", "velocity_table"}) {
-    folder_.write("table.csv", "t,fl,fr,bl,br\n0,1,1,1,1\n");
+  for (const char* seed :
+       {"every_key", "fixed_step", "reference_motion", "torque_table", "velocity_table", "wheel_angle_table"}) {
+    folder_.write("table.csv", "t,fl,fr,bl,br\n0,1,1,1,1\n1,1,1,1,2\n");
     folder_.write("scene.yaml", read_text_file(kSource + "test/fuzz/scene/" + seed + ".yaml", kLargest));
     const Scene scene = load_scene(folder_.path("scene.yaml"));
     collect_paths(YAML::Load(scene.resolved), "", resolved);

@@ -104,7 +104,7 @@ class BorderedStages {
         if (j == l) {
           a_[2 * j][2 * l] = J_1 + G[j].dphi_dphi;
           a_[2 * j][2 * l + 1] = G[j].dphi_dgamma;
-          a_[2 * j + 1][2 * l] = G[j].dphi_dgamma;
+          a_[2 * j + 1][2 * l] = G[j].dgamma_dphi;
           a_[2 * j + 1][2 * l + 1] = J_2 + G[j].dgamma_dgamma;
         } else {
           a_[2 * j][2 * l] = Wheels::Constant(J_1);

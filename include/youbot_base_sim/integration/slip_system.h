@@ -138,7 +138,8 @@ class SlipSystem final : public SmoothSystem {
       shared[i] = true;
     }
     const SharedContact<Model> contact = shared_contact(i, u, x, shared, torque_->value(t));
-    return {contact.alpha(), contact.attractive()};
+    // A prescribed wheel goes where it must.
+    return {contact.alpha(), contact.attractive() && !model_.robot().wheels_prescribed};
   }
 
   /// Stands wheel i, which is at the upper edge of roller k, on rollers k and k + 1. Its momentum goes to the platform,

@@ -12,19 +12,19 @@ struct alignas(kAlignment) DampingMatrix {
   std::array<std::array<Wheels, 3>, 3> platform_platform;
   std::array<Wheels, 3> platform_dphi, platform_dgamma;
   std::array<Wheels, 3> dphi_platform, dgamma_platform;
-  Wheels dphi_dphi, dphi_dgamma, dgamma_dgamma;  ///< dgamma_dphi equals dphi_dgamma
+  Wheels dphi_dphi, dphi_dgamma, dgamma_dphi, dgamma_dgamma;
 
   /// How strongly each contact resists slip: the trace of its stiffness, N s/m.
   Wheels contact_stiffness() const { return platform_platform[0][0] + platform_platform[1][1]; }
 
   /// Takes all entries of wheel i from `other`.
   void set_wheel(int i, const DampingMatrix& other) {
-    using Entries = Eigen::Array<double, kWheels, 24>;
+    using Entries = Eigen::Array<double, kWheels, 25>;
     Eigen::Map<Entries>(platform_platform[0][0].data()).row(i) =
         Eigen::Map<const Entries>(other.platform_platform[0][0].data()).row(i);
   }
 };
 
-static_assert(sizeof(DampingMatrix) == 24 * sizeof(Wheels));
+static_assert(sizeof(DampingMatrix) == 25 * sizeof(Wheels));
 
 }  // namespace youbot_base_sim

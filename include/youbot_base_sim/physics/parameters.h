@@ -50,11 +50,15 @@ struct RobotParameters {
   RollerRateAtSwitch roller_rate_at_switch = RollerRateAtSwitch::kContinuous;
   NormalReactions normal_reactions = NormalReactions::kStatic;
   LoadSharing load_sharing = LoadSharing::kEqualWheels;  ///< of dynamic reactions
+  /// Friction of the floor does not act back on the wheels, whose torques are what their rotation asks for: the drives
+  /// exert its reaction besides, however large.
+  bool wheels_prescribed = false;
   double q = 0;  ///< diagonal preload: what an uneven floor or a twisted frame adds to N_1, N_4, takes from N_2, N_3, N
 
-  double m_s() const { return m + kWheels * m_1; }  ///< total mass, kg
-  Wheels rho_X() const { return {h, h, -h, -h}; }   ///< wheel centres from O, forward, m
-  Wheels rho_Y() const { return {l, -l, l, -l}; }   ///< wheel centres from O, to the left, m
+  double m_s() const { return m + kWheels * m_1; }                   ///< total mass, kg
+  double friction_arm() const { return wheels_prescribed ? 0 : R; }  ///< of friction on a wheel, m
+  Wheels rho_X() const { return {h, h, -h, -h}; }                    ///< wheel centres from O, forward, m
+  Wheels rho_Y() const { return {l, -l, l, -l}; }                    ///< wheel centres from O, to the left, m
 };
 
 /// The robot with the mostly dry friction of two real bases. `scale` multiplies it: 0.76 is one of them, 1.3 the other.

@@ -96,7 +96,7 @@ class Reactions {
                          by_force_X_[0] * forces[0] - by_force_X_[1] * forces[1] - by_force_X_[2] * forces[2];
     const double roll = m_ * g_n_ * a_Y_ - sum(held) + e.roll + m_a_Z * (e.g_Y - Omega * (V_X - a_Y_ * Omega)) -
                         by_force_Y_[0] * forces[0] - by_force_Y_[1] * forces[1] - by_force_Y_[2] * forces[2];
-    return {{rho_X_ + by_force_X_[0] * slope.F_X + by_force_X_[1] * slope.F_Y + by_force_X_[2] * slope.M_Z,
+    return {{rho_X_ + pitch_by_F_X_ * slope.F_X + by_force_X_[1] * slope.F_Y + by_force_X_[2] * slope.M_Z,
              arm + by_force_Y_[0] * slope.F_X + by_force_Y_[1] * slope.F_Y + by_force_Y_[2] * slope.M_Z,
              // Moments about OX balance on a rocking axle by themselves.
              rocks_ ? Wheels(rocking_ * arm) : Wheels{1, -1, -1, 1}},
@@ -127,11 +127,12 @@ class Reactions {
   Solution tip_on_three_points(const Conditions& conditions, double weight, const Wheels& N) const;
   static Solution tip(const Conditions& conditions, double weight);
 
-  double m_, m_s_, a_X_, a_Y_, a_Z_, J_1_, R_, q_, g_n_;
+  double m_, m_s_, a_X_, a_Y_, a_Z_, J_1_, R_, friction_arm_, q_, g_n_;
   bool rocks_;
   Wheels rocking_;  // 1 for the wheels of the rocking axle
   // m a_Z times the acceleration of the body's centre of mass along X and Y by forces on (V_X, V_Y, Omega)
   std::array<double, 3> by_force_X_, by_force_Y_;
+  double pitch_by_F_X_;  // what friction along X adds to the balance about OY, m
   alignas(kAlignment) Wheels rho_X_;
   Wheels rho_Y_;
 };

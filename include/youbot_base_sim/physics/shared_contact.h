@@ -83,7 +83,7 @@ class SharedContact {
     }
     G.dgamma_dgamma[i_] = all(3, 3);
     G.dphi_dphi[i_] = model_.robot().mu_1[i_] + model_.dry_bearings().wheels.damping(Wheels::Zero())[i_];
-    G.dphi_dgamma[i_] = 0;
+    G.dphi_dgamma[i_] = G.dgamma_dphi[i_] = 0;
   }
 
  private:

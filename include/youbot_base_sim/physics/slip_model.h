@@ -49,6 +49,7 @@ class SlipModel {
         inertia_(robot_),
         dry_(robot),
         features_(robot_, floor, inertia_, applied),
+        friction_arm_(robot.friction_arm()),
         rho_X_(robot.rho_X()),
         rho_Y_(robot.rho_Y()) {}
 
@@ -210,7 +211,7 @@ class SlipModel {
     const Wheels roller_torque = c.r_Y * k.F_Y - c.r_X * k.F_X + k.T_S;
     for (int m = 0; m < 3; ++m) {
       const Wheels& N = coupling.N[m];
-      coupling.forces[m] = {sums(k.F_X * N, k.F_Y * N, k.M_Z * N), -robot_.R * k.F_X * N, roller_torque * N};
+      coupling.forces[m] = {sums(k.F_X * N, k.F_Y * N, k.M_Z * N), -friction_arm_ * k.F_X * N, roller_torque * N};
     }
   }
 
@@ -240,8 +241,8 @@ class SlipModel {
   }
 
   Velocities viscous_forces(const Velocities& u, const Contacts& c, const Wheels& M) const {
-    Velocities Q = {sums(c.F_X, c.F_Y, c.M_Z) + inertia_.coriolis(u.v), M - robot_.mu_1 * u.dphi - robot_.R * c.F_X,
-                    roller_torque(c) - robot_.mu_2 * u.dgamma};
+    Velocities Q = {sums(c.F_X, c.F_Y, c.M_Z) + inertia_.coriolis(u.v),
+                    M - robot_.mu_1 * u.dphi - friction_arm_ * c.F_X, roller_torque(c) - robot_.mu_2 * u.dgamma};
     features_.add_external(c, Q.v);
     return Q;
   }
@@ -277,7 +278,7 @@ class SlipModel {
 
   // J' K J, where the rows of J are the derivatives of the slip by V_X, V_Y, Omega, dphi, dgamma (3.3).
   void damping(const Velocities& u, const Contacts& c, const Stiffness& K, DampingMatrix& G) const {
-    const double R = robot_.R;
+    const double R = robot_.R, arm = friction_arm_;
     // Columns of K J; those by V_X and V_Y are the first two of K.
     const Force X = K.row(0), Y = K.row(1);
     Force by_Omega, by_dgamma;
@@ -289,14 +290,16 @@ class SlipModel {
       G.platform_platform[0][k] = column[0];
       G.platform_platform[1][k] = column[1];
       G.platform_platform[2][k] = moment(column, c);
-      G.dphi_platform[k] = G.platform_dphi[k] = -R * column[0];
+      G.platform_dphi[k] = -R * column[0];
+      G.dphi_platform[k] = -arm * column[0];
       G.dgamma_platform[k] = G.platform_dgamma[k] = torque(column, c);
     };
     set_platform(0, X);
     set_platform(1, Y);
     set_platform(2, by_Omega);
-    G.dphi_dphi = robot_.mu_1 + R * R * K(0, 0);
-    G.dphi_dgamma = -R * by_dgamma[0];
+    G.dphi_dphi = robot_.mu_1 + R * arm * K(0, 0);
+    G.dphi_dgamma = -arm * by_dgamma[0];
+    G.dgamma_dphi = -R * by_dgamma[0];
     G.dgamma_dgamma = robot_.mu_2 + c.r_Y * by_dgamma[1] - c.r_X * by_dgamma[0];
     if constexpr (kSpins) G.dgamma_dgamma += features_.spin_radius() * c.spin * by_dgamma[2];
     if (dry_.any()) dry_.add_to(u, G);
@@ -310,6 +313,7 @@ class SlipModel {
   Inertia inertia_;
   DryBearings dry_;
   Features features_;
+  double friction_arm_;  // m
   alignas(kAlignment) Wheels rho_X_, rho_Y_;
 };
 
