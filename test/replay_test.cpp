@@ -187,6 +187,27 @@ TEST_F(Replay, TorquesOfWheelsAtRestHoldTheBase) {
   EXPECT_TRUE((simulation.state().phi() - 0.1).abs().maxCoeff() < 1e-12);
 }
 
+// Over whole rollers the mean of located contacts, at rates at which friction is at its limit in neither.
+TEST_F(Replay, AveragedContactsMoveTheBaseAsLocatedOnesDoOnTheWhole) {
+  const auto path = [&](const std::string& contacts, const Wheels& rates) {
+    const Wheels end = 10 * rates;
+    folder_.write("angles.csv",
+                  fmt::format("t,fl,fr,bl,br\n0,0,0,0,0\n10,{},{},{},{}\n", end[0], end[1], end[2], end[3]));
+    Simulation simulation(load("duration: 10\nrobot: {roller_damping: 1.0e-4, com: [0, 0], contacts: " + contacts +
+                               "}\ndrive: {wheel_angle_table: angles.csv}\n"));
+    simulation.advance_to(10);
+    const bool averaged = contacts == "averaged";
+    EXPECT_EQ(simulation.take_switches().size(), averaged ? 4u : 4u * 30u) << "counted together, or located";
+    return State(simulation.state());
+  };
+  constexpr double kRate = M_PI;  // 30 rollers in 10 s
+  const State forward = path("located", Wheels::Constant(kRate)), mean = path("averaged", Wheels::Constant(kRate));
+  EXPECT_NEAR(mean.x() / (0.05 * 10 * kRate), 1, 1e-4);
+  EXPECT_NEAR(forward.x() / mean.x(), 1, 0.002);
+  const Wheels sideways = kRate * Wheels(-1, 1, 1, -1);
+  EXPECT_NEAR(path("located", sideways).y() / path("averaged", sideways).y(), 1, 0.05);
+}
+
 TEST_F(Replay, BeginsWithTheTableOrElsewhereOnTheRollers) {
   folder_.write("angles.csv", "t,fl,fr,bl,br\n0,1,2,3,4\n0.5,2,3,4,5\n1,3,4,5,6\n");
   const std::string drive = "duration: 1\ndrive: {wheel_angle_table: angles.csv}\n";

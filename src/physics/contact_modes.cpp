@@ -20,6 +20,9 @@ ContactModes::ContactModes(const RobotParameters& robot, const Wheels& phi, doub
       J_2_(robot.J_2),
       rate_at_switch_(robot.roller_rate_at_switch) {
   for (int i = 0; i < kWheels; ++i) set_roller(i, roller_at(phi[i]));
+  if (!robot.averaged_contacts) return;
+  max_located_dphi_ = min_averaged_dphi_ = -1;  // even a wheel at rest is too fast to locate its switches
+  for (int i = 0; i < kWheels; ++i) enter_averaging(i);
 }
 
 void ContactModes::begin_contact(int i, bool shared, bool averaged, double center, double lower, double upper) {

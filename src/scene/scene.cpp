@@ -28,6 +28,7 @@ constexpr Named<Model> kModels[] = {
 constexpr Named<RollerRateAtSwitch> kRollerRates[] = {{"continuous", RollerRateAtSwitch::kContinuous},
                                                       {"at_rest", RollerRateAtSwitch::kAtRest}};
 
+constexpr Named<bool> kContacts[] = {{"located", false}, {"averaged", true}};
 constexpr Named<NormalReactions> kReactions[] = {{"static", NormalReactions::kStatic},
                                                  {"dynamic", NormalReactions::kDynamic}};
 constexpr Named<bool> kPlacements[] = {{"moving", false}, {"at_rest", true}};
@@ -183,12 +184,14 @@ void read_robot(SceneSection s, RobotParameters& robot, const FloorParameters& f
   s["roller_dry_friction"].number_or_wheels(robot.roller_dry_friction, kDryFriction);
   s["roller_dry_friction_rate"].number(robot.roller_dry_friction_rate, kSmoothing);
   s["roller_rate_at_switch"].choice(robot.roller_rate_at_switch, kRollerRates);
+  const SceneValue contacts = s["contacts"].choice(robot.averaged_contacts, kContacts);
   const SceneValue reactions = s["normal_reactions"].choice(robot.normal_reactions, kReactions),
                    sharing = s["load_sharing"].choice(robot.load_sharing, kSharings),
                    preload = s["diagonal_preload"].number(robot.q, {-1e6, 1e6, "N"}),
                    com_height = s["com_height"].number(robot.a_Z, {-1e3, 1e3, "m"});
   s.finish();
 
+  refuse_for_model(contacts, robot.averaged_contacts && !slips(model), model);
   check_reactions(robot, model, reactions, sharing, preload, com_height);
   check_rollers(robot, floor, roller_inertia, axis_radius);
   check_masses(robot, floor, inertia, com, preload);

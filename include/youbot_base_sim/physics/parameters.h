@@ -50,6 +50,7 @@ struct RobotParameters {
   RollerRateAtSwitch roller_rate_at_switch = RollerRateAtSwitch::kContinuous;
   NormalReactions normal_reactions = NormalReactions::kStatic;
   LoadSharing load_sharing = LoadSharing::kEqualWheels;  ///< of dynamic reactions
+  bool averaged_contacts = false;  ///< each wheel's contact is averaged over its rollers, as those of fast wheels are
   /// Friction of the floor does not act back on the wheels, whose torques are what their rotation asks for: the drives
   /// exert its reaction besides, however large.
   bool wheels_prescribed = false;
