@@ -99,25 +99,28 @@ void smoothen(SmoothingSpline& spline, double duration, double deviation) {
 
 }  // namespace
 
-WheelSpline::WheelSpline(const WheelTable& table, double resolution)
-    : t_(table.t), angle_(table.values), acceleration_(table.t.size(), Wheels::Zero()) {
+WheelSpline::WheelSpline(WheelTable table, double resolution)
+    : table_(std::move(table)), angle_(table_.values), acceleration_(table_.t.size(), Wheels::Zero()) {
   for (int i = 0; i < kWheels; ++i) {
-    std::vector<double> y(t_.size());
-    for (std::size_t k = 0; k < y.size(); ++k) y[k] = table.values[k][i];
-    SmoothingSpline spline(t_, std::move(y));
-    smoothen(spline, t_.back() - t_.front(), resolution / std::sqrt(12.0));
-    for (std::size_t k = 0; k < t_.size(); ++k) {
+    std::vector<double> y(table_.t.size());
+    for (std::size_t k = 0; k < y.size(); ++k) y[k] = table_.values[k][i];
+    SmoothingSpline spline(table_.t, std::move(y));
+    smoothen(spline, table_.t.back() - table_.t.front(), resolution / std::sqrt(12.0));
+    for (std::size_t k = 0; k < table_.t.size(); ++k) {
       angle_[k][i] = spline.values()[k];
       acceleration_[k][i] = spline.second_derivatives()[k];
     }
   }
 }
 
-WheelSpline::Place WheelSpline::place(double t) const {
-  while (row_ > 0 && t < t_[row_]) --row_;
-  while (row_ + 2 < t_.size() && t >= t_[row_ + 1]) ++row_;
-  const double length = t_[row_ + 1] - t_[row_];
-  return {row_, length, (t - t_[row_]) / length};
+WheelSpline::Place WheelSpline::place(double time) const {
+  const std::vector<double>& t = table_.t;
+  std::size_t row = row_.load(std::memory_order_relaxed);
+  while (row > 0 && time < t[row]) --row;
+  while (row + 2 < t.size() && time >= t[row + 1]) ++row;
+  row_.store(row, std::memory_order_relaxed);
+  const double length = t[row + 1] - t[row];
+  return {row, length, (time - t[row]) / length};
 }
 
 Wheels WheelSpline::acceleration(double t) const {
@@ -149,8 +152,8 @@ constexpr double kDecay = 1e-3;  // s, of an error of the rates
 
 }  // namespace
 
-PrescribedWheels::PrescribedWheels(const RobotParameters& robot, WheelSpline spline)
-    : spline_(std::move(spline)), J_1_(robot.J_1) {}
+PrescribedWheels::PrescribedWheels(const RobotParameters& robot, std::shared_ptr<const WheelMotion> motion)
+    : motion_(std::move(motion)), J_1_(robot.J_1) {}
 
 RobotParameters PrescribedWheels::driven(const RobotParameters& robot) {
   RobotParameters driven = robot;
@@ -160,10 +163,10 @@ RobotParameters PrescribedWheels::driven(const RobotParameters& robot) {
   return driven;
 }
 
-Wheels PrescribedWheels::value(double t) const { return J_1_ * (spline_.acceleration(t) + spline_.rate(t) / kDecay); }
+Wheels PrescribedWheels::value(double t) const { return J_1_ * (motion_->acceleration(t) + motion_->rate(t) / kDecay); }
 
 Wheels PrescribedWheels::reaction(const RobotParameters& robot, const Wheels& dphi, const Wheels& F_X, double t) const {
-  return J_1_ * spline_.acceleration(t) + robot.mu_1 * dphi + DryBearings(robot).wheels.torque(dphi) + robot.R * F_X;
+  return J_1_ * motion_->acceleration(t) + robot.mu_1 * dphi + DryBearings(robot).wheels.torque(dphi) + robot.R * F_X;
 }
 
 }  // namespace youbot_base_sim

@@ -7,7 +7,6 @@
 #include <filesystem>
 
 #include "wheel_table.h"
-#include "youbot_base_sim/drive/prescribed_wheels.h"
 #include "youbot_base_sim/drive/wheel_odometry.h"
 #include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/physics/roller_geometry.h"
@@ -332,7 +331,7 @@ SolverSettings read_solver(SceneSection s, const SceneOverrides& overrides, cons
   solver.control_period = overrides.control_period.value_or(solver.control_period);
   if (solver.control_period == 0 && is_sampled(scene, overrides)) solver.control_period = 1e-3;  // the driver's
   period.resolve(solver.control_period);
-  if (std::holds_alternative<WheelAngleTable>(scene.drive)) {
+  if (std::holds_alternative<std::shared_ptr<const WheelMotion>>(scene.drive)) {
     if (solver.control_period > 0) period.refuse("0 with a wheel_angle_table");
     if (find_method(solver.method)->is_explicit)
       (other_method.given() ? other_method : method).refuse("radau or rosenbrock4 with a wheel_angle_table");
@@ -413,15 +412,15 @@ WheelTable read_table(const SceneValue& value, Scene& scene, const Range& range)
   }
 }
 
-WheelAngleTable read_wheel_angles(const SceneValue& value, double resolution, Scene& scene) {
-  const WheelAngleTable angles{read_table(value, scene, kAngle), resolution};
-  const std::vector<double>& t = angles.table.t;
+std::shared_ptr<const WheelMotion> read_wheel_angles(const SceneValue& value, double resolution, Scene& scene) {
+  WheelTable table = read_table(value, scene, kAngle);
+  const std::vector<double>& t = table.t;
   if (t.size() < 2 || t.front() > 0 || t.back() < scene.duration) {
     value.refuse(fmt::format("a table from t = 0 to the duration, {} s; it has {} to {} s", scene.duration, t.front(),
                              t.back()));
   }
   for (std::size_t k = 1; k < t.size(); ++k) {
-    const double rate = ((angles.table.values[k] - angles.table.values[k - 1]) / (t[k] - t[k - 1])).abs().maxCoeff();
+    const double rate = ((table.values[k] - table.values[k - 1]) / (t[k] - t[k - 1])).abs().maxCoeff();
     if (t[k] - t[k - 1] >= kMinInterval && contains(kRate, rate)) continue;
     value.refuse(
         fmt::format("a table with rows at least {:g} s apart and angular velocities of {}; from t = {} s to "
@@ -430,7 +429,7 @@ WheelAngleTable read_wheel_angles(const SceneValue& value, double resolution, Sc
   }
   if (!slips(scene.model)) value.refuse("left out for no_slip, whose wheels cannot follow any four angles");
   if (scene.motors) value.refuse("left out where motors are given");
-  return angles;
+  return std::make_shared<WheelSpline>(std::move(table), resolution);
 }
 
 void read_drive(const SceneValue& value, Scene& scene) {
@@ -460,10 +459,9 @@ void read_initial(SceneSection s, Scene& scene) {
   auto twist = x.values.col(1).head<3>();
   if (const auto* motion = std::get_if<ReferenceMotion>(&scene.drive)) twist = motion->velocity(0).array();
   std::optional<Wheels> prescribed_dphi;
-  if (const auto* angles = std::get_if<WheelAngleTable>(&scene.drive)) {
-    const WheelSpline spline(angles->table, angles->resolution);
-    x.phi() = spline.angle(0);
-    prescribed_dphi = spline.rate(0);
+  if (const auto* motion = std::get_if<std::shared_ptr<const WheelMotion>>(&scene.drive)) {
+    x.phi() = (*motion)->angle(0);
+    prescribed_dphi = (*motion)->rate(0);
     twist = DriverKinematics{scene.robot.R, scene.robot.h + scene.robot.l}.velocity(*prescribed_dphi).array();
   }
   s["twist"].numbers(twist, kSpeed);
@@ -594,7 +592,9 @@ std::string id_of(const Scene& scene) {
   };
   if (const auto* torques = std::get_if<WheelTable>(&scene.drive)) append(*torques);
   if (const auto* rates = std::get_if<VelocityTable>(&scene.drive)) append(rates->table);
-  if (const auto* angles = std::get_if<WheelAngleTable>(&scene.drive)) append(angles->table);
+  if (const auto* motion = std::get_if<std::shared_ptr<const WheelMotion>>(&scene.drive)) {
+    if (const auto* spline = dynamic_cast<const WheelSpline*>(motion->get())) append(spline->table());
+  }
   return hash(text);
 }
 
@@ -632,7 +632,7 @@ std::string without_effect(const Scene& scene) {
 }
 
 RobotParameters integrated_robot(const Scene& scene) {
-  const bool prescribed = std::holds_alternative<WheelAngleTable>(scene.drive);
+  const bool prescribed = std::holds_alternative<std::shared_ptr<const WheelMotion>>(scene.drive);
   return prescribed ? PrescribedWheels::driven(scene.robot) : scene.robot;
 }
 
@@ -641,9 +641,8 @@ std::unique_ptr<TorqueProfile> make_torque_profile(const Scene& scene) {
     return std::make_unique<ReferenceTorque>(scene.robot, *motion);
   if (const auto* segments = std::get_if<TorqueSegments>(&scene.drive))
     return std::make_unique<PiecewiseTorque>(*segments);
-  if (const auto* angles = std::get_if<WheelAngleTable>(&scene.drive)) {
-    return std::make_unique<PrescribedWheels>(scene.robot, WheelSpline(angles->table, angles->resolution));
-  }
+  if (const auto* motion = std::get_if<std::shared_ptr<const WheelMotion>>(&scene.drive))
+    return std::make_unique<PrescribedWheels>(scene.robot, *motion);
   if (const auto* table = std::get_if<WheelTable>(&scene.drive)) return std::make_unique<TableTorque>(*table);
   return nullptr;
 }

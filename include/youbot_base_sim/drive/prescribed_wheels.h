@@ -1,6 +1,8 @@
 #pragma once
 
+#include <atomic>
 #include <cstddef>
+#include <memory>
 #include <vector>
 
 #include "youbot_base_sim/drive/torque_profiles.h"
@@ -9,19 +11,30 @@
 
 namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
+/// How wheels are to turn, as a function of time, s. It may change while a simulation stands at that time.
+class WheelMotion {
+ public:
+  virtual ~WheelMotion() = default;
+  virtual Wheels angle(double t) const = 0;         ///< rad
+  virtual Wheels rate(double t) const = 0;          ///< its derivative, rad/s, which must be continuous
+  virtual Wheels acceleration(double t) const = 0;  ///< rad/s^2
+};
+
 /// Wheel angles over time (rad, s): the smoothest twice differentiable function, in the mean square of its
 /// acceleration, through the rows of a table, or that stays within the resolution of encoders of them: a natural cubic
 /// spline.
-class WheelSpline {
+class WheelSpline : public WheelMotion {
  public:
   /// The readings of encoders of this `resolution` (rad) lie within half of it around the angles, so their errors have
   /// the standard deviation resolution / sqrt(12): the spline departs from each wheel's rows by as much in the mean, if
   /// smoothness asks for it. 0: it passes through all rows. Linear before the first row and after the last.
-  explicit WheelSpline(const WheelTable& table, double resolution = 0);
+  explicit WheelSpline(WheelTable table, double resolution = 0);
 
-  Wheels angle(double t) const;         ///< rad
-  Wheels rate(double t) const;          ///< rad/s
-  Wheels acceleration(double t) const;  ///< rad/s^2
+  Wheels angle(double t) const override;
+  Wheels rate(double t) const override;
+  Wheels acceleration(double t) const override;
+
+  const WheelTable& table() const { return table_; }
 
  private:
   /// Where a time is between two rows.
@@ -30,18 +43,18 @@ class WheelSpline {
     double length;    ///< between them, s
     double share;     ///< of it that has passed
   };
-  Place place(double t) const;
+  Place place(double time) const;
 
-  std::vector<double> t_;
+  WheelTable table_;
   std::vector<Wheels> angle_, acceleration_;  // at the rows
-  mutable std::size_t row_ = 0;               // of the last time asked for: the next one is near
+  mutable std::atomic<std::size_t> row_{0};   // of the last time asked for: the next one is near
 };
 
 /// Torque that moves the wheels as prescribed, on a robot whose friction does not act back on them: what their inertia
 /// needs, and a damping towards the prescribed rate, by which errors of the integration decay.
 class PrescribedWheels : public TorqueProfile {
  public:
-  PrescribedWheels(const RobotParameters& robot, WheelSpline spline);
+  PrescribedWheels(const RobotParameters& robot, std::shared_ptr<const WheelMotion> motion);
 
   /// The robot whose wheels these torques move.
   static RobotParameters driven(const RobotParameters& robot);
@@ -53,7 +66,7 @@ class PrescribedWheels : public TorqueProfile {
   Wheels reaction(const RobotParameters& robot, const Wheels& dphi, const Wheels& F_X, double t) const;
 
  private:
-  WheelSpline spline_;
+  std::shared_ptr<const WheelMotion> motion_;
   double J_1_;
 };
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "youbot_base_sim/drive/motor.h"
+#include "youbot_base_sim/drive/prescribed_wheels.h"
 #include "youbot_base_sim/drive/torque_profiles.h"
 #include "youbot_base_sim/export.h"
 #include "youbot_base_sim/integration/methods.h"
@@ -36,12 +37,6 @@ struct VelocityTable {
   WheelTable table;
 };
 
-/// Wheel angles from a table, rad, which the wheels follow whatever acts on them.
-struct WheelAngleTable {
-  WheelTable table;
-  double resolution = 0;  ///< of the encoders that read it, rad; 0: exact
-};
-
 /// One simulation as a scene file describes it, checked and with its defaults filled in. SI units, radians.
 struct Scene {
   std::vector<std::string> files;  ///< its own and its table
@@ -60,7 +55,9 @@ struct Scene {
   /// Between commands and wheels. Empty: default motors for a velocity table; torques act directly.
   std::optional<MotorSettings> motors;
   /// Empty if commands come from elsewhere.
-  std::variant<std::monostate, ReferenceMotion, TorqueSegments, WheelTable, VelocityTable, WheelAngleTable> drive;
+  std::variant<std::monostate, ReferenceMotion, TorqueSegments, WheelTable, VelocityTable,
+               std::shared_ptr<const WheelMotion>>
+      drive;
 };
 
 /// Whether a scene needs the extended equations rather than the paper's with other numbers.
@@ -130,13 +127,13 @@ Scene default_scene(const SceneOverrides& overrides);
 /// Allowed settings that no real robot has, in one line; empty if there are none.
 std::string unlikely_geometry(const RobotParameters& robot);
 
-/// The robot as it is integrated: the `driven` one of PrescribedWheels where the drive is a WheelAngleTable.
+/// The robot as it is integrated: the `driven` one of PrescribedWheels where the drive is a WheelMotion.
 RobotParameters integrated_robot(const Scene& scene);
 
 /// Settings of the scene that have no effect, in one line; empty if there are none.
 std::string without_effect(const Scene& scene);
 
-/// The scene's torque over time; null if it has no drive or one that tracks velocities. That of a WheelAngleTable
+/// The scene's torque over time; null if it has no drive or one that tracks velocities. That of a WheelMotion
 /// needs `integrated_robot`.
 std::unique_ptr<TorqueProfile> make_torque_profile(const Scene& scene);
 
