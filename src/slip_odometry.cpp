@@ -1,0 +1,189 @@
+// Odometry of a Mecanum base from the angles of its wheels alone, by the dynamics: rollers, their friction, slip.
+
+#include "youbot_base_sim/loop/slip_odometry.h"
+
+#include <diagnostic_updater/diagnostic_updater.h>
+#include <fmt/format.h>
+#include <ros/ros.h>
+#include <sensor_msgs/JointState.h>
+#include <std_srvs/Trigger.h>
+#include <tf2_ros/transform_broadcaster.h>
+
+#include <array>
+#include <cmath>
+#include <optional>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "youbot_base_sim/ros/conversions.h"
+#include "youbot_base_sim/ros/program.h"
+#include "youbot_base_sim/scene/scene.h"
+
+namespace {
+
+using namespace youbot_base_sim;
+
+constexpr double kTolerance = 1e-5;        // with less, a minute of driving differs by micrometres
+constexpr std::uint32_t kQueueSize = 100;  // of readings: two seconds of the driver's
+
+/// Names, signs and ticks by which a base reports its wheels.
+struct Encoders {
+  std::array<std::string, kWheels> joints;
+  Wheels rad_per_unit;  // positive forward
+};
+
+/// Exactly four words, else ParameterError.
+std::array<std::string, kWheels> four_words(const Parameters& parameters, const std::string& name,
+                                            const std::string& text) {
+  std::istringstream stream(text);
+  std::array<std::string, kWheels> words;
+  std::string more;
+  for (std::string& word : words) stream >> word;
+  parameters.require(!words.back().empty() && !(stream >> more), name, text, "four words: of wheels fl, fr, bl, br");
+  return words;
+}
+
+Encoders read_encoders(Parameters& parameters) {
+  std::string joints, signs = "1 1 1 1";
+  for (int i = 0; i < kWheels; ++i) joints += (i > 0 ? " " : "") + wheel_joint(i);
+  double ticks = 0;
+  parameters.read("joints", joints);
+  parameters.read("joint_signs", signs);
+  parameters.read("ticks_per_turn", ticks, {1, 1e9, "", true});
+  Encoders encoders{four_words(parameters, "joints", joints), Wheels::Constant(ticks > 0 ? 2 * M_PI / ticks : 1)};
+  const auto words = four_words(parameters, "joint_signs", signs);
+  for (int i = 0; i < kWheels; ++i) {
+    const std::string& sign = words[static_cast<std::size_t>(i)];
+    parameters.require(sign == "1" || sign == "-1", "joint_signs", signs, "four of 1 and -1");
+    if (sign == "-1") encoders.rad_per_unit[i] *= -1;
+  }
+  return encoders;
+}
+
+Scene read_scene(Parameters& parameters) {
+  std::string path;
+  SceneOverrides overrides;
+  overrides.endless = true;
+  overrides.relative_tolerance = kTolerance;
+  parameters.read("scene", path);
+  parameters.read("profile", overrides.profile);
+  parameters.read("friction_scale", overrides.friction_scale, kFrictionScales);
+  if (path.empty() && overrides.profile.empty()) overrides.profile = "measured";
+  try {
+    return path.empty() ? default_scene(overrides) : load_scene(path, overrides);
+  } catch (const SceneError& error) {
+    throw ParameterError(fmt::format("parameter ~scene: {}", error.what()));
+  }
+}
+
+SlipOdometry::Settings read_settings(Parameters& parameters) {
+  SlipOdometry::Settings settings;
+  bool located = false;
+  parameters.read("wheel_error", settings.wheel_error, {1e-6, 1, ""});
+  parameters.read("max_gap", settings.max_gap, {1e-3, 10, "s"});
+  parameters.read("max_wheel_rate", settings.max_rate, {1e-3, 1e3, "rad/s"});
+  parameters.read("max_effort_error", settings.max_effort_error, {1e-3, 1e6, "N m"});
+  parameters.read("located_contacts", located);
+  settings.averaged_contacts = !located;
+  return settings;
+}
+
+/// Publishes odometry for each message of joint_states that has all four wheels.
+class SlipOdometryNode {
+ public:
+  /// Throws ParameterError.
+  SlipOdometryNode() {
+    ros::NodeHandle private_node("~");
+    Parameters parameters(private_node, "~");
+    encoders_ = read_encoders(parameters);
+    const SlipOdometry::Settings settings = read_settings(parameters);
+    const Scene scene = read_scene(parameters);
+    if (!slips(scene.model)) throw ParameterError("parameter ~scene: model = no_slip: must be viscous or coulomb");
+    parameters.read("odom_frame", odom_frame_);
+    parameters.read("base_frame", base_frame_);
+    parameters.read("publish_tf", publish_tf_);
+    parameters.refuse_others();
+    odometry_.emplace(scene, settings);
+    publisher_ = node_.advertise<nav_msgs::Odometry>("slip_odom", kQueueSize);
+    readings_ =
+        node_.subscribe("joint_states", kQueueSize, &SlipOdometryNode::take, this, ros::TransportHints().tcpNoDelay());
+    reset_ = private_node.advertiseService("reset", &SlipOdometryNode::reset, this);
+    diagnostics_.setHardwareID("wheels");
+    diagnostics_.add("slip odometry", this, &SlipOdometryNode::report);
+  }
+
+ private:
+  void take(const sensor_msgs::JointState& message) {
+    Wheels phi = Wheels::Zero(), torque = Wheels::Zero();
+    for (int i = 0; i < kWheels; ++i) {
+      const auto joint = std::find(message.name.begin(), message.name.end(), encoders_.joints[i]);
+      const auto k = static_cast<std::size_t>(joint - message.name.begin());
+      if (joint == message.name.end() || k >= message.position.size()) return;  // the arm's, perhaps
+      phi[i] = encoders_.rad_per_unit[i] * message.position[k];
+      const double sign = std::copysign(1, encoders_.rad_per_unit[i]);
+      torque[i] = k < message.effort.size() ? sign * message.effort[k] : std::nan("");
+    }
+    const ros::Time& stamp = message.header.stamp;
+    odometry_->update(time_of(stamp), phi, torque);
+    if (const std::string& doubt = odometry_->doubt(); !doubt.empty()) {
+      last_doubt_ = fmt::format("{} (t = {:.3f} s)", doubt, time_of(stamp));
+      ++doubts_;
+      ROS_WARN_STREAM_THROTTLE(5, doubt);
+    }
+    ++taken_;
+    publish(stamp);
+    diagnostics_.update();
+  }
+
+  void publish(const ros::Time& stamp) {
+    nav_msgs::Odometry message = odometry_message(odom_frame_, odometry_->pose(), odometry_->velocity(), stamp);
+    message.child_frame_id = base_frame_;
+    message.pose.covariance = covariance_message(odometry_->pose_covariance());
+    message.twist.covariance = covariance_message(odometry_->velocity_covariance());
+    publisher_.publish(message);
+    if (publish_tf_) transforms_.sendTransform(transform_message(odom_frame_, base_frame_, odometry_->pose(), stamp));
+  }
+
+  bool reset(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
+    odometry_->reset();
+    response.success = true;
+    response.message = "the pose is zero";
+    return true;
+  }
+
+  void report(diagnostic_updater::DiagnosticStatusWrapper& status) {
+    if (taken_ == 0) {
+      status.summary(status.WARN, "no message of joint_states with all four wheels");
+    } else if (doubts_ > 0) {
+      status.summaryf(status.WARN, "%d of the last %d readings do not tell where the base is: %s", doubts_, taken_,
+                      last_doubt_.c_str());
+    } else {
+      status.summary(status.OK, "follows the encoders");
+    }
+    status.add("readings", taken_);
+    status.add("doubtful", doubts_);
+    taken_ = doubts_ = 0;
+  }
+
+  ros::NodeHandle node_;
+  Encoders encoders_;
+  std::optional<SlipOdometry> odometry_;
+  std::string odom_frame_ = kOdometryFrame, base_frame_ = kBaseFrame, last_doubt_;
+  bool publish_tf_ = false;
+  int taken_ = 0, doubts_ = 0;  // since the last report
+  ros::Publisher publisher_;
+  ros::Subscriber readings_;
+  ros::ServiceServer reset_;
+  tf2_ros::TransformBroadcaster transforms_;
+  diagnostic_updater::Updater diagnostics_;
+};
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return run_program(argc, argv, "slip_odometry", [] {
+    const SlipOdometryNode node;
+    ros::spin();
+  });
+}

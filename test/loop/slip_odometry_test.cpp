@@ -1,0 +1,206 @@
+// Odometry by replay: what encoders of a simulated base read must lead back to where it went.
+
+#include "youbot_base_sim/loop/slip_odometry.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <random>
+
+#include "temporary_folder.h"
+
+namespace youbot_base_sim {
+namespace {
+
+constexpr double kInterval = 0.02;  // s, of readings
+
+Scene scene_of(const std::string& text) {
+  static const TemporaryFolder folder;
+  folder.write("rates.csv",
+               "t,fl,fr,bl,br\n0,4,4,4,4\n2,-4,4,4,-4\n4,4,-4,4,-4\n6,2,6,4,0\n8,0,0,0,0\n9,-4,-2,-2,-4\n11,0,0,0,0\n");
+  return load_scene(folder.write("scene.yaml", text));
+}
+
+const std::string kRobot = "robot: {profile: measured}\n";
+const std::string kDrive = "duration: 12\ndrive: {velocity_table: rates.csv}\nmotors: {quantized: true}\n" + kRobot;
+
+/// Drives the base and calls `read` with each reading of its encoders, which round to ticks.
+void drive(const std::function<void(double t, const Wheels& phi, const Simulation& truth)>& read,
+           const std::string& scene = kDrive) {
+  Simulation truth(scene_of(scene));
+  const double tick = Motor().tick();
+  for (int k = 0; k * kInterval <= truth.scene().duration; ++k) {
+    truth.advance_to(k * kInterval);
+    read(k * kInterval, tick * (truth.state().phi() / tick).floor(), truth);
+  }
+}
+
+double distance(const Eigen::Vector3d& pose, const State& x) {
+  return std::hypot(pose[0] - x.x(), pose[1] - x.y(), 0.3 * (pose[2] - x.psi()));
+}
+
+const std::string kKnown = "duration: 1\n" + kRobot;
+
+TEST(SlipOdometryTest, FindsWhereTheBaseWent) {
+  SlipOdometry::Settings located;
+  located.averaged_contacts = false;
+  SlipOdometry in_phase(scene_of(kKnown), located), averaged(scene_of(kKnown), {});
+  WheelOdometry plain({0.05, 0.385}, Wheels::Zero());
+  Eigen::Array3d largest = Eigen::Array3d::Zero();
+  drive([&](double t, const Wheels& phi, const Simulation& truth) {
+    in_phase.update(t, phi, truth.torque());
+    averaged.update(t, phi, truth.torque());
+    plain.update(phi);
+    EXPECT_EQ(in_phase.doubt() + averaged.doubt(), "") << t;
+    const State& x = truth.state();
+    largest = largest.max(
+        Eigen::Array3d(distance(in_phase.pose(), x), distance(averaged.pose(), x), distance(plain.pose(), x)));
+  });
+  EXPECT_LT(largest[0], 0.001);
+  EXPECT_LT(largest[1], 0.2 * largest[2]);
+  EXPECT_GT(largest[2], 0.05);
+}
+
+// The error that its covariance expects, for a robot whose parameters are known within 10 %.
+TEST(SlipOdometryTest, ItsCovarianceIsThatOfItsErrors) {
+  const std::string guessed =
+      "duration: 1\nrobot: {profile: measured, roller_dry_friction: 0.08, dry_friction: 0.2, com: [0.018, -0.023], "
+      "body_mass: "
+      "33}\n";
+  double nees = 0;
+  constexpr int kDrives = 12;
+  for (int k = 0; k < kDrives; ++k) {
+    SlipOdometry odometry(scene_of(guessed), {});
+    State end;
+    const std::string start =
+        fmt::format("initial: {{wheel_angles: [{}, {}, {}, {}]}}\n", 0.1 * k, 0.23 * k, 0.57 * k, 0.91 * k);
+    drive(
+        [&](double t, const Wheels& phi, const Simulation& truth) {
+          odometry.update(t, phi);
+          end = truth.state();
+        },
+        kDrive + start);
+    const Eigen::Vector3d error = odometry.pose() - Eigen::Vector3d(end.x(), end.y(), end.psi());
+    nees += error.dot(odometry.pose_covariance().inverse() * error) / kDrives;
+  }
+  EXPECT_GT(nees, 0.5);
+  EXPECT_LT(nees, 4);  // 3 is exact, less is careful
+}
+
+TEST(SlipOdometryTest, ReadingsThatAreNotFiniteAreLeftOut) {
+  SlipOdometry odometry(scene_of(kKnown), {});
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  int k = 0;
+  Eigen::Vector3d before;
+  drive([&](double t, const Wheels& phi, const Simulation& truth) {
+    before = odometry.pose();
+    if (++k % 5 == 0) {
+      odometry.update(t, phi * Wheels(1, k % 2 == 0 ? kNan : kInfinity, 1, 1));
+      EXPECT_EQ(odometry.doubt(), "a reading is not finite");
+      EXPECT_EQ(odometry.pose(), before);
+    } else {
+      odometry.update(t, phi, Wheels(truth.torque() * kNan));
+      EXPECT_EQ(odometry.doubt(), "");
+    }
+    EXPECT_LT(distance(odometry.pose(), truth.state()), 0.03);
+  });
+}
+
+// As of an encoder that is switched on again: it is left out once, and named.
+TEST(SlipOdometryTest, AnEncoderThatJumpsIsNamed) {
+  SlipOdometry odometry(scene_of(kKnown), {});
+  int doubts = 0;
+  drive([&](double t, const Wheels& phi, const Simulation& truth) {
+    const double variance = odometry.pose_covariance()(0, 0);
+    odometry.update(t, t < 5 ? phi : phi + Wheels(0, 0, 40, 0));
+    EXPECT_LT(distance(odometry.pose(), truth.state()), 0.03);
+    if (odometry.doubt().empty()) return;
+    ++doubts;
+    EXPECT_EQ(odometry.doubt().find("an encoder has jumped: bl by 4"), 0u) << odometry.doubt();
+    EXPECT_GT(odometry.pose_covariance()(0, 0), variance);
+  });
+  EXPECT_EQ(doubts, 1);
+}
+
+TEST(SlipOdometryTest, CatchesUpAfterAGap) {
+  SlipOdometry odometry(scene_of(kKnown), {});
+  drive([&](double t, const Wheels& phi, const Simulation& truth) {
+    if (t > 2.5 && t < 3.5) return;
+    odometry.update(t, phi);
+    if (t >= 3.5 && t < 3.51) {
+      EXPECT_EQ(odometry.doubt().find("no reading for 1"), 0u) << odometry.doubt();
+    } else {
+      EXPECT_EQ(odometry.doubt(), "");
+    }
+    EXPECT_LT(distance(odometry.pose(), truth.state()), 0.03 + 2 * std::sqrt(odometry.pose_covariance().trace()));
+  });
+}
+
+TEST(SlipOdometryTest, ATimeThatGoesBackBeginsAnew) {
+  SlipOdometry odometry(scene_of(kKnown), {});
+  drive([&](double t, const Wheels& phi, const Simulation& truth) {
+    odometry.update(t < 6 ? t : t - 6, phi);
+    EXPECT_EQ(odometry.doubt().empty(), std::abs(t - 6) > 0.01) << t;
+    EXPECT_LT(distance(odometry.pose(), truth.state()), 0.03);
+  });
+}
+
+TEST(SlipOdometryTest, ResetsInMotion) {
+  SlipOdometry odometry(scene_of(kKnown), {});
+  Eigen::Vector3d start = Eigen::Vector3d::Zero();
+  drive([&](double t, const Wheels& phi, const Simulation& truth) {
+    odometry.update(t, phi);
+    const State& x = truth.state();
+    if (std::abs(t - 3) < 0.01) {
+      odometry.reset();
+      EXPECT_EQ(odometry.pose(), Eigen::Vector3d::Zero());
+      start = {x.x(), x.y(), x.psi()};
+    }
+    if (t < 3.01) return;
+    const Eigen::Vector3d moved = turned({x.x() - start[0], x.y() - start[1], 0}, -start[2]);
+    EXPECT_LT((odometry.pose() - Eigen::Vector3d(moved[0], moved[1], x.psi() - start[2])).norm(), 0.03);
+  });
+}
+
+// The efforts tell of a push that the wheels hold.
+TEST(SlipOdometryTest, NoticesAPushByTheEfforts) {
+  const std::string pushed = "duration: 6\ndrive: {velocity_table: rates.csv}\nmotors: {}\n" + kRobot +
+                             "wrenches: [{force: [0, 150, 0], start: 3}]\n";
+  SlipOdometry odometry(scene_of(kKnown), {});
+  drive(
+      [&](double t, const Wheels& phi, const Simulation& truth) {
+        odometry.update(t, phi, truth.torque());
+        EXPECT_TRUE(t > 3 || odometry.doubt().empty()) << t << odometry.doubt();
+        EXPECT_TRUE(t < 5.5 || odometry.doubt().find("efforts are ") == 0) << t << odometry.doubt();
+      },
+      pushed);
+}
+
+// A base on blocks: wheels that turn as no base could roll.
+TEST(SlipOdometryTest, NoticesWheelsThatTurnAgainstEachOther) {
+  SlipOdometry odometry(scene_of(kKnown), {});
+  for (int k = 0; k < 100; ++k) odometry.update(0.02 * k, 0.1 * k * Wheels(1, 1, -1, -1));
+  EXPECT_EQ(odometry.doubt().find("front and rear wheels turn against each other by 0.25 m/s"), 0u);
+  EXPECT_GT(odometry.pose_covariance()(0, 0), 0.1);
+}
+
+// Anything at all: it stays finite, and its work bounded.
+TEST(SlipOdometryTest, StaysFiniteWhateverItReads) {
+  std::mt19937_64 random;
+  std::uniform_real_distribution<double> exponent(-12, 12), sign(-1, 1);
+  SlipOdometry odometry(scene_of(kKnown), {});
+  double t = 0;
+  for (int k = 0; k < 300; ++k) {
+    t += sign(random) > -0.9 ? std::pow(10, exponent(random) / 3) : -1;
+    const auto number = [&] { return sign(random) * std::pow(10, exponent(random)); };
+    odometry.update(t, Wheels(number(), number(), number(), number()), Wheels(number(), number(), number(), number()));
+    ASSERT_TRUE(odometry.pose().allFinite() && odometry.velocity().allFinite()) << k;
+    ASSERT_TRUE(odometry.pose_covariance().allFinite() && odometry.velocity_covariance().allFinite()) << k;
+  }
+}
+
+}  // namespace
+}  // namespace youbot_base_sim
