@@ -78,7 +78,7 @@ void run_node(const Scene& scene, double publish_rate, const std::string& bag_fi
       message.clock = stamp_of(t);
       send(message);
     }
-    if (bag) bag->write(events);
+    if (bag) bag->write(telemetry, events);
     for (const RollerSwitch& event : events.switches) {
       if (listened) send(roller_switch_message(event, stamp_of(event.t)));
     }

@@ -119,7 +119,8 @@ class BaseNode {
 
   void open_bag() {
     try {
-      bag_.emplace(OutputOpener(settings_.scene.files).open("bag", settings_.bag, OutputFile::Access::kAnywhere));
+      bag_.emplace(OutputOpener(settings_.scene.files).open("bag", settings_.bag, OutputFile::Access::kAnywhere),
+                   ros::this_node::getNamespace());
     } catch (const std::runtime_error& error) {
       throw ParameterError(fmt::format("parameter ~bag: {}", error.what()));
     }
@@ -134,10 +135,11 @@ class BaseNode {
     });
     publications_.advertise<RollerSwitchStamped>(node_, kRollerSwitchesTopic, kRecorderQueueSize);
     publications_.advertise<visualization_msgs::MarkerArray>(node_, kContactMarkersTopic, kDriverQueueSize);
-    publications_.advertise<LoadsStamped>(node_, kLoadsTopic, kRecorderQueueSize, true);
-    publications_.advertise<geometry_msgs::WrenchStamped>(node_, kAppliedWrenchTopic, kRecorderQueueSize, true);
+    publications_.advertise<LoadsStamped>(node_, kLoadsTopic, kRecorderQueueSize, Telemetry::latched(kLoadsTopic));
+    publications_.advertise<geometry_msgs::WrenchStamped>(node_, kAppliedWrenchTopic, kRecorderQueueSize,
+                                                          Telemetry::latched(kAppliedWrenchTopic));
     publications_.advertise<diagnostic_msgs::DiagnosticArray>(node_, kDiagnosticsTopic, kDriverQueueSize);
-    publications_.advertise<std_msgs::String>(node_, kSceneTopic, kDriverQueueSize, true);
+    publications_.advertise<std_msgs::String>(node_, kSceneTopic, kDriverQueueSize, Telemetry::latched(kSceneTopic));
     publications_.publish(kSceneTopic, [this] { return scene_message(settings_.scene); });
 #ifdef YOUBOT_BASE_SIM_PR2_MSGS
     publications_.advertise<pr2_msgs::PowerBoardState>(node_, kDashboardTopic, kDriverQueueSize);
@@ -385,11 +387,9 @@ class BaseNode {
     const Events events = loop_.take_events();
     clock_.begin_publishing(is_due, !events.switches.empty());
     record(events, is_due);
-    for (const RollerSwitch& event : events.switches) {
-      publications_.publish(kRollerSwitchesTopic, [&] { return roller_switch_message(event, clock_.stamp(event.t)); });
-    }
-    const auto publish = [this](const char* topic, const auto& make) { publications_.publish(topic, make); };
-    for (const LoadChange& change : events.load_changes) Telemetry::visit(change, clock_.stamp(change.t), publish);
+    telemetry_.visit(
+        events, [this](double t) { return clock_.stamp(t); },
+        [this](const char* topic, const ros::Time&, const auto& make) { publications_.publish(topic, make); });
     if (is_due && wants_telemetry_) publish_telemetry();
     if (diagnosing_.meet(loop_.time())) publish_diagnostics(loop_.time());
     clock_.end_publishing();
@@ -399,7 +399,7 @@ class BaseNode {
   void record(const Events& events, bool is_due) {
     if (!bag_) return;
     try {
-      bag_->write(events);
+      bag_->write(telemetry_, events);
       if (is_due) bag_->write(telemetry_, loop_.simulation(), loop_.sensors(), loop_.time());
       return;
     } catch (const std::runtime_error& error) {
@@ -422,7 +422,7 @@ class BaseNode {
     telemetry_.visit(simulation, loop_.sensors(), stamp, [&](const char* topic, const auto& make) {
       if (loop_.driver().present() || is_truth(topic)) publish(topic, make);
     });
-    Telemetry::visit_push(simulation, stamp, publish);
+    telemetry_.visit_push(simulation, stamp, publish);
     publish(kContactMarkersTopic, [&] { return telemetry_.markers(simulation, stamp); });
   }
 

@@ -90,37 +90,32 @@ void BagWriter::guarded(const Action& action) {
 
 /// Numbers the messages of each topic in their header, as a publisher would.
 template <class Message>
-void BagWriter::write(const std::string& topic, const ros::Time& stamp, Message message, bool latched) {
+void BagWriter::write(const std::string& topic, const ros::Time& stamp, Message message) {
+  const bool latched = Telemetry::latched(topic);
+  const std::string name = topic.front() == '/' ? topic : ros::names::append(namespace_, topic);
   if (auto* header = ros::message_traits::header(message)) header->seq = numbers_[topic]++;
   guarded([&] {
     make_room();
-    bag_->write(ros::names::append("/", topic), stamp, message, latched ? latching(message) : nullptr);
+    bag_->write(name, stamp, message, latched ? latching(message) : nullptr);
   });
 }
 
-void BagWriter::write(const Events& events) {
-  for (const RollerSwitch& event : events.switches) {
-    const ros::Time stamp = stamp_of(event.t);
-    write(kRollerSwitchesTopic, stamp, roller_switch_message(event, stamp));
-  }
-  for (const LoadChange& change : events.load_changes) {
-    const ros::Time stamp = stamp_of(change.t);
-    Telemetry::visit(change, stamp, [&](const char* topic, const auto& make) { write(topic, stamp, make(), true); });
-  }
+void BagWriter::write(const Telemetry& telemetry, const Events& events) {
+  telemetry.visit(events, stamp_of,
+                  [this](const char* topic, const ros::Time& stamp, const auto& make) { write(topic, stamp, make()); });
 }
 
 void BagWriter::write(Telemetry& telemetry, const Simulation& simulation, const BaseSensors& sensors, double t) {
   const ros::Time stamp = stamp_of(t);
   if (!std::exchange(has_static_, true)) {
-    write(kSceneTopic, stamp, scene_message(simulation.scene()), true);
+    write(kSceneTopic, stamp, scene_message(simulation.scene()));
     const tf2_msgs::TFMessage transforms = telemetry.static_transforms(simulation, stamp);
-    if (!transforms.transforms.empty()) write(kStaticTransformsTopic, stamp, transforms, true);
+    if (!transforms.transforms.empty()) write(kStaticTransformsTopic, stamp, transforms);
   }
   telemetry.visit(simulation, sensors, stamp, [&](const char* topic, const auto& make) {
     if (telemetry.recorded(topic)) write(topic, stamp, make());
   });
-  Telemetry::visit_push(simulation, stamp,
-                        [&](const char* topic, const auto& make) { write(topic, stamp, make(), true); });
+  telemetry.visit_push(simulation, stamp, [&](const char* topic, const auto& make) { write(topic, stamp, make()); });
   if (telemetry.recorded(kContactMarkersTopic) && markers_due_.meet(t)) {
     write(kContactMarkersTopic, stamp, telemetry.markers(simulation, stamp));
   }
@@ -153,7 +148,7 @@ void BagRecorder::write(double t, const Simulation& simulation, const Events& ev
     sensors_.emplace(scene, readings, BaseSensors::Options());
     telemetry_.emplace(scene, options);
   }
-  bag_.write(events);
+  bag_.write(*telemetry_, events);
   bag_.write(*telemetry_, simulation, *sensors_, t);
 }
 

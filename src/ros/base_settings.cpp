@@ -4,7 +4,9 @@
 #include <ros/ros.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <string>
 
 #include "youbot_base_sim/drive/driver_configuration.h"
 #include "youbot_base_sim/ros/program.h"
@@ -37,6 +39,8 @@ Scene read_scene(Parameters& parameters) {
   parameters.read("profile", overrides.profile);
   parameters.read("friction_scale", overrides.friction_scale, kFrictionScales);
   parameters.read("dry_friction", overrides.dry_friction, Range{0, 100, "N m"});
+  parameters.read("initial_pose", overrides.initial_pose, kPoses);
+  parameters.read("initial_wheel_angles", overrides.initial_wheel_angles, kWheelAngles);
   if (path.empty()) {
     if (!overrides.relative_tolerance) overrides.relative_tolerance = kTolerance;
     if (overrides.profile.empty()) overrides.profile = kProfile;
@@ -135,6 +139,39 @@ void read_sensors(Parameters& parameters, BaseSensors::Options& sensors) {
   if (publish) sensors.imu = imu;
 }
 
+/// Throws unless `name` can be a frame's.
+void require_frame(const Parameters& parameters, const std::string& parameter, const std::string& name) {
+  constexpr std::size_t kMaxLength = 200;
+  const auto is_allowed = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '-' || c == '.' || c == '/';
+  };
+  const bool holds = name.size() <= kMaxLength && name.back() != '/' && name.find("//") == std::string::npos &&
+                     std::all_of(name.begin(), name.end(), is_allowed);
+  parameters.require(holds, parameter, '"' + name + '"',
+                     fmt::format("a frame of at most {} letters, digits, _ - . and slashes between them", kMaxLength));
+}
+
+/// tf_prefix is searched for upwards from the node's own namespace, as robot_state_publisher does.
+FrameNames read_frames(Parameters& parameters) {
+  std::string prefix, odom = kOdometryFrame, base = kBaseFrame, world = kWorldFrame, key;
+  if (!parameters.read("tf_prefix", prefix) && ros::NodeHandle("~").searchParam("tf_prefix", key)) {
+    Parameters(ros::NodeHandle(), "").read(key, prefix);
+  }
+  if (!prefix.empty()) require_frame(parameters, "tf_prefix", prefix);
+  parameters.read("odom_frame", odom);
+  parameters.read("base_frame", base);
+  parameters.read("world_frame", world);
+  require_frame(parameters, "odom_frame", odom);
+  require_frame(parameters, "base_frame", base);
+  require_frame(parameters, "world_frame", world);
+  const FrameNames frames = FrameNames::of(prefix, odom, base, world);
+  const std::string distinct = "another than those of the base and of the world: TF would have a loop";
+  parameters.require(frames.odom != frames.base && frames.odom != frames.world, "odom_frame", '"' + odom + '"',
+                     distinct);
+  parameters.require(frames.base != frames.world, "base_frame", '"' + base + '"', "another than that of the world");
+  return frames;
+}
+
 void read_telemetry(Parameters& parameters, BaseSettings& settings) {
   Telemetry::Options& telemetry = settings.telemetry;
   telemetry.contacts = settings.scene.output.contacts;
@@ -147,7 +184,8 @@ void read_telemetry(Parameters& parameters, BaseSettings& settings) {
   parameters.require(sign == "consistent" || sign == "driver_exact", "joint_velocity_sign", "\"" + sign + "\"",
                      "consistent or driver_exact");
   telemetry.driver_velocity_sign = sign == "driver_exact";
-  telemetry.markers = marker_options(settings.scene.robot, telemetry.world);
+  telemetry.frames = read_frames(parameters);
+  telemetry.markers = marker_options(settings.scene.robot, telemetry.world, telemetry.frames);
   parameters.read("friction_marker_scale", telemetry.markers.friction_scale, {1e-9, 1e3, "m/N"});
   parameters.read("slip_marker_scale", telemetry.markers.slip_scale, {1e-6, 1e6, "s"});
 }

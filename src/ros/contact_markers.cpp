@@ -297,11 +297,11 @@ void add_legend(Markers& markers, const Simulation& simulation, const MarkerOpti
 
 }  // namespace
 
-MarkerOptions marker_options(const RobotParameters& robot, bool has_world) {
+MarkerOptions marker_options(const RobotParameters& robot, bool has_world, const FrameNames& frames) {
   MarkerOptions options;
   if (has_world) {
-    options.frame = kTruthFrame;
-    options.world_frame = kWorldFrame;
+    options.frame = frames.truth;
+    options.world_frame = frames.world;
   }
   const std::string mesh = mesh_name(Part::kRoller, robot);
   if (in_package(Part::kRoller, robot)) {

@@ -105,9 +105,9 @@ double time_of(const ros::Time& stamp) {
 std::string wheel_joint(int i) { return std::string(kWheelJointPrefix) + kWheelNames[i]; }
 
 nav_msgs::Odometry odometry_message(const std::string& frame, const Eigen::Vector3d& pose,
-                                    const Eigen::Vector3d& velocity, const ros::Time& stamp) {
+                                    const Eigen::Vector3d& velocity, const ros::Time& stamp, const std::string& child) {
   auto message = stamped<nav_msgs::Odometry>(frame, stamp);
-  message.child_frame_id = kBaseFrame;
+  message.child_frame_id = child;
   message.pose.pose.position = vector_message<geometry_msgs::Point>({pose[0], pose[1], 0});
   message.pose.pose.orientation = quaternion(pose[2]);
   message.twist.twist.linear.x = velocity[0] + 0.0;  // not -0 at rest
@@ -116,9 +116,9 @@ nav_msgs::Odometry odometry_message(const std::string& frame, const Eigen::Vecto
   return message;
 }
 
-sensor_msgs::Imu imu_message(const Imu& imu, const ros::Time& stamp) {
+sensor_msgs::Imu imu_message(const Imu& imu, const ros::Time& stamp, const std::string& frame) {
   constexpr double kLevelVariance = 1e-6;  // of roll and pitch, rad^2, and of the rates about x and y, rad^2/s^2
-  auto message = stamped<sensor_msgs::Imu>(kBaseFrame, stamp);
+  auto message = stamped<sensor_msgs::Imu>(frame, stamp);
   message.orientation = quaternion(imu.heading());
   message.angular_velocity.z = imu.rate();
   message.linear_acceleration = vector3(imu.acceleration());
@@ -149,8 +149,8 @@ geometry_msgs::TransformStamped transform_message(const std::string& frame, cons
   return message;
 }
 
-RollerSwitchStamped roller_switch_message(const RollerSwitch& event, const ros::Time& stamp) {
-  auto message = stamped<RollerSwitchStamped>(std::string(kWheelFramePrefix) + kWheelNames[event.wheel], stamp);
+RollerSwitchStamped roller_switch_message(const RollerSwitch& event, const ros::Time& stamp, const FrameNames& frames) {
+  auto message = stamped<RollerSwitchStamped>(frames.wheel_link(event.wheel), stamp);
   message.wheel = wheel_joint(event.wheel);
   message.roller_from = static_cast<std::uint8_t>(event.roller_from);
   message.roller_to = static_cast<std::uint8_t>(event.roller_to);
@@ -161,7 +161,7 @@ RollerSwitchStamped roller_switch_message(const RollerSwitch& event, const ros::
   return message;
 }
 
-ContactsStamped contacts_message(const Simulation& simulation, const ros::Time& stamp) {
+ContactsStamped contacts_message(const Simulation& simulation, const ros::Time& stamp, const std::string& frame) {
   const Scene& scene = simulation.scene();
   const ContactDetails contacts = simulation.contacts();
   const Wheels torque = simulation.torque();
@@ -169,7 +169,7 @@ ContactsStamped contacts_message(const Simulation& simulation, const ros::Time& 
   const auto rollers = simulation.rollers();
   const auto other_rollers = simulation.other_rollers();
 
-  auto message = stamped<ContactsStamped>(kBaseFrame, stamp);
+  auto message = stamped<ContactsStamped>(frame, stamp);
   message.t = simulation.time();
   message.contacts.resize(kWheels);
   for (int i = 0; i < kWheels; ++i) {
@@ -201,14 +201,15 @@ Eigen::Vector3d platform_force(const Wrench& wrench, double psi) {
   return turned(wrench.force, -psi);
 }
 
-geometry_msgs::WrenchStamped wrench_message(const std::vector<Wrench>& wrenches, double psi, const ros::Time& stamp) {
+geometry_msgs::WrenchStamped wrench_message(const std::vector<Wrench>& wrenches, double psi, const ros::Time& stamp,
+                                            const std::string& frame) {
   Eigen::Vector3d force = Eigen::Vector3d::Zero(), torque = Eigen::Vector3d::Zero();
   for (const Wrench& wrench : wrenches) {
     const Eigen::Vector3d one = platform_force(wrench, psi);
     force += one;
     torque += (wrench.point - kBaseLinkOrigin).cross(one) + wrench.torque * Eigen::Vector3d::UnitZ();
   }
-  auto message = stamped<geometry_msgs::WrenchStamped>(kBaseLinkFrame, stamp);
+  auto message = stamped<geometry_msgs::WrenchStamped>(frame, stamp);
   message.wrench.force = vector3(force);
   message.wrench.torque = vector3(torque);
   return message;
@@ -220,8 +221,8 @@ std_msgs::String scene_message(const Scene& scene) {
   return message;
 }
 
-LoadsStamped loads_message(const std::vector<Load>& loads, const ros::Time& stamp) {
-  auto message = stamped<LoadsStamped>(kBaseLinkFrame, stamp);
+LoadsStamped loads_message(const std::vector<Load>& loads, const ros::Time& stamp, const std::string& frame) {
+  auto message = stamped<LoadsStamped>(frame, stamp);
   for (const Load& load : loads) {
     Payload& payload = message.loads.emplace_back();
     payload.mass = load.mass;
@@ -231,19 +232,20 @@ LoadsStamped loads_message(const std::vector<Load>& loads, const ros::Time& stam
   return message;
 }
 
-Wrench wrench_of(const geometry_msgs::WrenchStamped& message) {
+Wrench wrench_of(const geometry_msgs::WrenchStamped& message, const FrameNames& frames, double odom_psi) {
   const std::string& frame = message.header.frame_id;
   const geometry_msgs::Vector3& torque = message.wrench.torque;
-  const bool fixed = frame == kWorldFrame || frame == kOdometryFrame;
-  if (!fixed && !frame.empty() && frame != kBaseLinkFrame && frame != kBaseFrame) {
-    throw std::runtime_error(fmt::format("header.frame_id = {}: must be {}, {} or {}", quote(frame), kBaseLinkFrame,
-                                         kWorldFrame, kOdometryFrame));
+  const bool by_odom = frame == frames.odom, fixed = by_odom || frame == frames.world;
+  if (!fixed && !frame.empty() && frame != frames.base_link() && frame != frames.base) {
+    throw std::runtime_error(fmt::format("header.frame_id = {}: must be {}, {} or {}", quote(frame), frames.base_link(),
+                                         frames.world, frames.odom));
   }
   if (torque.x != 0 || torque.y != 0) {
     throw std::runtime_error(fmt::format(
         "wrench.torque.x, y = {}, {}: must be 0, as only torques about the vertical axis act", torque.x, torque.y));
   }
-  return {checked("wrench.force", vector_of(message.wrench.force), kWrenchForces), kBaseLinkOrigin,
+  const Eigen::Vector3d force = checked("wrench.force", vector_of(message.wrench.force), kWrenchForces);
+  return {by_odom ? turned(force, odom_psi) : force, kBaseLinkOrigin,
           checked("wrench.torque.z", torque.z, kWrenchTorques), fixed};
 }
 

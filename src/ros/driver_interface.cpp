@@ -20,7 +20,11 @@ const ros::TransportHints kNoDelay = ros::TransportHints().tcpNoDelay();
 
 DriverInterface::DriverInterface(BaseLoop& loop, const NodeClock& clock, const BaseSettings& settings,
                                  ros::NodeHandle& node, ros::NodeHandle& private_node, ThrottledLog& log)
-    : loop_(loop), clock_(clock), log_(log), warns_of_signs_(settings.telemetry.driver_velocity_sign) {
+    : loop_(loop),
+      clock_(clock),
+      log_(log),
+      frames_(settings.telemetry.frames),
+      warns_of_signs_(settings.telemetry.driver_velocity_sign) {
   subscribe<brics_actuator::JointTorques>(node, kTorqueTopic, [](const auto& m) { return wheel_command(m); });
   subscribe<brics_actuator::JointVelocities>(node, kVelocityTopic, [](const auto& m) { return wheel_command(m); });
   subscribe<geometry_msgs::Twist>(node, kTwistTopic, [kinematics = settings.sensors.kinematics](const auto& m) {
@@ -80,7 +84,7 @@ void DriverInterface::receive(const char* topic, const WheelCommand& command) {
 
 void DriverInterface::receive_wrench(const geometry_msgs::WrenchStamped& message) {
   try {
-    const Wrench wrench = wrench_of(message);
+    const Wrench wrench = wrench_of(message, frames_, loop_.simulation().scene().initial.psi());
     if (!request(wrench) || wrench.force.z() == 0) return;
     if (loop_.simulation().scene().robot.normal_reactions == NormalReactions::kDynamic) return;
     log_.warn("vertical force",

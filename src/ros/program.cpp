@@ -108,6 +108,15 @@ bool Parameters::read(const std::string& name, double& value, const Range& range
   return true;
 }
 
+bool Parameters::read(const std::string& name, Eigen::Ref<Eigen::ArrayXd> values, const Range& range) {
+  XmlRpcValue set;
+  if (!get(name, set)) return false;
+  bool holds = set.getType() == XmlRpcValue::TypeArray && set.size() == values.size();
+  for (int i = 0; holds && i < set.size(); ++i) holds = read_number(set[i], values[i]) && contains(range, values[i]);
+  require(holds, name, shown(set), fmt::format("a list of {} numbers, each {}", values.size(), text_of(range)));
+  return true;
+}
+
 void Parameters::refuse_others() const {
   std::vector<std::string> names;
   node_.getParamNames(names);

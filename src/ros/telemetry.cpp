@@ -39,11 +39,11 @@ Telemetry::Telemetry(const Scene& scene, const Options& options) : options_(opti
   joints_.effort.resize(joints_.name.size());
 }
 
-nav_msgs::Odometry Telemetry::odometry(const BaseSensors& sensors, const ros::Time& stamp) {
+nav_msgs::Odometry Telemetry::odometry(const BaseSensors& sensors, const ros::Time& stamp) const {
   const WheelOdometry& odometry = sensors.odometry();
   const Wheels& dphi = sensors.readings().dphi;
-  nav_msgs::Odometry message =
-      odometry_message(kOdometryFrame, odometry.pose(), odometry.kinematics().velocity(dphi), stamp);
+  nav_msgs::Odometry message = odometry_message(options_.frames.odom, odometry.pose(),
+                                                odometry.kinematics().velocity(dphi), stamp, options_.frames.base);
   if (odometry.has_covariance()) {
     message.pose.covariance = covariance_message(odometry.pose_covariance());
     message.twist.covariance = covariance_message(odometry.velocity_covariance(dphi));
@@ -68,10 +68,11 @@ sensor_msgs::JointState Telemetry::joint_states(const Simulation& simulation, co
 
 tf2_msgs::TFMessage Telemetry::transforms(const Simulation& simulation, const BaseSensors& sensors,
                                           const ros::Time& stamp) const {
+  const FrameNames& frames = options_.frames;
   tf2_msgs::TFMessage message;
-  message.transforms = {transform_message(kOdometryFrame, kBaseFrame, sensors.odometry().pose(), stamp)};
+  message.transforms = {transform_message(frames.odom, frames.base, sensors.odometry().pose(), stamp)};
   if (options_.world) {
-    message.transforms.push_back(transform_message(kWorldFrame, kTruthFrame, pose_of(simulation.state()), stamp));
+    message.transforms.push_back(transform_message(frames.world, frames.truth, pose_of(simulation.state()), stamp));
   }
   return message;
 }
@@ -80,7 +81,7 @@ tf2_msgs::TFMessage Telemetry::static_transforms(const Simulation& simulation, c
   tf2_msgs::TFMessage message;
   if (options_.world) {
     const Eigen::Vector3d start = pose_of(simulation.scene().initial);
-    message.transforms = {transform_message(kWorldFrame, kOdometryFrame, start, stamp)};
+    message.transforms = {transform_message(options_.frames.world, options_.frames.odom, start, stamp)};
   }
   return message;
 }

@@ -50,8 +50,6 @@ constexpr Range kDamping{0, 1e9, "N m s"};
 constexpr Range kDryFriction{0, 1e6, "N m"};
 constexpr Range kSmoothing{1e-6, 1e6, "rad/s"};
 constexpr Range kFriction{0, 100, ""};
-constexpr Range kSpeed{-1e4, 1e4, "m/s or rad/s"};
-constexpr Range kAngle{-1e6, 1e6, "rad"};
 constexpr Range kRate{-1e6, 1e6, "rad/s"};
 constexpr Range kTorque{-3e6, 3e6, "N m"};
 constexpr Range kTime{-1e9, 1e9, "s"};
@@ -366,9 +364,9 @@ MotorSettings read_motors(SceneSection s) {
 
 Harmonic read_harmonic(SceneSection s) {
   Harmonic harmonic;
-  s["constant"].number(harmonic.constant, kSpeed);
-  s["cos"].number(harmonic.cos, kSpeed);
-  s["sin"].number(harmonic.sin, kSpeed);
+  s["constant"].number(harmonic.constant, kSpeeds);
+  s["cos"].number(harmonic.cos, kSpeeds);
+  s["sin"].number(harmonic.sin, kSpeeds);
   s.finish();
   return harmonic;
 }
@@ -413,7 +411,7 @@ WheelTable read_table(const SceneValue& value, Scene& scene, const Range& range)
 }
 
 std::shared_ptr<const WheelMotion> read_wheel_angles(const SceneValue& value, double resolution, Scene& scene) {
-  WheelTable table = read_table(value, scene, kAngle);
+  WheelTable table = read_table(value, scene, kWheelAngles);
   const std::vector<double>& t = table.t;
   if (t.size() < 2 || t.front() > 0 || t.back() < scene.duration) {
     value.refuse(fmt::format("a table from t = 0 to the duration, {} s; it has {} to {} s", scene.duration, t.front(),
@@ -453,9 +451,11 @@ void read_drive(const SceneValue& value, Scene& scene) {
   if (file_resolution.given() && !angle_table.given()) file_resolution.refuse("left out without a wheel_angle_table");
 }
 
-void read_initial(SceneSection s, Scene& scene) {
+void read_initial(SceneSection s, Scene& scene, const SceneOverrides& overrides) {
   State& x = scene.initial;
-  s["pose"].numbers(x.values.col(0).head<3>(), {-1e6, 1e6, "m or rad"});
+  auto place = x.values.col(0).head<3>();
+  const SceneValue pose = s["pose"].numbers(place, kPoses);
+  if (overrides.initial_pose) pose.resolve(place = *overrides.initial_pose);
   auto twist = x.values.col(1).head<3>();
   if (const auto* motion = std::get_if<ReferenceMotion>(&scene.drive)) twist = motion->velocity(0).array();
   std::optional<Wheels> prescribed_dphi;
@@ -464,9 +464,10 @@ void read_initial(SceneSection s, Scene& scene) {
     prescribed_dphi = (*motion)->rate(0);
     twist = DriverKinematics{scene.robot.R, scene.robot.h + scene.robot.l}.velocity(*prescribed_dphi).array();
   }
-  s["twist"].numbers(twist, kSpeed);
+  s["twist"].numbers(twist, kSpeeds);
 
-  s["wheel_angles"].numbers(x.phi(), kAngle);
+  const SceneValue angles = s["wheel_angles"].numbers(x.phi(), kWheelAngles);
+  if (overrides.initial_wheel_angles) angles.resolve(x.phi() = *overrides.initial_wheel_angles);
   const NoSlipModel no_slip(scene.robot);
   const Wheels dphi = no_slip.dphi(x.velocity()), dgamma = no_slip.dgamma(x.velocity());
   x.dphi() = prescribed_dphi.value_or(dphi);
@@ -518,7 +519,7 @@ Scene read_scene(const std::string& path, const YAML::Node& root, const SceneOve
   read_drive(drive, scene);
   scene.solver = read_solver(solver.section(), overrides, scene);
   check_velocity_loops(quote_path(path), scene);
-  read_initial(initial.section(), scene);
+  read_initial(initial.section(), scene, overrides);
   if (overrides.endless) {
     drive.unresolve();
     scene.drive = std::monostate();

@@ -60,7 +60,7 @@ TEST(BagWriter, writes_every_topic_and_every_switch) {
     simulation.advance_to(0.01 * k);
     const Events events{simulation.take_switches(), simulation.take_load_changes()};
     switches += events.switches.size();
-    bag.write(events);
+    bag.write(telemetry, events);
     sensors.update(simulation.time(), simulation.state(), exact_readings(simulation));
     bag.write(telemetry, simulation, sensors, simulation.time());
   }
@@ -105,7 +105,7 @@ TEST(LaunchedRecorder, has_every_topic) {
   }
   std::ifstream file(YOUBOT_BASE_SIM_SOURCE_DIR "/launch/recorder.xml");
   const std::string text((std::istreambuf_iterator<char>(file)), {});
-  const std::regex name("[ '](/[a-z_/]+)");
+  const std::regex name("[ ']@?(/[a-z_/]+)");
   std::set<std::string> recorded;
   for (std::sregex_iterator found(text.begin(), text.end(), name), end; found != end; ++found) {
     recorded.insert((*found)[1]);

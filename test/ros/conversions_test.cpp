@@ -219,5 +219,22 @@ TEST(RollerSwitchMessage, may_stand_for_many) {
   EXPECT_EQ(message.roller_to, 2);
 }
 
+TEST(WrenchOf, turns_what_odometrys_frame_has_by_that_frames_heading) {
+  const FrameNames frames = FrameNames::of("robot", "odom", "base_footprint", "world");
+  geometry_msgs::WrenchStamped message;
+  message.header.frame_id = "robot/odom";
+  message.wrench.force.x = 3;
+  const Wrench wrench = wrench_of(message, frames, M_PI / 2);
+  EXPECT_TRUE(wrench.fixed);
+  EXPECT_NEAR(wrench.force.x(), 0, 1e-15);
+  EXPECT_NEAR(wrench.force.y(), 3, 1e-15);
+  message.header.frame_id = "world";
+  EXPECT_EQ(wrench_of(message, frames, M_PI / 2).force.x(), 3);
+  for (const char* other : {"odom", "base_link"}) {
+    message.header.frame_id = other;
+    EXPECT_THROW(wrench_of(message, frames), std::runtime_error) << other << " is another robot's";
+  }
+}
+
 }  // namespace
 }  // namespace youbot_base_sim

@@ -1,8 +1,9 @@
-// What comes by ~wrench and ~set_loads is in the node's bag.
+// What comes by ~wrench and ~set_loads is in the node's bag, under the names that the node has in its namespace.
 
 #include <geometry_msgs/WrenchStamped.h>
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
+#include <tf2_msgs/TFMessage.h>
 #include <youbot_base_sim/LoadsStamped.h>
 #include <youbot_base_sim/SetLoads.h>
 
@@ -23,7 +24,7 @@ std::vector<Message> read(const rosbag::Bag& bag, const std::string& topic) {
 
 TEST(LoadBag, has_what_pushed_the_base_and_what_it_carried) {
   const TemporaryFolder folder;
-  BaseProcess base("pushed", {"_publish_clock:=true", "_bag:=" + folder.path("x.bag")});
+  BaseProcess base("pushed", {"_publish_clock:=true", "_tf_prefix:=robot", "_bag:=" + folder.path("x.bag")});
   base.expect_instants(2);
   ros::NodeHandle node;
   ros::Publisher pusher = node.advertise<geometry_msgs::WrenchStamped>("/pushed/base/wrench", 10);
@@ -48,13 +49,13 @@ TEST(LoadBag, has_what_pushed_the_base_and_what_it_carried) {
   base.expect_end(0);
 
   const rosbag::Bag bag(folder.path("x.bag"));
-  const auto wrenches = read<geometry_msgs::WrenchStamped>(bag, "/applied_wrench");
+  const auto wrenches = read<geometry_msgs::WrenchStamped>(bag, "/pushed/applied_wrench");
   ASSERT_GT(wrenches.size(), 5u);  // at each instant
-  EXPECT_EQ(wrenches.front().header.frame_id, "base_link");
+  EXPECT_EQ(wrenches.front().header.frame_id, "robot/base_link");
   EXPECT_EQ(wrenches.back().wrench.force.y, 30);
   EXPECT_EQ(wrenches.back().wrench.torque.z, 2);
   EXPECT_NEAR(wrenches.back().wrench.torque.x, 0, 1e-12) << "it acts at the origin of base_link";
-  const auto loads = read<LoadsStamped>(bag, "/loads");
+  const auto loads = read<LoadsStamped>(bag, "/pushed/loads");
   ASSERT_EQ(loads.size(), 2u);
   ASSERT_EQ(loads[0].loads.size(), 1u);
   EXPECT_EQ(loads[0].loads[0].mass, 7);
@@ -62,6 +63,9 @@ TEST(LoadBag, has_what_pushed_the_base_and_what_it_carried) {
   EXPECT_NEAR(loads[0].loads[0].position.z, 0, 1e-12);
   EXPECT_TRUE(loads[1].loads.empty());
   EXPECT_GT(loads[1].header.stamp, loads[0].header.stamp);
+  const auto transforms = read<tf2_msgs::TFMessage>(bag, "/tf");
+  ASSERT_FALSE(transforms.empty());
+  EXPECT_EQ(transforms[0].transforms.at(0).child_frame_id, "robot/base_footprint");
 }
 
 }  // namespace

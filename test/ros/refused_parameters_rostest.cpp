@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <regex>
+#include <set>
 
 #include "program.h"
 #include "promises/refusals.h"
@@ -91,12 +92,14 @@ TEST_F(RefusedParameters, numbers_beyond_all_ends) {
   EXPECT_GE(cases, 100);
 }
 
-// A base name is any text as long as there is no folder to look for it in.
+// A base name is any text as long as there is no folder to look for it in. A word may be a frame.
 TEST_F(RefusedParameters, texts_that_mean_nothing) {
+  const std::set<std::string> frames = {"~tf_prefix", "~odom_frame", "~base_frame", "~world_frame"};
   for (const std::string& name : names_) {
     if (name == "youBotBaseName") continue;
+    const std::string word = frames.count(name) ? "often//here" : "often";
     // No other control characters than these reach the parameter server: XML has none.
-    for (const std::string& value : {std::string("often"), std::string("two\nlines\r\t"), std::string(10000, 'x')}) {
+    for (const std::string& value : {word, std::string("two\nlines\r\t"), std::string(10000, 'x')}) {
       SCOPED_TRACE(name + " = " + value.substr(0, 20));
       expect_refusal(refusal_of(name, value), {name});
     }
@@ -108,6 +111,39 @@ TEST_F(RefusedParameters, names_that_are_unknown) {
     SCOPED_TRACE(name);
     expect_refusal(refusal_of(name, 1), {"unknown", "publish_rate"});
   }
+}
+
+TEST_F(RefusedParameters, frames_that_make_a_loop) {
+  for (const std::string name : {"~base_frame", "~world_frame"}) {
+    expect_refusal(refusal_of(name, std::string("odom")), {"~odom_frame", "\"odom\"", "loop"});
+  }
+  expect_refusal(refusal_of("~base_frame", std::string("world")), {"~base_frame", "another"});
+  for (const std::string name : {"/", "odom/", "my odom", "odom?"}) {
+    expect_refusal(refusal_of("~odom_frame", name), {"~odom_frame", name, "must be a frame"});
+  }
+}
+
+TEST_F(RefusedParameters, lists_of_another_length_or_with_another_thing) {
+  const std::vector<double> three = {1, 2, 3}, four = {1, 2, 3, 4}, far = {1, 2, 1e7};
+  EXPECT_EQ(refusal_of("~initial_pose", three), "");
+  EXPECT_EQ(refusal_of("~initial_wheel_angles", four), "");
+  expect_refusal(refusal_of("~initial_pose", four), {"~initial_pose", "a list of 3 numbers"});
+  expect_refusal(refusal_of("~initial_wheel_angles", three), {"~initial_wheel_angles", "a list of 4 numbers"});
+  expect_refusal(refusal_of("~initial_pose", far), {"~initial_pose", "1e+06"});
+  expect_refusal(refusal_of("~initial_pose", std::vector<std::string>{"1", "2", "east"}), {"~initial_pose", "east"});
+}
+
+TEST_F(RefusedParameters, none_that_the_nearest_namespace_has_for_frames) {
+  ros::param::set("/tf_prefix", std::string("/robot"));
+  ros::param::set("~base_frame", std::string("/base"));
+  const FrameNames frames = read_base_settings().telemetry.frames;
+  ros::param::del("/tf_prefix");
+  ros::param::del("~base_frame");
+  EXPECT_EQ(frames.odom, "robot/odom");
+  EXPECT_EQ(frames.base, "base") << "a name with a slash goes without the prefix";
+  EXPECT_EQ(frames.world, "world");
+  EXPECT_EQ(frames.truth, "robot/ground_truth/base");
+  EXPECT_EQ(frames.wheel_link(0), "robot/wheel_link_fl");
 }
 
 /// The parameters that a launch file sets with these arguments, as "/node/name: value".

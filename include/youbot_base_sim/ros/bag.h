@@ -19,8 +19,8 @@ class Bag;
 
 namespace youbot_base_sim {
 
-/// Writes a bag inside the process that simulates: topics, frames and contents of base_node, stamped with simulated
-/// time, and complete, which a recorder at the other end of a topic cannot promise. Needs no ROS master.
+/// Writes a bag inside the process that simulates: topics, in a namespace, frames and contents of base_node, stamped
+/// with simulated time, and complete, which a recorder at the other end of a topic cannot promise. Needs no ROS master.
 ///
 /// The bag appears under its name with `commit`. Without it what was written is kept as NAME.incomplete-XXXXXX (see
 /// OutputFile). Room for the index is reserved, so even on a full disk that file has its index and can be read. The
@@ -28,7 +28,7 @@ namespace youbot_base_sim {
 /// error says where the bag is, and if not even the index could be written, that it needs `rosbag reindex`.
 class BagWriter {
  public:
-  explicit BagWriter(OutputFile file) : file_(std::move(file)) {}
+  explicit BagWriter(OutputFile file, std::string ns = "/") : file_(std::move(file)), namespace_(std::move(ns)) {}
   /// Throws OutputError where the system refuses.
   explicit BagWriter(const std::string& path) : BagWriter(OutputFile(path, OutputFile::Access::kAnywhere)) {}
   /// As `keep_incomplete`.
@@ -37,7 +37,7 @@ class BagWriter {
   BagWriter& operator=(const BagWriter&) = delete;
 
   /// Writes what happened since the last instant.
-  void write(const Events& events);
+  void write(const Telemetry& telemetry, const Events& events);
 
   /// Writes all topics of `telemetry` at time t (s), that of `simulation` and of the last update of `sensors`; contact
   /// markers at most at `kBagMarkersRate`.
@@ -51,7 +51,7 @@ class BagWriter {
 
  private:
   template <class Message>
-  void write(const std::string& topic, const ros::Time& stamp, Message message, bool latched = false);
+  void write(const std::string& topic, const ros::Time& stamp, Message message);
   template <class Action>
   void guarded(const Action& action);
   void open_bag();
@@ -60,6 +60,7 @@ class BagWriter {
   bool close();
 
   OutputFile file_;
+  std::string namespace_;
   std::shared_ptr<rosbag::Bag> bag_;
   std::uint64_t reserved_ = 0;                    // bytes
   std::map<std::string, std::uint32_t> numbers_;  // of the next message, by topic

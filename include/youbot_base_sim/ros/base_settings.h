@@ -19,12 +19,12 @@ namespace youbot_base_sim {
 /// The driver's other parameters concern arms and are ignored.
 ///
 /// Of LoopSettings: `scene` comes from the parameters `scene` (a scene file; its `drive` section is ignored), `model`,
-/// `method`, `profile`, `friction_scale`, `relative_tolerance`, `control_period` (s) and `dry_friction` (N m, of each
-/// wheel's drive); each overrides the scene's value. Without a scene file: the paper's robot with the measured profile,
-/// at rest at the origin, a relative tolerance of 1e-5 and a control period of 1 ms. The two rates are at most once a
-/// control period. `driver` has `command_timeout` (s) and, in place of the scene's section `motors`, what MotorSettings
-/// has; `sensors`, `driver_wheel_radius` (m), `odometry_wheel_error` and, with `publish_imu`, the errors of the
-/// inertial unit.
+/// `method`, `profile`, `friction_scale`, `relative_tolerance`, `control_period` (s), `dry_friction` (N m, of each
+/// wheel's drive), `initial_pose` (x, y, heading, m and rad) and `initial_wheel_angles` (rad); each overrides the
+/// scene's value. Without a scene file: the paper's robot with the measured profile, at rest at the origin, a relative
+/// tolerance of 1e-5 and a control period of 1 ms. The two rates are at most once a control period. `driver` has
+/// `command_timeout` (s) and, in place of the scene's section `motors`, what MotorSettings has; `sensors`,
+/// `driver_wheel_radius` (m), `odometry_wheel_error` and, with `publish_imu`, the errors of the inertial unit.
 ///
 /// `lockstep`, which needs `publish_clock`, has `lockstep_period` (s), `lockstep_timeout` (s) and `end_with_commands`;
 /// see LockstepSettings. /clock advances by that period once the nodes that follow it rest, and so have dealt with all
@@ -44,6 +44,7 @@ struct BaseSettings : LoopSettings {
   bool start_paused = false;  ///< starts as after ~pause. Needs `publish_clock`
   double end_time = 0;        ///< simulated time at which the node ends, s; 0: none
   bool publish_tf = true;     ///< whether odom to base_footprint is published on /tf
+  /// `odom_frame`, `base_frame` and `world_frame`, the first two with the `tf_prefix` of the nearest namespace;
   /// `publish_rollers`; `publish_contacts`, which has them recorded; `world_tf`: world to odom, at the scene's initial
   /// pose, and world to ground_truth/base_footprint; `joint_velocity_sign`: driver_exact (reversed on the left, the
   /// default) or consistent (with positions); `friction_marker_scale` (m/N) and `slip_marker_scale` (m for each m/s).

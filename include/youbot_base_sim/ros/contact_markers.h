@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <string>
 
+#include "youbot_base_sim/ros/frame_names.h"
 #include "youbot_base_sim/simulation.h"
 
 namespace youbot_base_sim {
@@ -20,7 +21,7 @@ struct MarkerOptions {
 };
 
 /// The options for a robot: with its meshes, and with the base where it is in the scene's frame if TF has that.
-MarkerOptions marker_options(const RobotParameters& robot, bool has_world);
+MarkerOptions marker_options(const RobotParameters& robot, bool has_world, const FrameNames& frames = {});
 
 /// The length at which arrows end, m: those of a spinning wheel would leave the picture.
 constexpr double kMaxArrow = 0.4;

@@ -22,12 +22,14 @@
 #include "youbot_base_sim/drive/base_driver.h"
 #include "youbot_base_sim/drive/imu.h"
 #include "youbot_base_sim/drive/wheel_odometry.h"
+#include "youbot_base_sim/ros/frame_names.h"
 #include "youbot_base_sim/ros/node_constants.h"
 #include "youbot_base_sim/simulation.h"
 
 /// Conversions between simulation and messages, as pure functions. Wheel joints have the sign of the URDF and of the
 /// paper: positive drives forward. (The real driver's left motors turn the other way, but not its joint positions.)
 /// Points of loads and wrenches count from O at the height of the axles, those in messages from base_link's origin.
+/// Where `frames` are left out, they are the driver's.
 namespace youbot_base_sim {
 
 /// Units of commands, as boost::units writes them, which is what the driver compares with: N m/rad and rad/s.
@@ -59,13 +61,14 @@ Eigen::Vector3d vector_of(const Message& message) {
 /// `wheel_joint_fl` and so on, for wheel i.
 std::string wheel_joint(int i);
 
-/// Pose x, y (m), heading (rad) in `frame`; velocity V_X, V_Y (m/s), Omega (rad/s) in the base's own frame. Covariances
-/// are zero, as the driver's.
+/// Pose x, y (m), heading (rad) in `frame`; velocity V_X, V_Y (m/s), Omega (rad/s) in the base's own frame, `child`.
+/// Covariances are zero, as the driver's.
 nav_msgs::Odometry odometry_message(const std::string& frame, const Eigen::Vector3d& pose,
-                                    const Eigen::Vector3d& velocity, const ros::Time& stamp);
+                                    const Eigen::Vector3d& velocity, const ros::Time& stamp,
+                                    const std::string& child = kBaseFrame);
 
-/// What the unit reads, in the frame base_footprint; roll and pitch are zero.
-sensor_msgs::Imu imu_message(const Imu& imu, const ros::Time& stamp);
+/// What the unit reads, in the base's frame; roll and pitch are zero.
+sensor_msgs::Imu imu_message(const Imu& imu, const ros::Time& stamp, const std::string& frame = kBaseFrame);
 
 /// Covariance of x, y, heading, or of V_X, V_Y, Omega, as one of six degrees of freedom, the three others unknown.
 boost::array<double, 36> covariance_message(const Eigen::Matrix3d& covariance);
@@ -75,26 +78,31 @@ geometry_msgs::TransformStamped transform_message(const std::string& frame, cons
                                                   const Eigen::Vector3d& pose, const ros::Time& stamp);
 
 /// `stamp` is that of the switch; of many in one record, of when the last one was noticed.
-RollerSwitchStamped roller_switch_message(const RollerSwitch& event, const ros::Time& stamp);
+RollerSwitchStamped roller_switch_message(const RollerSwitch& event, const ros::Time& stamp,
+                                          const FrameNames& frames = {});
 
 /// The present state of the four contacts, and where the power goes.
-ContactsStamped contacts_message(const Simulation& simulation, const ros::Time& stamp);
+ContactsStamped contacts_message(const Simulation& simulation, const ros::Time& stamp,
+                                 const std::string& frame = kBaseFrame);
 
 /// The force of a wrench on a base at heading psi (rad) in the platform's frame, N.
 Eigen::Vector3d platform_force(const Wrench& wrench, double psi);
 
 /// The sum of wrenches on a base at heading psi (rad): force and torque in base_link, about its origin.
-geometry_msgs::WrenchStamped wrench_message(const std::vector<Wrench>& wrenches, double psi, const ros::Time& stamp);
+geometry_msgs::WrenchStamped wrench_message(const std::vector<Wrench>& wrenches, double psi, const ros::Time& stamp,
+                                            const std::string& frame = kBaseLinkFrame);
 
 /// What `provenance` says, then the scene as YAML.
 std_msgs::String scene_message(const Scene& scene);
 
-LoadsStamped loads_message(const std::vector<Load>& loads, const ros::Time& stamp);
+LoadsStamped loads_message(const std::vector<Load>& loads, const ros::Time& stamp,
+                           const std::string& frame = kBaseLinkFrame);
 
-/// A wrench message as the simulation has it. Frames base_link, base_footprint and none are the platform's; in `world`
-/// and `odom` the force keeps its direction in the fixed frame, but still acts at the origin of base_link. Throws
-/// std::runtime_error, a line that names the field, for what cannot be taken; so do the next two.
-Wrench wrench_of(const geometry_msgs::WrenchStamped& message);
+/// A wrench message as the simulation has it. Frames base_link, base_footprint and none are the platform's. In `world`
+/// and `odom`, which has the heading odom_psi (rad), the force keeps its direction in the fixed frame, but still acts
+/// at the origin of base_link. Throws std::runtime_error, a line that names the field, for what cannot be taken; so do
+/// the next two.
+Wrench wrench_of(const geometry_msgs::WrenchStamped& message, const FrameNames& frames = {}, double odom_psi = 0);
 
 std::vector<Load> loads_of(const SetLoads::Request& request);
 

@@ -60,6 +60,7 @@ class DriverInterface {
   BaseLoop& loop_;
   const NodeClock& clock_;
   ThrottledLog& log_;
+  const FrameNames frames_;
   bool warns_of_signs_;  // of joint velocities that are not those of commands, once
   bool commanded_ = false;
   std::vector<ros::Subscriber> command_subscribers_;

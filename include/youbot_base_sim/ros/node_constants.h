@@ -10,7 +10,8 @@ constexpr char kOdometryFrame[] = "odom";        ///< as the driver's
 constexpr char kBaseFrame[] = "base_footprint";  ///< as the driver's; over O, the geometric centre of the base
 constexpr char kWorldFrame[] = "world";          ///< the fixed frame of the scene
 constexpr char kTruthFrame[] = "ground_truth/base_footprint";  ///< where the base is; kBaseFrame: by odometry
-constexpr char kBaseLinkFrame[] = "base_link";                 ///< as the driver's
+constexpr char kTruthPrefix[] = "ground_truth/";
+constexpr char kBaseLinkFrame[] = "base_link";  ///< as the driver's
 constexpr char kWheelFramePrefix[] = "wheel_link_";
 
 constexpr char kWheelJointPrefix[] = "wheel_joint_";

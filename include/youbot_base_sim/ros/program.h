@@ -2,6 +2,7 @@
 
 #include <ros/node_handle.h>
 
+#include <Eigen/Core>
 #include <functional>
 #include <optional>
 #include <set>
@@ -27,6 +28,8 @@ class Parameters {
   bool read(const std::string& name, std::string& value);
   bool read(const std::string& name, bool& value);
   bool read(const std::string& name, double& value, const Range& range);
+  /// A list with as many numbers as `values` has.
+  bool read(const std::string& name, Eigen::Ref<Eigen::ArrayXd> values, const Range& range);
   template <class Value, class... Limits>
   bool read(const std::string& name, std::optional<Value>& value, const Limits&... limits) {
     Value set{};

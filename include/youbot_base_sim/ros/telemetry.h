@@ -37,6 +37,7 @@ class Telemetry {
     bool rollers = false;   ///< roller_joint_fl_0 and so on in the joint states
     bool contacts = false;  ///< recorded too
     bool world = false;     ///< where odom and the base's true place are in the scene's frame, on /tf_static and /tf
+    FrameNames frames;
     MarkerOptions markers;
   };
 
@@ -50,33 +51,47 @@ class Telemetry {
     topic(kOdometryTopic, [&] { return odometry(sensors, stamp); });
     topic(kGroundTruthTopic, [&] {
       const State& state = simulation.state();
-      return odometry_message(kWorldFrame, pose_of(state), state.velocity(), stamp);
+      return odometry_message(options_.frames.world, pose_of(state), state.velocity(), stamp, options_.frames.base);
     });
     topic(kJointStatesTopic, [&] { return joint_states(simulation, sensors.readings(), stamp); });
-    if (sensors.imu()) topic(kImuTopic, [&] { return imu_message(*sensors.imu(), stamp); });
+    if (sensors.imu()) topic(kImuTopic, [&] { return imu_message(*sensors.imu(), stamp, options_.frames.base); });
     topic(kTransformsTopic, [&] { return transforms(simulation, sensors, stamp); });
-    topic(kContactsTopic, [&] { return contacts_message(simulation, stamp); });
+    topic(kContactsTopic, [&] { return contacts_message(simulation, stamp, options_.frames.base); });
   }
 
-  /// The same for a change of loads and wrenches.
-  template <class Topic>
-  static void visit(const LoadChange& change, const ros::Time& stamp, Topic&& topic) {
-    if (change.loads) topic(kLoadsTopic, [&] { return loads_message(change.applied.loads, stamp); });
-    if (change.wrenches) {
-      topic(kAppliedWrenchTopic, [&] { return wrench_message(change.applied.wrenches, change.psi, stamp); });
+  /// Calls `topic(name, stamp, make)` for each event; `stamp_at(t)` makes the stamp of simulated time t, s.
+  template <class StampAt, class Topic>
+  void visit(const Events& events, const StampAt& stamp_at, Topic&& topic) const {
+    const FrameNames& frames = options_.frames;
+    for (const RollerSwitch& event : events.switches) {
+      const ros::Time stamp = stamp_at(event.t);
+      topic(kRollerSwitchesTopic, stamp, [&] { return roller_switch_message(event, stamp, frames); });
+    }
+    for (const LoadChange& change : events.load_changes) {
+      const ros::Time stamp = stamp_at(change.t);
+      const AppliedLoads& applied = change.applied;
+      if (change.loads)
+        topic(kLoadsTopic, stamp, [&] { return loads_message(applied.loads, stamp, frames.base_link()); });
+      if (change.wrenches) topic(kAppliedWrenchTopic, stamp, [&] { return push(applied.wrenches, change.psi, stamp); });
     }
   }
 
-  /// The same for the wrenches at an instant, if there are any.
+  /// Calls `topic(name, make)` for the wrenches at an instant, if there are any.
   template <class Topic>
-  static void visit_push(const Simulation& simulation, const ros::Time& stamp, Topic&& topic) {
+  void visit_push(const Simulation& simulation, const ros::Time& stamp, Topic&& topic) const {
     const std::vector<Wrench>& wrenches = simulation.applied_loads().wrenches;
     if (wrenches.empty()) return;
-    topic(kAppliedWrenchTopic, [&] { return wrench_message(wrenches, simulation.state().psi(), stamp); });
+    topic(kAppliedWrenchTopic, [&] { return push(wrenches, simulation.state().psi(), stamp); });
   }
 
   visualization_msgs::MarkerArray markers(const Simulation& simulation, const ros::Time& stamp) {
-    return markers_.at(contacts_message(simulation, stamp), simulation);
+    return markers_.at(contacts_message(simulation, stamp, options_.frames.base), simulation);
+  }
+
+  /// Whether later subscribers get the topic's last message.
+  static bool latched(const std::string& topic) {
+    return topic == kLoadsTopic || topic == kAppliedWrenchTopic || topic == kSceneTopic ||
+           topic == kStaticTransformsTopic;
   }
 
   /// Whether the topic is recorded; what is not is still published.
@@ -89,7 +104,10 @@ class Telemetry {
 
  private:
   static Eigen::Vector3d pose_of(const State& state) { return {state.x(), state.y(), state.psi()}; }
-  static nav_msgs::Odometry odometry(const BaseSensors& sensors, const ros::Time& stamp);
+  nav_msgs::Odometry odometry(const BaseSensors& sensors, const ros::Time& stamp) const;
+  geometry_msgs::WrenchStamped push(const std::vector<Wrench>& wrenches, double psi, const ros::Time& stamp) const {
+    return wrench_message(wrenches, psi, stamp, options_.frames.base_link());
+  }
   sensor_msgs::JointState joint_states(const Simulation& simulation, const MotorReadings& readings,
                                        const ros::Time& stamp) const;
   tf2_msgs::TFMessage transforms(const Simulation& simulation, const BaseSensors& sensors,

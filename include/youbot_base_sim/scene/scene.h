@@ -76,6 +76,9 @@ class SceneError : public std::runtime_error {
 inline constexpr Range kRelativeTolerances{1e-14, 0.1, ""};
 inline constexpr Range kControlPeriods{1e-6, 10, "s", true};
 inline constexpr Range kFrictionScales{0, 1e3, ""};
+inline constexpr Range kPoses{-1e6, 1e6, "m or rad"};
+inline constexpr Range kSpeeds{-1e4, 1e4, "m/s or rad/s"};
+inline constexpr Range kWheelAngles{-1e6, 1e6, "rad"};
 
 /// The text of a scene file.
 struct SceneFile {
@@ -98,8 +101,10 @@ struct SceneOverrides {
   std::string profile;                   ///< of the robot; its other keys still go before it
   std::optional<double> friction_scale;  ///< of that profile, which must be measured
   std::optional<double> dry_friction;    ///< of each wheel, N m
-  bool contacts = false;                 ///< true: they are written, whatever the file says
-  bool endless = false;                  ///< as a node: the duration may be left out, and the drive is ignored
+  std::optional<Eigen::Array3d> initial_pose;
+  std::optional<Wheels> initial_wheel_angles;
+  bool contacts = false;  ///< true: they are written, whatever the file says
+  bool endless = false;   ///< as a node: the duration may be left out, and the drive is ignored
 };
 
 /// Reads and checks a scene file and the tables that it names. Throws SceneError.

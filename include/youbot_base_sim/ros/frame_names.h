@@ -1,0 +1,27 @@
+#pragma once
+
+#include <string>
+
+#include "youbot_base_sim/physics/state.h"
+#include "youbot_base_sim/ros/node_constants.h"
+
+namespace youbot_base_sim {
+
+/// The names of the frames in messages: the driver's, or those of one of several robots.
+struct FrameNames {
+  std::string prefix;                 ///< of the links' names: empty, or with a slash at its end
+  std::string odom = kOdometryFrame;  ///< where wheel odometry began
+  std::string base = kBaseFrame;      ///< over O; its pose in `odom` is that of wheel odometry
+  std::string world = kWorldFrame;    ///< the fixed frame of the scene, which robots share
+  std::string truth = kTruthFrame;    ///< where the base is
+
+  /// Those of the robot with this prefix, as robot_state_publisher adds it. A name that begins with a slash goes
+  /// without it. `world` never has it.
+  static FrameNames of(const std::string& tf_prefix, const std::string& odom, const std::string& base,
+                       const std::string& world);
+
+  std::string base_link() const { return prefix + kBaseLinkFrame; }
+  std::string wheel_link(int i) const { return prefix + kWheelFramePrefix + kWheelNames[i]; }
+};
+
+}  // namespace youbot_base_sim
