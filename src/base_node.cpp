@@ -89,7 +89,7 @@ class BaseNode {
     if (!world.transforms.empty()) static_transforms_.emplace().sendTransform(world.transforms);
     if (settings_.publish_clock) {
       time_services_.emplace(
-          private_node, queue_, settings_.start_paused, loop_, clock_, [this] { return reset(); },
+          private_node, queue_, settings_.start_paused, loop_, clock_, [this] { reset(); },
           [this] { end("~end is called"); });
     }
   }
@@ -449,18 +449,14 @@ class BaseNode {
   bool paused() const { return time_services_ && time_services_->paused(); }
   bool stepping() const { return time_services_ && time_services_->stepping(); }
 
-  bool reset() {
-    if (bag_) {
-      ROS_ERROR("~reset is rejected while ~bag is written: the bag's time would go back");
-      return false;
-    }
+  void reset() {
+    if (bag_) throw std::runtime_error("~reset is rejected while ~bag is written: the bag's time would go back");
     time_services_->end_step("ended by ~reset");
     loop_.reset();
     clock_.reset();
     interface_->forget_commands();
     diagnosing_.reset();
     publish_instant();
-    return true;
   }
 
   const BaseSettings settings_;

@@ -85,7 +85,8 @@ void DriverInterface::receive(const char* topic, const WheelCommand& command) {
 void DriverInterface::receive_wrench(const geometry_msgs::WrenchStamped& message) {
   try {
     const Wrench wrench = wrench_of(message, frames_, loop_.simulation().scene().initial.psi());
-    if (!request(wrench) || wrench.force.z() == 0) return;
+    request(wrench);
+    if (wrench.force.z() == 0) return;
     if (loop_.simulation().scene().robot.normal_reactions == NormalReactions::kDynamic) return;
     log_.warn("vertical force",
               fmt::format("~{}: wrench.force.z = {}: has no effect unless robot.normal_reactions is dynamic",
@@ -95,28 +96,27 @@ void DriverInterface::receive_wrench(const geometry_msgs::WrenchStamped& message
   }
 }
 
-/// Enqueues a request other than a command; false if it is refused.
-bool DriverInterface::request(const BaseRequest& request) {
-  const bool taken = loop_.push(clock_.arrival(), request);
-  if (!taken) log_.error("too many", kTooMany);
-  return taken;
+/// Enqueues a request other than a command. Throws std::runtime_error if it is refused.
+void DriverInterface::request(const BaseRequest& request) {
+  if (!loop_.push(clock_.arrival(), request)) throw std::runtime_error(kTooMany);
 }
 
-/// A service of the driver that needs a base. `line`: for the log, the driver's.
+/// A service of the driver that needs a base. `line`: for the log, the driver's. What it throws, roscpp sends to the
+/// caller and logs: std_srvs/Empty has no room for a reason.
 template <class Request>
 ros::ServiceServer DriverInterface::offer_switch(ros::NodeHandle& node, const char* service, const char* line) {
   const auto serve = [this, line](std_srvs::Empty::Request&, std_srvs::Empty::Response&) {
     ROS_INFO_STREAM(line);
-    if (loop_.present(clock_.arrival())) return request(Request());
-    log_.error("no base", kNoBase);
-    return false;
+    if (!loop_.present(clock_.arrival())) throw std::runtime_error(kNoBase);
+    request(Request());
+    return true;
   };
   return node.advertiseService<std_srvs::Empty::Request, std_srvs::Empty::Response>(service, serve);
 }
 
 /// True whether or not there is a base then, as the driver's is.
 bool DriverInterface::reconnect(std_srvs::Empty::Request&, std_srvs::Empty::Response&) {
-  if (!request(Reconnect())) return false;
+  request(Reconnect());
   if (loop_.present(clock_.arrival())) {
     ROS_INFO("Base is initialized.");
   } else {
@@ -141,8 +141,8 @@ bool DriverInterface::set_loads(SetLoads::Request& asked, SetLoads::Response& re
 template <class Response, class MakeRequest>
 bool DriverInterface::answer(Response& response, const MakeRequest& make_request) {
   try {
-    response.success = request(make_request());
-    if (!response.success) response.message = kTooMany;
+    request(make_request());
+    response.success = true;
   } catch (const std::runtime_error& error) {
     response.message = error.what();
   }

@@ -186,25 +186,23 @@ double NodeClock::arrival() const {
 }
 
 TimeServices::TimeServices(ros::NodeHandle& private_node, ros::CallbackQueue& queue, bool paused, const BaseLoop& loop,
-                           NodeClock& clock, const std::function<bool()>& reset, const std::function<void()>& end)
+                           NodeClock& clock, const std::function<void()>& reset, const std::function<void()>& end)
     : loop_(loop), loop_queue_(queue), paused_(paused) {
-  const auto offer = [&](const char* service, const std::function<bool()>& serve) {
+  const auto offer = [&](const char* service, const std::function<void()>& serve) {
     return private_node.advertiseService<std_srvs::Empty::Request, std_srvs::Empty::Response>(
-        service, [serve](auto&, auto&) { return serve(); });
+        service, [serve](auto&, auto&) { return serve(), true; });
   };
   const auto set_paused = [this, &clock](bool value) {
     end_step(value ? "ended by ~pause" : "ended by ~unpause");
     paused_ = value;
-    if (value) return true;
+    if (value) return;
     clock.lockstep().start();
     clock.start();
-    return true;
   };
   step_node_.setCallbackQueue(&step_queue_);
-  servers_ = {offer(kPauseService, [set_paused] { return set_paused(true); }),
-              offer(kUnpauseService, [set_paused] { return set_paused(false); }), offer(kResetService, reset),
-              offer(kEndService, [end] { return end(), true; }),
-              step_node_.advertiseService(kStepService, &TimeServices::step, this)};
+  servers_ = {offer(kPauseService, [set_paused] { set_paused(true); }),
+              offer(kUnpauseService, [set_paused] { set_paused(false); }), offer(kResetService, reset),
+              offer(kEndService, end), step_node_.advertiseService(kStepService, &TimeServices::step, this)};
   spinner_.start();
 }
 

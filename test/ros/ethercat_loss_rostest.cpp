@@ -2,6 +2,7 @@
 
 #include "base_client.h"
 #include "log.h"
+#include "program.h"
 
 namespace youbot_base_sim {
 namespace {
@@ -34,6 +35,9 @@ TEST(EthercatLoss, takes_the_base_away_until_reconnect) {
   log.expect(base, rosgraph_msgs::Log::ERROR, {"No base initialized!"});
   EXPECT_FALSE(base.call("base/switchOnMotors"));
   EXPECT_FALSE(base.call("base/switchOffMotors"));
+  Program call("/usr/bin/env", {"rosservice", "call", "/base/switchOnMotors"});
+  EXPECT_NE(call.wait(), 0);
+  EXPECT_NE(call.err().find("No base initialized!"), std::string::npos) << "the caller: " << call.err();
 
   EXPECT_TRUE(base.call("reconnect")) << "answers true in any case";
   log.expect(base, rosgraph_msgs::Log::ERROR, {"could not be initialized"});

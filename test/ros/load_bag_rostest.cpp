@@ -45,6 +45,9 @@ TEST(LoadBag, has_what_pushed_the_base_and_what_it_carried) {
   service.request.loads.clear();
   ASSERT_TRUE(ros::service::call("/pushed/base/set_loads", service) && service.response.success);
   base.expect_simulated(0.1);
+  Program reset("/usr/bin/env", {"rosservice", "call", "/pushed/base/reset"});
+  EXPECT_NE(reset.wait(), 0);
+  EXPECT_NE(reset.err().find("rejected while ~bag is written"), std::string::npos) << reset.err();
   base.send(SIGINT);
   base.expect_end(0);
 

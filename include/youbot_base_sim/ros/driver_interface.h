@@ -29,7 +29,7 @@ namespace youbot_base_sim {
 ///
 /// Offers base/switchOffMotors, base/switchOnMotors and reconnect (std_srvs/Empty), which fail without a base as the
 /// driver's do, ~set_faults (youbot_base_sim/SetFaults) and ~set_loads (youbot_base_sim/SetLoads). All but commands are
-/// refused while too many requests wait for time to advance.
+/// refused while too many requests wait for time to advance. Callers get the reason of a refusal.
 class DriverInterface {
  public:
   /// All references must outlive it.
@@ -48,7 +48,7 @@ class DriverInterface {
   void subscribe(ros::NodeHandle& node, const char* topic, const Read& read);
   void receive(const char* topic, const WheelCommand& command);
   void receive_wrench(const geometry_msgs::WrenchStamped& message);
-  bool request(const BaseRequest& request);
+  void request(const BaseRequest& request);
   template <class Request>
   ros::ServiceServer offer_switch(ros::NodeHandle& node, const char* service, const char* line);
   bool reconnect(std_srvs::Empty::Request&, std_srvs::Empty::Response&);

@@ -146,10 +146,10 @@ class NodeClock {
 /// run one after another.
 class TimeServices {
  public:
-  /// `reset` goes back to t = 0; false if it refuses. `end` ends the node. `queue` is the loop's. All references must
-  /// outlive this.
+  /// `reset` goes back to t = 0; it throws std::runtime_error, with a reason for the caller, if it refuses. `end` ends
+  /// the node. `queue` is the loop's. All references must outlive this.
   TimeServices(ros::NodeHandle& private_node, ros::CallbackQueue& queue, bool paused, const BaseLoop& loop,
-               NodeClock& clock, const std::function<bool()>& reset, const std::function<void()>& end);
+               NodeClock& clock, const std::function<void()>& reset, const std::function<void()>& end);
   ~TimeServices();
   TimeServices(const TimeServices&) = delete;
   TimeServices& operator=(const TimeServices&) = delete;
