@@ -45,8 +45,8 @@ constexpr auto kFirstNotice = std::chrono::seconds(1), kNextNotice = std::chrono
 constexpr auto kNoticeInDiagnostics = std::chrono::seconds(2);
 
 /// Topics that time does not wait for: their content comes again, or is kept for later subscribers.
-const std::set<std::string> kNotWaitedFor = {kDiagnosticsTopic, kDashboardTopic,     kContactMarkersTopic,
-                                             kLoadsTopic,       kAppliedWrenchTopic, kSceneTopic};
+const std::set<std::string> kNotWaitedFor = {kDiagnosticsTopic,   kDashboardTopic, kContactMarkersTopic, kLoadsTopic,
+                                             kAppliedWrenchTopic, kSceneTopic,     kStateSetTopic};
 
 /// One number if all wheels have the same, else four.
 std::string wheels_text(const Wheels& values) {
@@ -138,6 +138,7 @@ class BaseNode {
     publications_.advertise<LoadsStamped>(node_, kLoadsTopic, kRecorderQueueSize, Telemetry::latched(kLoadsTopic));
     publications_.advertise<geometry_msgs::WrenchStamped>(node_, kAppliedWrenchTopic, kRecorderQueueSize,
                                                           Telemetry::latched(kAppliedWrenchTopic));
+    publications_.advertise<nav_msgs::Odometry>(node_, kStateSetTopic, kRecorderQueueSize);
     publications_.advertise<diagnostic_msgs::DiagnosticArray>(node_, kDiagnosticsTopic, kDriverQueueSize);
     publications_.advertise<std_msgs::String>(node_, kSceneTopic, kDriverQueueSize, Telemetry::latched(kSceneTopic));
     publications_.publish(kSceneTopic, [this] { return scene_message(settings_.scene); });

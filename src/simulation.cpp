@@ -8,6 +8,7 @@
 #include "youbot_base_sim/drive/prescribed_wheels.h"
 #include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/integration/no_slip_integrator.h"
+#include "youbot_base_sim/physics/no_slip_model.h"
 #include "youbot_base_sim/physics/roller_geometry.h"
 
 namespace youbot_base_sim {
@@ -69,6 +70,7 @@ void Simulation::reset() {
   added_ = {};
   planned_ = {};
   load_changes_.clear();
+  state_changes_.clear();
   if (!scene_.load_schedule.empty()) change_loads();
   note_loads(0);
   initial_energy_ = kinetic_energy() - state_.work();
@@ -174,6 +176,28 @@ void Simulation::set_loads(const AppliedLoads& applied, bool keep_momentum) {
   added_ = applied;
   integrator_->set_loads(state_, with_added(planned_), keep_momentum);
   note_loads(t_);
+}
+
+void Simulation::set_state(const Eigen::Vector3d& pose, const Eigen::Vector3d& velocity,
+                           const std::optional<Wheels>& phi) {
+  const double unexplained = kinetic_energy() - state_.work();
+  state_.values.col(0).head<3>() = pose.array();
+  state_.values.col(1).head<3>() = velocity.array();
+  NoSlipModel(scene_.robot).constrain(state_);
+  if (phi) state_.phi() = *phi;
+  state_.gamma().setZero();
+  integrator_->torque_jumped();
+  if (slips(scene_.model)) begin_contacts_anew();
+  state_.work() = kinetic_energy() - unexplained;
+  state_changes_.push_back({t_, state_});
+}
+
+// On the rollers on which the wheels stand at their angles.
+void Simulation::begin_contacts_anew() {
+  MotionSoFar before = integrator_->leave();
+  before.contacts.reset();
+  make_integrator(&before);
+  if (extended_) integrator_->set_loads(state_, applied_loads_, false);
 }
 
 // The scene's loads and wrenches, and those that were added.

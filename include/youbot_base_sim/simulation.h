@@ -31,10 +31,17 @@ struct LoadChange {
   bool loads, wrenches;  ///< which of them changed
 };
 
+/// The base was put elsewhere: its state from an instant on.
+struct StateChange {
+  double t;  ///< s
+  State state;
+};
+
 /// Events in a stretch of the motion, in order of time.
 struct Events {
   std::vector<RollerSwitch> switches;
   std::vector<LoadChange> load_changes;
+  std::vector<StateChange> state_changes = {};
 };
 
 /// One running simulation: a scene and commands in; state, switches, contacts and statistics out. With a control period
@@ -88,6 +95,14 @@ class Simulation {
   /// velocities or, with `keep_momentum`, its momentum; the change of kinetic energy counts as work.
   void set_loads(const AppliedLoads& applied, bool keep_momentum = false);
 
+  /// Puts the base elsewhere: at this pose, x, y (m) and heading (rad) in the fixed frame, with this velocity V_X, V_Y
+  /// (m/s), Omega (rad/s) in its own frame, with which wheels and rollers roll without slip, and at the wheel angles
+  /// phi (rad), if given. Time, torque, loads and wrenches go on; the change of kinetic energy counts as work.
+  void set_state(const Eigen::Vector3d& pose, const Eigen::Vector3d& velocity, const std::optional<Wheels>& phi);
+
+  /// Its calls since the last call of this one. The list grows until it is taken.
+  std::vector<StateChange> take_state_changes() { return std::exchange(state_changes_, {}); }
+
   /// The present loads and wrenches, those of the scene included.
   const AppliedLoads& applied_loads() const { return applied_loads_; }
 
@@ -130,6 +145,7 @@ class Simulation {
   void advance_within_period(double t);
   void sample_drive();
   void make_integrator(const MotionSoFar* before);
+  void begin_contacts_anew();
   AppliedLoads with_added(AppliedLoads applied) const;
   void make_due_changes();
   void change_loads();
@@ -156,6 +172,7 @@ class Simulation {
   AppliedLoads added_;          // besides those of the scene
   AppliedLoads applied_loads_;  // the present ones: both
   std::vector<LoadChange> load_changes_;
+  std::vector<StateChange> state_changes_;
 };
 
 }  // namespace youbot_base_sim

@@ -61,6 +61,13 @@ void Imu::update(double t, const State& state) {
   velocity_ = velocity;
 }
 
+void Imu::carry(const State& before, const State& after) {
+  const double turn = after.psi() - before.psi();
+  const Eigen::Vector2d gained = velocity_of(before, settings_.position) - velocity_;
+  psi_ += turn;
+  velocity_ = velocity_of(after, settings_.position) - turned({gained[0], gained[1], 0}, turn).head<2>();
+}
+
 double Imu::variance(const SensorErrors& errors) const {
   return errors.noise_variance(interval_) + errors.bias_variance(t_ - start_);
 }

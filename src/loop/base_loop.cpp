@@ -56,13 +56,21 @@ void BaseLoop::apply(const LoadsRequest& request) {
   simulation_.set_loads(applied_loads_, request.at_rest);
 }
 
-// In parts where loads or wrenches change: odeint's loop over control periods cannot change them.
+void BaseLoop::apply(const StateRequest& request) {
+  const State before = simulation_.state();
+  simulation_.set_state(request.pose, request.velocity, request.phi);
+  const State& after = simulation_.state();
+  sensors_.carry(before, after, driver_.carry(before.phi(), after.phi()));
+}
+
+// In parts where loads, wrenches or the state change: odeint's loop over control periods cannot change them.
 void BaseLoop::advance_periods(std::int64_t n) {
   while (n > 0) {
     std::int64_t part = n;
     if (!requests_.empty()) {
-      requests_.take_loads(time(), [this](const auto& request) { apply(request); });
-      part = std::clamp<std::int64_t>(requests_.period_of_loads() - periods(), 1, n);
+      meet_instant();
+      requests_.take_motion(time(), [this](const auto& request) { apply(request); });
+      part = std::clamp<std::int64_t>(requests_.period_of_motion() - periods(), 1, n);
     }
     simulation_.advance_periods(part);
     n -= part;

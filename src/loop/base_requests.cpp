@@ -9,6 +9,11 @@ namespace {
 
 bool is_command(const BaseRequest& request) { return std::holds_alternative<DriveCommand>(request); }
 
+bool is_of_motion(const BaseRequest& request) {
+  return std::holds_alternative<Wrench>(request) || std::holds_alternative<LoadsRequest>(request) ||
+         std::holds_alternative<StateRequest>(request);
+}
+
 bool is_wrench(const BaseRequest& request) { return std::holds_alternative<Wrench>(request); }
 
 /// Adds `request` to `last`, which acts from the same control period; false if they do not make one.
@@ -28,10 +33,10 @@ bool add(const BaseRequest& request, BaseRequest& last) {
 }  // namespace
 
 bool BaseRequests::push(double t, const BaseRequest& request) {
-  for (const auto* queue : {&driver_, &loads_}) {
+  for (const auto* queue : {&driver_, &motion_}) {
     if (!queue->empty()) t = std::max(t, queue->back().arrival);
   }
-  std::deque<Stamped>& queue = is_wrench(request) || std::holds_alternative<LoadsRequest>(request) ? loads_ : driver_;
+  std::deque<Stamped>& queue = is_of_motion(request) ? motion_ : driver_;
   const bool same_period = !queue.empty() && time_.first_from(queue.back().arrival) == time_.first_from(t);
   if (same_period && add(request, queue.back().request)) {
     queue.back().arrival = t;
@@ -39,7 +44,7 @@ bool BaseRequests::push(double t, const BaseRequest& request) {
   }
   const auto is_other = [](const Stamped& one) { return !is_command(one.request); };
   const auto of_driver = static_cast<std::size_t>(std::count_if(driver_.begin(), driver_.end(), is_other));
-  if (!is_command(request) && of_driver + loads_.size() >= kMaxWaiting) return false;
+  if (!is_command(request) && of_driver + motion_.size() >= kMaxWaiting) return false;
   queue.emplace_back(t, request);
   return true;
 }
@@ -57,8 +62,8 @@ bool BaseRequests::take(double t, BaseDriver& driver) {
   return reconnected;
 }
 
-std::int64_t BaseRequests::period_of_loads() const {
-  return loads_.empty() ? std::numeric_limits<std::int64_t>::max() : time_.first_from(loads_.front().arrival);
+std::int64_t BaseRequests::period_of_motion() const {
+  return motion_.empty() ? std::numeric_limits<std::int64_t>::max() : time_.first_from(motion_.front().arrival);
 }
 
 bool BaseRequests::present(double t, const BaseDriver& driver) const {
@@ -71,7 +76,7 @@ bool BaseRequests::present(double t, const BaseDriver& driver) const {
 }
 
 void BaseRequests::bring_forward(double t) {
-  for (auto* queue : {&driver_, &loads_}) {
+  for (auto* queue : {&driver_, &motion_}) {
     for (Stamped& waiting : *queue) waiting.arrival = std::min(waiting.arrival, t);
   }
 }

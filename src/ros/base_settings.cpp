@@ -177,6 +177,7 @@ void read_telemetry(Parameters& parameters, BaseSettings& settings) {
   telemetry.contacts = settings.scene.output.contacts;
   std::string sign = "driver_exact";
   parameters.read("publish_tf", settings.publish_tf);
+  parameters.read("listen_to_initialpose", settings.listen_to_initialpose);
   parameters.read("world_tf", telemetry.world);
   parameters.read("publish_rollers", telemetry.rollers);
   parameters.read("publish_contacts", telemetry.contacts);

@@ -8,7 +8,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <initializer_list>
 #include <stdexcept>
+#include <tuple>
 #include <utility>
 
 #include "youbot_base_sim/scene/frames.h"
@@ -81,6 +83,42 @@ double checked(const std::string& name, double number, const Range& range) {
 Eigen::Vector3d checked(const std::string& name, const Eigen::Vector3d& vector, const Range& range) {
   for (int k = 0; k < 3; ++k) checked(fmt::format("{}.{}", name, "xyz"[k]), vector[k], range);
   return vector;
+}
+
+/// x, y and heading of a pose on the floor.
+Eigen::Vector3d planar(const geometry_msgs::Pose& pose) {
+  constexpr double kMaxTilt = 1e-3, kMaxError = 0.01;  // sine of half the angle; of a quaternion's length
+  const auto& [position, q] = std::tie(pose.position, pose.orientation);
+  if (!(std::abs(position.z) <= 1e-6)) {
+    throw std::runtime_error(fmt::format("pose.position.z = {}: must be 0", position.z));
+  }
+  const double length = Eigen::Vector4d(q.x, q.y, q.z, q.w).norm();
+  const bool is_turn = std::abs(length - 1) <= kMaxError && std::hypot(q.x, q.y) <= kMaxTilt;
+  if (!is_turn && length != 0) {
+    throw std::runtime_error(fmt::format(
+        "pose.orientation = ({}, {}, {}, {}): must be a unit quaternion about z, or all 0", q.x, q.y, q.z, q.w));
+  }
+  return {checked("pose.position.x", position.x, kPoses), checked("pose.position.y", position.y, kPoses),
+          std::remainder(2 * std::atan2(q.z, q.w), 2 * M_PI)};
+}
+
+/// Throws unless these components, which a base on the floor does not have, are 0.
+void require_zero(const std::string& names, std::initializer_list<double> values) {
+  for (const double value : values) {
+    if (value != 0) throw std::runtime_error(fmt::format("{} = {}: must be 0", names, fmt::join(values, ", ")));
+  }
+}
+
+/// The pose in the scene's frame of what is at `pose` in `frame`.
+Eigen::Vector3d in_scene(const std::string& name, const std::string& frame, const Eigen::Vector3d& pose,
+                         const FrameNames& frames, const Eigen::Vector3d& odom) {
+  if (frame.empty() || frame == frames.world) return pose;
+  if (frame != frames.odom) {
+    throw std::runtime_error(fmt::format("{} = {}: must be {} or {}", name, quote(frame), frames.world, frames.odom));
+  }
+  Eigen::Vector3d sum = odom + turned({pose[0], pose[1], 0}, odom[2]);
+  sum[2] += pose[2];
+  return sum;
 }
 
 std::vector<brics_actuator::JointValue> entries(const Wheels& values, const std::string& unit, const ros::Time& stamp) {
@@ -270,6 +308,34 @@ Faults faults_of(const SetFaults::Request& request) {
   faults.encoder_noise = checked("encoder_noise", request.encoder_noise, {0, 10, "rad"});
   faults.command_delay = checked("command_delay", request.command_delay, {0, kMaxCommandDelay, "s"});
   return faults;
+}
+
+StateRequest state_of(const SetState::Request& request, const FrameNames& frames, const Eigen::Vector3d& odom) {
+  const Eigen::Vector3d pose = planar(request.pose);
+  const geometry_msgs::Twist& twist = request.twist;
+  require_zero("twist.linear.z, angular.x, angular.y", {twist.linear.z, twist.angular.x, twist.angular.y});
+  const Eigen::Vector3d velocity{checked("twist.linear.x", twist.linear.x, kSpeeds),
+                                 checked("twist.linear.y", twist.linear.y, kSpeeds),
+                                 checked("twist.angular.z", twist.angular.z, kSpeeds)};
+  StateRequest state{in_scene("reference_frame", request.reference_frame, pose, frames, odom),
+                     turned(velocity, -pose[2]), std::nullopt};
+  if (request.wheel_angles.empty()) return state;
+  if (request.wheel_angles.size() != kWheels) {
+    throw std::runtime_error(
+        fmt::format("wheel_angles: {} numbers: must be {} or none", request.wheel_angles.size(), kWheels));
+  }
+  state.phi = Wheels::Zero();
+  for (int i = 0; i < kWheels; ++i) {
+    (*state.phi)[i] = checked(fmt::format("wheel_angles[{}]", i), request.wheel_angles[i], kWheelAngles);
+  }
+  return state;
+}
+
+StateRequest state_of(const geometry_msgs::PoseWithCovarianceStamped& message, const FrameNames& frames,
+                      const Eigen::Vector3d& odom) {
+  const Eigen::Vector3d pose = planar(message.pose.pose);
+  return {in_scene("header.frame_id", message.header.frame_id, pose, frames, odom), Eigen::Vector3d::Zero(),
+          std::nullopt};
 }
 
 WheelCommand wheel_command(const brics_actuator::JointTorques& message) {

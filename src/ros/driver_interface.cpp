@@ -36,7 +36,11 @@ DriverInterface::DriverInterface(BaseLoop& loop, const NodeClock& clock, const B
                offer_switch<SwitchOn>(node, kSwitchOnService, "Switch on the base motors"),
                node.advertiseService(kReconnectService, &DriverInterface::reconnect, this),
                private_node.advertiseService(kSetFaultsService, &DriverInterface::set_faults, this),
-               private_node.advertiseService(kSetLoadsService, &DriverInterface::set_loads, this)};
+               private_node.advertiseService(kSetLoadsService, &DriverInterface::set_loads, this),
+               private_node.advertiseService(kSetStateService, &DriverInterface::set_state, this)};
+  if (!settings.listen_to_initialpose) return;
+  initialpose_subscriber_ =
+      node.subscribe(kInitialPoseTopic, kCommandQueueSize, &DriverInterface::receive_initialpose, this, kNoDelay);
 }
 
 template <class Message, class Read>
@@ -84,7 +88,7 @@ void DriverInterface::receive(const char* topic, const WheelCommand& command) {
 
 void DriverInterface::receive_wrench(const geometry_msgs::WrenchStamped& message) {
   try {
-    const Wrench wrench = wrench_of(message, frames_, loop_.simulation().scene().initial.psi());
+    const Wrench wrench = wrench_of(message, frames_, odom_pose()[2]);
     request(wrench);
     if (wrench.force.z() == 0) return;
     if (loop_.simulation().scene().robot.normal_reactions == NormalReactions::kDynamic) return;
@@ -94,6 +98,11 @@ void DriverInterface::receive_wrench(const geometry_msgs::WrenchStamped& message
   } catch (const std::runtime_error& error) {
     log_.warn(kWrenchTopic, fmt::format("~{}: {}: rejected", kWrenchTopic, error.what()));
   }
+}
+
+void DriverInterface::receive_initialpose(const geometry_msgs::PoseWithCovarianceStamped& message) {
+  const std::string reason = refusal([&] { return state_of(message, frames_, odom_pose()); });
+  if (!reason.empty()) log_.warn(kInitialPoseTopic, fmt::format("{}: {}: rejected", kInitialPoseTopic, reason));
 }
 
 /// Enqueues a request other than a command. Throws std::runtime_error if it is refused.
@@ -126,27 +135,36 @@ bool DriverInterface::reconnect(std_srvs::Empty::Request&, std_srvs::Empty::Resp
 }
 
 bool DriverInterface::set_faults(SetFaults::Request& asked, SetFaults::Response& response) {
-  return answer(response, [&] { return faults_of(asked); });
+  response.message = refusal([&] { return faults_of(asked); });
+  response.success = response.message.empty();
+  return true;
 }
 
 bool DriverInterface::set_loads(SetLoads::Request& asked, SetLoads::Response& response) {
-  return answer(response, [&] {
+  response.message = refusal([&] {
     LoadsRequest loads{loads_of(asked), static_cast<bool>(asked.at_rest)};
-    if (const std::string refusal = loop_.refusal(loads.loads); !refusal.empty()) throw std::runtime_error(refusal);
+    if (const std::string reason = loop_.refusal(loads.loads); !reason.empty()) throw std::runtime_error(reason);
     return loads;
   });
+  response.success = response.message.empty();
+  return true;
 }
 
-/// Enqueues what `make_request` returns. Answers whether that succeeded or, where it throws, why not.
-template <class Response, class MakeRequest>
-bool DriverInterface::answer(Response& response, const MakeRequest& make_request) {
+bool DriverInterface::set_state(SetState::Request& asked, SetState::Response& response) {
+  response.status_message = refusal([&] { return state_of(asked, frames_, odom_pose()); });
+  response.success = response.status_message.empty();
+  return true;
+}
+
+/// Enqueues what `make_request` returns. Returns why not, where that throws or too many wait; else an empty text.
+template <class MakeRequest>
+std::string DriverInterface::refusal(const MakeRequest& make_request) {
   try {
     request(make_request());
-    response.success = true;
+    return "";
   } catch (const std::runtime_error& error) {
-    response.message = error.what();
+    return error.what();
   }
-  return true;
 }
 
 }  // namespace youbot_base_sim

@@ -6,9 +6,12 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
+
+#include "youbot_base_sim/physics/no_slip_model.h"
 
 namespace youbot_base_sim {
 namespace {
@@ -129,6 +132,111 @@ TEST(BaseLoopTest, ALoadInPlaceOfAnotherSlowsTheBaseOnceMore) {
   loop.push(loop.time(), LoadsRequest{{{10, {0, 0, 0.2}, 0}}, true});
   loop.advance_periods(2);
   EXPECT_NEAR(loop.simulation().state().V_Y(), 0.5 * share * share, 1e-12);
+}
+
+// A motion that begins with a request is that of a scene that begins there.
+TEST(BaseLoopTest, AStateThatIsSetIsAStart) {
+  for (const Model model : {Model::kNoSlip, Model::kViscous, Model::kCoulomb}) {
+    LoopSettings there = settings(), elsewhere = settings();
+    there.scene.model = elsewhere.scene.model = model;
+    const Eigen::Vector3d pose{1, -2, 2.5}, velocity{0.3, -0.2, 0.4};
+    const Wheels phi{0.1, 0.5, -0.4, 0.9};
+    State& start = there.scene.initial;
+    start.values.col(0).head<3>() = pose;
+    start.values.col(1).head<3>() = velocity;
+    start.phi() = phi;
+    NoSlipModel(there.scene.robot).constrain(start);
+    BaseLoop begun(there), put(elsewhere);
+    put.push(0, torques(2));
+    put.push(0.0105, torques(1));
+    put.push(0.0105, StateRequest{pose, velocity, phi});
+    put.advance_periods(111);
+    begun.push(0, torques(1));
+    begun.advance_periods(100);
+    const auto apart = (put.simulation().state().values - begun.simulation().state().values).abs();
+    EXPECT_LT(apart.block(0, 0, 3, 2).maxCoeff(), 1e-9) << name_of(model);
+    EXPECT_LT(apart.block(0, 2, 4, 4).maxCoeff(), 1e-8) << name_of(model);
+    EXPECT_GT((begun.simulation().state().velocity() - velocity).norm(), 0.01) << "it does move";
+    EXPECT_LT(put.simulation().energy_balance_error(), 1e-4);
+    const std::vector<StateChange> changes = put.take_events().state_changes;
+    ASSERT_EQ(changes.size(), 1u);
+    EXPECT_EQ(changes[0].t, 0.011);
+    EXPECT_EQ(changes[0].state.psi(), 2.5);
+  }
+}
+
+TEST(BaseLoopTest, StatesAreSetAtTheSameTimesWhereManyPeriodsGoAtOnce) {
+  LoopSettings sensing = settings();
+  sensing.driver.motors.quantized = true;
+  sensing.sensors.imu.emplace();
+  BaseLoop one(sensing), many(sensing);
+  for (BaseLoop* loop : {&one, &many}) {
+    loop->push(0.0, rates({0.3, 0.1, 0.5}));
+    loop->push(0.1, StateRequest{{5, 6, 2}, {0.1, 0, 0}, Wheels(1, 2, 3, 4)});  // at an instant of publishing
+    loop->push(0.1505, StateRequest{{7, 8, 3}, {0, 0, 0}, std::nullopt});
+  }
+  for (int k = 0; k < 200; ++k) {
+    one.advance_periods(1);
+    one.meet_instant();
+  }
+  many.advance_periods(199);
+  many.advance_periods(1);
+  many.meet_instant();
+  EXPECT_TRUE((one.simulation().state().values == many.simulation().state().values).all());
+  EXPECT_EQ(one.sensors().odometry().pose(), many.sensors().odometry().pose());
+  EXPECT_EQ(one.sensors().imu()->heading(), many.sensors().imu()->heading());
+  EXPECT_EQ(one.sensors().imu()->acceleration(), many.sensors().imu()->acceleration());
+}
+
+// As a base that is carried by hand does not know, but its encoders show the wheels as they are.
+TEST(BaseLoopTest, NeitherOdometryNorTheInertialUnitNoticesASetState) {
+  LoopSettings sensing = settings();
+  sensing.driver.motors.quantized = true;
+  sensing.sensors.imu = ImuSettings{{}, {}, {0, 0}};
+  sensing.scene.initial.phi() = Wheels(0.1, 0.2, 0.3, 0.4);
+  BaseLoop loop(sensing);
+  Faults slipping;
+  slipping.encoder_slip.setConstant(0.5);
+  slipping.silent[3] = true;
+  loop.push(0, slipping);
+  loop.push(0.101, StateRequest{{5, 6, -2}, {0, 0, 0}, Wheels(10, 20, 30, 40)});
+  loop.advance_periods(200);
+  EXPECT_LT(loop.sensors().odometry().pose().norm(), 1e-12);
+  EXPECT_EQ(loop.sensors().imu()->heading(), 0);
+  EXPECT_LT((loop.sensors().imu()->acceleration() - Eigen::Vector3d(0, 0, sensing.scene.floor.g)).norm(), 1e-12);
+  EXPECT_EQ(loop.simulation().state().x(), 5);
+  for (int i = 0; i < 4; ++i) EXPECT_NEAR(loop.sensors().readings().phi[i], 10 * (i + 1), 1e-4) << kWheelNames[i];
+}
+
+TEST(BaseLoopTest, OdometryAndTheInertialUnitGoOnWhereAMovingBaseIsPut) {
+  LoopSettings sensing = settings();
+  sensing.sensors.imu = ImuSettings{{}, {}, {0, 0}};
+  BaseLoop stays(sensing), put(sensing);
+  for (BaseLoop* loop : {&stays, &put}) {
+    loop->push(0, rates({0.3, 0.1, 0.5}));
+    loop->advance_periods(2011);
+  }
+  put.push(put.time(), StateRequest{{5, 6, -2}, put.simulation().state().velocity(), std::nullopt});
+  for (BaseLoop* loop : {&stays, &put}) loop->advance_periods(10);  // to the next instant
+  EXPECT_NEAR(put.sensors().imu()->rate(), stays.sensors().imu()->rate(), 0.05);
+  EXPECT_LT((put.sensors().imu()->acceleration() - stays.sensors().imu()->acceleration()).norm(), 1);
+  for (BaseLoop* loop : {&stays, &put}) loop->advance_periods(500);
+  EXPECT_LT((put.sensors().odometry().pose() - stays.sensors().odometry().pose()).norm(), 0.005);
+  EXPECT_NEAR(put.sensors().imu()->heading(), stays.sensors().imu()->heading(), 0.005);
+}
+
+TEST(BaseLoopTest, ALoadedBaseKeepsItsLoadsWhereItIsPut) {
+  LoopSettings slippery = settings();
+  slippery.scene.floor.f.setZero();
+  slippery.scene.robot.a_X = slippery.scene.robot.a_Y = 0;
+  BaseLoop loop(slippery);
+  const double m_s = slippery.scene.robot.m_s();
+  loop.push(0, LoadsRequest{{{10, {0, 0, 0.1}, 0}}, false});
+  loop.push(0.01, StateRequest{{1, 0, 0}, {0, 0.5, 0}, std::nullopt});
+  loop.push(0.02, push_sideways(40));
+  loop.advance_periods(120);
+  EXPECT_NEAR(loop.simulation().state().V_Y(), 0.5 + 40 * 0.1 / (m_s + 10), 1e-9);
+  EXPECT_LT(loop.simulation().energy_balance_error(), 1e-6);
 }
 
 TEST(BaseLoopTest, CommandsAndServicesKeepTheirOrder) {

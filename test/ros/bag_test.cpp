@@ -99,8 +99,9 @@ TEST(LaunchedRecorder, has_every_topic) {
   std::set<std::string> topics = instant_topics(Simulation(short_scene()), options, sensors);
   EXPECT_TRUE(topics.erase(absolute(kJointStatesTopic)));
   topics.insert("/joint_states");  // so remapped by base.launch
-  for (const char* topic : {kRollerSwitchesTopic, kLoadsTopic, kAppliedWrenchTopic, kContactMarkersTopic,
-                            kStaticTransformsTopic, kSceneTopic, kTwistTopic, kTorqueTopic, kVelocityTopic}) {
+  for (const char* topic :
+       {kRollerSwitchesTopic, kLoadsTopic, kAppliedWrenchTopic, kStateSetTopic, kContactMarkersTopic,
+        kStaticTransformsTopic, kSceneTopic, kTwistTopic, kTorqueTopic, kVelocityTopic}) {
     topics.insert(absolute(topic));
   }
   std::ifstream file(YOUBOT_BASE_SIM_SOURCE_DIR "/launch/recorder.xml");

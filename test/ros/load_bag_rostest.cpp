@@ -1,11 +1,14 @@
-// What comes by ~wrench and ~set_loads is in the node's bag, under the names that the node has in its namespace.
+// What comes by ~wrench, ~set_loads and ~set_state is in the node's bag, under the names that the node has in its
+// namespace.
 
 #include <geometry_msgs/WrenchStamped.h>
+#include <nav_msgs/Odometry.h>
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
 #include <tf2_msgs/TFMessage.h>
 #include <youbot_base_sim/LoadsStamped.h>
 #include <youbot_base_sim/SetLoads.h>
+#include <youbot_base_sim/SetState.h>
 
 #include "base_process.h"
 #include "rostest_main.h"
@@ -45,6 +48,10 @@ TEST(LoadBag, has_what_pushed_the_base_and_what_it_carried) {
   service.request.loads.clear();
   ASSERT_TRUE(ros::service::call("/pushed/base/set_loads", service) && service.response.success);
   base.expect_simulated(0.1);
+  SetState state;
+  state.request.pose.position.x = 4;
+  ASSERT_TRUE(ros::service::call("/pushed/base/set_state", state) && state.response.success);
+  base.expect_simulated(0.1);
   Program reset("/usr/bin/env", {"rosservice", "call", "/pushed/base/reset"});
   EXPECT_NE(reset.wait(), 0);
   EXPECT_NE(reset.err().find("rejected while ~bag is written"), std::string::npos) << reset.err();
@@ -66,6 +73,10 @@ TEST(LoadBag, has_what_pushed_the_base_and_what_it_carried) {
   EXPECT_NEAR(loads[0].loads[0].position.z, 0, 1e-12);
   EXPECT_TRUE(loads[1].loads.empty());
   EXPECT_GT(loads[1].header.stamp, loads[0].header.stamp);
+  const auto states = read<nav_msgs::Odometry>(bag, "/pushed/state_set");
+  ASSERT_EQ(states.size(), 1u);
+  EXPECT_EQ(states[0].pose.pose.position.x, 4);
+  EXPECT_GT(states[0].header.stamp, loads[1].header.stamp);
   const auto transforms = read<tf2_msgs::TFMessage>(bag, "/tf");
   ASSERT_FALSE(transforms.empty());
   EXPECT_EQ(transforms[0].transforms.at(0).child_frame_id, "robot/base_footprint");

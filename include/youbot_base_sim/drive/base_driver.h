@@ -83,6 +83,9 @@ class BaseDriver {
     return faulty_ ? read_faulty(phi, dphi) : sensors_.read(phi, dphi, torque_);
   }
 
+  /// As MotorSensors::carry. What was commanded goes on.
+  Wheels carry(const Wheels& before, const Wheels& after) { return sensors_.carry(before, after); }
+
   /// The last readings.
   const MotorReadings& readings() const { return sensors_.readings(); }
 

@@ -41,6 +41,9 @@ class Imu {
   /// Advances to a reading at time t (s).
   void update(double t, const State& state);
 
+  /// The base was put from one state to another: the unit reads only what it does before and after.
+  void carry(const State& before, const State& after);
+
   double rate() const { return rate_; }                              ///< about z, rad/s
   const Eigen::Vector3d& acceleration() const { return specific_; }  ///< specific force, m/s^2: +g upwards at rest
   double heading() const { return heading_; }                        ///< integrated from the readings of the rate, rad

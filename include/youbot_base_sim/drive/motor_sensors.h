@@ -39,6 +39,15 @@ class MotorSensors {
   /// The same under faults of encoders and with silent motors, which keep their readings.
   const MotorReadings& read(const Wheels& phi, const Wheels& dphi, const Wheels& torque, const Faults& faults);
 
+  /// The wheels were set from angles `before` to `after` (rad), as which the encoders show it: no rotation that an
+  /// encoder could miss. Returns the change of the readings, rad.
+  Wheels carry(const Wheels& before, const Wheels& after) {
+    const Wheels change = transmitted({after - missed_}).phi - transmitted({before - missed_}).phi;
+    phi_ += after - before;
+    readings_.phi += change;
+    return change;
+  }
+
   /// The last readings.
   const MotorReadings& readings() const { return readings_; }
 

@@ -47,6 +47,9 @@ class WheelOdometry {
   /// Sets the pose back to zero, with the wheels at angles phi (rad).
   void reset(const Wheels& phi);
 
+  /// The wheels' angles were set, by so much, rad: that is no motion.
+  void carry(const Wheels& change) { phi_ += change; }
+
   /// x, y (m) and heading (rad, unwrapped) in the frame of the initial pose.
   const Eigen::Vector3d& pose() const { return pose_; }
 

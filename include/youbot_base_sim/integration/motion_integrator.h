@@ -27,9 +27,10 @@ class Stopped : public std::exception {
 
 /// The part of a motion that is not in the state, for another integration to continue.
 struct MotionSoFar {
-  std::optional<ContactModes> contacts;  ///< none in model 1
+  std::optional<ContactModes> contacts;  ///< none in model 1, and where contacts begin anew
   IntegrationStatistics statistics;
-  std::vector<RollerSwitch> switches;  ///< that were not taken
+  std::optional<ReactionRecord> reactions;  ///< none where they are static
+  std::vector<RollerSwitch> switches;       ///< that were not taken
 };
 
 /// Integrates the motion of one model by one method.

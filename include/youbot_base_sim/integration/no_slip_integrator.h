@@ -31,7 +31,7 @@ class NoSlipIntegrator : public MotionIntegrator {
   void torque_jumped() override;
   double kinetic_energy(const State& x) const override { return model_.kinetic_energy(x.velocity()); }
   void set_loads(State& x, const AppliedLoads& applied, bool keep_momentum) override;
-  MotionSoFar leave() override { return {std::nullopt, statistics_, {}}; }
+  MotionSoFar leave() override { return {std::nullopt, statistics_, std::nullopt, {}}; }
   std::optional<ReactionRecord> reaction_record() const override { return std::nullopt; }
   void continue_when_tipping() override {}
   ContactDetails contacts(const State& x, double t) const override;

@@ -32,6 +32,9 @@ class ReactionMonitor {
 
   const ReactionRecord& record() const { return record_; }
 
+  /// Continues the record of another integration.
+  void begin_with(const ReactionRecord& before) { record_ = before; }
+
  private:
   ReactionRecord record_;
   bool ends_tipping_ = true;

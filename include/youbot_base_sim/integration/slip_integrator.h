@@ -31,7 +31,8 @@ class SlipIntegrator : public MotionIntegrator {
         system_(model, torque, start),
         stepper_(located(tolerance, make_stepper), located(coarse(tolerance), make_stepper), max_evaluations, record_) {
     if (!before) return;
-    system_.modes() = *before->contacts;
+    if (before->contacts) system_.modes() = *before->contacts;
+    if (before->reactions) record_.reactions.begin_with(*before->reactions);
     system_.count_evaluations(before->statistics.evaluations);
     record_.begin_with(before->statistics, before->switches);
   }
@@ -70,7 +71,7 @@ class SlipIntegrator : public MotionIntegrator {
     x.work() += kinetic_energy(x) - energy;
     stepper_.torque_jumped();
   }
-  MotionSoFar leave() override { return {system_.modes(), statistics(), take_switches()}; }
+  MotionSoFar leave() override { return {system_.modes(), statistics(), reaction_record(), take_switches()}; }
   std::optional<ReactionRecord> reaction_record() const override {
     if (!system_.reacts()) return std::nullopt;
     return record_.reactions.record();

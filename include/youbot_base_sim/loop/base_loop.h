@@ -29,10 +29,10 @@ struct LoopSettings {
 
 /// The control loop of the simulated base, without ROS: requests go in; state, driver and sensors come out.
 ///
-/// At the beginning t of a control period, in this order: wrenches and loads that have arrived by t act; at an instant
-/// of publishing the motors are read and odometry makes its step; the driver takes the requests that have arrived by t,
-/// and sets the torques of the period. So results depend neither on how many periods one call advances by nor on
-/// whether the sensors are read.
+/// At the beginning t of a control period, in this order: at an instant of publishing the motors are read and odometry
+/// makes its step; wrenches, loads and states that have arrived by t act; the driver takes the requests that have
+/// arrived by t, and sets the torques of the period. So results depend neither on how many periods one call advances by
+/// nor on whether the sensors are read.
 class BaseLoop {
  public:
   explicit BaseLoop(const LoopSettings& settings);
@@ -79,7 +79,9 @@ class BaseLoop {
   BaseDriver::Events take_driver_events() { return driver_.take_events(); }
 
   /// What has happened to the base since the last `take_events`.
-  Events take_events() { return {simulation_.take_switches(), simulation_.take_load_changes()}; }
+  Events take_events() {
+    return {simulation_.take_switches(), simulation_.take_load_changes(), simulation_.take_state_changes()};
+  }
 
   double time() const { return simulation_.time(); }                       ///< s
   std::int64_t periods() const { return control_time_.ended_by(time()); }  ///< that have passed
@@ -91,6 +93,7 @@ class BaseLoop {
  private:
   void apply(const Wrench& wrench);
   void apply(const LoadsRequest& request);
+  void apply(const StateRequest& request);
   Wheels begin_period(double t, const State& state);
   bool meet_instant(double t, const State& state);
   [[gnu::noinline]] void take_requests(double t, const State& state);

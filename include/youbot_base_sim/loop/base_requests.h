@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <optional>
 #include <variant>
 #include <vector>
 
@@ -21,8 +22,15 @@ struct LoadsRequest {
   bool at_rest = false;  ///< put on at rest: the base's momentum stays, where otherwise its velocities do
 };
 
-/// What the base driver is asked for, what pushes the base from then on, or what it carries.
-using BaseRequest = std::variant<DriveCommand, SwitchOff, SwitchOn, Reconnect, Faults, Wrench, LoadsRequest>;
+/// Puts the base elsewhere, see Simulation::set_state.
+struct StateRequest {
+  Eigen::Vector3d pose, velocity;
+  std::optional<Wheels> phi;
+};
+
+/// What the base driver is asked for, what pushes the base from then on, what it carries, or where it is.
+using BaseRequest =
+    std::variant<DriveCommand, SwitchOff, SwitchOn, Reconnect, Faults, Wrench, LoadsRequest, StateRequest>;
 
 /// Queue of requests to the control loop, in order of arrival, each stamped with the simulated time of its arrival (s).
 /// A request acts from the first control period that begins at its arrival or later.
@@ -30,7 +38,7 @@ using BaseRequest = std::variant<DriveCommand, SwitchOff, SwitchOn, Reconnect, F
 /// The queue is bounded even while time stands still. Successive commands for the same control period become one, in
 /// which the last set point of each wheel counts, as in the driver; a simulated delay then counts from the last of
 /// them. Of such wrenches the last counts. At most `kMaxWaiting` other requests wait. The driver's requests and those
-/// of wrenches and loads do not wait for each other.
+/// of the motion (wrenches, loads and states) do not wait for each other.
 class BaseRequests {
  public:
   static constexpr std::size_t kMaxWaiting = 1000;
@@ -44,18 +52,19 @@ class BaseRequests {
   /// Makes the requests of `driver` that have arrived by time t, in order. Returns whether a reconnect has succeeded.
   bool take(double t, BaseDriver& driver);
 
-  /// Calls `apply(request)` for each wrench and each LoadsRequest that has arrived by time t, in order.
+  /// Calls `apply(request)` for each Wrench, LoadsRequest and StateRequest that has arrived by time t, in order.
   template <class Apply>
-  void take_loads(double t, const Apply& apply) {
-    for (; is_due(loads_, t); loads_.pop_front()) {
-      const BaseRequest& request = loads_.front().request;
+  void take_motion(double t, const Apply& apply) {
+    for (; is_due(motion_, t); motion_.pop_front()) {
+      const BaseRequest& request = motion_.front().request;
       if (const auto* wrench = std::get_if<Wrench>(&request)) apply(*wrench);
       if (const auto* loads = std::get_if<LoadsRequest>(&request)) apply(*loads);
+      if (const auto* state = std::get_if<StateRequest>(&request)) apply(*state);
     }
   }
 
-  /// Number of the control period from which the first wrench or LoadsRequest acts; the largest if none waits.
-  std::int64_t period_of_loads() const;
+  /// Number of the control period from which the first of them acts; the largest if none waits.
+  std::int64_t period_of_motion() const;
 
   /// Whether `driver` will have its base when it takes a request that arrives at time t, after all that waits here.
   bool present(double t, const BaseDriver& driver) const;
@@ -63,9 +72,9 @@ class BaseRequests {
   /// Sets later arrivals to time t, when simulated time is set back against the wall clock.
   void bring_forward(double t);
 
-  void clear() { driver_.clear(), loads_.clear(); }
-  bool empty() const { return driver_.empty() && loads_.empty(); }
-  std::size_t size() const { return driver_.size() + loads_.size(); }  ///< requests that wait
+  void clear() { driver_.clear(), motion_.clear(); }
+  bool empty() const { return driver_.empty() && motion_.empty(); }
+  std::size_t size() const { return driver_.size() + motion_.size(); }  ///< requests that wait
 
  private:
   struct Stamped {
@@ -79,7 +88,7 @@ class BaseRequests {
   }
 
   ControlTime time_;
-  std::deque<Stamped> driver_, loads_;  // those of the driver, and those of wrenches and loads
+  std::deque<Stamped> driver_, motion_;  // those of the driver, and those of the motion
 };
 
 }  // namespace youbot_base_sim

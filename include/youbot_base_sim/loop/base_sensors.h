@@ -38,6 +38,14 @@ class BaseSensors {
     odometry_.reset(readings.phi);
   }
 
+  /// The base was put from one state to another, by which the motors' readings of the wheel angles changed by `change`,
+  /// rad: neither the odometry nor the inertial unit notices.
+  void carry(const State& before, const State& after, const Wheels& change) {
+    readings_.phi += change;
+    odometry_.carry(change);
+    if (imu_) imu_->carry(before, after);
+  }
+
   const MotorReadings& readings() const { return readings_; }  ///< of the last update or restart
   const WheelOdometry& odometry() const { return odometry_; }
   const std::optional<Imu>& imu() const { return imu_; }

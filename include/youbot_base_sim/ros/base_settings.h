@@ -43,7 +43,8 @@ struct BaseSettings : LoopSettings {
   bool bag_required = true;   ///< the node ends if the bag cannot be written; otherwise it goes on without
   bool start_paused = false;  ///< starts as after ~pause. Needs `publish_clock`
   double end_time = 0;        ///< simulated time at which the node ends, s; 0: none
-  bool publish_tf = true;     ///< whether odom to base_footprint is published on /tf
+  bool listen_to_initialpose = false;  ///< to put the base where rviz's "2D Pose Estimate" has it; amcl listens too
+  bool publish_tf = true;              ///< whether odom to base_footprint is published on /tf
   /// `odom_frame`, `base_frame` and `world_frame`, the first two with the `tf_prefix` of the nearest namespace;
   /// `publish_rollers`; `publish_contacts`, which has them recorded; `world_tf`: world to odom, at the scene's initial
   /// pose, and world to ground_truth/base_footprint; `joint_velocity_sign`: driver_exact (reversed on the left, the

@@ -2,6 +2,7 @@
 
 #include <brics_actuator/JointTorques.h>
 #include <brics_actuator/JointVelocities.h>
+#include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <geometry_msgs/TransformStamped.h>
 #include <geometry_msgs/Twist.h>
 #include <geometry_msgs/WrenchStamped.h>
@@ -14,6 +15,7 @@
 #include <youbot_base_sim/RollerSwitchStamped.h>
 #include <youbot_base_sim/SetFaults.h>
 #include <youbot_base_sim/SetLoads.h>
+#include <youbot_base_sim/SetState.h>
 
 #include <Eigen/Dense>
 #include <string>
@@ -22,6 +24,7 @@
 #include "youbot_base_sim/drive/base_driver.h"
 #include "youbot_base_sim/drive/imu.h"
 #include "youbot_base_sim/drive/wheel_odometry.h"
+#include "youbot_base_sim/loop/base_requests.h"
 #include "youbot_base_sim/ros/frame_names.h"
 #include "youbot_base_sim/ros/node_constants.h"
 #include "youbot_base_sim/simulation.h"
@@ -107,6 +110,13 @@ Wrench wrench_of(const geometry_msgs::WrenchStamped& message, const FrameNames& 
 std::vector<Load> loads_of(const SetLoads::Request& request);
 
 Faults faults_of(const SetFaults::Request& request);
+
+/// `odom`: pose x, y (m), heading (rad) of that frame in the scene's. Throws as the above.
+StateRequest state_of(const SetState::Request& request, const FrameNames& frames, const Eigen::Vector3d& odom);
+
+/// The base at rest at this pose, whatever its covariance.
+StateRequest state_of(const geometry_msgs::PoseWithCovarianceStamped& message, const FrameNames& frames,
+                      const Eigen::Vector3d& odom);
 
 /// A warning about an ignored part of a command.
 struct Complaint {

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <geometry_msgs/WrenchStamped.h>
 #include <ros/ros.h>
 #include <std_srvs/Empty.h>
 #include <youbot_base_sim/SetFaults.h>
 #include <youbot_base_sim/SetLoads.h>
+#include <youbot_base_sim/SetState.h>
 
 #include <vector>
 
@@ -24,12 +26,13 @@ namespace youbot_base_sim {
 ///   base/base_controller/torques_command  brics_actuator/JointTorques, at the wheels
 ///   base/base_controller/velocity_command brics_actuator/JointVelocities, kept by the wheels' velocity loop
 ///   ~wrench                               geometry_msgs/WrenchStamped, which pushes the base
+///   initialpose                           geometry_msgs/PoseWithCovarianceStamped, where it is put; on request
 /// Each holds until the next one, a command for each wheel. The driver has no topic for single wheels; these are named,
 /// and their messages read, by analogy to the arm's.
 ///
 /// Offers base/switchOffMotors, base/switchOnMotors and reconnect (std_srvs/Empty), which fail without a base as the
-/// driver's do, ~set_faults (youbot_base_sim/SetFaults) and ~set_loads (youbot_base_sim/SetLoads). All but commands are
-/// refused while too many requests wait for time to advance. Callers get the reason of a refusal.
+/// driver's do, ~set_faults, ~set_loads and ~set_state (types of this package: SetFaults and so on). All but commands
+/// are refused while too many requests wait for time to advance. Callers get the reason of a refusal.
 class DriverInterface {
  public:
   /// All references must outlive it.
@@ -47,6 +50,7 @@ class DriverInterface {
   template <class Message, class Read>
   void subscribe(ros::NodeHandle& node, const char* topic, const Read& read);
   void receive(const char* topic, const WheelCommand& command);
+  void receive_initialpose(const geometry_msgs::PoseWithCovarianceStamped& message);
   void receive_wrench(const geometry_msgs::WrenchStamped& message);
   void request(const BaseRequest& request);
   template <class Request>
@@ -54,8 +58,10 @@ class DriverInterface {
   bool reconnect(std_srvs::Empty::Request&, std_srvs::Empty::Response&);
   bool set_faults(SetFaults::Request& asked, SetFaults::Response& response);
   bool set_loads(SetLoads::Request& asked, SetLoads::Response& response);
-  template <class Response, class MakeRequest>
-  bool answer(Response& response, const MakeRequest& make_request);
+  bool set_state(SetState::Request& asked, SetState::Response& response);
+  Eigen::Vector3d odom_pose() const { return loop_.simulation().scene().initial.values.col(0).head<3>().matrix(); }
+  template <class MakeRequest>
+  std::string refusal(const MakeRequest& make_request);
 
   BaseLoop& loop_;
   const NodeClock& clock_;
@@ -64,7 +70,7 @@ class DriverInterface {
   bool warns_of_signs_;  // of joint velocities that are not those of commands, once
   bool commanded_ = false;
   std::vector<ros::Subscriber> command_subscribers_;
-  ros::Subscriber wrench_subscriber_;
+  ros::Subscriber wrench_subscriber_, initialpose_subscriber_;
   std::vector<ros::ServiceServer> services_;
 };
 

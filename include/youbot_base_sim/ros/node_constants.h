@@ -21,7 +21,8 @@ constexpr char kRollerJointPrefix[] = "roller_joint_";
 // Commands. The driver has no topics for single wheels; these are named by analogy to the arm's.
 constexpr char kTwistTopic[] = "cmd_vel";
 constexpr char kTorqueTopic[] = "base/base_controller/torques_command";
-constexpr char kWrenchTopic[] = "wrench";  // private
+constexpr char kWrenchTopic[] = "wrench";            // private
+constexpr char kInitialPoseTopic[] = "initialpose";  // as amcl's: rviz's "2D Pose Estimate"
 constexpr char kVelocityTopic[] = "base/base_controller/velocity_command";
 
 // Telemetry.
@@ -35,6 +36,7 @@ constexpr char kRollerSwitchesTopic[] = "base/roller_switches";
 constexpr char kContactsTopic[] = "contacts";
 constexpr char kLoadsTopic[] = "loads";
 constexpr char kAppliedWrenchTopic[] = "applied_wrench";
+constexpr char kStateSetTopic[] = "state_set";
 constexpr char kContactMarkersTopic[] = "contact_markers";
 constexpr char kSceneTopic[] = "scene";
 constexpr char kDiagnosticsTopic[] = "/diagnostics";
@@ -49,6 +51,7 @@ constexpr char kReconnectService[] = "reconnect";
 // Services of the simulator, in the node's private namespace.
 constexpr char kSetFaultsService[] = "set_faults";
 constexpr char kSetLoadsService[] = "set_loads";
+constexpr char kSetStateService[] = "set_state";
 constexpr char kPauseService[] = "pause";
 constexpr char kUnpauseService[] = "unpause";
 constexpr char kResetService[] = "reset";

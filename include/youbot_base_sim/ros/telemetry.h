@@ -24,6 +24,7 @@ namespace youbot_base_sim {
 ///   /tf                  odom to base_footprint; on request world to ground_truth/base_footprint
 ///   /tf_static           on request, once: world to odom
 ///   base/roller_switches youbot_base_sim/RollerSwitchStamped, one message a switch
+///   state_set            nav_msgs/Odometry: ground truth from an instant on, at which the base was put elsewhere
 ///   contacts             youbot_base_sim/ContactsStamped; recorded on request, as are
 ///   contact_markers      visualization_msgs/MarkerArray
 ///   loads                youbot_base_sim/LoadsStamped: all that the base carries, where that changes
@@ -49,10 +50,7 @@ class Telemetry {
   template <class Topic>
   void visit(const Simulation& simulation, const BaseSensors& sensors, const ros::Time& stamp, Topic&& topic) const {
     topic(kOdometryTopic, [&] { return odometry(sensors, stamp); });
-    topic(kGroundTruthTopic, [&] {
-      const State& state = simulation.state();
-      return odometry_message(options_.frames.world, pose_of(state), state.velocity(), stamp, options_.frames.base);
-    });
+    topic(kGroundTruthTopic, [&] { return truth(simulation.state(), stamp); });
     topic(kJointStatesTopic, [&] { return joint_states(simulation, sensors.readings(), stamp); });
     if (sensors.imu()) topic(kImuTopic, [&] { return imu_message(*sensors.imu(), stamp, options_.frames.base); });
     topic(kTransformsTopic, [&] { return transforms(simulation, sensors, stamp); });
@@ -73,6 +71,10 @@ class Telemetry {
       if (change.loads)
         topic(kLoadsTopic, stamp, [&] { return loads_message(applied.loads, stamp, frames.base_link()); });
       if (change.wrenches) topic(kAppliedWrenchTopic, stamp, [&] { return push(applied.wrenches, change.psi, stamp); });
+    }
+    for (const StateChange& change : events.state_changes) {
+      const ros::Time stamp = stamp_at(change.t);
+      topic(kStateSetTopic, stamp, [&] { return truth(change.state, stamp); });
     }
   }
 
@@ -105,6 +107,9 @@ class Telemetry {
  private:
   static Eigen::Vector3d pose_of(const State& state) { return {state.x(), state.y(), state.psi()}; }
   nav_msgs::Odometry odometry(const BaseSensors& sensors, const ros::Time& stamp) const;
+  nav_msgs::Odometry truth(const State& state, const ros::Time& stamp) const {
+    return odometry_message(options_.frames.world, pose_of(state), state.velocity(), stamp, options_.frames.base);
+  }
   geometry_msgs::WrenchStamped push(const std::vector<Wrench>& wrenches, double psi, const ros::Time& stamp) const {
     return wrench_message(wrenches, psi, stamp, options_.frames.base_link());
   }
