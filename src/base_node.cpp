@@ -235,7 +235,7 @@ class BaseNode {
     const Lockstep& lockstep = clock_.lockstep();
     if (lockstep.idles()) {
       const bool commanded = await_command();
-      if (interrupted()) return false;
+      if (interrupted() || !lockstep.idles()) return false;
       // A loop that sleeps from t = 0, which /clock shows as 1 ns because zero means no time, would miss the first
       // period.
       if (!commanded || lockstep.idle_time() == 0) clock_.idle([this] { publish_telemetry(); });
@@ -256,14 +256,16 @@ class BaseNode {
     }
   }
 
-  /// Waits a while for a command. Throws std::runtime_error if a player that may end sends none.
+  /// Waits a while for a command, or for ~unpause before the first. Throws std::runtime_error if a player that may end
+  /// sends none.
   bool await_command() {
     const double patience = clock_.lockstep().patience();
+    const bool idles = clock_.lockstep().idles();
     const auto start = SteadyClock::now();
-    while (!interface_->commanded() && !interrupted()) {
+    while (!interface_->commanded() && !interrupted() && clock_.lockstep().idles() == idles) {
       const double left = patience - std::chrono::duration<double>(SteadyClock::now() - start).count();
       if (left <= 0) {
-        if (clock_.lockstep().idles()) return false;
+        if (idles) return false;
         throw std::runtime_error(
             fmt::format("lockstep: no command for {:g} s at t = {:g} s: the node ends (~end_with_commands)", patience,
                         loop_.time()));
@@ -271,7 +273,7 @@ class BaseNode {
       clock_.wait([&] { queue_.callOne(ros::WallDuration(std::min(left, kPollInterval))); });
       if (interface_->commanded() || !queue_.isEmpty()) continue;
       end_with_commands();
-      const char* what = clock_.lockstep().idles() ? "the simulation begins with ~unpause or" : "time waits for";
+      const char* what = idles ? "the simulation begins with ~unpause or" : "time waits for";
       report_wait(fmt::format("lockstep: {} a command on {}, {} or {}, at t = {:g} s", what, kTwistTopic, kTorqueTopic,
                               kVelocityTopic, loop_.time()));
     }

@@ -17,10 +17,10 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <memory>
-#include <optional>
 #include <system_error>
 #include <thread>
 #include <utility>
@@ -57,27 +57,46 @@ bool sleeps(const std::string& folder) {
   return std::strcmp(read_small(folder + "/wchan", text), "0") != 0;
 }
 
-/// How often the threads of these processes, but the caller, have run so far. With `if_all_sleep`, nullopt if one runs.
-std::optional<std::uint64_t> runs_of(const std::set<pid_t>& processes, bool if_all_sleep) {
+/// Calls `look(folder)` with the folder in /proc of each thread of these processes, but the caller, until it is false.
+/// Returns whether it never was.
+template <class Look>
+bool look_at_threads(const std::set<pid_t>& processes, const Look& look) {
   const std::string self = std::to_string(syscall(SYS_gettid));
-  std::uint64_t runs = 0;
   for (const pid_t process : processes) {
     const std::string folder = "/proc/" + std::to_string(process) + "/task/";
     const std::unique_ptr<DIR, int (*)(DIR*)> threads(opendir(folder.c_str()), &closedir);
     if (!threads) continue;  // it has ended
     while (const dirent* entry = readdir(threads.get())) {
       if (entry->d_name[0] == '.' || entry->d_name == self) continue;
-      // Read the state first: a thread that runs until then has its time counted when it goes to sleep.
-      const std::string thread = folder + entry->d_name;
-      if (if_all_sleep && !sleeps(thread)) return std::nullopt;
-      // Time on a processor, time of waiting for one, and the number of times: all grow.
-      char text[128];
-      read_small(thread + "/schedstat", text);
-      char* number = text;
-      for (int k = 0; k < 3; ++k) runs += std::strtoull(number, &number, 10);
+      if (!look(folder + entry->d_name)) return false;
     }
   }
+  return true;
+}
+
+bool all_sleep(const std::set<pid_t>& processes) { return look_at_threads(processes, sleeps); }
+
+/// How often the threads of these processes, but the caller, have run so far.
+std::uint64_t runs_of(const std::set<pid_t>& processes) {
+  std::uint64_t runs = 0;
+  look_at_threads(processes, [&runs](const std::string& thread) {
+    // Time on a processor, time of waiting for one, and the number of times: all grow.
+    char text[128];
+    read_small(thread + "/schedstat", text);
+    char* number = text;
+    for (int k = 0; k < 3; ++k) runs += std::strtoull(number, &number, 10);
+    return true;
+  });
   return runs;
+}
+
+/// Time that the threads of a process have run, ns; 0 if it has ended. Takes a microsecond, and so hardly any of the
+/// time in which none of them may run.
+std::uint64_t processor_time(pid_t process) {
+  clockid_t clock{};
+  timespec time{};
+  if (clock_getcpuclockid(process, &clock) != 0 || clock_gettime(clock, &time) != 0) return 0;
+  return static_cast<std::uint64_t>(time.tv_sec) * 1'000'000'000 + static_cast<std::uint64_t>(time.tv_nsec);
 }
 
 /// The sockets that listen at a TCP port of this machine, as /proc names them.
@@ -159,23 +178,28 @@ void ClockFollowers::await_rest() {
   while (!rest() && ros::ok()) give_up_busiest();
 }
 
-/// Waits until none of them has run between two looks. Returns whether that has not taken too long.
+/// Waits until none of them runs, nor has run while that was looked at. Returns whether that has not taken too long.
 bool ClockFollowers::rest() const {
   const auto end = Clock::now() + patience_;
-  std::map<std::string, std::uint64_t> before;
-  // The first look need not read the threads' states, two thirds of the work: at rest, none has run until the second.
-  for (bool first = true; first || (Clock::now() < end && ros::ok()); first = false) {
-    bool at_rest = !first;
-    for (const auto& [node, processes] : processes_) {
-      const std::optional<std::uint64_t> runs = runs_of(processes, !first);
-      if (runs && std::exchange(before[node], *runs) == *runs) continue;
-      at_rest = false;
-      if (!runs) break;
-    }
-    if (at_rest) return true;
+  do {
+    const std::uint64_t before = work_so_far();
+    const bool sleep =
+        std::all_of(processes_.begin(), processes_.end(), [](const auto& one) { return all_sleep(one.second); });
+    if (sleep && work_so_far() == before) return true;
     std::this_thread::sleep_for(kBetweenLooks);
-  }
+  } while (Clock::now() < end && ros::ok());
   return false;
+}
+
+/// A number that grows whenever a thread of theirs runs, but the caller. Of this process, that takes longer to know.
+std::uint64_t ClockFollowers::work_so_far() const {
+  std::uint64_t work = 0;
+  for (const auto& [node, processes] : processes_) {
+    for (const pid_t process : processes) {
+      work += process == getpid() ? runs_of({process}) : processor_time(process);
+    }
+  }
+  return work;
 }
 
 /// Gives up the one that is seen at work most often. This process and the master also work for others: they are to
@@ -186,8 +210,8 @@ void ClockFollowers::give_up_busiest() {
   std::map<std::string, int> times;
   for (int look = 0; look < kLooks; ++look) {
     for (const auto& [node, processes] : processes_) {
-      const std::optional<std::uint64_t> runs = runs_of(processes, true);
-      if (runs && std::exchange(before[node], *runs) == *runs) continue;
+      const std::uint64_t runs = runs_of(processes);
+      if (std::exchange(before[node], runs) == runs && all_sleep(processes)) continue;
       times[node] += node == self || node == kMaster ? 1 : 2;
     }
     std::this_thread::sleep_for(kBetweenLooks);

@@ -127,6 +127,18 @@ TEST_F(Endings, in_lockstep_leave_a_whole_bag) {
   ros::param::del("/use_sim_time");
 }
 
+// Before the first command only /clock advances.
+TEST_F(Endings, lockstep_that_idles_begins_with_unpause) {
+  ros::param::set("/use_sim_time", true);
+  BaseProcess base("idle", {"_publish_clock:=true", "_lockstep:=true", "_real_time_factor:=0"});
+  base.expect_instants(3);
+  EXPECT_TRUE(base.call("/base/unpause"));
+  base.expect_simulated(1);
+  base.send(SIGINT);
+  base.expect_end(0);
+  ros::param::del("/use_sim_time");
+}
+
 TEST_F(Endings, signal_ends_a_step_of_any_length) {
   BaseProcess base("stepping", {"_publish_clock:=true", "_start_paused:=true"});
   ASSERT_TRUE(base.call("/base/pause"));

@@ -3,6 +3,7 @@
 #include <sys/types.h>
 
 #include <chrono>
+#include <cstdint>
 #include <map>
 #include <set>
 #include <string>
@@ -39,6 +40,7 @@ class ClockFollowers {
   using Clock = std::chrono::steady_clock;
 
   bool rest() const;
+  std::uint64_t work_so_far() const;
   void give_up_busiest();
 
   const std::chrono::milliseconds patience_;
