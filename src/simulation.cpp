@@ -180,6 +180,7 @@ void Simulation::set_loads(const AppliedLoads& applied, bool keep_momentum) {
 
 void Simulation::set_state(const Eigen::Vector3d& pose, const Eigen::Vector3d& velocity,
                            const std::optional<Wheels>& phi) {
+  if (integrated_robot(scene_).wheels_prescribed) throw std::logic_error("prescribed wheels cannot be set");
   const double unexplained = kinetic_energy() - state_.work();
   state_.values.col(0).head<3>() = pose.array();
   state_.values.col(1).head<3>() = velocity.array();

@@ -9,6 +9,7 @@
 #include <atomic>
 #include <chrono>
 #include <csignal>
+#include <memory>
 #include <string>
 #include <thread>
 #include <vector>
@@ -21,7 +22,8 @@ namespace youbot_base_sim {
 namespace {
 
 /// A process that the master takes for a node, but that never answers. It sleeps; a signal wakes it: SIGUSR1 for a
-/// fifth of a second of work, after most of a millisecond, as a loop of roscpp by simulated time; SIGUSR2 for ever.
+/// fifth of a second of work, after most of a millisecond, as a loop of roscpp by simulated time; SIGUSR2 for ever;
+/// SIGHUP for looking at the time each millisecond, beside seven threads that sleep, as a roscpp node with a timer.
 class SilentNode {
  public:
   explicit SilentNode(const std::string& name) : name_(name), program_(PYTHON, {"-c", kProgram}) {
@@ -35,19 +37,24 @@ class SilentNode {
 
  private:
   static constexpr char kProgram[] = R"(
-import signal, socket, time
-signals = {signal.SIGUSR1, signal.SIGUSR2}
+import signal, socket, threading, time
+signals = {signal.SIGUSR1, signal.SIGUSR2, signal.SIGHUP}
 signal.pthread_sigmask(signal.SIG_BLOCK, signals)
 server = socket.create_server(("localhost", 0))
 print(server.getsockname()[1], flush=True)
-while signal.sigwait(signals) == signal.SIGUSR1:
+while (woken_by := signal.sigwait(signals)) == signal.SIGUSR1:
     time.sleep(0.0008)
     end = time.monotonic() + 0.2
     while time.monotonic() < end:
         pass
     print("done", flush=True)
+if woken_by == signal.SIGHUP:
+    for _ in range(7):
+        threading.Thread(target=threading.Event().wait, daemon=True).start()
+    print("done", flush=True)
 while True:
-    pass
+    if woken_by == signal.SIGHUP:
+        time.sleep(0.001)
 )";
 
   std::string uri() const { return "http://localhost:" + std::to_string(std::stoi(program_.out())) + "/"; }
@@ -114,6 +121,22 @@ TEST(ClockFollowers, one_that_never_rests_is_named_and_given_up) {
   followers.let_clock_arrive();
   followers.await_rest();
   EXPECT_TRUE(idle.has_worked()) << "the others are waited for as before";
+}
+
+TEST(ClockFollowers, several_rest_between_their_polls) {
+  Warnings warnings;
+  ClockFollowers followers(kPatience);
+  std::vector<std::unique_ptr<SilentNode>> nodes;
+  for (const std::string name : {"/a", "/b", "/c", "/d", "/e", "/f"}) {
+    nodes.push_back(std::make_unique<SilentNode>(name));
+    followers.add(name);
+    nodes.back()->send(SIGHUP);
+    wait_for("polls", [&] { return nodes.back()->has_worked(); });
+  }
+  for (int k = 0; k < 3; ++k) followers.await_rest();
+  ROS_WARN("the end");
+  wait_for("the end", [&] { return warnings.has("the end"); });
+  EXPECT_FALSE(warnings.has("has not rested")) << warnings.lines();
 }
 
 /// Waits for `followers` while a thread of this process never rests.
