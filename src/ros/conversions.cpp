@@ -10,7 +10,6 @@
 #include <cmath>
 #include <initializer_list>
 #include <stdexcept>
-#include <tuple>
 #include <utility>
 
 #include "youbot_base_sim/scene/frames.h"
@@ -88,7 +87,8 @@ Eigen::Vector3d checked(const std::string& name, const Eigen::Vector3d& vector, 
 /// x, y and heading of a pose on the floor.
 Eigen::Vector3d planar(const geometry_msgs::Pose& pose) {
   constexpr double kMaxTilt = 1e-3, kMaxError = 0.01;  // sine of half the angle; of a quaternion's length
-  const auto& [position, q] = std::tie(pose.position, pose.orientation);
+  const geometry_msgs::Point& position = pose.position;
+  const geometry_msgs::Quaternion& q = pose.orientation;
   if (!(std::abs(position.z) <= 1e-6)) {
     throw std::runtime_error(fmt::format("pose.position.z = {}: must be 0", position.z));
   }

@@ -11,7 +11,7 @@ namespace {
 
 constexpr char kNoBase[] = "No base initialized!";  // the driver's words
 
-const std::string kTooMany = fmt::format("{} requests wait for time to advance: rejected", BaseRequests::kMaxWaiting);
+const std::string kTooMany = fmt::format("{} requests wait for time to advance", BaseRequests::kMaxWaiting);
 
 // Without it Nagle's algorithm may hold a command back for 40 ms.
 const ros::TransportHints kNoDelay = ros::TransportHints().tcpNoDelay();

@@ -17,7 +17,8 @@ TEST(OwnDescription, is_kept_and_its_frames_are_one_tree) {
   arm.name = {"arm_joint_1", "arm_joint_2", "gripper_finger_joint_l"};
   arm.position = {0.1, 0.2, 0.003};
   const ros::Publisher publisher = node.advertise<sensor_msgs::JointState>("/joint_states", 10);
-  const std::set<std::string> last = {"base_footprint", "wheel_link_br", "base_laser_front_link", "arm_link_2", "gripper_finger_link_l"};
+  const std::set<std::string> last = {"base_footprint", "wheel_link_br", "base_laser_front_link", "arm_link_2",
+                                      "gripper_finger_link_l"};
   wait_for("all links", [&] {
     arm.header.stamp = ros::Time::now();
     publisher.publish(arm);
