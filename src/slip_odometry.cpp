@@ -127,8 +127,8 @@ class SlipOdometryNode {
     const ros::Time& stamp = message.header.stamp;
     odometry_->update(time_of(stamp), phi, torque);
     if (const std::string& doubt = odometry_->doubt(); !doubt.empty()) {
-      last_doubt_ = fmt::format("{} (t = {:.3f} s)", doubt, time_of(stamp));
-      ++doubts_;
+      // The first one: others may follow from it.
+      if (++doubts_ == 1) doubt_ = fmt::format("{} (t = {:.3f} s)", doubt, time_of(stamp));
       ROS_WARN_STREAM_THROTTLE(5, doubt);
     }
     ++taken_;
@@ -157,7 +157,7 @@ class SlipOdometryNode {
       status.summary(status.WARN, "no message of joint_states with all four wheels");
     } else if (doubts_ > 0) {
       status.summaryf(status.WARN, "%d of the last %d readings do not tell where the base is: %s", doubts_, taken_,
-                      last_doubt_.c_str());
+                      doubt_.c_str());
     } else {
       status.summary(status.OK, "follows the encoders");
     }
@@ -169,7 +169,8 @@ class SlipOdometryNode {
   ros::NodeHandle node_;
   Encoders encoders_;
   std::optional<SlipOdometry> odometry_;
-  std::string odom_frame_ = kOdometryFrame, base_frame_ = kBaseFrame, last_doubt_;
+  std::string odom_frame_ = kOdometryFrame, base_frame_ = kBaseFrame;
+  std::string doubt_;  // the first since the last report
   bool publish_tf_ = false;
   int taken_ = 0, doubts_ = 0;  // since the last report
   ros::Publisher publisher_;

@@ -110,7 +110,7 @@ void SlipOdometry::update(double t, const Wheels& phi, const std::optional<Wheel
   const Wheels moved = checked(phi - before.phi, dt);
   advance(moved, dt);
   check_wheels(dt);
-  if (torque && torque->allFinite()) check_torque(*torque, dt);
+  if (torque && torque->allFinite() && dt <= settings_.max_gap) check_torque(*torque, dt);
 }
 
 /// The path of the wheels, but of an encoder that has jumped, at its rate before.
