@@ -13,7 +13,7 @@ import numpy
 import rosbag
 
 RADIUS, HALF_LENGTHS = 0.0475, 0.385  # the driver's, m
-STEP = 0.1                            # s, over which ways are compared
+STEP = 0.1                            # s, over which motions are compared
 
 # Base motion forward, lateral and in yaw, for each rad of the wheels fl, fr, bl and br.
 KINEMATICS = RADIUS / 4 * numpy.array([[1, 1, 1, 1], [-1, 1, 1, -1], numpy.array([-1, 1, -1, 1]) / HALF_LENGTHS])
@@ -23,7 +23,8 @@ def read(path):
     """Wheel angles and poses (x, y, yaw) at the instants that have both."""
     wheels, poses = {}, {}
     with rosbag.Bag(path) as bag:
-        for topic, message, stamp in bag.read_messages(["/base/joint_states", "/joint_states", "/ground_truth"]):
+        for topic, message, _ in bag.read_messages(["/base/joint_states", "/joint_states", "/ground_truth"]):
+            stamp = message.header.stamp  # not the arrival, which differs in bags of rosbag record
             if topic == "/ground_truth":
                 pose = message.pose.pose
                 poses[stamp] = pose.position.x, pose.position.y, 2 * math.atan2(pose.orientation.z, pose.orientation.w)
