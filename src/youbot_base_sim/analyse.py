@@ -20,19 +20,22 @@ import numpy as np
 from . import figures
 from .bags import Bag
 from .base import Base
-from .command_line import DONE, Failed, Parser, Progress, Refused, complain, one_line, quoted, shown
+from .command_line import DONE, Failed, Parser, Progress, Refused, complain, one_line, positive, quoted, shown
 from .files import Outputs, make_folder, read_whole, write_whole
-from .records import TOPICS, Missing, Series, read_record
+from .records import TOPICS, Missing, read_record
 from .report import csv_text, read_csv
+from .series import Series
 
-SECTIONS = ("path", "odometry", "slip", "switches", "energy", "spectrum", "efficiency")  # modules of analysis/
+SECTIONS = ("alignment", "path", "odometry", "slip", "switches", "energy", "spectrum",
+            "efficiency")  # modules of analysis/
 LARGEST_SCENE = 1000000  # bytes, as simulate reads
 
 
 def analyse(path, base, desired, arguments, tables, plots):
     with contextlib.closing(Bag(path)) as bag, Progress(sum(bag.counts.values()), delay=1, interval=0.2) as progress:
         record = read_record(bag, base, arguments.topic, lambda n: n % 256 or progress.show(n, Path(path).name),
-                             namespace=arguments.namespace or "")
+                             namespace=arguments.namespace or "", frames=arguments.frames,
+                             of_marker=arguments.truth and arguments.truth == "marker")
     if bag.problem:
         complain("analyse", "warning: " + bag.problem)
     if not record.series:
@@ -105,9 +108,9 @@ def write_all(folder, files, ending):
 
 
 def file_names(sections, ending):
-    """Of all files that the sections may write; path has only numbers."""
+    """Of all files that the sections may write; alignment and path have only numbers."""
     tables = ["summary"] + ["contact_slip"] * ("slip" in sections) if ending == ".csv" else []
-    return [name + ending for name in (*sections, *tables) if name != "path"]
+    return [name + ending for name in (*sections, *tables) if name not in ("alignment", "path")]
 
 
 def read_base(path):
@@ -121,7 +124,7 @@ def read_base(path):
     if not isinstance(robot, dict):
         raise Refused(f"--scene {shown(path)}: must be a scene: a map of keys")
     base = Base()
-    for key, default in vars(Base()).items():
+    for key, default in list(vars(Base()).items())[:5]:  # the numbers
         value = robot.get(key, default)
         try:  # YAML 1.1 takes 5e-2 for text
             value = float(value)
@@ -184,6 +187,15 @@ def section_names(text):
     return list(dict.fromkeys(names))
 
 
+def joint_names(text):
+    """Names of the joints, and whether each turns forward (1) or backward (-1)."""
+    names = text.split(",")
+    if len({name.lstrip("-") for name in names} - {""}) != 4 or len(names) != 4:
+        raise argparse.ArgumentTypeError(f"{text!r}: must be four joints, fl, fr, bl and br, separated by commas; with "
+                                         "-NAME for one that turns backward")
+    return tuple(name.lstrip("-") for name in names), tuple(-1 if name.startswith("-") else 1 for name in names)
+
+
 def named_topic(text):
     name, _, topic = text.partition("=")
     if name not in TOPICS or not topic:
@@ -207,9 +219,20 @@ def main(argv=None):
                         help="of several robots in a bag, the one with this namespace; left out: the shortest names")
     parser.add_argument("--topic", metavar="NAME=TOPIC", action="append", type=named_topic, default=[],
                         help=f"read this topic instead of the usual one; NAME of {', '.join(TOPICS)}")
+    parser.add_argument("--truth", choices=("base", "marker"), help="whose pose ground truth is: the base's own at the "
+                        "bag's clock, or a marker's, whose offset and clock are estimated; default: base for "
+                        "nav_msgs/Odometry and --frames, else marker")
+    parser.add_argument("--frames", metavar=("FIXED", "BODY"), nargs=2, default=(),
+                        help="ground truth from the transforms between these frames in /tf and /tf_static")
+    parser.add_argument("--joints", metavar="FL,FR,BL,BR", type=joint_names, default=(Base.joints, Base.turns),
+                        help="joints of the wheels in joint_states; -NAME turns backward: --joints=-a,b,-c,d")
+    parser.add_argument("--ticks", metavar="N", type=positive, default=2 * math.pi,
+                        help="positions of joint_states are encoder ticks, N a turn of the wheel; default: rad")
     arguments = parser.parse_args(argv)
     arguments.topic = dict(arguments.topic)
     base = read_base(arguments.scene) if arguments.scene else Base()
+    base.joints, signs = arguments.joints
+    base.turns = tuple(sign * 2 * math.pi / arguments.ticks for sign in signs)
     desired = read_desired(arguments.desired) if arguments.desired else None
     status = DONE
     for k, (bag, folders) in enumerate(zip(arguments.bag, output_folders(arguments))):

@@ -16,6 +16,8 @@ class Base:
     half_wheelbase: float = 0.235       # h, m
     half_track: float = 0.15            # l, m
     rollers_per_wheel: int = 6          # n
+    joints: tuple = JOINTS              # names in joint_states
+    turns: tuple = (1, 1, 1, 1)         # rad forward for one unit of their positions
 
     @property
     def half_lengths(self):

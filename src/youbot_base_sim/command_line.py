@@ -3,6 +3,7 @@ import argparse
 import contextlib
 import errno
 import importlib
+import math
 import os
 import reprlib
 import signal
@@ -75,6 +76,17 @@ class Parser(argparse.ArgumentParser):
     def error(self, message):
         line = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in message)
         raise Refused(f"{line}; see {self.prog} --help")
+
+
+def positive(text):
+    """The type of an option."""
+    try:
+        number = float(text)
+    except ValueError:
+        number = 0
+    if not 0 < number < math.inf:
+        raise argparse.ArgumentTypeError(f"{text!r}: must be a number > 0")
+    return number
 
 
 class Progress:

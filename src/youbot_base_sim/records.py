@@ -2,66 +2,17 @@
 import math
 from collections import Counter
 from dataclasses import dataclass, field
-from typing import Callable
 
 import numpy as np
 
-from .base import JOINTS, WHEELS, Base
+from . import ground_truth
+from .base import WHEELS, Base
 from .command_line import Refused, shown
+from .series import Missing, Series, differentiated, middles
 
 POSE = ("x", "y", "psi", "V_X", "V_Y", "Omega")
 LARGEST = 1e9  # in SI units: beyond, a number is damaged
 POWERS = ("drive", "bearing", "roller", "floor", "external")
-
-
-class Missing(Exception):
-    """What an analysis needs and the bag lacks, in one line."""
-
-
-@dataclass
-class Series:
-    """Times, s, and columns of values, (n,) or, of the wheels, (n, 4). NaN is what is not known."""
-    t: np.ndarray
-    columns: dict
-
-    def __getitem__(self, name):
-        return self.columns[name]
-
-    def __len__(self):
-        return len(self.t)
-
-    def known(self, *names):
-        """The rows in which these columns are known; none if a column is not there."""
-        rows = np.full(len(self), set(names) <= set(self.columns))
-        for name in names if rows.any() else ():
-            rows &= np.isfinite(self.columns[name]).reshape(len(self), -1).all(axis=1)
-        return Series(self.t[rows], {name: values[rows] for name, values in self.columns.items()})
-
-    @property
-    def period(self):
-        """The usual time from one sample to the next, s."""
-        return float(np.median(np.diff(self.t))) if len(self) > 1 else math.inf
-
-    def at(self, t, name):
-        """Values at times t, linear in between; NaN before, after and within gaps."""
-        values = self.columns[name]
-        wide = values.reshape(len(self), -1)
-        result = np.stack([np.interp(t, self.t, column, left=np.nan, right=np.nan) for column in wide.T], axis=-1)
-        if len(self) > 1:
-            after = np.clip(np.searchsorted(self.t, t), 1, len(self) - 1)
-            in_gap = (self.t[after] - self.t[after - 1] > self.max_step) & ~np.isin(t, self.t)
-            result[in_gap] = np.nan
-        return result.reshape(np.shape(t) + values.shape[1:])
-
-    @property
-    def max_step(self):
-        """A longer step than this is a gap in the record, s."""
-        return 5 * self.period + 1e-9
-
-    def stretches(self):
-        """Slices without gaps, of two samples at least."""
-        breaks = np.flatnonzero(np.diff(self.t) > self.max_step) + 1
-        return [slice(a, b) for a, b in zip([0, *breaks], [*breaks, len(self)]) if b - a > 1]
 
 
 @dataclass
@@ -71,6 +22,7 @@ class Record:
     base: Base
     series: dict = field(default_factory=dict)
     topics: dict = field(default_factory=dict)  # of each series
+    alignment: object = None  # of a marker's ground truth, see ground_truth.Alignment
     unusable: dict = field(default_factory=dict)  # name -> why no message of its topic can be used
     notes: list = field(default_factory=list)   # what was left out or is assumed, a line each
 
@@ -91,11 +43,14 @@ class Record:
             return f"{shown(self.topics[name])} has no {', '.join(unknown or columns)}"
         if name in self.unusable:
             return self.unusable[name]
-        return f"no {' or '.join(TOPICS[name].usual)} ({TOPICS[name].kind})"
+        return f"no {' or '.join(TOPICS[name].usual)} ({' or '.join(TOPICS[name].kinds)})"
 
 
-def read_record(bag, base, chosen=(), progress=lambda n: None, only=None, namespace=""):
-    """Reads a Record of `only` these TOPICS, all unless given. `chosen`: topics by name that replace the usual ones."""
+def read_record(bag, base, chosen=(), progress=lambda n: None, only=None, namespace="", frames=(),
+                of_marker=None):
+    """Reads a Record of `only` these TOPICS, all unless given. `chosen`: topics by name that replace the usual ones.
+    `frames`: fixed and moving, whose transforms are ground truth. `of_marker`: whether it is a marker's, at a clock of
+    its own, or the base's; None: by its type."""
     topics = find_topics(bag, chosen, only or TOPICS, f"/{namespace}/".replace("//", "/"))
     names = {topic: name for name, candidates in topics.items() for topic in candidates}
     rows = {topic: [] for topic in names}
@@ -103,7 +58,7 @@ def read_record(bag, base, chosen=(), progress=lambda n: None, only=None, namesp
     for n, (topic, message, arrival) in enumerate(bag.messages(list(names))):
         progress(n)
         try:
-            fields = TOPICS[names[topic]].fields(message)
+            fields = TOPICS[names[topic]].kinds[bag.types[topic]][0](message, base)
             t = bag.time_of(message, arrival)
         except (AttributeError, TypeError):  # another definition of this type
             fields = None
@@ -116,12 +71,47 @@ def read_record(bag, base, chosen=(), progress=lambda n: None, only=None, namesp
         if not used:
             record.unusable.update((name, left_out.why_none(topic)) for topic in reversed(candidates))
             continue
-        record.topics[name] = used[0]
         if len(used) > 1:
             record.notes.append(f"uses {shown(used[0])}, not {', '.join(map(shown, used[1:]))} (to choose: "
                                 f"--topic {name}=TOPIC)")
-        add_series(record, name, rows[used[0]])
+        add_series(record, name, used[0], rows[used[0]], TOPICS[name].kinds[bag.types[used[0]]][1])
+    add_truth(record, bag, frames, of_marker)
     return record
+
+
+def add_truth(record, bag, frames, of_marker):
+    """Reads transforms, if they are asked for; aligns what is a marker's."""
+    try:
+        if frames:
+            rows = ground_truth.transforms_to_poses(bag, *frames)
+            add_series(record, "ground_truth", " -> ".join(frames), rows, ground_truth.pose_series)
+        poses, topic = record.get("ground_truth", "x", "y", "psi"), record.topics.get("ground_truth")
+        is_tracked = poses and "upright" in poses.columns
+        if is_tracked:
+            ground_truth.check_upright(poses, shown(topic))
+        if poses and (bag.types.get(topic) in ground_truth.KINDS if of_marker is None else of_marker):
+            poses, record.alignment = ground_truth.align(poses, rolled(record), record.get("odom", "x", "y", "psi"),
+                                                         shown(topic), record.base)
+        if record.alignment or is_tracked:
+            record.series["ground_truth"] = ground_truth.smoothed(poses)
+    except Missing as reason:
+        record.unusable["ground_truth"] = str(reason)
+        for of_topics in (record.series, record.topics):
+            of_topics.pop("ground_truth", None)
+        record.notes.append(f"ground truth is not used: {reason}")
+
+
+def rolled(record):
+    """What the wheels roll since the beginning; without joint states, how far odometry moved."""
+    joints, odom = record.get("joint_states", "position"), record.get("odom", *POSE[:3])
+    if joints:
+        steps = record.base.velocities(np.diff(joints["position"], axis=0))
+    elif odom:
+        steps = [velocity * np.diff(odom.t) for velocity in differentiated(odom).values()]
+    else:
+        raise Missing("offset and clock of a marker need positions in joint_states, or odom")
+    sums = np.cumsum(np.stack(steps, -1), axis=0)
+    return Series((joints or odom).t, {"rolled": np.vstack([np.zeros(3), sums])})
 
 
 class LeftOut:
@@ -178,7 +168,7 @@ def find_topics(bag, chosen, names, namespace):
     found = {}
     for name in names:
         wanted = TOPICS[name]
-        topics = {topic: topic.rsplit("/", 1)[-1] for topic in bag.types if bag.types[topic] == wanted.kind}
+        topics = {topic: topic.rsplit("/", 1)[-1] for topic in bag.types if bag.types[topic] in wanted.kinds}
         if name not in chosen:
             usual = [topic for topic, last in topics.items()
                      if last in wanted.usual and absolute(topic).startswith(namespace)]
@@ -186,8 +176,8 @@ def find_topics(bag, chosen, names, namespace):
             continue
         found[name] = [topic for topic in topics if absolute(topic) == absolute(chosen[name])]
         if not found[name]:
-            raise Refused(f"{shown(bag.path)}: {name}={shown(chosen[name])}: must be a topic of type {wanted.kind}; it "
-                          f"has {bag.shown_topics()}")
+            raise Refused(f"{shown(bag.path)}: {name}={shown(chosen[name])}: must be a topic of type "
+                          f"{' or '.join(wanted.kinds)}; it has {bag.shown_topics()}")
     return found
 
 
@@ -195,29 +185,31 @@ def find_topics(bag, chosen, names, namespace):
 EMPTY, MISCOUNTED = [math.nan] * 4, [math.nan] * 4
 
 
-def pose_fields(message):
+def pose_fields(message, _):
     pose, twist = message.pose.pose, message.twist.twist
     q = pose.orientation
-    psi = math.atan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y * q.y + q.z * q.z))
-    return {"pose": (pose.position.x, pose.position.y, psi), "twist": (twist.linear.x, twist.linear.y, twist.angular.z)}
+    return {"pose": (pose.position.x, pose.position.y, ground_truth.heading(q.x, q.y, q.z, q.w)),
+            "twist": (twist.linear.x, twist.linear.y, twist.angular.z)}
 
 
-def joint_fields(message):
-    if not set(JOINTS) <= set(message.name):
+def joint_fields(message, base):
+    if not set(base.joints) <= set(message.name):
         return None
-    index = [message.name.index(joint) for joint in JOINTS]
-    return {name: [column[i] for i in index] if len(column) == len(message.name) else MISCOUNTED if column else EMPTY
-            for name, column in (("position", message.position), ("velocity", message.velocity),
-                                 ("effort", message.effort))}
+    index = [message.name.index(joint) for joint in base.joints]
+    return {name: [scale * column[i] for i, scale in zip(index, scales)] if len(column) == len(message.name) else
+            MISCOUNTED if column else EMPTY
+            for name, column, scales in (("position", message.position, base.turns),
+                                         ("velocity", message.velocity, base.turns),
+                                         ("effort", message.effort, np.sign(base.turns)))}
 
 
-def switch_fields(message):
+def switch_fields(message, _):
     wheel = message.wheel.rsplit("_", 1)[-1]
     return None if wheel not in WHEELS else {
         "switch": (WHEELS.index(wheel), message.direction, getattr(message, "count", 1)), "phi": (message.phi,)}
 
 
-def contact_fields(message):
+def contact_fields(message, _):
     contacts = {contact.wheel.rsplit("_", 1)[-1]: contact for contact in message.contacts}
     if set(contacts) != set(WHEELS):
         return None
@@ -229,19 +221,19 @@ def contact_fields(message):
             **{name: [getattr(contact, name) for contact in ordered] for name in ("friction_share", "normal_force")}}
 
 
-def twist_fields(message):
+def twist_fields(message, _):
     return {"twist": (message.linear.x, message.linear.y, message.angular.z)}
 
 
-def command_fields(message):
+def command_fields(message, base):
     """Rates of the wheels; None unless the command names all four: the others keep their set points."""
     rates = {entry.joint_uri: entry.value for entry in reversed(message.velocities) if entry.unit == "s^-1 rad"}
-    return {"velocities": [rates[joint] for joint in JOINTS]} if set(JOINTS) <= set(rates) else None
+    return {"velocities": [rates[joint] for joint in base.joints]} if set(base.joints) <= set(rates) else None
 
 
-def add_series(record, name, rows):
+def add_series(record, name, topic, rows, series):
     """Of rows in any order; of those with equal times the first, but of commands and switches, which may share one."""
-    topic = shown(record.topics[name])
+    record.topics[name], topic = topic, shown(topic)
     table = np.array(rows, float)
     table = table[np.argsort(table[:, 0], kind="stable")]
     new = np.diff(table[:, 0], prepend=-np.inf) > 0
@@ -249,7 +241,13 @@ def add_series(record, name, rows):
         record.notes.append(f"{topic}: {np.sum(~new)} messages repeat an earlier stamp: left out (was the clock set "
                             "back?)")
         table = table[new]
-    record.series[name] = TOPICS[name].series(table[:, 0], table[:, 1:], record, topic)
+    result = record.series[name] = series(table[:, 0], table[:, 1:], record, topic)
+    steps = np.diff(result.t)
+    gaps = np.flatnonzero(steps > result.max_step) if TOPICS[name].is_sampled else []
+    if len(gaps):
+        longest = gaps[np.argmax(steps[gaps])]
+        record.notes.append(f"{topic}: a gap of {steps[longest]:.3f} s from t = {result.t[longest]:.3f} s" + (
+            f", the longest of {len(gaps)}" if len(gaps) > 1 else ""))
 
 
 def pose_series(t, values, record, topic):
@@ -269,19 +267,6 @@ def pose_series(t, values, record, topic):
     record.notes.append(f"{topic}: its twists do not fit its poses: velocities are differences of the poses")
     series.columns.update((name, at_samples(t, poses.t, values)) for name, values in V.items())
     return series
-
-
-def middles(column):
-    """Between neighbouring samples."""
-    return (column[1:] + column[:-1]) / 2
-
-
-def differentiated(series):
-    """V_X, V_Y and Omega, means over the steps."""
-    step, psi = np.diff(series.t), middles(series["psi"])
-    dx, dy = np.diff(series["x"]) / step, np.diff(series["y"]) / step
-    return {"V_X": np.cos(psi) * dx + np.sin(psi) * dy, "V_Y": -np.sin(psi) * dx + np.cos(psi) * dy,
-            "Omega": np.diff(series["psi"]) / step}
 
 
 def at_samples(t, known, means):
@@ -338,23 +323,25 @@ def contact_series(t, values, *_):
 @dataclass
 class Topic:
     """A topic of a base."""
-    kind: str           # of its messages
+    kinds: dict         # of its messages, to two functions: fields, from message and base to {field: numbers}, each
+    #                     used or left out as a whole, or None for one of something else; and series, from times, rows of
+    #                     all fields, record (for its notes) and topic as it is shown
     usual: tuple        # names, in any namespace, the best first
-    fields: Callable    # message to {field: numbers}, each used or left out as a whole; None for one of something else
-    series: Callable    # times, rows of all fields, record (for its notes) and topic as it is shown, to a Series
     is_sampled: bool = True  # rather than sent when something happens
 
 
 TOPICS = {
-    "odom": Topic("nav_msgs/Odometry", ("odom",), pose_fields, pose_series),
-    "ground_truth": Topic("nav_msgs/Odometry", ("ground_truth", "base_pose_ground_truth"), pose_fields, pose_series),
-    "joint_states": Topic("sensor_msgs/JointState", ("joint_states",), joint_fields, wheel_series),
-    "roller_switches": Topic("youbot_base_sim/RollerSwitchStamped", ("roller_switches",), switch_fields, switch_series,
-                             is_sampled=False),
-    "contacts": Topic("youbot_base_sim/ContactsStamped", ("contacts",), contact_fields, contact_series),
-    "cmd_vel": Topic("geometry_msgs/Twist", ("cmd_vel",), twist_fields,
-                     lambda t, twists, *_: Series(t, dict(zip(POSE[3:], twists.T))), is_sampled=False),
-    "velocity_command": Topic("brics_actuator/JointVelocities", ("velocity_command",), command_fields,
-                              lambda t, rates, record, _: Series(t, dict(zip(POSE[3:], record.base.velocities(rates)))),
-                              is_sampled=False),
+    "odom": Topic({"nav_msgs/Odometry": (pose_fields, pose_series)}, ("odom",)),
+    "ground_truth": Topic({"nav_msgs/Odometry": (pose_fields, pose_series),
+                           **{kind: (lambda message, _, kind=kind: ground_truth.pose_fields(kind, message),
+                                         ground_truth.pose_series) for kind in ground_truth.KINDS}},
+                          ("ground_truth", "base_pose_ground_truth", "pose")),
+    "joint_states": Topic({"sensor_msgs/JointState": (joint_fields, wheel_series)}, ("joint_states",)),
+    "roller_switches": Topic({"youbot_base_sim/RollerSwitchStamped": (switch_fields, switch_series)},
+                             ("roller_switches",), is_sampled=False),
+    "contacts": Topic({"youbot_base_sim/ContactsStamped": (contact_fields, contact_series)}, ("contacts",)),
+    "cmd_vel": Topic({"geometry_msgs/Twist": (twist_fields, lambda t, twists, *_: Series(
+        t, dict(zip(POSE[3:], twists.T))))}, ("cmd_vel",), is_sampled=False),
+    "velocity_command": Topic({"brics_actuator/JointVelocities": (command_fields, lambda t, rates, record, _: Series(
+        t, dict(zip(POSE[3:], record.base.velocities(rates)))))}, ("velocity_command",), is_sampled=False),
 }

@@ -8,7 +8,6 @@ Angular velocities are in rad/s, torques in N m, both positive forward on all fo
 bag. A wheel is at zero until its first command. A bag that is cut or has no index is read up to where it breaks, and a
 warning gives that instant. A bag whose times go back, such as one of two runs, is rejected. docs/replay.md says more.
 """
-import argparse
 import math
 from collections import Counter
 
@@ -16,7 +15,7 @@ import numpy as np
 
 from .bags import Bag
 from .base import DRIVER_RADIUS, JOINTS, WHEELS, Base
-from .command_line import Parser, Refused, complain
+from .command_line import Parser, Refused, complain, positive
 from .files import Outputs, write_whole
 from .records import sign_factors, velocity_sign
 
@@ -145,16 +144,6 @@ def write(path, rows):
     print(f"{path}: {len(last)} rows from {rows[0][0]:.3f} to {rows[-1][0]:.3f} s")
 
 
-def metres(text):
-    try:
-        number = float(text)
-    except ValueError:
-        number = 0
-    if not 0 < number < math.inf:
-        raise argparse.ArgumentTypeError(f"{text!r}: must be a number > 0")
-    return number
-
-
 def main():
     parser = Parser("table_from_bag", __doc__, "drive.bag --velocity commands.csv",
                     "drive.bag --measured --velocity velocities.csv --torque torques.csv")
@@ -167,9 +156,9 @@ def main():
     parser.add_argument("--joint-velocity-sign", choices=("auto", "consistent", "driver_exact"), default="auto",
                         help="sign of measured velocities and efforts: that of the positions, or, as from the real "
                              "driver, negated for fl and bl; auto (default): found from the positions")
-    parser.add_argument("--wheel-radius", type=metres, default=DRIVER_RADIUS, metavar="M",
+    parser.add_argument("--wheel-radius", type=positive, default=DRIVER_RADIUS, metavar="M",
                         help="wheel radius in the driver that executed cmd_vel, m; default 0.0475, the youBot driver's")
-    parser.add_argument("--half-lengths", type=metres, default=Base().half_lengths, metavar="M",
+    parser.add_argument("--half-lengths", type=positive, default=Base().half_lengths, metavar="M",
                         help="half the wheelbase plus half the track in that driver, m; default 0.385")
     arguments = parser.parse_args()
     wanted = [one for one in (("--velocity", arguments.velocity, "velocity", (TWIST, VELOCITIES)),

@@ -3,11 +3,9 @@
 
 Usage: analyse_test.py SIMULATE ENV.SH      the program, and what sets up the devel space
 """
-import contextlib
 import copy
 import csv
 import errno
-import io
 import math
 import os
 import shutil
@@ -22,12 +20,12 @@ import genpy.dynamic
 import numpy as np
 import rosbag
 from geometry_msgs.msg import Point, Twist, Vector3
-from harness import ROOT
+from harness import ROOT, RunsAnalyse, stamp_of
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header, String
 
-from youbot_base_sim import analyse, command_line, files
+from youbot_base_sim import files
 
 SCRIPT = str(ROOT / "scripts" / "analyse")
 SIMULATE = ENVIRONMENT = None
@@ -54,10 +52,6 @@ def own_messages():
 def rolling_rates(V_X, V_Y, Omega):
     return np.array([V_X - V_Y - ARM * Omega, V_X + V_Y + ARM * Omega, V_X + V_Y - ARM * Omega,
                      V_X - V_Y + ARM * Omega]) / R
-
-
-def stamp_of(t):
-    return genpy.Time(1700000000) + genpy.Duration.from_sec(t)
 
 
 def odometry(t, pose, twist=(0, 0, 0)):
@@ -95,49 +89,16 @@ def elsewhere(pose, x=7.0, y=-3.0, turn=2.0):
             y + math.sin(turn) * pose[0] + math.cos(turn) * pose[1], pose[2] + turn)
 
 
-class AnalyseTest(unittest.TestCase):
+class AnalyseTest(RunsAnalyse):
     @classmethod
     def setUpClass(cls):
+        super().setUpClass()
         cls.messages = own_messages()
-        cls.folder = tempfile.mkdtemp()
-        cls.addClassCleanup(shutil.rmtree, cls.folder)
         cls.slipping_messages = list(cls.simulate_slipping())
         cls.slipping = cls.make_slipping(os.path.join(cls.folder, "slipping.bag"))
         first = cls()
         cls.known = first.numbers(cls.slipping, folder="known")
         cls.known_out = first.out
-
-    def path(self, name):
-        return os.path.join(self.folder, name)
-
-    def analyse(self, *arguments, status=0):
-        """Runs the script's main; keeps what it says."""
-        out, err = io.StringIO(), io.StringIO()
-        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-            ended = command_line.run("analyse", analyse.main, list(arguments))
-        self.out, self.err = out.getvalue(), err.getvalue()
-        self.assertEqual(ended, status, self.out + self.err)
-
-    def numbers(self, bag, *arguments, folder="numbers"):
-        """{quantity: value} of the summary."""
-        folder = self.path(folder)
-        shutil.rmtree(folder, ignore_errors=True)
-        self.analyse(bag, "--csv", folder, *arguments)
-        with open(os.path.join(folder, "summary.csv"), newline="") as file:
-            rows = list(csv.DictReader(file))
-        self.assertEqual(len({row["quantity"] for row in rows}), len(rows), "each name once")
-        return {row["quantity"]: float(row["value"]) for row in rows if row["value"]}
-
-    def table(self, name, folder="numbers"):
-        with open(os.path.join(self.path(folder), name), newline="") as file:
-            return list(csv.DictReader(file))
-
-    def one_line(self, *words):
-        lines = self.err.splitlines()
-        self.assertEqual(len(lines), 1, self.err)
-        self.assertTrue(lines[0].startswith("analyse: "), lines[0])
-        for word in words:
-            self.assertIn(word, lines[0])
 
     # Bags with known answers
 
@@ -636,7 +597,7 @@ class AnalyseTest(unittest.TestCase):
         self.assertIn("second.bag: ", self.out)
 
     def test_bad_arguments_are_refused(self):
-        for arguments, words in ((["--only", "odo"], "'odo': must be of path, odometry"),
+        for arguments, words in ((["--only", "odo"], "'odo': must be of alignment, path"),
                                  (["--topic", "odom"], "'odom': must be NAME=TOPIC"),
                                  (["--scene", "/none"], "/none: No such file"),
                                  (["--desired", "/none"], "/none: No such file"),

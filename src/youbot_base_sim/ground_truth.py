@@ -1,0 +1,211 @@
+"""Ground truth of a tracking system: reads poses of any type as x, y and heading; finds by the wheels where the marker
+sits on the base, how far its clock is off, and how its fixed frame lies to odometry's."""
+import math
+from collections import namedtuple
+
+import numpy as np
+
+from .command_line import shown
+from .series import Missing, Series, differentiated
+
+KINDS = {"geometry_msgs/PoseStamped": lambda message: (message.pose.position, message.pose.orientation),
+         "geometry_msgs/PoseWithCovarianceStamped":
+             lambda message: (message.pose.pose.position, message.pose.pose.orientation),
+         "geometry_msgs/TransformStamped": lambda message: (message.transform.translation, message.transform.rotation)}
+TRANSFORMS = ("tf2_msgs/TFMessage", "tf/tfMessage")
+LARGEST_TILT = 15  # deg
+SMOOTHING = 0.05     # s to either side, over which velocities are the slopes of fitted lines
+WINDOW = 0.1         # s, over which motions of marker and wheels are compared
+LARGEST_CLOCK = 1.5  # s, offset that is searched
+CLOCK_STEP = 0.02    # s, of the search
+MIN_ERROR = 1e-3   # m/s, that velocities are assumed to be off
+SLIP = np.array([5e-3, 2e-3, 3e-3, 3e-3])  # what slip of hard starts adds to sigma of clock, yaw, X and Y
+START = 0.02         # m and rad: until odometry has moved so far, it has hardly drifted
+
+
+def pose_fields(kind, message):
+    position, q = KINDS[kind](message)
+    seen = 0.9 < q.x ** 2 + q.y ** 2 + q.z ** 2 + q.w ** 2 < 1.1  # zeros stand for a body that is out of sight
+    return {"pose": (position.x, position.y, heading(q.x, q.y, q.z, q.w) if seen else math.nan),
+            "upright": (position.z, 1 - 2 * (q.x ** 2 + q.y ** 2))}
+
+
+def heading(x, y, z, w):
+    return np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+
+
+def pose_series(t, values, *_):
+    series = Series(t, dict(zip(("x", "y", "psi", "z", "upright"), values.T))).known("x", "y", "psi", "z", "upright")
+    series["psi"][:] = np.unwrap(series["psi"])
+    return series
+
+
+def check_upright(series, topic):
+    """Throws Missing where the tracked body's z axis is not vertical."""
+    tilt = math.degrees(math.acos(np.clip(np.median(series["upright"]), -1, 1)))
+    if tilt > LARGEST_TILT:
+        raise Missing(f"{topic}: its z axis is {tilt:.0f} deg off the vertical: must be at most {LARGEST_TILT:g} (a "
+                      "tracker whose y axis points up?)")
+
+
+def transforms_to_poses(bag, fixed, body):
+    """Rows like those of `pose_fields` after their times, from the chain of transforms between two frames."""
+    links, parents = {}, {}
+    for topic, message, arrival in bag.messages([topic for topic, kind in bag.types.items() if kind in TRANSFORMS]):
+        for link in message.transforms:
+            child, p = link.child_frame_id.strip("/"), link.transform.translation
+            parents[child] = link.header.frame_id.strip("/")
+            t = 0 if topic.endswith("static") else bag.time_of(link, arrival)
+            links.setdefault(child, {})[t] = matrix(p, link.transform.rotation)
+    frame, chain = body.strip("/"), []
+    while frame != fixed.strip("/"):
+        if frame not in parents or len(chain) == len(parents):
+            raise Missing(f"no transforms from {shown(fixed)} to {shown(body)}: it has " + (", ".join(
+                f"{shown(parents[child])} -> {shown(child)}" for child in sorted(parents)) or "none"))
+        chain.insert(0, links[frame])
+        frame = parents[frame]
+    t = np.array(sorted(max(chain, key=len)))
+    pose = np.eye(4)
+    for link in chain:  # rotations are interpolated entry by entry: headings hardly change between two samples
+        series = Series(np.array(sorted(link)), {"link": np.array([link[time] for time in sorted(link)])})
+        pose = pose @ (series.at(t, "link") if len(link) > 1 else series["link"])
+    rows = np.stack([t, pose[:, 0, 3], pose[:, 1, 3], np.arctan2(pose[:, 1, 0], pose[:, 0, 0]), pose[:, 2, 3],
+                     pose[:, 2, 2]], -1)
+    return rows[np.isfinite(rows).all(axis=1)].tolist()
+
+
+def matrix(p, q):
+    x, y, z, w = q.x, q.y, q.z, q.w
+    return [[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y), p.x],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x), p.y],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y), p.z], [0, 0, 0, 1]]
+
+
+# Each: values and their sigmas. clock: s, to be added to stamps. marker: x, y (m) and yaw (rad) on the base. fixed:
+# those of the tracker's fixed frame in odometry's; None without odometry.
+Alignment = namedtuple("Alignment", "clock marker fixed")
+
+
+def align(truth, wheels, odom, topic, base):
+    """Turns poses of a marker into the base's, at the wheels' clock and in odometry's frame. `wheels`: what they roll
+    since the beginning. Returns series and Alignment. Throws Missing where the motion does not tell."""
+    length = max(WINDOW, 3 * truth.period)
+    ends = np.flatnonzero(np.diff(np.floor(truth.t / length), prepend=-math.inf) > 0)
+    coarse = Series(truth.t[ends], {name: truth[name][ends] for name in ("x", "y", "psi")})
+    whole = np.diff(coarse.t) < 1.5 * length
+    seen = np.stack(list(differentiated(coarse).values()), -1)[whole] * (1, 1, base.half_lengths)
+    times = np.stack([coarse.t[:-1][whole], coarse.t[1:][whole]])
+    rolling = Series(wheels.t, {"rolled": wheels["rolled"] * (1, 1, base.half_lengths)})
+
+    def rolled(clock):
+        before, after = rolling.at(times + clock, "rolled")
+        return (after - before) / (times[1] - times[0])[:, None]
+
+    clock, shares = search_clock(rolled, seen, topic)
+    yaw = math.atan2(shares[1, 0] - shares[0, 1], shares[0, 0] + shares[1, 1])
+    start = np.array([clock, yaw, 0, 0, 1, 1, 1])
+    estimate, sigma = refine(lambda unknowns: expected(rolled, unknowns, base.half_lengths), seen, start)
+    check(estimate, sigma, topic)
+    (clock, yaw, X, Y), sigma = estimate[:4], np.hypot(sigma[:4], SLIP)
+    psi = truth["psi"] - yaw
+    poses = Series(truth.t + clock, {"x": truth["x"] - np.cos(psi) * X + np.sin(psi) * Y,
+                                     "y": truth["y"] - np.sin(psi) * X - np.cos(psi) * Y, "psi": psi})
+    fixed = to_odometry(poses, odom, sigma) if odom else None
+    return poses, Alignment((clock, sigma[0]), ((X, Y, yaw), (*sigma[2:], sigma[1])), fixed)
+
+
+def search_clock(rolled, seen, topic):
+    """The offset at which the wheels' motion explains the marker's best by any linear map, and this map."""
+    offsets = np.arange(-LARGEST_CLOCK, LARGEST_CLOCK + CLOCK_STEP / 2, CLOCK_STEP)
+    unexplained, maps = np.ones(len(offsets)), np.zeros((len(offsets), 3, 3))
+    for k, offset in enumerate(offsets):
+        V = rolled(offset)
+        known = np.isfinite(V).all(axis=1)
+        if np.sum(known) > 20 and np.any(seen[known]):
+            maps[k] = np.linalg.lstsq(V[known], seen[known], rcond=None)[0]
+            unexplained[k] = np.sum((seen[known] - V[known] @ maps[k]) ** 2) / np.sum(seen[known] ** 2)
+    best = int(np.argmin(unexplained))
+    if unexplained[best] > 0.3 or best in (0, len(offsets) - 1):
+        raise Missing(f"{topic}: its motion does not fit the wheels' with any clock within {LARGEST_CLOCK:g} s: "
+                      f"{100 * unexplained[best]:.0f} % of it stays unexplained")
+    low = (unexplained <= np.roll(unexplained, 1)) & (unexplained <= np.roll(unexplained, -1))
+    other = offsets[low & (np.abs(offsets - offsets[best]) > 0.1) & (unexplained < 2 * unexplained[best] + 0.02)]
+    if len(other):
+        raise Missing(f"{topic}: its clock cannot be determined: {offsets[best]:.2f} s and {other[0]:.2f} s fit alike")
+    return offsets[best], maps[best]
+
+
+def expected(rolled, unknowns, half_lengths):
+    """What a marker at (X, Y, yaw) on the base sees, where the base moves by these shares of what the wheels roll."""
+    clock, yaw, X, Y, *shares = unknowns
+    forward, left, turn = (rolled(clock) * shares).T
+    forward, left = forward - Y * turn / half_lengths, left + X * turn / half_lengths
+    return np.stack([math.cos(yaw) * forward + math.sin(yaw) * left, math.cos(yaw) * left - math.sin(yaw) * forward,
+                     turn], -1)
+
+
+def refine(expect, seen, unknowns):
+    """The unknowns of `expected` and their sigmas, by robust least squares: Gauss-Newton with Huber's weights, for
+    the wheels slip in hard starts. Weights of zero would leave nothing there that shows the clock."""
+    steps, prior = 1e-4 * np.eye(7), np.array([1, 10, 0.5, 0.5, 0.3, 0.3, 0.3])
+    for _ in range(40):
+        off = seen - expect(unknowns)
+        slopes = np.stack([expect(unknowns + step) - expect(unknowns - step) for step in steps], -1) / 2e-4
+        known = np.isfinite(off).all(axis=1) & np.isfinite(slopes).all(axis=(1, 2))
+        usual = np.maximum(1.4826 * np.median(np.abs(off[known]), axis=0), MIN_ERROR)
+        weight = np.minimum(1, np.sum((off[known] / usual) ** 2 + 1e-9, axis=1) ** -0.25)
+        residual = (off[known] / usual * weight[:, None]).ravel()
+        rows = (slopes[known] * (weight[:, None] / usual)[..., None]).reshape(-1, 7)
+        normal = rows.T @ rows + np.diag(prior ** -2)
+        change = np.linalg.solve(normal, rows.T @ residual)
+        unknowns = unknowns + change
+        if np.all(np.abs(change) < 1e-7):
+            break
+    spread = 2 * np.sum(residual ** 2) / (3 * np.sum(weight))  # twice: residuals of neighbours are alike
+    return unknowns, np.sqrt(np.diag(np.linalg.inv(normal)) * max(spread, 0.1))
+
+
+def check(estimate, sigma, topic):
+    if sigma[0] > CLOCK_STEP:
+        raise Missing(f"{topic}: its clock cannot be determined: sigma is {sigma[0]:.2g} s; must be at most "
+                      f"{CLOCK_STEP:g} s: drive with starts and stops")
+    if sigma[1] > 0.1:
+        raise Missing(f"{topic}: the marker's yaw on the base cannot be determined: drive forward and lateral too")
+    for share, error, direction in zip(estimate[4:], sigma[4:], ("forward", "lateral", "in yaw")):
+        if error < 0.05 and not 0.7 < share < 1.4:
+            raise Missing(f"{topic}: {direction} the base moves {share:.2f} times as far as its wheels roll; must be "
+                          "0.7 to 1.4 times: give this base's sizes with --scene, and its joints with --joints")
+
+
+def to_odometry(poses, odom, sigma):
+    """Moves poses into odometry's frame: by their means until odometry has moved by START."""
+    both = np.flatnonzero(np.isfinite(odom.at(poses.t, "psi")))
+    if not len(both):
+        return None
+    own, target = (np.stack([series.at(poses.t[both], name) for name in ("x", "y", "psi")]) for series in (poses, odom))
+    still = np.abs(target - target[:, :1]).max(axis=0) <= START
+    n = len(both) if still.all() else np.argmin(still)
+    x, y, _ = own[:, :n]
+    turn = np.mean(target[2, :n] - own[2, :n])
+    c, s = math.cos(turn), math.sin(turn)
+    shifts = target[:, :n] - [c * x - s * y, s * x + c * y, own[2, :n]]
+    shift = np.mean(shifts, axis=1)
+    sigma = np.hypot(np.std(shifts, axis=1) / math.sqrt(n) + 0.05 * START, (*sigma[2:], sigma[1]))
+    sigma[:2] = np.hypot(sigma[:2], sigma[2] * math.hypot(np.mean(x), np.mean(y)))
+    x, y = poses["x"], poses["y"]
+    poses.columns.update(x=c * x - s * y + shift[0], y=s * x + c * y + shift[1], psi=poses["psi"] + turn)
+    return tuple(shift), tuple(sigma)
+
+
+def smoothed(poses):
+    """Means over SMOOTHING to either side, and velocities from its ends: noise would lengthen the path."""
+    reach = max(SMOOTHING, 1.5 * poses.period)
+    values = np.stack([poses[name] for name in ("x", "y", "psi")], -1)
+    area = np.cumsum(np.diff(poses.t, prepend=poses.t[0])[:, None] * (values + np.roll(values, 1, axis=0)) / 2, axis=0)
+    series = Series(poses.t, {"pose": values, "area": area})
+    means, slopes = ((series.at(poses.t + reach, name) - series.at(poses.t - reach, name)) / (2 * reach)
+                     for name in ("area", "pose"))
+    x, y, psi = means.T
+    dx, dy, turn = slopes.T
+    return Series(poses.t, {"x": x, "y": y, "psi": psi, "V_X": np.cos(psi) * dx + np.sin(psi) * dy,
+                            "V_Y": np.cos(psi) * dy - np.sin(psi) * dx, "Omega": turn})

@@ -1,0 +1,228 @@
+#!/usr/bin/env python3
+"""Ground truth of tracking systems in scripts/analyse: bags of simulate whose truth is moved to a marker, another frame
+and another clock, thinned and made noisy. What analyse finds must be what was done, within its sigmas.
+
+Usage: ground_truth_test.py SIMULATE
+"""
+import csv
+import math
+import subprocess
+import sys
+import unittest
+
+import genpy
+import numpy as np
+import rosbag
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TransformStamped
+from harness import RunsAnalyse, stamp_of
+from sensor_msgs.msg import JointState
+from tf2_msgs.msg import TFMessage
+
+SIMULATE = None
+ROWS = ((0, 0, 0, 0, 0), (1, 4, 4, 4, 4), (3, -4, -4, -4, -4), (5, -4, 4, 4, -4), (7, 4, -4, -4, 4), (9, -3, 3, -3, 3),
+        (11, 3, -3, 3, -3), (13, 6, 2, 2, 6), (15, 2, 6, 1, 4), (17, 0, 0, 0, 0))  # s, rad/s
+MARKER, FRAME, CLOCK = (0.12, -0.07, 0.4), (2.0, -1.5, 2.2), 0.3137  # X, Y, yaw on the base; x, y, yaw; s
+
+
+def placed(frame, pose):
+    """Poses in a frame, as poses in the frame around it."""
+    x, y, yaw = frame
+    c, s = np.cos(yaw), np.sin(yaw)
+    return x + c * pose[0] - s * pose[1], y + s * pose[0] + c * pose[1], yaw + pose[2]
+
+
+def filled(p, q, x, y, z, yaw, tilt=0):
+    p.x, p.y, p.z = x, y, z
+    q.x, q.y, q.z, q.w = (math.sin(tilt / 2) * math.cos(yaw / 2), math.sin(tilt / 2) * math.sin(yaw / 2),
+                          math.cos(tilt / 2) * math.sin(yaw / 2), math.cos(tilt / 2) * math.cos(yaw / 2))
+
+
+def message_of(kind, x, y, z, yaw, **tilt):
+    message = kind()
+    if kind is TransformStamped:
+        filled(message.transform.translation, message.transform.rotation, x, y, z, yaw, **tilt)
+        message.header.frame_id, message.child_frame_id = "mocap", "rigid_body"
+    else:
+        pose = message.pose if kind is PoseStamped else message.pose.pose
+        filled(pose.position, pose.orientation, x, y, z, yaw, **tilt)
+    return message
+
+
+class GroundTruthTest(RunsAnalyse):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.times, cls.motion = cls.simulate("drive", ROWS)
+        cls.known = cls("numbers").numbers(cls("path").path("drive.bag"))
+
+    @classmethod
+    def simulate(cls, name, rows, robot=""):
+        """A bag at 50 Hz as the robot records it, and the motion (x, y, psi) every 2 ms."""
+        path = cls("path").path
+        with open(path(name + ".table"), "w") as file:
+            file.write("t,fl,fr,bl,br\n" + "".join(",".join(map(str, row)) + "\n" for row in rows))
+        for rate, option in ((50, "bag"), (500, "csv")):
+            with open(path(name + ".yaml"), "w") as file:
+                file.write(f"duration: {rows[-1][0] + 1}\noutput_rate: {rate}\nrobot: {{profile: measured, {robot}}}\n"
+                           "solver: {control_period: 1e-3, relative_tolerance: 1e-5}\nmotors: {quantized: true}\n"
+                           f"drive: {{velocity_table: {name}.table}}\n")
+            subprocess.run([SIMULATE, path(name + ".yaml"), "--quiet", "--" + option, path(f"{name}.{option}")],
+                           check=True, timeout=60)
+        with open(path(name + ".csv"), newline="") as file:
+            columns = np.array([[float(row[key]) for key in ("t", "x", "y", "psi")] for row in csv.DictReader(file)]).T
+        return columns[0], columns[1:]
+
+    def recorded(self, name, kind=PoseStamped, drive="drive", rate=100, noise=3e-4, seed=1, out_of_sight=(6.0, 6.4),
+                 clock=CLOCK, motion=None, marker=MARKER, as_transforms=False, **tilt):
+        """A bag of the drive with a tracker's poses of a marker in place of ground_truth."""
+        random = np.random.default_rng(seed)
+        times = np.arange(0.013, self.times[-1], 1 / rate)
+        base = [np.interp(times, self.times, column) for column in (self.motion if motion is None else motion)]
+        seen = placed(FRAME, placed(base, marker))
+        with rosbag.Bag(self.path(f"{drive}.bag")) as bag, rosbag.Bag(self.path(name), "w") as live:
+            for topic, message, t in bag.read_messages():
+                if topic in ("/odom", "/base/joint_states"):
+                    message.header.stamp = stamp_of(t.to_sec())
+                    live.write(topic, message, stamp_of(t.to_sec() + 0.002))
+            for t, x, y, yaw in zip(times, *seen):
+                if out_of_sight[0] < t < out_of_sight[1] or random.random() < 0.05:
+                    continue
+                dx, dy, dz, turn = noise * random.standard_normal(4)
+                message = message_of(kind, x + dx, y + dy, 0.3 + dz, yaw + 1.5 * turn, **tilt)
+                message.header.stamp = stamp_of(t - clock)
+                if as_transforms:
+                    live.write("/tf", TFMessage([message]), stamp_of(t + 0.003))
+                else:
+                    live.write("/tracker/youbot/pose", message, stamp_of(t + 0.003))
+            if as_transforms:  # where the marker's base is, turned upside down and back in two links
+                x, y, _ = placed((0, 0, -marker[2]), (-marker[0], -marker[1], 0))
+                for parent, child, place in (("rigid_body", "plate", (x, y, -0.3, -marker[2], math.pi)),
+                                             ("plate", "robot", (0, 0, 0, 0, math.pi))):
+                    link = message_of(TransformStamped, *place[:4], tilt=place[4])
+                    link.header.frame_id, link.child_frame_id = parent, child
+                    live.write("/tf_static", TFMessage([link]), stamp_of(0))
+        return self.path(name)
+
+    def expect_alignment(self, numbers, clock=CLOCK, marker=MARKER, sigmas=2.5):
+        x, y, yaw = FRAME
+        inverse = (*placed((0, 0, -yaw), (-x, -y, 0))[:2], -yaw)
+        expected = {"clock": clock, **{f"marker_{axis}": value for axis, value in zip(("x", "y", "yaw"), marker)},
+                    **{f"fixed_{axis}": value for axis, value in zip(("x", "y", "yaw"), inverse)}}
+        for name, value in expected.items():
+            off = numbers[name] - value
+            if name.endswith("yaw"):
+                off = math.remainder(off, 2 * math.pi)
+            self.assertLess(abs(off), sigmas * numbers[name + "_sigma"], name)
+
+    def expect_known(self, numbers):
+        """What the simulator's own ground truth yields."""
+        for name, delta in (("final_error", 8e-3), ("maximal_error", 8e-3), ("final_heading_error", 8e-3),
+                            ("path_length", 0.05), ("forward_of_rolled", 0.01), ("lateral_of_rolled", 0.01),
+                            ("yaw_of_rolled", 0.02), ("final_x", 0.02), ("final_y", 0.02), ("final_psi", 0.02)):
+            self.assertAlmostEqual(numbers[name], self.known[name], delta=delta, msg=name)
+
+    def test_a_marker_is_found_on_the_base_and_its_clock(self):
+        for rate, noise, seed in ((100, 3e-4, 1), (30, 1e-5, 2), (240, 1e-3, 3)):
+            bag = self.recorded("marker.bag", rate=rate, noise=noise, seed=seed)
+            numbers = self.numbers(bag)
+            self.expect_alignment(numbers)
+            for name, largest in (("clock", 8e-3), ("marker_x", 0.012), ("marker_y", 0.012), ("marker_yaw", 0.015),
+                                  ("fixed_yaw", 0.015)):
+                self.assertLess(numbers[name + "_sigma"], largest)
+        self.assertRegex(self.out, r"note: /tracker/youbot/pose: a gap of 0\.4\d\d s from t = 5\.6\d\d s\n")
+        self.expect_known(self.numbers(self.recorded("marker.bag")))
+
+    def test_types_of_messages(self):
+        expected = self.numbers(self.recorded("stamped.bag"))
+        for kind in (PoseWithCovarianceStamped, TransformStamped):
+            numbers = self.numbers(self.recorded("other.bag", kind))
+            self.assertEqual(numbers.keys(), expected.keys())
+            for name, value in expected.items():  # numpy's sums depend on where arrays lie in memory
+                self.assertAlmostEqual(numbers[name], value, delta=1e-6 * (1 + abs(value)), msg=name)
+
+    def test_transforms(self):
+        bag = self.recorded("transforms.bag", TransformStamped, as_transforms=True)
+        numbers = self.numbers(bag, "--frames", "mocap", "rigid_body", "--truth", "marker")
+        self.expect_alignment(numbers)
+        numbers = self.numbers(bag, "--frames", "mocap", "robot", "--truth", "marker")
+        self.expect_alignment(numbers, marker=(0, 0, 0))
+        numbers = self.numbers(self.recorded("clock.bag", TransformStamped, as_transforms=True, clock=0),
+                               "--frames", "mocap", "robot")
+        self.assertIn("mocap -> robot is taken as the base's own pose, at the bag's clock", self.out)
+        for name in ("final_error", "final_heading_error", "path_length", "yaw_of_rolled"):
+            self.assertAlmostEqual(numbers[name], self.known[name], delta=0.02)
+        self.analyse(bag, "--frames", "world", "robot", "--only", "odometry")
+        self.assertIn("no transforms from world to robot: it has rigid_body -> plate, mocap -> rigid_body, plate -> "
+                      "robot", self.out)
+
+    def test_ground_truth_of_odometry_may_be_a_marker_s(self):
+        with rosbag.Bag(self.path("drive.bag")) as bag, rosbag.Bag(self.path("odometry.bag"), "w") as live:
+            for topic, message, t in bag.read_messages(start_time=genpy.Time(1)):  # stamps cannot be negative
+                if topic == "/ground_truth":
+                    pose = message.pose.pose
+                    yaw = 2 * math.atan2(pose.orientation.z, pose.orientation.w)
+                    x, y, yaw = placed(FRAME, placed((pose.position.x, pose.position.y, yaw), MARKER))
+                    filled(pose.position, pose.orientation, x, y, 0, yaw)
+                    message.header.stamp -= genpy.Duration.from_sec(CLOCK)
+                live.write(topic, message, t)
+        self.expect_alignment(self.numbers(self.path("odometry.bag"), "--truth", "marker"), sigmas=3)
+
+    def expect_unused(self, bag, *words):
+        self.analyse(bag)
+        for word in words:
+            self.assertIn(word, self.out)
+        self.assertRegex(self.out, "  odometry +/tracker/youbot/pose: ")
+        self.assertNotIn("true pose", self.out)
+
+    def test_what_cannot_be_determined_is_not_used(self):
+        steady = np.zeros((3, len(self.times)))
+        self.expect_unused(self.recorded("still.bag", motion=steady), "does not fit the wheels' with any clock")
+        self.expect_unused(self.recorded("far.bag", clock=0.9, motion=3 * self.motion), "forward the base moves 3.",
+                           "must be 0.7 to 1.4 times", "--scene")
+        self.expect_unused(self.recorded("tilted.bag", tilt=math.pi / 2), "its z axis is 90 deg off the vertical")
+        waves = [(0.02 * k, *4 * [3 * math.sin(2 * math.pi * 0.02 * k / 0.8)]) for k in range(500)]
+        times, motion = self.simulate("waves", waves)
+        known = [np.interp(self.times, times, column) for column in motion]
+        self.expect_unused(self.recorded("waves_seen.bag", drive="waves", motion=known),
+                           "its clock cannot be determined", "fit alike")
+
+
+class OtherBaseTest(RunsAnalyse):
+    """Another Mecanum base: its sizes by a scene, and encoders that count ticks, backward on the left, as positions."""
+    SIZES = ("wheel_radius: 0.076, roller_axis_radius: 0.06, half_wheelbase: 0.3, half_track: 0.25, "
+             "rollers_per_wheel: 9, total_inertia: 9")
+
+    def test_sizes_by_a_scene_and_ticks_of_other_joints(self):
+        GroundTruthTest.folder = self.folder
+        GroundTruthTest.simulate("other", ROWS, self.SIZES)
+        joints = {"wheel_joint_fl": "front_left", "wheel_joint_fr": "front_right", "wheel_joint_bl": "rear_left",
+                  "wheel_joint_br": "rear_right"}
+        with rosbag.Bag(self.path("other.bag")) as bag, rosbag.Bag(self.path("ticks.bag"), "w") as live:
+            for topic, message, t in bag.read_messages():
+                if topic.endswith("joint_states"):
+                    found = {joints[name]: angle * 1440 / 2 / math.pi * (-1 if name.endswith("l") else 1)
+                             for name, angle in zip(message.name, message.position) if name in joints}
+                    names = sorted(found)
+                    message = JointState(message.header, names, [found[name] for name in names], [], [])
+                live.write(topic, message, t)
+        scene = ("--scene", self.path("other.yaml"))
+        expected = self.numbers(self.path("other.bag"), *scene)
+        named = ("--joints=-front_left,front_right,-rear_left,rear_right", "--ticks", "1440")
+        numbers = self.numbers(self.path("ticks.bag"), *scene, *named)
+        for name in ("forward_of_rolled", "lateral_of_rolled", "yaw_of_rolled"):
+            self.assertAlmostEqual(numbers[name], expected[name], delta=2e-3, msg=name)
+        self.assertAlmostEqual(numbers["forward_of_rolled"], 1, delta=0.02)
+        for name in ("slip_rms_fl", "slip_rms_br"):
+            self.assertAlmostEqual(numbers[name], expected[name], delta=0.1 * expected[name] + 0.02, msg=name)
+        self.analyse(self.path("ticks.bag"), *scene)
+        self.assertRegex(self.out, "  slip +/base/joint_states has no message with the wheels")
+        for value, words in (("a,b,c", "must be four joints"), ("a,b,c,-c", "must be four joints")):
+            self.analyse(self.path("ticks.bag"), "--joints", value, status=2)
+            self.one_line(words)
+        self.analyse(self.path("ticks.bag"), "--ticks", "0", status=2)
+        self.one_line("must be a number > 0")
+
+
+if __name__ == "__main__":
+    SIMULATE = sys.argv[1]
+    unittest.main(argv=sys.argv[:1] + sys.argv[2:])
