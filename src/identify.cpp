@@ -2,13 +2,17 @@
 
 #include <fmt/format.h>
 
+#include <boost/algorithm/string/classification.hpp>
+#include <boost/algorithm/string/split.hpp>
 #include <boost/program_options.hpp>
 #include <filesystem>
 #include <optional>
+#include <set>
 #include <thread>
 
 #include "youbot_base_sim/identify/bag_reader.h"
 #include "youbot_base_sim/identify/fit.h"
+#include "youbot_base_sim/identify/ground_truth.h"
 #include "youbot_base_sim/identify/report.h"
 #include "youbot_base_sim/integration/motion_integrator.h"
 #include "youbot_base_sim/offline_program.h"
@@ -25,6 +29,7 @@ using namespace youbot_base_sim;
 struct Arguments {
   std::vector<std::string> bags;
   std::string scene, output, csv;
+  BagNames names;
   bool quiet = false;
 };
 
@@ -72,11 +77,43 @@ void write(OutputFile& file, const std::string& text) {
   file.commit();
 }
 
+std::vector<std::string> parts_of(const std::string& text) {
+  std::vector<std::string> parts;
+  boost::split(parts, text, boost::is_any_of(","));
+  return parts;
+}
+
+/// Texts that are empty were not given. Throws OptionError.
+void read_names(const std::string& frames, const std::string& truth, const std::string& joints,
+                const std::string& ticks, BagNames& names) {
+  if (!frames.empty()) {
+    const std::vector<std::string> parts = parts_of(frames);
+    if (parts.size() != 2 || parts[0].empty() || parts[1].empty())
+      throw OptionError("--frames", frames, "be FIXED,BODY, two frames");
+    names.truth_frames = {parts[0], parts[1]};
+  }
+  if (!truth.empty() && truth != "base" && truth != "marker") throw OptionError("--truth", truth, "be base or marker");
+  if (!truth.empty()) names.truth_of_marker = truth == "marker";
+  if (!ticks.empty()) names.units *= 2 * M_PI / number_of("--ticks", ticks, {1e-6, 1e9, ""});
+  if (joints.empty()) return;
+  const std::vector<std::string> parts = parts_of(joints);
+  std::set<std::string> different;
+  for (std::size_t i = 0; i < parts.size() && i < kWheels; ++i) {
+    const bool backward = !parts[i].empty() && parts[i][0] == '-';
+    names.joints[i] = parts[i].substr(backward);
+    if (backward) names.units[static_cast<Eigen::Index>(i)] *= -1;
+    if (!names.joints[i].empty()) different.insert(names.joints[i]);
+  }
+  if (parts.size() != kWheels || different.size() != kWheels)
+    throw OptionError("--joints", joints, "be four joints, fl, fr, bl and br, separated by commas");
+}
+
 /// Reads the command line and the scene, and opens the outputs, so that what is refused is refused before minutes have
 /// gone by. Returns false if all that was wanted was help. Throws std::runtime_error.
 bool prepare(int argc, char** argv, Arguments& arguments, Scene& start) {
   namespace po = boost::program_options;
   po::options_description options("Options");
+  std::string frames, truth, joints, ticks;
   // clang-format off
   options.add_options()
     ("scene", po::value(&arguments.scene)->value_name("START.yaml"),
@@ -84,9 +121,19 @@ bool prepare(int argc, char** argv, Arguments& arguments, Scene& start) {
     ("output,o", po::value(&arguments.output)->value_name("FITTED.yaml"),
      "write the fitted scene, and beside it the commands as FITTED.csv")
     ("csv", po::value(&arguments.csv)->value_name("FILE"), "write the first bag's motion, recorded and fitted, for scripts/plot_identification")
+    ("truth-topic", po::value(&arguments.names.truth_topic)->value_name("TOPIC"),
+     "ground truth; left out: ground_truth, base_pose_ground_truth or pose, in any namespace")
+    ("frames", po::value(&frames)->value_name("FIXED,BODY"), "ground truth from the transforms between these frames")
+    ("truth", po::value(&truth)->value_name("base|marker"),
+     "whose pose it is: the base's own at the bag's clock, or a marker's, whose offset and clock are estimated; default: "
+     "base for nav_msgs/Odometry and --frames, else marker")
+    ("joints", po::value(&joints)->value_name("FL,FR,BL,BR"),
+     "joints of the wheels in joint_states; -NAME turns backward: --joints=-a,b,-c,d")
+    ("ticks", po::value(&ticks)->value_name("N"), "positions of joint_states are encoder ticks, N a turn of the wheel")
     ("quiet", po::bool_switch(&arguments.quiet), "print nothing but errors");
   // clang-format on
   if (!parse(argc, argv, kUsage, options, {"bag", po::value(&arguments.bags), -1, true})) return false;
+  read_names(frames, truth, joints, ticks, arguments.names);
   start = start_scene(arguments.scene);
   open_outputs(arguments, start);
   return true;
@@ -98,8 +145,9 @@ int run(const Arguments& arguments, const Scene& start) {
     std::vector<DriveRecord> records;
     std::vector<std::string> findings;
     for (const std::string& bag : arguments.bags) {
-      records.push_back(read_drive_bag(bag));
+      records.push_back(read_drive_bag(bag, arguments.names));
       for (const std::string& line : inspect(records.back())) findings.push_back(line);
+      for (const std::string& line : prepare_ground_truth(records.back(), start.robot)) findings.push_back(line);
     }
     FitSettings settings;
     settings.workers = {static_cast<int>(std::thread::hardware_concurrency()), &stop_requested()};

@@ -163,6 +163,12 @@ bool DriveRecord::is_excluded(double time) const {
                      [&](const Eigen::Vector2d& s) { return time >= s[0] && time <= s[1]; });
 }
 
+bool DriveRecord::is_tracked(double time) const {
+  const auto next = std::lower_bound(truth_t.begin(), truth_t.end(), time);
+  if (next == truth_t.begin() || next == truth_t.end()) return next != truth_t.end() && *next == time;
+  return *next - *(next - 1) < max_truth_step;
+}
+
 std::vector<std::size_t> DriveRecord::samples(double begin, double end) const {
   std::vector<std::size_t> samples;
   for (std::size_t k = 0; k < t.size(); ++k) {
@@ -234,6 +240,8 @@ std::vector<std::string> inspect(DriveRecord& record) {
   if (record.commands.t.empty())
     throw UnusableRecord(record.name + ": no commands; must have cmd_vel or velocity_command");
   find_gaps(record, findings);
+  if (record.rates_from_angles)
+    findings.push_back(record.name + ": no velocities in joint_states: differences of the positions");
   check_rates(record, findings);
   check_positions(record, findings);
   find_start_in_motion(record, findings);

@@ -187,6 +187,13 @@ def section_names(text):
     return list(dict.fromkeys(names))
 
 
+def two_frames(text):
+    names = text.split(",")
+    if len(names) != 2 or not all(names):
+        raise argparse.ArgumentTypeError(f"{text!r}: must be FIXED,BODY, two frames")
+    return names
+
+
 def joint_names(text):
     """Names of the joints, and whether each turns forward (1) or backward (-1)."""
     names = text.split(",")
@@ -222,7 +229,7 @@ def main(argv=None):
     parser.add_argument("--truth", choices=("base", "marker"), help="whose pose ground truth is: the base's own at the "
                         "bag's clock, or a marker's, whose offset and clock are estimated; default: base for "
                         "nav_msgs/Odometry and --frames, else marker")
-    parser.add_argument("--frames", metavar=("FIXED", "BODY"), nargs=2, default=(),
+    parser.add_argument("--frames", metavar="FIXED,BODY", type=two_frames, default=(),
                         help="ground truth from the transforms between these frames in /tf and /tf_static")
     parser.add_argument("--joints", metavar="FL,FR,BL,BR", type=joint_names, default=(Base.joints, Base.turns),
                         help="joints of the wheels in joint_states; -NAME turns backward: --joints=-a,b,-c,d")

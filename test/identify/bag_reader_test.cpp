@@ -2,10 +2,14 @@
 
 #include "youbot_base_sim/identify/bag_reader.h"
 
+#include <geometry_msgs/PoseStamped.h>
+#include <geometry_msgs/PoseWithCovarianceStamped.h>
+#include <geometry_msgs/TransformStamped.h>
 #include <geometry_msgs/Twist.h>
 #include <gtest/gtest.h>
 #include <rosbag/bag.h>
 #include <sensor_msgs/JointState.h>
+#include <tf2_msgs/TFMessage.h>
 
 #include <algorithm>
 #include <cmath>
@@ -14,6 +18,7 @@
 #include <thread>
 
 #include "../program.h"
+#include "youbot_base_sim/identify/ground_truth.h"
 #include "youbot_base_sim/ros/conversions.h"
 
 namespace youbot_base_sim {
@@ -29,15 +34,68 @@ const std::vector<Eigen::Vector3d> kVelocities = {{0, 0, 0},    {0.1, 0, 0},    
                                                   {0, 0.1, 0},  {0, 0, 0.4},      {0.1, 0.05, -0.2},
                                                   {0, -0.2, 0}, {0.05, 0, -0.05}, {0, 0, 0}};
 
+/// How a tracking system publishes a marker.
+enum class Tracker { kNone, kPose, kPoseWithCovariance, kTransform, kTransforms };
+const Eigen::Vector3d kMarker(0.12, -0.07, 0.5), kFrame(2, -1, 2.5);  // on the base, and its frame: m, m, rad
+constexpr double kClock = 0.137;                                      // s, that its stamps are early
+
 /// What the recorder gets.
 struct Recording {
-  bool effort = true, odometry = true, ground_truth = false, stamps = true, arm = false;
-  bool driver_signs = false;             // velocities and efforts of the left wheels, as the driver publishes them
-  double gap_from = -1, gap_to = -1;     // s, without joint states
-  std::string joints = "/joint_states";  // topic
+  bool effort = true, odometry = true, ground_truth = false, stamps = true, arm = false, rates = true;
+  Tracker tracker = Tracker::kNone;
+  double unseen_from = -1, unseen_to = -1;  // s, without poses of the marker
+  double tilt = 0;                          // rad, of the marker
+  double ticks = 0;                         // for a turn; 0: rad
+  const char* joint_names[kWheels] = {};    // other names, of which those on the left turn backward
+  bool driver_signs = false;                // velocities and efforts of the left wheels, as the driver publishes them
+  double gap_from = -1, gap_to = -1;        // s, without joint states
+  std::string joints = "/joint_states";     // topic
 };
 
 ros::Time at(double t) { return ros::Time(kWallTime + std::floor(t)) + ros::Duration(t - std::floor(t)); }
+
+/// A pose in `frame`, in the frame around it.
+Eigen::Vector3d placed(const Eigen::Vector3d& frame, const Eigen::Vector3d& pose) {
+  const double c = std::cos(frame[2]), s = std::sin(frame[2]);
+  return frame + Eigen::Vector3d(c * pose[0] - s * pose[1], s * pose[0] + c * pose[1], pose[2]);
+}
+
+geometry_msgs::TransformStamped link(const char* parent, const char* child, const Eigen::Vector3d& pose, double tilt,
+                                     const ros::Time& stamp) {
+  geometry_msgs::TransformStamped link;
+  link.header.stamp = stamp;
+  link.header.frame_id = parent;
+  link.child_frame_id = child;
+  link.transform.translation.x = pose[0];
+  link.transform.translation.y = pose[1];
+  link.transform.rotation.x = std::sin(tilt / 2) * std::cos(pose[2] / 2);
+  link.transform.rotation.y = std::sin(tilt / 2) * std::sin(pose[2] / 2);
+  link.transform.rotation.z = std::cos(tilt / 2) * std::sin(pose[2] / 2);
+  link.transform.rotation.w = std::cos(tilt / 2) * std::cos(pose[2] / 2);
+  return link;
+}
+
+template <class Pose>
+void set(Pose& pose, const geometry_msgs::Transform& transform) {
+  pose.position.x = transform.translation.x;
+  pose.position.y = transform.translation.y;
+  pose.orientation = transform.rotation;
+}
+
+void write_marker(rosbag::Bag& bag, const Recording& recording, const Eigen::Vector3d& base, double t) {
+  const auto seen = link("mocap", "body", placed(kFrame, placed(base, kMarker)), recording.tilt, at(t - kClock));
+  geometry_msgs::PoseStamped pose;
+  geometry_msgs::PoseWithCovarianceStamped uncertain;
+  tf2_msgs::TFMessage transforms;
+  uncertain.header = pose.header = seen.header;
+  set(pose.pose, seen.transform);
+  set(uncertain.pose.pose, seen.transform);
+  transforms.transforms.push_back(seen);
+  if (recording.tracker == Tracker::kPose) bag.write("/mocap/base/pose", at(t + kArrival), pose);
+  if (recording.tracker == Tracker::kPoseWithCovariance) bag.write("/mocap/base/pose", at(t + kArrival), uncertain);
+  if (recording.tracker == Tracker::kTransform) bag.write("/mocap/base/pose", at(t + kArrival), seen);
+  if (recording.tracker == Tracker::kTransforms) bag.write("/tf", at(t + kArrival), transforms);
+}
 
 /// Wheels that follow at once and need 0.3 N m, of a base that is where its odometry says.
 void write_bag(const std::string& path, const Recording& recording) {
@@ -55,15 +113,20 @@ void write_bag(const std::string& path, const Recording& recording) {
     const double t = k / kRate;
     const Eigen::Vector3d& v = kVelocities[static_cast<std::size_t>(t)];
     const Wheels rates = kLengths.wheel_rates(v);
-    phi += rates / kRate;
-    pose[2] += v[2] / kRate;
+    if (t < recording.unseen_from || t >= recording.unseen_to) write_marker(bag, recording, pose, t);
+    const double middle = pose[2] + v[2] / kRate / 2;
+    pose += Eigen::Vector3d(std::cos(middle) * v[0] - std::sin(middle) * v[1],
+                            std::sin(middle) * v[0] + std::cos(middle) * v[1], v[2]) /
+            kRate;
     sensor_msgs::JointState joints;
     if (recording.stamps) joints.header.stamp = at(t);
     for (const int i : {2, 0, 3, 1}) {
       const double sign = recording.driver_signs && i % 2 == 0 ? -1 : 1;
-      joints.name.push_back(wheel_joint(i));
-      joints.position.push_back(phi[i]);
-      joints.velocity.push_back(sign * rates[i]);
+      const char* name = recording.joint_names[i];
+      const double unit = (recording.ticks > 0 ? recording.ticks / 2 / M_PI : 1) * (name && i % 2 == 0 ? -1 : 1);
+      joints.name.push_back(name ? name : wheel_joint(i));
+      joints.position.push_back(unit * phi[i]);
+      if (recording.rates) joints.velocity.push_back(sign * rates[i]);
       if (recording.effort) joints.effort.push_back(sign * std::copysign(0.3, rates[i]));
     }
     if (t < recording.gap_from || t >= recording.gap_to) bag.write(recording.joints, at(t + kArrival), joints);
@@ -73,6 +136,7 @@ void write_bag(const std::string& path, const Recording& recording) {
       bag.write(recording.joints, at(t + kArrival), joints);
     }
     if (recording.odometry) bag.write("/odom", at(t + kArrival), odometry_message("odom", pose, v, at(t)));
+    phi += rates / kRate;
     if (recording.ground_truth) {
       bag.write("/mocap/ground_truth", at(t + kArrival), odometry_message("world", pose, v, at(t)));
     }
@@ -81,14 +145,14 @@ void write_bag(const std::string& path, const Recording& recording) {
 
 class BagReaderTest : public testing::Test {
  protected:
-  DriveRecord read(const Recording& recording) {
+  DriveRecord read(const Recording& recording, const BagNames& names = {}) {
     write_bag(folder_.path("x.bag"), recording);
-    return read_drive_bag(folder_.path("x.bag"));
+    return read_drive_bag(folder_.path("x.bag"), names);
   }
 
-  void expect_refused(const std::string& file, const std::string& words) {
+  void expect_refused(const std::string& file, const std::string& words, const BagNames& names = {}) {
     try {
-      read_drive_bag(folder_.path(file));
+      read_drive_bag(folder_.path(file), names);
       FAIL() << words;
     } catch (const UnusableRecord& error) {
       EXPECT_NE(std::string(error.what()).find(words), std::string::npos) << error.what();
@@ -155,6 +219,124 @@ TEST_F(BagReaderTest, ReadsGroundTruthWithItsHeadingUnwrapped) {
   ASSERT_EQ(record.truth.size(), record.t.size());
   EXPECT_NEAR(record.truth_t.back(), record.t.back(), 1e-6);
   EXPECT_NEAR(record.truth[5 * 50 - 1][2], 3.4, 1e-6);
+}
+
+RobotParameters base_of_the_bags() {
+  RobotParameters robot;
+  robot.R = kLengths.wheel_radius;
+  robot.l = kLengths.half_lengths - robot.h;
+  return robot;
+}
+
+/// The base's own poses over half a second, in its own frame.
+void expect_moves_of_the_base(const DriveRecord& record) {
+  for (std::size_t k = 50; k + 25 < record.truth.size(); k += 25) {
+    const double t = record.truth_t[k] + 0.25;
+    if (std::abs(t - std::round(t)) < 0.26) continue;  // the velocity changes
+    const Eigen::Vector3d& v = kVelocities[static_cast<std::size_t>(t)];
+    const Eigen::Vector3d step = record.truth[k + 5] - record.truth[k];
+    const double span = record.truth_t[k + 5] - record.truth_t[k], heading = record.truth[k][2] + v[2] * span / 2;
+    EXPECT_NEAR(std::cos(heading) * step[0] + std::sin(heading) * step[1], v[0] * span, 1e-4) << t;
+    EXPECT_NEAR(std::cos(heading) * step[1] - std::sin(heading) * step[0], v[1] * span, 1e-4) << t;
+    EXPECT_NEAR(step[2], v[2] * span, 1e-4) << t;
+  }
+}
+
+// A marker at an unknown place on the base, in an unknown frame and with a clock of its own.
+TEST_F(BagReaderTest, MovesTheGroundTruthOfAMarkerOntoTheBase) {
+  for (const Tracker tracker :
+       {Tracker::kPose, Tracker::kPoseWithCovariance, Tracker::kTransform, Tracker::kTransforms}) {
+    Recording recording;
+    recording.tracker = tracker;
+    recording.unseen_from = 6.2;
+    recording.unseen_to = 6.7;
+    BagNames names;
+    if (tracker == Tracker::kTransforms) names = {{}, Wheels::Ones(), "", {"mocap", "/body"}, true};
+    DriveRecord record = read(recording, names);
+    ASSERT_EQ(record.truth.size(), kRate * kVelocities.size() - 25);
+    EXPECT_TRUE(record.truth_of_marker);
+    EXPECT_TRUE(record.truth[0].head<2>().isApprox(placed(kFrame, placed({0, 0, 3}, kMarker)).head<2>()));
+    const double before = record.truth_t[10];
+    inspect(record);
+    const std::vector<std::string> findings = prepare_ground_truth(record, base_of_the_bags());
+    ASSERT_EQ(findings.size(), 2u) << findings.back();
+    EXPECT_NE(findings[0].find("x.bag: a gap in ground truth of 0.52 s"), std::string::npos) << findings[0];
+    EXPECT_NE(findings[1].find("of a marker at X = 0.1"), std::string::npos) << findings[1];
+    EXPECT_NEAR(record.truth_t[10] - before, kClock, 5e-3);
+    EXPECT_TRUE(record.is_tracked(6.1) && record.is_tracked(6.8));
+    EXPECT_FALSE(record.is_tracked(6.4) || record.is_tracked(-0.5) || record.is_tracked(20));
+    expect_moves_of_the_base(record);
+  }
+}
+
+TEST_F(BagReaderTest, LeavesOutGroundTruthWhoseOffsetsCannotBeDetermined) {
+  Recording recording;
+  recording.tracker = Tracker::kPose;
+  recording.gap_from = 0.5;  // the wheels' motion is not known
+  recording.gap_to = 8.4;
+  DriveRecord record = read(recording);
+  const std::vector<std::string> findings = prepare_ground_truth(record, base_of_the_bags());
+  EXPECT_NE(findings.back().find("ground truth is not used: its "), std::string::npos) << findings.back();
+  EXPECT_FALSE(record.has_truth());
+}
+
+TEST_F(BagReaderTest, RefusesGroundTruthThatIsNotClear) {
+  Recording recording;
+  recording.tracker = Tracker::kPose;
+  recording.tilt = M_PI / 2;
+  write_bag(folder_.path("tilted.bag"), recording);
+  expect_refused("tilted.bag", "the z axis of ground truth is not vertical");
+  recording.tilt = 0;
+  write_bag(folder_.path("two.bag"), recording);
+  rosbag::Bag(folder_.path("two.bag"), rosbag::bagmode::Append)
+      .write("/mocap/other/pose", at(1), geometry_msgs::PoseStamped());
+  expect_refused("two.bag", "ground truth on /mocap/base/pose and /mocap/other/pose: choose one");
+  BagNames names;
+  names.truth_topic = "/mocap/base/pose";
+  EXPECT_TRUE(read_drive_bag(folder_.path("two.bag"), names).has_truth());
+  names.truth_topic = "/odometry";
+  expect_refused("two.bag", "--truth-topic /odometry: must be a topic of nav_msgs/Odometry", names);
+  names = {{}, Wheels::Ones(), "", {"mocap", "body"}, {}};
+  expect_refused("two.bag", "no transforms from mocap to body", names);
+}
+
+// Sizes as odometry has them, and without it as ground truth shows them.
+TEST_F(BagReaderTest, RefusesABaseOfOtherSizes) {
+  RobotParameters larger = base_of_the_bags();
+  larger.R *= 1.5;
+  for (const bool odometry : {true, false}) {
+    Recording recording;
+    recording.odometry = odometry;
+    recording.ground_truth = true;
+    DriveRecord record = read(recording);
+    inspect(record);
+    EXPECT_TRUE(prepare_ground_truth(record, base_of_the_bags()).empty());
+    try {
+      prepare_ground_truth(record, larger);
+      FAIL();
+    } catch (const UnusableRecord& error) {
+      const std::string words = odometry
+                                    ? "x.bag: its odometry has a wheel radius of 0.052 m, where the scene has 0.078 m"
+                                    : "x.bag: forward the base moves 0.67 times as far as wheels of the scene's sizes";
+      EXPECT_NE(std::string(error.what()).find(words), std::string::npos) << error.what();
+    }
+  }
+}
+
+TEST_F(BagReaderTest, ReadsEncodersOfOtherBases) {
+  Recording recording;
+  recording.rates = recording.effort = false;
+  recording.ticks = 1440;
+  const std::array<std::string, kWheels> names = {"front_left", "front_right", "rear_left", "rear_right"};
+  for (int i = 0; i < kWheels; ++i) recording.joint_names[i] = names[i].c_str();
+  const double unit = 2 * M_PI / recording.ticks;
+  DriveRecord record = read(recording, {names, {-unit, unit, -unit, unit}, "", {}, {}});
+  ASSERT_EQ(record.t.size(), kRate * kVelocities.size());
+  EXPECT_TRUE(record.phi.front().isApprox(Wheels(100, 200, 300, 400)));
+  EXPECT_TRUE(record.dphi[4 * 50 + 10].isApprox(kLengths.wheel_rates(kVelocities[4]), 1e-4));
+  const std::vector<std::string> findings = inspect(record);
+  ASSERT_EQ(findings.size(), 2u);
+  EXPECT_NE(findings[0].find("no velocities in joint_states: differences of the positions"), std::string::npos);
 }
 
 TEST_F(BagReaderTest, UsesArrivalWhereNobodySetStamps) {

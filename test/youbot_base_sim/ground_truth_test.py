@@ -142,16 +142,16 @@ class GroundTruthTest(RunsAnalyse):
 
     def test_transforms(self):
         bag = self.recorded("transforms.bag", TransformStamped, as_transforms=True)
-        numbers = self.numbers(bag, "--frames", "mocap", "rigid_body", "--truth", "marker")
+        numbers = self.numbers(bag, "--frames", "mocap,rigid_body", "--truth", "marker")
         self.expect_alignment(numbers)
-        numbers = self.numbers(bag, "--frames", "mocap", "robot", "--truth", "marker")
+        numbers = self.numbers(bag, "--frames", "mocap,robot", "--truth", "marker")
         self.expect_alignment(numbers, marker=(0, 0, 0))
         numbers = self.numbers(self.recorded("clock.bag", TransformStamped, as_transforms=True, clock=0),
-                               "--frames", "mocap", "robot")
+                               "--frames", "mocap,robot")
         self.assertIn("mocap -> robot is taken as the base's own pose, at the bag's clock", self.out)
         for name in ("final_error", "final_heading_error", "path_length", "yaw_of_rolled"):
             self.assertAlmostEqual(numbers[name], self.known[name], delta=0.02)
-        self.analyse(bag, "--frames", "world", "robot", "--only", "odometry")
+        self.analyse(bag, "--frames", "world,robot", "--only", "odometry")
         self.assertIn("no transforms from world to robot: it has rigid_body -> plate, mocap -> rigid_body, plate -> "
                       "robot", self.out)
 

@@ -37,11 +37,19 @@ struct DriveRecord : Readings {
   WheelTable commands;                    ///< rates, rad/s, as they arrived; each holds until the next
   std::vector<double> truth_t;            ///< increasing; empty: not measured
   std::vector<Eigen::Vector3d> truth;     ///< x, y (m), heading (rad, unwrapped) in a fixed frame
+  bool truth_of_marker = false;           ///< the pose of a marker on the base, at a clock of its own
+  double max_truth_step = HUGE_VAL;       ///< between samples of ground truth, s; a longer one is a gap
+  bool rates_from_angles = false;         ///< the bag has no velocities
+  double odometry_radius = 0;             ///< of the wheels, and
+  double odometry_lengths = 0;            ///< half wheelbase plus half track, in the bag's odometry, m; 0: unknown
   std::vector<Eigen::Vector2d> excluded;  ///< begin and end of stretches that are not fitted: gaps, pushes
 
   bool has_torque() const { return !torque.empty(); }
   bool has_truth() const { return !truth.empty(); }
   double duration() const { return t.empty() ? 0 : t.back(); }
+
+  /// Whether ground truth was measured about `time`.
+  bool is_tracked(double time) const;
 
   /// Whether an excluded stretch covers `time`.
   bool is_excluded(double time) const;
