@@ -19,9 +19,8 @@ namespace {
 
 using namespace youbot_base_sim;
 
-constexpr std::array<const char*, 7> kWords = {"right",      "unreliable, though right", "unreliable",
-                                               "sensitive",  "undecided",                "wrong",
-                                               "failed"};
+constexpr std::array<const char*, 7> kWords = {
+    "right", "unreliable, though right", "unreliable", "sensitive", "undecided", "wrong", "failed"};
 
 struct Arguments {
   std::uint64_t count = 0, first = 1;
@@ -53,7 +52,7 @@ bool prepare(int argc, char** argv, Arguments& arguments) {
   }
   if (given->count("tolerance")) {
     arguments.tolerance =
-        number_of("--tolerance", (*given)["tolerance"].as<std::string>(), {1e-9, kRelativeTolerances.max, ""});
+        number_of("--tolerance", (*given)["tolerance"].as<std::string>(), {1e-10, kRelativeTolerances.max, ""});
   }
   return true;
 }

@@ -85,22 +85,6 @@ Scene neighbour(Scene scene, double offset) {
   return scene;
 }
 
-/// How far an offset moves the exact motion at most, m.
-double movement(const Scene& exact, const Motion& motion, double offset) {
-  double most = 0;
-  for (const double signed_offset : {offset, -offset}) {
-    most = std::max(most, distance(motion, run(neighbour(exact, signed_offset))));
-  }
-  return most;
-}
-
-/// Whether the motion itself explains the error: an offset grows as much, or one that the tolerance allows does as the
-/// error. The second is for jumps, as of quantised set points, which tiny offsets rarely cross.
-bool is_sensitive(const Scene& exact, const Motion& motion, double unit, double error) {
-  const double amplification = movement(exact, motion, kTiny) / (exact.robot.R * kTiny);
-  return error <= amplification * unit || movement(exact, motion, unit) > error / 3;
-}
-
 bool has_fixed_step(const SolverSettings& solver) { return find_method(solver.method)->default_step > 0; }
 
 /// The tolerance by which errors are judged: where the step is fixed, the looser one of the energy balance.
@@ -108,16 +92,45 @@ double tolerance_of(const SolverSettings& solver) {
   return (has_fixed_step(solver) ? 1000 : 1) * solver.relative_tolerance;
 }
 
-/// The error that `kAllowed` is a multiple of, m. A robot that hardly moves has the path of its speed where relative and
-/// absolute tolerance meet, in a second.
+/// The error that `kAllowed` is a multiple of, m. A robot that hardly moves has the path of its speed where relative
+/// and absolute tolerance meet, in a second.
 double unit_of_error(const Scene& scene, const Motion& motion) {
   const double speed = scene.solver.absolute_tolerance / scene.solver.relative_tolerance;
   return tolerance_of(scene.solver) * (motion.path + std::max(1e-3, speed)) + motion.creep;
 }
 
-/// Whether a reference is known better than the error that it shows.
-bool is_known(const Scene& scene, const Motion& exact, double error) {
-  return exact.doubt.empty() && distance(exact, run(exact_scene(scene, 1e-9))) < error / 3;
+/// The motion by which a scene is judged: at 1e-10, or where that is unreliable at 1e-9 or 1e-8, but at a tenth of the
+/// scene's tolerance at most.
+struct Exact {
+  explicit Exact(const Scene& judged) {
+    const double most = 0.1 * judged.solver.relative_tolerance;
+    for (tolerance = std::min(1e-10, most);; tolerance *= 10) {
+      scene = exact_scene(judged, tolerance);
+      motion = run(scene);
+      if (motion.doubt.empty() || tolerance > 0.5e-8 || 10 * tolerance > 1.001 * most) break;
+    }
+  }
+
+  /// Whether it is known better than the error that it shows.
+  bool shows(const Scene& judged, double error) const {
+    return motion.doubt.empty() && distance(motion, run(exact_scene(judged, 10 * tolerance))) < error / 3;
+  }
+
+  /// How far an offset of the start moves it at most, m.
+  double movement(double offset) const {
+    return std::max(distance(motion, run(neighbour(scene, offset))), distance(motion, run(neighbour(scene, -offset))));
+  }
+
+  double tolerance;
+  Scene scene;
+  Motion motion;
+};
+
+/// Whether the motion itself explains the error: an offset grows as much, or one that the tolerance allows does as the
+/// error. The second is for jumps, as of quantised set points, which tiny offsets rarely cross.
+bool is_sensitive(const Exact& exact, double unit, double error) {
+  const double amplification = exact.movement(kTiny) / (exact.scene.robot.R * kTiny);
+  return error <= amplification * unit || exact.movement(unit) > error / 3;
 }
 
 }  // namespace
@@ -138,16 +151,15 @@ Verdict judge(const Scene& scene) {
     return verdict;
   }
 
-  const Scene tight = exact_scene(scene, 1e-10);
-  const Motion exact = run(tight);
+  const Exact exact(scene);
   const double unit = unit_of_error(scene, motion);
-  verdict.error = distance(motion, exact);
+  verdict.error = distance(motion, exact.motion);
   verdict.allowed = kAllowed * unit;
   if (verdict.error <= verdict.allowed) {
     verdict.outcome = motion.doubt.empty() ? Outcome::kRight : Outcome::kDoubted;
-  } else if (!is_known(scene, exact, verdict.error)) {
+  } else if (!exact.shows(scene, verdict.error)) {
     verdict.outcome = motion.doubt.empty() ? Outcome::kUndecided : Outcome::kWarned;
-  } else if (is_sensitive(tight, exact, unit, verdict.error)) {
+  } else if (is_sensitive(exact, unit, verdict.error)) {
     verdict.outcome = Outcome::kSensitive;
   } else {
     verdict.outcome = motion.doubt.empty() ? Outcome::kWrong : Outcome::kWarned;

@@ -20,10 +20,10 @@ enum class Outcome {
 /// How well a scene is simulated.
 struct Verdict {
   Outcome outcome = Outcome::kRight;
-  double error = 0;        ///< largest distance from the exact motion over the rows, m; rotation at the wheels' centres
-  double allowed = 0;      ///< kAllowed times the tolerance times the path, m
-  double cpu_time = 0;     ///< of the run that is judged, s
-  std::string reason;      ///< why it was called unreliable, or failed
+  double error = 0;     ///< largest distance from the exact motion over the rows, m; rotation at the wheels' centres
+  double allowed = 0;   ///< kAllowed times the tolerance times the path, m
+  double cpu_time = 0;  ///< of the run that is judged, s
+  std::string reason;   ///< why it was called unreliable, or failed
 };
 
 /// An accurate run errs by less than this many times tolerance x path.
