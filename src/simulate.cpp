@@ -12,6 +12,7 @@
 #include "youbot_base_sim/offline_program.h"
 #include "youbot_base_sim/record/recorder.h"
 #include "youbot_base_sim/record/run_audit.h"
+#include "youbot_base_sim/record/twin.h"
 #ifdef YOUBOT_BASE_SIM_ROS
 #include "youbot_base_sim/ros/bag.h"
 #endif
@@ -34,6 +35,7 @@ struct Arguments {
   double cpu_limit = 0;  // s; 0: none
   bool print_scene = false;
   bool csv_comment = false;
+  bool check = false;
   bool quiet = false;
 };
 
@@ -77,6 +79,10 @@ bool prepare(int argc, char** argv, Arguments& arguments, Scene& scene) {
     ("print-scene", po::bool_switch(&arguments.print_scene),
      "print the scene, with every default and the options above, as YAML and a comment as of --csv-comment; write "
      "nothing")
+    ("check", po::bool_switch(&arguments.check),
+     "run a twin beside it, at half the tolerance and with all wheels 1e-9 rad further: how far both part is an error "
+     "bar for the summary, and makes the result unreliable where it is more than the tolerance promises; takes some "
+     "2.3 times as long, of which --cpu-limit counts the run itself")
     ("quiet", po::bool_switch(&arguments.quiet), "print nothing but errors and warnings of an unreliable result");
   // clang-format on
   const auto given = parse(argc, argv, kUsage, options, {"scene", po::value(&arguments.scene), 1, true});
@@ -179,6 +185,9 @@ class Run {
         progress_(progress),
         measured_(!arguments.summary.empty() || arguments.cpu_limit > 0) {
     simulation_.stop_on(stop_requested());
+    if (!arguments.check) return;
+    twin_.emplace(scene);
+    twin_->stop_on(stop_requested());
   }
 
   /// Writes and commits all outputs, and prints the summary and warnings. If the run ends early, keeps its outputs as
@@ -199,15 +208,18 @@ class Run {
     } catch (const std::exception& error) {
       fail(error.what());
     }
-    if (!arguments_.quiet) fmt::print("{}", summary_text(simulation_, wall_time_));
-    const std::string doubt = unreliability_reason(simulation_, rows_.energy());
+    if (!arguments_.quiet) fmt::print("{}", summary_text(simulation_, wall_time_, twin()));
+    const std::string doubt = unreliability_reason(simulation_, rows_, twin());
     if (!doubt.empty()) print_error("simulate", "warning: the result is unreliable: " + doubt);
   }
 
  private:
   void write_rows() {
     try {
-      while (next()) write_row(rows_.t());
+      while (next()) {
+        if (twin_) twin_->follow(simulation_);
+        write_row(rows_.t());
+      }
     } catch (const TippedOver&) {
       commit_summary(false);  // it has the normal reactions
       throw;
@@ -238,7 +250,7 @@ class Run {
 
   void commit_summary(bool completed) {
     if (!outputs_.summary()) return;
-    outputs_.summary()->write(summary_json(simulation_, completed, wall_time_, cost_, rows_));
+    outputs_.summary()->write(summary_json(simulation_, completed, wall_time_, cost_, rows_, twin()));
     outputs_.summary()->commit();
   }
 
@@ -249,10 +261,13 @@ class Run {
     throw std::runtime_error(fmt::format("{}; what was written is kept as {}", reason, fmt::join(kept, ", ")));
   }
 
+  const Twin* twin() const { return twin_ ? &*twin_ : nullptr; }
+
   const Arguments& arguments_;
   Outputs& outputs_;
   Simulation simulation_;
   RowLoop rows_;
+  std::optional<Twin> twin_;
   ProgressBar& progress_;
   bool measured_;
   double wall_time_ = 0;  // of the simulation alone, s

@@ -11,14 +11,6 @@
 
 namespace youbot_base_sim {
 
-namespace {
-
-double step_of(const Method& method, const IntegrationSettings& settings) {
-  return settings.step > 0 ? settings.step : method.default_step;
-}
-
-}  // namespace
-
 const std::vector<std::string>& method_names() {
   static const std::vector<std::string> kNames = [] {
     std::vector<std::string> all;
@@ -26,6 +18,11 @@ const std::vector<std::string>& method_names() {
     return all;
   }();
   return kNames;
+}
+
+double fixed_step(const IntegrationSettings& settings) {
+  const double usual = find_method(settings.method)->default_step;
+  return usual > 0 && settings.step > 0 ? settings.step : usual;
 }
 
 double effective_regularization_speed(double nu, const Tolerance& tolerance) {
@@ -52,7 +49,7 @@ std::string advice(const RobotParameters& robot, const FloorParameters& floor, M
   const double stable = kStability / rate;
   if (method.default_step > 0) {
     return fmt::format("{} has a fixed step of {:g} s; while wheels roll it must be below about {:.1g} s to be stable",
-                       method.name, step_of(method, settings), stable);
+                       method.name, fixed_step(settings), stable);
   }
   return fmt::format(
       "{} is explicit: while wheels roll its steps are at most about {:.1g} s long, {:.1g} of them for {:g} s of "
@@ -73,7 +70,7 @@ std::unique_ptr<MotionIntegrator> make_integrator(Model model, const RobotParame
   if (!slips(model)) return std::make_unique<NoSlipIntegrator>(robot, floor, torque, settings.tolerance());
   const Method* method = find_method(settings.method);
   if (!method) throw std::invalid_argument(settings.method + ": no method of integration");
-  const Parts parts{robot, floor, start, torque, settings.tolerance(), *method, step_of(*method, settings), before};
+  const Parts parts{robot, floor, start, torque, settings.tolerance(), *method, fixed_step(settings), before};
   return extended ? make_slip_integrator<ExtendedFeatures>(model, parts)
                   : make_slip_integrator<PaperFeatures>(model, parts);
 }

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "youbot_base_sim/record/twin.h"
 #include "youbot_base_sim/text/version.h"
 
 namespace youbot_base_sim {
@@ -124,8 +125,13 @@ std::string unreliability_reason(const Simulation& simulation, const EnergyAudit
                      energy.max_balance_error(), exchanged, allowed);
 }
 
+std::string unreliability_reason(const Simulation& simulation, const RowLoop& rows, const Twin* twin) {
+  const std::string doubt = unreliability_reason(simulation, rows.energy());
+  return doubt.empty() && twin ? twin->doubt(simulation, rows.path()) : doubt;
+}
+
 std::string summary_json(const Simulation& simulation, bool completed, double wall_time, const RunCost& cost,
-                         const RowLoop& rows) {
+                         const RowLoop& rows, const Twin* twin) {
   const State& x = simulation.state();
   const IntegrationStatistics& statistics = simulation.statistics();
   nlohmann::json json;
@@ -148,7 +154,12 @@ std::string summary_json(const Simulation& simulation, bool completed, double wa
     json["normal_reactions"] = {{"least", numbers(record->min_N)}, {"time_off_floor", numbers(record->time_off_floor)}};
   }
   json["completed"] = completed;
-  json["reliable"] = completed && unreliability_reason(simulation, rows.energy()).empty();
+  json["reliable"] = completed && unreliability_reason(simulation, rows, twin).empty();
+  if (twin) {
+    json["check"] = {{"position_difference", twin->position_difference()},
+                     {"heading_difference", twin->heading_difference()},
+                     {"promised", promised_error(simulation, rows.path())}};
+  }
   const RunCost::Period& slowest = cost.slowest();
   json["cpu_time"] = cost.cpu_time();
   json["slowest_period"] = {{"start", slowest.start},
@@ -164,7 +175,7 @@ std::string summary_json(const Simulation& simulation, bool completed, double wa
   return json.dump(2) + "\n";
 }
 
-std::string summary_text(const Simulation& simulation, double wall_time) {
+std::string summary_text(const Simulation& simulation, double wall_time, const Twin* twin) {
   const State& x = simulation.state();
   const IntegrationStatistics& statistics = simulation.statistics();
   std::string text = fmt::format(
@@ -175,6 +186,10 @@ std::string summary_text(const Simulation& simulation, double wall_time) {
       name_of(simulation.scene().model), simulation.method(), simulation.time(), wall_time,
       simulation.time() / wall_time, x.x(), x.y(), x.psi(), x.V_X(), x.V_Y(), x.Omega(),
       simulation.energy_balance_error());
+  if (twin) {
+    text += fmt::format("error bar       {:.2g} m, {:.2g} rad: how far a twin at half the tolerance parts from it\n",
+                        twin->position_difference(), twin->heading_difference());
+  }
   for (const StatisticsField& field : kStatisticsFields) {
     if (const std::uint64_t value = statistics.*field.value) text += fmt::format("{:>13}  {}\n", value, field.text);
   }

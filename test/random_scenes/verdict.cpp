@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <vector>
 
 #include "youbot_base_sim/physics/no_slip_model.h"
 #include "youbot_base_sim/physics/reaction_record.h"
 #include "youbot_base_sim/record/run_audit.h"
+#include "youbot_base_sim/record/twin.h"
 #include "youbot_base_sim/simulation.h"
 
 namespace youbot_base_sim {
@@ -27,8 +27,7 @@ double cpu_time() {
 /// A run of a scene.
 struct Motion {
   std::vector<Eigen::Vector3d> rows;  // x, y (m), psi times the distance of the wheels' centres from O
-  double path = 0;                    // of the base, or of a wheel's rim if that is longer, m
-  double creep = 0;                   // what may be added by a regularization speed that the tolerance sets, m
+  double promised = 0;                // error, m
   std::string doubt;                  // why it is called unreliable
   std::string failure;                // what ended it, but for tipping over
 };
@@ -46,9 +45,7 @@ Motion run(const Scene& scene) {
       }
     } catch (const TippedOver&) {
     }
-    motion.path = std::max(rows.path().base, rows.path().wheels.maxCoeff());
-    const double speed = simulation.regularization_speed();
-    if (std::isfinite(speed) && speed > scene.floor.nu) motion.creep = speed * simulation.time();
+    motion.promised = promised_error(simulation, rows.path());
     motion.doubt = unreliability_reason(simulation, rows.energy());
   } catch (const std::exception& error) {
     motion.failure = error.what();
@@ -85,20 +82,6 @@ Scene neighbour(Scene scene, double offset) {
   return scene;
 }
 
-bool has_fixed_step(const SolverSettings& solver) { return find_method(solver.method)->default_step > 0; }
-
-/// The tolerance by which errors are judged: where the step is fixed, the looser one of the energy balance.
-double tolerance_of(const SolverSettings& solver) {
-  return (has_fixed_step(solver) ? 1000 : 1) * solver.relative_tolerance;
-}
-
-/// The error that `kAllowed` is a multiple of, m. A robot that hardly moves has the path of its speed where relative
-/// and absolute tolerance meet, in a second.
-double unit_of_error(const Scene& scene, const Motion& motion) {
-  const double speed = scene.solver.absolute_tolerance / scene.solver.relative_tolerance;
-  return tolerance_of(scene.solver) * (motion.path + std::max(1e-3, speed)) + motion.creep;
-}
-
 /// The motion by which a scene is judged: at 1e-10, or where that is unreliable at 1e-9 or 1e-8, but at a tenth of the
 /// scene's tolerance at most.
 struct Exact {
@@ -126,11 +109,12 @@ struct Exact {
   Motion motion;
 };
 
-/// Whether the motion itself explains the error: an offset grows as much, or one that the tolerance allows does as the
-/// error. The second is for jumps, as of quantised set points, which tiny offsets rarely cross.
-bool is_sensitive(const Exact& exact, double unit, double error) {
+/// Whether the motion itself explains the error: what the tolerance promises grows to it as a tiny offset does, or an
+/// offset of that size moves the motion as far. The second is for jumps, as of quantised set points.
+bool is_sensitive(const Exact& exact, double promised, double error) {
+  const double offset = promised / kPromised;
   const double amplification = exact.movement(kTiny) / (exact.scene.robot.R * kTiny);
-  return error <= amplification * unit || exact.movement(unit) > error / 3;
+  return error <= amplification * offset || exact.movement(offset) > error / 3;
 }
 
 }  // namespace
@@ -142,7 +126,7 @@ Verdict judge(const Scene& scene) {
   verdict.cpu_time = cpu_time() - start;
   verdict.reason = motion.failure.empty() ? motion.doubt : motion.failure;
   // A fixed step may be too long. That the energy balance shows it before the path does is no fault.
-  if (!verdict.reason.empty() && has_fixed_step(scene.solver)) {
+  if (!verdict.reason.empty() && fixed_step(scene.solver) > 0) {
     verdict.outcome = Outcome::kWarned;
     return verdict;
   }
@@ -152,17 +136,16 @@ Verdict judge(const Scene& scene) {
   }
 
   const Exact exact(scene);
-  const double unit = unit_of_error(scene, motion);
   verdict.error = distance(motion, exact.motion);
-  verdict.allowed = kAllowed * unit;
-  if (verdict.error <= verdict.allowed) {
-    verdict.outcome = motion.doubt.empty() ? Outcome::kRight : Outcome::kDoubted;
+  verdict.allowed = motion.promised;
+  if (!motion.doubt.empty()) {
+    verdict.outcome = verdict.error <= verdict.allowed ? Outcome::kDoubted : Outcome::kWarned;
+  } else if (verdict.error <= verdict.allowed) {
+    verdict.outcome = Outcome::kRight;
   } else if (!exact.shows(scene, verdict.error)) {
-    verdict.outcome = motion.doubt.empty() ? Outcome::kUndecided : Outcome::kWarned;
-  } else if (is_sensitive(exact, unit, verdict.error)) {
-    verdict.outcome = Outcome::kSensitive;
+    verdict.outcome = Outcome::kUndecided;
   } else {
-    verdict.outcome = motion.doubt.empty() ? Outcome::kWrong : Outcome::kWarned;
+    verdict.outcome = is_sensitive(exact, motion.promised, verdict.error) ? Outcome::kSensitive : Outcome::kWrong;
   }
   return verdict;
 }

@@ -21,13 +21,10 @@ enum class Outcome {
 struct Verdict {
   Outcome outcome = Outcome::kRight;
   double error = 0;     ///< largest distance from the exact motion over the rows, m; rotation at the wheels' centres
-  double allowed = 0;   ///< kAllowed times the tolerance times the path, m
+  double allowed = 0;   ///< what a reliable run promises, m
   double cpu_time = 0;  ///< of the run that is judged, s
   std::string reason;   ///< why it was called unreliable, or failed
 };
-
-/// An accurate run errs by less than this many times tolerance x path.
-constexpr double kAllowed = 20;
 
 /// Simulates the scene at its tolerance and judges it by the same motion at 1e-10.
 Verdict judge(const Scene& scene);

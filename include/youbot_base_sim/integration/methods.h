@@ -47,6 +47,9 @@ struct IntegrationSettings {
   Tolerance tolerance() const { return {relative_tolerance, absolute_tolerance}; }
 };
 
+/// The step of a method without step size control, s; 0: it has one.
+double fixed_step(const IntegrationSettings& settings);
+
 /// The regularization speed of the friction in the integration, m/s: nu, or 0.3 m/s times the relative tolerance, at
 /// most 1e-5 m/s, if that is more: a smaller one makes no difference at that tolerance.
 double effective_regularization_speed(double nu, const Tolerance& tolerance);

@@ -9,6 +9,8 @@
 
 namespace youbot_base_sim {
 
+class Twin;
+
 /// Processor time of a run, by output interval. Reads the thread's clock twice an interval, 0.2 us each.
 class RunCost {
  public:
@@ -95,11 +97,15 @@ class RowLoop {
 /// looser tolerance). Good runs close it to the tolerance itself, mostly to a hundredth of that.
 std::string unreliability_reason(const Simulation& simulation, const EnergyAudit& energy);
 
-/// The summary of a run as a JSON object. `completed`: to the scene's duration; `wall_time` in s.
+/// The same of a run with a twin, unless that is null: both agree too.
+std::string unreliability_reason(const Simulation& simulation, const RowLoop& rows, const Twin* twin);
+
+/// The summary of a run, and of its twin if there is one, as a JSON object. `completed`: to the scene's duration;
+/// `wall_time` in s.
 std::string summary_json(const Simulation& simulation, bool completed, double wall_time, const RunCost& cost,
-                         const RowLoop& rows);
+                         const RowLoop& rows, const Twin* twin);
 
 /// The same in a few lines for a person.
-std::string summary_text(const Simulation& simulation, double wall_time);
+std::string summary_text(const Simulation& simulation, double wall_time, const Twin* twin = nullptr);
 
 }  // namespace youbot_base_sim

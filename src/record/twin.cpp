@@ -1,0 +1,72 @@
+#include "youbot_base_sim/record/twin.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "youbot_base_sim/integration/methods.h"
+
+namespace youbot_base_sim {
+
+namespace {
+
+constexpr double kOffset = 1e-9;     // rad, of the twin's wheels
+constexpr double kFixedStep = 1e3;   // tolerances, of a fixed step: as the energy balance allows
+constexpr double kLeastPath = 1e-3;  // m, of a robot that hardly moves
+
+Scene twin_of(Scene scene) {
+  scene.solver.relative_tolerance *= 0.5;
+  scene.solver.absolute_tolerance *= 0.5;
+  scene.solver.step = 0.5 * fixed_step(scene.solver);
+  scene.initial.phi() += kOffset;
+  return scene;
+}
+
+}  // namespace
+
+double promised_error(const Simulation& simulation, const PathLength& path) {
+  const SolverSettings& solver = simulation.scene().solver;
+  const bool is_fixed = simulation.scene().model != Model::kNoSlip && fixed_step(solver) > 0;
+  const double tolerance = solver.relative_tolerance * (is_fixed ? kFixedStep : 1);
+  // At this speed relative and absolute tolerance meet.
+  const double least = std::max(kLeastPath, solver.absolute_tolerance / solver.relative_tolerance);
+  const double speed = simulation.regularization_speed();
+  const double creep = std::isfinite(speed) && speed > simulation.scene().floor.nu ? speed * simulation.time() : 0;
+  return kPromised * (tolerance * (std::max(path.base, path.wheels.maxCoeff()) + least) + creep);
+}
+
+Twin::Twin(const Scene& scene) : simulation_(twin_of(scene)), rows_(simulation_) {}
+
+void Twin::follow(const Simulation& run) {
+  if (!ending_.empty()) return;
+  try {
+    if (!rows_.next()) return;
+  } catch (const Stopped&) {
+    throw;
+  } catch (const std::exception& error) {
+    ending_ = error.what();
+    return;
+  }
+  simulation_.take_switches();  // which would gather
+  simulation_.take_load_changes();
+  const State &x = simulation_.state(), &other = run.state();
+  const RobotParameters& robot = simulation_.scene().robot;
+  const double position = std::hypot(x.x() - other.x(), x.y() - other.y()), heading = std::abs(x.psi() - other.psi());
+  position_ = std::max(position_, position);
+  heading_ = std::max(heading_, heading);
+  distance_ = std::max(distance_, std::hypot(position, std::hypot(robot.h, robot.l) * heading));
+}
+
+std::string Twin::doubt(const Simulation& run, const PathLength& path) const {
+  if (!ending_.empty()) return fmt::format("a twin at half the tolerance ended early: {}", ending_);
+  const double promised = promised_error(run, path);
+  if (distance_ <= promised) return "";
+  return fmt::format(
+      "a twin at half the tolerance, its wheels {:g} rad further, parts from it by {:.2g} m and {:.2g} rad, "
+      "where {:.2g} m are allowed",
+      kOffset, position_, heading_, promised);
+}
+
+}  // namespace youbot_base_sim
