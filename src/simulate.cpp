@@ -80,9 +80,9 @@ bool prepare(int argc, char** argv, Arguments& arguments, Scene& scene) {
      "print the scene, with every default and the options above, as YAML and a comment as of --csv-comment; write "
      "nothing")
     ("check", po::bool_switch(&arguments.check),
-     "run a twin beside it, at half the tolerance and with all wheels 1e-9 rad further: how far both part is an error "
-     "bar for the summary, and makes the result unreliable where it is more than the tolerance promises; takes some "
-     "2.3 times as long, of which --cpu-limit counts the run itself")
+     "run a twin beside it, at half the tolerance and with wheels and twist 1e-9 off at the start: how far both part is "
+     "an error bar for the summary, and makes the result unreliable where the tolerance promises less; takes some 2.5 "
+     "times as long, of which --cpu-limit counts the run itself")
     ("quiet", po::bool_switch(&arguments.quiet), "print nothing but errors and warnings of an unreliable result");
   // clang-format on
   const auto given = parse(argc, argv, kUsage, options, {"scene", po::value(&arguments.scene), 1, true});

@@ -151,6 +151,46 @@ TEST_F(SimulateTest, SummaryTellsWhatTheRunTook) {
   EXPECT_EQ(summary["path_length"]["wheels"].size(), 4);
 }
 
+TEST_F(SimulateTest, CheckGivesAnErrorBarAndChangesNothing) {
+  const std::string scene = folder_.write("scene.yaml", kScene);
+  ASSERT_EQ(Program(SIMULATE, {scene, "--quiet", "--csv", folder_.path("a.csv")}).wait(), 0);
+  Program simulate(SIMULATE, {scene, "--check", "--csv", folder_.path("b.csv"), "--summary", folder_.path("s.json")});
+  ASSERT_EQ(simulate.wait(), 0);
+  EXPECT_EQ(simulate.err(), "");
+  EXPECT_NE(simulate.out().find("error bar"), std::string::npos);
+  EXPECT_EQ(folder_.read("b.csv"), folder_.read("a.csv"));
+  const auto summary = nlohmann::json::parse(folder_.read("s.json"));
+  EXPECT_TRUE(summary["reliable"]);
+  const auto& check = summary["check"];
+  EXPECT_GT(check["position_difference"], 0);
+  EXPECT_GT(check["heading_difference"], 0);
+  EXPECT_LT(check["position_difference"].get<double>(), check["promised"].get<double>());
+  EXPECT_LT(check["promised"], 1e-5);  // at 3e-7, on a path of some centimetres
+}
+
+// The heading is a driven pendulum in its chaotic range, 0.4 times critically damped at 2/3 of its own frequency: a
+// push holds it, and torques swing it. The energy balance closes all the same.
+TEST_F(SimulateTest, CheckWarnsOfAChaoticMotion) {
+  const std::string scene = folder_.write(
+      "scene.yaml",
+      "model: no_slip\nduration: 60\nrobot: {com: [0, 0], wheel_damping: 0.049, roller_damping: 0}\n"
+      "initial: {twist: [0, 0, 1]}\nwrenches: [{force: [200, 0, 0], point: [0.465, 0, 0], frame: fixed}]\n"
+      "drive: {torque: [{start: 0, cos: [-3.47, 3.47, -3.47, 3.47], period: 2.356}]}\n");
+  const std::string json = folder_.path("s.json");
+  Program unchecked(SIMULATE, {scene, "--quiet", "--summary", json});
+  ASSERT_EQ(unchecked.wait(), 0);
+  EXPECT_EQ(unchecked.err(), "");
+  EXPECT_TRUE(nlohmann::json::parse(folder_.read("s.json"))["reliable"]);
+
+  Program simulate(SIMULATE, {scene, "--quiet", "--check", "--summary", json});
+  ASSERT_EQ(simulate.wait(), 0);
+  EXPECT_NE(simulate.err().find("unreliable: a twin at half the tolerance parts from it by "), std::string::npos);
+  EXPECT_EQ(lines(simulate.err()), 1);
+  const auto summary = nlohmann::json::parse(folder_.read("s.json"));
+  EXPECT_FALSE(summary["reliable"]);
+  EXPECT_GT(summary["check"]["position_difference"].get<double>(), summary["check"]["promised"].get<double>());
+}
+
 TEST_F(SimulateTest, CpuLimitEndsTheRunAndTheSummaryTells) {
   const std::string scene = folder_.write("scene.yaml", kScene);
   Program simulate(SIMULATE,

@@ -15,9 +15,9 @@ constexpr double kPromised = 20;
 /// it (docs/reliability.md). A fixed step is judged by the looser tolerance of the energy balance.
 double promised_error(const Simulation& simulation, const PathLength& path);
 
-/// A second run of a scene at half the tolerance, or half the fixed step, with all wheels 1e-9 rad further at the
-/// start. How far it parts from the first is an error bar, also where a motion is sensitive or the error estimate
-/// fails.
+/// A second run of a scene at half the tolerance, or half the fixed step, and in steps of half a row at most. At the
+/// start its wheels and twist are off by 1e-9 rad, m/s and rad/s. How far it parts from the first run is an error bar,
+/// also where a motion is sensitive or the error estimate fails.
 class Twin {
  public:
   explicit Twin(const Scene& scene);
