@@ -46,6 +46,11 @@ Wheels ReferenceTorque::dry_value(double t) const {
   return model_.torque(motion_.velocity(t), motion_.acceleration(t));
 }
 
+// It turns with the dry friction of the desired motion.
+double ReferenceTorque::resolved_share(double t, double end) const {
+  return model_.dry() ? model_.resolved_share(motion_.velocity(t), motion_.velocity(end)) : kInfinity;
+}
+
 double PiecewiseTorque::begin_segment(double t) {
   const auto next = std::upper_bound(segments_.begin(), segments_.end(), t,
                                      [](double time, const TorqueSegment& segment) { return time < segment.start; });

@@ -57,7 +57,7 @@ class NoSlipIntegrator::Stepper : public ControlledStepperTypes {
     Result result = motion_.method_->try_step(system, x, t, end, next);
     const Eigen::Vector3d v = x.velocity(), v_end = end.velocity();
     if (result == odeint::success) {
-      const double share = motion_.model_.resolved_share(v, v_end);
+      const double share = motion_.resolved_share(v, v_end, start, t);
       if (share < 1) {
         t = start;
         next = kSafety * share * length;
@@ -72,7 +72,7 @@ class NoSlipIntegrator::Stepper : public ControlledStepperTypes {
     ++motion_.statistics_.steps;
     x = end;
     if (length < motion_.next_step_) next = std::max(next, motion_.next_step_);
-    const double share = motion_.model_.resolved_share(v_end, v_end + next / length * (v_end - v));
+    const double share = motion_.resolved_share(v_end, v_end + next / length * (v_end - v), t, t + next);
     dt = motion_.next_step_ = std::min(1.0, kSafety * share) * next;
     return result;
   }
@@ -92,6 +92,12 @@ NoSlipIntegrator::NoSlipIntegrator(const RobotParameters& robot, const FloorPara
       max_first_step_(10 / model_.max_decay_rate()),
       next_step_(max_first_step_),
       method_(find_method(method(robot))->make(tolerance, 0, statistics_)) {}
+
+// Of the step from velocity `a` at t to `b` at `end` (s), for the friction in the bearings and in the torque.
+double NoSlipIntegrator::resolved_share(const Eigen::Vector3d& a, const Eigen::Vector3d& b, double t,
+                                        double end) const {
+  return std::min(model_.resolved_share(a, b), torque_.resolved_share(t, end));
+}
 
 void NoSlipIntegrator::advance_periods(State& x, std::int64_t first, double period, std::size_t n,
                                        const PeriodObserver& observer) {

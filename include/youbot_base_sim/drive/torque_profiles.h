@@ -32,6 +32,7 @@ class ReferenceTorque : public TorqueProfile {
  public:
   ReferenceTorque(const RobotParameters& robot, const ReferenceMotion& motion);
   Wheels value(double t) const override;
+  double resolved_share(double t, double end) const override;
 
  private:
   [[gnu::noinline, gnu::cold]] Wheels dry_value(double t) const;

@@ -12,7 +12,8 @@
 namespace youbot_base_sim {
 
 /// Model 1, which has no switches: odeint's dopri5, or rosenbrock4 where the bearings brake too hard for it. Steps are
-/// short where a bearing's dry friction reverses: an error estimate misses most of a kink between two stages.
+/// short where dry friction reverses, in a bearing or in the torques of a desired motion: an error estimate misses most
+/// of a kink between two stages.
 class NoSlipIntegrator : public MotionIntegrator {
  public:
   /// `torque` must outlive the integration.
@@ -48,6 +49,8 @@ class NoSlipIntegrator : public MotionIntegrator {
   static bool stiff(const NoSlipModel& model) { return model.max_decay_rate() > kMaxExplicitRate; }
 
   class Stepper;
+
+  double resolved_share(const Eigen::Vector3d& a, const Eigen::Vector3d& b, double t, double end) const;
 
   RobotParameters robot_;
   FloorParameters floor_;
