@@ -81,7 +81,7 @@ std::string RowMaker::simulate(const Scene& scene, const std::unique_ptr<Recorde
     if (trajectory) trajectory->write(run.rows().t(), simulation, events);
   }
   if (trajectory) trajectory->commit();
-  reason = unreliability_reason(simulation, run.rows().energy());
+  reason = unreliability_reason(simulation, run.rows(), nullptr);
   std::string values;
   for (const Quantity& quantity : family_.quantities) values += fmt::format(",{}", quantity.value(run));
   return values;

@@ -46,7 +46,7 @@ Motion run(const Scene& scene) {
     } catch (const TippedOver&) {
     }
     motion.promised = promised_error(simulation, rows.path());
-    motion.doubt = unreliability_reason(simulation, rows.energy());
+    motion.doubt = unreliability_reason(simulation, rows, nullptr);
   } catch (const std::exception& error) {
     motion.failure = error.what();
   }

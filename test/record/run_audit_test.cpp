@@ -17,15 +17,13 @@ Scene driven_scene() {
 }
 
 /// What is said of a run with a row each `interval`, s.
-std::string reason_of(const Scene& scene, double interval) {
+std::string reason_of(Scene scene, double interval) {
+  scene.output_rate = 1 / interval;
   Simulation simulation(scene);
-  EnergyAudit energy;
-  energy.add_row(simulation);
-  for (int k = 1; interval * k <= scene.duration * (1 + 1e-9); ++k) {
-    simulation.advance_to(interval * k);
-    energy.add_row(simulation);
+  RowLoop rows(simulation);
+  while (rows.next()) {
   }
-  return unreliability_reason(simulation, energy);
+  return unreliability_reason(simulation, rows, nullptr);
 }
 
 TEST(Reliability, HoldsAtEveryToleranceHoweverFewRows) {
@@ -74,6 +72,25 @@ TEST(Reliability, IsDeniedWhereTheIntegrationFellBack) {
   scene.duration = 4;
   const std::string doubt = reason_of(scene, 0.01);
   EXPECT_NE(doubt.find("fallback steps"), std::string::npos) << doubt;
+}
+
+// In eased milliseconds friction turns over 1e-6 m/s: too much where nu is 1e-9 m/s, and where it is 1e-3 m/s nothing.
+TEST(Reliability, IsDeniedWhereEasedMillisecondsMatter) {
+  SceneOverrides tight;
+  tight.relative_tolerance = 1e-9;
+  Scene scene = load_scene(YOUBOT_BASE_SIM_SOURCE_DIR "/config/scenes/case1_counter_clockwise.yaml", tight);
+  scene.duration = 0.5;
+  scene.floor.nu = 1e-9;
+  const std::string doubt = reason_of(scene, 0.01);
+  EXPECT_NE(doubt.find(" ms, integrated to a looser tolerance"), std::string::npos) << doubt;
+
+  tight.relative_tolerance = 1e-8;
+  Scene held = load_scene(YOUBOT_BASE_SIM_SOURCE_DIR "/bench/scenes/held_wheel.yaml", tight);
+  held.duration = 2;
+  Simulation simulation(held);
+  simulation.advance_to(held.duration);
+  ASSERT_GT(simulation.statistics().eased_periods, 0u);
+  EXPECT_EQ(reason_of(held, 0.01), "");
 }
 
 // At rest, with the wheels on the middles of their rollers, (4.17) gives 79.57, 105.07, 69.55 and 95.05 N.

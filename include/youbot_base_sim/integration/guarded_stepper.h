@@ -65,7 +65,6 @@ class GuardedStepper : public ControlledStepperTypes {
  private:
   static constexpr double kWindow = 1e-3;      // s
   static constexpr double kEasedShare = 0.8;   // of the bound
-  static constexpr double kEasedSpeed = 1e-6;  // m/s
   static constexpr int kMaxFailures = 400;     // of one step
   static constexpr std::uint64_t kFreeEvaluations = 20;
   static constexpr double kFallbackStep = 2e-5;                     // s

@@ -5,6 +5,9 @@
 
 namespace youbot_base_sim {
 
+/// Friction turns over this slip speed or more in an eased millisecond, m/s.
+constexpr double kEasedSpeed = 1e-6;
+
 /// Counters of an integration so far.
 struct IntegrationStatistics {
   std::uint64_t steps = 0;

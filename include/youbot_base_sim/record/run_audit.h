@@ -91,11 +91,11 @@ class RowLoop {
   double t_ = 0;
 };
 
-/// Why a result may be unreliable, in one line; empty if it is reliable: the integration kept to its own method (at
-/// times to a looser tolerance), and the energy balance closes to a share of the energy that the motion had or
+/// Why a result may be unreliable, in one line; empty if it is reliable: the integration kept to its own method, eased
+/// milliseconds cannot matter, and the energy balance closes to a share of the energy that the motion had or
 /// exchanged. That share is a thousand times the tolerance, but at least 1e-9 and at most a hundredth (or ten times a
 /// looser tolerance). Good runs close it to the tolerance itself, mostly to a hundredth of that.
-std::string unreliability_reason(const Simulation& simulation, const EnergyAudit& energy);
+std::string unreliability_reason(const Simulation& simulation, const EnergyAudit& energy, const PathLength& path);
 
 /// The same of a run with a twin, unless that is null: both agree too.
 std::string unreliability_reason(const Simulation& simulation, const RowLoop& rows, const Twin* twin);
