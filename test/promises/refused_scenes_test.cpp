@@ -13,6 +13,7 @@
 
 #include "limits_table.h"
 #include "refusals.h"
+#include "scene_keys.h"
 #include "youbot_base_sim/scene/scene.h"
 #include "youbot_base_sim/simulation.h"
 #include "youbot_base_sim/text/text_file.h"
@@ -129,25 +130,12 @@ TEST_F(KeysTest, AreAllFound) {
   EXPECT_EQ(sections_.size(), 6u + 6u + 4u);
 }
 
-/// Adds the paths of the keys in this section or list of sections.
-void collect_paths(const YAML::Node& node, const std::string& path, std::set<std::string>& paths) {
-  if (node.IsSequence()) {
-    for (const YAML::Node& entry : node) collect_paths(entry, path + "[0]", paths);
-  } else if (node.IsMap()) {
-    for (const auto& entry : node) {
-      const std::string key = (path.empty() ? "" : path + ".") + entry.first.Scalar();
-      paths.insert(key);
-      collect_paths(entry.second, key, paths);
-    }
-  }
-}
-
 const std::string kSource = YOUBOT_BASE_SIM_SOURCE_DIR "/";
 constexpr std::size_t kLargest = 1 << 20;  // bytes of a file that is read here
 
 // Users find a key in the listing, and libFuzzer begins with these files.
 TEST_F(KeysTest, StandInTheListingAndInTheSeeds) {
-  std::set<std::string> known, listed, seeds;
+  std::set<std::string> known, listed;
   for (const std::vector<Key>& keys : {keys_, sections_}) {
     for (const Key& key : keys) known.insert(key.path);
   }
@@ -159,11 +147,7 @@ TEST_F(KeysTest, StandInTheListingAndInTheSeeds) {
   listed.insert({"robot.profile.name", "robot.profile.friction_scale"});
   EXPECT_EQ(listed, known);
 
-  // every_key.yaml has one of the five drives, and a method that takes no step.
-  for (const char* seed :
-       {"every_key", "fixed_step", "reference_motion", "torque_table", "velocity_table", "wheel_angle_table"})
-    collect_paths(YAML::LoadFile(kSource + "test/fuzz/scene/" + seed + ".yaml"), "", seeds);
-  EXPECT_EQ(seeds, known);
+  EXPECT_EQ(keys_of_seeds(YOUBOT_BASE_SIM_SOURCE_DIR), known);
 }
 
 // What `provenance` hashes: with the defaults of keys that the seed leaves out.

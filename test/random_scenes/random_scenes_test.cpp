@@ -1,0 +1,69 @@
+// What scripts/random_scenes tries, and how it judges.
+
+#include <gtest/gtest.h>
+
+#include "../scene_keys.h"
+#include "scene_generator.h"
+#include "verdict.h"
+
+namespace youbot_base_sim {
+namespace {
+
+TEST(SceneGenerator, UsesEveryKey) {
+  std::set<std::string> keys;
+  for (std::uint32_t number = 1; number <= 200; ++number) {
+    collect_paths(YAML::Load(random_scene_file(number, "table.csv").text), "", keys);
+  }
+  EXPECT_EQ(keys, keys_of_seeds(YOUBOT_BASE_SIM_SOURCE_DIR));
+}
+
+Scene short_drive() {
+  Scene scene;
+  scene.duration = 0.3;
+  scene.initial.phi() << 0.1, 0.2, 0.3, 0.4;
+  TorqueSegment segment;
+  segment.constant << 1, 0.5, 0.2, -1;
+  scene.drive = TorqueSegments{segment};
+  return scene;
+}
+
+TEST(Verdict, IsRightForAnOrdinaryDrive) {
+  const Verdict verdict = judge(short_drive());
+  EXPECT_EQ(verdict.outcome, Outcome::kRight) << verdict.error;
+  EXPECT_GT(verdict.error, 0);
+  EXPECT_LT(verdict.error, 0.1 * verdict.allowed);
+}
+
+// A step of 1 ms, in place of 10 us, closes the energy balance to no more than it should for a tolerance of 1e-10.
+TEST(Verdict, WarnsOfAStepThatIsTooLong) {
+  Scene scene = short_drive();
+  scene.solver.method = "implicit_euler";
+  scene.solver.step = 1e-3;
+  EXPECT_EQ(judge(scene).outcome, Outcome::kWarned);
+}
+
+// As CheckWarnsOfAChaoticMotion in simulate_test.
+TEST(Verdict, SetsAChaoticMotionApart) {
+  Scene scene;
+  scene.model = Model::kNoSlip;
+  scene.duration = 60;
+  scene.output_rate = 2;
+  scene.robot.a_X = scene.robot.a_Y = 0;
+  scene.robot.mu_1 = Wheels::Constant(0.049);
+  scene.robot.mu_2 = Wheels::Zero();
+  scene.initial.Omega() = 1;
+  LoadSchedule::PlannedWrench push;
+  push.wrench.force = {200, 0, 0};
+  push.wrench.point = {0.465, 0, 0};
+  push.wrench.fixed = true;
+  scene.load_schedule.wrenches = {push};
+  TorqueSegment segment;
+  segment.cos << -3.47, 3.47, -3.47, 3.47;
+  segment.period = 2.356;
+  scene.drive = TorqueSegments{segment};
+  const Verdict verdict = judge(scene);
+  EXPECT_EQ(verdict.outcome, Outcome::kSensitive) << verdict.error << " " << verdict.reason;
+}
+
+}  // namespace
+}  // namespace youbot_base_sim
