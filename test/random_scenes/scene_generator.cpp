@@ -26,7 +26,8 @@ class SceneGenerator {
 
   RandomScene make() {
     model_ = one_of({"coulomb", "coulomb", "coulomb", "viscous", "no_slip"});
-    limits_friction_ = model_ == "coulomb" || chance(0.01);  // a rare scene has what its model refuses
+    // A rare scene has what its model refuses.
+    limits_friction_ = model_ == "coulomb" || chance(0.01);
     slips_ = model_ != "no_slip" || chance(0.01);
     Json solver = make_solver();
     scene_["model"] = model_;
