@@ -29,6 +29,7 @@ class SceneGenerator {
     // A rare scene has what its model refuses.
     limits_friction_ = model_ == "coulomb" || chance(0.01);
     slips_ = model_ != "no_slip" || chance(0.01);
+    prescribed_ = slips_ && chance(0.1);
     Json solver = make_solver();
     scene_["model"] = model_;
     scene_["duration"] = duration_;
@@ -40,7 +41,7 @@ class SceneGenerator {
     add("initial", make_initial());
     add("solver", solver);
     Json drive = make_drive();
-    if (chance(drive.contains("velocity_table") ? 0.6 : 0.15)) add("motors", make_motors());
+    if (!prescribed_ && chance(drive.contains("velocity_table") ? 0.6 : 0.15)) add("motors", make_motors());
     if (chance(0.03)) scene_["output"]["contacts"] = flag();
     add("drive", drive);
     return {text(), table_};
@@ -94,6 +95,7 @@ class SceneGenerator {
     if (chance(0.25)) robot["profile"] = make_profile();
     make_friction(robot);
     if (chance(0.2)) robot["roller_rate_at_switch"] = one_of({"continuous", "at_rest"});
+    if (slips_ && chance(0.1)) robot["contacts"] = one_of({"located", "averaged"});
     if (limits_friction_) make_reactions(robot);
     return robot;
   }
@@ -199,7 +201,8 @@ class SceneGenerator {
     if (chance(0.5)) initial["twist"] = numbers(3, -speed, speed);
     if (chance(0.7)) initial["wheel_angles"] = make_wheel_angles();
     const bool fast = chance(0.05);
-    if (slips_ && chance(0.15)) initial["wheel_rates"] = numbers(4, fast ? -3000 : -30, fast ? 3000 : 30);
+    if (slips_ && !prescribed_ && chance(0.15))
+      initial["wheel_rates"] = numbers(4, fast ? -3000 : -30, fast ? 3000 : 30);
     if (slips_ && chance(0.1)) initial["roller_rates"] = numbers(4, -100, 100);
     return initial;
   }
@@ -221,13 +224,14 @@ class SceneGenerator {
       const double relative = solver.value("relative_tolerance", 3e-7);
       solver["absolute_tolerance"] = log_uniform(1e-5 * relative, 1e-1 * relative);
     }
-    if (chance(0.06)) {
+    if (!prescribed_ && chance(0.06)) {
       const Method& method = methods()[static_cast<std::size_t>(whole(0, static_cast<int>(methods().size()) - 1))];
       solver["method"] = method.name;
       if (method.name != "radau") duration_ = log_uniform(2e-3, method.is_explicit ? 0.01 : 0.1);
       if (method.default_step > 0 && flag()) solver["step"] = around(method.default_step, 2);
     }
-    if (chance(0.4)) solver["control_period"] = flag() ? 1e-3 : chance(0.1) ? 0 : log_uniform(3e-4, 0.1);
+    if (!prescribed_ && chance(0.4))
+      solver["control_period"] = flag() ? 1e-3 : chance(0.1) ? 0 : log_uniform(3e-4, 0.1);
     return solver;
   }
 
@@ -243,6 +247,11 @@ class SceneGenerator {
   }
 
   Json make_drive() {
+    if (prescribed_) {
+      Json drive = {{"wheel_angle_table", make_angle_table()}};
+      if (flag()) drive["resolution"] = log_uniform(1e-5, 1e-2);
+      return drive;
+    }
     switch (whole(0, 3)) {
       case 0:
         return {{"reference_motion", make_reference_motion()}};
@@ -298,6 +307,21 @@ class SceneGenerator {
     return table_name_;
   }
 
+  /// Rows of wheel angles, to the duration or beyond, as wheels turn that change their rates. Returns the table's name.
+  std::string make_angle_table() {
+    table_ = "t,fl,fr,bl,br\n";
+    const double most = log_uniform(0.1, 10), pause = log_uniform(0.02, 0.3);
+    Wheels angle = random_.wheels(-4, 4), rate = Wheels::Zero();
+    for (double t = 0, before = 0; before < duration_; before = t, t = rounded(t + pause)) {
+      angle += (t - before) * rate;
+      rate = 0.7 * rate + random_.wheels(-most, most);
+      table_ += fmt::format("{}", t);
+      for (int i = 0; i < kWheels; ++i) table_ += fmt::format(",{}", rounded(angle[i]));
+      table_ += "\n";
+    }
+    return table_name_;
+  }
+
   std::string text() const {
     std::string lines;
     for (const auto& [key, value] : scene_.items()) lines += fmt::format("{}: {}\n", key, value.dump());
@@ -308,7 +332,8 @@ class SceneGenerator {
   std::string table_name_;
   std::string model_;
   bool limits_friction_ = false, slips_ = false;
-  double duration_ = 0;  // s
+  bool prescribed_ = false;  // the wheels' angles
+  double duration_ = 0;      // s
   int rollers_ = 6;
   Json scene_;
   std::string table_;
