@@ -30,7 +30,9 @@ std::vector<double> numbers(const Wheels& w) { return {w.data(), w.data() + w.si
 /// calls for, m. Near the limit of friction they slip faster than that speed: seldom by ten times.
 double creep_of_eased_periods(const Simulation& simulation) {
   constexpr double kPeriod = 1e-3, kFaster = 10;  // s
-  if (simulation.regularization_speed() >= kEasedSpeed) return 0;
+  const double moving = simulation.regularization_speed(), holding = simulation.scene().floor.holding_speed;
+  const double least = holding > 0 ? std::min(moving, holding) : moving;
+  if (!std::isfinite(moving) || least >= kEasedSpeed) return 0;
   return kFaster * kEasedSpeed * kPeriod * static_cast<double>(simulation.statistics().eased_periods);
 }
 
