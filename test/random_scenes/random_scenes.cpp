@@ -75,7 +75,10 @@ class RandomScenes {
   }
 
   int run() {
-    for (std::uint64_t k = 0; k < arguments_.count; ++k) try_scene(static_cast<std::uint32_t>(arguments_.first + k));
+    for (std::uint64_t k = 0; k < arguments_.count; ++k) {
+      if (stop_requested()) throw std::runtime_error(fmt::format("stopped by {} after {} scenes", stop_reason(), k));
+      try_scene(static_cast<std::uint32_t>(arguments_.first + k));
+    }
     for (std::size_t k = 0; k < kWords.size(); ++k) fmt::print("{:>7}  {}\n", counts_.outcomes[k], kWords[k]);
     fmt::print("{:>7}  refused\n{:>7}  refused badly\n", counts_.refused, counts_.badly_refused);
     fmt::print("{:.4g} s simulated in {:.3g} s of processor time\n", counts_.simulated, counts_.cpu_time);
