@@ -81,7 +81,7 @@ bool prepare(int argc, char** argv, Arguments& arguments, Scene& scene) {
      "nothing")
     ("check", po::bool_switch(&arguments.check),
      "run a twin beside it, at half the tolerance and with wheels and twist 1e-9 off at the start: how far both part is "
-     "an error bar for the summary, and makes the result unreliable where the tolerance promises less; takes some 2.5 "
+     "an error bar for the summary, and makes the result unreliable where the tolerance promises less; takes some 2.2 "
      "times as long, of which --cpu-limit counts the run itself")
     ("quiet", po::bool_switch(&arguments.quiet), "print nothing but errors and warnings of an unreliable result");
   // clang-format on
