@@ -140,6 +140,7 @@ class Soak {
     settings.scene.solver.control_period = 1e-3;
     settings.scene.solver.relative_tolerance = 1e-5;
     settings.scene.solver.absolute_tolerance = 1e-8;
+    settings.scene.solver.keeps_up = true;
     return settings;
   }
 

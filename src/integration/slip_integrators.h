@@ -18,6 +18,7 @@ struct Parts {
   const Tolerance& tolerance;
   const Method& method;
   double step;
+  bool keeps_up;
   const MotionSoFar* before;  // null: the motion begins
 };
 

@@ -218,6 +218,7 @@ BaseSettings read_base_settings() {
   parameters.read("publish_clock", settings.publish_clock);
   parameters.read("real_time_factor", settings.real_time_factor, {1e-3, 1e6, "", true});
   read_lockstep(parameters, settings);
+  settings.scene.solver.keeps_up = !settings.lockstep.on;  // which waits, and has the bits of `simulate`
   parameters.read("wait_for_subscribers", settings.wait_for_subscribers);
   parameters.read("start_paused", settings.start_paused);
   parameters.read("end_time", settings.end_time, {0, 1e6, "s"});

@@ -595,6 +595,21 @@ TEST_F(GuardedStepperTest, GivesUpWhereSwitchesAreMoreThanItsBoundOfWork) {
   EXPECT_EQ(record->statistics.switches, static_cast<std::uint64_t>(rollers_passed(3)));
 }
 
+// Chatter that would spend the bound many times over: the wheel comes to rest on both rollers, and no fallback follows.
+TEST_F(GuardedStepperTest, WheelsThatChatterRestBeforeItGivesUp) {
+  wheels.c_0[1] = wheels.geometry.upper_edge(0);
+  wheels.c_1[1] = 0.01;  // a switch every 20 us
+  wheels.pull = 1000;
+  restart();
+  Guarded guarded(located(), located(), 40, *record);
+  odeint::integrate_adaptive(std::ref(guarded), std::ref(wheels), x, 0.0, 0.01, 0.01);
+  EXPECT_EQ(record->statistics.exhausted, 1u);
+  EXPECT_EQ(record->statistics.fallback_steps, 0u);
+  EXPECT_EQ(record->statistics.shared_contacts, 1u);
+  EXPECT_TRUE(wheels.modes().shared(1));
+  EXPECT_LT(record->statistics.switches, 30u);
+}
+
 // Reactions are looked at after each step, fallback steps too, once.
 TEST_F(GuardedStepperTest, LooksAtReactionsAfterEachStep) {
   wheels.reactions_matter = true;

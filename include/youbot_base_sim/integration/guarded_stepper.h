@@ -16,9 +16,10 @@ namespace youbot_base_sim {
 /// Bounds the work of an EventLocatingStepper: a Controlled Stepper of odeint around it. Work is counted in evaluations
 /// of the right-hand side, so that results do not depend on the machine.
 ///
-/// A millisecond of motion that has used up its bound gets kEasedShare more, with a stepper of looser tolerance and a
-/// regularization speed of at least kEasedSpeed. If that is not enough, or steps become too short to advance t,
-/// fallback steps cover the next millisecond, and twice as long each time this recurs within kFallbackCooldown.
+/// A millisecond of motion that has used up its bound gets kMoreWork more, with a stepper of looser tolerance and a
+/// regularization speed of at least kEasedSpeed. Then it gets as much again, in which wheels that chatter come to rest
+/// at once. If that is not enough, or steps become too short to advance t, fallback steps cover the next millisecond,
+/// and twice as long each time this recurs within kFallbackCooldown.
 template <class System, class Fallback>
 class GuardedStepper : public ControlledStepperTypes {
  public:
@@ -36,11 +37,10 @@ class GuardedStepper : public ControlledStepperTypes {
       const bool stuck = failures >= kMaxFailures || t + stepper_->dt() <= t;
       if (stuck || system.evaluations() - uncounted_ > allowed_) {
         record_->statistics.exhausted += !eased_;
-        if (stuck || eased_) {
+        if (stuck || !save_work(system)) {
           begin_fallback(system, t);
           continue;
         }
-        ease(system);
       }
       const double end = dt < stepper_->dt() ? t + dt : kInfinity;
       const std::uint64_t before = system.evaluations();
@@ -64,7 +64,7 @@ class GuardedStepper : public ControlledStepperTypes {
 
  private:
   static constexpr double kWindow = 1e-3;      // s
-  static constexpr double kEasedShare = 0.8;   // of the bound
+  static constexpr double kMoreWork = 0.4;     // of the bound
   static constexpr int kMaxFailures = 400;     // of one step
   static constexpr std::uint64_t kFreeEvaluations = 20;
   static constexpr double kFallbackStep = 2e-5;                     // s
@@ -78,16 +78,25 @@ class GuardedStepper : public ControlledStepperTypes {
     if (eased_) end_easing(system);
   }
 
+  // Makes the rest of the millisecond less work, and allows some; false if all of that has been done.
+  bool save_work(System& system) {
+    SlidingMode& sliding_mode = record_->sliding_mode;
+    if (sliding_mode.hurried()) return false;
+    eased_ ? sliding_mode.hurry(true) : ease(system);
+    allowed_ += static_cast<std::uint64_t>(kMoreWork * static_cast<double>(max_evaluations_));
+    return true;
+  }
+
   void ease(System& system) {
     eased_ = true;
     system.ease_friction(kEasedSpeed);
     replace_stepper(coarse_);
-    allowed_ += static_cast<std::uint64_t>(kEasedShare * static_cast<double>(max_evaluations_));
     ++record_->statistics.eased_periods;
   }
 
   void end_easing(System& system) {
     system.ease_friction(0);
+    record_->sliding_mode.hurry(false);
     eased_ = false;
     replace_stepper(fine_);
   }

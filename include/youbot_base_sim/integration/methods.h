@@ -43,6 +43,8 @@ struct IntegrationSettings {
   /// The default keeps the paper's Cases 1 and 2 within 1e-5 m and 1e-5 rad of the exact motion over their 30 s.
   double relative_tolerance = 3e-7;
   double absolute_tolerance = 3e-10;  ///< SI units
+  /// Bounds the work of each millisecond to what real time allows, as the node needs; else to 30 times as much.
+  bool keeps_up = false;
 
   Tolerance tolerance() const { return {relative_tolerance, absolute_tolerance}; }
 };

@@ -8,6 +8,7 @@ namespace youbot_base_sim {
 
 /// Decides when a wheel that chatters on an edge, as both rollers drive it back, enters sliding mode: it may after
 /// kMinChatter reversals within kWindow of one another, if its momentum no longer counts, and must after kMaxChatter.
+/// In a hurry it must after kHurriedChatter.
 class SlidingMode {
  public:
   /// Wheel i crosses its edge at time t (s) in `direction`; x is its state there and `max_momentum` (m/s) a speed of
@@ -17,19 +18,25 @@ class SlidingMode {
     if (direction != -last_direction_[i] || t > last_crossing_[i] + kWindow) reversals_[i] = 0;
     last_direction_[i] = direction;
     last_crossing_[i] = t;
-    if (++reversals_[i] <= kMinChatter || !system.sharing(i, x, t).attractive) return false;
-    return reversals_[i] > kMaxChatter || system.momentum(i, x) < max_momentum;
+    if (++reversals_[i] <= (hurried_ ? kHurriedChatter : kMinChatter)) return false;
+    if (!system.sharing(i, x, t).attractive) return false;
+    return hurried_ || reversals_[i] > kMaxChatter || system.momentum(i, x) < max_momentum;
   }
+
+  /// Whether wheels are in a hurry to rest, to save work.
+  bool hurried() const { return hurried_; }
+  void hurry(bool hurried) { hurried_ = hurried; }
 
   /// Wheel i has left sliding mode.
   void left(int i) { reversals_[i] = 0; }
 
  private:
-  static constexpr int kMinChatter = 8, kMaxChatter = 32;
+  static constexpr int kHurriedChatter = 1, kMinChatter = 8, kMaxChatter = 32;
   static constexpr double kWindow = 1e-3;  // s
 
   std::array<int, kWheels> last_direction_{}, reversals_{};
   std::array<double, kWheels> last_crossing_{};
+  bool hurried_ = false;
 };
 
 }  // namespace youbot_base_sim
