@@ -249,6 +249,26 @@ TEST_F(LongChatterTest, EndsEarlyWhereWorkIsBoundedToRealTime) {
   }
 }
 
+// Rollers without inertia have no rate of their own: whatever they start or take over with is gone at once. Light ones
+// come ever closer.
+TEST_F(SimulationTest, RollersWithoutInertiaStartAndTakeOverAtAnyRate) {
+  const auto end = [this](const std::string& inertia) {
+    Simulation simulation(
+        load("duration: 0.5\nrobot: {roller_rate_at_switch: at_rest, rollers_per_wheel: 8, roller_inertia: " + inertia +
+             "}\nfloor: {slip_regularization: 2e-5}\n"
+             "initial: {wheel_rates: [-6.4, -9.2, 8.4, 7.5], roller_rates: [0, 300, -100, 20]}\n"
+             "drive: {torque: [{start: 0, constant: [-1.5, 1, 1.3, -1]}]}\n"));
+    simulation.advance_to(0.5);
+    EXPECT_EQ(simulation.statistics().fallback_steps, 0u) << inertia;
+    EXPECT_GT(simulation.statistics().switches, 5u) << inertia;
+    return simulation.state().velocity();
+  };
+  const Eigen::Vector3d limit = end("0");
+  const double light = (end("1e-8") - limit).norm(), lighter = (end("1e-9") - limit).norm();
+  EXPECT_GT(light, 1e-6);  // more than errors of integration
+  EXPECT_LT(lighter, 0.2 * light);
+}
+
 // While it is held, the wheel stands still on an edge, and both of the edge's rollers are told.
 TEST_F(SimulationTest, TellsBothRollersOfAHeldWheel) {
   Simulation simulation(

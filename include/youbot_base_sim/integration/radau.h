@@ -116,6 +116,9 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     start_ = x.velocities();
     const Wheels M = system.torque().value(t);
     start_pose_ = system.pose(x);
+    if (system.model().inertia().J_2 == 0 && !unchanged.all()) {
+      start_.dgamma = system.massless_roller_rates(start_, x.phi(), start_pose_, M, system.modes().shared());
+    }
     Contacts contacts = system.contacts(start_, x.phi(), start_pose_, M);
     system.count_evaluations(1);
     // The converged friction: recomputed from the slip, its O(nu) error would become an O(1) error of the force.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "youbot_base_sim/integration/massless_rollers.h"
 #include "youbot_base_sim/integration/reaction_monitor.h"
 #include "youbot_base_sim/integration/rest_friction.h"
 #include "youbot_base_sim/integration/smooth_stepper.h"
@@ -62,6 +63,17 @@ class SlipSystem final : public SmoothSystem {
       for (int j = 0; j < 3; ++j) own_contacts(u[j], phi[j], pose[j], c[j]);
     }
     evaluations_ += 3;
+  }
+  /// Rates (rad/s) of rollers without inertia at the other velocities of u, where the wheels in `shared` are shared.
+  [[gnu::noinline]] Wheels massless_roller_rates(Velocities u, const Wheels& phi, const Pose& pose, const Wheels& M,
+                                                 const WheelMask& shared) const {
+    return rates_without_torque(u.dgamma, [&](const Wheels& dgamma) -> Wheels {
+      Contacts c;
+      u.dgamma = dgamma;
+      any_contacts(u, phi, pose, M, shared, c);
+      ++evaluations_;
+      return model_.forces(u, c, M).dgamma;
+    });
   }
   /// Gives the wheels in `known`, none of them shared, the friction F of the step before at the contacts `c`. Dynamic
   /// reactions, and with them all friction, follow.
@@ -136,6 +148,9 @@ class SlipSystem final : public SmoothSystem {
     if (!shared[i]) {
       u.dphi[i] = 0;
       shared[i] = true;
+      if (model_.inertia().J_2 == 0) {
+        u.dgamma = massless_roller_rates(u, x.phi(), pose(x), torque_->value(t), shared);
+      }
     }
     const SharedContact<Model> contact = shared_contact(i, u, x, shared, torque_->value(t));
     // A prescribed wheel goes where it must.
