@@ -249,6 +249,24 @@ TEST_F(LongChatterTest, EndsEarlyWhereWorkIsBoundedToRealTime) {
   }
 }
 
+// A load that is put on at rest changes the velocities at once, and with them the friction at all contacts.
+TEST_F(SimulationTest, AccurateStepsFollowALoadPutOnAtRest) {
+  Scene scene = load(
+      "model: viscous\nduration: 0.3\ninitial: {twist: [0.3, 0.2, 0.5]}\nfloor: {slip_regularization: 1e-5}\n"
+      "drive: {torque: [{start: 0, constant: [1, -0.5, 0.7, 1.2]}]}\n"
+      "loads: [{mass: 14, position: [0.1, 0.05, 0], start: 0.1, placed: at_rest}]\n");
+  const auto end = [&](double tolerance) {
+    scene.solver.relative_tolerance = tolerance;
+    scene.solver.absolute_tolerance = 1e-3 * tolerance;
+    Simulation simulation(scene);
+    simulation.advance_to(0.3);
+    EXPECT_EQ(simulation.statistics().fallback_steps, 0u) << tolerance;
+    return simulation.state();
+  };
+  const State coarse = end(1e-9), fine = end(1e-11);
+  EXPECT_LT(std::hypot(coarse.x() - fine.x(), coarse.y() - fine.y()), 1e-11);
+}
+
 // Rollers without inertia have no rate of their own: whatever they start or take over with is gone at once. Light ones
 // come ever closer.
 TEST_F(SimulationTest, RollersWithoutInertiaStartAndTakeOverAtAnyRate) {

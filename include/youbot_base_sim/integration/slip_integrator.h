@@ -65,9 +65,13 @@ class SlipIntegrator : public MotionIntegrator {
   }
   void set_loads(State& x, const AppliedLoads& applied, bool keep_momentum) override {
     const double energy = kinetic_energy(x);
-    const Eigen::Vector3d momentum = product(system_.model().inertia().M_v, x.velocity());
+    const Eigen::Matrix3d inertia = system_.model().inertia().M_v;
+    const Eigen::Vector3d momentum = product(inertia, x.velocity());
     system_.set_loads(applied);
-    if (keep_momentum) x.values.col(1).head<3>() = product(system_.model().inertia().M_v_inverse, momentum).array();
+    if (keep_momentum) {
+      x.values.col(1).head<3>() = product(system_.model().inertia().M_v_inverse, momentum).array();
+      if (system_.model().inertia().M_v != inertia) system_.modes().renew();
+    }
     x.work() += kinetic_energy(x) - energy;
     stepper_.torque_jumped();
   }

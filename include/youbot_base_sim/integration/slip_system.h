@@ -294,6 +294,7 @@ void SlipSystem<Model>::enter_sliding(int i, std::int64_t k, State& x) {
   x.phi()[i] = model_.geometry().upper_edge(k);
   x.work() += kinetic_energy(robot, x) - energy;
   modes_.share(i, k);
+  modes_.renew();
 }
 
 template <class Model>

@@ -84,6 +84,9 @@ class ContactModes {
   /// Averages the contact of wheel i over its rollers. They share gamma and dgamma; RollerRateAtSwitch has no effect.
   void enter_averaging(int i);
 
+  /// The velocities of the base jump: for what follows all contacts are others than before.
+  void renew() { ids_ += 1; }
+
   /// Moves the roller number of wheel i, whose contact is averaged, to the roller at the wheel's angle.
   void track_roller(int i, const State& x) { roller_[i] = roller_at(x.phi()[i]); }
 
