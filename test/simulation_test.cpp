@@ -308,6 +308,54 @@ TEST_F(SimulationTest, RollersWithoutInertiaStartAndTakeOverAtAnyRate) {
   EXPECT_LT(lighter, 0.2 * light);
 }
 
+// A wheel whose two rollers turn at rates of their own as it chatters. With inertia, they would come to a common rate
+// in the end, which does not hold the wheel: it chatters on, the faster the lighter they are, and ever closer to this
+// end.
+TEST_F(SimulationTest, WheelRestsOnTwoRollersWithoutInertia) {
+  const auto end = [this](const std::string& inertia, double tolerance) {
+    Scene scene = load(
+        "duration: 4.213508\n"
+        "robot: {rollers_per_wheel: 5, wheel_radius: 0.12559, roller_axis_radius: 0.09305, body_mass: 53.5564,\n"
+        "  wheel_mass: 2.6012, com: [-0.0352, 0.041], total_inertia: 3.4877, dry_friction: 0.0251,\n"
+        "  roller_damping: [0.002106, 0.00078, 0.002182, 0.003715], dry_friction_rate: 0.00214,\n"
+        "  diagonal_preload: 0.525, roller_inertia: " +
+        inertia +
+        "}\n"
+        "floor: {friction: 0.84, patches: [{rectangle: [-0.5454938133508944, 0.7802765483125838,\n"
+        "  0.06381661874882072, 1.1403759760459833], friction: 0.036, edge: 0.0043}]}\n"
+        "loads: [{mass: 14.338, position: [-0.06, -0.057, 0.048], inertia: 0.238, start: 0.6193, end: 2.8556,\n"
+        "  placed: at_rest}]\n"
+        "wrenches: [{force: [32.66, 38.96, 0], point: [0.14, 0.22, 0.1], torque: 2.21, start: 0.9192, end: 2.6786,\n"
+        "  frame: fixed}]\n"
+        "drive: {torque: [\n"
+        "  {start: 0, constant: [-0.5417, 2.3072, -0.0429, 1.7236], cos: [0.9165, -2.4487, -0.6123, -2.0919],\n"
+        "   sin: [0.982, 2.1868, 1.2011, -2.6403], period: 0.3865},\n"
+        "  {start: 0.5381, constant: [-1.8753, 1.8549, -1.6425, 2.3091]},\n"
+        "  {start: 0.7531, constant: [-0.7219, 1.6229, 0.3539, 2.4427], cos: [2.0279, -0.911, -1.6937, -1.0024],\n"
+        "   sin: [1.1979, -1.4992, -1.0852, 1.0977], period: 1.7347},\n"
+        "  {start: 1.6528, constant: [-1.3676, 1.3952, 0.7048, 0.8991]},\n"
+        "  {start: 3.5698, constant: [-2.2665, -0.7299, 0.8458, -0.3435], cos: [2.3411, 1.3654, 1.8587, -2.739],\n"
+        "   sin: [1.0395, 1.4583, 2.3621, 2.6214], period: 0.5975},\n"
+        "  {start: 4.2055, constant: [0.6203, -1.2949, -1.535, -2.205]}]}\n"
+        "initial: {wheel_angles: [1.567437, -2.693285, -1.083346, -2.249207], pose: [0, 0, 0.9336]}\n");
+    scene.solver.relative_tolerance = tolerance;
+    scene.solver.absolute_tolerance = 1e-3 * tolerance;
+    Simulation simulation(scene);
+    simulation.advance_to(scene.duration);
+    EXPECT_EQ(simulation.statistics().fallback_steps, 0u) << inertia;
+    EXPECT_EQ(simulation.statistics().shared_contacts, inertia == "0" ? 1u : 0u) << inertia;
+    return simulation.state();
+  };
+  const auto distance = [](const State& a, const State& b) {
+    return std::hypot(a.x() - b.x(), a.y() - b.y(), 0.28 * (a.psi() - b.psi()));
+  };
+  const State limit = end("0", 1e-9);
+  EXPECT_LT(distance(end("0", 3e-7), limit), 3e-7 * 2.8);  // times the path, m
+  const double light = distance(end("1e-8", 1e-6), limit), lighter = distance(end("1e-9", 1e-6), limit);
+  EXPECT_LT(light, 3e-4);
+  EXPECT_LT(lighter, 0.7 * light);
+}
+
 // While it is held, the wheel stands still on an edge, and both of the edge's rollers are told.
 TEST_F(SimulationTest, TellsBothRollersOfAHeldWheel) {
   Simulation simulation(

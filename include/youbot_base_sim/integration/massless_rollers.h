@@ -12,8 +12,8 @@ namespace youbot_base_sim {
 template <class Torque>
 Wheels rates_without_torque(const Wheels& guess, const Torque& torque) {
   constexpr double kReach = 1, kGrowth = 8, kLargestReach = 1e9;  // rad/s
-  constexpr double kClose = 1e-14;                                // of the rate
-  constexpr int kMaxTries = 60;
+  constexpr double kClose = 3e-16;  // of the rate: what friction makes of less is less than any tolerance
+  constexpr int kMaxTries = 100;
   Wheels low = guess, high = guess, at_low = torque(guess), at_high = at_low;
   for (double reach = kReach; (at_low < 0).any() && reach < kLargestReach; reach *= kGrowth) {
     low = (at_low < 0).select(low - reach, low);

@@ -148,9 +148,6 @@ class SlipSystem final : public SmoothSystem {
     if (!shared[i]) {
       u.dphi[i] = 0;
       shared[i] = true;
-      if (model_.inertia().J_2 == 0) {
-        u.dgamma = massless_roller_rates(u, x.phi(), pose(x), torque_->value(t), shared);
-      }
     }
     const SharedContact<Model> contact = shared_contact(i, u, x, shared, torque_->value(t));
     // A prescribed wheel goes where it must.
@@ -250,13 +247,27 @@ class SlipSystem final : public SmoothSystem {
 
   // The shared contact of wheel i at the pose and normal reactions of `c`.
   SharedContact<Model> shared_contact(int i, const Velocities& u, const Contacts& c, const Wheels& M) const {
-    const Wheels half = Wheels::Constant(0.5 * model_.geometry().pitch());
+    const double half = 0.5 * model_.geometry().pitch();
     Contacts lower, upper;
-    model_.evaluate_kinematics(u, model_.geometry().at(half), model_.features().pose(c), lower);
-    model_.evaluate_kinematics(u, model_.geometry().at(-half), model_.features().pose(c), upper);
-    model_.apply_normal_force_of(c, lower);
-    model_.apply_normal_force_of(c, upper);
+    place_rollers(half, u, c, M, lower);
+    place_rollers(-half, u, c, M, upper);
     return {model_, i, u, M[i], lower, upper};
+  }
+  // Contacts of rollers at the angle phi_tilde (rad), at the pose and normal reactions of `c`. Without inertia each has
+  // the rate that friction would give it under the reactions at rest; u.dgamma is their mean.
+  void place_rollers(double phi_tilde, Velocities u, const Contacts& c, const Wheels& M, Contacts& rollers) const {
+    const ContactGeometry g = model_.geometry().at(Wheels::Constant(phi_tilde));
+    const Pose pose = model_.features().pose(c);
+    if (model_.inertia().J_2 == 0) {
+      u.dgamma = rates_without_torque(u.dgamma, [&](const Wheels& dgamma) -> Wheels {
+        u.dgamma = dgamma;
+        model_.evaluate_kinematics(u, g, pose, rollers);
+        model_.apply_static_normal_force(rollers);
+        return model_.forces(u, rollers, M).dgamma;
+      });
+    }
+    model_.evaluate_kinematics(u, g, pose, rollers);
+    model_.apply_normal_force_of(c, rollers);
   }
   // The same at the wheel angles and pose of x, with the velocities u.
   SharedContact<Model> shared_contact(int i, const Velocities& u, const State& x, const WheelMask& shared,

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <algorithm>
 
 #include "youbot_base_sim/physics/slip_model.h"
 
@@ -55,13 +56,15 @@ class SharedContact {
     set(&Terms::D, upper_.Delta_Y, lower_.Delta_Y);
   }
 
-  /// Sets the wheel's entries of the damping matrix: each roller's own, weighted, and the change of the shares.
+  /// Sets the wheel's entries of the damping matrix: each roller's own, weighted, and the change of the shares. The
+  /// rate of rollers without inertia then is a mean without effect, since they turn at rates of their own.
   void write_to(DampingMatrix& G) const {
     DampingMatrix upper, lower;
     model_.damping(u_, upper_, upper);
     model_.damping(u_, lower_, lower);
     // Forces on V_X, V_Y, Omega and dgamma by the same velocities
-    const auto matrix = [this](const DampingMatrix& g) {
+    const bool massless = model_.inertia().J_2 == 0;
+    const auto matrix = [this, massless](const DampingMatrix& g) {
       Eigen::Matrix4d m;
       for (int row = 0; row < 3; ++row) {
         for (int k = 0; k < 3; ++k) m(row, k) = g.platform_platform[row][k][i_];
@@ -69,12 +72,23 @@ class SharedContact {
         m(3, row) = g.dgamma_platform[row][i_];
       }
       m(3, 3) = g.dgamma_dgamma[i_];
+      if (massless) {  // the roller's rate follows at once
+        const Eigen::Matrix4d followed = m.col(3) * m.row(3) / m(3, 3);
+        m -= followed;
+        m.col(3).setZero();
+        m.row(3).setZero();
+      }
       return m;
     };
     const Eigen::Matrix4d m = alpha_ * matrix(upper) + (1 - alpha_) * matrix(lower);
     const Eigen::RowVector4d F_X = alpha_ * matrix(upper).row(0) + (1 - alpha_) * matrix(lower).row(0);
     Eigen::Matrix4d all = m;
     if (alpha_ != kEnded) all -= (forces(upper_) - forces(lower_)) * F_X / (upper_.F_X[i_] - lower_.F_X[i_]);
+    if (massless) {  // their mean has no effect
+      all.row(3).setZero();
+      all(3, 3) =
+          std::max(kLeastDamping, model_.robot().mu_2[i_] + model_.dry_bearings().rollers.damping(u_.dgamma)[i_]);
+    }
     for (int row = 0; row < 3; ++row) {
       for (int k = 0; k < 3; ++k) G.platform_platform[row][k][i_] = all(row, k);
       G.platform_dgamma[row][i_] = all(row, 3);
@@ -88,6 +102,7 @@ class SharedContact {
 
  private:
   static constexpr double kEnded = 2;
+  static constexpr double kLeastDamping = 1e-9;  // N m s
 
   double mean(double upper, double lower) const { return alpha_ * upper + (1 - alpha_) * lower; }
 
