@@ -53,6 +53,15 @@ class ProgramsTest(unittest.TestCase):
             command = f"source {DEVEL}/setup.bash && rosrun youbot_base_sim {name} --help"
             self.helps(["bash", "-c", command], name, self.folder)
 
+    def test_another_distribution_is_refused(self):
+        release = self.folder / "os-release"
+        release.write_text('ID=ubuntu\nVERSION_ID="20.04"\n')
+        ran = subprocess.run([ROOT / "scripts" / "install_dependencies"], text=True, capture_output=True,
+                             env={**self.environment, "OS_RELEASE": str(release)})
+        self.assertEqual((ran.returncode, ran.stdout, ran.stderr.count("\n")), (1, "", 1), ran.stderr)
+        self.assertIn("this is ubuntu 20.04; must be debian 11 or 12", ran.stderr)
+        self.assertEqual(sorted(self.folder.glob("called-*")), [])
+
     def test_a_module_that_is_missing_is_named(self):
         (self.folder / "numpy.py").write_text("raise ModuleNotFoundError(name='numpy')")
         for name in ("analyse", "plot_sweep"):
