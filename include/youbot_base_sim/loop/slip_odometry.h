@@ -19,7 +19,7 @@ class SlipOdometry {
     double wheel_error = 0.015;     ///< relative, of a wheel's path: see WheelOdometry
     double max_gap = 0.5;           ///< s: over a longer one the wheels are taken to turn within so long
     double max_rate = 30;           ///< rad/s: an encoder that is faster has jumped
-    double max_effort_error = 1;  ///< N m, of means over a second; infinite: efforts do not count
+    double max_effort_error = 1;    ///< N m, of means over a second; infinite: efforts do not count
     bool averaged_contacts = true;  ///< for encoders that do not know which roller touches the floor
   };
 
