@@ -1,0 +1,34 @@
+"""Wheel odometry by kinematics and by this simulator's slip, held out against optical ground truth.
+
+FOLDER is your clone of github.com/sousarbarb/optiodom (MIT licence). Of it data/omni4/{circular,square}/*/*_metadata.csv
+and *_run-NN.csv are read: 116 runs of a Mecanum base on two days. Each model is fitted to half of the runs, split by day
+and by figure, and predicts the other half. Takes about five minutes; installs and builds what it needs.
+"""
+from ..command_line import Parser, Refused
+from ..files import Outputs
+from .builds import add_simulate, simulate_of
+
+
+def main():
+    parser = Parser("validate_odometry", __doc__, "optiodom", "optiodom --quick --figure odometry.png")
+    parser.add_argument("folder", metavar="FOLDER", help="clone of the data set")
+    parser.add_argument("--quick", action="store_true", help="every third run, and coarser gains")
+    parser.add_argument("--figure", metavar="PLOT.png", help="draw the ratios, too")
+    add_simulate(parser)
+    arguments = parser.parse_args()
+    if arguments.figure:
+        Outputs([]).claim("--figure", arguments.figure)
+    simulate = simulate_of(parser, arguments, ("python3-numpy", "python3-matplotlib"))
+    from . import odometry_models as models  # with what has been installed
+    from .odometry_records import read_runs
+    runs = read_runs(arguments.folder, 3 if arguments.quick else 1)
+    if any(len({getattr(run, key) for run in runs}) < 2 for key in ("day", "figure")):
+        raise Refused(f"FOLDER = {arguments.folder}: must have runs of two days and of both figures")
+    size = {"points": 5, "phases": 16, "frictions": (1.1e-3, 2.2e-3, 3.3e-3)} if arguments.quick else {}
+    gains = {contacts: models.SlipGains(simulate, contacts, **size) for contacts in ("located", "averaged")}
+    print(f"{len(runs)} runs\n\n{models.gain_table(gains)}", flush=True)
+    comparison = models.Comparison(runs, gains)
+    for part in (comparison.ratio_table, comparison.error_table, comparison.umbmark_table, comparison.parameter_table):
+        print("\n" + part(), end="", flush=True)
+    if arguments.figure:
+        comparison.draw(arguments.figure)
