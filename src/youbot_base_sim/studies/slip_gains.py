@@ -45,8 +45,8 @@ def scattered(count):
 
 
 def mean_motion(simulate, direction, section, phases):
-    """Mean velocity over SPEED, with (h + l) Omega for the third, of wheels that by ideal kinematics move the base in
-    this direction, X, Y, (h + l) psi."""
+    """Of wheels that by ideal kinematics move the base in this direction, X, Y, (h + l) psi: by how much it departs from
+    it, as a mean over SPEED."""
     rates = np.array(BASE.rolling_rates(*np.array(direction) * SPEED / [1, 1, BASE.half_lengths]))
     angle = scattered(phases)
     steps = (np.diff(angle, axis=0, prepend=angle[:1]) + PITCH / 2) % PITCH - PITCH / 2
@@ -57,11 +57,11 @@ def mean_motion(simulate, direction, section, phases):
     yaw = end[:, 3] - begin[:, 3] + 1e-12
     moved = ((end - begin)[:, 1:3] @ [1, 1j]) * np.exp(-1j * begin[:, 3])
     velocity = (moved * 1j * yaw / (np.exp(1j * yaw) - 1)).mean()  # along an arc
-    return np.array([velocity.real, velocity.imag, BASE.half_lengths * yaw.mean()]) / (SPEED * (END - BEGIN))
+    return np.array([velocity.real, velocity.imag, BASE.half_lengths * yaw.mean()]) / (SPEED * (END - BEGIN)) - direction
 
 
 class SlipGains:
-    """Mean motions for directions of an octant, which has them all by symmetry, and some frictions of the rollers."""
+    """Departures for directions of an octant, which has them all by symmetry, and some frictions of the rollers."""
 
     def __init__(self, simulate, contacts="located", points=9, phases=64, frictions=(0, 1.1e-3, 2.2e-3, 3.3e-3, 4.4e-3)):
         self.frictions, self.points = np.array(frictions), points
@@ -88,9 +88,9 @@ class SlipGains:
         k = int(np.clip(np.searchsorted(self.frictions, friction) - 1, 0, len(self.frictions) - 2))
         share = (friction - self.frictions[k]) / (self.frictions[k + 1] - self.frictions[k])
         table = (1 - share) * self.table[k] + share * self.table[k + 1]
-        gain = (1 - u) * ((1 - v) * table[i, j] + v * table[i, j + 1]) + u * ((1 - v) * table[i + 1, j] +
-                                                                             v * table[i + 1, j + 1])
-        return gain * np.where(nominal < 0, -1, 1) * np.sqrt(X * X + Y * Y + Z * Z)[:, None] / scale
+        off = (1 - u) * ((1 - v) * table[i, j] + v * table[i, j + 1]) + u * ((1 - v) * table[i + 1, j] +
+                                                                            v * table[i + 1, j + 1])
+        return nominal + off * np.where(nominal < 0, -1, 1) * np.sqrt(X * X + Y * Y + Z * Z)[:, None] / scale
 
     def ratios(self, friction, turn=0.4):
         """k_Y / k_X and q, of a circle with (h + l) Omega = `turn` times the speed, as docs/validation.md has them."""

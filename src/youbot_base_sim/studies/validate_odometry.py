@@ -24,7 +24,7 @@ def main():
     runs = read_runs(arguments.folder, 3 if arguments.quick else 1)
     if any(len({getattr(run, key) for run in runs}) < 2 for key in ("day", "figure")):
         raise Refused(f"FOLDER = {arguments.folder}: must have runs of two days and of both figures")
-    size = {"points": 5, "phases": 16, "frictions": (1.1e-3, 2.2e-3, 3.3e-3)} if arguments.quick else {}
+    size = {"points": 7, "phases": 24, "frictions": (1.1e-3, 2.2e-3, 3.3e-3)} if arguments.quick else {}
     gains = {contacts: models.SlipGains(simulate, contacts, **size) for contacts in ("located", "averaged")}
     print(f"{len(runs)} runs\n\n{models.gain_table(gains)}", flush=True)
     comparison = models.Comparison(runs, gains)
