@@ -103,8 +103,8 @@ class Comparison:
         return rms(pair[0]) / rms(pair[1]), *np.quantile(drawn[0] / drawn[1], (0.025, 0.975))
 
     def ratio_table(self):
-        rows = [[better.name, worse.name, what, *("{:.2f} ({:.2f} to {:.2f})".format(*self.ratio(split, better, worse, size))
-                                                  for split in self.tests)]
+        cell = "{:.2f} ({:.2f} to {:.2f})".format
+        rows = [[better.name, worse.name, what, *(cell(*self.ratio(split, better, worse, size)) for split in self.tests)]
                 for better, worse in self.pairs for what, size in (("position", position), ("heading", heading))]
         return table(["error of", "over that of", "at the end", *self.tests], rows)
 
@@ -114,13 +114,14 @@ class Comparison:
             cells = []
             for split, test in self.tests.items():
                 errors = self.errors[split, model.name]
-                cells.append(f"{1e3 * rms(position(errors) / test.path):.1f}, {1e3 * rms(heading(errors) / test.turns):.1f}")
+                per_metre, per_turn = rms(position(errors) / test.path), rms(heading(errors) / test.turns)
+                cells.append(f"{1e3 * per_metre:.1f}, {1e3 * per_turn:.1f}")
             rows.append([model.name, *cells])
         return table(["mm per metre, mrad per turn", *self.tests], rows)
 
     def umbmark_table(self):
-        """UMBmark's E_max: the largest distance of the mean error of one direction, of squares of one day driven forward
-        or laterally, by models fitted to circles."""
+        """UMBmark's E_max: the largest distance of the mean error of one direction, over squares of one day driven
+        forward or laterally, by models fitted to circles."""
         split = next(name for name in self.tests if name.endswith("to square"))
         test, rows = self.tests[split], []
         moved, lasting = (np.add.reduceat(of(test.nominal()), test.first) for of in (lambda x: x, np.abs))
@@ -132,8 +133,9 @@ class Comparison:
         return table(["fitted to circles", "E_max of squares, mm"], rows)
 
     def parameter_table(self):
-        rows = [[model.name, ", ".join(model.names), *(", ".join(f"{value:.4f}" for value in self.values[split, model.name])
-                                                       for split in self.tests)] for model in self.models[1:]]
+        rows = [[model.name, ", ".join(model.names),
+                 *(", ".join(f"{value:.4f}" for value in self.values[split, model.name]) for split in self.tests)]
+                for model in self.models[1:]]
         return table(["model", "parameters", *self.tests], rows)
 
     def draw(self, path):
@@ -145,7 +147,7 @@ class Comparison:
                               color=colour, capsize=2, markersize=4, label=f"{better.name}, over {worse.name}")
             axis.axhline(1, color="black", linewidth=0.8)
             axis.axhline(target, color="black", linewidth=0.8, linestyle=":")
-            axis.set(xticks=range(len(self.tests)), ylim=(0, 1.2), title=f"{what} at the end of held-out runs")
+            axis.set(xticks=range(len(self.tests)), ylim=(0, 1.3), title=f"{what} at the end of held-out runs")
             axis.set_xticklabels([name.replace(" to ", "\nto ") for name in self.tests], fontsize=8)
             axis.grid(alpha=0.3, axis="y")
         axes[0].set_ylabel("ratio of errors")

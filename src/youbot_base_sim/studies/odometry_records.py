@@ -22,8 +22,7 @@ class Run:
     figure: str
     day: str              # ddmm
     group: str            # its folder, of runs made one after another
-    messages: np.ndarray  # (m, 4): how far wheels turn between messages, rad, forward positive
-    rolled: np.ndarray    # (n, 4): the same of samples
+    rolled: np.ndarray    # (n, 4): how far wheels turn in each sample, rad, forward positive
     pose: np.ndarray      # (n, 3): ground truth at the samples' ends, m, m, rad, of the first's beginning
 
 
@@ -43,7 +42,7 @@ def messages_of(ticks):
 
 
 def read_run(path, stretch):
-    """`stretch` is true over logged time. Messages and ground truth of one file, at samples; throws Refused."""
+    """`rolled` and `pose` of one file, whose `stretch` is true over logged time; throws ValueError, OSError."""
     rows = np.loadtxt(path, delimiter=",", encoding="utf-8-sig")
     if rows.ndim != 2 or rows.shape[1] != 8 or not np.isfinite(rows).all():
         raise ValueError("rows must have 8 finite numbers")
@@ -54,7 +53,7 @@ def read_run(path, stretch):
     pose = np.array([np.interp(row, np.arange(len(rows)), column) for column in rows[:, 1:4].T]).T
     at_rest = np.ptp(rows[-20:, 3]) < 0.02
     pose[-1] = rows[-20:, 1:4].mean(axis=0) if at_rest else rows[-1, 1:4]
-    return messages, padded.reshape(count, MESSAGES_PER_SAMPLE, 4).sum(axis=1), pose
+    return padded.reshape(count, MESSAGES_PER_SAMPLE, 4).sum(axis=1), pose
 
 
 def read_runs(folder, every=1):
@@ -87,10 +86,10 @@ class Records:
         self.end = np.cumsum(counts) - 1
         self.first = np.r_[0, self.end[:-1] + 1]
         self.run_of = np.repeat(np.arange(len(runs)), counts)
-        motion = BASE.half_lengths * self.nominal()[:, 2]
-        steps = np.abs(np.c_[self.nominal()[:, :2], motion]).sum(axis=1)
-        self.path = np.add.reduceat(np.hypot(*self.nominal()[:, :2].T), self.first)
-        self.turns = np.add.reduceat(np.abs(self.nominal()[:, 2]), self.first) / (2 * np.pi)
+        X, Y, psi = self.nominal().T
+        self.path = np.add.reduceat(np.hypot(X, Y), self.first)
+        self.turns = np.add.reduceat(np.abs(psi), self.first) / (2 * np.pi)
+        steps = np.abs(X) + np.abs(Y) + BASE.half_lengths * np.abs(psi)
         begins, ends = [], []
         for first, end in zip(self.first, self.end):
             along = np.cumsum(steps[first:end + 1])

@@ -10,10 +10,12 @@ from pathlib import Path
 import numpy as np
 
 from ..analysis.section import rms
-from ..base import DRIVER_RADIUS, GRAVITY, WHEELS, Base
+from ..base import DRIVER_RADIUS, WHEELS, Base
 from ..figures import BLUE, GREEN, ORANGE, RED, new_figure, save
 from ..report import table
 from .builds import ROOT
+from .odometry_records import BASE
+from .slip_gains import robot
 
 YOUBOT = Base()
 SCALES = {"A": 1.3, "B": 0.76}
@@ -201,18 +203,15 @@ def gain_ratios(robot, base, floor="", gains=GAINS):
 
 
 def gain_table():
-    C, limit_C = Base(0.03, 0.0215, 0.1015, 0.1075, 8), 0.5 * 3.4 * GRAVITY / 4  # f N of a wheel, N
-    robot_C = {"body_mass": 3, "wheel_mass": 0.1, "total_inertia": 0.05, "wheel_inertia": 1e-4, "com": [0, 0],
-               "wheel_damping": 1e-3, "roller_damping": 1e-6, **vars(C)}
-    free_C, dry_C = json.dumps(robot_C), json.dumps({**robot_C, "roller_dry_friction": 2.2e-3 * limit_C})
+    free_C, dry_C = (json.dumps(robot(friction)) for friction in (0, 2.2e-3))
     gentle = (0.02, 0.1)  # gains for wheels of a sixtieth of the youBot's inertia
     return table(["wheels", "k_Y/k_X", "q"], [
         [what, *(f"{ratio:.4f}" for ratio in gain_ratios(*arguments))] for what, *arguments in (
             *((f"the youBot, {owner} friction", PROFILES[name], YOUBOT)
               for owner, name in (("paper's", "paper"), ("A's", "A"), ("B's", "B"))),
-            ("C, rollers without friction", free_C, C, "", gentle),
-            ("C, dry rollers, 2.2 mm times f N", dry_C, C, "", gentle),
-            ("C, dry rollers and spin friction, 2 mm", dry_C, C, "spin_radius: 2e-3", gentle))])
+            ("C, rollers without friction", free_C, BASE, "", gentle),
+            ("C, dry rollers, 2.2 mm times f N", dry_C, BASE, "", gentle),
+            ("C, dry rollers and spin friction, 2 mm", dry_C, BASE, "spin_radius: 2e-3", gentle))])
 
 
 def draw(path):

@@ -45,34 +45,36 @@ def scattered(count):
 
 
 def mean_motion(simulate, direction, section, phases):
-    """Of wheels that by ideal kinematics move the base in this direction, X, Y, (h + l) psi: by how much it departs from
-    it, as a mean over SPEED."""
+    """By how much a base departs from the direction X, Y, (h + l) psi in which ideal kinematics moves it, as a mean over
+    SPEED."""
     rates = np.array(BASE.rolling_rates(*np.array(direction) * SPEED / [1, 1, BASE.half_lengths]))
     angle = scattered(phases)
     steps = (np.diff(angle, axis=0, prepend=angle[:1]) + PITCH / 2) % PITCH - PITCH / 2
     t = np.arange(round(phases * PERIOD / TABLE_STEP) + 1) * TABLE_STEP
     done = ((t[:, None] - PERIOD * np.arange(phases)) / RAMP).clip(0, 1)
-    rows = replay(simulate, t, angle[0] + np.outer(t, rates) + done**2 * (3 - 2 * done) @ steps, section, round(1 / RAMP))
+    angles = angle[0] + np.outer(t, rates) + done**2 * (3 - 2 * done) @ steps
+    rows = replay(simulate, t, angles, section, round(1 / RAMP))
     begin, end = (rows[round(instant / RAMP)::round(PERIOD / RAMP)][:phases] for instant in (BEGIN, END))
     yaw = end[:, 3] - begin[:, 3] + 1e-12
     moved = ((end - begin)[:, 1:3] @ [1, 1j]) * np.exp(-1j * begin[:, 3])
     velocity = (moved * 1j * yaw / (np.exp(1j * yaw) - 1)).mean()  # along an arc
-    return np.array([velocity.real, velocity.imag, BASE.half_lengths * yaw.mean()]) / (SPEED * (END - BEGIN)) - direction
+    moved = np.array([velocity.real, velocity.imag, BASE.half_lengths * yaw.mean()])
+    return moved / (SPEED * (END - BEGIN)) - direction
 
 
 class SlipGains:
     """Departures for directions of an octant, which has them all by symmetry, and some frictions of the rollers."""
 
-    def __init__(self, simulate, contacts="located", points=9, phases=64, frictions=(0, 1.1e-3, 2.2e-3, 3.3e-3, 4.4e-3)):
-        self.frictions, self.points = np.array(frictions), points
-        angles = np.linspace(0, np.pi / 2, points)
-        phases = phases if contacts == "located" else 1
+    def __init__(self, simulate, contacts="located", points=17, phases=64):
+        located = contacts == "located"
+        self.frictions, self.points = np.array([1.1e-3, 2.2e-3, 3.3e-3] if located else [2.2e-3, 6e-3, 1e-2]), points
+        angles, phases = np.linspace(0, np.pi / 2, points), phases if located else 1
 
         def along_meridian(azimuth, section):
             return [mean_motion(simulate, (np.cos(e) * np.cos(azimuth), np.cos(e) * np.sin(azimuth), np.sin(e)),
                                 section, phases) for e in angles[:-1]]
         self.table = []
-        for friction in frictions:
+        for friction in self.frictions:
             section = robot(friction, contacts)
             pole = mean_motion(simulate, (0, 0, 1), section, phases)
             self.table.append([[*along_meridian(azimuth, section), pole] for azimuth in angles])

@@ -1,8 +1,9 @@
 """Wheel odometry by kinematics and by this simulator's slip, held out against optical ground truth.
 
-FOLDER is your clone of github.com/sousarbarb/optiodom (MIT licence). Of it data/omni4/{circular,square}/*/*_metadata.csv
-and *_run-NN.csv are read: 116 runs of a Mecanum base on two days. Each model is fitted to half of the runs, split by day
-and by figure, and predicts the other half. Takes about five minutes; installs and builds what it needs.
+FOLDER is your clone of github.com/sousarbarb/optiodom (MIT licence). Of it the program reads
+data/omni4/{circular,square}/*/*_metadata.csv and *_run-NN.csv, 116 runs of a Mecanum base on two days. Each model is
+fitted to half of the runs, split by day and by figure, and predicts the other half. Takes about two minutes of
+processor time; installs and builds what it needs.
 """
 from ..command_line import Parser, Refused
 from ..files import Outputs
@@ -24,9 +25,9 @@ def main():
     runs = read_runs(arguments.folder, 3 if arguments.quick else 1)
     if any(len({getattr(run, key) for run in runs}) < 2 for key in ("day", "figure")):
         raise Refused(f"FOLDER = {arguments.folder}: must have runs of two days and of both figures")
-    size = {"points": 7, "phases": 24, "frictions": (1.1e-3, 2.2e-3, 3.3e-3)} if arguments.quick else {}
-    gains = {contacts: models.SlipGains(simulate, contacts, **size) for contacts in ("located", "averaged")}
-    print(f"{len(runs)} runs\n\n{models.gain_table(gains)}", flush=True)
+    size = (7, 24) if arguments.quick else ()
+    gains = {contacts: models.SlipGains(simulate, contacts, *size) for contacts in ("located", "averaged")}
+    print(f"{len(runs)} runs\n\n{models.gain_table(gains)}", end="", flush=True)
     comparison = models.Comparison(runs, gains)
     for part in (comparison.ratio_table, comparison.error_table, comparison.umbmark_table, comparison.parameter_table):
         print("\n" + part(), end="", flush=True)
