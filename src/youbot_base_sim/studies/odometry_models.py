@@ -104,7 +104,8 @@ class Comparison:
 
     def ratio_table(self):
         cell = "{:.2f} ({:.2f} to {:.2f})".format
-        rows = [[better.name, worse.name, what, *(cell(*self.ratio(split, better, worse, size)) for split in self.tests)]
+        rows = [[better.name, worse.name, what,
+                 *(cell(*self.ratio(split, better, worse, size)) for split in self.tests)]
                 for better, worse in self.pairs for what, size in (("position", position), ("heading", heading))]
         return table(["error of", "over that of", "at the end", *self.tests], rows)
 

@@ -22,7 +22,7 @@ def robot(friction, contacts="located"):
     """A scene's section; `friction` of rollers is over f N, m."""
     return {"body_mass": BODY_MASS, "wheel_mass": WHEEL_MASS, "total_inertia": 0.05, "wheel_inertia": 1e-4,
             "com": [0, 0], "wheel_damping": 1e-3, "roller_damping": 1e-6, "roller_dry_friction": friction * LIMIT,
-            "contacts": contacts, **vars(BASE)}
+            "contacts": contacts, **dict(list(vars(BASE).items())[:5])}  # the numbers
 
 
 def replay(simulate, t, angles, section, output_rate, **drive):
@@ -45,7 +45,7 @@ def scattered(count):
 
 
 def mean_motion(simulate, direction, section, phases):
-    """By how much a base departs from the direction X, Y, (h + l) psi in which ideal kinematics moves it, as a mean over
+    """By how much a base departs from the direction X, Y, (h + l) psi in which ideal kinematics moves it: a mean over
     SPEED."""
     rates = np.array(BASE.rolling_rates(*np.array(direction) * SPEED / [1, 1, BASE.half_lengths]))
     angle = scattered(phases)
