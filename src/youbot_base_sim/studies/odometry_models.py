@@ -12,7 +12,7 @@ ITERATIONS, DRAWS = 12, 1000
 # Where fits begin. `radius` and `track` are factors of R and h + l, `front_left` is that wheel's larger radius,
 # `yaw_of_X` and `yaw_of_Y` are yaw per distance, rad/m, `yaw_lost` is the share of yaw lost in purely lateral motion;
 # `friction` of the rollers over f N is in cm.
-START = {"radius": 1.02, "track": 1, "lateral": 0.96, "friction": 0.2, "front_left": 0, "yaw_of_X": 0, "yaw_of_Y": 0,
+START = {"radius": 1.02, "track": 1, "lateral": 0.96, "front_left": 0, "yaw_of_X": 0, "yaw_of_Y": 0,
          "yaw_lost": 0.01}
 EXTRAS = {"3": (), "4": ("front_left",), "5": ("yaw_of_X", "yaw_of_Y")}
 
@@ -37,7 +37,8 @@ class Model:
 
     def fit(self, records):
         """Values by Gauss and Newton's method, to the segments of these records."""
-        values = np.array([START[name] for name in self.names], float)
+        start = {**START, "friction": 100 * np.median(self.gains.frictions)} if self.gains else START
+        values = np.array([start[name] for name in self.names], float)
 
         def off(values):
             return (records.segments(records.integrate(self.motion(records, values))) - records.true_segments).ravel()
@@ -45,6 +46,8 @@ class Model:
             here = off(values)
             slopes = np.array([(off(values + step) - here) / STEP for step in STEP * np.eye(len(values))])
             change = np.linalg.lstsq(slopes.T, here, rcond=None)[0]
+            while np.abs(change).max() >= 1e-6 and rms(off(values - change)) > rms(here):
+                change = change / 2
             values = values - change
             if np.abs(change).max() < 1e-6:
                 break
@@ -53,8 +56,9 @@ class Model:
 
 def gain_table(gains):
     """How contacts averaged in a simulation differ from the mean over simulations that locate them."""
-    rows = [[contacts, *(f"{ratio:.4f}" for ratio in of.ratios(2.2e-3))] for contacts, of in gains.items()]
-    return table(["contacts, dry rollers of 2.2 mm", "k_Y/k_X", "q"], rows)
+    rows = [[contacts, f"{1e3 * friction:.1f}", *(f"{ratio:.4f}" for ratio in of.ratios(friction))]
+            for contacts, of in gains.items() for friction in of.frictions]
+    return table(["contacts", "dry rollers, mm", "k_Y/k_X", "q"], rows)
 
 
 def splits_of(runs):

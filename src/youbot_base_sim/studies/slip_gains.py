@@ -67,7 +67,8 @@ class SlipGains:
 
     def __init__(self, simulate, contacts="located", points=17, phases=64):
         located = contacts == "located"
-        self.frictions, self.points = np.array([1.1e-3, 2.2e-3, 3.3e-3] if located else [2.2e-3, 6e-3, 1e-2]), points
+        self.frictions = 1e-3 * np.array([1.1, 2.2, 3.3] if located else [2.2, 5, 5.4, 5.6])  # they lock soon
+        self.points = points
         angles, phases = np.linspace(0, np.pi / 2, points), phases if located else 1
 
         def along_meridian(azimuth, section):

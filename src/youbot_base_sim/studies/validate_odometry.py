@@ -25,7 +25,7 @@ def main():
     runs = read_runs(arguments.folder, 3 if arguments.quick else 1)
     if any(len({getattr(run, key) for run in runs}) < 2 for key in ("day", "figure")):
         raise Refused(f"FOLDER = {arguments.folder}: must have runs of two days and of both figures")
-    size = (7, 24) if arguments.quick else ()
+    size = (7, 16) if arguments.quick else ()
     gains = {contacts: models.SlipGains(simulate, contacts, *size) for contacts in ("located", "averaged")}
     print(f"{len(runs)} runs\n\n{models.gain_table(gains)}", end="", flush=True)
     comparison = models.Comparison(runs, gains)
