@@ -63,9 +63,9 @@ class GuardedStepper : public ControlledStepperTypes {
   GuardedStepper& operator=(const GuardedStepper&) = delete;
 
  private:
-  static constexpr double kWindow = 1e-3;      // s
-  static constexpr double kMoreWork = 0.4;     // of the bound
-  static constexpr int kMaxFailures = 400;     // of one step
+  static constexpr double kWindow = 1e-3;   // s
+  static constexpr double kMoreWork = 0.4;  // of the bound
+  static constexpr int kMaxFailures = 400;  // of one step
   static constexpr std::uint64_t kFreeEvaluations = 20;
   static constexpr double kFallbackStep = 2e-5;                     // s
   static constexpr double kMinStretch = 1e-3, kMaxStretch = 64e-3;  // s of fallback steps in a row
