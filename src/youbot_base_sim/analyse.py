@@ -20,7 +20,8 @@ import numpy as np
 from . import figures
 from .bags import Bag
 from .base import Base
-from .command_line import DONE, Failed, Parser, Progress, Refused, complain, one_line, positive, quoted, shown
+from .command_line import DONE, Failed, Parser, Progress, Refused, complain, one_line, quoted, shown
+from .encoders import add_encoder_options, encoders_of
 from .files import Outputs, make_folder, read_whole, write_whole
 from .records import TOPICS, Missing, read_record
 from .report import csv_text, read_csv
@@ -194,15 +195,6 @@ def two_frames(text):
     return names
 
 
-def joint_names(text):
-    """Names of the joints, and whether each turns forward (1) or backward (-1)."""
-    names = text.split(",")
-    if len({name.lstrip("-") for name in names} - {""}) != 4 or len(names) != 4:
-        raise argparse.ArgumentTypeError(f"{text!r}: must be four joints, fl, fr, bl and br, separated by commas; with "
-                                         "-NAME for one that turns backward")
-    return tuple(name.lstrip("-") for name in names), tuple(-1 if name.startswith("-") else 1 for name in names)
-
-
 def named_topic(text):
     name, _, topic = text.partition("=")
     if name not in TOPICS or not topic:
@@ -231,15 +223,11 @@ def main(argv=None):
                         "nav_msgs/Odometry and --frames, else marker")
     parser.add_argument("--frames", metavar="FIXED,BODY", type=two_frames, default=(),
                         help="ground truth from the transforms between these frames in /tf and /tf_static")
-    parser.add_argument("--joints", metavar="FL,FR,BL,BR", type=joint_names, default=(Base.joints, Base.turns),
-                        help="joints of the wheels in joint_states; -NAME turns backward: --joints=-a,b,-c,d")
-    parser.add_argument("--ticks", metavar="N", type=positive, default=2 * math.pi,
-                        help="positions of joint_states are encoder ticks, N a turn of the wheel; default: rad")
+    add_encoder_options(parser)
     arguments = parser.parse_args(argv)
     arguments.topic = dict(arguments.topic)
     base = read_base(arguments.scene) if arguments.scene else Base()
-    base.joints, signs = arguments.joints
-    base.turns = tuple(sign * 2 * math.pi / arguments.ticks for sign in signs)
+    base.joints, base.turns = encoders_of(arguments)
     desired = read_desired(arguments.desired) if arguments.desired else None
     status = DONE
     for k, (bag, folders) in enumerate(zip(arguments.bag, output_folders(arguments))):

@@ -1,8 +1,9 @@
-"""Makes a velocity_table or torque_table, for the drive of a scene, from a bag.
+"""Makes a velocity_table, torque_table or wheel_angle_table, for the drive of a scene, from a bag.
 
 Without --measured the table has the commands: on /cmd_vel and /base/base_controller/velocity_command for a velocity
 table, on /base/base_controller/torques_command for a torque table. With --measured it has the velocities or
-efforts of /joint_states or /base/joint_states, one row per message.
+efforts of /joint_states or /base/joint_states, one row per message. A wheel_angle_table has their positions, from
+t = 0 on.
 
 Angular velocities are in rad/s, torques in N m, both positive forward on all four wheels. t = 0 is the start of the
 bag. A wheel is at zero until its first command. A bag that is cut or has no index is read up to where it breaks, and a
@@ -16,6 +17,7 @@ import numpy as np
 from .bags import Bag
 from .base import DRIVER_RADIUS, JOINTS, WHEELS, Base
 from .command_line import Parser, Refused, complain, positive
+from .encoders import add_encoder_options, encoders_of
 from .files import Outputs, write_whole
 from .records import sign_factors, velocity_sign
 
@@ -135,6 +137,26 @@ def measured(chosen, fields, sign):
     return [list(zip(table[:, 0].tolist(), (sign_factors(sign) * states[field]).tolist())) for field in fields]
 
 
+def wheel_angles(chosen, joints, turns):
+    """Rows of the positions, by their stamps, from the first on."""
+    rows = []
+    for t, _, message in chosen.bag.messages_of_one_run(chosen.need(STATES)):
+        if not set(joints) <= set(message.name):
+            continue  # the arm's
+        t = message.header.stamp.to_sec() or t
+        index = [message.name.index(joint) for joint in joints]
+        if max(index) >= len(message.position):
+            raise Refused(f"{chosen.path}: the joint states at t = {t:.3f} s have no position")
+        angles = [turn * message.position[k] for turn, k in zip(turns, index)]
+        if not all(map(math.isfinite, angles)):
+            raise Refused(f"{chosen.path}: position at t = {t:.3f} s: must be finite")
+        rows.append((t, angles))
+    if not rows:
+        raise Refused(f"{chosen.path}: no joint states of {', '.join(joints)}")
+    rows.sort(key=lambda row: row[0])
+    return [(t - rows[0][0], angles) for t, angles in rows]
+
+
 def write(path, rows):
     """Of rows with equal times, keeps the last."""
     last = {f"{t:.9f}": values for t, values in rows}
@@ -150,6 +172,8 @@ def main():
     parser.add_argument("bag", metavar="BAG")
     parser.add_argument("--velocity", metavar="FILE", help="velocity table to write")
     parser.add_argument("--torque", metavar="FILE", help="torque table to write")
+    parser.add_argument("--angles", metavar="FILE", help="wheel_angle_table to write; not with the others")
+    add_encoder_options(parser)
     parser.add_argument("--measured", action="store_true", help="what the wheels did, instead of the commands")
     parser.add_argument("--topic", action="append", default=[],
                         help="read this topic instead of the usual ones; may be repeated")
@@ -163,9 +187,14 @@ def main():
     arguments = parser.parse_args()
     wanted = [one for one in (("--velocity", arguments.velocity, "velocity", (TWIST, VELOCITIES)),
                               ("--torque", arguments.torque, "effort", (TORQUES,))) if one[1]]
-    if not wanted:
-        parser.error("nothing to write: give --velocity FILE or --torque FILE")
+    if bool(wanted) == bool(arguments.angles):
+        parser.error("give --velocity FILE, --torque FILE or both, or --angles FILE alone")
     outputs = Outputs([arguments.bag])
+    if arguments.angles:
+        outputs.claim("--angles", arguments.angles)
+        chosen = ChosenTopics(arguments.bag, arguments.topic)
+        write(arguments.angles, wheel_angles(chosen, *encoders_of(arguments)))
+        return
     for option, path, _, _ in wanted:
         outputs.claim(option, path)
     chosen = ChosenTopics(arguments.bag, arguments.topic)

@@ -128,6 +128,20 @@ TEST_F(TableFromBagTest, ReplaysTwists) {
   expect_same(replay("velocity_table"), loop.simulation().state());
 }
 
+// The wheels' angles alone, in either convention of the velocities, which do not matter.
+TEST_F(TableFromBagTest, ReplaysWheelAngles) {
+  const State end = drive_and_record(true);
+  expect_refused({"--angles", folder_.path("other.csv"), "--joints=a,b,c,d"}, {"no joint states of a, b, c, d"});
+  expect_refused({"--angles", folder_.path("other.csv"), "--measured", "--velocity", "v.csv"}, {"--angles FILE alone"});
+  ASSERT_EQ(make_table({"--angles", folder_.path("table.csv")}), 0) << said_;
+  Simulation simulation(
+      load_scene(folder_.write("replay.yaml", "duration: 1.99\ndrive: {wheel_angle_table: table.csv}\n")));
+  simulation.advance_to(1.99);
+  EXPECT_LT((simulation.state().phi() - end.phi()).abs().maxCoeff(), 0.3) << "10 ms later";
+  EXPECT_NEAR(simulation.state().x(), end.x(), 0.005);
+  EXPECT_NEAR(simulation.state().psi(), end.psi(), 0.01);
+}
+
 TEST_F(TableFromBagTest, ReplaysTorques) {
   std::vector<std::pair<double, brics_actuator::JointTorques>> messages;
   BaseLoop loop(node_settings());
@@ -181,7 +195,7 @@ TEST_F(TableFromBagTest, RefusesInOneLineThatSaysWhy) {
   expect_refused(velocity_, {"x.bag is not a bag"});
   { rosbag::Bag bag(folder_.path("x.bag"), rosbag::bagmode::Write); }
   expect_refused(velocity_, {"x.bag has no messages"});
-  expect_refused({}, {"--velocity FILE or --torque FILE"});
+  expect_refused({}, {"or --angles FILE alone"});
 
   geometry_msgs::Twist twist;
   record<geometry_msgs::Twist>("/cmd_vel", {{0, twist}});
