@@ -16,8 +16,8 @@ class TorqueProfile {
   /// Torque of the segment that was begun last at time t (s), also beyond its end, N m.
   virtual Wheels value(double t) const = 0;
 
-  /// The share of the stretch from time t to `end` (s) in which a method of integration sees the torque turn; 1 or more:
-  /// all of it. Within a segment most torques are smooth.
+  /// The share of the stretch from time t to `end` (s) in which a method of integration sees the torque turn; 1 or
+  /// more: all of it. Within a segment most torques are smooth.
   virtual double resolved_share([[maybe_unused]] double t, [[maybe_unused]] double end) const { return kInfinity; }
 };
 
