@@ -110,51 +110,42 @@ def commanded(chosen, types, arguments):
     return rows
 
 
-def measured(chosen, fields, sign):
-    """For each field the measured rows, in order of time."""
-    read, rows = fields + (["position", "velocity"] if sign == "auto" else []), []
+def joint_states(chosen, joints, fields, by_stamp=False):
+    """Times, increasing, and for each field an array of four columns."""
+    rows = []
     for t, _, message in chosen.bag.messages_of_one_run(chosen.need(STATES)):
-        if not set(JOINTS) <= set(message.name):
+        if not set(joints) <= set(message.name):
             continue  # the arm's
-        rows.append([t])
-        for field in read:
+        rows.append([by_stamp and message.header.stamp.to_sec() or t])
+        for field in fields:
             column = getattr(message, field)
             if len(column) != len(message.name):
                 raise Refused(f"{chosen.path}: the joint states at t = {t:.3f} s have no {field}")
-            rows[-1] += [column[message.name.index(joint)] for joint in JOINTS]
+            rows[-1] += [column[message.name.index(joint)] for joint in joints]
             if not all(map(math.isfinite, rows[-1])):
                 raise Refused(f"{chosen.path}: {field} at t = {t:.3f} s: must be finite")
     if not rows:
-        raise Refused(f"{chosen.path}: no joint states of {', '.join(JOINTS)}")
+        raise Refused(f"{chosen.path}: no joint states of {', '.join(joints)}")
     table = np.array(sorted(rows, key=lambda row: row[0]))
-    states = dict(zip(read, np.split(table[:, 1:], len(read), axis=1)))
+    return table[:, 0], dict(zip(fields, np.split(table[:, 1:], len(fields), axis=1)))
+
+
+def measured(chosen, fields, sign):
+    """For each field the measured rows, in order of time."""
+    t, states = joint_states(chosen, JOINTS, fields + (["position", "velocity"] if sign == "auto" else []))
     if sign == "auto":
         sign = velocity_sign(states["position"], states["velocity"])
         if sign in (None, "still"):
             raise Refused(f"{chosen.path}: the sign of the velocities cannot be found from the positions "
                           f"({'no wheel turns' if sign else 'they contradict each other'}); give --joint-velocity-sign")
         print(f"joint velocities are {sign}")
-    return [list(zip(table[:, 0].tolist(), (sign_factors(sign) * states[field]).tolist())) for field in fields]
+    return [list(zip(t.tolist(), (sign_factors(sign) * states[field]).tolist())) for field in fields]
 
 
 def wheel_angles(chosen, joints, turns):
     """Rows of the positions, by their stamps, from the first on."""
-    rows = []
-    for t, _, message in chosen.bag.messages_of_one_run(chosen.need(STATES)):
-        if not set(joints) <= set(message.name):
-            continue  # the arm's
-        t = message.header.stamp.to_sec() or t
-        index = [message.name.index(joint) for joint in joints]
-        if max(index) >= len(message.position):
-            raise Refused(f"{chosen.path}: the joint states at t = {t:.3f} s have no position")
-        angles = [turn * message.position[k] for turn, k in zip(turns, index)]
-        if not all(map(math.isfinite, angles)):
-            raise Refused(f"{chosen.path}: position at t = {t:.3f} s: must be finite")
-        rows.append((t, angles))
-    if not rows:
-        raise Refused(f"{chosen.path}: no joint states of {', '.join(joints)}")
-    rows.sort(key=lambda row: row[0])
-    return [(t - rows[0][0], angles) for t, angles in rows]
+    t, states = joint_states(chosen, joints, ["position"], by_stamp=True)
+    return list(zip((t - t[0]).tolist(), (states["position"] * turns).tolist()))
 
 
 def write(path, rows):
