@@ -208,6 +208,24 @@ TEST_F(Replay, AveragedContactsMoveTheBaseAsLocatedOnesDoOnTheWhole) {
   EXPECT_NEAR(path("located", sideways).y() / path("averaged", sideways).y(), 1, 0.05);
 }
 
+// Wheels that work against each other at a small regularization speed: an error of a contact's slip, within the
+// tolerance, is a large one of its friction, and of the drives' work. The audit allows three times as much.
+TEST_F(Replay, EnergyAgreesWithTheWorkOfTheWheels) {
+  folder_.write("angles.csv",
+                "t,fl,fr,bl,br\n0,1.40,-1.50,3.59,0.56\n0.29,1.63,-1.62,3.71,0.85\n0.57,2.09,-1.48,3.58,0.96\n"
+                "0.86,2.64,-1.60,3.61,1.16\n1.14,3.17,-1.50,3.63,1.32\n1.43,3.80,-1.56,3.88,1.19\n");
+  for (const double tolerance : {3e-7, 1e-9}) {
+    Simulation simulation(
+        load(fmt::format("{{duration: 1.4, floor: {{slip_regularization: 1.0e-9}}, "
+                         "solver: {{relative_tolerance: {}}}, drive: {{wheel_angle_table: angles.csv}}}}",
+                         tolerance)));
+    for (int row = 1; row <= 140; ++row) {
+      simulation.advance_to(0.01 * row);
+      ASSERT_LT(simulation.energy_balance_error(), 1000 * tolerance) << "at " << simulation.time() << " s";
+    }
+  }
+}
+
 TEST_F(Replay, BeginsWithTheTableOrElsewhereOnTheRollers) {
   folder_.write("angles.csv", "t,fl,fr,bl,br\n0,1,2,3,4\n0.5,2,3,4,5\n1,3,4,5,6\n");
   const std::string drive = "duration: 1\ndrive: {wheel_angle_table: angles.csv}\n";

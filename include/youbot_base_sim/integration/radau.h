@@ -82,6 +82,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   static constexpr int kMaxIterations = 25;
   static constexpr double kMinLength = 1.0 / 16;  // of a damped correction
   static constexpr double kConverged = 0.03;      // of the tolerance
+  static constexpr double kRounding = 1e-14;      // of velocities, m/s and rad/s
   static constexpr double kShrinkage = 0.3;       // of a step after iterations that failed
   // The Jacobian is evaluated again after a first correction of more tolerances, or where corrections shrink by less.
   static constexpr double kRefactorizeCorrection = 3000;
@@ -131,12 +132,15 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     set_convergence_tolerance(system);
   }
 
-  // At most a fraction of the regularization speed, however large the tolerance.
+  // At most a fraction of the regularization speed, however large the tolerance. Prescribed wheels do work against
+  // friction: its error must be within the tolerance of the energy balance.
   void set_convergence_tolerance(const SlipSystem<Model>& system) {
-    const Velocities turning = regularization_velocities(system.model());
-    per_tolerance_ = {1 / (kConverged * error_scale_.v.min(turning.v)),
-                      1 / (kConverged * error_scale_.dphi.min(turning.dphi)),
-                      1 / (kConverged * error_scale_.dgamma.min(turning.dgamma))};
+    const bool prescribed = system.model().robot().wheels_prescribed;
+    const double share = prescribed ? std::min(1.0, 1e3 * tolerance_.relative) : 1, least = prescribed ? kRounding : 0;
+    const Velocities turning = share * regularization_velocities(system.model());
+    per_tolerance_ = {1 / (kConverged * error_scale_.v.min(turning.v)).max(least),
+                      1 / (kConverged * error_scale_.dphi.min(turning.dphi)).max(least),
+                      1 / (kConverged * error_scale_.dgamma.min(turning.dgamma)).max(least)};
   }
 
   // The last step stands: the next one is predicted from it.
