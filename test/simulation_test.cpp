@@ -636,6 +636,24 @@ TEST_F(ParkedBase, ChangesBetweenRestAndMotionCostLittle) {
   EXPECT_LT(evaluations(holds_), 2 * evaluations(creeps_));
 }
 
+// A base that turns back, at its slowest about as fast as one that rests, rests in a run with long steps if it does in
+// one with short steps.
+TEST_F(ParkedBase, RestsForAMomentWithinAStep) {
+  const auto end = [&](double V_Y, double tolerance) {
+    Simulation simulation(load(fmt::format(
+        "duration: 1\nfloor: {{{}}}\nsolver: {{relative_tolerance: {}}}\ninitial: {{twist: [0.05, {}, 0]}}\n"
+        "wrenches: [{{force: [-20, 0, 0], point: [0, 0, 0]}}]\n",
+        holds_, tolerance, V_Y)));
+    simulation.advance_to(0.3);
+    return State(simulation.state());
+  };
+  constexpr double kPath = 0.025, kTolerance = 3e-7;  // m
+  for (double V_Y = 4e-3; V_Y < 8e-3; V_Y += 5e-5) {
+    const State a = end(V_Y, kTolerance), b = end(V_Y, 1e-9);
+    EXPECT_LT(std::hypot(a.x() - b.x(), a.y() - b.y()), 20 * kTolerance * kPath) << V_Y;
+  }
+}
+
 // A wheel that stands on the edge between two rollers, and one just before it, as the base rolls to rest.
 TEST_F(ParkedBase, HoldsOnTheEdgeBetweenTwoRollers) {
   folder_.write("zero.csv", "t,fl,fr,bl,br\n0,0,0,0,0\n");

@@ -72,8 +72,9 @@ class Wheelwork {
 
   // What a GuardedStepper asks for.
   void ease_friction(double) {}
-  static double past_rest_change(const State&) { return -1; }
-  void change_rest(const State&) {}
+  static bool rest_may_change(const Velocities&, const Velocities&) { return false; }
+  static double past_rest_change(const Velocities&) { return -1; }
+  void change_rest(const Velocities&) {}
   std::uint64_t evaluations() const { return evaluations_; }
   void count_evaluations(std::uint64_t more) const { evaluations_ += more; }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <boost/math/tools/minima.hpp>
 #include <cmath>
 #include <memory>
 #include <tuple>
@@ -49,6 +50,7 @@ class EventLocatingStepper : public ControlledStepperTypes {
     }
     remember(length);
     residual_dt_ = 0;
+    if (system.rest_may_change(start.velocities(), last_try_.end.velocities())) end_at_brief_rest(system, start, t);
     std::apply([&](const auto&... event) { (end_at(event, system, start, t), ...); }, events_);
     const double t_start = t;
     t = last_try_.length == bound ? t + bound : t + last_try_.length + residual_dt_;
@@ -130,6 +132,21 @@ class EventLocatingStepper : public ControlledStepperTypes {
     if (after_jump_) dt_after_jump_ = kGrowthAfterJump * dt_;
     after_jump_ = false;
     if (length < wanted) dt_ = std::max(dt_, wanted);  // the bound cut it short, not its error
+  }
+
+  // Ends the step where the base rests, or moves, for a moment within it only.
+  [[gnu::noinline]] void end_at_brief_rest(System& system, const State& start, double t) {
+    Velocities u = last_try_.end.velocities();
+    if (system.past_rest_change(u) > 0) return;
+    const auto before = [&](double share) {
+      return stepper_->velocities_within(share, u) ? -system.past_rest_change(u) : kInfinity;
+    };
+    constexpr int kBits = 10;
+    const auto [share, least] = boost::math::tools::brent_find_minima(before, 0.0, 1.0, kBits);
+    if (!(least < 0)) return;
+    try_before_ = last_try_;
+    ++record_->statistics.location_steps;
+    if (!try_length(system, start, t, share * last_try_.length)) last_try_ = try_before_;
   }
 
   // Ends the step at the event, if that happens within it: by Newton's method within a bracket, or by bisection where

@@ -213,14 +213,18 @@ struct RestChanges {
   static double width(double length) { return 1e-6 * length; }
   static constexpr int kMaxTries = 40;
 
-  static bool possible(const System& system, const Step& step) { return system.past_rest_change(step.end) > 0; }
-  static Witness witness(const System& system, const State& x, double, int) { return {system.past_rest_change(x)}; }
+  static bool possible(const System& system, const Step& step) {
+    return system.past_rest_change(step.end.velocities()) > 0;
+  }
+  static Witness witness(const System& system, const State& x, double, int) {
+    return {system.past_rest_change(x.velocities())};
+  }
 
   static bool concerns(const ContactModes&, int) { return false; }
   static bool apply(System&, State&, double, int) { return false; }
   static bool apply(System& system, const State& x) {
-    if (!(system.past_rest_change(x) > 0)) return false;
-    system.change_rest(x);
+    if (!(system.past_rest_change(x.velocities()) > 0)) return false;
+    system.change_rest(x.velocities());
     return true;
   }
 };

@@ -132,7 +132,7 @@ class GuardedStepper : public ControlledStepperTypes {
       }
     }
     t += length;
-    if (system.past_rest_change(x) > 0) system.change_rest(x);
+    if (system.past_rest_change(x.velocities()) > 0) system.change_rest(x.velocities());
     if (system.reacts()) record_->reactions.watch(system.reactions(x, t), t, length);
     ++record_->statistics.fallback_steps;
     dt = kInfinity;

@@ -59,6 +59,13 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     return boost::numeric::odeint::success;
   }
 
+  /// By the collocation polynomial.
+  bool velocities_within(double share, Velocities& u) const override {
+    const auto [w_0, w_1, w_2, w_3] = lagrange_weights(share);
+    u = w_0 * start_ + w_1 * stages_[0] + w_2 * stages_[1] + w_3 * stages_[2];
+    return true;
+  }
+
   /// Forgets the derivative at the start and the errors of the steps before: the torque jumps.
   void reset() override {
     started_ = false;
@@ -288,6 +295,15 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     return pose;
   }
 
+  // Lagrange's weights at s on the nodes 0, c_1, c_2, 1.
+  static std::array<double, 4> lagrange_weights(double s) {
+    constexpr double c_1 = RadauTableau::c[0], c_2 = RadauTableau::c[1], k_0 = -1 / (c_1 * c_2),
+                     k_1 = 1 / (c_1 * (c_1 - c_2) * (c_1 - 1)), k_2 = 1 / (c_2 * (c_2 - c_1) * (c_2 - 1)),
+                     k_3 = 1 / ((1 - c_1) * (1 - c_2));
+    const double a = s - c_1, b = s - c_2, c = s - 1;
+    return {k_0 * a * b * c, k_1 * s * b * c, k_2 * s * a * c, k_3 * s * a * b};
+  }
+
   // The collocation polynomial of the step that is known, at the stages of one of length dt.
   void predict(const SlipSystem<Model>& system, double dt) {
     using T = RadauTableau;
@@ -297,11 +313,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     const Friction& start_friction = known_ == Known::kStepBefore ? friction_before_ : start_friction_;
     for (int j = 0; j < 3; ++j) {
       const double s = (known_ == Known::kStepBefore ? 1 : 0) + T::c[j] * dt / dt_;
-      // Lagrange's weights on the nodes 0, c_1, c_2, 1
-      const double a = s - T::c[0], b = s - T::c[1], c = s - 1;
-      constexpr double c_1 = T::c[0], c_2 = T::c[1], k_0 = -1 / (c_1 * c_2), k_1 = 1 / (c_1 * (c_1 - c_2) * (c_1 - 1)),
-                       k_2 = 1 / (c_2 * (c_2 - c_1) * (c_2 - 1)), k_3 = 1 / ((1 - c_1) * (1 - c_2));
-      const double w_0 = k_0 * a * b * c, w_1 = k_1 * s * b * c, w_2 = k_2 * s * a * c, w_3 = k_3 * s * a * b;
+      const auto [w_0, w_1, w_2, w_3] = lagrange_weights(s);
       stages_[j] = w_0 * start + w_1 * known[0] + w_2 * known[1] + w_3 * known[2];
       friction_[j] = system.model().bounded(
           w_0 * start_friction + w_1 * known_friction[0] + w_2 * known_friction[1] + w_3 * known_friction[2],

@@ -24,6 +24,9 @@ class RestFriction {
   /// Whether there is a holding speed.
   bool holds() const { return holds_; }
 
+  /// Whether a base that moves goes on to, at a speed of at least the root of `square`, m^2/s^2: a quick look.
+  bool keeps_moving(double square) const { return level_ == 0 && square > kRests * kRests * speeds_[0] * speeds_[0]; }
+
   /// How far a base of this speed (m/s) is past the next change; negative before it.
   double past_change(double speed) const { return std::max(past_slower(speed), past_faster(speed)); }
   void change(double speed) { past_slower(speed) > past_faster(speed) ? ++level_ : --level_; }

@@ -176,12 +176,22 @@ class SlipSystem final : public SmoothSystem {
     set_regularization_speed(rest_friction_.regularization_speed());
   }
 
-  /// How far x is past the next change between motion and rest, m/s; negative before it, and without holding speed.
-  double past_rest_change(const State& x) const {
-    return rest_friction_.holds() ? rest_friction_.past_change(speed(x)) : -1;
+  /// How far the velocities u are past the next change between motion and rest, m/s; negative before it, and without
+  /// holding speed.
+  double past_rest_change(const Velocities& u) const {
+    // O is no faster than the fastest wheel's centre.
+    if (!rest_friction_.holds() || rest_friction_.keeps_moving(u.v[0] * u.v[0] + u.v[1] * u.v[1])) return -1;
+    return rest_friction_.past_change(speed(u));
   }
-  void change_rest(const State& x) {
-    rest_friction_.change(speed(x));
+  /// Whether a change may happen on the way from velocities u to w: a quick look.
+  bool rest_may_change(const Velocities& u, const Velocities& w) const {
+    if (!rest_friction_.holds()) return false;
+    const double dX = w.v[0] - u.v[0], dY = w.v[1] - u.v[1], square = u.v[0] * u.v[0] + u.v[1] * u.v[1];
+    if (rest_friction_.keeps_moving(0.5 * square - dX * dX - dY * dY)) return false;
+    return rest_friction_.past_change(speed(u)) + speed(w - u) > 0;
+  }
+  void change_rest(const Velocities& u) {
+    rest_friction_.change(speed(u));
     set_regularization_speed(rest_friction_.regularization_speed());
   }
 
@@ -191,10 +201,10 @@ class SlipSystem final : public SmoothSystem {
 
  private:
   // Of the platform at the wheels or of a wheel's rim, whichever is fastest, m/s.
-  [[gnu::noinline]] double speed(const State& x) const {
+  [[gnu::noinline]] double speed(const Velocities& u) const {
     const RobotParameters& robot = model_.robot();
-    const Wheels along = x.V_X() - robot.rho_Y() * x.Omega(), across = x.V_Y() + robot.rho_X() * x.Omega();
-    const Wheels squares = (along.square() + across.square()).max((robot.R * x.dphi()).square());
+    const Wheels along = u.v[0] - robot.rho_Y() * u.v[2], across = u.v[1] + robot.rho_X() * u.v[2];
+    const Wheels squares = (along.square() + across.square()).max((robot.R * u.dphi).square());
     return std::sqrt(squares.maxCoeff());
   }
 

@@ -20,6 +20,9 @@ class SmoothStepper : public ControlledStepperTypes {
   virtual Result try_step(System& system, const State& in, double& t, State& out, double& dt) = 0;
   Result try_step(System& system, State& x, double& t, double& dt) { return try_step(system, x, t, x, dt); }
 
+  /// Velocities after this share of the last step that succeeded; false if the method does not know them.
+  virtual bool velocities_within([[maybe_unused]] double share, [[maybe_unused]] Velocities& u) const { return false; }
+
   /// The right-hand side jumps here: forgets what does not hold on both sides.
   virtual void reset() = 0;
 
