@@ -64,8 +64,7 @@ Range rates(double min, const BaseSettings& settings, bool or_zero = false) {
   return {min, max_rate(settings), "Hz: at most once a control period", or_zero};
 }
 
-void read_driver_parameters(BaseSettings& settings) {
-  Parameters parameters(ros::NodeHandle(), "");
+void read_driver_parameters(Parameters parameters, BaseSettings& settings) {
   bool has_base = true, has_arms = false;
   parameters.read("youBotHasBase", has_base);
   parameters.require(has_base, "youBotHasBase", "false", "true: this node simulates the base and nothing else");
@@ -153,10 +152,8 @@ void require_frame(const Parameters& parameters, const std::string& parameter, c
 
 /// tf_prefix is searched for upwards from the node's own namespace, as robot_state_publisher does.
 FrameNames read_frames(Parameters& parameters) {
-  std::string prefix, odom = kOdometryFrame, base = kBaseFrame, world = kWorldFrame, key;
-  if (!parameters.read("tf_prefix", prefix) && ros::NodeHandle("~").searchParam("tf_prefix", key)) {
-    Parameters(ros::NodeHandle(), "").read(key, prefix);
-  }
+  std::string prefix, odom = kOdometryFrame, base = kBaseFrame, world = kWorldFrame;
+  if (!parameters.read("tf_prefix", prefix)) parameters.search("tf_prefix", prefix);
   if (!prefix.empty()) require_frame(parameters, "tf_prefix", prefix);
   parameters.read("odom_frame", odom);
   parameters.read("base_frame", base);
@@ -208,11 +205,11 @@ void check_time(const Parameters& parameters, const BaseSettings& settings) {
 
 }  // namespace
 
-BaseSettings read_base_settings() {
-  Parameters parameters(ros::NodeHandle("~"), "~");
+BaseSettings read_base_settings(const ros::NodeHandle& node, const ros::NodeHandle& private_node) {
+  Parameters parameters(private_node, "~");
   BaseSettings settings;
   settings.scene = read_scene(parameters);
-  read_driver_parameters(settings);
+  read_driver_parameters(Parameters(node, ""), settings);
   parameters.read("publish_rate", settings.publish_rate, rates(kMinPublishRate, settings));
   parameters.read("command_rate", settings.command_rate, rates(kMinCommandRate, settings, true));
   parameters.read("publish_clock", settings.publish_clock);

@@ -187,7 +187,7 @@ double NodeClock::arrival() const {
 
 TimeServices::TimeServices(ros::NodeHandle& private_node, ros::CallbackQueue& queue, bool paused, const BaseLoop& loop,
                            NodeClock& clock, const std::function<void()>& reset, const std::function<void()>& end)
-    : loop_(loop), loop_queue_(queue), paused_(paused) {
+    : loop_(loop), loop_queue_(queue), step_node_(private_node), paused_(paused) {
   const auto offer = [&](const char* service, const std::function<void()>& serve) {
     return private_node.advertiseService<std_srvs::Empty::Request, std_srvs::Empty::Response>(
         service, [serve](auto&, auto&) { return serve(), true; });

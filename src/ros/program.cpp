@@ -117,6 +117,11 @@ bool Parameters::read(const std::string& name, Eigen::Ref<Eigen::ArrayXd> values
   return true;
 }
 
+bool Parameters::search(const std::string& name, std::string& value) const {
+  std::string key;
+  return node_.searchParam(name, key) && Parameters(node_, "").read(key, value);
+}
+
 void Parameters::refuse_others() const {
   std::vector<std::string> names;
   node_.getParamNames(names);

@@ -52,7 +52,9 @@ struct BaseSettings : LoopSettings {
   Telemetry::Options telemetry;
 };
 
-/// Reads and checks all parameters. Throws ParameterError for a bad, unknown or contradictory one.
-BaseSettings read_base_settings();
+/// Reads and checks all parameters: the driver's in the namespace of `node`, the others in that of `private_node`.
+/// Throws ParameterError for a bad, unknown or contradictory one.
+BaseSettings read_base_settings(const ros::NodeHandle& node = {},
+                                const ros::NodeHandle& private_node = ros::NodeHandle("~"));
 
 }  // namespace youbot_base_sim

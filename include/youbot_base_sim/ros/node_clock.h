@@ -176,7 +176,7 @@ class TimeServices {
   const BaseLoop& loop_;
   ros::CallbackQueue& loop_queue_;
   ros::CallbackQueue step_queue_;
-  ros::NodeHandle step_node_{"~"};
+  ros::NodeHandle step_node_;
   std::vector<ros::ServiceServer> servers_;
   ros::AsyncSpinner spinner_{1, &step_queue_};
   std::atomic<bool> closing_{false};

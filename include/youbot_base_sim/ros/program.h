@@ -38,6 +38,9 @@ class Parameters {
     return true;
   }
 
+  /// As `read`, in the nearest namespace upwards that has the parameter.
+  bool search(const std::string& name, std::string& value) const;
+
   /// Throws unless `holds`: "parameter ~name = value: must be ...".
   void require(bool holds, const std::string& name, const std::string& value, const std::string& allowed) const;
 
