@@ -24,7 +24,8 @@ namespace {
 
 using namespace youbot_base_sim;
 
-constexpr double kTolerance = 1e-5;        // with less, a minute of driving differs by micrometres
+constexpr double kTolerance = 1e-5;  // with less, a minute of driving differs by micrometres
+constexpr double kMaxReplicas = 100;
 constexpr std::uint32_t kQueueSize = 100;  // of readings: two seconds of the driver's
 
 /// Names, signs and ticks by which a base reports its wheels.
@@ -79,13 +80,15 @@ Scene read_scene(Parameters& parameters) {
 
 SlipOdometry::Settings read_settings(Parameters& parameters) {
   SlipOdometry::Settings settings;
-  bool located = false;
+  double replicas = settings.replicas;
   parameters.read("wheel_error", settings.wheel_error, {1e-6, 1, ""});
   parameters.read("max_gap", settings.max_gap, {1e-3, 10, "s"});
   parameters.read("max_wheel_rate", settings.max_rate, {1e-3, 1e3, "rad/s"});
   parameters.read("max_effort_error", settings.max_effort_error, {1e-3, 1e6, "N m"});
-  parameters.read("located_contacts", located);
-  settings.averaged_contacts = !located;
+  parameters.read("angles_at_zero", settings.angles_at_zero, kWheelAngles);
+  parameters.read("replicas", replicas, {1, kMaxReplicas, ""});
+  parameters.require(replicas == std::floor(replicas), "replicas", fmt::format("{:g}", replicas), "a whole number");
+  settings.replicas = static_cast<int>(replicas);
   return settings;
 }
 
@@ -132,8 +135,21 @@ class SlipOdometryNode {
       ROS_WARN_STREAM_THROTTLE(5, doubt);
     }
     ++taken_;
+    note_effort_signs();
     publish(stamp);
     diagnostics_.update();
+  }
+
+  /// Says which efforts have the sign opposite to that of the torques that move the base.
+  void note_effort_signs() {
+    const Wheels signs = odometry_->effort_signs();
+    for (int i = 0; i < kWheels; ++i) {
+      if (signs[i] < 0 && effort_signs_[i] == 0) {
+        ROS_WARN("efforts of %s have the sign opposite to that of its positions: reversed",
+                 encoders_.joints[i].c_str());
+      }
+    }
+    effort_signs_ = signs;
   }
 
   void publish(const ros::Time& stamp) {
@@ -163,6 +179,8 @@ class SlipOdometryNode {
     }
     status.add("readings", taken_);
     status.add("doubtful", doubts_);
+    const Wheels& signs = effort_signs_;
+    status.add("signs of efforts (0: unknown)", fmt::format("{} {} {} {}", signs[0], signs[1], signs[2], signs[3]));
     taken_ = doubts_ = 0;
   }
 
@@ -170,6 +188,7 @@ class SlipOdometryNode {
   Encoders encoders_;
   std::optional<SlipOdometry> odometry_;
   std::string odom_frame_ = kOdometryFrame, base_frame_ = kBaseFrame;
+  Wheels effort_signs_ = Wheels::Zero();
   std::string doubt_;  // the first since the last report
   bool publish_tf_ = false;
   int taken_ = 0, doubts_ = 0;  // since the last report

@@ -16,17 +16,43 @@ namespace {
 constexpr double kMemory = 1;           // s, over which efforts are compared, and doubtful speeds keep their direction
 constexpr double kInconsistent = 0.05;  // m/s of the rims that no motion of the base explains
 constexpr double kShareInconsistent = 0.3;  // and of the largest
+constexpr double kMinInterval = 1e-3;       // s: of less, stamps are not exact enough for a rate
+constexpr double kMaxSimulated = 2;         // s, of one reading: after a longer way the base is taken to roll
 
-/// The rate at the end of an interval of mean rate `now` after an equal one of `before`: a parabola's, but never beyond
-/// what keeps the cubic monotonous (Fritsch and Carlson 1980).
-double end_rate(double before, double now) {
-  const double rate = now + 0.5 * (now - before);
-  return rate * now <= 0 ? 0 : std::clamp(rate, -2 * std::abs(now), 2 * std::abs(now));
+/// The rates at the end of an interval (s) of mean rates `now`, where the one before has `before`, the next `next`:
+/// weighted essentially non-oscillatory, so that a command that jumps does not show before it comes (Liu, Osher and
+/// Chan 1994).
+Wheels end_rates(const Wheels& before, double length_before, const Wheels& now, double length, const Wheels& next,
+                 double length_next) {
+  constexpr double kSmooth = 0.1;  // rad^2/s^2: smaller changes are smooth, or of ticks
+  const Wheels extrapolated = now + (now - before) * (length / (length_before + length));
+  const Wheels between = (length_next * now + length * next) / (length + length_next);
+  const Wheels past_weight = 1 / (kSmooth + (now - before).square()).square();
+  const Wheels next_weight = 2 / (kSmooth + (next - now).square()).square();
+  return (past_weight * extrapolated + next_weight * between) / (past_weight + next_weight);
 }
 
-Eigen::Vector3d pose_in(const Eigen::Vector3d& origin, const State& x) {
-  const Eigen::Vector3d moved = turned({x.x(), x.y(), 0}, origin[2]);
-  return {origin[0] + moved[0], origin[1] + moved[1], origin[2] + x.psi()};
+/// The pose after a displacement (m, m, rad) that begins at `pose`, in the frame of the base there.
+Eigen::Vector3d moved_on(const Eigen::Vector3d& pose, const Eigen::Vector3d& displacement) {
+  return pose + turned(displacement, pose[2]);
+}
+
+Eigen::Vector3d pose_of(const State& x) { return {x.x(), x.y(), x.psi()}; }
+
+/// Covariance of one more like the columns, less their mean; zero of a single one.
+Eigen::Matrix3d spread(const Eigen::Matrix3Xd& values) {
+  const auto n = static_cast<double>(values.cols());
+  if (n < 2) return Eigen::Matrix3d::Zero();
+  const Eigen::Matrix3Xd off = values.colwise() - values.rowwise().mean();
+  return (n + 1) / (n * (n - 1)) * off * off.transpose();
+}
+
+/// By how much the wheels of replica k of n are ahead, rad: an evenly spread sequence (Roberts' additive recurrence).
+Wheels spread_phase(int k, double pitch) {
+  constexpr double kRoot = 1.1673039782614187;  // of x^5 = x + 1
+  Wheels phase;
+  for (int i = 0; i < kWheels; ++i) phase[i] = pitch * std::fmod(0.5 + k * std::pow(kRoot, -(i + 1)), 1);
+  return phase;
 }
 
 }  // namespace
@@ -65,115 +91,196 @@ class SlipOdometry::Segment : public WheelMotion {
   Wheels phi_ = Wheels::Zero(), dphi_ = Wheels::Zero(), moved_ = Wheels::Zero(), end_dphi_ = Wheels::Zero();
 };
 
+/// One simulation of the base, whose wheels stand at encoders' readings plus `phase`.
+class SlipOdometry::Replica {
+ public:
+  Replica(const Scene& scene, const Wheels& phase)
+      : scene_(scene), phase_(phase), segment_(std::make_shared<Segment>()) {
+    scene_.drive = std::shared_ptr<const WheelMotion>(segment_);
+    scene_.solver.control_period = 0;
+    scene_.load_schedule = {};
+  }
+
+  bool runs() const { return simulation_ != nullptr; }
+  void stop() { simulation_.reset(); }
+
+  /// Begins where encoders read `phi` (rad), with wheels and base that roll at the rates `dphi` (rad/s).
+  void begin(const Wheels& phi, const Wheels& dphi) {
+    scene_.initial = State();
+    scene_.initial.phi() = phi + phase_;
+    const DriverKinematics rolling{scene_.robot.R, scene_.robot.h + scene_.robot.l};
+    scene_.initial.values.col(1).head<3>() = rolling.velocity(dphi).array();
+    NoSlipModel(scene_.robot).constrain(scene_.initial);
+    scene_.initial.dphi() = dphi;
+    segment_->follow(0, 1, scene_.initial, dphi, dphi);
+    simulation_ = std::make_unique<Simulation>(scene_);
+  }
+
+  /// Turns the wheels by `moved` (rad) to rates of `end_dphi` (rad/s) within `length` (s). Returns how far the base
+  /// goes, in its frame (m, m, rad). Throws std::domain_error.
+  Eigen::Vector3d follow(const Wheels& moved, const Wheels& end_dphi, double length) {
+    const Eigen::Vector3d before = pose_of(simulation_->state());
+    const double from = simulation_->time();
+    segment_->follow(from, length, simulation_->state(), moved, end_dphi);
+    simulation_->advance_to(from + length);
+    if (!simulation_->state().values.allFinite()) throw std::domain_error("the state is not finite");
+    simulation_->take_switches();
+    const Eigen::Vector3d way = pose_of(simulation_->state()) - before;
+    return turned(way, -before[2]);
+  }
+
+  Eigen::Vector3d velocity() const {
+    return runs() ? simulation_->state().velocity() : Eigen::Vector3d(Eigen::Vector3d::Zero());
+  }
+  Wheels torque() const { return runs() ? simulation_->torque() : Wheels(Wheels::Zero()); }
+
+  /// Where it alone would have gone.
+  Eigen::Vector3d pose() const { return pose_; }
+  void move(const Eigen::Vector3d& displacement) { pose_ = moved_on(pose_, displacement); }
+  void reset() { pose_.setZero(); }
+
+ private:
+  Scene scene_;
+  Wheels phase_;
+  std::shared_ptr<Segment> segment_;
+  std::unique_ptr<Simulation> simulation_;  // null until it begins
+  Eigen::Vector3d pose_ = Eigen::Vector3d::Zero();
+};
+
 SlipOdometry::SlipOdometry(const Scene& scene, const Settings& settings)
-    : scene_(scene),
-      settings_(settings),
-      segment_(std::make_shared<Segment>()),
-      uncertainty_({scene.robot.R, scene.robot.h + scene.robot.l}, Wheels::Zero(), settings.wheel_error) {
+    : settings_(settings),
+      kinematics_{scene.robot.R, scene.robot.h + scene.robot.l},
+      uncertainty_(kinematics_, Wheels::Zero(), settings.wheel_error) {
   if (!slips(scene.model)) throw std::invalid_argument("model no_slip has no slip: plain odometry is the same");
-  scene_.drive = std::shared_ptr<const WheelMotion>(segment_);
-  scene_.solver.control_period = 0;
-  scene_.load_schedule = {};
-  scene_.robot.averaged_contacts = settings.averaged_contacts;
+  const double pitch = 2 * M_PI / scene.robot.rollers;
+  const int count = settings.angles_at_zero || scene.robot.averaged_contacts ? 1 : std::max(1, settings.replicas);
+  for (int k = 0; k < count; ++k) {
+    const Wheels phase = settings.angles_at_zero.value_or(spread_phase(k, pitch));
+    replicas_.push_back(std::make_unique<Replica>(scene, phase));
+  }
 }
 
-/// Begins a simulation at the present pose with wheels and base that roll.
-void SlipOdometry::begin() {
-  scene_.initial = State();
-  scene_.initial.phi() = last_->phi;
-  const DriverKinematics rolling{scene_.robot.R, scene_.robot.h + scene_.robot.l};
-  scene_.initial.values.col(1).head<3>() = rolling.velocity(rate_).array();
-  NoSlipModel(scene_.robot).constrain(scene_.initial);
-  scene_.initial.dphi() = rate_;
-  segment_->follow(0, 1, scene_.initial, rate_, rate_);
-  simulation_ = std::make_unique<Simulation>(scene_);
-}
-
-/// Ends it where it is.
-void SlipOdometry::leave() {
-  origin_ = pose();
-  simulation_.reset();
-}
+SlipOdometry::~SlipOdometry() = default;
 
 void SlipOdometry::update(double t, const Wheels& phi, const std::optional<Wheels>& torque) {
   doubt_.clear();
   doubtful_speed_ = 0;
   if (!phi.allFinite() || !std::isfinite(t)) return doubt("a reading is not finite", 0, 0);
-  const Reading before = last_.value_or(Reading{t, phi});
-  const double dt = t - before.t;
-  if (dt < 0) {
-    leave();
-    doubt("the time has gone back: what lies between is lost", 0, 0);
-  }
+  if (!last_ || t < last_->t) return begin(t, phi);
+  const double dt = t - last_->t;
+  if (dt < kMinInterval) return;
+  const Wheels moved = checked(phi - last_->phi, dt);
   last_ = {t, phi};
-  if (!(dt > 0)) return;
-  const Wheels moved = checked(phi - before.phi, dt);
-  advance(moved, dt);
-  check_wheels(dt);
-  if (torque && torque->allFinite() && dt <= settings_.max_gap) check_torque(*torque, dt);
+  const Interval interval = interval_of(moved, dt, torque);
+  if (latest_)
+    simulate(*latest_,
+             end_rates(before_.rate, before_.length, latest_->rate, latest_->length, interval.rate, interval.length));
+  before_ = latest_.value_or(interval);
+  latest_ = interval;
+  uncertainty_.update(followed_ + moved);
+  check_wheels();
+}
+
+/// Begins with a first reading, at the present pose.
+void SlipOdometry::begin(double t, const Wheels& phi) {
+  if (last_) doubt("the time has gone back: what lies between is lost", 0, 0);
+  pose_ = pose();
+  for (const auto& replica : replicas_) replica->stop();
+  uncertainty_.carry(phi - (latest_ ? Wheels(followed_ + latest_->moved) : followed_));
+  last_ = {t, phi};
+  latest_.reset();
+  followed_ = phi;
 }
 
 /// The path of the wheels, but of an encoder that has jumped, at its rate before.
 Wheels SlipOdometry::checked(const Wheels& moved, double dt) {
+  const Wheels rate = latest_ ? latest_->rate : Wheels(Wheels::Zero());
   const WheelMask jumped = moved.abs() > settings_.max_rate * dt;
   if (!jumped.any()) return moved;
   std::string names;
   for (int i = 0; i < kWheels; ++i) {
     if (jumped[i]) names += fmt::format("{}{} by {:.3g} rad", names.empty() ? "" : ", ", kWheelNames[i], moved[i]);
   }
-  doubt("an encoder has jumped: " + names, scene_.robot.R * rate_.abs().maxCoeff(), dt);
-  return jumped.select(rate_ * dt, moved);
+  doubt("an encoder has jumped: " + names, fastest(rate), dt);
+  return jumped.select(rate * dt, moved);
 }
 
-void SlipOdometry::advance(const Wheels& moved, double dt) {
-  const Wheels rate = moved / dt;
-  if (dt > settings_.max_gap) {
-    doubt(fmt::format("no reading for {:.3g} s", dt), scene_.robot.R * rate.abs().maxCoeff(), std::min(dt, kMemory));
-  }
-  // Over a gap the wheels turn faster, but no faster than they can.
+/// What lies between two readings. Over a gap the wheels turn faster, but no faster than they can.
+SlipOdometry::Interval SlipOdometry::interval_of(const Wheels& moved, double dt, const std::optional<Wheels>& torque) {
+  const bool is_gap = dt > settings_.max_gap;
+  if (is_gap) doubt(fmt::format("no reading for {:.3g} s", dt), fastest(moved / dt), std::min(dt, kMemory));
   const double shortest = moved.abs().maxCoeff() / settings_.max_rate;
   const double length = std::min(dt, std::max(settings_.max_gap, shortest));
-  const Wheels mean = moved / length;
-  Wheels end;
-  for (int i = 0; i < kWheels; ++i) end[i] = dt > settings_.max_gap ? mean[i] : end_rate(rate_[i], rate[i]);
-  if (!simulation_) {
-    rate_ = mean;
-    begin();
+  const bool has_torque = torque && torque->allFinite() && !is_gap;
+  return {moved, moved / length, length, has_torque ? torque : std::nullopt};
+}
+
+/// Follows the wheels through an interval, with these rates at its end.
+void SlipOdometry::simulate(const Interval& interval, const Wheels& end_rate) {
+  for (const auto& replica : replicas_) {
+    if (!replica->runs()) replica->begin(followed_, interval.rate);
   }
-  const double from = simulation_->time();
-  segment_->follow(from, length, simulation_->state(), moved, end);
-  try {
-    simulation_->advance_to(from + length);
-    if (!simulation_->state().values.allFinite()) throw std::domain_error("the state is not finite");
-  } catch (const std::domain_error& error) {
-    leave();
-    doubt(fmt::format("the simulation begins anew: {}", error.what()), scene_.robot.R * rate.abs().maxCoeff(), dt);
-    return;
+  const Eigen::Vector3d displacement = mean_displacement(interval, end_rate);
+  pose_ = moved_on(pose_, displacement);
+  slip_ = (displacement - kinematics_.velocity(interval.moved)) / interval.length;
+  followed_ += interval.moved;
+  if (interval.torque) check_torque(interval);
+}
+
+/// Of all replicas. One whose motion ends, and all after a way too long to simulate, go as wheels roll.
+Eigen::Vector3d SlipOdometry::mean_displacement(const Interval& interval, const Wheels& end_rate) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const auto& replica : replicas_) {
+    Eigen::Vector3d displacement = kinematics_.velocity(interval.moved);
+    try {
+      if (interval.length > kMaxSimulated)
+        throw std::domain_error("the wheels have turned too far since the last reading");
+      displacement = replica->follow(interval.moved, end_rate, interval.length);
+    } catch (const std::domain_error& error) {
+      replica->stop();
+      doubt(fmt::format("the simulation begins anew: {}", error.what()), fastest(interval.rate), interval.length);
+    }
+    replica->move(displacement);
+    sum += displacement;
   }
-  simulation_->take_switches();
-  rate_ = rate;
-  uncertainty_.update(followed_ += moved);
+  return sum / static_cast<double>(replicas_.size());
 }
 
 /// Four wheels have one rate more than the base has velocities.
-void SlipOdometry::check_wheels(double dt) {
-  const double against = 0.25 * scene_.robot.R * std::abs(rate_[0] + rate_[1] - rate_[2] - rate_[3]);
-  if (against < kInconsistent || against < kShareInconsistent * scene_.robot.R * rate_.abs().maxCoeff()) return;
+void SlipOdometry::check_wheels() {
+  const Wheels& rate = latest_->rate;
+  const double against = 0.25 * kinematics_.wheel_radius * std::abs(rate[0] + rate[1] - rate[2] - rate[3]);
+  if (against < kInconsistent || against < kShareInconsistent * fastest(rate)) return;
   doubt(fmt::format("front and rear wheels turn against each other by {:.3g} m/s: some slip, or are off the floor",
                     against),
-        against, dt);
+        against, latest_->length);
 }
 
-void SlipOdometry::check_torque(const Wheels& torque, double dt) {
-  if (!simulation_ || !std::isfinite(settings_.max_effort_error)) return;
+/// By how long they agree with the signs of expected torques.
+void SlipOdometry::learn_effort_signs(const Wheels& torque, const Wheels& expected, double dt) {
+  constexpr double kLarge = 0.1, kEnough = 1, kMinShare = 0.6;  // N m, s
+  effort_agreement_ += (expected.abs() > kLarge).select(dt * torque.sign() * expected.sign(), 0);
+  effort_time_ += (expected.abs() > kLarge).select(Wheels::Constant(dt), 0);
+  for (int i = 0; i < kWheels; ++i) {
+    const bool known = effort_time_[i] > kEnough && std::abs(effort_agreement_[i]) > kMinShare * effort_time_[i];
+    if (effort_sign_[i] == 0 && known) effort_sign_[i] = effort_agreement_[i] > 0 ? 1 : -1;
+  }
+}
+
+void SlipOdometry::check_torque(const Interval& interval) {
+  if (!std::isfinite(settings_.max_effort_error)) return;
+  Wheels expected = Wheels::Zero();
+  for (const auto& replica : replicas_) expected += replica->torque() / static_cast<double>(replicas_.size());
+  learn_effort_signs(*interval.torque, expected, interval.length);
   // Of the mean: at roller switches and jerks of the encoders single torques differ by more.
-  effort_error_ += std::min(1.0, dt / kMemory) * (torque - simulation_->torque() - effort_error_);
+  const Wheels off = (effort_sign_ == 0).select(0, effort_sign_ * *interval.torque - expected);
+  effort_error_ += std::min(1.0, interval.length / kMemory) * (off - effort_error_);
   const double error = 0.25 * sum(effort_error_.abs());
   if (error <= settings_.max_effort_error) return;
   doubt(
       fmt::format("efforts are {:.3g} N m off what this motion takes: wheels are off the floor, or the base is pushed",
                   error),
-      scene_.robot.R * rate_.abs().maxCoeff(), dt);
+      fastest(interval.rate), interval.length);
 }
 
 /// Notes the reason, and that the base may be faster or slower by `speed` (m/s) for `dt` (s).
@@ -184,30 +291,51 @@ void SlipOdometry::doubt(const std::string& reason, double speed, double dt) {
 }
 
 void SlipOdometry::reset() {
-  if (simulation_) begin();
-  origin_.setZero();
-  uncertainty_.reset(followed_);
+  const Eigen::Vector3d ahead = latest_displacement();
+  pose_ = -turned(ahead, -ahead[2]);
+  for (const auto& replica : replicas_) replica->reset();
+  uncertainty_.reset(latest_ ? Wheels(followed_ + latest_->moved) : followed_);
   doubtful_variance_ = 0;
 }
 
-Eigen::Vector3d SlipOdometry::pose() const { return simulation_ ? pose_in(origin_, simulation_->state()) : origin_; }
+/// Since the reading before the last, whose interval waits to be simulated: as wheels roll, and slip as before.
+Eigen::Vector3d SlipOdometry::latest_displacement() const {
+  if (!latest_) return Eigen::Vector3d::Zero();
+  return kinematics_.velocity(latest_->moved) + latest_->length * slip_;
+}
+
+Eigen::Vector3d SlipOdometry::pose() const { return moved_on(pose_, latest_displacement()); }
 
 Eigen::Vector3d SlipOdometry::velocity() const {
-  return simulation_ ? simulation_->state().velocity() : Eigen::Vector3d::Zero();
+  return latest_ ? Eigen::Vector3d(kinematics_.velocity(latest_->rate) + slip_) : Eigen::Vector3d::Zero();
 }
 
 Eigen::Matrix3d SlipOdometry::pose_covariance() const {
-  const double arm = scene_.robot.h + scene_.robot.l;
-  Eigen::Matrix3d covariance = uncertainty_.pose_covariance();
-  covariance.diagonal() += doubtful_variance_ * Eigen::Vector3d(1, 1, 1 / (arm * arm));
-  return covariance;
+  return uncertainty_.pose_covariance() + spread(values(&Replica::pose)) + of_speeds(doubtful_variance_);
 }
 
 Eigen::Matrix3d SlipOdometry::velocity_covariance() const {
-  const double arm = scene_.robot.h + scene_.robot.l;
-  Eigen::Matrix3d covariance = uncertainty_.velocity_covariance(rate_);
-  covariance.diagonal() += doubtful_speed_ * doubtful_speed_ * Eigen::Vector3d(1, 1, 1 / (arm * arm));
-  return covariance;
+  const Wheels rate = latest_ ? latest_->rate : Wheels(Wheels::Zero());
+  return uncertainty_.velocity_covariance(rate) + spread(values(&Replica::velocity)) +
+         of_speeds(doubtful_speed_ * doubtful_speed_);
+}
+
+/// Of the rims, m/s.
+double SlipOdometry::fastest(const Wheels& rate) const { return kinematics_.wheel_radius * rate.abs().maxCoeff(); }
+
+/// A column for each replica.
+Eigen::Matrix3Xd SlipOdometry::values(Eigen::Vector3d (Replica::*value)() const) const {
+  Eigen::Matrix3Xd values(3, replicas_.size());
+  for (std::size_t k = 0; k < replicas_.size(); ++k) {
+    values.col(static_cast<Eigen::Index>(k)) = (replicas_[k].get()->*value)();
+  }
+  return values;
+}
+
+/// Of doubtful variances of X and Y (m^2 or m^2/s^2) and, by them, of yaw.
+Eigen::Matrix3d SlipOdometry::of_speeds(double variance) const {
+  const double arm = kinematics_.half_lengths;
+  return (variance * Eigen::Vector3d(1, 1, 1 / (arm * arm))).asDiagonal();
 }
 
 }  // namespace youbot_base_sim

@@ -45,23 +45,52 @@ double distance(const Eigen::Vector3d& pose, const State& x) {
 const std::string kKnown = "duration: 1\n" + kRobot;
 
 TEST(SlipOdometryTest, FindsWhereTheBaseWent) {
-  SlipOdometry::Settings located;
-  located.averaged_contacts = false;
-  SlipOdometry in_phase(scene_of(kKnown), located), averaged(scene_of(kKnown), {});
+  SlipOdometry::Settings known;
+  known.angles_at_zero = Wheels::Zero();
+  SlipOdometry in_phase(scene_of(kKnown), known), unknown(scene_of(kKnown), {});
   WheelOdometry plain({0.05, 0.385}, Wheels::Zero());
   Eigen::Array3d largest = Eigen::Array3d::Zero();
   drive([&](double t, const Wheels& phi, const Simulation& truth) {
     in_phase.update(t, phi, truth.torque());
-    averaged.update(t, phi, truth.torque());
+    unknown.update(t, phi, truth.torque());
     plain.update(phi);
-    EXPECT_EQ(in_phase.doubt() + averaged.doubt(), "") << t;
+    EXPECT_EQ(in_phase.doubt() + unknown.doubt(), "") << t;
     const State& x = truth.state();
     largest = largest.max(
-        Eigen::Array3d(distance(in_phase.pose(), x), distance(averaged.pose(), x), distance(plain.pose(), x)));
+        Eigen::Array3d(distance(in_phase.pose(), x), distance(unknown.pose(), x), distance(plain.pose(), x)));
   });
   EXPECT_LT(largest[0], 0.001);
   EXPECT_LT(largest[1], 0.2 * largest[2]);
   EXPECT_GT(largest[2], 0.05);
+}
+
+TEST(SlipOdometryTest, EndsWhereTheBaseStandsWherePhasesAreKnown) {
+  const std::string start = "initial: {wheel_angles: [0.1, 0.4, 0.7, 0.9]}\n";
+  const Wheels at_zero(3, -1, 0.2, 7);
+  SlipOdometry::Settings known;
+  known.angles_at_zero = at_zero;
+  SlipOdometry odometry(scene_of(kKnown), known);
+  State end;
+  drive(
+      [&](double t, const Wheels& phi, const Simulation& truth) {
+        odometry.update(t, phi - at_zero);
+        end = truth.state();
+      },
+      kDrive + start);
+  EXPECT_LT(distance(odometry.pose(), end), 0.0005);
+}
+
+// Readings of the same instant, or nearly: none of what they say is lost.
+TEST(SlipOdometryTest, ReadingsThatComeTwiceAreReadOnce) {
+  SlipOdometry odometry(scene_of(kKnown), {}), twice(scene_of(kKnown), {});
+  drive([&](double t, const Wheels& phi, const Simulation&) {
+    odometry.update(t, phi);
+    twice.update(t, phi);
+    twice.update(t, phi + 0.01);
+    twice.update(t + 1e-4, phi + 0.02);
+    EXPECT_EQ(twice.doubt(), "");
+    EXPECT_EQ(twice.pose(), odometry.pose()) << t;
+  });
 }
 
 // The error that its covariance expects, for a robot whose parameters are known within 10 %.
@@ -177,6 +206,41 @@ TEST(SlipOdometryTest, NoticesAPushByTheEfforts) {
         EXPECT_TRUE(t < 5.5 || odometry.doubt().find("efforts are ") == 0) << t << odometry.doubt();
       },
       pushed);
+}
+
+// Of a driver whose motors count efforts backward on the left.
+TEST(SlipOdometryTest, FindsTheSignsOfEfforts) {
+  SlipOdometry odometry(scene_of(kKnown), {});
+  EXPECT_TRUE((odometry.effort_signs() == 0).all());
+  drive([&](double t, const Wheels& phi, const Simulation& truth) {
+    odometry.update(t, phi, Wheels(truth.torque() * Wheels(-1, 1, -1, 1)));
+    EXPECT_EQ(odometry.doubt(), "") << t;
+  });
+  EXPECT_TRUE((odometry.effort_signs() == Wheels(-1, 1, -1, 1)).all()) << odometry.effort_signs().transpose();
+}
+
+TEST(SlipOdometryTest, EffortsThatTellNothingDoNotCount) {
+  SlipOdometry odometry(scene_of(kKnown), {});
+  std::mt19937_64 random;
+  std::normal_distribution<double> any(0, 3);
+  drive([&](double t, const Wheels& phi, const Simulation&) {
+    odometry.update(t, phi, Wheels(any(random), any(random), 0, 0));
+    EXPECT_EQ(odometry.doubt(), "") << t;
+  });
+  EXPECT_TRUE((odometry.effort_signs() == 0).all()) << odometry.effort_signs().transpose();
+}
+
+// Over a night, as far as encoders may count: work stays bounded, and the next readings are followed.
+TEST(SlipOdometryTest, ALongWayBetweenReadingsIsRolled) {
+  SlipOdometry odometry(scene_of(kKnown), {});
+  for (int k = 0; k < 50; ++k) odometry.update(0.02 * k, Wheels::Constant(0.1 * k));
+  odometry.update(1e5, Wheels::Constant(1e6));
+  odometry.update(1e5 + 0.02, Wheels::Constant(1e6 + 0.1));
+  EXPECT_EQ(odometry.doubt(), "the simulation begins anew: the wheels have turned too far since the last reading");
+  EXPECT_NEAR(odometry.pose()[0], 5e4, 5);
+  odometry.update(1e5 + 0.04, Wheels::Constant(1e6 + 0.2));
+  EXPECT_EQ(odometry.doubt(), "");
+  EXPECT_GT(odometry.pose_covariance()(0, 0), 1);
 }
 
 // A base on blocks: wheels that turn as no base could roll.
