@@ -2,6 +2,7 @@
 
 #include <ros/ros.h>
 
+#include <boost/make_shared.hpp>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -40,13 +41,15 @@ class Publications {
     return found != publications_.end() && found->second.heard;
   }
 
-  /// Publishes the message that make() makes, if the topic is advertised and has a subscriber or is latched.
+  /// Publishes the message that make() makes, if the topic is advertised and has a subscriber or is latched. Nodelets
+  /// of the same manager get it without a copy.
   template <class Make>
   void publish(const std::string& topic, const Make& make) const {
     const auto found = publications_.find(topic);
     if (found == publications_.end()) return;
     const Publication& publication = found->second;
-    if (publication.heard || publication.publisher.isLatched()) publication.publisher.publish(make());
+    if (!publication.heard && !publication.publisher.isLatched()) return;
+    publication.publisher.publish(boost::make_shared<decltype(make())>(make()));
   }
 
   /// Calls `visit(topic, heard)` for each topic.
