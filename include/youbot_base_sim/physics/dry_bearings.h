@@ -21,7 +21,7 @@ struct DryFriction {
   /// The share of the step from rates `a` to `b` in which a method of integration sees the friction turn; 1 or more:
   /// the whole step. No rate that has friction may change by more than kStride times its distance from zero and `rate`.
   double resolved_share(const Wheels& a, const Wheels& b) const {
-    constexpr double kStride = 2;
+    constexpr double kStride = 1;
     const Wheels leaving = kStride * (a.abs() + rate);
     const Wheels approaching = (leaving / (1 + kStride)).max(kStride * rate);  // it may pass zero
     const Wheels allowed = (a * (b - a) > 0).select(leaving, approaching);
