@@ -15,7 +15,8 @@ namespace youbot_base_sim {
 
 namespace {
 
-constexpr double kMaxUnseen = 0.1;  // s, between two looks at the energy
+constexpr double kMaxUnseen = 0.1;    // s, between two looks at the energy
+constexpr double kLeastSpeed = 1e-3;  // m/s, of a robot that hardly moves
 
 // Processor time of this thread rather than wall time, so that other programs do not count.
 double thread_cpu_time() {
@@ -130,10 +131,8 @@ std::string unreliability_reason(const Simulation& simulation, const EnergyAudit
   }
   const Scene& scene = simulation.scene();
   const double tolerance = scene.solver.relative_tolerance;
-  // The scale includes the energy of a speed that friction can give the base unseen between two rows, and that of the
-  // speed at which relative and absolute tolerance meet.
-  const double speed = scene.solver.absolute_tolerance / tolerance +
-                       scene.floor.f.maxCoeff() * scene.floor.g * energy.longest_interval();
+  // The scale includes the energy of a speed that friction can give the base unseen between two rows.
+  const double speed = kLeastSpeed + scene.floor.f.maxCoeff() * scene.floor.g * energy.longest_interval();
   const double exchanged = std::max(energy.max_kinetic_energy(), energy.drive_work());
   const double share = std::clamp(std::max(std::min(1e3 * tolerance, 1e-2), 10 * tolerance), 1e-9, 0.1);
   const double allowed = share * (exchanged + 0.5 * scene.robot.m_s() * speed * speed);

@@ -33,11 +33,9 @@ double promised_error(const Simulation& simulation, const PathLength& path) {
   const SolverSettings& solver = simulation.scene().solver;
   const bool is_fixed = simulation.scene().model != Model::kNoSlip && fixed_step(solver) > 0;
   const double tolerance = solver.relative_tolerance * (is_fixed ? kFixedStep : 1);
-  // At this speed relative and absolute tolerance meet.
-  const double least = std::max(kLeastPath, solver.absolute_tolerance / solver.relative_tolerance);
   const double speed = simulation.regularization_speed();
   const double creep = std::isfinite(speed) && speed > simulation.scene().floor.nu ? speed * simulation.time() : 0;
-  return kPromised * (tolerance * (std::max(path.base, path.wheels.maxCoeff()) + least) + creep);
+  return kPromised * (tolerance * (std::max(path.base, path.wheels.maxCoeff()) + kLeastPath) + creep);
 }
 
 Twin::Twin(const Scene& scene) : simulation_(twin_of(scene)), rows_(simulation_) {}

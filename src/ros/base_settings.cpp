@@ -112,12 +112,8 @@ void read_motors(Parameters& parameters, BaseSettings& settings) {
   visit_settings(motors, [&parameters](const char* name, auto& value, const auto&... range) {
     parameters.read(name, value, range...);
   });
-  const double period = settings.scene.solver.control_period,
-               unstable = motors.gains.unstable_period(settings.scene.robot.J_1);
-  parameters.require(period < unstable, "control_period", fmt::format("{:g}", period),
-                     fmt::format("less than {:.4g} s: with these gains and the scene's wheel_inertia the velocity "
-                                 "loops of the motors are unstable from there on",
-                                 unstable));
+  const std::string limit = stable_period(settings.scene, motors.gains);
+  parameters.require(limit.empty(), "control_period", fmt::format("{:g}", settings.scene.solver.control_period), limit);
 }
 
 void read_sensors(Parameters& parameters, BaseSensors::Options& sensors) {

@@ -224,7 +224,7 @@ void read_slope(SceneSection s, FloorParameters& floor) {
 
 FloorParameters read_floor(SceneSection s, Model model, double holding_speed) {
   FloorParameters floor;
-  floor.holding_speed = holding_speed;
+  if (limits_friction(model)) floor.holding_speed = holding_speed;
   const SceneValue friction = s["friction"].number_or_wheels(floor.f, kFriction),
                    spin = s["spin_radius"].number(floor.spin_radius, {0, 1, "m"}), patches = s["patches"];
   read_list(patches, floor.patches, read_patch);
@@ -289,13 +289,9 @@ void check_control_period(const SceneValue& value, double period, const Scene& s
 /// Refuses a control period at which the velocity loops of the motors would swing up.
 void check_velocity_loops(const std::string& file, const Scene& scene) {
   if (!std::holds_alternative<VelocityTable>(scene.drive)) return;
-  const double period = scene.solver.control_period,
-               unstable = scene.motors.value_or(MotorSettings()).gains.unstable_period(scene.robot.J_1);
-  if (period < unstable) return;
-  SceneValue(file, "solver.control_period", YAML::Node(fmt::format("{:g}", period)))
-      .refuse(fmt::format("less than {:.4g} s: with these gains and wheel_inertia the velocity loops of the motors are "
-                          "unstable from there on",
-                          unstable));
+  const std::string limit = stable_period(scene, scene.motors.value_or(MotorSettings()).gains);
+  if (limit.empty()) return;
+  SceneValue(file, "solver.control_period", YAML::Node(fmt::format("{:g}", scene.solver.control_period))).refuse(limit);
 }
 
 void read_output(SceneSection s, OutputSettings& output, bool contacts) {
@@ -553,6 +549,16 @@ std::string lifted_wheel(const Scene& scene, const std::vector<Load>& more, doub
   return "";
 }
 
+std::string stable_period(const Scene& scene, const VelocityGains& gains) {
+  const double unstable = gains.unstable_period(scene.robot.J_1);
+  if (scene.solver.control_period < unstable) return "";
+  return fmt::format(
+      "less than {:.4g} s: with these gains and the scene's wheel_inertia the velocity loops of the motors are "
+      "unstable "
+      "from there on",
+      unstable);
+}
+
 bool beyond_the_paper(const Scene& scene) {
   return scene.robot.normal_reactions != NormalReactions::kStatic || scene.floor.slope != 0 ||
          scene.floor.spin_radius != 0 || !scene.floor.patches.empty() || !scene.load_schedule.empty();
@@ -621,15 +627,27 @@ std::string unlikely_geometry(const RobotParameters& robot) {
 }
 
 std::string without_effect(const Scene& scene) {
-  if (scene.robot.normal_reactions == NormalReactions::kDynamic) return "";
-  constexpr char kWhy[] = "has no effect unless robot.normal_reactions is dynamic";
-  if (scene.robot.a_Z != 0) return fmt::format("robot.com_height = {:g}: {}", scene.robot.a_Z, kWhy);
-  const auto& wrenches = scene.load_schedule.wrenches;
-  for (std::size_t k = 0; k < wrenches.size(); ++k) {
-    const double up = wrenches[k].wrench.force.z();
-    if (up != 0) return fmt::format("wrenches[{}].force: its vertical part, {:g} N, {}", k, up, kWhy);
+  std::vector<std::string> found;
+  const FloorParameters& floor = scene.floor;
+  const bool holds = limits_friction(scene.model) && floor.holding_speed < floor.nu;
+  if (floor.holding_speed > 0 && !(holds && !find_method(scene.solver.method)->is_explicit)) {
+    found.push_back(
+        fmt::format("floor.holding_speed = {:g}: has no effect but in model coulomb, below slip_regularization = {:g} "
+                    "m/s, by a method that is not explicit",
+                    floor.holding_speed, floor.nu));
   }
-  return "";
+  if (scene.robot.normal_reactions != NormalReactions::kDynamic) {
+    constexpr char kWhy[] = "has no effect unless robot.normal_reactions is dynamic";
+    if (scene.robot.a_Z != 0) found.push_back(fmt::format("robot.com_height = {:g}: {}", scene.robot.a_Z, kWhy));
+    const auto& wrenches = scene.load_schedule.wrenches;
+    for (std::size_t k = 0; k < wrenches.size(); ++k) {
+      const double up = wrenches[k].wrench.force.z();
+      if (up == 0) continue;
+      found.push_back(fmt::format("wrenches[{}].force: its vertical part, {:g} N, {}", k, up, kWhy));
+      break;
+    }
+  }
+  return fmt::format("{}", fmt::join(found, "; "));
 }
 
 RobotParameters integrated_robot(const Scene& scene) {

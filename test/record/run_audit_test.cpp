@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include "youbot_base_sim/record/twin.h"
+
 namespace youbot_base_sim {
 namespace {
 
@@ -62,6 +64,17 @@ TEST(Reliability, IsDeniedWhereTheEnergyIsOff) {
   const std::string doubt = reason_of(scene, 0.01);
   EXPECT_NE(doubt.find("energy balance is off by"), std::string::npos) << doubt;
   EXPECT_EQ(doubt.find('\n'), std::string::npos);
+}
+
+TEST(Reliability, DoesNotDependOnTheAbsoluteTolerance) {
+  Scene scene = driven_scene();
+  scene.solver.method = "implicit_euler";
+  scene.solver.step = 1e-3;
+  scene.solver.absolute_tolerance = 10 * scene.solver.relative_tolerance;
+  EXPECT_NE(reason_of(scene, 0.01), "");
+  const double loose = promised_error(Simulation(scene), {});
+  scene.solver.absolute_tolerance = 1e-3 * scene.solver.relative_tolerance;
+  EXPECT_EQ(loose, promised_error(Simulation(scene), {}));
 }
 
 TEST(Reliability, IsDeniedWhereTheIntegrationFellBack) {

@@ -310,7 +310,7 @@ TEST_F(SceneTest, ResolvesDefaultsAndOverrides) {
   EXPECT_EQ(robot["profile"].as<std::string>(), "measured");
   EXPECT_EQ(robot["dry_friction"].as<std::vector<double>>(), std::vector<double>(4, 0.1));
   EXPECT_EQ(robot["body_mass"].as<double>(), 30);
-  EXPECT_EQ(resolved["floor"]["holding_speed"].as<double>(), 1e-8);
+  EXPECT_EQ(resolved["floor"]["holding_speed"].as<double>(), 0) << "the profile's, in model coulomb only";
   EXPECT_TRUE(resolved["output"]["contacts"].as<bool>());
 }
 
@@ -403,6 +403,26 @@ TEST_F(SceneTest, DoubtsRollersThatTaperToAPoint) {
     EXPECT_NE(pointed.find(part), std::string::npos) << pointed;
   }
   EXPECT_NE(unlikely_geometry(load(kDrive + std::string("robot: {rollers_per_wheel: 4}")).robot), "");
+}
+
+TEST_F(SceneTest, SaysWhereAHoldingSpeedHasNoEffect) {
+  const std::string held = std::string(kDrive) + "floor: {holding_speed: 1e-6}\n";
+  const auto finds = [&](const std::string& text) {
+    return without_effect(load(text)).find("floor.holding_speed = ") != std::string::npos;
+  };
+  EXPECT_FALSE(finds(held));
+  EXPECT_TRUE(finds(held + "model: viscous\n"));
+  EXPECT_TRUE(finds(held + "model: no_slip\n"));
+  EXPECT_TRUE(finds(held + "solver: {method: dopri5}\n"));
+  EXPECT_FALSE(finds(held + "solver: {method: rosenbrock4}\n"));
+  EXPECT_TRUE(finds(std::string(kDrive) + "floor: {holding_speed: 1e-3}\n")) << "as slip_regularization";
+  // The profile's own goes with model coulomb.
+  EXPECT_FALSE(finds(std::string(kDrive) + "robot: {profile: measured}\nmodel: no_slip\n"));
+  EXPECT_EQ(
+      without_effect(load(held + "solver: {method: dopri5}\nrobot: {com_height: 0.1}\n")),
+      "floor.holding_speed = 1e-06: has no effect but in model coulomb, below slip_regularization = 0.001 m/s, by "
+      "a method that is not explicit; robot.com_height = 0.1: has no effect unless robot.normal_reactions is "
+      "dynamic");
 }
 
 TEST_F(SceneTest, TellsWhatHasNoEffectUnderStaticReactions) {

@@ -60,6 +60,9 @@ struct Scene {
       drive;
 };
 
+/// What the control period must be for velocity loops of these gains to be stable; empty if they are.
+std::string stable_period(const Scene& scene, const VelocityGains& gains);
+
 /// Whether a scene needs the extended equations rather than the paper's with other numbers.
 bool beyond_the_paper(const Scene& scene);
 
