@@ -7,7 +7,7 @@ namespace youbot_base_sim {
 namespace {
 
 /// Of a point of the base, in the scene's frame.
-Eigen::Vector2d velocity_of(const State& state, const Eigen::Vector2d& point) {
+Eigen::Vector2d velocity_of(const State& state, const Eigen::Vector3d& point) {
   const double V_X = state.V_X() - state.Omega() * point.y(), V_Y = state.V_Y() + state.Omega() * point.x();
   return turned({V_X, V_Y, 0}, state.psi()).head<2>();
 }

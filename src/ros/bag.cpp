@@ -109,7 +109,7 @@ void BagWriter::write(Telemetry& telemetry, const Simulation& simulation, const 
   const ros::Time stamp = stamp_of(t);
   if (!std::exchange(has_static_, true)) {
     write(kSceneTopic, stamp, scene_message(simulation.scene()));
-    const tf2_msgs::TFMessage transforms = telemetry.static_transforms(simulation, stamp);
+    const tf2_msgs::TFMessage transforms = telemetry.static_transforms(simulation, sensors, stamp);
     if (!transforms.transforms.empty()) write(kStaticTransformsTopic, stamp, transforms);
   }
   telemetry.visit(simulation, sensors, stamp, [&](const char* topic, const auto& make) {

@@ -91,7 +91,8 @@ class BaseNode::Loop {
     advertise();
     update_subscriptions();
     interface_.emplace(loop_, clock_, settings_, node_, private_node, log_);
-    const tf2_msgs::TFMessage world = telemetry_.static_transforms(loop_.simulation(), ros::Time::now());
+    const tf2_msgs::TFMessage world =
+        telemetry_.static_transforms(loop_.simulation(), loop_.sensors(), ros::Time::now());
     if (!world.transforms.empty()) static_transforms_.emplace().sendTransform(world.transforms);
     if (settings_.publish_clock) {
       time_services_.emplace(

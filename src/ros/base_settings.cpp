@@ -131,6 +131,8 @@ void read_sensors(Parameters& parameters, BaseSensors::Options& sensors) {
   };
   read_errors("imu_rate", imu.rate, 10, "rad/s");
   read_errors("imu_acceleration", imu.acceleration, 100, "m/s^2");
+  std::optional<Eigen::Array3d> position;
+  if (parameters.read("imu_position", position, kLoadPositions)) imu.position = position->matrix();
   if (publish) sensors.imu = imu;
 }
 

@@ -77,11 +77,17 @@ tf2_msgs::TFMessage Telemetry::transforms(const Simulation& simulation, const Ba
   return message;
 }
 
-tf2_msgs::TFMessage Telemetry::static_transforms(const Simulation& simulation, const ros::Time& stamp) const {
+tf2_msgs::TFMessage Telemetry::static_transforms(const Simulation& simulation, const BaseSensors& sensors,
+                                                 const ros::Time& stamp) const {
+  const FrameNames& frames = options_.frames;
   tf2_msgs::TFMessage message;
   if (options_.world) {
     const Eigen::Vector3d start = pose_of(simulation.scene().initial);
-    message.transforms = {transform_message(options_.frames.world, options_.frames.odom, start, stamp)};
+    message.transforms = {transform_message(frames.world, frames.odom, start, stamp)};
+  }
+  if (sensors.imu() && is_apart(*sensors.imu())) {
+    message.transforms.push_back(transform_message(frames.base_link(), frames.imu_link(), {0, 0, 0}, stamp));
+    message.transforms.back().transform.translation = vector_message<geometry_msgs::Vector3>(sensors.imu()->position());
   }
   return message;
 }

@@ -117,7 +117,7 @@ TEST(ImuTest, BiasesWalk) {
 // Behind the centre of a turn on the spot it reads the pull away from it; a turn that speeds up, the pull along.
 TEST(ImuTest, ReadsTheAccelerationOfItsPlace) {
   ImuSettings settings = kExact;
-  settings.position = {0.3, -0.1};
+  settings.position = {0.3, -0.1, 0.2};
   constexpr double kAlpha = 0.5;  // rad/s^2
   const auto turning = [](double t) {
     State state;

@@ -252,6 +252,36 @@ TEST(BagRecorder, tells_what_the_base_carries_and_what_pushes_it) {
   EXPECT_EQ(loads[0].loads.at(0).inertia, 0.3);
 }
 
+// An inertial unit that is not in the middle of the base has a frame of its own, with the robot's prefix.
+TEST(BagWriter, places_the_inertial_unit) {
+  const Simulation simulation(short_scene());
+  BaseSensors::Options of_sensors;
+  of_sensors.imu.emplace();
+  Telemetry::Options options;
+  options.frames = FrameNames::of("robot", "odom", "base_footprint", "world");
+  const Telemetry telemetry(simulation.scene(), options);
+  const auto frame = [&](const BaseSensors& sensors) {
+    std::string frame;
+    telemetry.visit(simulation, sensors, ros::Time(1), [&](const std::string&, const auto& make) {
+      if constexpr (std::is_same_v<std::decay_t<decltype(make())>, sensor_msgs::Imu>) frame = make().header.frame_id;
+    });
+    return frame;
+  };
+  const BaseSensors middle(simulation.scene(), exact_readings(simulation), of_sensors);
+  EXPECT_EQ(frame(middle), "robot/base_footprint");
+  EXPECT_TRUE(telemetry.static_transforms(simulation, middle, ros::Time(1)).transforms.empty());
+
+  of_sensors.imu->position = {0.2, -0.1, 0.05};
+  const BaseSensors apart(simulation.scene(), exact_readings(simulation), of_sensors);
+  EXPECT_EQ(frame(apart), "robot/imu_link");
+  const auto transforms = telemetry.static_transforms(simulation, apart, ros::Time(1)).transforms;
+  ASSERT_EQ(transforms.size(), 1u);
+  EXPECT_EQ(transforms[0].header.frame_id, "robot/base_link");
+  EXPECT_EQ(transforms[0].child_frame_id, "robot/imu_link");
+  EXPECT_EQ(vector_of(transforms[0].transform.translation), Eigen::Vector3d(0.2, -0.1, 0.05));
+  EXPECT_EQ(transforms[0].transform.rotation.w, 1);
+}
+
 /// Writes what the base tells at t (s) of a simulation that stands still.
 void write_at(double t, const Simulation& simulation, BagWriter& bag) {
   const BaseSensors sensors(simulation.scene(), exact_readings(simulation), {});

@@ -127,6 +127,8 @@ TEST_F(RefusedParameters, lists_of_another_length_or_with_another_thing) {
   const std::vector<double> three = {1, 2, 3}, four = {1, 2, 3, 4}, far = {1, 2, 1e7};
   EXPECT_EQ(refusal_of("~initial_pose", three), "");
   EXPECT_EQ(refusal_of("~initial_wheel_angles", four), "");
+  EXPECT_EQ(refusal_of("~imu_position", three), "");
+  expect_refusal(refusal_of("~imu_position", four), {"~imu_position", "a list of 3 numbers"});
   expect_refusal(refusal_of("~initial_pose", four), {"~initial_pose", "a list of 3 numbers"});
   expect_refusal(refusal_of("~initial_wheel_angles", three), {"~initial_wheel_angles", "a list of 4 numbers"});
   expect_refusal(refusal_of("~initial_pose", far), {"~initial_pose", "1e+06"});

@@ -28,10 +28,10 @@ struct SensorErrors {
 struct ImuSettings {
   SensorErrors rate{2e-3, 0, 1e-3, 0};          ///< rad/s
   SensorErrors acceleration{0.02, 0, 0.02, 0};  ///< m/s^2, along each axis
-  Eigen::Vector2d position{0, 0};               ///< in base_footprint, m
+  Eigen::Vector3d position{0, 0, 0};            ///< in base_link, m; its height has no effect
 };
 
-/// An inertial measurement unit with the axes of base_footprint. It reads means over the time between two readings, as
+/// An inertial measurement unit with the axes of base_link. It reads means over the time between two readings, as
 /// units that integrate do: so the kicks of roller switches, which are too short to be met by samples, count in full.
 class Imu {
  public:
@@ -43,6 +43,8 @@ class Imu {
 
   /// The base was put from one state to another: the unit reads only what it does before and after.
   void carry(const State& before, const State& after);
+
+  const Eigen::Vector3d& position() const { return settings_.position; }  ///< in base_link, m
 
   double rate() const { return rate_; }                              ///< about z, rad/s
   const Eigen::Vector3d& acceleration() const { return specific_; }  ///< specific force, m/s^2: +g upwards at rest

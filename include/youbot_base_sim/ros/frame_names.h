@@ -21,6 +21,7 @@ struct FrameNames {
                        const std::string& world);
 
   std::string base_link() const { return prefix + kBaseLinkFrame; }
+  std::string imu_link() const { return prefix + kImuFrame; }
   std::string wheel_link(int i) const { return prefix + kWheelFramePrefix + kWheelNames[i]; }
 };
 

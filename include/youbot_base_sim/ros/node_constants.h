@@ -12,6 +12,7 @@ constexpr char kWorldFrame[] = "world";          ///< the fixed frame of the sce
 constexpr char kTruthFrame[] = "ground_truth/base_footprint";  ///< where the base is; kBaseFrame: by odometry
 constexpr char kTruthPrefix[] = "ground_truth/";
 constexpr char kBaseLinkFrame[] = "base_link";  ///< as the driver's
+constexpr char kImuFrame[] = "imu_link";        ///< of an inertial unit that is not in the middle
 constexpr char kWheelFramePrefix[] = "wheel_link_";
 
 constexpr char kWheelJointPrefix[] = "wheel_joint_";

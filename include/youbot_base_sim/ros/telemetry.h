@@ -22,7 +22,7 @@ namespace youbot_base_sim {
 ///                        casters, always at zero; effort is the motors' torque at the wheels, N m; rollers on request
 ///   imu/data             sensor_msgs/Imu, on request
 ///   /tf                  odom to base_footprint; on request world to ground_truth/base_footprint
-///   /tf_static           on request, once: world to odom
+///   /tf_static           once: on request world to odom; base_link to imu_link where the inertial unit has a place
 ///   base/roller_switches youbot_base_sim/RollerSwitchStamped, one message a switch
 ///   state_set            nav_msgs/Odometry: ground truth from an instant on, at which the base was put elsewhere
 ///   contacts             youbot_base_sim/ContactsStamped; recorded on request, as are
@@ -52,7 +52,7 @@ class Telemetry {
     topic(kOdometryTopic, [&] { return odometry(sensors, stamp); });
     topic(kGroundTruthTopic, [&] { return truth(simulation.state(), stamp); });
     topic(kJointStatesTopic, [&] { return joint_states(simulation, sensors.readings(), stamp); });
-    if (sensors.imu()) topic(kImuTopic, [&] { return imu_message(*sensors.imu(), stamp, options_.frames.base); });
+    if (sensors.imu()) topic(kImuTopic, [&] { return imu_message(*sensors.imu(), stamp, imu_frame(*sensors.imu())); });
     topic(kTransformsTopic, [&] { return transforms(simulation, sensors, stamp); });
     topic(kContactsTopic, [&] { return contacts_message(simulation, stamp, options_.frames.base); });
   }
@@ -101,10 +101,16 @@ class Telemetry {
     return options_.contacts || (topic != kContactsTopic && topic != kContactMarkersTopic);
   }
 
-  /// For /tf_static: where odometry starts in the scene's frame; without transforms if that is not wanted.
-  tf2_msgs::TFMessage static_transforms(const Simulation& simulation, const ros::Time& stamp) const;
+  /// For /tf_static: where odometry starts in the scene's frame, if that is wanted, and where the inertial unit is, if
+  /// not in the middle of the base.
+  tf2_msgs::TFMessage static_transforms(const Simulation& simulation, const BaseSensors& sensors,
+                                        const ros::Time& stamp) const;
 
  private:
+  static bool is_apart(const Imu& imu) { return !imu.position().isZero(0); }
+  std::string imu_frame(const Imu& imu) const {
+    return is_apart(imu) ? options_.frames.imu_link() : options_.frames.base;
+  }
   static Eigen::Vector3d pose_of(const State& state) { return {state.x(), state.y(), state.psi()}; }
   nav_msgs::Odometry odometry(const BaseSensors& sensors, const ros::Time& stamp) const;
   nav_msgs::Odometry truth(const State& state, const ros::Time& stamp) const {
