@@ -14,6 +14,7 @@
 #include "youbot_base_sim/offline_program.h"
 #include "youbot_base_sim/record/output_file.h"
 #include "youbot_base_sim/sweep/family.h"
+#include "youbot_base_sim/sweep/finished_table.h"
 #include "youbot_base_sim/sweep/journal.h"
 #include "youbot_base_sim/sweep/quantities.h"
 #include "youbot_base_sim/sweep/ranks.h"
@@ -31,10 +32,18 @@ using namespace youbot_base_sim;
 using Clock = std::chrono::steady_clock;
 using namespace std::chrono_literals;
 
-constexpr int kMaxThreads = 1024;
+constexpr int kMaxThreads = 1024, kMaxSlices = 1'000'000;
+
+/// One of equal parts of a sweep: the first is 1.
+struct Slice {
+  std::uint64_t number = 1, count = 1;
+
+  RunRange of(std::uint64_t runs) const { return {runs * (number - 1) / count, runs * number / count}; }
+};
 
 struct Arguments {
-  std::string family, csv;
+  std::string family, csv, reuse;
+  Slice slice;
   std::string scene;  // a run whose scene is to be printed, as typed; empty: none
   int threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));  // or ranks
   bool list = false, quiet = false;
@@ -55,6 +64,22 @@ Usage usage() {
           "  sweep wheel_angles.yaml --csv angles.csv --threads 4\n"};
 }
 
+Slice slice_of(const std::string& text) {
+  Slice slice;
+  const std::size_t bar = text.find('/');
+  const auto refuse = [&] {
+    throw OptionError("--slice", text, fmt::format("be K/N, whole numbers with 1 <= K <= N <= {}", kMaxSlices));
+  };
+  try {
+    if (bar == std::string::npos) refuse();
+    slice.count = whole_number_of("--slice", text.substr(bar + 1), 1, kMaxSlices);
+    slice.number = whole_number_of("--slice", text.substr(0, bar), 1, slice.count);
+  } catch (const std::runtime_error&) {
+    refuse();
+  }
+  return slice;
+}
+
 /// Reads the command line; false if it only asks for help. Throws std::runtime_error.
 bool read_arguments(int argc, char** argv, const Ranks& ranks, Arguments& arguments) {
   namespace po = boost::program_options;
@@ -65,6 +90,10 @@ bool read_arguments(int argc, char** argv, const Ranks& ranks, Arguments& argume
      "write the table there; left out: FAMILY.csv in the current folder. FILE.journal keeps finished runs meanwhile")
     ("threads", po::value<std::string>()->value_name("N"),
      "left out: one for each core; not under mpirun")
+    ("reuse", po::value(&arguments.reuse)->value_name("TABLE.csv"),
+     "take over the rows of a table of the same scene and axes, as with fewer draws, and simulate the others")
+    ("slice", po::value<std::string>()->value_name("K/N"),
+     "the K-th of N parts of the runs alone, as a job of an array; the table is then FAMILY_K_of_N.csv")
     ("list", po::bool_switch(&arguments.list), "print the number of runs and how long they will take, and end")
     ("scene", po::value(&arguments.scene)->value_name("RUN"), "print the scene of a run, for simulate, and end")
     ("quiet", po::bool_switch(&arguments.quiet), "print nothing but errors and warnings of runs that failed");
@@ -78,7 +107,12 @@ bool read_arguments(int argc, char** argv, const Ranks& ranks, Arguments& argume
       throw OptionError("--threads", threads, "be left out under mpirun, where each rank takes one core");
     arguments.threads = ranks.size();
   }
-  if (arguments.csv.empty()) arguments.csv = std::filesystem::path(arguments.family).stem().string() + ".csv";
+  if (given->count("slice")) arguments.slice = slice_of((*given)["slice"].as<std::string>());
+  if (arguments.csv.empty()) {
+    const Slice& slice = arguments.slice;
+    arguments.csv = std::filesystem::path(arguments.family).stem().string() +
+                    (slice.count > 1 ? fmt::format("_{}_of_{}", slice.number, slice.count) : "") + ".csv";
+  }
   return true;
 }
 
@@ -93,6 +127,7 @@ std::string folder_of(const Arguments& arguments) {
 void keep_apart(const Arguments& arguments, const Family& family, const RowMaker& maker) {
   std::vector<std::string> inputs = family.tables;
   inputs.insert(inputs.end(), {family.path, family.scene.path});
+  if (!arguments.reuse.empty()) inputs.push_back(arguments.reuse);
   OutputOpener opener(inputs);
   opener.keep("--csv", arguments.csv);
   const OutputFile may_be_refused(arguments.csv);
@@ -132,7 +167,7 @@ std::string counts_text(const Tally& tally) {
 class Progress {
  public:
   Progress(const Journal& journal, bool quiet)
-      : runs_(journal.runs()), before_(journal.tally().runs), quiet_(quiet), bar_(quiet) {}
+      : runs_(journal.runs().size()), before_(journal.tally().runs), quiet_(quiet), bar_(quiet) {}
 
   void show(const Tally& tally) {
     if (bar_.due()) bar_.draw(static_cast<double>(tally.runs) / static_cast<double>(runs_), text(tally));
@@ -173,7 +208,7 @@ std::optional<std::string> make_rows(const Arguments& arguments, const RowMaker&
                                      Journal& journal) {
   constexpr auto kSync = 1s;
   const std::uint64_t before = journal.tally().runs;
-  if (before > 0 && !arguments.quiet) fmt::print("{} of {} runs were finished before\n", before, journal.runs());
+  if (before > 0 && !arguments.quiet) fmt::print("{} of {} runs were finished before\n", before, journal.runs().size());
   std::fflush(stdout);
   Progress progress(journal, arguments.quiet);
   Clock::time_point next_sync = Clock::now() + kSync;
@@ -210,21 +245,27 @@ void write_table(const Arguments& arguments, const Family& family, const RowMake
   print_error("sweep", fmt::format("warning: of {} runs{}: see the column reason", tally.runs, counts_text(tally)));
 }
 
+const char* text_of(Sampling sampling) {
+  if (sampling == Sampling::kLatinHypercube) return ", Latin hypercube";
+  return sampling == Sampling::kSobol ? ", Sobol' points" : "";
+}
+
 /// Prints the work to be done. Times the first run.
 void list(const Arguments& arguments, Family family, const Ranks& ranks) {
-  fmt::print("{} runs of {}\n", family.runs(), quote_path(family.scene.path));
+  const RunRange runs = arguments.slice.of(family.runs());
+  fmt::print("{} runs of {}\n", runs.size(), quote_path(family.scene.path));
   for (const Axis& axis : family.axes) fmt::print("  {}: {}\n", quote(axis.key), axis.text());
   if (family.has_draws()) {
-    fmt::print("  {} draws{}\n", family.draws, family.latin_hypercube ? ", Latin hypercube" : "");
+    fmt::print("  {} draws{}\n", family.draws, text_of(family.sampling));
   }
   std::fflush(stdout);
   const Clock::time_point start = Clock::now();
   family.trajectories.reset();
-  RowMaker(family, "", nullptr).make(0, stop_requested());
+  RowMaker(family, "", nullptr).make(runs.begin, stop_requested());
   const double seconds = seconds_since(start);
-  const auto at_once = std::min<std::uint64_t>(family.runs(), static_cast<std::uint64_t>(arguments.threads));
+  const auto at_once = std::min<std::uint64_t>(runs.size(), static_cast<std::uint64_t>(arguments.threads));
   fmt::print("the first run took {}; at that, all take {} on {} {}\n", duration_text(seconds),
-             duration_text(seconds * static_cast<double>(family.runs()) / static_cast<double>(at_once)), at_once,
+             duration_text(seconds * static_cast<double>(runs.size()) / static_cast<double>(at_once)), at_once,
              ranks.size() > 1 ? "ranks" : "threads");
 }
 
@@ -234,11 +275,11 @@ int run_first(const Arguments& arguments, const Family& family, const std::vecto
   std::optional<Journal> journal;
   const auto way_on = [&] {
     return fmt::format("; {} of {} runs are in {}; the same command goes on from there", journal->tally().runs,
-                       family.runs(), quote_path(journal_of(arguments)));
+                       journal->runs().size(), quote_path(journal_of(arguments)));
   };
   try {
     keep_apart(arguments, family, maker);
-    journal.emplace(journal_of(arguments), fingerprint, family.runs());
+    journal.emplace(journal_of(arguments), fingerprint, arguments.slice.of(family.runs()));
     const std::optional<std::string> summary = make_rows(arguments, maker, ranks, *journal);
     if (!summary) {
       print_error("sweep", fmt::format("stopped by {}{}", stop_reason(), way_on()));
@@ -291,6 +332,7 @@ int run_program(int argc, char** argv) {
   Family family;
   std::vector<std::string> fingerprint;
   std::optional<RowMaker> maker;
+  std::optional<FinishedTable> finished;
   const std::unique_ptr<Ranks> ranks = join_ranks(argc, argv);
   std::uint64_t scene = 0;
   bool helped = false;
@@ -300,7 +342,18 @@ int run_program(int argc, char** argv) {
     family = load_family(arguments.family);
     maker.emplace(row_maker(arguments, family));
     if (!arguments.scene.empty()) scene = whole_number_of("--scene", arguments.scene, 0, family.runs() - 1);
-    if (!arguments.only_print()) fingerprint = family.fingerprint();
+    const Slice& slice = arguments.slice;
+    if (slice.count > family.runs()) {
+      throw OptionError("--slice", fmt::format("{}/{}", slice.number, slice.count),
+                        fmt::format("be at most as many parts as runs, {}", family.runs()));
+    }
+    if (arguments.only_print()) return;
+    fingerprint = family.fingerprint();
+    if (slice.count > 1) fingerprint.push_back(fmt::format("{}/{} slice", slice.number, slice.count));
+    if (arguments.reuse.empty()) return;
+    fingerprint.push_back(file_hash(arguments.reuse) + " table of --reuse");
+    finished.emplace(arguments.reuse, family, *maker);
+    maker->take_from(*finished);
   });
   for (const std::string& text : ranks->gather(refusal)) {
     if (text.empty()) continue;

@@ -118,6 +118,52 @@ TEST_F(SweepTest, SameTableByAnyNumberOfThreads) {
   EXPECT_EQ(table(f), one);
 }
 
+TEST_F(SweepTest, SlicesPutTogetherAreTheWhole) {
+  const std::string f = family(23), whole = table(f);
+  std::string together;
+  for (int k = 1; k <= 4; ++k) {
+    const std::string slice = table(f, {"--slice", std::to_string(k) + "/4"});
+    together += k == 1 ? slice : slice.substr(slice.find('\n') + 1);
+  }
+  EXPECT_EQ(together, whole);
+}
+
+/// A table grows by draws and by points of the grid, and no run that it has is simulated again.
+TEST_F(SweepTest, ReusesTheRowsOfAnotherTable) {
+  const auto family_of = [&](int draws, const std::string& masses, const std::string& more = "") {
+    return folder_.write("grown.yaml", "scene: scene.yaml\naxes:\n  - {key: robot.body_mass, values: " + masses +
+                                           "}\n  - {key: floor.friction, uniform: {from: 0.1, to: 1}}\ndraws: " +
+                                           std::to_string(draws) + "\nsampling: sobol\n" + more);
+  };
+  const std::string old = folder_.write("old.csv", table(family_of(4, "[20, 40]"))),
+                    whole = table(family_of(8, "[20, 40, 30]"));
+  EXPECT_EQ(table(family_of(8, "[20, 40, 30]"), {"--reuse", old}), whole);
+  // A row that is not among those made again says which ones are taken.
+  std::string marked = folder_.read("old.csv");
+  const std::size_t row = marked.find("\n2,") + 1;
+  marked.insert(marked.find('\n', row), "taken");
+  folder_.write("old.csv", marked);
+  EXPECT_EQ(lines(table(family_of(8, "[20, 40, 30]"), {"--reuse", old})), lines(whole));
+  EXPECT_NE(folder_.read("table.csv").find("taken\n"), std::string::npos);
+
+  const auto expect_refused = [&](const std::string& f, const std::vector<std::string>& words) {
+    Program sweep(SWEEP, {f, "--csv", folder_.path("other.csv"), "--reuse", old});
+    EXPECT_EQ(sweep.wait(), 2);
+    for (const std::string& word : words) EXPECT_NE(sweep.err().find(word), std::string::npos) << sweep.err();
+    EXPECT_FALSE(folder_.has("other.csv"));
+  };
+  expect_refused(family_of(8, "[20, 30]"), {"old.csv: row 4: ", "robot.body_mass = 40: must be 20"});
+  expect_refused(family_of(8, "[20, 40]", "seed: 2\n"), {"row 0: ", "floor.friction = 0."});
+  expect_refused(family_of(8, "[20, 40]", "quantities: [x, psi]\n"), {"column y: must be psi"});
+  expect_refused(family(40), {"latin_hypercube: must be independent or sobol"});
+  folder_.write("old.csv", whole.substr(0, whole.size() - 5));
+  expect_refused(family_of(8, "[20, 40, 30]"), {"is torn"});
+  folder_.write("old.csv", whole);
+  folder_.write("scene.yaml",
+                "duration: 0.3\noutput_rate: 50\ndrive: {torque: [{start: 0, constant: [2, 1, 1, 2]}]}\n");
+  expect_refused(family_of(8, "[20, 40, 30]"), {"run 0: x = ", "by this scene"});
+}
+
 TEST_F(SweepTest, KilledAtAnyMomentItGoesOn) {
   const std::string f = family(400), whole = table(f);
   Random random(7);

@@ -211,15 +211,15 @@ std::vector<SceneSection> SceneValue::sections() const {
 SceneSection::SceneSection(const std::string& file, const std::string& path, const YAML::Node& node, const char* kind,
                            const YAML::Node& resolved)
     : file_(file), path_(path), node_(node), kind_(kind), resolved_(resolved) {
-  if (!node.IsMap()) {
-    // A file of another kind may be private, so messages do not quote it.
-    const std::string value = !path.empty() || node.IsNull() ? shown(node) : node.IsScalar() ? "(text)" : "(list)";
-    throw SceneError(fmt::format("{}: {} = {}: must be keys with values", file_, path_.empty() ? kind : path_, value));
-  }
+  if (node.IsMap() || !path.empty()) return;
+  // A file of another kind may be private, so messages do not quote it.
+  const std::string value = node.IsNull() ? shown(node) : node.IsScalar() ? "(text)" : "(list)";
+  throw SceneError(fmt::format("{}: {} = {}: must be keys with values", file_, kind, value));
 }
 
 SceneValue SceneSection::operator[](const std::string& key) {
   known_.push_back(key);
+  if (!node_.IsMap()) return {file_, full(key), YAML::Node(YAML::NodeType::Undefined), key, resolved_};
   return {file_, full(key), std::as_const(node_)[key], key, resolved_};  // which adds nothing to the file
 }
 
@@ -244,6 +244,10 @@ bool SceneSection::has_known_key() const {
 }
 
 void SceneSection::finish() const {
+  if (!node_.IsMap()) {
+    throw SceneError(
+        fmt::format("{}: {} = {}: must be keys with values: {}", file_, path_, shown(node_), fmt::join(known_, ", ")));
+  }
   if (path_.empty() && node_.size() > 0 && !has_known_key()) {  // not shown, as above
     throw SceneError(fmt::format("{}: {} = (other keys): must have some of {}", file_, kind_, fmt::join(known_, ", ")));
   }

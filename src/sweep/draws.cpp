@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <boost/math/distributions/normal.hpp>
+#include <boost/random/sobol.hpp>
 #include <cmath>
 
 namespace youbot_base_sim {
@@ -21,7 +22,7 @@ std::uint64_t numbered(std::uint64_t key, std::uint64_t k) {
   return scrambled(key + (k + 1) * kGoldenRatio);
 }
 
-enum Purpose : std::uint64_t { kDraws, kPermutation };
+enum Purpose : std::uint64_t { kDraws, kPermutation, kScrambling };
 
 std::uint64_t key_of(std::uint64_t seed, std::uint64_t axis, Purpose purpose) {
   return numbered(numbered(numbered(0, seed), axis), purpose);
@@ -30,9 +31,31 @@ std::uint64_t key_of(std::uint64_t seed, std::uint64_t axis, Purpose purpose) {
 /// The middle of one of 2^52 equal parts of (0, 1).
 double share_of(std::uint64_t bits) { return (static_cast<double>(bits >> 12) + 0.5) * 0x1p-52; }
 
+/// Flips each bit by a random number of all bits above it, and so permutes the halves of each part of (0, 1).
+std::uint64_t nested_scrambled(std::uint64_t bits, std::uint64_t key) {
+  std::uint64_t scrambled_bits = bits;
+  for (int above = 0; above < 52; ++above) {
+    const std::uint64_t part = above == 0 ? 0 : bits >> (64 - above);
+    scrambled_bits ^= numbered(numbered(key, static_cast<std::uint64_t>(above)), part) >> 63 << (63 - above);
+  }
+  return scrambled_bits;
+}
+
 }  // namespace
 
-double draw(const DrawPlace& place) { return share_of(numbered(key_of(place.seed, place.axis, kDraws), place.run)); }
+double draw(const DrawPlace& place) {
+  return share_of(numbered(key_of(place.seed, place.axis, kDraws), place.point << 32 | place.run));
+}
+
+double sobol_draw(const DrawPlace& place) {
+  std::uint64_t bits = 0;  // Boost leaves out the first point, the origin
+  if (place.run > 0) {
+    boost::random::sobol engine(place.axis + 1);
+    engine.seed(place.run - 1);
+    for (std::uint64_t axis = 0; axis <= place.axis; ++axis) bits = engine();
+  }
+  return share_of(nested_scrambled(bits, numbered(key_of(place.seed, place.axis, kScrambling), place.point)));
+}
 
 double stratified_draw(const DrawPlace& place, std::uint64_t runs) {
   const auto part = static_cast<double>(permuted(place.run, runs, place.seed, place.axis));

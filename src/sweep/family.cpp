@@ -26,7 +26,9 @@ constexpr double kMiddle = 0.5, kBetween = 0.381966;  // shares at which an axis
 
 constexpr Named<Distribution::Kind> kSpacings[] = {{"linear", Distribution::Kind::kUniform},
                                                    {"logarithmic", Distribution::Kind::kLogUniform}};
-constexpr Named<bool> kSamplings[] = {{"independent", false}, {"latin_hypercube", true}};
+constexpr Named<Sampling> kSamplings[] = {{"independent", Sampling::kIndependent},
+                                          {"latin_hypercube", Sampling::kLatinHypercube},
+                                          {"sobol", Sampling::kSobol}};
 
 /// Reads the ends of a range, and finishes its section.
 Distribution read_range(SceneSection s, Distribution::Kind kind) {
@@ -132,7 +134,7 @@ void read_axes(const SceneValue& axes, Family& family) {
 
 void read_draws(const SceneValue& draws, const SceneValue& sampling, const SceneValue& seed, Family& family) {
   draws.whole_number(family.draws, 1, kMaxCount);
-  sampling.choice(family.latin_hypercube, kSamplings);
+  sampling.choice(family.sampling, kSamplings);
   seed.whole_number(family.seed, 0, std::numeric_limits<int>::max());
   if (!family.has_draws()) {
     for (const SceneValue* value : {&draws, &sampling, &seed}) {
@@ -140,6 +142,8 @@ void read_draws(const SceneValue& draws, const SceneValue& sampling, const Scene
     }
   } else if (!draws.given()) {
     draws.refuse(fmt::format("the number of runs at each point of the grid, a whole number from 1 to {}", kMaxCount));
+  } else if (family.sampling == Sampling::kSobol && family.axes.back().number >= kMaxSobolAxes) {
+    sampling.refuse(fmt::format("another one for more than {} axes that are drawn", kMaxSobolAxes));
   }
 }
 
@@ -214,8 +218,10 @@ void try_axes(Family& family) {
       const std::string error = refusal(beside(kMiddle));
       if (error.empty() || refusal(beside(kMinDraw)).empty() || refusal(beside(kMaxDraw)).empty()) continue;
       const SceneSetting blamed = blame(beside(kMiddle), k, error);
-      throw SceneError(
-          fmt::format("{}: {} = {}: {}", quote_path(family.path), quote(blamed.key), quote(blamed.value), error));
+      const bool is_list = error.find(": must be a list of") != std::string::npos && blamed.key.back() != ']';
+      throw SceneError(fmt::format(
+          "{}: {} = {}: {}{}", quote_path(family.path), quote(blamed.key), quote(blamed.value), error,
+          is_list ? fmt::format("; an axis over an entry has a key such as {}[0]", quote(blamed.key)) : ""));
     }
   }
   family.tables.assign(tables.begin(), tables.end());
@@ -269,6 +275,10 @@ Family read_family(const std::string& path, const std::string& text) {
   return family;
 }
 
+std::string name_of_file(const std::string& path) { return quote(std::filesystem::path(path).filename().string()); }
+
+}  // namespace
+
 std::string file_hash(const std::string& path) {
   try {
     return hash(read_text_file(path, std::numeric_limits<std::size_t>::max()));
@@ -276,10 +286,6 @@ std::string file_hash(const std::string& path) {
     throw SceneError(fmt::format("{}: {}", quote_path(path), error.what()));
   }
 }
-
-std::string name_of_file(const std::string& path) { return quote(std::filesystem::path(path).filename().string()); }
-
-}  // namespace
 
 std::uint64_t Axis::size() const { return list.empty() ? static_cast<std::uint64_t>(count) : list.size(); }
 
@@ -310,6 +316,13 @@ std::string Axis::text() const {
 
 std::uint64_t Family::runs() const { return static_cast<std::uint64_t>(number_of_runs(*this)); }
 
+double Family::share_of(const Axis& axis, std::uint64_t run) const {
+  const auto a_point = static_cast<std::uint64_t>(draws), key = static_cast<std::uint64_t>(seed);
+  if (sampling == Sampling::kLatinHypercube) return stratified_draw({key, axis.number, run}, runs());
+  const DrawPlace place{key, axis.number, run % a_point, run / a_point};
+  return sampling == Sampling::kSobol ? sobol_draw(place) : draw(place);
+}
+
 std::vector<SceneSetting> Family::settings(std::uint64_t run) const {
   std::vector<SceneSetting> settings(axes.size());
   std::uint64_t point = run / static_cast<std::uint64_t>(draws);  // of the grid that the axes up to k make
@@ -317,8 +330,7 @@ std::vector<SceneSetting> Family::settings(std::uint64_t run) const {
     const Axis& axis = axes[k];
     settings[k].key = axis.key;
     if (axis.is_drawn()) {
-      const DrawPlace place{static_cast<std::uint64_t>(seed), axis.number, run};
-      settings[k].value = axis.value_at(latin_hypercube ? stratified_draw(place, runs()) : draw(place));
+      settings[k].value = axis.value_at(share_of(axis, run));
     } else {
       settings[k].value = axis.value(point % axis.size());
       if (begins_grid_axis(*this, k)) point /= axis.size();

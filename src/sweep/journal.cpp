@@ -84,8 +84,11 @@ void Tally::add(RunStatus status) {
   failed += status == RunStatus::kFailed;
 }
 
-Journal::Journal(const std::string& path, const std::vector<std::string>& head, std::uint64_t runs)
-    : path_(path), runs_(runs), descriptor_(open(path.c_str(), O_RDWR | O_APPEND | O_CREAT | O_CLOEXEC, 0666)) {
+Journal::Journal(const std::string& path, const std::vector<std::string>& head, const RunRange& runs)
+    : path_(path),
+      runs_(runs),
+      descriptor_(open(path.c_str(), O_RDWR | O_APPEND | O_CREAT | O_CLOEXEC, 0666)),
+      finished_(runs.begin) {
   if (descriptor_ < 0) refuse_output(path, errno);
   try {
     if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0)
@@ -142,7 +145,7 @@ void Journal::read_rows() {
   std::ifstream file = open_at(path_, descriptor_, begin_);
   while (const std::optional<std::string> line = next_line(path_, file)) {
     const std::optional<Row> row = row_of(*line);
-    if (row && row->run < runs_ && !finished_.contains(row->run)) {
+    if (row && runs_.contains(row->run) && !finished_.contains(row->run)) {
       if (!finished_.has_room_for(row->run)) break;
       finished_.insert(row->run);
       tally_.add(row->status);
@@ -167,14 +170,15 @@ void Journal::sync() {
 void Journal::for_each_row(const std::function<void(const Row&)>& take) const {
   std::ifstream file = open_at(path_, descriptor_, begin_);
   std::map<std::uint64_t, Row> ahead;  // less than FinishedRuns::kWindow
-  std::uint64_t next = 0;
+  std::uint64_t next = runs_.begin;
   while (const std::optional<std::string> line = next_line(path_, file)) {
     const std::optional<Row> row = row_of(*line);
     if (!row || row->run < next) continue;  // damaged, see the constructor
     ahead.emplace(row->run, *row);
     for (; !ahead.empty() && ahead.begin()->first == next; ++next) take(ahead.extract(ahead.begin()).mapped());
   }
-  if (next != tally_.runs) throw OutputError(fmt::format("{}: was damaged while it was written", quote_path(path_)));
+  if (next - runs_.begin != tally_.runs)
+    throw OutputError(fmt::format("{}: was damaged while it was written", quote_path(path_)));
 }
 
 void Journal::remove() {

@@ -30,7 +30,7 @@ class RunQueue {
  public:
   /// `watch` as in Ranks::serve. All must outlive this.
   RunQueue(Journal& journal, const RowMaker& maker, const Ranks::Watch& watch)
-      : journal_(journal), maker_(maker), watch_(watch) {}
+      : journal_(journal), maker_(maker), watch_(watch), next_(journal.runs().begin) {}
 
   /// Finishes the runs, or those that other ranks leave, on `threads` more threads. Calls `exchange` and `watch` every
   /// `interval` on this one. Any exception stops all threads and is rethrown.
@@ -55,7 +55,7 @@ class RunQueue {
     Lock lock(mutex_);
     for (;; changed_.wait(lock)) {
       while (journal_.finished().contains(next_)) ++next_;
-      if (stopping_ || next_ >= journal_.runs()) return std::nullopt;
+      if (stopping_ || next_ >= journal_.runs().end) return std::nullopt;
       if (journal_.finished().has_room_for(next_)) return next_++;
       if (!waits) return std::nullopt;
     }
@@ -102,7 +102,7 @@ class RunQueue {
   Journal& journal_;
   const RowMaker& maker_;
   const Ranks::Watch& watch_;
-  std::uint64_t next_ = 0;  // all before were handed out or found finished
+  std::uint64_t next_;  // all before were handed out or found finished
   std::atomic<bool> stopping_{false};
   std::mutex mutex_;  // of all this, and of the journal but for its `sync`
   std::condition_variable changed_;

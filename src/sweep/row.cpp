@@ -10,6 +10,8 @@
 #include <cstring>
 #include <filesystem>
 
+#include "youbot_base_sim/sweep/finished_table.h"
+
 namespace youbot_base_sim {
 
 namespace {
@@ -42,7 +44,16 @@ std::string RowMaker::header() const {
   return header + ",reason";
 }
 
+std::string RowMaker::axis_cells(std::uint64_t run) const {
+  std::string cells;
+  for (const SceneSetting& setting : family_.settings(run)) cells += "," + cell(setting.value);
+  return cells;
+}
+
 Row RowMaker::make(std::uint64_t run, const std::atomic<bool>& stop) const {
+  if (finished_ && !keeps_trajectory(run)) {
+    if (const auto row = finished_->row(run)) return *row;
+  }
   const std::vector<SceneSetting> settings = family_.settings(run);
   Row row{run, RunStatus::kDone, ""};
   std::string values(family_.quantities.size(), ','), reason;
@@ -64,9 +75,8 @@ Row RowMaker::make(std::uint64_t run, const std::atomic<bool>& stop) const {
     row.status = RunStatus::kFailed;
     reason = error.what();
   }
-  row.text = fmt::format("{}", run);
-  for (const SceneSetting& setting : settings) row.text += "," + cell(setting.value);
-  row.text += fmt::format(",{},{}{},{}", text_of(row.status), row.status == RunStatus::kDone, values, cell(reason));
+  row.text = fmt::format("{}{},{},{}{},{}", run, axis_cells(run), text_of(row.status), row.status == RunStatus::kDone,
+                         values, cell(reason));
   return row;
 }
 

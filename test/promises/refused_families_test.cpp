@@ -195,7 +195,11 @@ TEST_F(FamiliesTest, RefuseOtherContradictions) {
                  {"axes[0].normal.from = 2", "at most the mean, 1"});
   expect_refusal(refusal_of_axes("{key: floor.friction, uniform: {from: 0, to: 1}}"),
                  {"draws = (left out)", "number of runs"});
-  for (const std::string more : {"draws: 3", "seed: 3", "sampling: latin_hypercube"}) {
+  expect_refusal(refusal_of_axes("{key: floor.friction, uniform: [0.1, 0.5]}", "draws: 3\n"),
+                 {"axes[0].uniform = [0.1, 0.5]", "must be keys with values: from, to"});
+  expect_refusal(refusal_of_axes("{key: initial.wheel_angles, uniform: {from: 0, to: 1}}", "draws: 3\n"),
+                 {"a list of 4 numbers", "a key such as initial.wheel_angles[0]"});
+  for (const std::string more : {"draws: 3", "seed: 3", "sampling: latin_hypercube", "sampling: sobol"}) {
     expect_refusal(refusal_of_axes("{key: floor.friction, values: [1]}", more), {more.substr(0, 4), "left out"});
   }
   const std::string thousand = "range: {from: 0.1, to: 1, count: 1001}";
@@ -241,6 +245,14 @@ TEST_F(FamiliesTest, ProgramEndsWithStatus2AndWritesNothing) {
            {{good, "--scene", "-5"}, "--scene = -5: must be a whole number from 0 to 0"},
            {{good, "--scene", "x"}, "--scene = x: must be a whole number from 0 to 0"},
            {{good, "--scene", ""}, "--scene = \"\": must not be empty"},
+           {{good, "--csv", table, "--slice", "0/2"}, "--slice = 0/2: must be K/N"},
+           {{good, "--csv", table, "--slice", "3/2"}, "--slice = 3/2: must be K/N"},
+           {{good, "--csv", table, "--slice", "2"}, "--slice = 2: must be K/N"},
+           {{good, "--csv", table, "--slice", "1/1000001"}, "--slice = 1/1000001: must be K/N"},
+           {{good, "--csv", table, "--slice", "1/2"}, "--slice = 1/2: must be at most as many parts as runs, 1"},
+           {{good, "--csv", table, "--reuse", folder_.path("none.csv")}, "none.csv: cannot be read"},
+           {{good, "--csv", table, "--reuse", folder_.path("folder")}, "is a folder"},
+           {{good, "--csv", table, "--reuse", good}, "column scene: scene.yaml: must be run"},
            {{good, "--csv", good}, "a file that is read"},
            {{good, "--csv", folder_.path("scene.yaml")}, "a file that is read"},
            {{good, "--csv", folder_.path("folder")}, "cannot be written"},

@@ -77,6 +77,57 @@ TEST(StratifiedDraw, FallsOnceIntoEachPart) {
   }
 }
 
+// Any elementary box of 2^-m in two axes has one of 2^m points: what makes Sobol' points a (0, m, 2)-net.
+TEST(SobolDraw, FillsTwoAxesAsANet) {
+  for (const std::uint64_t seed : {1u, 2u}) {
+    for (int m = 0; m <= 10; ++m) {
+      for (int cut = 0; cut <= m; ++cut) {
+        std::set<std::pair<int, int>> boxes;
+        for (std::uint64_t run = 0; run < 1u << m; ++run) {
+          boxes.emplace(static_cast<int>(std::ldexp(sobol_draw({seed, 0, run}), cut)),
+                        static_cast<int>(std::ldexp(sobol_draw({seed, 1, run}), m - cut)));
+        }
+        ASSERT_EQ(boxes.size(), 1u << m) << m << " " << cut;
+      }
+    }
+  }
+}
+
+// The mean of a product over 8 axes, which is 1. Halton's and others' plain points correlate in pairs of later axes.
+TEST(SobolDraw, IntegratesManyAxesWithALowErrorWithoutBias) {
+  constexpr int kSeeds = 40, kAxes = 8;
+  const auto mean = [](std::uint64_t seed, bool sobol) {
+    double sum = 0;
+    for (std::uint64_t run = 0; run < 256; ++run) {
+      double product = 1;
+      for (std::uint64_t axis = 0; axis < kAxes; ++axis) {
+        const DrawPlace place{seed, axis, run};
+        product *= 1 + 0.5 * ((sobol ? sobol_draw(place) : draw(place)) - 0.5);
+      }
+      sum += product;
+    }
+    return sum / 256 - 1;
+  };
+  double squares[2] = {}, bias = 0;
+  for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
+    for (const bool sobol : {false, true}) squares[sobol] += std::pow(mean(seed, sobol), 2) / kSeeds;
+    bias += mean(seed, true) / kSeeds;
+  }
+  EXPECT_LT(std::sqrt(squares[1]), 0.1 * std::sqrt(squares[0]));
+  EXPECT_LT(std::abs(bias), 3.3 * std::sqrt(squares[1] / kSeeds));
+}
+
+TEST(SobolDraw, DiffersBySeedAndPointOfTheGrid) {
+  int same = 0;
+  for (std::uint64_t run = 0; run < 1000; ++run) {
+    const double here = sobol_draw({7, 2, run});
+    ASSERT_GT(here, 0);
+    ASSERT_LT(here, 1);
+    same += here == sobol_draw({8, 2, run}) || here == sobol_draw({7, 2, run, 1});
+  }
+  EXPECT_EQ(same, 0);
+}
+
 TEST(Distribution, HasItsQuantiles) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const Distribution uniform{Distribution::Kind::kUniform, -1, 3};

@@ -108,6 +108,25 @@ TEST_F(FamilyTest, ALatinHypercubeFillsEachAxisEvenly) {
   EXPECT_EQ(parts_of_inertia.size(), 40u);
 }
 
+TEST_F(FamilyTest, MoreDrawsLeaveThoseOfEachPointOfTheGrid) {
+  for (const std::string sampling : {"independent", "sobol"}) {
+    const auto with = [&](int draws) {
+      return family(
+          "axes: [{key: floor.friction, values: [0.1, 0.2]}, {key: robot.body_mass, uniform: {from: 20, to: 40}}, "
+          "{key: robot.total_inertia, uniform: {from: 4, to: 5}}]\nsampling: " +
+          sampling + "\ndraws: " + std::to_string(draws) + "\n");
+    };
+    const Family few = with(3), more = with(8);
+    std::set<std::string> different;
+    for (std::uint64_t run = 0; run < 3; ++run) {
+      EXPECT_EQ(values(more, run), values(few, run));
+      EXPECT_EQ(values(more, 8 + run), values(few, 3 + run));
+      different.insert({values(few, run), values(few, 3 + run).replace(0, 3, "0.1")});
+    }
+    EXPECT_EQ(different.size(), 6u) << sampling;
+  }
+}
+
 TEST_F(FamilyTest, ManyRunsTakeNoMemory) {
   const Family f = family(
       "axes: [{key: floor.friction, range: {from: 0.1, to: 1, count: 100000}}, {key: robot.body_mass, uniform: {from: "

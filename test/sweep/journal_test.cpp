@@ -15,6 +15,7 @@ namespace {
 
 const std::vector<std::string> kHead = {"1234 build of sweep", "5678 family.yaml"};
 constexpr std::uint64_t kRuns = 12;
+constexpr RunRange kAll{0, kRuns};
 
 Row row_of(std::uint64_t run) {
   const RunStatus status = run % 5 == 4 ? RunStatus::kFailed : RunStatus::kDone;
@@ -33,7 +34,7 @@ class JournalTest : public testing::Test {
 
   /// Finishes the journal that is there, and expects all rows in it.
   void expect_goes_on(std::uint64_t least) {
-    Journal journal(path(), kHead, kRuns);
+    Journal journal(path(), kHead, kAll);
     EXPECT_GE(journal.tally().runs, least);
     for (std::uint64_t run = 0; run < kRuns; ++run) {
       if (!journal.finished().contains(run)) journal.append(row_of(run));
@@ -47,7 +48,7 @@ class JournalTest : public testing::Test {
 
   std::string refusal(const std::vector<std::string>& head) {
     try {
-      const Journal journal(path(), head, kRuns);
+      const Journal journal(path(), head, kAll);
     } catch (const OutputError& error) {
       return error.what();
     }
@@ -57,7 +58,7 @@ class JournalTest : public testing::Test {
   /// A journal with these runs, and its text.
   std::string written(const std::vector<std::uint64_t>& runs) {
     {
-      Journal journal(path(), kHead, kRuns);
+      Journal journal(path(), kHead, kAll);
       for (const std::uint64_t run : runs) journal.append(row_of(run));
     }
     return folder_.read("journal");
@@ -72,7 +73,7 @@ TEST_F(JournalTest, ThatIsALinkLeavesNeitherLinkNorTarget) {
   std::filesystem::create_symlink("target", folder_.path("elsewhere/link"));
   expect_goes_on(0);
   EXPECT_TRUE(folder_.has("elsewhere/target"));
-  Journal(path(), kHead, kRuns).remove();
+  Journal(path(), kHead, kAll).remove();
   for (const char* name : {"journal", "elsewhere/link", "elsewhere/target"})
     EXPECT_FALSE(std::filesystem::is_symlink(folder_.path(name)) || folder_.has(name)) << name;
 }
@@ -114,9 +115,9 @@ TEST_F(JournalTest, KeepsTheRowsAfterADamagedOne) {
 TEST_F(JournalTest, TakesNoRowTwiceAndNoneBeyondTheLast) {
   const std::string text = written({0, 1}), line = text.substr(text.rfind('\n', text.size() - 2) + 1);
   folder_.write("journal", text + line);
-  EXPECT_EQ(Journal(path(), kHead, kRuns).tally().runs, 2u);
+  EXPECT_EQ(Journal(path(), kHead, kAll).tally().runs, 2u);
   folder_.write("journal", text);
-  EXPECT_EQ(Journal(path(), kHead, 1).tally().runs, 1u);
+  EXPECT_EQ(Journal(path(), kHead, {0, 1}).tally().runs, 1u);
 }
 
 TEST_F(JournalTest, IsRefusedUnlessItIsThisSweeps) {
@@ -131,13 +132,23 @@ TEST_F(JournalTest, IsRefusedUnlessItIsThisSweeps) {
 }
 
 TEST_F(JournalTest, HasOneWriter) {
-  const Journal journal(path(), kHead, kRuns);
+  const Journal journal(path(), kHead, kAll);
   EXPECT_NE(refusal(kHead).find("another sweep"), std::string::npos);
+}
+
+TEST_F(JournalTest, OfASliceHasTheRunsOfThat) {
+  Journal journal(path(), kHead, {5, 8});
+  for (const std::uint64_t run : {7u, 5u, 6u}) {
+    EXPECT_FALSE(journal.is_complete());
+    journal.append(row_of(run));
+  }
+  EXPECT_TRUE(journal.is_complete());
+  EXPECT_EQ(rows(journal), (std::vector<std::string>{row_of(5).text, row_of(6).text, row_of(7).text}));
 }
 
 TEST(FinishedRuns, AreRememberedInAnyOrderWithinTheWindow) {
   constexpr std::uint64_t kWindow = FinishedRuns::kWindow;
-  FinishedRuns finished;
+  FinishedRuns finished(0);
   std::set<std::uint64_t> expected;
   Random random(3);
   while (finished.first_open() < 3 * kWindow) {

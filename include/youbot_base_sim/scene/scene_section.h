@@ -103,7 +103,7 @@ class SceneValue {
 class SceneSection {
  public:
   /// `file` is the file's name as messages show it; `path` is the section's own key with those above it, empty for the
-  /// whole file, which is a `kind`. Throws SceneError unless `node` is a mapping.
+  /// whole file, which is a `kind`. Throws SceneError for a whole file that is no mapping.
   SceneSection(const std::string& file, const std::string& path, const YAML::Node& node, const char* kind = "scene",
                const YAML::Node& resolved = YAML::Node(YAML::NodeType::Undefined));
 
@@ -111,8 +111,9 @@ class SceneSection {
   /// A key without which `finish` throws.
   SceneValue required(const std::string& key);
 
-  /// To be called after all keys were read, and before checks that involve several. Throws SceneError for a key that is
-  /// given twice or was never read, which is likely misspelt, then for a required one that is missing.
+  /// To be called after all keys were read, and before checks that involve several. Throws SceneError if this is no
+  /// mapping, for a key that is given twice or was never read, which is likely misspelt, then for a required one that
+  /// is missing.
   void finish() const;
 
   /// The keys read so far.

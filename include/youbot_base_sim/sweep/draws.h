@@ -8,11 +8,18 @@ namespace youbot_base_sim {
 struct DrawPlace {
   std::uint64_t seed;
   std::uint64_t axis;
-  std::uint64_t run;
+  std::uint64_t run;        ///< below 2^32
+  std::uint64_t point = 0;  ///< of a grid, each with its own draws
 };
 
 /// Uniform in (0, 1), from kMinDraw to kMaxDraw.
 double draw(const DrawPlace& place);
+
+/// Sobol' points with nested uniform scrambling (Owen, 1995): of each axis, one of the first 2^m draws falls into each
+/// of 2^m equal parts of (0, 1), and the draws of several axes fill their space as evenly. `axis` is below
+/// kMaxSobolAxes.
+double sobol_draw(const DrawPlace& place);
+constexpr std::uint64_t kMaxSobolAxes = 3667;
 
 /// A Latin hypercube: of each axis, one draw falls into each of `runs` equal parts of (0, 1).
 double stratified_draw(const DrawPlace& place, std::uint64_t runs);

@@ -26,6 +26,9 @@ struct Axis {
   std::string text() const;                  ///< a description
 };
 
+/// How the draws of a point of the grid fill their space.
+enum class Sampling { kIndependent, kLatinHypercube, kSobol };
+
 /// Which runs' motions are written.
 struct Trajectories {
   std::string format = "csv";  ///< or "bag"; also the suffix of their files
@@ -45,7 +48,7 @@ struct Family {
   SceneFile scene;
   std::vector<Axis> axes;  ///< in the order of their columns: those of the grid, then those drawn
   int draws = 1;
-  bool latin_hypercube = false;
+  Sampling sampling = Sampling::kIndependent;
   int seed = 0;
   std::vector<Quantity> quantities;
   std::optional<Trajectories> trajectories;
@@ -53,15 +56,22 @@ struct Family {
 
   std::uint64_t runs() const;
   bool has_draws() const { return !axes.empty() && axes.back().is_drawn(); }
-  /// What a run sets, an axis each.
+  /// What a run sets, an axis each. But with a Latin hypercube more `draws` leave the draws of a point as they are.
   std::vector<SceneSetting> settings(std::uint64_t run) const;
   /// What the rows depend on, a line with hash and name each: the program, the family file, its scene, their tables.
   /// Throws SceneError if one cannot be read.
   std::vector<std::string> fingerprint() const;
+
+ private:
+  /// Where the value of a drawn axis lies in its distribution.
+  double share_of(const Axis& axis, std::uint64_t run) const;
 };
 
 /// Reads and checks a family file, its scene and their tables. Throws SceneError.
 Family load_family(const std::string& path);
+
+/// Of what stands in a file. Throws SceneError if it cannot be read.
+std::string file_hash(const std::string& path);
 
 /// Throws SceneError if the scene has no drive.
 void require_drive(const Scene& scene);

@@ -10,10 +10,19 @@
 
 namespace youbot_base_sim {
 
+/// Runs from `begin` to before `end`.
+struct RunRange {
+  std::uint64_t begin, end;
+  std::uint64_t size() const { return end - begin; }
+  bool contains(std::uint64_t run) const { return run >= begin && run < end; }
+};
+
 /// Which runs are finished: all before `first_open`, and some of the kWindow that follow. Its memory is bounded.
 class FinishedRuns {
  public:
   static constexpr std::uint64_t kWindow = 1 << 16;
+
+  explicit FinishedRuns(std::uint64_t first) : first_open_(first) {}
 
   std::uint64_t first_open() const { return first_open_; }
   /// Whether a run is within the window.
@@ -23,7 +32,7 @@ class FinishedRuns {
   void insert(std::uint64_t run);
 
  private:
-  std::uint64_t first_open_ = 0;
+  std::uint64_t first_open_;
   std::set<std::uint64_t> ahead_;
 };
 
@@ -43,7 +52,7 @@ class Journal {
   /// Continues the journal at `path`, or begins it. A torn line at the end is dropped; the run of a damaged line counts
   /// as unfinished. Throws OutputError if another process writes it, or if it does not begin with `head`, the files
   /// that the rows depend on: the error names the one that differs.
-  Journal(const std::string& path, const std::vector<std::string>& head, std::uint64_t runs);
+  Journal(const std::string& path, const std::vector<std::string>& head, const RunRange& runs);
   ~Journal();
   Journal(const Journal&) = delete;
   Journal& operator=(const Journal&) = delete;
@@ -53,8 +62,8 @@ class Journal {
   /// Makes the rows so far survive a power failure. May be called while another thread appends.
   void sync();
 
-  std::uint64_t runs() const { return runs_; }
-  bool is_complete() const { return tally_.runs == runs_; }
+  const RunRange& runs() const { return runs_; }
+  bool is_complete() const { return tally_.runs == runs_.size(); }
   const FinishedRuns& finished() const { return finished_; }
   const Tally& tally() const { return tally_; }
 
@@ -71,7 +80,7 @@ class Journal {
   void read_rows();
 
   std::string path_;
-  std::uint64_t runs_;
+  RunRange runs_;
   int descriptor_;
   off_t begin_ = 0;  // of the rows, bytes
   off_t end_ = 0;

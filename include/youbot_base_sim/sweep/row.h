@@ -29,6 +29,8 @@ struct Row {
   }
 };
 
+class FinishedTable;
+
 /// Makes the rows and trajectories of a family. Thread-safe.
 class RowMaker {
  public:
@@ -39,6 +41,12 @@ class RowMaker {
 
   /// The table's first line: run, the axes' keys, status, reliable, quantities, reason.
   std::string header() const;
+
+  /// The cells of a run's axes, each after a comma.
+  std::string axis_cells(std::uint64_t run) const;
+
+  /// Takes the rows of runs whose trajectory is not kept from `table`, where it has them. It must outlive this.
+  void take_from(const FinishedTable& table) { finished_ = &table; }
 
   /// Simulates a run; its row reports what is wrong with it. Throws Stopped once `stop` is set, and OutputError if its
   /// trajectory cannot be written.
@@ -57,6 +65,7 @@ class RowMaker {
   const Family& family_;
   std::string folder_;
   MakeRecorder make_bag_;
+  const FinishedTable* finished_ = nullptr;
 };
 
 /// Minimum, maximum, range, mean and standard deviation of each quantity over the rows that have it.

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <sys/types.h>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "youbot_base_sim/sweep/family.h"
+#include "youbot_base_sim/sweep/row.h"
+
+namespace youbot_base_sim {
+
+/// The rows of a finished table, each of which a run of another family takes over: that of the same axes, when the
+/// family has more draws or more points of the grid. Thread-safe.
+class FinishedTable {
+ public:
+  /// Finds the run of each row. Throws SceneError for a table that has another row, which it names, or other columns;
+  /// and if one of a few rows comes out otherwise when `maker` makes it again: the table has another scene or build.
+  FinishedTable(const std::string& path, const Family& family, const RowMaker& maker);
+  ~FinishedTable();
+  FinishedTable(const FinishedTable&) = delete;
+  FinishedTable& operator=(const FinishedTable&) = delete;
+
+  /// The row of a run, if the table has it. Throws OutputError if it cannot be read.
+  std::optional<Row> row(std::uint64_t run) const;
+
+  std::size_t size() const { return lines_.size(); }
+
+ private:
+  /// Where the row of a run is, without its number.
+  struct Line {
+    std::uint64_t run;
+    RunStatus status;
+    off_t begin;
+    std::size_t size;
+  };
+
+  void find_rows(const Family& family, const RowMaker& maker);
+  void compare_rows(const RowMaker& maker) const;
+  std::string text(const Line& line) const;
+
+  std::string path_;
+  int descriptor_;
+  std::vector<Line> lines_;  // in the order of runs
+};
+
+}  // namespace youbot_base_sim
