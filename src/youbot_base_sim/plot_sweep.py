@@ -3,10 +3,12 @@
 Usage: plot_sweep scatter TABLE.csv PLOT.png X Y [--color COLUMN]
        plot_sweep histogram TABLE.csv PLOT.png COLUMN...
        plot_sweep rank TABLE.csv PLOT.png QUANTITY... [--by sobol|correlation]
+       plot_sweep effects TABLE.csv PLOT.png QUANTITY...
 
 scatter: a point for each run. histogram: the distribution of each column. rank: which axes matter for a quantity, by
 Sobol' index, the share of its variance that vanishes if the axis is fixed (estimated from any table, as the variance
-between slices of the axis), or by Spearman's rank correlation. Runs without a value are left out.
+between slices of the axis), or by Spearman's rank correlation. effects: each quantity against each axis, and its mean
+in slices of the axis. Runs without a value are left out.
 """
 import re
 from pathlib import Path
@@ -26,13 +28,39 @@ QUANTITIES = {  # of sweep, in words and units
     "odometry_error": "odometry error, m", "odometry_heading_error": "odometry heading error, rad",
     "largest_slip": "largest slip speed, m/s", "kinetic_energy": "final kinetic energy, J",
     "drive_work": "drive work, J", "energy_balance_error": "energy balance error, J", "switches": "roller switches"}
+UNITS = {key: unit for unit, keys in {  # of a scene's keys by their last part; others have none
+    "s": "duration start end period step control_period command_delay", "Hz": "output_rate",
+    "kg": "mass body_mass wheel_mass", "kg m^2": "total_inertia wheel_inertia roller_inertia inertia",
+    "m": "com com_height half_wheelbase half_track wheel_radius roller_axis_radius spin_radius rectangle edge position "
+         "point", "rad": "angle uphill wheel_angles resolution", "m/s": "slip_regularization holding_speed",
+    "rad/s": "wheel_rates roller_rates dry_friction_rate roller_dry_friction_rate max_wheel_rate", "m/s^2": "gravity",
+    "N": "diagonal_preload force", "N m": "dry_friction roller_dry_friction torque constant cos sin max_wheel_torque",
+    "N m s": "wheel_damping roller_damping", "N s/m": "viscous_friction", "N m s/rad": "velocity_proportional_gain",
+    "N m/rad": "velocity_integral_gain"}.items() for key in keys.split()}
+
+
+def unit(name):
+    """Of a scene's key; empty if it has none."""
+    *sections, last = re.sub(r"\[\d+\]", "", name).split(".")
+    turns = name.endswith("[2]") if last in ("pose", "twist") else "Omega" in sections
+    if last == "pose":
+        return "rad" if turns else "m"
+    if last == "twist" or "reference_motion" in sections and last != "period":
+        return "rad/s" if turns else "m/s"
+    return "" if "profile" in sections else UNITS.get(last, "")
 
 
 def label(name):
-    """A column in words, with the unit of a quantity, and the wheel or direction of a key's index."""
+    """A column in words, with its unit, and the wheel or direction of a key's index."""
+    if name in QUANTITIES:
+        return QUANTITIES[name]
+    return key_label(name) + (f", {unit(name)}" if unit(name) else "")
+
+
+def key_label(name):
     parts = re.fullmatch(r"(.*)\.(\w+)(?:\[([0-3])\])?", name)
     if not parts:
-        return QUANTITIES.get(name, name)
+        return name
     section, key, index = parts.groups()
     places = WHEEL_NAMES if re.search("wheel|roller|friction|constant|cos|sin", key) else (
         "xyz" if key in ("com", "position", "point", "force") and index != "3" else "0123")
@@ -179,12 +207,38 @@ def rank(table, arguments):
     return figure
 
 
+def effects(table, arguments):
+    names = arguments.columns
+    if not table.axes:
+        raise Refused(f"{table.path}: no axes; must have a column between run and status")
+    figure = new_figure(figsize=(max(6.4, 1 + 2.4 * len(table.axes)), 0.8 + 2.2 * len(names)))
+    plots = figure.subplots(len(names), len(table.axes), squeeze=False, sharex="col", sharey="row")
+    for row, name in zip(plots, names):
+        y = table.numbers(name)
+        known = np.isfinite(y)
+        row[0].set_ylabel(label(name), fontsize=9)
+        for plot, key in zip(row, table.axes):
+            x = table.axis(key)
+            plot.scatter(x, y, s=float(np.clip(1000 / len(x), 1, 15)), color=BLUE, linewidths=0,
+                         alpha=float(np.clip(300 / len(x), 0.1, 1)))
+            parts = [np.flatnonzero(known)[part] for part in slices(x[known])]
+            means = [(x[part].mean(), y[part].mean()) for part in parts]
+            plot.plot(*zip(*means), color=RED, linewidth=1.2)
+            plot.grid(alpha=0.3)
+            print(f"{name}, {key}: means of {len(means)} slices from {min(means, key=lambda m: m[1])[1]:.6g} to "
+                  f"{max(means, key=lambda m: m[1])[1]:.6g}")
+    for plot, key in zip(plots[-1], table.axes):
+        plot.set_xlabel(label(key), fontsize=9)
+    figure.suptitle(f"{table.name}: {len(table.rows)} runs; line: mean in slices of the axis", fontsize=11)
+    return figure
+
+
 def main(argv=None):
     parser = Parser("plot_sweep", __doc__, "scatter wheel_angles.csv wheel_angles.png x y --color psi",
                     "rank payload.csv payload.png y psi largest_slip")
     kinds = parser.add_subparsers(prog="plot_sweep", metavar="KIND", required=True,
                                   parser_class=lambda prog: Parser(prog, __doc__))
-    for draw in (scatter, histogram, rank):
+    for draw in (scatter, histogram, rank, effects):
         kind = kinds.add_parser(draw.__name__)
         kind.set_defaults(draw=draw)
         kind.add_argument("table")

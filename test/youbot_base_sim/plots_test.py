@@ -2,6 +2,7 @@
 written."""
 import contextlib
 import io
+import itertools
 import math
 import os
 import random
@@ -136,6 +137,8 @@ class SweepPlots(Plots):
         self.assertIn("x: 59 runs", self.run_with("histogram", self.table, self.plot, "x"))
         self.assertRegex(self.run_with("rank", self.table, self.plot, "x"), "runs:\n +floor.friction +0.9")
         self.run_with("rank", self.table, self.plot, "x", "--by", "correlation")
+        self.assertRegex(self.run_with("effects", self.table, self.plot, "x"),
+                         "x, floor.friction: means of 7 slices from 7.* to 7.*\nx, model: means of 2 slices")
         self.assertGreater(self.plot.stat().st_size, 1000)
 
     def test_refusals(self):
@@ -153,10 +156,27 @@ class SweepPlots(Plots):
         quantities = re.findall("`([a-zA-Z_]+)`", "".join(row.split("|")[1] for row in table.split("\n")[2:]))
         self.assertEqual(set(quantities), set(plot_sweep.QUANTITIES))
         for name, words in (("largest_slip", "largest slip speed, m/s"), ("floor.friction", "floor: friction"),
-                            ("initial.wheel_angles[3]", "initial: wheel angles, back right"), ("own", "own"),
-                            ("loads[0].position[1]", "loads[0]: position, y"), ("initial.pose[2]", "initial: pose, 2"),
-                            ("wrenches[0].force[3]", "wrenches[0]: force, 3")):
+                            ("initial.wheel_angles[3]", "initial: wheel angles, back right, rad"),
+                            ("own", "own"), ("loads[0].position[1]", "loads[0]: position, y, m"),
+                            ("initial.pose[2]", "initial: pose, 2, rad"), ("duration", "duration, s"),
+                            ("wrenches[0].force[3]", "wrenches[0]: force, 3, N")):
             self.assertEqual(plot_sweep.label(name), words)
+
+    def test_keys_have_their_units(self):
+        """Those of docs/limits.md."""
+        table = (ROOT / "docs" / "limits.md").read_text().partition("## Scenes")[2].partition("\n\nFurther rules")[0]
+        compared = 0
+        for keys, named in re.findall(r"^\| `([^`]+)`[^|]*\|.*\| *([^|]*?) *\|$", table, re.MULTILINE):
+            choices = [part.split(",") for part in re.findall(r"{([^}]*)}", keys)]
+            for names in itertools.product(*choices):
+                key = re.sub("{[^}]*}", lambda _, left=iter(names): next(left), keys).replace("[]", "[0]")
+                units = {plot_sweep.unit(f"{key}[{index}]") for index in (0, 2)}
+                if "reference_motion" in key:
+                    self.assertIn(plot_sweep.unit(key), named.split(" or "), key)
+                else:
+                    self.assertEqual(units, set(named.split(" or ")), key)
+                compared += 1
+        self.assertGreater(compared, 70)
 
     def test_tables_that_tell_nothing(self):
         for lines, arguments, words in (
