@@ -687,6 +687,22 @@ TEST_F(ParkedBase, IsHeldByCoulombFrictionOnly) {
   EXPECT_TRUE((end("coulomb", "radau", "holding_speed: 1e-3") == end("coulomb", "radau", creeps_)).all());
 }
 
+// A contact that turns on the spot creeps by the regularization speed over the spin radius, 500 rad for each metre.
+TEST_F(SimulationTest, SpinFrictionKeepsToTheTolerance) {
+  const auto end = [&](double tolerance) {
+    Simulation simulation(
+        load(fmt::format("duration: 1\nfloor: {{slip_regularization: 1.0e-10, spin_radius: 0.002}}\n"
+                         "solver: {{relative_tolerance: {}}}\n"
+                         "drive: {{torque: [{{start: 0, constant: [-0.04, 0.15, 0.17, 0.06]}}]}}\n",
+                         tolerance)));
+    simulation.advance_to(1);
+    const State& x = simulation.state();
+    return Eigen::Vector3d(x.x(), x.y(), 0.28 * x.psi());
+  };
+  constexpr double kTolerance = 3e-7, kPath = 0.035;  // m
+  EXPECT_LT((end(kTolerance) - end(1e-10)).norm(), 20 * kTolerance * kPath);
+}
+
 TEST_F(SimulationTest, VelocityTableIsTracked) {
   folder_.write("table.csv", "t,fl,fr,bl,br\n0,5,5,5,5\n2,-5,5,5,-5\n");
   Simulation simulation(load("duration: 4\ndrive: {velocity_table: table.csv}\n"));

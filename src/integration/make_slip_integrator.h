@@ -24,7 +24,7 @@ std::unique_ptr<MotionIntegrator> make_slip_integrator(Model model, const Parts&
     if (parts.method.is_explicit) floor.holding_speed = 0;  // its steps would be that much shorter
     Equations equations(parts.robot, floor);
     equations.set_regularization_speed(
-        effective_regularization_speed(equations.regularization_speed(), parts.tolerance));
+        effective_regularization_speed(equations.regularization_speed(), floor.spin_radius, parts.tolerance));
     const auto make_stepper = [&](const Tolerance& tolerance,
                                   IntegrationStatistics& statistics) -> std::unique_ptr<SmoothStepper<System>> {
       if (!parts.method.make) return std::make_unique<Radau<Equations>>(tolerance, statistics);

@@ -25,10 +25,12 @@ double fixed_step(const IntegrationSettings& settings) {
   return usual > 0 && settings.step > 0 ? settings.step : usual;
 }
 
-double effective_regularization_speed(double nu, const Tolerance& tolerance) {
-  constexpr double kShare = 0.3;  // of an error of the relative tolerance at 1 m/s
-  constexpr double kMax = 1e-5;   // m/s: a larger one would show at any tolerance
-  return std::max(nu, std::min(kMax, kShare * tolerance.relative));
+double effective_regularization_speed(double nu, double spin_radius, const Tolerance& tolerance) {
+  constexpr double kShare = 0.3;    // of an error of the relative tolerance at 1 m/s
+  constexpr double kMax = 1e-5;     // m/s: a larger one would show at any tolerance
+  constexpr double kRadius = 0.05;  // m: contacts of a smaller radius turn on the spot too fast
+  const double spin = spin_radius > 0 ? std::min(1.0, spin_radius / kRadius) : 1;
+  return std::max(nu, spin * std::min(kMax, kShare * tolerance.relative));
 }
 
 std::string advice(const RobotParameters& robot, const FloorParameters& floor, Model model,
@@ -36,7 +38,7 @@ std::string advice(const RobotParameters& robot, const FloorParameters& floor, M
   const Method& method = *find_method(settings.method);
   if (!method.is_explicit || !slips(model)) return "";
   constexpr double kStability = 3, kTimePerStep = 0.6e-6;  // s, at 3 GHz
-  const double nu = effective_regularization_speed(floor.nu, settings.tolerance());
+  const double nu = effective_regularization_speed(floor.nu, floor.spin_radius, settings.tolerance());
   const double damping = visit_law(model, [&](auto law) {
     using Law = typename decltype(law)::Law;
     const ContactVector<2> no_slip = {{Wheels::Zero(), Wheels::Zero()}};
