@@ -18,7 +18,7 @@
 
 #include "youbot_base_sim/ros/conversions.h"
 #include "youbot_base_sim/ros/program.h"
-#include "youbot_base_sim/scene/scene.h"
+#include "youbot_base_sim/ros/scene_parameters.h"
 
 namespace {
 
@@ -62,20 +62,13 @@ Encoders read_encoders(Parameters& parameters) {
   return encoders;
 }
 
-Scene read_scene(Parameters& parameters) {
-  std::string path;
+/// One that slips. Throws ParameterError.
+Scene read_slipping_scene(Parameters& parameters) {
   SceneOverrides overrides;
-  overrides.endless = true;
   overrides.relative_tolerance = kTolerance;
-  parameters.read("scene", path);
-  parameters.read("profile", overrides.profile);
-  parameters.read("friction_scale", overrides.friction_scale, kFrictionScales);
-  if (path.empty() && overrides.profile.empty()) overrides.profile = "measured";
-  try {
-    return path.empty() ? default_scene(overrides) : load_scene(path, overrides);
-  } catch (const SceneError& error) {
-    throw ParameterError(fmt::format("parameter ~scene: {}", error.what()));
-  }
+  const Scene scene = read_scene(parameters, overrides);
+  if (!slips(scene.model)) throw ParameterError("parameter ~scene: model = no_slip: must be viscous or coulomb");
+  return scene;
 }
 
 SlipOdometry::Settings read_settings(Parameters& parameters) {
@@ -101,8 +94,7 @@ class SlipOdometryNode {
     Parameters parameters(private_node, "~");
     encoders_ = read_encoders(parameters);
     const SlipOdometry::Settings settings = read_settings(parameters);
-    const Scene scene = read_scene(parameters);
-    if (!slips(scene.model)) throw ParameterError("parameter ~scene: model = no_slip: must be viscous or coulomb");
+    const Scene scene = read_slipping_scene(parameters);
     parameters.read("odom_frame", odom_frame_);
     parameters.read("base_frame", base_frame_);
     parameters.read("publish_tf", publish_tf_);

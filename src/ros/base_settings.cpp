@@ -10,15 +10,11 @@
 
 #include "youbot_base_sim/drive/driver_configuration.h"
 #include "youbot_base_sim/ros/program.h"
+#include "youbot_base_sim/ros/scene_parameters.h"
 
 namespace youbot_base_sim {
 
 namespace {
-
-// Defaults without a scene. The tolerance puts a minute of driving within a few micrometres, at a third of the run time
-// of the scenes' default; the profile is that of a real base.
-constexpr double kTolerance = 1e-5;
-constexpr char kProfile[] = "measured";
 
 constexpr double kMinPublishRate = 1e-3;  // Hz
 constexpr double kMinCommandRate = 0.1;   // Hz; commands wait for so long
@@ -27,34 +23,16 @@ constexpr double kLockstepPeriod = 0.01;  // s, or the control period if that is
 
 constexpr Range kPeriods{kControlPeriods.min, kControlPeriods.max, kControlPeriods.unit};  // never continuous in time
 
-Scene read_scene(Parameters& parameters) {
-  std::string path;
+SceneOverrides read_overrides(Parameters& parameters) {
   SceneOverrides overrides;
-  overrides.endless = true;
-  parameters.read("scene", path);
   parameters.read("model", overrides.model);
   parameters.read("method", overrides.method);
   parameters.read("control_period", overrides.control_period, kPeriods);
   parameters.read("relative_tolerance", overrides.relative_tolerance, kRelativeTolerances);
-  parameters.read("profile", overrides.profile);
-  parameters.read("friction_scale", overrides.friction_scale, kFrictionScales);
   parameters.read("dry_friction", overrides.dry_friction, Range{0, 100, "N m"});
   parameters.read("initial_pose", overrides.initial_pose, kPoses);
   parameters.read("initial_wheel_angles", overrides.initial_wheel_angles, kWheelAngles);
-  if (path.empty()) {
-    if (!overrides.relative_tolerance) overrides.relative_tolerance = kTolerance;
-    if (overrides.profile.empty()) overrides.profile = kProfile;
-  }
-  Scene scene;
-  std::string where = "~";  // continued by the name of an override: "model = ..."
-  try {
-    scene = default_scene(overrides);
-    where = "~scene: ";
-    if (!path.empty()) scene = load_scene(path, overrides);
-  } catch (const SceneError& error) {
-    throw ParameterError(fmt::format("parameter {}{}", where, error.what()));
-  }
-  return scene;
+  return overrides;
 }
 
 /// Control periods a second, and a little more for rounding.
@@ -206,7 +184,7 @@ void check_time(const Parameters& parameters, const BaseSettings& settings) {
 BaseSettings read_base_settings(const ros::NodeHandle& node, const ros::NodeHandle& private_node) {
   Parameters parameters(private_node, "~");
   BaseSettings settings;
-  settings.scene = read_scene(parameters);
+  settings.scene = read_scene(parameters, read_overrides(parameters));
   read_driver_parameters(Parameters(node, ""), settings);
   parameters.read("publish_rate", settings.publish_rate, rates(kMinPublishRate, settings));
   parameters.read("command_rate", settings.command_rate, rates(kMinCommandRate, settings, true));

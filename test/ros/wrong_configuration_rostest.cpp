@@ -127,6 +127,17 @@ TEST_F(WrongConfiguration, scene) {
   expect_base_refuses("~model", "sticky", {"~model", "sticky", "coulomb"});
 }
 
+TEST_F(WrongConfiguration, of_slip_odometry) {
+  expect_refused(SLIP_ODOMETRY, {"_profile:=real"}, {"parameter ~profile = real: must be paper or measured"});
+  expect_refused(SLIP_ODOMETRY, {"_friction_scale:=-9"}, {"parameter ~friction_scale = -9: must be"});
+  expect_refused(SLIP_ODOMETRY, {"_scene:=/nowhere/scene.yaml"}, {"parameter ~scene: ", "/nowhere/scene.yaml"});
+  const std::string ideal = folder_.write("ideal.yaml", "model: no_slip\n");
+  expect_refused(SLIP_ODOMETRY, {"_scene:=" + ideal}, {"~scene", "no_slip", "must be viscous or coulomb"});
+  expect_refused(SLIP_ODOMETRY, {"_replicas:=1.5"}, {"~replicas", "1.5", "a whole number"});
+  expect_refused(SLIP_ODOMETRY, {"_joint_signs:=1 1 -1"}, {"~joint_signs", "1 1 -1", "four words"});
+  expect_refused(SLIP_ODOMETRY, {"_replica:=2"}, {"~replica", "unknown", "replicas"});
+}
+
 TEST_F(WrongConfiguration, clock_of_its_own_but_not_its_master) {
   expect_base_refuses("~lockstep", true, {"~lockstep", "~publish_clock"});
   expect_base_refuses("~lockstep_period", 0.02, {"~lockstep_period", "0.02", "~lockstep"});
