@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <boost/math/tools/minima.hpp>
 #include <cmath>
+#include <cstdint>
 #include <memory>
 #include <tuple>
 #include <utility>
@@ -137,12 +138,14 @@ class EventLocatingStepper : public ControlledStepperTypes {
   // Ends the step where the base rests, or moves, for a moment within it only.
   [[gnu::noinline]] void end_at_brief_rest(System& system, const State& start, double t) {
     Velocities u = last_try_.end.velocities();
-    if (system.past_rest_change(u) > 0) return;
+    if (system.past_rest_change(u) > 0 || !stepper_->velocities_within(1, u)) return;
     const auto before = [&](double share) {
-      return stepper_->velocities_within(share, u) ? -system.past_rest_change(u) : kInfinity;
+      stepper_->velocities_within(share, u);
+      return -system.past_rest_change(u);
     };
     constexpr int kBits = 10;
-    const auto [share, least] = boost::math::tools::brent_find_minima(before, 0.0, 1.0, kBits);
+    std::uintmax_t iterations = 30;
+    const auto [share, least] = boost::math::tools::brent_find_minima(before, 0.0, 1.0, kBits, iterations);
     if (!(least < 0)) return;
     try_before_ = last_try_;
     ++record_->statistics.location_steps;
