@@ -84,7 +84,7 @@ class BaseNode::Loop {
         diagnosing_(kDiagnosticsRate),
         node_(node),
         publications_([this] { update_subscriptions(); }),
-        clock_(settings_, loop_, publications_) {
+        clock_(settings_, loop_, publications_, stop_) {
     node_.setCallbackQueue(&queue_);
     private_node.setCallbackQueue(&queue_);
     if (!settings_.bag.empty()) open_bag();

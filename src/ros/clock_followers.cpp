@@ -30,7 +30,10 @@ namespace youbot_base_sim {
 namespace {
 
 constexpr auto kBetweenLooks = std::chrono::microseconds(50);
-constexpr int kLooks = 1000;  // to find who is to blame
+constexpr auto kBetweenLooksAtStopped = std::chrono::milliseconds(10);
+constexpr auto kFirstNotice = std::chrono::seconds(1),
+               kNextNotice = std::chrono::seconds(10);  // of one that is stopped
+constexpr int kLooks = 1000;                            // to find who is to blame
 constexpr char kMaster[] = "the master";
 // Polling interval of loops and timers by simulated time: 1 ms, and slack.
 constexpr auto kRoscppPolling = std::chrono::microseconds(1200);
@@ -48,11 +51,25 @@ const char* read_small(const std::string& path, char (&text)[n]) {
   return text;
 }
 
-/// Whether a thread sleeps and waits for something; `folder` is its own in /proc.
-bool sleeps(const std::string& folder) {
+/// The state of a thread, a letter as in /proc; 'X' if it has ended. `folder` is its own in /proc.
+char state_of(const std::string& folder) {
   char text[512];
   const char* state = std::strrchr(read_small(folder + "/stat", text), ')');
-  if (state && (state[2] == 'R' || state[2] == 'D')) return false;
+  return state && state[2] != 'Z' ? state[2] : 'X';
+}
+
+/// Whether a signal (T) or a debugger (t) has stopped a thread.
+bool is_stopped(const std::string& folder) {
+  const char state = state_of(folder);
+  return state == 'T' || state == 't';
+}
+
+/// Whether a thread has ended, or sleeps and waits for something.
+bool sleeps(const std::string& folder) {
+  const char state = state_of(folder);
+  if (state == 'X') return true;
+  if (state != 'S' && state != 'I') return false;
+  char text[64];
   // One that was about to sleep and was preempted on the way has the state of a sleeper, but waits nowhere.
   return std::strcmp(read_small(folder + "/wchan", text), "0") != 0;
 }
@@ -75,6 +92,10 @@ bool look_at_threads(const std::set<pid_t>& processes, const Look& look) {
 }
 
 bool all_sleep(const std::set<pid_t>& processes) { return look_at_threads(processes, sleeps); }
+
+bool any_is_stopped(const std::set<pid_t>& processes) {
+  return !look_at_threads(processes, [](const std::string& thread) { return !is_stopped(thread); });
+}
 
 /// How often the threads of these processes, but the caller, have run so far.
 std::uint64_t runs_of(const std::set<pid_t>& processes) {
@@ -151,8 +172,9 @@ std::set<pid_t> processes_of(const std::string& node) {
 
 }  // namespace
 
-ClockFollowers::ClockFollowers(std::chrono::milliseconds patience)
+ClockFollowers::ClockFollowers(std::chrono::milliseconds patience, const std::atomic<bool>& stop)
     : patience_(patience),
+      stop_(stop),
       processes_{{ros::this_node::getName(), {getpid()}},
                  {kMaster, processes_at(ros::master::getHost(), ros::master::getPort())}} {}
 
@@ -175,20 +197,37 @@ void ClockFollowers::let_clock_arrive() {
 
 void ClockFollowers::await_rest() {
   std::this_thread::sleep_until(seen_);
-  while (!rest() && ros::ok()) give_up_busiest();
+  while (!rest() && goes_on()) give_up_busiest();
 }
 
-/// Waits until none of them runs, nor has run while that was looked at. Returns whether that has not taken too long.
+bool ClockFollowers::goes_on() const { return ros::ok() && !stop_; }
+
+/// Waits until none of them runs, nor has run while that was looked at. Returns whether that has not taken too long,
+/// since the last one that was stopped goes on.
 bool ClockFollowers::rest() const {
-  const auto end = Clock::now() + patience_;
+  auto end = Clock::now() + patience_;
   do {
     const std::uint64_t before = work_so_far();
-    const bool sleep =
-        std::all_of(processes_.begin(), processes_.end(), [](const auto& one) { return all_sleep(one.second); });
-    if (sleep && work_so_far() == before) return true;
+    const auto awake =
+        std::find_if_not(processes_.begin(), processes_.end(), [](const auto& one) { return all_sleep(one.second); });
+    if (awake == processes_.end() && work_so_far() == before) return true;
+    if (awake != processes_.end() && any_is_stopped(awake->second)) {
+      await_continuation(awake->first, awake->second);
+      end = Clock::now() + patience_;
+    }
     std::this_thread::sleep_for(kBetweenLooks);
-  } while (Clock::now() < end && ros::ok());
+  } while (Clock::now() < end && goes_on());
   return false;
+}
+
+/// Waits while a node is stopped, and names it.
+void ClockFollowers::await_continuation(const std::string& node, const std::set<pid_t>& processes) const {
+  auto notice = Clock::now() + kFirstNotice;
+  for (; any_is_stopped(processes) && goes_on(); std::this_thread::sleep_for(kBetweenLooksAtStopped)) {
+    if (Clock::now() < notice) continue;
+    ROS_WARN("time waits for %s, which a signal (SIGSTOP) or a debugger has stopped", node.c_str());
+    notice += kNextNotice;
+  }
 }
 
 /// A number that grows whenever a thread of theirs runs, but the caller. Of this process, that takes longer to know.

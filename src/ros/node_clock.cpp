@@ -32,7 +32,8 @@ struct FunctionCallback : ros::CallbackInterface {
 
 }  // namespace
 
-NodeClock::NodeClock(const BaseSettings& settings, BaseLoop& loop, Publications& publications)
+NodeClock::NodeClock(const BaseSettings& settings, BaseLoop& loop, Publications& publications,
+                     const std::atomic<bool>& stop)
     : settings_(settings),
       loop_(loop),
       publications_(publications),
@@ -40,7 +41,7 @@ NodeClock::NodeClock(const BaseSettings& settings, BaseLoop& loop, Publications&
       follows_(!settings.publish_clock && ros::Time::isSimTime()),
       lockstep_(settings.lockstep, loop.control_period()) {
   if (!lockstep_.awaits_rest()) return;
-  followers_.emplace(std::chrono::milliseconds(std::llround(1e3 * settings.lockstep.timeout)));
+  followers_.emplace(std::chrono::milliseconds(std::llround(1e3 * settings.lockstep.timeout)), stop);
 }
 
 // Latched, so that a node that comes while time stands still knows the time at once. As a publisher it subscribes too,

@@ -9,6 +9,7 @@
 #include <atomic>
 #include <chrono>
 #include <csignal>
+#include <future>
 #include <memory>
 #include <string>
 #include <thread>
@@ -71,10 +72,11 @@ while True:
 };
 
 constexpr auto kPatience = std::chrono::seconds(2);
+std::atomic<bool> stop{false};
 
 TEST(ClockFollowers, are_waited_for_though_they_never_answer) {
   SilentNode node("/silent");
-  ClockFollowers followers(kPatience);
+  ClockFollowers followers(kPatience, stop);
   followers.add("/silent");
   followers.await_rest();
   EXPECT_FALSE(node.has_worked());
@@ -108,7 +110,7 @@ class Warnings {
 
 TEST(ClockFollowers, one_that_never_rests_is_named_and_given_up) {
   SilentNode restless("/a_restless"), idle("/b_idle");
-  ClockFollowers followers(kPatience);
+  ClockFollowers followers(kPatience, stop);
   followers.add("/a_restless");
   followers.add("/b_idle");
   followers.await_rest();
@@ -123,9 +125,55 @@ TEST(ClockFollowers, one_that_never_rests_is_named_and_given_up) {
   EXPECT_TRUE(idle.has_worked()) << "the others are waited for as before";
 }
 
+TEST(ClockFollowers, one_that_is_stopped_is_waited_for_and_named) {
+  SilentNode node("/stopped"), idle("/idle");
+  ClockFollowers followers(kPatience, stop);
+  followers.add("/stopped");
+  followers.add("/idle");
+  followers.await_rest();
+  Warnings warnings;
+  node.send(SIGSTOP);
+  node.send(SIGUSR1);
+  const auto rest = std::async(std::launch::async, [&] { followers.await_rest(); });
+  wait_for("a warning", [&] { return warnings.has("time waits for /stopped, which a signal (SIGSTOP)"); });
+  EXPECT_EQ(rest.wait_for(kPatience), std::future_status::timeout);
+  EXPECT_FALSE(node.has_worked());
+  node.send(SIGCONT);
+  rest.wait();
+  EXPECT_TRUE(node.has_worked());
+  EXPECT_FALSE(warnings.has("has not rested")) << warnings.lines();
+}
+
+TEST(ClockFollowers, one_that_is_stopped_does_not_keep_the_node_from_ending) {
+  SilentNode node("/stopped");
+  ClockFollowers followers(kPatience, stop);
+  followers.add("/stopped");
+  followers.await_rest();
+  node.send(SIGSTOP);
+  const auto rest = std::async(std::launch::async, [&] { followers.await_rest(); });
+  EXPECT_EQ(rest.wait_for(kPatience), std::future_status::timeout);
+  stop = true;
+  rest.wait();
+  stop = false;
+}
+
+// The test is its parent, and asks for its end only after.
+TEST(ClockFollowers, one_that_has_ended_is_not_waited_for) {
+  SilentNode node("/ended");
+  ClockFollowers followers(kPatience, stop);
+  followers.add("/ended");
+  followers.await_rest();
+  Warnings warnings;
+  node.send(SIGKILL);
+  followers.await_rest();
+  ROS_WARN("the end");
+  wait_for("the end", [&] { return warnings.has("the end"); });
+  EXPECT_FALSE(warnings.has("has not rested")) << warnings.lines();
+}
+
 TEST(ClockFollowers, several_rest_between_their_polls) {
   Warnings warnings;
-  ClockFollowers followers(kPatience);
+  ClockFollowers followers(kPatience, stop);
   std::vector<std::unique_ptr<SilentNode>> nodes;
   for (const std::string name : {"/a", "/b", "/c", "/d", "/e", "/f"}) {
     nodes.push_back(std::make_unique<SilentNode>(name));
@@ -152,7 +200,7 @@ void await_rest_beside_busy_thread(ClockFollowers& followers) {
 
 TEST(ClockFollowers, this_process_is_named_where_it_never_rests) {
   SilentNode idle("/idle");
-  ClockFollowers followers(kPatience);
+  ClockFollowers followers(kPatience, stop);
   followers.add("/idle");
   followers.await_rest();
   Warnings warnings;
@@ -164,7 +212,7 @@ TEST(ClockFollowers, this_process_is_named_where_it_never_rests) {
 // The node's name comes last, where the first one seen at work would be blamed.
 TEST(ClockFollowers, one_that_keeps_this_process_busy_is_named_alone) {
   SilentNode restless("/z_restless");
-  ClockFollowers followers(kPatience);
+  ClockFollowers followers(kPatience, stop);
   followers.add("/z_restless");
   followers.await_rest();
   Warnings warnings;
@@ -176,7 +224,7 @@ TEST(ClockFollowers, one_that_keeps_this_process_busy_is_named_alone) {
 
 TEST(ClockFollowers, one_that_cannot_be_seen_is_named) {
   Warnings warnings;
-  ClockFollowers followers(kPatience);
+  ClockFollowers followers(kPatience, stop);
   followers.add("/absent");
   wait_for("a warning", [&] { return warnings.has("/absent follows /clock from elsewhere"); });
   followers.await_rest();

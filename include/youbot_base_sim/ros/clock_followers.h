@@ -2,6 +2,7 @@
 
 #include <sys/types.h>
 
+#include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <map>
@@ -18,12 +19,16 @@ namespace youbot_base_sim {
 ///
 /// The master takes part: a node that subscribes or looks for a service waits for it.
 ///
+/// A node that is stopped, by SIGSTOP or a debugger, is waited for until it goes on, and named meanwhile. One that has
+/// ended rests, whether its parent has taken notice or not.
+///
 /// A node's processes are those that hold the socket at which, by the master, it answers. The node itself is not
 /// asked: in a container its process has another number, and one that hangs would not answer.
 class ClockFollowers {
  public:
-  /// `patience`: wall time for a node to come to rest; after it, the node is named in a warning and given up.
-  explicit ClockFollowers(std::chrono::milliseconds patience);
+  /// `patience`: wall time for a node to come to rest; after it, the node is named in a warning and given up. Nothing
+  /// is waited for once `stop` is set, which must outlive this.
+  ClockFollowers(std::chrono::milliseconds patience, const std::atomic<bool>& stop);
 
   /// A node subscribes to /clock. Warns if its processes cannot be seen from here.
   void add(const std::string& node);
@@ -39,11 +44,14 @@ class ClockFollowers {
  private:
   using Clock = std::chrono::steady_clock;
 
+  bool goes_on() const;
   bool rest() const;
+  void await_continuation(const std::string& node, const std::set<pid_t>& processes) const;
   std::uint64_t work_so_far() const;
   void give_up_busiest();
 
   const std::chrono::milliseconds patience_;
+  const std::atomic<bool>& stop_;
   std::map<std::string, std::set<pid_t>> processes_;  // by node, of this one and the master too
   Clock::time_point seen_;                            // /clock, by all of them
 };

@@ -35,8 +35,8 @@ namespace youbot_base_sim {
 /// | its `period` 0 | a player's command, each control period | each control period |
 class NodeClock {
  public:
-  /// All references must outlive it.
-  NodeClock(const BaseSettings& settings, BaseLoop& loop, Publications& publications);
+  /// Once `stop` is set, nothing is waited for. All references must outlive it.
+  NodeClock(const BaseSettings& settings, BaseLoop& loop, Publications& publications, const std::atomic<bool>& stop);
 
   /// Advertises /clock, or follows another node's.
   void connect(ros::NodeHandle& node);
