@@ -40,16 +40,28 @@ double time_of(const ros::Time& stamp, const ros::Time& arrival) {
   return std::abs((stamp - arrival).toSec()) < kMaxApart ? stamp.toSec() : arrival.toSec();
 }
 
+/// Zeros stand for a body that is out of sight.
+bool is_rotation(const geometry_msgs::Quaternion& q) {
+  return std::abs(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w - 1) <= 0.1;
+}
+
 /// Links between frames by their children. A pose in space turns into x, y and heading at the end.
 class Transforms {
  public:
+  /// Leaves out what tf2 would: frames without a name, rotations that are none.
   void add(const geometry_msgs::TransformStamped& link, double t, bool fixed) {
     const auto& p = link.transform.translation;
     const auto& q = link.transform.rotation;
+    const std::string child = plain(link.child_frame_id), parent = plain(link.header.frame_id);
+    const Eigen::Vector3d position(p.x, p.y, p.z);
+    if (child.empty() || parent.empty() || !is_rotation(q) || !position.allFinite()) {
+      ++left_out_;
+      return;
+    }
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-    pose.translate(Eigen::Vector3d(p.x, p.y, p.z)).rotate(Eigen::Quaterniond(q.w, q.x, q.y, q.z).normalized());
-    Link& own = links_[plain(link.child_frame_id)];
-    own.parent = plain(link.header.frame_id);
+    pose.translate(position).rotate(Eigen::Quaterniond(q.w, q.x, q.y, q.z).normalized());
+    Link& own = links_[child];
+    own.parent = parent;
     if (fixed) own.poses.clear();
     own.poses.emplace(t, pose);
   }
@@ -63,7 +75,8 @@ class Transforms {
     for (std::size_t k = 0; frame != plain(fixed); ++k) {
       const auto link = links_.find(frame);
       if (link == links_.end() || k > links_.size())
-        throw UnusableRecord(fmt::format("{}: no transforms from {} to {}", bag, quote(fixed), quote(body)));
+        throw UnusableRecord(
+            fmt::format("{}: no transforms from {} to {}{}", bag, quote(fixed), quote(body), left_out()));
       const bool moves = link->second.poses.size() > 1;
       if (moves && moving)
         throw UnusableRecord(
@@ -84,9 +97,17 @@ class Transforms {
     std::map<double, Eigen::Isometry3d> poses;
   };
 
-  static std::string plain(const std::string& frame) { return frame.substr(frame.find_first_not_of('/')); }
+  static std::string plain(const std::string& frame) {
+    return frame.substr(std::min(frame.find_first_not_of('/'), frame.size()));
+  }
+
+  std::string left_out() const {
+    if (left_out_ == 0) return "";
+    return fmt::format(": {} are left out, which lack a frame's name, a finite position or a rotation", left_out_);
+  }
 
   std::map<std::string, Link> links_;
+  int left_out_ = 0;
 };
 
 class Reader {
@@ -124,13 +145,15 @@ class Reader {
   /// Whether a topic may be needed.
   bool wants(const std::string& topic) const {
     if (topic == truth_topic_) return true;
-    for (const char* name : {"joint_states", kTwistTopic, kVelocityTopic, kTorqueTopic, kOdometryTopic}) {
+    for (const char* name :
+         {"joint_states", kTwistTopic, kVelocityTopic, kTorqueTopic, kOdometryTopic, kStateSetTopic}) {
       if (ends_with(topic, name)) return true;
     }
     return has_frames() && (ends_with(topic, "tf") || ends_with(topic, "tf_static"));
   }
 
   void add(const rosbag::MessageInstance& message) {
+    if (ends_with(message.getTopic(), kStateSetTopic)) return note_state_set(message);
     if (message.getTopic() == truth_topic_) return add_truth(message);
     if (const auto transforms = message.instantiate<tf2_msgs::TFMessage>()) {
       for (const geometry_msgs::TransformStamped& link : transforms->transforms) {
@@ -191,6 +214,14 @@ class Reader {
     record_.torque.push_back(torque.isFinite().all() ? torque : Wheels(Wheels::Zero()));
   }
 
+  /// The base was put elsewhere: before the drive, that means nothing. Throws UnusableRecord.
+  void note_state_set(const rosbag::MessageInstance& message) const {
+    if (record_.t.empty()) return;
+    throw UnusableRecord(
+        fmt::format("{}: the base was put elsewhere at t = {:.3f} s, by {}: must be one drive; `rosbag filter` cuts it",
+                    record_.name, message.getTime().toSec() - record_.t.front(), quote(message.getTopic())));
+  }
+
   bool has_frames() const { return !names_.truth_frames[0].empty(); }
 
   static bool is_truth_type(const std::string& type) {
@@ -213,8 +244,7 @@ class Reader {
   template <class Position>
   void add_truth(const std_msgs::Header& header, const Position& p, const geometry_msgs::Quaternion& q,
                  const ros::Time& arrival) {
-    const double square = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
-    if (std::abs(square - 1) > 0.1) return;  // zeros stand for a body that is out of sight
+    if (!is_rotation(q)) return;
     add_truth(time_of(header.stamp, arrival), {p.x, p.y, p.z}, tf2::getYaw(q), 1 - 2 * (q.x * q.x + q.y * q.y));
   }
 

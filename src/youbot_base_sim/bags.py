@@ -17,8 +17,14 @@ MAGIC = (b"#ROSBAG V2.0\n", b"#ROSRECORD V1.")
 MESSAGE, CHUNK, CONNECTION, FILE_HEADER = 2, 5, 7, 3  # op codes of records
 MAX_CLOCKS_APART = 1  # s, between a stamp and its arrival; beyond, the stamp is another clock's
 MAX_STEP_BACK = 0.1  # s: messages that overtake each other by less are of one run
+STATE_SET = "state_set"  # last part of the topic that says where ~set_state has put the base
 
 logging.getLogger("rosout").addHandler(logging.NullHandler())  # genpy's, which prints what it replaces in damaged text
+
+
+def absolute(topic):
+    """rosbag record keeps the names that it is given, with a slash or without."""
+    return "/" + topic.lstrip("/")
 
 
 class Bag:
@@ -66,9 +72,16 @@ class Bag:
             self.problem = (f"{shown(self.path)} is damaged ({one_line(error)}): read up to "
                             f"t = {self.seconds(last):.3f} s")
 
+    def state_sets(self, topics):
+        """Topics that say where a base was put elsewhere, of those in whose namespaces one of `topics` is."""
+        return [one for one, kind in self.types.items()
+                if kind == "nav_msgs/Odometry" and one.rsplit("/", 1)[-1] == STATE_SET and
+                any(absolute(topic).startswith(absolute(one)[:-len(STATE_SET)]) for topic in topics)]
+
     def messages_of_one_run(self, topics):
-        """Yields seconds, topic and message. Throws Refused where a topic's times go back, as in a bag of two runs."""
-        latest = {}
+        """Yields seconds, topic and message. Throws Refused where a topic's times go back, as in a bag of two runs, and
+        where the base was put elsewhere between two messages."""
+        latest, state_sets, put = {}, self.state_sets(topics), None
 
         def follow(topic, t):
             before = latest.setdefault(topic, t)
@@ -77,8 +90,14 @@ class Bag:
                               f"{t:.3f} s: must be one run")
             latest[topic] = max(before, t)
         for connection, arrival, _ in scan(self.path):  # as they lie in the file: rosbag puts them in order of time
-            if connection["topic"] in topics:
-                follow(connection["topic"], self.seconds(arrival))
+            topic = connection["topic"]
+            if topic in state_sets and latest:
+                put = put or (topic, self.seconds(arrival))
+            if topic in topics:
+                follow(topic, self.seconds(arrival))
+                if put:
+                    raise Refused(f"{shown(self.path)}: the base was put elsewhere at t = {put[1]:.3f} s, by "
+                                  f"{shown(put[0])}: must be one run")
         latest.clear()
         for topic, message, arrival in self.messages(topics):
             t = self.time_of(message, arrival)

@@ -25,9 +25,13 @@ START = 0.02         # m and rad: until odometry has moved so far, it has hardly
 
 def pose_fields(kind, message):
     position, q = KINDS[kind](message)
-    seen = 0.9 < q.x ** 2 + q.y ** 2 + q.z ** 2 + q.w ** 2 < 1.1  # zeros stand for a body that is out of sight
-    return {"pose": (position.x, position.y, heading(q.x, q.y, q.z, q.w) if seen else math.nan),
+    return {"pose": (position.x, position.y, heading(q.x, q.y, q.z, q.w) if is_rotation(q) else math.nan),
             "upright": (position.z, 1 - 2 * (q.x ** 2 + q.y ** 2))}
+
+
+def is_rotation(q):
+    """Zeros stand for a body that is out of sight."""
+    return 0.9 < q.x ** 2 + q.y ** 2 + q.z ** 2 + q.w ** 2 < 1.1
 
 
 def heading(x, y, z, w):
@@ -49,19 +53,26 @@ def check_upright(series, topic):
 
 
 def transforms_to_poses(bag, fixed, body):
-    """Rows like those of `pose_fields` after their times, from the chain of transforms between two frames."""
-    links, parents = {}, {}
+    """Rows like those of `pose_fields` after their times, from the chain of transforms between two frames. Leaves out
+    what tf2 would: frames without a name, rotations that are none."""
+    links, parents, left_out = {}, {}, 0
     for topic, message, arrival in bag.messages([topic for topic, kind in bag.types.items() if kind in TRANSFORMS]):
         for link in message.transforms:
-            child, p = link.child_frame_id.strip("/"), link.transform.translation
-            parents[child] = link.header.frame_id.strip("/")
+            child, parent = link.child_frame_id.strip("/"), link.header.frame_id.strip("/")
+            p, q = link.transform.translation, link.transform.rotation
+            if not (child and parent and is_rotation(q) and np.isfinite((p.x, p.y, p.z)).all()):
+                left_out += 1
+                continue
+            parents[child] = parent
             t = 0 if topic.endswith("static") else bag.time_of(link, arrival)
-            links.setdefault(child, {})[t] = matrix(p, link.transform.rotation)
+            links.setdefault(child, {})[t] = matrix(p, q)
     frame, chain = body.strip("/"), []
     while frame != fixed.strip("/"):
         if frame not in parents or len(chain) == len(parents):
             raise Missing(f"no transforms from {shown(fixed)} to {shown(body)}: it has " + (", ".join(
-                f"{shown(parents[child])} -> {shown(child)}" for child in sorted(parents)) or "none"))
+                f"{shown(parents[child])} -> {shown(child)}" for child in sorted(parents)) or "none") + (
+                    f"; {left_out} are left out, which lack a frame's name, a finite position or a rotation"
+                    if left_out else ""))
         chain.insert(0, links[frame])
         frame = parents[frame]
     t = np.array(sorted(max(chain, key=len)))

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from . import ground_truth
+from .bags import absolute
 from .base import WHEELS, Base
 from .command_line import Refused, shown
 from .series import Missing, Series, differentiated, middles
@@ -25,6 +26,7 @@ class Record:
     alignment: object = None  # of a marker's ground truth, see ground_truth.Alignment
     unusable: dict = field(default_factory=dict)  # name -> why no message of its topic can be used
     notes: list = field(default_factory=list)   # what was left out or is assumed, a line each
+    part: tuple = (-math.inf, math.inf)  # from when to when it is read, s
 
     def get(self, name, *columns):
         """The rows of a series in which these columns are known, None if there are none."""
@@ -53,10 +55,13 @@ def read_record(bag, base, chosen=(), progress=lambda n: None, only=None, namesp
     its own, or the base's; None: by its type."""
     topics = find_topics(bag, chosen, only or TOPICS, f"/{namespace}/".replace("//", "/"))
     names = {topic: name for name, candidates in topics.items() for topic in candidates}
-    rows = {topic: [] for topic in names}
+    rows, state_sets = {topic: [] for topic in names}, {topic: [] for topic in bag.state_sets(names)}
     record, left_out = Record(base), LeftOut()
-    for n, (topic, message, arrival) in enumerate(bag.messages(list(names))):
+    for n, (topic, message, arrival) in enumerate(bag.messages([*names, *state_sets])):
         progress(n)
+        if topic not in names:
+            state_sets[topic].append(bag.time_of(message, arrival))
+            continue
         try:
             fields = TOPICS[names[topic]].kinds[bag.types[topic]][0](message, base)
             t = bag.time_of(message, arrival)
@@ -66,7 +71,10 @@ def read_record(bag, base, chosen=(), progress=lambda n: None, only=None, namesp
         if row:
             rows[topic].append((t, *row))
     record.notes += left_out.notes(names)
+    choose_part(record, bag, {topic: found for topic, found in rows.items() if found}, state_sets)
     for name, candidates in topics.items():
+        for topic in candidates:
+            rows[topic] = within(record.part, rows[topic], is_held=name in ("cmd_vel", "velocity_command"))
         used = [topic for topic in candidates if rows[topic]]
         if not used:
             record.unusable.update((name, left_out.why_none(topic)) for topic in reversed(candidates))
@@ -79,11 +87,34 @@ def read_record(bag, base, chosen=(), progress=lambda n: None, only=None, namesp
     return record
 
 
+def choose_part(record, bag, rows, state_sets):
+    """The longest part in which the base was not put elsewhere."""
+    if not rows or not any(state_sets.values()):
+        return
+    first, last = (choose(row[0] for found in rows.values() for row in found) for choose in (min, max))
+    of_base = bag.state_sets(rows)
+    times = sorted(t for topic in of_base for t in state_sets[topic] if first <= t < last)
+    bounds = [first, *times, last]
+    begin, end = max(zip(bounds, bounds[1:]), key=lambda part: part[1] - part[0])
+    if times:
+        record.part = (begin if begin > first else -math.inf, end if end < last else math.inf)
+        record.notes.append(f"the base was put elsewhere at t = {', '.join(f'{t:.3f}' for t in times)} s, by "
+                            f"{', '.join(map(shown, of_base))}: judged is the longest part, from t = {begin:.3f} s to "
+                            f"{end:.3f} s")
+
+
+def within(part, rows, is_held=False):
+    """The rows of a part; also the last one before it, of commands that are held."""
+    inside = [row for row in rows if part[0] < row[0] <= part[1]]
+    before = [row for row in rows if row[0] <= part[0]] if is_held else []
+    return [(part[0], *max(before, key=lambda row: row[0])[1:])] + inside if before else inside
+
+
 def add_truth(record, bag, frames, of_marker):
     """Reads transforms, if they are asked for; aligns what is a marker's."""
     try:
         if frames:
-            rows = ground_truth.transforms_to_poses(bag, *frames)
+            rows = within(record.part, ground_truth.transforms_to_poses(bag, *frames))
             add_series(record, "ground_truth", " -> ".join(frames), rows, ground_truth.pose_series)
         poses, topic = record.get("ground_truth", "x", "y", "psi"), record.topics.get("ground_truth")
         is_tracked = poses and "upright" in poses.columns
@@ -156,11 +187,6 @@ class LeftOut:
             if names[topic] != "joint_states":  # where an arm's joints are at home too
                 yield (f"{shown(topic)}: {number} messages lack the wheels fl, fr, bl and br or another part that is "
                        "needed: left out")
-
-
-def absolute(topic):
-    """rosbag record keeps the names that it is given, with a slash or without."""
-    return "/" + topic.lstrip("/")
 
 
 def find_topics(bag, chosen, names, namespace):

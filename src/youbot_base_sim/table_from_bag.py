@@ -7,14 +7,15 @@ t = 0 on.
 
 Angular velocities are in rad/s, torques in N m, both positive forward on all four wheels. t = 0 is the start of the
 bag. A wheel is at zero until its first command. A bag that is cut or has no index is read up to where it breaks, and a
-warning gives that instant. A bag whose times go back, such as one of two runs, is rejected. docs/replay.md says more.
+warning gives that instant. A bag whose times go back, such as one of two runs, is rejected, and so is one in which
+~set_state put the base elsewhere. docs/replay.md says more.
 """
 import math
 from collections import Counter
 
 import numpy as np
 
-from .bags import Bag
+from .bags import Bag, absolute
 from .base import DRIVER_RADIUS, JOINTS, WHEELS, Base
 from .command_line import Parser, Refused, complain, positive
 from .encoders import add_encoder_options, encoders_of
@@ -31,11 +32,6 @@ TOPICS = {TWIST: ["/cmd_vel"],
 
 def warn(text):
     complain("table_from_bag", "warning: " + text)
-
-
-def absolute(topic):
-    """rosbag record keeps a topic's name as given, also without the slash."""
-    return "/" + topic.lstrip("/")
 
 
 class ChosenTopics:

@@ -300,6 +300,54 @@ TEST_F(BagReaderTest, RefusesGroundTruthThatIsNotClear) {
   expect_refused("two.bag", "no transforms from mocap to body", names);
 }
 
+TEST_F(BagReaderTest, RefusesABaseThatWasPutElsewhere) {
+  const auto put_at = [&](double t) {
+    write_bag(folder_.path("put.bag"), {});
+    rosbag::Bag(folder_.path("put.bag"), rosbag::bagmode::Append)
+        .write("/robot/state_set", at(t), odometry_message("world", {1, 2, 3}, {0, 0, 0}, at(t)));
+  };
+  put_at(3.5);
+  expect_refused("put.bag", "the base was put elsewhere at t = 3.500 s, by /robot/state_set: must be one drive");
+  put_at(-1);
+  EXPECT_FALSE(read_drive_bag(folder_.path("put.bag")).t.empty());
+}
+
+// A tracker's link, a fixed one to the base, and in between what tf2 would not take.
+TEST_F(BagReaderTest, LeavesOutTransformsThatAreNone) {
+  Recording recording;
+  recording.tracker = Tracker::kTransforms;
+  const BagNames names{{}, Wheels::Ones(), "", {"mocap", "base"}, {}};
+  const auto write = [&](const std::vector<geometry_msgs::TransformStamped>& fixed,
+                         const std::vector<geometry_msgs::TransformStamped>& moving = {}) {
+    write_bag(folder_.path("chain.bag"), recording);
+    rosbag::Bag bag(folder_.path("chain.bag"), rosbag::bagmode::Append);
+    tf2_msgs::TFMessage transforms;
+    transforms.transforms = fixed;
+    bag.write("/tf_static", at(0.5), transforms);
+    transforms.transforms = moving;
+    bag.write("/tf", at(4.5), transforms);
+  };
+  const auto whole = link("/body", "/base", {0.1, 0, 0}, 0, at(0));
+  auto unturned = link("body", "base", {0.1, 0, 0}, 0, at(0)), lost = link("mocap", "body", {9, 9, 0}, 0, at(4.4955));
+  auto infinite = lost;
+  unturned.transform.rotation = lost.transform.rotation = geometry_msgs::Quaternion();  // all zero
+  infinite.transform.translation.x = HUGE_VAL;
+  write({whole});
+  const std::vector<Eigen::Vector3d> expected = read_drive_bag(folder_.path("chain.bag"), names).truth;
+  ASSERT_EQ(expected.size(), static_cast<std::size_t>(kRate) * kVelocities.size());
+  write({whole, link("", "base", {9, 0, 0}, 0, at(0)), link("body", "", {9, 0, 0}, 0, at(0)),
+         link("/", "/", {9, 0, 0}, 0, at(0)), unturned},
+        {lost, infinite});
+  EXPECT_EQ(read_drive_bag(folder_.path("chain.bag"), names).truth, expected);
+  write({unturned, link("", "base", {9, 0, 0}, 0, at(0))});
+  expect_refused("chain.bag", "no transforms from mocap to base: 2 are left out, which lack a frame's name, a finite",
+                 names);
+  write({whole}, {link("body", "base", {0.2, 0, 0}, 0, at(4.5))});
+  expect_refused("chain.bag", "two links from mocap to base move; must be one", names);
+  write({link("base", "plate", {0, 0, 0}, 0, at(0)), link("plate", "base", {0, 0, 0}, 0, at(0))});
+  expect_refused("chain.bag", "no transforms from mocap to base", names);
+}
+
 // Sizes as odometry has them, and without it as ground truth shows them.
 TEST_F(BagReaderTest, RefusesABaseOfOtherSizes) {
   RobotParameters larger = base_of_the_bags();

@@ -3,6 +3,7 @@
 #include <brics_actuator/JointTorques.h>
 #include <geometry_msgs/Twist.h>
 #include <gtest/gtest.h>
+#include <nav_msgs/Odometry.h>
 #include <rosbag/bag.h>
 
 #include <filesystem>
@@ -285,6 +286,22 @@ TEST_F(TableFromBagTest, RefusesTwoRunsInOneBag) {
   }
   record("/joint_states", messages);
   expect_refused({"--measured", velocity_[0], velocity_[1]}, {"/joint_states go back from t = 0.300 s to 0.000 s"});
+}
+
+TEST_F(TableFromBagTest, RefusesABaseThatWasPutElsewhere) {
+  const geometry_msgs::Twist twist;
+  const auto put_at = [&](const std::string& topic, double t) {
+    record<geometry_msgs::Twist>("/a/cmd_vel", {{0, twist}, {1, twist}});
+    rosbag::Bag(folder_.path("x.bag"), rosbag::bagmode::Append)
+        .write(topic, ros::Time(kWallTime) + ros::Duration(t), nav_msgs::Odometry());
+    rosbag::Bag(folder_.path("x.bag"), rosbag::bagmode::Append)
+        .write("/a/cmd_vel", ros::Time(kWallTime) + ros::Duration(2), twist);
+    return std::vector<std::string>{velocity_[0], velocity_[1], "--topic", "/a/cmd_vel"};
+  };
+  expect_refused(put_at("/a/state_set", 1.5),
+                 {"x.bag: the base was put elsewhere at t = 1.500 s, by /a/state_set: must be one run"});
+  expect_refused(put_at("state_set", 1.5), {"t = 1.500 s, by state_set"});
+  EXPECT_EQ(make_table(put_at("/b/state_set", 1.5)), 0) << said_;
 }
 
 TEST_F(TableFromBagTest, RefusesWhatNoOneTableCanTell) {

@@ -332,6 +332,29 @@ class AnalyseTest(RunsAnalyse):
         self.analyse(bag, "--namespace", "youbot", status=2)
         self.one_line("no topic of a base")
 
+    def test_of_a_base_that_was_put_elsewhere_the_longest_part_is_judged(self):
+        turning = self.make_turning("turning.bag", prefix="/a/")
+
+        def put(name, *times, prefix="/a/"):
+            with rosbag.Bag(turning) as bag, rosbag.Bag(self.path(name), "w") as changed:
+                for topic, message, t in bag.read_messages():
+                    if topic == "/a/ground_truth":
+                        message.pose.pose.position.x += 5 * sum(t > stamp_of(time) for time in times)
+                    changed.write(topic, message, t)
+                for time in times:
+                    changed.write(prefix + "state_set", odometry(time, (5, 0, 0)), stamp_of(time))
+            return self.path(name)
+        numbers = self.numbers(put("twice.bag", 10, 25))
+        self.assertIn("note: the base was put elsewhere at t = 10.000, 25.000 s, by /a/state_set: judged is the longest "
+                      "part, from t = 10.000 s to 25.000 s", self.out)
+        self.assertAlmostEqual(numbers["final_heading_error"], 0.005 * 14.95, delta=1e-9)
+        self.assertAlmostEqual(numbers["rotation"], 0.5 * 14.95, delta=1e-9)
+        self.assertAlmostEqual(numbers["forward_of_commanded"], 1.05, delta=2e-4)
+        self.expect_turning(self.numbers(put("before.bag", -1)))
+        self.assertNotIn("elsewhere", self.out)
+        self.numbers(put("other.bag", 10, prefix="/b/"))
+        self.assertNotIn("elsewhere", self.out)
+
     def test_gaps_are_not_bridged(self):
         self.expect_turning(self.numbers(self.make_turning("gap.bag", in_gap=lambda k: 200 < k < 300)))
         self.assertEqual(len(self.table("odometry.csv")), 601 - 99)

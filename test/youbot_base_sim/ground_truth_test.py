@@ -155,6 +155,23 @@ class GroundTruthTest(RunsAnalyse):
         self.assertIn("no transforms from world to robot: it has rigid_body -> plate, mocap -> rigid_body, plate -> "
                       "robot", self.out)
 
+    def test_transforms_that_are_none_are_left_out(self):
+        """As by tf2: without a frame's name, with the rotation of a message that was never filled in."""
+        def links(*frames):
+            for parent, child in frames:
+                link = message_of(TransformStamped, 9, 9, 0, 0)
+                link.header.frame_id, link.child_frame_id = parent, child
+                yield link
+        bag = self.recorded("named.bag", TransformStamped, as_transforms=True)
+        known = self.numbers(bag, "--frames", "mocap,robot", "--truth", "marker")
+        unturned, = links(("mocap", "rigid_body"))
+        unturned.transform.rotation.w = unturned.transform.rotation.z = 0
+        with rosbag.Bag(bag, "a") as more:
+            more.write("/tf", TFMessage([unturned, *links(("", "rigid_body"), ("mocap", "/"))]), stamp_of(3))
+        self.assertEqual(self.numbers(bag, "--frames", "mocap,robot", "--truth", "marker"), known)
+        self.analyse(bag, "--frames", "mocap,nothing", "--only", "odometry")
+        self.assertIn("; 3 are left out, which lack a frame's name, a finite position or a rotation", self.out)
+
     def test_ground_truth_of_odometry_may_be_a_marker_s(self):
         with rosbag.Bag(self.path("drive.bag")) as bag, rosbag.Bag(self.path("odometry.bag"), "w") as live:
             for topic, message, t in bag.read_messages(start_time=genpy.Time(1)):  # stamps cannot be negative
