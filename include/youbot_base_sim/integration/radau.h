@@ -89,8 +89,9 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   static constexpr int kMaxIterations = 25;
   static constexpr double kMinLength = 1.0 / 16;  // of a damped correction
   static constexpr double kConverged = 0.03;      // of the tolerance
-  static constexpr double kRounding = 1e-14;      // of velocities, m/s and rad/s
-  static constexpr double kShrinkage = 0.3;       // of a step after iterations that failed
+  // Of velocities, m/s and rad/s; with dynamic reactions
+  static constexpr double kRounding = 1e-14, kReactingRounding = 1e-12;
+  static constexpr double kShrinkage = 0.3;  // of a step after iterations that failed
   // The Jacobian is evaluated again after a first correction of more tolerances, or where corrections shrink by less.
   static constexpr double kRefactorizeCorrection = 3000;
   static constexpr double kRefactorizeRate = 0.1;
@@ -143,7 +144,8 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   // friction: its error must be within the tolerance of the energy balance.
   void set_convergence_tolerance(const SlipSystem<Model>& system) {
     const bool prescribed = system.model().robot().wheels_prescribed;
-    const double share = prescribed ? std::min(1.0, 1e3 * tolerance_.relative) : 1, least = prescribed ? kRounding : 0;
+    const double share = prescribed ? std::min(1.0, 1e3 * tolerance_.relative) : 1;
+    const double least = !prescribed ? 0 : system.reacts() ? kReactingRounding : kRounding;
     const Velocities turning = share * regularization_velocities(system.model());
     per_tolerance_ = {1 / (kConverged * error_scale_.v.min(turning.v)).max(least),
                       1 / (kConverged * error_scale_.dphi.min(turning.dphi)).max(least),
