@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "youbot_base_sim/identify/bag_reader.h"
+#include "youbot_base_sim/identify/encoder_fit.h"
 #include "youbot_base_sim/identify/fit.h"
 #include "youbot_base_sim/identify/ground_truth.h"
 #include "youbot_base_sim/identify/report.h"
@@ -30,15 +31,18 @@ struct Arguments {
   std::vector<std::string> bags;
   std::string scene, output, csv;
   BagNames names;
-  bool quiet = false;
+  double resolution = 0;  // of encoders, rad; 0: unknown
+  bool encoders = false, unknown_angles = false, quiet = false;
 };
 
 const Usage kUsage = {
     "identify BAG.. [options]",
-    "Fits robot and motors of a scene to bags with joint_states, with effort, and cmd_vel or velocity_command.",
+    "Fits robot and motors of a scene to bags with joint_states, with effort, and cmd_vel or velocity_command; with\n"
+    "--encoders the robot alone, to bags with positions of joint_states and ground truth.",
     "\nExit status: 0 done, 2 rejected input, 1 the fit could not be completed.\n",
     "  identify drive.bag --output fitted.yaml\n"
-    "  identify first.bag second.bag --scene my_scene.yaml --csv comparison.csv\n"};
+    "  identify first.bag second.bag --scene my_scene.yaml --csv comparison.csv\n"
+    "  identify drive.bag --encoders --scene my_scene.yaml --ticks 2880 --output fitted.yaml\n"};
 
 Scene start_scene(const std::string& path) {
   Scene scene = path.empty() ? Scene() : load_scene(path);
@@ -85,7 +89,7 @@ std::vector<std::string> parts_of(const std::string& text) {
 
 /// Texts that are empty were not given. Throws OptionError.
 void read_names(const std::string& frames, const std::string& truth, const std::string& joints,
-                const std::string& ticks, BagNames& names) {
+                const std::string& ticks, BagNames& names, double& resolution) {
   if (!frames.empty()) {
     const std::vector<std::string> parts = parts_of(frames);
     if (parts.size() != 2 || parts[0].empty() || parts[1].empty())
@@ -94,7 +98,7 @@ void read_names(const std::string& frames, const std::string& truth, const std::
   }
   if (!truth.empty() && truth != "base" && truth != "marker") throw OptionError("--truth", truth, "be base or marker");
   if (!truth.empty()) names.truth_of_marker = truth == "marker";
-  if (!ticks.empty()) names.units *= 2 * M_PI / number_of("--ticks", ticks, {1e-6, 1e9, ""});
+  if (!ticks.empty()) names.units *= resolution = 2 * M_PI / number_of("--ticks", ticks, {1e-6, 1e9, ""});
   if (joints.empty()) return;
   const std::vector<std::string> parts = parts_of(joints);
   std::set<std::string> different;
@@ -130,42 +134,84 @@ bool prepare(int argc, char** argv, Arguments& arguments, Scene& start) {
     ("joints", po::value(&joints)->value_name("FL,FR,BL,BR"),
      "joints of the wheels in joint_states; -NAME turns backward: --joints=-a,b,-c,d")
     ("ticks", po::value(&ticks)->value_name("N"), "positions of joint_states are encoder ticks, N a turn of the wheel")
+    ("encoders", po::bool_switch(&arguments.encoders),
+     "fit to positions and ground truth alone: robot, clocks and where the rollers stood")
+    ("unknown-angles", po::bool_switch(&arguments.unknown_angles),
+     "with --encoders: fit what suits slip_odometry without ~angles_at_zero")
     ("quiet", po::bool_switch(&arguments.quiet), "print nothing but errors");
   // clang-format on
   if (!parse(argc, argv, kUsage, options, {"bag", po::value(&arguments.bags), -1, true})) return false;
-  read_names(frames, truth, joints, ticks, arguments.names);
+  read_names(frames, truth, joints, ticks, arguments.names, arguments.resolution);
+  if (arguments.unknown_angles && !arguments.encoders)
+    throw OptionError("--unknown-angles", "", "come with --encoders");
+  if (arguments.encoders && !arguments.csv.empty())
+    throw OptionError("--csv", arguments.csv, "be left out with --encoders");
+  arguments.names.angles_alone = arguments.encoders;
   start = start_scene(arguments.scene);
   open_outputs(arguments, start);
   return true;
 }
 
+/// What was found in the bags, and all records, inspected.
+std::vector<DriveRecord> read_records(const Arguments& arguments, const Scene& start,
+                                      std::vector<std::string>& findings) {
+  std::vector<DriveRecord> records;
+  for (const std::string& bag : arguments.bags) {
+    records.push_back(read_drive_bag(bag, arguments.names));
+    DriveRecord& record = records.back();
+    for (const std::string& line : arguments.encoders ? inspect_encoders(record) : inspect(record))
+      findings.push_back(line);
+    for (const std::string& line : prepare_ground_truth(record, start.robot)) findings.push_back(line);
+  }
+  return records;
+}
+
+void fit_commands(const Arguments& arguments, const Scene& start, std::vector<DriveRecord>& records,
+                  std::vector<std::string>& findings, const FitSettings& settings) {
+  const Fit result = fit(start, records, findings, settings);
+  if (!arguments.quiet) {
+    for (const std::string& line : findings) fmt::print("{}\n", line);
+    fmt::print("{}", report(start, result));
+  }
+  Outputs outputs = open_outputs(arguments, start);
+  const DriveRecord& first = records.front();
+  if (outputs.table) write(*outputs.table, command_table(first));
+  if (outputs.scene)
+    write(*outputs.scene, fitted_scene(arguments.scene, result, first, table_of(arguments).filename()));
+  if (outputs.csv) write(*outputs.csv, comparison_csv(result, first));
+}
+
+void fit_encoders(const Arguments& arguments, const Scene& start, const std::vector<DriveRecord>& records,
+                  const std::vector<std::string>& findings, const FitSettings& settings) {
+  const EncoderFit result = fit_encoders(
+      start, records, {arguments.resolution, !arguments.unknown_angles, settings.workers, settings.progress});
+  if (!arguments.quiet) {
+    for (const std::string& line : findings) fmt::print("{}\n", line);
+    fmt::print("{}", report(start, records, result));
+  }
+  Outputs outputs = open_outputs(arguments, start);
+  const DriveRecord& first = records.front();
+  if (outputs.table) write(*outputs.table, angle_table(first));
+  if (outputs.scene)
+    write(*outputs.scene, fitted_scene(arguments.scene, result, first, table_of(arguments).filename()));
+}
+
 /// Fits, and writes what was fitted. Returns the exit status.
 int run(const Arguments& arguments, const Scene& start) {
   try {
-    std::vector<DriveRecord> records;
     std::vector<std::string> findings;
-    for (const std::string& bag : arguments.bags) {
-      records.push_back(read_drive_bag(bag, arguments.names));
-      for (const std::string& line : inspect(records.back())) findings.push_back(line);
-      for (const std::string& line : prepare_ground_truth(records.back(), start.robot)) findings.push_back(line);
-    }
+    std::vector<DriveRecord> records = read_records(arguments, start, findings);
+    ProgressBar progress(arguments.quiet);
     FitSettings settings;
     settings.workers = {static_cast<int>(std::thread::hardware_concurrency()), &stop_requested()};
-    ProgressBar progress(arguments.quiet);
     settings.progress = [&](double share) {
       share < 1 ? progress.draw(share, fmt::format("{:.0f} %", 100 * share)) : progress.clear();
     };
-    const Fit result = fit(start, records, findings, settings);
-    if (!arguments.quiet) {
-      for (const std::string& line : findings) fmt::print("{}\n", line);
-      fmt::print("{}", report(start, result));
+    if (arguments.encoders) {
+      fit_encoders(arguments, start, records, findings, settings);
+    } else {
+      fit_commands(arguments, start, records, findings, settings);
     }
-    Outputs outputs = open_outputs(arguments, start);
-    const DriveRecord& first = records.front();
-    if (outputs.table) write(*outputs.table, command_table(first));
-    if (outputs.scene)
-      write(*outputs.scene, fitted_scene(arguments.scene, result, first, table_of(arguments).filename()));
-    if (outputs.csv) write(*outputs.csv, comparison_csv(result, first));
     return kDone;
   } catch (const UnusableRecord& error) {
     print_error("identify", error.what());

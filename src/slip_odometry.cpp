@@ -85,6 +85,8 @@ SlipOdometry::Settings read_settings(Parameters& parameters) {
   return settings;
 }
 
+std::string text_of(const Wheels& signs) { return fmt::format("{} {} {} {}", signs[0], signs[1], signs[2], signs[3]); }
+
 /// Publishes odometry for each message of joint_states that has all four wheels.
 class SlipOdometryNode {
  public:
@@ -110,17 +112,18 @@ class SlipOdometryNode {
 
  private:
   void take(const sensor_msgs::JointState& message) {
-    Wheels phi = Wheels::Zero(), torque = Wheels::Zero();
+    Wheels phi = Wheels::Zero(), torque = Wheels::Zero(), dphi = Wheels::Zero();
     for (int i = 0; i < kWheels; ++i) {
       const auto joint = std::find(message.name.begin(), message.name.end(), encoders_.joints[i]);
       const auto k = static_cast<std::size_t>(joint - message.name.begin());
       if (joint == message.name.end() || k >= message.position.size()) return;  // the arm's, perhaps
       phi[i] = encoders_.rad_per_unit[i] * message.position[k];
       const double sign = std::copysign(1, encoders_.rad_per_unit[i]);
+      dphi[i] = k < message.velocity.size() ? encoders_.rad_per_unit[i] * message.velocity[k] : std::nan("");
       torque[i] = k < message.effort.size() ? sign * message.effort[k] : std::nan("");
     }
     const ros::Time& stamp = message.header.stamp;
-    odometry_->update(time_of(stamp), phi, torque);
+    odometry_->update(time_of(stamp), phi, torque, dphi);
     if (const std::string& doubt = odometry_->doubt(); !doubt.empty()) {
       // The first one: others may follow from it.
       if (++doubts_ == 1) doubt_ = fmt::format("{} (t = {:.3f} s)", doubt, time_of(stamp));
@@ -171,8 +174,8 @@ class SlipOdometryNode {
     }
     status.add("readings", taken_);
     status.add("doubtful", doubts_);
-    const Wheels& signs = effort_signs_;
-    status.add("signs of efforts (0: unknown)", fmt::format("{} {} {} {}", signs[0], signs[1], signs[2], signs[3]));
+    status.add("signs of efforts (0: unknown)", text_of(effort_signs_));
+    status.add("signs of velocities (0: unknown)", text_of(odometry_->rate_signs()));
     taken_ = doubts_ = 0;
   }
 

@@ -350,7 +350,7 @@ DriveRecord read_drive_bag(const std::string& path, const BagNames& names) {
     reader.choose_truth(rosbag::View(bag).getConnections());
     rosbag::View view(bag, [&](const rosbag::ConnectionInfo* info) { return reader.wants(info->topic); });
     for (const rosbag::ConnectionInfo* info : view.getConnections()) {
-      if (ends_with(info->topic, kTorqueTopic)) {
+      if (!names.angles_alone && ends_with(info->topic, kTorqueTopic)) {
         throw UnusableRecord(quote_path(path) +
                              ": has torques_command; only drives under velocity commands can be fitted");
       }

@@ -32,6 +32,13 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
+void check_length(const DriveRecord& record) {
+  constexpr std::size_t kMinSamples = 100;
+  if (record.t.size() >= kMinSamples) return;
+  throw UnusableRecord(
+      fmt::format("{}: {} joint states; must be at least {}", record.name, record.t.size(), kMinSamples));
+}
+
 void find_gaps(DriveRecord& record, Findings& findings) {
   std::vector<double> intervals;
   for (std::size_t k = 1; k < record.t.size(); ++k) intervals.push_back(record.t[k] - record.t[k - 1]);
@@ -169,6 +176,13 @@ bool DriveRecord::is_tracked(double time) const {
   return *next - *(next - 1) < max_truth_step;
 }
 
+Eigen::Vector3d DriveRecord::truth_at(double time) const {
+  const auto next = std::lower_bound(truth_t.begin() + 1, truth_t.end() - 1, time);
+  const auto j = static_cast<std::size_t>(next - truth_t.begin());
+  const double share = (time - truth_t[j - 1]) / (truth_t[j] - truth_t[j - 1]);
+  return truth[j - 1] + share * (truth[j] - truth[j - 1]);
+}
+
 std::vector<std::size_t> DriveRecord::samples(double begin, double end) const {
   std::vector<std::size_t> samples;
   for (std::size_t k = 0; k < t.size(); ++k) {
@@ -213,6 +227,12 @@ std::vector<Motion> DriveRecord::motions() const {
   return motions;
 }
 
+Eigen::Vector3d displacement(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  const Eigen::Vector3d d = b - a;
+  const double c = std::cos(a[2]), s = std::sin(a[2]);
+  return {c * d[0] + s * d[1], -s * d[0] + c * d[1], d[2]};
+}
+
 const Motion& motion_at(const std::vector<Motion>& motions, double time) {
   return *std::find_if(motions.rbegin(), motions.rend() - 1,
                        [&](const Motion& motion) { return motion.begin <= time; });
@@ -235,8 +255,7 @@ std::vector<Eigen::Vector3d> modes_of(const std::vector<Wheels>& samples, const 
 
 std::vector<std::string> inspect(DriveRecord& record) {
   Findings findings;
-  if (record.t.size() < 100)
-    throw UnusableRecord(fmt::format("{}: {} joint states; must be at least 100", record.name, record.t.size()));
+  check_length(record);
   if (record.commands.t.empty())
     throw UnusableRecord(record.name + ": no commands; must have cmd_vel or velocity_command");
   find_gaps(record, findings);
@@ -246,6 +265,17 @@ std::vector<std::string> inspect(DriveRecord& record) {
   check_positions(record, findings);
   find_start_in_motion(record, findings);
   check_effort(record, findings);
+  return findings;
+}
+
+std::vector<std::string> inspect_encoders(DriveRecord& record) {
+  Findings findings;
+  check_length(record);
+  if (!record.has_truth())
+    throw UnusableRecord(record.name +
+                         ": no ground truth; must have the pose of the base: see --truth-topic, --frames");
+  find_gaps(record, findings);
+  if (!record.rates_from_angles) check_rates(record, findings);
   return findings;
 }
 

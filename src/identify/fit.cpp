@@ -22,18 +22,9 @@ constexpr double kRate = 0.02;       // rad/s that rates may be off,
 constexpr double kTorque = 0.02;     // N m, torques,
 constexpr double kPose = 2e-3;       // m and rad, poses
 constexpr double kJumping = 0.012;   // s: what a first guess of the delay may be off
-constexpr double kOutlier = 3;       // residuals beyond it count linearly
 constexpr double kAngleStep = 0.05;  // rad
 constexpr double kGainsWeight = 3;   // of the loops' law: residuals follow each other, so that hundreds count as one
 constexpr double kMinScatter = 0.1;  // of residuals, for sigma: less is luck, since readings are rounded to as much
-
-/// A residual whose square is the robust cost: quadratic at first, linear beyond kOutlier. Ceres has it as
-/// SoftLOneLoss, but applies a loss to a block as a whole, and one block has all rows, since one simulation yields
-/// them.
-double robust(double r) {
-  const double s = r * r / (kOutlier * kOutlier);
-  return std::copysign(kOutlier * std::sqrt(2 * (std::sqrt(1 + s) - 1)), r);
-}
 
 /// For each sample, whether a command comes to act about then.
 std::vector<bool> jumping(const DriveRecord& record, double delay) {
@@ -47,26 +38,12 @@ std::vector<bool> jumping(const DriveRecord& record, double delay) {
   return jumping;
 }
 
-/// From pose a to pose b, in the frame of a.
-Eigen::Vector3d moved(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-  const Eigen::Vector3d d = b - a;
-  const double c = std::cos(a[2]), s = std::sin(a[2]);
-  return {c * d[0] + s * d[1], -s * d[0] + c * d[1], d[2]};
-}
-
-Eigen::Vector3d truth_at(const DriveRecord& record, double t) {
-  const auto next = std::lower_bound(record.truth_t.begin() + 1, record.truth_t.end() - 1, t);
-  const auto j = static_cast<std::size_t>(next - record.truth_t.begin());
-  const double share = (t - record.truth_t[j - 1]) / (record.truth_t[j] - record.truth_t[j - 1]);
-  return record.truth[j - 1] + share * (record.truth[j] - record.truth[j - 1]);
-}
-
 /// The record as a prediction would have it.
 Prediction recorded(const DriveRecord& record) {
   const Readings& readings = record;
   Prediction motion{readings, {}};
   if (record.truth_t.size() < 2) return motion;
-  for (const double t : record.t) motion.pose.push_back(truth_at(record, t));
+  for (const double t : record.t) motion.pose.push_back(record.truth_at(t));
   return motion;
 }
 
@@ -181,7 +158,7 @@ class Comparison {
       add(rate[k]);
       if (record.has_torque()) add(torque[k]);
     }
-    for (const auto& [first, last] : part.windows) add(moved(motion.pose[first], motion.pose[last]));
+    for (const auto& [first, last] : part.windows) add(displacement(motion.pose[first], motion.pose[last]));
     return all;
   }
 

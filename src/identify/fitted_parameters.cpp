@@ -14,7 +14,8 @@ void set_radius(Scene& c, double radius) {
 
 constexpr char kTwoSpeeds[] = "forward, lateral and in yaw at two speeds each that differ by a factor of 2 or more";
 constexpr char kSteps[] = "steps from rest to 0.2 m/s and back, forward, lateral and in yaw";
-constexpr char kTruth[] = "the same drive under motion capture or the like, as ground_truth in the bag";
+constexpr char kTruth[] = "longer forward, lateral and in yaw, with ground truth at least as exact";
+constexpr char kLateral[] = "drive further in all directions, laterally above all";
 constexpr char kSlip[] = "starts and stops so hard that wheels slide, with ground truth";
 
 }  // namespace
@@ -53,6 +54,28 @@ const std::vector<Parameter>& parameters() {
        [](C& c, double p) { c.robot.a_X = p; }},
       {"robot", "com_Y", "m", -0.1, 0.1, 2e-3, Needs::kTruth, false, kTruth, [](const C& c) { return c.robot.a_Y; },
        [](C& c, double p) { c.robot.a_Y = p; }},
+  };
+  return table;
+}
+
+const std::vector<Parameter>& encoder_parameters() {
+  using C = Scene;
+  static const std::vector<Parameter> table = {
+      {"robot", "wheel_radius", "m", 5e-3, 0.5, 1e-4, Needs::kTruth, false, "drive further forward",
+       [](const C& c) { return c.robot.R; }, set_radius},
+      {"robot", "half_track", "m", 0.02, 2, 1e-3, Needs::kTruth, false, "turn further",
+       [](const C& c) { return c.robot.l; }, [](C& c, double p) { c.robot.l = p; }},
+      {"robot", "roller_dry_friction", "N m", 0, 0.5, 0.002, Needs::kTruth, false, kLateral,
+       [](const C& c) { return c.robot.roller_dry_friction.mean(); },
+       [](C& c, double p) { c.robot.roller_dry_friction.setConstant(p); }},
+      {"robot", "com_X", "m", -0.3, 0.3, 2e-3, Needs::kTruth, false, kLateral, [](const C& c) { return c.robot.a_X; },
+       [](C& c, double p) { c.robot.a_X = p; }},
+      {"robot", "com_Y", "m", -0.3, 0.3, 2e-3, Needs::kTruth, false, kLateral, [](const C& c) { return c.robot.a_Y; },
+       [](C& c, double p) { c.robot.a_Y = p; }},
+      {"floor", "spin_radius", "m", 0, 0.01, 2e-4, Needs::kTruth, false, kLateral,
+       [](const C& c) { return c.floor.spin_radius; }, [](C& c, double p) { c.floor.spin_radius = p; }},
+      {"floor", "slip_regularization", "m/s", 1e-4, 0.05, 1e-4, Needs::kTruth, false, kLateral,
+       [](const C& c) { return c.floor.nu; }, [](C& c, double p) { c.floor.nu = p; }},
   };
   return table;
 }

@@ -130,21 +130,24 @@ Prediction predict(const Scene& scene, const DriveRecord& record, const Wheels& 
   return prediction;
 }
 
+void Workers::share(std::size_t n, const std::function<void(std::size_t)>& work) const {
+  std::atomic<std::size_t> next{0};
+  const auto take = [&] {
+    for (std::size_t k = next++; k < n; k = next++) work(k);
+  };
+  std::vector<std::future<void>> helpers;
+  for (int k = 1; k < threads; ++k) helpers.push_back(std::async(std::launch::async, take));
+  take();
+  for (std::future<void>& helper : helpers) helper.get();
+}
+
 std::vector<std::vector<Prediction>> predict(const std::vector<Candidate>& candidates,
                                              const std::vector<DriveRecord>& records, const Workers& workers) {
   std::vector<std::vector<Prediction>> predictions(candidates.size(), std::vector<Prediction>(records.size()));
-  const std::size_t runs = candidates.size() * records.size();
-  std::atomic<std::size_t> next{0};
-  const auto work = [&] {
-    for (std::size_t run = next++; run < runs; run = next++) {
-      const std::size_t k = run / records.size(), r = run % records.size();
-      predictions[k][r] = predict(candidates[k].scene, records[r], candidates[k].phi[r], workers.stop);
-    }
-  };
-  std::vector<std::future<void>> helpers;
-  for (int k = 1; k < workers.threads; ++k) helpers.push_back(std::async(std::launch::async, work));
-  work();
-  for (std::future<void>& helper : helpers) helper.get();
+  workers.share(candidates.size() * records.size(), [&](std::size_t run) {
+    const std::size_t k = run / records.size(), r = run % records.size();
+    predictions[k][r] = predict(candidates[k].scene, records[r], candidates[k].phi[r], workers.stop);
+  });
   return predictions;
 }
 

@@ -4,6 +4,8 @@
 #include <ceres/problem.h>
 #include <ceres/solver.h>
 
+#include <cmath>
+
 namespace youbot_base_sim {
 
 namespace {
@@ -33,6 +35,12 @@ class Cost : public ceres::CostFunction {
 };
 
 }  // namespace
+
+double robust(double residual) {
+  constexpr double kOutlier = 3;
+  const double s = residual * residual / (kOutlier * kOutlier);
+  return std::copysign(kOutlier * std::sqrt(2 * (std::sqrt(1 + s) - 1)), residual);
+}
 
 Eigen::VectorXd minimize_squares(const Residuals& residuals, Eigen::Index rows, Eigen::VectorXd x,
                                  const Eigen::VectorXd& min, const Eigen::VectorXd& max) {

@@ -14,26 +14,53 @@ namespace {
 
 using Comments = std::map<std::string, std::string>;  // by section.key
 
-/// Puts what was fitted into the scene.
-void set_fitted(YAML::Node& root, const Fit& fit, Comments& comments) {
-  const RobotParameters& robot = fit.best.scene.robot;
-  for (std::size_t k = 0; k < parameters().size(); ++k) {
-    if (!fit.fitted[k]) continue;
-    const Parameter& p = parameters()[k];
-    std::string key = p.key;
-    YAML::Node value(fmt::format("{:.6g}", p.get(fit.best.scene)));
+struct Fitted {
+  const Parameter* parameter;
+  double sigma;
+};
+
+/// Puts what was fitted into the scene file.
+void set_fitted(YAML::Node& root, const Scene& scene, const std::vector<Fitted>& fitted, Comments& comments) {
+  for (const auto& [p, sigma] : fitted) {
+    std::string key = p->key;
+    YAML::Node value(fmt::format("{:.6g}", p->get(scene)));
     if (key == "com_X" || key == "com_Y") {
       key = "com";
       value = YAML::Node(YAML::NodeType::Sequence);
-      value.push_back(fmt::format("{:.6g}", robot.a_X));
-      value.push_back(fmt::format("{:.6g}", robot.a_Y));
+      value.push_back(fmt::format("{:.6g}", scene.robot.a_X));
+      value.push_back(fmt::format("{:.6g}", scene.robot.a_Y));
       value.SetStyle(YAML::EmitterStyle::Flow);
     }
-    if (key == "wheel_radius") root["robot"]["roller_axis_radius"] = fmt::format("{:.6g}", robot.R_d);
-    root[p.section][key] = value;
-    comments[fmt::format("{}.{}", p.section, key)] +=
-        fmt::format("{}fitted, sigma {:.2g} {}", key == "com" ? std::string(p.key) + ": " : "", fit.sigma[k], p.unit);
+    if (key == "wheel_radius") root["robot"]["roller_axis_radius"] = fmt::format("{:.6g}", scene.robot.R_d);
+    root[p->section][key] = value;
+    comments[fmt::format("{}.{}", p->section, key)] +=
+        fmt::format("{}fitted, sigma {:.2g} {}", key == "com" ? std::string(p->key) + ": " : "", sigma, p->unit);
   }
+}
+
+/// The scene file from which a fit started, without its drive.
+YAML::Node read_start(const std::string& path) {
+  YAML::Node root(YAML::NodeType::Map);
+  if (path.empty()) {
+    root["robot"]["profile"] = "measured";
+  } else {
+    root = YAML::Clone(YAML::Load(read_yaml_text(path)));
+  }
+  for (const char* section : {"robot", "motors", "floor"}) {
+    if (root[section]) root[section].SetStyle(YAML::EmitterStyle::Block);
+  }
+  root.SetStyle(YAML::EmitterStyle::Block);
+  root.remove("drive");
+  root.remove("initial");
+  return root;
+}
+
+void set_initial_angles(YAML::Node& root, const Wheels& phi, Comments& comments) {
+  YAML::Node angles(YAML::NodeType::Sequence);
+  for (int i = 0; i < kWheels; ++i) angles.push_back(fmt::format("{:.4f}", phi[i]));
+  angles.SetStyle(YAML::EmitterStyle::Flow);
+  root["initial"]["wheel_angles"] = angles;
+  comments["initial.wheel_angles"] = "fitted, but for whole rollers";
 }
 
 void emit(YAML::Emitter& out, const std::string& path, const YAML::Node& node, const Comments& comments) {
@@ -51,6 +78,18 @@ void emit(YAML::Emitter& out, const std::string& path, const YAML::Node& node, c
   }
   out << YAML::EndMap;
 }
+
+std::string text_of(const YAML::Node& root, const DriveRecord& record, double error_before, double error_after,
+                    const Comments& comments) {
+  YAML::Emitter out;
+  out << YAML::Comment(fmt::format("By identify, from {}. Error on what was held out {:.3g}, before the fit {:.3g}.",
+                                   record.name, error_after, error_before))
+      << YAML::Newline;
+  emit(out, "", root, comments);
+  return std::string(out.c_str()) + "\n";
+}
+
+std::string list_of(const Wheels& w) { return fmt::format("[{:.4f}, {:.4f}, {:.4f}, {:.4f}]", w[0], w[1], w[2], w[3]); }
 
 }  // namespace
 
@@ -78,37 +117,71 @@ std::string report(const Scene& start, const Fit& fit) {
   return text;
 }
 
+std::string report(const Scene& start, const std::vector<DriveRecord>& records, const EncoderFit& fit) {
+  std::string text =
+      fmt::format("{:<36} {:>10} {:>10} {:>10}  held-out error without it\n", "", "start", "fitted", "sigma");
+  for (const EncoderFit::Number& number : fit.numbers) {
+    const Parameter& p = encoder_parameters()[number.parameter];
+    text += fmt::format("{:<36} {:>10.4g} {:>10.4g} {:>10.1g}  {:.4g} ({})\n", p.name(), p.get(start), number.value,
+                        number.sigma, number.error_without, p.unit);
+  }
+  for (const std::string& line : fit.unidentifiable) text += "not identified, start value kept: " + line + "\n";
+  for (std::size_t r = 0; r < records.size(); ++r) {
+    const EncoderFit::Drive& drive = fit.drives[r];
+    text += fmt::format(
+        "{}: ground truth has the instant t of the encoders at {:.5f} t {:+.4f} s (sigma {:.1g}, {:.1g} s)\n",
+        records[r].name, 1 + drive.clock.stretch, drive.clock.offset, drive.sigma.stretch, drive.sigma.offset);
+    if (!drive.angles_at_zero) continue;
+    text += fmt::format("{}: angles where the encoders read zero, but for whole rollers, rad: {} (sigma {})\n",
+                        records[r].name, list_of(*drive.angles_at_zero), list_of(*drive.angles_sigma));
+  }
+  text += fmt::format(
+      "error on stretches that were held out (1: the usual one): {:.3g} before, {:.3g} by fitted kinematics, {:.3g} "
+      "where "
+      "angles are unknown, {:.3g} after\n",
+      fit.error_before, fit.error_kinematics, fit.error_unknown, fit.error_after);
+  return text;
+}
+
 std::string fitted_scene(const std::string& start_path, const Fit& fit, const DriveRecord& record,
                          const std::string& table) {
-  YAML::Node root(YAML::NodeType::Map);
-  if (start_path.empty()) {
-    root["robot"]["profile"] = "measured";
-  } else {
-    root = YAML::Clone(YAML::Load(read_yaml_text(start_path)));
+  std::vector<Fitted> fitted;
+  for (std::size_t k = 0; k < parameters().size(); ++k) {
+    if (fit.fitted[k]) fitted.push_back({&parameters()[k], fit.sigma[k]});
   }
-  for (const char* section : {"robot", "motors", "floor"}) {
-    if (root[section]) root[section].SetStyle(YAML::EmitterStyle::Block);
-  }
-  root.SetStyle(YAML::EmitterStyle::Block);
+  YAML::Node root = read_start(start_path);
   Comments comments;
-  set_fitted(root, fit, comments);
+  set_fitted(root, fit.best.scene, fitted, comments);
   root["motors"]["quantized"] = true;
   root["duration"] = fmt::format("{:.3f}", record.duration());
-  root.remove("drive");
-  root.remove("initial");
-  const Wheels& phi = fit.best.phi.front();
-  YAML::Node angles(YAML::NodeType::Sequence);
-  for (int i = 0; i < kWheels; ++i) angles.push_back(fmt::format("{:.4f}", phi[i]));
-  angles.SetStyle(YAML::EmitterStyle::Flow);
-  root["initial"]["wheel_angles"] = angles;
-  comments["initial.wheel_angles"] = "fitted, but for whole rollers";
+  set_initial_angles(root, fit.best.phi.front(), comments);
   root["drive"]["velocity_table"] = table;
-  YAML::Emitter out;
-  out << YAML::Comment(fmt::format("By identify, from {}. Error on held-out motions {:.3g}, before the fit {:.3g}.",
-                                   record.name, fit.error_after, fit.error_before))
-      << YAML::Newline;
-  emit(out, "", root, comments);
-  return std::string(out.c_str()) + "\n";
+  return text_of(root, record, fit.error_before, fit.error_after, comments);
+}
+
+std::string fitted_scene(const std::string& start_path, const EncoderFit& fit, const DriveRecord& record,
+                         const std::string& table) {
+  std::vector<Fitted> fitted;
+  for (const EncoderFit::Number& number : fit.numbers)
+    fitted.push_back({&encoder_parameters()[number.parameter], number.sigma});
+  YAML::Node root = read_start(start_path);
+  Comments comments;
+  set_fitted(root, fit.scene, fitted, comments);
+  root.remove("motors");
+  root["duration"] = fmt::format("{:.3f}", record.duration());
+  if (const auto& angles = fit.drives.front().angles_at_zero)
+    set_initial_angles(root, *angles + record.phi.front(), comments);
+  root["drive"]["wheel_angle_table"] = table;
+  return text_of(root, record, fit.error_before, fit.error_after, comments);
+}
+
+std::string angle_table(const DriveRecord& record) {
+  std::string text = "t,fl,fr,bl,br\n";
+  for (std::size_t k = 0; k < record.t.size(); ++k) {
+    const Wheels& w = record.phi[k];
+    text += fmt::format("{:.6f},{:.9g},{:.9g},{:.9g},{:.9g}\n", record.t[k], w[0], w[1], w[2], w[3]);
+  }
+  return text;
 }
 
 std::string command_table(const DriveRecord& record) {

@@ -8,6 +8,7 @@
 
 #include "youbot_base_sim/drive/prescribed_wheels.h"
 #include "youbot_base_sim/physics/no_slip_model.h"
+#include "youbot_base_sim/physics/roller_geometry.h"
 
 namespace youbot_base_sim {
 
@@ -45,14 +46,6 @@ Eigen::Matrix3d spread(const Eigen::Matrix3Xd& values) {
   if (n < 2) return Eigen::Matrix3d::Zero();
   const Eigen::Matrix3Xd off = values.colwise() - values.rowwise().mean();
   return (n + 1) / (n * (n - 1)) * off * off.transpose();
-}
-
-/// By how much the wheels of replica k of n are ahead, rad: an evenly spread sequence (Roberts' additive recurrence).
-Wheels spread_phase(int k, double pitch) {
-  constexpr double kRoot = 1.1673039782614187;  // of x^5 = x + 1
-  Wheels phase;
-  for (int i = 0; i < kWheels; ++i) phase[i] = pitch * std::fmod(0.5 + k * std::pow(kRoot, -(i + 1)), 1);
-  return phase;
 }
 
 }  // namespace
@@ -152,17 +145,17 @@ SlipOdometry::SlipOdometry(const Scene& scene, const Settings& settings)
       kinematics_{scene.robot.R, scene.robot.h + scene.robot.l},
       uncertainty_(kinematics_, Wheels::Zero(), settings.wheel_error) {
   if (!slips(scene.model)) throw std::invalid_argument("model no_slip has no slip: plain odometry is the same");
-  const double pitch = 2 * M_PI / scene.robot.rollers;
   const int count = settings.angles_at_zero || scene.robot.averaged_contacts ? 1 : std::max(1, settings.replicas);
   for (int k = 0; k < count; ++k) {
-    const Wheels phase = settings.angles_at_zero.value_or(spread_phase(k, pitch));
+    const Wheels phase = settings.angles_at_zero.value_or(spread_angles(k, scene.robot.rollers));
     replicas_.push_back(std::make_unique<Replica>(scene, phase));
   }
 }
 
 SlipOdometry::~SlipOdometry() = default;
 
-void SlipOdometry::update(double t, const Wheels& phi, const std::optional<Wheels>& torque) {
+void SlipOdometry::update(double t, const Wheels& phi, const std::optional<Wheels>& torque,
+                          const std::optional<Wheels>& dphi) {
   doubt_.clear();
   doubtful_speed_ = 0;
   if (!phi.allFinite() || !std::isfinite(t)) return doubt("a reading is not finite", 0, 0);
@@ -171,10 +164,12 @@ void SlipOdometry::update(double t, const Wheels& phi, const std::optional<Wheel
   if (dt < kMinInterval) return;
   const Wheels moved = checked(phi - last_->phi, dt);
   last_ = {t, phi};
-  const Interval interval = interval_of(moved, dt, torque);
-  if (latest_)
-    simulate(*latest_,
-             end_rates(before_.rate, before_.length, latest_->rate, latest_->length, interval.rate, interval.length));
+  Interval interval = interval_of(moved, dt);
+  if (doubt_.empty()) {  // neither a gap nor a jump
+    if (torque && torque->allFinite()) interval.torque = torque;
+    if (dphi && (dphi->abs() <= settings_.max_rate).all()) interval.dphi = dphi;
+  }
+  if (latest_) simulate(*latest_, end_rate_before(interval));
   before_ = latest_.value_or(interval);
   latest_ = interval;
   uncertainty_.update(followed_ + moved);
@@ -206,13 +201,29 @@ Wheels SlipOdometry::checked(const Wheels& moved, double dt) {
 }
 
 /// What lies between two readings. Over a gap the wheels turn faster, but no faster than they can.
-SlipOdometry::Interval SlipOdometry::interval_of(const Wheels& moved, double dt, const std::optional<Wheels>& torque) {
-  const bool is_gap = dt > settings_.max_gap;
-  if (is_gap) doubt(fmt::format("no reading for {:.3g} s", dt), fastest(moved / dt), std::min(dt, kMemory));
+SlipOdometry::Interval SlipOdometry::interval_of(const Wheels& moved, double dt) {
+  if (dt > settings_.max_gap)
+    doubt(fmt::format("no reading for {:.3g} s", dt), fastest(moved / dt), std::min(dt, kMemory));
   const double shortest = moved.abs().maxCoeff() / settings_.max_rate;
   const double length = std::min(dt, std::max(settings_.max_gap, shortest));
-  const bool has_torque = torque && torque->allFinite() && !is_gap;
-  return {moved, moved / length, length, has_torque ? torque : std::nullopt};
+  return {moved, moved / length, length, {}, {}};
+}
+
+/// The rates at the end of the latest interval: those read there, where they fit the angles.
+Wheels SlipOdometry::end_rate_before(const Interval& next) {
+  const Interval& now = *latest_;
+  const Wheels by_angles = end_rates(before_.rate, before_.length, now.rate, now.length, next.rate, next.length);
+  if (!now.dphi) return by_angles;
+  rate_product_ += now.length * by_angles * *now.dphi;
+  rate_square_ += now.length * by_angles.square();
+  const Wheels sign = rate_signs();
+  return (sign == 0).select(by_angles, sign * *now.dphi);
+}
+
+Wheels SlipOdometry::rate_signs() const {
+  constexpr double kEnough = 1, kMaxOff = 0.1;  // rad^2/s
+  const Wheels ratio = (rate_square_ > kEnough).select(rate_product_ / rate_square_.max(kEnough), 0);
+  return ((ratio.abs() - 1).abs() < kMaxOff).select(ratio.sign(), 0);
 }
 
 /// Follows the wheels through an interval, with these rates at its end.

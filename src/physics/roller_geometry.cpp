@@ -33,4 +33,11 @@ std::int64_t RollerGeometry::roller_at(double phi) const {
   return k;
 }
 
+Wheels spread_angles(int k, int n) {
+  constexpr double kRoot = 1.1673039782614187;  // of x^5 = x + 1
+  Wheels angles;
+  for (int i = 0; i < kWheels; ++i) angles[i] = 2 * M_PI / n * std::fmod(0.5 + k * std::pow(kRoot, -(i + 1)), 1);
+  return angles;
+}
+
 }  // namespace youbot_base_sim

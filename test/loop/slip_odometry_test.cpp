@@ -21,6 +21,9 @@ Scene scene_of(const std::string& text) {
   static const TemporaryFolder folder;
   folder.write("rates.csv",
                "t,fl,fr,bl,br\n0,4,4,4,4\n2,-4,4,4,-4\n4,4,-4,4,-4\n6,2,6,4,0\n8,0,0,0,0\n9,-4,-2,-2,-4\n11,0,0,0,0\n");
+  folder.write("between.csv",
+               "t,fl,fr,bl,br\n0,4,4,4,4\n1.008,-4,4,4,-4\n2.013,4,-4,4,-4\n3.507,2,6,4,0\n5.006,-4,4,4,-4\n6.511,"
+               "4,4,-4,-4\n8.009,-6,-2,0,-4\n9.512,4,-4,-4,4\n11.006,0,0,0,0\n");
   return load_scene(folder.write("scene.yaml", text));
 }
 
@@ -78,6 +81,33 @@ TEST(SlipOdometryTest, EndsWhereTheBaseStandsWherePhasesAreKnown) {
       },
       kDrive + start);
   EXPECT_LT(distance(odometry.pose(), end), 0.0005);
+}
+
+// Commands that come between readings: only the wheels' rates show when.
+TEST(SlipOdometryTest, RatesThatFitTheAnglesHelp) {
+  const std::string drive_between =
+      "duration: 12\ndrive: {velocity_table: between.csv}\nmotors: {quantized: true}\n" + kRobot;
+  SlipOdometry::Settings known;
+  known.angles_at_zero = Wheels::Zero();
+  SlipOdometry angles(scene_of(kKnown), known), rates(scene_of(kKnown), known), reversed(scene_of(kKnown), known),
+      wrong(scene_of(kKnown), known);
+  Eigen::Array3d off = Eigen::Array3d::Zero();  // the sum over readings, m
+  drive(
+      [&](double t, const Wheels& phi, const Simulation& truth) {
+        const State& x = truth.state();
+        angles.update(t, phi);
+        rates.update(t, phi, {}, x.dphi());
+        reversed.update(t, phi, {}, Wheels(x.dphi() * Wheels(-1, 1, -1, 1)));
+        wrong.update(t, phi, {}, Wheels(2 * x.dphi()));
+        off += Eigen::Array3d(distance(angles.pose(), x), distance(rates.pose(), x), distance(reversed.pose(), x));
+      },
+      drive_between);
+  EXPECT_LT(off[1], 0.8 * off[0]);
+  EXPECT_LT(off[2], 0.8 * off[0]);
+  EXPECT_EQ(wrong.pose(), angles.pose());
+  EXPECT_TRUE((rates.rate_signs() == 1).all());
+  EXPECT_TRUE((reversed.rate_signs() == Wheels(-1, 1, -1, 1)).all());
+  EXPECT_TRUE((wrong.rate_signs() == 0).all());
 }
 
 // Readings of the same instant, or nearly: none of what they say is lost.

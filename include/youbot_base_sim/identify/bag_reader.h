@@ -15,6 +15,7 @@ struct BagNames {
   std::string truth_topic;                  ///< empty: ground_truth, base_pose_ground_truth or pose, in any namespace
   std::array<std::string, 2> truth_frames;  ///< unless empty, transforms from the first to the second are ground truth
   std::optional<bool> truth_of_marker;      ///< rather than of the base at the bag's clock; by default by its type
+  bool angles_alone = false;                ///< no command counts, so that those of torques do no harm
 };
 
 /// Reads a drive from a bag: joint_states, commands (cmd_vel, base/base_controller/velocity_command) and, if

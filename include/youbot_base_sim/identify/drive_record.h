@@ -54,12 +54,18 @@ struct DriveRecord : Readings {
   /// Whether an excluded stretch covers `time`.
   bool is_excluded(double time) const;
 
+  /// The true pose at `time` (s), by linear interpolation.
+  Eigen::Vector3d truth_at(double time) const;
+
   /// The numbers of the samples from `begin` to before `end` (s) that are not excluded.
   std::vector<std::size_t> samples(double begin = 0, double end = HUGE_VAL) const;
 
   /// The record, cut where the command jumps; stretches are at least one second long, and at most four unless held.
   std::vector<Motion> motions() const;
 };
+
+/// From pose a to pose b (m, m, rad), in the frame of a.
+Eigen::Vector3d displacement(const Eigen::Vector3d& a, const Eigen::Vector3d& b);
 
 /// The last of a record's motions that has begun at `time`.
 const Motion& motion_at(const std::vector<Motion>& motions, double time);
@@ -106,6 +112,9 @@ class UnusableRecord : public std::runtime_error {
 /// single wheels, motor rpm, A or mA in place of N m. Gaps are excluded. Returns a line on each finding. Throws
 /// UnusableRecord.
 std::vector<std::string> inspect(DriveRecord& record);
+
+/// The same of a record of which only angles and ground truth count. Throws UnusableRecord.
+std::vector<std::string> inspect_encoders(DriveRecord& record);
 
 /// Finds stretches in which the base was pushed: under a command that stays, torques and rates leave those of
 /// `predicted` together. Excludes them and returns a line on each.

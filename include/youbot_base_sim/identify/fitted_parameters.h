@@ -29,6 +29,9 @@ struct Parameter {
 /// All parameters.
 const std::vector<Parameter>& parameters();
 
+/// Those that encoders and a pose alone determine, for fit_encoders; `drive` is the advice as a whole.
+const std::vector<Parameter>& encoder_parameters();
+
 /// The number of the parameter with this key.
 std::size_t parameter(const std::string& key);
 

@@ -2,6 +2,7 @@
 
 #include <Eigen/Dense>
 #include <atomic>
+#include <functional>
 #include <vector>
 
 #include "youbot_base_sim/identify/drive_record.h"
@@ -29,6 +30,9 @@ Eigen::Vector3d rolling_velocity(const NoSlipModel& model, const Wheels& rates);
 struct Workers {
   int threads = 2;
   const std::atomic<bool>* stop = nullptr;  ///< once it is set, simulations throw Stopped; null: nothing stops them
+
+  /// Calls work(0) .. work(n - 1), on all threads.
+  void share(std::size_t n, const std::function<void(std::size_t)>& work) const;
 };
 
 /// Simulates the scene under the record's commands, its wheels at the angles `phi` (rad) at first. Smooth in all

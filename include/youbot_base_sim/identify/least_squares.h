@@ -10,6 +10,11 @@ namespace youbot_base_sim {
 /// Sets the residuals at x and, unless it is null, their Jacobian. Returns false where there are none.
 using Residuals = std::function<bool(const Eigen::VectorXd& x, Eigen::VectorXd& residuals, Eigen::MatrixXd* jacobian)>;
 
+/// A residual (1: as large as expected) whose square is the robust cost: quadratic at first, linear beyond 3. Ceres has
+/// it as SoftLOneLoss, but applies a loss to a block as a whole, and one block has all rows, since one simulation
+/// yields them.
+double robust(double residual);
+
 /// Returns the x within bounds, of which some may be infinite, where the sum of the squares of `rows` residuals is
 /// smallest: Ceres' Levenberg-Marquardt method from `x`, for at most eight iterations.
 Eigen::VectorXd minimize_squares(const Residuals& residuals, Eigen::Index rows, Eigen::VectorXd x,

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "youbot_base_sim/identify/drive_record.h"
+#include "youbot_base_sim/identify/encoder_fit.h"
 #include "youbot_base_sim/identify/fit.h"
 
 namespace youbot_base_sim {
@@ -11,11 +12,21 @@ namespace youbot_base_sim {
 /// What was fitted, for the terminal: values, sigma, strong correlations, unidentifiable parameters, errors.
 std::string report(const Scene& start, const Fit& fit);
 
+/// The same of a fit to encoders: errors without each parameter, clocks and angles of each record, too.
+std::string report(const Scene& start, const std::vector<DriveRecord>& records, const EncoderFit& fit);
+
 /// The scene `start_path` (empty: the robot of profile `measured`) with what was fitted, each with its sigma in a
 /// comment. It repeats the commands of the record by a velocity table that is to be written to the file `table`. Throws
 /// SceneError.
 std::string fitted_scene(const std::string& start_path, const Fit& fit, const DriveRecord& record,
                          const std::string& table);
+
+/// The same of a fit to encoders. It repeats the record by a table of wheel angles.
+std::string fitted_scene(const std::string& start_path, const EncoderFit& fit, const DriveRecord& record,
+                         const std::string& table);
+
+/// That table of wheel angles as CSV.
+std::string angle_table(const DriveRecord& record);
 
 /// That velocity table as CSV.
 std::string command_table(const DriveRecord& record);

@@ -37,7 +37,8 @@ class SlipOdometry {
   /// Takes the readings `phi` of the encoders (rad, positive forward) at time t (s), and the torques of the drives (N
   /// m, of either sign) if they are known. A reading of an earlier time begins anew from the present pose; one less
   /// than a millisecond later than the last is left to the next.
-  void update(double t, const Wheels& phi, const std::optional<Wheels>& torque = std::nullopt);
+  void update(double t, const Wheels& phi, const std::optional<Wheels>& torque = std::nullopt,
+              const std::optional<Wheels>& dphi = std::nullopt);
 
   /// Sets the pose back to zero; the wheels go on.
   void reset();
@@ -54,6 +55,10 @@ class SlipOdometry {
   /// Of each wheel 1 where efforts drive the motion as simulated torques do, -1 where they have the opposite sign,
   /// which is reversed, 0 as long as that is not known and they do not count.
   const Wheels& effort_signs() const { return effort_sign_; }
+
+  /// Of each wheel 1 where rates are within 10 % of the changes of angles, -1 where they have the opposite sign, which
+  /// is reversed, 0 where they are neither, or that is not yet known: there they do not count.
+  Wheels rate_signs() const;
 
   /// Why the last reading does not tell where the base is, in one line; empty if it does.
   const std::string& doubt() const { return doubt_; }
@@ -72,11 +77,13 @@ class SlipOdometry {
     Wheels rate;                   ///< mean, rad/s
     double length;                 ///< s
     std::optional<Wheels> torque;  ///< at its end, N m
+    std::optional<Wheels> dphi;    ///< there, rad/s
   };
 
   void begin(double t, const Wheels& phi);
   Wheels checked(const Wheels& moved, double dt);
-  Interval interval_of(const Wheels& moved, double dt, const std::optional<Wheels>& torque);
+  Interval interval_of(const Wheels& moved, double dt);
+  Wheels end_rate_before(const Interval& next);
   void simulate(const Interval& interval, const Wheels& end_rate);
   Eigen::Vector3d mean_displacement(const Interval& interval, const Wheels& end_rate);
   Eigen::Vector3d latest_displacement() const;
@@ -98,6 +105,8 @@ class SlipOdometry {
   Wheels followed_ = Wheels::Zero();                // readings there, rad
   Interval before_;                                 // and the one before that
   Eigen::Vector3d slip_ = Eigen::Vector3d::Zero();  // velocity less that of kinematics before it, m/s, m/s, rad/s
+  Wheels rate_product_ = Wheels::Zero();            // of rates read with those of angles, rad^2/s
+  Wheels rate_square_ = Wheels::Zero();             // of the latter
   Wheels effort_sign_ = Wheels::Zero();
   /// How long signs of efforts agreed with those of expected torques, less how long they did not, s.
   Wheels effort_agreement_ = Wheels::Zero();

@@ -60,4 +60,7 @@ class RollerGeometry {
   ContactGeometry mean_;
 };
 
+/// Wheel angles k = 0, 1, .. of an even spread over one roller of n, rad: Roberts' additive recurrence.
+Wheels spread_angles(int k, int n);
+
 }  // namespace youbot_base_sim
