@@ -89,8 +89,8 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   static constexpr int kMaxIterations = 25;
   static constexpr double kMinLength = 1.0 / 16;  // of a damped correction
   static constexpr double kConverged = 0.03;      // of the tolerance
-  // Of velocities, m/s and rad/s; with dynamic reactions
-  static constexpr double kRounding = 1e-14, kReactingRounding = 1e-12;
+  // How small an error of the slip rounding lets iterations reach, m/s; with dynamic reactions
+  static constexpr double kRounding = 3e-16, kReactingRounding = 1e-12;
   static constexpr double kShrinkage = 0.3;  // of a step after iterations that failed
   // The Jacobian is evaluated again after a first correction of more tolerances, or where corrections shrink by less.
   static constexpr double kRefactorizeCorrection = 3000;
@@ -143,13 +143,14 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   // At most a fraction of the regularization speed, however large the tolerance. Prescribed wheels do work against
   // friction: its error must be within the tolerance of the energy balance.
   void set_convergence_tolerance(const SlipSystem<Model>& system) {
-    const bool prescribed = system.model().robot().wheels_prescribed;
-    const double share = prescribed ? std::min(1.0, 1e3 * tolerance_.relative) : 1;
-    const double least = !prescribed ? 0 : system.reacts() ? kReactingRounding : kRounding;
-    const Velocities turning = share * regularization_velocities(system.model());
-    per_tolerance_ = {1 / (kConverged * error_scale_.v.min(turning.v)).max(least),
-                      1 / (kConverged * error_scale_.dphi.min(turning.dphi)).max(least),
-                      1 / (kConverged * error_scale_.dgamma.min(turning.dgamma)).max(least)};
+    Velocities turning = regularization_velocities(system.model());
+    if (system.model().robot().wheels_prescribed) {
+      const double rounding = (system.reacts() ? kReactingRounding : kRounding) / (kConverged * turning.v[0]);
+      turning = std::min(1.0, std::max(1e3 * tolerance_.relative, rounding)) * turning;
+    }
+    per_tolerance_ = {1 / (kConverged * error_scale_.v.min(turning.v)),
+                      1 / (kConverged * error_scale_.dphi.min(turning.dphi)),
+                      1 / (kConverged * error_scale_.dgamma.min(turning.dgamma))};
   }
 
   // The last step stands: the next one is predicted from it.
