@@ -16,7 +16,7 @@ bool ObservedRun::next() {
   if (!rows_.next()) return false;
   const ContactDetails contacts = simulation_.contacts();
   square_of_slip_ = std::max(square_of_slip_, (contacts.V_PX.square() + contacts.V_PY.square()).maxCoeff());
-  odometry_.update(sensors_.read(state().phi(), state().dphi(), simulation_.torque()).phi);
+  odometry_.update(sensors_.read(state().phi(), state().dphi(), Wheels::Zero()).phi);  // encoders know no torque
   return true;
 }
 

@@ -38,6 +38,8 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   /// Counts its iterations in `statistics`, which must outlive it.
   Radau(const Tolerance& tolerance, IntegrationStatistics& statistics)
       : tolerance_(tolerance), statistics_(&statistics) {}
+  Radau(const Radau&) = delete;
+  Radau& operator=(const Radau&) = delete;
 
   /// A step that is shorter than one whose error was small enough, from the same start, is not judged again.
   Result try_step(SlipSystem<Model>& system, const State& in, double& t, State& out, double& dt) override {
@@ -69,11 +71,13 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   /// Forgets the derivative at the start and the errors of the steps before: the torque jumps.
   void reset() override {
     started_ = false;
+    end_t_ = kUnknown;
     control_.restart();
   }
 
   void restart() override {
     started_ = false;
+    end_t_ = kUnknown;
     control_ = StepSizeController();
     known_ = Known::kNothing;
     rate_ = kFirstRate;
@@ -83,6 +87,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
  private:
   using Contacts = typename Model::Contacts;
   using Friction = typename Model::Friction;
+  using StageContacts = std::array<Contacts, RadauTableau::stages>;
   using StageVelocities = std::array<Velocities, RadauTableau::stages>;
   enum class Known { kNothing, kThisStep, kStepBefore };
 
@@ -91,6 +96,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   static constexpr double kConverged = 0.03;      // of the tolerance
   // How small an error of the slip rounding lets iterations reach, m/s; with dynamic reactions
   static constexpr double kRounding = 3e-16, kReactingRounding = 1e-12;
+  static constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
   static constexpr double kShrinkage = 0.3;  // of a step after iterations that failed
   // The Jacobian is evaluated again after a first correction of more tolerances, or where corrections shrink by less.
   static constexpr double kRefactorizeCorrection = 3000;
@@ -103,6 +109,12 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   // Continuation: the slip speed at which it begins, m/s, and the ratio of one to the next.
   static constexpr double kFirstRegularizationSpeed = 1e-2;
   static constexpr double kRegularizationRatio = 0.2, kMaxRegularizationRatio = 0.7;
+
+  // Of two buffers the one that is not `used`: what the last correction began with stays without a copy.
+  template <class T>
+  static T* other(T (&buffers)[2], const T* used) {
+    return &buffers[used == &buffers[0]];
+  }
 
   bool starts_at(const State& x, double t) const {
     // NOLINTNEXTLINE(bugprone-suspicious-memory-comparison): the very same bits are meant
@@ -123,7 +135,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     t_ = t;
     contact_ids_ = system.modes().ids();
     start_ = x.velocities();
-    const Wheels M = system.torque().value(t);
+    const Wheels M = t == end_t_ ? torque_[2] : system.torque().value(t);
     start_pose_ = system.pose(x);
     if (system.model().inertia().J_2 == 0 && !unchanged.all()) {
       start_.dgamma = system.massless_roller_rates(start_, x.phi(), start_pose_, M, system.modes().shared());
@@ -320,7 +332,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
       stages_[j] = w_0 * start + w_1 * known[0] + w_2 * known[1] + w_3 * known[2];
       friction_[j] = system.model().bounded(
           w_0 * start_friction + w_1 * known_friction[0] + w_2 * known_friction[1] + w_3 * known_friction[2],
-          contacts_[j]);
+          (*evaluated_)[j]);
     }
   }
 
@@ -328,14 +340,17 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   [[gnu::flatten, gnu::noinline]] bool iterate(const SlipSystem<Model>& system, double dt) {
     using T = RadauTableau;
     const double per_dt = 1 / dt;
+    end_t_ = t_ + T::c[2] * dt;
     for (int j = 0; j < 3; ++j) {
       torque_[j] = system.torque().value(t_ + T::c[j] * dt);
       for (int l = 0; l < 3; ++l) D_[j][l] = per_dt * T::A_inverse[j][l];
     }
-    StageVelocities left, change;
+    StageVelocities left;
     double length = 1, last = 0, rate = rate_;
     for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
       ++statistics_->newton_iterations;
+      evaluated_ = other(contacts_, from_.contacts);
+      StageVelocities& change = *other(corrections_, from_.correction);
       residual(system, dt, left);
       if (iteration == 0) factorize(system);
       double size = correction(system, left, change);
@@ -355,9 +370,9 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
       }
       if (!(size <= std::numeric_limits<double>::max())) return false;
       from_.stages = stages_;
-      from_.contacts = contacts_;
+      from_.contacts = evaluated_;
       from_.friction = friction_;
-      from_.correction = change;
+      from_.correction = &change;
       if (system.reacts()) from_.dN = dN_;
       length = 1;
       last = size;
@@ -374,16 +389,16 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   [[gnu::flatten, gnu::noinline]] void move(const SlipSystem<Model>& system, double length) {
 #pragma GCC unroll 3
     for (int j = 0; j < 3; ++j) {
-      const Velocities part = length * from_.correction[j];
+      const Velocities part = length * (*from_.correction)[j];
       stages_[j] = from_.stages[j] + part;
       if constexpr (Model::kReactionsFollow) {
         if (system.reacts()) {
           friction_[j] =
-              system.model().friction_after(from_.contacts[j], from_.friction[j], part, length * from_.dN[j]);
+              system.model().friction_after((*from_.contacts)[j], from_.friction[j], part, length * from_.dN[j]);
           continue;
         }
       }
-      friction_[j] = system.model().friction_after(from_.contacts[j], from_.friction[j], part);
+      friction_[j] = system.model().friction_after((*from_.contacts)[j], from_.friction[j], part);
     }
   }
 
@@ -391,8 +406,8 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   [[gnu::flatten, gnu::noinline]] void residual(const SlipSystem<Model>& system, double dt, StageVelocities& r) {
     const auto& model = system.model();
     const Velocities z[3] = {stages_[0] - start_, stages_[1] - start_, stages_[2] - start_};
-    system.contacts(stages_, {phi_at(0, dt), phi_at(1, dt), phi_at(2, dt)}, poses(system, dt), torque_, contacts_);
-    model.forces(stages_, contacts_, torque_, forces_);
+    system.contacts(stages_, {phi_at(0, dt), phi_at(1, dt), phi_at(2, dt)}, poses(system, dt), torque_, *evaluated_);
+    model.forces(stages_, *evaluated_, torque_, forces_);
 #pragma GCC unroll 3
     for (int j = 0; j < 3; ++j) {
       r[j] = forces_[j] - model.inertia() * (D_[j][0] * z[0] + D_[j][1] * z[1] + D_[j][2] * z[2]);
@@ -402,13 +417,13 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   [[gnu::flatten, gnu::noinline]] void factorize(const SlipSystem<Model>& system) {
     const auto& model = system.model();
     for (int j = 0; j < 3; ++j) {
-      system.damping(stages_[j], contacts_[j], friction_[j], torque_[j], damping_[j]);
+      system.damping(stages_[j], (*evaluated_)[j], friction_[j], torque_[j], damping_[j]);
       coriolis_[j] = model.inertia().coriolis_derivative(stages_[j].v);
     }
     solver_.factorize(D_, model.inertia(), damping_, coriolis_);
     if constexpr (Model::kReactionsFollow) {
       if (system.reacts()) {
-        for (int j = 0; j < 3; ++j) system.couple(stages_[j], contacts_[j], torque_[j], damping_[j], couplings_[j]);
+        for (int j = 0; j < 3; ++j) system.couple(stages_[j], (*evaluated_)[j], torque_[j], damping_[j], couplings_[j]);
       }
     }
     ++statistics_->factorizations;
@@ -436,6 +451,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   // The start of the step.
   bool started_ = false;
   double t_ = 0;
+  double end_t_ = kUnknown;  // when torque_[2] acts
   State x_;
   Velocities start_, start_forces_, error_scale_;
   Velocities per_tolerance_;  // the inverse of the convergence tolerance
@@ -456,16 +472,18 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   // Newton's iterations.
   double D_[3][3];  // of BorderedStages, 1/s
   StageVelocities stages_, forces_;
-  std::array<Contacts, RadauTableau::stages> contacts_;
+  StageContacts contacts_[2];
+  StageContacts* evaluated_ = &contacts_[0];  // at the stages as they are
+  StageVelocities corrections_[2];
   alignas(kAlignment) std::array<Wheels, RadauTableau::stages> torque_;
   std::array<DampingMatrix, 3> damping_;
   alignas(kAlignment) std::array<PlatformMatrix, 3> coriolis_;
   std::array<Friction, 3> friction_;
   struct {
     StageVelocities stages;
-    std::array<Contacts, RadauTableau::stages> contacts;
+    StageContacts* contacts = nullptr;
     std::array<Friction, RadauTableau::stages> friction;
-    StageVelocities correction;
+    StageVelocities* correction = nullptr;
     std::array<Wheels, RadauTableau::stages> dN;  // of dynamic reactions
   } from_;                                        // where the last correction began, and it
   BorderedStages<3> solver_;
