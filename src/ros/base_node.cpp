@@ -209,7 +209,7 @@ class BaseNode::Loop {
       std::string topics;
       publications_.visit([&](const std::string& topic, bool heard) {
         const bool waited_for = kNotWaitedFor.count(topic) == 0 && telemetry_.recorded(topic);
-        if (!heard && waited_for) topics += " " + topic;
+        if (!heard && waited_for) topics += " " + node_.resolveName(topic);
       });
       return topics;
     };
@@ -281,8 +281,9 @@ class BaseNode::Loop {
       if (interface_->commanded() || !queue_.isEmpty()) continue;
       end_with_commands();
       const char* what = idles ? "the simulation begins with ~unpause or" : "time waits for";
-      report_wait(fmt::format("lockstep: {} a command on {}, {} or {}, at t = {:g} s", what, kTwistTopic, kTorqueTopic,
-                              kVelocityTopic, loop_.time()));
+      report_wait(fmt::format("lockstep: {} a command on {}, {} or {}, at t = {:g} s", what,
+                              node_.resolveName(kTwistTopic), node_.resolveName(kTorqueTopic),
+                              node_.resolveName(kVelocityTopic), loop_.time()));
     }
     return interface_->commanded();
   }

@@ -11,14 +11,21 @@
 namespace youbot_base_sim {
 namespace {
 
+// By the names that topics have where the node runs.
 TEST(Waits, are_told) {
   struct Case {
-    std::string parameter, words;
+    std::vector<std::string> arguments;
+    std::string words;
   };
   const std::map<std::string, Case> cases = {
-      {"subscribers", {"_wait_for_subscribers:=true", "time starts when these topics have subscribers:"}},
-      {"lockstep", {"_lockstep:=true", "lockstep: the simulation begins with ~unpause or a command on cmd_vel"}},
-      {"paused", {"_start_paused:=true", "time waits, paused at t = 0 s, for ~unpause or ~step"}}};
+      {"subscribers",
+       {{"_wait_for_subscribers:=true", "base/joint_states:=wheels"},
+        "time starts when these topics have subscribers: /tf /subscribers/wheels /subscribers/base/roller_switches"}},
+      {"lockstep",
+       {{"_lockstep:=true", "cmd_vel:=/go"},
+        "lockstep: the simulation begins with ~unpause or a command on /go, "
+        "/lockstep/base/base_controller/torques_command or /lockstep/base/"}},
+      {"paused", {{"_start_paused:=true"}, "time waits, paused at t = 0 s, for ~unpause or ~step"}}};
   ros::NodeHandle node;
   std::map<std::string, int> warnings;
   const ros::Subscriber diagnostics = node.subscribe<diagnostic_msgs::DiagnosticArray>(
@@ -31,7 +38,9 @@ TEST(Waits, are_told) {
       });
   std::map<std::string, std::unique_ptr<BaseProcess>> nodes;
   for (const auto& [ns, expected] : cases) {
-    nodes[ns] = std::make_unique<BaseProcess>(ns, std::vector<std::string>{"_publish_clock:=true", expected.parameter});
+    std::vector<std::string> arguments = expected.arguments;
+    arguments.push_back("_publish_clock:=true");
+    nodes[ns] = std::make_unique<BaseProcess>(ns, arguments);
   }
   for (const auto& [ns, expected] : cases) {
     wait_for(expected.words.c_str(), [&, name = ns] { return warnings[name] > 0; });
