@@ -185,8 +185,9 @@ Eigen::Vector3d DriveRecord::truth_at(double time) const {
 
 std::vector<std::size_t> DriveRecord::samples(double begin, double end) const {
   std::vector<std::size_t> samples;
-  for (std::size_t k = 0; k < t.size(); ++k) {
-    if (t[k] >= begin && t[k] < end && !is_excluded(t[k])) samples.push_back(k);
+  const auto last = std::lower_bound(t.begin(), t.end(), end);
+  for (auto time = std::lower_bound(t.begin(), t.end(), begin); time < last; ++time) {
+    if (!is_excluded(*time)) samples.push_back(static_cast<std::size_t>(time - t.begin()));
   }
   return samples;
 }
@@ -234,8 +235,9 @@ Eigen::Vector3d displacement(const Eigen::Vector3d& a, const Eigen::Vector3d& b)
 }
 
 const Motion& motion_at(const std::vector<Motion>& motions, double time) {
-  return *std::find_if(motions.rbegin(), motions.rend() - 1,
-                       [&](const Motion& motion) { return motion.begin <= time; });
+  const auto next = std::upper_bound(motions.begin() + 1, motions.end(), time,
+                                     [](double t, const Motion& motion) { return t < motion.begin; });
+  return *(next - 1);
 }
 
 Eigen::Vector3d modes(const Wheels& w) {

@@ -176,6 +176,23 @@ TEST_F(BagReaderTest, HasTheWheelsInTheirOrderAndTimesFromTheFirstStamp) {
 }
 
 // cmd_vel becomes rates by the lengths of the odometry, which are not the driver's usual ones here.
+TEST_F(BagReaderTest, FindsSamplesAndMotionsByTime) {
+  DriveRecord record = read({});
+  record.excluded.emplace_back(1.09, 1.19);
+  const std::vector<std::size_t> samples = record.samples(record.t[50], record.t[100]);
+  EXPECT_EQ(samples.front(), 50u);
+  EXPECT_EQ(samples.back(), 99u);
+  EXPECT_EQ(samples.size(), 45u);
+  EXPECT_TRUE(record.samples(2, 1).empty());
+  EXPECT_EQ(record.samples().size(), record.t.size() - 5);
+  const std::vector<Motion> motions = record.motions();
+  ASSERT_GE(motions.size(), 3u);
+  EXPECT_EQ(&motion_at(motions, -1), &motions.front());
+  EXPECT_EQ(&motion_at(motions, motions[1].begin), &motions[1]);
+  EXPECT_EQ(&motion_at(motions, std::nextafter(motions[1].begin, 0)), &motions[0]);
+  EXPECT_EQ(&motion_at(motions, 1e9), &motions.back());
+}
+
 TEST_F(BagReaderTest, FindsTheLengthsByWhichTheDriverMakesRates) {
   for (const bool driver_signs : {false, true}) {
     Recording recording;
