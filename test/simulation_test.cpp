@@ -589,6 +589,21 @@ TEST_F(ParkedBase, StaysOnASlopeWithTheMeasuredProfile) {
   EXPECT_GT(drift(", holding_speed: 0"), 1);
 }
 
+// Motors that have stopped a base keep their torque, which the dry friction of the drives holds; records of real bases
+// have 0.11 to 0.27 N m.
+TEST_F(ParkedBase, StaysWhereItsMotorsStopIt) {
+  folder_.write("stop.csv", "t,fl,fr,bl,br\n0,0,0,0,0\n0.1,5,5,5,5\n2,5,5,5,5\n2.1,0,0,0,0\n");
+  Simulation simulation(load("duration: 60\nrobot: {profile: measured}\ndrive: {velocity_table: stop.csv}\n"));
+  simulation.advance_to(3);
+  const double x = simulation.state().x();
+  const Wheels torque = simulation.torque();
+  EXPECT_GT(torque.abs().minCoeff(), 0.05);
+  simulation.advance_to(60);
+  EXPECT_NEAR(simulation.state().x(), x, 1e-5);
+  EXPECT_LT((simulation.torque() - torque).abs().maxCoeff(), 0.01);
+  EXPECT_LT(simulation.energy_balance_error(), 1e-5);
+}
+
 TEST_F(ParkedBase, HoldsUpToTheLimitOfFriction) {
   for (const char* method : {"radau", "rosenbrock4"}) {
     for (const double share : {0.5, -0.9, 0.95}) {

@@ -9,7 +9,8 @@ namespace youbot_base_sim {
 
 /// Decides over which slip speed friction turns: nu while the base moves, the holding speed while it rests, and their
 /// geometric mean in between. A parked base creeps at about that speed; while the base is slow, a small one costs
-/// nothing.
+/// nothing. The dry friction of the drives turns over a rate that is smaller by the same share, so that motors at rest
+/// keep their torque, as those of real bases do.
 ///
 /// Friction turns over the next smaller speed once the base is slower than kRests times the present one, where a load
 /// has 96 % of the limit, and over the next larger one once it is faster than kMoves times that. A load that cannot
@@ -35,6 +36,9 @@ class RestFriction {
   void ease(double speed) { eased_ = speed; }
 
   double regularization_speed() const { return std::max(eased_, speeds_[level_]); }
+
+  /// Of that speed in nu; 1 while the base moves.
+  double share() const { return level_ == 0 ? 1 : std::min(1.0, regularization_speed() / speeds_[0]); }
 
  private:
   static constexpr double kRests = 5, kMoves = 10;

@@ -173,7 +173,7 @@ class SlipSystem final : public SmoothSystem {
   /// Has it at least `speed` (m/s) from now on.
   void ease_friction(double speed) {
     rest_friction_.ease(speed);
-    set_regularization_speed(rest_friction_.regularization_speed());
+    turn_friction();
   }
 
   /// How far the velocities u are past the next change between motion and rest, m/s; negative before it, and without
@@ -192,7 +192,7 @@ class SlipSystem final : public SmoothSystem {
   }
   void change_rest(const Velocities& u) {
     rest_friction_.change(speed(u));
-    set_regularization_speed(rest_friction_.regularization_speed());
+    turn_friction();
   }
 
   /// Evaluations of the right-hand side so far.
@@ -200,6 +200,10 @@ class SlipSystem final : public SmoothSystem {
   void count_evaluations(std::uint64_t more) const { evaluations_ += more; }
 
  private:
+  void turn_friction() {
+    set_regularization_speed(rest_friction_.regularization_speed());
+    model_.smooth_drives(rest_friction_.share());
+  }
   // Of the platform at the wheels or of a wheel's rim, whichever is fastest, m/s.
   [[gnu::noinline]] double speed(const Velocities& u) const {
     const RobotParameters& robot = model_.robot();

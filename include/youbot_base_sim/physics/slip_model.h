@@ -55,9 +55,10 @@ class SlipModel {
 
   /// Replaces the loads and wrenches.
   void set_loads(const AppliedLoads& applied) {
-    const double nu = regularization_speed();
+    const double nu = regularization_speed(), dry_friction_rate = dry_.wheels.rate;
     *this = SlipModel(bare_robot_, floor_, applied);
     set_regularization_speed(nu);
+    dry_.wheels.rate = dry_friction_rate;
   }
 
   /// Slip and position of the contact points at the velocities u and this pose; no friction yet.
@@ -218,6 +219,9 @@ class SlipModel {
   /// As ContactFriction's.
   double regularization_speed() const { return friction_.regularization_speed(); }
   void set_regularization_speed(double nu) { friction_.set_regularization_speed(nu); }
+
+  /// The dry friction of the drives turns over this share of the robot's `dry_friction_rate` from now on.
+  void smooth_drives(double share) { dry_.wheels.rate = share * robot_.dry_friction_rate; }
 
   double holding_speed() const { return floor_.holding_speed; }  ///< of the floor, m/s
 
