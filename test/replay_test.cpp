@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <regex>
 #include <string>
 
 #include "temporary_folder.h"
@@ -151,8 +152,10 @@ TEST_F(Replay, MovesTheBaseAsWhenTheAnglesWereWritten) {
 }
 
 // An independent path through the equations: the same wheels under the torques that the replay says the drives exert.
+// Not with a holding speed: many torques hold a wheel at rest, so that they do not tell when it starts.
 TEST_F(Replay, ItsTorquesGiveTheSameMotion) {
-  for (const std::string& scene : {kPaper, kBeyond}) {
+  const std::string smooth = std::regex_replace(kBeyond, std::regex("floor: \\{"), "floor: {holding_speed: 0, ");
+  for (const std::string& scene : {kPaper, smooth}) {
     record(scene, kDrive, 0.001);
     const auto difference = [&](double period) {
       const Scene replayed = load(scene + "drive: {wheel_angle_table: angles.csv}\n");

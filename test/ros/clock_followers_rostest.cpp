@@ -134,7 +134,10 @@ TEST(ClockFollowers, one_that_is_stopped_is_waited_for_and_named) {
   Warnings warnings;
   node.send(SIGSTOP);
   node.send(SIGUSR1);
-  const auto rest = std::async(std::launch::async, [&] { followers.await_rest(); });
+  const auto rest = std::async(std::launch::async, [&] {
+    followers.let_clock_arrive();
+    followers.await_rest();
+  });
   wait_for("a warning", [&] { return warnings.has("time waits for /stopped, which a signal (SIGSTOP)"); });
   EXPECT_EQ(rest.wait_for(kPatience), std::future_status::timeout);
   EXPECT_FALSE(node.has_worked());
