@@ -27,7 +27,8 @@ class SlipSystem final : public SmoothSystem {
       : model_(model),
         torque_(&torque),
         modes_(model.robot(), state.phi()),
-        rest_friction_(model.regularization_speed(), model.holding_speed()) {}
+        rest_friction_(model.regularization_speed(), model.holding_speed()),
+        holds_drives_(model.robot().dry_friction_rate * model.robot().R <= 2 * model.regularization_speed()) {}
 
   void operator()(const State& x, State& dxdt, double t) const override {
     const Wheels M = torque_->value(t);
@@ -202,7 +203,7 @@ class SlipSystem final : public SmoothSystem {
  private:
   void turn_friction() {
     set_regularization_speed(rest_friction_.regularization_speed());
-    model_.smooth_drives(rest_friction_.share());
+    if (holds_drives_) model_.smooth_drives(rest_friction_.share());
   }
   // Of the platform at the wheels or of a wheel's rim, whichever is fastest, m/s.
   [[gnu::noinline]] double speed(const Velocities& u) const {
@@ -302,6 +303,7 @@ class SlipSystem final : public SmoothSystem {
   const TorqueProfile* torque_;
   ContactModes modes_;
   RestFriction rest_friction_;
+  bool holds_drives_;  // whether their dry friction is about at its limit where the base begins to rest
   mutable std::uint64_t evaluations_ = 0;
 };
 
