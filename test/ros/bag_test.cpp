@@ -260,7 +260,7 @@ TEST(BagWriter, places_the_inertial_unit) {
   Telemetry::Options options;
   options.frames = FrameNames::of("robot", "odom", "base_footprint", "world");
   const Telemetry telemetry(simulation.scene(), options);
-  const auto frame = [&](const BaseSensors& sensors) {
+  const auto frame_of = [&](const BaseSensors& sensors) {
     std::string frame;
     telemetry.visit(simulation, sensors, ros::Time(1), [&](const std::string&, const auto& make) {
       if constexpr (std::is_same_v<std::decay_t<decltype(make())>, sensor_msgs::Imu>) frame = make().header.frame_id;
@@ -268,12 +268,12 @@ TEST(BagWriter, places_the_inertial_unit) {
     return frame;
   };
   const BaseSensors middle(simulation.scene(), exact_readings(simulation), of_sensors);
-  EXPECT_EQ(frame(middle), "robot/base_footprint");
+  EXPECT_EQ(frame_of(middle), "robot/base_footprint");
   EXPECT_TRUE(telemetry.static_transforms(simulation, middle, ros::Time(1)).transforms.empty());
 
   of_sensors.imu->position = {0.2, -0.1, 0.05};
   const BaseSensors apart(simulation.scene(), exact_readings(simulation), of_sensors);
-  EXPECT_EQ(frame(apart), "robot/imu_link");
+  EXPECT_EQ(frame_of(apart), "robot/imu_link");
   const auto transforms = telemetry.static_transforms(simulation, apart, ros::Time(1)).transforms;
   ASSERT_EQ(transforms.size(), 1u);
   EXPECT_EQ(transforms[0].header.frame_id, "robot/base_link");
