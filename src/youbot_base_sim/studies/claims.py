@@ -138,7 +138,7 @@ def reactions(cases):
 
 
 @claim("5.1", "Model 2a approximates a model without slip: if mu_0 increases, slip decreases",
-       "Slip is inverse to mu_0. Real rollers without slip are another limit than model 1.")
+       "Slip is inverse to mu_0. Its limit, real rollers without slip, is not model 1.")
 def slip_of_viscous_friction(cases):
     scene = cases.case2.scene.sampled(10, 1000)
     runs = cases.recorder.record_all([(scene.changed(floor=dict(viscous_friction=mu_0)), "viscous", True)
@@ -150,7 +150,7 @@ def slip_of_viscous_friction(cases):
 
 
 @claim("5.2", "mu_0 = f m_s g / (4 nu) = 4.4e4 N s/m: near zero slip, 2a then has 2b's force at mean load",
-       "Where a scene gives no mu_0, the formula does.")
+       "Scenes without mu_0 use this formula.")
 def viscous_coefficient(cases):
     viscous, coulomb = (cases.case2.contact[model].contacts for model in ("viscous", "coulomb"))
     ratio, slopes = 1e-3 * viscous["force"] / viscous["slip"], 1e-3 * 0.5 * coulomb["normal"][0] / NU
@@ -167,7 +167,7 @@ def turned(truth):
 
 
 @claim("5.3", "Case 1 goes counter-clockwise (Fig. 5): V_X = -rho w cos(w t - psi_0), V_Y = rho w sin(w t - psi_0)",
-       "Formula and caption disagree. With sine and cosine exchanged they agree; figures are drawn so.")
+       "Formula and caption agree with sine and cosine exchanged; figures are drawn so.")
 def direction(cases):
     printed, exchanged, other = (turned(study.whole["no_slip"].truth)
                                  for study in (cases.as_printed, cases.case1, cases.case2))
@@ -216,7 +216,7 @@ def vibration_case1(cases):
 
 @claim("5.3", "The same, by the formula as printed", "Its V_Y changes sign at T/4, hence the magnitude.", "as_printed")
 @claim("5.3", "In models 2a and 2b the mean V_Y is less than in model 1 (Fig. 6b, 0 to T/2)",
-       "Beside its middle a roller is thinner and turns faster: its bearing takes more of the torque.", "case1")
+       "Off its middle a roller is thinner and turns faster, so its bearing takes more of the torque.", "case1")
 def mean_V_Y(cases, case):
     means = [mean(half["t"], np.abs(half["V_Y"])) for half in parts(getattr(cases, case), 0, PERIOD / 2)]
     text, values = compared("{:.4f} m/s", means)
@@ -235,7 +235,7 @@ HALF_PITCH = "16 combinations: each wheel at 0.1 rad or 30° further", Study.hal
        lambda study: np.tile(np.arange(0, 60, 5) / DEGREES, (4, 1)).T)
 @claim("5.3", "At t = T, O's coordinates spread by about 0.6 m and psi by about 15° over \"various combinations\" "
        "of initial wheel angles (Fig. 7, 2b)",
-       "The paper names no set, and more combinations spread wider. This one comes nearest.", "case1", *HALF_PITCH)
+       "The paper names no set; more combinations spread wider. This one comes nearest.", "case1", *HALF_PITCH)
 def spread(cases, case, angles, angles_of):
     study = getattr(cases, case)
     ends = np.array([[run.truth[key][-1] for key in ("x", "y", "psi")] for run in study.spread(angles_of(study))])
@@ -300,8 +300,7 @@ def vibration_case2(cases):
 
 
 @claim("5.4", "In models 2a and 2b the mean V_Y and Omega are less than in model 1 (Fig. 9)",
-       "Beside its middle a roller's radius across the axle, R cos(phi~) - R_d, is smaller; it turns faster, and its "
-       "bearing takes more of the torque: nearly all of the loss.")
+       "As row 11: across the axle, a roller's radius is R cos(phi~) - R_d. This is nearly all of the loss.")
 def mean_velocities_case2(cases):
     means = [[average(rows, key) for rows in parts(cases.case2, 1)] for key in ("V_Y", "Omega")]
     (V_Y, V_Y_values), (Omega, Omega_values) = map(compared, ("{:.4f} m/s", "{:.4f} rad/s"), means)
@@ -376,7 +375,7 @@ def slip_decay(cases):
 
 
 @claim("6", "The wandering contact point makes the control of yaw rate and lateral velocity less efficient",
-       "By row 21, what counts is that it wanders to where the roller is thinner.")
+       "What counts is that the contact point wanders to where the roller is thinner (row 21).")
 def efficiency(cases):
     ideal, _, rows = parts(cases.case2, 1)
     shares = [100 * average(rows, key) / average(ideal, key) for key in ("V_Y", "Omega")]
@@ -405,7 +404,7 @@ def drive_power_of_reference(cases, model):
 
 
 @claim("6", "... and so the exact implementation of the reference motion consumes more energy",
-       "Constant torques were found that give Case 2's mean velocities.")
+       "By the constant torques that give Case 2's mean velocities.")
 def energy(cases):
     powers, differences = zip(*(drive_power_of_reference(cases, model) for model in MODELS))
     text, values = compared("{:.1f} W", powers)
@@ -415,7 +414,7 @@ def energy(cases):
 
 @claim("6", "The models can describe an experiment's deformed trajectories, and motions that depend on the initial "
        "wheel angles",
-       "The effects are there; that experiment's numbers are not in the paper. [Validation](validation.md) "
+       "The effects are there, but the paper has no numbers of the experiment. [Validation](validation.md) "
        "compares with real youBots.")
 def described(cases):
     width = [np.ptp(rows["x"]) for rows in parts(cases.case1)]
