@@ -16,7 +16,7 @@
 namespace youbot_base_sim {
 
 /// The equations of motion of models 2a and 2b under given wheel torques, for the rollers that are in contact now: a
-/// System of odeint. docs/architecture.md has the expressions by which steppers and events know it.
+/// System of odeint. docs/architecture.md lists the expressions by which steppers and events know it.
 template <class Model>
 class SlipSystem final : public SmoothSystem {
  public:
@@ -191,6 +191,7 @@ class SlipSystem final : public SmoothSystem {
     if (rest_friction_.keeps_moving(0.5 * square - dX * dX - dY * dY)) return false;
     return rest_friction_.past_change(speed(u)) + speed(w - u) > 0;
   }
+  /// Makes that change: friction then turns over the holding speed, or over nu again.
   void change_rest(const Velocities& u) {
     rest_friction_.change(speed(u));
     turn_friction();
