@@ -1,11 +1,7 @@
 """Measurements on real youBots, and the same on the simulated base."""
 import csv
-import json
 import math
-import subprocess
-import tempfile
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 
 import numpy as np
 
@@ -15,7 +11,7 @@ from ..figures import BLUE, GREEN, ORANGE, RED, new_figure, save
 from ..report import table
 from .builds import ROOT
 from .odometry_records import BASE
-from .slip_gains import robot
+from .slip_gains import robot, simulated
 
 YOUBOT = Base()
 SCALES = {"A": 1.3, "B": 0.76}
@@ -23,26 +19,19 @@ GAINS = (0.4, 1.2)           # of the velocity loops, N m s/rad and N m/rad
 CONTROL_PERIOD = 1e-3        # s
 RATE = 200                   # of rows, Hz
 STARTS = 32                  # sets of angles at which wheels may start
-PROFILES = {"paper": "{profile: paper}", "measured": "{profile: measured}",
-            **{robot: f"{{profile: {{name: measured, friction_scale: {scale}}}}}" for robot, scale in SCALES.items()}}
+PROFILES = {"paper": {"profile": "paper"}, "measured": {"profile": "measured"},
+            **{robot: {"profile": {"name": "measured", "friction_scale": scale}} for robot, scale in SCALES.items()}}
 
 
 class Run:
     """A run of `simulate` in which the wheels track constant rates: columns of its rows, RATE a second, and torques."""
     simulate = None  # the program
 
-    def __init__(self, robot, rates, duration, initial="", floor="", gains=GAINS):
-        with tempfile.TemporaryDirectory() as folder:
-            scene, rates_table, rows = (Path(folder) / name for name in ("scene.yaml", "table.csv", "rows.csv"))
-            rates_table.write_text(f"t,{','.join(WHEELS)}\n0,{','.join(map(repr, rates))}\n")
-            scene.write_text(f"duration: {duration}\noutput_rate: {RATE}\nrobot: {robot}\nfloor: {{{floor}}}\n"
-                             f"initial: {{{initial}}}\nmotors: {{velocity_proportional_gain: {gains[0]}, "
-                             f"velocity_integral_gain: {gains[1]}}}\nsolver: {{relative_tolerance: 1e-5}}\n"
-                             "drive: {velocity_table: table.csv}\n")
-            subprocess.run([self.simulate, scene, "--quiet", "--csv", rows], check=True)
-            with open(rows) as file:
-                names = file.readline().strip().split(",")
-                self.rows = dict(zip(names, np.loadtxt(file, delimiter=",").T))
+    def __init__(self, robot, rates, duration, initial=None, floor=None, gains=GAINS):
+        self.rows = simulated(
+            self.simulate, [0], [rates], duration=duration, output_rate=RATE, robot=robot, floor=floor or {},
+            initial=initial or {}, drive={"velocity_table": "table.csv"},
+            motors={"velocity_proportional_gain": gains[0], "velocity_integral_gain": gains[1]})
         self.phi, self.dphi = (np.array([self.rows[name + wheel] for wheel in WHEELS]).T for name in ("phi_", "dphi_"))
         # The velocity loops' law, without limits. Their integral is a sum over control periods, both ends included.
         lacking = rates - self.dphi
@@ -50,7 +39,7 @@ class Run:
         self.torque = gains[0] * lacking + gains[1] * (behind + CONTROL_PERIOD / 2 * (lacking + lacking[0]))
 
 
-def steady_torques(base, robot, velocity, floor=""):
+def steady_torques(base, robot, velocity, floor=None):
     """Mean torque of each wheel as the base's records have it, N m: A at constant speed, B over 4 s from rest, here
     without the first half second: at 45 degrees two wheels keep the torque that they stopped with."""
     duration, skipped = (20, 10) if base == "A" else (4, 0.5)
@@ -102,14 +91,13 @@ LEAST = np.array([0, 0, 0, 0, 0.3])
 
 def off(values, spin_radius):
     """Differences of both robots with these frictions from the records, N m: five figures of A, 19 directions of B."""
-    robots = {robot: json.dumps(dict(zip(FITTED, (values * ([scale] * 4 + [1])).tolist())))
-              for robot, scale in SCALES.items()}
+    robots = {robot: dict(zip(FITTED, (values * ([scale] * 4 + [1])).tolist())) for robot, scale in SCALES.items()}
     motions = [("A", *record) for record in STEADY_OF_A]
     motions += [("B", velocity_along(degrees), SIZE, torque - TRANSIENT_OF_B) for degrees, torque in directions_of_B()]
 
     def one(motion):
         base, velocity, part, torque = motion
-        return part(steady_torques(base, robots[base], velocity, f"spin_radius: {spin_radius}")) - torque
+        return part(steady_torques(base, robots[base], velocity, {"spin_radius": spin_radius})) - torque
     with ThreadPoolExecutor() as pool:
         all_off = np.array(list(pool.map(one, motions)))
     return all_off[:len(STEADY_OF_A)], all_off[len(STEADY_OF_A):]
@@ -150,7 +138,7 @@ def rise_and_overshoot(robot, gains, velocity, phi):
     """Of the wheels' angular velocities, from rest at angles `phi`: mean of their times from 10 to 90 % of what is
     commanded, s; overshoot of their mean, without the ripple of single rollers, %."""
     target = np.array(Base(wheel_radius=DRIVER_RADIUS).rolling_rates(*velocity))
-    run = Run(robot, target.tolist(), 4, f"wheel_angles: {list(phi)}", gains=gains)
+    run = Run(robot, target, 4, {"wheel_angles": phi}, gains=gains)
     t, rates = run.rows["t"], run.dphi / target
     rise = np.mean([crossing(t, rate, 0.9) - crossing(t, rate, 0.1) for rate in rates.T])
     smooth = np.convolve(rates.mean(axis=1), np.ones(RATE // 10) / (RATE // 10), mode="valid")
@@ -176,7 +164,7 @@ def rise_table():
 
 def ripple_of_B():
     """A line on the torque in lateral motion at 0.2 m/s."""
-    run = Run(PROFILES["B"], YOUBOT.rolling_rates(0, 0.2, 0), 20, "twist: [0, 0.2, 0]")
+    run = Run(PROFILES["B"], YOUBOT.rolling_rates(0, 0.2, 0), 20, {"twist": [0, 0.2, 0]})
     wheel = run.torque[len(run.torque) // 2:, 1]
     spectrum = np.abs(np.fft.rfft((wheel - wheel.mean()) * np.hanning(len(wheel)))) * 4 / len(wheel)
     frequency = np.fft.rfftfreq(len(wheel), 1 / RATE)
@@ -185,11 +173,11 @@ def ripple_of_B():
             f"{spectrum.max():.3f} N m (B: 6.0, about 0.06)\n")
 
 
-def gain_ratios(robot, base, floor="", gains=GAINS):
+def gain_ratios(robot, base, floor=None, gains=GAINS):
     """Lateral over forward path length per revolution of the wheels; rotation on a circle driven laterally over that
     on one driven forward."""
     def gains_of(V_X, V_Y, Omega):
-        run = Run(robot, base.rolling_rates(V_X, V_Y, Omega), 30, f"twist: [{V_X}, {V_Y}, {Omega}]", floor, gains)
+        run = Run(robot, base.rolling_rates(V_X, V_Y, Omega), 30, {"twist": [V_X, V_Y, Omega]}, floor, gains)
         first = len(run.rows["t"]) // 3
         x, y, psi = (run.rows[key][first:] for key in ("x", "y", "psi"))
         middle = 0.5 * (psi[1:] + psi[:-1])
@@ -203,15 +191,15 @@ def gain_ratios(robot, base, floor="", gains=GAINS):
 
 
 def gain_table():
-    free_C, dry_C = (json.dumps(robot(friction)) for friction in (0, 2.2e-3))
+    free_C, dry_C = robot(0), robot(2.2e-3)
     gentle = (0.02, 0.1)  # gains for wheels of a sixtieth of the youBot's inertia
     return table(["wheels", "k_Y/k_X", "q"], [
         [what, *(f"{ratio:.4f}" for ratio in gain_ratios(*arguments))] for what, *arguments in (
             *((f"the youBot, {owner} friction", PROFILES[name], YOUBOT)
               for owner, name in (("paper's", "paper"), ("A's", "A"), ("B's", "B"))),
-            ("C, rollers without friction", free_C, BASE, "", gentle),
-            ("C, dry rollers, 2.2 mm times f N", dry_C, BASE, "", gentle),
-            ("C, dry rollers and spin friction, 2 mm", dry_C, BASE, "spin_radius: 2e-3", gentle))])
+            ("C, rollers without friction", free_C, BASE, {}, gentle),
+            ("C, dry rollers, 2.2 mm times f N", dry_C, BASE, {}, gentle),
+            ("C, dry rollers and spin friction, 2 mm", dry_C, BASE, {"spin_radius": 2e-3}, gentle))])
 
 
 def draw(path):

@@ -25,17 +25,23 @@ def robot(friction, contacts="located"):
             "contacts": contacts, **dict(list(vars(BASE).items())[:5])}  # the numbers
 
 
+def simulated(simulate, t, wheels, **scene):
+    """Columns by their names of the rows of a scene whose drive names table.csv: times (s) and four wheels each."""
+    with tempfile.TemporaryDirectory() as folder:
+        file, table, rows = (Path(folder) / name for name in ("scene.yaml", "table.csv", "rows.csv"))
+        np.savetxt(table, np.c_[t, wheels], "%.17g", ",", header=",".join(("t", *WHEELS)), comments="")
+        file.write_text(json.dumps({"solver": {"relative_tolerance": 1e-5}, **scene}))
+        subprocess.run([simulate, file, "--quiet", "--csv", rows], check=True)
+        with open(rows) as csv:
+            return dict(zip(csv.readline().strip().split(","), np.loadtxt(csv, delimiter=",").T))
+
+
 def replay(simulate, t, angles, section, output_rate, **drive):
     """Rows t, x, y, psi of a base whose wheels have these angles (rad) at these times (s)."""
-    with tempfile.TemporaryDirectory() as folder:
-        scene, table, rows = (Path(folder) / name for name in ("scene.yaml", "angles.csv", "rows.csv"))
-        np.savetxt(table, np.c_[t, angles], "%.17g", ",", header=",".join(("t", *WHEELS)), comments="")
-        scene.write_text(json.dumps({
-            "duration": t[-1], "output_rate": output_rate, "robot": section,
-            "floor": {"friction": FRICTION, "spin_radius": SPIN_RADIUS, "slip_regularization": CREEP},
-            "solver": {"relative_tolerance": 1e-5}, "drive": {"wheel_angle_table": table.name, **drive}}))
-        subprocess.run([simulate, scene, "--quiet", "--csv", rows], check=True)
-        return np.loadtxt(rows, delimiter=",", skiprows=1, usecols=range(4))
+    rows = simulated(simulate, t, angles, duration=t[-1], output_rate=output_rate, robot=section, floor={
+        "friction": FRICTION, "spin_radius": SPIN_RADIUS, "slip_regularization": CREEP}, drive={
+            "wheel_angle_table": "table.csv", **drive})
+    return np.stack([rows[name] for name in ("t", "x", "y", "psi")], -1)
 
 
 def scattered(count):
