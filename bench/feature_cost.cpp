@@ -31,12 +31,7 @@ void run_rows(const Scene& scene) {
 }
 
 /// What the node is commanded at the start, for the whole run: a turn to the left, sideways.
-DriveCommand curve() {
-  const Wheels rates = DriverKinematics().wheel_rates({0.3, 0.15, 0.4});
-  DriveCommand command;
-  for (int i = 0; i < kWheels; ++i) command[i] = SetPoint{DriveMode::kVelocity, rates[i]};
-  return command;
-}
+DriveCommand curve() { return drive_command(DriveMode::kVelocity, DriverKinematics().wheel_rates({0.3, 0.15, 0.4})); }
 
 /// The least that the node could do: control periods, driven as the node is.
 void run_periods(const Scene& scene) {

@@ -7,7 +7,6 @@
 #include <cstdlib>
 #include <ctime>
 #include <random>
-#include <string>
 #include <thread>
 #include <vector>
 
@@ -62,10 +61,7 @@ DriveRecord drive(unsigned seed, double duration, const Wheels& phi) {
   Simulation simulation(scene, [&](double t, const State& x) {
     if (t >= next) {
       const Eigen::Vector3d velocity(0.4 * share(random), 0.3 * share(random), 0.8 * share(random));
-      const Wheels rates = DriverKinematics().wheel_rates(velocity);
-      DriveCommand command;
-      for (int i = 0; i < kWheels; ++i) command[i] = SetPoint{DriveMode::kVelocity, rates[i]};
-      driver.command(t, command);
+      driver.command(t, drive_command(DriveMode::kVelocity, DriverKinematics().wheel_rates(velocity)));
       next = t + length(random);
     }
     return driver.sample(t, x.dphi());

@@ -57,7 +57,8 @@ class RandomStack {
       }
     } else {
       // Torques under which a wheel comes to rest between two rollers, found by a random search.
-      last_ = all(DriveMode::kTorque, {-1.6608860541984796, 0.6423426008195765, 1.6391085502068918, 1.12921153639236});
+      last_ = drive_command(DriveMode::kTorque,
+                            {-1.6608860541984796, 0.6423426008195765, 1.6391085502068918, 1.12921153639236});
     }
     return last_;
   }
@@ -65,13 +66,8 @@ class RandomStack {
  private:
   double uniform(double low, double high) { return low + (high - low) * (engine_() / 4294967296.0); }
 
-  static DriveCommand all(DriveMode mode, const Wheels& values) {
-    DriveCommand command;
-    for (int i = 0; i < kWheels; ++i) command[i] = SetPoint{mode, values[i]};
-    return command;
-  }
   static DriveCommand twist(const Eigen::Vector3d& velocity) {
-    return all(DriveMode::kVelocity, DriverKinematics().wheel_rates(velocity));
+    return drive_command(DriveMode::kVelocity, DriverKinematics().wheel_rates(velocity));
   }
   DriveCommand each(DriveMode mode, double size) {
     DriveCommand command;

@@ -11,6 +11,8 @@ namespace youbot_base_sim {
 
 namespace {
 
+constexpr double kDecay = 1e-3;  // s, of an error of the rates
+
 /// Reinsch's smoothing spline of one wheel: values g and second derivatives gamma minimise
 /// sum (y - g)^2 + alpha * integral g''^2, for which (H + alpha Q' Q) gamma = Q' y and g = y - alpha Q gamma.
 /// H (tridiagonal) and Q (three entries a column) hold the distances of the rows.
@@ -145,12 +147,6 @@ Wheels WheelSpline::angle(double t) const {
           ((rest * rest * rest - rest) * acceleration_[row] + (s * s * s - s) * acceleration_[row + 1]);
   return inside + (share - s) * length * rate(t);
 }
-
-namespace {
-
-constexpr double kDecay = 1e-3;  // s, of an error of the rates
-
-}  // namespace
 
 PrescribedWheels::PrescribedWheels(const RobotParameters& robot, std::shared_ptr<const WheelMotion> motion)
     : motion_(std::move(motion)), J_1_(robot.J_1) {}

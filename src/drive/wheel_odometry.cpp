@@ -4,6 +4,13 @@
 
 namespace youbot_base_sim {
 
+namespace {
+
+/// Variance of a number that is rounded to a multiple of `step`.
+double rounding_variance(double step) { return step * step / 12; }
+
+}  // namespace
+
 Wheels DriverKinematics::wheel_rates(const Eigen::Vector3d& velocity) const {
   const double v_x = velocity[0], v_y = velocity[1], turn = half_lengths * velocity[2];
   return Wheels(v_x - v_y - turn, v_x + v_y + turn, v_x + v_y - turn, v_x - v_y + turn) / wheel_radius;
@@ -15,13 +22,9 @@ Eigen::Vector3d DriverKinematics::velocity(const Wheels& dphi) const {
           quarter / half_lengths * (-dphi[0] + dphi[1] - dphi[2] + dphi[3])};
 }
 
-Eigen::Matrix<double, 3, kWheels, Eigen::DontAlign> DriverKinematics::jacobian() const {
-  Eigen::Matrix<double, 3, kWheels, Eigen::DontAlign> jacobian;
-  for (int i = 0; i < kWheels; ++i) {
-    Wheels alone = Wheels::Zero();
-    alone[i] = 1;
-    jacobian.col(i) = velocity(alone);
-  }
+DriverKinematics::Jacobian DriverKinematics::jacobian() const {
+  Jacobian jacobian;
+  for (int i = 0; i < kWheels; ++i) jacobian.col(i) = velocity(Eigen::Vector4d::Unit(i).array());
   return jacobian;
 }
 
@@ -80,13 +83,6 @@ void WheelOdometry::reset(const Wheels& phi) {
   sensitivity_.setZero();
   changing_.setZero();
 }
-
-namespace {
-
-/// Variance of a number that is rounded to a multiple of `step`.
-double rounding_variance(double step) { return step * step / 12; }
-
-}  // namespace
 
 WheelOdometry::Covariance WheelOdometry::pose_covariance() const {
   if (wheel_error_ == 0) return Covariance::Zero();

@@ -356,7 +356,7 @@ WheelCommand wheel_command(const geometry_msgs::Twist& message, const DriverKine
                                                        velocity[0], velocity[1], velocity[2], reason)});
     return command;
   }
-  for (int i = 0; i < kWheels; ++i) command.set_points[i] = SetPoint{DriveMode::kVelocity, rates[i]};
+  command.set_points = drive_command(DriveMode::kVelocity, rates);
   return command;
 }
 

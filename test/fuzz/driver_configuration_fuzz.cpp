@@ -25,9 +25,7 @@ void require_finite_readings(const DriverConfiguration& configuration) {
   BaseDriver driver(settings, Wheels::Zero());
   const Wheels rates = configuration.kinematics.wheel_rates({0.5, -0.3, 1});
   require_finite(rates, "a wheel's rate");
-  DriveCommand command;
-  for (int i = 0; i < kWheels; ++i) command[i] = SetPoint{DriveMode::kVelocity, rates[i]};
-  driver.command(0, command);
+  driver.command(0, drive_command(DriveMode::kVelocity, rates));
   require_finite(driver.sample(0, dphi), "the torque");
   for (const SetPoint& set_point : driver.set_points()) {
     require(std::isfinite(set_point.value), "the set point is finite");

@@ -63,9 +63,7 @@ struct Twin {
     Wheels torque = Wheels::Zero();
     Simulation simulation(scene, [&](double t, const State& state) -> Wheels {
       while (next < applied.size() && applied[next] <= t + 1e-9) {
-        DriveCommand command;
-        for (int i = 0; i < kWheels; ++i) command[i] = SetPoint{DriveMode::kVelocity, record.commands.values[next][i]};
-        driver.command(t, command);
+        driver.command(t, drive_command(DriveMode::kVelocity, record.commands.values[next]));
         ++next;
       }
       torque = driver.sample(t, state.dphi());

@@ -34,10 +34,7 @@ DriveCommand torques(double torque) {
 }
 
 DriveCommand rates(const Eigen::Vector3d& velocity) {
-  const Wheels rates = DriverKinematics().wheel_rates(velocity);
-  DriveCommand command;
-  for (int i = 0; i < kWheels; ++i) command[i] = SetPoint{DriveMode::kVelocity, rates[i]};
-  return command;
+  return drive_command(DriveMode::kVelocity, DriverKinematics().wheel_rates(velocity));
 }
 
 Faults cable_out() {

@@ -40,9 +40,7 @@ std::vector<Error> errors_of_drive(unsigned seed, int seconds) {
   for (int second = 0; second < seconds; ++second) {
     const Wheels rates =
         DriverKinematics().wheel_rates({0.4 * share(random), 0.3 * share(random), 0.8 * share(random)});
-    DriveCommand command;
-    for (int i = 0; i < kWheels; ++i) command[i] = SetPoint{DriveMode::kVelocity, rates[i]};
-    loop.push(loop.time(), command);
+    loop.push(loop.time(), drive_command(DriveMode::kVelocity, rates));
     loop.advance_periods(1000);
     loop.meet_instant();
     const WheelOdometry& odometry = loop.sensors().odometry();

@@ -83,10 +83,7 @@ class TableFromBagTest : public ::testing::Test {
     settings.publish_rate = 1 / kPeriod;
     BaseLoop loop(settings);
     Telemetry telemetry(settings.scene, options);
-    DriveCommand command;
-    const Wheels rates = DriverKinematics().wheel_rates({0.2, 0.1, 0.3});
-    for (int i = 0; i < kWheels; ++i) command[i] = SetPoint{DriveMode::kVelocity, rates[i]};
-    loop.push(0, command);
+    loop.push(0, drive_command(DriveMode::kVelocity, DriverKinematics().wheel_rates({0.2, 0.1, 0.3})));
     BagWriter bag(folder_.path("x.bag"));
     for (int k = 0; k * kPeriod < kDuration; ++k) {
       bag.write(telemetry, loop.simulation(), loop.sensors(), loop.time());

@@ -17,6 +17,13 @@ namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 /// A set point for each wheel that the command names; the other wheels keep theirs.
 using DriveCommand = std::array<std::optional<SetPoint>, kWheels>;
 
+/// One for all wheels: torques, N m, or rates, rad/s.
+inline DriveCommand drive_command(DriveMode mode, const Wheels& values) {
+  DriveCommand command;
+  for (int i = 0; i < kWheels; ++i) command[i] = SetPoint{mode, values[i]};
+  return command;
+}
+
 /// Whether the driver is connected to its base. It gives the base up when EtherCAT has failed for longer than its
 /// time-out, and finds it again only by a reconnect while the cable is in. Times are simulated time, s.
 class EthercatConnection {

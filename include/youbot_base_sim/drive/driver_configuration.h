@@ -10,8 +10,7 @@
 namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
 /// A mistake in a configuration file of the driver, in a line that names file, key, value and what is allowed.
-class DriverConfigurationError : public std::runtime_error {
- public:
+struct DriverConfigurationError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 

@@ -24,8 +24,10 @@ struct DriverKinematics {
   /// Linear, so that it also turns differences of wheel angles (rad) into displacements (m, m, rad).
   Eigen::Vector3d velocity(const Wheels& dphi) const;
 
+  using Jacobian = Eigen::Matrix<double, 3, kWheels, Eigen::DontAlign>;
+
   /// The matrix of `velocity`: its rows are V_X, V_Y and Omega, its columns the wheels.
-  Eigen::Matrix<double, 3, kWheels, Eigen::DontAlign> jacobian() const;
+  Jacobian jacobian() const;
 };
 
 /// Pose of the base as the driver integrates it from the wheels' angles: one Euler step per call, with the new heading;
@@ -65,7 +67,7 @@ class WheelOdometry {
   const DriverKinematics& kinematics() const { return kinematics_; }
 
  private:
-  using Jacobian = Eigen::Matrix<double, 3, kWheels, Eigen::DontAlign>;
+  using Jacobian = DriverKinematics::Jacobian;
 
   static constexpr double kSmallAngle = 1.0 / 64;  // rad: the series of `turn` are then exact to the last bit
   static constexpr int kTurnsBetweenLookUps = 64;
