@@ -3,15 +3,12 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/resource.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <charconv>
 #include <cstring>
 #include <random>
 #include <system_error>
-#include <utility>
 
 #include "youbot_base_sim/text/quote.h"
 
@@ -78,11 +75,9 @@ int sync(int descriptor) {
 }
 
 int sync_folder(const fs::path& folder) {
-  const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  const Descriptor descriptor(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (descriptor < 0) return errno == EACCES ? 0 : errno;  // a folder may be writable but not readable
-  const int error = sync(descriptor);
-  ::close(descriptor);
-  return error;
+  return sync(descriptor);
 }
 
 std::string identity_of(const struct stat& status) { return fmt::format("{}:{}", status.st_dev, status.st_ino); }
@@ -119,19 +114,17 @@ void OutputFile::open_straight() {
     refuse(path_, "must be a file rather than a pipe, since its beginning is written last");
   }
   // A copy of an own descriptor shares its position, where opening it once more would begin at 0 and overwrite.
-  descriptor_ = own ? fcntl(*own, F_DUPFD_CLOEXEC, 0) : open(place_.target.c_str(), O_WRONLY | O_NOCTTY | O_CLOEXEC);
+  descriptor_ =
+      Descriptor(own ? fcntl(*own, F_DUPFD_CLOEXEC, 0) : open(place_.target.c_str(), O_WRONLY | O_NOCTTY | O_CLOEXEC));
   if (descriptor_ < 0) refuse_output(path_, errno);
-  if ((fcntl(descriptor_, F_GETFL) & O_ACCMODE) == O_RDONLY) {
-    close();
-    refuse_output(path_, EBADF);
-  }
+  if ((fcntl(descriptor_, F_GETFL) & O_ACCMODE) == O_RDONLY) refuse_output(path_, EBADF);
   name_ = place_.target;
 }
 
 void OutputFile::open_beside() {
   // Renaming ignores the mode of the file that it replaces.
   if (place_.existing && access(place_.target.c_str(), W_OK) != 0) refuse_output(path_, errno);
-  descriptor_ = create_beside(place_.target, name_);
+  descriptor_ = Descriptor(create_beside(place_.target, name_));
   if (descriptor_ < 0) {
     const int error = errno;
     refuse(path_, fmt::format("in its folder, {}: {}", quote_path(folder_of(place_.target).string()), text_of(error)),
@@ -142,18 +135,6 @@ void OutputFile::open_beside() {
 }
 
 OutputFile::~OutputFile() { keep_incomplete(); }
-
-OutputFile::OutputFile(OutputFile&& other) noexcept
-    : path_(std::move(other.path_)),
-      place_(std::move(other.place_)),
-      name_(std::move(other.name_)),
-      access_(other.access_),
-      straight_(other.straight_),
-      sync_on_commit_(other.sync_on_commit_),
-      descriptor_(std::exchange(other.descriptor_, -1)),
-      buffer_(std::move(other.buffer_)),
-      written_(other.written_),
-      whole_(other.whole_) {}
 
 bool OutputFile::is_terminal() const { return straight_ && isatty(descriptor_); }
 
@@ -190,8 +171,6 @@ int OutputFile::reserve(std::uint64_t size) {
   return is_full(errno) ? errno : 0;  // not every file system can reserve
 }
 
-int OutputFile::close() { return ::close(std::exchange(descriptor_, -1)) == 0 ? 0 : errno; }
-
 void OutputFile::commit() {
   int error = flush();
   if (error) fail(error);
@@ -205,7 +184,7 @@ void OutputFile::commit() {
     }
   }
   if (sync_on_commit_) error = sync(descriptor_);
-  const int closing = close();
+  const int closing = descriptor_.close();
   if (!error) error = closing;
   if (!error && !straight_ && rename(name_.c_str(), place_.target.c_str()) != 0) error = errno;
   if (!error && sync_on_commit_) error = sync_folder(folder_of(place_.target));
@@ -221,7 +200,7 @@ std::string OutputFile::keep_incomplete() {
       if (ftruncate(descriptor_, end) != 0) errno = 0;  // the last line may then be cut
       if (end == 0) unlink(name_.c_str());
     }
-    close();
+    descriptor_.close();
   }
   std::error_code ignored;
   return straight_ || !fs::exists(name_, ignored) ? "" : name_;

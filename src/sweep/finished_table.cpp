@@ -54,16 +54,9 @@ FinishedTable::FinishedTable(const std::string& path, const Family& family, cons
   if (descriptor_ < 0) {
     throw SceneError(fmt::format("{}: cannot be read: {}", quote_path(path_), OutputFile::text_of(errno)));
   }
-  try {
-    find_rows(family, maker);
-    compare_rows(maker);
-  } catch (...) {
-    close(descriptor_);
-    throw;
-  }
+  find_rows(family, maker);
+  compare_rows(maker);
 }
-
-FinishedTable::~FinishedTable() { close(descriptor_); }
 
 void FinishedTable::find_rows(const Family& family, const RowMaker& maker) {
   const auto refuse = [&](const std::string& what) {

@@ -90,29 +90,22 @@ Journal::Journal(const std::string& path, const std::vector<std::string>& head, 
       descriptor_(open(path.c_str(), O_RDWR | O_APPEND | O_CREAT | O_CLOEXEC, 0666)),
       finished_(runs.begin) {
   if (descriptor_ < 0) refuse_output(path, errno);
-  try {
-    if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0)
-      throw OutputError(fmt::format("{}: is being written by another sweep", quote_path(path)));
-    const std::string whole = fmt::format("{}\n{}\n\n", kFirstLine, fmt::join(head, "\n"));
-    begin_ = static_cast<off_t>(whole.size());
-    std::string found(whole.size(), '\0');
-    const ssize_t size = pread(descriptor_, found.data(), found.size(), 0);
-    if (size < 0) refuse_reading(path_);
-    found.resize(static_cast<std::size_t>(size));
-    if (found.size() < whole.size() && whole.compare(0, found.size(), found) == 0) {
-      if (ftruncate(descriptor_, 0) != 0) refuse_output(path_, errno);  // its beginning was torn
-      write(whole);
-    } else {
-      check_head(head);
-      read_rows();
-    }
-  } catch (...) {
-    close(descriptor_);
-    throw;
+  if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0)
+    throw OutputError(fmt::format("{}: is being written by another sweep", quote_path(path)));
+  const std::string whole = fmt::format("{}\n{}\n\n", kFirstLine, fmt::join(head, "\n"));
+  begin_ = static_cast<off_t>(whole.size());
+  std::string found(whole.size(), '\0');
+  const ssize_t size = pread(descriptor_, found.data(), found.size(), 0);
+  if (size < 0) refuse_reading(path_);
+  found.resize(static_cast<std::size_t>(size));
+  if (found.size() < whole.size() && whole.compare(0, found.size(), found) == 0) {
+    if (ftruncate(descriptor_, 0) != 0) refuse_output(path_, errno);  // its beginning was torn
+    write(whole);
+  } else {
+    check_head(head);
+    read_rows();
   }
 }
-
-Journal::~Journal() { close(descriptor_); }
 
 void Journal::write(const std::string& text) {
   errno = ENOSPC;  // unless the system says another reason

@@ -1,7 +1,6 @@
 #include "youbot_base_sim/sweep/quantities.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace youbot_base_sim {
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <boost/algorithm/string/replace.hpp>
 #include <boost/tokenizer.hpp>
 #include <charconv>
 #include <cmath>
@@ -26,9 +27,7 @@ const char* text_of(RunStatus status) {
 /// A cell of CSV (RFC 4180).
 std::string cell(const std::string& text) {
   if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return quoted + "\"";
+  return '"' + boost::algorithm::replace_all_copy(text, "\"", "\"\"") + '"';
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <cerrno>
 #include <cstdint>
@@ -11,6 +12,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace youbot_base_sim {
@@ -29,6 +31,22 @@ class OutputError : public std::runtime_error {
 
  private:
   int error_;
+};
+
+/// Owns a descriptor of the system; a negative one is none.
+class Descriptor {
+ public:
+  explicit Descriptor(int number = -1) : number_(number) {}
+  ~Descriptor() { close(); }
+  Descriptor(Descriptor&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
+  Descriptor& operator=(Descriptor&& other) noexcept { return std::swap(number_, other.number_), *this; }
+  operator int() const { return number_; }  // NOLINT(google-explicit-constructor): as the system takes it
+
+  /// Returns 0 or the system's error number.
+  int close() { return number_ < 0 || ::close(std::exchange(number_, -1)) == 0 ? 0 : errno; }
+
+ private:
+  int number_;
 };
 
 /// Throws OutputError with the reason of a system's error number.
@@ -54,8 +72,7 @@ class OutputFile {
 
   /// As `keep_incomplete`.
   ~OutputFile();
-  OutputFile(OutputFile&& other) noexcept;
-  OutputFile& operator=(OutputFile&&) = delete;
+  OutputFile(OutputFile&& other) = default;
 
   /// Appends whole lines. Where that fails, keeps the lines before as `keep_incomplete` does, and throws OutputError.
   void write(std::string_view lines);
@@ -102,7 +119,6 @@ class OutputFile {
   void open_straight();
   void open_beside();
   int flush();  // 0, or an error number
-  int close();  // 0, or an error number
   [[noreturn]] void fail(int error) { fail(text_of(error), "", error); }
 
   std::string path_;  // as the user names it
@@ -110,7 +126,7 @@ class OutputFile {
   std::string name_;
   Access access_;
   bool straight_ = false, sync_on_commit_ = false;
-  int descriptor_ = -1;
+  Descriptor descriptor_;
   std::string buffer_;
   off_t written_ = 0;  // bytes
   off_t whole_ = 0;    // the bytes of them up to the end of a line

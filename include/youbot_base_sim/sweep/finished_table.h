@@ -19,14 +19,9 @@ class FinishedTable {
   /// Finds the run of each row. Throws SceneError for a table that has another row, which it names, or other columns;
   /// and if one of a few rows comes out otherwise when `maker` makes it again: the table has another scene or build.
   FinishedTable(const std::string& path, const Family& family, const RowMaker& maker);
-  ~FinishedTable();
-  FinishedTable(const FinishedTable&) = delete;
-  FinishedTable& operator=(const FinishedTable&) = delete;
 
   /// The row of a run, if the table has it. Throws OutputError if it cannot be read.
   std::optional<Row> row(std::uint64_t run) const;
-
-  std::size_t size() const { return lines_.size(); }
 
  private:
   /// Where the row of a run is, without its number.
@@ -42,7 +37,7 @@ class FinishedTable {
   std::string text(const Line& line) const;
 
   std::string path_;
-  int descriptor_;
+  Descriptor descriptor_;
   std::vector<Line> lines_;  // in the order of runs
 };
 

@@ -53,9 +53,6 @@ class Journal {
   /// as unfinished. Throws OutputError if another process writes it, or if it does not begin with `head`, the files
   /// that the rows depend on: the error names the one that differs.
   Journal(const std::string& path, const std::vector<std::string>& head, const RunRange& runs);
-  ~Journal();
-  Journal(const Journal&) = delete;
-  Journal& operator=(const Journal&) = delete;
 
   void append(const Row& row);
 
@@ -81,7 +78,7 @@ class Journal {
 
   std::string path_;
   RunRange runs_;
-  int descriptor_;
+  Descriptor descriptor_;
   off_t begin_ = 0;  // of the rows, bytes
   off_t end_ = 0;
   FinishedRuns finished_;
