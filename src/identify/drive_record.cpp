@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cmath>
 #include <complex>
 
 #include "youbot_base_sim/drive/motor.h"
@@ -25,13 +23,6 @@ struct Unit {
   const char* name;
 };
 
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 void check_length(const DriveRecord& record) {
   constexpr std::size_t kMinSamples = 100;
   if (record.t.size() >= kMinSamples) return;
@@ -40,9 +31,7 @@ void check_length(const DriveRecord& record) {
 }
 
 void find_gaps(DriveRecord& record, Findings& findings) {
-  std::vector<double> intervals;
-  for (std::size_t k = 1; k < record.t.size(); ++k) intervals.push_back(record.t[k] - record.t[k - 1]);
-  const double limit = std::max(0.2, 5 * median(intervals));
+  const double limit = std::max(0.2, 5 * usual_interval(record.t));
   for (std::size_t k = 1; k < record.t.size(); ++k) {
     if (record.t[k] - record.t[k - 1] <= limit) continue;
     findings.push_back(fmt::format("{}: a gap in joint_states of {:.2f} s at {:.2f} s: left out", record.name,
@@ -176,12 +165,7 @@ bool DriveRecord::is_tracked(double time) const {
   return *next - *(next - 1) < max_truth_step;
 }
 
-Eigen::Vector3d DriveRecord::truth_at(double time) const {
-  const auto next = std::lower_bound(truth_t.begin() + 1, truth_t.end() - 1, time);
-  const auto j = static_cast<std::size_t>(next - truth_t.begin());
-  const double share = (time - truth_t[j - 1]) / (truth_t[j] - truth_t[j - 1]);
-  return truth[j - 1] + share * (truth[j] - truth[j - 1]);
-}
+Eigen::Vector3d DriveRecord::truth_at(double time) const { return interpolated(truth_t, truth, time); }
 
 std::vector<std::size_t> DriveRecord::samples(double begin, double end) const {
   std::vector<std::size_t> samples;
@@ -226,6 +210,19 @@ std::vector<Motion> DriveRecord::motions() const {
     each.held_out = held_out;
   }
   return motions;
+}
+
+double median(std::vector<double> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+double usual_interval(const std::vector<double>& t) {
+  std::vector<double> intervals;
+  for (std::size_t k = 1; k < t.size(); ++k) intervals.push_back(t[k] - t[k - 1]);
+  return median(intervals);
 }
 
 Eigen::Vector3d displacement(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {

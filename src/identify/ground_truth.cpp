@@ -27,19 +27,7 @@ constexpr int kUnknowns = 7;  // clock (s); yaw (rad), X and Y (m) of the marker
 using Unknowns = Eigen::Matrix<double, kUnknowns, 1>;
 using Velocities = Eigen::Matrix<double, Eigen::Dynamic, 3>;  // forward, left (m/s), in yaw times half_lengths (m/s)
 
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-double longest_step(const std::vector<double>& t) {
-  constexpr double kFactor = 5;
-  std::vector<double> steps;
-  for (std::size_t k = 1; k < t.size(); ++k) steps.push_back(t[k] - t[k - 1]);
-  return kFactor * median(steps) + 1e-9;
-}
+double longest_step(const std::vector<double>& t) { return 5 * usual_interval(t) + 1e-9; }
 
 /// Why an offset cannot be determined.
 struct Undetermined : std::runtime_error {
@@ -101,9 +89,7 @@ class MarkerMotion {
     const auto next = std::lower_bound(times.begin(), times.end(), t);
     if (next == times.begin() || next == times.end() || *next - *(next - 1) > max_step_)
       return Wheels::Constant(std::nan(""));
-    const auto j = static_cast<std::size_t>(next - times.begin());
-    const double share = (t - times[j - 1]) / (times[j] - times[j - 1]);
-    return record_.phi[j - 1] + share * (record_.phi[j] - record_.phi[j - 1]);
+    return interpolated(times, record_.phi, t);
   }
 
   const DriveRecord& record_;

@@ -14,6 +14,8 @@ namespace {
 
 using Comments = std::map<std::string, std::string>;  // by section.key
 
+std::string list_of(const Wheels& w) { return fmt::format("[{:.4f}]", fmt::join(w, ", ")); }
+
 struct Fitted {
   const Parameter* parameter;
   double sigma;
@@ -26,10 +28,7 @@ void set_fitted(YAML::Node& root, const Scene& scene, const std::vector<Fitted>&
     YAML::Node value(fmt::format("{:.6g}", p->get(scene)));
     if (key == "com_X" || key == "com_Y") {
       key = "com";
-      value = YAML::Node(YAML::NodeType::Sequence);
-      value.push_back(fmt::format("{:.6g}", scene.robot.a_X));
-      value.push_back(fmt::format("{:.6g}", scene.robot.a_Y));
-      value.SetStyle(YAML::EmitterStyle::Flow);
+      value = YAML::Load(fmt::format("[{:.6g}, {:.6g}]", scene.robot.a_X, scene.robot.a_Y));
     }
     if (key == "wheel_radius") root["robot"]["roller_axis_radius"] = fmt::format("{:.6g}", scene.robot.R_d);
     root[p->section][key] = value;
@@ -56,10 +55,7 @@ YAML::Node read_start(const std::string& path) {
 }
 
 void set_initial_angles(YAML::Node& root, const Wheels& phi, Comments& comments) {
-  YAML::Node angles(YAML::NodeType::Sequence);
-  for (int i = 0; i < kWheels; ++i) angles.push_back(fmt::format("{:.4f}", phi[i]));
-  angles.SetStyle(YAML::EmitterStyle::Flow);
-  root["initial"]["wheel_angles"] = angles;
+  root["initial"]["wheel_angles"] = YAML::Load(list_of(phi));
   comments["initial.wheel_angles"] = "fitted, but for whole rollers";
 }
 
@@ -89,7 +85,12 @@ std::string text_of(const YAML::Node& root, const DriveRecord& record, double er
   return std::string(out.c_str()) + "\n";
 }
 
-std::string list_of(const Wheels& w) { return fmt::format("[{:.4f}, {:.4f}, {:.4f}, {:.4f}]", w[0], w[1], w[2], w[3]); }
+/// Of four wheels; `row` has places for time and wheels.
+std::string table(const std::vector<double>& t, const std::vector<Wheels>& wheels, const char* row) {
+  std::string text = "t,fl,fr,bl,br\n";
+  for (std::size_t k = 0; k < t.size(); ++k) text += fmt::format(row, t[k], fmt::join(wheels[k], ","));
+  return text;
+}
 
 }  // namespace
 
@@ -175,22 +176,10 @@ std::string fitted_scene(const std::string& start_path, const EncoderFit& fit, c
   return text_of(root, record, fit.error_before, fit.error_after, comments);
 }
 
-std::string angle_table(const DriveRecord& record) {
-  std::string text = "t,fl,fr,bl,br\n";
-  for (std::size_t k = 0; k < record.t.size(); ++k) {
-    const Wheels& w = record.phi[k];
-    text += fmt::format("{:.6f},{:.9g},{:.9g},{:.9g},{:.9g}\n", record.t[k], w[0], w[1], w[2], w[3]);
-  }
-  return text;
-}
+std::string angle_table(const DriveRecord& record) { return table(record.t, record.phi, "{:.6f},{:.9g}\n"); }
 
 std::string command_table(const DriveRecord& record) {
-  std::string text = "t,fl,fr,bl,br\n";
-  for (std::size_t k = 0; k < record.commands.t.size(); ++k) {
-    const Wheels& w = record.commands.values[k];
-    text += fmt::format("{:.6f},{:.7g},{:.7g},{:.7g},{:.7g}\n", record.commands.t[k], w[0], w[1], w[2], w[3]);
-  }
-  return text;
+  return table(record.commands.t, record.commands.values, "{:.6f},{:.7g}\n");
 }
 
 std::string comparison_csv(const Fit& fit, const DriveRecord& record) {

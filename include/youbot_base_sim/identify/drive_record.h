@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <stdexcept>
@@ -64,6 +65,21 @@ struct DriveRecord : Readings {
   std::vector<Motion> motions() const;
 };
 
+/// At `time` (s), linear between the instants t, which are two or more.
+template <class Value>
+Value interpolated(const std::vector<double>& t, const std::vector<Value>& values, double time) {
+  const auto next = std::lower_bound(t.begin() + 1, t.end() - 1, time);
+  const auto j = static_cast<std::size_t>(next - t.begin());
+  const double share = (time - t[j - 1]) / (t[j] - t[j - 1]);
+  return values[j - 1] + share * (values[j] - values[j - 1]);
+}
+
+/// 0 of none.
+double median(std::vector<double> values);
+
+/// Between instants, s: the median.
+double usual_interval(const std::vector<double>& t);
+
 /// From pose a to pose b (m, m, rad), in the frame of a.
 Eigen::Vector3d displacement(const Eigen::Vector3d& a, const Eigen::Vector3d& b);
 
@@ -102,8 +118,7 @@ std::vector<Value> low_pass(const std::vector<double>& t, const std::vector<Valu
 }
 
 /// Why nothing can be fitted to a record, in one line.
-class UnusableRecord : public std::runtime_error {
- public:
+struct UnusableRecord : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
