@@ -80,12 +80,8 @@ std::string suggestion(const std::string& key, const std::vector<std::string>& k
 }  // namespace
 
 std::string alternatives(const std::vector<std::string>& names) {
-  std::string text;
-  for (std::size_t k = 0; k < names.size(); ++k) {
-    if (k > 0) text += k + 1 < names.size() ? ", " : " or ";
-    text += names[k];
-  }
-  return text;
+  if (names.size() < 2) return fmt::format("{}", fmt::join(names, ""));
+  return fmt::format("{} or {}", fmt::join(names.begin(), names.end() - 1, ", "), names.back());
 }
 
 void SceneValue::refuse(const std::string& allowed) const { refuse_for("must be " + allowed); }

@@ -70,8 +70,7 @@ bool beyond_the_paper(const Scene& scene);
 std::string lifted_wheel(const Scene& scene, const std::vector<Load>& more, double t);
 
 /// A mistake in a scene, in one line that names the key, its value and what is allowed.
-class SceneError : public std::runtime_error {
- public:
+struct SceneError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 

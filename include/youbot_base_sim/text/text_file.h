@@ -7,8 +7,7 @@
 namespace youbot_base_sim {
 
 /// Why a file cannot be read, without its name, so that "NAME REASON" is a clause: "is a folder".
-class UnreadableFile : public std::runtime_error {
- public:
+struct UnreadableFile : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
