@@ -122,8 +122,7 @@ class Outputs {
     open("--csv", arguments.csv, [&](OutputFile file) { return state_csv(std::move(file), comment); });
     open("--switches", arguments.switches, [&](OutputFile file) { return switch_csv(std::move(file), comment); });
 #ifdef YOUBOT_BASE_SIM_ROS
-    const auto bag = [](OutputFile file) { return std::make_unique<BagRecorder>(std::move(file)); };
-    open("--bag", arguments.bag, bag, OutputFile::Access::kAnywhere);
+    open("--bag", arguments.bag, bag_recorder, OutputFile::Access::kAnywhere);
 #endif
     if (!arguments.summary.empty()) summary_.emplace(opener.open("--summary", arguments.summary));
   }

@@ -138,7 +138,7 @@ void keep_apart(const Arguments& arguments, const Family& family, const RowMaker
 RowMaker row_maker(const Arguments& arguments, const Family& family) {
   RowMaker::MakeRecorder make_bag;
 #ifdef YOUBOT_BASE_SIM_ROS
-  make_bag = [](OutputFile file) { return std::make_unique<BagRecorder>(std::move(file)); };
+  make_bag = bag_recorder;
 #endif
   if (family.trajectories && family.trajectories->format == "bag" && !make_bag) {
     throw SceneError(fmt::format("{}: trajectories.format = bag: must be csv: this sweep was built without ROS",

@@ -6,7 +6,7 @@
 #include <boost/make_shared.hpp>
 #include <cerrno>
 #include <mutex>
-#include <utility>
+#include <optional>
 #include <vector>
 
 namespace youbot_base_sim {
@@ -133,6 +133,22 @@ std::string BagWriter::keep_incomplete() {
   return indexed || name.empty() ? name : name + kNotIndexed;
 }
 
+namespace {
+
+class BagRecorder : public Recorder {
+ public:
+  explicit BagRecorder(OutputFile file) : bag_(std::move(file)) {}
+  void write(double t, const Simulation& simulation, const Events& events) override;
+  void commit() override { bag_.commit(); }
+  std::string keep_incomplete() override { return bag_.keep_incomplete(); }
+
+ private:
+  BagWriter bag_;
+  std::optional<MotorSensors> motors_;
+  std::optional<BaseSensors> sensors_;  // from the first row on
+  std::optional<Telemetry> telemetry_;  // the same
+};
+
 void BagRecorder::write(double t, const Simulation& simulation, const Events& events) {
   const Scene& scene = simulation.scene();
   const State& state = simulation.state();
@@ -151,5 +167,9 @@ void BagRecorder::write(double t, const Simulation& simulation, const Events& ev
   bag_.write(*telemetry_, events);
   bag_.write(*telemetry_, simulation, *sensors_, t);
 }
+
+}  // namespace
+
+std::unique_ptr<Recorder> bag_recorder(OutputFile file) { return std::make_unique<BagRecorder>(std::move(file)); }
 
 }  // namespace youbot_base_sim

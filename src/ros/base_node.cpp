@@ -6,12 +6,10 @@
 #include <tf2_ros/static_transform_broadcaster.h>
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <memory>
 #include <optional>
 #include <set>
 #include <stdexcept>

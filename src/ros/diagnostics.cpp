@@ -3,8 +3,6 @@
 #include <diagnostic_updater/DiagnosticStatusWrapper.h>
 #include <fmt/format.h>
 
-#include <string>
-
 #include "youbot_base_sim/ros/conversions.h"
 
 namespace youbot_base_sim {

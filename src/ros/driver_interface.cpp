@@ -32,12 +32,18 @@ DriverInterface::DriverInterface(BaseLoop& loop, const NodeClock& clock, const B
   });
   wrench_subscriber_ =
       private_node.subscribe(kWrenchTopic, kCommandQueueSize, &DriverInterface::receive_wrench, this, kNoDelay);
+  const auto loads = [this](const SetLoads::Request& asked) {
+    LoadsRequest request{loads_of(asked), static_cast<bool>(asked.at_rest)};
+    if (const std::string reason = loop_.refusal(request.loads); !reason.empty()) throw std::runtime_error(reason);
+    return request;
+  };
+  const auto state = [this](const SetState::Request& asked) { return state_of(asked, frames_, odom_pose()); };
   services_ = {offer_switch<SwitchOff>(node, kSwitchOffService, "Switch off the base motors"),
                offer_switch<SwitchOn>(node, kSwitchOnService, "Switch on the base motors"),
                node.advertiseService(kReconnectService, &DriverInterface::reconnect, this),
-               private_node.advertiseService(kSetFaultsService, &DriverInterface::set_faults, this),
-               private_node.advertiseService(kSetLoadsService, &DriverInterface::set_loads, this),
-               private_node.advertiseService(kSetStateService, &DriverInterface::set_state, this)};
+               offer<SetFaults>(private_node, kSetFaultsService, &SetFaults::Response::message, faults_of),
+               offer<SetLoads>(private_node, kSetLoadsService, &SetLoads::Response::message, loads),
+               offer<SetState>(private_node, kSetStateService, &SetState::Response::status_message, state)};
   if (!settings.listen_to_initialpose) return;
   initialpose_subscriber_ =
       node.subscribe(kInitialPoseTopic, kCommandQueueSize, &DriverInterface::receive_initialpose, this, kNoDelay);
@@ -134,26 +140,16 @@ bool DriverInterface::reconnect(std_srvs::Empty::Request&, std_srvs::Empty::Resp
   return true;
 }
 
-bool DriverInterface::set_faults(SetFaults::Request& asked, SetFaults::Response& response) {
-  response.message = refusal([&] { return faults_of(asked); });
-  response.success = response.message.empty();
-  return true;
-}
-
-bool DriverInterface::set_loads(SetLoads::Request& asked, SetLoads::Response& response) {
-  response.message = refusal([&] {
-    LoadsRequest loads{loads_of(asked), static_cast<bool>(asked.at_rest)};
-    if (const std::string reason = loop_.refusal(loads.loads); !reason.empty()) throw std::runtime_error(reason);
-    return loads;
-  });
-  response.success = response.message.empty();
-  return true;
-}
-
-bool DriverInterface::set_state(SetState::Request& asked, SetState::Response& response) {
-  response.status_message = refusal([&] { return state_of(asked, frames_, odom_pose()); });
-  response.success = response.status_message.empty();
-  return true;
+/// A service that enqueues what `make_request` makes of what is asked; `message` says why not.
+template <class Service, class MakeRequest>
+ros::ServiceServer DriverInterface::offer(ros::NodeHandle& private_node, const char* service,
+                                          std::string Service::Response::*message, const MakeRequest& make_request) {
+  const auto serve = [=](typename Service::Request& asked, typename Service::Response& response) {
+    response.*message = refusal([&] { return make_request(asked); });
+    response.success = (response.*message).empty();
+    return true;
+  };
+  return private_node.advertiseService<typename Service::Request, typename Service::Response>(service, serve);
 }
 
 /// Enqueues what `make_request` returns. Returns why not, where that throws or too many wait; else an empty text.

@@ -7,7 +7,6 @@
 #include <boost/make_shared.hpp>
 #include <cmath>
 #include <limits>
-#include <string>
 #include <utility>
 
 #include "youbot_base_sim/ros/conversions.h"

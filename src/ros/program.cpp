@@ -8,7 +8,6 @@
 #include <cstdlib>
 #include <cstring>
 #include <sstream>
-#include <string>
 #include <vector>
 
 #include "youbot_base_sim/offline_program.h"

@@ -120,12 +120,12 @@ TEST(BagRecorder, numbers_its_messages) {
   Scene scene = short_scene();
   scene.output.contacts = true;
   Simulation simulation(scene);
-  BagRecorder recorder(OutputFile(folder.path("x.bag"), OutputFile::Access::kAnywhere));
+  const auto recorder = bag_recorder(OutputFile(folder.path("x.bag"), OutputFile::Access::kAnywhere));
   for (int k = 0; k <= 20; ++k) {
     simulation.advance_to(0.05 * k);
-    recorder.write(0.05 * k, simulation, {simulation.take_switches(), simulation.take_load_changes()});
+    recorder->write(0.05 * k, simulation, {simulation.take_switches(), simulation.take_load_changes()});
   }
-  recorder.commit();
+  recorder->commit();
   rosbag::Bag read(folder.path("x.bag"), rosbag::bagmode::Read);
   std::map<std::string, std::vector<std::uint32_t>> numbers;
   for (const rosbag::MessageInstance& message : rosbag::View(read)) {
@@ -149,11 +149,11 @@ TEST(BagRecorder, writes_contacts_on_request) {
     Scene scene = short_scene();
     scene.output.contacts = asked;
     Simulation simulation(scene);
-    BagRecorder recorder(OutputFile(folder.path("x.bag"), OutputFile::Access::kAnywhere));
-    recorder.write(0, simulation, {});
+    const auto recorder = bag_recorder(OutputFile(folder.path("x.bag"), OutputFile::Access::kAnywhere));
+    recorder->write(0, simulation, {});
     simulation.advance_to(0.5);
-    recorder.write(0.5, simulation, {});
-    recorder.commit();
+    recorder->write(0.5, simulation, {});
+    recorder->commit();
     rosbag::Bag read(folder.path("x.bag"), rosbag::bagmode::Read);
     EXPECT_EQ(rosbag::View(read, rosbag::TopicQuery("/contact_markers")).size(), asked ? 2u : 0u);
     std::vector<double> energies;
@@ -171,11 +171,11 @@ TEST(BagRecorder, writes_contacts_on_request) {
 TEST(BagRecorder, tells_where_odometry_starts_and_where_the_base_is) {
   const TemporaryFolder folder;
   Simulation simulation(short_scene());
-  BagRecorder recorder(OutputFile(folder.path("x.bag"), OutputFile::Access::kAnywhere));
-  recorder.write(0, simulation, {});
+  const auto recorder = bag_recorder(OutputFile(folder.path("x.bag"), OutputFile::Access::kAnywhere));
+  recorder->write(0, simulation, {});
   simulation.advance_to(0.5);
-  recorder.write(0.5, simulation, {});
-  recorder.commit();
+  recorder->write(0.5, simulation, {});
+  recorder->commit();
   rosbag::Bag read(folder.path("x.bag"), rosbag::bagmode::Read);
   rosbag::View fixed(read, rosbag::TopicQuery("/tf_static"));
   ASSERT_EQ(fixed.size(), 1u);
@@ -204,12 +204,12 @@ TEST(BagRecorder, tells_what_the_base_carries_and_what_pushes_it) {
                                         "start: 0.111, end: 0.768, frame: fixed}]\n");
   const Scene scene = load_scene(path);
   Simulation simulation(scene);
-  BagRecorder recorder(OutputFile(folder.path("x.bag"), OutputFile::Access::kAnywhere));
+  const auto recorder = bag_recorder(OutputFile(folder.path("x.bag"), OutputFile::Access::kAnywhere));
   for (int k = 0; k <= 10; ++k) {
     simulation.advance_to(0.1 * k);
-    recorder.write(0.1 * k, simulation, {simulation.take_switches(), simulation.take_load_changes()});
+    recorder->write(0.1 * k, simulation, {simulation.take_switches(), simulation.take_load_changes()});
   }
-  recorder.commit();
+  recorder->commit();
 
   rosbag::Bag read(folder.path("x.bag"), rosbag::bagmode::Read);
   std::map<ros::Time, nav_msgs::Odometry> truth;

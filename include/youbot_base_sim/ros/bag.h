@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <map>
 #include <memory>
-#include <optional>
 #include <string>
 #include <utility>
 
@@ -69,18 +68,6 @@ class BagWriter {
 };
 
 /// The bag of a simulation. Motor readings are exact unless the scene's motors are `quantized`.
-class BagRecorder : public Recorder {
- public:
-  explicit BagRecorder(OutputFile file) : bag_(std::move(file)) {}
-  void write(double t, const Simulation& simulation, const Events& events) override;
-  void commit() override { bag_.commit(); }
-  std::string keep_incomplete() override { return bag_.keep_incomplete(); }
-
- private:
-  BagWriter bag_;
-  std::optional<MotorSensors> motors_;
-  std::optional<BaseSensors> sensors_;  // from the first row on
-  std::optional<Telemetry> telemetry_;  // the same
-};
+std::unique_ptr<Recorder> bag_recorder(OutputFile file);
 
 }  // namespace youbot_base_sim

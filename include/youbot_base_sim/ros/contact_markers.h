@@ -26,12 +26,7 @@ MarkerOptions marker_options(const RobotParameters& robot, bool has_world, const
 /// The length at which arrows end, m: those of a spinning wheel would leave the picture.
 constexpr double kMaxArrow = 0.4;
 
-/// The contacts for rviz. Namespaces: `contact_points` and `rollers` (those in contact; green, or red if friction is
-/// saturated), `friction` (yellow arrows, of the force on the base), `slip` (violet arrows), `status`, `legend`.
-///
-/// With physics beyond the paper also `normal_reactions` (blue arrows), `off_floor`, `slope` (an arrow uphill),
-/// `patches` (blue: slippery, orange: rough; they fade over their soft edges), `loads` (boxes of 2500 kg/m^3, at most
-/// half a metre wide, on a stick) and `wrenches` (turquoise arrows that end where the force acts, arcs for torques).
+/// The contacts for rviz, and what is beyond the paper where a simulation has it: docs/rviz.md lists the namespaces.
 class ContactMarkers {
  public:
   explicit ContactMarkers(const MarkerOptions& options) : options_(options) {}

@@ -18,21 +18,12 @@
 
 namespace youbot_base_sim {
 
-/// The topics and services that command the base, the driver's and the simulator's own: converts messages, answers
-/// services and enqueues requests for the control loop.
+/// The topics and services that command the base, the driver's and the simulator's own (docs/node.md): converts
+/// messages, answers services and enqueues requests for the control loop. Queues hold 1000 messages, as the driver's.
+/// Each command holds until the next one for its wheel.
 ///
-/// Subscribes (queue 1000, as the driver):
-///   cmd_vel                               geometry_msgs/Twist, by the driver's kinematics to wheel rates
-///   base/base_controller/torques_command  brics_actuator/JointTorques, at the wheels
-///   base/base_controller/velocity_command brics_actuator/JointVelocities, kept by the wheels' velocity loop
-///   ~wrench                               geometry_msgs/WrenchStamped, which pushes the base
-///   initialpose                           geometry_msgs/PoseWithCovarianceStamped, where it is put; on request
-/// Each holds until the next one, a command for each wheel. The driver has no topic for single wheels; these are named,
-/// and their messages read, by analogy to the arm's.
-///
-/// Offers base/switchOffMotors, base/switchOnMotors and reconnect (std_srvs/Empty), which fail without a base as the
-/// driver's do, ~set_faults, ~set_loads and ~set_state (types of this package: SetFaults and so on). All but commands
-/// are refused while too many requests wait for time to advance. Callers get the reason of a refusal.
+/// The driver's services fail without a base as the driver's do. All but commands are refused while too many requests
+/// wait for time to advance. Callers get the reason of a refusal.
 class DriverInterface {
  public:
   /// All references must outlive it.
@@ -53,12 +44,12 @@ class DriverInterface {
   void receive_initialpose(const geometry_msgs::PoseWithCovarianceStamped& message);
   void receive_wrench(const geometry_msgs::WrenchStamped& message);
   void request(const BaseRequest& request);
+  template <class Service, class MakeRequest>
+  ros::ServiceServer offer(ros::NodeHandle& private_node, const char* service, std::string Service::Response::*message,
+                           const MakeRequest& make_request);
   template <class Request>
   ros::ServiceServer offer_switch(ros::NodeHandle& node, const char* service, const char* line);
   bool reconnect(std_srvs::Empty::Request&, std_srvs::Empty::Response&);
-  bool set_faults(SetFaults::Request& asked, SetFaults::Response& response);
-  bool set_loads(SetLoads::Request& asked, SetLoads::Response& response);
-  bool set_state(SetState::Request& asked, SetState::Response& response);
   Eigen::Vector3d odom_pose() const { return loop_.simulation().scene().initial.values.col(0).head<3>().matrix(); }
   template <class MakeRequest>
   std::string refusal(const MakeRequest& make_request);

@@ -18,7 +18,14 @@ struct FrameNames {
   /// Those of the robot with this prefix, as robot_state_publisher adds it. A name that begins with a slash goes
   /// without it. `world` never has it.
   static FrameNames of(const std::string& tf_prefix, const std::string& odom, const std::string& base,
-                       const std::string& world);
+                       const std::string& world) {
+    const auto without_slash = [](const std::string& name) { return name.front() == '/' ? name.substr(1) : name; };
+    const std::string prefix = tf_prefix.empty() ? "" : without_slash(tf_prefix) + "/";
+    const auto prefixed = [&](const std::string& name) {
+      return name.front() == '/' ? without_slash(name) : prefix + name;
+    };
+    return {prefix, prefixed(odom), prefixed(base), without_slash(world), prefix + kTruthPrefix + without_slash(base)};
+  }
 
   std::string base_link() const { return prefix + kBaseLinkFrame; }
   std::string imu_link() const { return prefix + kImuFrame; }

@@ -14,22 +14,7 @@
 
 namespace youbot_base_sim {
 
-/// Makes the messages about the base, the same for the node and for bags:
-///
-///   odom                 nav_msgs/Odometry, odom to base_footprint, from the wheels as the driver computes it
-///   ground_truth         nav_msgs/Odometry, world to base_footprint: the exact pose and velocity
-///   base/joint_states    sensor_msgs/JointState: the four wheels as read by their motors, and the driver's four
-///                        casters, always at zero; effort is the motors' torque at the wheels, N m; rollers on request
-///   imu/data             sensor_msgs/Imu, on request
-///   /tf                  odom to base_footprint; on request world to ground_truth/base_footprint
-///   /tf_static           once: on request world to odom; base_link to imu_link where the inertial unit has a place
-///   base/roller_switches youbot_base_sim/RollerSwitchStamped, one message a switch
-///   state_set            nav_msgs/Odometry: ground truth from an instant on, at which the base was put elsewhere
-///   contacts             youbot_base_sim/ContactsStamped; recorded on request, as are
-///   contact_markers      visualization_msgs/MarkerArray
-///   loads                youbot_base_sim/LoadsStamped: all that the base carries, where that changes
-///   applied_wrench       geometry_msgs/WrenchStamped in base_link: the sum of all that pushes it, where that changes
-///                        and at each instant at which anything pushes
+/// Makes the messages about the base, the same for the node and for bags: what docs/node.md says of the topics here.
 class Telemetry {
  public:
   struct Options {
