@@ -45,7 +45,7 @@ bool read_arguments(int argc, char** argv, Arguments& arguments) {
      "others are written to $ROS_HOME/youbot_base_sim, or ~/.ros/youbot_base_sim. Viewers must find that folder on the "
      "same machine");
   // clang-format on
-  return parse(argc, argv, kUsage, options, {"scene", po::value(&arguments.scene), 1, false}).has_value();
+  return parse(argc, argv, kUsage, options, {"scene", po::value(&arguments.scene), 1, false});
 }
 
 /// Writes the mesh of a part. Returns its URI.

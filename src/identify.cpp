@@ -166,34 +166,20 @@ std::vector<DriveRecord> read_records(const Arguments& arguments, const Scene& s
   return records;
 }
 
-void fit_commands(const Arguments& arguments, const Scene& start, std::vector<DriveRecord>& records,
-                  std::vector<std::string>& findings, const FitSettings& settings) {
-  const Fit result = fit(start, records, findings, settings);
+/// Prints what was found and fitted, and writes scene and table. Returns the outputs, of which the CSV file is left.
+template <class Result>
+Outputs write_results(const Arguments& arguments, const Scene& start, const DriveRecord& first,
+                      const std::vector<std::string>& findings, const std::string& report, const Result& result,
+                      const std::string& table) {
   if (!arguments.quiet) {
     for (const std::string& line : findings) fmt::print("{}\n", line);
-    fmt::print("{}", report(start, result));
+    fmt::print("{}", report);
   }
   Outputs outputs = open_outputs(arguments, start);
-  const DriveRecord& first = records.front();
-  if (outputs.table) write(*outputs.table, command_table(first));
+  if (outputs.table) write(*outputs.table, table);
   if (outputs.scene)
     write(*outputs.scene, fitted_scene(arguments.scene, result, first, table_of(arguments).filename()));
-  if (outputs.csv) write(*outputs.csv, comparison_csv(result, first));
-}
-
-void fit_encoders(const Arguments& arguments, const Scene& start, const std::vector<DriveRecord>& records,
-                  const std::vector<std::string>& findings, const FitSettings& settings) {
-  const EncoderFit result = fit_encoders(
-      start, records, {arguments.resolution, !arguments.unknown_angles, settings.workers, settings.progress});
-  if (!arguments.quiet) {
-    for (const std::string& line : findings) fmt::print("{}\n", line);
-    fmt::print("{}", report(start, records, result));
-  }
-  Outputs outputs = open_outputs(arguments, start);
-  const DriveRecord& first = records.front();
-  if (outputs.table) write(*outputs.table, angle_table(first));
-  if (outputs.scene)
-    write(*outputs.scene, fitted_scene(arguments.scene, result, first, table_of(arguments).filename()));
+  return outputs;
 }
 
 /// Fits, and writes what was fitted. Returns the exit status.
@@ -201,6 +187,7 @@ int run(const Arguments& arguments, const Scene& start) {
   try {
     std::vector<std::string> findings;
     std::vector<DriveRecord> records = read_records(arguments, start, findings);
+    const DriveRecord& first = records.front();
     ProgressBar progress(arguments.quiet);
     FitSettings settings;
     settings.workers = {static_cast<int>(std::thread::hardware_concurrency()), &stop_requested()};
@@ -208,9 +195,14 @@ int run(const Arguments& arguments, const Scene& start) {
       share < 1 ? progress.draw(share, fmt::format("{:.0f} %", 100 * share)) : progress.clear();
     };
     if (arguments.encoders) {
-      fit_encoders(arguments, start, records, findings, settings);
+      const EncoderFit result = fit_encoders(
+          start, records, {arguments.resolution, !arguments.unknown_angles, settings.workers, settings.progress});
+      write_results(arguments, start, first, findings, report(start, records, result), result, angle_table(first));
     } else {
-      fit_commands(arguments, start, records, findings, settings);
+      const Fit result = fit(start, records, findings, settings);
+      Outputs outputs =
+          write_results(arguments, start, first, findings, report(start, result), result, command_table(first));
+      if (outputs.csv) write(*outputs.csv, comparison_csv(result, first));
     }
     return kDone;
   } catch (const UnusableRecord& error) {

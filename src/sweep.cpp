@@ -84,34 +84,33 @@ Slice slice_of(const std::string& text) {
 bool read_arguments(int argc, char** argv, const Ranks& ranks, Arguments& arguments) {
   namespace po = boost::program_options;
   po::options_description options("Options");
+  std::string threads, slice;
   // clang-format off
   options.add_options()
     ("csv", po::value(&arguments.csv)->value_name("FILE"),
      "write the table there; left out: FAMILY.csv in the current folder. FILE.journal keeps finished runs meanwhile")
-    ("threads", po::value<std::string>()->value_name("N"),
+    ("threads", po::value(&threads)->value_name("N"),
      "left out: one for each core; not under mpirun")
     ("reuse", po::value(&arguments.reuse)->value_name("TABLE.csv"),
      "take over the rows of a table of the same scene and axes, as with fewer draws, and simulate the others")
-    ("slice", po::value<std::string>()->value_name("K/N"),
+    ("slice", po::value(&slice)->value_name("K/N"),
      "the K-th of N parts of the runs alone, as a job of an array; the table is then FAMILY_K_of_N.csv")
     ("list", po::bool_switch(&arguments.list), "print the number of runs and how long they will take, and end")
     ("scene", po::value(&arguments.scene)->value_name("RUN"), "print the scene of a run, for simulate, and end")
     ("quiet", po::bool_switch(&arguments.quiet), "print nothing but errors and warnings of runs that failed");
   // clang-format on
-  const auto given = parse(argc, argv, usage(), options, {"family", po::value(&arguments.family), 1, true});
-  if (!given) return false;
-  const std::string threads = given->count("threads") ? (*given)["threads"].as<std::string>() : "";
+  if (!parse(argc, argv, usage(), options, {"family", po::value(&arguments.family), 1, true})) return false;
   if (!threads.empty()) arguments.threads = static_cast<int>(whole_number_of("--threads", threads, 1, kMaxThreads));
   if (ranks.size() > 1) {
     if (!threads.empty())
       throw OptionError("--threads", threads, "be left out under mpirun, where each rank takes one core");
     arguments.threads = ranks.size();
   }
-  if (given->count("slice")) arguments.slice = slice_of((*given)["slice"].as<std::string>());
+  if (!slice.empty()) arguments.slice = slice_of(slice);
   if (arguments.csv.empty()) {
-    const Slice& slice = arguments.slice;
+    const auto& [number, count] = arguments.slice;
     arguments.csv = std::filesystem::path(arguments.family).stem().string() +
-                    (slice.count > 1 ? fmt::format("_{}_of_{}", slice.number, slice.count) : "") + ".csv";
+                    (count > 1 ? fmt::format("_{}_of_{}", number, count) : "") + ".csv";
   }
   return true;
 }

@@ -5,7 +5,6 @@
 #include <charconv>
 #include <cstdint>
 #include <iostream>
-#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -70,11 +69,10 @@ inline void refuse_empty(const boost::program_options::variables_map& given, con
   }
 }
 
-/// Reads a command line into the variables of `options` and `positional`, and returns what was given. For --help and
-/// --version, prints these and returns nothing. Throws std::runtime_error with one line.
-inline std::optional<boost::program_options::variables_map> parse(int argc, char** argv, const Usage& usage,
-                                                                  boost::program_options::options_description options,
-                                                                  const Positional& positional) {
+/// Reads a command line into the variables of `options` and `positional`. Returns false where it asked for --help or
+/// --version, which are printed. Throws std::runtime_error with one line.
+inline bool parse(int argc, char** argv, const Usage& usage, boost::program_options::options_description options,
+                  const Positional& positional) {
   namespace po = boost::program_options;
   const std::string program = usage.call.substr(0, usage.call.find(' '));
   options.add_options()("help,h", "print this")("version", "print the version");
@@ -92,16 +90,16 @@ inline std::optional<boost::program_options::variables_map> parse(int argc, char
   if (given.count("help")) {
     std::cout << "Usage: " << usage.call << "\n\n" << usage.purpose << "\n\n" << options << usage.remarks;
     std::cout << "\nExamples:\n" << usage.examples;
-    return std::nullopt;
+    return false;
   }
   if (given.count("version")) {
     std::cout << program << " " << version() << "\n";
-    return std::nullopt;
+    return false;
   }
   if (positional.required && !given.count(positional.name))
     throw std::runtime_error(std::string("no ") + positional.name + " given; usage: " + usage.call);
   refuse_empty(given, positional);
-  return given;
+  return true;
 }
 
 }  // namespace youbot_base_sim
