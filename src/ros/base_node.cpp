@@ -189,7 +189,10 @@ class BaseNode::Loop {
     const RobotParameters& robot = scene.robot;
     const VelocityGains& gains = settings_.driver.motors.gains;
     ROS_INFO("model %s by %s, control period %g s, %s", name_of(scene.model), loop_.simulation().method().c_str(),
-             loop_.control_period(), settings_.publish_clock ? "master of simulated time" : "wall clock");
+             loop_.control_period(),
+             settings_.publish_clock  ? "master of simulated time"
+             : ros::Time::isSimTime() ? "another node's /clock"
+                                      : "wall clock");
     ROS_INFO_STREAM(fmt::format(
         "{}: friction of the drive trains {} N m + {} N m s, of the rollers {} N m + {} N m s, of the floor {}; "
         "velocity gains {:g} N m s/rad, {:g} N m/rad",
