@@ -20,6 +20,7 @@ LARGEST_CLOCK = 1.5  # s, offset that is searched
 CLOCK_STEP = 0.02    # s, of the search
 MIN_ERROR = 1e-3   # m/s, that velocities are assumed to be off
 SLIP = np.array([5e-3, 2e-3, 3e-3, 3e-3])  # what slip of hard starts adds to sigma of clock, yaw, X and Y
+LAG = 0.2            # s/(m/s)^2, sigma of the clock where the base lags behind wheels that start, from simulated bags
 START = 0.02         # m and rad: until odometry has moved so far, it has hardly drifted
 
 
@@ -118,6 +119,8 @@ def align(truth, wheels, odom, topic, base):
     estimate, sigma = refine(lambda unknowns: expected(rolled, unknowns, base.half_lengths), seen, start)
     check(estimate, sigma, topic)
     (clock, yaw, X, Y), sigma = estimate[:4], np.hypot(sigma[:4], SLIP)
+    starts = np.sum(np.diff(rolled(clock), axis=0) ** 2, axis=1)
+    sigma[0] = math.hypot(sigma[0], LAG * np.nansum(starts ** 2) / np.nansum(starts))
     psi = truth["psi"] - yaw
     poses = Series(truth.t + clock, {"x": truth["x"] - np.cos(psi) * X + np.sin(psi) * Y,
                                      "y": truth["y"] - np.sin(psi) * X - np.cos(psi) * Y, "psi": psi})

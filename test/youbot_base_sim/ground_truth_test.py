@@ -132,6 +132,14 @@ class GroundTruthTest(RunsAnalyse):
         self.assertRegex(self.out, r"note: /tracker/youbot/pose: a gap of 0\.4\d\d s from t = 5\.6\d\d s\n")
         self.expect_known(self.numbers(self.recorded("marker.bag")))
 
+    def test_the_clock_s_sigma_grows_with_slip(self):
+        """Hard starts, in which the base lags behind its wheels, look like a clock that is late."""
+        times, motion = self.simulate("hard", [(t, *(2.5 * rate for rate in rates)) for t, *rates in ROWS])
+        known = [np.interp(self.times, times, column) for column in motion]
+        numbers = self.numbers(self.recorded("hard_seen.bag", drive="hard", motion=known))
+        self.expect_alignment(numbers)
+        self.assertGreater(abs(numbers["clock"] - CLOCK), 0.0125)  # 2.5 sigma of a base that hardly slips
+
     def test_types_of_messages(self):
         expected = self.numbers(self.recorded("stamped.bag"))
         for kind in (PoseWithCovarianceStamped, TransformStamped):
