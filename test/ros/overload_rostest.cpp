@@ -1,5 +1,5 @@
-// What stalls or overloads: a subscriber that stands still, the node itself stopped for a while, 10,000 commands a
-// second. Memory stays bounded, lost time is told, and the node goes on.
+// What stalls or overloads: a subscriber that stands still or reads no more, the node itself stopped for a while,
+// 10,000 commands a second. Memory stays bounded, lost time is told, and the node goes on.
 
 #include <geometry_msgs/Twist.h>
 
@@ -31,6 +31,45 @@ TEST(Overload, stalled_subscriber_costs_no_more_than_its_queue) {
   base.expect_instants(10);
   base.send(SIGINT);
   base.expect_end(0);
+}
+
+/// A node without a library that subscribes to the topics it is given, and reads nothing of what comes.
+constexpr char kReadsNothing[] = R"(
+import os, socket, struct, sys, time, xmlrpc.client
+master = xmlrpc.client.ServerProxy(os.environ["ROS_MASTER_URI"])
+server = socket.create_server(("localhost", 0))
+uri = "http://localhost:%d/" % server.getsockname()[1]
+links = []
+for topic, kind in zip(sys.argv[1::2], sys.argv[2::2]):
+    while not (publishers := master.registerSubscriber("/mute", topic, kind, uri)[2]):
+        time.sleep(0.1)
+    protocol = xmlrpc.client.ServerProxy(publishers[0]).requestTopic("/mute", topic, [["TCPROS"]])[2]
+    links.append(socket.socket())
+    links[-1].setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2048)
+    links[-1].connect(tuple(protocol[1:3]))
+    fields = ["callerid=/mute", "topic=" + topic, "type=" + kind, "md5sum=*", "tcp_nodelay=1"]
+    header = b"".join(struct.pack("<I", len(field)) + field.encode() for field in fields)
+    links[-1].sendall(struct.pack("<I", len(header)) + header)
+print("there", flush=True)
+server.accept()
+)";
+
+TEST(Overload, subscriber_that_reads_no_more_holds_up_neither_lockstep_nor_others) {
+  BaseProcess base("locked", {"_publish_clock:=true", "_lockstep:=true", "_publish_rate:=1000"});
+  ros::NodeHandle node;
+  ros::Publisher publisher = node.advertise<geometry_msgs::Twist>("/locked/cmd_vel", 1);
+  wait_for("the node to listen", [&] { return publisher.getNumSubscribers() > 0; });
+  Program mute(PYTHON, {"-c", kReadsNothing, "/clock", "rosgraph_msgs/Clock", "/locked/odom", "nav_msgs/Odometry"});
+  wait_for("the subscriber", [&] { return !mute.out().empty(); });
+  publisher.publish(geometry_msgs::Twist());
+  base.expect_simulated(2);  // fills the queue
+  const double before = base.memory();
+  base.expect_simulated(4);
+  EXPECT_LT(base.memory() - before, 1.0) << "MB, of 3 MB of odometry";
+  EXPECT_TRUE(std::is_sorted(base.stamps().begin(), base.stamps().end()));
+  base.send(SIGINT);
+  base.expect_end(0);
+  EXPECT_EQ(base.said().find("has not rested"), std::string::npos) << base.said();
 }
 
 TEST(Overload, node_that_was_stopped_tells_what_it_lost_and_goes_on) {
