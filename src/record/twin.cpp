@@ -16,6 +16,7 @@ namespace {
 constexpr double kOffset = 1e-9;     // rad, m/s and rad/s, of the twin's wheels and twist
 constexpr double kFixedStep = 1e3;   // tolerances, of a fixed step: as the energy balance allows
 constexpr double kLeastPath = 1e-3;  // m, of a robot that hardly moves
+constexpr double kRounding = 1e-16;  // m, of each step
 
 Scene twin_of(Scene scene) {
   scene.solver.relative_tolerance *= 0.5;
@@ -35,7 +36,8 @@ double promised_error(const Simulation& simulation, const PathLength& path) {
   const double tolerance = solver.relative_tolerance * (is_fixed ? kFixedStep : 1);
   const double speed = simulation.regularization_speed();
   const double creep = std::isfinite(speed) && speed > simulation.scene().floor.nu ? speed * simulation.time() : 0;
-  return kPromised * (tolerance * (std::max(path.base, path.wheels.maxCoeff()) + kLeastPath) + creep);
+  const double rounding = kRounding * static_cast<double>(simulation.statistics().steps);
+  return kPromised * (tolerance * (std::max(path.base, path.wheels.maxCoeff()) + kLeastPath) + creep) + rounding;
 }
 
 Twin::Twin(const Scene& scene) : simulation_(twin_of(scene)), rows_(simulation_) {}

@@ -82,12 +82,12 @@ Scene neighbour(Scene scene, double offset) {
   return scene;
 }
 
-/// The motion by which a scene is judged: at 1e-10, or where that is unreliable at 1e-9 or 1e-8, but at a tenth of the
-/// scene's tolerance at most.
+/// The motion by which a scene is judged: at 1e-10, or a hundredth of the scene's tolerance if that is less. Where that
+/// is unreliable, at a looser tolerance, up to 1e-8 and a tenth of the scene's.
 struct Exact {
   explicit Exact(const Scene& judged) {
     const double most = 0.1 * judged.solver.relative_tolerance;
-    for (tolerance = std::min(1e-10, most);; tolerance *= 10) {
+    for (tolerance = std::min(1e-10, 0.1 * most);; tolerance *= 10) {
       scene = exact_scene(judged, tolerance);
       motion = run(scene);
       if (motion.doubt.empty() || tolerance > 0.5e-8 || 10 * tolerance > 1.001 * most) break;

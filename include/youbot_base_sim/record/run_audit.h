@@ -92,9 +92,10 @@ class RowLoop {
 };
 
 /// Why a result may be unreliable, in one line; empty if it is reliable: the integration kept to its own method, eased
-/// milliseconds cannot matter, and the energy balance closes to a share of the energy that the motion had or
-/// exchanged. That share is a thousand times the tolerance, but at least 1e-9 and at most a hundredth (or ten times a
-/// looser tolerance). Good runs close it to the tolerance itself, mostly to a hundredth of that.
+/// milliseconds cannot matter, the method keeps such a tolerance, and the energy balance closes to a share of the
+/// energy that the motion had or exchanged. That share is a thousand times the tolerance, but at least 1e-9 and at most
+/// a thousandth (or ten times a looser tolerance); with prescribed wheels at least 2e-14 m/s over the regularization
+/// speed. Good runs close it to the tolerance itself, mostly to a hundredth of that.
 std::string unreliability_reason(const Simulation& simulation, const EnergyAudit& energy, const PathLength& path);
 
 /// The same of a run with a twin, unless that is null: both agree too.
