@@ -20,7 +20,8 @@ std::unique_ptr<GeneralMethod> make(const Tolerance& tolerance, double step, Int
 
 using Dopri5 = ControlledRungeKutta<odeint::runge_kutta_dopri5<State>>;
 using CashKarp54 = ControlledRungeKutta<odeint::runge_kutta_cash_karp54<State>>;
-using Fehlberg78 = ControlledRungeKutta<odeint::runge_kutta_fehlberg78<State>>;
+// Its error estimate misses friction that turns within a step: it compares four of the thirteen stages.
+using Fehlberg78 = ControlledRungeKutta<odeint::runge_kutta_fehlberg78<State>, 100>;
 using RungeKutta4 = FixedStep<ExplicitStep<odeint::runge_kutta4<State>>>;
 
 }  // namespace

@@ -91,12 +91,7 @@ NoSlipIntegrator::NoSlipIntegrator(const RobotParameters& robot, const FloorPara
       model_(robot, floor, {}),
       max_first_step_(10 / model_.max_decay_rate()),
       next_step_(max_first_step_),
-      method_(find_method(method(robot))->make(step_tolerance(tolerance), 0, statistics_)) {}
-
-Tolerance NoSlipIntegrator::step_tolerance(const Tolerance& tolerance) {
-  constexpr double kShare = 0.1, kFinest = 1e-14;  // rounding would reject steps
-  return {std::max(kShare * tolerance.relative, kFinest), kShare * tolerance.absolute};
-}
+      method_(find_method(method(robot))->make(share_of(tolerance, 0.1), 0, statistics_)) {}
 
 // Of the step from velocity `a` at t to `b` at `end` (s), for the friction in the bearings and in the torque.
 double NoSlipIntegrator::resolved_share(const Eigen::Vector3d& a, const Eigen::Vector3d& b, double t,

@@ -51,7 +51,6 @@ class NoSlipIntegrator : public MotionIntegrator {
 
   class Stepper;
 
-  static Tolerance step_tolerance(const Tolerance& tolerance);
   double resolved_share(const Eigen::Vector3d& a, const Eigen::Vector3d& b, double t, double end) const;
 
   RobotParameters robot_;

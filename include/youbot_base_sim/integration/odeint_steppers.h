@@ -47,12 +47,12 @@ class StepAdjuster : public boost::numeric::odeint::default_step_adjuster<double
   }
 };
 
-/// An explicit Runge-Kutta method of odeint with its step size control.
-template <class ErrorStepper>
+/// An explicit Runge-Kutta method of odeint with its step size control, at the tolerance over `divisor`.
+template <class ErrorStepper, int divisor = 1>
 class ControlledRungeKutta final : public GeneralMethod {
  public:
   ControlledRungeKutta(const Tolerance& tolerance, double, IntegrationStatistics&)
-      : controlled_(VelocityErrorChecker(tolerance)) {}
+      : controlled_(VelocityErrorChecker(share_of(tolerance, 1.0 / divisor))) {}
 
   Result try_step(const SmoothSystem& system, const State& in, double& t, State& out, double& dt) override {
     if (!known_ || t != t_ || (in.values != x_.values).any()) {

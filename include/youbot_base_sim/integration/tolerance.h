@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
 #include "youbot_base_sim/physics/state.h"
@@ -11,6 +12,12 @@ struct Tolerance {
   double relative;
   double absolute;
 };
+
+/// A share of it, as far as rounding lets steps keep to it.
+inline Tolerance share_of(const Tolerance& tolerance, double share) {
+  constexpr double kFinest = 1e-14;
+  return {std::max(share * tolerance.relative, kFinest), share * tolerance.absolute};
+}
 
 /// Errors of the velocities u that count as 1, m/s and rad/s. The platform's are judged together, 1 rad/s as 1 m/s. A
 /// roller's rate counts a tenth: its bearing stops an error within 1e-7 s, and the impulse that remains is tiny.
