@@ -30,8 +30,8 @@ def drive(programme, scale):
     rospy.on_shutdown(lambda: publisher.publish(geometry_msgs.msg.Twist()))
     while publisher.get_num_connections() < 2:
         rospy.loginfo_throttle(5, "waiting until both a driver and a recorder listen to cmd_vel")
-        rospy.sleep(0.1)
-    rospy.sleep(1.0)
+        pause(0.1)
+    pause(1.0)
     rospy.loginfo("driving for %.0f s", sum(row[0] for row in programme))
     rate = rospy.Rate(RATE)
     end = rospy.Time.now()
@@ -42,6 +42,14 @@ def drive(programme, scale):
         while rospy.Time.now() < end:
             publisher.publish(twist)
             rate.sleep()
+            pause(0)
+
+
+def pause(duration):
+    """Sleeps; raises ROSInterruptException where the node is to end, which by the wall clock rospy.sleep does not."""
+    rospy.sleep(duration)
+    if rospy.is_shutdown():
+        raise rospy.ROSInterruptException()
 
 
 def read_parameters(given):

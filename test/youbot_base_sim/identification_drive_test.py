@@ -3,9 +3,11 @@
 import logging
 import math
 import os
+import signal
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 
 import rosmaster.master
@@ -61,6 +63,19 @@ class NodeTest(unittest.TestCase):
                              capture_output=True, env=self.environment, timeout=30)
         self.assertEqual((ran.returncode, ran.stderr), (
             2, 'identification_drive: parameter ~scale = "abc": must be a finite number > 0, up to 2\n'))
+
+    def test_ends_by_interrupt_while_it_waits_for_a_driver(self):
+        node = subprocess.Popen([sys.executable, SCRIPT, "_programme:=[[1, 0.4, 0, 0]]"], text=True,
+                                stdout=subprocess.PIPE, env=self.environment,
+                                preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
+        try:
+            self.assertIn("waiting until both a driver and a recorder listen", node.stdout.readline())
+            time.sleep(1)  # rospy does not survive a signal in the midst of a log message
+            node.send_signal(signal.SIGINT)
+            self.assertEqual(node.wait(timeout=20), 0)
+        finally:
+            node.kill()
+            node.communicate()
 
     def test_drives_the_programme_at_the_scale(self):
         listeners = [subprocess.Popen(["rostopic", "echo", "-p", "--noarr", "/cmd_vel"], stdout=subprocess.PIPE,
