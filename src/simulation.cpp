@@ -100,13 +100,16 @@ void Simulation::advance_periods(std::int64_t n) {
 
 // The torque acts continuously, segment by segment.
 void Simulation::advance_continuously(double t) {
+  // A WheelMotion may change wherever it is simulated to.
+  const bool is_foreseen = !dynamic_cast<const PrescribedWheels*>(torque_.get());
   while (t_ < t) {
     if (t_ >= next_change_) change_loads();
     const double end = torque_->begin_segment(t_);
     if (end != segment_end_) integrator_->torque_jumped();
     segment_end_ = end;
-    const double next = std::min({end, t, next_change_});
-    integrator_->advance(state_, t_, next);
+    const double smooth_end = std::min({end, next_change_, t_ < scene_.duration ? scene_.duration : kInfinity});
+    const double next = std::min(smooth_end, t);
+    integrator_->advance(state_, t_, next, is_foreseen ? smooth_end : next);
     t_ = next;
   }
 }
@@ -140,11 +143,11 @@ void Simulation::advance_within_period(double t) {
     sample_drive();
   }
   while (!ControlTime::reached(t, next_change_)) {
-    integrator_->advance(state_, t_, next_change_);
+    integrator_->advance(state_, t_, next_change_, next_change_);
     t_ = std::max(t_, next_change_);
     change_loads();
   }
-  integrator_->advance(state_, t_, t);
+  integrator_->advance(state_, t_, t, t);
   t_ = t;
   in_period_ = t < end_of_period();
   if (!in_period_) ++periods_;

@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <sstream>
+#include <utility>
 
 #include "temporary_folder.h"
 #include "youbot_base_sim/drive/motor.h"
@@ -85,15 +86,70 @@ TEST_F(SimulationTest, AdvancesBySmallPartsOfAPeriod) {
   EXPECT_GT(simulation.state().dphi()[0], 0);
 }
 
-// Under a continuous torque a row ends a step, so that other rows mean other steps.
-TEST_F(SimulationTest, RowsMoveAContinuousMotionWithinTheTolerance) {
-  const Scene scene = load_scene(YOUBOT_BASE_SIM_SOURCE_DIR "/config/scenes/case2.yaml");
-  Simulation seldom(scene), often(scene);
-  seldom.advance_to(2);
-  for (int k = 1; k <= 2000; ++k) often.advance_to(k / 1000.0);
-  const auto pose = [](const Simulation& simulation) { return simulation.state().values.col(0).head<3>(); };
-  EXPECT_LT((pose(often) - pose(seldom)).abs().maxCoeff(), 3e-7);
-  EXPECT_TRUE((pose(often) != pose(seldom)).any());  // else the documentation may promise more
+// Under a continuous torque rows lie within steps, the rollers change at their times, and every row is as accurate as
+// the tolerance says, the friction of contacts that grip too.
+TEST_F(SimulationTest, RowsWithinStepsAreAccurate) {
+  const auto scene = [](double tolerance) {
+    SceneOverrides overrides;
+    overrides.relative_tolerance = tolerance;
+    return load_scene(YOUBOT_BASE_SIM_SOURCE_DIR "/config/scenes/case2.yaml", overrides);
+  };
+  constexpr double kTolerance = 3e-7;
+  Simulation rows(scene(kTolerance)), exact(scene(1e-11));
+  const double initial = rows.kinetic_energy();
+  std::uint64_t within = 0, steps = 0;
+  for (int k = 1; k <= 4000; ++k) {
+    for (Simulation* simulation : {&rows, &exact}) simulation->advance_to(k / 2000.0);
+    within += rows.statistics().steps == std::exchange(steps, rows.statistics().steps);
+    const State &x = rows.state(), &y = exact.state();
+    EXPECT_EQ(rows.rollers(), exact.rollers()) << k;
+    EXPECT_LT((x.values - y.values).col(0).head<3>().abs().maxCoeff(), kTolerance) << k;
+    EXPECT_LT((x.values - y.values).col(1).abs().maxCoeff(), kTolerance) << k;
+    EXPECT_LT((x.phi() - y.phi()).abs().maxCoeff(), 10 * kTolerance) << k;
+    EXPECT_LT((x.dphi() - y.dphi()).abs().maxCoeff(), 40 * kTolerance) << k;
+    const ContactDetails c = rows.contacts(), d = exact.contacts();
+    EXPECT_LT((c.F_X - d.F_X).abs().maxCoeff(), 0.02) << k;  // of 45 N, each within 1 mm/s of slip
+    EXPECT_LT((c.F_Y - d.F_Y).abs().maxCoeff(), 0.02) << k;
+    EXPECT_NEAR(rows.kinetic_energy() - initial, x.work(), 10 * kTolerance) << k;
+  }
+  EXPECT_GT(within, 1000u);
+}
+
+// What acts or changes from a row on that lies within a step: as if the scene had it, and whatever rows came before.
+TEST_F(SimulationTest, ChangesBetweenRowsActFromTheRow) {
+  const std::string scene =
+      "duration: 1\ninitial: {twist: [0.3, 0.2, 0.5]}\ndrive: {torque: "
+      "[{start: 0, sin: [1, -2, 1, 2], period: 0.7}]}\n";
+  const Wrench push{{20, 10, 0}, {0.1, 0, 0}, 0, false};
+  constexpr double kChange = 0.456789;  // s
+  const auto run = [&](const std::string& text, int rows, bool is_put) {
+    Simulation simulation(load(text));
+    for (int k = 1; k <= rows; ++k) simulation.advance_to(kChange * k / rows);
+    const std::uint64_t steps = simulation.statistics().steps;
+    simulation.advance_to(kChange + 1e-7);
+    if (rows > 0) {
+      EXPECT_EQ(simulation.statistics().steps, steps) << "no longer within a step";
+    }
+    AppliedLoads applied;
+    applied.wrenches.push_back(push);
+    if (rows > 0) simulation.set_loads(applied);  // by the extended equations, which take over
+    simulation.advance_to(0.7123);
+    if (rows > 0) simulation.set_loads(applied);
+    if (is_put) simulation.set_state({1, 2, 3}, {0.1, 0, 0.2}, std::nullopt);
+    simulation.advance_to(1);
+    EXPECT_LT(simulation.energy_balance_error(), 1e-5);
+    return State(simulation.state());
+  };
+  const State of_scene =
+      run(scene + fmt::format("wrenches: [{{force: [20, 10, 0], point: [0.1, 0, 0], start: {}}}]\n", kChange + 1e-7), 0,
+          false);
+  for (const bool is_put : {false, true}) {
+    const State once = run(scene, 1, is_put), often = run(scene, 777, is_put);
+    EXPECT_TRUE((once.values == often.values).all());
+    if (!is_put) {
+      EXPECT_LT((once.values - of_scene.values).leftCols<2>().abs().maxCoeff(), 1e-6);
+    }
+  }
 }
 
 // Held torques converge to continuous ones with the first order of a hold: half a period of delay.

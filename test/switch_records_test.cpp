@@ -192,7 +192,7 @@ TEST_F(SwitchRecordsTest, Fallback) {
         torque.hole = begin;
         integration->torque_jumped();
       }
-      integration->advance(x, begin, end);
+      integration->advance(x, begin, end, end);
       ASSERT_TRUE(x.values.allFinite());
       ledger.enter(integration->take_switches(), end);
       for (int i = 0; i < kWheels; ++i) {

@@ -121,6 +121,7 @@ class Simulation {
   /// Switches since the last call, in order of time. The list grows until it is taken.
   std::vector<RollerSwitch> take_switches() { return integrator_->take_switches(); }
 
+  /// Where time() lies within a step, that counts too.
   const IntegrationStatistics& statistics() const { return integrator_->statistics(); }
 
   /// effective_regularization_speed of the scene's friction, m/s; infinite for models without one.

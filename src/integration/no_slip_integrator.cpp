@@ -104,12 +104,13 @@ void NoSlipIntegrator::advance_periods(State& x, std::int64_t first, double peri
   for (std::size_t k = 0; k < n; ++k) {
     observer(k);
     const auto now = static_cast<double>(first) + static_cast<double>(k);
-    advance(x, now * period, (now + 1) * period);
+    advance(x, now * period, (now + 1) * period, (now + 1) * period);
   }
   observer(n);
 }
 
-void NoSlipIntegrator::advance(State& x, double t, double t_end) {
+// Steps end at t_end.
+void NoSlipIntegrator::advance(State& x, double t, double t_end, double) {
   if (!(t < t_end)) return;
   const NoSlipSystem system(model_, torque_, statistics_);
   Stepper stepper(*this);

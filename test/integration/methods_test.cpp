@@ -115,7 +115,7 @@ TEST_P(MethodTest, HasItsOrderOnSmoothMotion) {
   const auto run = [&](double accuracy, std::uint64_t& steps) {
     const auto integration = motion.integration(motion.start, motion.torque, settings(accuracy));
     State x = motion.start;
-    integration->advance(x, 0, motion.kEnd);
+    integration->advance(x, 0, motion.kEnd, motion.kEnd);
     steps = integration->statistics().steps;
     EXPECT_EQ(integration->statistics().switches, 0u);
     EXPECT_EQ(integration->statistics().fallback_steps, 0u);
@@ -220,7 +220,7 @@ TEST_P(MethodTest, LocatesSwitches) {
   for (const double accuracy : has_fixed_step() ? std::vector<double>{1e-4, 1e-5} : std::vector<double>{1e-6, 1e-9}) {
     const auto integration = motion.integration(motion.start, motion.torque, settings(accuracy));
     State x = motion.start;
-    integration->advance(x, 0, motion.kEnd);
+    integration->advance(x, 0, motion.kEnd, motion.kEnd);
     const std::vector<RollerSwitch> switches = integration->take_switches();
     ASSERT_EQ(switches.size(), due.size());
     EXPECT_EQ(integration->statistics().switches, due.size());
@@ -410,10 +410,10 @@ TEST_P(MethodTest, FallsBackWhereItCannotStepAndGoesOn) {
     TorqueWithAHole torque(Wheels{1, -1, 0.5, 0});
     integration = gentle.integration(start, torque, settings(accuracy));
     State x = start;
-    integration->advance(x, 0, 3e-3);
+    integration->advance(x, 0, 3e-3, 3e-3);
     torque.open = with_hole;
     integration->torque_jumped();
-    integration->advance(x, 3e-3, 0.1);
+    integration->advance(x, 3e-3, 0.1, 0.1);
     return x;
   };
   std::unique_ptr<MotionIntegrator> interrupted, uninterrupted;
@@ -459,7 +459,8 @@ TEST_P(MethodTest, ResultsDoNotDependOnHowARunIsCut) {
       } else {
         set_torque(k);
         for (int part = 0; part < parts; ++part) {
-          integration->advance(x, t + part * kPeriod / parts, t + (part + 1) * kPeriod / parts);
+          const double end = t + (part + 1) * kPeriod / parts;
+          integration->advance(x, t + part * kPeriod / parts, end, end);
         }
       }
     }

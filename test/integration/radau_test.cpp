@@ -154,6 +154,35 @@ TYPED_TEST(RadauTest, HasOrderFiveOnSmoothMotion) {
   }
 }
 
+// Within a step as well: the polynomial's velocities have an error of dt^4, and so has the work, which is that of their
+// kinetic energy. Pose and angles, their integrals, have one of dt^5.
+TYPED_TEST(RadauTest, KnowsTheStatesWithinAStep) {
+  const Motion<TypeParam> motion = gentle_motion<TypeParam>();
+  SlipSystem<TypeParam> system = motion.system();
+  IntegrationStatistics statistics;
+  Radau<TypeParam> radau(kAnything, statistics);
+  for (const double share : {0.1, 0.3, 0.5}) {
+    const auto errors = [&](double dt) {
+      State x;
+      polished_step(radau, system, motion.start, 0, dt);
+      radau.state_within(share, x);
+      const State exact = explicit_solution(system, motion.start, 0, share * dt, 1e-15);
+      const auto off = (x.values - exact.values).abs().eval();
+      Eigen::Array<double, 7, 1> largest;
+      largest << off.rightCols<5>().colwise().maxCoeff().transpose(), off(State::kWork),
+          off.col(0).head<3>().maxCoeff();
+      return largest;
+    };
+    const auto order = ((errors(8e-3) / errors(4e-3)).log() / std::log(2)).eval();
+    for (const int velocities_and_work : {0, 2, 3, 5}) EXPECT_NEAR(order[velocities_and_work], 4, 0.5) << share;
+    for (const int integrals : {1, 4, 6}) EXPECT_NEAR(order[integrals], 5, 0.5) << share;
+  }
+  State x;
+  const State end = polished_step(radau, system, motion.start, 0, 4e-3);
+  radau.state_within(1, x);
+  EXPECT_LT(distance(x, end), 1e-14);
+}
+
 // With rates of up to 5e6/s, and steps of 0.6 ms to 80 us, those of a tolerance of 1e-7 among them. What the stiff
 // friction drives, the rollers and then the wheels, converges with the stage order, 3, at least (Hairer and Wanner,
 // section VI.1), what they drive with an order near 5.

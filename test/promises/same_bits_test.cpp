@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "program.h"
 #include "random_scene.h"
@@ -74,6 +76,47 @@ TEST(SameBits, HoweverControlPeriodsAreGrouped) {
   EXPECT_GT(switches, 100u);
 }
 
+// Under continuous torques, beyond the paper too: rows on either side of switches and on them, some within one step.
+TEST(SameBits, WhereverRowsLie) {
+  Random random(42);
+  std::size_t switches = 0;
+  for (int trial = 0; trial < 15; ++trial) {
+    SCOPED_TRACE(trial);
+    Scene scene = sampled_scene(random, trial % 3 == 0 ? Model::kViscous : Model::kCoulomb);
+    scene.solver.control_period = 0;
+    if (trial % 2 == 1) scene.robot.normal_reactions = NormalReactions::kDynamic;
+    if (trial % 5 == 0) scene.floor.holding_speed = 1e-6;
+    const auto advance_at_once = [](Simulation& simulation) {
+      simulation.continue_when_tipping();
+      simulation.advance_to(0.5);
+    };
+    const Outcome at_once = run(scene, advance_at_once);
+    switches += at_once.switches.size();
+    std::vector<double> rows;
+    for (int k = 0; k < 100; ++k) rows.push_back(random.uniform(0, 0.5));
+    for (const RollerSwitch& event : at_once.switches) {
+      for (const double off : {-1e-4, -1e-9, 0.0, 1e-9, 1e-4}) rows.push_back(event.t + off);
+    }
+    std::sort(rows.begin(), rows.end());
+    std::vector<RollerSwitch> taken;
+    Outcome by_rows = run(scene, [&](Simulation& simulation) {
+      simulation.continue_when_tipping();
+      for (const double t : rows) {
+        simulation.advance_to(t);
+        const auto now = simulation.take_switches();
+        taken.insert(taken.end(), now.begin(), now.end());
+        EXPECT_LE(taken.empty() ? 0 : taken.back().t, t);
+        // None is missing either.
+        EXPECT_TRUE(taken.size() == at_once.switches.size() || at_once.switches[taken.size()].t > t);
+      }
+      simulation.advance_to(0.5);
+    });
+    by_rows.switches.insert(by_rows.switches.begin(), taken.begin(), taken.end());
+    expect_same_bits(at_once, by_rows);
+  }
+  EXPECT_GT(switches, 100u);
+}
+
 /// `simulate` on one scene, again and again.
 class SimulateTwiceTest : public testing::Test {
  protected:
@@ -117,26 +160,39 @@ TEST_F(SimulateTwiceTest, SameBitsWhateverElseIsWritten) {
   }
 }
 
-TEST_F(SimulateTwiceTest, SameBitsAtEveryOutputRateOfWholeControlPeriods) {
-  const auto expected = common_rows(csv(scene(10, "control_period: 0.001")));
-  EXPECT_EQ(expected.size(), 1u + 21u);  // with the header
-  for (const double rate : {20.0, 50.0, 100.0, 1000.0}) {
-    EXPECT_EQ(common_rows(csv(scene(rate, "control_period: 0.001"))), expected) << rate;
+TEST_F(SimulateTwiceTest, SameBitsAtEveryOutputRate) {
+  for (const std::string solver : {"control_period: 0.001", ""}) {
+    const auto rows = [&](double rate) {
+      return common_rows(csv(scene(rate, solver), {"--switches", folder_.path("switches")}));
+    };
+    const auto expected = rows(10);
+    EXPECT_EQ(expected.size(), 1u + 21u);  // with the header
+    const std::string switches = folder_.read("switches");
+    for (const double rate : {20.0, 50.0, 100.0, 1000.0}) {
+      EXPECT_EQ(rows(rate), expected) << rate;
+      EXPECT_EQ(folder_.read("switches"), switches) << rate;
+    }
+    if (!solver.empty()) continue;  // rows within control periods end steps
+    for (const double rate : {1.0, 7.0, 123.4}) {
+      EXPECT_EQ(rows(rate).back(), expected.back()) << rate;
+      EXPECT_EQ(folder_.read("switches"), switches) << rate;
+    }
   }
 }
 
-// Without a control period rows end steps, so that their times change the last digits. The default tolerance keeps the
+// The steps of other methods end at rows, so that their times change the last digits. The default tolerance keeps the
 // paper's cases within 1e-5 m over 30 s; two runs are within twice that of each other.
-TEST_F(SimulateTwiceTest, WithinTheToleranceAtEveryOutputRate) {
+TEST_F(SimulateTwiceTest, WithinTheToleranceAtEveryOutputRateByOtherMethods) {
   const auto numbers = [](const std::string& row) {
     std::vector<double> result;
     std::istringstream stream(row);
     for (std::string cell; std::getline(stream, cell, ',');) result.push_back(std::stod(cell));
     return result;
   };
-  const auto expected = numbers(common_rows(csv(scene(10, ""))).back());
+  const std::string solver = "method: rosenbrock4";
+  const auto expected = numbers(common_rows(csv(scene(10, solver))).back());
   for (const double rate : {30.0, 100.0, 1000.0}) {
-    const auto end = numbers(common_rows(csv(scene(rate, ""))).back());
+    const auto end = numbers(common_rows(csv(scene(rate, solver))).back());
     for (std::size_t column = 1; column <= 3; ++column) EXPECT_NEAR(end[column], expected[column], 2e-5) << rate;
   }
 }

@@ -37,23 +37,19 @@ class EventLocatingStepper : public ControlledStepperTypes {
                 AveragingEnds<System>{{&record}}, RestChanges<System>{}, TippingReached<System>{&record}) {}
 
   /// Tries a step of at most dt (s) from x at time t, to the first event. On failure x and t stay as they are, and dt
-  /// becomes less. The contacts of `system` change with the state.
-  Result try_step(System& system, State& x, double& t, double& dt) {
+  /// becomes less. The contacts of `system` change with the state; without `finishes`, not before `finish`.
+  Result try_step(System& system, State& x, double& t, double& dt, bool finishes = true) {
     const State& start = settled_start(system, x, t);
     const double bound = std::min(dt, system.max_step(start));
     // A step that would leave a sliver goes to the end.
     const double length = dt_ < kSliver * bound ? dt_ : bound;
-    if (!try_length(system, start, t, length)) {
+    if (!try_length(system, start, t, length) || !end_at_events(system, start, t, length)) {
       ++record_->statistics.rejected_steps;
       dt_ = next_dt_;
       dt = kRoom * dt_;
       return boost::numeric::odeint::fail;
     }
-    remember(length);
-    residual_dt_ = 0;
-    if (system.rest_may_change(start.velocities(), last_try_.end.velocities())) end_at_brief_rest(system, start, t);
-    std::apply([&](const auto&... event) { (end_at(event, system, start, t), ...); }, events_);
-    const double t_start = t;
+    start_t_ = t;
     t = last_try_.length == bound ? t + bound : t + last_try_.length + residual_dt_;
     x = last_try_.end;
     if (residual_dt_ != 0) x.values += residual_dt_ * secant();
@@ -61,15 +57,31 @@ class EventLocatingStepper : public ControlledStepperTypes {
     ++record_->statistics.steps;
     if (restarting_) dt_after_switch_ = std::max(kFirstStep, 0.5 * dt_);
     restarting_ = false;
-    settle(system, x, t);
-    if (system.reacts()) record_->reactions.watch(system.reactions(x, t), t, t - t_start);
+    unfinished_ = true;
+    if (finishes) finish(system, x, t);
     dt = kInfinity;
     return boost::numeric::odeint::success;
   }
 
-  /// The torque jumps here: the next step is as long as was good after the last jump.
+  /// The effects of events at the end of the last step, which is x at time t, unless they have taken place.
+  void finish(System& system, State& x, double t) {
+    if (!std::exchange(unfinished_, false)) return;
+    settle(system, x, t);
+    if (system.reacts()) record_->reactions.watch(system.reactions(x, t), t, t - start_t_);
+  }
+
+  /// Whether it knows the states within its steps; then, before `finish`, the one at time t within the last step, and
+  /// the contacts there.
+  bool interpolates() const { return stepper_->interpolates(); }
+  void state_at(double t, State& x) const { stepper_->state_within(share(t), x); }
+  ContactDetails contacts_at(double t, const System& system, const State& x) const {
+    return stepper_->contacts_within(system, share(t), x, t);
+  }
+
+  /// The torque jumps here: the next step is as long as was good after the last jump. A step that is not finished ended
+  /// here.
   void torque_jumped() {
-    stepper_->reset();
+    std::exchange(unfinished_, false) ? stepper_->restart() : stepper_->reset();
     dt_ = std::min(dt_, dt_after_jump_);
     after_jump_ = true;
     settled_ = starts_elsewhere_ = false;
@@ -101,6 +113,8 @@ class EventLocatingStepper : public ControlledStepperTypes {
     double length = 0;  // s
   };
 
+  double share(double t) const { return (t - start_t_) / last_try_.length; }
+
   // Where the step starts: at x, or at what the effects of events make of x.
   const State& settled_start(System& system, const State& x, double t) {
     if (settled_ && !starts_elsewhere_) return x;
@@ -117,14 +131,24 @@ class EventLocatingStepper : public ControlledStepperTypes {
   bool try_length(System& system, const State& start, double t, double length) {
     next_dt_ = length;
     const Result result = stepper_->try_step(system, start, t, last_try_.end, next_dt_);
-    if (result == boost::numeric::odeint::fail) return false;
+    succeeded_ = result == boost::numeric::odeint::success;
     // odeint's step size control accepts a step whose error is NaN.
-    if (!std::isfinite(last_try_.end.values.sum())) {
+    if (succeeded_ && !std::isfinite(last_try_.end.values.sum())) {
       next_dt_ = kShrinkage * length;
-      return false;
+      succeeded_ = false;
     }
-    last_try_.length = length;
-    return true;
+    if (succeeded_) last_try_.length = length;
+    return succeeded_;
+  }
+
+  // Ends the step of this length at the first event within it. Where the last try for that failed, the one that stands
+  // is made again, for the states within it to be known; false if that fails.
+  bool end_at_events(System& system, const State& start, double t, double length) {
+    remember(length);
+    residual_dt_ = 0;
+    if (system.rest_may_change(start.velocities(), last_try_.end.velocities())) end_at_brief_rest(system, start, t);
+    std::apply([&](const auto&... event) { (end_at(event, system, start, t), ...); }, events_);
+    return succeeded_ || !interpolates() || try_length(system, start, t, last_try_.length);
   }
 
   void remember(double length) {
@@ -137,11 +161,11 @@ class EventLocatingStepper : public ControlledStepperTypes {
 
   // Ends the step where the base rests, or moves, for a moment within it only.
   [[gnu::noinline]] void end_at_brief_rest(System& system, const State& start, double t) {
-    Velocities u = last_try_.end.velocities();
-    if (system.past_rest_change(u) > 0 || !stepper_->velocities_within(1, u)) return;
+    if (system.past_rest_change(last_try_.end.velocities()) > 0 || !stepper_->interpolates()) return;
+    State x;
     const auto before = [&](double share) {
-      stepper_->velocities_within(share, u);
-      return -system.past_rest_change(u);
+      stepper_->state_within(share, x);
+      return -system.past_rest_change(x.velocities());
     };
     constexpr int kBits = 10;
     std::uintmax_t iterations = 30;
@@ -257,6 +281,7 @@ class EventLocatingStepper : public ControlledStepperTypes {
 
   // Of the step under way, the last two tries; what is left to the event, s.
   Try last_try_, try_before_;
+  bool succeeded_ = false;  // whether the last try did
   double residual_dt_ = 0;
   double next_dt_ = 0;
 
@@ -269,6 +294,9 @@ class EventLocatingStepper : public ControlledStepperTypes {
   bool settled_ = false, starts_elsewhere_ = false;
   State x_, start_;
   double t_ = 0;
+
+  double start_t_ = 0;       // of the last step, s
+  bool unfinished_ = false;  // whether the effects of events at its end are still to come
 };
 
 }  // namespace youbot_base_sim

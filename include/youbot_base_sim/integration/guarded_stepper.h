@@ -28,8 +28,9 @@ class GuardedStepper : public ControlledStepperTypes {
                  MotionRecord& record)
       : fine_(std::move(fine)), coarse_(std::move(coarse)), max_evaluations_(max_evaluations), record_(&record) {}
 
-  /// As EventLocatingStepper's, but it never fails: it tries again itself. Throws Stopped once the stop flag is set.
-  Result try_step(System& system, State& x, double& t, double& dt) {
+  /// As EventLocatingStepper's, but it fails only where fallback steps begin: it tries again itself. Throws Stopped
+  /// once the stop flag is set.
+  Result try_step(System& system, State& x, double& t, double& dt, bool finishes = true) {
     for (int failures = 0;; ++failures) {
       if (stop_ && stop_->load(std::memory_order_relaxed)) throw Stopped();
       if (t < fallback_end_) return fall_back(system, x, t, dt);
@@ -39,19 +40,27 @@ class GuardedStepper : public ControlledStepperTypes {
         record_->statistics.exhausted += !eased_;
         if (stuck || !save_work(system)) {
           begin_fallback(system, t);
-          continue;
+          return boost::numeric::odeint::fail;
         }
       }
       const double end = dt < stepper_->dt() ? t + dt : kInfinity;
       const std::uint64_t before = system.evaluations();
       double next = dt;
-      if (stepper_->try_step(system, x, t, next) == boost::numeric::odeint::fail) continue;
+      if (stepper_->try_step(system, x, t, next, finishes) == boost::numeric::odeint::fail) continue;
       // A step that the caller cut short is free, up to what an ordinary one takes: fallback steps would be no longer.
       if (t >= end) uncounted_ += std::min(system.evaluations() - before, kFreeEvaluations);
       dt = next;
       return boost::numeric::odeint::success;
     }
   }
+
+  /// As EventLocatingStepper's, for a step from time t and for the last one.
+  bool interpolates(double t) const { return !(t < fallback_end_) && stepper_->interpolates(); }
+  void state_at(double t, State& x) const { stepper_->state_at(t, x); }
+  ContactDetails contacts_at(double t, const System& system, const State& x) const {
+    return stepper_->contacts_at(t, system, x);
+  }
+  void finish(System& system, State& x, double t) { stepper_->finish(system, x, t); }
 
   /// As MotionIntegrator::stop_on.
   void stop_on(const std::atomic<bool>& stop) { stop_ = &stop; }

@@ -47,8 +47,10 @@ class MotionIntegrator {
   virtual void advance_periods(State& x, std::int64_t first, double period, std::size_t n,
                                const PeriodObserver& observer) = 0;
 
-  /// Advances x from time t to t_end (s), between which the torque is smooth.
-  virtual void advance(State& x, double t, double t_end) = 0;
+  /// Advances x from time t to t_end (s). The torque is smooth up to `smooth_end` (s), at t_end or later: a step may
+  /// end there, with x within it, and the next call goes on from its end. So x stays as it is between two calls, unless
+  /// `torque_jumped` or `set_loads` is called; statistics may be one step further.
+  virtual void advance(State& x, double t, double t_end, double smooth_end) = 0;
 
   /// Has `advance` and `advance_periods` throw Stopped within a step once `stop`, which must outlive this, is set: by
   /// another thread or a signal's handler. The state is then somewhere on the way.

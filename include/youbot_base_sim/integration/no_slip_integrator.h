@@ -28,7 +28,7 @@ class NoSlipIntegrator : public MotionIntegrator {
 
   void advance_periods(State& x, std::int64_t first, double period, std::size_t n,
                        const PeriodObserver& observer) override;
-  void advance(State& x, double t, double t_end) override;
+  void advance(State& x, double t, double t_end, double smooth_end) override;
   void stop_on(const std::atomic<bool>& stop) override { stop_ = &stop; }
   void torque_jumped() override;
   double kinetic_energy(const State& x) const override { return model_.kinetic_energy(x.velocity()); }

@@ -56,16 +56,34 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
       if (!(error <= 1)) return fail;
       accepted_dt_ = length;
     }
-    end(out);
+    end(dt_, stages_, forces_, out);
     t += length;
     return boost::numeric::odeint::success;
   }
 
   /// By the collocation polynomial.
-  bool velocities_within(double share, Velocities& u) const override {
+  bool interpolates() const override { return true; }
+  [[gnu::noinline]] void state_within(double share, State& x) const override {
+    constexpr auto c = RadauTableau::c;
+    StageVelocities u, forces;
+    for (int j = 0; j < 3; ++j) {
+      const double s = share * c[j];
+      const auto [w_0, w_1, w_2, w_3] = lagrange_weights(s);
+      u[j] = w_0 * start_ + w_1 * stages_[0] + w_2 * stages_[1] + w_3 * stages_[2];
+      // As the accelerations, by the parabola through the stages.
+      forces[j] = (w_1 * c[0] / s) * forces_[0] + (w_2 * c[1] / s) * forces_[1] + (w_3 * c[2] / s) * forces_[2];
+    }
+    end(share * dt_, u, forces, x);
+  }
+  /// With the friction's own polynomial: recomputed from the slip, the velocities' errors would become large ones.
+  ContactDetails contacts_within(const SlipSystem<Model>& system, double share, const State& x,
+                                 double t) const override {
     const auto [w_0, w_1, w_2, w_3] = lagrange_weights(share);
-    u = w_0 * start_ + w_1 * stages_[0] + w_2 * stages_[1] + w_3 * stages_[2];
-    return true;
+    Contacts c = system.contacts(x, t);
+    const Friction F =
+        system.model().bounded(w_0 * start_friction_ + w_1 * friction_[0] + w_2 * friction_[1] + w_3 * friction_[2], c);
+    system.reuse_friction(!system.modes().shared(), F, x.velocities(), system.torque().value(t), c);
+    return system.model().details(c);
   }
 
   /// Forgets the derivative at the start and the errors of the steps before: the torque jumps.
@@ -226,23 +244,24 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     return converged;
   }
 
-  // State at the end of the step.
-  [[gnu::flatten, gnu::noinline]] void end(State& x) const {
+  // State at the end of a step of length dt with these velocities and forces at the stages.
+  [[gnu::flatten, gnu::noinline]] void end(double dt, const StageVelocities& stages, const StageVelocities& forces,
+                                           State& x) const {
     using T = RadauTableau;
     x = x_;
-    x.set(stages_[2]);
+    x.set(stages[2]);
     // Heading at the stages, from the step's start.
     const auto heading = [&](int j) {
-      return dt_ * (T::A[j][0] * stages_[0].v[2] + T::A[j][1] * stages_[1].v[2] + T::A[j][2] * stages_[2].v[2]);
+      return dt * (T::A[j][0] * stages[0].v[2] + T::A[j][1] * stages[1].v[2] + T::A[j][2] * stages[2].v[2]);
     };
     const auto [sine, cosine] = small_sine_and_cosine(Wheels{heading(0), heading(1), heading(2), 0});
     double along = 0, across = 0, work = 0;
     for (int j = 0; j < 3; ++j) {
-      const Velocities& u = stages_[j];
-      const double b = dt_ * T::A[2][j];
+      const Velocities& u = stages[j];
+      const double b = dt * T::A[2][j];
       along += b * (u.v[0] * cosine[j] - u.v[1] * sine[j]);
       across += b * (u.v[0] * sine[j] + u.v[1] * cosine[j]);
-      work += b * dot(u, forces_[j]);
+      work += b * dot(u, forces[j]);
       x.phi() += b * u.dphi;
       x.gamma() += b * u.dgamma;
     }

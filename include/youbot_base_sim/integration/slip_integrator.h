@@ -1,7 +1,6 @@
 #pragma once
 
 #include <algorithm>
-#include <boost/numeric/odeint/integrate/integrate_adaptive.hpp>
 #include <boost/numeric/odeint/integrate/integrate_n_steps.hpp>
 #include <functional>
 #include <memory>
@@ -49,19 +48,40 @@ class SlipIntegrator : public MotionIntegrator {
                                               n, std::ref(observe));
   }
 
-  void advance(State& x, double t, double t_end) override {
+  void advance(State& x, double t, double t_end, double smooth_end) override {
     if (!(t < t_end)) return;
-    boost::numeric::odeint::integrate_adaptive(std::ref(stepper_), std::ref(system_), x, t, t_end, t_end - t);
+    if (!within_step_) {
+      step_end_ = x;
+      step_end_t_ = t;
+    }
+    while (step_end_t_ < t_end) {
+      stepper_.finish(system_, step_end_, step_end_t_);
+      const double bound = stepper_.interpolates(step_end_t_) ? smooth_end : t_end;
+      double dt = bound - step_end_t_;
+      const double reached = step_end_t_ + dt;
+      stepper_.try_step(system_, step_end_, step_end_t_, dt, false);
+      if (step_end_t_ == reached) step_end_t_ = bound;  // without rounding
+    }
+    within_step_ = step_end_t_ > t_end;
+    if (within_step_) {
+      stepper_.state_at(t_end, x);
+    } else {
+      stepper_.finish(system_, step_end_, step_end_t_);
+      x = step_end_;
+    }
     if (system_.modes().averages()) record_passed_rollers(x, t_end);
   }
 
   void stop_on(const std::atomic<bool>& stop) override { stepper_.stop_on(stop); }
-  void torque_jumped() override { stepper_.torque_jumped(); }
+  void torque_jumped() override {
+    stepper_.torque_jumped();
+    within_step_ = false;
+  }
   double kinetic_energy(const State& x) const override {
     return youbot_base_sim::kinetic_energy(system_.model().robot(), x);
   }
   ContactDetails contacts(const State& x, double t) const override {
-    return system_.model().details(system_.contacts(x, t));
+    return within_step_ ? stepper_.contacts_at(t, system_, x) : system_.model().details(system_.contacts(x, t));
   }
   void set_loads(State& x, const AppliedLoads& applied, bool keep_momentum) override {
     const double energy = kinetic_energy(x);
@@ -73,7 +93,7 @@ class SlipIntegrator : public MotionIntegrator {
       if (system_.model().inertia().M_v != inertia) system_.modes().renew();
     }
     x.work() += kinetic_energy(x) - energy;
-    stepper_.torque_jumped();
+    torque_jumped();
   }
   MotionSoFar leave() override { return {system_.modes(), statistics(), reaction_record(), take_switches()}; }
   std::optional<ReactionRecord> reaction_record() const override {
@@ -117,6 +137,11 @@ class SlipIntegrator : public MotionIntegrator {
   double regularization_speed_;  // except in eased milliseconds, m/s
   SlipSystem<Model> system_;
   GuardedStepper<SlipSystem<Model>, FallbackStepper<Model>> stepper_;
+
+  // The end of the last step, where the state was last asked for within it.
+  bool within_step_ = false;
+  State step_end_;
+  double step_end_t_ = 0;
 };
 
 }  // namespace youbot_base_sim

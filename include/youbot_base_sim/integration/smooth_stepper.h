@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "youbot_base_sim/integration/stepper_types.h"
+#include "youbot_base_sim/physics/contacts.h"
 #include "youbot_base_sim/physics/state.h"
 
 namespace youbot_base_sim {
@@ -20,8 +21,15 @@ class SmoothStepper : public ControlledStepperTypes {
   virtual Result try_step(System& system, const State& in, double& t, State& out, double& dt) = 0;
   Result try_step(System& system, State& x, double& t, double& dt) { return try_step(system, x, t, x, dt); }
 
-  /// Velocities after this share of the last step that succeeded; false if the method does not know them.
-  virtual bool velocities_within([[maybe_unused]] double share, [[maybe_unused]] Velocities& u) const { return false; }
+  /// Whether the method knows the states within its steps.
+  virtual bool interpolates() const { return false; }
+  /// Sets x to the state after this share of the last try, which must have succeeded, if the method knows it.
+  virtual void state_within([[maybe_unused]] double share, [[maybe_unused]] State& x) const {}
+  /// The contacts there, where the state is x at time t (s).
+  virtual ContactDetails contacts_within([[maybe_unused]] const System& system, [[maybe_unused]] double share,
+                                         [[maybe_unused]] const State& x, [[maybe_unused]] double t) const {
+    return {};
+  }
 
   /// The right-hand side jumps here: forgets what does not hold on both sides.
   virtual void reset() = 0;

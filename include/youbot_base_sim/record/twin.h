@@ -16,9 +16,9 @@ constexpr double kPromised = 20;
 /// of the energy balance.
 double promised_error(const Simulation& simulation, const PathLength& path);
 
-/// A second run of a scene at half the tolerance, or half the fixed step, and in steps of half a row at most. At the
-/// start its wheels and twist are off by 1e-9 rad, m/s and rad/s. How far it parts from the first run is an error bar,
-/// also where a motion is sensitive or the error estimate fails.
+/// A second run of a scene at half the tolerance, or half the fixed step; where rows end steps, these are of half a row
+/// at most. At the start its wheels and twist are off by 1e-9 rad, m/s and rad/s. How far it parts from the first run
+/// is an error bar, also where a motion is sensitive or the error estimate fails.
 class Twin {
  public:
   explicit Twin(const Scene& scene);
