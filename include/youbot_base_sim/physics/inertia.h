@@ -10,14 +10,40 @@ namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 /// Columns of a matrix that maps (V_X, V_Y, Omega), with a zero below each.
 using PlatformMatrix = std::array<Wheels, 3>;
 
+/// (w[1], w[2], w[0], w[3])
+inline Wheels rotated(const Wheels& w) {
+#ifdef __AVX2__
+  Wheels result;
+  _mm256_storeu_pd(result.data(), _mm256_permute4x64_pd(_mm256_loadu_pd(w.data()), 0b11001001));
+  return result;
+#else
+  return {w[1], w[2], w[0], w[3]};
+#endif
+}
+
+/// The matrix with these rows.
+inline PlatformMatrix transposed(const Wheels& x, const Wheels& y, const Wheels& z) {
+#ifdef __AVX__
+  const __m256d a = _mm256_loadu_pd(x.data()), b = _mm256_loadu_pd(y.data()), c = _mm256_loadu_pd(z.data()),
+                zero = _mm256_setzero_pd(), ab = _mm256_unpacklo_pd(a, b), c0 = _mm256_unpacklo_pd(c, zero);
+  PlatformMatrix m;
+  _mm256_storeu_pd(m[0].data(), _mm256_permute2f128_pd(ab, c0, 0x20));
+  _mm256_storeu_pd(m[1].data(), _mm256_permute2f128_pd(_mm256_unpackhi_pd(a, b), _mm256_unpackhi_pd(c, zero), 0x20));
+  _mm256_storeu_pd(m[2].data(), _mm256_permute2f128_pd(ab, c0, 0x31));
+  return m;
+#else
+  return {Wheels{x[0], y[0], z[0], 0}, Wheels{x[1], y[1], z[1], 0}, Wheels{x[2], y[2], z[2], 0}};
+#endif
+}
+
 /// The inverse, by cofactors with one division.
 inline PlatformMatrix inverse(const PlatformMatrix& m) {
-  const auto cross = [](const Wheels& a, const Wheels& b) {
-    return std::array<double, 3>{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-  };
-  const auto x = cross(m[1], m[2]), y = cross(m[2], m[0]), z = cross(m[0], m[1]);
-  const double f = 1 / (m[0][0] * x[0] + m[0][1] * x[1] + m[0][2] * x[2]);
-  return {f * Wheels{x[0], y[0], z[0], 0}, f * Wheels{x[1], y[1], z[1], 0}, f * Wheels{x[2], y[2], z[2], 0}};
+  const Wheels m0 = rotated(m[0]), m1 = rotated(m[1]), m2 = rotated(m[2]);
+  // Rows, as products of the columns' vectors
+  const Wheels x = rotated(m[1] * m2 - m1 * m[2]), y = rotated(m[2] * m0 - m2 * m[0]),
+               z = rotated(m[0] * m1 - m0 * m[1]), terms = m[0] * x;
+  const double f = 1 / (terms[0] + terms[1] + terms[2]);
+  return transposed(f * x, f * y, f * z);
 }
 Eigen::Matrix3d inverse(const Eigen::Matrix3d& m);
 
