@@ -39,6 +39,17 @@ ReferenceTorque::ReferenceTorque(const RobotParameters& robot, const ReferenceMo
 Wheels ReferenceTorque::value(double t) const {
   if (model_.dry()) return dry_value(t);
   const auto [s, c] = sine_and_cosine(2 * M_PI * t / motion_.period);
+  return at(s, c);
+}
+
+std::array<Wheels, 3> ReferenceTorque::values(const std::array<double, 3>& t) const {
+  if (model_.dry()) return TorqueProfile::values(t);
+  const auto [s, c] = sine_and_cosine(Wheels(2 * M_PI * Wheels{t[0], t[1], t[2], 0} / motion_.period));
+  return {at(s[0], c[0]), at(s[1], c[1]), at(s[2], c[2])};
+}
+
+// Where the motion's phase has this sine and cosine.
+Wheels ReferenceTorque::at(double s, double c) const {
   return constant_ + c * cos_ + s * sin_ + (c * c - s * s) * cos_2_ + (2 * s * c) * sin_2_;
 }
 

@@ -4,19 +4,50 @@
 
 namespace youbot_base_sim {
 
+namespace {
+
+// Beyond it the turns of an angle have too many bits for `kQuarterTurn`, rad.
+constexpr double kMaxAngle = 3e9;
+
+// pi / 2 in Cody and Waite's parts: their first three have 22 bits, so that their products with whole numbers below
+// 2^31 are exact.
+constexpr double kQuarterTurn[] = {0x1.921fbp+0, 0x1.5110bp-22, 0x1.184698p-44, 0x1.3198a2e037073p-69};
+
+// Of an angle x past a number 0 .. 3 of quarter turns
+SineAndCosine<double> after_turns(double number, double s, double c) {
+  if (number == 1) return {c, -s};
+  if (number == 2) return {-s, -c};
+  if (number == 3) return {-c, s};
+  return {s, c};
+}
+
+}  // namespace
+
 SineAndCosine<double> sine_and_cosine(double x) {
   // Of 2 pi in double precision so many turns are off by less than half an ulp of x.
-  if (!(std::abs(x) < 3e9)) x = std::remainder(x, 2 * M_PI);
-  // The nearest multiple of pi / 2, in Cody and Waite's parts: their first three have 22 bits, so that their products
-  // with whole numbers below 2^31 are exact.
+  if (!(std::abs(x) < kMaxAngle)) x = std::remainder(x, 2 * M_PI);
   const double quarters = std::floor(x * (2 / M_PI) + 0.5);
-  for (const double part : {0x1.921fbp+0, 0x1.5110bp-22, 0x1.184698p-44, 0x1.3198a2e037073p-69}) x -= quarters * part;
+  for (const double part : kQuarterTurn) x -= quarters * part;
   const auto [s, c] = small_sine_and_cosine(x);
-  const double quadrant = quarters - 4 * std::floor(0.25 * quarters);
-  if (quadrant == 1) return {c, -s};
-  if (quadrant == 2) return {-s, -c};
-  if (quadrant == 3) return {-c, s};
-  return {s, c};
+  return after_turns(quarters - 4 * std::floor(0.25 * quarters), s, c);
+}
+
+SineAndCosine<FourAngles> sine_and_cosine(const FourAngles& angles) {
+  SineAndCosine<FourAngles> result;
+  const auto set = [&](int k, const SineAndCosine<double>& one) {
+    result.sine[k] = one.sine;
+    result.cosine[k] = one.cosine;
+  };
+  if (!(angles.abs() < kMaxAngle).all()) {
+    for (int k = 0; k < 4; ++k) set(k, sine_and_cosine(angles[k]));
+    return result;
+  }
+  FourAngles x = angles;
+  const FourAngles quarters = (x * (2 / M_PI) + 0.5).floor(), number = quarters - 4 * (0.25 * quarters).floor();
+  for (const double part : kQuarterTurn) x -= quarters * part;
+  const auto [s, c] = small_sine_and_cosine(x);
+  for (int k = 0; k < 4; ++k) set(k, after_turns(number[k], s[k], c[k]));
+  return result;
 }
 
 double logarithm(double x) {

@@ -86,6 +86,19 @@ TEST(SineAndCosine, ErrByHalfAnUlpOfTheAngleBeyond) {
   }
 }
 
+TEST(SineAndCosine, AreTheSameForFourAtOnce) {
+  Random random(8);
+  for (int k = 0; k < 5000; ++k) {
+    Wheels x;
+    for (int i = 0; i < kWheels; ++i) x[i] = (random.uniform(-1, 1) < 0 ? -1 : 1) * of_any_size(random, -10, 9.6);
+    const auto [s, c] = sine_and_cosine(x);
+    for (int i = 0; i < kWheels; ++i) {
+      ASSERT_EQ(s[i], sine_and_cosine(x[i]).sine) << x[i];
+      ASSERT_EQ(c[i], sine_and_cosine(x[i]).cosine) << x[i];
+    }
+  }
+}
+
 TEST(SineAndCosine, AreExactAtZeroAndNotANumberWithoutAngle) {
   EXPECT_EQ(sine_and_cosine(0).sine, 0);
   EXPECT_EQ(sine_and_cosine(0).cosine, 1);

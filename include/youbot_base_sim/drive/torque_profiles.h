@@ -32,9 +32,11 @@ class ReferenceTorque : public TorqueProfile {
  public:
   ReferenceTorque(const RobotParameters& robot, const ReferenceMotion& motion);
   Wheels value(double t) const override;
+  std::array<Wheels, 3> values(const std::array<double, 3>& t) const override;
   double resolved_share(double t, double end) const override;
 
  private:
+  Wheels at(double sine, double cosine) const;
   [[gnu::noinline, gnu::cold]] Wheels dry_value(double t) const;
 
   NoSlipModel model_;

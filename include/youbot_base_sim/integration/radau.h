@@ -360,8 +360,8 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     using T = RadauTableau;
     const double per_dt = 1 / dt;
     end_t_ = t_ + T::c[2] * dt;
+    torque_ = system.torque().values({t_ + T::c[0] * dt, t_ + T::c[1] * dt, t_ + T::c[2] * dt});
     for (int j = 0; j < 3; ++j) {
-      torque_[j] = system.torque().value(t_ + T::c[j] * dt);
       for (int l = 0; l < 3; ++l) D_[j][l] = per_dt * T::A_inverse[j][l];
     }
     StageVelocities left;

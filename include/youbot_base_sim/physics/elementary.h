@@ -29,6 +29,9 @@ SineAndCosine<Real> small_sine_and_cosine(const Real& x) {
 
 /// Of x rad, to 3e-16; beyond 3e9 rad to that and half an ulp of x.
 SineAndCosine<double> sine_and_cosine(double x);
+/// The same bits of four angles at once.
+using FourAngles = Eigen::Array<double, 4, 1, Eigen::DontAlign>;
+SineAndCosine<FourAngles> sine_and_cosine(const FourAngles& x);
 
 /// The natural logarithm of a finite x > 0, to 2 ulp.
 double logarithm(double x);

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+
 #include "youbot_base_sim/physics/state.h"
 
 namespace youbot_base_sim {
@@ -15,6 +17,10 @@ class TorqueProfile {
 
   /// Torque of the segment that was begun last at time t (s), also beyond its end, N m.
   virtual Wheels value(double t) const = 0;
+  /// The same bits at three times at once.
+  virtual std::array<Wheels, 3> values(const std::array<double, 3>& t) const {
+    return {value(t[0]), value(t[1]), value(t[2])};
+  }
 
   /// The share of the stretch from time t to `end` (s) in which a method of integration sees the torque turn; 1 or
   /// more: all of it. Within a segment most torques are smooth.
