@@ -251,10 +251,9 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     x = x_;
     x.set(stages[2]);
     // Heading at the stages, from the step's start.
-    const auto heading = [&](int j) {
-      return dt * (T::A[j][0] * stages[0].v[2] + T::A[j][1] * stages[1].v[2] + T::A[j][2] * stages[2].v[2]);
-    };
-    const auto [sine, cosine] = small_sine_and_cosine(Wheels{heading(0), heading(1), heading(2), 0});
+    const auto column = [](int l) { return Wheels{T::A[0][l], T::A[1][l], T::A[2][l], 0}; };
+    const Wheels heading = dt * (column(0) * stages[0].v[2] + column(1) * stages[1].v[2] + column(2) * stages[2].v[2]);
+    const auto [sine, cosine] = small_sine_and_cosine(heading);
     double along = 0, across = 0, work = 0;
     for (int j = 0; j < 3; ++j) {
       const Velocities& u = stages[j];
@@ -268,7 +267,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     const auto [sin_psi, cos_psi] = sine_and_cosine(x_.psi());
     x.x() += along * cos_psi - across * sin_psi;
     x.y() += along * sin_psi + across * cos_psi;
-    x.psi() += heading(2);
+    x.psi() += heading[2];
     x.work() += work;
   }
 
