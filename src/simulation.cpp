@@ -64,6 +64,7 @@ void Simulation::reset() {
     if (!torque_) torque_ = std::make_unique<HeldTorque>();
     torque_->begin_segment(0);
   }
+  prescribed_ = dynamic_cast<const PrescribedWheels*>(torque_.get());
   extended_ = beyond_the_paper(scene_);
   make_integrator(nullptr);
   next_change_ = kInfinity;
@@ -241,8 +242,7 @@ void Simulation::note_loads(double t) {
 }
 
 Wheels Simulation::torque() const {
-  const auto* prescribed = dynamic_cast<const PrescribedWheels*>(torque_.get());
-  return prescribed ? prescribed->reaction(scene_.robot, state_.dphi(), contacts().F_X, t_) : torque_->value(t_);
+  return prescribed_ ? prescribed_->reaction(scene_.robot, state_.dphi(), contacts().F_X, t_) : torque_->value(t_);
 }
 
 std::array<int, kWheels> Simulation::rollers() const {

@@ -44,6 +44,8 @@ struct Events {
   std::vector<StateChange> state_changes = {};
 };
 
+class PrescribedWheels;
+
 /// One running simulation: a scene and commands in; state, switches, contacts and statistics out. With a control period
 /// the drive is sampled at t = k * period, and its torque is held to the end of the period; without one the scene's
 /// torque acts continuously.
@@ -158,6 +160,7 @@ class Simulation {
   State state_;
   double t_;
   std::unique_ptr<TorqueProfile> torque_;
+  const PrescribedWheels* prescribed_;  // torque_, where it moves wheels as prescribed
   std::unique_ptr<MotionIntegrator> integrator_;
   const std::atomic<bool>* stop_ = nullptr;  // null: never
   bool continues_when_tipping_ = false;

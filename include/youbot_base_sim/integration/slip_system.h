@@ -52,7 +52,8 @@ class SlipSystem final : public SmoothSystem {
     return c;
   }
   Contacts contacts(const State& x, double t) const {
-    return contacts(x.velocities(), x.phi(), pose(x), torque_->value(t));
+    const bool by_torque = modes_.mixed() || reacts();
+    return contacts(x.velocities(), x.phi(), pose(x), by_torque ? torque_->value(t) : Wheels::Zero());
   }
   /// The same at three stages at once. Rare cases stay out of the loop.
   void contacts(const std::array<Velocities, 3>& u, const std::array<Wheels, 3>& phi, const std::array<Pose, 3>& pose,
