@@ -188,7 +188,8 @@ void expect_damping_is_the_slope_of_the_forces(const SlipSystem<Model>& system, 
   const Velocities u = state.velocities();
   const auto contacts = system.contacts(state, t);
   DampingMatrix damping;
-  system.damping(u, contacts, system.model().friction(contacts), system.torque().value(t), damping);
+  const auto stiffness = system.model().stiffness(contacts, system.model().friction(contacts));
+  system.damping(u, contacts, stiffness, system.torque().value(t), damping);
   Matrix11 expected = -dense(damping), slope = Matrix11::Zero();
   const PlatformMatrix C = system.model().inertia().coriolis_derivative(u.v);
   for (int k = 0; k < 3; ++k) expected.topLeftCorner<3, 3>().col(k) += C[k].template head<3>().matrix();

@@ -106,6 +106,10 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   using Contacts = typename Model::Contacts;
   using Friction = typename Model::Friction;
   using StageContacts = std::array<Contacts, RadauTableau::stages>;
+  struct Evaluation {
+    StageContacts contacts;
+    std::array<typename Model::Stiffness, RadauTableau::stages> stiffness;
+  };
   using StageVelocities = std::array<Velocities, RadauTableau::stages>;
   enum class Known { kNothing, kThisStep, kStepBefore };
 
@@ -350,7 +354,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
       stages_[j] = w_0 * start + w_1 * known[0] + w_2 * known[1] + w_3 * known[2];
       friction_[j] = system.model().bounded(
           w_0 * start_friction + w_1 * known_friction[0] + w_2 * known_friction[1] + w_3 * known_friction[2],
-          (*evaluated_)[j]);
+          evaluated_->contacts[j]);
     }
   }
 
@@ -367,7 +371,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     double length = 1, last = 0, rate = rate_;
     for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
       ++statistics_->newton_iterations;
-      evaluated_ = other(contacts_, from_.contacts);
+      evaluated_ = other(evaluations_, from_.evaluated);
       StageVelocities& change = *other(corrections_, from_.correction);
       residual(system, dt, left);
       if (iteration == 0) factorize(system);
@@ -388,8 +392,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
       }
       if (!(size <= std::numeric_limits<double>::max())) return false;
       from_.stages = stages_;
-      from_.contacts = evaluated_;
-      from_.friction = friction_;
+      from_.evaluated = evaluated_;
       from_.correction = &change;
       if (system.reacts()) from_.dN = dN_;
       length = 1;
@@ -405,18 +408,18 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
 
   // Moves the stages by a part of the last correction.
   [[gnu::flatten, gnu::noinline]] void move(const SlipSystem<Model>& system, double length) {
+    const auto& [contacts, stiffness] = *from_.evaluated;
 #pragma GCC unroll 3
     for (int j = 0; j < 3; ++j) {
       const Velocities part = length * (*from_.correction)[j];
       stages_[j] = from_.stages[j] + part;
       if constexpr (Model::kReactionsFollow) {
         if (system.reacts()) {
-          friction_[j] =
-              system.model().friction_after((*from_.contacts)[j], from_.friction[j], part, length * from_.dN[j]);
+          friction_[j] = system.model().friction_after(contacts[j], stiffness[j], part, length * from_.dN[j]);
           continue;
         }
       }
-      friction_[j] = system.model().friction_after((*from_.contacts)[j], from_.friction[j], part);
+      friction_[j] = system.model().friction_after(contacts[j], stiffness[j], part);
     }
   }
 
@@ -424,8 +427,9 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   [[gnu::flatten, gnu::noinline]] void residual(const SlipSystem<Model>& system, double dt, StageVelocities& r) {
     const auto& model = system.model();
     const Velocities z[3] = {stages_[0] - start_, stages_[1] - start_, stages_[2] - start_};
-    system.contacts(stages_, {phi_at(0, dt), phi_at(1, dt), phi_at(2, dt)}, poses(system, dt), torque_, *evaluated_);
-    model.forces(stages_, *evaluated_, torque_, forces_);
+    system.contacts(stages_, {phi_at(0, dt), phi_at(1, dt), phi_at(2, dt)}, poses(system, dt), torque_, friction_,
+                    evaluated_->contacts, evaluated_->stiffness);
+    model.forces(stages_, evaluated_->contacts, torque_, forces_);
 #pragma GCC unroll 3
     for (int j = 0; j < 3; ++j) {
       r[j] = forces_[j] - model.inertia() * (D_[j][0] * z[0] + D_[j][1] * z[1] + D_[j][2] * z[2]);
@@ -434,14 +438,15 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
 
   [[gnu::flatten, gnu::noinline]] void factorize(const SlipSystem<Model>& system) {
     const auto& model = system.model();
+    const auto& [contacts, stiffness] = *evaluated_;
     for (int j = 0; j < 3; ++j) {
-      system.damping(stages_[j], (*evaluated_)[j], friction_[j], torque_[j], damping_[j]);
+      system.damping(stages_[j], contacts[j], stiffness[j], torque_[j], damping_[j]);
       coriolis_[j] = model.inertia().coriolis_derivative(stages_[j].v);
     }
     solver_.factorize(D_, model.inertia(), damping_, coriolis_);
     if constexpr (Model::kReactionsFollow) {
       if (system.reacts()) {
-        for (int j = 0; j < 3; ++j) system.couple(stages_[j], (*evaluated_)[j], torque_[j], damping_[j], couplings_[j]);
+        for (int j = 0; j < 3; ++j) system.couple(stages_[j], contacts[j], torque_[j], damping_[j], couplings_[j]);
       }
     }
     ++statistics_->factorizations;
@@ -490,8 +495,8 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   // Newton's iterations.
   double D_[3][3];  // of BorderedStages, 1/s
   StageVelocities stages_, forces_;
-  StageContacts contacts_[2];
-  StageContacts* evaluated_ = &contacts_[0];  // at the stages as they are
+  Evaluation evaluations_[2];
+  Evaluation* evaluated_ = &evaluations_[0];  // at the stages as they are
   StageVelocities corrections_[2];
   alignas(kAlignment) std::array<Wheels, RadauTableau::stages> torque_;
   std::array<DampingMatrix, 3> damping_;
@@ -499,8 +504,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   std::array<Friction, 3> friction_;
   struct {
     StageVelocities stages;
-    StageContacts* contacts = nullptr;
-    std::array<Friction, RadauTableau::stages> friction;
+    Evaluation* evaluated = nullptr;
     StageVelocities* correction = nullptr;
     std::array<Wheels, RadauTableau::stages> dN;  // of dynamic reactions
   } from_;                                        // where the last correction began, and it

@@ -55,14 +55,21 @@ class SlipSystem final : public SmoothSystem {
     const bool by_torque = modes_.mixed() || reacts();
     return contacts(x.velocities(), x.phi(), pose(x), by_torque ? torque_->value(t) : Wheels::Zero());
   }
-  /// The same at three stages at once. Rare cases stay out of the loop.
+  /// The same at three stages at once, with their stiffness for the frictions F. Rare cases stay out of the loop.
   void contacts(const std::array<Velocities, 3>& u, const std::array<Wheels, 3>& phi, const std::array<Pose, 3>& pose,
-                const std::array<Wheels, 3>& M, std::array<Contacts, 3>& c) const {
+                const std::array<Wheels, 3>& M, const std::array<typename Model::Friction, 3>& F,
+                std::array<Contacts, 3>& c, std::array<typename Model::Stiffness, 3>& K) const {
     if (modes_.mixed() || reacts()) {
-      for (int j = 0; j < 3; ++j) any_contacts(u[j], phi[j], pose[j], M[j], modes_.shared(), c[j]);
+      for (int j = 0; j < 3; ++j) {
+        any_contacts(u[j], phi[j], pose[j], M[j], modes_.shared(), c[j]);
+        K[j] = model_.stiffness(c[j], F[j]);
+      }
     } else {
 #pragma GCC unroll 3
-      for (int j = 0; j < 3; ++j) own_contacts(u[j], phi[j], pose[j], c[j]);
+      for (int j = 0; j < 3; ++j) {
+        model_.evaluate_kinematics(u[j], model_.geometry().at(phi[j] - modes_.center()), pose[j], c[j]);
+        model_.apply_static_normal_force(F[j], c[j], K[j]);
+      }
     }
     evaluations_ += 3;
   }
@@ -95,10 +102,10 @@ class SlipSystem final : public SmoothSystem {
     model_.apply_normal_force_of(at_x, c);
   }
 
-  /// Damping matrix at these contacts, for the friction F.
-  void damping(const Velocities& u, const Contacts& c, const typename Model::Friction& F, const Wheels& M,
+  /// Damping matrix at these contacts, for their stiffness K.
+  void damping(const Velocities& u, const Contacts& c, const typename Model::Stiffness& K, const Wheels& M,
                DampingMatrix& G) const {
-    model_.damping(u, c, F, G);
+    model_.damping(u, c, K, G);
     if (modes_.shares()) write_shared_contacts(u, c, M, G);
   }
 

@@ -71,17 +71,24 @@ class ContactFriction {
 
   ContactFriction(const Law& law, double nu) : law_(law), nu_(nu), nu_squared_(nu * nu) {}
 
-  /// Friction at the slip V under the limit f N, N.
-  Vector force(const Vector& V, const Wheels& limit) const {
-    const Wheels slope = at(V, limit).slope;
+  /// The resistance to the slip V under the limit f N, N.
+  SlipResistance resistance(const Vector& V, const Wheels& limit) const {
+    Wheels squares = nu_squared_ + V[0].square();
+    for (int k = 1; k < D; ++k) squares += V[k].square();
+    return law_.at(squares, nu_squared_, limit);
+  }
+
+  /// Friction at the slip V, of this resistance or under this limit, N.
+  Vector force(const Vector& V, const SlipResistance& r) const {
     Vector F;
-    for (int k = 0; k < D; ++k) F[k] = -slope * V[k];
+    for (int k = 0; k < D; ++k) F[k] = -r.slope * V[k];
     return F;
   }
+  Vector force(const Vector& V, const Wheels& limit) const { return force(V, resistance(V, limit)); }
 
   /// Its stiffness; positive semidefinite unless the law's friction falls with the slip.
   Stiffness stiffness(const Vector& V, const Wheels& limit) const {
-    const SlipResistance r = at(V, limit);
+    const SlipResistance r = resistance(V, limit);
     Vector n;
     for (int k = 0; k < D; ++k) n[k] = V[k] * r.scale;
     Stiffness K;
@@ -99,8 +106,7 @@ class ContactFriction {
 
   /// The stiffness for a force F within the limit that is not yet that of V: from F / slope(V) = -V, by F and V (Chan,
   /// Golub and Mulet, SIAM J. Sci. Comput. 20(6), 1999). Newton's iterations then converge even from far beyond nu.
-  Stiffness stiffness(const Vector& V, const Vector& F, const Wheels& limit) const {
-    const SlipResistance r = at(V, limit);
+  Stiffness stiffness(const Vector& V, const Vector& F, const SlipResistance& r) const {
     Vector n;
     for (int k = 0; k < D; ++k) n[k] = V[k] * r.scale.square();
     Stiffness K;
@@ -109,6 +115,9 @@ class ContactFriction {
       K.set(k, k, r.slope + F[k] * n[k]);
     }
     return K;
+  }
+  Stiffness stiffness(const Vector& V, const Vector& F, const Wheels& limit) const {
+    return stiffness(V, F, resistance(V, limit));
   }
 
   /// F, shortened to the largest friction under the limit f N.
@@ -129,12 +138,6 @@ class ContactFriction {
   }
 
  private:
-  SlipResistance at(const Vector& V, const Wheels& limit) const {
-    Wheels squares = nu_squared_ + V[0].square();
-    for (int k = 1; k < D; ++k) squares += V[k].square();
-    return law_.at(squares, nu_squared_, limit);
-  }
-
   Law law_;
   double nu_, nu_squared_;
 };

@@ -32,6 +32,7 @@ class SlipModel {
  public:
   using Contacts = typename Features::Contacts;
   using Friction = typename Features::Friction;  ///< at the contacts, as a step reuses it
+  using Stiffness = ContactStiffness<Features::kSlipComponents>;
 
   /// Whether normal reactions may follow the motion.
   static constexpr bool kReactionsFollow = Features::kReactionsFollow;
@@ -79,6 +80,14 @@ class SlipModel {
   }
   /// The same under the normal reactions of the base at rest, and under those of other contacts.
   void apply_static_normal_force(Contacts& c) const { apply_normal_force(features_.static_reactions(), c); }
+  /// The same; sets K to their `stiffness` for the friction F.
+  void apply_static_normal_force(const Friction& F, Contacts& c, Stiffness& K) const {
+    features_.set_reactions(features_.static_reactions(), c);
+    const Force V = features_.slip(c);
+    const SlipResistance resistance = friction_.resistance(V, features_.limit(c));
+    set_friction(friction_.force(V, resistance), c);
+    K = friction_.stiffness(V, Features::force(F), resistance);
+  }
   void apply_normal_force_of(const Contacts& other, Contacts& c) const {
     apply_normal_force(features_.reactions(other), c);
     features_.keep_tipping(other, c);
@@ -129,21 +138,52 @@ class SlipModel {
     damping(u, c, friction_.stiffness(features_.slip(c), features_.limit(c)), G);
   }
 
-  /// The same where the friction is taken to be F, which need not be the friction of c's slip: see ContactFriction.
-  void damping(const Velocities& u, const Contacts& c, const Friction& F, DampingMatrix& G) const {
-    damping(u, c, stiffness(c, F), G);
+  /// Stiffness of the contacts `c` where their friction is taken to be F, which need not be that of c's slip: see
+  /// ContactFriction.
+  Stiffness stiffness(const Contacts& c, const Friction& F) const {
+    return friction_.stiffness(features_.slip(c), Features::force(F), features_.limit(F, c));
   }
 
-  /// Friction after the velocities have changed by du from where the contacts are `c`, to first order.
-  Friction friction_after(const Contacts& c, const Friction& F, const Velocities& du) const {
+  /// The same damping where the contacts have the stiffness K: J' K J, where the rows of J are the derivatives of the
+  /// slip by V_X, V_Y, Omega, dphi, dgamma (3.3).
+  void damping(const Velocities& u, const Contacts& c, const Stiffness& K, DampingMatrix& G) const {
+    const double R = robot_.R, arm = friction_arm_;
+    // Columns of K J; those by V_X and V_Y are the first two of K.
+    const Force X = K.row(0), Y = K.row(1);
+    Force by_Omega, by_dgamma;
+    for (int k = 0; k < D; ++k) {
+      by_Omega[k] = moment(K.row(k), c);
+      by_dgamma[k] = torque(K.row(k), c);
+    }
+    const auto set_platform = [&](std::size_t k, const Force& column) {
+      G.platform_platform[0][k] = column[0];
+      G.platform_platform[1][k] = column[1];
+      G.platform_platform[2][k] = moment(column, c);
+      G.platform_dphi[k] = -R * column[0];
+      G.dphi_platform[k] = -arm * column[0];
+      G.dgamma_platform[k] = G.platform_dgamma[k] = torque(column, c);
+    };
+    set_platform(0, X);
+    set_platform(1, Y);
+    set_platform(2, by_Omega);
+    G.dphi_dphi = robot_.mu_1 + R * arm * K(0, 0);
+    G.dphi_dgamma = -arm * by_dgamma[0];
+    G.dgamma_dphi = -R * by_dgamma[0];
+    G.dgamma_dgamma = robot_.mu_2 + c.r_Y * by_dgamma[1] - c.r_X * by_dgamma[0];
+    if constexpr (kSpins) G.dgamma_dgamma += features_.spin_radius() * c.spin * by_dgamma[2];
+    if (dry_.any()) dry_.add_to(u, G);
+  }
+
+  /// Friction after the velocities have changed by du from where the contacts are `c`, of stiffness K, to first order.
+  Friction friction_after(const Contacts& c, const Stiffness& K, const Velocities& du) const {
     const Friction now = features_.friction(c);
     return Features::with_force(now,
-                                friction_.bounded(changed(Features::force(now), c, F, du), features_.limit(now, c)));
+                                friction_.bounded(changed(Features::force(now), c, K, du), features_.limit(now, c)));
   }
   /// The same where the normal reactions have changed by dN too.
-  Friction friction_after(const Contacts& c, const Friction& F, const Velocities& du, const Wheels& dN) const {
+  Friction friction_after(const Contacts& c, const Stiffness& K, const Velocities& du, const Wheels& dN) const {
     const Wheels N = (c.N + dN).max(0), limit = c.f * N;
-    return {friction_.bounded(changed(friction_.force(features_.slip(c), limit), c, F, du), limit), N};
+    return {friction_.bounded(changed(friction_.force(features_.slip(c), limit), c, K, du), limit), N};
   }
 
   /// F, shortened to the largest friction that the law allows at the contacts `c`.
@@ -235,7 +275,6 @@ class SlipModel {
   static constexpr int D = Features::kSlipComponents;
   static constexpr bool kSpins = D == 3;
   using Force = ContactVector<D>;
-  using Stiffness = ContactStiffness<D>;
 
   void set_friction(const Force& F, Contacts& c) const {
     c.F_X = F[0];
@@ -251,13 +290,8 @@ class SlipModel {
     return Q;
   }
 
-  Stiffness stiffness(const Contacts& c, const Friction& F) const {
-    return friction_.stiffness(features_.slip(c), Features::force(F), features_.limit(F, c));
-  }
-
-  // `force` at the contacts `c`, changed as friction F changes with the velocities, to first order.
-  Force changed(Force force, const Contacts& c, const Friction& F, const Velocities& du) const {
-    const Stiffness K = stiffness(c, F);
+  // `force` at the contacts `c`, changed as friction of stiffness K changes with the velocities, to first order.
+  Force changed(Force force, const Contacts& c, const Stiffness& K, const Velocities& du) const {
     Force dV;
     dV[0] = du.v[0] - (rho_Y_ + c.Delta_Y) * du.v[2] - robot_.R * du.dphi - c.r_X * du.dgamma;
     dV[1] = du.v[1] + rho_X_ * du.v[2] + c.r_Y * du.dgamma;
@@ -278,35 +312,6 @@ class SlipModel {
     Wheels torque = c.r_Y * F[1] - c.r_X * F[0];
     if constexpr (kSpins) torque += features_.spin_radius() * c.spin * F[2];
     return torque;
-  }
-
-  // J' K J, where the rows of J are the derivatives of the slip by V_X, V_Y, Omega, dphi, dgamma (3.3).
-  void damping(const Velocities& u, const Contacts& c, const Stiffness& K, DampingMatrix& G) const {
-    const double R = robot_.R, arm = friction_arm_;
-    // Columns of K J; those by V_X and V_Y are the first two of K.
-    const Force X = K.row(0), Y = K.row(1);
-    Force by_Omega, by_dgamma;
-    for (int k = 0; k < D; ++k) {
-      by_Omega[k] = moment(K.row(k), c);
-      by_dgamma[k] = torque(K.row(k), c);
-    }
-    const auto set_platform = [&](std::size_t k, const Force& column) {
-      G.platform_platform[0][k] = column[0];
-      G.platform_platform[1][k] = column[1];
-      G.platform_platform[2][k] = moment(column, c);
-      G.platform_dphi[k] = -R * column[0];
-      G.dphi_platform[k] = -arm * column[0];
-      G.dgamma_platform[k] = G.platform_dgamma[k] = torque(column, c);
-    };
-    set_platform(0, X);
-    set_platform(1, Y);
-    set_platform(2, by_Omega);
-    G.dphi_dphi = robot_.mu_1 + R * arm * K(0, 0);
-    G.dphi_dgamma = -arm * by_dgamma[0];
-    G.dgamma_dphi = -R * by_dgamma[0];
-    G.dgamma_dgamma = robot_.mu_2 + c.r_Y * by_dgamma[1] - c.r_X * by_dgamma[0];
-    if constexpr (kSpins) G.dgamma_dgamma += features_.spin_radius() * c.spin * by_dgamma[2];
-    if (dry_.any()) dry_.add_to(u, G);
   }
 
   RobotParameters bare_robot_;
