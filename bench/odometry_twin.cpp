@@ -23,6 +23,7 @@ using namespace youbot_base_sim;
 constexpr double kInterval = 0.02;                             // s, of readings
 constexpr double kTraining = 120, kTest = 600, kDrift = 20;    // s
 constexpr double kPositionNoise = 3e-4, kHeadingNoise = 5e-4;  // m, rad: of a tracking system
+constexpr double kEffortNoise = 5e-3;                          // N m
 constexpr double kOff = 0.9;                                   // of the parameters from which fits start
 
 using Poses = std::vector<Eigen::Vector3d>;
@@ -58,13 +59,14 @@ DriveRecord drive(unsigned seed, double duration, const Wheels& phi) {
   scene.initial.phi() = phi;
   BaseDriver driver({}, phi);
   double next = 0.1;
+  Wheels torque = Wheels::Zero();
   Simulation simulation(scene, [&](double t, const State& x) {
     if (t >= next) {
       const Eigen::Vector3d velocity(0.4 * share(random), 0.3 * share(random), 0.8 * share(random));
       driver.command(t, drive_command(DriveMode::kVelocity, DriverKinematics().wheel_rates(velocity)));
       next = t + length(random);
     }
-    return driver.sample(t, x.dphi());
+    return torque = driver.sample(t, x.dphi());
   });
   const Motor motor;
   DriveRecord record;
@@ -76,6 +78,10 @@ DriveRecord drive(unsigned seed, double duration, const Wheels& phi) {
     record.t.push_back(k * kInterval);
     record.phi.push_back(motor.tick() * (x.phi() / motor.tick()).floor());
     record.dphi.push_back(motor.rpm() * (x.dphi() / motor.rpm()).round());
+    Wheels effort;
+    for (int i = 0; i < kWheels; ++i)
+      effort[i] = motor.milliampere() * std::round((torque[i] + kEffortNoise * normal(random)) / motor.milliampere());
+    record.torque.push_back(effort);
     record.truth_t.push_back(k * kInterval);
     record.truth.emplace_back(x.x() + kPositionNoise * normal(random), x.y() + kPositionNoise * normal(random),
                               x.psi() + kHeadingNoise * normal(random));
@@ -140,11 +146,13 @@ Kinematics calibrated(const DriveRecord& record) {
   return best;
 }
 
-Poses followed(const DriveRecord& record, const Scene& scene, const SlipOdometry::Settings& settings, bool rates) {
+Poses followed(const DriveRecord& record, const Scene& scene, const SlipOdometry::Settings& settings, bool rates,
+               bool efforts = false) {
   SlipOdometry odometry(scene, settings);
   Poses poses;
   for (std::size_t k = 0; k < record.t.size(); ++k) {
-    odometry.update(record.t[k], record.phi[k], {}, rates ? std::optional<Wheels>(record.dphi[k]) : std::nullopt);
+    odometry.update(record.t[k], record.phi[k], efforts ? std::optional<Wheels>(record.torque[k]) : std::nullopt,
+                    rates ? std::optional<Wheels>(record.dphi[k]) : std::nullopt);
     poses.push_back(odometry.pose());
   }
   return poses;
@@ -189,6 +197,7 @@ void compare(unsigned seed, std::vector<Row>& rows) {
   add([&] { return calibrated(training).poses(test); });
   add([&] { return followed(test, guessed_base(), {}, true); });
   add([&] { return followed(test, unknown.scene, {}, true); });
+  add([&] { return followed(test, with_rates.scene, {}, true, true); });
   add([&] { return followed(test, with_rates.scene, known, false); });
   add([&] { return followed(test, with_rates.scene, known, true); });
 }
@@ -202,6 +211,7 @@ int main(int argc, char** argv) {
                            {"kinematics: radius, track and lateral factor fitted"},
                            {"slip odometry, parameters 10 % off, unknown angles"},
                            {"slip odometry, fitted for unknown angles"},
+                           {"slip odometry, fitted with angles, which efforts then tell"},
                            {"slip odometry, fitted with angles, without velocities"},
                            {"slip odometry, fitted with angles"}};
   for (unsigned seed = first; seed < first + count; ++seed) compare(seed, rows);

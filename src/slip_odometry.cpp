@@ -85,7 +85,7 @@ SlipOdometry::Settings read_settings(Parameters& parameters) {
   return settings;
 }
 
-std::string text_of(const Wheels& signs) { return fmt::format("{} {} {} {}", signs[0], signs[1], signs[2], signs[3]); }
+std::string text_of(const Wheels& w) { return fmt::format("{:.3g}, {:.3g}, {:.3g}, {:.3g}", w[0], w[1], w[2], w[3]); }
 
 /// Publishes odometry for each message of joint_states that has all four wheels.
 class SlipOdometryNode {
@@ -131,6 +131,7 @@ class SlipOdometryNode {
     }
     ++taken_;
     note_effort_signs();
+    note_angles();
     publish(stamp);
     diagnostics_.update();
   }
@@ -145,6 +146,15 @@ class SlipOdometryNode {
       }
     }
     effort_signs_ = signs;
+  }
+
+  /// Says which angles would be found again, as long as the encoders stay switched on.
+  void note_angles() {
+    const std::optional<PhaseSearch>& search = odometry_->search();
+    const std::string angles = search && search->found() ? text_of(search->phases(0)) : "";
+    if (angles != angles_at_zero_ && !angles.empty())
+      ROS_INFO("efforts tell ~angles_at_zero: [%s], sigma [%s]", angles.c_str(), text_of(search->sigma()).c_str());
+    angles_at_zero_ = angles;
   }
 
   void publish(const ros::Time& stamp) {
@@ -176,6 +186,7 @@ class SlipOdometryNode {
     status.add("doubtful", doubts_);
     status.add("signs of efforts (0: unknown)", text_of(effort_signs_));
     status.add("signs of velocities (0: unknown)", text_of(odometry_->rate_signs()));
+    if (odometry_->search()) status.add("angles at zero that efforts tell", angles_at_zero_);
     taken_ = doubts_ = 0;
   }
 
@@ -184,7 +195,8 @@ class SlipOdometryNode {
   std::optional<SlipOdometry> odometry_;
   std::string odom_frame_ = kOdometryFrame, base_frame_ = kBaseFrame;
   Wheels effort_signs_ = Wheels::Zero();
-  std::string doubt_;  // the first since the last report
+  std::string angles_at_zero_;  // empty: not known
+  std::string doubt_;           // the first since the last report
   bool publish_tf_ = false;
   int taken_ = 0, doubts_ = 0;  // since the last report
   ros::Publisher publisher_;

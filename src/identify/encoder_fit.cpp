@@ -13,7 +13,6 @@
 #include "youbot_base_sim/drive/prescribed_wheels.h"
 #include "youbot_base_sim/drive/wheel_odometry.h"
 #include "youbot_base_sim/identify/least_squares.h"
-#include "youbot_base_sim/physics/no_slip_model.h"
 #include "youbot_base_sim/physics/roller_geometry.h"
 #include "youbot_base_sim/simulation.h"
 
@@ -30,9 +29,10 @@ constexpr double kMargin = 0.3;       // s, by which the clock may still change
 constexpr int kUnknownOfRecord = 2;   // offset and stretch of its clock; beside them four angles
 constexpr double kOffsetStep = 2e-3;  // s
 constexpr double kStretchStep = 2e-4;
-constexpr double kAngleStep = 0.04;   // rad
-constexpr int kReplicas = 4;          // where angles are unknown
-constexpr double kPrior = 20;         // steps: sigma of the start's parameters, which records hardly leave as it is
+constexpr double kAngleStep = 0.04;  // rad
+constexpr int kReplicas = 4;         // where angles are unknown
+constexpr double kPrior = 20;        // steps: sigma of the start's parameters, which records hardly leave as it is
+constexpr char kAnglesDrive[] = "drive laterally and in yaw";
 constexpr double kMinScatter = 2e-5;  // m and rad: with less, twins would count rounding
 
 using Poses = std::vector<Eigen::Vector3d>;
@@ -44,32 +44,22 @@ class WheelCubics : public WheelMotion {
   WheelCubics(const std::vector<double>& t, const std::vector<Wheels>& phi, const std::vector<Wheels>& dphi)
       : t_(t), phi_(phi), dphi_(dphi) {}
 
-  Wheels angle(double t) const override {
-    const Piece p = piece(t);
-    return phi_[p.row] + p.s * (p.length * dphi_[p.row] + p.s * (p.quadratic + p.s * p.cubic));
-  }
-  Wheels rate(double t) const override {
-    const Piece p = piece(t);
-    return dphi_[p.row] + p.s / p.length * (2 * p.quadratic + 3 * p.s * p.cubic);
-  }
-  Wheels acceleration(double t) const override {
-    const Piece p = piece(t);
-    return (2 * p.quadratic + 6 * p.s * p.cubic) / (p.length * p.length);
-  }
+  Wheels angle(double t) const override { return piece(t).angle(t); }
+  Wheels rate(double t) const override { return piece(t).rate(t); }
+  Wheels acceleration(double t) const override { return piece(t).acceleration(t); }
 
  private:
-  struct Piece {
-    std::size_t row;
-    double length, s;  // s; share of it that has passed
-    Wheels quadratic, cubic;
-  };
-  Piece piece(double t) const {
+  WheelCubic piece(double t) const {
     const auto next = std::min(std::upper_bound(t_.begin() + 1, t_.end(), t), t_.end() - 1);
     const auto k = static_cast<std::size_t>(next - t_.begin()) - 1;
-    const double length = t_[k + 1] - t_[k];
-    const Wheels moved = phi_[k + 1] - phi_[k];
-    return {k, length, (t - t_[k]) / length, 3 * moved - length * (2 * dphi_[k] + dphi_[k + 1]),
-            length * (dphi_[k] + dphi_[k + 1]) - 2 * moved};
+    WheelCubic piece;
+    piece.start = t_[k];
+    piece.length = t_[k + 1] - t_[k];
+    piece.phi = phi_[k];
+    piece.dphi = dphi_[k];
+    piece.moved = phi_[k + 1] - phi_[k];
+    piece.end_dphi = dphi_[k + 1];
+    return piece;
   }
 
   const std::vector<double>& t_;
@@ -171,7 +161,8 @@ Track track_of(const DriveRecord& record, const ClockMap& clock) {
 // ---- Candidates.
 
 /// Poses at the track's instants of a base with wheels at the readings plus `ahead` (rad).
-Poses follow(Scene scene, const Track& track, const Wheels& ahead, double resolution, const std::atomic<bool>* stop) {
+Poses follow(Scene scene, const Track& track, const Wheels& ahead, bool softly, double resolution,
+             const std::atomic<bool>* stop) {
   const DriveRecord& record = *track.record;
   std::shared_ptr<const WheelMotion> motion;
   if (record.rates_from_angles) {
@@ -179,25 +170,16 @@ Poses follow(Scene scene, const Track& track, const Wheels& ahead, double resolu
   } else {
     motion = std::make_shared<WheelCubics>(record.t, record.phi, record.dphi);
   }
-  const Wheels rates = motion->rate(0);
-  scene.drive = motion;
-  scene.solver.control_period = 0;
   scene.solver.relative_tolerance = 1e-5;
   scene.solver.absolute_tolerance = 1e-8;
-  scene.initial = State();
-  scene.initial.phi() = motion->angle(0) + ahead;
-  const DriverKinematics rolling{scene.robot.R, scene.robot.h + scene.robot.l};
-  scene.initial.values.col(1).head<3>() = rolling.velocity(rates).array();
-  NoSlipModel(scene.robot).constrain(scene.initial);
-  scene.initial.dphi() = rates;
-  Simulation simulation(scene);
-  if (stop) simulation.stop_on(*stop);
+  const std::unique_ptr<Simulation> simulation = replay(scene, motion, ahead, softly);
+  if (stop) simulation->stop_on(*stop);
   Poses poses;
   for (const double t : track.t) {
-    simulation.advance_to(t);
-    const State& x = simulation.state();
+    simulation->advance_to(t);
+    const State& x = simulation->state();
     poses.emplace_back(x.x(), x.y(), x.psi());
-    simulation.take_switches();
+    simulation->take_switches();
   }
   return poses;
 }
@@ -364,7 +346,8 @@ class EncoderComparison {
       const Trial& trial = trials[k];
       const Wheels ahead =
           trial.ahead.empty() ? spread_angles(static_cast<int>(run), trial.scene.robot.rollers) : trial.ahead[r];
-      take(k, r, run, follow(trial.scene, tracks_[r], ahead, settings_.resolution, settings_.workers.stop));
+      take(k, r, run,
+           follow(trial.scene, tracks_[r], ahead, trial.ahead.empty(), settings_.resolution, settings_.workers.stop));
     });
   }
 
@@ -577,11 +560,28 @@ LeastMissed find_least_missed(const EncoderComparison& comparison, const Scene& 
   return best;
 }
 
-/// Puts parameters back to their start, the least missed first, unless held-out rows miss them. Returns where the
-/// others are best.
-Linearized eliminate(const EncoderComparison& comparison, const Scene& start, Trial& trial, EncoderFit& fit) {
+/// Sigmas of all unknowns, in units of steps, while all parameters are free: what is put back to its start later may be
+/// wrong there, and then others are.
+Eigen::VectorXd sigma_of(const EncoderComparison& comparison, const Trial& trial) {
+  const Linearized at = linearized(comparison, trial);
+  const auto free = static_cast<Eigen::Index>(trial.free.size());
+  return comparison.covariance(at.residuals, at.jacobian, free).diagonal().cwiseSqrt();
+}
+
+/// Puts parameters back to their start: those that the rows do not show by these sigmas (steps), then, the least
+/// missed first, those that held-out rows do not miss. Returns where the others are best.
+Linearized eliminate(const EncoderComparison& comparison, const Scene& start, const Eigen::VectorXd& sigma,
+                     Trial& trial, EncoderFit& fit) {
   constexpr double kWorth = 2e-3;  // share of the error that a parameter must take away
   const std::size_t all = trial.free.size();
+  for (std::size_t k = all; k-- > 0;) {
+    const Parameter& p = encoder_parameters()[trial.free[k]];
+    if (sigma[k] < kPrior / 2) continue;
+    fit.unidentifiable.push_back(fmt::format("{}: these drives do not show it (sigma {:.2g} {}); {}", p.name(),
+                                             sigma[k] * p.step, p.unit, p.drive));
+    p.set(trial.scene, p.get(start));
+    trial.free.erase(trial.free.begin() + static_cast<std::ptrdiff_t>(k));
+  }
   while (!trial.free.empty()) {
     const Linearized at = linearized(comparison, trial);
     const LeastMissed least = find_least_missed(comparison, start, trial, at, fit);
@@ -601,14 +601,6 @@ Linearized eliminate(const EncoderComparison& comparison, const Scene& start, Tr
   return at;
 }
 
-/// Sigmas of all unknowns, in units of steps, while all parameters are free: what is put back to its start later may be
-/// wrong there, and then others are.
-Eigen::VectorXd sigma_of(const EncoderComparison& comparison, const Trial& trial) {
-  const Linearized at = linearized(comparison, trial);
-  const auto free = static_cast<Eigen::Index>(trial.free.size());
-  return comparison.covariance(at.residuals, at.jacobian, free).diagonal().cwiseSqrt();
-}
-
 /// Values of clocks and angles; all sigmas.
 void report_numbers(const std::vector<DriveRecord>& records, const Trial& trial, const Eigen::VectorXd& sigma,
                     EncoderFit& fit) {
@@ -619,8 +611,16 @@ void report_numbers(const std::vector<DriveRecord>& records, const Trial& trial,
     const std::size_t from = encoder_parameters().size() + r * trial.of_record();
     EncoderFit::Drive drive{trial.clocks[r], {sigma[from] * kOffsetStep, sigma[from + 1] * kStretchStep}, {}, {}};
     if (!trial.ahead.empty()) {
-      drive.angles_at_zero = trial.ahead[r] - pitch * (trial.ahead[r] / pitch).round();
-      drive.angles_sigma = sigma.segment<kWheels>(from + 2).array() * kAngleStep;
+      const Wheels off = sigma.segment<kWheels>(from + 2).array() * kAngleStep;
+      if ((off < pitch / std::sqrt(12)).all()) {  // of any angle within a roller
+        drive.angles_at_zero = trial.ahead[r] - pitch * (trial.ahead[r] / pitch).round();
+        drive.angles_sigma = off;
+      } else {
+        fit.unidentifiable.push_back(
+            fmt::format("{}: which rollers touch the floor where the encoders read zero (sigma "
+                        "{:.2g} rad); {}",
+                        records[r].name, off.maxCoeff(), kAnglesDrive));
+      }
     }
     fit.drives.push_back(drive);
   }
@@ -654,7 +654,7 @@ EncoderFit fit_encoders(const Scene& start, const std::vector<DriveRecord>& reco
   minimize(comparison, start, trial);
   settings.progress(0.7);
   const Eigen::VectorXd sigma = sigma_of(comparison, trial);
-  const Linearized at = eliminate(comparison, start, trial, fit);
+  const Linearized at = eliminate(comparison, start, sigma, trial, fit);
   report_numbers(records, trial, sigma, fit);
   const auto error = [&](const Eigen::VectorXd& off) { return comparison.held_out_error(comparison.scaled(off)); };
   fit.scene = trial.scene;

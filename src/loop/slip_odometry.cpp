@@ -7,7 +7,6 @@
 #include <stdexcept>
 
 #include "youbot_base_sim/drive/prescribed_wheels.h"
-#include "youbot_base_sim/physics/no_slip_model.h"
 #include "youbot_base_sim/physics/roller_geometry.h"
 
 namespace youbot_base_sim {
@@ -50,63 +49,25 @@ Eigen::Matrix3d spread(const Eigen::Matrix3Xd& values) {
 
 }  // namespace
 
-/// The wheels between two readings: cubics from where they are to where they were read.
-class SlipOdometry::Segment : public WheelMotion {
- public:
-  /// Turns the wheels of x at time t (s) by `moved` (rad) to rates of `end_dphi` (rad/s) after `length` (s).
-  void follow(double t, double length, const State& x, const Wheels& moved, const Wheels& end_dphi) {
-    start_ = t;
-    length_ = length;
-    phi_ = x.phi();
-    dphi_ = x.dphi();
-    moved_ = moved;
-    end_dphi_ = end_dphi;
-  }
-
-  Wheels angle(double t) const override {
-    const double s = (t - start_) / length_;
-    return phi_ + s * (length_ * dphi_ + s * (quadratic() + s * cubic()));
-  }
-  Wheels rate(double t) const override {
-    const double s = (t - start_) / length_;
-    return dphi_ + s / length_ * (2 * quadratic() + 3 * s * cubic());
-  }
-  Wheels acceleration(double t) const override {
-    const double s = (t - start_) / length_;
-    return (2 * quadratic() + 6 * s * cubic()) / (length_ * length_);
-  }
-
- private:
-  Wheels quadratic() const { return 3 * moved_ - length_ * (2 * dphi_ + end_dphi_); }
-  Wheels cubic() const { return length_ * (dphi_ + end_dphi_) - 2 * moved_; }
-
-  double start_ = 0, length_ = 1;  // s
-  Wheels phi_ = Wheels::Zero(), dphi_ = Wheels::Zero(), moved_ = Wheels::Zero(), end_dphi_ = Wheels::Zero();
-};
-
 /// One simulation of the base, whose wheels stand at encoders' readings plus `phase`.
 class SlipOdometry::Replica {
  public:
-  Replica(const Scene& scene, const Wheels& phase)
-      : scene_(scene), phase_(phase), segment_(std::make_shared<Segment>()) {
-    scene_.drive = std::shared_ptr<const WheelMotion>(segment_);
-    scene_.solver.control_period = 0;
-    scene_.load_schedule = {};
-  }
+  Replica(const Scene& scene, const Wheels& phase, bool softly) : scene_(scene), phase_(phase), softly_(softly) {}
 
   bool runs() const { return simulation_ != nullptr; }
   void stop() { simulation_.reset(); }
+  void set_phase(const Wheels& phase) {
+    stop();
+    phase_ = phase;
+  }
 
   /// Begins where encoders read `phi` (rad), with wheels and base that roll at the rates `dphi` (rad/s).
   void begin(const Wheels& phi, const Wheels& dphi) {
-    scene_.initial = State();
-    scene_.initial.phi() = phi + phase_;
-    const DriverKinematics rolling{scene_.robot.R, scene_.robot.h + scene_.robot.l};
-    scene_.initial.values.col(1).head<3>() = rolling.velocity(dphi).array();
-    NoSlipModel(scene_.robot).constrain(scene_.initial);
-    scene_.initial.dphi() = dphi;
-    segment_->follow(0, 1, scene_.initial, dphi, dphi);
-    simulation_ = std::make_unique<Simulation>(scene_);
+    *cubic_ = {};
+    cubic_->phi = phi;
+    cubic_->dphi = cubic_->moved = cubic_->end_dphi = dphi;
+    simulation_ = replay(scene_, cubic_, phase_, softly_);
+    cubic_->moved.setZero();
   }
 
   /// Turns the wheels by `moved` (rad) to rates of `end_dphi` (rad/s) within `length` (s). Returns how far the base
@@ -114,7 +75,12 @@ class SlipOdometry::Replica {
   Eigen::Vector3d follow(const Wheels& moved, const Wheels& end_dphi, double length) {
     const Eigen::Vector3d before = pose_of(simulation_->state());
     const double from = simulation_->time();
-    segment_->follow(from, length, simulation_->state(), moved, end_dphi);
+    cubic_->phi += cubic_->moved;
+    cubic_->dphi = cubic_->end_dphi;
+    cubic_->start = from;
+    cubic_->length = length;
+    cubic_->moved = moved;
+    cubic_->end_dphi = end_dphi;
     simulation_->advance_to(from + length);
     if (!simulation_->state().values.allFinite()) throw std::domain_error("the state is not finite");
     simulation_->take_switches();
@@ -133,23 +99,38 @@ class SlipOdometry::Replica {
   void reset() { pose_.setZero(); }
 
  private:
-  Scene scene_;
+  const Scene& scene_;
   Wheels phase_;
-  std::shared_ptr<Segment> segment_;
+  bool softly_;
+  std::shared_ptr<WheelCubic> cubic_ = std::make_shared<WheelCubic>();
   std::unique_ptr<Simulation> simulation_;  // null until it begins
   Eigen::Vector3d pose_ = Eigen::Vector3d::Zero();
 };
 
 SlipOdometry::SlipOdometry(const Scene& scene, const Settings& settings)
-    : settings_(settings),
+    : scene_(scene),
+      settings_(settings),
       kinematics_{scene.robot.R, scene.robot.h + scene.robot.l},
       uncertainty_(kinematics_, Wheels::Zero(), settings.wheel_error) {
   if (!slips(scene.model)) throw std::invalid_argument("model no_slip has no slip: plain odometry is the same");
-  const int count = settings.angles_at_zero || scene.robot.averaged_contacts ? 1 : std::max(1, settings.replicas);
-  for (int k = 0; k < count; ++k) {
-    const Wheels phase = settings.angles_at_zero.value_or(spread_angles(k, scene.robot.rollers));
-    replicas_.push_back(std::make_unique<Replica>(scene, phase));
+}
+
+/// Of known phases one, of those that efforts may tell the candidates; of others some, whose wheels follow softly.
+void SlipOdometry::make_replicas(bool known, bool efforts) {
+  const int rollers = scene_.robot.rollers;
+  if (efforts) search_.emplace(rollers);
+  replicas_.clear();
+  simulated_ = known ? 1 : efforts ? PhaseSearch::kCandidates : std::max(1, settings_.replicas);
+  for (int k = 0; k < simulated_; ++k) {
+    const Wheels phase = efforts ? search_->phases(k) : settings_.angles_at_zero.value_or(spread_angles(k, rollers));
+    replicas_.push_back(std::make_unique<Replica>(scene_, phase, !known && !efforts));
   }
+}
+
+/// Begins replicas anew where the search has them now: one, once the phases are found.
+void SlipOdometry::set_phases() {
+  simulated_ = search_->found() ? 1 : PhaseSearch::kCandidates;
+  for (int k = 0; k < PhaseSearch::kCandidates; ++k) replicas_[k]->set_phase(search_->phases(k));
 }
 
 SlipOdometry::~SlipOdometry() = default;
@@ -197,7 +178,14 @@ Wheels SlipOdometry::checked(const Wheels& moved, double dt) {
     if (jumped[i]) names += fmt::format("{}{} by {:.3g} rad", names.empty() ? "" : ", ", kWheelNames[i], moved[i]);
   }
   doubt("an encoder has jumped: " + names, fastest(rate), dt);
-  return jumped.select(rate * dt, moved);
+  const Wheels corrected = jumped.select(rate * dt, moved);
+  if (search_) {  // for what it reads zero now
+    followed_ += moved - corrected;
+    uncertainty_.carry(moved - corrected);
+    search_.emplace(scene_.robot.rollers);
+    set_phases();
+  }
+  return corrected;
 }
 
 /// What lies between two readings. Over a gap the wheels turn faster, but no faster than they can.
@@ -228,33 +216,36 @@ Wheels SlipOdometry::rate_signs() const {
 
 /// Follows the wheels through an interval, with these rates at its end.
 void SlipOdometry::simulate(const Interval& interval, const Wheels& end_rate) {
-  for (const auto& replica : replicas_) {
-    if (!replica->runs()) replica->begin(followed_, interval.rate);
-  }
+  const bool known = settings_.angles_at_zero || scene_.robot.averaged_contacts;
+  const bool efforts = !known && interval.torque && (*interval.torque != 0).any();
+  if (replicas_.empty() || (efforts && !search_)) make_replicas(known, efforts);
   const Eigen::Vector3d displacement = mean_displacement(interval, end_rate);
   pose_ = moved_on(pose_, displacement);
   slip_ = (displacement - kinematics_.velocity(interval.moved)) / interval.length;
   followed_ += interval.moved;
-  if (interval.torque) check_torque(interval);
+  if (interval.torque) take_torque(*interval.torque, interval);
 }
 
-/// Of all replicas. One whose motion ends, and all after a way too long to simulate, go as wheels roll.
+/// Of simulated replicas. One whose motion ends, and all after a way too long to simulate, go as wheels roll.
 Eigen::Vector3d SlipOdometry::mean_displacement(const Interval& interval, const Wheels& end_rate) {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (const auto& replica : replicas_) {
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (int k = 0; k < simulated_; ++k) {
+    Replica& replica = *replicas_[k];
     Eigen::Vector3d displacement = kinematics_.velocity(interval.moved);
     try {
+      if (!replica.runs()) replica.begin(followed_, interval.rate);
       if (interval.length > kMaxSimulated)
         throw std::domain_error("the wheels have turned too far since the last reading");
-      displacement = replica->follow(interval.moved, end_rate, interval.length);
+      displacement = replica.follow(interval.moved, end_rate, interval.length);
     } catch (const std::domain_error& error) {
-      replica->stop();
+      replica.stop();
       doubt(fmt::format("the simulation begins anew: {}", error.what()), fastest(interval.rate), interval.length);
     }
-    replica->move(displacement);
-    sum += displacement;
+    replica.move(displacement);
+    mean += displacement / simulated_;
   }
-  return sum / static_cast<double>(replicas_.size());
+  for (std::size_t k = simulated_; k < replicas_.size(); ++k) replicas_[k]->move(mean);
+  return mean;
 }
 
 /// Four wheels have one rate more than the base has velocities.
@@ -278,13 +269,24 @@ void SlipOdometry::learn_effort_signs(const Wheels& torque, const Wheels& expect
   }
 }
 
-void SlipOdometry::check_torque(const Interval& interval) {
-  if (!std::isfinite(settings_.max_effort_error)) return;
+void SlipOdometry::take_torque(const Wheels& torque, const Interval& interval) {
+  PhaseSearch::Torques torques;
   Wheels expected = Wheels::Zero();
-  for (const auto& replica : replicas_) expected += replica->torque() / static_cast<double>(replicas_.size());
-  learn_effort_signs(*interval.torque, expected, interval.length);
+  for (int k = 0; k < simulated_; ++k) {
+    const Wheels of_replica = replicas_[k]->torque();
+    expected += of_replica / simulated_;
+    if (search_) torques[k] = of_replica;
+  }
+  learn_effort_signs(torque, expected, interval.length);
+  check_torque(effort_sign_ * torque, expected, interval);
+  if (!search_ || search_->found() || (effort_sign_ == 0).any() || (interval.rate == 0).all()) return;
+  if (search_->update(effort_sign_ * torque, torques, interval.length)) set_phases();
+}
+
+void SlipOdometry::check_torque(const Wheels& torque, const Wheels& expected, const Interval& interval) {
+  if (!std::isfinite(settings_.max_effort_error)) return;
   // Of the mean: at roller switches and jerks of the encoders single torques differ by more.
-  const Wheels off = (effort_sign_ == 0).select(0, effort_sign_ * *interval.torque - expected);
+  const Wheels off = (effort_sign_ == 0).select(0, torque - expected);
   effort_error_ += std::min(1.0, interval.length / kMemory) * (off - effort_error_);
   const double error = 0.25 * sum(effort_error_.abs());
   if (error <= settings_.max_effort_error) return;
@@ -322,24 +324,22 @@ Eigen::Vector3d SlipOdometry::velocity() const {
 }
 
 Eigen::Matrix3d SlipOdometry::pose_covariance() const {
-  return uncertainty_.pose_covariance() + spread(values(&Replica::pose)) + of_speeds(doubtful_variance_);
+  return uncertainty_.pose_covariance() + spread(values(&Replica::pose, true)) + of_speeds(doubtful_variance_);
 }
 
 Eigen::Matrix3d SlipOdometry::velocity_covariance() const {
   const Wheels rate = latest_ ? latest_->rate : Wheels(Wheels::Zero());
-  return uncertainty_.velocity_covariance(rate) + spread(values(&Replica::velocity)) +
+  return uncertainty_.velocity_covariance(rate) + spread(values(&Replica::velocity, false)) +
          of_speeds(doubtful_speed_ * doubtful_speed_);
 }
 
 /// Of the rims, m/s.
 double SlipOdometry::fastest(const Wheels& rate) const { return kinematics_.wheel_radius * rate.abs().maxCoeff(); }
 
-/// A column for each replica.
-Eigen::Matrix3Xd SlipOdometry::values(Eigen::Vector3d (Replica::*value)() const) const {
-  Eigen::Matrix3Xd values(3, replicas_.size());
-  for (std::size_t k = 0; k < replicas_.size(); ++k) {
-    values.col(static_cast<Eigen::Index>(k)) = (replicas_[k].get()->*value)();
-  }
+/// A column for each replica that is simulated or, of `all`, was.
+Eigen::Matrix3Xd SlipOdometry::values(Eigen::Vector3d (Replica::*value)() const, bool all) const {
+  Eigen::Matrix3Xd values(3, all ? static_cast<int>(replicas_.size()) : simulated_);
+  for (int k = 0; k < values.cols(); ++k) values.col(k) = (replicas_[k].get()->*value)();
   return values;
 }
 

@@ -89,6 +89,23 @@ TEST(EncoderTwinTest, WithoutAnglesFitsTheMean) {
   EXPECT_NEAR(fit.scene.robot.R, 0.0508, 3e-4);
 }
 
+// Wheels that roll forward tell their radius alone: neither rollers, nor the track, nor where rollers stood.
+TEST(EncoderTwinTest, ForwardMotionNamesWhatItDoesNotTell) {
+  std::vector<Command> forward = {{0.5, {0, 0, 0}}};
+  for (const double speed : {0.3, -0.2, 0.35, -0.3, 0.15, -0.35, 0.25, -0.1}) forward.push_back({2.9, {speed, 0, 0}});
+  const EncoderFit fit = fit_encoders(measured_base(), {record_of(twin_of(3), forward)});
+  EXPECT_NEAR(fit.scene.robot.R, 0.0508, 1e-4);
+  EXPECT_FALSE(fit.drives.front().angles_at_zero);
+  std::string named;
+  for (const std::string& line : fit.unidentifiable) named += line + "\n";
+  for (const char* name : {"robot.half_track: ", "robot.roller_dry_friction: ", "robot.com_X: ", "robot.com_Y: ",
+                           "floor.spin_radius: ", "twin: which rollers touch the floor where the encoders read zero"}) {
+    EXPECT_NE(named.find(name), std::string::npos) << name << named;
+  }
+  EXPECT_EQ(fit.scene.robot.l, measured_base().robot.l);
+  EXPECT_EQ(fit.scene.robot.roller_dry_friction[0], measured_base().robot.roller_dry_friction[0]);
+}
+
 /// The message with which a record is refused.
 std::string refusal(DriveRecord record) {
   try {

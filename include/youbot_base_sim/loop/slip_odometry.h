@@ -8,6 +8,7 @@
 
 #include "youbot_base_sim/drive/wheel_odometry.h"
 #include "youbot_base_sim/export.h"
+#include "youbot_base_sim/loop/phase_search.h"
 #include "youbot_base_sim/simulation.h"
 
 namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
@@ -17,7 +18,8 @@ namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 ///
 /// Encoders count from where the wheels stood when they were switched on, so which rollers touch the floor is unknown
 /// unless `angles_at_zero` says it. Then several replicas of the base, their rollers spread evenly, are simulated: the
-/// base moves by their mean, and their spread tells how far that may be off.
+/// base moves by their mean, and their spread tells how far that may be off. Where the torques of the drives are known,
+/// they tell within a minute of driving in all directions which rollers do: from then on one replica is simulated.
 class SlipOdometry {
  public:
   struct Settings {
@@ -60,11 +62,13 @@ class SlipOdometry {
   /// is reversed, 0 where they are neither, or that is not yet known: there they do not count.
   Wheels rate_signs() const;
 
+  /// How far the torques have told which rollers touch the floor; empty where that is known or there are none.
+  const std::optional<PhaseSearch>& search() const { return search_; }
+
   /// Why the last reading does not tell where the base is, in one line; empty if it does.
   const std::string& doubt() const { return doubt_; }
 
  private:
-  class Segment;
   class Replica;
   struct Reading {
     double t;    ///< s
@@ -89,15 +93,21 @@ class SlipOdometry {
   Eigen::Vector3d latest_displacement() const;
   void check_wheels();
   void learn_effort_signs(const Wheels& torque, const Wheels& expected, double dt);
-  void check_torque(const Interval& interval);
+  void make_replicas(bool known, bool efforts);
+  void set_phases();
+  void take_torque(const Wheels& torque, const Interval& interval);
+  void check_torque(const Wheels& torque, const Wheels& expected, const Interval& interval);
   void doubt(const std::string& reason, double speed, double dt);
   double fastest(const Wheels& rate) const;
-  Eigen::Matrix3Xd values(Eigen::Vector3d (Replica::*value)() const) const;
+  Eigen::Matrix3Xd values(Eigen::Vector3d (Replica::*value)() const, bool all) const;
   Eigen::Matrix3d of_speeds(double variance) const;
 
+  Scene scene_;
   Settings settings_;
   DriverKinematics kinematics_;
+  std::optional<PhaseSearch> search_;  // where phases are unknown and there are efforts
   std::vector<std::unique_ptr<Replica>> replicas_;
+  int simulated_ = 0;          // the first of them; the others move with them, as far off as they are
   WheelOdometry uncertainty_;  // of the same wheels: only its covariances count
   std::optional<Reading> last_;
   std::optional<Interval> latest_;                  // before it; the next reading shows how it ended
