@@ -179,10 +179,10 @@ class Simulation {
   std::vector<StateChange> state_changes_;
 };
 
-/// A base whose wheels turn as `motion` says, from its time 0 on, at the angles of `motion` plus `ahead` (rad). At first
-/// it moves as they roll. With `softly` they are drawn to these angles as if by motors of a velocity loop. Measured
-/// angles hold the ripple of the rollers that touched the floor: prescribed to others, wheels would work against each
-/// other, and slip.
+/// A base whose wheels turn as `motion` says, from its time 0 on, at the angles of `motion` plus `ahead` (rad). At
+/// first it moves as they roll. With `softly` they are drawn to these angles as if by motors of a velocity loop.
+/// Measured angles hold the ripple of the rollers that touched the floor: prescribed to others, wheels would work
+/// against each other, and slip.
 std::unique_ptr<Simulation> replay(Scene scene, std::shared_ptr<const WheelMotion> motion, const Wheels& ahead,
                                    bool softly);
 

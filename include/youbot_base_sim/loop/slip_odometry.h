@@ -19,7 +19,7 @@ namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 /// Encoders count from where the wheels stood when they were switched on, so which rollers touch the floor is unknown
 /// unless `angles_at_zero` says it. Then several replicas of the base, their rollers spread evenly, are simulated: the
 /// base moves by their mean, and their spread tells how far that may be off. Where the torques of the drives are known,
-/// they tell within a minute of driving in all directions which rollers do: from then on one replica is simulated.
+/// they show within a minute or two of driving in all directions which rollers do: from then on one is simulated.
 class SlipOdometry {
  public:
   struct Settings {
@@ -62,7 +62,7 @@ class SlipOdometry {
   /// is reversed, 0 where they are neither, or that is not yet known: there they do not count.
   Wheels rate_signs() const;
 
-  /// How far the torques have told which rollers touch the floor; empty where that is known or there are none.
+  /// What the torques have shown of which rollers touch the floor; empty where that is known or there are none.
   const std::optional<PhaseSearch>& search() const { return search_; }
 
   /// Why the last reading does not tell where the base is, in one line; empty if it does.
