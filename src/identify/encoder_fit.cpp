@@ -119,14 +119,19 @@ Rolling rolling_at(const DriveRecord& record, const Poses& rolled, double arm, c
 /// The clock at which the wheels explain ground truth best: near the bag's own, unless that explains little.
 ClockMap search_clock(const DriveRecord& record, const RobotParameters& robot) {
   constexpr double kMaxOffset = 1.5, kStep = 0.05, kMaxStretch = 0.15, kExplained = 0.05;  // s
+  constexpr double kRounding = 1e-9;                                                       // of a step
   const Poses rolled = rolled_poses(record, robot);
   const double arm = robot.h + robot.l;
   const int all = rolling_at(record, rolled, arm, {}).windows;
   ClockMap best;
   double least = HUGE_VAL;
   const auto search = [&](double max_stretch, double step) {
-    for (double stretch = -max_stretch; stretch <= max_stretch + 1e-12; stretch += step) {
-      for (double offset = -kMaxOffset; offset <= kMaxOffset; offset += kStep) {
+    const int stretches = static_cast<int>(2 * max_stretch / step + kRounding);
+    const int offsets = static_cast<int>(2 * kMaxOffset / kStep + kRounding);
+    for (int i = 0; i <= stretches; ++i) {
+      const double stretch = i * step - max_stretch;
+      for (int j = 0; j <= offsets; ++j) {
+        const double offset = j * kStep - kMaxOffset;
         const Rolling rolling = rolling_at(record, rolled, arm, {offset, stretch});
         if (2 * rolling.windows < all || rolling.unexplained() >= least) continue;
         least = rolling.unexplained();
@@ -151,7 +156,8 @@ Track track_of(const DriveRecord& record, const ClockMap& clock) {
     return record.is_tracked(clock(t)) && record.is_tracked(clock(t) - kMargin) &&
            record.is_tracked(clock(t) + kMargin) && !record.is_excluded(t);
   };
-  for (double t = 0; t < record.duration(); t += kWindow) {
+  for (int i = 0; i * kWindow < record.duration(); ++i) {
+    const double t = i * kWindow;
     if (is_measured(t) && is_measured(t - kWindow)) track.windows.emplace_back(track.t.size() - 1, track.t.size());
     track.t.push_back(t);
   }

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <ros/node_handle.h>
+
 #include <string>
 
 #include "youbot_base_sim/loop/base_loop.h"
