@@ -52,10 +52,10 @@ class EventLocatingStepper : public ControlledStepperTypes {
     start_t_ = t;
     t = last_try_.length == bound ? t + bound : t + last_try_.length + residual_dt_;
     x = last_try_.end;
-    if (residual_dt_ != 0) x.values += residual_dt_ * secant();
+    if (residual_dt_ != 0) extrapolate(x);
     starts_elsewhere_ = false;
     ++record_->statistics.steps;
-    if (restarting_) dt_after_switch_ = std::max(kFirstStep, 0.5 * dt_);
+    if (restarting_) dt_after_switch_ = std::max(kFirstStep, dt_);
     restarting_ = false;
     unfinished_ = true;
     if (finishes) finish(system, x, t);
@@ -184,6 +184,7 @@ class EventLocatingStepper : public ControlledStepperTypes {
     Crossing crossing = first();
     if (!crossing) return;
     double low = 0, high = last_try_.length, length = crossing.dt;
+    if constexpr (!Event::kEndsPast) length = by_interpolation(event, system, crossing);
     Try past_event = last_try_;
     residual_dt_ = 0;
     for (int tries = 0; tries < Event::kMaxTries; ++tries) {
@@ -221,16 +222,44 @@ class EventLocatingStepper : public ControlledStepperTypes {
     if (Event::kEndsPast && !try_length(system, start, t, high)) last_try_ = past_event;
   }
 
+  // When the event happens by the states that the method knows within the last try: a try of that length usually is
+  // the last one. By Newton's method.
+  template <class Event>
+  double by_interpolation(const Event& event, const System& system, const Crossing& crossing) const {
+    State x;
+    double length = crossing.dt;
+    for (int iteration = 0; iteration < 2; ++iteration) {
+      const double share = length / last_try_.length;
+      if (!(share > 0 && share < 1) || !stepper_->interpolates()) return crossing.dt;
+      stepper_->state_within(share, x);
+      const Witness witness = event.witness(system, x, 0, crossing.condition);
+      if (!(witness.speed > 0)) return crossing.dt;
+      length -= witness.past / witness.speed;
+    }
+    return length;
+  }
+
+  // Moves the end x of the last try by residual_dt_.
+  void extrapolate(State& x) const {
+    if (stepper_->interpolates()) {
+      stepper_->state_within(1 + residual_dt_ / last_try_.length, x);
+    } else {
+      x.values += residual_dt_ * secant();
+    }
+  }
+
   // Slope of the state at the end of the step, by the last two tries.
   State::Values secant() const {
     return (last_try_.end.values - try_before_.end.values) / (last_try_.length - try_before_.length);
   }
 
-  // Whether the end of the step, residual_dt_ (s) off an edge, may be moved there to first order: the secant's slope is
-  // that of the middle between the two tries. All wheels must stay within their edges but the one that reaches its own.
+  // Whether the end of the step, residual_dt_ (s) off an edge, may be moved there to first order: at its own slope, or
+  // at the secant's, which is that of the middle between the two tries. All wheels must stay within their edges but the
+  // one that reaches its own.
   bool can_extrapolate(const ContactModes& modes, int wheel, double resolution) const {
     const Wheels phi = last_try_.end.phi() + residual_dt_ * last_try_.end.dphi();
-    const double off = std::abs(residual_dt_) + std::abs(last_try_.length - try_before_.length);
+    double off = std::abs(residual_dt_);
+    if (!stepper_->interpolates()) off += std::abs(last_try_.length - try_before_.length);
     const double acceleration = secant().col(3).abs().maxCoeff();
     if (!(std::abs(residual_dt_) < kFirstOrder * last_try_.length &&
           std::abs(residual_dt_) * off * acceleration < resolution)) {

@@ -99,6 +99,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     control_ = StepSizeController();
     known_ = Known::kNothing;
     rate_ = kFirstRate;
+    curvature_ = kFirstCurvature;
     end_contact_ids_.setConstant(-1);  // none
   }
 
@@ -120,12 +121,11 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   static constexpr double kRounding = 3e-16, kReactingRounding = 1e-12;
   static constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
   static constexpr double kShrinkage = 0.3;  // of a step after iterations that failed
-  // The Jacobian is evaluated again after a first correction of more tolerances, or where corrections shrink by less.
-  static constexpr double kRefactorizeCorrection = 3000;
-  static constexpr double kRefactorizeRate = 0.1;
   // The smallest rate of convergence that the next step's first correction is expected to have, judging by this step
   static constexpr double kMinRate = 0.03;
   static constexpr double kFirstRate = 0.1;
+  // Of a correction over the square of the one before it, in convergence tolerances: the largest one of late counts.
+  static constexpr double kFirstCurvature = 1, kForgetting = 0.8, kCurvatureMargin = 10;
   // How many times stiffer than elsewhere in the step a contact is at its end when its friction turns there
   static constexpr double kTransientStiffnessRatio = 4;
   // Continuation: the slip speed at which it begins, m/s, and the ratio of one to the next.
@@ -159,10 +159,40 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     start_ = x.velocities();
     const Wheels M = t == end_t_ ? torque_[2] : system.torque().value(t);
     start_pose_ = system.pose(x);
-    if (system.model().inertia().J_2 == 0 && !unchanged.all()) {
-      start_.dgamma = system.massless_roller_rates(start_, x.phi(), start_pose_, M, system.modes().shared());
+    if (known_ == Known::kStepBefore && t == end_t_ && !system.modes().mixed()) {
+      start_forces_ = forces_at_end(system);
+      start_friction_ = end_friction_;
+    } else {
+      evaluate_start(system, M, unchanged);
     }
-    Contacts contacts = system.contacts(start_, x.phi(), start_pose_, M);
+    error_scale_ = allowed_errors();
+    set_convergence_tolerance(system);
+  }
+
+  // The errors that count as 1. A roller counts a third of what it does for other methods, since this one damps its
+  // errors too. A wheel is judged as if it turned at 6 rad/s or more for each m/s of the platform, a third of what
+  // rolls: one that is held or reverses needs no better.
+  Velocities allowed_errors() const {
+    constexpr double kRollerScale = 3, kWheelRate = 6;
+    Velocities scale = error_scale(tolerance_, start_);
+    scale.dphi = scale.dphi.max(tolerance_.absolute + kWheelRate * (scale.v - tolerance_.absolute));
+    scale.dgamma *= kRollerScale;
+    return scale;
+  }
+
+  // Forces at the end of the last step, by the equation of its last stage.
+  Velocities forces_at_end(const SlipSystem<Model>& system) const {
+    return system.model().inertia() *
+           (D_[2][0] * (stages_[0] - before_) + D_[2][1] * (stages_[1] - before_) + D_[2][2] * (stages_[2] - before_));
+  }
+
+  // Forces and friction at the start under the torques M; contacts that are `unchanged` have the friction of the last
+  // step's end.
+  void evaluate_start(const SlipSystem<Model>& system, const Wheels& M, const WheelMask& unchanged) {
+    if (system.model().inertia().J_2 == 0 && !unchanged.all()) {
+      start_.dgamma = system.massless_roller_rates(start_, x_.phi(), start_pose_, M, system.modes().shared());
+    }
+    Contacts contacts = system.contacts(start_, x_.phi(), start_pose_, M);
     system.count_evaluations(1);
     // The converged friction: recomputed from the slip, its O(nu) error would become an O(1) error of the force.
     if (unchanged.any()) {
@@ -170,8 +200,6 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     }
     start_forces_ = system.model().forces(start_, contacts, M);
     start_friction_ = system.model().friction(contacts);
-    error_scale_ = error_scale(tolerance_, start_);
-    set_convergence_tolerance(system);
   }
 
   // At most a fraction of the regularization speed, however large the tolerance. Prescribed wheels do work against
@@ -342,20 +370,27 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   }
 
   // The collocation polynomial of the step that is known, at the stages of one of length dt.
-  void predict(const SlipSystem<Model>& system, double dt) {
+  [[gnu::flatten, gnu::noinline]] void predict(const SlipSystem<Model>& system, double dt) {
     using T = RadauTableau;
+    const bool is_next = known_ == Known::kStepBefore;
     const StageVelocities known = stages_;
     const std::array<Friction, 3> known_friction = friction_;
-    const Velocities& start = known_ == Known::kStepBefore ? before_ : start_;
-    const Friction& start_friction = known_ == Known::kStepBefore ? friction_before_ : start_friction_;
+    const Velocities& start = is_next ? before_ : start_;
+    const Friction& start_friction = is_next ? friction_before_ : start_friction_;
     for (int j = 0; j < 3; ++j) {
-      const double s = (known_ == Known::kStepBefore ? 1 : 0) + T::c[j] * dt / dt_;
+      const double s = (is_next ? 1 : 0) + T::c[j] * dt / dt_;
       const auto [w_0, w_1, w_2, w_3] = lagrange_weights(s);
       stages_[j] = w_0 * start + w_1 * known[0] + w_2 * known[1] + w_3 * known[2];
       friction_[j] = system.model().bounded(
           w_0 * start_friction + w_1 * known_friction[0] + w_2 * known_friction[1] + w_3 * known_friction[2],
           evaluated_->contacts[j]);
     }
+    // Where contacts grip, the slip follows from the force: small errors of the rates would be large ones of friction.
+    // Not within the polynomial's own step, nor where its errors, some tolerances, are small against nu.
+    constexpr double kSmall = 1e-3;
+    if (!is_next || error_scale_.v[0] < kSmall * system.model().regularization_speed()) return;
+    const Wheels phi[3] = {phi_at(0, dt), phi_at(1, dt), phi_at(2, dt)};
+    for (int j = 0; j < 3; ++j) system.follow_friction(friction_[j], (*evaluated_)[j], phi[j], stages_[j]);
   }
 
   // Newton's iterations for the stages, from what `stages_` and `friction_` hold.
@@ -369,6 +404,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     }
     StageVelocities left;
     double length = 1, last = 0, rate = rate_;
+    bool exact = true;  // whether the matrix is that of where the last correction began
     for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
       ++statistics_->newton_iterations;
       evaluated_ = other(evaluations_, from_.evaluated);
@@ -385,7 +421,10 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
           continue;
         }
         rate = size / last;
-        if (iteration == 1 ? last > kRefactorizeCorrection : rate > kRefactorizeRate) {
+        if (exact) curvature_ = std::max(rate / last, kForgetting * curvature_);
+        // With a matrix that is no longer exact, corrections shrink about twice as slowly as the first one did.
+        exact = !leaves_little(size, exact ? 2 * rate : rate);
+        if (exact) {
           factorize(system);
           size = correction(system, left, change);
         }
@@ -398,13 +437,22 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
       length = 1;
       last = size;
       move(system, length);
-      if (rate < 1 && size * rate / (1 - rate) < 1) {
+      // With an exact matrix the next correction is about the curvature times the square of this one.
+      if (exact && !system.reacts() && kCurvatureMargin * curvature_ * size * size < 1) {
+        evaluated_ = other(contacts_, from_.contacts);
+        residual(system, dt, left);  // for the forces, whose work the energy balance has
+        return true;
+      }
+      if (leaves_little(size, rate)) {
         rate_ = std::min(std::max(rate, kMinRate), 0.5);
         return true;
       }
     }
     return false;
   }
+
+  // Whether all corrections after one of this size, at this rate, sum up to less than the convergence tolerance.
+  static bool leaves_little(double size, double rate) { return rate < 1 && size * rate < 1 - rate; }
 
   // Moves the stages by a part of the last correction.
   [[gnu::flatten, gnu::noinline]] void move(const SlipSystem<Model>& system, double length) {
@@ -486,7 +534,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   // The step that is known: its stages, and the start of the step before it.
   Known known_ = Known::kNothing;
   double dt_ = 0;
-  double rate_ = kFirstRate;
+  double rate_ = kFirstRate, curvature_ = kFirstCurvature;
   Velocities before_;
   Friction friction_before_;
   Friction end_friction_;

@@ -21,8 +21,8 @@ ContactVector<D> operator+(const ContactVector<D>& a, const ContactVector<D>& b)
   for (int k = 0; k < D; ++k) sum[k] = a[k] + b[k];
   return sum;
 }
-template <int D>
-ContactVector<D> operator*(double factor, const ContactVector<D>& a) {
+template <class Factor, int D>
+ContactVector<D> operator*(const Factor& factor, const ContactVector<D>& a) {
   ContactVector<D> product;
   for (int k = 0; k < D; ++k) product[k] = factor * a[k];
   return product;
@@ -122,12 +122,19 @@ class ContactFriction {
 
   /// F, shortened to the largest friction under the limit f N.
   Vector bounded(const Vector& F, const Wheels& limit) const {
-    Wheels squares = F[0].square();
-    for (int k = 1; k < D; ++k) squares += F[k].square();
-    const Wheels scale = (law_.largest(limit) * squares.max(1e-300).sqrt().inverse()).min(1);
-    Vector shortened;
-    for (int k = 0; k < D; ++k) shortened[k] = scale * F[k];
-    return shortened;
+    const Wheels scale = (law_.largest(limit) * square(F).max(1e-300).sqrt().inverse()).min(1);
+    return scale * F;
+  }
+
+  /// The slip at which friction is F, N, if that is less than the largest friction under the limit f N.
+  Vector slip(const Vector& F, const Wheels& limit) const {
+    const Wheels per_force = -nu_ * (law_.largest(limit).square() - square(F)).max(1e-300).sqrt().inverse();
+    return per_force * F;
+  }
+
+  /// Where F is less than `share` of the largest friction under the limit f N.
+  WheelMask grips(const Vector& F, const Wheels& limit, double share) const {
+    return square(F) < (share * law_.largest(limit)).square();
   }
 
   /// The regularization speed nu, m/s; infinite for a law that does not saturate, on which setting it has no effect.
@@ -138,6 +145,12 @@ class ContactFriction {
   }
 
  private:
+  static Wheels square(const Vector& F) {
+    Wheels squares = F[0].square();
+    for (int k = 1; k < D; ++k) squares += F[k].square();
+    return squares;
+  }
+
   Law law_;
   double nu_, nu_squared_;
 };
