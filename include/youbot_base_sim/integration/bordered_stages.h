@@ -39,6 +39,14 @@ class BorderedStages {
                  const std::array<PlatformMatrix, s>& C) {
     set_wheels(D, inertia, G);
     decompose_wheels();
+#pragma GCC unroll 8
+    for (int j = 0; j < s; ++j) {
+#pragma GCC unroll 8
+      for (std::size_t k = 0; k < 3; ++k) {
+        platform_dphi_[j][k] = pivot_[2 * j] * G[j].platform_dphi[k];
+        platform_dgamma_[j][k] = pivot_[2 * j + 1] * G[j].platform_dgamma[k];
+      }
+    }
     reduce(D, inertia, G, C, std::make_integer_sequence<int, s>());
     decompose_platform();
   }
@@ -78,7 +86,7 @@ class BorderedStages {
 #pragma GCC unroll 8
       for (int i = 0; i < 2 * s; ++i) y[i] -= unit * wheels_[m][i];
     }
-    for (int j = 0; j < s; ++j) u[j] = {v[j], y[2 * j], y[2 * j + 1]};
+    for (int j = 0; j < s; ++j) u[j] = {v[j], pivot_[2 * j] * y[2 * j], pivot_[2 * j + 1] * y[2 * j + 1]};
   }
 
  private:
@@ -113,8 +121,6 @@ class BorderedStages {
           a_[2 * j + 1][2 * l + 1] = Wheels::Constant(J_2);
         }
       }
-      platform_dphi_[j] = G[j].platform_dphi;
-      platform_dgamma_[j] = G[j].platform_dgamma;
     }
   }
 
@@ -182,9 +188,16 @@ class BorderedStages {
         }
       }
     }
+#pragma GCC unroll 8
+    for (int i = 0; i < 2 * s; ++i) {
+#pragma GCC unroll 8
+      for (int k = i + 1; k < 2 * s; ++k) {
+        if (!vanishes(i, k)) a_[i][k] *= pivot_[k];
+      }
+    }
   }
 
-  // Works on several columns at once, so that the processor does not wait for one.
+  // Works on several columns at once, so that the processor does not wait for one. Leaves diag(pivot_) out.
   template <std::size_t n>
   void substitute_back(std::array<Column, n>& y) const {
 #pragma GCC unroll 8
@@ -195,12 +208,10 @@ class BorderedStages {
 #pragma GCC unroll 8
         for (Column& column : y) column[i] -= a_[i][k] * column[k];
       }
-#pragma GCC unroll 8
-      for (Column& column : y) column[i] *= pivot_[i];
     }
   }
 
-  // E w: forces on the platform at stage j by the motion w of the wheels.
+  // E w: forces on the platform at stage j by the motion diag(pivot_) w of the wheels.
   Wheels forces(const Column& w, int j) const {
     const auto of = [&](int i) -> Wheels {
       return platform_dphi_[j][i] * w[2 * j] + platform_dgamma_[j][i] * w[2 * j + 1];
@@ -223,11 +234,12 @@ class BorderedStages {
     }
   }
 
-  alignas(kAlignment) std::array<Column, 2 * s> a_;  // L and U of A_1 .. A_4
-  Column pivot_;                                     // the inverses of U's diagonal
-  std::array<std::array<Wheels, 3>, s> platform_dphi_, platform_dgamma_;
-  std::array<Column, 3 * s> wheels_;       // A_i^-1 B_i
-  std::array<std::array<Block, s>, s> S_;  // L and U of S, [column][row]
+  // L and U, with ones on both diagonals, of A_i = L U diag(1 / pivot_): a product waits for no pivot.
+  alignas(kAlignment) std::array<Column, 2 * s> a_;
+  Column pivot_;
+  std::array<std::array<Wheels, 3>, s> platform_dphi_, platform_dgamma_;  // E_i diag(pivot_)
+  std::array<Column, 3 * s> wheels_;                                      // diag(1 / pivot_) A_i^-1 B_i
+  std::array<std::array<Block, s>, s> S_;                                 // L and U of S, [column][row]
 };
 
 }  // namespace youbot_base_sim
