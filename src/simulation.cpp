@@ -103,7 +103,7 @@ void Simulation::advance_periods(std::int64_t n) {
 // The torque acts continuously, segment by segment.
 void Simulation::advance_continuously(double t) {
   // A WheelMotion may change wherever it is simulated to.
-  const bool is_foreseen = !dynamic_cast<const PrescribedWheels*>(torque_.get());
+  const bool is_foreseen = !prescribed_;
   while (t_ < t) {
     if (t_ >= next_change_) change_loads();
     const double end = torque_->begin_segment(t_);

@@ -390,7 +390,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     constexpr double kSmall = 1e-3;
     if (!is_next || error_scale_.v[0] < kSmall * system.model().regularization_speed()) return;
     const Wheels phi[3] = {phi_at(0, dt), phi_at(1, dt), phi_at(2, dt)};
-    for (int j = 0; j < 3; ++j) system.follow_friction(friction_[j], (*evaluated_)[j], phi[j], stages_[j]);
+    for (int j = 0; j < 3; ++j) system.follow_friction(friction_[j], evaluated_->contacts[j], phi[j], stages_[j]);
   }
 
   // Newton's iterations for the stages, from what `stages_` and `friction_` hold.
@@ -439,7 +439,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
       move(system, length);
       // With an exact matrix the next correction is about the curvature times the square of this one.
       if (exact && !system.reacts() && kCurvatureMargin * curvature_ * size * size < 1) {
-        evaluated_ = other(contacts_, from_.contacts);
+        evaluated_ = other(evaluations_, from_.evaluated);
         residual(system, dt, left);  // for the forces, whose work the energy balance has
         return true;
       }
