@@ -108,11 +108,23 @@ TEST_F(SimulationTest, RowsWithinStepsAreAccurate) {
     EXPECT_LT((x.phi() - y.phi()).abs().maxCoeff(), 10 * kTolerance) << k;
     EXPECT_LT((x.dphi() - y.dphi()).abs().maxCoeff(), 40 * kTolerance) << k;
     const ContactDetails c = rows.contacts(), d = exact.contacts();
-    EXPECT_LT((c.F_X - d.F_X).abs().maxCoeff(), 0.02) << k;  // of 45 N, each within 1 mm/s of slip
-    EXPECT_LT((c.F_Y - d.F_Y).abs().maxCoeff(), 0.02) << k;
+    EXPECT_LT((c.F_X - d.F_X).abs().maxCoeff(), 0.01) << k;  // of 45 N, each within 1 mm/s of slip
+    EXPECT_LT((c.F_Y - d.F_Y).abs().maxCoeff(), 0.01) << k;
     EXPECT_NEAR(rows.kinetic_energy() - initial, x.work(), 10 * kTolerance) << k;
   }
   EXPECT_GT(within, 1000u);
+}
+
+// Where friction turns at once, the forces at Radau's stages are far less accurate than the velocities.
+TEST_F(SimulationTest, EnergyBalanceClosesAtRowsWithinSteps) {
+  Simulation simulation(
+      load("duration: 0.5\nmodel: viscous\nfloor: {slip_regularization: 1e-8}\ninitial: {twist: [0.3, 0.2, 0.5]}\n"
+           "drive: {torque: [{start: 0, sin: [1, -2, 1, 2], period: 0.7}]}\n"));
+  for (int k = 1; k <= 1000; ++k) {
+    simulation.advance_to(k / 2000.0);
+    EXPECT_LT(simulation.energy_balance_error(), 1e-6) << k;
+  }
+  EXPECT_LT(simulation.statistics().steps, 500u);
 }
 
 // What acts or changes from a row on that lies within a step: as if the scene had it, and whatever rows came before.

@@ -52,7 +52,7 @@ class EventLocatingStepper : public ControlledStepperTypes {
     start_t_ = t;
     t = last_try_.length == bound ? t + bound : t + last_try_.length + residual_dt_;
     x = last_try_.end;
-    if (residual_dt_ != 0) extrapolate(x);
+    if (residual_dt_ != 0) extrapolate(system, x);
     starts_elsewhere_ = false;
     ++record_->statistics.steps;
     if (restarting_) dt_after_switch_ = std::max(kFirstStep, dt_);
@@ -73,7 +73,7 @@ class EventLocatingStepper : public ControlledStepperTypes {
   /// Whether it knows the states within its steps; then, before `finish`, the one at time t within the last step, and
   /// the contacts there.
   bool interpolates() const { return stepper_->interpolates(); }
-  void state_at(double t, State& x) const { stepper_->state_within(share(t), x); }
+  void state_at(double t, const System& system, State& x) const { stepper_->state_within(system, share(t), x); }
   ContactDetails contacts_at(double t, const System& system, const State& x) const {
     return stepper_->contacts_within(system, share(t), x, t);
   }
@@ -164,7 +164,7 @@ class EventLocatingStepper : public ControlledStepperTypes {
     if (system.past_rest_change(last_try_.end.velocities()) > 0 || !stepper_->interpolates()) return;
     State x;
     const auto before = [&](double share) {
-      stepper_->state_within(share, x);
+      stepper_->state_within(system, share, x);
       return -system.past_rest_change(x.velocities());
     };
     constexpr int kBits = 10;
@@ -231,7 +231,7 @@ class EventLocatingStepper : public ControlledStepperTypes {
     for (int iteration = 0; iteration < 2; ++iteration) {
       const double share = length / last_try_.length;
       if (!(share > 0 && share < 1) || !stepper_->interpolates()) return crossing.dt;
-      stepper_->state_within(share, x);
+      stepper_->state_within(system, share, x);
       const Witness witness = event.witness(system, x, 0, crossing.condition);
       if (!(witness.speed > 0)) return crossing.dt;
       length -= witness.past / witness.speed;
@@ -240,9 +240,9 @@ class EventLocatingStepper : public ControlledStepperTypes {
   }
 
   // Moves the end x of the last try by residual_dt_.
-  void extrapolate(State& x) const {
+  void extrapolate(const System& system, State& x) const {
     if (stepper_->interpolates()) {
-      stepper_->state_within(1 + residual_dt_ / last_try_.length, x);
+      stepper_->state_within(system, 1 + residual_dt_ / last_try_.length, x);
     } else {
       x.values += residual_dt_ * secant();
     }

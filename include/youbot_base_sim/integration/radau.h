@@ -56,24 +56,22 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
       if (!(error <= 1)) return fail;
       accepted_dt_ = length;
     }
-    end(dt_, stages_, forces_, out);
+    end(dt_, stages_, out);
     t += length;
     return boost::numeric::odeint::success;
   }
 
   /// By the collocation polynomial.
   bool interpolates() const override { return true; }
-  [[gnu::noinline]] void state_within(double share, State& x) const override {
-    constexpr auto c = RadauTableau::c;
-    StageVelocities u, forces;
+  [[gnu::noinline]] void state_within(const SlipSystem<Model>& system, double share, State& x) const override {
+    StageVelocities u;
     for (int j = 0; j < 3; ++j) {
-      const double s = share * c[j];
-      const auto [w_0, w_1, w_2, w_3] = lagrange_weights(s);
+      const auto [w_0, w_1, w_2, w_3] = lagrange_weights(share * RadauTableau::c[j]);
       u[j] = w_0 * start_ + w_1 * stages_[0] + w_2 * stages_[1] + w_3 * stages_[2];
-      // As the accelerations, by the parabola through the stages.
-      forces[j] = (w_1 * c[0] / s) * forces_[0] + (w_2 * c[1] / s) * forces_[1] + (w_3 * c[2] / s) * forces_[2];
     }
-    end(share * dt_, u, forces, x);
+    end(share * dt_, u, x);
+    // That of its accelerations. Forces are less accurate: what friction is off by does no work at the stages alone.
+    x.work() = x_.work() + 0.5 * dot(u[2] - start_, system.model().inertia() * (u[2] + start_));
   }
   /// With the friction's own polynomial: recomputed from the slip, the velocities' errors would become large ones.
   ContactDetails contacts_within(const SlipSystem<Model>& system, double share, const State& x,
@@ -276,9 +274,8 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     return converged;
   }
 
-  // State at the end of a step of length dt with these velocities and forces at the stages.
-  [[gnu::flatten, gnu::noinline]] void end(double dt, const StageVelocities& stages, const StageVelocities& forces,
-                                           State& x) const {
+  // State at the end of a step of length dt with these velocities at the stages.
+  [[gnu::flatten, gnu::noinline]] void end(double dt, const StageVelocities& stages, State& x) const {
     using T = RadauTableau;
     x = x_;
     x.set(stages[2]);
@@ -292,7 +289,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
       const double b = dt * T::A[2][j];
       along += b * (u.v[0] * cosine[j] - u.v[1] * sine[j]);
       across += b * (u.v[0] * sine[j] + u.v[1] * cosine[j]);
-      work += b * dot(u, forces[j]);
+      work += b * dot(u, forces_[j]);
       x.phi() += b * u.dphi;
       x.gamma() += b * u.dgamma;
     }

@@ -64,7 +64,7 @@ class SlipIntegrator : public MotionIntegrator {
     }
     within_step_ = step_end_t_ > t_end;
     if (within_step_) {
-      stepper_.state_at(t_end, x);
+      stepper_.state_at(t_end, system_, x);
     } else {
       stepper_.finish(system_, step_end_, step_end_t_);
       x = step_end_;

@@ -24,7 +24,8 @@ class SmoothStepper : public ControlledStepperTypes {
   /// Whether the method knows the states within its steps.
   virtual bool interpolates() const { return false; }
   /// Sets x to the state after this share of the last try, which must have succeeded, or a little after its end.
-  virtual void state_within([[maybe_unused]] double share, [[maybe_unused]] State& x) const {}
+  virtual void state_within([[maybe_unused]] const System& system, [[maybe_unused]] double share,
+                            [[maybe_unused]] State& x) const {}
   /// The contacts there, where the state is x at time t (s).
   virtual ContactDetails contacts_within([[maybe_unused]] const System& system, [[maybe_unused]] double share,
                                          [[maybe_unused]] const State& x, [[maybe_unused]] double t) const {
