@@ -242,7 +242,10 @@ class EventLocatingStepper : public ControlledStepperTypes {
   // Moves the end x of the last try by residual_dt_.
   void extrapolate(const System& system, State& x) const {
     if (stepper_->interpolates()) {
-      stepper_->state_within(system, 1 + residual_dt_ / last_try_.length, x);
+      State end, there;
+      stepper_->state_within(system, 1, end);
+      stepper_->state_within(system, 1 + residual_dt_ / last_try_.length, there);
+      x.values += there.values - end.values;
     } else {
       x.values += residual_dt_ * secant();
     }
