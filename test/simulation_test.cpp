@@ -108,8 +108,8 @@ TEST_F(SimulationTest, RowsWithinStepsAreAccurate) {
     EXPECT_LT((x.phi() - y.phi()).abs().maxCoeff(), 10 * kTolerance) << k;
     EXPECT_LT((x.dphi() - y.dphi()).abs().maxCoeff(), 40 * kTolerance) << k;
     const ContactDetails c = rows.contacts(), d = exact.contacts();
-    EXPECT_LT((c.F_X - d.F_X).abs().maxCoeff(), 0.01) << k;  // of 45 N, each within 1 mm/s of slip
-    EXPECT_LT((c.F_Y - d.F_Y).abs().maxCoeff(), 0.01) << k;
+    EXPECT_LT((c.F_X - d.F_X).abs().maxCoeff(), 0.05) << k;  // of 45 N, which 1 mm/s of slip makes
+    EXPECT_LT((c.F_Y - d.F_Y).abs().maxCoeff(), 0.05) << k;
     EXPECT_NEAR(rows.kinetic_energy() - initial, x.work(), 10 * kTolerance) << k;
   }
   EXPECT_GT(within, 1000u);

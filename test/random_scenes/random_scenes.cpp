@@ -39,23 +39,19 @@ const Usage kUsage = {
 
 bool prepare(int argc, char** argv, Arguments& arguments) {
   namespace po = boost::program_options;
-  std::string count;
+  std::string count, seed, tolerance;
   po::options_description options("Options");
   // clang-format off
   options.add_options()
-    ("seed", po::value<std::string>()->value_name("S"), "the number of the first scene; 1 unless given")
-    ("tolerance", po::value<std::string>()->value_name("T"), "relative tolerance in place of the scenes' own")
+    ("seed", po::value(&seed)->value_name("S"), "the number of the first scene; 1 unless given")
+    ("tolerance", po::value(&tolerance)->value_name("T"), "relative tolerance in place of the scenes' own")
     ("folder", po::value(&arguments.folder)->value_name("FOLDER"), "keep the scenes that are not right here");
   // clang-format on
-  const auto given = parse(argc, argv, kUsage, options, {"N", po::value(&count), 1, true});
-  if (!given) return false;
+  if (!parse(argc, argv, kUsage, options, {"N", po::value(&count), 1, true})) return false;
   arguments.count = whole_number_of("N", count, 1, 1000000000);
-  if (given->count("seed")) {
-    arguments.first = whole_number_of("--seed", (*given)["seed"].as<std::string>(), 0, 3000000000);
-  }
-  if (given->count("tolerance")) {
-    arguments.tolerance =
-        number_of("--tolerance", (*given)["tolerance"].as<std::string>(), {1e-10, kRelativeTolerances.max, ""});
+  if (!seed.empty()) arguments.first = whole_number_of("--seed", seed, 0, 3000000000);
+  if (!tolerance.empty()) {
+    arguments.tolerance = number_of("--tolerance", tolerance, {1e-10, kRelativeTolerances.max, ""});
   }
   return true;
 }

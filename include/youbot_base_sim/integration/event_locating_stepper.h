@@ -70,13 +70,9 @@ class EventLocatingStepper : public ControlledStepperTypes {
     if (system.reacts()) record_->reactions.watch(system.reactions(x, t), t, t - start_t_);
   }
 
-  /// Whether it knows the states within its steps; then, before `finish`, the one at time t within the last step, and
-  /// the contacts there.
+  /// Whether it knows the states within its steps; then, before `finish`, the one at time t within the last step.
   bool interpolates() const { return stepper_->interpolates(); }
   void state_at(double t, const System& system, State& x) const { stepper_->state_within(system, share(t), x); }
-  ContactDetails contacts_at(double t, const System& system, const State& x) const {
-    return stepper_->contacts_within(system, share(t), x, t);
-  }
 
   /// The torque jumps here: the next step is as long as was good after the last jump. A step that is not finished ended
   /// here.

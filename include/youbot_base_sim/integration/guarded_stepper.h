@@ -57,9 +57,6 @@ class GuardedStepper : public ControlledStepperTypes {
   /// As EventLocatingStepper's, for a step from time t and for the last one.
   bool interpolates(double t) const { return !(t < fallback_end_) && stepper_->interpolates(); }
   void state_at(double t, const System& system, State& x) const { stepper_->state_at(t, system, x); }
-  ContactDetails contacts_at(double t, const System& system, const State& x) const {
-    return stepper_->contacts_at(t, system, x);
-  }
   void finish(System& system, State& x, double t) { stepper_->finish(system, x, t); }
 
   /// As MotionIntegrator::stop_on.

@@ -61,7 +61,8 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     return boost::numeric::odeint::success;
   }
 
-  /// By the collocation polynomial.
+  /// By the collocation polynomial of the velocities and one of the friction, which wheels and rollers follow where
+  /// they grip: an O(h^4) error of the slip would be a large one of the friction.
   bool interpolates() const override { return true; }
   [[gnu::noinline]] void state_within(const SlipSystem<Model>& system, double share, State& x) const override {
     StageVelocities u;
@@ -70,18 +71,10 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
       u[j] = w_0 * start_ + w_1 * stages_[0] + w_2 * stages_[1] + w_3 * stages_[2];
     }
     end(share * dt_, u, x);
+    follow_friction_within(system, share, x, u[2]);
+    x.set(u[2]);
     // That of its accelerations. Forces are less accurate: what friction is off by does no work at the stages alone.
     x.work() = x_.work() + 0.5 * dot(u[2] - start_, system.model().inertia() * (u[2] + start_));
-  }
-  /// With the friction's own polynomial: recomputed from the slip, the velocities' errors would become large ones.
-  ContactDetails contacts_within(const SlipSystem<Model>& system, double share, const State& x,
-                                 double t) const override {
-    const auto [w_0, w_1, w_2, w_3] = lagrange_weights(share);
-    Contacts c = system.contacts(x, t);
-    const Friction F =
-        system.model().bounded(w_0 * start_friction_ + w_1 * friction_[0] + w_2 * friction_[1] + w_3 * friction_[2], c);
-    system.reuse_friction(!system.modes().shared(), F, x.velocities(), system.torque().value(t), c);
-    return system.model().details(c);
   }
 
   /// Forgets the derivative at the start and the errors of the steps before: the torque jumps.
@@ -364,6 +357,16 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
                      k_3 = 1 / ((1 - c_1) * (1 - c_2));
     const double a = s - c_1, b = s - c_2, c = s - 1;
     return {k_0 * a * b * c, k_1 * s * b * c, k_2 * s * a * c, k_3 * s * a * b};
+  }
+
+  // Changes the velocities u of the state x within the step to those that its friction asks for.
+  void follow_friction_within(const SlipSystem<Model>& system, double share, const State& x, Velocities& u) const {
+    Contacts contacts = evaluated_->contacts[2];
+    if constexpr (Model::kReactionsFollow) contacts = system.contacts(x, t_ + share * dt_);
+    const auto [w_0, w_1, w_2, w_3] = lagrange_weights(share);
+    const Friction F = system.model().bounded(
+        w_0 * start_friction_ + w_1 * friction_[0] + w_2 * friction_[1] + w_3 * friction_[2], contacts);
+    system.follow_friction(F, contacts, x.phi(), u);
   }
 
   // The collocation polynomial of the step that is known, at the stages of one of length dt.

@@ -81,7 +81,7 @@ class SlipIntegrator : public MotionIntegrator {
     return youbot_base_sim::kinetic_energy(system_.model().robot(), x);
   }
   ContactDetails contacts(const State& x, double t) const override {
-    return within_step_ ? stepper_.contacts_at(t, system_, x) : system_.model().details(system_.contacts(x, t));
+    return system_.model().details(system_.contacts(x, t));
   }
   void set_loads(State& x, const AppliedLoads& applied, bool keep_momentum) override {
     const double energy = kinetic_energy(x);

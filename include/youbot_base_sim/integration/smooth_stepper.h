@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "youbot_base_sim/integration/stepper_types.h"
-#include "youbot_base_sim/physics/contacts.h"
 #include "youbot_base_sim/physics/state.h"
 
 namespace youbot_base_sim {
@@ -26,11 +25,6 @@ class SmoothStepper : public ControlledStepperTypes {
   /// Sets x to the state after this share of the last try, which must have succeeded, or a little after its end.
   virtual void state_within([[maybe_unused]] const System& system, [[maybe_unused]] double share,
                             [[maybe_unused]] State& x) const {}
-  /// The contacts there, where the state is x at time t (s).
-  virtual ContactDetails contacts_within([[maybe_unused]] const System& system, [[maybe_unused]] double share,
-                                         [[maybe_unused]] const State& x, [[maybe_unused]] double t) const {
-    return {};
-  }
 
   /// The right-hand side jumps here: forgets what does not hold on both sides.
   virtual void reset() = 0;
