@@ -112,7 +112,7 @@ void SceneValue::resolve(const Eigen::Ref<const Eigen::ArrayXd>& values) const {
   if (!resolved_.IsDefined()) return;
   YAML::Node list(YAML::NodeType::Sequence);
   list.SetStyle(YAML::EmitterStyle::Flow);
-  for (const double value : values) list.push_back(fmt::format("{}", value));
+  for (Eigen::Index k = 0; k < values.size(); ++k) list.push_back(fmt::format("{}", values[k]));
   resolved_[key_] = list;
 }
 
