@@ -52,7 +52,7 @@ const std::set<std::string> kNotWaitedFor = {kDiagnosticsTopic,   kDashboardTopi
 /// One number if all wheels have the same, else four.
 std::string wheels_text(const Wheels& values) {
   if ((values == values[0]).all()) return fmt::format("{:g}", values[0]);
-  return fmt::format("[{:g}]", fmt::join(values, ", "));
+  return fmt::format("[{:g}]", fmt::join(values.data(), values.data() + kWheels, ", "));
 }
 
 /// Whether a topic does not come from the driver.
