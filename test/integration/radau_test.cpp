@@ -154,8 +154,8 @@ TYPED_TEST(RadauTest, HasOrderFiveOnSmoothMotion) {
   }
 }
 
-// Within a step as well: the polynomial's velocities have an error of dt^4, and so has the work, which is that of their
-// kinetic energy. Pose and angles, their integrals, have one of dt^5.
+// Within a step as well: the polynomial's velocities have an error of dt^4 or less, and so has the work, which is that of
+// their kinetic energy. Pose and angles, their integrals, have one of dt^5.
 TYPED_TEST(RadauTest, KnowsTheStatesWithinAStep) {
   const Motion<TypeParam> motion = gentle_motion<TypeParam>();
   SlipSystem<TypeParam> system = motion.system();
@@ -174,14 +174,14 @@ TYPED_TEST(RadauTest, KnowsTheStatesWithinAStep) {
       return largest;
     };
     const auto order = ((errors(8e-3) / errors(4e-3)).log() / std::log(2)).eval();
-    for (const int velocities_and_work : {0, 2, 3, 5}) EXPECT_NEAR(order[velocities_and_work], 4, 0.5) << share;
+    for (const int velocities_and_work : {0, 2, 3, 5}) EXPECT_GT(order[velocities_and_work], 3.5) << share;
     for (const int integrals : {1, 4, 6}) EXPECT_NEAR(order[integrals], 5, 0.5) << share;
   }
   State x;
   const State end = polished_step(radau, system, motion.start, 0, 4e-3);
   radau.state_within(system, 1, x);
   x.work() = end.work();  // of the forces
-  EXPECT_LT(distance(x, end), 1e-14);
+  EXPECT_LT(distance(x, end), 1e-13);
 }
 
 // With rates of up to 5e6/s, and steps of 0.6 ms to 80 us, those of a tolerance of 1e-7 among them. What the stiff

@@ -111,7 +111,8 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   // How small an error of the slip rounding lets iterations reach, m/s; with dynamic reactions
   static constexpr double kRounding = 3e-16, kReactingRounding = 1e-12;
   static constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-  static constexpr double kShrinkage = 0.3;  // of a step after iterations that failed
+  static constexpr double kTimeRounding = 1e-15;  // of t, as control periods count it
+  static constexpr double kShrinkage = 0.3;       // of a step after iterations that failed
   // The smallest rate of convergence that the next step's first correction is expected to have, judging by this step
   static constexpr double kMinRate = 0.03;
   static constexpr double kFirstRate = 0.1;
@@ -148,9 +149,10 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     t_ = t;
     contact_ids_ = system.modes().ids();
     start_ = x.velocities();
-    const Wheels M = t == end_t_ ? torque_[2] : system.torque().value(t);
+    const bool goes_on = std::abs(t - end_t_) <= kTimeRounding * std::abs(t);  // where the last step ended
+    const Wheels M = goes_on ? torque_[2] : system.torque().value(t);
     start_pose_ = system.pose(x);
-    if (known_ == Known::kStepBefore && t == end_t_ && !system.modes().mixed()) {
+    if (known_ == Known::kStepBefore && goes_on && !system.modes().mixed()) {
       start_forces_ = forces_at_end(system);
       start_friction_ = end_friction_;
     } else {
@@ -366,7 +368,8 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     const auto [w_0, w_1, w_2, w_3] = lagrange_weights(share);
     const Friction F = system.model().bounded(
         w_0 * start_friction_ + w_1 * friction_[0] + w_2 * friction_[1] + w_3 * friction_[2], contacts);
-    system.follow_friction(F, contacts, x.phi(), u);
+    constexpr double kShare = 0.98;  // nearer to the largest friction, the polynomial of the slip is more accurate
+    system.follow_friction(F, contacts, x.phi(), kShare, u);
   }
 
   // The collocation polynomial of the step that is known, at the stages of one of length dt.
@@ -390,7 +393,9 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     constexpr double kSmall = 1e-3;
     if (!is_next || error_scale_.v[0] < kSmall * system.model().regularization_speed()) return;
     const Wheels phi[3] = {phi_at(0, dt), phi_at(1, dt), phi_at(2, dt)};
-    for (int j = 0; j < 3; ++j) system.follow_friction(friction_[j], evaluated_->contacts[j], phi[j], stages_[j]);
+    constexpr double kShare = 0.9;  // nearer to the largest friction, the slip depends on it too much
+    for (int j = 0; j < 3; ++j)
+      system.follow_friction(friction_[j], evaluated_->contacts[j], phi[j], kShare, stages_[j]);
   }
 
   // Newton's iterations for the stages, from what `stages_` and `friction_` hold.

@@ -93,10 +93,11 @@ class SlipSystem final : public SmoothSystem {
     apply_dynamic_normal_force(u, M, modes_.shared(), c, reuse);
   }
   /// As SlipModel::follow_friction, at the wheel angles phi, rad, of wheels that stand on one roller.
-  void follow_friction(const typename Model::Friction& F, const Contacts& c, const Wheels& phi, Velocities& u) const {
+  void follow_friction(const typename Model::Friction& F, const Contacts& c, const Wheels& phi, double share,
+                       Velocities& u) const {
     if (model_.robot().wheels_prescribed) return;
     const ContactGeometry g = modes_.mixed() ? modes_.geometry(phi) : model_.geometry().at(phi - modes_.center());
-    model_.follow_friction(F, c, g, !modes_.shared(), u);
+    model_.follow_friction(F, c, g, !modes_.shared(), share, u);
   }
   /// Pose of x, if it matters.
   Pose pose(const State& x) const { return model_.features().by_pose() ? x.pose() : Pose(); }

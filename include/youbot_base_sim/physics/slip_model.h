@@ -194,15 +194,15 @@ class SlipModel {
 
   Friction friction(const Contacts& c) const { return features_.friction(c); }
 
-  /// Changes the rates of the wheels in `mask` that grip, and of their rollers, to those at which the slip is what
-  /// friction F asks for. g is the geometry of the contacts; c are contacts nearby, for the limit of friction.
+  /// Changes the rates of the wheels in `mask` whose friction F is below this share of the largest one, and of their
+  /// rollers, to those at which the slip is what F asks for. g is the geometry of the contacts; c are contacts nearby,
+  /// for the limit of friction.
   void follow_friction(const Friction& F, const Contacts& c, const ContactGeometry& g, const WheelMask& mask,
-                       Velocities& u) const {
+                       double share, Velocities& u) const {
     if constexpr (Law::kScalesWithReaction) {
-      constexpr double kGripping = 0.9;  // of the largest friction: near that, the slip depends on F too much
       const Force& force = Features::force(F);
       const Wheels limit = features_.limit(F, c);
-      const WheelMask gripping = mask && friction_.grips(force, limit, kGripping);
+      const WheelMask gripping = mask && friction_.grips(force, limit, share);
       const Force V = friction_.slip(force, limit);
       const Wheels dgamma = (V[1] - u.v[1] - rho_X_ * u.v[2]) / g.r_Y;
       const Wheels dphi = (u.v[0] - (rho_Y_ + g.Delta_Y) * u.v[2] - g.r_X * dgamma - V[0]) * (1 / robot_.R);
