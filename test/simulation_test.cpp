@@ -100,7 +100,8 @@ TEST_F(SimulationTest, RowsWithinStepsAreAccurate) {
   std::uint64_t within = 0, steps = 0;
   for (int k = 1; k <= 4000; ++k) {
     for (Simulation* simulation : {&rows, &exact}) simulation->advance_to(k / 2000.0);
-    within += rows.statistics().steps == std::exchange(steps, rows.statistics().steps);
+    const bool is_within = rows.statistics().steps == std::exchange(steps, rows.statistics().steps);
+    within += is_within;
     const State &x = rows.state(), &y = exact.state();
     EXPECT_EQ(rows.rollers(), exact.rollers()) << k;
     EXPECT_LT((x.values - y.values).col(0).head<3>().abs().maxCoeff(), kTolerance) << k;
@@ -108,8 +109,10 @@ TEST_F(SimulationTest, RowsWithinStepsAreAccurate) {
     EXPECT_LT((x.phi() - y.phi()).abs().maxCoeff(), 10 * kTolerance) << k;
     EXPECT_LT((x.dphi() - y.dphi()).abs().maxCoeff(), 40 * kTolerance) << k;
     const ContactDetails c = rows.contacts(), d = exact.contacts();
-    EXPECT_LT((c.F_X - d.F_X).abs().maxCoeff(), 0.05) << k;  // of 45 N, which 1 mm/s of slip makes
-    EXPECT_LT((c.F_Y - d.F_Y).abs().maxCoeff(), 0.05) << k;
+    // Of 45 N, each within 1 mm/s of slip; at a step's end friction is that of the slip.
+    const double allowed = is_within ? 0.012 : 0.04;
+    EXPECT_LT((c.F_X - d.F_X).abs().maxCoeff(), allowed) << k;
+    EXPECT_LT((c.F_Y - d.F_Y).abs().maxCoeff(), allowed) << k;
     EXPECT_NEAR(rows.kinetic_energy() - initial, x.work(), 10 * kTolerance) << k;
   }
   EXPECT_GT(within, 1000u);

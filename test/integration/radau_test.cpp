@@ -154,8 +154,8 @@ TYPED_TEST(RadauTest, HasOrderFiveOnSmoothMotion) {
   }
 }
 
-// Within a step as well: the polynomial's velocities have an error of dt^4 or less, and so has the work, which is that of
-// their kinetic energy. Pose and angles, their integrals, have one of dt^5.
+// Within a step as well: the polynomial's velocities have an error of dt^4 or less, and so has the work, which is that
+// of their kinetic energy. Pose and angles, their integrals, have one of dt^5.
 TYPED_TEST(RadauTest, KnowsTheStatesWithinAStep) {
   const Motion<TypeParam> motion = gentle_motion<TypeParam>();
   SlipSystem<TypeParam> system = motion.system();

@@ -154,7 +154,6 @@ TEST(Reliability, IsDeniedWhereEasedMillisecondsMatter) {
   const std::string doubt = reason_of(scene, 0.01);
   EXPECT_NE(doubt.find(" ms, integrated to a looser tolerance"), std::string::npos) << doubt;
 
-  tight.relative_tolerance = 1e-8;
   Scene held = load_scene(YOUBOT_BASE_SIM_SOURCE_DIR "/bench/scenes/held_wheel.yaml", tight);
   held.duration = 2;
   held.solver.keeps_up = true;
