@@ -76,13 +76,15 @@ std::string describe(const Arguments& arguments) {
 int main(int argc, char** argv) {
   Arguments arguments;
   std::string document;
-  const auto prepare = [&] {
-    const bool ready = read_arguments(argc, argv, arguments);
-    if (ready) document = describe(arguments);
-    return ready;
-  };
-  return run_offline_program("describe_base", prepare, [&] {
-    std::fputs(document.c_str(), stdout);
-    return kDone;
-  });
+  return run_offline_program(
+      "describe_base",
+      [&] {
+        const bool ready = read_arguments(argc, argv, arguments);
+        if (ready) document = describe(arguments);
+        return ready;
+      },
+      [&] {
+        std::fputs(document.c_str(), stdout);
+        return kDone;
+      });
 }

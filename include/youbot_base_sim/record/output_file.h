@@ -39,7 +39,10 @@ class Descriptor {
   explicit Descriptor(int number = -1) : number_(number) {}
   ~Descriptor() { close(); }
   Descriptor(Descriptor&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
-  Descriptor& operator=(Descriptor&& other) noexcept { return std::swap(number_, other.number_), *this; }
+  Descriptor& operator=(Descriptor&& other) noexcept {
+    std::swap(number_, other.number_);
+    return *this;
+  }
   operator int() const { return number_; }  // NOLINT(google-explicit-constructor): as the system takes it
 
   /// Returns 0 or the system's error number.
