@@ -151,7 +151,7 @@ class Script(unittest.TestCase):
 
     def test_leaves_nothing_half_made_when_interrupted(self):
         scene = self.write("long.yaml", "duration: 3\ndrive: {torque: [{start: 0, constant: [1, 1, 1, 1]}]}\n")
-        slow = self.program(f'case "$*" in *--bag*) touch "{self.path}/begun"; : >"$5"; exec sleep 100;; esac\n')
+        slow = self.program(f'case "$*" in *--bag*) : >"$5"; touch "{self.path}/begun"; exec sleep 100;; esac\n')
         program = self.start(scene, "--only", "5", simulate=slow)
         while not (self.path / "begun").exists():
             self.assertIsNone(program.poll())
