@@ -31,7 +31,7 @@ SineAndCosine<Real> small_sine_and_cosine(const Real& x) {
 SineAndCosine<double> sine_and_cosine(double x);
 /// The same bits of four angles at once.
 using FourAngles = Eigen::Array<double, 4, 1, Eigen::DontAlign>;
-SineAndCosine<FourAngles> sine_and_cosine(const FourAngles& x);
+SineAndCosine<FourAngles> sine_and_cosine(const FourAngles& angles);
 
 /// The natural logarithm of a finite x > 0, to 2 ulp.
 double logarithm(double x);
