@@ -276,7 +276,7 @@ double Simulation::energy_balance_error(double kinetic_energy) const {
   return std::abs(kinetic_energy - initial_energy_ - state_.work());
 }
 
-std::unique_ptr<Simulation> replay(Scene scene, std::shared_ptr<const WheelMotion> motion, const Wheels& ahead,
+std::unique_ptr<Simulation> replay(Scene scene, const std::shared_ptr<const WheelMotion>& motion, const Wheels& ahead,
                                    bool softly) {
   static constexpr double kPeriod = 5e-3, kStiffness = 20, kDamping = 0.5;  // s, N m/rad, N m s/rad
   const Wheels rates = motion->rate(0);

@@ -183,7 +183,7 @@ class Simulation {
 /// first it moves as they roll. With `softly` they are drawn to these angles as if by motors of a velocity loop.
 /// Measured angles hold the ripple of the rollers that touched the floor: prescribed to others, wheels would work
 /// against each other, and slip.
-std::unique_ptr<Simulation> replay(Scene scene, std::shared_ptr<const WheelMotion> motion, const Wheels& ahead,
+std::unique_ptr<Simulation> replay(Scene scene, const std::shared_ptr<const WheelMotion>& motion, const Wheels& ahead,
                                    bool softly);
 
 }  // namespace youbot_base_sim

@@ -143,7 +143,7 @@ bool DriverInterface::reconnect(std_srvs::Empty::Request&, std_srvs::Empty::Resp
 /// A service that enqueues what `make_request` makes of what is asked; `message` says why not.
 template <class Service, class MakeRequest>
 ros::ServiceServer DriverInterface::offer(ros::NodeHandle& private_node, const char* service,
-                                          std::string Service::Response::*message, const MakeRequest& make_request) {
+                                          std::string Service::Response::*message, MakeRequest make_request) {
   const auto serve = [=](typename Service::Request& asked, typename Service::Response& response) {
     response.*message = refusal([&] { return make_request(asked); });
     response.success = (response.*message).empty();

@@ -46,7 +46,7 @@ class DriverInterface {
   void request(const BaseRequest& request);
   template <class Service, class MakeRequest>
   ros::ServiceServer offer(ros::NodeHandle& private_node, const char* service, std::string Service::Response::*message,
-                           const MakeRequest& make_request);
+                           MakeRequest make_request);
   template <class Request>
   ros::ServiceServer offer_switch(ros::NodeHandle& node, const char* service, const char* line);
   bool reconnect(std_srvs::Empty::Request&, std_srvs::Empty::Response&);
