@@ -171,7 +171,7 @@ class Recorder:
 
     def __init__(self, simulate, kept, report=lambda done, count: None):
         self.simulate, self.kept, self.report, self.warnings = Path(simulate), kept, report, []
-        self.running = set()
+        self.running, self.stopping = set(), False
 
     def check(self, scene):
         """Throws Refused, with what `simulate` says, where it does not take the scene as it is."""
@@ -184,6 +184,8 @@ class Recorder:
         program = subprocess.Popen([self.simulate, *arguments, "--quiet"], stdout=subprocess.DEVNULL,
                                    stderr=subprocess.PIPE, stdin=subprocess.DEVNULL, text=True)
         self.running.add(program)
+        if self.stopping:  # since before it was added
+            program.terminate()
         line = program.communicate()[1].strip().split("\n")[0]
         self.running.discard(program)
         return program.returncode, line.removeprefix("simulate: ")
@@ -218,6 +220,7 @@ class Recorder:
                     self.report(len(recordings), len(runs))
             except BaseException:  # an interrupt too
                 pool.shutdown(wait=False, cancel_futures=True)
+                self.stopping = True
                 for program in list(self.running):
                     program.terminate()
                 raise
