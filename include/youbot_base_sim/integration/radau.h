@@ -163,12 +163,10 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   }
 
   // The errors that count as 1. A roller counts a third of what it does for other methods, since this one damps its
-  // errors too. A wheel is judged as if it turned at 6 rad/s or more for each m/s of the platform, a third of what
-  // rolls: one that is held or reverses needs no better.
+  // errors too.
   Velocities allowed_errors() const {
-    constexpr double kRollerScale = 3, kWheelRate = 6;
+    constexpr double kRollerScale = 3;
     Velocities scale = error_scale(tolerance_, start_);
-    scale.dphi = scale.dphi.max(tolerance_.absolute + kWheelRate * (scale.v - tolerance_.absolute));
     scale.dgamma *= kRollerScale;
     return scale;
   }
