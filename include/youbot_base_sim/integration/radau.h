@@ -67,8 +67,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   [[gnu::noinline]] void state_within(const SlipSystem<Model>& system, double share, State& x) const override {
     StageVelocities u;
     for (int j = 0; j < 3; ++j) {
-      const auto [w_0, w_1, w_2, w_3] = lagrange_weights(share * RadauTableau::c[j]);
-      u[j] = w_0 * start_ + w_1 * stages_[0] + w_2 * stages_[1] + w_3 * stages_[2];
+      u[j] = weighted(lagrange_weights(share * RadauTableau::c[j]), start_, stages_);
     }
     end(share * dt_, u, x);
     follow_friction_within(system, share, x, u[2]);
@@ -359,13 +358,17 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     return {k_0 * a * b * c, k_1 * s * b * c, k_2 * s * a * c, k_3 * s * a * b};
   }
 
+  // The polynomial that has these values at the nodes.
+  template <class Value>
+  static Value weighted(const std::array<double, 4>& w, const Value& start, const std::array<Value, 3>& stages) {
+    return w[0] * start + w[1] * stages[0] + w[2] * stages[1] + w[3] * stages[2];
+  }
+
   // Changes the velocities u of the state x within the step to those that its friction asks for.
   void follow_friction_within(const SlipSystem<Model>& system, double share, const State& x, Velocities& u) const {
     Contacts contacts = evaluated_->contacts[2];
     if constexpr (Model::kReactionsFollow) contacts = system.contacts(x, t_ + share * dt_);
-    const auto [w_0, w_1, w_2, w_3] = lagrange_weights(share);
-    const Friction F = system.model().bounded(
-        w_0 * start_friction_ + w_1 * friction_[0] + w_2 * friction_[1] + w_3 * friction_[2], contacts);
+    const Friction F = system.model().bounded(weighted(lagrange_weights(share), start_friction_, friction_), contacts);
     constexpr double kShare = 0.98;  // nearer to the largest friction, the polynomial of the slip is more accurate
     system.follow_friction(F, contacts, x.phi(), kShare, u);
   }
@@ -380,11 +383,9 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     const Friction& start_friction = is_next ? friction_before_ : start_friction_;
     for (int j = 0; j < 3; ++j) {
       const double s = (is_next ? 1 : 0) + T::c[j] * dt / dt_;
-      const auto [w_0, w_1, w_2, w_3] = lagrange_weights(s);
-      stages_[j] = w_0 * start + w_1 * known[0] + w_2 * known[1] + w_3 * known[2];
-      friction_[j] = system.model().bounded(
-          w_0 * start_friction + w_1 * known_friction[0] + w_2 * known_friction[1] + w_3 * known_friction[2],
-          evaluated_->contacts[j]);
+      const std::array<double, 4> weights = lagrange_weights(s);
+      stages_[j] = weighted(weights, start, known);
+      friction_[j] = system.model().bounded(weighted(weights, start_friction, known_friction), evaluated_->contacts[j]);
     }
     // Where contacts grip, the slip follows from the force: small errors of the rates would be large ones of friction.
     // Not within the polynomial's own step, nor where its errors, some tolerances, are small against nu.
