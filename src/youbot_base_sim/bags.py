@@ -27,6 +27,12 @@ def absolute(topic):
     return "/" + topic.lstrip("/")
 
 
+def stamp_of(message):
+    """None where a message has none."""
+    stamp = getattr(getattr(message, "header", None), "stamp", None)
+    return stamp if isinstance(stamp, genpy.Time) else None
+
+
 class Bag:
     """The messages of a bag. types: {topic: type}. counts: {topic: messages}. start: the earliest time of arrival.
     problem: None or, at the end of `messages`, in one line why not all of it can be read."""
@@ -78,31 +84,32 @@ class Bag:
                 if kind == "nav_msgs/Odometry" and one.rsplit("/", 1)[-1] == STATE_SET and
                 any(absolute(topic).startswith(absolute(one)[:-len(STATE_SET)]) for topic in topics)]
 
-    def messages_of_one_run(self, topics):
-        """Yields seconds, topic and message. Throws Refused where a topic's times go back, as in a bag of two runs, and
-        where the base was put elsewhere between two messages."""
-        latest, state_sets, put = {}, self.state_sets(topics), None
+    def messages_of_one_run(self, topics, others=()):
+        """Yields seconds, topic and message. Throws Refused where the times of one of `topics` go back, as in a bag of
+        two runs, and where the base was put elsewhere between two messages, unless `others` has the topic of that."""
+        latest, state_sets, put = {}, set(self.state_sets(topics)) - set(others), None
 
-        def follow(topic, t):
-            before = latest.setdefault(topic, t)
+        def follow(source, t):
+            before = latest.setdefault(source, t)
             if t < before - MAX_STEP_BACK:
-                raise Refused(f"{shown(self.path)}: the times of {shown(topic)} go back from t = {before:.3f} s to "
+                raise Refused(f"{shown(self.path)}: the times of {shown(source[0])} go back from t = {before:.3f} s to "
                               f"{t:.3f} s: must be one run")
-            latest[topic] = max(before, t)
+            latest[source] = max(before, t)
         for connection, arrival, _ in scan(self.path):  # as they lie in the file: rosbag puts them in order of time
             topic = connection["topic"]
             if topic in state_sets and latest:
                 put = put or (topic, self.seconds(arrival))
             if topic in topics:
-                follow(topic, self.seconds(arrival))
+                follow((topic,), self.seconds(arrival))
                 if put:
                     raise Refused(f"{shown(self.path)}: the base was put elsewhere at t = {put[1]:.3f} s, by "
                                   f"{shown(put[0])}: must be one run")
         latest.clear()
-        for topic, message, arrival in self.messages(topics):
-            t = self.time_of(message, arrival)
-            follow(topic, t)
-            yield t, topic, message
+        for topic, message, arrival in self.messages([*topics, *others]):
+            stamp = stamp_of(message)
+            if stamp and topic in topics:  # goes back where a bag was played in a loop
+                follow((topic, *getattr(message, "name", ())), self.seconds(stamp))
+            yield self.time_of(message, arrival), topic, message
 
     def shown_topics(self):
         return ", ".join(f"{shown(topic)} ({shown(kind)})" for topic, kind in sorted(self.types.items()))
@@ -116,7 +123,7 @@ class Bag:
 
     def time_of(self, message, arrival):
         """Seconds of a message: by the stamp in its header, unless that is not set, or of another clock."""
-        stamp, by_arrival = message.header.stamp if hasattr(message, "header") else None, self.seconds(arrival)
+        stamp, by_arrival = stamp_of(message), self.seconds(arrival)
         by_stamp = self.seconds(stamp) if stamp else by_arrival
         return by_stamp if abs(by_stamp - by_arrival) < MAX_CLOCKS_APART else by_arrival
 

@@ -21,6 +21,7 @@ from .files import Outputs
 from .report import read_csv
 
 MAX_SLICES = 100
+MIN_RANKED = 10  # runs: fewer tell nothing about which axes matter
 LARGEST = 1e150  # whose square is a number
 QUANTITIES = {  # of sweep, in words and units
     "x": "final x, m", "y": "final y, m", "psi": "final heading, rad", "V_X": "final forward velocity, m/s",
@@ -188,6 +189,8 @@ def rank(table, arguments):
     for axis, name in zip(axes, names):
         y = table.numbers(name)
         known = np.isfinite(y)
+        if known.sum() < MIN_RANKED:
+            raise Refused(f"{table.path}: {known.sum()} runs have {shown(name)}: rank needs at least {MIN_RANKED}")
         shares = [(sobol if is_sobol else correlation)(table.axis(key)[known], y[known]) for key in table.axes]
         axis.barh(places, shares, color=[BLUE if share >= 0 else RED for share in shares])
         axis.axvline(0, color="0.3", linewidth=0.8)
@@ -199,7 +202,7 @@ def rank(table, arguments):
         for share, key in sorted(zip(shares, table.axes), key=lambda pair: -abs(pair[0])):
             print(f"  {key:34}{share:6.3f}")
         if is_sobol:
-            print(f"  {'(interaction of axes)':34}{max(0.0, 1 - sum(shares)):6.3f}")
+            print(f"  {'(several axes together, chance)':34}{max(0.0, 1 - sum(shares)):6.3f}")
     axes[0].set_yticks(places, map(label, table.axes))
     axes[0].invert_yaxis()
     measure = "Sobol' indices" if is_sobol else "Spearman's rank correlation"

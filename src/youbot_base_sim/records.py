@@ -57,14 +57,15 @@ def read_record(bag, base, chosen=(), progress=lambda n: None, only=None, namesp
     names = {topic: name for name, candidates in topics.items() for topic in candidates}
     rows, state_sets = {topic: [] for topic in names}, {topic: [] for topic in bag.state_sets(names)}
     record, left_out = Record(base), LeftOut()
-    for n, (topic, message, arrival) in enumerate(bag.messages([*names, *state_sets])):
+    sampled = [topic for topic, name in names.items() if TOPICS[name].is_sampled]
+    others = [*set(names) - set(sampled), *state_sets]
+    for n, (t, topic, message) in enumerate(bag.messages_of_one_run(sampled, others)):
         progress(n)
         if topic not in names:
-            state_sets[topic].append(bag.time_of(message, arrival))
+            state_sets[topic].append(t)
             continue
         try:
             fields = TOPICS[names[topic]].kinds[bag.types[topic]][0](message, base)
-            t = bag.time_of(message, arrival)
         except (AttributeError, TypeError):  # another definition of this type
             fields = None
         row = left_out.cleaned(topic, fields)

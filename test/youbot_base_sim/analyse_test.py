@@ -355,6 +355,19 @@ class AnalyseTest(RunsAnalyse):
         self.numbers(put("other.bag", 10, prefix="/b/"))
         self.assertNotIn("elsewhere", self.out)
 
+    def test_two_runs_in_one_bag_are_refused(self):
+        def twice(name, stamps_later, later):
+            with rosbag.Bag(self.slipping) as bag, rosbag.Bag(self.path(name), "w") as two:
+                for run in range(2):
+                    for topic, message, t in bag.read_messages(["/odom", "/ground_truth"]):
+                        message.header.stamp += genpy.Duration(run * stamps_later)
+                        two.write(topic, message, t + genpy.Duration(run * later))
+            return self.path(name)
+        # The clock was set back; the bag was played in a loop while it was recorded anew.
+        for bag, first in ((twice("reset.bag", 0.003, 0.003), "0.003"), (twice("loop.bag", 0, 10), "0.000")):
+            self.analyse(bag, status=2)
+            self.assertRegex(self.err, rf"go back from t = \d+\.\d+ s to {first} s: must be one run")
+
     def test_gaps_are_not_bridged(self):
         self.expect_turning(self.numbers(self.make_turning("gap.bag", in_gap=lambda k: 200 < k < 300)))
         self.assertEqual(len(self.table("odometry.csv")), 601 - 99)

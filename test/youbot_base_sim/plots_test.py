@@ -185,6 +185,8 @@ class SweepPlots(Plots):
                  "columns a and x: must both have a number in some run"),
                 (["run,a,status", "0,1e308,done", "1,-1e308,done"], ["histogram", "a"],
                  "column = a: must have numbers, up to 1e+150"),
+                (["run,a,status,x", "0,1,done,1", "1,2,done,2"], ["rank", "x"],
+                 "2 runs have x: rank needs at least 10"),
                 (["run,a,status", "0,1"], ["rank", "a"], "line 2 has 2 cells instead of 3; must be a table by sweep"),
                 (["a,b", "0,1"], ["rank", "a"], "no columns run and status; must be a table by sweep")):
             self.table.write_text("\n".join(lines) + "\n")
