@@ -341,6 +341,24 @@ TEST_F(SimulationTest, WheelsWithDryFrictionPassZeroUnderLargeTorques) {
   EXPECT_LT(std::hypot(x.x() - other.x(), x.y() - other.y(), 0.28 * (x.psi() - other.psi())), 3e-7 * kPath);
 }
 
+// A wheel that grips breaks away where the torque of a control period is too much for it. Newton's corrections first
+// shrink a thousand times, as if it still gripped. The velocities are rosenbrock4's at a tolerance of 1e-6.
+TEST_F(SimulationTest, FollowsAWheelThatBreaksAwayWhereTheTorqueJumps) {
+  Scene scene = load(
+      "duration: 0.17\nrobot: {roller_dry_friction: 0.00994382}\nfloor: {slip_regularization: 1.0e-8}\n"
+      "initial: {wheel_angles: [0.397634, -3.59684, 3.11987, 2.84212]}\nsolver: {control_period: 0.0544112}\n"
+      "drive: {reference_motion: {period: 0.499601, V_Y: {sin: -0.460518},\n"
+      "  Omega: {constant: 0.47099, cos: 0.583352}}}\n");
+  for (const double tolerance : {1e-6, 3e-7, 1e-7}) {
+    scene.solver.relative_tolerance = tolerance;
+    scene.solver.absolute_tolerance = 1e-3 * tolerance;
+    Simulation simulation(scene);
+    simulation.advance_to(scene.duration);
+    const Eigen::Vector3d exact(-0.0197967344, -0.2724022751, 0.6292632949);
+    EXPECT_LT((simulation.state().velocity() - exact).norm(), 5e-7) << tolerance;
+  }
+}
+
 // A load that is put on at rest changes the velocities at once, and with them the friction at all contacts.
 TEST_F(SimulationTest, AccurateStepsFollowALoadPutOnAtRest) {
   Scene scene = load(

@@ -117,6 +117,8 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   static constexpr double kFirstRate = 0.1;
   // Of a correction over the square of the one before it, in convergence tolerances: the largest one of late counts.
   static constexpr double kFirstCurvature = 1, kForgetting = 0.8, kCurvatureMargin = 10;
+  // Of nu. Friction may turn in a larger correction: how fast corrections shrank before does not tell the next one.
+  static constexpr double kForeseeable = 0.1;
   // How many times stiffer than elsewhere in the step a contact is at its end when its friction turns there
   static constexpr double kTransientStiffnessRatio = 4;
   // Continuation: the slip speed at which it begins, m/s, and the ratio of one to the next.
@@ -203,6 +205,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     per_tolerance_ = {1 / (kConverged * error_scale_.v.min(turning.v)),
                       1 / (kConverged * error_scale_.dphi.min(turning.dphi)),
                       1 / (kConverged * error_scale_.dgamma.min(turning.dgamma))};
+    foreseeable_ = kForeseeable * system.model().regularization_speed() * per_tolerance_.v[0];
   }
 
   // The last step stands: the next one is predicted from it.
@@ -441,6 +444,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
       length = 1;
       last = size;
       move(system, length);
+      if (!(size <= foreseeable_)) continue;
       // With an exact matrix the next correction is about the curvature times the square of this one.
       if (exact && !system.reacts() && kCurvatureMargin * curvature_ * size * size < 1) {
         evaluated_ = other(evaluations_, from_.evaluated);
@@ -530,6 +534,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   State x_;
   Velocities start_, start_forces_, error_scale_;
   Velocities per_tolerance_;  // the inverse of the convergence tolerance
+  double foreseeable_ = 0;    // the largest correction of which the next one's size is known, in that tolerance
   Friction start_friction_;
   Pose start_pose_;  // beyond the paper
   ContactModes::Ids contact_ids_ = ContactModes::Ids::Zero();
