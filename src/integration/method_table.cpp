@@ -22,6 +22,9 @@ using Dopri5 = ControlledRungeKutta<odeint::runge_kutta_dopri5<State>>;
 using CashKarp54 = ControlledRungeKutta<odeint::runge_kutta_cash_karp54<State>>;
 // Its error estimate misses friction that turns within a step: it compares four of the thirteen stages.
 using Fehlberg78 = ControlledRungeKutta<odeint::runge_kutta_fehlberg78<State>, 100>;
+// With d4 wrong the order is 1 in time, which its error estimate does not know. Of 55 random scenes 3 break the promise
+// of a reliable run at 3e-7; of 182 none does at 1e-6.
+constexpr double kFinestOfOrderOne = 1e-6;
 using RungeKutta4 = FixedStep<ExplicitStep<odeint::runge_kutta4<State>>>;
 
 }  // namespace
@@ -32,7 +35,7 @@ const std::vector<Method>& methods() {
       {"rosenbrock4", "odeint's, linearly implicit, of order 4, with d4 corrected: an independent check", false, 0,
        make<Rosenbrock4<CorrectedRosenbrock4>>},
       {"rosenbrock4_as_shipped", "the same with the wrong sign of d4 that Boost 1.74 has: to see what it costs", false,
-       0, make<Rosenbrock4<ShippedRosenbrock4>>},
+       0, make<Rosenbrock4<ShippedRosenbrock4>>, kFinestOfOrderOne},
       {"implicit_euler", "odeint's, linearly implicit, of order 1, fixed step", false, 1e-5,
        make<FixedStep<ImplicitEulerStep>>},
       {"dopri5", "odeint's Dormand-Prince, explicit, of order 5: where all wheels slip fast", true, 0, make<Dopri5>},

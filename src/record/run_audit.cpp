@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/record/twin.h"
 #include "youbot_base_sim/text/version.h"
 
@@ -17,8 +18,6 @@ namespace {
 
 constexpr double kMaxUnseen = 0.1;    // s, between two looks at the energy
 constexpr double kLeastSpeed = 1e-3;  // m/s, of a robot that hardly moves
-constexpr char kRosenbrock4AsShipped[] = "rosenbrock4_as_shipped";
-constexpr double kFinestAsShipped = 1e-7;
 
 // Processor time of this thread rather than wall time, so that other programs do not count.
 double thread_cpu_time() {
@@ -145,10 +144,10 @@ std::string unreliability_reason(const Simulation& simulation, const EnergyAudit
         simulation.statistics().eased_periods, creep, promised);
   }
   const Scene& scene = simulation.scene();
-  if (simulation.method() == kRosenbrock4AsShipped && scene.solver.control_period == 0 &&
-      scene.solver.relative_tolerance < kFinestAsShipped) {
-    return fmt::format("{} has order 1 where torques change with time: it keeps no relative tolerance below {:g}",
-                       simulation.method(), kFinestAsShipped);
+  const Method* method = find_method(simulation.method());
+  if (method && scene.solver.control_period == 0 && scene.solver.relative_tolerance < method->finest_tolerance) {
+    return fmt::format("{} keeps no relative tolerance below {:g} where torques change with time", method->name,
+                       method->finest_tolerance);
   }
   // The scale includes the energy of a speed that friction can give the base unseen between two rows.
   const double speed = kLeastSpeed + scene.floor.f.maxCoeff() * scene.floor.g * energy.longest_interval();

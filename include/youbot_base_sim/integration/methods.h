@@ -27,6 +27,7 @@ struct Method {
   /// Makes the method, with this step (s) if it has no step size control. Null for Radau, a class for each model.
   std::unique_ptr<SmoothStepper<const SmoothSystem>> (*make)(const Tolerance& tolerance, double step,
                                                              IntegrationStatistics& statistics);
+  double finest_tolerance = 0;  ///< relative: it keeps none below where torques change with time
 };
 
 /// All of them, the default one first; and their names.
