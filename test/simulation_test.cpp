@@ -359,6 +359,26 @@ TEST_F(SimulationTest, FollowsAWheelThatBreaksAwayWhereTheTorqueJumps) {
   }
 }
 
+// Motors wind up and turn the wheels, which grip, by less than a degree: velocities are right at the end of any step,
+// and the pose shows what a long one misses (at 1e-9: 2e-7 m). It is rosenbrock4's at a tolerance of 1e-10.
+TEST_F(SimulationTest, PosesKeepToTheToleranceWhereContactsHoldTheVelocities) {
+  Scene scene = load(
+      "duration: 0.45\nrobot: {profile: measured}\n"
+      "drive: {torque: [{start: 0.05, constant: [0.0128, 0.1148, -0.0466, 0.085],\n"
+      "  sin: [-0.0431, 0.28, -0.14, 0.29], period: 0.1555}]}\n");
+  constexpr double kPath = 1e-3;  // m
+  for (const double tolerance : {1e-8, 1e-9, 1e-10}) {
+    scene.solver.relative_tolerance = tolerance;
+    scene.solver.absolute_tolerance = 1e-3 * tolerance;
+    Simulation simulation(scene);
+    simulation.advance_to(scene.duration);
+    const State& x = simulation.state();
+    EXPECT_LT(std::hypot(x.x() - 7.313275963095e-4, x.y() + 9.67744748974e-6, 0.28 * (x.psi() - 1.8969712345991e-3)),
+              kPath * tolerance)
+        << tolerance;
+  }
+}
+
 // A load that is put on at rest changes the velocities at once, and with them the friction at all contacts.
 TEST_F(SimulationTest, AccurateStepsFollowALoadPutOnAtRest) {
   Scene scene = load(

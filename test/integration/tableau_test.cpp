@@ -50,6 +50,14 @@ TEST(RadauTableau, CollocatesWithOrderFive) {
   }
 }
 
+TEST(RadauTableau, ErrorOfAnIntegralIsZeroForQuadraticsOnly) {
+  for (int power = 0; power <= 3; ++power) {
+    double error = power == 0;
+    for (int j = 0; j < 3; ++j) error += T::error_of_integral(j) * std::pow(T::c[j], power);
+    EXPECT_EQ(std::abs(error) < 1e-14, power < 3) << error;
+  }
+}
+
 TEST(RadauTableau, InverseIsThatOfA) {
   EXPECT_LT((matrix(T::A) * matrix(T::A_inverse) - Matrix::Identity()).cwiseAbs().maxCoeff(), 3 * kRounding);
 }

@@ -306,7 +306,18 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     std::array<Velocities, 1> error;
     filter_.solve({start_forces_ + inertia * change}, error);
     if (inertia.J_2 == 0) error[0].dgamma.setZero();  // follows from the other velocities
-    return error_norm(error[0], error_scale_);
+    return std::max(error_norm(error[0], error_scale_), error_of_pose());
+  }
+
+  // The same of the platform's pose. Where contacts hold the velocities, these are right at the step's end, however
+  // long the step, and their integral alone shows what it misses.
+  double error_of_pose() const {
+    using T = RadauTableau;
+    constexpr double kAllowed = 100;  // its order is lower than the integral's by two
+    const Wheels mean_error =
+        (1 / T::gamma) * (start_.v + T::error_of_integral(0) * stages_[0].v + T::error_of_integral(1) * stages_[1].v +
+                          T::error_of_integral(2) * stages_[2].v);
+    return std::sqrt(sum(mean_error.square())) / (kAllowed * error_scale_.v[0]);
   }
 
   // Friction that turns within a step is stiff for an instant only. Where the step happens to end in it, the damping
