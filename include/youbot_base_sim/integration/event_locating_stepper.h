@@ -101,6 +101,7 @@ class EventLocatingStepper : public ControlledStepperTypes {
   static constexpr double kGrowthAfterJump = 1.6;
   static constexpr double kShrinkage = 0.2;    // of a step whose end is not finite
   static constexpr double kFirstOrder = 1e-6;  // of a step: what has a negligible square
+  static constexpr double kWithin = 1e-2;      // of a step: how far from its end the states within are as good as that
   // Further from an edge than any resolution, rad: a quick look suffices.
   static constexpr double kNear = 1e-6;
 
@@ -180,9 +181,12 @@ class EventLocatingStepper : public ControlledStepperTypes {
     Crossing crossing = first();
     if (!crossing) return;
     double low = 0, high = last_try_.length, length = crossing.dt;
-    if constexpr (!Event::kEndsPast) length = by_interpolation(event, system, crossing);
     Try past_event = last_try_;
     residual_dt_ = 0;
+    if constexpr (!Event::kEndsPast) {
+      if (length <= event.width(high)) return;  // a wheel on its edge: the end decides whether it leaves
+      length = by_interpolation(event, system, crossing.condition, length);
+    }
     for (int tries = 0; tries < Event::kMaxTries; ++tries) {
       if (!(length > low && length < high)) length = 0.5 * (low + high);
       try_before_ = last_try_;
@@ -210,6 +214,9 @@ class EventLocatingStepper : public ControlledStepperTypes {
       if (high - low <= event.width(high)) break;
       if constexpr (!Event::kEndsPast) {
         residual_dt_ = -past / speed;
+        if (interpolates()) {
+          residual_dt_ = by_interpolation(event, system, crossing.condition, length + residual_dt_) - length;
+        }
         if (speed > 0 && can_extrapolate(system.modes(), event.wheel(crossing.condition), resolution)) return;
         residual_dt_ = 0;
       }
@@ -218,18 +225,18 @@ class EventLocatingStepper : public ControlledStepperTypes {
     if (Event::kEndsPast && !try_length(system, start, t, high)) last_try_ = past_event;
   }
 
-  // When the event happens by the states that the method knows within the last try: a try of that length usually is
-  // the last one. By Newton's method.
+  // When the event happens by the states that the method knows within the last try, or a little after its end: a try
+  // of that length usually is the last one. By Newton's method from `guess`.
   template <class Event>
-  double by_interpolation(const Event& event, const System& system, const Crossing& crossing) const {
+  double by_interpolation(const Event& event, const System& system, int condition, double guess) const {
     State x;
-    double length = crossing.dt;
+    double length = guess;
     for (int iteration = 0; iteration < 2; ++iteration) {
       const double share = length / last_try_.length;
-      if (!(share > 0 && share < 1) || !stepper_->interpolates()) return crossing.dt;
+      if (!(share > 0 && share < 1 + kWithin) || !stepper_->interpolates()) return guess;
       stepper_->state_within(system, share, x);
-      const Witness witness = event.witness(system, x, 0, crossing.condition);
-      if (!(witness.speed > 0)) return crossing.dt;
+      const Witness witness = event.witness(system, x, 0, condition);
+      if (!(witness.speed > 0)) return guess;
       length -= witness.past / witness.speed;
     }
     return length;
@@ -252,18 +259,19 @@ class EventLocatingStepper : public ControlledStepperTypes {
     return (last_try_.end.values - try_before_.end.values) / (last_try_.length - try_before_.length);
   }
 
-  // Whether the end of the step, residual_dt_ (s) off an edge, may be moved there to first order: at its own slope, or
-  // at the secant's, which is that of the middle between the two tries. All wheels must stay within their edges but the
-  // one that reaches its own.
+  // Whether the end of the step, residual_dt_ (s) off an edge, may be moved there: by the states that the method knows
+  // or to first order, at the secant's slope, which is that of the middle between the two tries. All wheels must stay
+  // within their edges but the one that reaches its own.
   bool can_extrapolate(const ContactModes& modes, int wheel, double resolution) const {
-    const Wheels phi = last_try_.end.phi() + residual_dt_ * last_try_.end.dphi();
-    double off = std::abs(residual_dt_);
-    if (!stepper_->interpolates()) off += std::abs(last_try_.length - try_before_.length);
-    const double acceleration = secant().col(3).abs().maxCoeff();
-    if (!(std::abs(residual_dt_) < kFirstOrder * last_try_.length &&
-          std::abs(residual_dt_) * off * acceleration < resolution)) {
-      return false;
+    const double residual = std::abs(residual_dt_);
+    if (stepper_->interpolates()) {
+      if (!(residual < kWithin * last_try_.length)) return false;
+    } else {
+      const double off = residual + std::abs(last_try_.length - try_before_.length);
+      const double acceleration = secant().col(3).abs().maxCoeff();
+      if (!(residual < kFirstOrder * last_try_.length && residual * off * acceleration < resolution)) return false;
     }
+    const Wheels phi = last_try_.end.phi() + residual_dt_ * last_try_.end.dphi();
     for (int k = 0; k < kWheels; ++k) {
       if (k != wheel && !(phi[k] > modes.lower_edge()[k] && phi[k] < modes.upper_edge()[k])) return false;
     }
