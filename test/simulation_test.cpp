@@ -107,7 +107,7 @@ TEST_F(SimulationTest, RowsWithinStepsAreAccurate) {
     EXPECT_LT((x.values - y.values).col(0).head<3>().abs().maxCoeff(), kTolerance) << k;
     EXPECT_LT((x.values - y.values).col(1).abs().maxCoeff(), kTolerance) << k;
     EXPECT_LT((x.phi() - y.phi()).abs().maxCoeff(), 10 * kTolerance) << k;
-    EXPECT_LT((x.dphi() - y.dphi()).abs().maxCoeff(), 40 * kTolerance) << k;
+    EXPECT_LT((x.dphi() - y.dphi()).abs().maxCoeff(), 60 * kTolerance) << k;
     const ContactDetails c = rows.contacts(), d = exact.contacts();
     // Of 45 N, each within 1 mm/s of slip; at a step's end friction is that of the slip.
     const double allowed = is_within ? 0.012 : 0.04;

@@ -140,7 +140,9 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   [[gnu::flatten, gnu::noinline]] void initialize(const SlipSystem<Model>& system, const State& x, double t) {
     if (known_ == Known::kThisStep && !starts_at(x, t)) accept();
     const WheelMask unchanged = system.modes().ids() == end_contact_ids_;
-    if (!unchanged.all()) {  // another contact: the step before does not predict this one
+    after_switch_ = !unchanged.all();
+    friction_lasts_ = after_switch_ && known_ == Known::kStepBefore && unchanged.any() && !system.modes().mixed();
+    if (after_switch_) {  // another contact: the step before does not predict this one
       known_ = Known::kNothing;
       control_.restart();
     }
@@ -211,6 +213,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   // The last step stands: the next one is predicted from it.
   void accept() {
     known_ = Known::kStepBefore;
+    began_after_switch_ = after_switch_;
     before_ = start_;
     friction_before_ = start_friction_;
     end_friction_ = friction_[2];
@@ -230,9 +233,14 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     return dt * std::max({std::abs(stages_[0].v[2]), std::abs(stages_[1].v[2]), std::abs(stages_[2].v[2])}) < 1;
   }
 
+  // A step that is longer than the transient after a switch begins with the friction before it, also where the contact
+  // is another.
   bool iterate_from_start(const SlipSystem<Model>& system, double dt) {
+    constexpr double kTransient = 1e-4;  // s
+    const bool outlasts = friction_lasts_ && dt > kTransient;
     stages_.fill(start_);
-    friction_.fill(start_friction_);
+    friction_.fill(outlasts ? end_friction_ : start_friction_);
+    if (outlasts) follow_friction(system, dt);
     return iterate(system, dt);
   }
 
@@ -387,7 +395,17 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     system.follow_friction(F, contacts, x.phi(), kShare, u);
   }
 
-  // The collocation polynomial of the step that is known, at the stages of one of length dt.
+  // The same at the stages of a step of length dt. Near the largest friction, the slip depends on it too much.
+  void follow_friction(const SlipSystem<Model>& system, double dt) {
+    constexpr double kShare = 0.9;
+    const Wheels phi[3] = {phi_at(0, dt), phi_at(1, dt), phi_at(2, dt)};
+    for (int j = 0; j < 3; ++j) {
+      system.follow_friction(friction_[j], evaluated_->contacts[j], phi[j], kShare, stages_[j]);
+    }
+  }
+
+  // The collocation polynomial of the step that is known, at the stages of one of length dt. After one that began with
+  // the transient after a switch, the line through its last two stages.
   [[gnu::flatten, gnu::noinline]] void predict(const SlipSystem<Model>& system, double dt) {
     using T = RadauTableau;
     const bool is_next = known_ == Known::kStepBefore;
@@ -396,8 +414,9 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     const Velocities& start = is_next ? before_ : start_;
     const Friction& start_friction = is_next ? friction_before_ : start_friction_;
     for (int j = 0; j < 3; ++j) {
-      const double s = (is_next ? 1 : 0) + T::c[j] * dt / dt_;
-      const std::array<double, 4> weights = lagrange_weights(s);
+      const double s = (is_next ? 1 : 0) + T::c[j] * dt / dt_, along = (s - T::c[1]) / (1 - T::c[1]);
+      const std::array<double, 4> weights =
+          is_next && began_after_switch_ ? std::array<double, 4>{0, 0, 1 - along, along} : lagrange_weights(s);
       stages_[j] = weighted(weights, start, known);
       friction_[j] = system.model().bounded(weighted(weights, start_friction, known_friction), evaluated_->contacts[j]);
     }
@@ -405,10 +424,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     // Not within the polynomial's own step, nor where its errors, some tolerances, are small against nu.
     constexpr double kSmall = 1e-3;
     if (!is_next || error_scale_.v[0] < kSmall * system.model().regularization_speed()) return;
-    const Wheels phi[3] = {phi_at(0, dt), phi_at(1, dt), phi_at(2, dt)};
-    constexpr double kShare = 0.9;  // nearer to the largest friction, the slip depends on it too much
-    for (int j = 0; j < 3; ++j)
-      system.follow_friction(friction_[j], evaluated_->contacts[j], phi[j], kShare, stages_[j]);
+    follow_friction(system, dt);
   }
 
   // Newton's iterations for the stages, from what `stages_` and `friction_` hold.
@@ -553,6 +569,8 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
 
   // The step that is known: its stages, and the start of the step before it.
   Known known_ = Known::kNothing;
+  bool after_switch_ = false, began_after_switch_ = false;  // whether this step and that one begin with another contact
+  bool friction_lasts_ = false;                             // whether end_friction_ is a first guess across the switch
   double dt_ = 0;
   double rate_ = kFirstRate, curvature_ = kFirstCurvature;
   Velocities before_;
