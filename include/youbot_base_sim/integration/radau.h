@@ -106,7 +106,9 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
 
   static constexpr int kMaxIterations = 25;
   static constexpr double kMinLength = 1.0 / 16;  // of a damped correction
-  static constexpr double kConverged = 0.03;      // of the tolerance
+  static constexpr int kFreeIterations = 4;
+  static constexpr double kFreeGrowth = 4;    // of their corrections
+  static constexpr double kConverged = 0.03;  // of the tolerance
   // How small an error of the slip rounding lets iterations reach, m/s; with dynamic reactions
   static constexpr double kRounding = 3e-16, kReactingRounding = 1e-12;
   static constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
@@ -447,8 +449,10 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
       if (iteration == 0) factorize(system);
       double size = correction(system, left, change);
       if (iteration > 0) {
-        // Deuflhard's natural monotonicity test: with the same Jacobian, the correction must have shrunk.
-        if (!(size <= (1 - length / 4) * last)) {
+        // Deuflhard's natural monotonicity test: with the same Jacobian, the correction must have shrunk. At first it
+        // may grow: stiffness by the friction makes up for that sooner than shorter corrections do.
+        const bool free = length == 1 && iteration <= kFreeIterations;
+        if (!(size <= (free ? kFreeGrowth : 1 - length / 4) * last)) {
           length /= 2;
           if (length < kMinLength) return false;
           move(system, length);
