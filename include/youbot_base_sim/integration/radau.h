@@ -158,7 +158,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     const Wheels M = goes_on ? torque_[2] : system.torque().value(t);
     start_pose_ = system.pose(x);
     if (known_ == Known::kStepBefore && goes_on && !system.modes().mixed()) {
-      start_forces_ = forces_at_end(system);
+      start_forces_ = forces_by_motion(system, 2, before_);
       start_friction_ = end_friction_;
     } else {
       evaluate_start(system, M, unchanged);
@@ -176,10 +176,10 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     return scale;
   }
 
-  // Forces at the end of the last step, by the equation of its last stage.
-  Velocities forces_at_end(const SlipSystem<Model>& system) const {
+  // Forces at stage j by its equation, for a step that starts with the velocities `start`.
+  Velocities forces_by_motion(const SlipSystem<Model>& system, int j, const Velocities& start) const {
     return system.model().inertia() *
-           (D_[2][0] * (stages_[0] - before_) + D_[2][1] * (stages_[1] - before_) + D_[2][2] * (stages_[2] - before_));
+           (D_[j][0] * (stages_[0] - start) + D_[j][1] * (stages_[1] - start) + D_[j][2] * (stages_[2] - start));
   }
 
   // Forces and friction at the start under the torques M; contacts that are `unchanged` have the friction of the last
@@ -478,8 +478,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
       if (!(size <= foreseeable_)) continue;
       // With an exact matrix the next correction is about the curvature times the square of this one.
       if (exact && !system.reacts() && kCurvatureMargin * curvature_ * size * size < 1) {
-        evaluated_ = other(evaluations_, from_.evaluated);
-        residual(system, dt, left);  // for the forces, whose work the energy balance has
+        for (int j = 0; j < 3; ++j) forces_[j] = forces_by_motion(system, j, start_);
         return true;
       }
       if (leaves_little(size, rate)) {
