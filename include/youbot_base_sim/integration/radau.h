@@ -373,12 +373,14 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     return pose;
   }
 
-  // Lagrange's weights at s on the nodes 0, c_1, c_2, 1.
-  static std::array<double, 4> lagrange_weights(double s) {
+  // Lagrange's weights at s on the nodes 0, c_1, c_2, 1, or on the last `nodes` of them.
+  static std::array<double, 4> lagrange_weights(double s, int nodes = 4) {
     constexpr double c_1 = RadauTableau::c[0], c_2 = RadauTableau::c[1], k_0 = -1 / (c_1 * c_2),
                      k_1 = 1 / (c_1 * (c_1 - c_2) * (c_1 - 1)), k_2 = 1 / (c_2 * (c_2 - c_1) * (c_2 - 1)),
                      k_3 = 1 / ((1 - c_1) * (1 - c_2));
     const double a = s - c_1, b = s - c_2, c = s - 1;
+    if (nodes == 2) return {0, 0, c / (c_2 - 1), b / (1 - c_2)};
+    if (nodes == 3) return {0, k_1 * c_1 * b * c, k_2 * c_2 * a * c, k_3 * a * b};
     return {k_0 * a * b * c, k_1 * s * b * c, k_2 * s * a * c, k_3 * s * a * b};
   }
 
@@ -406,7 +408,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     }
   }
 
-  // The collocation polynomial of the step that is known, at the stages of one of length dt. After one that began with
+  // The collocation polynomial of the step that is known, at the stages of one of length dt. Of a step that began with
   // the transient after a switch, the line through its last two stages.
   [[gnu::flatten, gnu::noinline]] void predict(const SlipSystem<Model>& system, double dt) {
     using T = RadauTableau;
@@ -415,18 +417,19 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     const std::array<Friction, 3> known_friction = friction_;
     const Velocities& start = is_next ? before_ : start_;
     const Friction& start_friction = is_next ? friction_before_ : start_friction_;
-    for (int j = 0; j < 3; ++j) {
-      const double s = (is_next ? 1 : 0) + T::c[j] * dt / dt_, along = (s - T::c[1]) / (1 - T::c[1]);
-      const std::array<double, 4> weights =
-          is_next && began_after_switch_ ? std::array<double, 4>{0, 0, 1 - along, along} : lagrange_weights(s);
-      stages_[j] = weighted(weights, start, known);
-      friction_[j] = system.model().bounded(weighted(weights, start_friction, known_friction), evaluated_->contacts[j]);
-    }
     // Where contacts grip, the slip follows from the force: small errors of the rates would be large ones of friction.
     // Not within the polynomial's own step, nor where its errors, some tolerances, are small against nu.
     constexpr double kSmall = 1e-3;
-    if (!is_next || error_scale_.v[0] < kSmall * system.model().regularization_speed()) return;
-    follow_friction(system, dt);
+    const bool follows = is_next && !(error_scale_.v[0] < kSmall * system.model().regularization_speed());
+    constexpr double kFar = 1.5;  // lengths of the step before, from which on its start does more harm than good
+    const int nodes = is_next && began_after_switch_ ? 2 : follows && dt > kFar * dt_ ? 3 : 4;
+    for (int j = 0; j < 3; ++j) {
+      const double s = (is_next ? 1 : 0) + T::c[j] * dt / dt_;
+      const std::array<double, 4> weights = lagrange_weights(s, nodes);
+      stages_[j] = weighted(weights, start, known);
+      friction_[j] = system.model().bounded(weighted(weights, start_friction, known_friction), evaluated_->contacts[j]);
+    }
+    if (follows) follow_friction(system, dt);
   }
 
   // Newton's iterations for the stages, from what `stages_` and `friction_` hold.
