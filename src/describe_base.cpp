@@ -41,9 +41,8 @@ bool read_arguments(int argc, char** argv, Arguments& arguments) {
      "continuous roller joints, for a node that publishes the rollers' joint states; without it they are fixed, and "
      "the driver's eight joint states are enough")
     ("meshes", po::value(&arguments.meshes)->value_name("FOLDER"),
-     "write all meshes into this folder. Without it, the parts that are the paper's robot's are those of the package; "
-     "others are written to $ROS_HOME/youbot_base_sim, or ~/.ros/youbot_base_sim. Viewers must find that folder on the "
-     "same machine");
+     "write all meshes into this folder. Without it, parts of the paper's robot use the package's meshes; others are "
+     "written to $ROS_HOME/youbot_base_sim, or ~/.ros/youbot_base_sim. rviz must find that folder on its machine");
   // clang-format on
   return parse(argc, argv, kUsage, options, {"scene", po::value(&arguments.scene), 1, false});
 }

@@ -37,8 +37,8 @@ struct Arguments {
 
 const Usage kUsage = {
     "identify BAG.. [options]",
-    "Fits robot and motors of a scene to bags with joint_states, with effort, and cmd_vel or velocity_command; with\n"
-    "--encoders the robot alone, to bags with positions of joint_states and ground truth.",
+    "Fits robot and motors of a scene to bags with joint_states (with effort) and cmd_vel or velocity_command. With\n"
+    "--encoders it fits the robot alone, to bags with positions in joint_states and ground truth.",
     "\nExit status: 0 done, 2 rejected input, 1 the fit could not be completed.\n",
     "  identify drive.bag --output fitted.yaml\n"
     "  identify first.bag second.bag --scene my_scene.yaml --csv comparison.csv\n"
@@ -124,7 +124,8 @@ bool prepare(int argc, char** argv, Arguments& arguments, Scene& start) {
      "robot, floor and motors to start from; left out: the profile `measured`")
     ("output,o", po::value(&arguments.output)->value_name("FITTED.yaml"),
      "write the fitted scene, and beside it the commands as FITTED.csv")
-    ("csv", po::value(&arguments.csv)->value_name("FILE"), "write the first bag's motion, recorded and fitted, for scripts/plot_identification")
+    ("csv", po::value(&arguments.csv)->value_name("FILE"),
+     "write the first bag's motion, recorded and fitted, for scripts/plot_identification")
     ("truth-topic", po::value(&arguments.names.truth_topic)->value_name("TOPIC"),
      "ground truth; left out: ground_truth, base_pose_ground_truth or pose, in any namespace")
     ("frames", po::value(&frames)->value_name("FIXED,BODY"), "ground truth from the transforms between these frames")
@@ -132,12 +133,13 @@ bool prepare(int argc, char** argv, Arguments& arguments, Scene& start) {
      "whose pose it is: the base's own at the bag's clock, or a marker's, whose offset and clock are estimated; default: "
      "base for nav_msgs/Odometry and --frames, else marker")
     ("joints", po::value(&joints)->value_name("FL,FR,BL,BR"),
-     "joints of the wheels in joint_states; -NAME turns backward: --joints=-a,b,-c,d")
-    ("ticks", po::value(&ticks)->value_name("N"), "positions of joint_states are encoder ticks, N a turn of the wheel")
+     "joints of the wheels in joint_states; -NAME counts backward: --joints=-a,b,-c,d")
+    ("ticks", po::value(&ticks)->value_name("N"),
+     "positions in joint_states are encoder ticks, N per turn of the wheel")
     ("encoders", po::bool_switch(&arguments.encoders),
-     "fit to positions and ground truth alone: robot, clocks and where the rollers stood")
+     "fit robot, clocks and initial wheel angles to positions and ground truth alone")
     ("unknown-angles", po::bool_switch(&arguments.unknown_angles),
-     "with --encoders: fit what suits slip_odometry without ~angles_at_zero")
+     "with --encoders: average over all wheel angles, for slip_odometry without ~angles_at_zero")
     ("quiet", po::bool_switch(&arguments.quiet), "print nothing but errors");
   // clang-format on
   if (!parse(argc, argv, kUsage, options, {"bag", po::value(&arguments.bags), -1, true})) return false;

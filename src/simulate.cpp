@@ -60,7 +60,7 @@ bool prepare(int argc, char** argv, Arguments& arguments, Scene& scene) {
   std::string tolerance, cpu_limit;
   // clang-format off
   options.add_options()
-    ("csv", po::value(&arguments.csv)->value_name("FILE"), "write the motion, a row each 1/output_rate")
+    ("csv", po::value(&arguments.csv)->value_name("FILE"), "write the motion as CSV, one row per 1/output_rate")
     ("switches", po::value(&arguments.switches)->value_name("FILE"), "write the roller switches as CSV")
     ("bag", po::value(&arguments.bag)->value_name("FILE"), "write a bag with the topics of base_node")
     ("csv-comment", po::bool_switch(&arguments.csv_comment),
@@ -78,12 +78,11 @@ bool prepare(int argc, char** argv, Arguments& arguments, Scene& scene) {
      "stop at the first row after this much processor time; writes the summary, keeps the rest as FILE.incomplete-*, "
      "and exits with status 1")
     ("print-scene", po::bool_switch(&arguments.print_scene),
-     "print the scene, with every default and the options above, as YAML and a comment as of --csv-comment; write "
-     "nothing")
+     "print the scene with all defaults and the options above, below the comment of --csv-comment; simulate nothing")
     ("check", po::bool_switch(&arguments.check),
-     "run a twin beside it, at half the tolerance and with wheels and twist 1e-9 off at the start: how far both part is "
-     "an error bar for the summary, and makes the result unreliable where the tolerance promises less; takes some 2.2 "
-     "times as long, of which --cpu-limit counts the run itself")
+     "also run a twin at half the tolerance, with wheels and twist 1e-9 off at the start. The summary has the "
+     "difference as an error bar; if the tolerance promises less, the result is unreliable. Takes 2.2 times as long; "
+     "--cpu-limit does not count the twin")
     ("quiet", po::bool_switch(&arguments.quiet), "print nothing but errors and warnings of an unreliable result");
   // clang-format on
   if (!parse(argc, argv, kUsage, options, {"scene", po::value(&arguments.scene), 1, true})) return false;

@@ -90,11 +90,11 @@ bool read_arguments(int argc, char** argv, const Ranks& ranks, Arguments& argume
     ("csv", po::value(&arguments.csv)->value_name("FILE"),
      "write the table there; left out: FAMILY.csv in the current folder. FILE.journal keeps finished runs meanwhile")
     ("threads", po::value(&threads)->value_name("N"),
-     "left out: one for each core; not under mpirun")
+     "number of threads; left out: one per core; not under mpirun")
     ("reuse", po::value(&arguments.reuse)->value_name("TABLE.csv"),
-     "take over the rows of a table of the same scene and axes, as with fewer draws, and simulate the others")
+     "keep the rows of a table of the same scene and axes, such as one with fewer draws, and simulate the others")
     ("slice", po::value(&slice)->value_name("K/N"),
-     "the K-th of N parts of the runs alone, as a job of an array; the table is then FAMILY_K_of_N.csv")
+     "only the K-th of N parts of the runs, for a job array; the table is then FAMILY_K_of_N.csv")
     ("list", po::bool_switch(&arguments.list), "print the number of runs and how long they will take, and end")
     ("scene", po::value(&arguments.scene)->value_name("RUN"), "print the scene of a run, for simulate, and end")
     ("quiet", po::bool_switch(&arguments.quiet), "print nothing but errors and warnings of runs that failed");

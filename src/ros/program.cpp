@@ -143,7 +143,7 @@ int run_program(int argc, char** argv, const char* name, const std::function<voi
   }
   catch_signals(&ros::requestShutdown);  // ROS would do this for SIGINT alone
   if (argc > 1) {
-    ROS_FATAL("unexpected argument %s: %s takes ROS parameters, as _scene:=FILE, and remappings only",
+    ROS_FATAL("unexpected argument %s: %s takes only ROS parameters, such as _scene:=FILE, and remappings",
               quote(argv[1]).c_str(), name);
     return 2;
   }

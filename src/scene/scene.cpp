@@ -387,7 +387,7 @@ TorqueSegments read_torque(const std::vector<SceneSection>& sections) {
     (cos || sin ? s.required("period") : s["period"]).number(segment.period, kHarmonicPeriod);
     s.finish();
     if (!segments.empty() && segment.start <= segments.back().start) {
-      start.refuse(fmt::format("after the start of the piece before, {}", segments.back().start));
+      start.refuse(fmt::format("after the start of the segment before, {}", segments.back().start));
     }
     segments.push_back(segment);
   }

@@ -87,7 +87,7 @@ void FinishedTable::find_rows(const Family& family, const RowMaker& maker) {
     while (run < family.runs() && !is_next()) ++run;
     if (run == family.runs() || file.eof()) {
       const std::string expected = fmt::format("{}{}", number, maker.axis_cells(std::min(number, family.runs() - 1)));
-      refuse(fmt::format("row {}: is of no run of this family that follows the one before: {}", number,
+      refuse(fmt::format("row {}: must be a run of this family after that of the row before: {}", number,
                          file.eof() ? "is torn" : difference(header, line, expected)));
     }
     const RunStatus status = status_of(line.substr(comma + cells.size()));

@@ -11,15 +11,15 @@ def joint_names(text):
     names = text.split(",")
     if len({name.lstrip("-") for name in names} - {""}) != 4 or len(names) != 4:
         raise argparse.ArgumentTypeError(f"{text!r}: must be four joints, fl, fr, bl and br, separated by commas; with "
-                                         "-NAME for one that turns backward")
+                                         "-NAME for one that counts backward")
     return tuple(name.lstrip("-") for name in names), tuple(-1 if name.startswith("-") else 1 for name in names)
 
 
 def add_encoder_options(parser):
     parser.add_argument("--joints", metavar="FL,FR,BL,BR", type=joint_names, default=(Base.joints, Base.turns),
-                        help="joints of the wheels in joint_states; -NAME turns backward: --joints=-a,b,-c,d")
+                        help="joints of the wheels in joint_states; -NAME counts backward: --joints=-a,b,-c,d")
     parser.add_argument("--ticks", metavar="N", type=positive, default=2 * math.pi,
-                        help="positions of joint_states are encoder ticks, N a turn of the wheel; default: rad")
+                        help="positions in joint_states are encoder ticks, N per turn of the wheel; default: rad")
 
 
 def encoders_of(arguments):
