@@ -31,7 +31,7 @@ struct LoadChange {
   bool loads, wrenches;  ///< which of them changed
 };
 
-/// The base was put elsewhere: its state from an instant on.
+/// A jump of the base's state, by `set_state`: its state from an instant on.
 struct StateChange {
   double t;  ///< s
   State state;
@@ -69,7 +69,7 @@ class Simulation {
   /// Advances to the end of the present control period and by n - 1 more; std::logic_error if the scene has none.
   void advance_periods(std::int64_t n);
 
-  /// As MotionIntegrator::stop_on, for `advance_to` and `advance_periods`; only `reset` leads on from there.
+  /// As MotionIntegrator::stop_on, for `advance_to` and `advance_periods`. After a stop, only `reset` is allowed.
   void stop_on(const std::atomic<bool>& stop);
 
   /// Back to the scene's initial state at t = 0, statistics included.
@@ -87,28 +87,28 @@ class Simulation {
   /// For a wheel that rests between two rollers, its neighbour that stands on the floor too.
   std::array<std::optional<int>, kWheels> other_rollers() const;
 
-  /// Angle of roller k of wheel i about its own axis, rad: it turns while it is on the floor, and stands otherwise.
+  /// Angle of roller k of wheel i about its own axis, rad; it changes only while the roller is on the floor.
   double roller_angle(int i, int k) const;
 
   /// Slip, friction, normal reaction and offset of the contact points; in model 1, no slip and no force.
   ContactDetails contacts() const { return integrator_->contacts(state_, t_); }
 
-  /// Replaces the loads and wrenches of the last call, which act besides the scene's, from now on. The base keeps its
-  /// velocities or, with `keep_momentum`, its momentum; the change of kinetic energy counts as work.
+  /// From now on these loads and wrenches replace those of the last call; they act in addition to the scene's. The base
+  /// keeps its velocities or, with `keep_momentum`, its momentum; the change of kinetic energy counts as work.
   void set_loads(const AppliedLoads& applied, bool keep_momentum = false);
 
-  /// Puts the base elsewhere: at this pose, x, y (m) and heading (rad) in the fixed frame, with this velocity V_X, V_Y
-  /// (m/s), Omega (rad/s) in its own frame, with which wheels and rollers roll without slip, and at the wheel angles
-  /// phi (rad), if given. Time, torque, loads and wrenches go on; the change of kinetic energy counts as work.
+  /// Sets the pose x, y (m) and heading (rad) in the fixed frame, the velocity V_X, V_Y (m/s), Omega (rad/s) in the
+  /// platform's frame and, if given, the wheel angles phi (rad). Wheels and rollers then roll without slip. Time,
+  /// torque, loads and wrenches go on; the change of kinetic energy counts as work.
   void set_state(const Eigen::Vector3d& pose, const Eigen::Vector3d& velocity, const std::optional<Wheels>& phi);
 
-  /// Its calls since the last call of this one. The list grows until it is taken.
+  /// State changes since the last call, in order of time. The list grows until it is taken.
   std::vector<StateChange> take_state_changes() { return std::exchange(state_changes_, {}); }
 
   /// The present loads and wrenches, those of the scene included.
   const AppliedLoads& applied_loads() const { return applied_loads_; }
 
-  /// Changes of it since the last call, in order of time. The list grows until it is taken.
+  /// Load changes since the last call, in order of time. The list grows until it is taken.
   std::vector<LoadChange> take_load_changes() { return std::exchange(load_changes_, {}); }
 
   /// Extremes of the normal reactions; empty where they are static.
@@ -117,13 +117,14 @@ class Simulation {
   /// Lets the motion continue at the tipping limit, where the advancing functions otherwise throw TippedOver.
   void continue_when_tipping();
 
-  /// Where the power goes now. Its net changes the kinetic energy, but for switches that stop a roller or a wheel.
+  /// Where the power goes now. The sum is the rate of change of kinetic energy; switches that stop a roller or a wheel
+  /// change it too.
   PowerBalance power_balance() const;
 
   /// Switches since the last call, in order of time. The list grows until it is taken.
   std::vector<RollerSwitch> take_switches() { return integrator_->take_switches(); }
 
-  /// Where time() lies within a step, that counts too.
+  /// If time() lies within a step, that step is counted.
   const IntegrationStatistics& statistics() const { return integrator_->statistics(); }
 
   /// effective_regularization_speed of the scene's friction, m/s; infinite for models without one.
@@ -179,10 +180,9 @@ class Simulation {
   std::vector<StateChange> state_changes_;
 };
 
-/// A base whose wheels turn as `motion` says, from its time 0 on, at the angles of `motion` plus `ahead` (rad). At
-/// first it moves as they roll. With `softly` they are drawn to these angles as if by motors of a velocity loop.
-/// Measured angles hold the ripple of the rollers that touched the floor: prescribed to others, wheels would work
-/// against each other, and slip.
+/// A base whose wheel angles are those of `motion`, from its time 0 on, plus the offset `ahead` (rad). It starts as if
+/// the wheels rolled. With `softly`, a spring and a damper draw each wheel to its angle: measured angles have the
+/// ripple of the rollers that touched the floor, and wheels on other rollers that followed them exactly would slip.
 std::unique_ptr<Simulation> replay(Scene scene, const std::shared_ptr<const WheelMotion>& motion, const Wheels& ahead,
                                    bool softly);
 

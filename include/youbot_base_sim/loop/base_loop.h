@@ -15,10 +15,10 @@
 
 namespace youbot_base_sim {
 
-/// What a BaseLoop simulates, and how often it does what.
+/// What a BaseLoop simulates, and at which rates.
 struct LoopSettings {
   Scene scene;               ///< with a control period; its `drive` section is ignored
-  double publish_rate = 50;  ///< at which motors are read and odometry makes its step, Hz
+  double publish_rate = 50;  ///< of reading the motors and updating odometry, Hz
   /// Rate at which the driver takes requests, Hz. 0: each acts from the first control period that begins after its
   /// arrival, as all do in lockstep.
   double command_rate = 0;
@@ -29,8 +29,8 @@ struct LoopSettings {
 
 /// The control loop of the simulated base, without ROS: requests go in; state, driver and sensors come out.
 ///
-/// At the beginning t of a control period, in this order: at an instant of publishing the motors are read and odometry
-/// makes its step; wrenches, loads and states that have arrived by t act; the driver takes the requests that have
+/// At the beginning t of a control period, in this order: if it is an instant of publishing, the motors are read and
+/// odometry is updated; wrenches, loads and states that have arrived by t act; the driver takes the requests that have
 /// arrived by t, and sets the torques of the period. So results depend neither on how many periods one call advances by
 /// nor on whether the sensors are read.
 class BaseLoop {
@@ -42,7 +42,7 @@ class BaseLoop {
   /// Enqueues a request that arrives at simulated time t, s. False if too many wait.
   bool push(double t, const BaseRequest& request) { return requests_.push(t, request); }
 
-  /// Why the base cannot carry these besides the scene's loads, in words; empty if it can.
+  /// Why the base cannot carry these in addition to the scene's loads; empty if it can.
   std::string refusal(const std::vector<Load>& loads) const;
 
   /// Requests that wait for the control period that takes them.
