@@ -35,6 +35,11 @@ class Base:
         fl, fr, bl, br = self.wheel_radius / 4 * rates.T
         return fl + fr + bl + br, -fl + fr + bl - br, (-fl + fr - bl + br) / self.half_lengths
 
+    def contradiction(self, rates):
+        """Speed (m/s) of the rims at which wheels of these rates, (n, 4), work against each other: no motion of the
+        base explains it, so that they slip."""
+        return self.wheel_radius / 4 * (rates @ (1, 1, -1, -1))
+
     def jump_of_offset(self):
         """How far a contact point jumps along the axle when the next roller takes over, m."""
         return 2 * self.roller_axis_radius * tan(pi / self.rollers_per_wheel)

@@ -19,6 +19,8 @@ WINDOW = 0.1         # s, over which motions of marker and wheels are compared
 LARGEST_CLOCK = 1.5  # s, offset that is searched
 CLOCK_STEP = 0.02    # s, of the search
 MIN_ERROR = 1e-3   # m/s, that velocities are assumed to be off
+ALONG = 2.0        # s: errors of slip last no longer
+DOUBT = 5e-3       # m/s: where the wheels contradict each other by more, the base is not where they roll
 SLIP = np.array([5e-3, 2e-3, 3e-3, 3e-3])  # what slip of hard starts adds to sigma of clock, yaw, X and Y
 LAG = 0.2            # s/(m/s)^2, sigma of the clock where the base lags behind wheels that start, from simulated bags
 START = 0.02         # m and rad: until odometry has moved so far, it has hardly drifted
@@ -100,23 +102,29 @@ Alignment = namedtuple("Alignment", "clock marker fixed")
 
 def align(truth, wheels, odom, topic, base):
     """Turns poses of a marker into the base's, at the wheels' clock and in odometry's frame. `wheels`: what they roll
-    since the beginning. Returns series and Alignment. Throws Missing where the motion does not tell."""
+    since the beginning, and contradict each other. Returns series and Alignment. Throws Missing where the motion does
+    not tell."""
     length = max(WINDOW, 3 * truth.period)
     ends = np.flatnonzero(np.diff(np.floor(truth.t / length), prepend=-math.inf) > 0)
     coarse = Series(truth.t[ends], {name: truth[name][ends] for name in ("x", "y", "psi")})
     whole = np.diff(coarse.t) < 1.5 * length
     seen = np.stack(list(differentiated(coarse).values()), -1)[whole] * (1, 1, base.half_lengths)
     times = np.stack([coarse.t[:-1][whole], coarse.t[1:][whole]])
-    rolling = Series(wheels.t, {"rolled": wheels["rolled"] * (1, 1, base.half_lengths)})
+    rolling = Series(wheels.t, {"rolled": wheels["rolled"] * (1, 1, base.half_lengths, 1)})
 
-    def rolled(clock):
+    def wheels_at(clock):
         before, after = rolling.at(times + clock, "rolled")
         return (after - before) / (times[1] - times[0])[:, None]
 
+    def rolled(clock):
+        return wheels_at(clock)[:, :3]
+
     clock, shares = search_clock(rolled, seen, topic)
+    trust = 1 / np.hypot(1, wheels_at(clock)[:, 3] / DOUBT)
     yaw = math.atan2(shares[1, 0] - shares[0, 1], shares[0, 0] + shares[1, 1])
     start = np.array([clock, yaw, 0, 0, 1, 1, 1])
-    estimate, sigma = refine(lambda unknowns: expected(rolled, unknowns, base.half_lengths), seen, start)
+    estimate, sigma = refine(lambda unknowns: expected(rolled, unknowns, base.half_lengths), seen, start, trust,
+                             round(ALONG / length))
     check(estimate, sigma, topic)
     (clock, yaw, X, Y), sigma = estimate[:4], np.hypot(sigma[:4], SLIP)
     starts = np.sum(np.diff(rolled(clock), axis=0) ** 2, axis=1)
@@ -158,13 +166,15 @@ def expected(rolled, unknowns, half_lengths):
                      turn], -1)
 
 
-def refine(expect, seen, unknowns):
+def refine(expect, seen, unknowns, trust, along):
     """The unknowns of `expected` and their sigmas, by robust least squares: Gauss-Newton with Huber's weights, for
-    the wheels slip in hard starts. Weights of zero would leave nothing there that shows the clock."""
+    the wheels slip in hard starts. Weights of zero would leave nothing there that shows the clock. `trust`: a factor of
+    each row; `along`: the number of neighbouring rows whose errors are alike."""
     steps, prior = 1e-4 * np.eye(7), np.array([1, 10, 0.5, 0.5, 0.3, 0.3, 0.3])
     for _ in range(40):
-        off = seen - expect(unknowns)
+        off = (seen - expect(unknowns)) * trust[:, None]
         slopes = np.stack([expect(unknowns + step) - expect(unknowns - step) for step in steps], -1) / 2e-4
+        slopes *= trust[:, None, None]
         known = np.isfinite(off).all(axis=1) & np.isfinite(slopes).all(axis=(1, 2))
         usual = np.maximum(1.4826 * np.median(np.abs(off[known]), axis=0), MIN_ERROR)
         weight = np.minimum(1, np.sum((off[known] / usual) ** 2 + 1e-9, axis=1) ** -0.25)
@@ -175,8 +185,11 @@ def refine(expect, seen, unknowns):
         unknowns = unknowns + change
         if np.all(np.abs(change) < 1e-7):
             break
+    inverse = np.linalg.inv(normal)
     spread = 2 * np.sum(residual ** 2) / (3 * np.sum(weight))  # twice: residuals of neighbours are alike
-    return unknowns, np.sqrt(np.diag(np.linalg.inv(normal)) * max(spread, 0.1))
+    pulls = np.add.reduceat(rows * residual[:, None], np.arange(0, len(rows), 3 * along))  # of pieces, on the unknowns
+    pulled = np.sum((pulls @ inverse) ** 2, axis=0) * len(pulls) / max(1, len(pulls) - 7)
+    return unknowns, np.sqrt(np.maximum(np.diag(inverse) * max(spread, 0.1), pulled))
 
 
 def check(estimate, sigma, topic):

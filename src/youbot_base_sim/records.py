@@ -134,16 +134,19 @@ def add_truth(record, bag, frames, of_marker):
 
 
 def rolled(record):
-    """What the wheels roll since the beginning; without joint states, how far odometry moved."""
+    """What the wheels roll since the beginning, and by how much they contradict each other; without joint states, how
+    far odometry moved."""
     joints, odom = record.get("joint_states", "position"), record.get("odom", *POSE[:3])
     if joints:
-        steps = record.base.velocities(np.diff(joints["position"], axis=0))
+        turned = np.diff(joints["position"], axis=0)
+        steps = [*record.base.velocities(turned), record.base.contradiction(turned)]
     elif odom:
         steps = [velocity * np.diff(odom.t) for velocity in differentiated(odom).values()]
+        steps.append(np.zeros(len(odom) - 1))
     else:
         raise Missing("offset and clock of a marker need positions in joint_states, or odom")
     sums = np.cumsum(np.stack(steps, -1), axis=0)
-    return Series((joints or odom).t, {"rolled": np.vstack([np.zeros(3), sums])})
+    return Series((joints or odom).t, {"rolled": np.vstack([np.zeros(4), sums])})
 
 
 class LeftOut:
