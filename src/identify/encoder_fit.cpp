@@ -494,22 +494,15 @@ void minimize(const EncoderComparison& comparison, const Scene& start, Trial& tr
   started.scene = start;
   const Eigen::VectorXd expected = started.unknowns();
   const auto evaluate = [&](const Eigen::VectorXd& x, Eigen::VectorXd& values, Eigen::MatrixXd* jacobian) {
-    try {
-      values.tail(free) = (x - expected).head(free) / kPrior;
-      if (!jacobian) {
-        values.head(rows) = comparison.residuals(trial.with(x))(comparison.training());
-        return true;
-      }
-      Eigen::MatrixXd all;
-      values.head(rows) = comparison.residuals(trial, x, all)(comparison.training());
-      jacobian->setZero().topRows(rows) = all(comparison.training(), Eigen::all);
-      jacobian->bottomRows(free).leftCols(free).diagonal().setConstant(1 / kPrior);
-      return true;
-    } catch (const std::domain_error&) {
-      return false;  // a robot without a finite motion
-    } catch (const Stopped&) {
-      return false;  // the next simulation throws it again, outside of Ceres
+    values.tail(free) = (x - expected).head(free) / kPrior;
+    if (!jacobian) {
+      values.head(rows) = comparison.residuals(trial.with(x))(comparison.training());
+      return;
     }
+    Eigen::MatrixXd all;
+    values.head(rows) = comparison.residuals(trial, x, all)(comparison.training());
+    jacobian->setZero().topRows(rows) = all(comparison.training(), Eigen::all);
+    jacobian->bottomRows(free).leftCols(free).diagonal().setConstant(1 / kPrior);
   };
   trial = trial.with(minimize_squares(evaluate, rows + free, trial.unknowns(), trial.bounds(&Parameter::min, -HUGE_VAL),
                                       trial.bounds(&Parameter::max, HUGE_VAL)));
@@ -531,16 +524,9 @@ Linearized linearized(const EncoderComparison& comparison, const Trial& trial) {
 Trial without(const EncoderComparison& comparison, const Trial& trial, const Linearized& at, std::size_t k,
               const Scene& start) {
   const Parameter& p = encoder_parameters()[trial.free[k]];
-  const Eigen::MatrixXd J = at.jacobian(comparison.training(), Eigen::all);
-  Eigen::MatrixXd normal = normal_matrix(J);
+  const Eigen::MatrixXd normal = normal_matrix(at.jacobian(comparison.training(), Eigen::all));
   const auto fixed = static_cast<Eigen::Index>(k);
-  const double change = p.get(start) / p.step - at.x[fixed];
-  Eigen::VectorXd push = -normal.col(fixed) * change;
-  normal.row(fixed).setZero();
-  normal.col(fixed).setZero();
-  normal(fixed, fixed) = 1;
-  push[fixed] = change;
-  const Eigen::VectorXd x = at.x + solve_least_squares(normal, push);
+  const Eigen::VectorXd x = at.x + step_back(normal, fixed, p.get(start) / p.step - at.x[fixed]);
   Trial other = trial.with(
       x.cwiseMax(trial.bounds(&Parameter::min, -HUGE_VAL)).cwiseMin(trial.bounds(&Parameter::max, HUGE_VAL)));
   p.set(other.scene, p.get(start));

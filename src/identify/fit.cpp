@@ -10,7 +10,6 @@
 
 #include "youbot_base_sim/identify/first_guess.h"
 #include "youbot_base_sim/identify/least_squares.h"
-#include "youbot_base_sim/integration/motion_integrator.h"
 
 namespace youbot_base_sim {
 
@@ -252,13 +251,7 @@ Eigen::VectorXd minimize_once(const Comparison& comparison, Trial& trial) {
   Eigen::VectorXd latest = trial.x, residuals = trial.residuals;  // there, which spares a simulation
   const auto evaluate = [&](const Eigen::VectorXd& x, Eigen::VectorXd& rows, Eigen::MatrixXd* jacobian) {
     if (x != latest) {
-      try {
-        residuals = comparison.residuals({trial.with(x)}).col(0);
-      } catch (const std::domain_error&) {
-        return false;  // a robot without a finite motion
-      } catch (const Stopped&) {
-        return false;  // the next simulation throws it again, outside of Ceres
-      }
+      residuals = comparison.residuals({trial.with(x)}).col(0);
       latest = x;
     }
     rows.head(trained) = residuals(training);
@@ -276,7 +269,6 @@ Eigen::VectorXd minimize_once(const Comparison& comparison, Trial& trial) {
       rows[row] = (x[k] - value) / (kGainsSigma * value) * weight;
       if (jacobian) (*jacobian)(row, k) = weight / (kGainsSigma * value);
     }
-    return true;
   };
   const auto rows = trained + static_cast<Eigen::Index>(expected.size());
   return minimize_squares(evaluate, rows, trial.x, trial.min(), trial.max());
@@ -320,18 +312,6 @@ void estimate_errors(const Comparison& comparison, const Trial& trial, Fit& fit)
   }
   fit.correlation.setZero(parameters().size(), parameters().size());
   fit.correlation(free, free) = covariance.cwiseQuotient(sigma * sigma.transpose());
-}
-
-/// The step that puts an unknown back by `change` and adapts the others, to first order, to the rows that count, whose
-/// J^T J is `normal`.
-Eigen::VectorXd step_back(const Eigen::MatrixXd& normal, Eigen::Index fixed, double change) {
-  Eigen::MatrixXd others = normal;
-  others.row(fixed).setZero();
-  others.col(fixed).setZero();
-  others(fixed, fixed) = 1;
-  Eigen::VectorXd push = -normal.col(fixed) * change;
-  push[fixed] = change;
-  return solve_least_squares(others, push);
 }
 
 /// Puts parameters back to their start, one after the other, for as long as the held-out motions do not miss them: the

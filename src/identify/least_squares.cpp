@@ -5,6 +5,9 @@
 #include <ceres/solver.h>
 
 #include <cmath>
+#include <stdexcept>
+
+#include "youbot_base_sim/integration/motion_integrator.h"
 
 namespace youbot_base_sim {
 
@@ -22,8 +25,13 @@ class Cost : public ceres::CostFunction {
     Eigen::VectorXd values(num_residuals());
     Eigen::MatrixXd jacobian(num_residuals(), columns);
     const bool wanted = jacobians && jacobians[0];
-    if (!residuals_(Eigen::Map<const Eigen::VectorXd>(parameters[0], columns), values, wanted ? &jacobian : nullptr))
+    try {
+      residuals_(Eigen::Map<const Eigen::VectorXd>(parameters[0], columns), values, wanted ? &jacobian : nullptr);
+    } catch (const std::domain_error&) {
       return false;
+    } catch (const Stopped&) {
+      return false;
+    }
     Eigen::Map<Eigen::VectorXd>(residuals, values.size()) = values;
     // Ceres has it row by row.
     if (wanted) Eigen::Map<Eigen::MatrixXd>(jacobians[0], columns, values.size()) = jacobian.transpose();
@@ -69,6 +77,16 @@ Eigen::VectorXd solve_least_squares(const Eigen::MatrixXd& A, const Eigen::Vecto
 }
 
 Eigen::MatrixXd normal_matrix(const Eigen::MatrixXd& jacobian) { return jacobian.transpose() * jacobian; }
+
+Eigen::VectorXd step_back(const Eigen::MatrixXd& normal, Eigen::Index fixed, double change) {
+  Eigen::MatrixXd others = normal;
+  others.row(fixed).setZero();
+  others.col(fixed).setZero();
+  others(fixed, fixed) = 1;
+  Eigen::VectorXd push = -normal.col(fixed) * change;
+  push[fixed] = change;
+  return solve_least_squares(others, push);
+}
 
 Eigen::MatrixXd unit_covariance(const Eigen::MatrixXd& jacobian) {
   constexpr double kNoTrace = 1e-7;  // share of the largest singular value

@@ -7,8 +7,9 @@ namespace youbot_base_sim {
 
 // Ceres and Eigen's decompositions, which take long to compile, for the files here. Units are the caller's.
 
-/// Sets the residuals at x and, unless it is null, their Jacobian. Returns false where there are none.
-using Residuals = std::function<bool(const Eigen::VectorXd& x, Eigen::VectorXd& residuals, Eigen::MatrixXd* jacobian)>;
+/// Sets the residuals at x and, unless it is null, their Jacobian. Throws std::domain_error where there are none, for a
+/// robot without a finite motion, and Stopped.
+using Residuals = std::function<void(const Eigen::VectorXd& x, Eigen::VectorXd& residuals, Eigen::MatrixXd* jacobian)>;
 
 /// A residual (1: as large as expected) whose square is the robust cost: quadratic at first, linear beyond 3. Ceres has
 /// it as SoftLOneLoss, but applies a loss to a block as a whole, and one block has all rows, since one simulation
@@ -16,7 +17,8 @@ using Residuals = std::function<bool(const Eigen::VectorXd& x, Eigen::VectorXd& 
 double robust(double residual);
 
 /// Returns the x within bounds, of which some may be infinite, where the sum of the squares of `rows` residuals is
-/// smallest: Ceres' Levenberg-Marquardt method from `x`, for at most eight iterations.
+/// smallest: Ceres' Levenberg-Marquardt method from `x`, for at most eight iterations. Where residuals throw Stopped it
+/// ends, and the caller's next simulation throws it again.
 Eigen::VectorXd minimize_squares(const Residuals& residuals, Eigen::Index rows, Eigen::VectorXd x,
                                  const Eigen::VectorXd& min, const Eigen::VectorXd& max);
 
@@ -26,6 +28,9 @@ Eigen::VectorXd solve_least_squares(const Eigen::MatrixXd& A, const Eigen::Vecto
 
 /// J^T J.
 Eigen::MatrixXd normal_matrix(const Eigen::MatrixXd& jacobian);
+
+/// The step that changes one unknown by `change` and adapts the others, to first order, to rows whose J^T J is `normal`.
+Eigen::VectorXd step_back(const Eigen::MatrixXd& normal, Eigen::Index fixed, double change);
 
 /// Covariance of the unknowns for residuals of variance 1. Unknowns that leave no trace in the Jacobian have none.
 Eigen::MatrixXd unit_covariance(const Eigen::MatrixXd& jacobian);
