@@ -13,11 +13,11 @@ import numpy as np
 from harness import ROOT
 
 from youbot_base_sim.studies import odometry_records as records
-from youbot_base_sim.studies.slip_gains import replay, robot
+from youbot_base_sim.studies.slip_gains import drive, robot
 
 SIMULATE = Path(sys.argv.pop(1)).resolve()
-RADIUS, FRICTION, STRETCH, DURATION = 1.02, 2e-3, 1.0625, 100  # friction over f N in m; s
-SETS = ("circular/0809A", "circular/0809B", "circular/2312A", "square/0809A", "square/2312A", "square/2312B")
+RADIUS, FRICTION, STRETCH, DURATION = 1.02, 2e-3, 1.0625, 200  # friction over f N in m; s
+SETS = [f"{figure}/{day}{k}" for k in "ABC" for figure in ("circular", "square") for day in ("0809", "2312")]
 
 
 def write_run(folder, k):
@@ -28,11 +28,11 @@ def write_run(folder, k):
     direction = (folder.parent.name == "circular") * np.pi / 2 + 0.6 * np.sin((0.31 + 0.03 * k) * instants)
     yaw = 0.5 * (-1) ** k * speed / records.BASE.half_lengths
     rates = np.array(records.BASE.rolling_rates(speed * np.cos(direction), speed * np.sin(direction), yaw)).T
-    angles = np.array([0.1, 0.5, 0.3, 0.7]) * k + np.cumsum(rates, axis=0) * records.MESSAGE
-    rows = replay(SIMULATE, instants, angles, robot(FRICTION), 100)
-    ticks = np.rint(angles / RADIUS / records.TICK).astype(int)
+    angles = np.random.default_rng(k).random(4) + np.cumsum(rates, axis=0) * records.MESSAGE
+    rows = drive(SIMULATE, instants, angles, robot(FRICTION), 1 / records.MESSAGE)
+    ticks = np.rint(rows[:, 4:] / RADIUS / records.TICK).astype(int)
     t = np.arange(0, DURATION / STRETCH, records.ROW)
-    pose = [np.interp(t * STRETCH, rows[:, 0], column) for column in rows[:, 1:].T]
+    pose = [np.interp(t * STRETCH, rows[:, 0], column) for column in rows[:, 1:4].T]
     message = np.minimum((t * STRETCH / records.MESSAGE + 1e-9).astype(int), len(ticks) - 2)
     logged = np.diff(ticks, axis=0)[message] * records.FORWARD / records.TICKS_PER_ROW
     folder.mkdir(parents=True)
@@ -58,18 +58,18 @@ class ValidateOdometryTest(unittest.TestCase):
         figure = self.folder / "figure.png"
         ran = run(self.folder, "--quick", "--figure", figure)
         self.assertEqual((ran.returncode, ran.stderr), (0, ""))
-        self.assertIn("6 runs\n", ran.stdout)
+        self.assertIn("12 runs\n", ran.stdout)
         self.assertGreater(figure.stat().st_size, 5000)
         ratios = re.findall(r"^\| slip, 3 \| kinematics, 3 \| \w+ \| .* \| (.*) \| (.*) \|$", ran.stdout, re.M)
         self.assertEqual(len(ratios), 2)
         for cell in ratios[0] + ratios[1]:  # position and heading, both splits by figure
             self.assertLess(float(cell.split()[0]), 0.6, ran.stdout)
         cells = re.search(r"^\| slip, 3 \| radius, track, friction \| (.*) \|$", ran.stdout, re.M)[1].split(" | ")
-        for cell, delta in zip(cells, (0.03, 0.03, 0.03, 0.06)):  # forward, as the last trains, rollers turn less
+        for cell in cells:
             radius, track, friction = map(float, cell.split(", "))
             self.assertAlmostEqual(radius, RADIUS, delta=0.003)
             self.assertAlmostEqual(track, 1, delta=0.003)
-            self.assertAlmostEqual(friction, 100 * FRICTION, delta=delta)
+            self.assertAlmostEqual(friction, 100 * FRICTION, delta=0.04)  # of other phases it scatters by half of that
 
     def test_messages_are_counted(self):
         values = np.array([[5, 5, 5, 5], [7, 7, 7, 7], [7, 7, 7, 7], [6, 7, 7, 6], [6, 6, 6, 6], [0, 0, 0, 0]])

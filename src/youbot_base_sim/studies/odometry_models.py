@@ -12,7 +12,7 @@ ITERATIONS, DRAWS = 12, 1000
 # Where fits begin. `radius` and `track` are factors of R and h + l, `front_left` is that wheel's larger radius,
 # `yaw_of_X` and `yaw_of_Y` are yaw per distance, rad/m, `yaw_lost` is the share of yaw lost in purely lateral motion;
 # `friction` of the rollers over f N is in cm.
-START = {"radius": 1.02, "track": 1, "lateral": 0.96, "front_left": 0, "yaw_of_X": 0, "yaw_of_Y": 0,
+START = {"radius": 1, "track": 1, "lateral": 0.96, "front_left": 0, "yaw_of_X": 0, "yaw_of_Y": 0,
          "yaw_lost": 0.01}
 EXTRAS = {"3": (), "4": ("front_left",), "5": ("yaw_of_X", "yaw_of_Y")}
 
@@ -89,8 +89,8 @@ class Comparison:
         located = {count: Model(f"slip, {count}", extras, gains["located"]) for count, extras in EXTRAS.items()}
         lost = Model("kinematics, 5 and yaw lost", (*EXTRAS["5"], "yaw_lost"))
         averaged = Model("averaged contacts, 5", EXTRAS["5"], gains["averaged"])
-        self.pairs = [*((located[count], kinematics[count]) for count in EXTRAS), (located["5"], lost),
-                      (averaged, kinematics["5"])]
+        self.pairs = [*((located[count], kinematics[count]) for count in EXTRAS), (located["4"], kinematics["5"]),
+                      (located["5"], lost), (averaged, kinematics["5"])]
         self.models = [Model("nominal", free=False), *kinematics.values(), lost, *located.values(), averaged]
         self.errors, self.values, self.tests = {}, {}, {}
         for name, training, test in splits_of(runs):
@@ -146,9 +146,9 @@ class Comparison:
     def draw(self, path):
         axes = new_figure(figsize=(9, 3.6)).subplots(1, 2, sharey=True)
         for axis, what, size, target in zip(axes, ("position", "heading"), (position, heading), (0.7, 0.5)):
-            for k, ((better, worse), colour) in enumerate(zip(self.pairs, (BLUE, GREEN, RED, ORANGE, "grey"))):
+            for k, ((better, worse), colour) in enumerate(zip(self.pairs, (BLUE, GREEN, RED, "black", ORANGE, "grey"))):
                 ratio, low, high = np.array([self.ratio(split, better, worse, size) for split in self.tests]).T
-                axis.errorbar(np.arange(len(ratio)) + 0.14 * (k - 2), ratio, (ratio - low, high - ratio), fmt="o",
+                axis.errorbar(np.arange(len(ratio)) + 0.13 * (k - 2.5), ratio, (ratio - low, high - ratio), fmt="o",
                               color=colour, capsize=2, markersize=4, label=f"{better.name}, over {worse.name}")
             axis.axhline(1, color="black", linewidth=0.8)
             axis.axhline(target, color="black", linewidth=0.8, linestyle=":")

@@ -8,9 +8,9 @@ from ..base import Base
 from ..command_line import Refused, shown
 
 BASE = Base(0.03, 0.0215, 0.1015, 0.1075, 8)  # its roller_axis_radius is assumed
-TICK = 2 * np.pi / 2880      # of an encoder, rad
+TICK = 2 * np.pi / 2800      # of an encoder, rad: by the ripple of 8 rollers a turn
 MESSAGE, ROW = 0.04, 0.01    # s: between the base's messages, by its clock; between rows of a file
-TICKS_PER_ROW = 4 * 2880     # a file has revolutions per row, a message's spread over four
+TICKS_PER_ROW = 4 * 2880     # a file has parts of 2880 ticks per row, a message's spread over four
 FORWARD = [1, -1, 1, -1]     # signs of the wheels' ticks in forward motion
 MESSAGES_PER_SAMPLE = 3
 FIGURES = ("circular", "square")

@@ -2,7 +2,7 @@
 
 FOLDER is your clone of github.com/sousarbarb/optiodom (MIT licence). Of it the program reads
 data/omni4/{circular,square}/*/*_metadata.csv and *_run-NN.csv, 116 runs of a Mecanum base on two days. Each model is
-fitted to half of the runs, split by day and by figure, and predicts the other half. Takes about two minutes of
+fitted to half of the runs, split by day and by figure, and predicts the other half. Takes about twelve minutes of
 processor time; installs and builds what it needs.
 """
 from ..command_line import Parser, Refused
