@@ -24,7 +24,7 @@ namespace {
 
 using namespace youbot_base_sim;
 
-constexpr double kTolerance = 1e-5;  // with less, a minute of driving differs by micrometres
+constexpr double kTolerance = 1e-4;  // with less, a minute of driving differs by 30 micrometres
 constexpr double kMaxReplicas = 100;
 constexpr std::uint32_t kQueueSize = 100;  // of readings: two seconds of the driver's
 
