@@ -29,7 +29,7 @@ Eigen::VectorXd solve_least_squares(const Eigen::MatrixXd& A, const Eigen::Vecto
 /// J^T J.
 Eigen::MatrixXd normal_matrix(const Eigen::MatrixXd& jacobian);
 
-/// The step that changes one unknown by `change` and adapts the others, to first order, to rows whose J^T J is `normal`.
+/// The step that changes one unknown by `change` and adapts the others to first order; `normal` is J^T J.
 Eigen::VectorXd step_back(const Eigen::MatrixXd& normal, Eigen::Index fixed, double change);
 
 /// Covariance of the unknowns for residuals of variance 1. Unknowns that leave no trace in the Jacobian have none.
