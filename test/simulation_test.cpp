@@ -379,6 +379,25 @@ TEST_F(SimulationTest, PosesKeepToTheToleranceWhereContactsHoldTheVelocities) {
   }
 }
 
+// At switches, rollers at this regularization speed follow within hardly more than what t is rounded to.
+TEST_F(SimulationTest, TransientsShorterThanTheRoundingOfTimeNeedNoFallback) {
+  Scene scene = load(
+      "model: viscous\nduration: 0.61\nfloor: {slip_regularization: 2.1566e-10}\n"
+      "initial: {wheel_angles: [-1.59926, 2.75506, 0.53183, -2.80833]}\n"
+      "drive: {torque: [{start: 0, constant: [-3.42642, -0.398737, 0.693016, -1.62108]}]}\n"
+      "loads: [{end: 0.298475, inertia: 0.00758244, mass: 9.77341, position: [-0.0317914, 0.0785758, 0.285048]}]\n"
+      "motors: {max_wheel_rate: 17.5807, max_wheel_torque: 1.3311, velocity_integral_gain: 1.70387,\n"
+      "  velocity_proportional_gain: 0.809454}\nsolver: {control_period: 0.0526201}\n"
+      "robot: {body_mass: 53.5459, dry_friction_rate: 0.00136741, half_track: 0.100423, half_wheelbase: 0.247725,\n"
+      "  roller_axis_radius: 0.0146024, roller_rate_at_switch: at_rest, rollers_per_wheel: 13,\n"
+      "  total_inertia: 6.49733, wheel_mass: 0.485304, wheel_radius: 0.0276893}\n");
+  scene.solver.relative_tolerance = 1e-10;
+  scene.solver.absolute_tolerance = 1e-13;
+  Simulation simulation(scene);
+  simulation.advance_to(scene.duration);
+  EXPECT_EQ(simulation.statistics().fallback_steps, 0u);
+}
+
 // A load that is put on at rest changes the velocities at once, and with them the friction at all contacts.
 TEST_F(SimulationTest, AccurateStepsFollowALoadPutOnAtRest) {
   Scene scene = load(

@@ -41,7 +41,8 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   Radau(const Radau&) = delete;
   Radau& operator=(const Radau&) = delete;
 
-  /// A step that is shorter than one whose error was small enough, from the same start, is not judged again.
+  /// A step that is shorter than one whose error was small enough, from the same start, is not judged again; nor is one
+  /// that the rounding of t lets be no shorter.
   Result try_step(SlipSystem<Model>& system, const State& in, double& t, State& out, double& dt) override {
     using boost::numeric::odeint::fail;
     if (!started_ || !starts_at(in, t)) initialize(system, in, t);
@@ -53,7 +54,11 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     if (!(dt <= accepted_dt_)) {
       const double error = this->error(system);
       dt = control_.next(dt, error);
-      if (!(error <= 1)) return fail;
+      const double shortest = kTimeRounding * std::abs(t);
+      if (!(error <= 1) && !(length <= shortest && std::isfinite(error))) {
+        dt = std::max(dt, shortest);
+        return fail;
+      }
       accepted_dt_ = length;
     }
     end(dt_, stages_, out);
