@@ -138,8 +138,8 @@ class EventLocatingStepper : public ControlledStepperTypes {
     return succeeded_;
   }
 
-  // Ends the step of this length at the first event within it. Where the last try for that failed, the one that stands
-  // is made again, for the states within it to be known; false if that fails.
+  // Ends the step of this length at the first event within it. If the last try failed, the one before it stands and is
+  // made again, so that the method knows the states within it; false if that fails, too.
   bool end_at_events(System& system, const State& start, double t, double length) {
     remember(length);
     residual_dt_ = 0;
@@ -326,7 +326,7 @@ class EventLocatingStepper : public ControlledStepperTypes {
   double dt_after_jump_ = kInfinity;
   bool restarting_ = false, after_jump_ = false;
 
-  // What the effects of events have made of a start that is not the last step's end: start_ of x_ at time t_.
+  // A start x_ at time t_ that is not the last step's end, and what the effects of events turn it into: start_.
   bool settled_ = false, starts_elsewhere_ = false;
   State x_, start_;
   double t_ = 0;

@@ -422,7 +422,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     const std::array<Friction, 3> known_friction = friction_;
     const Velocities& start = is_next ? before_ : start_;
     const Friction& start_friction = is_next ? friction_before_ : start_friction_;
-    // Where contacts grip, the slip follows from the force: small errors of the rates would be large ones of friction.
+    // Where contacts grip, the slip follows from the force: small errors of velocity would be large ones of friction.
     // Not within the polynomial's own step, nor where its errors, some tolerances, are small against nu.
     constexpr double kSmall = 1e-3;
     const bool follows = is_next && !(error_scale_.v[0] < kSmall * system.model().regularization_speed());

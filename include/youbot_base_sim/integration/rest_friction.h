@@ -7,13 +7,13 @@
 
 namespace youbot_base_sim {
 
-/// Decides over which slip speed friction turns: nu while the base moves, the holding speed while it rests, and their
-/// geometric mean in between. A parked base creeps at about that speed; while the base is slow, a small one costs
-/// nothing. The dry friction of the drives turns over a rate that is smaller by the same share, so that motors at rest
-/// keep their torque, as those of real bases do.
+/// Decides over which slip speed friction is regularized: nu while the base moves, the holding speed while it rests,
+/// and their geometric mean in between. A parked base creeps at about that speed; while the base is slow, a small one
+/// costs nothing. The rate that smooths the dry friction of the drives shrinks by the same share, so that motors at
+/// rest keep their torque, as those of real bases do.
 ///
-/// Friction turns over the next smaller speed once the base is slower than kRests times the present one, where a load
-/// has 96 % of the limit, and over the next larger one once it is faster than kMoves times that. A load that cannot
+/// The speed changes to the next smaller one once the base is slower than kRests times the present one, where a load
+/// has 96 % of the limit, and to the next larger one once it is faster than kMoves times that. A load that cannot
 /// take it from one to the other changes nothing. The mean is there because a step may jump over the end of a stop, and
 /// with it over the energy that is left then.
 class RestFriction {
@@ -32,7 +32,7 @@ class RestFriction {
   double past_change(double speed) const { return std::max(past_slower(speed), past_faster(speed)); }
   void change(double speed) { past_slower(speed) > past_faster(speed) ? ++level_ : --level_; }
 
-  /// Friction turns over at least `speed` (m/s) from now on.
+  /// Regularizes friction over at least `speed` (m/s) from now on.
   void ease(double speed) { eased_ = speed; }
 
   double regularization_speed() const { return std::max(eased_, speeds_[level_]); }

@@ -166,7 +166,7 @@ class SlipSystem final : public SmoothSystem {
       shared[i] = true;
     }
     const SharedContact<Model> contact = shared_contact(i, u, x, shared, torque_->value(t));
-    // A prescribed wheel goes where it must.
+    // A prescribed wheel keeps to its angles and never rests between rollers.
     return {contact.alpha(), contact.attractive() && !model_.robot().wheels_prescribed};
   }
 
@@ -206,7 +206,7 @@ class SlipSystem final : public SmoothSystem {
     if (rest_friction_.keeps_moving(0.5 * square - dX * dX - dY * dY)) return false;
     return rest_friction_.past_change(speed(u)) + speed(w - u) > 0;
   }
-  /// Makes that change: friction then turns over the holding speed, or over nu again.
+  /// Makes that change: friction is then regularized over the holding speed, or over nu again.
   void change_rest(const Velocities& u) {
     rest_friction_.change(speed(u));
     turn_friction();

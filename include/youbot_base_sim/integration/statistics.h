@@ -5,7 +5,7 @@
 
 namespace youbot_base_sim {
 
-/// Friction turns over this slip speed or more in an eased millisecond, m/s.
+/// Friction is regularized over at least this slip speed in an eased millisecond, m/s.
 constexpr double kEasedSpeed = 1e-6;
 
 /// Counters of an integration so far.

@@ -277,7 +277,7 @@ class SlipModel {
   double regularization_speed() const { return friction_.regularization_speed(); }
   void set_regularization_speed(double nu) { friction_.set_regularization_speed(nu); }
 
-  /// The dry friction of the drives turns over this share of the robot's `dry_friction_rate` from now on.
+  /// Smooths the dry friction of the drives over this share of the robot's `dry_friction_rate` from now on.
   void smooth_drives(double share) { dry_.wheels.rate = share * robot_.dry_friction_rate; }
 
   double holding_speed() const { return floor_.holding_speed; }  ///< of the floor, m/s
