@@ -30,7 +30,7 @@ TIMEOUT = 100  # s, of a section, on a busy machine
 LASTING = {"roslaunch ": "rostopic list | grep -q odom", "rostopic pub -r": "rosnode list | grep -q rostopic"}
 SHELL = """set -em
 await() {{ while kill -0 $! && ! eval "$1"; do sleep 0.3; done 2>/dev/null; }}
-trap 'for job in $(jobs -p); do kill -INT -- -$job; done 2>/dev/null; wait' EXIT
+trap 'for job in $(jobs -p); do kill -INT -- -$job || :; done 2>/dev/null; wait' EXIT
 source {}/setup.bash
 """
 
