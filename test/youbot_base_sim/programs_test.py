@@ -59,7 +59,7 @@ class ProgramsTest(unittest.TestCase):
         ran = subprocess.run([ROOT / "scripts" / "install_dependencies"], text=True, capture_output=True,
                              env={**self.environment, "OS_RELEASE": str(release)})
         self.assertEqual((ran.returncode, ran.stdout, ran.stderr.count("\n")), (1, "", 1), ran.stderr)
-        self.assertIn("this is ubuntu 20.04; must be debian 11 or 12", ran.stderr)
+        self.assertIn("this is ubuntu 20.04; must be debian 11, 12 or 13", ran.stderr)
         self.assertEqual(sorted(self.folder.glob("called-*")), [])
 
     def test_a_module_that_is_missing_is_named(self):
