@@ -101,12 +101,12 @@ void BagWriter::write(const std::string& topic, const ros::Time& stamp, Message 
 }
 
 void BagWriter::write(const Telemetry& telemetry, const Events& events) {
-  telemetry.visit(events, stamp_of,
+  telemetry.visit(events, stamp_at_,
                   [this](const char* topic, const ros::Time& stamp, const auto& make) { write(topic, stamp, make()); });
 }
 
 void BagWriter::write(Telemetry& telemetry, const Simulation& simulation, const BaseSensors& sensors, double t) {
-  const ros::Time stamp = stamp_of(t);
+  const ros::Time stamp = stamp_at_(t);
   if (!std::exchange(has_static_, true)) {
     write(kSceneTopic, stamp, scene_message(simulation.scene()));
     const tf2_msgs::TFMessage transforms = telemetry.static_transforms(simulation, sensors, stamp);

@@ -9,6 +9,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <set>
@@ -120,10 +121,13 @@ class BaseNode::Loop {
     SteadyClock::time_point console_due, diagnostics_due;
   };
 
+  /// By its own clock the bag begins at zero, however long lockstep waits for the first command.
   void open_bag() {
+    std::function<ros::Time(double)> stamp_at = stamp_of;
+    if (!settings_.publish_clock) stamp_at = [this](double t) { return clock_.stamp(t); };
     try {
       bag_.emplace(OutputOpener(settings_.scene.files).open("bag", settings_.bag, OutputFile::Access::kAnywhere),
-                   node_.getNamespace());
+                   node_.getNamespace(), stamp_at);
     } catch (const std::runtime_error& error) {
       throw ParameterError(fmt::format("parameter ~bag: {}", error.what()));
     }

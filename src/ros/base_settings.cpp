@@ -173,8 +173,6 @@ void check_time(const Parameters& parameters, const BaseSettings& settings) {
   parameters.require(settings.real_time_factor == 1, "real_time_factor", fmt::format("{:g}", settings.real_time_factor),
                      "1 unless ~publish_clock is true: another clock has its own rate");
   parameters.require(!settings.lockstep.on, "lockstep", "true", "false unless ~publish_clock is true");
-  parameters.require(settings.bag.empty(), "bag", settings.bag,
-                     "left out unless ~publish_clock is true: use rosbag record");
   parameters.require(!settings.start_paused, "start_paused", "true", "false unless ~publish_clock is true");
 }
 

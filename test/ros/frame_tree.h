@@ -11,15 +11,18 @@
 
 namespace youbot_base_sim {
 
-/// The frames on /tf and /tf_static, with all parents that each is given.
+/// The frames on /tf and /tf_static, or of messages, with all parents that each is given.
 class FrameTree {
  public:
-  FrameTree() {
+  void listen() {
     for (const char* topic : {"/tf", "/tf_static"}) {
-      subscribers_.push_back(node_.subscribe<tf2_msgs::TFMessage>(topic, 1000, [this](const auto& message) {
-        for (const auto& one : message->transforms) parents_[one.child_frame_id].insert(one.header.frame_id);
-      }));
+      subscribers_.push_back(
+          node_.subscribe<tf2_msgs::TFMessage>(topic, 1000, [this](const auto& message) { add(*message); }));
     }
+  }
+
+  void add(const tf2_msgs::TFMessage& message) {
+    for (const auto& one : message.transforms) parents_[one.child_frame_id].insert(one.header.frame_id);
   }
 
   bool has(const std::string& frame) const { return parents_.count(frame) > 0; }

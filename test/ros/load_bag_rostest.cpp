@@ -1,6 +1,7 @@
-// What comes by ~wrench, ~set_loads and ~set_state is in the node's bag, under the names that the node has in its
-// namespace.
+// The node's bag has all that it publishes, also by another node's clock, under the names that it has in its namespace;
+// and what comes by ~wrench, ~set_loads and ~set_state.
 
+#include <geometry_msgs/Twist.h>
 #include <geometry_msgs/WrenchStamped.h>
 #include <nav_msgs/Odometry.h>
 #include <rosbag/bag.h>
@@ -11,6 +12,7 @@
 #include <youbot_base_sim/SetState.h>
 
 #include "base_process.h"
+#include "frame_tree.h"
 #include "rostest_main.h"
 
 namespace youbot_base_sim {
@@ -80,6 +82,63 @@ TEST(LoadBag, has_what_pushed_the_base_and_what_it_carried) {
   const auto transforms = read<tf2_msgs::TFMessage>(bag, "/tf");
   ASSERT_FALSE(transforms.empty());
   EXPECT_EQ(transforms[0].transforms.at(0).child_frame_id, "robot/base_footprint");
+}
+
+/// Expects odometry of each fiftieth of a second up to `end`, topics and frames of its own, and x at the end. Adds its
+/// frames.
+void expect_complete(const rosbag::Bag& bag, const std::string& name, const ros::Time& end, double x,
+                     FrameTree& frames) {
+  const auto odometry = read<nav_msgs::Odometry>(bag, "/" + name + "/odom");
+  ASSERT_GT(odometry.size(), 20u);
+  for (std::size_t k = 1; k < odometry.size(); ++k)
+    EXPECT_NEAR((odometry[k].header.stamp - odometry[k - 1].header.stamp).toSec(), 0.02, 1e-8);
+  EXPECT_GE(odometry.back().header.stamp, end);
+  EXPECT_EQ(odometry.back().header.frame_id, name + "/odom");
+  EXPECT_NEAR(odometry.back().pose.pose.position.x, x, 0.1 * x) << name;
+  EXPECT_EQ(read<nav_msgs::Odometry>(bag, "/" + name + "/ground_truth").size(), odometry.size());
+  for (const rosbag::ConnectionInfo* topic : rosbag::View(bag).getConnections()) {
+    EXPECT_TRUE(topic->topic.rfind("/" + name + "/", 0) == 0 || topic->topic.rfind("/tf", 0) == 0) << topic->topic;
+  }
+  for (const std::string topic : {"/tf", "/tf_static"}) {
+    const auto messages = read<tf2_msgs::TFMessage>(bag, topic);
+    EXPECT_EQ(messages.size(), topic == "/tf" ? odometry.size() : 1u);
+    for (const tf2_msgs::TFMessage& message : messages) frames.add(message);
+  }
+}
+
+TEST(LoadBag, two_robots_have_one_each_by_one_clock) {
+  const TemporaryFolder folder;
+  ros::param::set("/use_sim_time", true);
+  const auto parameters = [&](const std::string& name) {
+    return std::vector<std::string>{"_tf_prefix:=" + name, "_world_tf:=true", "_bag:=" + folder.path(name)};
+  };
+  std::vector<std::string> master = parameters("one");
+  master.insert(master.end(), {"_publish_clock:=true", "_real_time_factor:=0.5"});
+  BaseProcess first("one", master), second("two", parameters("two"));
+  first.expect_instants(1);
+  second.expect_instants(1);
+  ros::NodeHandle node;
+  ros::Publisher commands = node.advertise<geometry_msgs::Twist>("/two/cmd_vel", 10);
+  wait_for("the node to listen", [&] { return commands.getNumSubscribers() == 1; });
+  geometry_msgs::Twist twist;
+  twist.linear.x = 0.2;
+  commands.publish(twist);
+  second.expect_simulated(1);
+  twist.linear.x = 0;
+  commands.publish(twist);
+  second.expect_simulated(0.1);
+  const ros::Time end = second.stamps().back();
+  for (BaseProcess* base : {&second, &first}) {
+    base->send(SIGINT);
+    base->expect_end(0);
+  }
+  ros::param::del("/use_sim_time");
+
+  FrameTree frames;
+  expect_complete(rosbag::Bag(folder.path("one")), "one", end, 0, frames);
+  expect_complete(rosbag::Bag(folder.path("two")), "two", end, 0.2, frames);
+  for (const std::string name : {"one/base_footprint", "two/base_footprint"}) EXPECT_TRUE(frames.has(name));
+  frames.expect_whole("world");
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <actionlib/server/simple_action_server.h>
 #include <ros/rate.h>
 #include <tf2_ros/transform_listener.h>
+#include <youbot_base_sim/SetState.h>
 
 #include <algorithm>
 #include <atomic>
@@ -153,6 +154,49 @@ TEST(Lockstep, action_is_the_same_to_the_bit) {
   const int expected = drive_by_action(BaseClient::fresh());
   EXPECT_GT(expected, 100'000'000);
   EXPECT_EQ(drive_by_action(BaseClient::fresh()), expected);
+}
+
+/// Where the base and its wheels are while a loop drives it, which puts it elsewhere in between; and after how long, s.
+std::vector<double> drive_and_set_state(BaseClient& base) {
+  const ros::Publisher commands = commander(base);
+  ros::NodeHandle node;
+  nav_msgs::Odometry noted;
+  const ros::Subscriber subscriber =
+      node.subscribe<nav_msgs::Odometry>(kStateSetTopic, 10, [&](const auto& message) { noted = *message; });
+  base.wait_for("the node to be heard", [&] { return subscriber.getNumPublishers() == 1; });
+  SetState put;
+  put.request.pose.position.x = -0.1;
+  put.request.pose.position.y = 0.7;
+  put.request.pose.orientation.z = std::sin(0.3);
+  put.request.pose.orientation.w = std::cos(0.3);
+  put.request.twist.angular.z = 0.9;
+  put.request.wheel_angles = {0.1, 0.2, 0.3, 0.4};
+  std::vector<double> seen;
+  ros::Rate rate(100);
+  rate.sleep();
+  const ros::Time start = ros::Time::now();
+  for (int k = 0; k < 30; ++k) {
+    commands.publish(towards(base.truth.pose.pose.position.x));
+    if (k == 10 && !ros::service::call("base_node/set_state", put)) throw std::runtime_error("~set_state fails");
+    rate.sleep();
+    ros::spinOnce();
+    const auto& [position, orientation] = base.truth.pose.pose;
+    seen.insert(seen.end(), {position.x, position.y, orientation.z, orientation.w});
+    seen.insert(seen.end(), base.joints.position.begin(), base.joints.position.end());
+  }
+  EXPECT_EQ(noted.pose.pose.position.x, put.request.pose.position.x);
+  EXPECT_EQ(noted.pose.pose.position.y, put.request.pose.position.y);
+  EXPECT_DOUBLE_EQ(noted.pose.pose.orientation.z, put.request.pose.orientation.z);
+  EXPECT_DOUBLE_EQ(noted.pose.pose.orientation.w, put.request.pose.orientation.w);
+  EXPECT_EQ(noted.twist.twist.angular.z, put.request.twist.angular.z);
+  EXPECT_NEAR((noted.header.stamp - start).toSec(), 10 * kPeriod, 1e-8) << "at once";
+  return seen;
+}
+
+TEST(Lockstep, state_that_is_set_is_the_same_to_the_bit) {
+  const std::vector<double> expected = drive_and_set_state(BaseClient::fresh());
+  EXPECT_GT(expected.end()[-7], 0.69) << "y";
+  EXPECT_EQ(drive_and_set_state(BaseClient::fresh()), expected);
 }
 
 TEST(Lockstep, transforms_of_the_present_are_there) {

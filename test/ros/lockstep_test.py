@@ -1,5 +1,6 @@
-#!/usr/bin/env python3
-"""Simulated time waits for nodes in Python: loops of any rate, timers, one command and a long sleep."""
+#!/usr/bin/python3
+"""Simulated time waits for nodes in Python: loops of any rate, timers, one command and a long sleep, actions, transforms of
+the present."""
 
 import sys
 import threading
@@ -7,6 +8,9 @@ import unittest
 
 import rospy
 import rostest
+import tf2_ros
+from actionlib import SimpleActionClient, SimpleActionServer
+from actionlib.msg import TestAction, TestGoal, TestResult
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from std_srvs.srv import Empty
@@ -78,6 +82,29 @@ class LockstepTest(unittest.TestCase):
         rospy.sleep(2.0)
         return [self.x]
 
+    def drive_by_action(self, client):
+        self.fresh()
+        client.send_goal(TestGoal(50))
+        self.assertTrue(client.wait_for_result(rospy.Duration(20)))
+        return [1e-9 * client.get_result().result]
+
+    def drive_by_transforms(self):
+        self.fresh()
+        buffer = tf2_ros.Buffer()
+        listener = tf2_ros.TransformListener(buffer)
+        while not buffer.can_transform("odom", "base_footprint", rospy.Time(0)):
+            rospy.sleep(0.01)
+        seen = [0]
+        rate = rospy.Rate(100)
+        for _ in range(LOOPS):
+            self.commands.publish(towards(seen[-1]))
+            rate.sleep()
+            transform = buffer.lookup_transform("odom", "base_footprint", rospy.Time.now())  # or raises
+            seen.append(transform.transform.translation.x)
+            self.assertEqual(seen[-1], self.x)
+        listener.unregister()
+        return seen
+
     def expect_same(self, drive, least):
         expected = drive()
         self.assertGreater(expected[-1], least)
@@ -92,6 +119,23 @@ class LockstepTest(unittest.TestCase):
 
     def test_one_command(self):
         self.expect_same(self.command_and_sleep, 0.3)
+
+    def test_action(self):
+        def execute(goal):
+            rate = rospy.Rate(goal.goal)
+            for _ in range(goal.goal):
+                self.commands.publish(towards(self.x))
+                rate.sleep()
+            server.set_succeeded(TestResult(round(1e9 * self.x)))
+
+        server = SimpleActionServer("drive", TestAction, execute, auto_start=False)
+        server.start()
+        client = SimpleActionClient("drive", TestAction)
+        self.assertTrue(client.wait_for_server(rospy.Duration(20)))
+        self.expect_same(lambda: self.drive_by_action(client), 0.1)
+
+    def test_transforms_of_the_present(self):
+        self.expect_same(self.drive_by_transforms, 0.05)
 
 
 if __name__ == "__main__":

@@ -11,6 +11,7 @@ namespace {
 TEST(OwnDescription, is_kept_and_its_frames_are_one_tree) {
   ros::NodeHandle node;
   FrameTree frames;
+  frames.listen();
   const std::set<std::string> last = {"base_footprint", "wheel_link_br", "base_laser_front_link", "arm_link_2",
                                       "gripper_finger_link_l"};
   wait_for("all links", [&] {

@@ -61,6 +61,7 @@ class Robot {
 
 TEST(TwoRobots, drive_alone_by_one_clock_in_one_tree) {
   FrameTree frames;
+  frames.listen();
   Robot first("youbot_1"), second("youbot_2");
   second.drive(0.3, 1);
   EXPECT_GT(second.truth.pose.pose.position.x, 0.2);

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """scripts/analyse: bags with known answers, bags of simulate, and bags that are damaged in every way.
 
 Usage: analyse_test.py SIMULATE ENV.SH      the program, and what sets up the devel space

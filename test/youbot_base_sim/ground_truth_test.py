@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """Ground truth of tracking systems in scripts/analyse: bags of simulate whose truth is moved to a marker, another frame
 and another clock, thinned and made noisy. What analyse finds must be what was done, within its sigmas.
 

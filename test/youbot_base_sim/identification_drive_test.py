@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """scripts/identification_drive: what it drives, and the parameters that it refuses. Brings its own master."""
 import logging
 import math

@@ -26,7 +26,8 @@ class ProgramsTest(unittest.TestCase):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         self.folder = Path(folder.name)
-        for name in ("apt-get", "dpkg-query", "sudo", "cmake"):  # what installs and builds
+        # What installs and builds, and the Python of pyenv or conda, which has no module of ROS.
+        for name in ("apt-get", "dpkg-query", "sudo", "cmake", "python", "python3"):
             program = self.folder / name
             program.write_text(f"#!/bin/sh\ntouch {self.folder}/called-$(basename $0)\n")
             program.chmod(0o755)
@@ -42,6 +43,12 @@ class ProgramsTest(unittest.TestCase):
     def test_there_are_some(self):
         expected = {*INSTALLED, "plot_sweep", "paper_figures", "validation"}
         self.assertLessEqual(expected, {path.name for path in programs()})
+
+    def test_all_name_the_python_that_has_the_modules_of_ros(self):
+        for path in (path for folder in ("examples", "scripts", "test") for path in (ROOT / folder).rglob("*")):
+            first = path.open("rb").readline() if path.is_file() else b""
+            if first.startswith(b"#!") and b"python" in first:
+                self.assertEqual(first, b"#!/usr/bin/python3\n", path)
 
     def test_help_from_the_root_and_from_elsewhere(self):
         for program in programs():

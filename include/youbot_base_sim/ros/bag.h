@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -9,6 +10,7 @@
 #include "youbot_base_sim/loop/instants.h"
 #include "youbot_base_sim/record/output_file.h"
 #include "youbot_base_sim/record/recorder.h"
+#include "youbot_base_sim/ros/conversions.h"
 #include "youbot_base_sim/ros/telemetry.h"
 #include "youbot_base_sim/simulation.h"
 
@@ -18,8 +20,9 @@ class Bag;
 
 namespace youbot_base_sim {
 
-/// Writes a bag inside the process that simulates: topics, in a namespace, frames and contents of base_node, stamped
-/// with simulated time, and complete, which a recorder at the other end of a topic cannot promise. Needs no ROS master.
+/// Writes a bag inside the process that simulates: topics, in a namespace, frames and contents of base_node, and
+/// complete, which a recorder at the other end of a topic cannot promise. `stamp_at(t)` is the stamp of simulated time
+/// t, s. Needs no ROS master.
 ///
 /// The bag appears under its name with `commit`. Without it what was written is kept as NAME.incomplete-XXXXXX (see
 /// OutputFile). Room for the index is reserved, so even on a full disk that file has its index and can be read. The
@@ -27,7 +30,8 @@ namespace youbot_base_sim {
 /// error says where the bag is, and if not even the index could be written, that it needs `rosbag reindex`.
 class BagWriter {
  public:
-  explicit BagWriter(OutputFile file, std::string ns = "/") : file_(std::move(file)), namespace_(std::move(ns)) {}
+  explicit BagWriter(OutputFile file, std::string ns = "/", std::function<ros::Time(double)> stamp_at = stamp_of)
+      : file_(std::move(file)), namespace_(std::move(ns)), stamp_at_(std::move(stamp_at)) {}
   /// Throws OutputError where the system refuses.
   explicit BagWriter(const std::string& path) : BagWriter(OutputFile(path, OutputFile::Access::kAnywhere)) {}
   /// As `keep_incomplete`.
@@ -60,6 +64,7 @@ class BagWriter {
 
   OutputFile file_;
   std::string namespace_;
+  std::function<ros::Time(double)> stamp_at_;
   std::shared_ptr<rosbag::Bag> bag_;
   std::uint64_t reserved_ = 0;                    // bytes
   std::map<std::string, std::uint32_t> numbers_;  // of the next message, by topic
