@@ -126,6 +126,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   static constexpr double kFirstCurvature = 1, kForgetting = 0.8, kCurvatureMargin = 10;
   // Of nu. Friction may turn in a larger correction: how fast corrections shrank before does not tell the next one.
   static constexpr double kForeseeable = 0.1;
+  static constexpr double kExpected = 0.03;  // of the limit of friction, may a correction leave it off
   // How many times stiffer than elsewhere in the step a contact is at its end when its friction turns there
   static constexpr double kTransientStiffnessRatio = 4;
   // Continuation: the slip speed at which it begins, m/s, and the ratio of one to the next.
@@ -469,7 +470,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
         rate = size / last;
         if (exact) curvature_ = std::max(rate / last, kForgetting * curvature_);
         // With a matrix that is no longer exact, corrections shrink about twice as slowly as the first one did.
-        exact = !leaves_little(size, exact ? 2 * rate : rate);
+        exact = !leaves_little(size, exact ? 2 * rate : rate) || !friction_is_as_expected(system);
         if (exact) {
           factorize(system);
           size = correction(system, left, change);
@@ -499,6 +500,15 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
 
   // Whether all corrections after one of this size, at this rate, sum up to less than the convergence tolerance.
   static bool leaves_little(double size, double rate) { return rate < 1 && size * rate < 1 - rate; }
+
+  // Whether the last correction brought about the friction that it was made for. Where not, its matrix tells nothing of
+  // how corrections shrink: a slip that is small may stand for large forces.
+  bool friction_is_as_expected(const SlipSystem<Model>& system) const {
+    const auto gap = [&](int j) {
+      return system.model().friction_gap(friction_[j], evaluated_->contacts[j], kExpected);
+    };
+    return !(gap(0).max(gap(1)).max(gap(2)).maxCoeff() > 0);
+  }
 
   // Moves the stages by a part of the last correction.
   [[gnu::flatten, gnu::noinline]] void move(const SlipSystem<Model>& system, double length) {
