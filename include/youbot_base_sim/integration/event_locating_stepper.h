@@ -156,21 +156,32 @@ class EventLocatingStepper : public ControlledStepperTypes {
     if (length < wanted) dt_ = std::max(dt_, wanted);  // the bound cut it short, not its error
   }
 
-  // Ends the step where the base rests, or moves, for a moment within it only.
+  // Ends the step where the base rests, or moves, for a moment within it only, or soon and for a moment before it does
+  // for longer.
   [[gnu::noinline]] void end_at_brief_rest(System& system, const State& start, double t) {
-    if (system.past_rest_change(last_try_.end.velocities()) > 0 || !stepper_->interpolates()) return;
+    if (!stepper_->interpolates()) return;
     State x;
     const auto before = [&](double share) {
       stepper_->state_within(system, share, x);
       return -system.past_rest_change(x.velocities());
     };
     constexpr int kBits = 10;
+    double low = 0, high = 1;
+    if (system.past_rest_change(last_try_.end.velocities()) > 0) {
+      for (int bit = 0; bit < kBits; ++bit) {
+        const double middle = 0.5 * (low + high);
+        (before(middle) > 0 ? low : high) = middle;
+      }
+      low = -low;  // Brent's method begins at the upper end, which now is the step's start
+      high = 0;
+    }
     std::uintmax_t iterations = 30;
-    const auto [share, least] = boost::math::tools::brent_find_minima(before, 0.0, 1.0, kBits, iterations);
+    const auto [at, least] = boost::math::tools::brent_find_minima(
+        [&](double share) { return before(std::abs(share)); }, low, high, kBits, iterations);
     if (!(least < 0)) return;
     try_before_ = last_try_;
     ++record_->statistics.location_steps;
-    if (!try_length(system, start, t, share * last_try_.length)) last_try_ = try_before_;
+    if (!try_length(system, start, t, std::abs(at) * last_try_.length)) last_try_ = try_before_;
   }
 
   // Ends the step at the event, if that happens within it: by Newton's method within a bracket, or by bisection where
