@@ -19,8 +19,8 @@ TEST(SceneGenerator, UsesEveryKey) {
   EXPECT_EQ(keys, keys_of_seeds(YOUBOT_BASE_SIM_SOURCE_DIR));
 }
 
-// Scenes found by scripts/random_scenes, whose errors the method did not see: each file's name says what it missed.
-TEST(Verdict, IsRightForWhatWasWrongOnce) {
+// Scenes found by scripts/random_scenes that were wrong, or called unreliable: each file's name says why.
+TEST(Verdict, IsRightForWhatOnceWasNot) {
   int scenes = 0;
   for (const auto& file : std::filesystem::directory_iterator(YOUBOT_BASE_SIM_SOURCE_DIR "/test/data/random_scenes")) {
     if (file.path().extension() != ".yaml") continue;

@@ -99,6 +99,7 @@ class EventLocatingStepper : public ControlledStepperTypes {
   static constexpr double kRoom = 1.02;
   // Factor on the length that was good after the last jump: an occasional rejected step costs less than short steps.
   static constexpr double kGrowthAfterJump = 1.6;
+  static constexpr double kLeastAfterJump = 1e-12;  // s, which times resolve
   static constexpr double kShrinkage = 0.2;    // of a step whose end is not finite
   static constexpr double kFirstOrder = 1e-6;  // of a step: what has a negligible square
   static constexpr double kWithin = 1e-2;      // of a step: how far from its end the states within are as good as that
@@ -151,7 +152,7 @@ class EventLocatingStepper : public ControlledStepperTypes {
   void remember(double length) {
     const double wanted = dt_;
     dt_ = next_dt_;
-    if (after_jump_) dt_after_jump_ = kGrowthAfterJump * dt_;
+    if (after_jump_) dt_after_jump_ = std::max(kGrowthAfterJump * dt_, kLeastAfterJump);
     after_jump_ = false;
     if (length < wanted) dt_ = std::max(dt_, wanted);  // the bound cut it short, not its error
   }

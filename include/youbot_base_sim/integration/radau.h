@@ -53,12 +53,9 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     const double length = dt;
     if (!(dt <= accepted_dt_)) {
       const double error = this->error(system);
-      dt = control_.next(dt, error);
       const double shortest = kTimeRounding * std::abs(t);
-      if (!(error <= 1) && !(length <= shortest && std::isfinite(error))) {
-        dt = std::max(dt, shortest);
-        return fail;
-      }
+      dt = std::max(control_.next(dt, error), shortest);
+      if (!(error <= 1) && !(length <= shortest && std::isfinite(error))) return fail;
       accepted_dt_ = length;
     }
     end(dt_, stages_, out);
