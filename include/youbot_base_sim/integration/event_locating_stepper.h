@@ -99,7 +99,8 @@ class EventLocatingStepper : public ControlledStepperTypes {
   static constexpr double kRoom = 1.02;
   // Factor on the length that was good after the last jump: an occasional rejected step costs less than short steps.
   static constexpr double kGrowthAfterJump = 1.6;
-  static constexpr double kLeastAfterJump = 1e-12;  // s, which times resolve
+  // The least length that counts as good after a jump, s: times resolve it.
+  static constexpr double kLeastAfterJump = 1e-12;
   static constexpr double kShrinkage = 0.2;    // of a step whose end is not finite
   static constexpr double kFirstOrder = 1e-6;  // of a step: what has a negligible square
   static constexpr double kWithin = 1e-2;      // of a step: how far from its end the states within are as good as that

@@ -129,7 +129,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   static constexpr double kTransientStiffnessRatio = 4;
   // How many times the error of the pose counts less than those of the velocities: its estimate's order is lower by
   // two.
-  static constexpr double kPoseShare = 100;
+  static constexpr double kPoseShare = 30;
   // Continuation: the slip speed at which it begins, m/s, and the ratio of one to the next.
   static constexpr double kFirstRegularizationSpeed = 1e-2;
   static constexpr double kRegularizationRatio = 0.2, kMaxRegularizationRatio = 0.7;
