@@ -66,6 +66,15 @@ double ReferenceTorque::resolved_share(double t, double end) const {
   return model_->dry() ? model_->resolved_share(motion_.velocity(t), motion_.velocity(end)) : kInfinity;
 }
 
+double ReferenceTorque::period() const {
+  const auto varies = [](const Harmonic& v) { return v.cos != 0 || v.sin != 0; };
+  return varies(motion_.V_X) || varies(motion_.V_Y) || varies(motion_.Omega) ? motion_.period : kInfinity;
+}
+
+double PiecewiseTorque::period() const {
+  return (segment_.cos != 0 || segment_.sin != 0).any() ? segment_.period : kInfinity;
+}
+
 double PiecewiseTorque::begin_segment(double t) {
   const auto next = std::upper_bound(segments_.begin(), segments_.end(), t,
                                      [](double time, const TorqueSegment& segment) { return time < segment.start; });

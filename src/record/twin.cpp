@@ -35,7 +35,11 @@ double promised_error(const Simulation& simulation, const PathLength& path) {
   const bool is_fixed = simulation.scene().model != Model::kNoSlip && fixed_step(solver) > 0;
   const double tolerance = solver.relative_tolerance * (is_fixed ? kFixedStep : 1);
   const double speed = simulation.regularization_speed();
-  const double creep = std::isfinite(speed) && speed > simulation.scene().floor.nu ? speed * simulation.time() : 0;
+  const RobotParameters& robot = simulation.scene().robot;
+  const FloorParameters& floor = simulation.scene().floor;
+  // A contact with spin friction creeps on the spot too, as fast at its spin radius.
+  const double lever = floor.spin_radius > 0 ? std::max(1.0, std::hypot(robot.h, robot.l) / floor.spin_radius) : 1;
+  const double creep = std::isfinite(speed) && speed > floor.nu ? lever * speed * simulation.time() : 0;
   const double rounding = kRounding * static_cast<double>(simulation.statistics().steps);
   return kPromised * (tolerance * (std::max(path.base, path.wheels.maxCoeff()) + kLeastPath) + creep) + rounding;
 }

@@ -39,6 +39,7 @@ class ReferenceTorque : public TorqueProfile {
   ~ReferenceTorque() override;
   Wheels value(double t) const override;
   std::array<Wheels, 3> values(const std::array<double, 3>& t) const override;
+  double period() const override;
   double resolved_share(double t, double end) const override;
 
  private:
@@ -69,6 +70,7 @@ class PiecewiseTorque : public TorqueProfile {
   explicit PiecewiseTorque(TorqueSegments segments) : segments_(std::move(segments)) {}
   double begin_segment(double t) override;
   Wheels value(double t) const override;
+  double period() const override;
 
  private:
   TorqueSegments segments_;

@@ -99,6 +99,8 @@ class EventLocatingStepper : public ControlledStepperTypes {
   static constexpr double kRoom = 1.02;
   // Factor on the length that was good after the last jump: an occasional rejected step costs less than short steps.
   static constexpr double kGrowthAfterJump = 1.6;
+  // The least length that counts as good after a jump, s: times resolve it.
+  static constexpr double kLeastAfterJump = 1e-12;
   static constexpr double kShrinkage = 0.2;    // of a step whose end is not finite
   static constexpr double kFirstOrder = 1e-6;  // of a step: what has a negligible square
   static constexpr double kWithin = 1e-2;      // of a step: how far from its end the states within are as good as that
@@ -151,26 +153,37 @@ class EventLocatingStepper : public ControlledStepperTypes {
   void remember(double length) {
     const double wanted = dt_;
     dt_ = next_dt_;
-    if (after_jump_) dt_after_jump_ = kGrowthAfterJump * dt_;
+    if (after_jump_) dt_after_jump_ = std::max(kGrowthAfterJump * dt_, kLeastAfterJump);
     after_jump_ = false;
     if (length < wanted) dt_ = std::max(dt_, wanted);  // the bound cut it short, not its error
   }
 
-  // Ends the step where the base rests, or moves, for a moment within it only.
+  // Ends the step where the base rests, or moves, for a moment within it only, or soon and for a moment before it does
+  // for longer.
   [[gnu::noinline]] void end_at_brief_rest(System& system, const State& start, double t) {
-    if (system.past_rest_change(last_try_.end.velocities()) > 0 || !stepper_->interpolates()) return;
+    if (!stepper_->interpolates()) return;
     State x;
     const auto before = [&](double share) {
       stepper_->state_within(system, share, x);
       return -system.past_rest_change(x.velocities());
     };
     constexpr int kBits = 10;
+    double low = 0, high = 1;
+    if (system.past_rest_change(last_try_.end.velocities()) > 0) {
+      for (int bit = 0; bit < kBits; ++bit) {
+        const double middle = 0.5 * (low + high);
+        (before(middle) > 0 ? low : high) = middle;
+      }
+      low = -low;  // Brent's method begins at the upper end, which now is the step's start
+      high = 0;
+    }
     std::uintmax_t iterations = 30;
-    const auto [share, least] = boost::math::tools::brent_find_minima(before, 0.0, 1.0, kBits, iterations);
+    const auto [at, least] = boost::math::tools::brent_find_minima(
+        [&](double share) { return before(std::abs(share)); }, low, high, kBits, iterations);
     if (!(least < 0)) return;
     try_before_ = last_try_;
     ++record_->statistics.location_steps;
-    if (!try_length(system, start, t, share * last_try_.length)) last_try_ = try_before_;
+    if (!try_length(system, start, t, std::abs(at) * last_try_.length)) last_try_ = try_before_;
   }
 
   // Ends the step at the event, if that happens within it: by Newton's method within a bracket, or by bisection where

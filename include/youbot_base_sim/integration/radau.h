@@ -53,12 +53,9 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     const double length = dt;
     if (!(dt <= accepted_dt_)) {
       const double error = this->error(system);
-      dt = control_.next(dt, error);
       const double shortest = kTimeRounding * std::abs(t);
-      if (!(error <= 1) && !(length <= shortest && std::isfinite(error))) {
-        dt = std::max(dt, shortest);
-        return fail;
-      }
+      dt = std::max(control_.next(dt, error), shortest);
+      if (!(error <= 1) && !(length <= shortest && std::isfinite(error))) return fail;
       accepted_dt_ = length;
     }
     end(dt_, stages_, out);
@@ -101,6 +98,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
  private:
   using Contacts = typename Model::Contacts;
   using Friction = typename Model::Friction;
+  using ContactStiffnesses = std::array<Wheels, RadauTableau::stages>;
   using StageContacts = std::array<Contacts, RadauTableau::stages>;
   struct Evaluation {
     StageContacts contacts;
@@ -126,8 +124,12 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   static constexpr double kFirstCurvature = 1, kForgetting = 0.8, kCurvatureMargin = 10;
   // Of nu. Friction may turn in a larger correction: how fast corrections shrank before does not tell the next one.
   static constexpr double kForeseeable = 0.1;
+  static constexpr double kExpected = 0.03;  // of the limit of friction, may a correction leave it off
   // How many times stiffer than elsewhere in the step a contact is at its end when its friction turns there
   static constexpr double kTransientStiffnessRatio = 4;
+  // How many times the error of the pose counts less than those of the velocities: its estimate's order is lower by
+  // two.
+  static constexpr double kPoseShare = 30;
   // Continuation: the slip speed at which it begins, m/s, and the ratio of one to the next.
   static constexpr double kFirstRegularizationSpeed = 1e-2;
   static constexpr double kRegularizationRatio = 0.2, kMaxRegularizationRatio = 0.7;
@@ -316,36 +318,43 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     const Velocities change = (T::error[0] / dt_) * (stages_[0] - start_) +
                               (T::error[1] / dt_) * (stages_[1] - start_) + (T::error[2] / dt_) * (stages_[2] - start_);
     const Inertia& inertia = system.model().inertia();
-    limit_transient_damping();
+    const ContactStiffnesses stiffness = {damping_[0].contact_stiffness(), damping_[1].contact_stiffness(),
+                                          damping_[2].contact_stiffness()};
+    limit_transient_damping(stiffness);
     filter_.factorize({{T::gamma / dt_}}, inertia, {{damping_[2]}}, {{coriolis_[2]}});
     std::array<Velocities, 1> error;
     filter_.solve({start_forces_ + inertia * change}, error);
     if (inertia.J_2 == 0) error[0].dgamma.setZero();  // follows from the other velocities
-    return std::max(error_norm(error[0], error_scale_), error_of_pose());
+    const double of_pose = error_of_pose() * (turns_within(stiffness) ? kPoseShare : 1);
+    return std::max(error_norm(error[0], error_scale_), of_pose);
   }
 
   // The same of the platform's pose. Where contacts hold the velocities, these are right at the step's end, however
   // long the step, and their integral alone shows what it misses.
   double error_of_pose() const {
     using T = RadauTableau;
-    constexpr double kAllowed = 100;  // its order is lower than the integral's by two
     const Wheels mean_error =
         (1 / T::gamma) * (start_.v + T::error_of_integral(0) * stages_[0].v + T::error_of_integral(1) * stages_[1].v +
                           T::error_of_integral(2) * stages_[2].v);
-    return std::sqrt(sum(mean_error.square())) / (kAllowed * error_scale_.v[0]);
+    return std::sqrt(sum(mean_error.square())) / (kPoseShare * error_scale_.v[0]);
   }
 
   // Friction that turns within a step is stiff for an instant only. Where the step happens to end in it, the damping
   // there would hide the error of the whole step: the wheel's weakest damping is taken instead.
-  void limit_transient_damping() {
-    const std::array<Wheels, 3> stiffness = {damping_[0].contact_stiffness(), damping_[1].contact_stiffness(),
-                                             damping_[2].contact_stiffness()};
+  void limit_transient_damping(const ContactStiffnesses& stiffness) {
     if ((stiffness[2] <= kTransientStiffnessRatio * stiffness[0].min(stiffness[1])).all()) return;
     for (int i = 0; i < kWheels; ++i) {
       const int weakest = stiffness[0][i] < stiffness[1][i] ? 0 : 1;
       if (stiffness[2][i] > kTransientStiffnessRatio * stiffness[weakest][i])
         damping_[2].set_wheel(i, damping_[weakest]);
     }
+  }
+
+  // Whether a wheel's friction turns at one of the inner stages alone. Where in the turn that stage lies, the error's
+  // estimate changes its sign, and a step may be as long as makes it vanish: the pose's must be small as well.
+  static bool turns_within(const ContactStiffnesses& stiffness) {
+    const auto &a = stiffness[0], &b = stiffness[1], &c = stiffness[2];
+    return (a.max(b) - kTransientStiffnessRatio * a.min(b).max(c)).maxCoeff() > 0;
   }
 
   Wheels phi_at(int j, double dt) const {
@@ -469,7 +478,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
         rate = size / last;
         if (exact) curvature_ = std::max(rate / last, kForgetting * curvature_);
         // With a matrix that is no longer exact, corrections shrink about twice as slowly as the first one did.
-        exact = !leaves_little(size, exact ? 2 * rate : rate);
+        exact = !leaves_little(size, exact ? 2 * rate : rate) || !friction_is_as_expected(system);
         if (exact) {
           factorize(system);
           size = correction(system, left, change);
@@ -499,6 +508,15 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
 
   // Whether all corrections after one of this size, at this rate, sum up to less than the convergence tolerance.
   static bool leaves_little(double size, double rate) { return rate < 1 && size * rate < 1 - rate; }
+
+  // Whether the last correction brought about the friction that it was made for. Where not, its matrix tells nothing of
+  // how corrections shrink: a slip that is small may stand for large forces.
+  bool friction_is_as_expected(const SlipSystem<Model>& system) const {
+    const auto gap = [&](int j) {
+      return system.model().friction_gap(friction_[j], evaluated_->contacts[j], kExpected);
+    };
+    return !(gap(0).max(gap(1)).max(gap(2)).maxCoeff() > 0);
+  }
 
   // Moves the stages by a part of the last correction.
   [[gnu::flatten, gnu::noinline]] void move(const SlipSystem<Model>& system, double length) {

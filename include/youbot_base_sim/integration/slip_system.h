@@ -145,10 +145,12 @@ class SlipSystem final : public SmoothSystem {
     }
   }
 
-  /// The longest step from x (s) that friction, which changes from place to place, allows.
+  /// The longest step from x (s) that does not miss how friction changes from place to place, nor a torque's period:
+  /// contacts that hold at every stage hide what happens between.
   double max_step(const State& x) const {
-    if (!model_.features().by_patches()) return kInfinity;
-    return model_.features().max_step(x, modes_.geometry(x.phi()).Delta_Y);
+    const double longest = kShareOfPeriod * torque_->period();
+    if (!model_.features().by_patches()) return longest;
+    return std::min(longest, model_.features().max_step(x, modes_.geometry(x.phi()).Delta_Y));
   }
 
   /// The contacts that the wheels have now.
@@ -217,6 +219,8 @@ class SlipSystem final : public SmoothSystem {
   void count_evaluations(std::uint64_t more) const { evaluations_ += more; }
 
  private:
+  static constexpr double kShareOfPeriod = 0.125;
+
   void turn_friction() {
     set_regularization_speed(rest_friction_.regularization_speed());
     if (holds_drives_) model_.smooth_drives(rest_friction_.share());

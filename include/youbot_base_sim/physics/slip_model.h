@@ -194,6 +194,12 @@ class SlipModel {
 
   Friction friction(const Contacts& c) const { return features_.friction(c); }
 
+  /// Square of how far the friction F is from that of the contacts `c`, N^2, less that of this share of the limit f N.
+  Wheels friction_gap(const Friction& F, const Contacts& c, double share) const {
+    const Force &now = features_.force(c), &then = Features::force(F);
+    return (now[0] - then[0]).square() + (now[1] - then[1]).square() - (share * features_.limit(c)).square();
+  }
+
   /// Changes the rates of the wheels in `mask` whose friction F is below this share of the largest one, and of their
   /// rollers, to those at which the slip is what F asks for. g is the geometry of the contacts; c are contacts nearby,
   /// for the limit of friction.

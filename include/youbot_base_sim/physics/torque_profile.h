@@ -22,6 +22,9 @@ class TorqueProfile {
     return {value(t[0]), value(t[1]), value(t[2])};
   }
 
+  /// In what time the torque of this segment comes and goes, s; infinity if it does not.
+  virtual double period() const { return kInfinity; }
+
   /// The share of the stretch from time t to `end` (s) in which a method of integration sees the torque turn; 1 or
   /// more: all of it. Within a segment most torques are smooth.
   virtual double resolved_share([[maybe_unused]] double t, [[maybe_unused]] double end) const { return kInfinity; }

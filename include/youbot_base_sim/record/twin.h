@@ -11,9 +11,9 @@ namespace youbot_base_sim {
 constexpr double kPromised = 20;
 
 /// What the position of a reliable run may be off by, m, with heading counted at the wheels' centres: kPromised times
-/// tolerance times path, with what it creeps by a regularization speed that the tolerance sets, and 1e-16 m a step, as
-/// rounding may sum up. Random scenes measure it (docs/reliability.md). A fixed step is judged by the looser tolerance
-/// of the energy balance.
+/// tolerance times path, with what it creeps and, by spin friction, turns by a regularization speed that the tolerance
+/// sets, and 1e-16 m a step, as rounding may sum up. Random scenes measure it (docs/reliability.md). A fixed step is
+/// judged by the looser tolerance of the energy balance.
 double promised_error(const Simulation& simulation, const PathLength& path);
 
 /// A second run of a scene at half the tolerance, or half the fixed step; where rows end steps, these are of half a row
