@@ -21,13 +21,20 @@ namespace {
 
 constexpr double kPeriod = 0.01;  // s, of lockstep
 
+/// Sleeps until /clock has advanced: a thread that a connection or /clock's message has woken may read the time while
+/// it changes, and sleep a period too long.
+void go_by_the_clock(BaseClient& base) {
+  base.wait_for("a reset to reach roscpp's time", [&] { return ros::Time::now() <= base.clock(); });
+  ros::Duration(2 * kPeriod).sleep();
+  ros::spinOnce();
+}
+
 /// A publisher of commands that the base hears. Returns when /clock has advanced.
 ros::Publisher commander(BaseClient& base) {
   ros::NodeHandle node;
   const ros::Publisher commands = node.advertise<geometry_msgs::Twist>(kTwistTopic, 1);
   base.wait_for("the base to listen", [&] { return commands.getNumSubscribers() > 0; });
-  ros::Duration(2 * kPeriod).sleep();  // what wakes by the clock goes by the clock
-  ros::spinOnce();
+  go_by_the_clock(base);
   return commands;
 }
 
@@ -79,12 +86,14 @@ TEST(Lockstep, one_command_holds_through_a_sleep) {
 /// A node whose callbacks run in a thread of their own, with the odometry that it hears.
 class SpinningNode {
  public:
-  SpinningNode() {
+  explicit SpinningNode(BaseClient& base) {
     node.setCallbackQueue(&queue_);
     subscriber_ = node.subscribe<nav_msgs::Odometry>(
         kOdometryTopic, 1, [this](const auto& message) { x = message->pose.pose.position.x; }, {},
         ros::TransportHints().tcpNoDelay());
     spinner_.start();
+    base.wait_for("the base to be heard", [&] { return subscriber_.getNumPublishers() == 1; });
+    go_by_the_clock(base);
   }
   ~SpinningNode() { spinner_.stop(); }
 
@@ -103,7 +112,7 @@ std::vector<double> drive_by_timer(BaseClient& base) {
   const ros::Publisher commands = commander(base);
   std::vector<double> seen;
   std::atomic<bool> done{false};
-  SpinningNode spinning;
+  SpinningNode spinning(base);
   ros::Timer timer = spinning.node.createTimer(ros::Duration(1.0 / 30), [&](const ros::TimerEvent&) {
     done = seen.size() == 40;
     if (done) return;
@@ -124,7 +133,7 @@ TEST(Lockstep, timer_in_a_spinners_thread_is_the_same_to_the_bit) {
 /// Where the base is when an action has driven it for a second, nm.
 int drive_by_action(BaseClient& base) {
   const ros::Publisher commands = commander(base);
-  SpinningNode spinning;
+  SpinningNode spinning(base);
   using Server = actionlib::SimpleActionServer<actionlib::TestAction>;
   Server server(
       spinning.node, "drive",
@@ -144,7 +153,7 @@ int drive_by_action(BaseClient& base) {
   EXPECT_TRUE(client.waitForServer(ros::Duration(20)));
   actionlib::TestGoal goal;
   goal.goal = 50;
-  ros::Duration(2 * kPeriod).sleep();  // the connection has come by the wall clock
+  go_by_the_clock(base);
   client.sendGoal(goal);
   EXPECT_TRUE(client.waitForResult(ros::Duration(20)));
   return client.getResult()->result;
@@ -164,6 +173,7 @@ std::vector<double> drive_and_set_state(BaseClient& base) {
   const ros::Subscriber subscriber =
       node.subscribe<nav_msgs::Odometry>(kStateSetTopic, 10, [&](const auto& message) { noted = *message; });
   base.wait_for("the node to be heard", [&] { return subscriber.getNumPublishers() == 1; });
+  go_by_the_clock(base);
   SetState put;
   put.request.pose.position.x = -0.1;
   put.request.pose.position.y = 0.7;
@@ -173,7 +183,6 @@ std::vector<double> drive_and_set_state(BaseClient& base) {
   put.request.wheel_angles = {0.1, 0.2, 0.3, 0.4};
   std::vector<double> seen;
   ros::Rate rate(100);
-  rate.sleep();
   const ros::Time start = ros::Time::now();
   for (int k = 0; k < 30; ++k) {
     commands.publish(towards(base.truth.pose.pose.position.x));
