@@ -5,6 +5,7 @@ rejected with exit status 2.
 """
 import contextlib
 import json
+import threading
 
 import geometry_msgs.msg
 import rospy
@@ -15,6 +16,8 @@ RATE = 20  # Hz, above the least rate at which drivers keep moving
 LONGEST, FASTEST, LARGEST_SCALE = 3600, 10, 2  # s; m/s and rad/s
 ROWS = (f"a list of one row or more, each [seconds, forward, left, yaw]: a finite number > 0, up to {LONGEST} s, "
         f"and three from {-FASTEST} to {FASTEST} m/s or rad/s")
+
+threading.Thread.isAlive = threading.Thread.is_alive  # for Debian 11's rospy: Python 3.9 no longer has it
 
 
 def main():

@@ -203,7 +203,8 @@ def rank(table, arguments):
             print(f"  {key:34}{share:6.3f}")
         if is_sobol:
             print(f"  {'(several axes together, chance)':34}{max(0.0, 1 - sum(shares)):6.3f}")
-    axes[0].set_yticks(places, map(label, table.axes))
+    axes[0].set_yticks(places)
+    axes[0].set_yticklabels(list(map(label, table.axes)))
     axes[0].invert_yaxis()
     measure = "Sobol' indices" if is_sobol else "Spearman's rank correlation"
     figure.suptitle(f"{table.name}: what matters, by {measure} of {len(table.rows)} runs", fontsize=11)

@@ -68,6 +68,8 @@ def run_section(name, section, folder):
     port = random.randrange(12000, 32000)  # below the ports that connections get
     environment = {"HOME": folder, "PATH": f"{os.path.dirname(sys.executable)}:/usr/bin:/bin",
                    "ROS_HOSTNAME": "localhost", "ROS_MASTER_URI": f"http://localhost:{port}"}
+    if sys.version_info[:2] == (3, 9):
+        environment["PYTHONPATH"] = str(ROOT / "test" / "debian_11")
     for path in ROOT.iterdir():
         (Path(folder) / path.name).symlink_to(path)
     for i, (listing, above) in enumerate(section):

@@ -12,7 +12,7 @@
 namespace youbot_base_sim {
 namespace {
 
-const ImuSettings kExact{{}, {}, {0, 0}};
+const ImuSettings kExact{{}, {}, {0, 0, 0}};
 
 /// A state on a circle of 2 m, 0.5 m/s ahead.
 State on_circle(double t) {

@@ -189,7 +189,7 @@ TEST(BaseLoopTest, StatesAreSetAtTheSameTimesWhereManyPeriodsGoAtOnce) {
 TEST(BaseLoopTest, NeitherOdometryNorTheInertialUnitNoticesASetState) {
   LoopSettings sensing = settings();
   sensing.driver.motors.quantized = true;
-  sensing.sensors.imu = ImuSettings{{}, {}, {0, 0}};
+  sensing.sensors.imu = ImuSettings{{}, {}, {0, 0, 0}};
   sensing.scene.initial.phi() = Wheels(0.1, 0.2, 0.3, 0.4);
   BaseLoop loop(sensing);
   Faults slipping;
@@ -207,7 +207,7 @@ TEST(BaseLoopTest, NeitherOdometryNorTheInertialUnitNoticesASetState) {
 
 TEST(BaseLoopTest, OdometryAndTheInertialUnitGoOnWhereAMovingBaseIsPut) {
   LoopSettings sensing = settings();
-  sensing.sensors.imu = ImuSettings{{}, {}, {0, 0}};
+  sensing.sensors.imu = ImuSettings{{}, {}, {0, 0, 0}};
   BaseLoop stays(sensing), put(sensing);
   for (BaseLoop* loop : {&stays, &put}) {
     loop->push(0, rates({0.3, 0.1, 0.5}));

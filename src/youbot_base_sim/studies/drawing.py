@@ -39,7 +39,8 @@ def finish_paths(axis, truth):
     x, y, count = truth["x"], truth["y"], len(truth["x"])
     first, then = count // 8, count // 8 + max(1, count // 100)
     if np.hypot(x[then] - x[first], y[then] - y[first]) > 0:
-        axis.annotate("", (x[then], y[then]), (x[first], y[first]),
-                      arrowprops=dict(arrowstyle="-|>", color="black", mutation_scale=14))
+        arrow = axis.annotate("", (x[then], y[then]), (x[first], y[first]),
+                              arrowprops=dict(arrowstyle="-|>", color="black", mutation_scale=14))
+        arrow.set_in_layout(False)  # it may lie outside of enlarged axes, which Matplotlib 3.3 would make room for
     axis.set(xlabel="$x_O$, m", ylabel="$y_O$, m")
     axis.set_aspect("equal", "datalim")
