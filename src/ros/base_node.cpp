@@ -246,7 +246,12 @@ class BaseNode::Loop {
   bool await_followers() {
     const Lockstep& lockstep = clock_.lockstep();
     if (lockstep.idles()) {
-      const bool commanded = await_command();
+      bool commanded = await_command();
+      if (!commanded && !interrupted()) {
+        // The first command of a node that still works is one for this period, however long it takes.
+        clock_.wait([this] { await_rest(); });
+        commanded = interface_->commanded();
+      }
       if (interrupted() || !lockstep.idles()) return false;
       // A loop that sleeps from t = 0, which /clock shows as 1 ns because zero means no time, would miss the first
       // period.
