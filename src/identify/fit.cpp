@@ -413,10 +413,10 @@ Fit fit(const Scene& start, std::vector<DriveRecord>& records, std::vector<std::
     trial.candidate = trial.with(minimize_once(comparison, trial));
   }
   settings.progress(0.4);
-  find_angles(trial.candidate, records, workers);  // by now the ripple is that of the robot
   if (find_cycles(records, trial.candidate, workers)) {
     findings.push_back("commands take effect in the cycles in which the driver publishes joint_states");
   }
+  find_angles(trial.candidate, records, workers);  // by now the ripple is that of the robot, and commands are in time
   const Comparison comparison(records, trial.candidate.scene.motors->command_delay, workers);
   linearize(comparison, trial, trial.start());
   minimize(comparison, trial);

@@ -6,6 +6,7 @@
 #include <complex>
 #include <future>
 
+#include "youbot_base_sim/identify/least_squares.h"
 #include "youbot_base_sim/simulation.h"
 
 namespace youbot_base_sim {
@@ -67,24 +68,23 @@ constexpr double kMinRate = 0.5;        // rad/s: wheels that turn
 constexpr double kTransient = 0.5;      // s, after which ripple is more than what is left of the start
 constexpr double kRippleFilter = 0.15;  // s: what is slower is no ripple
 
-using Ripple = std::array<std::complex<double>, kWheels>;
-
-/// For each motion, the part of the wheels' rates that comes as often as their rollers, as amplitude and phase.
-std::vector<Ripple> ripples(const DriveRecord& record, const Readings& readings, int rollers) {
+/// For each motion and wheel the part of its rate that comes as often as its rollers: all cosines, then all sines.
+Eigen::VectorXd ripples(const DriveRecord& record, const Readings& readings, int rollers) {
   const auto& [phi, dphi, torque] = readings;
   const std::vector<Wheels> slow = low_pass(record.t, dphi, kRippleFilter);
-  std::vector<Ripple> ripples;
-  for (const Motion& motion : record.motions()) {
-    Ripple sum{};
-    for (const std::size_t k : record.samples(motion.begin + kTransient, motion.end)) {
+  const std::vector<Motion> motions = record.motions();
+  Eigen::MatrixXcd sums = Eigen::MatrixXcd::Zero(kWheels, static_cast<Eigen::Index>(motions.size()));
+  for (Eigen::Index m = 0; m < sums.cols(); ++m) {
+    for (const std::size_t k : record.samples(motions[m].begin + kTransient, motions[m].end)) {
       for (int i = 0; i < kWheels; ++i) {
         if (std::abs(dphi[k][i]) < kMinRate) continue;
-        sum[i] += (dphi[k][i] - slow[k][i]) * std::polar(1.0, -rollers * (phi[k][i] - phi[0][i]));
+        sums(i, m) += (dphi[k][i] - slow[k][i]) * std::polar(1.0, -rollers * (phi[k][i] - phi[0][i]));
       }
     }
-    ripples.push_back(sum);
   }
-  return ripples;
+  Eigen::VectorXd parts(2 * sums.size());
+  parts << sums.real().reshaped(), sums.imag().reshaped();
+  return parts;
 }
 
 double rate_error(const DriveRecord& record, const Prediction& prediction) {
@@ -151,19 +151,29 @@ std::vector<std::vector<Prediction>> predict(const std::vector<Candidate>& candi
 }
 
 void find_angles(Candidate& candidate, const std::vector<DriveRecord>& records, const Workers& workers) {
-  constexpr int kRounds = 6;  // every wheel's ripple shows in the others' rates too
+  // All wheels ripple alike, and each shows in the others' rates: only together can they be found. Ripples are nearly
+  // linear in the phases' cosines and sines. Over the tries, these are orthogonal to each other, to a constant and,
+  // since the multiples are odd, to their own products.
+  constexpr int kTries = 16;
   const int rollers = candidate.scene.robot.rollers;
-  for (int round = 0; round < kRounds; ++round) {
-    const std::vector<Prediction> predictions = predict({candidate}, records, workers).front();
-    for (std::size_t r = 0; r < records.size(); ++r) {
-      const std::vector<Ripple> recorded = ripples(records[r], records[r], rollers);
-      const std::vector<Ripple> predicted = ripples(records[r], predictions[r], rollers);
-      for (int i = 0; i < kWheels; ++i) {
-        std::complex<double> apart = 0;
-        for (std::size_t m = 0; m < recorded.size(); ++m) apart += recorded[m][i] * std::conj(predicted[m][i]);
-        candidate.phi[r][i] += std::arg(apart) / rollers;
-      }
+  Eigen::MatrixXd phases(kTries, 2 * kWheels);
+  std::vector<Candidate> tries(kTries, candidate);
+  for (int k = 0; k < kTries; ++k) {
+    for (int i = 0; i < kWheels; ++i) {
+      const double phase = 2 * M_PI * k * (2 * i + 1) / kTries;
+      phases(k, i) = std::cos(phase);
+      phases(k, kWheels + i) = std::sin(phase);
+      for (Wheels& phi : tries[k].phi) phi[i] += phase / rollers;
     }
+  }
+  const std::vector<std::vector<Prediction>> predictions = predict(tries, records, workers);
+  for (std::size_t r = 0; r < records.size(); ++r) {
+    const Eigen::VectorXd recorded = ripples(records[r], records[r], rollers);
+    Eigen::MatrixXd predicted(recorded.size(), kTries);
+    for (int k = 0; k < kTries; ++k) predicted.col(k) = ripples(records[r], predictions[k][r], rollers);
+    const Eigen::VectorXd found =
+        solve_least_squares(2.0 / kTries * predicted * phases, recorded - predicted.rowwise().mean());
+    for (int i = 0; i < kWheels; ++i) candidate.phi[r][i] += std::atan2(found[kWheels + i], found[i]) / rollers;
   }
 }
 

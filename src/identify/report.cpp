@@ -112,8 +112,8 @@ std::string report(const Scene& start, const Fit& fit) {
   }
   for (const std::string& line : fit.unidentifiable) text += "not identified, start value kept: " + line + "\n";
   text += fmt::format(
-      "error on motions that were held out: {:.3g} before, {:.3g} after (1: 0.02 rad/s, 0.02 N m, 2 mm in half a "
-      "second)\n",
+      "error on motions that were held out: {:.3g} before, {:.3g} after (in units of 0.02 rad/s, 0.02 N m, and "
+      "2 mm or 2 mrad in half a second)\n",
       fit.error_before, fit.error_after);
   return text;
 }

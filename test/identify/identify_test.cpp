@@ -88,6 +88,9 @@ Twin twin_of(unsigned seed) {
   return twin;
 }
 
+/// On held-out motions. Readings alone are up to 0.09 off; wheels that began 0.03 rad elsewhere add as much again.
+constexpr double kMaxError = 0.12;
+
 class TwinTest : public testing::TestWithParam<unsigned> {};
 
 TEST_P(TwinTest, IsFoundAgain) {
@@ -99,7 +102,7 @@ TEST_P(TwinTest, IsFoundAgain) {
   EXPECT_TRUE(findings.empty()) << findings[0];
   expect_drives_found(fitted, twin.robot);
   EXPECT_NEAR(value(fitted.best.scene, "command_delay"), value(twin.robot, "command_delay"), 5e-3);
-  EXPECT_LT(fitted.error_after, 0.2 * fitted.error_before);
+  EXPECT_LT(fitted.error_after, kMaxError);
 }
 
 INSTANTIATE_TEST_SUITE_P(Seeds, TwinTest, testing::Values(1u, 2u, 3u));
@@ -131,6 +134,7 @@ TEST(GroundTruthTwinTest, IsFoundAgain) {
   ASSERT_EQ(findings.size(), 1u);
   EXPECT_TRUE(named(findings, "commands take effect in the cycles"));
   expect_base_found(fitted, twin.robot);
+  EXPECT_LT(fitted.error_after, kMaxError);
 }
 
 // One that starts with the truth stays there, as near as the other is found. Sigmas are no bound here: twins whose
@@ -143,6 +147,20 @@ TEST(EqualTwinTest, StaysAsItIs) {
   std::vector<std::string> findings = inspect(records[0]);
   const Fit fitted = fit(twin.robot, records, findings);
   expect_base_found(fitted, twin.robot);
+  EXPECT_LT(fitted.error_after, kMaxError);
+}
+
+// All wheels ripple alike, so that one of them at a time finds other angles.
+TEST(FindAngles, FindsThoseOfAllWheels) {
+  for (const unsigned seed : {1u, 2u, 3u}) {
+    const Twin twin = twin_of(seed);
+    const DriveRecord record = twin.drive(kDrive);
+    Candidate candidate{twin.robot, {Wheels::Zero()}};
+    find_angles(candidate, {record}, {});
+    const double roller = 2 * M_PI / twin.robot.robot.rollers;
+    for (int i = 0; i < kWheels; ++i)
+      EXPECT_NEAR(std::remainder(candidate.phi[0][i] - twin.start()[i], roller), 0, 0.03) << seed << kWheelNames[i];
+  }
 }
 
 TEST(AppliedInCycles, WaitsForTheNextSampleButNotThroughAGap) {

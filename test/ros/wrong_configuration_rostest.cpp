@@ -152,7 +152,10 @@ TEST_F(WrongConfiguration, clock_of_its_own_but_not_its_master) {
 }
 
 TEST_F(WrongConfiguration, bag_that_cannot_be_written) {
+  expect_refused(BASE_NODE, {"_bag:=/nowhere/x.bag"}, {"~bag", "/nowhere/x.bag"});  // by the wall clock
+  expect_refused(BASE_NODE, {"_bag:=" + folder_.path("")}, {"~bag", folder_.path("")});
   ros::param::set("/use_sim_time", true);
+  expect_refused(BASE_NODE, {"_bag:=/nowhere/x.bag"}, {"~bag", "/nowhere/x.bag"});  // by /clock, which does not come
   expect_refused(BASE_NODE, {"_publish_clock:=true", "_bag:=/nowhere/x.bag"}, {"~bag", "/nowhere/x.bag"});
   const std::string scene = folder_.write("scene.yaml", "duration: 1.0\n");
   expect_refused(BASE_NODE, {"_publish_clock:=true", "_scene:=" + scene, "_bag:=" + scene},

@@ -46,8 +46,8 @@ std::vector<std::vector<Prediction>> predict(const std::vector<Candidate>& candi
 
 // Where the records lie beside a candidate.
 
-/// Improves the angles at which the candidate's wheels stood at first: where ripples come as the records' do. They are
-/// known but for whole rollers, and only of wheels whose rates ripple.
+/// Sets the angles at which the candidate's wheels stood at first: where ripples come as the records' do, by linear
+/// least squares over all wheels. They are known but for whole rollers, and only of wheels whose rates ripple.
 void find_angles(Candidate& candidate, const std::vector<DriveRecord>& records, const Workers& workers);
 
 /// Sets the candidate's command delay to what fits the wheels' rates best, by a parabola through the best of seven from

@@ -35,7 +35,7 @@ def analyse(record):
     for what, value, form, name, unit in (
             (f"pieces of {turns} revolutions", lambda wheel: wheel.segments, ".0f", "pieces", "1"),
             (f"rollers pass: order {n}", lambda wheel: wheel.peak(n)[1], ".4f", "ripple_of_rollers", "rad/s"),
-            ("  over the orders around", lambda wheel: wheel.stands_out(n), ".1f", "ripple_over_background", "1"),
+            ("  ratio to orders around", lambda wheel: wheel.stands_out(n), ".1f", "ripple_over_background", "1"),
             (f"twice that: order {2 * n}", lambda wheel: wheel.peak(2 * n)[1], ".4f", "double_ripple_of_rollers",
              "rad/s"),
             ("strongest order", lambda wheel: wheel.strongest(n)[0], ".2f", "strongest_order", "1"),

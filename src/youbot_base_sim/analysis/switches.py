@@ -94,6 +94,7 @@ def add_jumps(section, record, switches, intervals):
 
 
 def draw(figure, switches, of_wheel, intervals, jumps):
+    from matplotlib.ticker import LogFormatter
     has_jumps = np.isfinite(jumps).any()
     rows = figure.subplots(2 if has_jumps else 1, 1, sharex=True, squeeze=False)[:, 0]
     for wheel, colour, mask, (t, gaps) in zip(WHEEL_NAMES, WHEEL_COLOURS.values(), of_wheel, intervals):
@@ -101,6 +102,8 @@ def draw(figure, switches, of_wheel, intervals, jumps):
         rows[0].semilogy(t, 1e3 * gaps, label=wheel, **style)
         if has_jumps:
             rows[1].plot(switches.t[mask], 1e3 * jumps[mask], **style)
+    rows[0].yaxis.set_major_formatter(LogFormatter())  # 140, not 1.4 x 10^2
+    rows[0].yaxis.set_minor_formatter(LogFormatter())
     rows[0].set_ylabel("time since the wheel's last switch, ms")
     rows[0].legend(ncol=4)
     if has_jumps:
