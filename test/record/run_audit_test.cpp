@@ -151,17 +151,18 @@ TEST(Reliability, IsDeniedWhereTheIntegrationFellBack) {
   EXPECT_NE(doubt.find("fallback steps"), std::string::npos) << doubt;
 }
 
-// In eased milliseconds friction turns over 1e-6 m/s: too much where nu is 1e-9 m/s, and where it is 1e-3 m/s nothing.
+// In eased milliseconds friction turns over 1e-6 m/s: too much where nu is 1e-11 m/s, and where it is 1e-3 m/s nothing.
 TEST(Reliability, IsDeniedWhereEasedMillisecondsMatter) {
   SceneOverrides tight;
-  tight.relative_tolerance = 1e-9;
+  tight.relative_tolerance = 1e-10;
   Scene scene = load_scene(YOUBOT_BASE_SIM_SOURCE_DIR "/config/scenes/case2.yaml", tight);
   scene.duration = 0.5;
-  scene.floor.nu = 1e-9;
+  scene.floor.nu = 1e-11;
   scene.solver.keeps_up = true;
   const std::string doubt = reason_of(scene, 0.01);
   EXPECT_NE(doubt.find(" ms, integrated to a looser tolerance"), std::string::npos) << doubt;
 
+  tight.relative_tolerance = 1e-11;
   Scene held = load_scene(YOUBOT_BASE_SIM_SOURCE_DIR "/bench/scenes/held_wheel.yaml", tight);
   held.duration = 2;
   held.solver.keeps_up = true;

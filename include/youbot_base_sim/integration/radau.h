@@ -46,16 +46,19 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   Result try_step(SlipSystem<Model>& system, const State& in, double& t, State& out, double& dt) override {
     using boost::numeric::odeint::fail;
     if (!started_ || !starts_at(in, t)) initialize(system, in, t);
-    if (!solve(system, dt)) {
+    const double length = dt, shortest = kTimeRounding * std::abs(t);
+    const bool judged = !(length <= accepted_dt_);
+    if (!solve(system, dt, judged && length > shortest)) {
       dt *= kShrinkage;
       return fail;
     }
-    const double length = dt;
-    if (!(dt <= accepted_dt_)) {
-      const double error = this->error(system);
-      const double shortest = kTimeRounding * std::abs(t);
+    if (judged) {
+      const double error = hopeless_error_ > 0 ? hopeless_error_ : this->error(system);
       dt = std::max(control_.next(dt, error), shortest);
-      if (!(error <= 1) && !(length <= shortest && std::isfinite(error))) return fail;
+      if (!(error <= 1) && !(length <= shortest && std::isfinite(error))) {
+        filters_twice_ = true;
+        return fail;
+      }
       accepted_dt_ = length;
     }
     end(dt_, stages_, out);
@@ -124,6 +127,9 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   static constexpr double kFirstCurvature = 1, kForgetting = 0.8, kCurvatureMargin = 10;
   // Of nu. Friction may turn in a larger correction: how fast corrections shrank before does not tell the next one.
   static constexpr double kForeseeable = 0.1;
+  // The error of a step that is not worth further iterations, and the first correction, in convergence tolerances, from
+  // which on it is worth estimating at once.
+  static constexpr double kHopeless = 1.5, kFarOff = 3000;
   static constexpr double kExpected = 0.03;  // of the limit of friction, may a correction leave it off
   // How many times stiffer than elsewhere in the step a contact is at its end when its friction turns there
   static constexpr double kTransientStiffnessRatio = 4;
@@ -156,6 +162,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
       control_.restart();
     }
     started_ = true;
+    filters_twice_ = after_switch_;
     accepted_dt_ = 0;
     x_ = x;
     t_ = t;
@@ -170,15 +177,20 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     } else {
       evaluate_start(system, M, unchanged);
     }
-    error_scale_ = allowed_errors();
+    error_scale_ = allowed_errors(system.model());
     set_convergence_tolerance(system);
   }
 
   // The errors that count as 1. A roller counts a third of what it does for other methods, since this one damps its
-  // errors too.
-  Velocities allowed_errors() const {
-    constexpr double kRollerScale = 3;
+  // errors too. The rim of a wheel that hardly turns may be off by a tenth of what the platform may be, unless dry
+  // friction turns there.
+  Velocities allowed_errors(const Model& model) const {
+    constexpr double kRollerScale = 3, kRimScale = 0.1;
     Velocities scale = error_scale(tolerance_, start_);
+    if (!model.dry_bearings().any()) {
+      const Wheels relative = scale.v - tolerance_.absolute;
+      scale.dphi = scale.dphi.max(tolerance_.absolute + kRimScale / model.robot().R * relative);
+    }
     scale.dgamma *= kRollerScale;
     return scale;
   }
@@ -229,28 +241,28 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     end_contact_ids_ = contact_ids_;
   }
 
-  // Finds the stages of a step of length dt. False without convergence, or if the platform would turn by over 1 rad.
-  bool solve(SlipSystem<Model>& system, double dt) {
+  // Finds the stages of a step of length dt, unless it is `judged` and hopeless. False without convergence, or if the
+  // platform would turn by over 1 rad.
+  bool solve(SlipSystem<Model>& system, double dt, bool judged) {
     if (known_ != Known::kNothing) predict(system, dt);
-    if ((known_ == Known::kNothing || !iterate(system, dt)) && !iterate_from_start(system, dt) &&
+    if ((known_ == Known::kNothing || !iterate(system, dt, judged)) && !iterate_from_start(system, dt, judged) &&
         !continue_to_regularization_speed(system, dt)) {
       known_ = Known::kNothing;
       return false;
     }
-    dt_ = dt;
     known_ = Known::kThisStep;
     return dt * std::max({std::abs(stages_[0].v[2]), std::abs(stages_[1].v[2]), std::abs(stages_[2].v[2])}) < 1;
   }
 
   // A step that is longer than the transient after a switch begins with the friction before it, also where the contact
   // is another.
-  bool iterate_from_start(const SlipSystem<Model>& system, double dt) {
+  bool iterate_from_start(const SlipSystem<Model>& system, double dt, bool judged) {
     constexpr double kTransient = 1e-4;  // s
     const bool outlasts = friction_lasts_ && dt > kTransient;
     stages_.fill(start_);
     friction_.fill(outlasts ? end_friction_ : start_friction_);
     if (outlasts) follow_friction(system, dt);
-    return iterate(system, dt);
+    return iterate(system, dt, judged);
   }
 
   // A larger regularization speed is easier to solve for, and its solution is a good start for a smaller one. Where the
@@ -267,7 +279,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     for (;;) {
       system.set_regularization_speed(speed);
       set_convergence_tolerance(system);
-      converged = iterate(system, dt);
+      converged = iterate(system, dt, false);
       if (converged) {
         if (speed <= nu) break;
         last = speed;
@@ -320,13 +332,30 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     const Inertia& inertia = system.model().inertia();
     const ContactStiffnesses stiffness = {damping_[0].contact_stiffness(), damping_[1].contact_stiffness(),
                                           damping_[2].contact_stiffness()};
-    limit_transient_damping(stiffness);
-    filter_.factorize({{T::gamma / dt_}}, inertia, {{damping_[2]}}, {{coriolis_[2]}});
+    std::array<DampingMatrix, 1> damping = {damping_[2]};
+    limit_transient_damping(stiffness, damping[0]);
+    filter_.factorize({{T::gamma / dt_}}, inertia, damping, {{coriolis_[2]}});
     std::array<Velocities, 1> error;
     filter_.solve({start_forces_ + inertia * change}, error);
     if (inertia.J_2 == 0) error[0].dgamma.setZero();  // follows from the other velocities
-    const double of_pose = error_of_pose() * (turns_within(stiffness) ? kPoseShare : 1);
-    return std::max(error_norm(error[0], error_scale_), of_pose);
+    double norm = error_norm(error[0], error_scale_);
+    if (norm > 1 && filters_twice_ && has_seen_energy(inertia)) norm = norm_filtered_again(inertia, error);
+    return std::max(norm, error_of_pose() * (turns_within(stiffness) ? kPoseShare : 1));
+  }
+
+  // Of components that decay within the step, the filtered error counts although they have no effect on its end.
+  [[gnu::noinline]] double norm_filtered_again(const Inertia& inertia, std::array<Velocities, 1>& error) const {
+    filter_.solve({(RadauTableau::gamma / dt_) * (inertia * error[0])}, error);
+    if (inertia.J_2 == 0) error[0].dgamma.setZero();
+    return error_norm(error[0], error_scale_);
+  }
+
+  // Whether stages have seen all but a negligible share of the energy. The balance of energy misses that of the jump
+  // from the start to the polynomial through the stages: of a transient that is over before the first one.
+  bool has_seen_energy(const Inertia& inertia) const {
+    constexpr double kUnseen = 0.01;  // of the tolerance
+    const Velocities jump = start_ - weighted(lagrange_weights(0, 3), start_, stages_);
+    return dot(jump, inertia * jump) <= kUnseen * tolerance_.relative * dot(start_, inertia * start_);
   }
 
   // The same of the platform's pose. Where contacts hold the velocities, these are right at the step's end, however
@@ -341,12 +370,11 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
 
   // Friction that turns within a step is stiff for an instant only. Where the step happens to end in it, the damping
   // there would hide the error of the whole step: the wheel's weakest damping is taken instead.
-  void limit_transient_damping(const ContactStiffnesses& stiffness) {
+  void limit_transient_damping(const ContactStiffnesses& stiffness, DampingMatrix& at_end) const {
     if ((stiffness[2] <= kTransientStiffnessRatio * stiffness[0].min(stiffness[1])).all()) return;
     for (int i = 0; i < kWheels; ++i) {
       const int weakest = stiffness[0][i] < stiffness[1][i] ? 0 : 1;
-      if (stiffness[2][i] > kTransientStiffnessRatio * stiffness[weakest][i])
-        damping_[2].set_wheel(i, damping_[weakest]);
+      if (stiffness[2][i] > kTransientStiffnessRatio * stiffness[weakest][i]) at_end.set_wheel(i, damping_[weakest]);
     }
   }
 
@@ -446,10 +474,13 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     if (follows) follow_friction(system, dt);
   }
 
-  // Newton's iterations for the stages, from what `stages_` and `friction_` hold.
-  [[gnu::flatten, gnu::noinline]] bool iterate(const SlipSystem<Model>& system, double dt) {
+  // Newton's iterations for the stages, from what `stages_` and `friction_` hold. Those of a step that is `judged` end
+  // early, with its hopeless_error_, where that is clearly too large.
+  [[gnu::flatten, gnu::noinline]] bool iterate(const SlipSystem<Model>& system, double dt, bool judged) {
     using T = RadauTableau;
     const double per_dt = 1 / dt;
+    dt_ = dt;
+    hopeless_error_ = 0;
     end_t_ = t_ + T::c[2] * dt;
     torque_ = system.torque().values({t_ + T::c[0] * dt, t_ + T::c[1] * dt, t_ + T::c[2] * dt});
     for (int j = 0; j < 3; ++j) {
@@ -492,15 +523,23 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
       length = 1;
       last = size;
       move(system, length);
-      if (!(size <= foreseeable_)) continue;
-      // With an exact matrix the next correction is about the curvature times the square of this one.
-      if (exact && !system.reacts() && kCurvatureMargin * curvature_ * size * size < 1) {
-        for (int j = 0; j < 3; ++j) forces_[j] = forces_by_motion(system, j, start_);
-        return true;
+      if (size <= foreseeable_) {
+        // With an exact matrix the next correction is about the curvature times the square of this one.
+        if (exact && !system.reacts() && kCurvatureMargin * curvature_ * size * size < 1) {
+          for (int j = 0; j < 3; ++j) forces_[j] = forces_by_motion(system, j, start_);
+          return true;
+        }
+        if (leaves_little(size, rate)) {
+          rate_ = std::min(std::max(rate, kMinRate), 0.5);
+          return true;
+        }
       }
-      if (leaves_little(size, rate)) {
-        rate_ = std::min(std::max(rate, kMinRate), 0.5);
-        return true;
+      if (judged && (iteration == 1 || (iteration == 0 && size > kFarOff))) {
+        const double error = this->error(system);
+        if (error > kHopeless) {
+          hopeless_error_ = error;
+          return true;
+        }
       }
     }
     return false;
@@ -594,7 +633,8 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   Friction start_friction_;
   Pose start_pose_;  // beyond the paper
   ContactModes::Ids contact_ids_ = ContactModes::Ids::Zero();
-  double accepted_dt_ = 0;  // longest step from here whose error is known to be small enough
+  bool filters_twice_ = false;  // whether the error's estimate is filtered twice if it is too large
+  double accepted_dt_ = 0;      // longest step from here whose error is known to be small enough
 
   // The step that is known: its stages, and the start of the step before it.
   Known known_ = Known::kNothing;
@@ -608,7 +648,8 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   ContactModes::Ids end_contact_ids_ = ContactModes::Ids::Constant(-1);  // none
 
   // Newton's iterations.
-  double D_[3][3];  // of BorderedStages, 1/s
+  double D_[3][3];             // of BorderedStages, 1/s
+  double hopeless_error_ = 0;  // that ended them; 0: none
   StageVelocities stages_, forces_;
   Evaluation evaluations_[2];
   Evaluation* evaluated_ = &evaluations_[0];  // at the stages as they are
