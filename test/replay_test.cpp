@@ -212,11 +212,13 @@ TEST_F(Replay, AveragedContactsMoveTheBaseAsLocatedOnesDoOnTheWhole) {
 }
 
 // Wheels that work against each other at a small regularization speed: an error of a contact's slip, within the
-// tolerance, is a large one of its friction, and of the drives' work. The audit allows three times as much.
+// tolerance, is a large one of its friction, and of the drives' work. Rounding alone leaves a slip 1e-15 m/s off, so a
+// millionth of the work. The audit allows twenty times as much.
 TEST_F(Replay, EnergyAgreesWithTheWorkOfTheWheels) {
   folder_.write("angles.csv",
                 "t,fl,fr,bl,br\n0,1.40,-1.50,3.59,0.56\n0.29,1.63,-1.62,3.71,0.85\n0.57,2.09,-1.48,3.58,0.96\n"
                 "0.86,2.64,-1.60,3.61,1.16\n1.14,3.17,-1.50,3.63,1.32\n1.43,3.80,-1.56,3.88,1.19\n");
+  constexpr double kByRounding = 1e-6 * 6;  // J, of the 6 J that the wheels exchange
   for (const double tolerance : {3e-7, 1e-9}) {
     Simulation simulation(
         load(fmt::format("{{duration: 1.4, floor: {{slip_regularization: 1.0e-9}}, "
@@ -224,7 +226,7 @@ TEST_F(Replay, EnergyAgreesWithTheWorkOfTheWheels) {
                          tolerance)));
     for (int row = 1; row <= 140; ++row) {
       simulation.advance_to(0.01 * row);
-      ASSERT_LT(simulation.energy_balance_error(), 1000 * tolerance) << "at " << simulation.time() << " s";
+      ASSERT_LT(simulation.energy_balance_error(), std::max(1000 * tolerance, kByRounding)) << "at " << simulation.time() << " s";
     }
   }
 }

@@ -213,8 +213,8 @@ TEST_F(SwitchRecordsTest, BoundOfWork) {
   check_trials(78, kTrials, 0.1, [](int trial, Random& random, Trial& run) {
     run.scene.floor.nu = 1e-11;
     run.scene.solver.control_period = 1e-3;
-    run.scene.solver.relative_tolerance = 1e-10;
-    run.scene.solver.absolute_tolerance = 1e-13;
+    run.scene.solver.relative_tolerance = 1e-12;
+    run.scene.solver.absolute_tolerance = 1e-15;
     run.scene.solver.keeps_up = true;
     run.scene.initial.dphi() = random.wheels(-300, 300);
     const Wheels torque = random.wheels(-10, 10);
