@@ -226,7 +226,8 @@ TEST_F(Replay, EnergyAgreesWithTheWorkOfTheWheels) {
                          tolerance)));
     for (int row = 1; row <= 140; ++row) {
       simulation.advance_to(0.01 * row);
-      ASSERT_LT(simulation.energy_balance_error(), std::max(1000 * tolerance, kByRounding)) << "at " << simulation.time() << " s";
+      ASSERT_LT(simulation.energy_balance_error(), std::max(1000 * tolerance, kByRounding))
+          << "at " << simulation.time() << " s";
     }
   }
 }
