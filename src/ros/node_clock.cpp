@@ -220,7 +220,7 @@ bool TimeServices::step(Step::Request& request, Step::Response& response) {
     left_ = periods;
   }));
   while (answered.wait_for(kPollInterval) != std::future_status::ready) {
-    if (closing_ || !ros::ok()) return false;
+    if (closing_ || ros::isShuttingDown()) return false;  // which waits for this thread before ros::ok is false
   }
   response = answered.get();
   return true;
