@@ -16,6 +16,8 @@ latest = {}
 
 
 def publish(message, topic):
+    if rospy.is_shutdown():
+        return
     latest[topic] = message
     if len(latest) < 2 or latest["odom"].header.stamp != latest["ground_truth"].header.stamp:
         return

@@ -267,6 +267,8 @@ TEST_F(SimulationTest, WheelIsHeldBetweenTwoRollers) {
     Simulation simulation(scene);
     simulation.advance_to(10);
     EXPECT_GT(simulation.statistics().shared_contacts, 0u);
+    // It chatters until its momentum no longer counts.
+    EXPECT_LT(simulation.statistics().speed_of_rests, tolerance > 1e-7 ? 1e-15 : 1e-6);
     EXPECT_EQ(simulation.statistics().exhausted, 0u);
     EXPECT_EQ(simulation.statistics().fallback_steps, 0u);
     EXPECT_LT(simulation.energy_balance_error(), 1e-4);
@@ -278,7 +280,8 @@ TEST_F(SimulationTest, WheelIsHeldBetweenTwoRollers) {
 }
 
 // A wheel that chatters for 5 ms, as its momentum counts for the light base, and comes to rest between two of three
-// rollers. The end is rosenbrock4's at a tolerance of 1e-10; that of 1e-9 is 2e-9 m off.
+// rollers. The end is rosenbrock4's at a tolerance of 1e-10 where no wheel has to rest, after 287,420 switches; that of
+// 1e-9 is 9e-9 m off, that of radau at 1e-11 4e-8 m.
 class LongChatterTest : public SimulationTest {
  protected:
   double distance_from_reference(double tolerance, bool keeps_up) {
@@ -302,12 +305,12 @@ class LongChatterTest : public SimulationTest {
     EXPECT_EQ(statistics.shared_contacts, 1u) << tolerance;
     EXPECT_EQ(statistics.exhausted > 0, keeps_up) << tolerance;
     const State& x = simulation.state();
-    return std::hypot(x.x() + 0.054521000148, x.y() - 0.078459908622, 0.28 * (x.psi() - 2.304670859688));
+    return std::hypot(x.x() + 0.054520667591, x.y() - 0.078460186021, 0.28 * (x.psi() - 2.304670848666));
   }
 };
 
 TEST_F(LongChatterTest, TighterIsNoWorse) {
-  constexpr double kPath = 1.5, kReference = 1e-9;  // m
+  constexpr double kPath = 1.5, kReference = 1e-7;  // m; the wheel has to rest after 257 switches
   for (const double tolerance : {1e-3, 1e-5, 3e-7, 1e-8, 1e-10}) {
     EXPECT_LT(distance_from_reference(tolerance, false), kPath * tolerance + kReference) << tolerance;
   }

@@ -38,6 +38,13 @@ double creep_of_eased_periods(const Simulation& simulation) {
   return kFaster * kEasedSpeed * kPeriod * static_cast<double>(simulation.statistics().eased_periods);
 }
 
+/// How far wheels that had to rest while their momentum counted may have moved the base, m. The speed that they gave it
+/// dies down: in the motions tried it moved the base as far as it would in 0.002 to 1 s.
+double movement_by_rests(const Simulation& simulation) {
+  constexpr double kLasts = 1;  // s
+  return simulation.statistics().speed_of_rests * std::min(simulation.time(), kLasts);
+}
+
 /// How well the energy balance must close, as a share of the energy that the motion had or exchanged.
 double allowed_share(const Simulation& simulation) {
   const Scene& scene = simulation.scene();
@@ -142,6 +149,13 @@ std::string unreliability_reason(const Simulation& simulation, const EnergyAudit
         "{} ms, integrated to a looser tolerance to bound the work, may be off by {:.2g} m, "
         "where {:.2g} m are allowed",
         simulation.statistics().eased_periods, creep, promised);
+  }
+  const double moved = movement_by_rests(simulation);
+  if (moved > promised) {
+    return fmt::format(
+        "wheels that had not stopped chattering between two rollers were made to rest on both: the base may be off by "
+        "{:.2g} m, where {:.2g} m are allowed",
+        moved, promised);
   }
   const Scene& scene = simulation.scene();
   const Method* method = find_method(simulation.method());

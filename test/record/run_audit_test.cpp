@@ -169,7 +169,20 @@ TEST(Reliability, IsDeniedWhereEasedMillisecondsMatter) {
   Simulation simulation(held);
   simulation.advance_to(held.duration);
   ASSERT_GT(simulation.statistics().eased_periods, 0u);
-  EXPECT_EQ(reason_of(held, 0.01), "");
+  EXPECT_EQ(reason_of(held, 0.01).find(" ms, integrated"), std::string::npos);
+}
+
+// What the wheels would still do between two rollers moves this base by 2e-4 m: more than the default tolerance allows.
+TEST(Reliability, IsDeniedWhereWheelsThatStillChatterMustRest) {
+  const auto doubt = [](double tolerance) {
+    SceneOverrides overrides;
+    overrides.relative_tolerance = tolerance;
+    return reason_of(load_scene(YOUBOT_BASE_SIM_SOURCE_DIR "/test/data/chatter_goes_on.yaml", overrides), 0.1);
+  };
+  for (const double tolerance : {1e-9, 3e-7}) {
+    EXPECT_NE(doubt(tolerance).find("had not stopped chattering"), std::string::npos) << tolerance << doubt(tolerance);
+  }
+  EXPECT_EQ(doubt(1e-3), "");
 }
 
 // At rest, with the wheels on the middles of their rollers, (4.17) gives 79.57, 105.07, 69.55 and 95.05 N.

@@ -112,8 +112,11 @@ class EdgeReached {
       return false;
     }
     const std::int64_t from = modes.roller(i);
-    if (record_->sliding_mode.enters(system, x, t, i, direction, error_scale(tolerance_, x.velocities()).v[0])) {
+    const double max_momentum = error_scale(tolerance_, x.velocities()).v[0];
+    if (record_->sliding_mode.enters(system, x, t, i, direction, max_momentum)) {
       ++record_->statistics.shared_contacts;
+      const double momentum = system.momentum(i, x);
+      if (momentum >= max_momentum) record_->statistics.speed_of_rests += momentum;
       system.enter_sliding(i, direction > 0 ? from : from - 1, x);
       return true;
     }

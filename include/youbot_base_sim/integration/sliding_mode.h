@@ -8,7 +8,8 @@ namespace youbot_base_sim {
 
 /// Decides when a wheel that chatters on an edge, as both rollers drive it back, enters sliding mode: it may after
 /// kMinChatter reversals within kWindow of one another, if its momentum no longer counts, and must after kMaxChatter.
-/// In a hurry it must after kHurriedChatter.
+/// Most chatter dies down within a hundred reversals; what a wheel loses that must rest is in inverse proportion to
+/// kMaxChatter, and the work is in proportion. In a hurry a wheel must rest after kHurriedChatter.
 class SlidingMode {
  public:
   /// Wheel i crosses its edge at time t (s) in `direction`; x is its state there and `max_momentum` (m/s) a speed of
@@ -31,7 +32,7 @@ class SlidingMode {
   void left(int i) { reversals_[i] = 0; }
 
  private:
-  static constexpr int kHurriedChatter = 1, kMinChatter = 8, kMaxChatter = 32;
+  static constexpr int kHurriedChatter = 1, kMinChatter = 8, kMaxChatter = 256;
   static constexpr double kWindow = 1e-3;  // s
 
   std::array<int, kWheels> last_direction_{}, reversals_{};

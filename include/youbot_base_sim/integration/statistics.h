@@ -22,6 +22,7 @@ struct IntegrationStatistics {
   std::uint64_t eased_periods = 0;
   std::uint64_t fallback_steps = 0;
   std::uint64_t evaluations = 0;
+  double speed_of_rests = 0;  ///< m/s, what wheels that had to rest while their momentum counted gave the platform
 };
 
 /// A field of the statistics, for output.
