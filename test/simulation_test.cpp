@@ -268,7 +268,7 @@ TEST_F(SimulationTest, WheelIsHeldBetweenTwoRollers) {
     simulation.advance_to(10);
     EXPECT_GT(simulation.statistics().shared_contacts, 0u);
     // It chatters until its momentum no longer counts.
-    EXPECT_LT(simulation.statistics().speed_of_rests, tolerance > 1e-7 ? 1e-15 : 1e-6);
+    EXPECT_LT(simulation.statistics().speed_of_rests, tolerance > 1e-7 ? 1e-15 : 3e-6);
     EXPECT_EQ(simulation.statistics().exhausted, 0u);
     EXPECT_EQ(simulation.statistics().fallback_steps, 0u);
     EXPECT_LT(simulation.energy_balance_error(), 1e-4);
@@ -310,7 +310,7 @@ class LongChatterTest : public SimulationTest {
 };
 
 TEST_F(LongChatterTest, TighterIsNoWorse) {
-  constexpr double kPath = 1.5, kReference = 1e-7;  // m; the wheel has to rest after 257 switches
+  constexpr double kPath = 1.5, kReference = 1e-7;  // m; the wheel has to rest after 129 switches
   for (const double tolerance : {1e-3, 1e-5, 3e-7, 1e-8, 1e-10}) {
     EXPECT_LT(distance_from_reference(tolerance, false), kPath * tolerance + kReference) << tolerance;
   }

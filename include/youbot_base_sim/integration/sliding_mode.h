@@ -32,7 +32,7 @@ class SlidingMode {
   void left(int i) { reversals_[i] = 0; }
 
  private:
-  static constexpr int kHurriedChatter = 1, kMinChatter = 8, kMaxChatter = 256;
+  static constexpr int kHurriedChatter = 1, kMinChatter = 8, kMaxChatter = 128;
   static constexpr double kWindow = 1e-3;  // s
 
   std::array<int, kWheels> last_direction_{}, reversals_{};
