@@ -342,6 +342,8 @@ nlohmann::json measure(const Task& task) {
     } while (least < kLong && (repeats < kMinRepeats || (total < kEnough && repeats < kMaxRepeats)));
   } catch (const RunFailure& failure) {
     return {{"failure", failure.what()}, {"run_time", taken()}};
+  } catch (const std::domain_error& diverged) {
+    return {{"failure", diverged.what()}, {"run_time", taken()}};
   }
   nlohmann::json counts;
   for (const StatisticsField& field : kStatisticsFields) counts[field.name] = run.statistics.*field.value;

@@ -1,6 +1,6 @@
 """Measures error against run time of this package and of other solvers on the same equations, in about 20 minutes.
 Writes work_precision.md, its tables in CSV and the diagram .png. Builds what it needs in build/bench/, with
-CMAKE_ARGUMENTS for cmake's configure step, and installs SUNDIALS and matplotlib if they are missing."""
+CMAKE_ARGUMENTS for cmake's configure step, and installs SUNDIALS, matplotlib and PyYAML if they are missing."""
 import json
 import math
 import re
@@ -60,13 +60,16 @@ def sweep(solve, scene, span):
 
 
 def grow(solve, quantity, scene, variants, span, settings):
-    """Rows of growth.csv: contestants on variants of a scene, each a value of the quantity and a line of YAML."""
+    """Rows of growth.csv: contestants on variants of a scene, each a value of the quantity and the sections changed."""
+    import yaml  # which has been installed
     print(quantity, flush=True)
+    values = yaml.safe_load(scene.path.read_text())
     rows = []
     with tempfile.TemporaryDirectory() as folder:
-        for value, line in variants:
+        for value, sections in variants:
             path = Path(folder) / "variant.yaml"
-            path.write_text(f"{scene.path.read_text()}{line}\n")
+            path.write_text(yaml.safe_dump({**values, **{key: {**values.get(key, {}), **section}
+                                                         for key, section in sections.items()}}))
             variant = replace(scene, key=f"{scene.key}, {value}", path=path, rows="")
             reference = make_reference(solve, variant, span, COMPARISON)
             for contestant, setting in settings:
@@ -78,28 +81,32 @@ def grow(solve, quantity, scene, variants, span, settings):
 
 def run(solve, arguments):
     """Rows of all tables by their names."""
-    scenes = [scene for scene in SCENES if arguments.scene in (None, scene.key)]
     tables = {name: [] for name in TABLES}
-    for scene in scenes:
-        checks, rows = sweep(solve, scene, arguments.span)
-        tables["references"] += checks
-        tables["work_precision"] += rows
-    first = scenes[0]
-    if first is SCENES[0]:
-        # The loosest setting with which each contestant stays within USEFUL_ERROR: they are run from coarse to fine.
-        loosest = {row["contestant"]: row["setting"] for row in reversed(tables["work_precision"])
-                   if row["scene"] == first.key and not row["failure"] and row["position_error_m"] <= USEFUL_ERROR}
-        settings = [(one, loosest[one.key]) for one in CONTESTANTS
-                    if one.key in loosest and not one.explicit and one.solver not in FIXED_STEP]
-        held = [(f"{period:g}", f"solver: {{control_period: {period}}}") for period in (1e-2, 1e-3, 1e-4)]
-        tables["growth"] += grow(solve, "control_period, s", first, [("0", ""), *held], 1.0, settings)
-        rollers = [(f"{n}", f"robot: {{rollers_per_wheel: {n}, roller_axis_radius: 0.034}}") for n in (4, 6, 12, 24)]
-        tables["growth"] += grow(solve, "rollers_per_wheel", first, rollers, 5.0, settings)
     reference = solve(HELD_WHEEL, "radau", 1e-10, 10.0)
     tables["held_wheel"] = [measure(solve, HELD_WHEEL, reference, contestant, tolerance, 10.0)
                             for contestant in CONTESTANTS if contestant.key in ("youbot_base_sim", "cvode")
                             for tolerance in (1e-3, 1e-4, 1e-5, 1e-6, 1e-8)]
+    for scene in SCENES:
+        if arguments.scene in (None, scene.key):
+            checks, rows = sweep(solve, scene, arguments.span)
+            tables["references"] += checks
+            tables["work_precision"] += rows
+            if scene is SCENES[0]:
+                tables["growth"] = growth(solve, scene, rows)
     return tables
+
+
+def growth(solve, scene, rows):
+    """Rows of growth.csv, from those of work_precision.csv for this scene. Each contestant is run with the loosest
+    setting that stays within USEFUL_ERROR: those rows are from coarse to fine."""
+    loosest = {row["contestant"]: row["setting"] for row in reversed(rows)
+               if not row["failure"] and row["position_error_m"] <= USEFUL_ERROR}
+    settings = [(one, loosest[one.key]) for one in CONTESTANTS
+                if one.key in loosest and not one.explicit and one.solver not in FIXED_STEP]
+    held = [(f"{period:g}", {"solver": {"control_period": period}}) for period in (1e-2, 1e-3, 1e-4)]
+    rollers = [(f"{n}", {"robot": {"rollers_per_wheel": n, "roller_axis_radius": 0.034}}) for n in (4, 6, 12, 24)]
+    return [*grow(solve, "control_period, s", scene, [("0", {}), *held], 1.0, settings),
+            *grow(solve, "rollers_per_wheel", scene, rollers, 5.0, settings)]
 
 
 def seconds(t):
@@ -166,7 +173,7 @@ def main():
     arguments = parser.parse_args()
     if not arguments.span >= 1:
         parser.error(f"--span = {arguments.span}: must be a number of seconds, 1 or more")
-    program = arguments.solve or build("solve", packages=["libsundials-dev", "python3-matplotlib"])[0]
+    program = arguments.solve or build("solve", packages=["libsundials-dev", "python3-matplotlib", "python3-yaml"])[0]
     tables = run(partial(run_solver, program), arguments)
     make_folder(arguments.output)
     files = {name: arguments.output / f"{name}.csv" for name in tables}
