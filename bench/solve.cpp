@@ -34,7 +34,7 @@ using namespace sundials::experimental;
 struct Task {
   Scene scene;
   std::vector<double> times;     ///< of the rows, s, increasing from 0
-  double max_evaluations = 5e6;  ///< of the right-hand side, after which to give up
+  double max_evaluations = 1.2e7;  ///< of the right-hand side, after which to give up
   std::uint64_t max_switches = 50000;
 
   bool is_spent(const IntegrationStatistics& statistics) const {

@@ -1,4 +1,4 @@
-"""Measures error against run time of this package and of other solvers on the same equations, in about 20 minutes.
+"""Measures error against run time of this package and of other solvers on the same equations, in about 15 minutes.
 Writes work_precision.md, its tables in CSV and the diagram .png. Builds what it needs in build/bench/, with
 CMAKE_ARGUMENTS for cmake's configure step, and installs SUNDIALS, matplotlib and PyYAML if they are missing."""
 import json
