@@ -33,7 +33,7 @@ using namespace sundials::experimental;
 /// What a solver is asked for: method, tolerance and step are the scene's.
 struct Task {
   Scene scene;
-  std::vector<double> times;     ///< of the rows, s, increasing from 0
+  std::vector<double> times;       ///< of the rows, s, increasing from 0
   double max_evaluations = 1.2e7;  ///< of the right-hand side, after which to give up
   std::uint64_t max_switches = 50000;
 
