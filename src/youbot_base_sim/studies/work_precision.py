@@ -178,7 +178,7 @@ def main():
     make_folder(arguments.output)
     files = {name: arguments.output / f"{name}.csv" for name in tables}
     for name, rows in tables.items():
-        write_whole(files[name], csv_text(TABLES[name], rows, "{:.6g}".format))
+        write_whole(files[name], csv_text(TABLES[name], rows, "{:.4g}".format))
     part = written_part(program, tables["work_precision"], tables["references"])
     PAGE.write(part, arguments.output / "work_precision.md")
     print(f"\n{part}\nwritten: {arguments.output}/work_precision.md and .png, {', '.join(files)} as CSV")
