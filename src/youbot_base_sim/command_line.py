@@ -119,6 +119,8 @@ class StandardOutput:
 
     def write(self, text):
         self.attempt(self.stream.write, text)
+        if text.endswith("\n"):  # what reads a pipe sees each line at once, as a terminal does
+            self.flush()
 
     def flush(self):
         self.attempt(self.stream.flush)

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 import unittest
 
@@ -68,6 +69,9 @@ class NodeTest(unittest.TestCase):
         self.addCleanup(signal.signal, signal.SIGINT, signal.signal(signal.SIGINT, signal.default_int_handler))
         node = subprocess.Popen([sys.executable, SCRIPT, "_programme:=[[1, 0.4, 0, 0]]"], text=True,
                                 stdout=subprocess.PIPE, env=self.environment)
+        killer = threading.Timer(30, node.kill)  # or readline might wait for ever
+        killer.start()
+        self.addCleanup(killer.cancel)
         try:
             self.assertIn("waiting until both a driver and a recorder listen", node.stdout.readline())
             time.sleep(1)  # rospy does not survive a signal in the midst of a log message

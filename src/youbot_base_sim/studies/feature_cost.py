@@ -161,4 +161,4 @@ def sections(simulate, bench):
 def main():
     Parser("feature_cost", __doc__, "", "> feature_cost.md").parse_args()
     for section in sections(*build("simulate", "feature_cost", packages=["valgrind", "python3-yaml"], ros=True)):
-        print(section, end="", flush=True)
+        print(section, end="")

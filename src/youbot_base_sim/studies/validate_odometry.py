@@ -27,9 +27,9 @@ def main():
         raise Refused(f"FOLDER = {arguments.folder}: must have runs of two days and of both figures")
     size = (7, 16) if arguments.quick else ()
     gains = {contacts: models.SlipGains(simulate, contacts, *size) for contacts in ("located", "averaged")}
-    print(f"{len(runs)} runs\n\n{models.gain_table(gains)}", end="", flush=True)
+    print(f"{len(runs)} runs\n\n{models.gain_table(gains)}", end="")
     comparison = models.Comparison(runs, gains)
     for part in (comparison.ratio_table, comparison.error_table, comparison.umbmark_table, comparison.parameter_table):
-        print("\n" + part(), end="", flush=True)
+        print("\n" + part(), end="")
     if arguments.figure:
         comparison.draw(arguments.figure)

@@ -20,6 +20,6 @@ def main():
     robots.Run.simulate = simulate
     parts = robots.torque_table, robots.rise_table, robots.ripple_of_B, robots.gain_table
     for part in [robots.fit_table] if arguments.fit else parts:
-        print("\n" + part(), end="", flush=True)
+        print("\n" + part(), end="")
     if arguments.figure:
         robots.draw(arguments.figure)

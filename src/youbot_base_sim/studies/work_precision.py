@@ -35,12 +35,12 @@ TABLES = {name: columns.split() for name, columns in {
 
 def say(row):
     found = row["failure"] or f"{row['run_time_s']:9.4f} s {row['position_error_m']:9.1e} m {row['steps']:9} steps"
-    print(f"  {row['contestant']:30} {row['setting']:<8g} {found}", flush=True)
+    print(f"  {row['contestant']:30} {row['setting']:<8g} {found}")
 
 
 def sweep(solve, scene, span):
     """Rows of references.csv and of work_precision.csv."""
-    print(scene.title, flush=True)
+    print(scene.title)
     reference = make_reference(solve, scene, span, RECORD)
     checks = [{"scene": scene.key, "scene_title": scene.title, "span_s": reference["span"], "switches":
                reference["switches"], "reference": reference["title"], "checked_by": title, "failure": "", **check}
@@ -62,7 +62,7 @@ def sweep(solve, scene, span):
 def grow(solve, quantity, scene, variants, span, settings):
     """Rows of growth.csv: contestants on variants of a scene, each a value of the quantity and the sections changed."""
     import yaml  # which has been installed
-    print(quantity, flush=True)
+    print(quantity)
     values = yaml.safe_load(scene.path.read_text())
     rows = []
     with tempfile.TemporaryDirectory() as folder:
