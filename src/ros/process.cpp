@@ -17,6 +17,7 @@
 #include <ctime>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <memory>
 #include <set>
 #include <string>
@@ -129,10 +130,10 @@ class Process::Thread {
   /// woken, and then it waits nowhere.
   bool sleeps() {
     static const bool kShowsWaking = wchan_shows_waking();
-    char now_seen[sizeof seen_], place[64];
+    char now_seen[sizeof seen_] = "", place[64];
     schedstat_.read(now_seen);
     if (!kShowsWaking || !is_counted() || std::strcmp(now_seen, seen_) != 0) {
-      std::strcpy(seen_, now_seen);
+      std::copy(std::begin(now_seen), std::end(now_seen), seen_);
       const char now = state();
       gone_ = now == kGone;
       if (now == 'Z' || now == 'X') return true;
