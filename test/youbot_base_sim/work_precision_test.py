@@ -16,7 +16,7 @@ from youbot_base_sim.studies.work_precision_runs import CONTESTANTS, SCENES
 
 SIMULATE = Path(sys.argv.pop(1)).resolve()
 # In place of bench/solve: refuses what simulate refuses. CVODE alone fails, but for the references.
-SOLVE = f"""#!{sys.executable}
+SOLVE = f"""#!{sys.executable} -SE
 import json, subprocess, sys
 if len(sys.argv) == 1:
     sys.exit(print(json.dumps(dict(compiler="a compiler", flags="-O2", libraries="none"))))
