@@ -1,13 +1,13 @@
 #pragma once
 
+#include <sys/types.h>
+
 #include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <map>
+#include <set>
 #include <string>
-#include <vector>
-
-#include "youbot_base_sim/ros/process.h"
 
 namespace youbot_base_sim {
 
@@ -45,15 +45,15 @@ class ClockFollowers {
   using Clock = std::chrono::steady_clock;
 
   bool goes_on() const;
-  bool rest();
-  void await_continuation(const std::string& node, std::vector<Process>& processes) const;
-  std::uint64_t work_so_far();
+  bool rest() const;
+  void await_continuation(const std::string& node, const std::set<pid_t>& processes) const;
+  std::uint64_t work_so_far() const;
   void give_up_busiest();
 
   const std::chrono::milliseconds patience_;
   const std::atomic<bool>& stop_;
-  std::map<std::string, std::vector<Process>> processes_;  // by node, of this one and the master too
-  Clock::time_point seen_;                                 // /clock, by all of them
+  std::map<std::string, std::set<pid_t>> processes_;  // by node, of this one and the master too
+  Clock::time_point seen_;                            // /clock, by all of them
 };
 
 }  // namespace youbot_base_sim
