@@ -176,7 +176,7 @@ TEST(ClockFollowers, one_that_has_ended_is_not_waited_for) {
 
 TEST(ClockFollowers, several_rest_between_their_polls) {
   Warnings warnings;
-  ClockFollowers followers(std::chrono::seconds(10), stop);  // as the node by default
+  ClockFollowers followers(kPatience, stop);
   std::vector<std::unique_ptr<SilentNode>> nodes;
   for (const std::string name : {"/a", "/b", "/c", "/d", "/e", "/f"}) {
     nodes.push_back(std::make_unique<SilentNode>(name));
