@@ -1,13 +1,14 @@
 #pragma once
 
-#include <sys/types.h>
-
 #include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <map>
-#include <set>
+#include <optional>
 #include <string>
+#include <vector>
+
+#include "youbot_base_sim/ros/process.h"
 
 namespace youbot_base_sim {
 
@@ -34,8 +35,8 @@ class ClockFollowers {
   void add(const std::string& node);
   void remove(const std::string& node) { processes_.erase(node); }
 
-  /// Waits until the /clock just published has arrived. A sleeping roscpp node may look at it a millisecond later;
-  /// `await_rest` gives it that time.
+  /// Waits until the /clock just published has arrived. Loops and timers of roscpp look at it up to a millisecond
+  /// later, or more on a virtual machine: `await_rest` waits for those first.
   void let_clock_arrive();
 
   /// Waits until all of them have come to rest.
@@ -45,15 +46,16 @@ class ClockFollowers {
   using Clock = std::chrono::steady_clock;
 
   bool goes_on() const;
-  bool rest() const;
-  void await_continuation(const std::string& node, const std::set<pid_t>& processes) const;
-  std::uint64_t work_so_far() const;
+  void await_polls(Clock::time_point arrived);
+  bool rest();
+  void await_continuation(const std::string& node, std::vector<Process>& processes) const;
+  std::uint64_t work_so_far();
   void give_up_busiest();
 
   const std::chrono::milliseconds patience_;
   const std::atomic<bool>& stop_;
-  std::map<std::string, std::set<pid_t>> processes_;  // by node, of this one and the master too
-  Clock::time_point seen_;                            // /clock, by all of them
+  std::map<std::string, std::vector<Process>> processes_;  // by node, of this one and the master too
+  std::optional<Clock::time_point> arrived_;  // since when /clock is there, where polls are still to see it
 };
 
 }  // namespace youbot_base_sim
