@@ -2,6 +2,7 @@
 
 #include <rosgraph_msgs/Log.h>
 
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -9,7 +10,7 @@
 
 namespace youbot_base_sim {
 
-/// What base_node says in the log.
+/// What the base says in the log, as a node or as a nodelet in a manager.
 class Log {
  public:
   /// The program's one listener, once it hears the node of `base`, which must be in lockstep.
@@ -41,11 +42,14 @@ class Log {
  private:
   explicit Log(BaseClient& base) {
     subscriber_ = node_.subscribe<rosgraph_msgs::Log>("/rosout", 1000, [this](const auto& line) {
-      if (line->name == "/base_node") lines_.push_back(*line);
+      if (line->name == "/base_node" || line->name == "/manager") lines_.push_back(*line);
     });
     // It is heard when it answers: an empty command is warned about.
     const auto limit = ros::WallTime::now() + ros::WallDuration(20);
-    while (lines_.empty() && ros::WallTime::now() < limit) base.command(brics_actuator::JointVelocities());
+    while (lines_.empty()) {
+      if (ros::WallTime::now() > limit) throw std::runtime_error("waited in vain for a line of the base in the log");
+      base.command(brics_actuator::JointVelocities());
+    }
   }
 
   ros::NodeHandle node_;
