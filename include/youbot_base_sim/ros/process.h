@@ -31,9 +31,9 @@ class Process {
   /// Marks a moment at which it is at rest, for `learn_polls` and `has_late_poll`.
   void mark();
 
-  /// Learns which threads poll, that is, run again though nobody wakes them: call it as long after each mark as they
-  /// sleep between two polls. A new thread, or one that begins to sleep for a time, is taken for one that polls until
-  /// it has not.
+  /// Learns which threads poll: they have run again, though all was at rest. Call it as long after each mark as they
+  /// usually sleep between two polls. A thread that is new or begins to sleep for a given time is taken to poll until
+  /// it is seen not to.
   void learn_polls();
 
   /// Whether a thread that polls has not run since the mark.
