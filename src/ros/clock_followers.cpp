@@ -23,10 +23,10 @@ constexpr auto kFirstNotice = std::chrono::seconds(1),
                kNextNotice = std::chrono::seconds(10);  // of one that is stopped
 constexpr int kLooks = 1000;                            // to find who is to blame
 constexpr char kMaster[] = "the master";
-// Polling interval of loops and timers by simulated time: 1 ms, and slack. On virtual machines 1 of 100 such sleeps
-// takes longer, up to 5 ms.
+// Loops and timers look at simulated time once a millisecond; and slack. On virtual machines 1 of 100 such sleeps takes
+// longer, up to 5 ms.
 constexpr auto kRoscppPolling = std::chrono::microseconds(1200);
-constexpr auto kLatePoll = std::chrono::milliseconds(10);
+constexpr auto kLatePoll = std::chrono::milliseconds(10);  // is waited for no longer
 
 /// The processes of this machine that answer at an address; none for another machine's.
 std::vector<Process> processes_at(const std::string& host, std::uint32_t port) {
@@ -54,10 +54,6 @@ bool all_sleep(std::vector<Process>& processes) {
 
 bool any_is_stopped(std::vector<Process>& processes) {
   return std::any_of(processes.begin(), processes.end(), [](Process& process) { return process.is_stopped(); });
-}
-
-bool has_late_poll(const std::vector<Process>& processes) {
-  return std::any_of(processes.begin(), processes.end(), std::mem_fn(&Process::has_late_poll));
 }
 
 std::uint64_t work_of(std::vector<Process>& processes) {
@@ -101,20 +97,22 @@ void ClockFollowers::await_rest() {
 
 bool ClockFollowers::goes_on() const { return ros::ok() && !stop_; }
 
-/// Waits until all that poll simulated time have seen that /clock has arrived.
+/// Waits until all threads that are known to poll simulated time have run since /clock has arrived, or too late.
 void ClockFollowers::await_polls(Clock::time_point arrived) {
   std::this_thread::sleep_until(arrived + kRoscppPolling);
-  for (auto& [node, processes] : processes_) {
-    for (Process& process : processes) process.learn_polls();
-  }
-  while (std::any_of(processes_.begin(), processes_.end(), [](auto& one) { return has_late_poll(one.second); }) &&
-         Clock::now() < arrived + kLatePoll && goes_on()) {
+  const auto is_late = [](const auto& one) {
+    return std::any_of(one.second.begin(), one.second.end(), std::mem_fn(&Process::has_late_poll));
+  };
+  while (std::any_of(processes_.begin(), processes_.end(), is_late) && Clock::now() < arrived + kLatePoll && goes_on())
     std::this_thread::sleep_for(kBetweenLooks);
+  const auto since = Clock::now() - arrived;
+  for (auto& [node, processes] : processes_) {
+    for (Process& process : processes) process.learn_polls(since);
   }
 }
 
 /// Waits until none of them runs, nor has run while that was looked at. Returns whether that has not taken too long,
-/// since the last one that was stopped goes on.
+/// without the time that one was stopped.
 bool ClockFollowers::rest() {
   auto end = Clock::now() + patience_;
   do {
@@ -123,8 +121,9 @@ bool ClockFollowers::rest() {
         std::find_if_not(processes_.begin(), processes_.end(), [](auto& one) { return all_sleep(one.second); });
     if (awake == processes_.end() && work_so_far() == before) return true;
     if (awake != processes_.end() && any_is_stopped(awake->second)) {
+      const auto start = Clock::now();
       await_continuation(awake->first, awake->second);
-      end = Clock::now() + patience_;
+      end += Clock::now() - start;
     }
     std::this_thread::sleep_for(kBetweenLooks);
   } while (Clock::now() < end && goes_on());
@@ -147,9 +146,13 @@ std::uint64_t ClockFollowers::work_so_far() {
   return work;
 }
 
-/// Gives up the one that is seen at work most often. This process and the master also work for others: they are to
-/// blame only if no other works half as often. If this process does, it cannot be waited for any longer either.
+/// Gives up the one that is seen at work most often, unless one is stopped that may have kept the others waiting. This
+/// process and the master also work for others: they are to blame only if no other works half as often. If this process
+/// does, it cannot be waited for any longer either.
 void ClockFollowers::give_up_busiest() {
+  for (auto& [node, processes] : processes_) {
+    if (any_is_stopped(processes)) return await_continuation(node, processes);
+  }
   const std::string& self = ros::this_node::getName();
   std::map<std::string, std::uint64_t> before;
   std::map<std::string, int> times;
@@ -161,6 +164,7 @@ void ClockFollowers::give_up_busiest() {
     }
     std::this_thread::sleep_for(kBetweenLooks);
   }
+  if (times.empty()) return;  // it has ended
   const std::string busiest = std::max_element(times.begin(), times.end(), [](const auto& a, const auto& b) {
                                 return a.second < b.second;
                               })->first;

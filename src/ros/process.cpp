@@ -4,19 +4,20 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <glob.h>
-#include <sys/syscall.h>
 #include <sys/utsname.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
+#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <ctime>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <memory>
 #include <set>
@@ -27,6 +28,10 @@
 namespace youbot_base_sim {
 
 namespace {
+
+void throw_if_too_many_files(const std::string& path) {
+  if (errno == EMFILE || errno == ENFILE) throw std::system_error(errno, std::generic_category(), path);
+}
 
 /// A small file of /proc, read again and again: it stays open, for opening it takes four times as long as reading.
 class File {
@@ -63,8 +68,7 @@ class File {
 
   int open_file() const {
     const int file = open(path_.c_str(), O_RDONLY | O_CLOEXEC);
-    if (file < 0 && (errno == EMFILE || errno == ENFILE))
-      throw std::system_error(errno, std::generic_category(), path_);
+    if (file < 0) throw_if_too_many_files(path_);
     return file;
   }
 
@@ -74,8 +78,8 @@ class File {
 
 std::atomic<int> File::kept{0};
 
-/// Time that the threads of a process have run, ns; 0 if it has ended. Takes a microsecond, and so hardly any of the
-/// time in which none of them may run.
+/// Processor time of a process, ns; 0 if it has ended. It lacks what its threads that run just now have run since they
+/// began. Takes a microsecond, and so hardly any of the time in which none of them may run.
 std::uint64_t processor_time(pid_t process) {
   clockid_t clock{};
   timespec time{};
@@ -83,7 +87,7 @@ std::uint64_t processor_time(pid_t process) {
   return static_cast<std::uint64_t>(time.tv_sec) * 1'000'000'000 + static_cast<std::uint64_t>(time.tv_nsec);
 }
 
-/// Whether wchan is "0" as soon as a thread is being woken. Before Linux 5.16 it was only once it could run.
+/// Whether wchan is "0" from the moment a thread is woken. Before Linux 5.16 it was only once the thread could run.
 bool wchan_shows_waking() {
   utsname system{};
   int version = 0, patchlevel = 0;
@@ -118,7 +122,7 @@ class Process::Thread {
 
   pid_t id() const { return id_; }
 
-  /// Whether it was found to be none any more. Another one may have got its number since.
+  /// Whether it was found to have ended. Another thread may have got its number since.
   bool is_gone() const { return gone_; }
 
   bool is_stopped() const {
@@ -133,45 +137,45 @@ class Process::Thread {
     char now_seen[sizeof seen_] = "", place[64];
     schedstat_.read(now_seen);
     if (!kShowsWaking || !is_counted() || std::strcmp(now_seen, seen_) != 0) {
-      std::copy(std::begin(now_seen), std::end(now_seen), seen_);
+      seen_[0] = '\0';
       const char now = state();
       gone_ = now == kGone;
       if (now == 'Z' || now == 'X') return true;
-      if (now != 'S' && now != 'I') return forget();
+      if (now != 'S' && now != 'I') return false;
     }
     // One that was about to sleep and was preempted on the way has the state of a sleeper, but waits nowhere.
-    return std::strcmp(wchan_.read(place), "0") != 0 || forget();
+    if (std::strcmp(wchan_.read(place), "0") == 0) return false;
+    std::copy(std::begin(now_seen), std::end(now_seen), seen_);
+    return true;
   }
 
-  /// Grows whenever it runs: time on a processor, time of waiting for one, and the number of times all do.
-  std::uint64_t runs() const {
-    char text[128];
-    schedstat_.read(text);
-    std::uint64_t runs = 0;
-    char* number = text;
-    for (int k = 0; k < 3; ++k) runs += std::strtoull(number, &number, 10);
-    return runs;
+  /// Grows whenever it runs: time on a processor, time waiting for one, and how often it got one.
+  std::uint64_t work_so_far() const {
+    const Schedule schedule = scheduled();
+    return schedule.on_processor + schedule.waiting + schedule.runs;
   }
 
   void mark() {
-    const std::uint64_t now = runs();
-    if (now != marked_) {
-      char place[64];
-      const bool naps = std::strstr(wchan_.read(place), "nanosleep") != nullptr;
-      if (naps && !naps_) times_ = std::max(times_, kSure);
-      naps_ = naps;
-    }
-    marked_ = now;
-    polls_ = times_ >= kSure;
+    const std::uint64_t runs = scheduled().runs;
+    if (runs != marked_) see_wait();
+    marked_ = runs;
+    polls_ = waits_for_time_ && times_ >= kSure;
   }
 
-  void learn_polls() { times_ = has_run() ? std::min(times_ + 1, kMost) : std::max(times_ - 1, 0); }
+  void learn_polls(std::chrono::nanoseconds since) {
+    const bool has_polled = (scheduled().runs - marked_) * kSeldomest >= since;
+    times_ = has_polled ? std::min(times_ + 1, kMost) : std::max(times_ - 1, 0);
+  }
 
-  bool has_late_poll() const { return polls_ && !has_run(); }
+  bool has_late_poll() const { return polls_ && scheduled().runs == marked_; }
 
  private:
-  static constexpr int kSure = 3;  // times in a row, by chance hardly for one that wakes every 10 ms, as some do
-  static constexpr int kMost = 8;  // so that several polls in a row may be late
+  struct Schedule {
+    std::uint64_t on_processor = 0, waiting = 0, runs = 0;  // ns, ns, number of times; 0 if it has ended
+  };
+
+  static constexpr auto kSeldomest = std::chrono::microseconds(2500);  // of polls that are a millisecond apart
+  static constexpr int kSure = 2, kMost = 5;                           // of times_
   static constexpr char kGone = '\0';
 
   /// A letter as in /proc.
@@ -181,14 +185,28 @@ class Process::Thread {
     return state ? state[2] : kGone;
   }
 
+  Schedule scheduled() const {
+    char text[128];
+    schedstat_.read(text);
+    Schedule schedule;
+    char* number = text;
+    for (std::uint64_t* field : {&schedule.on_processor, &schedule.waiting, &schedule.runs})
+      *field = std::strtoull(number, &number, 10);
+    return schedule;
+  }
+
   /// Some kernels do not count.
   bool is_counted() const { return seen_[0] != '\0' && std::strncmp(seen_, "0 0 0", 5) != 0; }
 
-  bool has_run() const { return runs() != marked_; }  // since the mark
-
-  bool forget() {
-    seen_[0] = '\0';
-    return false;
+  /// Polls wait in a sleep of their own or at a condition. One that begins to sleep may be about to poll.
+  void see_wait() {
+    char place[64];
+    wchan_.read(place);
+    if (std::strcmp(place, "0") == 0) return;  // it runs
+    const bool naps = std::strstr(place, "nanosleep") != nullptr;
+    waits_for_time_ = naps || std::strstr(place, "futex") != nullptr;
+    if (naps != naps_) times_ = naps ? kSure : 0;
+    naps_ = naps;
   }
 
   pid_t id_;
@@ -196,37 +214,33 @@ class Process::Thread {
   char seen_[128] = "";  // of schedstat, when it was last seen to wait
   bool gone_ = false;
   std::uint64_t marked_ = 0;  // runs at the mark
-  int times_ = kSure;         // that it has run in time, less those that it has not
-  bool naps_ = false;         // at the mark: in a sleep of its own, not until something comes
-  bool polls_ = false;
+  bool naps_ = false, waits_for_time_ = true, polls_ = false;
+  int times_ = kSure;  // it has polled, less those it has not
 };
 
-Process::Process(pid_t id) : id_(id), folder_(opendir(fmt::format("/proc/{}/task", id).c_str()), &closedir) {}
+Process::Process(pid_t id) : id_(id), folder_(opendir(fmt::format("/proc/{}/task", id).c_str()), &closedir) {
+  if (!folder_) throw_if_too_many_files(fmt::format("/proc/{}/task", id));
+}
 Process::Process(Process&&) noexcept = default;
 Process& Process::operator=(Process&&) noexcept = default;
 Process::~Process() = default;
 
 bool Process::sleeps() {
   find_threads();
-  const auto self = static_cast<pid_t>(syscall(SYS_gettid));
-  return std::all_of(threads_.begin(), threads_.end(),
-                     [self](Thread& thread) { return thread.id() == self || thread.sleeps(); });
+  return std::all_of(threads_.begin(), threads_.end(), std::mem_fn(&Thread::sleeps));
 }
 
 bool Process::is_stopped() {
   find_threads();
-  return std::any_of(threads_.begin(), threads_.end(), [](const Thread& thread) { return thread.is_stopped(); });
+  return std::any_of(threads_.begin(), threads_.end(), std::mem_fn(&Thread::is_stopped));
 }
 
 std::uint64_t Process::work_so_far() {
   if (id_ != getpid()) return processor_time(id_);
   find_threads();
-  const auto self = static_cast<pid_t>(syscall(SYS_gettid));
-  std::uint64_t runs = 0;
-  for (const Thread& thread : threads_) {
-    if (thread.id() != self) runs += thread.runs();
-  }
-  return runs;
+  std::uint64_t work = 0;
+  for (const Thread& thread : threads_) work += thread.work_so_far();
+  return work;
 }
 
 void Process::mark() {
@@ -234,14 +248,12 @@ void Process::mark() {
   for (Thread& thread : threads_) thread.mark();
 }
 
-void Process::learn_polls() {
-  for (Thread& thread : threads_) thread.learn_polls();
+void Process::learn_polls(std::chrono::nanoseconds since) {
+  for (Thread& thread : threads_) thread.learn_polls(since);
 }
 
 bool Process::has_late_poll() const {
-  const auto self = static_cast<pid_t>(syscall(SYS_gettid));
-  return std::any_of(threads_.begin(), threads_.end(),
-                     [self](const Thread& thread) { return thread.id() != self && thread.has_late_poll(); });
+  return std::any_of(threads_.begin(), threads_.end(), std::mem_fn(&Thread::has_late_poll));
 }
 
 void Process::find_threads() {
@@ -250,11 +262,11 @@ void Process::find_threads() {
   std::ptrdiff_t count = 0;
   while (const dirent* entry = readdir(folder_.get())) {
     const pid_t id = std::atoi(entry->d_name);
-    if (id == 0) continue;  // "." and ".."
+    if (id == 0 || id == gettid()) continue;  // 0: "." and ".."
     const auto known = std::find_if(threads_.begin() + count, threads_.end(),
                                     [id](const Thread& thread) { return thread.id() == id && !thread.is_gone(); });
     const bool is_new = known == threads_.end();
-    threads_.erase(threads_.begin() + count, known);  // they have ended: threads are listed in the order of their begin
+    threads_.erase(threads_.begin() + count, known);  // these have ended: threads are listed in order of creation
     if (is_new) threads_.emplace_back(id, fmt::format("/proc/{}/task/{}", id_, id));
     ++count;
   }

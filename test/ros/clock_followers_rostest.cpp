@@ -37,6 +37,7 @@ class SilentNode {
   void send(int signal) { program_.send(signal); }
   bool has_worked() const { return program_.out().find("done") != std::string::npos; }
   bool polls() const { return program_.out().find("polls") != std::string::npos; }
+  bool is_late() const { return program_.out().find("late") != std::string::npos; }
 
  private:
   static constexpr char kProgram[] = R"(
@@ -61,6 +62,7 @@ while True:
     if woken_by == signal.SIGHUP:
         time.sleep(0.001)
         if signal.sigtimedwait(signals, 0):
+            print("late", flush=True)
             sleep_and_work(0.008)
 )";
 
@@ -153,6 +155,24 @@ TEST(ClockFollowers, one_that_is_stopped_is_waited_for_and_named) {
   EXPECT_FALSE(warnings.has("has not rested")) << warnings.lines();
 }
 
+TEST(ClockFollowers, one_that_is_stopped_is_named_beside_a_busy_one) {
+  SilentNode restless("/a_restless"), stopped("/b_stopped");
+  ClockFollowers followers(kPatience, stop);
+  followers.add("/a_restless");
+  followers.add("/b_stopped");
+  followers.await_rest();
+  Warnings warnings;
+  stopped.send(SIGSTOP);
+  restless.send(SIGUSR2);
+  const auto rest = std::async(std::launch::async, [&] { followers.await_rest(); });
+  wait_for("a warning", [&] { return warnings.has("time waits for /b_stopped"); });
+  EXPECT_FALSE(warnings.has("has not rested")) << warnings.lines();
+  stopped.send(SIGCONT);
+  wait_for("a warning", [&] { return warnings.has("/a_restless has not rested"); });
+  rest.wait();
+  EXPECT_FALSE(warnings.has("/b_stopped has not rested")) << warnings.lines();
+}
+
 TEST(ClockFollowers, one_that_is_stopped_does_not_keep_the_node_from_ending) {
   SilentNode node("/stopped");
   ClockFollowers followers(kPatience, stop);
@@ -192,7 +212,7 @@ TEST(ClockFollowers, one_that_polls_is_waited_for_though_late) {
     followers.await_rest();
   }
   node.send(SIGUSR1);
-  std::this_thread::sleep_for(std::chrono::milliseconds(2));  // it now sleeps too long
+  while (!node.is_late()) std::this_thread::sleep_for(std::chrono::microseconds(100));
   followers.let_clock_arrive();
   followers.await_rest();
   EXPECT_TRUE(node.has_worked());

@@ -106,33 +106,64 @@ void run_once(Worker& worker, Process& process) {
 }
 
 TEST(Process, LearnsWhichThreadsPoll) {
+  constexpr auto kPoll = std::chrono::milliseconds(1);
   Process process(getpid());
   Worker worker;
   ASSERT_TRUE(happens([&] { return rests(process); }));
   process.mark();
   EXPECT_TRUE(process.has_late_poll()) << "a new thread may be about to poll";
-  process.learn_polls();
+  process.learn_polls(kPoll);
   process.mark();
   EXPECT_FALSE(process.has_late_poll()) << "it does not";
-  for (int k = 0; k < 10; ++k) {
+  process.learn_polls(kPoll);
+  for (int k = 0; k < 5; ++k) {
     process.mark();
-    process.learn_polls();
+    EXPECT_EQ(process.has_late_poll(), k > 1) << "it has polled " << k << " times";
+    run_once(worker, process);
+    EXPECT_FALSE(process.has_late_poll()) << "it has run";
+    process.learn_polls(kPoll);
   }
   for (int k = 0; k < 4; ++k) {
     process.mark();
-    EXPECT_EQ(process.has_late_poll(), k == 3) << k;
-    run_once(worker, process);
-    EXPECT_FALSE(process.has_late_poll()) << "it has run";
-    process.learn_polls();
+    EXPECT_TRUE(process.has_late_poll()) << "late " << k << " times, it is waited for";
+    process.learn_polls(kPoll);
   }
   process.mark();
-  process.learn_polls();
-  EXPECT_TRUE(process.has_late_poll()) << "late once, it is waited for";
-  process.mark();
-  EXPECT_TRUE(process.has_late_poll()) << "and the next time too";
-  process.learn_polls();
-  process.mark();
   EXPECT_FALSE(process.has_late_poll());
+  for (int k = 0; k < 5; ++k) {
+    process.mark();
+    EXPECT_FALSE(process.has_late_poll()) << "it runs, but too seldom for one that polls";
+    run_once(worker, process);
+    process.learn_polls(std::chrono::seconds(1));
+  }
+}
+
+TEST(Process, TakesOneThatBeginsToSleepForOneThatPolls) {
+  std::atomic<bool> sleeps{false}, done{false};
+  std::mutex mutex;
+  std::condition_variable changed;
+  std::thread thread([&] {
+    std::unique_lock<std::mutex> lock(mutex);
+    changed.wait(lock, [&] { return sleeps.load(); });
+    lock.unlock();
+    while (!done) std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  });
+  Process process(getpid());
+  const auto has_late_poll = [&] {
+    process.mark();
+    return process.has_late_poll();
+  };
+  ASSERT_TRUE(happens([&] { return rests(process); }));
+  for (int k = 0; k < 3; ++k) {
+    process.mark();
+    process.learn_polls(std::chrono::milliseconds(1));
+  }
+  EXPECT_FALSE(has_late_poll());
+  sleeps = true;
+  changed.notify_one();
+  EXPECT_TRUE(happens(has_late_poll));
+  done = true;
+  thread.join();
 }
 
 TEST(Process, ShowsAnotherProcess) {
@@ -151,7 +182,8 @@ TEST(Process, ShowsAnotherProcess) {
   kill(child, SIGSTOP);
   EXPECT_TRUE(happens([&] { return process.is_stopped(); }));
   kill(child, SIGKILL);
-  EXPECT_TRUE(happens([&] { return process.sleeps(); })) << "it has ended, and nobody has taken notice";
+  EXPECT_TRUE(happens([&] { return process.sleeps(); })) << "it has ended, and its parent has not taken notice";
+  for (int k = 0; k < 3; ++k) EXPECT_TRUE(process.sleeps());
   waitpid(child, nullptr, 0);
   EXPECT_TRUE(process.sleeps());
   EXPECT_TRUE(Process(child).sleeps()) << "there is none";

@@ -54,8 +54,8 @@ class ClockFollowers {
 
   const std::chrono::milliseconds patience_;
   const std::atomic<bool>& stop_;
-  std::map<std::string, std::vector<Process>> processes_;  // by node, of this one and the master too
-  std::optional<Clock::time_point> arrived_;  // since when /clock is there, where polls are still to see it
+  std::map<std::string, std::vector<Process>> processes_;  // by node; of this one and the master too
+  std::optional<Clock::time_point> arrived_;               // the last /clock, until its polls have been waited for
 };
 
 }  // namespace youbot_base_sim

@@ -3,6 +3,7 @@
 #include <dirent.h>
 #include <sys/types.h>
 
+#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -14,6 +15,7 @@ namespace youbot_base_sim {
 /// The thread that asks does not count. A process that has ended, whether its parent has taken notice or not, sleeps.
 class Process {
  public:
+  /// Throws std::system_error, as all below, where this process may open no more files.
   explicit Process(pid_t id);
   Process(Process&&) noexcept;
   Process& operator=(Process&&) noexcept;
@@ -25,16 +27,17 @@ class Process {
   /// Whether a signal or a debugger has stopped one of its threads.
   bool is_stopped();
 
-  /// A number that grows whenever a thread of it runs. Takes longer to know for this process.
+  /// A number that changes whenever a thread of it has run; one that runs just now may count later. Takes longer to
+  /// know for this process.
   std::uint64_t work_so_far();
 
-  /// Marks a moment at which it is at rest, for `learn_polls` and `has_late_poll`.
+  /// Marks a moment at which it rests, for `learn_polls` and `has_late_poll`.
   void mark();
 
-  /// Learns which threads poll: they have run again, though all was at rest. Call it as long after each mark as they
-  /// usually sleep between two polls. A thread that is new or begins to sleep for a given time is taken to poll until
-  /// it is seen not to.
-  void learn_polls();
+  /// Learns which threads poll, that is, look at the time once a millisecond: those that have run that often since the
+  /// mark, time `since` ago, though all was at rest. A thread that is new or begins a sleep counts as polling until it
+  /// proves not to.
+  void learn_polls(std::chrono::nanoseconds since);
 
   /// Whether a thread that polls has not run since the mark.
   bool has_late_poll() const;
@@ -46,7 +49,7 @@ class Process {
 
   pid_t id_;
   std::unique_ptr<DIR, int (*)(DIR*)> folder_;  // of its threads in /proc
-  std::vector<Thread> threads_;
+  std::vector<Thread> threads_;                 // but the one that asks
 };
 
 /// The processes of this machine that listen at a TCP port; of those that may be looked into: this user's.
