@@ -248,6 +248,25 @@ TEST(Lockstep, clock_goes_on_before_the_first_command_and_the_base_does_not) {
   EXPECT_LT(base.truth.twist.twist.linear.x, 4 / 0.05 / 30 * ((base.clock() - sent).toSec() + kPeriod));
 }
 
+/// Where the base is half a second after the first command, which takes `work` s of wall time to find.
+std::vector<double> drive_after_work(BaseClient& base, double work) {
+  const ros::Publisher commands = commander(base);
+  const ros::Time begun = ros::Time::now();
+  const auto end = ros::WallTime::now() + ros::WallDuration(work);
+  while (ros::WallTime::now() < end) continue;
+  EXPECT_EQ(ros::Time::now(), begun) << "time waits";
+  commands.publish(twist(0.2, 0, 0));
+  (begun + ros::Duration(0.5) - ros::Time::now()).sleep();
+  ros::spinOnce();
+  return {base.odometry.pose.pose.position.x, base.truth.pose.pose.position.x};
+}
+
+TEST(Lockstep, first_command_acts_at_once_however_long_it_takes_to_find) {
+  const std::vector<double> expected = drive_after_work(BaseClient::fresh(), 0);
+  EXPECT_GT(expected.back(), 0.05);
+  EXPECT_EQ(drive_after_work(BaseClient::fresh(), 0.5), expected);
+}
+
 // The command is forgotten with all else: a reset that comes while the node waits for its followers to rest does not
 // begin the simulation with it.
 TEST(Lockstep, reset_forgets_a_command_that_has_just_come) {
