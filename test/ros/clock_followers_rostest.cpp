@@ -45,9 +45,13 @@ import signal, socket, threading, time
 signals = {signal.SIGUSR1, signal.SIGUSR2, signal.SIGHUP}
 signal.pthread_sigmask(signal.SIG_BLOCK, signals)
 server = socket.create_server(("localhost", 0))
+never = threading.Lock()
+never.acquire()
+def sleep(seconds):
+    never.acquire(timeout=seconds)  # as a timer of roscpp; time.sleep calls select until Python 3.10
 print(server.getsockname()[1], flush=True)
 def sleep_and_work(delay):
-    time.sleep(delay)
+    sleep(delay)
     end = time.monotonic() + 0.2
     while time.monotonic() < end:
         pass
@@ -60,7 +64,7 @@ if woken_by == signal.SIGHUP:
     print("polls", flush=True)
 while True:
     if woken_by == signal.SIGHUP:
-        time.sleep(0.001)
+        sleep(0.001)
         if signal.sigtimedwait(signals, 0):
             print("late", flush=True)
             sleep_and_work(0.008)
