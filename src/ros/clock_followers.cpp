@@ -26,7 +26,7 @@ constexpr char kMaster[] = "the master";
 // Loops and timers look at simulated time once a millisecond; and slack. On virtual machines 1 of 100 such sleeps takes
 // longer, up to 5 ms.
 constexpr auto kRoscppPolling = std::chrono::microseconds(1200);
-constexpr auto kLatePoll = std::chrono::milliseconds(10);  // is waited for no longer
+constexpr auto kLatePoll = std::chrono::milliseconds(10);  // one that is later is not waited for
 
 /// The processes of this machine that answer at an address; none for another machine's.
 std::vector<Process> processes_at(const std::string& host, std::uint32_t port) {
@@ -97,7 +97,7 @@ void ClockFollowers::await_rest() {
 
 bool ClockFollowers::goes_on() const { return ros::ok() && !stop_; }
 
-/// Waits until all threads that are known to poll simulated time have run since /clock has arrived, or too late.
+/// Waits until all threads that are known to poll simulated time have run since /clock arrived, or are too late.
 void ClockFollowers::await_polls(Clock::time_point arrived) {
   std::this_thread::sleep_until(arrived + kRoscppPolling);
   const auto is_late = [](const auto& one) {

@@ -163,7 +163,7 @@ class Process::Thread {
   }
 
   void learn_polls(std::chrono::nanoseconds since) {
-    const bool has_polled = (scheduled().runs - marked_) * kSeldomest >= since;
+    const bool has_polled = (scheduled().runs - marked_) * kBetweenPolls >= since;
     times_ = has_polled ? std::min(times_ + 1, kMost) : std::max(times_ - 1, 0);
   }
 
@@ -174,8 +174,8 @@ class Process::Thread {
     std::uint64_t on_processor = 0, waiting = 0, runs = 0;  // ns, ns, number of times; 0 if it has ended
   };
 
-  static constexpr auto kSeldomest = std::chrono::microseconds(2500);  // of polls that are a millisecond apart
-  static constexpr int kSure = 2, kMost = 5;                           // of times_
+  static constexpr auto kBetweenPolls = std::chrono::microseconds(2500);  // at most; most sleep for a millisecond
+  static constexpr int kSure = 2, kMost = 5;                              // of times_
   static constexpr char kGone = '\0';
 
   /// A letter as in /proc.
@@ -215,7 +215,7 @@ class Process::Thread {
   bool gone_ = false;
   std::uint64_t marked_ = 0;  // runs at the mark
   bool naps_ = false, waits_for_time_ = true, polls_ = false;
-  int times_ = kSure;  // it has polled, less those it has not
+  int times_ = kSure;  // marks after which it has polled, less those after which it has not
 };
 
 Process::Process(pid_t id) : id_(id), folder_(opendir(fmt::format("/proc/{}/task", id).c_str()), &closedir) {
