@@ -16,6 +16,7 @@ TRANSFORMS = ("tf2_msgs/TFMessage", "tf/tfMessage")
 LARGEST_TILT = 15  # deg
 SMOOTHING = 0.05     # s to either side, over which velocities are the slopes of fitted lines
 WINDOW = 0.1         # s, over which motions of marker and wheels are compared
+FEWEST = 20          # windows of a drive are too few
 LARGEST_CLOCK = 1.5  # s, offset that is searched
 CLOCK_STEP = 0.02    # s, of the search
 MIN_ERROR = 1e-3   # m/s, that velocities are assumed to be off
@@ -119,6 +120,9 @@ def align(truth, wheels, odom, topic, base):
     def rolled(clock):
         return wheels_at(clock)[:, :3]
 
+    if len(seen) <= FEWEST:
+        raise Missing(f"{topic}: {len(seen)} pieces of {length:.1f} s are too few: must be more than {FEWEST}, by a "
+                      "longer drive or more poses a second")
     clock, shares = search_clock(rolled, seen, topic)
     trust = 1 / np.hypot(1, wheels_at(clock)[:, 3] / DOUBT)
     yaw = math.atan2(shares[1, 0] - shares[0, 1], shares[0, 0] + shares[1, 1])
@@ -143,7 +147,7 @@ def search_clock(rolled, seen, topic):
     for k, offset in enumerate(offsets):
         V = rolled(offset)
         known = np.isfinite(V).all(axis=1)
-        if np.sum(known) > 20 and np.any(seen[known]):
+        if np.sum(known) > FEWEST and np.any(seen[known]):
             maps[k] = np.linalg.lstsq(V[known], seen[known], rcond=None)[0]
             unexplained[k] = np.sum((seen[known] - V[known] @ maps[k]) ** 2) / np.sum(seen[known] ** 2)
     best = int(np.argmin(unexplained))

@@ -217,6 +217,7 @@ class GroundTruthTest(RunsAnalyse):
         self.expect_unused(self.recorded("still.bag", motion=steady), "does not fit the wheels' with any clock")
         self.expect_unused(self.recorded("far.bag", clock=0.9, motion=3 * self.motion), "forward the base moves 3.",
                            "must be 0.7 to 1.4 times", "--scene")
+        self.expect_unused(self.recorded("seldom.bag", rate=2.5), "pieces of 1.2 s are too few", "more poses a second")
         self.expect_unused(self.recorded("tilted.bag", tilt=math.pi / 2), "its z axis is 90 deg off the vertical")
         waves = [(0.02 * k, *4 * [3 * math.sin(2 * math.pi * 0.02 * k / 0.8)]) for k in range(500)]
         times, motion = self.simulate("waves", waves)
