@@ -86,11 +86,18 @@ while True:
 constexpr auto kPatience = std::chrono::seconds(2);
 std::atomic<bool> stop{false};
 
+/// Nodes that follow /clock and have come to rest.
+class RestingFollowers : public ClockFollowers {
+ public:
+  explicit RestingFollowers(const std::vector<std::string>& nodes) : ClockFollowers(kPatience, stop) {
+    for (const std::string& node : nodes) add(node);
+    await_rest();
+  }
+};
+
 TEST(ClockFollowers, are_waited_for_though_they_never_answer) {
   SilentNode node("/silent");
-  ClockFollowers followers(kPatience, stop);
-  followers.add("/silent");
-  followers.await_rest();
+  RestingFollowers followers({"/silent"});
   EXPECT_FALSE(node.has_worked());
   node.send(SIGUSR1);
   followers.let_clock_arrive();
@@ -122,10 +129,7 @@ class Warnings {
 
 TEST(ClockFollowers, one_that_never_rests_is_named_and_given_up) {
   SilentNode restless("/a_restless"), idle("/b_idle");
-  ClockFollowers followers(kPatience, stop);
-  followers.add("/a_restless");
-  followers.add("/b_idle");
-  followers.await_rest();
+  RestingFollowers followers({"/a_restless", "/b_idle"});
   Warnings warnings;
   restless.send(SIGUSR2);
   followers.await_rest();
@@ -139,10 +143,7 @@ TEST(ClockFollowers, one_that_never_rests_is_named_and_given_up) {
 
 TEST(ClockFollowers, one_that_is_stopped_is_waited_for_and_named) {
   SilentNode node("/stopped"), idle("/idle");
-  ClockFollowers followers(kPatience, stop);
-  followers.add("/stopped");
-  followers.add("/idle");
-  followers.await_rest();
+  RestingFollowers followers({"/stopped", "/idle"});
   Warnings warnings;
   node.send(SIGSTOP);
   node.send(SIGUSR1);
@@ -161,10 +162,7 @@ TEST(ClockFollowers, one_that_is_stopped_is_waited_for_and_named) {
 
 TEST(ClockFollowers, one_that_is_stopped_is_named_beside_a_busy_one) {
   SilentNode restless("/a_restless"), stopped("/b_stopped");
-  ClockFollowers followers(kPatience, stop);
-  followers.add("/a_restless");
-  followers.add("/b_stopped");
-  followers.await_rest();
+  RestingFollowers followers({"/a_restless", "/b_stopped"});
   Warnings warnings;
   stopped.send(SIGSTOP);
   restless.send(SIGUSR2);
@@ -179,9 +177,7 @@ TEST(ClockFollowers, one_that_is_stopped_is_named_beside_a_busy_one) {
 
 TEST(ClockFollowers, one_that_is_stopped_does_not_keep_the_node_from_ending) {
   SilentNode node("/stopped");
-  ClockFollowers followers(kPatience, stop);
-  followers.add("/stopped");
-  followers.await_rest();
+  RestingFollowers followers({"/stopped"});
   node.send(SIGSTOP);
   const auto rest = std::async(std::launch::async, [&] { followers.await_rest(); });
   EXPECT_EQ(rest.wait_for(kPatience), std::future_status::timeout);
@@ -193,9 +189,7 @@ TEST(ClockFollowers, one_that_is_stopped_does_not_keep_the_node_from_ending) {
 // The test is its parent, and asks for its end only after.
 TEST(ClockFollowers, one_that_has_ended_is_not_waited_for) {
   SilentNode node("/ended");
-  ClockFollowers followers(kPatience, stop);
-  followers.add("/ended");
-  followers.await_rest();
+  RestingFollowers followers({"/ended"});
   Warnings warnings;
   node.send(SIGKILL);
   followers.await_rest();
@@ -251,9 +245,7 @@ void await_rest_beside_busy_thread(ClockFollowers& followers) {
 
 TEST(ClockFollowers, this_process_is_named_where_it_never_rests) {
   SilentNode idle("/idle");
-  ClockFollowers followers(kPatience, stop);
-  followers.add("/idle");
-  followers.await_rest();
+  RestingFollowers followers({"/idle"});
   Warnings warnings;
   await_rest_beside_busy_thread(followers);
   wait_for("a warning", [&] { return warnings.has("this node itself, has not rested"); });
@@ -263,9 +255,7 @@ TEST(ClockFollowers, this_process_is_named_where_it_never_rests) {
 // The node's name comes last, where the first one seen at work would be blamed.
 TEST(ClockFollowers, one_that_keeps_this_process_busy_is_named_alone) {
   SilentNode restless("/z_restless");
-  ClockFollowers followers(kPatience, stop);
-  followers.add("/z_restless");
-  followers.await_rest();
+  RestingFollowers followers({"/z_restless"});
   Warnings warnings;
   restless.send(SIGUSR2);
   await_rest_beside_busy_thread(followers);
