@@ -1,4 +1,4 @@
-#include "youbot_base_sim/ros/clock_followers.h"
+#include "youbot_base_sim/lockstep/clock_followers.h"
 
 #include <ros/console.h>
 #include <ros/init.h>
@@ -64,8 +64,8 @@ std::uint64_t work_of(std::vector<Process>& processes) {
 
 }  // namespace
 
-ClockFollowers::ClockFollowers(std::chrono::milliseconds patience, const std::atomic<bool>& stop)
-    : patience_(patience), stop_(stop) {
+ClockFollowers::ClockFollowers(Publish publish, std::chrono::milliseconds patience, const std::atomic<bool>& stop)
+    : publish_(std::move(publish)), patience_(patience), stop_(stop) {
   processes_[ros::this_node::getName()].emplace_back(getpid());
   processes_[kMaster] = processes_at(ros::master::getHost(), ros::master::getPort());
 }
@@ -82,7 +82,9 @@ void ClockFollowers::add(const std::string& node) {
   }
 }
 
-void ClockFollowers::let_clock_arrive() {
+void ClockFollowers::announce(const ros::Time& time) {
+  await_rest();
+  publish_(time);
   await_rest();
   for (auto& [node, processes] : processes_) {
     for (Process& process : processes) process.mark();

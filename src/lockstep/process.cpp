@@ -1,4 +1,4 @@
-#include "youbot_base_sim/ros/process.h"
+#include "youbot_base_sim/lockstep/process.h"
 
 #include <dirent.h>
 #include <fcntl.h>

@@ -15,9 +15,9 @@
 #include <thread>
 #include <vector>
 
-#include "base_process.h"
-#include "rostest_main.h"
-#include "youbot_base_sim/ros/clock_followers.h"
+#include "ros/base_process.h"
+#include "ros/rostest_main.h"
+#include "youbot_base_sim/lockstep/clock_followers.h"
 
 namespace youbot_base_sim {
 namespace {
@@ -86,10 +86,13 @@ while True:
 constexpr auto kPatience = std::chrono::seconds(2);
 std::atomic<bool> stop{false};
 
+/// In place of /clock: what wakes the nodes here is a signal.
+void publish(const ros::Time&) {}
+
 /// Nodes that follow /clock and have come to rest.
 class RestingFollowers : public ClockFollowers {
  public:
-  explicit RestingFollowers(const std::vector<std::string>& nodes) : ClockFollowers(kPatience, stop) {
+  explicit RestingFollowers(const std::vector<std::string>& nodes) : ClockFollowers(publish, kPatience, stop) {
     for (const std::string& node : nodes) add(node);
     await_rest();
   }
@@ -100,7 +103,7 @@ TEST(ClockFollowers, are_waited_for_though_they_never_answer) {
   RestingFollowers followers({"/silent"});
   EXPECT_FALSE(node.has_worked());
   node.send(SIGUSR1);
-  followers.let_clock_arrive();
+  followers.announce({});
   followers.await_rest();
   EXPECT_TRUE(node.has_worked());
 }
@@ -136,7 +139,7 @@ TEST(ClockFollowers, one_that_never_rests_is_named_and_given_up) {
   wait_for("a warning", [&] { return warnings.has("/a_restless has not rested for 2 s"); });
   EXPECT_FALSE(warnings.has("/b_idle")) << warnings.lines();
   idle.send(SIGUSR1);
-  followers.let_clock_arrive();
+  followers.announce({});
   followers.await_rest();
   EXPECT_TRUE(idle.has_worked()) << "the others are waited for as before";
 }
@@ -148,7 +151,7 @@ TEST(ClockFollowers, one_that_is_stopped_is_waited_for_and_named) {
   node.send(SIGSTOP);
   node.send(SIGUSR1);
   const auto rest = std::async(std::launch::async, [&] {
-    followers.let_clock_arrive();
+    followers.announce({});
     followers.await_rest();
   });
   wait_for("a warning", [&] { return warnings.has("time waits for /stopped, which a signal (SIGSTOP)"); });
@@ -201,24 +204,24 @@ TEST(ClockFollowers, one_that_has_ended_is_not_waited_for) {
 // As on virtual machines, where a sleep of a millisecond takes several now and then.
 TEST(ClockFollowers, one_that_polls_is_waited_for_though_late) {
   SilentNode node("/polls");
-  ClockFollowers followers(kPatience, stop);
+  ClockFollowers followers(publish, kPatience, stop);
   followers.add("/polls");
   node.send(SIGHUP);
   wait_for("polls", [&] { return node.polls(); });
   for (int k = 0; k < 10; ++k) {
-    followers.let_clock_arrive();
+    followers.announce({});
     followers.await_rest();
   }
   node.send(SIGUSR1);
   while (!node.is_late()) std::this_thread::sleep_for(std::chrono::microseconds(100));
-  followers.let_clock_arrive();
+  followers.announce({});
   followers.await_rest();
   EXPECT_TRUE(node.has_worked());
 }
 
 TEST(ClockFollowers, several_rest_between_their_polls) {
   Warnings warnings;
-  ClockFollowers followers(kPatience, stop);
+  ClockFollowers followers(publish, kPatience, stop);
   std::vector<std::unique_ptr<SilentNode>> nodes;
   for (const std::string name : {"/a", "/b", "/c", "/d", "/e", "/f"}) {
     nodes.push_back(std::make_unique<SilentNode>(name));
@@ -265,7 +268,7 @@ TEST(ClockFollowers, one_that_keeps_this_process_busy_is_named_alone) {
 
 TEST(ClockFollowers, one_that_cannot_be_seen_is_named) {
   Warnings warnings;
-  ClockFollowers followers(kPatience, stop);
+  ClockFollowers followers(publish, kPatience, stop);
   followers.add("/absent");
   wait_for("a warning", [&] { return warnings.has("/absent follows /clock from elsewhere"); });
   followers.await_rest();
