@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "base_process.h"
-#include "rostest_main.h"
+#include "rostest.h"
 #include "youbot_base_sim/ros/clock_followers.h"
 
 namespace youbot_base_sim {

@@ -8,7 +8,6 @@
 #include <set>
 
 #include "base_process.h"
-#include "rostest_main.h"
 
 namespace youbot_base_sim {
 namespace {
