@@ -274,4 +274,4 @@ TEST(ClockFollowers, one_that_cannot_be_seen_is_named) {
 }  // namespace
 }  // namespace youbot_base_sim
 
-YOUBOT_BASE_SIM_ROSTEST_MAIN()
+int main(int argc, char** argv) { return youbot_base_sim::run_rostest(argc, argv); }

@@ -225,4 +225,4 @@ TEST(Overload, last_of_ten_thousand_commands_a_second_counts) {
 }  // namespace
 }  // namespace youbot_base_sim
 
-YOUBOT_BASE_SIM_ROSTEST_MAIN()
+int main(int argc, char** argv) { return youbot_base_sim::run_rostest(argc, argv); }

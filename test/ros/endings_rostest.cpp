@@ -303,4 +303,4 @@ TEST(Start, is_refused_with_a_name_or_an_address_that_cannot_be) {
 }  // namespace
 }  // namespace youbot_base_sim
 
-YOUBOT_BASE_SIM_ROSTEST_MAIN()
+int main(int argc, char** argv) { return youbot_base_sim::run_rostest(argc, argv); }

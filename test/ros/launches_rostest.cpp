@@ -212,4 +212,4 @@ TEST(TwoRobots, drive_alone_by_one_clock_in_one_tree) {
 }  // namespace
 }  // namespace youbot_base_sim
 
-YOUBOT_BASE_SIM_ROSTEST_MAIN()
+int main(int argc, char** argv) { return youbot_base_sim::run_rostest(argc, argv); }

@@ -286,4 +286,4 @@ TEST(Lockstep, reset_forgets_a_command_that_has_just_come) {
 }  // namespace
 }  // namespace youbot_base_sim
 
-YOUBOT_BASE_SIM_ROSTEST_MAIN()
+int main(int argc, char** argv) { return youbot_base_sim::run_rostest(argc, argv); }

@@ -367,4 +367,4 @@ TEST_F(WrongConfiguration, player_without_a_base_fails_rather_than_waits) {
 }  // namespace
 }  // namespace youbot_base_sim
 
-YOUBOT_BASE_SIM_ROSTEST_MAIN()
+int main(int argc, char** argv) { return youbot_base_sim::run_rostest(argc, argv); }

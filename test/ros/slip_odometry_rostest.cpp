@@ -87,4 +87,4 @@ TEST_F(SlipOdometryNode, reports_what_it_cannot_know) {
 }  // namespace
 }  // namespace youbot_base_sim
 
-YOUBOT_BASE_SIM_ROSTEST_MAIN()
+int main(int argc, char** argv) { return youbot_base_sim::run_rostest(argc, argv); }

@@ -230,4 +230,4 @@ TEST(TippingBase, is_an_error_while_it_tips_and_a_warning_afterwards) {
 }  // namespace
 }  // namespace youbot_base_sim
 
-YOUBOT_BASE_SIM_ROSTEST_MAIN()
+int main(int argc, char** argv) { return youbot_base_sim::run_rostest(argc, argv); }
