@@ -288,15 +288,8 @@ TEST(Start, is_refused_with_a_name_or_an_address_that_cannot_be) {
                                                        {"__master:=http://h", "HOST"},
                                                        {"__master:=http://localhost:65536", "65536"}};
   for (const auto& wrong : cases) {
-    for (const char* path : {BASE_NODE, PLAY_SCENE}) {
-      Program program(path, {wrong[0]});
-      EXPECT_EQ(program.wait(), 2) << wrong[0];
-      EXPECT_EQ(program.out(), "");
-      std::string line = program.err();
-      ASSERT_FALSE(line.empty());
-      line.pop_back();
-      expect_refusal(line, {wrong[1]});
-    }
+    for (const char* path : {BASE_NODE, PLAY_SCENE})
+      expect_program_refuses(TemporaryFolder(), path, {wrong[0]}, {wrong[1]});
   }
 }
 
