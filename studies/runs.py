@@ -1,6 +1,5 @@
 """Runs of `simulate`: a scene changed in some keys, recorded in a bag, and the bag as arrays; the runs that a study
 needs. Bags are kept under the hash of what they depend on, so that no run is done twice."""
-import contextlib
 import copy
 import fcntl
 import hashlib
@@ -103,8 +102,7 @@ class Recording:
         self.path = path
 
     def series(self, name):
-        with contextlib.closing(Bag(self.path)) as bag:
-            return read_record(bag, Base(), only=[name]).get(name)
+        return read_record(Bag(self.path), Base(), only=[name]).get(name)
 
     @cached_property
     def truth(self):
