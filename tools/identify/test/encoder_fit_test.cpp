@@ -1,0 +1,133 @@
+// Twins: robots that are known are found again from their encoders and poses alone; what these do not determine is
+// named.
+
+#include "youbot_base_sim/identify/encoder_fit.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "errors.h"
+#include "twin.h"
+
+namespace youbot_base_sim {
+namespace {
+
+Scene measured_base() {
+  Scene scene;
+  scene.robot = measured_robot();
+  scene.motors.emplace();
+  return scene;
+}
+
+/// Three quarters of a minute in all directions.
+const std::vector<Command> kDrive = {{0.5, {0, 0, 0}},       {2.6, {0.3, 0.1, 0}},     {2.2, {-0.2, 0.2, 0.5}},
+                                     {2.8, {0, -0.25, 0}},   {2.4, {0.1, 0.1, -0.7}},  {2.5, {-0.3, 0, 0.3}},
+                                     {2.1, {0, 0.3, 0}},     {2.9, {0.2, -0.1, 0.6}},  {2.3, {0.1, -0.3, -0.4}},
+                                     {2.5, {0, 0, 0.8}},     {2.7, {-0.2, 0.3, 0}},    {2.2, {0, -0.2, -0.5}},
+                                     {2.6, {0.3, 0.2, 0.2}}, {2.4, {-0.1, -0.2, 0.7}}, {2.8, {0, 0.25, -0.3}},
+                                     {2.3, {-0.3, -0.1, 0}}, {2.6, {0.1, 0.2, 0.5}},   {2.5, {0, 0, 0}}};
+
+/// The record of a twin whose ground truth has a clock of its own.
+DriveRecord record_of(const Twin& twin, const std::vector<Command>& programme, const ClockMap& clock = {}) {
+  DriveRecord record = twin.drive(programme);
+  for (double& t : record.truth_t) t = clock(t);
+  record.max_truth_step = 0.1;
+  return record;
+}
+
+Twin twin_of(unsigned seed) {
+  Twin twin{measured_base(), seed};
+  twin.ground_truth = true;
+  RobotParameters& robot = twin.robot.robot;
+  robot.R = 0.0508;
+  robot.R_d *= 0.0508 / 0.05;
+  robot.l = 0.145;
+  return twin;
+}
+
+TEST(EncoderTwinTest, IsFoundAgain) {
+  const Twin twin = twin_of(3);
+  const ClockMap clock{0.31, 0.011};
+  const EncoderFit fit = fit_encoders(measured_base(), {record_of(twin, kDrive, clock)});
+  EXPECT_EQ(fit.numbers.size() + fit.unidentifiable.size(), encoder_parameters().size());
+  EXPECT_GE(fit.numbers.size(), 2u);
+  for (const EncoderFit::Number& number : fit.numbers) {
+    const Parameter& p = encoder_parameters()[number.parameter];
+    EXPECT_NEAR(number.value, p.get(twin.robot), 3 * number.sigma) << p.name();
+    EXPECT_GT(number.error_without, fit.error_after) << p.name();
+  }
+  for (std::size_t k = 0; k < encoder_parameters().size(); ++k) {
+    const Parameter& p = encoder_parameters()[k];
+    const bool named = std::any_of(fit.unidentifiable.begin(), fit.unidentifiable.end(),
+                                   [&](const std::string& line) { return line.find(p.name() + ": ") == 0; });
+    EXPECT_TRUE(!named || p.get(fit.scene) == p.get(measured_base())) << p.name();
+  }
+  EXPECT_NEAR(fit.scene.robot.R, twin.robot.robot.R, 1e-4);
+  EXPECT_NEAR(fit.scene.robot.l, twin.robot.robot.l, 5e-3);
+  const EncoderFit::Drive& drive = fit.drives.front();
+  EXPECT_NEAR(drive.clock.offset, clock.offset, 3 * drive.sigma.offset);
+  EXPECT_NEAR(drive.clock.stretch, clock.stretch, 3 * drive.sigma.stretch);
+  ASSERT_TRUE(drive.angles_at_zero);
+  const Wheels angles = twin.start();  // where it reads zero
+  for (int i = 0; i < kWheels; ++i) {
+    const double off = std::remainder((*drive.angles_at_zero)[i] - angles[i], 2 * M_PI / 6);
+    EXPECT_LT(std::abs(off), 3 * (*drive.angles_sigma)[i]) << i;
+    EXPECT_LT((*drive.angles_sigma)[i], 0.15) << i;
+  }
+  EXPECT_LT(fit.error_after, 0.5 * fit.error_kinematics);
+  EXPECT_LT(fit.error_after, 0.7 * fit.error_unknown);
+}
+
+TEST(EncoderTwinTest, WithoutAnglesFitsTheMean) {
+  EncoderFitSettings settings;
+  settings.find_angles = false;
+  const EncoderFit fit = fit_encoders(measured_base(), {record_of(twin_of(4), kDrive)}, settings);
+  EXPECT_FALSE(fit.drives.front().angles_at_zero);
+  EXPECT_EQ(fit.error_after, fit.error_unknown);
+  EXPECT_LT(fit.error_after, fit.error_kinematics);
+  EXPECT_NEAR(fit.scene.robot.R, 0.0508, 3e-4);
+}
+
+// Wheels that roll forward tell their radius alone: neither rollers, nor the track, nor where rollers stood.
+TEST(EncoderTwinTest, ForwardMotionNamesWhatItDoesNotTell) {
+  std::vector<Command> forward = {{0.5, {0, 0, 0}}};
+  for (const double speed : {0.3, -0.2, 0.35, -0.3, 0.15, -0.35, 0.25, -0.1}) forward.push_back({2.9, {speed, 0, 0}});
+  const EncoderFit fit = fit_encoders(measured_base(), {record_of(twin_of(3), forward)});
+  EXPECT_NEAR(fit.scene.robot.R, 0.0508, 1e-4);
+  EXPECT_FALSE(fit.drives.front().angles_at_zero);
+  std::string named;
+  for (const std::string& line : fit.unidentifiable) named += line + "\n";
+  for (const char* name : {"robot.half_track: ", "robot.roller_dry_friction: ", "robot.com_X: ", "robot.com_Y: ",
+                           "floor.spin_radius: ", "twin: which rollers touch the floor where the encoders read zero"}) {
+    EXPECT_NE(named.find(name), std::string::npos) << name << named;
+  }
+  EXPECT_EQ(fit.scene.robot.l, measured_base().robot.l);
+  EXPECT_EQ(fit.scene.robot.roller_dry_friction[0], measured_base().robot.roller_dry_friction[0]);
+}
+
+/// The message with which a record is refused.
+std::string refusal(DriveRecord record) {
+  return error_of<UnusableRecord>([&] {
+    inspect_encoders(record);
+    fit_encoders(measured_base(), {record});
+  });
+}
+
+TEST(EncoderFitTest, RefusesWhatItCannotFit) {
+  const DriveRecord good =
+      record_of(twin_of(6), {{1, {0, 0, 0}}, {3, {0.2, 0.1, 0.3}}, {3, {0, 0.2, -0.3}}, {2, {0, 0, 0}}});
+  EXPECT_EQ(refusal(good), "twin: 8.0 s of readings with ground truth; must be at least 15 s");
+  DriveRecord blind = good;
+  blind.truth.clear();
+  blind.truth_t.clear();
+  EXPECT_EQ(refusal(blind), "twin: no ground truth; must have the pose of the base: see --truth-topic, --frames");
+  DriveRecord backward = good;
+  for (Wheels& phi : backward.phi) phi *= Wheels(1, -1, 1, -1);
+  EXPECT_NE(refusal(backward).find("its ground truth does not fit the wheels' motion"), std::string::npos)
+      << refusal(backward);
+}
+
+}  // namespace
+}  // namespace youbot_base_sim
