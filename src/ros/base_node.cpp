@@ -125,9 +125,11 @@ class BaseNode::Loop : private TimedLoop {
     if (!loop_.sensors().imu()) absent.insert(kImuTopic);
     if (!settings_.publish_tf) absent.insert(kTransformsTopic);
     if (fixed_transforms().transforms.empty()) absent.insert(kStaticTransformsTopic);
+    // By simulated time every message counts, by the wall clock the latest.
+    const std::uint32_t queue_size = clock_->is_master() ? kRecorderQueueSize : kDriverQueueSize;
     visit_topics([&](const auto& topic) {
       if (absent.count(topic.name) > 0) return;
-      publications_.advertise(node_, topic, topic.queue_size > 0 ? topic.queue_size : clock_->queue_size());
+      publications_.advertise(node_, topic, topic.queue_size > 0 ? topic.queue_size : queue_size);
     });
     publications_.publish(kSceneTopic, [this] { return scene_message(settings_.scene); });
     publications_.publish(kStaticTransformsTopic, fixed_transforms);
@@ -135,7 +137,6 @@ class BaseNode::Loop : private TimedLoop {
 
   void update_subscriptions() {
     wants_telemetry_ = bag_ || publications_.heard(kAtInstants);
-    wants_periods_ = clock_->wants_each_period();
   }
 
   void run_loop() {
@@ -272,13 +273,12 @@ class BaseNode::Loop : private TimedLoop {
       advance(periods);
       publish_instant();
     }
-    clock_->end_step();
+    clock_->announce();
     time_services_->advanced(periods);
   }
 
   /// Control periods until the next time that could be noticed.
   std::int64_t periods_ahead() {
-    if (wants_periods_) return 1;
     const double next = std::min(loop_.time() + kMaxAhead, diagnosing_.next());
     const std::int64_t periods = loop_.periods_until(wants_telemetry_ ? std::min(next, loop_.next_instant()) : next);
     return std::min({periods, clock_->periods_left(), end_ - loop_.periods()});
@@ -410,7 +410,6 @@ class BaseNode::Loop : private TimedLoop {
   std::optional<TimeServices> time_services_;
 
   bool wants_telemetry_ = false;  // any of it is heard or recorded now, switches included
-  bool wants_periods_ = false;    // the end of each control period could be noticed
   bool ended_ = false;
 };
 

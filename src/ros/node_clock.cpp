@@ -75,59 +75,49 @@ void NodeClock::subscribe(ros::NodeHandle& node, ros::CallbackQueueInterface* qu
 namespace {
 
 /// Time that passes without this node. Stamps count from the node's start.
-class OutsideClock : public NodeClock {
+class WallClock : public NodeClock {
  public:
   using NodeClock::NodeClock;
 
+  const char* name() const override { return "wall clock"; }
   void start() override {
     zero_ = ros::Time::now() - ros::Time();
+    start_ = SteadyClock::now();
     started_ = true;
   }
   ros::Time stamp(double t) const override { return ros::Time() + (zero_ + ros::Duration(t)); }
   double arrival() const override { return std::max(loop_.time(), due()); }
 
  protected:
-  /// Time that has passed since the start, s.
-  virtual double passed() const = 0;
+  /// Simulated time that has passed since the start, s.
+  virtual double passed() const { return since(start_); }
 
   double due() const { return started_ ? passed() : loop_.time(); }
   double lag(double t) const override { return due() - t; }
   void skip(double lag) override {
     zero_ += ros::Duration(lag);
+    start_ += std::chrono::duration_cast<SteadyClock::duration>(std::chrono::duration<double>(lag));
     loop_.bring_requests_forward();
   }
 
   ros::Duration zero_;  // stamp of t = 0
 
  private:
+  SteadyClock::time_point start_;  // when t = 0 was due
   bool started_ = false;
 };
 
-class WallClock : public OutsideClock {
+/// Another node's /clock. Where it goes back, the simulation goes on from there.
+class FollowedClock : public WallClock {
  public:
-  using OutsideClock::OutsideClock;
-
-  const char* name() const override { return "wall clock"; }
-  void start() override {
-    OutsideClock::start();
-    start_ = SteadyClock::now();
-  }
-
- private:
-  double passed() const override { return since(start_); }
-  void skip(double lag) override {
-    OutsideClock::skip(lag);
-    start_ += std::chrono::duration_cast<SteadyClock::duration>(std::chrono::duration<double>(lag));
-  }
-
-  SteadyClock::time_point start_;  // when t = 0 was due
-};
-
-/// Another node's /clock.
-class FollowedClock : public OutsideClock {
- public:
-  FollowedClock(BaseLoop& loop, ros::NodeHandle& node) : OutsideClock(loop) {
-    subscribe(node, node.getCallbackQueue(), [this](const ros::Time& time) { take(time); });
+  FollowedClock(BaseLoop& loop, ros::NodeHandle& node) : WallClock(loop) {
+    subscribe(node, node.getCallbackQueue(), [this](const ros::Time& time) {
+      if (time < latest_) {
+        ROS_WARN("/clock goes back from %g s to %g s: the simulation goes on", latest_.toSec(), time.toSec());
+        zero_ += time - latest_;
+      }
+      latest_ = time;
+    });
   }
 
   const char* name() const override { return "another node's /clock"; }
@@ -136,19 +126,11 @@ class FollowedClock : public OutsideClock {
     return "another node's /clock: /use_sim_time is true, ~publish_clock is not";
   }
   void start() override {
-    OutsideClock::start();
+    WallClock::start();
     latest_ = ros::Time() + zero_;
   }
 
  private:
-  /// Another node's time wakes the loop. Where it goes back, the simulation goes on from there.
-  void take(const ros::Time& time) {
-    if (time < latest_) {
-      ROS_WARN("/clock goes back from %g s to %g s: the simulation goes on", latest_.toSec(), time.toSec());
-      zero_ += time - latest_;
-    }
-    latest_ = time;
-  }
   double passed() const override { return (latest_ - ros::Time() - zero_).toSec(); }
 
   // Its next message wakes the loop; when that comes is not known.
@@ -180,7 +162,9 @@ class OwnClock : public NodeClock {
     start_ = SteadyClock::now();
     start_t_ = loop_.time();
   }
-  bool wants_each_period() const override { return factor_ > 0 || publications_.heard(kAtPeriods); }
+  std::int64_t periods_left() const override {
+    return factor_ > 0 || publications_.heard(kAtPeriods) ? 1 : NodeClock::periods_left();
+  }
 
   // With nothing to keep pace with, a /clock message each control period would cost more than the simulation itself.
   void begin_publishing(bool is_due, bool switched) override {
@@ -246,7 +230,7 @@ class PlayedClock : public SteppedClock {
   PlayedClock(const BaseSettings& settings, BaseLoop& loop, Publications& publications, ros::NodeHandle& node)
       : SteppedClock(settings, loop, publications, node), settings_(settings.lockstep) {}
 
-  bool wants_each_period() const override { return true; }
+  std::int64_t periods_left() const override { return 1; }
   bool await(TimedLoop& loop) override {
     if (!is_released()) {
       const bool gives_up = settings_.end_with_commands && settings_.timeout > 0;
@@ -290,7 +274,6 @@ class GatedClock : public SteppedClock {
     idle_periods_ = 0;
     SteppedClock::reset();
   }
-  bool wants_each_period() const override { return false; }
   std::int64_t periods_left() const override { return every_ - loop_.periods() % every_; }
 
   bool await(TimedLoop& loop) override {
@@ -308,7 +291,6 @@ class GatedClock : public SteppedClock {
   void end_publishing() override {
     if (begins()) gate_->announce(stamp(loop_.time()));
   }
-  void end_step() override { announce(); }  // within a period too
   ros::Time stamp(double t) const override { return stamp_of(static_cast<double>(idle_periods_) * period_ + t); }
 
   /// Within a period messages act from the next on.

@@ -9,8 +9,8 @@
 #include <string>
 
 #include "youbot_base_sim/loop/base_loop.h"
+#include "youbot_base_sim/loop/loop_timing.h"
 #include "youbot_base_sim/ros/base_settings.h"
-#include "youbot_base_sim/ros/loop_timing.h"
 #include "youbot_base_sim/ros/publications.h"
 
 namespace youbot_base_sim {
@@ -51,7 +51,7 @@ class TimedLoop {
 /// |---|---|---|---|
 /// | wall | no `publish_clock` | the wall clock | none: stamps are wall time |
 /// | followed | and /use_sim_time | another node's /clock | that one |
-/// | own | `publish_clock` | the wall clock times a factor, or nothing | each control period, or where it could be noticed |
+/// | own | `publish_clock` | the wall clock times a factor, or nothing | each control period, or where it is noticed |
 /// | played | and `lockstep`, its `period` 0 | a player's command, each control period | each control period |
 /// | gated | its `period` above 0 | a TimeGate: the nodes that follow /clock | each period of lockstep, last |
 class NodeClock {
@@ -68,31 +68,19 @@ class NodeClock {
   /// Whether this node decides when time passes: then its services may stop it.
   virtual bool is_master() const { return false; }
 
-  /// Of publishers: by simulated time every message counts, by the wall clock the latest.
-  std::uint32_t queue_size() const { return is_master() ? kRecorderQueueSize : kDriverQueueSize; }
-
   /// What must come before the time is known; empty: it is known.
   virtual std::string missing() const { return ""; }
 
   /// The nodes that publish /clock, if there are several; else empty. Asks the master in that case.
   std::string rivals() const;
 
-  /// Publishes the present time, if this clock does.
-  virtual void announce() {}
-
-  /// The present time is due now, and later times accordingly: at the start.
+  /// The present time is due now, and later times accordingly: at the start; after a pause, or to begin without a
+  /// command; at t = 0 again, after the loop.
   virtual void start() = 0;
-
-  /// Continues as after a pause, or for the first time without a command.
   virtual void resume() { start(); }
-
-  /// Starts again at t = 0, after the loop.
   virtual void reset() { start(); }
 
-  /// Whether the end of each control period could be noticed, as far as topics are heard now.
-  virtual bool wants_each_period() const { return false; }
-
-  /// Control periods that may pass at once, 1 or more.
+  /// Control periods that may pass at once, 1 or more: until a time that could be noticed, as far as topics are heard.
   virtual std::int64_t periods_left() const { return std::numeric_limits<std::int64_t>::max(); }
 
   /// Waits a while until `loop` may advance to its `next_time`. Returns whether it may.
@@ -101,13 +89,13 @@ class NodeClock {
   /// The loop has reached the time that was due. Returns the lag that is given up, s of wall time.
   virtual double arrive();
 
+  /// Publishes the present time, if this clock does: at the start and after a ~step.
+  virtual void announce() {}
+
   /// To be called before and after publishing at the present time. `is_due`: at an instant of publishing; `switched`:
   /// rollers have switched.
   virtual void begin_publishing(bool /*is_due*/, bool /*switched*/) {}
   virtual void end_publishing() {}
-
-  /// To be called after an advance by ~step.
-  virtual void end_step() {}
 
   /// Stamp of simulated time t (s) on topics, and in a bag.
   virtual ros::Time stamp(double t) const = 0;
@@ -131,14 +119,14 @@ class NodeClock {
   /// Takes callbacks if there are some or the loop's next time is not due. Returns whether that is due.
   bool await_due(TimedLoop& loop, bool has_callbacks);
 
-  /// Subscribes to /clock; messages come through `queue`.
+  /// Calls `take(time)` for each message on /clock, among the callbacks of `queue`.
   template <class Take>
   void subscribe(ros::NodeHandle& node, ros::CallbackQueueInterface* queue, const Take& take);
 
   BaseLoop& loop_;
-  LoopTiming timing_;
 
  private:
+  LoopTiming timing_;
   ros::Subscriber clock_subscriber_;
 };
 
