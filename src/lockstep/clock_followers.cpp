@@ -1,13 +1,18 @@
 #include "youbot_base_sim/lockstep/clock_followers.h"
 
+#include <ifaddrs.h>
+#include <netdb.h>
+#include <netinet/in.h>
 #include <ros/console.h>
 #include <ros/init.h>
 #include <ros/master.h>
 #include <ros/network.h>
 #include <ros/this_node.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstddef>
 #include <functional>
 #include <set>
 #include <thread>
@@ -28,12 +33,39 @@ constexpr char kMaster[] = "the master";
 constexpr auto kRoscppPolling = std::chrono::microseconds(1200);
 constexpr auto kLatePoll = std::chrono::milliseconds(10);  // one that is later is not waited for
 
+/// The bytes of an IP address, 4 or 16; none for an address of another kind.
+std::string bytes_of(const sockaddr* address) {
+  if (!address) return "";
+  const char* bytes = reinterpret_cast<const char*>(address);
+  if (address->sa_family == AF_INET) return {bytes + offsetof(sockaddr_in, sin_addr), sizeof(in_addr)};
+  if (address->sa_family == AF_INET6) return {bytes + offsetof(sockaddr_in6, sin6_addr), sizeof(in6_addr)};
+  return "";
+}
+
+/// Whether a name or address is that of an interface of this machine; all of 127.0.0.0/8 is, and what this node calls
+/// itself, though it may not resolve.
+bool is_here(const std::string& host) {
+  if (host == ros::network::getHost()) return true;
+  constexpr char kLoopback = 127;
+  std::set<std::string> own;
+  ifaddrs* interfaces = nullptr;
+  getifaddrs(&interfaces);
+  for (const ifaddrs* one = interfaces; one; one = one->ifa_next) own.insert(bytes_of(one->ifa_addr));
+  freeifaddrs(interfaces);
+  addrinfo* addresses = nullptr;
+  if (getaddrinfo(host.c_str(), nullptr, nullptr, &addresses) != 0) return false;
+  bool found = false;
+  for (const addrinfo* one = addresses; one; one = one->ai_next) {
+    const std::string bytes = bytes_of(one->ai_addr);
+    found = found || (bytes.size() == sizeof(in_addr) && bytes.front() == kLoopback) || own.count(bytes) > 0;
+  }
+  freeaddrinfo(addresses);
+  return found;
+}
+
 /// The processes of this machine that answer at an address; none for another machine's.
 std::vector<Process> processes_at(const std::string& host, std::uint32_t port) {
-  char name[256] = "";
-  gethostname(name, sizeof(name) - 1);
-  const std::set<std::string> here = {ros::network::getHost(), name, "localhost", "127.0.0.1"};
-  return here.count(host) ? processes_listening_at(port) : std::vector<Process>();
+  return is_here(host) ? processes_listening_at(port) : std::vector<Process>();
 }
 
 /// The processes of a node, by what the master says of it.
@@ -174,8 +206,12 @@ void ClockFollowers::give_up_busiest() {
   ROS_WARN("%s%s has not rested for %g s%s: time no longer waits for it", busiest.c_str(),
            busiest == self ? ", this node itself," : "", std::chrono::duration<double>(patience_).count(),
            busiest != self && keeps_this_busy ? ", and keeps this node busy" : "");
-  processes_.erase(busiest);
-  if (keeps_this_busy) processes_.erase(self);
+  const auto give_up = [this](const std::string& node) {
+    processes_.erase(node);
+    given_up_.insert(node);
+  };
+  give_up(busiest);
+  if (keeps_this_busy) give_up(self);
 }
 
 }  // namespace youbot_base_sim

@@ -90,6 +90,8 @@ class BaseNode::Loop : private TimedLoop {
     loop_.stop_on(stop_);
     try {
       run_loop();
+      const std::string reason = clock_->broken_promise();
+      if (settings_.lockstep.strict && !reason.empty()) throw std::runtime_error(reason + " (~lockstep_strict)");
     } catch (const Stopped&) {  // within a control period
     } catch (const std::exception&) {
       const std::string name = bag_ ? bag_->keep_incomplete() : "";
@@ -143,7 +145,7 @@ class BaseNode::Loop : private TimedLoop {
     report_start();
     clock_->announce();
     for (std::string missing = clock_->missing(); !missing.empty() && running(); missing = clock_->missing()) {
-      report_wait("time waits for " + missing);
+      report_wait("time waits for " + missing, ros::console::levels::Warn);
       take_callbacks(kPollInterval);
     }
     if (settings_.wait_for_subscribers) await_subscribers();
@@ -240,13 +242,13 @@ class BaseNode::Loop : private TimedLoop {
   }
 
   /// Reports what time waits for once that takes long; the text may change from call to call.
-  void report_wait(const std::string& what) {
+  void report_wait(const std::string& what, ros::console::Level level = ros::console::levels::Info) {
     const auto now = SteadyClock::now();
     if (wait_.what.empty()) wait_ = {what, now + kFirstNotice, now + kNoticeInDiagnostics};
     wait_.what = what;
     if (now >= wait_.console_due) {
       wait_.console_due = now + kNextNotice;
-      ROS_INFO_STREAM(what);
+      ROS_LOG_STREAM(level, ROSCONSOLE_DEFAULT_NAME, what);
     }
     if (now >= wait_.diagnostics_due) {
       wait_.diagnostics_due = now + kNoticeInDiagnostics;

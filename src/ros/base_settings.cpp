@@ -70,6 +70,7 @@ void read_lockstep(Parameters& parameters, BaseSettings& settings) {
   if (lockstep.on) lockstep.period = control_period * std::max(1.0, std::round(kLockstepPeriod / control_period));
   const bool given = parameters.read("lockstep_period", lockstep.period, {control_period, 10, "s", true});
   parameters.read("lockstep_timeout", lockstep.timeout, {1e-3, 1e6, "s", true});
+  parameters.read("lockstep_strict", lockstep.strict);
   parameters.read("end_with_commands", lockstep.end_with_commands);
   const double periods = lockstep.period / control_period;
   const std::string period = fmt::format("{:g}", lockstep.period);

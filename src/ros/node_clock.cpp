@@ -1,7 +1,6 @@
 #include "youbot_base_sim/ros/node_clock.h"
 
 #include <fmt/format.h>
-#include <ros/callback_queue.h>
 #include <ros/master.h>
 #include <rosgraph_msgs/Clock.h>
 
@@ -64,10 +63,10 @@ bool NodeClock::await_due(TimedLoop& loop, bool has_callbacks) {
   return !loop.interrupted() && wait_for(loop.next_time()) <= 0;
 }
 
-template <class Take>
-void NodeClock::subscribe(ros::NodeHandle& node, ros::CallbackQueueInterface* queue, const Take& take) {
+void NodeClock::subscribe(ros::NodeHandle& node, const std::function<void(const ros::Time& time)>& take) {
   auto options = ros::SubscribeOptions::create<rosgraph_msgs::Clock>(
-      kClockTopic, 1, [take](const auto& message) { take(message->clock); }, {}, queue);
+      kClockTopic, 1, [take](const auto& message) { take(message->clock); }, {},
+      take ? node.getCallbackQueue() : &unread_);
   options.transport_hints = ros::TransportHints().tcpNoDelay();
   clock_subscriber_ = node.subscribe(options);
 }
@@ -111,7 +110,7 @@ class WallClock : public NodeClock {
 class FollowedClock : public WallClock {
  public:
   FollowedClock(BaseLoop& loop, ros::NodeHandle& node) : WallClock(loop) {
-    subscribe(node, node.getCallbackQueue(), [this](const ros::Time& time) {
+    subscribe(node, [this](const ros::Time& time) {
       if (time < latest_) {
         ROS_WARN("/clock goes back from %g s to %g s: the simulation goes on", latest_.toSec(), time.toSec());
         zero_ += time - latest_;
@@ -123,7 +122,8 @@ class FollowedClock : public WallClock {
   const char* name() const override { return "another node's /clock"; }
   std::string missing() const override {
     if (!ros::Time::now().isZero()) return "";
-    return "another node's /clock: /use_sim_time is true, ~publish_clock is not";
+    return "another node's /clock: /use_sim_time is true, ~publish_clock is not. Without such a node, such as where a "
+           "lasting roscore has it from another launch: rosparam set /use_sim_time false, and start again";
   }
   void start() override {
     WallClock::start();
@@ -152,7 +152,7 @@ class OwnClock : public NodeClock {
       : NodeClock(loop), factor_(settings.real_time_factor), publications_(publications) {
     const auto& topic = std::get<Topic<rosgraph_msgs::Clock>>(kTopics);
     publications.advertise(node, topic, topic.queue_size, on_follower);
-    subscribe(node, &unread_, [](const ros::Time&) {});  // to know of other publishers
+    subscribe(node);  // to know of other publishers
   }
 
   const char* name() const override { return "master of simulated time"; }
@@ -191,7 +191,6 @@ class OwnClock : public NodeClock {
  private:
   const double factor_;
   Publications& publications_;
-  ros::CallbackQueue unread_;
   SteadyClock::time_point start_;  // when start_t_ was due
   double start_t_ = 0;             // s
 };
@@ -290,6 +289,11 @@ class GatedClock : public SteppedClock {
   void begin_publishing(bool, bool) override {}
   void end_publishing() override {
     if (begins()) gate_->announce(stamp(loop_.time()));
+  }
+  std::string broken_promise() const override {
+    if (gate_->given_up().empty()) return "";
+    return fmt::format("lockstep: time has not waited for {}: another run may have another result",
+                       fmt::join(gate_->given_up(), ", "));
   }
   ros::Time stamp(double t) const override { return stamp_of(static_cast<double>(idle_periods_) * period_ + t); }
 

@@ -2,6 +2,9 @@
 // named.
 
 #include <gtest/gtest.h>
+#include <ifaddrs.h>
+#include <netdb.h>
+#include <netinet/in.h>
 #include <ros/master.h>
 #include <ros/ros.h>
 #include <rosgraph_msgs/Log.h>
@@ -11,6 +14,7 @@
 #include <csignal>
 #include <future>
 #include <memory>
+#include <set>
 #include <string>
 #include <thread>
 #include <vector>
@@ -28,7 +32,8 @@ namespace {
 /// then SIGUSR1 for one look that is 8 ms late and leads to a fifth of a second of work.
 class SilentNode {
  public:
-  explicit SilentNode(const std::string& name) : name_(name), program_(PYTHON, {"-c", kProgram}) {
+  explicit SilentNode(const std::string& name, const std::string& host = "localhost")
+      : name_(name), host_(host), program_(PYTHON, {"-c", kProgram}) {
     wait_for("the node's port", [this] { return program_.out().find('\n') != std::string::npos; });
     call("registerSubscriber", {"/nothing", "std_msgs/Empty", uri()});
   }
@@ -70,7 +75,7 @@ while True:
             sleep_and_work(0.008)
 )";
 
-  std::string uri() const { return "http://localhost:" + std::to_string(std::stoi(program_.out())) + "/"; }
+  std::string uri() const { return "http://" + host_ + ":" + std::to_string(std::stoi(program_.out())) + "/"; }
 
   void call(const char* method, const std::vector<std::string>& arguments) const {
     XmlRpc::XmlRpcValue request, response, payload;
@@ -79,7 +84,7 @@ while True:
     if (!ros::master::execute(method, request, response, payload, false)) throw std::runtime_error(method);
   }
 
-  std::string name_;
+  std::string name_, host_;
   Program program_;
 };
 
@@ -138,6 +143,7 @@ TEST(ClockFollowers, one_that_never_rests_is_named_and_given_up) {
   followers.await_rest();
   wait_for("a warning", [&] { return warnings.has("/a_restless has not rested for 2 s"); });
   EXPECT_FALSE(warnings.has("/b_idle")) << warnings.lines();
+  EXPECT_EQ(followers.given_up(), std::set<std::string>{"/a_restless"});
   idle.send(SIGUSR1);
   followers.announce({});
   followers.await_rest();
@@ -264,6 +270,32 @@ TEST(ClockFollowers, one_that_keeps_this_process_busy_is_named_alone) {
   await_rest_beside_busy_thread(followers);
   wait_for("a warning", [&] { return warnings.has("/z_restless has not rested for 2 s, and keeps this node busy"); });
   EXPECT_FALSE(warnings.has("itself")) << warnings.lines();
+}
+
+// As where ROS_IP is set for one terminal and not for another.
+TEST(ClockFollowers, one_is_waited_for_by_any_address_of_this_machine) {
+  Warnings warnings;
+  std::set<std::string> hosts = {"127.0.0.2"};
+  ifaddrs* interfaces = nullptr;
+  getifaddrs(&interfaces);
+  for (const ifaddrs* one = interfaces; one; one = one->ifa_next) {
+    char name[NI_MAXHOST] = "";
+    if (!one->ifa_addr || one->ifa_addr->sa_family != AF_INET) continue;
+    getnameinfo(one->ifa_addr, sizeof(sockaddr_in), name, sizeof(name), nullptr, 0, NI_NUMERICHOST);
+    hosts.insert(name);
+  }
+  freeifaddrs(interfaces);
+  for (const std::string& host : hosts) {
+    SilentNode node("/addressed", host);
+    RestingFollowers followers({"/addressed"});
+    node.send(SIGUSR1);
+    followers.announce({});
+    followers.await_rest();
+    EXPECT_TRUE(node.has_worked()) << host;
+  }
+  ROS_WARN("the end");
+  wait_for("the end", [&] { return warnings.has("the end"); });
+  EXPECT_FALSE(warnings.has("from elsewhere")) << warnings.lines();
 }
 
 TEST(ClockFollowers, one_that_cannot_be_seen_is_named) {

@@ -6,6 +6,7 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -40,6 +41,7 @@ class ClockFollowers : public TimeGate {
   void remove(const std::string& node) override { processes_.erase(node); }
 
   void await_rest() override;
+  const std::set<std::string>& given_up() const override { return given_up_; }
 
   /// Loops and timers of roscpp look at /clock up to a millisecond later, or more on a virtual machine: the next
   /// `await_rest` waits for those first.
@@ -59,6 +61,7 @@ class ClockFollowers : public TimeGate {
   const std::chrono::milliseconds patience_;
   const std::atomic<bool>& stop_;
   std::map<std::string, std::vector<Process>> processes_;  // by node; of this one and the master too
+  std::set<std::string> given_up_;
   std::optional<Clock::time_point> arrived_;               // the last /clock, until its polls have been waited for
 };
 

@@ -2,6 +2,7 @@
 
 #include <ros/time.h>
 
+#include <set>
 #include <string>
 
 namespace youbot_base_sim {
@@ -20,6 +21,9 @@ class TimeGate {
 
   /// Waits until all nodes are done with all messages sent so far. A node that does not come to an end is given up.
   virtual void await_rest() = 0;
+
+  /// The nodes that have ever been given up.
+  virtual const std::set<std::string>& given_up() const = 0;
 
   /// Waits for all other messages, sends `time` on /clock, and waits until it has arrived.
   virtual void announce(const ros::Time& time) = 0;

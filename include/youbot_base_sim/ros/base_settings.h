@@ -15,6 +15,7 @@ struct LockstepSettings {
   bool on = false;
   double period = 0;    ///< step of /clock for nodes that rest, s, a multiple of the control period; 0: for a player
   double timeout = 10;  ///< wall time to wait for a node to rest, or for the command of a player that may end, s
+  bool strict = true;   ///< a run in which time has not waited for a node ends with an error
   bool end_with_commands = false;  ///< the node ends when the last publisher of commands is gone
 };
 

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <ros/callback_queue.h>
 #include <ros/ros.h>
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <string>
@@ -97,6 +99,9 @@ class NodeClock {
   virtual void begin_publishing(bool /*is_due*/, bool /*switched*/) {}
   virtual void end_publishing() {}
 
+  /// Why another run may have another result though the clock is to prevent that; empty: nothing is known.
+  virtual std::string broken_promise() const { return ""; }
+
   /// Stamp of simulated time t (s) on topics, and in a bag.
   virtual ros::Time stamp(double t) const = 0;
   virtual ros::Time bag_stamp(double t) const { return stamp(t); }
@@ -119,14 +124,14 @@ class NodeClock {
   /// Takes callbacks if there are some or the loop's next time is not due. Returns whether that is due.
   bool await_due(TimedLoop& loop, bool has_callbacks);
 
-  /// Calls `take(time)` for each message on /clock, among the callbacks of `queue`.
-  template <class Take>
-  void subscribe(ros::NodeHandle& node, ros::CallbackQueueInterface* queue, const Take& take);
+  /// Subscribes to /clock. Among the callbacks of `node`, calls `take(time)` for each message; without it, reads none.
+  void subscribe(ros::NodeHandle& node, const std::function<void(const ros::Time& time)>& take = {});
 
   BaseLoop& loop_;
 
  private:
   LoopTiming timing_;
+  ros::CallbackQueue unread_;
   ros::Subscriber clock_subscriber_;
 };
 
