@@ -26,7 +26,7 @@ constexpr auto kBetweenLooks = std::chrono::microseconds(50);
 constexpr auto kBetweenLooksAtStopped = std::chrono::milliseconds(10);
 constexpr auto kFirstNotice = std::chrono::seconds(1),
                kNextNotice = std::chrono::seconds(10);  // of one that is stopped
-constexpr int kLooks = 1000;                            // to find who is to blame
+constexpr int kLooks = 1000;                            // that find the busiest node
 constexpr char kMaster[] = "the master";
 // Loops and timers look at simulated time once a millisecond; and slack. On virtual machines 1 of 100 such sleeps takes
 // longer, up to 5 ms.
@@ -42,7 +42,7 @@ std::string bytes_of(const sockaddr* address) {
   return "";
 }
 
-/// Whether a name or address is that of an interface of this machine; all of 127.0.0.0/8 is, and what this node calls
+/// True for a name or address of an interface of this machine, any of 127.0.0.0/8, and the name that this node gives
 /// itself, though it may not resolve.
 bool is_here(const std::string& host) {
   if (host == ros::network::getHost()) return true;
@@ -126,7 +126,7 @@ void ClockFollowers::announce(const ros::Time& time) {
 
 void ClockFollowers::await_rest() {
   if (arrived_) await_polls(*std::exchange(arrived_, std::nullopt));
-  while (!rest() && goes_on()) give_up_busiest();
+  while (!rest() && goes_on()) drop_busiest();
 }
 
 bool ClockFollowers::goes_on() const { return ros::ok() && !stop_; }
@@ -180,10 +180,10 @@ std::uint64_t ClockFollowers::work_so_far() {
   return work;
 }
 
-/// Gives up the one that is seen at work most often, unless one is stopped that may have kept the others waiting. This
-/// process and the master also work for others: they are to blame only if no other works half as often. If this process
-/// does, it cannot be waited for any longer either.
-void ClockFollowers::give_up_busiest() {
+/// Gives up the node that most looks find at work, unless one is stopped that may keep the others waiting. This process
+/// and the master also work for others, so their looks count half. The gate also gives up this process where it works
+/// in half of all looks.
+void ClockFollowers::drop_busiest() {
   for (auto& [node, processes] : processes_) {
     if (any_is_stopped(processes)) return await_continuation(node, processes);
   }

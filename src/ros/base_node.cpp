@@ -103,7 +103,7 @@ class BaseNode::Loop : private TimedLoop {
   }
 
  private:
-  /// What keeps simulated time from advancing, and when that is reported next.
+  /// The reason why simulated time does not advance, and the times of its next reports.
   struct Wait {
     std::string what;  ///< empty: it advances
     SteadyClock::time_point console_due, diagnostics_due;
@@ -127,7 +127,7 @@ class BaseNode::Loop : private TimedLoop {
     if (!loop_.sensors().imu()) absent.insert(kImuTopic);
     if (!settings_.publish_tf) absent.insert(kTransformsTopic);
     if (fixed_transforms().transforms.empty()) absent.insert(kStaticTransformsTopic);
-    // By simulated time every message counts, by the wall clock the latest.
+    // Every message counts in simulated time, the latest one by the wall clock.
     const std::uint32_t queue_size = clock_->is_master() ? kRecorderQueueSize : kDriverQueueSize;
     visit_topics([&](const auto& topic) {
       if (absent.count(topic.name) > 0) return;
@@ -137,9 +137,7 @@ class BaseNode::Loop : private TimedLoop {
     publications_.publish(kStaticTransformsTopic, fixed_transforms);
   }
 
-  void update_subscriptions() {
-    wants_telemetry_ = bag_ || publications_.heard(kAtInstants);
-  }
+  void update_subscriptions() { wants_telemetry_ = bag_ || publications_.heard(kAtInstants); }
 
   void run_loop() {
     report_start();
@@ -286,9 +284,7 @@ class BaseNode::Loop : private TimedLoop {
     return std::min({periods, clock_->periods_left(), end_ - loop_.periods()});
   }
 
-  double next_time() override {
-    return loop_.time() + static_cast<double>(periods_ahead()) * loop_.control_period();
-  }
+  double next_time() override { return loop_.time() + static_cast<double>(periods_ahead()) * loop_.control_period(); }
 
   void advance(std::int64_t periods) {
     interface_->forget_commands();

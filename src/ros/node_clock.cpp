@@ -24,9 +24,7 @@ constexpr double kMaxLag = 1.0;        // s of wall time, before the loop stops 
 constexpr double kPollInterval = 0.1;  // s of wall time that a loop waits at most without looking if ROS still runs
 constexpr int kMaxAnswers = 100;       // to services that a node calls one after another without sleeping
 
-double since(SteadyClock::time_point past) {
-  return std::chrono::duration<double>(SteadyClock::now() - past).count();
-}
+double since(SteadyClock::time_point past) { return std::chrono::duration<double>(SteadyClock::now() - past).count(); }
 
 }  // namespace
 
@@ -166,7 +164,7 @@ class OwnClock : public NodeClock {
     return factor_ > 0 || publications_.heard(kAtPeriods) ? 1 : NodeClock::periods_left();
   }
 
-  // With nothing to keep pace with, a /clock message each control period would cost more than the simulation itself.
+  // A clock without pace publishes where it matters: each control period would cost more than the simulation itself.
   void begin_publishing(bool is_due, bool switched) override {
     if (factor_ > 0 || is_due || switched) announce();
   }
@@ -174,9 +172,7 @@ class OwnClock : public NodeClock {
   ros::Time bag_stamp(double t) const override { return stamp_of(t); }
 
  protected:
-  double lag(double t) const override {
-    return factor_ > 0 ? (start_t_ + factor_ * since(start_) - t) / factor_ : 0;
-  }
+  double lag(double t) const override { return factor_ > 0 ? (start_t_ + factor_ * since(start_) - t) / factor_ : 0; }
   void skip(double) override { start(); }
 
   /// Latched, so that a node that comes while time stands still knows the time at once.
@@ -260,9 +256,9 @@ class GatedClock : public SteppedClock {
                      [this](const std::string& name, bool comes) { comes ? gate_->add(name) : gate_->remove(name); }),
         period_(settings.lockstep.period),
         every_(std::max<std::int64_t>(1, std::llround(period_ / loop.control_period()))),
-        gate_(std::make_unique<ClockFollowers>(
-            [this](const ros::Time& time) { publish(time); },
-            std::chrono::milliseconds(std::llround(1e3 * settings.lockstep.timeout)), stop)) {}
+        gate_(std::make_unique<ClockFollowers>([this](const ros::Time& time) { publish(time); },
+                                               std::chrono::milliseconds(std::llround(1e3 * settings.lockstep.timeout)),
+                                               stop)) {}
 
   void resume() override {
     commanded_ = true;
@@ -317,7 +313,8 @@ class GatedClock : public SteppedClock {
       commanded = loop.commanded();
     }
     if (loop.interrupted() || commanded_) return false;
-    // A loop that sleeps from t = 0, which /clock shows as 1 ns because zero means no time, would miss the first period.
+    // A loop that sleeps from t = 0, which /clock shows as 1 ns because zero means no time, would miss the first
+    // period.
     if (!commanded || idle_periods_ == 0) {
       ++idle_periods_;
       loop.publish_telemetry();
@@ -336,10 +333,10 @@ class GatedClock : public SteppedClock {
     }
   }
 
-  const double period_;             // of lockstep, s
-  const std::int64_t every_;        // control periods
-  std::int64_t idle_periods_ = 0;   // of lockstep, before the simulation has begun
-  bool commanded_ = false;          // or begun by ~unpause
+  const double period_;            // of lockstep, s
+  const std::int64_t every_;       // control periods
+  std::int64_t idle_periods_ = 0;  // of lockstep, before the simulation has begun
+  bool commanded_ = false;         // or begun by ~unpause
   std::unique_ptr<TimeGate> gate_;
 };
 

@@ -55,14 +55,14 @@ class ClockFollowers : public TimeGate {
   bool rest();
   void await_continuation(const std::string& node, std::vector<Process>& processes) const;
   std::uint64_t work_so_far();
-  void give_up_busiest();
+  void drop_busiest();
 
   const Publish publish_;
   const std::chrono::milliseconds patience_;
   const std::atomic<bool>& stop_;
   std::map<std::string, std::vector<Process>> processes_;  // by node; of this one and the master too
   std::set<std::string> given_up_;
-  std::optional<Clock::time_point> arrived_;               // the last /clock, until its polls have been waited for
+  std::optional<Clock::time_point> arrived_;  // when the last /clock did; empty: its polls are over
 };
 
 }  // namespace youbot_base_sim

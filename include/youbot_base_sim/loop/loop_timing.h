@@ -7,17 +7,17 @@
 
 namespace youbot_base_sim {
 
-/// How a loop keeps pace with a clock. Durations are s of wall time.
+/// Statistics of a loop that keeps pace with a clock. Durations are s of wall time.
 class LoopTiming {
  public:
-  /// What happened since the last `take`.
+  /// Statistics since the last `take`.
   struct Report {
     std::int64_t instants = 0;
-    double lateness = 0;      ///< from an instant's being due to the loop's arrival there, mean
+    double lateness = 0;  ///< from an instant's being due to the loop's arrival there, mean
     double max_lateness = 0;
-    double busy = 0;          ///< share of the time that the loop did not wait
-    double lost = 0;          ///< given up
-    double speed = 0;         ///< simulated seconds per second
+    double busy = 0;   ///< share of the time that the loop did not wait
+    double lost = 0;   ///< given up
+    double speed = 0;  ///< simulated seconds per second
   };
 
   /// Calls `wait` and counts its duration as idle.

@@ -9,8 +9,8 @@
 
 namespace youbot_base_sim {
 
-/// What simulated time waits for: that all nodes that follow /clock rest, or the commands of a player, which answers
-/// each /clock message with one.
+/// Simulated time waits until all nodes that follow /clock rest, or for the commands of a player, which answers each
+/// /clock message with one.
 struct LockstepSettings {
   bool on = false;
   double period = 0;    ///< step of /clock for nodes that rest, s, a multiple of the control period; 0: for a player

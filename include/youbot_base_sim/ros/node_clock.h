@@ -24,13 +24,13 @@ class TimedLoop {
   virtual void take_callbacks(double timeout) = 0;
   virtual bool has_callbacks() = 0;
 
-  /// Whether the loop has something else to do than to wait for time.
+  /// True if the loop has something else to do than to wait for time.
   virtual bool interrupted() const = 0;
 
   /// Simulated time to which the loop would advance now, s.
   virtual double next_time() = 0;
 
-  /// Whether a command has come since the loop last advanced.
+  /// True if a command has come since the loop last advanced.
   virtual bool commanded() const = 0;
 
   /// Waits for a command at most `patience`, s of wall time, and reports `what` it waits for. Returns `commanded`.
@@ -46,7 +46,7 @@ class TimedLoop {
   ~TimedLoop() = default;
 };
 
-/// How simulated time passes, what stamps messages have, and when /clock is published. Deadlines by the wall clock are
+/// The passage of simulated time, the stamps of messages, and the publisher of /clock. Deadlines by the wall clock are
 /// absolute: the loop catches up after a late instant, unless the lag is beyond a limit and given up as lost.
 ///
 /// | clock | settings | time waits for | /clock |
@@ -64,13 +64,13 @@ class NodeClock {
   NodeClock(const NodeClock&) = delete;
   NodeClock& operator=(const NodeClock&) = delete;
 
-  /// What time goes by, for the log.
+  /// The source of time, for the log.
   virtual const char* name() const = 0;
 
-  /// Whether this node decides when time passes: then its services may stop it.
+  /// True if this node decides when time passes: then its services may stop it.
   virtual bool is_master() const { return false; }
 
-  /// What must come before the time is known; empty: it is known.
+  /// A message that must come before the time is known; empty: it is known.
   virtual std::string missing() const { return ""; }
 
   /// The nodes that publish /clock, if there are several; else empty. Asks the master in that case.

@@ -13,8 +13,8 @@
 
 namespace youbot_base_sim {
 
-/// The publishers of a node, by topic, and whether each has a subscriber: as of the last callback, so the answer changes
-/// only where the node processes its callbacks.
+/// The publishers of a node, by topic, and whether each has a subscriber: as of the last callback, so the answer
+/// changes only where the node processes its callbacks.
 class Publications {
  public:
   /// Calls `on_change` whenever a subscriber comes or goes.
@@ -39,7 +39,7 @@ class Publications {
                                                     ros::VoidConstPtr(), topic.is(kLatched));
   }
 
-  /// Whether a topic with this property has a subscriber.
+  /// True if a topic with this property has a subscriber.
   bool heard(TopicProperty property) const {
     return std::any_of(publications_.begin(), publications_.end(),
                        [=](const auto& one) { return one.second.heard && one.second.row.is(property); });

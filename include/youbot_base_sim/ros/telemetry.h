@@ -72,7 +72,7 @@ class Telemetry {
     return markers_.at(contacts_message(simulation, stamp, options_.frames.base), simulation);
   }
 
-  /// Whether the topic is recorded and awaited, as far as that is a matter of settings. It is published either way.
+  /// True if the settings allow the topic to be recorded and awaited. It is published either way.
   bool is_requested(const TopicRow& topic) const { return options_.contacts || !topic.is(kOnRequest); }
 
   /// For /tf_static: where odometry starts in the scene's frame, if that is wanted, and where the inertial unit is, if

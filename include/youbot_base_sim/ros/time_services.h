@@ -35,10 +35,10 @@ class TimeServices {
 
   // The rest is for the loop's thread.
 
-  /// Whether time stands still but for steps.
+  /// True if time stands still but for steps.
   bool paused() const { return paused_; }
 
-  /// Whether a step is under way, and by how many control periods it still is to advance.
+  /// True if a step is under way; then the control periods that it is still to advance.
   bool stepping() const { return answer_ != nullptr; }
   std::int64_t left() const { return left_; }
 

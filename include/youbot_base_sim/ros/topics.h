@@ -28,13 +28,13 @@ namespace youbot_base_sim {
 
 /// Properties of a topic, one bit each.
 enum TopicProperty : unsigned {
-  kLatched = 1 << 0,      ///< later subscribers get the last message
-  kRecorded = 1 << 1,     ///< bags and launch/recorder.xml have it
-  kAwaited = 1 << 2,      ///< with `~wait_for_subscribers`, time waits for its subscriber
-  kOnRequest = 1 << 3,    ///< recorded and awaited only with `~publish_contacts`
-  kAtInstants = 1 << 4,   ///< a subscriber has the loop stop at each instant of publishing
-  kAtPeriods = 1 << 5,    ///< a subscriber has a loop that is not paced stop after each control period
-  kOfDriver = 1 << 6,     ///< stops while the driver has no base, as after a loss of EtherCAT
+  kLatched = 1 << 0,     ///< later subscribers get the last message
+  kRecorded = 1 << 1,    ///< bags and launch/recorder.xml have it
+  kAwaited = 1 << 2,     ///< with `~wait_for_subscribers`, time waits for its subscriber
+  kOnRequest = 1 << 3,   ///< recorded and awaited only with `~publish_contacts`
+  kAtInstants = 1 << 4,  ///< a subscriber has the loop stop at each instant of publishing
+  kAtPeriods = 1 << 5,   ///< a subscriber has a loop that is not paced stop after each control period
+  kOfDriver = 1 << 6,    ///< stops while the driver has no base, as after a loss of EtherCAT
 };
 
 /// A topic without its type.
@@ -64,7 +64,8 @@ inline constexpr auto kTopics = std::make_tuple(
     topic<tf2_msgs::TFMessage>(kTransformsTopic, 0, kTelemetry | kOfDriver),
     topic<tf2_msgs::TFMessage>(kStaticTransformsTopic, kRecorderQueueSize, kRecorded | kLatched),
     topic<ContactsStamped>(kContactsTopic, 0, kTelemetry | kOnRequest),
-    topic<visualization_msgs::MarkerArray>(kContactMarkersTopic, kDriverQueueSize, kRecorded | kOnRequest | kAtInstants),
+    topic<visualization_msgs::MarkerArray>(kContactMarkersTopic, kDriverQueueSize,
+                                           kRecorded | kOnRequest | kAtInstants),
     topic<RollerSwitchStamped>(kRollerSwitchesTopic, kRecorderQueueSize, kTelemetry | kAtPeriods),
     topic<geometry_msgs::WrenchStamped>(kAppliedWrenchTopic, kRecorderQueueSize, kRecorded | kLatched | kAtInstants),
     topic<LoadsStamped>(kLoadsTopic, kRecorderQueueSize, kRecorded | kLatched),
