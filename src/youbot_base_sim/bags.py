@@ -196,8 +196,8 @@ def records(stream, size):
 
 
 def block(stream, size):
-    """Bytes that follow their length. Throws EOFError where they are cut."""
-    length = int.from_bytes(stream.read(4), "little")
+    """Bytes that follow their length. Throws EOFError or struct.error where they are cut."""
+    length, = struct.unpack("<I", stream.read(4))
     if length > min(size - stream.tell(), LARGEST):
         raise EOFError(f"a record of {length} bytes")
     return stream.read(length)

@@ -36,8 +36,8 @@ def table_of(path, base, arguments):
         raise Refused(f"{shown(path)}: {reason}")
     if not arguments.encoders and any(absolute(topic).endswith("/torques_command") for topic in bag.types):
         refuse("has torques_command; only drives under velocity commands can be fitted")
-    if record.part != (-math.inf, math.inf):
-        refuse(f"{record.notes[-1]}; must be one drive: `rosbag filter` cuts it")
+    if record.put:
+        refuse(f"{record.put}: must be one drive; `rosbag filter` cuts it")
     if not record.get("joint_states", "position", "velocity"):
         refuse(f"no positions of the wheels: {record.lack('joint_states', 'position', 'velocity')}")
     driver, found = lengths_of_odometry(record)

@@ -30,9 +30,11 @@ class Record:
     alignment: object = None  # of a marker's ground truth, see ground_truth.Alignment
     poses: Series = None      # of the base by ground truth, which series has smoothed where a tracker measured it
     has_rates: bool = True    # rather than differences of the wheels' positions
+    has_sign: bool = True     # found by positions, or given
     unusable: dict = field(default_factory=dict)  # name -> why no message of its topic can be used
     notes: list = field(default_factory=list)   # what was left out or is assumed, a line each
     part: tuple = (-math.inf, math.inf)  # from when to when it is read, s
+    put: str = ""             # when and by what the base was put elsewhere; empty: it was not
 
     def get(self, name, *columns):
         """The rows of a series in which these columns are known, None if there are none."""
@@ -119,9 +121,9 @@ def choose_part(record, bag, rows, state_sets):
     begin, end = max(zip(bounds, bounds[1:]), key=lambda part: part[1] - part[0])
     if times:
         record.part = (begin if begin > first else -math.inf, end if end < last else math.inf)
-        record.notes.append(f"the base was put elsewhere at t = {', '.join(f'{t:.3f}' for t in times)} s, by "
-                            f"{', '.join(map(shown, of_base))}: judged is the longest part, from t = {begin:.3f} s to "
-                            f"{end:.3f} s")
+        record.put = (f"the base was put elsewhere at t = {', '.join(f'{t:.3f}' for t in times)} s, by "
+                      f"{', '.join(map(shown, of_base))}")
+        record.notes.append(f"{record.put}: judged is the longest part, from t = {begin:.3f} s to {end:.3f} s")
 
 
 def within(part, rows, is_held=False):
@@ -346,6 +348,7 @@ def wheel_series(t, values, record, topic):
     count_on(series, record, topic)
     positions, both = series.known("position"), series.known("position", "velocity")
     signs, scale, why = velocity_scale(both, record.base) if both else ((1, 1, 1, 1), None, "it has no velocities")
+    record.has_sign = record.sign != "auto" or bool(positions) and why != STILL
     if record.sign != "auto":
         signs, scale, why = SIGNS[record.sign], 1, ""
     if not positions:
@@ -382,6 +385,7 @@ def count_on(series, record, topic):
     series.columns["position"][np.isin(series.t, positions.t)] = scaled * (period / (2 * math.pi))
 
 
+STILL = "no wheel turns: velocities are assumed in rad/s and positive forward"
 SIGNS = {"consistent": (1, 1, 1, 1), "driver_exact": (-1, 1, -1, 1)}  # make all positive forward
 UNITS = {"rpm of the wheel": 30 / math.pi, "rpm of the motor": 26 * 30 / math.pi, "degrees per second": 180 / math.pi}
 
@@ -398,7 +402,7 @@ def velocity_scale(series, base):
     turns = squares > 1e-4 * np.max(squares, initial=0)
     signs = np.where(turns & (products < 0), -1, 1)
     if not turns.any():
-        return signs, 1, "no wheel turns: velocities are assumed positive forward"
+        return signs, 1, STILL
     if not own.any():
         return signs, None, "its velocities are always zero"
     factors = np.abs(products[turns] / squares[turns])

@@ -89,8 +89,8 @@ def commanded(chosen, types, arguments):
             VELOCITIES: lambda message: joint_values(message.velocities, "s^-1 rad"),
             TORQUES: lambda message: joint_values(message.torques, "m^2 kg s^-2 rad^-1")}
     rows, now, complaints = [], [0.0] * 4, Counter()
-    for t, topic, message in chosen.bag.messages_of_one_run(topics):
-        command, wrong = read[chosen.bag.types[topic]](message)
+    for t, connection, message in sorted(chosen.bag.messages_of_one_run(topics), key=lambda one: one[0]):
+        command, wrong = read[connection.type](message)
         complaints.update(wrong)
         after = [command.get(i, old) for i, old in enumerate(now)]
         if not rows and len(command) < 4 and types == (TORQUES,):
@@ -114,8 +114,11 @@ def joint_states(chosen, base, field, sign="auto"):
         states = record.need("joint_states", field)
     except Missing as reason:
         raise Refused(f"{chosen.path}: {reason}")
-    if record.part[0] > -math.inf or record.part[1] < math.inf:
-        raise Refused(f"{chosen.path}: the base was put elsewhere: must be one run")
+    if field != "position" and not record.has_sign:
+        raise Refused(f"{chosen.path}: the sign of the velocities cannot be found from the positions; give "
+                      "--joint-velocity-sign")
+    if record.put:
+        raise Refused(f"{chosen.path}: {record.put}: must be one run")
     return list(zip(states.t.tolist(), states[field].tolist()))
 
 
