@@ -145,7 +145,7 @@ TEST_F(Endings, in_lockstep_with_a_node_that_was_given_up_are_errors) {
   const SimulatedTime simulated_time;
   ros::NodeHandle node;
   const ros::Subscriber clock =
-      node.subscribe<rosgraph_msgs::Clock>("/clock", 1, [](const rosgraph_msgs::Clock::ConstPtr&) {});
+      node.subscribe<rosgraph_msgs::Clock>("/clock", 1, +[](const rosgraph_msgs::Clock::ConstPtr&) {});
   std::atomic<bool> done{false};
   std::thread busy([&done] {
     while (!done) continue;
