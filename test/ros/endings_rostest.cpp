@@ -144,8 +144,6 @@ TEST_F(Endings, in_lockstep_leave_a_whole_bag) {
 TEST_F(Endings, in_lockstep_with_a_node_that_was_given_up_are_errors) {
   const SimulatedTime simulated_time;
   ros::NodeHandle node;
-  const ros::Subscriber clock =
-      node.subscribe<rosgraph_msgs::Clock>("/clock", 1, +[](const rosgraph_msgs::Clock::ConstPtr&) {});
   std::atomic<bool> done{false};
   std::thread busy([&done] {
     while (!done) continue;
@@ -153,6 +151,9 @@ TEST_F(Endings, in_lockstep_with_a_node_that_was_given_up_are_errors) {
   for (const std::string strict : {"true", "false"}) {
     BaseProcess base(strict, {"_publish_clock:=true", "_real_time_factor:=0", "_lockstep:=true", "_end_time:=0.1",
                               "_lockstep_timeout:=0.5", "_lockstep_strict:=" + strict, bag(strict)});
+    const ros::Subscriber clock =
+        node.subscribe<rosgraph_msgs::Clock>("/clock", 1, +[](const rosgraph_msgs::Clock::ConstPtr&) {});
+    wait_for("the clock", [&] { return clock.getNumPublishers() > 0; });
     EXPECT_TRUE(base.call("/base/unpause"));
     base.expect_end(strict == "true" ? 1 : 0, "has not rested for 0.5 s");
     EXPECT_EQ(folder_.has(strict), strict == "false");
