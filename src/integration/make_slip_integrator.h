@@ -28,7 +28,7 @@ std::unique_ptr<MotionIntegrator> make_slip_integrator(Model model, const Parts&
     const auto make_stepper = [&](const Tolerance& tolerance,
                                   IntegrationStatistics& statistics) -> std::unique_ptr<SmoothStepper<System>> {
       if (!parts.method.make) return std::make_unique<Radau<Equations>>(tolerance, statistics);
-      return std::make_unique<GeneralStepper<System>>(parts.method.make(tolerance, parts.step, statistics));
+      return std::make_unique<GeneralStepper<System>>(parts.method.make(tolerance, statistics));
     };
     const std::uint64_t max_evaluations = parts.method.make ? kComparison
                                           : parts.keeps_up  ? kRealTime<Equations>

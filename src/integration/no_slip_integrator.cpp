@@ -91,7 +91,7 @@ NoSlipIntegrator::NoSlipIntegrator(const RobotParameters& robot, const FloorPara
       model_(robot, floor, {}),
       max_first_step_(10 / model_.max_decay_rate()),
       next_step_(max_first_step_),
-      method_(find_method(method(robot))->make(share_of(tolerance, 0.1), 0, statistics_)) {}
+      method_(find_method(method(robot))->make(share_of(tolerance, 0.1), statistics_)) {}
 
 // Of the step from velocity `a` at t to `b` at `end` (s), for the friction in the bearings and in the torque.
 double NoSlipIntegrator::resolved_share(const Eigen::Vector3d& a, const Eigen::Vector3d& b, double t,

@@ -8,7 +8,6 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/record/twin.h"
 #include "youbot_base_sim/text/version.h"
 
@@ -158,11 +157,6 @@ std::string unreliability_reason(const Simulation& simulation, const EnergyAudit
         moved, promised);
   }
   const Scene& scene = simulation.scene();
-  const Method* method = find_method(simulation.method());
-  if (method && scene.solver.control_period == 0 && scene.solver.relative_tolerance < method->finest_tolerance) {
-    return fmt::format("{} keeps no relative tolerance below {:g} where torques change with time", method->name,
-                       method->finest_tolerance);
-  }
   // The scale includes the energy of a speed that friction can give the base unseen between two rows.
   const double speed = kLeastSpeed + scene.floor.f.maxCoeff() * scene.floor.g * energy.longest_interval();
   const double exchanged = std::max(energy.max_kinetic_energy(), energy.drive_work());

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/physics/no_slip_model.h"
 
 namespace youbot_base_sim {
@@ -14,14 +13,12 @@ namespace youbot_base_sim {
 namespace {
 
 constexpr double kOffset = 1e-9;     // rad, m/s and rad/s, of the twin's wheels and twist
-constexpr double kFixedStep = 1e3;   // tolerances, of a fixed step: as the energy balance allows
 constexpr double kLeastPath = 1e-3;  // m, of a robot that hardly moves
 constexpr double kRounding = 1e-16;  // m, of each step
 
 Scene twin_of(Scene scene) {
   scene.solver.relative_tolerance *= 0.5;
   scene.solver.absolute_tolerance *= 0.5;
-  scene.solver.step = 0.5 * fixed_step(scene.solver);
   scene.initial.phi() += kOffset;
   scene.initial.values.col(1).head<3>() += kOffset;
   if (scene.model == Model::kNoSlip) NoSlipModel(scene.robot).constrain(scene.initial);
@@ -31,9 +28,7 @@ Scene twin_of(Scene scene) {
 }  // namespace
 
 double promised_error(const Simulation& simulation, const PathLength& path) {
-  const SolverSettings& solver = simulation.scene().solver;
-  const bool is_fixed = simulation.scene().model != Model::kNoSlip && fixed_step(solver) > 0;
-  const double tolerance = solver.relative_tolerance * (is_fixed ? kFixedStep : 1);
+  const double tolerance = simulation.scene().solver.relative_tolerance;
   const double speed = simulation.regularization_speed();
   const RobotParameters& robot = simulation.scene().robot;
   const FloorParameters& floor = simulation.scene().floor;

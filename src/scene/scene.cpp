@@ -310,11 +310,7 @@ bool is_sampled(const Scene& scene, const SceneOverrides& overrides) {
 SolverSettings read_solver(SceneSection s, const SceneOverrides& overrides, const Scene& scene) {
   SolverSettings solver;
   const SceneValue method = s["method"].choice(solver.method, method_names()),
-                   other_method = override_choice(method, "method", overrides.method, solver.method, method_names()),
-                   step = s["step"].number(solver.step, {1e-9, 1, "s"});
-  if (step.given() && !other_method.given() && find_method(solver.method)->default_step == 0) {
-    step.refuse("left out for a method with step size control, " + solver.method);
-  }
+                   other_method = override_choice(method, "method", overrides.method, solver.method, method_names());
   const SceneValue tolerance = s["relative_tolerance"].number(solver.relative_tolerance, kRelativeTolerances);
   solver.relative_tolerance = overrides.relative_tolerance.value_or(solver.relative_tolerance);
   tolerance.resolve(solver.relative_tolerance);

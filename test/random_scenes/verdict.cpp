@@ -125,11 +125,6 @@ Verdict judge(const Scene& scene) {
   const Motion motion = run(scene);
   verdict.cpu_time = cpu_time() - start;
   verdict.reason = motion.failure.empty() ? motion.doubt : motion.failure;
-  // A fixed step may be too long. That the energy balance shows it before the path does is no fault.
-  if (!verdict.reason.empty() && fixed_step(scene.solver) > 0) {
-    verdict.outcome = Outcome::kWarned;
-    return verdict;
-  }
   if (!motion.failure.empty()) {
     verdict.outcome = Outcome::kFailed;
     return verdict;

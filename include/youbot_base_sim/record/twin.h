@@ -12,13 +12,12 @@ constexpr double kPromised = 20;
 
 /// What the position of a reliable run may be off by, m, with heading counted at the wheels' centres: kPromised times
 /// tolerance times path, with what it creeps and, by spin friction, turns by a regularization speed that the tolerance
-/// sets, and 1e-16 m a step, as rounding may sum up. Random scenes measure it (docs/reliability.md). A fixed step is
-/// judged by the looser tolerance of the energy balance.
+/// sets, and 1e-16 m a step, as rounding may sum up. Random scenes measure it (docs/reliability.md).
 double promised_error(const Simulation& simulation, const PathLength& path);
 
-/// A second run of a scene at half the tolerance, or half the fixed step; where rows end steps, these are of half a row
-/// at most. At the start its wheels and twist are off by 1e-9 rad, m/s and rad/s. How far it parts from the first run
-/// is an error bar, also where a motion is sensitive or the error estimate fails.
+/// A second run of a scene at half the tolerance; where rows end steps, these are of half a row at most. At the start
+/// its wheels and twist are off by 1e-9 rad, m/s and rad/s. How far it parts from the first run is an error bar, also
+/// where a motion is sensitive or the error estimate fails.
 class Twin {
  public:
   explicit Twin(const Scene& scene);
