@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "../program.h"
+#include "program.h"
 
 namespace youbot_base_sim {
 namespace {
