@@ -230,23 +230,6 @@ TEST_F(SimulateTest, WhatIsNoFileIsWrittenStraight) {
   EXPECT_EQ(files(), (std::set<std::string>{"f", "log", "read", "scene.yaml"}));
 }
 
-TEST_F(SimulateTest, TwoRunsWithOneOutputAreBothWhole) {
-  const std::string scene = folder_.write("scene.yaml", "duration: 20\n" + kMotion);
-  folder_.write("a.csv.part", "of the user\n");
-  std::vector<std::unique_ptr<Program>> runs;
-  for (const std::string model : {"coulomb", "viscous"}) {
-    for (const std::string& name : {model, std::string("a.csv")}) {
-      const std::vector<std::string> arguments{scene, "--quiet", "--model", model, "--csv", folder_.path(name)};
-      runs.push_back(std::make_unique<Program>(SIMULATE, arguments));
-    }
-  }
-  for (const auto& run : runs) EXPECT_EQ(run->wait(), 0) << run->err();
-  const std::string text = folder_.read("a.csv");
-  EXPECT_TRUE(text == folder_.read("coulomb") || text == folder_.read("viscous"));
-  EXPECT_EQ(folder_.read("a.csv.part"), "of the user\n");
-  EXPECT_EQ(files().size(), 5u);
-}
-
 TEST_F(SimulateTest, AFullDiskEndsOneOutputAndKeepsTheOthers) {
   folder_.write("scene.yaml", kScene);
   folder_.write("long.yaml", "duration: 2\noutput_rate: 1000\n" + kMotion);
