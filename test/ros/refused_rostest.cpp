@@ -97,9 +97,8 @@ TEST_F(RefusedParameters, texts_that_mean_nothing) {
     const std::string word = frames.count(name) ? "often//here" : "often";
     // No other control characters than these reach the parameter server: XML has none.
     // Of a long text the beginning is shown, or the end where it may be a file.
-    for (const auto& [value, shown] : {std::pair(word, word),
-                                       {"two\nlines\r\t", "two\\nlines"},
-                                       {std::string(10000, 'x'), std::string(40, 'x')}}) {
+    for (const auto& [value, shown] :
+         {std::pair(word, word), {"two\nlines\r\t", "two\\nlines"}, {std::string(10000, 'x'), std::string(40, 'x')}}) {
       SCOPED_TRACE(name + " = " + value.substr(0, 20));
       expect_refusal(refusal_of(name, value), {name, shown});
     }
