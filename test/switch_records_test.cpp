@@ -8,7 +8,7 @@
 #include <limits>
 #include <vector>
 
-#include "physics/random_states.h"
+#include "random_scene.h"
 #include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/physics/no_slip_model.h"
 #include "youbot_base_sim/physics/roller_geometry.h"
@@ -99,11 +99,7 @@ void check_records(const Trial& run, Seen& seen) {
 Scene random_scene(Random& random, double duration) {
   Scene scene;
   scene.duration = duration;
-  scene.initial.V_X() = random.uniform(-0.5, 0.5);
-  scene.initial.V_Y() = random.uniform(-0.5, 0.5);
-  scene.initial.Omega() = random.uniform(-1, 1);
-  NoSlipModel(scene.robot).constrain(scene.initial);
-  scene.initial.phi() = random.wheels(-20, 20);
+  set_in_motion(scene, random, 20);
   return scene;
 }
 
