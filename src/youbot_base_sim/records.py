@@ -64,7 +64,7 @@ def read_record(bag, base, chosen=(), progress=lambda n: None, only=None, namesp
     topics = find_topics(bag, chosen, only or TOPICS, f"/{namespace}/".replace("//", "/"))
     names = {topic: name for name, candidates in topics.items() for topic in candidates}
     rows, state_sets = {topic: {} for topic in names}, {topic: [] for topic in bag.state_sets(names)}
-    record, left_out = Record(base, sign), LeftOut()
+    record, left_out = Record(base, sign, notes=[bag.note] * bool(bag.note)), LeftOut()
     sampled = [topic for topic, name in names.items() if TOPICS[name].is_sampled]
     others = [*set(names) - set(sampled), *state_sets]
     for n, (t, connection, message) in enumerate(bag.messages_of_one_run(sampled, others)):

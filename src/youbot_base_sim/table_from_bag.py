@@ -171,6 +171,8 @@ def main():
             tables = [commanded(chosen, types, arguments) for _, _, _, types in wanted]
     except (AttributeError, TypeError) as error:  # another definition of a type
         raise Refused(f"{chosen.path}: its messages are not of the types that they say: {one_line(error)}")
+    if chosen.bag.note and not (arguments.measured or arguments.angles):
+        warn(f"{chosen.path}: {chosen.bag.note}")
     if chosen.bag.problem:
         warn(chosen.bag.problem)
     for path, rows in zip(paths.values(), tables):

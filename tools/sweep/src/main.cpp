@@ -350,6 +350,8 @@ int run_program(int argc, char** argv) {
     fingerprint = family.fingerprint();
     if (slice.count > 1) fingerprint.push_back(fmt::format("{}/{} slice", slice.number, slice.count));
     if (arguments.reuse.empty()) return;
+    if (std::filesystem::is_fifo(arguments.reuse))
+      throw OptionError("--reuse", arguments.reuse, "be a file, which is read twice, rather than a pipe");
     fingerprint.push_back(file_hash(arguments.reuse) + " table of --reuse");
     finished.emplace(arguments.reuse, family, *maker);
     maker->take_from(*finished);

@@ -83,6 +83,18 @@ class SweepTest : public testing::Test {
   TemporaryFolder folder_;
 };
 
+// Values with line ends, which rows of the journal cannot have.
+TEST_F(SweepTest, ValuesInBlockStyleAreThoseInFlowStyle) {
+  const std::string begin = "scene: scene.yaml\naxes:\n  - key: initial.wheel_angles\n    values:";
+  const std::string flow =
+      table(folder_.write("flow.yaml", begin + " [[0.1, 0.2, 0.3, 0.4], [0.5, 0.6, 0.7, 0.8]]\n"));
+  const std::string block = folder_.write(
+      "block.yaml", begin + "\n    - - 0.1\n      - 0.2\n      - 0.3\n      - 0.4\n    - - 0.5\n      - 0.6\n"
+                            "      - 0.7\n      - 0.8\n");
+  EXPECT_EQ(table(block), flow);
+  EXPECT_EQ(lines(flow), 3);
+}
+
 TEST_F(SweepTest, ARowIsWhatSimulateMakesOfItsScene) {
   const std::string f = family(4);
   const Table rows(table(f));
