@@ -174,6 +174,8 @@ def main():
             file.write(table_of(path, base, arguments))
         options += ["--name", path, f"/dev/fd/{table}"]
     sys.stdout.flush()
+    if sys.stdout.error:  # the fitter goes on, and reports it
+        os.close(1)
     os.execv(fitter, ["identify", *options])
 
 

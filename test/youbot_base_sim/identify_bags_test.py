@@ -266,6 +266,13 @@ class IdentifyBagsTest(RunsAnalyse):
         self.assertIn("not identified", ran.stdout)
         with open(self.path("fitted.yaml")) as file:
             self.assertIn(f"# By identify, from {bag}. Error", file.readline())
+        for out in (">&-", "> /dev/full"):
+            ran = subprocess.run(["bash", "-c", f'"$@" {out}', "", program, bag, "--scene", scene, "-o",
+                                  self.path("full.yaml")], capture_output=True, text=True, timeout=200)
+            self.assertEqual((ran.returncode, ran.stderr),
+                             (1, "identify: standard output: cannot be written: Bad file descriptor\n"))
+            self.assertTrue(os.path.exists(self.path("full.yaml")))
+            os.remove(self.path("full.yaml"))
         for arguments, words in (((), "BAG"), (("--colour",), "--help"), ((self.path("none"),), "none: No such file"),
                                  ((bag, "--frames", "a"), "FIXED,BODY"), ((bag, "--ticks", "0"), "must be a number"),
                                  ((bag, "--scene", scene, "-o", bag), "must not be a file that is read")):

@@ -95,6 +95,17 @@ TEST_F(SweepTest, ValuesInBlockStyleAreThoseInFlowStyle) {
   EXPECT_EQ(lines(flow), 3);
 }
 
+// A pipe ends with its first reading, and a table of --reuse is read twice.
+TEST_F(SweepTest, RefusesToReuseAPipe) {
+  const std::string f = family(4);
+  table(f);
+  Program shell("/bin/sh", {"-c", R"(cat "$1" | exec "$0" "$2" --csv "$3" --reuse /dev/stdin)", SWEEP,
+                            folder_.path("table.csv"), f, folder_.path("other.csv")});
+  EXPECT_EQ(shell.wait(), 2);
+  EXPECT_EQ(shell.err(),
+            "sweep: --reuse = /dev/stdin: must be a file, which is read twice, rather than a pipe\n");
+}
+
 TEST_F(SweepTest, ARowIsWhatSimulateMakesOfItsScene) {
   const std::string f = family(4);
   const Table rows(table(f));
