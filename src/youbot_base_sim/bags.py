@@ -2,7 +2,6 @@
 import bz2
 import io
 import os
-import re
 import struct
 from array import array
 from collections import Counter, namedtuple
@@ -20,7 +19,6 @@ LZ4_PIECE = 4096  # bytes that are unpacked at once: to 1 MB at most
 MAX_CLOCKS_APART = 1  # s, between a stamp and its arrival; beyond, the stamp is another clock's
 MAX_STEP_BACK = 0.1  # s: messages that overtake each other by less are of one run
 MIN_NEAR = 0.95  # share of stamps near their arrival, where both are of one clock
-STAMPED = re.compile(r"(\s*(#[^\n]*)?\n)*\s*(std_msgs/)?Header\s+header\b")  # the definition of what begins with a stamp
 STATE_SET = "state_set"  # last part of the topic that says where ~set_state has put the base
 
 
@@ -37,6 +35,12 @@ def stamp_of(message):
 
 # Of a topic, with the node that publishes it: "" where the bag does not say.
 Connection = namedtuple("Connection", "topic type definition publisher")
+
+
+def begins_with_stamp(definition):
+    """Whether the first field of a message is a Header."""
+    lines = (line.partition("#")[0].split() for line in definition.split("\n"))
+    return next((line[0].rpartition("/")[2] for line in lines if line), "") == "Header"
 
 
 def number_of(time):
@@ -59,22 +63,29 @@ class Bag:
         require_bag(path)
         self._last, stamped = Time(0, 0), {}
         for connection, arrival, data in self._scan():
-            if len(data) >= 12 and STAMPED.match(connection.definition):
-                both = stamped.setdefault(connection, array("d"))
-                both.extend((number_of(arrival), number_of(Time(*struct.unpack_from("<II", data, 4)))))
+            if connection not in stamped:
+                stamped[connection] = array("d") if begins_with_stamp(connection.definition) else None
+            if stamped[connection] is not None and len(data) >= 12:
+                stamped[connection].extend((number_of(arrival), number_of(Time(*struct.unpack_from("<II", data, 4)))))
             self.types[connection.topic] = connection.type
             self.counts[connection.topic] += 1
             self.start, self._last = min(self.start or arrival, arrival), max(self._last, arrival)
         if not self.counts:
             raise Refused(f"{shown(path)} has no messages{' that can be read' if self.problem else ''}")
         self.note, self._stamp_at = None, None
-        self._choose_clock([np.frombuffer(both).reshape(-1, 2) for both in stamped.values()])
+        self._choose_clock({connection.topic: np.frombuffer(both).reshape(-1, 2)
+                            for connection, both in stamped.items() if both})
 
     def _choose_clock(self, stamped):
         """That of arrivals, if any topic has stamps near them; else that of the stamps, as where simulated time was
-        recorded by the wall clock. `stamped`: of each topic rows of arrival and stamp, s."""
-        stamped = [both[both[:, 1] > 0] for both in stamped if np.mean(both[:, 1] > 0) > MIN_NEAR and len(both) > 1]
-        if not stamped or any(np.mean(np.abs(both[:, 0] - both[:, 1]) < MAX_CLOCKS_APART) >= MIN_NEAR for both in stamped):
+        recorded by the wall clock. `stamped`: {topic: rows of arrival and stamp, s}."""
+        unset = [topic for topic, both in stamped.items() if not (both[:, 1] > 1e-9).any()]
+        if unset:
+            self.note = f"stamps of {', '.join(map(shown, unset))} are not set: times are those of arrival"
+        stamped = [both[both[:, 1] > 0] for both in stamped.values()
+                   if np.mean(both[:, 1] > 0) > MIN_NEAR and len(both) > 1]
+        near = [np.mean(np.abs(both[:, 0] - both[:, 1]) < MAX_CLOCKS_APART) for both in stamped]
+        if max(near, default=1) >= MIN_NEAR:
             return
         arrival, stamp = max(stamped, key=len).T
         if (np.diff(arrival) < 0).any() or (np.diff(stamp) < -MAX_STEP_BACK).any() or stamp[-1] <= stamp[0]:
@@ -113,8 +124,8 @@ class Bag:
                 any(absolute(topic).startswith(absolute(one)[:-len(STATE_SET)]) for topic in topics)]
 
     def messages_of_one_run(self, topics, others=()):
-        """Yields seconds, Connection and message. Throws Refused where the times of one of `topics` go back, as in a bag of
-        two runs, and where the base was put elsewhere between two messages, unless `others` has the topic of that."""
+        """Yields seconds, Connection and message. Throws Refused where the times of one of `topics` go back, as in a bag
+        of two runs, and where the base was put elsewhere between two messages, unless `others` has the topic of that."""
         latest, state_sets, put = {}, set(self.state_sets(topics)) - set(others), None
 
         def follow(source, t):
@@ -187,8 +198,8 @@ def require_bag(path):
 
 
 def scan(path):
-    """Yields connection, time of arrival and bytes of the messages of a bag of version 2.0 as they lie in the file,
-    without its index. Throws Damaged at the first record that is cut or damaged, and where the index is not complete."""
+    """Yields Connection, time of arrival and bytes of the messages of a bag of version 2.0 as they lie in the file. Throws
+    Damaged at the first record that is cut or damaged, and where the index is not complete; it is not needed."""
     connections, index, end = {}, 0, 0
     with open(path, "rb") as file:
         size = os.fstat(file.fileno()).st_size

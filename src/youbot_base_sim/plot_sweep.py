@@ -172,8 +172,8 @@ def histogram(table, arguments):
             axis.axvline(place, color=RED, linestyle=style, linewidth=1.2)
         axis.set_xlabel(label(name))
         deviation = values.std(ddof=1) if len(values) > 1 else 0
-        print(f"{shown(name)}: {len(values)} runs, mean {values.mean():.6g}, standard deviation {deviation:.3g}, minimum "
-              f"{values.min():.6g}, 5 % {low:.6g}, median {median:.6g}, 95 % {high:.6g}, maximum {values.max():.6g}")
+        print(f"{shown(name)}: {len(values)} runs, mean {values.mean():.6g}, standard deviation {deviation:.3g}, "
+              f"minimum {values.min():.6g}, 5 % {low:.6g}, median {median:.6g}, 95 % {high:.6g}, maximum {values.max():.6g}")
     axes[0].set_ylabel("number of runs")
     figure.suptitle(f"{table.name}: {len(table.rows)} runs; solid: median; dotted: 5 and 95 %", fontsize=11)
     return figure
@@ -229,8 +229,9 @@ def effects(table, arguments):
             means = [(x[part].mean(), y[part].mean()) for part in parts]
             plot.plot(*zip(*means), color=RED, linewidth=1.2)
             plot.grid(alpha=0.3)
-            print(f"{shown(name)}, {shown(key)}: means of {len(means)} slices from {min(means, key=lambda m: m[1])[1]:.6g} to "
-                  f"{max(means, key=lambda m: m[1])[1]:.6g}")
+            heights = [mean for _, mean in means]
+            print(f"{shown(name)}, {shown(key)}: means of {len(means)} slices from {min(heights):.6g} to "
+                  f"{max(heights):.6g}")
     for plot, key in zip(plots[-1], table.axes):
         plot.set_xlabel(label(key), fontsize=9)
     figure.suptitle(f"{table.name}: {len(table.rows)} runs; line: mean in slices of the axis", fontsize=11)

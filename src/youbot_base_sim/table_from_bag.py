@@ -42,7 +42,8 @@ class ChosenTopics:
             if topic not in types:
                 raise Refused(f"{shown(path)}: no topic {shown(topic)}; it has {self.bag.shown_topics()}")
             if types[topic] not in TOPICS:
-                raise Refused(f"{shown(path)}: {shown(topic)} is {shown(types[topic])}: must be {', '.join(sorted(TOPICS))}")
+                raise Refused(f"{shown(path)}: {shown(topic)} is {shown(types[topic])}: must be "
+                              f"{', '.join(sorted(TOPICS))}")
 
     def find(self, *types):
         return [topic for topic, kind in sorted(self.bag.types.items())

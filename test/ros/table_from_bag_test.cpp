@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <functional>
 
+#include "errors.h"
 #include "program.h"
 #include "youbot_base_sim/loop/base_loop.h"
 #include "youbot_base_sim/ros/bag.h"
@@ -41,7 +42,7 @@ class TableFromBagTest : public ::testing::Test {
 
   void expect_refused(const std::vector<std::string>& arguments, const std::vector<std::string>& words) {
     EXPECT_EQ(make_table(arguments), 2);
-    for (const std::string& word : words) EXPECT_NE(said_.find(word), std::string::npos) << word << ": " << said_;
+    expect_words(said_, words);
     EXPECT_FALSE(folder_.has("table.csv"));
   }
 
@@ -129,7 +130,8 @@ TEST_F(TableFromBagTest, ReplaysTwists) {
 // The wheels' angles alone, in either convention of the velocities, which do not matter.
 TEST_F(TableFromBagTest, ReplaysWheelAngles) {
   const State end = drive_and_record(true);
-  expect_refused({"--angles", folder_.path("other.csv"), "--joints=a,b,c,d"}, {"has the joints", "not the wheels a, b, c, d"});
+  expect_refused({"--angles", folder_.path("other.csv"), "--joints=a,b,c,d"},
+                 {"has the joints", "not the wheels a, b, c, d"});
   expect_refused({"--angles", folder_.path("other.csv"), "--measured", "--velocity", "v.csv"}, {"--angles FILE alone"});
   ASSERT_EQ(make_table({"--angles", folder_.path("table.csv")}), 0) << said_;
   Simulation simulation(
@@ -258,9 +260,7 @@ TEST_F(TableFromBagTest, OfABagThatIsCutTheTableHasWhatCanBeRead) {
   for (const auto& [size, rows] : {std::pair(whole.size() - 20, 3u), std::pair(within_last, 2u)}) {
     folder_.write("x.bag", whole.substr(0, size));
     EXPECT_EQ(make_table(velocity_), 0) << said_;
-    EXPECT_NE(said_.find("table_from_bag: warning: " + folder_.path("x.bag") + " has no complete index"),
-              std::string::npos)
-        << said_;
+    expect_words(said_, {"table_from_bag: warning: " + folder_.path("x.bag") + " has no complete index"});
     EXPECT_EQ(table().t.size(), rows) << said_;
   }
 }

@@ -200,7 +200,8 @@ class IdentifyBagsTest(RunsAnalyse):
             more.write("/mocap/other/pose", PoseStamped(), stamp_of(1))
         self.assertIn("x", self.read(bag))
         self.assertIn("uses /mocap/base/pose, not /mocap/other/pose", self.said)
-        self.expect_refused(bag, "ground_truth=/odometry: must be a topic of type", topic=[("ground_truth", "/odometry")])
+        self.expect_refused(bag, "ground_truth=/odometry: must be a topic of type",
+                            topic=[("ground_truth", "/odometry")])
         self.assertNotIn("x", self.read(bag, frames=("mocap", "body")))
         self.assertIn("no transforms from mocap to body", self.said)
 
@@ -256,7 +257,8 @@ class IdentifyBagsTest(RunsAnalyse):
         bag, program = self.record(), os.path.join(DEVEL, "lib", "youbot_base_sim", "identify")
         scene = self.path("scene.yaml")
         with open(scene, "w") as file:
-            file.write(f"duration: 1\nrobot: {{profile: measured, wheel_radius: {RADIUS}, half_wheelbase: {LENGTHS - 0.15}}}\n")
+            file.write(f"duration: 1\nrobot: {{profile: measured, wheel_radius: {RADIUS}, "
+                       f"half_wheelbase: {LENGTHS - 0.15}}}\n")
         os.truncate(bag, os.path.getsize(bag) - 1000)
         ran = subprocess.run([program, bag, "--scene", scene, "-o", self.path("fitted.yaml")], capture_output=True,
                              text=True, timeout=200)

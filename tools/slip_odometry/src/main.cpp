@@ -1,7 +1,5 @@
 // Odometry of a Mecanum base from the angles of its wheels alone, by the dynamics: rollers, their friction, slip.
 
-#include "youbot_base_sim/slip_odometry/slip_odometry.h"
-
 #include <diagnostic_updater/diagnostic_updater.h>
 #include <fmt/format.h>
 #include <ros/ros.h>
@@ -20,6 +18,7 @@
 #include "youbot_base_sim/ros/conversions.h"
 #include "youbot_base_sim/ros/program.h"
 #include "youbot_base_sim/ros/scene_parameters.h"
+#include "youbot_base_sim/slip_odometry/slip_odometry.h"
 
 namespace {
 
@@ -27,7 +26,7 @@ using namespace youbot_base_sim;
 
 constexpr double kTolerance = 1e-4;  // with less, a minute of driving differs by 30 micrometres
 constexpr double kMaxReplicas = 100;
-constexpr double kReportPeriod = 1;  // s
+constexpr double kReportPeriod = 1;        // s
 constexpr std::uint32_t kQueueSize = 100;  // of readings: two seconds of the driver's
 
 /// Names, signs and ticks by which a base reports its wheels.
