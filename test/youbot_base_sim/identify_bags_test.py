@@ -73,16 +73,16 @@ def seen(kind, t, pose, tilt):
 class IdentifyBagsTest(RunsAnalyse):
     def record(self, name="x.bag", odom=True, truth=False, tracker=None, tilt=0.0, unseen=(-1, -1), gap=(-1, -1),
                velocities=True, effort=True, names=None, turns=np.ones(4), signs=np.ones(4), stamps=True, arm=False,
-               joints="/joint_states", start=0.0):
+               joints="/joint_states", start=0.0, velocities_of_base=VELOCITIES, noise=0.0):
         """A bag of wheels that follow at once and need 0.3 N m, of a base that is where its odometry says."""
         phi, pose = START.copy(), np.array((0., 0, 3))  # the heading passes pi
         with rosbag.Bag(self.path(name), "w") as bag:
-            for k, velocity in enumerate(VELOCITIES):
+            for k, velocity in enumerate(velocities_of_base):
                 twist = Twist()
                 twist.linear.x, twist.linear.y, twist.angular.z = velocity
                 bag.write("/cmd_vel", twist, stamp_of(start + k + 0.005))
-            for k in range(RATE * len(VELOCITIES)):
-                t, velocity = start + k / RATE, np.array(VELOCITIES[k // RATE])
+            for k in range(RATE * len(velocities_of_base)):
+                t, velocity = start + k / RATE, np.array(velocities_of_base[k // RATE])
                 rates, arrival = rates_of(*velocity), stamp_of(t + ARRIVAL)
                 marker = placed(FRAME, placed(pose, MARKER))
                 if tracker and not unseen[0] <= t < unseen[1]:
@@ -107,7 +107,7 @@ class IdentifyBagsTest(RunsAnalyse):
                 if arm:
                     bag.write(joints, JointState(name=["arm_joint_1"], position=[1], velocity=[1], effort=[1]), arrival)
                 if odom:
-                    bag.write("/odom", odometry(t, before, velocity), arrival)
+                    bag.write("/odom", odometry(t, before, velocity + noise * math.sin(17 * k)), arrival)
                 if truth:
                     bag.write("/mocap/ground_truth", odometry(t, before, velocity), arrival)
                 phi += rates / RATE
@@ -229,6 +229,14 @@ class IdentifyBagsTest(RunsAnalyse):
             bag = self.record(**{**dict(truth=True), **options})
             self.read(bag)
             self.expect_refused(bag, words, "--scene", base=larger)
+
+    def test_a_direction_that_was_not_driven_is_not_judged(self):
+        directions = [(V_X, V_Y, 0) for V_X, V_Y, _ in VELOCITIES]
+        for velocities in (directions, [(V_X, 0, 0) for V_X, _, _ in VELOCITIES]):
+            for noise in (0, 1e-4):
+                table = self.read(self.record(truth=True, velocities_of_base=velocities, noise=noise))
+                np.testing.assert_allclose(table["command"][1][1], rates_of(*velocities[1]), rtol=1e-3)
+                self.assertIn("x", table)
 
     def test_encoders_of_other_bases(self):
         from youbot_base_sim.base import Base
