@@ -509,13 +509,13 @@ Scene read_scene(const std::string& path, const YAML::Node& root, const SceneOve
   read_output(output.section(), scene.output, overrides.contacts);
   if (motors.given()) scene.motors = read_motors(motors.section());
   read_drive(drive, scene);
-  scene.solver = read_solver(solver.section(), overrides, scene);
-  check_velocity_loops(quote_path(path), scene);
-  read_initial(initial.section(), scene, overrides);
-  if (overrides.endless) {
+  if (overrides.endless) {  // before it limits solver and initial state
     drive.unresolve();
     scene.drive = std::monostate();
   }
+  scene.solver = read_solver(solver.section(), overrides, scene);
+  check_velocity_loops(quote_path(path), scene);
+  read_initial(initial.section(), scene, overrides);
   scene.resolved = file.resolved();
   return scene;
 }

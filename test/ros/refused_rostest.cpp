@@ -286,6 +286,7 @@ TEST_F(WrongConfiguration, of_slip_odometry) {
   const std::string ideal = folder_.write("ideal.yaml", "model: no_slip\n");
   expect_refused(SLIP_ODOMETRY, {"_scene:=" + ideal}, {"~scene", "no_slip", "must be viscous or coulomb"});
   expect_refused(SLIP_ODOMETRY, {"_replicas:=1.5"}, {"~replicas", "1.5", "a whole number"});
+  expect_refused(SLIP_ODOMETRY, {"_joints:=a a a a"}, {"~joints", "a a a a", "four different joints"});
   expect_refused(SLIP_ODOMETRY, {"_joint_signs:=1 1 -1"}, {"~joint_signs", "1 1 -1", "four words"});
   expect_refused(SLIP_ODOMETRY, {"_replica:=2"}, {"~replica", "unknown", "replicas"});
 }

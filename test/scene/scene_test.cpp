@@ -190,6 +190,7 @@ TEST_F(SceneTest, RefusesInOneLineThatNamesKeyValueAndWhatIsAllowed) {
   expect_refused(d + "model: no_slip\ninitial: {wheel_rates: [1, 0, 0, 0]}", "initial.wheel_rates", "[1, 0, 0, 0]",
                  "left out");
   expect_refused(d + "colour: red", "colour", "red", "unknown key");
+  expect_refused(d + "robot: {<<: {wheel_radius: 0.05}}", "robot.<<", "", "a merge key: must be left out");
   expect_refused("drive: {torque: [{start: 0}]}", "duration", "left out", "must be given");
   expect_refused("duration: -1", "duration", "-1", "> 0");
   expect_refused("duration: 1\ndrive: {}", "drive", "{}", "exactly one");

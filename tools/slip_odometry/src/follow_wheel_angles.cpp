@@ -1,7 +1,7 @@
 #include "youbot_base_sim/slip_odometry/follow_wheel_angles.h"
 
-#include "youbot_base_sim/physics/no_slip_model.h"
 #include "youbot_base_sim/drive/wheel_odometry.h"
+#include "youbot_base_sim/physics/no_slip_model.h"
 
 namespace youbot_base_sim {
 

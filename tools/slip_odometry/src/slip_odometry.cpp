@@ -143,7 +143,7 @@ void SlipOdometry::update(double t, const Wheels& phi, const std::optional<Wheel
   if (!phi.allFinite() || !std::isfinite(t)) return doubt("a reading is not finite", 0, 0);
   if (!last_ || t < last_->t) return begin(t, phi);
   const double dt = t - last_->t;
-  if (dt < kMinInterval) return;
+  if (dt < kMinInterval) return check_time(phi - last_->phi);
   const Wheels moved = checked(phi - last_->phi, dt);
   last_ = {t, phi};
   Interval interval = interval_of(moved, dt);
@@ -156,6 +156,14 @@ void SlipOdometry::update(double t, const Wheels& phi, const std::optional<Wheel
   latest_ = interval;
   uncertainty_.update(followed_ + moved);
   check_wheels();
+}
+
+/// Wheels that turn further than they can since the last reading show stamps that stand still.
+void SlipOdometry::check_time(const Wheels& moved) {
+  const double angle = moved.abs().maxCoeff();
+  if (angle <= settings_.max_rate * kMinInterval) return;
+  doubt(fmt::format("the time of readings stands still while wheels turn by {:.3g} rad", angle),
+        fastest(moved / kMemory), kMinInterval);
 }
 
 /// Begins with a first reading, at the present pose.

@@ -85,6 +85,7 @@ class SlipOdometry {
   };
 
   void begin(double t, const Wheels& phi);
+  void check_time(const Wheels& moved);
   Wheels checked(const Wheels& moved, double dt);
   Interval interval_of(const Wheels& moved, double dt);
   Wheels end_rate_before(const Interval& next);
