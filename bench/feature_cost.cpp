@@ -37,8 +37,8 @@ DriveCommand curve() { return drive_command(DriveMode::kVelocity, DriverKinemati
 void run_periods(const Scene& scene) {
   BaseDriver driver(BaseDriver::Settings(), scene.initial.phi());
   driver.command(0, curve());
-  Simulation simulation(scene, [&](double t, const State& state) { return driver.sample(t, state.dphi()); });
-  simulation.advance_periods(std::llround(scene.duration / kControlPeriod));
+  Simulation simulation(scene);
+  advance_to(simulation, scene.duration, [&](double t, const State& x) { return driver.sample(t, x.dphi()); });
 }
 
 /// Makes the bytes of a message, as publishing to a subscriber does.

@@ -35,13 +35,13 @@ Scene scene_of(Model model, bool reacting) {
 void drive(Model model, bool reacting) {
   const Scene scene = scene_of(model, reacting);
   BaseDriver driver({}, scene.initial.phi());
-  Simulation simulation(scene, [&](double t, const State& state) { return driver.sample(t, state.dphi()); });
+  Simulation simulation(scene);
   WheelOdometry odometry({}, scene.initial.phi(), 0.03);
   Imu imu({}, scene.floor, 0, scene.initial);
   driver.command(0, DriveCommand{SetPoint{DriveMode::kVelocity, 3.1}, SetPoint{DriveMode::kVelocity, -2.3},
                                  SetPoint{DriveMode::kTorque, 0.7}, SetPoint{DriveMode::kVelocity, 4.7}});
   for (int k = 1; k <= 100; ++k) {
-    simulation.advance_to(0.02 * k);
+    advance_to(simulation, 0.02 * k, [&](double t, const State& state) { return driver.sample(t, state.dphi()); });
     odometry.update(simulation.state().phi());
     imu.update(simulation.time(), simulation.state());
   }

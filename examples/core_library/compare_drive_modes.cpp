@@ -78,13 +78,13 @@ void drive(const char* name, Controller::Mode mode, const Scene& scene) {
   settings.control_period = scene.solver.control_period;
   BaseDriver driver(settings, scene.initial.phi());
   const Controller controller(mode, scene.robot);
-  Simulation simulation(scene, [&](double t, const State& state) { return driver.sample(t, state.dphi()); });
+  Simulation simulation(scene);
 
   double squares = 0, largest = 0, slip = 0;
   const int steps = static_cast<int>(kDuration / kPeriod);
   for (int k = 0; k < steps; ++k) {
     driver.command(simulation.time(), controller.command(simulation.time(), simulation.state()));
-    simulation.advance_to((k + 1) * kPeriod);
+    advance_to(simulation, (k + 1) * kPeriod, [&](double t, const State& x) { return driver.sample(t, x.dphi()); });
     const State& state = simulation.state();
     const Array3d wanted = reference(simulation.time()).pose;
     const double off = std::hypot(state.x() - wanted[0], state.y() - wanted[1]);

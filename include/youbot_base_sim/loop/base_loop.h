@@ -67,7 +67,7 @@ class BaseLoop {
   double next_instant() const { return instants_.next(); }
 
   /// Whether an instant of publishing is due now. If so, updates the sensors and proceeds to the next instant.
-  bool meet_instant() { return meet_instant(simulation_.time(), simulation_.state()); }
+  bool meet_instant();
 
   /// Throws std::runtime_error, with topic, quantity and time, unless state, odometry and readings are finite.
   void require_finite() const;
@@ -94,9 +94,7 @@ class BaseLoop {
   void apply(const Wrench& wrench);
   void apply(const LoadsRequest& request);
   void apply(const StateRequest& request);
-  Wheels begin_period(double t, const State& state);
-  bool meet_instant(double t, const State& state);
-  [[gnu::noinline]] void take_requests(double t, const State& state);
+  [[gnu::noinline]] void take_requests(bool listens);
 
   const BaseSensors::Options sensor_options_;
   const ControlTime control_time_;

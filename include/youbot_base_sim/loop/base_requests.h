@@ -63,9 +63,6 @@ class BaseRequests {
     }
   }
 
-  /// Number of the control period from which the first of them acts; the largest if none waits.
-  std::int64_t period_of_motion() const;
-
   /// Whether `driver` will have its base when it takes a request that arrives at time t, after all that waits here.
   bool present(double t, const BaseDriver& driver) const;
 

@@ -19,9 +19,9 @@ class BaseSensors {
     std::optional<ImuSettings> imu;  ///< empty: none
   };
 
-  /// At the beginning of `scene`, with the odometry at zero.
-  BaseSensors(const Scene& scene, const MotorReadings& readings, const Options& options)
-      : readings_(readings), odometry_(options.kinematics, readings.phi, options.wheel_error) {
+  /// At the beginning of `scene`, with the odometry at zero. `motor` is what the readings come from.
+  BaseSensors(const Scene& scene, const MotorReadings& readings, const Options& options, const Motor& motor = {})
+      : readings_(readings), odometry_(options.kinematics, readings.phi, options.wheel_error, motor) {
     if (options.imu) imu_.emplace(*options.imu, scene.floor, 0, scene.initial);
   }
 
