@@ -91,9 +91,9 @@ void run_node(const Scene& scene, double publish_rate, const std::string& bag_fi
 int main(int argc, char** argv) try {
   const std::vector<std::string> words(argv + 1, argv + argc);
   const std::string what = words.size() < 2 ? "" : words[0];
-  SceneOverrides overrides;
-  if (what != "rows") overrides.control_period = kControlPeriod;
-  const Scene scene = what.empty() ? Scene() : load_scene(words[1], overrides);
+  SceneSettings settings;
+  if (what != "rows") settings.emplace_back("solver.control_period", kControlPeriod);
+  const Scene scene = what.empty() ? Scene() : load_scene(words[1], settings);
   if (what == "rows") {
     run_rows(scene);
   } else if (what == "periods") {

@@ -351,11 +351,11 @@ nlohmann::json measure(const Task& task) {
 }
 
 Task read_task(const nlohmann::json& argument) {
-  SceneOverrides overrides;
-  overrides.model = argument.at("model");
-  if (argument.contains("tolerance")) overrides.relative_tolerance = argument.at("tolerance").get<double>();
+  SceneSettings settings{{"model", argument.at("model").get<std::string>()}};
+  if (argument.contains("tolerance"))
+    settings.emplace_back("solver.relative_tolerance", argument.at("tolerance").get<double>());
   Task task;
-  task.scene = load_scene(argument.at("scene"), overrides);
+  task.scene = load_scene(argument.at("scene"), settings);
   task.scene.solver.method = argument.at("solver");
   task.scene.solver.step = argument.value("step", 0.0);
   task.max_evaluations = argument.value("max_evaluations", task.max_evaluations);

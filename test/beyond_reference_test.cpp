@@ -25,9 +25,9 @@ class BeyondReferenceTest : public testing::TestWithParam<const char*> {
  protected:
   static void compare(const Accuracy& accuracy) {
     const std::string name = GetParam();
-    SceneOverrides overrides;
-    if (accuracy.relative_tolerance) overrides.relative_tolerance = *accuracy.relative_tolerance;
-    Simulation simulation(load_scene(YOUBOT_BASE_SIM_SOURCE_DIR "/test/data/beyond/" + name + ".yaml", overrides));
+    SceneSettings settings;
+    if (accuracy.relative_tolerance) settings.emplace_back("solver.relative_tolerance", *accuracy.relative_tolerance);
+    Simulation simulation(load_scene(YOUBOT_BASE_SIM_SOURCE_DIR "/test/data/beyond/" + name + ".yaml", settings));
     for (const auto& row : reference_rows("beyond/" + name)) {
       const auto number = [&](std::size_t column) { return std::stod(row[column]); };
       simulation.advance_to(number(0));

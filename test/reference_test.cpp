@@ -33,10 +33,10 @@ const Accuracy kTight{1e-10, 1e-8, 1e-8, 1e-7};
 class ReferenceTest : public testing::TestWithParam<Case> {
  protected:
   void compare(const Accuracy& accuracy) {
-    SceneOverrides overrides;
-    overrides.model = GetParam().model;
-    overrides.relative_tolerance = accuracy.relative_tolerance;
-    Simulation simulation(load_scene(kRoot + GetParam().scene, overrides));
+    SceneSettings settings;
+    if (!GetParam().model.empty()) settings.emplace_back("model", GetParam().model);
+    if (accuracy.relative_tolerance) settings.emplace_back("solver.relative_tolerance", *accuracy.relative_tolerance);
+    Simulation simulation(load_scene(kRoot + GetParam().scene, settings));
 
     for (const auto& row : reference_rows("reference/" + GetParam().name)) {
       simulation.advance_to(std::stod(row[0]));
@@ -86,9 +86,7 @@ INSTANTIATE_TEST_SUITE_P(
 // Model 1 needs no reference: under the torque profile its motion is the desired motion itself.
 TEST(NoSlipReferenceTest, FollowsTheDesiredMotion) {
   for (const char* name : {"case1_as_printed", "case1_counter_clockwise", "case2"}) {
-    SceneOverrides overrides;
-    overrides.model = "no_slip";
-    const Scene scene = load_scene(kRoot + "/config/scenes/" + name + ".yaml", overrides);
+    const Scene scene = load_scene(kRoot + "/config/scenes/" + name + ".yaml", {{"model", "no_slip"}});
     const ReferenceMotion& motion = std::get<ReferenceMotion>(scene.drive);
     Simulation simulation(scene);
     for (int k = 1; k <= 10; ++k) {

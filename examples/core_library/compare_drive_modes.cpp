@@ -100,10 +100,7 @@ void drive(const char* name, Controller::Mode mode, const Scene& scene) {
 }  // namespace
 
 int main() {
-  SceneOverrides overrides;
-  overrides.profile = "measured";
-  overrides.control_period = 0.001;
-  const Scene scene = default_scene(overrides);
+  const Scene scene = default_scene({{"robot.profile", "measured"}, {"solver.control_period", 0.001}});
   drive("rates", Controller::kRates, scene);
   drive("torques", Controller::kTorques, scene);
   drive("torques and friction", Controller::kTorquesAndFriction, scene);

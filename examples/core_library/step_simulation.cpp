@@ -6,7 +6,7 @@
 
 int main() {
   using namespace youbot_base_sim;
-  Scene scene = default_scene({});  // or load_scene("my_scene.yaml")
+  Scene scene = default_scene();  // or load_scene("my_scene.yaml")
   scene.solver.control_period = 0.001;
 
   Simulation simulation(scene);

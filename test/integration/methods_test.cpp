@@ -244,11 +244,8 @@ class PaperCaseTest : public MethodTest {
     return Simulation(load(scene, model, GetParam(), tolerance));
   }
   static Scene load(const std::string& scene, const std::string& model, const std::string& method, double tolerance) {
-    SceneOverrides overrides;
-    overrides.model = model;
-    overrides.method = method;
-    overrides.relative_tolerance = tolerance;
-    return load_scene(kRoot + "/config/scenes/" + scene + ".yaml", overrides);
+    return load_scene(kRoot + "/config/scenes/" + scene + ".yaml",
+                      {{"model", model}, {"solver.method", method}, {"solver.relative_tolerance", tolerance}});
   }
 
   // Explicit methods and short fixed steps take some 10^5 steps for this time, s.

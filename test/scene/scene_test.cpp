@@ -236,13 +236,13 @@ TEST_F(SceneTest, MethodIsAnyOfTheTableOfMethods) {
   const std::string d = kDrive;
   for (const std::string& name : method_names()) {
     EXPECT_EQ(load(d + "solver: {method: " + name + "}").solver.method, name);
-    SceneOverrides overrides;
-    overrides.method = name;
-    EXPECT_EQ(load_scene(folder_.write("scene.yaml", d), overrides).solver.method, name);
+    EXPECT_EQ(load_scene(folder_.write("scene.yaml", d), {{"solver.method", name}}).solver.method, name);
   }
   expect_refused(d + "solver: {method: leapfrog}", "solver.method", "leapfrog", method_names().back());
   expect_refused(d + "solver: {step: 0}", "solver.step", "0", "> 0");
-  expect_refused(d + "solver: {step: 1e-5}", "solver.step", "1e-5", "left out for a method with step size control");
+  EXPECT_EQ(without_effect(load(d + "solver: {step: 1e-5}")),
+            "solver.step = 1e-05: has no effect in radau, which controls its step size");
+  EXPECT_EQ(without_effect(load(d + "solver: {method: runge_kutta4, step: 1e-5}")), "");
   expect_refused(d + "robot: {roller_inertia: 0, roller_damping: 0}\nfloor: {friction: 0}", "robot.roller_inertia", "0",
                  "> 0 where neither friction nor roller_damping");
   expect_refused(d + "solver: {method: [radau]}", "solver.method", "[radau]", method_names().back());
@@ -253,25 +253,20 @@ TEST_F(SceneTest, RefusesAMethodThatCannotIntegrateTheRobot) {
   EXPECT_EQ(load(massless).solver.method, "radau");
   expect_refused(massless + "solver: {method: dopri5}", "solver.method", "dopri5", "roller_inertia is 0");
   EXPECT_EQ(load(massless + "model: no_slip\nsolver: {method: dopri5}").solver.method, "dopri5");
-  SceneOverrides overrides;
-  overrides.method = "rosenbrock4";
-  EXPECT_THROW(load_scene(folder_.write("scene.yaml", massless), overrides), SceneError);
+  EXPECT_THROW(load_scene(folder_.write("scene.yaml", massless), {{"solver.method", "rosenbrock4"}}), SceneError);
 }
 
-TEST_F(SceneTest, OverridesStandInPlaceOfTheFile) {
+TEST_F(SceneTest, SettingsStandInPlaceOfTheFile) {
   const std::string path = folder_.write(
       "scene.yaml", kDrive + std::string("model: viscous\nsolver: {relative_tolerance: 1e-3, control_period: 1}"));
-  SceneOverrides overrides;
-  overrides.model = "no_slip";
-  overrides.relative_tolerance = 1e-5;
-  overrides.control_period = 0;
-  const Scene scene = load_scene(path, overrides);
+  const Scene scene =
+      load_scene(path, {{"model", "no_slip"}, {"solver.relative_tolerance", 1e-5}, {"solver.control_period", 0}});
   EXPECT_EQ(scene.model, Model::kNoSlip);
   EXPECT_EQ(scene.solver.relative_tolerance, 1e-5);
   EXPECT_DOUBLE_EQ(scene.solver.absolute_tolerance, 1e-8);
   EXPECT_EQ(scene.solver.control_period, 0);
 
-  const auto refusal_of = [&](const SceneOverrides& bad) {
+  const auto refusal_of = [&](const SceneSettings& bad) {
     try {
       load_scene(path, bad);
     } catch (const SceneError& error) {
@@ -279,29 +274,26 @@ TEST_F(SceneTest, OverridesStandInPlaceOfTheFile) {
     }
     return std::string("none");
   };
-  overrides.model = "rigid";
-  EXPECT_EQ(refusal_of(overrides), "model = rigid: must be no_slip, viscous or coulomb");
-  overrides.model = "";
-  overrides.method = "leapfrog";
-  EXPECT_EQ(refusal_of(overrides).find("method = leapfrog: must be radau"), 0u);
-  overrides.method = "";
-  overrides.friction_scale = 2;
-  EXPECT_EQ(refusal_of(overrides), "friction_scale = 2: must be left out unless profile = measured is given too");
-  overrides.profile = "measured";
-  EXPECT_TRUE((load_scene(path, overrides).robot.mu_1 == measured_robot(2).mu_1).all());
+  EXPECT_EQ(refusal_of({{"model", "rigid"}}), path + ": model = rigid: must be no_slip, viscous or coulomb");
+  EXPECT_EQ(refusal_of({{"solver.method", "leapfrog"}}).find(path + ": solver.method = leapfrog: must be radau"), 0u);
+  EXPECT_EQ(refusal_of({{"robot.profile", "{name: paper, friction_scale: 2}"}}),
+            path + ": robot.profile.friction_scale = 2: must be left out for paper");
+  EXPECT_EQ(refusal_of({{"model", "[viscous"}}).find(path + ": model = [viscous: is not YAML: "), 0u);
+  const Scene measured = load_scene(path, {{"robot.profile", "{name: measured, friction_scale: 2}"}});
+  EXPECT_TRUE((measured.robot.mu_1 == measured_robot(2).mu_1).all());
 }
 
-TEST_F(SceneTest, ResolvesDefaultsAndOverrides) {
+TEST_F(SceneTest, ResolvesDefaultsAndSettings) {
   const std::string path = folder_.write("scene.yaml", kDrive);
-  SceneOverrides overrides;
-  overrides.model = "viscous";
-  overrides.method = "dopri5";
-  overrides.relative_tolerance = 1e-5;
-  overrides.control_period = 0.002;
-  overrides.profile = "measured";
-  overrides.dry_friction = 0.1;
-  overrides.contacts = true;
-  const YAML::Node resolved = YAML::Load(load_scene(path, overrides).resolved), robot = resolved["robot"];
+  const SceneSettings settings = {{"model", "viscous"},
+                                  {"solver.method", "dopri5"},
+                                  {"solver.relative_tolerance", 1e-5},
+                                  {"solver.control_period", 0.002},
+                                  {"robot.profile", "measured"},
+                                  {"robot.dry_friction", 0.1},
+                                  {"initial.pose", Eigen::Array3d(1, 2, 3)},
+                                  {"output.contacts", "true"}};
+  const YAML::Node resolved = YAML::Load(load_scene(path, settings).resolved), robot = resolved["robot"];
   EXPECT_EQ(resolved["model"].as<std::string>(), "viscous");
   EXPECT_EQ(resolved["solver"]["method"].as<std::string>(), "dopri5");
   EXPECT_EQ(resolved["solver"]["relative_tolerance"].as<double>(), 1e-5);
@@ -310,6 +302,7 @@ TEST_F(SceneTest, ResolvesDefaultsAndOverrides) {
   EXPECT_EQ(robot["profile"].as<std::string>(), "measured");
   EXPECT_EQ(robot["dry_friction"].as<std::vector<double>>(), std::vector<double>(4, 0.1));
   EXPECT_EQ(robot["body_mass"].as<double>(), 30);
+  EXPECT_EQ(resolved["initial"]["pose"].as<std::vector<double>>(), (std::vector<double>{1, 2, 3}));
   EXPECT_EQ(resolved["floor"]["holding_speed"].as<double>(), 0) << "the profile's, in model coulomb only";
   EXPECT_TRUE(resolved["output"]["contacts"].as<bool>());
 }
@@ -325,17 +318,15 @@ TEST_F(SceneTest, HasAnIdOfItsContents) {
   EXPECT_NE(id_of(load(table)), of_table);
 }
 
-TEST_F(SceneTest, NeedsNoDurationWhereItIsEndless) {
-  SceneOverrides overrides;
-  overrides.endless = true;
-  const Scene scene =
-      load_scene(folder_.write("scene.yaml", "robot: {body_mass: 20}\nsolver: {control_period: 0.01}"), overrides);
+TEST_F(SceneTest, NeedsNoDurationForCommands) {
+  const auto load = [](const std::string& path) { return load_scene(path, {}, SceneUse::kCommands); };
+  const Scene scene = load(folder_.write("scene.yaml", "robot: {body_mass: 20}\nsolver: {control_period: 0.01}"));
   EXPECT_EQ(scene.duration, 0);
   EXPECT_EQ(scene.robot.m, 20);
-  EXPECT_TRUE(std::holds_alternative<std::monostate>(load_scene(folder_.write("scene.yaml", kDrive), overrides).drive));
+  EXPECT_TRUE(std::holds_alternative<std::monostate>(load(folder_.write("scene.yaml", kDrive)).drive));
 }
 
-TEST_F(SceneTest, OfNoFileHasTheDefaultsAndTheOverrides) {
+TEST_F(SceneTest, OfNoFileHasTheDefaultsAndTheSettings) {
   const Scene of_file = load("duration: 1");
   const Scene scene = default_scene({});
   EXPECT_TRUE((scene.initial.values == of_file.initial.values).all());
@@ -343,12 +334,10 @@ TEST_F(SceneTest, OfNoFileHasTheDefaultsAndTheOverrides) {
   EXPECT_EQ(scene.solver.relative_tolerance, of_file.solver.relative_tolerance);
   EXPECT_TRUE(std::holds_alternative<std::monostate>(scene.drive));
   EXPECT_TRUE(scene.files.empty());
-  SceneOverrides overrides;
-  overrides.relative_tolerance = 1e-4;
-  overrides.control_period = 2e-3;
-  overrides.profile = "measured";
-  overrides.method = "dopri5";
-  const Scene other = default_scene(overrides);
+  const Scene other = default_scene({{"solver.relative_tolerance", 1e-4},
+                                     {"solver.control_period", 2e-3},
+                                     {"robot.profile", "measured"},
+                                     {"solver.method", "dopri5"}});
   EXPECT_DOUBLE_EQ(other.solver.absolute_tolerance, 1e-7);
   EXPECT_EQ(other.solver.control_period, 2e-3);
   EXPECT_GT(other.robot.dry_friction.minCoeff(), 0);
@@ -488,10 +477,8 @@ TEST_F(SceneTest, QuotesWhatStandsInTheFile) {
   const std::string long_text(50'000, 'x');
   EXPECT_LT(refusal(d + "model: " + long_text).size(), 300u);
   EXPECT_LT(refusal(d + "? " + long_text + "\n: " + long_text).size(), 400u);
-  SceneOverrides overrides;
-  overrides.model = "a\nb" + long_text;
   try {
-    load_scene(folder_.write("scene.yaml", d), overrides);
+    default_scene({{"model", "\"a\\nb" + long_text + '"'}});
     ADD_FAILURE() << "not refused";
   } catch (const SceneError& error) {
     EXPECT_EQ(std::string(error.what()).find("model = a\\nbxxx"), 0u);

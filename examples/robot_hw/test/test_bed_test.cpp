@@ -13,10 +13,7 @@ namespace {
 using namespace youbot_base_sim;
 
 Scene scene(double control_period = 1e-3) {
-  SceneOverrides overrides;
-  overrides.control_period = control_period;
-  overrides.profile = "measured";
-  return default_scene(overrides);
+  return default_scene({{"solver.control_period", control_period}, {"robot.profile", "measured"}});
 }
 
 SetPoints all(DriveMode mode, double value) {
