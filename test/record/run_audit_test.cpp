@@ -160,8 +160,8 @@ TEST(Reliability, IsDeniedWhereEasedMillisecondsMatter) {
   const std::string doubt = reason_of(scene, 0.01);
   EXPECT_NE(doubt.find(" ms, integrated to a looser tolerance"), std::string::npos) << doubt;
 
-  Scene held =
-      load_scene(YOUBOT_BASE_SIM_SOURCE_DIR "/bench/scenes/held_wheel.yaml", {{"solver.relative_tolerance", 1e-11}});
+  Scene held = load_scene(YOUBOT_BASE_SIM_SOURCE_DIR "/studies/bench/scenes/held_wheel.yaml",
+                          {{"solver.relative_tolerance", 1e-11}});
   held.duration = 2;
   held.solver.keeps_up = true;
   Simulation simulation(held);
