@@ -2,10 +2,10 @@
 // the library's functions must not be replaced by what these make of the headers' inline ones.
 
 #include <youbot_base_sim/drive/base_driver.h>
-#include <youbot_base_sim/drive/imu.h>
-#include <youbot_base_sim/drive/wheel_odometry.h>
 #include <youbot_base_sim/physics/no_slip_model.h>
 #include <youbot_base_sim/physics/shared_contact.h>
+#include <youbot_base_sim/sensors/imu.h>
+#include <youbot_base_sim/sensors/wheel_odometry.h>
 #include <youbot_base_sim/simulation.h>
 
 #include <cstdio>
@@ -34,7 +34,7 @@ Scene scene_of(Model model, bool reacting) {
 
 void drive(Model model, bool reacting) {
   const Scene scene = scene_of(model, reacting);
-  BaseDriver driver({}, scene.initial.phi());
+  BaseDriver driver({});
   Simulation simulation(scene);
   WheelOdometry odometry({}, scene.initial.phi(), 0.03);
   Imu imu({}, scene.floor, 0, scene.initial);

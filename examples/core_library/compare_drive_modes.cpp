@@ -3,7 +3,7 @@
 // by the masses alone, or with the dry friction of the drives made up for.
 
 #include <youbot_base_sim/drive/base_driver.h>
-#include <youbot_base_sim/drive/wheel_odometry.h>
+#include <youbot_base_sim/drive/driver_kinematics.h>
 #include <youbot_base_sim/simulation.h>
 
 #include <algorithm>
@@ -76,7 +76,7 @@ class Controller {
 void drive(const char* name, Controller::Mode mode, const Scene& scene) {
   BaseDriver::Settings settings;
   settings.control_period = scene.solver.control_period;
-  BaseDriver driver(settings, scene.initial.phi());
+  BaseDriver driver(settings);
   const Controller controller(mode, scene.robot);
   Simulation simulation(scene);
 

@@ -14,10 +14,9 @@ BaseLoop::BaseLoop(const LoopSettings& settings)
                        settings.driver.command_timeout},
       takes_always_(settings.command_rate == 0 || settings.lockstep.on),
       requests_(control_time_),
-      driver_(driver_settings_, settings.scene.initial.phi()),
+      driver_(driver_settings_),
       simulation_(settings.scene),
-      sensors_(settings.scene, driver_.read(settings.scene.initial.phi(), settings.scene.initial.dphi()),
-               settings.sensors, driver_.motor()),
+      sensors_(settings.scene, settings.sensors, driver_.motor(), driver_settings_.quantized()),
       instants_(settings.publish_rate),
       listening_(takes_always_ ? 1 : settings.command_rate) {
   simulation_.continue_when_tipping();  // the node does not end for it; diagnostics report it
@@ -39,7 +38,7 @@ void BaseLoop::take_requests(bool listens) {
   requests_.take_motion(time(), [this](const auto& request) { apply(request); });
   const State& state = simulation_.state();
   const bool reconnected = listens && requests_.take(time(), driver_);
-  if (reconnected) sensors_.restart_odometry(driver_.read(state.phi(), state.dphi()));
+  if (reconnected) sensors_.restart_odometry(state, driver_.torque(), driver_.faults());
 }
 
 std::string BaseLoop::refusal(const std::vector<Load>& loads) const {
@@ -67,8 +66,7 @@ void BaseLoop::apply(const LoadsRequest& request) {
 void BaseLoop::apply(const StateRequest& request) {
   const State before = simulation_.state();
   simulation_.set_state(request.pose, request.velocity, request.phi);
-  const State& after = simulation_.state();
-  sensors_.carry(before, after, driver_.carry(before.phi(), after.phi()));
+  sensors_.carry(before, simulation_.state());
 }
 
 std::int64_t BaseLoop::periods_until(double t) const {
@@ -77,8 +75,7 @@ std::int64_t BaseLoop::periods_until(double t) const {
 
 bool BaseLoop::meet_instant() {
   if (!instants_.meet(time())) return false;
-  const State& state = simulation_.state();
-  sensors_.update(time(), state, driver_.read(state.phi(), state.dphi()));
+  sensors_.update(time(), simulation_.state(), driver_.torque(), driver_.faults());
   return true;
 }
 
@@ -104,10 +101,8 @@ void BaseLoop::reset() {
   requests_.clear();
   applied_loads_ = {};
   simulation_.reset();
-  const State& state = simulation_.state();
-  driver_ = BaseDriver(driver_settings_, state.phi());
-  sensors_ =
-      BaseSensors(simulation_.scene(), driver_.read(state.phi(), state.dphi()), sensor_options_, driver_.motor());
+  driver_ = BaseDriver(driver_settings_);
+  sensors_ = BaseSensors(simulation_.scene(), sensor_options_, driver_.motor(), driver_settings_.quantized());
   instants_.reset();
   listening_.reset();
 }

@@ -7,7 +7,7 @@
 #include <filesystem>
 
 #include "wheel_table.h"
-#include "youbot_base_sim/drive/wheel_odometry.h"
+#include "youbot_base_sim/drive/driver_kinematics.h"
 #include "youbot_base_sim/physics/no_slip_model.h"
 #include "youbot_base_sim/physics/roller_geometry.h"
 #include "youbot_base_sim/scene/scene_section.h"

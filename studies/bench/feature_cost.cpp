@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "youbot_base_sim/drive/base_driver.h"
-#include "youbot_base_sim/drive/wheel_odometry.h"
+#include "youbot_base_sim/drive/driver_kinematics.h"
 #include "youbot_base_sim/loop/base_loop.h"
 #include "youbot_base_sim/ros/bag.h"
 #include "youbot_base_sim/simulation.h"
@@ -36,7 +36,7 @@ DriveCommand curve() { return drive_command(DriveMode::kVelocity, DriverKinemati
 
 /// The least that the node could do: control periods, driven as the node is.
 void run_periods(const Scene& scene) {
-  BaseDriver driver(BaseDriver::Settings(), scene.initial.phi());
+  BaseDriver driver({});
   driver.command(0, curve());
   Simulation simulation(scene);
   advance_to(simulation, scene.duration, [&](double t, const State& x) { return driver.sample(t, x.dphi()); });

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "youbot_base_sim/drive/base_driver.h"
-#include "youbot_base_sim/drive/wheel_odometry.h"
+#include "youbot_base_sim/drive/driver_kinematics.h"
 #include "youbot_base_sim/identify/encoder_fit.h"
 #include "youbot_base_sim/simulation.h"
 #include "youbot_base_sim/slip_odometry/slip_odometry.h"
@@ -57,7 +57,7 @@ DriveRecord drive(unsigned seed, double duration, const Wheels& phi) {
   Scene scene = measured_base();
   scene.solver.control_period = 1e-3;
   scene.initial.phi() = phi;
-  BaseDriver driver({}, phi);
+  BaseDriver driver({});
   double next = 0.1;
   Wheels torque = Wheels::Zero();
   const auto drive = [&](double t, const State& x) {

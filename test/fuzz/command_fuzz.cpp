@@ -4,6 +4,7 @@
 #include "fuzz.h"
 #include "youbot_base_sim/loop/base_requests.h"
 #include "youbot_base_sim/ros/conversions.h"
+#include "youbot_base_sim/sensors/motor_sensors.h"
 
 using namespace youbot_base_sim;
 
@@ -137,7 +138,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   settings.motors.quantized = variant & 1;
   scene.robot.dry_friction.setConstant(variant & 2 ? kDryFriction : 0);
   settings.command_timeout = variant & 4 ? 2 * kPeriod : 0;
-  BaseDriver driver(settings, Wheels::Zero());
+  BaseDriver driver(settings);
+  MotorSensors sensors(driver.motor(), settings.quantized(), Wheels::Zero());
   BaseRequests requests{ControlTime(kPeriod)};
   Simulation simulation(scene);
   const auto drive = [&](double t, const State& state) {
@@ -157,7 +159,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     simulation.set_torque(drive(simulation.time(), simulation.state()));
     simulation.step();
     require_finite(simulation.state().values, "the state");
-    const MotorReadings& readings = driver.read(simulation.state().phi(), simulation.state().dphi());
+    const MotorReadings& readings =
+        sensors.read(simulation.state().phi(), simulation.state().dphi(), driver.torque(), driver.faults());
     require_finite(readings.phi, "an angle");
     require_finite(readings.dphi, "a rate");
     require_finite(readings.torque, "an effort");

@@ -20,7 +20,10 @@ BaseDriver::Settings driver_settings(const Scene& scene) {
 
 }  // namespace
 
-TestBed::TestBed(const Scene& scene) : driver_(driver_settings(scene), scene.initial.phi()), simulation_(scene) {}
+TestBed::TestBed(const Scene& scene)
+    : driver_(driver_settings(scene)),
+      sensors_(driver_.motor(), driver_settings(scene).quantized(), scene.initial.phi()),
+      simulation_(scene) {}
 
 bool TestBed::command(const SetPoints& set_points) {
   bool finite = true;

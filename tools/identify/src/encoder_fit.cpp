@@ -11,9 +11,9 @@
 #include <utility>
 
 #include "youbot_base_sim/drive/prescribed_wheels.h"
-#include "youbot_base_sim/drive/wheel_odometry.h"
 #include "youbot_base_sim/identify/least_squares.h"
 #include "youbot_base_sim/physics/roller_geometry.h"
+#include "youbot_base_sim/sensors/wheel_odometry.h"
 #include "youbot_base_sim/slip_odometry/replay.h"
 
 namespace youbot_base_sim {

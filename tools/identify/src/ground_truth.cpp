@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "youbot_base_sim/drive/wheel_odometry.h"
+#include "youbot_base_sim/drive/driver_kinematics.h"
 #include "youbot_base_sim/identify/least_squares.h"
 
 namespace youbot_base_sim {

@@ -3,7 +3,7 @@
 #include <random>
 
 #include "youbot_base_sim/drive/base_driver.h"
-#include "youbot_base_sim/drive/wheel_odometry.h"
+#include "youbot_base_sim/drive/driver_kinematics.h"
 #include "youbot_base_sim/identify/drive_record.h"
 #include "youbot_base_sim/identify/fitted_parameters.h"
 #include "youbot_base_sim/simulation.h"
@@ -45,7 +45,7 @@ struct Twin {
     scene.initial.phi() = phi;
     BaseDriver::Settings settings;
     settings.motors = *robot.motors;
-    BaseDriver driver(settings, phi);
+    BaseDriver driver(settings);
 
     DriveRecord record;
     record.name = "twin";

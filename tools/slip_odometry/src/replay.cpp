@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "youbot_base_sim/drive/wheel_odometry.h"
+#include "youbot_base_sim/drive/driver_kinematics.h"
 #include "youbot_base_sim/physics/no_slip_model.h"
 
 namespace youbot_base_sim {

@@ -1,6 +1,6 @@
-#include "youbot_base_sim/drive/imu.h"
+#include "youbot_base_sim/sensors/imu.h"
 
-#include "youbot_base_sim/drive/normal_noise.h"
+#include "youbot_base_sim/sensors/normal_noise.h"
 
 namespace youbot_base_sim {
 

@@ -1,6 +1,8 @@
-#include "youbot_base_sim/drive/wheel_odometry.h"
+#include "youbot_base_sim/sensors/wheel_odometry.h"
 
 #include <cmath>
+
+#include "youbot_base_sim/drive/driver_kinematics.h"
 
 namespace youbot_base_sim {
 
@@ -10,23 +12,6 @@ namespace {
 double rounding_variance(double step) { return step * step / 12; }
 
 }  // namespace
-
-Wheels DriverKinematics::wheel_rates(const Eigen::Vector3d& velocity) const {
-  const double v_x = velocity[0], v_y = velocity[1], turn = half_lengths * velocity[2];
-  return Wheels(v_x - v_y - turn, v_x + v_y + turn, v_x + v_y - turn, v_x - v_y + turn) / wheel_radius;
-}
-
-Eigen::Vector3d DriverKinematics::velocity(const Wheels& dphi) const {
-  const double quarter = wheel_radius / 4;
-  return {quarter * (dphi[0] + dphi[1] + dphi[2] + dphi[3]), quarter * (-dphi[0] + dphi[1] + dphi[2] - dphi[3]),
-          quarter / half_lengths * (-dphi[0] + dphi[1] - dphi[2] + dphi[3])};
-}
-
-DriverKinematics::Jacobian DriverKinematics::jacobian() const {
-  Jacobian jacobian;
-  for (int i = 0; i < kWheels; ++i) jacobian.col(i) = velocity(Eigen::Vector4d::Unit(i).array());
-  return jacobian;
-}
 
 WheelOdometry::WheelOdometry(const DriverKinematics& kinematics, const Wheels& phi, double wheel_error,
                              const Motor& motor)
