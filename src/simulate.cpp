@@ -9,10 +9,9 @@
 #include <vector>
 
 #include "youbot_base_sim/integration/methods.h"
+#include "youbot_base_sim/offline/summary.h"
 #include "youbot_base_sim/offline_program.h"
 #include "youbot_base_sim/record/recorder.h"
-#include "youbot_base_sim/record/run_audit.h"
-#include "youbot_base_sim/record/twin.h"
 #ifdef YOUBOT_BASE_SIM_ROS
 #include "youbot_base_sim/ros/bag.h"
 #endif

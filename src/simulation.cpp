@@ -14,7 +14,8 @@
 
 namespace youbot_base_sim {
 
-/// What the scene's drive or set points command, directly or through motors, at the beginning of each control period.
+/// Commands of the scene's drive, or set points, sampled at the beginning of each control period; through motors if the
+/// scene has them.
 class Simulation::SampledDrive {
  public:
   /// Without `own` the scene's own drive is left out.

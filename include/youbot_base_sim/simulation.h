@@ -75,8 +75,8 @@ class Simulation {
   /// Advances to the end of the present control period; std::logic_error if the scene has none.
   void step();
 
-  /// Whether a control period begins now; and where the present one, or the one that begins now, ends, s (infinity if
-  /// the scene has no control period).
+  /// True if a control period begins now; end of the present one, or of the one that begins now, s (infinity if the
+  /// scene has no control period).
   bool period_begins() const { return sampled() && ControlTime::reached(segment_end_, t_); }
   double period_end() const;
 
@@ -138,7 +138,7 @@ class Simulation {
   /// Lets the motion continue at the tipping limit, where the advancing functions otherwise throw TippedOver.
   void continue_when_tipping();
 
-  /// Where the power goes now. The sum is the rate of change of kinetic energy; switches that stop a roller or a wheel
+  /// Power by its use, now, W. The sum is the rate of change of kinetic energy; switches that stop a roller or a wheel
   /// change it too.
   PowerBalance power_balance() const;
 

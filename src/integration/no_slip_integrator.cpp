@@ -94,7 +94,8 @@ NoSlipIntegrator::NoSlipIntegrator(const RobotParameters& robot, const FloorPara
       statistics_(before ? before->statistics : IntegrationStatistics()),
       method_(find_method(method(robot))->make(share_of(tolerance, 0.1), 0, statistics_)) {}
 
-// Of the step from velocity `a` at t to `b` at `end` (s), for the friction in the bearings and in the torque.
+// Resolved share of the step from velocity `a` at t to `b` at `end` (s), for the friction in the bearings and in the
+// torque.
 double NoSlipIntegrator::resolved_share(const Eigen::Vector3d& a, const Eigen::Vector3d& b, double t,
                                         double end) const {
   return std::min(model_.resolved_share(a, b), torque_.resolved_share(t, end));

@@ -33,7 +33,7 @@ void BaseLoop::advance_periods(std::int64_t n) {
   }
 }
 
-// Those of the motion act at any control period, those of the driver where it listens.
+// Requests of the motion act at any control period, the driver's only if it `listens` now.
 void BaseLoop::take_requests(bool listens) {
   requests_.take_motion(time(), [this](const auto& request) { apply(request); });
   const State& state = simulation_.state();

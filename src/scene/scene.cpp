@@ -55,7 +55,7 @@ constexpr Range kTorque{-3e6, 3e6, "N m"};
 constexpr Range kTime{-1e9, 1e9, "s"};
 constexpr Range kHarmonicPeriod{1e-4, 1e9, "s"};
 
-/// What a profile sets: the robot's friction, and the holding speed of a parked base, m/s.
+/// Values of a profile: the robot's friction, and the holding speed of a parked base, m/s.
 struct Defaults {
   RobotParameters robot;
   double holding_speed = 0;
@@ -271,7 +271,7 @@ void read_output(SceneSection s, OutputSettings& output) {
   s.finish();
 }
 
-/// Whether the drive cannot be continuous in time: commands, or a loop of motors.
+/// True if the drive cannot be continuous in time: commands, or a loop of motors.
 bool is_sampled(const Scene& scene, SceneUse use) {
   return use == SceneUse::kCommands || scene.motors || std::holds_alternative<VelocityTable>(scene.drive);
 }

@@ -5,6 +5,8 @@
 #include "fuzz.h"
 #include "youbot_base_sim/drive/base_driver.h"
 #include "youbot_base_sim/drive/driver_configuration.h"
+#include "youbot_base_sim/sensors/motor_sensors.h"
+#include "youbot_base_sim/sensors/wheel_odometry.h"
 
 using namespace youbot_base_sim;
 

@@ -6,6 +6,9 @@
 #include <sys/resource.h>
 #include <yaml-cpp/yaml.h>
 
+#include <array>
+#include <map>
+#include <memory>
 #include <sstream>
 
 #include "temporary_folder.h"
@@ -558,6 +561,61 @@ TEST_F(SceneTest, MotorsAreSampledAt1kHz) {
   EXPECT_EQ(load("duration: 1\ndrive: {torque_table: table.csv}\nmotors: {}\nsolver: {control_period: 0.02}")
                 .solver.control_period,
             0.02);
+}
+
+// Keys beyond the paper.
+
+/// The keys of a document below `above`; values are YAML.
+void collect_keys(const YAML::Node& node, const std::string& above, SceneSettings& keys) {
+  for (const auto& entry : node) {
+    const std::string key = (above.empty() ? "" : above + ".") + entry.first.Scalar();
+    keys.emplace_back(key, YAML::Dump(entry.second));
+    if (entry.second.IsMap()) collect_keys(entry.second, key, keys);
+  }
+}
+
+/// How far the extended equations take a scene from the paper's within 50 ms, the largest difference of its state.
+double effect_of_extended_equations(const Scene& scene) {
+  std::array<State, 2> ends{scene.initial, scene.initial};
+  for (const bool extended : {false, true}) {
+    const std::unique_ptr<TorqueProfile> torque = make_torque_profile(scene);
+    torque->begin_segment(0);
+    make_integrator(scene.model, scene.robot, scene.floor, scene.initial, *torque, scene.solver, extended)
+        ->advance(ends[extended], 0, 0.05, 0.05);
+  }
+  return (ends[0].values - ends[1].values).abs().maxCoeff();
+}
+
+// A key that the paper's equations do not know has no effect unless `beyond_the_paper` names it. Each key of a scene
+// that has all of them, alone, in a motion that slips.
+TEST_F(SceneTest, KeysThatThePaperLacksChooseTheExtendedEquations) {
+  const SceneFile base{folder_.path("scene.yaml"),
+                       "{duration: 1, solver: {relative_tolerance: 1e-9}, initial: {twist: [0.3, 0.2, 1]}, "
+                       "drive: {torque: [{start: 0, constant: [3, -2, 1, 3]}]}}"};
+  SceneSettings keys;
+  collect_keys(YAML::LoadFile(YOUBOT_BASE_SIM_SOURCE_DIR "/test/fuzz/scene/every_key.yaml"), "", keys);
+  std::map<std::string, double> known;
+  int compared = 0;
+  for (const SceneSetting& key : keys) {
+    Scene scene;
+    try {
+      scene = load_scene(base, {key});
+    } catch (const SceneError&) {
+      continue;  // makes sense with others only
+    }
+    if (std::holds_alternative<VelocityTable>(scene.drive) || !scene.load_schedule.empty()) continue;
+    const double effect = effect_of_extended_equations(scene);
+    if (beyond_the_paper(scene)) {
+      known[key.key] = effect;
+    } else {
+      EXPECT_LT(effect, 1e-6) << key.key << " = " << key.value << " has an effect that a scene with it does not have";
+      ++compared;
+    }
+  }
+  EXPECT_GT(compared, 40);
+  for (const char* key : {"robot.normal_reactions", "floor.slope", "floor.spin_radius", "floor.patches"}) {
+    EXPECT_GT(known[key], 1e-5) << key;
+  }
 }
 
 }  // namespace

@@ -23,14 +23,14 @@ inline DriveCommand drive_command(DriveMode mode, const Wheels& values) {
   return command;
 }
 
-/// Whether the driver is connected to its base. It gives the base up when EtherCAT has failed for longer than its
+/// The driver's connection to its base. It gives the base up when EtherCAT has failed for longer than its
 /// time-out, and finds it again only by a reconnect while the cable is in. Times are simulated time, s.
 class EthercatConnection {
  public:
   /// The driver's MaximumNumberOfEtherCATErrors in cycles of 1 ms; also the firmware's MotorControllerTimeout, s.
   static constexpr double kTimeout = 0.1;
 
-  /// Whether the base was there at the last `update`.
+  /// True if the base was there at the last `update`.
   bool present() const { return present_; }
 
   /// Looks at time t whether the base is still there, as the driver does in each of its cycles.
@@ -61,7 +61,7 @@ class BaseDriver {
     MotorSettings motors;          ///< limits of that motor and the like; a fault adds to the delay of commands
     double command_timeout = 0;    ///< the wheels stop after this time without a command, s; 0: never, as the driver
 
-    /// Whether EtherCAT carries whole rpm, mA and encoder ticks, as it does unless `motors` says otherwise.
+    /// True if EtherCAT carries whole rpm, mA and encoder ticks, as it does unless `motors` says otherwise.
     bool quantized() const { return motors.quantized.value_or(true); }
   };
 
@@ -103,7 +103,7 @@ class BaseDriver {
   };
   Events take_events() { return std::exchange(events_, {}); }
 
-  /// What each motor does now.
+  /// The present set points of the motors.
   const std::array<SetPoint, kWheels>& set_points() const { return drive_.set_points(); }
 
  private:

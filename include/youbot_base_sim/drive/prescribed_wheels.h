@@ -11,7 +11,7 @@
 
 namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
-/// How wheels are to turn, as a function of time, s. It may change while a simulation stands at that time.
+/// Angles of the wheels as a function of time, s. It may change while a simulation stands at that time.
 class WheelMotion {
  public:
   virtual ~WheelMotion() = default;
@@ -53,7 +53,7 @@ class WheelSpline : public WheelMotion {
   const WheelTable& table() const { return table_; }
 
  private:
-  /// Where a time is between two rows.
+  /// The place of a time between two rows.
   struct Place {
     std::size_t row;  ///< the first of them
     double length;    ///< between them, s

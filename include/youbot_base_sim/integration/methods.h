@@ -37,7 +37,7 @@ const std::vector<std::string>& method_names();
 /// The method of that name; null if there is none.
 const Method* find_method(const std::string& name);
 
-/// How the equations of motion are integrated.
+/// Settings of the integration of the equations of motion.
 struct IntegrationSettings {
   std::string method = "radau";  ///< one of `methods`
   double step = 0;               ///< s, of a method without step size control; 0: its default

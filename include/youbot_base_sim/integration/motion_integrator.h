@@ -58,7 +58,7 @@ class MotionIntegrator {
   virtual ContactDetails contacts(const State& x, double t) const = 0;  ///< model 1: no slip, no friction
   virtual const IntegrationStatistics& statistics() const = 0;
 
-  // What follows has no meaning in model 1.
+  // Model 1 has none of these.
 
   virtual const ContactModes* contact_modes() const { return nullptr; }  ///< null in model 1
   virtual double regularization_speed() const { return kInfinity; }      ///< of the friction, m/s; infinite: none

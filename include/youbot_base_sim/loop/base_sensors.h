@@ -10,8 +10,7 @@
 
 namespace youbot_base_sim {
 
-/// What the base knows of itself: its motors' readings, the wheel odometry that they make, and on request an inertial
-/// unit.
+/// The base's own sensors: its motors' readings, the wheel odometry that they make, and on request an inertial unit.
 class BaseSensors {
  public:
   struct Options {

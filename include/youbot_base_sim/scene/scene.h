@@ -22,12 +22,12 @@ namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 /// The model's name in a scene file: no_slip, viscous or coulomb.
 const char* name_of(Model model);
 
-/// How the motion is integrated; the absolute tolerance is 1e-3 of the relative one unless given.
+/// Settings of the integration; the absolute tolerance is 1e-3 of the relative one unless given.
 struct SolverSettings : IntegrationSettings {
   double control_period = 0;  ///< s; > 0: the drive is sampled and held for this period; 0: continuous in time
 };
 
-/// What is written besides the motion.
+/// Outputs besides the motion.
 struct OutputSettings {
   bool contacts = false;  ///< in bags
 };
@@ -40,8 +40,8 @@ struct VelocityTable {
 /// One simulation as a scene file describes it, checked and with its defaults filled in. SI units, radians.
 struct Scene {
   std::vector<std::string> files;  ///< its own and its table
-  /// As `load_scene` read it, as YAML: with settings, and each key that has a default. It does not follow a program
-  /// that changes other members.
+  /// The scene that `load_scene` has read, as YAML: with settings, and each key that has a default. Stale once the
+  /// caller edits other members.
   std::string resolved;
   Model model = Model::kCoulomb;
   double duration = 0;       ///< s; 0 if it is left out
@@ -60,10 +60,10 @@ struct Scene {
       drive;
 };
 
-/// What the control period must be for velocity loops of these gains to be stable; empty if they are.
+/// The range of control periods in which velocity loops of these gains are stable; empty if the scene's is.
 std::string stable_period(const Scene& scene, const VelocityGains& gains);
 
-/// Whether a scene needs the extended equations rather than the paper's with other numbers.
+/// True if a scene needs the extended equations rather than the paper's with other numbers.
 bool beyond_the_paper(const Scene& scene);
 
 /// Which wheel would leave the floor at rest under these loads and the scene's own, at t (s) or later; empty if none.
@@ -83,7 +83,7 @@ struct SceneFile {
   std::string text;
 };
 
-/// What a scene is read for.
+/// The use that a scene is read for.
 enum class SceneUse {
   kRun,      ///< to run it: it must have a duration
   kCommands  ///< for a node: it has a control period, may have no duration, and its drive is ignored
@@ -95,7 +95,7 @@ Scene load_scene(const std::string& path, const SceneSettings& settings = {}, Sc
 /// Reads a scene file and checks only that it is YAML. Throws SceneError.
 SceneFile read_scene_file(const std::string& path);
 
-/// As load_scene of a path. `resolved` stays empty unless asked for, which takes 0.25 ms.
+/// Reads and checks the text of a scene file likewise. `resolved` stays empty unless asked for, which takes 0.25 ms.
 Scene load_scene(const SceneFile& file, const SceneSettings& settings = {}, SceneUse use = SceneUse::kRun,
                  bool resolve = true);
 

@@ -26,7 +26,7 @@ class MotorSensors {
     readings_.phi = phi;
   }
 
-  /// Those of a run offline: exact, unless the scene's motors are `quantized`.
+  /// Sensors of a run offline: exact, unless the scene's motors are `quantized`.
   MotorSensors(const std::optional<MotorSettings>& motors, const Wheels& phi)
       : MotorSensors(Motor(), motors && motors->quantized.value_or(false), phi) {}
 

@@ -34,7 +34,7 @@ class WheelOdometry {
   /// x, y (m) and heading (rad, unwrapped) in the frame of the initial pose.
   const Eigen::Vector3d& pose() const { return pose_; }
 
-  /// Whether the covariances are anything but zero.
+  /// True if the covariances are anything but zero.
   bool has_covariance() const { return wheel_error_ > 0; }
 
   /// Covariance of `pose`, in its frame.

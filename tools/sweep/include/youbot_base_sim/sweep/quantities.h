@@ -3,7 +3,7 @@
 #include <cmath>
 #include <vector>
 
-#include "youbot_base_sim/record/run_audit.h"
+#include "youbot_base_sim/offline/verdict.h"
 #include "youbot_base_sim/sensors/motor_sensors.h"
 #include "youbot_base_sim/sensors/wheel_odometry.h"
 #include "youbot_base_sim/simulation.h"

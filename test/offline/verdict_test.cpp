@@ -1,13 +1,13 @@
 // Which results are called reliable, and what the console shows of a run.
 
-#include "youbot_base_sim/record/run_audit.h"
+#include "youbot_base_sim/offline/verdict.h"
 
 #include <gtest/gtest.h>
 
 #include <memory>
 
 #include "youbot_base_sim/drive/prescribed_wheels.h"
-#include "youbot_base_sim/record/twin.h"
+#include "youbot_base_sim/offline/summary.h"
 
 namespace youbot_base_sim {
 namespace {
