@@ -2,25 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 namespace youbot_base_sim {
 
 double Motor::tick() const { return 2 * M_PI * gear_ratio / encoder_ticks; }
 
 double Motor::rpm() const { return 2 * M_PI * gear_ratio / 60; }
-
-DriveModeWords words_of(DriveMode mode) {
-  switch (mode) {
-    case DriveMode::kOff:
-      return {"motor off", ""};
-    case DriveMode::kTorque:
-      return {"torque", "N m"};
-    case DriveMode::kVelocity:
-      return {"velocity", "rad/s"};
-  }
-  throw std::invalid_argument("no mode of a drive");
-}
 
 double Motor::max_value(DriveMode mode) const {
   switch (mode) {
@@ -31,7 +18,7 @@ double Motor::max_value(DriveMode mode) const {
     case DriveMode::kVelocity:
       return max_rate();
   }
-  throw std::invalid_argument("no mode of a drive");
+  return 0;
 }
 
 SetPoint Motor::limited(SetPoint set_point) const {

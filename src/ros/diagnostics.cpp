@@ -29,8 +29,9 @@ DiagnosticStatusWrapper own_status(const std::string& subject, bool ok, const st
 std::string motor_status_text(const BaseDriver& driver, int i) {
   if (driver.faults().silent[i] || driver.faults().ethercat_lost) return "does not answer";
   const SetPoint set_point = driver.set_points()[i];
-  const auto [quantity, unit] = words_of(set_point.mode);
-  return set_point.mode == DriveMode::kOff ? quantity : fmt::format("{} {:.4g} {}", quantity, set_point.value, unit);
+  if (set_point.mode == DriveMode::kOff) return "motor off";
+  return set_point.mode == DriveMode::kTorque ? fmt::format("torque {:.4g} N m", set_point.value)
+                                              : fmt::format("velocity {:.4g} rad/s", set_point.value);
 }
 
 DiagnosticStatusWrapper wheels_status(const BaseDriver& driver, const Simulation& simulation) {

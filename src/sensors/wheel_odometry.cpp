@@ -21,33 +21,14 @@ void WheelOdometry::update(const Wheels& phi) {
   const Wheels turned = phi - phi_;
   phi_ = phi;
   const Eigen::Vector3d moved = kinematics_.velocity(turned);
-  turn(moved[2]);
+  pose_[2] += moved[2];
   if (wheel_error_ > 0) update_covariance(turned, moved);
-  pose_[0] += cos_ * moved[0] - sin_ * moved[1];
-  pose_[1] += sin_ * moved[0] + cos_ * moved[1];
-}
-
-void WheelOdometry::turn(double angle) {
-  pose_[2] += angle;
-  if (--turns_until_look_up_ <= 0 || !(std::abs(angle) < kSmallAngle)) return look_up();
-  const double square = angle * angle;
-  const double s = angle * (1 - square / 6 * (1 - square / 20));
-  const double c = 1 - square / 2 * (1 - square / 12 * (1 - square / 30));
-  const double cos_before = cos_;
-  cos_ = c * cos_before - s * sin_;
-  sin_ = s * cos_before + c * sin_;
-}
-
-void WheelOdometry::look_up() {
-  const auto [sine, cosine] = sine_and_cosine(pose_[2]);
-  cos_ = cosine;
-  sin_ = sine;
-  turns_until_look_up_ = kTurnsBetweenLookUps;
+  pose_ += youbot_base_sim::turned({moved[0], moved[1], 0}, pose_[2]);
 }
 
 void WheelOdometry::update_covariance(const Wheels& turned, const Eigen::Vector3d& moved) {
   constexpr double kTurn = 2 * M_PI;
-  const double c = cos_, s = sin_;
+  const auto [s, c] = sine_and_cosine(pose_[2]);
   // Derivatives of `update`: by the previous pose, and by each wheel's rotation, whose displacements are rotated by the
   // new heading.
   Eigen::Matrix3d by_pose = Eigen::Matrix3d::Identity(), by_moved = Eigen::Matrix3d::Identity();
@@ -64,7 +45,6 @@ void WheelOdometry::update_covariance(const Wheels& turned, const Eigen::Vector3
 void WheelOdometry::reset(const Wheels& phi) {
   phi_ = phi;
   pose_.setZero();
-  look_up();
   sensitivity_.setZero();
   changing_.setZero();
 }

@@ -16,13 +16,6 @@ enum class DriveMode {
   kVelocity  ///< a velocity loop tracks a rate
 };
 
-/// The quantity that a motor in this mode is commanded, and its unit; no unit for a motor that is off.
-struct DriveModeWords {
-  const char* quantity;
-  const char* unit;
-};
-DriveModeWords words_of(DriveMode mode);
-
 /// Set point of one wheel: `value` is a torque at the wheel, N m, or a rate of the wheel, rad/s.
 struct SetPoint {
   DriveMode mode = DriveMode::kOff;

@@ -48,13 +48,6 @@ class WheelOdometry {
  private:
   using Jacobian = DriverKinematics::Jacobian;
 
-  static constexpr double kSmallAngle = 1.0 / 64;  // rad: the series of `turn` are then exact to the last bit
-  static constexpr int kTurnsBetweenLookUps = 64;
-
-  /// Turns the heading. Its sine and cosine follow by addition theorems with series of the small angle, a third of the
-  /// work of looking them up; now and then they are, so that rounding does not add up.
-  void turn(double angle);
-  void look_up();
   void update_covariance(const Wheels& turned, const Eigen::Vector3d& moved);
 
   DriverKinematics kinematics_;
@@ -62,8 +55,6 @@ class WheelOdometry {
   double tick_, rpm_;  // rad, rad/s
   Wheels phi_;
   Eigen::Vector3d pose_ = Eigen::Vector3d::Zero();
-  double cos_ = 1, sin_ = 0;  // of the heading
-  int turns_until_look_up_ = kTurnsBetweenLookUps;
   Jacobian sensitivity_ = Jacobian::Zero();   // of the pose to each wheel's constant share
   Covariance changing_ = Covariance::Zero();  // of the pose, on account of the other ones
 };
