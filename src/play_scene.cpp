@@ -41,7 +41,7 @@ class ScenePlayer {
     std::string model;
     parameters.read("model", model);
     try {
-      scene_ = load_scene(path, model.empty() ? SceneSettings() : SceneSettings{{"model", model}});
+      scene_ = load_scene(path, model.empty() ? SceneSettings() : SceneSettings{{"model", model, true}});
     } catch (const SceneError& error) {
       throw ParameterError(fmt::format("parameter ~scene: {}", error.what()));
     }

@@ -60,7 +60,7 @@ bool prepare(int argc, char** argv, Arguments& arguments, Scene& scene) {
   std::string tolerance, cpu_limit;
   const auto setting = [&](const char* key) {
     return po::value<std::string>()->value_name("NAME")->notifier(
-        [&, key](const std::string& name) { arguments.settings.emplace_back(key, name); });
+        [&, key](const std::string& name) { arguments.settings.emplace_back(key, name, true); });
   };
   // clang-format off
   options.add_options()

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <utility>
 
 #include "youbot_base_sim/drive/driver_configuration.h"
 #include "youbot_base_sim/ros/program.h"
@@ -28,8 +29,10 @@ SceneSettings read_scene_settings(Parameters& parameters) {
   const auto read = [&](const char* name, const char* key, auto value, const auto&... range) {
     if (parameters.read(name, value, range...)) settings.emplace_back(key, *value);
   };
-  read("model", "model", std::optional<std::string>());
-  read("method", "solver.method", std::optional<std::string>());
+  for (const auto& [name, key] : {std::pair{"model", "model"}, {"method", "solver.method"}}) {
+    std::string value;
+    if (parameters.read(name, value)) settings.emplace_back(key, value, true);
+  }
   read("control_period", "solver.control_period", std::optional<double>(), kPeriods);
   read("relative_tolerance", "solver.relative_tolerance", std::optional<double>(), kRelativeTolerances);
   read("dry_friction", "robot.dry_friction", std::optional<double>(), Range{0, 100, "N m"});

@@ -25,12 +25,13 @@ Scene read_scene(Parameters& parameters, SceneSettings settings) {
     settings.insert(settings.begin(), {"solver.relative_tolerance", kTolerance});  // later ones replace it
   }
   parameters.read("profile", profile);
+  SceneSetting setting("robot.profile", profile, true);
   if (parameters.read("friction_scale", friction_scale, kFrictionScales)) {
-    const std::string text = fmt::format("{:g}", *friction_scale);
-    parameters.require(profile == "measured", "friction_scale", text, "left out unless ~profile is measured");
-    profile = fmt::format("{{name: measured, friction_scale: {}}}", *friction_scale);
+    parameters.require(profile == "measured", "friction_scale", fmt::format("{:g}", *friction_scale),
+                       "left out unless profile = measured is given too");
+    setting = {"robot.profile", fmt::format("{{name: measured, friction_scale: {}}}", *friction_scale)};
   }
-  if (!profile.empty()) settings.insert(settings.begin(), {"robot.profile", profile});
+  if (!profile.empty()) settings.push_back(setting);
   try {
     default_scene(settings, SceneUse::kCommands);
   } catch (const SceneError& error) {  // "solver.method = ...", for ~method

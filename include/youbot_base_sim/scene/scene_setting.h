@@ -18,13 +18,15 @@ struct SceneError : std::runtime_error {
 /// A value in place of a scene file's at a key such as "floor.friction" or "initial.wheel_angles[0]".
 struct SceneSetting {
   SceneSetting() = default;
-  /// `text` is YAML.
-  SceneSetting(std::string of, std::string text) : key(std::move(of)), value(std::move(text)) {}
+  /// `text` is YAML or, if it `is_literal`, a text as it stands.
+  SceneSetting(std::string of, std::string text, bool literal = false)
+      : key(std::move(of)), value(std::move(text)), is_literal(literal) {}
   SceneSetting(std::string of, double number);
   SceneSetting(std::string of, const Eigen::ArrayXd& numbers);  ///< a list
 
   std::string key;
-  std::string value;  ///< as YAML
+  std::string value;
+  bool is_literal = false;
 };
 using SceneSettings = std::vector<SceneSetting>;
 
