@@ -14,42 +14,39 @@
 
 namespace youbot_base_sim {
 
-/// Commands of the scene's drive, or set points, sampled at the beginning of each control period; through motors if the
-/// scene has them.
+/// Commands of the scene's drive, or set points in its place, sampled at the beginning of each control period: through
+/// motors, or as torques if neither scene nor set points ask for any.
 class Simulation::SampledDrive {
  public:
-  /// Without `own` the scene's own drive is left out.
-  SampledDrive(const Scene& scene, bool own)
-      : torque_(own ? make_torque_profile(scene) : nullptr),
+  explicit SampledDrive(const Scene& scene)
+      : scene_(scene),
         motors_(scene.motors.value_or(MotorSettings())),
         wheels_(scene.solver.control_period, motors_.limit(Motor()), motors_.gains, motors_.quantized.value_or(false)),
-        has_motors_(scene.motors) {
-    const auto* velocity = std::get_if<VelocityTable>(&scene.drive);
-    if (own && velocity) rates_ = &velocity->table;
-  }
+        torque_(make_torque_profile(scene)) {}
 
   /// Set points, N m or rad/s, that are commanded at time t, s.
   void command(double t, DriveMode mode, const Wheels& values) {
     pending_.push_back({t + motors_.command_delay, mode, values});
   }
 
-  /// Torque for the control period that begins at time t (s) with wheel rates `dphi` (rad/s), N m; none before the
-  /// first set points where the scene's own drive is left out.
-  std::optional<Wheels> sample(double t, const Wheels& dphi) {
+  /// Torque for the control period that begins at time t (s) with wheel rates `dphi` (rad/s), N m.
+  Wheels sample(double t, const Wheels& dphi) {
     for (; !pending_.empty() && ControlTime::reached(pending_.front().due, t); pending_.pop_front()) {
-      commanded_ = pending_.front();
+      set_points_ = pending_.front();
     }
-    if (commanded_) return through_motors(commanded_->mode, commanded_->values, dphi);
+    if (set_points_) return through_motors(set_points_->mode, set_points_->values, dphi);
     // Rows and segments that begin later by rounding alone count as begun.
     const double sent = t - motors_.command_delay, begun = sent + ControlTime::rounding(t);
-    if (rates_) return through_motors(DriveMode::kVelocity, rates_->at(begun), dphi);
-    if (!torque_) return std::nullopt;
+    if (const auto* rates = std::get_if<VelocityTable>(&scene_.drive)) {
+      return through_motors(DriveMode::kVelocity, rates->table.at(begun), dphi);
+    }
     torque_->begin_segment(begun);
-    return has_motors_ ? through_motors(DriveMode::kTorque, torque_->value(sent), dphi) : torque_->value(sent);
+    const Wheels torque = torque_->value(sent);
+    return scene_.motors ? through_motors(DriveMode::kTorque, torque, dphi) : torque;
   }
 
  private:
-  struct Command {
+  struct SetPoints {
     double due;  // s
     DriveMode mode;
     Wheels values;
@@ -60,13 +57,12 @@ class Simulation::SampledDrive {
     return wheels_.sample(dphi);
   }
 
-  std::unique_ptr<TorqueProfile> torque_;  // null where the scene commands rates, or nothing
-  const WheelTable* rates_ = nullptr;      // null where it does not
+  const Scene& scene_;
   MotorSettings motors_;
   WheelDrive wheels_;
-  bool has_motors_;  // otherwise the scene's torques act directly
-  std::deque<Command> pending_;
-  std::optional<Command> commanded_;  // the last set points that are due
+  std::unique_ptr<TorqueProfile> torque_;  // of the scene; null if it has none
+  std::deque<SetPoints> pending_;          // due later
+  std::optional<SetPoints> set_points_;
 };
 
 Simulation::Simulation(const Scene& scene) : scene_(scene), control_time_(scene.solver.control_period) { reset(); }
@@ -85,7 +81,7 @@ void Simulation::reset() {
     if (!continuous_) continuous_ = std::make_unique<HeldTorque>();
     continuous_->begin_segment(0);
   } else if (!std::holds_alternative<std::monostate>(scene_.drive)) {
-    drive_ = std::make_unique<SampledDrive>(scene_, true);
+    drive_ = std::make_unique<SampledDrive>(scene_);
   }
   prescribed_ = dynamic_cast<const PrescribedWheels*>(continuous_.get());
   extended_ = beyond_the_paper(scene_);
@@ -136,9 +132,7 @@ double Simulation::period_end() const {
 void Simulation::begin_segment() {
   t_ = std::max(t_, segment_end_);
   if (sampled()) segment_end_ = control_time_.begin(++periods_);
-  if (drive_) {
-    if (const std::optional<Wheels> torque = drive_->sample(t_, state_.dphi())) hold(*torque);
-  }
+  if (drive_) hold(drive_->sample(t_, state_.dphi()));
   if (continuous_) {
     segment_end_ = std::min(continuous_->begin_segment(t_), t_ < scene_.duration ? scene_.duration : kInfinity);
     integrator_->torque_jumped();
@@ -167,7 +161,10 @@ void Simulation::set_torque(const Wheels& torque) {
 
 void Simulation::set_points(DriveMode mode, const Wheels& values) {
   if (!sampled()) throw std::logic_error("set points need a control_period > 0");
-  if (!drive_) drive_ = std::make_unique<SampledDrive>(scene_, false);
+  if (!drive_) {
+    drive_ = std::make_unique<SampledDrive>(scene_);
+    drive_->command(-kInfinity, DriveMode::kTorque, held_.value(t_));  // until the new ones are due
+  }
   drive_->command(t_, mode, values);
 }
 

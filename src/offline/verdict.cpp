@@ -53,8 +53,8 @@ double allowed_share(const Simulation& simulation) {
   double share = std::max(std::min(1e3 * tolerance, 1e-3), 10 * tolerance);
   if (std::holds_alternative<std::shared_ptr<const WheelMotion>>(scene.drive)) {
     // Drives of prescribed wheels exert what friction does, which rounding of the slip blurs.
-    constexpr double kRounding = 2e-14;  // m/s
-    share = std::max(share, kRounding / simulation.regularization_speed());
+    constexpr double kSlipRounding = 2e-14;  // m/s
+    share = std::max(share, kSlipRounding / simulation.regularization_speed());
   }
   return std::clamp(share, 1e-9, 0.1);
 }
