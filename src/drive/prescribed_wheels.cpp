@@ -73,21 +73,6 @@ void smoothen(SmoothingSpline& spline, double duration, double deviation) {
 
 }  // namespace
 
-Wheels WheelCubic::angle(double t) const {
-  const double s = (t - start) / length;
-  return phi + s * (length * dphi + s * (quadratic() + s * cubic()));
-}
-
-Wheels WheelCubic::rate(double t) const {
-  const double s = (t - start) / length;
-  return dphi + s / length * (2 * quadratic() + 3 * s * cubic());
-}
-
-Wheels WheelCubic::acceleration(double t) const {
-  const double s = (t - start) / length;
-  return (2 * quadratic() + 6 * s * cubic()) / (length * length);
-}
-
 WheelSpline::WheelSpline(WheelTable table, double resolution)
     : table_(std::move(table)), angle_(table_.values), acceleration_(table_.t.size(), Wheels::Zero()) {
   for (int i = 0; i < kWheels; ++i) {

@@ -20,22 +20,6 @@ class WheelMotion {
   virtual Wheels acceleration(double t) const = 0;  ///< rad/s^2
 };
 
-/// From one instant to another: the cubic between the angles (rad) and rates (rad/s) of both.
-struct WheelCubic : WheelMotion {
-  double start = 0, length = 1;                        ///< s
-  Wheels phi = Wheels::Zero(), dphi = Wheels::Zero();  ///< at the start
-  Wheels moved = Wheels::Zero();                       ///< rad
-  Wheels end_dphi = Wheels::Zero();
-
-  Wheels angle(double t) const override;
-  Wheels rate(double t) const override;
-  Wheels acceleration(double t) const override;
-
- private:
-  Wheels quadratic() const { return 3 * moved - length * (2 * dphi + end_dphi); }
-  Wheels cubic() const { return length * (dphi + end_dphi) - 2 * moved; }
-};
-
 /// Wheel angles over time (rad, s): the smoothest twice differentiable function, in the mean square of its
 /// acceleration, through the rows of a table, or that stays within the resolution of encoders of them: a natural cubic
 /// spline.

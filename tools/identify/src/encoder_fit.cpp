@@ -15,6 +15,7 @@
 #include "youbot_base_sim/physics/roller_geometry.h"
 #include "youbot_base_sim/sensors/wheel_odometry.h"
 #include "youbot_base_sim/slip_odometry/replay.h"
+#include "youbot_base_sim/slip_odometry/wheel_cubic.h"
 
 namespace youbot_base_sim {
 

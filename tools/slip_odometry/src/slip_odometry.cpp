@@ -8,6 +8,7 @@
 
 #include "youbot_base_sim/physics/roller_geometry.h"
 #include "youbot_base_sim/slip_odometry/replay.h"
+#include "youbot_base_sim/slip_odometry/wheel_cubic.h"
 
 namespace youbot_base_sim {
 
