@@ -95,7 +95,7 @@ Scene load_scene(const std::string& path, const SceneSettings& settings = {}, Sc
 /// Reads a scene file and checks only that it is YAML. Throws SceneError.
 SceneFile read_scene_file(const std::string& path);
 
-/// Reads and checks the text of a scene file likewise. `resolved` stays empty unless asked for, which takes 0.25 ms.
+/// Reads and checks the text of a scene file likewise. `resolved` stays empty unless asked for: that takes 0.25 ms.
 Scene load_scene(const SceneFile& file, const SceneSettings& settings = {}, SceneUse use = SceneUse::kRun,
                  bool resolve = true);
 
