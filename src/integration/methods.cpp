@@ -60,7 +60,7 @@ std::unique_ptr<MotionIntegrator> make_integrator(Model model, const RobotParame
                                                   const FloorParameters& floor, const State& start,
                                                   const TorqueProfile& torque, const IntegrationSettings& settings,
                                                   bool extended, const MotionSoFar* before) {
-  if (!slips(model)) return std::make_unique<NoSlipIntegrator>(robot, floor, torque, settings.tolerance());
+  if (!slips(model)) return std::make_unique<NoSlipIntegrator>(robot, floor, torque, settings.tolerance(), before);
   const Method* method = find_method(settings.method);
   if (!method) throw std::invalid_argument(settings.method + ": no method of integration");
   const Parts parts{robot, floor, start, torque, settings.tolerance(), *method, settings.keeps_up, before};

@@ -349,11 +349,10 @@ nlohmann::json measure(const Task& task) {
 }
 
 Task read_task(const nlohmann::json& argument) {
-  SceneOverrides overrides;
-  overrides.model = argument.at("model");
-  overrides.relative_tolerance = argument.at("tolerance").get<double>();
+  const SceneSettings settings{{"model", argument.at("model").get<std::string>()},
+                               {"solver.relative_tolerance", argument.at("tolerance").get<double>()}};
   Task task;
-  task.scene = load_scene(argument.at("scene"), overrides);
+  task.scene = load_scene(argument.at("scene"), settings);
   task.scene.solver.method = argument.at("solver");
   task.max_evaluations = argument.value("max_evaluations", task.max_evaluations);
   const double rate = argument.at("rate"), end = std::min(argument.at("span").get<double>(), task.scene.duration);

@@ -6,10 +6,9 @@
 #include <cmath>
 #include <vector>
 
+#include "youbot_base_sim/offline/verdict.h"
 #include "youbot_base_sim/physics/no_slip_model.h"
 #include "youbot_base_sim/physics/reaction_record.h"
-#include "youbot_base_sim/record/run_audit.h"
-#include "youbot_base_sim/record/twin.h"
 #include "youbot_base_sim/simulation.h"
 
 namespace youbot_base_sim {

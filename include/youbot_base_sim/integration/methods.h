@@ -35,7 +35,7 @@ const std::vector<std::string>& method_names();
 /// The method of that name; null if there is none.
 const Method* find_method(const std::string& name);
 
-/// How the equations of motion are integrated.
+/// Settings of the integration of the equations of motion.
 struct IntegrationSettings {
   std::string method = "radau";  ///< one of `methods`
   /// The default keeps the paper's Cases 1 and 2 within 1e-5 m and 1e-5 rad of the exact motion over their 30 s.

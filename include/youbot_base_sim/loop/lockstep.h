@@ -7,8 +7,8 @@
 
 namespace youbot_base_sim {
 
-/// What simulated time waits for: that all nodes that follow /clock rest, or the commands of a player, which answers
-/// each /clock message with one.
+/// Conditions on which simulated time waits: that all nodes that follow /clock rest, or the commands of a player, which
+/// answers each /clock message with one.
 struct LockstepSettings {
   bool on = false;
   double period = 0;    ///< step of /clock for nodes that rest, s, a multiple of the control period; 0: for a player
@@ -16,7 +16,7 @@ struct LockstepSettings {
   bool end_with_commands = false;  ///< the node ends when the last publisher of commands is gone
 };
 
-/// Where simulated time waits. Counts time in control periods.
+/// The points of time at which simulated time waits. Counts time in control periods.
 class Lockstep {
  public:
   /// `control_period` in s.
@@ -24,13 +24,13 @@ class Lockstep {
       : settings_(settings),
         every_(settings.period > 0 ? std::max<std::int64_t>(1, std::llround(settings.period / control_period)) : 1) {}
 
-  /// Whether it waits for nodes to rest: then /clock advances by whole periods, after all else.
+  /// True if it waits for nodes to rest: then /clock advances by whole periods, after all else.
   bool awaits_rest() const { return settings_.on && settings_.period > 0; }
 
-  /// Whether a period of lockstep begins at control period k.
+  /// True if a period of lockstep begins at control period k.
   bool begins(std::int64_t k) const { return settings_.on && k % every_ == 0; }
 
-  /// Whether a period begins at control period k that may not begin yet.
+  /// True if a period begins at control period k that may not begin yet.
   bool waits(std::int64_t k) const { return begins(k) && k != released_; }
 
   /// Control periods from k to the next period of lockstep, 1 or more; without lockstep, the largest number.
@@ -38,7 +38,7 @@ class Lockstep {
     return settings_.on ? every_ - k % every_ : std::numeric_limits<std::int64_t>::max();
   }
 
-  /// Whether /clock advances while nothing is simulated yet: nodes that are to rest sleep before they command.
+  /// True if /clock advances while nothing is simulated yet: nodes that are to rest sleep before they command.
   bool idles() const { return awaits_rest() && !started_; }
 
   /// Wall time to wait for a command, s: of a period that idles, else of a player's.
@@ -63,7 +63,7 @@ class Lockstep {
     started_ = true;
   }
 
-  /// Whether the simulation has begun.
+  /// True if the simulation has begun.
   bool started() const { return started_; }
 
  private:

@@ -1,6 +1,6 @@
 // Which results are called reliable, and what the console shows of a run.
 
-#include "youbot_base_sim/record/run_audit.h"
+#include "youbot_base_sim/offline/verdict.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 
 #include "youbot_base_sim/drive/prescribed_wheels.h"
 #include "youbot_base_sim/integration/methods.h"
-#include "youbot_base_sim/record/twin.h"
+#include "youbot_base_sim/offline/summary.h"
 
 namespace youbot_base_sim {
 namespace {
@@ -140,9 +140,8 @@ TEST(Reliability, DoesNotDependOnTheAbsoluteTolerance) {
 
 TEST(Reliability, IsDeniedWhereTheIntegrationFellBack) {
   // An explicit method on friction that turns within a nanometre a second: its steps take more than the bound of work.
-  SceneOverrides explicit_method;
-  explicit_method.method = "dopri5";
-  Scene scene = load_scene(YOUBOT_BASE_SIM_SOURCE_DIR "/config/scenes/case1_counter_clockwise.yaml", explicit_method);
+  Scene scene = load_scene(YOUBOT_BASE_SIM_SOURCE_DIR "/config/scenes/case1_counter_clockwise.yaml",
+                           {{"solver.method", "dopri5"}});
   scene.duration = 1e-3;
   scene.floor.nu = 1e-9;
   scene.solver.keeps_up = true;
@@ -152,17 +151,16 @@ TEST(Reliability, IsDeniedWhereTheIntegrationFellBack) {
 
 // In eased milliseconds friction turns over 1e-6 m/s: too much where nu is 1e-11 m/s, and where it is 1e-3 m/s nothing.
 TEST(Reliability, IsDeniedWhereEasedMillisecondsMatter) {
-  SceneOverrides tight;
-  tight.relative_tolerance = 1e-10;
-  Scene scene = load_scene(YOUBOT_BASE_SIM_SOURCE_DIR "/config/scenes/case2.yaml", tight);
+  Scene scene =
+      load_scene(YOUBOT_BASE_SIM_SOURCE_DIR "/config/scenes/case2.yaml", {{"solver.relative_tolerance", 1e-10}});
   scene.duration = 0.5;
   scene.floor.nu = 1e-11;
   scene.solver.keeps_up = true;
   const std::string doubt = reason_of(scene, 0.01);
   EXPECT_NE(doubt.find(" ms, integrated to a looser tolerance"), std::string::npos) << doubt;
 
-  tight.relative_tolerance = 1e-11;
-  Scene held = load_scene(YOUBOT_BASE_SIM_SOURCE_DIR "/studies/bench/scenes/held_wheel.yaml", tight);
+  Scene held = load_scene(YOUBOT_BASE_SIM_SOURCE_DIR "/studies/bench/scenes/held_wheel.yaml",
+                          {{"solver.relative_tolerance", 1e-11}});
   held.duration = 2;
   held.solver.keeps_up = true;
   Simulation simulation(held);
@@ -174,9 +172,9 @@ TEST(Reliability, IsDeniedWhereEasedMillisecondsMatter) {
 // What the wheels would still do between two rollers moves this base by 2e-4 m: more than the default tolerance allows.
 TEST(Reliability, IsDeniedWhereWheelsThatStillChatterMustRest) {
   const auto doubt = [](double tolerance) {
-    SceneOverrides overrides;
-    overrides.relative_tolerance = tolerance;
-    return reason_of(load_scene(YOUBOT_BASE_SIM_SOURCE_DIR "/test/data/chatter_goes_on.yaml", overrides), 0.1);
+    return reason_of(load_scene(YOUBOT_BASE_SIM_SOURCE_DIR "/test/data/chatter_goes_on.yaml",
+                                {{"solver.relative_tolerance", tolerance}}),
+                     0.1);
   };
   for (const double tolerance : {1e-9, 3e-7}) {
     EXPECT_NE(doubt(tolerance).find("had not stopped chattering"), std::string::npos) << tolerance << doubt(tolerance);

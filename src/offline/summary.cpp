@@ -1,4 +1,4 @@
-#include "youbot_base_sim/record/run_audit.h"
+#include "youbot_base_sim/offline/summary.h"
 
 #include <fmt/format.h>
 #include <time.h>
@@ -6,17 +6,12 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <stdexcept>
 
-#include "youbot_base_sim/record/twin.h"
 #include "youbot_base_sim/text/version.h"
 
 namespace youbot_base_sim {
 
 namespace {
-
-constexpr double kMaxUnseen = 0.1;    // s, between two looks at the energy
-constexpr double kLeastSpeed = 1e-3;  // m/s, of a robot that hardly moves
 
 // Processor time of this thread rather than wall time, so that other programs do not count.
 double thread_cpu_time() {
@@ -26,36 +21,6 @@ double thread_cpu_time() {
 }
 
 std::vector<double> numbers(const Wheels& w) { return {w.data(), w.data() + w.size()}; }
-
-/// How far contacts may creep in eased milliseconds, where friction turns over a larger slip speed than the tolerance
-/// calls for, m. Near the limit of friction they slip faster than that speed: seldom by ten times.
-double creep_of_eased_periods(const Simulation& simulation) {
-  constexpr double kPeriod = 1e-3, kFaster = 10;  // s
-  const double moving = simulation.regularization_speed(), holding = simulation.scene().floor.holding_speed;
-  const double least = holding > 0 ? std::min(moving, holding) : moving;
-  if (!std::isfinite(moving) || least >= kEasedSpeed) return 0;
-  return kFaster * kEasedSpeed * kPeriod * static_cast<double>(simulation.statistics().eased_periods);
-}
-
-/// How far wheels that had to rest while their momentum counted may have moved the base, m. The speed that they gave it
-/// dies down: in the motions tried it moved the base as far as it would in 0.002 to 1 s.
-double movement_by_rests(const Simulation& simulation) {
-  constexpr double kLasts = 1;  // s
-  return simulation.statistics().speed_of_rests * std::min(simulation.time(), kLasts);
-}
-
-/// How well the energy balance must close, as a share of the energy that the motion had or exchanged.
-double allowed_share(const Simulation& simulation) {
-  const Scene& scene = simulation.scene();
-  const double tolerance = scene.solver.relative_tolerance;
-  double share = std::max(std::min(1e3 * tolerance, 1e-3), 10 * tolerance);
-  if (std::holds_alternative<std::shared_ptr<const WheelMotion>>(scene.drive)) {
-    // Drives of prescribed wheels exert what friction does, which rounding of the slip blurs.
-    constexpr double kRounding = 2e-14;  // m/s
-    share = std::max(share, kRounding / simulation.regularization_speed());
-  }
-  return std::clamp(share, 1e-9, 0.1);
-}
 
 /// "fl 57.23, fr 96.41, ..."
 std::string named(const Wheels& w) {
@@ -85,90 +50,6 @@ double RunCost::percentile(double share) const {
   const auto rank = static_cast<std::ptrdiff_t>(share * static_cast<double>(sorted.size() - 1));
   std::nth_element(sorted.begin(), sorted.begin() + rank, sorted.end());
   return sorted[static_cast<std::size_t>(rank)];
-}
-
-void EnergyAudit::add_row(const Simulation& simulation) {
-  const double interval = simulation.time() - t_;
-  const double power = sum((simulation.torque() * simulation.state().dphi()).abs());
-  drive_work_ += 0.5 * (power + power_) * interval;
-  longest_interval_ = std::max(longest_interval_, interval);
-  power_ = power;
-  t_ = simulation.time();
-  const double kinetic_energy = simulation.kinetic_energy(), error = simulation.energy_balance_error(kinetic_energy);
-  max_kinetic_energy_ = std::max(max_kinetic_energy_, kinetic_energy);
-  // NaN must persist.
-  if (error > max_balance_error_ || std::isnan(error)) max_balance_error_ = error;
-}
-
-bool RowLoop::next() {
-  const Scene& scene = simulation_.scene();
-  if (rows_ > 0) {
-    if (t_ >= scene.duration) return false;
-    // The last multiple of 1 / output_rate may be the end but for rounding.
-    t_ = static_cast<double>(rows_) / scene.output_rate;
-    if (t_ >= scene.duration * (1 - 1e-12)) t_ = scene.duration;
-    const State before = simulation_.state();
-    audit_until(t_);
-    simulation_.advance_to(t_);
-    add_path(before);
-    if (!simulation_.state().values.allFinite()) {
-      throw std::runtime_error(fmt::format("the state is no longer finite at t = {} s", t_));
-    }
-  }
-  energy_.add_row(simulation_);
-  ++rows_;
-  return true;
-}
-
-void RowLoop::audit_until(double t) {
-  if (t - simulation_.time() <= kMaxUnseen) return;
-  const double period = simulation_.scene().solver.control_period;
-  const double interval = period > 0 ? period * std::max(1.0, std::floor(kMaxUnseen / period)) : kMaxUnseen;
-  for (double k = std::floor(simulation_.time() / interval * (1 + 1e-9)) + 1; k * interval < t * (1 - 1e-9); ++k) {
-    simulation_.advance_to(k * interval);
-    energy_.add_row(simulation_);
-  }
-}
-
-void RowLoop::add_path(const State& before) {
-  const State& x = simulation_.state();
-  const RobotParameters& robot = simulation_.scene().robot;
-  const double dx = x.x() - before.x(), dy = x.y() - before.y(), dpsi = x.psi() - before.psi();
-  path_.base += std::sqrt(dx * dx + dy * dy + (robot.h * robot.h + robot.l * robot.l) * (dpsi * dpsi));
-  path_.wheels += robot.R * (x.phi() - before.phi()).abs();
-}
-
-std::string unreliability_reason(const Simulation& simulation, const EnergyAudit& energy, const PathLength& path) {
-  if (const std::uint64_t steps = simulation.statistics().fallback_steps) {
-    return fmt::format("{} fallback steps, of first order, went on where the bound of work was reached", steps);
-  }
-  const double creep = creep_of_eased_periods(simulation), promised = promised_error(simulation, path);
-  if (creep > promised) {
-    return fmt::format(
-        "{} ms, integrated to a looser tolerance to bound the work, may be off by {:.2g} m, "
-        "where {:.2g} m are allowed",
-        simulation.statistics().eased_periods, creep, promised);
-  }
-  const double moved = movement_by_rests(simulation);
-  if (moved > promised) {
-    return fmt::format(
-        "wheels that had not stopped chattering between two rollers were made to rest on both: the base may be off by "
-        "{:.2g} m, where {:.2g} m are allowed",
-        moved, promised);
-  }
-  const Scene& scene = simulation.scene();
-  // The scale includes the energy of a speed that friction can give the base unseen between two rows.
-  const double speed = kLeastSpeed + scene.floor.f.maxCoeff() * scene.floor.g * energy.longest_interval();
-  const double exchanged = std::max(energy.max_kinetic_energy(), energy.drive_work());
-  const double allowed = allowed_share(simulation) * (exchanged + 0.5 * scene.robot.m_s() * speed * speed);
-  if (energy.max_balance_error() <= allowed && std::isfinite(exchanged)) return "";
-  return fmt::format("the energy balance is off by {:.2g} J of {:.2g} J, where {:.2g} J are allowed",
-                     energy.max_balance_error(), exchanged, allowed);
-}
-
-std::string unreliability_reason(const Simulation& simulation, const RowLoop& rows, const Twin* twin) {
-  const std::string doubt = unreliability_reason(simulation, rows.energy(), rows.path());
-  return doubt.empty() && twin ? twin->doubt(simulation, rows.path()) : doubt;
 }
 
 std::string summary_json(const Simulation& simulation, bool completed, double wall_time, const RunCost& cost,

@@ -3,14 +3,14 @@
 #include <atomic>
 #include <string>
 
-#include "youbot_base_sim/record/run_audit.h"
+#include "youbot_base_sim/offline/rows.h"
 #include "youbot_base_sim/simulation.h"
 
 namespace youbot_base_sim {
 
 constexpr double kPromised = 20;
 
-/// What the position of a reliable run may be off by, m, with heading counted at the wheels' centres: kPromised times
+/// Error of the position of a reliable run, at most, m, with heading counted at the wheels' centres: kPromised times
 /// tolerance times path, with what it creeps and, by spin friction, turns by a regularization speed that the tolerance
 /// sets, and 1e-16 m a step, as rounding may sum up. Random scenes measure it (docs/reliability.md).
 double promised_error(const Simulation& simulation, const PathLength& path);
@@ -42,5 +42,15 @@ class Twin {
   double distance_ = 0;  // of both together, m
   std::string ending_;   // what ended it early
 };
+
+/// Why a result may be unreliable, in one line; empty if it is reliable: the integration kept to its own method, eased
+/// milliseconds cannot matter, the method keeps such a tolerance, and the energy balance closes to a share of the
+/// energy that the motion had or exchanged. That share is a thousand times the tolerance, but at least 1e-9 and at most
+/// a thousandth (or ten times a looser tolerance); with prescribed wheels at least 2e-14 m/s over the regularization
+/// speed. Good runs close it to the tolerance itself, mostly to a hundredth of that.
+std::string unreliability_reason(const Simulation& simulation, const EnergyAudit& energy, const PathLength& path);
+
+/// Likewise for a run with a twin, unless that is null: both agree too.
+std::string unreliability_reason(const Simulation& simulation, const RowLoop& rows, const Twin* twin);
 
 }  // namespace youbot_base_sim
