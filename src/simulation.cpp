@@ -51,7 +51,8 @@ Simulation::Simulation(const Scene& scene, Drive drive)
 }
 
 void Simulation::reset() {
-  state_ = scene_.initial;
+  local_ = state_ = scene_.initial;
+  leave_origin_at(local_.x(), local_.y());
   t_ = 0;
   periods_ = 0;
   in_period_ = false;
@@ -78,9 +79,28 @@ void Simulation::reset() {
   initial_energy_ = kinetic_energy() - state_.work();
 }
 
+// Steps add up in local_, from an origin at the base's own place: its rounding does not grow with the scene's distances.
+void Simulation::leave_origin_at(double x, double y) {
+  origin_ = {x, y};
+  local_.x() = local_.y() = 0;
+}
+
+void Simulation::show_state() {
+  state_ = local_;
+  state_.x() += origin_[0];
+  state_.y() += origin_[1];
+}
+
 void Simulation::make_integrator(const MotionSoFar* before) {
-  integrator_ = youbot_base_sim::make_integrator(scene_.model, integrated_robot(scene_), scene_.floor, state_, *torque_,
+  FloorParameters floor = scene_.floor;
+  for (FloorPatch& patch : floor.patches) {
+    for (double* x : {&patch.x0, &patch.x1}) *x -= origin_[0];
+    for (double* y : {&patch.y0, &patch.y1}) *y -= origin_[1];
+  }
+  integrator_ = youbot_base_sim::make_integrator(scene_.model, integrated_robot(scene_), floor, local_, *torque_,
                                                  scene_.solver, extended_, before);
+  integrator_->constrain(local_, t_);
+  show_state();
   if (stop_) integrator_->stop_on(*stop_);
   if (continues_when_tipping_) integrator_->continue_when_tipping();
 }
@@ -111,8 +131,9 @@ void Simulation::advance_continuously(double t) {
     segment_end_ = end;
     const double smooth_end = std::min({end, next_change_, t_ < scene_.duration ? scene_.duration : kInfinity});
     const double next = std::min(smooth_end, t);
-    integrator_->advance(state_, t_, next, is_foreseen ? smooth_end : next);
+    integrator_->advance(local_, t_, next, is_foreseen ? smooth_end : next);
     t_ = next;
+    show_state();
   }
 }
 
@@ -133,9 +154,10 @@ void Simulation::run_periods(std::int64_t n) {
   const auto observer = [&](std::size_t k) {
     periods_ = first + static_cast<std::int64_t>(k);
     t_ = control_time_.begin(periods_);
+    show_state();
     if (k < count) sample_drive();
   };
-  integrator_->advance_periods(state_, first, control_time_.period(), count, std::ref(observer));
+  integrator_->advance_periods(local_, first, control_time_.period(), count, std::ref(observer));
 }
 
 // A part of a control period, for callers that read the state between two samples.
@@ -145,12 +167,14 @@ void Simulation::advance_within_period(double t) {
     sample_drive();
   }
   while (!ControlTime::reached(t, next_change_)) {
-    integrator_->advance(state_, t_, next_change_, next_change_);
+    integrator_->advance(local_, t_, next_change_, next_change_);
     t_ = std::max(t_, next_change_);
+    show_state();
     change_loads();
   }
-  integrator_->advance(state_, t_, t, t);
+  integrator_->advance(local_, t_, t, t);
   t_ = t;
+  show_state();
   in_period_ = t < end_of_period();
   if (!in_period_) ++periods_;
 }
@@ -179,7 +203,8 @@ void Simulation::set_loads(const AppliedLoads& applied, bool keep_momentum) {
     make_integrator(&before);
   }
   added_ = applied;
-  integrator_->set_loads(state_, with_added(planned_), keep_momentum);
+  integrator_->set_loads(local_, with_added(planned_), keep_momentum);
+  show_state();
   note_loads(t_);
 }
 
@@ -187,14 +212,17 @@ void Simulation::set_state(const Eigen::Vector3d& pose, const Eigen::Vector3d& v
                            const std::optional<Wheels>& phi) {
   if (integrated_robot(scene_).wheels_prescribed) throw std::logic_error("prescribed wheels cannot be set");
   const double unexplained = kinetic_energy() - state_.work();
-  state_.values.col(0).head<3>() = pose.array();
-  state_.values.col(1).head<3>() = velocity.array();
-  NoSlipModel(scene_.robot).constrain(state_);
-  if (phi) state_.phi() = *phi;
-  state_.gamma().setZero();
+  local_.values.col(0).head<3>() = pose.array();
+  leave_origin_at(pose[0], pose[1]);
+  local_.values.col(1).head<3>() = velocity.array();
+  NoSlipModel(scene_.robot).constrain(local_);
+  if (phi) local_.phi() = *phi;
+  local_.gamma().setZero();
+  show_state();
   integrator_->torque_jumped();
   if (slips(scene_.model)) begin_contacts_anew();
-  state_.work() = kinetic_energy() - unexplained;
+  local_.work() = kinetic_energy() - unexplained;
+  show_state();
   state_changes_.push_back({t_, state_});
 }
 
@@ -203,7 +231,7 @@ void Simulation::begin_contacts_anew() {
   MotionSoFar before = integrator_->leave();
   before.contacts.reset();
   make_integrator(&before);
-  if (extended_) integrator_->set_loads(state_, applied_loads_, false);
+  if (extended_) integrator_->set_loads(local_, applied_loads_, false);
 }
 
 // The scene's loads and wrenches, and those that were added.
@@ -221,9 +249,10 @@ void Simulation::make_due_changes() {
 // Applies the loads and wrenches of the change that is due.
 void Simulation::change_loads() {
   const double t = std::isfinite(next_change_) ? next_change_ : t_;
-  integrator_->set_loads(state_, with_added(scene_.load_schedule.at(t, false)), false);
+  integrator_->set_loads(local_, with_added(scene_.load_schedule.at(t, false)), false);
   planned_ = scene_.load_schedule.at(t);
-  integrator_->set_loads(state_, with_added(planned_), true);
+  integrator_->set_loads(local_, with_added(planned_), true);
+  show_state();
   next_change_ = scene_.load_schedule.next_change(t);
   note_loads(t);
 }

@@ -91,7 +91,7 @@ class Simulation {
   double roller_angle(int i, int k) const;
 
   /// Slip, friction, normal reaction and offset of the contact points; in model 1, no slip and no force.
-  ContactDetails contacts() const { return integrator_->contacts(state_, t_); }
+  ContactDetails contacts() const { return integrator_->contacts(local_, t_); }
 
   /// From now on these loads and wrenches replace those of the last call; they act in addition to the scene's. The base
   /// keeps its velocities or, with `keep_momentum`, its momentum; the change of kinetic energy counts as work.
@@ -148,6 +148,8 @@ class Simulation {
   void run_periods(std::int64_t n);
   void advance_within_period(double t);
   void sample_drive();
+  void leave_origin_at(double x, double y);
+  void show_state();
   void make_integrator(const MotionSoFar* before);
   void begin_contacts_anew();
   AppliedLoads with_added(AppliedLoads applied) const;
@@ -159,6 +161,8 @@ class Simulation {
   const Drive given_drive_;
   const ControlTime control_time_;  // where the drive is sampled
   State state_;
+  State local_;             // the same, with its position from origin_: what is integrated
+  Eigen::Vector2d origin_;  // in the fixed frame, m
   double t_;
   std::unique_ptr<TorqueProfile> torque_;
   const PrescribedWheels* prescribed_;  // torque_, where it moves wheels as prescribed

@@ -16,7 +16,7 @@ namespace {
 constexpr double kOffset = 1e-9;     // rad, m/s and rad/s, of the twin's wheels and twist
 constexpr double kFixedStep = 1e3;   // tolerances, of a fixed step: as the energy balance allows
 constexpr double kLeastPath = 1e-3;  // m, of a robot that hardly moves
-constexpr double kRounding = 1e-16;  // m, of each step
+constexpr double kRounding = 1e-16;  // m, of each step; of the distance from the fixed frame's origin
 
 Scene twin_of(Scene scene) {
   scene.solver.relative_tolerance *= 0.5;
@@ -40,7 +40,8 @@ double promised_error(const Simulation& simulation, const PathLength& path) {
   // A contact with spin friction creeps on the spot too, as fast at its spin radius.
   const double lever = floor.spin_radius > 0 ? std::max(1.0, std::hypot(robot.h, robot.l) / floor.spin_radius) : 1;
   const double creep = std::isfinite(speed) && speed > floor.nu ? lever * speed * simulation.time() : 0;
-  const double rounding = kRounding * static_cast<double>(simulation.statistics().steps);
+  const State& x = simulation.state();
+  const double rounding = kRounding * (static_cast<double>(simulation.statistics().steps) + std::hypot(x.x(), x.y()));
   return kPromised * (tolerance * (std::max(path.base, path.wheels.maxCoeff()) + kLeastPath) + creep) + rounding;
 }
 

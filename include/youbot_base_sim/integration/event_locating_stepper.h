@@ -299,7 +299,7 @@ class EventLocatingStepper : public ControlledStepperTypes {
       begin_afresh();
     }
     const ContactModes& modes = system.modes();
-    if (inside_edges(modes, x, kNear) && !modes.mixed()) return;
+    if (inside_edges(modes, x.phi(), x.phi(), kNear) && !modes.mixed()) return;
     for (int i = 0; i < kWheels; ++i) {  // up to the first event that concerns the wheel
       std::apply([&](auto&... event) { (void)(... || apply_to_wheel(event, system, x, t, i)); }, events_);
     }

@@ -60,22 +60,18 @@ Crossing first_crossing(const Event& event, const System& system, const Step& st
     if (!std::isfinite(end.past)) continue;
     const Witness start = event.witness(system, step.start, step.t, condition);
     const HermiteCubic past{start.past, end.past, start.speed * step.dt, end.speed * step.dt};
-    double high = 1;
-    if (!(end.past > 0)) {
-      if (!(past.start_slope > 0 && past.end_slope < 0)) continue;
-      high = past.maximum();
-      if (!(past(high) > 0)) continue;
-    }
-    const double at = step.dt * past.root(high);
+    const double top = past.maximum();
+    const bool over_the_top = top > 0 && top < 1 && past(top) > 0;
+    if (!over_the_top && !(end.past > 0)) continue;
+    const double at = step.dt * past.root(over_the_top ? top : 1);
     if (at < first.dt) first = {condition, at};
   }
   return first;
 }
 
-/// Whether all wheels are further than `margin` (rad) from the edges of their contacts.
-inline bool inside_edges(const ContactModes& modes, const State& x, double margin) {
-  const Wheels phi = x.phi();
-  return (phi - modes.lower_edge()).min(modes.upper_edge() - phi).minCoeff() > margin;
+/// Whether wheel angles from `low` to `high` (rad) are further than `margin` (rad) from the edges of their contacts.
+inline bool inside_edges(const ContactModes& modes, const Wheels& low, const Wheels& high, double margin) {
+  return (low - modes.lower_edge()).min(modes.upper_edge() - high).minCoeff() > margin;
 }
 
 /// A wheel reaches an edge: it goes over to the next roller, rests on both if it chatters, or is averaged if too fast.
@@ -91,7 +87,10 @@ class EdgeReached {
   static constexpr int wheel(int condition) { return condition / 2; }
 
   static bool possible(const System& system, const Step& step) {
-    return !inside_edges(system.modes(), step.end, 0) || (step.start.dphi() * step.end.dphi()).minCoeff() < 0;
+    // A cubic lies in the hull of Bezier's points.
+    const double third = step.dt / 3;
+    const Wheels a = step.start.phi() + third * step.start.dphi(), b = step.end.phi() - third * step.end.dphi();
+    return !inside_edges(system.modes(), a.min(b).min(step.end.phi()), a.max(b).max(step.end.phi()), 0);
   }
   static Witness witness(const System& system, const State& x, double, int condition) {
     const int i = wheel(condition), direction = condition % 2 == 0 ? +1 : -1;

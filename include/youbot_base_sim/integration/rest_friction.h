@@ -20,7 +20,9 @@ class RestFriction {
  public:
   /// Speeds in m/s. A base that moves at first, and for ever if `nu` is infinite or not more than `holding`.
   RestFriction(double nu, double holding)
-      : speeds_{nu, std::sqrt(nu * holding), holding}, holds_(std::isfinite(nu) && holding > 0 && holding < nu) {}
+      : nu_(nu),
+        speeds_{std::min(nu, kLargest), std::sqrt(std::min(nu, kLargest) * holding), holding},
+        holds_(std::isfinite(nu) && holding > 0 && holding < speeds_[0]) {}
 
   /// Whether there is a holding speed.
   bool holds() const { return holds_; }
@@ -35,17 +37,22 @@ class RestFriction {
   /// Regularizes friction over at least `speed` (m/s) from now on.
   void ease(double speed) { eased_ = speed; }
 
-  double regularization_speed() const { return std::max(eased_, speeds_[level_]); }
+  /// Of the speeds that rest is judged by, the largest, m/s.
+  double moving_speed() const { return speeds_[0]; }
+
+  double regularization_speed() const { return std::max(eased_, level_ == 0 ? nu_ : speeds_[level_]); }
 
   /// Of that speed in nu; 1 while the base moves.
   double share() const { return level_ == 0 ? 1 : std::min(1.0, regularization_speed() / speeds_[0]); }
 
  private:
   static constexpr double kRests = 5, kMoves = 10;
+  static constexpr double kLargest = 1e-3;  // m/s
 
   double past_slower(double speed) const { return level_ + 1 < speeds_.size() ? kRests * speeds_[level_] - speed : -1; }
   double past_faster(double speed) const { return level_ > 0 ? speed - kMoves * speeds_[level_ - 1] : -1; }
 
+  double nu_;
   std::array<double, 3> speeds_;
   double eased_ = 0;
   std::size_t level_ = 0;  // the present one of speeds_

@@ -77,6 +77,11 @@ class SlipIntegrator : public MotionIntegrator {
     stepper_.torque_jumped();
     within_step_ = false;
   }
+  void constrain(State& x, double t) const override {
+    if (system_.model().inertia().J_2 > 0) return;
+    x.dgamma() = system_.massless_roller_rates(x.velocities(), x.phi(), system_.pose(x), system_.torque().value(t),
+                                               system_.modes().shared());
+  }
   double kinetic_energy(const State& x) const override {
     return youbot_base_sim::kinetic_energy(system_.model().robot(), x);
   }

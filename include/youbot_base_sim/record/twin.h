@@ -12,7 +12,7 @@ constexpr double kPromised = 20;
 
 /// What the position of a reliable run may be off by, m, with heading counted at the wheels' centres: kPromised times
 /// tolerance times path, with what it creeps and, by spin friction, turns by a regularization speed that the tolerance
-/// sets, and 1e-16 m a step, as rounding may sum up. Random scenes measure it (docs/reliability.md). A fixed step is
+/// sets, and 1e-16 m a step and of the position, as rounding may sum up. Random scenes measure it (docs/reliability.md). A fixed step is
 /// judged by the looser tolerance of the energy balance.
 double promised_error(const Simulation& simulation, const PathLength& path);
 
