@@ -305,25 +305,4 @@ double Simulation::energy_balance_error(double kinetic_energy) const {
   return std::abs(kinetic_energy - initial_energy_ - state_.work());
 }
 
-std::unique_ptr<Simulation> replay(Scene scene, const std::shared_ptr<const WheelMotion>& motion, const Wheels& ahead,
-                                   bool softly) {
-  static constexpr double kPeriod = 5e-3, kStiffness = 20, kDamping = 0.5;  // s, N m/rad, N m s/rad
-  const Wheels rates = motion->rate(0);
-  const DriverKinematics rolling{scene.robot.R, scene.robot.h + scene.robot.l};
-  scene.initial = State();
-  scene.initial.phi() = motion->angle(0) + ahead;
-  scene.initial.values.col(1).head<3>() = rolling.velocity(rates).array();
-  NoSlipModel(scene.robot).constrain(scene.initial);
-  scene.initial.dphi() = rates;
-  scene.load_schedule = {};
-  scene.solver.control_period = softly ? kPeriod : 0;
-  if (softly) {
-    return std::make_unique<Simulation>(scene, [motion, ahead](double t, const State& x) -> Wheels {
-      return kStiffness * (motion->angle(t) + ahead - x.phi()) + kDamping * (motion->rate(t) - x.dphi());
-    });
-  }
-  scene.drive = motion;
-  return std::make_unique<Simulation>(scene);
-}
-
 }  // namespace youbot_base_sim

@@ -184,10 +184,4 @@ class Simulation {
   std::vector<StateChange> state_changes_;
 };
 
-/// A base whose wheel angles are those of `motion`, from its time 0 on, plus the offset `ahead` (rad). It starts as if
-/// the wheels rolled. With `softly`, a spring and a damper draw each wheel to its angle: measured angles have the
-/// ripple of the rollers that touched the floor, and wheels on other rollers that followed them exactly would slip.
-std::unique_ptr<Simulation> replay(Scene scene, const std::shared_ptr<const WheelMotion>& motion, const Wheels& ahead,
-                                   bool softly);
-
 }  // namespace youbot_base_sim

@@ -9,7 +9,6 @@ A bag that is cut, damaged or without an index is read up to where it breaks; th
 """
 import argparse
 import array
-import contextlib
 import importlib
 import math
 import warnings
@@ -33,15 +32,17 @@ LARGEST_SCENE = 1000000  # bytes, as simulate reads
 
 
 def analyse(path, base, desired, arguments, tables, plots):
-    with contextlib.closing(Bag(path)) as bag, Progress(sum(bag.counts.values()), delay=1, interval=0.2) as progress:
+    bag = Bag(path)
+    with Progress(sum(bag.counts.values()), delay=1, interval=0.2) as progress:
         record = read_record(bag, base, arguments.topic, lambda n: n % 256 or progress.show(n, Path(path).name),
                              namespace=arguments.namespace or "", frames=arguments.frames,
                              of_marker=arguments.truth and arguments.truth == "marker")
+    if not record.series:
+        reasons = [bag.problem] * bool(bag.problem) + record.notes
+        raise Refused(f"{shown(path)}: no topic of a base: must have one of {', '.join(TOPICS)}; "
+                      f"{'; '.join(reasons) or 'it has ' + bag.shown_topics()}")
     if bag.problem:
         complain("analyse", "warning: " + bag.problem)
-    if not record.series:
-        raise Refused(f"{shown(path)}: no topic of a base: must have one of {', '.join(TOPICS)}; "
-                      f"{'; '.join(record.notes) or 'it has ' + bag.shown_topics()}")
     if desired:
         record.series["desired"] = desired
     print_beginning(bag, record)

@@ -1,25 +1,21 @@
-"""Reads the messages of a bag, also of an unfinished one. Never writes to it."""
+"""Reads the messages of a bag, also of an unfinished one. Never writes to it, and runs nothing that is in it."""
 import bz2
 import io
-import logging
 import os
 import struct
 from collections import Counter
 from pathlib import Path
 
-import genpy
-import genpy.dynamic
-import rosbag
+from .command_line import Refused, one_line, quoted, shown
+from .definitions import Time, Unreadable, reader_of
 
-from .command_line import Refused, one_line, shown
-
-MAGIC = (b"#ROSBAG V2.0\n", b"#ROSRECORD V1.")
-MESSAGE, CHUNK, CONNECTION, FILE_HEADER = 2, 5, 7, 3  # op codes of records
+MAGIC, OLD_MAGIC = b"#ROSBAG V2.0\n", b"#ROSRECORD V1."
+MESSAGE, FILE_HEADER, CHUNK, CONNECTION = 2, 3, 5, 7  # op codes of records
+LARGEST, LARGEST_HEADER = 1 << 28, 1 << 20  # bytes, of a record or unpacked chunk; beyond, the length is damaged
+LZ4_PIECE = 4096  # bytes that are unpacked at once: to 1 MB at most
 MAX_CLOCKS_APART = 1  # s, between a stamp and its arrival; beyond, the stamp is another clock's
 MAX_STEP_BACK = 0.1  # s: messages that overtake each other by less are of one run
 STATE_SET = "state_set"  # last part of the topic that says where ~set_state has put the base
-
-logging.getLogger("rosout").addHandler(logging.NullHandler())  # genpy's, which prints what it replaces in damaged text
 
 
 def absolute(topic):
@@ -30,7 +26,11 @@ def absolute(topic):
 def stamp_of(message):
     """None where a message has none."""
     stamp = getattr(getattr(message, "header", None), "stamp", None)
-    return stamp if isinstance(stamp, genpy.Time) else None
+    return stamp if isinstance(stamp, Time) else None
+
+
+class Damaged(Exception):
+    """Why a bag cannot be read further, and at which byte."""
 
 
 class Bag:
@@ -39,44 +39,38 @@ class Bag:
 
     def __init__(self, path):
         """Throws Refused for a file that is not a bag, and for one without a message that can be read."""
-        self.path, self.problem, self._bag = path, None, None
-        is_new = is_of_version_2(path)
-        try:
-            self._bag = rosbag.Bag(path)
-            topics = self._bag.get_type_and_topic_info().topics
-            self.types = {name: info.msg_type for name, info in topics.items()}
-            self.counts = {name: info.message_count for name, info in topics.items()}
-            if self.counts:
-                self.start = next(self._bag.read_messages(raw=True))[2]
-        except Exception as error:  # rosbag lets through whatever a damaged file provokes
-            if "encrypt" in type(error).__name__.lower():
-                raise Refused(f"{shown(path)} is encrypted: {one_line(error)}")
-            self.close()
-            if not is_new:
-                raise Refused(f"{shown(path)} has no index and is of an old version: run rosbag reindex on a copy")
-            self._scan()
+        self.path, self.problem, self.types, self.counts, self.start = path, None, {}, Counter(), None
+        require_bag(path)
+        self._last = Time(0, 0)
+        for connection, arrival, _ in self._scan():
+            self.types[connection["topic"]] = connection["type"]
+            self.counts[connection["topic"]] += 1
+            self.start, self._last = min(self.start or arrival, arrival), max(self._last, arrival)
         if not self.counts:
-            self.close()
             raise Refused(f"{shown(path)} has no messages{' that can be read' if self.problem else ''}")
 
-    def close(self):
-        if self._bag:
-            self._bag.close()
-            self._bag = None
-
     def messages(self, topics):
-        """Yields topic, message and time of arrival. Where the bag is damaged, it ends, and `problem` says so."""
-        if not topics:
-            return  # rosbag takes none for all
-        messages = self._bag.read_messages(topics) if self._bag else self._scanned_messages(topics)
-        last = self.start
-        try:
-            for topic, message, arrival in messages:
-                last = max(last, arrival)
-                yield topic, message, arrival
-        except Exception as error:  # as above
-            self.problem = (f"{shown(self.path)} is damaged ({one_line(error)}): read up to "
-                            f"t = {self.seconds(last):.3f} s")
+        """Yields topic, message and time of arrival, as they lie in the file. Where the bag is damaged, it ends, and
+        `problem` says so. Throws Refused for a topic whose definition is not one."""
+        readers, last = {}, self.start
+        for connection, arrival, data in self._scan():
+            topic = connection["topic"]
+            if topic not in topics:
+                continue
+            kind = connection["type"], connection["message_definition"]
+            try:
+                if kind not in readers:
+                    readers[kind] = reader_of(*kind)
+            except Unreadable as reason:
+                raise Refused(f"{shown(self.path)}: {shown(topic)}: {reason}")
+            try:
+                message = readers[kind](data)
+            except Unreadable as reason:
+                self.problem = (f"{shown(self.path)} is damaged ({shown(topic)}: {reason}): read up to "
+                                f"t = {self.seconds(last):.3f} s")
+                return
+            last = max(last, arrival)
+            yield topic, message, arrival
 
     def state_sets(self, topics):
         """Topics that say where a base was put elsewhere, of those in whose namespaces one of `topics` is."""
@@ -95,20 +89,18 @@ class Bag:
                 raise Refused(f"{shown(self.path)}: the times of {shown(source[0])} go back from t = {before:.3f} s to "
                               f"{t:.3f} s: must be one run")
             latest[source] = max(before, t)
-        for connection, arrival, _ in scan(self.path):  # as they lie in the file: rosbag puts them in order of time
-            topic = connection["topic"]
-            if topic in state_sets and latest:
-                put = put or (topic, self.seconds(arrival))
+        for topic, message, arrival in self.messages([*topics, *others, *state_sets]):
+            if topic in state_sets:
+                put = put or latest and (topic, self.seconds(arrival))
+                continue
             if topic in topics:
                 follow((topic,), self.seconds(arrival))
+                stamp = stamp_of(message)
+                if stamp:  # goes back where a bag was played in a loop
+                    follow((topic, "stamp", *getattr(message, "name", ())), self.seconds(stamp))
                 if put:
                     raise Refused(f"{shown(self.path)}: the base was put elsewhere at t = {put[1]:.3f} s, by "
                                   f"{shown(put[0])}: must be one run")
-        latest.clear()
-        for topic, message, arrival in self.messages([*topics, *others]):
-            stamp = stamp_of(message)
-            if stamp and topic in topics:  # goes back where a bag was played in a loop
-                follow((topic, *getattr(message, "name", ())), self.seconds(stamp))
             yield self.time_of(message, arrival), topic, message
 
     def shown_topics(self):
@@ -117,7 +109,7 @@ class Bag:
     def seconds(self, stamp):
         """Time since the bag's beginning; simulated time if the bag began with it."""
         # ROS has no time zero: in simulated time the first nanosecond stands for it.
-        if self.start.to_nsec() > 1:
+        if self.start > Time(0, 1):
             return stamp.secs - self.start.secs + 1e-9 * (stamp.nsecs - self.start.nsecs)
         return stamp.secs + 1e-9 * stamp.nsecs if stamp != self.start else 0.0
 
@@ -128,111 +120,126 @@ class Bag:
         return by_stamp if abs(by_stamp - by_arrival) < MAX_CLOCKS_APART else by_arrival
 
     def _scan(self):
-        self.types, self.counts, times = {}, Counter(), []
-        for connection, arrival, _ in scan(self.path):
-            self.types[connection["topic"]] = connection["type"]
-            self.counts[connection["topic"]] += 1
-            times = [min([*times, arrival]), max([*times, arrival])]
-        self.start, last = times or (None, None)
-        self.problem = (
-            f"{shown(self.path)} has no complete index, as if it was cut or its recorder was killed: " +
-            (f"read up to t = {self.seconds(last):.3f} s" if times else "nothing can be read"))
-
-    def _scanned_messages(self, topics):
-        classes = {}
-        for connection, arrival, data in scan(self.path):
-            if connection["topic"] not in topics:
-                continue
-            kind = connection["type"], connection["message_definition"]
-            if kind not in classes:
-                classes[kind] = genpy.dynamic.generate_dynamic(*kind)[kind[0]]
-            yield connection["topic"], classes[kind]().deserialize(data), arrival
+        """Yields what `scan` does; at a break says so in `problem`."""
+        try:
+            yield from scan(self.path)
+        except Damaged as damage:
+            read = f"read up to t = {self.seconds(self._last):.3f} s" if self.start else "nothing can be read"
+            self.problem = f"{shown(self.path)} {damage}: {read}"
 
 
-def is_of_version_2(path):
-    """Of a bag. Throws Refused for another file."""
+def require_bag(path):
+    """Throws Refused for another file, and for a bag of version 1."""
     try:
         if not Path(path).is_file():
             Path(path).stat()
             kind = "a folder" if Path(path).is_dir() else "not a regular file"
             raise Refused(f"{shown(path)} is {kind}: must be a bag")
         with open(path, "rb") as file:
-            begin = file.read(max(map(len, MAGIC)))
+            begin = file.read(len(OLD_MAGIC))
     except (OSError, ValueError) as error:
         raise Refused(f"{shown(path)}: {getattr(error, 'strerror', None) or one_line(error)}; must be a bag")
+    if begin.startswith(OLD_MAGIC):
+        raise Refused(f"{shown(path)} is of a version before 2.0: run rosbag reindex on a copy")
     if not begin.startswith(MAGIC):
         raise Refused(f"{shown(path)} is not a bag: must begin with #ROSBAG V2.0" if begin else
                       f"{shown(path)} is empty: must be a bag")
-    return begin.startswith(MAGIC[0])
 
 
 def scan(path):
-    """Yields connection, time of arrival and bytes of the messages of a bag of version 2.0, without its index, up to
-    the first record that is cut or damaged. rosbag's reindexing drops the whole last chunk: all of a short bag."""
-    connections = {}
+    """Yields connection, time of arrival and bytes of the messages of a bag of version 2.0 as they lie in the file,
+    without its index. Throws Damaged at the first record that is cut or damaged, and where the index is not complete."""
+    connections, index, end = {}, 0, 0
     with open(path, "rb") as file:
-        file.seek(len(MAGIC[0]))
+        size = os.fstat(file.fileno()).st_size
+        file.seek(len(MAGIC))
         try:
-            for header, data in records(file, os.fstat(file.fileno()).st_size):
+            for header, data in records(file, size):
                 op = header[b"op"][0]
-                if op == FILE_HEADER and header.get(b"encryptor"):
-                    raise Refused(f"{shown(path)} is encrypted")
-                if op == CONNECTION:
-                    fields = {key.decode(): value.decode() for key, value in fields_of(data).items()}
-                    fields["topic"] = header[b"topic"].decode()
-                    connections[header[b"conn"]] = fields
+                if op == FILE_HEADER:
+                    if header.get(b"encryptor"):
+                        raise Refused(f"{shown(path)} is encrypted")
+                    index, = struct.unpack("<Q", header[b"index_pos"])
+                elif op == CONNECTION:
+                    fields = fields_of(data)
+                    connections[header[b"conn"]] = {
+                        "topic": header[b"topic"].decode(errors="replace"),
+                        **{key: fields[key.encode()].decode(errors="replace") for key in ("type", "message_definition")}}
                 elif op == MESSAGE:
-                    yield connections[header[b"conn"]], genpy.Time(*struct.unpack("<LL", header[b"time"])), data
-        except (KeyError, IndexError, ValueError, struct.error, OSError, EOFError):
-            return
+                    yield connections[header[b"conn"]], Time(*struct.unpack("<II", header[b"time"])), data
+                end = file.tell()
+        except (LookupError, ValueError, struct.error, OSError, EOFError) as error:
+            if end < index <= size:
+                raise Damaged(f"is damaged ({one_line(error)} after byte {end})")
+            index = 0
+    if not 0 < index <= size:
+        raise Damaged("has no complete index, as if it was cut or its recorder was killed")
 
 
 def records(stream, size):
     """Yields header and data of the records of a bag, those within chunks in place of the chunks."""
-    while (header := block(stream, size)) is not None:
-        header = fields_of(header)
-        if header[b"op"][0] == CHUNK and header[b"compression"] == b"none":
+    while stream.tell() < size:
+        header = fields_of(block(stream, size))
+        is_chunk = header[b"op"][0] == CHUNK
+        if is_chunk and header[b"compression"] == b"none":
             stream.read(4)  # the records within follow, even where the chunk was never ended
             continue
         data = block(stream, size)
-        if data is None:
-            return
-        if header[b"op"][0] == CHUNK:
-            data = decompressed(data, header[b"compression"])
+        if is_chunk:
+            data = decompressed(data, header[b"compression"], *struct.unpack("<I", header[b"size"]))
             yield from records(io.BytesIO(data), len(data))
         else:
             yield header, data
 
 
 def block(stream, size):
-    """Bytes that follow their length; None where they are cut."""
-    head = stream.read(4)
-    length = int.from_bytes(head, "little")
-    return stream.read(length) if len(head) == 4 and stream.tell() + length <= size else None
+    """Bytes that follow their length. Throws EOFError where they are cut."""
+    length = int.from_bytes(stream.read(4), "little")
+    if length > min(size - stream.tell(), LARGEST):
+        raise EOFError(f"a record of {length} bytes")
+    return stream.read(length)
 
 
 def fields_of(header):
-    fields = {}
-    while header:
-        length, = struct.unpack_from("<L", header)
-        if not 0 < length <= len(header) - 4:
+    fields, at = {}, 0
+    if len(header) > LARGEST_HEADER:
+        raise ValueError(f"a header of {len(header)} bytes")
+    while at < len(header):
+        length, = struct.unpack_from("<I", header, at)
+        if not 0 < length <= len(header) - at - 4:
             raise ValueError(f"a field of {length} bytes")
-        name, _, value = header[4:4 + length].partition(b"=")
+        at += 4 + length
+        name, _, value = header[at - length:at].partition(b"=")
         fields[name] = value
-        header = header[4 + length:]
     return fields
 
 
-def decompressed(data, compression):
+def decompressed(data, compression, size):
+    """What is packed to say it is of `size` bytes may be longer: it is unpacked no further."""
+    if size > LARGEST:
+        raise ValueError(f"a chunk of {size} bytes")
     if compression == b"bz2":
-        return bz2.decompress(data)
-    if compression == b"lz4":
-        try:
-            import roslz4
-        except ImportError:
-            raise Refused("a bag compressed with lz4 needs the package python3-roslz4")
-        try:
-            return roslz4.decompress(data)
-        except Exception as error:  # its C code names no type
-            raise ValueError(one_line(error))
-    raise ValueError(f"compression {compression!r}")
+        unpacked = bz2.BZ2Decompressor().decompress(data, size + 1)
+    elif compression == b"lz4":
+        unpacked = lz4_decompressed(data, size)
+    else:
+        raise ValueError(f"compression {quoted(compression)}")
+    if len(unpacked) != size:
+        raise ValueError(f"a chunk that is not of the {size} bytes that it says")
+    return unpacked
+
+
+def lz4_decompressed(data, size):
+    try:
+        import roslz4
+    except ImportError:
+        raise Refused("a bag compressed with lz4 needs the package python3-roslz4")
+    decompressor, unpacked = roslz4.LZ4Decompressor(), bytearray()
+    try:
+        for at in range(0, len(data), LZ4_PIECE):
+            unpacked += decompressor.decompress(data[at:at + LZ4_PIECE])
+            if len(unpacked) > size:
+                break
+    except Exception as error:  # its C code names no type
+        raise ValueError(one_line(error))
+    return bytes(unpacked)

@@ -3,6 +3,7 @@ import argparse
 import contextlib
 import errno
 import importlib
+import io
 import math
 import os
 import reprlib
@@ -31,9 +32,17 @@ def shown(name):
     return name if name.isprintable() else ascii(name)
 
 
+def printable(text, kept=""):
+    """Text with what a terminal would take for more than a character escaped."""
+    return "".join(c if c.isprintable() or c in kept else ascii(c)[1:-1] for c in text)
+
+
 def quoted(value):
     """A value of a file, cut where it is long: lists may hold each other a billion times."""
-    text = reprlib.repr(value)
+    try:
+        text = reprlib.repr(value)
+    except ValueError:  # Python prints whole numbers of 4300 digits at most
+        text = hex(value)
     return text[:LONGEST_QUOTE] + "..." * (len(text) > LONGEST_QUOTE)
 
 
@@ -53,7 +62,7 @@ def reason_of(error):
 def complain(name, text):
     """Prints a line on standard error. Where that takes no more, as on a full disk, the exit status has to do."""
     with contextlib.suppress(OSError):
-        print(f"{name}: {text}", file=sys.stderr, flush=True)
+        print(f"{name}: {printable(str(text))}", file=sys.stderr, flush=True)
 
 
 class Parser(argparse.ArgumentParser):
@@ -74,8 +83,7 @@ class Parser(argparse.ArgumentParser):
         return arguments
 
     def error(self, message):
-        line = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in message)
-        raise Refused(f"{line}; see {self.prog} --help")
+        raise Refused(f"{message}; see {self.prog} --help")
 
 
 def positive(text):
@@ -114,11 +122,13 @@ class Progress:
 class StandardOutput:
     """Where it takes no more, the program still writes its other outputs; `error` keeps the reason."""
 
-    def __init__(self, stream):
-        self.stream, self.error = stream, None
+    def __init__(self, stream, is_closed):
+        self.stream, self.is_closed, self.error = stream, is_closed, None
 
     def write(self, text):
-        self.attempt(self.stream.write, text)
+        if self.is_closed:
+            self.error = OSError(errno.EBADF, os.strerror(errno.EBADF))
+        self.attempt(self.stream.write, printable(text, "\n"))
         if text.endswith("\n"):  # what reads a pipe sees each line at once, as a terminal does
             self.flush()
 
@@ -145,10 +155,13 @@ def interruptible(text):
 
 def run(name, main, *arguments):
     """Runs main, which returns the exit status or None for DONE. Returns that of the whole program."""
+    is_closed = sys.stdout is None
     for stream in ("stdin", "stdout", "stderr"):  # one that is closed must not become the number of an output
         if getattr(sys, stream) is None:
             setattr(sys, stream, open(os.devnull, "w"))
-    out = StandardOutput(sys.stdout)
+    if isinstance(sys.stdout, io.TextIOWrapper):  # names of files may have characters that the locale lacks
+        sys.stdout.reconfigure(errors="backslashreplace")
+    out = StandardOutput(sys.stdout, is_closed)
     with contextlib.redirect_stdout(out):
         try:
             status = main(*arguments) or DONE

@@ -17,7 +17,7 @@ import numpy as np
 
 from .bags import Bag, absolute
 from .base import DRIVER_RADIUS, JOINTS, WHEELS, Base
-from .command_line import Parser, Refused, complain, positive
+from .command_line import Parser, Refused, complain, one_line, positive, shown
 from .encoders import add_encoder_options, encoders_of
 from .files import Outputs, write_whole
 from .records import sign_factors, velocity_sign
@@ -38,13 +38,13 @@ class ChosenTopics:
     """The messages of a bag on the given topics, else on those of the base."""
 
     def __init__(self, path, topics):
-        self.path, self.bag, self.topics = path, Bag(path), list(map(absolute, topics))
+        self.path, self.bag, self.topics = shown(path), Bag(path), list(map(absolute, topics))
         types = {absolute(topic): kind for topic, kind in self.bag.types.items()}
         for topic in self.topics:
             if topic not in types:
-                raise Refused(f"{path}: no topic {topic}; it has {self.bag.shown_topics()}")
+                raise Refused(f"{shown(path)}: no topic {shown(topic)}; it has {self.bag.shown_topics()}")
             if types[topic] not in TOPICS:
-                raise Refused(f"{path}: {topic} is {types[topic]}: must be {', '.join(sorted(TOPICS))}")
+                raise Refused(f"{shown(path)}: {shown(topic)} is {shown(types[topic])}: must be {', '.join(sorted(TOPICS))}")
 
     def find(self, *types):
         return [topic for topic, kind in sorted(self.bag.types.items())
@@ -72,7 +72,7 @@ def joint_values(entries, unit):
     values, complaints = {}, []
     for entry in entries:
         if entry.joint_uri in JOINTS and entry.unit != unit:
-            complaints.append(f"{entry.joint_uri} has the unit \"{entry.unit}\" instead of \"{unit}\"")
+            complaints.append(f"{entry.joint_uri} has the unit \"{shown(entry.unit)}\" instead of \"{unit}\"")
         elif entry.joint_uri in JOINTS:
             values.setdefault(JOINTS.index(entry.joint_uri), entry.value)
     complaints += [f"{JOINTS[i]} is {value}" for i, value in values.items() if not math.isfinite(value)]
@@ -112,7 +112,8 @@ def joint_states(chosen, joints, fields, by_stamp=False):
     for t, _, message in chosen.bag.messages_of_one_run(chosen.need(STATES)):
         if not set(joints) <= set(message.name):
             continue  # the arm's
-        rows.append([by_stamp and message.header.stamp.to_sec() or t])
+        stamp = message.header.stamp
+        rows.append([by_stamp and stamp.secs + stamp.nsecs / 1e9 or t])
         for field in fields:
             column = getattr(message, field)
             if len(column) != len(message.name):
@@ -150,7 +151,7 @@ def write(path, rows):
     lines = ["t," + ",".join(WHEELS)]
     lines += [f"{t},{','.join(repr(value + 0.0) for value in values)}" for t, values in last.items()]  # no -0.0
     write_whole(path, "\n".join(lines) + "\n")
-    print(f"{path}: {len(last)} rows from {rows[0][0]:.3f} to {rows[-1][0]:.3f} s")
+    print(f"{shown(path)}: {len(last)} rows from {rows[0][0]:.3f} to {rows[-1][0]:.3f} s")
 
 
 def main():
@@ -177,19 +178,20 @@ def main():
     if bool(wanted) == bool(arguments.angles):
         parser.error("give --velocity FILE, --torque FILE or both, or --angles FILE alone")
     outputs = Outputs([arguments.bag])
-    if arguments.angles:
-        outputs.claim("--angles", arguments.angles)
-        chosen = ChosenTopics(arguments.bag, arguments.topic)
-        write(arguments.angles, wheel_angles(chosen, *encoders_of(arguments)))
-        return
-    for option, path, _, _ in wanted:
+    paths = {"--angles": arguments.angles} if arguments.angles else {option: path for option, path, *_ in wanted}
+    for option, path in paths.items():
         outputs.claim(option, path)
     chosen = ChosenTopics(arguments.bag, arguments.topic)
-    if arguments.measured:
-        tables = measured(chosen, [field for _, _, field, _ in wanted], arguments.joint_velocity_sign)
-    else:
-        tables = [commanded(chosen, types, arguments) for _, _, _, types in wanted]
+    try:
+        if arguments.angles:
+            tables = [wheel_angles(chosen, *encoders_of(arguments))]
+        elif arguments.measured:
+            tables = measured(chosen, [field for _, _, field, _ in wanted], arguments.joint_velocity_sign)
+        else:
+            tables = [commanded(chosen, types, arguments) for _, _, _, types in wanted]
+    except (AttributeError, TypeError) as error:  # another definition of a type
+        raise Refused(f"{chosen.path}: its messages are not of the types that they say: {one_line(error)}")
     if chosen.bag.problem:
         warn(chosen.bag.problem)
-    for (_, path, _, _), rows in zip(wanted, tables):
+    for path, rows in zip(paths.values(), tables):
         write(path, rows)

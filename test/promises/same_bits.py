@@ -1,4 +1,4 @@
-"""Runs `simulate` on all of config/scenes, or with --stress on the motions of scripts/stress, and compares what it
+"""Runs `simulate` on all of config/scenes, or with --stress on the motions of scripts/study stress, and compares what it
 writes with a table of hashes, which holds for every compiler, option and processor. With --write makes the table."""
 import argparse
 import hashlib
@@ -23,8 +23,8 @@ def scenes():
 
 def stress_scenes(folder):
     """The same of the stress suite, whose scenes it writes to a folder."""
-    sys.path.insert(0, str(ROOT / "src"))
-    from youbot_base_sim.studies.stress_cells import stress_cells
+    sys.path.insert(0, str(ROOT))
+    from studies.stress_cells import stress_cells
     for cell in stress_cells():
         path = folder / f"{cell.group}_{cell.name}.yaml"
         path.write_text(cell.yaml(), encoding="utf-8")

@@ -163,7 +163,7 @@ TEST(Reliability, IsDeniedWhereEasedMillisecondsMatter) {
   EXPECT_NE(doubt.find(" ms, integrated to a looser tolerance"), std::string::npos) << doubt;
 
   tight.relative_tolerance = 1e-11;
-  Scene held = load_scene(YOUBOT_BASE_SIM_SOURCE_DIR "/bench/scenes/held_wheel.yaml", tight);
+  Scene held = load_scene(YOUBOT_BASE_SIM_SOURCE_DIR "/studies/bench/scenes/held_wheel.yaml", tight);
   held.duration = 2;
   held.solver.keeps_up = true;
   Simulation simulation(held);

@@ -1,4 +1,4 @@
-"""Lets the tests beside it import the package of src/, as the programs of scripts/ do."""
+"""Lets tests import the package of src/, as the programs of scripts/ do, and studies."""
 import contextlib
 import csv
 import io
@@ -10,7 +10,7 @@ import unittest
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "scripts"))
+sys.path[:0] = [str(ROOT / "scripts"), str(ROOT)]
 
 
 def stamp_of(t):

@@ -3,11 +3,13 @@ nothing; in the devel space too.
 
 Usage: programs_test.py DEVEL      the devel space
 """
+import io
 import os
 import subprocess
 import sys
 import tempfile
 import unittest
+import unittest.mock
 from pathlib import Path
 
 from harness import ROOT
@@ -76,6 +78,46 @@ class ProgramsTest(unittest.TestCase):
                                  env={**os.environ, "PYTHONPATH": str(self.folder)})
             self.assertEqual((ran.returncode, ran.stderr), (
                 1, f"{name}: needs the Python module numpy: scripts/install_dependencies python3-numpy\n"))
+
+    def analyse(self, before):
+        """Its help, after commands of bash."""
+        command = f'{before}; exec "$0" "$@"'
+        return subprocess.run(["bash", "-c", command, sys.executable, ROOT / "scripts" / "analyse", "--help"],
+                              capture_output=True, stdin=subprocess.DEVNULL)
+
+    def test_a_closed_standard_output_is_an_error(self):
+        ran = self.analyse("exec >&-")
+        self.assertEqual((ran.returncode, ran.stderr),
+                         (1, b"analyse: standard output: cannot be written: Bad file descriptor\n"))
+
+    def test_names_that_the_locale_lacks_are_escaped(self):
+        from youbot_base_sim import command_line
+        out = io.TextIOWrapper(io.BytesIO(), encoding="latin-1")
+        with unittest.mock.patch("sys.stdout", out):
+            self.assertEqual(command_line.run("x", print, "\u0141\xf3d\u017a a\x1b[31mb"), 0)
+        self.assertEqual(out.buffer.getvalue(), b"\\u0141\xf3d\\u017a a\\x1b[31mb\n")
+
+    def test_rviz_is_opened_with_frames_of_this_prefix(self):
+        rviz = self.folder / "rviz"
+        rviz.write_text('#!/bin/sh\ncat "$2"\n')
+        rviz.chmod(0o755)
+
+        def opened(*prefix):
+            return subprocess.run(["bash", ROOT / "scripts" / "open_rviz", "--tf-prefix", *prefix, "-d",
+                                   ROOT / "rviz" / "base.rviz"], cwd=self.folder, text=True, capture_output=True,
+                                  env={**self.environment, "ROS_HOME": str(self.folder)})
+        plain = opened("unset").stdout
+        self.assertEqual((plain, opened().stdout), ((ROOT / "rviz" / "base.rviz").read_text(),) * 2)
+        expected = plain.replace('TF Prefix: ""', "TF Prefix: a.b/c-1")
+        for name in ("Frame: base_footprint", "Frame: ground_truth", "TF Prefix: ground_truth"):
+            expected = expected.replace(name, name.replace(": ", ": a.b/c-1/"))
+        self.assertEqual(opened("a.b/c-1").stdout, expected)
+        before = sorted(self.folder.iterdir())
+        for prefix in (";touch CANARY;#e;s#(zz)(zz)#", "a&b", "\\1", "$(touch CANARY)", "a\nb", "a b", "a" * 201):
+            ran = opened(*prefix.split(" ") if prefix == "a b" else [prefix])
+            self.assertEqual((ran.returncode, ran.stdout, ran.stderr.count("\n")), (2, "", 1), prefix)
+            self.assertIn("must be at most 200 letters", ran.stderr)
+        self.assertEqual(sorted(self.folder.iterdir()), before)
 
     def test_no_module_has_the_name_of_another(self):
         names = [path.stem for path in (ROOT / "src" / "youbot_base_sim").rglob("*.py") if path.stem != "__init__"]

@@ -1,0 +1,161 @@
+"""Models of wheel odometry, their fits to runs with ground truth, and what they are worth on other runs."""
+import numpy as np
+
+from youbot_base_sim.analysis.section import rms
+from youbot_base_sim.figures import BLUE, GREEN, ORANGE, RED, new_figure, save
+from youbot_base_sim.report import table
+from .odometry_records import BASE, Records
+from .slip_gains import SlipGains  # noqa: F401, for the programs
+
+STEP = 1e-4           # by which parameters are changed for derivatives, all of them of order 0.01 to 1
+ITERATIONS, DRAWS = 12, 1000
+# Where fits begin. `radius` and `track` are factors of R and h + l, `front_left` is that wheel's larger radius,
+# `yaw_of_X` and `yaw_of_Y` are yaw per distance, rad/m, `yaw_lost` is the share of yaw lost in purely lateral motion;
+# `friction` of the rollers over f N is in cm.
+START = {"radius": 1, "track": 1, "lateral": 0.96, "front_left": 0, "yaw_of_X": 0, "yaw_of_Y": 0,
+         "yaw_lost": 0.01}
+EXTRAS = {"3": (), "4": ("front_left",), "5": ("yaw_of_X", "yaw_of_Y")}
+
+
+class Model:
+    """Motion by ideal kinematics with a lateral factor or, with `gains`, by those of a simulation with dry rollers."""
+
+    def __init__(self, name, extras=(), gains=None, free=True):
+        self.name, self.gains = name, gains
+        self.names = ("radius", "track", "friction" if gains else "lateral", *extras) if free else ()
+
+    def motion(self, records, values):
+        """What each sample moves the base, (n, 3), m, m, rad."""
+        p = {**dict.fromkeys(START, 0), "radius": 1, "track": 1, "lateral": 1, **dict(zip(self.names, values))}
+        nominal = records.nominal(p["front_left"])
+        moved = self.gains.motion(nominal, p["friction"] / 100) if self.gains else nominal * [1, p["lateral"], 1]
+        moved = moved * p["radius"] / [1, 1, p["track"]]
+        share = np.abs(nominal * [1, 1, BASE.half_lengths])
+        moved[:, 2] *= 1 - p["yaw_lost"] * share[:, 1] / (share.sum(axis=1) + 1e-12)
+        moved[:, 2] += moved[:, :2] @ [p["yaw_of_X"], p["yaw_of_Y"]]
+        return moved
+
+    def fit(self, records):
+        """Values by Gauss and Newton's method, to the segments of these records."""
+        start = {**START, "friction": 100 * np.median(self.gains.frictions)} if self.gains else START
+        values = np.array([start[name] for name in self.names], float)
+
+        def off(values):
+            return (records.segments(records.integrate(self.motion(records, values))) - records.true_segments).ravel()
+        for _ in range(ITERATIONS if self.names else 0):
+            here = off(values)
+            slopes = np.array([(off(values + step) - here) / STEP for step in STEP * np.eye(len(values))])
+            change = np.linalg.lstsq(slopes.T, here, rcond=None)[0]
+            while np.abs(change).max() >= 1e-6 and rms(off(values - change)) > rms(here):
+                change = change / 2
+            values = values - change
+            if np.abs(change).max() < 1e-6:
+                break
+        return values
+
+
+def gain_table(gains):
+    """How contacts averaged in a simulation differ from the mean over simulations that locate them."""
+    rows = [[contacts, f"{1e3 * friction:.1f}", *(f"{ratio:.4f}" for ratio in of.ratios(friction))]
+            for contacts, of in gains.items() for friction in of.frictions]
+    return table(["contacts", "dry rollers, mm", "k_Y/k_X", "q"], rows)
+
+
+def splits_of(runs):
+    """What is trained on and what is tested on, by name."""
+    for key in ("day", "figure"):
+        kinds = sorted({getattr(run, key) for run in runs})
+        for kind in kinds:
+            halves = [[run for run in runs if (getattr(run, key) == kind) == mine] for mine in (True, False)]
+            if key == "day":
+                yield f"day {kinds.index(kind) + 1} to {2 - kinds.index(kind)}", *map(Records, halves)
+            else:
+                yield f"{kind} to {kinds[1 - kinds.index(kind)]}", *map(Records, halves)
+
+
+def position(errors):
+    return np.hypot(errors[:, 0], errors[:, 1])
+
+
+def heading(errors):
+    return np.abs(errors[:, 2])
+
+
+class Comparison:
+    """Every model fitted to each half and tested on the other: `errors` of a split's name and a model's."""
+
+    def __init__(self, runs, gains):
+        kinematics = {count: Model(f"kinematics, {count}", extras) for count, extras in EXTRAS.items()}
+        located = {count: Model(f"slip, {count}", extras, gains["located"]) for count, extras in EXTRAS.items()}
+        lost = Model("kinematics, 5 and yaw lost", (*EXTRAS["5"], "yaw_lost"))
+        averaged = Model("averaged contacts, 5", EXTRAS["5"], gains["averaged"])
+        self.pairs = [*((located[count], kinematics[count]) for count in EXTRAS), (located["4"], kinematics["5"]),
+                      (located["5"], lost), (averaged, kinematics["5"])]
+        self.models = [Model("nominal", free=False), *kinematics.values(), lost, *located.values(), averaged]
+        self.errors, self.values, self.tests = {}, {}, {}
+        for name, training, test in splits_of(runs):
+            self.tests[name] = test
+            for model in self.models:
+                values = self.values[name, model.name] = model.fit(training)
+                self.errors[name, model.name] = test.end_errors(model.motion(test, values))
+
+    def ratio(self, split, better, worse, size):
+        """Root mean square error of a model over that of another, and its 95 % interval over draws of the runs."""
+        pair = np.array([size(self.errors[split, model.name]) for model in (better, worse)])
+        draws = np.random.default_rng(0).integers(0, pair.shape[1], (DRAWS, pair.shape[1]))
+        drawn = np.sqrt(np.mean(pair[:, draws]**2, axis=2))
+        return rms(pair[0]) / rms(pair[1]), *np.quantile(drawn[0] / drawn[1], (0.025, 0.975))
+
+    def ratio_table(self):
+        cell = "{:.2f} ({:.2f} to {:.2f})".format
+        rows = [[better.name, worse.name, what,
+                 *(cell(*self.ratio(split, better, worse, size)) for split in self.tests)]
+                for better, worse in self.pairs for what, size in (("position", position), ("heading", heading))]
+        return table(["error of", "over that of", "at the end", *self.tests], rows)
+
+    def error_table(self):
+        rows = []
+        for model in self.models:
+            cells = []
+            for split, test in self.tests.items():
+                errors = self.errors[split, model.name]
+                per_metre, per_turn = rms(position(errors) / test.path), rms(heading(errors) / test.turns)
+                cells.append(f"{1e3 * per_metre:.1f}, {1e3 * per_turn:.1f}")
+            rows.append([model.name, *cells])
+        return table(["mm per metre, mrad per turn", *self.tests], rows)
+
+    def umbmark_table(self):
+        """UMBmark's E_max: the largest distance of the mean error of one direction, over squares of one day driven
+        forward or laterally, by models fitted to circles."""
+        split = next(name for name in self.tests if name.endswith("to square"))
+        test, rows = self.tests[split], []
+        moved, lasting = (np.add.reduceat(of(test.nominal()), test.first) for of in (lambda x: x, np.abs))
+        kinds = [(run.day, along[1] > along[0], sum_[2] > 0) for run, along, sum_ in zip(test.runs, lasting, moved)]
+        for model in self.models:
+            centres = [np.hypot(*self.errors[split, model.name][[k == kind for k in kinds], :2].mean(axis=0))
+                       for kind in set(kinds)]
+            rows.append([model.name, f"{1e3 * max(centres):.0f}"])
+        return table(["fitted to circles", "E_max of squares, mm"], rows)
+
+    def parameter_table(self):
+        rows = [[model.name, ", ".join(model.names),
+                 *(", ".join(f"{value:.4f}" for value in self.values[split, model.name]) for split in self.tests)]
+                for model in self.models[1:]]
+        return table(["model", "parameters", *self.tests], rows)
+
+    def draw(self, path):
+        axes = new_figure(figsize=(9, 3.6)).subplots(1, 2, sharey=True)
+        for axis, what, size, target in zip(axes, ("position", "heading"), (position, heading), (0.7, 0.5)):
+            for k, ((better, worse), colour) in enumerate(zip(self.pairs, (BLUE, GREEN, RED, "black", ORANGE, "grey"))):
+                ratio, low, high = np.array([self.ratio(split, better, worse, size) for split in self.tests]).T
+                axis.errorbar(np.arange(len(ratio)) + 0.13 * (k - 2.5), ratio, (ratio - low, high - ratio), fmt="o",
+                              color=colour, capsize=2, markersize=4, label=f"{better.name}, over {worse.name}")
+            axis.axhline(1, color="black", linewidth=0.8)
+            axis.axhline(target, color="black", linewidth=0.8, linestyle=":")
+            axis.set(xticks=range(len(self.tests)), ylim=(0, 1.3), title=f"{what} at the end of held-out runs")
+            axis.set_xticklabels([name.replace(" to ", "\nto ") for name in self.tests], fontsize=8)
+            axis.grid(alpha=0.3, axis="y")
+        axes[0].set_ylabel("ratio of errors")
+        axes[0].figure.legend(*axes[0].get_legend_handles_labels(), loc="lower center", ncol=3, fontsize=7)
+        axes[0].figure.tight_layout(rect=(0, 0.11, 1, 1))
+        save(axes[0].figure, path, dpi=120)

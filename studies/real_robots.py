@@ -1,0 +1,222 @@
+"""Measurements on real youBots, and the same on the simulated base."""
+import csv
+import math
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from youbot_base_sim.analysis.section import rms
+from youbot_base_sim.base import DRIVER_RADIUS, WHEELS, Base
+from youbot_base_sim.figures import BLUE, GREEN, ORANGE, RED, new_figure, save
+from youbot_base_sim.report import table
+from .builds import ROOT
+from .odometry_records import BASE
+from .slip_gains import robot, simulated
+
+YOUBOT = Base()
+SCALES = {"A": 1.3, "B": 0.76}
+GAINS = (0.4, 1.2)           # of the velocity loops, N m s/rad and N m/rad
+CONTROL_PERIOD = 1e-3        # s
+RATE = 200                   # of rows, Hz
+STARTS = 32                  # sets of angles at which wheels may start
+PROFILES = {"paper": {"profile": "paper"}, "measured": {"profile": "measured"},
+            **{robot: {"profile": {"name": "measured", "friction_scale": scale}} for robot, scale in SCALES.items()}}
+
+
+class Run:
+    """A run of `simulate` in which the wheels track constant rates: columns of its rows, RATE a second, and torques."""
+    simulate = None  # the program
+
+    def __init__(self, robot, rates, duration, initial=None, floor=None, gains=GAINS):
+        self.rows = simulated(
+            self.simulate, [0], [rates], duration=duration, output_rate=RATE, robot=robot, floor=floor or {},
+            initial=initial or {}, drive={"velocity_table": "table.csv"},
+            motors={"velocity_proportional_gain": gains[0], "velocity_integral_gain": gains[1]})
+        self.phi, self.dphi = (np.array([self.rows[name + wheel] for wheel in WHEELS]).T for name in ("phi_", "dphi_"))
+        # The velocity loops' law, without limits. Their integral is a sum over control periods, both ends included.
+        lacking = rates - self.dphi
+        behind = np.outer(self.rows["t"], rates) - (self.phi - self.phi[0])
+        self.torque = gains[0] * lacking + gains[1] * (behind + CONTROL_PERIOD / 2 * (lacking + lacking[0]))
+
+
+def steady_torques(base, robot, velocity, floor=None):
+    """Mean torque of each wheel as the base's records have it, N m: A at constant speed, B over 4 s from rest, here
+    without the first half second: at 45 degrees two wheels keep the torque that they stopped with."""
+    duration, skipped = (20, 10) if base == "A" else (4, 0.5)
+    torque = Run(robot, YOUBOT.rolling_rates(*velocity), duration, floor=floor).torque
+    return torque[int(skipped / duration * len(torque)):].mean(axis=0)
+
+
+def mean_torque(base, name, velocity):
+    """Mean over the wheels of |mean torque|, N m."""
+    return SIZE(steady_torques(base, PROFILES[name], velocity))
+
+
+def directions_of_B():
+    """Direction of travel, degrees, and torque on linoleum, N m, as recorded."""
+    with open(ROOT / "docs" / "validation" / "robot_b.csv", newline="") as file:
+        return [(float(row["degrees"]), float(row["linoleum"])) for row in csv.DictReader(file)]
+
+
+def velocity_along(degrees, speed=0.2):
+    return speed * math.cos(math.radians(degrees)), speed * math.sin(math.radians(degrees)), 0
+
+
+def torque_table():
+    rows = []
+    for robot, what, velocity, real in (
+            ("A", "forward, 0.1 m/s", (0.1, 0, 0), 0.237), ("A", "lateral, 0.1 m/s", (0, 0.1, 0), 1.024),
+            ("A", "yaw, 0.314 rad/s", (0, 0, 0.314), 0.666), ("B", "forward, 0.1 m/s", (0.1, 0, 0), 0.159),
+            *(("B", what + ", 0.2 m/s", velocity_along(degrees), real) for degrees, what, real in (
+                (0, "forward", 0.168), (30, "30 degrees", 0.451), (45, "45 degrees", 0.504),
+                (60, "60 degrees", 0.698), (90, "lateral", 0.719)))):
+        measured, paper = mean_torque(robot, robot, velocity), mean_torque(robot, "paper", velocity)
+        rows.append([robot, what, f"{real:.3f}", f"{measured:.3f}",
+                     f"{measured - real:+.3f}, {100 * (measured / real - 1):+.0f} %", f"{paper:.3f}"])
+    return table(["robot", "motion", "real, N m", "`measured`, N m", "off by", "`paper`, N m"], rows)
+
+
+# What the records have of a base's torques, N m, as functions of the means of its four wheels.
+SIZE, FORWARD, YAW = (lambda wheels: float(np.abs(wheels).mean()), lambda wheels: float(wheels @ [1, 1, 1, 1]) / 4,
+                        lambda wheels: float(wheels @ [-1, 1, -1, 1]) / 4)
+CIRCLE = (0.1, 0, 0.25)
+STEADY_OF_A = [((0.1, 0, 0), SIZE, 0.237), ((0, 0.1, 0), SIZE, 1.024), ((0, 0, 0.314), SIZE, 0.666),
+               (CIRCLE, FORWARD, 0.243), (CIRCLE, YAW, 0.492)]
+TRANSIENT_OF_B = 0.01  # N m: of the start, which B's means include and the simulated ones leave out
+FITTED = ("dry_friction", "wheel_damping", "roller_dry_friction", "roller_damping", "roller_dry_friction_rate")
+MEASURED = np.array([0.18, 0.01, 0.073, 0.0025, 2])
+STEPS = np.array([0.01, 0.003, 0.004, 0.0003, 0.2])  # by which the effect of each is measured
+LEAST = np.array([0, 0, 0, 0, 0.3])
+
+
+def off(values, spin_radius):
+    """Differences of both robots with these frictions from the records, N m: five figures of A, 19 directions of B."""
+    robots = {robot: dict(zip(FITTED, (values * ([scale] * 4 + [1])).tolist())) for robot, scale in SCALES.items()}
+    motions = [("A", *record) for record in STEADY_OF_A]
+    motions += [("B", velocity_along(degrees), SIZE, torque - TRANSIENT_OF_B) for degrees, torque in directions_of_B()]
+
+    def one(motion):
+        base, velocity, part, torque = motion
+        return part(steady_torques(base, robots[base], velocity, {"spin_radius": spin_radius})) - torque
+    with ThreadPoolExecutor() as pool:
+        all_off = np.array(list(pool.map(one, motions)))
+    return all_off[:len(STEADY_OF_A)], all_off[len(STEADY_OF_A):]
+
+
+def fit(free, spin_radius):
+    """The first `free` of FITTED fitted to both records, each of which counts for half. Two rounds of Gauss and
+    Newton's method are enough: the problem is nearly linear."""
+    def residuals(values):
+        return np.concatenate([part / math.sqrt(len(part)) for part in off(values, spin_radius)])
+    values = MEASURED.copy()
+    for _ in range(2):
+        here = residuals(values)
+        slopes = [(residuals(values + step) - here) / step.sum() for step in np.diag(STEPS)[:free]]
+        values[:free] -= np.linalg.lstsq(np.array(slopes).T, here, rcond=None)[0]
+        values = np.maximum(values, LEAST)
+    return values
+
+
+def fit_table():
+    rows = []
+    for what, free, spin_radius in (("`measured`", 0, 0), ("fitted again", 4, 0),
+                                    ("`measured`, spin radius 2 mm", 0, 2e-3), ("fitted with it", 4, 2e-3),
+                                    ("fitted with it, and the smoothing too", 5, 2e-3)):
+        values = fit(free, spin_radius) if free else MEASURED
+        rows.append([what, *(f"{value:.3g}" for value in values),
+                     *(f"{rms(part):.4f}" for part in off(values, spin_radius))])
+    return table(["friction", *(f"`{key}`" for key in FITTED), "off A, N m", "off B, N m"], rows)
+
+
+def crossing(t, rate, share):
+    """When the velocity first reaches a share of its final value, 1."""
+    k = np.argmax(rate >= share)
+    return t[k - 1] + (t[k] - t[k - 1]) * (share - rate[k - 1]) / (rate[k] - rate[k - 1])
+
+
+def rise_and_overshoot(robot, gains, velocity, phi):
+    """Of the wheels' angular velocities, from rest at angles `phi`: mean of their times from 10 to 90 % of what is
+    commanded, s; overshoot of their mean, without the ripple of single rollers, %."""
+    target = np.array(Base(wheel_radius=DRIVER_RADIUS).rolling_rates(*velocity))
+    run = Run(robot, target, 4, {"wheel_angles": phi}, gains=gains)
+    t, rates = run.rows["t"], run.dphi / target
+    rise = np.mean([crossing(t, rate, 0.9) - crossing(t, rate, 0.1) for rate in rates.T])
+    smooth = np.convolve(rates.mean(axis=1), np.ones(RATE // 10) / (RATE // 10), mode="valid")
+    return rise, 100 * (smooth.max() - 1)
+
+
+def rise_table():
+    starts = [(0, 0, 0, 0)] + np.random.default_rng(1).uniform(0, math.pi / 3, (STARTS, 4)).round(4).tolist()
+    rows = [["base A", "", "0.26 s, 21 %", "0.50 to 0.54 s, 15 %", "0.32 s, 13 %"]]
+    for what, name, gains in (("`paper`", "paper", GAINS), ("`measured`", "measured", GAINS),
+                              ("A's", "A", (0.4, 0.9)), ("A's", "A", GAINS), ("A's", "A", (0.4, 1.6))):
+        cells = []
+        for velocity in (0.1, 0, 0), (0, 0.1, 0), (0, 0, 0.314):
+            with ThreadPoolExecutor() as pool:
+                found = np.array(list(pool.map(
+                    lambda phi: rise_and_overshoot(PROFILES[name], gains, velocity, phi), starts)))
+            low, high = np.quantile(found[1:, 0], (0.05, 0.95))
+            mean_rise, mean_overshoot = found[1:].mean(axis=0)
+            cells.append(f"{found[0, 0]:.2f}; {mean_rise:.2f} ({low:.2f} to {high:.2f}) s, {abs(mean_overshoot):.0f} %")
+        rows.append([what, f"{gains[0]}, {gains[1]}", *cells])
+    return table(["friction", "P, I", "forward", "lateral", "yaw"], rows)
+
+
+def ripple_of_B():
+    """A line on the torque in lateral motion at 0.2 m/s."""
+    run = Run(PROFILES["B"], YOUBOT.rolling_rates(0, 0.2, 0), 20, {"twist": [0, 0.2, 0]})
+    wheel = run.torque[len(run.torque) // 2:, 1]
+    spectrum = np.abs(np.fft.rfft((wheel - wheel.mean()) * np.hanning(len(wheel)))) * 4 / len(wheel)
+    frequency = np.fft.rfftfreq(len(wheel), 1 / RATE)
+    turns = (run.phi[-1, 1] - run.phi[len(run.phi) // 2, 1]) / (2 * math.pi) / 10
+    return (f"ripple in lateral motion: {frequency[spectrum.argmax()] / turns:.2f} per revolution of the wheel, "
+            f"{spectrum.max():.3f} N m (B: 6.0, about 0.06)\n")
+
+
+def gain_ratios(robot, base, floor=None, gains=GAINS):
+    """Lateral over forward path length per revolution of the wheels; rotation on a circle driven laterally over that
+    on one driven forward."""
+    def gains_of(V_X, V_Y, Omega):
+        run = Run(robot, base.rolling_rates(V_X, V_Y, Omega), 30, {"twist": [V_X, V_Y, Omega]}, floor, gains)
+        first = len(run.rows["t"]) // 3
+        x, y, psi = (run.rows[key][first:] for key in ("x", "y", "psi"))
+        middle = 0.5 * (psi[1:] + psi[:-1])
+        along = np.sum(np.diff(x) * np.cos(middle) + np.diff(y) * np.sin(middle))
+        across = np.sum(np.diff(y) * np.cos(middle) - np.diff(x) * np.sin(middle))
+        rolled = np.mean(np.abs(np.diff(run.phi[[first, -1]], axis=0))) * base.wheel_radius
+        return (along if V_X else across) / rolled, (psi[-1] - psi[0]) / rolled
+    speed, Omega = 0.07, 0.14
+    forward, lateral = gains_of(speed, 0, 0)[0], gains_of(0, speed, 0)[0]
+    return lateral / forward, gains_of(0, speed, Omega)[1] / gains_of(speed, 0, Omega)[1]
+
+
+def gain_table():
+    free_C, dry_C = robot(0), robot(2.2e-3)
+    gentle = (0.02, 0.1)  # gains for wheels of a sixtieth of the youBot's inertia
+    return table(["wheels", "k_Y/k_X", "q"], [
+        [what, *(f"{ratio:.4f}" for ratio in gain_ratios(*arguments))] for what, *arguments in (
+            *((f"the youBot, {owner} friction", PROFILES[name], YOUBOT)
+              for owner, name in (("paper's", "paper"), ("A's", "A"), ("B's", "B"))),
+            ("C, rollers without friction", free_C, BASE, {}, gentle),
+            ("C, dry rollers, 2.2 mm times f N", dry_C, BASE, {}, gentle),
+            ("C, dry rollers and spin friction, 2 mm", dry_C, BASE, {"spin_radius": 2e-3}, gentle))])
+
+
+def draw(path):
+    degrees, torques = zip(*directions_of_B())
+    axes = new_figure(figsize=(7, 4.6)).subplots()
+    axes.errorbar(degrees, torques, 0.02, fmt="ko", markersize=4, capsize=2,
+                  label="real base B on linoleum, 0.2 m/s (bars: largest standard error)")
+    for key, label, style in (("B", "simulated B: profile measured, times 0.76", dict(linestyle="-", color=RED)),
+                              ("paper", "simulated with the paper's friction", dict(linestyle="--", color=BLUE))):
+        axes.plot(degrees, [mean_torque("B", key, velocity_along(angle)) for angle in degrees], label=label, **style)
+    axes.errorbar((0, 90), (0.237, 1.024), ((0.057, 0.094), (0.063, 0.086)), fmt="s", color=GREEN, capsize=4,
+                  label="real base A, 0.1 m/s (bars: range)")
+    axes.plot((0, 90), [mean_torque("A", "A", velocity_along(angle, 0.1)) for angle in (0, 90)], "D", color=ORANGE,
+              markersize=10, fillstyle="none", label="simulated A: profile measured, times 1.3")
+    axes.set(xlabel="direction of travel, degrees (0 forward, 90 lateral)", ylabel="mean torque of a wheel, N m",
+             ylim=(0, 1.9), xlim=(-2, 92), title="Torque over the direction of travel, real and simulated")
+    axes.grid(alpha=0.3)
+    axes.legend(loc="upper left", fontsize=9)
+    axes.figure.tight_layout()
+    save(axes.figure, path, dpi=120)

@@ -1,0 +1,201 @@
+"""What the stress suite requires, and its report. A run is a row of stress.csv: a dictionary of what was measured."""
+import math
+
+from youbot_base_sim.base import Base
+from youbot_base_sim.report import WrittenPart, csv_text, figures, paragraph, table
+from .builds import ROOT
+from .stress_cells import RANDOM_GROUP, ROBOT_MASS
+
+DEFAULT_TOLERANCE = 3e-7  # as shipped, see `simulate --help`
+MAX_TIMES_BASE = 20  # processor time over that of the base scene
+FAST = 10_000  # switches a simulated second, beyond which real time is enough
+MAX_MS = 1e-3  # s of processor time for 1 ms
+MIN_PERMITTED = 0.05  # s of processor time, always allowed
+SMALL_ANGLE = 1e-6  # rad: how far apart neighbours start; far above the tight tolerance, so that the motion decides
+MAX_HELD_ERROR = 1e-5  # m, of a motion in which a wheel is held, at the default tolerance or tighter
+SMALLEST = 1e-3  # absolute / relative tolerance, SI units: the least scale of a path or a speed
+SMALLEST_ENERGY = 0.5 * ROBOT_MASS * SMALLEST**2  # J, of the robot at that speed
+WHEELS_CENTRE = math.hypot(Base.half_wheelbase, Base.half_track)  # m from O
+
+PAGE = WrittenPart(ROOT / "docs" / "stress.md", "scripts/study stress")
+
+# Columns of stress.csv besides the counters of the integration.
+COLUMNS = (
+    "group cell tolerance ending message outcome duration reached cpu_time base_cpu_time slowest_ms slowest_ms_at "
+    "ms_99_9 late_ms energy_error energy path halving echo amplification_minus amplification_plus x y psi "
+    "hundredth_distance switches_per_s cost_ratio ms_ratio energy_ratio halving_ratio held_ratio").split()
+BRACES = str.maketrans({"{": "{{", "}": "}}"})  # for str.format
+
+
+class Row(dict):
+    """What was measured of a run; NaN for what was not."""
+    def __missing__(self, key):
+        return math.nan
+
+    @property
+    def full_name(self):
+        return f"{self['group']}/{self['cell']}"
+
+    @property
+    def is_fast(self):
+        return self["switches"] > FAST * self["reached"]
+
+    @property
+    def permitted_distance(self):
+        """How far the end may move with half the tolerance, m, if the motion does not amplify."""
+        return self["tolerance"] * (self["path"] + SMALLEST)
+
+    @property
+    def amplification(self):
+        """What both neighbours show: the lesser of the two."""
+        sides = self["amplification_minus"], self["amplification_plus"]
+        return math.nan if any(map(math.isnan, sides)) else min(sides)
+
+    @property
+    def is_sensitive(self):
+        return 1 < self["halving_ratio"] <= self.amplification
+
+    def judge(self):
+        """Adds what was measured over what is allowed, and the outcome: holds, explained or fails."""
+        self["switches_per_s"] = self["switches"] / self["reached"] if self["reached"] else math.nan
+        permitted = self["duration"] if self.is_fast else MAX_TIMES_BASE * self["base_cpu_time"]
+        self["cost_ratio"] = self["cpu_time"] / max(MIN_PERMITTED, permitted)
+        self["ms_ratio"] = self["slowest_ms"] / MAX_MS
+        self["energy_ratio"] = self["energy_error"] / (self["tolerance"] * (self["energy"] + SMALLEST_ENERGY))
+        self["halving_ratio"] = self["halving"] / self.permitted_distance
+        compared = self["hundredth_distance"] >= 0 and self["shared_contacts"] > 0
+        self["held_ratio"] = self["hundredth_distance"] / MAX_HELD_ERROR if compared else 0.0
+        self["outcome"] = "fails" if self.failures() else "holds" if self["halving_ratio"] <= 1 else "explained"
+
+    def failures(self):
+        """The requirements that the run fails: a text with a field for the number measured, and that number."""
+        ending = self["ending"]
+        late = [("a millisecond takes {} ms", 1e3 * self["slowest_ms"])] if self["ms_ratio"] > 1 else []
+        if ending in ("refused", "failed", "not finite"):
+            return [(f"{ending}: {self['message'].translate(BRACES)}", math.nan)]
+        if ending != "finished":
+            until = f"at {{}} of {self['duration']:g} s" if "reached" in self else self["message"]
+            return [(f"{ending} {until}".strip(), self["reached"]), *late]
+        found = late if self["ms_ratio"] >= 0 else [("milliseconds not measured", math.nan)]
+        found += [(f"{name} {{}} times", self[f"{name}_ratio"]) for name in ("cost", "energy")
+                  if not self[f"{name}_ratio"] <= 1]
+        if math.isnan(self["halving_ratio"]):
+            found.append(("halving: a run to compare with did not finish", math.nan))
+        elif self["halving_ratio"] > 1 and not self.is_sensitive:
+            found.append((f"halving {{}} times (A {shown('.2g', self.amplification, 'unknown')})",
+                          self["halving_ratio"]))
+        if self["held_ratio"] > 1:
+            found.append(("held wheel {} times", self["held_ratio"]))
+        return found
+
+
+def csv_of_rows(rows):
+    """One line for each cell and tolerance."""
+    return csv_text(COLUMNS + counter_names(rows), rows, "{:.10g}".format)
+
+
+def counter_names(rows):
+    return list(dict.fromkeys(key for row in rows for key in row if key not in COLUMNS))
+
+
+def grouped(items, key):
+    """Lists of items by their key, in the order in which the keys first appear."""
+    groups = {}
+    for item in items:
+        groups.setdefault(key(item), []).append(item)
+    return groups
+
+
+def by_cell(rows):
+    """The rows of each cell, and of all random runs together."""
+    return grouped(rows, lambda row: RANDOM_GROUP if row["group"] == RANDOM_GROUP else row.full_name)
+
+
+def shown(form, value, missing="-"):
+    return missing if math.isnan(value) else format(value, form)
+
+
+def worst(values):
+    return max((value for value in values if not math.isnan(value)), default=math.nan)
+
+
+def of(rows, key):
+    return [row[key] for row in rows]
+
+
+def least_to_most(values):
+    return " to ".join(dict.fromkeys(map(figures, (min(values), max(values)))))
+
+
+def power(tolerance):
+    """1e-3 rather than the 0.001 of {:g}."""
+    digits, exponent = f"{tolerance:e}".split("e")
+    return f"{float(digits):g}e{int(exponent)}"
+
+
+# Columns of the table of cells: which of their runs are counted, and of which ratio the worst is shown.
+RUNS = {"runs": lambda row: True, "finish": lambda row: row["ending"] == "finished",
+        "hold or are explained": lambda row: row["outcome"] != "fails", "sensitive": lambda row: row.is_sensitive}
+RATIOS = {"cost": "cost_ratio", "slowest ms": "ms_ratio", "energy": "energy_ratio", "halving": "halving_ratio"}
+
+
+def summary(rows):
+    return [*(f"{sum(map(holds, rows))}" for holds in RUNS.values()),
+            *(figures(worst(of(rows, key))) for key in RATIOS.values())]
+
+
+def cells_csv(rows):
+    """One line for each cell, with the worst over its tolerances."""
+    return csv_text(["cell", *RUNS, *RATIOS, "99.9 % of ms, ms", "A", "echo, m"], [
+        [name, *summary(of_cell), shown(".2g", 1e3 * worst(of(of_cell, "ms_99_9"))),
+         shown(".2g", worst(row.amplification for row in of_cell)), shown(".1e", worst(of(of_cell, "echo")))]
+        for name, of_cell in by_cell(rows).items()])
+
+
+def counters_csv(rows):
+    """The counters at the loosest tolerance; those of the random runs summed."""
+    at = [row for row in rows if row["tolerance"] == max(of(rows, "tolerance"))]
+    names = sorted(counter_names(at))
+    return csv_text(["cell", *names], [
+        [name, *(f"{sum(counts):.0f}" if counts else "-" for counts in (
+            [row[key] for row in of_cell if key in row] for key in names))] for name, of_cell in by_cell(at).items()])
+
+
+def failure_table(failing):
+    """A line for each cell and requirement that it fails, over the tolerances."""
+    found = grouped([(row.full_name, text, row["tolerance"], value) for row in failing
+                     for text, value in row.failures()], lambda failure: failure[:2])
+    return table(["cell", "tolerance", "what fails"], [
+        [name, ", ".join(power(failure[2]) for failure in failures),
+         text.format(least_to_most([failure[3] for failure in failures]))] for (name, text), failures in found.items()])
+
+
+def held_text(rows):
+    """The random runs in which a wheel was held, and how far a hundredth of the tolerance moves their ends."""
+    compared = [row for row in rows if "hundredth_distance" in row]
+    if not compared:
+        return "None of these runs was compared with one at a hundredth of the tolerance."
+    held, others = ([row for row in compared if (row["shared_contacts"] > 0) == is_held] for is_held in (True, False))
+    distances = [f"{farthest:.1e} m" if farthest == farthest else "none"
+                 for farthest in (worst(of(some, "hundredth_distance")) for some in (held, others))]
+    return (f"Of {len(compared)} random runs at {power(compared[0]['tolerance'])}, {len(held)} hold a wheel, "
+            f"{sum(of(held, 'shared_contacts')):.0f} times in all. Largest distance from the end of a run at a "
+            f"hundredth of the tolerance: {distances[0]} with a held wheel, {distances[1]} without.")
+
+
+def written_part(rows):
+    """What the script writes into the page."""
+    failing, explained = ([row for row in rows if row["outcome"] == outcome] for outcome in ("fails", "explained"))
+    sensitive = [f"{row.full_name} at {power(row['tolerance'])} (halving {figures(row['halving_ratio'])}, "
+                 f"A {figures(row.amplification)})" for row in explained]
+    cells, tolerances = len({row.full_name for row in rows}), sorted({row["tolerance"] for row in rows}, reverse=True)
+    return "\n".join([
+        paragraph(f"{cells} motions, each at {len(tolerances)} tolerances from {power(tolerances[0])} to "
+                  f"{power(tolerances[-1])}: {len(rows) - len(failing) - len(explained)} of {len(rows)} runs hold all "
+                  f"requirements, {len(explained)} more are explained by a sensitive motion."),
+        paragraph("[cells.csv](stress/cells.csv) has every motion with its worst figures over the tolerances, "
+                  "[counters.csv](stress/counters.csv) the counters of the integration at "
+                  f"{power(tolerances[0])}."),
+        "### What does not hold\n", failure_table(failing) if failing else "Everything holds.\n",
+        paragraph(f"Explained by a sensitive motion: {', '.join(sensitive) or 'none'}."),
+        "### Held wheels\n", paragraph(held_text(rows))])

@@ -1,0 +1,98 @@
+"""What the tests of pages with measured tables have in common. Their first argument is SIMULATE."""
+import re
+import string
+import sys
+import tempfile
+from pathlib import Path
+
+from harness import ROOT
+
+from studies import runs
+
+SIMULATE = Path(sys.argv.pop(1)).resolve()
+NUMBER = r"[-+]?\d+(?:\.\d+)?"
+# Units of the last digit that a printed number may be off: half for rounding, and what machines differ by.
+ROUNDED = 0.6
+
+
+def printed(finding):
+    """How each value of a Finding is printed."""
+    specs = [spec for _, name, spec, _ in string.Formatter().parse(finding.text) if name is not None]
+    return [format(value, spec) for value, spec in zip(finding.values, specs)]
+
+
+def agrees(finding, text):
+    """Whether a text has all numbers of this finding, with as many decimals and of the same value."""
+    parts = string.Formatter().parse(finding.text)
+    match = re.fullmatch("".join(re.escape(literal) + (f"({NUMBER})" if name is not None else "")
+                                 for literal, name, _, _ in parts), text)
+    if not match:
+        return False
+    for number, value, own in zip(match.groups(), finding.values, printed(finding)):
+        decimals = len(own.partition(".")[2])
+        if len(number.partition(".")[2]) != decimals or abs(float(number) - value) > ROUNDED * 10 ** -decimals:
+            return False
+    return True
+
+
+class MeasuredPage:
+    """Tests of a page with a table, its written `part`, and a picture for each `picture_names`: a mixin of
+    unittest.TestCase, whose class measures `findings` with their `rows` of the table, of runs in `kept`."""
+
+    @classmethod
+    def setUpClass(cls):
+        folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(folder.cleanup)
+        cls.folder = Path(folder.name)
+        cls.prepare()
+        recorder = runs.Recorder(SIMULATE, runs.Kept(cls.folder / "kept", SIMULATE))
+        cls.findings, cls.rows = cls.measure(recorder)
+        cls.warnings = recorder.warnings
+
+    @classmethod
+    def prepare(cls):
+        """Before `folder`/kept is taken for the runs."""
+
+    def test_runs_without_a_warning(self):
+        self.assertEqual(self.warnings, [])
+
+    def test_has_every_figure(self):
+        for name in self.picture_names:
+            self.assertIn(f"]({self.part.page.stem}/{name})", self.page())
+            self.assertGreater((ROOT / "docs" / self.part.page.stem / name).stat().st_size, 5000)
+
+    def page(self):
+        return self.part.page.read_text()
+
+    def wrong_rows(self, page):
+        """Numbers, from 1, of the rows in the text of a page that are missing or not what was found; 0 for what is not
+        the table's."""
+        shown = [line.strip("| ").split(" | ") for line in self.part.parts(page)[1].strip().split("\n")[2:]]
+        wrong = [0] if len(shown) != len(self.rows) else []
+        for number, (expected, finding) in enumerate(zip(self.rows, self.findings), 1):
+            found = shown[number - 1] if number <= len(shown) else []
+            measured = expected.index(finding.measured())
+            if not (len(found) == len(expected) and agrees(finding, found[measured]) and
+                    found[:measured] + found[measured + 1:] == expected[:measured] + expected[measured + 1:]):
+                wrong.append(number)
+        return wrong
+
+    def test_has_what_is_measured(self):
+        expected = dict(enumerate(self.rows, 1))
+        wrong = self.wrong_rows(self.page())
+        self.assertEqual([expected.get(number, "the number of rows") for number in wrong], [])
+
+    def test_would_fail_on_any_other_number(self):
+        page = self.page()
+        before, table, _ = self.part.parts(page)
+        for number, finding in enumerate(self.findings, 1):
+            measured, own = finding.measured(), printed(finding)
+            start = page.index(measured, len(before), len(before) + len(self.part.begin) + len(table))
+            for match in re.finditer(NUMBER, measured):
+                text = match.group()
+                if text not in own:
+                    continue  # part of the words
+                other = text[:-1] + str((int(text[-1]) + 2) % 10)  # one more might still be within the rounding
+                place = start + match.start()
+                changed = page[:place] + other + page[place + len(text):]
+                self.assertEqual(self.wrong_rows(changed), [number], f"{text} as {other} in {measured}")

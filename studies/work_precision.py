@@ -1,0 +1,186 @@
+"""Measures error against run time of this package and of other solvers on the same equations, in about 15 minutes.
+Writes work_precision.md, its tables in CSV and the diagram .png. Builds what it needs in build/bench/, with
+CMAKE_ARGUMENTS for cmake's configure step, and installs SUNDIALS, matplotlib and PyYAML if they are missing."""
+import json
+import math
+import re
+import subprocess
+import tempfile
+import time
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+from youbot_base_sim.command_line import Parser
+from youbot_base_sim.files import make_folder, write_whole
+from youbot_base_sim.report import WrittenPart, csv_text, figures, paragraph, table
+from .builds import ROOT, build
+from .work_precision_runs import (COMPARISON, CONTESTANTS, EXPLICIT_SPAN, FIXED_STEP, HELD_WHEEL, LONG_ENOUGH, LONG_RUN,
+                                  RECORD, SCENES, USEFUL_ERROR, make_reference, measure, run_solver)
+
+PAGE = WrittenPart(ROOT / "docs" / "work_precision" / "work_precision.md", "scripts/study work_precision")
+ERRORS = ("position_error_m heading_error_rad velocity_error_m_s yaw_rate_error_rad_s wheel_rate_error_rad_s "
+          "roller_rate_error_rad_s")
+COUNTS = "steps rejected_steps location_steps evaluations jacobians factorizations switches"
+# Columns of the tables by their files' names: all runs, checks of what errors are measured by, run times over the
+# length of held torques and over the number of rollers, and a wheel that is held between two rollers.
+TABLES = {name: columns.split() for name, columns in {
+    "work_precision": "scene scene_title contestant contestant_title setting_kind setting span_s run_time_s repeats "
+                      f"run_time_per_simulated_s real_time_factor {ERRORS} {COUNTS} failure",
+    "references": f"scene scene_title span_s switches reference checked_by {ERRORS} failure",
+    "growth": "quantity value contestant contestant_title setting_kind setting span_s run_time_per_simulated_s "
+              "position_error_m switches failure",
+    "held_wheel": "contestant setting end_off_m position_error_m switches run_time_s failure"}.items()}
+
+
+def say(row):
+    found = row["failure"] or f"{row['run_time_s']:9.4f} s {row['position_error_m']:9.1e} m {row['steps']:9} steps"
+    print(f"  {row['contestant']:30} {row['setting']:<8g} {found}")
+
+
+def sweep(solve, scene, span):
+    """Rows of references.csv and of work_precision.csv."""
+    print(scene.title)
+    reference = make_reference(solve, scene, span, RECORD)
+    checks = [{"scene": scene.key, "scene_title": scene.title, "span_s": reference["span"], "switches":
+               reference["switches"], "reference": reference["title"], "checked_by": title, "failure": "", **check}
+              for title, check in reference["checks"]]
+    rows = []
+    for contestant in CONTESTANTS:
+        for setting in contestant.settings:
+            own_span = min(reference["span"], EXPLICIT_SPAN) if contestant.explicit else reference["span"]
+            row = measure(solve, scene, reference, contestant, setting, own_span)
+            rows.append(row)
+            say(row)
+            # Finer settings would but take longer. A failure says nothing about them.
+            if not row["failure"] and row["run_time_s"] > (
+                    LONG_ENOUGH if row["position_error_m"] <= USEFUL_ERROR else LONG_RUN):
+                break
+    return checks, rows
+
+
+def grow(solve, quantity, scene, variants, span, settings):
+    """Rows of growth.csv: contestants on variants of a scene, each a value of the quantity and the sections changed."""
+    import yaml  # which has been installed
+    print(quantity)
+    values = yaml.safe_load(scene.path.read_text())
+    rows = []
+    with tempfile.TemporaryDirectory() as folder:
+        for value, sections in variants:
+            path = Path(folder) / "variant.yaml"
+            path.write_text(yaml.safe_dump({**values, **{key: {**values.get(key, {}), **section}
+                                                         for key, section in sections.items()}}))
+            variant = replace(scene, key=f"{scene.key}, {value}", path=path, rows="")
+            reference = make_reference(solve, variant, span, COMPARISON)
+            for contestant, setting in settings:
+                row = measure(solve, variant, reference, contestant, setting, span)
+                rows.append({"quantity": quantity, "value": value, **row})
+                say(row)
+    return rows
+
+
+def run(solve, arguments):
+    """Rows of all tables by their names."""
+    tables = {name: [] for name in TABLES}
+    reference = solve(HELD_WHEEL, "radau", 1e-10, 10.0)
+    tables["held_wheel"] = [measure(solve, HELD_WHEEL, reference, contestant, tolerance, 10.0)
+                            for contestant in CONTESTANTS if contestant.key in ("youbot_base_sim", "cvode")
+                            for tolerance in (1e-3, 1e-4, 1e-5, 1e-6, 1e-8)]
+    for scene in SCENES:
+        if arguments.scene in (None, scene.key):
+            checks, rows = sweep(solve, scene, arguments.span)
+            tables["references"] += checks
+            tables["work_precision"] += rows
+            if scene is SCENES[0]:
+                tables["growth"] = growth(solve, scene, rows)
+    return tables
+
+
+def growth(solve, scene, rows):
+    """Rows of growth.csv, from those of work_precision.csv for this scene. Each contestant is run with the loosest
+    setting that stays within USEFUL_ERROR: those rows are from coarse to fine."""
+    loosest = {row["contestant"]: row["setting"] for row in reversed(rows)
+               if not row["failure"] and row["position_error_m"] <= USEFUL_ERROR}
+    settings = [(one, loosest[one.key]) for one in CONTESTANTS
+                if one.key in loosest and not one.explicit and one.solver not in FIXED_STEP]
+    held = [(f"{period:g}", {"solver": {"control_period": period}}) for period in (1e-2, 1e-3, 1e-4)]
+    rollers = [(f"{n}", {"robot": {"rollers_per_wheel": n, "roller_axis_radius": 0.034}}) for n in (4, 6, 12, 24)]
+    return [*grow(solve, "control_period, s", scene, [("0", {}), *held], 1.0, settings),
+            *grow(solve, "rollers_per_wheel", scene, rollers, 5.0, settings)]
+
+
+def seconds(t):
+    return f"{1e3 * t:.2g} ms" if t < 0.0995 else f"{1e3 * t:.0f} ms" if t < 0.9995 else f"{t:.3g} s"
+
+
+def time_within(rows, scene, contestant, error):
+    """Least run time (s) in which a contestant came within `error` (m), by the lower envelope of its points in
+    logarithms, and "<= " if its coarsest setting is more accurate already. None if it never did."""
+    points = sorted((row["run_time_s"], row["position_error_m"]) for row in rows
+                    if (row["scene"], row["contestant"], row["failure"]) == (scene, contestant, ""))
+    coarse = None
+    for fine in points:
+        if coarse and fine[1] >= coarse[1]:
+            continue
+        if fine[1] <= error:
+            if not coarse:
+                return fine[0], "<= "
+            share = math.log(error / coarse[1]) / math.log(fine[1] / coarse[1])
+            return coarse[0] * (fine[0] / coarse[0]) ** share, ""
+        coarse = fine
+    return None
+
+
+def best_table(rows):
+    """Run time of each method on each scene at USEFUL_ERROR, with the real-time factor or the ratio to this package."""
+    spans = {row["scene"]: row["span_s"] for row in reversed(rows)}  # explicit methods, which come last, have their own
+    scenes = {row["scene"]: row["scene_title"] for row in rows}
+    own = {scene: time_within(rows, scene, CONTESTANTS[0].key, USEFUL_ERROR) for scene in scenes}
+
+    def cell(contestant, scene):
+        reached = time_within(rows, scene, contestant.key, USEFUL_ERROR)
+        if not reached:
+            return "never"
+        run_time = reached[1] + seconds(reached[0])
+        if contestant is CONTESTANTS[0]:
+            return f"{run_time} ({figures(spans[scene] / reached[0])} x real time)"
+        return f"{run_time} ({reached[0] / own[scene][0]:.3g} x)" if own[scene] else run_time
+
+    return table(["method", *scenes.values()], [[one.title, *(cell(one, scene) for scene in scenes)]
+                                                for one in CONTESTANTS if not one.explicit])
+
+
+def written_part(program, rows, references):
+    """What the script writes into the page; `program` says what it was built with."""
+    about = json.loads(subprocess.check_output([program]))
+    processor = re.findall(r"(?m)^model name\s*: (.*)", Path("/proc/cpuinfo").read_text()) or ["unknown processor"]
+    machine = (f"{time.strftime('%Y-%m-%d', time.gmtime())}; {processor[0]}; {about['compiler']}, `{about['flags']}`; "
+               f"{about['libraries']}.")
+    checks = [check["position_error_m"] for check in references if not check["failure"]]
+    trust = f" The references agree with those that check them within {max(checks):.1e} m." if checks else ""
+    return "\n".join([paragraph(machine + trust), best_table(rows)])
+
+
+def main():
+    parser = Parser("work_precision", __doc__, "", "--scene case2_coulomb --span 2 --output build/case2")
+    parser.add_argument("--output", type=Path, default=ROOT / "docs" / "work_precision", metavar="FOLDER",
+                        help="where to write; docs/work_precision/ unless given")
+    parser.add_argument("--scene", choices=[scene.key for scene in SCENES], help="run only this one")
+    parser.add_argument("--span", type=float, default=1e9, metavar="S",
+                        help="simulate no more than the first S seconds of each scene, at least 1; all unless given")
+    parser.add_argument("--solve", type=Path, metavar="FILE",
+                        help="run this program rather than build one, and install nothing")
+    arguments = parser.parse_args()
+    if not arguments.span >= 1:
+        parser.error(f"--span = {arguments.span}: must be a number of seconds, 1 or more")
+    program = arguments.solve or build("solve", packages=["libsundials-dev", "python3-matplotlib", "python3-yaml"])[0]
+    tables = run(partial(run_solver, program), arguments)
+    make_folder(arguments.output)
+    files = {name: arguments.output / f"{name}.csv" for name in tables}
+    for name, rows in tables.items():
+        write_whole(files[name], csv_text(TABLES[name], rows, "{:.4g}".format))
+    part = written_part(program, tables["work_precision"], tables["references"])
+    PAGE.write(part, arguments.output / "work_precision.md")
+    print(f"\n{part}\nwritten: {arguments.output}/work_precision.md and .png, {', '.join(files)} as CSV")
+    from .plot_work_precision import plot  # with what has been installed
+    plot(files["work_precision"], files["work_precision"].with_suffix(".png"))

@@ -1,0 +1,168 @@
+"""Bags of strangers: nothing in them is run, and what is damaged ends in one line. rosbag writes them; genpy's own
+reading of whole messages is the reference."""
+import bz2
+import contextlib
+import hashlib
+import io
+import os
+import random
+import struct
+import subprocess
+import sys
+import unittest
+import unittest.mock
+
+import genpy
+import harness
+import rosbag
+from geometry_msgs.msg import Point, PoseWithCovarianceStamped, Quaternion, Transform, TransformStamped, Twist
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Header
+from tf2_msgs.msg import TFMessage
+
+WHEELS = ["wheel_joint_" + wheel for wheel in ("fl", "fr", "bl", "br")]
+
+
+BETWEEN = "\n" + 80 * "=" + "\n"
+
+
+def states(k):
+    return JointState(header=Header(stamp=genpy.Time(1700000000 + k, 5), frame_id="b"), name=WHEELS,
+                      position=[0.1 * k] * 4, velocity=[0.1] * 4)
+
+
+def plain(value):
+    """Of messages of either kind, and what they hold, tuples and dictionaries."""
+    if hasattr(value, "secs"):
+        return value.secs, value.nsecs
+    if hasattr(value, "__slots__") or hasattr(value, "__dict__"):
+        names = getattr(value, "__slots__", None) or vars(value)
+        return {name: plain(getattr(value, name)) for name in names}
+    return tuple(map(plain, value)) if isinstance(value, (list, tuple)) else value
+
+
+class BagsTest(harness.RunsAnalyse):
+    def write(self, name, definition=JointState._full_text, kind="sensor_msgs/JointState", data=None,
+              compression="none"):
+        """A bag of 100 joint states, or of these bytes, with another definition; its path."""
+        path = self.path(name)
+        md5 = hashlib.md5((kind + definition).encode()).hexdigest()  # by which rosbag knows types again
+        of_bag = type("X", (JointState,), {"_md5sum": md5, "_full_text": definition})
+        with rosbag.Bag(path, "w", compression=compression, chunk_threshold=3000) as bag:
+            for k in range(100):
+                bytes_ = io.BytesIO()
+                states(k).serialize(bytes_)
+                raw = (kind, data or bytes_.getvalue(), md5, (0, 0), of_bag)
+                bag.write("/joint_states", raw, genpy.Time(1700000000 + k, 5), raw=True)
+        return path
+
+    def table(self, *arguments, status=0):
+        """Runs table_from_bag; returns what it says on standard error."""
+        from youbot_base_sim import command_line, table_from_bag
+        err = io.StringIO()
+        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(err), \
+                unittest.mock.patch("sys.argv", ["table_from_bag", *arguments]):
+            ended = command_line.run("table_from_bag", table_from_bag.main)
+        self.assertIn(ended, (status,) if isinstance(status, int) else status, err.getvalue())
+        return err.getvalue()
+
+    def test_nothing_in_a_definition_is_run(self):
+        canary = self.path("CANARY")
+        run = f'open("{canary}","w").close()'
+        whole = JointState._full_text
+        lines = (f"int32 {run};X=1", f"int32 X=1;{run}", f"float64 x;{run}", f"float64[{run}] x", f"{run} x",
+                 f"a/b;{run} x", f"int32 X={run}", f"string X=\"\"\"\n{run}", f"float64 x\n {run}", f"float64 x {run}",
+                 f"float64 __class__={run}", f"int32 lambda={run}", f"Header[{run}] x", f"x/y/{run} z")
+        bags = [(whole.replace("string[] name", line + "\nstring[] name", 1), "sensor_msgs/JointState")
+                for line in lines]
+        bags += [(whole + f"{BETWEEN}MSG: a/B\"\"\"\n{run}\nint32 x", "sensor_msgs/JointState"),
+                 (whole.replace("MSG: std_msgs/Header\n", f"MSG: std_msgs/Header\n{run} y\n"), "sensor_msgs/JointState"),
+                 (whole, f'sensor_msgs/JointState"\n{run}\n"'), (whole, f"sensor_msgs.{run}/JointState")]
+        for k, (definition, kind) in enumerate(bags):
+            bag = self.write("evil.bag", definition, kind)
+            try:
+                self.analyse(bag, "--only", "path")
+            except AssertionError:
+                self.one_line("evil.bag")
+            with self.subTest(definition=k):
+                self.table(bag, "--angles", self.path("a.csv"), status=(0, 2))
+                self.assertFalse(os.path.exists(canary))
+
+    def test_a_line_that_is_no_field_is_refused(self):
+        for line, words in (("int32 a b", "has the line 'int32 a b': must be TYPE NAME, or TYPE NAME=VALUE"),
+                            ("int32[-1] a", "has the line"), ("int32 1a", "has the line"),
+                            ("foo/Bar a", "the definition of 'foo/Bar' is missing"),
+                            ("JointState a", "'sensor_msgs/JointState' contains itself"),
+                            ("Empty[] a", "'Empty' has no fields")):
+            definition = f"{line}\n{JointState._full_text}{BETWEEN}MSG: sensor_msgs/Empty\n# none"
+            self.analyse(self.write("wrong.bag", definition), status=2)
+            self.one_line("wrong.bag: /joint_states: ", words)
+
+    def test_a_definition_without_the_fields_is_refused(self):
+        bag = self.write("renamed.bag", JointState._full_text.replace("string[] name\n", "string[] nbme\n"))
+        said = self.table(bag, "--angles", self.path("a.csv"), status=2)
+        self.assertIn("renamed.bag: its messages are not of the types that they say", said)
+        self.assertEqual(said.count("\n"), 1)
+        self.analyse(bag, status=2)
+        self.one_line("no topic of a base")
+
+    def test_messages_are_read_as_genpy_reads_them(self):
+        from youbot_base_sim.definitions import reader_of
+        header, pose = Header(7, genpy.Time(3, 4), "odöm"), PoseWithCovarianceStamped()
+        pose.pose.covariance = [0.5 * k for k in range(36)]
+        odometry = Odometry(header=header, child_frame_id="base", pose=pose.pose)
+        odometry.twist.twist.linear.x = -1.5
+        link = TransformStamped(header, "c", Transform(Point(1, 2, 3), Quaternion(0, 0, 0.6, 0.8)))
+        for message in (odometry, states(3), TFMessage([link, link]), TFMessage(), Twist(), pose, header):
+            data = io.BytesIO()
+            message.serialize(data)
+            read = reader_of(message._type, message._full_text)(data.getvalue())
+            self.assertEqual(plain(read), plain(type(message)().deserialize(data.getvalue())))
+
+    def test_each_table_warns_of_a_cut_bag(self):
+        whole = self.write("cut.bag")
+        os.truncate(whole, os.path.getsize(whole) // 2)
+        for options in (("--angles",), ("--measured", "--velocity")):
+            said = self.table(whole, *options, self.path("a.csv"))
+            self.assertRegex(said, "^table_from_bag: warning: .*cut.bag has no complete index.*read up to t = ")
+
+    def test_lengths_in_a_message_are_not_believed(self):
+        bag = self.write("length.bag", data=struct.pack("<IIIII", 0, 1, 0, 0, 1 << 31) + bytes(40))
+        nested = "".join(f"a/T{k}[1000] a{BETWEEN}MSG: a/T{k}\n" for k in range(12)) + "uint8 x"
+        for path in (bag, self.write("nested.bag", nested)):
+            command = 'ulimit -v 1000000; exec "$0" "$@"'
+            ran = subprocess.run(["bash", "-c", command, sys.executable, harness.ROOT / "scripts" / "analyse", path],
+                                 text=True, capture_output=True, timeout=60,
+                                 env={**os.environ, "OPENBLAS_NUM_THREADS": "1"})
+            self.assertEqual((ran.returncode, ran.stdout), (2, ""), ran.stderr)
+            self.assertIn("no topic of a base", ran.stderr)
+
+    def test_a_chunk_is_unpacked_to_the_size_that_it_says(self):
+        from youbot_base_sim.bags import decompressed
+        import roslz4
+        for name, packed in ((b"bz2", bz2.compress(bytes(10 ** 8))), (b"lz4", roslz4.compress(bytes(10 ** 8)))):
+            for size in (1000, 10 ** 8 + 1):
+                with self.assertRaisesRegex(ValueError, "not of the .* bytes"):
+                    decompressed(packed, name, size)
+            self.assertEqual(len(decompressed(packed, name, 10 ** 8)), 10 ** 8)
+            with self.assertRaises(ValueError):
+                decompressed(packed, name, 1 << 29)
+
+    def test_a_damaged_byte_is_one_line_or_a_result(self):
+        draw = random.Random(1)
+        for compression in ("none", "bz2", "lz4"):
+            with open(self.write("whole.bag", compression=compression), "rb") as file:
+                whole = file.read()
+            for _ in range(60):
+                damaged = bytearray(whole[:draw.choice((len(whole), draw.randrange(len(whole))))])
+                for _ in range(draw.randint(0, 2)):
+                    damaged[draw.randrange(len(damaged))] ^= 1 << draw.randrange(8)
+                with open(self.path("damaged.bag"), "wb") as file:
+                    file.write(damaged)
+                said = self.table(self.path("damaged.bag"), "--angles", self.path("a.csv"), status=(0, 2))
+                self.assertLessEqual(said.count("\n"), 1)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,216 @@
+// Odometry of a Mecanum base from the angles of its wheels alone, by the dynamics: rollers, their friction, slip.
+
+#include "youbot_base_sim/slip_odometry/slip_odometry.h"
+
+#include <diagnostic_updater/diagnostic_updater.h>
+#include <fmt/format.h>
+#include <ros/ros.h>
+#include <sensor_msgs/JointState.h>
+#include <std_srvs/Trigger.h>
+#include <tf2_ros/transform_broadcaster.h>
+
+#include <array>
+#include <cmath>
+#include <optional>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "youbot_base_sim/ros/conversions.h"
+#include "youbot_base_sim/ros/program.h"
+#include "youbot_base_sim/ros/scene_parameters.h"
+
+namespace {
+
+using namespace youbot_base_sim;
+
+constexpr double kTolerance = 1e-4;  // with less, a minute of driving differs by 30 micrometres
+constexpr double kMaxReplicas = 100;
+constexpr std::uint32_t kQueueSize = 100;  // of readings: two seconds of the driver's
+
+/// Names, signs and ticks by which a base reports its wheels.
+struct Encoders {
+  std::array<std::string, kWheels> joints;
+  Wheels rad_per_unit;  // positive forward
+};
+
+/// Exactly four words, else ParameterError.
+std::array<std::string, kWheels> four_words(const Parameters& parameters, const std::string& name,
+                                            const std::string& text) {
+  std::istringstream stream(text);
+  std::array<std::string, kWheels> words;
+  std::string more;
+  for (std::string& word : words) stream >> word;
+  parameters.require(!words.back().empty() && !(stream >> more), name, text, "four words: of wheels fl, fr, bl, br");
+  return words;
+}
+
+Encoders read_encoders(Parameters& parameters) {
+  std::string joints, signs = "1 1 1 1";
+  for (int i = 0; i < kWheels; ++i) joints += (i > 0 ? " " : "") + wheel_joint(i);
+  double ticks = 0;
+  parameters.read("joints", joints);
+  parameters.read("joint_signs", signs);
+  parameters.read("ticks_per_turn", ticks, {1, 1e9, "", true});
+  Encoders encoders{four_words(parameters, "joints", joints), Wheels::Constant(ticks > 0 ? 2 * M_PI / ticks : 1)};
+  const auto words = four_words(parameters, "joint_signs", signs);
+  for (int i = 0; i < kWheels; ++i) {
+    const std::string& sign = words[static_cast<std::size_t>(i)];
+    parameters.require(sign == "1" || sign == "-1", "joint_signs", signs, "four of 1 and -1");
+    if (sign == "-1") encoders.rad_per_unit[i] *= -1;
+  }
+  return encoders;
+}
+
+/// One that slips. Throws ParameterError.
+Scene read_slipping_scene(Parameters& parameters) {
+  SceneOverrides overrides;
+  overrides.relative_tolerance = kTolerance;
+  const Scene scene = read_scene(parameters, overrides);
+  if (!slips(scene.model)) throw ParameterError("parameter ~scene: model = no_slip: must be viscous or coulomb");
+  return scene;
+}
+
+SlipOdometry::Settings read_settings(Parameters& parameters) {
+  SlipOdometry::Settings settings;
+  double replicas = settings.replicas;
+  parameters.read("wheel_error", settings.wheel_error, {1e-6, 1, ""});
+  parameters.read("max_gap", settings.max_gap, {1e-3, 10, "s"});
+  parameters.read("max_wheel_rate", settings.max_rate, {1e-3, 1e3, "rad/s"});
+  parameters.read("max_effort_error", settings.max_effort_error, {1e-3, 1e6, "N m"});
+  parameters.read("angles_at_zero", settings.angles_at_zero, kWheelAngles);
+  parameters.read("replicas", replicas, {1, kMaxReplicas, ""});
+  parameters.require(replicas == std::floor(replicas), "replicas", fmt::format("{:g}", replicas), "a whole number");
+  settings.replicas = static_cast<int>(replicas);
+  return settings;
+}
+
+std::string text_of(const Wheels& w) { return fmt::format("{:.3g}, {:.3g}, {:.3g}, {:.3g}", w[0], w[1], w[2], w[3]); }
+
+/// Publishes odometry for each message of joint_states that has all four wheels.
+class SlipOdometryNode {
+ public:
+  /// Throws ParameterError.
+  SlipOdometryNode() {
+    ros::NodeHandle private_node("~");
+    Parameters parameters(private_node, "~");
+    encoders_ = read_encoders(parameters);
+    const SlipOdometry::Settings settings = read_settings(parameters);
+    const Scene scene = read_slipping_scene(parameters);
+    parameters.read("odom_frame", odom_frame_);
+    parameters.read("base_frame", base_frame_);
+    parameters.read("publish_tf", publish_tf_);
+    parameters.refuse_others();
+    odometry_.emplace(scene, settings);
+    publisher_ = node_.advertise<nav_msgs::Odometry>("slip_odom", kQueueSize);
+    readings_ =
+        node_.subscribe("joint_states", kQueueSize, &SlipOdometryNode::take, this, ros::TransportHints().tcpNoDelay());
+    reset_ = private_node.advertiseService("reset", &SlipOdometryNode::reset, this);
+    diagnostics_.setHardwareID("wheels");
+    diagnostics_.add("slip odometry", this, &SlipOdometryNode::report);
+  }
+
+ private:
+  void take(const sensor_msgs::JointState& message) {
+    Wheels phi = Wheels::Zero(), torque = Wheels::Zero(), dphi = Wheels::Zero();
+    for (int i = 0; i < kWheels; ++i) {
+      const auto joint = std::find(message.name.begin(), message.name.end(), encoders_.joints[i]);
+      const auto k = static_cast<std::size_t>(joint - message.name.begin());
+      if (joint == message.name.end() || k >= message.position.size()) return;  // the arm's, perhaps
+      phi[i] = encoders_.rad_per_unit[i] * message.position[k];
+      const double sign = std::copysign(1, encoders_.rad_per_unit[i]);
+      dphi[i] = k < message.velocity.size() ? encoders_.rad_per_unit[i] * message.velocity[k] : std::nan("");
+      torque[i] = k < message.effort.size() ? sign * message.effort[k] : std::nan("");
+    }
+    const ros::Time& stamp = message.header.stamp;
+    odometry_->update(time_of(stamp), phi, torque, dphi);
+    if (const std::string& doubt = odometry_->doubt(); !doubt.empty()) {
+      // The first one: others may follow from it.
+      if (++doubts_ == 1) doubt_ = fmt::format("{} (t = {:.3f} s)", doubt, time_of(stamp));
+      ROS_WARN_STREAM_THROTTLE(5, doubt);
+    }
+    ++taken_;
+    note_effort_signs();
+    note_angles();
+    publish(stamp);
+    diagnostics_.update();
+  }
+
+  /// Says which efforts have the sign opposite to that of the torques that move the base.
+  void note_effort_signs() {
+    const Wheels signs = odometry_->effort_signs();
+    for (int i = 0; i < kWheels; ++i) {
+      if (signs[i] < 0 && effort_signs_[i] == 0) {
+        ROS_WARN("efforts of %s have the sign opposite to that of its positions: reversed",
+                 encoders_.joints[i].c_str());
+      }
+    }
+    effort_signs_ = signs;
+  }
+
+  /// Says which angles would be found again, as long as the encoders stay switched on.
+  void note_angles() {
+    const std::optional<PhaseSearch>& search = odometry_->search();
+    const std::string angles = search && search->found() ? text_of(search->phases(0)) : "";
+    if (angles != angles_at_zero_ && !angles.empty())
+      ROS_INFO("efforts tell ~angles_at_zero: [%s], sigma [%s]", angles.c_str(), text_of(search->sigma()).c_str());
+    angles_at_zero_ = angles;
+  }
+
+  void publish(const ros::Time& stamp) {
+    nav_msgs::Odometry message = odometry_message(odom_frame_, odometry_->pose(), odometry_->velocity(), stamp);
+    message.child_frame_id = base_frame_;
+    message.pose.covariance = covariance_message(odometry_->pose_covariance());
+    message.twist.covariance = covariance_message(odometry_->velocity_covariance());
+    publisher_.publish(message);
+    if (publish_tf_) transforms_.sendTransform(transform_message(odom_frame_, base_frame_, odometry_->pose(), stamp));
+  }
+
+  bool reset(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
+    odometry_->reset();
+    response.success = true;
+    response.message = "the pose is zero";
+    return true;
+  }
+
+  void report(diagnostic_updater::DiagnosticStatusWrapper& status) {
+    if (taken_ == 0) {
+      status.summary(status.WARN, "no message of joint_states with all four wheels");
+    } else if (doubts_ > 0) {
+      status.summaryf(status.WARN, "%d of the last %d readings do not tell where the base is: %s", doubts_, taken_,
+                      doubt_.c_str());
+    } else {
+      status.summary(status.OK, "follows the encoders");
+    }
+    status.add("readings", taken_);
+    status.add("doubtful", doubts_);
+    status.add("signs of efforts (0: unknown)", text_of(effort_signs_));
+    status.add("signs of velocities (0: unknown)", text_of(odometry_->rate_signs()));
+    if (odometry_->search()) status.add("angles at zero that efforts tell", angles_at_zero_);
+    taken_ = doubts_ = 0;
+  }
+
+  ros::NodeHandle node_;
+  Encoders encoders_;
+  std::optional<SlipOdometry> odometry_;
+  std::string odom_frame_ = kOdometryFrame, base_frame_ = kBaseFrame;
+  Wheels effort_signs_ = Wheels::Zero();
+  std::string angles_at_zero_;  // empty: not known
+  std::string doubt_;           // the first since the last report
+  bool publish_tf_ = false;
+  int taken_ = 0, doubts_ = 0;  // since the last report
+  ros::Publisher publisher_;
+  ros::Subscriber readings_;
+  ros::ServiceServer reset_;
+  tf2_ros::TransformBroadcaster transforms_;
+  diagnostic_updater::Updater diagnostics_;
+};
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return run_program(argc, argv, "slip_odometry", [] {
+    const SlipOdometryNode node;
+    ros::spin();
+  });
+}
