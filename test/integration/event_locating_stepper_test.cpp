@@ -198,6 +198,20 @@ TEST_F(EventLocatingStepperTest, GrazesWithoutSwitching) {
   }
 }
 
+// Over the edge at 0.7 s, back at 1.2 s and over it again at 2.2 s, in one step from 0.5 s: to before or after that.
+TEST_F(EventLocatingStepperTest, LocatesThereAndBackWhereAWheelReversesTwiceInAStep) {
+  wheels.c_0[2] = kPi / 6 - 0.2 * 1.848;
+  wheels.c_1[2] = 0.2 * 5.02;
+  wheels.c_2[2] = -0.2 * 4.1;
+  wheels.c_3[2] = 0.2;
+  run(2);
+  EXPECT_EQ(switches.size(), 2u);
+  expect_exact_switches(2);
+  run(2.4);
+  EXPECT_EQ(switches.size(), 3u);
+  expect_exact_switches(2.4);
+}
+
 TEST_F(EventLocatingStepperTest, StartsOnAnEdge) {
   struct Start {
     double rate, acceleration;  // rad/s, rad/s^2

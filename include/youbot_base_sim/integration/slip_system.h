@@ -28,7 +28,7 @@ class SlipSystem final : public SmoothSystem {
         torque_(&torque),
         modes_(model.robot(), state.phi()),
         rest_friction_(model.regularization_speed(), model.holding_speed()),
-        holds_drives_(model.robot().dry_friction_rate * model.robot().R <= 2 * rest_friction_.moving_speed()) {}
+        holds_drives_(model.robot().dry_friction_rate * model.robot().R <= 2 * rest_friction_.slow_speed()) {}
 
   void operator()(const State& x, State& dxdt, double t) const override {
     const Wheels M = torque_->value(t);
