@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include "program.h"
 #include "refusals.h"
 
 namespace youbot_base_sim {
@@ -24,19 +23,7 @@ class ProgramsTest : public testing::Test {
 
   void expect_refused(const std::string& program, const std::vector<std::string>& arguments,
                       const std::vector<std::string>& parts) {
-    std::string told;
-    for (const std::string& argument : arguments) told += " '" + argument.substr(0, 80) + "'";
-    SCOPED_TRACE(program.substr(program.rfind('/') + 1) + told);
-    const auto before = contents_of(folder_.path(""));
-    Program run(program, arguments);
-    EXPECT_EQ(run.wait(), 2);
-    EXPECT_EQ(run.out(), "");
-    std::string err = run.err();
-    ASSERT_FALSE(err.empty());
-    EXPECT_EQ(err.back(), '\n');
-    err.pop_back();
-    expect_refusal(err, parts);
-    EXPECT_TRUE(contents_of(folder_.path("")) == before) << "something was written or changed";
+    expect_program_refuses(folder_, program, arguments, parts);
     ++cases_;
   }
 
@@ -177,13 +164,15 @@ TEST_F(ProgramsTest, IdentifyRefuses) {
 #endif
 
 TEST_F(ProgramsTest, DescribeBaseRefuses) {
-  expect_refused(DESCRIBE_BASE, {"--colour"}, {"--colour"});
+  expect_refused(DESCRIBE_BASE, {"--colour"}, {"describe_base: ", "--colour"});
+  expect_refused(DESCRIBE_BASE, {"--two\nlines\x1b"}, {"--two\\nlines\\x1b"});
   expect_refused(DESCRIBE_BASE, {good_, good_}, {"--help"});
   expect_refused(DESCRIBE_BASE, {"--turning-rollers", "--turning-rollers"}, {"turning-rollers"});
   expect_refused(DESCRIBE_BASE, {"--turning-rollers=3"}, {"turning-rollers"});
   expect_refused(DESCRIBE_BASE, {folder_.path("missing.yaml")}, {"missing.yaml"});
-  expect_refused(DESCRIBE_BASE, {folder_.path("folder")}, {"folder"});
+  expect_refused(DESCRIBE_BASE, {folder_.path("folder")}, {"is a folder; must be a scene file"});
   expect_refused(DESCRIBE_BASE, {"/dev/zero"}, {"/dev/zero"});
+  expect_refused(DESCRIBE_BASE, {"--meshes", "/dev/null/meshes"}, {"/dev/null/meshes"});
   expect_refused(DESCRIBE_BASE, {"--meshes", ""}, {"--meshes = \"\": must not be empty"});
   expect_refused(DESCRIBE_BASE, {"", "--meshes", ""}, {"--meshes = \"\": must not be empty"});
   expect_refused(DESCRIBE_BASE, {folder_.path("mis\nsing")}, {"mis"});

@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "base_process.h"
-#include "rostest_main.h"
+#include "rostest.h"
 #include "youbot_base_sim/ros/clock_followers.h"
 
 namespace youbot_base_sim {
@@ -274,4 +274,4 @@ TEST(ClockFollowers, one_that_cannot_be_seen_is_named) {
 }  // namespace
 }  // namespace youbot_base_sim
 
-YOUBOT_BASE_SIM_ROSTEST_MAIN()
+int main(int argc, char** argv) { return youbot_base_sim::run_rostest(argc, argv); }

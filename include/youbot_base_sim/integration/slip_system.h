@@ -55,10 +55,16 @@ class SlipSystem final : public SmoothSystem {
     const bool by_torque = modes_.mixed() || reacts();
     return contacts(x.velocities(), x.phi(), pose(x), by_torque ? torque_->value(t) : Wheels::Zero());
   }
-  /// The same at three stages at once, with their stiffness for the frictions F. Rare cases stay out of the loop.
+  /// Contacts at the three stages of a step, and their stiffness for given friction.
+  struct StageEvaluation {
+    std::array<Contacts, 3> contacts;
+    std::array<typename Model::Stiffness, 3> stiffness;
+  };
+  /// Sets `at` to those at the velocities u, with the stiffness for the friction F. Rare cases stay out of the loop.
   void contacts(const std::array<Velocities, 3>& u, const std::array<Wheels, 3>& phi, const std::array<Pose, 3>& pose,
                 const std::array<Wheels, 3>& M, const std::array<typename Model::Friction, 3>& F,
-                std::array<Contacts, 3>& c, std::array<typename Model::Stiffness, 3>& K) const {
+                StageEvaluation& at) const {
+    auto& [c, K] = at;
     if (modes_.mixed() || reacts()) {
       for (int j = 0; j < 3; ++j) {
         any_contacts(u[j], phi[j], pose[j], M[j], modes_.shared(), c[j]);

@@ -8,7 +8,6 @@
 #include <cmath>
 
 #include "base_process.h"
-#include "rostest_main.h"
 
 namespace youbot_base_sim {
 namespace {
@@ -88,4 +87,4 @@ TEST_F(SlipOdometryNode, reports_what_it_cannot_know) {
 }  // namespace
 }  // namespace youbot_base_sim
 
-YOUBOT_BASE_SIM_ROSTEST_MAIN()
+int main(int argc, char** argv) { return youbot_base_sim::run_rostest(argc, argv); }

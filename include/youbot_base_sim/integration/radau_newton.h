@@ -1,0 +1,406 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "youbot_base_sim/integration/bordered_stages.h"
+#include "youbot_base_sim/integration/radau_stages.h"
+#include "youbot_base_sim/integration/reacting_stages.h"
+#include "youbot_base_sim/integration/slip_system.h"
+#include "youbot_base_sim/integration/statistics.h"
+#include "youbot_base_sim/integration/tolerance.h"
+
+namespace youbot_base_sim {
+
+/// Newton's matrix for the stages of a step of length dt from the velocities u_0. With z_l = u_l - u_0 and D = A^-1 /
+/// dt the stages' equations and their linearization are (Hairer and Wanner II, section IV.8)
+///
+///   r_j = Q_j(u_j) - M sum_l D_jl z_l = 0,    sum_l D_jl M du_l + (G_j - C_j) du_j = r_j,    j = 1..3.
+///
+/// Q are the forces (4.9) at the positions that follow from all u_l, G_j is the damping matrix and C_j the derivative
+/// of the Coriolis forces. The derivative by the positions, of order dt, is left out. Each stage has a matrix of its
+/// own: with that of the start for all (Hairer and Wanner), the iterations fail where friction reverses within a step.
+template <class Model>
+class RadauMatrix {
+ public:
+  using Evaluation = typename SlipSystem<Model>::StageEvaluation;
+
+  /// Takes a step of length dt, s.
+  void set_step(double dt) {
+    dt_ = dt;
+    const double per_dt = 1 / dt;
+    for (int j = 0; j < 3; ++j) {
+      for (int l = 0; l < 3; ++l) D_[j][l] = per_dt * RadauTableau::A_inverse[j][l];
+    }
+  }
+  double dt() const { return dt_; }
+
+  /// M sum_l D_jl z_l: forces that accelerate the base as stage j says, for z_l = u_l - u_0, N and N m.
+  Velocities forces_by_motion(const Inertia& inertia, int j, const StageVelocities& z) const {
+    return inertia * (D_[j][0] * z[0] + D_[j][1] * z[1] + D_[j][2] * z[2]);
+  }
+
+  [[gnu::flatten, gnu::noinline]] void factorize(const SlipSystem<Model>& system, const StageVelocities& u,
+                                                 const std::array<Wheels, 3>& torque, const Evaluation& evaluated) {
+    const auto& model = system.model();
+    const auto& [contacts, stiffness] = evaluated;
+    for (int j = 0; j < 3; ++j) {
+      system.damping(u[j], contacts[j], stiffness[j], torque[j], damping_[j]);
+      coriolis_[j] = model.inertia().coriolis_derivative(u[j].v);
+    }
+    solver_.factorize(D_, model.inertia(), damping_, coriolis_);
+    if constexpr (Model::kReactionsFollow) {
+      if (system.reacts()) {
+        for (int j = 0; j < 3; ++j) system.couple(u[j], contacts[j], torque[j], damping_[j], couplings_[j]);
+      }
+    }
+  }
+
+  /// Sets du, and dN to the change of dynamic reactions, N.
+  void solve(const SlipSystem<Model>& system, const StageVelocities& r, StageVelocities& du,
+             std::array<Wheels, 3>& dN) const {
+    solver_.solve(r, du);
+    if constexpr (Model::kReactionsFollow) {
+      if (system.reacts()) ReactingStages<3>::correct(solver_, couplings_, du, dN);
+    }
+  }
+
+  const DampingMatrix& damping(int j) const { return damping_[j]; }
+  const PlatformMatrix& coriolis(int j) const { return coriolis_[j]; }
+
+ private:
+  double dt_ = 0;
+  double D_[3][3];  // 1/s
+  std::array<DampingMatrix, 3> damping_;
+  alignas(kAlignment) std::array<PlatformMatrix, 3> coriolis_;
+  BorderedStages<3> solver_;
+  std::array<ReactionCoupling, 3> couplings_;
+};
+
+/// When Newton's corrections are small enough. |du| is their root mean square over the eleven velocities in units of
+/// the convergence tolerance: kappa = 3 % of the errors that are allowed, and of what regularizes friction if that is
+/// less. With the rate theta = |du_k| / |du_k-1|, iterations end once
+///
+///   eta |du_k| < 1,   eta = theta / (1 - theta)      (Hairer and Wanner II, (8.10)),
+///
+/// which bounds all corrections that are left out. Amendments:
+///   - before the first rate is known, that of the last step counts;
+///   - a correction that moves a slip by more than a third of nu may reverse friction, so its rate predicts nothing;
+///   - with the exact matrix, corrections shrink quadratically: |du_k+1| is about omega |du_k|^2 with the largest omega
+///     of late, and iterations end once 10 omega |du_k|^2 < 1 (P. Deuflhard, Newton Methods for Nonlinear Problems,
+///     2004, section 2.1);
+///   - a matrix is used again if that leaves one correction at most, at twice the rate, and friction is as it
+///   predicted.
+class RadauConvergence {
+ public:
+  /// At most a fraction of the regularization speed, however large the tolerance. Prescribed wheels do work against
+  /// friction: its error must be within the tolerance of the energy balance.
+  template <class Model>
+  void set_tolerance(const SlipSystem<Model>& system, const Velocities& error_scale, double relative_tolerance) {
+    Velocities regularization = regularization_velocities(system.model());
+    if (system.model().robot().wheels_prescribed) {
+      const double rounding = (system.reacts() ? kReactingRounding : kRounding) / (kConverged * regularization.v[0]);
+      regularization = std::min(1.0, std::max(1e3 * relative_tolerance, rounding)) * regularization;
+    }
+    per_tolerance_ = {1 / (kConverged * error_scale.v.min(regularization.v)),
+                      1 / (kConverged * error_scale.dphi.min(regularization.dphi)),
+                      1 / (kConverged * error_scale.dgamma.min(regularization.dgamma))};
+    predictable_correction_ = kPredictableFraction * system.model().regularization_speed() * per_tolerance_.v[0];
+  }
+
+  double size(const StageVelocities& correction) const {
+    Wheels squares = Wheels::Zero();
+    for (const Velocities& u : correction) {
+      squares += (u.v * per_tolerance_.v).square() + (u.dphi * per_tolerance_.dphi).square() +
+                 (u.dgamma * per_tolerance_.dgamma).square();
+    }
+    return std::sqrt(sum(squares) / 11);
+  }
+
+  /// The rate that the first correction of a step is expected to have.
+  double first_rate() const { return rate_; }
+  void keep_rate(double rate) { rate_ = std::min(std::max(rate, kMinRate), 0.5); }
+  /// Takes the rate after a correction of size `last` whose matrix was exact.
+  void see_exact(double rate, double last) { curvature_ = std::max(rate / last, kForgetting * curvature_); }
+
+  /// Whether the rate predicts the size of the correction after one of this size.
+  bool predicts(double size) const { return size <= predictable_correction_; }
+  /// Whether all corrections after one of this size, at this rate, sum up to less than the tolerance.
+  static bool leaves_little(double size, double rate) { return rate < 1 && size * rate < 1 - rate; }
+  /// Whether the next correction, with an exact matrix about the curvature times the square of this one, is small.
+  bool leaves_little_exactly(double size) const { return kCurvatureMargin * curvature_ * size * size < 1; }
+
+  void restart() {
+    rate_ = kFirstRate;
+    curvature_ = kFirstCurvature;
+  }
+
+ private:
+  static constexpr double kConverged = 0.03;  // of the tolerance
+  // How small an error of the slip rounding lets iterations reach, m/s; with dynamic reactions
+  static constexpr double kRounding = 3e-16, kReactingRounding = 1e-12;
+  // The smallest rate of convergence that the next step's first correction is expected to have, judging by this step
+  static constexpr double kMinRate = 0.03;
+  static constexpr double kFirstRate = 0.1;
+  // Quadratic-convergence factor, in convergence tolerances: a maximum that decays by kForgetting.
+  static constexpr double kFirstCurvature = 1, kForgetting = 0.8, kCurvatureMargin = 10;
+  // Fraction of nu. A larger correction can reverse friction, so the observed rate does not predict the next one.
+  static constexpr double kPredictableFraction = 0.1;
+
+  Velocities per_tolerance_;           // the inverse of the convergence tolerance
+  double predictable_correction_ = 0;  // in that tolerance
+  double rate_ = kFirstRate, curvature_ = kFirstCurvature;
+};
+
+/// Newton's iterations for the stages of a step, primal and dual. The unknowns are the velocities u_j and the friction
+/// F_j at each stage. Friction of slip V is F = -s(V) V. Written as F / s(V) + V = 0, it linearizes to
+///
+///   F_j := P[F(V_j) - K_j dV_j],   K_j = s I + (F_j n' + n F_j') / 2,   n = -grad(s) / s,
+///
+/// with the slip V_j at u_j and the stiffness K_j made symmetric (T. F. Chan, G. H. Golub and P. Mulet, SIAM J. Sci.
+/// Comput. 20(6), 1999). P shortens to the largest friction, f N. Then G_j = J' K_j J + bearings, with dV = J du.
+/// Iterations converge from slips far beyond nu; with K of V_j alone they cycle between forward and backward slip.
+///
+/// A correction that does not pass Deuflhard's natural monotonicity test is halved: with the old matrix, the next one
+/// must be at most 1 - length / 4 times as large (2004, section 3.3). The first four may grow: F makes up for that
+/// sooner. Where the iterations fail, `continue_to_regularization_speed` raises nu and lowers it step by step.
+template <class Model>
+class RadauNewton {
+ public:
+  using System = SlipSystem<Model>;
+  using Start = RadauStart<Model>;
+  using Stages = RadauStages<Model>;
+  using Evaluation = typename System::StageEvaluation;
+
+  /// Counts iterations and factorizations in `statistics`, which must outlive it.
+  RadauNewton(const Tolerance& tolerance, IntegrationStatistics& statistics)
+      : relative_tolerance_(tolerance.relative), statistics_(&statistics) {}
+  RadauNewton(const RadauNewton&) = delete;
+  RadauNewton& operator=(const RadauNewton&) = delete;
+
+  /// Steps that follow begin at `start`.
+  void begin(const System& system, const Start& start) {
+    convergence_.set_tolerance(system, start.error_scale, relative_tolerance_);
+  }
+
+  /// Forgets how fast corrections shrank.
+  void restart() { convergence_.restart(); }
+
+  /// Solves for the `stages` of a step of length dt from what they hold. Ends early, as if converged, where `give_up`
+  /// says so: it is asked once, after two iterations, or after one if the correction was large. False: no convergence.
+  template <class GiveUp>
+  [[gnu::flatten, gnu::noinline]] bool iterate(const System& system, const Start& start, double dt, Stages& stages,
+                                               const GiveUp& give_up) {
+    using T = RadauTableau;
+    matrix_.set_step(dt);
+    torque_ = system.torque().values({start.t + T::c[0] * dt, start.t + T::c[1] * dt, start.t + T::c[2] * dt});
+    StageVelocities left;
+    double length = 1, last = 0, rate = convergence_.first_rate();
+    bool exact = true;  // whether the matrix is that of where the last correction began
+    for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
+      ++statistics_->newton_iterations;
+      evaluated_ = other(evaluations_, from_.evaluated);
+      StageVelocities& change = *other(corrections_, from_.correction);
+      residual(system, start, stages, left);
+      if (iteration == 0) factorize(system, stages.u);
+      double size = correction(system, left, change);
+      if (iteration > 0) {
+        const bool free = length == 1 && iteration <= kFreeIterations;
+        if (!(size <= (free ? kFreeGrowth : 1 - length / 4) * last)) {
+          length /= 2;
+          if (length < kMinLength) return false;
+          move(system, length, stages);
+          continue;
+        }
+        rate = size / last;
+        if (exact) convergence_.see_exact(rate, last);
+        // With a matrix that is no longer exact, corrections shrink about twice as slowly as the first one did.
+        exact = !convergence_.leaves_little(size, exact ? 2 * rate : rate) || !friction_is_as_expected(system, stages);
+        if (exact) {
+          factorize(system, stages.u);
+          size = correction(system, left, change);
+        }
+      }
+      if (!(size <= std::numeric_limits<double>::max())) return false;
+      from_.u = stages.u;
+      from_.evaluated = evaluated_;
+      from_.correction = &change;
+      if (system.reacts()) from_.dN = dN_;
+      length = 1;
+      last = size;
+      move(system, length, stages);
+      if (convergence_.predicts(size)) {
+        if (exact && !system.reacts() && convergence_.leaves_little_exactly(size)) {
+          for (int j = 0; j < 3; ++j) forces_[j] = forces_by_motion(system, j, start.u, stages.u);
+          return true;
+        }
+        if (convergence_.leaves_little(size, rate)) {
+          convergence_.keep_rate(rate);
+          return true;
+        }
+      }
+      if ((iteration == 1 || (iteration == 0 && size > kEarlyEstimateCorrection)) && give_up()) return true;
+    }
+    return false;
+  }
+
+  /// Continuation, from the velocities at the start: the equations are first solved for a larger regularization speed,
+  /// whose solution is a good start for a smaller one. Where the next speed is too small, one nearer to the last is
+  /// tried. False: no convergence.
+  [[gnu::noinline]] bool continue_to_regularization_speed(System& system, const Start& start, double dt,
+                                                          Stages& stages) {
+    const double nu = system.model().regularization_speed();
+    if (!(nu < kFirstRegularizationSpeed)) return false;
+    stages.u.fill(start.u);
+    stages.F.fill(start.friction);
+    Stages solved = stages;
+    double speed = kFirstRegularizationSpeed, ratio = kRegularizationRatio, last = 0;
+    bool converged = false;
+    for (;;) {
+      system.set_regularization_speed(speed);
+      begin(system, start);
+      converged = iterate(system, start, dt, stages, [] { return false; });
+      if (converged) {
+        if (speed <= nu) break;
+        last = speed;
+        solved = stages;
+      } else {
+        ratio = std::sqrt(ratio);
+        if (last == 0 || ratio > kMaxRegularizationRatio) break;
+        stages = solved;
+      }
+      speed = std::max(nu, ratio * last);
+    }
+    system.set_regularization_speed(nu);
+    begin(system, start);
+    return converged;
+  }
+
+  // Of the last iterations.
+
+  double dt() const { return matrix_.dt(); }                  ///< length of the step, s
+  const StageVelocities& forces() const { return forces_; }   ///< at the stages, N and N m
+  const Wheels& torque_at_end() const { return torque_[2]; }  ///< N m
+  const RadauMatrix<Model>& matrix() const { return matrix_; }
+  const std::array<typename Model::Contacts, 3>& contacts() const { return evaluated_->contacts; }
+  /// Forces by the equation of stage j of a step that starts with the velocities u_0, N and N m.
+  Velocities forces_by_motion(const System& system, int j, const Velocities& u_0, const StageVelocities& u) const {
+    return matrix_.forces_by_motion(system.model().inertia(), j, {u[0] - u_0, u[1] - u_0, u[2] - u_0});
+  }
+
+ private:
+  static constexpr int kMaxIterations = 25;
+  static constexpr double kMinLength = 1.0 / 16;  // of a damped correction
+  static constexpr int kFreeIterations = 4;
+  static constexpr double kFreeGrowth = 4;  // of their corrections
+  // First correction, in convergence tolerances, from which on the error is worth estimating at once
+  static constexpr double kEarlyEstimateCorrection = 3000;
+  // Largest gap between predicted and evaluated friction, as a fraction of f N, at which the factorization is reused
+  static constexpr double kFrictionMismatch = 0.03;
+  // Continuation: the slip speed at which it begins, m/s, and the ratio of one to the next.
+  static constexpr double kFirstRegularizationSpeed = 1e-2;
+  static constexpr double kRegularizationRatio = 0.2, kMaxRegularizationRatio = 0.7;
+
+  // Of two buffers the one that is not `used`: what the last correction began with stays without a copy.
+  template <class T>
+  static T* other(T (&buffers)[2], const T* used) {
+    return &buffers[used == &buffers[0]];
+  }
+
+  // Whether the friction of the slips is the F of the last correction. Where not, a small correction of the slip may
+  // stand for a large one of the force, so its size does not show that the matrix still holds.
+  bool friction_is_as_expected(const System& system, const Stages& stages) const {
+    const auto gap = [&](int j) {
+      return system.model().friction_gap(stages.F[j], evaluated_->contacts[j], kFrictionMismatch);
+    };
+    return !(gap(0).max(gap(1)).max(gap(2)).maxCoeff() > 0);
+  }
+
+  // Moves the stages by a part of the last correction.
+  [[gnu::flatten, gnu::noinline]] void move(const System& system, double length, Stages& stages) const {
+    const auto& [contacts, stiffness] = *from_.evaluated;
+#pragma GCC unroll 3
+    for (int j = 0; j < 3; ++j) {
+      const Velocities part = length * (*from_.correction)[j];
+      stages.u[j] = from_.u[j] + part;
+      if constexpr (Model::kReactionsFollow) {
+        if (system.reacts()) {
+          stages.F[j] = system.model().friction_after(contacts[j], stiffness[j], part, length * from_.dN[j]);
+          continue;
+        }
+      }
+      stages.F[j] = system.model().friction_after(contacts[j], stiffness[j], part);
+    }
+  }
+
+  // Forces r that are left over at each stage.
+  [[gnu::flatten, gnu::noinline]] void residual(const System& system, const Start& start, const Stages& stages,
+                                                StageVelocities& r) {
+    const auto& model = system.model();
+    const StageVelocities &u = stages.u, z = {u[0] - start.u, u[1] - start.u, u[2] - start.u};
+    const double dt = matrix_.dt();
+    system.contacts(u, {start.phi_at(0, dt, u), start.phi_at(1, dt, u), start.phi_at(2, dt, u)},
+                    poses(system, start, u), torque_, stages.F, *evaluated_);
+    model.forces(u, evaluated_->contacts, torque_, forces_);
+#pragma GCC unroll 3
+    for (int j = 0; j < 3; ++j) r[j] = forces_[j] - matrix_.forces_by_motion(model.inertia(), j, z);
+  }
+
+  // Poses at the stages, where they matter. An iterate may rotate further than the range of small_sine_and_cosine:
+  // either it does not converge, or Radau rejects it.
+  std::array<Pose, 3> poses(const System& system, const Start& start, const StageVelocities& u) const {
+    std::array<Pose, 3> pose;
+    if (!system.model().features().by_pose()) return pose;
+    using T = RadauTableau;
+    const double dt = matrix_.dt();
+    const auto integral = [&](int j, double a, double b, double c) {
+      return dt * (T::A[j][0] * a + T::A[j][1] * b + T::A[j][2] * c);
+    };
+    const auto turn = [&](int j) { return integral(j, u[0].v[2], u[1].v[2], u[2].v[2]); };
+    const auto [sine, cosine] = small_sine_and_cosine(Wheels{turn(0), turn(1), turn(2), 0});
+    double dx[3], dy[3];
+    for (int j = 0; j < 3; ++j) {
+      pose[j].cosine = start.pose.cosine * cosine[j] - start.pose.sine * sine[j];
+      pose[j].sine = start.pose.sine * cosine[j] + start.pose.cosine * sine[j];
+      dx[j] = u[j].v[0] * pose[j].cosine - u[j].v[1] * pose[j].sine;
+      dy[j] = u[j].v[0] * pose[j].sine + u[j].v[1] * pose[j].cosine;
+    }
+    for (int j = 0; j < 3; ++j) {
+      pose[j].x = start.x.x() + integral(j, dx[0], dx[1], dx[2]);
+      pose[j].y = start.x.y() + integral(j, dy[0], dy[1], dy[2]);
+    }
+    return pose;
+  }
+
+  void factorize(const System& system, const StageVelocities& u) {
+    matrix_.factorize(system, u, torque_, *evaluated_);
+    ++statistics_->factorizations;
+  }
+
+  // Newton's correction for the forces r; returns its size.
+  [[gnu::flatten, gnu::noinline]] double correction(const System& system, const StageVelocities& r,
+                                                    StageVelocities& change) {
+    matrix_.solve(system, r, change, dN_);
+    return convergence_.size(change);
+  }
+
+  double relative_tolerance_;
+  IntegrationStatistics* statistics_;
+  RadauConvergence convergence_;
+  RadauMatrix<Model> matrix_;
+  StageVelocities forces_;
+  alignas(kAlignment) std::array<Wheels, RadauTableau::stages> torque_;
+  Evaluation evaluations_[2];
+  Evaluation* evaluated_ = &evaluations_[0];  // at the stages as they are
+  StageVelocities corrections_[2];
+  std::array<Wheels, 3> dN_;  // what the last correction adds to dynamic reactions
+  struct {
+    StageVelocities u;
+    Evaluation* evaluated = nullptr;
+    StageVelocities* correction = nullptr;
+    std::array<Wheels, 3> dN;
+  } from_;  // where the last correction began, and it
+};
+
+}  // namespace youbot_base_sim

@@ -1,0 +1,130 @@
+#pragma once
+
+#include <array>
+
+#include "youbot_base_sim/integration/radau_stages.h"
+#include "youbot_base_sim/integration/slip_system.h"
+
+namespace youbot_base_sim {
+
+/// The first guess of Newton's iterations: the collocation polynomials, of degree 3 through the start and the stages,
+/// of the velocities and of the friction, extrapolated from the last step that was solved. Where a contact grips, its
+/// slip is the one that yields the extrapolated friction F, V = -nu F / sqrt((f N)^2 - F^2), and wheel and roller turn
+/// as it asks for: an O(h^4) error of the slip would be an O(1) one of friction.
+template <class Model>
+class RadauPrediction {
+ public:
+  using System = SlipSystem<Model>;
+  using Start = RadauStart<Model>;
+  using Stages = RadauStages<Model>;
+  using Friction = typename Model::Friction;
+  using StageContacts = std::array<typename Model::Contacts, RadauTableau::stages>;
+
+  RadauPrediction() = default;
+  RadauPrediction(const RadauPrediction&) = delete;
+  RadauPrediction& operator=(const RadauPrediction&) = delete;
+
+  /// A step whose stages are known: one that ended at the present start, or was tried from there.
+  struct SolvedStep {
+    Stages stages;
+    double dt;  ///< s
+    bool ended;
+    // Set once it has ended:
+    Velocities start;
+    Friction start_friction;
+    bool after_switch;  ///< whether it began with another contact
+  };
+
+  /// The step to predict from; null if there is none.
+  const SolvedStep* known() const { return known_; }
+  /// Whether the step before is known, and steps go on from its end.
+  bool continues() const { return known_ && known_->ended; }
+
+  /// Room for the stages of the next try.
+  Stages& next_stages() {
+    next_ = &steps_[known_ == &steps_[0]];
+    return next_->stages;
+  }
+  /// The next try's stages, of a step of length dt, are solved: others are predicted from it.
+  void keep(double dt) {
+    known_ = next_;
+    known_->dt = dt;
+    known_->ended = false;
+  }
+  /// The step tried last from `start`, if it is known, is accepted.
+  void accept(const Start& start) {
+    if (!known_ || known_->ended) return;
+    known_->ended = true;
+    known_->start = start.u;
+    known_->start_friction = start.friction;
+    known_->after_switch = start.after_switch;
+    end_friction_ = known_->stages.F[2];
+    end_contact_ids_ = start.contact_ids;
+  }
+  /// Predicts nothing from the last step.
+  void forget() { known_ = nullptr; }
+  /// Forgets all steps.
+  void restart() {
+    forget();
+    end_contact_ids_.setConstant(-1);  // none
+  }
+
+  /// Which of these contacts the last accepted step ended with.
+  WheelMask unchanged(const ContactModes::Ids& ids) const { return ids == end_contact_ids_; }
+  /// The friction at its end.
+  const Friction& end_friction() const { return end_friction_; }
+
+  /// Sets `stages` to the collocation polynomial of the step that is known, at those of one of length dt from `start`.
+  /// After a step that began with the transient after a switch, to the line through its last two stages. `contacts` are
+  /// those of the last iterations.
+  [[gnu::flatten, gnu::noinline]] void predict(const System& system, const Start& start, const StageContacts& contacts,
+                                               double dt, Stages& stages) const {
+    const SolvedStep& known = *known_;
+    const double offset = known.ended ? 1 : 0;
+    const Velocities& from = known.ended ? known.start : start.u;
+    const Friction& friction_from = known.ended ? known.start_friction : start.friction;
+    // Where contacts grip, the slip follows from the force: small errors of velocity would be large ones of friction.
+    // Not within the polynomial's own step, nor where its errors, some tolerances, are small against nu.
+    constexpr double kSmall = 1e-3;
+    const bool follows = known.ended && !(start.error_scale.v[0] < kSmall * system.model().regularization_speed());
+    constexpr double kFar = 1.5;  // lengths of the step before, from which on its start does more harm than good
+    const int nodes = known.ended && known.after_switch ? 2 : follows && dt > kFar * known.dt ? 3 : 4;
+    for (int j = 0; j < 3; ++j) {
+      const double s = offset + RadauTableau::c[j] * dt / known.dt;
+      const std::array<double, 4> weights = lagrange_weights(s, nodes);
+      stages.u[j] = weighted(weights, from, known.stages.u);
+      stages.F[j] = system.model().bounded(weighted(weights, friction_from, known.stages.F), contacts[j]);
+    }
+    if (follows) follow_friction(system, start, contacts, dt, stages);
+  }
+
+  /// Sets `stages` to what the start has. A step that is longer than the transient after a switch begins with the
+  /// friction before it, also where the contact is another.
+  [[gnu::noinline]] void begin_as_start(const System& system, const Start& start, const StageContacts& contacts,
+                                        double dt, Stages& stages) const {
+    constexpr double kTransient = 1e-4;  // s
+    const bool longer_than_transient = start.carries_friction && dt > kTransient;
+    stages.u.fill(start.u);
+    stages.F.fill(longer_than_transient ? end_friction_ : start.friction);
+    if (longer_than_transient) follow_friction(system, start, contacts, dt, stages);
+  }
+
+ private:
+  // Changes the velocities at the stages so that the slip yields their friction. Near the largest friction, the slip
+  // depends on it too much.
+  void follow_friction(const System& system, const Start& start, const StageContacts& contacts, double dt,
+                       Stages& stages) const {
+    constexpr double kShare = 0.9;
+    const Wheels phi[3] = {start.phi_at(0, dt, stages.u), start.phi_at(1, dt, stages.u), start.phi_at(2, dt, stages.u)};
+    for (int j = 0; j < 3; ++j) {
+      system.follow_friction(stages.F[j], contacts[j], phi[j], kShare, stages.u[j]);
+    }
+  }
+
+  SolvedStep steps_[2];
+  SolvedStep *known_ = nullptr, *next_ = nullptr;
+  Friction end_friction_;
+  ContactModes::Ids end_contact_ids_ = ContactModes::Ids::Constant(-1);  // none
+};
+
+}  // namespace youbot_base_sim
