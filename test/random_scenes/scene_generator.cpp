@@ -149,11 +149,11 @@ class SceneGenerator {
     Json floor;
     if (slips_ && chance(0.5)) floor["friction"] = chance(0.03) ? Json(0) : for_wheels(0.05, 1.5);
     if (chance(0.4)) floor["slip_regularization"] = chance(0.2) ? log_uniform(1e-10, 1e-6) : log_uniform(1e-6, 1e-2);
-    if (chance(0.08)) floor["slip_regularization"] = log_uniform(1e-2, 1e3);
     if (chance(0.15)) floor["viscous_friction"] = chance(0.05) ? 0 : log_uniform(1e3, 1e6);
     if (chance(0.15)) floor["gravity"] = around(9.81, 3);
     if (chance(0.2)) floor["slope"] = {{"angle", uniform(-0.3, 0.3)}, {"uphill", uniform(-4, 4)}};
     if (chance(0.15)) floor["holding_speed"] = chance(0.2) ? 0 : log_uniform(1e-10, 1e-4);
+    if (chance(0.08)) floor["slip_regularization"] = log_uniform(1e-2, 1e3);
     if (limits_friction_ && chance(0.2)) floor["spin_radius"] = log_uniform(1e-4, 1e-2);
     if (limits_friction_ && chance(0.2)) floor["patches"] = list_of(&SceneGenerator::make_patch);
     return floor;
