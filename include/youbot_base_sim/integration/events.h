@@ -110,6 +110,10 @@ class EdgeReached {
       modes.keep_inside(i, x);
       return false;
     }
+    if (record_->sliding_mode.stands(system, x, t, i, direction)) {
+      modes.widen(i, SlidingMode::kHop);
+      return false;
+    }
     const std::int64_t from = modes.roller(i);
     const double max_momentum = error_scale(tolerance_, x.velocities()).v[0];
     if (record_->sliding_mode.enters(system, x, t, i, direction, max_momentum)) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 
 #include "youbot_base_sim/physics/state.h"
 
@@ -12,6 +13,17 @@ namespace youbot_base_sim {
 /// kMaxChatter, and the work is in proportion. In a hurry a wheel must rest after kHurriedChatter.
 class SlidingMode {
  public:
+  /// Whether wheel i, which crosses its edge at time t (s) in `direction` and state x, comes back from a hop that phi
+  /// hardly resolves, where the edge does not attract it: it stands on that edge.
+  template <class System>
+  bool stands(const System& system, const State& x, double t, int i, int direction) {
+    const bool hops = direction == -last_direction_[i] && std::abs(x.dphi()[i]) * (t - last_crossing_[i]) < kHop;
+    if (!hops || system.sharing(i, x, t).attractive) return false;
+    last_direction_[i] = direction;
+    last_crossing_[i] = t;
+    return true;
+  }
+
   /// Wheel i crosses its edge at time t (s) in `direction`; x is its state there and `max_momentum` (m/s) a speed of
   /// the platform that does not count. True if it enters sliding mode instead.
   template <class System>
@@ -30,6 +42,9 @@ class SlidingMode {
 
   /// Wheel i has left sliding mode.
   void left(int i) { reversals_[i] = 0; }
+
+ public:
+  static constexpr double kHop = 1e-13;  ///< rad: some hundred times what phi of one turn is rounded to
 
  private:
   static constexpr int kHurriedChatter = 1, kMinChatter = 8, kMaxChatter = 128;
