@@ -3,7 +3,7 @@ import bz2
 import io
 import os
 import struct
-from collections import Counter
+from collections import Counter, namedtuple
 from pathlib import Path
 
 from .command_line import Refused, one_line, quoted, shown
@@ -29,6 +29,10 @@ def stamp_of(message):
     return stamp if isinstance(stamp, Time) else None
 
 
+# Of a topic, with the node that publishes it: "" where the bag does not say.
+Connection = namedtuple("Connection", "topic type definition publisher")
+
+
 class Damaged(Exception):
     """Why a bag cannot be read further, and at which byte."""
 
@@ -43,34 +47,32 @@ class Bag:
         require_bag(path)
         self._last = Time(0, 0)
         for connection, arrival, _ in self._scan():
-            self.types[connection["topic"]] = connection["type"]
-            self.counts[connection["topic"]] += 1
+            self.types[connection.topic] = connection.type
+            self.counts[connection.topic] += 1
             self.start, self._last = min(self.start or arrival, arrival), max(self._last, arrival)
         if not self.counts:
             raise Refused(f"{shown(path)} has no messages{' that can be read' if self.problem else ''}")
 
     def messages(self, topics):
-        """Yields topic, message and time of arrival, as they lie in the file. Where the bag is damaged, it ends, and
-        `problem` says so. Throws Refused for a topic whose definition is not one."""
+        """Yields Connection, message and time of arrival, as they lie in the file. Where the bag is damaged, it ends,
+        and `problem` says so. Throws Refused for a topic whose definition is not one."""
         readers, last = {}, self.start
         for connection, arrival, data in self._scan():
-            topic = connection["topic"]
-            if topic not in topics:
+            if connection.topic not in topics:
                 continue
-            kind = connection["type"], connection["message_definition"]
             try:
-                if kind not in readers:
-                    readers[kind] = reader_of(*kind)
+                if connection not in readers:
+                    readers[connection] = reader_of(connection.type, connection.definition)
             except Unreadable as reason:
-                raise Refused(f"{shown(self.path)}: {shown(topic)}: {reason}")
+                raise Refused(f"{shown(self.path)}: {shown(connection.topic)}: {reason}")
             try:
-                message = readers[kind](data)
+                message = readers[connection](data)
             except Unreadable as reason:
-                self.problem = (f"{shown(self.path)} is damaged ({shown(topic)}: {reason}): read up to "
+                self.problem = (f"{shown(self.path)} is damaged ({shown(connection.topic)}: {reason}): read up to "
                                 f"t = {self.seconds(last):.3f} s")
                 return
             last = max(last, arrival)
-            yield topic, message, arrival
+            yield connection, message, arrival
 
     def state_sets(self, topics):
         """Topics that say where a base was put elsewhere, of those in whose namespaces one of `topics` is."""
@@ -79,7 +81,7 @@ class Bag:
                 any(absolute(topic).startswith(absolute(one)[:-len(STATE_SET)]) for topic in topics)]
 
     def messages_of_one_run(self, topics, others=()):
-        """Yields seconds, topic and message. Throws Refused where the times of one of `topics` go back, as in a bag of
+        """Yields seconds, Connection and message. Throws Refused where the times of one of `topics` go back, as in a bag of
         two runs, and where the base was put elsewhere between two messages, unless `others` has the topic of that."""
         latest, state_sets, put = {}, set(self.state_sets(topics)) - set(others), None
 
@@ -89,7 +91,8 @@ class Bag:
                 raise Refused(f"{shown(self.path)}: the times of {shown(source[0])} go back from t = {before:.3f} s to "
                               f"{t:.3f} s: must be one run")
             latest[source] = max(before, t)
-        for topic, message, arrival in self.messages([*topics, *others, *state_sets]):
+        for connection, message, arrival in self.messages([*topics, *others, *state_sets]):
+            topic = connection.topic
             if topic in state_sets:
                 put = put or latest and (topic, self.seconds(arrival))
                 continue
@@ -97,11 +100,11 @@ class Bag:
                 follow((topic,), self.seconds(arrival))
                 stamp = stamp_of(message)
                 if stamp:  # goes back where a bag was played in a loop
-                    follow((topic, "stamp", *getattr(message, "name", ())), self.seconds(stamp))
+                    follow((*connection, *getattr(message, "name", ())), self.seconds(stamp))
                 if put:
                     raise Refused(f"{shown(self.path)}: the base was put elsewhere at t = {put[1]:.3f} s, by "
                                   f"{shown(put[0])}: must be one run")
-            yield self.time_of(message, arrival), topic, message
+            yield self.time_of(message, arrival), connection, message
 
     def shown_topics(self):
         return ", ".join(f"{shown(topic)} ({shown(kind)})" for topic, kind in sorted(self.types.items()))
@@ -162,9 +165,9 @@ def scan(path):
                     index, = struct.unpack("<Q", header[b"index_pos"])
                 elif op == CONNECTION:
                     fields = fields_of(data)
-                    connections[header[b"conn"]] = {
-                        "topic": header[b"topic"].decode(errors="replace"),
-                        **{key: fields[key.encode()].decode(errors="replace") for key in ("type", "message_definition")}}
+                    connections[header[b"conn"]] = Connection(*(text.decode(errors="replace") for text in (
+                        header[b"topic"], fields[b"type"], fields[b"message_definition"],
+                        fields.get(b"callerid", b""))))
                 elif op == MESSAGE:
                     yield connections[header[b"conn"]], Time(*struct.unpack("<II", header[b"time"])), data
                 end = file.tell()
@@ -193,8 +196,8 @@ def records(stream, size):
 
 
 def block(stream, size):
-    """Bytes that follow their length. Throws EOFError where they are cut."""
-    length = int.from_bytes(stream.read(4), "little")
+    """Bytes that follow their length. Throws EOFError or struct.error where they are cut."""
+    length, = struct.unpack("<I", stream.read(4))
     if length > min(size - stream.tell(), LARGEST):
         raise EOFError(f"a record of {length} bytes")
     return stream.read(length)

@@ -60,7 +60,7 @@ def transforms_to_poses(bag, fixed, body):
     """Rows like those of `pose_fields` after their times, from the chain of transforms between two frames. Leaves out
     what tf2 would: frames without a name, rotations that are none."""
     links, parents, left_out = {}, {}, 0
-    for topic, message, arrival in bag.messages([topic for topic, kind in bag.types.items() if kind in TRANSFORMS]):
+    for connection, message, arrival in bag.messages([topic for topic, kind in bag.types.items() if kind in TRANSFORMS]):
         for link in message.transforms:
             child, parent = link.child_frame_id.strip("/"), link.header.frame_id.strip("/")
             p, q = link.transform.translation, link.transform.rotation
@@ -68,7 +68,7 @@ def transforms_to_poses(bag, fixed, body):
                 left_out += 1
                 continue
             parents[child] = parent
-            t = 0 if topic.endswith("static") else bag.time_of(link, arrival)
+            t = 0 if connection.topic.endswith("static") else bag.time_of(link, arrival)
             links.setdefault(child, {})[t] = matrix(p, q)
     frame, chain = body.strip("/"), []
     while frame != fixed.strip("/"):
@@ -94,6 +94,10 @@ def matrix(p, q):
     return [[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y), p.x],
             [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x), p.y],
             [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y), p.z], [0, 0, 0, 1]]
+
+
+class OtherSizes(Missing):
+    """The base is not of the sizes that were given."""
 
 
 # Each: values and their sigmas. clock: s, to be added to stamps. marker: x, y (m) and yaw (rad) on the base. fixed:
@@ -204,8 +208,8 @@ def check(estimate, sigma, topic):
         raise Missing(f"{topic}: the marker's yaw on the base cannot be determined: drive forward and lateral too")
     for share, error, direction in zip(estimate[4:], sigma[4:], ("forward", "lateral", "in yaw")):
         if error < 0.05 and not 0.7 < share < 1.4:
-            raise Missing(f"{topic}: {direction} the base moves {share:.2f} times as far as its wheels roll; must be "
-                          "0.7 to 1.4 times: give this base's sizes with --scene, and its joints with --joints")
+            raise OtherSizes(f"{topic}: {direction} the base moves {share:.2f} times as far as its wheels roll; must "
+                             "be 0.7 to 1.4 times: give this base's sizes with --scene, and its joints with --joints")
 
 
 def to_odometry(poses, odom, sigma):

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "errors.h"
 #include "limits_table.h"
 #include "temporary_folder.h"
 
@@ -27,14 +28,9 @@ class DriverConfigurationTest : public ::testing::Test {
   }
 
   void expect_refused(const std::string& from, const std::string& to, const std::vector<std::string>& words) {
-    try {
-      load_with(from, to);
-      ADD_FAILURE() << to << " must be refused";
-    } catch (const DriverConfigurationError& error) {
-      for (const std::string& word : words) {
-        EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << error.what();
-      }
-    }
+    const std::string error = error_of<DriverConfigurationError>([&] { load_with(from, to); });
+    EXPECT_NE(error, "") << to;
+    expect_words(error, words);
   }
 
   TemporaryFolder folder_;
@@ -75,12 +71,7 @@ TEST_F(DriverConfigurationTest, EveryNumberHasTheLimitsThatTheDocumentationTells
       text += (line.rfind(key + " = ", 0) == 0 ? key + " = " + value : line) + "\n";
     }
     folder_.write("changed.cfg", text);
-    try {
-      load_driver_configuration(folder_.path(""), "changed");
-    } catch (const DriverConfigurationError& error) {
-      return std::string(error.what());
-    }
-    return std::string();
+    return error_of<DriverConfigurationError>([&] { load_driver_configuration(folder_.path(""), "changed"); });
   };
   std::ifstream file(std::string(kFolder) + "/youbot-base.cfg");
   std::ostringstream whole;
@@ -111,12 +102,8 @@ TEST_F(DriverConfigurationTest, QuotesWhatStandsInTheFile) {
 }
 
 TEST_F(DriverConfigurationTest, NamesAMissingFile) {
-  try {
-    load_driver_configuration("/nowhere", "youbot-base");
-    FAIL() << "must throw";
-  } catch (const DriverConfigurationError& error) {
-    EXPECT_NE(std::string(error.what()).find("/nowhere/youbot-base.cfg"), std::string::npos) << error.what();
-  }
+  expect_words(error_of<DriverConfigurationError>([] { load_driver_configuration("/nowhere", "youbot-base"); }),
+               {"/nowhere/youbot-base.cfg"});
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <regex>
 
+#include "errors.h"
 #include "refusals.h"
 #include "youbot_base_sim/drive/driver_configuration.h"
 
@@ -45,12 +46,7 @@ class DriverFilesTest : public testing::Test {
   }
 
   std::string refusal_of_file(const std::string& name) {
-    try {
-      load_driver_configuration(folder_.path(""), name);
-    } catch (const DriverConfigurationError& error) {
-      return error.what();
-    }
-    return "";
+    return error_of<DriverConfigurationError>([&] { load_driver_configuration(folder_.path(""), name); });
   }
 
   Tree ours_, good_;

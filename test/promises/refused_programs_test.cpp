@@ -143,8 +143,9 @@ TEST_F(ProgramsTest, RefuseWhereStandardErrorIsFull) {
 #ifdef IDENTIFY
 TEST_F(ProgramsTest, IdentifyRefuses) {
   const std::string bag = folder_.write("no.bag", "not a bag\n");
-  expect_refused(IDENTIFY, {}, {"BAG"});
-  expect_refused(IDENTIFY, {""}, {"bag", "must not be empty"});
+  expect_refused(IDENTIFY, {}, {"TABLE"});
+  expect_refused(IDENTIFY, {""}, {"table", "must not be empty"});
+  expect_refused(IDENTIFY, {bag, "--name", "a", "--name", "b"}, {"--name", "once for each table"});
   expect_refused(IDENTIFY, {"--col\nour"}, {"--col"});
   expect_refused(IDENTIFY, {bag, "--scene", ""}, {"--scene", "must not be empty"});
   expect_refused(IDENTIFY, {bag, "--output", ""}, {"--output", "must not be empty"});

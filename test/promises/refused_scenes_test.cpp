@@ -11,6 +11,7 @@
 #include <regex>
 #include <set>
 
+#include "errors.h"
 #include "limits_table.h"
 #include "refusals.h"
 #include "scene_keys.h"
@@ -24,13 +25,10 @@ namespace {
 class ScenesTest : public testing::Test {
  protected:
   /// The line that refuses the scene; empty if it is accepted.
-  std::string refusal(const std::string& text) {
-    try {
-      load_scene(folder_.write("scene.yaml", text));
-    } catch (const SceneError& error) {
-      return error.what();
-    }
-    return "";
+  std::string refusal(const std::string& text) { return refusal_of_file(folder_.write("scene.yaml", text)); }
+
+  static std::string refusal_of_file(const std::string& path) {
+    return error_of<SceneError>([&] { load_scene(path); });
   }
 
   TemporaryFolder folder_;
@@ -415,22 +413,13 @@ TEST_F(ScenesTest, AreRefusedWhereTheyAreNoFiles) {
        {std::string(), folder_.path("folder"), folder_.path("missing"), std::string("/dev/zero"),
         std::string("/dev/null/x"), folder_.path(std::string(300, 'n')), folder_.path("a\nb\033[31m")}) {
     SCOPED_TRACE(path);
-    try {
-      load_scene(path);
-      ADD_FAILURE() << "not refused";
-    } catch (const SceneError& error) {
-      expect_refusal(error.what(), {});
-    }
+    expect_refusal(refusal_of_file(path), {});
   }
   // A file that is no scene is not shown to whoever names it.
   for (const char* name : {"secret", "shadow"}) {
-    try {
-      load_scene(folder_.path(name));
-      ADD_FAILURE() << "not refused";
-    } catch (const SceneError& error) {
-      expect_refusal(error.what(), {name, "scene = ", "must"});
-      EXPECT_EQ(std::string(error.what()).find("everybody"), std::string::npos) << error.what();
-    }
+    const std::string line = refusal_of_file(folder_.path(name));
+    expect_refusal(line, {name, "scene = ", "must"});
+    EXPECT_EQ(line.find("everybody"), std::string::npos) << line;
   }
 }
 

@@ -8,6 +8,7 @@
 #include <regex>
 #include <set>
 
+#include "errors.h"
 #include "program.h"
 #include "promises/refusals.h"
 #include "rostest.h"
@@ -19,12 +20,7 @@ namespace {
 
 /// The line that refuses the parameters as they are set; empty if they are accepted.
 std::string refusal() {
-  try {
-    read_base_settings();
-  } catch (const ParameterError& error) {
-    return error.what();
-  }
-  return "";
+  return error_of<ParameterError>([] { read_base_settings(); });
 }
 
 /// The same with one more parameter.
@@ -206,25 +202,13 @@ class WrongConfiguration : public ::testing::Test {
     arguments.push_back("__name:=refused_" + std::to_string(++number));
     Program process(program, arguments);
     EXPECT_EQ(process.wait(), 2);
-    const std::string output = process.out() + process.err();
-    for (const std::string& word : words) {
-      EXPECT_NE(output.find(word), std::string::npos) << word << " is not in: " << output;
-    }
+    expect_words(process.out() + process.err(), words);
   }
 
   /// The same, within this process, for a parameter of base_node.
   template <class Value>
   void expect_base_refuses(const std::string& parameter, const Value& value, const std::vector<std::string>& words) {
-    ros::param::set(parameter, value);
-    try {
-      read_base_settings();
-      ADD_FAILURE() << parameter << " is not refused";
-    } catch (const ParameterError& error) {
-      for (const std::string& word : words) {
-        EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << word << " is not in: " << error.what();
-      }
-    }
-    ros::param::del(parameter);
+    expect_words(refusal_of(parameter, value), words);
   }
 
   TemporaryFolder folder_;

@@ -102,7 +102,7 @@ class BagsTest(harness.RunsAnalyse):
     def test_a_definition_without_the_fields_is_refused(self):
         bag = self.write("renamed.bag", JointState._full_text.replace("string[] name\n", "string[] nbme\n"))
         said = self.table(bag, "--angles", self.path("a.csv"), status=2)
-        self.assertIn("renamed.bag: its messages are not of the types that they say", said)
+        self.assertIn("renamed.bag: /joint_states has no message with the wheels", said)
         self.assertEqual(said.count("\n"), 1)
         self.analyse(bag, status=2)
         self.one_line("no topic of a base")

@@ -254,7 +254,8 @@ class OtherBaseTest(RunsAnalyse):
         for name in ("slip_rms_fl", "slip_rms_br"):
             self.assertAlmostEqual(numbers[name], expected[name], delta=0.1 * expected[name] + 0.02, msg=name)
         self.analyse(self.path("ticks.bag"), *scene)
-        self.assertRegex(self.out, "  slip +/base/joint_states has no message with the wheels")
+        self.assertRegex(self.out, "  slip +/base/joint_states has the joints front_left, front_right, rear_left, "
+                         "rear_right, not the wheels wheel_joint_fl, .* with --joints")
         for value, words in (("a,b,c", "must be four joints"), ("a,b,c,-c", "must be four joints")):
             self.analyse(self.path("ticks.bag"), "--joints", value, status=2)
             self.one_line(words)

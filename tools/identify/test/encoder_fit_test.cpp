@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "errors.h"
 #include "twin.h"
 
 namespace youbot_base_sim {
@@ -108,13 +109,10 @@ TEST(EncoderTwinTest, ForwardMotionNamesWhatItDoesNotTell) {
 
 /// The message with which a record is refused.
 std::string refusal(DriveRecord record) {
-  try {
+  return error_of<UnusableRecord>([&] {
     inspect_encoders(record);
     fit_encoders(measured_base(), {record});
-  } catch (const UnusableRecord& error) {
-    return error.what();
-  }
-  return "";
+  });
 }
 
 TEST(EncoderFitTest, RefusesWhatItCannotFit) {

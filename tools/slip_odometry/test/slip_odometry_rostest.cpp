@@ -1,13 +1,14 @@
 // slip_odometry by its topics: names, signs and ticks of another base; slip_odom, its frame and transform; reset.
 
 #include <diagnostic_msgs/DiagnosticArray.h>
+#include <nav_msgs/Odometry.h>
 #include <sensor_msgs/JointState.h>
 #include <std_srvs/Trigger.h>
 #include <tf2_msgs/TFMessage.h>
 
 #include <cmath>
 
-#include "base_process.h"
+#include "rostest.h"
 
 namespace youbot_base_sim {
 namespace {

@@ -7,6 +7,7 @@
 
 #include <regex>
 
+#include "errors.h"
 #include "refusals.h"
 #include "youbot_base_sim/sweep/family.h"
 
@@ -21,12 +22,7 @@ class FamiliesTest : public testing::Test {
 
   /// The line that refuses the family; empty if it is accepted.
   std::string refusal(const std::string& text) {
-    try {
-      load_family(folder_.write("family.yaml", text));
-    } catch (const SceneError& error) {
-      return error.what();
-    }
-    return "";
+    return error_of<SceneError>([&] { load_family(folder_.write("family.yaml", text)); });
   }
 
   /// The same with these axes.
