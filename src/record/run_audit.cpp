@@ -28,21 +28,11 @@ double thread_cpu_time() {
 
 std::vector<double> numbers(const Wheels& w) { return {w.data(), w.data() + w.size()}; }
 
-/// How far contacts may creep in eased milliseconds, where friction turns over a larger slip speed than the tolerance
-/// calls for, m. Near the limit of friction they slip faster than that speed: seldom by ten times.
-double creep_of_eased_periods(const Simulation& simulation) {
-  constexpr double kPeriod = 1e-3, kFaster = 10;  // s
-  const double moving = simulation.regularization_speed(), holding = simulation.scene().floor.holding_speed;
-  const double least = holding > 0 ? std::min(moving, holding) : moving;
-  if (!std::isfinite(moving) || least >= kEasedSpeed) return 0;
-  return kFaster * kEasedSpeed * kPeriod * static_cast<double>(simulation.statistics().eased_periods);
-}
-
-/// How far wheels that had to rest while their momentum counted may have moved the base, m. The speed that they gave it
+/// How far wheels that were held while their momentum counted may have moved the base, m. The speed that they gave it
 /// dies down: in the motions tried it moved the base as far as it would in 0.002 to 1 s.
-double movement_by_rests(const Simulation& simulation) {
+double displacement_by_forced_holds(const Simulation& simulation) {
   constexpr double kLasts = 1;  // s
-  return simulation.statistics().speed_of_rests * std::min(simulation.time(), kLasts);
+  return simulation.statistics().forced_hold_speed * std::min(simulation.time(), kLasts);
 }
 
 /// How well the energy balance must close, as a share of the energy that the motion had or exchanged.
@@ -143,14 +133,8 @@ std::string unreliability_reason(const Simulation& simulation, const EnergyAudit
   if (const std::uint64_t steps = simulation.statistics().fallback_steps) {
     return fmt::format("{} fallback steps, of first order, went on where the bound of work was reached", steps);
   }
-  const double creep = creep_of_eased_periods(simulation), promised = promised_error(simulation, path);
-  if (creep > promised) {
-    return fmt::format(
-        "{} ms, integrated to a looser tolerance to bound the work, may be off by {:.2g} m, "
-        "where {:.2g} m are allowed",
-        simulation.statistics().eased_periods, creep, promised);
-  }
-  const double moved = movement_by_rests(simulation);
+  const double promised = promised_error(simulation, path);
+  const double moved = displacement_by_forced_holds(simulation);
   if (moved > promised) {
     return fmt::format(
         "wheels that had not stopped chattering between two rollers were made to rest on both: the base may be off by "
@@ -263,7 +247,7 @@ std::string summary_text(const Simulation& simulation, double wall_time, const T
                         kMaxLocatedRate);
   }
   if (statistics.eased_periods > 0) {
-    text += fmt::format("note: {} milliseconds were integrated to a looser tolerance to bound the work\n",
+    text += fmt::format("note: in {} milliseconds wheels that chatter were held early to bound the work\n",
                         statistics.eased_periods);
   }
   return text;
