@@ -70,7 +70,8 @@ Simulation::Simulation(const Scene& scene) : scene_(scene), control_time_(scene.
 Simulation::~Simulation() = default;
 
 void Simulation::reset() {
-  state_ = scene_.initial;
+  local_ = state_ = scene_.initial;
+  leave_origin_at(local_.x(), local_.y());
   t_ = segment_end_ = 0;
   periods_ = 0;
   held_.set(Wheels::Zero());
@@ -96,9 +97,28 @@ void Simulation::reset() {
   initial_energy_ = kinetic_energy() - state_.work();
 }
 
+// Steps add up in local_, from an origin at the base's own place: its rounding does not grow with the scene's distances.
+void Simulation::leave_origin_at(double x, double y) {
+  origin_ = {x, y};
+  local_.x() = local_.y() = 0;
+}
+
+void Simulation::show_state() {
+  state_ = local_;
+  state_.x() += origin_[0];
+  state_.y() += origin_[1];
+}
+
 void Simulation::make_integrator(const MotionSoFar* before) {
-  integrator_ = youbot_base_sim::make_integrator(scene_.model, integrated_robot(scene_), scene_.floor, state_,
-                                                 profile(), scene_.solver, extended_, before);
+  FloorParameters floor = scene_.floor;
+  for (FloorPatch& patch : floor.patches) {
+    for (double* x : {&patch.x0, &patch.x1}) *x -= origin_[0];
+    for (double* y : {&patch.y0, &patch.y1}) *y -= origin_[1];
+  }
+  integrator_ = youbot_base_sim::make_integrator(scene_.model, integrated_robot(scene_), floor, local_, profile(),
+                                                 scene_.solver, extended_, before);
+  integrator_->constrain(local_, t_);
+  show_state();
   if (stop_) integrator_->stop_on(*stop_);
   if (continues_when_tipping_) integrator_->continue_when_tipping();
 }
@@ -113,8 +133,9 @@ void Simulation::advance_to(double t) {
     const double smooth_end = std::min(segment_end_, next_change_);
     const double end = ControlTime::reached(smooth_end, t) ? smooth_end : t;
     // Commands, and a WheelMotion, may change wherever it is simulated to.
-    integrator_->advance(state_, t_, end, continuous_ && !prescribed_ ? smooth_end : end);
+    integrator_->advance(local_, t_, end, continuous_ && !prescribed_ ? smooth_end : end);
     t_ = end;
+    show_state();
   }
 }
 
@@ -186,7 +207,8 @@ void Simulation::set_loads(const AppliedLoads& applied, bool keep_momentum) {
     make_integrator(&before);
   }
   added_ = applied;
-  integrator_->set_loads(state_, with_added(planned_), keep_momentum);
+  integrator_->set_loads(local_, with_added(planned_), keep_momentum);
+  show_state();
   note_loads(t_);
 }
 
@@ -194,14 +216,17 @@ void Simulation::set_state(const Eigen::Vector3d& pose, const Eigen::Vector3d& v
                            const std::optional<Wheels>& phi) {
   if (integrated_robot(scene_).wheels_prescribed) throw std::logic_error("prescribed wheels cannot be set");
   const double unexplained = kinetic_energy() - state_.work();
-  state_.values.col(0).head<3>() = pose.array();
-  state_.values.col(1).head<3>() = velocity.array();
-  NoSlipModel(scene_.robot).constrain(state_);
-  if (phi) state_.phi() = *phi;
-  state_.gamma().setZero();
+  local_.values.col(0).head<3>() = pose.array();
+  leave_origin_at(pose[0], pose[1]);
+  local_.values.col(1).head<3>() = velocity.array();
+  NoSlipModel(scene_.robot).constrain(local_);
+  if (phi) local_.phi() = *phi;
+  local_.gamma().setZero();
+  show_state();
   integrator_->torque_jumped();
   if (slips(scene_.model)) begin_contacts_anew();
-  state_.work() = kinetic_energy() - unexplained;
+  local_.work() = kinetic_energy() - unexplained;
+  show_state();
   state_changes_.push_back({t_, state_});
 }
 
@@ -215,7 +240,7 @@ void Simulation::begin_contacts_anew() {
 // Another integrator continues the motion under the same loads.
 void Simulation::change_integrator(const MotionSoFar& before) {
   make_integrator(&before);
-  if (extended_ || !slips(scene_.model)) integrator_->set_loads(state_, applied_loads_, false);
+  if (extended_ || !slips(scene_.model)) integrator_->set_loads(local_, applied_loads_, false);
 }
 
 // The scene's loads and wrenches, and those that were added.
@@ -228,9 +253,10 @@ AppliedLoads Simulation::with_added(AppliedLoads applied) const {
 // Applies the loads and wrenches of the change that is due.
 void Simulation::change_loads() {
   const double t = std::isfinite(next_change_) ? next_change_ : t_;
-  integrator_->set_loads(state_, with_added(scene_.load_schedule.at(t, false)), false);
+  integrator_->set_loads(local_, with_added(scene_.load_schedule.at(t, false)), false);
   planned_ = scene_.load_schedule.at(t);
-  integrator_->set_loads(state_, with_added(planned_), true);
+  integrator_->set_loads(local_, with_added(planned_), true);
+  show_state();
   next_change_ = scene_.load_schedule.next_change(t);
   note_loads(t);
 }

@@ -244,6 +244,44 @@ TEST_F(SimulationTest, WheelsThatStartFarFromZeroSwitchAtTheSameInstants) {
   }
 }
 
+TEST_F(SimulationTest, MovesByTheSameBitsWhereverItStarts) {
+  const auto text = [](double x, double y) {
+    return fmt::format(
+        "duration: 2\ninitial: {{pose: [{}, {}, 0.3], twist: [0.5, 0.1, 0.2]}}\n"
+        "floor: {{patches: [{{rectangle: [{}, {}, {}, {}], friction: 0.1, edge: 0.125}}]}}\n"
+        "drive: {{torque: [{{start: 0, constant: [1, 2, -1, 0.5]}}]}}\n",
+        x, y, x + 0.25, y - 8, x + 8, y + 8);
+  };
+  const Scene scene = load(text(0, 0)), shifted_scene = load(text(917504, -524288));
+  Simulation simulation(scene), shifted(shifted_scene);
+  const auto expect_same_motion = [&](double end) {
+    while (simulation.time() < end) {
+      simulation.advance_to(simulation.time() + 0.25);
+      shifted.advance_to(simulation.time());
+      State expected = simulation.state();
+      expected.x() += 917504;
+      expected.y() -= 524288;
+      EXPECT_TRUE((expected.values == shifted.state().values).all()) << simulation.time();
+    }
+  };
+  expect_same_motion(2);
+  EXPECT_GT(simulation.state().x(), 0.3) << "over the edge of the patch";
+  simulation.set_state({-1, 0.5, 0.3}, {0.5, 0.1, 0.2}, scene.initial.phi());
+  shifted.set_state({917503, -524287.5, 0.3}, {0.5, 0.1, 0.2}, scene.initial.phi());
+  expect_same_motion(4);
+}
+
+// As rollers have that are so light that they are as fast as that at once.
+TEST_F(SimulationTest, RollersWithoutInertiaStartAtTheRatesOfTheEquations) {
+  const std::string scene =
+      "duration: 1e-5\ninitial: {twist: [0.3, 0.2, 0.5], roller_rates: [10, -20, 30, 40]}\n"
+      "drive: {torque: [{start: 0, constant: [1, 2, -1, 0.5]}]}\nrobot: {roller_inertia: ";
+  const Scene without = load(scene + "0}\n"), light = load(scene + "1e-12}\n");
+  Simulation start(without), soon(light);
+  soon.advance_to(1e-7);
+  EXPECT_LT((start.state().dgamma() - soon.state().dgamma()).abs().maxCoeff(), 0.01);
+}
+
 TEST_F(SimulationTest, RollerAtRestAfterASwitchLosesItsRateAndTheAuditKnows) {
   const std::string scene =
       "duration: 5\ninitial: {twist: [0, 0.5, 0.2], wheel_angles: [0.1, 0.1, 0.1, 0.1]}\n"

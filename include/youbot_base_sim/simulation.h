@@ -112,7 +112,7 @@ class Simulation {
   double roller_angle(int i, int k) const;
 
   /// Slip, friction, normal reaction and offset of the contact points; in model 1, no slip and no force.
-  ContactDetails contacts() const { return integrator_->contacts(state_, t_); }
+  ContactDetails contacts() const { return integrator_->contacts(local_, t_); }
 
   /// From now on these loads and wrenches replace those of the last call; they act in addition to the scene's. The base
   /// keeps its velocities or, with `keep_momentum`, its momentum; the change of kinetic energy counts as work.
@@ -172,6 +172,8 @@ class Simulation {
   }
   void begin_segment();
   void hold(const Wheels& torque);
+  void leave_origin_at(double x, double y);
+  void show_state();
   void make_integrator(const MotionSoFar* before);
   void begin_contacts_anew();
   void change_integrator(const MotionSoFar& before);
@@ -182,6 +184,8 @@ class Simulation {
   const Scene scene_;
   const ControlTime control_time_;
   State state_;
+  State local_;             // the same, with its position from origin_: what is integrated
+  Eigen::Vector2d origin_;  // in the fixed frame, m
   double t_;
   HeldTorque held_;
   std::unique_ptr<TorqueProfile> continuous_;  // null where the torque is held

@@ -138,7 +138,7 @@ std::string summary_text(const Simulation& simulation, double wall_time, const T
                         kMaxLocatedRate);
   }
   if (statistics.eased_periods > 0) {
-    text += fmt::format("note: {} milliseconds were integrated to a looser tolerance to bound the work\n",
+    text += fmt::format("note: in {} milliseconds wheels that chatter were held early to bound the work\n",
                         statistics.eased_periods);
   }
   return text;

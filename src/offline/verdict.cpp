@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kOffset = 1e-9;     // rad, m/s and rad/s, of the twin's wheels and twist
 constexpr double kLeastPath = 1e-3;  // m, of a robot that hardly moves
-constexpr double kRounding = 1e-16;  // m, of each step
+constexpr double kRounding = 1e-16;  // m, of each step; of the distance from the fixed frame's origin
 
 Scene twin_of(Scene scene) {
   scene.solver.relative_tolerance *= 0.5;
@@ -24,23 +24,14 @@ Scene twin_of(Scene scene) {
   if (scene.model == Model::kNoSlip) NoSlipModel(scene.robot).constrain(scene.initial);
   return scene;
 }
+
 constexpr double kLeastSpeed = 1e-3;  // m/s, of a robot that hardly moves
 
-/// The most that contacts may creep in eased milliseconds, where friction turns over a larger slip speed than the
-/// tolerance calls for, m. Near the limit of friction they slip faster than that speed: seldom by ten times.
-double creep_of_eased_periods(const Simulation& simulation) {
-  constexpr double kPeriod = 1e-3, kFaster = 10;  // s
-  const double moving = simulation.regularization_speed(), holding = simulation.scene().floor.holding_speed;
-  const double least = holding > 0 ? std::min(moving, holding) : moving;
-  if (!std::isfinite(moving) || least >= kEasedSpeed) return 0;
-  return kFaster * kEasedSpeed * kPeriod * static_cast<double>(simulation.statistics().eased_periods);
-}
-
-/// The most that wheels which had to rest while their momentum counted may have moved the base, m. The speed that they
+/// The most that wheels which were held while their momentum counted may have moved the base, m. The speed that they
 /// gave it dies down: in the motions tried it moved the base as far as it would in 0.002 to 1 s.
-double movement_by_rests(const Simulation& simulation) {
+double displacement_by_forced_holds(const Simulation& simulation) {
   constexpr double kLasts = 1;  // s
-  return simulation.statistics().speed_of_rests * std::min(simulation.time(), kLasts);
+  return simulation.statistics().forced_hold_speed * std::min(simulation.time(), kLasts);
 }
 
 /// The largest error of the energy balance, as a share of the energy that the motion had or exchanged.
@@ -66,7 +57,8 @@ double promised_error(const Simulation& simulation, const PathLength& path) {
   // A contact with spin friction creeps on the spot too, as fast at its spin radius.
   const double lever = floor.spin_radius > 0 ? std::max(1.0, std::hypot(robot.h, robot.l) / floor.spin_radius) : 1;
   const double creep = std::isfinite(speed) && speed > floor.nu ? lever * speed * simulation.time() : 0;
-  const double rounding = kRounding * static_cast<double>(simulation.statistics().steps);
+  const State& x = simulation.state();
+  const double rounding = kRounding * (static_cast<double>(simulation.statistics().steps) + std::hypot(x.x(), x.y()));
   return kPromised * (tolerance * (std::max(path.base, path.wheels.maxCoeff()) + kLeastPath) + creep) + rounding;
 }
 
@@ -106,14 +98,8 @@ std::string unreliability_reason(const Simulation& simulation, const EnergyAudit
   if (const std::uint64_t steps = simulation.statistics().fallback_steps) {
     return fmt::format("{} fallback steps, of first order, went on where the bound of work was reached", steps);
   }
-  const double creep = creep_of_eased_periods(simulation), promised = promised_error(simulation, path);
-  if (creep > promised) {
-    return fmt::format(
-        "{} ms, integrated to a looser tolerance to bound the work, may be off by {:.2g} m, "
-        "where {:.2g} m are allowed",
-        simulation.statistics().eased_periods, creep, promised);
-  }
-  const double moved = movement_by_rests(simulation);
+  const double promised = promised_error(simulation, path);
+  const double moved = displacement_by_forced_holds(simulation);
   if (moved > promised) {
     return fmt::format(
         "wheels that had not stopped chattering between two rollers were made to rest on both: the base may be off by "

@@ -8,6 +8,7 @@
 
 #include "wheel_table.h"
 #include "youbot_base_sim/drive/driver_kinematics.h"
+#include "youbot_base_sim/integration/rest_friction.h"
 #include "youbot_base_sim/physics/no_slip_model.h"
 #include "youbot_base_sim/physics/roller_geometry.h"
 #include "youbot_base_sim/scene/scene_section.h"
@@ -585,12 +586,12 @@ std::string unlikely_geometry(const RobotParameters& robot) {
 std::string without_effect(const Scene& scene) {
   std::vector<std::string> found;
   const FloorParameters& floor = scene.floor;
-  const bool holds = limits_friction(scene.model) && floor.holding_speed < floor.nu;
+  const bool holds = limits_friction(scene.model) && floor.holding_speed < std::min(floor.nu, RestFriction::kSlow);
   if (floor.holding_speed > 0 && !(holds && !find_method(scene.solver.method)->is_explicit)) {
     found.push_back(
         fmt::format("floor.holding_speed = {:g}: has no effect but in model coulomb, below slip_regularization = {:g} "
-                    "m/s, by a method that is not explicit",
-                    floor.holding_speed, floor.nu));
+                    "and {:g} m/s, by a method that is not explicit",
+                    floor.holding_speed, floor.nu, RestFriction::kSlow));
   }
   if (scene.robot.normal_reactions != NormalReactions::kDynamic) {
     constexpr char kWhy[] = "has no effect unless robot.normal_reactions is dynamic";

@@ -32,6 +32,22 @@ TEST(Verdict, IsRightForWhatOnceWasNot) {
   EXPECT_GT(scenes, 0);
 }
 
+// Scenes whose error no tolerance of these showed: the judge has a hundredth of the tightest.
+TEST(Verdict, IsRightAtEveryTolerance) {
+  for (const auto& file : std::filesystem::directory_iterator(YOUBOT_BASE_SIM_SOURCE_DIR "/test/data/every_tolerance")) {
+    if (file.path().extension() != ".yaml") continue;
+    for (const double tolerance : {1e-5, 3e-7, 1e-8}) {
+      Scene scene = load_scene(file.path());
+      scene.solver.relative_tolerance = tolerance;
+      scene.solver.absolute_tolerance = 1e-3 * tolerance;
+      const Verdict verdict = judge(scene);
+      EXPECT_EQ(verdict.outcome, Outcome::kRight) << file.path() << " at " << tolerance << ": " << verdict.error
+                                                  << " m off, " << verdict.allowed << " m allowed " << verdict.reason;
+      EXPECT_LT(verdict.cpu_time, scene.duration) << file.path();
+    }
+  }
+}
+
 Scene short_drive() {
   Scene scene;
   scene.duration = 0.3;

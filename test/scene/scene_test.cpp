@@ -406,12 +406,13 @@ TEST_F(SceneTest, SaysWhereAHoldingSpeedHasNoEffect) {
   EXPECT_TRUE(finds(held + "solver: {method: dopri5}\n"));
   EXPECT_FALSE(finds(held + "solver: {method: rosenbrock4}\n"));
   EXPECT_TRUE(finds(std::string(kDrive) + "floor: {holding_speed: 1e-3}\n")) << "as slip_regularization";
+  EXPECT_TRUE(finds(std::string(kDrive) + "floor: {slip_regularization: 0.1, holding_speed: 2e-3}\n"));
   // The profile's own goes with model coulomb.
   EXPECT_FALSE(finds(std::string(kDrive) + "robot: {profile: measured}\nmodel: no_slip\n"));
   EXPECT_EQ(
       without_effect(load(held + "solver: {method: dopri5}\nrobot: {com_height: 0.1}\n")),
-      "floor.holding_speed = 1e-06: has no effect but in model coulomb, below slip_regularization = 0.001 m/s, by "
-      "a method that is not explicit; robot.com_height = 0.1: has no effect unless robot.normal_reactions is "
+      "floor.holding_speed = 1e-06: has no effect but in model coulomb, below slip_regularization = 0.001 "
+      "and 0.001 m/s, by a method that is not explicit; robot.com_height = 0.1: has no effect unless robot.normal_reactions is "
       "dynamic");
 }
 

@@ -48,6 +48,9 @@ class MotionIntegrator {
   /// The torque has jumped since the last call of `advance`.
   virtual void torque_jumped() = 0;
 
+  /// Sets the rates of x at time t (s) that have no inertia, of rollers with J_2 = 0, to those of the equations.
+  virtual void constrain([[maybe_unused]] State& x, [[maybe_unused]] double t) const {}
+
   /// Replaces the loads and wrenches from now on. The base keeps its velocities or, with `keep_momentum`, its momentum;
   /// the change of kinetic energy counts as work. Throws std::logic_error for the paper's models, which have neither.
   virtual void set_loads(State& x, const AppliedLoads& applied, bool keep_momentum) = 0;

@@ -19,16 +19,16 @@ namespace youbot_base_sim {
 template <class Model>
 class SlipIntegrator : public MotionIntegrator {
  public:
-  using MakeStepper =
-      std::function<std::unique_ptr<SmoothStepper<SlipSystem<Model>>>(const Tolerance&, IntegrationStatistics&)>;
+  using MakeMethod = std::function<std::unique_ptr<SmoothStepper<ContactSystem>>(IntegrationStatistics&)>;
 
-  /// `make_stepper` makes a stepper of the method for a tolerance; `max_evaluations` is a GuardedStepper's. `torque`
-  /// must outlive the integration. The motion begins at `start`, or continues there after `before`.
+  /// `make_method` makes the method; `tolerance` is for events, and `max_evaluations` a GuardedStepper's. `torque` must
+  /// outlive the integration. The motion begins at `start`, or continues there after `before`.
   SlipIntegrator(const Model& model, const TorqueProfile& torque, const State& start, const Tolerance& tolerance,
-                 std::uint64_t max_evaluations, const MakeStepper& make_stepper, const MotionSoFar* before = nullptr)
-      : regularization_speed_(model.regularization_speed()),
-        system_(model, torque, start),
-        stepper_(located(tolerance, make_stepper), located(coarse(tolerance), make_stepper), max_evaluations, record_) {
+                 std::uint64_t max_evaluations, const MakeMethod& make_method, const MotionSoFar* before = nullptr)
+      : system_(model, torque, start),
+        stepper_({make_method(record_.statistics), tolerance, record_},
+                 [this](State& x, double t, double dt) { fallback_.do_step(system_, x, t, dt); }, max_evaluations,
+                 record_) {
     if (!before) return;
     if (before->contacts) system_.modes() = *before->contacts;
     if (before->reactions) record_.reactions.begin_with(*before->reactions);
@@ -53,6 +53,11 @@ class SlipIntegrator : public MotionIntegrator {
   void torque_jumped() override {
     stepper_.torque_jumped();
     within_step_ = false;
+  }
+  void constrain(State& x, double t) const override {
+    if (system_.model().inertia().J_2 > 0) return;
+    x.dgamma() = system_.massless_roller_rates(x.velocities(), x.phi(), system_.pose(x), system_.torque().value(t),
+                                               system_.modes().shared());
   }
   double kinetic_energy(const State& x) const override {
     return youbot_base_sim::kinetic_energy(system_.model().robot(), x);
@@ -79,7 +84,7 @@ class SlipIntegrator : public MotionIntegrator {
   }
   void continue_when_tipping() override { record_.reactions.continue_when_tipping(); }
   const ContactModes* contact_modes() const override { return &system_.modes(); }
-  double regularization_speed() const override { return regularization_speed_; }
+  double regularization_speed() const override { return system_.rest().moving_nu(); }
   std::vector<RollerSwitch> take_switches() override { return record_.take_switches(); }
   const IntegrationStatistics& statistics() const override {
     record_.statistics.evaluations = system_.evaluations();
@@ -87,17 +92,6 @@ class SlipIntegrator : public MotionIntegrator {
   }
 
  private:
-  // The tolerance for the rest of a millisecond that has used up its work: 1e-6, but within 10 to 10,000 times the
-  // given one, so that a tighter tolerance never makes a result worse.
-  static Tolerance coarse(const Tolerance& tolerance) {
-    const double relative = std::clamp(1e-6, 10 * tolerance.relative, 1e4 * tolerance.relative);
-    return {relative, tolerance.absolute * relative / tolerance.relative};
-  }
-
-  EventLocatingStepper<SlipSystem<Model>> located(const Tolerance& tolerance, const MakeStepper& make_stepper) {
-    return {make_stepper(tolerance, record_.statistics), tolerance, record_};
-  }
-
   // Steps may end after t_end; x is then the state there within the last one.
   void advance_within_steps(State& x, double t, double t_end, double smooth_end) {
     if (!within_step_) {
@@ -122,9 +116,9 @@ class SlipIntegrator : public MotionIntegrator {
   }
 
   mutable MotionRecord record_;
-  double regularization_speed_;  // except in eased milliseconds, m/s
   SlipSystem<Model> system_;
-  GuardedStepper<SlipSystem<Model>, FallbackStepper<Model>> stepper_;
+  FallbackStepper<Model> fallback_;
+  GuardedStepper stepper_;
 
   // The end of the last step, where the state was last asked for within it.
   bool within_step_ = false;
