@@ -229,9 +229,9 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     typename Model::Contacts contacts = newton_.contacts()[2];
     if constexpr (Model::kReactionsFollow) contacts = system.contacts(x, start_.t + share * newton_.dt());
     const typename Model::Friction F =
-        system.model().bounded(weighted(lagrange_weights(share), start_.friction, stages_->F), contacts);
+        bounded_friction(system.model(), weighted(lagrange_weights(share), start_.friction, stages_->F), contacts);
     constexpr double kShare = 0.98;  // nearer to the largest friction, the polynomial of the slip is more accurate
-    system.follow_friction(F, contacts, x.phi(), kShare, u);
+    follow_friction(system, F, contacts, x.phi(), kShare, u);
   }
 
   StepSizeController control_;

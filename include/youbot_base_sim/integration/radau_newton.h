@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "youbot_base_sim/integration/bordered_stages.h"
+#include "youbot_base_sim/integration/radau_friction.h"
 #include "youbot_base_sim/integration/radau_stages.h"
 #include "youbot_base_sim/integration/reacting_stages.h"
 #include "youbot_base_sim/integration/slip_system.h"
@@ -312,7 +313,7 @@ class RadauNewton {
   // stand for a large one of the force, so its size does not show that the matrix still holds.
   bool friction_is_as_expected(const System& system, const Stages& stages) const {
     const auto gap = [&](int j) {
-      return system.model().friction_gap(stages.F[j], evaluated_->contacts[j], kFrictionMismatch);
+      return friction_gap(system.model(), stages.F[j], evaluated_->contacts[j], kFrictionMismatch);
     };
     return !(gap(0).max(gap(1)).max(gap(2)).maxCoeff() > 0);
   }
@@ -326,11 +327,11 @@ class RadauNewton {
       stages.u[j] = from_.u[j] + part;
       if constexpr (Model::kReactionsFollow) {
         if (system.reacts()) {
-          stages.F[j] = system.model().friction_after(contacts[j], stiffness[j], part, length * from_.dN[j]);
+          stages.F[j] = corrected_friction(system.model(), contacts[j], stiffness[j], part, length * from_.dN[j]);
           continue;
         }
       }
-      stages.F[j] = system.model().friction_after(contacts[j], stiffness[j], part);
+      stages.F[j] = corrected_friction(system.model(), contacts[j], stiffness[j], part);
     }
   }
 

@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "youbot_base_sim/integration/radau_friction.h"
 #include "youbot_base_sim/integration/radau_stages.h"
 #include "youbot_base_sim/integration/slip_system.h"
 
@@ -93,7 +94,7 @@ class RadauPrediction {
       const double s = offset + RadauTableau::c[j] * dt / known.dt;
       const std::array<double, 4> weights = lagrange_weights(s, nodes);
       stages.u[j] = weighted(weights, from, known.stages.u);
-      stages.F[j] = system.model().bounded(weighted(weights, friction_from, known.stages.F), contacts[j]);
+      stages.F[j] = bounded_friction(system.model(), weighted(weights, friction_from, known.stages.F), contacts[j]);
     }
     if (follows) follow_friction(system, start, contacts, dt, stages);
   }
@@ -117,7 +118,7 @@ class RadauPrediction {
     constexpr double kShare = 0.9;
     const Wheels phi[3] = {start.phi_at(0, dt, stages.u), start.phi_at(1, dt, stages.u), start.phi_at(2, dt, stages.u)};
     for (int j = 0; j < 3; ++j) {
-      system.follow_friction(stages.F[j], contacts[j], phi[j], kShare, stages.u[j]);
+      youbot_base_sim::follow_friction(system, stages.F[j], contacts[j], phi[j], kShare, stages.u[j]);
     }
   }
 
