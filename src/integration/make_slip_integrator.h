@@ -27,7 +27,8 @@ std::unique_ptr<MotionIntegrator> make_slip_integrator(Model model, const Parts&
         effective_regularization_speed(equations.regularization_speed(), floor.spin_radius, parts.tolerance));
     const auto make_stepper = [&](const Tolerance& tolerance,
                                   IntegrationStatistics& statistics) -> std::unique_ptr<SmoothStepper<System>> {
-      if (!parts.method.make) return std::make_unique<Radau<Equations>>(tolerance, statistics);
+      if (!parts.method.make)
+        return std::make_unique<Radau<Equations>>(tolerance, statistics, parts.radau ? *parts.radau : RadauOptions());
       return std::make_unique<GeneralStepper<System>>(parts.method.make(tolerance, parts.step, statistics));
     };
     const std::uint64_t max_evaluations = parts.method.make ? kComparison

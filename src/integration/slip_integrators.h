@@ -19,6 +19,7 @@ struct Parts {
   const Method& method;
   double step;
   bool keeps_up;
+  const RadauOptions* radau;
   const MotionSoFar* before;  // null: the motion begins
 };
 
