@@ -216,7 +216,7 @@ int main(int argc, char** argv) {
   Worth worth;
   if (argc > 3) {
     std::vector<double> tolerances;
-    for (double exponent = 3; exponent <= 9.01; exponent += 0.25) tolerances.push_back(std::pow(10, -exponent));
+    for (double exponent = 3; exponent <= 9.01; exponent += 1) tolerances.push_back(std::pow(10, -exponent));
     for (int k = 3; k < argc; ++k) worth.add(load_scene(argv[k]), tolerances);
   }
   const TemporaryFolder folder;

@@ -38,11 +38,14 @@ typename Model::Friction bounded_friction(const Model& model, const typename Mod
 }
 
 /// |F - F_c|^2 - (share f N)^2, N^2: positive where the friction F_c of the contacts `c` is further from F than that.
+/// Spin friction counts, as it shares the limit.
 template <class Model>
 Wheels friction_gap(const Model& model, const typename Model::Friction& F, const typename Model::Contacts& c,
                     double share) {
   const auto &now = model.features().force(c), &then = Model::Features::force(F);
-  return (now[0] - then[0]).square() + (now[1] - then[1]).square() - (share * model.features().limit(c)).square();
+  Wheels squares = (now[0] - then[0]).square();
+  for (int k = 1; k < Model::Features::kSlipComponents; ++k) squares += (now[k] - then[k]).square();
+  return squares - (share * model.features().limit(c)).square();
 }
 
 /// Changes dphi and dgamma of wheels on one roller, at the angles phi (rad), so that the slip yields the friction F;
