@@ -18,6 +18,7 @@ struct Parts {
   const Tolerance& tolerance;
   const Method& method;
   bool keeps_up;
+  const RadauOptions* radau;
   const MotionSoFar* before;  // null: the motion begins
 };
 
