@@ -12,7 +12,7 @@ BaseLoop::BaseLoop(const LoopSettings& settings)
       control_time_(settings.scene.solver.control_period),
       driver_settings_{control_time_.period(), settings.driver.motor, settings.driver.motors,
                        settings.driver.command_timeout},
-      takes_always_(settings.command_rate == 0 || settings.lockstep.on),
+      takes_always_(settings.command_rate == 0),
       requests_(control_time_),
       driver_(driver_settings_),
       simulation_(settings.scene),

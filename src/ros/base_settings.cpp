@@ -77,6 +77,7 @@ void read_lockstep(Parameters& parameters, BaseSettings& settings) {
   if (lockstep.on) lockstep.period = control_period * std::max(1.0, std::round(kLockstepPeriod / control_period));
   const bool given = parameters.read("lockstep_period", lockstep.period, {control_period, 10, "s", true});
   parameters.read("lockstep_timeout", lockstep.timeout, {1e-3, 1e6, "s", true});
+  parameters.read("lockstep_strict", lockstep.strict);
   parameters.read("end_with_commands", lockstep.end_with_commands);
   const double periods = lockstep.period / control_period;
   const std::string period = fmt::format("{:g}", lockstep.period);
@@ -196,6 +197,7 @@ BaseSettings read_base_settings(const ros::NodeHandle& node, const ros::NodeHand
   parameters.read("real_time_factor", settings.real_time_factor, {1e-3, 1e6, "", true});
   read_lockstep(parameters, settings);
   settings.scene.solver.keeps_up = !settings.lockstep.on;  // which waits, and has the bits of `simulate`
+  if (settings.lockstep.on) settings.command_rate = 0;     // each control period takes what has come
   parameters.read("wait_for_subscribers", settings.wait_for_subscribers);
   parameters.read("start_paused", settings.start_paused);
   parameters.read("end_time", settings.end_time, {0, 1e6, "s"});

@@ -384,16 +384,6 @@ TEST(BaseLoopTest, TakesRequestsAtTheCommandRate) {
   EXPECT_EQ(torque[40], 3);
 }
 
-TEST(BaseLoopTest, LockstepTakesRequestsInEachPeriod) {
-  LoopSettings lockstep = settings();
-  lockstep.command_rate = 50;
-  lockstep.lockstep.on = true;
-  BaseLoop loop(lockstep);
-  loop.advance_periods(3);
-  loop.push(loop.time(), torques(1));
-  EXPECT_EQ(play(loop, 1), std::vector<double>{1});
-}
-
 // As where a stack commands and pushes at once while time is paused.
 TEST(BaseLoopTest, CommandsAndWrenchesOfOnePeriodAreOneEach) {
   LoopSettings slippery = settings();

@@ -54,6 +54,13 @@ std::vector<std::string> RefusedParameters::names_;
 
 TEST_F(RefusedParameters, none_by_default) { EXPECT_EQ(refusal(), ""); }
 
+TEST_F(RefusedParameters, none_and_each_control_period_takes_commands_in_lockstep) {
+  for (const char* name : {"~publish_clock", "~lockstep"}) ros::param::set(name, true);
+  ros::param::set("~command_rate", 50);
+  EXPECT_EQ(read_base_settings().command_rate, 0);
+  for (const char* name : {"~publish_clock", "~lockstep", "~command_rate"}) ros::param::del(name);
+}
+
 // As launch files pass on arguments that are not given.
 TEST_F(RefusedParameters, none_that_is_unset) {
   for (const std::string& name : names_) {

@@ -10,7 +10,6 @@
 #include "youbot_base_sim/loop/base_requests.h"
 #include "youbot_base_sim/loop/base_sensors.h"
 #include "youbot_base_sim/loop/instants.h"
-#include "youbot_base_sim/loop/lockstep.h"
 #include "youbot_base_sim/simulation.h"
 
 namespace youbot_base_sim {
@@ -20,9 +19,8 @@ struct LoopSettings {
   Scene scene;               ///< with a control period; its `drive` section is ignored
   double publish_rate = 50;  ///< of reading the motors and updating odometry, Hz
   /// Rate at which the driver takes requests, Hz. 0: each acts from the first control period that begins after its
-  /// arrival, as all do in lockstep.
+  /// arrival.
   double command_rate = 0;
-  LockstepSettings lockstep;
   BaseDriver::Settings driver;  ///< BaseLoop fills in what the scene has: the control period
   BaseSensors::Options sensors;
 };

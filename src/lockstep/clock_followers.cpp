@@ -1,13 +1,18 @@
-#include "youbot_base_sim/ros/clock_followers.h"
+#include "youbot_base_sim/lockstep/clock_followers.h"
 
+#include <ifaddrs.h>
+#include <netdb.h>
+#include <netinet/in.h>
 #include <ros/console.h>
 #include <ros/init.h>
 #include <ros/master.h>
 #include <ros/network.h>
 #include <ros/this_node.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstddef>
 #include <functional>
 #include <set>
 #include <thread>
@@ -21,19 +26,46 @@ constexpr auto kBetweenLooks = std::chrono::microseconds(50);
 constexpr auto kBetweenLooksAtStopped = std::chrono::milliseconds(10);
 constexpr auto kFirstNotice = std::chrono::seconds(1),
                kNextNotice = std::chrono::seconds(10);  // of one that is stopped
-constexpr int kLooks = 1000;                            // to find who is to blame
+constexpr int kLooks = 1000;                            // that find the busiest node
 constexpr char kMaster[] = "the master";
 // Loops and timers look at simulated time once a millisecond; and slack. On virtual machines 1 of 100 such sleeps takes
 // longer, up to 5 ms.
 constexpr auto kRoscppPolling = std::chrono::microseconds(1200);
 constexpr auto kLatePoll = std::chrono::milliseconds(10);  // one that is later is not waited for
 
+/// The bytes of an IP address, 4 or 16; none for an address of another kind.
+std::string bytes_of(const sockaddr* address) {
+  if (!address) return "";
+  const char* bytes = reinterpret_cast<const char*>(address);
+  if (address->sa_family == AF_INET) return {bytes + offsetof(sockaddr_in, sin_addr), sizeof(in_addr)};
+  if (address->sa_family == AF_INET6) return {bytes + offsetof(sockaddr_in6, sin6_addr), sizeof(in6_addr)};
+  return "";
+}
+
+/// True for a name or address of an interface of this machine, any of 127.0.0.0/8, and the name that this node gives
+/// itself, though it may not resolve.
+bool is_here(const std::string& host) {
+  if (host == ros::network::getHost()) return true;
+  constexpr char kLoopback = 127;
+  std::set<std::string> own;
+  ifaddrs* interfaces = nullptr;
+  getifaddrs(&interfaces);
+  for (const ifaddrs* one = interfaces; one; one = one->ifa_next) own.insert(bytes_of(one->ifa_addr));
+  freeifaddrs(interfaces);
+  addrinfo* addresses = nullptr;
+  if (getaddrinfo(host.c_str(), nullptr, nullptr, &addresses) != 0) return false;
+  bool found = false;
+  for (const addrinfo* one = addresses; one; one = one->ai_next) {
+    const std::string bytes = bytes_of(one->ai_addr);
+    found = found || (bytes.size() == sizeof(in_addr) && bytes.front() == kLoopback) || own.count(bytes) > 0;
+  }
+  freeaddrinfo(addresses);
+  return found;
+}
+
 /// The processes of this machine that answer at an address; none for another machine's.
 std::vector<Process> processes_at(const std::string& host, std::uint32_t port) {
-  char name[256] = "";
-  gethostname(name, sizeof(name) - 1);
-  const std::set<std::string> here = {ros::network::getHost(), name, "localhost", "127.0.0.1"};
-  return here.count(host) ? processes_listening_at(port) : std::vector<Process>();
+  return is_here(host) ? processes_listening_at(port) : std::vector<Process>();
 }
 
 /// The processes of a node, by what the master says of it.
@@ -64,8 +96,8 @@ std::uint64_t work_of(std::vector<Process>& processes) {
 
 }  // namespace
 
-ClockFollowers::ClockFollowers(std::chrono::milliseconds patience, const std::atomic<bool>& stop)
-    : patience_(patience), stop_(stop) {
+ClockFollowers::ClockFollowers(Publish publish, std::chrono::milliseconds patience, const std::atomic<bool>& stop)
+    : publish_(std::move(publish)), patience_(patience), stop_(stop) {
   processes_[ros::this_node::getName()].emplace_back(getpid());
   processes_[kMaster] = processes_at(ros::master::getHost(), ros::master::getPort());
 }
@@ -82,7 +114,9 @@ void ClockFollowers::add(const std::string& node) {
   }
 }
 
-void ClockFollowers::let_clock_arrive() {
+void ClockFollowers::announce(const ros::Time& time) {
+  await_rest();
+  publish_(time);
   await_rest();
   for (auto& [node, processes] : processes_) {
     for (Process& process : processes) process.mark();
@@ -92,7 +126,7 @@ void ClockFollowers::let_clock_arrive() {
 
 void ClockFollowers::await_rest() {
   if (arrived_) await_polls(*std::exchange(arrived_, std::nullopt));
-  while (!rest() && goes_on()) give_up_busiest();
+  while (!rest() && goes_on()) drop_busiest();
 }
 
 bool ClockFollowers::goes_on() const { return ros::ok() && !stop_; }
@@ -146,10 +180,10 @@ std::uint64_t ClockFollowers::work_so_far() {
   return work;
 }
 
-/// Gives up the one that is seen at work most often, unless one is stopped that may have kept the others waiting. This
-/// process and the master also work for others: they are to blame only if no other works half as often. If this process
-/// does, it cannot be waited for any longer either.
-void ClockFollowers::give_up_busiest() {
+/// Gives up the node that most looks find at work, unless one is stopped that may keep the others waiting. This process
+/// and the master also work for others, so their looks count half. The gate also gives up this process where it works
+/// in half of all looks.
+void ClockFollowers::drop_busiest() {
   for (auto& [node, processes] : processes_) {
     if (any_is_stopped(processes)) return await_continuation(node, processes);
   }
@@ -172,8 +206,12 @@ void ClockFollowers::give_up_busiest() {
   ROS_WARN("%s%s has not rested for %g s%s: time no longer waits for it", busiest.c_str(),
            busiest == self ? ", this node itself," : "", std::chrono::duration<double>(patience_).count(),
            busiest != self && keeps_this_busy ? ", and keeps this node busy" : "");
-  processes_.erase(busiest);
-  if (keeps_this_busy) processes_.erase(self);
+  const auto give_up = [this](const std::string& node) {
+    processes_.erase(node);
+    given_up_.insert(node);
+  };
+  give_up(busiest);
+  if (keeps_this_busy) give_up(self);
 }
 
 }  // namespace youbot_base_sim

@@ -1,4 +1,4 @@
-#include "youbot_base_sim/ros/contact_markers.h"
+#include "youbot_base_sim/ros/view/contact_markers.h"
 
 #include <fmt/format.h>
 #include <tf2/LinearMath/Quaternion.h>

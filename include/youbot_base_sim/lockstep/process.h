@@ -21,10 +21,10 @@ class Process {
   Process& operator=(Process&&) noexcept;
   ~Process();
 
-  /// Whether all of its threads wait for something or have ended.
+  /// True if all of its threads wait for something or have ended.
   bool sleeps();
 
-  /// Whether a signal or a debugger has stopped one of its threads.
+  /// True if a signal or a debugger has stopped one of its threads.
   bool is_stopped();
 
   /// A number that changes whenever a thread of it has run; one that runs just now may count later. Takes longer to
@@ -39,7 +39,7 @@ class Process {
   /// proves not to.
   void learn_polls(std::chrono::nanoseconds since);
 
-  /// Whether a thread that polls has not run since the mark.
+  /// True if a thread that polls has not run since the mark.
   bool has_late_poll() const;
 
  private:

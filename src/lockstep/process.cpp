@@ -1,4 +1,4 @@
-#include "youbot_base_sim/ros/process.h"
+#include "youbot_base_sim/lockstep/process.h"
 
 #include <dirent.h>
 #include <fcntl.h>
@@ -87,7 +87,7 @@ std::uint64_t processor_time(pid_t process) {
   return static_cast<std::uint64_t>(time.tv_sec) * 1'000'000'000 + static_cast<std::uint64_t>(time.tv_nsec);
 }
 
-/// Whether wchan is "0" from the moment a thread is woken. Before Linux 5.16 it was only once the thread could run.
+/// True where wchan is "0" from the moment a thread is woken, not only once the thread can run: since Linux 5.16.
 bool wchan_shows_waking() {
   utsname system{};
   int version = 0, patchlevel = 0;
@@ -122,7 +122,7 @@ class Process::Thread {
 
   pid_t id() const { return id_; }
 
-  /// Whether it was found to have ended. Another thread may have got its number since.
+  /// True once it is found to have ended. Another thread may have its number since.
   bool is_gone() const { return gone_; }
 
   bool is_stopped() const {
@@ -130,7 +130,7 @@ class Process::Thread {
     return now == 'T' || now == 't';  // by a signal, by a debugger
   }
 
-  /// Whether it waits for something or has ended. One that has not run since it was seen to wait can only have been
+  /// True if it waits for something or has ended. One that has not run since it was seen to wait can only have been
   /// woken, and then it waits nowhere.
   bool sleeps() {
     static const bool kShowsWaking = wchan_shows_waking();
@@ -157,14 +157,14 @@ class Process::Thread {
 
   void mark() {
     const std::uint64_t runs = scheduled().runs;
-    if (runs != marked_) see_wait();
+    if (runs != marked_) classify_wait();
     marked_ = runs;
-    polls_ = waits_for_time_ && times_ >= kSure;
+    polls_ = waits_for_time_ && poll_score_ >= kPollScore;
   }
 
   void learn_polls(std::chrono::nanoseconds since) {
     const bool has_polled = (scheduled().runs - marked_) * kBetweenPolls >= since;
-    times_ = has_polled ? std::min(times_ + 1, kMost) : std::max(times_ - 1, 0);
+    poll_score_ = has_polled ? std::min(poll_score_ + 1, kMaxPollScore) : std::max(poll_score_ - 1, 0);
   }
 
   bool has_late_poll() const { return polls_ && scheduled().runs == marked_; }
@@ -175,7 +175,7 @@ class Process::Thread {
   };
 
   static constexpr auto kBetweenPolls = std::chrono::microseconds(2500);  // at most; most sleep for a millisecond
-  static constexpr int kSure = 2, kMost = 5;                              // of times_
+  static constexpr int kPollScore = 2, kMaxPollScore = 5;                 // of poll_score_
   static constexpr char kGone = '\0';
 
   /// A letter as in /proc.
@@ -199,13 +199,13 @@ class Process::Thread {
   bool is_counted() const { return seen_[0] != '\0' && std::strncmp(seen_, "0 0 0", 5) != 0; }
 
   /// Polls wait in a sleep of their own or at a condition. One that begins to sleep may be about to poll.
-  void see_wait() {
+  void classify_wait() {
     char place[64];
     wchan_.read(place);
     if (std::strcmp(place, "0") == 0) return;  // it runs
     const bool naps = std::strstr(place, "nanosleep") != nullptr;
     waits_for_time_ = naps || std::strstr(place, "futex") != nullptr;
-    if (naps != naps_) times_ = naps ? kSure : 0;
+    if (naps != naps_) poll_score_ = naps ? kPollScore : 0;
     naps_ = naps;
   }
 
@@ -215,7 +215,7 @@ class Process::Thread {
   bool gone_ = false;
   std::uint64_t marked_ = 0;  // runs at the mark
   bool naps_ = false, waits_for_time_ = true, polls_ = false;
-  int times_ = kSure;  // marks after which it has polled, less those after which it has not
+  int poll_score_ = kPollScore;  // marks after which it has polled, less those after which it has not
 };
 
 Process::Process(pid_t id) : id_(id), folder_(opendir(fmt::format("/proc/{}/task", id).c_str()), &closedir) {

@@ -1,6 +1,6 @@
 // Threads of this process and of another one, that sleep, work, begin and end.
 
-#include "youbot_base_sim/ros/process.h"
+#include "youbot_base_sim/lockstep/process.h"
 
 #include <gtest/gtest.h>
 #include <sys/wait.h>

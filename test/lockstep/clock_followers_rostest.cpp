@@ -2,6 +2,9 @@
 // named.
 
 #include <gtest/gtest.h>
+#include <ifaddrs.h>
+#include <netdb.h>
+#include <netinet/in.h>
 #include <ros/master.h>
 #include <ros/ros.h>
 #include <rosgraph_msgs/Log.h>
@@ -11,13 +14,14 @@
 #include <csignal>
 #include <future>
 #include <memory>
+#include <set>
 #include <string>
 #include <thread>
 #include <vector>
 
-#include "base_process.h"
-#include "rostest.h"
-#include "youbot_base_sim/ros/clock_followers.h"
+#include "ros/base_process.h"
+#include "ros/rostest.h"
+#include "youbot_base_sim/lockstep/clock_followers.h"
 
 namespace youbot_base_sim {
 namespace {
@@ -28,7 +32,8 @@ namespace {
 /// then SIGUSR1 for one look that is 8 ms late and leads to a fifth of a second of work.
 class SilentNode {
  public:
-  explicit SilentNode(const std::string& name) : name_(name), program_(PYTHON, {"-c", kProgram}) {
+  explicit SilentNode(const std::string& name, const std::string& host = "localhost")
+      : name_(name), host_(host), program_(PYTHON, {"-c", kProgram}) {
     wait_for("the node's port", [this] { return program_.out().find('\n') != std::string::npos; });
     call("registerSubscriber", {"/nothing", "std_msgs/Empty", uri()});
   }
@@ -70,7 +75,7 @@ while True:
             sleep_and_work(0.008)
 )";
 
-  std::string uri() const { return "http://localhost:" + std::to_string(std::stoi(program_.out())) + "/"; }
+  std::string uri() const { return "http://" + host_ + ":" + std::to_string(std::stoi(program_.out())) + "/"; }
 
   void call(const char* method, const std::vector<std::string>& arguments) const {
     XmlRpc::XmlRpcValue request, response, payload;
@@ -79,17 +84,20 @@ while True:
     if (!ros::master::execute(method, request, response, payload, false)) throw std::runtime_error(method);
   }
 
-  std::string name_;
+  std::string name_, host_;
   Program program_;
 };
 
 constexpr auto kPatience = std::chrono::seconds(2);
 std::atomic<bool> stop{false};
 
+/// In place of /clock: what wakes the nodes here is a signal.
+void publish(const ros::Time&) {}
+
 /// Nodes that follow /clock and have come to rest.
 class RestingFollowers : public ClockFollowers {
  public:
-  explicit RestingFollowers(const std::vector<std::string>& nodes) : ClockFollowers(kPatience, stop) {
+  explicit RestingFollowers(const std::vector<std::string>& nodes) : ClockFollowers(publish, kPatience, stop) {
     for (const std::string& node : nodes) add(node);
     await_rest();
   }
@@ -100,7 +108,7 @@ TEST(ClockFollowers, are_waited_for_though_they_never_answer) {
   RestingFollowers followers({"/silent"});
   EXPECT_FALSE(node.has_worked());
   node.send(SIGUSR1);
-  followers.let_clock_arrive();
+  followers.announce({});
   followers.await_rest();
   EXPECT_TRUE(node.has_worked());
 }
@@ -135,8 +143,9 @@ TEST(ClockFollowers, one_that_never_rests_is_named_and_given_up) {
   followers.await_rest();
   wait_for("a warning", [&] { return warnings.has("/a_restless has not rested for 2 s"); });
   EXPECT_FALSE(warnings.has("/b_idle")) << warnings.lines();
+  EXPECT_EQ(followers.given_up(), std::set<std::string>{"/a_restless"});
   idle.send(SIGUSR1);
-  followers.let_clock_arrive();
+  followers.announce({});
   followers.await_rest();
   EXPECT_TRUE(idle.has_worked()) << "the others are waited for as before";
 }
@@ -148,7 +157,7 @@ TEST(ClockFollowers, one_that_is_stopped_is_waited_for_and_named) {
   node.send(SIGSTOP);
   node.send(SIGUSR1);
   const auto rest = std::async(std::launch::async, [&] {
-    followers.let_clock_arrive();
+    followers.announce({});
     followers.await_rest();
   });
   wait_for("a warning", [&] { return warnings.has("time waits for /stopped, which a signal (SIGSTOP)"); });
@@ -201,24 +210,24 @@ TEST(ClockFollowers, one_that_has_ended_is_not_waited_for) {
 // As on virtual machines, where a sleep of a millisecond takes several now and then.
 TEST(ClockFollowers, one_that_polls_is_waited_for_though_late) {
   SilentNode node("/polls");
-  ClockFollowers followers(kPatience, stop);
+  ClockFollowers followers(publish, kPatience, stop);
   followers.add("/polls");
   node.send(SIGHUP);
   wait_for("polls", [&] { return node.polls(); });
   for (int k = 0; k < 10; ++k) {
-    followers.let_clock_arrive();
+    followers.announce({});
     followers.await_rest();
   }
   node.send(SIGUSR1);
   while (!node.is_late()) std::this_thread::sleep_for(std::chrono::microseconds(100));
-  followers.let_clock_arrive();
+  followers.announce({});
   followers.await_rest();
   EXPECT_TRUE(node.has_worked());
 }
 
 TEST(ClockFollowers, several_rest_between_their_polls) {
   Warnings warnings;
-  ClockFollowers followers(kPatience, stop);
+  ClockFollowers followers(publish, kPatience, stop);
   std::vector<std::unique_ptr<SilentNode>> nodes;
   for (const std::string name : {"/a", "/b", "/c", "/d", "/e", "/f"}) {
     nodes.push_back(std::make_unique<SilentNode>(name));
@@ -263,9 +272,35 @@ TEST(ClockFollowers, one_that_keeps_this_process_busy_is_named_alone) {
   EXPECT_FALSE(warnings.has("itself")) << warnings.lines();
 }
 
+// As where ROS_IP is set for one terminal and not for another.
+TEST(ClockFollowers, one_is_waited_for_by_any_address_of_this_machine) {
+  Warnings warnings;
+  std::set<std::string> hosts = {"127.0.0.2"};
+  ifaddrs* interfaces = nullptr;
+  getifaddrs(&interfaces);
+  for (const ifaddrs* one = interfaces; one; one = one->ifa_next) {
+    char name[NI_MAXHOST] = "";
+    if (!one->ifa_addr || one->ifa_addr->sa_family != AF_INET) continue;
+    getnameinfo(one->ifa_addr, sizeof(sockaddr_in), name, sizeof(name), nullptr, 0, NI_NUMERICHOST);
+    hosts.insert(name);
+  }
+  freeifaddrs(interfaces);
+  for (const std::string& host : hosts) {
+    SilentNode node("/addressed", host);
+    RestingFollowers followers({"/addressed"});
+    node.send(SIGUSR1);
+    followers.announce({});
+    followers.await_rest();
+    EXPECT_TRUE(node.has_worked()) << host;
+  }
+  ROS_WARN("the end");
+  wait_for("the end", [&] { return warnings.has("the end"); });
+  EXPECT_FALSE(warnings.has("from elsewhere")) << warnings.lines();
+}
+
 TEST(ClockFollowers, one_that_cannot_be_seen_is_named) {
   Warnings warnings;
-  ClockFollowers followers(kPatience, stop);
+  ClockFollowers followers(publish, kPatience, stop);
   followers.add("/absent");
   wait_for("a warning", [&] { return warnings.has("/absent follows /clock from elsewhere"); });
   followers.await_rest();
