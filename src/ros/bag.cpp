@@ -144,26 +144,22 @@ class BagRecorder : public Recorder {
 
  private:
   BagWriter bag_;
-  std::optional<MotorSensors> motors_;
   std::optional<BaseSensors> sensors_;  // from the first row on
   std::optional<Telemetry> telemetry_;  // the same
 };
 
 void BagRecorder::write(double t, const Simulation& simulation, const Events& events) {
   const Scene& scene = simulation.scene();
-  const State& state = simulation.state();
-  if (!motors_) motors_.emplace(scene.motors, state.phi());
-  const MotorReadings& readings = motors_->read(state.phi(), state.dphi(), simulation.torque());
-  if (sensors_) {
-    sensors_->update(t, state, readings);
-  } else {
+  if (!sensors_) {
     Telemetry::Options options;
     options.contacts = scene.output.contacts;
     options.world = true;
     options.markers = marker_options(scene.robot, options.world);
-    sensors_.emplace(scene, readings, BaseSensors::Options());
+    const bool quantized = scene.motors && scene.motors->quantized.value_or(false);
+    sensors_.emplace(scene, BaseSensors::Options(), Motor(), quantized);
     telemetry_.emplace(scene, options);
   }
+  sensors_->update(t, simulation.state(), simulation.torque());
   bag_.write(*telemetry_, events);
   bag_.write(*telemetry_, simulation, *sensors_, t);
 }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <utility>
 
 #include "youbot_base_sim/drive/driver_configuration.h"
 #include "youbot_base_sim/ros/program.h"
@@ -22,16 +23,22 @@ constexpr double kLockstepPeriod = 0.01;  // s, or the control period if that is
 
 constexpr Range kPeriods{kControlPeriods.min, kControlPeriods.max, kControlPeriods.unit};  // never continuous in time
 
-SceneOverrides read_overrides(Parameters& parameters) {
-  SceneOverrides overrides;
-  parameters.read("model", overrides.model);
-  parameters.read("method", overrides.method);
-  parameters.read("control_period", overrides.control_period, kPeriods);
-  parameters.read("relative_tolerance", overrides.relative_tolerance, kRelativeTolerances);
-  parameters.read("dry_friction", overrides.dry_friction, Range{0, 100, "N m"});
-  parameters.read("initial_pose", overrides.initial_pose, kPoses);
-  parameters.read("initial_wheel_angles", overrides.initial_wheel_angles, kWheelAngles);
-  return overrides;
+/// The scene's settings among the parameters.
+SceneSettings read_scene_settings(Parameters& parameters) {
+  SceneSettings settings;
+  const auto read = [&](const char* name, const char* key, auto value, const auto&... range) {
+    if (parameters.read(name, value, range...)) settings.emplace_back(key, *value);
+  };
+  for (const auto& [name, key] : {std::pair{"model", "model"}, {"method", "solver.method"}}) {
+    std::string value;
+    if (parameters.read(name, value)) settings.emplace_back(key, value, true);
+  }
+  read("control_period", "solver.control_period", std::optional<double>(), kPeriods);
+  read("relative_tolerance", "solver.relative_tolerance", std::optional<double>(), kRelativeTolerances);
+  read("dry_friction", "robot.dry_friction", std::optional<double>(), Range{0, 100, "N m"});
+  read("initial_pose", "initial.pose", std::optional<Eigen::Array3d>(), kPoses);
+  read("initial_wheel_angles", "initial.wheel_angles", std::optional<Wheels>(), kWheelAngles);
+  return settings;
 }
 
 /// Control periods a second, and a little more for rounding.
@@ -182,7 +189,7 @@ void check_time(const Parameters& parameters, const BaseSettings& settings) {
 BaseSettings read_base_settings(const ros::NodeHandle& node, const ros::NodeHandle& private_node) {
   Parameters parameters(private_node, "~");
   BaseSettings settings;
-  settings.scene = read_scene(parameters, read_overrides(parameters));
+  settings.scene = read_scene(parameters, read_scene_settings(parameters));
   read_driver_parameters(Parameters(node, ""), settings);
   parameters.read("publish_rate", settings.publish_rate, rates(kMinPublishRate, settings));
   parameters.read("command_rate", settings.command_rate, rates(kMinCommandRate, settings, true));

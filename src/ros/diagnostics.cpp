@@ -75,7 +75,7 @@ DiagnosticStatusWrapper integration_status(const Simulation& simulation) {
       own_status("integration", accurate,
                  !accurate                       ? "fallback steps, of first order, were needed"
                  : statistics.eased_periods == 0 ? "accurate"
-                                                 : "accurate, but for some milliseconds at a looser tolerance");
+                                                 : "accurate, but wheels that chatter were held early");
   status.add("model", name_of(simulation.scene().model));
   status.add("method", simulation.method());
   status.addf("regularization speed", "%g m/s", simulation.regularization_speed());

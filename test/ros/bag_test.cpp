@@ -28,18 +28,13 @@
 namespace youbot_base_sim {
 namespace {
 
-/// Readings without error of motors that exert the simulation's torque.
-MotorReadings exact_readings(const Simulation& simulation) {
-  return {simulation.state().phi(), simulation.state().dphi(), simulation.torque()};
-}
-
 /// A topic as a bag has it, of a base without a namespace.
 std::string absolute(const std::string& topic) { return topic.front() == '/' ? topic : "/" + topic; }
 
 /// The topics that have a message at each instant and are recorded, by `Telemetry`.
 std::set<std::string> instant_topics(const Simulation& simulation, const Telemetry::Options& options,
                                      const BaseSensors::Options& of_sensors = {}) {
-  const BaseSensors sensors(simulation.scene(), exact_readings(simulation), of_sensors);
+  const BaseSensors sensors(simulation.scene(), of_sensors);
   const Telemetry telemetry(simulation.scene(), options);
   std::set<std::string> topics;
   telemetry.visit(simulation, sensors, ros::Time(), [&](const std::string& topic, const auto&) {
@@ -54,7 +49,7 @@ TEST(BagWriter, writes_every_topic_and_every_switch) {
   const TemporaryFolder folder;
   Simulation simulation(short_scene());
   BagWriter bag(folder.path("x.bag"));
-  BaseSensors sensors(simulation.scene(), exact_readings(simulation), {});
+  BaseSensors sensors(simulation.scene(), {});
   Telemetry telemetry(simulation.scene(), {});
   std::size_t switches = 0;
   for (int k = 0; k <= 50; ++k) {
@@ -62,7 +57,7 @@ TEST(BagWriter, writes_every_topic_and_every_switch) {
     const Events events{simulation.take_switches(), simulation.take_load_changes()};
     switches += events.switches.size();
     bag.write(telemetry, events);
-    sensors.update(simulation.time(), simulation.state(), exact_readings(simulation));
+    sensors.update(simulation.time(), simulation.state(), simulation.torque());
     bag.write(telemetry, simulation, sensors, simulation.time());
   }
   bag.commit();
@@ -262,12 +257,12 @@ TEST(BagWriter, places_the_inertial_unit) {
     });
     return frame;
   };
-  const BaseSensors middle(simulation.scene(), exact_readings(simulation), of_sensors);
+  const BaseSensors middle(simulation.scene(), of_sensors);
   EXPECT_EQ(frame_of(middle), "robot/base_footprint");
   EXPECT_TRUE(telemetry.static_transforms(simulation, middle, ros::Time(1)).transforms.empty());
 
   of_sensors.imu->position = {0.2, -0.1, 0.05};
-  const BaseSensors apart(simulation.scene(), exact_readings(simulation), of_sensors);
+  const BaseSensors apart(simulation.scene(), of_sensors);
   EXPECT_EQ(frame_of(apart), "robot/imu_link");
   const auto transforms = telemetry.static_transforms(simulation, apart, ros::Time(1)).transforms;
   ASSERT_EQ(transforms.size(), 1u);
@@ -279,7 +274,7 @@ TEST(BagWriter, places_the_inertial_unit) {
 
 /// Writes what the base tells at t (s) of a simulation that stands still.
 void write_at(double t, const Simulation& simulation, BagWriter& bag) {
-  const BaseSensors sensors(simulation.scene(), exact_readings(simulation), {});
+  const BaseSensors sensors(simulation.scene(), {});
   Telemetry telemetry(simulation.scene(), {});
   bag.write(telemetry, simulation, sensors, t);
 }

@@ -22,11 +22,11 @@
 #include <vector>
 
 #include "youbot_base_sim/drive/base_driver.h"
-#include "youbot_base_sim/drive/imu.h"
-#include "youbot_base_sim/drive/wheel_odometry.h"
+#include "youbot_base_sim/drive/driver_kinematics.h"
 #include "youbot_base_sim/loop/base_requests.h"
 #include "youbot_base_sim/ros/frame_names.h"
 #include "youbot_base_sim/ros/node_constants.h"
+#include "youbot_base_sim/sensors/imu.h"
 #include "youbot_base_sim/simulation.h"
 
 /// Conversions between simulation and messages, as pure functions. Wheel joints have the sign of the URDF and of the

@@ -26,7 +26,7 @@ class MotorSensors {
     readings_.phi = phi;
   }
 
-  /// Those of a run offline: exact, unless the scene's motors are `quantized`.
+  /// Sensors of a run offline: exact, unless the scene's motors are `quantized`.
   MotorSensors(const std::optional<MotorSettings>& motors, const Wheels& phi)
       : MotorSensors(Motor(), motors && motors->quantized.value_or(false), phi) {}
 
@@ -36,7 +36,7 @@ class MotorSensors {
     return readings_ = transmitted({phi - missed_, dphi, torque});
   }
 
-  /// The same under faults of encoders and with silent motors, which keep their readings.
+  /// Under faults of encoders; motors that are silent or disconnected keep their readings.
   const MotorReadings& read(const Wheels& phi, const Wheels& dphi, const Wheels& torque, const Faults& faults);
 
   /// The wheels were set from angles `before` to `after` (rad), as which the encoders show it: no rotation that an

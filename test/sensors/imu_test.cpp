@@ -1,13 +1,13 @@
 // The inertial unit.
 
-#include "youbot_base_sim/drive/imu.h"
+#include "youbot_base_sim/sensors/imu.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
-#include "youbot_base_sim/drive/normal_noise.h"
+#include "youbot_base_sim/sensors/normal_noise.h"
 
 namespace youbot_base_sim {
 namespace {

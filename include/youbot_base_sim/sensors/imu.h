@@ -18,9 +18,9 @@ struct SensorErrors {
   double bias = 0;     ///< at the start
   double walk = 0;     ///< of the bias: its units over sqrt(s)
 
-  /// Of a reading that averages `interval` (s), without its bias.
+  /// Variance of a reading that averages `interval` (s), without its bias.
   double noise_variance(double interval) const { return noise * noise + density * density / interval; }
-  /// Of the bias `t` (s) after the start.
+  /// Variance of the bias `t` (s) after the start.
   double bias_variance(double t) const { return bias * bias + walk * walk * t; }
 };
 

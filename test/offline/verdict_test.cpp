@@ -1,13 +1,14 @@
 // Which results are called reliable, and what the console shows of a run.
 
-#include "youbot_base_sim/record/run_audit.h"
+#include "youbot_base_sim/offline/verdict.h"
 
 #include <gtest/gtest.h>
 
 #include <memory>
 
 #include "youbot_base_sim/drive/prescribed_wheels.h"
-#include "youbot_base_sim/record/twin.h"
+#include "youbot_base_sim/integration/methods.h"
+#include "youbot_base_sim/offline/summary.h"
 
 namespace youbot_base_sim {
 namespace {
@@ -60,14 +61,20 @@ TEST(Reliability, HoldsWhereTheMotionIsAtRestAtAllRows) {
   EXPECT_EQ(reason_of(scene, 0.05), "");
 }
 
-// Steps of first order that are a hundred times too long: off are the base by 6 mm after 0.5 s, and its energy of 3 J
-// by 60 J.
+/// Explicit steps beyond their limit of stability, which errors of 1 m/s and 10 rad/s do not shorten: in 0.05 s the
+/// base is off by 0.4 mm of 0.5 mm, and its energy of 0.3 J by 700 J.
+Scene unstable_scene() {
+  Scene scene = driven_scene();
+  scene.duration = 0.05;
+  scene.solver.method = "dopri5";
+  scene.solver.absolute_tolerance = 1;
+  return scene;
+}
+
 TEST(Reliability, IsDeniedWhereTheEnergyIsOff) {
   for (const double tolerance : {3e-7, 1e-4, 1e-3}) {
-    Scene scene = driven_scene();
+    Scene scene = unstable_scene();
     scene.solver.relative_tolerance = tolerance;
-    scene.solver.method = "implicit_euler";
-    scene.solver.step = 1e-3;
     const std::string doubt = reason_of(scene, 0.01);
     EXPECT_NE(doubt.find("energy balance is off by"), std::string::npos) << tolerance << ": " << doubt;
     EXPECT_EQ(doubt.find('\n'), std::string::npos);
@@ -98,17 +105,12 @@ TEST(Reliability, HoldsWhereContactsHardlyGive) {
   }
 }
 
-// With its fourth-order coefficients it is within a millionth of what is allowed here.
-TEST(Reliability, IsDeniedWhereTheMethodDoesNotKeepTheTolerance) {
+TEST(Reliability, HoldsByEveryMethod) {
   Scene scene = driven_scene();
   scene.duration = 0.01;
-  for (const double tolerance : {1e-6, 3e-7}) {
-    scene.solver.relative_tolerance = tolerance;
-    scene.solver.absolute_tolerance = 1e-3 * tolerance;
-    scene.solver.method = "rosenbrock4_as_shipped";
-    EXPECT_EQ(reason_of(scene, 0.01).empty(), tolerance > 3e-7);
-    scene.solver.method = "rosenbrock4";
-    EXPECT_EQ(reason_of(scene, 0.01), "");
+  for (const std::string& method : method_names()) {
+    scene.solver.method = method;
+    EXPECT_EQ(reason_of(scene, 0.01), "") << method;
   }
 }
 
@@ -129,10 +131,7 @@ TEST(Reliability, HoldsWherePrescribedWheelsStickAtATightTolerance) {
 }
 
 TEST(Reliability, DoesNotDependOnTheAbsoluteTolerance) {
-  Scene scene = driven_scene();
-  scene.solver.method = "implicit_euler";
-  scene.solver.step = 1e-3;
-  scene.solver.absolute_tolerance = 10 * scene.solver.relative_tolerance;
+  Scene scene = unstable_scene();
   EXPECT_NE(reason_of(scene, 0.01), "");
   const double loose = promised_error(Simulation(scene), {});
   scene.solver.absolute_tolerance = 1e-3 * scene.solver.relative_tolerance;
@@ -141,9 +140,8 @@ TEST(Reliability, DoesNotDependOnTheAbsoluteTolerance) {
 
 TEST(Reliability, IsDeniedWhereTheIntegrationFellBack) {
   // An explicit method on friction that turns within a nanometre a second: its steps take more than the bound of work.
-  SceneOverrides explicit_method;
-  explicit_method.method = "dopri5";
-  Scene scene = load_scene(YOUBOT_BASE_SIM_SOURCE_DIR "/config/scenes/case1_counter_clockwise.yaml", explicit_method);
+  Scene scene = load_scene(YOUBOT_BASE_SIM_SOURCE_DIR "/config/scenes/case1_counter_clockwise.yaml",
+                           {{"solver.method", "dopri5"}});
   scene.duration = 1e-3;
   scene.floor.nu = 1e-9;
   scene.solver.keeps_up = true;
@@ -151,33 +149,24 @@ TEST(Reliability, IsDeniedWhereTheIntegrationFellBack) {
   EXPECT_NE(doubt.find("fallback steps"), std::string::npos) << doubt;
 }
 
-// In eased milliseconds friction turns over 1e-6 m/s: too much where nu is 1e-11 m/s, and where it is 1e-3 m/s nothing.
-TEST(Reliability, IsDeniedWhereEasedMillisecondsMatter) {
-  SceneOverrides tight;
-  tight.relative_tolerance = 1e-10;
-  Scene scene = load_scene(YOUBOT_BASE_SIM_SOURCE_DIR "/config/scenes/case2.yaml", tight);
-  scene.duration = 0.5;
-  scene.floor.nu = 1e-11;
-  scene.solver.keeps_up = true;
-  const std::string doubt = reason_of(scene, 0.01);
-  EXPECT_NE(doubt.find(" ms, integrated to a looser tolerance"), std::string::npos) << doubt;
-
-  tight.relative_tolerance = 1e-11;
-  Scene held = load_scene(YOUBOT_BASE_SIM_SOURCE_DIR "/studies/bench/scenes/held_wheel.yaml", tight);
+// A wheel that is held early, so that work keeps to the bound of real time, has lost no momentum that counts.
+TEST(Reliability, HoldsWhereWheelsAreHeldEarly) {
+  Scene held = load_scene(YOUBOT_BASE_SIM_SOURCE_DIR "/studies/bench/scenes/held_wheel.yaml",
+                          {{"solver.relative_tolerance", 1e-11}});
   held.duration = 2;
   held.solver.keeps_up = true;
   Simulation simulation(held);
   simulation.advance_to(held.duration);
   ASSERT_GT(simulation.statistics().eased_periods, 0u);
-  EXPECT_EQ(reason_of(held, 0.01).find(" ms, integrated"), std::string::npos);
+  EXPECT_EQ(simulation.statistics().fallback_steps, 0u);
 }
 
 // What the wheels would still do between two rollers moves this base by 2e-4 m: more than the default tolerance allows.
 TEST(Reliability, IsDeniedWhereWheelsThatStillChatterMustRest) {
   const auto doubt = [](double tolerance) {
-    SceneOverrides overrides;
-    overrides.relative_tolerance = tolerance;
-    return reason_of(load_scene(YOUBOT_BASE_SIM_SOURCE_DIR "/test/data/chatter_goes_on.yaml", overrides), 0.1);
+    return reason_of(load_scene(YOUBOT_BASE_SIM_SOURCE_DIR "/test/data/chatter_goes_on.yaml",
+                                {{"solver.relative_tolerance", tolerance}}),
+                     0.1);
   };
   for (const double tolerance : {1e-9, 3e-7}) {
     EXPECT_NE(doubt(tolerance).find("had not stopped chattering"), std::string::npos) << tolerance << doubt(tolerance);

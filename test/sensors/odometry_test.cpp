@@ -5,8 +5,9 @@
 #include <cmath>
 #include <random>
 
-#include "youbot_base_sim/drive/wheel_odometry.h"
+#include "youbot_base_sim/drive/driver_kinematics.h"
 #include "youbot_base_sim/physics/no_slip_model.h"
+#include "youbot_base_sim/sensors/wheel_odometry.h"
 
 namespace youbot_base_sim {
 namespace {

@@ -1,6 +1,8 @@
-#include "youbot_base_sim/drive/wheel_odometry.h"
+#include "youbot_base_sim/sensors/wheel_odometry.h"
 
 #include <cmath>
+
+#include "youbot_base_sim/drive/driver_kinematics.h"
 
 namespace youbot_base_sim {
 
@@ -11,23 +13,6 @@ double rounding_variance(double step) { return step * step / 12; }
 
 }  // namespace
 
-Wheels DriverKinematics::wheel_rates(const Eigen::Vector3d& velocity) const {
-  const double v_x = velocity[0], v_y = velocity[1], turn = half_lengths * velocity[2];
-  return Wheels(v_x - v_y - turn, v_x + v_y + turn, v_x + v_y - turn, v_x - v_y + turn) / wheel_radius;
-}
-
-Eigen::Vector3d DriverKinematics::velocity(const Wheels& dphi) const {
-  const double quarter = wheel_radius / 4;
-  return {quarter * (dphi[0] + dphi[1] + dphi[2] + dphi[3]), quarter * (-dphi[0] + dphi[1] + dphi[2] - dphi[3]),
-          quarter / half_lengths * (-dphi[0] + dphi[1] - dphi[2] + dphi[3])};
-}
-
-DriverKinematics::Jacobian DriverKinematics::jacobian() const {
-  Jacobian jacobian;
-  for (int i = 0; i < kWheels; ++i) jacobian.col(i) = velocity(Eigen::Vector4d::Unit(i).array());
-  return jacobian;
-}
-
 WheelOdometry::WheelOdometry(const DriverKinematics& kinematics, const Wheels& phi, double wheel_error,
                              const Motor& motor)
     : kinematics_(kinematics), wheel_error_(wheel_error), tick_(motor.tick()), rpm_(motor.rpm()), phi_(phi) {}
@@ -36,33 +21,14 @@ void WheelOdometry::update(const Wheels& phi) {
   const Wheels turned = phi - phi_;
   phi_ = phi;
   const Eigen::Vector3d moved = kinematics_.velocity(turned);
-  turn(moved[2]);
+  pose_[2] += moved[2];
   if (wheel_error_ > 0) update_covariance(turned, moved);
-  pose_[0] += cos_ * moved[0] - sin_ * moved[1];
-  pose_[1] += sin_ * moved[0] + cos_ * moved[1];
-}
-
-void WheelOdometry::turn(double angle) {
-  pose_[2] += angle;
-  if (--turns_until_look_up_ <= 0 || !(std::abs(angle) < kSmallAngle)) return look_up();
-  const double square = angle * angle;
-  const double s = angle * (1 - square / 6 * (1 - square / 20));
-  const double c = 1 - square / 2 * (1 - square / 12 * (1 - square / 30));
-  const double cos_before = cos_;
-  cos_ = c * cos_before - s * sin_;
-  sin_ = s * cos_before + c * sin_;
-}
-
-void WheelOdometry::look_up() {
-  const auto [sine, cosine] = sine_and_cosine(pose_[2]);
-  cos_ = cosine;
-  sin_ = sine;
-  turns_until_look_up_ = kTurnsBetweenLookUps;
+  pose_ += youbot_base_sim::turned({moved[0], moved[1], 0}, pose_[2]);
 }
 
 void WheelOdometry::update_covariance(const Wheels& turned, const Eigen::Vector3d& moved) {
   constexpr double kTurn = 2 * M_PI;
-  const double c = cos_, s = sin_;
+  const auto [s, c] = sine_and_cosine(pose_[2]);
   // Derivatives of `update`: by the previous pose, and by each wheel's rotation, whose displacements are rotated by the
   // new heading.
   Eigen::Matrix3d by_pose = Eigen::Matrix3d::Identity(), by_moved = Eigen::Matrix3d::Identity();
@@ -79,7 +45,6 @@ void WheelOdometry::update_covariance(const Wheels& turned, const Eigen::Vector3
 void WheelOdometry::reset(const Wheels& phi) {
   phi_ = phi;
   pose_.setZero();
-  look_up();
   sensitivity_.setZero();
   changing_.setZero();
 }

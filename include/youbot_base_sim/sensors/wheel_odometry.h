@@ -2,33 +2,12 @@
 
 #include <Eigen/Dense>
 
+#include "youbot_base_sim/drive/driver_kinematics.h"
 #include "youbot_base_sim/drive/motor.h"
 #include "youbot_base_sim/export.h"
 #include "youbot_base_sim/physics/state.h"
 
 namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
-
-/// Base kinematics as the youBot driver computes them: a Mecanum base that does not slip and whose wheels touch the
-/// floor below their centres. Wheel rates are positive forward on all four wheels, as in the URDF and the paper.
-///
-/// The lengths are those of the driver's youbot-base.cfg. Its wheel radius is 5 % too small: the driver's odometry
-/// falls short by that much, and the base drives 5 % faster than commanded.
-struct DriverKinematics {
-  double wheel_radius = 0.0475;  ///< m
-  double half_lengths = 0.385;   ///< half the wheelbase plus half the track, (0.47 + 0.3) / 2, m
-
-  /// Wheel rates, rad/s, for a velocity (V_X, V_Y, Omega) of the base in its own frame, m/s and rad/s.
-  Wheels wheel_rates(const Eigen::Vector3d& velocity) const;
-
-  /// Velocity of the base by the wheel rates; the component of the four rates that no such motion explains is lost.
-  /// Linear, so that it also turns differences of wheel angles (rad) into displacements (m, m, rad).
-  Eigen::Vector3d velocity(const Wheels& dphi) const;
-
-  using Jacobian = Eigen::Matrix<double, 3, kWheels, Eigen::DontAlign>;
-
-  /// The matrix of `velocity`: its rows are V_X, V_Y and Omega, its columns the wheels.
-  Jacobian jacobian() const;
-};
 
 /// Pose of the base as the driver integrates it from the wheels' angles: one Euler step per call, with the new heading;
 /// the driver calls at 50 Hz.
@@ -55,7 +34,7 @@ class WheelOdometry {
   /// x, y (m) and heading (rad, unwrapped) in the frame of the initial pose.
   const Eigen::Vector3d& pose() const { return pose_; }
 
-  /// Whether the covariances are anything but zero.
+  /// True if the covariances are anything but zero.
   bool has_covariance() const { return wheel_error_ > 0; }
 
   /// Covariance of `pose`, in its frame.
@@ -69,13 +48,6 @@ class WheelOdometry {
  private:
   using Jacobian = DriverKinematics::Jacobian;
 
-  static constexpr double kSmallAngle = 1.0 / 64;  // rad: the series of `turn` are then exact to the last bit
-  static constexpr int kTurnsBetweenLookUps = 64;
-
-  /// Turns the heading. Its sine and cosine follow by addition theorems with series of the small angle, a third of the
-  /// work of looking them up; now and then they are, so that rounding does not add up.
-  void turn(double angle);
-  void look_up();
   void update_covariance(const Wheels& turned, const Eigen::Vector3d& moved);
 
   DriverKinematics kinematics_;
@@ -83,8 +55,6 @@ class WheelOdometry {
   double tick_, rpm_;  // rad, rad/s
   Wheels phi_;
   Eigen::Vector3d pose_ = Eigen::Vector3d::Zero();
-  double cos_ = 1, sin_ = 0;  // of the heading
-  int turns_until_look_up_ = kTurnsBetweenLookUps;
   Jacobian sensitivity_ = Jacobian::Zero();   // of the pose to each wheel's constant share
   Covariance changing_ = Covariance::Zero();  // of the pose, on account of the other ones
 };

@@ -1,18 +1,18 @@
-#include "youbot_base_sim/drive/imu.h"
+#include "youbot_base_sim/sensors/imu.h"
 
-#include "youbot_base_sim/drive/normal_noise.h"
+#include "youbot_base_sim/sensors/normal_noise.h"
 
 namespace youbot_base_sim {
 
 namespace {
 
-/// Of a point of the base, in the scene's frame.
+/// Velocity of a point of the base, in the scene's frame.
 Eigen::Vector2d velocity_of(const State& state, const Eigen::Vector3d& point) {
   const double V_X = state.V_X() - state.Omega() * point.y(), V_Y = state.V_Y() + state.Omega() * point.x();
   return turned({V_X, V_Y, 0}, state.psi()).head<2>();
 }
 
-/// What an accelerometer reads at heading psi (rad), where the velocity changes by `acceleration` in the scene's frame.
+/// Reading of an accelerometer at heading psi (rad), where the velocity changes by `acceleration` in the scene's frame.
 Eigen::Vector3d reading(const Eigen::Vector2d& acceleration, const Eigen::Vector3d& upwards, double psi) {
   const Eigen::Vector3d whole = upwards + Eigen::Vector3d(acceleration[0], acceleration[1], 0);
   return turned(whole, -psi);
