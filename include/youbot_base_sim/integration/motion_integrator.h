@@ -25,7 +25,8 @@ class Stopped : public std::exception {
   const char* what() const noexcept override { return "stopped"; }
 };
 
-/// The part of a motion that is not in the state, for another integration to continue.
+/// The part of a motion that is not in the state, for another integration to continue. Step lengths and counts of
+/// reversals are not in it: they begin anew.
 struct MotionSoFar {
   std::optional<ContactModes> contacts;  ///< none in model 1, and where contacts begin anew
   IntegrationStatistics statistics;

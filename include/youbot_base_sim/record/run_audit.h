@@ -91,8 +91,8 @@ class RowLoop {
   double t_ = 0;
 };
 
-/// Why a result may be unreliable, in one line; empty if it is reliable: the integration kept to its own method, eased
-/// milliseconds cannot matter, the method keeps such a tolerance, and the energy balance closes to a share of the
+/// Why a result may be unreliable, in one line; empty if it is reliable: the integration kept to its own method, wheels
+/// that were held early cannot matter, the method keeps such a tolerance, and the energy balance closes to a share of the
 /// energy that the motion had or exchanged. That share is a thousand times the tolerance, but at least 1e-9 and at most
 /// a thousandth (or ten times a looser tolerance); with prescribed wheels at least 2e-14 m/s over the regularization
 /// speed. Good runs close it to the tolerance itself, mostly to a hundredth of that.
