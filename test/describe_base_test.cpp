@@ -57,6 +57,16 @@ TEST_F(DescribeBaseTest, PrintsTheRobotOfTheScene) {
   }
 }
 
+TEST_F(DescribeBaseTest, SaysThatItsOutputIsCut) {
+  for (const std::string& run :
+       std::vector<std::string>{"exec \"$0\" > /dev/full", "ulimit -f 8; exec \"$0\" > " + folder_.path("cut.urdf")}) {
+    Program shell("/bin/sh", {"-c", run, DESCRIBE_BASE});
+    EXPECT_EQ(shell.wait(), 1) << run;
+    EXPECT_EQ(shell.err().find("describe_base: standard output: cannot be written: no space left for it"), 0u)
+        << shell.err();
+  }
+}
+
 TEST_F(DescribeBaseTest, HelpsOnRequest) {
   Program program(DESCRIBE_BASE, {"--help"});
   EXPECT_EQ(program.wait(), 0);

@@ -25,10 +25,10 @@ std::unique_ptr<MotionIntegrator> make_slip_integrator(Model model, const Parts&
     floor.nu = effective_regularization_speed(floor.nu, floor.spin_radius, parts.tolerance);
     const auto make_method = [&](IntegrationStatistics& statistics) -> std::unique_ptr<SmoothStepper<ContactSystem>> {
       if (parts.method.make) {
-        return std::make_unique<ContactStepper<const SmoothSystem>>(
-            parts.method.make(parts.tolerance, parts.step, statistics));
+        return std::make_unique<ContactStepper<const SmoothSystem>>(parts.method.make(parts.tolerance, statistics));
       }
-      return std::make_unique<ContactStepper<System>>(std::make_unique<Radau<Equations>>(parts.tolerance, statistics));
+      return std::make_unique<ContactStepper<System>>(
+          std::make_unique<Radau<Equations>>(parts.tolerance, statistics, parts.radau ? *parts.radau : RadauOptions()));
     };
     const std::uint64_t max_evaluations = parts.method.make ? kComparison
                                           : parts.keeps_up  ? kRealTime<Equations>

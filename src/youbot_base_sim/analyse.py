@@ -63,7 +63,7 @@ def csv_files(sections):
 
 
 def png_files(sections, name):
-    files, title = {}, shown(name).replace("$", r"\$")
+    files, title = {}, figures.plain(name)
     for section in filter(lambda section: section.draw, sections):
         figure = figures.new_figure(figsize=(9, 6), dpi=100, constrained_layout=True)
         figure.suptitle(f"{title}: {section.name}")

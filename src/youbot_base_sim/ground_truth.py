@@ -60,7 +60,8 @@ def transforms_to_poses(bag, fixed, body):
     """Rows like those of `pose_fields` after their times, from the chain of transforms between two frames. Leaves out
     what tf2 would: frames without a name, rotations that are none."""
     links, parents, left_out = {}, {}, 0
-    for connection, message, arrival in bag.messages([topic for topic, kind in bag.types.items() if kind in TRANSFORMS]):
+    topics = [topic for topic, kind in bag.types.items() if kind in TRANSFORMS]
+    for connection, message, arrival in bag.messages(topics):
         for link in message.transforms:
             child, parent = link.child_frame_id.strip("/"), link.header.frame_id.strip("/")
             p, q = link.transform.translation, link.transform.rotation

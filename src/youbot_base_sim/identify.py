@@ -24,6 +24,7 @@ FITTER = "identify_tables"
 SAME_INSTANT = 1e-3      # s: odometry's velocities are of joint_states with its stamp
 MIN_SHARE = 1e-3         # of the rates' squares; directions below it are noise
 MIN_INDEPENDENCE = 0.01  # of odometry's three velocities; 1: not correlated
+MIN_SPEED = 0.05         # in yaw, of the largest; below, yaw shows nothing
 RADII, LENGTHS = (0.01, 0.2), (0.05, 2)  # m, of bases
 MAX_APART = 1.25         # ratio of odometry's sizes to the scene's
 
@@ -53,13 +54,13 @@ def table_of(path, base, arguments):
 
 
 def lengths_of_odometry(record):
-    """The base by which the driver turns cmd_vel into rates, and wheel radius and half lengths (m) of odometry, or None
-    where it does not move in three independent directions. Its velocities are linear in the rates of the wheels:
-    R / 4 forward and lateral, R / (4 h) in yaw."""
+    """The base by which the driver turns cmd_vel into rates, and wheel radius and half lengths (m) of odometry, None
+    where it does not move independently forward, laterally and in yaw. Its velocities are linear in the rates of the
+    wheels: R / 4 forward and lateral, R / (4 h) in yaw."""
     driver = Base(wheel_radius=DRIVER_RADIUS)
     joints, odom = record.get("joint_states", "velocity"), record.get("odom", *POSE[3:])
     if not joints or not odom:
-        return driver, None
+        return driver, (None, None)
     nearest = np.clip(np.searchsorted(joints.t, odom.t - SAME_INSTANT), 0, len(joints) - 1)
     same = np.abs(joints.t[nearest] - odom.t) <= SAME_INSTANT
     V = np.stack([odom[name] for name in POSE[3:]], -1)[same]
@@ -71,16 +72,18 @@ def lengths_of_odometry(record):
     if LENGTHS[0] < lengths < LENGTHS[1]:
         driver.half_wheelbase, driver.half_track = round(lengths, 3), 0
     moments = V.T @ V
-    is_whole = np.linalg.det(moments) > MIN_INDEPENDENCE * np.prod(np.diag(moments))
-    return driver, (radius, lengths) if is_whole else None
+    if np.linalg.det(moments) <= MIN_INDEPENDENCE * np.prod(np.diag(moments)):
+        return driver, (None, None)
+    speeds = np.sqrt(np.diag(moments)) * (1, 1, record.base.half_lengths)
+    return driver, (radius, lengths if speeds[2] > MIN_SPEED * max(speeds) else None)
 
 
 def check_sizes(record, found, refuse):
     """Refuses a record of a base of other sizes than the scene's, by odometry or by ground truth."""
     base = record.base
-    for what, size, own in zip(("wheel radius", "half wheelbase plus half track"), found or (),
+    for what, size, own in zip(("wheel radius", "half wheelbase plus half track"), found,
                                (base.wheel_radius, base.half_lengths)):
-        if not 1 / MAX_APART < size / own < MAX_APART:
+        if size and not 1 / MAX_APART < size / own < MAX_APART:
             refuse(f"its odometry has a {what} of {size:.4g} m, where the scene has {own:.4g} m; must be within 25 %: "
                    "start from a scene of this base, with --scene")
     try:
@@ -174,6 +177,8 @@ def main():
             file.write(table_of(path, base, arguments))
         options += ["--name", path, f"/dev/fd/{table}"]
     sys.stdout.flush()
+    if sys.stdout.error:  # the fitter goes on, and reports it
+        os.close(1)
     os.execv(fitter, ["identify", *options])
 
 

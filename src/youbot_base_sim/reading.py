@@ -65,8 +65,8 @@ def base_of(arguments):
 
 
 def read_base(path):
-    """The sizes in section `robot` of a scene. simulate checks scenes; here only what is used must be a number. Nodes are
-    not made values: aliases would multiply."""
+    """The sizes in section `robot` of a scene. simulate checks scenes; here only what is used must be a number. Nodes
+    are not made values: aliases would multiply."""
     import yaml
     try:
         root = yaml.compose(read_whole("--scene", path, LARGEST_SCENE, "a scene").decode("utf-8-sig"), yaml.SafeLoader)
@@ -116,12 +116,12 @@ def named_topic(text):
 
 def print_read(bag, record):
     end = max(series.t[-1] for series in record.series.values())
-    print(f"{shown(bag.path)}: {sum(bag.counts.values())} messages, to t = {end:.3f} s")
+    print(f"{shown(bag.path)}: {sum(bag.counts.values())} messages, to t = {end:.3f} s\n\nWhat was read")
     for name, topic in record.topics.items():
         series = record.series[name]
         is_regular = TOPICS[name].is_sampled and 0 < series.period < math.inf
         rate = f", {1 / series.period:.4g} Hz" if is_regular else ""
-        print(f"  {name:28}{shown(topic)}: {len(series)}{rate}")
+        print(f"  {name:28}{shown(topic)}: {len(series)}{rate}{record.origins.get(topic, '')}")
     for note in record.notes:
         print("  note: " + note)
 

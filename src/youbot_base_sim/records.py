@@ -27,6 +27,7 @@ class Record:
     sign: str = "auto"   # of velocities and efforts: "consistent" with the positions, "driver_exact", "auto": found
     series: dict = field(default_factory=dict)
     topics: dict = field(default_factory=dict)  # of each series
+    origins: dict = field(default_factory=dict)  # of each topic, in words: publisher, frames, joints
     alignment: object = None  # of a marker's ground truth, see ground_truth.Alignment
     poses: Series = None      # of the base by ground truth, which series has smoothed where a tracker measured it
     has_rates: bool = True    # rather than differences of the wheels' positions
@@ -64,7 +65,7 @@ def read_record(bag, base, chosen=(), progress=lambda n: None, only=None, namesp
     topics = find_topics(bag, chosen, only or TOPICS, f"/{namespace}/".replace("//", "/"))
     names = {topic: name for name, candidates in topics.items() for topic in candidates}
     rows, state_sets = {topic: {} for topic in names}, {topic: [] for topic in bag.state_sets(names)}
-    record, left_out = Record(base, sign), LeftOut()
+    record, left_out = Record(base, sign, notes=[bag.note] * bool(bag.note)), LeftOut()
     sampled = [topic for topic, name in names.items() if TOPICS[name].is_sampled]
     others = [*set(names) - set(sampled), *state_sets]
     for n, (t, connection, message) in enumerate(bag.messages_of_one_run(sampled, others)):
@@ -80,7 +81,10 @@ def read_record(bag, base, chosen=(), progress=lambda n: None, only=None, namesp
         row = left_out.cleaned(topic, fields, getattr(message, "name", ()))
         if row:
             rows[topic].setdefault(connection.publisher, []).append((t, *row))
+            record.origins.setdefault((topic, connection.publisher), origin(connection.publisher, message))
     record.notes += left_out.notes(names)
+    record.origins = {topic: next(record.origins[topic, publisher] for publisher in largest(found))
+                      for topic, found in rows.items() if found}
     rows = {topic: choose_publisher(record, topic, found, TOPICS[names[topic]].is_sampled)
             for topic, found in rows.items()}
     choose_part(record, bag, {topic: found for topic, found in rows.items() if found}, state_sets)
@@ -99,12 +103,25 @@ def read_record(bag, base, chosen=(), progress=lambda n: None, only=None, namesp
     return record
 
 
+def origin(publisher, message):
+    """Who sent a message, and of which frames it is."""
+    frame, child = (getattr(part, name, "") for part, name in (
+        (getattr(message, "header", None), "frame_id"), (message, "child_frame_id")))
+    return f", by {shown(publisher)}" * bool(publisher) + f", in {shown(frame)}" * bool(frame) + (
+        f" of {shown(child)}" * bool(child))
+
+
+def largest(rows):
+    """Publishers, that with the most messages first."""
+    return sorted(rows, key=lambda publisher: -len(rows[publisher]))
+
+
 def choose_publisher(record, topic, rows, is_sampled):
     """The rows of a topic: of several nodes that publish samples, those of the one with the most, the first of equals.
     Commands and events may come from several."""
     if len(rows) < 2 or not is_sampled:
         return sorted(sum(rows.values(), []), key=lambda row: row[0])
-    used, *others = sorted(rows, key=lambda publisher: -len(rows[publisher]))
+    used, *others = largest(rows)
     record.notes.append(f"{shown(topic)} has {len(rows)} publishers: uses {shown(used)} ({len(rows[used])} messages), "
                         f"not {', '.join(f'{shown(one)} ({len(rows[one])})' for one in others)}")
     return rows[used]

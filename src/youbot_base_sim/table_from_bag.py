@@ -42,7 +42,8 @@ class ChosenTopics:
             if topic not in types:
                 raise Refused(f"{shown(path)}: no topic {shown(topic)}; it has {self.bag.shown_topics()}")
             if types[topic] not in TOPICS:
-                raise Refused(f"{shown(path)}: {shown(topic)} is {shown(types[topic])}: must be {', '.join(sorted(TOPICS))}")
+                raise Refused(f"{shown(path)}: {shown(topic)} is {shown(types[topic])}: must be "
+                              f"{', '.join(sorted(TOPICS))}")
 
     def find(self, *types):
         return [topic for topic, kind in sorted(self.bag.types.items())
@@ -171,6 +172,8 @@ def main():
             tables = [commanded(chosen, types, arguments) for _, _, _, types in wanted]
     except (AttributeError, TypeError) as error:  # another definition of a type
         raise Refused(f"{chosen.path}: its messages are not of the types that they say: {one_line(error)}")
+    if chosen.bag.note and not (arguments.measured or arguments.angles):
+        warn(f"{chosen.path}: {chosen.bag.note}")
     if chosen.bag.problem:
         warn(chosen.bag.problem)
     for path, rows in zip(paths.values(), tables):

@@ -239,7 +239,6 @@ class SceneGenerator {
       const Method& method = methods()[static_cast<std::size_t>(whole(0, static_cast<int>(methods().size()) - 1))];
       solver["method"] = method.name;
       if (method.name != "radau") duration_ = log_uniform(2e-3, method.is_explicit ? 0.01 : 0.1);
-      if (method.default_step > 0 && flag()) solver["step"] = around(method.default_step, 2);
     }
     if (!prescribed_ && chance(0.4))
       solver["control_period"] = flag() ? 1e-3 : chance(0.1) ? 0 : log_uniform(3e-4, 0.1);

@@ -130,7 +130,8 @@ TEST_F(TableFromBagTest, ReplaysTwists) {
 // The wheels' angles alone, in either convention of the velocities, which do not matter.
 TEST_F(TableFromBagTest, ReplaysWheelAngles) {
   const State end = drive_and_record(true);
-  expect_refused({"--angles", folder_.path("other.csv"), "--joints=a,b,c,d"}, {"has the joints", "not the wheels a, b, c, d"});
+  expect_refused({"--angles", folder_.path("other.csv"), "--joints=a,b,c,d"},
+                 {"has the joints", "not the wheels a, b, c, d"});
   expect_refused({"--angles", folder_.path("other.csv"), "--measured", "--velocity", "v.csv"}, {"--angles FILE alone"});
   ASSERT_EQ(make_table({"--angles", folder_.path("table.csv")}), 0) << said_;
   Simulation simulation(

@@ -325,6 +325,39 @@ class AnalyseTest(RunsAnalyse):
             self.expect_turning(self.numbers(self.path("anew.bag"), *options))
             self.assertIn("/joint_states: positions begin anew", self.out)
 
+    def test_stamps_of_another_clock_than_arrivals(self):
+        """Simulated time at three times the wall clock's rate, from the same instant on or far from it."""
+        bag = self.make_turning("one_clock.bag")
+        for offset in (0, 1.69e9):
+            with rosbag.Bag(bag) as one, rosbag.Bag(self.path("two_clocks.bag"), "w") as two:
+                for topic, message, t in one.read_messages():
+                    if hasattr(message, "header"):
+                        message.header.stamp -= genpy.Duration(offset)
+                    two.write(topic, message, stamp_of((t - stamp_of(0)).to_sec() / 3))
+            numbers = self.numbers(self.path("two_clocks.bag"))
+            self.expect_turning(numbers)
+            self.assertIn("note: stamps are of another clock than times of arrival: 3 s for each second", self.out)
+
+    def test_one_of_two_publishers_counts(self):
+        bag = self.make_turning("one.bag")
+
+        def write(two, topic, message, t, publisher):
+            two._topic_connections.pop(topic, None)
+            if (topic, publisher) in known:
+                two._topic_connections[topic] = known[topic, publisher]
+            header = {"topic": topic, "type": message._type, "md5sum": message._md5sum, "callerid": publisher,
+                      "message_definition": message._full_text}
+            two.write(topic, message, t, connection_header=header)
+            known[topic, publisher] = two._topic_connections[topic]
+        known = {}
+        with rosbag.Bag(bag) as one, rosbag.Bag(self.path("publishers.bag"), "w") as two:
+            for k, (topic, message, t) in enumerate(one.read_messages()):
+                write(two, topic, message, t, "/driver")
+                if topic == "/odom" and k % 2:
+                    write(two, topic, odometry(0.05 * k / 3, (5, 5, 1)), t, "/filter")
+        self.expect_turning(self.numbers(self.path("publishers.bag")))
+        self.assertRegex(self.out, r"note: /odom has 2 publishers: uses /driver \(601 messages\), not /filter \(\d+\)")
+
     def test_twists_in_the_fixed_frame_are_turned_into_the_bases(self):
         bag = self.make_turning("fixed.bag")
         with rosbag.Bag(bag) as whole, rosbag.Bag(self.path("p3d.bag"), "w") as p3d:

@@ -73,16 +73,16 @@ def seen(kind, t, pose, tilt):
 class IdentifyBagsTest(RunsAnalyse):
     def record(self, name="x.bag", odom=True, truth=False, tracker=None, tilt=0.0, unseen=(-1, -1), gap=(-1, -1),
                velocities=True, effort=True, names=None, turns=np.ones(4), signs=np.ones(4), stamps=True, arm=False,
-               joints="/joint_states", start=0.0):
+               joints="/joint_states", start=0.0, velocities_of_base=VELOCITIES, noise=0.0):
         """A bag of wheels that follow at once and need 0.3 N m, of a base that is where its odometry says."""
         phi, pose = START.copy(), np.array((0., 0, 3))  # the heading passes pi
         with rosbag.Bag(self.path(name), "w") as bag:
-            for k, velocity in enumerate(VELOCITIES):
+            for k, velocity in enumerate(velocities_of_base):
                 twist = Twist()
                 twist.linear.x, twist.linear.y, twist.angular.z = velocity
                 bag.write("/cmd_vel", twist, stamp_of(start + k + 0.005))
-            for k in range(RATE * len(VELOCITIES)):
-                t, velocity = start + k / RATE, np.array(VELOCITIES[k // RATE])
+            for k in range(RATE * len(velocities_of_base)):
+                t, velocity = start + k / RATE, np.array(velocities_of_base[k // RATE])
                 rates, arrival = rates_of(*velocity), stamp_of(t + ARRIVAL)
                 marker = placed(FRAME, placed(pose, MARKER))
                 if tracker and not unseen[0] <= t < unseen[1]:
@@ -107,7 +107,7 @@ class IdentifyBagsTest(RunsAnalyse):
                 if arm:
                     bag.write(joints, JointState(name=["arm_joint_1"], position=[1], velocity=[1], effort=[1]), arrival)
                 if odom:
-                    bag.write("/odom", odometry(t, before, velocity), arrival)
+                    bag.write("/odom", odometry(t, before, velocity + noise * math.sin(17 * k)), arrival)
                 if truth:
                     bag.write("/mocap/ground_truth", odometry(t, before, velocity), arrival)
                 phi += rates / RATE
@@ -200,7 +200,8 @@ class IdentifyBagsTest(RunsAnalyse):
             more.write("/mocap/other/pose", PoseStamped(), stamp_of(1))
         self.assertIn("x", self.read(bag))
         self.assertIn("uses /mocap/base/pose, not /mocap/other/pose", self.said)
-        self.expect_refused(bag, "ground_truth=/odometry: must be a topic of type", topic=[("ground_truth", "/odometry")])
+        self.expect_refused(bag, "ground_truth=/odometry: must be a topic of type",
+                            topic=[("ground_truth", "/odometry")])
         self.assertNotIn("x", self.read(bag, frames=("mocap", "body")))
         self.assertIn("no transforms from mocap to body", self.said)
 
@@ -229,6 +230,14 @@ class IdentifyBagsTest(RunsAnalyse):
             self.read(bag)
             self.expect_refused(bag, words, "--scene", base=larger)
 
+    def test_a_direction_that_was_not_driven_is_not_judged(self):
+        directions = [(V_X, V_Y, 0) for V_X, V_Y, _ in VELOCITIES]
+        for velocities in (directions, [(V_X, 0, 0) for V_X, _, _ in VELOCITIES]):
+            for noise in (0, 1e-4):
+                table = self.read(self.record(truth=True, velocities_of_base=velocities, noise=noise))
+                np.testing.assert_allclose(table["command"][1][1], rates_of(*velocities[1]), rtol=1e-3)
+                self.assertIn("x", table)
+
     def test_encoders_of_other_bases(self):
         from youbot_base_sim.base import Base
         names, unit = ("front_left", "front_right", "rear_left", "rear_right"), 2 * math.pi / 1440
@@ -256,7 +265,8 @@ class IdentifyBagsTest(RunsAnalyse):
         bag, program = self.record(), os.path.join(DEVEL, "lib", "youbot_base_sim", "identify")
         scene = self.path("scene.yaml")
         with open(scene, "w") as file:
-            file.write(f"duration: 1\nrobot: {{profile: measured, wheel_radius: {RADIUS}, half_wheelbase: {LENGTHS - 0.15}}}\n")
+            file.write(f"duration: 1\nrobot: {{profile: measured, wheel_radius: {RADIUS}, "
+                       f"half_wheelbase: {LENGTHS - 0.15}}}\n")
         os.truncate(bag, os.path.getsize(bag) - 1000)
         ran = subprocess.run([program, bag, "--scene", scene, "-o", self.path("fitted.yaml")], capture_output=True,
                              text=True, timeout=200)
@@ -266,6 +276,13 @@ class IdentifyBagsTest(RunsAnalyse):
         self.assertIn("not identified", ran.stdout)
         with open(self.path("fitted.yaml")) as file:
             self.assertIn(f"# By identify, from {bag}. Error", file.readline())
+        for out in (">&-", "> /dev/full"):
+            ran = subprocess.run(["bash", "-c", f'"$@" {out}', "", program, bag, "--scene", scene, "-o",
+                                  self.path("full.yaml")], capture_output=True, text=True, timeout=200)
+            self.assertEqual((ran.returncode, ran.stderr),
+                             (1, "identify: standard output: cannot be written: Bad file descriptor\n"))
+            self.assertTrue(os.path.exists(self.path("full.yaml")))
+            os.remove(self.path("full.yaml"))
         for arguments, words in (((), "BAG"), (("--colour",), "--help"), ((self.path("none"),), "none: No such file"),
                                  ((bag, "--frames", "a"), "FIXED,BODY"), ((bag, "--ticks", "0"), "must be a number"),
                                  ((bag, "--scene", scene, "-o", bag), "must not be a file that is read")):

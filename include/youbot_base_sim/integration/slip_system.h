@@ -89,16 +89,14 @@ class SlipSystem final : public ContactSystem {
   /// reactions, and with them all friction, follow.
   void reuse_friction(const WheelMask& known, const typename Model::Friction& F, const Velocities& u, const Wheels& M,
                       Contacts& c) const {
-    const auto reuse = [&](Contacts& pressed) { model_.replace_friction(known, F, pressed); };
+    using Features = typename Model::Features;
+    const auto reuse = [&](Contacts& pressed) {
+      const Contacts before = pressed;
+      model_.set_friction(Features::replaced(known, F, pressed), pressed);
+      Features::keep_moments(known, before, pressed);  // for a shared contact the mean of moments is no moment of means
+    };
     if (!reacts()) return reuse(c);
     apply_dynamic_normal_force(u, M, modes_.shared(), c, reuse);
-  }
-  /// As SlipModel::follow_friction, at the wheel angles phi, rad, of wheels that stand on one roller.
-  void follow_friction(const typename Model::Friction& F, const Contacts& c, const Wheels& phi, double share,
-                       Velocities& u) const {
-    if (model_.robot().wheels_prescribed) return;
-    const ContactGeometry g = modes_.mixed() ? modes_.geometry(phi) : model_.geometry().at(phi - modes_.center());
-    model_.follow_friction(F, c, g, !modes_.shared(), share, u);
   }
   /// Pose of x, if it matters.
   Pose pose(const State& x) const { return model_.features().by_pose() ? x.pose() : Pose(); }

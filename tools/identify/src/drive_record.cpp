@@ -222,10 +222,10 @@ std::vector<std::string> inspect(DriveRecord& record) {
   Findings findings;
   check_length(record);
   if (record.commands.t.empty())
-    throw UnusableRecord(record.name + ": no commands; must have cmd_vel or velocity_command, or columns command_fl ...");
+    throw UnusableRecord(record.name +
+                         ": no commands; must have cmd_vel or velocity_command, or columns command_fl ...");
   find_gaps(record, findings);
-  if (record.rates_from_angles)
-    findings.push_back(record.name + ": no velocities: differences of the angles");
+  if (record.rates_from_angles) findings.push_back(record.name + ": no velocities: differences of the angles");
   if (std::all_of(record.dphi.begin(), record.dphi.end(), [](const Wheels& rate) { return (rate == 0).all(); }))
     throw UnusableRecord(record.name + ": the wheels never turn");
   check_positions(record, findings);

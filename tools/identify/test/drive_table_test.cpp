@@ -9,8 +9,9 @@
 namespace youbot_base_sim {
 namespace {
 
-const std::string kHeader = "t,phi_fl,phi_fr,phi_bl,phi_br,dphi_fl,dphi_fr,dphi_bl,dphi_br,command_fl,command_fr,"
-                            "command_bl,command_br,x,y,psi,remark\n";
+const std::string kHeader =
+    "t,phi_fl,phi_fr,phi_bl,phi_br,dphi_fl,dphi_fr,dphi_bl,dphi_br,command_fl,command_fr,"
+    "command_bl,command_br,x,y,psi,remark\n";
 
 class DriveTableTest : public testing::Test {
  protected:
@@ -29,11 +30,12 @@ class DriveTableTest : public testing::Test {
 };
 
 TEST_F(DriveTableTest, HasEachGroupAtItsOwnTimesFromTheFirstAngles) {
-  const DriveRecord record = read(kHeader + "9.5,,,,,,,,,1,2,3,4,,,,started\r\n"
-                                            "10,1,2,3,4,5,6,7,8,,,,,,,,\r\n"
-                                            "10,,,,,,,,,,,,,0.5,-1,3,\r\n"
-                                            "10.02,1.1,2.1,3.1,4.1,5,6,7,8,,,,,,,,\r\n"
-                                            "10.1,,,,,,,,,,,,,0.6,-1,3.5,\r\n");
+  const DriveRecord record = read(kHeader +
+                                  "9.5,,,,,,,,,1,2,3,4,,,,started\r\n"
+                                  "10,1,2,3,4,5,6,7,8,,,,,,,,\r\n"
+                                  "10,,,,,,,,,,,,,0.5,-1,3,\r\n"
+                                  "10.02,1.1,2.1,3.1,4.1,5,6,7,8,,,,,,,,\r\n"
+                                  "10.1,,,,,,,,,,,,,0.6,-1,3.5,\r\n");
   EXPECT_EQ(record.name, "drive");
   ASSERT_EQ(record.t.size(), 2u);
   EXPECT_NEAR(record.t[1], 0.02, 1e-12);

@@ -246,6 +246,7 @@ TEST_F(FamiliesTest, ProgramEndsWithStatus2AndWritesNothing) {
            {{good, "--csv", table, "--slice", "1/2"}, "--slice = 1/2: must be at most as many parts as runs, 1"},
            {{good, "--csv", table, "--reuse", folder_.path("none.csv")}, "none.csv: cannot be read"},
            {{good, "--csv", table, "--reuse", folder_.path("folder")}, "is a folder"},
+           {{good, "--csv", table, "--reuse", folder_.path("fifo")}, "is a pipe without a writer"},
            {{good, "--csv", table, "--reuse", good}, "column scene: scene.yaml: must be run"},
            {{good, "--csv", good}, "a file that is read"},
            {{good, "--csv", folder_.path("scene.yaml")}, "a file that is read"},
