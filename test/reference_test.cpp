@@ -33,10 +33,10 @@ class ReferenceTest : public testing::TestWithParam<Case> {
  protected:
   static void compare(const Accuracy& accuracy) {
     const auto& [name, scene, model] = GetParam();
-    SceneOverrides overrides;
-    overrides.model = model;
-    overrides.relative_tolerance = accuracy.relative_tolerance;
-    Simulation simulation(load_scene(kRoot + (scene.empty() ? "/test/data/" + name + ".yaml" : scene), overrides));
+    SceneSettings settings;
+    if (!model.empty()) settings.emplace_back("model", model);
+    if (accuracy.relative_tolerance) settings.emplace_back("solver.relative_tolerance", *accuracy.relative_tolerance);
+    Simulation simulation(load_scene(kRoot + (scene.empty() ? "/test/data/" + name + ".yaml" : scene), settings));
     for (const auto& row : reference_rows(name)) {
       const auto number = [&](std::size_t column) { return std::stod(row[column]); };
       simulation.advance_to(number(0));
@@ -102,9 +102,7 @@ INSTANTIATE_TEST_SUITE_P(
 // Model 1 needs no reference: under the torque profile its motion is the desired motion itself.
 TEST(NoSlipReferenceTest, FollowsTheDesiredMotion) {
   for (const char* name : {"case1_as_printed", "case1_counter_clockwise", "case2"}) {
-    SceneOverrides overrides;
-    overrides.model = "no_slip";
-    const Scene scene = load_scene(kRoot + "/config/scenes/" + name + ".yaml", overrides);
+    const Scene scene = load_scene(kRoot + "/config/scenes/" + name + ".yaml", {{"model", "no_slip"}});
     const ReferenceMotion& motion = std::get<ReferenceMotion>(scene.drive);
     Simulation simulation(scene);
     for (int k = 1; k <= 10; ++k) {

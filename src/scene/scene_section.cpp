@@ -8,7 +8,7 @@
 #include <set>
 #include <utility>
 
-#include "youbot_base_sim/scene/scene.h"
+#include "youbot_base_sim/scene/scene_setting.h"
 #include "youbot_base_sim/text/quote.h"
 
 namespace youbot_base_sim {

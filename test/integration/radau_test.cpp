@@ -538,6 +538,89 @@ TEST(Radau, FailsForWhatIsNoNumberAndRecovers) {
   }
 }
 
+// Friction with a static peak, which falls with the slip: twice Coulomb's at rest, over slips of about 2 cm/s.
+class FallingLaw {
+ public:
+  FallingLaw(const RobotParameters&, const FloorParameters&) {}
+  static constexpr bool kScalesWithReaction = true;
+  SlipResistance at(const Wheels& s_squared, double nu_squared, const Wheels& limit) const {
+    const Wheels inverse = s_squared.inverse(), e = (-s_squared / kSquare).exp(), fall = 2 / kSquare * e / (1 + e);
+    return {limit * (1 + e) * inverse.sqrt(), (inverse + fall).sqrt(),
+            nu_squared * inverse - fall * (s_squared - nu_squared)};
+  }
+  Wheels largest(const Wheels& limit) const { return 2 * limit; }
+
+ private:
+  static constexpr double kSquare = 4e-4;  // m^2/s^2
+};
+
+// Wheels that spin up slip through the speeds at which friction falls; those that brake pass them the other way.
+TEST(Radau, FollowsFrictionThatFallsWithSlip) {
+  using Model = PaperModel<FallingLaw>;
+  RobotParameters robot;
+  robot.J_2 = 1e-4;  // or the explicit method takes long
+  FloorParameters floor;
+  floor.nu = 2e-3;
+  Motion<Model> motion{robot, floor};
+  motion.start.values.setZero();
+  motion.start.V_X() = 0.2;
+  motion.start.phi() << 0.1, -0.1, 0.2, 0.05;
+  motion.start.dphi() << 4, 4, 4, 4;
+  const HeldTorque torque({8, -6, 0.5, 7});
+  const double end = 0.015;
+  const auto system = [&] { return SlipSystem<Model>(motion.model, torque, motion.start); };
+  const State exact = explicit_solution(system(), motion.start, 0, end, 1e-12);
+  SlipSystem<Model> within = system();
+  const Contacts slipping = within.contacts(exact, end);
+  ASSERT_GT((slipping.V_PX.square() + slipping.V_PY.square()).maxCoeff(), 4e-4);  // some have passed it
+  for (const double accuracy : {1e-3, 1e-5, 1e-7}) {
+    IntegrationStatistics statistics;
+    Radau<Model> radau({accuracy, 1e-3 * accuracy}, statistics);
+    State x = motion.start;
+    SlipSystem<Model> moving = system();
+    odeint::integrate_adaptive(std::ref(radau), std::ref(moving), x, 0.0, end, 1e-4);
+    EXPECT_LT((x.velocity() - exact.velocity()).norm(), 20 * accuracy) << accuracy;
+    EXPECT_LT((x.values.col(0) - exact.values.col(0)).head<3>().matrix().norm(), accuracy) << accuracy;
+    EXPECT_LT(statistics.newton_iterations, 300u) << accuracy;
+    // Friction of a slip where it falls belongs to a smaller slip, too, which must not show within a step.
+    SlipSystem<Model> again = system();
+    double t = 0, dt = 1e-5;
+    State row;
+    x = motion.start;
+    while (radau.try_step(std::ref(again), x, t, dt) != odeint::success || t < 1e-3) {
+    }
+    radau.state_within(again, 0.999, row);
+    EXPECT_LT((row.dphi() - x.dphi()).abs().maxCoeff(), 0.1) << accuracy;
+  }
+}
+
+// The elimination without pivoting may meet a pivot that vanishes, if friction drives a wheel as strongly as its
+// inertia resists at this length. Here a bearing drives it: to the last bit, nothing is left.
+TEST(Radau, ShortensAStepWhosePivotVanishes) {
+  const double dt = 1.0 / 128;
+  RobotParameters robot;
+  robot.J_1 = 1.0 / 128;
+  robot.mu_1.setConstant(-(1 / dt * RadauTableau::A_inverse[0][0]) * robot.J_1);
+  FloorParameters floor;
+  floor.viscous_friction = 0;
+  Motion<PaperModel<ViscousLaw>> motion{robot, floor};
+  SlipSystem<PaperModel<ViscousLaw>> system = motion.system();
+  IntegrationStatistics statistics;
+  Radau<PaperModel<ViscousLaw>> radau(kAnything, statistics);
+  State end;
+  double t = 0, next = dt;
+  EXPECT_EQ(radau.try_step(std::ref(system), motion.start, t, end, next), odeint::fail);
+  EXPECT_LT(next, dt);
+  EXPECT_GT(next, 0.1 * dt);
+  ASSERT_EQ(radau.try_step(std::ref(system), motion.start, t, end, next), odeint::success);
+  // The wheels' velocities grow by a factor of e in 2.4 ms.
+  Radau<PaperModel<ViscousLaw>> accurate({1e-6, 1e-6}, statistics);
+  State x = motion.start;
+  odeint::integrate_adaptive(std::ref(accurate), std::ref(system), x, 0.0, dt, dt);
+  const State exact = explicit_solution(system, motion.start, 0, dt);
+  EXPECT_LT(distance(x, exact), 1e-4 * exact.dphi().abs().maxCoeff());
+}
+
 TEST(StepSizeController, ShrinksAndGrowsWithinBounds) {
   const double infinity = std::numeric_limits<double>::infinity();
   for (const double norm : {kNaN, infinity, 1e300, 1e4}) {

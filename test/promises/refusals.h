@@ -1,6 +1,6 @@
 #pragma once
 
-// What every refusal must be, whoever refuses what.
+// What every refusal must be, of any file or program.
 
 #include <gtest/gtest.h>
 

@@ -18,6 +18,7 @@ class ProgramsTest : public testing::Test {
     std::filesystem::create_directory(folder_.path("folder"));
     std::filesystem::create_symlink("csv", folder_.path("link"));
     std::filesystem::create_symlink("good.yaml", folder_.path("link.yaml"));
+    std::filesystem::create_hard_link(good_, folder_.path("hard.yaml"));
     std::filesystem::create_symlink("loop", folder_.path("loop"));
   }
 
@@ -85,6 +86,7 @@ TEST_F(ProgramsTest, SimulateRefusesBadOptions) {
   expect_simulate_refuses({folder_.path("missing\n.yaml")}, {"missing"});
   expect_simulate_refuses({folder_.path("folder")}, {"folder"});
   expect_simulate_refuses({folder_.write("idle.yaml", "duration: 1\n")}, {"drive"});
+  expect_simulate_refuses({folder_.write("bad.yaml", "duration: -1\n")}, {"duration = -1"});
   expect_simulate_refuses(
       {folder_.write("long.yaml", "duration: 1e9\noutput_rate: 1e6\ndrive: {torque: [{start: 0}]}\n")}, {});
   EXPECT_GE(cases_, 30);
@@ -96,14 +98,18 @@ TEST_F(ProgramsTest, SimulateRefusesOutputsThatWouldDestroySomething) {
     expect_simulate_refuses({good_, option, ""}, {option});
     expect_simulate_refuses({good_, option, scene}, {"good.yaml"});
     expect_simulate_refuses({good_, option, folder_.path("folder/../good.yaml")}, {"good.yaml"});
-    expect_simulate_refuses({good_, option, folder_.path("link.yaml")}, {"link.yaml"});
+    for (const char* link : {"link.yaml", "hard.yaml"})
+      expect_simulate_refuses({good_, option, folder_.path(link)}, {link});
     expect_simulate_refuses({good_, option, table}, {"table.csv"});
     expect_simulate_refuses({good_, option, folder_.path("folder")}, {"folder"});
     expect_simulate_refuses({good_, option, folder_.path("folder/")}, {"folder"});
+    expect_simulate_refuses({good_, option, folder_.path("no/such/folder/x")}, {"no/such/folder"});
+    expect_simulate_refuses({good_, option, "/proc/x"}, {"/proc/x"});
   }
   expect_simulate_refuses({good_, "--csv", folder_.path("switches")}, {"switches"});
   expect_simulate_refuses({good_, "--csv", folder_.path("folder/../switches")}, {"switches"});
   expect_simulate_refuses({good_, "--switches", folder_.path("link")}, {"link"});
+  expect_simulate_refuses({good_, "--csv", folder_.path("new"), "--summary", folder_.path("./new")}, {"new"});
 #ifdef YOUBOT_BASE_SIM_ROS
   expect_simulate_refuses({good_, "--bag", scene}, {"good.yaml"});
   expect_simulate_refuses({good_, "--bag", ""}, {"--bag"});

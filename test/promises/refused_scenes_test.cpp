@@ -154,8 +154,7 @@ TEST_F(KeysTest, StandInTheResolvedScene) {
   for (const std::vector<Key>& keys : {keys_, sections_}) {
     for (const Key& key : keys) known.insert(key.path);
   }
-  for (const char* seed :
-       {"every_key", "fixed_step", "reference_motion", "torque_table", "velocity_table", "wheel_angle_table"}) {
+  for (const char* seed : {"every_key", "reference_motion", "torque_table", "velocity_table", "wheel_angle_table"}) {
     folder_.write("table.csv", "t,fl,fr,bl,br\n0,1,1,1,1\n1,1,1,1,2\n");
     folder_.write("scene.yaml", read_text_file(kSource + "test/fuzz/scene/" + seed + ".yaml", kLargest));
     const Scene scene = load_scene(folder_.path("scene.yaml"));

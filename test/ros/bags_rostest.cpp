@@ -238,11 +238,12 @@ TEST_F(PaperCase, has_the_bits_of_the_same_run_offline) {
   scene.solver.control_period = 1e-3;
   const std::shared_ptr<TorqueProfile> torque = make_torque_profile(scene);
   torque->begin_segment(0);
-  Simulation simulation(scene, [&](double t, const State&) { return torque->value(time_of(stamp_of(t))); });
+  const auto player = [&](double t, const State&) { return torque->value(time_of(stamp_of(t))); };
+  Simulation simulation(scene);
   const auto truth = read<nav_msgs::Odometry>(bag_, "/ground_truth");
   ASSERT_EQ(truth.size(), static_cast<std::size_t>(kInstants));
   for (std::size_t k = 0; k < truth.size(); ++k) {
-    simulation.advance_to(0.02 * static_cast<double>(k));
+    advance_to(simulation, 0.02 * static_cast<double>(k), player);
     const State& x = simulation.state();
     EXPECT_EQ(truth[k].pose.pose.position.x, x.x()) << "at " << simulation.time() << " s";
     EXPECT_EQ(truth[k].pose.pose.position.y, x.y());

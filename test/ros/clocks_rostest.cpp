@@ -64,6 +64,8 @@ TEST_F(Clocks, is_waited_for) {
   ros::WallDuration(1.5).sleep();
   base.send(SIGINT);
   base.expect_end(0, "time waits for another node's /clock");
+  EXPECT_NE(base.said().find("WARN"), std::string::npos) << base.said();
+  EXPECT_NE(base.said().find("rosparam set /use_sim_time false"), std::string::npos) << base.said();
 }
 
 TEST_F(Clocks, two_are_named) {

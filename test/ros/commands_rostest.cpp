@@ -395,7 +395,7 @@ TEST(CommandRate, commands_wait_for_the_drivers_cycle) {
       first = base.joints;
       return first.effort.at(0) == torque;
     });
-    // It acts over the control period that begins with a cycle and is told at the period's end.
+    // It acts over the control period that begins with a cycle and is published at the period's end.
     const double cycles = (time_of(first.header.stamp) - 1e-3) / 0.02;
     EXPECT_NEAR(cycles, std::round(cycles), 1e-6) << "at " << first.header.stamp;
   }

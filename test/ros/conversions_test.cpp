@@ -343,9 +343,7 @@ TEST(BaseLoopTest, GoesOnAsIfNothingHadCome) {
 // The topic `contacts`.
 
 Scene sideways(Model model = Model::kCoulomb) {
-  SceneOverrides overrides;
-  overrides.model = name_of(model);
-  return load_scene(YOUBOT_BASE_SIM_SOURCE_DIR "/config/scenes/case2.yaml", overrides);
+  return load_scene(YOUBOT_BASE_SIM_SOURCE_DIR "/config/scenes/case2.yaml", {{"model", name_of(model)}});
 }
 
 ContactsStamped contacts_at(double t, const Scene& scene) {

@@ -66,7 +66,7 @@ TEST(SilentMotor, drags_while_the_driver_goes_on) {
   base.set_faults({});
   base.idle(500);
   base.settle();
-  EXPECT_NEAR(base.joints.velocity[1], 0, 0.1) << "what it was told last";
+  EXPECT_NEAR(base.joints.velocity[1], 0, 0.1) << "what the command was";
 }
 
 // Encoders that slip or are noisy mislead odometry and joint states, and not ground truth.

@@ -4,8 +4,10 @@
 #include <geometry_msgs/Twist.h>
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
+#include <rosgraph_msgs/Clock.h>
 #include <youbot_base_sim/Step.h>
 
+#include <atomic>
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
@@ -61,6 +63,14 @@ TEST_F(Endings, signals_leave_a_whole_bag) {
     expect_whole("signal_" + std::to_string(signal) + ".bag", base->stamps().back());
     ++base;
   }
+}
+
+// As of `base_node &` in a script.
+TEST_F(Endings, interrupt_ends_a_node_in_the_background) {
+  BaseProcess base("background", {"_publish_clock:=true"}, {"/bin/bash", "-c", "trap '' INT; exec \"$@\"", "bash"});
+  base.expect_instants(1);
+  base.send(SIGINT);
+  base.expect_end(0);
 }
 
 TEST_F(Endings, bag_that_cannot_be_put_in_its_place_is_told) {
@@ -128,6 +138,29 @@ TEST_F(Endings, in_lockstep_leave_a_whole_bag) {
     base.expect_end(0, "the last publisher of commands has gone");
     expect_whole("exit.bag", ros::Time(0.3));
   }
+}
+
+// This test follows /clock and never rests. Who wants a result all the same says so.
+TEST_F(Endings, in_lockstep_with_a_node_that_was_given_up_are_errors) {
+  const SimulatedTime simulated_time;
+  ros::NodeHandle node;
+  std::atomic<bool> done{false};
+  std::thread busy([&done] {
+    while (!done) continue;
+  });
+  for (const std::string strict : {"true", "false"}) {
+    BaseProcess base(strict, {"_publish_clock:=true", "_real_time_factor:=0", "_lockstep:=true", "_end_time:=0.1",
+                              "_lockstep_timeout:=0.5", "_lockstep_strict:=" + strict, bag(strict)});
+    const ros::Subscriber clock =
+        node.subscribe<rosgraph_msgs::Clock>("/clock", 1, +[](const rosgraph_msgs::Clock::ConstPtr&) {});
+    wait_for("the clock", [&] { return clock.getNumPublishers() > 0; });
+    EXPECT_TRUE(base.call("/base/unpause"));
+    base.expect_end(strict == "true" ? 1 : 0, "has not rested for 0.5 s");
+    EXPECT_EQ(folder_.has(strict), strict == "false");
+    EXPECT_EQ(base.said().find("(~lockstep_strict)") != std::string::npos, strict == "true") << base.said();
+  }
+  done = true;
+  busy.join();
 }
 
 // Before the first command only /clock advances.

@@ -21,8 +21,8 @@ inline void wait_for(const std::string& what, const std::function<bool()>& happe
   }
 }
 
-/// Runs the tests of a rostest. For rostest, a run without tests, as by a filter that is misspelt, is a success, but one
-/// without results is none.
+/// Runs the tests of a rostest. For rostest, a run without tests, as by a filter that is misspelt, is a success, but
+/// one without results is none.
 inline int run_rostest(int argc, char** argv) {
   ros::init(argc, argv, "rostest");
   const ros::NodeHandle keep_alive;

@@ -41,8 +41,12 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   using SmoothStepper<SlipSystem<Model>>::try_step;
 
   /// Counts its iterations in `statistics`, which must outlive it.
-  Radau(const Tolerance& tolerance, IntegrationStatistics& statistics)
-      : newton_(tolerance, statistics), error_(tolerance) {}
+  Radau(const Tolerance& tolerance, IntegrationStatistics& statistics, const RadauOptions& options = {})
+      : options_(options),
+        control_(options_),
+        newton_(options_, tolerance, statistics),
+        error_(options_, tolerance),
+        prediction_(options_) {}
 
   /// A step that is shorter than one whose error was small enough, from the same start, is not judged again; nor is one
   /// that the rounding of t lets be no shorter.
@@ -53,7 +57,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     const bool judged = !(length <= accepted_dt_);
     early_error_ = 0;
     if (!solve(system, dt, judged && length > shortest)) {
-      dt *= kShrinkage;
+      dt *= options_.failure_shrinkage;
       return fail;
     }
     if (judged) {
@@ -79,7 +83,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
       u[j] = weighted(lagrange_weights(share * RadauTableau::c[j]), start_.u, stages_->u);
     }
     end(share * newton_.dt(), u, x);
-    follow_friction_within(system, share, x, u[2]);
+    if (options_.dense_friction) follow_friction_within(system, share, x, u[2]);
     x.set(u[2]);
     // The work of the polynomial's accelerations. Forces are less accurate: what friction is off by does no work at the
     // stages alone.
@@ -96,16 +100,14 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   void restart() override {
     started_ = false;
     end_t_ = kUnknown;
-    control_ = StepSizeController();
+    control_ = StepSizeController(options_);
     prediction_.restart();
     newton_.restart();
   }
 
  private:
   static constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-  static constexpr double kTimeRounding = 1e-15;    // of t, as control periods count it
-  static constexpr double kShrinkage = 0.3;         // of a step after iterations that failed
-  static constexpr double kEarlyRejectError = 1.5;  // of a step that is not worth further iterations
+  static constexpr double kTimeRounding = 1e-15;  // of t, as control periods count it
 
   bool starts_at(const State& x, double t) const {
     // NOLINTNEXTLINE(bugprone-suspicious-memory-comparison): the very same bits are meant
@@ -132,8 +134,8 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     const bool goes_on = std::abs(t - end_t_) <= kTimeRounding * std::abs(t);  // where the last step ended
     const Wheels M = goes_on ? newton_.torque_at_end() : system.torque().value(t);
     start_.pose = system.pose(x);
-    if (prediction_.continues() && goes_on && !modes.mixed()) {
-      const auto& before = *prediction_.known();
+    if (options_.start_by_motion && prediction_.continues() && goes_on && !modes.mixed()) {
+      const auto& before = *prediction_.last();
       start_.forces = newton_.forces_by_motion(system, 2, before.start, before.stages.u);
       start_.friction = prediction_.end_friction();
     } else {
@@ -154,7 +156,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     typename Model::Contacts contacts = system.contacts(start_.u, start_.x.phi(), start_.pose, M);
     system.count_evaluations(1);
     // The converged friction: recomputed from the slip, its O(nu) error would become an O(1) error of the force.
-    if (unchanged.any()) {
+    if (options_.reuses_friction && unchanged.any()) {
       system.reuse_friction(unchanged && !shared, prediction_.end_friction(), start_.u, M, contacts);
     }
     start_.forces = system.model().forces(start_.u, contacts, M);
@@ -189,7 +191,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   // Whether the step's error is clearly too large, by the iterations so far.
   bool is_hopeless(const SlipSystem<Model>& system) {
     const double error = estimate(system);
-    if (!(error > kEarlyRejectError)) return false;
+    if (!(error > options_.early_reject_error)) return false;
     early_error_ = error;
     return true;
   }
@@ -229,11 +231,11 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     typename Model::Contacts contacts = newton_.contacts()[2];
     if constexpr (Model::kReactionsFollow) contacts = system.contacts(x, start_.t + share * newton_.dt());
     const typename Model::Friction F =
-        system.model().bounded(weighted(lagrange_weights(share), start_.friction, stages_->F), contacts);
-    constexpr double kShare = 0.98;  // nearer to the largest friction, the polynomial of the slip is more accurate
-    system.follow_friction(F, contacts, x.phi(), kShare, u);
+        bounded_friction(system.model(), weighted(lagrange_weights(share), start_.friction, stages_->F), contacts);
+    follow_friction(system, F, contacts, x.phi(), options_.dense_gripping_share, u);
   }
 
+  const RadauOptions options_;
   StepSizeController control_;
   RadauNewton<Model> newton_;
   RadauError<Model> error_;

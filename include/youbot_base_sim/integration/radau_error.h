@@ -25,7 +25,7 @@ namespace youbot_base_sim {
 template <class Model>
 class RadauError {
  public:
-  explicit RadauError(const Tolerance& tolerance) : tolerance_(tolerance) {}
+  RadauError(const RadauOptions& options, const Tolerance& tolerance) : options_(options), tolerance_(tolerance) {}
 
   /// Steps that follow have the same start. After a switch, estimates that are too large are filtered twice.
   void begin(bool after_switch) { filters_twice_ = after_switch; }
@@ -36,13 +36,12 @@ class RadauError {
   /// other methods, since this one damps its errors too. The rim of a wheel that hardly moves may be off by a tenth of
   /// what the platform may be, unless it has dry friction.
   Velocities scale(const Model& model, const Velocities& u) const {
-    constexpr double kRollerScale = 3, kRimScale = 0.1;
     Velocities scale = error_scale(tolerance_, u);
     if (!model.dry_bearings().any()) {
       const Wheels relative = scale.v - tolerance_.absolute;
-      scale.dphi = scale.dphi.max(tolerance_.absolute + kRimScale / model.robot().R * relative);
+      scale.dphi = scale.dphi.max(tolerance_.absolute + options_.rim_scale / model.robot().R * relative);
     }
-    scale.dgamma *= kRollerScale;
+    scale.dgamma *= options_.roller_scale;
     return scale;
   }
 
@@ -57,26 +56,22 @@ class RadauError {
     const ContactStiffnesses stiffness = {matrix.damping(0).contact_stiffness(), matrix.damping(1).contact_stiffness(),
                                           matrix.damping(2).contact_stiffness()};
     std::array<DampingMatrix, 1> damping = {matrix.damping(2)};
-    limit_transient_damping(stiffness, matrix, damping[0]);
+    if (options_.weakest_damping) limit_transient_damping(stiffness, matrix, damping[0]);
     filter_.factorize({{T::gamma / dt}}, inertia, damping, {{matrix.coriolis(2)}});
     std::array<Velocities, 1> error;
     filter_.solve({start.forces + inertia * change}, error);
     if (inertia.J_2 == 0) error[0].dgamma.setZero();  // follows from the other velocities
     double norm = error_norm(error[0], start.error_scale);
-    if (norm > 1 && filters_twice_ && resolves_transient_energy(inertia, start, u)) {
+    if (norm > 1 && filters_twice_ && options_.second_filter && resolves_transient_energy(inertia, start, u)) {
       norm = norm_filtered_again(inertia, start, dt, error);
     }
-    return std::max(norm, error_of_pose(start, u) * (reverses_at_inner_stage(stiffness) ? kPoseShare : 1));
+    if (!options_.pose_estimate) return norm;
+    return std::max(norm, error_of_pose(start, u) *
+                              (options_.pose_in_full && reverses_at_inner_stage(stiffness) ? options_.pose_share : 1));
   }
 
  private:
   using ContactStiffnesses = std::array<Wheels, RadauTableau::stages>;
-
-  // How many times stiffer than elsewhere in the step a contact is where its friction reverses
-  static constexpr double kTransientStiffnessRatio = 4;
-  // How many times the error of the pose counts less than those of the velocities: its estimate's order is lower by
-  // two.
-  static constexpr double kPoseShare = 30;
 
   // Of components that decay within the step, the filtered error counts although they have no effect on its end.
   [[gnu::noinline]] double norm_filtered_again(const Inertia& inertia, const RadauStart<Model>& start, double dt,
@@ -90,9 +85,8 @@ class RadauError {
   // from the start to the polynomial through the stages: of a transient that is over before the first one.
   bool resolves_transient_energy(const Inertia& inertia, const RadauStart<Model>& start,
                                  const StageVelocities& u) const {
-    constexpr double kUnseen = 0.01;  // of the tolerance
     const Velocities jump = start.u - weighted(lagrange_weights(0, 3), start.u, u);
-    return dot(jump, inertia * jump) <= kUnseen * tolerance_.relative * dot(start.u, inertia * start.u);
+    return dot(jump, inertia * jump) <= options_.unseen_energy * tolerance_.relative * dot(start.u, inertia * start.u);
   }
 
   // The same of the platform's pose. Where contacts hold the velocities, these are right at the step's end, however
@@ -101,17 +95,17 @@ class RadauError {
     using T = RadauTableau;
     const Wheels mean_error = (1 / T::gamma) * (start.u.v + T::error_of_integral(0) * u[0].v +
                                                 T::error_of_integral(1) * u[1].v + T::error_of_integral(2) * u[2].v);
-    return std::sqrt(sum(mean_error.square())) / (kPoseShare * start.error_scale.v[0]);
+    return std::sqrt(sum(mean_error.square())) / (options_.pose_share * start.error_scale.v[0]);
   }
 
   // Friction that reverses within a step is stiff for an instant only. Where the step happens to end in it, the damping
   // there would hide the error of the whole step: the wheel's weakest damping is taken instead.
   void limit_transient_damping(const ContactStiffnesses& stiffness, const RadauMatrix<Model>& matrix,
                                DampingMatrix& at_end) const {
-    if ((stiffness[2] <= kTransientStiffnessRatio * stiffness[0].min(stiffness[1])).all()) return;
+    if ((stiffness[2] <= options_.transient_stiffness_ratio * stiffness[0].min(stiffness[1])).all()) return;
     for (int i = 0; i < kWheels; ++i) {
       const int weakest = stiffness[0][i] < stiffness[1][i] ? 0 : 1;
-      if (stiffness[2][i] > kTransientStiffnessRatio * stiffness[weakest][i]) {
+      if (stiffness[2][i] > options_.transient_stiffness_ratio * stiffness[weakest][i]) {
         at_end.set_wheel(i, matrix.damping(weakest));
       }
     }
@@ -120,11 +114,12 @@ class RadauError {
   // Whether a wheel's friction reverses at one of the inner stages alone. Depending on where in the reversal that stage
   // lies, the error's estimate changes its sign, and a step may be as long as makes it vanish: the pose's must be small
   // as well.
-  static bool reverses_at_inner_stage(const ContactStiffnesses& stiffness) {
+  bool reverses_at_inner_stage(const ContactStiffnesses& stiffness) const {
     const auto &a = stiffness[0], &b = stiffness[1], &c = stiffness[2];
-    return (a.max(b) - kTransientStiffnessRatio * a.min(b).max(c)).maxCoeff() > 0;
+    return (a.max(b) - options_.transient_stiffness_ratio * a.min(b).max(c)).maxCoeff() > 0;
   }
 
+  const RadauOptions& options_;
   Tolerance tolerance_;
   bool filters_twice_ = false;
   BorderedStages<1> filter_;

@@ -5,6 +5,8 @@
 #include <limits>
 
 #include "youbot_base_sim/integration/bordered_stages.h"
+#include "youbot_base_sim/integration/radau_friction.h"
+#include "youbot_base_sim/integration/radau_options.h"
 #include "youbot_base_sim/integration/radau_stages.h"
 #include "youbot_base_sim/integration/reacting_stages.h"
 #include "youbot_base_sim/integration/slip_system.h"
@@ -94,19 +96,23 @@ class RadauMatrix {
 ///   predicted.
 class RadauConvergence {
  public:
+  explicit RadauConvergence(const RadauOptions& options) : options_(options) { restart(); }
+
   /// At most a fraction of the regularization speed, however large the tolerance. Prescribed wheels do work against
   /// friction: its error must be within the tolerance of the energy balance.
   template <class Model>
   void set_tolerance(const SlipSystem<Model>& system, const Velocities& error_scale, double relative_tolerance) {
     Velocities regularization = regularization_velocities(system.model());
     if (system.model().robot().wheels_prescribed) {
-      const double rounding = (system.reacts() ? kReactingRounding : kRounding) / (kConverged * regularization.v[0]);
+      const double rounding =
+          (system.reacts() ? kReactingRounding : kRounding) / (options_.convergence * regularization.v[0]);
       regularization = std::min(1.0, std::max(1e3 * relative_tolerance, rounding)) * regularization;
     }
-    per_tolerance_ = {1 / (kConverged * error_scale.v.min(regularization.v)),
-                      1 / (kConverged * error_scale.dphi.min(regularization.dphi)),
-                      1 / (kConverged * error_scale.dgamma.min(regularization.dgamma))};
-    predictable_correction_ = kPredictableFraction * system.model().regularization_speed() * per_tolerance_.v[0];
+    per_tolerance_ = {1 / (options_.convergence * error_scale.v.min(regularization.v)),
+                      1 / (options_.convergence * error_scale.dphi.min(regularization.dphi)),
+                      1 / (options_.convergence * error_scale.dgamma.min(regularization.dgamma))};
+    predictable_correction_ =
+        options_.predictable_fraction * system.model().regularization_speed() * per_tolerance_.v[0];
   }
 
   double size(const StageVelocities& correction) const {
@@ -120,37 +126,32 @@ class RadauConvergence {
 
   /// The rate that the first correction of a step is expected to have.
   double first_rate() const { return rate_; }
-  void keep_rate(double rate) { rate_ = std::min(std::max(rate, kMinRate), 0.5); }
+  void keep_rate(double rate) { rate_ = std::min(std::max(rate, options_.min_rate), options_.max_rate); }
   /// Takes the rate after a correction of size `last` whose matrix was exact.
-  void see_exact(double rate, double last) { curvature_ = std::max(rate / last, kForgetting * curvature_); }
+  void see_exact(double rate, double last) {
+    curvature_ = std::max(rate / last, options_.curvature_memory * curvature_);
+  }
 
   /// Whether the rate predicts the size of the correction after one of this size.
   bool predicts(double size) const { return size <= predictable_correction_; }
   /// Whether all corrections after one of this size, at this rate, sum up to less than the tolerance.
   static bool leaves_little(double size, double rate) { return rate < 1 && size * rate < 1 - rate; }
   /// Whether the next correction, with an exact matrix about the curvature times the square of this one, is small.
-  bool leaves_little_exactly(double size) const { return kCurvatureMargin * curvature_ * size * size < 1; }
+  bool leaves_little_exactly(double size) const { return options_.curvature_margin * curvature_ * size * size < 1; }
 
   void restart() {
-    rate_ = kFirstRate;
-    curvature_ = kFirstCurvature;
+    rate_ = options_.first_rate;
+    curvature_ = options_.first_curvature;
   }
 
  private:
-  static constexpr double kConverged = 0.03;  // of the tolerance
   // How small an error of the slip rounding lets iterations reach, m/s; with dynamic reactions
   static constexpr double kRounding = 3e-16, kReactingRounding = 1e-12;
-  // The smallest rate of convergence that the next step's first correction is expected to have, judging by this step
-  static constexpr double kMinRate = 0.03;
-  static constexpr double kFirstRate = 0.1;
-  // Quadratic-convergence factor, in convergence tolerances: a maximum that decays by kForgetting.
-  static constexpr double kFirstCurvature = 1, kForgetting = 0.8, kCurvatureMargin = 10;
-  // Fraction of nu. A larger correction can reverse friction, so the observed rate does not predict the next one.
-  static constexpr double kPredictableFraction = 0.1;
 
+  const RadauOptions& options_;
   Velocities per_tolerance_;           // the inverse of the convergence tolerance
   double predictable_correction_ = 0;  // in that tolerance
-  double rate_ = kFirstRate, curvature_ = kFirstCurvature;
+  double rate_, curvature_;
 };
 
 /// Newton's iterations for the stages of a step, primal and dual. The unknowns are the velocities u_j and the friction
@@ -174,8 +175,8 @@ class RadauNewton {
   using Evaluation = typename System::StageEvaluation;
 
   /// Counts iterations and factorizations in `statistics`, which must outlive it.
-  RadauNewton(const Tolerance& tolerance, IntegrationStatistics& statistics)
-      : relative_tolerance_(tolerance.relative), statistics_(&statistics) {}
+  RadauNewton(const RadauOptions& options, const Tolerance& tolerance, IntegrationStatistics& statistics)
+      : options_(options), relative_tolerance_(tolerance.relative), statistics_(&statistics), convergence_(options) {}
   RadauNewton(const RadauNewton&) = delete;
   RadauNewton& operator=(const RadauNewton&) = delete;
 
@@ -198,7 +199,7 @@ class RadauNewton {
     StageVelocities left;
     double length = 1, last = 0, rate = convergence_.first_rate();
     bool exact = true;  // whether the matrix is that of where the last correction began
-    for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
+    for (int iteration = 0; iteration < options_.max_iterations; ++iteration) {
       ++statistics_->newton_iterations;
       evaluated_ = other(evaluations_, from_.evaluated);
       StageVelocities& change = *other(corrections_, from_.correction);
@@ -206,17 +207,18 @@ class RadauNewton {
       if (iteration == 0) factorize(system, stages.u);
       double size = correction(system, left, change);
       if (iteration > 0) {
-        const bool free = length == 1 && iteration <= kFreeIterations;
-        if (!(size <= (free ? kFreeGrowth : 1 - length / 4) * last)) {
+        const bool free = length == 1 && iteration <= options_.free_corrections;
+        if (!(size <= (free ? options_.free_growth : 1 - length / 4) * last)) {
           length /= 2;
-          if (length < kMinLength) return false;
+          if (length < options_.min_damping) return false;
           move(system, length, stages);
           continue;
         }
         rate = size / last;
         if (exact) convergence_.see_exact(rate, last);
         // With a matrix that is no longer exact, corrections shrink about twice as slowly as the first one did.
-        exact = !convergence_.leaves_little(size, exact ? 2 * rate : rate) || !friction_is_as_expected(system, stages);
+        exact = !options_.reuses_matrix || !convergence_.leaves_little(size, exact ? 2 * rate : rate) ||
+                !friction_is_as_expected(system, stages);
         if (exact) {
           factorize(system, stages.u);
           size = correction(system, left, change);
@@ -240,7 +242,7 @@ class RadauNewton {
           return true;
         }
       }
-      if ((iteration == 1 || (iteration == 0 && size > kEarlyEstimateCorrection)) && give_up()) return true;
+      if ((iteration == 1 || (iteration == 0 && size > options_.early_estimate_correction)) && give_up()) return true;
     }
     return false;
   }
@@ -251,11 +253,11 @@ class RadauNewton {
   [[gnu::noinline]] bool continue_to_regularization_speed(System& system, const Start& start, double dt,
                                                           Stages& stages) {
     const double nu = system.model().regularization_speed();
-    if (!(nu < kFirstRegularizationSpeed)) return false;
+    if (!options_.continuation || !(nu < options_.first_regularization_speed)) return false;
     stages.u.fill(start.u);
     stages.F.fill(start.friction);
     Stages solved = stages;
-    double speed = kFirstRegularizationSpeed, ratio = kRegularizationRatio, last = 0;
+    double speed = options_.first_regularization_speed, ratio = options_.regularization_ratio, last = 0;
     bool converged = false;
     for (;;) {
       system.set_regularization_speed(speed);
@@ -267,7 +269,7 @@ class RadauNewton {
         solved = stages;
       } else {
         ratio = std::sqrt(ratio);
-        if (last == 0 || ratio > kMaxRegularizationRatio) break;
+        if (last == 0 || ratio > options_.max_regularization_ratio) break;
         stages = solved;
       }
       speed = std::max(nu, ratio * last);
@@ -290,18 +292,6 @@ class RadauNewton {
   }
 
  private:
-  static constexpr int kMaxIterations = 25;
-  static constexpr double kMinLength = 1.0 / 16;  // of a damped correction
-  static constexpr int kFreeIterations = 4;
-  static constexpr double kFreeGrowth = 4;  // of their corrections
-  // First correction, in convergence tolerances, from which on the error is worth estimating at once
-  static constexpr double kEarlyEstimateCorrection = 3000;
-  // Largest gap between predicted and evaluated friction, as a fraction of f N, at which the factorization is reused
-  static constexpr double kFrictionMismatch = 0.03;
-  // Continuation: the slip speed at which it begins, m/s, and the ratio of one to the next.
-  static constexpr double kFirstRegularizationSpeed = 1e-2;
-  static constexpr double kRegularizationRatio = 0.2, kMaxRegularizationRatio = 0.7;
-
   // Of two buffers the one that is not `used`: what the last correction began with stays without a copy.
   template <class T>
   static T* other(T (&buffers)[2], const T* used) {
@@ -312,7 +302,7 @@ class RadauNewton {
   // stand for a large one of the force, so its size does not show that the matrix still holds.
   bool friction_is_as_expected(const System& system, const Stages& stages) const {
     const auto gap = [&](int j) {
-      return system.model().friction_gap(stages.F[j], evaluated_->contacts[j], kFrictionMismatch);
+      return friction_gap(system.model(), stages.F[j], evaluated_->contacts[j], options_.friction_mismatch);
     };
     return !(gap(0).max(gap(1)).max(gap(2)).maxCoeff() > 0);
   }
@@ -326,11 +316,11 @@ class RadauNewton {
       stages.u[j] = from_.u[j] + part;
       if constexpr (Model::kReactionsFollow) {
         if (system.reacts()) {
-          stages.F[j] = system.model().friction_after(contacts[j], stiffness[j], part, length * from_.dN[j]);
+          stages.F[j] = corrected_friction(system.model(), contacts[j], stiffness[j], part, length * from_.dN[j]);
           continue;
         }
       }
-      stages.F[j] = system.model().friction_after(contacts[j], stiffness[j], part);
+      stages.F[j] = corrected_friction(system.model(), contacts[j], stiffness[j], part);
     }
   }
 
@@ -342,6 +332,11 @@ class RadauNewton {
     const double dt = matrix_.dt();
     system.contacts(u, {start.phi_at(0, dt, u), start.phi_at(1, dt, u), start.phi_at(2, dt, u)},
                     poses(system, start, u), torque_, stages.F, *evaluated_);
+    if (!options_.primal_dual) {
+      for (int j = 0; j < 3; ++j) {
+        evaluated_->stiffness[j] = model.stiffness(evaluated_->contacts[j], model.friction(evaluated_->contacts[j]));
+      }
+    }
     model.forces(u, evaluated_->contacts, torque_, forces_);
 #pragma GCC unroll 3
     for (int j = 0; j < 3; ++j) r[j] = forces_[j] - matrix_.forces_by_motion(model.inertia(), j, z);
@@ -385,6 +380,7 @@ class RadauNewton {
     return convergence_.size(change);
   }
 
+  const RadauOptions& options_;
   double relative_tolerance_;
   IntegrationStatistics* statistics_;
   RadauConvergence convergence_;

@@ -2,6 +2,8 @@
 
 #include <array>
 
+#include "youbot_base_sim/integration/radau_friction.h"
+#include "youbot_base_sim/integration/radau_options.h"
 #include "youbot_base_sim/integration/radau_stages.h"
 #include "youbot_base_sim/integration/slip_system.h"
 
@@ -20,7 +22,7 @@ class RadauPrediction {
   using Friction = typename Model::Friction;
   using StageContacts = std::array<typename Model::Contacts, RadauTableau::stages>;
 
-  RadauPrediction() = default;
+  explicit RadauPrediction(const RadauOptions& options) : options_(options) {}
   RadauPrediction(const RadauPrediction&) = delete;
   RadauPrediction& operator=(const RadauPrediction&) = delete;
 
@@ -36,7 +38,8 @@ class RadauPrediction {
   };
 
   /// The step to predict from; null if there is none.
-  const SolvedStep* known() const { return known_; }
+  const SolvedStep* known() const { return options_.predicts ? known_ : nullptr; }
+  const SolvedStep* last() const { return known_; }
   /// Whether the step before is known, and steps go on from its end.
   bool continues() const { return known_ && known_->ended; }
 
@@ -85,15 +88,16 @@ class RadauPrediction {
     const Friction& friction_from = known.ended ? known.start_friction : start.friction;
     // Where contacts grip, the slip follows from the force: small errors of velocity would be large ones of friction.
     // Not within the polynomial's own step, nor where its errors, some tolerances, are small against nu.
-    constexpr double kSmall = 1e-3;
-    const bool follows = known.ended && !(start.error_scale.v[0] < kSmall * system.model().regularization_speed());
-    constexpr double kFar = 1.5;  // lengths of the step before, from which on its start does more harm than good
-    const int nodes = known.ended && known.after_switch ? 2 : follows && dt > kFar * known.dt ? 3 : 4;
+    const bool follows = options_.follows_friction && known.ended &&
+                         !(start.error_scale.v[0] < options_.small_error * system.model().regularization_speed());
+    const int nodes = known.ended && known.after_switch && options_.line_after_switch ? 2
+                      : follows && dt > options_.far * known.dt                       ? 3
+                                                                                      : 4;
     for (int j = 0; j < 3; ++j) {
       const double s = offset + RadauTableau::c[j] * dt / known.dt;
       const std::array<double, 4> weights = lagrange_weights(s, nodes);
       stages.u[j] = weighted(weights, from, known.stages.u);
-      stages.F[j] = system.model().bounded(weighted(weights, friction_from, known.stages.F), contacts[j]);
+      stages.F[j] = bounded_friction(system.model(), weighted(weights, friction_from, known.stages.F), contacts[j]);
     }
     if (follows) follow_friction(system, start, contacts, dt, stages);
   }
@@ -102,8 +106,7 @@ class RadauPrediction {
   /// friction before it, also where the contact is another.
   [[gnu::noinline]] void begin_as_start(const System& system, const Start& start, const StageContacts& contacts,
                                         double dt, Stages& stages) const {
-    constexpr double kTransient = 1e-4;  // s
-    const bool longer_than_transient = start.carries_friction && dt > kTransient;
+    const bool longer_than_transient = start.carries_friction && dt > options_.switch_transient;
     stages.u.fill(start.u);
     stages.F.fill(longer_than_transient ? end_friction_ : start.friction);
     if (longer_than_transient) follow_friction(system, start, contacts, dt, stages);
@@ -114,13 +117,13 @@ class RadauPrediction {
   // depends on it too much.
   void follow_friction(const System& system, const Start& start, const StageContacts& contacts, double dt,
                        Stages& stages) const {
-    constexpr double kShare = 0.9;
     const Wheels phi[3] = {start.phi_at(0, dt, stages.u), start.phi_at(1, dt, stages.u), start.phi_at(2, dt, stages.u)};
     for (int j = 0; j < 3; ++j) {
-      system.follow_friction(stages.F[j], contacts[j], phi[j], kShare, stages.u[j]);
+      youbot_base_sim::follow_friction(system, stages.F[j], contacts[j], phi[j], options_.gripping_share, stages.u[j]);
     }
   }
 
+  const RadauOptions& options_;
   SolvedStep steps_[2];
   SolvedStep *known_ = nullptr, *next_ = nullptr;
   Friction end_friction_;

@@ -4,28 +4,32 @@
 #include <cmath>
 #include <limits>
 
+#include "youbot_base_sim/integration/radau_options.h"
+
 namespace youbot_base_sim {
 
 /// Step size control by the errors of the last two steps (Gustafsson's predictive controller; Hairer and Wanner,
 /// section IV.8), for an error estimate of order 3.
 class StepSizeController {
  public:
+  explicit StepSizeController(const RadauOptions& options = {}) : options_(options) {}
+
   /// Next length after a step of length dt with the given norm of its error; the step stands if the norm is <= 1.
   double next(double dt, double norm) {
     if (!(norm <= std::numeric_limits<double>::max())) {  // NaN too
       rejected_ = true;
-      return dt * kMaxShrinkage;
+      return dt * options_.max_shrinkage;
     }
-    double factor = kSafety / fourth_root(std::max(norm, kMinError));
+    double factor = options_.safety / fourth_root(std::max(norm, kMinError));
     if (norm > 1) {
       rejected_ = true;
-      return dt * std::max(factor, kMaxShrinkage);
+      return dt * std::max(factor, options_.max_shrinkage);
     }
-    if (last_dt_ > 0) {
-      const double trend = kSafety * (dt / last_dt_) * fourth_root(last_norm_ / (norm * norm + kMinError));
+    if (last_dt_ > 0 && options_.trend) {
+      const double trend = options_.safety * (dt / last_dt_) * fourth_root(last_norm_ / (norm * norm + kMinError));
       factor = std::min(factor, trend);
     }
-    factor = std::min(std::max(factor, kMaxShrinkage), rejected_ ? 1.0 : kMaxGrowth);
+    factor = std::min(std::max(factor, options_.max_shrinkage), rejected_ ? 1.0 : options_.max_growth);
     last_dt_ = dt;
     last_norm_ = std::max(norm, 0.01);
     rejected_ = false;
@@ -38,11 +42,9 @@ class StepSizeController {
  private:
   static double fourth_root(double a) { return std::sqrt(std::sqrt(a)); }
 
-  static constexpr double kSafety = 0.8;
-  static constexpr double kMaxShrinkage = 0.2;
-  static constexpr double kMaxGrowth = 8;
   static constexpr double kMinError = 1e-10;
 
+  RadauOptions options_;
   double last_dt_ = 0;
   double last_norm_ = 1;
   bool rejected_ = false;

@@ -132,9 +132,10 @@ class ContactFriction {
     return per_force * F;
   }
 
-  /// Where F is less than `share` of the largest friction under the limit f N.
+  /// Where F is less than `share` of the `limit` f N (N), the friction of fast slips: then F belongs to one slip, which
+  /// `slip` knows. Where friction falls with the slip, a larger F belongs to two.
   WheelMask grips(const Vector& F, const Wheels& limit, double share) const {
-    return square(F) < (share * law_.largest(limit)).square();
+    return square(F) < (share * limit).square();
   }
 
   /// The regularization speed nu, m/s; infinite for a law that does not saturate, on which setting it has no effect.

@@ -27,12 +27,19 @@ Velocities regularization_velocities(const Model& model) {
 /// A contact is evaluated in two steps: `evaluate_kinematics` computes slip and coefficient of friction, and
 /// `apply_normal_force` the friction under given normal reactions. `Law` is the friction law, `Features` the physics
 /// beyond the paper: PaperFeatures or ExtendedFeatures. The inner loops branch on neither.
-template <class Law, class Features>
+template <class Law, class Policy>
 class SlipModel {
+  static constexpr int D = Policy::kSlipComponents;
+
  public:
+  using Features = Policy;
   using Contacts = typename Features::Contacts;
   using Friction = typename Features::Friction;  ///< at the contacts, as a step reuses it
-  using Stiffness = ContactStiffness<Features::kSlipComponents>;
+  using Force = ContactVector<D>;
+  using Stiffness = ContactStiffness<D>;
+
+  /// Whether the law has a largest friction.
+  static constexpr bool kSaturates = Law::kScalesWithReaction;
 
   /// Whether normal reactions may follow the motion.
   static constexpr bool kReactionsFollow = Features::kReactionsFollow;
@@ -54,13 +61,8 @@ class SlipModel {
         rho_X_(robot.rho_X()),
         rho_Y_(robot.rho_Y()) {}
 
-  /// Replaces the loads and wrenches.
-  void set_loads(const AppliedLoads& applied) {
-    const double nu = regularization_speed(), dry_friction_rate = dry_.wheels.rate;
-    *this = SlipModel(bare_robot_, floor_, applied);
-    set_regularization_speed(nu);
-    dry_.wheels.rate = dry_friction_rate;
-  }
+  /// Replaces the loads and wrenches. Friction is regularized as at first.
+  void set_loads(const AppliedLoads& applied) { *this = SlipModel(bare_robot_, floor_, applied); }
 
   /// Slip and position of the contact points at the velocities u and this pose; no friction yet.
   void evaluate_kinematics(const Velocities& u, const ContactGeometry& g, const Pose& pose, Contacts& c) const {
@@ -174,54 +176,26 @@ class SlipModel {
     if (dry_.any()) dry_.add_to(u, G);
   }
 
-  /// Friction after the velocities have changed by du from where the contacts are `c`, of stiffness K, to first order.
-  Friction friction_after(const Contacts& c, const Stiffness& K, const Velocities& du) const {
-    const Friction now = features_.friction(c);
-    return Features::with_force(now,
-                                friction_.bounded(changed(Features::force(now), c, K, du), features_.limit(now, c)));
-  }
-  /// The same where the normal reactions have changed by dN too.
-  Friction friction_after(const Contacts& c, const Stiffness& K, const Velocities& du, const Wheels& dN) const {
-    const Wheels N = (c.N + dN).max(0), limit = c.f * N;
-    return {friction_.bounded(changed(friction_.force(features_.slip(c), limit), c, K, du), limit), N};
-  }
-
-  /// F, shortened to the largest friction that the law allows at the contacts `c`.
-  Friction bounded(const Friction& F, const Contacts& c) const {
-    const Friction& pressed = Features::pressed(F);
-    return Features::with_force(pressed, friction_.bounded(Features::force(pressed), features_.limit(pressed, c)));
-  }
-
   Friction friction(const Contacts& c) const { return features_.friction(c); }
 
-  /// Square of how far the friction F is from that of the contacts `c`, N^2, less that of this share of the limit f N.
-  Wheels friction_gap(const Friction& F, const Contacts& c, double share) const {
-    const Force &now = features_.force(c), &then = Features::force(F);
-    return (now[0] - then[0]).square() + (now[1] - then[1]).square() - (share * features_.limit(c)).square();
+  /// Sets the friction at the contacts to F, N.
+  void set_friction(const Force& F, Contacts& c) const {
+    c.F_X = F[0];
+    c.F_Y = F[1];
+    c.M_Z = c.F_Y * rho_X_ - c.F_X * (rho_Y_ + c.Delta_Y);
+    features_.add_spin(F, c);
   }
 
-  /// Changes the rates of the wheels in `mask` whose friction F is below this share of the largest one, and of their
-  /// rollers, to those at which the slip is what F asks for. g is the geometry of the contacts; c are contacts nearby,
-  /// for the limit of friction.
-  void follow_friction(const Friction& F, const Contacts& c, const ContactGeometry& g, const WheelMask& mask,
-                       double share, Velocities& u) const {
-    if constexpr (Law::kScalesWithReaction) {
-      const Force& force = Features::force(F);
-      const Wheels limit = features_.limit(F, c);
-      const WheelMask gripping = mask && friction_.grips(force, limit, share);
-      const Force V = friction_.slip(force, limit);
-      const Wheels dgamma = (V[1] - u.v[1] - rho_X_ * u.v[2]) / g.r_Y;
-      const Wheels dphi = (u.v[0] - (rho_Y_ + g.Delta_Y) * u.v[2] - g.r_X * dgamma - V[0]) * (1 / robot_.R);
-      u.dgamma = gripping.select(dgamma, u.dgamma);
-      u.dphi = gripping.select(dphi, u.dphi);
+  /// `force` (N) less K dV, where dV is how the slip of the contacts `c` changes with the velocities by du.
+  Force changed(Force force, const Contacts& c, const Stiffness& K, const Velocities& du) const {
+    Force dV;
+    dV[0] = du.v[0] - (rho_Y_ + c.Delta_Y) * du.v[2] - robot_.R * du.dphi - c.r_X * du.dgamma;
+    dV[1] = du.v[1] + rho_X_ * du.v[2] + c.r_Y * du.dgamma;
+    if constexpr (kSpins) dV[2] = features_.spin_radius() * (du.v[2] + c.spin * du.dgamma);
+    for (int k = 0; k < D; ++k) {
+      for (int l = 0; l < D; ++l) force[k] -= K(k, l) * dV[l];
     }
-  }
-
-  /// Replaces the friction of the wheels in `mask` by the one that is known from the step before.
-  void replace_friction(const WheelMask& mask, const Friction& known, Contacts& c) const {
-    const Contacts before = c;
-    set_friction(Features::replaced(mask, known, c), c);
-    Features::keep_moments(mask, before, c);  // for a shared contact the mean of moments is no moment of means
+    return force;
   }
 
   /// Contact quantities for output.
@@ -283,46 +257,28 @@ class SlipModel {
   double regularization_speed() const { return friction_.regularization_speed(); }
   void set_regularization_speed(double nu) { friction_.set_regularization_speed(nu); }
 
-  /// Smooths the dry friction of the drives over this share of the robot's `dry_friction_rate` from now on.
-  void smooth_drives(double share) { dry_.wheels.rate = share * robot_.dry_friction_rate; }
+  /// Smooths the dry friction of the drives over this rate from now on, rad/s.
+  void set_dry_friction_rate(double rate) { dry_.wheels.rate = rate; }
 
   double holding_speed() const { return floor_.holding_speed; }  ///< of the floor, m/s
 
   const Features& features() const { return features_; }
+  const ContactFriction<Law, D>& contact_friction() const { return friction_; }
   const Inertia& inertia() const { return inertia_; }
   const RollerGeometry& geometry() const { return geometry_; }
   const RobotParameters& robot() const { return robot_; }  ///< with its loads
   const DryBearings& dry_bearings() const { return dry_; }
+  const Wheels& rho_X() const { return rho_X_; }  ///< wheel centres from O, m
+  const Wheels& rho_Y() const { return rho_Y_; }
 
  private:
-  static constexpr int D = Features::kSlipComponents;
   static constexpr bool kSpins = D == 3;
-  using Force = ContactVector<D>;
-
-  void set_friction(const Force& F, Contacts& c) const {
-    c.F_X = F[0];
-    c.F_Y = F[1];
-    c.M_Z = c.F_Y * rho_X_ - c.F_X * (rho_Y_ + c.Delta_Y);
-    features_.add_spin(F, c);
-  }
 
   Velocities viscous_forces(const Velocities& u, const Contacts& c, const Wheels& M) const {
     Velocities Q = {sums(c.F_X, c.F_Y, c.M_Z) + inertia_.coriolis(u.v),
                     M - robot_.mu_1 * u.dphi - friction_arm_ * c.F_X, roller_torque(c) - robot_.mu_2 * u.dgamma};
     features_.add_external(c, Q.v);
     return Q;
-  }
-
-  // `force` at the contacts `c`, changed as friction of stiffness K changes with the velocities, to first order.
-  Force changed(Force force, const Contacts& c, const Stiffness& K, const Velocities& du) const {
-    Force dV;
-    dV[0] = du.v[0] - (rho_Y_ + c.Delta_Y) * du.v[2] - robot_.R * du.dphi - c.r_X * du.dgamma;
-    dV[1] = du.v[1] + rho_X_ * du.v[2] + c.r_Y * du.dgamma;
-    if constexpr (kSpins) dV[2] = features_.spin_radius() * (du.v[2] + c.spin * du.dgamma);
-    for (int k = 0; k < D; ++k) {
-      for (int l = 0; l < D; ++l) force[k] -= K(k, l) * dV[l];
-    }
-    return force;
   }
 
   // The moment of a friction F about O, and its torque on the roller; for rows of K, columns of K J.

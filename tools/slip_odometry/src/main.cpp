@@ -67,9 +67,7 @@ Encoders read_encoders(Parameters& parameters) {
 
 /// One that slips. Throws ParameterError.
 Scene read_slipping_scene(Parameters& parameters) {
-  SceneOverrides overrides;
-  overrides.relative_tolerance = kTolerance;
-  const Scene scene = read_scene(parameters, overrides);
+  const Scene scene = read_scene(parameters, {{"solver.relative_tolerance", kTolerance}});
   if (!slips(scene.model)) throw ParameterError("parameter ~scene: model = no_slip: must be viscous or coulomb");
   return scene;
 }
