@@ -327,6 +327,15 @@ TEST_F(SceneTest, NeedsNoDurationForCommands) {
   EXPECT_TRUE(std::holds_alternative<std::monostate>(load(folder_.write("scene.yaml", kDrive)).drive));
 }
 
+TEST_F(SceneTest, StartsForCommandsWithTheVelocityOfItsReferenceMotion) {
+  const Scene scene = load_scene(
+      folder_.write("scene.yaml", "drive: {reference_motion: {period: 1, V_Y: {cos: -0.5}, Omega: {constant: 0.25}}}"),
+      {}, SceneUse::kCommands);
+  EXPECT_TRUE(std::holds_alternative<std::monostate>(scene.drive));
+  EXPECT_EQ(scene.initial.V_Y(), -0.5);
+  EXPECT_EQ(scene.initial.Omega(), 0.25);
+}
+
 TEST_F(SceneTest, OfNoFileHasTheDefaultsAndTheSettings) {
   const Scene of_file = load("duration: 1");
   const Scene scene = default_scene({});
