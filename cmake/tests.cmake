@@ -11,6 +11,8 @@ endif()
 # Tests take longer to build than to run: -O0, or -O1 with sanitizers. gold links in a third of the time.
 find_program(YOUBOT_BASE_SIM_GOLD ld.gold)
 macro(youbot_base_sim_test_folder)
+  # Precompiled headers of an object library serve programs only if both are compiled with the same options.
+  unset(CMAKE_POSITION_INDEPENDENT_CODE)
   string(COMPARE NOTEQUAL "${YOUBOT_BASE_SIM_SANITIZERS}" "" youbot_base_sim_test_optimization)
   add_compile_options(-O${youbot_base_sim_test_optimization})
   if(YOUBOT_BASE_SIM_GOLD AND NOT YOUBOT_BASE_SIM_SANITIZERS)

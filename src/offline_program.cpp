@@ -38,7 +38,7 @@ int run_offline_program(const char* name, const std::function<int()>& body) {
   } catch (const std::exception& error) {
     print_error(name, error.what());
   }
-  if (std::fflush(stdout) == 0) return status;
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return status;  // an earlier write may have failed
   if (status == kDone) print_error(name, "standard output: cannot be written: " + OutputFile::text_of(errno));
   return std::max<int>(status, kNotCompleted);
 }

@@ -38,10 +38,10 @@ class ScenePlayer {
     std::string path;
     parameters.read("scene", path);
     if (path.empty()) throw ParameterError("parameter ~scene is missing: must be a scene file");
-    SceneOverrides overrides;
-    parameters.read("model", overrides.model);
+    std::string model;
+    parameters.read("model", model);
     try {
-      scene_ = load_scene(path, overrides);
+      scene_ = load_scene(path, model.empty() ? SceneSettings() : SceneSettings{{"model", model, true}});
     } catch (const SceneError& error) {
       throw ParameterError(fmt::format("parameter ~scene: {}", error.what()));
     }

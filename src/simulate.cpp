@@ -9,10 +9,9 @@
 #include <vector>
 
 #include "youbot_base_sim/integration/methods.h"
+#include "youbot_base_sim/offline/summary.h"
 #include "youbot_base_sim/offline_program.h"
 #include "youbot_base_sim/record/recorder.h"
-#include "youbot_base_sim/record/run_audit.h"
-#include "youbot_base_sim/record/twin.h"
 #ifdef YOUBOT_BASE_SIM_ROS
 #include "youbot_base_sim/ros/bag.h"
 #endif
@@ -30,10 +29,11 @@ constexpr Range kCpuLimits{1e-9, 1e9, "s"};
 
 struct Arguments {
   std::string scene;
-  SceneOverrides overrides;
+  SceneSettings settings;  // in place of the scene's
   std::string csv, switches, bag, summary;
   double cpu_limit = 0;  // s; 0: none
   bool print_scene = false;
+  bool contacts = false;
   bool csv_comment = false;
   bool check = false;
   bool quiet = false;
@@ -58,6 +58,10 @@ bool prepare(int argc, char** argv, Arguments& arguments, Scene& scene) {
   namespace po = boost::program_options;
   po::options_description options("Options");
   std::string tolerance, cpu_limit;
+  const auto setting = [&](const char* key) {
+    return po::value<std::string>()->value_name("NAME")->notifier(
+        [&, key](const std::string& name) { arguments.settings.emplace_back(key, name, true); });
+  };
   // clang-format off
   options.add_options()
     ("csv", po::value(&arguments.csv)->value_name("FILE"), "write the motion as CSV, one row per 1/output_rate")
@@ -65,12 +69,11 @@ bool prepare(int argc, char** argv, Arguments& arguments, Scene& scene) {
     ("bag", po::value(&arguments.bag)->value_name("FILE"), "write a bag with the topics of base_node")
     ("csv-comment", po::bool_switch(&arguments.csv_comment),
      "begin CSV files with a comment: # youbot_base_sim VERSION, scene HASH")
-    ("contacts", po::bool_switch(&arguments.overrides.contacts),
+    ("contacts", po::bool_switch(&arguments.contacts),
      "write the topic contacts to the bag too, as output.contacts: true in the scene does")
     ("summary", po::value(&arguments.summary)->value_name("FILE"), "write the final state and statistics as JSON")
-    ("model", po::value(&arguments.overrides.model)->value_name("NAME"),
-     "no_slip, viscous or coulomb, in place of the scene's")
-    ("method", po::value(&arguments.overrides.method)->value_name("NAME"), method_help().c_str())
+    ("model", setting("model"), "no_slip, viscous or coulomb, in place of the scene's")
+    ("method", setting("solver.method"), method_help().c_str())
     ("relative-tolerance", po::value(&tolerance)->value_name("X"),
      "in place of the scene's, 1e-14 to 0.1; the default, 3e-7, keeps the paper's Cases 1 and 2 within 1e-5 m and "
      "1e-5 rad of the exact motion over 30 s")
@@ -86,16 +89,19 @@ bool prepare(int argc, char** argv, Arguments& arguments, Scene& scene) {
     ("quiet", po::bool_switch(&arguments.quiet), "print nothing but errors and warnings of an unreliable result");
   // clang-format on
   if (!parse(argc, argv, kUsage, options, {"scene", po::value(&arguments.scene), 1, true})) return false;
-  if (!tolerance.empty())
-    arguments.overrides.relative_tolerance = number_of("--relative-tolerance", tolerance, kRelativeTolerances);
+  if (!tolerance.empty()) {
+    arguments.settings.emplace_back("solver.relative_tolerance",
+                                    number_of("--relative-tolerance", tolerance, kRelativeTolerances));
+  }
+  if (arguments.contacts) arguments.settings.emplace_back("output.contacts", "true");
   if (!cpu_limit.empty()) arguments.cpu_limit = number_of("--cpu-limit", cpu_limit, kCpuLimits);
-  if (arguments.overrides.contacts && arguments.bag.empty()) throw SceneError("--contacts: must be given with --bag");
+  if (arguments.contacts && arguments.bag.empty()) throw SceneError("--contacts: must be given with --bag");
   if (arguments.print_scene && !(arguments.csv + arguments.switches + arguments.bag + arguments.summary).empty())
     throw SceneError("--print-scene: must be given without outputs: it simulates nothing");
 #ifndef YOUBOT_BASE_SIM_ROS
   if (!arguments.bag.empty()) throw SceneError("--bag: this simulate was built without ROS");
 #endif
-  scene = load_scene(arguments.scene, arguments.overrides);
+  scene = load_scene(arguments.scene, arguments.settings);
   if (std::holds_alternative<std::monostate>(scene.drive))
     throw SceneError(fmt::format("{}: drive is left out; simulate needs one", quote_path(arguments.scene)));
   return true;

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <stdexcept>
 
 #include "youbot_base_sim/drive/motor.h"
 #include "youbot_base_sim/drive/prescribed_wheels.h"
-#include "youbot_base_sim/drive/wheel_odometry.h"
 #include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/integration/no_slip_integrator.h"
 #include "youbot_base_sim/physics/no_slip_model.h"
@@ -14,58 +14,77 @@
 
 namespace youbot_base_sim {
 
-namespace {
+/// Commands of the scene's drive, or set points in its place, sampled at the beginning of each control period: through
+/// motors, or as torques if neither scene nor set points ask for any.
+class Simulation::SampledDrive {
+ public:
+  explicit SampledDrive(const Scene& scene)
+      : scene_(scene),
+        motors_(scene.motors.value_or(MotorSettings())),
+        wheels_(scene.solver.control_period, motors_.limit(Motor()), motors_.gains, motors_.quantized.value_or(false)),
+        torque_(make_torque_profile(scene)) {}
 
-/// The scene's own drive, sampled at the beginning of each control period.
-Simulation::Drive make_drive(const Scene& scene) {
-  const std::shared_ptr<TorqueProfile> torque = make_torque_profile(scene);
-  const auto* rates = std::get_if<VelocityTable>(&scene.drive);
-  // What is commanded at time t, s: torques, N m, or wheel rates, rad/s. Rows and segments that begin up to `rounding`
-  // (s) later count as begun.
-  const auto command = [torque, table = rates ? rates->table : WheelTable()](double t, double rounding) -> Wheels {
-    if (!torque) return table.at(t + rounding);
-    torque->begin_segment(t + rounding);
-    return torque->value(t);
-  };
-  if (!rates && !scene.motors) {
-    return [command](double t, const State&) { return command(t, ControlTime::rounding(t)); };
+  /// Set points, N m or rad/s, that are commanded at time t, s.
+  void command(double t, DriveMode mode, const Wheels& values) {
+    pending_.push_back({t + motors_.command_delay, mode, values});
   }
-  const DriveMode mode = rates ? DriveMode::kVelocity : DriveMode::kTorque;
-  const MotorSettings motors = scene.motors.value_or(MotorSettings());
-  WheelDrive wheels(scene.solver.control_period, motors.limit(Motor()), motors.gains, motors.quantized.value_or(false));
-  return [=](double t, const State& state) mutable {
-    const Wheels commanded = command(t - motors.command_delay, ControlTime::rounding(t));
-    for (int i = 0; i < kWheels; ++i) wheels.command(i, {mode, commanded[i]});
-    return wheels.sample(state.dphi());
-  };
-}
 
-}  // namespace
-
-Simulation::Simulation(const Scene& scene, Drive drive)
-    : scene_(scene), given_drive_(std::move(drive)), control_time_(scene.solver.control_period) {
-  if (given_drive_ && !(scene.solver.control_period > 0)) {
-    throw std::invalid_argument("a sampled drive needs a control_period > 0");
+  /// Torque for the control period that begins at time t (s) with wheel rates `dphi` (rad/s), N m.
+  Wheels sample(double t, const Wheels& dphi) {
+    for (; !pending_.empty() && ControlTime::reached(pending_.front().due, t); pending_.pop_front()) {
+      set_points_ = pending_.front();
+    }
+    if (set_points_) return through_motors(set_points_->mode, set_points_->values, dphi);
+    // Rows and segments that begin later by rounding alone count as begun.
+    const double sent = t - motors_.command_delay, begun = sent + ControlTime::rounding(t);
+    if (const auto* rates = std::get_if<VelocityTable>(&scene_.drive)) {
+      return through_motors(DriveMode::kVelocity, rates->table.at(begun), dphi);
+    }
+    torque_->begin_segment(begun);
+    const Wheels torque = torque_->value(sent);
+    return scene_.motors ? through_motors(DriveMode::kTorque, torque, dphi) : torque;
   }
-  reset();
-}
+
+ private:
+  struct SetPoints {
+    double due;  // s
+    DriveMode mode;
+    Wheels values;
+  };
+
+  Wheels through_motors(DriveMode mode, const Wheels& values, const Wheels& dphi) {
+    for (int i = 0; i < kWheels; ++i) wheels_.command(i, {mode, values[i]});
+    return wheels_.sample(dphi);
+  }
+
+  const Scene& scene_;
+  MotorSettings motors_;
+  WheelDrive wheels_;
+  std::unique_ptr<TorqueProfile> torque_;  // of the scene; null if it has none
+  std::deque<SetPoints> pending_;          // due later
+  std::optional<SetPoints> set_points_;
+};
+
+Simulation::Simulation(const Scene& scene) : scene_(scene), control_time_(scene.solver.control_period) { reset(); }
+
+Simulation::~Simulation() = default;
 
 void Simulation::reset() {
-  state_ = scene_.initial;
-  t_ = 0;
+  local_ = state_ = scene_.initial;
+  leave_origin_at(local_.x(), local_.y());
+  t_ = segment_end_ = 0;
   periods_ = 0;
-  in_period_ = false;
-  segment_end_ = 0;
-  held_ = nullptr;
-  if (control_time_.period() > 0) {
-    torque_.reset(held_ = new HeldTorque);
-    drive_ = given_drive_ ? given_drive_ : make_drive(scene_);
-  } else {
-    torque_ = make_torque_profile(scene_);
-    if (!torque_) torque_ = std::make_unique<HeldTorque>();
-    torque_->begin_segment(0);
+  held_.set(Wheels::Zero());
+  drive_.reset();
+  continuous_.reset();
+  if (!sampled()) {
+    continuous_ = make_torque_profile(scene_);
+    if (!continuous_) continuous_ = std::make_unique<HeldTorque>();
+    continuous_->begin_segment(0);
+  } else if (!std::holds_alternative<std::monostate>(scene_.drive)) {
+    drive_ = std::make_unique<SampledDrive>(scene_);
   }
-  prescribed_ = dynamic_cast<const PrescribedWheels*>(torque_.get());
+  prescribed_ = dynamic_cast<const PrescribedWheels*>(continuous_.get());
   extended_ = beyond_the_paper(scene_);
   make_integrator(nullptr);
   next_change_ = kInfinity;
@@ -78,87 +97,96 @@ void Simulation::reset() {
   initial_energy_ = kinetic_energy() - state_.work();
 }
 
+// Steps add up in local_, from an origin at the base's own place: its rounding does not grow with the scene's distances.
+void Simulation::leave_origin_at(double x, double y) {
+  origin_ = {x, y};
+  local_.x() = local_.y() = 0;
+}
+
+void Simulation::show_state() {
+  state_ = local_;
+  state_.x() += origin_[0];
+  state_.y() += origin_[1];
+}
+
 void Simulation::make_integrator(const MotionSoFar* before) {
-  integrator_ = youbot_base_sim::make_integrator(scene_.model, integrated_robot(scene_), scene_.floor, state_, *torque_,
+  FloorParameters floor = scene_.floor;
+  for (FloorPatch& patch : floor.patches) {
+    for (double* x : {&patch.x0, &patch.x1}) *x -= origin_[0];
+    for (double* y : {&patch.y0, &patch.y1}) *y -= origin_[1];
+  }
+  integrator_ = youbot_base_sim::make_integrator(scene_.model, integrated_robot(scene_), floor, local_, profile(),
                                                  scene_.solver, extended_, before);
+  integrator_->constrain(local_, t_);
+  show_state();
   if (stop_) integrator_->stop_on(*stop_);
   if (continues_when_tipping_) integrator_->continue_when_tipping();
 }
 
 void Simulation::advance_to(double t) {
-  if (!(t > t_)) return;
-  if (!held_) return advance_continuously(t);
-  if (in_period_) advance_within_period(ControlTime::reached(end_of_period(), t) ? end_of_period() : t);
-  const std::int64_t whole = control_time_.ended_by(t) - periods_;
-  if (!in_period_ && whole > 0) advance_whole_periods(whole);
-  if (!ControlTime::reached(t, t_)) advance_within_period(t);
-}
-
-void Simulation::advance_periods(std::int64_t n) {
-  if (!held_) throw std::logic_error("a simulation without a control_period has no periods to advance by");
-  if (in_period_ && n-- > 0) advance_within_period(end_of_period());
-  if (n > 0) advance_whole_periods(n);
-}
-
-// The torque acts continuously, segment by segment.
-void Simulation::advance_continuously(double t) {
-  // A WheelMotion may change wherever it is simulated to.
-  const bool is_foreseen = !prescribed_;
-  while (t_ < t) {
-    if (t_ >= next_change_) change_loads();
-    const double end = torque_->begin_segment(t_);
-    if (end != segment_end_) integrator_->torque_jumped();
-    segment_end_ = end;
-    const double smooth_end = std::min({end, next_change_, t_ < scene_.duration ? scene_.duration : kInfinity});
-    const double next = std::min(smooth_end, t);
-    integrator_->advance(state_, t_, next, is_foreseen ? smooth_end : next);
-    t_ = next;
+  while (!ControlTime::reached(t, t_)) {
+    if (ControlTime::reached(next_change_, t_)) {
+      change_loads();
+      continue;
+    }
+    if (ControlTime::reached(segment_end_, t_)) begin_segment();
+    const double smooth_end = std::min(segment_end_, next_change_);
+    const double end = ControlTime::reached(smooth_end, t) ? smooth_end : t;
+    // Commands, and a WheelMotion, may change wherever it is simulated to.
+    integrator_->advance(local_, t_, end, continuous_ && !prescribed_ ? smooth_end : end);
+    t_ = end;
+    show_state();
   }
 }
 
-// n control periods from the beginning of one; those in which loads or wrenches change in parts.
-void Simulation::advance_whole_periods(std::int64_t n) {
-  while (n > 0) {
-    make_due_changes();
-    const std::int64_t whole = std::min(control_time_.ended_by(next_change_) - periods_, n);
-    whole >= 1 ? run_periods(whole) : advance_within_period(end_of_period());
-    n -= std::max<std::int64_t>(whole, 1);
+void Simulation::step() {
+  if (!sampled()) throw std::logic_error("a simulation without a control_period has no periods to advance by");
+  advance_to(period_end());
+}
+
+double Simulation::period_end() const {
+  if (!sampled()) return kInfinity;
+  return period_begins() ? control_time_.begin(periods_ + 1) : segment_end_;
+}
+
+// Samples the drive at the beginning of a control period; or begins the next smooth segment of a continuous torque.
+void Simulation::begin_segment() {
+  t_ = std::max(t_, segment_end_);
+  if (sampled()) segment_end_ = control_time_.begin(++periods_);
+  if (drive_) hold(drive_->sample(t_, state_.dphi()));
+  if (continuous_) {
+    segment_end_ = std::min(continuous_->begin_segment(t_), t_ < scene_.duration ? scene_.duration : kInfinity);
+    integrator_->torque_jumped();
+  } else if (!sampled()) {
+    segment_end_ = kInfinity;
   }
 }
 
-// The control loop: odeint's, over n control periods from the beginning of one, sampling the drive at each.
-void Simulation::run_periods(std::int64_t n) {
-  const std::int64_t first = periods_;
-  const auto count = static_cast<std::size_t>(n);
-  const auto observer = [&](std::size_t k) {
-    periods_ = first + static_cast<std::int64_t>(k);
-    t_ = control_time_.begin(periods_);
-    if (k < count) sample_drive();
-  };
-  integrator_->advance_periods(state_, first, control_time_.period(), count, std::ref(observer));
+void Simulation::hold(const Wheels& torque) {
+  const bool jumps = (torque != held_.value(t_)).any();
+  held_.set(torque);
+  if (jumps) integrator_->torque_jumped();
 }
 
-// A part of a control period, for callers that read the state between two samples.
-void Simulation::advance_within_period(double t) {
-  if (!in_period_) {
-    make_due_changes();
-    sample_drive();
+void Simulation::set_torque(const Wheels& torque) {
+  if (prescribed_) throw std::logic_error("prescribed wheels take no torque");
+  drive_.reset();
+  if (continuous_) {
+    held_.set(torque);
+    continuous_.reset();
+    segment_end_ = t_;
+    change_integrator(integrator_->leave());
   }
-  while (!ControlTime::reached(t, next_change_)) {
-    integrator_->advance(state_, t_, next_change_, next_change_);
-    t_ = std::max(t_, next_change_);
-    change_loads();
-  }
-  integrator_->advance(state_, t_, t, t);
-  t_ = t;
-  in_period_ = t < end_of_period();
-  if (!in_period_) ++periods_;
+  hold(torque);
 }
 
-void Simulation::sample_drive() {
-  const Wheels before = held_->value(t_);
-  held_->set(drive_(t_, state_));
-  if ((held_->value(t_) != before).any()) integrator_->torque_jumped();
+void Simulation::set_points(DriveMode mode, const Wheels& values) {
+  if (!sampled()) throw std::logic_error("set points need a control_period > 0");
+  if (!drive_) {
+    drive_ = std::make_unique<SampledDrive>(scene_);
+    drive_->command(-kInfinity, DriveMode::kTorque, held_.value(t_));  // until the new ones are due
+  }
+  drive_->command(t_, mode, values);
 }
 
 void Simulation::stop_on(const std::atomic<bool>& stop) {
@@ -179,7 +207,8 @@ void Simulation::set_loads(const AppliedLoads& applied, bool keep_momentum) {
     make_integrator(&before);
   }
   added_ = applied;
-  integrator_->set_loads(state_, with_added(planned_), keep_momentum);
+  integrator_->set_loads(local_, with_added(planned_), keep_momentum);
+  show_state();
   note_loads(t_);
 }
 
@@ -187,14 +216,17 @@ void Simulation::set_state(const Eigen::Vector3d& pose, const Eigen::Vector3d& v
                            const std::optional<Wheels>& phi) {
   if (integrated_robot(scene_).wheels_prescribed) throw std::logic_error("prescribed wheels cannot be set");
   const double unexplained = kinetic_energy() - state_.work();
-  state_.values.col(0).head<3>() = pose.array();
-  state_.values.col(1).head<3>() = velocity.array();
-  NoSlipModel(scene_.robot).constrain(state_);
-  if (phi) state_.phi() = *phi;
-  state_.gamma().setZero();
+  local_.values.col(0).head<3>() = pose.array();
+  leave_origin_at(pose[0], pose[1]);
+  local_.values.col(1).head<3>() = velocity.array();
+  NoSlipModel(scene_.robot).constrain(local_);
+  if (phi) local_.phi() = *phi;
+  local_.gamma().setZero();
+  show_state();
   integrator_->torque_jumped();
   if (slips(scene_.model)) begin_contacts_anew();
-  state_.work() = kinetic_energy() - unexplained;
+  local_.work() = kinetic_energy() - unexplained;
+  show_state();
   state_changes_.push_back({t_, state_});
 }
 
@@ -202,8 +234,13 @@ void Simulation::set_state(const Eigen::Vector3d& pose, const Eigen::Vector3d& v
 void Simulation::begin_contacts_anew() {
   MotionSoFar before = integrator_->leave();
   before.contacts.reset();
+  change_integrator(before);
+}
+
+// Another integrator continues the motion under the same loads.
+void Simulation::change_integrator(const MotionSoFar& before) {
   make_integrator(&before);
-  if (extended_) integrator_->set_loads(state_, applied_loads_, false);
+  if (extended_ || !slips(scene_.model)) integrator_->set_loads(local_, applied_loads_, false);
 }
 
 // The scene's loads and wrenches, and those that were added.
@@ -213,17 +250,13 @@ AppliedLoads Simulation::with_added(AppliedLoads applied) const {
   return applied;
 }
 
-// At the beginning of a control period. A change that only rounding separates from it counts as due.
-void Simulation::make_due_changes() {
-  while (ControlTime::reached(next_change_, t_)) change_loads();
-}
-
 // Applies the loads and wrenches of the change that is due.
 void Simulation::change_loads() {
   const double t = std::isfinite(next_change_) ? next_change_ : t_;
-  integrator_->set_loads(state_, with_added(scene_.load_schedule.at(t, false)), false);
+  integrator_->set_loads(local_, with_added(scene_.load_schedule.at(t, false)), false);
   planned_ = scene_.load_schedule.at(t);
-  integrator_->set_loads(state_, with_added(planned_), true);
+  integrator_->set_loads(local_, with_added(planned_), true);
+  show_state();
   next_change_ = scene_.load_schedule.next_change(t);
   note_loads(t);
 }
@@ -243,25 +276,29 @@ void Simulation::note_loads(double t) {
 }
 
 Wheels Simulation::torque() const {
-  return prescribed_ ? prescribed_->reaction(scene_.robot, state_.dphi(), contacts().F_X, t_) : torque_->value(t_);
+  return prescribed_ ? prescribed_->reaction(scene_.robot, state_.dphi(), contacts().F_X, t_) : profile().value(t_);
 }
 
 std::array<int, kWheels> Simulation::rollers() const {
-  std::array<int, kWheels> rollers;
-  for (int i = 0; i < kWheels; ++i) rollers[i] = wrapped(integrator_->roller(i), scene_.robot.rollers);
+  std::array<int, kWheels> rollers{};
+  const ContactModes* modes = integrator_->contact_modes();
+  for (int i = 0; modes && i < kWheels; ++i) rollers[i] = wrapped(modes->roller(i), modes->rollers());
   return rollers;
 }
 
 std::array<std::optional<int>, kWheels> Simulation::other_rollers() const {
-  std::array<std::optional<int>, kWheels> rollers;
-  for (int i = 0; i < kWheels; ++i) {
-    if (const auto other = integrator_->other_roller(i)) rollers[i] = wrapped(*other, scene_.robot.rollers);
+  std::array<std::optional<int>, kWheels> others;
+  const ContactModes* modes = integrator_->contact_modes();
+  for (int i = 0; modes && i < kWheels; ++i) {
+    if (modes->shared(i)) others[i] = wrapped(2 * modes->lower_roller(i) + 1 - modes->roller(i), modes->rollers());
   }
-  return rollers;
+  return others;
 }
 
 double Simulation::roller_angle(int i, int k) const {
-  return rollers()[i] == k ? state_.gamma()[i] : integrator_->resting_angle(i, k);
+  if (rollers()[i] == k) return state_.gamma()[i];
+  const ContactModes* modes = integrator_->contact_modes();
+  return modes ? modes->resting_angle(i, k) : 0;
 }
 
 PowerBalance Simulation::power_balance() const {

@@ -15,8 +15,8 @@ from youbot_base_sim.command_line import Parser
 from youbot_base_sim.files import make_folder, write_whole
 from youbot_base_sim.report import WrittenPart, csv_text, figures, paragraph, table
 from .builds import ROOT, build
-from .work_precision_runs import (COMPARISON, CONTESTANTS, EXPLICIT_SPAN, FIXED_STEP, HELD_WHEEL, LONG_ENOUGH, LONG_RUN,
-                                  RECORD, SCENES, USEFUL_ERROR, make_reference, measure, run_solver)
+from .work_precision_runs import (COMPARISON, CONTESTANTS, EXPLICIT_SPAN, HELD_WHEEL, LONG_ENOUGH, LONG_RUN, RECORD,
+                                  SCENES, USEFUL_ERROR, make_reference, measure, run_solver)
 
 PAGE = WrittenPart(ROOT / "docs" / "work_precision" / "work_precision.md", "scripts/study work_precision")
 ERRORS = ("position_error_m heading_error_rad velocity_error_m_s yaw_rate_error_rad_s wheel_rate_error_rad_s "
@@ -25,17 +25,17 @@ COUNTS = "steps rejected_steps location_steps evaluations jacobians factorizatio
 # Columns of the tables by their files' names: all runs, checks of what errors are measured by, run times over the
 # length of held torques and over the number of rollers, and a wheel that is held between two rollers.
 TABLES = {name: columns.split() for name, columns in {
-    "work_precision": "scene scene_title contestant contestant_title setting_kind setting span_s run_time_s repeats "
+    "work_precision": "scene scene_title contestant contestant_title relative_tolerance span_s run_time_s repeats "
                       f"run_time_per_simulated_s real_time_factor {ERRORS} {COUNTS} failure",
     "references": f"scene scene_title span_s switches reference checked_by {ERRORS} failure",
-    "growth": "quantity value contestant contestant_title setting_kind setting span_s run_time_per_simulated_s "
+    "growth": "quantity value contestant contestant_title relative_tolerance span_s run_time_per_simulated_s "
               "position_error_m switches failure",
-    "held_wheel": "contestant setting end_off_m position_error_m switches run_time_s failure"}.items()}
+    "held_wheel": "contestant relative_tolerance end_off_m position_error_m switches run_time_s failure"}.items()}
 
 
 def say(row):
     found = row["failure"] or f"{row['run_time_s']:9.4f} s {row['position_error_m']:9.1e} m {row['steps']:9} steps"
-    print(f"  {row['contestant']:30} {row['setting']:<8g} {found}")
+    print(f"  {row['contestant']:30} {row['relative_tolerance']:<8g} {found}")
 
 
 def sweep(solve, scene, span):
@@ -47,19 +47,19 @@ def sweep(solve, scene, span):
               for title, check in reference["checks"]]
     rows = []
     for contestant in CONTESTANTS:
-        for setting in contestant.settings:
+        for tolerance in contestant.tolerances:
             own_span = min(reference["span"], EXPLICIT_SPAN) if contestant.explicit else reference["span"]
-            row = measure(solve, scene, reference, contestant, setting, own_span)
+            row = measure(solve, scene, reference, contestant, tolerance, own_span)
             rows.append(row)
             say(row)
-            # Finer settings would but take longer. A failure says nothing about them.
+            # Finer tolerances would but take longer. A failure says nothing about them.
             if not row["failure"] and row["run_time_s"] > (
                     LONG_ENOUGH if row["position_error_m"] <= USEFUL_ERROR else LONG_RUN):
                 break
     return checks, rows
 
 
-def grow(solve, quantity, scene, variants, span, settings):
+def grow(solve, quantity, scene, variants, span, tolerances):
     """Rows of growth.csv: contestants on variants of a scene, each a value of the quantity and the sections changed."""
     import yaml  # which has been installed
     print(quantity)
@@ -72,8 +72,8 @@ def grow(solve, quantity, scene, variants, span, settings):
                                                          for key, section in sections.items()}}))
             variant = replace(scene, key=f"{scene.key}, {value}", path=path, rows="")
             reference = make_reference(solve, variant, span, COMPARISON)
-            for contestant, setting in settings:
-                row = measure(solve, variant, reference, contestant, setting, span)
+            for contestant, tolerance in tolerances:
+                row = measure(solve, variant, reference, contestant, tolerance, span)
                 rows.append({"quantity": quantity, "value": value, **row})
                 say(row)
     return rows
@@ -98,15 +98,14 @@ def run(solve, arguments):
 
 def growth(solve, scene, rows):
     """Rows of growth.csv, from those of work_precision.csv for this scene. Each contestant is run with the loosest
-    setting that stays within USEFUL_ERROR: those rows are from coarse to fine."""
-    loosest = {row["contestant"]: row["setting"] for row in reversed(rows)
+    tolerance that stays within USEFUL_ERROR: those rows are from coarse to fine."""
+    loosest = {row["contestant"]: row["relative_tolerance"] for row in reversed(rows)
                if not row["failure"] and row["position_error_m"] <= USEFUL_ERROR}
-    settings = [(one, loosest[one.key]) for one in CONTESTANTS
-                if one.key in loosest and not one.explicit and one.solver not in FIXED_STEP]
+    tolerances = [(one, loosest[one.key]) for one in CONTESTANTS if one.key in loosest and not one.explicit]
     held = [(f"{period:g}", {"solver": {"control_period": period}}) for period in (1e-2, 1e-3, 1e-4)]
     rollers = [(f"{n}", {"robot": {"rollers_per_wheel": n, "roller_axis_radius": 0.034}}) for n in (4, 6, 12, 24)]
-    return [*grow(solve, "control_period, s", scene, [("0", {}), *held], 1.0, settings),
-            *grow(solve, "rollers_per_wheel", scene, rollers, 5.0, settings)]
+    return [*grow(solve, "control_period, s", scene, [("0", {}), *held], 1.0, tolerances),
+            *grow(solve, "rollers_per_wheel", scene, rollers, 5.0, tolerances)]
 
 
 def seconds(t):

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from youbot_base_sim.command_line import Failed
-from youbot_base_sim.figures import BLACK, BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY
+from youbot_base_sim.figures import BLACK, BLUE, GREEN, GREY, RED, SKY
 from .builds import ROOT
 
 TOLERANCES = [float(f"1e-{n}") for n in range(3, 11)]
@@ -15,7 +15,6 @@ USEFUL_ERROR = 1e-5  # m, at which contestants are compared
 # A contestant's sweep ends after a run that takes longer, s; sooner once it is within USEFUL_ERROR.
 LONG_RUN, LONG_ENOUGH = 6.0, 2.5
 EXPLICIT_SPAN = 0.2  # s of the scene that explicit methods run over
-FIXED_STEP = ("implicit_euler", "runge_kutta4")  # solvers whose setting is a step, s; of the others a tolerance
 ROW_RATE = 20  # Hz
 REFERENCE_EVALUATIONS = 2e8  # of the right-hand side, that a reference may take
 # Solver and tolerance to measure with, then to check that by; to compare contestants at USEFUL_ERROR, unchecked.
@@ -24,12 +23,12 @@ RECORD, COMPARISON = (("cvode", 3e-14), ("arkode_5", 1e-10)), (("cvode", 1e-11),
 
 @dataclass(frozen=True)
 class Contestant:
-    """A way to integrate a scene, and the settings it is run with, from coarse to fine."""
+    """A way to integrate a scene, and the tolerances it is run with, from coarse to fine."""
     key: str  # in the CSV
     title: str  # in the tables
     solver: str  # of bench/solve
     style: dict  # of its curve
-    settings: tuple = tuple(TOLERANCES)
+    tolerances: tuple = tuple(TOLERANCES)
     explicit: bool = False  # needs steps of some 1e-7 s, and so runs over a short span
 
 
@@ -41,14 +40,8 @@ CONTESTANTS = [  # docs/work_precision/work_precision.md says how each is run
     Contestant("arkode_5", "SUNDIALS ARKODE (DIRK 5)", "arkode_5", dict(color=GREEN, marker="v")),
     Contestant("odeint_rosenbrock4_corrected", "odeint rosenbrock4, d4 corrected", "rosenbrock4",
                dict(color=RED, marker="D")),
-    Contestant("odeint_rosenbrock4", "odeint rosenbrock4 as shipped", "rosenbrock4_as_shipped",
-               dict(color=ORANGE, marker="d", linestyle="--")),
-    Contestant("odeint_implicit_euler", "odeint implicit_euler", "implicit_euler", dict(color=PINK, marker="P"),
-               (1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6)),
     Contestant("odeint_dopri5", "odeint runge_kutta_dopri5", "dopri5", dict(color=GREY, linestyle="-."), (1e-3, 1e-6),
                explicit=True),
-    Contestant("odeint_runge_kutta4", "odeint runge_kutta4", "runge_kutta4", dict(color=GREY, linestyle=":"),
-               (1.6e-6, 1.2e-6, 8e-7, 4e-7, 2e-7), explicit=True),
 ]
 
 
@@ -78,10 +71,10 @@ SCENES = [
 HELD_WHEEL = Scene("held_wheel", "held wheel", BENCH / "held_wheel.yaml")
 
 
-def run_solver(program, scene, solver, setting, span, **limits):
+def run_solver(program, scene, solver, tolerance, span, **limits):
     """Rows, counts, run time and repeats, or the failure."""
     task = {"scene": str(scene.path), "model": scene.model, "solver": solver, "span": span, "rate": ROW_RATE,
-            "step" if solver in FIXED_STEP else "tolerance": setting, **limits}
+            "tolerance": tolerance, **limits}
     done = subprocess.run([program, json.dumps(task)], capture_output=True, text=True)
     if done.returncode != 0:
         raise Failed(done.stderr.strip() or f"{solver} on {scene.key}: ended by signal {-done.returncode}")
@@ -129,13 +122,13 @@ def make_reference(solve, scene, span, yardsticks):
             "span": (len(rows) - 1) / ROW_RATE}
 
 
-def measure(solve, scene, reference, contestant, setting, span):
+def measure(solve, scene, reference, contestant, tolerance, span):
     """A row of work_precision.csv."""
-    found = solve(scene, contestant.solver, setting, span)
+    found = solve(scene, contestant.solver, tolerance, span)
     row = {"scene": scene.key, "scene_title": scene.title, "contestant": contestant.key,
-           "contestant_title": contestant.title, "setting_kind": "step_s" if contestant.solver in FIXED_STEP else
-           "relative_tolerance", "setting": setting, "span_s": math.floor(span * ROW_RATE + 1e-9) / ROW_RATE,
-           "run_time_s": found["run_time"], "failure": found.get("failure", "")}
+           "contestant_title": contestant.title, "relative_tolerance": tolerance,
+           "span_s": math.floor(span * ROW_RATE + 1e-9) / ROW_RATE, "run_time_s": found["run_time"],
+           "failure": found.get("failure", "")}
     if row["failure"]:
         return row
     counts = found["counts"]

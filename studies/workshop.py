@@ -25,7 +25,8 @@ class Workshop:
         self.name, self.progress, self.done, self.part = name, Progress(count), 0, ""
         self.kept = Kept(folder, simulate)
         self.recorder = Recorder(simulate, self.kept, self.report)
-        self.sources = [file.read_text() for file in sorted((*Path(__file__).parent.glob("*.py"), *(builds.ROOT / "src").rglob("*.py")))]
+        files = *Path(__file__).parent.glob("*.py"), *(builds.ROOT / "src").rglob("*.py")
+        self.sources = [file.read_text() for file in sorted(files)]
 
     def report(self, run, runs):
         self.progress.show(self.done + run / runs, f"{self.part}, run {run} of {runs}")

@@ -49,10 +49,8 @@ namespace {
 
 // Allocations of Case 2 from 0.1 s to 5 s, in pieces of 10 ms, its switches taken in between.
 long allocations_of_case_2(const std::string& model, double control_period) {
-  SceneOverrides overrides;
-  overrides.model = model;
-  overrides.control_period = control_period;
-  Simulation simulation(load_scene(YOUBOT_BASE_SIM_SOURCE_DIR "/config/scenes/case2.yaml", overrides));
+  Simulation simulation(load_scene(YOUBOT_BASE_SIM_SOURCE_DIR "/config/scenes/case2.yaml",
+                                   {{"model", model}, {"solver.control_period", control_period}}));
   simulation.advance_to(0.1);
   long counted = 0;
   std::size_t switches = simulation.take_switches().size();

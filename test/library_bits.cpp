@@ -2,10 +2,10 @@
 // the library's functions must not be replaced by what these make of the headers' inline ones.
 
 #include <youbot_base_sim/drive/base_driver.h>
-#include <youbot_base_sim/drive/imu.h>
-#include <youbot_base_sim/drive/wheel_odometry.h>
 #include <youbot_base_sim/physics/no_slip_model.h>
 #include <youbot_base_sim/physics/shared_contact.h>
+#include <youbot_base_sim/sensors/imu.h>
+#include <youbot_base_sim/sensors/wheel_odometry.h>
 #include <youbot_base_sim/simulation.h>
 
 #include <cstdio>
@@ -34,14 +34,14 @@ Scene scene_of(Model model, bool reacting) {
 
 void drive(Model model, bool reacting) {
   const Scene scene = scene_of(model, reacting);
-  BaseDriver driver({}, scene.initial.phi());
-  Simulation simulation(scene, [&](double t, const State& state) { return driver.sample(t, state.dphi()); });
+  BaseDriver driver({});
+  Simulation simulation(scene);
   WheelOdometry odometry({}, scene.initial.phi(), 0.03);
   Imu imu({}, scene.floor, 0, scene.initial);
   driver.command(0, DriveCommand{SetPoint{DriveMode::kVelocity, 3.1}, SetPoint{DriveMode::kVelocity, -2.3},
                                  SetPoint{DriveMode::kTorque, 0.7}, SetPoint{DriveMode::kVelocity, 4.7}});
   for (int k = 1; k <= 100; ++k) {
-    simulation.advance_to(0.02 * k);
+    advance_to(simulation, 0.02 * k, [&](double t, const State& state) { return driver.sample(t, state.dphi()); });
     odometry.update(simulation.state().phi());
     imu.update(simulation.time(), simulation.state());
   }

@@ -162,12 +162,12 @@ TEST_F(Replay, ItsTorquesGiveTheSameMotion) {
       Simulation replay(replayed), middle(replayed);
       Scene free = load(fmt::format("{}solver: {{control_period: {}}}\n", scene, period));
       free.initial = replayed.initial;
-      Simulation driven(free, [&](double t, const State&) {
+      Simulation driven(free);
+      replay.advance_to(1);
+      advance_to(driven, 1, [&](double t, const State&) {
         middle.advance_to(t + 0.5 * period);
         return middle.torque();
       });
-      replay.advance_to(1);
-      driven.advance_to(1);
       const State &a = replay.state(), &b = driven.state();
       return std::hypot(a.x() - b.x(), a.y() - b.y(), a.psi() - b.psi());
     };

@@ -21,11 +21,10 @@ inline void collect_paths(const YAML::Node& node, const std::string& path, std::
 }
 
 /// The keys of a scene: those of libFuzzer's seeds, which refused_scenes_test compares with the program's own.
-/// every_key.yaml has one of the five drives, and a method that takes no step.
+/// every_key.yaml has one of the five drives.
 inline std::set<std::string> keys_of_seeds(const std::string& source) {
   std::set<std::string> keys;
-  for (const char* seed :
-       {"every_key", "fixed_step", "reference_motion", "torque_table", "velocity_table", "wheel_angle_table"})
+  for (const char* seed : {"every_key", "reference_motion", "torque_table", "velocity_table", "wheel_angle_table"})
     collect_paths(YAML::LoadFile(source + "/test/fuzz/scene/" + seed + ".yaml"), "", keys);
   return keys;
 }

@@ -14,6 +14,7 @@
 #include <set>
 #include <thread>
 
+#include "errors.h"
 #include "program.h"
 #include "terminal.h"
 
@@ -204,30 +205,6 @@ TEST_F(SimulateTest, CpuLimitEndsTheRunAndTheSummaryTells) {
   EXPECT_EQ(Program(SIMULATE, {scene, "--cpu-limit", "0"}).wait(), 2);
 }
 
-TEST_F(SimulateTest, RefusedInputExitsWith2AndOneLineAndLeavesNothing) {
-  const std::string good = folder_.write("scene.yaml", kScene);
-  for (std::vector<std::string> arguments :
-       std::vector<std::vector<std::string>>{{folder_.write("bad.yaml", "duration: -1\n")},
-                                             {folder_.path("missing.yaml")},
-                                             {folder_.path("")},
-                                             {folder_.write("idle.yaml", "duration: 1\n")},
-                                             {good, "--model", "rigid"},
-                                             {good, "--relative-tolerance", "2"},
-                                             {good, "--relative-tolerance", "nan"},
-                                             {good, "--relative-tolerance", "x"},
-                                             {good, "--colour", "red"},
-                                             {good, good},
-                                             {}}) {
-    const std::string what = arguments.empty() ? "no scene" : arguments.back();
-    arguments.insert(arguments.end(), {"--csv", folder_.path("a.csv")});
-    Program simulate(SIMULATE, arguments);
-    EXPECT_EQ(simulate.wait(), 2) << what;
-    EXPECT_EQ(lines(simulate.err()), 1) << simulate.err();
-    EXPECT_FALSE(folder_.has("a.csv")) << what;
-    EXPECT_EQ(incomplete("a.csv"), "") << what;
-  }
-}
-
 TEST_F(SimulateTest, WarnsOfRollersThatTaperToAPoint) {
   const std::string scene = folder_.write("scene.yaml", kScene + "robot: {rollers_per_wheel: 4}\n");
   Program told(SIMULATE, {scene}), quiet(SIMULATE, {scene, "--quiet"});
@@ -235,39 +212,6 @@ TEST_F(SimulateTest, WarnsOfRollersThatTaperToAPoint) {
   EXPECT_NE(told.err().find("robot.roller_axis_radius = 0.0355: 4 rollers"), std::string::npos) << told.err();
   EXPECT_EQ(quiet.wait(), 0);
   EXPECT_EQ(quiet.err(), "");
-}
-
-TEST_F(SimulateTest, OutputsThatWouldLoseDataAreRefusedBeforeAnythingRuns) {
-  const std::string scene = folder_.write("scene.yaml", "duration: 0.1\ndrive: {torque_table: table.csv}\n");
-  const std::string table = folder_.write("table.csv", "t,fl,fr,bl,br\n0,1,1,1,1\n");
-  fs::create_symlink("table.csv", folder_.path("soft"));
-  fs::create_hard_link(scene, folder_.path("hard"));
-  const std::set<std::string> before = files();
-  for (const std::vector<std::string>& options :
-       std::vector<std::vector<std::string>>{{"--csv", scene},
-                                             {"--summary", table},
-                                             {"--switches", folder_.path("soft")},
-                                             {"--csv", folder_.path("hard")},
-                                             {"--csv", folder_.path("new"), "--summary", folder_.path("./new")},
-                                             {"--csv", folder_.path("")},
-                                             {"--csv", folder_.path("no/such/folder.csv")},
-                                             {"--summary", "/proc/summary"},
-                                             {"--csv", ""},
-                                             {"--switches", ""},
-                                             {"--bag", ""},
-                                             {"--summary", ""},
-                                             {"--model", ""},
-                                             {"--method", ""}}) {
-    std::vector<std::string> arguments{scene, "--quiet", "--csv", folder_.path("a.csv")};
-    if (options.front() == "--csv") arguments.resize(2);
-    arguments.insert(arguments.end(), options.begin(), options.end());
-    Program simulate(SIMULATE, arguments);
-    EXPECT_EQ(simulate.wait(), 2) << options.front() << " " << options.back();
-    EXPECT_EQ(lines(simulate.err()), 1) << simulate.err();
-    EXPECT_EQ(files(), before) << options.back();
-  }
-  EXPECT_EQ(lines(folder_.read("scene.yaml")) + lines(folder_.read("table.csv")), 4);
-  EXPECT_EQ(Program(SIMULATE, {""}).wait(), 2);
 }
 
 // /proc/self/fd/1 rather than /dev/stdout, here and below: nothing can be put in its place, even by mistake and by
@@ -286,23 +230,6 @@ TEST_F(SimulateTest, WhatIsNoFileIsWrittenStraight) {
   EXPECT_EQ(files(), (std::set<std::string>{"f", "log", "read", "scene.yaml"}));
 }
 
-TEST_F(SimulateTest, TwoRunsWithOneOutputAreBothWhole) {
-  const std::string scene = folder_.write("scene.yaml", "duration: 20\n" + kMotion);
-  folder_.write("a.csv.part", "of the user\n");
-  std::vector<std::unique_ptr<Program>> runs;
-  for (const std::string model : {"coulomb", "viscous"}) {
-    for (const std::string& name : {model, std::string("a.csv")}) {
-      const std::vector<std::string> arguments{scene, "--quiet", "--model", model, "--csv", folder_.path(name)};
-      runs.push_back(std::make_unique<Program>(SIMULATE, arguments));
-    }
-  }
-  for (const auto& run : runs) EXPECT_EQ(run->wait(), 0) << run->err();
-  const std::string text = folder_.read("a.csv");
-  EXPECT_TRUE(text == folder_.read("coulomb") || text == folder_.read("viscous"));
-  EXPECT_EQ(folder_.read("a.csv.part"), "of the user\n");
-  EXPECT_EQ(files().size(), 5u);
-}
-
 TEST_F(SimulateTest, AFullDiskEndsOneOutputAndKeepsTheOthers) {
   folder_.write("scene.yaml", kScene);
   folder_.write("long.yaml", "duration: 2\noutput_rate: 1000\n" + kMotion);
@@ -310,8 +237,7 @@ TEST_F(SimulateTest, AFullDiskEndsOneOutputAndKeepsTheOthers) {
                                 "; simulate long.yaml --quiet --csv a.csv --switches s.csv --summary s.json"));
   EXPECT_EQ(full.wait(), 1) << full.err();
   EXPECT_EQ(lines(full.err()), 1) << full.err();
-  EXPECT_NE(full.err().find("a.csv: cannot be written: no space"), std::string::npos) << full.err();
-  EXPECT_NE(full.err().find(incomplete("a.csv")), std::string::npos) << full.err();
+  expect_words(full.err(), {"a.csv: cannot be written: no space", incomplete("a.csv")});
   const std::string kept = folder_.read(incomplete("a.csv"));
   EXPECT_GT(lines(kept), 100);
   EXPECT_EQ(kept.back(), '\n');
@@ -363,8 +289,7 @@ TEST_F(SimulateTest, SignalsEndItWithMarkedFiles) {
     simulate.send(signals[k]);  // as `timeout` does
     EXPECT_EQ(simulate.wait(), 1) << simulate.err();
     EXPECT_EQ(lines(simulate.err()), 1) << simulate.err();
-    EXPECT_NE(simulate.err().find("by signal"), std::string::npos) << simulate.err();
-    EXPECT_NE(simulate.err().find(incomplete("a.csv")), std::string::npos) << simulate.err();
+    expect_words(simulate.err(), {"by signal", incomplete("a.csv")});
     EXPECT_EQ(lines(folder_.read(incomplete("a.csv"))), 2);
     EXPECT_EQ(files().size(), 2u) << "the scene and what is kept";
     fs::remove(folder_.path(incomplete("a.csv")));
@@ -434,7 +359,7 @@ TEST_F(SimulateTest, AKilledRunLeavesFilesThatSayWhatTheyAre) {
 
 TEST_F(SimulateTest, WarnsOfAResultThatIsNotToBeTrusted) {
   const std::string good = folder_.write("good.yaml", kScene);
-  const std::string off = folder_.write("off.yaml", kScene + "solver: {method: implicit_euler, step: 1.0e-3}\n");
+  const std::string off = folder_.write("off.yaml", kScene + "solver: {method: dopri5, absolute_tolerance: 1}\n");
   for (const bool reliable : {true, false}) {
     Program simulate(SIMULATE, {reliable ? good : off, "--quiet", "--summary", folder_.path("s.json")});
     EXPECT_EQ(simulate.wait(), 0);
@@ -444,7 +369,7 @@ TEST_F(SimulateTest, WarnsOfAResultThatIsNotToBeTrusted) {
   // Rows that are far apart hide nothing: the base is at rest again at each.
   const std::string seldom =
       folder_.write("seldom.yaml",
-                    "duration: 10\noutput_rate: 0.1\nsolver: {method: implicit_euler, step: 1.0e-3}\n"
+                    "duration: 10\noutput_rate: 0.1\nsolver: {method: dopri5, absolute_tolerance: 1}\n"
                     "drive: {torque: [{start: 0, sin: [1, 1, 1, 1], period: 2}]}\n");
   Program blind(SIMULATE, {seldom, "--quiet", "--summary", folder_.path("s.json")});
   EXPECT_EQ(blind.wait(), 0);

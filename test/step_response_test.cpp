@@ -8,7 +8,7 @@
 #include <complex>
 #include <vector>
 
-#include "youbot_base_sim/drive/wheel_odometry.h"
+#include "youbot_base_sim/drive/driver_kinematics.h"
 #include "youbot_base_sim/simulation.h"
 
 namespace youbot_base_sim {

@@ -5,10 +5,11 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <vector>
 
-#include "physics/random_states.h"
+#include "random_scene.h"
 #include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/physics/no_slip_model.h"
 #include "youbot_base_sim/physics/roller_geometry.h"
@@ -24,8 +25,8 @@ struct Seen {
 
 struct Trial {
   Scene scene;
-  Simulation::Drive drive;  // none: the scene's
-  int pieces = 1;           // in which it is run, taking its switches after each
+  std::function<Wheels(double t)> drive;  // at the beginning of each control period; none: the scene's
+  int pieces = 1;                         // in which it is run, taking its switches after each
 };
 
 constexpr double kRounding = 1e-12;  // s, of the times at which control periods end
@@ -79,10 +80,15 @@ class Ledger {
 // roller number.
 void check_records(const Trial& run, Seen& seen) {
   const Scene& scene = run.scene;
-  Simulation simulation = run.drive ? Simulation(scene, run.drive) : Simulation(scene);
+  Simulation simulation(scene);
   Ledger ledger(scene);
   for (int piece = 1; piece <= run.pieces; ++piece) {
-    simulation.advance_to(scene.duration * piece / run.pieces);
+    const double end = scene.duration * piece / run.pieces;
+    if (run.drive) {
+      advance_to(simulation, end, [&](double t, const State&) { return run.drive(t); });
+    } else {
+      simulation.advance_to(end);
+    }
     ASSERT_TRUE(simulation.state().values.allFinite()) << "at " << simulation.time() << " s";
     ledger.enter(simulation.take_switches(), simulation.time());
     for (int i = 0; i < kWheels; ++i) {
@@ -99,11 +105,7 @@ void check_records(const Trial& run, Seen& seen) {
 Scene random_scene(Random& random, double duration) {
   Scene scene;
   scene.duration = duration;
-  scene.initial.V_X() = random.uniform(-0.5, 0.5);
-  scene.initial.V_Y() = random.uniform(-0.5, 0.5);
-  scene.initial.Omega() = random.uniform(-1, 1);
-  NoSlipModel(scene.robot).constrain(scene.initial);
-  scene.initial.phi() = random.wheels(-20, 20);
+  set_in_motion(scene, random, 20);
   return scene;
 }
 
@@ -156,7 +158,7 @@ TEST_F(SwitchRecordsTest, SampledDrives) {
     run.scene.solver.control_period = trial % 2 == 0 ? 1e-3 : 7e-3;
     const double size = trial < 4 ? 2 : 100;
     Random torques(100 + static_cast<unsigned>(trial));
-    run.drive = [=](double, const State&) mutable { return torques.wheels(-size, size); };
+    run.drive = [=](double) mutable { return torques.wheels(-size, size); };
     run.pieces = 1 + 3 * trial;  // that end within a period too
   });
   EXPECT_GT(seen.switches, 50u);
@@ -195,8 +197,9 @@ TEST_F(SwitchRecordsTest, Fallback) {
       integration->advance(x, begin, end, end);
       ASSERT_TRUE(x.values.allFinite());
       ledger.enter(integration->take_switches(), end);
+      const ContactModes& modes = *integration->contact_modes();
       for (int i = 0; i < kWheels; ++i) {
-        ledger.check(i, integration->roller(i), integration->other_roller(i).has_value(), x.phi()[i]);
+        ledger.check(i, modes.roller(i), modes.shared(i), x.phi()[i]);
       }
     }
     EXPECT_GE(integration->statistics().fallback_steps, 8u * 50u);
@@ -218,7 +221,7 @@ TEST_F(SwitchRecordsTest, BoundOfWork) {
     run.scene.solver.keeps_up = true;
     run.scene.initial.dphi() = random.wheels(-300, 300);
     const Wheels torque = random.wheels(-10, 10);
-    run.drive = [=](double t, const State&) -> Wheels { return std::lround(t * 1e3) % 2 == 0 ? torque : -torque; };
+    run.drive = [=](double t) -> Wheels { return std::lround(t * 1e3) % 2 == 0 ? torque : -torque; };
     run.pieces = 1 + 10 * trial;
   });
   EXPECT_GT(seen.exhausted, 0u);

@@ -3,7 +3,7 @@
 // by the masses alone, or with the dry friction of the drives made up for.
 
 #include <youbot_base_sim/drive/base_driver.h>
-#include <youbot_base_sim/drive/wheel_odometry.h>
+#include <youbot_base_sim/drive/driver_kinematics.h>
 #include <youbot_base_sim/simulation.h>
 
 #include <algorithm>
@@ -76,15 +76,15 @@ class Controller {
 void drive(const char* name, Controller::Mode mode, const Scene& scene) {
   BaseDriver::Settings settings;
   settings.control_period = scene.solver.control_period;
-  BaseDriver driver(settings, scene.initial.phi());
+  BaseDriver driver(settings);
   const Controller controller(mode, scene.robot);
-  Simulation simulation(scene, [&](double t, const State& state) { return driver.sample(t, state.dphi()); });
+  Simulation simulation(scene);
 
   double squares = 0, largest = 0, slip = 0;
   const int steps = static_cast<int>(kDuration / kPeriod);
   for (int k = 0; k < steps; ++k) {
     driver.command(simulation.time(), controller.command(simulation.time(), simulation.state()));
-    simulation.advance_to((k + 1) * kPeriod);
+    advance_to(simulation, (k + 1) * kPeriod, [&](double t, const State& x) { return driver.sample(t, x.dphi()); });
     const State& state = simulation.state();
     const Array3d wanted = reference(simulation.time()).pose;
     const double off = std::hypot(state.x() - wanted[0], state.y() - wanted[1]);
@@ -100,10 +100,7 @@ void drive(const char* name, Controller::Mode mode, const Scene& scene) {
 }  // namespace
 
 int main() {
-  SceneOverrides overrides;
-  overrides.profile = "measured";
-  overrides.control_period = 0.001;
-  const Scene scene = default_scene(overrides);
+  const Scene scene = default_scene({{"robot.profile", "measured"}, {"solver.control_period", 0.001}});
   drive("rates", Controller::kRates, scene);
   drive("torques", Controller::kTorques, scene);
   drive("torques and friction", Controller::kTorquesAndFriction, scene);

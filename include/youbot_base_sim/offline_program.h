@@ -12,7 +12,7 @@ enum ExitStatus { kDone = 0, kNotCompleted = 1, kRefused = 2 };
 /// output that takes no more, become a line on standard error, which begins with `name`, and kNotCompleted.
 int run_offline_program(const char* name, const std::function<int()>& body);
 
-/// The same in two parts: `prepare` reads command line and inputs, and returns whether there is anything to do. Its
+/// A program in two parts: `prepare` reads command line and inputs, and returns whether there is anything to do. Its
 /// std::runtime_error is a refusal: a line on standard error, and kRefused. `run` does the work, with signals caught.
 int run_offline_program(const char* name, const std::function<bool()>& prepare, const std::function<int()>& run);
 

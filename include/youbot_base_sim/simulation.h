@@ -1,9 +1,9 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "youbot_base_sim/drive/control_time.h"
+#include "youbot_base_sim/drive/motor.h"
 #include "youbot_base_sim/export.h"
 #include "youbot_base_sim/integration/motion_integrator.h"
 #include "youbot_base_sim/integration/statistics.h"
@@ -46,33 +47,53 @@ struct Events {
 
 class PrescribedWheels;
 
-/// One running simulation: a scene and commands in; state, switches, contacts and statistics out. With a control period
-/// the drive is sampled at t = k * period, and its torque is held to the end of the period; without one the scene's
-/// torque acts continuously.
+/// One running simulation, pulled by its caller: commands in; state, switches, contacts and statistics out.
+///
+/// Without a control period the scene's torque acts continuously. With one, control period k begins at k * period: the
+/// scene's drive is sampled there, and its torque is held to the end of the period. The motion does not depend on how
+/// its periods are grouped into calls. A caller that has commanded a torque or set points drives the base from then on,
+/// in place of the scene's drive:
+///
+///     while (simulation.time() < 10) {
+///       simulation.set_torque(controller(simulation.time(), simulation.state()));
+///       simulation.step();
+///     }
 class Simulation {
  public:
-  /// Torque of the wheels, N m, for the control period that begins at time t (s) in `state`.
-  using Drive = std::function<Wheels(double t, const State& state)>;
-
-  /// Runs the scene's own drive (no torque if it has none), or `drive` in its place: that throws std::invalid_argument
-  /// if the scene has no control period.
-  explicit Simulation(const Scene& scene, Drive drive = nullptr);
+  /// At t = 0, with the scene's own drive (no torque if it has none).
+  explicit Simulation(const Scene& scene);
+  ~Simulation();
 
   Simulation(const Simulation&) = delete;
   Simulation& operator=(const Simulation&) = delete;
 
-  /// Advances to time t (s), sampling the drive at each control period that begins on the way; does nothing if that has
-  /// passed. Where accurate integration takes too much work, it continues less accurately, and the statistics count it.
-  /// Throws std::domain_error where the equations have no finite solution.
+  /// Advances to time t (s); does nothing if that has passed. Where accurate integration takes too much work, it
+  /// continues less accurately, and the statistics count it. Throws std::domain_error where the equations have no
+  /// finite solution, TippedOver at the tipping limit, and Stopped.
   void advance_to(double t);
 
-  /// Advances to the end of the present control period and by n - 1 more; std::logic_error if the scene has none.
-  void advance_periods(std::int64_t n);
+  /// Advances to the end of the present control period; std::logic_error if the scene has none.
+  void step();
 
-  /// As MotionIntegrator::stop_on, for `advance_to` and `advance_periods`. After a stop, only `reset` is allowed.
+  /// True if a control period begins now; end of the present one, or of the one that begins now, s (infinity if the
+  /// scene has no control period).
+  bool period_begins() const { return sampled() && ControlTime::reached(segment_end_, t_); }
+  double period_end() const;
+
+  /// The torque of the wheels from now on, N m, exactly and until it is set anew. Without a control period each
+  /// `advance_to` then ends an integration step. std::logic_error where the scene prescribes wheel angles.
+  void set_torque(const Wheels& torque);
+
+  /// The set points of the scene's motors (default ones if it has none) from now on: torques (N m) or wheel rates
+  /// (rad/s), which their command_delay, limits and velocity loops turn into torques at each control period.
+  /// std::logic_error if the scene has no control period.
+  void set_points(DriveMode mode, const Wheels& values);
+
+  /// Has `advance_to` and `step` throw Stopped once `stop`, which must outlive this, is set: by another thread or a
+  /// signal's handler. After that only `reset` is allowed.
   void stop_on(const std::atomic<bool>& stop);
 
-  /// Back to the scene's initial state at t = 0, statistics included.
+  /// Back to the scene's initial state and drive at t = 0, statistics included.
   void reset();
 
   double time() const { return t_; }  ///< s
@@ -91,7 +112,7 @@ class Simulation {
   double roller_angle(int i, int k) const;
 
   /// Slip, friction, normal reaction and offset of the contact points; in model 1, no slip and no force.
-  ContactDetails contacts() const { return integrator_->contacts(state_, t_); }
+  ContactDetails contacts() const { return integrator_->contacts(local_, t_); }
 
   /// From now on these loads and wrenches replace those of the last call; they act in addition to the scene's. The base
   /// keeps its velocities or, with `keep_momentum`, its momentum; the change of kinetic energy counts as work.
@@ -117,7 +138,7 @@ class Simulation {
   /// Lets the motion continue at the tipping limit, where the advancing functions otherwise throw TippedOver.
   void continue_when_tipping();
 
-  /// Where the power goes now. The sum is the rate of change of kinetic energy; switches that stop a roller or a wheel
+  /// Power by its use, now, W. The sum is the rate of change of kinetic energy; switches that stop a roller or a wheel
   /// change it too.
   PowerBalance power_balance() const;
 
@@ -142,35 +163,40 @@ class Simulation {
   const Scene& scene() const { return scene_; }
 
  private:
-  double end_of_period() const { return control_time_.begin(periods_ + 1); }
-  void advance_continuously(double t);
-  void advance_whole_periods(std::int64_t n);
-  void run_periods(std::int64_t n);
-  void advance_within_period(double t);
-  void sample_drive();
+  class SampledDrive;
+
+  bool sampled() const { return control_time_.period() > 0; }
+  const TorqueProfile& profile() const {
+    if (continuous_) return *continuous_;
+    return held_;
+  }
+  void begin_segment();
+  void hold(const Wheels& torque);
+  void leave_origin_at(double x, double y);
+  void show_state();
   void make_integrator(const MotionSoFar* before);
   void begin_contacts_anew();
+  void change_integrator(const MotionSoFar& before);
   AppliedLoads with_added(AppliedLoads applied) const;
-  void make_due_changes();
   void change_loads();
   void note_loads(double t);
 
   const Scene scene_;
-  const Drive given_drive_;
-  const ControlTime control_time_;  // where the drive is sampled
+  const ControlTime control_time_;
   State state_;
+  State local_;             // the same, with its position from origin_: what is integrated
+  Eigen::Vector2d origin_;  // in the fixed frame, m
   double t_;
-  std::unique_ptr<TorqueProfile> torque_;
-  const PrescribedWheels* prescribed_;  // torque_, where it moves wheels as prescribed
+  HeldTorque held_;
+  std::unique_ptr<TorqueProfile> continuous_;  // null where the torque is held
+  const PrescribedWheels* prescribed_;         // continuous_, where it moves wheels as prescribed
+  std::unique_ptr<SampledDrive> drive_;        // null where none is sampled
   std::unique_ptr<MotionIntegrator> integrator_;
   const std::atomic<bool>* stop_ = nullptr;  // null: never
   bool continues_when_tipping_ = false;
-  bool extended_;  // whether the equations have the physics beyond the paper
-  Drive drive_;
-  HeldTorque* held_;      // torque_, where the drive is sampled
-  std::int64_t periods_;  // completed
-  bool in_period_;
-  double segment_end_;  // of a continuous torque, s
+  bool extended_;         // whether the equations have the physics beyond the paper
+  double segment_end_;    // of the present control period, or of a smooth segment of the torque, s
+  std::int64_t periods_;  // that have begun
   double initial_energy_;
   double next_change_;          // of loads and wrenches, s
   AppliedLoads planned_;        // the scene's present ones
@@ -179,5 +205,15 @@ class Simulation {
   std::vector<LoadChange> load_changes_;
   std::vector<StateChange> state_changes_;
 };
+
+/// Advances to time t (s); `controller(t, state)` returns the torque of the wheels, N m, at the beginning of each
+/// control period. The scene must have one.
+template <class Controller>
+void advance_to(Simulation& simulation, double t, Controller&& controller) {
+  while (!ControlTime::reached(t, simulation.time())) {
+    if (simulation.period_begins()) simulation.set_torque(controller(simulation.time(), simulation.state()));
+    simulation.advance_to(std::min(t, simulation.period_end()));
+  }
+}
 
 }  // namespace youbot_base_sim

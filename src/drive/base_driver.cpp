@@ -6,15 +6,12 @@ namespace {
 
 constexpr SetPoint kHoldAtRest{DriveMode::kVelocity, 0};
 
-bool quantized(const BaseDriver::Settings& settings) { return settings.motors.quantized.value_or(true); }
-
 }  // namespace
 
-BaseDriver::BaseDriver(const Settings& settings, const Wheels& phi)
+BaseDriver::BaseDriver(const Settings& settings)
     : settings_(settings),
       motor_(settings.motors.limit(settings.motor)),
-      drive_(settings.control_period, motor_, settings.motors.gains, quantized(settings)),
-      sensors_(motor_, quantized(settings), phi),
+      drive_(settings.control_period, motor_, settings.motors.gains, settings.quantized()),
       last_command_(kInfinity) {
   send_to_all(kHoldAtRest);
   silent_since_.fill(kInfinity);
@@ -54,7 +51,6 @@ bool BaseDriver::reconnect() {
 
 void BaseDriver::set_faults(double t, const Faults& faults) {
   faults_ = faults;
-  faulty_ = faults.any();
   connection_.set_lost(t, faults.ethercat_lost);
   for (int i = 0; i < kWheels; ++i) silent_since_[i] = responds(i) ? kInfinity : std::min(silent_since_[i], t);
 }
@@ -99,12 +95,6 @@ void BaseDriver::exchange_ethercat(double t) {
     pending_.clear();
     send_to_all({});
   }
-}
-
-const MotorReadings& BaseDriver::read_faulty(const Wheels& phi, const Wheels& dphi) {
-  Faults faults = faults_;
-  if (faults.ethercat_lost) faults.silent.fill(true);
-  return sensors_.read(phi, dphi, torque_, faults);
 }
 
 }  // namespace youbot_base_sim

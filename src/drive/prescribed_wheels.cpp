@@ -1,7 +1,7 @@
 #include "youbot_base_sim/drive/prescribed_wheels.h"
 
+#include <Eigen/Sparse>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <utility>
 
@@ -18,68 +18,40 @@ constexpr double kDecay = 1e-3;  // s, of an error of the rates
 /// H (tridiagonal) and Q (three entries a column) hold the distances of the rows.
 class SmoothingSpline {
  public:
-  SmoothingSpline(const std::vector<double>& t, std::vector<double> y) : y_(std::move(y)), n_(y_.size()) {
-    for (std::size_t k = 0; k + 1 < n_; ++k) length_.push_back(t[k + 1] - t[k]);
+  SmoothingSpline(const std::vector<double>& t, Eigen::VectorXd y)
+      : y_(std::move(y)), Q_(y_.size(), y_.size() - 2), H_(Q_.cols(), Q_.cols()) {
+    std::vector<Eigen::Triplet<double>> q, h;
+    for (int k = 0; k < Q_.cols(); ++k) {
+      const double length = t[k + 1] - t[k], next = t[k + 2] - t[k + 1];
+      q.insert(q.end(), {{k, k, 1 / length}, {k + 1, k, -1 / length - 1 / next}, {k + 2, k, 1 / next}});
+      h.emplace_back(k, k, (length + next) / 3);
+      if (k > 0) h.insert(h.end(), {{k, k - 1, length / 6}, {k - 1, k, length / 6}});
+    }
+    Q_.setFromTriplets(q.begin(), q.end());
+    H_.setFromTriplets(h.begin(), h.end());
+    square_ = Q_.transpose() * Q_;
   }
 
   /// Solves for `alpha`, s^3. Returns the root mean square of y - g, rad.
-  double solve(double alpha);
+  double solve(double alpha) {
+    using Matrix = Eigen::SparseMatrix<double>;
+    const Eigen::SimplicialLDLT<Matrix, Eigen::Lower, Eigen::NaturalOrdering<int>> solver(H_ + alpha * square_);
+    gamma_ = solver.solve(Q_.transpose() * y_);
+    const Eigen::VectorXd off = alpha * (Q_ * gamma_);
+    g_ = y_ - off;
+    double squares = 0;  // in order: the same bits everywhere
+    for (Eigen::Index k = 0; k < off.size(); ++k) squares += off[k] * off[k];
+    return std::sqrt(squares / static_cast<double>(y_.size()));
+  }
 
-  const std::vector<double>& values() const { return g_; }
-  const std::vector<double>& second_derivatives() const { return gamma_; }
+  const Eigen::VectorXd& values() const { return g_; }
+  /// At the rows but the first and the last, where they are zero.
+  const Eigen::VectorXd& second_derivatives() const { return gamma_; }
 
  private:
-  // Column k of Q, of the rows k, k + 1 and k + 2.
-  std::array<double, 3> column(std::size_t k) const {
-    const double a = 1 / length_[k], b = 1 / length_[k + 1];
-    return {a, -a - b, b};
-  }
-
-  std::vector<double> y_, length_, g_, gamma_;
-  std::size_t n_;
+  Eigen::VectorXd y_, g_, gamma_;
+  Eigen::SparseMatrix<double> Q_, H_, square_;  // the last one is Q' Q
 };
-
-// L D L' of a matrix with two diagonals beside the main one.
-double SmoothingSpline::solve(double alpha) {
-  const std::size_t m = n_ < 3 ? 0 : n_ - 2;
-  std::vector<double> d(m), l_1(m), l_2(m), x(m);
-  for (std::size_t k = 0; k < m; ++k) {
-    const auto q = column(k);
-    double diagonal = (length_[k] + length_[k + 1]) / 3 + alpha * (q[0] * q[0] + q[1] * q[1] + q[2] * q[2]);
-    x[k] = q[0] * y_[k] + q[1] * y_[k + 1] + q[2] * y_[k + 2];
-    if (k >= 2) {
-      diagonal -= l_2[k] * l_2[k] * d[k - 2];
-      x[k] -= l_2[k] * x[k - 2];
-    }
-    if (k >= 1) {
-      diagonal -= l_1[k] * l_1[k] * d[k - 1];
-      x[k] -= l_1[k] * x[k - 1];
-    }
-    d[k] = diagonal;
-    if (k + 1 < m) {
-      const auto next = column(k + 1);
-      double beside = length_[k + 1] / 6 + alpha * (q[1] * next[0] + q[2] * next[1]);
-      if (k >= 1) beside -= l_2[k + 1] * d[k - 1] * l_1[k];
-      l_1[k + 1] = beside / diagonal;
-      if (k + 2 < m) l_2[k + 2] = alpha * q[2] * column(k + 2)[0] / diagonal;
-    }
-  }
-  for (std::size_t k = m; k-- > 0;) {
-    x[k] /= d[k];
-    if (k + 1 < m) x[k] -= l_1[k + 1] * x[k + 1];
-    if (k + 2 < m) x[k] -= l_2[k + 2] * x[k + 2];
-  }
-  g_ = y_;
-  gamma_.assign(n_, 0.0);
-  for (std::size_t k = 0; k < m; ++k) {
-    const auto q = column(k);
-    for (std::size_t j = 0; j < 3; ++j) g_[k + j] -= alpha * q[j] * x[k];
-    gamma_[k + 1] = x[k];
-  }
-  double square = 0;
-  for (std::size_t k = 0; k < n_; ++k) square += (y_[k] - g_[k]) * (y_[k] - g_[k]);
-  return std::sqrt(square / static_cast<double>(n_));
-}
 
 /// Solves for the smoothest spline that departs from the rows by `deviation` (rad) in the mean.
 void smoothen(SmoothingSpline& spline, double duration, double deviation) {
@@ -101,32 +73,17 @@ void smoothen(SmoothingSpline& spline, double duration, double deviation) {
 
 }  // namespace
 
-Wheels WheelCubic::angle(double t) const {
-  const double s = (t - start) / length;
-  return phi + s * (length * dphi + s * (quadratic() + s * cubic()));
-}
-
-Wheels WheelCubic::rate(double t) const {
-  const double s = (t - start) / length;
-  return dphi + s / length * (2 * quadratic() + 3 * s * cubic());
-}
-
-Wheels WheelCubic::acceleration(double t) const {
-  const double s = (t - start) / length;
-  return (2 * quadratic() + 6 * s * cubic()) / (length * length);
-}
-
 WheelSpline::WheelSpline(WheelTable table, double resolution)
     : table_(std::move(table)), angle_(table_.values), acceleration_(table_.t.size(), Wheels::Zero()) {
   for (int i = 0; i < kWheels; ++i) {
-    std::vector<double> y(table_.t.size());
-    for (std::size_t k = 0; k < y.size(); ++k) y[k] = table_.values[k][i];
+    const auto rows = static_cast<Eigen::Index>(table_.t.size());
+    if (rows < 3) continue;  // a straight line
+    Eigen::VectorXd y(rows);
+    for (Eigen::Index k = 0; k < rows; ++k) y[k] = table_.values[k][i];
     SmoothingSpline spline(table_.t, std::move(y));
     smoothen(spline, table_.t.back() - table_.t.front(), resolution / std::sqrt(12.0));
-    for (std::size_t k = 0; k < table_.t.size(); ++k) {
-      angle_[k][i] = spline.values()[k];
-      acceleration_[k][i] = spline.second_derivatives()[k];
-    }
+    for (Eigen::Index k = 0; k < rows; ++k) angle_[k][i] = spline.values()[k];
+    for (Eigen::Index k = 1; k + 1 < rows; ++k) acceleration_[k][i] = spline.second_derivatives()[k - 1];
   }
 }
 

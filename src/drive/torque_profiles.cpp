@@ -52,7 +52,7 @@ std::array<Wheels, 3> ReferenceTorque::values(const std::array<double, 3>& t) co
   return {at(s[0], c[0]), at(s[1], c[1]), at(s[2], c[2])};
 }
 
-// Where the motion's phase has this sine and cosine.
+// The torque at the phase of the motion that has this sine and cosine.
 Wheels ReferenceTorque::at(double s, double c) const {
   return constant_ + c * cos_ + s * sin_ + (c * c - s * s) * cos_2_ + (2 * s * c) * sin_2_;
 }

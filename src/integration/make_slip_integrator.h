@@ -7,7 +7,7 @@
 
 namespace youbot_base_sim {
 
-// Evaluations for a millisecond of motion; an eased one takes up to 80 % more. Where Radau must keep up with real time,
+// Evaluations for a millisecond of motion, which may take up to 80 % more. Where Radau must keep up with real time,
 // they take about 0.8 ms at 3 GHz. Elsewhere they suffice for wheels that chatter, at tolerances down to 1e-10. The
 // other methods are for comparison; their bound only makes sure that a run ends.
 template <class Model>
@@ -22,20 +22,19 @@ std::unique_ptr<MotionIntegrator> make_slip_integrator(Model model, const Parts&
     using System = SlipSystem<Equations>;
     FloorParameters floor = parts.floor;
     if (parts.method.is_explicit) floor.holding_speed = 0;  // its steps would be that much shorter
-    Equations equations(parts.robot, floor);
-    equations.set_regularization_speed(
-        effective_regularization_speed(equations.regularization_speed(), floor.spin_radius, parts.tolerance));
-    const auto make_stepper = [&](const Tolerance& tolerance,
-                                  IntegrationStatistics& statistics) -> std::unique_ptr<SmoothStepper<System>> {
-      if (!parts.method.make)
-        return std::make_unique<Radau<Equations>>(tolerance, statistics, parts.radau ? *parts.radau : RadauOptions());
-      return std::make_unique<GeneralStepper<System>>(parts.method.make(tolerance, parts.step, statistics));
+    floor.nu = effective_regularization_speed(floor.nu, floor.spin_radius, parts.tolerance);
+    const auto make_method = [&](IntegrationStatistics& statistics) -> std::unique_ptr<SmoothStepper<ContactSystem>> {
+      if (parts.method.make) {
+        return std::make_unique<ContactStepper<const SmoothSystem>>(parts.method.make(parts.tolerance, statistics));
+      }
+      return std::make_unique<ContactStepper<System>>(
+          std::make_unique<Radau<Equations>>(parts.tolerance, statistics, parts.radau ? *parts.radau : RadauOptions()));
     };
     const std::uint64_t max_evaluations = parts.method.make ? kComparison
                                           : parts.keeps_up  ? kRealTime<Equations>
                                                             : kOffline * kRealTime<Equations>;
-    return std::make_unique<SlipIntegrator<Equations>>(equations, parts.torque, parts.start, parts.tolerance,
-                                                       max_evaluations, make_stepper, parts.before);
+    return std::make_unique<SlipIntegrator<Equations>>(Equations(parts.robot, floor), parts.torque, parts.start,
+                                                       parts.tolerance, max_evaluations, make_method, parts.before);
   });
 }
 

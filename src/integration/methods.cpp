@@ -20,11 +20,6 @@ const std::vector<std::string>& method_names() {
   return kNames;
 }
 
-double fixed_step(const IntegrationSettings& settings) {
-  const double usual = find_method(settings.method)->default_step;
-  return usual > 0 && settings.step > 0 ? settings.step : usual;
-}
-
 double effective_regularization_speed(double nu, double spin_radius, const Tolerance& tolerance) {
   constexpr double kShare = 0.3;    // of an error of the relative tolerance at 1 m/s
   constexpr double kMax = 1e-5;     // m/s: a larger one would show at any tolerance
@@ -49,10 +44,6 @@ std::string advice(const RobotParameters& robot, const FloorParameters& floor, M
   const double rate = damping * (mean.r_X.square() + mean.r_Y.square()).maxCoeff() / robot.J_2;
   if (!(rate > 0)) return "";
   const double stable = kStability / rate;
-  if (method.default_step > 0) {
-    return fmt::format("{} has a fixed step of {:g} s; while wheels roll it must be below about {:.1g} s to be stable",
-                       method.name, fixed_step(settings), stable);
-  }
   return fmt::format(
       "{} is explicit: while wheels roll its steps are at most about {:.1g} s long, {:.1g} of them for {:g} s of "
       "motion, "
@@ -69,12 +60,11 @@ std::unique_ptr<MotionIntegrator> make_integrator(Model model, const RobotParame
                                                   const FloorParameters& floor, const State& start,
                                                   const TorqueProfile& torque, const IntegrationSettings& settings,
                                                   bool extended, const MotionSoFar* before) {
-  if (!slips(model)) return std::make_unique<NoSlipIntegrator>(robot, floor, torque, settings.tolerance());
+  if (!slips(model)) return std::make_unique<NoSlipIntegrator>(robot, floor, torque, settings.tolerance(), before);
   const Method* method = find_method(settings.method);
   if (!method) throw std::invalid_argument(settings.method + ": no method of integration");
-  const Parts parts{
-      robot,          floor, start, torque, settings.tolerance(), *method, fixed_step(settings), settings.keeps_up,
-      settings.radau, before};
+  const Parts parts{robot,          floor, start, torque, settings.tolerance(), *method, settings.keeps_up,
+                    settings.radau, before};
   return extended ? make_slip_integrator<ExtendedFeatures>(model, parts)
                   : make_slip_integrator<PaperFeatures>(model, parts);
 }

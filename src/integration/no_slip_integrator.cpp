@@ -84,29 +84,21 @@ class NoSlipIntegrator::Stepper : public ControlledStepperTypes {
 };
 
 NoSlipIntegrator::NoSlipIntegrator(const RobotParameters& robot, const FloorParameters& floor,
-                                   const TorqueProfile& torque, const Tolerance& tolerance)
+                                   const TorqueProfile& torque, const Tolerance& tolerance, const MotionSoFar* before)
     : robot_(robot),
       floor_(floor),
       torque_(torque),
       model_(robot, floor, {}),
       max_first_step_(10 / model_.max_decay_rate()),
       next_step_(max_first_step_),
-      method_(find_method(method(robot))->make(share_of(tolerance, 0.1), 0, statistics_)) {}
+      statistics_(before ? before->statistics : IntegrationStatistics()),
+      method_(find_method(method(robot))->make(share_of(tolerance, 0.1), statistics_)) {}
 
-// Of the step from velocity `a` at t to `b` at `end` (s), for the friction in the bearings and in the torque.
+// Resolved share of the step from velocity `a` at t to `b` at `end` (s), for the friction in the bearings and in the
+// torque.
 double NoSlipIntegrator::resolved_share(const Eigen::Vector3d& a, const Eigen::Vector3d& b, double t,
                                         double end) const {
   return std::min(model_.resolved_share(a, b), torque_.resolved_share(t, end));
-}
-
-void NoSlipIntegrator::advance_periods(State& x, std::int64_t first, double period, std::size_t n,
-                                       const PeriodObserver& observer) {
-  for (std::size_t k = 0; k < n; ++k) {
-    observer(k);
-    const auto now = static_cast<double>(first) + static_cast<double>(k);
-    advance(x, now * period, (now + 1) * period, (now + 1) * period);
-  }
-  observer(n);
 }
 
 // Steps end at t_end.

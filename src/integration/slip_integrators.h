@@ -9,7 +9,7 @@ namespace youbot_base_sim {
 class PaperFeatures;
 class ExtendedFeatures;
 
-/// The parts of an integration; `step` applies to methods without step size control, s.
+/// The parts of an integration.
 struct Parts {
   const RobotParameters& robot;
   const FloorParameters& floor;
@@ -17,7 +17,6 @@ struct Parts {
   const TorqueProfile& torque;
   const Tolerance& tolerance;
   const Method& method;
-  double step;
   bool keeps_up;
   const RadauOptions* radau;
   const MotionSoFar* before;  // null: the motion begins

@@ -12,26 +12,33 @@ BaseLoop::BaseLoop(const LoopSettings& settings)
       control_time_(settings.scene.solver.control_period),
       driver_settings_{control_time_.period(), settings.driver.motor, settings.driver.motors,
                        settings.driver.command_timeout},
-      takes_always_(settings.command_rate == 0 || settings.lockstep.on),
+      takes_always_(settings.command_rate == 0),
       requests_(control_time_),
-      driver_(driver_settings_, settings.scene.initial.phi()),
-      simulation_(settings.scene, [this](double t, const State& state) { return begin_period(t, state); }),
-      sensors_(settings.scene, driver_.read(settings.scene.initial.phi(), settings.scene.initial.dphi()),
-               settings.sensors),
+      driver_(driver_settings_),
+      simulation_(settings.scene),
+      sensors_(settings.scene, settings.sensors, driver_.motor(), driver_settings_.quantized()),
       instants_(settings.publish_rate),
       listening_(takes_always_ ? 1 : settings.command_rate) {
   simulation_.continue_when_tipping();  // the node does not end for it; diagnostics report it
 }
 
-Wheels BaseLoop::begin_period(double t, const State& state) {
-  if (instants_.due(t)) meet_instant(t, state);
-  if (takes_always_ ? !requests_.empty() : listening_.meet(t)) take_requests(t, state);
-  return driver_.sample(t, state.dphi());
+void BaseLoop::advance_periods(std::int64_t n) {
+  const State& state = simulation_.state();
+  for (; n > 0; --n) {
+    meet_instant();
+    const bool listens = takes_always_ || listening_.meet(time());
+    if (!requests_.empty()) take_requests(listens);
+    simulation_.set_torque(driver_.sample(time(), state.dphi()));
+    simulation_.step();
+  }
 }
 
-void BaseLoop::take_requests(double t, const State& state) {
-  const bool reconnected = requests_.take(t, driver_);
-  if (reconnected) sensors_.restart_odometry(driver_.read(state.phi(), state.dphi()));
+// Requests of the motion act at any control period, the driver's only if it `listens` now.
+void BaseLoop::take_requests(bool listens) {
+  requests_.take_motion(time(), [this](const auto& request) { apply(request); });
+  const State& state = simulation_.state();
+  const bool reconnected = listens && requests_.take(time(), driver_);
+  if (reconnected) sensors_.restart_odometry(state, driver_.torque(), driver_.faults());
 }
 
 std::string BaseLoop::refusal(const std::vector<Load>& loads) const {
@@ -59,31 +66,16 @@ void BaseLoop::apply(const LoadsRequest& request) {
 void BaseLoop::apply(const StateRequest& request) {
   const State before = simulation_.state();
   simulation_.set_state(request.pose, request.velocity, request.phi);
-  const State& after = simulation_.state();
-  sensors_.carry(before, after, driver_.carry(before.phi(), after.phi()));
-}
-
-// In parts where loads, wrenches or the state change: odeint's loop over control periods cannot change them.
-void BaseLoop::advance_periods(std::int64_t n) {
-  while (n > 0) {
-    std::int64_t part = n;
-    if (!requests_.empty()) {
-      meet_instant();
-      requests_.take_motion(time(), [this](const auto& request) { apply(request); });
-      part = std::clamp<std::int64_t>(requests_.period_of_motion() - periods(), 1, n);
-    }
-    simulation_.advance_periods(part);
-    n -= part;
-  }
+  sensors_.carry(before, simulation_.state());
 }
 
 std::int64_t BaseLoop::periods_until(double t) const {
   return std::max<std::int64_t>(1, control_time_.first_from(t) - periods());
 }
 
-bool BaseLoop::meet_instant(double t, const State& state) {
-  if (!instants_.meet(t)) return false;
-  sensors_.update(t, state, driver_.read(state.phi(), state.dphi()));
+bool BaseLoop::meet_instant() {
+  if (!instants_.meet(time())) return false;
+  sensors_.update(time(), simulation_.state(), driver_.torque(), driver_.faults());
   return true;
 }
 
@@ -109,9 +101,8 @@ void BaseLoop::reset() {
   requests_.clear();
   applied_loads_ = {};
   simulation_.reset();
-  const State& state = simulation_.state();
-  driver_ = BaseDriver(driver_settings_, state.phi());
-  sensors_ = BaseSensors(simulation_.scene(), driver_.read(state.phi(), state.dphi()), sensor_options_);
+  driver_ = BaseDriver(driver_settings_);
+  sensors_ = BaseSensors(simulation_.scene(), sensor_options_, driver_.motor(), driver_settings_.quantized());
   instants_.reset();
   listening_.reset();
 }

@@ -1,7 +1,6 @@
 #include "youbot_base_sim/loop/base_requests.h"
 
 #include <algorithm>
-#include <limits>
 
 namespace youbot_base_sim {
 
@@ -60,10 +59,6 @@ bool BaseRequests::take(double t, BaseDriver& driver) {
     if (const auto* faults = std::get_if<Faults>(&request)) driver.set_faults(arrival, *faults);
   }
   return reconnected;
-}
-
-std::int64_t BaseRequests::period_of_motion() const {
-  return motion_.empty() ? std::numeric_limits<std::int64_t>::max() : time_.first_from(motion_.front().arrival);
 }
 
 bool BaseRequests::present(double t, const BaseDriver& driver) const {

@@ -91,12 +91,13 @@ void BagWriter::guarded(const Action& action) {
 /// Numbers the messages of each topic in their header, as a publisher would.
 template <class Message>
 void BagWriter::write(const std::string& topic, const ros::Time& stamp, Message message) {
-  const bool latched = Telemetry::latched(topic);
+  const TopicRow& row = topic_row(topic);
+  if (!row.is(kRecorded)) return;
   const std::string name = topic.front() == '/' ? topic : ros::names::append(namespace_, topic);
   if (auto* header = ros::message_traits::header(message)) header->seq = numbers_[topic]++;
   guarded([&] {
     make_room();
-    bag_->write(name, stamp, message, latched ? latching(message) : nullptr);
+    bag_->write(name, stamp, message, row.is(kLatched) ? latching(message) : nullptr);
   });
 }
 
@@ -113,10 +114,9 @@ void BagWriter::write(Telemetry& telemetry, const Simulation& simulation, const 
     if (!transforms.transforms.empty()) write(kStaticTransformsTopic, stamp, transforms);
   }
   telemetry.visit(simulation, sensors, stamp, [&](const char* topic, const auto& make) {
-    if (telemetry.recorded(topic)) write(topic, stamp, make());
+    if (telemetry.is_requested(topic_row(topic))) write(topic, stamp, make());
   });
-  telemetry.visit_push(simulation, stamp, [&](const char* topic, const auto& make) { write(topic, stamp, make()); });
-  if (telemetry.recorded(kContactMarkersTopic) && markers_due_.meet(t)) {
+  if (telemetry.is_requested(topic_row(kContactMarkersTopic)) && markers_due_.meet(t)) {
     write(kContactMarkersTopic, stamp, telemetry.markers(simulation, stamp));
   }
 }
@@ -144,26 +144,22 @@ class BagRecorder : public Recorder {
 
  private:
   BagWriter bag_;
-  std::optional<MotorSensors> motors_;
   std::optional<BaseSensors> sensors_;  // from the first row on
   std::optional<Telemetry> telemetry_;  // the same
 };
 
 void BagRecorder::write(double t, const Simulation& simulation, const Events& events) {
   const Scene& scene = simulation.scene();
-  const State& state = simulation.state();
-  if (!motors_) motors_.emplace(scene.motors, state.phi());
-  const MotorReadings& readings = motors_->read(state.phi(), state.dphi(), simulation.torque());
-  if (sensors_) {
-    sensors_->update(t, state, readings);
-  } else {
+  if (!sensors_) {
     Telemetry::Options options;
     options.contacts = scene.output.contacts;
     options.world = true;
     options.markers = marker_options(scene.robot, options.world);
-    sensors_.emplace(scene, readings, BaseSensors::Options());
+    const bool quantized = scene.motors && scene.motors->quantized.value_or(false);
+    sensors_.emplace(scene, BaseSensors::Options(), Motor(), quantized);
     telemetry_.emplace(scene, options);
   }
+  sensors_->update(t, simulation.state(), simulation.torque());
   bag_.write(*telemetry_, events);
   bag_.write(*telemetry_, simulation, *sensors_, t);
 }

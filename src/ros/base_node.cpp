@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
-#include <tf2_ros/static_transform_broadcaster.h>
 
 #include <algorithm>
 #include <chrono>
@@ -11,6 +10,7 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <set>
 #include <stdexcept>
@@ -29,6 +29,7 @@
 #include "youbot_base_sim/ros/publications.h"
 #include "youbot_base_sim/ros/telemetry.h"
 #include "youbot_base_sim/ros/throttled_log.h"
+#include "youbot_base_sim/ros/time_services.h"
 
 namespace youbot_base_sim {
 
@@ -38,7 +39,6 @@ using SteadyClock = std::chrono::steady_clock;
 
 constexpr double kPollInterval = 0.1;   // s of wall time that the loop waits at most without looking if ROS still runs
 constexpr double kRecorderDelay = 0.2;  // s of wall time from a recorder's subscription to its first message at most
-constexpr int kMaxAnswers = 100;        // to services that a node calls one after another without sleeping
 constexpr double kFlushDelay = 0.2;     // s of wall time for the last message to leave before the node ends
 constexpr double kMaxAhead = 0.02;      // s of simulated time that may pass at once, unless a control period is longer
 
@@ -46,31 +46,22 @@ constexpr double kMaxAhead = 0.02;      // s of simulated time that may pass at 
 constexpr auto kFirstNotice = std::chrono::seconds(1), kNextNotice = std::chrono::seconds(10);
 constexpr auto kNoticeInDiagnostics = std::chrono::seconds(2);
 
-/// Topics that time does not wait for: their content comes again, or is kept for later subscribers.
-const std::set<std::string> kNotWaitedFor = {kDiagnosticsTopic,   kDashboardTopic, kContactMarkersTopic, kLoadsTopic,
-                                             kAppliedWrenchTopic, kSceneTopic,     kStateSetTopic};
-
 /// One number if all wheels have the same, else four.
 std::string wheels_text(const Wheels& values) {
   if ((values == values[0]).all()) return fmt::format("{:g}", values[0]);
   return fmt::format("[{:g}]", fmt::join(values.data(), values.data() + kWheels, ", "));
 }
 
-/// Whether a topic does not come from the driver.
-bool is_truth(const std::string& topic) {
-  return topic == kGroundTruthTopic || topic == kContactsTopic || topic == kImuTopic;
-}
-
 }  // namespace
 
 /// `DriverInterface` enqueues requests for a `BaseLoop`, whose state and sensors are published when a `NodeClock` says
-/// so. As the master of simulated time the node also has `TimeServices`.
+/// so. Where that is the master of simulated time, `TimeServices` control it.
 ///
 /// The loop stops only at instants that a subscriber could notice, and every 20 ms. While it waits, it processes
 /// callbacks.
 ///
 /// While the driver has no base, as after a loss of EtherCAT, odom, base/joint_states and /tf stop, as the driver's do.
-class BaseNode::Loop {
+class BaseNode::Loop : private TimedLoop {
  public:
   Loop(const ros::NodeHandle& node, ros::NodeHandle private_node, const std::atomic<bool>& stop)
       : settings_(read_base_settings(node, private_node)),
@@ -82,28 +73,25 @@ class BaseNode::Loop {
                  : std::numeric_limits<std::int64_t>::max()),
         diagnosing_(kDiagnosticsRate),
         node_(node),
-        publications_([this] { update_subscriptions(); }),
-        clock_(settings_, loop_, publications_, stop_) {
+        publications_([this] { update_subscriptions(); }) {
     node_.setCallbackQueue(&queue_);
     private_node.setCallbackQueue(&queue_);
     if (!settings_.bag.empty()) open_bag();
+    clock_ = make_node_clock(settings_, loop_, publications_, node_, stop_);
     advertise();
     update_subscriptions();
-    interface_.emplace(loop_, clock_, settings_, node_, private_node, log_);
-    const tf2_msgs::TFMessage world =
-        telemetry_.static_transforms(loop_.simulation(), loop_.sensors(), ros::Time::now());
-    if (!world.transforms.empty()) static_transforms_.emplace().sendTransform(world.transforms);
-    if (settings_.publish_clock) {
-      time_services_.emplace(
-          private_node, queue_, settings_.start_paused, loop_, clock_, [this] { reset(); },
-          [this] { end("~end is called"); });
-    }
+    interface_.emplace(loop_, *clock_, settings_, node_, private_node, log_);
+    time_services_.emplace(
+        private_node, queue_, settings_.start_paused, loop_, *clock_, [this] { reset(); },
+        [this] { end("~end is called"); });
   }
 
   void run() {
     loop_.stop_on(stop_);
     try {
       run_loop();
+      const std::string reason = clock_->broken_promise();
+      if (settings_.lockstep.strict && !reason.empty()) throw std::runtime_error(reason + " (~lockstep_strict)");
     } catch (const Stopped&) {  // within a control period
     } catch (const std::exception&) {
       const std::string name = bag_ ? bag_->keep_incomplete() : "";
@@ -115,74 +103,63 @@ class BaseNode::Loop {
   }
 
  private:
-  /// What keeps simulated time from advancing, and when that is reported next.
+  /// The reason why simulated time does not advance, and the times of its next reports.
   struct Wait {
     std::string what;  ///< empty: it advances
     SteadyClock::time_point console_due, diagnostics_due;
   };
 
-  /// By its own clock the bag begins at zero, however long lockstep waits for the first command.
   void open_bag() {
-    std::function<ros::Time(double)> stamp_at = stamp_of;
-    if (!settings_.publish_clock) stamp_at = [this](double t) { return clock_.stamp(t); };
     try {
       bag_.emplace(OutputOpener(settings_.scene.files).open("bag", settings_.bag, OutputFile::Access::kAnywhere),
-                   node_.getNamespace(), stamp_at);
+                   node_.getNamespace(), [this](double t) { return clock_->bag_stamp(t); });
     } catch (const std::runtime_error& error) {
       throw ParameterError(fmt::format("parameter ~bag: {}", error.what()));
     }
   }
 
-  /// By simulated time every message counts, by the wall clock the latest.
+  /// Advertises all topics but /clock, and publishes what does not change.
   void advertise() {
-    const std::uint32_t queue_size = settings_.publish_clock ? kRecorderQueueSize : kDriverQueueSize;
-    telemetry_.visit(loop_.simulation(), loop_.sensors(), ros::Time(), [&](const char* topic, const auto& make) {
-      if (topic == std::string(kTransformsTopic) && !settings_.publish_tf) return;
-      publications_.advertise<decltype(make())>(node_, topic, queue_size);
+    const auto fixed_transforms = [this] {
+      return telemetry_.static_transforms(loop_.simulation(), loop_.sensors(), ros::Time::now());
+    };
+    std::set<std::string> absent = {kClockTopic};
+    if (!loop_.sensors().imu()) absent.insert(kImuTopic);
+    if (!settings_.publish_tf) absent.insert(kTransformsTopic);
+    if (fixed_transforms().transforms.empty()) absent.insert(kStaticTransformsTopic);
+    // Every message counts in simulated time, the latest one by the wall clock.
+    const std::uint32_t queue_size = clock_->is_master() ? kRecorderQueueSize : kDriverQueueSize;
+    visit_topics([&](const auto& topic) {
+      if (absent.count(topic.name) > 0) return;
+      publications_.advertise(node_, topic, topic.queue_size > 0 ? topic.queue_size : queue_size);
     });
-    publications_.advertise<RollerSwitchStamped>(node_, kRollerSwitchesTopic, kRecorderQueueSize);
-    publications_.advertise<visualization_msgs::MarkerArray>(node_, kContactMarkersTopic, kDriverQueueSize);
-    publications_.advertise<LoadsStamped>(node_, kLoadsTopic, kRecorderQueueSize, Telemetry::latched(kLoadsTopic));
-    publications_.advertise<geometry_msgs::WrenchStamped>(node_, kAppliedWrenchTopic, kRecorderQueueSize,
-                                                          Telemetry::latched(kAppliedWrenchTopic));
-    publications_.advertise<nav_msgs::Odometry>(node_, kStateSetTopic, kRecorderQueueSize);
-    publications_.advertise<diagnostic_msgs::DiagnosticArray>(node_, kDiagnosticsTopic, kDriverQueueSize);
-    publications_.advertise<std_msgs::String>(node_, kSceneTopic, kDriverQueueSize, Telemetry::latched(kSceneTopic));
     publications_.publish(kSceneTopic, [this] { return scene_message(settings_.scene); });
-#ifdef YOUBOT_BASE_SIM_PR2_MSGS
-    publications_.advertise<pr2_msgs::PowerBoardState>(node_, kDashboardTopic, kDriverQueueSize);
-#endif
-    clock_.connect(node_);
+    publications_.publish(kStaticTransformsTopic, fixed_transforms);
   }
 
-  void update_subscriptions() {
-    wants_telemetry_ = bag_ || publications_.heard(kRollerSwitchesTopic) || publications_.heard(kContactMarkersTopic) ||
-                       publications_.heard(kAppliedWrenchTopic);
-    telemetry_.visit(loop_.simulation(), loop_.sensors(), ros::Time(), [this](const char* topic, const auto&) {
-      wants_telemetry_ = wants_telemetry_ || publications_.heard(topic);
-    });
-    wants_periods_ = clock_.wants_each_period();
-  }
+  void update_subscriptions() { wants_telemetry_ = bag_ || publications_.heard(kAtInstants); }
 
   void run_loop() {
     report_start();
-    clock_.announce();
-    while (clock_.unknown() && running()) {
-      report_wait("time waits for another node's /clock: /use_sim_time is true, ~publish_clock is not");
+    clock_->announce();
+    for (std::string missing = clock_->missing(); !missing.empty() && running(); missing = clock_->missing()) {
+      report_wait("time waits for " + missing, ros::console::levels::Warn);
       take_callbacks(kPollInterval);
     }
     if (settings_.wait_for_subscribers) await_subscribers();
-    clock_.start();
+    clock_->start();
     publish_instant();
     while (running() && !ended_) {
-      if (stepping()) {
+      if (time_services_->stepping()) {
         advance_by_step();
-      } else if (paused()) {
+      } else if (time_services_->paused()) {
         report_wait(fmt::format("time waits, paused at t = {:g} s, for ~unpause or ~step", loop_.time()));
         take_callbacks(kPollInterval);
-      } else if (await_period()) {
+      } else if (clock_->await(*this)) {
         wait_.what.clear();
         advance_when_due();
+      } else if (const double now = clock_->arrival(); diagnosing_.meet(now)) {
+        publish_diagnostics(now);  // within a long control period
       }
     }
     if (ended_) ros::WallDuration(kFlushDelay).sleep();
@@ -193,10 +170,7 @@ class BaseNode::Loop {
     const RobotParameters& robot = scene.robot;
     const VelocityGains& gains = settings_.driver.motors.gains;
     ROS_INFO("model %s by %s, control period %g s, %s", name_of(scene.model), loop_.simulation().method().c_str(),
-             loop_.control_period(),
-             settings_.publish_clock  ? "master of simulated time"
-             : ros::Time::isSimTime() ? "another node's /clock"
-                                      : "wall clock");
+             loop_.control_period(), clock_->name());
     ROS_INFO_STREAM(fmt::format(
         "{}: friction of the drive trains {} N m + {} N m s, of the rollers {} N m + {} N m s, of the floor {}; "
         "velocity gains {:g} N m s/rad, {:g} N m/rad",
@@ -212,9 +186,8 @@ class BaseNode::Loop {
   void await_subscribers() {
     const auto missing = [this] {
       std::string topics;
-      publications_.visit([&](const std::string& topic, bool heard) {
-        const bool waited_for = kNotWaitedFor.count(topic) == 0 && telemetry_.recorded(topic);
-        if (!heard && waited_for) topics += " " + node_.resolveName(topic);
+      publications_.visit_unheard([&](const TopicRow& topic) {
+        if (topic.is(kAwaited) && telemetry_.is_requested(topic)) topics += " " + node_.resolveName(topic.name);
       });
       return topics;
     };
@@ -226,81 +199,32 @@ class BaseNode::Loop {
     ros::WallDuration(kRecorderDelay).sleep();
   }
 
-  /// In lockstep, waits for what the next period waits for. Returns whether that may begin.
-  bool await_period() {
-    Lockstep& lockstep = clock_.lockstep();
-    if (!lockstep.waits(loop_.periods())) return true;
-    const bool ready = lockstep.awaits_rest() ? await_followers() : await_command();
-    if (!ready || interrupted()) return false;
-    lockstep.release(loop_.periods());
-    return true;
-  }
-
   bool running() const { return node_.ok() && !stop_; }
 
-  /// Whether the loop has something else to do than to wait for a period of lockstep.
-  bool interrupted() const { return ended_ || paused() || stepping() || !running(); }
-
-  /// Waits until the nodes that follow /clock rest. Before the first command only /clock advances, by the wall clock,
-  /// for nodes that sleep before they command: how long that takes must not change the simulation.
-  bool await_followers() {
-    const Lockstep& lockstep = clock_.lockstep();
-    if (lockstep.idles()) {
-      bool commanded = await_command();
-      if (!commanded && !interrupted()) {
-        // The first command of a node that still works is one for this period, however long it takes.
-        clock_.wait([this] { await_rest(); });
-        commanded = interface_->commanded();
-      }
-      if (interrupted() || !lockstep.idles()) return false;
-      // A loop that sleeps from t = 0, which /clock shows as 1 ns because zero means no time, would miss the first
-      // period.
-      if (!commanded || lockstep.idle_time() == 0) clock_.idle([this] { publish_telemetry(); });
-      if (!commanded) return false;
-    }
-    clock_.wait([this] { await_rest(); });
-    end_with_commands();
-    return !lockstep.idles() || interface_->commanded();  // which a reset forgets
+  bool interrupted() const override {
+    return ended_ || time_services_->paused() || time_services_->stepping() || !running();
   }
+  bool has_callbacks() override { return !queue_.isEmpty(); }
+  bool commanded() const override { return interface_->commanded(); }
 
-  /// Waits until all that follow /clock rest, and takes what they have sent. A node whose service call is answered so
-  /// goes on working. One that never rests could go on for ever.
-  void await_rest() {
-    for (int k = 0; k < kMaxAnswers; ++k) {
-      clock_.await_rest();
-      if (queue_.isEmpty()) return;
-      queue_.callAvailable();
-    }
-  }
-
-  /// Waits a while for a command, or for ~unpause before the first. Throws std::runtime_error if a player that may end
-  /// sends none.
-  bool await_command() {
-    const double patience = clock_.lockstep().patience();
-    const bool idles = clock_.lockstep().idles();
-    const auto start = SteadyClock::now();
-    while (!interface_->commanded() && !interrupted() && clock_.lockstep().idles() == idles) {
-      const double left = patience - std::chrono::duration<double>(SteadyClock::now() - start).count();
-      if (left <= 0) {
-        if (idles) return false;
-        throw std::runtime_error(
-            fmt::format("lockstep: no command for {:g} s at t = {:g} s: the node ends (~end_with_commands)", patience,
-                        loop_.time()));
-      }
-      clock_.wait([&] { queue_.callOne(ros::WallDuration(std::min(left, kPollInterval))); });
-      if (interface_->commanded() || !queue_.isEmpty()) continue;
+  bool await_command(double patience, const char* what) override {
+    const auto end = SteadyClock::now() + std::chrono::duration<double>(patience);
+    while (!commanded() && !interrupted()) {
+      const double left = std::chrono::duration<double>(end - SteadyClock::now()).count();
+      if (left <= 0) break;
+      clock_->timing().idle([&] { queue_.callOne(ros::WallDuration(std::min(left, kPollInterval))); });
+      if (commanded() || has_callbacks()) continue;
       end_with_commands();
-      const char* what = idles ? "the simulation begins with ~unpause or" : "time waits for";
       report_wait(fmt::format("lockstep: {} a command on {}, {} or {}, at t = {:g} s", what,
                               node_.resolveName(kTwistTopic), node_.resolveName(kTorqueTopic),
                               node_.resolveName(kVelocityTopic), loop_.time()));
     }
-    return interface_->commanded();
+    return commanded();
   }
 
-  /// Ends the node if it is to end with the last publisher of commands, and that has gone.
-  void end_with_commands() {
-    if (!settings_.lockstep.end_with_commands || !clock_.lockstep().started() || interface_->has_commander()) return;
+  /// Before the first control period commands are yet to come.
+  void end_with_commands() override {
+    if (!settings_.lockstep.end_with_commands || loop_.periods() == 0 || interface_->has_commander()) return;
     end("the last publisher of commands has gone");
   }
 
@@ -309,20 +233,20 @@ class BaseNode::Loop {
     ended_ = true;
   }
 
-  /// Waits for callbacks, or `timeout` (s of wall time). They only enqueue requests and note subscribers, but for the
-  /// services of time, which are served here, between control periods.
-  void take_callbacks(double timeout) {
-    clock_.wait([&] { queue_.callAvailable(ros::WallDuration(timeout)); });
+  /// Callbacks only enqueue requests and note subscribers, but for the services of time, which are served here, between
+  /// control periods.
+  void take_callbacks(double timeout) override {
+    clock_->timing().idle([&] { queue_.callAvailable(ros::WallDuration(timeout)); });
   }
 
   /// Reports what time waits for once that takes long; the text may change from call to call.
-  void report_wait(const std::string& what) {
+  void report_wait(const std::string& what, ros::console::Level level = ros::console::levels::Info) {
     const auto now = SteadyClock::now();
     if (wait_.what.empty()) wait_ = {what, now + kFirstNotice, now + kNoticeInDiagnostics};
     wait_.what = what;
     if (now >= wait_.console_due) {
       wait_.console_due = now + kNextNotice;
-      ROS_INFO_STREAM(what);
+      ROS_LOG_STREAM(level, ROSCONSOLE_DEFAULT_NAME, what);
     }
     if (now >= wait_.diagnostics_due) {
       wait_.diagnostics_due = now + kNoticeInDiagnostics;
@@ -330,50 +254,37 @@ class BaseNode::Loop {
     }
   }
 
-  /// Advances to the next time that could be noticed, if that is due; else takes callbacks for a while. Waking up for
-  /// each control period would cost more than simulating it. In lockstep callbacks wait: the command in hand is the
-  /// only one for this period.
+  /// Advances to the next time that could be noticed: waking up for each control period would cost more than simulating
+  /// it.
   void advance_when_due() {
-    const double wait = wait_for_periods_ahead();
-    if (wait > 0 || (!settings_.lockstep.on && !queue_.isEmpty())) {
-      take_callbacks(std::clamp(wait, 0.0, kPollInterval));
-      if (interrupted() || wait_for_periods_ahead() > 0) {
-        if (const double now = clock_.arrival(); diagnosing_.meet(now)) publish_diagnostics(now);
-        return;
-      }
-    }
     advance(periods_ahead());
-    const double lost = clock_.arrive();
+    const double lost = clock_->arrive();
     if (lost > 0) log_.warn("lag", fmt::format("too slow for the requested rate: {:.3g} s are lost", lost));
     publish_instant();
   }
 
   /// Advances by a part of what ~step asks for, without waiting.
   void advance_by_step() {
-    if (!paused()) return time_services_->end_step("not paused: call ~pause first");
-    if (!queue_.isEmpty()) take_callbacks(0);
-    if (!stepping()) return;  // a callback has ended it
+    if (!time_services_->paused()) return time_services_->end_step("not paused: call ~pause first");
+    if (has_callbacks()) take_callbacks(0);
+    if (!time_services_->stepping()) return;  // a callback has ended it
     const std::int64_t periods = std::min(time_services_->left(), periods_ahead());
     if (periods > 0) {
       advance(periods);
       publish_instant();
     }
-    if (clock_.lockstep().awaits_rest()) clock_.announce();  // within a period too
+    clock_->announce();
     time_services_->advanced(periods);
   }
 
   /// Control periods until the next time that could be noticed.
   std::int64_t periods_ahead() {
-    if (wants_periods_) return 1;
     const double next = std::min(loop_.time() + kMaxAhead, diagnosing_.next());
     const std::int64_t periods = loop_.periods_until(wants_telemetry_ ? std::min(next, loop_.next_instant()) : next);
-    return std::min({periods, clock_.lockstep().left(loop_.periods()), end_ - loop_.periods()});
+    return std::min({periods, clock_->periods_left(), end_ - loop_.periods()});
   }
 
-  /// Wall time until they have passed, s; not positive if they have.
-  double wait_for_periods_ahead() {
-    return clock_.wait_for(loop_.time() + static_cast<double>(periods_ahead()) * loop_.control_period());
-  }
+  double next_time() override { return loop_.time() + static_cast<double>(periods_ahead()) * loop_.control_period(); }
 
   void advance(std::int64_t periods) {
     interface_->forget_commands();
@@ -406,14 +317,14 @@ class BaseNode::Loop {
     const bool is_due = loop_.meet_instant();
     if (is_due) loop_.require_finite();
     const Events events = loop_.take_events();
-    clock_.begin_publishing(is_due, !events.switches.empty());
+    clock_->begin_publishing(is_due, !events.switches.empty());
     record(events, is_due);
     telemetry_.visit(
-        events, [this](double t) { return clock_.stamp(t); },
+        events, [this](double t) { return clock_->stamp(t); },
         [this](const char* topic, const ros::Time&, const auto& make) { publications_.publish(topic, make); });
     if (is_due && wants_telemetry_) publish_telemetry();
     if (diagnosing_.meet(loop_.time())) publish_diagnostics(loop_.time());
-    clock_.end_publishing();
+    clock_->end_publishing();
   }
 
   /// Writes to the bag. A failed bag cannot be continued: the node goes on without it, or ends if it is required.
@@ -436,23 +347,21 @@ class BaseNode::Loop {
     ROS_ERROR("the bag has failed, the node goes on without it: %s", bag_failure_.c_str());
   }
 
-  void publish_telemetry() {
-    const ros::Time stamp = clock_.stamp(loop_.time());
+  void publish_telemetry() override {
+    const ros::Time stamp = clock_->stamp(loop_.time());
     const Simulation& simulation = loop_.simulation();
-    const auto publish = [this](const char* topic, const auto& make) { publications_.publish(topic, make); };
     telemetry_.visit(simulation, loop_.sensors(), stamp, [&](const char* topic, const auto& make) {
-      if (loop_.driver().present() || is_truth(topic)) publish(topic, make);
+      if (loop_.driver().present() || !topic_row(topic).is(kOfDriver)) publications_.publish(topic, make);
     });
-    telemetry_.visit_push(simulation, stamp, publish);
-    publish(kContactMarkersTopic, [&] { return telemetry_.markers(simulation, stamp); });
+    publications_.publish(kContactMarkersTopic, [&] { return telemetry_.markers(simulation, stamp); });
   }
 
   /// Time t (s) is the loop's, or later within a long control period.
   void publish_diagnostics(double t) {
-    const ros::Time now = clock_.stamp(t);
-    const NodeClock::Timing timing = clock_.take_timing();
+    const ros::Time now = clock_->stamp(t);
+    const LoopTiming::Report timing = clock_->timing().take(loop_.time());
     std::string what = wait_.what;
-    if (const std::string rivals = clock_.rivals(); !rivals.empty()) {
+    if (const std::string rivals = clock_->rivals(); !rivals.empty()) {
       const std::string several = fmt::format("/clock has several publishers, {}: time is undefined", rivals);
       log_.error("clocks", several);
       what = several + (what.empty() ? "" : "; ") + what;
@@ -467,14 +376,11 @@ class BaseNode::Loop {
 #endif
   }
 
-  bool paused() const { return time_services_ && time_services_->paused(); }
-  bool stepping() const { return time_services_ && time_services_->stepping(); }
-
   void reset() {
     if (bag_) throw std::runtime_error("~reset is rejected while ~bag is written: the bag's time would go back");
     time_services_->end_step("ended by ~reset");
     loop_.reset();
-    clock_.reset();
+    clock_->reset();
     interface_->forget_commands();
     diagnosing_.reset();
     publish_instant();
@@ -495,13 +401,11 @@ class BaseNode::Loop {
   ros::CallbackQueue queue_;
   ros::NodeHandle node_;
   Publications publications_;
-  NodeClock clock_;
-  std::optional<tf2_ros::StaticTransformBroadcaster> static_transforms_;
+  std::unique_ptr<NodeClock> clock_;
   std::optional<DriverInterface> interface_;
   std::optional<TimeServices> time_services_;
 
   bool wants_telemetry_ = false;  // any of it is heard or recorded now, switches included
-  bool wants_periods_ = false;    // the end of each control period could be noticed
   bool ended_ = false;
 };
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <utility>
 
 #include "youbot_base_sim/drive/driver_configuration.h"
 #include "youbot_base_sim/ros/program.h"
@@ -22,16 +23,22 @@ constexpr double kLockstepPeriod = 0.01;  // s, or the control period if that is
 
 constexpr Range kPeriods{kControlPeriods.min, kControlPeriods.max, kControlPeriods.unit};  // never continuous in time
 
-SceneOverrides read_overrides(Parameters& parameters) {
-  SceneOverrides overrides;
-  parameters.read("model", overrides.model);
-  parameters.read("method", overrides.method);
-  parameters.read("control_period", overrides.control_period, kPeriods);
-  parameters.read("relative_tolerance", overrides.relative_tolerance, kRelativeTolerances);
-  parameters.read("dry_friction", overrides.dry_friction, Range{0, 100, "N m"});
-  parameters.read("initial_pose", overrides.initial_pose, kPoses);
-  parameters.read("initial_wheel_angles", overrides.initial_wheel_angles, kWheelAngles);
-  return overrides;
+/// The scene's settings among the parameters.
+SceneSettings read_scene_settings(Parameters& parameters) {
+  SceneSettings settings;
+  const auto read = [&](const char* name, const char* key, auto value, const auto&... range) {
+    if (parameters.read(name, value, range...)) settings.emplace_back(key, *value);
+  };
+  for (const auto& [name, key] : {std::pair{"model", "model"}, {"method", "solver.method"}}) {
+    std::string value;
+    if (parameters.read(name, value)) settings.emplace_back(key, value, true);
+  }
+  read("control_period", "solver.control_period", std::optional<double>(), kPeriods);
+  read("relative_tolerance", "solver.relative_tolerance", std::optional<double>(), kRelativeTolerances);
+  read("dry_friction", "robot.dry_friction", std::optional<double>(), Range{0, 100, "N m"});
+  read("initial_pose", "initial.pose", std::optional<Eigen::Array3d>(), kPoses);
+  read("initial_wheel_angles", "initial.wheel_angles", std::optional<Wheels>(), kWheelAngles);
+  return settings;
 }
 
 /// Control periods a second, and a little more for rounding.
@@ -70,6 +77,7 @@ void read_lockstep(Parameters& parameters, BaseSettings& settings) {
   if (lockstep.on) lockstep.period = control_period * std::max(1.0, std::round(kLockstepPeriod / control_period));
   const bool given = parameters.read("lockstep_period", lockstep.period, {control_period, 10, "s", true});
   parameters.read("lockstep_timeout", lockstep.timeout, {1e-3, 1e6, "s", true});
+  parameters.read("lockstep_strict", lockstep.strict);
   parameters.read("end_with_commands", lockstep.end_with_commands);
   const double periods = lockstep.period / control_period;
   const std::string period = fmt::format("{:g}", lockstep.period);
@@ -181,7 +189,7 @@ void check_time(const Parameters& parameters, const BaseSettings& settings) {
 BaseSettings read_base_settings(const ros::NodeHandle& node, const ros::NodeHandle& private_node) {
   Parameters parameters(private_node, "~");
   BaseSettings settings;
-  settings.scene = read_scene(parameters, read_overrides(parameters));
+  settings.scene = read_scene(parameters, read_scene_settings(parameters));
   read_driver_parameters(Parameters(node, ""), settings);
   parameters.read("publish_rate", settings.publish_rate, rates(kMinPublishRate, settings));
   parameters.read("command_rate", settings.command_rate, rates(kMinCommandRate, settings, true));
@@ -189,6 +197,7 @@ BaseSettings read_base_settings(const ros::NodeHandle& node, const ros::NodeHand
   parameters.read("real_time_factor", settings.real_time_factor, {1e-3, 1e6, "", true});
   read_lockstep(parameters, settings);
   settings.scene.solver.keeps_up = !settings.lockstep.on;  // which waits, and has the bits of `simulate`
+  if (settings.lockstep.on) settings.command_rate = 0;     // each control period takes what has come
   parameters.read("wait_for_subscribers", settings.wait_for_subscribers);
   parameters.read("start_paused", settings.start_paused);
   parameters.read("end_time", settings.end_time, {0, 1e6, "s"});

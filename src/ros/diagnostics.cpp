@@ -29,9 +29,15 @@ DiagnosticStatusWrapper own_status(const std::string& subject, bool ok, const st
 std::string motor_status_text(const BaseDriver& driver, int i) {
   if (driver.faults().silent[i] || driver.faults().ethercat_lost) return "does not answer";
   const SetPoint set_point = driver.set_points()[i];
-  if (set_point.mode == DriveMode::kOff) return "motor off";
-  return set_point.mode == DriveMode::kTorque ? fmt::format("torque {:.4g} N m", set_point.value)
-                                              : fmt::format("velocity {:.4g} rad/s", set_point.value);
+  switch (set_point.mode) {
+    case DriveMode::kOff:
+      return "motor off";
+    case DriveMode::kTorque:
+      return fmt::format("torque {:.4g} N m", set_point.value);
+    case DriveMode::kVelocity:
+      return fmt::format("velocity {:.4g} rad/s", set_point.value);
+  }
+  return "";
 }
 
 DiagnosticStatusWrapper wheels_status(const BaseDriver& driver, const Simulation& simulation) {
@@ -69,7 +75,7 @@ DiagnosticStatusWrapper integration_status(const Simulation& simulation) {
       own_status("integration", accurate,
                  !accurate                       ? "fallback steps, of first order, were needed"
                  : statistics.eased_periods == 0 ? "accurate"
-                                                 : "accurate, but for some milliseconds at a looser tolerance");
+                                                 : "accurate, but wheels that chatter were held early");
   status.add("model", name_of(simulation.scene().model));
   status.add("method", simulation.method());
   status.addf("regularization speed", "%g m/s", simulation.regularization_speed());
@@ -97,7 +103,7 @@ DiagnosticStatusWrapper reactions_status(const ReactionRecord& record) {
   return status;
 }
 
-DiagnosticStatusWrapper timing_status(const NodeClock::Timing& timing) {
+DiagnosticStatusWrapper timing_status(const LoopTiming::Report& timing) {
   DiagnosticStatusWrapper status =
       own_status("loop", timing.lost == 0, timing.lost == 0 ? "in time" : "too slow for the requested rate");
   status.add("instants", timing.instants);
@@ -112,7 +118,7 @@ DiagnosticStatusWrapper timing_status(const NodeClock::Timing& timing) {
 }  // namespace
 
 diagnostic_msgs::DiagnosticArray diagnostics_message(const BaseDriver& driver, const Simulation& simulation,
-                                                     const NodeClock::Timing& timing, const std::string& waits_for,
+                                                     const LoopTiming::Report& timing, const std::string& waits_for,
                                                      const ros::Time& stamp) {
   diagnostic_msgs::DiagnosticArray message;
   message.header.stamp = stamp;

@@ -1,74 +1,31 @@
 #include "youbot_base_sim/ros/node_clock.h"
 
+#include <fmt/format.h>
 #include <ros/master.h>
-#include <std_srvs/Empty.h>
+#include <rosgraph_msgs/Clock.h>
 
 #include <algorithm>
-#include <boost/make_shared.hpp>
+#include <chrono>
 #include <cmath>
-#include <limits>
-#include <utility>
+#include <functional>
+#include <stdexcept>
+#include <tuple>
 
+#include "youbot_base_sim/lockstep/clock_followers.h"
 #include "youbot_base_sim/ros/conversions.h"
 
 namespace youbot_base_sim {
 
 namespace {
 
-constexpr double kMaxLag = 1.0;                                 // s of wall time, before the loop stops catching up
-constexpr auto kPollInterval = std::chrono::milliseconds(100);  // between two looks whether there will be an answer
+using SteadyClock = std::chrono::steady_clock;
 
-/// A function for a callback queue.
-struct FunctionCallback : ros::CallbackInterface {
-  explicit FunctionCallback(std::function<void()> called) : function(std::move(called)) {}
-  CallResult call() override {
-    function();
-    return Success;
-  }
+constexpr double kPollInterval = 0.1;  // s of wall time that a loop waits at most without looking if ROS still runs
+constexpr int kMaxAnswers = 100;       // to services that a node calls one after another without sleeping
 
-  std::function<void()> function;
-};
+double since(SteadyClock::time_point past) { return std::chrono::duration<double>(SteadyClock::now() - past).count(); }
 
 }  // namespace
-
-NodeClock::NodeClock(const BaseSettings& settings, BaseLoop& loop, Publications& publications,
-                     const std::atomic<bool>& stop)
-    : settings_(settings),
-      loop_(loop),
-      publications_(publications),
-      paced_(settings.lockstep.on || settings.real_time_factor > 0),
-      follows_(!settings.publish_clock && ros::Time::isSimTime()),
-      lockstep_(settings.lockstep, loop.control_period()) {
-  if (!lockstep_.awaits_rest()) return;
-  followers_.emplace(std::chrono::milliseconds(std::llround(1e3 * settings.lockstep.timeout)), stop);
-}
-
-// Latched, so that a node that comes while time stands still knows the time at once. As a publisher it subscribes too,
-// to know of others; it takes no message.
-void NodeClock::connect(ros::NodeHandle& node) {
-  if (settings_.publish_clock) {
-    publications_.advertise<rosgraph_msgs::Clock>(node, kClockTopic, kRecorderQueueSize, true,
-                                                  [this](const std::string& name, bool comes) {
-                                                    if (!followers_) return;
-                                                    comes ? followers_->add(name) : followers_->remove(name);
-                                                  });
-  }
-  if (!settings_.publish_clock && !follows_) return;
-  auto options = ros::SubscribeOptions::create<rosgraph_msgs::Clock>(
-      kClockTopic, 1, [this](const auto& message) { take_time(*message); }, {},
-      settings_.publish_clock ? &unread_ : node.getCallbackQueue());
-  options.transport_hints = ros::TransportHints().tcpNoDelay();
-  clock_subscriber_ = node.subscribe(options);
-}
-
-/// Another node's time wakes the loop. Where it goes back, the simulation goes on from there.
-void NodeClock::take_time(const rosgraph_msgs::Clock& message) {
-  if (message.clock < latest_) {
-    ROS_WARN("/clock goes back from %g s to %g s: the simulation goes on", latest_.toSec(), message.clock.toSec());
-    zero_ += message.clock - latest_;
-  }
-  latest_ = message.clock;
-}
 
 std::string NodeClock::rivals() const {
   if (clock_subscriber_.getNumPublishers() < 2) return "";
@@ -85,163 +42,310 @@ std::string NodeClock::rivals() const {
   return names;
 }
 
-void NodeClock::announce() {
-  publications_.publish(kClockTopic, [this] {
-    rosgraph_msgs::Clock message;
-    message.clock = stamp(loop_.time());
-    return message;
-  });
-}
-
-void NodeClock::start() {
-  latest_ = ros::Time::now();
-  zero_ = latest_ - ros::Time();
-  start_ = SteadyClock::now();
-  start_t_ = loop_.time();
-  running_ = true;
-}
-
-void NodeClock::reset() {
-  lockstep_ = Lockstep(settings_.lockstep, loop_.control_period());
-  start();
-}
-
-bool NodeClock::wants_each_period() const {
-  if (!settings_.publish_clock || lockstep_.awaits_rest()) return false;
-  return paced_ || publications_.heard(kRollerSwitchesTopic) || publications_.heard(kClockTopic);
-}
-
-/// Simulated time that is due now by a clock, s.
-double NodeClock::due() const {
-  if (!running_) return loop_.time();
-  if (follows_) return (latest_ - ros::Time() - zero_).toSec();
-  return start_t_ + settings_.real_time_factor * since(start_);
-}
-
-// How long another node's clock takes is not known: its next message wakes the loop.
-double NodeClock::wait_for(double t) const {
-  constexpr double kRounding = 5e-10;  // of /clock, s
-  if (follows_) return t <= due() + kRounding ? 0 : std::numeric_limits<double>::infinity();
-  return settings_.real_time_factor == 0 ? 0 : (t - due()) / settings_.real_time_factor;
-}
-
 double NodeClock::arrive() {
-  if (settings_.real_time_factor == 0) return 0;
-  const double t = loop_.time(), lag = (due() - t) / settings_.real_time_factor;
-  if (lag <= (settings_.lockstep.on ? 0 : kMaxLag)) {
-    ++timing_.instants;
-    timing_.lateness += lag;
-    timing_.max_lateness = std::max(timing_.max_lateness, lag);
+  const double late = lag(loop_.time());
+  if (late <= max_lag()) {
+    timing_.arrive(late);
     return 0;
   }
-  timing_.lost += lag;
-  start_ = SteadyClock::now();
-  start_t_ = t;
-  if (settings_.lockstep.on) return 0;  // time that it waited for others
-  zero_ += ros::Duration(lag);
-  loop_.bring_requests_forward();
-  return lag;
+  timing_.lose(late);
+  return skip(late);
 }
 
-NodeClock::Timing NodeClock::take_timing() {
-  Timing taken = std::exchange(timing_, {});
-  const double passed = since(timing_start_);
-  taken.busy += since(awake_since_);
-  timing_start_ = awake_since_ = SteadyClock::now();
-  if (taken.instants > 0) taken.lateness /= static_cast<double>(taken.instants);
-  if (passed > 0) {
-    taken.busy /= passed;
-    taken.speed = std::max(0.0, loop_.time() - timing_start_t_) / passed;  // after a reset it is not known
+bool NodeClock::await_due(TimedLoop& loop, bool has_callbacks) {
+  const double wait = wait_for(loop.next_time());
+  if (wait <= 0 && !has_callbacks) return true;
+  loop.take_callbacks(std::clamp(wait, 0.0, kPollInterval));
+  return !loop.interrupted() && wait_for(loop.next_time()) <= 0;
+}
+
+void NodeClock::subscribe(ros::NodeHandle& node, const std::function<void(const ros::Time& time)>& take) {
+  auto options = ros::SubscribeOptions::create<rosgraph_msgs::Clock>(
+      kClockTopic, 1, [take](const auto& message) { take(message->clock); }, {},
+      take ? node.getCallbackQueue() : &unread_);
+  options.transport_hints = ros::TransportHints().tcpNoDelay();
+  clock_subscriber_ = node.subscribe(options);
+}
+
+namespace {
+
+/// Time that passes without this node. Stamps count from the node's start.
+class WallClock : public NodeClock {
+ public:
+  using NodeClock::NodeClock;
+
+  const char* name() const override { return "wall clock"; }
+  void start() override {
+    zero_ = ros::Time::now() - ros::Time();
+    start_ = SteadyClock::now();
+    started_ = true;
   }
-  timing_start_t_ = loop_.time();
-  return taken;
-}
+  ros::Time stamp(double t) const override { return ros::Time() + (zero_ + ros::Duration(t)); }
+  double arrival() const override { return std::max(loop_.time(), due()); }
 
-// With nothing to keep pace with, a /clock message each control period would cost more than the simulation itself.
-void NodeClock::begin_publishing(bool is_due, bool switched) {
-  if (!lockstep_.awaits_rest() && (paced_ || is_due || switched)) announce();
-}
+ protected:
+  /// Simulated time that has passed since the start, s.
+  virtual double passed() const { return since(start_); }
 
-void NodeClock::end_publishing() {
-  if (lockstep_.awaits_rest() && lockstep_.begins(loop_.periods())) publish_period();
-}
-
-/// In lockstep with nodes that rest, /clock advances once all else has arrived.
-void NodeClock::publish_period() {
-  followers_->await_rest();
-  announce();
-  followers_->let_clock_arrive();
-}
-
-ros::Time NodeClock::stamp(double t) const {
-  return settings_.publish_clock ? stamp_of(lockstep_.idle_time() + t) : ros::Time() + (zero_ + ros::Duration(t));
-}
-
-double NodeClock::arrival() const {
-  if (!settings_.publish_clock) return std::max(loop_.time(), due());
-  const std::int64_t k = loop_.periods();
-  if (!lockstep_.awaits_rest() || lockstep_.waits(k)) return loop_.time();
-  // Within a period messages act from the next on.
-  return static_cast<double>(k + lockstep_.left(k)) * loop_.control_period();
-}
-
-TimeServices::TimeServices(ros::NodeHandle& private_node, ros::CallbackQueue& queue, bool paused, const BaseLoop& loop,
-                           NodeClock& clock, const std::function<void()>& reset, const std::function<void()>& end)
-    : loop_(loop), loop_queue_(queue), step_node_(private_node), paused_(paused) {
-  const auto offer = [&](const char* service, const std::function<void()>& serve) {
-    return private_node.advertiseService<std_srvs::Empty::Request, std_srvs::Empty::Response>(
-        service, [serve](auto&, auto&) { return serve(), true; });
-  };
-  const auto set_paused = [this, &clock](bool value) {
-    end_step(value ? "ended by ~pause" : "ended by ~unpause");
-    paused_ = value;
-    if (value) return;
-    clock.lockstep().start();
-    clock.start();
-  };
-  step_node_.setCallbackQueue(&step_queue_);
-  servers_ = {offer(kPauseService, [set_paused] { set_paused(true); }),
-              offer(kUnpauseService, [set_paused] { set_paused(false); }), offer(kResetService, reset),
-              offer(kEndService, end), step_node_.advertiseService(kStepService, &TimeServices::step, this)};
-  spinner_.start();
-}
-
-TimeServices::~TimeServices() {
-  closing_ = true;
-  spinner_.stop();
-}
-
-/// Runs in a thread of its own.
-bool TimeServices::step(Step::Request& request, Step::Response& response) {
-  const auto answer = std::make_shared<std::promise<Step::Response>>();
-  std::future<Step::Response> answered = answer->get_future();
-  loop_queue_.addCallback(boost::make_shared<FunctionCallback>([this, answer, periods = request.periods] {
-    answer_ = answer;
-    left_ = periods;
-  }));
-  while (answered.wait_for(kPollInterval) != std::future_status::ready) {
-    if (closing_ || ros::isShuttingDown()) return false;  // which waits for this thread before ros::ok is false
+  double due() const { return started_ ? passed() : loop_.time(); }
+  double lag(double t) const override { return due() - t; }
+  double skip(double lag) override {
+    zero_ += ros::Duration(lag);
+    start_ += std::chrono::duration_cast<SteadyClock::duration>(std::chrono::duration<double>(lag));
+    loop_.bring_requests_forward();
+    return lag;
   }
-  response = answered.get();
-  return true;
-}
 
-void TimeServices::advanced(std::int64_t periods) {
-  left_ -= periods;
-  if (left_ == 0) answer(true, "");
-}
+  ros::Duration zero_;  // stamp of t = 0
 
-void TimeServices::end_step(const std::string& reason) {
-  if (stepping()) answer(false, reason);
-}
+ private:
+  SteadyClock::time_point start_;  // when t = 0 was due
+  bool started_ = false;
+};
 
-void TimeServices::answer(bool success, const std::string& message) {
-  Step::Response response;
-  response.success = success;
-  response.message = message;
-  response.t = loop_.time();
-  answer_->set_value(response);
-  answer_.reset();
+/// Another node's /clock. Where it goes back, the simulation goes on from there.
+class FollowedClock : public WallClock {
+ public:
+  FollowedClock(BaseLoop& loop, ros::NodeHandle& node) : WallClock(loop) {
+    subscribe(node, [this](const ros::Time& time) {
+      if (time < latest_) {
+        ROS_WARN("/clock goes back from %g s to %g s: the simulation goes on", latest_.toSec(), time.toSec());
+        zero_ += time - latest_;
+      }
+      latest_ = time;
+    });
+  }
+
+  const char* name() const override { return "another node's /clock"; }
+  std::string missing() const override {
+    if (!ros::Time::now().isZero()) return "";
+    return "another node's /clock: /use_sim_time is true, ~publish_clock is not. Without such a node, such as where a "
+           "lasting roscore has it from another launch: rosparam set /use_sim_time false, and start again";
+  }
+  void start() override {
+    WallClock::start();
+    latest_ = ros::Time() + zero_;
+  }
+
+ private:
+  double passed() const override { return (latest_ - ros::Time() - zero_).toSec(); }
+
+  // Its next message wakes the loop; when that comes is not known.
+  double wait_for(double t) const override {
+    constexpr double kRounding = 5e-10;  // of /clock, s
+    return t <= due() + kRounding ? 0 : std::numeric_limits<double>::infinity();
+  }
+
+  ros::Time latest_;
+};
+
+/// The wall clock times a factor, or, where that is 0, as fast as possible.
+class OwnClock : public NodeClock {
+ public:
+  using OnFollower = std::function<void(const std::string& name, bool comes)>;
+
+  OwnClock(const BaseSettings& settings, BaseLoop& loop, Publications& publications, ros::NodeHandle& node,
+           const OnFollower& on_follower = {})
+      : NodeClock(loop), factor_(settings.real_time_factor), publications_(publications) {
+    const auto& topic = std::get<Topic<rosgraph_msgs::Clock>>(kTopics);
+    publications.advertise(node, topic, topic.queue_size, on_follower);
+    subscribe(node);  // to know of other publishers
+  }
+
+  const char* name() const override { return "master of simulated time"; }
+  bool is_master() const override { return true; }
+  void announce() override { publish(stamp(loop_.time())); }
+  void start() override {
+    start_ = SteadyClock::now();
+    start_t_ = loop_.time();
+  }
+  std::int64_t periods_left() const override {
+    return factor_ > 0 || publications_.heard(kAtPeriods) ? 1 : NodeClock::periods_left();
+  }
+
+  // A clock without pace publishes where it matters: each control period would cost more than the simulation itself.
+  void begin_publishing(bool is_due, bool switched) override {
+    if (factor_ > 0 || is_due || switched) announce();
+  }
+  ros::Time stamp(double t) const override { return stamp_of(t); }
+  ros::Time bag_stamp(double t) const override { return stamp_of(t); }
+
+ protected:
+  double lag(double t) const override { return factor_ > 0 ? (start_t_ + factor_ * since(start_) - t) / factor_ : 0; }
+  double skip(double lag) override {
+    start();
+    return lag;
+  }
+
+  /// Latched, so that a node that comes while time stands still knows the time at once.
+  void publish(const ros::Time& time) const {
+    publications_.publish(kClockTopic, [&time] {
+      rosgraph_msgs::Clock message;
+      message.clock = time;
+      return message;
+    });
+  }
+
+ private:
+  const double factor_;
+  Publications& publications_;
+  SteadyClock::time_point start_;  // when start_t_ was due
+  double start_t_ = 0;             // s
+};
+
+/// A clock that lets control periods begin one by one or in steps. Time that others take is no lag.
+class SteppedClock : public OwnClock {
+ public:
+  using OwnClock::OwnClock;
+
+  void reset() override {
+    released_ = -1;
+    start();
+  }
+
+ protected:
+  double max_lag() const override { return 0; }
+  double skip(double) override {
+    start();
+    return 0;
+  }
+  bool is_released() const { return loop_.periods() == released_; }
+  void release() { released_ = loop_.periods(); }
+
+ private:
+  std::int64_t released_ = -1;  // the last control period that was let begin
+};
+
+/// A player's: each control period waits for a command.
+class PlayedClock : public SteppedClock {
+ public:
+  PlayedClock(const BaseSettings& settings, BaseLoop& loop, Publications& publications, ros::NodeHandle& node)
+      : SteppedClock(settings, loop, publications, node), settings_(settings.lockstep) {}
+
+  std::int64_t periods_left() const override { return 1; }
+  bool await(TimedLoop& loop) override {
+    if (!is_released()) {
+      const bool gives_up = settings_.end_with_commands && settings_.timeout > 0;
+      const double patience = gives_up ? settings_.timeout : std::numeric_limits<double>::infinity();
+      const bool commanded = loop.await_command(patience, "time waits for");
+      if (loop.interrupted()) return false;
+      if (!commanded) {
+        throw std::runtime_error(
+            fmt::format("lockstep: no command for {:g} s at t = {:g} s: the node ends (~end_with_commands)", patience,
+                        loop_.time()));
+      }
+      release();
+    }
+    return await_due(loop, false);  // callbacks wait: the command in hand is the only one for this period
+  }
+  void begin_publishing(bool, bool) override { announce(); }
+
+ private:
+  const LockstepSettings& settings_;
+};
+
+/// In lockstep with the nodes that follow /clock: a gate lets each period of lockstep begin.
+class GatedClock : public SteppedClock {
+ public:
+  GatedClock(const BaseSettings& settings, BaseLoop& loop, Publications& publications, ros::NodeHandle& node,
+             const std::atomic<bool>& stop)
+      : SteppedClock(settings, loop, publications, node,
+                     [this](const std::string& name, bool comes) { comes ? gate_->add(name) : gate_->remove(name); }),
+        period_(settings.lockstep.period),
+        every_(std::max<std::int64_t>(1, std::llround(period_ / loop.control_period()))),
+        gate_(std::make_unique<ClockFollowers>([this](const ros::Time& time) { publish(time); },
+                                               std::chrono::milliseconds(std::llround(1e3 * settings.lockstep.timeout)),
+                                               stop)) {}
+
+  void resume() override {
+    commanded_ = true;
+    start();
+  }
+  void reset() override {
+    commanded_ = false;
+    idle_periods_ = 0;
+    SteppedClock::reset();
+  }
+  std::int64_t periods_left() const override { return every_ - loop_.periods() % every_; }
+
+  bool await(TimedLoop& loop) override {
+    if (waits()) {
+      if (!commanded_ && !await_first_command(loop)) return false;
+      await_rest(loop);
+      loop.end_with_commands();
+      if (loop.interrupted() || !(commanded_ || loop.commanded())) return false;  // which a reset forgets
+      release();
+      commanded_ = true;
+    }
+    return await_due(loop, false);  // callbacks wait: the commands in hand are those of this period
+  }
+  void begin_publishing(bool, bool) override {}
+  void end_publishing() override {
+    if (begins()) gate_->announce(stamp(loop_.time()));
+  }
+  std::string broken_promise() const override {
+    if (gate_->given_up().empty()) return "";
+    return fmt::format("lockstep: time has not waited for {}: another run may have another result",
+                       fmt::join(gate_->given_up(), ", "));
+  }
+  ros::Time stamp(double t) const override { return stamp_of(static_cast<double>(idle_periods_) * period_ + t); }
+
+  /// Within a period messages act from the next on.
+  double arrival() const override {
+    if (waits()) return loop_.time();
+    return static_cast<double>(loop_.periods() + periods_left()) * loop_.control_period();
+  }
+
+ private:
+  bool begins() const { return loop_.periods() % every_ == 0; }
+  bool waits() const { return begins() && !is_released(); }
+
+  /// Before the first command only /clock advances, by the wall clock, for nodes that sleep before they command: how
+  /// long that takes must not change the simulation.
+  bool await_first_command(TimedLoop& loop) {
+    bool commanded = loop.await_command(period_, "the simulation begins with ~unpause or");
+    if (!commanded && !loop.interrupted()) {
+      // The first command of a node that still works is one for this period, however long it takes.
+      await_rest(loop);
+      commanded = loop.commanded();
+    }
+    if (loop.interrupted() || commanded_) return false;
+    // A loop that sleeps from t = 0, which /clock shows as 1 ns because zero means no time, would miss the first
+    // period.
+    if (!commanded || idle_periods_ == 0) {
+      ++idle_periods_;
+      loop.publish_telemetry();
+      gate_->announce(stamp(loop_.time()));
+    }
+    return commanded;
+  }
+
+  /// Waits until all that follow /clock rest, and takes what they have sent. A node whose service call is answered so
+  /// goes on working. One that never rests could go on for ever.
+  void await_rest(TimedLoop& loop) {
+    for (int k = 0; k < kMaxAnswers; ++k) {
+      timing().idle([this] { gate_->await_rest(); });
+      if (!loop.has_callbacks()) return;
+      loop.take_callbacks(0);
+    }
+  }
+
+  const double period_;            // of lockstep, s
+  const std::int64_t every_;       // control periods
+  std::int64_t idle_periods_ = 0;  // of lockstep, before the simulation has begun
+  bool commanded_ = false;         // or begun by ~unpause
+  std::unique_ptr<TimeGate> gate_;
+};
+
+}  // namespace
+
+std::unique_ptr<NodeClock> make_node_clock(const BaseSettings& settings, BaseLoop& loop, Publications& publications,
+                                           ros::NodeHandle& node, const std::atomic<bool>& stop) {
+  if (!settings.publish_clock && !ros::Time::isSimTime()) return std::make_unique<WallClock>(loop);
+  if (!settings.publish_clock) return std::make_unique<FollowedClock>(loop, node);
+  if (!settings.lockstep.on) return std::make_unique<OwnClock>(settings, loop, publications, node);
+  if (settings.lockstep.period == 0) return std::make_unique<PlayedClock>(settings, loop, publications, node);
+  return std::make_unique<GatedClock>(settings, loop, publications, node, stop);
 }
 
 }  // namespace youbot_base_sim

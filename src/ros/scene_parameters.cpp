@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <optional>
 #include <string>
 
 namespace youbot_base_sim {
@@ -15,23 +16,33 @@ constexpr char kProfile[] = "measured";
 
 }  // namespace
 
-Scene read_scene(Parameters& parameters, SceneOverrides overrides) {
-  std::string path;
-  overrides.endless = true;
+Scene read_scene(Parameters& parameters, SceneSettings settings) {
+  std::string path, profile;
+  std::optional<double> friction_scale;
   parameters.read("scene", path);
-  parameters.read("profile", overrides.profile);
-  parameters.read("friction_scale", overrides.friction_scale, kFrictionScales);
   if (path.empty()) {
-    if (!overrides.relative_tolerance) overrides.relative_tolerance = kTolerance;
-    if (overrides.profile.empty()) overrides.profile = kProfile;
+    profile = kProfile;
+    settings.insert(settings.begin(), {"solver.relative_tolerance", kTolerance});  // later ones replace it
   }
-  std::string where = "~";  // continued by the name of an override: "model = ..."
+  parameters.read("profile", profile);
+  SceneSetting setting("robot.profile", profile, true);
+  if (parameters.read("friction_scale", friction_scale, kFrictionScales)) {
+    parameters.require(profile == "measured", "friction_scale", fmt::format("{:g}", *friction_scale),
+                       "left out unless profile = measured is given too");
+    setting = {"robot.profile", fmt::format("{{name: measured, friction_scale: {}}}", *friction_scale)};
+  }
+  if (!profile.empty()) settings.push_back(setting);
   try {
-    const Scene scene = default_scene(overrides);
-    where = "~scene: ";
-    return path.empty() ? scene : load_scene(path, overrides);
+    default_scene(settings, SceneUse::kCommands);
+  } catch (const SceneError& error) {  // "solver.method = ...", for ~method
+    const std::string mistake = error.what();
+    throw ParameterError("parameter ~" + mistake.substr(mistake.rfind('.', mistake.find(" = ")) + 1));
+  }
+  try {
+    return path.empty() ? default_scene(settings, SceneUse::kCommands)
+                        : load_scene(path, settings, SceneUse::kCommands);
   } catch (const SceneError& error) {
-    throw ParameterError(fmt::format("parameter {}{}", where, error.what()));
+    throw ParameterError(fmt::format("parameter ~scene: {}", error.what()));
   }
 }
 

@@ -7,7 +7,8 @@
 #include <filesystem>
 
 #include "wheel_table.h"
-#include "youbot_base_sim/drive/wheel_odometry.h"
+#include "youbot_base_sim/drive/driver_kinematics.h"
+#include "youbot_base_sim/integration/rest_friction.h"
 #include "youbot_base_sim/physics/no_slip_model.h"
 #include "youbot_base_sim/physics/roller_geometry.h"
 #include "youbot_base_sim/scene/scene_section.h"
@@ -55,21 +56,7 @@ constexpr Range kTorque{-3e6, 3e6, "N m"};
 constexpr Range kTime{-1e9, 1e9, "s"};
 constexpr Range kHarmonicPeriod{1e-4, 1e9, "s"};
 
-/// An override as a value of no file; not given if empty.
-SceneValue override_of(const char* name, const std::string& text) {
-  return {"", name, text.empty() ? YAML::Node(YAML::NodeType::Undefined) : YAML::Node(text)};
-}
-
-/// Reads an override of `value`, named `name`, where it is given.
-template <class Target, class Choices>
-SceneValue override_choice(const SceneValue& value, const char* name, const std::string& text, Target& target,
-                           const Choices& choices) {
-  const SceneValue other = override_of(name, text).choice(target, choices);
-  if (other.given()) value.resolve(text);
-  return other;
-}
-
-/// What a profile sets: the robot's friction, and the holding speed of a parked base, m/s.
+/// Values of a profile: the robot's friction, and the holding speed of a parked base, m/s.
 struct Defaults {
   RobotParameters robot;
   double holding_speed = 0;
@@ -81,7 +68,7 @@ Defaults defaults_of(Profile profile, double friction_scale) {
 }
 
 /// A name, or a section with the name and what the profile takes besides.
-Defaults read_file_profile(const SceneValue& value) {
+Defaults read_profile(const SceneValue& value) {
   Profile profile = Profile::kPaper;
   if (!value.is_section()) {
     value.choice(profile, kProfiles);
@@ -100,18 +87,6 @@ Defaults read_file_profile(const SceneValue& value) {
 /// Refuses what the model would ignore.
 void refuse_for_model(const SceneValue& value, bool ignored, Model model) {
   if (ignored) value.refuse(fmt::format("left out for {}, which has no use for it", name_of(model)));
-}
-
-/// The file's profile, or that of the command line in its place.
-Defaults read_profile(const SceneValue& value, const SceneOverrides& overrides) {
-  const Defaults defaults = read_file_profile(value);
-  Profile profile = Profile::kPaper;
-  override_choice(value, "profile", overrides.profile, profile, kProfiles);
-  if (overrides.friction_scale && profile != Profile::kMeasured) {
-    override_of("friction_scale", fmt::format("{:g}", *overrides.friction_scale))
-        .refuse("left out unless profile = measured is given too");
-  }
-  return overrides.profile.empty() ? defaults : defaults_of(profile, overrides.friction_scale.value_or(1));
 }
 
 void check_reactions(const RobotParameters& robot, Model model, const SceneValue& reactions, const SceneValue& sharing,
@@ -157,8 +132,7 @@ void check_masses(const RobotParameters& robot, const FloorParameters& floor, co
 }
 
 /// Reads into `robot`, which has the profile's values, and checks it against `floor` and `model` too.
-void read_robot(SceneSection s, RobotParameters& robot, const FloorParameters& floor, Model model,
-                const std::optional<double>& dry_friction) {
+void read_robot(SceneSection s, RobotParameters& robot, const FloorParameters& floor, Model model) {
   s["body_mass"].number(robot.m, kMass);
   s["wheel_mass"].number(robot.m_1, kMass);
   const SceneValue inertia = s["total_inertia"].number(robot.I_s, kInertia);
@@ -175,8 +149,7 @@ void read_robot(SceneSection s, RobotParameters& robot, const FloorParameters& f
   s["rollers_per_wheel"].whole_number(robot.rollers, 3, 255);
   s["wheel_damping"].number_or_wheels(robot.mu_1, kDamping);
   s["roller_damping"].number_or_wheels(robot.mu_2, kDamping);
-  const SceneValue file_dry_friction = s["dry_friction"].number_or_wheels(robot.dry_friction, kDryFriction);
-  if (dry_friction) file_dry_friction.resolve(robot.dry_friction.setConstant(*dry_friction));
+  s["dry_friction"].number_or_wheels(robot.dry_friction, kDryFriction);
   s["dry_friction_rate"].number(robot.dry_friction_rate, kSmoothing);
   s["roller_dry_friction"].number_or_wheels(robot.roller_dry_friction, kDryFriction);
   s["roller_dry_friction_rate"].number(robot.roller_dry_friction_rate, kSmoothing);
@@ -294,45 +267,34 @@ void check_velocity_loops(const std::string& file, const Scene& scene) {
   SceneValue(file, "solver.control_period", YAML::Node(fmt::format("{:g}", scene.solver.control_period))).refuse(limit);
 }
 
-void read_output(SceneSection s, OutputSettings& output, bool contacts) {
-  const SceneValue file_contacts = s["contacts"].choice(output.contacts, kFlags);
-  if (contacts) file_contacts.resolve("true");
-  output.contacts = output.contacts || contacts;
+void read_output(SceneSection s, OutputSettings& output) {
+  s["contacts"].choice(output.contacts, kFlags);
   s.finish();
 }
 
-/// Whether the drive cannot be continuous in time: commands, or a loop of motors.
-bool is_sampled(const Scene& scene, const SceneOverrides& overrides) {
-  return overrides.endless || scene.motors || std::holds_alternative<VelocityTable>(scene.drive);
+/// True if the drive cannot be continuous in time: commands, or a loop of motors.
+bool is_sampled(const Scene& scene, SceneUse use) {
+  return use == SceneUse::kCommands || scene.motors || std::holds_alternative<VelocityTable>(scene.drive);
 }
 
 /// The `scene` so far limits the methods and the control period.
-SolverSettings read_solver(SceneSection s, const SceneOverrides& overrides, const Scene& scene) {
+SolverSettings read_solver(SceneSection s, SceneUse use, const Scene& scene) {
   SolverSettings solver;
-  const SceneValue method = s["method"].choice(solver.method, method_names()),
-                   other_method = override_choice(method, "method", overrides.method, solver.method, method_names()),
-                   step = s["step"].number(solver.step, {1e-9, 1, "s"});
-  if (step.given() && !other_method.given() && find_method(solver.method)->default_step == 0) {
-    step.refuse("left out for a method with step size control, " + solver.method);
-  }
-  const SceneValue tolerance = s["relative_tolerance"].number(solver.relative_tolerance, kRelativeTolerances);
-  solver.relative_tolerance = overrides.relative_tolerance.value_or(solver.relative_tolerance);
-  tolerance.resolve(solver.relative_tolerance);
+  const SceneValue method = s["method"].choice(solver.method, method_names());
+  s["relative_tolerance"].number(solver.relative_tolerance, kRelativeTolerances);
   solver.absolute_tolerance = 1e-3 * solver.relative_tolerance;
   s["absolute_tolerance"].number(solver.absolute_tolerance, {1e-18, 1, ""});
   const SceneValue period = s["control_period"].number(solver.control_period, kControlPeriods);
   check_control_period(period, solver.control_period, scene);
-  solver.control_period = overrides.control_period.value_or(solver.control_period);
-  if (solver.control_period == 0 && is_sampled(scene, overrides)) solver.control_period = 1e-3;  // the driver's
+  if (solver.control_period == 0 && is_sampled(scene, use)) solver.control_period = 1e-3;  // the driver's
   period.resolve(solver.control_period);
   if (std::holds_alternative<std::shared_ptr<const WheelMotion>>(scene.drive)) {
     if (solver.control_period > 0) period.refuse("0 with a wheel_angle_table");
-    if (find_method(solver.method)->is_explicit)
-      (other_method.given() ? other_method : method).refuse("radau or rosenbrock4 with a wheel_angle_table");
+    if (find_method(solver.method)->is_explicit) method.refuse("radau or rosenbrock4 with a wheel_angle_table");
   }
   s.finish();
   const std::string reason = refusal(*find_method(solver.method), scene.robot, scene.model);
-  if (!reason.empty()) (other_method.given() ? other_method : method).refuse(reason);
+  if (!reason.empty()) method.refuse(reason);
   return solver;
 }
 
@@ -447,11 +409,10 @@ void read_drive(const SceneValue& value, Scene& scene) {
   if (file_resolution.given() && !angle_table.given()) file_resolution.refuse("left out without a wheel_angle_table");
 }
 
-void read_initial(SceneSection s, Scene& scene, const SceneOverrides& overrides) {
+void read_initial(SceneSection s, Scene& scene) {
   State& x = scene.initial;
   auto place = x.values.col(0).head<3>();
-  const SceneValue pose = s["pose"].numbers(place, kPoses);
-  if (overrides.initial_pose) pose.resolve(place = *overrides.initial_pose);
+  s["pose"].numbers(place, kPoses);
   auto twist = x.values.col(1).head<3>();
   if (const auto* motion = std::get_if<ReferenceMotion>(&scene.drive)) twist = motion->velocity(0).array();
   std::optional<Wheels> prescribed_dphi;
@@ -462,8 +423,7 @@ void read_initial(SceneSection s, Scene& scene, const SceneOverrides& overrides)
   }
   s["twist"].numbers(twist, kSpeeds);
 
-  const SceneValue angles = s["wheel_angles"].numbers(x.phi(), kWheelAngles);
-  if (overrides.initial_wheel_angles) angles.resolve(x.phi() = *overrides.initial_wheel_angles);
+  s["wheel_angles"].numbers(x.phi(), kWheelAngles);
   const NoSlipModel no_slip(scene.robot);
   const Wheels dphi = no_slip.dphi(x.velocity()), dgamma = no_slip.dgamma(x.velocity());
   x.dphi() = prescribed_dphi.value_or(dphi);
@@ -484,15 +444,13 @@ void read_initial(SceneSection s, Scene& scene, const SceneOverrides& overrides)
   }
 }
 
-Scene read_scene(const std::string& path, const YAML::Node& root, const SceneOverrides& overrides,
-                 bool resolve = true) {
+Scene read_scene(const std::string& path, const YAML::Node& root, SceneUse use, bool resolve) {
   SceneSection file(quote_path(path), "", root, "scene",
                     YAML::Node(resolve ? YAML::NodeType::Map : YAML::NodeType::Undefined));
   Scene scene;
   scene.files = {path};
-  const SceneValue model = file["model"].choice(scene.model, kModels);
-  override_choice(model, "model", overrides.model, scene.model, kModels);
-  (overrides.endless ? file["duration"] : file.required("duration")).number(scene.duration, {1e-9, 1e6, "s"});
+  file["model"].choice(scene.model, kModels);
+  (use == SceneUse::kCommands ? file["duration"] : file.required("duration")).number(scene.duration, {1e-9, 1e6, "s"});
   const SceneValue output_rate = file["output_rate"].number(scene.output_rate, {1e-9, 1e6, "Hz"});
   const SceneValue robot = file["robot"], floor = file["floor"], initial = file["initial"], solver = file["solver"],
                    motors = file["motors"], output = file["output"], drive = file["drive"], loads = file["loads"],
@@ -502,24 +460,24 @@ Scene read_scene(const std::string& path, const YAML::Node& root, const SceneOve
     output_rate.refuse(fmt::format("such that there are at most {:g} rows; there would be {:g}", kMaxRows, rows));
   }
   SceneSection robot_section = robot.section();
-  const Defaults defaults = read_profile(robot_section["profile"], overrides);
+  const Defaults defaults = read_profile(robot_section["profile"]);
   scene.floor = read_floor(floor.section(), scene.model, defaults.holding_speed);
   scene.robot = defaults.robot;
-  read_robot(robot_section, scene.robot, scene.floor, scene.model, overrides.dry_friction);
+  read_robot(robot_section, scene.robot, scene.floor, scene.model);
   read_list(loads, scene.load_schedule.loads, read_load);
   read_list(wrenches, scene.load_schedule.wrenches, read_wrench);
   const std::string lifted = scene.load_schedule.loads.empty() ? "" : lifted_wheel(scene, {}, 0);
   if (!lifted.empty()) loads.refuse(lifted);
-  read_output(output.section(), scene.output, overrides.contacts);
+  read_output(output.section(), scene.output);
   if (motors.given()) scene.motors = read_motors(motors.section());
   read_drive(drive, scene);
-  scene.solver = read_solver(solver.section(), overrides, scene);
-  check_velocity_loops(quote_path(path), scene);
-  read_initial(initial.section(), scene, overrides);
-  if (overrides.endless) {
+  if (use == SceneUse::kCommands) {  // before it limits solver and initial state
     drive.unresolve();
     scene.drive = std::monostate();
   }
+  scene.solver = read_solver(solver.section(), use, scene);
+  check_velocity_loops(quote_path(path), scene);
+  read_initial(initial.section(), scene);
   scene.resolved = file.resolved();
   return scene;
 }
@@ -571,19 +529,19 @@ const char* name_of(Model model) {
   return "";
 }
 
-Scene load_scene(const std::string& path, const SceneOverrides& overrides) {
-  return guarded(path, [&] { return read_scene(path, YAML::Load(read_yaml_text(path)), overrides); });
+Scene load_scene(const std::string& path, const SceneSettings& settings, SceneUse use) {
+  return load_scene(read_scene_file(path), settings, use);
 }
 
 SceneFile read_scene_file(const std::string& path) { return {path, read_yaml_text(path)}; }
 
-Scene load_scene(const SceneFile& file, const std::vector<SceneSetting>& settings, bool resolve) {
+Scene load_scene(const SceneFile& file, const SceneSettings& settings, SceneUse use, bool resolve) {
   return guarded(file.path, [&] {
-    return read_scene(file.path, with_settings(quote_path(file.path), YAML::Load(file.text), settings), {}, resolve);
+    return read_scene(file.path, with_settings(quote_path(file.path), YAML::Load(file.text), settings), use, resolve);
   });
 }
 
-std::string text_of(const SceneFile& file, const std::vector<SceneSetting>& settings) {
+std::string text_of(const SceneFile& file, const SceneSettings& settings) {
   return guarded(file.path, [&] {
     YAML::Emitter emitter;
     emitter << with_settings(quote_path(file.path), YAML::Load(file.text), settings);
@@ -609,10 +567,9 @@ std::string provenance(const Scene& scene) {
   return fmt::format("# youbot_base_sim {}, scene {}\n", version(), id_of(scene));
 }
 
-Scene default_scene(const SceneOverrides& overrides) {
-  YAML::Node least(YAML::NodeType::Map);
-  if (!overrides.endless) least["duration"] = 1;  // without which no file is complete
-  Scene scene = read_scene("", least, overrides);
+Scene default_scene(const SceneSettings& settings, SceneUse use) {
+  // No file is complete without a duration.
+  Scene scene = load_scene(SceneFile{"", use == SceneUse::kRun ? "duration: 1" : "{}"}, settings, use);
   scene.files.clear();
   return scene;
 }
@@ -629,12 +586,12 @@ std::string unlikely_geometry(const RobotParameters& robot) {
 std::string without_effect(const Scene& scene) {
   std::vector<std::string> found;
   const FloorParameters& floor = scene.floor;
-  const bool holds = limits_friction(scene.model) && floor.holding_speed < floor.nu;
+  const bool holds = limits_friction(scene.model) && floor.holding_speed < std::min(floor.nu, RestFriction::kSlow);
   if (floor.holding_speed > 0 && !(holds && !find_method(scene.solver.method)->is_explicit)) {
     found.push_back(
         fmt::format("floor.holding_speed = {:g}: has no effect but in model coulomb, below slip_regularization = {:g} "
-                    "m/s, by a method that is not explicit",
-                    floor.holding_speed, floor.nu));
+                    "and {:g} m/s, by a method that is not explicit",
+                    floor.holding_speed, floor.nu, RestFriction::kSlow));
   }
   if (scene.robot.normal_reactions != NormalReactions::kDynamic) {
     constexpr char kWhy[] = "has no effect unless robot.normal_reactions is dynamic";

@@ -8,7 +8,7 @@
 #include <set>
 #include <utility>
 
-#include "youbot_base_sim/scene/scene.h"
+#include "youbot_base_sim/scene/scene_setting.h"
 #include "youbot_base_sim/text/quote.h"
 
 namespace youbot_base_sim {
@@ -186,8 +186,10 @@ std::vector<std::string> SceneValue::entries() const {
   require_list();
   std::vector<std::string> entries;
   for (const auto& entry : node_) {
+    YAML::Node flow = YAML::Clone(entry);  // in one line
+    if (!flow.IsScalar()) flow.SetStyle(YAML::EmitterStyle::Flow);
     YAML::Emitter emitter;
-    emitter << YAML::Flow << entry;
+    emitter << YAML::Flow << flow;
     entries.emplace_back(emitter.c_str());
   }
   return entries;
@@ -255,6 +257,8 @@ void SceneSection::finish() const {
           fmt::format("{}: {} = {}: given twice; allowed once", file_, full(quote(key)), shown(entry.second)));
     }
     if (std::find(known_.begin(), known_.end(), key) != known_.end()) continue;
+    if (key == "<<")
+      throw SceneError(fmt::format("{}: {}: a merge key: must be left out; write its keys here", file_, full(key)));
     throw SceneError(fmt::format("{}: {} = {}: unknown key; allowed here: {}{}", file_, full(quote(key)),
                                  shown(entry.second), fmt::join(known_, ", "), suggestion(key, known_)));
   }

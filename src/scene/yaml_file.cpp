@@ -7,6 +7,7 @@
 #include <cctype>
 #include <regex>
 #include <sstream>
+#include <utility>
 
 #include "youbot_base_sim/text/number.h"
 #include "youbot_base_sim/text/quote.h"
@@ -85,9 +86,7 @@ class Setter {
 
   /// The value in place of the node to which the key leads from here on, which is `depth` steps into the document.
   YAML::Node applied(const YAML::Node& node, std::size_t depth = 0) const {
-    if (double number; depth == steps_.size()) {  // a number needs no parser, which takes 30 us
-      return read_number(setting_.value, number) ? YAML::Node(setting_.value) : YAML::Load(setting_.value);
-    }
+    if (depth == steps_.size()) return value();
     const Step& step = steps_[depth];
     const bool in_list = std::isdigit(static_cast<unsigned char>(step.text[0]));
     if (node.IsDefined() && !node.IsNull() && !(in_list ? node.IsSequence() : node.IsMap()))
@@ -122,6 +121,17 @@ class Setter {
     std::string around;  // the key of the section or list; of a first step, its own
   };
 
+  YAML::Node value() const {
+    double number;
+    // A number needs no parser, which takes 30 us.
+    if (setting_.is_literal || read_number(setting_.value, number)) return YAML::Node(setting_.value);
+    try {
+      return YAML::Load(setting_.value);
+    } catch (const YAML::Exception& error) {
+      refuse(fmt::format("is not YAML: {}", quote(error.msg, kMaxMessage)));
+    }
+  }
+
   [[noreturn]] void refuse(const std::string& reason) const {
     throw SceneError(fmt::format("{}: {} = {}: {}", file_, quote(setting_.key), quote(setting_.value), reason));
   }
@@ -132,6 +142,11 @@ class Setter {
 };
 
 }  // namespace
+
+SceneSetting::SceneSetting(std::string of, double number) : key(std::move(of)), value(fmt::format("{}", number)) {}
+
+SceneSetting::SceneSetting(std::string of, const Eigen::ArrayXd& numbers)
+    : key(std::move(of)), value(fmt::format("[{}]", fmt::join(numbers, ", "))) {}
 
 std::string read_yaml_text(const std::string& path, const char* kind) {
   try {
@@ -153,7 +168,7 @@ std::string read_yaml_text(const std::string& path, const char* kind) {
   }
 }
 
-YAML::Node with_settings(const std::string& file, const YAML::Node& root, const std::vector<SceneSetting>& settings) {
+YAML::Node with_settings(const std::string& file, const YAML::Node& root, const SceneSettings& settings) {
   YAML::Node document = root;
   for (const SceneSetting& setting : settings) document.reset(Setter(file, setting).applied(document));
   return document;

@@ -10,33 +10,25 @@ A bag that is cut, damaged or without an index is read up to where it breaks; th
 import argparse
 import array
 import importlib
-import math
 import warnings
 from pathlib import Path
 
 import numpy as np
 
 from . import figures
-from .bags import Bag
-from .base import Base
-from .command_line import DONE, Failed, Parser, Progress, Refused, complain, one_line, quoted, shown
-from .encoders import add_encoder_options, encoders_of
-from .files import Outputs, make_folder, read_whole, write_whole
-from .records import TOPICS, Missing, read_record
+from .command_line import DONE, Failed, Parser, Refused, complain, shown
+from .files import Outputs, make_folder, write_whole
+from .reading import add_reading_options, base_of, print_read, print_section, read
+from .records import TOPICS, Missing
 from .report import csv_text, read_csv
 from .series import Series
 
 SECTIONS = ("alignment", "path", "odometry", "slip", "switches", "energy", "spectrum",
             "efficiency")  # modules of analysis/
-LARGEST_SCENE = 1000000  # bytes, as simulate reads
 
 
 def analyse(path, base, desired, arguments, tables, plots):
-    bag = Bag(path)
-    with Progress(sum(bag.counts.values()), delay=1, interval=0.2) as progress:
-        record = read_record(bag, base, arguments.topic, lambda n: n % 256 or progress.show(n, Path(path).name),
-                             namespace=arguments.namespace or "", frames=arguments.frames,
-                             of_marker=arguments.truth and arguments.truth == "marker")
+    bag, record = read(path, base, arguments)
     if not record.series:
         reasons = [bag.problem] * bool(bag.problem) + record.notes
         raise Refused(f"{shown(path)}: no topic of a base: must have one of {', '.join(TOPICS)}; "
@@ -45,7 +37,7 @@ def analyse(path, base, desired, arguments, tables, plots):
         complain("analyse", "warning: " + bag.problem)
     if desired:
         record.series["desired"] = desired
-    print_beginning(bag, record)
+    print_read(bag, record)
     sections, missing = [], []
     for name in arguments.only:
         try:
@@ -62,24 +54,6 @@ def analyse(path, base, desired, arguments, tables, plots):
         write_all(plots, png_files(sections, Path(path).name), ".png")
 
 
-def print_beginning(bag, record):
-    end = max(series.t[-1] for series in record.series.values())
-    print(f"{shown(bag.path)}: {sum(bag.counts.values())} messages, to t = {end:.3f} s")
-    for name, topic in record.topics.items():
-        series = record.series[name]
-        is_regular = TOPICS[name].is_sampled and 0 < series.period < math.inf
-        rate = f", {1 / series.period:.4g} Hz" if is_regular else ""
-        print(f"  {name:28}{shown(topic)}: {len(series)}{rate}")
-    for note in record.notes:
-        print("  note: " + note)
-
-
-def print_section(title, lines):
-    print("\n" + title)
-    for what, text in lines:
-        print(f"  {what:28}{text}".rstrip())
-
-
 def csv_files(sections):
     files = {name: csv_text(columns, rows.tolist() if hasattr(rows, "tolist") else rows)
              for section in sections for name, (columns, rows) in section.tables.items()}
@@ -88,7 +62,7 @@ def csv_files(sections):
 
 
 def png_files(sections, name):
-    files, title = {}, shown(name).replace("$", r"\$")
+    files, title = {}, figures.plain(name)
     for section in filter(lambda section: section.draw, sections):
         figure = figures.new_figure(figsize=(9, 6), dpi=100, constrained_layout=True)
         figure.suptitle(f"{title}: {section.name}")
@@ -113,30 +87,6 @@ def file_names(sections, ending):
     """Of all files that the sections may write; alignment and path have only numbers."""
     tables = ["summary"] + ["contact_slip"] * ("slip" in sections) if ending == ".csv" else []
     return [name + ending for name in (*sections, *tables) if name not in ("alignment", "path")]
-
-
-def read_base(path):
-    """The sizes in section `robot` of a scene. simulate checks scenes; here only what is used must be a number."""
-    import yaml
-    try:
-        scene = yaml.safe_load(read_whole("--scene", path, LARGEST_SCENE, "a scene").decode("utf-8-sig"))
-    except (yaml.YAMLError, ValueError, RecursionError) as error:  # a ValueError of text, and of numbers and dates
-        raise Refused(f"--scene {shown(path)} is not YAML: {one_line(error)}")
-    robot = scene.get("robot") or {} if isinstance(scene, dict) else None
-    if not isinstance(robot, dict):
-        raise Refused(f"--scene {shown(path)}: must be a scene: a map of keys")
-    base = Base()
-    for key, default in list(vars(Base()).items())[:5]:  # the numbers
-        value = robot.get(key, default)
-        try:  # YAML 1.1 takes 5e-2 for text
-            value = float(value)
-        except (TypeError, ValueError, OverflowError):
-            value = math.nan
-        if not 0 < value < math.inf or (key == "rollers_per_wheel" and (value != int(value) or value < 3)):
-            raise Refused(f"--scene {shown(path)}: robot.{key} is {quoted(robot[key])}: must be "
-                          f"{'a whole number >= 3' if key == 'rollers_per_wheel' else 'a number > 0'}")
-        setattr(base, key, type(default)(value))
-    return base
 
 
 def read_desired(path):
@@ -189,20 +139,6 @@ def section_names(text):
     return list(dict.fromkeys(names))
 
 
-def two_frames(text):
-    names = text.split(",")
-    if len(names) != 2 or not all(names):
-        raise argparse.ArgumentTypeError(f"{text!r}: must be FIXED,BODY, two frames")
-    return names
-
-
-def named_topic(text):
-    name, _, topic = text.partition("=")
-    if name not in TOPICS or not topic:
-        raise argparse.ArgumentTypeError(f"{text!r}: must be NAME=TOPIC, NAME of {', '.join(TOPICS)}")
-    return name, topic
-
-
 def main(argv=None):
     """Returns the exit status."""
     parser = Parser("analyse", __doc__, "case1.bag", "drive.bag --only odometry,slip --csv tables --plots plots")
@@ -215,20 +151,9 @@ def main(argv=None):
                         "--model no_slip for the paper's cases")
     parser.add_argument("--scene", metavar="SCENE.yaml", help="take the size of the base from section robot of this "
                         "scene; default is the youBot's: wheel_radius 0.05, half_wheelbase 0.235, half_track 0.15")
-    parser.add_argument("--namespace", metavar="NAME",
-                        help="of several robots in a bag, the one with this namespace; left out: the shortest names")
-    parser.add_argument("--topic", metavar="NAME=TOPIC", action="append", type=named_topic, default=[],
-                        help=f"read this topic instead of the usual one; NAME of {', '.join(TOPICS)}")
-    parser.add_argument("--truth", choices=("base", "marker"), help="whose pose ground truth is: the base's own at the "
-                        "bag's clock, or a marker's, whose offset and clock are estimated; default: base for "
-                        "nav_msgs/Odometry and --frames, else marker")
-    parser.add_argument("--frames", metavar="FIXED,BODY", type=two_frames, default=(),
-                        help="ground truth from the transforms between these frames in /tf and /tf_static")
-    add_encoder_options(parser)
+    add_reading_options(parser)
     arguments = parser.parse_args(argv)
-    arguments.topic = dict(arguments.topic)
-    base = read_base(arguments.scene) if arguments.scene else Base()
-    base.joints, base.turns = encoders_of(arguments)
+    base = base_of(arguments)
     desired = read_desired(arguments.desired) if arguments.desired else None
     status = DONE
     for k, (bag, folders) in enumerate(zip(arguments.bag, output_folders(arguments))):

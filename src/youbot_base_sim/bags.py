@@ -3,18 +3,22 @@ import bz2
 import io
 import os
 import struct
-from collections import Counter
+from array import array
+from collections import Counter, namedtuple
 from pathlib import Path
+
+import numpy as np
 
 from .command_line import Refused, one_line, quoted, shown
 from .definitions import Time, Unreadable, reader_of
 
 MAGIC, OLD_MAGIC = b"#ROSBAG V2.0\n", b"#ROSRECORD V1."
 MESSAGE, FILE_HEADER, CHUNK, CONNECTION = 2, 3, 5, 7  # op codes of records
-LARGEST, LARGEST_HEADER = 1 << 28, 1 << 20  # bytes, of a record or unpacked chunk; beyond, the length is damaged
+LARGEST, LARGEST_HEADER = 1 << 27, 1 << 20  # bytes, of a record or unpacked chunk; beyond, the length is damaged
 LZ4_PIECE = 4096  # bytes that are unpacked at once: to 1 MB at most
 MAX_CLOCKS_APART = 1  # s, between a stamp and its arrival; beyond, the stamp is another clock's
 MAX_STEP_BACK = 0.1  # s: messages that overtake each other by less are of one run
+MIN_NEAR = 0.95  # share of stamps near their arrival, where both are of one clock
 STATE_SET = "state_set"  # last part of the topic that says where ~set_state has put the base
 
 
@@ -29,48 +33,89 @@ def stamp_of(message):
     return stamp if isinstance(stamp, Time) else None
 
 
+# Of a topic, with the node that publishes it: "" where the bag does not say.
+Connection = namedtuple("Connection", "topic type definition publisher")
+
+
+def begins_with_stamp(definition):
+    """Whether the first field of a message is a Header."""
+    lines = (line.partition("#")[0].split() for line in definition.split("\n"))
+    return next((line[0].rpartition("/")[2] for line in lines if line), "") == "Header"
+
+
+def number_of(time):
+    """s"""
+    return time.secs + 1e-9 * time.nsecs
+
+
 class Damaged(Exception):
     """Why a bag cannot be read further, and at which byte."""
 
 
 class Bag:
     """The messages of a bag. types: {topic: type}. counts: {topic: messages}. start: the earliest time of arrival.
-    problem: None or, at the end of `messages`, in one line why not all of it can be read."""
+    problem: None or, at the end of `messages`, in one line why not all of it can be read. note: None or a line on its
+    clocks."""
 
     def __init__(self, path):
         """Throws Refused for a file that is not a bag, and for one without a message that can be read."""
         self.path, self.problem, self.types, self.counts, self.start = path, None, {}, Counter(), None
         require_bag(path)
-        self._last = Time(0, 0)
-        for connection, arrival, _ in self._scan():
-            self.types[connection["topic"]] = connection["type"]
-            self.counts[connection["topic"]] += 1
+        self._last, stamped = Time(0, 0), {}
+        for connection, arrival, data in self._scan():
+            if connection not in stamped:
+                stamped[connection] = array("d") if begins_with_stamp(connection.definition) else None
+            if stamped[connection] is not None and len(data) >= 12:
+                stamped[connection].extend((number_of(arrival), number_of(Time(*struct.unpack_from("<II", data, 4)))))
+            self.types[connection.topic] = connection.type
+            self.counts[connection.topic] += 1
             self.start, self._last = min(self.start or arrival, arrival), max(self._last, arrival)
         if not self.counts:
             raise Refused(f"{shown(path)} has no messages{' that can be read' if self.problem else ''}")
+        self.note, self._stamp_at = None, None
+        self._choose_clock({connection.topic: np.frombuffer(both).reshape(-1, 2)
+                            for connection, both in stamped.items() if both})
+
+    def _choose_clock(self, stamped):
+        """That of arrivals, if any topic has stamps near them; else that of the stamps, as where simulated time was
+        recorded by the wall clock. `stamped`: {topic: rows of arrival and stamp, s}."""
+        unset = [topic for topic, both in stamped.items() if not (both[:, 1] > 1e-9).any()]
+        if unset:
+            self.note = f"stamps of {', '.join(map(shown, unset))} are not set: times are those of arrival"
+        stamped = [both[both[:, 1] > 0] for both in stamped.values()
+                   if np.mean(both[:, 1] > 0) > MIN_NEAR and len(both) > 1]
+        near = [np.mean(np.abs(both[:, 0] - both[:, 1]) < MAX_CLOCKS_APART) for both in stamped]
+        if max(near, default=1) >= MIN_NEAR:
+            return
+        arrival, stamp = max(stamped, key=len).T
+        if (np.diff(arrival) < 0).any() or (np.diff(stamp) < -MAX_STEP_BACK).any() or stamp[-1] <= stamp[0]:
+            return
+        rate = (stamp[-1] - stamp[0]) / max(arrival[-1] - arrival[0], 1e-9)
+        self.note = (f"stamps are of another clock than times of arrival: {rate:.3g} s for each second, from "
+                     f"{stamp[0]:.3f} s on: times are those of the stamps")
+        self._stamp_at = lambda time: float(np.interp(number_of(time), arrival, stamp))
+        self._first_stamp = float(stamp[0])
 
     def messages(self, topics):
-        """Yields topic, message and time of arrival, as they lie in the file. Where the bag is damaged, it ends, and
-        `problem` says so. Throws Refused for a topic whose definition is not one."""
+        """Yields Connection, message and time of arrival, as they lie in the file. Where the bag is damaged, it ends,
+        and `problem` says so. Throws Refused for a topic whose definition is not one."""
         readers, last = {}, self.start
         for connection, arrival, data in self._scan():
-            topic = connection["topic"]
-            if topic not in topics:
+            if connection.topic not in topics:
                 continue
-            kind = connection["type"], connection["message_definition"]
             try:
-                if kind not in readers:
-                    readers[kind] = reader_of(*kind)
+                if connection not in readers:
+                    readers[connection] = reader_of(connection.type, connection.definition)
             except Unreadable as reason:
-                raise Refused(f"{shown(self.path)}: {shown(topic)}: {reason}")
+                raise Refused(f"{shown(self.path)}: {shown(connection.topic)}: {reason}")
             try:
-                message = readers[kind](data)
+                message = readers[connection](data)
             except Unreadable as reason:
-                self.problem = (f"{shown(self.path)} is damaged ({shown(topic)}: {reason}): read up to "
+                self.problem = (f"{shown(self.path)} is damaged ({shown(connection.topic)}: {reason}): read up to "
                                 f"t = {self.seconds(last):.3f} s")
                 return
             last = max(last, arrival)
-            yield topic, message, arrival
+            yield connection, message, arrival
 
     def state_sets(self, topics):
         """Topics that say where a base was put elsewhere, of those in whose namespaces one of `topics` is."""
@@ -79,8 +124,8 @@ class Bag:
                 any(absolute(topic).startswith(absolute(one)[:-len(STATE_SET)]) for topic in topics)]
 
     def messages_of_one_run(self, topics, others=()):
-        """Yields seconds, topic and message. Throws Refused where the times of one of `topics` go back, as in a bag of
-        two runs, and where the base was put elsewhere between two messages, unless `others` has the topic of that."""
+        """Yields seconds, Connection and message. Throws Refused where the times of one of `topics` go back, as in a bag
+        of two runs, and where the base was put elsewhere between two messages, unless `others` has the topic of that."""
         latest, state_sets, put = {}, set(self.state_sets(topics)) - set(others), None
 
         def follow(source, t):
@@ -89,7 +134,8 @@ class Bag:
                 raise Refused(f"{shown(self.path)}: the times of {shown(source[0])} go back from t = {before:.3f} s to "
                               f"{t:.3f} s: must be one run")
             latest[source] = max(before, t)
-        for topic, message, arrival in self.messages([*topics, *others, *state_sets]):
+        for connection, message, arrival in self.messages([*topics, *others, *state_sets]):
+            topic = connection.topic
             if topic in state_sets:
                 put = put or latest and (topic, self.seconds(arrival))
                 continue
@@ -97,11 +143,11 @@ class Bag:
                 follow((topic,), self.seconds(arrival))
                 stamp = stamp_of(message)
                 if stamp:  # goes back where a bag was played in a loop
-                    follow((topic, "stamp", *getattr(message, "name", ())), self.seconds(stamp))
+                    follow((*connection, *getattr(message, "name", ())), self.seconds(stamp))
                 if put:
                     raise Refused(f"{shown(self.path)}: the base was put elsewhere at t = {put[1]:.3f} s, by "
                                   f"{shown(put[0])}: must be one run")
-            yield self.time_of(message, arrival), topic, message
+            yield self.time_of(message, arrival), connection, message
 
     def shown_topics(self):
         return ", ".join(f"{shown(topic)} ({shown(kind)})" for topic, kind in sorted(self.types.items()))
@@ -115,8 +161,13 @@ class Bag:
 
     def time_of(self, message, arrival):
         """Seconds of a message: by the stamp in its header, unless that is not set, or of another clock."""
-        stamp, by_arrival = stamp_of(message), self.seconds(arrival)
-        by_stamp = self.seconds(stamp) if stamp else by_arrival
+        stamp = stamp_of(message)
+        if self._stamp_at:
+            by_arrival = self._stamp_at(arrival) - self._first_stamp
+            by_stamp = number_of(stamp) - self._first_stamp if stamp else by_arrival
+        else:
+            by_arrival = self.seconds(arrival)
+            by_stamp = self.seconds(stamp) if stamp else by_arrival
         return by_stamp if abs(by_stamp - by_arrival) < MAX_CLOCKS_APART else by_arrival
 
     def _scan(self):
@@ -147,8 +198,8 @@ def require_bag(path):
 
 
 def scan(path):
-    """Yields connection, time of arrival and bytes of the messages of a bag of version 2.0 as they lie in the file,
-    without its index. Throws Damaged at the first record that is cut or damaged, and where the index is not complete."""
+    """Yields Connection, time of arrival and bytes of the messages of a bag of version 2.0 as they lie in the file. Throws
+    Damaged at the first record that is cut or damaged, and where the index is not complete; it is not needed."""
     connections, index, end = {}, 0, 0
     with open(path, "rb") as file:
         size = os.fstat(file.fileno()).st_size
@@ -162,9 +213,9 @@ def scan(path):
                     index, = struct.unpack("<Q", header[b"index_pos"])
                 elif op == CONNECTION:
                     fields = fields_of(data)
-                    connections[header[b"conn"]] = {
-                        "topic": header[b"topic"].decode(errors="replace"),
-                        **{key: fields[key.encode()].decode(errors="replace") for key in ("type", "message_definition")}}
+                    connections[header[b"conn"]] = Connection(*(text.decode(errors="replace") for text in (
+                        header[b"topic"], fields[b"type"], fields[b"message_definition"],
+                        fields.get(b"callerid", b""))))
                 elif op == MESSAGE:
                     yield connections[header[b"conn"]], Time(*struct.unpack("<II", header[b"time"])), data
                 end = file.tell()
@@ -193,8 +244,8 @@ def records(stream, size):
 
 
 def block(stream, size):
-    """Bytes that follow their length. Throws EOFError where they are cut."""
-    length = int.from_bytes(stream.read(4), "little")
+    """Bytes that follow their length. Throws EOFError or struct.error where they are cut."""
+    length, = struct.unpack("<I", stream.read(4))
     if length > min(size - stream.tell(), LARGEST):
         raise EOFError(f"a record of {length} bytes")
     return stream.read(length)

@@ -4,7 +4,7 @@ import io
 from pathlib import Path
 
 from .base import WHEELS
-from .command_line import Refused
+from .command_line import Refused, printable, shown
 from .files import write_whole
 
 # Okabe and Ito's colours, which the colour-blind can distinguish, and those of the wheels.
@@ -41,7 +41,12 @@ def save(figure, path, **options):
     try:
         write_whole(path, picture(figure, format=ending, **options))
     except ValueError as error:  # of matplotlib: no format of this name
-        raise Refused(f"{path}: {error}")
+        raise Refused(f"{shown(path)}: {error}")
+
+
+def plain(text):
+    """Text of a file as matplotlib shows it: to it "$" would begin mathematics."""
+    return printable(text).replace("$", r"\$")
 
 
 def thinned(*columns):

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from .command_line import Parser, Refused, shown
-from .figures import BLUE, RED, WHEEL_NAMES, new_figure, save
+from .figures import BLUE, RED, WHEEL_NAMES, new_figure, plain, save
 from .files import Outputs
 from .report import read_csv
 
@@ -55,7 +55,7 @@ def label(name):
     """A column in words, with its unit, and the wheel or direction of a key's index."""
     if name in QUANTITIES:
         return QUANTITIES[name]
-    return key_label(name) + (f", {unit(name)}" if unit(name) else "")
+    return plain(key_label(name)) + (f", {unit(name)}" if unit(name) else "")
 
 
 def key_label(name):
@@ -72,7 +72,7 @@ class Table:
     """Columns of a table by their names; cells without a number are NaN."""
 
     def __init__(self, path):
-        self.path, self.name = shown(path), Path(path).stem
+        self.path, self.name = shown(path), plain(Path(path).stem)
         self.names, *self.rows = read_csv("", path, "a table by sweep")
         if self.names[0] != "run" or "status" not in self.names:
             raise Refused(f"{self.path}: no columns run and status; must be a table by sweep")
@@ -172,8 +172,8 @@ def histogram(table, arguments):
             axis.axvline(place, color=RED, linestyle=style, linewidth=1.2)
         axis.set_xlabel(label(name))
         deviation = values.std(ddof=1) if len(values) > 1 else 0
-        print(f"{name}: {len(values)} runs, mean {values.mean():.6g}, standard deviation {deviation:.3g}, minimum "
-              f"{values.min():.6g}, 5 % {low:.6g}, median {median:.6g}, 95 % {high:.6g}, maximum {values.max():.6g}")
+        print(f"{shown(name)}: {len(values)} runs, mean {values.mean():.6g}, standard deviation {deviation:.3g}, "
+              f"minimum {values.min():.6g}, 5 % {low:.6g}, median {median:.6g}, 95 % {high:.6g}, maximum {values.max():.6g}")
     axes[0].set_ylabel("number of runs")
     figure.suptitle(f"{table.name}: {len(table.rows)} runs; solid: median; dotted: 5 and 95 %", fontsize=11)
     return figure
@@ -198,9 +198,9 @@ def rank(table, arguments):
         axis.set_title(label(name), fontsize=10, loc="left")
         axis.set_xlabel("share of variance" if is_sobol else "rank correlation")
         axis.grid(alpha=0.3, axis="x")
-        print(f"{name}, {known.sum()} runs:")
+        print(f"{shown(name)}, {known.sum()} runs:")
         for share, key in sorted(zip(shares, table.axes), key=lambda pair: -abs(pair[0])):
-            print(f"  {key:34}{share:6.3f}")
+            print(f"  {shown(key):34}{share:6.3f}")
         if is_sobol:
             print(f"  {'(several axes together, chance)':34}{max(0.0, 1 - sum(shares)):6.3f}")
     axes[0].set_yticks(places)
@@ -229,8 +229,9 @@ def effects(table, arguments):
             means = [(x[part].mean(), y[part].mean()) for part in parts]
             plot.plot(*zip(*means), color=RED, linewidth=1.2)
             plot.grid(alpha=0.3)
-            print(f"{name}, {key}: means of {len(means)} slices from {min(means, key=lambda m: m[1])[1]:.6g} to "
-                  f"{max(means, key=lambda m: m[1])[1]:.6g}")
+            heights = [mean for _, mean in means]
+            print(f"{shown(name)}, {shown(key)}: means of {len(means)} slices from {min(heights):.6g} to "
+                  f"{max(heights):.6g}")
     for plot, key in zip(plots[-1], table.axes):
         plot.set_xlabel(label(key), fontsize=9)
     figure.suptitle(f"{table.name}: {len(table.rows)} runs; line: mean in slices of the axis", fontsize=11)

@@ -8,11 +8,14 @@ import numpy as np
 from . import ground_truth
 from .bags import absolute
 from .base import WHEELS, Base
-from .command_line import Refused, shown
+from .command_line import LONGEST_QUOTE, Refused, shown
 from .series import Missing, Series, differentiated, middles
 
 POSE = ("x", "y", "psi", "V_X", "V_Y", "Omega")
 LARGEST = 1e9  # in SI units: beyond, a number is damaged
+MAX_NAMES = 12  # of joints, in a message
+PIECE = 0.5  # s
+MIN_FIT, MAX_APART = 0.8, 0.1  # of velocities to positions: squared correlation; relative difference of factors
 POWERS = ("drive", "bearing", "roller", "floor", "external")
 
 
@@ -21,12 +24,18 @@ class Record:
     """The series of a bag by the names of TOPICS: poses with velocities in the frame of the base, wheels positive
     forward, commands as V_X, V_Y and Omega, held until the next."""
     base: Base
+    sign: str = "auto"   # of velocities and efforts: "consistent" with the positions, "driver_exact", "auto": found
     series: dict = field(default_factory=dict)
     topics: dict = field(default_factory=dict)  # of each series
+    origins: dict = field(default_factory=dict)  # of each topic, in words: publisher, frames, joints
     alignment: object = None  # of a marker's ground truth, see ground_truth.Alignment
+    poses: Series = None      # of the base by ground truth, which series has smoothed where a tracker measured it
+    has_rates: bool = True    # rather than differences of the wheels' positions
+    has_sign: bool = True     # found by positions, or given
     unusable: dict = field(default_factory=dict)  # name -> why no message of its topic can be used
     notes: list = field(default_factory=list)   # what was left out or is assumed, a line each
     part: tuple = (-math.inf, math.inf)  # from when to when it is read, s
+    put: str = ""             # when and by what the base was put elsewhere; empty: it was not
 
     def get(self, name, *columns):
         """The rows of a series in which these columns are known, None if there are none."""
@@ -44,23 +53,24 @@ class Record:
             unknown = [column for column in columns if not self.series[name].known(column)]
             return f"{shown(self.topics[name])} has no {', '.join(unknown or columns)}"
         if name in self.unusable:
-            return self.unusable[name]
+            return str(self.unusable[name])
         return f"no {' or '.join(TOPICS[name].usual)} ({' or '.join(TOPICS[name].kinds)})"
 
 
 def read_record(bag, base, chosen=(), progress=lambda n: None, only=None, namespace="", frames=(),
-                of_marker=None):
+                of_marker=None, sign="auto"):
     """Reads a Record of `only` these TOPICS, all unless given. `chosen`: topics by name that replace the usual ones.
     `frames`: fixed and moving, whose transforms are ground truth. `of_marker`: whether it is a marker's, at a clock of
     its own, or the base's; None: by its type."""
     topics = find_topics(bag, chosen, only or TOPICS, f"/{namespace}/".replace("//", "/"))
     names = {topic: name for name, candidates in topics.items() for topic in candidates}
-    rows, state_sets = {topic: [] for topic in names}, {topic: [] for topic in bag.state_sets(names)}
-    record, left_out = Record(base), LeftOut()
+    rows, state_sets = {topic: {} for topic in names}, {topic: [] for topic in bag.state_sets(names)}
+    record, left_out = Record(base, sign, notes=[bag.note] * bool(bag.note)), LeftOut()
     sampled = [topic for topic, name in names.items() if TOPICS[name].is_sampled]
     others = [*set(names) - set(sampled), *state_sets]
-    for n, (t, topic, message) in enumerate(bag.messages_of_one_run(sampled, others)):
+    for n, (t, connection, message) in enumerate(bag.messages_of_one_run(sampled, others)):
         progress(n)
+        topic = connection.topic
         if topic not in names:
             state_sets[topic].append(t)
             continue
@@ -68,17 +78,22 @@ def read_record(bag, base, chosen=(), progress=lambda n: None, only=None, namesp
             fields = TOPICS[names[topic]].kinds[bag.types[topic]][0](message, base)
         except (AttributeError, TypeError):  # another definition of this type
             fields = None
-        row = left_out.cleaned(topic, fields)
+        row = left_out.cleaned(topic, fields, getattr(message, "name", ()))
         if row:
-            rows[topic].append((t, *row))
+            rows[topic].setdefault(connection.publisher, []).append((t, *row))
+            record.origins.setdefault((topic, connection.publisher), origin(connection.publisher, message))
     record.notes += left_out.notes(names)
+    record.origins = {topic: next(record.origins[topic, publisher] for publisher in largest(found))
+                      for topic, found in rows.items() if found}
+    rows = {topic: choose_publisher(record, topic, found, TOPICS[names[topic]].is_sampled)
+            for topic, found in rows.items()}
     choose_part(record, bag, {topic: found for topic, found in rows.items() if found}, state_sets)
     for name, candidates in topics.items():
         for topic in candidates:
             rows[topic] = within(record.part, rows[topic], is_held=name in ("cmd_vel", "velocity_command"))
         used = [topic for topic in candidates if rows[topic]]
         if not used:
-            record.unusable.update((name, left_out.why_none(topic)) for topic in reversed(candidates))
+            record.unusable.update((name, left_out.why_none(topic, base)) for topic in reversed(candidates))
             continue
         if len(used) > 1:
             record.notes.append(f"uses {shown(used[0])}, not {', '.join(map(shown, used[1:]))} (to choose: "
@@ -86,6 +101,30 @@ def read_record(bag, base, chosen=(), progress=lambda n: None, only=None, namesp
         add_series(record, name, used[0], rows[used[0]], TOPICS[name].kinds[bag.types[used[0]]][1])
     add_truth(record, bag, frames, of_marker)
     return record
+
+
+def origin(publisher, message):
+    """Who sent a message, and of which frames it is."""
+    frame, child = (getattr(part, name, "") for part, name in (
+        (getattr(message, "header", None), "frame_id"), (message, "child_frame_id")))
+    return f", by {shown(publisher)}" * bool(publisher) + f", in {shown(frame)}" * bool(frame) + (
+        f" of {shown(child)}" * bool(child))
+
+
+def largest(rows):
+    """Publishers, that with the most messages first."""
+    return sorted(rows, key=lambda publisher: -len(rows[publisher]))
+
+
+def choose_publisher(record, topic, rows, is_sampled):
+    """The rows of a topic: of several nodes that publish samples, those of the one with the most, the first of equals.
+    Commands and events may come from several."""
+    if len(rows) < 2 or not is_sampled:
+        return sorted(sum(rows.values(), []), key=lambda row: row[0])
+    used, *others = largest(rows)
+    record.notes.append(f"{shown(topic)} has {len(rows)} publishers: uses {shown(used)} ({len(rows[used])} messages), "
+                        f"not {', '.join(f'{shown(one)} ({len(rows[one])})' for one in others)}")
+    return rows[used]
 
 
 def choose_part(record, bag, rows, state_sets):
@@ -99,9 +138,9 @@ def choose_part(record, bag, rows, state_sets):
     begin, end = max(zip(bounds, bounds[1:]), key=lambda part: part[1] - part[0])
     if times:
         record.part = (begin if begin > first else -math.inf, end if end < last else math.inf)
-        record.notes.append(f"the base was put elsewhere at t = {', '.join(f'{t:.3f}' for t in times)} s, by "
-                            f"{', '.join(map(shown, of_base))}: judged is the longest part, from t = {begin:.3f} s to "
-                            f"{end:.3f} s")
+        record.put = (f"the base was put elsewhere at t = {', '.join(f'{t:.3f}' for t in times)} s, by "
+                      f"{', '.join(map(shown, of_base))}")
+        record.notes.append(f"{record.put}: judged is the longest part, from t = {begin:.3f} s to {end:.3f} s")
 
 
 def within(part, rows, is_held=False):
@@ -118,16 +157,18 @@ def add_truth(record, bag, frames, of_marker):
             rows = within(record.part, ground_truth.transforms_to_poses(bag, *frames))
             add_series(record, "ground_truth", " -> ".join(frames), rows, ground_truth.pose_series)
         poses, topic = record.get("ground_truth", "x", "y", "psi"), record.topics.get("ground_truth")
+        record.poses = poses
         is_tracked = poses and "upright" in poses.columns
         if is_tracked:
             ground_truth.check_upright(poses, shown(topic))
         if poses and (bag.types.get(topic) in ground_truth.KINDS if of_marker is None else of_marker):
             poses, record.alignment = ground_truth.align(poses, rolled(record), record.get("odom", "x", "y", "psi"),
                                                          shown(topic), record.base)
+            record.poses = poses
         if record.alignment or is_tracked:
             record.series["ground_truth"] = ground_truth.smoothed(poses)
     except Missing as reason:
-        record.unusable["ground_truth"] = str(reason)
+        record.unusable["ground_truth"], record.poses = reason, None
         for of_topics in (record.series, record.topics):
             of_topics.pop("ground_truth", None)
         record.notes.append(f"ground truth is not used: {reason}")
@@ -155,27 +196,34 @@ class LeftOut:
     def __init__(self):
         self.foreign, self.lacking, self.wild = Counter(), Counter(), Counter()  # numbers of messages
         self.seen, self.filled = set(), set()  # topics; their fields that are not always empty
+        self.joints = {}  # in messages that are not of the wheels, in their order
 
-    def cleaned(self, topic, fields):
-        """The numbers of a message in one row; None if nothing in it can be used."""
+    def cleaned(self, topic, fields, joints):
+        """The numbers of a message in one row; None if nothing in it can be used. A number that is None is not known,
+        and no error."""
         self.seen.add(topic)
         if fields is None:
             self.foreign[topic] += 1
+            self.joints.setdefault(topic, {}).update(dict.fromkeys(joints))
             return None
         row, left_out = [], 0
         for name, values in fields.items():
             if values is not EMPTY:
                 self.filled.add((topic, name))
-            if not all(abs(value) <= LARGEST for value in values):
+            if not all(value is None or abs(value) <= LARGEST for value in values):
                 counter = self.lacking if values is EMPTY or values is MISCOUNTED else self.wild
                 counter[topic, name] += 1
                 left_out += 1
                 values = (math.nan,) * len(values)
-            row += values
+            row += [math.nan if value is None else value for value in values]
         return row if left_out < len(fields) else None
 
-    def why_none(self, topic):
+    def why_none(self, topic, base):
         """The reason where no message of a topic can be used."""
+        if self.joints.get(topic):
+            joints = ", ".join(list(self.joints[topic])[:MAX_NAMES])[:MAX_NAMES * LONGEST_QUOTE]
+            return (f"{shown(topic)} has the joints {shown(joints)}, not the wheels "
+                    f"{', '.join(base.joints)}: name them, fl, fr, bl and br, with --joints")
         return f"{shown(topic)} has no message " + (
             "with the wheels fl, fr, bl and br or another part that is needed" if topic in self.foreign else
             "with usable numbers" if topic in self.seen else "that can be read")
@@ -229,7 +277,7 @@ def joint_fields(message, base):
     return {name: [scale * column[i] for i, scale in zip(index, scales)] if len(column) == len(message.name) else
             MISCOUNTED if column else EMPTY
             for name, column, scales in (("position", message.position, base.turns),
-                                         ("velocity", message.velocity, base.turns),
+                                         ("velocity", message.velocity, np.sign(base.turns)),
                                          ("effort", message.effort, np.sign(base.turns)))}
 
 
@@ -256,9 +304,9 @@ def twist_fields(message, _):
 
 
 def command_fields(message, base):
-    """Rates of the wheels; None unless the command names all four: the others keep their set points."""
+    """Rates of the wheels; those that the command does not name keep their set points."""
     rates = {entry.joint_uri: entry.value for entry in reversed(message.velocities) if entry.unit == "s^-1 rad"}
-    return {"velocities": [rates[joint] for joint in base.joints]} if set(base.joints) <= set(rates) else None
+    return {"velocities": [rates.get(joint) for joint in base.joints]} if set(base.joints) & set(rates) else None
 
 
 def add_series(record, name, topic, rows, series):
@@ -288,11 +336,17 @@ def pose_series(t, values, record, topic):
     poses = series.known("x", "y", "psi")
     if len(poses) < 3:
         return series
-    V, step = differentiated(poses), np.diff(poses.t)
-    speed = np.hypot(V["V_X"], V["V_Y"])
-    off = np.hypot(V["V_X"] - middles(poses["V_X"]), V["V_Y"] - middles(poses["V_Y"]))
-    known = np.isfinite(off)
-    if known.any() and np.sum((off * step)[known]) <= 0.5 * np.sum((speed * step)[known]):
+    V, step, psi = differentiated(poses), np.diff(poses.t), middles(poses["psi"])
+    twist = middles(poses["V_X"]) + 1j * middles(poses["V_Y"])  # in the plane
+    true, known = V["V_X"] + 1j * V["V_Y"], np.isfinite(twist)
+    way, off, off_fixed = (np.sum((np.abs(one) * step)[known]) for one in (
+        true, twist - true, twist * np.exp(-1j * psi) - true))
+    if known.any() and off_fixed < 0.5 * min(off, way):
+        record.notes.append(f"{topic}: its twists are in the fixed frame: turned into the base's")
+        turned = (series["V_X"] + 1j * series["V_Y"]) * np.exp(-1j * series["psi"])
+        series.columns.update(V_X=turned.real, V_Y=turned.imag)
+        return series
+    if known.any() and off <= 0.5 * way:
         return series
     record.notes.append(f"{topic}: its twists do not fit its poses: velocities are differences of the poses")
     series.columns.update((name, at_samples(t, poses.t, values)) for name, values in V.items())
@@ -305,38 +359,96 @@ def at_samples(t, known, means):
 
 
 def wheel_series(t, values, record, topic):
-    """Angular velocities positive forward: as the positions have it, else differences of the positions."""
+    """Positions that count on, and angular velocities in rad/s, positive forward: as the positions have it, else
+    differences of the positions."""
     series = Series(t, dict(zip(("position", "velocity", "effort"), np.split(values, 3, axis=1))))
+    count_on(series, record, topic)
     positions, both = series.known("position"), series.known("position", "velocity")
-    sign = velocity_sign(both["position"], both["velocity"]) if both else None
+    signs, scale, why = velocity_scale(both, record.base) if both else ((1, 1, 1, 1), None, "it has no velocities")
+    record.has_sign = record.sign != "auto" or bool(positions) and why != STILL
+    if record.sign != "auto":
+        signs, scale, why = SIGNS[record.sign], 1, ""
     if not positions:
-        record.notes.append(f"{topic} has no positions: velocities are assumed positive forward")
-    elif sign is None and len(positions) > 1:
-        why = "its velocities do not fit its positions" if both else "it has no velocities"
+        record.notes.append(f"{topic} has no positions: velocities are assumed in rad/s and positive forward")
+    elif scale is None and len(positions) > 1:
         record.notes.append(f"{topic}: {why}: velocities are differences of the positions")
+        record.has_rates, scale = False, 1
         means = np.diff(positions["position"], axis=0) / np.diff(positions.t)[:, None]
         series.columns["velocity"] = np.stack([at_samples(t, positions.t, wheel) for wheel in means.T], -1)
-    elif sign == "driver_exact":
-        record.notes.append(f"{topic}: velocities of fl and bl have the driver's opposite sign: negated")
-    for name in ("velocity", "effort"):
-        series.columns[name] = series[name] * sign_factors(sign)
+        series.columns["effort"] = series["effort"] * signs
+        signs = (1, 1, 1, 1)
+    elif why:
+        record.notes.append(f"{topic}: {why}")
+    series.columns["velocity"] = series["velocity"] * signs / (scale or 1)
+    series.columns["effort"] = series["effort"] * signs
     if not np.nan_to_num(series["effort"]).any():
         del series.columns["effort"]
     return series
 
 
-def velocity_sign(positions, rates):
-    """"consistent" with the positions, "driver_exact" (fl and bl negated, as by the youBot's driver), "still" where no
-    wheel turns, None where they contradict each other. Rows over the four wheels, in order of time."""
-    agree = np.sign(np.sum(np.diff(positions, axis=0) * rates[1:], axis=0))
-    if not agree.any():
-        return "still"
-    return next((sign for sign in ("consistent", "driver_exact") if (agree == sign_factors(sign)).all()), None)
+def count_on(series, record, topic):
+    """Mends positions that begin anew after a turn, or where a counter of ticks ends."""
+    positions, unit = series.known("position"), min(map(abs, record.base.turns))
+    if len(positions) < 2:
+        return
+    span, steps = np.ptp(positions["position"], axis=0).max(), np.abs(np.diff(positions["position"], axis=0))
+    periods = [2 * math.pi, *(unit * 2 ** bits for bits in range(8, 33) if unit != 1)]
+    period = min((period for period in periods if period >= span * (1 - 1e-9)), default=math.inf)
+    jumps = (steps > period / 2).any(axis=1) & (np.diff(positions.t) <= positions.max_step)
+    if not jumps.any():
+        return
+    record.notes.append(f"{topic}: positions begin anew {np.sum(jumps)} times, after {period:.6g} rad: counted on")
+    scaled = np.unwrap(positions["position"] * (2 * math.pi / period), axis=0)
+    series.columns["position"][np.isin(series.t, positions.t)] = scaled * (period / (2 * math.pi))
 
 
-def sign_factors(sign):
-    """What makes velocities and efforts positive forward on all four wheels."""
-    return np.array([-1, 1, -1, 1] if sign == "driver_exact" else [1, 1, 1, 1])
+STILL = "no wheel turns: velocities are assumed in rad/s and positive forward"
+SIGNS = {"consistent": (1, 1, 1, 1), "driver_exact": (-1, 1, -1, 1)}  # make all positive forward
+UNITS = {"rpm of the wheel": 30 / math.pi, "rpm of the motor": 26 * 30 / math.pi, "degrees per second": 180 / math.pi}
+
+
+def velocity_scale(series, base):
+    """Signs and one factor that make the velocities of the wheels rad/s, by the changes of the positions over pieces of
+    half a second, and in words what was found, if anything. None for the factor where velocities do not fit."""
+    ends = np.unique(np.searchsorted(series.t, np.arange(series.t[0], series.t[-1], PIECE).tolist() + [series.t[-1]]))
+    steps = np.diff(series.t)
+    area = np.vstack([np.zeros(4), np.cumsum(middles(series["velocity"]) * steps[:, None], axis=0)])
+    whole = np.add.reduceat(steps > series.max_step, ends[:-1]) == 0 if len(ends) > 1 else []
+    turned, said = (np.diff(column[ends], axis=0)[whole] for column in (series["position"], area))
+    products, squares, own = (np.sum(a * b, axis=0) for a, b in ((turned, said), (turned, turned), (said, said)))
+    turns = squares > 1e-4 * np.max(squares, initial=0)
+    signs = np.where(turns & (products < 0), -1, 1)
+    if not turns.any():
+        return signs, 1, STILL
+    if not own.any():
+        return signs, None, "its velocities are always zero"
+    factors = np.abs(products[turns] / squares[turns])
+    factor = np.median(factors)
+    if (products[turns] ** 2 < MIN_FIT * squares[turns] * own[turns]).any() or np.ptp(factors) > MAX_APART * factor:
+        return signs, None, (f"its velocities do not fit its positions (they are "
+                             f"{', '.join(f'{one:.3g}' for one in factors * signs[turns])} times their changes)")
+    notes = []
+    if tuple(signs) == SIGNS["driver_exact"]:
+        notes.append("velocities of fl and bl have the driver's opposite sign: negated")
+    elif (signs < 0).any():
+        notes.append(f"velocities of {', '.join(wheel for wheel, sign in zip(WHEELS, signs) if sign < 0)} have the "
+                     "opposite sign of the positions: negated")
+    if abs(factor - 1) > MAX_APART:
+        units = {**UNITS, "ticks per second": 1 / min(map(abs, base.turns))}
+        unit = min(units, key=lambda name: abs(math.log(units[name] / factor)))
+        is_known = abs(units[unit] / factor - 1) < 0.03
+        notes.append(f"velocities are {factor:.4g} times the changes of the positions, "
+                     f"{unit if is_known else 'in no known unit'}: converted to rad/s")
+        return signs, units[unit] if is_known else factor, "; ".join(notes)
+    return signs, 1, "; ".join(notes)
+
+
+def command_series(t, rates, record, _):
+    """Of wheels that a command does not name the rates before, at first zero."""
+    for wheel in rates.T:
+        latest = np.maximum.accumulate(np.where(np.isfinite(wheel), np.arange(len(wheel)), 0))
+        wheel[:] = np.nan_to_num(wheel[latest])
+    return Series(t, {**dict(zip(POSE[3:], record.base.velocities(rates))), "rates": rates})
 
 
 def switch_series(t, values, *_):
@@ -372,6 +484,6 @@ TOPICS = {
     "contacts": Topic({"youbot_base_sim/ContactsStamped": (contact_fields, contact_series)}, ("contacts",)),
     "cmd_vel": Topic({"geometry_msgs/Twist": (twist_fields, lambda t, twists, *_: Series(
         t, dict(zip(POSE[3:], twists.T))))}, ("cmd_vel",), is_sampled=False),
-    "velocity_command": Topic({"brics_actuator/JointVelocities": (command_fields, lambda t, rates, record, _: Series(
-        t, dict(zip(POSE[3:], record.base.velocities(rates)))))}, ("velocity_command",), is_sampled=False),
+    "velocity_command": Topic({"brics_actuator/JointVelocities": (command_fields, command_series)},
+                              ("velocity_command",), is_sampled=False),
 }

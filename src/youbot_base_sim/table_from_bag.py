@@ -13,14 +13,12 @@ warning gives that instant. A bag whose times go back, such as one of two runs, 
 import math
 from collections import Counter
 
-import numpy as np
-
 from .bags import Bag, absolute
 from .base import DRIVER_RADIUS, JOINTS, WHEELS, Base
 from .command_line import Parser, Refused, complain, one_line, positive, shown
-from .encoders import add_encoder_options, encoders_of
 from .files import Outputs, write_whole
-from .records import sign_factors, velocity_sign
+from .reading import add_encoder_options, encoders_of
+from .records import Missing, read_record
 
 TWIST, VELOCITIES, TORQUES, STATES = (
     "geometry_msgs/Twist", "brics_actuator/JointVelocities", "brics_actuator/JointTorques", "sensor_msgs/JointState")
@@ -44,7 +42,8 @@ class ChosenTopics:
             if topic not in types:
                 raise Refused(f"{shown(path)}: no topic {shown(topic)}; it has {self.bag.shown_topics()}")
             if types[topic] not in TOPICS:
-                raise Refused(f"{shown(path)}: {shown(topic)} is {shown(types[topic])}: must be {', '.join(sorted(TOPICS))}")
+                raise Refused(f"{shown(path)}: {shown(topic)} is {shown(types[topic])}: must be "
+                              f"{', '.join(sorted(TOPICS))}")
 
     def find(self, *types):
         return [topic for topic, kind in sorted(self.bag.types.items())
@@ -91,8 +90,8 @@ def commanded(chosen, types, arguments):
             VELOCITIES: lambda message: joint_values(message.velocities, "s^-1 rad"),
             TORQUES: lambda message: joint_values(message.torques, "m^2 kg s^-2 rad^-1")}
     rows, now, complaints = [], [0.0] * 4, Counter()
-    for t, topic, message in chosen.bag.messages_of_one_run(topics):
-        command, wrong = read[chosen.bag.types[topic]](message)
+    for t, connection, message in sorted(chosen.bag.messages_of_one_run(topics), key=lambda one: one[0]):
+        command, wrong = read[connection.type](message)
         complaints.update(wrong)
         after = [command.get(i, old) for i, old in enumerate(now)]
         if not rows and len(command) < 4 and types == (TORQUES,):
@@ -106,43 +105,22 @@ def commanded(chosen, types, arguments):
     return rows
 
 
-def joint_states(chosen, joints, fields, by_stamp=False):
-    """Times, increasing, and for each field an array of four columns."""
-    rows = []
-    for t, _, message in chosen.bag.messages_of_one_run(chosen.need(STATES)):
-        if not set(joints) <= set(message.name):
-            continue  # the arm's
-        stamp = message.header.stamp
-        rows.append([by_stamp and stamp.secs + stamp.nsecs / 1e9 or t])
-        for field in fields:
-            column = getattr(message, field)
-            if len(column) != len(message.name):
-                raise Refused(f"{chosen.path}: the joint states at t = {t:.3f} s have no {field}")
-            rows[-1] += [column[message.name.index(joint)] for joint in joints]
-            if not all(map(math.isfinite, rows[-1])):
-                raise Refused(f"{chosen.path}: {field} at t = {t:.3f} s: must be finite")
-    if not rows:
-        raise Refused(f"{chosen.path}: no joint states of {', '.join(joints)}")
-    table = np.array(sorted(rows, key=lambda row: row[0]))
-    return table[:, 0], dict(zip(fields, np.split(table[:, 1:], len(fields), axis=1)))
-
-
-def measured(chosen, fields, sign):
-    """For each field the measured rows, in order of time."""
-    t, states = joint_states(chosen, JOINTS, fields + (["position", "velocity"] if sign == "auto" else []))
-    if sign == "auto":
-        sign = velocity_sign(states["position"], states["velocity"])
-        if sign in (None, "still"):
-            raise Refused(f"{chosen.path}: the sign of the velocities cannot be found from the positions "
-                          f"({'no wheel turns' if sign else 'they contradict each other'}); give --joint-velocity-sign")
-        print(f"joint velocities are {sign}")
-    return [list(zip(t.tolist(), (sign_factors(sign) * states[field]).tolist())) for field in fields]
-
-
-def wheel_angles(chosen, joints, turns):
-    """Rows of the positions, by their stamps, from the first on."""
-    t, states = joint_states(chosen, joints, ["position"], by_stamp=True)
-    return list(zip((t - t[0]).tolist(), (states["position"] * turns).tolist()))
+def joint_states(chosen, base, field, sign="auto"):
+    """Rows of what the wheels did: "position", "velocity" or "effort"."""
+    topics = chosen.need(STATES)
+    record = read_record(chosen.bag, base, {"joint_states": topics[0]}, only=["joint_states"], sign=sign)
+    for note in record.notes:
+        warn(f"{chosen.path}: {note}")
+    try:
+        states = record.need("joint_states", field)
+    except Missing as reason:
+        raise Refused(f"{chosen.path}: {reason}")
+    if field != "position" and not record.has_sign:
+        raise Refused(f"{chosen.path}: the sign of the velocities cannot be found from the positions; give "
+                      "--joint-velocity-sign")
+    if record.put:
+        raise Refused(f"{chosen.path}: {record.put}: must be one run")
+    return list(zip(states.t.tolist(), states[field].tolist()))
 
 
 def write(path, rows):
@@ -177,6 +155,8 @@ def main():
                               ("--torque", arguments.torque, "effort", (TORQUES,))) if one[1]]
     if bool(wanted) == bool(arguments.angles):
         parser.error("give --velocity FILE, --torque FILE or both, or --angles FILE alone")
+    base = Base()
+    base.joints, base.turns = encoders_of(arguments)
     outputs = Outputs([arguments.bag])
     paths = {"--angles": arguments.angles} if arguments.angles else {option: path for option, path, *_ in wanted}
     for option, path in paths.items():
@@ -184,13 +164,16 @@ def main():
     chosen = ChosenTopics(arguments.bag, arguments.topic)
     try:
         if arguments.angles:
-            tables = [wheel_angles(chosen, *encoders_of(arguments))]
+            rows = joint_states(chosen, base, "position")
+            tables = [[(t - rows[0][0], angles) for t, angles in rows]]
         elif arguments.measured:
-            tables = measured(chosen, [field for _, _, field, _ in wanted], arguments.joint_velocity_sign)
+            tables = [joint_states(chosen, base, field, arguments.joint_velocity_sign) for _, _, field, _ in wanted]
         else:
             tables = [commanded(chosen, types, arguments) for _, _, _, types in wanted]
     except (AttributeError, TypeError) as error:  # another definition of a type
         raise Refused(f"{chosen.path}: its messages are not of the types that they say: {one_line(error)}")
+    if chosen.bag.note and not (arguments.measured or arguments.angles):
+        warn(f"{chosen.path}: {chosen.bag.note}")
     if chosen.bag.problem:
         warn(chosen.bag.problem)
     for path, rows in zip(paths.values(), tables):

@@ -1,4 +1,5 @@
-// Does what the programs do, one feature at a time, for an instruction counter to look at: see scripts/study feature_cost.
+// Does what the programs do, one feature at a time, for an instruction counter to look at: see scripts/study
+// feature_cost.
 
 #include <fmt/format.h>
 #include <ros/serialization.h>
@@ -11,7 +12,7 @@
 #include <vector>
 
 #include "youbot_base_sim/drive/base_driver.h"
-#include "youbot_base_sim/drive/wheel_odometry.h"
+#include "youbot_base_sim/drive/driver_kinematics.h"
 #include "youbot_base_sim/loop/base_loop.h"
 #include "youbot_base_sim/ros/bag.h"
 #include "youbot_base_sim/simulation.h"
@@ -35,10 +36,10 @@ DriveCommand curve() { return drive_command(DriveMode::kVelocity, DriverKinemati
 
 /// The least that the node could do: control periods, driven as the node is.
 void run_periods(const Scene& scene) {
-  BaseDriver driver(BaseDriver::Settings(), scene.initial.phi());
+  BaseDriver driver({});
   driver.command(0, curve());
-  Simulation simulation(scene, [&](double t, const State& state) { return driver.sample(t, state.dphi()); });
-  simulation.advance_periods(std::llround(scene.duration / kControlPeriod));
+  Simulation simulation(scene);
+  advance_to(simulation, scene.duration, [&](double t, const State& x) { return driver.sample(t, x.dphi()); });
 }
 
 /// Makes the bytes of a message, as publishing to a subscriber does.
@@ -91,9 +92,9 @@ void run_node(const Scene& scene, double publish_rate, const std::string& bag_fi
 int main(int argc, char** argv) try {
   const std::vector<std::string> words(argv + 1, argv + argc);
   const std::string what = words.size() < 2 ? "" : words[0];
-  SceneOverrides overrides;
-  if (what != "rows") overrides.control_period = kControlPeriod;
-  const Scene scene = what.empty() ? Scene() : load_scene(words[1], overrides);
+  SceneSettings settings;
+  if (what != "rows") settings.emplace_back("solver.control_period", kControlPeriod);
+  const Scene scene = what.empty() ? Scene() : load_scene(words[1], settings);
   if (what == "rows") {
     run_rows(scene);
   } else if (what == "periods") {

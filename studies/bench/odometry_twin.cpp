@@ -11,10 +11,10 @@
 #include <vector>
 
 #include "youbot_base_sim/drive/base_driver.h"
-#include "youbot_base_sim/drive/wheel_odometry.h"
+#include "youbot_base_sim/drive/driver_kinematics.h"
 #include "youbot_base_sim/identify/encoder_fit.h"
-#include "youbot_base_sim/slip_odometry/slip_odometry.h"
 #include "youbot_base_sim/simulation.h"
+#include "youbot_base_sim/slip_odometry/slip_odometry.h"
 
 namespace {
 
@@ -57,23 +57,24 @@ DriveRecord drive(unsigned seed, double duration, const Wheels& phi) {
   Scene scene = measured_base();
   scene.solver.control_period = 1e-3;
   scene.initial.phi() = phi;
-  BaseDriver driver({}, phi);
+  BaseDriver driver({});
   double next = 0.1;
   Wheels torque = Wheels::Zero();
-  Simulation simulation(scene, [&](double t, const State& x) {
+  const auto drive = [&](double t, const State& x) {
     if (t >= next) {
       const Eigen::Vector3d velocity(0.4 * share(random), 0.3 * share(random), 0.8 * share(random));
       driver.command(t, drive_command(DriveMode::kVelocity, DriverKinematics().wheel_rates(velocity)));
       next = t + length(random);
     }
     return torque = driver.sample(t, x.dphi());
-  });
+  };
+  Simulation simulation(scene);
   const Motor motor;
   DriveRecord record;
   record.name = "twin";
   record.max_truth_step = 5 * kInterval;
   for (int k = 0; k * kInterval <= duration; ++k) {
-    simulation.advance_to(k * kInterval);
+    advance_to(simulation, k * kInterval, drive);
     const State& x = simulation.state();
     record.t.push_back(k * kInterval);
     record.phi.push_back(motor.tick() * (x.phi() / motor.tick()).floor());

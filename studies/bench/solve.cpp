@@ -1,6 +1,6 @@
 // Runs one solver on one scene, repeats quick runs, and prints rows, counts and run time as JSON; without an argument
-// what it was built with. Its argument is JSON too: scene (a file), model, solver, tolerance or step (s), span (s),
-// rate (rows a second), and if they differ from the usual max_evaluations. scripts/study work_precision drives it.
+// what it was built with. Its argument is JSON too: scene (a file), model, solver, tolerance, span (s), rate (rows a
+// second), and if they differ from the usual max_evaluations. scripts/study work_precision drives it.
 
 #include <arkode/arkode_arkstep.h>
 #include <cvode/cvode.h>
@@ -31,7 +31,7 @@ namespace {
 using namespace youbot_base_sim;
 using namespace sundials::experimental;
 
-/// What a solver is asked for: method, tolerance and step are the scene's.
+/// What a solver is asked for: method and tolerance are the scene's.
 struct Task {
   Scene scene;
   std::vector<double> times;       ///< of the rows, s, increasing from 0
@@ -205,10 +205,8 @@ class Integrator {
   static int jacobian(realtype t, N_Vector y, N_Vector, SUNMatrix J, void* self, N_Vector, N_Vector, N_Vector) {
     Integrator& integrator = of(self);
     ++integrator.run_.jacobians;
-    Eigen::Matrix<double, State::kSize, State::kSize> all;
-    State rate;
-    difference_jacobian(*integrator.system_, integrator.state(y), t, all, rate);
-    Eigen::Map<Eigen::Matrix<double, kSize, kSize>>(SM_DATA_D(J)) = all(kIndices, kIndices);
+    const DifferenceJacobian all = difference_jacobian(*integrator.system_, integrator.state(y), t);
+    Eigen::Map<Eigen::Matrix<double, kSize, kSize>>(SM_DATA_D(J)) = all.by_state(kIndices, kIndices);
     return 0;
   }
   // Below zero on the roller, for its upper edges, then its lower ones.
@@ -351,13 +349,11 @@ nlohmann::json measure(const Task& task) {
 }
 
 Task read_task(const nlohmann::json& argument) {
-  SceneOverrides overrides;
-  overrides.model = argument.at("model");
-  if (argument.contains("tolerance")) overrides.relative_tolerance = argument.at("tolerance").get<double>();
+  const SceneSettings settings{{"model", argument.at("model").get<std::string>()},
+                               {"solver.relative_tolerance", argument.at("tolerance").get<double>()}};
   Task task;
-  task.scene = load_scene(argument.at("scene"), overrides);
+  task.scene = load_scene(argument.at("scene"), settings);
   task.scene.solver.method = argument.at("solver");
-  task.scene.solver.step = argument.value("step", 0.0);
   task.max_evaluations = argument.value("max_evaluations", task.max_evaluations);
   const double rate = argument.at("rate"), end = std::min(argument.at("span").get<double>(), task.scene.duration);
   for (int k = 0; k <= end * rate * (1 + 1e-12); ++k) task.times.push_back(k / rate);

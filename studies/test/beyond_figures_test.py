@@ -6,7 +6,7 @@ import subprocess
 import sys
 import unittest
 
-from harness import ROOT
+from harness import ROOT, STUDY
 from measured_page import SIMULATE, MeasuredPage
 
 from studies import effects
@@ -20,7 +20,7 @@ class Page(MeasuredPage, unittest.TestCase):
     @classmethod
     def prepare(cls):
         cls.drawn = cls.folder / "figures"
-        cls.script = subprocess.run([sys.executable, ROOT / "scripts" / "beyond_figures", "--simulate", SIMULATE, "--keep",
+        cls.script = subprocess.run([sys.executable, STUDY, "beyond_figures", "--simulate", SIMULATE, "--keep",
                                      cls.folder / "kept", "-o", cls.drawn], capture_output=True, text=True)
 
     @staticmethod

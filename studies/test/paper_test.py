@@ -12,7 +12,7 @@ import time
 import unittest
 from pathlib import Path
 
-from harness import ROOT
+from harness import ROOT, STUDY
 from measured_page import SIMULATE, MeasuredPage
 
 from studies import claims, runs
@@ -95,7 +95,7 @@ class Script(unittest.TestCase):
         return path
 
     def start(self, *arguments, simulate=SIMULATE):
-        return subprocess.Popen([sys.executable, ROOT / "scripts" / "paper_figures", "--simulate", simulate, "--keep",
+        return subprocess.Popen([sys.executable, STUDY, "paper_figures", "--simulate", simulate, "--keep",
                                  self.path / "kept", *arguments], cwd=self.path, stdout=subprocess.PIPE,
                                 stderr=subprocess.PIPE, text=True)
 

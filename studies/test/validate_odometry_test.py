@@ -10,7 +10,7 @@ import unittest
 from pathlib import Path
 
 import numpy as np
-from harness import ROOT
+from harness import ROOT, STUDY
 
 from studies import odometry_records as records
 from studies.slip_gains import drive, robot
@@ -42,7 +42,7 @@ def write_run(folder, k):
 
 
 def run(*arguments):
-    return subprocess.run([sys.executable, ROOT / "scripts" / "validate_odometry", "--simulate", SIMULATE, *arguments],
+    return subprocess.run([sys.executable, STUDY, "validate_odometry", "--simulate", SIMULATE, *arguments],
                           capture_output=True, text=True)
 
 

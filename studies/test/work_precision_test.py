@@ -1,4 +1,4 @@
-"""scripts/study work_precision, with a stand-in for the solvers: it runs every scene and its variants, and writes its files.
+"""scripts/study work_precision, with a stand-in for the solvers: it runs every scene and variant, and writes its files.
 
 Usage: work_precision_test.py SIMULATE [ARGUMENT OF UNITTEST...]
 """
@@ -9,7 +9,7 @@ import tempfile
 import unittest
 from pathlib import Path
 
-from harness import ROOT
+from harness import ROOT, STUDY
 
 from studies.work_precision import TABLES
 from studies.work_precision_runs import CONTESTANTS, SCENES
@@ -40,7 +40,7 @@ class WorkPrecision(unittest.TestCase):
             solve, output = Path(folder) / "solve", Path(folder) / "output"
             solve.write_text(SOLVE)
             solve.chmod(0o755)
-            ran = subprocess.run([ROOT / "scripts" / "work_precision", "--solve", solve, "--span", "1", "--output",
+            ran = subprocess.run([STUDY, "work_precision", "--solve", solve, "--span", "1", "--output",
                                   output], capture_output=True, text=True)
             self.assertEqual((ran.returncode, ran.stderr), (0, ""))
             self.assertEqual({file.name for file in output.iterdir()},

@@ -6,6 +6,8 @@
 
 #include <cmath>
 
+#include "youbot_base_sim/sensors/motor_sensors.h"
+
 namespace youbot_base_sim {
 namespace {
 
@@ -45,7 +47,13 @@ class BaseDriverTest : public ::testing::Test {
     for (int i = 0; i < kWheels; ++i) EXPECT_EQ(torque[i], expected) << i;
   }
 
-  BaseDriver driver_{exact(), Wheels::Zero()};
+  /// The encoders and current sensors of its motors.
+  const MotorReadings& read(const Wheels& phi, const Wheels& dphi) {
+    return sensors_.read(phi, dphi, driver_.torque(), driver_.faults());
+  }
+
+  BaseDriver driver_{exact()};
+  MotorSensors sensors_{Motor(), false, Wheels::Zero()};
   Wheels dphi_ = Wheels::Zero();
   int periods_ = 0;
 };
@@ -93,7 +101,7 @@ TEST_F(BaseDriverTest, MotorsOffExertNothingUntilTheNextCommand) {
 TEST_F(BaseDriverTest, StopsWithoutCommandsOnlyWithATimeout) {
   BaseDriver::Settings settings = exact();
   settings.command_timeout = 0.5;
-  driver_ = BaseDriver(settings, Wheels::Zero());
+  driver_ = BaseDriver(settings);
   run_to(1);
   EXPECT_FALSE(driver_.timed_out()) << "nothing to stop before the first command";
   driver_.command(now(), all(DriveMode::kTorque, 1));
@@ -112,7 +120,7 @@ TEST_F(BaseDriverTest, TimeoutEndsWhatIsStillOnItsWay) {
   BaseDriver::Settings settings = exact();
   settings.command_timeout = 0.2;
   settings.motors.command_delay = 0.3;
-  driver_ = BaseDriver(settings, Wheels::Zero());
+  driver_ = BaseDriver(settings);
   driver_.command(0, all(DriveMode::kTorque, 1));
   run_to(1);
   EXPECT_TRUE(driver_.timed_out());
@@ -122,7 +130,7 @@ TEST_F(BaseDriverTest, TimeoutEndsWhatIsStillOnItsWay) {
 TEST_F(BaseDriverTest, TimeoutLeavesMotorsOff) {
   BaseDriver::Settings settings = exact();
   settings.command_timeout = 0.5;
-  driver_ = BaseDriver(settings, Wheels::Zero());
+  driver_ = BaseDriver(settings);
   driver_.command(0, all(DriveMode::kTorque, 1));
   driver_.switch_off();
   run_to(2);
@@ -131,7 +139,7 @@ TEST_F(BaseDriverTest, TimeoutLeavesMotorsOff) {
 
 TEST_F(BaseDriverTest, LosesTheBaseAHundredCyclesAfterEthercat) {
   driver_.command(0, all(DriveMode::kTorque, 1));
-  driver_.read(Wheels::Constant(5), Wheels::Constant(2));
+  read(Wheels::Constant(5), Wheels::Constant(2));
   run_to(1);
   Faults faults;
   faults.ethercat_lost = true;
@@ -140,7 +148,7 @@ TEST_F(BaseDriverTest, LosesTheBaseAHundredCyclesAfterEthercat) {
   driver_.command(now(), all(DriveMode::kTorque, 2));
   EXPECT_EQ(run_to(1.1)[0], 1) << "commands do not reach the motors";
   EXPECT_TRUE(driver_.present());
-  EXPECT_EQ(driver_.read(Wheels::Constant(9), Wheels::Constant(3)).phi[0], 5) << "readings do not come through";
+  EXPECT_EQ(read(Wheels::Constant(9), Wheels::Constant(3)).phi[0], 5) << "readings do not come through";
 
   run_to(1.102);
   EXPECT_FALSE(driver_.present());
@@ -158,7 +166,7 @@ TEST_F(BaseDriverTest, LosesTheBaseAHundredCyclesAfterEthercat) {
   EXPECT_TRUE(driver_.motors_on());
   expect_torque(0);
   EXPECT_EQ(driver_.set_points()[0].mode, DriveMode::kVelocity) << "held at rest";
-  EXPECT_EQ(driver_.read(Wheels::Constant(9), Wheels::Constant(3)).phi[0], 9) << "encoders keep their counts";
+  EXPECT_EQ(read(Wheels::Constant(9), Wheels::Constant(3)).phi[0], 9) << "encoders keep their counts";
 }
 
 TEST_F(BaseDriverTest, ShortInterruptionIsNotNoticed) {
@@ -177,13 +185,13 @@ TEST_F(BaseDriverTest, ShortInterruptionIsNotNoticed) {
 TEST_F(BaseDriverTest, SilentMotorSwitchesOffAndItsReadingsFreeze) {
   driver_.command(0, all(DriveMode::kTorque, 1));
   run_to(1);
-  driver_.read(Wheels::Constant(5), Wheels::Constant(2));
+  read(Wheels::Constant(5), Wheels::Constant(2));
   Faults faults;
   faults.silent[3] = true;
   driver_.set_faults(now(), faults);
   EXPECT_TRUE((run_to(1.1) == Wheels(1, 1, 1, 1)).all());
   EXPECT_TRUE((run_to(1.102) == Wheels(1, 1, 1, 0)).all());
-  const MotorReadings& readings = driver_.read(Wheels::Constant(6), Wheels::Constant(4));
+  const MotorReadings& readings = read(Wheels::Constant(6), Wheels::Constant(4));
   EXPECT_TRUE((readings.phi == Wheels(6, 6, 6, 5)).all());
   EXPECT_TRUE((readings.dphi == Wheels(4, 4, 4, 2)).all());
   EXPECT_TRUE(driver_.present());
@@ -208,7 +216,7 @@ TEST_F(BaseDriverTest, DelayedCommandsTakeEffectInOrder) {
 TEST_F(BaseDriverTest, DelayOfItsOwnAddsToThatOfAFault) {
   BaseDriver::Settings settings = exact();
   settings.motors.command_delay = 0.05;
-  driver_ = BaseDriver(settings, Wheels::Zero());
+  driver_ = BaseDriver(settings);
   driver_.command(0, all(DriveMode::kTorque, 1));
   EXPECT_EQ(run_to(0.05)[0], 0);
   EXPECT_EQ(run_to(0.051)[0], 1);
@@ -221,12 +229,13 @@ TEST_F(BaseDriverTest, DelayOfItsOwnAddsToThatOfAFault) {
 }
 
 TEST_F(BaseDriverTest, EthercatQuantizesSetPointsAndReadings) {
-  driver_ = BaseDriver(BaseDriver::Settings(), Wheels::Zero());
+  driver_ = BaseDriver(BaseDriver::Settings());
+  sensors_ = MotorSensors(Motor(), true, Wheels::Zero());
   const Motor motor;
   driver_.command(0, all(DriveMode::kTorque, 1));
   const double torque = run_to(kPeriod)[0];
   EXPECT_EQ(torque, std::trunc(1 / motor.milliampere()) * motor.milliampere());
-  const MotorReadings& readings = driver_.read(Wheels::Constant(1), Wheels::Constant(-1));
+  const MotorReadings& readings = read(Wheels::Constant(1), Wheels::Constant(-1));
   EXPECT_NEAR(readings.phi[0] / motor.tick(), 16449, 1e-6);  // 16448.96 ticks
   EXPECT_NEAR(readings.dphi[0] / motor.rpm(), -247, 1e-9);   // 246.7 rpm
   EXPECT_NEAR(readings.torque[0] / motor.milliampere(), 1155, 1e-9);

@@ -4,6 +4,7 @@
 #include "fuzz.h"
 #include "youbot_base_sim/loop/base_requests.h"
 #include "youbot_base_sim/ros/conversions.h"
+#include "youbot_base_sim/sensors/motor_sensors.h"
 
 using namespace youbot_base_sim;
 
@@ -137,9 +138,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   settings.motors.quantized = variant & 1;
   scene.robot.dry_friction.setConstant(variant & 2 ? kDryFriction : 0);
   settings.command_timeout = variant & 4 ? 2 * kPeriod : 0;
-  BaseDriver driver(settings, Wheels::Zero());
+  BaseDriver driver(settings);
+  MotorSensors sensors(driver.motor(), settings.quantized(), Wheels::Zero());
   BaseRequests requests{ControlTime(kPeriod)};
-  Simulation simulation(scene, [&](double t, const State& state) {
+  Simulation simulation(scene);
+  const auto drive = [&](double t, const State& state) {
     requests.take(t, driver);
     const Wheels torque = driver.sample(t, state.dphi());
     require((torque.abs() <= driver.motor().max_torque()).all(), "torques are limited");
@@ -147,15 +150,17 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       require(driver.motor().can(set_point), fmt::format("set point {} is within the limits", set_point.value));
     }
     return torque;
-  });
+  };
   for (int k = 0; k < 20 && !input.empty(); ++k) {
     for (int n = input.byte() % 4; n > 0; --n) {
       const double arrival = simulation.time() + input.from_0_to(2 * kPeriod);
       requests.push(arrival, request(input, DriverKinematics()));
     }
-    simulation.advance_periods(1);
+    simulation.set_torque(drive(simulation.time(), simulation.state()));
+    simulation.step();
     require_finite(simulation.state().values, "the state");
-    const MotorReadings& readings = driver.read(simulation.state().phi(), simulation.state().dphi());
+    const MotorReadings& readings =
+        sensors.read(simulation.state().phi(), simulation.state().dphi(), driver.torque(), driver.faults());
     require_finite(readings.phi, "an angle");
     require_finite(readings.dphi, "a rate");
     require_finite(readings.torque, "an effort");

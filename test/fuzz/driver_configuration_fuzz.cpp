@@ -5,6 +5,8 @@
 #include "fuzz.h"
 #include "youbot_base_sim/drive/base_driver.h"
 #include "youbot_base_sim/drive/driver_configuration.h"
+#include "youbot_base_sim/sensors/motor_sensors.h"
+#include "youbot_base_sim/sensors/wheel_odometry.h"
 
 using namespace youbot_base_sim;
 
@@ -22,7 +24,7 @@ void require_finite_readings(const DriverConfiguration& configuration) {
   const Wheels phi(1, -2, 300, 0), dphi(30, -3, 0.1, 1e-9);
   BaseDriver::Settings settings;
   settings.motor = configuration.motor;
-  BaseDriver driver(settings, Wheels::Zero());
+  BaseDriver driver(settings);
   const Wheels rates = configuration.kinematics.wheel_rates({0.5, -0.3, 1});
   require_finite(rates, "a wheel's rate");
   driver.command(0, drive_command(DriveMode::kVelocity, rates));
@@ -31,7 +33,8 @@ void require_finite_readings(const DriverConfiguration& configuration) {
     require(std::isfinite(set_point.value), "the set point is finite");
   }
   WheelOdometry odometry(configuration.kinematics, Wheels::Zero(), 0.05, configuration.motor);
-  const MotorReadings& readings = driver.read(phi, dphi);
+  MotorSensors sensors(configuration.motor, true, Wheels::Zero());
+  const MotorReadings& readings = sensors.read(phi, dphi, driver.torque());
   require_finite(readings.phi, "an angle");
   require_finite(readings.dphi, "a rate");
   require_finite(readings.torque, "an effort");

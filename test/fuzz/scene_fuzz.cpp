@@ -33,7 +33,6 @@ void require_finite_scene(const Scene& scene) {
                                        f.nu,
                                        f.g,
                                        f.mu_0(r)[0],
-                                       s.step,
                                        s.relative_tolerance,
                                        s.absolute_tolerance,
                                        s.control_period};

@@ -10,8 +10,7 @@
 #include <limits>
 #include <vector>
 
-#include "youbot_base_sim/integration/reaction_monitor.h"
-#include "youbot_base_sim/integration/smooth_stepper.h"
+#include "youbot_base_sim/integration/contact_system.h"
 #include "youbot_base_sim/integration/tolerance.h"
 #include "youbot_base_sim/physics/contact_modes.h"
 #include "youbot_base_sim/physics/roller_geometry.h"
@@ -23,11 +22,13 @@ namespace youbot_base_sim {
 /// dphi, the pull being towards the edge between rollers 0 and 1. Without pull and damping phi is a polynomial of
 /// degree four in time, which a cubic between two of its points does not hit. With damping, c_3 and c_4 have to be
 /// zero.
-class Wheelwork {
+class Wheelwork final : public ContactSystem {
  public:
-  using State = youbot_base_sim::State;
+  Wheelwork()
+      : ContactSystem(ContactModes(RobotParameters(), Wheels::Zero()),
+                      RestFriction(RobotParameters(), kInfinity, 0)) {}
 
-  void operator()(const State& x, State& dxdt, double t) const {
+  void operator()(const State& x, State& dxdt, double t) const override {
     dxdt.values.setZero();
     dxdt.phi() = x.dphi();
     dxdt.dphi() = push() + 6 * c_3 * t + 12 * c_4 * t * t - damping * x.dphi();
@@ -40,27 +41,26 @@ class Wheelwork {
     return result;
   }
 
-  ContactModes& modes() { return modes_; }
-  const ContactModes& modes() const { return modes_; }
+  State increments() const override { return {}; }
 
   // Sliding mode: only the edge between 0 and 1 is attractive, where the push of the lower roller is -push of the
   // upper.
-  Sharing sharing(int i, const State&, double t) const {
+  Sharing sharing(int i, const State&, double t) const override {
     const double alpha = (1 + (2 * c_2[i] + 6 * c_3[i] * t + 12 * c_4[i] * t * t) / pull) / 2;
     return {alpha, pull > 0 && alpha >= 0 && alpha <= 1};
   }
-  void enter_sliding(int i, std::int64_t k, State& x) {
+  void enter_sliding(int i, std::int64_t k, State& x) override {
     modes_.share(i, k);
     x.phi()[i] = geometry.upper_edge(k);
     x.dphi()[i] = 0;
   }
-  double momentum(int i, const State& x) const { return std::abs(x.dphi()[i]); }
+  double momentum(int i, const State& x) const override { return std::abs(x.dphi()[i]); }
 
-  static double max_step(const State&) { return std::numeric_limits<double>::infinity(); }
+  double max_step(const State&) const override { return std::numeric_limits<double>::infinity(); }
 
   // Reactions that have to be looked at, of wheels off the floor.
-  bool reacts() const { return reactions_matter; }
-  FloorReactions reactions(const State&, double t) const {
+  bool reacts() const override { return reactions_matter; }
+  FloorReactions reactions(const State&, double t) const override {
     EXPECT_GT(t, looked_at);
     looked_at = t;
     ++looks;
@@ -69,14 +69,6 @@ class Wheelwork {
   bool reactions_matter = false;
   mutable double looked_at = 0;  // s
   mutable std::uint64_t looks = 0;
-
-  // What a GuardedStepper asks for.
-  void ease_friction(double) {}
-  static bool rest_may_change(const Velocities&, const Velocities&) { return false; }
-  static double past_rest_change(const Velocities&) { return -1; }
-  void change_rest(const Velocities&) {}
-  std::uint64_t evaluations() const { return evaluations_; }
-  void count_evaluations(std::uint64_t more) const { evaluations_ += more; }
 
   State start() {
     State x;
@@ -94,18 +86,18 @@ class Wheelwork {
   RollerGeometry geometry{robot};
 
  private:
-  ContactModes modes_{robot, Wheels::Zero()};
-  mutable std::uint64_t evaluations_ = 0;
+  void regularize_friction() override {}
 };
 
 /// A Controlled Stepper that steps a Wheelwork by its solution in closed form, to rounding. What it takes for its error
 /// is what a cubic leaves out: steps have a length that depends on the tolerance, though their ends are exact. It
 /// insists on odeint's protocol: a step that failed has no end.
-class WheelworkStepper : public SmoothStepper<Wheelwork> {
+class WheelworkStepper : public SmoothStepper<ContactSystem> {
  public:
   explicit WheelworkStepper(const Tolerance& tolerance) : error_scale_(tolerance.absolute + tolerance.relative) {}
 
-  Result try_step(Wheelwork& wheels, const State& in, double& t, State& out, double& dt) override {
+  Result try_step(ContactSystem& system, const State& in, double& t, State& out, double& dt) override {
+    const auto& wheels = static_cast<const Wheelwork&>(system);
     EXPECT_GT(dt, 0);
     EXPECT_TRUE(in.values.allFinite()) << "a step from the end of one that failed, at t = " << t;
     wheels.count_evaluations(1);
@@ -160,16 +152,8 @@ class WheelworkStepper : public SmoothStepper<Wheelwork> {
   int steps_ = 0;
 };
 
-/// The step of last resort for a Wheelwork, a Stepper of odeint that never fails: wheels go on as fast as they are.
-class WheelworkFallback {
- public:
-  using stepper_category = boost::numeric::odeint::stepper_tag;
-
-  template <class System>
-  void do_step(System, State& x, double, double dt) {
-    x.phi() += dt * x.dphi();
-  }
-};
+/// The step of last resort for a Wheelwork: wheels go on as fast as they are.
+inline void fly_on(State& x, double, double dt) { x.phi() += dt * x.dphi(); }
 
 constexpr int kRollers = 6;
 

@@ -384,16 +384,6 @@ TEST(BaseLoopTest, TakesRequestsAtTheCommandRate) {
   EXPECT_EQ(torque[40], 3);
 }
 
-TEST(BaseLoopTest, LockstepTakesRequestsInEachPeriod) {
-  LoopSettings lockstep = settings();
-  lockstep.command_rate = 50;
-  lockstep.lockstep.on = true;
-  BaseLoop loop(lockstep);
-  loop.advance_periods(3);
-  loop.push(loop.time(), torques(1));
-  EXPECT_EQ(play(loop, 1), std::vector<double>{1});
-}
-
 // As where a stack commands and pushes at once while time is paused.
 TEST(BaseLoopTest, CommandsAndWrenchesOfOnePeriodAreOneEach) {
   LoopSettings slippery = settings();
@@ -444,6 +434,21 @@ TEST(BaseLoopTest, ResetForgetsEverything) {
   loop.advance_periods(100);
   EXPECT_EQ(loop.simulation().state().x(), 0);
   EXPECT_EQ(loop.sensors().odometry().pose().x(), 0);
+}
+
+// As the driver's configuration file may have it: ticks and rpm of the odometry's covariances are those of its motor.
+TEST(BaseLoopTest, OdometryIsThatOfTheDriversMotor) {
+  LoopSettings coarse = settings();
+  coarse.driver.motor.encoder_ticks = 40;
+  coarse.driver.motor.gear_ratio *= 10;
+  coarse.sensors.wheel_error = 1e-6;
+  BaseLoop loop(coarse);
+  const double tick = 2 * M_PI * 10 * Motor().gear_ratio / 40, R = DriverKinematics().wheel_radius;
+  for (int run = 0; run < 2; ++run) {
+    const double expected = R * R / 4 * tick * tick / 12;  // of x, the mean of four wheels
+    EXPECT_NEAR(loop.sensors().odometry().pose_covariance()(0, 0) / expected, 1, 1e-6) << run;
+    loop.reset();
+  }
 }
 
 /// What the sensors say after two seconds of driving with noisy encoders, if they are read every n control periods.

@@ -1,6 +1,6 @@
 #pragma once
 
-// What every refusal must be, whoever refuses what.
+// What every refusal must be, of any file or program.
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "temporary_folder.h"
+#include "program.h"
 
 namespace youbot_base_sim {
 
@@ -37,6 +37,26 @@ inline std::map<std::string, std::string> contents_of(const std::string& folder)
     content += text.str();
   }
   return contents;
+}
+
+/// Runs a program that must refuse its arguments: exit status 2, and a refusal that has `parts` for all that it prints,
+/// with everything in the folder as it was.
+inline void expect_program_refuses(const TemporaryFolder& folder, const std::string& path,
+                                   const std::vector<std::string>& arguments, const std::vector<std::string>& parts) {
+  testing::Message shown;
+  shown << path.substr(path.rfind('/') + 1);
+  for (const std::string& argument : arguments) shown << " '" << argument.substr(0, 80) << "'";
+  SCOPED_TRACE(shown);
+  const auto before = contents_of(folder.path(""));
+  Program program(path, arguments);
+  EXPECT_EQ(program.wait(), 2);
+  EXPECT_EQ(program.out(), "");
+  std::string line = program.err();
+  ASSERT_FALSE(line.empty());
+  EXPECT_EQ(line.back(), '\n');
+  line.pop_back();
+  expect_refusal(line, parts);
+  EXPECT_TRUE(contents_of(folder.path("")) == before) << "something was written or changed";
 }
 
 }  // namespace youbot_base_sim

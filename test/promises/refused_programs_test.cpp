@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include "program.h"
 #include "refusals.h"
 
 namespace youbot_base_sim {
@@ -19,24 +18,13 @@ class ProgramsTest : public testing::Test {
     std::filesystem::create_directory(folder_.path("folder"));
     std::filesystem::create_symlink("csv", folder_.path("link"));
     std::filesystem::create_symlink("good.yaml", folder_.path("link.yaml"));
+    std::filesystem::create_hard_link(good_, folder_.path("hard.yaml"));
     std::filesystem::create_symlink("loop", folder_.path("loop"));
   }
 
   void expect_refused(const std::string& program, const std::vector<std::string>& arguments,
                       const std::vector<std::string>& parts) {
-    std::string told;
-    for (const std::string& argument : arguments) told += " '" + argument.substr(0, 80) + "'";
-    SCOPED_TRACE(program.substr(program.rfind('/') + 1) + told);
-    const auto before = contents_of(folder_.path(""));
-    Program run(program, arguments);
-    EXPECT_EQ(run.wait(), 2);
-    EXPECT_EQ(run.out(), "");
-    std::string err = run.err();
-    ASSERT_FALSE(err.empty());
-    EXPECT_EQ(err.back(), '\n');
-    err.pop_back();
-    expect_refusal(err, parts);
-    EXPECT_TRUE(contents_of(folder_.path("")) == before) << "something was written or changed";
+    expect_program_refuses(folder_, program, arguments, parts);
     ++cases_;
   }
 
@@ -98,6 +86,7 @@ TEST_F(ProgramsTest, SimulateRefusesBadOptions) {
   expect_simulate_refuses({folder_.path("missing\n.yaml")}, {"missing"});
   expect_simulate_refuses({folder_.path("folder")}, {"folder"});
   expect_simulate_refuses({folder_.write("idle.yaml", "duration: 1\n")}, {"drive"});
+  expect_simulate_refuses({folder_.write("bad.yaml", "duration: -1\n")}, {"duration = -1"});
   expect_simulate_refuses(
       {folder_.write("long.yaml", "duration: 1e9\noutput_rate: 1e6\ndrive: {torque: [{start: 0}]}\n")}, {});
   EXPECT_GE(cases_, 30);
@@ -109,14 +98,18 @@ TEST_F(ProgramsTest, SimulateRefusesOutputsThatWouldDestroySomething) {
     expect_simulate_refuses({good_, option, ""}, {option});
     expect_simulate_refuses({good_, option, scene}, {"good.yaml"});
     expect_simulate_refuses({good_, option, folder_.path("folder/../good.yaml")}, {"good.yaml"});
-    expect_simulate_refuses({good_, option, folder_.path("link.yaml")}, {"link.yaml"});
+    for (const char* link : {"link.yaml", "hard.yaml"})
+      expect_simulate_refuses({good_, option, folder_.path(link)}, {link});
     expect_simulate_refuses({good_, option, table}, {"table.csv"});
     expect_simulate_refuses({good_, option, folder_.path("folder")}, {"folder"});
     expect_simulate_refuses({good_, option, folder_.path("folder/")}, {"folder"});
+    expect_simulate_refuses({good_, option, folder_.path("no/such/folder/x")}, {"no/such/folder"});
+    expect_simulate_refuses({good_, option, "/proc/x"}, {"/proc/x"});
   }
   expect_simulate_refuses({good_, "--csv", folder_.path("switches")}, {"switches"});
   expect_simulate_refuses({good_, "--csv", folder_.path("folder/../switches")}, {"switches"});
   expect_simulate_refuses({good_, "--switches", folder_.path("link")}, {"link"});
+  expect_simulate_refuses({good_, "--csv", folder_.path("new"), "--summary", folder_.path("./new")}, {"new"});
 #ifdef YOUBOT_BASE_SIM_ROS
   expect_simulate_refuses({good_, "--bag", scene}, {"good.yaml"});
   expect_simulate_refuses({good_, "--bag", ""}, {"--bag"});
@@ -156,8 +149,9 @@ TEST_F(ProgramsTest, RefuseWhereStandardErrorIsFull) {
 #ifdef IDENTIFY
 TEST_F(ProgramsTest, IdentifyRefuses) {
   const std::string bag = folder_.write("no.bag", "not a bag\n");
-  expect_refused(IDENTIFY, {}, {"BAG"});
-  expect_refused(IDENTIFY, {""}, {"bag", "must not be empty"});
+  expect_refused(IDENTIFY, {}, {"TABLE"});
+  expect_refused(IDENTIFY, {""}, {"table", "must not be empty"});
+  expect_refused(IDENTIFY, {bag, "--name", "a", "--name", "b"}, {"--name", "once for each table"});
   expect_refused(IDENTIFY, {"--col\nour"}, {"--col"});
   expect_refused(IDENTIFY, {bag, "--scene", ""}, {"--scene", "must not be empty"});
   expect_refused(IDENTIFY, {bag, "--output", ""}, {"--output", "must not be empty"});
@@ -177,13 +171,15 @@ TEST_F(ProgramsTest, IdentifyRefuses) {
 #endif
 
 TEST_F(ProgramsTest, DescribeBaseRefuses) {
-  expect_refused(DESCRIBE_BASE, {"--colour"}, {"--colour"});
+  expect_refused(DESCRIBE_BASE, {"--colour"}, {"describe_base: ", "--colour"});
+  expect_refused(DESCRIBE_BASE, {"--two\nlines\x1b"}, {"--two\\nlines\\x1b"});
   expect_refused(DESCRIBE_BASE, {good_, good_}, {"--help"});
   expect_refused(DESCRIBE_BASE, {"--turning-rollers", "--turning-rollers"}, {"turning-rollers"});
   expect_refused(DESCRIBE_BASE, {"--turning-rollers=3"}, {"turning-rollers"});
   expect_refused(DESCRIBE_BASE, {folder_.path("missing.yaml")}, {"missing.yaml"});
-  expect_refused(DESCRIBE_BASE, {folder_.path("folder")}, {"folder"});
+  expect_refused(DESCRIBE_BASE, {folder_.path("folder")}, {"is a folder; must be a scene file"});
   expect_refused(DESCRIBE_BASE, {"/dev/zero"}, {"/dev/zero"});
+  expect_refused(DESCRIBE_BASE, {"--meshes", "/dev/null/meshes"}, {"/dev/null/meshes"});
   expect_refused(DESCRIBE_BASE, {"--meshes", ""}, {"--meshes = \"\": must not be empty"});
   expect_refused(DESCRIBE_BASE, {"", "--meshes", ""}, {"--meshes = \"\": must not be empty"});
   expect_refused(DESCRIBE_BASE, {folder_.path("mis\nsing")}, {"mis"});

@@ -55,16 +55,10 @@ TEST(SameBits, HoweverControlPeriodsAreGrouped) {
   for (int trial = 0; trial < 15; ++trial) {
     SCOPED_TRACE(trial);
     const Scene scene = sampled_scene(random, trial % 3 == 0 ? Model::kViscous : Model::kCoulomb);
-    const Outcome at_once = run(scene, [](Simulation& simulation) { simulation.advance_periods(500); });
+    const Outcome at_once = run(scene, [](Simulation& simulation) { simulation.advance_to(0.5); });
     switches += at_once.switches.size();
     expect_same_bits(at_once, run(scene, [](Simulation& simulation) {
-                       for (int k = 0; k < 500; ++k) simulation.advance_periods(1);
-                     }));
-    expect_same_bits(at_once, run(scene, [&](Simulation& simulation) {
-                       for (int done = 0, next = 0; done < 500; done += next) {
-                         next = std::min(500 - done, 1 + static_cast<int>(random.uniform(0, 40)));
-                         simulation.advance_periods(next);
-                       }
+                       for (int k = 0; k < 500; ++k) simulation.step();
                      }));
     expect_same_bits(at_once, run(scene, [&](Simulation& simulation) {
                        for (int k = 0; k < 500; k += 1 + static_cast<int>(random.uniform(0, 40))) {

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <signal.h>
 #include <sys/mount.h>
+#include <sys/resource.h>
 
 #include <string>
 
@@ -21,6 +23,24 @@ class SmallDisk {
  private:
   std::string folder_;
   bool mounted_;
+};
+
+/// Limits the size of this process's files, in bytes: a full disk that needs no disk.
+class FileSizeLimit {
+ public:
+  explicit FileSizeLimit(rlim_t bytes) : handler_(signal(SIGXFSZ, SIG_IGN)) {
+    getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit limit{bytes, before_.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  ~FileSizeLimit() {
+    setrlimit(RLIMIT_FSIZE, &before_);
+    signal(SIGXFSZ, handler_);
+  }
+
+ private:
+  sighandler_t handler_;
+  rlimit before_{};
 };
 
 }  // namespace youbot_base_sim

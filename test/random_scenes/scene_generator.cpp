@@ -153,17 +153,27 @@ class SceneGenerator {
     if (chance(0.15)) floor["gravity"] = around(9.81, 3);
     if (chance(0.2)) floor["slope"] = {{"angle", uniform(-0.3, 0.3)}, {"uphill", uniform(-4, 4)}};
     if (chance(0.15)) floor["holding_speed"] = chance(0.2) ? 0 : log_uniform(1e-10, 1e-4);
+    if (chance(0.08)) floor["slip_regularization"] = log_uniform(1e-2, 1e3);
     if (limits_friction_ && chance(0.2)) floor["spin_radius"] = log_uniform(1e-4, 1e-2);
     if (limits_friction_ && chance(0.2)) floor["patches"] = list_of(&SceneGenerator::make_patch);
     return floor;
   }
 
   Json make_patch() {
+    if (chance(0.3)) return make_strip();
     const double x = uniform(-1, 1), y = uniform(-1, 1);
     Json patch = {{"rectangle", {x, y, rounded(x + random_.uniform(0.1, 1)), rounded(y + random_.uniform(0.1, 1))}},
                   {"friction", chance(0.1) ? 0 : log_uniform(0.02, 1.5)}};
     if (flag()) patch["edge"] = log_uniform(1e-3, 0.2);
     return patch;
+  }
+
+  /// So thin that the contacts of wheels that spin on the spot pass it.
+  Json make_strip() {
+    const double y = uniform(0.13, 0.17);
+    return {{"rectangle", {-10, y, 10, rounded(y + log_uniform(3e-4, 2e-2))}},
+            {"friction", log_uniform(0.02, 5)},
+            {"edge", log_uniform(1e-4, 3e-3)}};
   }
 
   /// When a load or push comes and goes.
@@ -197,6 +207,7 @@ class SceneGenerator {
   Json make_initial() {
     Json initial;
     if (chance(0.5)) initial["pose"] = numbers(3, -1, 1);
+    if (chance(0.05)) initial["pose"] = {log_uniform(1, 1e6), -log_uniform(1, 1e6), 0};
     const double speed = log_uniform(0.01, 2);
     if (chance(0.5)) initial["twist"] = numbers(3, -speed, speed);
     if (chance(0.7)) initial["wheel_angles"] = make_wheel_angles();
@@ -228,7 +239,6 @@ class SceneGenerator {
       const Method& method = methods()[static_cast<std::size_t>(whole(0, static_cast<int>(methods().size()) - 1))];
       solver["method"] = method.name;
       if (method.name != "radau") duration_ = log_uniform(2e-3, method.is_explicit ? 0.01 : 0.1);
-      if (method.default_step > 0 && flag()) solver["step"] = around(method.default_step, 2);
     }
     if (!prescribed_ && chance(0.4))
       solver["control_period"] = flag() ? 1e-3 : chance(0.1) ? 0 : log_uniform(3e-4, 0.1);
@@ -284,10 +294,11 @@ class SceneGenerator {
     for (int count = whole(1, 4); count > 0; --count, start = rounded(start + random_.uniform(0.01, 0.6))) {
       const double most = torque_limit();
       Json segment = {{"start", start}, {"constant", numbers(4, -most, most)}};
+      if (chance(0.15)) segment["constant"] = {most, most, -most, -most};  // wheels spin, the base hardly moves
       for (const char* part : {"cos", "sin"}) {
         if (chance(0.3)) segment[part] = numbers(4, -most, most);
       }
-      if (segment.contains("cos") || segment.contains("sin") || chance(0.05)) segment["period"] = log_uniform(0.02, 10);
+      if (segment.contains("cos") || segment.contains("sin") || chance(0.05)) segment["period"] = log_uniform(chance(0.2) ? 5e-4 : 0.02, 10);
       segments.push_back(segment);
     }
     return segments;

@@ -6,10 +6,9 @@
 #include <cmath>
 #include <vector>
 
+#include "youbot_base_sim/offline/verdict.h"
 #include "youbot_base_sim/physics/no_slip_model.h"
 #include "youbot_base_sim/physics/reaction_record.h"
-#include "youbot_base_sim/record/run_audit.h"
-#include "youbot_base_sim/record/twin.h"
 #include "youbot_base_sim/simulation.h"
 
 namespace youbot_base_sim {
@@ -125,11 +124,6 @@ Verdict judge(const Scene& scene) {
   const Motion motion = run(scene);
   verdict.cpu_time = cpu_time() - start;
   verdict.reason = motion.failure.empty() ? motion.doubt : motion.failure;
-  // A fixed step may be too long. That the energy balance shows it before the path does is no fault.
-  if (!verdict.reason.empty() && fixed_step(scene.solver) > 0) {
-    verdict.outcome = Outcome::kWarned;
-    return verdict;
-  }
   if (!motion.failure.empty()) {
     verdict.outcome = Outcome::kFailed;
     return verdict;

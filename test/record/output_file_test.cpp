@@ -4,39 +4,21 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
-#include <signal.h>
 #include <stdlib.h>
-#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <map>
 #include <set>
 
+#include "errors.h"
+#include "promises/small_disk.h"
 #include "temporary_folder.h"
 
 namespace youbot_base_sim {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// Limits the size of this process's files, in bytes: a full disk that needs no disk.
-class FileSizeLimit {
- public:
-  explicit FileSizeLimit(rlim_t bytes) : handler_(signal(SIGXFSZ, SIG_IGN)) {
-    getrlimit(RLIMIT_FSIZE, &before_);
-    const rlimit limit{bytes, before_.rlim_max};
-    setrlimit(RLIMIT_FSIZE, &limit);
-  }
-  ~FileSizeLimit() {
-    setrlimit(RLIMIT_FSIZE, &before_);
-    signal(SIGXFSZ, handler_);
-  }
-
- private:
-  sighandler_t handler_;
-  rlimit before_{};
-};
 
 class OutputFileTest : public testing::Test {
  protected:
@@ -52,13 +34,8 @@ class OutputFileTest : public testing::Test {
     return status.st_mode & 07777;
   }
 
-  std::string error_of(const std::string& path, OutputFile::Access access = OutputFile::Access::kInOrder) const {
-    try {
-      OutputFile file(path, access);
-    } catch (const OutputError& error) {
-      return error.what();
-    }
-    return "";
+  std::string error_at(const std::string& path, OutputFile::Access access = OutputFile::Access::kInOrder) const {
+    return error_of<OutputError>([&] { OutputFile(path, access); });
   }
 
   TemporaryFolder folder_;
@@ -122,7 +99,7 @@ TEST_F(OutputFileTest, KeepsTheModeAndANewFileHasTheUmasks) {
 TEST_F(OutputFileTest, AFileThatMayNotBeWrittenIsRefusedOrKeepsItsMode) {
   folder_.write("a.csv", "before\n");
   chmod(folder_.path("a.csv").c_str(), 0400);
-  const std::string error = error_of(folder_.path("a.csv"));
+  const std::string error = error_at(folder_.path("a.csv"));
   if (geteuid() == 0) {  // who may write everything
     EXPECT_EQ(error, "");
     OutputFile(folder_.path("a.csv")).commit();
@@ -147,7 +124,7 @@ TEST_F(OutputFileTest, FollowsSymbolicLinks) {
   EXPECT_EQ(folder_.read("there/a.csv"), "after\n");
   EXPECT_EQ(folder_.read("there/new.csv"), "after\n");
   fs::create_symlink("round", folder_.path("round"));
-  EXPECT_NE(error_of(folder_.path("round")).find("symbolic links"), std::string::npos);
+  EXPECT_NE(error_at(folder_.path("round")).find("symbolic links"), std::string::npos);
 }
 
 TEST_F(OutputFileTest, WritesStraightToWhatIsNoFile) {
@@ -174,7 +151,7 @@ TEST_F(OutputFileTest, WritesStraightToWhatIsNoFile) {
   fifo.commit();
   close(reader);
   EXPECT_EQ(files(), std::set<std::string>{"fifo"});
-  EXPECT_NE(error_of(folder_.path("fifo"), OutputFile::Access::kAnywhere).find("pipe"), std::string::npos);
+  EXPECT_NE(error_at(folder_.path("fifo"), OutputFile::Access::kAnywhere).find("pipe"), std::string::npos);
 }
 
 TEST_F(OutputFileTest, AnOwnDescriptorGoesOnWhereItIs) {
@@ -187,7 +164,7 @@ TEST_F(OutputFileTest, AnOwnDescriptorGoesOnWhereItIs) {
   }
   close(log);
   EXPECT_EQ(folder_.read("log"), "before\nafter\nafter\n");
-  EXPECT_NE(error_of("/dev/fd/" + std::to_string(log)), "") << "closed";
+  EXPECT_NE(error_at("/dev/fd/" + std::to_string(log)), "") << "closed";
 }
 
 TEST_F(OutputFileTest, RefusesWhatCannotBeWritten) {
@@ -195,7 +172,7 @@ TEST_F(OutputFileTest, RefusesWhatCannotBeWritten) {
   for (const std::string& path :
        {std::string(), folder_.path(""), folder_.path("."), folder_.path("no/a.csv"), folder_.path("no/"),
         folder_.path("file/a.csv"), folder_.path(std::string(300, 'a')), std::string("/proc/a.csv")}) {
-    const std::string error = error_of(path);
+    const std::string error = error_at(path);
     EXPECT_NE(error, "") << path;
     EXPECT_EQ(std::count(error.begin(), error.end(), '\n'), 0) << error;
   }
@@ -223,13 +200,8 @@ TEST_F(OutputFileTest, KnowsAFileByAllItsNames) {
 
 TEST_F(OutputFileTest, OpenerRefusesInputsAndOtherOutputs) {
   OutputOpener opener({folder_.write("in.csv", "t\n"), folder_.path("missing")});
-  const auto refusal = [&](const std::string& path) -> std::string {
-    try {
-      opener.open("--csv", path);
-    } catch (const OutputError& error) {
-      return error.what();
-    }
-    return "";
+  const auto refusal = [&](const std::string& path) {
+    return error_of<OutputError>([&] { opener.open("--csv", path); });
   };
   const OutputFile first = opener.open("--summary", folder_.path("out"));
   EXPECT_NE(refusal(folder_.path("./in.csv")).find("in.csv: must not be a file that is read"), std::string::npos);
@@ -241,14 +213,11 @@ TEST_F(OutputFileTest, OpenerKeepsPlacesForAllThatWillComeInAFolder) {
   fs::create_directory(folder_.path("runs"));
   const auto refusal = [&]() -> std::string {
     OutputOpener opener({folder_.write("in.csv", "t\n")});
-    try {
+    return error_of<OutputError>([&] {
       opener.keep("--csv", folder_.path("table"));
       opener.keep_all("runs", folder_.path("runs"), [](const std::string& name) { return name.size() == 1; });
       opener.keep_all("none", folder_.path("missing"), [](const std::string&) { return true; });
-    } catch (const OutputError& error) {
-      return error.what();
-    }
-    return "";
+    });
   };
   folder_.write("runs/a", "of an earlier run\n");
   fs::create_symlink("../elsewhere", folder_.path("runs/b"));
@@ -273,14 +242,10 @@ TEST_F(OutputFileTest, KeepsWholeLinesOnAFullDisk) {
   const std::string row(99, '1');
   const FileSizeLimit limit(100'050);
   OutputFile file(folder_.path("a.csv"));
-  std::string error;
-  try {
+  const std::string error = error_of<OutputError>([&] {
     for (int k = 0; k < 2000; ++k) file.write(row + "\n");
-  } catch (const OutputError& what) {
-    error = what.what();
-  }
-  EXPECT_NE(error.find("a.csv: cannot be written: no space"), std::string::npos) << error;
-  EXPECT_NE(error.find("a.csv.incomplete-"), std::string::npos) << error;
+  });
+  expect_words(error, {"a.csv: cannot be written: no space", "a.csv.incomplete-"});
   EXPECT_EQ(files().size(), 1u);
   EXPECT_EQ(fs::file_size(file.name()), 100'000u);
 }

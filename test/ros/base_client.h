@@ -1,10 +1,7 @@
 #pragma once
 
 #include <geometry_msgs/Twist.h>
-#include <gtest/gtest.h>
 #include <nav_msgs/Odometry.h>
-#include <ros/callback_queue.h>
-#include <ros/ros.h>
 #include <rosgraph_msgs/Clock.h>
 #include <sensor_msgs/JointState.h>
 #include <std_srvs/Empty.h>
@@ -13,18 +10,16 @@
 #include <youbot_base_sim/Step.h>
 
 #include <cmath>
-#include <functional>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
-#include "rostest_main.h"
+#include "rostest.h"
 #include "youbot_base_sim/ros/conversions.h"
 
 namespace youbot_base_sim {
 
-/// What the tests know of a base_node that is the master of time: its latest messages, and commands to it. Nothing here
-/// sleeps: each wait is for a message, and its limit only ends a test that has failed.
+/// What the tests know of a base_node that is the master of time: its latest messages, and commands to it.
 class BaseClient {
  public:
   /// The program's one client (connections take time, and a message that is published before counts for nothing), with
@@ -98,15 +93,6 @@ class BaseClient {
       settle();
     }
     return service.response;
-  }
-
-  void wait_for(const char* what, const std::function<bool()>& happened) {
-    const auto limit = ros::WallTime::now() + ros::WallDuration(20);
-    while (!happened()) {
-      if (!ros::ok() || ros::WallTime::now() > limit)
-        throw std::runtime_error(std::string("waited in vain for ") + what);
-      ros::getGlobalCallbackQueue()->callOne(ros::WallDuration(0.1));
-    }
   }
 
   /// Simulated time, s.

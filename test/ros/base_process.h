@@ -1,30 +1,24 @@
 #pragma once
 
 #include <fmt/format.h>
-#include <gtest/gtest.h>
 #include <nav_msgs/Odometry.h>
-#include <ros/callback_queue.h>
-#include <ros/ros.h>
 #include <std_srvs/Empty.h>
 #include <unistd.h>
 
 #include <fstream>
-#include <functional>
 #include <string>
 #include <vector>
 
 #include "program.h"
+#include "rostest.h"
 
 namespace youbot_base_sim {
 
-/// Waits for what messages bring; the limit only ends a test that has failed.
-inline void wait_for(const char* what, const std::function<bool()>& happened) {
-  const auto limit = ros::WallTime::now() + ros::WallDuration(20);
-  while (!happened()) {
-    if (!ros::ok() || ros::WallTime::now() > limit) throw std::runtime_error(std::string("waited in vain for ") + what);
-    ros::getGlobalCallbackQueue()->callOne(ros::WallDuration(0.01));
-  }
-}
+/// /use_sim_time for the nodes that start meanwhile.
+struct SimulatedTime {
+  SimulatedTime() { ros::param::set("/use_sim_time", true); }
+  ~SimulatedTime() { ros::param::del("/use_sim_time"); }
+};
 
 /// A base_node that a test starts and ends itself, in a namespace of its own, whose odometry is heard.
 class BaseProcess {

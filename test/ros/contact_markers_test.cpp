@@ -1,6 +1,6 @@
 // What rviz is told of the contacts, without a ROS master.
 
-#include "youbot_base_sim/ros/contact_markers.h"
+#include "youbot_base_sim/ros/view/contact_markers.h"
 
 #include <gtest/gtest.h>
 

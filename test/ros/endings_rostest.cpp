@@ -1,18 +1,24 @@
-// However base_node and play_scene are ended, they end soon, in a normal way and with whole files.
+// base_node and play_scene end soon, in a normal way and with whole files, whatever ends them.
 
 #include <diagnostic_msgs/DiagnosticArray.h>
 #include <geometry_msgs/Twist.h>
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
+#include <rosgraph_msgs/Clock.h>
 #include <youbot_base_sim/Step.h>
 
+#include <atomic>
 #include <csignal>
+#include <cstdlib>
 #include <filesystem>
 #include <list>
+#include <memory>
 #include <thread>
 
 #include "base_process.h"
-#include "rostest_main.h"
+#include "free_port.h"
+#include "promises/refusals.h"
+#include "rostest.h"
 #include "youbot_base_sim/ros/conversions.h"
 
 namespace youbot_base_sim {
@@ -59,6 +65,14 @@ TEST_F(Endings, signals_leave_a_whole_bag) {
   }
 }
 
+// As of `base_node &` in a script.
+TEST_F(Endings, interrupt_ends_a_node_in_the_background) {
+  BaseProcess base("background", {"_publish_clock:=true"}, {"/bin/bash", "-c", "trap '' INT; exec \"$@\"", "bash"});
+  base.expect_instants(1);
+  base.send(SIGINT);
+  base.expect_end(0);
+}
+
 TEST_F(Endings, bag_that_cannot_be_put_in_its_place_is_told) {
   const std::string folder = folder_.path("removed");
   std::filesystem::create_directory(folder);
@@ -91,7 +105,7 @@ TEST_F(Endings, do_not_wait_for_what_the_loop_waits_for) {
 
 // What ends a node in lockstep with a node that commands once and sleeps, and how much of its bag there is then.
 TEST_F(Endings, in_lockstep_leave_a_whole_bag) {
-  ros::param::set("/use_sim_time", true);
+  const SimulatedTime simulated_time;
   const auto start = [&](const std::string& name, const std::string& parameter) {
     return std::vector<std::string>{"_publish_clock:=true", "_real_time_factor:=0", "_lockstep:=true", parameter,
                                     bag(name)};
@@ -124,19 +138,40 @@ TEST_F(Endings, in_lockstep_leave_a_whole_bag) {
     base.expect_end(0, "the last publisher of commands has gone");
     expect_whole("exit.bag", ros::Time(0.3));
   }
-  ros::param::del("/use_sim_time");
+}
+
+// This test follows /clock and never rests. Who wants a result all the same says so.
+TEST_F(Endings, in_lockstep_with_a_node_that_was_given_up_are_errors) {
+  const SimulatedTime simulated_time;
+  ros::NodeHandle node;
+  std::atomic<bool> done{false};
+  std::thread busy([&done] {
+    while (!done) continue;
+  });
+  for (const std::string strict : {"true", "false"}) {
+    BaseProcess base(strict, {"_publish_clock:=true", "_real_time_factor:=0", "_lockstep:=true", "_end_time:=0.1",
+                              "_lockstep_timeout:=0.5", "_lockstep_strict:=" + strict, bag(strict)});
+    const ros::Subscriber clock =
+        node.subscribe<rosgraph_msgs::Clock>("/clock", 1, +[](const rosgraph_msgs::Clock::ConstPtr&) {});
+    wait_for("the clock", [&] { return clock.getNumPublishers() > 0; });
+    EXPECT_TRUE(base.call("/base/unpause"));
+    base.expect_end(strict == "true" ? 1 : 0, "has not rested for 0.5 s");
+    EXPECT_EQ(folder_.has(strict), strict == "false");
+    EXPECT_EQ(base.said().find("(~lockstep_strict)") != std::string::npos, strict == "true") << base.said();
+  }
+  done = true;
+  busy.join();
 }
 
 // Before the first command only /clock advances.
 TEST_F(Endings, lockstep_that_idles_begins_with_unpause) {
-  ros::param::set("/use_sim_time", true);
+  const SimulatedTime simulated_time;
   BaseProcess base("idle", {"_publish_clock:=true", "_lockstep:=true", "_real_time_factor:=0"});
   base.expect_instants(3);
   EXPECT_TRUE(base.call("/base/unpause"));
   base.expect_simulated(1);
   base.send(SIGINT);
   base.expect_end(0);
-  ros::param::del("/use_sim_time");
 }
 
 TEST_F(Endings, signal_ends_a_step_of_any_length) {
@@ -157,7 +192,7 @@ TEST_F(Endings, signal_ends_a_step_of_any_length) {
 }
 
 TEST_F(Endings, signals_end_the_player) {
-  ros::param::set("/use_sim_time", true);
+  const SimulatedTime simulated_time;
   Program player(PLAY_SCENE, {"_scene:=" YOUBOT_BASE_SIM_SOURCE_DIR "/config/scenes/case2.yaml", "__name:=player"});
   ros::NodeHandle node;
   int commands = 0;
@@ -168,7 +203,6 @@ TEST_F(Endings, signals_end_the_player) {
   EXPECT_EQ(player.wait(), 1) << player.out() << player.err();
   EXPECT_NE((player.out() + player.err()).find("interrupted at t = 0 s"), std::string::npos) << player.err();
   EXPECT_EQ(commands, 0) << "without a clock";
-  ros::param::del("/use_sim_time");
 }
 
 TEST_F(Endings, second_node_of_the_same_name_takes_over) {
@@ -215,7 +249,84 @@ TEST_F(Endings, full_disk_is_told_by_a_node_that_goes_on) {
   EXPECT_EQ(base.said().find("the bag has failed"), base.said().rfind("the bag has failed")) << "told once";
 }
 
+/// The node goes on where roscore is killed, and where it comes back; its bag is whole in the end. It does not register
+/// with the new one, as no ROS 1 node does.
+class LostMaster : public ::testing::Test {
+ protected:
+  LostMaster() { start_master(); }
+  ~LostMaster() override { kill_master(); }
+
+  void start_master() {
+    master_ = std::make_unique<Program>("/usr/bin/env",
+                                        std::vector<std::string>{"rosmaster", "--core", "-p", std::to_string(port_)});
+  }
+
+  void kill_master() {
+    master_->send(SIGKILL);
+    master_->wait();
+  }
+
+  /// A node whose master is this one; it waits for it if need be.
+  std::unique_ptr<Program> start_base(const std::string& bag) {
+    auto base = std::make_unique<Program>(
+        BASE_NODE, std::vector<std::string>{"__master:=http://localhost:" + std::to_string(port_), "__name:=" + bag,
+                                            "_publish_clock:=true", "_bag:=" + folder_.path(bag)});
+    wait_for("the node", [&] { return base->out().find("model coulomb") != std::string::npos; });
+    return base;
+  }
+
+  void expect_end(Program& base, const std::string& bag, double min_time) {
+    base.send(SIGINT);
+    EXPECT_EQ(base.wait(), 0) << base.out() << base.err();
+    rosbag::Bag file(folder_.path(bag));
+    EXPECT_GE(rosbag::View(file).getEndTime(), ros::Time(min_time)) << "went on";
+  }
+
+  const int port_ = free_port();
+  TemporaryFolder folder_;
+  std::unique_ptr<Program> master_;
+};
+
+TEST_F(LostMaster, does_not_stop_the_node_or_spoil_its_bag) {
+  setenv("ROSCONSOLE_STDOUT_LINE_BUFFERED", "1", 1);
+  const auto first = start_base("first"), second = start_base("second");
+  kill_master();
+  ros::WallDuration(0.4).sleep();
+  expect_end(*first, "first", 0.3);
+  start_master();
+  ros::WallDuration(0.8).sleep();
+  expect_end(*second, "second", 1.0);
+}
+
+TEST_F(LostMaster, need_not_be_there_for_the_node_to_end) {
+  const std::string nowhere = "__master:=http://localhost:" + std::to_string(free_port());
+  Program base(BASE_NODE, {nowhere}), player(PLAY_SCENE, {nowhere});
+  for (Program* program : {&base, &player}) {
+    const auto said = [program] { return program->out() + program->err(); };
+    wait_for("its words", [&] { return said().find("Failed to contact master") != std::string::npos; });
+    program->send(SIGINT);
+    EXPECT_EQ(program->wait(), 1) << said();
+    EXPECT_NE(said().find("interrupted before there was a master"), std::string::npos) << said();
+  }
+}
+
+// roscpp would abort, or stop at a breakpoint.
+TEST(Start, is_refused_with_a_name_or_an_address_that_cannot_be) {
+  const std::vector<std::vector<std::string>> cases = {{"__name:=a/b", "a/b"},
+                                                       {"__name:=1x", "1x"},
+                                                       {"__ns:=a b", "a b"},
+                                                       {"cmd_vel:=a@", "a@"},
+                                                       {"__master:=garbage", "garbage"},
+                                                       {"__master:=", "ROS_MASTER_URI"},
+                                                       {"__master:=http://h", "HOST"},
+                                                       {"__master:=http://localhost:65536", "65536"}};
+  for (const auto& wrong : cases) {
+    for (const char* path : {BASE_NODE, PLAY_SCENE})
+      expect_program_refuses(TemporaryFolder(), path, {wrong[0]}, {wrong[1]});
+  }
+}
+
 }  // namespace
 }  // namespace youbot_base_sim
 
-YOUBOT_BASE_SIM_ROSTEST_MAIN()
+int main(int argc, char** argv) { return youbot_base_sim::run_rostest(argc, argv); }

@@ -24,7 +24,7 @@ constexpr double kPeriod = 0.01;  // s, of lockstep
 /// Sleeps until /clock has advanced: a thread that a connection or /clock's message has woken may read the time while
 /// it changes, and sleep a period too long.
 void go_by_the_clock(BaseClient& base) {
-  base.wait_for("a reset to reach roscpp's time", [&] { return ros::Time::now() <= base.clock(); });
+  wait_for("a reset to reach roscpp's time", [&] { return ros::Time::now() <= base.clock(); });
   ros::Duration(2 * kPeriod).sleep();
   ros::spinOnce();
 }
@@ -33,7 +33,7 @@ void go_by_the_clock(BaseClient& base) {
 ros::Publisher commander(BaseClient& base) {
   ros::NodeHandle node;
   const ros::Publisher commands = node.advertise<geometry_msgs::Twist>(kTwistTopic, 1);
-  base.wait_for("the base to listen", [&] { return commands.getNumSubscribers() > 0; });
+  wait_for("the base to listen", [&] { return commands.getNumSubscribers() > 0; });
   go_by_the_clock(base);
   return commands;
 }
@@ -92,7 +92,7 @@ class SpinningNode {
         kOdometryTopic, 1, [this](const auto& message) { x = message->pose.pose.position.x; }, {},
         ros::TransportHints().tcpNoDelay());
     spinner_.start();
-    base.wait_for("the base to be heard", [&] { return subscriber_.getNumPublishers() == 1; });
+    wait_for("the base to be heard", [&] { return subscriber_.getNumPublishers() == 1; });
     go_by_the_clock(base);
   }
   ~SpinningNode() { spinner_.stop(); }
@@ -119,7 +119,7 @@ std::vector<double> drive_by_timer(BaseClient& base) {
     seen.push_back(spinning.x);
     commands.publish(towards(spinning.x));
   });
-  base.wait_for("the timer", [&] { return done.load(); });
+  wait_for("the timer", [&] { return done.load(); });
   timer.stop();
   return seen;
 }
@@ -172,7 +172,7 @@ std::vector<double> drive_and_set_state(BaseClient& base) {
   nav_msgs::Odometry noted;
   const ros::Subscriber subscriber =
       node.subscribe<nav_msgs::Odometry>(kStateSetTopic, 10, [&](const auto& message) { noted = *message; });
-  base.wait_for("the node to be heard", [&] { return subscriber.getNumPublishers() == 1; });
+  wait_for("the node to be heard", [&] { return subscriber.getNumPublishers() == 1; });
   go_by_the_clock(base);
   SetState put;
   put.request.pose.position.x = -0.1;
@@ -213,7 +213,7 @@ TEST(Lockstep, transforms_of_the_present_are_there) {
   const ros::Publisher commands = commander(base);
   tf2_ros::Buffer buffer;
   const tf2_ros::TransformListener listener(buffer);
-  base.wait_for("a transform", [&] { return buffer.canTransform(kOdometryFrame, kBaseFrame, ros::Time(0)); });
+  wait_for("a transform", [&] { return buffer.canTransform(kOdometryFrame, kBaseFrame, ros::Time(0)); });
   ros::Rate rate(100);
   for (int k = 0; k < 50; ++k) {
     commands.publish(twist(0.2, 0, 0));
@@ -229,7 +229,7 @@ TEST(Lockstep, begins_without_a_command_where_it_is_told_to) {
   base.pause();
   base.unpause();
   const ros::Time begun = base.clock();
-  base.wait_for("the clock to go on", [&] { return base.clock() > begun + ros::Duration(0.1); });
+  wait_for("the clock to go on", [&] { return base.clock() > begun + ros::Duration(0.1); });
   base.pause();
   EXPECT_GT(base.step(0).t, 0.05) << "simulated";
   base.unpause();
@@ -237,12 +237,12 @@ TEST(Lockstep, begins_without_a_command_where_it_is_told_to) {
 
 TEST(Lockstep, clock_goes_on_before_the_first_command_and_the_base_does_not) {
   BaseClient& base = BaseClient::fresh();
-  base.wait_for("the clock to go on", [&] { return base.time() > 2 * kPeriod; });
+  wait_for("the clock to go on", [&] { return base.time() > 2 * kPeriod; });
   base.settle();
   EXPECT_EQ(base.truth.header.stamp, base.clock());
   base.send(torque_message({1, 1, 1, 1}, {}));
   const ros::Time sent = base.clock();
-  base.wait_for("the base to go", [&] { return base.truth.twist.twist.linear.x > 0; });
+  wait_for("the base to go", [&] { return base.truth.twist.twist.linear.x > 0; });
   base.settle();
   // v < a t, with the torques on 30 kg or more.
   EXPECT_LT(base.truth.twist.twist.linear.x, 4 / 0.05 / 30 * ((base.clock() - sent).toSec() + kPeriod));
@@ -275,7 +275,7 @@ TEST(Lockstep, reset_forgets_a_command_that_has_just_come) {
     base.send(torque_message({1, 1, 1, 1}, {}));
     base.reset();
   }
-  base.wait_for("the clock to go on", [&] { return base.time() > 2 * kPeriod; });
+  wait_for("the clock to go on", [&] { return base.time() > 2 * kPeriod; });
   base.pause();
   Step step;
   EXPECT_TRUE(ros::service::call("base_node/step", step));
@@ -286,4 +286,4 @@ TEST(Lockstep, reset_forgets_a_command_that_has_just_come) {
 }  // namespace
 }  // namespace youbot_base_sim
 
-YOUBOT_BASE_SIM_ROSTEST_MAIN()
+int main(int argc, char** argv) { return youbot_base_sim::run_rostest(argc, argv); }

@@ -2,7 +2,6 @@
 
 #include <rosgraph_msgs/Log.h>
 
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -20,8 +19,8 @@ class Log {
   }
 
   /// Waits for a line of this level that has all of `words`.
-  void expect(BaseClient& base, int level, const std::vector<std::string>& words) {
-    base.wait_for(words[0].c_str(), [&] {
+  void expect(int level, const std::vector<std::string>& words) {
+    wait_for(words[0], [&] {
       for (const rosgraph_msgs::Log& line : lines_) {
         bool has_all = line.level == level;
         for (const std::string& word : words) has_all = has_all && line.msg.find(word) != std::string::npos;
@@ -45,11 +44,10 @@ class Log {
       if (line->name == "/base_node" || line->name == "/manager") lines_.push_back(*line);
     });
     // It is heard when it answers: an empty command is warned about.
-    const auto limit = ros::WallTime::now() + ros::WallDuration(20);
-    while (lines_.empty()) {
-      if (ros::WallTime::now() > limit) throw std::runtime_error("waited in vain for a line of the base in the log");
+    wait_for("a line of the base in the log", [&] {
       base.command(brics_actuator::JointVelocities());
-    }
+      return !lines_.empty();
+    });
   }
 
   ros::NodeHandle node_;

@@ -8,7 +8,6 @@
 #include <set>
 
 #include "base_process.h"
-#include "rostest_main.h"
 
 namespace youbot_base_sim {
 namespace {
@@ -108,4 +107,4 @@ TEST_F(BaseNodelet, has_the_bits_of_the_node) {
 }  // namespace
 }  // namespace youbot_base_sim
 
-YOUBOT_BASE_SIM_ROSTEST_MAIN()
+int main(int argc, char** argv) { return youbot_base_sim::run_rostest(argc, argv); }

@@ -6,6 +6,9 @@
 #include <sys/resource.h>
 #include <yaml-cpp/yaml.h>
 
+#include <array>
+#include <map>
+#include <memory>
 #include <sstream>
 
 #include "temporary_folder.h"
@@ -71,7 +74,7 @@ robot: {body_mass: 31, wheel_mass: 1.5, total_inertia: 5, wheel_inertia: 6e-3, r
 floor: {friction: 0.6, slip_regularization: 2e-3, viscous_friction: 1000, gravity: 9.8}
 initial: {pose: [1, 2, 3], twist: [4, 5, 6], wheel_angles: [7, 8, 9, 10], wheel_rates: [11, 12, 13, 14],
           roller_rates: [15, 16, 17, 18]}
-solver: {method: implicit_euler, step: 1e-4, relative_tolerance: 1e-6, absolute_tolerance: 1e-8, control_period: 0.002}
+solver: {method: dopri5, relative_tolerance: 1e-6, absolute_tolerance: 1e-8, control_period: 0.002}
 motors: {velocity_proportional_gain: 0.3, velocity_integral_gain: 0.5, max_wheel_torque: 2, max_wheel_rate: 10,
          command_delay: 0.05, quantized: true}
 output: {contacts: true}
@@ -88,8 +91,7 @@ drive: {torque: [{start: 0, constant: [1, 2, 3, 4]}, {start: 1, cos: [1, 0, 0, 0
   EXPECT_EQ(scene.initial.phi()[3], 10);
   EXPECT_EQ(scene.initial.dphi()[0], 11);
   EXPECT_EQ(scene.initial.dgamma()[1], 16);
-  EXPECT_EQ(scene.solver.method, "implicit_euler");
-  EXPECT_EQ(scene.solver.step, 1e-4);
+  EXPECT_EQ(scene.solver.method, "dopri5");
   EXPECT_EQ(scene.solver.absolute_tolerance, 1e-8);
   EXPECT_EQ(scene.motors->gains.proportional, 0.3);
   EXPECT_EQ(scene.motors->gains.integral, 0.5);
@@ -191,6 +193,7 @@ TEST_F(SceneTest, RefusesInOneLineThatNamesKeyValueAndWhatIsAllowed) {
   expect_refused(d + "model: no_slip\ninitial: {wheel_rates: [1, 0, 0, 0]}", "initial.wheel_rates", "[1, 0, 0, 0]",
                  "left out");
   expect_refused(d + "colour: red", "colour", "red", "unknown key");
+  expect_refused(d + "robot: {<<: {wheel_radius: 0.05}}", "robot.<<", "", "a merge key: must be left out");
   expect_refused("drive: {torque: [{start: 0}]}", "duration", "left out", "must be given");
   expect_refused("duration: -1", "duration", "-1", "> 0");
   expect_refused("duration: 1\ndrive: {}", "drive", "{}", "exactly one");
@@ -236,13 +239,11 @@ TEST_F(SceneTest, MethodIsAnyOfTheTableOfMethods) {
   const std::string d = kDrive;
   for (const std::string& name : method_names()) {
     EXPECT_EQ(load(d + "solver: {method: " + name + "}").solver.method, name);
-    SceneOverrides overrides;
-    overrides.method = name;
-    EXPECT_EQ(load_scene(folder_.write("scene.yaml", d), overrides).solver.method, name);
+    EXPECT_EQ(load_scene(folder_.write("scene.yaml", d), {{"solver.method", name}}).solver.method, name);
   }
-  expect_refused(d + "solver: {method: leapfrog}", "solver.method", "leapfrog", method_names().back());
-  expect_refused(d + "solver: {step: 0}", "solver.step", "0", "> 0");
-  expect_refused(d + "solver: {step: 1e-5}", "solver.step", "1e-5", "left out for a method with step size control");
+  for (const std::string& name : method_names()) {
+    expect_refused(d + "solver: {method: leapfrog}", "solver.method", "leapfrog", name);
+  }
   expect_refused(d + "robot: {roller_inertia: 0, roller_damping: 0}\nfloor: {friction: 0}", "robot.roller_inertia", "0",
                  "> 0 where neither friction nor roller_damping");
   expect_refused(d + "solver: {method: [radau]}", "solver.method", "[radau]", method_names().back());
@@ -253,25 +254,20 @@ TEST_F(SceneTest, RefusesAMethodThatCannotIntegrateTheRobot) {
   EXPECT_EQ(load(massless).solver.method, "radau");
   expect_refused(massless + "solver: {method: dopri5}", "solver.method", "dopri5", "roller_inertia is 0");
   EXPECT_EQ(load(massless + "model: no_slip\nsolver: {method: dopri5}").solver.method, "dopri5");
-  SceneOverrides overrides;
-  overrides.method = "rosenbrock4";
-  EXPECT_THROW(load_scene(folder_.write("scene.yaml", massless), overrides), SceneError);
+  EXPECT_THROW(load_scene(folder_.write("scene.yaml", massless), {{"solver.method", "rosenbrock4"}}), SceneError);
 }
 
-TEST_F(SceneTest, OverridesStandInPlaceOfTheFile) {
+TEST_F(SceneTest, SettingsStandInPlaceOfTheFile) {
   const std::string path = folder_.write(
       "scene.yaml", kDrive + std::string("model: viscous\nsolver: {relative_tolerance: 1e-3, control_period: 1}"));
-  SceneOverrides overrides;
-  overrides.model = "no_slip";
-  overrides.relative_tolerance = 1e-5;
-  overrides.control_period = 0;
-  const Scene scene = load_scene(path, overrides);
+  const Scene scene =
+      load_scene(path, {{"model", "no_slip"}, {"solver.relative_tolerance", 1e-5}, {"solver.control_period", 0}});
   EXPECT_EQ(scene.model, Model::kNoSlip);
   EXPECT_EQ(scene.solver.relative_tolerance, 1e-5);
   EXPECT_DOUBLE_EQ(scene.solver.absolute_tolerance, 1e-8);
   EXPECT_EQ(scene.solver.control_period, 0);
 
-  const auto refusal_of = [&](const SceneOverrides& bad) {
+  const auto refusal_of = [&](const SceneSettings& bad) {
     try {
       load_scene(path, bad);
     } catch (const SceneError& error) {
@@ -279,29 +275,26 @@ TEST_F(SceneTest, OverridesStandInPlaceOfTheFile) {
     }
     return std::string("none");
   };
-  overrides.model = "rigid";
-  EXPECT_EQ(refusal_of(overrides), "model = rigid: must be no_slip, viscous or coulomb");
-  overrides.model = "";
-  overrides.method = "leapfrog";
-  EXPECT_EQ(refusal_of(overrides).find("method = leapfrog: must be radau"), 0u);
-  overrides.method = "";
-  overrides.friction_scale = 2;
-  EXPECT_EQ(refusal_of(overrides), "friction_scale = 2: must be left out unless profile = measured is given too");
-  overrides.profile = "measured";
-  EXPECT_TRUE((load_scene(path, overrides).robot.mu_1 == measured_robot(2).mu_1).all());
+  EXPECT_EQ(refusal_of({{"model", "rigid"}}), path + ": model = rigid: must be no_slip, viscous or coulomb");
+  EXPECT_EQ(refusal_of({{"solver.method", "leapfrog"}}).find(path + ": solver.method = leapfrog: must be radau"), 0u);
+  EXPECT_EQ(refusal_of({{"robot.profile", "{name: paper, friction_scale: 2}"}}),
+            path + ": robot.profile.friction_scale = 2: must be left out for paper");
+  EXPECT_EQ(refusal_of({{"model", "[viscous"}}).find(path + ": model = [viscous: is not YAML: "), 0u);
+  const Scene measured = load_scene(path, {{"robot.profile", "{name: measured, friction_scale: 2}"}});
+  EXPECT_TRUE((measured.robot.mu_1 == measured_robot(2).mu_1).all());
 }
 
-TEST_F(SceneTest, ResolvesDefaultsAndOverrides) {
+TEST_F(SceneTest, ResolvesDefaultsAndSettings) {
   const std::string path = folder_.write("scene.yaml", kDrive);
-  SceneOverrides overrides;
-  overrides.model = "viscous";
-  overrides.method = "dopri5";
-  overrides.relative_tolerance = 1e-5;
-  overrides.control_period = 0.002;
-  overrides.profile = "measured";
-  overrides.dry_friction = 0.1;
-  overrides.contacts = true;
-  const YAML::Node resolved = YAML::Load(load_scene(path, overrides).resolved), robot = resolved["robot"];
+  const SceneSettings settings = {{"model", "viscous"},
+                                  {"solver.method", "dopri5"},
+                                  {"solver.relative_tolerance", 1e-5},
+                                  {"solver.control_period", 0.002},
+                                  {"robot.profile", "measured"},
+                                  {"robot.dry_friction", 0.1},
+                                  {"initial.pose", Eigen::Array3d(1, 2, 3)},
+                                  {"output.contacts", "true"}};
+  const YAML::Node resolved = YAML::Load(load_scene(path, settings).resolved), robot = resolved["robot"];
   EXPECT_EQ(resolved["model"].as<std::string>(), "viscous");
   EXPECT_EQ(resolved["solver"]["method"].as<std::string>(), "dopri5");
   EXPECT_EQ(resolved["solver"]["relative_tolerance"].as<double>(), 1e-5);
@@ -310,6 +303,7 @@ TEST_F(SceneTest, ResolvesDefaultsAndOverrides) {
   EXPECT_EQ(robot["profile"].as<std::string>(), "measured");
   EXPECT_EQ(robot["dry_friction"].as<std::vector<double>>(), std::vector<double>(4, 0.1));
   EXPECT_EQ(robot["body_mass"].as<double>(), 30);
+  EXPECT_EQ(resolved["initial"]["pose"].as<std::vector<double>>(), (std::vector<double>{1, 2, 3}));
   EXPECT_EQ(resolved["floor"]["holding_speed"].as<double>(), 0) << "the profile's, in model coulomb only";
   EXPECT_TRUE(resolved["output"]["contacts"].as<bool>());
 }
@@ -325,17 +319,15 @@ TEST_F(SceneTest, HasAnIdOfItsContents) {
   EXPECT_NE(id_of(load(table)), of_table);
 }
 
-TEST_F(SceneTest, NeedsNoDurationWhereItIsEndless) {
-  SceneOverrides overrides;
-  overrides.endless = true;
-  const Scene scene =
-      load_scene(folder_.write("scene.yaml", "robot: {body_mass: 20}\nsolver: {control_period: 0.01}"), overrides);
+TEST_F(SceneTest, NeedsNoDurationForCommands) {
+  const auto load = [](const std::string& path) { return load_scene(path, {}, SceneUse::kCommands); };
+  const Scene scene = load(folder_.write("scene.yaml", "robot: {body_mass: 20}\nsolver: {control_period: 0.01}"));
   EXPECT_EQ(scene.duration, 0);
   EXPECT_EQ(scene.robot.m, 20);
-  EXPECT_TRUE(std::holds_alternative<std::monostate>(load_scene(folder_.write("scene.yaml", kDrive), overrides).drive));
+  EXPECT_TRUE(std::holds_alternative<std::monostate>(load(folder_.write("scene.yaml", kDrive)).drive));
 }
 
-TEST_F(SceneTest, OfNoFileHasTheDefaultsAndTheOverrides) {
+TEST_F(SceneTest, OfNoFileHasTheDefaultsAndTheSettings) {
   const Scene of_file = load("duration: 1");
   const Scene scene = default_scene({});
   EXPECT_TRUE((scene.initial.values == of_file.initial.values).all());
@@ -343,12 +335,10 @@ TEST_F(SceneTest, OfNoFileHasTheDefaultsAndTheOverrides) {
   EXPECT_EQ(scene.solver.relative_tolerance, of_file.solver.relative_tolerance);
   EXPECT_TRUE(std::holds_alternative<std::monostate>(scene.drive));
   EXPECT_TRUE(scene.files.empty());
-  SceneOverrides overrides;
-  overrides.relative_tolerance = 1e-4;
-  overrides.control_period = 2e-3;
-  overrides.profile = "measured";
-  overrides.method = "dopri5";
-  const Scene other = default_scene(overrides);
+  const Scene other = default_scene({{"solver.relative_tolerance", 1e-4},
+                                     {"solver.control_period", 2e-3},
+                                     {"robot.profile", "measured"},
+                                     {"solver.method", "dopri5"}});
   EXPECT_DOUBLE_EQ(other.solver.absolute_tolerance, 1e-7);
   EXPECT_EQ(other.solver.control_period, 2e-3);
   EXPECT_GT(other.robot.dry_friction.minCoeff(), 0);
@@ -416,12 +406,13 @@ TEST_F(SceneTest, SaysWhereAHoldingSpeedHasNoEffect) {
   EXPECT_TRUE(finds(held + "solver: {method: dopri5}\n"));
   EXPECT_FALSE(finds(held + "solver: {method: rosenbrock4}\n"));
   EXPECT_TRUE(finds(std::string(kDrive) + "floor: {holding_speed: 1e-3}\n")) << "as slip_regularization";
+  EXPECT_TRUE(finds(std::string(kDrive) + "floor: {slip_regularization: 0.1, holding_speed: 2e-3}\n"));
   // The profile's own goes with model coulomb.
   EXPECT_FALSE(finds(std::string(kDrive) + "robot: {profile: measured}\nmodel: no_slip\n"));
   EXPECT_EQ(
       without_effect(load(held + "solver: {method: dopri5}\nrobot: {com_height: 0.1}\n")),
-      "floor.holding_speed = 1e-06: has no effect but in model coulomb, below slip_regularization = 0.001 m/s, by "
-      "a method that is not explicit; robot.com_height = 0.1: has no effect unless robot.normal_reactions is "
+      "floor.holding_speed = 1e-06: has no effect but in model coulomb, below slip_regularization = 0.001 "
+      "and 0.001 m/s, by a method that is not explicit; robot.com_height = 0.1: has no effect unless robot.normal_reactions is "
       "dynamic");
 }
 
@@ -488,10 +479,8 @@ TEST_F(SceneTest, QuotesWhatStandsInTheFile) {
   const std::string long_text(50'000, 'x');
   EXPECT_LT(refusal(d + "model: " + long_text).size(), 300u);
   EXPECT_LT(refusal(d + "? " + long_text + "\n: " + long_text).size(), 400u);
-  SceneOverrides overrides;
-  overrides.model = "a\nb" + long_text;
   try {
-    load_scene(folder_.write("scene.yaml", d), overrides);
+    default_scene({{"model", "\"a\\nb" + long_text + '"'}});
     ADD_FAILURE() << "not refused";
   } catch (const SceneError& error) {
     EXPECT_EQ(std::string(error.what()).find("model = a\\nbxxx"), 0u);
@@ -571,6 +560,61 @@ TEST_F(SceneTest, MotorsAreSampledAt1kHz) {
   EXPECT_EQ(load("duration: 1\ndrive: {torque_table: table.csv}\nmotors: {}\nsolver: {control_period: 0.02}")
                 .solver.control_period,
             0.02);
+}
+
+// Keys beyond the paper.
+
+/// The keys of a document below `above`; values are YAML.
+void collect_keys(const YAML::Node& node, const std::string& above, SceneSettings& keys) {
+  for (const auto& entry : node) {
+    const std::string key = (above.empty() ? "" : above + ".") + entry.first.Scalar();
+    keys.emplace_back(key, YAML::Dump(entry.second));
+    if (entry.second.IsMap()) collect_keys(entry.second, key, keys);
+  }
+}
+
+/// How far the extended equations take a scene from the paper's within 50 ms, the largest difference of its state.
+double effect_of_extended_equations(const Scene& scene) {
+  std::array<State, 2> ends{scene.initial, scene.initial};
+  for (const bool extended : {false, true}) {
+    const std::unique_ptr<TorqueProfile> torque = make_torque_profile(scene);
+    torque->begin_segment(0);
+    make_integrator(scene.model, scene.robot, scene.floor, scene.initial, *torque, scene.solver, extended)
+        ->advance(ends[extended], 0, 0.05, 0.05);
+  }
+  return (ends[0].values - ends[1].values).abs().maxCoeff();
+}
+
+// A key that the paper's equations do not know has no effect unless `beyond_the_paper` names it. Each key of a scene
+// that has all of them, alone, in a motion that slips.
+TEST_F(SceneTest, KeysThatThePaperLacksChooseTheExtendedEquations) {
+  const SceneFile base{folder_.path("scene.yaml"),
+                       "{duration: 1, solver: {relative_tolerance: 1e-9}, initial: {twist: [0.3, 0.2, 1]}, "
+                       "drive: {torque: [{start: 0, constant: [3, -2, 1, 3]}]}}"};
+  SceneSettings keys;
+  collect_keys(YAML::LoadFile(YOUBOT_BASE_SIM_SOURCE_DIR "/test/fuzz/scene/every_key.yaml"), "", keys);
+  std::map<std::string, double> known;
+  int compared = 0;
+  for (const SceneSetting& key : keys) {
+    Scene scene;
+    try {
+      scene = load_scene(base, {key});
+    } catch (const SceneError&) {
+      continue;  // makes sense with others only
+    }
+    if (std::holds_alternative<VelocityTable>(scene.drive) || !scene.load_schedule.empty()) continue;
+    const double effect = effect_of_extended_equations(scene);
+    if (beyond_the_paper(scene)) {
+      known[key.key] = effect;
+    } else {
+      EXPECT_LT(effect, 1e-6) << key.key << " = " << key.value << " has an effect that a scene with it does not have";
+      ++compared;
+    }
+  }
+  EXPECT_GT(compared, 40);
+  for (const char* key : {"robot.normal_reactions", "floor.slope", "floor.spin_radius", "floor.patches"}) {
+    EXPECT_GT(known[key], 1e-5) << key;
+  }
 }
 
 }  // namespace

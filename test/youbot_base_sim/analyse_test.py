@@ -302,8 +302,73 @@ class AnalyseTest(RunsAnalyse):
         self.assertIn("velocities are differences of the positions", self.out)
         self.assertIn("velocities are differences of the poses", self.out)
         self.expect_turning(self.numbers(self.make_turning("velocities.bag", positions=False)))
-        self.expect_turning(self.numbers(self.make_turning("wrong.bag", sign=(1, 1, 1, -1))))
-        self.assertIn("do not fit its positions", self.out)
+        for sign, words in (((1, 1, 1, -1), "velocities of br have the opposite sign of the positions: negated"),
+                            ((1, 1, 3, 1), "its velocities do not fit its positions"), ((0, 0, 0, 0), "always zero"),
+                            ((30 / math.pi,) * 4, "are 9.549 times the changes of the positions, rpm of the wheel"),
+                            ((-7,) * 4, "are 7 times the changes of the positions, in no known unit")):
+            numbers = self.numbers(self.make_turning("wrong.bag", sign=sign))
+            self.expect_turning(numbers)
+            self.assertIn(words, self.out)
+            self.assertAlmostEqual(numbers["rim_slip_rms_fl"], 30, delta=0.5)
+
+    def test_positions_that_begin_anew_count_on(self):
+        for bits, options in ((None, ()), (16, ("--ticks", "4096")), (32, ("--ticks", "4096000"))):
+            period = 2 ** bits if bits else 2 * math.pi
+            unit = 1 if not bits else 2 * math.pi / float(options[1])
+            bag = self.make_turning("begins_anew.bag", velocities=False)
+            with rosbag.Bag(bag) as whole, rosbag.Bag(self.path("anew.bag"), "w") as anew:
+                for topic, message, t in whole.read_messages():
+                    if topic == "/joint_states":
+                        ticks = np.array(message.position) / unit + (2 ** 31 - 1000 if bits == 32 else 0)
+                        message.position = (ticks + period / 2) % period - period / 2
+                    anew.write(topic, message, t)
+            self.expect_turning(self.numbers(self.path("anew.bag"), *options))
+            self.assertIn("/joint_states: positions begin anew", self.out)
+
+    def test_stamps_of_another_clock_than_arrivals(self):
+        """Simulated time at three times the wall clock's rate, from the same instant on or far from it."""
+        bag = self.make_turning("one_clock.bag")
+        for offset in (0, 1.69e9):
+            with rosbag.Bag(bag) as one, rosbag.Bag(self.path("two_clocks.bag"), "w") as two:
+                for topic, message, t in one.read_messages():
+                    if hasattr(message, "header"):
+                        message.header.stamp -= genpy.Duration(offset)
+                    two.write(topic, message, stamp_of((t - stamp_of(0)).to_sec() / 3))
+            numbers = self.numbers(self.path("two_clocks.bag"))
+            self.expect_turning(numbers)
+            self.assertIn("note: stamps are of another clock than times of arrival: 3 s for each second", self.out)
+
+    def test_one_of_two_publishers_counts(self):
+        bag = self.make_turning("one.bag")
+
+        def write(two, topic, message, t, publisher):
+            two._topic_connections.pop(topic, None)
+            if (topic, publisher) in known:
+                two._topic_connections[topic] = known[topic, publisher]
+            header = {"topic": topic, "type": message._type, "md5sum": message._md5sum, "callerid": publisher,
+                      "message_definition": message._full_text}
+            two.write(topic, message, t, connection_header=header)
+            known[topic, publisher] = two._topic_connections[topic]
+        known = {}
+        with rosbag.Bag(bag) as one, rosbag.Bag(self.path("publishers.bag"), "w") as two:
+            for k, (topic, message, t) in enumerate(one.read_messages()):
+                write(two, topic, message, t, "/driver")
+                if topic == "/odom" and k % 2:
+                    write(two, topic, odometry(0.05 * k / 3, (5, 5, 1)), t, "/filter")
+        self.expect_turning(self.numbers(self.path("publishers.bag")))
+        self.assertRegex(self.out, r"note: /odom has 2 publishers: uses /driver \(601 messages\), not /filter \(\d+\)")
+
+    def test_twists_in_the_fixed_frame_are_turned_into_the_bases(self):
+        bag = self.make_turning("fixed.bag")
+        with rosbag.Bag(bag) as whole, rosbag.Bag(self.path("p3d.bag"), "w") as p3d:
+            for topic, message, t in whole.read_messages():
+                if topic == "/ground_truth":
+                    q, v = message.pose.pose.orientation, message.twist.twist.linear
+                    psi = 2 * math.atan2(q.z, q.w)
+                    v.x, v.y = (math.cos(psi) * v.x - math.sin(psi) * v.y, math.sin(psi) * v.x + math.cos(psi) * v.y)
+                p3d.write(topic, message, t)
+        self.expect_turning(self.numbers(self.path("p3d.bag")))
+        self.assertIn("/ground_truth: its twists are in the fixed frame", self.out)
 
     def test_names_in_a_namespace_and_chosen_ones(self):
         bag = self.make_turning("namespace.bag", prefix="/youbot_1/")
@@ -642,8 +707,10 @@ class AnalyseTest(RunsAnalyse):
         for text, words in (("robot: {wheel_radius: -1}", "robot.wheel_radius is -1: must be a number > 0"),
                             ("robot: {rollers_per_wheel: 5.5}", "robot.rollers_per_wheel is 5.5"),
                             ("robot: {wheel_radius: 1%s}" % (400 * "0"), "robot.wheel_radius is 1000"),
-                            ("robot: {wheel_radius: 2024-13-45}", "is not YAML"),
-                            ("robot: {wheel_radius: [%s]}" % ("[1, 2, 3], " * 50), "[1, 2, 3], [1, ...: must be a"),
+                            ("robot: {wheel_radius: 2024-13-45}", "is '2024-13-45': must be a number > 0"),
+                            ("robot: {wheel_radius: 0x%s}" % (5000 * "f"), "ff': must be a number > 0"),
+                            ("robot: {wheel_radius: [1, 2, 3]}", "is a list or map: must be a number > 0"),
+                            ("robot: {<<: {wheel_radius: 1}}", "has the merge key <<: must be left out"),
                             ("robot: 3", "must be a scene"), ("[", "is not YAML")):
             with open(self.path("bad.yaml"), "w") as file:
                 file.write(text)

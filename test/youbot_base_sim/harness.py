@@ -10,6 +10,7 @@ import unittest
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
+STUDY = ROOT / "scripts" / "study"
 sys.path[:0] = [str(ROOT / "scripts"), str(ROOT)]
 
 

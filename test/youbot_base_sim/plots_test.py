@@ -13,6 +13,7 @@ import sys
 import tempfile
 import unittest
 import unittest.mock
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -150,6 +151,16 @@ class SweepPlots(Plots):
                           ("pie", self.table, self.plot, "x")):
             self.run_with(*arguments, status=2)
             self.assertFalse(self.plot.exists())
+
+    def test_names_are_shown_as_they_are(self):
+        """A "$" begins no mathematics, and control characters reach neither terminal nor picture."""
+        table = self.folder / "m$x_$.csv"
+        table.write_text(self.table.read_text().replace("floor.friction", "a$\x1b[31m$"))
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")  # of glyphs that are missing
+            for kind in ("rank", "effects", "histogram"):
+                self.assertNotIn("\x1b", self.run_with(kind, table, self.plot, "x"))
+                self.assertTrue(self.plot.exists())
 
     def test_columns_are_shown_in_words(self):
         table = (ROOT / "docs" / "sweep.md").read_text().partition("| quantity | |")[2].partition("\n\n")[0]

@@ -12,7 +12,7 @@ import unittest
 import unittest.mock
 from pathlib import Path
 
-from harness import ROOT
+from harness import ROOT, STUDY
 
 DEVEL = None
 INSTALLED = ("analyse", "identification_drive", "table_from_bag")
@@ -43,7 +43,7 @@ class ProgramsTest(unittest.TestCase):
         self.assertEqual(sorted(self.folder.glob("called-*")), [], command)
 
     def test_there_are_some(self):
-        expected = {*INSTALLED, "plot_sweep", "paper_figures", "validation"}
+        expected = {*INSTALLED, "plot_sweep", "study"}
         self.assertLessEqual(expected, {path.name for path in programs()})
 
     def test_all_name_the_python_that_has_the_modules_of_ros(self):
@@ -56,6 +56,17 @@ class ProgramsTest(unittest.TestCase):
         for program in programs():
             self.helps([sys.executable, program.relative_to(ROOT), "--help"], program.name, ROOT)
             self.helps([sys.executable, program, "--help"], program.name, self.folder)
+
+    def test_help_of_each_study(self):
+        names = [path.stem for path in (ROOT / "studies").glob("*.py") if "\ndef main(" in path.read_text()]
+        self.assertIn("paper_figures", names)
+        for name in names:
+            self.helps([sys.executable, STUDY, name, "--help"], name, self.folder)
+
+    def test_an_unknown_study_is_refused(self):
+        ran = subprocess.run([STUDY, "../x"], text=True, capture_output=True)
+        self.assertEqual((ran.returncode, ran.stdout), (2, ""))
+        self.assertIn("study: '../x': must be one of beyond_figures, ", ran.stderr)
 
     def test_help_in_the_devel_space(self):
         for name in INSTALLED:

@@ -17,17 +17,13 @@
 namespace {
 
 using youbot_base_sim::Scene;
-using youbot_base_sim::SceneOverrides;
+using youbot_base_sim::SceneUse;
 using youbot_base_sim::State;
 
 Scene read_scene(const ros::NodeHandle& parameters) {
-  SceneOverrides overrides;
-  overrides.endless = true;
   const auto file = parameters.param<std::string>("scene", "");
-  if (!file.empty()) return youbot_base_sim::load_scene(file, overrides);
-  overrides.control_period = 1e-3;
-  overrides.profile = "measured";
-  return youbot_base_sim::default_scene(overrides);
+  if (!file.empty()) return youbot_base_sim::load_scene(file, {}, SceneUse::kCommands);
+  return youbot_base_sim::default_scene({{"robot.profile", "measured"}}, SceneUse::kCommands);
 }
 
 /// A parameter that must be a number from `least` on.

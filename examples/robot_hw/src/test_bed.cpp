@@ -21,8 +21,9 @@ BaseDriver::Settings driver_settings(const Scene& scene) {
 }  // namespace
 
 TestBed::TestBed(const Scene& scene)
-    : driver_(driver_settings(scene), scene.initial.phi()),
-      simulation_(scene, [this](double t, const State& state) { return driver_.sample(t, state.dphi()); }) {}
+    : driver_(driver_settings(scene)),
+      sensors_(driver_.motor(), driver_settings(scene).quantized(), scene.initial.phi()),
+      simulation_(scene) {}
 
 bool TestBed::command(const SetPoints& set_points) {
   bool finite = true;
@@ -44,7 +45,10 @@ void TestBed::advance(double duration) {
     throw std::invalid_argument("a test bed advances by whole control periods of " + std::to_string(period) +
                                 " s, not by " + std::to_string(duration) + " s");
   }
-  simulation_.advance_periods(static_cast<std::int64_t>(periods));
+  for (int k = 0; k < periods; ++k) {
+    simulation_.set_torque(driver_.sample(time(), state().dphi()));
+    simulation_.step();
+  }
 }
 
 }  // namespace youbot_robot_hw

@@ -13,10 +13,7 @@ namespace {
 using namespace youbot_base_sim;
 
 Scene scene(double control_period = 1e-3) {
-  SceneOverrides overrides;
-  overrides.control_period = control_period;
-  overrides.profile = "measured";
-  return default_scene(overrides);
+  return default_scene({{"solver.control_period", control_period}, {"robot.profile", "measured"}});
 }
 
 SetPoints all(DriveMode mode, double value) {
@@ -43,7 +40,8 @@ TEST(TestBed, TorquesAreThoseThatTheMotorsCanExert) {
   bed.advance(0.5);
   const Motor motor;
   const double exerted = motor.torque(std::floor(1 / motor.milliampere()) * 1e-3);  // whole mA
-  Simulation simulation(scene(), [&](double, const State&) { return Wheels(Wheels::Constant(exerted)); });
+  Simulation simulation(scene());
+  simulation.set_torque(Wheels::Constant(exerted));
   simulation.advance_to(0.5);
   EXPECT_NEAR(bed.state().x(), simulation.state().x(), 1e-9);
   EXPECT_GT(bed.state().x(), 0.05);

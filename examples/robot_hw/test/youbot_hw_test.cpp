@@ -20,10 +20,7 @@ const char* const kJoints[] = {"wheel_joint_fl", "wheel_joint_fr", "wheel_joint_
 const ros::Duration kPeriod(0.01);
 
 youbot_base_sim::Scene scene() {
-  youbot_base_sim::SceneOverrides overrides;
-  overrides.control_period = 1e-3;
-  overrides.profile = "measured";
-  return default_scene(overrides);
+  return youbot_base_sim::default_scene({{"solver.control_period", 1e-3}, {"robot.profile", "measured"}});
 }
 
 ControllerInfo controller(const std::string& name, const std::string& interface) {

@@ -9,7 +9,6 @@
 #include "youbot_base_sim/drive/control_time.h"
 #include "youbot_base_sim/drive/faults.h"
 #include "youbot_base_sim/drive/motor.h"
-#include "youbot_base_sim/drive/motor_sensors.h"
 #include "youbot_base_sim/export.h"
 
 namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
@@ -24,14 +23,14 @@ inline DriveCommand drive_command(DriveMode mode, const Wheels& values) {
   return command;
 }
 
-/// Whether the driver is connected to its base. It gives the base up when EtherCAT has failed for longer than its
+/// The driver's connection to its base. It gives the base up when EtherCAT has failed for longer than its
 /// time-out, and finds it again only by a reconnect while the cable is in. Times are simulated time, s.
 class EthercatConnection {
  public:
   /// The driver's MaximumNumberOfEtherCATErrors in cycles of 1 ms; also the firmware's MotorControllerTimeout, s.
   static constexpr double kTimeout = 0.1;
 
-  /// Whether the base was there at the last `update`.
+  /// True if the base was there at the last `update`.
   bool present() const { return present_; }
 
   /// Looks at time t whether the base is still there, as the driver does in each of its cycles.
@@ -61,10 +60,13 @@ class BaseDriver {
     Motor motor;                   ///< as the driver's configuration file has it
     MotorSettings motors;          ///< limits of that motor and the like; a fault adds to the delay of commands
     double command_timeout = 0;    ///< the wheels stop after this time without a command, s; 0: never, as the driver
+
+    /// True if EtherCAT carries whole rpm, mA and encoder ticks, as it does unless `motors` says otherwise.
+    bool quantized() const { return motors.quantized.value_or(true); }
   };
 
-  /// The base is present, its motors are on and keep its wheels, which are at angles phi (rad), at rest.
-  BaseDriver(const Settings& settings, const Wheels& phi);
+  /// The base is present; its motors are on and keep its wheels at rest.
+  explicit BaseDriver(const Settings& settings);
 
   /// Takes a command that arrives at time t, which switches its motors on; without effect if the base is not present.
   void command(double t, const DriveCommand& command);
@@ -85,22 +87,14 @@ class BaseDriver {
   /// Torque at each wheel, N m, for the control period that begins at time t with wheel rates `dphi` (rad/s).
   const Wheels& sample(double t, const Wheels& dphi);
 
-  /// Reads the motors of wheels at angles phi (rad) and rates dphi (rad/s).
-  const MotorReadings& read(const Wheels& phi, const Wheels& dphi) {
-    return faulty_ ? read_faulty(phi, dphi) : sensors_.read(phi, dphi, torque_);
-  }
-
-  /// As MotorSensors::carry. What was commanded goes on.
-  Wheels carry(const Wheels& before, const Wheels& after) { return sensors_.carry(before, after); }
-
-  /// The last readings.
-  const MotorReadings& readings() const { return sensors_.readings(); }
+  /// The last sample, N m.
+  const Wheels& torque() const { return torque_; }
 
   const EthercatConnection& connection() const { return connection_; }
   bool present() const { return connection_.present(); }  ///< the base, in the driver's eyes
   bool motors_on() const { return motors_on_; }  ///< what the driver's dashboard shows: only its services change it
   bool timed_out() const { return timed_out_; }  ///< stopped because no command arrived in time
-  const Motor& motor() const { return motor_; }
+  const Motor& motor() const { return motor_; }  ///< with its limits
 
   /// Events in `sample` since the last `take_events`.
   struct Events {
@@ -109,7 +103,7 @@ class BaseDriver {
   };
   Events take_events() { return std::exchange(events_, {}); }
 
-  /// What each motor does now.
+  /// The present set points of the motors.
   const std::array<SetPoint, kWheels>& set_points() const { return drive_.set_points(); }
 
  private:
@@ -123,14 +117,11 @@ class BaseDriver {
   void apply_due_commands(double t);
   void check_command_timeout(double t);
   void exchange_ethercat(double t);
-  const MotorReadings& read_faulty(const Wheels& phi, const Wheels& dphi);
 
   Settings settings_;
   Motor motor_;  // with its limits
   WheelDrive drive_;
-  MotorSensors sensors_;
   Faults faults_;
-  bool faulty_ = false;  // faults_.any()
   EthercatConnection connection_;
   bool motors_on_ = true;
   bool timed_out_ = false;

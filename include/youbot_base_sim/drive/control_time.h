@@ -18,10 +18,10 @@ class ControlTime {
   double period() const { return period_; }                                        ///< s
   double begin(std::int64_t k) const { return static_cast<double>(k) * period_; }  ///< of period k, s
 
-  /// How far rounding may have moved a time t that is the result of a few operations, s.
+  /// The most that rounding may have moved a time t that is the result of a few operations, s.
   static double rounding(double t) { return kUlps * std::numeric_limits<double>::epsilon() * std::abs(t); }
 
-  /// Whether time t has reached `due`, both s.
+  /// True if time t has reached `due`, both s.
   static bool reached(double due, double t) { return due <= t + rounding(t); }
 
   /// The first period that begins at time t (s) or later: the one from which what arrives at t acts.

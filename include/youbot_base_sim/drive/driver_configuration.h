@@ -3,8 +3,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "youbot_base_sim/drive/driver_kinematics.h"
 #include "youbot_base_sim/drive/motor.h"
-#include "youbot_base_sim/drive/wheel_odometry.h"
 #include "youbot_base_sim/export.h"
 
 namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {

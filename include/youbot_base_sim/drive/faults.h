@@ -21,7 +21,7 @@ struct Faults {
   /// Time between a command's arrival and its effect, s.
   double command_delay = 0;
 
-  /// Whether any fault is present.
+  /// True if any fault is present.
   bool any() const {
     return ethercat_lost || std::count(silent.begin(), silent.end(), true) > 0 || (encoder_slip != 0).any() ||
            encoder_noise != 0 || command_delay != 0;

@@ -39,7 +39,10 @@ struct Motor {
   double rpm() const;                                        ///< 4.05e-3 rad/s of the wheel
   double milliampere() const { return torque(1e-3); }        ///< 8.66e-4 N m at the wheel
 
-  /// Whether the set point is within the motor's limits.
+  /// The largest absolute value of a set point, N m or rad/s.
+  double max_value(DriveMode mode) const;
+
+  /// True if the set point is within the motor's limits.
   bool can(const SetPoint& set_point) const;
 
   /// The set point, clamped to the motor's limits.
@@ -68,7 +71,7 @@ struct MotorSettings {
   std::optional<double> max_wheel_torque;  ///< N m; empty: what the motor's current limit allows
   std::optional<double> max_wheel_rate;    ///< rad/s, of set points; empty: the motor's speed limit
   double command_delay = 0;                ///< from a command's arrival to its effect, s
-  /// Whether set points and readings are whole rpm, mA and encoder ticks. Empty: with BaseDriver, but not offline.
+  /// True if set points and readings are whole rpm, mA and encoder ticks. Empty: with BaseDriver, but not offline.
   std::optional<bool> quantized;
 
   /// The motor with these limits.
@@ -111,6 +114,8 @@ class WheelDrive {
   const std::array<SetPoint, kWheels>& set_points() const { return set_points_; }
 
  private:
+  double tracking_torque(int i, double error);
+
   double control_period_;
   Motor motor_;
   VelocityGains gains_;

@@ -11,29 +11,13 @@
 
 namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
-/// How wheels are to turn, as a function of time, s. It may change while a simulation stands at that time.
+/// Angles of the wheels as a function of time, s. It may change while a simulation stands at that time.
 class WheelMotion {
  public:
   virtual ~WheelMotion() = default;
   virtual Wheels angle(double t) const = 0;         ///< rad
   virtual Wheels rate(double t) const = 0;          ///< its derivative, rad/s, which must be continuous
   virtual Wheels acceleration(double t) const = 0;  ///< rad/s^2
-};
-
-/// From one instant to another: the cubic between the angles (rad) and rates (rad/s) of both.
-struct WheelCubic : WheelMotion {
-  double start = 0, length = 1;                        ///< s
-  Wheels phi = Wheels::Zero(), dphi = Wheels::Zero();  ///< at the start
-  Wheels moved = Wheels::Zero();                       ///< rad
-  Wheels end_dphi = Wheels::Zero();
-
-  Wheels angle(double t) const override;
-  Wheels rate(double t) const override;
-  Wheels acceleration(double t) const override;
-
- private:
-  Wheels quadratic() const { return 3 * moved - length * (2 * dphi + end_dphi); }
-  Wheels cubic() const { return length * (dphi + end_dphi) - 2 * moved; }
 };
 
 /// Wheel angles over time (rad, s): the smoothest twice differentiable function, in the mean square of its
@@ -53,7 +37,7 @@ class WheelSpline : public WheelMotion {
   const WheelTable& table() const { return table_; }
 
  private:
-  /// Where a time is between two rows.
+  /// The place of a time between two rows.
   struct Place {
     std::size_t row;  ///< the first of them
     double length;    ///< between them, s

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <boost/math/tools/toms748_solve.hpp>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 
@@ -17,20 +18,17 @@ struct HermiteCubic {
            s * (start_slope + s * (3 * rise - 2 * start_slope - end_slope + s * (start_slope + end_slope - 2 * rise)));
   }
 
-  double slope(double s) const {
-    const double rise = end - start;
-    return start_slope +
-           s * (2 * (3 * rise - 2 * start_slope - end_slope) + s * 3 * (start_slope + end_slope - 2 * rise));
-  }
-
   /// Where it rises through zero, in [0, high]; it must be positive at `high`.
   double root(double high) const {
     return where([this](double s) { return (*this)(s); }, high);
   }
 
-  /// Where it is largest, if its slope is positive at 0 and negative at 1.
+  /// Where it has its local maximum; not a number if it has none.
   double maximum() const {
-    return where([this](double s) { return -slope(s); }, 1);
+    const double rise = end - start, a = 3 * (start_slope + end_slope - 2 * rise);
+    const double half_b = 3 * rise - 2 * start_slope - end_slope;  // the slope is a s^2 + 2 half_b s + start_slope
+    const double root = std::sqrt(half_b * half_b - a * start_slope);
+    return half_b < 0 ? start_slope / (root - half_b) : -(half_b + root) / a;
   }
 
  private:

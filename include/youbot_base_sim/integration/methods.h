@@ -24,11 +24,9 @@ struct Method {
   std::string name;         ///< of `solver: {method: NAME}`, `--method` and `~method`
   std::string description;  ///< what it is and when to use it, in a line
   bool is_explicit;         ///< takes short steps while wheels roll, see `advice`
-  double default_step;      ///< of a method without step size control, s; 0: it has one
-  /// Makes the method, with this step (s) if it has no step size control. Null for Radau, a class for each model.
-  std::unique_ptr<SmoothStepper<const SmoothSystem>> (*make)(const Tolerance& tolerance, double step,
+  /// Makes the method, which counts in `statistics`. Null for Radau, a class for each model.
+  std::unique_ptr<SmoothStepper<const SmoothSystem>> (*make)(const Tolerance& tolerance,
                                                              IntegrationStatistics& statistics);
-  double finest_tolerance = 0;  ///< relative: it keeps none below where torques change with time
 };
 
 /// All of them, the default one first; and their names.
@@ -38,10 +36,9 @@ const std::vector<std::string>& method_names();
 /// The method of that name; null if there is none.
 const Method* find_method(const std::string& name);
 
-/// How the equations of motion are integrated.
+/// Settings of the integration of the equations of motion.
 struct IntegrationSettings {
   std::string method = "radau";  ///< one of `methods`
-  double step = 0;               ///< s, of a method without step size control; 0: its default
   /// The default keeps the paper's Cases 1 and 2 within 1e-5 m and 1e-5 rad of the exact motion over their 30 s.
   double relative_tolerance = 3e-7;
   double absolute_tolerance = 3e-10;  ///< SI units
@@ -52,9 +49,6 @@ struct IntegrationSettings {
 
   Tolerance tolerance() const { return {relative_tolerance, absolute_tolerance}; }
 };
-
-/// The step of a method without step size control, s; 0: it has one.
-double fixed_step(const IntegrationSettings& settings);
 
 /// The regularization speed of the friction in the integration, m/s: nu, or 0.3 m/s times the relative tolerance, at
 /// most 1e-5 m/s, if that is more: a smaller one makes no difference at that tolerance. A contact of spin radius a_m

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <memory>
-#include <vector>
 
 #include "youbot_base_sim/integration/motion_integrator.h"
 #include "youbot_base_sim/integration/smooth_stepper.h"
@@ -17,31 +16,22 @@ namespace youbot_base_sim {
 /// that spins fast goes astray by its errors in the heading.
 class NoSlipIntegrator : public MotionIntegrator {
  public:
-  /// `torque` must outlive the integration.
+  /// `torque` must outlive the integration. The statistics continue those of `before`, unless that is null.
   NoSlipIntegrator(const RobotParameters& robot, const FloorParameters& floor, const TorqueProfile& torque,
-                   const Tolerance& tolerance);
+                   const Tolerance& tolerance, const MotionSoFar* before);
 
   /// The method that a robot needs: dopri5 or rosenbrock4.
   static const char* method(const RobotParameters& robot) {
     return stiff(NoSlipModel(robot)) ? "rosenbrock4" : "dopri5";
   }
 
-  void advance_periods(State& x, std::int64_t first, double period, std::size_t n,
-                       const PeriodObserver& observer) override;
   void advance(State& x, double t, double t_end, double smooth_end) override;
   void stop_on(const std::atomic<bool>& stop) override { stop_ = &stop; }
   void torque_jumped() override;
   double kinetic_energy(const State& x) const override { return model_.kinetic_energy(x.velocity()); }
   void set_loads(State& x, const AppliedLoads& applied, bool keep_momentum) override;
   MotionSoFar leave() override { return {std::nullopt, statistics_, std::nullopt, {}}; }
-  std::optional<ReactionRecord> reaction_record() const override { return std::nullopt; }
-  void continue_when_tipping() override {}
   ContactDetails contacts(const State& x, double t) const override;
-  std::int64_t roller(int) const override { return 0; }
-  std::optional<std::int64_t> other_roller(int) const override { return std::nullopt; }
-  double regularization_speed() const override { return kInfinity; }
-  double resting_angle(int, int) const override { return 0; }
-  std::vector<RollerSwitch> take_switches() override { return {}; }
   const IntegrationStatistics& statistics() const override { return statistics_; }
 
  private:

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <algorithm>
-#include <boost/numeric/odeint/integrate/integrate_n_steps.hpp>
+#include <boost/numeric/odeint/integrate/integrate_adaptive.hpp>
 #include <functional>
 #include <memory>
 
@@ -9,26 +9,26 @@
 #include "youbot_base_sim/integration/fallback_stepper.h"
 #include "youbot_base_sim/integration/guarded_stepper.h"
 #include "youbot_base_sim/integration/motion_integrator.h"
-#include "youbot_base_sim/integration/period_stepper.h"
 #include "youbot_base_sim/integration/slip_system.h"
 #include "youbot_base_sim/integration/smooth_stepper.h"
 
 namespace youbot_base_sim {
 
-/// Integrates models 2a and 2b by any method: odeint's loops over a GuardedStepper.
+/// Integrates models 2a and 2b by any method: odeint's integrate_adaptive over a GuardedStepper, and a
+/// loop from row to row within its steps.
 template <class Model>
 class SlipIntegrator : public MotionIntegrator {
  public:
-  using MakeStepper =
-      std::function<std::unique_ptr<SmoothStepper<SlipSystem<Model>>>(const Tolerance&, IntegrationStatistics&)>;
+  using MakeMethod = std::function<std::unique_ptr<SmoothStepper<ContactSystem>>(IntegrationStatistics&)>;
 
-  /// `make_stepper` makes a stepper of the method for a tolerance; `max_evaluations` is a GuardedStepper's. `torque`
-  /// must outlive the integration. The motion begins at `start`, or continues there after `before`.
+  /// `make_method` makes the method; `tolerance` is for events, and `max_evaluations` a GuardedStepper's. `torque` must
+  /// outlive the integration. The motion begins at `start`, or continues there after `before`.
   SlipIntegrator(const Model& model, const TorqueProfile& torque, const State& start, const Tolerance& tolerance,
-                 std::uint64_t max_evaluations, const MakeStepper& make_stepper, const MotionSoFar* before = nullptr)
-      : regularization_speed_(model.regularization_speed()),
-        system_(model, torque, start),
-        stepper_(located(tolerance, make_stepper), located(coarse(tolerance), make_stepper), max_evaluations, record_) {
+                 std::uint64_t max_evaluations, const MakeMethod& make_method, const MotionSoFar* before = nullptr)
+      : system_(model, torque, start),
+        stepper_({make_method(record_.statistics), tolerance, record_},
+                 [this](State& x, double t, double dt) { fallback_.do_step(system_, x, t, dt); }, max_evaluations,
+                 record_) {
     if (!before) return;
     if (before->contacts) system_.modes() = *before->contacts;
     if (before->reactions) record_.reactions.begin_with(*before->reactions);
@@ -36,46 +36,28 @@ class SlipIntegrator : public MotionIntegrator {
     record_.begin_with(before->statistics, before->switches);
   }
 
-  void advance_periods(State& x, std::int64_t first, double period, std::size_t n,
-                       const PeriodObserver& observer) override {
-    std::size_t k = 0;
-    const auto observe = [&](const State& state, double periods) {
-      if (system_.modes().averages()) record_passed_rollers(state, periods * period);
-      observer(k++);
-    };
-    PeriodStepper stepper(stepper_, period);
-    boost::numeric::odeint::integrate_n_steps(std::ref(stepper), std::ref(system_), x, static_cast<double>(first), 1.0,
-                                              n, std::ref(observe));
-  }
-
   void advance(State& x, double t, double t_end, double smooth_end) override {
     if (!(t < t_end)) return;
-    if (!within_step_) {
-      step_end_ = x;
-      step_end_t_ = t;
-    }
-    while (step_end_t_ < t_end) {
-      stepper_.finish(system_, step_end_, step_end_t_);
-      const double bound = stepper_.interpolates(step_end_t_) ? smooth_end : t_end;
-      double dt = bound - step_end_t_;
-      const double reached = step_end_t_ + dt;
-      stepper_.try_step(system_, step_end_, step_end_t_, dt, false);
-      if (step_end_t_ == reached) step_end_t_ = bound;  // without rounding
-    }
-    within_step_ = step_end_t_ > t_end;
-    if (within_step_) {
-      stepper_.state_at(t_end, system_, x);
+    if (within_step_ || t_end < smooth_end) {
+      advance_within_steps(x, t, t_end, smooth_end);
     } else {
-      stepper_.finish(system_, step_end_, step_end_t_);
-      x = step_end_;
+      boost::numeric::odeint::integrate_adaptive(std::ref(stepper_), std::ref(system_), x, t, t_end, t_end - t);
     }
-    if (system_.modes().averages()) record_passed_rollers(x, t_end);
+    if (!system_.modes().averages()) return;
+    for (int i = 0; i < kWheels; ++i) {
+      if (system_.modes().averaged(i)) record_.record_passed_rollers(system_.modes(), i, x, t_end);
+    }
   }
 
   void stop_on(const std::atomic<bool>& stop) override { stepper_.stop_on(stop); }
   void torque_jumped() override {
     stepper_.torque_jumped();
     within_step_ = false;
+  }
+  void constrain(State& x, double t) const override {
+    if (system_.model().inertia().J_2 > 0) return;
+    x.dgamma() = system_.massless_roller_rates(x.velocities(), x.phi(), system_.pose(x), system_.torque().value(t),
+                                               system_.modes().shared());
   }
   double kinetic_energy(const State& x) const override {
     return youbot_base_sim::kinetic_energy(system_.model().robot(), x);
@@ -101,14 +83,8 @@ class SlipIntegrator : public MotionIntegrator {
     return record_.reactions.record();
   }
   void continue_when_tipping() override { record_.reactions.continue_when_tipping(); }
-  std::int64_t roller(int i) const override { return system_.modes().roller(i); }
-  std::optional<std::int64_t> other_roller(int i) const override {
-    const ContactModes& modes = system_.modes();
-    if (!modes.shared(i)) return std::nullopt;
-    return 2 * modes.lower_roller(i) + 1 - modes.roller(i);
-  }
-  double regularization_speed() const override { return regularization_speed_; }
-  double resting_angle(int i, int k) const override { return system_.modes().resting_angle(i, k); }
+  const ContactModes* contact_modes() const override { return &system_.modes(); }
+  double regularization_speed() const override { return system_.rest().moving_nu(); }
   std::vector<RollerSwitch> take_switches() override { return record_.take_switches(); }
   const IntegrationStatistics& statistics() const override {
     record_.statistics.evaluations = system_.evaluations();
@@ -116,27 +92,33 @@ class SlipIntegrator : public MotionIntegrator {
   }
 
  private:
-  // The tolerance for the rest of a millisecond that has used up its work: 1e-6, but within 10 to 10,000 times the
-  // given one, so that a tighter tolerance never makes a result worse.
-  static Tolerance coarse(const Tolerance& tolerance) {
-    const double relative = std::clamp(1e-6, 10 * tolerance.relative, 1e4 * tolerance.relative);
-    return {relative, tolerance.absolute * relative / tolerance.relative};
-  }
-
-  EventLocatingStepper<SlipSystem<Model>> located(const Tolerance& tolerance, const MakeStepper& make_stepper) {
-    return {make_stepper(tolerance, record_.statistics), tolerance, record_};
-  }
-
-  void record_passed_rollers(const State& x, double t) {
-    for (int i = 0; i < kWheels; ++i) {
-      if (system_.modes().averaged(i)) record_.record_passed_rollers(system_.modes(), i, x, t);
+  // Steps may end after t_end; x is then the state there within the last one.
+  void advance_within_steps(State& x, double t, double t_end, double smooth_end) {
+    if (!within_step_) {
+      step_end_ = x;
+      step_end_t_ = t;
+    }
+    while (step_end_t_ < t_end) {
+      stepper_.finish(system_, step_end_, step_end_t_);
+      const double bound = stepper_.interpolates(step_end_t_) ? smooth_end : t_end;
+      double dt = bound - step_end_t_;
+      const double reached = step_end_t_ + dt;
+      stepper_.try_step(system_, step_end_, step_end_t_, dt, false);
+      if (step_end_t_ == reached) step_end_t_ = bound;  // without rounding
+    }
+    within_step_ = step_end_t_ > t_end;
+    if (within_step_) {
+      stepper_.state_at(t_end, system_, x);
+    } else {
+      stepper_.finish(system_, step_end_, step_end_t_);
+      x = step_end_;
     }
   }
 
   mutable MotionRecord record_;
-  double regularization_speed_;  // except in eased milliseconds, m/s
   SlipSystem<Model> system_;
-  GuardedStepper<SlipSystem<Model>, FallbackStepper<Model>> stepper_;
+  FallbackStepper<Model> fallback_;
+  GuardedStepper stepper_;
 
   // The end of the last step, where the state was last asked for within it.
   bool within_step_ = false;

@@ -4,31 +4,27 @@
 #include <cmath>
 #include <cstdint>
 
+#include "youbot_base_sim/integration/contact_system.h"
 #include "youbot_base_sim/integration/massless_rollers.h"
-#include "youbot_base_sim/integration/reaction_monitor.h"
-#include "youbot_base_sim/integration/rest_friction.h"
-#include "youbot_base_sim/integration/smooth_stepper.h"
-#include "youbot_base_sim/physics/contact_modes.h"
 #include "youbot_base_sim/physics/shared_contact.h"
 #include "youbot_base_sim/physics/slip_model.h"
 #include "youbot_base_sim/physics/torque_profile.h"
 
 namespace youbot_base_sim {
 
-/// The equations of motion of models 2a and 2b under given wheel torques, for the rollers that are in contact now: a
-/// System of odeint. docs/architecture.md lists the expressions by which steppers and events know it.
+/// The equations of motion of models 2a and 2b under given wheel torques, for the rollers that are in contact now.
+/// Steppers and events know it as a ContactSystem, Radau and FallbackStepper as what it is.
 template <class Model>
-class SlipSystem final : public SmoothSystem {
+class SlipSystem final : public ContactSystem {
  public:
   using Contacts = typename Model::Contacts;
 
   /// `torque` must outlive the system. The rollers in contact are those on which `state` stands.
   SlipSystem(const Model& model, const TorqueProfile& torque, const State& state)
-      : model_(model),
-        torque_(&torque),
-        modes_(model.robot(), state.phi()),
-        rest_friction_(model.regularization_speed(), model.holding_speed()),
-        holds_drives_(model.robot().dry_friction_rate * model.robot().R <= 2 * model.regularization_speed()) {}
+      : ContactSystem(ContactModes(model.robot(), state.phi()),
+                      RestFriction(model.robot(), model.regularization_speed(), model.holding_speed())),
+        model_(model),
+        torque_(&torque) {}
 
   void operator()(const State& x, State& dxdt, double t) const override {
     const Wheels M = torque_->value(t);
@@ -38,7 +34,6 @@ class SlipSystem final : public SmoothSystem {
 
   /// Small against the scales on which friction changes; 0 for entries without effect.
   State increments() const override;
-  Wheels middle() const override { return 0.5 * (modes_.lower_edge() + modes_.upper_edge()); }
 
   /// Slip, friction and position of the contact points, N, m and m/s, at velocities u, wheel angles phi (rad) and this
   /// pose under the torques M (N m), which decide how a shared contact is shared.
@@ -121,7 +116,7 @@ class SlipSystem final : public SmoothSystem {
   }
 
   /// Whether normal reactions follow the motion: its derivatives then have a ReactionCoupling besides the damping.
-  bool reacts() const {
+  bool reacts() const override {
     if constexpr (Model::kReactionsFollow) return model_.dynamic();
     return false;
   }
@@ -137,10 +132,13 @@ class SlipSystem final : public SmoothSystem {
   }
 
   /// Replaces the loads and wrenches from now on.
-  void set_loads(const AppliedLoads& applied) { model_.set_loads(applied); }
+  void set_loads(const AppliedLoads& applied) {
+    model_.set_loads(applied);
+    regularize_friction();
+  }
 
   /// Normal reactions where they follow the motion.
-  FloorReactions reactions(const State& x, double t) const {
+  FloorReactions reactions(const State& x, double t) const override {
     if constexpr (Model::kReactionsFollow) {
       const Contacts c = contacts(x, t);
       return {c.N, c.tipping};
@@ -151,20 +149,13 @@ class SlipSystem final : public SmoothSystem {
 
   /// The longest step from x (s) that does not miss how friction changes from place to place, nor a torque's period:
   /// contacts that hold at every stage hide what happens between.
-  double max_step(const State& x) const {
+  double max_step(const State& x) const override {
     const double longest = kShareOfPeriod * torque_->period();
     if (!model_.features().by_patches()) return longest;
     return std::min(longest, model_.features().max_step(x, modes_.geometry(x.phi()).Delta_Y));
   }
 
-  /// The contacts that the wheels have now.
-  ContactModes& modes() { return modes_; }
-  const ContactModes& modes() const { return modes_; }
-
-  // Sliding mode.
-
-  /// How wheel i is shared between two rollers at the edge at which it stands, or would be if it rested there.
-  Sharing sharing(int i, const State& x, double t) const {
+  Sharing sharing(int i, const State& x, double t) const override {
     Velocities u = x.velocities();
     WheelMask shared = modes_.shared();
     if (!shared[i]) {
@@ -176,12 +167,10 @@ class SlipSystem final : public SmoothSystem {
     return {contact.alpha(), contact.attractive() && !model_.robot().wheels_prescribed};
   }
 
-  /// Stands wheel i, which is at the upper edge of roller k, on rollers k and k + 1. Its momentum goes to the platform,
-  /// through the contact that took it.
-  void enter_sliding(int i, std::int64_t k, State& x);
+  /// The momentum goes to the platform through the contact that took it.
+  void enter_sliding(int i, std::int64_t k, State& x) override;
 
-  /// Change of the platform's speed if wheel i gave up its momentum, m/s.
-  double momentum(int i, const State& x) const {
+  double momentum(int i, const State& x) const override {
     const RobotParameters& robot = model_.robot();
     return robot.J_1 * std::abs(x.dphi()[i]) / (robot.R * robot.m_s());
   }
@@ -189,52 +178,15 @@ class SlipSystem final : public SmoothSystem {
   const Model& model() const { return model_; }
   const TorqueProfile& torque() const { return *torque_; }
 
-  /// The regularization speed nu of the friction, m/s.
-  double regularization_speed() const { return model_.regularization_speed(); }
+  /// Has friction regularized over nu (m/s) for the time being: for continuation, which goes back to `rest().nu()`.
   void set_regularization_speed(double nu) { model_.set_regularization_speed(nu); }
-  /// Has it at least `speed` (m/s) from now on.
-  void ease_friction(double speed) {
-    rest_friction_.ease(speed);
-    turn_friction();
-  }
-
-  /// How far the velocities u are past the next change between motion and rest, m/s; negative before it, and without
-  /// holding speed.
-  double past_rest_change(const Velocities& u) const {
-    // O is no faster than the fastest wheel's centre.
-    if (!rest_friction_.holds() || rest_friction_.keeps_moving(u.v[0] * u.v[0] + u.v[1] * u.v[1])) return -1;
-    return rest_friction_.past_change(speed(u));
-  }
-  /// Whether a change may happen on the way from velocities u to w: a quick look.
-  bool rest_may_change(const Velocities& u, const Velocities& w) const {
-    if (!rest_friction_.holds()) return false;
-    const double dX = w.v[0] - u.v[0], dY = w.v[1] - u.v[1], square = u.v[0] * u.v[0] + u.v[1] * u.v[1];
-    if (rest_friction_.keeps_moving(0.5 * square - dX * dX - dY * dY)) return false;
-    return rest_friction_.past_change(speed(u)) + speed(w - u) > 0;
-  }
-  /// Makes that change: friction is then regularized over the holding speed, or over nu again.
-  void change_rest(const Velocities& u) {
-    rest_friction_.change(speed(u));
-    turn_friction();
-  }
-
-  /// Evaluations of the right-hand side so far.
-  std::uint64_t evaluations() const { return evaluations_; }
-  void count_evaluations(std::uint64_t more) const { evaluations_ += more; }
 
  private:
   static constexpr double kShareOfPeriod = 0.125;
 
-  void turn_friction() {
-    set_regularization_speed(rest_friction_.regularization_speed());
-    if (holds_drives_) model_.smooth_drives(rest_friction_.share());
-  }
-  // Of the platform at the wheels or of a wheel's rim, whichever is fastest, m/s.
-  [[gnu::noinline]] double speed(const Velocities& u) const {
-    const RobotParameters& robot = model_.robot();
-    const Wheels along = u.v[0] - robot.rho_Y() * u.v[2], across = u.v[1] + robot.rho_X() * u.v[2];
-    const Wheels squares = (along.square() + across.square()).max((robot.R * u.dphi).square());
-    return std::sqrt(squares.maxCoeff());
+  void regularize_friction() override {
+    model_.set_regularization_speed(rest_.nu());
+    model_.set_dry_friction_rate(rest_.dry_friction_rate());
   }
 
   // Where each wheel stands on a roller of its own, under the normal reactions of the base at rest.
@@ -325,10 +277,6 @@ class SlipSystem final : public SmoothSystem {
 
   Model model_;
   const TorqueProfile* torque_;
-  ContactModes modes_;
-  RestFriction rest_friction_;
-  bool holds_drives_;  // whether their dry friction is about at its limit where the base begins to rest
-  mutable std::uint64_t evaluations_ = 0;
 };
 
 template <class Model>

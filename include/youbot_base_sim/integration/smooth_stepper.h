@@ -1,8 +1,5 @@
 #pragma once
 
-#include <memory>
-#include <utility>
-
 #include "youbot_base_sim/integration/stepper_types.h"
 #include "youbot_base_sim/physics/state.h"
 
@@ -22,7 +19,8 @@ class SmoothStepper : public ControlledStepperTypes {
 
   /// Whether the method knows the states within its steps.
   virtual bool interpolates() const { return false; }
-  /// Sets x to the state after this share of the last try, which must have succeeded, or a little after its end.
+  /// Sets x to the state after this share of the last try, which must have succeeded: 0 to 1, or up to 1 % after its
+  /// end.
   virtual void state_within([[maybe_unused]] const System& system, [[maybe_unused]] double share,
                             [[maybe_unused]] State& x) const {}
 
@@ -48,21 +46,5 @@ class SmoothSystem {
 
 /// A method that is made for any equations.
 using GeneralMethod = SmoothStepper<const SmoothSystem>;
-
-/// Such a method for the equations of one System: the method's code exists once for all of them.
-template <class System>
-class GeneralStepper final : public SmoothStepper<System> {
- public:
-  explicit GeneralStepper(std::unique_ptr<GeneralMethod> method) : method_(std::move(method)) {}
-
-  ControlledStepperTypes::Result try_step(System& system, const State& in, double& t, State& out, double& dt) override {
-    return method_->try_step(system, in, t, out, dt);
-  }
-  void reset() override { method_->reset(); }
-  void restart() override { method_->restart(); }
-
- private:
-  std::unique_ptr<GeneralMethod> method_;
-};
 
 }  // namespace youbot_base_sim

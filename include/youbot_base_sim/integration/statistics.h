@@ -5,9 +5,6 @@
 
 namespace youbot_base_sim {
 
-/// Friction is regularized over at least this slip speed in an eased millisecond, m/s.
-constexpr double kEasedSpeed = 1e-6;
-
 /// Counters of an integration so far.
 struct IntegrationStatistics {
   std::uint64_t steps = 0;
@@ -22,7 +19,7 @@ struct IntegrationStatistics {
   std::uint64_t eased_periods = 0;
   std::uint64_t fallback_steps = 0;
   std::uint64_t evaluations = 0;
-  double speed_of_rests = 0;  ///< m/s, what wheels that had to rest while their momentum counted gave the platform
+  double forced_hold_speed = 0;  ///< m/s, what wheels that were held while their momentum counted gave the platform
 };
 
 /// A field of the statistics, for output.
@@ -45,7 +42,7 @@ constexpr std::array<StatisticsField, 12> kStatisticsFields = {{
     {"averaged_contacts", "times that a wheel became too fast to locate its switches",
      &IntegrationStatistics::averaged_contacts},
     {"exhausted", "times that the bound of work was reached", &IntegrationStatistics::exhausted},
-    {"eased_periods", "milliseconds integrated to a looser tolerance to save work",
+    {"eased_periods", "milliseconds in which wheels that chatter were held early to save work",
      &IntegrationStatistics::eased_periods},
     {"fallback_steps", "fallback steps, of first order", &IntegrationStatistics::fallback_steps},
 }};

@@ -10,19 +10,17 @@
 #include "youbot_base_sim/loop/base_requests.h"
 #include "youbot_base_sim/loop/base_sensors.h"
 #include "youbot_base_sim/loop/instants.h"
-#include "youbot_base_sim/loop/lockstep.h"
 #include "youbot_base_sim/simulation.h"
 
 namespace youbot_base_sim {
 
-/// What a BaseLoop simulates, and at which rates.
+/// Scene, driver, sensors and rates of a BaseLoop.
 struct LoopSettings {
   Scene scene;               ///< with a control period; its `drive` section is ignored
   double publish_rate = 50;  ///< of reading the motors and updating odometry, Hz
   /// Rate at which the driver takes requests, Hz. 0: each acts from the first control period that begins after its
-  /// arrival, as all do in lockstep.
+  /// arrival.
   double command_rate = 0;
-  LockstepSettings lockstep;
   BaseDriver::Settings driver;  ///< BaseLoop fills in what the scene has: the control period
   BaseSensors::Options sensors;
 };
@@ -48,7 +46,7 @@ class BaseLoop {
   /// Requests that wait for the control period that takes them.
   std::size_t waiting() const { return requests_.size(); }
 
-  /// Whether the driver will have its base for a request that arrives at simulated time t, s.
+  /// True if the driver will have its base for a request that arrives at simulated time t, s.
   bool present(double t) const { return requests_.present(t, driver_); }
 
   /// Makes requests with later stamps due now, after simulated time was set back against the wall clock.
@@ -66,8 +64,8 @@ class BaseLoop {
   /// Time of the next instant of publishing, s.
   double next_instant() const { return instants_.next(); }
 
-  /// Whether an instant of publishing is due now. If so, updates the sensors and proceeds to the next instant.
-  bool meet_instant() { return meet_instant(simulation_.time(), simulation_.state()); }
+  /// True if an instant of publishing is due now. If so, updates the sensors and proceeds to the next instant.
+  bool meet_instant();
 
   /// Throws std::runtime_error, with topic, quantity and time, unless state, odometry and readings are finite.
   void require_finite() const;
@@ -75,10 +73,10 @@ class BaseLoop {
   /// Back to t = 0, with a new driver and an empty queue.
   void reset();
 
-  /// What has happened to the driver since the last `take_driver_events`.
+  /// Events of the driver since the last `take_driver_events`.
   BaseDriver::Events take_driver_events() { return driver_.take_events(); }
 
-  /// What has happened to the base since the last `take_events`.
+  /// Events of the base since the last `take_events`.
   Events take_events() {
     return {simulation_.take_switches(), simulation_.take_load_changes(), simulation_.take_state_changes()};
   }
@@ -94,9 +92,7 @@ class BaseLoop {
   void apply(const Wrench& wrench);
   void apply(const LoadsRequest& request);
   void apply(const StateRequest& request);
-  Wheels begin_period(double t, const State& state);
-  bool meet_instant(double t, const State& state);
-  [[gnu::noinline]] void take_requests(double t, const State& state);
+  [[gnu::noinline]] void take_requests(bool listens);
 
   const BaseSensors::Options sensor_options_;
   const ControlTime control_time_;

@@ -16,7 +16,7 @@ struct SwitchOff {};  ///< BaseDriver::switch_off
 struct SwitchOn {};   ///< BaseDriver::switch_on
 struct Reconnect {};  ///< BaseDriver::reconnect
 
-/// What the base carries besides its scene's loads from then on.
+/// Loads besides the scene's, from then on.
 struct LoadsRequest {
   std::vector<Load> loads;
   bool at_rest = false;  ///< put on at rest: the base's momentum stays, where otherwise its velocities do
@@ -28,7 +28,7 @@ struct StateRequest {
   std::optional<Wheels> phi;
 };
 
-/// What the base driver is asked for, what pushes the base from then on, what it carries, or where it is.
+/// A request to the driver, or a change of the motion: a push from then on, loads, or another state.
 using BaseRequest =
     std::variant<DriveCommand, SwitchOff, SwitchOn, Reconnect, Faults, Wrench, LoadsRequest, StateRequest>;
 
@@ -63,16 +63,16 @@ class BaseRequests {
     }
   }
 
-  /// Number of the control period from which the first of them acts; the largest if none waits.
-  std::int64_t period_of_motion() const;
-
-  /// Whether `driver` will have its base when it takes a request that arrives at time t, after all that waits here.
+  /// True if `driver` will have its base when it takes a request that arrives at time t, after all that waits here.
   bool present(double t, const BaseDriver& driver) const;
 
   /// Sets later arrivals to time t, when simulated time is set back against the wall clock.
   void bring_forward(double t);
 
-  void clear() { driver_.clear(), motion_.clear(); }
+  void clear() {
+    driver_.clear();
+    motion_.clear();
+  }
   bool empty() const { return driver_.empty() && motion_.empty(); }
   std::size_t size() const { return driver_.size() + motion_.size(); }  ///< requests that wait
 

@@ -2,15 +2,15 @@
 
 #include <optional>
 
-#include "youbot_base_sim/drive/imu.h"
-#include "youbot_base_sim/drive/motor_sensors.h"
-#include "youbot_base_sim/drive/wheel_odometry.h"
+#include "youbot_base_sim/drive/driver_kinematics.h"
+#include "youbot_base_sim/sensors/imu.h"
+#include "youbot_base_sim/sensors/motor_sensors.h"
+#include "youbot_base_sim/sensors/wheel_odometry.h"
 #include "youbot_base_sim/simulation.h"
 
 namespace youbot_base_sim {
 
-/// What the base knows of itself: its motors' readings, the wheel odometry that they make, and on request an inertial
-/// unit.
+/// The base's own sensors: its motors' readings, the wheel odometry that they make, and on request an inertial unit.
 class BaseSensors {
  public:
   struct Options {
@@ -19,39 +19,38 @@ class BaseSensors {
     std::optional<ImuSettings> imu;  ///< empty: none
   };
 
-  /// At the beginning of `scene`, with the odometry at zero.
-  BaseSensors(const Scene& scene, const MotorReadings& readings, const Options& options)
-      : readings_(readings), odometry_(options.kinematics, readings.phi, options.wheel_error) {
+  /// At the beginning of `scene`, with the odometry at zero. `motor` and `quantized` as MotorSensors'.
+  BaseSensors(const Scene& scene, const Options& options, const Motor& motor = {}, bool quantized = false)
+      : motors_(motor, quantized, scene.initial.phi()),
+        odometry_(options.kinematics, motors_.read(scene.initial.phi(), scene.initial.dphi(), Wheels::Zero()).phi,
+                  options.wheel_error, motor) {
     if (options.imu) imu_.emplace(*options.imu, scene.floor, 0, scene.initial);
   }
 
-  /// At time t (s): the odometry makes one step to the angles of `readings`, and the inertial unit reads `state`.
-  void update(double t, const State& state, const MotorReadings& readings) {
-    readings_ = readings;
-    odometry_.update(readings.phi);
+  /// At time t (s) the motors, which exert `torque` (N m), are read under `faults`; the odometry makes one step to
+  /// these angles, and the inertial unit reads `state`.
+  void update(double t, const State& state, const Wheels& torque, const Faults& faults = {}) {
+    odometry_.update(motors_.read(state.phi(), state.dphi(), torque, faults).phi);
     if (imu_) imu_->update(t, state);
   }
 
-  /// Has the odometry start again from zero.
-  void restart_odometry(const MotorReadings& readings) {
-    readings_ = readings;
-    odometry_.reset(readings.phi);
+  /// Reads the motors, and has the odometry start again from zero.
+  void restart_odometry(const State& state, const Wheels& torque, const Faults& faults) {
+    odometry_.reset(motors_.read(state.phi(), state.dphi(), torque, faults).phi);
   }
 
-  /// The base was put from one state to another, by which the motors' readings of the wheel angles changed by `change`,
-  /// rad: neither the odometry nor the inertial unit notices.
-  void carry(const State& before, const State& after, const Wheels& change) {
-    readings_.phi += change;
-    odometry_.carry(change);
+  /// The base was put from one state to another: neither the odometry nor the inertial unit notices.
+  void carry(const State& before, const State& after) {
+    odometry_.carry(motors_.carry(before.phi(), after.phi()));
     if (imu_) imu_->carry(before, after);
   }
 
-  const MotorReadings& readings() const { return readings_; }  ///< of the last update or restart
+  const MotorReadings& readings() const { return motors_.readings(); }  ///< the last ones
   const WheelOdometry& odometry() const { return odometry_; }
   const std::optional<Imu>& imu() const { return imu_; }
 
  private:
-  MotorReadings readings_;
+  MotorSensors motors_;
   WheelOdometry odometry_;
   std::optional<Imu> imu_;
 };

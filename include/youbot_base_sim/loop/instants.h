@@ -12,10 +12,10 @@ class Instants {
   /// `rate` in Hz.
   explicit Instants(double rate) : rate_(rate) {}
 
-  /// Whether the next instant is at time t (s) or earlier.
+  /// True if the next instant is at time t (s) or earlier.
   bool due(double t) const { return ControlTime::reached(next_, t); }
 
-  /// The same; if so, proceeds to the next instant.
+  /// As `due`; if so, proceeds to the next instant.
   bool meet(double t) {
     if (!due(t)) return false;
     next_ = static_cast<double>(++instants_) / rate_;
@@ -26,7 +26,7 @@ class Instants {
   double next() const { return next_; }
 
   /// Back to t = 0.
-  void reset() { instants_ = 0, next_ = 0; }
+  void reset() { *this = Instants(rate_); }
 
  private:
   double rate_;

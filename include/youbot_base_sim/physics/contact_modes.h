@@ -81,6 +81,12 @@ class ContactModes {
   /// Stands wheel i, which rests at the upper edge of roller k, on rollers k and k + 1.
   void share(int i, std::int64_t k);
 
+  /// Lets wheel i stay on its roller until it is `more` (rad) beyond an edge.
+  void widen(int i, double more) {
+    lower_edge_[i] -= more;
+    upper_edge_[i] += more;
+  }
+
   /// Averages the contact of wheel i over its rollers. They share gamma and dgamma; RollerRateAtSwitch has no effect.
   void enter_averaging(int i);
 

@@ -60,6 +60,7 @@ class ExtendedFeatures {
       : rho_X_(robot.rho_X()),
         rho_Y_(robot.rho_Y()),
         reach_(std::sqrt(robot.h * robot.h + (robot.l + robot.R_d) * (robot.l + robot.R_d))),
+        R_d_(robot.R_d),
         per_R_(1 / robot.R),
         a_m_(floor.spin_radius),
         f_(floor.f),
@@ -123,12 +124,13 @@ class ExtendedFeatures {
   bool by_pose() const { return patches_.any() || external_.turns(); }
 
   /// Whether friction changes from place to place; if so, the longest step (s) in which no contact point jumps over the
-  /// soft edge of a patch.
+  /// soft edge of a patch: the base carries it along, and a wheel that rotates sweeps it along the axle, as (3.4) says.
   bool by_patches() const { return patches_.any(); }
   double max_step(const State& x, const Wheels& Delta_Y) const {
     Wheels X, Y;
     contact_points(x.pose(), Delta_Y, X, Y);
-    const double speed = std::sqrt(x.V_X() * x.V_X() + x.V_Y() * x.V_Y()) + std::abs(x.Omega()) * reach_;
+    const double sweep = ((R_d_ + Delta_Y.square() / R_d_) * x.dphi().abs()).maxCoeff();
+    const double speed = std::sqrt(x.V_X() * x.V_X() + x.V_Y() * x.V_Y()) + std::abs(x.Omega()) * reach_ + sweep;
     const double distance = patches_.max_distance(X, Y);  // = speed t + kMaxAcceleration t^2 / 2
     return 2 * distance / (speed + std::sqrt(speed * speed + 2 * kMaxAcceleration * distance));
   }
@@ -164,7 +166,7 @@ class ExtendedFeatures {
   }
 
   Wheels rho_X_, rho_Y_;
-  double reach_, per_R_, a_m_;
+  double reach_, R_d_, per_R_, a_m_;
   Wheels f_;
   FloorPatches patches_;
   ExternalForces external_;

@@ -61,13 +61,8 @@ class SlipModel {
         rho_X_(robot.rho_X()),
         rho_Y_(robot.rho_Y()) {}
 
-  /// Replaces the loads and wrenches.
-  void set_loads(const AppliedLoads& applied) {
-    const double nu = regularization_speed(), dry_friction_rate = dry_.wheels.rate;
-    *this = SlipModel(bare_robot_, floor_, applied);
-    set_regularization_speed(nu);
-    dry_.wheels.rate = dry_friction_rate;
-  }
+  /// Replaces the loads and wrenches. Friction is regularized as at first.
+  void set_loads(const AppliedLoads& applied) { *this = SlipModel(bare_robot_, floor_, applied); }
 
   /// Slip and position of the contact points at the velocities u and this pose; no friction yet.
   void evaluate_kinematics(const Velocities& u, const ContactGeometry& g, const Pose& pose, Contacts& c) const {
@@ -262,8 +257,8 @@ class SlipModel {
   double regularization_speed() const { return friction_.regularization_speed(); }
   void set_regularization_speed(double nu) { friction_.set_regularization_speed(nu); }
 
-  /// Smooths the dry friction of the drives over this share of the robot's `dry_friction_rate` from now on.
-  void smooth_drives(double share) { dry_.wheels.rate = share * robot_.dry_friction_rate; }
+  /// Smooths the dry friction of the drives over this rate from now on, rad/s.
+  void set_dry_friction_rate(double rate) { dry_.wheels.rate = rate; }
 
   double holding_speed() const { return floor_.holding_speed; }  ///< of the floor, m/s
 

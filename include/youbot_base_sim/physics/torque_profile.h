@@ -17,20 +17,20 @@ class TorqueProfile {
 
   /// Torque of the segment that was begun last at time t (s), also beyond its end, N m.
   virtual Wheels value(double t) const = 0;
-  /// The same bits at three times at once.
+  /// The torque at three times at once, with the bits of `value`.
   virtual std::array<Wheels, 3> values(const std::array<double, 3>& t) const {
     return {value(t[0]), value(t[1]), value(t[2])};
   }
 
-  /// In what time the torque of this segment comes and goes, s; infinity if it does not.
+  /// Period of the torque in this segment, s; infinity if it is aperiodic.
   virtual double period() const { return kInfinity; }
 
-  /// The share of the stretch from time t to `end` (s) in which a method of integration sees the torque turn; 1 or
-  /// more: all of it. Within a segment most torques are smooth.
+  /// Largest share of the stretch from time t to `end` (s) as one step that resolves a change of the torque's direction;
+  /// 1 or more: all of it. Within a segment most torques are smooth.
   virtual double resolved_share([[maybe_unused]] double t, [[maybe_unused]] double end) const { return kInfinity; }
 };
 
-/// The same torque until it is set anew.
+/// A constant torque until it is set anew.
 class HeldTorque : public TorqueProfile {
  public:
   explicit HeldTorque(const Wheels& torque = Wheels::Zero()) : torque_(torque) {}

@@ -24,9 +24,9 @@ class OutputError : public std::runtime_error {
   /// `error` is the system's number of it, if there is one.
   explicit OutputError(const std::string& text, int error = 0) : std::runtime_error(text), error_(error) {}
 
-  /// Whether there is no space left, where another place would do.
+  /// True if there is no space left, where another place would do.
   bool is_full() const;
-  /// Whether a signal came while it waited for a reader of the output.
+  /// True if a signal came while it waited for a reader of the output.
   bool is_interrupted() const { return error_ == EINTR; }
 
  private:
@@ -96,15 +96,15 @@ class OutputFile {
   /// The name under which it is being written.
   const std::string& name() const { return name_; }
 
-  /// Whether it is a terminal, where it is read as it comes.
+  /// True if it is a terminal, where it is read as it comes.
   bool is_terminal() const;
 
-  /// Where an output goes.
+  /// The place of an output.
   struct Place {
     std::filesystem::path target;         ///< links followed
     std::optional<struct stat> existing;  ///< the target, if there is one
 
-    /// The same for all names of one file, even one that does not exist yet, and for no other. Empty for the null
+    /// Equal for all names of one file, even one that does not exist yet, and for no other. Empty for the null
     /// device, which any output may share.
     std::string identity() const;
   };

@@ -9,6 +9,16 @@
 
 namespace youbot_base_sim {
 
+/// Simulated time waits until all nodes that follow /clock rest, or for the commands of a player, which answers each
+/// /clock message with one.
+struct LockstepSettings {
+  bool on = false;
+  double period = 0;    ///< step of /clock for nodes that rest, s, a multiple of the control period; 0: for a player
+  double timeout = 10;  ///< wall time to wait for a node to rest, or for the command of a player that may end, s
+  bool strict = true;   ///< a run in which time has not waited for a node ends with an error
+  bool end_with_commands = false;  ///< the node ends when the last publisher of commands is gone
+};
+
 /// The parameters of base_node: its private ones, named as the members here and listed in docs/node.md, and those of
 /// the real driver (docs/drop_in.md), which are relative to the node's namespace.
 ///
@@ -22,8 +32,9 @@ struct BaseSettings : LoopSettings {
   bool publish_clock = false;
   /// Simulated seconds per second, 0.001 or more; 0: as fast as possible. Other values than 1 need `publish_clock`.
   double real_time_factor = 1;
-  /// Time starts once every recorded topic of `Telemetry` has a subscriber, so a recorder misses nothing.
+  /// Time starts once every topic that is `kAwaited` has a subscriber, so a recorder misses nothing.
   bool wait_for_subscribers = false;
+  LockstepSettings lockstep;
   std::string bag;            ///< file to record to, complete when the node ends; empty: none. Needs `publish_clock`
   bool bag_required = true;   ///< the node ends if the bag cannot be written; otherwise it goes on without
   bool start_paused = false;  ///< starts as after ~pause. Needs `publish_clock`

@@ -22,11 +22,11 @@
 #include <vector>
 
 #include "youbot_base_sim/drive/base_driver.h"
-#include "youbot_base_sim/drive/imu.h"
-#include "youbot_base_sim/drive/wheel_odometry.h"
+#include "youbot_base_sim/drive/driver_kinematics.h"
 #include "youbot_base_sim/loop/base_requests.h"
 #include "youbot_base_sim/ros/frame_names.h"
 #include "youbot_base_sim/ros/node_constants.h"
+#include "youbot_base_sim/sensors/imu.h"
 #include "youbot_base_sim/simulation.h"
 
 /// Conversions between simulation and messages, as pure functions. Wheel joints have the sign of the URDF and of the
@@ -70,7 +70,7 @@ nav_msgs::Odometry odometry_message(const std::string& frame, const Eigen::Vecto
                                     const Eigen::Vector3d& velocity, const ros::Time& stamp,
                                     const std::string& child = kBaseFrame);
 
-/// What the unit reads, in the base's frame; roll and pitch are zero.
+/// The readings of the unit, in the base's frame; roll and pitch are zero.
 sensor_msgs::Imu imu_message(const Imu& imu, const ros::Time& stamp, const std::string& frame = kBaseFrame);
 
 /// Covariance of x, y, heading, or of V_X, V_Y, Omega, as one of six degrees of freedom, the three others unknown.
@@ -95,7 +95,7 @@ Eigen::Vector3d platform_force(const Wrench& wrench, double psi);
 geometry_msgs::WrenchStamped wrench_message(const std::vector<Wrench>& wrenches, double psi, const ros::Time& stamp,
                                             const std::string& frame = kBaseLinkFrame);
 
-/// What `provenance` says, then the scene as YAML.
+/// The text of `provenance`, then the scene as YAML.
 std_msgs::String scene_message(const Scene& scene);
 
 LoadsStamped loads_message(const std::vector<Load>& loads, const ros::Time& stamp,

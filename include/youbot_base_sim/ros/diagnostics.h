@@ -8,7 +8,7 @@
 #include <string>
 
 #include "youbot_base_sim/drive/base_driver.h"
-#include "youbot_base_sim/ros/node_clock.h"
+#include "youbot_base_sim/loop/loop_timing.h"
 #include "youbot_base_sim/simulation.h"
 
 /// Messages for /diagnostics and the dashboard, as pure functions.
@@ -19,7 +19,7 @@ namespace youbot_base_sim {
 /// (timing since the last message; a warning if time was lost), normal reactions and time (a warning with what
 /// simulated time `waits_for`, unless that is empty).
 diagnostic_msgs::DiagnosticArray diagnostics_message(const BaseDriver& driver, const Simulation& simulation,
-                                                     const NodeClock::Timing& timing, const std::string& waits_for,
+                                                     const LoopTiming::Report& timing, const std::string& waits_for,
                                                      const ros::Time& stamp);
 
 /// The status "youbot_base_sim: bag" of the bag `path`: an error if `failure` says why it cannot be written.

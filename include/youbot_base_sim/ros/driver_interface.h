@@ -30,11 +30,11 @@ class DriverInterface {
   DriverInterface(BaseLoop& loop, const NodeClock& clock, const BaseSettings& settings, ros::NodeHandle& node,
                   ros::NodeHandle& private_node, ThrottledLog& log);
 
-  /// Whether a command message has come since the last `forget_commands`; bad ones count.
+  /// True if a command message has come since the last `forget_commands`; bad ones count.
   bool commanded() const { return commanded_; }
   void forget_commands() { commanded_ = false; }
 
-  /// Whether a command topic has a publisher.
+  /// True if a command topic has a publisher.
   bool has_commander() const;
 
  private:

@@ -2,16 +2,19 @@
 
 #include <ros/ros.h>
 
+#include <algorithm>
 #include <boost/make_shared.hpp>
 #include <cstdint>
 #include <functional>
 #include <map>
 #include <string>
 
+#include "youbot_base_sim/ros/topics.h"
+
 namespace youbot_base_sim {
 
-/// The publishers of a node, by topic, and whether each has a subscriber: as of the last callback, so looking costs
-/// nothing, and the answer changes only where the node processes its callbacks.
+/// The publishers of a node, by topic, and whether each has a subscriber: as of the last callback, so the answer
+/// changes only where the node processes its callbacks.
 class Publications {
  public:
   /// Calls `on_change` whenever a subscriber comes or goes.
@@ -21,9 +24,10 @@ class Publications {
 
   /// Calls `on_subscriber` with the name of each node that comes or goes.
   template <class Message>
-  void advertise(ros::NodeHandle& node, const std::string& topic, std::uint32_t queue_size, bool latched = false,
+  void advertise(ros::NodeHandle& node, const Topic<Message>& topic, std::uint32_t queue_size,
                  const std::function<void(const std::string& name, bool comes)>& on_subscriber = {}) {
-    Publication& publication = publications_[topic];
+    Publication& publication = publications_[topic.name];
+    publication.row = topic;
     const auto counting = [&](bool comes) {
       return [this, &publication, on_subscriber, comes](const ros::SingleSubscriberPublisher& subscriber) {
         if (on_subscriber) on_subscriber(subscriber.getSubscriberName(), comes);
@@ -31,14 +35,14 @@ class Publications {
         on_change_();
       };
     };
-    publication.publisher =
-        node.advertise<Message>(topic, queue_size, counting(true), counting(false), ros::VoidConstPtr(), latched);
+    publication.publisher = node.advertise<Message>(topic.name, queue_size, counting(true), counting(false),
+                                                    ros::VoidConstPtr(), topic.is(kLatched));
   }
 
-  /// Whether the topic is advertised and has a subscriber.
-  bool heard(const std::string& topic) const {
-    const auto found = publications_.find(topic);
-    return found != publications_.end() && found->second.heard;
+  /// True if a topic with this property has a subscriber.
+  bool heard(TopicProperty property) const {
+    return std::any_of(publications_.begin(), publications_.end(),
+                       [=](const auto& one) { return one.second.heard && one.second.row.is(property); });
   }
 
   /// Publishes the message that make() makes, if the topic is advertised and has a subscriber or is latched. Nodelets
@@ -48,18 +52,21 @@ class Publications {
     const auto found = publications_.find(topic);
     if (found == publications_.end()) return;
     const Publication& publication = found->second;
-    if (!publication.heard && !publication.publisher.isLatched()) return;
+    if (!publication.heard && !publication.row.is(kLatched)) return;
     publication.publisher.publish(boost::make_shared<decltype(make())>(make()));
   }
 
-  /// Calls `visit(topic, heard)` for each topic.
+  /// Calls `visit(row)` for each advertised topic without a subscriber.
   template <class Visit>
-  void visit(const Visit& visit) const {
-    for (const auto& [topic, publication] : publications_) visit(topic, publication.heard);
+  void visit_unheard(const Visit& visit) const {
+    for (const auto& [topic, publication] : publications_) {
+      if (!publication.heard) visit(publication.row);
+    }
   }
 
  private:
   struct Publication {
+    TopicRow row{};
     ros::Publisher publisher;
     bool heard = false;
   };

@@ -5,10 +5,10 @@
 
 namespace youbot_base_sim {
 
-/// The scene of a node that runs until it is ended: `overrides`, the parameter `scene` (a scene file) and `profile` and
-/// `friction_scale`, which override its values. Without a file: the paper's robot with the measured profile, at rest at
-/// the origin, and a relative tolerance of 1e-5. Throws ParameterError; it names a bad override as the parameter that
-/// has its name.
-Scene read_scene(Parameters& parameters, SceneOverrides overrides);
+/// The scene of a node that runs until it is ended: that of the parameter `scene` (a scene file) with these settings
+/// and those of the parameters `profile` and `friction_scale`. Without a file: the paper's robot with the measured
+/// profile, at rest at the origin, and a relative tolerance of 1e-5. Throws ParameterError; it names a bad setting as
+/// the parameter that has its name.
+Scene read_scene(Parameters& parameters, SceneSettings settings);
 
 }  // namespace youbot_base_sim

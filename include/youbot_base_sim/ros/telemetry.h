@@ -1,15 +1,12 @@
 #pragma once
 
-#include <sensor_msgs/Imu.h>
-#include <sensor_msgs/JointState.h>
-#include <tf2_msgs/TFMessage.h>
-
 #include <string>
 #include <vector>
 
 #include "youbot_base_sim/loop/base_sensors.h"
-#include "youbot_base_sim/ros/contact_markers.h"
 #include "youbot_base_sim/ros/conversions.h"
+#include "youbot_base_sim/ros/topics.h"
+#include "youbot_base_sim/ros/view/contact_markers.h"
 #include "youbot_base_sim/simulation.h"
 
 namespace youbot_base_sim {
@@ -40,6 +37,8 @@ class Telemetry {
     if (sensors.imu()) topic(kImuTopic, [&] { return imu_message(*sensors.imu(), stamp, imu_frame(*sensors.imu())); });
     topic(kTransformsTopic, [&] { return transforms(simulation, sensors, stamp); });
     topic(kContactsTopic, [&] { return contacts_message(simulation, stamp, options_.frames.base); });
+    const std::vector<Wrench>& wrenches = simulation.applied_loads().wrenches;
+    if (!wrenches.empty()) topic(kAppliedWrenchTopic, [&] { return push(wrenches, simulation.state().psi(), stamp); });
   }
 
   /// Calls `topic(name, stamp, make)` for each event; `stamp_at(t)` makes the stamp of simulated time t, s.
@@ -63,28 +62,12 @@ class Telemetry {
     }
   }
 
-  /// Calls `topic(name, make)` for the wrenches at an instant, if there are any.
-  template <class Topic>
-  void visit_push(const Simulation& simulation, const ros::Time& stamp, Topic&& topic) const {
-    const std::vector<Wrench>& wrenches = simulation.applied_loads().wrenches;
-    if (wrenches.empty()) return;
-    topic(kAppliedWrenchTopic, [&] { return push(wrenches, simulation.state().psi(), stamp); });
-  }
-
   visualization_msgs::MarkerArray markers(const Simulation& simulation, const ros::Time& stamp) {
     return markers_.at(contacts_message(simulation, stamp, options_.frames.base), simulation);
   }
 
-  /// Whether later subscribers get the topic's last message.
-  static bool latched(const std::string& topic) {
-    return topic == kLoadsTopic || topic == kAppliedWrenchTopic || topic == kSceneTopic ||
-           topic == kStaticTransformsTopic;
-  }
-
-  /// Whether the topic is recorded; what is not is still published.
-  bool recorded(const std::string& topic) const {
-    return options_.contacts || (topic != kContactsTopic && topic != kContactMarkersTopic);
-  }
+  /// True if the settings allow the topic to be recorded and awaited. It is published either way.
+  bool is_requested(const TopicRow& topic) const { return options_.contacts || !topic.is(kOnRequest); }
 
   /// For /tf_static: where odometry starts in the scene's frame, if that is wanted, and where the inertial unit is, if
   /// not in the middle of the base.

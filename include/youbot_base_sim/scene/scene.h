@@ -2,7 +2,6 @@
 
 #include <memory>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <variant>
 #include <vector>
@@ -15,6 +14,7 @@
 #include "youbot_base_sim/physics/model.h"
 #include "youbot_base_sim/physics/parameters.h"
 #include "youbot_base_sim/scene/load_schedule.h"
+#include "youbot_base_sim/scene/scene_setting.h"
 #include "youbot_base_sim/text/number.h"
 
 namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
@@ -22,12 +22,12 @@ namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 /// The model's name in a scene file: no_slip, viscous or coulomb.
 const char* name_of(Model model);
 
-/// How the motion is integrated; the absolute tolerance is 1e-3 of the relative one unless given.
+/// Settings of the integration; the absolute tolerance is 1e-3 of the relative one unless given.
 struct SolverSettings : IntegrationSettings {
   double control_period = 0;  ///< s; > 0: the drive is sampled and held for this period; 0: continuous in time
 };
 
-/// What is written besides the motion.
+/// Outputs besides the motion.
 struct OutputSettings {
   bool contacts = false;  ///< in bags
 };
@@ -40,8 +40,8 @@ struct VelocityTable {
 /// One simulation as a scene file describes it, checked and with its defaults filled in. SI units, radians.
 struct Scene {
   std::vector<std::string> files;  ///< its own and its table
-  /// As `load_scene` read it, as YAML: with overrides, and each key that has a default. It does not follow a program
-  /// that changes other members.
+  /// The scene that `load_scene` has read, as YAML: with settings, and each key that has a default. Stale once the
+  /// caller edits other members.
   std::string resolved;
   Model model = Model::kCoulomb;
   double duration = 0;       ///< s; 0 if it is left out
@@ -60,19 +60,14 @@ struct Scene {
       drive;
 };
 
-/// What the control period must be for velocity loops of these gains to be stable; empty if they are.
+/// The range of control periods in which velocity loops of these gains are stable; empty if the scene's is.
 std::string stable_period(const Scene& scene, const VelocityGains& gains);
 
-/// Whether a scene needs the extended equations rather than the paper's with other numbers.
+/// True if a scene needs the extended equations rather than the paper's with other numbers.
 bool beyond_the_paper(const Scene& scene);
 
 /// Which wheel would leave the floor at rest under these loads and the scene's own, at t (s) or later; empty if none.
 std::string lifted_wheel(const Scene& scene, const std::vector<Load>& more, double t);
-
-/// A mistake in a scene, in one line that names the key, its value and what is allowed.
-struct SceneError : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
 
 // Ranges of the numbers that scene files and programs share.
 inline constexpr Range kRelativeTolerances{1e-14, 0.1, ""};
@@ -88,48 +83,33 @@ struct SceneFile {
   std::string text;
 };
 
-/// A value, as YAML, in place of a scene file's at a key such as "floor.friction" or "initial.wheel_angles[0]".
-struct SceneSetting {
-  std::string key;
-  std::string value;
+/// The use that a scene is read for.
+enum class SceneUse {
+  kRun,      ///< to run it: it must have a duration
+  kCommands  ///< for a node: it has a control period, may have no duration, and its drive is ignored
 };
 
-/// Settings of a command line or a node that replace the scene file's where given. Callers check the numbers' ranges.
-struct SceneOverrides {
-  std::string model;
-  std::optional<double> relative_tolerance;
-  std::optional<double> control_period;
-  std::string method;
-  std::string profile;                   ///< of the robot; its other keys still go before it
-  std::optional<double> friction_scale;  ///< of that profile, which must be measured
-  std::optional<double> dry_friction;    ///< of each wheel, N m
-  std::optional<Eigen::Array3d> initial_pose;
-  std::optional<Wheels> initial_wheel_angles;
-  bool contacts = false;  ///< true: they are written, whatever the file says
-  bool endless = false;   ///< as a node: the duration may be left out, and the drive is ignored
-};
-
-/// Reads and checks a scene file and the tables that it names. Throws SceneError.
-Scene load_scene(const std::string& path, const SceneOverrides& overrides = {});
+/// Reads and checks a scene file and the tables that it names, with these settings. Throws SceneError.
+Scene load_scene(const std::string& path, const SceneSettings& settings = {}, SceneUse use = SceneUse::kRun);
 
 /// Reads a scene file and checks only that it is YAML. Throws SceneError.
 SceneFile read_scene_file(const std::string& path);
 
-/// Reads and checks a scene file with these settings. `resolved` stays empty unless asked for, which takes 0.25 ms.
-/// Throws SceneError.
-Scene load_scene(const SceneFile& file, const std::vector<SceneSetting>& settings, bool resolve = true);
+/// Reads and checks the text of a scene file likewise. `resolved` stays empty unless asked for: that takes 0.25 ms.
+Scene load_scene(const SceneFile& file, const SceneSettings& settings = {}, SceneUse use = SceneUse::kRun,
+                 bool resolve = true);
+
+/// The defaults with these settings, without a drive. Throws SceneError, which begins with the setting's key.
+Scene default_scene(const SceneSettings& settings = {}, SceneUse use = SceneUse::kRun);
 
 /// A scene file with these settings, as YAML. Throws SceneError for a key that leads nowhere.
-std::string text_of(const SceneFile& file, const std::vector<SceneSetting>& settings);
+std::string text_of(const SceneFile& file, const SceneSettings& settings);
 
 /// 16 hexadecimal digits that differ between scenes, and between contents of their tables: a hash of `resolved`.
 std::string id_of(const Scene& scene);
 
 /// "# youbot_base_sim 1.0.0, scene 0123456789abcdef\n": what made an output.
 std::string provenance(const Scene& scene);
-
-/// The defaults, without a drive. Throws SceneError, which begins with the override's name.
-Scene default_scene(const SceneOverrides& overrides);
 
 /// Allowed settings that no real robot has, in one line; empty if there are none.
 std::string unlikely_geometry(const RobotParameters& robot);

@@ -28,7 +28,7 @@ class SceneSection;
 /// out, and return the value itself, for checks that follow. They throw SceneError, one line that names the file
 /// (unless `file` is empty), the key, the value and what is allowed.
 ///
-/// What they read they also `resolve`, defaults included: but for those outside of the range, which no file may have.
+/// Values that they read, and defaults within the range, they also `resolve`.
 class SceneValue {
  public:
   /// A value of no section.
@@ -124,7 +124,7 @@ class SceneSection {
   std::string resolved() const;
 
  private:
-  /// Whether the file has a key that was read, or one that resembles it.
+  /// True if the file has a key that was read, or one that resembles it.
   bool has_known_key() const;
   std::string full(const std::string& key) const { return path_.empty() ? key : path_ + "." + key; }
 

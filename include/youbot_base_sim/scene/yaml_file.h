@@ -3,9 +3,8 @@
 #include <yaml-cpp/yaml.h>
 
 #include <string>
-#include <vector>
 
-#include "youbot_base_sim/scene/scene.h"
+#include "youbot_base_sim/scene/scene_setting.h"
 
 namespace youbot_base_sim {
 
@@ -16,6 +15,6 @@ std::string read_yaml_text(const std::string& path, const char* kind = "scene");
 /// The document with these settings in place of its own values; missing sections and lists are added. Throws
 /// SceneError, which begins with `file`, for what is no key and for a key through something else than sections and
 /// lists.
-YAML::Node with_settings(const std::string& file, const YAML::Node& root, const std::vector<SceneSetting>& settings);
+YAML::Node with_settings(const std::string& file, const YAML::Node& root, const SceneSettings& settings);
 
 }  // namespace youbot_base_sim

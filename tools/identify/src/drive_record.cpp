@@ -17,9 +17,9 @@ constexpr double kUnchanged = 0.01;               // rad/s: two of the motor's r
 
 using Findings = std::vector<std::string>;
 
-/// A unit in which a record may be.
+/// A unit in which efforts may be.
 struct Unit {
-  double size;  ///< what a rate of 1 rad/s, or a current of 1 mA, is in it
+  double size;  ///< what a current of 1 mA is in it
   const char* name;
 };
 
@@ -58,40 +58,6 @@ void turn_round(const DriveRecord& record, const Wheels& positive, const std::ve
     }
     findings.push_back(fmt::format(finding, record.name, kWheelNames[i]));
   }
-}
-
-/// How many times the change of its angle the rate of each wheel is.
-Wheels rate_per_turning(const DriveRecord& record) {
-  Wheels product = Wheels::Zero(), square = Wheels::Zero();
-  for (std::size_t k = 1; k < record.t.size(); ++k) {
-    if (record.is_excluded(record.t[k])) continue;
-    const Wheels turning = (record.phi[k] - record.phi[k - 1]) / (record.t[k] - record.t[k - 1]);
-    product += 0.5 * (record.dphi[k] + record.dphi[k - 1]) * turning;
-    square += turning.square();
-  }
-  return (square > 0).select(product / square, 0);
-}
-
-void check_rates(DriveRecord& record, Findings& findings) {
-  const Motor motor;
-  const Unit units[] = {{1, ""}, {1 / motor.rpm(), "rpm of the motor"}, {30 / M_PI, "rpm of the wheel"}};
-  const Wheels ratio = rate_per_turning(record);
-  turn_round(record, ratio, {&record.dphi},
-             "{}: the velocity of wheel {} has the sign opposite to the change of its position, as the driver's own on "
-             "the left: sign reversed",
-             findings);
-  const double size = ratio.abs().mean();
-  if (size == 0) throw UnusableRecord(record.name + ": the wheels never turn");
-  for (const Unit& unit : units) {
-    if (std::abs(size / unit.size - 1) > 0.1) continue;
-    if (unit.size == 1) return;
-    for (Wheels& rate : record.dphi) rate /= unit.size;
-    findings.push_back(fmt::format("{}: velocities are in {}: converted to rad/s", record.name, unit.name));
-    return;
-  }
-  throw UnusableRecord(
-      fmt::format("{}: velocities are {:.3g} times the change of positions; must be rad/s, or rpm of motor or wheel",
-                  record.name, size));
 }
 
 /// Finds wheels that turn against their commands.
@@ -256,11 +222,12 @@ std::vector<std::string> inspect(DriveRecord& record) {
   Findings findings;
   check_length(record);
   if (record.commands.t.empty())
-    throw UnusableRecord(record.name + ": no commands; must have cmd_vel or velocity_command");
+    throw UnusableRecord(record.name +
+                         ": no commands; must have cmd_vel or velocity_command, or columns command_fl ...");
   find_gaps(record, findings);
-  if (record.rates_from_angles)
-    findings.push_back(record.name + ": no velocities in joint_states: differences of the positions");
-  check_rates(record, findings);
+  if (record.rates_from_angles) findings.push_back(record.name + ": no velocities: differences of the angles");
+  if (std::all_of(record.dphi.begin(), record.dphi.end(), [](const Wheels& rate) { return (rate == 0).all(); }))
+    throw UnusableRecord(record.name + ": the wheels never turn");
   check_positions(record, findings);
   find_start_in_motion(record, findings);
   check_effort(record, findings);
@@ -274,7 +241,6 @@ std::vector<std::string> inspect_encoders(DriveRecord& record) {
     throw UnusableRecord(record.name +
                          ": no ground truth; must have the pose of the base: see --truth-topic, --frames");
   find_gaps(record, findings);
-  if (!record.rates_from_angles) check_rates(record, findings);
   return findings;
 }
 

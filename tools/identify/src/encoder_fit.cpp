@@ -11,11 +11,11 @@
 #include <utility>
 
 #include "youbot_base_sim/drive/prescribed_wheels.h"
-#include "youbot_base_sim/drive/wheel_odometry.h"
 #include "youbot_base_sim/identify/least_squares.h"
 #include "youbot_base_sim/physics/roller_geometry.h"
-#include "youbot_base_sim/simulation.h"
-#include "youbot_base_sim/slip_odometry/follow_wheel_angles.h"
+#include "youbot_base_sim/sensors/wheel_odometry.h"
+#include "youbot_base_sim/slip_odometry/replay.h"
+#include "youbot_base_sim/slip_odometry/wheel_cubic.h"
 
 namespace youbot_base_sim {
 
@@ -179,14 +179,14 @@ Poses follow(Scene scene, const Track& track, const Wheels& ahead, bool softly, 
   }
   scene.solver.relative_tolerance = 1e-5;
   scene.solver.absolute_tolerance = 1e-8;
-  const std::unique_ptr<Simulation> simulation = follow_wheel_angles(scene, motion, ahead, softly);
-  if (stop) simulation->stop_on(*stop);
+  Replay replay(std::move(scene), motion, ahead, softly);
+  if (stop) replay.stop_on(*stop);
   Poses poses;
   for (const double t : track.t) {
-    simulation->advance_to(t);
-    const State& x = simulation->state();
+    replay.advance_to(t);
+    const State& x = replay.simulation().state();
     poses.emplace_back(x.x(), x.y(), x.psi());
-    simulation->take_switches();
+    replay.drop_switches();
   }
   return poses;
 }

@@ -110,15 +110,16 @@ Prediction predict(const Scene& scene, const DriveRecord& record, const Wheels& 
   WheelDrive loops(kControlPeriod, motor, motors.gains);
   DelayedCommands commands{record.commands, motors.command_delay, motor};
   Wheels torque = Wheels::Zero();
-  Simulation simulation(start_of(scene, record, phi), [&](double t, const State& state) {
+  const auto drive = [&](double t, const State& state) {
     const Wheels rate = commands.mean(t);
     for (int i = 0; i < kWheels; ++i) loops.command(i, {DriveMode::kVelocity, rate[i]});
     return torque = loops.sample(state.dphi());
-  });
+  };
+  Simulation simulation(start_of(scene, record, phi));
   if (stop) simulation.stop_on(*stop);
   Prediction prediction;
   for (const double t : record.t) {
-    simulation.advance_to(time_in_period(t));
+    advance_to(simulation, time_in_period(t), drive);
     const State& state = simulation.state();
     prediction.phi.push_back(state.phi() - phi);
     prediction.dphi.push_back(state.dphi());

@@ -1,19 +1,15 @@
-// Fits a scene's robot and motors to bags of a real base.
+// Fits a scene's robot and motors to tables of a real base's drives. scripts/identify makes such tables of bags.
 
 #include <fmt/format.h>
 
-#include <boost/algorithm/string/classification.hpp>
-#include <boost/algorithm/string/split.hpp>
 #include <boost/program_options.hpp>
 #include <filesystem>
 #include <optional>
-#include <set>
 #include <thread>
 
-#include "youbot_base_sim/identify/bag_reader.h"
+#include "youbot_base_sim/identify/drive_table.h"
 #include "youbot_base_sim/identify/encoder_fit.h"
 #include "youbot_base_sim/identify/fit.h"
-#include "youbot_base_sim/identify/ground_truth.h"
 #include "youbot_base_sim/identify/report.h"
 #include "youbot_base_sim/integration/motion_integrator.h"
 #include "youbot_base_sim/offline_program.h"
@@ -28,21 +24,20 @@ namespace {
 using namespace youbot_base_sim;
 
 struct Arguments {
-  std::vector<std::string> bags;
+  std::vector<std::string> tables, names;
   std::string scene, output, csv;
-  BagNames names;
   double resolution = 0;  // of encoders, rad; 0: unknown
   bool encoders = false, unknown_angles = false, quiet = false;
 };
 
 const Usage kUsage = {
-    "identify BAG.. [options]",
-    "Fits robot and motors of a scene to bags with joint_states (with effort) and cmd_vel or velocity_command. With\n"
-    "--encoders it fits the robot alone, to bags with positions in joint_states and ground truth.",
+    "identify_tables TABLE.. [options]",
+    "Fits robot and motors of a scene to drives: tables in CSV with the columns t (s), phi_fl phi_fr phi_bl phi_br\n"
+    "(rad), dphi_fl.. (rad/s), torque_fl.. (N m), command_fl.. (rad/s), x, y (m) and psi (rad). A row may leave cells\n"
+    "empty. With --encoders it fits the robot alone, to phi and the pose. identify does the same with bags.",
     "\nExit status: 0 done, 2 rejected input, 1 the fit could not be completed.\n",
-    "  identify drive.bag --output fitted.yaml\n"
-    "  identify first.bag second.bag --scene my_scene.yaml --csv comparison.csv\n"
-    "  identify drive.bag --encoders --scene my_scene.yaml --ticks 2880 --output fitted.yaml\n"};
+    "  identify_tables drive.csv --output fitted.yaml\n"
+    "  identify_tables drive.csv --encoders --scene my_scene.yaml --ticks 2880 --output fitted.yaml\n"};
 
 Scene start_scene(const std::string& path) {
   Scene scene = path.empty() ? Scene() : load_scene(path);
@@ -64,7 +59,8 @@ std::filesystem::path table_of(const Arguments& arguments) {
 
 /// Throws OutputError.
 Outputs open_outputs(const Arguments& arguments, const Scene& start) {
-  std::vector<std::string> inputs = arguments.bags;
+  std::vector<std::string> inputs = arguments.tables;
+  inputs.insert(inputs.end(), arguments.names.begin(), arguments.names.end());
   inputs.insert(inputs.end(), start.files.begin(), start.files.end());
   OutputOpener opener(inputs);
   Outputs outputs;
@@ -81,43 +77,12 @@ void write(OutputFile& file, const std::string& text) {
   file.commit();
 }
 
-std::vector<std::string> parts_of(const std::string& text) {
-  std::vector<std::string> parts;
-  boost::split(parts, text, boost::is_any_of(","));
-  return parts;
-}
-
-/// Texts that are empty were not given. Throws OptionError.
-void read_names(const std::string& frames, const std::string& truth, const std::string& joints,
-                const std::string& ticks, BagNames& names, double& resolution) {
-  if (!frames.empty()) {
-    const std::vector<std::string> parts = parts_of(frames);
-    if (parts.size() != 2 || parts[0].empty() || parts[1].empty())
-      throw OptionError("--frames", frames, "be FIXED,BODY, two frames");
-    names.truth_frames = {parts[0], parts[1]};
-  }
-  if (!truth.empty() && truth != "base" && truth != "marker") throw OptionError("--truth", truth, "be base or marker");
-  if (!truth.empty()) names.truth_of_marker = truth == "marker";
-  if (!ticks.empty()) names.units *= resolution = 2 * M_PI / number_of("--ticks", ticks, {1e-6, 1e9, ""});
-  if (joints.empty()) return;
-  const std::vector<std::string> parts = parts_of(joints);
-  std::set<std::string> different;
-  for (std::size_t i = 0; i < parts.size() && i < kWheels; ++i) {
-    const bool backward = !parts[i].empty() && parts[i][0] == '-';
-    names.joints[i] = parts[i].substr(backward);
-    if (backward) names.units[static_cast<Eigen::Index>(i)] *= -1;
-    if (!names.joints[i].empty()) different.insert(names.joints[i]);
-  }
-  if (parts.size() != kWheels || different.size() != kWheels)
-    throw OptionError("--joints", joints, "be four joints, fl, fr, bl and br, separated by commas");
-}
-
 /// Reads the command line and the scene, and opens the outputs, so that what is refused is refused before minutes have
 /// gone by. Returns false if all that was wanted was help. Throws std::runtime_error.
 bool prepare(int argc, char** argv, Arguments& arguments, Scene& start) {
   namespace po = boost::program_options;
   po::options_description options("Options");
-  std::string frames, truth, joints, ticks;
+  std::string ticks;
   // clang-format off
   options.add_options()
     ("scene", po::value(&arguments.scene)->value_name("START.yaml"),
@@ -125,45 +90,36 @@ bool prepare(int argc, char** argv, Arguments& arguments, Scene& start) {
     ("output,o", po::value(&arguments.output)->value_name("FITTED.yaml"),
      "write the fitted scene, and beside it the commands as FITTED.csv")
     ("csv", po::value(&arguments.csv)->value_name("FILE"),
-     "write the first bag's motion, recorded and fitted, for scripts/plot_identification")
-    ("truth-topic", po::value(&arguments.names.truth_topic)->value_name("TOPIC"),
-     "ground truth; left out: ground_truth, base_pose_ground_truth or pose, in any namespace")
-    ("frames", po::value(&frames)->value_name("FIXED,BODY"), "ground truth from the transforms between these frames")
-    ("truth", po::value(&truth)->value_name("base|marker"),
-     "whose pose it is: the base's own at the bag's clock, or a marker's, whose offset and clock are estimated; default: "
-     "base for nav_msgs/Odometry and --frames, else marker")
-    ("joints", po::value(&joints)->value_name("FL,FR,BL,BR"),
-     "joints of the wheels in joint_states; -NAME counts backward: --joints=-a,b,-c,d")
-    ("ticks", po::value(&ticks)->value_name("N"),
-     "positions in joint_states are encoder ticks, N per turn of the wheel")
+     "write the first drive's motion, recorded and fitted, for scripts/plot_identification")
+    ("ticks", po::value(&ticks)->value_name("N"), "encoder ticks of a turn of the wheel, for the resolution of phi")
+    ("name", po::value(&arguments.names)->value_name("NAME"), "how messages call each table; left out: its file")
     ("encoders", po::bool_switch(&arguments.encoders),
      "fit robot, clocks and initial wheel angles to positions and ground truth alone")
     ("unknown-angles", po::bool_switch(&arguments.unknown_angles),
      "with --encoders: average over all wheel angles, for slip_odometry without ~angles_at_zero")
     ("quiet", po::bool_switch(&arguments.quiet), "print nothing but errors");
   // clang-format on
-  if (!parse(argc, argv, kUsage, options, {"bag", po::value(&arguments.bags), -1, true})) return false;
-  read_names(frames, truth, joints, ticks, arguments.names, arguments.resolution);
+  if (!parse(argc, argv, kUsage, options, {"table", po::value(&arguments.tables), -1, true})) return false;
+  if (!ticks.empty()) arguments.resolution = 2 * M_PI / number_of("--ticks", ticks, {1e-6, 1e9, ""});
+  if (arguments.names.empty()) arguments.names = arguments.tables;
+  if (arguments.names.size() != arguments.tables.size())
+    throw OptionError("--name", arguments.names.back(), "be given once for each table");
   if (arguments.unknown_angles && !arguments.encoders)
     throw OptionError("--unknown-angles", "", "come with --encoders");
   if (arguments.encoders && !arguments.csv.empty())
     throw OptionError("--csv", arguments.csv, "be left out with --encoders");
-  arguments.names.angles_alone = arguments.encoders;
   start = start_scene(arguments.scene);
   open_outputs(arguments, start);
   return true;
 }
 
-/// What was found in the bags, and all records, inspected.
-std::vector<DriveRecord> read_records(const Arguments& arguments, const Scene& start,
-                                      std::vector<std::string>& findings) {
+/// What was found in the tables, and all records, inspected.
+std::vector<DriveRecord> read_records(const Arguments& arguments, std::vector<std::string>& findings) {
   std::vector<DriveRecord> records;
-  for (const std::string& bag : arguments.bags) {
-    records.push_back(read_drive_bag(bag, arguments.names));
-    DriveRecord& record = records.back();
-    for (const std::string& line : arguments.encoders ? inspect_encoders(record) : inspect(record))
+  for (std::size_t k = 0; k < arguments.tables.size(); ++k) {
+    records.push_back(read_drive_table(arguments.tables[k], quote_path(arguments.names[k])));
+    for (const std::string& line : arguments.encoders ? inspect_encoders(records[k]) : inspect(records[k]))
       findings.push_back(line);
-    for (const std::string& line : prepare_ground_truth(record, start.robot)) findings.push_back(line);
   }
   return records;
 }
@@ -185,10 +141,10 @@ Outputs write_results(const Arguments& arguments, const Scene& start, const Driv
 }
 
 /// Fits, and writes what was fitted. Returns the exit status.
-int run(const Arguments& arguments, const Scene& start) {
+int run(const std::string& program, const Arguments& arguments, const Scene& start) {
   try {
     std::vector<std::string> findings;
-    std::vector<DriveRecord> records = read_records(arguments, start, findings);
+    std::vector<DriveRecord> records = read_records(arguments, findings);
     const DriveRecord& first = records.front();
     ProgressBar progress(arguments.quiet);
     FitSettings settings;
@@ -208,7 +164,7 @@ int run(const Arguments& arguments, const Scene& start) {
     }
     return kDone;
   } catch (const UnusableRecord& error) {
-    print_error("identify", error.what());
+    print_error(program, error.what());
     return kRefused;
   } catch (const Stopped&) {
     throw std::runtime_error("stopped by " + stop_reason());
@@ -220,6 +176,8 @@ int run(const Arguments& arguments, const Scene& start) {
 int main(int argc, char** argv) {
   Arguments arguments;
   Scene start;
+  const std::string program = std::filesystem::path(argv[0]).filename();  // identify's, where that has started it
   return run_offline_program(
-      "identify", [&] { return prepare(argc, argv, arguments, start); }, [&] { return run(arguments, start); });
+      program.c_str(), [&] { return prepare(argc, argv, arguments, start); },
+      [&] { return run(program, arguments, start); });
 }

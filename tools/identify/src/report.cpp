@@ -169,6 +169,7 @@ std::string fitted_scene(const std::string& start_path, const EncoderFit& fit, c
   Comments comments;
   set_fitted(root, fit.scene, fitted, comments);
   root.remove("motors");
+  if (root["solver"]) root["solver"].remove("control_period");  // a table of angles takes none
   root["duration"] = fmt::format("{:.3f}", record.duration());
   if (const auto& angles = fit.drives.front().angles_at_zero)
     set_initial_angles(root, *angles + record.phi.front(), comments);

@@ -8,7 +8,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "errors.h"
+#include "temporary_folder.h"
 #include "twin.h"
+#include "youbot_base_sim/identify/report.h"
 
 namespace youbot_base_sim {
 namespace {
@@ -108,13 +111,25 @@ TEST(EncoderTwinTest, ForwardMotionNamesWhatItDoesNotTell) {
 
 /// The message with which a record is refused.
 std::string refusal(DriveRecord record) {
-  try {
+  return error_of<UnusableRecord>([&] {
     inspect_encoders(record);
     fit_encoders(measured_base(), {record});
-  } catch (const UnusableRecord& error) {
-    return error.what();
-  }
-  return "";
+  });
+}
+
+// Though the scene from which it starts has motors.
+TEST(EncoderFitTest, ItsSceneCanBeSimulated) {
+  const TemporaryFolder folder;
+  EncoderFit fit;
+  fit.scene = measured_base();
+  fit.drives.emplace_back();
+  DriveRecord record;
+  record.t = {0, 0.5, 1};
+  record.phi.assign(3, Wheels::Zero());
+  folder.write("angles.csv", angle_table(record));
+  const std::string start = folder.write("start.yaml", "duration: 1\nmotors: {}\nsolver: {control_period: 1e-3}\n");
+  const Scene scene = load_scene(folder.write("fitted.yaml", fitted_scene(start, fit, record, "angles.csv")));
+  EXPECT_EQ(scene.duration, 1);
 }
 
 TEST(EncoderFitTest, RefusesWhatItCannotFit) {

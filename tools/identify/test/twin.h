@@ -3,7 +3,7 @@
 #include <random>
 
 #include "youbot_base_sim/drive/base_driver.h"
-#include "youbot_base_sim/drive/wheel_odometry.h"
+#include "youbot_base_sim/drive/driver_kinematics.h"
 #include "youbot_base_sim/identify/drive_record.h"
 #include "youbot_base_sim/identify/fitted_parameters.h"
 #include "youbot_base_sim/simulation.h"
@@ -45,7 +45,7 @@ struct Twin {
     scene.initial.phi() = phi;
     BaseDriver::Settings settings;
     settings.motors = *robot.motors;
-    BaseDriver driver(settings, phi);
+    BaseDriver driver(settings);
 
     DriveRecord record;
     record.name = "twin";
@@ -61,18 +61,19 @@ struct Twin {
     }
     std::size_t next = 0;
     Wheels torque = Wheels::Zero();
-    Simulation simulation(scene, [&](double t, const State& state) -> Wheels {
+    const auto drive = [&](double t, const State& state) -> Wheels {
       while (next < applied.size() && applied[next] <= t + 1e-9) {
         driver.command(t, drive_command(DriveMode::kVelocity, record.commands.values[next]));
         ++next;
       }
       torque = driver.sample(t, state.dphi());
       return t >= push_from && t < push_to ? Wheels(torque + push) : torque;
-    });
+    };
+    Simulation simulation(scene);
     const Motor motor;
     const auto whole = [](double value, double quantum) { return std::round(value / quantum) * quantum; };
     for (int k = 0; kCycle * k < end; ++k) {
-      simulation.advance_to(kCycle * k);
+      advance_to(simulation, kCycle * k, drive);
       Wheels angles = simulation.state().phi() - phi, rates, torques;
       for (int i = 0; i < kWheels; ++i) {
         angles[i] = whole(angles[i], motor.tick());

@@ -1,7 +1,5 @@
 // Odometry of a Mecanum base from the angles of its wheels alone, by the dynamics: rollers, their friction, slip.
 
-#include "youbot_base_sim/slip_odometry/slip_odometry.h"
-
 #include <diagnostic_updater/diagnostic_updater.h>
 #include <fmt/format.h>
 #include <ros/ros.h>
@@ -12,6 +10,7 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <set>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -19,6 +18,7 @@
 #include "youbot_base_sim/ros/conversions.h"
 #include "youbot_base_sim/ros/program.h"
 #include "youbot_base_sim/ros/scene_parameters.h"
+#include "youbot_base_sim/slip_odometry/slip_odometry.h"
 
 namespace {
 
@@ -26,6 +26,7 @@ using namespace youbot_base_sim;
 
 constexpr double kTolerance = 1e-4;  // with less, a minute of driving differs by 30 micrometres
 constexpr double kMaxReplicas = 100;
+constexpr double kReportPeriod = 1;        // s
 constexpr std::uint32_t kQueueSize = 100;  // of readings: two seconds of the driver's
 
 /// Names, signs and ticks by which a base reports its wheels.
@@ -53,6 +54,8 @@ Encoders read_encoders(Parameters& parameters) {
   parameters.read("joint_signs", signs);
   parameters.read("ticks_per_turn", ticks, {1, 1e9, "", true});
   Encoders encoders{four_words(parameters, "joints", joints), Wheels::Constant(ticks > 0 ? 2 * M_PI / ticks : 1)};
+  const std::set<std::string> different(encoders.joints.begin(), encoders.joints.end());
+  parameters.require(different.size() == kWheels, "joints", joints, "four different joints");
   const auto words = four_words(parameters, "joint_signs", signs);
   for (int i = 0; i < kWheels; ++i) {
     const std::string& sign = words[static_cast<std::size_t>(i)];
@@ -64,9 +67,7 @@ Encoders read_encoders(Parameters& parameters) {
 
 /// One that slips. Throws ParameterError.
 Scene read_slipping_scene(Parameters& parameters) {
-  SceneOverrides overrides;
-  overrides.relative_tolerance = kTolerance;
-  const Scene scene = read_scene(parameters, overrides);
+  const Scene scene = read_scene(parameters, {{"solver.relative_tolerance", kTolerance}});
   if (!slips(scene.model)) throw ParameterError("parameter ~scene: model = no_slip: must be viscous or coulomb");
   return scene;
 }
@@ -133,7 +134,15 @@ class SlipOdometryNode {
     note_effort_signs();
     note_angles();
     publish(stamp);
-    diagnostics_.update();
+    report_in_time();
+  }
+
+  /// By the wall clock: /clock may stand still or go back.
+  void report_in_time() {
+    const ros::WallTime now = ros::WallTime::now();
+    if ((now - reported_).toSec() < kReportPeriod) return;
+    reported_ = now;
+    diagnostics_.force_update();
   }
 
   /// Says which efforts have the sign opposite to that of the torques that move the base.
@@ -199,6 +208,7 @@ class SlipOdometryNode {
   std::string doubt_;           // the first since the last report
   bool publish_tf_ = false;
   int taken_ = 0, doubts_ = 0;  // since the last report
+  ros::WallTime reported_;
   ros::Publisher publisher_;
   ros::Subscriber readings_;
   ros::ServiceServer reset_;

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "youbot_base_sim/drive/prescribed_wheels.h"
 #include "youbot_base_sim/physics/roller_geometry.h"
-#include "youbot_base_sim/slip_odometry/follow_wheel_angles.h"
+#include "youbot_base_sim/slip_odometry/replay.h"
+#include "youbot_base_sim/slip_odometry/wheel_cubic.h"
 
 namespace youbot_base_sim {
 
@@ -55,8 +55,8 @@ class SlipOdometry::Replica {
  public:
   Replica(const Scene& scene, const Wheels& phase, bool softly) : scene_(scene), phase_(phase), softly_(softly) {}
 
-  bool runs() const { return simulation_ != nullptr; }
-  void stop() { simulation_.reset(); }
+  bool runs() const { return replay_ != nullptr; }
+  void stop() { replay_.reset(); }
   void set_phase(const Wheels& phase) {
     stop();
     phase_ = phase;
@@ -67,32 +67,32 @@ class SlipOdometry::Replica {
     *cubic_ = {};
     cubic_->phi = phi;
     cubic_->dphi = cubic_->moved = cubic_->end_dphi = dphi;
-    simulation_ = follow_wheel_angles(scene_, cubic_, phase_, softly_);
+    replay_ = std::make_unique<Replay>(scene_, cubic_, phase_, softly_);
     cubic_->moved.setZero();
   }
 
   /// Turns the wheels by `moved` (rad) to rates of `end_dphi` (rad/s) within `length` (s). Returns how far the base
   /// goes, in its frame (m, m, rad). Throws std::domain_error.
   Eigen::Vector3d follow(const Wheels& moved, const Wheels& end_dphi, double length) {
-    const Eigen::Vector3d before = pose_of(simulation_->state());
-    const double from = simulation_->time();
+    const Eigen::Vector3d before = pose_of(replay_->simulation().state());
+    const double from = replay_->simulation().time();
     cubic_->phi += cubic_->moved;
     cubic_->dphi = cubic_->end_dphi;
     cubic_->start = from;
     cubic_->length = length;
     cubic_->moved = moved;
     cubic_->end_dphi = end_dphi;
-    simulation_->advance_to(from + length);
-    if (!simulation_->state().values.allFinite()) throw std::domain_error("the state is not finite");
-    simulation_->take_switches();
-    const Eigen::Vector3d way = pose_of(simulation_->state()) - before;
+    replay_->advance_to(from + length);
+    if (!replay_->simulation().state().values.allFinite()) throw std::domain_error("the state is not finite");
+    replay_->drop_switches();
+    const Eigen::Vector3d way = pose_of(replay_->simulation().state()) - before;
     return turned(way, -before[2]);
   }
 
   Eigen::Vector3d velocity() const {
-    return runs() ? simulation_->state().velocity() : Eigen::Vector3d(Eigen::Vector3d::Zero());
+    return runs() ? replay_->simulation().state().velocity() : Eigen::Vector3d(Eigen::Vector3d::Zero());
   }
-  Wheels torque() const { return runs() ? simulation_->torque() : Wheels(Wheels::Zero()); }
+  Wheels torque() const { return runs() ? replay_->simulation().torque() : Wheels(Wheels::Zero()); }
 
   /// Where it alone would have gone.
   Eigen::Vector3d pose() const { return pose_; }
@@ -104,7 +104,7 @@ class SlipOdometry::Replica {
   Wheels phase_;
   bool softly_;
   std::shared_ptr<WheelCubic> cubic_ = std::make_shared<WheelCubic>();
-  std::unique_ptr<Simulation> simulation_;  // null until it begins
+  std::unique_ptr<Replay> replay_;  // null until it begins
   Eigen::Vector3d pose_ = Eigen::Vector3d::Zero();
 };
 
@@ -143,7 +143,7 @@ void SlipOdometry::update(double t, const Wheels& phi, const std::optional<Wheel
   if (!phi.allFinite() || !std::isfinite(t)) return doubt("a reading is not finite", 0, 0);
   if (!last_ || t < last_->t) return begin(t, phi);
   const double dt = t - last_->t;
-  if (dt < kMinInterval) return;
+  if (dt < kMinInterval) return check_time(phi - last_->phi);
   const Wheels moved = checked(phi - last_->phi, dt);
   last_ = {t, phi};
   Interval interval = interval_of(moved, dt);
@@ -156,6 +156,14 @@ void SlipOdometry::update(double t, const Wheels& phi, const std::optional<Wheel
   latest_ = interval;
   uncertainty_.update(followed_ + moved);
   check_wheels();
+}
+
+/// Wheels that turn further than they can since the last reading show stamps that stand still.
+void SlipOdometry::check_time(const Wheels& moved) {
+  const double angle = moved.abs().maxCoeff();
+  if (angle <= settings_.max_rate * kMinInterval) return;
+  doubt(fmt::format("the time of readings stands still while wheels turn by {:.3g} rad", angle),
+        fastest(moved / kMemory), kMinInterval);
 }
 
 /// Begins with a first reading, at the present pose.

@@ -1,14 +1,14 @@
 // slip_odometry by its topics: names, signs and ticks of another base; slip_odom, its frame and transform; reset.
 
 #include <diagnostic_msgs/DiagnosticArray.h>
+#include <nav_msgs/Odometry.h>
 #include <sensor_msgs/JointState.h>
 #include <std_srvs/Trigger.h>
 #include <tf2_msgs/TFMessage.h>
 
 #include <cmath>
 
-#include "base_process.h"
-#include "rostest_main.h"
+#include "rostest.h"
 
 namespace youbot_base_sim {
 namespace {
@@ -88,4 +88,4 @@ TEST_F(SlipOdometryNode, reports_what_it_cannot_know) {
 }  // namespace
 }  // namespace youbot_base_sim
 
-YOUBOT_BASE_SIM_ROSTEST_MAIN()
+int main(int argc, char** argv) { return youbot_base_sim::run_rostest(argc, argv); }

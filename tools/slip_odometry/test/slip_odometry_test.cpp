@@ -276,6 +276,20 @@ TEST(SlipOdometryTest, ATimeThatGoesBackBeginsAnew) {
   });
 }
 
+// As of stamps that nothing fills in: the pose stays, and is known worse with each reading.
+TEST(SlipOdometryTest, ATimeThatStandsStillIsNamed) {
+  SlipOdometry odometry(scene_of(kKnown), {});
+  for (int k = 0; k < 400; ++k) {
+    const double variance = odometry.pose_covariance()(0, 0);
+    odometry.update(0, Wheels::Constant(0.12 * k));
+    const std::string doubt = k == 0 ? "" : "the time of readings stands still while wheels turn by ";
+    EXPECT_EQ(odometry.doubt().substr(0, doubt.size()), doubt) << k;
+    EXPECT_EQ(odometry.doubt().empty(), doubt.empty()) << k;
+    if (k > 0) EXPECT_GT(odometry.pose_covariance()(0, 0), variance);
+  }
+  EXPECT_GT(std::sqrt(odometry.pose_covariance()(0, 0)), 0.1) << "wheels of 0.05 m turned by 48 rad";
+}
+
 TEST(SlipOdometryTest, ResetsInMotion) {
   SlipOdometry::Settings known;
   known.angles_at_zero = Wheels::Zero();

@@ -175,7 +175,7 @@ std::optional<Trajectories> read_trajectories(const SceneValue& value) {
 }
 
 /// The setting that the error names, among those of a refused scene; the k-th if the error names it or none.
-SceneSetting blame(const std::vector<SceneSetting>& settings, std::size_t k, const std::string& error) {
+SceneSetting blame(const SceneSettings& settings, std::size_t k, const std::string& error) {
   const auto named = [&](const SceneSetting& setting) {
     const bool in_list = setting.key.back() == ']';
     const std::string key = setting.key.substr(0, in_list ? setting.key.rfind('[') : std::string::npos);
@@ -190,7 +190,7 @@ SceneSetting blame(const std::vector<SceneSetting>& settings, std::size_t k, con
 /// tables that the scenes read.
 void try_axes(Family& family) {
   std::set<std::string> tables;
-  const auto refusal = [&](const std::vector<SceneSetting>& settings) -> std::string {
+  const auto refusal = [&](const SceneSettings& settings) -> std::string {
     try {
       const Scene scene = load_scene(family.scene, settings);
       require_drive(scene);
@@ -208,7 +208,7 @@ void try_axes(Family& family) {
     while (shares.size() < tried.list.size()) shares.push_back((static_cast<double>(shares.size()) + 0.5) / size);
     for (const double share : shares) {
       const auto beside = [&](double share_of_others) {
-        std::vector<SceneSetting> settings;
+        SceneSettings settings;
         for (const Axis& axis : family.axes) {
           const bool in_step = axis.is_drawn() == tried.is_drawn() && axis.number == tried.number;
           settings.push_back({axis.key, axis.value_at(in_step ? share : share_of_others)});
@@ -323,8 +323,8 @@ double Family::share_of(const Axis& axis, std::uint64_t run) const {
   return sampling == Sampling::kSobol ? sobol_draw(place) : draw(place);
 }
 
-std::vector<SceneSetting> Family::settings(std::uint64_t run) const {
-  std::vector<SceneSetting> settings(axes.size());
+SceneSettings Family::settings(std::uint64_t run) const {
+  SceneSettings settings(axes.size());
   std::uint64_t point = run / static_cast<std::uint64_t>(draws);  // of the grid that the axes up to k make
   for (std::size_t k = axes.size(); k-- > 0;) {
     const Axis& axis = axes[k];

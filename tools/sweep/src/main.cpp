@@ -351,6 +351,8 @@ int run_program(int argc, char** argv) {
     if (slice.count > 1) fingerprint.push_back(fmt::format("{}/{} slice", slice.number, slice.count));
     if (arguments.reuse.empty()) return;
     fingerprint.push_back(file_hash(arguments.reuse) + " table of --reuse");
+    if (std::filesystem::is_fifo(arguments.reuse))  // refused now that its writer has ended
+      throw OptionError("--reuse", arguments.reuse, "be a file, which is read twice, rather than a pipe");
     finished.emplace(arguments.reuse, family, *maker);
     maker->take_from(*finished);
   });

@@ -53,7 +53,7 @@ Row RowMaker::make(std::uint64_t run, const std::atomic<bool>& stop) const {
   if (finished_ && !keeps_trajectory(run)) {
     if (const auto row = finished_->row(run)) return *row;
   }
-  const std::vector<SceneSetting> settings = family_.settings(run);
+  const SceneSettings settings = family_.settings(run);
   Row row{run, RunStatus::kDone, ""};
   std::string values(family_.quantities.size(), ','), reason;
   try {

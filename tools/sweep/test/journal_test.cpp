@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <set>
 
+#include "errors.h"
 #include "physics/random_states.h"
 #include "temporary_folder.h"
 
@@ -47,12 +48,7 @@ class JournalTest : public testing::Test {
   }
 
   std::string refusal(const std::vector<std::string>& head) {
-    try {
-      const Journal journal(path(), head, kAll);
-    } catch (const OutputError& error) {
-      return error.what();
-    }
-    return "";
+    return error_of<OutputError>([&] { const Journal journal(path(), head, kAll); });
   }
 
   /// A journal with these runs, and its text.

@@ -7,7 +7,7 @@
 
 #include <regex>
 
-#include "program.h"
+#include "errors.h"
 #include "refusals.h"
 #include "youbot_base_sim/sweep/family.h"
 
@@ -22,12 +22,7 @@ class FamiliesTest : public testing::Test {
 
   /// The line that refuses the family; empty if it is accepted.
   std::string refusal(const std::string& text) {
-    try {
-      load_family(folder_.write("family.yaml", text));
-    } catch (const SceneError& error) {
-      return error.what();
-    }
-    return "";
+    return error_of<SceneError>([&] { load_family(folder_.write("family.yaml", text)); });
   }
 
   /// The same with these axes.
@@ -226,7 +221,6 @@ TEST_F(FamiliesTest, ProgramEndsWithStatus2AndWritesNothing) {
   folder_.write("diary.csv.journal", "not a journal\n");
   mkfifo(folder_.path("fifo").c_str(), 0600);
   mkfifo(folder_.path("piped.csv.journal").c_str(), 0600);
-  const auto before = contents_of(folder_.path(""));
   const std::string table = folder_.path("table.csv");
   for (const auto& [arguments, part] : std::vector<std::pair<std::vector<std::string>, std::string>>{
            {{}, "no family given"},
@@ -252,6 +246,7 @@ TEST_F(FamiliesTest, ProgramEndsWithStatus2AndWritesNothing) {
            {{good, "--csv", table, "--slice", "1/2"}, "--slice = 1/2: must be at most as many parts as runs, 1"},
            {{good, "--csv", table, "--reuse", folder_.path("none.csv")}, "none.csv: cannot be read"},
            {{good, "--csv", table, "--reuse", folder_.path("folder")}, "is a folder"},
+           {{good, "--csv", table, "--reuse", folder_.path("fifo")}, "is a pipe without a writer"},
            {{good, "--csv", table, "--reuse", good}, "column scene: scene.yaml: must be run"},
            {{good, "--csv", good}, "a file that is read"},
            {{good, "--csv", folder_.path("scene.yaml")}, "a file that is read"},
@@ -261,15 +256,7 @@ TEST_F(FamiliesTest, ProgramEndsWithStatus2AndWritesNothing) {
            {{good, "--csv", folder_.path("fifo")}, "--csv = "},
            {{good, "--csv", folder_.path("piped.csv")}, "piped.csv.journal: must be a regular file"},
            {{good, "--csv", folder_.path("diary.csv")}, "no journal of a sweep"}}) {
-    SCOPED_TRACE(part);
-    Program sweep(SWEEP, arguments);
-    EXPECT_EQ(sweep.wait(), 2);
-    EXPECT_EQ(sweep.out(), "");
-    std::string line = sweep.err();
-    ASSERT_FALSE(line.empty());
-    line.pop_back();
-    expect_refusal(line, {"sweep: ", part});
-    EXPECT_TRUE(contents_of(folder_.path("")) == before) << "something was written or changed";
+    expect_program_refuses(folder_, SWEEP, arguments, {"sweep: ", part});
   }
 }
 
@@ -291,15 +278,8 @@ TEST_F(FamiliesTest, ProgramKeepsTrajectoriesFromWhatItReadsAndWrites) {
                     "torque.csv, torque.csv, runs_runs/run_4.csv]}]" +
                         more);
   const auto expect_refused = [&](const std::string& sweep_of, const std::string& part) {
-    SCOPED_TRACE(part);
-    const auto before = contents_of(folder_.path(""));
-    Program sweep(SWEEP, {sweep_of, "--csv", folder_.path("runs.csv"), "--quiet"});
-    EXPECT_EQ(sweep.wait(), 2);
-    std::string line = sweep.err();
-    ASSERT_FALSE(line.empty());
-    line.pop_back();
-    expect_refusal(line, {"sweep: trajectories = ", part});
-    EXPECT_TRUE(contents_of(folder_.path("")) == before) << "something was written or changed";
+    expect_program_refuses(folder_, SWEEP, {sweep_of, "--csv", folder_.path("runs.csv"), "--quiet"},
+                           {"sweep: trajectories = ", part});
   };
   expect_refused(of_scene, "run_2.csv: must not be a file that is read");
   expect_refused(of_table, "run_4.csv: must not be a file that is read");

@@ -83,6 +83,28 @@ class SweepTest : public testing::Test {
   TemporaryFolder folder_;
 };
 
+// Values with line ends, which rows of the journal cannot have.
+TEST_F(SweepTest, ValuesInBlockStyleAreThoseInFlowStyle) {
+  const std::string begin = "scene: scene.yaml\naxes:\n  - key: initial.wheel_angles\n    values:";
+  const std::string flow = table(folder_.write("flow.yaml", begin + " [[0.1, 0.2, 0.3, 0.4], [0.5, 0.6, 0.7, 0.8]]\n"));
+  const std::string block =
+      folder_.write("block.yaml", begin +
+                                      "\n    - - 0.1\n      - 0.2\n      - 0.3\n      - 0.4\n    - - 0.5\n      - 0.6\n"
+                                      "      - 0.7\n      - 0.8\n");
+  EXPECT_EQ(table(block), flow);
+  EXPECT_EQ(lines(flow), 3);
+}
+
+// A pipe ends with its first reading, and a table of --reuse is read twice.
+TEST_F(SweepTest, RefusesToReuseAPipe) {
+  const std::string f = family(4);
+  table(f);
+  Program shell("/bin/sh", {"-c", R"(cat "$1" | exec "$0" "$2" --csv "$3" --reuse /dev/stdin)", SWEEP,
+                            folder_.path("table.csv"), f, folder_.path("other.csv")});
+  EXPECT_EQ(shell.wait(), 2);
+  EXPECT_EQ(shell.err(), "sweep: --reuse = /dev/stdin: must be a file, which is read twice, rather than a pipe\n");
+}
+
 TEST_F(SweepTest, ARowIsWhatSimulateMakesOfItsScene) {
   const std::string f = family(4);
   const Table rows(table(f));

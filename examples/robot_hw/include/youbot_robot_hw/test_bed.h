@@ -1,6 +1,7 @@
 #pragma once
 
 #include <youbot_base_sim/drive/base_driver.h>
+#include <youbot_base_sim/sensors/motor_sensors.h>
 #include <youbot_base_sim/simulation.h>
 
 #include <array>
@@ -20,7 +21,7 @@ class TestBed {
 
   /// Angles (rad), rates (rad/s) and torques (N m) as encoders and current sensors tell them; all positive forward.
   const youbot_base_sim::MotorReadings& read() {
-    return driver_.read(simulation_.state().phi(), simulation_.state().dphi());
+    return sensors_.read(state().phi(), state().dphi(), driver_.torque());
   }
 
   /// New set points from the present control period on. False if one is not finite: that wheel keeps its last.
@@ -36,6 +37,7 @@ class TestBed {
 
  private:
   youbot_base_sim::BaseDriver driver_;
+  youbot_base_sim::MotorSensors sensors_;
   youbot_base_sim::Simulation simulation_;
 };
 

@@ -30,19 +30,16 @@ struct Readings {
   std::vector<Wheels> torque;  ///< N m; empty: the bag has no effort
 };
 
-/// One drive as a bag records it: readings, commanded wheel rates, and the true pose where it was measured. Times in s
+/// One recorded drive: readings, commanded wheel rates, and the true pose where it was measured. Times in s
 /// from the first sample.
 struct DriveRecord : Readings {
-  std::string name;                       ///< of the bag, for messages
+  std::string name;                       ///< for messages
   std::vector<double> t;                  ///< of the readings, increasing
   WheelTable commands;                    ///< rates, rad/s, as they arrived; each holds until the next
   std::vector<double> truth_t;            ///< increasing; empty: not measured
   std::vector<Eigen::Vector3d> truth;     ///< x, y (m), heading (rad, unwrapped) in a fixed frame
-  bool truth_of_marker = false;           ///< the pose of a marker on the base, at a clock of its own
   double max_truth_step = HUGE_VAL;       ///< between samples of ground truth, s; a longer one is a gap
-  bool rates_from_angles = false;         ///< the bag has no velocities
-  double odometry_radius = 0;             ///< of the wheels, and
-  double odometry_lengths = 0;            ///< half wheelbase plus half track, in the bag's odometry, m; 0: unknown
+  bool rates_from_angles = false;         ///< no velocities were recorded
   std::vector<Eigen::Vector2d> excluded;  ///< begin and end of stretches that are not fitted: gaps, pushes
 
   bool has_torque() const { return !torque.empty(); }
@@ -122,10 +119,9 @@ struct UnusableRecord : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Finds what is unlike the conventions of DriveRecord, by what wheels must do: a rate is the change of an angle,
-/// wheels follow their commands, and motors put work into turning wheels. Mends it where there is one way to: signs of
-/// single wheels, motor rpm, A or mA in place of N m. Gaps are excluded. Returns a line on each finding. Throws
-/// UnusableRecord.
+/// Finds what is unlike the conventions of DriveRecord, by what wheels must do: they follow their commands, and motors
+/// put work into turning wheels. Mends it where there is one way to: signs of single wheels, A or mA in place of N m.
+/// Gaps are excluded. Returns a line on each finding. Throws UnusableRecord.
 std::vector<std::string> inspect(DriveRecord& record);
 
 /// The same of a record of which only angles and ground truth count. Throws UnusableRecord.

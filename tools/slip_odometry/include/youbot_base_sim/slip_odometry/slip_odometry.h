@@ -6,10 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "youbot_base_sim/drive/wheel_odometry.h"
+#include "youbot_base_sim/drive/driver_kinematics.h"
 #include "youbot_base_sim/export.h"
-#include "youbot_base_sim/slip_odometry/phase_search.h"
+#include "youbot_base_sim/sensors/wheel_odometry.h"
 #include "youbot_base_sim/simulation.h"
+#include "youbot_base_sim/slip_odometry/phase_search.h"
 
 namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
@@ -85,6 +86,7 @@ class SlipOdometry {
   };
 
   void begin(double t, const Wheels& phi);
+  void check_time(const Wheels& moved);
   Wheels checked(const Wheels& moved, double dt);
   Interval interval_of(const Wheels& moved, double dt);
   Wheels end_rate_before(const Interval& next);

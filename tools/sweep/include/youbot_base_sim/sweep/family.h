@@ -57,7 +57,7 @@ struct Family {
   std::uint64_t runs() const;
   bool has_draws() const { return !axes.empty() && axes.back().is_drawn(); }
   /// What a run sets, an axis each. But with a Latin hypercube more `draws` leave the draws of a point as they are.
-  std::vector<SceneSetting> settings(std::uint64_t run) const;
+  SceneSettings settings(std::uint64_t run) const;
   /// What the rows depend on, a line with hash and name each: the program, the family file, its scene, their tables.
   /// Throws SceneError if one cannot be read.
   std::vector<std::string> fingerprint() const;

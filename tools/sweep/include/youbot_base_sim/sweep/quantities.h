@@ -3,9 +3,9 @@
 #include <cmath>
 #include <vector>
 
-#include "youbot_base_sim/drive/motor_sensors.h"
-#include "youbot_base_sim/drive/wheel_odometry.h"
-#include "youbot_base_sim/record/run_audit.h"
+#include "youbot_base_sim/offline/verdict.h"
+#include "youbot_base_sim/sensors/motor_sensors.h"
+#include "youbot_base_sim/sensors/wheel_odometry.h"
 #include "youbot_base_sim/simulation.h"
 
 namespace youbot_base_sim {

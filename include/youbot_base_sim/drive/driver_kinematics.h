@@ -1,0 +1,32 @@
+#pragma once
+
+#include <Eigen/Dense>
+
+#include "youbot_base_sim/export.h"
+#include "youbot_base_sim/physics/state.h"
+
+namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
+
+/// Base kinematics as the youBot driver computes them: a Mecanum base that does not slip and whose wheels touch the
+/// floor below their centres. Wheel rates are positive forward on all four wheels, as in the URDF and the paper.
+///
+/// The lengths are those of the driver's youbot-base.cfg. Its wheel radius is 5 % too small: the driver's odometry
+/// falls short by that much, and the base drives 5 % faster than commanded.
+struct DriverKinematics {
+  double wheel_radius = 0.0475;  ///< m
+  double half_lengths = 0.385;   ///< half the wheelbase plus half the track, (0.47 + 0.3) / 2, m
+
+  /// Wheel rates, rad/s, for a velocity (V_X, V_Y, Omega) of the base in its own frame, m/s and rad/s.
+  Wheels wheel_rates(const Eigen::Vector3d& velocity) const;
+
+  /// Velocity of the base by the wheel rates; the component of the four rates that no such motion explains is lost.
+  /// Linear, so that it also turns differences of wheel angles (rad) into displacements (m, m, rad).
+  Eigen::Vector3d velocity(const Wheels& dphi) const;
+
+  using Jacobian = Eigen::Matrix<double, 3, kWheels, Eigen::DontAlign>;
+
+  /// The matrix of `velocity`: its rows are V_X, V_Y and Omega, its columns the wheels.
+  Jacobian jacobian() const;
+};
+
+}  // namespace youbot_base_sim

@@ -1,0 +1,81 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <utility>
+
+#include "youbot_base_sim/integration/reaction_monitor.h"
+#include "youbot_base_sim/integration/rest_friction.h"
+#include "youbot_base_sim/integration/smooth_stepper.h"
+#include "youbot_base_sim/physics/contact_modes.h"
+
+namespace youbot_base_sim {
+
+/// The equations of motion for the contacts that the wheels have now, as events know them: a System of odeint, which is
+/// smooth until an event changes its ContactModes or the level of its RestFriction.
+class ContactSystem : public SmoothSystem {
+ public:
+  ContactSystem(ContactModes modes, const RestFriction& rest) : modes_(std::move(modes)), rest_(rest) {}
+
+  Wheels middle() const override { return 0.5 * (modes_.lower_edge() + modes_.upper_edge()); }
+
+  /// The contacts that the wheels have now. Events read and change them.
+  ContactModes& modes() { return modes_; }
+  const ContactModes& modes() const { return modes_; }
+
+  /// Over which slip speed friction is regularized now; it changes by these functions only.
+  const RestFriction& rest() const { return rest_; }
+  void change_rest(const Velocities& u) {
+    rest_.change(u);
+    regularize_friction();
+  }
+
+  /// Filippov's coefficient of wheel i, which stands on an edge in state x at time t (s), and whether that edge is
+  /// attractive. A wheel that is not shared is taken to rest there.
+  virtual Sharing sharing(int i, const State& x, double t) const = 0;
+  /// Change of the platform's speed if wheel i gave up its momentum, m/s.
+  virtual double momentum(int i, const State& x) const = 0;
+  /// Stands wheel i, which is at the upper edge of roller k, on rollers k and k + 1. Its momentum goes to the platform.
+  virtual void enter_sliding(int i, std::int64_t k, State& x) = 0;
+
+  /// The longest step from x that no method must exceed, s: its stages would miss what happens between them.
+  virtual double max_step(const State& x) const = 0;
+
+  /// Whether normal reactions follow the motion; if so, those in state x at time t (s).
+  virtual bool reacts() const = 0;
+  virtual FloorReactions reactions(const State& x, double t) const = 0;
+
+  /// Evaluations of the right-hand side so far.
+  std::uint64_t evaluations() const { return evaluations_; }
+  void count_evaluations(std::uint64_t more) const { evaluations_ += more; }
+
+ protected:
+  /// Has friction follow the level of `rest_`, which has changed.
+  virtual void regularize_friction() = 0;
+
+  ContactModes modes_;
+  RestFriction rest_;
+  mutable std::uint64_t evaluations_ = 0;
+};
+
+/// A method for one kind of System, which may be any that a ContactSystem can be, as a method for a ContactSystem.
+template <class System>
+class ContactStepper final : public SmoothStepper<ContactSystem> {
+ public:
+  explicit ContactStepper(std::unique_ptr<SmoothStepper<System>> method) : method_(std::move(method)) {}
+
+  Result try_step(ContactSystem& system, const State& in, double& t, State& out, double& dt) override {
+    return method_->try_step(static_cast<System&>(system), in, t, out, dt);
+  }
+  bool interpolates() const override { return method_->interpolates(); }
+  void state_within(const ContactSystem& system, double share, State& x) const override {
+    method_->state_within(static_cast<const System&>(system), share, x);
+  }
+  void reset() override { method_->reset(); }
+  void restart() override { method_->restart(); }
+
+ private:
+  std::unique_ptr<SmoothStepper<System>> method_;
+};
+
+}  // namespace youbot_base_sim

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstdint>
+
+#include "youbot_base_sim/simulation.h"
+
+namespace youbot_base_sim {
+
+/// The scale of a run's energy, and how well its balance closes: the largest values over the rows, J.
+class EnergyAudit {
+ public:
+  void add_row(const Simulation& simulation);
+
+  double max_balance_error() const { return max_balance_error_; }
+  double max_kinetic_energy() const { return max_kinetic_energy_; }
+  /// Energy that the drives exchange with the wheels in either direction: integral of sum |M dphi|, trapezoidal rule.
+  double drive_work() const { return drive_work_; }
+  double longest_interval() const { return longest_interval_; }  ///< between two rows, s
+
+ private:
+  double t_ = 0;
+  double power_ = 0;  // sum |M dphi| of the last row, W
+  double max_balance_error_ = 0;
+  double max_kinetic_energy_ = 0;
+  double drive_work_ = 0;
+  double longest_interval_ = 0;
+};
+
+/// Length of the paths of the base and of the wheels' rims, m.
+struct PathLength {
+  double base = 0;  ///< of O; a turn counts at the wheels' centres
+  Wheels wheels = Wheels::Zero();
+};
+
+/// Takes a simulation that stands at t = 0 through its scene from row to row: t = 0, the multiples of 1 / output_rate,
+/// and the duration. Audits the energy at each row and, if rows are far apart, at ends of control periods in between.
+class RowLoop {
+ public:
+  explicit RowLoop(Simulation& simulation) : simulation_(simulation) {}
+
+  /// Advances to the next row; false if there is none. Throws as Simulation::advance_to, and std::runtime_error where
+  /// the state is no longer finite.
+  bool next();
+
+  double t() const { return t_; }  ///< of the row, s
+  const EnergyAudit& energy() const { return energy_; }
+  const PathLength& path() const { return path_; }  ///< summed over the rows
+
+ private:
+  void audit_until(double t);
+  void add_path(const State& before);
+
+  Simulation& simulation_;
+  EnergyAudit energy_;
+  PathLength path_;
+  std::int64_t rows_ = 0;  // so far
+  double t_ = 0;
+};
+
+}  // namespace youbot_base_sim

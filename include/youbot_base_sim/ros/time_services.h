@@ -1,0 +1,67 @@
+#pragma once
+
+#include <ros/callback_queue.h>
+#include <ros/ros.h>
+#include <youbot_base_sim/Step.h>
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <future>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "youbot_base_sim/loop/base_loop.h"
+#include "youbot_base_sim/ros/node_clock.h"
+
+namespace youbot_base_sim {
+
+/// The services of simulated time: ~pause, ~unpause, ~reset, ~end (std_srvs/Empty) and ~step (youbot_base_sim/Step),
+/// unless time is another's.
+///
+/// The loop serves them with its callbacks, between control periods. ~step answers only once the loop has advanced by
+/// all its periods, so it has a thread of its own, which hands the request to the loop's callback queue. Several steps
+/// run one after another.
+class TimeServices {
+ public:
+  /// `reset` goes back to t = 0; it throws std::runtime_error, with a reason for the caller, if it refuses. `end` ends
+  /// the node. `queue` is the loop's. All references must outlive this.
+  TimeServices(ros::NodeHandle& private_node, ros::CallbackQueue& queue, bool paused, const BaseLoop& loop,
+               NodeClock& clock, const std::function<void()>& reset, const std::function<void()>& end);
+  ~TimeServices();
+  TimeServices(const TimeServices&) = delete;
+  TimeServices& operator=(const TimeServices&) = delete;
+
+  // The rest is for the loop's thread.
+
+  /// True if time stands still but for steps.
+  bool paused() const { return paused_; }
+
+  /// True if a step is under way; then the control periods that it is still to advance.
+  bool stepping() const { return answer_ != nullptr; }
+  std::int64_t left() const { return left_; }
+
+  /// The loop has advanced by some of them; the last ones answer the request.
+  void advanced(std::int64_t periods);
+
+  /// Answers that the step has ended, or is refused, and why.
+  void end_step(const std::string& reason);
+
+ private:
+  bool step(Step::Request& request, Step::Response& response);
+  void answer(bool success, const std::string& message);
+
+  const BaseLoop& loop_;
+  ros::CallbackQueue& loop_queue_;
+  ros::CallbackQueue step_queue_;
+  ros::NodeHandle step_node_;
+  std::vector<ros::ServiceServer> servers_;
+  ros::AsyncSpinner spinner_{1, &step_queue_};
+  std::atomic<bool> closing_{false};
+  std::shared_ptr<std::promise<Step::Response>> answer_;  // null: no step is under way
+  std::int64_t left_ = 0;
+  bool paused_;
+};
+
+}  // namespace youbot_base_sim

@@ -1,0 +1,87 @@
+#include "youbot_base_sim/integration/events.h"
+
+namespace youbot_base_sim {
+
+Effect EdgeReached::apply(ContactSystem& system, State& x, double t, int i) {
+  ContactModes& modes = system.modes();
+  const double phi = x.phi()[i];
+  int direction = 0;
+  if (phi >= modes.upper_edge()[i] - resolution(phi, x.dphi()[i])) direction = +1;
+  if (phi <= modes.lower_edge()[i] + resolution(phi, x.dphi()[i])) direction = -1;
+  if (direction == 0) return Effect::kNone;
+  if (!moves(system, x, t, i, direction)) {
+    modes.keep_inside(i, x);
+    return Effect::kNone;
+  }
+  if (record_->sliding_mode.stands(system, x, t, i, direction)) {
+    modes.widen(i, SlidingMode::kHop);
+    return Effect::kNone;
+  }
+  const std::int64_t from = modes.roller(i);
+  const double max_momentum = error_scale(tolerance_, x.velocities()).v[0];
+  if (record_->sliding_mode.enters(system, x, t, i, direction, max_momentum)) {
+    ++record_->statistics.shared_contacts;
+    const double momentum = system.momentum(i, x);
+    if (momentum >= max_momentum) record_->statistics.forced_hold_speed += momentum;
+    system.enter_sliding(i, direction > 0 ? from : from - 1, x);
+    return Effect::kContact;
+  }
+  const double edge = direction > 0 ? modes.upper_edge()[i] : modes.lower_edge()[i];
+  modes.switch_roller(i, from + direction, x);
+  x.phi()[i] = ContactModes::far_side(edge, direction);
+  record_->record_switch(modes, i, from, t, x.phi()[i]);
+  if (modes.above_location_limit(i, x)) {
+    modes.enter_averaging(i);
+    ++record_->statistics.averaged_contacts;
+  }
+  return Effect::kContact;
+}
+
+void EdgeReached::pass(ContactModes& modes, State& x, double t, double dt, int i, double start) const {
+  const std::int64_t from = modes.roller(i), to = modes.roller_at(x.phi()[i]);
+  if (from == to) return;
+  const double edge = to > from ? modes.upper_edge()[i] : modes.lower_edge()[i];
+  const double moved = x.phi()[i] - start, at = moved == 0 ? 0 : std::clamp((edge - start) / moved, 0.0, 1.0);
+  modes.switch_roller(i, to, x);
+  record_->record_switch(modes, i, from, t + at * dt, ContactModes::far_side(edge, to > from ? +1 : -1));
+}
+
+bool EdgeReached::moves(const ContactSystem& system, const State& x, double t, int i, int direction) {
+  if (x.dphi()[i] != 0) return direction * x.dphi()[i] > 0;
+  State dxdt;
+  system(x, dxdt, t);
+  return direction * dxdt.dphi()[i] > 0;
+}
+
+Effect SharingEnds::apply(ContactSystem& system, State& x, double t, int i) {
+  const double alpha = system.sharing(i, x, t).alpha;
+  if (alpha >= 0 && alpha <= 1) return Effect::kNone;
+  ContactModes& modes = system.modes();
+  const std::int64_t from = modes.roller(i), to = modes.lower_roller(i) + (alpha > 1 ? 1 : 0);
+  if (to != from) {
+    modes.switch_roller(i, to, x);
+  } else {
+    modes.set_roller(i, to);
+  }
+  modes.keep_inside(i, x);
+  record->record_switch(modes, i, from, t, x.phi()[i]);  // nothing, if it stays on the roller that it reached last
+  record->sliding_mode.left(i);
+  return Effect::kContact;
+}
+
+Effect AveragingEnds::apply(ContactSystem& system, State& x, double t, int i) {
+  ContactModes& modes = system.modes();
+  if (!(modes.below_resolution_limit(i, x) > 0)) return Effect::kNone;
+  record->record_passed_rollers(modes, i, x, t);
+  modes.set_roller(i, modes.roller(i));
+  return Effect::kContact;
+}
+
+// A state may be past two changes at once.
+Effect RestChanges::apply(ContactSystem& system, State& x, double, int) {
+  Effect effect = Effect::kNone;
+  for (; system.rest().margin(x.velocities()) > 0; effect = Effect::kFriction) system.change_rest(x.velocities());
+  return effect;
+}
+
+}  // namespace youbot_base_sim

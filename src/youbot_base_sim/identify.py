@@ -1,0 +1,191 @@
+"""Fits robot and motors of a scene to bags with joint_states (with effort) and cmd_vel or velocity_command.
+
+With --encoders it fits the robot alone, to bags with positions in joint_states and ground truth. The program
+identify_tables does the same with tables, which this one makes of the bags. docs/identify.md says more.
+"""
+import math
+import os
+import signal
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from . import ground_truth
+from .analysis import alignment
+from .bags import absolute
+from .base import DRIVER_RADIUS, WHEELS, Base
+from .command_line import Failed, Parser, Refused, shown
+from .reading import add_reading_options, base_of, print_read, print_section, read
+from .records import POSE, Missing, rolled
+from .report import csv_text
+
+FITTER = "identify_tables"
+SAME_INSTANT = 1e-3      # s: odometry's velocities are of joint_states with its stamp
+MIN_SHARE = 1e-3         # of the rates' squares; directions below it are noise
+MIN_INDEPENDENCE = 0.01  # of odometry's three velocities; 1: not correlated
+MIN_SPEED = 0.05         # in yaw, of the largest; below, yaw shows nothing
+RADII, LENGTHS = (0.01, 0.2), (0.05, 2)  # m, of bases
+MAX_APART = 1.25         # ratio of odometry's sizes to the scene's
+
+
+def table_of(path, base, arguments):
+    """A bag as a table of identify_tables, in CSV. Throws Refused."""
+    bag, record = read(path, base, arguments, arguments.quiet)
+
+    def refuse(reason):
+        raise Refused(f"{shown(path)}: {reason}")
+    if not arguments.encoders and any(absolute(topic).endswith("/torques_command") for topic in bag.types):
+        refuse("has torques_command; only drives under velocity commands can be fitted")
+    if record.put:
+        refuse(f"{record.put}: must be one drive; `rosbag filter` cuts it")
+    if not record.get("joint_states", "position", "velocity"):
+        refuse(f"no positions of the wheels: {record.lack('joint_states', 'position', 'velocity')}")
+    driver, found = lengths_of_odometry(record)
+    check_sizes(record, found, refuse)
+    if not arguments.quiet:
+        print_read(bag, record)
+        if bag.problem:
+            print("  note: " + bag.problem)
+        if record.alignment:
+            print_section("Ground truth, moved onto the base", alignment.analyse(record).lines)
+        print(flush=True)
+    return csv_text(*columns_and_rows(record, commands_of(record, driver)))
+
+
+def lengths_of_odometry(record):
+    """The base by which the driver turns cmd_vel into rates, and wheel radius and half lengths (m) of odometry, None
+    where it does not move independently forward, laterally and in yaw. Its velocities are linear in the rates of the
+    wheels: R / 4 forward and lateral, R / (4 h) in yaw."""
+    driver = Base(wheel_radius=DRIVER_RADIUS)
+    joints, odom = record.get("joint_states", "velocity"), record.get("odom", *POSE[3:])
+    if not joints or not odom:
+        return driver, (None, None)
+    nearest = np.clip(np.searchsorted(joints.t, odom.t - SAME_INSTANT), 0, len(joints) - 1)
+    same = np.abs(joints.t[nearest] - odom.t) <= SAME_INSTANT
+    V = np.stack([odom[name] for name in POSE[3:]], -1)[same]
+    sizes = 2 * np.linalg.norm(np.linalg.lstsq(joints["velocity"][nearest][same], V, math.sqrt(MIN_SHARE))[0], axis=0)
+    radius = max(sizes[:2])
+    lengths = radius / sizes[2] if sizes[2] else math.inf
+    if RADII[0] < radius < RADII[1]:
+        driver.wheel_radius = round(radius, 4)
+    if LENGTHS[0] < lengths < LENGTHS[1]:
+        driver.half_wheelbase, driver.half_track = round(lengths, 3), 0
+    moments = V.T @ V
+    if np.linalg.det(moments) <= MIN_INDEPENDENCE * np.prod(np.diag(moments)):
+        return driver, (None, None)
+    speeds = np.sqrt(np.diag(moments)) * (1, 1, record.base.half_lengths)
+    return driver, (radius, lengths if speeds[2] > MIN_SPEED * max(speeds) else None)
+
+
+def check_sizes(record, found, refuse):
+    """Refuses a record of a base of other sizes than the scene's, by odometry or by ground truth."""
+    base = record.base
+    for what, size, own in zip(("wheel radius", "half wheelbase plus half track"), found,
+                               (base.wheel_radius, base.half_lengths)):
+        if size and not 1 / MAX_APART < size / own < MAX_APART:
+            refuse(f"its odometry has a {what} of {size:.4g} m, where the scene has {own:.4g} m; must be within 25 %: "
+                   "start from a scene of this base, with --scene")
+    try:
+        if record.poses and not record.alignment:
+            ground_truth.align(record.poses, rolled(record), None, record.topics["ground_truth"], base)
+        reason = record.unusable.get("ground_truth")
+    except Missing as error:
+        reason = error
+    if isinstance(reason, ground_truth.OtherSizes):
+        refuse(reason)
+
+
+def commands_of(record, driver):
+    """Times and commanded rates of the wheels, of all topics in order, without what is said again."""
+    commands = []
+    for name in ("cmd_vel", "velocity_command"):
+        series = record.get(name)
+        if series:
+            rates = series["rates"] if "rates" in series.columns else np.stack(
+                driver.rolling_rates(*(series[one] for one in POSE[3:])), -1)
+            commands += zip(series.t.tolist(), rates.tolist())
+    table, before = {}, None
+    for t, rates in sorted(commands, key=lambda command: command[0]):
+        if rates != before:
+            table[t] = before = rates
+    return np.array(list(table)), np.array(list(table.values())).reshape(-1, 4)
+
+
+def columns_and_rows(record, commands):
+    """What identify_tables reads: a row for each instant of wheels, commands and poses, NaN where nothing is known."""
+    joints = record.get("joint_states", "position", "velocity")
+    wheels = {"phi": joints["position"], **({"dphi": joints["velocity"]} if record.has_rates else {}),
+              **({"torque": np.nan_to_num(joints["effort"])} if "effort" in joints.columns else {})}
+    blocks = [(joints.t, [f"{name}_{wheel}" for name in wheels for wheel in WHEELS], np.hstack(list(wheels.values()))),
+              (commands[0], ["command_" + wheel for wheel in WHEELS], commands[1])]
+    if record.poses:
+        poses = record.poses.known(*POSE[:3])
+        blocks.append((poses.t, list(POSE[:3]), np.stack([poses[name] for name in POSE[:3]], -1)))
+    t = np.concatenate([block[0] for block in blocks])
+    columns = [name for block in blocks for name in block[1]]
+    table = np.full((len(t), len(columns)), np.nan)
+    row = column = 0
+    for times, names, values in blocks:
+        table[row:row + len(times), column:column + len(names)] = values
+        row, column = row + len(times), column + len(names)
+    order = np.argsort(t, kind="stable")
+    return ["t", *columns], np.column_stack([t, table])[order].tolist()
+
+
+def stop(number, _):
+    raise Failed(f"stopped by signal {number}, {signal.strsignal(number)}")
+
+
+def main():
+    parser = Parser("identify", __doc__, "drive.bag --output fitted.yaml",
+                    "first.bag second.bag --scene my_scene.yaml --csv comparison.csv",
+                    "drive.bag --encoders --scene my_scene.yaml --ticks 2880 --output fitted.yaml",
+                    epilog="Exit status: 0 done, 2 rejected input, 1 the fit could not be completed.")
+    parser.add_argument("bag", metavar="BAG", nargs="+")
+    parser.add_argument("--scene", metavar="START.yaml",
+                        help="robot, floor and motors to start from; left out: the profile `measured`")
+    parser.add_argument("-o", "--output", metavar="FITTED.yaml",
+                        help="write the fitted scene, and beside it the commands as FITTED.csv")
+    parser.add_argument("--csv", metavar="FILE", help="write the first bag's motion, recorded and fitted, for "
+                        "scripts/plot_identification")
+    parser.add_argument("--truth-topic", metavar="TOPIC", help="the same as --topic ground_truth=TOPIC")
+    add_reading_options(parser)
+    parser.add_argument("--encoders", action="store_true",
+                        help="fit robot, clocks and initial wheel angles to positions and ground truth alone")
+    parser.add_argument("--unknown-angles", action="store_true", help="with --encoders: average over all wheel angles, "
+                        "for slip_odometry without ~angles_at_zero")
+    parser.add_argument("--quiet", action="store_true", help="print nothing but errors")
+    arguments = parser.parse_args()
+    if arguments.truth_topic:
+        arguments.topic.append(("ground_truth", arguments.truth_topic))
+    fitter = fitter_beside(Path(sys.argv[0]).resolve().parent)
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        if signal.getsignal(number) != signal.SIG_IGN:
+            signal.signal(number, stop)
+    base = base_of(arguments)
+    options = [text for name in ("scene", "output", "csv") if getattr(arguments, name)
+               for text in (f"--{name}", getattr(arguments, name))]
+    options += [f"--{name.replace('_', '-')}" for name in ("encoders", "unknown_angles", "quiet")
+                if getattr(arguments, name)]
+    if arguments.ticks != 2 * math.pi:
+        options += ["--ticks", repr(arguments.ticks)]
+    for path in arguments.bag:
+        # In memory, under a name that the fitter inherits: nothing is left behind, and no folder is full.
+        table = os.memfd_create("table", 0)
+        with open(table, "w", closefd=False) as file:
+            file.write(table_of(path, base, arguments))
+        options += ["--name", path, f"/dev/fd/{table}"]
+    sys.stdout.flush()
+    if sys.stdout.error:  # the fitter goes on, and reports it
+        os.close(1)
+    os.execv(fitter, ["identify", *options])
+
+
+def fitter_beside(folder):
+    """Throws Failed where it is not built."""
+    built = Path(__file__).resolve().parents[2] / "devel" / "lib" / "youbot_base_sim"
+    for place in (folder, built):
+        if os.access(place / FITTER, os.X_OK):
+            return place / FITTER
+    raise Failed(f"{FITTER} is not built: it needs Ceres 2 (scripts/install_dependencies libceres-dev)")

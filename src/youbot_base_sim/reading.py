@@ -1,0 +1,132 @@
+"""What the programs that read bags have in common: options that say which base, topics and ground truth, and the report
+of what was read."""
+import argparse
+import math
+from pathlib import Path
+
+from .bags import Bag
+from .base import Base
+from .command_line import Progress, Refused, one_line, positive, quoted, shown
+from .files import read_whole
+from .records import TOPICS, read_record
+
+LARGEST_SCENE = 1000000  # bytes, as simulate reads
+
+
+def joint_names(text):
+    """Names of the joints, and whether each turns forward (1) or backward (-1)."""
+    names = text.split(",")
+    if len({name.lstrip("-") for name in names} - {""}) != 4 or len(names) != 4:
+        raise argparse.ArgumentTypeError(f"{text!r}: must be four joints, fl, fr, bl and br, separated by commas; with "
+                                         "-NAME for one that counts backward")
+    return tuple(name.lstrip("-") for name in names), tuple(-1 if name.startswith("-") else 1 for name in names)
+
+
+def add_encoder_options(parser):
+    parser.add_argument("--joints", metavar="FL,FR,BL,BR", type=joint_names, default=(Base.joints, Base.turns),
+                        help="joints of the wheels in joint_states; -NAME counts backward: --joints=-a,b,-c,d")
+    parser.add_argument("--ticks", metavar="N", type=positive, default=2 * math.pi,
+                        help="positions in joint_states are encoder ticks, N per turn of the wheel; default: rad")
+
+
+def encoders_of(arguments):
+    """Names of the joints, and rad forward for one unit of their positions, as class Base has them."""
+    joints, signs = arguments.joints
+    return joints, tuple(sign * 2 * math.pi / arguments.ticks for sign in signs)
+
+
+def add_reading_options(parser):
+    parser.add_argument("--namespace", metavar="NAME",
+                        help="of several robots in a bag, the one with this namespace; left out: the shortest names")
+    parser.add_argument("--topic", metavar="NAME=TOPIC", action="append", type=named_topic, default=[],
+                        help=f"read this topic instead of the usual one; NAME of {', '.join(TOPICS)}")
+    parser.add_argument("--truth", choices=("base", "marker"), help="whose pose ground truth is: the base's own at the "
+                        "bag's clock, or a marker's, whose offset and clock are estimated; default: base for "
+                        "nav_msgs/Odometry and --frames, else marker")
+    parser.add_argument("--frames", metavar="FIXED,BODY", type=two_frames, default=(),
+                        help="ground truth from the transforms between these frames in /tf and /tf_static")
+    add_encoder_options(parser)
+
+
+def read(path, base, arguments, is_quiet=False):
+    """The Bag, and its Record as these options say."""
+    bag = Bag(path)
+    with Progress(sum(bag.counts.values()), delay=math.inf if is_quiet else 1, interval=0.2) as progress:
+        return bag, read_record(bag, base, dict(arguments.topic), namespace=arguments.namespace or "",
+                                progress=lambda n: n % 256 or progress.show(n, Path(path).name),
+                                frames=arguments.frames, of_marker=arguments.truth and arguments.truth == "marker")
+
+
+def base_of(arguments):
+    """The base of --scene, --joints and --ticks."""
+    base = read_base(arguments.scene) if arguments.scene else Base()
+    base.joints, base.turns = encoders_of(arguments)
+    return base
+
+
+def read_base(path):
+    """The sizes in section `robot` of a scene. simulate checks scenes; here only what is used must be a number. Nodes
+    are not made values: aliases would multiply."""
+    import yaml
+    try:
+        root = yaml.compose(read_whole("--scene", path, LARGEST_SCENE, "a scene").decode("utf-8-sig"), yaml.SafeLoader)
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
+        raise Refused(f"--scene {shown(path)} is not YAML: {one_line(error)}")
+    robot = entries_of(root, path).get("robot")
+    given = entries_of(robot, path) if robot and not robot.tag.endswith(":null") else {}
+    base = Base()
+    for key, default in list(vars(base).items())[:5]:  # the numbers
+        text = given[key].value if key in given else str(default)
+        try:
+            value = float(text)
+        except (TypeError, ValueError):  # a list or map, or text
+            value = math.nan
+        if not 0 < value < math.inf or (key == "rollers_per_wheel" and (value != int(value) or value < 3)):
+            text = "a list or map" if not isinstance(text, str) else quoted(text) if math.isnan(value) else text
+            raise Refused(f"--scene {shown(path)}: robot.{key} is {text}: must be "
+                          f"{'a whole number >= 3' if key == 'rollers_per_wheel' else 'a number > 0'}")
+        setattr(base, key, type(default)(value))
+    return base
+
+
+def entries_of(node, path):
+    """{key: node} of a map. Throws Refused for another node."""
+    import yaml
+    if not isinstance(node, yaml.MappingNode):
+        raise Refused(f"--scene {shown(path)}: must be a scene: a map of keys")
+    entries = {key.value: value for key, value in node.value if isinstance(key, yaml.ScalarNode)}
+    if "<<" in entries:
+        raise Refused(f"--scene {shown(path)}: has the merge key <<: must be left out")
+    return entries
+
+
+def two_frames(text):
+    names = text.split(",")
+    if len(names) != 2 or not all(names):
+        raise argparse.ArgumentTypeError(f"{text!r}: must be FIXED,BODY, two frames")
+    return names
+
+
+def named_topic(text):
+    name, _, topic = text.partition("=")
+    if name not in TOPICS or not topic:
+        raise argparse.ArgumentTypeError(f"{text!r}: must be NAME=TOPIC, NAME of {', '.join(TOPICS)}")
+    return name, topic
+
+
+def print_read(bag, record):
+    end = max(series.t[-1] for series in record.series.values())
+    print(f"{shown(bag.path)}: {sum(bag.counts.values())} messages, to t = {end:.3f} s\n\nWhat was read")
+    for name, topic in record.topics.items():
+        series = record.series[name]
+        is_regular = TOPICS[name].is_sampled and 0 < series.period < math.inf
+        rate = f", {1 / series.period:.4g} Hz" if is_regular else ""
+        print(f"  {name:28}{shown(topic)}: {len(series)}{rate}{record.origins.get(topic, '')}")
+    for note in record.notes:
+        print("  note: " + note)
+
+
+def print_section(title, lines):
+    print("\n" + title)
+    for what, text in lines:
+        print(f"  {what:28}{text}".rstrip())

@@ -1,0 +1,312 @@
+// A node that follows /clock is waited for until it sleeps, whatever it says of itself, and one that never does is
+// named.
+
+#include <gtest/gtest.h>
+#include <ifaddrs.h>
+#include <netdb.h>
+#include <netinet/in.h>
+#include <ros/master.h>
+#include <ros/ros.h>
+#include <rosgraph_msgs/Log.h>
+
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <future>
+#include <memory>
+#include <set>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "ros/base_process.h"
+#include "ros/rostest.h"
+#include "youbot_base_sim/lockstep/clock_followers.h"
+
+namespace youbot_base_sim {
+namespace {
+
+/// A process that the master takes for a node, but that never answers. It sleeps; a signal wakes it: SIGUSR1 for a
+/// fifth of a second of work, after most of a millisecond, as a loop of roscpp by simulated time; SIGUSR2 for ever;
+/// SIGHUP for looking at the time each millisecond, beside seven threads that sleep, as a roscpp node with a timer, and
+/// then SIGUSR1 for one look that is 8 ms late and leads to a fifth of a second of work.
+class SilentNode {
+ public:
+  explicit SilentNode(const std::string& name, const std::string& host = "localhost")
+      : name_(name), host_(host), program_(PYTHON, {"-c", kProgram}) {
+    wait_for("the node's port", [this] { return program_.out().find('\n') != std::string::npos; });
+    call("registerSubscriber", {"/nothing", "std_msgs/Empty", uri()});
+  }
+  ~SilentNode() { call("unregisterSubscriber", {"/nothing", uri()}); }
+
+  void send(int signal) { program_.send(signal); }
+  bool has_worked() const { return program_.out().find("done") != std::string::npos; }
+  bool polls() const { return program_.out().find("polls") != std::string::npos; }
+  bool is_late() const { return program_.out().find("late") != std::string::npos; }
+
+ private:
+  static constexpr char kProgram[] = R"(
+import signal, socket, threading, time
+signals = {signal.SIGUSR1, signal.SIGUSR2, signal.SIGHUP}
+signal.pthread_sigmask(signal.SIG_BLOCK, signals)
+server = socket.create_server(("localhost", 0))
+never = threading.Lock()
+never.acquire()
+def sleep(seconds):
+    never.acquire(timeout=seconds)  # as a timer of roscpp; time.sleep calls select until Python 3.10
+print(server.getsockname()[1], flush=True)
+def sleep_and_work(delay):
+    sleep(delay)
+    end = time.monotonic() + 0.2
+    while time.monotonic() < end:
+        pass
+    print("done", flush=True)
+while (woken_by := signal.sigwait(signals)) == signal.SIGUSR1:
+    sleep_and_work(0.0008)
+if woken_by == signal.SIGHUP:
+    for _ in range(7):
+        threading.Thread(target=threading.Event().wait, daemon=True).start()
+    print("polls", flush=True)
+while True:
+    if woken_by == signal.SIGHUP:
+        sleep(0.001)
+        if signal.sigtimedwait(signals, 0):
+            print("late", flush=True)
+            sleep_and_work(0.008)
+)";
+
+  std::string uri() const { return "http://" + host_ + ":" + std::to_string(std::stoi(program_.out())) + "/"; }
+
+  void call(const char* method, const std::vector<std::string>& arguments) const {
+    XmlRpc::XmlRpcValue request, response, payload;
+    request[0] = name_;
+    for (std::size_t i = 0; i < arguments.size(); ++i) request[static_cast<int>(i + 1)] = arguments[i];
+    if (!ros::master::execute(method, request, response, payload, false)) throw std::runtime_error(method);
+  }
+
+  std::string name_, host_;
+  Program program_;
+};
+
+constexpr auto kPatience = std::chrono::seconds(2);
+std::atomic<bool> stop{false};
+
+/// In place of /clock: what wakes the nodes here is a signal.
+void publish(const ros::Time&) {}
+
+/// Nodes that follow /clock and have come to rest.
+class RestingFollowers : public ClockFollowers {
+ public:
+  explicit RestingFollowers(const std::vector<std::string>& nodes) : ClockFollowers(publish, kPatience, stop) {
+    for (const std::string& node : nodes) add(node);
+    await_rest();
+  }
+};
+
+TEST(ClockFollowers, are_waited_for_though_they_never_answer) {
+  SilentNode node("/silent");
+  RestingFollowers followers({"/silent"});
+  EXPECT_FALSE(node.has_worked());
+  node.send(SIGUSR1);
+  followers.announce({});
+  followers.await_rest();
+  EXPECT_TRUE(node.has_worked());
+}
+
+/// What this process warns of.
+class Warnings {
+ public:
+  Warnings() {
+    subscriber_ = node_.subscribe<rosgraph_msgs::Log>("/rosout", 1000, [this](const auto& line) {
+      if (line->level == rosgraph_msgs::Log::WARN && line->name == ros::this_node::getName())
+        lines_ += line->msg + "\n";
+    });
+    wait_for("the log", [this] {
+      ROS_WARN("heard");
+      return has("heard");
+    });
+  }
+  bool has(const std::string& word) const { return lines_.find(word) != std::string::npos; }
+  const std::string& lines() const { return lines_; }
+
+ private:
+  ros::NodeHandle node_;
+  ros::Subscriber subscriber_;
+  std::string lines_;
+};
+
+TEST(ClockFollowers, one_that_never_rests_is_named_and_given_up) {
+  SilentNode restless("/a_restless"), idle("/b_idle");
+  RestingFollowers followers({"/a_restless", "/b_idle"});
+  Warnings warnings;
+  restless.send(SIGUSR2);
+  followers.await_rest();
+  wait_for("a warning", [&] { return warnings.has("/a_restless has not rested for 2 s"); });
+  EXPECT_FALSE(warnings.has("/b_idle")) << warnings.lines();
+  EXPECT_EQ(followers.given_up(), std::set<std::string>{"/a_restless"});
+  idle.send(SIGUSR1);
+  followers.announce({});
+  followers.await_rest();
+  EXPECT_TRUE(idle.has_worked()) << "the others are waited for as before";
+}
+
+TEST(ClockFollowers, one_that_is_stopped_is_waited_for_and_named) {
+  SilentNode node("/stopped"), idle("/idle");
+  RestingFollowers followers({"/stopped", "/idle"});
+  Warnings warnings;
+  node.send(SIGSTOP);
+  node.send(SIGUSR1);
+  const auto rest = std::async(std::launch::async, [&] {
+    followers.announce({});
+    followers.await_rest();
+  });
+  wait_for("a warning", [&] { return warnings.has("time waits for /stopped, which a signal (SIGSTOP)"); });
+  EXPECT_EQ(rest.wait_for(kPatience), std::future_status::timeout);
+  EXPECT_FALSE(node.has_worked());
+  node.send(SIGCONT);
+  rest.wait();
+  EXPECT_TRUE(node.has_worked());
+  EXPECT_FALSE(warnings.has("has not rested")) << warnings.lines();
+}
+
+TEST(ClockFollowers, one_that_is_stopped_is_named_beside_a_busy_one) {
+  SilentNode restless("/a_restless"), stopped("/b_stopped");
+  RestingFollowers followers({"/a_restless", "/b_stopped"});
+  Warnings warnings;
+  stopped.send(SIGSTOP);
+  restless.send(SIGUSR2);
+  const auto rest = std::async(std::launch::async, [&] { followers.await_rest(); });
+  wait_for("a warning", [&] { return warnings.has("time waits for /b_stopped"); });
+  EXPECT_FALSE(warnings.has("has not rested")) << warnings.lines();
+  stopped.send(SIGCONT);
+  wait_for("a warning", [&] { return warnings.has("/a_restless has not rested"); });
+  rest.wait();
+  EXPECT_FALSE(warnings.has("/b_stopped has not rested")) << warnings.lines();
+}
+
+TEST(ClockFollowers, one_that_is_stopped_does_not_keep_the_node_from_ending) {
+  SilentNode node("/stopped");
+  RestingFollowers followers({"/stopped"});
+  node.send(SIGSTOP);
+  const auto rest = std::async(std::launch::async, [&] { followers.await_rest(); });
+  EXPECT_EQ(rest.wait_for(kPatience), std::future_status::timeout);
+  stop = true;
+  rest.wait();
+  stop = false;
+}
+
+// The test is its parent, and asks for its end only after.
+TEST(ClockFollowers, one_that_has_ended_is_not_waited_for) {
+  SilentNode node("/ended");
+  RestingFollowers followers({"/ended"});
+  Warnings warnings;
+  node.send(SIGKILL);
+  followers.await_rest();
+  ROS_WARN("the end");
+  wait_for("the end", [&] { return warnings.has("the end"); });
+  EXPECT_FALSE(warnings.has("has not rested")) << warnings.lines();
+}
+
+// As on virtual machines, where a sleep of a millisecond takes several now and then.
+TEST(ClockFollowers, one_that_polls_is_waited_for_though_late) {
+  SilentNode node("/polls");
+  ClockFollowers followers(publish, kPatience, stop);
+  followers.add("/polls");
+  node.send(SIGHUP);
+  wait_for("polls", [&] { return node.polls(); });
+  for (int k = 0; k < 10; ++k) {
+    followers.announce({});
+    followers.await_rest();
+  }
+  node.send(SIGUSR1);
+  while (!node.is_late()) std::this_thread::sleep_for(std::chrono::microseconds(100));
+  followers.announce({});
+  followers.await_rest();
+  EXPECT_TRUE(node.has_worked());
+}
+
+TEST(ClockFollowers, several_rest_between_their_polls) {
+  Warnings warnings;
+  ClockFollowers followers(publish, kPatience, stop);
+  std::vector<std::unique_ptr<SilentNode>> nodes;
+  for (const std::string name : {"/a", "/b", "/c", "/d", "/e", "/f"}) {
+    nodes.push_back(std::make_unique<SilentNode>(name));
+    followers.add(name);
+    nodes.back()->send(SIGHUP);
+    wait_for("polls", [&] { return nodes.back()->polls(); });
+  }
+  for (int k = 0; k < 3; ++k) followers.await_rest();
+  ROS_WARN("the end");
+  wait_for("the end", [&] { return warnings.has("the end"); });
+  EXPECT_FALSE(warnings.has("has not rested")) << warnings.lines();
+}
+
+/// Waits for `followers` while a thread of this process never rests.
+void await_rest_beside_busy_thread(ClockFollowers& followers) {
+  std::atomic<bool> done{false};
+  std::thread busy([&done] {
+    while (!done) continue;
+  });
+  followers.await_rest();
+  done = true;
+  busy.join();
+}
+
+TEST(ClockFollowers, this_process_is_named_where_it_never_rests) {
+  SilentNode idle("/idle");
+  RestingFollowers followers({"/idle"});
+  Warnings warnings;
+  await_rest_beside_busy_thread(followers);
+  wait_for("a warning", [&] { return warnings.has("this node itself, has not rested"); });
+  EXPECT_FALSE(warnings.has("/idle")) << warnings.lines();
+}
+
+// The node's name comes last, where the first one seen at work would be blamed.
+TEST(ClockFollowers, one_that_keeps_this_process_busy_is_named_alone) {
+  SilentNode restless("/z_restless");
+  RestingFollowers followers({"/z_restless"});
+  Warnings warnings;
+  restless.send(SIGUSR2);
+  await_rest_beside_busy_thread(followers);
+  wait_for("a warning", [&] { return warnings.has("/z_restless has not rested for 2 s, and keeps this node busy"); });
+  EXPECT_FALSE(warnings.has("itself")) << warnings.lines();
+}
+
+// As where ROS_IP is set for one terminal and not for another.
+TEST(ClockFollowers, one_is_waited_for_by_any_address_of_this_machine) {
+  Warnings warnings;
+  std::set<std::string> hosts = {"127.0.0.2"};
+  ifaddrs* interfaces = nullptr;
+  getifaddrs(&interfaces);
+  for (const ifaddrs* one = interfaces; one; one = one->ifa_next) {
+    char name[NI_MAXHOST] = "";
+    if (!one->ifa_addr || one->ifa_addr->sa_family != AF_INET) continue;
+    getnameinfo(one->ifa_addr, sizeof(sockaddr_in), name, sizeof(name), nullptr, 0, NI_NUMERICHOST);
+    hosts.insert(name);
+  }
+  freeifaddrs(interfaces);
+  for (const std::string& host : hosts) {
+    SilentNode node("/addressed", host);
+    RestingFollowers followers({"/addressed"});
+    node.send(SIGUSR1);
+    followers.announce({});
+    followers.await_rest();
+    EXPECT_TRUE(node.has_worked()) << host;
+  }
+  ROS_WARN("the end");
+  wait_for("the end", [&] { return warnings.has("the end"); });
+  EXPECT_FALSE(warnings.has("from elsewhere")) << warnings.lines();
+}
+
+TEST(ClockFollowers, one_that_cannot_be_seen_is_named) {
+  Warnings warnings;
+  ClockFollowers followers(publish, kPatience, stop);
+  followers.add("/absent");
+  wait_for("a warning", [&] { return warnings.has("/absent follows /clock from elsewhere"); });
+  followers.await_rest();
+}
+
+}  // namespace
+}  // namespace youbot_base_sim
+
+int main(int argc, char** argv) { return youbot_base_sim::run_rostest(argc, argv); }

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <atomic>
+#include <memory>
+
+#include "youbot_base_sim/drive/prescribed_wheels.h"
+#include "youbot_base_sim/simulation.h"
+
+namespace youbot_base_sim {
+
+/// A simulation whose wheels follow `motion` from its time 0 on, with the angles of the motion plus an offset. The base
+/// starts at the origin, as if the wheels rolled, without the scene's loads and drive.
+class Replay {
+ public:
+  /// `offset` in rad. If `compliant`, a spring and a damper draw each wheel to its angle: measured angles contain the
+  /// ripple of the rollers that touched the floor, and simulated wheels on other rollers would slip if they followed it
+  /// exactly.
+  Replay(Scene scene, std::shared_ptr<const WheelMotion> motion, const Wheels& offset, bool compliant);
+
+  /// As Simulation's.
+  void advance_to(double t);
+  void stop_on(const std::atomic<bool>& stop) { simulation_.stop_on(stop); }
+
+  const Simulation& simulation() const { return simulation_; }
+  void drop_switches() { simulation_.take_switches(); }  ///< which would gather
+
+ private:
+  const std::shared_ptr<const WheelMotion> motion_;
+  const Wheels offset_;  // rad
+  Simulation simulation_;
+};
+
+}  // namespace youbot_base_sim
