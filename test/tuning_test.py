@@ -24,7 +24,8 @@ def numbers(text):
     declared = r"(?:constexpr |^  )(?:double|int|std::uint64_t|std::int64_t) ((?:\w+ = [^;,]+(?:, )?)+);"
     for declaration in re.findall(declared, text, re.M):
         for name, value in re.findall(r"(\w+) = ([^;,]+)", declaration):
-            if re.fullmatch(number, value.strip()) and not (name.startswith("k") is False and float(eval(value)) in (0, 1)):
+            plain = not name.startswith("k") and value.strip() in ("0", "1")
+            if re.fullmatch(number, value.strip()) and not plain:
                 yield name
     rest = re.sub(declared, "", text, flags=re.M)
     for literal in re.findall(r"(?<![\w.])[0-9]+(?:\.[0-9]*(?:e[+-]?[0-9]+)?|e[+-]?[0-9]+)(?![\w.])", rest):
@@ -38,6 +39,23 @@ def found():
             for name in numbers(code(path))}
 
 
+def rows(heading=""):
+    """Numbers and files of the tables below headings that begin so."""
+    for section in (ROOT / "docs" / "tuning.md").read_text(encoding="utf-8").split("\n## "):
+        if section.startswith(heading):
+            yield from re.findall(r"^\| `([^`]+)` \| (\S+\.(?:h|cpp)) \|", section, re.M)
+
+
+class Tuning(unittest.TestCase):
+    def test_each_number_has_a_row(self):
+        self.assertEqual(sorted(found() - set(rows())), [], "numbers without a row in docs/tuning.md")
+
+    def test_each_row_has_a_number(self):
+        self.assertEqual(sorted(set(rows()) - found()), [], "rows of docs/tuning.md without a number")
+
+    def test_numbers_are_few(self):
+        self.assertLessEqual(len(set(rows()) - set(rows("Not tuned"))), MOST)
+
+
 if __name__ == "__main__":
-    for name, file in sorted(found(), key=lambda x: x[::-1]):
-        print(file, name)
+    unittest.main()
