@@ -131,7 +131,7 @@ void Parameters::refuse_others() const {
     const std::string key = name.substr(mine.size(), name.find('/', mine.size()) - mine.size());
     if (known_.count(key)) continue;
     throw ParameterError(
-        fmt::format("parameter {}{} is unknown; known are: {}", prefix_, quote(key), fmt::join(known_, " ")));
+        fmt::format("parameter {}{} is unknown; known: {}", prefix_, quote(key), fmt::join(known_, " ")));
   }
 }
 
