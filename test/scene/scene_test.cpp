@@ -47,6 +47,16 @@ class SceneTest : public testing::Test {
   TemporaryFolder folder_;
 };
 
+// As of a fit to encoders, whose scene the node slip_odometry takes.
+TEST_F(SceneTest, ANodesSceneMayHaveATableOfAngles) {
+  folder_.write("angles.csv", "t,fl,fr,bl,br\n0,0,0,0,0\n1,1,1,1,1\n");
+  const std::string path =
+      folder_.write("scene.yaml", "duration: 1\nmotors: {}\ndrive: {wheel_angle_table: angles.csv}\n");
+  const Scene scene = load_scene(path, {}, SceneUse::kCommands);
+  EXPECT_TRUE(std::holds_alternative<std::monostate>(scene.drive));
+  EXPECT_EQ(scene.solver.control_period, 1e-3);
+}
+
 TEST_F(SceneTest, DefaultsAreThePapers) {
   const Scene scene = load(kDrive);
   EXPECT_EQ(scene.model, Model::kCoulomb);
