@@ -147,8 +147,8 @@ void EventLocatingStepper::end_at_brief_rest(ContactSystem& system, const State&
 }
 
 // Ends the step at the event, if that happens within it: by Newton's method within a bracket, or by bisection where the
-// speed is not known. A remainder, residual_dt_, with a negligible square is extrapolated. Throughout, a step of `low`
-// ends before the event, one of `high` past it, and last_try_ is one that succeeded.
+// speed is not known. A small remainder, residual_dt_, is left to the states that the method knows. Throughout, a step of
+// `low` ends before the event, one of `high` past it, and last_try_ is one that succeeded.
 template <class Event>
 void EventLocatingStepper::end_at(const Event& event, ContactSystem& system, const State& start, double t) {
   const auto first = [&] { return first_crossing(event, system, {start, t, last_try_.end, last_try_.length}); };
@@ -187,12 +187,11 @@ void EventLocatingStepper::end_at(const Event& event, ContactSystem& system, con
     if (past > 0) past_event = last_try_;
     if (high - low <= event.width(high)) break;
     if constexpr (!Event::kEndsPast) {
-      residual_dt_ = -past / speed;
       if (interpolates()) {
-        residual_dt_ = by_interpolation(event, system, crossing.condition, length + residual_dt_) - length;
+        residual_dt_ = by_interpolation(event, system, crossing.condition, length - past / speed) - length;
+        if (speed > 0 && can_extrapolate(system.modes(), event.wheel(crossing.condition))) return;
+        residual_dt_ = 0;
       }
-      if (speed > 0 && can_extrapolate(system.modes(), event.wheel(crossing.condition), resolution)) return;
-      residual_dt_ = 0;
     }
     length = speed > 0 ? length - past / speed : low;  // low: bisect
   }
@@ -219,33 +218,16 @@ double EventLocatingStepper::by_interpolation(const Event& event, const ContactS
 
 // Moves the end x of the last try by residual_dt_.
 void EventLocatingStepper::extrapolate(const ContactSystem& system, State& x) const {
-  if (interpolates()) {
-    State end, there;
-    method_->state_within(system, 1, end);
-    method_->state_within(system, 1 + residual_dt_ / last_try_.length, there);
-    x.values += there.values - end.values;
-  } else {
-    x.values += residual_dt_ * secant();
-  }
+  State end, there;
+  method_->state_within(system, 1, end);
+  method_->state_within(system, 1 + residual_dt_ / last_try_.length, there);
+  x.values += there.values - end.values;
 }
 
-// Slope of the state at the end of the step, by the last two tries.
-State::Values EventLocatingStepper::secant() const {
-  return (last_try_.end.values - try_before_.end.values) / (last_try_.length - try_before_.length);
-}
-
-// Whether the end of the step, residual_dt_ (s) off an edge, may be moved there: by the states that the method knows or
-// to first order, at the secant's slope, which is that of the middle between the two tries. All wheels must stay within
-// their edges but the one that reaches its own.
-bool EventLocatingStepper::can_extrapolate(const ContactModes& modes, int wheel, double resolution) const {
-  const double residual = std::abs(residual_dt_);
-  if (interpolates()) {
-    if (!(residual < kMaxExtrapolation * last_try_.length)) return false;
-  } else {
-    const double off = residual + std::abs(last_try_.length - try_before_.length);
-    const double acceleration = secant().col(3).abs().maxCoeff();
-    if (!(residual < kFirstOrder * last_try_.length && residual * off * acceleration < resolution)) return false;
-  }
+// Whether the end of the step, residual_dt_ (s) off an edge, may be moved there: all wheels must stay within their edges
+// but the one that reaches its own.
+bool EventLocatingStepper::can_extrapolate(const ContactModes& modes, int wheel) const {
+  if (!(std::abs(residual_dt_) < kMaxExtrapolation * last_try_.length)) return false;
   const Wheels phi = last_try_.end.phi() + residual_dt_ * last_try_.end.dphi();
   for (int k = 0; k < kWheels; ++k) {
     if (k != wheel && !(phi[k] > modes.lower_edge()[k] && phi[k] < modes.upper_edge()[k])) return false;

@@ -553,6 +553,20 @@ TEST_F(EventLocatingStepperTest, CountsTheRollersOfAnAveragedContact) {
   }
 }
 
+// An event whose effect does not end its condition: found where that begins, and never again.
+struct FastWheel : Bisected {
+  static constexpr int kConditions = kWheels;
+  static bool possible(const ContactSystem&, const Step&) { return true; }
+  static Witness witness(const ContactSystem&, const State& x, double, int i) { return {x.dphi()[i] - 1}; }
+};
+
+TEST_F(EventLocatingStepperTest, FindsNoEventThatIsTrueAtTheStart) {
+  State slow, fast;
+  fast.dphi()[2] = 2;
+  EXPECT_EQ(first_crossing(FastWheel(), wheels, {slow, 0, fast, 0.1}).condition, 2);
+  EXPECT_FALSE(first_crossing(FastWheel(), wheels, {fast, 0, fast, 0.1}));
+}
+
 // A GuardedStepper around it, as a run uses it.
 class GuardedStepperTest : public EventLocatingStepperTest {
  protected:
@@ -594,6 +608,44 @@ TEST_F(GuardedStepperTest, GivesUpWhereNoStepSucceeds) {
   EXPECT_EQ(record->statistics.steps, 0u);
   EXPECT_LT(work(), 1000u);
   EXPECT_NEAR(x.phi()[0], 3e-3, 1e-15);
+}
+
+// As odeint's concept allows a Controlled Stepper that tries again itself.
+TEST_F(GuardedStepperTest, NeverFails) {
+  wheels.c_1[0] = 3;
+  wheels.every_nth_step_fails = 1;
+  restart();
+  GuardedStepper guarded(located(), fly_on, 100000, *record);
+  double now = 0;
+  while (now < 1e-3) {
+    const double before = now;
+    double dt = 1e-3 - now;
+    ASSERT_EQ(guarded.try_step(wheels, x, now, dt), odeint::success);
+    ASSERT_GT(now, before);
+  }
+  EXPECT_GE(record->statistics.fallback_steps, 50u);
+  EXPECT_NEAR(x.phi()[0], 3e-3, 1e-15);
+}
+
+TEST_F(GuardedStepperTest, EventsHaveTheirEffectsAfterFallbackSteps) {
+  wheels.every_nth_step_fails = 1;
+  wheels.max_located_dphi = 3;
+  wheels.c_0 = {0.1, 0.2, 0.3, 2};
+  wheels.c_1 = {10, 10, 0, 0};
+  restart();
+  wheels.modes().enter_averaging(0);
+  wheels.modes().enter_averaging(1);
+  const auto brake = [](State& x, double, double dt) {
+    x.phi() += 1e3 * dt * x.dphi();
+    x.dphi()[1] = 1;
+  };
+  GuardedStepper guarded(located(), brake, 100000, *record);
+  double now = 0, dt = 1;
+  ASSERT_EQ(guarded.try_step(wheels, x, now, dt), odeint::success);
+  EXPECT_EQ(record->statistics.fallback_steps, 1u);
+  EXPECT_TRUE(wheels.modes().averaged(0));
+  EXPECT_FALSE(wheels.modes().averaged(1));
+  EXPECT_EQ(wheels.modes().roller(1), wheels.geometry.roller_at(x.phi()[1]));
 }
 
 TEST_F(GuardedStepperTest, GivesUpWhereSwitchesAreMoreThanItsBoundOfWork) {

@@ -72,9 +72,8 @@ class EventLocatingStepper : public ControlledStepperTypes {
  private:
   // After failure `dt` is this much longer than what is tried next, so that it does not cut that.
   static constexpr double kRetryHeadroom = 1.02;
-  static constexpr double kMergeRemainder = 0.99;  // a step that would leave less than the rest goes to the bound
-  static constexpr double kShrinkage = 0.2;        // of a step whose end is not finite
-  static constexpr double kFirstOrder = 1e-6;      // of a step: what has a negligible square
+  static constexpr double kMergeRemainder = 0.99;    // of the bound: a step that would be longer goes to it
+  static constexpr double kShrinkage = 0.2;          // of a step whose end is not finite
   static constexpr double kMaxExtrapolation = 1e-2;  // of a step: beyond its end, states are as good as within it
 
   enum class Point { kFresh, kReplaced, kEnded, kSettled };
@@ -94,8 +93,7 @@ class EventLocatingStepper : public ControlledStepperTypes {
   template <class Event>
   double by_interpolation(const Event& event, const ContactSystem& system, int condition, double guess) const;
   void extrapolate(const ContactSystem& system, State& x) const;
-  State::Values secant() const;
-  bool can_extrapolate(const ContactModes& modes, int wheel, double resolution) const;
+  bool can_extrapolate(const ContactModes& modes, int wheel) const;
   void settle(ContactSystem& system, State& x, double t);
   void note(Effect effect);
 

@@ -10,8 +10,13 @@
 namespace youbot_base_sim {
 
 /// The step of last resort, a Stepper of odeint: backward Euler with the geometry of the contacts, Coriolis forces and
-/// normal reactions of its start. Friction then has a convex potential: Newton's method with a line search always ends,
-/// for any step length. The step is of first order; wheels stay on their rollers, even beyond the edges.
+/// normal reactions of its start. Its velocities u then minimise, from u_0 under constant forces Q,
+///
+///     (u - u_0)' M (u - u_0) / (2 dt) - Q' u + sum of f N sqrt(nu^2 + |V|^2) + the bearings' dissipation,
+///
+/// where the slip V is affine in u, so that each root is convex, and the first term strictly so. Newton's method with a
+/// line search always ends, for any step length. The step is of first order; wheels stay on their rollers, even beyond
+/// the edges.
 template <class Model>
 class FallbackStepper : public StepperTypes<boost::numeric::odeint::stepper_tag> {
  public:

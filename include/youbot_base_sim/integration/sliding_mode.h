@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 
 #include "youbot_base_sim/integration/contact_system.h"
 
@@ -16,11 +17,24 @@ class SlidingMode {
 
   /// Whether wheel i, which crosses its edge at time t (s) in `direction` and state x, comes back from a hop of less
   /// than kHop, where the edge does not attract it: it stands on that edge.
-  bool stands(const ContactSystem& system, const State& x, double t, int i, int direction);
+  bool stands(const ContactSystem& system, const State& x, double t, int i, int direction) {
+    const bool hops = direction == -last_direction_[i] && std::abs(x.dphi()[i]) * (t - last_crossing_[i]) < kHop;
+    if (!hops || system.sharing(i, x, t).attractive) return false;
+    last_direction_[i] = direction;
+    last_crossing_[i] = t;
+    return true;
+  }
 
   /// Wheel i crosses its edge at time t (s) in `direction`; x is its state there and `max_momentum` (m/s) a speed of
   /// the platform that does not count. True if it enters sliding mode instead.
-  bool enters(const ContactSystem& system, const State& x, double t, int i, int direction, double max_momentum);
+  bool enters(const ContactSystem& system, const State& x, double t, int i, int direction, double max_momentum) {
+    if (direction != -last_direction_[i] || t > last_crossing_[i] + kWindow) reversals_[i] = 0;
+    last_direction_[i] = direction;
+    last_crossing_[i] = t;
+    if (++reversals_[i] <= (holds_early_ ? kEarlyChatter : kMinChatter)) return false;
+    if (!system.sharing(i, x, t).attractive) return false;
+    return holds_early_ || reversals_[i] > kMaxChatter || system.momentum(i, x) < max_momentum;
+  }
 
   /// Whether wheels are held early, to save work.
   bool holds_early() const { return holds_early_; }
