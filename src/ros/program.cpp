@@ -142,7 +142,8 @@ int run_program(int argc, char** argv, const char* name, const std::function<voi
     print_error(name, error.what());
     return 2;
   }
-  std::signal(SIGINT, SIG_DFL);  // a shell without job control starts `base_node &` with it ignored; ROS ends all the same
+  std::signal(SIGINT,
+              SIG_DFL);  // a shell without job control starts `base_node &` with it ignored; ROS ends all the same
   catch_signals(&ros::requestShutdown);  // ROS would do this for SIGINT alone
   if (argc > 1) {
     ROS_FATAL("unexpected argument %s: %s takes only ROS parameters, such as _scene:=FILE, and remappings",
