@@ -97,7 +97,8 @@ void Simulation::reset() {
   initial_energy_ = kinetic_energy() - state_.work();
 }
 
-// Steps add up in local_, from an origin at the base's own place: its rounding does not grow with the scene's distances.
+// Steps add up in local_, from an origin at the base's own place: its rounding does not grow with the scene's
+// distances.
 void Simulation::leave_origin_at(double x, double y) {
   origin_ = {x, y};
   local_.x() = local_.y() = 0;

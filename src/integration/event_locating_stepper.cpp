@@ -147,8 +147,8 @@ void EventLocatingStepper::end_at_brief_rest(ContactSystem& system, const State&
 }
 
 // Ends the step at the event, if that happens within it: by Newton's method within a bracket, or by bisection where the
-// speed is not known. A small remainder, residual_dt_, is left to the states that the method knows. Throughout, a step of
-// `low` ends before the event, one of `high` past it, and last_try_ is one that succeeded.
+// speed is not known. A small remainder, residual_dt_, is left to the states that the method knows. Throughout, a step
+// of `low` ends before the event, one of `high` past it, and last_try_ is one that succeeded.
 template <class Event>
 void EventLocatingStepper::end_at(const Event& event, ContactSystem& system, const State& start, double t) {
   const auto first = [&] { return first_crossing(event, system, {start, t, last_try_.end, last_try_.length}); };
@@ -224,8 +224,8 @@ void EventLocatingStepper::extrapolate(const ContactSystem& system, State& x) co
   x.values += there.values - end.values;
 }
 
-// Whether the end of the step, residual_dt_ (s) off an edge, may be moved there: all wheels must stay within their edges
-// but the one that reaches its own.
+// Whether the end of the step, residual_dt_ (s) off an edge, may be moved there: all wheels must stay within their
+// edges but the one that reaches its own.
 bool EventLocatingStepper::can_extrapolate(const ContactModes& modes, int wheel) const {
   if (!(std::abs(residual_dt_) < kMaxExtrapolation * last_try_.length)) return false;
   const Wheels phi = last_try_.end.phi() + residual_dt_ * last_try_.end.dphi();

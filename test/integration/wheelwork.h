@@ -25,8 +25,7 @@ namespace youbot_base_sim {
 class Wheelwork final : public ContactSystem {
  public:
   Wheelwork()
-      : ContactSystem(ContactModes(RobotParameters(), Wheels::Zero()),
-                      RestFriction(RobotParameters(), kInfinity, 0)) {}
+      : ContactSystem(ContactModes(RobotParameters(), Wheels::Zero()), RestFriction(RobotParameters(), kInfinity, 0)) {}
 
   void operator()(const State& x, State& dxdt, double t) const override {
     dxdt.values.setZero();

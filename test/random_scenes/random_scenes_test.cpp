@@ -34,7 +34,8 @@ TEST(Verdict, IsRightForWhatOnceWasNot) {
 
 // Scenes whose error no tolerance of these showed: the judge has a hundredth of the tightest.
 TEST(Verdict, IsRightAtEveryTolerance) {
-  for (const auto& file : std::filesystem::directory_iterator(YOUBOT_BASE_SIM_SOURCE_DIR "/test/data/every_tolerance")) {
+  for (const auto& file :
+       std::filesystem::directory_iterator(YOUBOT_BASE_SIM_SOURCE_DIR "/test/data/every_tolerance")) {
     if (file.path().extension() != ".yaml") continue;
     for (const double tolerance : {1e-5, 3e-7, 1e-8}) {
       Scene scene = load_scene(file.path());

@@ -298,7 +298,8 @@ class SceneGenerator {
       for (const char* part : {"cos", "sin"}) {
         if (chance(0.3)) segment[part] = numbers(4, -most, most);
       }
-      if (segment.contains("cos") || segment.contains("sin") || chance(0.05)) segment["period"] = log_uniform(chance(0.2) ? 5e-4 : 0.02, 10);
+      if (segment.contains("cos") || segment.contains("sin") || chance(0.05))
+        segment["period"] = log_uniform(chance(0.2) ? 5e-4 : 0.02, 10);
       segments.push_back(segment);
     }
     return segments;

@@ -115,8 +115,8 @@ class EdgeReached {
   static bool concerns(const ContactModes& modes, int i) { return i != kBase && modes.on_one_roller(i); }
   Effect apply(ContactSystem& system, State& x, double t, int i);
 
-  /// Stands wheel i of x, whose angle was `start` (rad) at time t (s), on the roller that it has come to dt later, however
-  /// many it has passed: the effect of a step that no event has ended.
+  /// Stands wheel i of x, whose angle was `start` (rad) at time t (s), on the roller that it has come to dt later,
+  /// however many it has passed: the effect of a step that no event has ended.
   void pass(ContactModes& modes, State& x, double t, double dt, int i, double start) const;
 
  private:

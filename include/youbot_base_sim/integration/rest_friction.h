@@ -9,9 +9,9 @@
 namespace youbot_base_sim {
 
 /// Owns the slip speed over which friction is regularized: nu while the base moves, the holding speed while it rests,
-/// and the geometric mean of kSlow and the holding speed in between. A parked base creeps at about that speed; while the
-/// base is slow, a small one costs nothing. The rate that smooths the dry friction of the drives shrinks by the same
-/// share, so that motors at rest keep their torque, as those of real bases do.
+/// and the geometric mean of kSlow and the holding speed in between. A parked base creeps at about that speed; while
+/// the base is slow, a small one costs nothing. The rate that smooths the dry friction of the drives shrinks by the
+/// same share, so that motors at rest keep their torque, as those of real bases do.
 ///
 /// The speed changes to the next smaller one once the base is slower than kRests times the present one, and to the next
 /// larger one once it is faster than kMoves times that. Where rollers let a base move, its contacts slip at cos 45 deg
@@ -24,8 +24,8 @@ class RestFriction {
  public:
   static constexpr double kSlow = 1e-3;  ///< m/s
 
-  /// Speeds in m/s. A base that moves at first, and for ever if `nu` is infinite, or `holding` 0 or not less than nu and
-  /// kSlow.
+  /// Speeds in m/s. A base that moves at first, and for ever if `nu` is infinite, or `holding` 0 or not less than nu
+  /// and kSlow.
   RestFriction(const RobotParameters& robot, double nu, double holding);
 
   /// Whether there is a level to change to.
@@ -41,9 +41,9 @@ class RestFriction {
   /// Changes the level where `margin` is positive.
   void change(const Velocities& u);
 
-  double moving_nu() const { return nu_; }                             ///< while the base moves, m/s
+  double moving_nu() const { return nu_; }                           ///< while the base moves, m/s
   double nu() const { return level_ == 0 ? nu_ : speeds_[level_]; }  ///< now, m/s
-  double dry_friction_rate() const;                                    ///< of the drives now, rad/s
+  double dry_friction_rate() const;                                  ///< of the drives now, rad/s
 
  private:
   static constexpr double kRests = 5, kMoves = 10;

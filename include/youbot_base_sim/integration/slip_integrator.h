@@ -26,9 +26,9 @@ class SlipIntegrator : public MotionIntegrator {
   SlipIntegrator(const Model& model, const TorqueProfile& torque, const State& start, const Tolerance& tolerance,
                  std::uint64_t max_evaluations, const MakeMethod& make_method, const MotionSoFar* before = nullptr)
       : system_(model, torque, start),
-        stepper_({make_method(record_.statistics), tolerance, record_},
-                 [this](State& x, double t, double dt) { fallback_.do_step(system_, x, t, dt); }, max_evaluations,
-                 record_) {
+        stepper_(
+            {make_method(record_.statistics), tolerance, record_},
+            [this](State& x, double t, double dt) { fallback_.do_step(system_, x, t, dt); }, max_evaluations, record_) {
     if (!before) return;
     if (before->contacts) system_.modes() = *before->contacts;
     if (before->reactions) record_.reactions.begin_with(*before->reactions);
