@@ -417,7 +417,7 @@ TYPED_TEST(RadauTest, ErrorOfThePoseIsThatOfAnIntegral) {
     }
     return high;
   };
-  EXPECT_NEAR(reported(1e-4) / reported(5e-5), 8, 0.8);
+  EXPECT_NEAR(reported(4e-5) / reported(2e-5), 8, 0.8);
 }
 
 // Of two orders less, it is above the error that a step makes, wherever it asks for a step to be taken: steps whose

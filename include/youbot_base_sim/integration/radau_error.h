@@ -71,7 +71,7 @@ class RadauError {
     using T = RadauTableau;
     const Wheels mean_error = (1 / T::gamma) * (start.u.v + T::error_of_integral(0) * u[0].v +
                                                 T::error_of_integral(1) * u[1].v + T::error_of_integral(2) * u[2].v);
-    return std::sqrt(sum(mean_error.square())) / start.error_scale.v[0];
+    return std::sqrt(sum(mean_error.square())) / (options_.pose_share * start.error_scale.v[0]);
   }
 
   const RadauOptions& options_;

@@ -87,7 +87,7 @@ class RadauMatrix {
 ///   eta |du_k| < 1,   eta = theta / (1 - theta)      (Hairer and Wanner II, (8.10)),
 ///
 /// which bounds all corrections that are left out. Amendments:
-///   - before the first rate is known, it is taken to be 0.1;
+///   - before the first rate is known, it is taken to be 0.03;
 ///   - with the exact matrix, corrections shrink quadratically: |du_k+1| is about omega |du_k|^2 with the largest omega
 ///     of late, and iterations end once 10 omega |du_k|^2 < 1 (P. Deuflhard, Newton Methods for Nonlinear Problems,
 ///     2004, section 2.1);

@@ -17,7 +17,7 @@ struct RadauOptions {
 
   // RadauConvergence
   double convergence = 0.03;  ///< kappa
-  double first_rate = 0.1;
+  double first_rate = 0.03;
   double curvature_memory = 0.8;  ///< 1: no quadratic convergence is expected
   double curvature_margin = 10;
 
@@ -25,6 +25,7 @@ struct RadauOptions {
   double roller_scale = 3;
   bool second_filter = true;
   bool pose_estimate = true;
+  double pose_share = 3;  ///< how many times the pose's error counts less: its order is lower by one
 
   // RadauPrediction
   bool predicts = true;           ///< else iterations begin at the start's velocities
