@@ -26,19 +26,15 @@ GuardedStepper::Result GuardedStepper::try_step(ContactSystem& system, State& x,
     }
     if (!(t < window_start_ + kWindow) || t < window_start_) begin_window(system, t);
     const bool stuck = failures >= kMaxFailures || t + stepper_.dt() <= t;
-    if (stuck || system.evaluations() - uncounted_ > allowed_) {
+    if (stuck || system.evaluations() > allowed_) {
       record_->statistics.exhausted += !record_->sliding_mode.holds_early();
       if (stuck || !save_work()) {
         begin_fallback(t);
         continue;
       }
     }
-    const double end = dt < stepper_.dt() ? t + dt : kInfinity;
-    const std::uint64_t before = system.evaluations();
     double next = dt;
     if (stepper_.try_step(system, x, t, next, finishes) == odeint::fail) continue;
-    // A step that the caller cut short is free, up to what an ordinary one takes: fallback steps would be no longer.
-    if (t >= end) uncounted_ += std::min(system.evaluations() - before, kFreeEvaluations);
     dt = next;
     return odeint::success;
   }
@@ -46,8 +42,7 @@ GuardedStepper::Result GuardedStepper::try_step(ContactSystem& system, State& x,
 
 void GuardedStepper::begin_window(const ContactSystem& system, double t) {
   window_start_ = t;
-  uncounted_ = system.evaluations();
-  allowed_ = max_evaluations_;
+  allowed_ = system.evaluations() + max_evaluations_;
   record_->sliding_mode.hold_early(false);
 }
 

@@ -46,7 +46,6 @@ class GuardedStepper : public ControlledStepperTypes {
   static constexpr double kWindow = 1e-3;      // s
   static constexpr double kExtraBudget = 0.8;  // of the bound
   static constexpr int kMaxFailures = 400;     // of one step
-  static constexpr std::uint64_t kFreeEvaluations = 20;
   static constexpr double kFallbackStep = 2e-5;                       // s
   static constexpr double kMinDuration = 1e-3, kMaxDuration = 64e-3;  // s of fallback steps in a row
   static constexpr double kFallbackCooldown = 10e-3;                  // s after the last of them
@@ -62,10 +61,9 @@ class GuardedStepper : public ControlledStepperTypes {
   MotionRecord* record_;
   const std::atomic<bool>* stop_ = nullptr;  // null: never
 
-  // The millisecond under way: its start (infinite: none yet), the evaluations that do not count, which are those
-  // before it and of steps that were cut short, and how many it may take.
+  // The millisecond under way: its start (infinite: none yet), and how many evaluations there may be by its end.
   double window_start_ = kInfinity;
-  std::uint64_t uncounted_ = 0, allowed_ = 0;
+  std::uint64_t allowed_ = 0;
 
   double fallback_end_ = -kInfinity, fallback_duration_ = kMinDuration;  // s
 };
