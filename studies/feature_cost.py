@@ -136,7 +136,7 @@ def node(counter, bench):
 
     bag = counter.folder / "node.bag"
     return features("The node, model 2b, control period 1 ms", "topics with a subscriber", {
-        "Simulation::advance_periods alone, driven alike": [bench, "periods", "SCENE"],
+        "Simulation::step alone, driven alike": [bench, "periods", "SCENE"],
         "none, 50 Hz": run(50), "none, 50 Hz, publish_rollers": run(50, "rollers"), "none, 1000 Hz": run(1000),
         **{f"all, {rate} Hz{f', publish_{rollers}' if rollers else ''}": run(rate, rollers, listened="all")
            for rate in (50, 1000) for rollers in ("", "rollers")},

@@ -11,7 +11,7 @@ int main() {
 
   Simulation simulation(scene);
   for (int k = 1; k <= 2000; ++k) {
-    simulation.set_torque(Wheels::Constant(simulation.state().V_X() < 0.3 ? 1.0 : 0.0));  // N m, over the next period
+    simulation.set_torque(Wheels::Constant(simulation.state().V_X() < 0.3 ? 1.0 : 0.0));  // N m
     simulation.step();
     if (k % 200 != 0) continue;
     std::printf("t = %.1f s: x = %.6f m, V_X = %.6f m/s, %zu roller switches\n", simulation.time(),

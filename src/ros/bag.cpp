@@ -116,7 +116,6 @@ void BagWriter::write(Telemetry& telemetry, const Simulation& simulation, const 
   telemetry.visit(simulation, sensors, stamp, [&](const char* topic, const auto& make) {
     if (telemetry.is_requested(topic_row(topic))) write(topic, stamp, make());
   });
-  telemetry.visit_push(simulation, stamp, [&](const char* topic, const auto& make) { write(topic, stamp, make()); });
   if (telemetry.is_requested(topic_row(kContactMarkersTopic)) && markers_due_.meet(t)) {
     write(kContactMarkersTopic, stamp, telemetry.markers(simulation, stamp));
   }

@@ -350,12 +350,10 @@ class BaseNode::Loop : private TimedLoop {
   void publish_telemetry() override {
     const ros::Time stamp = clock_->stamp(loop_.time());
     const Simulation& simulation = loop_.simulation();
-    const auto publish = [this](const char* topic, const auto& make) { publications_.publish(topic, make); };
     telemetry_.visit(simulation, loop_.sensors(), stamp, [&](const char* topic, const auto& make) {
-      if (loop_.driver().present() || !topic_row(topic).is(kOfDriver)) publish(topic, make);
+      if (loop_.driver().present() || !topic_row(topic).is(kOfDriver)) publications_.publish(topic, make);
     });
-    telemetry_.visit_push(simulation, stamp, publish);
-    publish(kContactMarkersTopic, [&] { return telemetry_.markers(simulation, stamp); });
+    publications_.publish(kContactMarkersTopic, [&] { return telemetry_.markers(simulation, stamp); });
   }
 
   /// Time t (s) is the loop's, or later within a long control period.

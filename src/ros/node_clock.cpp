@@ -20,7 +20,6 @@ namespace {
 
 using SteadyClock = std::chrono::steady_clock;
 
-constexpr double kMaxLag = 1.0;        // s of wall time, before the loop stops catching up
 constexpr double kPollInterval = 0.1;  // s of wall time that a loop waits at most without looking if ROS still runs
 constexpr int kMaxAnswers = 100;       // to services that a node calls one after another without sleeping
 
@@ -45,13 +44,12 @@ std::string NodeClock::rivals() const {
 
 double NodeClock::arrive() {
   const double late = lag(loop_.time());
-  if (late <= kMaxLag) {
+  if (late <= max_lag()) {
     timing_.arrive(late);
     return 0;
   }
   timing_.lose(late);
-  skip(late);
-  return late;
+  return skip(late);
 }
 
 bool NodeClock::await_due(TimedLoop& loop, bool has_callbacks) {
@@ -91,10 +89,11 @@ class WallClock : public NodeClock {
 
   double due() const { return started_ ? passed() : loop_.time(); }
   double lag(double t) const override { return due() - t; }
-  void skip(double lag) override {
+  double skip(double lag) override {
     zero_ += ros::Duration(lag);
     start_ += std::chrono::duration_cast<SteadyClock::duration>(std::chrono::duration<double>(lag));
     loop_.bring_requests_forward();
+    return lag;
   }
 
   ros::Duration zero_;  // stamp of t = 0
@@ -173,7 +172,10 @@ class OwnClock : public NodeClock {
 
  protected:
   double lag(double t) const override { return factor_ > 0 ? (start_t_ + factor_ * since(start_) - t) / factor_ : 0; }
-  void skip(double) override { start(); }
+  double skip(double lag) override {
+    start();
+    return lag;
+  }
 
   /// Latched, so that a node that comes while time stands still knows the time at once.
   void publish(const ros::Time& time) const {
@@ -200,18 +202,13 @@ class SteppedClock : public OwnClock {
     released_ = -1;
     start();
   }
-  double arrive() override {
-    const double late = lag(loop_.time());
-    if (late <= 0) {
-      timing().arrive(late);
-    } else {
-      timing().lose(late);
-      start();
-    }
-    return 0;
-  }
 
  protected:
+  double max_lag() const override { return 0; }
+  double skip(double) override {
+    start();
+    return 0;
+  }
   bool is_released() const { return loop_.periods() == released_; }
   void release() { released_ = loop_.periods(); }
 

@@ -131,7 +131,7 @@ void Parameters::refuse_others() const {
     const std::string key = name.substr(mine.size(), name.find('/', mine.size()) - mine.size());
     if (known_.count(key)) continue;
     throw ParameterError(
-        fmt::format("parameter {}{} is unknown; known are: {}", prefix_, quote(key), fmt::join(known_, " ")));
+        fmt::format("parameter {}{} is unknown; known: {}", prefix_, quote(key), fmt::join(known_, " ")));
   }
 }
 
@@ -142,7 +142,8 @@ int run_program(int argc, char** argv, const char* name, const std::function<voi
     print_error(name, error.what());
     return 2;
   }
-  std::signal(SIGINT, SIG_DFL);  // a shell without job control starts `base_node &` with it ignored; ROS ends all the same
+  std::signal(SIGINT,
+              SIG_DFL);  // a shell without job control starts `base_node &` with it ignored; ROS ends all the same
   catch_signals(&ros::requestShutdown);  // ROS would do this for SIGINT alone
   if (argc > 1) {
     ROS_FATAL("unexpected argument %s: %s takes only ROS parameters, such as _scene:=FILE, and remappings",

@@ -471,13 +471,16 @@ Scene read_scene(const std::string& path, const YAML::Node& root, SceneUse use, 
   read_output(output.section(), scene.output);
   if (motors.given()) scene.motors = read_motors(motors.section());
   read_drive(drive, scene);
-  if (use == SceneUse::kCommands) {  // before it limits solver and initial state
-    drive.unresolve();
-    scene.drive = std::monostate();
-  }
+  // An ignored drive gives the initial velocity, but prescribed wheels limit neither solver nor initial state.
+  const bool prescribes = std::holds_alternative<std::shared_ptr<const WheelMotion>>(scene.drive);
+  if (use == SceneUse::kCommands && prescribes) scene.drive = std::monostate();
   scene.solver = read_solver(solver.section(), use, scene);
   check_velocity_loops(quote_path(path), scene);
   read_initial(initial.section(), scene);
+  if (use == SceneUse::kCommands) {
+    drive.unresolve();
+    scene.drive = std::monostate();
+  }
   scene.resolved = file.resolved();
   return scene;
 }

@@ -10,7 +10,6 @@ A bag that is cut, damaged or without an index is read up to where it breaks; th
 import argparse
 import array
 import importlib
-import math
 import warnings
 from pathlib import Path
 

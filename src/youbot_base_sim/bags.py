@@ -14,7 +14,7 @@ from .definitions import Time, Unreadable, reader_of
 
 MAGIC, OLD_MAGIC = b"#ROSBAG V2.0\n", b"#ROSRECORD V1."
 MESSAGE, FILE_HEADER, CHUNK, CONNECTION = 2, 3, 5, 7  # op codes of records
-LARGEST, LARGEST_HEADER = 1 << 28, 1 << 20  # bytes, of a record or unpacked chunk; beyond, the length is damaged
+LARGEST, LARGEST_HEADER = 1 << 27, 1 << 20  # bytes, of a record or unpacked chunk; beyond, the length is damaged
 LZ4_PIECE = 4096  # bytes that are unpacked at once: to 1 MB at most
 MAX_CLOCKS_APART = 1  # s, between a stamp and its arrival; beyond, the stamp is another clock's
 MAX_STEP_BACK = 0.1  # s: messages that overtake each other by less are of one run

@@ -6,6 +6,8 @@ from types import SimpleNamespace
 
 from .command_line import one_line, quoted
 
+LARGEST = 1 << 24  # bytes of a message that is read; numbers in lists take up to eight times as much
+
 Time = namedtuple("Time", "secs nsecs")
 NUMBERS = dict(bool="?", int8="b", uint8="B", byte="b", char="B", int16="h", uint16="H", int32="i", uint32="I",
                int64="q", uint64="Q", float32="f", float64="d")
@@ -33,6 +35,8 @@ def reader_of(kind, definition):
         raise Unreadable("types nest too deep")
 
     def message(data):
+        if len(data) > LARGEST:
+            raise Unreadable(f"a message of {len(data)} bytes: must be at most {LARGEST}")
         try:
             value, end = read(data, 0)
         except (struct.error, OverflowError) as error:

@@ -15,10 +15,12 @@ KINDS = {"geometry_msgs/PoseStamped": lambda message: (message.pose.position, me
 TRANSFORMS = ("tf2_msgs/TFMessage", "tf/tfMessage")
 LARGEST_TILT = 15  # deg
 SMOOTHING = 0.05     # s to either side, over which velocities are the slopes of fitted lines
-WINDOW = 0.1         # s, over which motions of marker and wheels are compared
+WINDOW, LONG_WINDOW = 0.1, 0.3  # s, over which motions of marker and wheels are compared; the long one of noisy poses
+NOISY = 0.1          # share of a marker's motion that the wheels' does not explain
 FEWEST = 20          # windows of a drive are too few
 LARGEST_CLOCK = 1.5  # s, offset that is searched
 CLOCK_STEP = 0.02    # s, of the search
+DRIVEN = 0.2         # of the fastest direction's speed: slower ones are ticks, noise and slip
 MIN_ERROR = 1e-3   # m/s, that velocities are assumed to be off
 ALONG = 2.0        # s: errors of slip last no longer
 DOUBT = 5e-3       # m/s: where the wheels contradict each other by more, the base is not where they roll
@@ -97,6 +99,10 @@ def matrix(p, q):
             [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y), p.z], [0, 0, 0, 1]]
 
 
+class Unexplained(Missing):
+    """The motion of the wheels leaves much of the marker's unexplained."""
+
+
 class OtherSizes(Missing):
     """The base is not of the sizes that were given."""
 
@@ -110,9 +116,18 @@ def align(truth, wheels, odom, topic, base):
     """Turns poses of a marker into the base's, at the wheels' clock and in odometry's frame. `wheels`: what they roll
     since the beginning, and contradict each other. Returns series and Alignment. Throws Missing where the motion does
     not tell."""
-    length = max(WINDOW, 3 * truth.period)
+    try:
+        return aligned(truth, wheels, odom, topic, base, max(WINDOW, 3 * truth.period), 0)
+    except Unexplained:  # by noise and spikes, perhaps
+        length = max(LONG_WINDOW, 3 * truth.period)
+        return aligned(truth, wheels, odom, topic, base, length, round(length / 2 / truth.period))
+
+
+def aligned(truth, wheels, odom, topic, base, length, reach):
+    """The same by pieces of this length, s, between medians over `reach` poses to either side."""
     ends = np.flatnonzero(np.diff(np.floor(truth.t / length), prepend=-math.inf) > 0)
-    coarse = Series(truth.t[ends], {name: truth[name][ends] for name in ("x", "y", "psi")})
+    around = np.clip(ends[:, None] + np.arange(-reach, reach + 1), 0, len(truth) - 1)
+    coarse = Series(truth.t[ends], {name: np.median(truth[name][around], axis=1) for name in ("x", "y", "psi")})
     whole = np.diff(coarse.t) < 1.5 * length
     seen = np.stack(list(differentiated(coarse).values()), -1)[whole] * (1, 1, base.half_lengths)
     times = np.stack([coarse.t[:-1][whole], coarse.t[1:][whole]])
@@ -134,7 +149,8 @@ def align(truth, wheels, odom, topic, base):
     start = np.array([clock, yaw, 0, 0, 1, 1, 1])
     estimate, sigma = refine(lambda unknowns: expected(rolled, unknowns, base.half_lengths), seen, start, trust,
                              round(ALONG / length))
-    check(estimate, sigma, topic)
+    speeds = np.sqrt(np.nanmean(rolled(estimate[0]) ** 2, axis=0))
+    check(estimate, sigma, topic, speeds > DRIVEN * np.max(speeds))
     (clock, yaw, X, Y), sigma = estimate[:4], np.hypot(sigma[:4], SLIP)
     starts = np.sum(np.diff(rolled(clock), axis=0) ** 2, axis=1)
     sigma[0] = math.hypot(sigma[0], LAG * np.nansum(starts ** 2) / np.nansum(starts))
@@ -146,23 +162,32 @@ def align(truth, wheels, odom, topic, base):
 
 
 def search_clock(rolled, seen, topic):
-    """The offset at which the wheels' motion explains the marker's best by any linear map, and this map."""
+    """The offset at which the wheels' motion explains the marker's best by any linear map, and this map. Pieces in which
+    it explains least, as spikes of a tracker, count little from the second search on."""
     offsets = np.arange(-LARGEST_CLOCK, LARGEST_CLOCK + CLOCK_STEP / 2, CLOCK_STEP)
-    unexplained, maps = np.ones(len(offsets)), np.zeros((len(offsets), 3, 3))
-    for k, offset in enumerate(offsets):
-        V = rolled(offset)
-        known = np.isfinite(V).all(axis=1)
-        if np.sum(known) > FEWEST and np.any(seen[known]):
-            maps[k] = np.linalg.lstsq(V[known], seen[known], rcond=None)[0]
-            unexplained[k] = np.sum((seen[known] - V[known] @ maps[k]) ** 2) / np.sum(seen[known] ** 2)
-    best = int(np.argmin(unexplained))
+    weight = np.ones(len(seen))
+    for _ in range(4):
+        unexplained, maps = np.ones(len(offsets)), np.zeros((len(offsets), 3, 3))
+        for k, offset in enumerate(offsets):
+            V = rolled(offset)
+            known = np.isfinite(V).all(axis=1)
+            root = np.sqrt(weight[known])[:, None]
+            if np.sum(known) > FEWEST and np.any(seen[known]):
+                maps[k] = np.linalg.lstsq(root * V[known], root * seen[known], rcond=None)[0]
+                unexplained[k] = (np.sum((root * (seen[known] - V[known] @ maps[k])) ** 2) /
+                                  np.sum((root * seen[known]) ** 2))
+        best = int(np.argmin(unexplained))
+        off = np.linalg.norm(np.nan_to_num(seen - rolled(offsets[best]) @ maps[best]), axis=1)
+        usual = max(np.median(off), 0.1 * np.sqrt(np.median(np.sum(seen ** 2, axis=1))), MIN_ERROR)
+        weight = np.minimum(1, (3 * usual / np.maximum(off, 1e-9)) ** 2)
     if unexplained[best] > 0.3 or best in (0, len(offsets) - 1):
-        raise Missing(f"{topic}: its motion does not fit the wheels' with any clock within {LARGEST_CLOCK:g} s: "
-                      f"{100 * unexplained[best]:.0f} % of it stays unexplained")
+        raise Unexplained(f"{topic}: its motion does not fit the wheels' with any clock within {LARGEST_CLOCK:g} s: "
+                          f"{100 * unexplained[best]:.0f} % of it stays unexplained")
     low = (unexplained <= np.roll(unexplained, 1)) & (unexplained <= np.roll(unexplained, -1))
     other = offsets[low & (np.abs(offsets - offsets[best]) > 0.1) & (unexplained < 2 * unexplained[best] + 0.02)]
     if len(other):
-        raise Missing(f"{topic}: its clock cannot be determined: {offsets[best]:.2f} s and {other[0]:.2f} s fit alike")
+        kind = Unexplained if unexplained[best] > NOISY else Missing
+        raise kind(f"{topic}: its clock cannot be determined: {offsets[best]:.2f} s and {other[0]:.2f} s fit alike")
     return offsets[best], maps[best]
 
 
@@ -201,14 +226,15 @@ def refine(expect, seen, unknowns, trust, along):
     return unknowns, np.sqrt(np.maximum(np.diag(inverse) * max(spread, 0.1), pulled))
 
 
-def check(estimate, sigma, topic):
+def check(estimate, sigma, topic, driven):
+    """Throws Missing where the motion does not tell; of directions judges those that were `driven`."""
     if sigma[0] > CLOCK_STEP:
         raise Missing(f"{topic}: its clock cannot be determined: sigma is {sigma[0]:.2g} s; must be at most "
                       f"{CLOCK_STEP:g} s: drive with starts and stops")
     if sigma[1] > 0.1:
         raise Missing(f"{topic}: the marker's yaw on the base cannot be determined: drive forward and lateral too")
-    for share, error, direction in zip(estimate[4:], sigma[4:], ("forward", "lateral", "in yaw")):
-        if error < 0.05 and not 0.7 < share < 1.4:
+    for share, error, direction, is_driven in zip(estimate[4:], sigma[4:], ("forward", "lateral", "in yaw"), driven):
+        if is_driven and error < 0.05 and not 0.7 < share < 1.4:
             raise OtherSizes(f"{topic}: {direction} the base moves {share:.2f} times as far as its wheels roll; must "
                              "be 0.7 to 1.4 times: give this base's sizes with --scene, and its joints with --joints")
 

@@ -23,7 +23,7 @@ def scenes():
 
 def stress_scenes(folder):
     """The same of the stress suite, whose scenes it writes to a folder."""
-    sys.path.insert(0, str(ROOT))
+    sys.path[:0] = [str(ROOT), str(ROOT / "src")]
     from studies.stress_cells import stress_cells
     for cell in stress_cells():
         path = folder / f"{cell.group}_{cell.name}.yaml"

@@ -151,8 +151,8 @@ TEST_F(Endings, in_lockstep_with_a_node_that_was_given_up_are_errors) {
   for (const std::string strict : {"true", "false"}) {
     BaseProcess base(strict, {"_publish_clock:=true", "_real_time_factor:=0", "_lockstep:=true", "_end_time:=0.1",
                               "_lockstep_timeout:=0.5", "_lockstep_strict:=" + strict, bag(strict)});
-    const ros::Subscriber clock =
-        node.subscribe<rosgraph_msgs::Clock>("/clock", 1, +[](const rosgraph_msgs::Clock::ConstPtr&) {});
+    const ros::Subscriber clock = node.subscribe<rosgraph_msgs::Clock>(
+        "/clock", 1, +[](const rosgraph_msgs::Clock::ConstPtr&) {});
     wait_for("the clock", [&] { return clock.getNumPublishers() > 0; });
     EXPECT_TRUE(base.call("/base/unpause"));
     base.expect_end(strict == "true" ? 1 : 0, "has not rested for 0.5 s");

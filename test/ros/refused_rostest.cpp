@@ -38,7 +38,7 @@ class RefusedParameters : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
     const std::string line = refusal_of("~no_such_parameter", 1);
-    std::istringstream list(std::regex_replace(line.substr(line.find("known are:") + 10), std::regex(","), " "));
+    std::istringstream list(std::regex_replace(line.substr(line.find("known:") + 6), std::regex(","), " "));
     for (std::string name; list >> name;) names_.push_back("~" + name);
     ASSERT_GE(names_.size(), 20u) << line;
     for (const char* name : {"youBotHasBase", "youBotHasArms", "youBotDriverCycleFrequencyInHz",

@@ -47,6 +47,15 @@ class SceneTest : public testing::Test {
   TemporaryFolder folder_;
 };
 
+// As of a fit to encoders, whose scene the node slip_odometry takes.
+TEST_F(SceneTest, ANodesSceneMayHaveATableOfAngles) {
+  folder_.write("angles.csv", "t,fl,fr,bl,br\n0,0,0,0,0\n1,1,1,1,1\n");
+  const std::string path = folder_.write("scene.yaml", "duration: 1\ndrive: {wheel_angle_table: angles.csv}\n");
+  const Scene scene = load_scene(path, {}, SceneUse::kCommands);
+  EXPECT_TRUE(std::holds_alternative<std::monostate>(scene.drive));
+  EXPECT_EQ(scene.solver.control_period, 1e-3);
+}
+
 TEST_F(SceneTest, DefaultsAreThePapers) {
   const Scene scene = load(kDrive);
   EXPECT_EQ(scene.model, Model::kCoulomb);
@@ -409,11 +418,11 @@ TEST_F(SceneTest, SaysWhereAHoldingSpeedHasNoEffect) {
   EXPECT_TRUE(finds(std::string(kDrive) + "floor: {slip_regularization: 0.1, holding_speed: 2e-3}\n"));
   // The profile's own goes with model coulomb.
   EXPECT_FALSE(finds(std::string(kDrive) + "robot: {profile: measured}\nmodel: no_slip\n"));
-  EXPECT_EQ(
-      without_effect(load(held + "solver: {method: dopri5}\nrobot: {com_height: 0.1}\n")),
-      "floor.holding_speed = 1e-06: has no effect but in model coulomb, below slip_regularization = 0.001 "
-      "and 0.001 m/s, by a method that is not explicit; robot.com_height = 0.1: has no effect unless robot.normal_reactions is "
-      "dynamic");
+  EXPECT_EQ(without_effect(load(held + "solver: {method: dopri5}\nrobot: {com_height: 0.1}\n")),
+            "floor.holding_speed = 1e-06: has no effect but in model coulomb, below slip_regularization = 0.001 "
+            "and 0.001 m/s, by a method that is not explicit; robot.com_height = 0.1: has no effect unless "
+            "robot.normal_reactions is "
+            "dynamic");
 }
 
 TEST_F(SceneTest, TellsWhatHasNoEffectUnderStaticReactions) {

@@ -130,8 +130,14 @@ class BagsTest(harness.RunsAnalyse):
     def test_lengths_in_a_message_are_not_believed(self):
         bag = self.write("length.bag", data=struct.pack("<IIIII", 0, 1, 0, 0, 1 << 31) + bytes(40))
         nested = "".join(f"a/T{k}[1000] a{BETWEEN}MSG: a/T{k}\n" for k in range(12)) + "uint8 x"
-        for path in (bag, self.write("nested.bag", nested)):
-            command = 'ulimit -v 1000000; exec "$0" "$@"'
+        wide = struct.pack("<IIIII", 0, 1, 0, 0, 0) + struct.pack("<I", 1 << 23) + bytes(8 << 23) + bytes(8)
+        states = self.path("wide.bag")
+        with rosbag.Bag(states, "w", compression="bz2") as bag_file:  # 64 MB of zeros in some hundred bytes
+            bag_file.write("/joint_states", ("sensor_msgs/JointState", wide, JointState._md5sum, (0, 0), JointState),
+                           genpy.Time(1), raw=True)
+        self.assertLess(os.path.getsize(states), 20000)
+        for path in (bag, self.write("nested.bag", nested), states):
+            command = 'ulimit -v 700000; exec "$0" "$@"'
             ran = subprocess.run(["bash", "-c", command, sys.executable, harness.ROOT / "scripts" / "analyse", path],
                                  text=True, capture_output=True, timeout=60,
                                  env={**os.environ, "OPENBLAS_NUM_THREADS": "1"})

@@ -151,6 +151,16 @@ class GroundTruthTest(RunsAnalyse):
         for axis, true in zip("xy", MARKER):
             self.assertAlmostEqual(numbers["marker_" + axis], true, delta=0.02)
 
+    def test_a_yaw_with_noise_and_spikes(self):
+        """As of optical trackers of few markers: 10 mrad, and 0.3 rad for a tenth of the time."""
+        draw, motion = np.random.default_rng(5), self.motion.copy()
+        motion[2] += 0.01 * draw.normal(size=len(self.times))
+        motion[2] += 0.3 * (np.sin(2 * math.pi * self.times / 1.7) > 0.95)
+        numbers = self.numbers(self.recorded("spikes.bag", rate=170, motion=motion, marker=(0, 0, MARKER[2])))
+        self.assertLess(abs(numbers["clock"] - CLOCK), 3 * numbers["clock_sigma"])
+        self.assertLess(abs(numbers["marker_yaw"] - MARKER[2]), 3 * numbers["marker_yaw_sigma"])
+        self.assertAlmostEqual(numbers["forward_of_rolled"], self.known["forward_of_rolled"], delta=0.03)
+
     def test_types_of_messages(self):
         expected = self.numbers(self.recorded("stamped.bag"))
         for kind in (PoseWithCovarianceStamped, TransformStamped):

@@ -87,8 +87,7 @@ class RadauMatrix {
 ///   eta |du_k| < 1,   eta = theta / (1 - theta)      (Hairer and Wanner II, (8.10)),
 ///
 /// which bounds all corrections that are left out. Amendments:
-///   - before the first rate is known, that of the last step counts;
-///   - a correction that moves a slip by more than a third of nu may reverse friction, so its rate predicts nothing;
+///   - before the first rate is known, it is taken to be 0.1;
 ///   - with the exact matrix, corrections shrink quadratically: |du_k+1| is about omega |du_k|^2 with the largest omega
 ///     of late, and iterations end once 10 omega |du_k|^2 < 1 (P. Deuflhard, Newton Methods for Nonlinear Problems,
 ///     2004, section 2.1);
@@ -111,8 +110,6 @@ class RadauConvergence {
     per_tolerance_ = {1 / (options_.convergence * error_scale.v.min(regularization.v)),
                       1 / (options_.convergence * error_scale.dphi.min(regularization.dphi)),
                       1 / (options_.convergence * error_scale.dgamma.min(regularization.dgamma))};
-    predictable_correction_ =
-        options_.predictable_fraction * system.model().regularization_speed() * per_tolerance_.v[0];
   }
 
   double size(const StageVelocities& correction) const {
@@ -125,33 +122,26 @@ class RadauConvergence {
   }
 
   /// The rate that the first correction of a step is expected to have.
-  double first_rate() const { return rate_; }
-  void keep_rate(double rate) { rate_ = std::min(std::max(rate, options_.min_rate), options_.max_rate); }
+  double first_rate() const { return options_.first_rate; }
   /// Takes the rate after a correction of size `last` whose matrix was exact.
   void see_exact(double rate, double last) {
     curvature_ = std::max(rate / last, options_.curvature_memory * curvature_);
   }
 
-  /// Whether the rate predicts the size of the correction after one of this size.
-  bool predicts(double size) const { return size <= predictable_correction_; }
   /// Whether all corrections after one of this size, at this rate, sum up to less than the tolerance.
   static bool leaves_little(double size, double rate) { return rate < 1 && size * rate < 1 - rate; }
   /// Whether the next correction, with an exact matrix about the curvature times the square of this one, is small.
   bool leaves_little_exactly(double size) const { return options_.curvature_margin * curvature_ * size * size < 1; }
 
-  void restart() {
-    rate_ = options_.first_rate;
-    curvature_ = options_.first_curvature;
-  }
+  void restart() { curvature_ = 1; }
 
  private:
   // How small an error of the slip rounding lets iterations reach, m/s; with dynamic reactions
   static constexpr double kRounding = 3e-16, kReactingRounding = 1e-12;
 
   const RadauOptions& options_;
-  Velocities per_tolerance_;           // the inverse of the convergence tolerance
-  double predictable_correction_ = 0;  // in that tolerance
-  double rate_, curvature_;
+  Velocities per_tolerance_;  // the inverse of the convergence tolerance
+  double curvature_;
 };
 
 /// Newton's iterations for the stages of a step, primal and dual. The unknowns are the velocities u_j and the friction
@@ -165,7 +155,7 @@ class RadauConvergence {
 ///
 /// A correction that does not pass Deuflhard's natural monotonicity test is halved: with the old matrix, the next one
 /// must be at most 1 - length / 4 times as large (2004, section 3.3). The first four may grow: F makes up for that
-/// sooner. Where the iterations fail, `continue_to_regularization_speed` raises nu and lowers it step by step.
+/// sooner.
 template <class Model>
 class RadauNewton {
  public:
@@ -189,7 +179,7 @@ class RadauNewton {
   void restart() { convergence_.restart(); }
 
   /// Solves for the `stages` of a step of length dt from what they hold. Ends early, as if converged, where `give_up`
-  /// says so: it is asked once, after two iterations, or after one if the correction was large. False: no convergence.
+  /// says so, which is asked after two iterations. False: no convergence.
   template <class GiveUp>
   [[gnu::flatten, gnu::noinline]] bool iterate(const System& system, const Start& start, double dt, Stages& stages,
                                                const GiveUp& give_up) {
@@ -232,51 +222,14 @@ class RadauNewton {
       length = 1;
       last = size;
       move(system, length, stages);
-      if (convergence_.predicts(size)) {
-        if (exact && !system.reacts() && convergence_.leaves_little_exactly(size)) {
-          for (int j = 0; j < 3; ++j) forces_[j] = forces_by_motion(system, j, start.u, stages.u);
-          return true;
-        }
-        if (convergence_.leaves_little(size, rate)) {
-          convergence_.keep_rate(rate);
-          return true;
-        }
+      if (exact && !system.reacts() && convergence_.leaves_little_exactly(size)) {
+        for (int j = 0; j < 3; ++j) forces_[j] = forces_by_motion(system, j, start.u, stages.u);
+        return true;
       }
-      if ((iteration == 1 || (iteration == 0 && size > options_.early_estimate_correction)) && give_up()) return true;
+      if (convergence_.leaves_little(size, rate)) return true;
+      if (iteration == 1 && give_up()) return true;
     }
     return false;
-  }
-
-  /// Continuation, from the velocities at the start: the equations are first solved for a larger regularization speed,
-  /// whose solution is a good start for a smaller one. Where the next speed is too small, one nearer to the last is
-  /// tried. False: no convergence.
-  [[gnu::noinline]] bool continue_to_regularization_speed(System& system, const Start& start, double dt,
-                                                          Stages& stages) {
-    const double nu = system.model().regularization_speed();
-    if (!options_.continuation || !(nu < options_.first_regularization_speed)) return false;
-    stages.u.fill(start.u);
-    stages.F.fill(start.friction);
-    Stages solved = stages;
-    double speed = options_.first_regularization_speed, ratio = options_.regularization_ratio, last = 0;
-    bool converged = false;
-    for (;;) {
-      system.set_regularization_speed(speed);
-      begin(system, start);
-      converged = iterate(system, start, dt, stages, [] { return false; });
-      if (converged) {
-        if (speed <= nu) break;
-        last = speed;
-        solved = stages;
-      } else {
-        ratio = std::sqrt(ratio);
-        if (last == 0 || ratio > options_.max_regularization_ratio) break;
-        stages = solved;
-      }
-      speed = std::max(nu, ratio * last);
-    }
-    system.set_regularization_speed(nu);
-    begin(system, start);
-    return converged;
   }
 
   // Of the last iterations.

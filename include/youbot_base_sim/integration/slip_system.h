@@ -178,9 +178,6 @@ class SlipSystem final : public ContactSystem {
   const Model& model() const { return model_; }
   const TorqueProfile& torque() const { return *torque_; }
 
-  /// Has friction regularized over nu (m/s) for the time being: for continuation, which goes back to `rest().nu()`.
-  void set_regularization_speed(double nu) { model_.set_regularization_speed(nu); }
-
  private:
   static constexpr double kShareOfPeriod = 0.125;
 

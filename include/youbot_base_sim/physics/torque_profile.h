@@ -25,8 +25,8 @@ class TorqueProfile {
   /// Period of the torque in this segment, s; infinity if it is aperiodic.
   virtual double period() const { return kInfinity; }
 
-  /// Largest share of the stretch from time t to `end` (s) as one step that resolves a change of the torque's direction;
-  /// 1 or more: all of it. Within a segment most torques are smooth.
+  /// Largest share of the stretch from time t to `end` (s) as one step that resolves a change of the torque's
+  /// direction; 1 or more: all of it. Within a segment most torques are smooth.
   virtual double resolved_share([[maybe_unused]] double t, [[maybe_unused]] double end) const { return kInfinity; }
 };
 

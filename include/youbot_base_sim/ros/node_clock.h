@@ -89,7 +89,7 @@ class NodeClock {
   virtual bool await(TimedLoop& loop) { return await_due(loop, loop.has_callbacks()); }
 
   /// The loop has reached the time that was due. Returns the lag that is given up, s of wall time.
-  virtual double arrive();
+  double arrive();
 
   /// Publishes the present time, if this clock does: at the start and after a ~step.
   virtual void announce() {}
@@ -115,8 +115,11 @@ class NodeClock {
   /// Wall time that has passed since simulated time t (s) was due, s; negative if it is not.
   virtual double lag(double t) const = 0;
 
-  /// Sets this clock back by `lag`, s.
-  virtual void skip(double lag) = 0;
+  /// The largest lag that the loop catches up with, s of wall time.
+  virtual double max_lag() const { return 1; }
+
+  /// Sets this clock back by `lag`, s. Returns the part of it that is an error.
+  virtual double skip(double lag) = 0;
 
   /// Wall time until simulated time t (s) is due, s; not positive if it is.
   virtual double wait_for(double t) const { return -lag(t); }

@@ -37,6 +37,8 @@ class Telemetry {
     if (sensors.imu()) topic(kImuTopic, [&] { return imu_message(*sensors.imu(), stamp, imu_frame(*sensors.imu())); });
     topic(kTransformsTopic, [&] { return transforms(simulation, sensors, stamp); });
     topic(kContactsTopic, [&] { return contacts_message(simulation, stamp, options_.frames.base); });
+    const std::vector<Wrench>& wrenches = simulation.applied_loads().wrenches;
+    if (!wrenches.empty()) topic(kAppliedWrenchTopic, [&] { return push(wrenches, simulation.state().psi(), stamp); });
   }
 
   /// Calls `topic(name, stamp, make)` for each event; `stamp_at(t)` makes the stamp of simulated time t, s.
@@ -58,14 +60,6 @@ class Telemetry {
       const ros::Time stamp = stamp_at(change.t);
       topic(kStateSetTopic, stamp, [&] { return truth(change.state, stamp); });
     }
-  }
-
-  /// Calls `topic(name, make)` for the wrenches at an instant, if there are any.
-  template <class Topic>
-  void visit_push(const Simulation& simulation, const ros::Time& stamp, Topic&& topic) const {
-    const std::vector<Wrench>& wrenches = simulation.applied_loads().wrenches;
-    if (wrenches.empty()) return;
-    topic(kAppliedWrenchTopic, [&] { return push(wrenches, simulation.state().psi(), stamp); });
   }
 
   visualization_msgs::MarkerArray markers(const Simulation& simulation, const ros::Time& stamp) {

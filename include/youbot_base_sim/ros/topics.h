@@ -49,33 +49,28 @@ struct TopicRow {
 template <class Message>
 struct Topic : TopicRow {};
 
-template <class Message>
-constexpr Topic<Message> topic(const char* name, std::uint32_t queue_size, unsigned properties) {
-  return {{name, queue_size, properties}};
-}
-
 constexpr unsigned kTelemetry = kRecorded | kAwaited | kAtInstants;  ///< most of what is published at each instant
 
 inline constexpr auto kTopics = std::make_tuple(
-    topic<nav_msgs::Odometry>(kOdometryTopic, 0, kTelemetry | kOfDriver),
-    topic<nav_msgs::Odometry>(kGroundTruthTopic, 0, kTelemetry),
-    topic<sensor_msgs::JointState>(kJointStatesTopic, 0, kTelemetry | kOfDriver),
-    topic<sensor_msgs::Imu>(kImuTopic, 0, kTelemetry),
-    topic<tf2_msgs::TFMessage>(kTransformsTopic, 0, kTelemetry | kOfDriver),
-    topic<tf2_msgs::TFMessage>(kStaticTransformsTopic, kRecorderQueueSize, kRecorded | kLatched),
-    topic<ContactsStamped>(kContactsTopic, 0, kTelemetry | kOnRequest),
-    topic<visualization_msgs::MarkerArray>(kContactMarkersTopic, kDriverQueueSize,
-                                           kRecorded | kOnRequest | kAtInstants),
-    topic<RollerSwitchStamped>(kRollerSwitchesTopic, kRecorderQueueSize, kTelemetry | kAtPeriods),
-    topic<geometry_msgs::WrenchStamped>(kAppliedWrenchTopic, kRecorderQueueSize, kRecorded | kLatched | kAtInstants),
-    topic<LoadsStamped>(kLoadsTopic, kRecorderQueueSize, kRecorded | kLatched),
-    topic<nav_msgs::Odometry>(kStateSetTopic, kRecorderQueueSize, kRecorded),
-    topic<std_msgs::String>(kSceneTopic, kDriverQueueSize, kRecorded | kLatched),
+    Topic<nav_msgs::Odometry>{{kOdometryTopic, 0, kTelemetry | kOfDriver}},
+    Topic<nav_msgs::Odometry>{{kGroundTruthTopic, 0, kTelemetry}},
+    Topic<sensor_msgs::JointState>{{kJointStatesTopic, 0, kTelemetry | kOfDriver}},
+    Topic<sensor_msgs::Imu>{{kImuTopic, 0, kTelemetry}},
+    Topic<tf2_msgs::TFMessage>{{kTransformsTopic, 0, kTelemetry | kOfDriver}},
+    Topic<tf2_msgs::TFMessage>{{kStaticTransformsTopic, kRecorderQueueSize, kRecorded | kLatched}},
+    Topic<ContactsStamped>{{kContactsTopic, 0, kTelemetry | kOnRequest}},
+    Topic<visualization_msgs::MarkerArray>{
+        {kContactMarkersTopic, kDriverQueueSize, kRecorded | kOnRequest | kAtInstants}},
+    Topic<RollerSwitchStamped>{{kRollerSwitchesTopic, kRecorderQueueSize, kTelemetry | kAtPeriods}},
+    Topic<geometry_msgs::WrenchStamped>{{kAppliedWrenchTopic, kRecorderQueueSize, kRecorded | kLatched | kAtInstants}},
+    Topic<LoadsStamped>{{kLoadsTopic, kRecorderQueueSize, kRecorded | kLatched}},
+    Topic<nav_msgs::Odometry>{{kStateSetTopic, kRecorderQueueSize, kRecorded}},
+    Topic<std_msgs::String>{{kSceneTopic, kDriverQueueSize, kRecorded | kLatched}},
 #ifdef YOUBOT_BASE_SIM_PR2_MSGS
-    topic<pr2_msgs::PowerBoardState>(kDashboardTopic, kDriverQueueSize, 0),
+    Topic<pr2_msgs::PowerBoardState>{{kDashboardTopic, kDriverQueueSize, 0}},
 #endif
-    topic<diagnostic_msgs::DiagnosticArray>(kDiagnosticsTopic, kDriverQueueSize, 0),
-    topic<rosgraph_msgs::Clock>(kClockTopic, kRecorderQueueSize, kLatched | kAwaited | kAtPeriods));
+    Topic<diagnostic_msgs::DiagnosticArray>{{kDiagnosticsTopic, kDriverQueueSize, 0}},
+    Topic<rosgraph_msgs::Clock>{{kClockTopic, kRecorderQueueSize, kLatched | kAwaited | kAtPeriods}});
 
 /// Calls `visit(topic)` for each row, a Topic of its message.
 template <class Visit>

@@ -57,7 +57,7 @@ Row RowMaker::make(std::uint64_t run, const std::atomic<bool>& stop) const {
   Row row{run, RunStatus::kDone, ""};
   std::string values(family_.quantities.size(), ','), reason;
   try {
-    const Scene scene = load_scene(family_.scene, settings, keeps_trajectory(run));
+    const Scene scene = load_scene(family_.scene, settings, SceneUse::kRun, keeps_trajectory(run));
     require_drive(scene);
     values = simulate(scene, open_trajectory(run), stop, reason);
     if (!reason.empty()) row.status = RunStatus::kDoubtful;
