@@ -18,11 +18,14 @@ inline constexpr std::uint64_t kComparison = 10000000;
 template <class Features>
 std::unique_ptr<MotionIntegrator> make_slip_integrator(Model model, const Parts& parts) {
   return visit_law(model, [&](auto law) -> std::unique_ptr<MotionIntegrator> {
-    using Equations = SlipModel<typename decltype(law)::Law, Features>;
+    using Law = typename decltype(law)::Law;
+    using Equations = SlipModel<Law, Features>;
     using System = SlipSystem<Equations>;
     FloorParameters floor = parts.floor;
     if (parts.method.is_explicit) floor.holding_speed = 0;  // its steps would be that much shorter
-    floor.nu = effective_regularization_speed(floor.nu, floor.spin_radius, parts.tolerance);
+    if (Law::kScalesWithReaction) {  // the viscous law's mu_0 depends on nu, whatever the tolerance
+      floor.nu = effective_regularization_speed(floor.nu, floor.spin_radius, parts.tolerance);
+    }
     const auto make_method = [&](IntegrationStatistics& statistics) -> std::unique_ptr<SmoothStepper<ContactSystem>> {
       if (parts.method.make) {
         return std::make_unique<ContactStepper<const SmoothSystem>>(parts.method.make(parts.tolerance, statistics));
