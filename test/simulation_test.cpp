@@ -130,7 +130,7 @@ TEST_F(SimulationTest, EnergyBalanceClosesAtRowsWithinSteps) {
     simulation.advance_to(k / 2000.0);
     EXPECT_LT(simulation.energy_balance_error(), 1e-6) << k;
   }
-  EXPECT_LT(simulation.statistics().steps, 600u);  // most rows lie within them
+  EXPECT_LT(simulation.statistics().steps, 500u);
 }
 
 // What acts or changes from a row on that lies within a step: as if the scene had it, and whatever rows came before.

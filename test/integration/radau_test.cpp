@@ -95,10 +95,8 @@ State stepped(SlipSystem<Model> system, State x, double t_0, double t_1, int ste
 // A single try of a new Radau.
 template <class Model>
 struct Try {
-  Try(const Tolerance& tolerance, SlipSystem<Model> system, const State& x, double t, double dt,
-      const RadauOptions& options = {})
-      : next(dt) {
-    Radau<Model> radau(tolerance, statistics, options);
+  Try(const Tolerance& tolerance, SlipSystem<Model> system, const State& x, double t, double dt) : next(dt) {
+    Radau<Model> radau(tolerance, statistics);
     accepted = radau.try_step(std::ref(system), x, t, end, next) == odeint::success;
   }
   IntegrationStatistics statistics;
@@ -382,8 +380,6 @@ TYPED_TEST(RadauTest, ErrorIsThatOfTheEmbeddedFormula) {
   const Eigen::Matrix3d A = integrals * powers.inverse();
   const double constant = e.matrix().dot(A * c.cube().matrix()) / 6 / gamma;
   const Velocities y = fourth_derivative(motion);
-  RadauOptions without_pose;
-  without_pose.pose_estimate = false;
   const auto norm = [&](double roller_weight) {
     return std::sqrt((y.v.square() + y.dphi.square() + (y.dgamma / roller_weight).square()).sum() / 11);
   };
@@ -393,8 +389,7 @@ TYPED_TEST(RadauTest, ErrorIsThatOfTheEmbeddedFormula) {
     double low = 1e-15, high = 1;
     while (high > 1.0001 * low) {
       const double allowed = std::sqrt(low * high);
-      const Try<TypeParam> tried({0, allowed}, motion.system(), motion.start, 0, h, without_pose);
-      (tried.accepted ? high : low) = allowed;
+      (Try<TypeParam>({0, allowed}, motion.system(), motion.start, 0, h).accepted ? high : low) = allowed;
     }
     const double reported = high, unit = std::abs(constant) * std::pow(h, 4);
     EXPECT_LT(reported, 1.1 * unit * norm(1)) << "h = " << h;
@@ -404,20 +399,6 @@ TYPED_TEST(RadauTest, ErrorIsThatOfTheEmbeddedFormula) {
     }
     last = reported;
   }
-}
-
-// Of one order less, the estimate of the pose counts in short steps, and where contacts hold the velocities.
-TYPED_TEST(RadauTest, ErrorOfThePoseIsThatOfAnIntegral) {
-  const Motion<TypeParam> motion = gentle_motion<TypeParam>();
-  const auto reported = [&](double h) {
-    double low = 1e-17, high = 1;
-    while (high > 1.0001 * low) {
-      const double allowed = std::sqrt(low * high);
-      (Try<TypeParam>({0, allowed}, motion.system(), motion.start, 0, h).accepted ? high : low) = allowed;
-    }
-    return high;
-  };
-  EXPECT_NEAR(reported(4e-5) / reported(2e-5), 8, 0.8);
 }
 
 // Of two orders less, it is above the error that a step makes, wherever it asks for a step to be taken: steps whose

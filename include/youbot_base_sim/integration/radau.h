@@ -57,7 +57,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     const bool judged = !(length <= accepted_dt_);
     early_error_ = 0;
     if (!solve(system, dt, judged && length > shortest)) {
-      dt *= options_.max_shrinkage;
+      dt *= options_.failure_shrinkage;
       return fail;
     }
     if (judged) {
@@ -83,7 +83,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
       u[j] = weighted(lagrange_weights(share * RadauTableau::c[j]), start_.u, stages_->u);
     }
     end(share * newton_.dt(), u, x);
-    follow_friction_within(system, share, x, u[2]);
+    if (options_.dense_friction) follow_friction_within(system, share, x, u[2]);
     x.set(u[2]);
     // The work of the polynomial's accelerations. Forces are less accurate: what friction is off by does no work at the
     // stages alone.
@@ -120,6 +120,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     const ContactModes& modes = system.modes();
     const WheelMask unchanged = prediction_.unchanged(modes.ids());
     start_.after_switch = !unchanged.all();
+    start_.carries_friction = start_.after_switch && prediction_.continues() && unchanged.any() && !modes.mixed();
     if (start_.after_switch) {  // another contact: the step before does not predict this one
       prediction_.forget();
       control_.restart();
@@ -134,14 +135,14 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     const Wheels M = goes_on ? newton_.torque_at_end() : system.torque().value(t);
     start_.pose = system.pose(x);
     if (options_.start_by_motion && prediction_.continues() && goes_on && !modes.mixed()) {
-      const auto& before = *prediction_.known();
+      const auto& before = *prediction_.last();
       start_.forces = newton_.forces_by_motion(system, 2, before.start, before.stages.u);
       start_.friction = prediction_.end_friction();
     } else {
       evaluate_start(system, M, unchanged);
     }
     error_.begin(start_.after_switch);
-    start_.error_scale = error_.scale(start_.u);
+    start_.error_scale = error_.scale(system.model(), start_.u);
     newton_.begin(system, start_);
   }
 
@@ -163,7 +164,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   }
 
   // Finds the stages of a step of length dt. One that is `judged` ends early, with its early_error_, where that is
-  // too large. False without convergence, or if the platform would rotate by over 1 rad.
+  // clearly too large. False without convergence, or if the platform would rotate by over 1 rad.
   bool solve(SlipSystem<Model>& system, double dt, bool judged) {
     end_t_ = start_.t + RadauTableau::c[2] * dt;
     stages_ = &prediction_.next_stages();
@@ -176,21 +177,20 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     return dt * std::max({std::abs(u[0].v[2]), std::abs(u[1].v[2]), std::abs(u[2].v[2])}) < 1;
   }
 
-  bool find_stages(SlipSystem<Model>& system, double dt, bool judged) {
-    const auto give_up = [this, &system, judged] { return judged && options_.gives_up && is_too_large(system); };
-    if (options_.predicts && prediction_.known()) {
+  bool find_stages(const SlipSystem<Model>& system, double dt, bool judged) {
+    const auto give_up = [this, &system, judged] { return judged && is_hopeless(system); };
+    if (prediction_.known()) {
       prediction_.predict(system, start_, newton_.contacts(), dt, *stages_);
       if (newton_.iterate(system, start_, dt, *stages_, give_up)) return true;
     }
-    stages_->u.fill(start_.u);
-    stages_->F.fill(start_.friction);
+    prediction_.begin_as_start(system, start_, newton_.contacts(), dt, *stages_);
     return newton_.iterate(system, start_, dt, *stages_, give_up);
   }
 
-  // Whether the step's error is too large, by the iterations so far.
-  bool is_too_large(const SlipSystem<Model>& system) {
+  // Whether the step's error is clearly too large, by the iterations so far.
+  bool is_hopeless(const SlipSystem<Model>& system) {
     const double error = estimate(system);
-    if (!(error > 1)) return false;
+    if (!(error > options_.early_reject_error)) return false;
     early_error_ = error;
     return true;
   }

@@ -87,7 +87,8 @@ class RadauMatrix {
 ///   eta |du_k| < 1,   eta = theta / (1 - theta)      (Hairer and Wanner II, (8.10)),
 ///
 /// which bounds all corrections that are left out. Amendments:
-///   - before the first rate is known, it is taken to be 0.03;
+///   - before the first rate is known, that of the last step counts;
+///   - a correction that moves a slip by more than a third of nu may reverse friction, so its rate predicts nothing;
 ///   - with the exact matrix, corrections shrink quadratically: |du_k+1| is about omega |du_k|^2 with the largest omega
 ///     of late, and iterations end once 10 omega |du_k|^2 < 1 (P. Deuflhard, Newton Methods for Nonlinear Problems,
 ///     2004, section 2.1);
@@ -110,6 +111,8 @@ class RadauConvergence {
     per_tolerance_ = {1 / (options_.convergence * error_scale.v.min(regularization.v)),
                       1 / (options_.convergence * error_scale.dphi.min(regularization.dphi)),
                       1 / (options_.convergence * error_scale.dgamma.min(regularization.dgamma))};
+    predictable_correction_ =
+        options_.predictable_fraction * system.model().regularization_speed() * per_tolerance_.v[0];
   }
 
   double size(const StageVelocities& correction) const {
@@ -122,26 +125,33 @@ class RadauConvergence {
   }
 
   /// The rate that the first correction of a step is expected to have.
-  double first_rate() const { return options_.first_rate; }
+  double first_rate() const { return rate_; }
+  void keep_rate(double rate) { rate_ = std::min(std::max(rate, options_.min_rate), options_.max_rate); }
   /// Takes the rate after a correction of size `last` whose matrix was exact.
   void see_exact(double rate, double last) {
     curvature_ = std::max(rate / last, options_.curvature_memory * curvature_);
   }
 
+  /// Whether the rate predicts the size of the correction after one of this size.
+  bool predicts(double size) const { return size <= predictable_correction_; }
   /// Whether all corrections after one of this size, at this rate, sum up to less than the tolerance.
   static bool leaves_little(double size, double rate) { return rate < 1 && size * rate < 1 - rate; }
   /// Whether the next correction, with an exact matrix about the curvature times the square of this one, is small.
   bool leaves_little_exactly(double size) const { return options_.curvature_margin * curvature_ * size * size < 1; }
 
-  void restart() { curvature_ = 1; }
+  void restart() {
+    rate_ = options_.first_rate;
+    curvature_ = options_.first_curvature;
+  }
 
  private:
   // How small an error of the slip rounding lets iterations reach, m/s; with dynamic reactions
   static constexpr double kRounding = 3e-16, kReactingRounding = 1e-12;
 
   const RadauOptions& options_;
-  Velocities per_tolerance_;  // the inverse of the convergence tolerance
-  double curvature_;
+  Velocities per_tolerance_;           // the inverse of the convergence tolerance
+  double predictable_correction_ = 0;  // in that tolerance
+  double rate_, curvature_;
 };
 
 /// Newton's iterations for the stages of a step, primal and dual. The unknowns are the velocities u_j and the friction
@@ -179,7 +189,7 @@ class RadauNewton {
   void restart() { convergence_.restart(); }
 
   /// Solves for the `stages` of a step of length dt from what they hold. Ends early, as if converged, where `give_up`
-  /// says so, which is asked after two iterations. False: no convergence.
+  /// says so: it is asked once, after two iterations, or after one if the correction was large. False: no convergence.
   template <class GiveUp>
   [[gnu::flatten, gnu::noinline]] bool iterate(const System& system, const Start& start, double dt, Stages& stages,
                                                const GiveUp& give_up) {
@@ -222,12 +232,17 @@ class RadauNewton {
       length = 1;
       last = size;
       move(system, length, stages);
-      if (exact && !system.reacts() && convergence_.leaves_little_exactly(size)) {
-        for (int j = 0; j < 3; ++j) forces_[j] = forces_by_motion(system, j, start.u, stages.u);
-        return true;
+      if (convergence_.predicts(size)) {
+        if (exact && !system.reacts() && convergence_.leaves_little_exactly(size)) {
+          for (int j = 0; j < 3; ++j) forces_[j] = forces_by_motion(system, j, start.u, stages.u);
+          return true;
+        }
+        if (convergence_.leaves_little(size, rate)) {
+          convergence_.keep_rate(rate);
+          return true;
+        }
       }
-      if (convergence_.leaves_little(size, rate)) return true;
-      if (iteration == 1 && give_up()) return true;
+      if ((iteration == 1 || (iteration == 0 && size > options_.early_estimate_correction)) && give_up()) return true;
     }
     return false;
   }

@@ -38,7 +38,8 @@ class RadauPrediction {
   };
 
   /// The step to predict from; null if there is none.
-  const SolvedStep* known() const { return known_; }
+  const SolvedStep* known() const { return options_.predicts ? known_ : nullptr; }
+  const SolvedStep* last() const { return known_; }
   /// Whether the step before is known, and steps go on from its end.
   bool continues() const { return known_ && known_->ended; }
 
@@ -86,8 +87,9 @@ class RadauPrediction {
     const Velocities& from = known.ended ? known.start : start.u;
     const Friction& friction_from = known.ended ? known.start_friction : start.friction;
     // Where contacts grip, the slip follows from the force: small errors of velocity would be large ones of friction.
-    // Not within the polynomial's own step.
-    const bool follows = options_.follows_friction && known.ended;
+    // Not within the polynomial's own step, nor where its errors, some tolerances, are small against nu.
+    const bool follows = options_.follows_friction && known.ended &&
+                         !(start.error_scale.v[0] < options_.small_error * system.model().regularization_speed());
     const int nodes = known.ended && known.after_switch && options_.line_after_switch ? 2
                       : follows && dt > options_.far * known.dt                       ? 3
                                                                                       : 4;
@@ -98,6 +100,16 @@ class RadauPrediction {
       stages.F[j] = bounded_friction(system.model(), weighted(weights, friction_from, known.stages.F), contacts[j]);
     }
     if (follows) follow_friction(system, start, contacts, dt, stages);
+  }
+
+  /// Sets `stages` to what the start has. A step that is longer than the transient after a switch begins with the
+  /// friction before it, also where the contact is another.
+  [[gnu::noinline]] void begin_as_start(const System& system, const Start& start, const StageContacts& contacts,
+                                        double dt, Stages& stages) const {
+    const bool longer_than_transient = start.carries_friction && dt > options_.switch_transient;
+    stages.u.fill(start.u);
+    stages.F.fill(longer_than_transient ? end_friction_ : start.friction);
+    if (longer_than_transient) follow_friction(system, start, contacts, dt, stages);
   }
 
  private:

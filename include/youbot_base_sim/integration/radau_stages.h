@@ -29,7 +29,8 @@ struct RadauStart {
   Pose pose;               ///< used beyond the paper
   Velocities error_scale;  ///< errors that count as 1
   ContactModes::Ids contact_ids = ContactModes::Ids::Zero();
-  bool after_switch = false;  ///< the step before ended on another contact
+  bool after_switch = false;      ///< the step before ended on another contact
+  bool carries_friction = false;  ///< after a switch, the friction before it is a first guess
 
   /// Wheel angles at stage j of a step of length dt with these velocities, rad.
   Wheels phi_at(int j, double dt, const StageVelocities& stages) const {
