@@ -43,9 +43,9 @@ class GuardedStepper : public ControlledStepperTypes {
   GuardedStepper& operator=(const GuardedStepper&) = delete;
 
  private:
-  static constexpr double kWindow = 1e-3;      // s
-  static constexpr double kExtraBudget = 0.8;  // of the bound
-  static constexpr int kMaxFailures = 400;     // of one step
+  static constexpr double kWindow = 1e-3;                             // s
+  static constexpr double kExtraBudget = 0.8;                         // of the bound
+  static constexpr int kMaxFailures = 400;                            // of one step
   static constexpr double kFallbackStep = 2e-5;                       // s
   static constexpr double kMinDuration = 1e-3, kMaxDuration = 64e-3;  // s of fallback steps in a row
   static constexpr double kFallbackCooldown = 10e-3;                  // s after the last of them

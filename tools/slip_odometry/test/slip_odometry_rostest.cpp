@@ -8,7 +8,7 @@
 
 #include <cmath>
 
-#include "rostest.h"
+#include "ros/rostest.h"
 
 namespace youbot_base_sim {
 namespace {

@@ -8,7 +8,7 @@
 #include <regex>
 
 #include "errors.h"
-#include "refusals.h"
+#include "promises/refusals.h"
 #include "youbot_base_sim/sweep/family.h"
 
 namespace youbot_base_sim {

@@ -323,8 +323,8 @@ TEST_F(SweepTest, RunsThatAreRefusedOrFailAreRowsWithTheirReasons) {
               rows["robot.wheel_radius"][run] == "0.05" && rows["robot.roller_axis_radius"][run] == "0.055");
     EXPECT_EQ(rows["x"][run].empty(), status != "done");
     EXPECT_EQ(rows["reason"][run].empty(), status == "done");
-    const std::string told = status == "refused" ? "less than wheel_radius" : status == "failed" ? "tip" : "";
-    EXPECT_NE(rows["reason"][run].find(told), std::string::npos) << rows["reason"][run];
+    const std::string why = status == "refused" ? "less than wheel_radius" : status == "failed" ? "tip" : "";
+    EXPECT_NE(rows["reason"][run].find(why), std::string::npos) << rows["reason"][run];
   }
   EXPECT_EQ(refused, 2);
   EXPECT_EQ(failed, 3);
@@ -379,7 +379,7 @@ TEST_F(SweepTest, ShowsABarOnATerminal) {
   const Terminal terminal;
   Program sweep("/bin/sh", {"-c", "exec " SWEEP " '" + family(10000) + "' --csv '" + folder_.path("table.csv") +
                                       "' --threads 1 > /dev/null 2> " + terminal.path()});
-  // Until a run is finished nobody knows how many there are a second.
+  // Until a run is finished the number of runs a second is not known.
   for (int tries = 0; lines(journal()) < 8 && tries < 30000; ++tries) {
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
