@@ -16,7 +16,7 @@
 #include "random_scenes/scene_generator.h"
 #include "temporary_folder.h"
 #include "youbot_base_sim/integration/radau_options.h"
-#include "youbot_base_sim/record/twin.h"
+#include "youbot_base_sim/offline/verdict.h"
 #include "youbot_base_sim/simulation.h"
 
 namespace {
