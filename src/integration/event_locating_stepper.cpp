@@ -53,7 +53,7 @@ void EventLocatingStepper::finish_foreign_step(ContactSystem& system, const Stat
                                                double dt) {
   const EdgeReached& edge = std::get<EdgeReached>(events_);
   for (int i = 0; i < kWheels; ++i) {
-    if (edge.concerns(system.modes(), i)) edge.pass(system.modes(), x, t - dt, dt, i, start.phi()[i]);
+    if (EdgeReached::concerns(system.modes(), i)) edge.pass(system.modes(), x, t - dt, dt, i, start.phi()[i]);
   }
   start_t_ = t - dt;
   point_ = Point::kEnded;

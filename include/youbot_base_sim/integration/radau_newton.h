@@ -217,7 +217,7 @@ class RadauNewton {
         rate = size / last;
         if (exact) convergence_.see_exact(rate, last);
         // With a matrix that is no longer exact, corrections shrink about twice as slowly as the first one did.
-        exact = !options_.reuses_matrix || !convergence_.leaves_little(size, exact ? 2 * rate : rate) ||
+        exact = !options_.reuses_matrix || !RadauConvergence::leaves_little(size, exact ? 2 * rate : rate) ||
                 !friction_is_as_expected(system, stages);
         if (exact) {
           factorize(system, stages.u);
@@ -237,7 +237,7 @@ class RadauNewton {
           for (int j = 0; j < 3; ++j) forces_[j] = forces_by_motion(system, j, start.u, stages.u);
           return true;
         }
-        if (convergence_.leaves_little(size, rate)) {
+        if (RadauConvergence::leaves_little(size, rate)) {
           convergence_.keep_rate(rate);
           return true;
         }
