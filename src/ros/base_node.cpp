@@ -61,7 +61,7 @@ std::string wheels_text(const Wheels& values) {
 /// callbacks.
 ///
 /// While the driver has no base, as after a loss of EtherCAT, odom, base/joint_states and /tf stop, as the driver's do.
-class BaseNode::Loop : private TimedLoop {
+class BaseNode::Loop final : private TimedLoop {
  public:
   Loop(const ros::NodeHandle& node, ros::NodeHandle private_node, const std::atomic<bool>& stop)
       : settings_(read_base_settings(node, private_node)),
