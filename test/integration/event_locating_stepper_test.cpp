@@ -635,9 +635,9 @@ TEST_F(GuardedStepperTest, EventsHaveTheirEffectsAfterFallbackSteps) {
   restart();
   wheels.modes().enter_averaging(0);
   wheels.modes().enter_averaging(1);
-  const auto brake = [](State& x, double, double dt) {
-    x.phi() += 1e3 * dt * x.dphi();
-    x.dphi()[1] = 1;
+  const auto brake = [](State& state, double, double dt) {
+    state.phi() += 1e3 * dt * state.dphi();
+    state.dphi()[1] = 1;
   };
   GuardedStepper guarded(located(), brake, 100000, *record);
   double now = 0, dt = 1;
