@@ -285,7 +285,9 @@ TEST(SlipOdometryTest, ATimeThatStandsStillIsNamed) {
     const std::string doubt = k == 0 ? "" : "the time of readings stands still while wheels turn by ";
     EXPECT_EQ(odometry.doubt().substr(0, doubt.size()), doubt) << k;
     EXPECT_EQ(odometry.doubt().empty(), doubt.empty()) << k;
-    if (k > 0) EXPECT_GT(odometry.pose_covariance()(0, 0), variance);
+    if (k > 0) {
+      EXPECT_GT(odometry.pose_covariance()(0, 0), variance);
+    }
   }
   EXPECT_GT(std::sqrt(odometry.pose_covariance()(0, 0)), 0.1) << "wheels of 0.05 m turned by 48 rad";
 }
