@@ -20,6 +20,8 @@ namespace youbot_base_sim {
 /// The loop that a NodeClock serves: what it does while time waits.
 class TimedLoop {
  public:
+  virtual ~TimedLoop() = default;
+
   /// Takes callbacks, and waits for the first one at most `timeout`, s of wall time.
   virtual void take_callbacks(double timeout) = 0;
   virtual bool has_callbacks() = 0;
@@ -41,9 +43,6 @@ class TimedLoop {
 
   /// Publishes the present state with the present stamp.
   virtual void publish_telemetry() = 0;
-
- protected:
-  ~TimedLoop() = default;
 };
 
 /// The passage of simulated time, the stamps of messages, and the publisher of /clock. Deadlines by the wall clock are
