@@ -21,7 +21,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 EQUATIONS = ("docs/method.md", "docs/model.md")  # all of their listings
-PAGES = ["README.md", "CONTRIBUTING.md", *sorted(str(path.relative_to(ROOT)) for path in (ROOT / "docs").rglob("*.md"))]
+PAGES = sorted(str(path.relative_to(ROOT)) for path in (*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")))
 NOT_RUN = re.compile(r"<!-- not run: \w.* -->")
 WITH = re.compile(r"<!-- with: (.*) -->")
 FILE_NAME = re.compile(r"(?:#|<!--) ([\w-]+\.\w+)\b")
