@@ -70,6 +70,11 @@ class NumbersTest(unittest.TestCase):
             min(cvode[:4]), max(cvode[:4]), min(rosenbrock[:4]), max(rosenbrock[:4])), "docs/numerics_results.md")
         self.expect(f"CVODE takes {cvode[-1]:.0f} times as long and rosenbrock4 {rosenbrock[-1]:.0f} times", "docs/numerics_results.md")
 
+    def test_claims_of_the_paper(self):
+        same = re.findall(r"^\| \d+ \|.*\| (yes|in part|no) \| [^|]* \|$", self.tables["docs/paper.md"], re.MULTILINE)
+        counts = [len(same), *(same.count(verdict) for verdict in ("yes", "in part", "no"))]
+        self.expect("Of the {} claims, {} hold, {} hold in part, and {} does not".format(*counts), "docs/paper.md")
+
     def test_stress(self):
         hold, runs, sensitive = map(int, re.search(
             r"(\d+) of (\d+) runs hold all requirements, (\d+) more are explained", self.pages["docs/stress.md"]).groups())
