@@ -6,7 +6,7 @@ from matplotlib.lines import Line2D
 from youbot_base_sim.figures import BLACK, BLUE, RED, SKY, WHEEL_COLOURS, WHEEL_NAMES, curve
 from .claims import R, R_D, by_rollers, part
 from .drawing import finish_paths, finished, letter, panels, path
-from .runs import DEGREES, MODELS
+from .runs import DEGREES
 
 # 2a is wide, to show on both sides of 2b, which often lies on it; zoomed in, both are thin.
 STYLES = {"no_slip": dict(color=BLACK, linestyle="--", zorder=3), "viscous": dict(color=SKY, linewidth=2.4),
@@ -15,7 +15,7 @@ ZOOMED = {model: dict(style, linewidth=1) for model, style in STYLES.items()}
 NAMES = {"no_slip": "1, no slip", "viscous": "2a, viscous friction", "coulomb": "2b, Coulomb friction"}
 
 
-def with_models(figure, models=MODELS):
+def with_models(figure, models):
     return finished(figure, [Line2D([], [], **STYLES[model]) for model in models], [NAMES[model] for model in models])
 
 
@@ -26,38 +26,38 @@ def torques(study, title):
     figure, axes = panels(*((1, 1) if same else (2, 2)), title)
     for i, (wheel, colour) in enumerate(zip(WHEEL_NAMES, WHEEL_COLOURS.values())):
         axis, name = axes[0 if same else i], f"$M_{i + 1}$ ({wheel})"
-        for model in ["coulomb"] if same else MODELS:
+        for model in ["coulomb"] if same else runs:
             curve(axis, runs[model]["t"], runs[model]["torque"][:, i],
                   **(STYLES[model] if not same else dict(  # the front wheels may lie beneath the back ones
                       color=colour, label=name, linestyle="--" if i > 1 else "-",
                       linewidth=1.2 if i > 1 else 2.4)))
         axis.set(xlabel="t, s", ylabel="M, N m" if same else name + ", N m", xlim=(0, study.scene.duration))
-    return finished(figure, *axes[0].get_legend_handles_labels()) if same else with_models(figure)
+    return finished(figure, *axes[0].get_legend_handles_labels()) if same else with_models(figure, runs)
 
 
 def motion(study, title):
     """Figs. 5 and 8: trajectory of O and heading."""
     figure, axes = panels(1, 2, title, 3.7)
-    for model in MODELS:
-        truth = study.whole[model].truth
+    for model, run in study.whole.items():
+        truth = run.truth
         path(axes[0], truth, **STYLES[model])
         curve(axes[1], truth["t"], truth["psi"] * DEGREES, **STYLES[model])
-    finish_paths(axes[0], study.whole["no_slip"].truth)
+    finish_paths(axes[0], next(iter(study.whole.values())).truth)
     axes[1].set(xlabel="t, s", ylabel="$\\psi$, degrees", xlim=(0, study.scene.duration))
     letter(axes, ("trajectory of O (square: start; dots: ends)", "heading"))
-    return with_models(figure)
+    return with_models(figure, study.whole)
 
 
 def draw_velocities(runs, until, title, styles):
     figure, axes = panels(2, 2, title)
-    for model in MODELS:
-        rows = part(runs[model], 0, until)
+    for model, run in runs.items():
+        rows = part(run, 0, until)
         for axis, values in zip(axes, (rows["V_X"], rows["V_Y"], rows["Omega"], rows["dphi"][:, 0])):
             curve(axis, rows["t"], values, **styles[model])
     for axis, name in zip(axes, ("$V_X$, m/s", "$V_Y$, m/s", "$\\Omega$, rad/s", "$\\dot\\varphi_1$, rad/s")):
         axis.set(xlabel="t, s", ylabel=name, xlim=(0, until))
     letter(axes, ("forward velocity", "lateral velocity", "yaw rate", "angular velocity of the front left wheel"))
-    return with_models(figure)
+    return with_models(figure, runs)
 
 
 def velocities(study, title):
@@ -94,7 +94,7 @@ def spread(study, title):
 
 def contact(study, title):
     """Fig. 10: friction force and slip speed at P_1, with the switches of the first wheel marked."""
-    figure, axes = panels(3, 1, title, 2)
+    figure, axes = panels(1 + len(study.contact), 1, title, 2)
     nu = float(study.scene.values.get("floor", {}).get("slip_regularization", 1e-3))
     highest = 0
     for axis, (model, run) in zip(axes[1:], study.contact.items()):
@@ -116,9 +116,9 @@ def contact(study, title):
     axes[0].set(ylim=(0, 1.1 * highest or None), ylabel="$|F_1|$, N")
     for axis in axes:
         axis.set(xlabel="t, s", xlim=(0, t[-1]))
-    letter(axes, ("friction force at the front left wheel (dotted: its roller switches)",
-                  "slip speed, model 2a", "slip speed, model 2b"))
-    return with_models(figure, ("viscous", "coulomb"))
+    letter(axes, ["friction force at the front left wheel (dotted: its roller switches)",
+                  *(f"slip speed, model {NAMES[model].split(',')[0]}" for model in study.contact)])
+    return with_models(figure, study.contact)
 
 
 def rollers(study, title):

@@ -102,8 +102,8 @@ def push(runs):
 def braking(runs):
     tall, low = runs.values()
     before, least = reactions(tall, 0.4, 0.5), low.contacts["normal"][low.contacts["t"] > 0.5].min(axis=0)
-    return ("Before it brakes the right wheels carry {:.0f} and {:.0f} N, the left ones {:.0f} and {:.0f} N; "
-            "{:.0f} ms later the right ones are off the floor. With the load at 0.3 m the base stays: the right "
+    return ("Over the last 0.1 s before it brakes the right wheels carry {:.0f} and {:.0f} N on average, the left ones "
+            "{:.0f} and {:.0f} N; {:.0f} ms after its start the right ones are off the floor. With the load at 0.3 m the base stays: the right "
             "ones keep at least {:.0f} and {:.0f} N",
             [before[1], before[3], before[0], before[2], 1e3 * (tall.contacts["t"][-1] - 0.5), least[1], least[3]])
 

@@ -48,9 +48,8 @@ def read_arguments():
 def draw(work, arguments, cases):
     """Draws the paper's figures, or those of a scene. Returns their folder."""
     from .runs import Scene, Study
-    own = arguments.scene and Study(Scene(arguments.scene), work.recorder)
-    if own:
-        work.recorder.check(own.scene)
+    scene = arguments.scene and Scene(arguments.scene)
+    own = scene and Study(scene, work.recorder, work.recorder.models_of(scene))
     output = arguments.output or (Path(own.scene.name + "_figures") if own else ROOT / "docs" / "paper")
     make_folder(output)
     for number in arguments.figures:

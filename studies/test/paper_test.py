@@ -135,6 +135,14 @@ class Script(unittest.TestCase):
         self.assertEqual(self.finish(self.start(scene, "--only", "4"))[0], 0)
         self.assertGreater(len(self.files("kept")), len(kept))
 
+    def test_draws_a_scene_beyond_the_paper_with_the_models_that_take_it(self):
+        scene = self.write("ramp.yaml", "duration: 0.2\nrobot: {normal_reactions: dynamic}\n"
+                           "drive: {torque: [{start: 0, constant: [1, 1, 1, 1]}]}\n")
+        status, out, err = self.finish(self.start(scene))
+        self.assertEqual((status, out), (0, "6 figures: ramp_figures/\n"), err)
+        self.assertEqual([line.split(": ")[1] for line in err.splitlines()],
+                         ["without model no_slip", "without model viscous"])
+
     def test_refuses_in_one_line(self):
         good = self.write("good.yaml", "duration: 1\ndrive: {torque: [{start: 0, constant: [1, 1, 1, 1]}]}\n")
         bad = self.write("bad.yaml", "duration: -1\ndrive: {torque: [{start: 0, constant: [1, 1, 1, 1]}]}\n")

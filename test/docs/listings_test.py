@@ -1,5 +1,6 @@
-"""Runs each listing of the pages as printed, from a fresh shell with the devel space sourced. A listing that cannot run
-says why in a comment above it: <!-- not run: needs a robot -->.
+"""Runs each listing of all pages as printed, from a fresh shell with the devel space sourced. A listing that cannot run
+says why in a comment above it: <!-- not run: needs a robot -->. What one presupposes may stand there likewise and runs
+before it: <!-- with: roslaunch youbot_base_sim base.launch -->.
 
 A listing whose first line is a comment with a file's name is written to that file, which another one must use. One that
 begins with a tag is part of a launch file, which roslaunch must accept. All others are commands. Each section of a page has
@@ -19,9 +20,10 @@ import unittest
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGES = ("README.md", "docs/howto.md", "docs/testing.md", "docs/scenes.md", "docs/outputs.md", "docs/numerics.md",
-         "docs/sweep.md")
+EQUATIONS = ("docs/method.md", "docs/model.md")  # all of their listings
+PAGES = sorted(str(path.relative_to(ROOT)) for path in (*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")))
 NOT_RUN = re.compile(r"<!-- not run: \w.* -->")
+WITH = re.compile(r"<!-- with: (.*) -->")
 FILE_NAME = re.compile(r"(?:#|<!--) ([\w-]+\.\w+)\b")
 FAILURE = re.compile(r"Traceback|has died|Exception|\[(ERROR|FATAL)\]")
 TIMEOUT = 100  # s, of a section, on a busy machine
@@ -84,7 +86,8 @@ def run_section(name, section, folder):
         if listing.startswith("<"):
             (Path(folder) / "part.launch").write_text(f"<launch>{listing}</launch>")
             listing = "roslaunch --nodes part.launch\n"
-        command = SHELL.format(DEVEL) + as_script(listing)
+        presupposed = WITH.fullmatch(above.strip())
+        command = SHELL.format(DEVEL) + as_script((presupposed[1] + "\n" if presupposed else "") + listing)
         with subprocess.Popen(["bash", "-c", command], cwd=folder, env=environment, stdin=subprocess.DEVNULL, text=True,
                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True) as shell:
             try:
@@ -102,7 +105,8 @@ class ListingsTest(unittest.TestCase):
             with tempfile.TemporaryDirectory() as folder:
                 return list(run_section(*section, folder))
 
-        sections = [section for page in PAGES for section in read_listings(page) if ONLY in section[0]]
+        sections = [section for page in PAGES if page not in EQUATIONS
+                    for section in read_listings(page) if section[1] and ONLY in section[0]]
         with concurrent.futures.ThreadPoolExecutor(3) as pool:
             failures = [failure for failed in pool.map(run, sections) for failure in failed]
         if failures:

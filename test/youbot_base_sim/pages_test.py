@@ -1,22 +1,85 @@
-"""The pages of docs/ and the README show what is there, and nothing generated is too long to read."""
+"""The pages show what is there, say the same number wherever they repeat it, and nothing generated is too long to read."""
 import re
 import unittest
 
 from harness import ROOT
 
 LARGEST_TEXT = 100_000  # bytes, of what a program has written into docs/
+PAGES = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), *(ROOT / "examples").rglob("*.md")]
+
+
+def anchors(page):
+    """Those of its headings, as GitHub makes them."""
+    headings = re.findall(r"^#+ (.*)$", page.read_text(), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
 
 
 class PagesTest(unittest.TestCase):
-    def test_links_lead_to_files(self):
-        for page in [ROOT / "README.md", *(ROOT / "docs").rglob("*.md")]:
-            links = re.findall(r"\]\((?!http)([\w./-]+\.\w+)", page.read_text())
-            self.assertEqual([link for link in links if not (page.parent / link).exists()], [], page)
+    def test_links_lead_to_files_and_headings(self):
+        for page in PAGES:
+            for link, anchor in re.findall(r"\]\((?!http)([^)#\s]*)(?:#([^)\s]+))?\)", page.read_text()):
+                target = page.parent / link if link else page
+                self.assertTrue(target.exists(), (page, link))
+                if anchor and target.suffix == ".md":
+                    self.assertIn(anchor, anchors(target), (page, link))
 
     def test_texts_are_short(self):
         for path in (ROOT / "docs").rglob("*.*"):
             if path.suffix not in (".png", ".gif"):
                 self.assertLessEqual(path.stat().st_size, LARGEST_TEXT, path)
+
+
+class NumbersTest(unittest.TestCase):
+    """A number is measured on one page; the others repeat it."""
+
+    def setUp(self):
+        self.tables = {str(path.relative_to(ROOT)): path.read_text() for path in PAGES}
+        self.pages = {page: " ".join(text.split()) for page, text in self.tables.items()}
+
+    def expect(self, text, page):
+        self.assertIn(text, self.pages[page])
+
+    def test_friction_of_real_bases(self):
+        measured = self.tables["docs/validation.md"]
+        rows = re.findall(r"^\| ([AB]) \| (forward|lateral), [\d.]+ m/s \| ([\d.]+) \|.*\| ([\d.]+) \|$", measured, re.MULTILINE)
+        ratios = {way: [float(paper) / float(real) for _, name, real, paper in rows if name == way]
+                  for way in ("forward", "lateral")}
+        self.assertEqual([len(ratios[way]) for way in ("forward", "lateral")], [3, 2])
+        forward, lateral = ([f"{end(ratios[way]):.1f}" for end in (min, max)] for way in ("forward", "lateral"))
+        self.expect(f"the paper's friction needs {forward[0]} to {forward[1]} times the real torque forward, "
+                    f"{lateral[0]} to {lateral[1]} times laterally", "docs/drop_in.md")
+        self.expect(f"[{forward[0]} to {forward[1]} times](validation.md#friction-of-drive-trains-and-rollers) their torque "
+                    f"forward and {lateral[0]} to {lateral[1]} times laterally", "docs/scenes.md")
+        a, b = map(float, re.search(r"A has ([\d.]+) times its friction, B ([\d.]+) times", self.pages["docs/validation.md"]).groups())
+        self.expect(f"scaled by {a} and {b}", "README.md")
+        self.expect(f"{100 - 100 / a:.0f} % below A's and {100 / b - 100:.0f} % above B's", "docs/scenes.md")
+        self.expect(f"{100 - 100 / a:.0f} % below A, {100 / b - 100:.0f} % above B", "docs/validation.md")
+        self.expect(f"({b} fits base B, {a} base A, ", "docs/node.md")
+
+    def test_steps(self):
+        real = re.search(r"^\| base A \| \| ([\d.]+) s.*?\| ([\d.]+) to [\d.]+ s.*?\| ([\d.]+) s", self.tables["docs/validation.md"],
+                         re.MULTILINE).groups()
+        self.expect("[base A](validation.md#steps) took {}, {:g} and {} s".format(real[0], float(real[1]), real[2]), "docs/drop_in.md")
+
+    def test_work_and_precision(self):
+        text = self.tables["docs/work_precision/work_precision.md"]
+        cells = {name: [float(x) for x in re.findall(r"\(([\d.]+) x\)", line)]
+                 for name, line in re.findall(r"^\| (SUNDIALS CVODE|odeint rosenbrock4)(.*)$", text, re.MULTILINE)}
+        cvode, rosenbrock = cells["SUNDIALS CVODE"], cells["odeint rosenbrock4"]
+        self.expect("CVODE took {:.0f} to {:.0f} times as long, rosenbrock4 {:.0f} to {:.0f} times".format(
+            min(cvode[:4]), max(cvode[:4]), min(rosenbrock[:4]), max(rosenbrock[:4])), "docs/numerics_results.md")
+        self.expect(f"CVODE takes {cvode[-1]:.0f} times as long and rosenbrock4 {rosenbrock[-1]:.0f} times", "docs/numerics_results.md")
+
+    def test_claims_of_the_paper(self):
+        same = re.findall(r"^\| \d+ \|.*\| (yes|in part|no) \| [^|]* \|$", self.tables["docs/paper.md"], re.MULTILINE)
+        counts = [len(same), *(same.count(verdict) for verdict in ("yes", "in part", "no"))]
+        self.expect("Of the {} claims, {} hold, {} hold in part, and {} does not".format(*counts), "docs/paper.md")
+
+    def test_stress(self):
+        hold, runs, sensitive = map(int, re.search(
+            r"(\d+) of (\d+) runs hold all requirements, (\d+) more are explained", self.pages["docs/stress.md"]).groups())
+        self.expect(f"{hold} of the {runs} runs hold all limits of cost and error; {sensitive} more are sensitive motions, and "
+                    f"[stress.md](stress.md) names the {runs - hold - sensitive} others", "docs/numerics_results.md")
 
 
 if __name__ == "__main__":

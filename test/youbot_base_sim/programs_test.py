@@ -1,10 +1,12 @@
-"""The Python programs of scripts/ as their user meets them: --help from any folder, which installs, builds and writes
-nothing; in the devel space too.
+"""The programs of scripts/ and the studies as their user meets them: --help and wrong arguments install, build and write
+nothing, from any folder and without a network; in the devel space too.
 
 Usage: programs_test.py DEVEL      the devel space
 """
 import io
 import os
+import pty
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -18,9 +20,19 @@ DEVEL = None
 INSTALLED = ("analyse", "identification_drive", "table_from_bag")
 
 
-def programs():
-    return [path for path in sorted((ROOT / "scripts").iterdir())
-            if path.is_file() and path.suffix == "" and path.read_text().startswith("#!/usr/bin/python3")]
+# Empty where the kernel forbids it, as in some containers.
+WITHOUT_NETWORK = [shutil.which("unshare"), "--map-root-user", "--net"]
+if subprocess.run([*WITHOUT_NETWORK, "true"], capture_output=True).returncode != 0:
+    WITHOUT_NETWORK = []
+
+
+def commands(root):
+    """The programs of scripts/ in a tree, and its studies, by name."""
+    programs = {path.name: [path] for path in sorted((root / "scripts").iterdir()) if path.is_file() and not path.suffix}
+    studies = {path.stem: [root / "scripts" / "study", path.stem] for path in sorted((root / "studies").iterdir())
+               if path.is_file() and (not path.suffix or "\ndef main(" in path.read_text())}
+    return {name: [sys.executable if "python" in path.read_text().split("\n")[0] else shutil.which("bash"), path, *rest]
+            for name, (path, *rest) in {**programs, **studies}.items()}
 
 
 class ProgramsTest(unittest.TestCase):
@@ -28,23 +40,43 @@ class ProgramsTest(unittest.TestCase):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         self.folder = Path(folder.name)
-        # What installs and builds, and the Python of pyenv or conda, which has no module of ROS.
-        for name in ("apt-get", "dpkg-query", "sudo", "cmake", "python", "python3"):
-            program = self.folder / name
-            program.write_text(f"#!/bin/sh\ntouch {self.folder}/called-$(basename $0)\n")
-            program.chmod(0o755)
-        self.environment = {**os.environ, "PATH": f"{self.folder}:{os.environ['PATH']}"}
+        # A copy of the tree, and no program but those that --help needs: what installs or builds is not found.
+        self.root = self.folder / "tree"
+        for name in ("scripts", "src/youbot_base_sim", "studies"):
+            shutil.copytree(ROOT / name, self.root / name, ignore=shutil.ignore_patterns("__pycache__"))
+        (self.folder / "bin").mkdir()
+        for name in ("bash", "dirname", "env", "sed"):
+            (self.folder / "bin" / name).symlink_to(shutil.which(name))
+        for name in ("python", "python3"):  # of pyenv or conda, without the modules of ROS
+            self.stub(name, "exit 1")
+        self.environment = {**os.environ, "PATH": str(self.folder / "bin"), "HOME": str(self.folder),
+                            "TMPDIR": str(self.folder), "PYTHONDONTWRITEBYTECODE": "1"}
+        self.with_programs = {**self.environment, "PATH": f"{self.folder}/bin:{os.environ['PATH']}"}
 
-    def helps(self, command, name, folder):
-        ran = subprocess.run(command, cwd=folder, env=self.environment, text=True, capture_output=True,
+    def stub(self, name, command):
+        program = self.folder / "bin" / name
+        program.write_text(f"#!/bin/sh\n{command}\n")
+        program.chmod(0o755)
+
+    def run_only(self, command, folder, environment):
+        """Runs a command, which must write nothing."""
+        def files():
+            return {path: path.lstat().st_mtime_ns for path in self.folder.rglob("*") if path.is_file()}
+
+        before = files()
+        ran = subprocess.run([*WITHOUT_NETWORK, *command], cwd=folder, env=environment, text=True, capture_output=True,
                              stdin=subprocess.DEVNULL, timeout=60)
+        self.assertEqual(files(), before, command)
+        return ran
+
+    def helps(self, command, name, folder, environment):
+        ran = self.run_only(command, folder, environment)
         self.assertEqual((ran.returncode, ran.stderr), (0, ""), command)
         self.assertIn(name, ran.stdout.split("\n")[0])
-        self.assertEqual(sorted(self.folder.glob("called-*")), [], command)
 
     def test_there_are_some(self):
-        expected = {*INSTALLED, "plot_sweep", "study"}
-        self.assertLessEqual(expected, {path.name for path in programs()})
+        expected = {*INSTALLED, "plot_sweep", "study", "build", "demo", "test", "lint", "soak", "paper_figures"}
+        self.assertLessEqual(expected, commands(ROOT).keys())
 
     def test_all_name_the_python_that_has_the_modules_of_ros(self):
         for path in (path for folder in ("examples", "scripts", "test") for path in (ROOT / folder).rglob("*")):
@@ -53,15 +85,16 @@ class ProgramsTest(unittest.TestCase):
                 self.assertEqual(first, b"#!/usr/bin/python3\n", path)
 
     def test_help_from_the_root_and_from_elsewhere(self):
-        for program in programs():
-            self.helps([sys.executable, program.relative_to(ROOT), "--help"], program.name, ROOT)
-            self.helps([sys.executable, program, "--help"], program.name, self.folder)
+        for name, (interpreter, program, *study) in commands(self.root).items():
+            self.helps([interpreter, program, *study, "--help"], name, self.folder, self.environment)
+            self.helps([interpreter, program.relative_to(self.root), *study, "--help"], name, self.root, self.environment)
 
-    def test_help_of_each_study(self):
-        names = [path.stem for path in (ROOT / "studies").glob("*.py") if "\ndef main(" in path.read_text()]
-        self.assertIn("paper_figures", names)
-        for name in names:
-            self.helps([sys.executable, STUDY, name, "--help"], name, self.folder)
+    def test_an_unknown_argument_is_refused(self):
+        for name, command in commands(self.root).items():
+            if name == "open_rviz":  # rviz's own arguments follow
+                continue
+            ran = self.run_only([*command, "--unknown"], self.folder, self.environment)
+            self.assertEqual((ran.returncode, ran.stdout, ran.stderr.count("\n")), (2, "", 1), (command, ran.stderr))
 
     def test_an_unknown_study_is_refused(self):
         ran = subprocess.run([STUDY, "../x"], text=True, capture_output=True)
@@ -71,16 +104,32 @@ class ProgramsTest(unittest.TestCase):
     def test_help_in_the_devel_space(self):
         for name in INSTALLED:
             command = f"source {DEVEL}/setup.bash && rosrun youbot_base_sim {name} --help"
-            self.helps(["bash", "-c", command], name, self.folder)
+            self.helps(["bash", "-c", command], name, self.folder, self.with_programs)
+
+    def test_progress_is_for_terminals(self):
+        def shown(out):
+            text = "dlstatus:1:50.1:Retrieving\n-- Found\n[  7%] Building\n[100%] Linking\n"
+            subprocess.run(["bash", "-c", 'source "$0"; show_progress', ROOT / "scripts" / "common.sh"], check=True,
+                           input=text, text=True, stdout=out)
+
+        master, terminal = pty.openpty()
+        self.addCleanup(os.close, master)
+        shown(terminal)
+        os.close(terminal)
+        text = os.read(master, 1000).decode()
+        self.assertEqual([line.split(",")[0] for line in text.replace("\r", "\n").replace("\x1b[K", "").split("\n")
+                          if line], ["downloading: 50 %", "building: 7 %", "building: 100 %"])
+        with open(self.folder / "pipe", "w") as pipe:
+            shown(pipe)
+        self.assertEqual((self.folder / "pipe").read_text(), "")
 
     def test_another_distribution_is_refused(self):
         release = self.folder / "os-release"
         release.write_text('ID=ubuntu\nVERSION_ID="20.04"\n')
         ran = subprocess.run([ROOT / "scripts" / "install_dependencies"], text=True, capture_output=True,
-                             env={**self.environment, "OS_RELEASE": str(release)})
+                             env={**self.with_programs, "OS_RELEASE": str(release)})
         self.assertEqual((ran.returncode, ran.stdout, ran.stderr.count("\n")), (1, "", 1), ran.stderr)
         self.assertIn("this is ubuntu 20.04; must be debian 11, 12 or 13", ran.stderr)
-        self.assertEqual(sorted(self.folder.glob("called-*")), [])
 
     def test_a_module_that_is_missing_is_named(self):
         (self.folder / "numpy.py").write_text("raise ModuleNotFoundError(name='numpy')")
@@ -109,14 +158,12 @@ class ProgramsTest(unittest.TestCase):
         self.assertEqual(out.buffer.getvalue(), b"\\u0141\xf3d\\u017a a\\x1b[31mb\n")
 
     def test_rviz_is_opened_with_frames_of_this_prefix(self):
-        rviz = self.folder / "rviz"
-        rviz.write_text('#!/bin/sh\ncat "$2"\n')
-        rviz.chmod(0o755)
+        self.stub("rviz", 'cat "$2"')
 
         def opened(*prefix):
             return subprocess.run(["bash", ROOT / "scripts" / "open_rviz", "--tf-prefix", *prefix, "-d",
                                    ROOT / "rviz" / "base.rviz"], cwd=self.folder, text=True, capture_output=True,
-                                  env={**self.environment, "ROS_HOME": str(self.folder)})
+                                  env={**self.with_programs, "ROS_HOME": str(self.folder)})
         plain = opened("unset").stdout
         self.assertEqual((plain, opened().stdout), ((ROOT / "rviz" / "base.rviz").read_text(),) * 2)
         expected = plain.replace('TF Prefix: ""', "TF Prefix: a.b/c-1")
