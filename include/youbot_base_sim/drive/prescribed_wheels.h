@@ -15,9 +15,10 @@ namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 class WheelMotion {
  public:
   virtual ~WheelMotion() = default;
-  virtual Wheels angle(double t) const = 0;         ///< rad
-  virtual Wheels rate(double t) const = 0;          ///< its derivative, rad/s, which must be continuous
-  virtual Wheels acceleration(double t) const = 0;  ///< rad/s^2
+  virtual Wheels angle(double t) const = 0;                    ///< rad
+  virtual Wheels rate(double t) const = 0;                     ///< its derivative, rad/s, which must be continuous
+  virtual Wheels acceleration(double t) const = 0;             ///< rad/s^2
+  virtual double max_step(double) const { return kInfinity; }  ///< as TorqueProfile's, s
 };
 
 /// Wheel angles over time (rad, s): the smoothest twice differentiable function, in the mean square of its
@@ -33,6 +34,7 @@ class WheelSpline : public WheelMotion {
   Wheels angle(double t) const override;
   Wheels rate(double t) const override;
   Wheels acceleration(double t) const override;
+  double max_step(double t) const override;  ///< to the second row after t
 
   const WheelTable& table() const { return table_; }
 
@@ -60,6 +62,7 @@ class PrescribedWheels : public TorqueProfile {
   static RobotParameters driven(const RobotParameters& robot);
 
   Wheels value(double t) const override;
+  double max_step(double t) const override { return motion_->max_step(t); }
 
   /// Torque of the drives of `robot` at time t (s), N m: where its wheels have the rates dphi (rad/s) and the floor
   /// exerts the friction F_X (N) on them.
