@@ -37,8 +37,7 @@ std::unique_ptr<MotionIntegrator> make_slip_integrator(Model model, const RobotP
       if (method.make) {
         return std::make_unique<ContactStepper<const SmoothSystem>>(method.make(tolerance, statistics));
       }
-      return std::make_unique<ContactStepper<System>>(
-          std::make_unique<Radau<Equations>>(tolerance, statistics, settings.radau ? *settings.radau : RadauOptions()));
+      return std::make_unique<ContactStepper<System>>(std::make_unique<Radau<Equations>>(tolerance, statistics));
     };
     const std::uint64_t max_evaluations = method.make         ? kComparison
                                           : settings.keeps_up ? kRealTime<Equations>
