@@ -28,41 +28,42 @@ void EnergyAudit::add_row(const Simulation& simulation) {
 }
 
 bool RowLoop::next() {
-  const Scene& scene = simulation_.scene();
-  if (rows_ > 0) {
-    if (t_ >= scene.duration) return false;
+  const double duration = simulation_.scene().duration;
+  if (rows_ == 0) {
+    look();
+  } else {
+    if (t_ >= duration) return false;
     // The last multiple of 1 / output_rate may be the end but for rounding.
-    t_ = static_cast<double>(rows_) / scene.output_rate;
-    if (t_ >= scene.duration * (1 - 1e-12)) t_ = scene.duration;
-    const State before = simulation_.state();
-    audit_until(t_);
-    simulation_.advance_to(t_);
-    add_path(before);
-    if (!simulation_.state().values.allFinite()) {
-      throw std::runtime_error(fmt::format("the state is no longer finite at t = {} s", t_));
-    }
+    t_ = static_cast<double>(rows_) / simulation_.scene().output_rate;
+    if (t_ >= duration * (1 - 1e-12)) t_ = duration;
+    advance_to(t_);
   }
-  energy_.add_row(simulation_);
   ++rows_;
   return true;
 }
 
-void RowLoop::audit_until(double t) {
-  if (t - simulation_.time() <= kMaxUnseen) return;
-  const double period = simulation_.scene().solver.control_period;
-  const double interval = period > 0 ? period * std::max(1.0, std::floor(kMaxUnseen / period)) : kMaxUnseen;
-  for (double k = std::floor(simulation_.time() / interval * (1 + 1e-9)) + 1; k * interval < t * (1 - 1e-9); ++k) {
-    simulation_.advance_to(k * interval);
-    energy_.add_row(simulation_);
-  }
-}
-
-void RowLoop::add_path(const State& before) {
-  const State& x = simulation_.state();
+void RowLoop::advance_to(double t) {
+  const State before = simulation_.state(), &x = simulation_.state();
   const RobotParameters& robot = simulation_.scene().robot;
+  if (t - simulation_.time() > kMaxUnseen) {
+    const double period = simulation_.scene().solver.control_period;
+    const double interval = period > 0 ? period * std::max(1.0, std::floor(kMaxUnseen / period)) : kMaxUnseen;
+    for (double k = std::floor(simulation_.time() / interval * (1 + 1e-9)) + 1; k * interval < t * (1 - 1e-9); ++k) {
+      simulation_.advance_to(k * interval);
+      look();
+    }
+  }
+  simulation_.advance_to(t);
   const double dx = x.x() - before.x(), dy = x.y() - before.y(), dpsi = x.psi() - before.psi();
   path_.base += std::sqrt(dx * dx + dy * dy + (robot.h * robot.h + robot.l * robot.l) * (dpsi * dpsi));
   path_.wheels += robot.R * (x.phi() - before.phi()).abs();
+  if (!x.values.allFinite()) throw std::runtime_error(fmt::format("the state is no longer finite at t = {} s", t));
+  look();
+}
+
+void RowLoop::look() {
+  energy_.add_row(simulation_);
+  at_look_();
 }
 
 }  // namespace youbot_base_sim

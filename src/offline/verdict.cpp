@@ -94,11 +94,12 @@ std::string Twin::doubt(const Simulation& run, const PathLength& path) const {
       heading_, promised);
 }
 
-std::string unreliability_reason(const Simulation& simulation, const EnergyAudit& energy, const PathLength& path) {
+std::string unreliability_reason(const Simulation& simulation, const RowLoop& rows, const Twin* twin) {
+  const EnergyAudit& energy = rows.energy();
   if (const std::uint64_t steps = simulation.statistics().fallback_steps) {
     return fmt::format("{} fallback steps, of first order, went on where the bound of work was reached", steps);
   }
-  const double promised = promised_error(simulation, path);
+  const double promised = promised_error(simulation, rows.path());
   const double moved = displacement_by_forced_holds(simulation);
   if (moved > promised) {
     return fmt::format(
@@ -111,14 +112,10 @@ std::string unreliability_reason(const Simulation& simulation, const EnergyAudit
   const double speed = kLeastSpeed + scene.floor.f.maxCoeff() * scene.floor.g * energy.longest_interval();
   const double exchanged = std::max(energy.max_kinetic_energy(), energy.drive_work());
   const double allowed = allowed_share(simulation) * (exchanged + 0.5 * scene.robot.m_s() * speed * speed);
-  if (energy.max_balance_error() <= allowed && std::isfinite(exchanged)) return "";
+  if (energy.max_balance_error() <= allowed && std::isfinite(exchanged))
+    return twin ? twin->doubt(simulation, rows.path()) : "";
   return fmt::format("the energy balance is off by {:.2g} J of {:.2g} J, where {:.2g} J are allowed",
                      energy.max_balance_error(), exchanged, allowed);
-}
-
-std::string unreliability_reason(const Simulation& simulation, const RowLoop& rows, const Twin* twin) {
-  const std::string doubt = unreliability_reason(simulation, rows.energy(), rows.path());
-  return doubt.empty() && twin ? twin->doubt(simulation, rows.path()) : doubt;
 }
 
 }  // namespace youbot_base_sim

@@ -48,10 +48,8 @@ class Twin {
 /// that were held early cannot matter, and the energy balance closes to a share of the energy that the motion had or
 /// exchanged. That share is a thousand times the tolerance, but at least 1e-9 and at most
 /// a thousandth (or ten times a looser tolerance); with prescribed wheels at least 2e-14 m/s over the regularization
-/// speed. Good runs close it to the tolerance itself, mostly to a hundredth of that.
-std::string unreliability_reason(const Simulation& simulation, const EnergyAudit& energy, const PathLength& path);
-
-/// Likewise for a run with a twin, unless that is null: both agree too.
+/// speed. Good runs close it to the tolerance itself, mostly to a hundredth of that. A
+/// twin, unless it is null, agrees too.
 std::string unreliability_reason(const Simulation& simulation, const RowLoop& rows, const Twin* twin);
 
 }  // namespace youbot_base_sim
