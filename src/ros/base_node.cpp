@@ -369,8 +369,13 @@ class BaseNode::Loop final : private TimedLoop {
       what = several + (what.empty() ? "" : "; ") + what;
     }
     publications_.publish(kDiagnosticsTopic, [&] {
-      auto message = diagnostics_message(loop_.driver(), loop_.simulation(), timing, what, clock_->counters(), now);
+      auto message = diagnostics_message(loop_.driver(), loop_.simulation(), timing, what, clock_->counters(),
+                                         settings_.has_arms, now);
       if (!settings_.bag.empty()) message.status.push_back(bag_status(settings_.bag, bag_failure_));
+      const std::string robot = node_.getNamespace().substr(1);  // one of several
+      for (auto& status : message.status) {
+        if (!robot.empty()) status.name.insert(0, robot + "/");
+      }
       return message;
     });
 #ifdef YOUBOT_BASE_SIM_PR2_MSGS

@@ -49,11 +49,11 @@ Range rates(double min, const BaseSettings& settings, bool or_zero = false) {
 }
 
 void read_driver_parameters(Parameters parameters, BaseSettings& settings) {
-  bool has_base = true, has_arms = false;
+  bool has_base = true;
   parameters.read("youBotHasBase", has_base);
   parameters.require(has_base, "youBotHasBase", "false", "true: this node simulates the base and nothing else");
-  parameters.read("youBotHasArms", has_arms);
-  if (has_arms) ROS_WARN("youBotHasArms is true, but no arm is simulated: it will not be found");
+  parameters.read("youBotHasArms", settings.has_arms);
+  if (settings.has_arms) ROS_WARN("youBotHasArms is true, but no arm is simulated: it will not be found");
   settings.publish_rate = std::min(settings.publish_rate, max_rate(settings));
   parameters.read("youBotDriverCycleFrequencyInHz", settings.publish_rate, rates(kMinPublishRate, settings));
   settings.command_rate = settings.publish_rate;  // one loop in the driver
@@ -138,13 +138,14 @@ FrameNames read_frames(Parameters& parameters) {
   std::string prefix, odom = kOdometryFrame, base = kBaseFrame, world = kWorldFrame;
   if (!parameters.read("tf_prefix", prefix)) parameters.search("tf_prefix", prefix);
   if (!prefix.empty()) require_frame(parameters, "tf_prefix", prefix);
-  parameters.read("odom_frame", odom);
-  parameters.read("base_frame", base);
-  parameters.read("world_frame", world);
-  require_frame(parameters, "odom_frame", odom);
-  require_frame(parameters, "base_frame", base);
-  require_frame(parameters, "world_frame", world);
-  const FrameNames frames = FrameNames::of(prefix, odom, base, world);
+  const auto read = [&parameters](const char* name, std::string& frame) {
+    if (parameters.read(name, frame)) require_frame(parameters, name, frame);
+  };
+  read("odom_frame", odom);
+  read("base_frame", base);
+  read("world_frame", world);
+  FrameNames frames = FrameNames::of(prefix, odom, base, world);
+  read("map_frame", frames.map);
   const std::string distinct = "another than those of the base and of the world: TF would have a loop";
   parameters.require(frames.odom != frames.base && frames.odom != frames.world, "odom_frame", '"' + odom + '"',
                      distinct);
@@ -159,6 +160,7 @@ void read_telemetry(Parameters& parameters, BaseSettings& settings) {
   parameters.read("publish_tf", settings.publish_tf);
   parameters.read("listen_to_initialpose", settings.listen_to_initialpose);
   parameters.read("world_tf", telemetry.world);
+  parameters.read("publish_casters", telemetry.casters);
   parameters.read("publish_rollers", telemetry.rollers);
   parameters.read("publish_contacts", telemetry.contacts);
   parameters.read("joint_velocity_sign", sign);

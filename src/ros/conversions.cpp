@@ -112,9 +112,10 @@ void require_zero(const std::string& names, std::initializer_list<double> values
 /// The pose in the scene's frame of what is at `pose` in `frame`.
 Eigen::Vector3d in_scene(const std::string& name, const std::string& frame, const Eigen::Vector3d& pose,
                          const FrameNames& frames, const Eigen::Vector3d& odom) {
-  if (frame.empty() || frame == frames.world) return pose;
+  if (frame.empty() || frame == frames.world || frame == frames.map) return pose;
   if (frame != frames.odom) {
-    throw std::runtime_error(fmt::format("{} = {}: must be {} or {}", name, quote(frame), frames.world, frames.odom));
+    throw std::runtime_error(fmt::format("{} = {}: must be {}, {} or ~map_frame ({})", name, quote(frame), frames.world,
+                                         frames.odom, frames.map.empty() ? "unset" : frames.map));
   }
   Eigen::Vector3d sum = odom + turned({pose[0], pose[1], 0}, odom[2]);
   sum[2] += pose[2];

@@ -11,6 +11,8 @@ namespace {
 
 using diagnostic_updater::DiagnosticStatusWrapper;
 
+constexpr char kNoArm[] = "arm is not connected or switched off";  // the driver's words
+
 DiagnosticStatusWrapper driver_status(const char* name, bool ok, const char* if_ok, const char* if_not) {
   DiagnosticStatusWrapper status;
   status.name = name;
@@ -28,16 +30,9 @@ DiagnosticStatusWrapper own_status(const std::string& subject, bool ok, const st
 
 std::string motor_status_text(const BaseDriver& driver, int i) {
   if (driver.faults().silent[i] || driver.faults().ethercat_lost) return "does not answer";
-  const SetPoint set_point = driver.set_points()[i];
-  switch (set_point.mode) {
-    case DriveMode::kOff:
-      return "motor off";
-    case DriveMode::kTorque:
-      return fmt::format("torque {:.4g} N m", set_point.value);
-    case DriveMode::kVelocity:
-      return fmt::format("velocity {:.4g} rad/s", set_point.value);
-  }
-  return "";
+  const auto [mode, value] = driver.set_points()[i];
+  if (mode == DriveMode::kOff) return "motor off";
+  return fmt::format(mode == DriveMode::kTorque ? "torque {:.4g} N m" : "velocity {:.4g} rad/s", value);
 }
 
 DiagnosticStatusWrapper wheels_status(const BaseDriver& driver, const Simulation& simulation) {
@@ -51,6 +46,8 @@ DiagnosticStatusWrapper wheels_status(const BaseDriver& driver, const Simulation
     const std::string stands = others[i] ? fmt::format("between rollers {} and {}", rollers[i], *others[i])
                                          : fmt::format("on roller {}", rollers[i]);
     status.add(wheel_joint(i), motor_status_text(driver, i) + ", " + stands);
+    status.add(wheel_joint(i) + " set point (N m or rad/s)", driver.set_points()[i].value);
+    status.add(wheel_joint(i) + " roller", rollers[i]);
   }
   return status;
 }
@@ -61,10 +58,10 @@ DiagnosticStatusWrapper faults_status(const Faults& faults) {
   for (int i = 0; i < kWheels; ++i) {
     if (faults.silent[i]) status.add(wheel_joint(i), "does not answer");
     const double slip = faults.encoder_slip[i];
-    if (slip != 0) status.addf(wheel_joint(i), "encoder misses %g of each turn", slip);
+    if (slip != 0) status.add(wheel_joint(i) + " share of each turn that its encoder misses", slip);
   }
-  if (faults.encoder_noise != 0) status.addf("encoder noise", "%g rad", faults.encoder_noise);
-  if (faults.command_delay != 0) status.addf("command delay", "%g s", faults.command_delay);
+  if (faults.encoder_noise != 0) status.add("encoder noise (rad)", faults.encoder_noise);
+  if (faults.command_delay != 0) status.add("command delay (s)", faults.command_delay);
   return status;
 }
 
@@ -78,11 +75,11 @@ DiagnosticStatusWrapper integration_status(const Simulation& simulation) {
                                                  : "accurate, but wheels that chatter were held early");
   status.add("model", name_of(simulation.scene().model));
   status.add("method", simulation.method());
-  status.addf("regularization speed", "%g m/s", simulation.regularization_speed());
-  status.addf("relative tolerance", "%g", simulation.scene().solver.relative_tolerance);
-  status.addf("simulated time", "%.9g s", simulation.time());
+  status.add("regularization speed (m/s)", simulation.regularization_speed());
+  status.add("relative tolerance", simulation.scene().solver.relative_tolerance);
+  status.addf("simulated time (s)", "%.9g", simulation.time());
   for (const StatisticsField& field : kStatisticsFields) status.add(field.text, statistics.*field.value);
-  status.addf("energy balance error", "%.2g J", simulation.energy_balance_error());
+  status.addf("energy balance error (J)", "%.2g", simulation.energy_balance_error());
   return status;
 }
 
@@ -97,9 +94,10 @@ DiagnosticStatusWrapper reactions_status(const ReactionRecord& record) {
     status.summary(now ? status.ERROR : status.WARN, (now ? "the base is " : "the base was ") + what);
   }
   for (int i = 0; i < kWheels; ++i) {
-    status.addf(wheel_joint(i), "minimum %.4g N, off the floor %.3g s", record.min_N[i], record.time_off_floor[i]);
+    status.addf(wheel_joint(i) + " minimum (N)", "%.4g", record.min_N[i]);
+    status.addf(wheel_joint(i) + " off the floor (s)", "%.3g", record.time_off_floor[i]);
   }
-  status.addf("at the tipping limit", "%.3g s", record.time_at_limit);
+  status.addf("at the tipping limit (s)", "%.3g", record.time_at_limit);
   return status;
 }
 
@@ -107,11 +105,11 @@ DiagnosticStatusWrapper timing_status(const LoopTiming::Report& timing) {
   DiagnosticStatusWrapper status =
       own_status("loop", timing.lost == 0, timing.lost == 0 ? "in time" : "too slow for the requested rate");
   status.add("instants", timing.instants);
-  status.addf("mean lateness", "%.1f us", 1e6 * timing.lateness);
-  status.addf("max lateness", "%.1f us", 1e6 * timing.max_lateness);
-  status.addf("speed", "%.3g times real time", timing.speed);
-  status.addf("busy", "%.1f %% of the time", 100 * timing.busy);
-  status.addf("lost", "%.3g s", timing.lost);
+  status.addf("mean lateness (us)", "%.1f", 1e6 * timing.lateness);
+  status.addf("max lateness (us)", "%.1f", 1e6 * timing.max_lateness);
+  status.addf("speed (times real time)", "%.3g", timing.speed);
+  status.addf("busy (% of the time)", "%.1f", 100 * timing.busy);
+  status.addf("lost (s)", "%.3g", timing.lost);
   return status;
 }
 
@@ -120,12 +118,12 @@ DiagnosticStatusWrapper timing_status(const LoopTiming::Report& timing) {
 diagnostic_msgs::DiagnosticArray diagnostics_message(const BaseDriver& driver, const Simulation& simulation,
                                                      const LoopTiming::Report& timing, const std::string& waits_for,
                                                      const std::map<std::string, std::string>& counters,
-                                                     const ros::Time& stamp) {
+                                                     bool arm_missed, const ros::Time& stamp) {
   diagnostic_msgs::DiagnosticArray message;
   message.header.stamp = stamp;
   message.status = {
       driver_status("platform_Base", driver.present(), "base is present", "base is not connected or switched off"),
-      driver_status("platform_Arm", false, "arm is present", "arm is not connected or switched off"),
+      driver_status("platform_Arm", !arm_missed, kNoArm, kNoArm),
       driver_status("platform_EtherCAT", !driver.faults().ethercat_lost, "EtherCAT connnection is established",
                     "EtherCAT connnection lost"),
       wheels_status(driver, simulation),

@@ -11,18 +11,6 @@ namespace {
 
 constexpr char kNoBase[] = "No base initialized!";  // the driver's words
 
-const char* unit_of(DriveMode mode) {
-  switch (mode) {
-    case DriveMode::kOff:
-      return "";
-    case DriveMode::kTorque:
-      return "N m";
-    case DriveMode::kVelocity:
-      return "rad/s";
-  }
-  return "";
-}
-
 const std::string kTooMany = fmt::format("{} requests wait for time to advance", BaseRequests::kMaxWaiting);
 
 // Without it Nagle's algorithm may hold a command back for 40 ms.
@@ -97,7 +85,7 @@ void DriverInterface::receive(const char* topic, const WheelCommand& command) {
     const auto& set_point = command.set_points[i];
     names_any = names_any || set_point;
     if (!set_point || motor.can(*set_point)) continue;
-    const char* unit = unit_of(set_point->mode);
+    const char* unit = set_point->mode == DriveMode::kTorque ? "N m" : "rad/s";
     complain(wheel_joint(i) + " limit",
              fmt::format("{}: {:.7g} {} is beyond the motor's limit: clipped to {:.5g} {}", wheel_joint(i),
                          set_point->value, unit, motor.limited(*set_point).value, unit));

@@ -7,10 +7,10 @@ namespace youbot_base_sim {
 namespace {
 
 /// In the driver's order: wheels, then casters; after them the rollers, wheel by wheel.
-std::vector<std::string> joint_names(int rollers) {
+std::vector<std::string> joint_names(bool casters, int rollers) {
   std::vector<std::string> names;
   for (int i = 0; i < kWheels; ++i) names.push_back(wheel_joint(i));
-  for (const char* wheel : kWheelNames) names.push_back(std::string(kCasterJointPrefix) + wheel);
+  for (int i = 0; casters && i < kWheels; ++i) names.push_back(std::string(kCasterJointPrefix) + kWheelNames[i]);
   for (const char* wheel : kWheelNames) {
     for (int k = 0; k < rollers; ++k) names.push_back(fmt::format("{}{}_{}", kRollerJointPrefix, wheel, k));
   }
@@ -21,7 +21,7 @@ std::vector<std::string> joint_names(int rollers) {
 void add_rollers(const Simulation& simulation, sensor_msgs::JointState& message) {
   const int n = simulation.scene().robot.rollers;
   const auto on_floor = simulation.rollers();
-  std::size_t joint = 2 * kWheels;
+  std::size_t joint = message.name.size() - static_cast<std::size_t>(kWheels * n);
   for (int i = 0; i < kWheels; ++i) {
     for (int k = 0; k < n; ++k, ++joint) {
       message.position[joint] = simulation.roller_angle(i, k);
@@ -33,7 +33,7 @@ void add_rollers(const Simulation& simulation, sensor_msgs::JointState& message)
 }  // namespace
 
 Telemetry::Telemetry(const Scene& scene, const Options& options) : options_(options), markers_(options.markers) {
-  joints_.name = joint_names(options.rollers ? scene.robot.rollers : 0);
+  joints_.name = joint_names(options.casters, options.rollers ? scene.robot.rollers : 0);
   joints_.position.resize(joints_.name.size());
   joints_.velocity.resize(joints_.name.size());
   joints_.effort.resize(joints_.name.size());

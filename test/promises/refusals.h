@@ -16,7 +16,7 @@ namespace youbot_base_sim {
 
 /// Expects one line that a terminal may show, which has all of `parts`: of what, its value, what is allowed.
 inline void expect_refusal(const std::string& line, const std::vector<std::string>& parts) {
-  constexpr std::size_t kMaxLength = 900;  // the longest lists what is allowed after the path of a file
+  constexpr std::size_t kMaxLength = 1000;  // the longest lists the parameters of base_node
   EXPECT_FALSE(line.empty()) << "not refused";
   EXPECT_LE(line.size(), kMaxLength) << line.substr(0, kMaxLength);
   EXPECT_TRUE(std::none_of(line.begin(), line.end(), [](unsigned char c) { return c < 0x20 || c == 0x7F; })) << line;

@@ -272,6 +272,27 @@ TEST(BagWriter, places_the_inertial_unit) {
   EXPECT_EQ(transforms[0].transform.rotation.w, 1);
 }
 
+// robot_state_publisher warns of joints that its URDF does not have.
+TEST(Telemetry, leaves_out_the_casters) {
+  const Simulation simulation(short_scene());
+  Telemetry::Options options;
+  options.casters = false;
+  options.rollers = true;
+  const Telemetry telemetry(simulation.scene(), options);
+  sensor_msgs::JointState joints;
+  telemetry.visit(simulation, BaseSensors(simulation.scene(), {}), ros::Time(1), [&](const char*, const auto& make) {
+    if constexpr (std::is_same_v<std::decay_t<decltype(make())>, sensor_msgs::JointState>) joints = make();
+  });
+  ASSERT_EQ(joints.name.size(), 4u + 4u * 6u);
+  EXPECT_EQ(joints.name[3], "wheel_joint_br");
+  EXPECT_EQ(joints.name[4], "roller_joint_fl_0");
+  EXPECT_EQ(joints.name.back(), "roller_joint_br_5");
+  for (int i = 0; i < kWheels; ++i) {
+    const int on_floor = 4 + 6 * i + simulation.rollers()[i];
+    EXPECT_EQ(joints.position[on_floor], simulation.roller_angle(i, simulation.rollers()[i]));
+  }
+}
+
 /// Writes what the base tells at t (s) of a simulation that stands still.
 void write_at(double t, const Simulation& simulation, BagWriter& bag) {
   const BaseSensors sensors(simulation.scene(), {});

@@ -98,7 +98,7 @@ TEST_F(RefusedParameters, numbers_beyond_all_ends) {
 // A base name is any text as long as there is no folder to look for it in, and a bag may have any name. A word may be a
 // frame.
 TEST_F(RefusedParameters, texts_that_mean_nothing) {
-  const std::set<std::string> frames = {"~tf_prefix", "~odom_frame", "~base_frame", "~world_frame"};
+  const std::set<std::string> frames = {"~tf_prefix", "~odom_frame", "~base_frame", "~world_frame", "~map_frame"};
   for (const std::string& name : names_) {
     if (name == "youBotBaseName" || name == "~bag") continue;
     const std::string word = frames.count(name) ? "often//here" : "often";
@@ -284,18 +284,6 @@ TEST_F(WrongConfiguration, none_is_a_real_base_by_default) {
 TEST_F(WrongConfiguration, scene) {
   expect_base_refuses("~scene", "/nowhere/scene.yaml", {"~scene", "/nowhere/scene.yaml"});
   expect_base_refuses("~model", "sticky", {"~model", "sticky", "coulomb"});
-}
-
-TEST_F(WrongConfiguration, of_slip_odometry) {
-  expect_refused(SLIP_ODOMETRY, {"_profile:=real"}, {"parameter ~profile = real: must be paper or measured"});
-  expect_refused(SLIP_ODOMETRY, {"_friction_scale:=-9"}, {"parameter ~friction_scale = -9: must be"});
-  expect_refused(SLIP_ODOMETRY, {"_scene:=/nowhere/scene.yaml"}, {"parameter ~scene: ", "/nowhere/scene.yaml"});
-  const std::string ideal = folder_.write("ideal.yaml", "model: no_slip\n");
-  expect_refused(SLIP_ODOMETRY, {"_scene:=" + ideal}, {"~scene", "no_slip", "must be viscous or coulomb"});
-  expect_refused(SLIP_ODOMETRY, {"_replicas:=1.5"}, {"~replicas", "1.5", "a whole number"});
-  expect_refused(SLIP_ODOMETRY, {"_joints:=a a a a"}, {"~joints", "a a a a", "four different joints"});
-  expect_refused(SLIP_ODOMETRY, {"_joint_signs:=1 1 -1"}, {"~joint_signs", "1 1 -1", "four words"});
-  expect_refused(SLIP_ODOMETRY, {"_replica:=2"}, {"~replica", "unknown", "replicas"});
 }
 
 TEST_F(WrongConfiguration, clock_of_its_own_but_not_its_master) {

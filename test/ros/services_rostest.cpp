@@ -287,7 +287,7 @@ TEST(SetState, refuses_what_no_base_has_and_says_why) {
   expect_refused("pose.orientation", [&](auto& request) { request.pose.orientation.w = kNan; });
   expect_refused("twist.linear.z, angular.x, angular.y = 0, 1, 0", [](auto& request) { request.twist.angular.x = 1; });
   expect_refused("twist.angular.z = -inf", [](auto& request) { request.twist.angular.z = -kInf; });
-  expect_refused("reference_frame = map: must be world or odom",
+  expect_refused("reference_frame = map: must be world, odom or ~map_frame (plan)",
                  [](auto& request) { request.reference_frame = "map"; });
   expect_refused("wheel_angles: 3 numbers", [](auto& request) { request.wheel_angles = {1, 2, 3}; });
   expect_refused("wheel_angles[2] = nan", [&](auto& request) { request.wheel_angles = {1, 2, kNan, 4}; });
@@ -306,7 +306,7 @@ TEST(InitialPose, puts_the_base_where_rviz_says) {
   message.header.frame_id = "map";
   message.pose.pose = pose(7, 7, 0);
   rviz.publish(message);
-  message.header.frame_id = "world";
+  message.header.frame_id = "plan";
   message.pose.pose = pose(-1, -2, 3);
   rviz.publish(message);
   for (int k = 0; k < 2000 && base.truth.pose.pose.position.x > 0; ++k) base.idle(1);

@@ -8,6 +8,8 @@
 
 #include <cmath>
 #include <map>
+#include <stdexcept>
+#include <utility>
 
 namespace {
 
@@ -54,10 +56,13 @@ class DriveTest : public testing::Test {
     spin(1);
   }
 
-  /// Both poses at the last instant of odometry, of which the truth has every control period.
+  /// Both poses at the last instant that both topics have: on a busy machine one arrives after the other.
   std::pair<Pose, Pose> poses() const {
-    const auto& [stamp, odometry] = *odometry_.rbegin();
-    return {odometry, truth_.at(stamp)};
+    for (auto last = odometry_.rbegin(); last != odometry_.rend(); ++last) {
+      const auto truth = truth_.find(last->first);
+      if (truth != truth_.end()) return {last->second, truth->second};
+    }
+    throw std::runtime_error("odometry and truth have no instant in common");
   }
 
   struct Outcome {

@@ -40,6 +40,7 @@ struct BaseSettings : LoopSettings {
   bool start_paused = false;  ///< starts as after ~pause. Needs `publish_clock`
   double end_time = 0;        ///< simulated time at which the node ends, s; 0: none
   bool listen_to_initialpose = false;  ///< to put the base where rviz's "2D Pose Estimate" has it; amcl listens too
+  bool has_arms = false;               ///< an arm is missed: platform_Arm of /diagnostics is an error, as the driver's
   bool publish_tf = true;              ///< whether odom to base_footprint is published on /tf
   Telemetry::Options telemetry;        ///< names of frames, sign of joint velocities, what else is published
 };

@@ -15,14 +15,15 @@
 /// Messages for /diagnostics and the dashboard, as pure functions.
 namespace youbot_base_sim {
 
-/// The driver's three statuses, platform_Base, platform_Arm and platform_EtherCAT, to the letter; then the simulator's
-/// own, whose names begin with "youbot_base_sim: ": wheels, faults, integration (a warning after fallback steps), loop
-/// (timing since the last message; a warning if time was lost), normal reactions and time (a warning with what
-/// simulated time `waits_for`, unless that is empty; with the clock's `counters`).
+/// The driver's three statuses, platform_Base, platform_Arm (an error only if `arm_missed`; in the driver without an
+/// arm, always) and platform_EtherCAT, to the letter; then the simulator's own, whose names begin with
+/// "youbot_base_sim: ": wheels, faults, integration (a warning after fallback steps), loop (timing since the last
+/// message; a warning if time was lost), normal reactions and time (a warning with what simulated time `waits_for`,
+/// unless that is empty; with the clock's `counters`).
 diagnostic_msgs::DiagnosticArray diagnostics_message(const BaseDriver& driver, const Simulation& simulation,
                                                      const LoopTiming::Report& timing, const std::string& waits_for,
                                                      const std::map<std::string, std::string>& counters,
-                                                     const ros::Time& stamp);
+                                                     bool arm_missed, const ros::Time& stamp);
 
 /// The status "youbot_base_sim: bag" of the bag `path`: an error if `failure` says why it cannot be written.
 diagnostic_msgs::DiagnosticStatus bag_status(const std::string& path, const std::string& failure);

@@ -17,6 +17,7 @@ class Telemetry {
   struct Options {
     /// Rates and efforts on the left have the reversed sign of their motors, as in the driver's messages.
     bool driver_velocity_sign = false;
+    bool casters = true;    ///< the driver's caster_joint_fl and so on in the joint states, at zero
     bool rollers = false;   ///< roller_joint_fl_0 and so on in the joint states
     bool contacts = false;  ///< recorded too
     bool world = false;     ///< where odom and the base's true place are in the scene's frame, on /tf_static and /tf

@@ -8,6 +8,8 @@
 
 #include <cmath>
 
+#include "errors.h"
+#include "program.h"
 #include "ros/rostest.h"
 
 namespace youbot_base_sim {
@@ -83,6 +85,27 @@ TEST_F(SlipOdometryNode, reports_what_it_cannot_know) {
   for (; t < 600 && reported.find(warning) == std::string::npos; t += 0.02) drive(t, t + 0.01);
   EXPECT_LT(t, 600) << reported;
   EXPECT_TRUE(std::isfinite(last_->pose.pose.position.x));
+}
+
+/// Expects that the program refuses one more parameter, in a line with these words.
+void expect_refused(const std::string& parameter, const std::vector<std::string>& words) {
+  static int number = 0;  // of a name of its own, so that it finds no parameters of another run
+  Program process(SLIP_ODOMETRY, {parameter, "__name:=refused_" + std::to_string(++number)});
+  EXPECT_EQ(process.wait(), 2);
+  expect_words(process.out() + process.err(), words);
+}
+
+TEST(RefusedParameters, of_slip_odometry) {
+  const TemporaryFolder folder;
+  expect_refused("_profile:=real", {"parameter ~profile = real: must be paper or measured"});
+  expect_refused("_friction_scale:=-9", {"parameter ~friction_scale = -9: must be"});
+  expect_refused("_scene:=/nowhere/scene.yaml", {"parameter ~scene: ", "/nowhere/scene.yaml"});
+  const std::string ideal = folder.write("ideal.yaml", "model: no_slip\n");
+  expect_refused("_scene:=" + ideal, {"~scene", "no_slip", "must be viscous or coulomb"});
+  expect_refused("_replicas:=1.5", {"~replicas", "1.5", "a whole number"});
+  expect_refused("_joints:=a a a a", {"~joints", "a a a a", "four different joints"});
+  expect_refused("_joint_signs:=1 1 -1", {"~joint_signs", "1 1 -1", "four words"});
+  expect_refused("_replica:=2", {"~replica", "unknown", "replicas"});
 }
 
 }  // namespace
