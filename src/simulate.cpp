@@ -16,7 +16,6 @@
 #include "youbot_base_sim/ros/bag.h"
 #endif
 #include "youbot_base_sim/text/command_line.h"
-#include "youbot_base_sim/text/print_error.h"
 #include "youbot_base_sim/text/progress_bar.h"
 #include "youbot_base_sim/text/quote.h"
 
@@ -187,12 +186,11 @@ class Run {
         measured_(!arguments.summary.empty() || arguments.cpu_limit > 0) {
     simulation_.stop_on(stop_requested());
     if (!arguments.check) return;
-    twin_.emplace(scene);
+    twin_ = std::make_unique<Twin>(scene);
     twin_->stop_on(stop_requested());
   }
 
-  /// Writes and commits all outputs, and prints the summary and warnings. If the run ends early, keeps its outputs as
-  /// incomplete ones and throws.
+  /// Writes and commits all outputs, prints summary and warnings. Throws and keeps incomplete outputs if it ends early.
   void complete() {
     const auto stopped = [&] {
       return fmt::format("stopped after t = {:g} s by {}", simulation_.time(), stop_reason());
@@ -209,8 +207,8 @@ class Run {
     } catch (const std::exception& error) {
       fail(error.what());
     }
-    if (!arguments_.quiet) fmt::print("{}", summary_text(simulation_, wall_time_, twin()));
-    const std::string doubt = unreliability_reason(simulation_, rows_, twin());
+    if (!arguments_.quiet) fmt::print("{}", summary_text(simulation_, wall_time_, twin_.get()));
+    const std::string doubt = unreliability_reason(simulation_, rows_, twin_.get());
     if (!doubt.empty()) print_error("simulate", "warning: the result is unreliable: " + doubt);
   }
 
@@ -251,7 +249,7 @@ class Run {
 
   void commit_summary(bool completed) {
     if (!outputs_.summary()) return;
-    outputs_.summary()->write(summary_json(simulation_, completed, wall_time_, cost_, rows_, twin()));
+    outputs_.summary()->write(summary_json(simulation_, completed, wall_time_, cost_, rows_, twin_.get()));
     outputs_.summary()->commit();
   }
 
@@ -262,13 +260,11 @@ class Run {
     throw std::runtime_error(fmt::format("{}; what was written is kept as {}", reason, fmt::join(kept, ", ")));
   }
 
-  const Twin* twin() const { return twin_ ? &*twin_ : nullptr; }
-
   const Arguments& arguments_;
   Outputs& outputs_;
   Simulation simulation_;
   RowLoop rows_;
-  std::optional<Twin> twin_;
+  std::unique_ptr<Twin> twin_;  // null without --check
   ProgressBar& progress_;
   bool measured_;
   double wall_time_ = 0;  // of the simulation alone, s

@@ -40,16 +40,23 @@ void RunCost::stop(double t) {
   const double taken = thread_cpu_time() - clock_;
   cpu_time_ += taken;
   cpu_times_.push_back(static_cast<float>(taken));
-  if (taken > slowest_.cpu_time) slowest_ = {t_, t - t_, taken};
   if (taken > t - t_) ++late_;
+  if (taken <= slowest_) return;
+  start_ = t_;
+  length_ = t - t_;
+  slowest_ = taken;
 }
 
-double RunCost::percentile(double share) const {
-  if (cpu_times_.empty()) return 0;
+void RunCost::write_to(nlohmann::json& summary) const {
   std::vector<float> sorted = cpu_times_;
-  const auto rank = static_cast<std::ptrdiff_t>(share * static_cast<double>(sorted.size() - 1));
-  std::nth_element(sorted.begin(), sorted.begin() + rank, sorted.end());
-  return sorted[static_cast<std::size_t>(rank)];
+  const auto rank = static_cast<std::ptrdiff_t>(0.999 * (static_cast<double>(sorted.size()) - 1));
+  if (!sorted.empty()) std::nth_element(sorted.begin(), sorted.begin() + rank, sorted.end());
+  summary["cpu_time"] = cpu_time_;
+  summary["slowest_period"] = {
+      {"start", start_}, {"length", length_}, {"cpu_time", slowest_}, {"cost", length_ > 0 ? slowest_ / length_ : 0}};
+  summary["periods"] = {{"count", sorted.size()},
+                        {"late", late_},
+                        {"cpu_time_99_9", sorted.empty() ? 0 : static_cast<double>(sorted[rank])}};
 }
 
 std::string summary_json(const Simulation& simulation, bool completed, double wall_time, const RunCost& cost,
@@ -82,17 +89,10 @@ std::string summary_json(const Simulation& simulation, bool completed, double wa
                      {"heading_difference", twin->heading_difference()},
                      {"promised", promised_error(simulation, rows.path())}};
   }
-  const RunCost::Period& slowest = cost.slowest();
-  json["cpu_time"] = cost.cpu_time();
-  json["slowest_period"] = {{"start", slowest.start},
-                            {"length", slowest.length},
-                            {"cpu_time", slowest.cpu_time},
-                            {"cost", slowest.length > 0 ? slowest.cpu_time / slowest.length : 0}};
-  json["periods"] = {
-      {"count", cost.periods()}, {"late", cost.late_periods()}, {"cpu_time_99_9", cost.percentile(0.999)}};
-  json["energy"] = {{"max_balance_error", rows.energy().max_balance_error()},
-                    {"max_kinetic", rows.energy().max_kinetic_energy()},
-                    {"drive_work", rows.energy().drive_work()}};
+  cost.write_to(json);
+  json["energy"] = {{"max_balance_error", rows.energy().max_balance_error},
+                    {"max_kinetic", rows.energy().max_kinetic_energy},
+                    {"drive_work", rows.energy().drive_work}};
   json["path_length"] = {{"base", rows.path().base}, {"wheels", numbers(rows.path().wheels)}};
   return json.dump(2) + "\n";
 }

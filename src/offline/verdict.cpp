@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 #include "youbot_base_sim/physics/no_slip_model.h"
 
@@ -94,11 +93,11 @@ std::string Twin::doubt(const Simulation& run, const PathLength& path) const {
       heading_, promised);
 }
 
-std::string unreliability_reason(const Simulation& simulation, const EnergyAudit& energy, const PathLength& path) {
+std::string unreliability_reason(const Simulation& simulation, const RowLoop& rows, const Twin* twin) {
   if (const std::uint64_t steps = simulation.statistics().fallback_steps) {
     return fmt::format("{} fallback steps, of first order, went on where the bound of work was reached", steps);
   }
-  const double promised = promised_error(simulation, path);
+  const double promised = promised_error(simulation, rows.path());
   const double moved = displacement_by_forced_holds(simulation);
   if (moved > promised) {
     return fmt::format(
@@ -107,18 +106,15 @@ std::string unreliability_reason(const Simulation& simulation, const EnergyAudit
         moved, promised);
   }
   const Scene& scene = simulation.scene();
+  const EnergyAudit& energy = rows.energy();
   // The scale includes the energy of a speed that friction can give the base unseen between two rows.
-  const double speed = kLeastSpeed + scene.floor.f.maxCoeff() * scene.floor.g * energy.longest_interval();
-  const double exchanged = std::max(energy.max_kinetic_energy(), energy.drive_work());
+  const double speed = kLeastSpeed + scene.floor.f.maxCoeff() * scene.floor.g * energy.longest_interval;
+  const double exchanged = std::max(energy.max_kinetic_energy, energy.drive_work);
   const double allowed = allowed_share(simulation) * (exchanged + 0.5 * scene.robot.m_s() * speed * speed);
-  if (energy.max_balance_error() <= allowed && std::isfinite(exchanged)) return "";
+  if (energy.max_balance_error <= allowed && std::isfinite(exchanged))
+    return twin ? twin->doubt(simulation, rows.path()) : "";
   return fmt::format("the energy balance is off by {:.2g} J of {:.2g} J, where {:.2g} J are allowed",
-                     energy.max_balance_error(), exchanged, allowed);
-}
-
-std::string unreliability_reason(const Simulation& simulation, const RowLoop& rows, const Twin* twin) {
-  const std::string doubt = unreliability_reason(simulation, rows.energy(), rows.path());
-  return doubt.empty() && twin ? twin->doubt(simulation, rows.path()) : doubt;
+                     energy.max_balance_error, exchanged, allowed);
 }
 
 }  // namespace youbot_base_sim

@@ -114,6 +114,15 @@ void check_rollers(const RobotParameters& robot, const FloorParameters& floor, c
   if (robot.R_d >= robot.R) axis_radius.refuse(fmt::format("less than wheel_radius, {}", robot.R));
 }
 
+/// What must be, where a wheel would leave the floor at rest; else empty.
+std::string lifted_wheel(const RobotParameters& robot, const FloorParameters& floor) {
+  const Wheels N = normal_reactions(robot, floor);
+  int lightest = 0;
+  if (N.minCoeff(&lightest) > 0) return "";
+  return fmt::format("such that every wheel presses on the floor; {} would with {:.4g} N", kWheelNames[lightest],
+                     N[lightest]);
+}
+
 void check_masses(const RobotParameters& robot, const FloorParameters& floor, const SceneValue& inertia,
                   const SceneValue& com, const SceneValue& preload) {
   // I_s is about O; about the centre of mass of all it is less by m^2 (a_X^2 + a_Y^2) / m_s, and must be positive.
@@ -121,14 +130,11 @@ void check_masses(const RobotParameters& robot, const FloorParameters& floor, co
   if (robot.I_s <= least) {
     inertia.refuse(fmt::format("more than {:.6g}, which body_mass and com alone make up", least));
   }
-  const Wheels N = normal_reactions(robot, floor);
-  int lightest = 0;
-  if (N.minCoeff(&lightest) > 0) return;
+  const std::string lifted = lifted_wheel(robot, floor);
+  if (lifted.empty()) return;
   RobotParameters even = robot;
   even.q = 0;
-  const SceneValue& cause = normal_reactions(even, floor).minCoeff() > 0 ? preload : com;
-  cause.refuse(fmt::format("such that every wheel presses on the floor; {} would with {:.4g} N", kWheelNames[lightest],
-                           N[lightest]));
+  (lifted_wheel(even, floor).empty() ? preload : com).refuse(lifted);
 }
 
 /// Reads into `robot`, which has the profile's values, and checks it against `floor` and `model` too.
@@ -501,11 +507,8 @@ std::string lifted_wheel(const Scene& scene, const std::vector<Load>& more, doub
   for (; std::isfinite(t); t = scene.load_schedule.next_change(t)) {
     std::vector<Load> loads = scene.load_schedule.at(t).loads;
     loads.insert(loads.end(), more.begin(), more.end());
-    const Wheels N = normal_reactions(loaded(scene.robot, loads), scene.floor);
-    int lightest = 0;
-    if (N.minCoeff(&lightest) > 0) continue;
-    return fmt::format("such that every wheel presses on the floor; {} would with {:.4g} N, from t = {:g} s on",
-                       kWheelNames[static_cast<std::size_t>(lightest)], N[lightest], t);
+    const std::string lifted = lifted_wheel(loaded(scene.robot, loads), scene.floor);
+    if (!lifted.empty()) return fmt::format("{}, from t = {:g} s on", lifted, t);
   }
   return "";
 }
@@ -515,8 +518,7 @@ std::string stable_period(const Scene& scene, const VelocityGains& gains) {
   if (scene.solver.control_period < unstable) return "";
   return fmt::format(
       "less than {:.4g} s: with these gains and the scene's wheel_inertia the velocity loops of the motors are "
-      "unstable "
-      "from there on",
+      "unstable from there on",
       unstable);
 }
 

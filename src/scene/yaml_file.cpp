@@ -24,8 +24,7 @@ std::string located(const std::string& path, const YAML::Mark& mark) {
   return fmt::format("{}:{}:{}", quote_path(path), mark.line + 1, mark.column + 1);
 }
 
-/// Throws for a NUL in UTF-8, which yaml-cpp takes for a character of a text or for a wrong escape. UTF-16 and UTF-32,
-/// which it reads too, have NULs among their first four bytes.
+/// Throws for a NUL in UTF-8, which yaml-cpp misreads. UTF-16 and UTF-32 have NULs among their first four bytes.
 void refuse_nul(const std::string& path, const std::string& text) {
   const std::size_t nul = text.find('\0');
   if (nul == std::string::npos || nul < 4) return;

@@ -20,9 +20,8 @@ class WheelMotion {
   virtual Wheels acceleration(double t) const = 0;  ///< rad/s^2
 };
 
-/// Wheel angles over time (rad, s): the smoothest twice differentiable function, in the mean square of its
-/// acceleration, through the rows of a table, or that stays within the resolution of encoders of them: a natural cubic
-/// spline.
+/// Wheel angles over time (rad, s): the smoothest function, in the mean square of its acceleration, through the rows of
+/// a table or within the resolution of encoders of them: a natural cubic spline.
 class WheelSpline : public WheelMotion {
  public:
   /// The readings of encoders of this `resolution` (rad) lie within half of it around the angles, so their errors have
@@ -61,8 +60,7 @@ class PrescribedWheels : public TorqueProfile {
 
   Wheels value(double t) const override;
 
-  /// Torque of the drives of `robot` at time t (s), N m: where its wheels have the rates dphi (rad/s) and the floor
-  /// exerts the friction F_X (N) on them.
+  /// Torque of the drives of `robot` at time t (s), N m: at wheel rates dphi (rad/s) under the friction F_X (N).
   Wheels reaction(const RobotParameters& robot, const Wheels& dphi, const Wheels& F_X, double t) const;
 
  private:
