@@ -8,6 +8,8 @@ import rosbag
 matplotlib.use("Agg")
 from matplotlib import pyplot
 
+if len(sys.argv) != 3:
+    sys.exit(__doc__)
 messages = [message for _, message, _ in rosbag.Bag(sys.argv[1]).read_messages(["/base/joint_states", "/joint_states"])]
 for i, name in enumerate(messages[0].name[:4]):
     pyplot.plot([m.header.stamp.to_sec() for m in messages], [m.velocity[i] for m in messages], label=name)

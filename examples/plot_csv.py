@@ -9,6 +9,8 @@ import numpy
 matplotlib.use("Agg")
 from matplotlib import pyplot
 
+if len(sys.argv) < 3:
+    sys.exit(__doc__)
 *files, picture = sys.argv[1:]
 figure, (path, wheels) = pyplot.subplots(1, 2, figsize=(10, 4))
 for file, style in zip(files, itertools.cycle(("-", "--", ":", "-."))):

@@ -308,21 +308,37 @@ TEST_F(SimulationTest, WheelIsHeldBetweenTwoRollers) {
     Simulation simulation(scene);
     simulation.advance_to(10);
     EXPECT_GT(simulation.statistics().shared_contacts, 0u);
-    // It chatters until its momentum no longer counts.
-    EXPECT_LT(simulation.statistics().forced_hold_speed, tolerance > 1e-7 ? 1e-15 : 3e-6);
+    EXPECT_EQ(simulation.statistics().forced_hold_speed, 0);  // it chatters until that no longer counts
     EXPECT_EQ(simulation.statistics().exhausted, 0u);
     EXPECT_EQ(simulation.statistics().fallback_steps, 0u);
     EXPECT_LT(simulation.energy_balance_error(), 1e-4);
     return simulation.state();
   };
   const State coarse = end(1e-6), fine = end(1e-9);
-  EXPECT_LT(std::hypot(coarse.x() - fine.x(), coarse.y() - fine.y()), 1e-6);
-  EXPECT_LT(std::abs(coarse.psi() - fine.psi()), 1e-6);
+  const double off = std::hypot(coarse.x() - fine.x(), coarse.y() - fine.y(), 0.28 * (coarse.psi() - fine.psi()));
+  EXPECT_LT(off, 1e-6 * 2.8);  // times the path, m
+}
+
+// Nothing acts on a base on ice: it goes straight, however fast it rotates. Its velocities are those in its own frame,
+// whose errors nothing damps. Steps in which that frame may rotate as far as their error estimate allows end 0.13 m
+// off.
+TEST_F(SimulationTest, GoesStraightWhereItRotatesOnIce) {
+  constexpr double kDuration = 20, kPath = kDuration * (1 + 0.279 * 50);  // s; m, at the wheels' centres
+  for (const double tolerance : {1e-5, 3e-7}) {
+    Scene scene = load(
+        "duration: 20\nrobot: {com: [0, 0]}\nfloor: {friction: 0}\ninitial: {twist: [1, 0, 50]}\n"
+        "drive: {torque: [{start: 0, constant: [0, 0, 0, 0]}]}\n");
+    scene.solver.relative_tolerance = tolerance;
+    Simulation simulation(scene);
+    simulation.advance_to(kDuration);
+    const State& x = simulation.state();
+    EXPECT_LT(std::hypot(x.x() - kDuration, x.y()), tolerance * kPath) << tolerance;
+  }
 }
 
 // A wheel that chatters for 5 ms, as its momentum counts for the light base, and comes to rest between two of three
 // rollers. The end is rosenbrock4's at a tolerance of 1e-10 where no wheel has to rest, after 287,420 switches; that of
-// 1e-9 is 9e-9 m off, that of radau at 1e-11 4e-8 m.
+// 1e-9 is 9e-9 m off. Radau's ends at 1e-9 to 1e-11 agree to 3e-9 m, 4e-8 m from it.
 class LongChatterTest : public SimulationTest {
  protected:
   double distance_from_reference(double tolerance, bool keeps_up) {
@@ -343,8 +359,7 @@ class LongChatterTest : public SimulationTest {
     simulation.advance_to(scene.duration);
     const IntegrationStatistics& statistics = simulation.statistics();
     EXPECT_EQ(statistics.fallback_steps, 0u) << tolerance;
-    EXPECT_EQ(statistics.shared_contacts, 1u) << tolerance;
-    EXPECT_EQ(statistics.exhausted > 0, keeps_up) << tolerance;
+    EXPECT_EQ(statistics.exhausted > 0, keeps_up || tolerance < 1e-9) << tolerance;
     forced_hold_speed = statistics.forced_hold_speed;
     const State& x = simulation.state();
     return std::hypot(x.x() + 0.054520667591, x.y() - 0.078460186021, 0.28 * (x.psi() - 2.304670848666));
@@ -354,9 +369,10 @@ class LongChatterTest : public SimulationTest {
 };
 
 TEST_F(LongChatterTest, TighterIsNoWorse) {
-  constexpr double kPath = 1.5, kReference = 1e-7;  // m; the wheel has to rest after 129 switches
+  constexpr double kPath = 1.5, kReference = 5e-8;  // m
   for (const double tolerance : {1e-3, 1e-5, 3e-7, 1e-8, 1e-10}) {
     EXPECT_LT(distance_from_reference(tolerance, false), kPath * tolerance + kReference) << tolerance;
+    EXPECT_LT(forced_hold_speed, 20 * kPath * tolerance) << "called unreliable at " << tolerance;
   }
 }
 
@@ -364,8 +380,7 @@ TEST_F(LongChatterTest, TighterIsNoWorse) {
 TEST_F(LongChatterTest, EndsEarlyWhereWorkIsBoundedToRealTime) {
   for (const double tolerance : {1e-8, 1e-10}) {
     const double distance = distance_from_reference(tolerance, true);
-    EXPECT_LT(distance, forced_hold_speed * 1.0) << tolerance;
-    EXPECT_LT(forced_hold_speed, 2e-3);
+    EXPECT_LT(distance, std::min(2e-4, forced_hold_speed * 1.0)) << tolerance;
   }
 }
 

@@ -120,6 +120,11 @@ Wheels WheelSpline::angle(double t) const {
   return inside + (share - s) * length * rate(t);
 }
 
+double WheelSpline::max_step(double t) const {
+  const std::size_t row = place(t).row + 2;
+  return row < table_.t.size() ? table_.t[row] - t : kInfinity;
+}
+
 PrescribedWheels::PrescribedWheels(const RobotParameters& robot, std::shared_ptr<const WheelMotion> motion)
     : motion_(std::move(motion)), J_1_(robot.J_1) {}
 

@@ -58,17 +58,15 @@ Wheels ReferenceTorque::dry_value(double t) const {
 }
 
 // It turns with the dry friction of the desired motion.
-double ReferenceTorque::resolved_share(double t, double end) const {
-  return model_.dry() ? model_.resolved_share(motion_.velocity(t), motion_.velocity(end)) : kInfinity;
-}
-
-double ReferenceTorque::period() const {
+double ReferenceTorque::max_step(double t) const {
   const auto varies = [](const Harmonic& v) { return v.cos != 0 || v.sin != 0; };
-  return varies(motion_.V_X) || varies(motion_.V_Y) || varies(motion_.Omega) ? motion_.period : kInfinity;
+  if (!varies(motion_.V_X) && !varies(motion_.V_Y) && !varies(motion_.Omega)) return kInfinity;
+  const double by_phase = kShareOfPeriod * motion_.period;
+  return model_.dry() ? std::min(by_phase, model_.max_step(motion_.velocity(t), motion_.acceleration(t))) : by_phase;
 }
 
-double PiecewiseTorque::period() const {
-  return (segment_.cos != 0 || segment_.sin != 0).any() ? segment_.period : kInfinity;
+double PiecewiseTorque::max_step(double) const {
+  return (segment_.cos != 0 || segment_.sin != 0).any() ? kShareOfPeriod * segment_.period : kInfinity;
 }
 
 double PiecewiseTorque::begin_segment(double t) {

@@ -22,7 +22,7 @@ EventLocatingStepper::EventLocatingStepper(std::unique_ptr<Method> method, const
 EventLocatingStepper::Result EventLocatingStepper::try_step(ContactSystem& system, State& x, double& t, double& dt,
                                                             bool finishes) {
   const State& start = start_after_effects(system, x, t);
-  const double bound = std::min(dt, system.max_step(start));
+  const double bound = std::min(dt, system.max_step(start, t));
   const double length = lengths_.next() < kMergeRemainder * bound ? lengths_.next() : bound;
   if (!try_length(system, start, t, length) || !end_at_events(system, start, t)) {
     ++record_->statistics.rejected_steps;

@@ -13,18 +13,21 @@ Effect EdgeReached::apply(ContactSystem& system, State& x, double t, int i) {
     modes.keep_inside(i, x);
     return Effect::kNone;
   }
-  if (record_->sliding_mode.stands(system, x, t, i, direction)) {
-    modes.widen(i, SlidingMode::kHop);
-    return Effect::kNone;
-  }
   const std::int64_t from = modes.roller(i);
-  const double max_momentum = error_scale(tolerance_, x.velocities()).v[0];
-  if (record_->sliding_mode.enters(system, x, t, i, direction, max_momentum)) {
-    ++record_->statistics.shared_contacts;
-    const double momentum = system.momentum(i, x);
-    if (momentum >= max_momentum) record_->statistics.forced_hold_speed += momentum;
-    system.enter_sliding(i, direction > 0 ? from : from - 1, x);
-    return Effect::kContact;
+  const double hop = record_->sliding_mode.hop(i, t, direction);
+  if (hop < kInfinity) {
+    const Sharing sharing = system.sharing(i, x, t);
+    if (!sharing.attractive && hop * std::abs(x.dphi()[i]) < SlidingMode::kHop) {  // it stands on the edge
+      modes.widen(i, SlidingMode::kHop);
+      return Effect::kNone;
+    }
+    const bool counts = sharing.error >= error_scale(tolerance_, x.velocities()).v[0];
+    if (sharing.attractive && hop < SlidingMode::kWindow && (!counts || record_->sliding_mode.holds_early())) {
+      ++record_->statistics.shared_contacts;
+      if (counts) record_->statistics.forced_hold_speed += sharing.error;
+      system.enter_sliding(i, direction > 0 ? from : from - 1, x, t);
+      return Effect::kContact;
+    }
   }
   const double edge = direction > 0 ? modes.upper_edge()[i] : modes.lower_edge()[i];
   modes.switch_roller(i, from + direction, x);
@@ -65,7 +68,6 @@ Effect SharingEnds::apply(ContactSystem& system, State& x, double t, int i) {
   }
   modes.keep_inside(i, x);
   record->record_switch(modes, i, from, t, x.phi()[i]);  // nothing, if it stays on the roller that it reached last
-  record->sliding_mode.left(i);
   return Effect::kContact;
 }
 

@@ -30,8 +30,7 @@ std::unique_ptr<MotionIntegrator> make_slip_integrator(Model model, const Parts&
       if (parts.method.make) {
         return std::make_unique<ContactStepper<const SmoothSystem>>(parts.method.make(parts.tolerance, statistics));
       }
-      return std::make_unique<ContactStepper<System>>(
-          std::make_unique<Radau<Equations>>(parts.tolerance, statistics, parts.radau ? *parts.radau : RadauOptions()));
+      return std::make_unique<ContactStepper<System>>(std::make_unique<Radau<Equations>>(parts.tolerance, statistics));
     };
     const std::uint64_t max_evaluations = parts.method.make ? kComparison
                                           : parts.keeps_up  ? kRealTime<Equations>

@@ -29,7 +29,10 @@ class VelocityErrorChecker {
 
   template <class Algebra>
   double error(Algebra&, const State& x_old, const State&, const State& error, double) const {
-    return error_norm(error.velocities(), error_scale(tolerance_, x_old.velocities()));
+    // Also for an error that is no number, which no step adjuster knows how to shorten.
+    constexpr double kLargest = 1e30;
+    const double norm = error_norm(error.velocities(), error_scale(tolerance_, x_old.velocities()));
+    return norm < kLargest ? norm : kLargest;
   }
 
  private:

@@ -63,8 +63,7 @@ std::unique_ptr<MotionIntegrator> make_integrator(Model model, const RobotParame
   if (!slips(model)) return std::make_unique<NoSlipIntegrator>(robot, floor, torque, settings.tolerance(), before);
   const Method* method = find_method(settings.method);
   if (!method) throw std::invalid_argument(settings.method + ": no method of integration");
-  const Parts parts{robot,          floor, start, torque, settings.tolerance(), *method, settings.keeps_up,
-                    settings.radau, before};
+  const Parts parts{robot, floor, start, torque, settings.tolerance(), *method, settings.keeps_up, before};
   return extended ? make_slip_integrator<ExtendedFeatures>(model, parts)
                   : make_slip_integrator<PaperFeatures>(model, parts);
 }

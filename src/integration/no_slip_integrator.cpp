@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <boost/numeric/odeint/integrate/integrate_adaptive.hpp>
+#include <cmath>
 #include <functional>
 
 #include "youbot_base_sim/integration/methods.h"
@@ -22,6 +23,13 @@ class NoSlipSystem final : public SmoothSystem {
   void operator()(const State& x, State& dxdt, double t) const override {
     ++statistics_.evaluations;
     model_.derivative(x, torque_.value(t), dxdt);
+  }
+  double max_step(const State& x, double t) const override {
+    const double longest = std::min(torque_.max_step(t), kMaxTurn / std::abs(x.Omega()));
+    if (!model_.dry()) return longest;
+    State dxdt;
+    (*this)(x, dxdt, t);
+    return std::min(longest, model_.max_step(x.velocity(), dxdt.velocity()));
   }
   State increments() const override {
     const RobotParameters& robot = model_.robot();
@@ -44,42 +52,24 @@ class NoSlipSystem final : public SmoothSystem {
 
 }  // namespace
 
-/// The method as a Controlled Stepper, whose steps resolve the bearings' dry friction. `dt` is an upper bound: rows do
-/// not lose the length worth trying.
+/// The method as a Controlled Stepper. `dt` is an upper bound: rows do not lose the length worth trying.
 class NoSlipIntegrator::Stepper : public ControlledStepperTypes {
  public:
   explicit Stepper(NoSlipIntegrator& motion) : motion_(motion) {}
 
   Result try_step(const SmoothSystem& system, State& x, double& t, double& dt) {
-    const double start = t, length = std::min(dt, motion_.next_step_);
-    double next = length;
+    const double wanted = motion_.next_step_, length = std::min({dt, wanted, system.max_step(x, t)});
+    dt = length;
     State end;
-    Result result = motion_.method_->try_step(system, x, t, end, next);
-    const Eigen::Vector3d v = x.velocity(), v_end = end.velocity();
-    if (result == odeint::success) {
-      const double share = motion_.resolved_share(v, v_end, start, t);
-      if (share < 1) {
-        t = start;
-        next = kSafety * share * length;
-        result = odeint::fail;
-      }
-    }
-    if (result == odeint::fail) {
-      ++motion_.statistics_.rejected_steps;
-      dt = motion_.next_step_ = next;
-      return result;
-    }
-    ++motion_.statistics_.steps;
-    x = end;
-    if (length < motion_.next_step_) next = std::max(next, motion_.next_step_);
-    const double share = motion_.resolved_share(v_end, v_end + next / length * (v_end - v), t, t + next);
-    dt = motion_.next_step_ = std::min(1.0, kSafety * share) * next;
-    return result;
+    const bool succeeds = motion_.method_->try_step(system, x, t, end, dt) == odeint::success;
+    ++(succeeds ? motion_.statistics_.steps : motion_.statistics_.rejected_steps);
+    if (succeeds) x = end;
+    if (succeeds && length < wanted) dt = std::max(dt, wanted);
+    motion_.next_step_ = dt;
+    return succeeds ? odeint::success : odeint::fail;
   }
 
  private:
-  static constexpr double kSafety = 0.9;
-
   NoSlipIntegrator& motion_;
 };
 
@@ -93,13 +83,6 @@ NoSlipIntegrator::NoSlipIntegrator(const RobotParameters& robot, const FloorPara
       next_step_(max_first_step_),
       statistics_(before ? before->statistics : IntegrationStatistics()),
       method_(find_method(method(robot))->make(share_of(tolerance, 0.1), statistics_)) {}
-
-// Resolved share of the step from velocity `a` at t to `b` at `end` (s), for the friction in the bearings and in the
-// torque.
-double NoSlipIntegrator::resolved_share(const Eigen::Vector3d& a, const Eigen::Vector3d& b, double t,
-                                        double end) const {
-  return std::min(model_.resolved_share(a, b), torque_.resolved_share(t, end));
-}
 
 // Steps end at t_end.
 void NoSlipIntegrator::advance(State& x, double t, double t_end, double) {

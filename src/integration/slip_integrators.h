@@ -18,7 +18,6 @@ struct Parts {
   const Tolerance& tolerance;
   const Method& method;
   bool keeps_up;
-  const RadauOptions* radau;
   const MotionSoFar* before;  // null: the motion begins
 };
 

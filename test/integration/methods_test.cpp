@@ -449,6 +449,25 @@ TEST(Methods, TheTableNamesEachMethodOnce) {
 }
 
 std::string name_of_test(const testing::TestParamInfo<std::string>& tested) { return tested.param; }
+// Stages of a step that is far too long overflow: their error is no number, and neither is a step that it shortens.
+TEST(Dopri5Test, TriesAShorterStepWhereItsErrorOverflows) {
+  struct Explosion : SmoothSystem {
+    void operator()(const State& x, State& dxdt, double) const override { dxdt.values = -1e60 * x.values; }
+    double max_step(const State&, double) const override { return kInfinity; }
+    State increments() const override { return {}; }
+    Wheels middle() const override { return Wheels::Zero(); }
+  };
+  IntegrationStatistics statistics;
+  const auto method = find_method("dopri5")->make({1e-6, 1e-9}, statistics);
+  State x, end;
+  x.values.setOnes();
+  double t = 0, dt = 1;
+  EXPECT_EQ(method->try_step(Explosion(), x, t, end, dt), boost::numeric::odeint::fail);
+  EXPECT_EQ(t, 0);
+  EXPECT_GT(dt, 0);
+  EXPECT_LT(dt, 1);
+}
+
 // Each entry depends on itself, on the next one and on time; the last one has no effect.
 struct Chain : SmoothSystem {
   State increments() const override {
@@ -458,6 +477,7 @@ struct Chain : SmoothSystem {
     return steps;
   }
   static double next(const State& x, int k) { return k + 2 < State::kSize ? x.begin()[k + 1] : 0; }
+  double max_step(const State&, double) const override { return kInfinity; }
   Wheels middle() const override { return Wheels::Zero(); }
   void operator()(const State& x, State& dxdt, double t) const override {
     for (int k = 0; k < State::kSize - 1; ++k) dxdt.begin()[k] = std::sin(x.begin()[k]) * std::cos(next(x, k)) + t * t;

@@ -44,18 +44,16 @@ class Wheelwork final : public ContactSystem {
 
   // Sliding mode: only the edge between 0 and 1 is attractive, where the push of the lower roller is -push of the
   // upper.
-  Sharing sharing(int i, const State&, double t) const override {
+  Sharing sharing(int i, const State& x, double t) const override {
     const double alpha = (1 + (2 * c_2[i] + 6 * c_3[i] * t + 12 * c_4[i] * t * t) / pull) / 2;
-    return {alpha, pull > 0 && alpha >= 0 && alpha <= 1};
+    return {alpha, pull > 0 && alpha >= 0 && alpha <= 1, x.dphi()[i] * x.dphi()[i]};  // as where rims of 1 rad/s slip
   }
-  void enter_sliding(int i, std::int64_t k, State& x) override {
+  void enter_sliding(int i, std::int64_t k, State& x, double) override {
     modes_.share(i, k);
     x.phi()[i] = geometry.upper_edge(k);
     x.dphi()[i] = 0;
   }
-  double momentum(int i, const State& x) const override { return std::abs(x.dphi()[i]); }
-
-  double max_step(const State&) const override { return std::numeric_limits<double>::infinity(); }
+  double max_step(const State&, double) const override { return std::numeric_limits<double>::infinity(); }
 
   // Reactions that have to be looked at, of wheels off the floor.
   bool reacts() const override { return reactions_matter; }

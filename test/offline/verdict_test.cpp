@@ -43,14 +43,6 @@ TEST(Reliability, HoldsAtEveryToleranceHoweverFewRows) {
   }
 }
 
-TEST(Reliability, IsDeniedAtTheCoarsestToleranceToo) {
-  Scene scene = driven_scene();
-  scene.solver.relative_tolerance = 0.1;
-  scene.solver.absolute_tolerance = 1e-4;
-  scene.initial.V_X() = scene.initial.V_Y() = scene.initial.Omega() = 1e4;  // half of the energy goes amiss
-  EXPECT_NE(reason_of(scene, 0.01).find("energy balance is off by"), std::string::npos);
-}
-
 // The wheels turn forth and back, and stand still at each row: the energy between the rows is not seen.
 TEST(Reliability, HoldsWhereTheMotionIsAtRestAtAllRows) {
   Scene scene = driven_scene();
@@ -72,7 +64,7 @@ Scene unstable_scene() {
 }
 
 TEST(Reliability, IsDeniedWhereTheEnergyIsOff) {
-  for (const double tolerance : {3e-7, 1e-4, 1e-3}) {
+  for (const double tolerance : {3e-7, 1e-4, 1e-3, 0.1}) {
     Scene scene = unstable_scene();
     scene.solver.relative_tolerance = tolerance;
     const std::string doubt = reason_of(scene, 0.01);

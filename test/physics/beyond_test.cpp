@@ -80,7 +80,7 @@ TEST(BeyondModelTest, MeetsRightHandSidesOfAnIndependentProgram) {
     State x = motion.state;
     System system(motion.model, motion.torque, x);
     if (golden.contains("wheel")) {
-      system.enter_sliding(golden["wheel"].get<int>(), 0, x);
+      system.enter_sliding(golden["wheel"].get<int>(), 0, x, 0);
       EXPECT_NEAR(system.sharing(golden["wheel"].get<int>(), x, 0).alpha, golden["alpha"].get<double>(), 1e-11);
     }
     const ExtendedContacts c = system.contacts(x, 0);

@@ -312,7 +312,7 @@ TYPED_TEST(SlipModelTest, DampingKnowsSharedContacts) {
       const int i = static_cast<int>(seed % 4);
       SharedMotion<TypeParam> shared(200 + seed, slip_by_nu, i);
       SlipSystem<TypeParam> system = shared.system();
-      system.enter_sliding(i, shared.lower, shared.state);
+      system.enter_sliding(i, shared.lower, shared.state, 0);
       expect_damping_is_the_slope_of_the_forces(system, shared.state, shared.motion.kTime, shared.motion.slip, i);
     }
   }
@@ -332,7 +332,7 @@ TYPED_TEST(SlipModelTest, SharedContactIsTheConvexCombinationThatKeepsTheWheelOn
       lower.modes().set_roller(i, shared.lower);
       upper.modes().set_roller(i, shared.lower + 1);
       const bool attractive = lower.sharing(i, x, t).attractive;
-      both.enter_sliding(i, shared.lower, x);
+      both.enter_sliding(i, shared.lower, x, 0);
       EXPECT_TRUE((x.values == shared.state.values).all());  // there was no momentum to give up
       State on_lower, on_upper, dxdt;
       lower(x, on_lower, t);
@@ -364,7 +364,7 @@ TYPED_TEST(SlipModelTest, PowerBalanceIsExactWithMixedContacts) {
       const double t = shared.motion.kTime;
       SlipSystem<TypeParam> system = shared.system();
       State x = shared.state, dxdt;
-      system.enter_sliding(i, shared.lower, x);
+      system.enter_sliding(i, shared.lower, x, 0);
       system.modes().enter_averaging((i + 1) % kWheels);
       system(x, dxdt, t);
       const RobotParameters& robot = shared.motion.robot;
@@ -397,7 +397,7 @@ TYPED_TEST(SlipModelTest, DampingKnowsSharedBesideAveragedContacts) {
       const int i = static_cast<int>(seed % 4);
       SharedMotion<TypeParam> shared(700 + seed, slip_by_nu, i);
       SlipSystem<TypeParam> system = shared.system();
-      system.enter_sliding(i, shared.lower, shared.state);
+      system.enter_sliding(i, shared.lower, shared.state, 0);
       system.modes().enter_averaging((i + 1 + static_cast<int>(seed / 4)) % kWheels);
       expect_damping_is_the_slope_of_the_forces(system, shared.state, shared.motion.kTime, shared.motion.slip, i);
     }

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <vector>
 
 #include "youbot_base_sim/offline/verdict.h"
 #include "youbot_base_sim/physics/no_slip_model.h"
@@ -21,44 +20,6 @@ double cpu_time() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
-/// A run of a scene.
-struct Motion {
-  std::vector<Eigen::Vector3d> rows;  // x, y (m), psi times the distance of the wheels' centres from O
-  double promised = 0;                // error, m
-  std::string doubt;                  // why it is called unreliable
-  std::string failure;                // what ended it, but for tipping over
-};
-
-Motion run(const Scene& scene) {
-  Motion motion;
-  const double arm = std::hypot(scene.robot.h, scene.robot.l);
-  try {
-    Simulation simulation(scene);
-    RowLoop rows(simulation);
-    try {
-      while (rows.next()) {
-        const State& x = simulation.state();
-        motion.rows.emplace_back(x.x(), x.y(), arm * x.psi());
-      }
-    } catch (const TippedOver&) {
-    }
-    motion.promised = promised_error(simulation, rows.path());
-    motion.doubt = unreliability_reason(simulation, rows, nullptr);
-  } catch (const std::exception& error) {
-    motion.failure = error.what();
-  }
-  return motion;
-}
-
-/// Largest distance over the rows that both have, m.
-double distance(const Motion& a, const Motion& b) {
-  double most = 0;
-  for (std::size_t k = 0; k < std::min(a.rows.size(), b.rows.size()); ++k) {
-    most = std::max(most, (a.rows[k] - b.rows[k]).norm());
-  }
-  return most;
 }
 
 /// Explicit methods ignore the holding speed.
@@ -117,6 +78,36 @@ bool is_sensitive(const Exact& exact, double promised, double error) {
 }
 
 }  // namespace
+
+Motion run(const Scene& scene) {
+  Motion motion;
+  const double arm = std::hypot(scene.robot.h, scene.robot.l);
+  try {
+    Simulation simulation(scene);
+    RowLoop rows(simulation);
+    try {
+      while (rows.next()) {
+        const State& x = simulation.state();
+        motion.rows.emplace_back(x.x(), x.y(), arm * x.psi());
+      }
+    } catch (const TippedOver&) {
+    }
+    motion.counts = simulation.statistics();
+    motion.promised = promised_error(simulation, rows.path());
+    motion.doubt = unreliability_reason(simulation, rows, nullptr);
+  } catch (const std::exception& error) {
+    motion.failure = error.what();
+  }
+  return motion;
+}
+
+double distance(const Motion& a, const Motion& b) {
+  double most = 0;
+  for (std::size_t k = 0; k < std::min(a.rows.size(), b.rows.size()); ++k) {
+    most = std::max(most, (a.rows[k] - b.rows[k]).norm());
+  }
+  return most;
+}
 
 Verdict judge(const Scene& scene) {
   Verdict verdict;

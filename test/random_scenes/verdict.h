@@ -1,10 +1,28 @@
 #pragma once
 
+#include <Eigen/Dense>
 #include <string>
+#include <vector>
 
+#include "youbot_base_sim/integration/statistics.h"
 #include "youbot_base_sim/scene/scene.h"
 
 namespace youbot_base_sim {
+
+/// A run of a scene.
+struct Motion {
+  std::vector<Eigen::Vector3d> rows;  ///< x, y (m), psi times the distance of the wheels' centres from O
+  IntegrationStatistics counts;
+  double promised = 0;  ///< error, m
+  std::string doubt;    ///< why it is called unreliable
+  std::string failure;  ///< what ended it, but for tipping over
+};
+
+/// Simulates the scene as it is.
+Motion run(const Scene& scene);
+
+/// Largest distance over the rows that both have, m.
+double distance(const Motion& a, const Motion& b);
 
 /// What came of a random scene.
 enum class Outcome {

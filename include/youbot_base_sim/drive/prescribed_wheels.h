@@ -15,9 +15,10 @@ namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 class WheelMotion {
  public:
   virtual ~WheelMotion() = default;
-  virtual Wheels angle(double t) const = 0;         ///< rad
-  virtual Wheels rate(double t) const = 0;          ///< its derivative, rad/s, which must be continuous
-  virtual Wheels acceleration(double t) const = 0;  ///< rad/s^2
+  virtual Wheels angle(double t) const = 0;                    ///< rad
+  virtual Wheels rate(double t) const = 0;                     ///< its derivative, rad/s, which must be continuous
+  virtual Wheels acceleration(double t) const = 0;             ///< rad/s^2
+  virtual double max_step(double) const { return kInfinity; }  ///< as TorqueProfile's, s
 };
 
 /// Wheel angles over time (rad, s): the smoothest function, in the mean square of its acceleration, through the rows of
@@ -32,6 +33,7 @@ class WheelSpline : public WheelMotion {
   Wheels angle(double t) const override;
   Wheels rate(double t) const override;
   Wheels acceleration(double t) const override;
+  double max_step(double t) const override;  ///< to the second row after t
 
   const WheelTable& table() const { return table_; }
 
@@ -59,6 +61,7 @@ class PrescribedWheels : public TorqueProfile {
   static RobotParameters driven(const RobotParameters& robot);
 
   Wheels value(double t) const override;
+  double max_step(double t) const override { return motion_->max_step(t); }
 
   /// Torque of the drives of `robot` at time t (s), N m: at wheel rates dphi (rad/s) under the friction F_X (N).
   Wheels reaction(const RobotParameters& robot, const Wheels& dphi, const Wheels& F_X, double t) const;

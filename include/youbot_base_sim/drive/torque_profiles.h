@@ -36,8 +36,7 @@ class ReferenceTorque : public TorqueProfile {
   ReferenceTorque(const RobotParameters& robot, const ReferenceMotion& motion);
   Wheels value(double t) const override;
   std::array<Wheels, 3> values(const std::array<double, 3>& t) const override;
-  double period() const override;
-  double resolved_share(double t, double end) const override;
+  double max_step(double t) const override;
 
  private:
   Wheels at(double sine, double cosine) const;
@@ -67,7 +66,7 @@ class PiecewiseTorque : public TorqueProfile {
   explicit PiecewiseTorque(TorqueSegments segments) : segments_(std::move(segments)) {}
   double begin_segment(double t) override;
   Wheels value(double t) const override;
-  double period() const override;
+  double max_step(double t) const override;
 
  private:
   TorqueSegments segments_;

@@ -30,16 +30,12 @@ class ContactSystem : public SmoothSystem {
     regularize_friction();
   }
 
-  /// Filippov's coefficient of wheel i, which stands on an edge in state x at time t (s), and whether that edge is
-  /// attractive. A wheel that is not shared is taken to rest there.
+  /// Filippov's coefficient of wheel i, which stands on an edge in state x at time t (s), whether that edge is
+  /// attractive, and what it would cost to have the wheel rest there.
   virtual Sharing sharing(int i, const State& x, double t) const = 0;
-  /// Change of the platform's speed if wheel i gave up its momentum, m/s.
-  virtual double momentum(int i, const State& x) const = 0;
-  /// Stands wheel i, which is at the upper edge of roller k, on rollers k and k + 1. Its momentum goes to the platform.
-  virtual void enter_sliding(int i, std::int64_t k, State& x) = 0;
-
-  /// The longest step from x that no method must exceed, s: its stages would miss what happens between them.
-  virtual double max_step(const State& x) const = 0;
+  /// Stands wheel i of x at time t (s), which is at the upper edge of roller k, on rollers k and k + 1. Its momentum
+  /// goes to the platform and the roller, through the contacts that took it.
+  virtual void enter_sliding(int i, std::int64_t k, State& x, double t) = 0;
 
   /// Whether normal reactions follow the motion; if so, those in state x at time t (s).
   virtual bool reacts() const = 0;

@@ -17,7 +17,6 @@ class SmoothSystem;
 template <class System>
 class SmoothStepper;
 struct IntegrationStatistics;
-struct RadauOptions;
 
 /// A method that integrates models 2a and 2b.
 struct Method {
@@ -44,8 +43,6 @@ struct IntegrationSettings {
   double absolute_tolerance = 3e-10;  ///< SI units
   /// Bounds the work of each millisecond to what real time allows, as the node needs; else to 30 times as much.
   bool keeps_up = false;
-  /// Radau's mechanisms, for tests and studies; null: all of them. Must outlive the integration.
-  const RadauOptions* radau = nullptr;
 
   Tolerance tolerance() const { return {relative_tolerance, absolute_tolerance}; }
 };

@@ -36,12 +36,10 @@ class NoSlipIntegrator : public MotionIntegrator {
 
  private:
   // Steps of dopri5 end near 3 / rate: at 1e5/s, a millisecond takes 30 of them.
-  static constexpr double kMaxExplicitRate = 1e5;
+  static constexpr double kMaxExplicitRate = 1e6;
   static bool stiff(const NoSlipModel& model) { return model.max_decay_rate() > kMaxExplicitRate; }
 
   class Stepper;
-
-  double resolved_share(const Eigen::Vector3d& a, const Eigen::Vector3d& b, double t, double end) const;
 
   RobotParameters robot_;
   FloorParameters floor_;

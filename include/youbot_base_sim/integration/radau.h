@@ -41,12 +41,8 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   using SmoothStepper<SlipSystem<Model>>::try_step;
 
   /// Counts its iterations in `statistics`, which must outlive it.
-  Radau(const Tolerance& tolerance, IntegrationStatistics& statistics, const RadauOptions& options = {})
-      : options_(options),
-        control_(options_),
-        newton_(options_, tolerance, statistics),
-        error_(options_, tolerance),
-        prediction_(options_) {}
+  Radau(const Tolerance& tolerance, IntegrationStatistics& statistics)
+      : newton_(tolerance, statistics), error_(tolerance) {}
 
   /// A step that is shorter than one whose error was small enough, from the same start, is not judged again; nor is one
   /// that the rounding of t lets be no shorter.
@@ -57,7 +53,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     const bool judged = !(length <= accepted_dt_);
     early_error_ = 0;
     if (!solve(system, dt, judged && length > shortest)) {
-      dt *= options_.failure_shrinkage;
+      dt *= radau_options.max_shrinkage;
       return fail;
     }
     if (judged) {
@@ -83,7 +79,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
       u[j] = weighted(lagrange_weights(share * RadauTableau::c[j]), start_.u, stages_->u);
     }
     end(share * newton_.dt(), u, x);
-    if (options_.dense_friction) follow_friction_within(system, share, x, u[2]);
+    follow_friction_within(system, share, x, u[2]);
     x.set(u[2]);
     // The work of the polynomial's accelerations. Forces are less accurate: what friction is off by does no work at the
     // stages alone.
@@ -100,7 +96,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   void restart() override {
     started_ = false;
     end_t_ = kUnknown;
-    control_ = StepSizeController(options_);
+    control_ = StepSizeController();
     prediction_.restart();
     newton_.restart();
   }
@@ -134,7 +130,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     const bool goes_on = std::abs(t - end_t_) <= kTimeRounding * std::abs(t);  // where the last step ended
     const Wheels M = goes_on ? newton_.torque_at_end() : system.torque().value(t);
     start_.pose = system.pose(x);
-    if (options_.start_by_motion && prediction_.continues() && goes_on && !modes.mixed()) {
+    if (radau_options.start_by_motion && prediction_.continues() && goes_on && !modes.mixed()) {
       const auto& before = *prediction_.last();
       start_.forces = newton_.forces_by_motion(system, 2, before.start, before.stages.u);
       start_.friction = prediction_.end_friction();
@@ -142,7 +138,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
       evaluate_start(system, M, unchanged);
     }
     error_.begin(start_.after_switch);
-    start_.error_scale = error_.scale(system.model(), start_.u);
+    start_.error_scale = error_.scale(start_.u);
     newton_.begin(system, start_);
   }
 
@@ -156,7 +152,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     typename Model::Contacts contacts = system.contacts(start_.u, start_.x.phi(), start_.pose, M);
     system.count_evaluations(1);
     // The converged friction: recomputed from the slip, its O(nu) error would become an O(1) error of the force.
-    if (options_.reuses_friction && unchanged.any()) {
+    if (radau_options.reuses_friction && unchanged.any()) {
       system.reuse_friction(unchanged && !shared, prediction_.end_friction(), start_.u, M, contacts);
     }
     start_.forces = system.model().forces(start_.u, contacts, M);
@@ -164,7 +160,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   }
 
   // Finds the stages of a step of length dt. One that is `judged` ends early, with its early_error_, where that is
-  // clearly too large. False without convergence, or if the platform would rotate by over 1 rad.
+  // too large. False without convergence, or if the platform would rotate by over 1 rad.
   bool solve(SlipSystem<Model>& system, double dt, bool judged) {
     end_t_ = start_.t + RadauTableau::c[2] * dt;
     stages_ = &prediction_.next_stages();
@@ -178,7 +174,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   }
 
   bool find_stages(const SlipSystem<Model>& system, double dt, bool judged) {
-    const auto give_up = [this, &system, judged] { return judged && is_hopeless(system); };
+    const auto give_up = [this, &system, judged] { return judged && is_too_large(system); };
     if (prediction_.known()) {
       prediction_.predict(system, start_, newton_.contacts(), dt, *stages_);
       if (newton_.iterate(system, start_, dt, *stages_, give_up)) return true;
@@ -187,10 +183,10 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     return newton_.iterate(system, start_, dt, *stages_, give_up);
   }
 
-  // Whether the step's error is clearly too large, by the iterations so far.
-  bool is_hopeless(const SlipSystem<Model>& system) {
+  // Whether the step's error is too large, by the iterations so far.
+  bool is_too_large(const SlipSystem<Model>& system) {
     const double error = estimate(system);
-    if (!(error > options_.early_reject_error)) return false;
+    if (!(error > 1)) return false;
     early_error_ = error;
     return true;
   }
@@ -231,10 +227,9 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     if constexpr (Model::kReactionsFollow) contacts = system.contacts(x, start_.t + share * newton_.dt());
     const typename Model::Friction F =
         bounded_friction(system.model(), weighted(lagrange_weights(share), start_.friction, stages_->F), contacts);
-    follow_friction(system, F, contacts, x.phi(), options_.dense_gripping_share, u);
+    follow_friction(system, F, contacts, x.phi(), radau_options.dense_gripping_share, u);
   }
 
-  const RadauOptions options_;
   StepSizeController control_;
   RadauNewton<Model> newton_;
   RadauError<Model> error_;

@@ -87,7 +87,7 @@ class RadauMatrix {
 ///   eta |du_k| < 1,   eta = theta / (1 - theta)      (Hairer and Wanner II, (8.10)),
 ///
 /// which bounds all corrections that are left out. Amendments:
-///   - before the first rate is known, that of the last step counts;
+///   - before the first rate is known, it is taken to be 0.03;
 ///   - a correction that moves a slip by more than a third of nu may reverse friction, so its rate predicts nothing;
 ///   - with the exact matrix, corrections shrink quadratically: |du_k+1| is about omega |du_k|^2 with the largest omega
 ///     of late, and iterations end once 10 omega |du_k|^2 < 1 (P. Deuflhard, Newton Methods for Nonlinear Problems,
@@ -96,8 +96,6 @@ class RadauMatrix {
 ///   predicted.
 class RadauConvergence {
  public:
-  explicit RadauConvergence(const RadauOptions& options) : options_(options) { restart(); }
-
   /// At most a fraction of the regularization speed, however large the tolerance. Prescribed wheels do work against
   /// friction: its error must be within the tolerance of the energy balance.
   template <class Model>
@@ -105,14 +103,14 @@ class RadauConvergence {
     Velocities regularization = regularization_velocities(system.model());
     if (system.model().robot().wheels_prescribed) {
       const double rounding =
-          (system.reacts() ? kReactingRounding : kRounding) / (options_.convergence * regularization.v[0]);
+          (system.reacts() ? kReactingRounding : kRounding) / (radau_options.convergence * regularization.v[0]);
       regularization = std::min(1.0, std::max(1e3 * relative_tolerance, rounding)) * regularization;
     }
-    per_tolerance_ = {1 / (options_.convergence * error_scale.v.min(regularization.v)),
-                      1 / (options_.convergence * error_scale.dphi.min(regularization.dphi)),
-                      1 / (options_.convergence * error_scale.dgamma.min(regularization.dgamma))};
+    per_tolerance_ = {1 / (radau_options.convergence * error_scale.v.min(regularization.v)),
+                      1 / (radau_options.convergence * error_scale.dphi.min(regularization.dphi)),
+                      1 / (radau_options.convergence * error_scale.dgamma.min(regularization.dgamma))};
     predictable_correction_ =
-        options_.predictable_fraction * system.model().regularization_speed() * per_tolerance_.v[0];
+        radau_options.predictable_fraction * system.model().regularization_speed() * per_tolerance_.v[0];
   }
 
   double size(const StageVelocities& correction) const {
@@ -124,12 +122,9 @@ class RadauConvergence {
     return std::sqrt(sum(squares) / 11);
   }
 
-  /// The rate that the first correction of a step is expected to have.
-  double first_rate() const { return rate_; }
-  void keep_rate(double rate) { rate_ = std::min(std::max(rate, options_.min_rate), options_.max_rate); }
   /// Takes the rate after a correction of size `last` whose matrix was exact.
   void see_exact(double rate, double last) {
-    curvature_ = std::max(rate / last, options_.curvature_memory * curvature_);
+    curvature_ = std::max(rate / last, radau_options.curvature_memory * curvature_);
   }
 
   /// Whether the rate predicts the size of the correction after one of this size.
@@ -137,21 +132,20 @@ class RadauConvergence {
   /// Whether all corrections after one of this size, at this rate, sum up to less than the tolerance.
   static bool leaves_little(double size, double rate) { return rate < 1 && size * rate < 1 - rate; }
   /// Whether the next correction, with an exact matrix about the curvature times the square of this one, is small.
-  bool leaves_little_exactly(double size) const { return options_.curvature_margin * curvature_ * size * size < 1; }
-
-  void restart() {
-    rate_ = options_.first_rate;
-    curvature_ = options_.first_curvature;
+  bool leaves_little_exactly(double size) const {
+    return radau_options.curvature_margin * curvature_ * size * size < 1;
   }
+
+  /// Forgets how fast corrections shrank.
+  void restart() { curvature_ = 1; }
 
  private:
   // How small an error of the slip rounding lets iterations reach, m/s; with dynamic reactions
   static constexpr double kRounding = 3e-16, kReactingRounding = 1e-12;
 
-  const RadauOptions& options_;
   Velocities per_tolerance_;           // the inverse of the convergence tolerance
   double predictable_correction_ = 0;  // in that tolerance
-  double rate_, curvature_;
+  double curvature_ = 1;
 };
 
 /// Newton's iterations for the stages of a step, primal and dual. The unknowns are the velocities u_j and the friction
@@ -162,10 +156,6 @@ class RadauConvergence {
 /// with the slip V_j at u_j and the stiffness K_j made symmetric (T. F. Chan, G. H. Golub and P. Mulet, SIAM J. Sci.
 /// Comput. 20(6), 1999). P shortens to the largest friction, f N. Then G_j = J' K_j J + bearings, with dV = J du.
 /// Iterations converge from slips far beyond nu; with K of V_j alone they cycle between forward and backward slip.
-///
-/// A correction that does not pass Deuflhard's natural monotonicity test is halved: with the old matrix, the next one
-/// must be at most 1 - length / 4 times as large (2004, section 3.3). The first four may grow: F makes up for that
-/// sooner.
 template <class Model>
 class RadauNewton {
  public:
@@ -175,8 +165,8 @@ class RadauNewton {
   using Evaluation = typename System::StageEvaluation;
 
   /// Counts iterations and factorizations in `statistics`, which must outlive it.
-  RadauNewton(const RadauOptions& options, const Tolerance& tolerance, IntegrationStatistics& statistics)
-      : options_(options), relative_tolerance_(tolerance.relative), statistics_(&statistics), convergence_(options) {}
+  RadauNewton(const Tolerance& tolerance, IntegrationStatistics& statistics)
+      : relative_tolerance_(tolerance.relative), statistics_(&statistics) {}
   RadauNewton(const RadauNewton&) = delete;
   RadauNewton& operator=(const RadauNewton&) = delete;
 
@@ -189,7 +179,7 @@ class RadauNewton {
   void restart() { convergence_.restart(); }
 
   /// Solves for the `stages` of a step of length dt from what they hold. Ends early, as if converged, where `give_up`
-  /// says so: it is asked once, after two iterations, or after one if the correction was large. False: no convergence.
+  /// says so, which is asked after two iterations. False: no convergence.
   template <class GiveUp>
   [[gnu::flatten, gnu::noinline]] bool iterate(const System& system, const Start& start, double dt, Stages& stages,
                                                const GiveUp& give_up) {
@@ -197,52 +187,35 @@ class RadauNewton {
     matrix_.set_step(dt);
     torque_ = system.torque().values({start.t + T::c[0] * dt, start.t + T::c[1] * dt, start.t + T::c[2] * dt});
     StageVelocities left;
-    double length = 1, last = 0, rate = convergence_.first_rate();
+    double last = 0, rate = radau_options.first_rate;
     bool exact = true;  // whether the matrix is that of where the last correction began
-    for (int iteration = 0; iteration < options_.max_iterations; ++iteration) {
+    for (int iteration = 0; iteration < radau_options.max_iterations; ++iteration) {
       ++statistics_->newton_iterations;
-      evaluated_ = other(evaluations_, from_.evaluated);
-      StageVelocities& change = *other(corrections_, from_.correction);
       residual(system, start, stages, left);
       if (iteration == 0) factorize(system, stages.u);
-      double size = correction(system, left, change);
+      double size = correction(system, left);
       if (iteration > 0) {
-        const bool free = length == 1 && iteration <= options_.free_corrections;
-        if (!(size <= (free ? options_.free_growth : 1 - length / 4) * last)) {
-          length /= 2;
-          if (length < options_.min_damping) return false;
-          move(system, length, stages);
-          continue;
-        }
         rate = size / last;
         if (exact) convergence_.see_exact(rate, last);
         // With a matrix that is no longer exact, corrections shrink about twice as slowly as the first one did.
-        exact = !options_.reuses_matrix || !RadauConvergence::leaves_little(size, exact ? 2 * rate : rate) ||
+        exact = !radau_options.reuses_matrix || !RadauConvergence::leaves_little(size, exact ? 2 * rate : rate) ||
                 !friction_is_as_expected(system, stages);
         if (exact) {
           factorize(system, stages.u);
-          size = correction(system, left, change);
+          size = correction(system, left);
         }
       }
       if (!(size <= std::numeric_limits<double>::max())) return false;
-      from_.u = stages.u;
-      from_.evaluated = evaluated_;
-      from_.correction = &change;
-      if (system.reacts()) from_.dN = dN_;
-      length = 1;
       last = size;
-      move(system, length, stages);
+      move(system, stages);
       if (convergence_.predicts(size)) {
         if (exact && !system.reacts() && convergence_.leaves_little_exactly(size)) {
           for (int j = 0; j < 3; ++j) forces_[j] = forces_by_motion(system, j, start.u, stages.u);
           return true;
         }
-        if (RadauConvergence::leaves_little(size, rate)) {
-          convergence_.keep_rate(rate);
-          return true;
-        }
+        if (RadauConvergence::leaves_little(size, rate)) return true;
       }
-      if ((iteration == 1 || (iteration == 0 && size > options_.early_estimate_correction)) && give_up()) return true;
+      if (iteration == 1 && give_up()) return true;
     }
     return false;
   }
@@ -253,42 +226,36 @@ class RadauNewton {
   const StageVelocities& forces() const { return forces_; }   ///< at the stages, N and N m
   const Wheels& torque_at_end() const { return torque_[2]; }  ///< N m
   const RadauMatrix<Model>& matrix() const { return matrix_; }
-  const std::array<typename Model::Contacts, 3>& contacts() const { return evaluated_->contacts; }
+  const std::array<typename Model::Contacts, 3>& contacts() const { return evaluated_.contacts; }
   /// Forces by the equation of stage j of a step that starts with the velocities u_0, N and N m.
   Velocities forces_by_motion(const System& system, int j, const Velocities& u_0, const StageVelocities& u) const {
     return matrix_.forces_by_motion(system.model().inertia(), j, {u[0] - u_0, u[1] - u_0, u[2] - u_0});
   }
 
  private:
-  // Of two buffers the one that is not `used`: what the last correction began with stays without a copy.
-  template <class T>
-  static T* other(T (&buffers)[2], const T* used) {
-    return &buffers[used == &buffers[0]];
-  }
-
   // Whether the friction of the slips is the F of the last correction. Where not, a small correction of the slip may
   // stand for a large one of the force, so its size does not show that the matrix still holds.
   bool friction_is_as_expected(const System& system, const Stages& stages) const {
     const auto gap = [&](int j) {
-      return friction_gap(system.model(), stages.F[j], evaluated_->contacts[j], options_.friction_mismatch);
+      return friction_gap(system.model(), stages.F[j], evaluated_.contacts[j], radau_options.friction_mismatch);
     };
     return !(gap(0).max(gap(1)).max(gap(2)).maxCoeff() > 0);
   }
 
-  // Moves the stages by a part of the last correction.
-  [[gnu::flatten, gnu::noinline]] void move(const System& system, double length, Stages& stages) const {
-    const auto& [contacts, stiffness] = *from_.evaluated;
+  // Moves the stages by the last correction.
+  [[gnu::flatten, gnu::noinline]] void move(const System& system, Stages& stages) const {
+    const auto& [contacts, stiffness] = evaluated_;
 #pragma GCC unroll 3
     for (int j = 0; j < 3; ++j) {
-      const Velocities part = length * (*from_.correction)[j];
-      stages.u[j] = from_.u[j] + part;
+      const Velocities& du = correction_[j];
+      stages.u[j] = stages.u[j] + du;
       if constexpr (Model::kReactionsFollow) {
         if (system.reacts()) {
-          stages.F[j] = corrected_friction(system.model(), contacts[j], stiffness[j], part, length * from_.dN[j]);
+          stages.F[j] = corrected_friction(system.model(), contacts[j], stiffness[j], du, dN_[j]);
           continue;
         }
       }
-      stages.F[j] = corrected_friction(system.model(), contacts[j], stiffness[j], part);
+      stages.F[j] = corrected_friction(system.model(), contacts[j], stiffness[j], du);
     }
   }
 
@@ -299,13 +266,13 @@ class RadauNewton {
     const StageVelocities &u = stages.u, z = {u[0] - start.u, u[1] - start.u, u[2] - start.u};
     const double dt = matrix_.dt();
     system.contacts(u, {start.phi_at(0, dt, u), start.phi_at(1, dt, u), start.phi_at(2, dt, u)},
-                    poses(system, start, u), torque_, stages.F, *evaluated_);
-    if (!options_.primal_dual) {
+                    poses(system, start, u), torque_, stages.F, evaluated_);
+    if (!radau_options.primal_dual) {
       for (int j = 0; j < 3; ++j) {
-        evaluated_->stiffness[j] = model.stiffness(evaluated_->contacts[j], model.friction(evaluated_->contacts[j]));
+        evaluated_.stiffness[j] = model.stiffness(evaluated_.contacts[j], model.friction(evaluated_.contacts[j]));
       }
     }
-    model.forces(u, evaluated_->contacts, torque_, forces_);
+    model.forces(u, evaluated_.contacts, torque_, forces_);
 #pragma GCC unroll 3
     for (int j = 0; j < 3; ++j) r[j] = forces_[j] - matrix_.forces_by_motion(model.inertia(), j, z);
   }
@@ -337,34 +304,25 @@ class RadauNewton {
   }
 
   void factorize(const System& system, const StageVelocities& u) {
-    matrix_.factorize(system, u, torque_, *evaluated_);
+    matrix_.factorize(system, u, torque_, evaluated_);
     ++statistics_->factorizations;
   }
 
   // Newton's correction for the forces r; returns its size.
-  [[gnu::flatten, gnu::noinline]] double correction(const System& system, const StageVelocities& r,
-                                                    StageVelocities& change) {
-    matrix_.solve(system, r, change, dN_);
-    return convergence_.size(change);
+  [[gnu::flatten, gnu::noinline]] double correction(const System& system, const StageVelocities& r) {
+    matrix_.solve(system, r, correction_, dN_);
+    return convergence_.size(correction_);
   }
 
-  const RadauOptions& options_;
   double relative_tolerance_;
   IntegrationStatistics* statistics_;
   RadauConvergence convergence_;
   RadauMatrix<Model> matrix_;
   StageVelocities forces_;
   alignas(kAlignment) std::array<Wheels, RadauTableau::stages> torque_;
-  Evaluation evaluations_[2];
-  Evaluation* evaluated_ = &evaluations_[0];  // at the stages as they are
-  StageVelocities corrections_[2];
+  Evaluation evaluated_;  // where the last correction began
+  StageVelocities correction_;
   std::array<Wheels, 3> dN_;  // what the last correction adds to dynamic reactions
-  struct {
-    StageVelocities u;
-    Evaluation* evaluated = nullptr;
-    StageVelocities* correction = nullptr;
-    std::array<Wheels, 3> dN;
-  } from_;  // where the last correction began, and it
 };
 
 }  // namespace youbot_base_sim

@@ -22,7 +22,7 @@ class RadauPrediction {
   using Friction = typename Model::Friction;
   using StageContacts = std::array<typename Model::Contacts, RadauTableau::stages>;
 
-  explicit RadauPrediction(const RadauOptions& options) : options_(options) {}
+  RadauPrediction() = default;
   RadauPrediction(const RadauPrediction&) = delete;
   RadauPrediction& operator=(const RadauPrediction&) = delete;
 
@@ -38,7 +38,7 @@ class RadauPrediction {
   };
 
   /// The step to predict from; null if there is none.
-  const SolvedStep* known() const { return options_.predicts ? known_ : nullptr; }
+  const SolvedStep* known() const { return radau_options.predicts ? known_ : nullptr; }
   const SolvedStep* last() const { return known_; }
   /// Whether the step before is known, and steps go on from its end.
   bool continues() const { return known_ && known_->ended; }
@@ -87,26 +87,24 @@ class RadauPrediction {
     const Velocities& from = known.ended ? known.start : start.u;
     const Friction& friction_from = known.ended ? known.start_friction : start.friction;
     // Where contacts grip, the slip follows from the force: small errors of velocity would be large ones of friction.
-    // Not within the polynomial's own step, nor where its errors, some tolerances, are small against nu.
-    const bool follows = options_.follows_friction && known.ended &&
-                         !(start.error_scale.v[0] < options_.small_error * system.model().regularization_speed());
-    const int nodes = known.ended && known.after_switch && options_.line_after_switch ? 2
-                      : follows && dt > options_.far * known.dt                       ? 3
-                                                                                      : 4;
+    // Not within the polynomial's own step.
+    const int nodes = known.ended && known.after_switch && radau_options.line_after_switch ? 2
+                      : known.ended && dt > radau_options.far * known.dt                   ? 3
+                                                                                           : 4;
     for (int j = 0; j < 3; ++j) {
       const double s = offset + RadauTableau::c[j] * dt / known.dt;
       const std::array<double, 4> weights = lagrange_weights(s, nodes);
       stages.u[j] = weighted(weights, from, known.stages.u);
       stages.F[j] = bounded_friction(system.model(), weighted(weights, friction_from, known.stages.F), contacts[j]);
     }
-    if (follows) follow_friction(system, start, contacts, dt, stages);
+    if (known.ended) follow_friction(system, start, contacts, dt, stages);
   }
 
   /// Sets `stages` to what the start has. A step that is longer than the transient after a switch begins with the
   /// friction before it, also where the contact is another.
   [[gnu::noinline]] void begin_as_start(const System& system, const Start& start, const StageContacts& contacts,
                                         double dt, Stages& stages) const {
-    const bool longer_than_transient = start.carries_friction && dt > options_.switch_transient;
+    const bool longer_than_transient = start.carries_friction && dt > radau_options.switch_transient;
     stages.u.fill(start.u);
     stages.F.fill(longer_than_transient ? end_friction_ : start.friction);
     if (longer_than_transient) follow_friction(system, start, contacts, dt, stages);
@@ -119,11 +117,11 @@ class RadauPrediction {
                        Stages& stages) const {
     const Wheels phi[3] = {start.phi_at(0, dt, stages.u), start.phi_at(1, dt, stages.u), start.phi_at(2, dt, stages.u)};
     for (int j = 0; j < 3; ++j) {
-      youbot_base_sim::follow_friction(system, stages.F[j], contacts[j], phi[j], options_.gripping_share, stages.u[j]);
+      youbot_base_sim::follow_friction(system, stages.F[j], contacts[j], phi[j], radau_options.gripping_share,
+                                       stages.u[j]);
     }
   }
 
-  const RadauOptions& options_;
   SolvedStep steps_[2];
   SolvedStep *known_ = nullptr, *next_ = nullptr;
   Friction end_friction_;

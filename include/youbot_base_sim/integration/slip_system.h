@@ -147,40 +147,23 @@ class SlipSystem final : public ContactSystem {
     }
   }
 
-  /// The longest step from x (s) that does not miss how friction changes from place to place, nor a torque's period:
-  /// contacts that hold at every stage hide what happens between.
-  double max_step(const State& x) const override {
-    const double longest = kShareOfPeriod * torque_->period();
-    if (!model_.features().by_patches()) return longest;
-    return std::min(longest, model_.features().max_step(x, modes_.geometry(x.phi()).Delta_Y));
+  double max_step(const State& x, double t) const override {
+    return std::min({torque_->max_step(t), kMaxTurn / std::abs(x.Omega()), model_.features().max_step(x, modes_)});
   }
 
   Sharing sharing(int i, const State& x, double t) const override {
-    Velocities u = x.velocities();
-    WheelMask shared = modes_.shared();
-    if (!shared[i]) {
-      u.dphi[i] = 0;
-      shared[i] = true;
-    }
-    const SharedContact<Model> contact = shared_contact(i, u, x, shared, torque_->value(t));
+    const SharedContact<Model> contact = resting_contact(i, x, t);
     // A prescribed wheel keeps to its angles and never rests between rollers.
-    return {contact.alpha(), contact.attractive() && !model_.robot().wheels_prescribed};
+    return {contact.alpha(), contact.attractive() && !model_.robot().wheels_prescribed,
+            contact.error_of_rest(x.dphi()[i])};
   }
 
-  /// The momentum goes to the platform through the contact that took it.
-  void enter_sliding(int i, std::int64_t k, State& x) override;
-
-  double momentum(int i, const State& x) const override {
-    const RobotParameters& robot = model_.robot();
-    return robot.J_1 * std::abs(x.dphi()[i]) / (robot.R * robot.m_s());
-  }
+  void enter_sliding(int i, std::int64_t k, State& x, double t) override;
 
   const Model& model() const { return model_; }
   const TorqueProfile& torque() const { return *torque_; }
 
  private:
-  static constexpr double kShareOfPeriod = 0.125;
-
   void regularize_friction() override {
     model_.set_regularization_speed(rest_.nu());
     model_.set_dry_friction_rate(rest_.dry_friction_rate());
@@ -257,9 +240,15 @@ class SlipSystem final : public ContactSystem {
     model_.evaluate_kinematics(u, g, pose, rollers);
     model_.apply_normal_force_of(c, rollers);
   }
-  // The same at the wheel angles and pose of x, with the velocities u.
-  SharedContact<Model> shared_contact(int i, const Velocities& u, const State& x, const WheelMask& shared,
-                                      const Wheels& M) const {
+  // The shared contact of wheel i if it rests in state x at time t.
+  SharedContact<Model> resting_contact(int i, const State& x, double t) const {
+    Velocities u = x.velocities();
+    WheelMask shared = modes_.shared();
+    if (!shared[i]) {
+      u.dphi[i] = 0;
+      shared[i] = true;
+    }
+    const Wheels M = torque_->value(t);
     Contacts c;
     any_contacts(u, x.phi(), pose(x), M, shared, c);
     return shared_contact(i, u, c, M);
@@ -277,15 +266,13 @@ class SlipSystem final : public ContactSystem {
 };
 
 template <class Model>
-void SlipSystem<Model>::enter_sliding(int i, std::int64_t k, State& x) {
+void SlipSystem<Model>::enter_sliding(int i, std::int64_t k, State& x, double t) {
   const RobotParameters& robot = model_.robot();
   const double energy = kinetic_energy(robot, x);
-  // A free roller passes on only what is along its axis.
-  const ContactGeometry g = model_.geometry().at(Wheels::Constant(0.5 * model_.geometry().pitch()));
-  const double P_X = robot.J_1 * x.dphi()[i] / robot.R, P_Y = g.r_X[i] / g.r_Y[i] * P_X;
-  const Eigen::Vector3d dv =
-      product(model_.inertia().M_v_inverse, Eigen::Vector3d{P_X, P_Y, P_Y * robot.rho_X()[i] - P_X * robot.rho_Y()[i]});
+  const Eigen::Vector4d P = resting_contact(i, x, t).impulse(x.dphi()[i]);
+  const Eigen::Vector3d dv = product(model_.inertia().M_v_inverse, Eigen::Vector3d(P.head<3>()));
   x.values.col(1) += Wheels{dv[0], dv[1], dv[2], 0};
+  if (robot.J_2 > 0) x.dgamma()[i] += P[3] / robot.J_2;
   x.dphi()[i] = 0;
   x.phi()[i] = model_.geometry().upper_edge(k);
   x.work() += kinetic_energy(robot, x) - energy;

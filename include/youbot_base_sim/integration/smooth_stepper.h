@@ -38,10 +38,19 @@ class SmoothSystem {
 
   /// Sets dxdt to dx/dt at time t, s.
   virtual void operator()(const State& x, State& dxdt, double t) const = 0;
+  /// The longest step from x at time t (s) in which no more happens than a method's few stages see. Contacts that hold
+  /// at each of them hide the rest from every estimate of the error: the phase of a torque, the rows of a table, how
+  /// friction changes along the way of a contact, friction of bearings that reverses, how the platform's frame rotates.
+  virtual double max_step(const State& x, double t) const = 0;
   /// How far difference_jacobian moves each entry of the state.
   virtual State increments() const = 0;
   /// Wheel angles in the middle of the contacts' ranges, rad; not finite where a range has no end.
   virtual Wheels middle() const = 0;
+
+ protected:
+  /// How far the platform may rotate in a step, rad: errors of its velocities, which no slip damps on ice, are those of
+  /// a harmonic of this phase.
+  static constexpr double kMaxTurn = 0.125;
 };
 
 /// A method that is made for any equations.

@@ -12,24 +12,22 @@ namespace youbot_base_sim {
 /// section IV.8), for an error estimate of order 3.
 class StepSizeController {
  public:
-  explicit StepSizeController(const RadauOptions& options = {}) : options_(options) {}
-
   /// Next length after a step of length dt with the given norm of its error; the step stands if the norm is <= 1.
   double next(double dt, double norm) {
     if (!(norm <= std::numeric_limits<double>::max())) {  // NaN too
       rejected_ = true;
-      return dt * options_.max_shrinkage;
+      return dt * radau_options.max_shrinkage;
     }
-    double factor = options_.safety / fourth_root(std::max(norm, kMinError));
+    double factor = radau_options.safety / fourth_root(std::max(norm, kMinError));
     if (norm > 1) {
       rejected_ = true;
-      return dt * std::max(factor, options_.max_shrinkage);
+      return dt * std::max(factor, radau_options.max_shrinkage);
     }
-    if (last_dt_ > 0 && options_.trend) {
-      const double trend = options_.safety * (dt / last_dt_) * fourth_root(last_norm_ / (norm * norm + kMinError));
+    if (last_dt_ > 0 && radau_options.trend) {
+      const double trend = radau_options.safety * (dt / last_dt_) * fourth_root(last_norm_ / (norm * norm + kMinError));
       factor = std::min(factor, trend);
     }
-    factor = std::min(std::max(factor, options_.max_shrinkage), rejected_ ? 1.0 : options_.max_growth);
+    factor = std::min(std::max(factor, radau_options.max_shrinkage), rejected_ ? 1.0 : radau_options.max_growth);
     last_dt_ = dt;
     last_norm_ = std::max(norm, 0.01);
     rejected_ = false;
@@ -44,7 +42,6 @@ class StepSizeController {
 
   static constexpr double kMinError = 1e-10;
 
-  RadauOptions options_;
   double last_dt_ = 0;
   double last_norm_ = 1;
   bool rejected_ = false;

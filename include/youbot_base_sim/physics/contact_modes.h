@@ -14,6 +14,7 @@ namespace youbot_base_sim {
 struct Sharing {
   double alpha;     ///< share of the upper roller; the contact holds while it lies in [0, 1]
   bool attractive;  ///< whether both rollers drive the wheel back to the edge between them
+  double error;     ///< of the platform's speed if the wheel came to rest there now, m/s (docs/method.md)
 };
 
 /// Which contact each wheel has with the floor:

@@ -18,14 +18,11 @@ struct DryFriction {
     return rate * rate * limit / (s * s.sqrt());
   }
 
-  /// The share of the step from rates `a` to `b` in which a method of integration sees the friction turn; 1 or more:
-  /// the whole step. No rate that has friction may change by more than kStride times its distance from zero and `rate`.
-  double resolved_share(const Wheels& a, const Wheels& b) const {
-    constexpr double kStride = 1;
-    const Wheels leaving = kStride * (a.abs() + rate);
-    const Wheels approaching = (leaving / (1 + kStride)).max(kStride * rate);  // it may pass zero
-    const Wheels allowed = (a * (b - a) > 0).select(leaving, approaching);
-    return (limit > 0).select(allowed / (b - a).abs(), kInfinity).minCoeff();
+  /// The longest step from rates w that change by dw (rad/s^2) in which a method sees the friction turn, s: none that
+  /// has friction may approach zero by more than half its distance from there and `rate`, or by `rate` if that is more.
+  double max_step(const Wheels& w, const Wheels& dw) const {
+    const Wheels distance = w.abs() + rate, allowed = (w * dw > 0).select(distance, (0.5 * distance).max(rate));
+    return (limit > 0).select(allowed / dw.abs(), kInfinity).minCoeff();
   }
 };
 

@@ -5,6 +5,7 @@
 
 #include "youbot_base_sim/physics/applied_loads.h"
 #include "youbot_base_sim/physics/contact_friction.h"
+#include "youbot_base_sim/physics/contact_modes.h"
 #include "youbot_base_sim/physics/contacts.h"
 #include "youbot_base_sim/physics/floor_patches.h"
 #include "youbot_base_sim/physics/inertia.h"
@@ -123,10 +124,11 @@ class ExtendedFeatures {
   /// Whether what acts on the base depends on where it stands.
   bool by_pose() const { return patches_.any() || external_.turns(); }
 
-  /// Whether friction changes from place to place; if so, the longest step (s) in which no contact point jumps over the
-  /// soft edge of a patch: the base carries it along, and a wheel that rotates sweeps it along the axle, as (3.4) says.
-  bool by_patches() const { return patches_.any(); }
-  double max_step(const State& x, const Wheels& Delta_Y) const {
+  /// The longest step (s) in which no contact point jumps over the soft edge of a patch: the base carries it along, and
+  /// a wheel that rotates sweeps it along the axle, as (3.4) says.
+  double max_step(const State& x, const ContactModes& modes) const {
+    if (!patches_.any()) return kInfinity;
+    const Wheels Delta_Y = modes.geometry(x.phi()).Delta_Y;
     Wheels X, Y;
     contact_points(x.pose(), Delta_Y, X, Y);
     const double sweep = ((R_d_ + Delta_Y.square() / R_d_) * x.dphi().abs()).maxCoeff();

@@ -35,9 +35,9 @@ class NoSlipModel {
   /// Whether bearings have dry friction; without, the torques are quadratic in v and linear in dv.
   bool dry() const { return dry_.any(); }
 
-  /// The share of the step from velocity `a` to `b` that sees the bearings' dry friction turn, see DryFriction.
-  double resolved_share(const Eigen::Vector3d& a, const Eigen::Vector3d& b) const {
-    return std::min(dry_.wheels.resolved_share(dphi(a), dphi(b)), dry_.rollers.resolved_share(dgamma(a), dgamma(b)));
+  /// The longest step from the velocity v, which changes by dv, that sees the bearings' dry friction turn, s.
+  double max_step(const Eigen::Vector3d& v, const Eigen::Vector3d& dv) const {
+    return std::min(dry_.wheels.max_step(dphi(v), dphi(dv)), dry_.rollers.max_step(dgamma(v), dgamma(dv)));
   }
 
   /// Time derivative of `state` under the wheel torques `M`, N m; zero for dphi and dgamma, which `constrain` sets.

@@ -5,6 +5,7 @@
 
 #include "youbot_base_sim/physics/applied_loads.h"
 #include "youbot_base_sim/physics/contact_friction.h"
+#include "youbot_base_sim/physics/contact_modes.h"
 #include "youbot_base_sim/physics/contacts.h"
 #include "youbot_base_sim/physics/inertia.h"
 #include "youbot_base_sim/physics/roller_geometry.h"
@@ -58,8 +59,7 @@ class PaperFeatures {
   }
 
   bool by_pose() const { return false; }
-  bool by_patches() const { return false; }
-  double max_step(const State&, const Wheels&) const { return kInfinity; }
+  double max_step(const State&, const ContactModes&) const { return kInfinity; }
   void add_details(const Contacts&, ContactDetails& details) const {
     details.N = N_;
     details.f = f_;

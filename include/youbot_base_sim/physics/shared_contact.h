@@ -31,6 +31,22 @@ class SharedContact {
   /// Whether the edge is attractive: both rollers drive the wheel back to it rather than away from it.
   bool attractive() const { return alpha_ >= 0 && alpha_ <= 1 && upper_.F_X[i_] > lower_.F_X[i_]; }
 
+  /// Impulses on V_X, V_Y, Omega (N s, N m s) and dgamma (N m s) by which the wheel, which chatters at the rate dphi,
+  /// gives its momentum away: through what one roller exerts more than the other.
+  Eigen::Vector4d impulse(double dphi) const {
+    const double P_X = model_.robot().J_1 * dphi / model_.robot().R;
+    Eigen::Vector4d P = P_X * (forces(upper_) - forces(lower_)) / (upper_.F_X[i_] - lower_.F_X[i_]);
+    if (!(ripple(dphi) < 1)) P[3] = 0;  // the roller has gone its own way
+    return P;
+  }
+
+  /// Error of the platform's speed (m/s) if the wheel, which chatters at the rate dphi, rests from now on: forces
+  /// differ from those at rest by the square of the ripple of the slip.
+  double error_of_rest(double dphi) const {
+    const RobotParameters& robot = model_.robot();
+    return robot.J_1 * std::abs(dphi) / (robot.R * robot.m_s()) * ripple(dphi);
+  }
+
   /// Sets the wheel's entries of the contacts. Slip and offset become weighted means, as the friction does.
   void write_to(Contacts& c) const {
     for (Wheels Contacts::*entry : Model::kMeans) (c.*entry)[i_] = mean((upper_.*entry)[i_], (lower_.*entry)[i_]);
@@ -103,6 +119,15 @@ class SharedContact {
  private:
   static constexpr double kEnded = 2;
   static constexpr double kLeastDamping = 1e-9;  // N m s
+  static constexpr double kRipple = 8;           // times the rim's speed, with that of the roller
+
+  // How much the slip of the contacts changes as the wheel turns to and fro, as a share of the slower one's, at most 1:
+  // also where rollers take over at rest, which kicks them, or where friction does not saturate, so has no such scale.
+  double ripple(double dphi) const {
+    if (!Model::kSaturates || model_.robot().roller_rate_at_switch == RollerRateAtSwitch::kAtRest) return 1;
+    const double scale = std::max(model_.slip_scale(lower_)[i_], model_.slip_scale(upper_)[i_]);
+    return std::min(1.0, kRipple * model_.robot().R * std::abs(dphi) * scale);
+  }
 
   double mean(double upper, double lower) const { return alpha_ * upper + (1 - alpha_) * lower; }
 

@@ -178,6 +178,11 @@ class SlipModel {
 
   Friction friction(const Contacts& c) const { return features_.friction(c); }
 
+  /// The inverse of the slip speed over which friction reverses, see SlipResistance, s/m.
+  Wheels slip_scale(const Contacts& c) const {
+    return friction_.resistance(features_.slip(c), features_.limit(c)).scale;
+  }
+
   /// Sets the friction at the contacts to F, N.
   void set_friction(const Force& F, Contacts& c) const {
     c.F_X = F[0];

@@ -22,12 +22,12 @@ class TorqueProfile {
     return {value(t[0]), value(t[1]), value(t[2])};
   }
 
-  /// Period of the torque in this segment, s; infinity if it is aperiodic.
-  virtual double period() const { return kInfinity; }
+  /// The longest step from time t in whose few stages a method sees how the torque of this segment changes, s; infinity
+  /// if any does.
+  virtual double max_step([[maybe_unused]] double t) const { return kInfinity; }
 
-  /// Largest share of the stretch from time t to `end` (s) as one step that resolves a change of the torque's
-  /// direction; 1 or more: all of it. Within a segment most torques are smooth.
-  virtual double resolved_share([[maybe_unused]] double t, [[maybe_unused]] double end) const { return kInfinity; }
+ protected:
+  static constexpr double kShareOfPeriod = 0.125;  ///< of a periodic torque, as one step
 };
 
 /// A constant torque until it is set anew.
