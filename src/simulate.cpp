@@ -35,7 +35,7 @@ struct Arguments {
   bool contacts = false;
   bool csv_comment = false;
   bool check = false;
-  bool quiet = false;
+  bool quiet = false, verbose = false;
 };
 
 /// The part of --help about the methods.
@@ -85,6 +85,7 @@ bool prepare(int argc, char** argv, Arguments& arguments, Scene& scene) {
      "also run a twin at half the tolerance, with wheels and twist 1e-9 off at the start. The summary has the "
      "difference as an error bar; if the tolerance promises less, the result is unreliable. Takes 2.2 times as long; "
      "--cpu-limit does not count the twin")
+    ("verbose", po::bool_switch(&arguments.verbose), "also print the counters of the integration")
     ("quiet", po::bool_switch(&arguments.quiet), "print nothing but errors and warnings of an unreliable result");
   // clang-format on
   if (!parse(argc, argv, kUsage, options, {"scene", po::value(&arguments.scene), 1, true})) return false;
@@ -207,7 +208,8 @@ class Run {
     } catch (const std::exception& error) {
       fail(error.what());
     }
-    if (!arguments_.quiet) fmt::print("{}", summary_text(simulation_, wall_time_, twin_.get()));
+    if (!arguments_.quiet)
+      fmt::print("{}", summary_text(simulation_, wall_time_, rows_, twin_.get(), arguments_.verbose));
     const std::string doubt = unreliability_reason(simulation_, rows_, twin_.get());
     if (!doubt.empty()) print_error("simulate", "warning: the result is unreliable: " + doubt);
   }
@@ -277,7 +279,6 @@ int simulate(const Arguments& arguments, const Scene& scene) {
     fmt::print("{}{}", provenance(scene), scene.resolved);
     return kDone;
   }
-  const std::string solver_advice = advice(scene.robot, scene.floor, scene.model, scene.solver, scene.duration);
   ProgressBar progress(arguments.quiet);
   std::optional<Outputs> outputs;
   try {
@@ -287,8 +288,8 @@ int simulate(const Arguments& arguments, const Scene& scene) {
     print_error("simulate", stopped ? fmt::format("stopped by {}; {}", stop_reason(), error.what()) : error.what());
     return stopped || error.is_full() ? kNotCompleted : kRefused;
   }
-  for (const std::string& warning : {unlikely_geometry(scene.robot), without_effect(scene), solver_advice}) {
-    if (!arguments.quiet && !warning.empty()) print_error("simulate", warning);
+  for (const std::string& warning : arguments.quiet ? std::vector<std::string>() : warnings_of(scene)) {
+    print_error("simulate", "warning: " + warning);
   }
   Run(arguments, scene, *outputs, progress).complete();
   return outputs->failed() ? kNotCompleted : kDone;

@@ -97,23 +97,26 @@ std::string summary_json(const Simulation& simulation, bool completed, double wa
   return json.dump(2) + "\n";
 }
 
-std::string summary_text(const Simulation& simulation, double wall_time, const Twin* twin) {
+std::string summary_text(const Simulation& simulation, double wall_time, const RowLoop& rows, const Twin* twin,
+                         bool verbose) {
   const State& x = simulation.state();
   const IntegrationStatistics& statistics = simulation.statistics();
   std::string text = fmt::format(
-      "model {} by {}: {:g} s in {:.3g} s, {:.4g} times real time\n"
-      "final pose      x {:.6f} m, y {:.6f} m, psi {:.6f} rad\n"
+      "final pose      x {:.6f} m, y {:.6f} m, psi {:.6f} rad ({:.1f} degrees)\n"
       "final velocity  V_X {:.6f} m/s, V_Y {:.6f} m/s, Omega {:.6f} rad/s\n"
-      "energy balance  closes to {:.2g} J\n",
-      name_of(simulation.scene().model), simulation.method(), simulation.time(), wall_time,
-      simulation.time() / wall_time, x.x(), x.y(), x.psi(), x.V_X(), x.V_Y(), x.Omega(),
-      simulation.energy_balance_error());
+      "path            {:.4g} m of the base; a turn counts at the wheels' centres\n"
+      "energy balance  closes to {:.2g} J of {:.2g} J that drives and wheels exchanged\n"
+      "model {} by {}: {:g} s in {:.3g} s, {:.4g} times real time\n",
+      x.x(), x.y(), x.psi(), x.psi() * 180 / M_PI, x.V_X(), x.V_Y(), x.Omega(), rows.path().base,
+      simulation.energy_balance_error(), rows.energy().drive_work, name_of(simulation.scene().model),
+      simulation.method(), simulation.time(), wall_time, simulation.time() / wall_time);
   if (twin) {
     text += fmt::format("error bar       {:.2g} m, {:.2g} rad: how far a twin at half the tolerance parts from it\n",
                         twin->position_difference(), twin->heading_difference());
   }
   for (const StatisticsField& field : kStatisticsFields) {
-    if (const std::uint64_t value = statistics.*field.value) text += fmt::format("{:>13}  {}\n", value, field.text);
+    const std::uint64_t value = statistics.*field.value;
+    if (verbose && value > 0) text += fmt::format("{:>13}  {}\n", value, field.text);
   }
   const auto rollers = simulation.rollers();
   const auto others = simulation.other_rollers();

@@ -8,9 +8,7 @@
 
 #include "wheel_table.h"
 #include "youbot_base_sim/drive/driver_kinematics.h"
-#include "youbot_base_sim/integration/rest_friction.h"
 #include "youbot_base_sim/physics/no_slip_model.h"
-#include "youbot_base_sim/physics/roller_geometry.h"
 #include "youbot_base_sim/scene/scene_section.h"
 #include "youbot_base_sim/scene/yaml_file.h"
 #include "youbot_base_sim/text/hash.h"
@@ -577,39 +575,6 @@ Scene default_scene(const SceneSettings& settings, SceneUse use) {
   Scene scene = load_scene(SceneFile{"", use == SceneUse::kRun ? "duration: 1" : "{}"}, settings, use);
   scene.files.clear();
   return scene;
-}
-
-std::string unlikely_geometry(const RobotParameters& robot) {
-  const double end_radius = RollerGeometry(robot).end_radius();
-  if (end_radius >= 0) return "";
-  return fmt::format(
-      "robot.roller_axis_radius = {:g}: {} rollers on a wheel taper to a point before they meet, where their radius is "
-      "{:.3g} m; those of a wheel that could be built have at most {:.4g} m",
-      robot.R_d, robot.rollers, end_radius, robot.R * std::cos(M_PI / robot.rollers));
-}
-
-std::string without_effect(const Scene& scene) {
-  std::vector<std::string> found;
-  const FloorParameters& floor = scene.floor;
-  const bool holds = limits_friction(scene.model) && floor.holding_speed < std::min(floor.nu, RestFriction::kSlow);
-  if (floor.holding_speed > 0 && !(holds && !find_method(scene.solver.method)->is_explicit)) {
-    found.push_back(
-        fmt::format("floor.holding_speed = {:g}: has no effect but in model coulomb, below slip_regularization = {:g} "
-                    "and {:g} m/s, by a method that is not explicit",
-                    floor.holding_speed, floor.nu, RestFriction::kSlow));
-  }
-  if (scene.robot.normal_reactions != NormalReactions::kDynamic) {
-    constexpr char kWhy[] = "has no effect unless robot.normal_reactions is dynamic";
-    if (scene.robot.a_Z != 0) found.push_back(fmt::format("robot.com_height = {:g}: {}", scene.robot.a_Z, kWhy));
-    const auto& wrenches = scene.load_schedule.wrenches;
-    for (std::size_t k = 0; k < wrenches.size(); ++k) {
-      const double up = wrenches[k].wrench.force.z();
-      if (up == 0) continue;
-      found.push_back(fmt::format("wrenches[{}].force: its vertical part, {:g} N, {}", k, up, kWhy));
-      break;
-    }
-  }
-  return fmt::format("{}", fmt::join(found, "; "));
 }
 
 RobotParameters integrated_robot(const Scene& scene) {

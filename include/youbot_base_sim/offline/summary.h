@@ -34,7 +34,8 @@ class RunCost {
 std::string summary_json(const Simulation& simulation, bool completed, double wall_time, const RunCost& cost,
                          const RowLoop& rows, const Twin* twin);
 
-/// The summary in a few lines for a person.
-std::string summary_text(const Simulation& simulation, double wall_time, const Twin* twin = nullptr);
+/// The summary in a few lines for a person: pose, path, energy; with the counters of the integration if `verbose`.
+std::string summary_text(const Simulation& simulation, double wall_time, const RowLoop& rows, const Twin* twin,
+                         bool verbose);
 
 }  // namespace youbot_base_sim
