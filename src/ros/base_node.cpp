@@ -172,10 +172,11 @@ class BaseNode::Loop final : private TimedLoop {
              loop_.control_period(), clock_->name());
     ROS_INFO_STREAM(fmt::format(
         "{}: friction of the drive trains {} N m + {} N m s, of the rollers {} N m + {} N m s, of the floor {}; "
-        "velocity gains {:g} N m s/rad, {:g} N m/rad",
+        "velocity gains {:g} N m s/rad, {:g} N m/rad{}",
         scene.files.empty() ? "no scene" : scene.files.front(), wheels_text(robot.dry_friction),
         wheels_text(robot.mu_1), wheels_text(robot.roller_dry_friction), wheels_text(robot.mu_2),
-        wheels_text(scene.floor.f), gains.proportional, gains.integral));
+        wheels_text(scene.floor.f), gains.proportional, gains.integral,
+        robot.dry_friction.isZero() ? "; without the dry friction of real bases: see profile:=measured" : ""));
     for (const std::string& warning : warnings_of(scene)) ROS_WARN_STREAM(warning);
   }
 

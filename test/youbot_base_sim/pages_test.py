@@ -75,6 +75,11 @@ class NumbersTest(unittest.TestCase):
         counts = [len(same), *(same.count(verdict) for verdict in ("yes", "in part", "no"))]
         self.expect("Of the {} claims, {} hold, {} hold in part, and {} does not".format(*counts), "docs/paper.md")
 
+    def test_run_time(self):
+        fast, slow = re.search(r"Case 1 runs at \d+ to (\d+) times .*? gave (\d+) to", self.pages["docs/numerics_results.md"]).groups()
+        for page, text in (("README.md", "{} to {} times faster than real time"), ("docs/which_simulator.md", "[{} to {} times]")):
+            self.expect(text.format(slow, round(int(fast), -2)), page)
+
     def test_stress(self):
         hold, runs, sensitive = map(int, re.search(
             r"(\d+) of (\d+) runs hold all requirements, (\d+) more are explained", self.pages["docs/stress.md"]).groups())
