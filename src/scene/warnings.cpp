@@ -67,8 +67,7 @@ const std::vector<Plausible>& plausible_values() {
       {"initial.twist", &initial_speed, 0, 20, "m/s", {kMillimetrePerSecond}},
       {"drive.torque", &largest_torque, 0, 15, "N m", {kNewtonMillimetre, kNewtonCentimetre}},
       {"drive.velocity_table", &largest_rate, 0, 60, "rad/s", {kDegreePerSecond}},
-      {"motors.command_delay", &command_delay, 0, 3, "s", {kMillisecond}},
-      {"solver.control_period", [](const S& s) { return s.solver.control_period; }, 0, 0.5, "s", {kMillisecond}}};
+      {"motors.command_delay", &command_delay, 0, 3, "s", {kMillisecond}}};
   return table;
 }
 

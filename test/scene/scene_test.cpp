@@ -433,8 +433,7 @@ TEST_F(SceneTest, AsksAboutUnitsThatValuesSuggest) {
       {"initial: {pose: [0, 0, -180]}", "is it in degrees, 3.142 rad?"},
       {"initial: {twist: [0, 0, 45]}", "is it in degrees/s, 0.7854 rad/s?"},
       {"initial: {twist: [0, 800, 0]}", "is it in mm/s, 0.8 m/s?"},
-      {"motors: {command_delay: 20}", "is it in ms, 0.02 s?"},
-      {"solver: {control_period: 1}", "is it in ms, 0.001 s?"}};
+      {"motors: {command_delay: 20}", "is it in ms, 0.02 s?"}};
   for (const auto& [section, question] : asked) {
     EXPECT_NE(warnings(scene + section).find(question), std::string::npos)
         << section << ": " << warnings(scene + section);
