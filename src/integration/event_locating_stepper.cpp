@@ -14,7 +14,6 @@ namespace odeint = boost::numeric::odeint;
 EventLocatingStepper::EventLocatingStepper(std::unique_ptr<Method> method, const Tolerance& tolerance,
                                            MotionRecord& record)
     : method_(std::move(method)),
-      tolerance_(tolerance),
       record_(&record),
       events_(EdgeReached(tolerance, record), SharingEnds{{}, &record}, AveragingEnds{{}, &record}, RestChanges{},
               TippingReached{{}, &record}) {}
@@ -77,7 +76,7 @@ void EventLocatingStepper::restart() {
   point_ = Point::kFresh;
 }
 
-// Where the step starts: at x, or at what the effects of events make of x.
+// The start of the step: x, or what the effects of events make of x.
 const State& EventLocatingStepper::start_after_effects(ContactSystem& system, const State& x, double t) {
   if (point_ == Point::kEnded || point_ == Point::kSettled) return x;
   if (point_ == Point::kFresh || t != t_ || (x.values != x_.values).any()) {
@@ -198,7 +197,7 @@ void EventLocatingStepper::end_at(const Event& event, ContactSystem& system, con
   if (Event::kEndsPast && !try_length(system, start, t, high)) last_try_ = past_event;
 }
 
-// When the event happens by the states that the method knows within the last try, or a little after its end: a try of
+// The time of the event by the states that the method knows within the last try, or a little after its end: a try of
 // that length usually is the last one. By Newton's method from `guess`.
 template <class Event>
 double EventLocatingStepper::by_interpolation(const Event& event, const ContactSystem& system, int condition,
@@ -224,7 +223,7 @@ void EventLocatingStepper::extrapolate(const ContactSystem& system, State& x) co
   x.values += there.values - end.values;
 }
 
-// Whether the end of the step, residual_dt_ (s) off an edge, may be moved there: all wheels must stay within their
+// True if the end of the step, residual_dt_ (s) off an edge, may be moved there: all wheels must stay within their
 // edges but the one that reaches its own.
 bool EventLocatingStepper::can_extrapolate(const ContactModes& modes, int wheel) const {
   if (!(std::abs(residual_dt_) < kMaxExtrapolation * last_try_.length)) return false;

@@ -46,7 +46,7 @@ void GuardedStepper::begin_window(const ContactSystem& system, double t) {
   record_->sliding_mode.hold_early(false);
 }
 
-// Makes the rest of the millisecond less work, and allows some; false if that has been done.
+// Makes what is left of the millisecond less work, and allows some; false if that has been done.
 bool GuardedStepper::save_work() {
   if (record_->sliding_mode.holds_early()) return false;
   record_->sliding_mode.hold_early(true);

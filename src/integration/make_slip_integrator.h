@@ -1,6 +1,6 @@
 #pragma once
 
-#include "slip_integrators.h"
+#include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/integration/radau.h"
 #include "youbot_base_sim/integration/slip_integrator.h"
 #include "youbot_base_sim/physics/slip_model.h"
@@ -15,28 +15,35 @@ inline constexpr std::uint64_t kRealTime = Model::kReactionsFollow ? 2000 : 3000
 inline constexpr std::uint64_t kOffline = 30;  // times that
 inline constexpr std::uint64_t kComparison = 10000000;
 
+/// As `make_integrator` for a model that slips with PaperFeatures or ExtendedFeatures. Each is instantiated in a file
+/// of its own, because it takes long to compile.
 template <class Features>
-std::unique_ptr<MotionIntegrator> make_slip_integrator(Model model, const Parts& parts) {
+std::unique_ptr<MotionIntegrator> make_slip_integrator(Model model, const RobotParameters& robot,
+                                                       const FloorParameters& floor, const State& start,
+                                                       const TorqueProfile& torque, const IntegrationSettings& settings,
+                                                       const MotionSoFar* before) {
   return visit_law(model, [&](auto law) -> std::unique_ptr<MotionIntegrator> {
     using Law = typename decltype(law)::Law;
     using Equations = SlipModel<Law, Features>;
     using System = SlipSystem<Equations>;
-    FloorParameters floor = parts.floor;
-    if (parts.method.is_explicit) floor.holding_speed = 0;  // its steps would be that much shorter
+    const Method& method = *find_method(settings.method);
+    const Tolerance tolerance = settings.tolerance();
+    FloorParameters regularized = floor;
+    if (method.is_explicit) regularized.holding_speed = 0;  // its steps would be that much shorter
     if (Law::kScalesWithReaction) {  // the viscous law's mu_0 depends on nu, whatever the tolerance
-      floor.nu = effective_regularization_speed(floor.nu, floor.spin_radius, parts.tolerance);
+      regularized.nu = effective_regularization_speed(floor.nu, floor.spin_radius, tolerance);
     }
     const auto make_method = [&](IntegrationStatistics& statistics) -> std::unique_ptr<SmoothStepper<ContactSystem>> {
-      if (parts.method.make) {
-        return std::make_unique<ContactStepper<const SmoothSystem>>(parts.method.make(parts.tolerance, statistics));
+      if (method.make) {
+        return std::make_unique<ContactStepper<const SmoothSystem>>(method.make(tolerance, statistics));
       }
-      return std::make_unique<ContactStepper<System>>(std::make_unique<Radau<Equations>>(parts.tolerance, statistics));
+      return std::make_unique<ContactStepper<System>>(std::make_unique<Radau<Equations>>(tolerance, statistics));
     };
-    const std::uint64_t max_evaluations = parts.method.make ? kComparison
-                                          : parts.keeps_up  ? kRealTime<Equations>
-                                                            : kOffline * kRealTime<Equations>;
-    return std::make_unique<SlipIntegrator<Equations>>(Equations(parts.robot, floor), parts.torque, parts.start,
-                                                       parts.tolerance, max_evaluations, make_method, parts.before);
+    const std::uint64_t max_evaluations = method.make         ? kComparison
+                                          : settings.keeps_up ? kRealTime<Equations>
+                                                              : kOffline * kRealTime<Equations>;
+    return std::make_unique<SlipIntegrator<Equations>>(Equations(robot, regularized), torque, start, tolerance,
+                                                       max_evaluations, make_method, before);
   });
 }
 

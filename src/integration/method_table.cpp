@@ -29,7 +29,7 @@ class VelocityErrorChecker {
 
   template <class Algebra>
   double error(Algebra&, const State& x_old, const State&, const State& error, double) const {
-    // Also for an error that is no number, which no step adjuster knows how to shorten.
+    // Stands for an error that is no number, too, which no step adjuster knows how to shorten.
     constexpr double kLargest = 1e30;
     const double norm = error_norm(error.velocities(), error_scale(tolerance_, x_old.velocities()));
     return norm < kLargest ? norm : kLargest;
@@ -53,7 +53,7 @@ class StepAdjuster : public odeint::default_step_adjuster<double, double> {
 /// odeint's method of Dormand and Prince with its step size control.
 class Dopri5 final : public GeneralMethod {
  public:
-  explicit Dopri5(const Tolerance& tolerance) : controlled_(VelocityErrorChecker(tolerance)) {}
+  Dopri5(const Tolerance& tolerance, IntegrationStatistics&) : controlled_(VelocityErrorChecker(tolerance)) {}
 
   Result try_step(const SmoothSystem& system, const State& in, double& t, State& out, double& dt) override {
     if (!known_ || t != t_ || (in.values != x_.values).any()) {
@@ -86,7 +86,7 @@ struct CorrectedRosenbrock4 : odeint::default_rosenbrock_coefficients<double> {
 };
 
 /// odeint's rosenbrock4 under its rosenbrock4_controller. Wheel angles count from the middle of the roller, so that a
-/// relative tolerance does not loosen as the wheels turn.
+/// relative tolerance does not loosen as the wheels rotate.
 class Rosenbrock4 final : public GeneralMethod {
  public:
   Rosenbrock4(const Tolerance& tolerance, IntegrationStatistics& statistics)
@@ -134,12 +134,9 @@ class Rosenbrock4 final : public GeneralMethod {
   Vector y_ = Vector(State::kSize), y_end_ = Vector(State::kSize);
 };
 
-std::unique_ptr<GeneralMethod> make_dopri5(const Tolerance& tolerance, IntegrationStatistics&) {
-  return std::make_unique<Dopri5>(tolerance);
-}
-
-std::unique_ptr<GeneralMethod> make_rosenbrock4(const Tolerance& tolerance, IntegrationStatistics& statistics) {
-  return std::make_unique<Rosenbrock4>(tolerance, statistics);
+template <class Made>
+std::unique_ptr<GeneralMethod> make(const Tolerance& tolerance, IntegrationStatistics& statistics) {
+  return std::make_unique<Made>(tolerance, statistics);
 }
 
 }  // namespace
@@ -148,8 +145,8 @@ const std::vector<Method>& methods() {
   static const std::vector<Method> kMethods = {
       {"radau", "Radau IIA of order 5, implicit, made for this problem: the one to use", false, nullptr},
       {"rosenbrock4", "odeint's, linearly implicit, of order 4, with d4 corrected: an independent check", false,
-       make_rosenbrock4},
-      {"dopri5", "odeint's Dormand-Prince, explicit, of order 5: where all wheels slip fast", true, make_dopri5},
+       make<Rosenbrock4>},
+      {"dopri5", "odeint's Dormand-Prince, explicit, of order 5: where all wheels slip fast", true, make<Dopri5>},
   };
   return kMethods;
 }

@@ -5,11 +5,20 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "slip_integrators.h"
 #include "youbot_base_sim/integration/no_slip_integrator.h"
 #include "youbot_base_sim/physics/roller_geometry.h"
 
 namespace youbot_base_sim {
+
+class PaperFeatures;
+class ExtendedFeatures;
+
+// In make_slip_integrator.h
+template <class Features>
+std::unique_ptr<MotionIntegrator> make_slip_integrator(Model model, const RobotParameters& robot,
+                                                       const FloorParameters& floor, const State& start,
+                                                       const TorqueProfile& torque, const IntegrationSettings& settings,
+                                                       const MotionSoFar* before);
 
 const std::vector<std::string>& method_names() {
   static const std::vector<std::string> kNames = [] {
@@ -23,7 +32,7 @@ const std::vector<std::string>& method_names() {
 double effective_regularization_speed(double nu, double spin_radius, const Tolerance& tolerance) {
   constexpr double kShare = 0.3;    // of an error of the relative tolerance at 1 m/s
   constexpr double kMax = 1e-5;     // m/s: a larger one would show at any tolerance
-  constexpr double kRadius = 0.05;  // m: contacts of a smaller radius turn on the spot too fast
+  constexpr double kRadius = 0.05;  // m: contacts of a smaller radius rotate on the spot too fast
   const double spin = spin_radius > 0 ? std::min(1.0, spin_radius / kRadius) : 1;
   return std::max(nu, spin * std::min(kMax, kShare * tolerance.relative));
 }
@@ -61,11 +70,9 @@ std::unique_ptr<MotionIntegrator> make_integrator(Model model, const RobotParame
                                                   const TorqueProfile& torque, const IntegrationSettings& settings,
                                                   bool extended, const MotionSoFar* before) {
   if (!slips(model)) return std::make_unique<NoSlipIntegrator>(robot, floor, torque, settings.tolerance(), before);
-  const Method* method = find_method(settings.method);
-  if (!method) throw std::invalid_argument(settings.method + ": no method of integration");
-  const Parts parts{robot, floor, start, torque, settings.tolerance(), *method, settings.keeps_up, before};
-  return extended ? make_slip_integrator<ExtendedFeatures>(model, parts)
-                  : make_slip_integrator<PaperFeatures>(model, parts);
+  if (!find_method(settings.method)) throw std::invalid_argument(settings.method + ": no method of integration");
+  return extended ? make_slip_integrator<ExtendedFeatures>(model, robot, floor, start, torque, settings, before)
+                  : make_slip_integrator<PaperFeatures>(model, robot, floor, start, torque, settings, before);
 }
 
 }  // namespace youbot_base_sim

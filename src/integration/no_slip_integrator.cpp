@@ -1,16 +1,12 @@
 #include "youbot_base_sim/integration/no_slip_integrator.h"
 
 #include <algorithm>
-#include <boost/numeric/odeint/integrate/integrate_adaptive.hpp>
 #include <cmath>
-#include <functional>
 
 #include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/integration/smooth_stepper.h"
 
 namespace youbot_base_sim {
-
-namespace odeint = boost::numeric::odeint;
 
 namespace {
 
@@ -33,10 +29,10 @@ class NoSlipSystem final : public SmoothSystem {
   }
   State increments() const override {
     const RobotParameters& robot = model_.robot();
-    // Bearings' friction turns where rolling wheels and rollers turn at their smoothing rates.
-    const double turns =
+    // The friction of bearings reverses where rolling wheels and rollers have their smoothing rates.
+    const double reversal =
         std::min(robot.dry_friction_rate * robot.R, robot.roller_dry_friction_rate * (robot.R - robot.R_d) * kCosDelta);
-    const double step = std::min(1e-6, 1e-3 * turns);
+    const double step = std::min(1e-6, 1e-3 * reversal);
     State steps;
     steps.psi() = 1e-6;
     steps.values.col(1) << step, step, step, 0;
@@ -52,27 +48,6 @@ class NoSlipSystem final : public SmoothSystem {
 
 }  // namespace
 
-/// The method as a Controlled Stepper. `dt` is an upper bound: rows do not lose the length worth trying.
-class NoSlipIntegrator::Stepper : public ControlledStepperTypes {
- public:
-  explicit Stepper(NoSlipIntegrator& motion) : motion_(motion) {}
-
-  Result try_step(const SmoothSystem& system, State& x, double& t, double& dt) {
-    const double wanted = motion_.next_step_, length = std::min({dt, wanted, system.max_step(x, t)});
-    dt = length;
-    State end;
-    const bool succeeds = motion_.method_->try_step(system, x, t, end, dt) == odeint::success;
-    ++(succeeds ? motion_.statistics_.steps : motion_.statistics_.rejected_steps);
-    if (succeeds) x = end;
-    if (succeeds && length < wanted) dt = std::max(dt, wanted);
-    motion_.next_step_ = dt;
-    return succeeds ? odeint::success : odeint::fail;
-  }
-
- private:
-  NoSlipIntegrator& motion_;
-};
-
 NoSlipIntegrator::NoSlipIntegrator(const RobotParameters& robot, const FloorParameters& floor,
                                    const TorqueProfile& torque, const Tolerance& tolerance, const MotionSoFar* before)
     : robot_(robot),
@@ -84,14 +59,24 @@ NoSlipIntegrator::NoSlipIntegrator(const RobotParameters& robot, const FloorPara
       statistics_(before ? before->statistics : IntegrationStatistics()),
       method_(find_method(method(robot))->make(share_of(tolerance, 0.1), statistics_)) {}
 
-// Steps end at t_end.
+// Steps end at t_end. Those that it cuts short do not lose the length worth trying.
 void NoSlipIntegrator::advance(State& x, double t, double t_end, double) {
   if (!(t < t_end)) return;
   const NoSlipSystem system(model_, torque_, statistics_);
-  Stepper stepper(*this);
-  odeint::integrate_adaptive(std::ref(stepper), std::ref(system), x, t, t_end, t_end - t, [this](const State&, double) {
+  State end;
+  while (t < t_end) {
     if (stop_ && *stop_) throw Stopped();
-  });
+    const double left = t_end - t, wanted = next_step_, length = std::min({left, wanted, system.max_step(x, t)});
+    next_step_ = length;
+    if (method_->try_step(system, x, t, end, next_step_) == boost::numeric::odeint::fail) {
+      ++statistics_.rejected_steps;
+      continue;
+    }
+    ++statistics_.steps;
+    x = end;
+    if (length < wanted) next_step_ = std::max(next_step_, wanted);
+    if (length == left) t = t_end;  // without rounding
+  }
   model_.constrain(x);
 }
 

@@ -1,7 +1,7 @@
 #include "make_slip_integrator.h"
 
-namespace youbot_base_sim {
-
-template std::unique_ptr<MotionIntegrator> make_slip_integrator<PaperFeatures>(Model model, const Parts& parts);
-
-}  // namespace youbot_base_sim
+template std::unique_ptr<youbot_base_sim::MotionIntegrator>
+youbot_base_sim::make_slip_integrator<youbot_base_sim::PaperFeatures>(Model, const RobotParameters&,
+                                                                      const FloorParameters&, const State&,
+                                                                      const TorqueProfile&, const IntegrationSettings&,
+                                                                      const MotionSoFar*);

@@ -1,18 +1,18 @@
 #include "youbot_base_sim/lockstep/clock_followers.h"
 
-#include <ifaddrs.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <netdb.h>
-#include <netinet/in.h>
 #include <ros/console.h>
 #include <ros/init.h>
 #include <ros/master.h>
 #include <ros/network.h>
 #include <ros/this_node.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <cstddef>
 #include <functional>
 #include <set>
 #include <thread>
@@ -23,44 +23,29 @@ namespace youbot_base_sim {
 namespace {
 
 constexpr auto kBetweenLooks = std::chrono::microseconds(50);
-constexpr auto kBetweenLooksAtStopped = std::chrono::milliseconds(10);
+constexpr int kLooksForStopped = 20;  // which take long, one in so many
 constexpr auto kFirstNotice = std::chrono::seconds(1),
                kNextNotice = std::chrono::seconds(10);  // of one that is stopped
-constexpr int kLooks = 1000;                            // that find the busiest node
+constexpr int kRestsToReturn = 10;                      // steps with a rest, for one that was given up
 constexpr char kMaster[] = "the master";
 // Loops and timers look at simulated time once a millisecond; and slack. On virtual machines 1 of 100 such sleeps takes
 // longer, up to 5 ms.
 constexpr auto kRoscppPolling = std::chrono::microseconds(1200);
 constexpr auto kLatePoll = std::chrono::milliseconds(10);  // one that is later is not waited for
 
-/// The bytes of an IP address, 4 or 16; none for an address of another kind.
-std::string bytes_of(const sockaddr* address) {
-  if (!address) return "";
-  const char* bytes = reinterpret_cast<const char*>(address);
-  if (address->sa_family == AF_INET) return {bytes + offsetof(sockaddr_in, sin_addr), sizeof(in_addr)};
-  if (address->sa_family == AF_INET6) return {bytes + offsetof(sockaddr_in6, sin6_addr), sizeof(in6_addr)};
-  return "";
-}
+using Names = std::set<std::string>;
 
-/// True for a name or address of an interface of this machine, any of 127.0.0.0/8, and the name that this node gives
+/// True for a name or address of this machine, to which a socket can be bound, and the name that this node gives
 /// itself, though it may not resolve.
 bool is_here(const std::string& host) {
   if (host == ros::network::getHost()) return true;
-  constexpr char kLoopback = 127;
-  std::set<std::string> own;
-  ifaddrs* interfaces = nullptr;
-  getifaddrs(&interfaces);
-  for (const ifaddrs* one = interfaces; one; one = one->ifa_next) own.insert(bytes_of(one->ifa_addr));
-  freeifaddrs(interfaces);
-  addrinfo* addresses = nullptr;
-  if (getaddrinfo(host.c_str(), nullptr, nullptr, &addresses) != 0) return false;
-  bool found = false;
-  for (const addrinfo* one = addresses; one; one = one->ai_next) {
-    const std::string bytes = bytes_of(one->ai_addr);
-    found = found || (bytes.size() == sizeof(in_addr) && bytes.front() == kLoopback) || own.count(bytes) > 0;
-  }
-  freeaddrinfo(addresses);
-  return found;
+  addrinfo* found = nullptr;
+  if (getaddrinfo(host.c_str(), nullptr, nullptr, &found) != 0) return false;
+  const int probe = socket(found->ai_family, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  const bool is_bound = bind(probe, found->ai_addr, found->ai_addrlen) == 0;
+  close(probe);
+  freeaddrinfo(found);
+  return is_bound;
 }
 
 /// The processes of this machine that answer at an address; none for another machine's.
@@ -68,24 +53,45 @@ std::vector<Process> processes_at(const std::string& host, std::uint32_t port) {
   return is_here(host) ? processes_listening_at(port) : std::vector<Process>();
 }
 
+/// What the master answers; nothing if it fails.
+XmlRpc::XmlRpcValue ask_master(const char* method, const std::string& argument = "") {
+  XmlRpc::XmlRpcValue request, response, answer;
+  request[0] = ros::this_node::getName();
+  if (!argument.empty()) request[1] = argument;
+  ros::master::execute(method, request, response, answer, false);
+  return answer;
+}
+
 /// The processes of a node, by what the master says of it.
 std::vector<Process> processes_of(const std::string& node) {
-  XmlRpc::XmlRpcValue request, response, uri;
-  request[0] = ros::this_node::getName();
-  request[1] = node;
+  XmlRpc::XmlRpcValue uri = ask_master("lookupNode", node);
   std::string host;
   std::uint32_t port = 0;
-  if (!ros::master::execute("lookupNode", request, response, uri, false)) return {};
-  if (!ros::network::splitURI(uri, host, port)) return {};
+  if (uri.getType() != uri.TypeString || !ros::network::splitURI(uri, host, port)) return {};
   return processes_at(host, port);
 }
 
-bool all_sleep(std::vector<Process>& processes) {
-  return std::all_of(processes.begin(), processes.end(), [](Process& process) { return process.sleeps(); });
+/// The nodes that hear each node, by the master; all have /clock and the log in common.
+std::map<std::string, Names> listeners_by_node() {
+  XmlRpc::XmlRpcValue state = ask_master("getSystemState");
+  std::map<std::string, Names> subscribers, listeners;
+  if (!state.valid()) return listeners;
+  for (int k = 0; k < state[1].size(); ++k) {
+    for (int i = 0; i < state[1][k][1].size(); ++i) subscribers[state[1][k][0]].insert(state[1][k][1][i]);
+  }
+  for (int k = 0; k < state[0].size(); ++k) {
+    const std::string topic = state[0][k][0];
+    if (topic == "/clock" || topic == "/rosout") continue;
+    for (int i = 0; i < state[0][k][1].size(); ++i)
+      listeners[state[0][k][1][i]].insert(subscribers[topic].begin(), subscribers[topic].end());
+  }
+  return listeners;
 }
 
-bool any_is_stopped(std::vector<Process>& processes) {
-  return std::any_of(processes.begin(), processes.end(), [](Process& process) { return process.is_stopped(); });
+/// Inserts the node and all that its messages reach within a step; this node answers with the next one.
+void insert_reached(const std::string& node, std::map<std::string, Names>& listeners, Names& reached) {
+  if (!reached.insert(node).second || node == ros::this_node::getName()) return;
+  for (const std::string& listener : listeners[node]) insert_reached(listener, listeners, reached);
 }
 
 std::uint64_t work_of(std::vector<Process>& processes) {
@@ -96,122 +102,191 @@ std::uint64_t work_of(std::vector<Process>& processes) {
 
 }  // namespace
 
-ClockFollowers::ClockFollowers(Publish publish, std::chrono::milliseconds patience, const std::atomic<bool>& stop)
-    : publish_(std::move(publish)), patience_(patience), stop_(stop) {
-  processes_[ros::this_node::getName()].emplace_back(getpid());
-  processes_[kMaster] = processes_at(ros::master::getHost(), ros::master::getPort());
+ClockFollowers::ClockFollowers(ClockLinks& links, std::chrono::duration<double> patience, const std::atomic<bool>& stop)
+    : links_(links), patience_(std::chrono::duration_cast<Clock::duration>(patience)), stop_(stop) {
+  rlimit files{};  // two for each thread
+  getrlimit(RLIMIT_NOFILE, &files);
+  files.rlim_cur = files.rlim_max;
+  setrlimit(RLIMIT_NOFILE, &files);
+  nodes_[ros::this_node::getName()].processes.emplace_back(getpid());
+  nodes_[kMaster].processes = processes_at(ros::master::getHost(), ros::master::getPort());
 }
 
-void ClockFollowers::add(const std::string& node) {
-  std::vector<Process> processes = processes_of(node);
-  if (!processes.empty()) {
-    processes_[node] = std::move(processes);
-  } else {
-    ROS_WARN(
-        "%s follows /clock from elsewhere, another machine, container or user: whether it has read what is published "
-        "before cannot be known",
-        node.c_str());
+void ClockFollowers::add(const std::string& name) {
+  master_work_ = 0;
+  nodes_[name].processes = processes_of(name);
+  if (!nodes_[name].processes.empty()) return;
+  ROS_WARN(
+      "%s follows /clock from elsewhere, another machine, container or user: whether it has read what is published "
+      "before cannot be known",
+      name.c_str());
+}
+
+void ClockFollowers::update_nodes() {
+  for (const auto& [name, comes] : links_.take_changes()) {
+    master_work_ = 0;
+    nodes_.erase(name);
+    if (comes) add(name);
   }
+}
+
+void ClockFollowers::note_late(const std::string& node) {
+  if (++late_[node] > 1) return;
+  ROS_WARN("%s commands while all nodes rest, so by the wall clock: another run may have another result", node.c_str());
+}
+
+std::string ClockFollowers::broken_promise() const {
+  if (given_up_.empty()) return "";
+  return fmt::format("lockstep: time has not waited for {}: another run may have another result",
+                     fmt::join(given_up_, ", "));
+}
+
+std::map<std::string, std::string> ClockFollowers::counters() const {
+  const auto slowest = std::max_element(nodes_.begin(), nodes_.end(),
+                                        [](const auto& a, const auto& b) { return a.second.waited < b.second.waited; });
+  const double waited = std::chrono::duration<double, std::milli>(slowest->second.waited).count();
+  return {{"steps", std::to_string(steps_)},
+          {"late commands", fmt::format("{}", late_)},
+          {"nodes given up", fmt::format("{}", fmt::join(given_up_, " "))},
+          {"slowest node", fmt::format("{}: {:.3g} ms a step", slowest->first, waited / std::max(1.0, 1.0 * steps_))}};
 }
 
 void ClockFollowers::announce(const ros::Time& time) {
+  if (time == std::exchange(announced_, time)) return;
+  ++steps_;
+  take_back();
   await_rest();
-  publish_(time);
-  await_rest();
-  for (auto& [node, processes] : processes_) {
-    for (Process& process : processes) process.mark();
+  order_groups();
+  for (const Group& group : groups_) {
+    for (const std::string& name : group) links_.send(name, time);
+    await_rest();
+    await_polls(group);
+    await_rest();
   }
-  arrived_ = Clock::now();
 }
 
-void ClockFollowers::await_rest() {
-  if (arrived_) await_polls(*std::exchange(arrived_, std::nullopt));
-  while (!rest() && goes_on()) drop_busiest();
+/// Puts each node into the first group after all that have a node before it by name with which it interacts. The work
+/// of the master shows where that may have changed.
+void ClockFollowers::order_groups() {
+  if (work_of(nodes_[kMaster].processes) == master_work_) return;
+  std::map<std::string, Names> listeners = listeners_by_node();
+  groups_ = {{ros::this_node::getName()}};
+  std::vector<Names> reached(1);  // by each group
+  for (const auto& [name, node] : nodes_) {
+    if (name == kMaster || name == groups_[0][0]) continue;
+    Names own;
+    insert_reached(name, listeners, own);
+    std::size_t level = groups_.size();
+    const auto is_free = [&](const std::string& one) { return reached[level - 1].count(one) == 0; };
+    while (level > 0 && std::all_of(own.begin(), own.end(), is_free)) --level;
+    groups_.resize(std::max(groups_.size(), level + 1));
+    reached.resize(groups_.size());
+    groups_[level].push_back(name);
+    reached[level].insert(own.begin(), own.end());
+  }
+  await_rest();
+  master_work_ = work_of(nodes_[kMaster].processes);
 }
 
 bool ClockFollowers::goes_on() const { return ros::ok() && !stop_; }
 
-/// Waits until all threads that are known to poll simulated time have run since /clock arrived, or are too late.
-void ClockFollowers::await_polls(Clock::time_point arrived) {
+/// Waits until all threads of the group that are known to poll simulated time have run since /clock arrived, or are too
+/// late.
+void ClockFollowers::await_polls(const Group& group) {
+  std::vector<Process*> processes;
+  for (const std::string& name : group) {
+    for (Process& process : nodes_.at(name).processes) processes.push_back(&process);
+  }
+  for (Process* process : processes) process->mark();
+  const auto arrived = Clock::now();
   std::this_thread::sleep_until(arrived + kRoscppPolling);
-  const auto is_late = [](const auto& one) {
-    return std::any_of(one.second.begin(), one.second.end(), std::mem_fn(&Process::has_late_poll));
-  };
-  while (std::any_of(processes_.begin(), processes_.end(), is_late) && Clock::now() < arrived + kLatePoll && goes_on())
+  while (std::any_of(processes.begin(), processes.end(), std::mem_fn(&Process::has_late_poll)) &&
+         Clock::now() < arrived + kLatePoll && goes_on())
     std::this_thread::sleep_for(kBetweenLooks);
-  const auto since = Clock::now() - arrived;
-  for (auto& [node, processes] : processes_) {
-    for (Process& process : processes) process.learn_polls(since);
-  }
+  for (Process* process : processes) process->learn_polls(Clock::now() - arrived);
 }
 
-/// Waits until none of them runs, nor has run while that was looked at. Returns whether that has not taken too long,
-/// without the time that one was stopped.
-bool ClockFollowers::rest() {
-  auto end = Clock::now() + patience_;
-  do {
-    const std::uint64_t before = work_so_far();
-    const auto awake =
-        std::find_if_not(processes_.begin(), processes_.end(), [](auto& one) { return all_sleep(one.second); });
-    if (awake == processes_.end() && work_so_far() == before) return true;
-    if (awake != processes_.end() && any_is_stopped(awake->second)) {
-      const auto start = Clock::now();
-      await_continuation(awake->first, awake->second);
-      end += Clock::now() - start;
+/// Waits until each node has been at rest since the last packet between them, or all have been with no work in between.
+void ClockFollowers::await_rest() {
+  update_nodes();
+  std::map<std::string, int> awake;  // looks that have found it at work; half of them if it also works for others
+  std::vector<std::pair<const std::string, Node>*> pending;
+  std::uint64_t packets = 0, work = 0;
+  auto end = Clock::now() + patience_, notice = Clock::now() + kFirstNotice;
+  for (int looks = 0; goes_on(); std::this_thread::sleep_for(kBetweenLooks)) {
+    if (pending.empty()) {
+      packets = packets_over_loopback();
+      work = work_so_far();
+      for (auto& one : nodes_) {
+        if (!one.second.given_up) pending.push_back(&one);
+      }
     }
-    std::this_thread::sleep_for(kBetweenLooks);
-  } while (Clock::now() < end && goes_on());
-  return false;
+    pending.erase(std::remove_if(pending.begin(), pending.end(), [](auto* one) { return rests(one->second); }),
+                  pending.end());
+    if (pending.empty() && (packets == packets_over_loopback() || work == work_so_far())) return;
+    ++looks;
+    for (auto* one : pending) {
+      const auto& [name, node] = *one;
+      one->second.waited += kBetweenLooks;
+      awake[name] += name == ros::this_node::getName() || name == kMaster ? 1 : 2;
+      if (looks % kLooksForStopped != 0 || !is_stopped(node)) continue;
+      const auto now = Clock::now();
+      end = std::max(end, now + patience_);
+      if (now < notice) continue;
+      ROS_WARN("time waits for %s, which a signal (SIGSTOP) or a debugger has stopped", name.c_str());
+      notice = now + kNextNotice;
+    }
+    if (Clock::now() < end) continue;
+    give_up(awake, looks);
+    return await_rest();
+  }
 }
 
-/// Waits while a node is stopped, and names it.
-void ClockFollowers::await_continuation(const std::string& node, std::vector<Process>& processes) const {
-  auto notice = Clock::now() + kFirstNotice;
-  for (; any_is_stopped(processes) && goes_on(); std::this_thread::sleep_for(kBetweenLooksAtStopped)) {
-    if (Clock::now() < notice) continue;
-    ROS_WARN("time waits for %s, which a signal (SIGSTOP) or a debugger has stopped", node.c_str());
-    notice += kNextNotice;
-  }
+bool ClockFollowers::rests(Node& node) {
+  const auto start = Clock::now();
+  const bool rest = std::all_of(node.processes.begin(), node.processes.end(), std::mem_fn(&Process::rests));
+  node.waited += Clock::now() - start;
+  return rest;
+}
+
+bool ClockFollowers::is_stopped(const Node& node) {
+  return std::any_of(node.processes.begin(), node.processes.end(), std::mem_fn(&Process::is_stopped));
 }
 
 std::uint64_t ClockFollowers::work_so_far() {
   std::uint64_t work = 0;
-  for (auto& [node, processes] : processes_) work += work_of(processes);
+  for (auto& [name, node] : nodes_) work += node.given_up ? 0 : work_of(node.processes);
   return work;
 }
 
-/// Gives up the node that most looks find at work, unless one is stopped that may keep the others waiting. This process
-/// and the master also work for others, so their looks count half. The gate also gives up this process where it works
-/// in half of all looks.
-void ClockFollowers::drop_busiest() {
-  for (auto& [node, processes] : processes_) {
-    if (any_is_stopped(processes)) return await_continuation(node, processes);
-  }
+/// Gives up the node that most looks have found at work. The gate also gives up this process where it works in half of
+/// all looks.
+void ClockFollowers::give_up(const std::map<std::string, int>& awake, int looks) {
   const std::string& self = ros::this_node::getName();
-  std::map<std::string, std::uint64_t> before;
-  std::map<std::string, int> times;
-  for (int look = 0; look < kLooks; ++look) {
-    for (auto& [node, processes] : processes_) {
-      const std::uint64_t work = work_of(processes);
-      if (std::exchange(before[node], work) == work && all_sleep(processes)) continue;
-      times[node] += node == self || node == kMaster ? 1 : 2;
-    }
-    std::this_thread::sleep_for(kBetweenLooks);
-  }
-  if (times.empty()) return;  // it has ended
-  const std::string busiest = std::max_element(times.begin(), times.end(), [](const auto& a, const auto& b) {
-                                return a.second < b.second;
-                              })->first;
-  const bool keeps_this_busy = times[self] > kLooks / 2;
+  const auto found =
+      std::max_element(awake.begin(), awake.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  if (found == awake.end()) return;
+  const std::string& busiest = found->first;
+  const bool keeps_this_busy = awake.count(self) > 0 && awake.at(self) > looks / 2;
   ROS_WARN("%s%s has not rested for %g s%s: time no longer waits for it", busiest.c_str(),
            busiest == self ? ", this node itself," : "", std::chrono::duration<double>(patience_).count(),
            busiest != self && keeps_this_busy ? ", and keeps this node busy" : "");
-  const auto give_up = [this](const std::string& node) {
-    processes_.erase(node);
-    given_up_.insert(node);
-  };
-  give_up(busiest);
-  if (keeps_this_busy) give_up(self);
+  for (const std::string& name : {busiest, keeps_this_busy ? self : busiest}) {
+    nodes_[name].given_up = true;
+    given_up_.insert(name);
+  }
+}
+
+/// Waits again for nodes that have been given up and rest in several steps.
+void ClockFollowers::take_back() {
+  for (auto& [name, node] : nodes_) {
+    if (!node.given_up) continue;
+    node.rests = rests(node) ? node.rests + 1 : 0;
+    node.given_up = node.rests < kRestsToReturn;
+    if (node.given_up) continue;
+    node.rests = 0;
+    ROS_WARN("%s rests again: time waits for it", name.c_str());
+  }
 }
 
 }  // namespace youbot_base_sim

@@ -1,14 +1,12 @@
 #include "youbot_base_sim/lockstep/process.h"
 
-#include <dirent.h>
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <glob.h>
 #include <sys/utsname.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
+#include <array>
 #include <cerrno>
 #include <chrono>
 #include <cstdio>
@@ -18,7 +16,6 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
-#include <iterator>
 #include <memory>
 #include <set>
 #include <string>
@@ -29,54 +26,28 @@ namespace youbot_base_sim {
 
 namespace {
 
-void throw_if_too_many_files(const std::string& path) {
-  if (errno == EMFILE || errno == ENFILE) throw std::system_error(errno, std::generic_category(), path);
+void throw_if_too_many_files(int error) {
+  if (error == EMFILE || error == ENFILE) throw std::system_error(error, std::generic_category(), "/proc");
 }
 
 /// A small file of /proc, read again and again: it stays open, for opening it takes four times as long as reading.
 class File {
  public:
-  explicit File(std::string path) : path_(std::move(path)) {
-    if (kept < kMaxKept) file_ = open_file();
-    if (file_ >= 0) ++kept;
-  }
-  File(File&& other) noexcept : path_(std::move(other.path_)), file_(std::exchange(other.file_, -1)) {}
-  File& operator=(File&& other) noexcept {
-    std::swap(path_, other.path_);
-    std::swap(file_, other.file_);
-    return *this;
-  }
-  ~File() {
-    if (file_ < 0) return;
-    close(file_);
-    --kept;
+  explicit File(const std::string& path) : file_(std::fopen(path.c_str(), "re"), &std::fclose) {
+    if (!file_) throw_if_too_many_files(errno);
   }
 
-  /// The text; empty if what it is about has ended. Throws std::system_error where this process has too many files.
+  /// The text; empty if what it is about has ended.
   template <std::size_t n>
-  const char* read(char (&text)[n]) const {
-    const int file = file_ >= 0 ? file_ : open_file();
-    const ssize_t size = file >= 0 ? pread(file, text, n - 1, 0) : 0;
-    if (file >= 0 && file != file_) close(file);
+  char* read(char (&text)[n]) const {
+    const ssize_t size = file_ ? pread(fileno(file_.get()), text, n - 1, 0) : 0;
     text[size > 0 ? size : 0] = '\0';
     return text;
   }
 
  private:
-  static constexpr int kMaxKept = 500;  // of about 1000 that a process may have
-  static std::atomic<int> kept;
-
-  int open_file() const {
-    const int file = open(path_.c_str(), O_RDONLY | O_CLOEXEC);
-    if (file < 0) throw_if_too_many_files(path_);
-    return file;
-  }
-
-  std::string path_;
-  int file_ = -1;
+  std::unique_ptr<std::FILE, int (*)(std::FILE*)> file_;
 };
-
-std::atomic<int> File::kept{0};
 
 /// Processor time of a process, ns; 0 if it has ended. It lacks what its threads that run just now have run since they
 /// began. Takes a microsecond, and so hardly any of the time in which none of them may run.
@@ -93,23 +64,7 @@ bool wchan_shows_waking() {
   int version = 0, patchlevel = 0;
   uname(&system);
   std::sscanf(system.release, "%d.%d", &version, &patchlevel);
-  return version > 5 || (version == 5 && patchlevel >= 16);
-}
-
-/// The sockets that listen at a TCP port of this machine, as /proc names them.
-std::set<std::string> sockets_at(std::uint32_t port) {
-  constexpr unsigned kListening = 0x0A;
-  std::set<std::string> sockets;
-  for (const char* path : {"/proc/net/tcp", "/proc/net/tcp6"}) {
-    std::ifstream table(path);
-    for (std::string line; std::getline(table, line);) {
-      unsigned local = 0, state = 0;
-      unsigned long inode = 0;
-      std::sscanf(line.c_str(), "%*s %*[^:]:%x %*s %x %*s %*s %*s %*s %*s %lu", &local, &state, &inode);
-      if (state == kListening && local == port) sockets.insert(fmt::format("socket:[{}]", inode));
-    }
-  }
-  return sockets;
+  return 100 * version + patchlevel >= 516;
 }
 
 }  // namespace
@@ -118,121 +73,104 @@ class Process::Thread {
  public:
   /// `folder`: its own in /proc.
   Thread(pid_t id, const std::string& folder)
-      : id_(id), stat_(folder + "/stat"), wchan_(folder + "/wchan"), schedstat_(folder + "/schedstat") {}
+      : id_(id), folder_(folder), wchan_(folder + "/wchan"), schedstat_(folder + "/schedstat") {}
 
   pid_t id() const { return id_; }
 
-  /// True once it is found to have ended. Another thread may have its number since.
-  bool is_gone() const { return gone_; }
-
-  bool is_stopped() const {
-    const char now = state();
-    return now == 'T' || now == 't';  // by a signal, by a debugger
+  /// A letter as in /proc; X: it has ended.
+  char state() const {
+    char text[512];
+    const File stat(folder_ + "/stat");
+    const char* state = std::strrchr(stat.read(text), ')');
+    return state ? state[2] : 'X';
   }
 
   /// True if it waits for something or has ended. One that has not run since it was seen to wait can only have been
-  /// woken, and then it waits nowhere.
-  bool sleeps() {
+  /// woken, and then it waits nowhere. So does one that was preempted on its way to sleep, whatever its state.
+  bool sleeps(bool process_has_run) {
     static const bool kShowsWaking = wchan_shows_waking();
-    char now_seen[sizeof seen_] = "", place[64];
-    schedstat_.read(now_seen);
-    if (!kShowsWaking || !is_counted() || std::strcmp(now_seen, seen_) != 0) {
-      seen_[0] = '\0';
-      const char now = state();
-      gone_ = now == kGone;
-      if (now == 'Z' || now == 'X') return true;
-      if (now != 'S' && now != 'I') return false;
-    }
-    // One that was about to sleep and was preempted on the way has the state of a sleeper, but waits nowhere.
-    if (std::strcmp(wchan_.read(place), "0") == 0) return false;
-    std::copy(std::begin(now_seen), std::end(now_seen), seen_);
-    return true;
+    const bool waits = place() != "0";
+    const std::uint64_t work = process_has_run ? work_so_far() : work_at_rest_;
+    if (waits && work == work_at_rest_ && kShowsWaking) return true;
+    const char now = state();
+    if (waits && (now == 'S' || now == 'I')) work_at_rest_ = work;
+    return now == 'Z' || now == 'X' || (waits && (now == 'S' || now == 'I'));
   }
 
   /// Grows whenever it runs: time on a processor, time waiting for one, and how often it got one.
   std::uint64_t work_so_far() const {
-    const Schedule schedule = scheduled();
-    return schedule.on_processor + schedule.waiting + schedule.runs;
+    const auto [on_processor, waiting, runs] = scheduled();
+    return on_processor + waiting + runs;
   }
 
+  /// Polls wait in a sleep of their own or at a condition. One that begins to sleep may be about to poll.
   void mark() {
-    const std::uint64_t runs = scheduled().runs;
-    if (runs != marked_) classify_wait();
-    marked_ = runs;
+    const std::string waits_at = place();
+    const std::uint64_t runs = scheduled()[2];
+    if (std::exchange(marked_, runs) != runs && waits_at != "0") {
+      const bool naps = waits_at.find("nanosleep") != std::string::npos;
+      waits_for_time_ = naps || waits_at.find("futex") != std::string::npos;
+      if (std::exchange(naps_, naps) != naps) poll_score_ = naps ? kPollScore : 0;
+    }
     polls_ = waits_for_time_ && poll_score_ >= kPollScore;
   }
 
   void learn_polls(std::chrono::nanoseconds since) {
-    const bool has_polled = (scheduled().runs - marked_) * kBetweenPolls >= since;
-    poll_score_ = has_polled ? std::min(poll_score_ + 1, kMaxPollScore) : std::max(poll_score_ - 1, 0);
+    const bool has_polled = (scheduled()[2] - marked_) * kBetweenPolls >= since;
+    poll_score_ = std::clamp(poll_score_ + (has_polled ? 1 : -1), 0, kMaxPollScore);
   }
 
-  bool has_late_poll() const { return polls_ && scheduled().runs == marked_; }
+  bool has_late_poll() const { return polls_ && scheduled()[2] == marked_; }
 
  private:
-  struct Schedule {
-    std::uint64_t on_processor = 0, waiting = 0, runs = 0;  // ns, ns, number of times; 0 if it has ended
-  };
-
   static constexpr auto kBetweenPolls = std::chrono::microseconds(2500);  // at most; most sleep for a millisecond
   static constexpr int kPollScore = 2, kMaxPollScore = 5;                 // of poll_score_
-  static constexpr char kGone = '\0';
 
-  /// A letter as in /proc.
-  char state() const {
-    char text[512];
-    const char* state = std::strrchr(stat_.read(text), ')');
-    return state ? state[2] : kGone;
-  }
-
-  Schedule scheduled() const {
+  /// Nanoseconds on a processor and waiting for one, and number of runs; 0 if it has ended.
+  std::array<std::uint64_t, 3> scheduled() const {
     char text[128];
-    schedstat_.read(text);
-    Schedule schedule;
-    char* number = text;
-    for (std::uint64_t* field : {&schedule.on_processor, &schedule.waiting, &schedule.runs})
-      *field = std::strtoull(number, &number, 10);
-    return schedule;
+    std::array<std::uint64_t, 3> fields{};
+    char* number = schedstat_.read(text);
+    for (std::uint64_t& field : fields) field = std::strtoull(number, &number, 10);
+    return fields;
   }
 
-  /// Some kernels do not count.
-  bool is_counted() const { return seen_[0] != '\0' && std::strncmp(seen_, "0 0 0", 5) != 0; }
-
-  /// Polls wait in a sleep of their own or at a condition. One that begins to sleep may be about to poll.
-  void classify_wait() {
-    char place[64];
-    wchan_.read(place);
-    if (std::strcmp(place, "0") == 0) return;  // it runs
-    const bool naps = std::strstr(place, "nanosleep") != nullptr;
-    waits_for_time_ = naps || std::strstr(place, "futex") != nullptr;
-    if (naps != naps_) poll_score_ = naps ? kPollScore : 0;
-    naps_ = naps;
+  /// Where in the kernel it waits; "0": nowhere.
+  std::string place() const {
+    char text[64];
+    return wchan_.read(text);
   }
 
   pid_t id_;
-  File stat_, wchan_, schedstat_;
-  char seen_[128] = "";  // of schedstat, when it was last seen to wait
-  bool gone_ = false;
-  std::uint64_t marked_ = 0;  // runs at the mark
+  std::string folder_;
+  File wchan_, schedstat_;
+  std::uint64_t work_at_rest_ = 0;  // when it was last seen to wait
+  std::uint64_t marked_ = 0;        // runs at the mark
   bool naps_ = false, waits_for_time_ = true, polls_ = false;
   int poll_score_ = kPollScore;  // marks after which it has polled, less those after which it has not
 };
 
-Process::Process(pid_t id) : id_(id), folder_(opendir(fmt::format("/proc/{}/task", id).c_str()), &closedir) {
-  if (!folder_) throw_if_too_many_files(fmt::format("/proc/{}/task", id));
-}
+Process::Process(pid_t id) : id_(id) {}
 Process::Process(Process&&) noexcept = default;
 Process& Process::operator=(Process&&) noexcept = default;
 Process::~Process() = default;
 
-bool Process::sleeps() {
-  find_threads();
-  return std::all_of(threads_.begin(), threads_.end(), std::mem_fn(&Thread::sleeps));
+bool Process::rests() {
+  const std::uint64_t work = work_so_far();
+  const bool has_run = work != work_at_rest_ || threads_.empty();
+  work_at_rest_ = 0;
+  if (has_run) find_threads();
+  for (Thread& thread : threads_) {
+    if (!thread.sleeps(has_run)) return false;
+  }
+  if (work_so_far() != work) return false;
+  work_at_rest_ = work;
+  return true;
 }
 
-bool Process::is_stopped() {
-  find_threads();
-  return std::any_of(threads_.begin(), threads_.end(), std::mem_fn(&Thread::is_stopped));
+bool Process::is_stopped() const {
+  const char state = threads_.empty() ? 'X' : threads_.front().state();
+  return state == 'T' || state == 't';  // by a signal, by a debugger
 }
 
 std::uint64_t Process::work_so_far() {
@@ -257,24 +195,36 @@ bool Process::has_late_poll() const {
 }
 
 void Process::find_threads() {
-  if (!folder_) return;  // it had ended before
-  rewinddir(folder_.get());
+  namespace fs = std::filesystem;
+  std::error_code ended;
   std::ptrdiff_t count = 0;
-  while (const dirent* entry = readdir(folder_.get())) {
-    const pid_t id = std::atoi(entry->d_name);
-    if (id == 0 || id == gettid()) continue;  // 0: "." and ".."
+  for (fs::directory_iterator entry(fmt::format("/proc/{}/task", id_), ended), last; entry != last;
+       entry.increment(ended)) {
+    const pid_t id = std::atoi(entry->path().filename().c_str());
+    if (id == gettid()) continue;
     const auto known = std::find_if(threads_.begin() + count, threads_.end(),
-                                    [id](const Thread& thread) { return thread.id() == id && !thread.is_gone(); });
+                                    [id](const Thread& thread) { return thread.id() == id; });
     const bool is_new = known == threads_.end();
     threads_.erase(threads_.begin() + count, known);  // these have ended: threads are listed in order of creation
-    if (is_new) threads_.emplace_back(id, fmt::format("/proc/{}/task/{}", id_, id));
+    if (is_new) threads_.emplace_back(id, entry->path());
     ++count;
   }
+  throw_if_too_many_files(ended.value());
   threads_.erase(threads_.begin() + count, threads_.end());
 }
 
 std::vector<Process> processes_listening_at(std::uint32_t port) {
-  const std::set<std::string> sockets = sockets_at(port);
+  constexpr unsigned kListening = 0x0A;
+  std::set<std::string> sockets;  // as /proc names them
+  for (const char* path : {"/proc/net/tcp", "/proc/net/tcp6"}) {
+    std::ifstream table(path);
+    for (std::string line; std::getline(table, line);) {
+      unsigned local = 0, state = 0;
+      unsigned long inode = 0;
+      std::sscanf(line.c_str(), "%*s %*[^:]:%x %*s %x %*s %*s %*s %*s %*s %lu", &local, &state, &inode);
+      if (state == kListening && local == port) sockets.insert(fmt::format("socket:[{}]", inode));
+    }
+  }
   std::set<pid_t> holders;
   glob_t files = {};
   glob("/proc/[0-9]*/fd/*", GLOB_NOSORT, nullptr, &files);
@@ -285,6 +235,14 @@ std::vector<Process> processes_listening_at(std::uint32_t port) {
   }
   globfree(&files);
   return {holders.begin(), holders.end()};
+}
+
+std::uint64_t packets_over_loopback() {
+  static const File devices("/proc/net/dev");
+  char text[4096];
+  unsigned long packets = 0;
+  if (const char* own = std::strstr(devices.read(text), " lo:")) std::sscanf(own, " lo: %*u %lu", &packets);
+  return packets;
 }
 
 }  // namespace youbot_base_sim

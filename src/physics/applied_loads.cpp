@@ -46,7 +46,7 @@ ExternalForces::ExternalForces(const RobotParameters& robot, const FloorParamete
       add(wrench, wrench.force, steady_);
     }
   }
-  turns_ = floor.slope != 0 || !fixed_.empty();
+  by_heading_ = floor.slope != 0 || !fixed_.empty();
 }
 
 ExternalForce ExternalForces::sum(double cosine, double sine) const {

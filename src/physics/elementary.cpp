@@ -13,7 +13,7 @@ constexpr double kMaxAngle = 3e9;
 // 2^31 are exact.
 constexpr double kQuarterTurn[] = {0x1.921fbp+0, 0x1.5110bp-22, 0x1.184698p-44, 0x1.3198a2e037073p-69};
 
-// Of an angle x past a number 0 .. 3 of quarter turns
+// Sine and cosine of an angle that lies a number 0 .. 3 of quarter turns beyond one with these
 SineAndCosine<double> after_turns(double number, double s, double c) {
   if (number == 1) return {c, -s};
   if (number == 2) return {-s, -c};
@@ -24,7 +24,7 @@ SineAndCosine<double> after_turns(double number, double s, double c) {
 }  // namespace
 
 SineAndCosine<double> sine_and_cosine(double x) {
-  // Of 2 pi in double precision so many turns are off by less than half an ulp of x.
+  // So many turns of 2 pi in double precision are off by less than half an ulp of x.
   if (!(std::abs(x) < kMaxAngle)) x = std::remainder(x, 2 * M_PI);
   const double quarters = std::floor(x * (2 / M_PI) + 0.5);
   for (const double part : kQuarterTurn) x -= quarters * part;

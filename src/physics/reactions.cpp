@@ -7,7 +7,7 @@
 namespace youbot_base_sim {
 
 const char* name_of(Side side) {
-  // In the order of Side
+  // The order is that of Side.
   constexpr std::array<const char*, 6> kNames = {"", "left", "right", "front", "rear", ""};
   return kNames[static_cast<std::size_t>(side)];
 }
@@ -40,7 +40,7 @@ Reactions::Reactions(const RobotParameters& robot, const Inertia& inertia, doubl
     by_force_X_[k] = m_ * a_Z_ * (inverse(0, k) - a_Y_ * inverse(2, k));
     by_force_Y_[k] = m_ * a_Z_ * (inverse(1, k) + a_X_ * inverse(2, k));
   }
-  // Where wheels are prescribed, their drives also exert the reaction of friction on the body.
+  // Drives of prescribed wheels also exert the reaction of friction on the body.
   pitch_by_F_X_ = by_force_X_[0] + (robot.R - robot.friction_arm());
 }
 
@@ -95,7 +95,7 @@ Reactions::Solution Reactions::tip(const Conditions& conditions, double weight) 
        {Candidate{Side::kLeft, 0, 2, 0}, {Side::kRight, 1, 3, 0}, {Side::kFront, 0, 1, 1}, {Side::kRear, 2, 3, 1}}) {
     const Wheels& balance = rows[c.balance];
     const double N_a = (right[c.balance] - weight * balance[c.b]) / (balance[c.a] - balance[c.b]), N_b = weight - N_a;
-    // Over a corner one wheel bears all, and both sides there qualify equally.
+    // One wheel bears all if the base tips over a corner, and both sides there qualify equally.
     const double least = std::min(N_a, N_b);
     // Between opposite sides, take the one towards which the other moment pulls.
     const Wheels& other = rows[1 - c.balance];

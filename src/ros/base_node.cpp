@@ -202,21 +202,21 @@ class BaseNode::Loop final : private TimedLoop {
     return ended_ || time_services_->paused() || time_services_->stepping() || !running();
   }
   bool has_callbacks() override { return !queue_.isEmpty(); }
-  bool commanded() const override { return interface_->commanded(); }
+  const std::string& commander() const override { return interface_->commander(); }
 
   bool await_command(double patience, const char* what) override {
     const auto end = SteadyClock::now() + std::chrono::duration<double>(patience);
-    while (!commanded() && !interrupted()) {
+    while (commander().empty() && !interrupted()) {
       const double left = std::chrono::duration<double>(end - SteadyClock::now()).count();
       if (left <= 0) break;
       clock_->timing().idle([&] { queue_.callOne(ros::WallDuration(std::min(left, kPollInterval))); });
-      if (commanded() || has_callbacks()) continue;
+      if (!commander().empty() || has_callbacks()) continue;
       end_with_commands();
       report_wait(fmt::format("lockstep: {} a command on {}, {} or {}, at t = {:g} s", what,
                               node_.resolveName(kTwistTopic), node_.resolveName(kTorqueTopic),
                               node_.resolveName(kVelocityTopic), loop_.time()));
     }
-    return commanded();
+    return !commander().empty();
   }
 
   /// Before the first control period commands are yet to come.
@@ -255,6 +255,7 @@ class BaseNode::Loop final : private TimedLoop {
   /// it.
   void advance_when_due() {
     advance(periods_ahead());
+    clock_->take_late_commands(*this);
     const double lost = clock_->arrive();
     if (lost > 0) log_.warn("lag", fmt::format("too slow for the requested rate: {:.3g} s are lost", lost));
     publish_instant();
@@ -364,7 +365,7 @@ class BaseNode::Loop final : private TimedLoop {
       what = several + (what.empty() ? "" : "; ") + what;
     }
     publications_.publish(kDiagnosticsTopic, [&] {
-      auto message = diagnostics_message(loop_.driver(), loop_.simulation(), timing, what, now);
+      auto message = diagnostics_message(loop_.driver(), loop_.simulation(), timing, what, clock_->counters(), now);
       if (!settings_.bag.empty()) message.status.push_back(bag_status(settings_.bag, bag_failure_));
       return message;
     });

@@ -119,6 +119,7 @@ DiagnosticStatusWrapper timing_status(const LoopTiming::Report& timing) {
 
 diagnostic_msgs::DiagnosticArray diagnostics_message(const BaseDriver& driver, const Simulation& simulation,
                                                      const LoopTiming::Report& timing, const std::string& waits_for,
+                                                     const std::map<std::string, std::string>& counters,
                                                      const ros::Time& stamp) {
   diagnostic_msgs::DiagnosticArray message;
   message.header.stamp = stamp;
@@ -132,7 +133,9 @@ diagnostic_msgs::DiagnosticArray diagnostics_message(const BaseDriver& driver, c
       integration_status(simulation),
       timing_status(timing)};
   if (const auto record = simulation.reaction_record()) message.status.push_back(reactions_status(*record));
-  message.status.push_back(own_status("time", waits_for.empty(), waits_for.empty() ? "goes on" : waits_for));
+  DiagnosticStatusWrapper time = own_status("time", waits_for.empty(), waits_for.empty() ? "goes on" : waits_for);
+  for (const auto& [name, value] : counters) time.add(name, value);
+  message.status.push_back(time);
   return message;
 }
 

@@ -63,11 +63,13 @@ DriverInterface::DriverInterface(BaseLoop& loop, const NodeClock& clock, const B
 
 template <class Message, class Read>
 void DriverInterface::subscribe(ros::NodeHandle& node, const char* topic, const Read& read) {
-  const auto take = [this, topic, read](const boost::shared_ptr<const Message>& message) {
-    receive(topic, read(*message));
+  using Event = ros::MessageEvent<const Message>;
+  const auto take = [this, topic, read](const Event& event) {
+    commander_ = event.getPublisherName();
+    receive(topic, read(*event.getMessage()));
   };
   command_subscribers_.push_back(
-      node.subscribe<Message>(topic, kCommandQueueSize, take, ros::VoidConstPtr(), kNoDelay));
+      node.subscribe<Message, const Event&>(topic, kCommandQueueSize, take, ros::VoidConstPtr(), kNoDelay));
 }
 
 bool DriverInterface::has_commander() const {
@@ -76,7 +78,6 @@ bool DriverInterface::has_commander() const {
 }
 
 void DriverInterface::receive(const char* topic, const WheelCommand& command) {
-  commanded_ = true;
   const double now = clock_.arrival();
   if (!loop_.present(now)) return log_.error("no base", kNoBase);
   const auto complain = [&](const std::string& subject, const std::string& text) {

@@ -12,6 +12,7 @@
 #include <tuple>
 
 #include "youbot_base_sim/lockstep/clock_followers.h"
+#include "youbot_base_sim/lockstep/clock_links.h"
 #include "youbot_base_sim/ros/conversions.h"
 
 namespace youbot_base_sim {
@@ -21,6 +22,7 @@ namespace {
 using SteadyClock = std::chrono::steady_clock;
 
 constexpr double kPollInterval = 0.1;  // s of wall time that a loop waits at most without looking if ROS still runs
+constexpr double kProbe = 0.25;        // s of wall time that the tenth step waits for commands by the wall clock
 constexpr int kMaxAnswers = 100;       // to services that a node calls one after another without sleeping
 
 double since(SteadyClock::time_point past) { return std::chrono::duration<double>(SteadyClock::now() - past).count(); }
@@ -118,13 +120,13 @@ class FollowedClock : public WallClock {
 
   const char* name() const override { return "another node's /clock"; }
   std::string missing() const override {
-    if (!ros::Time::now().isZero()) return "";
+    if (!latest_.isZero()) return "";
     return "another node's /clock: /use_sim_time is true, ~publish_clock is not. Without such a node, such as where a "
            "lasting roscore has it from another launch: rosparam set /use_sim_time false, and start again";
   }
   void start() override {
     WallClock::start();
-    latest_ = ros::Time() + zero_;
+    zero_ = latest_ - ros::Time();
   }
 
  private:
@@ -132,7 +134,7 @@ class FollowedClock : public WallClock {
 
   // Its next message wakes the loop; when that comes is not known.
   double wait_for(double t) const override {
-    constexpr double kRounding = 5e-10;  // of /clock, s
+    constexpr double kRounding = 1.5e-9;  // of /clock, s, whose time 0 is 1 ns
     return t <= due() + kRounding ? 0 : std::numeric_limits<double>::infinity();
   }
 
@@ -142,13 +144,10 @@ class FollowedClock : public WallClock {
 /// The wall clock times a factor, or, where that is 0, as fast as possible.
 class OwnClock : public NodeClock {
  public:
-  using OnFollower = std::function<void(const std::string& name, bool comes)>;
-
-  OwnClock(const BaseSettings& settings, BaseLoop& loop, Publications& publications, ros::NodeHandle& node,
-           const OnFollower& on_follower = {})
+  OwnClock(const BaseSettings& settings, BaseLoop& loop, Publications& publications, ros::NodeHandle& node)
       : NodeClock(loop), factor_(settings.real_time_factor), publications_(publications) {
     const auto& topic = std::get<Topic<rosgraph_msgs::Clock>>(kTopics);
-    publications.advertise(node, topic, topic.queue_size, on_follower);
+    publications.advertise(node, topic, topic.queue_size);
     subscribe(node);  // to know of other publishers
   }
 
@@ -249,13 +248,12 @@ class GatedClock : public SteppedClock {
  public:
   GatedClock(const BaseSettings& settings, BaseLoop& loop, Publications& publications, ros::NodeHandle& node,
              const std::atomic<bool>& stop)
-      : SteppedClock(settings, loop, publications, node,
-                     [this](const std::string& name, bool comes) { comes ? gate_->add(name) : gate_->remove(name); }),
+      : SteppedClock(settings, loop, publications, node),
         period_(settings.lockstep.period),
         every_(std::max<std::int64_t>(1, std::llround(period_ / loop.control_period()))),
-        gate_(std::make_unique<ClockFollowers>([this](const ros::Time& time) { publish(time); },
-                                               std::chrono::milliseconds(std::llround(1e3 * settings.lockstep.timeout)),
-                                               stop)) {}
+        links_(node),
+        gate_(
+            std::make_unique<ClockFollowers>(links_, std::chrono::duration<double>(settings.lockstep.timeout), stop)) {}
 
   void resume() override {
     commanded_ = true;
@@ -273,7 +271,7 @@ class GatedClock : public SteppedClock {
       if (!commanded_ && !await_first_command(loop)) return false;
       await_rest(loop);
       loop.end_with_commands();
-      if (loop.interrupted() || !(commanded_ || loop.commanded())) return false;  // which a reset forgets
+      if (loop.interrupted() || !(commanded_ || !loop.commander().empty())) return false;  // which a reset forgets
       release();
       commanded_ = true;
     }
@@ -281,13 +279,18 @@ class GatedClock : public SteppedClock {
   }
   void begin_publishing(bool, bool) override {}
   void end_publishing() override {
-    if (begins()) gate_->announce(stamp(loop_.time()));
+    if (begins()) announce();
   }
-  std::string broken_promise() const override {
-    if (gate_->given_up().empty()) return "";
-    return fmt::format("lockstep: time has not waited for {}: another run may have another result",
-                       fmt::join(gate_->given_up(), ", "));
+  void announce() override { gate_->announce(stamp(loop_.time())); }
+  /// All nodes still rest. The tenth step waits a while for commands that come all the same.
+  void take_late_commands(TimedLoop& loop) override {
+    if (!begins()) return;
+    if (loop.has_callbacks()) loop.take_callbacks(0);
+    if (loop_.periods() == 10 * every_) loop.await_command(kProbe, "looks out for");
+    if (!loop.commander().empty()) gate_->note_late(loop.commander());
   }
+  std::string broken_promise() const override { return gate_->broken_promise(); }
+  std::map<std::string, std::string> counters() const override { return gate_->counters(); }
   ros::Time stamp(double t) const override { return stamp_of(static_cast<double>(idle_periods_) * period_ + t); }
 
   /// Within a period messages act from the next on.
@@ -303,19 +306,16 @@ class GatedClock : public SteppedClock {
   /// Before the first command only /clock advances, by the wall clock, for nodes that sleep before they command: how
   /// long that takes must not change the simulation.
   bool await_first_command(TimedLoop& loop) {
-    bool commanded = loop.await_command(period_, "the simulation begins with ~unpause or");
-    if (!commanded && !loop.interrupted()) {
-      // The first command of a node that still works is one for this period, however long it takes.
-      await_rest(loop);
-      commanded = loop.commanded();
-    }
+    loop.await_command(period_, "the simulation begins with ~unpause or");
+    // The first command of a node that still works is one for this period, however long it takes.
+    if (loop.commander().empty() && !loop.interrupted()) await_rest(loop);
     if (loop.interrupted() || commanded_) return false;
-    // A loop that sleeps from t = 0, which /clock shows as 1 ns because zero means no time, would miss the first
-    // period.
+    const bool commanded = !loop.commander().empty();
+    // A loop that sleeps from t = 0, on /clock 1 ns because zero means no time, would miss the first period.
     if (!commanded || idle_periods_ == 0) {
       ++idle_periods_;
       loop.publish_telemetry();
-      gate_->announce(stamp(loop_.time()));
+      announce();
     }
     return commanded;
   }
@@ -334,6 +334,7 @@ class GatedClock : public SteppedClock {
   const std::int64_t every_;       // control periods
   std::int64_t idle_periods_ = 0;  // of lockstep, before the simulation has begun
   bool commanded_ = false;         // or begun by ~unpause
+  ClockLinks links_;
   std::unique_ptr<TimeGate> gate_;
 };
 

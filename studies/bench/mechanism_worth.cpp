@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
@@ -81,16 +82,21 @@ Motion run(Scene scene, double tolerance, const RadauOptions& options = {}) {
   return run(scene);
 }
 
-// Instructions by a fit to callgrind's, in thousands: a try of a step, an iteration, a factorization.
-double work(const IntegrationStatistics& s) {
-  return 2.3 * static_cast<double>(s.steps + s.rejected_steps + s.location_steps) +
-         1.3 * static_cast<double>(s.newton_iterations) + 2.5 * static_cast<double>(s.factorizations);
+// Evaluations, factorizations, work and error (m) of a motion. Work is a fit to callgrind's instructions, in thousands:
+// a try of a step, an iteration, a factorization.
+using Figures = std::array<double, 4>;
+Figures figures(const Motion& motion, const Motion& exact) {
+  const IntegrationStatistics& s = motion.counts;
+  const auto tries = static_cast<double>(s.steps + s.rejected_steps + s.location_steps);
+  const auto iterations = static_cast<double>(s.newton_iterations), matrices = static_cast<double>(s.factorizations);
+  return {1 + static_cast<double>(s.evaluations), 1 + matrices, 1 + 2.3 * tries + 1.3 * iterations + 2.5 * matrices,
+          std::max(distance(motion, exact), 1e-12)};
 }
 
-// Sums over the runs of a variant.
+// Of the runs of a variant.
 struct Sums {
-  double evaluations = 0, iterations = 0, factorizations = 0, work = 0, error = 0;  // logarithms of ratios to "all"
-  double worst_error = 0;                                                           // over what is promised
+  Figures logs{};          // of ratios to "all"
+  double worst_error = 0;  // over what is promised
   int runs = 0, broken = 0, unreliable = 0, failed = 0;
 };
 
@@ -116,44 +122,32 @@ class Worth {
   void print() const {
     fmt::print("{} scenes; work goes with the error to the power of -{:.2f}\n\n", scenes_, kPower);
     fmt::print(
-        "| without or with | evaluations | iterations | factorizations | work | error | work at equal error | "
-        "worst error / promise | broken promises | unreliable | failed "
-        "|\n|---|---|---|---|---|---|---|---|---|---|---|\n");
+        "| without or with | evaluations | factorizations | work | error | work at equal error | worst error / promise "
+        "| "
+        "broken promises | unreliable | failed |\n|---|---|---|---|---|---|---|---|---|---|\n");
     for (std::size_t k = 0; k < kVariants.size(); ++k) {
       const Sums& s = sums_[k];
-      const auto mean = [&](double sum) { return std::exp(sum / std::max(1, s.runs)); };
-      fmt::print("| {} | {:.3f} | {:.3f} | {:.3f} | {:.3f} | {:.3f} | {:.3f} | {:.2g} | {} | {} | {} |\n",
-                 kVariants[k].name, mean(s.evaluations), mean(s.iterations), mean(s.factorizations), mean(s.work),
-                 mean(s.error), mean(s.work + kPower * s.error), s.worst_error, s.broken, s.unreliable, s.failed);
+      Figures mean = s.logs;
+      for (double& figure : mean) figure = std::exp(figure / std::max(1, s.runs));
+      fmt::print("| {} | {:.3f} | {:.3f} | {:.2g} | {} | {} | {} |\n", kVariants[k].name, fmt::join(mean, " | "),
+                 mean[2] * std::pow(mean[3], kPower), s.worst_error, s.broken, s.unreliable, s.failed);
     }
   }
 
  private:
   static constexpr double kExact = 1e-10;
   static constexpr double kPower = 0.2;  // of errors by work, as Cases 1 and 2 show
-  static double floored(double error) { return std::max(error, 1e-12); }
 
   static void add(const Motion& tried, const Motion& with_all, const Motion& exact, Sums& sums) {
-    if (!tried.failure.empty()) {
-      ++sums.failed;
-      return;
-    }
-    const IntegrationStatistics &a = tried.counts, &b = with_all.counts;
-    const auto ratio = [](std::uint64_t x, std::uint64_t y) {
-      return std::log(static_cast<double>(std::max<std::uint64_t>(x, 1)) /
-                      static_cast<double>(std::max<std::uint64_t>(y, 1)));
-    };
-    const double error = distance(tried, exact);
+    sums.failed += !tried.failure.empty();
+    if (!tried.failure.empty()) return;
+    const Figures now = figures(tried, exact), all = figures(with_all, exact);
     ++sums.runs;
-    sums.evaluations += ratio(a.evaluations, b.evaluations);
-    sums.iterations += ratio(a.newton_iterations, b.newton_iterations);
-    sums.factorizations += ratio(a.factorizations, b.factorizations);
-    sums.work += std::log((1 + work(a)) / (1 + work(b)));
-    sums.error += std::log(floored(error) / floored(distance(with_all, exact)));
+    for (std::size_t k = 0; k < now.size(); ++k) sums.logs[k] += std::log(now[k] / all[k]);
     sums.unreliable += !tried.doubt.empty();
     if (!tried.doubt.empty() || !(tried.promised > 0)) return;
-    sums.broken += error > tried.promised;
-    sums.worst_error = std::max(sums.worst_error, error / tried.promised);
+    sums.broken += now.back() > tried.promised;
+    sums.worst_error = std::max(sums.worst_error, now.back() / tried.promised);
   }
 
   int scenes_ = 0;

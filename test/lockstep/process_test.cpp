@@ -61,26 +61,20 @@ bool happens(const std::function<bool()>& event) {
   return true;
 }
 
-/// Whether all threads sleep, and none has run while that was looked at.
-bool rests(Process& process) {
-  const std::uint64_t before = process.work_so_far();
-  return process.sleeps() && process.work_so_far() == before;
-}
-
 /// A worker is never seen to sleep; once it rests, it is.
 void expect_seen(Worker& worker, Process& process) {
-  ASSERT_TRUE(happens([&] { return rests(process); }));
+  ASSERT_TRUE(happens([&] { return process.rests(); }));
   const std::uint64_t before = process.work_so_far();
   worker.work();
-  for (int k = 0; k < 100; ++k) ASSERT_FALSE(rests(process)) << k;
+  for (int k = 0; k < 100; ++k) ASSERT_FALSE(process.rests()) << k;
   worker.rest();
-  ASSERT_TRUE(happens([&] { return rests(process); }));
+  ASSERT_TRUE(happens([&] { return process.rests(); }));
   EXPECT_GT(process.work_so_far(), before);
 }
 
 TEST(Process, ShowsThreadsThatBeginAndEnd) {
   Process process(getpid());
-  EXPECT_TRUE(process.sleeps()) << "alone, the caller does not count";
+  EXPECT_TRUE(process.rests()) << "alone, the caller does not count";
   std::list<Worker> workers(2);
   for (int k = 0; k < 20; ++k) {
     expect_seen(workers.back(), process);
@@ -102,14 +96,14 @@ void run_once(Worker& worker, Process& process) {
   worker.work();
   ASSERT_TRUE(happens([&] { return process.work_so_far() != before; }));
   worker.rest();
-  ASSERT_TRUE(happens([&] { return rests(process); }));
+  ASSERT_TRUE(happens([&] { return process.rests(); }));
 }
 
 TEST(Process, LearnsWhichThreadsPoll) {
   constexpr auto kPoll = std::chrono::milliseconds(1);
   Process process(getpid());
   Worker worker;
-  ASSERT_TRUE(happens([&] { return rests(process); }));
+  ASSERT_TRUE(happens([&] { return process.rests(); }));
   process.mark();
   EXPECT_TRUE(process.has_late_poll()) << "a new thread may be about to poll";
   process.learn_polls(kPoll);
@@ -153,7 +147,7 @@ TEST(Process, TakesOneThatBeginsToSleepForOneThatPolls) {
     process.mark();
     return process.has_late_poll();
   };
-  ASSERT_TRUE(happens([&] { return rests(process); }));
+  ASSERT_TRUE(happens([&] { return process.rests(); }));
   for (int k = 0; k < 3; ++k) {
     process.mark();
     process.learn_polls(std::chrono::milliseconds(1));
@@ -172,21 +166,21 @@ TEST(Process, ShowsAnotherProcess) {
     while (true) pause();
   }
   Process process(child);
-  EXPECT_TRUE(happens([&] { return process.sleeps(); }));
+  EXPECT_TRUE(happens([&] { return process.rests(); }));
   EXPECT_FALSE(process.is_stopped());
   kill(child, SIGSTOP);
   EXPECT_TRUE(happens([&] { return process.is_stopped(); }));
-  EXPECT_FALSE(process.sleeps());
+  EXPECT_FALSE(process.rests());
   kill(child, SIGCONT);
-  EXPECT_TRUE(happens([&] { return process.sleeps(); }));
+  EXPECT_TRUE(happens([&] { return process.rests(); }));
   kill(child, SIGSTOP);
   EXPECT_TRUE(happens([&] { return process.is_stopped(); }));
   kill(child, SIGKILL);
-  EXPECT_TRUE(happens([&] { return process.sleeps(); })) << "it has ended, and its parent has not taken notice";
-  for (int k = 0; k < 3; ++k) EXPECT_TRUE(process.sleeps());
+  EXPECT_TRUE(happens([&] { return process.rests(); })) << "it has ended, and its parent has not taken notice";
+  for (int k = 0; k < 3; ++k) EXPECT_TRUE(process.rests());
   waitpid(child, nullptr, 0);
-  EXPECT_TRUE(process.sleeps());
-  EXPECT_TRUE(Process(child).sleeps()) << "there is none";
+  EXPECT_TRUE(process.rests());
+  EXPECT_TRUE(Process(child).rests()) << "there is none";
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <actionlib/TestAction.h>
 #include <actionlib/client/simple_action_client.h>
 #include <actionlib/server/simple_action_server.h>
+#include <diagnostic_msgs/DiagnosticArray.h>
 #include <ros/rate.h>
 #include <tf2_ros/transform_listener.h>
 #include <youbot_base_sim/SetState.h>
@@ -11,6 +12,7 @@
 #include <algorithm>
 #include <atomic>
 #include <mutex>
+#include <string>
 #include <vector>
 
 #include "base_client.h"
@@ -81,6 +83,25 @@ TEST(Lockstep, one_command_holds_through_a_sleep) {
   EXPECT_NEAR(expected.front(), 0.4, 0.05);
   EXPECT_EQ(command_and_sleep(BaseClient::fresh()), expected);
   EXPECT_EQ(log.count(rosgraph_msgs::Log::WARN, "lockstep"), 0u);
+}
+
+TEST(Lockstep, commands_by_the_wall_clock_are_counted) {
+  BaseClient& base = BaseClient::fresh();
+  std::string counted;
+  const ros::Subscriber diagnostics =
+      ros::NodeHandle().subscribe<diagnostic_msgs::DiagnosticArray>(kDiagnosticsTopic, 10, [&](const auto& message) {
+        for (const auto& status : message->status) {
+          for (const auto& value : status.values) counted = value.key == "late commands" ? value.value : counted;
+        }
+      });
+  const ros::Publisher commands = commander(base);
+  const std::string& name = ros::this_node::getName();
+  wait_for("a count", [&] {
+    commands.publish(twist(0.2, 0, 0));
+    ros::WallDuration(0.05).sleep();
+    ros::spinOnce();
+    return counted.find(name) != std::string::npos;
+  });
 }
 
 /// A node whose callbacks run in a thread of their own, with the odometry that it hears.

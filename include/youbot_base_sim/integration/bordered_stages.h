@@ -39,9 +39,7 @@ class BorderedStages {
                  const std::array<PlatformMatrix, s>& C) {
     set_wheels(D, inertia, G);
     decompose_wheels();
-#pragma GCC unroll 8
     for (int j = 0; j < s; ++j) {
-#pragma GCC unroll 8
       for (std::size_t k = 0; k < 3; ++k) {
         platform_dphi_[j][k] = pivot_[2 * j] * G[j].platform_dphi[k];
         platform_dgamma_[j][k] = pivot_[2 * j + 1] * G[j].platform_dgamma[k];
@@ -59,31 +57,23 @@ class BorderedStages {
       y[2 * j] = b[j].dphi;
       y[2 * j + 1] = b[j].dgamma;
     }
-#pragma GCC unroll 8
     for (int i = 1; i < 2 * s; ++i) {
-#pragma GCC unroll 8
       for (int k = 0; k < i; ++k) {
         if (!vanishes(i, k)) y[i] -= a_[i][k] * y[k];
       }
     }
     substitute_back(columns);
     std::array<Wheels, s> v;
-#pragma GCC unroll 8
     for (int j = 0; j < s; ++j) {
       v[j] = b[j].v - forces(y, j);
-#pragma GCC unroll 8
       for (int l = 0; l < j; ++l) v[j] -= S_[l][j](v[l]);
     }
-#pragma GCC unroll 8
     for (int j = s - 1; j >= 0; --j) {
-#pragma GCC unroll 8
       for (int l = s - 1; l > j; --l) v[j] -= S_[l][j](v[l]);
       v[j] = S_[j][j](v[j]);
     }
-#pragma GCC unroll 16
     for (int m = 3 * s - 1; m >= 0; --m) {  // backwards, since the last stage is known first
       const double unit = v[m / 3][m % 3];
-#pragma GCC unroll 8
       for (int i = 0; i < 2 * s; ++i) y[i] -= unit * wheels_[m][i];
     }
     for (int j = 0; j < s; ++j) u[j] = {v[j], pivot_[2 * j] * y[2 * j], pivot_[2 * j + 1] * y[2 * j + 1]};
@@ -97,16 +87,13 @@ class BorderedStages {
     Wheels operator()(const Wheels& v) const { return (*this)[0] * v[0] + (*this)[1] * v[1] + (*this)[2] * v[2]; }
     Block operator*(const Block& other) const { return {(*this)(other[0]), (*this)(other[1]), (*this)(other[2])}; }
     Block& operator-=(const Block& other) {
-#pragma GCC unroll 3
       for (int k = 0; k < 3; ++k) (*this)[k] -= other[k];
       return *this;
     }
   };
 
   void set_wheels(const double (&D)[s][s], const Inertia& inertia, const std::array<DampingMatrix, s>& G) {
-#pragma GCC unroll 8
     for (int j = 0; j < s; ++j) {
-#pragma GCC unroll 8
       for (int l = 0; l < s; ++l) {
         const double J_1 = D[j][l] * inertia.J_1, J_2 = D[j][l] * inertia.J_2;
         if (j == l) {
@@ -135,33 +122,24 @@ class BorderedStages {
   void reduce_stage(const double (&D)[s][s], const Inertia& inertia, const DampingMatrix& G, const PlatformMatrix& C) {
     // Columns of A_i^-1 B_i: the wheels' answer to a unit of each platform velocity at stage l
     std::array<Column, 3> w;
-#pragma GCC unroll 8
     for (int k = 0; k < 3; ++k) {
       w[k][2 * l] = G.dphi_platform[k];
       w[k][2 * l + 1] = G.dgamma_platform[k] - a_[2 * l + 1][2 * l] * w[k][2 * l];
     }
-#pragma GCC unroll 8
     for (int i = 2 * l + 2; i < 2 * s; ++i) {
-#pragma GCC unroll 8
       for (int k = 0; k < 3; ++k) {
         w[k][i] = -a_[i][2 * l + 1] * w[k][2 * l + 1];
         if (!vanishes(i, 2 * l)) w[k][i] -= a_[i][2 * l] * w[k][2 * l];
       }
-#pragma GCC unroll 8
       for (int m = 2 * l + 2; m < i; ++m) {
-#pragma GCC unroll 8
         for (int k = 0; k < 3; ++k) w[k][i] -= a_[i][m] * w[k][m];
       }
     }
-#pragma GCC unroll 8
     for (int i = 2 * l - 1; i >= 0; --i) {
-#pragma GCC unroll 8
       for (int k = 0; k < 3; ++k) w[k][i] = Wheels::Constant(0);
     }
     substitute_back(w);
-#pragma GCC unroll 8
     for (int k = 0; k < 3; ++k) {
-#pragma GCC unroll 8
       for (int j = 0; j < s; ++j) S_[l][j][k] = D[j][l] * inertia.column(k) - forces(w[k], j);
       const auto& P = G.platform_platform;
       S_[l][l][k] += sums(P[0][k], P[1][k], P[2][k]) - C[k];
@@ -175,22 +153,17 @@ class BorderedStages {
   }
 
   void decompose_wheels() {
-#pragma GCC unroll 8
     for (int k = 0; k < 2 * s; ++k) {
       pivot_[k] = 1 / a_[k][k];
-#pragma GCC unroll 8
       for (int i = k + 1; i < 2 * s; ++i) {
         if (vanishes(i, k)) continue;
         a_[i][k] *= pivot_[k];
-#pragma GCC unroll 8
         for (int j = k + 1; j < 2 * s; ++j) {
           if (!vanishes(k, j)) a_[i][j] -= a_[i][k] * a_[k][j];
         }
       }
     }
-#pragma GCC unroll 8
     for (int i = 0; i < 2 * s; ++i) {
-#pragma GCC unroll 8
       for (int k = i + 1; k < 2 * s; ++k) {
         if (!vanishes(i, k)) a_[i][k] *= pivot_[k];
       }
@@ -200,12 +173,9 @@ class BorderedStages {
   // Works on several columns at once, so that the processor does not wait for one. Leaves diag(pivot_) out.
   template <std::size_t n>
   void substitute_back(std::array<Column, n>& y) const {
-#pragma GCC unroll 8
     for (int i = 2 * s - 1; i >= 0; --i) {
-#pragma GCC unroll 8
       for (int k = 2 * s - 1; k > i; --k) {  // the entry that is known last comes last
         if (vanishes(i, k)) continue;
-#pragma GCC unroll 8
         for (Column& column : y) column[i] -= a_[i][k] * column[k];
       }
     }
@@ -221,14 +191,11 @@ class BorderedStages {
 
   // Leaves L below the diagonal of blocks, U above it, and the inverses of U's blocks on it.
   void decompose_platform() {
-#pragma GCC unroll 8
     for (int k = 0; k < s; ++k) {
       S_[k][k] = {inverse(S_[k][k])};
-#pragma GCC unroll 8
       for (int i = k + 1; i < s; ++i) {
         const Block L = S_[k][i] * S_[k][k];
         S_[k][i] = L;
-#pragma GCC unroll 8
         for (int l = k + 1; l < s; ++l) S_[l][i] -= L * S_[l][k];
       }
     }

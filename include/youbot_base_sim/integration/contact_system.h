@@ -23,7 +23,7 @@ class ContactSystem : public SmoothSystem {
   ContactModes& modes() { return modes_; }
   const ContactModes& modes() const { return modes_; }
 
-  /// Over which slip speed friction is regularized now; it changes by these functions only.
+  /// The slip speed over which friction is regularized now; it changes by these functions only.
   const RestFriction& rest() const { return rest_; }
   void change_rest(const Velocities& u) {
     rest_.change(u);
@@ -37,7 +37,7 @@ class ContactSystem : public SmoothSystem {
   /// goes to the platform and the roller, through the contacts that took it.
   virtual void enter_sliding(int i, std::int64_t k, State& x, double t) = 0;
 
-  /// Whether normal reactions follow the motion; if so, those in state x at time t (s).
+  /// True if normal reactions follow the motion; those in state x at time t (s).
   virtual bool reacts() const = 0;
   virtual FloorReactions reactions(const State& x, double t) const = 0;
 

@@ -17,7 +17,7 @@ namespace youbot_base_sim {
 /// Newton's method on the length of the step locates a switch to 1e-12 s, or to the resolution of phi: each try is a
 /// whole step from the same start. The wheel then stands on the far side of the edge, and the next step starts afresh.
 /// A wheel exactly on an edge stands on the roller of (2.1), unless its motion leaves that roller at once; one that
-/// touches the edge and turns back does not switch. Other events are located by bisection.
+/// touches the edge and goes back does not switch. Other events are located by bisection.
 ///
 /// A step may have two phases, so that rows within steps leave the motion's bits alone: `try_step` without `finishes`
 /// ends it, `state_at` reads states within it, and `finish` brings about the effects of events at its end. Between two
@@ -49,11 +49,11 @@ class EventLocatingStepper : public ControlledStepperTypes {
   /// place, and records the normal reactions there. Throws TippedOver where they end the motion.
   void finish(ContactSystem& system, State& x, double t);
 
-  /// The same after a step of length dt (s) from `start` to x at time t that another stepper took and no event ended.
+  /// `finish` after a step of length dt (s) from `start` to x at time t that another stepper took and no event ended.
   /// Then forgets all steps.
   void finish_foreign_step(ContactSystem& system, const State& start, State& x, double t, double dt);
 
-  /// Whether it knows the states within its steps; then, before `finish`, the one at time t within the last step.
+  /// True if it knows the states within its steps; then, before `finish`, the one at time t within the last step.
   bool interpolates() const { return method_->interpolates(); }
   void state_at(double t, const ContactSystem& system, State& x) const {
     method_->state_within(system, (t - start_t_) / last_try_.length, x);
@@ -98,11 +98,10 @@ class EventLocatingStepper : public ControlledStepperTypes {
   void note(Effect effect);
 
   std::unique_ptr<Method> method_;
-  Tolerance tolerance_;
   MotionRecord* record_;
   std::tuple<EdgeReached, SharingEnds, AveragingEnds, RestChanges, TippingReached> events_;
 
-  // Of the step under way, the last two tries; the length of the one that the method knows, not a number if that
+  // The last two tries of the step under way; the length of the one that the method knows, not a number if that
   // failed; what is left to the event; s.
   Try last_try_, try_before_;
   double known_length_ = 0, residual_dt_ = 0;

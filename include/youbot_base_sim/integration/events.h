@@ -33,7 +33,7 @@ struct Step {
   double dt;
 };
 
-/// How far a state is past an event, in any unit.
+/// Distance of a state past an event, in any unit.
 struct Witness {
   double past;             ///< positive past the event
   double speed = 0;        ///< its time derivative; 0 where it is not known
@@ -47,13 +47,13 @@ struct Crossing {
   explicit operator bool() const { return condition >= 0; }
 };
 
-/// Whose contact an effect is about: the base, or wheel 0 to 3.
+/// The subject of an effect: the base, or wheel 0 to 3.
 constexpr int kBase = -1;
 
-/// What an effect has changed, for the method: nothing, contacts, or all friction.
+/// The part of the equations that an effect has changed: nothing, contacts, or all friction.
 enum class Effect { kNone, kContact, kFriction };
 
-/// Where an event that is located by Newton's method is first met within a step: by the cubic through `past` and its
+/// The first crossing within a step of an event that is located by Newton's method: by the cubic through `past` and its
 /// speed at both ends, so that there and back is seen.
 inline Crossing crossing_of_cubic(const Witness& start, const Witness& end, int condition, double dt) {
   // The cubic lies below the largest of Bezier's points.
@@ -122,7 +122,7 @@ class EdgeReached {
  private:
   static constexpr double kTimeResolution = 1e-13;  // s; the promised 1e-12 with room for what sums
 
-  // Whether wheel angles from `low` to `high` (rad) are further than `margin` (rad) from the edges of their contacts.
+  // True if wheel angles from `low` to `high` (rad) are further than `margin` (rad) from the edges of their contacts.
   static bool inside_edges(const ContactModes& modes, const Wheels& low, const Wheels& high, double margin) {
     return (low - modes.lower_edge()).min(modes.upper_edge() - high).minCoeff() > margin;
   }
@@ -133,14 +133,14 @@ class EdgeReached {
                     4 * std::numeric_limits<double>::epsilon() * std::max(1.0, std::abs(edge)));
   }
 
-  // Whether wheel i, on an edge, turns in `direction`, or is about to.
+  // True if wheel i, on an edge, rotates in `direction`, or is about to.
   static bool moves(const ContactSystem& system, const State& x, double t, int i, int direction);
 
   Tolerance tolerance_;
   MotionRecord* record_;
 };
 
-/// What events have in common that are located by bisection: forces hardly jump there, the time need not be exact.
+/// Base of events that are located by bisection: forces hardly jump there, the time need not be exact.
 struct Bisected {
   static constexpr bool kEndsPast = true;
   static double width(double length) { return 1e-6 * length; }

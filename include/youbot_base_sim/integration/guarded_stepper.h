@@ -25,22 +25,19 @@ class GuardedStepper : public ControlledStepperTypes {
   /// Spends `max_evaluations` on a millisecond of motion. Records in `record`, which must outlive it.
   GuardedStepper(EventLocatingStepper stepper, Fallback fallback, std::uint64_t max_evaluations, MotionRecord& record);
 
-  /// As EventLocatingStepper's, but it never fails: it tries again itself. Throws Stopped once the stop flag is set.
+  /// EventLocatingStepper's, but it never fails: it tries again itself. Throws Stopped once the stop flag is set.
   Result try_step(ContactSystem& system, State& x, double& t, double& dt, bool finishes = true);
 
-  /// As EventLocatingStepper's, for a step from time t (s) and for the last one.
+  /// EventLocatingStepper's, for a step from time t (s) and for the last one.
   bool interpolates(double t) const { return !(t < fallback_end_) && stepper_.interpolates(); }
   void state_at(double t, const ContactSystem& system, State& x) const { stepper_.state_at(t, system, x); }
   void finish(ContactSystem& system, State& x, double t) { stepper_.finish(system, x, t); }
 
-  /// As MotionIntegrator::stop_on.
+  /// See MotionIntegrator::stop_on.
   void stop_on(const std::atomic<bool>& stop) { stop_ = &stop; }
 
-  /// As EventLocatingStepper's.
+  /// See EventLocatingStepper::torque_jumped.
   void torque_jumped() { stepper_.torque_jumped(); }
-
-  GuardedStepper(const GuardedStepper&) = delete;
-  GuardedStepper& operator=(const GuardedStepper&) = delete;
 
  private:
   static constexpr double kWindow = 1e-3;                             // s

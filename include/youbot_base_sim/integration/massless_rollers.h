@@ -7,8 +7,8 @@ namespace youbot_base_sim {
 /// The rates (rad/s) at which rollers without inertia have no torque; `torque` gives their torques (N m) as a function
 /// of their rates, of which it falls. Begins at `guess`, which may be any.
 ///
-/// When a roller takes over or the motion starts, its rate may be far from any solution. Newton's iterations do not
-/// find it from there, and no shorter step brings it nearer. A bracket finds it.
+/// The rate of a roller that takes over, or with which the motion starts, may be far from any solution. Newton's
+/// iterations do not find it from there, and no shorter step brings it nearer. A bracket finds it.
 template <class Torque>
 Wheels rates_without_torque(const Wheels& guess, const Torque& torque) {
   constexpr double kReach = 1, kGrowth = 8, kLargestReach = 1e9;  // rad/s

@@ -49,7 +49,7 @@ struct IntegrationSettings {
 
 /// The regularization speed of the friction in the integration, m/s: nu, or 0.3 m/s times the relative tolerance, at
 /// most 1e-5 m/s, if that is more: a smaller one makes no difference at that tolerance. A contact of spin radius a_m
-/// turns on the spot at this speed over a_m: the share is less in proportion where a_m is below 5 cm.
+/// rotates on the spot at this speed over a_m: the share is less in proportion where a_m is below 5 cm.
 double effective_regularization_speed(double nu, double spin_radius, const Tolerance& tolerance);
 
 /// A sentence before a run of `duration` (s) by an explicit method: which steps are stable, about 3 over the fastest

@@ -39,8 +39,6 @@ class NoSlipIntegrator : public MotionIntegrator {
   static constexpr double kMaxExplicitRate = 1e6;
   static bool stiff(const NoSlipModel& model) { return model.max_decay_rate() > kMaxExplicitRate; }
 
-  class Stepper;
-
   RobotParameters robot_;
   FloorParameters floor_;
   const TorqueProfile& torque_;

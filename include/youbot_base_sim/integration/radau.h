@@ -18,18 +18,14 @@
 
 namespace youbot_base_sim {
 
-/// Radau IIA with three stages, of order 5, for a SlipSystem between two switches: a Controlled Stepper of odeint.
-///
-/// With u' = M^-1 Q(t, u, positions), a step of length dt from u_0 solves for the velocities u_j at the stages c_j,
+/// Radau IIA with three stages, of order 5, for a SlipSystem between two switches: a Controlled Stepper of odeint. A
+/// step of length dt from u_0 solves for the velocities u_j at the stages c_j,
 ///
 ///   u_j = u_0 + dt sum_l A_jl M^-1 Q_l,   j = 1..3,
 ///
-/// whose last one is the step's end. Positions, heading and work are integrals of the velocities by the same A. It is
-/// stiffly accurate and L-stable, of stage order 3 (Hairer and Wanner II, sections IV.5 and IV.8). A Rosenbrock method
-/// needs no iterations but linearises friction at the start; near sticking, friction reverses within the step.
-///
+/// whose last one is the step's end. Positions, heading and work are integrals of the velocities by the same A.
 /// RadauNewton solves for the stages, from the guess of RadauPrediction; RadauError estimates the error, and
-/// StepSizeController the next length. docs/method.md derives the equations.
+/// StepSizeController the next length (docs/method.md).
 ///
 /// Contacts may change between steps; call `reset` where the torque jumps. Functions that do the work are marked
 /// `flatten` and `noinline`: GCC then inlines the many small functions that they call, and not them into one another,

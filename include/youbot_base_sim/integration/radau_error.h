@@ -17,11 +17,8 @@ namespace youbot_base_sim {
 ///   (gamma / dt M + G - C) err = Q(u_0) + M sum_j e_j z_j / dt,   z_j = u_j - u_0,
 ///
 /// where G and C are those of the step's end. Its norm is the root mean square over the eleven velocities in units of
-/// `scale`. Amendments:
-///   - after switches and rejected steps, err is filtered twice, which is (8.20) for linear forces: (gamma / dt M + G -
-///     C) err' = gamma / dt M err. That forgets transients that decay within the step, so it must have seen their
-///     energy;
-///   - the pose has an estimate of its own (`error_of_pose`), and the larger one counts.
+/// `scale`. After switches and rejected steps err is filtered twice, (gamma / dt M + G - C) err' = gamma / dt M err,
+/// which is (8.20) for linear forces. The pose has an estimate of its own, and the larger one counts.
 template <class Model>
 class RadauError {
  public:

@@ -16,13 +16,11 @@
 namespace youbot_base_sim {
 
 /// Newton's matrix for the stages of a step of length dt from the velocities u_0. With z_l = u_l - u_0 and D = A^-1 /
-/// dt the stages' equations and their linearization are (Hairer and Wanner II, section IV.8)
+/// dt the stages' equations and their linearization are
 ///
-///   r_j = Q_j(u_j) - M sum_l D_jl z_l = 0,    sum_l D_jl M du_l + (G_j - C_j) du_j = r_j,    j = 1..3.
+///   r_j = Q_j(u_j) - M sum_l D_jl z_l = 0,    sum_l D_jl M du_l + (G_j - C_j) du_j = r_j,    j = 1..3,
 ///
-/// Q are the forces (4.9) at the positions that follow from all u_l, G_j is the damping matrix and C_j the derivative
-/// of the Coriolis forces. The derivative by the positions, of order dt, is left out. Each stage has a matrix of its
-/// own: with that of the start for all (Hairer and Wanner), the iterations fail where friction reverses within a step.
+/// with the forces Q (4.9), the damping matrix G_j and the derivative C_j of the Coriolis forces at each stage.
 template <class Model>
 class RadauMatrix {
  public:
@@ -80,20 +78,13 @@ class RadauMatrix {
   std::array<ReactionCoupling, 3> couplings_;
 };
 
-/// When Newton's corrections are small enough. |du| is their root mean square over the eleven velocities in units of
-/// the convergence tolerance: kappa = 3 % of the errors that are allowed, and of what regularizes friction if that is
-/// less. With the rate theta = |du_k| / |du_k-1|, iterations end once
+/// When Newton's corrections are small enough: with the rate theta = |du_k| / |du_k-1|, or the factor omega of
+/// quadratic convergence, |du_k+1| = omega |du_k|^2, iterations end once
 ///
-///   eta |du_k| < 1,   eta = theta / (1 - theta)      (Hairer and Wanner II, (8.10)),
+///   theta / (1 - theta) |du_k| < 1   or   10 omega |du_k|^2 < 1.
 ///
-/// which bounds all corrections that are left out. Amendments:
-///   - before the first rate is known, it is taken to be 0.03;
-///   - a correction that moves a slip by more than a third of nu may reverse friction, so its rate predicts nothing;
-///   - with the exact matrix, corrections shrink quadratically: |du_k+1| is about omega |du_k|^2 with the largest omega
-///     of late, and iterations end once 10 omega |du_k|^2 < 1 (P. Deuflhard, Newton Methods for Nonlinear Problems,
-///     2004, section 2.1);
-///   - a matrix is used again if that leaves one correction at most, at twice the rate, and friction is as it
-///   predicted.
+/// |du| is the root mean square over the eleven velocities in units of kappa = 3 % of the errors that are allowed, and
+/// of what regularizes friction if that is less.
 class RadauConvergence {
  public:
   /// At most a fraction of the regularization speed, however large the tolerance. Prescribed wheels do work against
@@ -148,14 +139,11 @@ class RadauConvergence {
   double curvature_ = 1;
 };
 
-/// Newton's iterations for the stages of a step, primal and dual. The unknowns are the velocities u_j and the friction
-/// F_j at each stage. Friction of slip V is F = -s(V) V. Written as F / s(V) + V = 0, it linearizes to
+/// Newton's iterations for the stages of a step, primal and dual: the unknowns are the velocities u_j and the friction
 ///
 ///   F_j := P[F(V_j) - K_j dV_j],   K_j = s I + (F_j n' + n F_j') / 2,   n = -grad(s) / s,
 ///
-/// with the slip V_j at u_j and the stiffness K_j made symmetric (T. F. Chan, G. H. Golub and P. Mulet, SIAM J. Sci.
-/// Comput. 20(6), 1999). P shortens to the largest friction, f N. Then G_j = J' K_j J + bearings, with dV = J du.
-/// Iterations converge from slips far beyond nu; with K of V_j alone they cycle between forward and backward slip.
+/// at each stage, for friction -s(V) V of the slip V. P shortens to the largest friction.
 template <class Model>
 class RadauNewton {
  public:
@@ -245,7 +233,6 @@ class RadauNewton {
   // Moves the stages by the last correction.
   [[gnu::flatten, gnu::noinline]] void move(const System& system, Stages& stages) const {
     const auto& [contacts, stiffness] = evaluated_;
-#pragma GCC unroll 3
     for (int j = 0; j < 3; ++j) {
       const Velocities& du = correction_[j];
       stages.u[j] = stages.u[j] + du;
@@ -273,7 +260,6 @@ class RadauNewton {
       }
     }
     model.forces(u, evaluated_.contacts, torque_, forces_);
-#pragma GCC unroll 3
     for (int j = 0; j < 3; ++j) r[j] = forces_[j] - matrix_.forces_by_motion(model.inertia(), j, z);
   }
 

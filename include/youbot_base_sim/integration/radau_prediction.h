@@ -11,8 +11,7 @@ namespace youbot_base_sim {
 
 /// The first guess of Newton's iterations: the collocation polynomials, of degree 3 through the start and the stages,
 /// of the velocities and of the friction, extrapolated from the last step that was solved. Where a contact grips, its
-/// slip is the one that yields the extrapolated friction F, V = -nu F / sqrt((f N)^2 - F^2), and wheel and roller turn
-/// as it asks for: an O(h^4) error of the slip would be an O(1) one of friction.
+/// slip is the one that yields the extrapolated friction.
 template <class Model>
 class RadauPrediction {
  public:

@@ -13,7 +13,7 @@ struct FloorReactions {
 /// Records the normal reactions at the ends of steps, and ends the motion where the base reaches its tipping limit.
 class ReactionMonitor {
  public:
-  /// Whether the motion ends at the tipping limit: it does unless it was asked to continue there.
+  /// True if the motion ends at the tipping limit: it does unless it was asked to continue there.
   bool ends_tipping() const { return ends_tipping_; }
   void continue_when_tipping() { ends_tipping_ = false; }
 

@@ -28,15 +28,15 @@ class RestFriction {
   /// and kSlow.
   RestFriction(const RobotParameters& robot, double nu, double holding);
 
-  /// Whether there is a level to change to.
+  /// True if there is a level to change to.
   bool holds() const { return holds_; }
-  /// How far the velocities u are past the next change of level, m/s; negative before it, and without holding speed.
+  /// Distance of the velocities u past the next change of level, m/s; negative before it, and without holding speed.
   double margin(const Velocities& u) const {
     // O is no faster than the fastest wheel's centre.
     if (!holds_ || keeps_moving(u.v[0] * u.v[0] + u.v[1] * u.v[1])) return -1;
     return past_change(speed(u));
   }
-  /// Whether the level of a base that `holds` may change on the way from velocities u to w: a quick look.
+  /// True if the level of a base that `holds` may change on the way from velocities u to w: a quick look.
   bool may_change(const Velocities& u, const Velocities& w) const;
   /// Changes the level where `margin` is positive.
   void change(const Velocities& u);
@@ -61,7 +61,7 @@ class RestFriction {
   Wheels rho_X_, rho_Y_;
   double R_;
   double dry_friction_rate_;  // of the robot, rad/s
-  bool holds_drives_;         // whether their dry friction is about at its limit where the base begins to rest
+  bool holds_drives_;         // true if their dry friction is about at its limit where the base begins to rest
 };
 
 }  // namespace youbot_base_sim

@@ -6,15 +6,15 @@
 
 namespace youbot_base_sim {
 
-/// Which wheels chatter on an edge: they come back to it from hops of less than kWindow. A wheel that chatters on an
-/// edge which attracts it enters sliding mode, once the error of that no longer counts or where work is to be saved.
+/// Which wheels chatter on an edge: they come back to it from hops of less than kLongestHop. A wheel that chatters on
+/// an edge which attracts it enters sliding mode, once the error of that no longer counts or where work is to be saved.
 class SlidingMode {
  public:
-  static constexpr double kWindow = 1e-3;  ///< s
-  static constexpr double kHop = 1e-13;    ///< rad: some hundred times what phi is rounded to
+  static constexpr double kLongestHop = 1e-3;  ///< s
+  static constexpr double kHop = 1e-13;        ///< rad: some hundred times what phi is rounded to
 
-  /// Wheel i crosses its edge at time t (s) in `direction`. Returns when it last crossed one in the other direction, as
-  /// its crossing before, s ago; infinity if never.
+  /// Wheel i crosses its edge at time t (s) in `direction`. Returns the time since its last crossing (s) if that was
+  /// in the other direction; else infinity.
   double hop(int i, double t, int direction) {
     const double hop = direction == -last_direction_[i] ? t - last_crossing_[i] : kInfinity;
     last_direction_[i] = direction;
@@ -22,7 +22,7 @@ class SlidingMode {
     return hop;
   }
 
-  /// Whether wheels are held early, to save work.
+  /// True if wheels are held early, to save work.
   bool holds_early() const { return holds_early_; }
   void hold_early(bool early) { holds_early_ = early; }
 

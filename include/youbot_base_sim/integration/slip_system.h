@@ -115,13 +115,13 @@ class SlipSystem final : public ContactSystem {
     if (modes_.shares()) write_shared_contacts(u, c, M, G);
   }
 
-  /// Whether normal reactions follow the motion: its derivatives then have a ReactionCoupling besides the damping.
+  /// True if normal reactions follow the motion: its derivatives then have a ReactionCoupling besides the damping.
   bool reacts() const override {
     if constexpr (Model::kReactionsFollow) return model_.dynamic();
     return false;
   }
 
-  /// That coupling where the damping matrix is G.
+  /// Sets this coupling where the damping matrix is G.
   void couple(const Velocities& u, const Contacts& c, const Wheels& M, const DampingMatrix& G,
               ReactionCoupling& coupling) const {
     Contacts unit = c;
@@ -169,7 +169,7 @@ class SlipSystem final : public ContactSystem {
     model_.set_dry_friction_rate(rest_.dry_friction_rate());
   }
 
-  // Where each wheel stands on a roller of its own, under the normal reactions of the base at rest.
+  // Contacts of wheels that each stand on a roller of their own, under the normal reactions of the base at rest.
   void own_contacts(const Velocities& u, const Wheels& phi, const Pose& pose, Contacts& c) const {
     model_.evaluate_kinematics(u, model_.geometry().at(phi - modes_.center()), pose, c);
     model_.apply_static_normal_force(c);
@@ -282,7 +282,7 @@ void SlipSystem<Model>::enter_sliding(int i, std::int64_t k, State& x, double t)
 
 template <class Model>
 State SlipSystem<Model>::increments() const {
-  constexpr double kLargest = 1e-6, kShare = 1e-3;  // m, rad, m/s or rad/s; of the velocities over which friction turns
+  constexpr double kLargest = 1e-6, kShare = 1e-3;  // m, rad, m/s or rad/s; of where friction reverses
   const Velocities scale = regularization_velocities(model_);
   const auto increment = [&](const Wheels& velocity) -> Wheels { return (kShare * velocity).min(kLargest); };
   const double place = model_.features().by_pose() ? kLargest : 0;

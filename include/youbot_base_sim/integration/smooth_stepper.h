@@ -17,7 +17,7 @@ class SmoothStepper : public ControlledStepperTypes {
   virtual Result try_step(System& system, const State& in, double& t, State& out, double& dt) = 0;
   Result try_step(System& system, State& x, double& t, double& dt) { return try_step(system, x, t, x, dt); }
 
-  /// Whether the method knows the states within its steps.
+  /// True if the method knows the states within its steps.
   virtual bool interpolates() const { return false; }
   /// Sets x to the state after this share of the last try, which must have succeeded: 0 to 1, or up to 1 % after its
   /// end.
@@ -39,17 +39,17 @@ class SmoothSystem {
   /// Sets dxdt to dx/dt at time t, s.
   virtual void operator()(const State& x, State& dxdt, double t) const = 0;
   /// The longest step from x at time t (s) in which no more happens than a method's few stages see. Contacts that hold
-  /// at each of them hide the rest from every estimate of the error: the phase of a torque, the rows of a table, how
+  /// at each of them hide all else from every estimate of the error: the phase of a torque, the rows of a table, how
   /// friction changes along the way of a contact, friction of bearings that reverses, how the platform's frame rotates.
   virtual double max_step(const State& x, double t) const = 0;
-  /// How far difference_jacobian moves each entry of the state.
+  /// Distance by which difference_jacobian moves each entry of the state.
   virtual State increments() const = 0;
   /// Wheel angles in the middle of the contacts' ranges, rad; not finite where a range has no end.
   virtual Wheels middle() const = 0;
 
  protected:
-  /// How far the platform may rotate in a step, rad: errors of its velocities, which no slip damps on ice, are those of
-  /// a harmonic of this phase.
+  /// Angle by which the platform may rotate in a step, rad: errors of its velocities, which no slip damps on ice, are
+  /// those of a harmonic of this phase.
   static constexpr double kMaxTurn = 0.125;
 };
 

@@ -47,7 +47,7 @@ class StepLengths {
   static constexpr double kLeastAfterJump = 1e-12;
 
   double next_ = kFirstStep, after_switch_ = kFirstStep, after_jump_ = kInfinity;
-  bool after_switch_now_ = false, after_jump_now_ = false;  // whether the step under way follows one
+  bool after_switch_now_ = false, after_jump_now_ = false;  // true if the step under way follows one
 };
 
 }  // namespace youbot_base_sim

@@ -3,13 +3,12 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
-#include <functional>
 #include <map>
-#include <optional>
 #include <set>
 #include <string>
 #include <vector>
 
+#include "youbot_base_sim/lockstep/clock_links.h"
 #include "youbot_base_sim/lockstep/process.h"
 #include "youbot_base_sim/lockstep/time_gate.h"
 
@@ -18,51 +17,65 @@ namespace youbot_base_sim {
 /// A gate for unmodified nodes: they are done when all their threads sleep.
 ///
 /// ROS 1 has no acknowledgements. But a node that has dealt with everything sleeps in all of its threads, and what is
-/// sent over the loopback device wakes its reader before the sender runs on. So while /proc shows no running thread of
-/// any follower or of this process, nothing is under way between them.
-///
+/// sent over the loopback device wakes its reader before the sender runs on. So if each node has been seen asleep since
+/// the last packet on that device, nothing is under way between them. They need not sleep at the same instant, which
+/// loops of roscpp, awake each millisecond, seldom do. Beside other traffic, no node may run while all are looked at.
 /// The master takes part: a node that subscribes or looks for a service waits for it.
 ///
-/// The gate waits for a node that SIGSTOP or a debugger has stopped, and names it meanwhile. A node that has ended is
-/// at rest, even if its parent has not taken notice.
+/// Nodes whose messages reach each other or a common node receive /clock one after another, by name, with a rest in
+/// between, so they act in the same order in every run. All others receive it at the same time.
 ///
-/// A node's processes are those that hold the socket at which, by the master, it answers. The gate does not ask the
-/// node: in a container its process has another number, and one that hangs would not answer.
+/// The gate waits for a node that SIGSTOP or a debugger has stopped, and names it meanwhile. A node that has ended is
+/// at rest, even if its parent has not taken notice. One that was given up is taken back when it rests.
 class ClockFollowers : public TimeGate {
  public:
-  using Publish = std::function<void(const ros::Time& time)>;
+  /// `patience`: wall time for the nodes to come to rest; after it, a warning names the busiest, and the gate gives it
+  /// up. Once `stop` is set, nothing is waited for. Both references must outlive this.
+  ClockFollowers(ClockLinks& links, std::chrono::duration<double> patience, const std::atomic<bool>& stop);
 
-  /// `publish` sends /clock to all followers. `patience`: wall time for a node to come to rest; after it, a warning
-  /// names the node, and the gate gives it up. Once `stop` is set, which must outlive this, nothing is waited for.
-  ClockFollowers(Publish publish, std::chrono::milliseconds patience, const std::atomic<bool>& stop);
-
-  /// Warns if the processes of the node cannot be seen from here.
-  void add(const std::string& node) override;
-  void remove(const std::string& node) override { processes_.erase(node); }
+  /// Waits for this node too. Its processes are those that hold the socket at which, by the master, it answers: in a
+  /// container a process has another number, and one that hangs would not answer. Warns if they cannot be seen.
+  void add(const std::string& name);
 
   void await_rest() override;
-  const std::set<std::string>& given_up() const override { return given_up_; }
+  void note_late(const std::string& node) override;
+  std::string broken_promise() const override;
+  std::map<std::string, std::string> counters() const override;
 
-  /// Loops and timers of roscpp look at /clock up to a millisecond later, or more on a virtual machine: the next
-  /// `await_rest` waits for those first.
+  /// Loops and timers of roscpp look at /clock up to a millisecond later, or more on a virtual machine: waits for them.
   void announce(const ros::Time& time) override;
 
  private:
   using Clock = std::chrono::steady_clock;
+  using Group = std::vector<std::string>;  // of followers that receive /clock at the same time
+
+  struct Node {
+    std::vector<Process> processes;  // empty: they cannot be seen
+    Clock::duration waited{};        // until it rested, looks included
+    bool given_up = false;
+    int rests = 0;  // in steps one after another since it was given up
+  };
 
   bool goes_on() const;
-  void await_polls(Clock::time_point arrived);
-  bool rest();
-  void await_continuation(const std::string& node, std::vector<Process>& processes) const;
+  void update_nodes();
+  void order_groups();
+  void await_polls(const Group& group);
+  static bool rests(Node& node);
+  void take_back();
+  static bool is_stopped(const Node& node);
   std::uint64_t work_so_far();
-  void drop_busiest();
+  void give_up(const std::map<std::string, int>& awake, int looks);
 
-  const Publish publish_;
-  const std::chrono::milliseconds patience_;
+  ClockLinks& links_;
+  const Clock::duration patience_;
   const std::atomic<bool>& stop_;
-  std::map<std::string, std::vector<Process>> processes_;  // by node; of this one and the master too
+  std::map<std::string, Node> nodes_;  // by name; this one and the master too
+  std::vector<Group> groups_;          // in the order in which they receive /clock
+  std::uint64_t master_work_ = 0;      // when `groups_` was determined
+  ros::Time announced_;
+  std::int64_t steps_ = 0;
+  std::map<std::string, int> late_;  // commands, by node
   std::set<std::string> given_up_;
-  std::optional<Clock::time_point> arrived_;  // when the last /clock did; empty: its polls are over
 };
 
 }  // namespace youbot_base_sim

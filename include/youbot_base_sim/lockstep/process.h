@@ -1,18 +1,16 @@
 #pragma once
 
-#include <dirent.h>
 #include <sys/types.h>
 
 #include <chrono>
 #include <cstdint>
-#include <memory>
 #include <vector>
 
 namespace youbot_base_sim {
 
 /// A process of this machine and user, and whether it is at work, by what Linux shows in /proc.
 ///
-/// The thread that asks does not count. A process that has ended, whether its parent has taken notice or not, sleeps.
+/// The thread that asks does not count. A process that has ended, whether its parent has taken notice or not, rests.
 class Process {
  public:
   /// Throws std::system_error, as all below, where this process may open no more files.
@@ -21,11 +19,11 @@ class Process {
   Process& operator=(Process&&) noexcept;
   ~Process();
 
-  /// True if all of its threads wait for something or have ended.
-  bool sleeps();
+  /// True if there was an instant at which all of its threads waited for something or had ended.
+  bool rests();
 
-  /// True if a signal or a debugger has stopped one of its threads.
-  bool is_stopped();
+  /// True if a signal or a debugger has stopped it, as far as threads have been looked at.
+  bool is_stopped() const;
 
   /// A number that changes whenever a thread of it has run; one that runs just now may count later. Takes longer to
   /// know for this process.
@@ -48,11 +46,14 @@ class Process {
   void find_threads();
 
   pid_t id_;
-  std::unique_ptr<DIR, int (*)(DIR*)> folder_;  // of its threads in /proc
-  std::vector<Thread> threads_;                 // but the one that asks
+  std::vector<Thread> threads_;     // but the one that asks
+  std::uint64_t work_at_rest_ = 0;  // when it was last seen to rest
 };
 
 /// The processes of this machine that listen at a TCP port; of those that may be looked into: this user's.
 std::vector<Process> processes_listening_at(std::uint32_t port);
+
+/// Packets that have been sent over the loopback device.
+std::uint64_t packets_over_loopback();
 
 }  // namespace youbot_base_sim

@@ -24,7 +24,7 @@ struct Wrench {
   Eigen::Vector3d force = Eigen::Vector3d::Zero();  ///< W, N; (W_X, W_Y) in the platform's frame, or in the fixed one
   Eigen::Vector3d point = Eigen::Vector3d::Zero();  ///< where it acts, from O at the height of the axles, m: platform
   double torque = 0;                                ///< about OZ, N m
-  bool fixed = false;                               ///< whether the force keeps its direction in the fixed frame
+  bool fixed = false;                               ///< true if the force keeps its direction in the fixed frame
 
   bool operator==(const Wrench& other) const {
     return force == other.force && point == other.point && torque == other.torque && fixed == other.fixed;
@@ -54,11 +54,11 @@ class ExternalForces {
  public:
   ExternalForces(const RobotParameters& robot, const FloorParameters& floor, const std::vector<Wrench>& wrenches);
 
-  /// At the heading whose cosine and sine these are.
-  ExternalForce at(double cosine, double sine) const { return turns_ ? sum(cosine, sine) : steady_; }
+  /// The forces at the heading with this cosine and sine.
+  ExternalForce at(double cosine, double sine) const { return by_heading_ ? sum(cosine, sine) : steady_; }
 
-  /// Whether they depend on the heading.
-  bool turns() const { return turns_; }
+  /// True if they depend on the heading.
+  bool by_heading() const { return by_heading_; }
 
   /// Gravity that presses on the floor, g cos(slope), m/s^2.
   double normal_gravity() const { return normal_; }
@@ -69,9 +69,9 @@ class ExternalForces {
   double m_s_, m_a_X_, m_a_Y_;
   double along_x_, along_y_;  // gravity along the floor, in the fixed frame, m/s^2
   double normal_;
-  ExternalForce steady_;       // of wrenches that turn with the platform
+  ExternalForce steady_;       // of wrenches whose direction is fixed to the platform
   std::vector<Wrench> fixed_;  // the others
-  bool turns_;
+  bool by_heading_;
 };
 
 }  // namespace youbot_base_sim

@@ -7,7 +7,7 @@
 namespace youbot_base_sim {
 
 /// Slip velocity of the contact points, m/s, or friction on them, N. Components 0 and 1 are X and Y in the platform's
-/// frame; a third belongs to turning on the spot: V_Z = a_m omega, F_Z = M_S / a_m.
+/// frame; a third belongs to rotation on the spot: V_Z = a_m omega, F_Z = M_S / a_m.
 template <int D>
 struct alignas(kAlignment) ContactVector {
   std::array<Wheels, D> components;
@@ -50,7 +50,7 @@ class ContactStiffness {
   std::array<Wheels, D*(D + 1) / 2> entries_;  // the lower triangle, row by row
 };
 
-/// What a friction law says of a slip velocity V: friction is F = -slope V, against the slip and the same in all
+/// The answer of a friction law to a slip velocity V: friction is F = -slope V, against the slip and the same in all
 /// directions, and the slope falls with the slip as d(slope)/dV = -slope scale^2 V.
 struct SlipResistance {
   Wheels slope;    ///< N s/m
@@ -132,8 +132,8 @@ class ContactFriction {
     return per_force * F;
   }
 
-  /// Where F is less than `share` of the `limit` f N (N), the friction of fast slips: then F belongs to one slip, which
-  /// `slip` knows. Where friction falls with the slip, a larger F belongs to two.
+  /// True if F is less than `share` of the `limit` f N (N), the friction of fast slips: then F belongs to one slip,
+  /// which `slip` knows. A larger F belongs to two slips under a law whose friction falls with the slip.
   WheelMask grips(const Vector& F, const Wheels& limit, double share) const {
     return square(F) < (share * limit).square();
   }

@@ -10,10 +10,10 @@
 
 namespace youbot_base_sim {
 
-/// How two rollers share a wheel.
+/// The shares of two rollers in a wheel.
 struct Sharing {
   double alpha;     ///< share of the upper roller; the contact holds while it lies in [0, 1]
-  bool attractive;  ///< whether both rollers drive the wheel back to the edge between them
+  bool attractive;  ///< true if both rollers drive the wheel back to the edge between them
   double error;     ///< of the platform's speed if the wheel came to rest there now, m/s (docs/method.md)
 };
 
@@ -62,8 +62,8 @@ class ContactModes {
   bool shared(int i) const { return shared_[i]; }
   bool averaged(int i) const { return averaged_[i]; }
   const WheelMask& shared() const { return shared_; }
-  bool shares() const { return shares_; }      ///< whether some contact is shared
-  bool averages() const { return averages_; }  ///< whether some contact is averaged
+  bool shares() const { return shares_; }      ///< true if some contact is shared
+  bool averages() const { return averages_; }  ///< true if some contact is averaged
   bool mixed() const { return shares_ || averages_; }
 
   /// A number for each wheel that changes whenever its contact does.
@@ -97,9 +97,9 @@ class ContactModes {
   /// Moves the roller number of wheel i, whose contact is averaged, to the roller at the wheel's angle.
   void track_roller(int i, const State& x) { roller_[i] = roller_at(x.phi()[i]); }
 
-  /// Whether wheel i passes rollers too fast to locate its switches.
+  /// True if wheel i passes rollers too fast to locate its switches.
   bool above_location_limit(int i, const State& x) const { return std::abs(x.dphi()[i]) > max_located_dphi_; }
-  /// How far wheel i is below the rate at which an averaged contact is resolved again, rad/s.
+  /// Distance of wheel i below the rate at which an averaged contact is resolved again, rad/s.
   double below_resolution_limit(int i, const State& x) const { return min_averaged_dphi_ - std::abs(x.dphi()[i]); }
 
   /// The last angle of the roller's range before its edge, or the first one after it, in this direction (+1, -1), rad.

@@ -17,7 +17,7 @@ struct alignas(kAlignment) Contacts {
 struct ContactDetails : Contacts {
   Wheels N = Wheels::Zero();      ///< normal reaction, N; in model 1 that at rest
   Wheels f = Wheels::Zero();      ///< coefficient of friction
-  Wheels omega = Wheels::Zero();  ///< rate at which the roller turns on the spot, rad/s; zero without spin friction
+  Wheels omega = Wheels::Zero();  ///< rate at which the roller rotates on the spot, rad/s; zero without spin friction
   Wheels M_S = Wheels::Zero();    ///< torque of the spin friction, N m; part of M_Z
   Wheels F_Z = Wheels::Zero();    ///< M_S / a_m, which shares the limit of friction with F_X and F_Y, N
   Wheels T_S = Wheels::Zero();    ///< its torque on the roller, N m

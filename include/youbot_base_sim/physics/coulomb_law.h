@@ -10,7 +10,7 @@ class CoulombLaw {
  public:
   CoulombLaw(const RobotParameters&, const FloorParameters&) {}
 
-  /// Whether friction is limited by the normal reaction N.
+  /// True if friction is limited by the normal reaction N.
   static constexpr bool kScalesWithReaction = true;
 
   /// The resistance to slip where nu^2 + |V_P|^2 is `speed_squared` (m^2/s^2) and f N is `limit` (N).

@@ -14,7 +14,7 @@ struct alignas(kAlignment) DampingMatrix {
   std::array<Wheels, 3> dphi_platform, dgamma_platform;
   Wheels dphi_dphi, dphi_dgamma, dgamma_dphi, dgamma_dgamma;
 
-  /// How strongly each contact resists slip: the trace of its stiffness, N s/m.
+  /// Resistance of each contact to slip: the trace of its stiffness, N s/m.
   Wheels contact_stiffness() const { return platform_platform[0][0] + platform_platform[1][1]; }
 
   /// Takes all entries of wheel i from `other`.

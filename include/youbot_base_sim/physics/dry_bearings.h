@@ -18,8 +18,9 @@ struct DryFriction {
     return rate * rate * limit / (s * s.sqrt());
   }
 
-  /// The longest step from rates w that change by dw (rad/s^2) in which a method sees the friction turn, s: none that
-  /// has friction may approach zero by more than half its distance from there and `rate`, or by `rate` if that is more.
+  /// The longest step from rates w that change by dw (rad/s^2) in which a method sees the friction reverse, s: none
+  /// that has friction may approach zero by more than half its distance from there and `rate`, or by `rate` if that is
+  /// more.
   double max_step(const Wheels& w, const Wheels& dw) const {
     const Wheels distance = w.abs() + rate, allowed = (w * dw > 0).select(distance, (0.5 * distance).max(rate));
     return (limit > 0).select(allowed / dw.abs(), kInfinity).minCoeff();
@@ -35,7 +36,7 @@ class DryBearings {
         rollers{robot.roller_dry_friction, robot.roller_dry_friction_rate},
         any_((robot.dry_friction != 0 || robot.roller_dry_friction != 0).any()) {}
 
-  /// Whether there is any.
+  /// True if there is any.
   bool any() const { return any_; }
 
   /// Adds the friction at the velocities u to the forces Q; its derivative to the damping matrix G.

@@ -9,13 +9,13 @@
 /// library round differently from version to version and from processor to processor.
 namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
-/// Of a number, or of an array's numbers at once.
+/// Sine and cosine of a number, or of all numbers of an array.
 template <class Real>
 struct SineAndCosine {
   Real sine, cosine;
 };
 
-/// Of x rad, |x| < 1.1, to 5e-16; the sine to 5e-16 |x|.
+/// Sine and cosine of x rad for |x| < 1.1, to 5e-16; the sine to 5e-16 |x|.
 template <class Real>
 SineAndCosine<Real> small_sine_and_cosine(const Real& x) {
   using std::sqrt;
@@ -27,9 +27,9 @@ SineAndCosine<Real> small_sine_and_cosine(const Real& x) {
   return {2 * s * sqrt(1 - square), 1 - 2 * square};
 }
 
-/// Of x rad, to 3e-16; beyond 3e9 rad to that and half an ulp of x.
+/// Sine and cosine of x rad, to 3e-16; beyond 3e9 rad to that and half an ulp of x.
 SineAndCosine<double> sine_and_cosine(double x);
-/// The same bits of four angles at once.
+/// Four angles at once, with the same bits.
 using FourAngles = Eigen::Array<double, 4, 1, Eigen::DontAlign>;
 SineAndCosine<FourAngles> sine_and_cosine(const FourAngles& angles);
 
@@ -39,7 +39,7 @@ double logarithm(double x);
 /// The n-th root of x >= 0, to 2 ulp.
 double root(double x, int n);
 
-/// The vector v, turned by psi rad about the third axis.
+/// The vector v, rotated by psi rad about the third axis.
 inline Eigen::Vector3d turned(const Eigen::Vector3d& v, double psi) {
   const auto [s, c] = sine_and_cosine(psi);
   return {c * v[0] - s * v[1], s * v[0] + c * v[1], v[2]};

@@ -16,13 +16,13 @@ namespace youbot_base_sim {
 
 /// Contacts, and what they depend on besides the velocities.
 struct alignas(kAlignment) ExtendedContacts : Contacts {
-  Wheels V_Z;                         ///< a_m omega, where omega is the rate at which the roller turns on the spot, m/s
-  Wheels spin;                        ///< what a unit dgamma adds to omega
-  Wheels F_Z;                         ///< M_S / a_m, N
-  Wheels M_S;                         ///< torque of the spin friction, N m; part of M_Z
-  Wheels T_S;                         ///< its torque on the roller, N m
-  Wheels f;                           ///< coefficient of friction
-  Wheels N;                           ///< normal reaction, N
+  Wheels V_Z;   ///< a_m omega, where omega is the rate at which the roller rotates on the spot, m/s
+  Wheels spin;  ///< what a unit dgamma adds to omega
+  Wheels F_Z;   ///< M_S / a_m, N
+  Wheels M_S;   ///< torque of the spin friction, N m; part of M_Z
+  Wheels T_S;   ///< its torque on the roller, N m
+  Wheels f;     ///< coefficient of friction
+  Wheels N;     ///< normal reaction, N
   std::array<Wheels, 3> N_by_moment;  ///< see Reactions::Solution; set for dynamic reactions only
   Pose pose;                          ///< of the base
   ExternalForce external;
@@ -107,7 +107,8 @@ class ExtendedFeatures {
   static Friction pressed(const Friction& F) { return {F.F, F.N.max(0)}; }
   Wheels limit(const Friction& F, const Contacts& c) const { return c.f * F.N; }
 
-  /// As large a share of the normal reaction as `known` is. A wheel that was off the floor keeps its friction.
+  /// Friction that is as large a share of the normal reaction as `known` is. A wheel that was off the floor keeps its
+  /// friction.
   static Force replaced(const WheelMask& mask, const Friction& known, const Contacts& c) {
     const WheelMask pressed = mask && known.N > 0;
     const auto share = [&](const Wheels& F, const Wheels& other) -> Wheels {
@@ -121,8 +122,8 @@ class ExtendedFeatures {
     c.T_S = mask.select(c.T_S, before.T_S);
   }
 
-  /// Whether what acts on the base depends on where it stands.
-  bool by_pose() const { return patches_.any() || external_.turns(); }
+  /// True if forces on the base depend on its pose.
+  bool by_pose() const { return patches_.any() || external_.by_heading(); }
 
   /// The longest step (s) in which no contact point jumps over the soft edge of a patch: the base carries it along, and
   /// a wheel that rotates sweeps it along the axle, as (3.4) says.
@@ -149,7 +150,7 @@ class ExtendedFeatures {
 
   double spin_radius() const { return a_m_; }  ///< a_m, m
 
-  /// Whether the normal reactions follow the motion; how.
+  /// The normal reactions follow the motion if `dynamic`; `reactions` then computes them.
   bool dynamic() const { return dynamic_; }
   const Reactions& reactions() const { return reactions_; }
 

@@ -17,7 +17,7 @@ class FloorPatches {
   /// Coefficient of friction at the contact points (X, Y) in the fixed frame, m; smooth over the edges of patches.
   Wheels friction(const Wheels& X, const Wheels& Y) const;
 
-  /// How far (m) contact points at (X, Y) may move in one step so that none jumps over a soft edge.
+  /// Distance (m) that contact points at (X, Y) may move in a step without jumping over a soft edge.
   double max_distance(const Wheels& X, const Wheels& Y) const;
 
  private:

@@ -34,7 +34,7 @@ auto visit_law(Model model, const Visit& visit) {
   throw std::logic_error("a model without slip has no friction law");
 }
 
-/// Whether the contacts slip, and whether the normal reactions limit their friction.
+/// True if the contacts slip; true if the normal reactions limit their friction.
 inline bool slips(Model model) { return model != Model::kNoSlip; }
 inline bool limits_friction(Model model) {
   return slips(model) && visit_law(model, [](auto law) { return decltype(law)::Law::kScalesWithReaction; });

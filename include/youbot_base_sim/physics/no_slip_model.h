@@ -17,7 +17,7 @@ class NoSlipModel {
  public:
   explicit NoSlipModel(const RobotParameters& robot);
 
-  /// On a floor that may slope, with loads and wrenches.
+  /// The model on a floor that may slope, with loads and wrenches.
   NoSlipModel(const RobotParameters& robot, const FloorParameters& floor, const AppliedLoads& applied);
 
   /// Rates of the wheels, and of the rollers in contact, that roll without slip at `v`, rad/s.
@@ -32,10 +32,10 @@ class NoSlipModel {
   /// no internal preload (+1, +1, -1, -1).
   Wheels torque(const Eigen::Vector3d& v, const Eigen::Vector3d& dv) const;
 
-  /// Whether bearings have dry friction; without, the torques are quadratic in v and linear in dv.
+  /// True if bearings have dry friction; without, the torques are quadratic in v and linear in dv.
   bool dry() const { return dry_.any(); }
 
-  /// The longest step from the velocity v, which changes by dv, that sees the bearings' dry friction turn, s.
+  /// The longest step from the velocity v, which changes by dv, that sees the bearings' dry friction reverse, s.
   double max_step(const Eigen::Vector3d& v, const Eigen::Vector3d& dv) const {
     return std::min(dry_.wheels.max_step(dphi(v), dphi(dv)), dry_.rollers.max_step(dgamma(v), dgamma(dv)));
   }

@@ -17,7 +17,7 @@ namespace youbot_base_sim {
 class PaperFeatures {
  public:
   static constexpr int kSlipComponents = 2;        ///< of ContactVector: without spin
-  static constexpr bool kReactionsFollow = false;  ///< whether normal reactions may follow the motion
+  static constexpr bool kReactionsFollow = false;  ///< true if normal reactions may follow the motion
 
   using Contacts = youbot_base_sim::Contacts;
   using Force = ContactVector<kSlipComponents>;

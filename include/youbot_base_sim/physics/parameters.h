@@ -14,13 +14,13 @@ enum class RollerRateAtSwitch {
   kAtRest       ///< the new roller starts at dgamma = 0, as one that its bearing has stopped
 };
 
-/// How the floor's reactions on the wheels follow from the motion.
+/// The rule by which the floor's reactions on the wheels follow from the motion.
 enum class NormalReactions {
   kStatic,  ///< those of the base at rest (4.17)
   kDynamic  ///< vertical forces and moments balance at every instant
 };
 
-/// What decides how four wheels share the load that three would carry.
+/// The fourth condition on the loads of four wheels, of which equilibrium determines three.
 enum class LoadSharing {
   kEqualWheels,   ///< rigid frame, wheels of the same stiffness (4.16)
   kRockingFront,  ///< the front axle rolls freely about OX
@@ -70,7 +70,7 @@ constexpr double kCosDelta = 0.70710678118654752440;
 inline Wheels tan_delta() { return {-1.0, 1.0, 1.0, -1.0}; }
 inline Wheels sin_delta() { return kCosDelta * tan_delta(); }
 
-/// A rectangle of the floor with a friction of its own, which turns into that of the rest across a soft edge.
+/// A rectangle of the floor with a friction of its own, which changes into that around it across a soft edge.
 struct FloorPatch {
   double x0 = 0, y0 = 0, x1 = 0, y1 = 0;  ///< its corners in the fixed frame, m; x0 < x1, y0 < y1
   double friction = 0;                    ///< f in it

@@ -6,7 +6,7 @@
 
 namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
-/// Where power comes from and goes to, W.
+/// Sources and sinks of power, W.
 struct PowerBalance {
   double drive;     ///< what the torques put into the wheels
   double bearings;  ///< what the wheels' bearings take, dry friction of the drives included
@@ -18,7 +18,7 @@ struct PowerBalance {
   double net() const { return drive + external - bearings - rollers - floor; }
 };
 
-/// In the given state, with these contacts, under the wheel torques `M` (N m).
+/// The balance in the given state with these contacts under the wheel torques `M` (N m).
 PowerBalance power_balance(const RobotParameters& robot, const State& state, const ContactDetails& contacts,
                            const Wheels& M);
 

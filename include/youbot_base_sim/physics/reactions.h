@@ -11,7 +11,7 @@
 
 namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
-/// What each contact exerts for a normal reaction N: `intercept` + `slope` N. A wheel on one roller has no intercept;
+/// Forces of each contact for a normal reaction N: `intercept` + `slope` N. A wheel on one roller has no intercept;
 /// one that rests on two shares N between them so that the wheel stands still.
 struct ForcePerNormalLoad {
   struct Terms {
@@ -22,10 +22,11 @@ struct ForcePerNormalLoad {
   };
   Terms slope;
   Terms intercept;      ///< set if `shares`
-  bool shares = false;  ///< whether some wheel rests on two rollers
+  bool shares = false;  ///< true if some wheel rests on two rollers
 };
 
-/// How normal reactions that follow the motion change the derivative of the forces by the velocities: they add
+/// The change that normal reactions make which follow the motion, in the derivative of the forces by the velocities:
+/// they add
 ///   sum_m forces[m] balance[m]'
 /// to minus the damping matrix, which holds for reactions that stay. Each term belongs to a condition on the reactions:
 /// the balances of moments about OY, about OX and of the rocking axle, which is zero where none rocks.
@@ -73,7 +74,7 @@ class Reactions {
   void couple(const DampingMatrix& G, const std::array<Wheels, 3>& by_moment, ReactionCoupling& coupling) const;
 
  private:
-  /// What N fulfils besides its sum, the weight: rows[k] N = right[k]. Moments about OY balance, those about OX, and
+  /// Conditions on N besides its sum, the weight: rows[k] N = right[k]. Moments about OY balance, those about OX, and
   /// the third says how four wheels share.
   struct Conditions {
     std::array<Wheels, 3> rows;
@@ -120,7 +121,7 @@ class Reactions {
     return solution;
   }
 
-  // The rare ends of `solve`: some wheel would be pulled down, or all of them.
+  // `solve` for the rare case that some wheel would be pulled down, or all of them.
   [[gnu::noinline]] Solution lift(const Conditions& conditions, double weight, const Wheels& N) const;
   // Wheel i is off the floor: its N is 0 in place of a condition, the one that is `replaced`.
   static Solution share_without(int i, std::size_t replaced, Conditions conditions, double weight);

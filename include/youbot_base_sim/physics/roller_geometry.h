@@ -7,7 +7,7 @@
 
 namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
-/// Where a roller touches the floor; one entry for each wheel.
+/// The place at which a roller touches the floor; one entry for each wheel.
 struct ContactGeometry {
   Wheels Delta_Y;  ///< offset of the contact point along the wheel's axle, m (3.4)
   Wheels r_X;      ///< r sin(delta): what a unit dgamma takes from V_PX, m

@@ -28,7 +28,7 @@ class SharedContact {
   /// The upper roller's share, which holds the wheel if it lies in [0, 1]; 2 if both pull alike, as off the floor.
   double alpha() const { return alpha_; }
 
-  /// Whether the edge is attractive: both rollers drive the wheel back to it rather than away from it.
+  /// True if the edge is attractive: both rollers drive the wheel back to it rather than away from it.
   bool attractive() const { return alpha_ >= 0 && alpha_ <= 1 && upper_.F_X[i_] > lower_.F_X[i_]; }
 
   /// Impulses on V_X, V_Y, Omega (N s, N m s) and dgamma (N m s) by which the wheel, which chatters at the rate dphi,
@@ -52,7 +52,7 @@ class SharedContact {
     for (Wheels Contacts::*entry : Model::kMeans) (c.*entry)[i_] = mean((upper_.*entry)[i_], (lower_.*entry)[i_]);
   }
 
-  /// What the wheel exerts as a function of its normal reaction, if `lower` and `upper` are those of 1 N: the parts
+  /// Sets the wheel's forces as functions of its normal reaction, if `lower` and `upper` are those of 1 N: the parts
   /// n and N - n of the two rollers are such that the wheel gets no torque, n F_X + (N - n) F_X' = M / R.
   void write_to(ForcePerNormalLoad& per_load) const {
     if (alpha_ == kEnded) return;
@@ -73,7 +73,7 @@ class SharedContact {
   }
 
   /// Sets the wheel's entries of the damping matrix: each roller's own, weighted, and the change of the shares. The
-  /// rate of rollers without inertia then is a mean without effect, since they turn at rates of their own.
+  /// rate of rollers without inertia then is a mean without effect, since they have rates of their own.
   void write_to(DampingMatrix& G) const {
     DampingMatrix upper, lower;
     model_.damping(u_, upper_, upper);
@@ -121,8 +121,8 @@ class SharedContact {
   static constexpr double kLeastDamping = 1e-9;  // N m s
   static constexpr double kRipple = 8;           // times the rim's speed, with that of the roller
 
-  // How much the slip of the contacts changes as the wheel turns to and fro, as a share of the slower one's, at most 1:
-  // also where rollers take over at rest, which kicks them, or where friction does not saturate, so has no such scale.
+  // Ripple of the contacts' slip while the wheel chatters at the rate dphi, as a share of the slower one's, at most 1:
+  // also if rollers take over at rest, which kicks them, or if friction does not saturate, so has no such scale.
   double ripple(double dphi) const {
     if (!Model::kSaturates || model_.robot().roller_rate_at_switch == RollerRateAtSwitch::kAtRest) return 1;
     const double scale = std::max(model_.slip_scale(lower_)[i_], model_.slip_scale(upper_)[i_]);

@@ -38,10 +38,10 @@ class SlipModel {
   using Force = ContactVector<D>;
   using Stiffness = ContactStiffness<D>;
 
-  /// Whether the law has a largest friction.
+  /// True if the law has a largest friction.
   static constexpr bool kSaturates = Law::kScalesWithReaction;
 
-  /// Whether normal reactions may follow the motion.
+  /// True if normal reactions may follow the motion.
   static constexpr bool kReactionsFollow = Features::kReactionsFollow;
 
   /// Entries of the contacts that become weighted means where two rollers share a wheel.
@@ -80,9 +80,9 @@ class SlipModel {
     features_.set_reactions(N, c);
     set_friction(friction_.force(features_.slip(c), features_.limit(c)), c);
   }
-  /// The same under the normal reactions of the base at rest, and under those of other contacts.
+  /// Friction under the normal reactions of the base at rest.
   void apply_static_normal_force(Contacts& c) const { apply_normal_force(features_.static_reactions(), c); }
-  /// The same; sets K to their `stiffness` for the friction F.
+  /// Friction under those reactions; sets K to the `stiffness` for the friction F.
   void apply_static_normal_force(const Friction& F, Contacts& c, Stiffness& K) const {
     features_.set_reactions(features_.static_reactions(), c);
     const Force V = features_.slip(c);
@@ -109,7 +109,7 @@ class SlipModel {
     if (dry_.any()) dry_.add_to(u, Q);
     return Q;
   }
-  /// The same at three stages at once. Rare cases stay out of the loop.
+  /// Forces at three stages at once. Rare cases stay out of the loop.
   void forces(const std::array<Velocities, 3>& u, const std::array<Contacts, 3>& c, const std::array<Wheels, 3>& M,
               std::array<Velocities, 3>& Q) const {
 #pragma GCC unroll 3
@@ -146,7 +146,7 @@ class SlipModel {
     return friction_.stiffness(features_.slip(c), Features::force(F), features_.limit(F, c));
   }
 
-  /// The same damping where the contacts have the stiffness K: J' K J, where the rows of J are the derivatives of the
+  /// Sets G where the contacts have the stiffness K: J' K J, where the rows of J are the derivatives of the
   /// slip by V_X, V_Y, Omega, dphi, dgamma (3.3).
   void damping(const Velocities& u, const Contacts& c, const Stiffness& K, DampingMatrix& G) const {
     const double R = robot_.R, arm = friction_arm_;
@@ -219,7 +219,7 @@ class SlipModel {
 
   // Normal reactions that follow the motion: with ExtendedFeatures only.
 
-  /// Whether the normal reactions follow the motion.
+  /// True if the normal reactions follow the motion.
   bool dynamic() const { return Law::kScalesWithReaction && features_.dynamic(); }
 
   /// Forces of the contacts `c`, which are those under 1 N, for each newton of normal reaction.
@@ -246,7 +246,7 @@ class SlipModel {
     c.tipping = reactions.tipping;
   }
 
-  /// How dynamic reactions couple all velocities, where the damping matrix is G.
+  /// Sets the coupling of all velocities by dynamic reactions, where the damping matrix is G.
   void couple(const Contacts& c, const ForcePerNormalLoad& contact, const DampingMatrix& G,
               ReactionCoupling& coupling) const {
     features_.reactions().couple(G, c.N_by_moment, coupling);
@@ -258,7 +258,7 @@ class SlipModel {
     }
   }
 
-  /// As ContactFriction's.
+  /// See ContactFriction.
   double regularization_speed() const { return friction_.regularization_speed(); }
   void set_regularization_speed(double nu) { friction_.set_regularization_speed(nu); }
 

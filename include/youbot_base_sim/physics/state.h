@@ -20,7 +20,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// Not aligned, so that its layout does not depend on a program's instruction set.
 using Wheels = Eigen::Array<double, kWheels, 1, Eigen::DontAlign>;
 
-/// Whether something holds for each wheel.
+/// True if something holds for each wheel.
 using WheelMask = Eigen::Array<bool, kWheels, 1>;
 
 /// Alignment of the operands of inner loops: four doubles never straddle a cache line.
@@ -89,7 +89,7 @@ struct Pose {
   double x = 0, y = 0, cosine = 1, sine = 0;
 };
 
-/// What the equations of motion integrate, in one array, so that a stepper's sums are plain arithmetic on `values`.
+/// The variables of the equations of motion in one array, so that a stepper's sums are plain arithmetic on `values`.
 ///
 ///   column  0     x, y (m), psi (rad, unwrapped): pose of O in the fixed frame; row 3: work (J)
 ///           1     V_X, V_Y (m/s), Omega (rad/s): velocity in the platform's frame; row 3: unused, zero
@@ -101,7 +101,7 @@ struct State {
   using Values = Eigen::Array<double, 4, 6, Eigen::DontAlign>;
   Values values = Values::Zero();
 
-  /// Where each quantity begins in the 24 numbers of `values`, column by column.
+  /// Index of each quantity's first entry in the 24 numbers of `values`, column by column.
   enum Index { kX = 0, kY, kPsi, kWork, kV, kOmega = 6, kPhi = 8, kDphi = 12, kDgamma = 16, kGamma = 20, kSize = 24 };
 
   double& x() { return values(0, 0); }

@@ -5,6 +5,7 @@
 #include <pr2_msgs/PowerBoardState.h>
 #endif
 
+#include <map>
 #include <string>
 
 #include "youbot_base_sim/drive/base_driver.h"
@@ -17,9 +18,10 @@ namespace youbot_base_sim {
 /// The driver's three statuses, platform_Base, platform_Arm and platform_EtherCAT, to the letter; then the simulator's
 /// own, whose names begin with "youbot_base_sim: ": wheels, faults, integration (a warning after fallback steps), loop
 /// (timing since the last message; a warning if time was lost), normal reactions and time (a warning with what
-/// simulated time `waits_for`, unless that is empty).
+/// simulated time `waits_for`, unless that is empty; with the clock's `counters`).
 diagnostic_msgs::DiagnosticArray diagnostics_message(const BaseDriver& driver, const Simulation& simulation,
                                                      const LoopTiming::Report& timing, const std::string& waits_for,
+                                                     const std::map<std::string, std::string>& counters,
                                                      const ros::Time& stamp);
 
 /// The status "youbot_base_sim: bag" of the bag `path`: an error if `failure` says why it cannot be written.

@@ -30,9 +30,9 @@ class DriverInterface {
   DriverInterface(BaseLoop& loop, const NodeClock& clock, const BaseSettings& settings, ros::NodeHandle& node,
                   ros::NodeHandle& private_node, ThrottledLog& log);
 
-  /// True if a command message has come since the last `forget_commands`; bad ones count.
-  bool commanded() const { return commanded_; }
-  void forget_commands() { commanded_ = false; }
+  /// The node that sent the last command message since the last `forget_commands`; bad ones count. Empty: none came.
+  const std::string& commander() const { return commander_; }
+  void forget_commands() { commander_.clear(); }
 
   /// True if a command topic has a publisher.
   bool has_commander() const;
@@ -59,7 +59,7 @@ class DriverInterface {
   ThrottledLog& log_;
   const FrameNames frames_;
   bool warns_of_signs_;  // of joint velocities that are not those of commands, once
-  bool commanded_ = false;
+  std::string commander_;
   std::vector<ros::Subscriber> command_subscribers_;
   ros::Subscriber wrench_subscriber_, initialpose_subscriber_;
   std::vector<ros::ServiceServer> services_;

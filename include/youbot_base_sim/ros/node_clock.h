@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <map>
 #include <memory>
 #include <string>
 
@@ -32,10 +33,10 @@ class TimedLoop {
   /// Simulated time to which the loop would advance now, s.
   virtual double next_time() = 0;
 
-  /// True if a command has come since the loop last advanced.
-  virtual bool commanded() const = 0;
+  /// The node that has commanded since the loop last advanced, as the last one; empty: none.
+  virtual const std::string& commander() const = 0;
 
-  /// Waits for a command at most `patience`, s of wall time, and reports `what` it waits for. Returns `commanded`.
+  /// Waits for a command at most `patience`, s of wall time, and reports `what` it waits for. Returns if one came.
   virtual bool await_command(double patience, const char* what) = 0;
 
   /// Ends the loop if it is to end with the last publisher of commands and that has gone.
@@ -92,6 +93,8 @@ class NodeClock {
 
   /// Publishes the present time, if this clock does: at the start and after a ~step.
   virtual void announce() {}
+  /// The loop has advanced without a callback: commands that have come meanwhile do not follow from simulated time.
+  virtual void take_late_commands(TimedLoop& /*loop*/) {}
 
   /// To be called before and after publishing at the present time. `is_due`: at an instant of publishing; `switched`:
   /// rollers have switched.
@@ -100,6 +103,7 @@ class NodeClock {
 
   /// Why another run may have another result though the clock is to prevent that; empty: nothing is known.
   virtual std::string broken_promise() const { return ""; }
+  virtual std::map<std::string, std::string> counters() const { return {}; }  ///< for /diagnostics, by name
 
   /// Stamp of simulated time t (s) on topics, and in a bag.
   virtual ros::Time stamp(double t) const = 0;

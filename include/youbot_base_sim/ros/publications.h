@@ -22,21 +22,16 @@ class Publications {
   Publications(const Publications&) = delete;
   Publications& operator=(const Publications&) = delete;
 
-  /// Calls `on_subscriber` with the name of each node that comes or goes.
   template <class Message>
-  void advertise(ros::NodeHandle& node, const Topic<Message>& topic, std::uint32_t queue_size,
-                 const std::function<void(const std::string& name, bool comes)>& on_subscriber = {}) {
+  void advertise(ros::NodeHandle& node, const Topic<Message>& topic, std::uint32_t queue_size) {
     Publication& publication = publications_[topic.name];
     publication.row = topic;
-    const auto counting = [&](bool comes) {
-      return [this, &publication, on_subscriber, comes](const ros::SingleSubscriberPublisher& subscriber) {
-        if (on_subscriber) on_subscriber(subscriber.getSubscriberName(), comes);
-        publication.heard = publication.publisher.getNumSubscribers() > 0;
-        on_change_();
-      };
+    const auto count = [this, &publication](const ros::SingleSubscriberPublisher&) {
+      publication.heard = publication.publisher.getNumSubscribers() > 0;
+      on_change_();
     };
-    publication.publisher = node.advertise<Message>(topic.name, queue_size, counting(true), counting(false),
-                                                    ros::VoidConstPtr(), topic.is(kLatched));
+    publication.publisher =
+        node.advertise<Message>(topic.name, queue_size, count, count, ros::VoidConstPtr(), topic.is(kLatched));
   }
 
   /// True if a topic with this property has a subscriber.
