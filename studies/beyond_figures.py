@@ -3,14 +3,13 @@ draws a figure of each in docs/beyond/ and writes the table of docs/beyond.md, i
 
 Installs and builds what it needs. Runs and figures are kept in build/beyond_figures/: what is there is not made again.
 """
-
 from pathlib import Path
 
-from youbot_base_sim.command_line import Parser, interruptible
+from youbot_base_sim.command_line import Parser
 from youbot_base_sim.files import make_folder
-from youbot_base_sim.report import table
 from . import workshop
 from .builds import ROOT, simulate_of
+from .pages import interruptible, table
 
 
 def main():

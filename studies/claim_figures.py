@@ -1,5 +1,4 @@
 """The paper's figures, drawn from a Study. Each function returns a figure of matplotlib."""
-
 import numpy as np
 from matplotlib.lines import Line2D
 

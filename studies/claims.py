@@ -1,13 +1,12 @@
 """The paper's claims about its numerical results, each with what `simulate` measures: the table of docs/paper.md."""
-
 import itertools
 from collections import namedtuple
 
 import numpy as np
 
 from youbot_base_sim.base import Base
-from youbot_base_sim.report import Finding, WrittenPart
 from .builds import ROOT
+from .pages import Finding, WrittenPart
 from .runs import DEGREES, MODELS, Scene, Study, mean
 
 RADIUS, PERIOD = 2.5, 30.0  # of the circle of both cases: m, s

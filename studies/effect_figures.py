@@ -1,5 +1,4 @@
 """A figure for each effect, of the recordings by label: panels, each a function that draws them into its axis."""
-
 import numpy as np
 from matplotlib.patches import Polygon, Rectangle
 

@@ -1,13 +1,12 @@
 """What the physics beyond the paper does to motions: of each feature a finding, with numbers for the table of
 docs/beyond.md, and a figure. Each compares runs of a scene of config/scenes with and without the feature."""
-
 from dataclasses import dataclass
 from typing import Callable
 
 import numpy as np
 
-from youbot_base_sim.report import Finding, WrittenPart
 from .builds import ROOT
+from .pages import Finding, WrittenPart
 from .runs import DEGREES, Scene, mean
 
 PAGE = WrittenPart(ROOT / "docs" / "beyond.md", "scripts/study beyond_figures")

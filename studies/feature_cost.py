@@ -9,8 +9,8 @@ import tempfile
 from pathlib import Path
 
 from youbot_base_sim.command_line import Failed, Parser
-from youbot_base_sim.report import table
 from .builds import ROOT, build
+from .pages import table
 
 SHORT, LONG = 1.0, 4.0  # s of simulated time
 RUNS = 10  # of which the quickest counts

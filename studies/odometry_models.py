@@ -3,9 +3,8 @@ import numpy as np
 
 from youbot_base_sim.analysis.section import rms
 from youbot_base_sim.figures import BLUE, GREEN, ORANGE, RED, new_figure, save
-from youbot_base_sim.report import table
 from .odometry_records import BASE, Records
-from .slip_gains import SlipGains  # noqa: F401, for the programs
+from .pages import table
 
 STEP = 1e-4           # by which parameters are changed for derivatives, all of them of order 0.01 to 1
 ITERATIONS, DRAWS = 12, 1000

@@ -7,14 +7,13 @@ wheel's contact.
 
 Installs and builds what it needs. Runs and figures are kept in build/paper_figures/: what is there is not made again.
 """
-
 from pathlib import Path
 
-from youbot_base_sim.command_line import Parser, Refused, interruptible
+from youbot_base_sim.command_line import Parser, Refused
 from youbot_base_sim.files import make_folder
-from youbot_base_sim.report import table
 from . import workshop
 from .builds import ROOT, simulate_of
+from .pages import interruptible, table
 
 # By number: a function of claim_figures.py, and what it shows. The first four are of Case 1, the others of Case 2.
 FIGURES = {4: ("torques", "torques of the wheels"), 5: ("motion", "trajectory and heading"),

@@ -4,9 +4,8 @@ import math
 
 from matplotlib.ticker import LogLocator, NullFormatter
 
-from youbot_base_sim.command_line import Parser, Refused
+from youbot_base_sim.command_line import Refused
 from youbot_base_sim.figures import GREY, new_figure, save
-from youbot_base_sim.files import Outputs
 from youbot_base_sim.report import read_csv
 from .work_precision_runs import CONTESTANTS
 
@@ -81,13 +80,3 @@ def plot(table, path):
     except (KeyError, ValueError) as error:
         raise Refused(f"{table}: not a table of the benchmark: {error}")
     save(draw(scenes, titles), path, dpi=140)
-
-
-def main():
-    table = "docs/work_precision/work_precision.csv"
-    parser = Parser("plot_work_precision", __doc__, f"{table} diagram.png", f"{table} diagram.pdf")
-    parser.add_argument("table", metavar="TABLE.csv")
-    parser.add_argument("plot", metavar="PLOT.png")
-    arguments = parser.parse_args()
-    Outputs([arguments.table]).claim("PLOT", arguments.plot)
-    plot(arguments.table, arguments.plot)

@@ -8,9 +8,9 @@ import numpy as np
 from youbot_base_sim.analysis.section import rms
 from youbot_base_sim.base import DRIVER_RADIUS, WHEELS, Base
 from youbot_base_sim.figures import BLUE, GREEN, ORANGE, RED, new_figure, save
-from youbot_base_sim.report import table
 from .builds import ROOT
 from .odometry_records import BASE
+from .pages import table
 from .slip_gains import robot, simulated
 
 YOUBOT = Base()

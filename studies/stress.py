@@ -4,10 +4,11 @@ import time
 from functools import partial
 from pathlib import Path
 
-from youbot_base_sim.command_line import Parser, Progress, interruptible
+from youbot_base_sim.command_line import Parser, Progress
 from youbot_base_sim.files import make_folder, write_whole
 from . import stress_report, stress_runs
 from .builds import ROOT, build
+from .pages import interruptible
 from .stress_cells import BASE, stress_cells
 
 

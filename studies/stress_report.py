@@ -2,8 +2,9 @@
 import math
 
 from youbot_base_sim.base import Base
-from youbot_base_sim.report import WrittenPart, csv_text, figures, paragraph, table
+from youbot_base_sim.report import csv_text
 from .builds import ROOT
+from .pages import WrittenPart, figures, paragraph, table
 from .stress_cells import RANDOM_GROUP, ROBOT_MASS
 
 DEFAULT_TOLERANCE = 3e-7  # as shipped, see `simulate --help`

@@ -22,11 +22,12 @@ def main():
     simulate = simulate_of(parser, arguments, ("python3-numpy", "python3-matplotlib"))
     from . import odometry_models as models  # with what has been installed
     from .odometry_records import read_runs
+    from .slip_gains import SlipGains
     runs = read_runs(arguments.folder, 3 if arguments.quick else 1)
     if any(len({getattr(run, key) for run in runs}) < 2 for key in ("day", "figure")):
         raise Refused(f"FOLDER = {arguments.folder}: must have runs of two days and of both figures")
     size = (7, 16) if arguments.quick else ()
-    gains = {contacts: models.SlipGains(simulate, contacts, *size) for contacts in ("located", "averaged")}
+    gains = {contacts: SlipGains(simulate, contacts, *size) for contacts in ("located", "averaged")}
     print(f"{len(runs)} runs\n\n{models.gain_table(gains)}", end="")
     comparison = models.Comparison(runs, gains)
     for part in (comparison.ratio_table, comparison.error_table, comparison.umbmark_table, comparison.parameter_table):

@@ -13,8 +13,9 @@ from pathlib import Path
 
 from youbot_base_sim.command_line import Parser
 from youbot_base_sim.files import make_folder, write_whole
-from youbot_base_sim.report import WrittenPart, csv_text, figures, paragraph, table
+from youbot_base_sim.report import csv_text
 from .builds import ROOT, build
+from .pages import WrittenPart, figures, paragraph, table
 from .work_precision_runs import (COMPARISON, CONTESTANTS, EXPLICIT_SPAN, HELD_WHEEL, LONG_ENOUGH, LONG_RUN, RECORD,
                                   SCENES, USEFUL_ERROR, make_reference, measure, run_solver)
 
@@ -169,9 +170,19 @@ def main():
                         help="simulate no more than the first S seconds of each scene, at least 1; all unless given")
     parser.add_argument("--solve", type=Path, metavar="FILE",
                         help="run this program rather than build one, and install nothing")
+    parser.add_argument("--redraw", action="store_true", help="draw the diagram of FOLDER again, and run nothing")
     arguments = parser.parse_args()
+    diagram = arguments.output / "work_precision.png"
     if not arguments.span >= 1:
         parser.error(f"--span = {arguments.span}: must be a number of seconds, 1 or more")
+    if not arguments.redraw:
+        measure_all(arguments)
+    from .plot_work_precision import plot  # with what has been installed
+    plot(diagram.with_suffix(".csv"), diagram)
+
+
+def measure_all(arguments):
+    """Writes page and tables into the folder."""
     program = arguments.solve or build("solve", packages=["libsundials-dev", "python3-matplotlib", "python3-yaml"])[0]
     tables = run(partial(run_solver, program), arguments)
     make_folder(arguments.output)
@@ -181,5 +192,3 @@ def main():
     part = written_part(program, tables["work_precision"], tables["references"])
     PAGE.write(part, arguments.output / "work_precision.md")
     print(f"\n{part}\nwritten: {arguments.output}/work_precision.md and .png, {', '.join(files)} as CSV")
-    from .plot_work_precision import plot  # with what has been installed
-    plot(files["work_precision"], files["work_precision"].with_suffix(".png"))

@@ -55,11 +55,15 @@ class Damaged(Exception):
 class Bag:
     """The messages of a bag. types: {topic: type}. counts: {topic: messages}. start: the earliest time of arrival.
     problem: None or, at the end of `messages`, in one line why not all of it can be read. note: None or a line on its
-    clocks."""
+    clocks. offsets: {topic: s added to its times}, by names as `absolute` has them."""
 
-    def __init__(self, path):
-        """Throws Refused for a file that is not a bag, and for one without a message that can be read."""
+    def __init__(self, path, offsets=(), publishers=()):
+        """`offsets`: pairs of a topic and s; `publishers`: pairs of a topic and the only node whose messages are read.
+        Throws Refused for a file that is not a bag, for one without a message that can be read, and for topics and
+        publishers that it lacks."""
         self.path, self.problem, self.types, self.counts, self.start = path, None, {}, Counter(), None
+        self.offsets, self._publishers = ({absolute(topic): value for topic, value in pairs}
+                                          for pairs in (offsets, publishers))
         require_bag(path)
         self._last, stamped = Time(0, 0), {}
         for connection, arrival, data in self._scan():
@@ -72,9 +76,23 @@ class Bag:
             self.start, self._last = min(self.start or arrival, arrival), max(self._last, arrival)
         if not self.counts:
             raise Refused(f"{shown(path)} has no messages{' that can be read' if self.problem else ''}")
+        self._check_chosen(stamped)
         self.note, self._stamp_at = None, None
         self._choose_clock({connection.topic: np.frombuffer(both).reshape(-1, 2)
                             for connection, both in stamped.items() if both})
+
+    def _check_chosen(self, connections):
+        nodes = {}
+        for connection in connections:
+            nodes.setdefault(absolute(connection.topic), []).append(connection.publisher)
+        for option, chosen in (("--clock-offset", self.offsets), ("--publisher", self._publishers)):
+            for topic in set(chosen) - set(nodes):
+                raise Refused(f"{shown(self.path)}: {option} {shown(topic)}: must be one of its topics; it has "
+                              f"{self.shown_topics()}")
+        for topic, node in self._publishers.items():
+            if node not in nodes[topic]:
+                raise Refused(f"{shown(self.path)}: --publisher {shown(topic)}={shown(node)}: must be "
+                              f"{' or '.join(map(shown, filter(None, nodes[topic]))) or 'left out: it names none'}")
 
     def _choose_clock(self, stamped):
         """That of arrivals, if any topic has stamps near them; else that of the stamps, as where simulated time was
@@ -101,7 +119,8 @@ class Bag:
         and `problem` says so. Throws Refused for a topic whose definition is not one."""
         readers, last = {}, self.start
         for connection, arrival, data in self._scan():
-            if connection.topic not in topics:
+            if connection.topic not in topics or (
+                    connection.publisher != self._publishers.get(absolute(connection.topic), connection.publisher)):
                 continue
             try:
                 if connection not in readers:
@@ -147,7 +166,7 @@ class Bag:
                 if put:
                     raise Refused(f"{shown(self.path)}: the base was put elsewhere at t = {put[1]:.3f} s, by "
                                   f"{shown(put[0])}: must be one run")
-            yield self.time_of(message, arrival), connection, message
+            yield self.time_of(message, arrival, topic), connection, message
 
     def shown_topics(self):
         return ", ".join(f"{shown(topic)} ({shown(kind)})" for topic, kind in sorted(self.types.items()))
@@ -159,15 +178,18 @@ class Bag:
             return stamp.secs - self.start.secs + 1e-9 * (stamp.nsecs - self.start.nsecs)
         return stamp.secs + 1e-9 * stamp.nsecs if stamp != self.start else 0.0
 
-    def time_of(self, message, arrival):
-        """Seconds of a message: by the stamp in its header, unless that is not set, or of another clock."""
-        stamp = stamp_of(message)
+    def time_of(self, message, arrival, topic):
+        """Seconds of a message, with the offset of its topic: by the stamp in its header, unless that is not set, or of
+        another clock."""
+        stamp, offset = stamp_of(message), self.offsets.get(absolute(topic))
         if self._stamp_at:
             by_arrival = self._stamp_at(arrival) - self._first_stamp
             by_stamp = number_of(stamp) - self._first_stamp if stamp else by_arrival
         else:
             by_arrival = self.seconds(arrival)
             by_stamp = self.seconds(stamp) if stamp else by_arrival
+        if offset is not None:  # of stamps too that are far from their arrival
+            return offset + (by_stamp if stamp else by_arrival)
         return by_stamp if abs(by_stamp - by_arrival) < MAX_CLOCKS_APART else by_arrival
 
     def _scan(self):

@@ -7,7 +7,6 @@ import io
 import math
 import os
 import reprlib
-import signal
 import subprocess
 import sys
 import time
@@ -141,16 +140,6 @@ class StandardOutput:
         except OSError as error:
             self.error = error
             os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # takes what the interpreter still holds, and all that follows
-
-
-@contextlib.contextmanager
-def interruptible(text):
-    """Turns an interrupt, by Ctrl-C or SIGTERM, into Failed with this text."""
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
-    try:
-        yield
-    except KeyboardInterrupt:
-        raise Failed(text)
 
 
 def run(name, main, *arguments):

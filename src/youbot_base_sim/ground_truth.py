@@ -71,7 +71,7 @@ def transforms_to_poses(bag, fixed, body):
                 left_out += 1
                 continue
             parents[child] = parent
-            t = 0 if connection.topic.endswith("static") else bag.time_of(link, arrival)
+            t = 0 if connection.topic.endswith("static") else bag.time_of(link, arrival, connection.topic)
             links.setdefault(child, {})[t] = matrix(p, q)
     frame, chain = body.strip("/"), []
     while frame != fixed.strip("/"):
@@ -112,18 +112,18 @@ class OtherSizes(Missing):
 Alignment = namedtuple("Alignment", "clock marker fixed")
 
 
-def align(truth, wheels, odom, topic, base):
+def align(truth, wheels, odom, topic, base, largest_clock=LARGEST_CLOCK):
     """Turns poses of a marker into the base's, at the wheels' clock and in odometry's frame. `wheels`: what they roll
-    since the beginning, and contradict each other. Returns series and Alignment. Throws Missing where the motion does
-    not tell."""
+    since the beginning, and contradict each other. `largest_clock`: offset that is searched, s; 0: none. Returns series
+    and Alignment. Throws Missing where the motion does not tell."""
     try:
-        return aligned(truth, wheels, odom, topic, base, max(WINDOW, 3 * truth.period), 0)
+        return aligned(truth, wheels, odom, topic, base, largest_clock, max(WINDOW, 3 * truth.period), 0)
     except Unexplained:  # by noise and spikes, perhaps
         length = max(LONG_WINDOW, 3 * truth.period)
-        return aligned(truth, wheels, odom, topic, base, length, round(length / 2 / truth.period))
+        return aligned(truth, wheels, odom, topic, base, largest_clock, length, round(length / 2 / truth.period))
 
 
-def aligned(truth, wheels, odom, topic, base, length, reach):
+def aligned(truth, wheels, odom, topic, base, largest_clock, length, reach):
     """The same by pieces of this length, s, between medians over `reach` poses to either side."""
     ends = np.flatnonzero(np.diff(np.floor(truth.t / length), prepend=-math.inf) > 0)
     around = np.clip(ends[:, None] + np.arange(-reach, reach + 1), 0, len(truth) - 1)
@@ -143,17 +143,17 @@ def aligned(truth, wheels, odom, topic, base, length, reach):
     if len(seen) <= FEWEST:
         raise Missing(f"{topic}: {len(seen)} pieces of {length:.1f} s are too few: must be more than {FEWEST}, by a "
                       "longer drive or more poses a second")
-    clock, shares = search_clock(rolled, seen, topic)
+    clock, shares = search_clock(rolled, seen, topic, largest_clock)
     trust = 1 / np.hypot(1, wheels_at(clock)[:, 3] / DOUBT)
     yaw = math.atan2(shares[1, 0] - shares[0, 1], shares[0, 0] + shares[1, 1])
     start = np.array([clock, yaw, 0, 0, 1, 1, 1])
     estimate, sigma = refine(lambda unknowns: expected(rolled, unknowns, base.half_lengths), seen, start, trust,
-                             round(ALONG / length))
+                             round(ALONG / length), largest_clock)
     speeds = np.sqrt(np.nanmean(rolled(estimate[0]) ** 2, axis=0))
     check(estimate, sigma, topic, speeds > DRIVEN * np.max(speeds))
     (clock, yaw, X, Y), sigma = estimate[:4], np.hypot(sigma[:4], SLIP)
     starts = np.sum(np.diff(rolled(clock), axis=0) ** 2, axis=1)
-    sigma[0] = math.hypot(sigma[0], LAG * np.nansum(starts ** 2) / np.nansum(starts))
+    sigma[0] = largest_clock and math.hypot(sigma[0], LAG * np.nansum(starts ** 2) / np.nansum(starts))
     psi = truth["psi"] - yaw
     poses = Series(truth.t + clock, {"x": truth["x"] - np.cos(psi) * X + np.sin(psi) * Y,
                                      "y": truth["y"] - np.sin(psi) * X - np.cos(psi) * Y, "psi": psi})
@@ -161,10 +161,10 @@ def aligned(truth, wheels, odom, topic, base, length, reach):
     return poses, Alignment((clock, sigma[0]), ((X, Y, yaw), (*sigma[2:], sigma[1])), fixed)
 
 
-def search_clock(rolled, seen, topic):
+def search_clock(rolled, seen, topic, largest_clock):
     """The offset at which the wheels' motion explains the marker's best by any linear map, and this map. Pieces in which
     it explains least, as spikes of a tracker, count little from the second search on."""
-    offsets = np.arange(-LARGEST_CLOCK, LARGEST_CLOCK + CLOCK_STEP / 2, CLOCK_STEP)
+    offsets = np.arange(-largest_clock, largest_clock + CLOCK_STEP / 2, CLOCK_STEP)
     weight = np.ones(len(seen))
     for _ in range(4):
         unexplained, maps = np.ones(len(offsets)), np.zeros((len(offsets), 3, 3))
@@ -180,8 +180,9 @@ def search_clock(rolled, seen, topic):
         off = np.linalg.norm(np.nan_to_num(seen - rolled(offsets[best]) @ maps[best]), axis=1)
         usual = max(np.median(off), 0.1 * np.sqrt(np.median(np.sum(seen ** 2, axis=1))), MIN_ERROR)
         weight = np.minimum(1, (3 * usual / np.maximum(off, 1e-9)) ** 2)
-    if unexplained[best] > 0.3 or best in (0, len(offsets) - 1):
-        raise Unexplained(f"{topic}: its motion does not fit the wheels' with any clock within {LARGEST_CLOCK:g} s: "
+    if unexplained[best] > 0.3 or (largest_clock and best in (0, len(offsets) - 1)):
+        clocks = f"any clock within {largest_clock:g} s" if largest_clock else "the clock that --clock-offset gives"
+        raise Unexplained(f"{topic}: its motion does not fit the wheels' with {clocks}: "
                           f"{100 * unexplained[best]:.0f} % of it stays unexplained")
     low = (unexplained <= np.roll(unexplained, 1)) & (unexplained <= np.roll(unexplained, -1))
     other = offsets[low & (np.abs(offsets - offsets[best]) > 0.1) & (unexplained < 2 * unexplained[best] + 0.02)]
@@ -200,11 +201,11 @@ def expected(rolled, unknowns, half_lengths):
                      turn], -1)
 
 
-def refine(expect, seen, unknowns, trust, along):
+def refine(expect, seen, unknowns, trust, along, largest_clock):
     """The unknowns of `expected` and their sigmas, by robust least squares: Gauss-Newton with Huber's weights, for
     the wheels slip in hard starts. Weights of zero would leave nothing there that shows the clock. `trust`: a factor of
-    each row; `along`: the number of neighbouring rows whose errors are alike."""
-    steps, prior = 1e-4 * np.eye(7), np.array([1, 10, 0.5, 0.5, 0.3, 0.3, 0.3])
+    each row; `along`: the number of neighbouring rows whose errors are alike; `largest_clock`: 0 holds the clock."""
+    steps, prior = 1e-4 * np.eye(7), np.array([1 if largest_clock else 1e-9, 10, 0.5, 0.5, 0.3, 0.3, 0.3])
     for _ in range(40):
         off = (seen - expect(unknowns)) * trust[:, None]
         slopes = np.stack([expect(unknowns + step) - expect(unknowns - step) for step in steps], -1) / 2e-4

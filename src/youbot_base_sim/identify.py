@@ -88,7 +88,8 @@ def check_sizes(record, found, refuse):
                    "start from a scene of this base, with --scene")
     try:
         if record.poses and not record.alignment:
-            ground_truth.align(record.poses, rolled(record), None, record.topics["ground_truth"], base)
+            ground_truth.align(record.poses, rolled(record), None, record.topics["ground_truth"], base,
+                               record.largest_clock)
         reason = record.unusable.get("ground_truth")
     except Missing as error:
         reason = error

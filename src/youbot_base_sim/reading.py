@@ -4,7 +4,7 @@ import argparse
 import math
 from pathlib import Path
 
-from .bags import Bag
+from .bags import Bag, absolute
 from .base import Base
 from .command_line import Progress, Refused, one_line, positive, quoted, shown
 from .files import read_whole
@@ -22,11 +22,16 @@ def joint_names(text):
     return tuple(name.lstrip("-") for name in names), tuple(-1 if name.startswith("-") else 1 for name in names)
 
 
-def add_encoder_options(parser):
+def add_bag_options(parser):
+    """Those of each program that reads bags."""
     parser.add_argument("--joints", metavar="FL,FR,BL,BR", type=joint_names, default=(Base.joints, Base.turns),
                         help="joints of the wheels in joint_states; -NAME counts backward: --joints=-a,b,-c,d")
     parser.add_argument("--ticks", metavar="N", type=positive, default=2 * math.pi,
                         help="positions in joint_states are encoder ticks, N per turn of the wheel; default: rad")
+    parser.add_argument("--clock-offset", metavar="TOPIC=S", action="append", type=topic_and_number, default=[],
+                        help="add S, in s, to the times of this topic, whose clock is off; may be repeated")
+    parser.add_argument("--publisher", metavar="TOPIC=NODE", action="append", type=topic_and_node, default=[],
+                        help="where several nodes publish a topic, read the messages of this one; may be repeated")
 
 
 def encoders_of(arguments):
@@ -45,12 +50,17 @@ def add_reading_options(parser):
                         "nav_msgs/Odometry and --frames, else marker")
     parser.add_argument("--frames", metavar="FIXED,BODY", type=two_frames, default=(),
                         help="ground truth from the transforms between these frames in /tf and /tf_static")
-    add_encoder_options(parser)
+    add_bag_options(parser)
+
+
+def open_bag(path, arguments):
+    """A Bag as the options of `add_bag_options` say."""
+    return Bag(path, arguments.clock_offset, arguments.publisher)
 
 
 def read(path, base, arguments, is_quiet=False):
     """The Bag, and its Record as these options say."""
-    bag = Bag(path)
+    bag = open_bag(path, arguments)
     with Progress(sum(bag.counts.values()), delay=math.inf if is_quiet else 1, interval=0.2) as progress:
         return bag, read_record(bag, base, dict(arguments.topic), namespace=arguments.namespace or "",
                                 progress=lambda n: n % 256 or progress.show(n, Path(path).name),
@@ -112,6 +122,24 @@ def named_topic(text):
     if name not in TOPICS or not topic:
         raise argparse.ArgumentTypeError(f"{text!r}: must be NAME=TOPIC, NAME of {', '.join(TOPICS)}")
     return name, topic
+
+
+def topic_and_node(text):
+    topic, _, node = text.partition("=")
+    if not topic or not node:
+        raise argparse.ArgumentTypeError(f"{text!r}: must be TOPIC=NODE")
+    return topic, absolute(node)
+
+
+def topic_and_number(text):
+    topic, _, number = text.partition("=")
+    try:
+        value = float(number)
+    except ValueError:
+        value = math.nan
+    if not topic or not math.isfinite(value):
+        raise argparse.ArgumentTypeError(f"{text!r}: must be TOPIC=S, S a number of seconds")
+    return topic, value
 
 
 def print_read(bag, record):

@@ -30,6 +30,7 @@ class Record:
     origins: dict = field(default_factory=dict)  # of each topic, in words: publisher, frames, joints
     alignment: object = None  # of a marker's ground truth, see ground_truth.Alignment
     poses: Series = None      # of the base by ground truth, which series has smoothed where a tracker measured it
+    largest_clock: float = ground_truth.LARGEST_CLOCK  # of the marker's clock, s; 0: it is known
     has_rates: bool = True    # rather than differences of the wheels' positions
     has_sign: bool = True     # found by positions, or given
     unusable: dict = field(default_factory=dict)  # name -> why no message of its topic can be used
@@ -66,6 +67,7 @@ def read_record(bag, base, chosen=(), progress=lambda n: None, only=None, namesp
     names = {topic: name for name, candidates in topics.items() for topic in candidates}
     rows, state_sets = {topic: {} for topic in names}, {topic: [] for topic in bag.state_sets(names)}
     record, left_out = Record(base, sign, notes=[bag.note] * bool(bag.note)), LeftOut()
+    record.notes += [f"{shown(topic)}: {offset:+.6g} s are added to its times" for topic, offset in bag.offsets.items()]
     sampled = [topic for topic, name in names.items() if TOPICS[name].is_sampled]
     others = [*set(names) - set(sampled), *state_sets]
     for n, (t, connection, message) in enumerate(bag.messages_of_one_run(sampled, others)):
@@ -123,7 +125,8 @@ def choose_publisher(record, topic, rows, is_sampled):
         return sorted(sum(rows.values(), []), key=lambda row: row[0])
     used, *others = largest(rows)
     record.notes.append(f"{shown(topic)} has {len(rows)} publishers: uses {shown(used)} ({len(rows[used])} messages), "
-                        f"not {', '.join(f'{shown(one)} ({len(rows[one])})' for one in others)}")
+                        f"not {', '.join(f'{shown(one)} ({len(rows[one])})' for one in others)} (to choose: --publisher "
+                        "TOPIC=NODE)")
     return rows[used]
 
 
@@ -158,13 +161,18 @@ def add_truth(record, bag, frames, of_marker):
             add_series(record, "ground_truth", " -> ".join(frames), rows, ground_truth.pose_series)
         poses, topic = record.get("ground_truth", "x", "y", "psi"), record.topics.get("ground_truth")
         record.poses = poses
+        offset = bag.offsets.get("/tf" if frames else absolute(topic or ""))
+        if offset is not None:
+            record.largest_clock = 0
         is_tracked = poses and "upright" in poses.columns
         if is_tracked:
             ground_truth.check_upright(poses, shown(topic))
         if poses and (bag.types.get(topic) in ground_truth.KINDS if of_marker is None else of_marker):
             poses, record.alignment = ground_truth.align(poses, rolled(record), record.get("odom", "x", "y", "psi"),
-                                                         shown(topic), record.base)
+                                                         shown(topic), record.base, record.largest_clock)
             record.poses = poses
+            if offset is not None:
+                record.alignment = record.alignment._replace(clock=(offset, 0))
         if record.alignment or is_tracked:
             record.series["ground_truth"] = ground_truth.smoothed(poses)
     except Missing as reason:

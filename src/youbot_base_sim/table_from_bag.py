@@ -13,11 +13,11 @@ warning gives that instant. A bag whose times go back, such as one of two runs, 
 import math
 from collections import Counter
 
-from .bags import Bag, absolute
+from .bags import absolute
 from .base import DRIVER_RADIUS, JOINTS, WHEELS, Base
 from .command_line import Parser, Refused, complain, one_line, positive, shown
 from .files import Outputs, write_whole
-from .reading import add_encoder_options, encoders_of
+from .reading import add_bag_options, encoders_of, open_bag
 from .records import Missing, read_record
 
 TWIST, VELOCITIES, TORQUES, STATES = (
@@ -35,8 +35,8 @@ def warn(text):
 class ChosenTopics:
     """The messages of a bag on the given topics, else on those of the base."""
 
-    def __init__(self, path, topics):
-        self.path, self.bag, self.topics = shown(path), Bag(path), list(map(absolute, topics))
+    def __init__(self, path, arguments):
+        self.path, self.bag, self.topics = shown(path), open_bag(path, arguments), list(map(absolute, arguments.topic))
         types = {absolute(topic): kind for topic, kind in self.bag.types.items()}
         for topic in self.topics:
             if topic not in types:
@@ -139,7 +139,7 @@ def main():
     parser.add_argument("--velocity", metavar="FILE", help="velocity table to write")
     parser.add_argument("--torque", metavar="FILE", help="torque table to write")
     parser.add_argument("--angles", metavar="FILE", help="wheel_angle_table to write; not with the others")
-    add_encoder_options(parser)
+    add_bag_options(parser)
     parser.add_argument("--measured", action="store_true", help="what the wheels did, instead of the commands")
     parser.add_argument("--topic", action="append", default=[],
                         help="read this topic instead of the usual ones; may be repeated")
@@ -161,7 +161,7 @@ def main():
     paths = {"--angles": arguments.angles} if arguments.angles else {option: path for option, path, *_ in wanted}
     for option, path in paths.items():
         outputs.claim(option, path)
-    chosen = ChosenTopics(arguments.bag, arguments.topic)
+    chosen = ChosenTopics(arguments.bag, arguments)
     try:
         if arguments.angles:
             rows = joint_states(chosen, base, "position")

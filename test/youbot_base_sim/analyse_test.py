@@ -357,6 +357,13 @@ class AnalyseTest(RunsAnalyse):
                     write(two, topic, odometry(0.05 * k / 3, (5, 5, 1)), t, "/filter")
         self.expect_turning(self.numbers(self.path("publishers.bag")))
         self.assertRegex(self.out, r"note: /odom has 2 publishers: uses /driver \(601 messages\), not /filter \(\d+\)")
+        self.analyse(self.path("publishers.bag"), "--publisher", "/odom=/filter")
+        self.assertRegex(self.out, r"odom +/odom: \d+, .*, by /filter")
+        self.assertNotIn("2 publishers", self.out)
+        self.analyse(self.path("publishers.bag"), "--publisher", "/odom=/other", status=2)
+        self.one_line("--publisher /odom=/other", "/driver or /filter")
+        self.analyse(self.path("publishers.bag"), "--publisher", "/odom", status=2)
+        self.one_line("TOPIC=NODE")
 
     def test_twists_in_the_fixed_frame_are_turned_into_the_bases(self):
         bag = self.make_turning("fixed.bag")

@@ -127,6 +127,19 @@ class BagsTest(harness.RunsAnalyse):
             said = self.table(whole, *options, self.path("a.csv"))
             self.assertRegex(said, "^table_from_bag: warning: .*cut.bag has no complete index.*read up to t = ")
 
+    def test_a_table_is_of_the_clock_and_publisher_that_are_given(self):
+        def first_row(*arguments):
+            self.table(bag, "--measured", "--velocity", csv, *arguments)
+            with open(csv, encoding="utf-8") as file:
+                return file.readlines()[1].split(",")
+        bag, csv = self.write("clock.bag"), self.path("clock.csv")
+        plain = first_row()
+        moved = first_row("--clock-offset", "joint_states=2.5")
+        self.assertEqual(moved[1:], plain[1:])
+        self.assertAlmostEqual(float(moved[0]), float(plain[0]) + 2.5, delta=1e-9)
+        self.assertIn("--publisher /joint_states=/base", self.table(bag, "--angles", csv, "--publisher",
+                                                                    "/joint_states=/base", status=2))
+
     def test_lengths_in_a_message_are_not_believed(self):
         bag = self.write("length.bag", data=struct.pack("<IIIII", 0, 1, 0, 0, 1 << 31) + bytes(40))
         nested = "".join(f"a/T{k}[1000] a{BETWEEN}MSG: a/T{k}\n" for k in range(12)) + "uint8 x"

@@ -161,6 +161,31 @@ class GroundTruthTest(RunsAnalyse):
         self.assertLess(abs(numbers["marker_yaw"] - MARKER[2]), 3 * numbers["marker_yaw_sigma"])
         self.assertAlmostEqual(numbers["forward_of_rolled"], self.known["forward_of_rolled"], delta=0.03)
 
+    def test_a_clock_that_is_known(self):
+        """Far from the bag's, too; and where a drive along one line does not show it."""
+        for clock in (CLOCK, -7.5):
+            bag = self.recorded("known.bag", clock=clock)
+            numbers = self.numbers(bag, "--clock-offset", f"/tracker/youbot/pose={clock}")
+            self.assertEqual((numbers["clock"], numbers["clock_sigma"]), (clock, 0))
+            self.assertIn(f"note: /tracker/youbot/pose: {clock:+.6g} s are added to its times\n", self.out)
+            self.expect_known(numbers)
+            for axis, value in zip(("x", "y", "yaw"), MARKER):
+                self.assertAlmostEqual(numbers["marker_" + axis], value, delta=0.02, msg=axis)
+        self.analyse(bag, "--clock-offset", "/tracker/youbot/pose=-6.9")
+        self.assertNotIn("-6.9000 s +-", self.out)
+        self.assertIn("does not fit the wheels' with the clock that --clock-offset gives", self.out)
+        transforms = self.recorded("known.bag", TransformStamped, as_transforms=True, clock=-7.5)
+        numbers = self.numbers(transforms, "--frames", "mocap,robot", "--clock-offset", "tf=-7.5")
+        for name in ("final_error", "final_heading_error", "path_length", "yaw_of_rolled"):
+            self.assertAlmostEqual(numbers[name], self.known[name], delta=0.02)
+
+    def test_clocks_that_cannot_be_are_refused(self):
+        bag = self.recorded("known.bag")
+        for value, words in (("/other=1", ["--clock-offset /other", "/tracker/youbot/pose"]), ("/odom", ["TOPIC=S"]),
+                             ("/odom=nan", ["TOPIC=S"]), ("=1", ["TOPIC=S"])):
+            self.analyse(bag, "--clock-offset", value, status=2)
+            self.one_line(*words)
+
     def test_types_of_messages(self):
         expected = self.numbers(self.recorded("stamped.bag"))
         for kind in (PoseWithCovarianceStamped, TransformStamped):

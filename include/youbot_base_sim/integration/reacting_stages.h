@@ -28,7 +28,7 @@ class ReactingStages {
     Moments rest = moments(couplings, u), y;
     y.fill(Wheels::Zero());
     const double enough = kEnough * kEnough * product(rest, rest);
-    for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
+    for (int iteration = 0; iteration < 3 * s; ++iteration) {  // y has 3 s components
       Vector change;
       K.solve(forces(couplings, rest), change);
       const Moments answered = moments(couplings, change);
@@ -52,7 +52,6 @@ class ReactingStages {
   using Moments = std::array<Wheels, s>;  // three at each stage
 
   static constexpr double kEnough = 0.02;
-  static constexpr int kMaxIterations = 9;
 
   static double product(const Moments& a, const Moments& b) {
     Wheels products = Wheels::Zero();
