@@ -139,7 +139,14 @@ SceneSetting::SceneSetting(std::string of, const Eigen::ArrayXd& numbers)
 
 std::string read_yaml_text(const std::string& path, const char* kind) {
   try {
-    std::string text = read_text_file(path, kMaxBytes);
+    return checked_yaml_text(path, read_text_file(path, kMaxBytes), kind);
+  } catch (const UnreadableFile& error) {
+    throw SceneError(fmt::format("{}: {}; must be a {} file", quote_path(path), error.what(), kind));
+  }
+}
+
+std::string checked_yaml_text(const std::string& path, std::string text, const char* kind) {
+  try {
     refuse_nul(path, text);
     // yaml-cpp 0.6.2 of Ubuntu 20.04 never returns from a file that ends in "{key:". UTF-16 would need another newline.
     if (text.find('\0') == std::string::npos) text += '\n';
@@ -150,8 +157,6 @@ std::string read_yaml_text(const std::string& path, const char* kind) {
     }
     YAML::Load(text);  // refuses aliases without an anchor, too
     return text;
-  } catch (const UnreadableFile& error) {
-    throw SceneError(fmt::format("{}: {}; must be a {} file", quote_path(path), error.what(), kind));
   } catch (const YAML::Exception& error) {
     throw SceneError(fmt::format("{}: is not YAML: {}", located(path, error.mark), quote(error.msg, kMaxMessage)));
   }

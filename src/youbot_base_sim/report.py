@@ -20,8 +20,7 @@ def csv_text(columns, rows, form=lambda value: "" if value != value else repr(va
 
 
 def read_csv(option, path, allowed):
-    """Yields the rows of a table in CSV, lists of texts: the columns' names, then one or more of the same length. Skips
-    blank lines and a byte order mark. Throws Refused, as read_whole does."""
+    """Yields the rows of a CSV table, lists of texts of one length, names first; skips blank lines. Throws Refused."""
     content = io.BytesIO(read_whole(option, path, LARGEST_TABLE, allowed))
     rows, columns, row = csv.reader(io.TextIOWrapper(content, encoding="utf-8-sig", newline="")), None, None
     try:

@@ -115,7 +115,8 @@ class SceneGenerator {
     robot["half_track"] = around(0.15, 1.6);
     const double radius = around(0.05, 2.5);
     robot["wheel_radius"] = radius;
-    rollers_ = whole(3, 16);
+    const double most = random_.uniform(3, 17);  // 3 to 15, and in one of 14 scenes up to 255
+    rollers_ = static_cast<int>(most < 16 ? most : 16 + 240 * (most - 16));
     robot["rollers_per_wheel"] = rollers_;
     robot["roller_axis_radius"] = rounded(radius * random_.uniform(0.4, 0.98 * std::cos(kPi / rollers_)));
   }

@@ -23,9 +23,9 @@ double cpu_time() {
 }
 
 /// Explicit methods ignore the holding speed.
-Scene exact_scene(Scene scene, double tolerance) {
+Scene exact_scene(Scene scene, const std::string& method, double tolerance) {
   if (find_method(scene.solver.method)->is_explicit) scene.floor.holding_speed = 0;
-  scene.solver.method = "radau";
+  scene.solver.method = method;
   scene.solver.relative_tolerance = tolerance;
   scene.solver.absolute_tolerance = 1e-3 * tolerance;
   return scene;
@@ -45,10 +45,10 @@ Scene neighbour(Scene scene, double offset) {
 /// The motion by which a scene is judged: at 1e-10, or a hundredth of the scene's tolerance if that is less. Where that
 /// is unreliable, at a looser tolerance, up to 1e-8 and a tenth of the scene's.
 struct Exact {
-  explicit Exact(const Scene& judged) {
+  Exact(const Scene& judged, const std::string& by) : method(by) {
     const double most = 0.1 * judged.solver.relative_tolerance;
-    for (tolerance = std::min(1e-10, 0.1 * most);; tolerance *= 10) {
-      scene = exact_scene(judged, tolerance);
+    for (tolerance = method == "radau" ? std::min(1e-10, 0.1 * most) : std::min(1e-8, most);; tolerance *= 10) {
+      scene = exact_scene(judged, method, tolerance);
       motion = run(scene);
       if (motion.doubt.empty() || tolerance > 0.5e-8 || 10 * tolerance > 1.001 * most) break;
     }
@@ -56,7 +56,7 @@ struct Exact {
 
   /// Whether it is known better than the error that it shows.
   bool shows(const Scene& judged, double error) const {
-    return motion.doubt.empty() && distance(motion, run(exact_scene(judged, 10 * tolerance))) < error / 3;
+    return motion.doubt.empty() && distance(motion, run(exact_scene(judged, method, 10 * tolerance))) < error / 3;
   }
 
   /// How far an offset of the start moves it at most, m.
@@ -64,6 +64,7 @@ struct Exact {
     return std::max(distance(motion, run(neighbour(scene, offset))), distance(motion, run(neighbour(scene, -offset))));
   }
 
+  std::string method;
   double tolerance;
   Scene scene;
   Motion motion;
@@ -109,7 +110,7 @@ double distance(const Motion& a, const Motion& b) {
   return most;
 }
 
-Verdict judge(const Scene& scene) {
+Verdict judge(const Scene& scene, const std::string& judge_method) {
   Verdict verdict;
   const double start = cpu_time();
   const Motion motion = run(scene);
@@ -120,7 +121,7 @@ Verdict judge(const Scene& scene) {
     return verdict;
   }
 
-  const Exact exact(scene);
+  const Exact exact(scene, judge_method);
   verdict.error = distance(motion, exact.motion);
   verdict.allowed = motion.promised;
   if (!motion.doubt.empty()) {

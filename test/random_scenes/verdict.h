@@ -44,7 +44,8 @@ struct Verdict {
   std::string reason;   ///< why it was called unreliable, or failed
 };
 
-/// Simulates the scene at its tolerance and judges it by the same motion at 1e-10.
-Verdict judge(const Scene& scene);
+/// Simulates the scene at its tolerance and judges it by the same motion at 1e-10. A `judge_method` other than "radau",
+/// which shares no mistake with it, judges at 1e-8, or a tenth of the scene's tolerance if that is less.
+Verdict judge(const Scene& scene, const std::string& judge_method = "radau");
 
 }  // namespace youbot_base_sim

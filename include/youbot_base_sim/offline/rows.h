@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <utility>
 
 #include "youbot_base_sim/simulation.h"
 
@@ -24,21 +26,26 @@ struct PathLength {
 /// and the duration. Audits the energy at each row and, if rows are far apart, at ends of control periods in between.
 class RowLoop {
  public:
-  explicit RowLoop(Simulation& simulation) : simulation_(simulation) {}
+  /// Calls `at_look`, which may throw, at each look at the energy.
+  explicit RowLoop(
+      Simulation& simulation, std::function<void()> at_look = [] {})
+      : simulation_(simulation), at_look_(std::move(at_look)) {}
 
   /// Advances to the next row; false: there is none. Throws as advance_to, and std::runtime_error for a NaN or Inf.
   bool next();
+
+  /// Advances to time t (s), which need be no row, with the same audit and exceptions.
+  void advance_to(double t);
 
   double t() const { return t_; }  ///< of the row, s
   const EnergyAudit& energy() const { return energy_; }
   const PathLength& path() const { return path_; }  ///< summed over the rows
 
  private:
-  void audit_until(double t);
-  void audit();
-  void add_path(const State& before);
+  void look();
 
   Simulation& simulation_;
+  std::function<void()> at_look_;
   EnergyAudit energy_;
   double audited_ = 0, power_ = 0;  // s, and sum |M dphi| then, W
   PathLength path_;
