@@ -123,8 +123,9 @@ class Process::Thread {
   bool has_late_poll() const { return polls_ && scheduled()[2] == marked_; }
 
  private:
-  static constexpr auto kBetweenPolls = std::chrono::microseconds(2500);  // at most; most sleep for a millisecond
-  static constexpr int kPollScore = 2, kMaxPollScore = 5;                 // of poll_score_
+  // At most; most sleep for one, but on a busy machine their turn comes late.
+  static constexpr auto kBetweenPolls = std::chrono::milliseconds(10);
+  static constexpr int kPollScore = 2, kMaxPollScore = 5;  // of poll_score_
 
   /// Nanoseconds on a processor and waiting for one, and number of runs; 0 if it has ended.
   std::array<std::uint64_t, 3> scheduled() const {

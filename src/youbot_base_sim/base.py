@@ -36,7 +36,7 @@ class Base:
         return fl + fr + bl + br, -fl + fr + bl - br, (-fl + fr - bl + br) / self.half_lengths
 
     def contradiction(self, rates):
-        """Speed (m/s) of the rims at which wheels of these rates, (n, 4), work against each other, so that they slip."""
+        """Speed (m/s) of the rims at which wheels of these rates, (n, 4), work against each other: they slip."""
         return self.wheel_radius / 4 * (rates @ (1, 1, -1, -1))
 
     def jump_of_offset(self):
