@@ -11,7 +11,6 @@
 #include <stdexcept>
 
 #include "youbot_base_sim/record/output_file.h"
-#include "youbot_base_sim/text/print_error.h"
 
 namespace youbot_base_sim {
 
@@ -29,6 +28,10 @@ void take_standard_streams() {
 }
 
 }  // namespace
+
+void print_error(const std::string& program, const std::string& text) {
+  std::fputs((program + ": " + text + "\n").c_str(), stderr);
+}
 
 int run_offline_program(const char* name, const std::function<int()>& body) {
   take_standard_streams();

@@ -16,7 +16,6 @@
 #include "youbot_base_sim/ros/bag.h"
 #endif
 #include "youbot_base_sim/text/command_line.h"
-#include "youbot_base_sim/text/print_error.h"
 #include "youbot_base_sim/text/progress_bar.h"
 #include "youbot_base_sim/text/quote.h"
 
@@ -36,7 +35,7 @@ struct Arguments {
   bool contacts = false;
   bool csv_comment = false;
   bool check = false;
-  bool quiet = false;
+  bool quiet = false, verbose = false;
 };
 
 /// The part of --help about the methods.
@@ -86,6 +85,7 @@ bool prepare(int argc, char** argv, Arguments& arguments, Scene& scene) {
      "also run a twin at half the tolerance, with wheels and twist 1e-9 off at the start. The summary has the "
      "difference as an error bar; if the tolerance promises less, the result is unreliable. Takes 2.2 times as long; "
      "--cpu-limit does not count the twin")
+    ("verbose", po::bool_switch(&arguments.verbose), "also print the counters of the integration")
     ("quiet", po::bool_switch(&arguments.quiet), "print nothing but errors and warnings of an unreliable result");
   // clang-format on
   if (!parse(argc, argv, kUsage, options, {"scene", po::value(&arguments.scene), 1, true})) return false;
@@ -187,12 +187,11 @@ class Run {
         measured_(!arguments.summary.empty() || arguments.cpu_limit > 0) {
     simulation_.stop_on(stop_requested());
     if (!arguments.check) return;
-    twin_.emplace(scene);
+    twin_ = std::make_unique<Twin>(scene);
     twin_->stop_on(stop_requested());
   }
 
-  /// Writes and commits all outputs, and prints the summary and warnings. If the run ends early, keeps its outputs as
-  /// incomplete ones and throws.
+  /// Writes and commits all outputs, prints summary and warnings. Throws and keeps incomplete outputs if it ends early.
   void complete() {
     const auto stopped = [&] {
       return fmt::format("stopped after t = {:g} s by {}", simulation_.time(), stop_reason());
@@ -209,8 +208,9 @@ class Run {
     } catch (const std::exception& error) {
       fail(error.what());
     }
-    if (!arguments_.quiet) fmt::print("{}", summary_text(simulation_, wall_time_, twin()));
-    const std::string doubt = unreliability_reason(simulation_, rows_, twin());
+    if (!arguments_.quiet)
+      fmt::print("{}", summary_text(simulation_, wall_time_, rows_, twin_.get(), arguments_.verbose));
+    const std::string doubt = unreliability_reason(simulation_, rows_, twin_.get());
     if (!doubt.empty()) print_error("simulate", "warning: the result is unreliable: " + doubt);
   }
 
@@ -251,7 +251,7 @@ class Run {
 
   void commit_summary(bool completed) {
     if (!outputs_.summary()) return;
-    outputs_.summary()->write(summary_json(simulation_, completed, wall_time_, cost_, rows_, twin()));
+    outputs_.summary()->write(summary_json(simulation_, completed, wall_time_, cost_, rows_, twin_.get()));
     outputs_.summary()->commit();
   }
 
@@ -262,13 +262,11 @@ class Run {
     throw std::runtime_error(fmt::format("{}; what was written is kept as {}", reason, fmt::join(kept, ", ")));
   }
 
-  const Twin* twin() const { return twin_ ? &*twin_ : nullptr; }
-
   const Arguments& arguments_;
   Outputs& outputs_;
   Simulation simulation_;
   RowLoop rows_;
-  std::optional<Twin> twin_;
+  std::unique_ptr<Twin> twin_;  // null without --check
   ProgressBar& progress_;
   bool measured_;
   double wall_time_ = 0;  // of the simulation alone, s
@@ -281,7 +279,6 @@ int simulate(const Arguments& arguments, const Scene& scene) {
     fmt::print("{}{}", provenance(scene), scene.resolved);
     return kDone;
   }
-  const std::string solver_advice = advice(scene.robot, scene.floor, scene.model, scene.solver, scene.duration);
   ProgressBar progress(arguments.quiet);
   std::optional<Outputs> outputs;
   try {
@@ -291,8 +288,8 @@ int simulate(const Arguments& arguments, const Scene& scene) {
     print_error("simulate", stopped ? fmt::format("stopped by {}; {}", stop_reason(), error.what()) : error.what());
     return stopped || error.is_full() ? kNotCompleted : kRefused;
   }
-  for (const std::string& warning : {unlikely_geometry(scene.robot), without_effect(scene), solver_advice}) {
-    if (!arguments.quiet && !warning.empty()) print_error("simulate", warning);
+  for (const std::string& warning : arguments.quiet ? std::vector<std::string>() : warnings_of(scene)) {
+    print_error("simulate", "warning: " + warning);
   }
   Run(arguments, scene, *outputs, progress).complete();
   return outputs->failed() ? kNotCompleted : kDone;

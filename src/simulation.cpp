@@ -14,8 +14,7 @@
 
 namespace youbot_base_sim {
 
-/// Commands of the scene's drive, or set points in its place, sampled at the beginning of each control period: through
-/// motors, or as torques if neither scene nor set points ask for any.
+/// Samples the scene's drive, or set points, at each control period: through motors if these or the scene ask for any.
 class Simulation::SampledDrive {
  public:
   explicit SampledDrive(const Scene& scene)
@@ -97,8 +96,7 @@ void Simulation::reset() {
   initial_energy_ = kinetic_energy() - state_.work();
 }
 
-// Steps add up in local_, from an origin at the base's own place: its rounding does not grow with the scene's
-// distances.
+// Steps add up in local_, from an origin near the base: rounding does not grow with the scene's distances.
 void Simulation::leave_origin_at(double x, double y) {
   origin_ = {x, y};
   local_.x() = local_.y() = 0;
@@ -225,17 +223,14 @@ void Simulation::set_state(const Eigen::Vector3d& pose, const Eigen::Vector3d& v
   local_.gamma().setZero();
   show_state();
   integrator_->torque_jumped();
-  if (slips(scene_.model)) begin_contacts_anew();
+  if (slips(scene_.model)) {
+    MotionSoFar before = integrator_->leave();
+    before.contacts.reset();  // for the rollers on which the wheels stand at their angles
+    change_integrator(before);
+  }
   local_.work() = kinetic_energy() - unexplained;
   show_state();
   state_changes_.push_back({t_, state_});
-}
-
-// On the rollers on which the wheels stand at their angles.
-void Simulation::begin_contacts_anew() {
-  MotionSoFar before = integrator_->leave();
-  before.contacts.reset();
-  change_integrator(before);
 }
 
 // Another integrator continues the motion under the same loads.
@@ -308,10 +303,6 @@ PowerBalance Simulation::power_balance() const {
 
 std::string Simulation::method() const {
   return scene_.model == Model::kNoSlip ? NoSlipIntegrator::method(scene_.robot) : scene_.solver.method;
-}
-
-double Simulation::energy_balance_error(double kinetic_energy) const {
-  return std::abs(kinetic_energy - initial_energy_ - state_.work());
 }
 
 }  // namespace youbot_base_sim

@@ -104,7 +104,11 @@ TEST_F(SimulateTest, WritesWhatItIsAskedFor) {
   for (const char* key : {"wall_time", "real_time_factor", "steps", "rejected_steps"})
     EXPECT_GE(summary[key], 0) << key;
   for (const char* key : {"x", "y", "psi", "V_X", "V_Y", "Omega"}) EXPECT_TRUE(summary["final"].contains(key)) << key;
-  EXPECT_NE(simulate.out().find("roller switches"), std::string::npos);
+  EXPECT_EQ(simulate.out().find("final pose      x "), 0u) << simulate.out();
+  EXPECT_EQ(simulate.out().find("roller switches"), std::string::npos) << "counters without --verbose";
+  Program verbose(SIMULATE, {scene, "--verbose"});
+  ASSERT_EQ(verbose.wait(), 0) << verbose.err();
+  EXPECT_NE(verbose.out().find("roller switches"), std::string::npos) << verbose.out();
   EXPECT_EQ(simulate.err(), "");  // no progress bar into a file
 }
 

@@ -8,6 +8,9 @@ namespace youbot_base_sim {
 
 enum ExitStatus { kDone = 0, kNotCompleted = 1, kRefused = 2 };
 
+/// Prints "PROGRAM: TEXT" on standard error. Ignores write errors: the exit status still reports the error.
+void print_error(const std::string& program, const std::string& text);
+
 /// The common part of the offline programs' main functions: `body` returns the exit status. An exception, and standard
 /// output that takes no more, become a line on standard error, which begins with `name`, and kNotCompleted.
 int run_offline_program(const char* name, const std::function<int()>& body);

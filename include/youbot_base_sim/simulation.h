@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -50,9 +51,8 @@ class PrescribedWheels;
 /// One running simulation, pulled by its caller: commands in; state, switches, contacts and statistics out.
 ///
 /// Without a control period the scene's torque acts continuously. With one, control period k begins at k * period: the
-/// scene's drive is sampled there, and its torque is held to the end of the period. The motion does not depend on how
-/// its periods are grouped into calls. A caller that has commanded a torque or set points drives the base from then on,
-/// in place of the scene's drive:
+/// drive is sampled there, and its torque is held to the end. The motion does not depend on how periods are grouped
+/// into calls. A caller's torque or set points replace the scene's drive from then on:
 ///
 ///     while (simulation.time() < 10) {
 ///       simulation.set_torque(controller(simulation.time(), simulation.state()));
@@ -75,8 +75,7 @@ class Simulation {
   /// Advances to the end of the present control period; std::logic_error if the scene has none.
   void step();
 
-  /// True if a control period begins now; end of the present one, or of the one that begins now, s (infinity if the
-  /// scene has no control period).
+  /// True if a control period begins now; end of the one that goes on or begins now, s (infinity without one).
   bool period_begins() const { return sampled() && ControlTime::reached(segment_end_, t_); }
   double period_end() const;
 
@@ -84,13 +83,11 @@ class Simulation {
   /// `advance_to` then ends an integration step. std::logic_error where the scene prescribes wheel angles.
   void set_torque(const Wheels& torque);
 
-  /// The set points of the scene's motors (default ones if it has none) from now on: torques (N m) or wheel rates
-  /// (rad/s), which their command_delay, limits and velocity loops turn into torques at each control period.
-  /// std::logic_error if the scene has no control period.
+  /// The set points of the scene's motors (or default ones) from now on: torques (N m) or wheel rates (rad/s), by their
+  /// delay, limits and velocity loops, at each control period. std::logic_error without one.
   void set_points(DriveMode mode, const Wheels& values);
 
-  /// Has `advance_to` and `step` throw Stopped once `stop`, which must outlive this, is set: by another thread or a
-  /// signal's handler. After that only `reset` is allowed.
+  /// Has `advance_to` and `step` throw Stopped once `stop`, which must outlive this, is set; then only `reset` is left.
   void stop_on(const std::atomic<bool>& stop);
 
   /// Back to the scene's initial state and drive at t = 0, statistics included.
@@ -138,8 +135,7 @@ class Simulation {
   /// Lets the motion continue at the tipping limit, where the advancing functions otherwise throw TippedOver.
   void continue_when_tipping();
 
-  /// Power by its use, now, W. The sum is the rate of change of kinetic energy; switches that stop a roller or a wheel
-  /// change it too.
+  /// Power by its use, now, W: in sum the rate of change of kinetic energy, but for switches that stop parts.
   PowerBalance power_balance() const;
 
   /// Switches since the last call, in order of time. The list grows until it is taken.
@@ -156,9 +152,8 @@ class Simulation {
 
   double kinetic_energy() const { return integrator_->kinetic_energy(state_); }  ///< J
 
-  /// |change of kinetic energy - integrated power| since t = 0, J; for callers that have the kinetic energy (J), too.
-  double energy_balance_error() const { return energy_balance_error(kinetic_energy()); }
-  double energy_balance_error(double kinetic_energy) const;
+  /// |change of kinetic energy - integrated power| since t = 0, J.
+  double energy_balance_error() const { return std::abs(kinetic_energy() - initial_energy_ - state_.work()); }
 
   const Scene& scene() const { return scene_; }
 
@@ -175,7 +170,6 @@ class Simulation {
   void leave_origin_at(double x, double y);
   void show_state();
   void make_integrator(const MotionSoFar* before);
-  void begin_contacts_anew();
   void change_integrator(const MotionSoFar& before);
   AppliedLoads with_added(AppliedLoads applied) const;
   void change_loads();
@@ -206,8 +200,7 @@ class Simulation {
   std::vector<StateChange> state_changes_;
 };
 
-/// Advances to time t (s); `controller(t, state)` returns the torque of the wheels, N m, at the beginning of each
-/// control period. The scene must have one.
+/// Advances a scene with a control period to time t (s); `controller(t, state)` returns the torques of a period, N m.
 template <class Controller>
 void advance_to(Simulation& simulation, double t, Controller&& controller) {
   while (!ControlTime::reached(t, simulation.time())) {

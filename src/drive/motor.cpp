@@ -9,20 +9,10 @@ double Motor::tick() const { return 2 * M_PI * gear_ratio / encoder_ticks; }
 
 double Motor::rpm() const { return 2 * M_PI * gear_ratio / 60; }
 
-double Motor::max_value(DriveMode mode) const {
-  switch (mode) {
-    case DriveMode::kOff:
-      return 0;
-    case DriveMode::kTorque:
-      return max_torque();
-    case DriveMode::kVelocity:
-      return max_rate();
-  }
-  return 0;
-}
-
 SetPoint Motor::limited(SetPoint set_point) const {
-  const double max = max_value(set_point.mode);
+  double max = 0;
+  if (set_point.mode == DriveMode::kTorque) max = max_torque();
+  if (set_point.mode == DriveMode::kVelocity) max = max_rate();
   set_point.value = std::clamp(set_point.value, -max, max);
   return set_point;
 }
@@ -33,16 +23,9 @@ SetPoint Motor::transmitted(SetPoint set_point) const {
   // A torque that is a whole number of mA but for rounding must not lose one by truncation.
   constexpr double kRounding = 1e-9;
   const double milliamperes = set_point.value / milliampere();
-  switch (set_point.mode) {
-    case DriveMode::kOff:
-      break;
-    case DriveMode::kTorque:
-      set_point.value = std::trunc(milliamperes + std::copysign(kRounding, milliamperes)) * milliampere();
-      break;
-    case DriveMode::kVelocity:
-      set_point.value = std::round(set_point.value / rpm()) * rpm();
-      break;
-  }
+  if (set_point.mode == DriveMode::kTorque)
+    set_point.value = std::trunc(milliamperes + std::copysign(kRounding, milliamperes)) * milliampere();
+  if (set_point.mode == DriveMode::kVelocity) set_point.value = std::round(set_point.value / rpm()) * rpm();
   return set_point;
 }
 
@@ -62,16 +45,9 @@ void WheelDrive::command(int i, const SetPoint& set_point) {
 Wheels WheelDrive::sample(const Wheels& dphi) {
   Wheels torque = Wheels::Zero();
   for (int i = 0; i < kWheels; ++i) {
-    switch (set_points_[i].mode) {
-      case DriveMode::kOff:
-        break;
-      case DriveMode::kTorque:
-        torque[i] = set_points_[i].value;
-        break;
-      case DriveMode::kVelocity:
-        torque[i] = tracking_torque(i, set_points_[i].value - dphi[i]);
-        break;
-    }
+    const auto [mode, value] = set_points_[i];
+    if (mode == DriveMode::kTorque) torque[i] = value;
+    if (mode == DriveMode::kVelocity) torque[i] = tracking_torque(i, value - dphi[i]);
   }
   return torque;
 }

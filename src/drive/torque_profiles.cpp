@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "youbot_base_sim/physics/no_slip_model.h"
-
 namespace youbot_base_sim {
 
 Eigen::Vector3d ReferenceMotion::velocity(double t) const {
@@ -22,12 +20,12 @@ Eigen::Vector3d ReferenceMotion::acceleration(double t) const {
 }
 
 ReferenceTorque::ReferenceTorque(const RobotParameters& robot, const ReferenceMotion& motion)
-    : model_(std::make_unique<NoSlipModel>(robot)), motion_(motion) {
+    : model_(robot), motion_(motion) {
   constant_ = cos_ = sin_ = cos_2_ = sin_2_ = Wheels::Zero();
   constexpr int kSamples = 5;  // as many as coefficients: a discrete Fourier transform
   for (int k = 0; k < kSamples; ++k) {
     const double part = static_cast<double>(k) / kSamples, t = part * motion.period, angle = 2 * M_PI * part;
-    const Wheels M = model_->torque(motion.velocity(t), motion.acceleration(t)) / kSamples;
+    const Wheels M = model_.torque(motion.velocity(t), motion.acceleration(t)) / kSamples;
     constant_ += M;
     const auto [s, c] = sine_and_cosine(angle);
     const auto [s_2, c_2] = sine_and_cosine(2 * angle);
@@ -38,16 +36,14 @@ ReferenceTorque::ReferenceTorque(const RobotParameters& robot, const ReferenceMo
   }
 }
 
-ReferenceTorque::~ReferenceTorque() = default;
-
 Wheels ReferenceTorque::value(double t) const {
-  if (model_->dry()) return dry_value(t);
+  if (model_.dry()) return dry_value(t);
   const auto [s, c] = sine_and_cosine(2 * M_PI * t / motion_.period);
   return at(s, c);
 }
 
 std::array<Wheels, 3> ReferenceTorque::values(const std::array<double, 3>& t) const {
-  if (model_->dry()) return TorqueProfile::values(t);
+  if (model_.dry()) return TorqueProfile::values(t);
   const auto [s, c] = sine_and_cosine(Wheels(2 * M_PI * Wheels{t[0], t[1], t[2], 0} / motion_.period));
   return {at(s[0], c[0]), at(s[1], c[1]), at(s[2], c[2])};
 }
@@ -58,7 +54,7 @@ Wheels ReferenceTorque::at(double s, double c) const {
 }
 
 Wheels ReferenceTorque::dry_value(double t) const {
-  return model_->torque(motion_.velocity(t), motion_.acceleration(t));
+  return model_.torque(motion_.velocity(t), motion_.acceleration(t));
 }
 
 // It turns with the dry friction of the desired motion.
@@ -66,7 +62,7 @@ double ReferenceTorque::max_step(double t) const {
   const auto varies = [](const Harmonic& v) { return v.cos != 0 || v.sin != 0; };
   if (!varies(motion_.V_X) && !varies(motion_.V_Y) && !varies(motion_.Omega)) return kInfinity;
   const double by_phase = kShareOfPeriod * motion_.period;
-  return model_->dry() ? std::min(by_phase, model_->max_step(motion_.velocity(t), motion_.acceleration(t))) : by_phase;
+  return model_.dry() ? std::min(by_phase, model_.max_step(motion_.velocity(t), motion_.acceleration(t))) : by_phase;
 }
 
 double PiecewiseTorque::max_step(double) const {

@@ -13,20 +13,18 @@ bool is_of_motion(const BaseRequest& request) {
          std::holds_alternative<StateRequest>(request);
 }
 
-bool is_wrench(const BaseRequest& request) { return std::holds_alternative<Wrench>(request); }
-
 /// Adds `request` to `last`, which acts from the same control period; false if they do not make one.
 bool add(const BaseRequest& request, BaseRequest& last) {
-  if (is_command(request) && is_command(last)) {
-    const auto& command = std::get<DriveCommand>(request);
-    for (int i = 0; i < kWheels; ++i) {
-      if (command[i]) std::get<DriveCommand>(last)[i] = command[i];
-    }
-    return true;
+  if (request.index() != last.index()) return false;
+  if (!is_command(request)) {
+    if (std::holds_alternative<Wrench>(request)) last = request;
+    return std::holds_alternative<Wrench>(request);
   }
-  const bool both_wrenches = is_wrench(request) && is_wrench(last);
-  if (both_wrenches) last = request;
-  return both_wrenches;
+  const auto& command = std::get<DriveCommand>(request);
+  for (int i = 0; i < kWheels; ++i) {
+    if (command[i]) std::get<DriveCommand>(last)[i] = command[i];
+  }
+  return true;
 }
 
 }  // namespace

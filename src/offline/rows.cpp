@@ -14,17 +14,18 @@ constexpr double kMaxUnseen = 0.1;  // s, between two looks at the energy
 
 }  // namespace
 
-void EnergyAudit::add_row(const Simulation& simulation) {
-  const double interval = simulation.time() - t_;
-  const double power = sum((simulation.torque() * simulation.state().dphi()).abs());
-  drive_work_ += 0.5 * (power + power_) * interval;
-  longest_interval_ = std::max(longest_interval_, interval);
+void RowLoop::look() {
+  const double interval = simulation_.time() - audited_;
+  const double power = sum((simulation_.torque() * simulation_.state().dphi()).abs());
+  energy_.drive_work += 0.5 * (power + power_) * interval;
+  energy_.longest_interval = std::max(energy_.longest_interval, interval);
   power_ = power;
-  t_ = simulation.time();
-  const double kinetic_energy = simulation.kinetic_energy(), error = simulation.energy_balance_error(kinetic_energy);
-  max_kinetic_energy_ = std::max(max_kinetic_energy_, kinetic_energy);
+  audited_ = simulation_.time();
+  energy_.max_kinetic_energy = std::max(energy_.max_kinetic_energy, simulation_.kinetic_energy());
+  const double error = simulation_.energy_balance_error();
   // NaN must persist.
-  if (error > max_balance_error_ || std::isnan(error)) max_balance_error_ = error;
+  if (error > energy_.max_balance_error || std::isnan(error)) energy_.max_balance_error = error;
+  at_look_();
 }
 
 bool RowLoop::next() {
@@ -59,11 +60,6 @@ void RowLoop::advance_to(double t) {
   path_.wheels += robot.R * (x.phi() - before.phi()).abs();
   if (!x.values.allFinite()) throw std::runtime_error(fmt::format("the state is no longer finite at t = {} s", t));
   look();
-}
-
-void RowLoop::look() {
-  energy_.add_row(simulation_);
-  at_look_();
 }
 
 }  // namespace youbot_base_sim

@@ -40,16 +40,23 @@ void RunCost::stop(double t) {
   const double taken = thread_cpu_time() - clock_;
   cpu_time_ += taken;
   cpu_times_.push_back(static_cast<float>(taken));
-  if (taken > slowest_.cpu_time) slowest_ = {t_, t - t_, taken};
   if (taken > t - t_) ++late_;
+  if (taken <= slowest_) return;
+  start_ = t_;
+  length_ = t - t_;
+  slowest_ = taken;
 }
 
-double RunCost::percentile(double share) const {
-  if (cpu_times_.empty()) return 0;
+void RunCost::write_to(nlohmann::json& summary) const {
   std::vector<float> sorted = cpu_times_;
-  const auto rank = static_cast<std::ptrdiff_t>(share * static_cast<double>(sorted.size() - 1));
-  std::nth_element(sorted.begin(), sorted.begin() + rank, sorted.end());
-  return sorted[static_cast<std::size_t>(rank)];
+  const auto rank = static_cast<std::ptrdiff_t>(0.999 * (static_cast<double>(sorted.size()) - 1));
+  if (!sorted.empty()) std::nth_element(sorted.begin(), sorted.begin() + rank, sorted.end());
+  summary["cpu_time"] = cpu_time_;
+  summary["slowest_period"] = {
+      {"start", start_}, {"length", length_}, {"cpu_time", slowest_}, {"cost", length_ > 0 ? slowest_ / length_ : 0}};
+  summary["periods"] = {{"count", sorted.size()},
+                        {"late", late_},
+                        {"cpu_time_99_9", sorted.empty() ? 0 : static_cast<double>(sorted[rank])}};
 }
 
 std::string summary_json(const Simulation& simulation, bool completed, double wall_time, const RunCost& cost,
@@ -82,38 +89,34 @@ std::string summary_json(const Simulation& simulation, bool completed, double wa
                      {"heading_difference", twin->heading_difference()},
                      {"promised", promised_error(simulation, rows.path())}};
   }
-  const RunCost::Period& slowest = cost.slowest();
-  json["cpu_time"] = cost.cpu_time();
-  json["slowest_period"] = {{"start", slowest.start},
-                            {"length", slowest.length},
-                            {"cpu_time", slowest.cpu_time},
-                            {"cost", slowest.length > 0 ? slowest.cpu_time / slowest.length : 0}};
-  json["periods"] = {
-      {"count", cost.periods()}, {"late", cost.late_periods()}, {"cpu_time_99_9", cost.percentile(0.999)}};
-  json["energy"] = {{"max_balance_error", rows.energy().max_balance_error()},
-                    {"max_kinetic", rows.energy().max_kinetic_energy()},
-                    {"drive_work", rows.energy().drive_work()}};
+  cost.write_to(json);
+  json["energy"] = {{"max_balance_error", rows.energy().max_balance_error},
+                    {"max_kinetic", rows.energy().max_kinetic_energy},
+                    {"drive_work", rows.energy().drive_work}};
   json["path_length"] = {{"base", rows.path().base}, {"wheels", numbers(rows.path().wheels)}};
   return json.dump(2) + "\n";
 }
 
-std::string summary_text(const Simulation& simulation, double wall_time, const Twin* twin) {
+std::string summary_text(const Simulation& simulation, double wall_time, const RowLoop& rows, const Twin* twin,
+                         bool verbose) {
   const State& x = simulation.state();
   const IntegrationStatistics& statistics = simulation.statistics();
   std::string text = fmt::format(
-      "model {} by {}: {:g} s in {:.3g} s, {:.4g} times real time\n"
-      "final pose      x {:.6f} m, y {:.6f} m, psi {:.6f} rad\n"
+      "final pose      x {:.6f} m, y {:.6f} m, psi {:.6f} rad ({:.1f} degrees)\n"
       "final velocity  V_X {:.6f} m/s, V_Y {:.6f} m/s, Omega {:.6f} rad/s\n"
-      "energy balance  closes to {:.2g} J\n",
-      name_of(simulation.scene().model), simulation.method(), simulation.time(), wall_time,
-      simulation.time() / wall_time, x.x(), x.y(), x.psi(), x.V_X(), x.V_Y(), x.Omega(),
-      simulation.energy_balance_error());
+      "path            {:.4g} m of the base; a turn counts at the wheels' centres\n"
+      "energy balance  closes to {:.2g} J of {:.2g} J that drives and wheels exchanged\n"
+      "model {} by {}: {:g} s in {:.3g} s, {:.4g} times real time\n",
+      x.x(), x.y(), x.psi(), x.psi() * 180 / M_PI, x.V_X(), x.V_Y(), x.Omega(), rows.path().base,
+      simulation.energy_balance_error(), rows.energy().drive_work, name_of(simulation.scene().model),
+      simulation.method(), simulation.time(), wall_time, simulation.time() / wall_time);
   if (twin) {
     text += fmt::format("error bar       {:.2g} m, {:.2g} rad: how far a twin at half the tolerance parts from it\n",
                         twin->position_difference(), twin->heading_difference());
   }
   for (const StatisticsField& field : kStatisticsFields) {
-    if (const std::uint64_t value = statistics.*field.value) text += fmt::format("{:>13}  {}\n", value, field.text);
+    const std::uint64_t value = statistics.*field.value;
+    if (verbose && value > 0) text += fmt::format("{:>13}  {}\n", value, field.text);
   }
   const auto rollers = simulation.rollers();
   const auto others = simulation.other_rollers();

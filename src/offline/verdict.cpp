@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 #include "youbot_base_sim/physics/no_slip_model.h"
 
@@ -95,7 +94,6 @@ std::string Twin::doubt(const Simulation& run, const PathLength& path) const {
 }
 
 std::string unreliability_reason(const Simulation& simulation, const RowLoop& rows, const Twin* twin) {
-  const EnergyAudit& energy = rows.energy();
   if (const std::uint64_t steps = simulation.statistics().fallback_steps) {
     return fmt::format("{} fallback steps, of first order, went on where the bound of work was reached", steps);
   }
@@ -108,14 +106,15 @@ std::string unreliability_reason(const Simulation& simulation, const RowLoop& ro
         moved, promised);
   }
   const Scene& scene = simulation.scene();
+  const EnergyAudit& energy = rows.energy();
   // The scale includes the energy of a speed that friction can give the base unseen between two rows.
-  const double speed = kLeastSpeed + scene.floor.f.maxCoeff() * scene.floor.g * energy.longest_interval();
-  const double exchanged = std::max(energy.max_kinetic_energy(), energy.drive_work());
+  const double speed = kLeastSpeed + scene.floor.f.maxCoeff() * scene.floor.g * energy.longest_interval;
+  const double exchanged = std::max(energy.max_kinetic_energy, energy.drive_work);
   const double allowed = allowed_share(simulation) * (exchanged + 0.5 * scene.robot.m_s() * speed * speed);
-  if (energy.max_balance_error() <= allowed && std::isfinite(exchanged))
+  if (energy.max_balance_error <= allowed && std::isfinite(exchanged))
     return twin ? twin->doubt(simulation, rows.path()) : "";
   return fmt::format("the energy balance is off by {:.2g} J of {:.2g} J, where {:.2g} J are allowed",
-                     energy.max_balance_error(), exchanged, allowed);
+                     energy.max_balance_error, exchanged, allowed);
 }
 
 }  // namespace youbot_base_sim

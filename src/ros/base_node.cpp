@@ -16,7 +16,6 @@
 #include <stdexcept>
 #include <string>
 
-#include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/loop/base_loop.h"
 #include "youbot_base_sim/loop/instants.h"
 #include "youbot_base_sim/offline_program.h"
@@ -178,10 +177,7 @@ class BaseNode::Loop final : private TimedLoop {
         wheels_text(robot.mu_1), wheels_text(robot.roller_dry_friction), wheels_text(robot.mu_2),
         wheels_text(scene.floor.f), gains.proportional, gains.integral,
         robot.dry_friction.isZero() ? "; without the dry friction of real bases: see profile:=measured" : ""));
-    const std::string advised = advice(scene.robot, scene.floor, scene.model, scene.solver, 1);
-    for (const std::string& warning : {unlikely_geometry(scene.robot), without_effect(scene), advised}) {
-      if (!warning.empty()) ROS_WARN_STREAM(warning);
-    }
+    for (const std::string& warning : warnings_of(scene)) ROS_WARN_STREAM(warning);
   }
 
   void await_subscribers() {

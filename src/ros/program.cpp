@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "youbot_base_sim/offline_program.h"
-#include "youbot_base_sim/text/print_error.h"
 #include "youbot_base_sim/text/quote.h"
 
 namespace youbot_base_sim {

@@ -8,9 +8,7 @@
 
 #include "wheel_table.h"
 #include "youbot_base_sim/drive/driver_kinematics.h"
-#include "youbot_base_sim/integration/rest_friction.h"
 #include "youbot_base_sim/physics/no_slip_model.h"
-#include "youbot_base_sim/physics/roller_geometry.h"
 #include "youbot_base_sim/scene/scene_section.h"
 #include "youbot_base_sim/scene/yaml_file.h"
 #include "youbot_base_sim/text/hash.h"
@@ -114,6 +112,15 @@ void check_rollers(const RobotParameters& robot, const FloorParameters& floor, c
   if (robot.R_d >= robot.R) axis_radius.refuse(fmt::format("less than wheel_radius, {}", robot.R));
 }
 
+/// What must be, where a wheel would leave the floor at rest; else empty.
+std::string lifted_wheel(const RobotParameters& robot, const FloorParameters& floor) {
+  const Wheels N = normal_reactions(robot, floor);
+  int lightest = 0;
+  if (N.minCoeff(&lightest) > 0) return "";
+  return fmt::format("such that every wheel presses on the floor; {} would with {:.4g} N", kWheelNames[lightest],
+                     N[lightest]);
+}
+
 void check_masses(const RobotParameters& robot, const FloorParameters& floor, const SceneValue& inertia,
                   const SceneValue& com, const SceneValue& preload) {
   // I_s is about O; about the centre of mass of all it is less by m^2 (a_X^2 + a_Y^2) / m_s, and must be positive.
@@ -121,14 +128,11 @@ void check_masses(const RobotParameters& robot, const FloorParameters& floor, co
   if (robot.I_s <= least) {
     inertia.refuse(fmt::format("more than {:.6g}, which body_mass and com alone make up", least));
   }
-  const Wheels N = normal_reactions(robot, floor);
-  int lightest = 0;
-  if (N.minCoeff(&lightest) > 0) return;
+  const std::string lifted = lifted_wheel(robot, floor);
+  if (lifted.empty()) return;
   RobotParameters even = robot;
   even.q = 0;
-  const SceneValue& cause = normal_reactions(even, floor).minCoeff() > 0 ? preload : com;
-  cause.refuse(fmt::format("such that every wheel presses on the floor; {} would with {:.4g} N", kWheelNames[lightest],
-                           N[lightest]));
+  (lifted_wheel(even, floor).empty() ? preload : com).refuse(lifted);
 }
 
 /// Reads into `robot`, which has the profile's values, and checks it against `floor` and `model` too.
@@ -501,11 +505,8 @@ std::string lifted_wheel(const Scene& scene, const std::vector<Load>& more, doub
   for (; std::isfinite(t); t = scene.load_schedule.next_change(t)) {
     std::vector<Load> loads = scene.load_schedule.at(t).loads;
     loads.insert(loads.end(), more.begin(), more.end());
-    const Wheels N = normal_reactions(loaded(scene.robot, loads), scene.floor);
-    int lightest = 0;
-    if (N.minCoeff(&lightest) > 0) continue;
-    return fmt::format("such that every wheel presses on the floor; {} would with {:.4g} N, from t = {:g} s on",
-                       kWheelNames[static_cast<std::size_t>(lightest)], N[lightest], t);
+    const std::string lifted = lifted_wheel(loaded(scene.robot, loads), scene.floor);
+    if (!lifted.empty()) return fmt::format("{}, from t = {:g} s on", lifted, t);
   }
   return "";
 }
@@ -515,8 +516,7 @@ std::string stable_period(const Scene& scene, const VelocityGains& gains) {
   if (scene.solver.control_period < unstable) return "";
   return fmt::format(
       "less than {:.4g} s: with these gains and the scene's wheel_inertia the velocity loops of the motors are "
-      "unstable "
-      "from there on",
+      "unstable from there on",
       unstable);
 }
 
@@ -575,39 +575,6 @@ Scene default_scene(const SceneSettings& settings, SceneUse use) {
   Scene scene = load_scene(SceneFile{"", use == SceneUse::kRun ? "duration: 1" : "{}"}, settings, use);
   scene.files.clear();
   return scene;
-}
-
-std::string unlikely_geometry(const RobotParameters& robot) {
-  const double end_radius = RollerGeometry(robot).end_radius();
-  if (end_radius >= 0) return "";
-  return fmt::format(
-      "robot.roller_axis_radius = {:g}: {} rollers on a wheel taper to a point before they meet, where their radius is "
-      "{:.3g} m; those of a wheel that could be built have at most {:.4g} m",
-      robot.R_d, robot.rollers, end_radius, robot.R * std::cos(M_PI / robot.rollers));
-}
-
-std::string without_effect(const Scene& scene) {
-  std::vector<std::string> found;
-  const FloorParameters& floor = scene.floor;
-  const bool holds = limits_friction(scene.model) && floor.holding_speed < std::min(floor.nu, RestFriction::kSlow);
-  if (floor.holding_speed > 0 && !(holds && !find_method(scene.solver.method)->is_explicit)) {
-    found.push_back(
-        fmt::format("floor.holding_speed = {:g}: has no effect but in model coulomb, below slip_regularization = {:g} "
-                    "and {:g} m/s, by a method that is not explicit",
-                    floor.holding_speed, floor.nu, RestFriction::kSlow));
-  }
-  if (scene.robot.normal_reactions != NormalReactions::kDynamic) {
-    constexpr char kWhy[] = "has no effect unless robot.normal_reactions is dynamic";
-    if (scene.robot.a_Z != 0) found.push_back(fmt::format("robot.com_height = {:g}: {}", scene.robot.a_Z, kWhy));
-    const auto& wrenches = scene.load_schedule.wrenches;
-    for (std::size_t k = 0; k < wrenches.size(); ++k) {
-      const double up = wrenches[k].wrench.force.z();
-      if (up == 0) continue;
-      found.push_back(fmt::format("wrenches[{}].force: its vertical part, {:g} N, {}", k, up, kWhy));
-      break;
-    }
-  }
-  return fmt::format("{}", fmt::join(found, "; "));
 }
 
 RobotParameters integrated_robot(const Scene& scene) {

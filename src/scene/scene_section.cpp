@@ -17,8 +17,7 @@ namespace {
 
 constexpr std::size_t kMaxShown = 60;  // characters of a value
 
-/// Appends the value in YAML's flow style until `text` is too long to be shown whole: an alias may stand for a value of
-/// any size, even one that contains itself.
+/// Appends the value in YAML's flow style up to a length: an alias may stand for a value that contains itself.
 void write_flow(const YAML::Node& node, std::string& text) {
   if (text.size() > kMaxShown * 4) return;
   if (node.IsScalar()) {

@@ -44,8 +44,7 @@ std::size_t count_cells(std::string_view line) {
   return 1 + static_cast<std::size_t>(std::count(line.begin(), line.end(), ','));
 }
 
-/// The columns of t, fl, fr, bl and br, in this order. `name` is the file's. The header is not quoted: it may be
-/// private.
+/// The columns of t, fl, fr, bl and br, in this order. The header is not quoted: the file `name` may be private.
 std::array<std::size_t, kColumns> columns_of(const std::string& name, std::string_view header) {
   const auto refuse = [&](const std::string& what) {
     throw SceneError(fmt::format("{}:1: header: {}; must be {}, each once", name, what, kTableColumns));

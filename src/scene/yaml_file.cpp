@@ -4,7 +4,6 @@
 #include <yaml-cpp/eventhandler.h>
 
 #include <algorithm>
-#include <cctype>
 #include <regex>
 #include <sstream>
 #include <utility>
@@ -24,8 +23,7 @@ std::string located(const std::string& path, const YAML::Mark& mark) {
   return fmt::format("{}:{}:{}", quote_path(path), mark.line + 1, mark.column + 1);
 }
 
-/// Throws for a NUL in UTF-8, which yaml-cpp takes for a character of a text or for a wrong escape. UTF-16 and UTF-32,
-/// which it reads too, have NULs among their first four bytes.
+/// Throws for a NUL in UTF-8, which yaml-cpp misreads. UTF-16 and UTF-32 have NULs among their first four bytes.
 void refuse_nul(const std::string& path, const std::string& text) {
   const std::size_t nul = text.find('\0');
   if (nul == std::string::npos || nul < 4) return;
@@ -74,53 +72,45 @@ class Setter {
  public:
   Setter(const std::string& file, const SceneSetting& setting) : file_(file), setting_(setting) {
     constexpr std::size_t kMaxKey = 1000;  // characters; std::regex recurses
-    static const std::regex kKey(R"([A-Za-z_]\w*(\.[A-Za-z_]\w*|\[(0|[1-9]\d{0,5})\])*)"), kStep(R"(\w+)");
-    const std::string& key = setting.key;
-    if (key.size() > kMaxKey || !std::regex_match(key, kKey))
+    static const std::regex kKey(R"([A-Za-z_]\w*(\.[A-Za-z_]\w*|\[(0|[1-9]\d{0,5})\])*)");
+    if (setting.key.size() > kMaxKey || !std::regex_match(setting.key, kKey))
       refuse("must be a key of a scene such as floor.friction or initial.wheel_angles[0]");
-    for (std::sregex_iterator step(key.begin(), key.end(), kStep), end; step != end; ++step) {
-      const auto at = static_cast<std::size_t>(step->position());
-      steps_.push_back({step->str(), at == 0 ? step->str() : key.substr(0, at - 1)});
-    }
   }
 
-  /// The value in place of the node to which the key leads from here on, which is `depth` steps into the document.
-  YAML::Node applied(const YAML::Node& node, std::size_t depth = 0) const {
-    if (depth == steps_.size()) return value();
-    const Step& step = steps_[depth];
-    const bool in_list = std::isdigit(static_cast<unsigned char>(step.text[0]));
+  /// The value in place of the node to which the key leads from here on, from its character `at`.
+  YAML::Node applied(const YAML::Node& node, std::size_t at = 0) const {
+    const std::string& key = setting_.key;
+    if (at == key.size()) return value();
+    const bool in_list = key[at] == '[';
+    const std::size_t begin = at > 0 ? at + 1 : 0, end = std::min(key.find_first_of(".[]", begin), key.size());
+    const std::size_t next = in_list ? end + 1 : end;
+    const std::string step = key.substr(begin, end - begin), around = key.substr(0, at > 0 ? at : end);
     if (node.IsDefined() && !node.IsNull() && !(in_list ? node.IsSequence() : node.IsMap()))
-      refuse(fmt::format("unknown key: {} is not a {} there", quote(step.around), in_list ? "list" : "section"));
+      refuse(fmt::format("unknown key: {} is not a {} there", quote(around), in_list ? "list" : "section"));
     const YAML::Node missing(YAML::NodeType::Undefined);
     if (!in_list) {
       YAML::Node section(YAML::NodeType::Map);
       bool found = false;
       for (const auto& entry : node) {
         // A key that stands there twice remains, to be refused.
-        const bool is_key = !found && entry.first.IsScalar() && entry.first.Scalar() == step.text;
-        section.force_insert(entry.first, is_key ? applied(entry.second, depth + 1) : entry.second);
+        const bool is_key = !found && entry.first.IsScalar() && entry.first.Scalar() == step;
+        section.force_insert(entry.first, is_key ? applied(entry.second, next) : entry.second);
         found = found || is_key;
       }
-      if (!found) section.force_insert(step.text, applied(missing, depth + 1));
+      if (!found) section.force_insert(step, applied(missing, next));
       return section;
     }
-    const std::size_t size = node.size(), number = std::stoul(step.text);
+    const std::size_t size = node.size(), number = std::stoul(step);
     if (number > size) {
-      refuse(fmt::format("{} has {} entries; must be one of them, numbered from 0, or the next", step.around, size));
+      refuse(fmt::format("{} has {} entries; must be one of them, numbered from 0, or the next", around, size));
     }
     YAML::Node list(YAML::NodeType::Sequence);
-    for (std::size_t k = 0; k < size; ++k) list.push_back(k == number ? applied(node[k], depth + 1) : node[k]);
-    if (number == size) list.push_back(applied(missing, depth + 1));
+    for (std::size_t k = 0; k < size; ++k) list.push_back(k == number ? applied(node[k], next) : node[k]);
+    if (number == size) list.push_back(applied(missing, next));
     return list;
   }
 
  private:
-  /// One step of a key: a name in a section, or a number in a list.
-  struct Step {
-    std::string text;
-    std::string around;  // the key of the section or list; of a first step, its own
-  };
-
   YAML::Node value() const {
     double number;
     // A number needs no parser, which takes 30 us.
@@ -138,7 +128,6 @@ class Setter {
 
   const std::string& file_;
   const SceneSetting& setting_;
-  std::vector<Step> steps_;
 };
 
 }  // namespace

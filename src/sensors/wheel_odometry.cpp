@@ -29,8 +29,7 @@ void WheelOdometry::update(const Wheels& phi) {
 void WheelOdometry::update_covariance(const Wheels& turned, const Eigen::Vector3d& moved) {
   constexpr double kTurn = 2 * M_PI;
   const auto [s, c] = sine_and_cosine(pose_[2]);
-  // Derivatives of `update`: by the previous pose, and by each wheel's rotation, whose displacements are rotated by the
-  // new heading.
+  // Derivatives of `update` by the previous pose and by each wheel's rotation, which acts along the new heading.
   Eigen::Matrix3d by_pose = Eigen::Matrix3d::Identity(), by_moved = Eigen::Matrix3d::Identity();
   by_pose(0, 2) = -s * moved[0] - c * moved[1];
   by_pose(1, 2) = c * moved[0] - s * moved[1];

@@ -32,12 +32,12 @@ START = 0.02         # m and rad: until odometry has moved so far, it has hardly
 def pose_fields(kind, message):
     position, q = KINDS[kind](message)
     return {"pose": (position.x, position.y, heading(q.x, q.y, q.z, q.w) if is_rotation(q) else math.nan),
-            "upright": (position.z, 1 - 2 * (q.x ** 2 + q.y ** 2))}
+            "upright": (position.z, 1 - 2 * (q.x * q.x + q.y * q.y))}
 
 
 def is_rotation(q):
     """Zeros stand for a body that is out of sight."""
-    return 0.9 < q.x ** 2 + q.y ** 2 + q.z ** 2 + q.w ** 2 < 1.1
+    return 0.9 < q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w < 1.1
 
 
 def heading(x, y, z, w):

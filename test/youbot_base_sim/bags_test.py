@@ -22,8 +22,6 @@ from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 
 WHEELS = ["wheel_joint_" + wheel for wheel in ("fl", "fr", "bl", "br")]
-
-
 BETWEEN = "\n" + 80 * "=" + "\n"
 
 

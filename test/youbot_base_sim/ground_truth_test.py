@@ -220,13 +220,14 @@ class GroundTruthTest(RunsAnalyse):
                 yield link
         bag = self.recorded("named.bag", TransformStamped, as_transforms=True)
         known = self.numbers(bag, "--frames", "mocap,robot", "--truth", "marker")
-        unturned, = links(("mocap", "rigid_body"))
+        unturned, huge = links(("mocap", "rigid_body"), ("mocap", "rigid_body"))
         unturned.transform.rotation.w = unturned.transform.rotation.z = 0
+        huge.transform.rotation.z = 1e200  # its square is no number
         with rosbag.Bag(bag, "a") as more:
-            more.write("/tf", TFMessage([unturned, *links(("", "rigid_body"), ("mocap", "/"))]), stamp_of(3))
+            more.write("/tf", TFMessage([unturned, huge, *links(("", "rigid_body"), ("mocap", "/"))]), stamp_of(3))
         self.expect_same(self.numbers(bag, "--frames", "mocap,robot", "--truth", "marker"), known)
         self.analyse(bag, "--frames", "mocap,nothing", "--only", "odometry")
-        self.assertIn("; 3 are left out, which lack a frame's name, a finite position or a rotation", self.out)
+        self.assertIn("; 4 are left out, which lack a frame's name, a finite position or a rotation", self.out)
 
     def test_ground_truth_of_odometry_may_be_a_marker_s(self):
         with rosbag.Bag(self.path("drive.bag")) as bag, rosbag.Bag(self.path("odometry.bag"), "w") as live:

@@ -50,9 +50,8 @@ class EthercatConnection {
   double lost_since_ = kInfinity;  // infinite: the cable is in
 };
 
-/// The base driver without ROS, which behaves like the real one as far as its sources show. It sends the set points of
-/// the motors over EtherCAT every 1 ms, forever if no command follows, and loses the base when EtherCAT fails. Times
-/// are simulated time, s.
+/// The base driver without ROS, which behaves like the real one as far as its sources show. It sends set points over
+/// EtherCAT every 1 ms, forever if no command follows, and loses the base when EtherCAT fails. Times are simulated, s.
 class BaseDriver {
  public:
   struct Settings {

@@ -10,8 +10,7 @@ namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 /// Base kinematics as the youBot driver computes them: a Mecanum base that does not slip and whose wheels touch the
 /// floor below their centres. Wheel rates are positive forward on all four wheels, as in the URDF and the paper.
 ///
-/// The lengths are those of the driver's youbot-base.cfg. Its wheel radius is 5 % too small: the driver's odometry
-/// falls short by that much, and the base drives 5 % faster than commanded.
+/// Lengths as in the driver's youbot-base.cfg, whose wheel radius is 5 % too small: odometry falls short by that much.
 struct DriverKinematics {
   double wheel_radius = 0.0475;  ///< m
   double half_lengths = 0.385;   ///< half the wheelbase plus half the track, (0.47 + 0.3) / 2, m

@@ -39,9 +39,6 @@ struct Motor {
   double rpm() const;                                        ///< 4.05e-3 rad/s of the wheel
   double milliampere() const { return torque(1e-3); }        ///< 8.66e-4 N m at the wheel
 
-  /// The largest absolute value of a set point, N m or rad/s.
-  double max_value(DriveMode mode) const;
-
   /// True if the set point is within the motor's limits.
   bool can(const SetPoint& set_point) const;
 
@@ -93,8 +90,7 @@ void visit_settings(MotorSettings& motors, Read&& read) {
   read("quantized", motors.quantized);
 }
 
-/// The motor controllers of the four wheels, sampled once a control period: each is off, as all are at first, exerts a
-/// torque, or tracks a rate with a PI velocity loop.
+/// The controllers of the four wheels, sampled once a control period: off (at first), a torque, or a PI velocity loop.
 ///
 /// The loop's integral holds a wheel against its friction. It stays when the commanded rate changes, even to zero: real
 /// bases that stand hold 0.11 to 0.27 N m. It starts from zero where a motor begins to track rates. While the torque is

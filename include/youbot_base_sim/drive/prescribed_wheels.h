@@ -21,9 +21,8 @@ class WheelMotion {
   virtual double max_step(double) const { return kInfinity; }  ///< as TorqueProfile's, s
 };
 
-/// Wheel angles over time (rad, s): the smoothest twice differentiable function, in the mean square of its
-/// acceleration, through the rows of a table, or that stays within the resolution of encoders of them: a natural cubic
-/// spline.
+/// Wheel angles over time (rad, s): the smoothest function, in the mean square of its acceleration, through the rows of
+/// a table or within the resolution of encoders of them: a natural cubic spline.
 class WheelSpline : public WheelMotion {
  public:
   /// The readings of encoders of this `resolution` (rad) lie within half of it around the angles, so their errors have
@@ -64,8 +63,7 @@ class PrescribedWheels : public TorqueProfile {
   Wheels value(double t) const override;
   double max_step(double t) const override { return motion_->max_step(t); }
 
-  /// Torque of the drives of `robot` at time t (s), N m: where its wheels have the rates dphi (rad/s) and the floor
-  /// exerts the friction F_X (N) on them.
+  /// Torque of the drives of `robot` at time t (s), N m: at wheel rates dphi (rad/s) under the friction F_X (N).
   Wheels reaction(const RobotParameters& robot, const Wheels& dphi, const Wheels& F_X, double t) const;
 
  private:

@@ -2,18 +2,16 @@
 
 #include <Eigen/Dense>
 #include <array>
-#include <memory>
 #include <utility>
 #include <vector>
 
 #include "youbot_base_sim/export.h"
+#include "youbot_base_sim/physics/no_slip_model.h"
 #include "youbot_base_sim/physics/parameters.h"
 #include "youbot_base_sim/physics/state.h"
 #include "youbot_base_sim/physics/torque_profile.h"
 
 namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
-
-class NoSlipModel;
 
 /// constant + cos * cos(2 pi t / period) + sin * sin(2 pi t / period): one of V_X, V_Y (m/s) or Omega (rad/s).
 struct Harmonic {
@@ -36,7 +34,6 @@ struct ReferenceMotion {
 class ReferenceTorque : public TorqueProfile {
  public:
   ReferenceTorque(const RobotParameters& robot, const ReferenceMotion& motion);
-  ~ReferenceTorque() override;
   Wheels value(double t) const override;
   std::array<Wheels, 3> values(const std::array<double, 3>& t) const override;
   double max_step(double t) const override;
@@ -45,7 +42,7 @@ class ReferenceTorque : public TorqueProfile {
   Wheels at(double sine, double cosine) const;
   [[gnu::noinline, gnu::cold]] Wheels dry_value(double t) const;
 
-  std::unique_ptr<const NoSlipModel> model_;
+  NoSlipModel model_;
   ReferenceMotion motion_;
   // Without dry friction the torques are quadratic in the velocities: they have no harmonics above the second.
   Wheels constant_, cos_, sin_, cos_2_, sin_2_;

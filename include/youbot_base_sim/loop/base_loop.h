@@ -18,8 +18,7 @@ namespace youbot_base_sim {
 struct LoopSettings {
   Scene scene;               ///< with a control period; its `drive` section is ignored
   double publish_rate = 50;  ///< of reading the motors and updating odometry, Hz
-  /// Rate at which the driver takes requests, Hz. 0: each acts from the first control period that begins after its
-  /// arrival.
+  /// Rate at which the driver takes requests, Hz. 0: each acts from the first control period after its arrival.
   double command_rate = 0;
   BaseDriver::Settings driver;  ///< BaseLoop fills in what the scene has: the control period
   BaseSensors::Options sensors;
@@ -27,10 +26,9 @@ struct LoopSettings {
 
 /// The control loop of the simulated base, without ROS: requests go in; state, driver and sensors come out.
 ///
-/// At the beginning t of a control period, in this order: if it is an instant of publishing, the motors are read and
-/// odometry is updated; wrenches, loads and states that have arrived by t act; the driver takes the requests that have
-/// arrived by t, and sets the torques of the period. So results depend neither on how many periods one call advances by
-/// nor on whether the sensors are read.
+/// At the beginning t of a control period, in this order: at an instant of publishing the motors are read and odometry
+/// is updated; wrenches, loads and states that have arrived by t act; the driver takes its requests likewise and sets
+/// the torques. Results depend neither on how periods are grouped into calls nor on whether sensors are read.
 class BaseLoop {
  public:
   explicit BaseLoop(const LoopSettings& settings);

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstdint>
 #include <deque>
 #include <optional>
 #include <variant>
@@ -45,8 +44,7 @@ class BaseRequests {
 
   explicit BaseRequests(const ControlTime& time) : time_(time) {}
 
-  /// Appends a request that arrives at time t, or with the one before it if that is later. False if too many wait,
-  /// which refuses no command.
+  /// Appends a request that arrives at time t, but after the last. False if too many wait, which refuses no command.
   bool push(double t, const BaseRequest& request);
 
   /// Makes the requests of `driver` that have arrived by time t, in order. Returns whether a reconnect has succeeded.

@@ -27,8 +27,7 @@ class BaseSensors {
     if (options.imu) imu_.emplace(*options.imu, scene.floor, 0, scene.initial);
   }
 
-  /// At time t (s) the motors, which exert `torque` (N m), are read under `faults`; the odometry makes one step to
-  /// these angles, and the inertial unit reads `state`.
+  /// At time t (s) reads the motors, which exert `torque` (N m), under `faults`; steps odometry and inertial unit.
   void update(double t, const State& state, const Wheels& torque, const Faults& faults = {}) {
     odometry_.update(motors_.read(state.phi(), state.dphi(), torque, faults).phi);
     if (imu_) imu_->update(t, state);

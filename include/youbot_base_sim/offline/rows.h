@@ -9,23 +9,11 @@
 namespace youbot_base_sim {
 
 /// The scale of a run's energy, and how well its balance closes: the largest values over the rows, J.
-class EnergyAudit {
- public:
-  void add_row(const Simulation& simulation);
-
-  double max_balance_error() const { return max_balance_error_; }
-  double max_kinetic_energy() const { return max_kinetic_energy_; }
+struct EnergyAudit {
+  double max_balance_error = 0, max_kinetic_energy = 0;
   /// Energy that the drives exchange with the wheels in either direction: integral of sum |M dphi|, trapezoidal rule.
-  double drive_work() const { return drive_work_; }
-  double longest_interval() const { return longest_interval_; }  ///< between two rows, s
-
- private:
-  double t_ = 0;
-  double power_ = 0;  // sum |M dphi| of the last row, W
-  double max_balance_error_ = 0;
-  double max_kinetic_energy_ = 0;
-  double drive_work_ = 0;
-  double longest_interval_ = 0;
+  double drive_work = 0;
+  double longest_interval = 0;  ///< between two rows, s
 };
 
 /// Length of the paths of the base and of the wheels' rims, m.
@@ -43,8 +31,7 @@ class RowLoop {
       Simulation& simulation, std::function<void()> at_look = [] {})
       : simulation_(simulation), at_look_(std::move(at_look)) {}
 
-  /// Advances to the next row; false if there is none. Throws as Simulation::advance_to, and std::runtime_error where
-  /// the state is no longer finite.
+  /// Advances to the next row; false: there is none. Throws as advance_to, and std::runtime_error for a NaN or Inf.
   bool next();
 
   /// Advances to time t (s), which need be no row, with the same audit and exceptions.
@@ -60,6 +47,7 @@ class RowLoop {
   Simulation& simulation_;
   std::function<void()> at_look_;
   EnergyAudit energy_;
+  double audited_ = 0, power_ = 0;  // s, and sum |M dphi| then, W
   PathLength path_;
   std::int64_t rows_ = 0;  // so far
   double t_ = 0;

@@ -12,8 +12,7 @@ constexpr double kPromised = 20;
 
 /// Error of the position of a reliable run, at most, m, with heading counted at the wheels' centres: kPromised times
 /// tolerance times path, with what it creeps and, by spin friction, turns by a regularization speed that the tolerance
-/// sets, and 1e-16 m a step and of the distance from the origin, as rounding may sum up. Random scenes measure it
-/// (docs/reliability.md).
+/// sets, and 1e-16 m a step and of the distance from the origin for rounding (docs/reliability.md).
 double promised_error(const Simulation& simulation, const PathLength& path);
 
 /// A second run of a scene at half the tolerance; where rows end steps, these are of half a row at most. At the start
@@ -45,11 +44,9 @@ class Twin {
 };
 
 /// Why a result may be unreliable, in one line; empty if it is reliable: the integration kept to its own method, wheels
-/// that were held early cannot matter, and the energy balance closes to a share of the energy that the motion had or
-/// exchanged. That share is a thousand times the tolerance, but at least 1e-9 and at most
-/// a thousandth (or ten times a looser tolerance); with prescribed wheels at least 2e-14 m/s over the regularization
-/// speed. Good runs close it to the tolerance itself, mostly to a hundredth of that. A
-/// twin, unless it is null, agrees too.
+/// held early cannot matter, the run agrees with its twin (null: none), and the energy balance closes to a share of the
+/// energy that the motion had or exchanged. That share is a thousand times the tolerance, from 1e-9 to a thousandth (or
+/// ten times a looser tolerance); with prescribed wheels at least 2e-14 m/s over the regularization speed.
 std::string unreliability_reason(const Simulation& simulation, const RowLoop& rows, const Twin* twin);
 
 }  // namespace youbot_base_sim

@@ -17,8 +17,7 @@
 
 namespace youbot_base_sim {
 
-/// An output that cannot be opened, written or put in its place: one line with its name, why, and where the part
-/// written is kept.
+/// An output that cannot be opened, written or put in its place: its name, why, and where the rest is kept.
 class OutputError : public std::runtime_error {
  public:
   /// `error` is the system's number of it, if there is one.
@@ -61,8 +60,7 @@ class Descriptor {
 /// the last of several writers stands. However the program ends, the remains are visible and not mistaken for a
 /// complete file. Symbolic links are followed, and a file that is replaced keeps its mode.
 ///
-/// A device or a FIFO is written straight to, row by row, and so are the program's own descriptors (/dev/stdout,
-/// /dev/fd/N), wherever they lead.
+/// A device, a FIFO and the program's own descriptors (/dev/stdout, /dev/fd/N) are written straight to, row by row.
 class OutputFile {
  public:
   enum class Access {
@@ -89,8 +87,7 @@ class OutputFile {
   /// Puts the file in its place. Throws OutputError if that fails; the file is then kept as `keep_incomplete` does.
   void commit();
 
-  /// Ends the writing early. Returns the name under which the whole lines so far are kept; empty if there are none, or
-  /// if they were written straight to their place.
+  /// Ends the writing early. Returns the name that keeps the whole lines so far; empty: none, or written in place.
   std::string keep_incomplete();
 
   /// The name under which it is being written.
@@ -104,15 +101,13 @@ class OutputFile {
     std::filesystem::path target;         ///< links followed
     std::optional<struct stat> existing;  ///< the target, if there is one
 
-    /// Equal for all names of one file, even one that does not exist yet, and for no other. Empty for the null
-    /// device, which any output may share.
+    /// Equal for all names of one file, existing or not, and for no other. Empty for the null device.
     std::string identity() const;
   };
   /// Throws OutputError for an empty name, a folder, and where the system refuses to say.
   static Place place_of(const std::string& path);
 
-  /// Ends the writing early: throws OutputError with the reason, and where and in what `state` the part written is
-  /// kept.
+  /// Ends the writing early: throws OutputError with the reason, and where and in what `state` the rest is kept.
   [[noreturn]] void fail(const std::string& reason, const std::string& state = "", int error = 0);
 
   /// The system's error number as a reason; of those for a full disk, all say "no space".
@@ -147,8 +142,7 @@ class OutputOpener {
   /// Keeps a place for an output that is opened later, and that must be a regular file. Throws OutputError.
   void keep(const std::string& option, const std::string& path);
 
-  /// The same for all outputs that will come in `folder`, whose names `is_output` recognizes. To be called after `open`
-  /// and `keep` for the others.
+  /// The same for all outputs to come in `folder`, which `is_output` recognizes. To be called last.
   void keep_all(const std::string& option, const std::string& folder,
                 const std::function<bool(const std::string& name)>& is_output);
 

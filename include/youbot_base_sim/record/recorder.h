@@ -29,8 +29,7 @@ class Recorder {
 std::unique_ptr<Recorder> state_csv(OutputFile file, const std::string& comment = "");
 
 /// Rows of roller switches as CSV: t (s), wheel (fl ...), roller_from, roller_to (0 .. n-1), phi (rad), direction (+1
-/// or -1), count (switches that a row stands for; more than 1 only for a wheel that passes several rollers between two
-/// looks). Numbers read back to the same double. Begins with `comment`.
+/// or -1), count (1, or the rollers that a fast wheel has passed between two looks). Else as `state_csv`.
 std::unique_ptr<Recorder> switch_csv(OutputFile file, const std::string& comment = "");
 
 }  // namespace youbot_base_sim

@@ -40,8 +40,7 @@ struct VelocityTable {
 /// One simulation as a scene file describes it, checked and with its defaults filled in. SI units, radians.
 struct Scene {
   std::vector<std::string> files;  ///< its own and its table
-  /// The scene that `load_scene` has read, as YAML: with settings, and each key that has a default. Stale once the
-  /// caller edits other members.
+  /// The scene as read, as YAML: with settings and defaults. Stale once the caller edits other members.
   std::string resolved;
   Model model = Model::kCoulomb;
   double duration = 0;       ///< s; 0 if it is left out
@@ -111,17 +110,14 @@ std::string id_of(const Scene& scene);
 /// "# youbot_base_sim 1.0.0, scene 0123456789abcdef\n": what made an output.
 std::string provenance(const Scene& scene);
 
-/// Allowed settings that no real robot has, in one line; empty if there are none.
-std::string unlikely_geometry(const RobotParameters& robot);
-
 /// The robot as it is integrated: the `driven` one of PrescribedWheels where the drive is a WheelMotion.
 RobotParameters integrated_robot(const Scene& scene);
 
-/// Settings of the scene that have no effect, in one line; empty if there are none.
-std::string without_effect(const Scene& scene);
+/// What is allowed but hardly meant, a line each: values of a likely wrong unit, rollers that no wheel has, settings
+/// without effect, an explicit method that takes long.
+std::vector<std::string> warnings_of(const Scene& scene);
 
-/// The scene's torque over time; null if it has no drive or one that tracks velocities. That of a WheelMotion
-/// needs `integrated_robot`.
+/// The torque over time; null without a drive or for one of rates. That of a WheelMotion needs `integrated_robot`.
 std::unique_ptr<TorqueProfile> make_torque_profile(const Scene& scene);
 
 }  // namespace youbot_base_sim

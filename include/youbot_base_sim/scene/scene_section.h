@@ -98,8 +98,7 @@ class SceneValue {
   mutable YAML::Node resolved_;  // shared with the section
 };
 
-/// One mapping of a scene file or a similar one. It records the keys that are read and refuses all others at the end,
-/// so that each key is named once.
+/// One mapping of a scene file or the like. It records the keys that are read and refuses all others at the end.
 class SceneSection {
  public:
   /// `file` is the file's name as messages show it; `path` is the section's own key with those above it, empty for the
@@ -111,16 +110,14 @@ class SceneSection {
   /// A key without which `finish` throws.
   SceneValue required(const std::string& key);
 
-  /// To be called after all keys were read, and before checks that involve several. Throws SceneError if this is no
-  /// mapping, for a key that is given twice or was never read, which is likely misspelt, then for a required one that
-  /// is missing.
+  /// To be called after all keys were read, before checks that involve several. Throws SceneError if this is no
+  /// mapping, for a key given twice or never read, then for a required one that is missing.
   void finish() const;
 
   /// The keys read so far.
   const std::vector<std::string>& known() const { return known_; }
 
-  /// The values read so far, with defaults and overrides, as YAML that reads back to the same. Empty unless the section
-  /// was made with a `resolved` to collect them in.
+  /// The values read so far, with defaults and overrides, as YAML; empty unless made with a `resolved` to collect them.
   std::string resolved() const;
 
  private:

@@ -16,8 +16,7 @@ std::string read_yaml_text(const std::string& path, const char* kind = "scene");
 std::string checked_yaml_text(const std::string& path, std::string text, const char* kind = "scene");
 
 /// The document with these settings in place of its own values; missing sections and lists are added. Throws
-/// SceneError, which begins with `file`, for what is no key and for a key through something else than sections and
-/// lists.
+/// SceneError, which begins with `file`, for a key that is none or that leads through a plain value.
 YAML::Node with_settings(const std::string& file, const YAML::Node& root, const SceneSettings& settings);
 
 }  // namespace youbot_base_sim

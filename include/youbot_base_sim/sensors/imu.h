@@ -10,8 +10,7 @@
 
 namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
-/// Errors of a sensor: of each reading its noise, of standard deviation `noise`, that of a density, which is larger the
-/// shorter the time that a reading averages, and a bias, which walks.
+/// Errors of a sensor: noise of each reading, white noise by density (larger the shorter a reading), a bias that walks.
 struct SensorErrors {
   double noise = 0;    ///< in units of the reading
   double density = 0;  ///< those over sqrt(Hz)

@@ -31,16 +31,10 @@ class MotorSensors {
       : MotorSensors(Motor(), motors && motors->quantized.value_or(false), phi) {}
 
   /// Reads wheels at angles phi (rad) and rates dphi (rad/s) whose motors exert `torque`, N m; once a driver's cycle.
-  const MotorReadings& read(const Wheels& phi, const Wheels& dphi, const Wheels& torque) {
-    phi_ = phi;
-    return readings_ = transmitted({phi - missed_, dphi, torque});
-  }
+  /// Motors that are silent or disconnected keep their readings.
+  const MotorReadings& read(const Wheels& phi, const Wheels& dphi, const Wheels& torque, const Faults& faults = {});
 
-  /// Under faults of encoders; motors that are silent or disconnected keep their readings.
-  const MotorReadings& read(const Wheels& phi, const Wheels& dphi, const Wheels& torque, const Faults& faults);
-
-  /// The wheels were set from angles `before` to `after` (rad), as which the encoders show it: no rotation that an
-  /// encoder could miss. Returns the change of the readings, rad.
+  /// The wheels were set from `before` to `after` (rad), which no encoder misses. Returns the readings' change, rad.
   Wheels carry(const Wheels& before, const Wheels& after) {
     const Wheels change = transmitted({after - missed_}).phi - transmitted({before - missed_}).phi;
     phi_ += after - before;

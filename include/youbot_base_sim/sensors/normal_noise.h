@@ -6,8 +6,7 @@
 
 namespace youbot_base_sim {
 
-/// Four random numbers of mean 0 and standard deviation 1: those of std::normal_distribution in libstdc++, but for
-/// rounding, by Marsaglia's polar method.
+/// Four random numbers of mean 0 and standard deviation 1, as libstdc++ makes them, by Marsaglia's polar method.
 inline Wheels normal_noise(std::mt19937_64& random) {
   Wheels noise;
   for (int i = 0; i < kWheels; i += 2) {

@@ -9,8 +9,7 @@
 
 namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
-/// Pose of the base as the driver integrates it from the wheels' angles: one Euler step per call, with the new heading;
-/// the driver calls at 50 Hz.
+/// Pose of the base as the driver integrates it from wheel angles: one Euler step a call, at the new heading; at 50 Hz.
 ///
 /// The covariances model inexact wheel radii and slip: each wheel has two relative errors, one constant and one that
 /// changes from turn to turn, both with a standard deviation of `wheel_error`. The rounding of encoder ticks and of rpm

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 #include <memory>
@@ -21,8 +20,7 @@ namespace youbot_base_sim {
 
 namespace {
 
-// Over which poses are compared, s: no multiple of intervals between poses. At interpolated instants the noise of
-// ground truth is smaller than at its own, and the clock would be drawn to those between.
+// s, between compared poses: no multiple of their intervals. Interpolated truth is less noisy and would draw the clock.
 constexpr double kWindow = 0.2427;
 constexpr double kBlock = 4;          // s: stretches that are held out, and whose errors count as independent
 constexpr int kHeldOut = 3;           // every such one is held out
@@ -191,21 +189,21 @@ Poses follow(Scene scene, const Track& track, const Wheels& ahead, bool softly, 
   return poses;
 }
 
-/// A fit in progress. Unknowns are in units of their steps: free parameters; of each record offset and stretch of its
-/// clock and, if they are sought, four angles.
+/// A fit in progress. Unknowns, in steps: free parameters; a clock's offset and stretch and four angles a record.
 struct Trial {
   Scene scene;
   std::vector<std::size_t> free;
   std::vector<ClockMap> clocks;
   std::vector<Wheels> ahead;  // empty: unknown
 
+  const Parameter& parameter(std::size_t k) const { return encoder_parameters()[free[k]]; }
   std::size_t of_record() const { return kUnknownOfRecord + (ahead.empty() ? 0 : kWheels); }
   std::size_t size() const { return free.size() + of_record() * clocks.size(); }
 
   Eigen::VectorXd unknowns() const {
     Eigen::VectorXd x(size());
     for (std::size_t k = 0; k < free.size(); ++k) {
-      const Parameter& p = encoder_parameters()[free[k]];
+      const Parameter& p = parameter(k);
       x[k] = std::clamp(p.get(scene), p.min, p.max) / p.step;
     }
     for (std::size_t r = 0; r < clocks.size(); ++r) {
@@ -219,10 +217,7 @@ struct Trial {
 
   Trial with(const Eigen::VectorXd& x) const {
     Trial other = *this;
-    for (std::size_t k = 0; k < free.size(); ++k) {
-      const Parameter& p = encoder_parameters()[free[k]];
-      p.set(other.scene, x[k] * p.step);
-    }
+    for (std::size_t k = 0; k < free.size(); ++k) parameter(k).set(other.scene, x[k] * parameter(k).step);
     for (std::size_t r = 0; r < clocks.size(); ++r) {
       const std::size_t at = free.size() + r * of_record();
       other.clocks[r] = {x[at] * kOffsetStep, x[at + 1] * kStretchStep};
@@ -240,10 +235,7 @@ struct Trial {
 
   Eigen::VectorXd bounds(double Parameter::*bound, double of_others) const {
     Eigen::VectorXd bounds = Eigen::VectorXd::Constant(size(), of_others);
-    for (std::size_t k = 0; k < free.size(); ++k) {
-      const Parameter& p = encoder_parameters()[free[k]];
-      bounds[k] = p.*bound / p.step;
-    }
+    for (std::size_t k = 0; k < free.size(); ++k) bounds[k] = parameter(k).*bound / parameter(k).step;
     return bounds;
   }
 };
@@ -287,8 +279,7 @@ class EncoderComparison {
     for (int c = 0; c < 3; ++c) {
       std::vector<double> sizes;
       for (Eigen::Index k = c; k < off.size(); k += 3) sizes.push_back(std::abs(off[k]));
-      std::nth_element(sizes.begin(), sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2), sizes.end());
-      scatter[c] = std::max(kMinScatter, 1.4826 * sizes[sizes.size() / 2]);
+      scatter[c] = std::max(kMinScatter, 1.4826 * median(sizes));
     }
     return scatter;
   }
@@ -325,8 +316,7 @@ class EncoderComparison {
   /// Finds the angles, one wheel after the other.
   void search_angles(Trial& trial) const;
 
-  /// Covariance of the unknowns whose derivatives these are, the first `free` of them parameters: errors within a block
-  /// may depend on each other.
+  /// Covariance of the unknowns, the first `free` of them parameters: errors within a block may be dependent.
   Eigen::MatrixXd covariance(const Eigen::VectorXd& residuals, const Eigen::MatrixXd& jacobian,
                              Eigen::Index free) const;
 
@@ -419,13 +409,8 @@ Eigen::VectorXd EncoderComparison::off_by_kinematics(const Trial& trial) const {
   Eigen::VectorXd all(block_.size()), rolled(block_.size());
   for (std::size_t r = 0; r < records_.size(); ++r) {
     const Poses poses = rolled_poses(records_[r], trial.scene.robot);
-    const std::vector<double>& times = records_[r].t;
     Poses at, still(tracks_[r].t.size(), Eigen::Vector3d::Zero());
-    for (const double t : tracks_[r].t) {
-      const auto next = std::min(std::upper_bound(times.begin() + 1, times.end(), t), times.end() - 1);
-      const auto k = static_cast<std::size_t>(next - times.begin());
-      at.push_back(poses[k - 1] + (t - times[k - 1]) / (times[k] - times[k - 1]) * (poses[k] - poses[k - 1]));
-    }
+    for (const double t : tracks_[r].t) at.push_back(interpolated(records_[r].t, poses, t));
     set_off(r, {still}, trial.clocks[r], all);
     set_off(r, {at}, trial.clocks[r], rolled);
   }
@@ -524,7 +509,7 @@ Linearized linearized(const EncoderComparison& comparison, const Trial& trial) {
 /// The trial with parameter k of the free ones at its start, to which the others adapt to first order.
 Trial without(const EncoderComparison& comparison, const Trial& trial, const Linearized& at, std::size_t k,
               const Scene& start) {
-  const Parameter& p = encoder_parameters()[trial.free[k]];
+  const Parameter& p = trial.parameter(k);
   const Eigen::MatrixXd normal = normal_matrix(at.jacobian(comparison.training(), Eigen::all));
   const auto fixed = static_cast<Eigen::Index>(k);
   const Eigen::VectorXd x = at.x + step_back(normal, fixed, p.get(start) / p.step - at.x[fixed]);
@@ -547,14 +532,13 @@ LeastMissed find_least_missed(const EncoderComparison& comparison, const Scene& 
   for (std::size_t k = 0; k < trial.free.size(); ++k) {
     const Trial other = without(comparison, trial, at, k, start);
     const double error = comparison.held_out_error(comparison.residuals(other));
-    fit.numbers.push_back({trial.free[k], encoder_parameters()[trial.free[k]].get(trial.scene), 0, error});
+    fit.numbers.push_back({trial.free[k], trial.parameter(k).get(trial.scene), 0, error});
     if (error <= fit.numbers[best.number].error_without) best = {k, other};
   }
   return best;
 }
 
-/// Sigmas of all unknowns, in units of steps, while all parameters are free: what is put back to its start later may be
-/// wrong there, and then others are.
+/// Sigmas of all unknowns, in steps, while all parameters are free: one put back to its start later may be wrong.
 Eigen::VectorXd sigma_of(const EncoderComparison& comparison, const Trial& trial) {
   const Linearized at = linearized(comparison, trial);
   const auto free = static_cast<Eigen::Index>(trial.free.size());
@@ -568,7 +552,7 @@ Linearized eliminate(const EncoderComparison& comparison, const Scene& start, co
   constexpr double kWorth = 2e-3;  // share of the error that a parameter must take away
   const std::size_t all = trial.free.size();
   for (std::size_t k = all; k-- > 0;) {
-    const Parameter& p = encoder_parameters()[trial.free[k]];
+    const Parameter& p = trial.parameter(k);
     if (sigma[k] < kPrior / 2) continue;
     fit.unidentifiable.push_back(fmt::format("{}: these drives do not show it (sigma {:.2g} {}); {}", p.name(),
                                              sigma[k] * p.step, p.unit, p.drive));

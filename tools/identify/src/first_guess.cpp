@@ -152,8 +152,7 @@ std::vector<Steady> steady_stretches(const std::vector<DriveRecord>& records) {
   return stretches;
 }
 
-/// Three rows for each stretch, one a mode: the torque that each friction of size 1 takes; `measured` without what
-/// moves the base besides.
+/// Three rows a stretch, one a mode: the torque that a friction of size 1 takes; `measured`: without other torques.
 FrictionMatrix friction_rows(Scene scene, const std::vector<Steady>& stretches, Eigen::VectorXd& measured) {
   const auto n = static_cast<Eigen::Index>(stretches.size());
   FrictionMatrix rows(kModes * n, kFrictions);
@@ -180,8 +179,7 @@ FrictionMatrix friction_rows(Scene scene, const std::vector<Steady>& stretches, 
 /// Whether anything turned against a friction: one of size 1 took a torque that is more than rounding.
 bool took_torque(const FrictionMatrix& rows, int f) { return rows.col(f).norm() > 1e-9; }
 
-/// Which columns are not sums of the ones before, nearly: each must keep more than this share of its length when what
-/// the others make of it is taken off. Two speeds that differ by 1.35 give as much.
+/// Which columns are nearly independent of those before: each must keep this share of its length.
 std::array<bool, kFrictions> independent(const FrictionMatrix& rows) {
   constexpr double kShare = 0.15;
   std::array<bool, kFrictions> chosen{};
@@ -231,8 +229,7 @@ void guess_friction(const std::vector<DriveRecord>& records, bool simulated_too,
   const std::vector<Steady> stretches = steady_stretches(records);
   Eigen::VectorXd measured;
   const FrictionMatrix rows = friction_rows(guess.scene, stretches, measured);
-  // Contacts wander along the rollers, which turn faster near their ends: what the simulation takes beyond the linear
-  // estimate, it takes beyond the right one too.
+  // Contacts wander along the rollers: what the simulation takes beyond the linear estimate, the base does too.
   if (simulated_too) {
     Eigen::VectorXd simulated;
     friction_rows(guess.scene, steady_stretches(predicted(guess.scene, records)), simulated);

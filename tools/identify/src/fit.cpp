@@ -70,13 +70,11 @@ std::vector<Window> compared_windows(const DriveRecord& record) {
   return windows;
 }
 
-/// Records beside what candidates do: differences of the low-passed modes of rates and torques, and of how far the base
-/// came in each half second, where it was measured. Each is a row, in units of what one expects to be off, so that 1 is
-/// a good fit, and robust: one that is far off counts linearly.
+/// Records beside candidates: differences of low-passed modes of rates and torques, and of the displacement in each
+/// half second. Each is a row, in units of the expected error, and robust: one that is far off counts linearly.
 class Comparison {
  public:
-  /// `delay`: about that of the commands, s. Where a command comes to act, torques jump, and a millisecond more decides
-  /// which sample shows it: samples there are left out. `records` must outlive this.
+  /// `delay`: of commands, s. Where one takes effect, torques jump: samples there are left out. `records` outlive this.
   Comparison(const std::vector<DriveRecord>& records, double delay, const Workers& workers)
       : records_(records), workers_(workers) {
     for (const DriveRecord& record : records) {
@@ -93,8 +91,7 @@ class Comparison {
   /// For each row the one before it in time within one series; -1: none.
   const std::vector<int>& predecessors() const { return predecessors_; }
 
-  /// Record less prediction in all rows, a column for each candidate. Throws Stopped, and std::domain_error for a robot
-  /// without a finite motion.
+  /// Record less prediction, a column a candidate. Throws Stopped, and std::domain_error without a finite motion.
   Eigen::MatrixXd residuals(const std::vector<Candidate>& candidates) const {
     const std::vector<std::vector<Prediction>> predictions = predict(candidates, records_, workers_);
     Eigen::MatrixXd residuals(predecessors_.size(), candidates.size());
@@ -167,8 +164,7 @@ class Comparison {
   std::vector<int> training_, held_out_, predecessors_;
 };
 
-/// A fit in progress. What is unknown are numbers in units of their steps: first the free parameters, then four angles
-/// for each record.
+/// A fit in progress. Unknowns are in units of their steps: the free parameters, then four angles for each record.
 struct Trial {
   Candidate candidate;
   std::vector<std::size_t> free;  // the numbers of the free parameters
@@ -234,9 +230,8 @@ void linearize(const Comparison& comparison, Trial& trial, const Eigen::VectorXd
   trial.jacobian = (results.leftCols(n).colwise() - trial.residuals).array().rowwise() / steps.array();
 }
 
-/// Fits what is free to the rows that are not held out, and to the loops' law. Returns the unknowns. Derivatives are
-/// those of the trial, corrected there by what each step shows of them (Broyden's method), for a column costs a
-/// simulation.
+/// Fits what is free to the training rows and the loops' law. Returns the unknowns. Derivatives are those of the trial,
+/// corrected by what each step shows of them (Broyden's method), for a column costs a simulation.
 Eigen::VectorXd minimize_once(const Comparison& comparison, Trial& trial) {
   // The better the records fit, the less the loops' law weighs, since they determine the gains themselves.
   const double scatter = std::sqrt(trial.residuals.squaredNorm() / static_cast<double>(trial.residuals.size()));
@@ -286,8 +281,7 @@ void minimize(const Comparison& comparison, Trial& trial) {
   trial.candidate = trial.with(trial.x);
 }
 
-/// Sigma and correlation of what is free, from the scatter of residuals; those that follow each other count for fewer
-/// as they are alike.
+/// Sigma and correlation of what is free, from the residuals; alike successive ones count for fewer.
 void estimate_errors(const Comparison& comparison, const Trial& trial, Fit& fit) {
   const Eigen::VectorXd& residuals = trial.residuals;
   double product = 0, predecessor_square = 0;
@@ -314,8 +308,7 @@ void estimate_errors(const Comparison& comparison, const Trial& trial, Fit& fit)
   fit.correlation(free, free) = covariance.cwiseQuotient(sigma * sigma.transpose());
 }
 
-/// Puts parameters back to their start, one after the other, for as long as the held-out motions do not miss them: the
-/// one that, to first order, they miss least, if the simulation confirms it.
+/// Puts parameters back to their start while held-out motions do not miss them: by first order, then by simulation.
 void eliminate_insignificant_parameters(const Comparison& comparison, const Scene& start, Trial& trial, Fit& fit) {
   constexpr double kWorth = 1e-3;  // share of the error that a parameter must take away
   std::vector<bool> needed(parameters().size(), false);
@@ -362,8 +355,7 @@ void eliminate_insignificant_parameters(const Comparison& comparison, const Scen
   if (dropped) minimize(comparison, trial);
 }
 
-/// Finds whether the driver applies commands on arrival or in the cycles in which it reads the joints. In the latter
-/// case the records' commands are delayed to those cycles.
+/// Whether the driver applies commands in the cycles in which it reads the joints: then delays the records' commands.
 bool find_cycles(std::vector<DriveRecord>& records, Candidate& candidate, const Workers& workers) {
   constexpr double kStep = 0.004;      // s
   constexpr double kNoWorse = 1.05;    // commands at one phase of the cycle cannot decide it

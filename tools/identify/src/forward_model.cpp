@@ -15,8 +15,7 @@ namespace {
 
 constexpr double kControlPeriod = 1e-3;  // s, as the motors'
 
-/// The mean of a table over each control period, delayed. A mean, so that a little more delay is a little more of the
-/// old row, and not nothing at first and then a whole period.
+/// The mean of a table over each control period, delayed: a little more delay is a little more of the old row.
 struct DelayedCommands {
   const WheelTable& table;
   double delay;  // s
@@ -41,8 +40,7 @@ struct DelayedCommands {
   }
 };
 
-/// The time of a sample, in the control period where it was taken: stamps are rounded, which must not move it to the
-/// next, whose torque is another.
+/// The time of a sample in its control period: rounding of the stamp must not move it to the next period.
 double time_in_period(double t) {
   constexpr double kRounding = 1e-5;  // s
   const double whole = std::round(t / kControlPeriod) * kControlPeriod;
@@ -152,9 +150,8 @@ std::vector<std::vector<Prediction>> predict(const std::vector<Candidate>& candi
 }
 
 void find_angles(Candidate& candidate, const std::vector<DriveRecord>& records, const Workers& workers) {
-  // All wheels ripple alike, and each shows in the others' rates: only together can they be found. Ripples are nearly
-  // linear in the phases' cosines and sines. Over the tries, these are orthogonal to each other, to a constant and,
-  // since the multiples are odd, to their own products.
+  // All wheels ripple alike, each in the others' rates: only together can they be found. Ripples are nearly linear in
+  // the phases' cosines and sines, which the tries make orthogonal to each other, to a constant and to their products.
   constexpr int kTries = 16;
   const int rollers = candidate.scene.robot.rollers;
   Eigen::MatrixXd phases(kTries, 2 * kWheels);

@@ -15,7 +15,6 @@
 #include "youbot_base_sim/offline_program.h"
 #include "youbot_base_sim/record/output_file.h"
 #include "youbot_base_sim/text/command_line.h"
-#include "youbot_base_sim/text/print_error.h"
 #include "youbot_base_sim/text/progress_bar.h"
 #include "youbot_base_sim/text/quote.h"
 
@@ -77,8 +76,7 @@ void write(OutputFile& file, const std::string& text) {
   file.commit();
 }
 
-/// Reads the command line and the scene, and opens the outputs, so that what is refused is refused before minutes have
-/// gone by. Returns false if all that was wanted was help. Throws std::runtime_error.
+/// Reads command line and scene, and tries the outputs first. False for --help. Throws std::runtime_error.
 bool prepare(int argc, char** argv, Arguments& arguments, Scene& start) {
   namespace po = boost::program_options;
   po::options_description options("Options");

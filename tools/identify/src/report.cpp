@@ -138,8 +138,7 @@ std::string report(const Scene& start, const std::vector<DriveRecord>& records, 
   }
   text += fmt::format(
       "error on stretches that were held out (1: the usual one): {:.3g} before, {:.3g} by fitted kinematics, {:.3g} "
-      "where "
-      "angles are unknown, {:.3g} after\n",
+      "where angles are unknown, {:.3g} after\n",
       fit.error_before, fit.error_kinematics, fit.error_unknown, fit.error_after);
   return text;
 }

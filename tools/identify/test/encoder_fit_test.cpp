@@ -16,13 +16,6 @@
 namespace youbot_base_sim {
 namespace {
 
-Scene measured_base() {
-  Scene scene;
-  scene.robot = measured_robot();
-  scene.motors.emplace();
-  return scene;
-}
-
 /// Three quarters of a minute in all directions.
 const std::vector<Command> kDrive = {{0.5, {0, 0, 0}},       {2.6, {0.3, 0.1, 0}},     {2.2, {-0.2, 0.2, 0.5}},
                                      {2.8, {0, -0.25, 0}},   {2.4, {0.1, 0.1, -0.7}},  {2.5, {-0.3, 0, 0.3}},

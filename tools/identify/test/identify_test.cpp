@@ -13,13 +13,6 @@
 namespace youbot_base_sim {
 namespace {
 
-Scene measured_base() {
-  Scene scene;
-  scene.robot = measured_robot();
-  scene.motors.emplace();
-  return scene;
-}
-
 double value(const Scene& scene, const char* key) { return parameters()[parameter(key)].get(scene); }
 
 /// Half a minute of what identification_drive.launch drives: every third motion is held out.

@@ -10,6 +10,13 @@
 
 namespace youbot_base_sim {
 
+inline Scene measured_base() {
+  Scene scene;
+  scene.robot = measured_robot();
+  scene.motors.emplace();
+  return scene;
+}
+
 /// One command of a drive: a velocity of the base (m/s, rad/s) for some time (s).
 struct Command {
   double time;

@@ -13,7 +13,6 @@
 #include <set>
 #include <sstream>
 #include <string>
-#include <vector>
 
 #include "youbot_base_sim/ros/conversions.h"
 #include "youbot_base_sim/ros/program.h"

@@ -20,9 +20,8 @@ constexpr double kShareInconsistent = 0.3;  // and of the largest
 constexpr double kMinInterval = 1e-3;       // s: of less, stamps are not exact enough for a rate
 constexpr double kMaxSimulated = 2;         // s, of one reading: after a longer way the base is taken to roll
 
-/// The rates at the end of an interval (s) of mean rates `now`, where the one before has `before`, the next `next`:
-/// weighted essentially non-oscillatory, so that a command that jumps does not show before it comes (Liu, Osher and
-/// Chan 1994).
+/// The rates at the end of an interval (s) of mean rates `now`, between `before` and `next`: weighted essentially
+/// non-oscillatory, so that a command's jump does not show before it comes (Liu, Osher and Chan 1994).
 Wheels end_rates(const Wheels& before, double length_before, const Wheels& now, double length, const Wheels& next,
                  double length_next) {
   constexpr double kSmooth = 0.1;  // rad^2/s^2: smaller changes are smooth, or of ticks

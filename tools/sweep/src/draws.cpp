@@ -62,8 +62,7 @@ double stratified_draw(const DrawPlace& place, std::uint64_t runs) {
   return std::min((part + draw(place)) / static_cast<double>(runs), kMaxDraw);
 }
 
-// A Feistel network permutes the numbers of 2 * `half` bits; cycle walking (Black and Rogaway, 2002) returns to
-// 0 .. n-1, on average in at most four steps.
+// A Feistel network permutes numbers of 2 * `half` bits; cycle walking (Black and Rogaway, 2002) returns to 0 .. n-1.
 std::uint64_t permuted(std::uint64_t k, std::uint64_t n, std::uint64_t seed, std::uint64_t axis) {
   constexpr std::uint64_t kRounds = 8;
   int half = 1;

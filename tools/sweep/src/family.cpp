@@ -185,9 +185,8 @@ SceneSetting blame(const SceneSettings& settings, std::size_t k, const std::stri
   return named(settings[k]) || other == settings.end() ? settings[k] : *other;
 }
 
-/// Reads scenes with each axis at its ends and in between, or at each of its values if they are a list. Throws
-/// SceneError for a value that is refused with all others in the middle, at their starts and at their ends. Notes the
-/// tables that the scenes read.
+/// Reads scenes with each axis at its ends and in between, or at each listed value. Throws SceneError for a value that
+/// is refused with all others in the middle, at their starts and at their ends. Notes their tables.
 void try_axes(Family& family) {
   std::set<std::string> tables;
   const auto refusal = [&](const SceneSettings& settings) -> std::string {

@@ -49,8 +49,7 @@ std::ifstream open_at(const std::string& path, int descriptor, off_t begin) {
   return file;
 }
 
-/// The next whole line without its end; none at the end of the file or in a torn line. Throws OutputError for a read
-/// error, which must not pass for the end, where the journal is cut off.
+/// The next whole line; none at the end or in a torn line. Throws OutputError for a read error, which is no end.
 std::optional<std::string> next_line(const std::string& path, std::ifstream& file) {
   std::string line;
   std::getline(file, line);

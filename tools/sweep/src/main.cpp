@@ -22,7 +22,6 @@
 #include "youbot_base_sim/ros/bag.h"
 #endif
 #include "youbot_base_sim/text/command_line.h"
-#include "youbot_base_sim/text/print_error.h"
 #include "youbot_base_sim/text/progress_bar.h"
 #include "youbot_base_sim/text/quote.h"
 

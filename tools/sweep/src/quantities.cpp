@@ -48,9 +48,9 @@ const std::vector<Quantity>& quantities() {
       {"largest_slip", "of the four wheels over the rows, m/s", [](const Run& run) { return run.largest_slip(); }},
       {"kinetic_energy", "at the end, J", [](const Run& run) { return run.simulation().kinetic_energy(); }},
       {"drive_work", "energy that drives and wheels exchanged in either direction, J",
-       [](const Run& run) { return run.rows().energy().drive_work(); }},
+       [](const Run& run) { return run.rows().energy().drive_work; }},
       {"energy_balance_error", "the largest over the rows, J",
-       [](const Run& run) { return run.rows().energy().max_balance_error(); }},
+       [](const Run& run) { return run.rows().energy().max_balance_error; }},
       {"switches", "of rollers",
        [](const Run& run) { return static_cast<double>(run.simulation().statistics().switches); }}};
   return table;

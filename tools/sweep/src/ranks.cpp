@@ -32,8 +32,7 @@ class RunQueue {
   RunQueue(Journal& journal, const RowMaker& maker, const Ranks::Watch& watch)
       : journal_(journal), maker_(maker), watch_(watch), next_(journal.runs().begin) {}
 
-  /// Finishes the runs, or those that other ranks leave, on `threads` more threads. Calls `exchange` and `watch` every
-  /// `interval` on this one. Any exception stops all threads and is rethrown.
+  /// Finishes runs on `threads` more threads. Calls `exchange` and `watch` each `interval` here. Rethrows exceptions.
   void run(int threads, milliseconds interval, const std::function<void()>& exchange) {
     std::vector<std::future<void>> crew;  // joined where this throws, too
     try {
@@ -49,8 +48,7 @@ class RunQueue {
     for (std::future<void>& member : crew) member.get();
   }
 
-  /// The next run; none if all are handed out, after a stop, or, unless this `waits`, while the journal has no room for
-  /// it (see FinishedRuns).
+  /// The next run; none after the last, after a stop or, unless this `waits`, while the journal has no room for it.
   std::optional<std::uint64_t> take(bool waits) {
     Lock lock(mutex_);
     for (;; changed_.wait(lock)) {
@@ -117,8 +115,7 @@ constexpr std::uint64_t kNoRun = -1;  // ends a rank's work
 constexpr int kRunsAhead = 2;         // at each rank: while it makes one, the next is on its way
 constexpr milliseconds kPoll{1};      // MPI's own waiting takes all of a core, on which another rank may simulate
 
-// Rank 0 sends runs, and each other rank returns a row for each of them. Neither waits until the other, which may be
-// amid a run, has received its message.
+// Rank 0 sends runs, and each other rank returns a row a run. Neither waits for the other, which may be amid a run.
 class MpiRanks : public Ranks {
  public:
   MpiRanks(int& argc, char**& argv) : environment_(argc, argv, mpi::threading::funneled) {}

@@ -30,8 +30,7 @@ struct Readings {
   std::vector<Wheels> torque;  ///< N m; empty: the bag has no effort
 };
 
-/// One recorded drive: readings, commanded wheel rates, and the true pose where it was measured. Times in s
-/// from the first sample.
+/// One recorded drive: readings, commanded wheel rates, and the true pose where measured. Times in s from its start.
 struct DriveRecord : Readings {
   std::string name;                       ///< for messages
   std::vector<double> t;                  ///< of the readings, increasing
@@ -87,9 +86,8 @@ constexpr int kModes = 3;
 /// In columns of identify --csv: forward, lateral and yaw.
 constexpr std::array<const char*, kModes> kModeNames = {"ahead", "sideways", "turning"};
 
-/// The parts of four wheels' rates or torques that drive the base forward, laterally and in yaw: means with the signs
-/// that each wheel has in that motion. What is left, wheels that work against each other, depends on where every roller
-/// happened to stand, and is not looked at.
+/// The parts of four wheels' rates or torques that drive the base forward, laterally and in yaw: means with each
+/// wheel's sign there. What wheels do against each other depends on where every roller stood, and is left out.
 Eigen::Vector3d modes(const Wheels& w);
 
 /// The wheels' part in each mode.
@@ -127,8 +125,7 @@ std::vector<std::string> inspect(DriveRecord& record);
 /// The same of a record of which only angles and ground truth count. Throws UnusableRecord.
 std::vector<std::string> inspect_encoders(DriveRecord& record);
 
-/// Finds stretches in which the base was pushed: under a command that stays, torques and rates leave those of
-/// `predicted` together. Excludes them and returns a line on each.
+/// Excludes stretches of pushes: under a steady command, torques and rates leave `predicted`. Returns a line on each.
 std::vector<std::string> find_pushes(DriveRecord& record, const Readings& predicted);
 
 }  // namespace youbot_base_sim

@@ -29,8 +29,7 @@ struct EncoderFit {
   };
   struct Drive {
     ClockMap clock, sigma;
-    /// Angles of the wheels where the encoders read zero, but for whole rollers, and their sigma, rad. Empty: unknown,
-    /// or not sought.
+    /// Wheel angles where the encoders read zero, but for whole rollers, and their sigma, rad. Empty: not known.
     std::optional<Wheels> angles_at_zero, angles_sigma;
   };
 
@@ -38,8 +37,7 @@ struct EncoderFit {
   std::vector<Number> numbers;              ///< that lower the held-out error
   std::vector<std::string> unidentifiable;  ///< a line on each of the others
   std::vector<Drive> drives;                ///< of each record
-  // Root mean squares of what the base is off after a quarter of a second on held-out stretches, over its scatter there
-  // after the fit:
+  // RMS of the base's error after a quarter of a second on held-out stretches, over its scatter after the fit:
   double error_before = 0;      ///< by the start, as a mean over where the rollers may stand
   double error_kinematics = 0;  ///< by fitted kinematics: factors forward, lateral and of yaw
   double error_unknown = 0;     ///< by the fitted parameters, as a mean over where the rollers may stand

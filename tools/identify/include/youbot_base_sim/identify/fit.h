@@ -11,8 +11,7 @@
 
 namespace youbot_base_sim {
 
-/// Time constant of the low-pass filter through which modes are compared, s: the ripple of single rollers falls to a
-/// sixth.
+/// Time constant of the low-pass filter through which modes are compared, s: rollers' ripple falls to a sixth.
 constexpr double kComparisonFilter = 0.3;
 
 /// What was fitted to records. Numbers are those of `parameters()`.
@@ -31,10 +30,9 @@ struct FitSettings {
   std::function<void(double share)> progress = [](double) {};  ///< called now and then with what is done, 0 to 1
 };
 
-/// Fits the identifiable parameters, starting from `start`, by bounded robust least squares on low-passed forward,
-/// lateral and yaw motions. The initial wheel angles are further unknowns. A parameter is kept only if it
-/// lowers the error on motions that were held out. Records must be inspected. Throws UnusableRecord,
-/// and Stopped once settings.workers.stop is set.
+/// Fits the identifiable parameters and the initial wheel angles, starting from `start`, by bounded robust least
+/// squares on low-passed forward, lateral and yaw motions. A parameter is kept only if it lowers the error on held-out
+/// motions. Records must be inspected. Throws UnusableRecord, and Stopped once settings.workers.stop is set.
 Fit fit(const Scene& start, std::vector<DriveRecord>& records, std::vector<std::string>& findings,
         const FitSettings& settings = {});
 

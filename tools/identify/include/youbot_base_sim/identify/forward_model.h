@@ -22,8 +22,7 @@ struct Prediction : Readings {
   std::vector<Eigen::Vector3d> pose;  ///< x, y (m), heading (rad), from where it started
 };
 
-/// The velocity (m/s, rad/s) at which wheels roll that turn at these rates (rad/s), nearly where they work against each
-/// other.
+/// The velocity (m/s, rad/s) at which wheels with these rates (rad/s) roll, nearly where they work against each other.
 Eigen::Vector3d rolling_velocity(const NoSlipModel& model, const Wheels& rates);
 
 /// Resources of simulations.
@@ -35,8 +34,7 @@ struct Workers {
   void share(std::size_t n, const std::function<void(std::size_t)>& work) const;
 };
 
-/// Simulates the scene under the record's commands, its wheels at the angles `phi` (rad) at first. Smooth in all
-/// parameters, the delay included: differences of predictions are derivatives.
+/// Simulates the scene under the record's commands, from wheel angles `phi` (rad). Smooth in all parameters and delay.
 Prediction predict(const Scene& scene, const DriveRecord& record, const Wheels& phi = Wheels::Zero(),
                    const std::atomic<bool>* stop = nullptr);
 
@@ -55,8 +53,7 @@ void find_angles(Candidate& candidate, const std::vector<DriveRecord>& records, 
 double find_delay(Candidate& candidate, const std::vector<DriveRecord>& records, const Workers& workers, double first,
                   double step);
 
-/// The record with its commands as a driver applies them that acts once a cycle, in which it also reads the joints, as
-/// the youBot's does: a command waits for the next sample, and the last one before it counts.
+/// The record with commands as a driver applies them that acts as it reads the joints: at the next sample.
 DriveRecord applied_in_cycles(DriveRecord record);
 
 }  // namespace youbot_base_sim

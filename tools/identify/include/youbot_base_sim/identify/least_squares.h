@@ -7,13 +7,11 @@ namespace youbot_base_sim {
 
 // Ceres and Eigen's decompositions, which take long to compile, for the files here. Units are the caller's.
 
-/// Sets the residuals at x and, unless it is null, their Jacobian. Throws std::domain_error where there are none, for a
-/// robot without a finite motion, and Stopped.
+/// Sets the residuals at x and, unless null, the Jacobian. Throws std::domain_error where there are none, and Stopped.
 using Residuals = std::function<void(const Eigen::VectorXd& x, Eigen::VectorXd& residuals, Eigen::MatrixXd* jacobian)>;
 
-/// A residual (1: as large as expected) whose square is the robust cost: quadratic at first, linear beyond 3. Ceres has
-/// it as SoftLOneLoss, but applies a loss to a block as a whole, and one block has all rows, since one simulation
-/// yields them.
+/// A residual (1: as large as expected) whose square is the robust cost: quadratic at first, linear beyond 3. Ceres'
+/// SoftLOneLoss applies to a block as a whole, and one block has all rows, since one simulation yields them.
 double robust(double residual);
 
 /// Returns the x within bounds, of which some may be infinite, where the sum of the squares of `rows` residuals is
@@ -22,8 +20,7 @@ double robust(double residual);
 Eigen::VectorXd minimize_squares(const Residuals& residuals, Eigen::Index rows, Eigen::VectorXd x,
                                  const Eigen::VectorXd& min, const Eigen::VectorXd& max);
 
-/// The shortest of the x that minimize |A x - b|. Pivots below `threshold` times the largest count as zero; 0: those
-/// that may be rounding.
+/// The shortest x that minimizes |A x - b|. Pivots below `threshold` times the largest are zero; 0: for rounding.
 Eigen::VectorXd solve_least_squares(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, double threshold = 0);
 
 /// J^T J.

@@ -15,9 +15,8 @@ std::string report(const Scene& start, const Fit& fit);
 /// The same of a fit to encoders: errors without each parameter, clocks and angles of each record, too.
 std::string report(const Scene& start, const std::vector<DriveRecord>& records, const EncoderFit& fit);
 
-/// The scene `start_path` (empty: the robot of profile `measured`) with what was fitted, each with its sigma in a
-/// comment. It repeats the commands of the record by a velocity table that is to be written to the file `table`. Throws
-/// SceneError.
+/// The scene `start_path` (empty: the profile `measured`) with what was fitted, each with its sigma in a comment. It
+/// repeats the record's commands by a velocity table, to be written to the file `table`. Throws SceneError.
 std::string fitted_scene(const std::string& start_path, const Fit& fit, const DriveRecord& record,
                          const std::string& table);
 
@@ -31,8 +30,7 @@ std::string angle_table(const DriveRecord& record);
 /// That velocity table as CSV.
 std::string command_table(const DriveRecord& record);
 
-/// The modes of rates and torques as recorded in the first record that was fitted and as fitted, low-passed as they
-/// were compared, as CSV for plots; and whether each sample was held out.
+/// Modes of rates and torques of the first record, recorded and fitted, low-passed, and what was held out, as CSV.
 std::string comparison_csv(const Fit& fit, const DriveRecord& record);
 
 }  // namespace youbot_base_sim

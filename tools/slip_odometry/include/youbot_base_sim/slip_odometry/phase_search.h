@@ -22,8 +22,7 @@ class PhaseSearch {
   /// What candidate k adds to the angles of the wheels, rad; once they are found, what all add.
   Wheels phases(int k) const;
 
-  /// Takes the torques of the drives (N m) that were measured and that each candidate expects, of the last dt (s).
-  /// Returns whether the phases have changed.
+  /// Takes drive torques (N m), measured and expected by each candidate, of the last dt (s). True if phases change.
   bool update(const Wheels& measured, const Torques& expected, double dt);
 
   bool found() const { return step_ == 0; }

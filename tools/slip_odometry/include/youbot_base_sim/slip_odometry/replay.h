@@ -8,13 +8,11 @@
 
 namespace youbot_base_sim {
 
-/// A simulation whose wheels follow `motion` from its time 0 on, with the angles of the motion plus an offset. The base
-/// starts at the origin, as if the wheels rolled, without the scene's loads and drive.
+/// A simulation whose wheels follow `motion`, plus an offset. The base starts at the origin, rolling, without loads.
 class Replay {
  public:
   /// `offset` in rad. If `compliant`, a spring and a damper draw each wheel to its angle: measured angles contain the
-  /// ripple of the rollers that touched the floor, and simulated wheels on other rollers would slip if they followed it
-  /// exactly.
+  /// ripple of the true rollers, with which wheels on other rollers would slip.
   Replay(Scene scene, std::shared_ptr<const WheelMotion> motion, const Wheels& offset, bool compliant);
 
   /// As Simulation's.

@@ -32,14 +32,12 @@ class SlipOdometry {
     int replicas = 4;                      ///< where these are unknown
   };
 
-  /// `scene` has robot, floor and solver; its drive and initial state do not matter. Throws std::invalid_argument for a
-  /// model without slip.
+  /// `scene`: drive and initial state do not matter. Throws std::invalid_argument for a model without slip.
   SlipOdometry(const Scene& scene, const Settings& settings);
   ~SlipOdometry();
 
-  /// Takes the readings `phi` of the encoders (rad, positive forward) at time t (s), and the torques of the drives (N
-  /// m, of either sign) if they are known. A reading of an earlier time begins anew from the present pose; one less
-  /// than a millisecond later than the last is left to the next.
+  /// Takes the readings `phi` of the encoders (rad, positive forward) at time t (s), and torques (N m, of either sign)
+  /// and rates (rad/s) if known. An earlier t begins anew from the present pose; one within a millisecond waits.
   void update(double t, const Wheels& phi, const std::optional<Wheels>& torque = std::nullopt,
               const std::optional<Wheels>& dphi = std::nullopt);
 
@@ -55,12 +53,10 @@ class SlipOdometry {
   Eigen::Matrix3d pose_covariance() const;
   Eigen::Matrix3d velocity_covariance() const;
 
-  /// Of each wheel 1 where efforts drive the motion as simulated torques do, -1 where they have the opposite sign,
-  /// which is reversed, 0 as long as that is not known and they do not count.
+  /// Of each wheel 1 where efforts drive the motion, -1 where they are reversed, 0 where unknown and without effect.
   const Wheels& effort_signs() const { return effort_sign_; }
 
-  /// Of each wheel 1 where rates are within 10 % of the changes of angles, -1 where they have the opposite sign, which
-  /// is reversed, 0 where they are neither, or that is not yet known: there they do not count.
+  /// Of each wheel 1 where rates are within 10 % of the angles' changes, -1 where reversed, 0 where unknown or unused.
   Wheels rate_signs() const;
 
   /// What the torques have shown of which rollers touch the floor; empty where that is known or there are none.

@@ -16,8 +16,7 @@ struct DrawPlace {
 double draw(const DrawPlace& place);
 
 /// Sobol' points with nested uniform scrambling (Owen, 1995): of each axis, one of the first 2^m draws falls into each
-/// of 2^m equal parts of (0, 1), and the draws of several axes fill their space as evenly. `axis` is below
-/// kMaxSobolAxes.
+/// of 2^m equal parts of (0, 1); several axes fill their space as evenly. `axis` is below kMaxSobolAxes.
 double sobol_draw(const DrawPlace& place);
 constexpr std::uint64_t kMaxSobolAxes = 3667;
 

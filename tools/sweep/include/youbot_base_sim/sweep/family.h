@@ -35,11 +35,9 @@ struct Trajectories {
   int every = 1;               ///< runs 0, every, 2 every, ..
 };
 
-/// Many runs of one scene, as a family file describes them. Each axis alone is checked; a combination that makes an
-/// invalid scene is refused when its run starts.
+/// Many runs of one scene by a family file. Axes are checked one by one; a run refuses an invalid combination.
 ///
-/// Runs are numbered from 0. The axes that are not drawn make a grid, whose last axis changes fastest. Each of its
-/// points has `draws` runs.
+/// Runs count from 0. Axes that are not drawn make a grid, whose last axis changes fastest; a point has `draws` runs.
 struct Family {
   static constexpr double kMaxRuns = 1e9;
 
@@ -58,8 +56,7 @@ struct Family {
   bool has_draws() const { return !axes.empty() && axes.back().is_drawn(); }
   /// What a run sets, an axis each. But with a Latin hypercube more `draws` leave the draws of a point as they are.
   SceneSettings settings(std::uint64_t run) const;
-  /// What the rows depend on, a line with hash and name each: the program, the family file, its scene, their tables.
-  /// Throws SceneError if one cannot be read.
+  /// A line with hash and name for all that rows depend on: program, family, scene, tables. Throws SceneError.
   std::vector<std::string> fingerprint() const;
 
  private:

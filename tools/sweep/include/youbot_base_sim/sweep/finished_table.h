@@ -12,8 +12,7 @@
 
 namespace youbot_base_sim {
 
-/// The rows of a finished table, each of which a run of another family takes over: that of the same axes, when the
-/// family has more draws or more points of the grid. Thread-safe.
+/// Rows of a finished table of the same axes for a family with more draws or more points of the grid. Thread-safe.
 class FinishedTable {
  public:
   /// Finds the run of each row. Throws SceneError for a table that has another row, which it names, or other columns;

@@ -42,16 +42,14 @@ struct Tally {
   void add(RunStatus status);
 };
 
-/// The rows finished so far, in a file that survives whatever ends the program: each row is appended at once, as a line
-/// with a checksum. Rows are displaced from the order of their runs by less than FinishedRuns::kWindow. One process at
-/// a time writes the file. Throws OutputError where the system refuses.
+/// The rows finished so far, in a file that survives any end: each row is appended at once as a line with a checksum.
+/// They leave the order of runs by less than FinishedRuns::kWindow. One process writes it. Throws OutputError.
 ///
 /// Lines rather than a database: SQLite takes ten times as long for a row, and does not find a flipped bit in one.
 class Journal {
  public:
-  /// Continues the journal at `path`, or begins it. A torn line at the end is dropped; the run of a damaged line counts
-  /// as unfinished. Throws OutputError if another process writes it, or if it does not begin with `head`, the files
-  /// that the rows depend on: the error names the one that differs.
+  /// Continues the journal at `path`, or begins it. A torn last line is dropped; the run of a damaged line is
+  /// unfinished. OutputError if another process writes it, or for another `head`: the files that the rows depend on.
   Journal(const std::string& path, const std::vector<std::string>& head, const RunRange& runs);
 
   void append(const Row& row);

@@ -9,8 +9,7 @@
 
 namespace youbot_base_sim {
 
-/// The processes by which `mpirun` runs one sweep, on one machine or several. Rank 0 has the journal and hands out
-/// runs; all ranks simulate. This base class is a process without mpirun.
+/// The processes of one sweep under `mpirun`. Rank 0 has the journal and hands out runs. This base class is one alone.
 class Ranks {
  public:
   Ranks() = default;
@@ -39,8 +38,7 @@ class Ranks {
   virtual void abort(int) const {}
 };
 
-/// The ranks that mpirun or another MPI launcher started; without one, this process alone. Throws std::runtime_error if
-/// there is one but this program was built without MPI.
+/// The ranks that an MPI launcher started, or this process alone. Throws std::runtime_error under one without MPI.
 std::unique_ptr<Ranks> join_ranks(int& argc, char**& argv);
 
 }  // namespace youbot_base_sim

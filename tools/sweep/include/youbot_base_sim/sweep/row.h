@@ -48,8 +48,7 @@ class RowMaker {
   /// Takes the rows of runs whose trajectory is not kept from `table`, where it has them. It must outlive this.
   void take_from(const FinishedTable& table) { finished_ = &table; }
 
-  /// Simulates a run; its row reports what is wrong with it. Throws Stopped once `stop` is set, and OutputError if its
-  /// trajectory cannot be written.
+  /// Simulates a run; its row reports errors. Throws Stopped once `stop` is set, and OutputError of its trajectory.
   Row make(std::uint64_t run, const std::atomic<bool>& stop) const;
 
   /// Throws OutputError if a trajectory would replace a file that is read or another output.
