@@ -368,7 +368,8 @@ class BaseNode::Loop final : private TimedLoop {
       auto message = diagnostics_message(loop_.driver(), loop_.simulation(), timing, what, clock_->counters(),
                                          settings_.has_arms, now);
       if (!settings_.bag.empty()) message.status.push_back(bag_status(settings_.bag, bag_failure_));
-      const std::string robot = node_.getNamespace().substr(1);  // one of several
+      std::string robot = node_.getNamespace();  // one of several; "/" or, for a nodelet, empty
+      robot.erase(0, robot.find_first_not_of('/'));
       for (auto& status : message.status) {
         if (!robot.empty()) status.name.insert(0, robot + "/");
       }
