@@ -124,6 +124,7 @@ void ClockFollowers::add(const std::string& name) {
 
 void ClockFollowers::update_nodes() {
   for (const auto& [name, comes] : links_.take_changes()) {
+    if (name == ros::this_node::getName()) continue;  // always there
     master_work_ = 0;
     nodes_.erase(name);
     if (comes) add(name);
@@ -195,7 +196,9 @@ bool ClockFollowers::goes_on() const { return ros::ok() && !stop_; }
 void ClockFollowers::await_polls(const Group& group) {
   std::vector<Process*> processes;
   for (const std::string& name : group) {
-    for (Process& process : nodes_.at(name).processes) processes.push_back(&process);
+    const auto node = nodes_.find(name);
+    if (node == nodes_.end()) continue;  // has ended
+    for (Process& process : node->second.processes) processes.push_back(&process);
   }
   for (Process* process : processes) process->mark();
   const auto arrived = Clock::now();

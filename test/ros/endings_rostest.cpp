@@ -234,7 +234,7 @@ TEST_F(Endings, full_disk_is_told_by_a_node_that_goes_on) {
   const ros::Subscriber subscriber = node.subscribe<diagnostic_msgs::DiagnosticArray>(
       "/diagnostics", 1000, [&](const diagnostic_msgs::DiagnosticArray::ConstPtr& message) {
         for (const auto& status : message->status) {
-          if (status.name == "youbot_base_sim: bag") bag_status = status;
+          if (status.name == "optional/youbot_base_sim: bag") bag_status = status;
         }
       });
   BaseProcess base(

@@ -118,7 +118,7 @@ class IdentifyBagsTest(RunsAnalyse):
         from youbot_base_sim.base import Base
         from youbot_base_sim.identify import table_of
         arguments = SimpleNamespace(**{**dict(encoders=False, quiet=False, topic=(), namespace=None, frames=(),
-                                              truth=None), **options})
+                                              truth=None, clock_offset=(), publisher=()), **options})
         out = io.StringIO()
         with contextlib.redirect_stdout(out):
             text = table_of(path, base or Base(RADIUS, half_wheelbase=LENGTHS, half_track=0), arguments)
