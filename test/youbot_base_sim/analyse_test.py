@@ -13,6 +13,7 @@ import sys
 import tempfile
 import unittest
 import unittest.mock
+from pathlib import Path
 
 import genpy
 import genpy.dynamic
@@ -205,8 +206,7 @@ class AnalyseTest(RunsAnalyse):
 
     def test_ripple_of_another_wheel_shows_at_its_own_order(self):
         scene = self.path("five.yaml")
-        with open(scene, "w") as file:
-            file.write("duration: 1\nrobot: {rollers_per_wheel: 5, wheel_radius: 5e-2}\n")
+        Path(scene).write_text("duration: 1\nrobot: {rollers_per_wheel: 5, wheel_radius: 5e-2}\n")
         numbers = self.numbers(self.slipping, "--scene", scene)
         self.assertEqual(numbers["strongest_order_fl"], 6)
         self.assertLess(numbers["ripple_of_rollers_fl"], 0.05)
@@ -529,8 +529,7 @@ class AnalyseTest(RunsAnalyse):
     def test_what_is_no_bag_is_refused(self):
         for name, content in (("empty.bag", b""), ("text.bag", b"something else\n"),
                               ("noise.bag", bytes(range(256)) * 40)):
-            with open(self.path(name), "wb") as file:
-                file.write(content)
+            Path(self.path(name)).write_bytes(content)
             self.analyse(self.path(name), status=2)
             self.one_line(name, "must b")
         os.mkfifo(self.path("fifo"))
@@ -552,13 +551,11 @@ class AnalyseTest(RunsAnalyse):
         self.one_line("no topic of a base", "/odom: pose of 1 messages is not finite")
 
     def test_a_bag_that_is_cut_is_analysed_as_far_as_it_goes(self):
-        with open(self.slipping, "rb") as file:
-            whole = file.read()
+        whole = Path(self.slipping).read_bytes()
         cut = self.path("cut.bag")
         ends = []
         for size in (14, 100, 4100, 4117, 30000, 60000, len(whole) // 3, len(whole) // 2, len(whole) - 20):
-            with open(cut, "wb") as file:
-                file.write(whole[:size])
+            Path(cut).write_bytes(whole[:size])
             read_at = os.stat(cut).st_mtime_ns
             if size < 5000:
                 self.analyse(cut, status=2)
@@ -568,8 +565,7 @@ class AnalyseTest(RunsAnalyse):
                 self.one_line("warning: ", "cut.bag has no complete index", "read up to t = ")
                 ends.append(float(self.table("odometry.csv")[-1]["t_s"]))
                 self.assertAlmostEqual(numbers["slip_rms_fl"], 0.2, delta=1e-9)
-            with open(cut, "rb") as file:
-                self.assertEqual(file.read(), whole[:size])
+            self.assertEqual(Path(cut).read_bytes(), whole[:size])
             self.assertEqual(os.stat(cut).st_mtime_ns, read_at)
         self.assertEqual(ends, sorted(ends))
         self.assertEqual(ends[-1], 4, "only the index is lost")
@@ -577,12 +573,10 @@ class AnalyseTest(RunsAnalyse):
         self.assertLess(0, ends[0])
 
     def test_a_damaged_chunk_ends_what_is_read(self):
-        with open(self.slipping, "rb") as file:
-            whole = bytearray(file.read())
+        whole = bytearray(Path(self.slipping).read_bytes())
         middle = len(whole) // 2
         whole[middle:middle + 3000] = b"\xff" * 3000
-        with open(self.path("damaged.bag"), "wb") as file:
-            file.write(whole)
+        Path(self.path("damaged.bag")).write_bytes(whole)
         self.analyse(self.path("damaged.bag"))
         self.one_line("warning: ", "damaged.bag is damaged", "read up to t = ")
 
@@ -590,10 +584,8 @@ class AnalyseTest(RunsAnalyse):
         for compression in ("bz2", "lz4"):
             bag = self.make_slipping(self.path(compression + ".bag"), compression=compression)
             self.assertEqual(self.numbers(bag), self.known)
-            with open(bag, "rb") as file:
-                whole = file.read()
-            with open(bag, "wb") as file:
-                file.write(whole[:len(whole) // 2])
+            whole = Path(bag).read_bytes()
+            Path(bag).write_bytes(whole[:len(whole) // 2])
             numbers = self.numbers(bag)
             self.one_line("warning: ", "read up to t = ")
             self.assertLess(numbers["path_length"], self.known["path_length"])
@@ -623,15 +615,12 @@ class AnalyseTest(RunsAnalyse):
     def test_what_is_read_is_never_written(self):
         folder, desired = self.path("reads"), self.path("desired_rows.csv")
         bag = shutil.copy(self.slipping, self.path("read.bag"))
-        with open(desired, "w") as file:
-            file.write("t,x,y,V_X,V_Y,Omega\n0,0,0,0,0,0\n4,1,0,0,0,0\n")
-        with open(self.path("read.yaml"), "w") as file:
-            file.write("robot: {}\n")
+        Path(desired).write_text("t,x,y,V_X,V_Y,Omega\n0,0,0,0,0,0\n4,1,0,0,0,0\n")
+        Path(self.path("read.yaml")).write_text("robot: {}\n")
         arguments = [bag, "--scene", self.path("read.yaml"), "--desired", desired]
         os.mkdir(folder)
         for read in (bag, self.path("read.yaml"), desired):
-            with open(read, "rb") as file:
-                content = file.read()
+            content = Path(read).read_bytes()
             for option, name in (("--csv", "summary.csv"), ("--csv", "slip.csv"), ("--plots", "slip.png")):
                 for link in (os.symlink, os.link):
                     place = os.path.join(folder, name)
@@ -640,8 +629,7 @@ class AnalyseTest(RunsAnalyse):
                     self.one_line("%s = %s: must not be a file that is read" % (option, place))
                     self.assertEqual((self.out, os.listdir(folder)), ("", [name]))
                     os.remove(place)
-            with open(read, "rb") as file:
-                self.assertEqual(file.read(), content)
+            self.assertEqual(Path(read).read_bytes(), content)
         os.symlink("slip.csv", os.path.join(folder, "summary.csv"))
         self.analyse(bag, "--csv", folder, status=2)
         self.one_line("summary.csv: must not be the file of --csv")
@@ -719,8 +707,7 @@ class AnalyseTest(RunsAnalyse):
                             ("robot: {wheel_radius: [1, 2, 3]}", "is a list or map: must be a number > 0"),
                             ("robot: {<<: {wheel_radius: 1}}", "has the merge key <<: must be left out"),
                             ("robot: 3", "must be a scene"), ("[", "is not YAML")):
-            with open(self.path("bad.yaml"), "w") as file:
-                file.write(text)
+            Path(self.path("bad.yaml")).write_text(text)
             self.analyse(self.slipping, "--scene", self.path("bad.yaml"), status=2)
             self.one_line(words)
 
@@ -761,8 +748,7 @@ class AnalyseTest(RunsAnalyse):
             with open(os.path.join(folder, name), "rb") as file:
                 self.assertEqual(file.read(4), b"\x89PNG")
         with tempfile.TemporaryDirectory() as path:
-            with open(os.path.join(path, "matplotlib.py"), "w") as file:
-                file.write("raise ImportError")
+            Path(os.path.join(path, "matplotlib.py")).write_text("raise ImportError")
             ran = subprocess.run([sys.executable, SCRIPT, self.slipping, "--plots", self.path("no_plots")], text=True,
                                  capture_output=True, env={**os.environ, "PYTHONPATH": path + os.pathsep +
                                                            os.environ.get("PYTHONPATH", "")})

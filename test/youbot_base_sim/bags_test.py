@@ -11,6 +11,7 @@ import subprocess
 import sys
 import unittest
 import unittest.mock
+from pathlib import Path
 
 import genpy
 import harness
@@ -169,14 +170,12 @@ class BagsTest(harness.RunsAnalyse):
     def test_a_damaged_byte_is_one_line_or_a_result(self):
         draw = random.Random(1)
         for compression in ("none", "bz2", "lz4"):
-            with open(self.write("whole.bag", compression=compression), "rb") as file:
-                whole = file.read()
+            whole = Path(self.write("whole.bag", compression=compression)).read_bytes()
             for _ in range(60):
                 damaged = bytearray(whole[:draw.choice((len(whole), draw.randrange(len(whole))))])
                 for _ in range(draw.randint(0, 2)):
                     damaged[draw.randrange(len(damaged))] ^= 1 << draw.randrange(8)
-                with open(self.path("damaged.bag"), "wb") as file:
-                    file.write(damaged)
+                Path(self.path("damaged.bag")).write_bytes(damaged)
                 said = self.table(self.path("damaged.bag"), "--angles", self.path("a.csv"), status=(0, 2))
                 self.assertLessEqual(said.count("\n"), 1)
 
