@@ -31,8 +31,8 @@ START = 0.02         # m and rad: until odometry has moved so far, it has hardly
 
 def pose_fields(kind, message):
     position, q = KINDS[kind](message)
-    return {"pose": (position.x, position.y, heading(q.x, q.y, q.z, q.w) if is_rotation(q) else math.nan),
-            "upright": (position.z, 1 - 2 * (q.x * q.x + q.y * q.y))}
+    return {"pose": (position.x, position.y, heading(q.x, q.y, q.z, q.w) if is_rotation(q) else math.nan,
+                     position.z, 1 - 2 * (q.x * q.x + q.y * q.y))}
 
 
 def is_rotation(q):

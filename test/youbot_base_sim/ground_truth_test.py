@@ -14,6 +14,7 @@ import numpy as np
 import rosbag
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TransformStamped
 from harness import RunsAnalyse, stamp_of
+from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
 from tf2_msgs.msg import TFMessage
 
@@ -178,6 +179,16 @@ class GroundTruthTest(RunsAnalyse):
         numbers = self.numbers(transforms, "--frames", "mocap,robot", "--clock-offset", "tf=-7.5")
         for name in ("final_error", "final_heading_error", "path_length", "yaw_of_rolled"):
             self.assertAlmostEqual(numbers[name], self.known[name], delta=0.02)
+
+    def test_a_marker_that_was_never_seen(self):
+        with rosbag.Bag(self.path("unseen.bag"), "w") as bag:
+            for k in range(100):
+                pose = PoseStamped()
+                pose.pose.orientation.x = 1e200 * (k % 2)  # whose square is no number
+                bag.write("/pose", pose, stamp_of(0.01 * k))
+                bag.write("/odom", Odometry(), stamp_of(0.01 * k))
+        self.analyse(self.path("unseen.bag"))
+        self.assertIn("/pose has no message with usable numbers", self.out)
 
     def test_clocks_that_cannot_be_are_refused(self):
         bag = self.recorded("known.bag")
