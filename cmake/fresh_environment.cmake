@@ -1,6 +1,7 @@
 # catkin keeps for the tests how the devel space changes the environment of this shell. Where that has sourced it already,
 # nothing would change: take back what it has set, so that tests run in any other shell too.
 if(CATKIN_DEVEL_PREFIX AND "$ENV{CMAKE_PREFIX_PATH}" MATCHES "(^|:)${CATKIN_DEVEL_PREFIX}(:|$)")
+  #catkin_lint: skip  (it takes any changed variable for a mistake)
   foreach(variable CMAKE_PREFIX_PATH LD_LIBRARY_PATH PATH PKG_CONFIG_PATH PYTHONPATH ROSLISP_PACKAGE_DIRECTORIES
       ROS_PACKAGE_PATH)
     string(REPLACE ":" ";" entries "$ENV{${variable}}")
