@@ -96,6 +96,19 @@ class Driven(unittest.TestCase):
             simulation.step(np.full(4, 1.0 if simulation.state["V_X"] < 0.3 else 0.0))
         self.assertRegex(f"t = {simulation.t:.1f} s: x = {simulation.state['x']:.6f}", "^t = 2.0 s: x = 0.565")
 
+    def test_periods_are_steps(self):
+        one, many = Simulation(STEPPED), Simulation(STEPPED)
+        one.step([1, 1, 1, 1.2], periods=50)
+        for _ in range(50):
+            many.step([1, 1, 1, 1.2])
+        self.assertEqual(one.state_vector.tobytes(), many.state_vector.tobytes())
+
+    def test_reset_repeats_the_same_bits(self):
+        simulation = Simulation(SCENES / "demo.yaml", {"duration": 1})
+        rows = simulation.run().tobytes()
+        simulation.reset()
+        self.assertEqual((simulation.t, simulation.run().tobytes()), (0, rows))
+
     def test_set_points_are_tracked(self):
         simulation = Simulation({**STEPPED, "robot": {"profile": "measured"}})
         simulation.set_points("velocity", [4, 4, 4, 4])
