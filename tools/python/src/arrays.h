@@ -14,7 +14,7 @@ namespace youbot_base_sim {
 /// A scene as Python gives it: a file's path, YAML text (it has a line break or ": "), or a dict; and settings in place
 /// of its own values, {"floor.friction": 0.3}. Throws SceneError for what is no YAML.
 struct SceneSource {
-  SceneSource(const pybind11::object& scene, const pybind11::object& settings);
+  SceneSource(const pybind11::object& scene, const pybind11::object& values);
 
   Scene load(bool resolve) const { return load_scene(file, settings, SceneUse::kRun, resolve); }
 
