@@ -82,9 +82,8 @@ std::map<std::string, Names> listeners_by_node() {
   for (int k = 0; k < state[0].size(); ++k) {
     const std::string topic = state[0][k][0];
     if (topic == "/clock" || topic == "/rosout") continue;
-    XmlRpc::XmlRpcValue& publishers = state[0][k][1];
-    for (int i = 0, count = publishers.size(); i < count; ++i)
-      listeners[publishers[i]].insert(subscribers[topic].begin(), subscribers[topic].end());
+    for (int i = 0; i < state[0][k][1].size(); ++i)  // NOLINT(modernize-loop-convert): its iterators are a struct's
+      listeners[state[0][k][1][i]].insert(subscribers[topic].begin(), subscribers[topic].end());
   }
   return listeners;
 }

@@ -7,7 +7,7 @@
 #include "motion.h"
 
 namespace py = pybind11;
-using py::literals::operator""_a;
+using namespace py::literals;
 
 namespace youbot_base_sim {
 
