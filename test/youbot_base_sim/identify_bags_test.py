@@ -16,7 +16,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import rosbag
-from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TransformStamped, Twist
+from geometry_msgs.msg import Pose, PoseStamped, PoseWithCovarianceStamped, Quaternion, TransformStamped, Twist
 from harness import RunsAnalyse, stamp_of
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
@@ -197,7 +197,7 @@ class IdentifyBagsTest(RunsAnalyse):
             self.assertIn(words, self.said)
         bag = self.record("two.bag", tracker=PoseStamped)
         with rosbag.Bag(bag, "a") as more:
-            more.write("/mocap/other/pose", PoseStamped(), stamp_of(1))
+            more.write("/mocap/other/pose", PoseStamped(pose=Pose(orientation=Quaternion(w=1))), stamp_of(1))
         self.assertIn("x", self.read(bag))
         self.assertIn("uses /mocap/base/pose, not /mocap/other/pose", self.said)
         self.expect_refused(bag, "ground_truth=/odometry: must be a topic of type",
