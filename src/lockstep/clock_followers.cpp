@@ -113,7 +113,7 @@ ClockFollowers::ClockFollowers(ClockLinks& links, std::chrono::duration<double> 
 }
 
 void ClockFollowers::add(const std::string& name) {
-  master_work_ = 0;
+  master_work_.reset();
   nodes_[name].processes = processes_of(name);
   if (!nodes_[name].processes.empty()) return;
   ROS_WARN(
@@ -125,7 +125,7 @@ void ClockFollowers::add(const std::string& name) {
 void ClockFollowers::update_nodes() {
   for (const auto& [name, comes] : links_.take_changes()) {
     if (name == ros::this_node::getName()) continue;  // always there
-    master_work_ = 0;
+    master_work_.reset();
     nodes_.erase(name);
     if (comes) add(name);
   }
@@ -167,7 +167,7 @@ void ClockFollowers::announce(const ros::Time& time) {
 }
 
 /// Puts each node into the first group after all that have a node before it by name with which it interacts. The work
-/// of the master shows where that may have changed.
+/// of the master, where that can be seen, shows that this may have changed.
 void ClockFollowers::order_groups() {
   if (work_of(nodes_[kMaster].processes) == master_work_) return;
   std::map<std::string, Names> listeners = listeners_by_node();
@@ -185,8 +185,9 @@ void ClockFollowers::order_groups() {
     groups_[level].push_back(name);
     reached[level].insert(own.begin(), own.end());
   }
+  master_work_ = 0;
   await_rest();
-  master_work_ = work_of(nodes_[kMaster].processes);
+  if (master_work_) master_work_ = work_of(nodes_[kMaster].processes);  // no node has come or gone meanwhile
 }
 
 bool ClockFollowers::goes_on() const { return ros::ok() && !stop_; }

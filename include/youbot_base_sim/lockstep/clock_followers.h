@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -69,9 +70,9 @@ class ClockFollowers : public TimeGate {
   ClockLinks& links_;
   const Clock::duration patience_;
   const std::atomic<bool>& stop_;
-  std::map<std::string, Node> nodes_;  // by name; this one and the master too
-  std::vector<Group> groups_;          // in the order in which they receive /clock
-  std::uint64_t master_work_ = 0;      // when `groups_` was determined
+  std::map<std::string, Node> nodes_;         // by name; this one and the master too
+  std::vector<Group> groups_;                 // in the order in which they receive /clock
+  std::optional<std::uint64_t> master_work_;  // when `groups_` was determined; empty: nodes have come or gone
   ros::Time announced_;
   std::int64_t steps_ = 0;
   std::map<std::string, int> late_;  // commands, by node
