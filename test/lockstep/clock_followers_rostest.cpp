@@ -17,6 +17,7 @@
 #include <set>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "ros/base_process.h"
@@ -345,6 +346,33 @@ TEST(ClockFollowers, one_that_cannot_be_seen_is_named) {
   followers.add("/absent");
   wait_for("a warning", [&] { return warnings.has("/absent follows /clock from elsewhere"); });
   followers.await_rest();
+}
+
+TEST(ClockFollowers, node_that_takes_over_a_name_hears_the_time) {
+  constexpr char kListener[] = R"(
+import rospy, rosgraph_msgs.msg
+rospy.init_node("listener")
+rospy.Subscriber("/clock", rosgraph_msgs.msg.Clock, lambda message: print("heard", flush=True))
+rospy.spin()
+)";
+  ros::NodeHandle node;
+  ClockLinks links(node);
+  std::vector<std::pair<std::string, bool>> changes;
+  const auto wait_for_changes = [&](std::size_t n) {
+    wait_for("a node that comes or goes", [&] {
+      for (const auto& change : links.take_changes()) changes.push_back(change);
+      return changes.size() >= n;
+    });
+  };
+  Program first(PYTHON, {"-c", kListener});
+  wait_for_changes(1);
+  Program second(PYTHON, {"-c", kListener});
+  wait_for_changes(3);  // it comes, and the first goes
+  EXPECT_TRUE(changes.back().second);
+  wait_for("the time", [&] {
+    links.send("/listener", ros::Time(1));
+    return second.out().find("heard") != std::string::npos;
+  });
 }
 
 }  // namespace

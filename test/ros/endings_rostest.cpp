@@ -174,6 +174,19 @@ TEST_F(Endings, lockstep_that_idles_begins_with_unpause) {
   base.expect_end(0);
 }
 
+// As in another container than the master's.
+TEST_F(Endings, lockstep_goes_on_where_the_master_cannot_be_seen) {
+  if (std::system("unshare -pf --mount-proc true") != 0) GTEST_SKIP() << "needs a root that may make namespaces";
+  const SimulatedTime simulated_time;
+  ros::NodeHandle node;
+  ros::Time now;
+  const ros::Subscriber clock = node.subscribe<rosgraph_msgs::Clock>(
+      "/clock", 100, [&](const rosgraph_msgs::Clock::ConstPtr& message) { now = message->clock; });
+  const BaseProcess base("hidden", {"_publish_clock:=true", "_lockstep:=true"},
+                         {"/usr/bin/unshare", "-pf", "--mount-proc", "--kill-child"});
+  wait_for("time to pass", [&] { return now > ros::Time(0.1); });
+}
+
 TEST_F(Endings, signal_ends_a_step_of_any_length) {
   BaseProcess base("stepping", {"_publish_clock:=true", "_start_paused:=true"});
   ASSERT_TRUE(base.call("/base/pause"));
