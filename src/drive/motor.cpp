@@ -9,10 +9,30 @@ double Motor::tick() const { return 2 * M_PI * gear_ratio / encoder_ticks; }
 
 double Motor::rpm() const { return 2 * M_PI * gear_ratio / 60; }
 
+DriveModeText text_of(DriveMode mode) {
+  switch (mode) {
+    case DriveMode::kOff:
+      return {"off", ""};
+    case DriveMode::kTorque:
+      return {"torque", "N m"};
+    case DriveMode::kVelocity:
+      return {"velocity", "rad/s"};
+  }
+  return {"", ""};
+}
+
 SetPoint Motor::limited(SetPoint set_point) const {
   double max = 0;
-  if (set_point.mode == DriveMode::kTorque) max = max_torque();
-  if (set_point.mode == DriveMode::kVelocity) max = max_rate();
+  switch (set_point.mode) {
+    case DriveMode::kOff:
+      break;
+    case DriveMode::kTorque:
+      max = max_torque();
+      break;
+    case DriveMode::kVelocity:
+      max = max_rate();
+      break;
+  }
   set_point.value = std::clamp(set_point.value, -max, max);
   return set_point;
 }
@@ -23,9 +43,16 @@ SetPoint Motor::transmitted(SetPoint set_point) const {
   // A torque that is a whole number of mA but for rounding must not lose one by truncation.
   constexpr double kRounding = 1e-9;
   const double milliamperes = set_point.value / milliampere();
-  if (set_point.mode == DriveMode::kTorque)
-    set_point.value = std::trunc(milliamperes + std::copysign(kRounding, milliamperes)) * milliampere();
-  if (set_point.mode == DriveMode::kVelocity) set_point.value = std::round(set_point.value / rpm()) * rpm();
+  switch (set_point.mode) {
+    case DriveMode::kOff:
+      break;
+    case DriveMode::kTorque:
+      set_point.value = std::trunc(milliamperes + std::copysign(kRounding, milliamperes)) * milliampere();
+      break;
+    case DriveMode::kVelocity:
+      set_point.value = std::round(set_point.value / rpm()) * rpm();
+      break;
+  }
   return set_point;
 }
 
@@ -46,8 +73,16 @@ Wheels WheelDrive::sample(const Wheels& dphi) {
   Wheels torque = Wheels::Zero();
   for (int i = 0; i < kWheels; ++i) {
     const auto [mode, value] = set_points_[i];
-    if (mode == DriveMode::kTorque) torque[i] = value;
-    if (mode == DriveMode::kVelocity) torque[i] = tracking_torque(i, value - dphi[i]);
+    switch (mode) {
+      case DriveMode::kOff:
+        break;
+      case DriveMode::kTorque:
+        torque[i] = value;
+        break;
+      case DriveMode::kVelocity:
+        torque[i] = tracking_torque(i, value - dphi[i]);
+        break;
+    }
   }
   return torque;
 }

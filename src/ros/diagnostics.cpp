@@ -32,7 +32,7 @@ std::string motor_status_text(const BaseDriver& driver, int i) {
   if (driver.faults().silent[i] || driver.faults().ethercat_lost) return "does not answer";
   const auto [mode, value] = driver.set_points()[i];
   if (mode == DriveMode::kOff) return "motor off";
-  return fmt::format(mode == DriveMode::kTorque ? "torque {:.4g} N m" : "velocity {:.4g} rad/s", value);
+  return fmt::format("{} {:.4g} {}", text_of(mode).name, value, text_of(mode).unit);
 }
 
 DiagnosticStatusWrapper wheels_status(const BaseDriver& driver, const Simulation& simulation) {

@@ -85,7 +85,7 @@ void DriverInterface::receive(const char* topic, const WheelCommand& command) {
     const auto& set_point = command.set_points[i];
     names_any = names_any || set_point;
     if (!set_point || motor.can(*set_point)) continue;
-    const char* unit = set_point->mode == DriveMode::kTorque ? "N m" : "rad/s";
+    const char* unit = text_of(set_point->mode).unit;
     complain(wheel_joint(i) + " limit",
              fmt::format("{}: {:.7g} {} is beyond the motor's limit: clipped to {:.5g} {}", wheel_joint(i),
                          set_point->value, unit, motor.limited(*set_point).value, unit));

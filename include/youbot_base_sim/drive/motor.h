@@ -16,6 +16,12 @@ enum class DriveMode {
   kVelocity  ///< a velocity loop tracks a rate
 };
 
+/// A mode in words, and the unit of its set points: "torque", "N m".
+struct DriveModeText {
+  const char *name, *unit;
+};
+DriveModeText text_of(DriveMode mode);
+
 /// Set point of one wheel: `value` is a torque at the wheel, N m, or a rate of the wheel, rad/s.
 struct SetPoint {
   DriveMode mode = DriveMode::kOff;
