@@ -40,8 +40,8 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   Radau(const Tolerance& tolerance, IntegrationStatistics& statistics)
       : newton_(tolerance, statistics), error_(tolerance) {}
 
-  /// A step that is shorter than one whose error was small enough, from the same start, is not judged again; nor is one
-  /// that the rounding of t lets be no shorter.
+  /// A step that is shorter than one whose error was small enough, from the same start, is not judged again; one that
+  /// the rounding of t lets be no shorter is not rejected for its error.
   Result try_step(SlipSystem<Model>& system, const State& in, double& t, State& out, double& dt) override {
     using boost::numeric::odeint::fail;
     if (!started_ || !starts_at(in, t)) begin(system, in, t);
@@ -156,7 +156,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   }
 
   // Finds the stages of a step of length dt. One that is `judged` ends early, with its early_error_, where that is
-  // too large. False without convergence, or if the platform would rotate by over 1 rad.
+  // too large. False without convergence, or if the platform's rate at a stage would rotate it by over 1 rad.
   bool solve(SlipSystem<Model>& system, double dt, bool judged) {
     end_t_ = start_.t + RadauTableau::c[2] * dt;
     stages_ = &prediction_.next_stages();

@@ -16,9 +16,10 @@ namespace youbot_base_sim {
 ///
 ///   (gamma / dt M + G - C) err = Q(u_0) + M sum_j e_j z_j / dt,   z_j = u_j - u_0,
 ///
-/// where G and C are those of the step's end. Its norm is the root mean square over the eleven velocities in units of
-/// `scale`. After switches and rejected steps err is filtered twice, (gamma / dt M + G - C) err' = gamma / dt M err,
-/// which is (8.20) for linear forces. The pose has an estimate of its own, and the larger one counts.
+/// where G and C are those of the last stage when the matrix was last made. Its norm is the root mean square over the
+/// eleven velocities in units of `scale`. After switches and rejected steps err is filtered twice,
+/// (gamma / dt M + G - C) err' = gamma / dt M err, which is (8.20) for linear forces. The pose has an estimate of its
+/// own, and the larger one counts.
 template <class Model>
 class RadauError {
  public:

@@ -83,8 +83,8 @@ class RadauMatrix {
 ///
 ///   theta / (1 - theta) |du_k| < 1   or   10 omega |du_k|^2 < 1.
 ///
-/// |du| is the root mean square over the eleven velocities in units of kappa = 3 % of the errors that are allowed, and
-/// of what regularizes friction if that is less.
+/// |du| is the root of the sum of squares over all stages by eleven, the number of velocities, in units of kappa = 3 %
+/// of the errors that are allowed, and of what regularizes friction if that is less.
 class RadauConvergence {
  public:
   /// At most a fraction of the regularization speed, however large the tolerance. Prescribed wheels do work against
