@@ -1,7 +1,6 @@
 """The fence of docs/architecture.md: which room may include which, and how many lines each part has room for. Usage:
 fence_test.py [ROOT]"""
 import re
-import subprocess
 import sys
 import unittest
 from pathlib import Path
@@ -26,12 +25,9 @@ def quoted(cell):
 
 
 def files():
-    listed = subprocess.run(["git", "ls-files", "--cached", "--others", "--exclude-standard"], cwd=ROOT, check=False,
-                            stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True).stdout.splitlines()
-    folders = ("include", "src", "tools", "studies", "test")  # of an archive, which git does not know
-    found = map(Path, listed) if listed else (path.relative_to(ROOT) for top in folders
-                                              for path in (ROOT / top).rglob("*"))
-    return sorted(path for path in found if path.suffix in CODE and (ROOT / path).is_file())
+    folders = ("include", "src", "tools", "studies", "test")
+    return sorted(path.relative_to(ROOT) for top in folders for path in (ROOT / top).rglob("*")
+                  if path.suffix in CODE and path.is_file())
 
 
 def part_of(path):
