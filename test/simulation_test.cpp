@@ -9,6 +9,7 @@
 #include <sstream>
 #include <utility>
 
+#include "accuracy.h"
 #include "temporary_folder.h"
 #include "youbot_base_sim/drive/motor.h"
 #include "youbot_base_sim/physics/no_slip_model.h"
@@ -19,8 +20,17 @@ namespace {
 class SimulationTest : public testing::Test {
  protected:
   Scene load(const std::string& text) { return load_scene(folder_.write("scene.yaml", text)); }
+  /// A scene in test/data/regressions.
+  static Scene scene_of_data(const std::string& name, const SceneSettings& settings = {}) {
+    return load_scene(YOUBOT_BASE_SIM_SOURCE_DIR "/test/data/regressions/" + name + ".yaml", settings);
+  }
   TemporaryFolder folder_;
 };
+
+/// A wheel is held between two rollers: the edge drives it back from both sides. Torques of a random search.
+const char kHeldWheel[] =
+    "duration: 10\ndrive: {torque: [{start: 0, constant: [-1.6608860541984796, 0.6423426008195765, "
+    "1.6391085502068918, 1.12921153639236]}]}\n";
 
 const char kForward[] =
     "duration: 2\nsolver: {control_period: 0.001}\ndrive: {torque: [{start: 0, constant: [1, 1, 1, 1]}]}\n";
@@ -184,21 +194,6 @@ TEST_F(SimulationTest, HeldTorqueFollowsAContinuousOne) {
   EXPECT_NEAR(coarse / fine, 2, 0.1);
 }
 
-// By symmetry a push on all wheels alike drives straight on, whatever the wheels do; the wheels' own angles only give
-// the direction's sign.
-TEST_F(SimulationTest, ResetIsANewStart) {
-  Simulation simulation(load(kForward));
-  simulation.advance_to(1);
-  const State first = simulation.state();
-  const std::size_t switches = simulation.take_switches().size();
-  simulation.reset();
-  EXPECT_EQ(simulation.time(), 0);
-  EXPECT_EQ(simulation.statistics().steps, 0u);
-  simulation.advance_to(1);
-  EXPECT_TRUE((simulation.state().values == first.values).all());
-  EXPECT_EQ(simulation.take_switches().size(), switches);
-}
-
 TEST_F(SimulationTest, RollersKeepTheirAnglesWhileTheyAreOffTheFloor) {
   Simulation simulation(
       load("duration: 9\ninitial: {twist: [0.3, 0.3, 0]}\ndrive: {torque: [{start: 0, constant: [0, 2, 2, 0]}]}\n"));
@@ -296,27 +291,17 @@ TEST_F(SimulationTest, RollerAtRestAfterASwitchLosesItsRateAndTheAuditKnows) {
   EXPECT_LT(apart, 1e-2);
 }
 
-// A run in which a wheel is held between two rollers: the edge drives it back from both sides. Torques of a random
-// search.
 TEST_F(SimulationTest, WheelIsHeldBetweenTwoRollers) {
   const auto end = [this](double tolerance) {
-    Scene scene = load(
-        "duration: 10\ndrive: {torque: [{start: 0, constant: [-1.6608860541984796, 0.6423426008195765, "
-        "1.6391085502068918, 1.12921153639236]}]}\n");
-    scene.solver.relative_tolerance = tolerance;
-    scene.solver.absolute_tolerance = 1e-3 * tolerance;
-    Simulation simulation(scene);
-    simulation.advance_to(10);
-    EXPECT_GT(simulation.statistics().shared_contacts, 0u);
-    EXPECT_EQ(simulation.statistics().forced_hold_speed, 0);  // it chatters until that no longer counts
-    EXPECT_EQ(simulation.statistics().exhausted, 0u);
-    EXPECT_EQ(simulation.statistics().fallback_steps, 0u);
-    EXPECT_LT(simulation.energy_balance_error(), 1e-4);
-    return simulation.state();
+    const auto simulation = run(load(kHeldWheel), tolerance);
+    EXPECT_GT(simulation->statistics().shared_contacts, 0u);
+    EXPECT_EQ(simulation->statistics().forced_hold_speed, 0);  // it chatters until that no longer counts
+    EXPECT_EQ(simulation->statistics().exhausted, 0u);
+    EXPECT_EQ(simulation->statistics().fallback_steps, 0u);
+    EXPECT_LT(simulation->energy_balance_error(), 1e-4);
+    return simulation->state();
   };
-  const State coarse = end(1e-6), fine = end(1e-9);
-  const double off = std::hypot(coarse.x() - fine.x(), coarse.y() - fine.y(), 0.28 * (coarse.psi() - fine.psi()));
-  EXPECT_LT(off, 1e-6 * 2.8);  // times the path, m
+  EXPECT_LT(distance(end(1e-6), end(1e-9)), 1e-6 * 2.8);  // times the path, m
 }
 
 // Nothing acts on a base on ice: it goes straight, however fast it rotates. Its velocities are those in its own frame,
@@ -342,27 +327,14 @@ TEST_F(SimulationTest, GoesStraightWhereItRotatesOnIce) {
 class LongChatterTest : public SimulationTest {
  protected:
   double distance_from_reference(double tolerance, bool keeps_up) {
-    Scene scene = load(
-        "duration: 3.955824\n"
-        "robot: {rollers_per_wheel: 3, body_mass: 21.43923, half_track: 0.1661, wheel_radius: 0.1131,\n"
-        "  roller_axis_radius: 0.0475, roller_damping: 0.013131, dry_friction: [0.1558, 0.0468, 0.7173, 0.5994],\n"
-        "  dry_friction_rate: 0.00408, roller_dry_friction: [0.000191, 0.001896, 0.017188, 0.041553],\n"
-        "  total_inertia: 0.821124, diagonal_preload: 16.078}\n"
-        "floor: {friction: 1.1476}\n"
-        "initial: {wheel_angles: [1.697323, -0.617405, -2.300851, -2.185222]}\n"
-        "drive: {reference_motion: {period: 6.583, V_X: {constant: 0.266, sin: -0.134}, V_Y: {cos: -0.571},\n"
-        "  Omega: {constant: 0.964}}}\n");
-    scene.solver.relative_tolerance = tolerance;
-    scene.solver.absolute_tolerance = 1e-3 * tolerance;
+    Scene scene = scene_of_data("long_chatter");
     scene.solver.keeps_up = keeps_up;
-    Simulation simulation(scene);
-    simulation.advance_to(scene.duration);
-    const IntegrationStatistics& statistics = simulation.statistics();
+    const auto simulation = run(scene, tolerance);
+    const IntegrationStatistics& statistics = simulation->statistics();
     EXPECT_EQ(statistics.fallback_steps, 0u) << tolerance;
     EXPECT_EQ(statistics.exhausted > 0, keeps_up || tolerance < 1e-9) << tolerance;
     forced_hold_speed = statistics.forced_hold_speed;
-    const State& x = simulation.state();
-    return std::hypot(x.x() + 0.054520667591, x.y() - 0.078460186021, 0.28 * (x.psi() - 2.304670848666));
+    return distance(simulation->state(), {-0.054520667591, 0.078460186021, 2.304670848666});
   }
 
   double forced_hold_speed = 0;  // m/s, of the last motion
@@ -387,57 +359,32 @@ TEST_F(LongChatterTest, EndsEarlyWhereWorkIsBoundedToRealTime) {
 // Dry friction of the drive trains turns where a wheel's rate passes zero, here within 0.1 ms. Another method, which
 // errs by 2e-10 m, agrees to the tolerance.
 TEST_F(SimulationTest, WheelsWithDryFrictionPassZeroUnderLargeTorques) {
-  Scene scene = load(
-      "duration: 1.5\nrobot: {profile: measured, dry_friction: [1.5, 1.3, 1.5, 1.9]}\n"
-      "drive: {torque: [{start: 0, constant: [-57, 24, 8, 6]}, {start: 0.3, constant: [-16, 6, 2, 8]},\n"
-      "  {start: 0.8, constant: [170, 140, -42, -79], sin: [28, -159, -15, 11], period: 0.57}]}\n");
-  const auto end = [&](const std::string& method, double tolerance) {
-    scene.solver.method = method;
-    scene.solver.relative_tolerance = tolerance;
-    scene.solver.absolute_tolerance = 1e-3 * tolerance;
-    Simulation simulation(scene);
-    simulation.advance_to(scene.duration);
-    EXPECT_EQ(simulation.statistics().fallback_steps, 0u) << method;
-    return simulation.state();
+  const auto end = [&](const char* method, double tolerance) {
+    const auto simulation = run(scene_of_data("dry_friction_passes_zero", {{"solver.method", method}}), tolerance);
+    EXPECT_EQ(simulation->statistics().fallback_steps, 0u) << method;
+    return simulation->state();
   };
-  const State x = end("radau", 3e-7), other = end("rosenbrock4", 1e-7);
   constexpr double kPath = 2.1;  // m
-  EXPECT_LT(std::hypot(x.x() - other.x(), x.y() - other.y(), 0.28 * (x.psi() - other.psi())), 3e-7 * kPath);
+  EXPECT_LT(distance(end("radau", 3e-7), end("rosenbrock4", 1e-7)), 3e-7 * kPath);
 }
 
 // A wheel that grips breaks away where the torque of a control period is too much for it. Newton's corrections first
 // shrink a thousand times, as if it still gripped. The velocities are rosenbrock4's at a tolerance of 1e-6.
 TEST_F(SimulationTest, FollowsAWheelThatBreaksAwayWhereTheTorqueJumps) {
-  Scene scene = load(
-      "duration: 0.17\nrobot: {roller_dry_friction: 0.00994382}\nfloor: {slip_regularization: 1.0e-8}\n"
-      "initial: {wheel_angles: [0.397634, -3.59684, 3.11987, 2.84212]}\nsolver: {control_period: 0.0544112}\n"
-      "drive: {reference_motion: {period: 0.499601, V_Y: {sin: -0.460518},\n"
-      "  Omega: {constant: 0.47099, cos: 0.583352}}}\n");
+  const Eigen::Vector3d exact(-0.0197967344, -0.2724022751, 0.6292632949);
   for (const double tolerance : {1e-6, 3e-7, 1e-7}) {
-    scene.solver.relative_tolerance = tolerance;
-    scene.solver.absolute_tolerance = 1e-3 * tolerance;
-    Simulation simulation(scene);
-    simulation.advance_to(scene.duration);
-    const Eigen::Vector3d exact(-0.0197967344, -0.2724022751, 0.6292632949);
-    EXPECT_LT((simulation.state().velocity() - exact).norm(), 5e-7) << tolerance;
+    EXPECT_LT((run(scene_of_data("wheel_breaks_away"), tolerance)->state().velocity() - exact).norm(), 5e-7)
+        << tolerance;
   }
 }
 
 // Motors wind up and turn the wheels, which grip, by less than a degree: velocities are right at the end of any step,
 // and the pose shows what a long one misses (at 1e-9: 2e-7 m). It is rosenbrock4's at a tolerance of 1e-10.
 TEST_F(SimulationTest, PosesKeepToTheToleranceWhereContactsHoldTheVelocities) {
-  Scene scene = load(
-      "duration: 0.45\nrobot: {profile: measured}\n"
-      "drive: {torque: [{start: 0.05, constant: [0.0128, 0.1148, -0.0466, 0.085],\n"
-      "  sin: [-0.0431, 0.28, -0.14, 0.29], period: 0.1555}]}\n");
   constexpr double kPath = 1e-3;  // m
   for (const double tolerance : {1e-8, 1e-9, 1e-10}) {
-    scene.solver.relative_tolerance = tolerance;
-    scene.solver.absolute_tolerance = 1e-3 * tolerance;
-    Simulation simulation(scene);
-    simulation.advance_to(scene.duration);
-    const State& x = simulation.state();
-    EXPECT_LT(std::hypot(x.x() - 7.313275963095e-4, x.y() + 9.67744748974e-6, 0.28 * (x.psi() - 1.8969712345991e-3)),
+    const auto simulation = run(scene_of_data("contacts_hold_the_velocities"), tolerance);
+    EXPECT_LT(distance(simulation->state(), {7.313275963095e-4, -9.67744748974e-6, 1.8969712345991e-3}),
               2 * kPath * tolerance)
         << tolerance;
   }
@@ -445,39 +392,21 @@ TEST_F(SimulationTest, PosesKeepToTheToleranceWhereContactsHoldTheVelocities) {
 
 // At switches, rollers at this regularization speed follow within hardly more than what t is rounded to.
 TEST_F(SimulationTest, TransientsShorterThanTheRoundingOfTimeNeedNoFallback) {
-  Scene scene = load(
-      "model: viscous\nduration: 0.61\nfloor: {slip_regularization: 2.1566e-10}\n"
-      "initial: {wheel_angles: [-1.59926, 2.75506, 0.53183, -2.80833]}\n"
-      "drive: {torque: [{start: 0, constant: [-3.42642, -0.398737, 0.693016, -1.62108]}]}\n"
-      "loads: [{end: 0.298475, inertia: 0.00758244, mass: 9.77341, position: [-0.0317914, 0.0785758, 0.285048]}]\n"
-      "motors: {max_wheel_rate: 17.5807, max_wheel_torque: 1.3311, velocity_integral_gain: 1.70387,\n"
-      "  velocity_proportional_gain: 0.809454}\nsolver: {control_period: 0.0526201}\n"
-      "robot: {body_mass: 53.5459, dry_friction_rate: 0.00136741, half_track: 0.100423, half_wheelbase: 0.247725,\n"
-      "  roller_axis_radius: 0.0146024, roller_rate_at_switch: at_rest, rollers_per_wheel: 13,\n"
-      "  total_inertia: 6.49733, wheel_mass: 0.485304, wheel_radius: 0.0276893}\n");
-  scene.solver.relative_tolerance = 1e-10;
-  scene.solver.absolute_tolerance = 1e-13;
-  Simulation simulation(scene);
-  simulation.advance_to(scene.duration);
-  EXPECT_EQ(simulation.statistics().fallback_steps, 0u);
+  EXPECT_EQ(run(scene_of_data("transients_below_rounding"), 1e-10)->statistics().fallback_steps, 0u);
 }
 
 // A load that is put on at rest changes the velocities at once, and with them the friction at all contacts.
 TEST_F(SimulationTest, AccurateStepsFollowALoadPutOnAtRest) {
-  Scene scene = load(
+  const Scene scene = load(
       "model: viscous\nduration: 0.3\ninitial: {twist: [0.3, 0.2, 0.5]}\nfloor: {slip_regularization: 1e-5}\n"
       "drive: {torque: [{start: 0, constant: [1, -0.5, 0.7, 1.2]}]}\n"
       "loads: [{mass: 14, position: [0.1, 0.05, 0], start: 0.1, placed: at_rest}]\n");
   const auto end = [&](double tolerance) {
-    scene.solver.relative_tolerance = tolerance;
-    scene.solver.absolute_tolerance = 1e-3 * tolerance;
-    Simulation simulation(scene);
-    simulation.advance_to(0.3);
-    EXPECT_EQ(simulation.statistics().fallback_steps, 0u) << tolerance;
-    return simulation.state();
+    const auto simulation = run(scene, tolerance);
+    EXPECT_EQ(simulation->statistics().fallback_steps, 0u) << tolerance;
+    return simulation->state();
   };
-  const State coarse = end(1e-9), fine = end(1e-11);
-  EXPECT_LT(std::hypot(coarse.x() - fine.x(), coarse.y() - fine.y()), 1e-11);
+  EXPECT_LT(distance(end(1e-9), end(1e-11)), 1e-11);
 }
 
 // Rollers without inertia have no rate of their own: whatever they start or take over with is gone at once. Light ones
@@ -504,55 +433,22 @@ TEST_F(SimulationTest, RollersWithoutInertiaStartAndTakeOverAtAnyRate) {
 // in the end, which does not hold the wheel: it chatters on, the faster the lighter they are, and ever closer to this
 // end.
 TEST_F(SimulationTest, WheelRestsOnTwoRollersWithoutInertia) {
-  const auto end = [this](const std::string& inertia, double tolerance) {
-    Scene scene = load(
-        "duration: 4.213508\n"
-        "robot: {rollers_per_wheel: 5, wheel_radius: 0.12559, roller_axis_radius: 0.09305, body_mass: 53.5564,\n"
-        "  wheel_mass: 2.6012, com: [-0.0352, 0.041], total_inertia: 3.4877, dry_friction: 0.0251,\n"
-        "  roller_damping: [0.002106, 0.00078, 0.002182, 0.003715], dry_friction_rate: 0.00214,\n"
-        "  diagonal_preload: 0.525, roller_inertia: " +
-        inertia +
-        "}\n"
-        "floor: {friction: 0.84, patches: [{rectangle: [-0.5454938133508944, 0.7802765483125838,\n"
-        "  0.06381661874882072, 1.1403759760459833], friction: 0.036, edge: 0.0043}]}\n"
-        "loads: [{mass: 14.338, position: [-0.06, -0.057, 0.048], inertia: 0.238, start: 0.6193, end: 2.8556,\n"
-        "  placed: at_rest}]\n"
-        "wrenches: [{force: [32.66, 38.96, 0], point: [0.14, 0.22, 0.1], torque: 2.21, start: 0.9192, end: 2.6786,\n"
-        "  frame: fixed}]\n"
-        "drive: {torque: [\n"
-        "  {start: 0, constant: [-0.5417, 2.3072, -0.0429, 1.7236], cos: [0.9165, -2.4487, -0.6123, -2.0919],\n"
-        "   sin: [0.982, 2.1868, 1.2011, -2.6403], period: 0.3865},\n"
-        "  {start: 0.5381, constant: [-1.8753, 1.8549, -1.6425, 2.3091]},\n"
-        "  {start: 0.7531, constant: [-0.7219, 1.6229, 0.3539, 2.4427], cos: [2.0279, -0.911, -1.6937, -1.0024],\n"
-        "   sin: [1.1979, -1.4992, -1.0852, 1.0977], period: 1.7347},\n"
-        "  {start: 1.6528, constant: [-1.3676, 1.3952, 0.7048, 0.8991]},\n"
-        "  {start: 3.5698, constant: [-2.2665, -0.7299, 0.8458, -0.3435], cos: [2.3411, 1.3654, 1.8587, -2.739],\n"
-        "   sin: [1.0395, 1.4583, 2.3621, 2.6214], period: 0.5975},\n"
-        "  {start: 4.2055, constant: [0.6203, -1.2949, -1.535, -2.205]}]}\n"
-        "initial: {wheel_angles: [1.567437, -2.693285, -1.083346, -2.249207], pose: [0, 0, 0.9336]}\n");
-    scene.solver.relative_tolerance = tolerance;
-    scene.solver.absolute_tolerance = 1e-3 * tolerance;
-    Simulation simulation(scene);
-    simulation.advance_to(scene.duration);
-    EXPECT_EQ(simulation.statistics().fallback_steps, 0u) << inertia;
-    EXPECT_EQ(simulation.statistics().shared_contacts, inertia == "0" ? 1u : 0u) << inertia;
-    return simulation.state();
+  const auto end = [](double inertia, double tolerance) {
+    const auto simulation = run(scene_of_data("rests_on_two_rollers", {{"robot.roller_inertia", inertia}}), tolerance);
+    EXPECT_EQ(simulation->statistics().fallback_steps, 0u) << inertia;
+    EXPECT_EQ(simulation->statistics().shared_contacts, inertia == 0 ? 1u : 0u) << inertia;
+    return simulation->state();
   };
-  const auto distance = [](const State& a, const State& b) {
-    return std::hypot(a.x() - b.x(), a.y() - b.y(), 0.28 * (a.psi() - b.psi()));
-  };
-  const State limit = end("0", 1e-9);
-  EXPECT_LT(distance(end("0", 3e-7), limit), 3e-7 * 2.8);  // times the path, m
-  const double light = distance(end("1e-8", 1e-6), limit), lighter = distance(end("1e-9", 1e-6), limit);
+  const State limit = end(0, 1e-9);
+  EXPECT_LT(distance(end(0, 3e-7), limit), 3e-7 * 2.8);  // times the path, m
+  const double light = distance(end(1e-8, 1e-6), limit), lighter = distance(end(1e-9, 1e-6), limit);
   EXPECT_LT(light, 3e-4);
   EXPECT_LT(lighter, 0.7 * light);
 }
 
 // While it is held, the wheel stands still on an edge, and both of the edge's rollers are told.
 TEST_F(SimulationTest, TellsBothRollersOfAHeldWheel) {
-  Simulation simulation(
-      load("duration: 10\ndrive: {torque: [{start: 0, constant: [-1.6608860541984796, 0.6423426008195765, "
-           "1.6391085502068918, 1.12921153639236]}]}\n"));
+  Simulation simulation(load(kHeldWheel));
   const int n = simulation.scene().robot.rollers;
   int held = 0;
   for (int k = 1; k <= 1000; ++k) {
@@ -574,11 +470,9 @@ TEST_F(SimulationTest, TellsBothRollersOfAHeldWheel) {
 // The powers' trapezoidal sum is the change of energy: through switches, held wheels and averaged contacts, with and
 // without dry friction, and in model 1. A switch in a step of the sum is what is left of the difference.
 TEST_F(SimulationTest, PowersMakeUpTheChangeOfTheKineticEnergy) {
-  const std::string held =
-      "duration: 10\ndrive: {torque: [{start: 0, constant: [-1.6608860541984796, 0.6423426008195765, "
-      "1.6391085502068918, 1.12921153639236]}]}\n";
-  const std::string fast =
-      "duration: 1\nfloor: {friction: 0.01}\ndrive: {torque: [{start: 0, constant: [80, 80, 80, 80]}]}\n";
+  const std::string
+      held = kHeldWheel,
+      fast = "duration: 1\nfloor: {friction: 0.01}\ndrive: {torque: [{start: 0, constant: [80, 80, 80, 80]}]}\n";
   std::uint64_t shared = 0;
   for (const std::string& text : {held, held + "robot: {profile: measured}\n", held + "model: viscous\n",
                                   held + "model: no_slip\nrobot: {profile: measured}\n", fast}) {
@@ -623,8 +517,6 @@ TEST_F(SimulationTest, AbsurdTorqueStaysFinite) {
   EXPECT_TRUE(simulation.state().values.allFinite());
 }
 
-// What a tolerance allows a step to be off must not keep it from being made: less accuracy is less work, also where
-// the slip that is allowed is more than what the friction turns about within.
 // Wheels spin and are braked again and again; where a wheel's slip passes through zero, its friction turns round within
 // 1e-9 s. A step that happens to end right then must not be judged by the stiffness of that instant, which hides its
 // error: the velocities would be 40 tolerances off.
@@ -643,6 +535,8 @@ TEST_F(SimulationTest, VelocitiesKeepToTheToleranceWhereFrictionTurnsAtOnce) {
   }
 }
 
+// What a tolerance allows a step to be off must not keep it from being made: less accuracy is less work, also where
+// the slip that is allowed is more than what the friction turns about within.
 TEST_F(SimulationTest, LooserTolerancesAreNoMoreWork) {
   const auto work = [](double tolerance, double nu) {
     Scene scene =
@@ -701,10 +595,13 @@ TEST_F(SimulationTest, ResetBeginsTheSameRunAgain) {
   Simulation fresh(load(segments)), again(load(segments));
   again.advance_to(0.05);
   again.reset();
-  fresh.advance_to(0.3);
-  again.advance_to(0.3);
+  EXPECT_EQ(again.time(), 0);
+  EXPECT_EQ(again.statistics().steps, 0u);
+  fresh.advance_to(0.6);
+  again.advance_to(0.6);
   EXPECT_TRUE((fresh.state().values == again.state().values).all());
   EXPECT_EQ(fresh.statistics().evaluations, again.statistics().evaluations);
+  EXPECT_EQ(fresh.take_switches().size(), again.take_switches().size());
 }
 
 // Work is bounded without a tighter tolerance making a result worse, and short periods are not charged for their

@@ -6,6 +6,7 @@
 
 #include <memory>
 
+#include "../accuracy.h"
 #include "youbot_base_sim/drive/prescribed_wheels.h"
 #include "youbot_base_sim/integration/methods.h"
 #include "youbot_base_sim/offline/summary.h"
@@ -35,10 +36,7 @@ std::string reason_of(Scene scene, double interval) {
 TEST(Reliability, HoldsAtEveryToleranceHoweverFewRows) {
   for (const double tolerance : {1e-12, 1e-9, 3e-7, 1e-5, 1e-3, 0.1}) {
     for (const double interval : {1e-3, 0.01, 0.5}) {
-      Scene scene = driven_scene();
-      scene.solver.relative_tolerance = tolerance;
-      scene.solver.absolute_tolerance = 1e-3 * tolerance;
-      EXPECT_EQ(reason_of(scene, interval), "") << tolerance << " " << interval;
+      EXPECT_EQ(reason_of(at_tolerance(driven_scene(), tolerance), interval), "") << tolerance << " " << interval;
     }
   }
 }
@@ -88,12 +86,9 @@ TEST(Reliability, HoldsWhereContactsHardlyGive) {
   segment.constant << -90, 36, -67, 86;
   scene.drive = TorqueSegments{segment};
   for (const double tolerance : {1e-4, 1e-5}) {
-    scene.solver.relative_tolerance = tolerance;
-    scene.solver.absolute_tolerance = 1e-3 * tolerance;
-    EXPECT_EQ(reason_of(scene, 0.05), "");
-    Simulation simulation(scene);
-    simulation.advance_to(scene.duration);
-    EXPECT_LT(simulation.energy_balance_error(), tolerance * simulation.kinetic_energy());
+    EXPECT_EQ(reason_of(at_tolerance(scene, tolerance), 0.05), "");
+    const auto simulation = run(scene, tolerance);
+    EXPECT_LT(simulation->energy_balance_error(), tolerance * simulation->kinetic_energy());
   }
 }
 
@@ -111,15 +106,13 @@ TEST(Reliability, HoldsWherePrescribedWheelsStickAtATightTolerance) {
   Scene scene;
   scene.duration = 1.4;
   scene.floor.nu = 1e-10;
-  scene.solver.relative_tolerance = 1e-10;
-  scene.solver.absolute_tolerance = 1e-13;
   WheelTable table;
   table.t = {0, 0.29, 0.57, 0.86, 1.14, 1.43};
   table.values = {{1.40, -1.50, 3.59, 0.56}, {1.63, -1.62, 3.71, 0.85}, {2.09, -1.48, 3.58, 0.96},
                   {2.64, -1.60, 3.61, 1.16}, {3.17, -1.50, 3.63, 1.32}, {3.80, -1.56, 3.88, 1.19}};
   scene.initial.phi() = table.values.front();
   scene.drive = std::make_shared<const WheelSpline>(table);
-  EXPECT_EQ(reason_of(scene, 0.01), "");
+  EXPECT_EQ(reason_of(at_tolerance(scene, 1e-10), 0.01), "");
 }
 
 TEST(Reliability, DoesNotDependOnTheAbsoluteTolerance) {
@@ -156,7 +149,7 @@ TEST(Reliability, HoldsWhereWheelsAreHeldEarly) {
 // What the wheels would still do between two rollers moves this base by 2e-4 m: more than the default tolerance allows.
 TEST(Reliability, IsDeniedWhereWheelsThatStillChatterMustRest) {
   const auto doubt = [](double tolerance) {
-    return reason_of(load_scene(YOUBOT_BASE_SIM_SOURCE_DIR "/test/data/chatter_goes_on.yaml",
+    return reason_of(load_scene(YOUBOT_BASE_SIM_SOURCE_DIR "/test/data/regressions/chatter_goes_on.yaml",
                                 {{"solver.relative_tolerance", tolerance}}),
                      0.1);
   };

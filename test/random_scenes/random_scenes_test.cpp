@@ -4,6 +4,7 @@
 
 #include <filesystem>
 
+#include "../accuracy.h"
 #include "../scene_keys.h"
 #include "scene_generator.h"
 #include "verdict.h"
@@ -38,9 +39,7 @@ TEST(Verdict, IsRightAtEveryTolerance) {
        std::filesystem::directory_iterator(YOUBOT_BASE_SIM_SOURCE_DIR "/test/data/every_tolerance")) {
     if (file.path().extension() != ".yaml") continue;
     for (const double tolerance : {1e-5, 3e-7, 1e-8}) {
-      Scene scene = load_scene(file.path());
-      scene.solver.relative_tolerance = tolerance;
-      scene.solver.absolute_tolerance = 1e-3 * tolerance;
+      const Scene scene = at_tolerance(load_scene(file.path()), tolerance);
       const Verdict verdict = judge(scene);
       EXPECT_EQ(verdict.outcome, Outcome::kRight) << file.path() << " at " << tolerance << ": " << verdict.error
                                                   << " m off, " << verdict.allowed << " m allowed " << verdict.reason;
