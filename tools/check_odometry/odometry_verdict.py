@@ -37,19 +37,17 @@ def rms(values):
     return float(np.sqrt(np.mean(np.square(values)))) if np.size(values) else 0.0
 
 
-def stamps_of(record, findings):
-    """Times of the poses, s: the stamps if they can be, else when the messages came."""
+def check_stamps(record, findings):
+    """Whether stamps can be the times of the poses."""
     arrival, stamp = record.odometry[:, :2].T
+    fault = lambda text: findings.append(Finding("FAULT", "stamps", text))
     if not stamp.any():
-        findings.append(Finding("FAULT", "stamps", "are zero: must be those of joint_states"))
+        fault("are zero: must be those of joint_states")
     elif np.abs(stamp - arrival).max() > 1:
-        findings.append(Finding("FAULT", "stamps", f"are {np.abs(stamp - arrival).max():.4g} s off simulated time: of "
-                                "the wall clock? must be those of joint_states"))
+        fault(f"are {np.abs(stamp - arrival).max():.4g} s off simulated time: of the wall clock? must be those of joint_states")
     elif np.diff(stamp).min() < 0:
-        findings.append(Finding("FAULT", "stamps", "go back"))
-    else:
-        return stamp
-    return arrival
+        fault("go back")
+
 
 
 class Drive:
@@ -229,7 +227,7 @@ def rolled(drive, base):
 def judge(rolling, slipping, base):
     """Findings on records of a drive without slip and of one with it, and lines on what each costs. Both may be one."""
     findings = []
-    stamps = stamps_of(slipping, findings)
+    check_stamps(slipping, findings)
     by_arrival = bool(findings)
     if not by_arrival:
         findings.append(Finding("ok", "stamps", "of simulated time"))
