@@ -107,8 +107,8 @@ class Listener:
         truth, odometry = np.array(self.truth), np.array(self.odometry)
         for poses, yaw in ((truth, 3), (odometry, 4)):
             poses[:, yaw] = np.unwrap(poses[:, yaw])
-        told = [(t, *names, *pose) for names, (t, *pose) in self.transforms.items() if set(names) == set(self.frames)]
-        return Record(np.array(self.wheels), truth, odometry, self.frames, told[0] if told else None,
+        both = [(t, *names, *pose) for names, (t, *pose) in self.transforms.items() if set(names) == set(self.frames)]
+        return Record(np.array(self.wheels), truth, odometry, self.frames, both[0] if both else None,
                       np.array(self.commands))
 
 

@@ -74,11 +74,11 @@ class Drive:
 
 def matrix_of(drives, lag):
     """What the odometry makes of the wheels' angles, (3, 4), and the share of its motion that this leaves, by rows."""
-    turned, told = (np.vstack(parts) for parts in ([drive.turned(lag) for drive in drives],
+    turned, given = (np.vstack(parts) for parts in ([drive.turned(lag) for drive in drives],
                                                    [drive.moved for drive in drives]))
-    A = np.linalg.lstsq(turned, told, rcond=None)[0].T
-    size = np.array([rms(told[:, :2]), rms(told[:, :2]), rms(told[:, 2])])
-    return A, np.array([rms(left) for left in (told - turned @ A.T).T]) / np.where(size > 0, size, 1)
+    A = np.linalg.lstsq(turned, given, rcond=None)[0].T
+    size = np.array([rms(given[:, :2]), rms(given[:, :2]), rms(given[:, 2])])
+    return A, np.array([rms(left) for left in (given - turned @ A.T).T]) / np.where(size > 0, size, 1)
 
 
 Reading = namedtuple("Reading", "order signs swapped factors centre")
@@ -86,7 +86,7 @@ Reading = namedtuple("Reading", "order signs swapped factors centre")
 
 def readings(A):
     """All ways to read A as that of Mecanum wheels: (share of A that is left, faults, Reading). `factors`: of the rows of
-    IDEAL, m, m, rad; `centre`: the point whose motion is told, m in X and Y."""
+    IDEAL, m, m, rad; `centre`: the point whose motion it gives, m in X and Y."""
     for order in itertools.permutations(range(4)):
         for signs in itertools.product((1, -1), repeat=4):
             B = A[:, order] * signs
@@ -156,19 +156,19 @@ def judge_matrix(A, base, findings):
 
 def judge_twist(drives, findings):
     """Twists against the poses of the same messages."""
-    told = np.vstack([drive.mean_twists() for drive in drives])
+    given = np.vstack([drive.mean_twists() for drive in drives])
     spans = [np.diff(drive.t)[:, None] for drive in drives]
     body = np.vstack([drive.moved / span for drive, span in zip(drives, spans)])
     fixed = np.vstack([np.diff(drive.poses, axis=0) / span for drive, span in zip(drives, spans)])
     size = rms(body)
-    if not told.any():
+    if not given.any():
         findings.append(Finding("FAULT", "twist", "is always zero"))
-    elif rms(told - body) < 0.15 * size:
+    elif rms(given - body) < 0.15 * size:
         findings.append(Finding("ok", "twist", "in the child frame"))
-    elif rms(told - fixed) < 0.15 * size:
+    elif rms(given - fixed) < 0.15 * size:
         findings.append(Finding("FAULT", "twist", "is in the frame of the pose: must be in the child frame (REP 105)"))
     else:
-        ratios = [float(a @ b / (b @ b)) if b.any() else np.nan for a, b in zip(told.T, body.T)]
+        ratios = [float(a @ b / (b @ b)) if b.any() else np.nan for a, b in zip(given.T, body.T)]
         findings.append(Finding("FAULT", "twist", "does not fit the pose: V_X, V_Y and Omega are %.3g, %.3g and %.3g times "
                                 "its changes" % tuple(ratios)))
 
@@ -248,9 +248,9 @@ def judge(rolling, slipping, base):
     judge_commands(rolling, findings)
     lines = []
     for name, drive in zip(("without slip", "with slip"), drives):
-        told, wheels = off(drive.record, drive.poses, drive.t), off(drive.record, rolled(drive, base), drive.t)
+        given, wheels = off(drive.record, drive.poses, drive.t), off(drive.record, rolled(drive, base), drive.t)
         way = np.abs(moved(at(drive.record.truth, drive.t))).sum(axis=0)
-        lines.append(f"{name}: off by {1e3 * told[0]:.0f} mm and {1e3 * told[1]:.0f} mrad after {np.hypot(*way[:2]):.1f} m "
+        lines.append(f"{name}: off by {1e3 * given[0]:.0f} mm and {1e3 * given[1]:.0f} mrad after {np.hypot(*way[:2]):.1f} m "
                      f"and {way[2]:.1f} rad; right kinematics would be by {1e3 * wheels[0]:.0f} mm and "
                      f"{1e3 * wheels[1]:.0f} mrad")
     return findings, lines
