@@ -1,9 +1,13 @@
-// Simulates a scene offline and writes what was asked for; needs no ROS master.
+// Simulates a scene offline and writes what was asked for; needs no ROS master. Compiled twice: `simulate` has no
+// library of ROS, whose loading takes longer than many a run. With --bag it continues as `simulate_bag`, which has
+// them.
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <boost/program_options.hpp>
 #include <chrono>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -12,7 +16,7 @@
 #include "youbot_base_sim/offline/summary.h"
 #include "youbot_base_sim/offline_program.h"
 #include "youbot_base_sim/record/recorder.h"
-#ifdef YOUBOT_BASE_SIM_ROS
+#ifdef YOUBOT_BASE_SIM_BAG
 #include "youbot_base_sim/ros/bag.h"
 #endif
 #include "youbot_base_sim/text/command_line.h"
@@ -98,8 +102,11 @@ bool prepare(int argc, char** argv, Arguments& arguments, Scene& scene) {
   if (arguments.contacts && arguments.bag.empty()) throw SceneError("--contacts: must be given with --bag");
   if (arguments.print_scene && !(arguments.csv + arguments.switches + arguments.bag + arguments.summary).empty())
     throw SceneError("--print-scene: must be given without outputs: it simulates nothing");
-#ifndef YOUBOT_BASE_SIM_ROS
-  if (!arguments.bag.empty()) throw SceneError("--bag: this simulate was built without ROS");
+#ifndef YOUBOT_BASE_SIM_BAG
+  if (!arguments.bag.empty()) {
+    execv(std::filesystem::read_symlink("/proc/self/exe").replace_filename("simulate_bag").c_str(), argv);
+    throw SceneError("--bag: this simulate was built without ROS");
+  }
 #endif
   scene = load_scene(arguments.scene, arguments.settings);
   if (std::holds_alternative<std::monostate>(scene.drive))
@@ -123,7 +130,7 @@ class Outputs {
     const std::string comment = arguments.csv_comment ? provenance(scene) : "";
     open("--csv", arguments.csv, [&](OutputFile file) { return state_csv(std::move(file), comment); });
     open("--switches", arguments.switches, [&](OutputFile file) { return switch_csv(std::move(file), comment); });
-#ifdef YOUBOT_BASE_SIM_ROS
+#ifdef YOUBOT_BASE_SIM_BAG
     open("--bag", arguments.bag, bag_recorder, OutputFile::Access::kAnywhere);
 #endif
     if (!arguments.summary.empty()) summary_.emplace(opener.open("--summary", arguments.summary));

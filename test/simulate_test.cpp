@@ -426,6 +426,12 @@ TEST_F(SimulateTest, HelpSaysHowTheToleranceWasChosen) {
   EXPECT_NE(simulate.out().find("1e-5 m"), std::string::npos);
 }
 
+TEST_F(SimulateTest, LoadsNoLibraryOfRosUnlessItWritesABag) {
+  Program ldd("/bin/sh", {"-c", "ldd " SIMULATE});
+  EXPECT_EQ(ldd.wait(), 0) << ldd.err();
+  EXPECT_EQ(ldd.out().find("libros"), std::string::npos) << ldd.out();
+}
+
 TEST_F(SimulateTest, SaysTheVersionOfThePackage) {
   Program simulate(SIMULATE, {"--version"});
   EXPECT_EQ(simulate.wait(), 0);

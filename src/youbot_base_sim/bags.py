@@ -33,8 +33,8 @@ def stamp_of(message):
     return stamp if isinstance(stamp, Time) else None
 
 
-# Of a topic, with the node that publishes it: "" where the bag does not say.
-Connection = namedtuple("Connection", "topic type definition publisher")
+# Of a topic, with the node that publishes it: "" where the bag does not say; `latching`: "1" or "0".
+Connection = namedtuple("Connection", "topic type definition publisher md5sum latching")
 
 
 def begins_with_stamp(definition):
@@ -237,7 +237,7 @@ def scan(path):
                     fields = fields_of(data)
                     connections[header[b"conn"]] = Connection(*(text.decode(errors="replace") for text in (
                         header[b"topic"], fields[b"type"], fields[b"message_definition"],
-                        fields.get(b"callerid", b""))))
+                        fields.get(b"callerid", b""), fields[b"md5sum"], fields.get(b"latching", b"0"))))
                 elif op == MESSAGE:
                     yield connections[header[b"conn"]], Time(*struct.unpack("<II", header[b"time"])), data
                 end = file.tell()
