@@ -214,9 +214,8 @@ def effects(table, arguments):
             means = [(x[part].mean(), y[part].mean()) for part in parts]
             plot.plot(*zip(*means), color=RED, linewidth=1.2)
             plot.grid(alpha=0.3)
-            heights = [mean for _, mean in means]
-            print(f"{shown(name)}, {shown(key)}: means of {len(means)} slices from {min(heights):.6g} to "
-                  f"{max(heights):.6g}")
+            lowest, highest = (extreme(mean for _, mean in means) for extreme in (min, max))
+            print(f"{shown(name)}, {shown(key)}: means of {len(means)} slices from {lowest:.6g} to {highest:.6g}")
     for plot, key in zip(plots[-1], keys):
         plot.set_xlabel(label(key), fontsize=9)
     figure.suptitle(f"{table.name}: {len(table.rows)} runs; line: mean in slices of the axis", fontsize=11)

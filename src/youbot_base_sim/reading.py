@@ -29,9 +29,11 @@ def add_bag_options(parser):
                         help="joints of the wheels in joint_states; -NAME counts backward: --joints=-a,b,-c,d")
     parser.add_argument("--ticks", metavar="N", type=positive, default=2 * math.pi,
                         help="positions in joint_states are encoder ticks, N per turn of the wheel; default: rad")
-    parser.add_argument("--clock-offset", metavar="TOPIC=S", action="append", type=pair_of("TOPIC=S, S a number of seconds", finite), default=[],
+    parser.add_argument("--clock-offset", metavar="TOPIC=S", action="append", default=[],
+                        type=pair_of("TOPIC=S, S a number of seconds", finite),
                         help="add S, in s, to the times of this topic, whose clock is off; may be repeated")
-    parser.add_argument("--publisher", metavar="TOPIC=NODE", action="append", type=pair_of("TOPIC=NODE", absolute), default=[],
+    parser.add_argument("--publisher", metavar="TOPIC=NODE", action="append", default=[],
+                        type=pair_of("TOPIC=NODE", absolute),
                         help="where several nodes publish a topic, read the messages of this one; may be repeated")
 
 
