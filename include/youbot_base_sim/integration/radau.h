@@ -54,9 +54,8 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     }
     if (judged) {
       const double error = early_error_ > 0 ? early_error_ : estimate(system);
-      const bool finite = std::isfinite(error);
-      dt = std::max(control_.next(dt, error), finite ? shortest : 0);
-      if (!(error <= 1) && !(finite && length <= shortest)) {
+      dt = std::max(control_.next(dt, error), shortest);
+      if (!(error <= 1) && !(length <= shortest && std::isfinite(error))) {
         error_.reject();
         return fail;
       }

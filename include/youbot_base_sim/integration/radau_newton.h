@@ -113,10 +113,9 @@ class RadauConvergence {
     return std::sqrt(sum(squares) / 11);
   }
 
-  /// Takes the rate after a correction of size `last` whose matrix was exact. Iterations that overflow show nothing.
+  /// Takes the rate after a correction of size `last` whose matrix was exact.
   void see_exact(double rate, double last) {
-    const double seen = rate / last;
-    if (std::isfinite(seen)) curvature_ = std::max(seen, radau_options.curvature_memory * curvature_);
+    curvature_ = std::max(rate / last, radau_options.curvature_memory * curvature_);
   }
 
   /// Whether the rate predicts the size of the correction after one of this size.
