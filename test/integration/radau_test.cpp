@@ -538,6 +538,33 @@ TEST(Radau, FailsForWhatIsNoNumberAndRecovers) {
   }
 }
 
+// A torque that only the step's start sees makes the error overflow: shorter steps follow, until none advances t.
+class TorqueOfAnInstant : public TorqueProfile {
+ public:
+  Wheels value(double t) const override { return Wheels::Constant(t == 1 ? 1e300 : 0); }
+};
+
+TEST(Radau, ShortensTheShortestStepWhoseErrorIsNoNumber) {
+  const Motion<PaperModel<CoulombLaw>> motion = stiff_motion();
+  const TorqueOfAnInstant torque;
+  SlipSystem<PaperModel<CoulombLaw>> system(motion.model, torque, motion.start);
+  IntegrationStatistics statistics;
+  Radau<PaperModel<CoulombLaw>> radau({1e-7, 1e-7}, statistics);
+  State end;
+  double t = 1, dt = 1e-15;
+  EXPECT_EQ(radau.try_step(std::ref(system), motion.start, t, end, dt), odeint::fail);
+  EXPECT_LT(dt, 1e-15);
+}
+
+// Quadratic convergence is seen again after iterations that overflowed.
+TEST(RadauConvergence, ForgetsWhatOverflowed) {
+  RadauConvergence convergence;
+  convergence.see_exact(std::numeric_limits<double>::infinity(), 1);
+  EXPECT_TRUE(convergence.leaves_little_exactly(0.1));
+  convergence.see_exact(100, 1);
+  EXPECT_FALSE(convergence.leaves_little_exactly(0.1));
+}
+
 // Friction with a static peak, which falls with the slip: twice Coulomb's at rest, over slips of about 2 cm/s.
 class FallingLaw {
  public:

@@ -54,8 +54,9 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
     }
     if (judged) {
       const double error = early_error_ > 0 ? early_error_ : estimate(system);
-      dt = std::max(control_.next(dt, error), shortest);
-      if (!(error <= 1) && !(length <= shortest && std::isfinite(error))) {
+      const bool finite = std::isfinite(error);
+      dt = std::max(control_.next(dt, error), finite ? shortest : 0);
+      if (!(error <= 1) && !(finite && length <= shortest)) {
         error_.reject();
         return fail;
       }

@@ -113,9 +113,10 @@ class RadauConvergence {
     return std::sqrt(sum(squares) / 11);
   }
 
-  /// Takes the rate after a correction of size `last` whose matrix was exact.
+  /// Takes the rate after a correction of size `last` whose matrix was exact. Iterations that overflow show nothing.
   void see_exact(double rate, double last) {
-    curvature_ = std::max(rate / last, radau_options.curvature_memory * curvature_);
+    const double seen = rate / last;
+    if (std::isfinite(seen)) curvature_ = std::max(seen, radau_options.curvature_memory * curvature_);
   }
 
   /// Whether the rate predicts the size of the correction after one of this size.
