@@ -1,8 +1,8 @@
-"""Simulation and run: the simulator (docs/python.md). The modules: `main` of each program of scripts/ in Python."""
+"""Simulation, Batch, run, simulate_many: the simulator (docs/python.md). The modules: `main` of each program of scripts/ in Python."""
 
 
 def __getattr__(name):
-    if name not in ("Simulation", "run"):
+    if name not in ("Simulation", "Batch", "run", "simulate_many"):
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     try:
         return getattr(__import__(f"{__name__}._simulator", fromlist=[name]), name)

@@ -1,0 +1,142 @@
+"""Simulation, Batch, run and simulate_many: the simulator of the base (docs/python.md). SI units, angles in rad, wheels
+in the order fl, fr, bl, br."""
+import json
+import os
+import re
+import warnings
+
+import numpy as np
+from numpy.lib.recfunctions import unstructured_to_structured
+
+from . import _core
+
+STATE = """
+    x, y                  m       position of the base in the fixed frame
+    psi                   rad     heading in the fixed frame, unwrapped
+    work                  J       of all torques and friction
+    V_X, V_Y              m/s     velocity in the platform's frame: forward, and to the left
+    Omega                 rad/s   yaw rate
+    unused                        0
+    phi (4,)              rad     angles of the wheels
+    dphi (4,)             rad/s   rates of the wheels
+    dgamma (4,)           rad/s   rates of the rollers in contact
+    gamma (4,)            rad     angles of the rollers in contact"""
+CONTACTS = """
+    V_PX, V_PY            m/s     slip, in the platform's frame
+    F_X, F_Y              N       friction on the base; in model coulomb -f N V_P / sqrt(nu^2 + V_P^2)
+    N                     N       normal reaction
+    f                             coefficient of friction
+    Delta_Y               m       offset of the contact point along the axle
+    M_S                   N m     torque of the spin friction
+    roller, other_roller  number  of the roller in contact, 0 to n - 1, and of a second one, or -1"""
+
+
+def _fields(table):
+    """Name, unit and how many numbers each has."""
+    for names, unit in re.findall(r"^    (.{20})  (.{6})", table, re.MULTILINE):
+        for name in names.replace("(4,)", "").split(","):
+            yield name.strip(), unit.strip(), 4 if "(4,)" in names else 1
+
+
+_STATE = np.dtype([(name, "f8", (size,) if size > 1 else ()) for name, _, size in _fields(STATE)])
+_ROW = np.dtype([("t", "f8"), *((f"{name}_{wheel}" if size > 1 else name, "f8") for name, _, size in _fields(STATE)
+                                for wheel in ("fl", "fr", "bl", "br")[:size])])
+_ROWS = [name for name in _ROW.names if not re.match("work|unused|gamma", name)]
+_CONTACT = np.dtype([(name, "i4" if unit == "number" else "f8") for name, unit, _ in _fields(CONTACTS)])
+# JSON, which is YAML; numbers read back to the same double.
+_yaml = json.JSONEncoder(ensure_ascii=False, default=lambda x: x.tolist() if hasattr(x, "tolist") else str(x)).encode
+
+
+def _source(scene, settings, *more):
+    """Of a scene as `Simulation` takes it. Tables of a text or a dict are beside it, in the current folder."""
+    if not isinstance(scene, _core.File):
+        text = _yaml(scene) if isinstance(scene, dict) else os.fspath(scene)
+        is_yaml = isinstance(scene, dict) or isinstance(scene, str) and ("\n" in text or ": " in text)
+        scene = _core.File("scene", text) if is_yaml else _core.File(text)
+    return _core.Source(scene, [
+        _core.Setting(key, value if isinstance(value, str) else _yaml(value), isinstance(value, str))
+        for key, value in [*dict(settings or {}).items(), *more]])
+
+
+class _Runs(_core.Runs):
+    state = property(lambda self: self._states(_STATE)[()], doc=(
+        "The state now: a read-only view, without a copy, that follows the motion. copy() keeps the present one.\n" + STATE))
+    state_vector = property(lambda self: self._states(np.dtype((float, 24))), doc=(
+        "(24,) numbers of the state, in the order of its fields; a view, too."))
+
+    def contacts(self):
+        values = self._contacts.reshape(*self._contacts.shape[:-1], -1, 4)
+        return unstructured_to_structured(np.moveaxis(values, -2, -1), _CONTACT)
+    contacts.__doc__ = "(4,) contacts of the wheels now.\n" + CONTACTS
+
+    def set_loads(self, loads, keep_momentum=False):
+        """Loads in place of the last, besides the scene's: dicts with mass (kg), position ((3,) m), inertia (kg m^2).
+        The base keeps its velocity, or its momentum."""
+        drive = {"torque": [{"start": 0}]}  # the scene's may be a long table
+        self._set_loads(_source(*self._given, ("drive", drive), ("loads", loads)), keep_momentum)
+
+
+class Simulation(_Runs):
+    """One running simulation: commands in; state, contacts and switches out.
+
+    scene: a file's path, YAML text, or a dict with a scene's keys (docs/scenes.md). settings: values in place of the
+    scene's, such as {"floor.friction": 0.3}. ValueError with the line of simulate for what it would refuse.
+
+    The equations of motion (docs/model.md) with wheel torques M and friction forces F at the contacts:
+
+        m_s (dV_X - Omega V_Y) - m (a_Y dOmega + a_X Omega^2) = sum F_X
+        m_s (dV_Y + Omega V_X) + m (a_X dOmega - a_Y Omega^2) = sum F_Y
+        I_s dOmega + m a_X (dV_Y + Omega V_X) - m a_Y (dV_X - Omega V_Y) = sum [F_Y rho_X - F_X (rho_Y + Delta_Y)]
+        J_1 ddphi   = M - mu_1 dphi - R F_X
+        J_2 ddgamma = -mu_2 dgamma - r sin(delta) F_X + r cos(phi~) cos(delta) F_Y
+
+    The scene's drive acts until a torque or set points are commanded. A simulation is used in one thread at a time;
+    calls that advance it release the GIL, and Ctrl-C leaves it at the time it has reached."""
+
+    def __init__(self, scene, settings=None):
+        source = _source(scene, settings)
+        self._given = source.file, settings
+        super().__init__([source], (), 1)
+
+    def run(self):
+        """Advances from t = 0 to the scene's duration by its drive. Returns the rows of simulate --csv, a structured
+        array: t (s), the state without work and gamma, and of each wheel phi_fl and so on."""
+        return self._run()[0].view(_ROW)[_ROWS]
+
+
+class Batch(_Runs):
+    """n runs of a scene, on C++ threads without the GIL, with the bits of single ones. Commands and results are those
+    of Simulation with a first dimension of n; a command without it serves all. Runs whose motion has ended stand still.
+
+    threads: None for one on each core."""
+
+    def __init__(self, scene, n, threads=None, settings=None):
+        if n < 1 or threads is not None and not 1 <= threads <= 1024:
+            raise ValueError(f"n = {n}, threads = {threads}: must be whole numbers > 0, at most 1024 threads")
+        source = _source(scene, settings)
+        self._given, self._expanded = (source.file, settings), [()] * n
+        super().__init__([source], (n,), threads or os.cpu_count())
+
+    def expand(self, key, values):
+        """Gives each run a value of its own at a key of the scene, such as "floor.friction". All begin anew."""
+        if len(values) != len(self._expanded) or key.startswith("drive"):
+            raise ValueError(f"{key}: must be no drive and have {len(self._expanded)} values, one for each run")
+        expanded = [(*items, (key, value)) for items, value in zip(self._expanded, values)]
+        self._make([_source(*self._given, *items) for items in expanded])
+        self._expanded = expanded
+
+
+def run(scene, settings=None):
+    """Simulation(scene, settings).run(): all rows of a scene."""
+    return Simulation(scene, settings).run()
+
+
+def simulate_many(scenes, settings=None, threads=None):
+    """A list of what `run` returns of each scene, from threads as those of Batch. settings: those of all, or a list of
+    dicts. Warns of a motion that ends early, with the rows until then."""
+    settings = settings if isinstance(settings, (list, tuple)) else [settings] * len(scenes)
+    runs = _core.Runs([_source(*each) for each in zip(scenes, settings)], (len(scenes),), threads or os.cpu_count())
+    rows = [numbers.view(_ROW)[_ROWS] for numbers in runs._run()]
+    for k in np.flatnonzero(runs.ended):
+        warnings.warn(f"scenes[{k}]: {runs.doubt[k]}", stacklevel=2)
+    return rows
