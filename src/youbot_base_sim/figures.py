@@ -11,7 +11,6 @@ from .files import write_whole
 BLACK, BLUE, RED, GREEN, PINK, SKY, ORANGE, GREY = (
     "#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#777777")
 WHEEL_COLOURS = dict(zip(WHEELS, (BLUE, RED, GREEN, PINK)))
-WHEEL_STYLES = ("-", "--", "-.", ":")  # for who sees no colours
 WHEEL_NAMES = ("front left", "front right", "back left", "back right")  # in the order of WHEELS
 BINS = 1200  # a curve's highest and lowest point in each are drawn: more could not be seen
 

@@ -127,7 +127,8 @@ def joint_states(chosen, base, field, sign="auto"):
 def write(path, rows):
     """Of rows with equal times, keeps the last."""
     last = {f"{t:.9f}": values for t, values in rows}
-    write_whole(path, csv_text(["t", *WHEELS], ([t, *(value + 0.0 for value in row)] for t, row in last.items())))  # no -0.0
+    cells = ([t, *(value + 0.0 for value in row)] for t, row in last.items())  # no -0.0
+    write_whole(path, csv_text(["t", *WHEELS], cells))
     print(f"{shown(path)}: {len(last)} rows from {rows[0][0]:.3f} to {rows[-1][0]:.3f} s")
 
 

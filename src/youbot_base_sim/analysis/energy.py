@@ -87,7 +87,7 @@ def draw(figure, sums):
             ("gained", "kept as kinetic energy", SKY, "xx"), ("bearing", "lost in the drive trains", ORANGE, ".."),
             ("roller", "lost in rollers", GREEN, "//"), ("floor", "lost by slip on the floor", RED, "")):
         above = below + sums[name][i]
-        balance_axes.fill_between(t, below, above, facecolor=color, hatch=hatch, edgecolor="white", linewidth=0, label=label)
+        balance_axes.fill_between(t, below, above, color=color, hatch=hatch, edgecolor="white", linewidth=0, label=label)
         below = above
     put_in = sum(sums[name][i] for name in GAINS)
     balance_axes.plot(t, put_in, color=BLACK, label="put in by the motors" + (
