@@ -2,17 +2,23 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <glob.h>
 #include <netdb.h>
 #include <ros/console.h>
 #include <ros/init.h>
 #include <ros/master.h>
 #include <ros/network.h>
 #include <ros/this_node.h>
+#include <sched.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
 #include <functional>
 #include <set>
 #include <thread>
@@ -24,14 +30,17 @@ namespace {
 
 constexpr auto kBetweenLooks = std::chrono::microseconds(50);
 constexpr int kLooksForStopped = 20;  // which take long, one in so many
+constexpr int kLooksForOwn = 20;      // at this process, before others
 constexpr auto kFirstNotice = std::chrono::seconds(1),
                kNextNotice = std::chrono::seconds(10);  // of one that is stopped
 constexpr int kRestsToReturn = 10;                      // steps with a rest, for one that was given up
+constexpr std::size_t kManyThreads = 100;               // of one node, which a warning names
 constexpr char kMaster[] = "the master";
 // Loops and timers look at simulated time once a millisecond; and slack. On virtual machines 1 of 100 such sleeps takes
 // longer, up to 5 ms.
 constexpr auto kRoscppPolling = std::chrono::microseconds(1200);
 constexpr auto kLatePoll = std::chrono::milliseconds(10);  // one that is later is not waited for
+constexpr int kStepsToLearn = 10;                          // one in so many waits though no node is known to poll
 
 using Names = std::set<std::string>;
 
@@ -46,6 +55,31 @@ bool is_here(const std::string& host) {
   close(probe);
   freeaddrinfo(found);
   return is_bound;
+}
+
+/// The processes of this machine that listen at a TCP port; of those that may be looked into: this user's.
+std::vector<Process> processes_listening_at(std::uint32_t port) {
+  constexpr unsigned kListening = 0x0A;
+  std::set<std::string> sockets;  // as /proc names them
+  for (const char* path : {"/proc/net/tcp", "/proc/net/tcp6"}) {
+    std::ifstream table(path);
+    for (std::string line; std::getline(table, line);) {
+      unsigned local = 0, state = 0;
+      unsigned long inode = 0;
+      std::sscanf(line.c_str(), "%*s %*[^:]:%x %*s %x %*s %*s %*s %*s %*s %lu", &local, &state, &inode);
+      if (state == kListening && local == port) sockets.insert(fmt::format("socket:[{}]", inode));
+    }
+  }
+  std::set<pid_t> holders;
+  glob_t files = {};
+  glob("/proc/[0-9]*/fd/*", GLOB_NOSORT, nullptr, &files);
+  for (std::size_t k = 0; k < files.gl_pathc; ++k) {
+    std::error_code closed;
+    if (!sockets.count(std::filesystem::read_symlink(files.gl_pathv[k], closed))) continue;
+    holders.insert(std::atoi(files.gl_pathv[k] + std::strlen("/proc/")));
+  }
+  globfree(&files);
+  return {holders.begin(), holders.end()};
 }
 
 /// The processes of this machine that answer at an address; none for another machine's.
@@ -94,6 +128,16 @@ void insert_reached(const std::string& node, std::map<std::string, Names>& liste
   for (const std::string& listener : listeners[node]) insert_reached(listener, listeners, reached);
 }
 
+/// Lets no other thread of this process preempt one when it wakes it. roscpp's, which sends, would use up its time
+/// while the thread that has woken it to send holds it up.
+void defer_other_threads() {
+  for (const auto& thread : std::filesystem::directory_iterator("/proc/self/task")) {
+    const sched_param none{};
+    const pid_t id = std::atoi(thread.path().filename().c_str());
+    if (id != gettid()) sched_setscheduler(id, SCHED_BATCH, &none);
+  }
+}
+
 std::uint64_t work_of(std::vector<Process>& processes) {
   std::uint64_t work = 0;
   for (Process& process : processes) work += process.work_so_far();
@@ -108,6 +152,7 @@ ClockFollowers::ClockFollowers(ClockLinks& links, std::chrono::duration<double> 
   getrlimit(RLIMIT_NOFILE, &files);
   files.rlim_cur = files.rlim_max;
   setrlimit(RLIMIT_NOFILE, &files);
+  defer_other_threads();
   nodes_[ros::this_node::getName()].processes.emplace_back(getpid());
   nodes_[kMaster].processes = processes_at(ros::master::getHost(), ros::master::getPort());
 }
@@ -154,7 +199,7 @@ std::map<std::string, std::string> ClockFollowers::counters() const {
 
 void ClockFollowers::announce(const ros::Time& time) {
   if (time == std::exchange(announced_, time)) return;
-  ++steps_;
+  if (++steps_ % kStepsToLearn == 0) warn_of_threads();
   take_back();
   await_rest();
   order_groups();
@@ -201,7 +246,10 @@ void ClockFollowers::await_polls(const Group& group) {
     if (node == nodes_.end()) continue;  // has ended
     for (Process& process : node->second.processes) processes.push_back(&process);
   }
-  for (Process* process : processes) process->mark();
+  bool may_poll = false;
+  for (Process* process : processes) may_poll |= process->mark();
+  if (!may_poll && steps_ % kStepsToLearn != 0) return;
+  packets_at_rest_.reset();
   const auto arrived = Clock::now();
   std::this_thread::sleep_until(arrived + kRoscppPolling);
   while (std::any_of(processes.begin(), processes.end(), std::mem_fn(&Process::has_late_poll)) &&
@@ -211,8 +259,13 @@ void ClockFollowers::await_polls(const Group& group) {
 }
 
 /// Waits until each node has been at rest since the last packet between them, or all have been with no work in between.
+/// Without a packet since the last rest there is nothing to wait for, but for nodelets in this process.
 void ClockFollowers::await_rest() {
   update_nodes();
+  Node& self = nodes_[ros::this_node::getName()];
+  if (packets_at_rest_ == packets_over_loopback() && rests(self)) return;
+  for (int looks = 0; looks < kLooksForOwn && goes_on() && !rests(self); ++looks)  // it sends what others wake for
+    std::this_thread::sleep_for(kBetweenLooks);
   std::map<std::string, int> awake;  // looks that have found it at work; half of them if it also works for others
   std::vector<std::pair<const std::string, Node>*> pending;
   std::uint64_t packets = 0, work = 0;
@@ -227,7 +280,10 @@ void ClockFollowers::await_rest() {
     }
     pending.erase(std::remove_if(pending.begin(), pending.end(), [](auto* one) { return rests(one->second); }),
                   pending.end());
-    if (pending.empty() && (packets == packets_over_loopback() || work == work_so_far())) return;
+    if (pending.empty() && (packets == packets_over_loopback() || work == work_so_far())) {
+      packets_at_rest_ = packets;
+      return;
+    }
     ++looks;
     for (auto* one : pending) {
       const auto& [name, node] = *one;
@@ -261,6 +317,18 @@ std::uint64_t ClockFollowers::work_so_far() {
   std::uint64_t work = 0;
   for (auto& [name, node] : nodes_) work += node.given_up ? 0 : work_of(node.processes);
   return work;
+}
+
+/// Names, once, nodes with many threads: a look at each of them takes its time.
+void ClockFollowers::warn_of_threads() {
+  for (auto& [name, node] : nodes_) {
+    std::size_t threads = 0;
+    for (const Process& process : node.processes) threads += process.threads();
+    if (threads < kManyThreads || std::exchange(node.is_named, true)) continue;
+    const double waited = std::chrono::duration<double, std::milli>(node.waited).count();
+    ROS_WARN("%s has %zu threads, and time waits for all: %.2g ms of wall time a step", name.c_str(), threads,
+             waited / static_cast<double>(steps_));
+  }
 }
 
 /// Gives up the node that most looks have found at work. The gate also gives up this process where it works in half of

@@ -1,7 +1,7 @@
 #include "youbot_base_sim/lockstep/process.h"
 
 #include <fmt/format.h>
-#include <glob.h>
+#include <sys/stat.h>
 #include <sys/utsname.h>
 #include <unistd.h>
 
@@ -14,10 +14,8 @@
 #include <cstring>
 #include <ctime>
 #include <filesystem>
-#include <fstream>
 #include <functional>
 #include <memory>
-#include <set>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -85,17 +83,26 @@ class Process::Thread {
     return state ? state[2] : 'X';
   }
 
-  /// True if it waits for something or has ended. One that has not run since it was seen to wait can only have been
-  /// woken, and then it waits nowhere. So does one that was preempted on its way to sleep, whatever its state.
+  /// True if it waits for something or has ended. A thread that was woken, or preempted on its way to sleep, waits
+  /// nowhere. A place in the kernel puts a thread into one state: that is read once for each place.
   bool sleeps(bool process_has_run) {
     static const bool kShowsWaking = wchan_shows_waking();
-    const bool waits = place() != "0";
-    const std::uint64_t work = process_has_run ? work_so_far() : work_at_rest_;
-    if (waits && work == work_at_rest_ && kShowsWaking) return true;
+    char text[64];
+    place_ = wchan_.read(text);
+    const bool waits = place_ != "0";
+    if (waits && place_ == sleeps_at_ && kShowsWaking) return true;
+    if (!waits && process_has_run) return false;  // one that has ended does not work
     const char now = state();
-    if (waits && (now == 'S' || now == 'I')) work_at_rest_ = work;
-    return now == 'Z' || now == 'X' || (waits && (now == 'S' || now == 'I'));
+    const bool is_asleep = waits && (now == 'S' || now == 'I');
+    if (is_asleep && place_ == wchan_.read(text)) sleeps_at_ = place_;
+    return is_asleep || now == 'Z' || now == 'X';
   }
+
+  /// True if, when last looked at, it waited for time or for another thread of its process.
+  bool waits_within() const { return naps() || place_.find("futex") != std::string::npos; }
+
+  /// True if it has been found to be gone.
+  bool has_ended() const { return place_.empty(); }
 
   /// Grows whenever it runs: time on a processor, time waiting for one, and how often it got one.
   std::uint64_t work_so_far() const {
@@ -103,19 +110,20 @@ class Process::Thread {
     return on_processor + waiting + runs;
   }
 
-  /// Polls wait in a sleep of their own or at a condition. One that begins to sleep may be about to poll.
-  void mark() {
-    const std::string waits_at = place();
-    const std::uint64_t runs = scheduled()[2];
-    if (std::exchange(marked_, runs) != runs && waits_at != "0") {
-      const bool naps = waits_at.find("nanosleep") != std::string::npos;
-      waits_for_time_ = naps || waits_at.find("futex") != std::string::npos;
-      if (std::exchange(naps_, naps) != naps) poll_score_ = naps ? kPollScore : 0;
-    }
-    polls_ = waits_for_time_ && poll_score_ >= kPollScore;
+  /// Polls wait in a sleep of their own or at a condition. One that begins to sleep may be about to poll. Returns true
+  /// if it polls or sleeps so.
+  bool mark() {
+    if (place_ == "0") return polls_ || naps_;
+    const bool has_napped = std::exchange(naps_, naps());
+    if (has_napped != naps_) poll_score_ = naps_ ? kPollScore : 0;
+    is_marked_ = waits_within();
+    if (is_marked_) marked_ = scheduled()[2];
+    polls_ = is_marked_ && poll_score_ >= kPollScore;
+    return polls_ || naps_;
   }
 
   void learn_polls(std::chrono::nanoseconds since) {
+    if (!is_marked_) return;
     const bool has_polled = (scheduled()[2] - marked_) * kBetweenPolls >= since;
     poll_score_ = std::clamp(poll_score_ + (has_polled ? 1 : -1), 0, kMaxPollScore);
   }
@@ -123,6 +131,8 @@ class Process::Thread {
   bool has_late_poll() const { return polls_ && scheduled()[2] == marked_; }
 
  private:
+  bool naps() const { return place_.find("nanosleep") != std::string::npos; }
+
   // At most; most sleep for one, but on a busy machine their turn comes late.
   static constexpr auto kBetweenPolls = std::chrono::milliseconds(10);
   static constexpr int kPollScore = 2, kMaxPollScore = 5;  // of poll_score_
@@ -136,18 +146,13 @@ class Process::Thread {
     return fields;
   }
 
-  /// Where in the kernel it waits; "0": nowhere.
-  std::string place() const {
-    char text[64];
-    return wchan_.read(text);
-  }
-
   pid_t id_;
   std::string folder_;
   File wchan_, schedstat_;
-  std::uint64_t work_at_rest_ = 0;  // when it was last seen to wait
-  std::uint64_t marked_ = 0;        // runs at the mark
-  bool naps_ = false, waits_for_time_ = true, polls_ = false;
+  std::string place_ = "0";   // where in the kernel it waits; "0": nowhere; empty: it has ended
+  std::string sleeps_at_;     // a place where it has been seen to sleep
+  std::uint64_t marked_ = 0;  // runs at the mark
+  bool naps_ = false, is_marked_ = false, polls_ = false;
   int poll_score_ = kPollScore;  // marks after which it has polled, less those after which it has not
 };
 
@@ -158,21 +163,22 @@ Process::~Process() = default;
 
 bool Process::rests() {
   const std::uint64_t work = work_so_far();
-  const bool has_run = work != work_at_rest_ || threads_.empty();
-  work_at_rest_ = 0;
+  const bool has_run = std::exchange(work_, work) != work || threads_.empty();
+  const bool has_rested = std::exchange(rested_, false) && !has_run && id_ != getpid();  // this thread may wake its own
   if (has_run) find_threads();
   for (Thread& thread : threads_) {
-    if (!thread.sleeps(has_run)) return false;
+    if (!(has_rested && thread.waits_within()) && !thread.sleeps(has_run)) return false;
   }
-  if (work_so_far() != work) return false;
-  work_at_rest_ = work;
-  return true;
+  if (some_have_ended()) return find_threads(), false;  // others may have begun
+  return rested_ = work_so_far() == work;
 }
 
 bool Process::is_stopped() const {
   const char state = threads_.empty() ? 'X' : threads_.front().state();
   return state == 'T' || state == 't';  // by a signal, by a debugger
 }
+
+std::size_t Process::threads() const { return threads_.size(); }
 
 std::uint64_t Process::work_so_far() {
   if (id_ != getpid()) return processor_time(id_);
@@ -182,12 +188,14 @@ std::uint64_t Process::work_so_far() {
   return work;
 }
 
-void Process::mark() {
-  find_threads();
-  for (Thread& thread : threads_) thread.mark();
+bool Process::mark() {
+  bool polls = false;
+  for (Thread& thread : threads_) polls |= thread.mark();
+  return polls;
 }
 
 void Process::learn_polls(std::chrono::nanoseconds since) {
+  rested_ = false;  // a thread that its timeout wakes works before its time on a processor counts
   for (Thread& thread : threads_) thread.learn_polls(since);
 }
 
@@ -195,12 +203,20 @@ bool Process::has_late_poll() const {
   return std::any_of(threads_.begin(), threads_.end(), std::mem_fn(&Thread::has_late_poll));
 }
 
+bool Process::some_have_ended() const {
+  return std::any_of(threads_.begin(), threads_.end(), std::mem_fn(&Thread::has_ended));
+}
+
 void Process::find_threads() {
   namespace fs = std::filesystem;
+  const std::string folder = fmt::format("/proc/{}/task", id_);
+  struct stat links {};  // two more than threads; if one has come for one that has gone, that has ended
+  const std::size_t others = id_ == getpid() ? 3 : 2;
+  const bool is_known = stat(folder.c_str(), &links) == 0 && links.st_nlink == threads_.size() + others;
+  if (is_known && !some_have_ended()) return;
   std::error_code ended;
   std::ptrdiff_t count = 0;
-  for (fs::directory_iterator entry(fmt::format("/proc/{}/task", id_), ended), last; entry != last;
-       entry.increment(ended)) {
+  for (fs::directory_iterator entry(folder, ended), last; entry != last; entry.increment(ended)) {
     const pid_t id = std::atoi(entry->path().filename().c_str());
     if (id == gettid()) continue;
     const auto known = std::find_if(threads_.begin() + count, threads_.end(),
@@ -212,30 +228,6 @@ void Process::find_threads() {
   }
   throw_if_too_many_files(ended.value());
   threads_.erase(threads_.begin() + count, threads_.end());
-}
-
-std::vector<Process> processes_listening_at(std::uint32_t port) {
-  constexpr unsigned kListening = 0x0A;
-  std::set<std::string> sockets;  // as /proc names them
-  for (const char* path : {"/proc/net/tcp", "/proc/net/tcp6"}) {
-    std::ifstream table(path);
-    for (std::string line; std::getline(table, line);) {
-      unsigned local = 0, state = 0;
-      unsigned long inode = 0;
-      std::sscanf(line.c_str(), "%*s %*[^:]:%x %*s %x %*s %*s %*s %*s %*s %lu", &local, &state, &inode);
-      if (state == kListening && local == port) sockets.insert(fmt::format("socket:[{}]", inode));
-    }
-  }
-  std::set<pid_t> holders;
-  glob_t files = {};
-  glob("/proc/[0-9]*/fd/*", GLOB_NOSORT, nullptr, &files);
-  for (std::size_t k = 0; k < files.gl_pathc; ++k) {
-    std::error_code closed;
-    if (!sockets.count(std::filesystem::read_symlink(files.gl_pathv[k], closed))) continue;
-    holders.insert(std::atoi(files.gl_pathv[k] + std::strlen("/proc/")));
-  }
-  globfree(&files);
-  return {holders.begin(), holders.end()};
 }
 
 std::uint64_t packets_over_loopback() {

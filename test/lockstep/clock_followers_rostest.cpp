@@ -29,25 +29,28 @@ namespace {
 
 /// A process that the master takes for a node, but that never answers. It sleeps; a signal wakes it: SIGUSR1 for a
 /// fifth of a second of work, after most of a millisecond, as a loop of roscpp by simulated time; SIGUSR2 for ever;
-/// SIGHUP for looking at the time each millisecond, beside seven threads that sleep, as a roscpp node with a timer, and
+/// SIGHUP for looking at the time each millisecond, beside threads that sleep, as a roscpp node with a timer, and
 /// then SIGUSR1 for one look that is 8 ms late and leads to a fifth of a second of work.
 class SilentNode {
  public:
-  explicit SilentNode(const std::string& name, const std::string& host = "localhost")
-      : name_(name), host_(host), program_(PYTHON, {"-c", kProgram}) {
+  explicit SilentNode(const std::string& name, const std::string& host = "localhost", int threads = 7)
+      : name_(name), host_(host), program_(PYTHON, {"-c", kProgram, std::to_string(threads)}) {
     wait_for("the node's port", [this] { return program_.out().find('\n') != std::string::npos; });
     call("registerSubscriber", {"/nothing", "std_msgs/Empty", uri()});
   }
   ~SilentNode() { call("unregisterSubscriber", {"/nothing", uri()}); }
 
-  void send(int signal) { program_.send(signal); }
+  void send(int signal) {
+    program_.send(signal);
+    ros::master::check();  // packets, without which nothing wakes a node of ROS
+  }
   bool has_worked() const { return program_.out().find("done") != std::string::npos; }
   bool polls() const { return program_.out().find("polls") != std::string::npos; }
   bool is_late() const { return program_.out().find("late") != std::string::npos; }
 
  private:
   static constexpr char kProgram[] = R"(
-import signal, socket, threading, time
+import signal, socket, sys, threading, time
 signals = {signal.SIGUSR1, signal.SIGUSR2, signal.SIGHUP}
 signal.pthread_sigmask(signal.SIG_BLOCK, signals)
 server = socket.create_server(("localhost", 0))
@@ -65,7 +68,7 @@ def sleep_and_work(delay):
 while (woken_by := signal.sigwait(signals)) == signal.SIGUSR1:
     sleep_and_work(0.0008)
 if woken_by == signal.SIGHUP:
-    for _ in range(7):
+    for _ in range(int(sys.argv[1])):
         threading.Thread(target=threading.Event().wait, daemon=True).start()
     print("polls", flush=True)
 while True:
@@ -265,6 +268,21 @@ TEST(ClockFollowers, one_that_polls_is_waited_for_though_late) {
   followers.step();
   followers.await_rest();
   EXPECT_TRUE(node.has_worked());
+}
+
+TEST(ClockFollowers, one_with_many_threads_is_named_once) {
+  SilentNode many("/many", "localhost", 150), few("/few");
+  RestingFollowers followers({"/many", "/few"});
+  Warnings warnings;
+  for (SilentNode* node : {&many, &few}) {
+    node->send(SIGHUP);
+    wait_for("threads", [&] { return node->polls(); });
+  }
+  for (int k = 0; k < 30; ++k) followers.step();
+  wait_for("a warning", [&] { return warnings.has("/many has 151 threads"); });
+  ROS_WARN("the end");
+  wait_for("the end", [&] { return warnings.has("the end"); });
+  EXPECT_EQ(warnings.lines().find("threads"), warnings.lines().rfind("threads")) << warnings.lines();
 }
 
 TEST(ClockFollowers, several_rest_between_their_polls) {

@@ -143,10 +143,7 @@ TEST(Process, TakesOneThatBeginsToSleepForOneThatPolls) {
     while (!done) std::this_thread::sleep_for(std::chrono::milliseconds(200));
   });
   Process process(getpid());
-  const auto has_late_poll = [&] {
-    process.mark();
-    return process.has_late_poll();
-  };
+  const auto has_late_poll = [&] { return process.rests() && process.mark() && process.has_late_poll(); };
   ASSERT_TRUE(happens([&] { return process.rests(); }));
   for (int k = 0; k < 3; ++k) {
     process.mark();

@@ -53,7 +53,7 @@ class ClockFollowers : public TimeGate {
   struct Node {
     std::vector<Process> processes;  // empty: they cannot be seen
     Clock::duration waited{};        // until it rested, looks included
-    bool given_up = false;
+    bool given_up = false, is_named = false;
     int rests = 0;  // in steps one after another since it was given up
   };
 
@@ -63,6 +63,7 @@ class ClockFollowers : public TimeGate {
   void await_polls(const Group& group);
   static bool rests(Node& node);
   void take_back();
+  void warn_of_threads();
   static bool is_stopped(const Node& node);
   std::uint64_t work_so_far();
   void give_up(const std::map<std::string, int>& awake, int looks);
@@ -70,9 +71,10 @@ class ClockFollowers : public TimeGate {
   ClockLinks& links_;
   const Clock::duration patience_;
   const std::atomic<bool>& stop_;
-  std::map<std::string, Node> nodes_;         // by name; this one and the master too
-  std::vector<Group> groups_;                 // in the order in which they receive /clock
-  std::optional<std::uint64_t> master_work_;  // when `groups_` was determined; empty: nodes have come or gone
+  std::map<std::string, Node> nodes_;             // by name; this one and the master too
+  std::vector<Group> groups_;                     // in the order in which they receive /clock
+  std::optional<std::uint64_t> master_work_;      // when `groups_` was determined; empty: nodes have come or gone
+  std::optional<std::uint64_t> packets_at_rest_;  // empty: threads may have run since
   ros::Time announced_;
   std::int64_t steps_ = 0;
   std::map<std::string, int> late_;  // commands, by node

@@ -3,6 +3,7 @@
 #include <sys/types.h>
 
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -25,12 +26,16 @@ class Process {
   /// True if a signal or a debugger has stopped it, as far as threads have been looked at.
   bool is_stopped() const;
 
+  /// Threads but the one that asks, as far as they have been looked for.
+  std::size_t threads() const;
+
   /// A number that changes whenever a thread of it has run; one that runs just now may count later. Takes longer to
   /// know for this process.
   std::uint64_t work_so_far();
 
-  /// Marks a moment at which it rests, for `learn_polls` and `has_late_poll`.
-  void mark();
+  /// Marks a moment at which it has been seen to rest, for `learn_polls` and `has_late_poll`. Returns true if a thread
+  /// may poll.
+  bool mark();
 
   /// Learns which threads poll, that is, look at the time once a millisecond: those that have run that often since the
   /// mark, time `since` ago, though all was at rest. A thread that is new or begins a sleep counts as polling until it
@@ -43,15 +48,14 @@ class Process {
  private:
   class Thread;
 
+  bool some_have_ended() const;
   void find_threads();
 
   pid_t id_;
-  std::vector<Thread> threads_;     // but the one that asks
-  std::uint64_t work_at_rest_ = 0;  // when it was last seen to rest
+  std::vector<Thread> threads_;  // but the one that asks
+  std::uint64_t work_ = 0;       // when it was last looked at
+  bool rested_ = false;          // then
 };
-
-/// The processes of this machine that listen at a TCP port; of those that may be looked into: this user's.
-std::vector<Process> processes_listening_at(std::uint32_t port);
 
 /// Packets that have been sent over the loopback device.
 std::uint64_t packets_over_loopback();
