@@ -80,13 +80,13 @@ struct FloorPatch {
 /// The floor. SI units; f and nu as in section 5.2 of the paper.
 struct FloorParameters {
   Wheels f = Wheels::Constant(0.5);  ///< coefficient of sliding friction, under each wheel
-  double nu = 1e-3;                  ///< slip speed below which Coulomb friction is regularised, m/s
+  double nu = 1e-3;                  ///< slip speed below which limited friction is regularised, m/s
   double g = 9.81;                   ///< gravity, m/s^2
   double viscous_friction = -1;      ///< mu_0 of model 2a, N s/m; negative: f m_s g / (4 nu), the paper's choice
   double slope = 0;                  ///< angle of the floor with the horizontal, rad
   double uphill = 0;                 ///< heading of steepest ascent in the fixed frame, rad
   double spin_radius = 0;            ///< a_m: spin friction is as of slip at this distance from the contact point, m
-  double holding_speed = 0;          ///< of model 2b in place of nu while the base rests, m/s; 0: nu
+  double holding_speed = 0;          ///< in place of nu while a base under limited friction rests, m/s; 0: nu
   std::vector<FloorPatch> patches;   ///< later ones lie on top
 
   /// Viscous friction of the contacts in model 2a, N s/m.
