@@ -7,7 +7,6 @@
 #include <filesystem>
 
 #include "wheel_table.h"
-#include "youbot_base_sim/drive/driver_kinematics.h"
 #include "youbot_base_sim/physics/no_slip_model.h"
 #include "youbot_base_sim/scene/scene_value.h"
 #include "youbot_base_sim/scene/yaml_file.h"
@@ -45,6 +44,7 @@ constexpr double kMaxRowsInPeriod = 1e5;  // closer ones are one instant to the 
 constexpr Range kMass{1e-6, 1e6, "kg"};
 constexpr Range kInertia{1e-12, 1e6, "kg m^2"};
 constexpr Range kLength{1e-3, 1e3, "m"};
+constexpr Range kRollerAngle{-90, 90, "degrees"};
 constexpr Range kDamping{0, 1e9, "N m s"};
 constexpr Range kDryFriction{0, 1e6, "N m"};
 constexpr Range kSmoothing{1e-6, 1e6, "rad/s"};
@@ -112,6 +112,19 @@ void check_rollers(const RobotParameters& robot, const FloorParameters& floor, c
   if (robot.R_d >= robot.R) axis_radius.refuse(fmt::format("less than wheel_radius, {}", robot.R));
 }
 
+void check_kinematics(const RobotParameters& robot, const SceneValue& roller_angle) {
+  constexpr double kLeastLever = 1e-3;  // m
+  const Wheels angles = robot.roller_angle.abs();
+  if (angles.minCoeff() == 0 || angles.maxCoeff() == 90) roller_angle.refuse("neither 0 nor 90 or -90 degrees");
+  const double lever = Rolling(robot).lever();
+  if (lever >= kLeastLever) return;
+  roller_angle.refuse(
+      fmt::format("such that the wheels' rates decide V_X, V_Y and Omega: |half_track + half_wheelbase "
+                  "tan(roller_angle)|, where all "
+                  "angles are alike, must be {:g} m, and is {:.3g} m",
+                  kLeastLever, lever));
+}
+
 /// What must be, where a wheel would leave the floor at rest; else empty.
 std::string lifted_wheel(const RobotParameters& robot, const FloorParameters& floor) {
   const Wheels N = normal_reactions(robot, floor);
@@ -151,6 +164,7 @@ void read_robot(SceneValue s, RobotParameters& robot, const FloorParameters& flo
   s["wheel_radius"].number(robot.R, kLength);
   const SceneValue axis_radius = s["roller_axis_radius"].number(robot.R_d, kLength);
   s["rollers_per_wheel"].whole_number(robot.rollers, 3, 255);
+  const SceneValue roller_angle = s["roller_angle"].number_or_wheels(robot.roller_angle, kRollerAngle);
   s["wheel_damping"].number_or_wheels(robot.mu_1, kDamping);
   s["roller_damping"].number_or_wheels(robot.mu_2, kDamping);
   s["dry_friction"].number_or_wheels(robot.dry_friction, kDryFriction);
@@ -168,6 +182,7 @@ void read_robot(SceneValue s, RobotParameters& robot, const FloorParameters& flo
   refuse_for_model(contacts, robot.averaged_contacts && !slips(model), model);
   check_reactions(robot, model, reactions, sharing, preload, com_height);
   check_rollers(robot, floor, roller_inertia, axis_radius);
+  check_kinematics(robot, roller_angle);
   check_masses(robot, floor, inertia, com, preload);
 }
 
@@ -404,7 +419,7 @@ void read_initial(SceneValue s, Scene& scene) {
   if (const auto* motion = std::get_if<std::shared_ptr<const WheelMotion>>(&scene.drive)) {
     x.phi() = (*motion)->angle(0);
     prescribed_dphi = (*motion)->rate(0);
-    twist = DriverKinematics{scene.robot.R, scene.robot.h + scene.robot.l}.velocity(*prescribed_dphi).array();
+    twist = Rolling(scene.robot).velocity(*prescribed_dphi).array();
   }
   s["twist"].numbers(twist, kSpeeds);
 
