@@ -11,7 +11,7 @@ namespace youbot_base_sim {
 
 namespace odeint = boost::numeric::odeint;
 
-EventLocatingStepper::EventLocatingStepper(std::unique_ptr<Method> method, const Tolerance& tolerance,
+EventLocatingStepper::EventLocatingStepper(std::unique_ptr<SmoothStepper> method, const Tolerance& tolerance,
                                            MotionRecord& record)
     : method_(std::move(method)),
       record_(&record),

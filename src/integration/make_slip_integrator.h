@@ -25,7 +25,6 @@ std::unique_ptr<MotionIntegrator> make_slip_integrator(Model model, const RobotP
   return visit_law(model, [&](auto law) -> std::unique_ptr<MotionIntegrator> {
     using Law = typename decltype(law)::Law;
     using Equations = SlipModel<Law, Features>;
-    using System = SlipSystem<Equations>;
     const Method& method = *find_method(settings.method);
     const Tolerance tolerance = settings.tolerance();
     FloorParameters regularized = floor;
@@ -33,11 +32,9 @@ std::unique_ptr<MotionIntegrator> make_slip_integrator(Model model, const RobotP
     if (Law::kScalesWithReaction) {  // the viscous law's mu_0 depends on nu, whatever the tolerance
       regularized.nu = effective_regularization_speed(floor.nu, floor.spin_radius, tolerance);
     }
-    const auto make_method = [&](IntegrationStatistics& statistics) -> std::unique_ptr<SmoothStepper<ContactSystem>> {
-      if (method.make) {
-        return std::make_unique<ContactStepper<const SmoothSystem>>(method.make(tolerance, statistics));
-      }
-      return std::make_unique<ContactStepper<System>>(std::make_unique<Radau<Equations>>(tolerance, statistics));
+    const auto make_method = [&](IntegrationStatistics& statistics) -> std::unique_ptr<SmoothStepper> {
+      if (method.make) return method.make(tolerance, statistics);
+      return std::make_unique<Radau<Equations>>(tolerance, statistics);
     };
     const std::uint64_t max_evaluations = method.make         ? kComparison
                                           : settings.keeps_up ? kRealTime<Equations>

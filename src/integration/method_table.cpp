@@ -1,4 +1,4 @@
-// The methods that can be selected, and odeint's steppers as GeneralMethods.
+// The methods that can be selected, and odeint's steppers as SmoothSteppers.
 
 #include <algorithm>
 #include <boost/numeric/odeint/stepper/controlled_runge_kutta.hpp>
@@ -51,7 +51,7 @@ class StepAdjuster : public odeint::default_step_adjuster<double, double> {
 };
 
 /// odeint's method of Dormand and Prince with its step size control.
-class Dopri5 final : public GeneralMethod {
+class Dopri5 final : public SmoothStepper {
  public:
   Dopri5(const Tolerance& tolerance, IntegrationStatistics&) : controlled_(VelocityErrorChecker(tolerance)) {}
 
@@ -87,7 +87,7 @@ struct CorrectedRosenbrock4 : odeint::default_rosenbrock_coefficients<double> {
 
 /// odeint's rosenbrock4 under its rosenbrock4_controller. Wheel angles count from the middle of the roller, so that a
 /// relative tolerance does not loosen as the wheels rotate.
-class Rosenbrock4 final : public GeneralMethod {
+class Rosenbrock4 final : public SmoothStepper {
  public:
   Rosenbrock4(const Tolerance& tolerance, IntegrationStatistics& statistics)
       : tolerance_(tolerance), statistics_(&statistics) {
@@ -135,7 +135,7 @@ class Rosenbrock4 final : public GeneralMethod {
 };
 
 template <class Made>
-std::unique_ptr<GeneralMethod> make(const Tolerance& tolerance, IntegrationStatistics& statistics) {
+std::unique_ptr<SmoothStepper> make(const Tolerance& tolerance, IntegrationStatistics& statistics) {
   return std::make_unique<Made>(tolerance, statistics);
 }
 

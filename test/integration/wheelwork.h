@@ -89,11 +89,11 @@ class Wheelwork final : public ContactSystem {
 /// A Controlled Stepper that steps a Wheelwork by its solution in closed form, to rounding. What it takes for its error
 /// is what a cubic leaves out: steps have a length that depends on the tolerance, though their ends are exact. It
 /// insists on odeint's protocol: a step that failed has no end.
-class WheelworkStepper : public SmoothStepper<ContactSystem> {
+class WheelworkStepper : public SmoothStepper {
  public:
   explicit WheelworkStepper(const Tolerance& tolerance) : error_scale_(tolerance.absolute + tolerance.relative) {}
 
-  Result try_step(ContactSystem& system, const State& in, double& t, State& out, double& dt) override {
+  Result try_step(const SmoothSystem& system, const State& in, double& t, State& out, double& dt) override {
     const auto& wheels = static_cast<const Wheelwork&>(system);
     EXPECT_GT(dt, 0);
     EXPECT_TRUE(in.values.allFinite()) << "a step from the end of one that failed, at t = " << t;

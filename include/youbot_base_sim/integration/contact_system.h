@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <utility>
 
 #include "youbot_base_sim/integration/reaction_monitor.h"
@@ -52,26 +51,6 @@ class ContactSystem : public SmoothSystem {
   ContactModes modes_;
   RestFriction rest_;
   mutable std::uint64_t evaluations_ = 0;
-};
-
-/// A method for one kind of System, which may be any that a ContactSystem can be, as a method for a ContactSystem.
-template <class System>
-class ContactStepper final : public SmoothStepper<ContactSystem> {
- public:
-  explicit ContactStepper(std::unique_ptr<SmoothStepper<System>> method) : method_(std::move(method)) {}
-
-  Result try_step(ContactSystem& system, const State& in, double& t, State& out, double& dt) override {
-    return method_->try_step(static_cast<System&>(system), in, t, out, dt);
-  }
-  bool interpolates() const override { return method_->interpolates(); }
-  void state_within(const ContactSystem& system, double share, State& x) const override {
-    method_->state_within(static_cast<const System&>(system), share, x);
-  }
-  void reset() override { method_->reset(); }
-  void restart() override { method_->restart(); }
-
- private:
-  std::unique_ptr<SmoothStepper<System>> method_;
 };
 
 }  // namespace youbot_base_sim

@@ -36,10 +36,8 @@ namespace youbot_base_sim {
 /// the end of a control period without loss. After success dt is infinite.
 class EventLocatingStepper : public ControlledStepperTypes {
  public:
-  using Method = SmoothStepper<ContactSystem>;
-
   /// Records in `record`, which must outlive it.
-  EventLocatingStepper(std::unique_ptr<Method> method, const Tolerance& tolerance, MotionRecord& record);
+  EventLocatingStepper(std::unique_ptr<SmoothStepper> method, const Tolerance& tolerance, MotionRecord& record);
 
   /// Tries a step of at most dt (s) from x at time t, to the first event. On failure x and t stay as they are, and dt
   /// becomes less. The contacts of `system` change with the state; without `finishes`, not before `finish`.
@@ -97,7 +95,7 @@ class EventLocatingStepper : public ControlledStepperTypes {
   void settle(ContactSystem& system, State& x, double t);
   void note(Effect effect);
 
-  std::unique_ptr<Method> method_;
+  std::unique_ptr<SmoothStepper> method_;
   MotionRecord* record_;
   std::tuple<EdgeReached, SharingEnds, AveragingEnds, RestChanges, TippingReached> events_;
 

@@ -1,12 +1,12 @@
 #pragma once
 
 #include <algorithm>
+#include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 
 #include "youbot_base_sim/integration/contact_system.h"
-#include "youbot_base_sim/integration/hermite_cubic.h"
 #include "youbot_base_sim/integration/motion_record.h"
 #include "youbot_base_sim/integration/tolerance.h"
 
@@ -52,6 +52,36 @@ constexpr int kBase = -1;
 
 /// The part of the equations that an effect has changed: nothing, contacts, or all friction.
 enum class Effect { kNone, kContact, kFriction };
+
+/// The cubic on [0, 1] with given values and slopes at both ends (Hermite's).
+struct HermiteCubic {
+  double start, end, start_slope, end_slope;
+
+  double operator()(double s) const {
+    const double rise = end - start;
+    return start +
+           s * (start_slope + s * (3 * rise - 2 * start_slope - end_slope + s * (start_slope + end_slope - 2 * rise)));
+  }
+
+  /// The point in [0, high] at which it rises through zero; it must be positive at `high`, but for rounding. At 0 it
+  /// counts as negative, because a wheel that starts on an edge may leave it and come back.
+  double root(double high) const {
+    constexpr double kTiny = std::numeric_limits<double>::min();
+    std::uintmax_t iterations = 40;
+    const auto [low, up] = boost::math::tools::toms748_solve(*this, 0.0, high, std::min((*this)(0), -kTiny),
+                                                             std::max((*this)(high), kTiny),
+                                                             boost::math::tools::eps_tolerance<double>(50), iterations);
+    return 0.5 * (low + up);
+  }
+
+  /// The point of its local maximum; not a number if it has none.
+  double maximum() const {
+    const double rise = end - start, a = 3 * (start_slope + end_slope - 2 * rise);
+    const double half_b = 3 * rise - 2 * start_slope - end_slope;  // the slope is a s^2 + 2 half_b s + start_slope
+    const double root = std::sqrt(half_b * half_b - a * start_slope);
+    return half_b < 0 ? start_slope / (root - half_b) : -(half_b + root) / a;
+  }
+};
 
 /// The first crossing within a step of an event that is located by Newton's method: by the cubic through `past` and its
 /// speed at both ends, so that there and back is seen.

@@ -5,11 +5,10 @@
 
 #include "youbot_base_sim/integration/bordered_stages.h"
 #include "youbot_base_sim/integration/slip_system.h"
-#include "youbot_base_sim/integration/stepper_types.h"
 
 namespace youbot_base_sim {
 
-/// The step of last resort, a Stepper of odeint: backward Euler with the geometry of the contacts, Coriolis forces and
+/// The step of last resort: backward Euler with the geometry of the contacts, Coriolis forces and
 /// normal reactions of its start. Its velocities u then minimise, from u_0 under constant forces Q,
 ///
 ///     (u - u_0)' M (u - u_0) / (2 dt) - Q' u + sum of f N sqrt(nu^2 + |V|^2) + the bearings' dissipation,
@@ -18,10 +17,8 @@ namespace youbot_base_sim {
 /// line search always ends, for any step length. The step is of first order; wheels stay on their rollers, even beyond
 /// the edges.
 template <class Model>
-class FallbackStepper : public StepperTypes<boost::numeric::odeint::stepper_tag> {
+class FallbackStepper {
  public:
-  static constexpr order_type order() { return 1; }
-
   /// Advances x by dt (s) under the torques at t + dt; no contact may be shared.
   void do_step(const SlipSystem<Model>& system, State& x, double t, double dt) {
     const Model& model = system.model();

@@ -13,8 +13,6 @@
 
 namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
-class SmoothSystem;
-template <class System>
 class SmoothStepper;
 struct IntegrationStatistics;
 
@@ -24,8 +22,7 @@ struct Method {
   std::string description;  ///< what it is and when to use it, in a line
   bool is_explicit;         ///< takes short steps while wheels roll, see `advice`
   /// Makes the method, which counts in `statistics`. Null for Radau, a class for each model.
-  std::unique_ptr<SmoothStepper<const SmoothSystem>> (*make)(const Tolerance& tolerance,
-                                                             IntegrationStatistics& statistics);
+  std::unique_ptr<SmoothStepper> (*make)(const Tolerance& tolerance, IntegrationStatistics& statistics);
 };
 
 /// All of them, the default one first; and their names.

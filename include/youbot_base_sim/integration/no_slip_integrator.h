@@ -46,7 +46,7 @@ class NoSlipIntegrator : public MotionIntegrator {
   double max_first_step_;  // s: much longer ones may overflow, where the error estimate is void
   double next_step_;       // s, worth trying
   IntegrationStatistics statistics_;
-  std::unique_ptr<GeneralMethod> method_;
+  std::unique_ptr<SmoothStepper> method_;
   const std::atomic<bool>* stop_ = nullptr;  // null: never
 };
 

@@ -18,8 +18,8 @@
 
 namespace youbot_base_sim {
 
-/// Radau IIA with three stages, of order 5, for a SlipSystem between two switches: a Controlled Stepper of odeint. A
-/// step of length dt from u_0 solves for the velocities u_j at the stages c_j,
+/// Radau IIA with three stages, of order 5, for a SlipSystem<Model> between two switches: a Controlled Stepper of
+/// odeint. A step of length dt from u_0 solves for the velocities u_j at the stages c_j,
 ///
 ///   u_j = u_0 + dt sum_l A_jl M^-1 Q_l,   j = 1..3,
 ///
@@ -31,10 +31,9 @@ namespace youbot_base_sim {
 /// `flatten` and `noinline`: GCC then inlines the many small functions that they call, and not them into one another,
 /// which would spill the vector registers.
 template <class Model>
-class Radau final : public SmoothStepper<SlipSystem<Model>> {
+class Radau final : public SmoothStepper {
  public:
-  using Result = ControlledStepperTypes::Result;
-  using SmoothStepper<SlipSystem<Model>>::try_step;
+  using SmoothStepper::try_step;
 
   /// Counts its iterations in `statistics`, which must outlive it.
   Radau(const Tolerance& tolerance, IntegrationStatistics& statistics)
@@ -42,8 +41,9 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
 
   /// A step that is shorter than one whose error was small enough, from the same start, is not judged again; one that
   /// the rounding of t lets be no shorter is not rejected for its error.
-  Result try_step(SlipSystem<Model>& system, const State& in, double& t, State& out, double& dt) override {
+  Result try_step(const SmoothSystem& smooth, const State& in, double& t, State& out, double& dt) override {
     using boost::numeric::odeint::fail;
+    const auto& system = static_cast<const SlipSystem<Model>&>(smooth);
     if (!started_ || !starts_at(in, t)) begin(system, in, t);
     const double length = dt, shortest = kTimeRounding * std::abs(t);
     const bool judged = !(length <= accepted_dt_);
@@ -70,7 +70,8 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   /// Dense output: the collocation polynomial, O(h^4). Where a contact sticks, its slip is recomputed from the
   /// interpolated friction, since an O(h^4) slip error would be an O(1) friction error.
   bool interpolates() const override { return true; }
-  [[gnu::noinline]] void state_within(const SlipSystem<Model>& system, double share, State& x) const override {
+  [[gnu::noinline]] void state_within(const SmoothSystem& smooth, double share, State& x) const override {
+    const auto& system = static_cast<const SlipSystem<Model>&>(smooth);
     StageVelocities u;
     for (int j = 0; j < 3; ++j) {
       u[j] = weighted(lagrange_weights(share * RadauTableau::c[j]), start_.u, stages_->u);
@@ -91,8 +92,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   }
 
   void restart() override {
-    started_ = false;
-    end_t_ = kUnknown;
+    reset();
     control_ = StepSizeController();
     prediction_.restart();
     newton_.restart();
@@ -158,7 +158,7 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
 
   // Finds the stages of a step of length dt. One that is `judged` ends early, with its early_error_, where that is
   // too large. False without convergence, or if the platform's rate at a stage would rotate it by over 1 rad.
-  bool solve(SlipSystem<Model>& system, double dt, bool judged) {
+  bool solve(const SlipSystem<Model>& system, double dt, bool judged) {
     end_t_ = start_.t + RadauTableau::c[2] * dt;
     stages_ = &prediction_.next_stages();
     if (!find_stages(system, dt, judged)) {
@@ -171,21 +171,17 @@ class Radau final : public SmoothStepper<SlipSystem<Model>> {
   }
 
   bool find_stages(const SlipSystem<Model>& system, double dt, bool judged) {
-    const auto give_up = [this, &system, judged] { return judged && is_too_large(system); };
+    const auto give_up = [this, &system, judged] {
+      const double error = judged ? estimate(system) : 0;
+      if (error > 1) early_error_ = error;
+      return error > 1;
+    };
     if (prediction_.known()) {
       prediction_.predict(system, start_, newton_.contacts(), dt, *stages_);
       if (newton_.iterate(system, start_, dt, *stages_, give_up)) return true;
     }
     prediction_.begin_as_start(system, start_, newton_.contacts(), dt, *stages_);
     return newton_.iterate(system, start_, dt, *stages_, give_up);
-  }
-
-  // Whether the step's error is too large, by the iterations so far.
-  bool is_too_large(const SlipSystem<Model>& system) {
-    const double error = estimate(system);
-    if (!(error > 1)) return false;
-    early_error_ = error;
-    return true;
   }
 
   double estimate(const SlipSystem<Model>& system) {

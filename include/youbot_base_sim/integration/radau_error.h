@@ -17,7 +17,7 @@ namespace youbot_base_sim {
 ///   (gamma / dt M + G - C) err = Q(u_0) + M sum_j e_j z_j / dt,   z_j = u_j - u_0,
 ///
 /// where G and C are those of the last stage when the matrix was last made. Its norm is the root mean square over the
-/// eleven velocities in units of `scale`. After switches and rejected steps err is filtered twice,
+/// eleven velocities in units of `scale`. After switches and rejected steps an err above 1 is filtered twice,
 /// (gamma / dt M + G - C) err' = gamma / dt M err, which is (8.20) for linear forces. The pose has an estimate of its
 /// own, and the larger one counts.
 template <class Model>
@@ -25,9 +25,10 @@ class RadauError {
  public:
   explicit RadauError(const Tolerance& tolerance) : tolerance_(tolerance) {}
 
-  /// Steps that follow have the same start. After a switch, estimates that are too large are filtered twice.
+  /// Steps that follow have the same start. After a switch, estimates above 1 are filtered twice, unless the transient
+  /// that this may hide has too much energy.
   void begin(bool after_switch) { filters_twice_ = after_switch; }
-  /// The step's error was too large: the next estimate from its start is filtered twice if it is too large.
+  /// The step's error was too large: later estimates from its start are treated as those after a switch.
   void reject() { filters_twice_ = true; }
 
   /// The errors that count as 1 for steps that start with the velocities u. A roller counts a third of what it does for

@@ -2,8 +2,8 @@
 
 namespace youbot_base_sim {
 
-/// Radau's mechanisms and numbers; docs/tuning.md says what each is worth. An infinite number switches its mechanism
-/// off, as does what is noted beside some.
+/// Radau's mechanisms and numbers; docs/tuning.md says what each is worth. Infinity switches friction_mismatch,
+/// curvature_margin, predictable_fraction, unseen_energy, pose_time, far and switch_transient off.
 struct RadauOptions {
   // RadauNewton
   bool primal_dual = true;  ///< friction is an unknown of its own; else that of the slip

@@ -9,9 +9,9 @@
 
 namespace youbot_base_sim {
 
-/// The first guess of Newton's iterations: the collocation polynomials, of degree 3 through the start and the stages,
-/// of the velocities and of the friction, extrapolated from the last step that was solved. Where a contact grips, its
-/// slip is the one that yields the extrapolated friction.
+/// The first guess of Newton's iterations. It continues the polynomials, of velocities and friction, through the start
+/// and the stages of the step that ended here; those of a rejected one, from the same start, it interpolates. Without
+/// either, all stages begin as the start.
 template <class Model>
 class RadauPrediction {
  public:
@@ -47,7 +47,7 @@ class RadauPrediction {
     next_ = &steps_[known_ == &steps_[0]];
     return next_->stages;
   }
-  /// The next try's stages, of a step of length dt, are solved: others are predicted from it.
+  /// The next try's stages, of a step of length dt (s), are solved: later tries are predicted from it, accepted or not.
   void keep(double dt) {
     known_ = next_;
     known_->dt = dt;
@@ -76,17 +76,16 @@ class RadauPrediction {
   /// The friction at its end.
   const Friction& end_friction() const { return end_friction_; }
 
-  /// Sets `stages` to the collocation polynomial of the step that is known, at those of one of length dt from `start`.
-  /// After a step that began with the transient after a switch, to the line through its last two stages. `contacts` are
-  /// those of the last iterations.
+  /// Predicts the `stages` of a step of length dt (s) from `start` by the step that is known. If that has ended, the
+  /// polynomial leaves its start out (degree 2) where dt is more than `far` of its lengths, and its first stage too (a
+  /// line) where it began with a switch. The slip of contacts that grip is then the one that yields the friction: small
+  /// errors of velocity would be large ones of friction. `contacts` are those of the last iterations, for its limit.
   [[gnu::flatten, gnu::noinline]] void predict(const System& system, const Start& start, const StageContacts& contacts,
                                                double dt, Stages& stages) const {
     const SolvedStep& known = *known_;
     const double offset = known.ended ? 1 : 0;
     const Velocities& from = known.ended ? known.start : start.u;
     const Friction& friction_from = known.ended ? known.start_friction : start.friction;
-    // Where contacts grip, the slip follows from the force: small errors of velocity would be large ones of friction.
-    // Not within the polynomial's own step.
     const int nodes = known.ended && known.after_switch && radau_options.line_after_switch ? 2
                       : known.ended && dt > radau_options.far * known.dt                   ? 3
                                                                                            : 4;
@@ -99,8 +98,8 @@ class RadauPrediction {
     if (known.ended) follow_friction(system, start, contacts, dt, stages);
   }
 
-  /// Sets `stages` to what the start has. A step that is longer than the transient after a switch begins with the
-  /// friction before it, also where the contact is another.
+  /// Sets `stages` to what the start has. Where it carries friction over a switch, a step of length dt (s) that
+  /// outlasts the transient begins with the friction before the switch, and with the slip that yields it.
   [[gnu::noinline]] void begin_as_start(const System& system, const Start& start, const StageContacts& contacts,
                                         double dt, Stages& stages) const {
     const bool longer_than_transient = start.carries_friction && dt > radau_options.switch_transient;

@@ -26,8 +26,8 @@ struct RadauStart {
   Velocities u;       ///< x's velocities; massless rollers at those of their balance
   Velocities forces;  ///< N and N m
   typename Model::Friction friction;
-  Pose pose;               ///< used beyond the paper
-  Velocities error_scale;  ///< errors that count as 1
+  Pose pose;               ///< x's, if the model depends on it; else the origin
+  Velocities error_scale;  ///< errors that count as 1, m/s and rad/s
   ContactModes::Ids contact_ids = ContactModes::Ids::Zero();
   bool after_switch = false;      ///< the step before ended on another contact
   bool carries_friction = false;  ///< after a switch, the friction before it is a first guess

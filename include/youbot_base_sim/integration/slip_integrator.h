@@ -19,7 +19,7 @@ namespace youbot_base_sim {
 template <class Model>
 class SlipIntegrator : public MotionIntegrator {
  public:
-  using MakeMethod = std::function<std::unique_ptr<SmoothStepper<ContactSystem>>(IntegrationStatistics&)>;
+  using MakeMethod = std::function<std::unique_ptr<SmoothStepper>(IntegrationStatistics&)>;
 
   /// `make_method` makes the method; `tolerance` is for events, and `max_evaluations` a GuardedStepper's. `torque` must
   /// outlive the integration. The motion begins at `start`, or continues there after `before`.

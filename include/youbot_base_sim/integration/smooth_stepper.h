@@ -5,32 +5,6 @@
 
 namespace youbot_base_sim {
 
-/// A method of integration between two events, where the right-hand side is smooth: a Controlled Stepper of odeint.
-template <class System>
-class SmoothStepper : public ControlledStepperTypes {
- public:
-  virtual ~SmoothStepper() = default;
-
-  /// Tries a step of length dt (s) from `in` at time t to `out`. On success t is that of its end, and dt is the length
-  /// recommended for the next step; on failure t stays, and dt is a length that is worth trying. A call with the same
-  /// `in` and t repeats the step with another length.
-  virtual Result try_step(System& system, const State& in, double& t, State& out, double& dt) = 0;
-  Result try_step(System& system, State& x, double& t, double& dt) { return try_step(system, x, t, x, dt); }
-
-  /// True if the method knows the states within its steps.
-  virtual bool interpolates() const { return false; }
-  /// Sets x to the state after this share of the last try, which must have succeeded: 0 to 1, or up to 1 % after its
-  /// end.
-  virtual void state_within([[maybe_unused]] const System& system, [[maybe_unused]] double share,
-                            [[maybe_unused]] State& x) const {}
-
-  /// The right-hand side jumps here: forgets what does not hold on both sides.
-  virtual void reset() = 0;
-
-  /// Forgets all steps so far.
-  virtual void restart() { reset(); }
-};
-
 /// A System of odeint between two events: what a method that is made for any equations knows of them.
 class SmoothSystem {
  public:
@@ -53,7 +27,30 @@ class SmoothSystem {
   static constexpr double kMaxTurn = 0.125;
 };
 
-/// A method that is made for any equations.
-using GeneralMethod = SmoothStepper<const SmoothSystem>;
+/// A method of integration between two events, where the right-hand side is smooth: a Controlled Stepper of odeint. It
+/// may be made for one class of System, to which it then casts what it is given.
+class SmoothStepper : public ControlledStepperTypes {
+ public:
+  virtual ~SmoothStepper() = default;
+
+  /// Tries a step of length dt (s) from `in` at time t to `out`. On success t is that of its end, and dt is the length
+  /// recommended for the next step; on failure t stays, and dt is a length that is worth trying. A call with the same
+  /// `in` and t repeats the step with another length.
+  virtual Result try_step(const SmoothSystem& system, const State& in, double& t, State& out, double& dt) = 0;
+  Result try_step(const SmoothSystem& system, State& x, double& t, double& dt) { return try_step(system, x, t, x, dt); }
+
+  /// True if the method knows the states within its steps.
+  virtual bool interpolates() const { return false; }
+  /// Sets x to the state after this share of the last try, which must have succeeded: 0 to 1, or up to 1 % after its
+  /// end.
+  virtual void state_within([[maybe_unused]] const SmoothSystem& system, [[maybe_unused]] double share,
+                            [[maybe_unused]] State& x) const {}
+
+  /// The right-hand side jumps here: forgets what does not hold on both sides.
+  virtual void reset() = 0;
+
+  /// Forgets all steps so far.
+  virtual void restart() { reset(); }
+};
 
 }  // namespace youbot_base_sim

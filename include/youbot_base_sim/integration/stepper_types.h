@@ -8,19 +8,15 @@
 
 namespace youbot_base_sim {
 
-/// The types that odeint asks of a stepper that works on a State. `Category` is odeint's stepper_tag or
-/// controlled_stepper_tag.
-template <class Category>
-struct StepperTypes {
+/// The types that odeint asks of a Controlled Stepper that works on a State.
+struct ControlledStepperTypes {
   using state_type = State;
   using deriv_type = State;
   using value_type = double;
   using time_type = double;
-  using order_type = unsigned short;
-  using stepper_category = Category;
+  using stepper_category = boost::numeric::odeint::controlled_stepper_tag;
   using Result = boost::numeric::odeint::controlled_step_result;
 };
-using ControlledStepperTypes = StepperTypes<boost::numeric::odeint::controlled_stepper_tag>;
 
 }  // namespace youbot_base_sim
 
