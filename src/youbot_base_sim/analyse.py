@@ -30,7 +30,7 @@ SECTIONS = ("alignment", "path", "odometry", "slip", "switches", "energy", "spec
 def analyse(path, base, desired, arguments, tables, plots):
     bag, record = read(path, base, arguments)
     if not record.series:
-        reasons = [bag.problem] * bool(bag.problem) + record.notes
+        reasons = [bag.problem] * bool(bag.problem) + record.notes + list(map(str, record.unusable.values()))
         raise Refused(f"{shown(path)}: no topic of a base: must have one of {', '.join(TOPICS)}; "
                       f"{'; '.join(reasons) or 'it has ' + bag.shown_topics()}")
     if bag.problem:

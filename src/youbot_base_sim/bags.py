@@ -77,7 +77,7 @@ class Bag:
         if not self.counts:
             raise Refused(f"{shown(path)} has no messages{' that can be read' if self.problem else ''}")
         self._check_chosen(stamped)
-        self.note, self._stamp_at = None, None
+        self.note, self._at_arrival, self._at_stamp = None, self.seconds, self.seconds
         self._choose_clock({connection.topic: np.frombuffer(both).reshape(-1, 2)
                             for connection, both in stamped.items() if both})
 
@@ -111,8 +111,8 @@ class Bag:
         rate = (stamp[-1] - stamp[0]) / max(arrival[-1] - arrival[0], 1e-9)
         self.note = (f"stamps are of another clock than times of arrival: {rate:.3g} s for each second, from "
                      f"{stamp[0]:.3f} s on: times are those of the stamps")
-        self._stamp_at = lambda time: float(np.interp(number_of(time), arrival, stamp))
-        self._first_stamp = float(stamp[0])
+        self._at_arrival = lambda time: float(np.interp(number_of(time), arrival, stamp - stamp[0]))
+        self._at_stamp = lambda time: float(number_of(time) - stamp[0])
 
     def messages(self, topics):
         """Yields Connection, message and time of arrival, as they lie in the file. Where the bag is damaged, it ends,
@@ -182,12 +182,8 @@ class Bag:
         """Seconds of a message, with the offset of its topic: by the stamp in its header, unless that is not set, or of
         another clock."""
         stamp, offset = stamp_of(message), self.offsets.get(absolute(topic))
-        if self._stamp_at:
-            by_arrival = self._stamp_at(arrival) - self._first_stamp
-            by_stamp = number_of(stamp) - self._first_stamp if stamp else by_arrival
-        else:
-            by_arrival = self.seconds(arrival)
-            by_stamp = self.seconds(stamp) if stamp else by_arrival
+        by_arrival = self._at_arrival(arrival)
+        by_stamp = self._at_stamp(stamp) if stamp else by_arrival
         if offset is not None:  # of stamps too that are far from their arrival
             return offset + (by_stamp if stamp else by_arrival)
         return by_stamp if abs(by_stamp - by_arrival) < MAX_CLOCKS_APART else by_arrival
@@ -231,7 +227,7 @@ def scan(path):
                 op = header[b"op"][0]
                 if op == FILE_HEADER:
                     if header.get(b"encryptor"):
-                        raise Refused(f"{shown(path)} is encrypted")
+                        raise Refused(f"{shown(path)} is encrypted: run rosbag decrypt on a copy")
                     index, = struct.unpack("<Q", header[b"index_pos"])
                 elif op == CONNECTION:
                     fields = fields_of(data)

@@ -20,12 +20,12 @@ NOISY = 0.1          # share of a marker's motion that the wheels' does not expl
 FEWEST = 20          # windows of a drive are too few
 LARGEST_CLOCK = 1.5  # s, offset that is searched
 CLOCK_STEP = 0.02    # s, of the search
-DRIVEN = 0.2         # of the fastest direction's speed: slower ones are ticks, noise and slip
 MIN_ERROR = 1e-3   # m/s, that velocities are assumed to be off
 ALONG = 2.0        # s: errors of slip last no longer
 DOUBT = 5e-3       # m/s: where the wheels contradict each other by more, the base is not where they roll
 SLIP = np.array([5e-3, 2e-3, 3e-3, 3e-3])  # what slip of hard starts adds to sigma of clock, yaw, X and Y
 LAG = 0.2            # s/(m/s)^2, sigma of the clock where the base lags behind wheels that start, from simulated bags
+FASTEST = 20         # m/s, of bases
 START = 0.02         # m and rad: until odometry has moved so far, it has hardly drifted
 
 
@@ -44,9 +44,20 @@ def heading(x, y, z, w):
     return np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
 
 
-def pose_series(t, values, *_):
+def to_metres(series, record, topic):
+    """Converts lengths of poses and of twists that no base is fast enough for: they are in mm."""
+    t = np.arange(series.t[0], series.t[-1], 0.5)
+    moved = np.hypot(*(np.diff(series.at(t, name)) / 0.5 for name in ("x", "y")))
+    for names, speeds in ((("x", "y", "z"), moved), (("V_X", "V_Y"), np.abs(series.columns.get("V_X", moved[:0])))):
+        if np.isfinite(speeds).any() and np.nanquantile(speeds, 0.9) > FASTEST:
+            record.notes.append(f"{topic}: {', '.join(names)} are in mm: converted to m")
+            series.columns.update((name, series[name] / 1000) for name in names if name in series.columns)
+
+
+def pose_series(t, values, record, topic):
     series = Series(t, dict(zip(("x", "y", "psi", "z", "upright"), values.T))).known("x", "y", "psi", "z", "upright")
     series["psi"][:] = np.unwrap(series["psi"])
+    to_metres(series, record, topic)
     return series
 
 
@@ -103,16 +114,12 @@ class Unexplained(Missing):
     """The motion of the wheels leaves much of the marker's unexplained."""
 
 
-class OtherSizes(Missing):
-    """The base is not of the sizes that were given."""
-
-
 # Each: values and their sigmas. clock: s, to be added to stamps. marker: x, y (m) and yaw (rad) on the base. fixed:
 # those of the tracker's fixed frame in odometry's; None without odometry.
 Alignment = namedtuple("Alignment", "clock marker fixed")
 
 
-def align(truth, wheels, odom, topic, base, largest_clock=LARGEST_CLOCK):
+def align(truth, wheels, odom, topic, base, largest_clock):
     """Turns poses of a marker into the base's, at the wheels' clock and in odometry's frame. `wheels`: what they roll
     since the beginning, and contradict each other. `largest_clock`: offset that is searched, s; 0: none. Returns series
     and Alignment. Throws Missing where the motion does not tell."""
@@ -149,8 +156,7 @@ def aligned(truth, wheels, odom, topic, base, largest_clock, length, reach):
     start = np.array([clock, yaw, 0, 0, 1, 1, 1])
     estimate, sigma = refine(lambda unknowns: expected(rolled, unknowns, base.half_lengths), seen, start, trust,
                              round(ALONG / length), largest_clock)
-    speeds = np.sqrt(np.nanmean(rolled(estimate[0]) ** 2, axis=0))
-    check(estimate, sigma, topic, speeds > DRIVEN * np.max(speeds))
+    check(sigma, topic)
     (clock, yaw, X, Y), sigma = estimate[:4], np.hypot(sigma[:4], SLIP)
     starts = np.sum(np.diff(rolled(clock), axis=0) ** 2, axis=1)
     sigma[0] = largest_clock and math.hypot(sigma[0], LAG * np.nansum(starts ** 2) / np.nansum(starts))
@@ -227,17 +233,13 @@ def refine(expect, seen, unknowns, trust, along, largest_clock):
     return unknowns, np.sqrt(np.maximum(np.diag(inverse) * max(spread, 0.1), pulled))
 
 
-def check(estimate, sigma, topic, driven):
-    """Throws Missing where the motion does not tell; of directions judges those that were `driven`."""
+def check(sigma, topic):
+    """Throws Missing where the motion does not tell."""
     if sigma[0] > CLOCK_STEP:
         raise Missing(f"{topic}: its clock cannot be determined: sigma is {sigma[0]:.2g} s; must be at most "
                       f"{CLOCK_STEP:g} s: drive with starts and stops")
     if sigma[1] > 0.1:
         raise Missing(f"{topic}: the marker's yaw on the base cannot be determined: drive forward and lateral too")
-    for share, error, direction, is_driven in zip(estimate[4:], sigma[4:], ("forward", "lateral", "in yaw"), driven):
-        if is_driven and error < 0.05 and not 0.7 < share < 1.4:
-            raise OtherSizes(f"{topic}: {direction} the base moves {share:.2f} times as far as its wheels roll; must "
-                             "be 0.7 to 1.4 times: give this base's sizes with --scene, and its joints with --joints")
 
 
 def to_odometry(poses, odom, sigma):

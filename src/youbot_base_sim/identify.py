@@ -11,22 +11,17 @@ from pathlib import Path
 
 import numpy as np
 
-from . import ground_truth
+from .agreement import contradictions, factors
 from .analysis import alignment
 from .bags import absolute
 from .base import DRIVER_RADIUS, WHEELS, Base
 from .command_line import Failed, Parser, Refused, shown
 from .reading import add_reading_options, base_of, print_read, print_section, read
-from .records import POSE, Missing, rolled
+from .records import POSE
 from .report import csv_text
 
 FITTER = "identify_tables"
-SAME_INSTANT = 1e-3      # s: odometry's velocities are of joint_states with its stamp
-MIN_SHARE = 1e-3         # of the rates' squares; directions below it are noise
-MIN_INDEPENDENCE = 0.01  # of odometry's three velocities; 1: not correlated
-MIN_SPEED = 0.05         # in yaw, of the largest; below, yaw shows nothing
 RADII, LENGTHS = (0.01, 0.2), (0.05, 2)  # m, of bases
-MAX_APART = 1.25         # ratio of odometry's sizes to the scene's
 
 
 def table_of(path, base, arguments):
@@ -41,8 +36,8 @@ def table_of(path, base, arguments):
         refuse(f"{record.put}: must be one drive; `rosbag filter` cuts it")
     if not record.get("joint_states", "position", "velocity"):
         refuse(f"no positions of the wheels: {record.lack('joint_states', 'position', 'velocity')}")
-    driver, found = lengths_of_odometry(record)
-    check_sizes(record, found, refuse)
+    for reason in contradictions(record):
+        refuse(reason)
     if not arguments.quiet:
         print_read(bag, record)
         if bag.problem:
@@ -50,51 +45,20 @@ def table_of(path, base, arguments):
         if record.alignment:
             print_section("Ground truth, moved onto the base", alignment.analyse(record).lines)
         print(flush=True)
-    return csv_text(*columns_and_rows(record, commands_of(record, driver)))
+    return csv_text(*columns_and_rows(record, commands_of(record, lengths_of_odometry(record))))
 
 
 def lengths_of_odometry(record):
-    """The base by which the driver turns cmd_vel into rates, and wheel radius and half lengths (m) of odometry, None
-    where it does not move independently forward, laterally and in yaw. Its velocities are linear in the rates of the
-    wheels: R / 4 forward and lateral, R / (4 h) in yaw."""
+    """The base by which the driver turns cmd_vel into rates: that of odometry, which it makes of them."""
     driver = Base(wheel_radius=DRIVER_RADIUS)
-    joints, odom = record.get("joint_states", "velocity"), record.get("odom", *POSE[3:])
-    if not joints or not odom:
-        return driver, (None, None)
-    nearest = np.clip(np.searchsorted(joints.t, odom.t - SAME_INSTANT), 0, len(joints) - 1)
-    same = np.abs(joints.t[nearest] - odom.t) <= SAME_INSTANT
-    V = np.stack([odom[name] for name in POSE[3:]], -1)[same]
-    sizes = 2 * np.linalg.norm(np.linalg.lstsq(joints["velocity"][nearest][same], V, math.sqrt(MIN_SHARE))[0], axis=0)
-    radius = max(sizes[:2])
-    lengths = radius / sizes[2] if sizes[2] else math.inf
+    forward, lateral, yaw = factors(record, "odom")
+    size = np.nanmax((forward, lateral, 0))
+    radius, lengths = record.base.wheel_radius * size, record.base.half_lengths * size / yaw
     if RADII[0] < radius < RADII[1]:
         driver.wheel_radius = round(radius, 4)
     if LENGTHS[0] < lengths < LENGTHS[1]:
         driver.half_wheelbase, driver.half_track = round(lengths, 3), 0
-    moments = V.T @ V
-    if np.linalg.det(moments) <= MIN_INDEPENDENCE * np.prod(np.diag(moments)):
-        return driver, (None, None)
-    speeds = np.sqrt(np.diag(moments)) * (1, 1, record.base.half_lengths)
-    return driver, (radius, lengths if speeds[2] > MIN_SPEED * max(speeds) else None)
-
-
-def check_sizes(record, found, refuse):
-    """Refuses a record of a base of other sizes than the scene's, by odometry or by ground truth."""
-    base = record.base
-    for what, size, own in zip(("wheel radius", "half wheelbase plus half track"), found,
-                               (base.wheel_radius, base.half_lengths)):
-        if size and not 1 / MAX_APART < size / own < MAX_APART:
-            refuse(f"its odometry has a {what} of {size:.4g} m, where the scene has {own:.4g} m; must be within 25 %: "
-                   "start from a scene of this base, with --scene")
-    try:
-        if record.poses and not record.alignment:
-            ground_truth.align(record.poses, rolled(record), None, record.topics["ground_truth"], base,
-                               record.largest_clock)
-        reason = record.unusable.get("ground_truth")
-    except Missing as error:
-        reason = error
-    if isinstance(reason, ground_truth.OtherSizes):
-        refuse(reason)
+    return driver
 
 
 def commands_of(record, driver):
@@ -150,7 +114,6 @@ def main():
                         help="write the fitted scene, and beside it the commands as FITTED.csv")
     parser.add_argument("--csv", metavar="FILE", help="write the first bag's motion, recorded and fitted, for "
                         "scripts/plot_identification")
-    parser.add_argument("--truth-topic", metavar="TOPIC", help="the same as --topic ground_truth=TOPIC")
     add_reading_options(parser)
     parser.add_argument("--encoders", action="store_true",
                         help="fit robot, clocks and initial wheel angles to positions and ground truth alone")
@@ -158,8 +121,6 @@ def main():
                         "for slip_odometry without ~angles_at_zero")
     parser.add_argument("--quiet", action="store_true", help="print nothing but errors")
     arguments = parser.parse_args()
-    if arguments.truth_topic:
-        arguments.topic.append(("ground_truth", arguments.truth_topic))
     fitter = fitter_beside(Path(sys.argv[0]).resolve().parent)
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         if signal.getsignal(number) != signal.SIG_IGN:

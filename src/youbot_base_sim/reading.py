@@ -34,12 +34,6 @@ def add_bag_options(parser):
                         help="where several nodes publish a topic, read the messages of this one; may be repeated")
 
 
-def encoders_of(arguments):
-    """Names of the joints, and rad forward for one unit of their positions, as class Base has them."""
-    joints, signs = arguments.joints
-    return joints, tuple(sign * 2 * math.pi / arguments.ticks for sign in signs)
-
-
 def add_reading_options(parser):
     parser.add_argument("--namespace", metavar="NAME",
                         help="of several robots in a bag, the one with this namespace; left out: the shortest names")
@@ -63,9 +57,10 @@ def read(path, base, arguments, is_quiet=False):
 
 
 def base_of(arguments):
-    """The base of --scene, --joints and --ticks."""
-    base = read_base(arguments.scene) if arguments.scene else Base()
-    base.joints, base.turns = encoders_of(arguments)
+    """The base of --joints, --ticks and, in programs that have it, --scene."""
+    base = read_base(arguments.scene) if getattr(arguments, "scene", None) else Base()
+    base.joints, signs = arguments.joints
+    base.turns = tuple(sign * 2 * math.pi / arguments.ticks for sign in signs)
     return base
 
 

@@ -5,16 +5,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from . import ground_truth
+from . import agreement, ground_truth
 from .bags import absolute
 from .base import WHEELS, Base
 from .command_line import LONGEST_QUOTE, Refused, shown
-from .series import Missing, Series, differentiated, middles
+from .series import POSE, Missing, Series, differentiated, middles
 
-POSE = ("x", "y", "psi", "V_X", "V_Y", "Omega")
 LARGEST = 1e9  # in SI units: beyond, a number is damaged
 MAX_NAMES = 12  # of joints, in a message
-PIECE = 0.5  # s
+FASTEST, RARE = 100, 0.01  # rad/s, of wheels; share of steps
 MIN_FIT, MAX_APART = 0.8, 0.1  # of velocities to positions: squared correlation; relative difference of factors
 POWERS = ("drive", "bearing", "roller", "floor", "external")
 
@@ -30,7 +29,6 @@ class Record:
     origins: dict = field(default_factory=dict)  # of each topic, in words: publisher, frames, joints
     alignment: object = None  # of a marker's ground truth, see ground_truth.Alignment
     poses: Series = None      # of the base by ground truth, which series has smoothed where a tracker measured it
-    largest_clock: float = ground_truth.LARGEST_CLOCK  # of the marker's clock, s; 0: it is known
     has_rates: bool = True    # rather than differences of the wheels' positions
     has_sign: bool = True     # found by positions, or given
     unusable: dict = field(default_factory=dict)  # name -> why no message of its topic can be used
@@ -55,7 +53,8 @@ class Record:
             return f"{shown(self.topics[name])} has no {', '.join(unknown or columns)}"
         if name in self.unusable:
             return str(self.unusable[name])
-        return f"no {' or '.join(TOPICS[name].usual)} ({' or '.join(TOPICS[name].kinds)})"
+        return f"no {' or '.join(TOPICS[name].usual)} ({' or '.join(TOPICS[name].kinds)})" + (
+            " and no --frames of /tf" if name == "ground_truth" else "")
 
 
 def read_record(bag, base, chosen=(), progress=lambda n: None, only=None, namespace="", frames=(),
@@ -102,6 +101,7 @@ def read_record(bag, base, chosen=(), progress=lambda n: None, only=None, namesp
                                 f"--topic {name}=TOPIC)")
         add_series(record, name, used[0], rows[used[0]], TOPICS[name].kinds[bag.types[used[0]]][1])
     add_truth(record, bag, frames, of_marker)
+    record.notes += agreement.contradictions(record)
     return record
 
 
@@ -162,14 +162,12 @@ def add_truth(record, bag, frames, of_marker):
         poses, topic = record.get("ground_truth", "x", "y", "psi"), record.topics.get("ground_truth")
         record.poses = poses
         offset = bag.offsets.get("/tf" if frames else absolute(topic or ""))
-        if offset is not None:
-            record.largest_clock = 0
-        is_tracked = poses and "upright" in poses.columns
-        if is_tracked:
+        if is_tracked := poses and "upright" in poses.columns:
             ground_truth.check_upright(poses, shown(topic))
         if poses and (bag.types.get(topic) in ground_truth.KINDS if of_marker is None else of_marker):
             poses, record.alignment = ground_truth.align(poses, rolled(record), record.get("odom", "x", "y", "psi"),
-                                                         shown(topic), record.base, record.largest_clock)
+                                                         shown(topic), record.base,
+                                                         0 if offset is not None else ground_truth.LARGEST_CLOCK)
             record.poses = poses
             if offset is not None:
                 record.alignment = record.alignment._replace(clock=(offset, 0))
@@ -308,6 +306,7 @@ def contact_fields(message, _):
 
 
 def twist_fields(message, _):
+    message = getattr(message, "twist", message)
     return {"twist": (message.linear.x, message.linear.y, message.angular.z)}
 
 
@@ -341,6 +340,7 @@ def pose_series(t, values, record, topic):
     series = Series(t, dict(zip(POSE, values.T)))
     there = np.isfinite(series["psi"])
     series["psi"][there] = np.unwrap(series["psi"][there])
+    ground_truth.to_metres(series, record, topic)
     poses = series.known("x", "y", "psi")
     if len(poses) < 3:
         return series
@@ -395,19 +395,26 @@ def wheel_series(t, values, record, topic):
 
 
 def count_on(series, record, topic):
-    """Mends positions that begin anew after a turn, or where a counter of ticks ends."""
+    """Mends positions that begin anew after a turn, where a counter of ticks ends, or as its driver does."""
     positions, unit = series.known("position"), min(map(abs, record.base.turns))
     if len(positions) < 2:
         return
-    span, steps = np.ptp(positions["position"], axis=0).max(), np.abs(np.diff(positions["position"], axis=0))
+    span, turned = np.ptp(positions["position"], axis=0).max(), np.diff(positions["position"], axis=0)
     periods = [2 * math.pi, *(unit * 2 ** bits for bits in range(8, 33) if unit != 1)]
     period = min((period for period in periods if period >= span * (1 - 1e-9)), default=math.inf)
-    jumps = (steps > period / 2).any(axis=1) & (np.diff(positions.t) <= positions.max_step)
-    if not jumps.any():
-        return
-    record.notes.append(f"{topic}: positions begin anew {np.sum(jumps)} times, after {period:.6g} rad: counted on")
-    scaled = np.unwrap(positions["position"] * (2 * math.pi / period), axis=0)
-    series.columns["position"][np.isin(series.t, positions.t)] = scaled * (period / (2 * math.pi))
+    is_end = (np.abs(turned) > period / 2).any(axis=1) & (np.diff(positions.t) <= positions.max_step)
+    if is_end.any():
+        turned -= period * np.round(turned / period)
+    is_start = (np.abs(turned) > FASTEST * np.diff(positions.t)[:, None]).any(axis=1)
+    is_start &= np.mean(is_start) < RARE  # rather than another unit
+    turned[is_start] = 0
+    for jumps, how in ((is_end & ~is_start, f"begin anew {{}} times, after {period:.6g} rad"),
+                       (is_start, "jump {} times, first at t = {:.3f} s, as of a driver that starts")):
+        if jumps.any():
+            record.notes.append(f"{topic}: positions {how.format(np.sum(jumps), *positions.t[1:][jumps])}: counted on")
+    if is_end.any() or is_start.any():
+        series.columns["position"][np.isin(series.t, positions.t)] = positions["position"][0] + np.vstack(
+            [np.zeros(4), np.cumsum(turned, axis=0)])
 
 
 STILL = "no wheel turns: velocities are assumed in rad/s and positive forward"
@@ -418,11 +425,9 @@ UNITS = {"rpm of the wheel": 30 / math.pi, "rpm of the motor": 26 * 30 / math.pi
 def velocity_scale(series, base):
     """Signs and one factor that make the velocities of the wheels rad/s, by the changes of the positions over pieces of
     half a second, and in words what was found, if anything. None for the factor where velocities do not fit."""
-    ends = np.unique(np.searchsorted(series.t, np.arange(series.t[0], series.t[-1], PIECE).tolist() + [series.t[-1]]))
-    steps = np.diff(series.t)
-    area = np.vstack([np.zeros(4), np.cumsum(middles(series["velocity"]) * steps[:, None], axis=0)])
-    whole = np.add.reduceat(steps > series.max_step, ends[:-1]) == 0 if len(ends) > 1 else []
-    turned, said = (np.diff(column[ends], axis=0)[whole] for column in (series["position"], area))
+    ends = np.unique([*np.arange(series.t[0], series.t[-1], agreement.PIECE), series.t[-1]])
+    turned, said = np.diff(series.at(ends, "position"), axis=0), series.means(ends, "velocity") * np.diff(ends)[:, None]
+    turned, said = (pieces[np.isfinite(turned).all(axis=1)] for pieces in (turned, said))
     products, squares, own = (np.sum(a * b, axis=0) for a, b in ((turned, said), (turned, turned), (said, said)))
     turns = squares > 1e-4 * np.max(squares, initial=0)
     signs = np.where(turns & (products < 0), -1, 1)
@@ -437,7 +442,7 @@ def velocity_scale(series, base):
                              f"{', '.join(f'{one:.3g}' for one in factors * signs[turns])} times their changes)")
     notes = []
     if tuple(signs) == SIGNS["driver_exact"]:
-        notes.append("velocities of fl and bl have the driver's opposite sign: negated")
+        notes = ["velocities of fl and bl have the driver's opposite sign: negated"]
     elif (signs < 0).any():
         notes.append(f"velocities of {', '.join(wheel for wheel, sign in zip(WHEELS, signs) if sign < 0)} have the "
                      "opposite sign of the positions: negated")
@@ -490,8 +495,8 @@ TOPICS = {
     "roller_switches": Topic({"youbot_base_sim/RollerSwitchStamped": (switch_fields, switch_series)},
                              ("roller_switches",), is_sampled=False),
     "contacts": Topic({"youbot_base_sim/ContactsStamped": (contact_fields, contact_series)}, ("contacts",)),
-    "cmd_vel": Topic({"geometry_msgs/Twist": (twist_fields, lambda t, twists, *_: Series(
-        t, dict(zip(POSE[3:], twists.T))))}, ("cmd_vel",), is_sampled=False),
+    "cmd_vel": Topic(dict.fromkeys(("geometry_msgs/Twist", "geometry_msgs/TwistStamped"), (
+        twist_fields, lambda t, twists, *_: Series(t, dict(zip(POSE[3:], twists.T))))), ("cmd_vel",), is_sampled=False),
     "velocity_command": Topic({"brics_actuator/JointVelocities": (command_fields, command_series)},
                               ("velocity_command",), is_sampled=False),
 }

@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+POSE = ("x", "y", "psi", "V_X", "V_Y", "Omega")  # columns
+
 
 class Missing(Exception):
     """What an analysis needs and the bag lacks, in one line."""
@@ -43,6 +45,12 @@ class Series:
             in_gap = (self.t[after] - self.t[after - 1] > self.max_step) & ~np.isin(t, self.t)
             result[in_gap] = np.nan
         return result.reshape(np.shape(t) + values.shape[1:])
+
+    def means(self, t, name):
+        """Means of a column between neighbouring times of t; NaN where `at` has one."""
+        steps = np.diff(self.t).reshape(-1, *[1] * (self[name].ndim - 1))
+        area = np.cumsum(np.concatenate([0 * self[name][:1], middles(self[name]) * steps]), axis=0)
+        return (np.diff(Series(self.t, {name: area}).at(t, name), axis=0).T / np.diff(t)).T
 
     @property
     def max_step(self):

@@ -17,12 +17,12 @@ from .bags import Bag, absolute
 from .base import DRIVER_RADIUS, JOINTS, WHEELS, Base
 from .command_line import Parser, Refused, complain, one_line, positive, shown
 from .files import Outputs, write_whole
-from .reading import add_bag_options, encoders_of
+from .reading import add_bag_options, base_of
 from .records import Missing, read_record
 
 TWIST, VELOCITIES, TORQUES, STATES = (
     "geometry_msgs/Twist", "brics_actuator/JointVelocities", "brics_actuator/JointTorques", "sensor_msgs/JointState")
-TOPICS = {TWIST: ["/cmd_vel"],
+TOPICS = {TWIST: ["/cmd_vel"], TWIST + "Stamped": ["/cmd_vel"],
           VELOCITIES: ["/base/base_controller/velocity_command"],
           TORQUES: ["/base/base_controller/torques_command"],
           STATES: ["/joint_states", "/base/joint_states"]}
@@ -61,6 +61,7 @@ class ChosenTopics:
 
 def twist_rates(twist, driver):
     """{wheel's index: rate} by the driver's kinematics, and complaints; no rates where the driver refuses the twist."""
+    twist = getattr(twist, "twist", twist)  # of a TwistStamped
     velocity = twist.linear.x, twist.linear.y, twist.angular.z
     if not all(map(math.isfinite, velocity)):
         return {}, ["a twist is not finite"]
@@ -87,7 +88,7 @@ def commanded(chosen, types, arguments):
         raise Refused(f"{chosen.path} has commands on {', '.join(others)} too: choose the topics of one table with "
                       "--topic")
     driver = Base(wheel_radius=arguments.wheel_radius, half_wheelbase=arguments.half_lengths, half_track=0)
-    read = {TWIST: lambda message: twist_rates(message, driver),
+    read = {**dict.fromkeys((TWIST, TWIST + "Stamped"), lambda message: twist_rates(message, driver)),
             VELOCITIES: lambda message: joint_values(message.velocities, "s^-1 rad"),
             TORQUES: lambda message: joint_values(message.torques, "m^2 kg s^-2 rad^-1")}
     rows, now, complaints = [], [0.0] * 4, Counter()
@@ -103,11 +104,13 @@ def commanded(chosen, types, arguments):
         now = after
     for complaint, count in sorted(complaints.items()):
         warn(f"{chosen.path}: {complaint}: skipped, as the base does ({count} times)")
+    if not rows:
+        raise Refused(f"{chosen.path}: {', '.join(map(shown, topics))}: must have a command that can be read")
     return rows
 
 
-def joint_states(chosen, base, field, sign="auto"):
-    """Rows of what the wheels did: "position", "velocity" or "effort"."""
+def joint_states(chosen, base, field, sign):
+    """Rows of what the wheels did: "position", from t = 0 on, "velocity" or "effort"."""
     topics = chosen.need(STATES)
     record = read_record(chosen.bag, base, {"joint_states": topics[0]}, only=["joint_states"], sign=sign)
     for note in record.notes:
@@ -121,7 +124,7 @@ def joint_states(chosen, base, field, sign="auto"):
                       "--joint-velocity-sign")
     if record.put:
         raise Refused(f"{chosen.path}: {record.put}: must be one run")
-    return list(zip(states.t.tolist(), states[field].tolist()))
+    return list(zip((states.t - (states.t[0] if field == "position" else 0)).tolist(), states[field].tolist()))
 
 
 def write(path, rows):
@@ -152,30 +155,23 @@ def main():
     parser.add_argument("--half-lengths", type=positive, default=Base().half_lengths, metavar="M",
                         help="half the wheelbase plus half the track in that driver, m; default 0.385")
     arguments = parser.parse_args()
-    wanted = [one for one in (("--velocity", arguments.velocity, "velocity", (TWIST, VELOCITIES)),
-                              ("--torque", arguments.torque, "effort", (TORQUES,))) if one[1]]
-    if bool(wanted) == bool(arguments.angles):
+    wanted = [one for one in (("--velocity", arguments.velocity, "velocity", (TWIST, TWIST + "Stamped", VELOCITIES)),
+                              ("--torque", arguments.torque, "effort", (TORQUES,)),
+                              ("--angles", arguments.angles, "position", ())) if one[1]]
+    if not wanted or (arguments.angles and len(wanted) > 1):
         parser.error("give --velocity FILE, --torque FILE or both, or --angles FILE alone")
-    base = Base()
-    base.joints, base.turns = encoders_of(arguments)
-    outputs = Outputs([arguments.bag])
-    paths = {"--angles": arguments.angles} if arguments.angles else {option: path for option, path, *_ in wanted}
-    for option, path in paths.items():
+    base, outputs = base_of(arguments), Outputs([arguments.bag])
+    for option, path, *_ in wanted:
         outputs.claim(option, path)
-    chosen = ChosenTopics(arguments.bag, arguments)
+    is_measured, chosen = arguments.measured or arguments.angles, ChosenTopics(arguments.bag, arguments)
     try:
-        if arguments.angles:
-            rows = joint_states(chosen, base, "position")
-            tables = [[(t - rows[0][0], angles) for t, angles in rows]]
-        elif arguments.measured:
-            tables = [joint_states(chosen, base, field, arguments.joint_velocity_sign) for _, _, field, _ in wanted]
-        else:
-            tables = [commanded(chosen, types, arguments) for _, _, _, types in wanted]
+        tables = [joint_states(chosen, base, field, arguments.joint_velocity_sign) if is_measured else
+                  commanded(chosen, types, arguments) for _, _, field, types in wanted]
     except (AttributeError, TypeError) as error:  # another definition of a type
         raise Refused(f"{chosen.path}: its messages are not of the types that they say: {one_line(error)}")
-    if chosen.bag.note and not (arguments.measured or arguments.angles):
+    if chosen.bag.note and not is_measured:
         warn(f"{chosen.path}: {chosen.bag.note}")
     if chosen.bag.problem:
         warn(chosen.bag.problem)
-    for path, rows in zip(paths.values(), tables):
+    for (_, path, *_), rows in zip(wanted, tables):
         write(path, rows)

@@ -262,8 +262,8 @@ class GroundTruthTest(RunsAnalyse):
     def test_what_cannot_be_determined_is_not_used(self):
         steady = np.zeros((3, len(self.times)))
         self.expect_unused(self.recorded("still.bag", motion=steady), "does not fit the wheels' with any clock")
-        self.expect_unused(self.recorded("far.bag", clock=0.9, motion=3 * self.motion), "forward the base moves 3.",
-                           "must be 0.7 to 1.4 times", "--scene")
+        self.analyse(self.recorded("far.bag", clock=0.9, motion=3 * self.motion))
+        self.assertRegex(self.out, r"pose: the base moves forward 3[.\d]*, .*must be 0.8 to 1.25 times.*--scene")
         self.expect_unused(self.recorded("seldom.bag", rate=2.5), "pieces of 1.2 s are too few", "more poses a second")
         self.expect_unused(self.recorded("tilted.bag", tilt=math.pi / 2), "its z axis is 90 deg off the vertical")
         waves = [(0.02 * k, *4 * [3 * math.sin(2 * math.pi * 0.02 * k / 0.8)]) for k in range(500)]

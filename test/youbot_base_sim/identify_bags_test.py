@@ -223,9 +223,9 @@ class IdentifyBagsTest(RunsAnalyse):
     def test_a_base_of_other_sizes_is_refused(self):
         from youbot_base_sim.base import Base
         larger = Base(1.5 * RADIUS, half_wheelbase=LENGTHS, half_track=0)
-        for options, words in ((dict(), "its odometry has a wheel radius of 0.052 m, where the scene has 0.078 m"),
-                               (dict(odom=False), "forward the base moves 0.67 times as far as its wheels roll"),
-                               (dict(odom=False, truth=False, tracker=PoseStamped), "forward the base moves 0.67")):
+        for options, words in ((dict(), "/odom: the base moves forward 0.667"),
+                               (dict(odom=False), "ground_truth: the base moves forward 0.667"),
+                               (dict(odom=False, truth=False, tracker=PoseStamped), "pose: the base moves forward 0.67")):
             bag = self.record(**{**dict(truth=True), **options})
             self.read(bag)
             self.expect_refused(bag, words, "--scene", base=larger)

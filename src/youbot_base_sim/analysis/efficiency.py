@@ -1,12 +1,12 @@
 """How much of the commanded velocity, and of the rolled one, the base reaches: forward, lateral and in yaw."""
 import numpy as np
 
+from ..agreement import fit
 from ..figures import BLACK, BLUE, RED, curve
 from ..records import Missing
 from .section import Section
 
 DIRECTIONS = (("forward", "V_X", "m/s"), ("lateral", "V_Y", "m/s"), ("yaw", "Omega", "rad/s"))
-SMALL = 0.05  # of the whole speed: the factor of a smaller part says nothing
 
 
 def analyse(record):
@@ -58,15 +58,6 @@ def commanded(record, t):
 def rolled(record, t):
     joints = record.get("joint_states", "velocity")
     return list(record.base.velocities(joints.at(t, "velocity"))) if joints else None
-
-
-def fit(true, source, k, base):
-    """The least squares' e in true = e source for one direction; NaN if the source hardly moves in it."""
-    sizes = np.array([1, 1, base.half_lengths])[:, None] * np.array(source)
-    known = np.isfinite(sizes).all(axis=0)
-    if not known.any() or np.mean(sizes[k, known] ** 2) <= SMALL ** 2 * np.mean(np.sum(sizes[:, known] ** 2, axis=0)):
-        return np.nan
-    return np.sum(true[known] * source[k][known]) / np.sum(source[k][known] ** 2)
 
 
 def draw(figure, t, true, sources, label):

@@ -239,7 +239,7 @@ std::vector<std::string> inspect_encoders(DriveRecord& record) {
   check_length(record);
   if (!record.has_truth())
     throw UnusableRecord(record.name +
-                         ": no ground truth; must have the pose of the base: see --truth-topic, --frames");
+                         ": no ground truth; must have the pose of the base: see --topic ground_truth=TOPIC, --frames");
   find_gaps(record, findings);
   return findings;
 }

@@ -32,7 +32,8 @@ constexpr double kAngleStep = 0.04;  // rad
 constexpr int kReplicas = 4;         // where angles are unknown
 constexpr double kPrior = 20;        // steps: sigma of the start's parameters, which records hardly leave as it is
 constexpr char kAnglesDrive[] = "drive laterally and in yaw";
-constexpr double kMinScatter = 2e-5;  // m and rad: with less, twins would count rounding
+constexpr double kMaxUnexplained = 0.3;  // share of a record's squared motion
+constexpr double kMinScatter = 2e-5;     // m and rad: with less, twins would count rounding
 
 using Poses = std::vector<Eigen::Vector3d>;
 using Window = std::pair<std::size_t, std::size_t>;  // instants of its ends
@@ -72,8 +73,6 @@ struct Track {
   std::vector<Window> windows;
 };
 
-// ---- Clocks, by kinematics.
-
 Poses rolled_poses(const DriveRecord& record, const RobotParameters& robot) {
   WheelOdometry odometry(DriverKinematics::of(robot), record.phi.front());
   Poses poses;
@@ -84,76 +83,11 @@ Poses rolled_poses(const DriveRecord& record, const RobotParameters& robot) {
   return poses;
 }
 
-/// How well kinematics with a factor for each direction explains ground truth at some clock.
-struct Rolling {
-  Eigen::Array3d products = Eigen::Array3d::Zero(), squares = Eigen::Array3d::Zero();
-  double total = 0, weight = 0;
-  int windows = 0;
-
-  Eigen::Array3d factors() const { return (squares > 0).select(products / squares.max(1e-300), 1); }
-  double unexplained() const { return total > 0 ? 1 - (factors() * products).sum() / total : 1; }
-};
-
-Rolling rolling_at(const DriveRecord& record, const Poses& rolled, double arm, const ClockMap& clock) {
-  Rolling rolling;
-  const std::size_t n = record.t.size();
-  for (std::size_t a = 0, b = 1; b < n; ++b) {
-    if (record.t[b] < record.t[a] + 4 * kWindow) continue;
-    const double from = clock(record.t[a]), to = clock(record.t[b]);
-    if (record.is_tracked(from) && record.is_tracked(to) && !record.is_excluded(record.t[a]) &&
-        !record.is_excluded(record.t[b])) {
-      const Eigen::Array3d scale(1, 1, arm);
-      const Eigen::Array3d moved = displacement(rolled[a], rolled[b]).array() * scale;
-      const Eigen::Array3d seen = displacement(record.truth_at(from), record.truth_at(to)).array() * scale;
-      rolling.products += moved * seen;
-      rolling.squares += moved.square();
-      rolling.total += seen.square().sum();
-      ++rolling.windows;
-    }
-    a = b;
-  }
-  return rolling;
-}
-
-/// The clock at which the wheels explain ground truth best: near the bag's own, unless that explains little.
-ClockMap search_clock(const DriveRecord& record, const RobotParameters& robot) {
-  constexpr double kMaxOffset = 1.5, kStep = 0.05, kMaxStretch = 0.15, kExplained = 0.05;  // s
-  constexpr double kRounding = 1e-9;                                                       // of a step
-  const Poses rolled = rolled_poses(record, robot);
-  const double arm = robot.h + robot.l;
-  const int all = rolling_at(record, rolled, arm, {}).windows;
-  ClockMap best;
-  double least = HUGE_VAL;
-  const auto search = [&](double max_stretch, double step) {
-    const int stretches = static_cast<int>(2 * max_stretch / step + kRounding);
-    const int offsets = static_cast<int>(2 * kMaxOffset / kStep + kRounding);
-    for (int i = 0; i <= stretches; ++i) {
-      const double stretch = i * step - max_stretch;
-      for (int j = 0; j <= offsets; ++j) {
-        const double offset = j * kStep - kMaxOffset;
-        const Rolling rolling = rolling_at(record, rolled, arm, {offset, stretch});
-        if (2 * rolling.windows < all || rolling.unexplained() >= least) continue;
-        least = rolling.unexplained();
-        best = {offset, stretch};
-      }
-    }
-  };
-  search(0, 1);
-  if (least > kExplained) search(kMaxStretch, std::max(1e-3, 2 * kStep / record.duration()));
-  if (all < 4 || least > 0.3) {
-    throw UnusableRecord(fmt::format(
-        "{}: its ground truth does not fit the wheels' motion with any clock within {:g} s and {:g} %: {:.0f} % of it "
-        "stays unexplained; must be at most 30 %: are --joints, their signs and --scene those of this base?",
-        record.name, kMaxOffset, 100 * kMaxStretch, 100 * std::min(1.0, least)));
-  }
-  return best;
-}
-
-Track track_of(const DriveRecord& record, const ClockMap& clock) {
+Track track_of(const DriveRecord& record) {
   Track track{&record, {}, {}};
   const auto is_measured = [&](double t) {
-    return record.is_tracked(clock(t)) && record.is_tracked(clock(t) - kMargin) &&
-           record.is_tracked(clock(t) + kMargin) && !record.is_excluded(t);
+    return record.is_tracked(t) && record.is_tracked(t - kMargin) && record.is_tracked(t + kMargin) &&
+           !record.is_excluded(t);
   };
   for (int i = 0; i * kWindow < record.duration(); ++i) {
     const double t = i * kWindow;
@@ -243,12 +177,11 @@ struct Trial {
 /// What a trial's base does in all windows of all records, as rows: X, Y, yaw of each.
 class EncoderComparison {
  public:
-  EncoderComparison(const std::vector<DriveRecord>& records, const std::vector<ClockMap>& clocks,
-                    const EncoderFitSettings& settings)
+  EncoderComparison(const std::vector<DriveRecord>& records, const EncoderFitSettings& settings)
       : records_(records), settings_(settings) {
     int blocks = 0;
     for (std::size_t r = 0; r < records.size(); ++r) {
-      tracks_.push_back(track_of(records[r], clocks[r]));
+      tracks_.push_back(track_of(records[r]));
       begin_.push_back(static_cast<Eigen::Index>(block_.size()));
       const Track& track = tracks_.back();
       for (const Window& window : track.windows) {
@@ -301,7 +234,7 @@ class EncoderComparison {
   /// The same with derivatives by differences.
   Eigen::VectorXd residuals(const Trial& trial, const Eigen::VectorXd& x, Eigen::MatrixXd& jacobian) const;
 
-  /// Of factors forward, lateral and in yaw, m, m and rad.
+  /// Of factors forward, lateral and in yaw, m, m and rad. Throws UnusableRecord where these explain too little.
   Eigen::VectorXd off_by_kinematics(const Trial& trial) const;
 
   double held_out_error(const Eigen::VectorXd& residuals) const {
@@ -415,6 +348,7 @@ Eigen::VectorXd EncoderComparison::off_by_kinematics(const Trial& trial) const {
     set_off(r, {at}, trial.clocks[r], rolled);
   }
   rolled = all - rolled;
+  const Eigen::VectorXd moved = all;
   for (int c = 0; c < 3; ++c) {
     double product = 0, square = 0;
     for (const int row : training_) {
@@ -423,6 +357,15 @@ Eigen::VectorXd EncoderComparison::off_by_kinematics(const Trial& trial) const {
       square += rolled[row] * rolled[row];
     }
     for (Eigen::Index row = c; row < all.size() && square > 0; row += 3) all[row] -= product / square * rolled[row];
+  }
+  for (std::size_t r = 0; r < records_.size(); ++r) {
+    const auto rows = Eigen::seqN(begin_[r], 3 * static_cast<Eigen::Index>(tracks_[r].windows.size()));
+    const double unexplained = all(rows).squaredNorm() / moved(rows).squaredNorm();
+    if (unexplained <= kMaxUnexplained) continue;
+    throw UnusableRecord(fmt::format(
+        "{}: its ground truth does not fit the wheels' motion: {:.0f} % of it stays unexplained; must be at most "
+        "{:.0f} %: are --joints, their signs and --scene those of this base?",
+        records_[r].name, 100 * unexplained, 100 * kMaxUnexplained));
   }
   return all;
 }
@@ -607,12 +550,8 @@ void report_numbers(const std::vector<DriveRecord>& records, const Trial& trial,
 
 EncoderFit fit_encoders(const Scene& start, const std::vector<DriveRecord>& records,
                         const EncoderFitSettings& settings) {
-  Trial trial{start, {}, {}, {}};
-  for (const DriveRecord& record : records) {
-    trial.clocks.push_back(search_clock(record, start.robot));
-  }
-  settings.progress(0.05);
-  EncoderComparison comparison(records, trial.clocks, settings);
+  Trial trial{start, {}, std::vector<ClockMap>(records.size()), {}};
+  EncoderComparison comparison(records, settings);
   EncoderFit fit;
   const Trial unfitted = trial;
   comparison.expect(comparison.scatter_of(comparison.off_by_kinematics(trial)));

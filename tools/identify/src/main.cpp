@@ -39,7 +39,7 @@ const Usage kUsage = {
     "  identify_tables drive.csv --encoders --scene my_scene.yaml --ticks 2880 --output fitted.yaml\n"};
 
 Scene start_scene(const std::string& path) {
-  Scene scene = path.empty() ? Scene() : load_scene(path);
+  Scene scene = path.empty() ? Scene() : load_scene(path, {}, SceneUse::kCommands);
   if (path.empty()) scene.robot = measured_robot();
   scene.drive = std::monostate();
   if (!scene.motors) scene.motors.emplace();

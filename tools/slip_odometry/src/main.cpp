@@ -9,6 +9,7 @@
 
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <optional>
 #include <set>
 #include <sstream>
@@ -22,6 +23,22 @@
 namespace {
 
 using namespace youbot_base_sim;
+
+constexpr char kHelp[] =
+    "slip_odometry [_PARAMETER:=VALUE ..] [joint_states:=TOPIC]\n"
+    "Publishes slip_odom, odometry of a Mecanum base that accounts for slip, from the positions in joint_states.\n\n"
+    "Parameters and defaults:\n"
+    "  ~scene           YAML of robot and floor, as by identify; without it the profile `measured`\n"
+    "  ~profile         paper or measured, replaces the scene's; ~friction_scale: of measured\n"
+    "  ~joints          \"wheel_joint_fl wheel_joint_fr wheel_joint_bl wheel_joint_br\"\n"
+    "  ~joint_signs     \"1 1 1 1\": of positions, 1 forward or -1\n"
+    "  ~ticks_per_turn  0: positions in rad; else encoder ticks of a turn\n"
+    "  ~angles_at_zero  list of the wheels' angles where positions are 0, rad; without it they are searched\n"
+    "  ~replicas        4, 1 to 100: simulations where neither these nor efforts are known\n"
+    "  ~wheel_error     0.015: relative error of a wheel's path\n"
+    "  ~max_gap         0.5 s; ~max_wheel_rate: 30 rad/s; ~max_effort_error: 1 N m; beyond, a reading is doubtful\n"
+    "  ~odom_frame      odom; ~base_frame: base_footprint; ~publish_tf: false\n"
+    "Service ~reset sets the pose to zero. Doubts are in /diagnostics. docs/estimation.md says more.\n";
 
 constexpr double kTolerance = 1e-4;  // with less, a minute of driving differs by 30 micrometres
 constexpr double kMaxReplicas = 100;
@@ -218,6 +235,7 @@ class SlipOdometryNode {
 }  // namespace
 
 int main(int argc, char** argv) {
+  if (argc == 2 && argv[1] == std::string("--help")) return std::fputs(kHelp, stdout) < 0 || std::fflush(stdout) != 0;
   return run_program(argc, argv, "slip_odometry", [] {
     const SlipOdometryNode node;
     ros::spin();

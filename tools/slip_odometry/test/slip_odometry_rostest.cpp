@@ -108,6 +108,12 @@ TEST(RefusedParameters, of_slip_odometry) {
   expect_refused("_replica:=2", {"~replica", "unknown", "replicas"});
 }
 
+TEST(RefusedParameters, are_listed_by_help) {
+  Program process(SLIP_ODOMETRY, {"--help"});
+  EXPECT_EQ(process.wait(), 0) << process.err();
+  expect_words(process.out(), {"~scene", "~joints", "wheel_joint_fl", "~ticks_per_turn", "30 rad/s", "~reset"});
+}
+
 }  // namespace
 }  // namespace youbot_base_sim
 

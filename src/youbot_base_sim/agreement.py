@@ -1,0 +1,46 @@
+"""Whether the wheels of a record and its odometry or ground truth tell of one motion, as units and sizes decide."""
+import math
+
+import numpy as np
+
+from .command_line import shown
+from .series import POSE
+
+PIECE = 0.5   # s, over which motions are compared
+SMALL = 0.05  # of the whole speed: the factor of a smaller part says nothing
+APART = 1.25  # a larger factor is named, as is one that is smaller than its inverse
+KNOWN = {" (sqrt(2))": math.sqrt(2), " (1 / sqrt(2))": math.sqrt(0.5), " (degrees in place of rad)": math.pi / 180}
+
+
+def fit(true, source, k, base):
+    """The least squares' e in true = e source for one direction; NaN if the source hardly moves in it."""
+    sizes = np.array([1, 1, base.half_lengths])[:, None] * np.array(source)
+    known = np.isfinite(sizes).all(axis=0) & np.isfinite(true)
+    if not known.any() or np.mean(sizes[k, known] ** 2) <= SMALL ** 2 * np.mean(np.sum(sizes[:, known] ** 2, axis=0)):
+        return np.nan
+    return np.sum(true[known] * source[k][known]) / np.sum(source[k][known] ** 2)
+
+
+def factors(record, name):
+    """How many times as far as its wheels roll, or without them as by odometry, a base moves forward, laterally and in
+    yaw, by this series; NaN where it hardly moves."""
+    series, joints = record.get(name, *POSE[3:]), record.get("joint_states", "velocity")
+    other = joints or record.get("odom", *POSE[3:])
+    t = np.arange(max(series.t[0], other.t[0]), min(series.t[-1], other.t[-1]), PIECE) if series and other else ()
+    if len(t) < 3:
+        return (math.nan,) * 3
+    source = record.base.velocities(joints.means(t, "velocity")) if joints else [other.means(t, c) for c in POSE[3:]]
+    return [fit(series.means(t, column), source, k, record.base) for k, column in enumerate(POSE[3:])]
+
+
+def contradictions(record):
+    """A line on each series by which the base moves much farther than its wheels roll, or less far."""
+    for name in ("odom", "ground_truth"):
+        off = [f"{direction} {factor:.3g}" + "".join(known for known in KNOWN if abs(factor / KNOWN[known] - 1) < 0.04)
+               for direction, factor in zip(("forward", "lateral", "in yaw"), factors(record, name))
+               if factor == factor and not 1 / APART < factor < APART]
+        if off:
+            other = "its wheels roll" if "joint_states" in record.series else "by odometry"
+            yield (f"{shown(record.topics[name])}: the base moves {', '.join(off)} times as far as {other}: must be "
+                   f"{1 / APART:g} to {APART:g} times: give this base's sizes with --scene, its joints and ticks with "
+                   "--joints and --ticks")

@@ -1,0 +1,93 @@
+"""Records whose wheels, odometry or ground truth are in other units or sizes, or begin anew: mended, or named."""
+import math
+import unittest
+
+import harness
+import numpy as np
+import rosbag
+from geometry_msgs.msg import Pose, Quaternion, Twist, TwistStamped, Vector3
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import JointState
+
+RATE, RADIUS, LENGTHS = 50, 0.05, 0.385
+LATERAL = 0.95  # of what the wheels roll
+COMMANDS = np.repeat([(0.2, 0, 0), (0, 0.2, 0), (0, 0, 0.5), (-0.2, 0.1, -0.3), (0, 0, 0)], 4 * RATE, axis=0)
+
+
+def path_of(velocities):
+    psi = np.cumsum(velocities[:, 2]) / RATE
+    way = np.cumsum((velocities[:, 0] + 1j * velocities[:, 1]) * np.exp(1j * psi)) / RATE
+    return np.stack([way.real, way.imag, psi], -1)
+
+
+def odometry(stamp, pose, velocity):
+    message = Odometry(pose=Odometry().pose, twist=Odometry().twist)
+    message.header.stamp = stamp
+    message.pose.pose = Pose(Vector3(*pose[:2], 0), Quaternion(0, 0, math.sin(pose[2] / 2), math.cos(pose[2] / 2)))
+    message.twist.twist = Twist(Vector3(*velocity[:2], 0), Vector3(0, 0, velocity[2]))
+    return message
+
+
+class RecordsTest(harness.RunsAnalyse):
+    def expect(self, note, *arguments, forward=1, lateral=LATERAL, position=1.0, odom=1.0, truth=(1, 1, 1),
+               counted=None, stamped=False, of="rolled"):
+        """What `analyse` makes of a bag with positions, ways of odometry or ground truth by these factors."""
+        turn = LENGTHS * COMMANDS[:, 2]
+        X, Y, _ = COMMANDS.T
+        rates = np.stack([X - Y - turn, X + Y + turn, X + Y - turn, X - Y + turn], -1) / RADIUS
+        positions = position * np.cumsum(rates, axis=0) / RATE
+        if counted:
+            positions = counted(positions)
+        way, true = COMMANDS * (odom, odom, 1), COMMANDS * (1, LATERAL, 1) * truth
+        told, seen = path_of(COMMANDS) * (odom, odom, 1), path_of(true)
+        with rosbag.Bag(self.path("drive.bag"), "w") as bag:
+            for k, command in enumerate(COMMANDS):
+                stamp, joints = harness.stamp_of(k / RATE), JointState()
+                joints.header.stamp = stamp
+                joints.name = ["wheel_joint_" + wheel for wheel in ("fl", "fr", "bl", "br")]
+                joints.position, joints.velocity = positions[k], rates[k]
+                twist = Twist(Vector3(*command[:2], 0), Vector3(0, 0, command[2]))
+                for topic, message in (("/joint_states", joints), ("/odom", odometry(stamp, told[k], way[k])),
+                                       ("/ground_truth", odometry(stamp, seen[k], true[k])),
+                                       ("/cmd_vel", TwistStamped(joints.header, twist) if stamped else twist)):
+                    bag.write(topic, message, stamp)
+        numbers = self.numbers(self.path("drive.bag"), *arguments)
+        self.assertIn(note, self.out)
+        self.assertAlmostEqual(numbers["forward_of_" + of], forward, delta=0.02)
+        self.assertAlmostEqual(numbers["lateral_of_" + of], lateral, delta=0.02)
+        return numbers
+
+    def test_stamped_commands(self):
+        numbers = self.expect("cmd_vel", stamped=True)
+        self.assertNotIn("note", self.out)
+        self.assertAlmostEqual(numbers["lateral_of_commanded"], LATERAL, delta=0.02)
+
+    def test_lengths_in_mm_are_converted(self):
+        numbers = self.expect("/odom: x, y, z are in mm: converted to m", odom=1000)
+        self.assertLess(numbers["final_error"], 0.1)
+        self.expect("note: /ground_truth: V_X, V_Y are in mm", truth=(1000, 1000, 1))
+
+    def test_other_sizes_and_signs_are_named(self):
+        self.expect("/odom: the base moves forward 1.41 (sqrt(2)), lateral 1.41 (sqrt(2)) times as far as its wheels "
+                    "roll", odom=math.sqrt(2))
+        self.expect("/ground_truth: the base moves forward 0.5, lateral 0.475 times as far as by odometry", "--joints",
+                    "a,b,c,d", odom=2, of="commanded")
+        self.expect("/ground_truth: the base moves forward 2, lateral 1.9, in yaw 2 times", truth=(2, 2, 2), forward=2,
+                    lateral=2 * LATERAL)
+        self.expect("/ground_truth: the base moves lateral -0.95, in yaw -1 times", truth=(1, -1, -1), lateral=-LATERAL)
+        self.expect("/odom: the base moves forward 0.0175 (degrees in place of rad)", position=180 / math.pi,
+                    forward=math.pi / 180, lateral=LATERAL * math.pi / 180)
+
+    def test_positions_that_begin_anew(self):
+        self.expect("positions begin anew", "--ticks", "20000", position=20000 / 2 / math.pi,
+                    counted=lambda ticks: (ticks + 2 ** 15) % 2 ** 16 - 2 ** 15)
+        for arguments, position in ((), 1), (("--ticks", "20000"), 20000 / 2 / math.pi):
+            half = len(COMMANDS) // 2
+            numbers = self.expect("positions jump 1 times, first at t = 10.000 s", *arguments, position=position,
+                                  counted=lambda turned: turned - np.repeat([turned[:1], turned[half:half + 1]], half,
+                                                                            axis=1).reshape(turned.shape))
+            self.assertAlmostEqual(numbers["yaw_of_rolled"], 1, delta=0.02)
+
+
+if __name__ == "__main__":
+    unittest.main()
