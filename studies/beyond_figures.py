@@ -1,5 +1,5 @@
 """Shows what the physics beyond the paper does to motions: runs scenes of config/scenes with and without each feature,
-draws a figure of each in docs/beyond/ and writes the table of docs/beyond.md, in a minute.
+draws a figure of each in docs/beyond/ and writes docs/beyond/effects.md, in a minute.
 
 Installs and builds what it needs. Runs and figures are kept in build/beyond_figures/: what is there is not made again.
 """
@@ -27,7 +27,7 @@ def main():
     print(f"{len(rows)} figures: {output}/")
     if not arguments.output:
         PAGE.write(table(COLUMNS, rows))
-        print(f"table of {len(rows)} effects: docs/beyond.md")
+        print(f"table of {len(rows)} effects: {PAGE.page}")
 
 
 def make(work, effect, output):

@@ -1,4 +1,4 @@
-"""The paper's claims about its numerical results, each with what `simulate` measures: the table of docs/paper.md."""
+"""The paper's claims about its numerical results, each with what `simulate` measures: the table of docs/paper/claims.md."""
 import itertools
 from collections import namedtuple
 
@@ -13,7 +13,7 @@ RADIUS, PERIOD = 2.5, 30.0  # of the circle of both cases: m, s
 SPEED, YAW_RATE = RADIUS * 2 * np.pi / PERIOD, 2 * np.pi / PERIOD
 MU_1, MU_2, NU = 0.11, 5.78e-3, 1e-3  # (5.1), SI
 H, L, R, R_D = Base.half_wheelbase, Base.half_track, Base.wheel_radius, Base.roller_axis_radius
-PAGE = WrittenPart(ROOT / "docs" / "paper.md", "scripts/study paper_figures")
+PAGE = WrittenPart(ROOT / "docs" / "paper" / "claims.md", "scripts/study paper_figures")
 COLUMNS = "no.", "section", "the paper says", "measured", "same", "why"
 
 
@@ -413,7 +413,7 @@ def energy(cases):
 
 @claim("6", "The models can describe an experiment's deformed trajectories, and motions that depend on the initial "
        "wheel angles",
-       "The effects are there, but the paper has no numbers of the experiment. [Validation](validation.md) "
+       "The effects are there, but the paper has no numbers of the experiment. [Validation](../validation.md) "
        "compares with real youBots.")
 def described(cases):
     width = [np.ptp(rows["x"]) for rows in parts(cases.case1)]

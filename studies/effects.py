@@ -1,5 +1,5 @@
 """What the physics beyond the paper does to motions: of each feature a finding, with numbers for the table of
-docs/beyond.md, and a figure. Each compares runs of a scene of config/scenes with and without the feature."""
+docs/beyond/effects.md, and a figure. Each compares runs of a scene of config/scenes with and without the feature."""
 from dataclasses import dataclass
 from typing import Callable
 
@@ -9,7 +9,7 @@ from .builds import ROOT
 from .pages import Finding, WrittenPart
 from .runs import DEGREES, Scene, mean
 
-PAGE = WrittenPart(ROOT / "docs" / "beyond.md", "scripts/study beyond_figures")
+PAGE = WrittenPart(ROOT / "docs" / "beyond" / "effects.md", "scripts/study beyond_figures")
 COLUMNS = "what", "scene", "what it does"
 ROWS = 3000  # of a run
 CREEP = 5e-3  # m/s: a contact that slips faster slides rather than creeps

@@ -1,6 +1,6 @@
 """Records the motions of Adamov and Saipulaev's paper in bags and draws its Figs. 4 to 10 from them, as PNG.
 
-Without a scene it draws these and one on the number of rollers in docs/paper/, and writes the table of docs/paper.md:
+Without a scene it draws these and one on the number of rollers in docs/paper/, and writes docs/paper/claims.md:
 what the paper claims, and what was measured. With one it draws of that scene: 4 torques, 5 trajectory and heading,
 6 velocities, 7 the spread over initial wheel angles, 9 velocities in the beginning, 10 force and slip at the first
 wheel's contact.
@@ -86,4 +86,4 @@ def main():
     print(f"{len(figures)} figure{'s' * (len(figures) > 1)}: {output}/")
     if rows:
         PAGE.write(table(COLUMNS, rows))
-        print(f"table of {len(rows)} claims: docs/paper.md")
+        print(f"table of {len(rows)} claims: {PAGE.page}")

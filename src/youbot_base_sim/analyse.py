@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import figures
+from . import figures, page
 from .command_line import DONE, Failed, Parser, Refused, complain, shown
 from .files import Outputs, make_folder, write_whole
 from .reading import add_reading_options, base_of, print_read, print_section, read
@@ -28,6 +28,7 @@ SECTIONS = ("alignment", "path", "odometry", "slip", "switches", "energy", "spec
 
 
 def analyse(path, base, desired, arguments, tables, plots):
+    """Returns the bag's part of --html."""
     bag, record = read(path, base, arguments)
     if not record.series:
         reasons = [bag.problem] * bool(bag.problem) + record.notes + list(map(str, record.unusable.values()))
@@ -37,7 +38,7 @@ def analyse(path, base, desired, arguments, tables, plots):
         complain("analyse", "warning: " + bag.problem)
     if desired:
         record.series["desired"] = desired
-    print_read(bag, record)
+    lines_read = print_read(bag, record)
     sections, missing = [], []
     for name in arguments.only:
         try:
@@ -50,8 +51,12 @@ def analyse(path, base, desired, arguments, tables, plots):
         print_section("Not computed", missing)
     if tables:
         write_all(tables, csv_files(sections), ".csv")
+    pictures = png_files(sections, Path(path).name) if plots or arguments.html else {}
     if plots:
-        write_all(plots, png_files(sections, Path(path).name), ".png")
+        write_all(plots, pictures, ".png")
+    return page.article(Path(path).name, [("What was read", lines_read, None), *(
+        (section.title, section.lines, pictures.get(section.name + ".png")) for section in sections),
+        *([("Not computed", missing, None)] if missing else [])])
 
 
 def csv_files(sections):
@@ -84,9 +89,10 @@ def write_all(folder, files, ending):
 
 
 def file_names(sections, ending):
-    """Of all files that the sections may write; alignment and path have only numbers."""
+    """Of all files that the sections may write; alignment has only numbers, path no table."""
     tables = ["summary"] + ["contact_slip"] * ("slip" in sections) if ending == ".csv" else []
-    return [name + ending for name in (*sections, *tables) if name not in ("alignment", "path")]
+    no_file = ("alignment", "path") if ending == ".csv" else ("alignment",)
+    return [name + ending for name in (*sections, *tables) if name not in no_file]
 
 
 def read_desired(path):
@@ -110,16 +116,18 @@ def read_desired(path):
 
 def output_folders(arguments):
     """For each bag where its tables and plots go: the folder that is named, with several bags one in it for each."""
-    if arguments.plots:
+    if arguments.plots or arguments.html:
         try:
             import matplotlib  # noqa: F401: only whether it is there
         except ImportError:
-            raise Refused("--plots needs the package python3-matplotlib")
+            raise Refused(f"--{'plots' if arguments.plots else 'html'} needs the package python3-matplotlib")
     names = [Path(bag).stem for bag in arguments.bag]
     if len(set(names)) < len(names) and (arguments.csv or arguments.plots):
         raise Refused(f"{shown(next(name for name in names if names.count(name) > 1))}: two bags of this name: analyse "
                       "them one by one")
     outputs = Outputs([*arguments.bag, *filter(None, (arguments.scene, arguments.desired))])
+    if arguments.html:
+        outputs.claim("--html", arguments.html)
     folders = []
     for name in names:
         folders.append([folder and (Path(folder) / name if len(names) > 1 else Path(folder))
@@ -145,6 +153,7 @@ def main(argv=None):
     parser.add_argument("bag", metavar="BAG", nargs="+")
     parser.add_argument("--csv", metavar="DIR", help="write tables there: summary.csv and one or two for each section")
     parser.add_argument("--plots", metavar="DIR", help="write PNG figures there")
+    parser.add_argument("--html", metavar="FILE", help="write report and figures into one file, for any browser")
     parser.add_argument("--only", metavar="SECTION,...", type=section_names, default=list(SECTIONS),
                         help=f"only these sections of {', '.join(SECTIONS)}")
     parser.add_argument("--desired", metavar="FILE.csv", help="the desired motion: rows of simulate --csv, with "
@@ -155,13 +164,16 @@ def main(argv=None):
     arguments = parser.parse_args(argv)
     base = base_of(arguments)
     desired = read_desired(arguments.desired) if arguments.desired else None
-    status = DONE
+    status, articles = DONE, []
     for k, (bag, folders) in enumerate(zip(arguments.bag, output_folders(arguments))):
         if k:
             print()
         try:
-            analyse(bag, base, desired, arguments, *folders)
+            articles.append(analyse(bag, base, desired, arguments, *folders))
         except (Refused, Failed) as error:
             complain("analyse", error)
             status = max(status, error.status)
+    if arguments.html and articles:
+        write_whole(arguments.html, page.HEAD + "".join(articles))
+        print(f"{shown(arguments.html)}: report and figures")
     return status

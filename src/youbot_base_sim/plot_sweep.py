@@ -2,13 +2,13 @@
 
 Usage: plot_sweep scatter TABLE.csv PLOT.png X Y [--color COLUMN]
        plot_sweep histogram TABLE.csv PLOT.png COLUMN...
-       plot_sweep rank TABLE.csv PLOT.png QUANTITY... [--by sobol|correlation]
+       plot_sweep rank TABLE.csv PLOT.png QUANTITY...
        plot_sweep effects TABLE.csv PLOT.png QUANTITY...
 
 scatter: a point for each run. histogram: the distribution of each column. rank: which axes matter for a quantity, by
 Sobol' index, the share of its variance that vanishes if the axis is fixed (estimated from any table, as the variance
-between slices of the axis), or by Spearman's rank correlation. effects: each quantity against each axis, and its mean
-in slices of the axis. Runs without a value are left out.
+between slices of the axis). effects: each quantity against each axis, and its mean in slices of the axis. Runs without
+a value are left out.
 """
 import re
 from pathlib import Path
@@ -76,6 +76,12 @@ class Table:
             raise Refused(f"{self.path}: no columns run and status; must be a table by sweep")
         self.axes = self.names[1:self.names.index("status")]
 
+    def need_axes(self):
+        """Throws Refused where there are none."""
+        if not self.axes:
+            raise Refused(f"{self.path}: no axes; must have a column between run and status")
+        return self.axes
+
     def texts(self, name):
         if name not in self.names:
             raise Refused(f"{self.path}: column = {shown(name)}: must be one of {', '.join(self.names[:-1])}")
@@ -124,20 +130,6 @@ def sobol(x, y):
     return max(0.0, (between - within * (len(parts) - 1) / len(y)) / y.var())
 
 
-def ranks(x):
-    """Places in order, from 0; equal values share the mean of theirs."""
-    values, inverse, counts = np.unique(x, return_inverse=True, return_counts=True)
-    return (np.cumsum(counts) - (counts + 1) / 2)[inverse]
-
-
-def correlation(x, y):
-    """Spearman's."""
-    a, b = ranks(x), ranks(y)
-    if np.ptp(a) == 0 or np.ptp(b) == 0:
-        return 0.0
-    return float(np.corrcoef(a, b)[0, 1])
-
-
 def scatter(table, arguments):
     names, color = arguments.columns, arguments.color
     x, y = map(table.numbers, names)
@@ -153,7 +145,7 @@ def scatter(table, arguments):
     if sorted(names) == ["x", "y"]:
         axis.set_aspect("equal", "datalim")
     axis.grid(alpha=0.3)
-    print(f"{both.sum()} of {len(x)} runs; rank correlation {correlation(x[both], y[both]):.3f}")
+    print(f"{both.sum()} of {len(x)} runs")
     return axis.figure
 
 
@@ -178,48 +170,41 @@ def histogram(table, arguments):
 
 
 def rank(table, arguments):
-    names, is_sobol = arguments.columns, arguments.by == "sobol"
-    if not table.axes:
-        raise Refused(f"{table.path}: no axes; must have a column between run and status")
-    figure = new_figure(figsize=(max(6.4, 2 + 3 * len(names)), 1.7 + 0.4 * len(table.axes)))
+    names, keys = arguments.columns, table.need_axes()
+    figure = new_figure(figsize=(max(6.4, 2 + 3 * len(names)), 1.7 + 0.4 * len(keys)))
     axes = figure.subplots(1, len(names), squeeze=False, sharey=True)[0]
-    places = np.arange(len(table.axes))
+    places = np.arange(len(keys))
     for axis, name in zip(axes, names):
         y = table.numbers(name)
         known = np.isfinite(y)
         if known.sum() < MIN_RANKED:
             raise Refused(f"{table.path}: {known.sum()} runs have {shown(name)}: rank needs at least {MIN_RANKED}")
-        shares = [(sobol if is_sobol else correlation)(table.axis(key)[known], y[known]) for key in table.axes]
-        axis.barh(places, shares, color=[BLUE if share >= 0 else RED for share in shares])
-        axis.axvline(0, color="0.3", linewidth=0.8)
-        axis.set_xlim(-1.05 if min(shares) < 0 else 0, 1.05)
+        shares = [sobol(table.axis(key)[known], y[known]) for key in keys]
+        axis.barh(places, shares, color=BLUE)
+        axis.set_xlim(0, 1.05)
         axis.set_title(label(name), fontsize=10, loc="left")
-        axis.set_xlabel("share of variance" if is_sobol else "rank correlation")
+        axis.set_xlabel("share of variance")
         axis.grid(alpha=0.3, axis="x")
         print(f"{shown(name)}, {known.sum()} runs:")
-        for share, key in sorted(zip(shares, table.axes), key=lambda pair: -abs(pair[0])):
+        for share, key in sorted(zip(shares, keys), reverse=True):
             print(f"  {shown(key):34}{share:6.3f}")
-        if is_sobol:
-            print(f"  {'(several axes together, chance)':34}{max(0.0, 1 - sum(shares)):6.3f}")
+        print(f"  {'(several axes together, chance)':34}{max(0.0, 1 - sum(shares)):6.3f}")
     axes[0].set_yticks(places)
-    axes[0].set_yticklabels(list(map(label, table.axes)))
+    axes[0].set_yticklabels(list(map(label, keys)))
     axes[0].invert_yaxis()
-    measure = "Sobol' indices" if is_sobol else "Spearman's rank correlation"
-    figure.suptitle(f"{table.name}: what matters, by {measure} of {len(table.rows)} runs", fontsize=11)
+    figure.suptitle(f"{table.name}: what matters, by Sobol' indices of {len(table.rows)} runs", fontsize=11)
     return figure
 
 
 def effects(table, arguments):
-    names = arguments.columns
-    if not table.axes:
-        raise Refused(f"{table.path}: no axes; must have a column between run and status")
-    figure = new_figure(figsize=(max(6.4, 1 + 2.4 * len(table.axes)), 0.8 + 2.2 * len(names)))
-    plots = figure.subplots(len(names), len(table.axes), squeeze=False, sharex="col", sharey="row")
+    names, keys = arguments.columns, table.need_axes()
+    figure = new_figure(figsize=(max(6.4, 1 + 2.4 * len(keys)), 0.8 + 2.2 * len(names)))
+    plots = figure.subplots(len(names), len(keys), squeeze=False, sharex="col", sharey="row")
     for row, name in zip(plots, names):
         y = table.numbers(name)
         known = np.isfinite(y)
         row[0].set_ylabel(label(name), fontsize=9)
-        for plot, key in zip(row, table.axes):
+        for plot, key in zip(row, keys):
             x = table.axis(key)
             plot.scatter(x, y, s=float(np.clip(1000 / len(x), 1, 15)), color=BLUE, linewidths=0,
                          alpha=float(np.clip(300 / len(x), 0.1, 1)))
@@ -227,10 +212,9 @@ def effects(table, arguments):
             means = [(x[part].mean(), y[part].mean()) for part in parts]
             plot.plot(*zip(*means), color=RED, linewidth=1.2)
             plot.grid(alpha=0.3)
-            heights = [mean for _, mean in means]
-            print(f"{shown(name)}, {shown(key)}: means of {len(means)} slices from {min(heights):.6g} to "
-                  f"{max(heights):.6g}")
-    for plot, key in zip(plots[-1], table.axes):
+            lowest, highest = (extreme(mean for _, mean in means) for extreme in (min, max))
+            print(f"{shown(name)}, {shown(key)}: means of {len(means)} slices from {lowest:.6g} to {highest:.6g}")
+    for plot, key in zip(plots[-1], keys):
         plot.set_xlabel(label(key), fontsize=9)
     figure.suptitle(f"{table.name}: {len(table.rows)} runs; line: mean in slices of the axis", fontsize=11)
     return figure
@@ -249,8 +233,6 @@ def main(argv=None):
         kind.add_argument("columns", nargs=2 if draw is scatter else "+", metavar="COLUMN")
         if draw is scatter:
             kind.add_argument("--color", metavar="COLUMN")
-        if draw is rank:
-            kind.add_argument("--by", choices=("sobol", "correlation"), default="sobol")
     arguments = parser.parse_args(argv)
     Outputs([arguments.table]).claim("PLOT", arguments.plot)
     figure = arguments.draw(Table(arguments.table), arguments)

@@ -1,6 +1,7 @@
 """What the programs that read bags have in common: options that say which base, topics and ground truth, and the report
 of what was read."""
 import argparse
+import contextlib
 import math
 from pathlib import Path
 
@@ -28,16 +29,19 @@ def add_bag_options(parser):
                         help="joints of the wheels in joint_states; -NAME counts backward: --joints=-a,b,-c,d")
     parser.add_argument("--ticks", metavar="N", type=positive, default=2 * math.pi,
                         help="positions in joint_states are encoder ticks, N per turn of the wheel; default: rad")
-    parser.add_argument("--clock-offset", metavar="TOPIC=S", action="append", type=topic_and_number, default=[],
+    parser.add_argument("--clock-offset", metavar="TOPIC=S", action="append", default=[],
+                        type=pair_of("TOPIC=S, S a number of seconds", finite),
                         help="add S, in s, to the times of this topic, whose clock is off; may be repeated")
-    parser.add_argument("--publisher", metavar="TOPIC=NODE", action="append", type=topic_and_node, default=[],
+    parser.add_argument("--publisher", metavar="TOPIC=NODE", action="append", default=[],
+                        type=pair_of("TOPIC=NODE", absolute),
                         help="where several nodes publish a topic, read the messages of this one; may be repeated")
 
 
 def add_reading_options(parser):
     parser.add_argument("--namespace", metavar="NAME",
                         help="of several robots in a bag, the one with this namespace; left out: the shortest names")
-    parser.add_argument("--topic", metavar="NAME=TOPIC", action="append", type=named_topic, default=[],
+    parser.add_argument("--topic", metavar="NAME=TOPIC", action="append", default=[],
+                        type=pair_of(f"NAME=TOPIC, NAME of {', '.join(TOPICS)}", str, TOPICS),
                         help=f"read this topic instead of the usual one; NAME of {', '.join(TOPICS)}")
     parser.add_argument("--truth", choices=("base", "marker"), help="whose pose ground truth is: the base's own at the "
                         "bag's clock, or a marker's, whose offset and clock are estimated; default: base for "
@@ -108,41 +112,36 @@ def two_frames(text):
     return names
 
 
-def named_topic(text):
-    name, _, topic = text.partition("=")
-    if name not in TOPICS or not topic:
-        raise argparse.ArgumentTypeError(f"{text!r}: must be NAME=TOPIC, NAME of {', '.join(TOPICS)}")
-    return name, topic
+def pair_of(form, read, names=()):
+    """The type of an option NAME=VALUE, NAME one of `names` if there are any. `read` makes the value of its text."""
+    def pair(text):
+        name, _, value = text.partition("=")
+        with contextlib.suppress(ValueError):
+            if name and value and (not names or name in names):
+                return name, read(value)
+        raise argparse.ArgumentTypeError(f"{text!r}: must be {form}")
+    return pair
 
 
-def topic_and_node(text):
-    topic, _, node = text.partition("=")
-    if not topic or not node:
-        raise argparse.ArgumentTypeError(f"{text!r}: must be TOPIC=NODE")
-    return topic, absolute(node)
-
-
-def topic_and_number(text):
-    topic, _, number = text.partition("=")
-    try:
-        value = float(number)
-    except ValueError:
-        value = math.nan
-    if not topic or not math.isfinite(value):
-        raise argparse.ArgumentTypeError(f"{text!r}: must be TOPIC=S, S a number of seconds")
-    return topic, value
+def finite(text):
+    if not math.isfinite(float(text)):
+        raise ValueError
+    return float(text)
 
 
 def print_read(bag, record):
+    """Returns the lines, as those of a section."""
     end = max(series.t[-1] for series in record.series.values())
-    print(f"{shown(bag.path)}: {sum(bag.counts.values())} messages, to t = {end:.3f} s\n\nWhat was read")
+    print(f"{shown(bag.path)}: {sum(bag.counts.values())} messages, to t = {end:.3f} s")
+    lines = []
     for name, topic in record.topics.items():
         series = record.series[name]
         is_regular = TOPICS[name].is_sampled and 0 < series.period < math.inf
         rate = f", {1 / series.period:.4g} Hz" if is_regular else ""
-        print(f"  {name:28}{shown(topic)}: {len(series)}{rate}{record.origins.get(topic, '')}")
-    for note in record.notes:
-        print("  note: " + note)
+        lines.append((name, f"{shown(topic)}: {len(series)}{rate}{record.origins.get(topic, '')}"))
+    lines += [("note: " + note, "") for note in record.notes]
+    print_section("What was read", lines)
+    return lines
 
 
 def print_section(title, lines):

@@ -19,6 +19,7 @@ from .command_line import Parser, Refused, complain, one_line, positive, shown
 from .files import Outputs, write_whole
 from .reading import add_bag_options, base_of
 from .records import Missing, read_record
+from .report import csv_text
 
 TWIST, VELOCITIES, TORQUES, STATES = (
     "geometry_msgs/Twist", "brics_actuator/JointVelocities", "brics_actuator/JointTorques", "sensor_msgs/JointState")
@@ -130,9 +131,8 @@ def joint_states(chosen, base, field, sign):
 def write(path, rows):
     """Of rows with equal times, keeps the last."""
     last = {f"{t:.9f}": values for t, values in rows}
-    lines = ["t," + ",".join(WHEELS)]
-    lines += [f"{t},{','.join(repr(value + 0.0) for value in values)}" for t, values in last.items()]  # no -0.0
-    write_whole(path, "\n".join(lines) + "\n")
+    cells = ([t, *(value + 0.0 for value in row)] for t, row in last.items())  # no -0.0
+    write_whole(path, csv_text(["t", *WHEELS], cells))
     print(f"{shown(path)}: {len(last)} rows from {rows[0][0]:.3f} to {rows[-1][0]:.3f} s")
 
 

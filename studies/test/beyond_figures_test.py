@@ -1,4 +1,4 @@
-"""scripts/study beyond_figures, and the numbers of docs/beyond.md: each is measured anew and compared with the page.
+"""scripts/study beyond_figures, and the numbers of docs/beyond/effects.md: each is measured anew and compared with the page.
 
 Usage: beyond_figures_test.py SIMULATE [ARGUMENT OF UNITTEST...]
 """

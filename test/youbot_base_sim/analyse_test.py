@@ -2,9 +2,11 @@
 
 Usage: analyse_test.py SIMULATE ENV.SH      the program, and what sets up the devel space
 """
+import base64
 import copy
 import csv
 import errno
+import html.parser
 import math
 import os
 import shutil
@@ -724,7 +726,7 @@ class AnalyseTest(RunsAnalyse):
         self.one_line("robot.wheel_radius is -7")
 
     def test_empty_names_are_refused(self):
-        for option in ("--csv", "--plots", "--scene", "--desired"):
+        for option in ("--csv", "--plots", "--html", "--scene", "--desired"):
             self.analyse(self.slipping, option, "", status=2)
             self.one_line('%s = "": must not be empty' % option)
         for option in ("--only", "--topic"):
@@ -749,6 +751,37 @@ class AnalyseTest(RunsAnalyse):
                                                            os.environ.get("PYTHONPATH", "")})
         self.assertEqual((ran.returncode, ran.stdout), (2, ""))
         self.assertEqual(ran.stderr, "analyse: --plots needs the package python3-matplotlib\n")
+
+    def test_html(self):
+        """One file has what is printed and the figures of --plots, and makes a browser load nothing."""
+        bag, file, folder = self.path("<b>&.bag"), self.path("report.html"), Path(self.path("html_plots"))
+        shutil.copy(self.slipping, bag)
+        with rosbag.Bag(self.path("no_truth.bag"), "w") as no_truth:
+            for topic, message, t in self.slipping_messages:
+                if topic in ("/odom", "/base/joint_states"):
+                    no_truth.write(topic, message, stamp_of(t))
+        self.analyse(bag, no_truth.filename, "--html", file, "--plots", str(folder))
+        tags, texts = [], []
+        reader = html.parser.HTMLParser()
+        reader.handle_starttag = lambda tag, attributes: tags.append((tag, dict(attributes)))
+        reader.handle_data = texts.append
+        reader.feed(Path(file).read_text())
+        text = " ".join(" ".join(texts).split())
+        for line in self.out.splitlines():
+            if self.folder not in line:
+                self.assertIn(" ".join(line.split()), text)
+        self.assertIn("<b>&.bag", text)
+        self.assertNotRegex(Path(file).read_text(), "(?i)https?:|url\\(|@import")
+        self.assertLessEqual({tag for tag, _ in tags}, set("html meta title style h1 h2 table tr th td div img".split()))
+        self.assertIn(("meta", "default-src 'none'; img-src data:; style-src 'unsafe-inline'"),
+                      [(tag, attributes.get("content")) for tag, attributes in tags])
+        begin, pictures = "data:image/png;base64,", [attributes["src"] for tag, attributes in tags if tag == "img"]
+        self.assertTrue(all(picture.startswith(begin) for picture in pictures))
+        self.assertEqual(sorted(base64.b64decode(picture[len(begin):]) for picture in pictures),
+                         sorted(path.read_bytes() for path in folder.rglob("*.png")))
+        self.assertTrue((folder / "no_truth" / "path.png").exists(), "the track by odometry")
+        self.analyse(bag, "--html", bag, status=2)
+        self.one_line("--html = ", "must not be a file that is read")
 
     # The real ones
 

@@ -38,13 +38,6 @@ class Indices(unittest.TestCase):
         a, y = np.random.default_rng(2).uniform(size=(2, 2000))
         self.assertLess(plot_sweep.sobol(a, y), 0.02)
 
-    def test_correlation_is_of_ranks(self):
-        x = np.linspace(1, 5, 40)
-        self.assertAlmostEqual(plot_sweep.correlation(x, np.exp(x)), 1)
-        self.assertAlmostEqual(plot_sweep.correlation(x, -x ** 3), -1)
-        self.assertEqual(plot_sweep.correlation(x, 0 * x), 0)
-        self.assertEqual(list(plot_sweep.ranks(np.array([5, 1, 5]))), [1.5, 0, 1.5])
-
 
 class Plots(unittest.TestCase):
     """What holds of all programs that plot; here of a table by sweep."""
@@ -137,7 +130,6 @@ class SweepPlots(Plots):
         self.assertIn("59 of 60 runs", self.run_with(*self.arguments(self.plot), "--color", "x"))
         self.assertIn("x: 59 runs", self.run_with("histogram", self.table, self.plot, "x"))
         self.assertRegex(self.run_with("rank", self.table, self.plot, "x"), "runs:\n +floor.friction +0.9")
-        self.run_with("rank", self.table, self.plot, "x", "--by", "correlation")
         self.assertRegex(self.run_with("effects", self.table, self.plot, "x"),
                          "x, floor.friction: means of 7 slices from 7.* to 7.*\nx, model: means of 2 slices")
         self.assertGreater(self.plot.stat().st_size, 1000)

@@ -83,11 +83,11 @@ def draw(figure, sums):
     balance_axes, residual_axes = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": [3, 1]})
     i = thinned(sums["gained"], sums["left"])
     t, below = sums["t"][i], 0
-    for name, label, color in (("gained", "kept as kinetic energy", SKY),
-                               ("bearing", "lost in the drive trains", ORANGE),
-                               ("roller", "lost in rollers", GREEN), ("floor", "lost by slip on the floor", RED)):
+    for name, label, color, hatch in (
+            ("gained", "kept as kinetic energy", SKY, "xx"), ("bearing", "lost in the drive trains", ORANGE, ".."),
+            ("roller", "lost in rollers", GREEN, "//"), ("floor", "lost by slip on the floor", RED, "")):
         above = below + sums[name][i]
-        balance_axes.fill_between(t, below, above, color=color, label=label, linewidth=0)
+        balance_axes.fill_between(t, below, above, color=color, hatch=hatch, edgecolor="white", linewidth=0, label=label)
         below = above
     put_in = sum(sums[name][i] for name in GAINS)
     balance_axes.plot(t, put_in, color=BLACK, label="put in by the motors" + (

@@ -3,8 +3,9 @@ import math
 
 import numpy as np
 
-from ..figures import BLACK, RED, curve, thinned
+from ..figures import RED, curve
 from ..records import POSE, Missing
+from .path import draw_track
 from .section import Section, each, rms, summed
 
 PIECE, PIECE_ANGLE = 1.0, math.pi / 2  # m and rad: pieces over which the error is measured afresh
@@ -116,14 +117,7 @@ def draw(figure, aligned):
     grid = figure.add_gridspec(2, 2)
     path, error = figure.add_subplot(grid[:, 0]), figure.add_subplot(grid[0, 1])
     heading = figure.add_subplot(grid[1, 1], sharex=error)
-    i = thinned(*aligned.truth[:2], *aligned.odom[:2])
-    (X, Y, _), (x, y, _) = aligned.truth, aligned.odom
-    path.plot(X[i], Y[i], color=BLACK, label="ground truth")
-    path.plot(x[i], y[i], color=RED, linestyle="--", label="odometry")
-    path.plot(X[0], Y[0], "o", color=BLACK, label="start")
-    path.set_aspect("equal", adjustable="datalim")
-    path.set(xlabel="x, m", ylabel="y, m")
-    path.legend()
+    draw_track(path, ("ground truth", *aligned.truth[:2]), ("odometry", *aligned.odom[:2]))
     for axes, values, title, unit in ((error, aligned.distance, "distance of the odometry from the truth", "m"),
                                       (heading, np.degrees(aligned.heading),
                                        "heading of the odometry minus the true one", "deg")):

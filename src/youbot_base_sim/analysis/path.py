@@ -1,6 +1,7 @@
 """Where the base went, and how far off the desired path."""
 import numpy as np
 
+from ..figures import BLACK, RED, thinned
 from ..records import POSE
 from .section import Section
 
@@ -15,6 +16,7 @@ def analyse(record):
         dx, dy, turn = (np.diff(seen[name]) for name in POSE[:3])
         section.say("path length by odometry",
                     f"{np.sum(np.hypot(dx, dy)):.3f} m, {np.degrees(np.sum(np.abs(turn))):.1f} deg")
+        section.draw = lambda figure: draw_track(figure.subplots(), ("odometry", seen["x"], seen["y"]))
     section.say("true pose" if truth else "pose by odometry", f"x {x:.4f} m, y {y:.4f} m, psi {psi:.4f} rad",
                 final_x=(x, "m"), final_y=(y, "m"), final_psi=(psi, "rad"))
     desired = record.get("desired")
@@ -26,3 +28,14 @@ def analyse(record):
                         f"(t = {t[np.argmax(off)]:.1f} s)", final_deviation=(off[-1], "m"),
                         maximal_deviation=(off.max(), "m"))
     return section
+
+
+def draw_track(axes, *tracks):
+    """tracks: (name, x, y), ground truth first."""
+    for (name, x, y), color, style in zip(tracks, (BLACK, RED), ("-", "--")):
+        i = thinned(x, y)
+        axes.plot(x[i], y[i], color=color, linestyle=style, label=name)
+    axes.plot(*([values[0]] for values in tracks[0][1:]), "o", color=BLACK, label="start")
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.set(xlabel="x, m", ylabel="y, m")
+    axes.legend()

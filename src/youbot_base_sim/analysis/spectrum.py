@@ -127,7 +127,7 @@ def draw(figure, orders, wheels, n):
         axes.axvline(times * n, color="grey", linestyle=":", linewidth=1, zorder=0)
         axes.annotate(f"rollers pass: {n}" if times == 1 else f"{times} x {n}", (times * n, 1),
                       xycoords=("data", "axes fraction"), xytext=(3, -12), textcoords="offset points", color="grey")
-    for name, colour, wheel in zip(WHEEL_NAMES, WHEEL_COLOURS.values(), wheels):
-        axes.semilogy(orders, wheel.amplitude, color=colour, label=name)
+    for name, colour, style, wheel in zip(WHEEL_NAMES, WHEEL_COLOURS.values(), ("-", "--", "-.", ":"), wheels):
+        axes.semilogy(orders, wheel.amplitude, color=colour, linestyle=style, label=name)
     axes.set(xlabel="order, cycles per revolution of the wheel", ylabel="amplitude of the ripple, rad/s")
     axes.legend(loc="lower left", ncol=4)

@@ -97,8 +97,8 @@ def draw(figure, switches, of_wheel, intervals, jumps):
     from matplotlib.ticker import LogFormatter
     has_jumps = np.isfinite(jumps).any()
     rows = figure.subplots(2 if has_jumps else 1, 1, sharex=True, squeeze=False)[:, 0]
-    for wheel, colour, mask, (t, gaps) in zip(WHEEL_NAMES, WHEEL_COLOURS.values(), of_wheel, intervals):
-        style = dict(linestyle="", marker=".", markersize=3, color=colour)
+    for wheel, colour, marker, mask, (t, gaps) in zip(WHEEL_NAMES, WHEEL_COLOURS.values(), "os^x", of_wheel, intervals):
+        style = dict(linestyle="", marker=marker, markersize=3, color=colour)
         rows[0].semilogy(t, 1e3 * gaps, label=wheel, **style)
         if has_jumps:
             rows[1].plot(switches.t[mask], 1e3 * jumps[mask], **style)
