@@ -64,10 +64,11 @@ std::string write_mesh(Part part, const RobotParameters& robot, const std::files
 /// The URDF, whose meshes are written unless the package has them. Throws std::runtime_error.
 std::string describe(const Arguments& arguments) {
   const RobotParameters robot = arguments.scene.empty() ? RobotParameters() : load_scene(arguments.scene).robot;
-  return urdf(robot, arguments.turning_rollers ? RollerJoints::kTurning : RollerJoints::kFixed, [&](Part part) {
-    if (!arguments.meshes.empty()) return write_mesh(part, robot, arguments.meshes);
-    return in_package(part, robot) ? kPackageMeshes + mesh_name(part, robot) : write_mesh(part, robot, mesh_cache());
-  });
+  const auto uri = [&](Part part, const RobotParameters& drawn) {
+    if (!arguments.meshes.empty()) return write_mesh(part, drawn, arguments.meshes);
+    return in_package(part, drawn) ? kPackageMeshes + mesh_name(part, drawn) : write_mesh(part, drawn, mesh_cache());
+  };
+  return urdf(robot, arguments.turning_rollers ? RollerJoints::kTurning : RollerJoints::kFixed, uri);
 }
 
 }  // namespace

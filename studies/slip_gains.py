@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
-from youbot_base_sim.base import GRAVITY, WHEELS
+from youbot_base_sim.base import WHEELS
 from .odometry_records import BASE
 
 SPIN_RADIUS, CREEP = 2e-3, 3e-4                         # m; m/s, the regularization speed
 BODY_MASS, WHEEL_MASS, FRICTION = 3, 0.1, 0.5           # assumed; only dry friction over f N matters, nearly
-LIMIT = FRICTION * (BODY_MASS + 4 * WHEEL_MASS) * GRAVITY / 4  # f N of a wheel, N
+LIMIT = FRICTION * (BODY_MASS + 4 * WHEEL_MASS) * 9.81 / 4  # f N of a wheel, N
 PITCH = 2 * np.pi / BASE.rollers_per_wheel
 # A velocity loop holds each wheel to its rate, as motors do, and gives way where rollers change. In lateral circles the
 # encoders of the records show by how much, a ripple of 1 to 4 % at 8 cycles a turn; with these gains simulated ones do.

@@ -33,7 +33,7 @@ const std::string kSideways =
 double distance(const State& a, const State& b) { return std::hypot(a.x() - b.x(), a.y() - b.y(), a.psi() - b.psi()); }
 
 // Friction forces of rollers that turn freely act along their axes alone, so that locked wheels hold up to
-// tan(angle) = f cos(delta) = 0.354.
+// tan(angle) = f cos(delta), 0.354 for 45 degrees.
 TEST(SlopeTest, LockedWheelsHoldUpToTheFrictionOfTheirRollers) {
   const auto slide = [](double angle, double nu) {
     return -end_of(fmt::format("duration: 1\n"
@@ -58,6 +58,36 @@ TEST(SlopeTest, FreeWheelsRollDownAsModel1Does) {
   const double inertia = robot.m_s() + kWheels * robot.J_1 / (robot.R * robot.R);
   EXPECT_NEAR(end_of("model: no_slip\n" + text).V_X(), -robot.m_s() * scene.floor.g * std::sin(0.1) / inertia, 1e-6);
   EXPECT_NEAR(end_of("model: viscous\n" + text).V_X(), end_of("model: no_slip\n" + text).V_X(), 1e-3);
+}
+
+// Without friction in bearings the base moves as the rollers' envelope says: R / tan(angle) times the integral of
+// cos(phi~), which is sin(pi/n) / (pi/n) on average.
+TEST(RollerAngleTest, RollersThatRollFreelyMoveTheBaseByTheirAngle) {
+  for (const double angle : {30.0, 60.0, -45.0}) {
+    const State end = end_of(
+        fmt::format("duration: 2\nrobot: {{roller_angle: {}, com: [0, 0], wheel_damping: 0, roller_damping: 0}}\n"
+                    "initial: {{twist: [0, 0.3, 0]}}\n",
+                    angle));
+    const double turned = std::abs(end.phi()[1]), pitch = M_PI / 3, rollers = std::round(turned / pitch);
+    const double envelope = rollers * 2 * std::sin(pitch / 2) + std::sin(turned - rollers * pitch);
+    EXPECT_GT(rollers, 5);
+    EXPECT_NEAR(end.y(), 0.05 / std::tan(std::abs(angle) * M_PI / 180) * envelope, 1e-5) << angle;
+    EXPECT_EQ(end.phi()[1] > 0, angle > 0);
+  }
+}
+
+// Model 1 by hand: four torques M exert 4 M tan(angle) / R laterally, or 4 M (l + h tan(angle)) / R about O.
+TEST(RollerAngleTest, Model1AcceleratesByTheLeverOfTheRollers) {
+  for (const double angle : {30.0, 60.0, -30.0}) {
+    const double tau = std::tan(angle * M_PI / 180), m_s = 35.6, R = 0.05, J = 5.87e-3, lever = 0.15 + 0.235 * tau;
+    const std::string text = fmt::format(
+        "model: no_slip\nduration: 1\nrobot: {{roller_angle: {}, com: [0, 0], wheel_damping: 0, roller_damping: 0}}\n",
+        angle);
+    EXPECT_NEAR(end_of(text + "drive: {torque: [{start: 0, constant: [-1, 1, 1, -1]}]}").V_Y(),
+                4 * tau / R / (m_s + 4 * J * tau * tau / (R * R)), 1e-6);
+    EXPECT_NEAR(end_of(text + "drive: {torque: [{start: 0, constant: [-1, 1, -1, 1]}]}").Omega(),
+                4 * lever / R / (4.42 + 4 * J * lever * lever / (R * R)), 1e-6);
+  }
 }
 
 TEST(BeyondScenesTest, LimitsAreWhatIsWithoutThem) {

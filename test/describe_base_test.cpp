@@ -24,7 +24,7 @@ class DescribeBaseTest : public testing::Test {
   TemporaryFolder folder_;
 };
 
-std::string in_package(Part part) { return kPackageMeshes + mesh_name(part, RobotParameters()); }
+std::string in_package(Part part, const RobotParameters& drawn) { return kPackageMeshes + mesh_name(part, drawn); }
 
 TEST_F(DescribeBaseTest, PrintsThePapersRobotWithoutAScene) {
   const std::string document = urdf(RobotParameters(), RollerJoints::kFixed, in_package);
@@ -39,8 +39,12 @@ TEST_F(DescribeBaseTest, PrintsTheRobotOfTheScene) {
   const std::string scene = folder_.write("scene.yaml", "duration: 1\nrobot: {rollers_per_wheel: 8}\n");
   const std::string ros_home = folder_.path("home"), given = folder_.path("given folder");
   setenv("ROS_HOME", ros_home.c_str(), 1);
-  const auto in_cache = [&](Part part) { return file_uri(ros_home + "/youbot_base_sim/" + mesh_name(part, robot)); };
-  const auto in_given = [&](Part part) { return file_uri(given + "/" + mesh_name(part, robot)); };
+  const auto in_cache = [&](Part part, const RobotParameters& drawn) {
+    return file_uri(ros_home + "/youbot_base_sim/" + mesh_name(part, drawn));
+  };
+  const auto in_given = [&](Part part, const RobotParameters& drawn) {
+    return file_uri(given + "/" + mesh_name(part, drawn));
+  };
   for (int again = 0; again < 2; ++again) {
     expect_prints({scene}, urdf(robot, RollerJoints::kFixed, in_cache));
     expect_prints({"--turning-rollers", scene}, urdf(robot, RollerJoints::kTurning, in_cache));

@@ -59,7 +59,7 @@ int main() {
   // Inline functions that the library uses too, so that this program has bodies of its own.
   const RobotParameters robot = measured_robot();
   const Inertia inertia(robot);
-  const Wheels own = sums(robot.rho_X(), robot.rho_Y(), tan_delta()) + inertia.coriolis({0.1, 0.2, 0.3, 0}) +
+  const Wheels own = sums(robot.rho_X(), robot.rho_Y(), robot.tan_delta()) + inertia.coriolis({0.1, 0.2, 0.3, 0}) +
                      Wheels::Constant(NoSlipModel(robot).max_decay_rate());
   if (!own.allFinite()) std::printf("not finite\n");
 

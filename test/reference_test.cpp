@@ -94,7 +94,8 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"reference/case2_coulomb", kScenes + "case2.yaml", "coulomb"},
         Case{"reference/small_regularization", "", ""}, Case{"reference/torque_reversal", "", ""},
         Case{"reference/coasting_to_rest", "", ""}, Case{"reference/drive_dry", "", ""},
-        Case{"reference/start_on_edge", "", ""}, Case{"beyond/floor_patch", "", ""}, Case{"beyond/floor_slope", "", ""},
+        Case{"reference/start_on_edge", "", ""}, Case{"beyond/angle_44_7", "", ""}, Case{"beyond/angle_o", "", ""},
+        Case{"beyond/angle_per_wheel", "", ""}, Case{"beyond/floor_patch", "", ""}, Case{"beyond/floor_slope", "", ""},
         Case{"beyond/load_placed", "", ""}, Case{"beyond/normal_case2", "", ""},
         Case{"beyond/normal_start_stop", "", ""}, Case{"beyond/spin_case2", "", ""}),
     name_of_case);

@@ -154,8 +154,8 @@ struct Circle {
 /// inclination to the floor, and of the circle's plane to the vertical.
 Circle contact_circle(const RobotParameters& robot, double phi_tilde) {
   const double r = robot.R - robot.R_d / std::cos(phi_tilde);
-  const double slope = std::sin(phi_tilde) * kCosDelta;
-  return {robot.R_d * std::tan(phi_tilde) / kCosDelta + r * slope, r * std::sqrt(1 - slope * slope), slope};
+  const double cos_delta = robot.cos_delta()[0], slope = std::sin(phi_tilde) * cos_delta;
+  return {robot.R_d * std::tan(phi_tilde) / cos_delta + r * slope, r * std::sqrt(1 - slope * slope), slope};
 }
 
 /// A share of a roller's surface, from one of its sides to another.
@@ -273,7 +273,7 @@ void add_body(Mesh& mesh, const RobotParameters& robot) {
 Dimensions::Dimensions(const RobotParameters& robot) {
   roller_edge = std::min(M_PI / robot.rollers, 0.95 * std::acos(robot.R_d / robot.R));
   const Circle end = contact_circle(robot, roller_edge);
-  rim_y = (end.position + end.radius) * kCosDelta + 0.1 * end.radius;
+  rim_y = end.position * robot.sin_delta().abs()[0] + end.radius * (robot.cos_delta()[0] + 0.1);
   rim_thickness = 0.05 * robot.R;
   half_width = rim_y + rim_thickness / 2;
   hub_radius = std::max(2.1 * robot.R_d - 1.1 * robot.R, 0.2 * robot.R_d);
@@ -290,14 +290,15 @@ Dimensions::Dimensions(const RobotParameters& robot) {
 std::string mesh_name(Part part, const RobotParameters& robot) {
   constexpr std::array<const char*, std::size(kParts)> kNames = {"roller", "wheel_left", "wheel_right", "body"};
   const std::string body = part == Part::kBody ? fmt::format("_h{}_l{}", robot.h, robot.l) : "";
-  return fmt::format("{}_R{}_Rd{}_n{}{}.dae", kNames[static_cast<std::size_t>(part)], robot.R, robot.R_d, robot.rollers,
-                     body);
+  const std::string rollers = robot.roller_angle[0] == 45 ? "" : fmt::format("_a{}", robot.roller_angle[0]);
+  return fmt::format("{}_R{}_Rd{}_n{}{}{}.dae", kNames[static_cast<std::size_t>(part)], robot.R, robot.R_d,
+                     robot.rollers, rollers, body);
 }
 
 std::string mesh(Part part, const RobotParameters& robot) {
   Mesh mesh;
   if (part == Part::kWheelLeft || part == Part::kWheelRight) {
-    add_wheel(mesh, robot, tan_delta()[part == Part::kWheelLeft ? 0 : 1]);
+    add_wheel(mesh, robot, robot.tan_delta()[part == Part::kWheelLeft ? 0 : 1]);
   } else if (part == Part::kBody) {
     add_body(mesh, robot);
   } else {
@@ -307,10 +308,6 @@ std::string mesh(Part part, const RobotParameters& robot) {
     }
   }
   return mesh.collada();
-}
-
-bool in_package(Part part, const RobotParameters& robot) {
-  return mesh_name(part, robot) == mesh_name(part, RobotParameters());
 }
 
 std::filesystem::path mesh_cache() {

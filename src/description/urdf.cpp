@@ -4,7 +4,6 @@
 
 #include <Eigen/Dense>
 #include <cmath>
-#include <map>
 
 #include "youbot_base_sim/drive/motor.h"
 #include "youbot_base_sim/scene/frames.h"
@@ -98,7 +97,7 @@ std::string roller_origin(const RobotParameters& robot, int i, int k) {
 }  // namespace
 
 std::string urdf(const RobotParameters& robot, RollerJoints rollers, const MeshUri& mesh_uri) {
-  const Dimensions size(robot);
+  const RobotParameters widest = with_rollers_at(robot.roller_angle.abs().maxCoeff(), robot);
   const Motor motor;
   const std::string limit =
       fmt::format("<limit effort=\"{}\" velocity=\"{}\"/>", number(motor.max_torque()), number(motor.max_rate()));
@@ -109,25 +108,25 @@ std::string urdf(const RobotParameters& robot, RollerJoints rollers, const MeshU
 
   document += link("base_footprint", "");
   document += joint("base_footprint_joint", "fixed", "base_footprint", "base_link", origin());
-  std::map<Part, std::string> meshes;
-  for (const Part part : kParts) meshes[part] = mesh_uri(part);
-  document += base_link(robot, size, meshes[Part::kBody]);
+  document += base_link(robot, Dimensions(widest), mesh_uri(Part::kBody, widest));
   for (int i = 0; i < kWheels; ++i) {
     const std::string wheel = kWheelNames[i];
+    const RobotParameters drawn = with_rollers_at(robot.roller_angle[i], robot);
     document += joint("caster_joint_" + wheel, "continuous", "base_link", "caster_link_" + wheel,
                       origin({robot.rho_X()[i], robot.rho_Y()[i], kAxleHeight}) + turning("0 0 1", 0, 0));
     document += link("caster_link_" + wheel, "");
     document += joint("wheel_joint_" + wheel, "continuous", "caster_link_" + wheel, "wheel_link_" + wheel,
                       origin() + turning("0 1 0", robot.mu_1[i], robot.dry_friction[i]) + limit);
-    document += wheel_link(robot, size, "wheel_link_" + wheel,
-                           meshes[tan_delta()[i] < 0 ? Part::kWheelLeft : Part::kWheelRight]);
+    document += wheel_link(robot, Dimensions(drawn), "wheel_link_" + wheel,
+                           mesh_uri(robot.tan_delta()[i] < 0 ? Part::kWheelLeft : Part::kWheelRight, drawn));
+    const std::string roller_mesh = mesh_uri(Part::kRoller, drawn);
     for (int k = 0; k < robot.rollers; ++k) {
       const std::string roller = fmt::format("{}_{}", wheel, k);
       const bool fixed = rollers == RollerJoints::kFixed;
       document += joint(
           "roller_joint_" + roller, fixed ? "fixed" : "continuous", "wheel_link_" + wheel, "roller_link_" + roller,
           roller_origin(robot, i, k) + (fixed ? "" : turning("1 0 0", robot.mu_2[i], robot.roller_dry_friction[i])));
-      document += link("roller_link_" + roller, visual(meshes[Part::kRoller]));
+      document += link("roller_link_" + roller, visual(roller_mesh));
     }
   }
   return document + "</robot>\n";

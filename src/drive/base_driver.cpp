@@ -2,11 +2,7 @@
 
 namespace youbot_base_sim {
 
-namespace {
-
 constexpr SetPoint kHoldAtRest{DriveMode::kVelocity, 0};
-
-}  // namespace
 
 BaseDriver::BaseDriver(const Settings& settings)
     : settings_(settings),

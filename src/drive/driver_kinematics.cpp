@@ -2,20 +2,21 @@
 
 namespace youbot_base_sim {
 
-Wheels DriverKinematics::wheel_rates(const Eigen::Vector3d& velocity) const {
-  const double v_x = velocity[0], v_y = velocity[1], turn = half_lengths * velocity[2];
-  return Wheels(v_x - v_y - turn, v_x + v_y + turn, v_x + v_y - turn, v_x - v_y + turn) / wheel_radius;
+Rolling DriverKinematics::rolling() const {
+  const RobotParameters youbot;
+  const Wheels turn{-half_lengths, half_lengths, -half_lengths, half_lengths};
+  const Wheels front{half_wheelbase, half_wheelbase, -half_wheelbase, -half_wheelbase};
+  return {wheel_radius, tan_delta, turn + front * (tan_delta - youbot.tan_delta())};
 }
 
-Eigen::Vector3d DriverKinematics::velocity(const Wheels& dphi) const {
-  const double quarter = wheel_radius / 4;
-  return {quarter * (dphi[0] + dphi[1] + dphi[2] + dphi[3]), quarter * (-dphi[0] + dphi[1] + dphi[2] - dphi[3]),
-          quarter / half_lengths * (-dphi[0] + dphi[1] - dphi[2] + dphi[3])};
-}
+Wheels DriverKinematics::wheel_rates(const Eigen::Vector3d& velocity) const { return rolling().dphi(velocity); }
+
+Eigen::Vector3d DriverKinematics::velocity(const Wheels& dphi) const { return rolling().velocity(dphi); }
 
 DriverKinematics::Jacobian DriverKinematics::jacobian() const {
+  const Rolling rolling = this->rolling();
   Jacobian jacobian;
-  for (int i = 0; i < kWheels; ++i) jacobian.col(i) = velocity(Eigen::Vector4d::Unit(i).array());
+  for (int i = 0; i < kWheels; ++i) jacobian.col(i) = rolling.velocity(Eigen::Vector4d::Unit(i).array());
   return jacobian;
 }
 

@@ -13,62 +13,53 @@ namespace {
 
 constexpr double kDecay = 1e-3;  // s, of an error of the rates
 
-/// Reinsch's smoothing spline of one wheel: values g and second derivatives gamma minimise
-/// sum (y - g)^2 + alpha * integral g''^2, for which (H + alpha Q' Q) gamma = Q' y and g = y - alpha Q gamma.
-/// H (tridiagonal) and Q (three entries a column) hold the distances of the rows.
-class SmoothingSpline {
- public:
-  SmoothingSpline(const std::vector<double>& t, Eigen::VectorXd y)
-      : y_(std::move(y)), Q_(y_.size(), y_.size() - 2), H_(Q_.cols(), Q_.cols()) {
-    std::vector<Eigen::Triplet<double>> q, h;
-    for (int k = 0; k < Q_.cols(); ++k) {
-      const double length = t[k + 1] - t[k], next = t[k + 2] - t[k + 1];
-      q.insert(q.end(), {{k, k, 1 / length}, {k + 1, k, -1 / length - 1 / next}, {k + 2, k, 1 / next}});
-      h.emplace_back(k, k, (length + next) / 3);
-      if (k > 0) h.insert(h.end(), {{k, k - 1, length / 6}, {k - 1, k, length / 6}});
-    }
-    Q_.setFromTriplets(q.begin(), q.end());
-    H_.setFromTriplets(h.begin(), h.end());
-    square_ = Q_.transpose() * Q_;
-  }
-
-  /// Solves for `alpha`, s^3. Returns the root mean square of y - g, rad.
-  double solve(double alpha) {
-    using Matrix = Eigen::SparseMatrix<double>;
-    const Eigen::SimplicialLDLT<Matrix, Eigen::Lower, Eigen::NaturalOrdering<int>> solver(H_ + alpha * square_);
-    gamma_ = solver.solve(Q_.transpose() * y_);
-    const Eigen::VectorXd off = alpha * (Q_ * gamma_);
-    g_ = y_ - off;
-    double squares = 0;  // in order: the same bits everywhere
-    for (Eigen::Index k = 0; k < off.size(); ++k) squares += off[k] * off[k];
-    return std::sqrt(squares / static_cast<double>(y_.size()));
-  }
-
-  const Eigen::VectorXd& values() const { return g_; }
-  /// At the rows but the first and the last, where they are zero.
-  const Eigen::VectorXd& second_derivatives() const { return gamma_; }
-
- private:
-  Eigen::VectorXd y_, g_, gamma_;
-  Eigen::SparseMatrix<double> Q_, H_, square_;  // the last one is Q' Q
+/// The values of a spline at its rows, rad, and its second derivatives at all but the first and the last, rad/s^2.
+struct Spline {
+  Eigen::VectorXd values, second_derivatives;
 };
 
-/// Solves for the smoothest spline that departs from the rows by `deviation` (rad) in the mean.
-void smoothen(SmoothingSpline& spline, double duration, double deviation) {
-  // At these weights it passes through the rows, but for rounding, and is a straight line.
-  const double cube = duration * duration * duration;
-  double low = 1e-30 * cube, high = 1e6 * cube;
-  if (deviation <= 0) {
-    spline.solve(0);
-    return;
+/// Reinsch's smoothing spline of one wheel, the smoothest that departs from the rows (t, y) by `deviation` (rad) in the
+/// mean: values g and second derivatives gamma minimise sum (y - g)^2 + alpha * integral g''^2, for which
+/// (H + alpha Q' Q) gamma = Q' y and g = y - alpha Q gamma. H (tridiagonal) and Q (three entries a column) hold the
+/// distances of the rows.
+Spline smoothest(const std::vector<double>& t, const Eigen::VectorXd& y, double deviation) {
+  using Matrix = Eigen::SparseMatrix<double>;
+  Matrix Q(y.size(), y.size() - 2), H(Q.cols(), Q.cols());
+  std::vector<Eigen::Triplet<double>> q, h;
+  for (int k = 0; k < Q.cols(); ++k) {
+    const double length = t[k + 1] - t[k], next = t[k + 2] - t[k + 1];
+    q.insert(q.end(), {{k, k, 1 / length}, {k + 1, k, -1 / length - 1 / next}, {k + 2, k, 1 / next}});
+    h.emplace_back(k, k, (length + next) / 3);
+    if (k > 0) h.insert(h.end(), {{k, k - 1, length / 6}, {k - 1, k, length / 6}});
   }
-  if (spline.solve(high) <= deviation) return;
-  constexpr int kHalvings = 40;
-  for (int k = 0; k < kHalvings; ++k) {
-    const double middle = std::sqrt(low) * std::sqrt(high);
-    (spline.solve(middle) > deviation ? high : low) = middle;
+  Q.setFromTriplets(q.begin(), q.end());
+  H.setFromTriplets(h.begin(), h.end());
+  const Matrix square = Q.transpose() * Q;
+  Spline spline;
+  const auto solve = [&](double alpha) {  // s^3; returns the root mean square of y - g, rad
+    const Eigen::SimplicialLDLT<Matrix, Eigen::Lower, Eigen::NaturalOrdering<int>> solver(H + alpha * square);
+    spline.second_derivatives = solver.solve(Q.transpose() * y);
+    const Eigen::VectorXd off = alpha * (Q * spline.second_derivatives);
+    spline.values = y - off;
+    double squares = 0;  // in order: the same bits everywhere
+    for (Eigen::Index k = 0; k < off.size(); ++k) squares += off[k] * off[k];
+    return std::sqrt(squares / static_cast<double>(y.size()));
+  };
+  double low = 0;
+  if (deviation > 0) {
+    // At these weights it passes through the rows, but for rounding, and is a straight line.
+    constexpr int kHalvings = 40;
+    const double duration = t.back() - t.front(), cube = duration * duration * duration;
+    double high = 1e6 * cube;
+    if (solve(high) <= deviation) return spline;
+    low = 1e-30 * cube;
+    for (int k = 0; k < kHalvings; ++k) {
+      const double middle = std::sqrt(low) * std::sqrt(high);
+      (solve(middle) > deviation ? high : low) = middle;
+    }
   }
-  spline.solve(low);
+  solve(low);
+  return spline;
 }
 
 }  // namespace
@@ -80,10 +71,9 @@ WheelSpline::WheelSpline(WheelTable table, double resolution)
     if (rows < 3) continue;  // a straight line
     Eigen::VectorXd y(rows);
     for (Eigen::Index k = 0; k < rows; ++k) y[k] = table_.values[k][i];
-    SmoothingSpline spline(table_.t, std::move(y));
-    smoothen(spline, table_.t.back() - table_.t.front(), resolution / std::sqrt(12.0));
-    for (Eigen::Index k = 0; k < rows; ++k) angle_[k][i] = spline.values()[k];
-    for (Eigen::Index k = 1; k + 1 < rows; ++k) acceleration_[k][i] = spline.second_derivatives()[k - 1];
+    const Spline spline = smoothest(table_.t, y, resolution / std::sqrt(12.0));
+    for (Eigen::Index k = 0; k < rows; ++k) angle_[k][i] = spline.values[k];
+    for (Eigen::Index k = 1; k + 1 < rows; ++k) acceleration_[k][i] = spline.second_derivatives[k - 1];
   }
 }
 

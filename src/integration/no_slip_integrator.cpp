@@ -31,7 +31,8 @@ class NoSlipSystem final : public SmoothSystem {
     const RobotParameters& robot = model_.robot();
     // The friction of bearings reverses where rolling wheels and rollers have their smoothing rates.
     const double reversal =
-        std::min(robot.dry_friction_rate * robot.R, robot.roller_dry_friction_rate * (robot.R - robot.R_d) * kCosDelta);
+        std::min(robot.dry_friction_rate * robot.R,
+                 robot.roller_dry_friction_rate * (robot.R - robot.R_d) * robot.cos_delta().minCoeff());
     const double step = std::min(1e-6, 1e-3 * reversal);
     State steps;
     steps.psi() = 1e-6;

@@ -8,11 +8,7 @@
 
 namespace youbot_base_sim {
 
-namespace {
-
 constexpr double kMaxUnseen = 0.1;  // s, between two looks at the energy
-
-}  // namespace
 
 void RowLoop::look() {
   const double interval = simulation_.time() - audited_;

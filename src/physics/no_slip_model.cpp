@@ -11,12 +11,13 @@ Eigen::Matrix3d weighted_square(const Eigen::Matrix<double, kWheels, 3>& A, cons
 
 }  // namespace
 
-NoSlipModel::NoSlipModel(const RobotParameters& robot) : robot_(robot), platform_(robot), dry_(robot) {
-  const Wheels tan = tan_delta();
+NoSlipModel::NoSlipModel(const RobotParameters& robot)
+    : robot_(robot), platform_(robot), dry_(robot), kinematics_(robot) {
+  const Wheels tan = robot.tan_delta();
   rolling_ << Eigen::Vector4d::Ones(), tan.matrix(), (robot.rho_X() * tan - robot.rho_Y()).matrix();
   rolling_ /= robot.R;
   roller_rolling_ << Eigen::Vector4d::Zero(), Eigen::Vector4d::Ones(), robot.rho_X().matrix();
-  roller_rolling_ /= (robot.R_d - robot.R) * kCosDelta;
+  roller_rolling_.array().colwise() /= (robot.R_d - robot.R) * robot.cos_delta();
   inertia_ = platform_.M_v + weighted_square(rolling_, Wheels::Constant(robot.J_1));
   inertia_inverse_ = inverse(inertia_);
   damping_ = weighted_square(rolling_, robot.mu_1) + weighted_square(roller_rolling_, robot.mu_2);
@@ -42,19 +43,13 @@ Eigen::Vector3d NoSlipModel::bias(const Eigen::Vector3d& v) const {
   return dry_.any() ? Eigen::Vector3d(viscous + dry_friction(v)) : viscous;
 }
 
-Wheels NoSlipModel::distribute(const Eigen::Vector3d& force) const {
-  const double M_X = robot_.R * force[0], M_Y = robot_.R * force[1];
-  const double turn = robot_.R / (robot_.h + robot_.l) * force[2];
-  return Wheels{M_X - M_Y - turn, M_X + M_Y + turn, M_X + M_Y - turn, M_X - M_Y + turn} / 4;
-}
-
 Eigen::Vector3d NoSlipModel::acceleration(const Eigen::Vector3d& v, const Wheels& M,
                                           const Eigen::Vector3d& external) const {
   return product(inertia_inverse_, product(rolling_.transpose(), M.matrix()) - bias(v) + external);
 }
 
 Wheels NoSlipModel::torque(const Eigen::Vector3d& v, const Eigen::Vector3d& dv) const {
-  return distribute(product(inertia_, dv) + bias(v));
+  return kinematics_.torque(product(inertia_, dv) + bias(v));
 }
 
 void NoSlipModel::derivative(const State& state, const Wheels& M, State& derivative) const {

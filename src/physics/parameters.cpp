@@ -11,6 +11,16 @@ Wheels normal_reactions(const RobotParameters& robot, const FloorParameters& flo
          robot.q * (forward * left);
 }
 
+Wheels RobotParameters::tan_delta() const {
+  Wheels tan{-1, 1, 1, -1};
+  for (int i = 0; i < kWheels; ++i) {
+    // tan(45 deg + x) = (1 + tan x) / (1 - tan x)
+    const auto [s, c] = sine_and_cosine((std::abs(roller_angle[i]) - 45) * (M_PI / 180));
+    tan[i] *= std::copysign((c + s) / (c - s), roller_angle[i]);
+  }
+  return tan;
+}
+
 RobotParameters measured_robot(double scale) {
   RobotParameters robot;
   robot.dry_friction.setConstant(scale * 0.18);

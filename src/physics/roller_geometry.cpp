@@ -9,15 +9,16 @@ RollerGeometry::RollerGeometry(const RobotParameters& robot)
     : pitch_(2 * M_PI / robot.rollers),
       R_(robot.R),
       R_d_(robot.R_d),
-      R_d_tan_delta_(robot.R_d * tan_delta()),
-      sin_delta_(sin_delta()) {
+      R_d_tan_delta_(robot.R_d * robot.tan_delta()),
+      sin_delta_(robot.sin_delta()),
+      cos_delta_(robot.cos_delta()) {
   // Means of sec(phi~) and cos(phi~) over [-edge, edge]
   const double edge = 0.5 * pitch_;
   const auto [sine, cosine] = sine_and_cosine(edge);
   const double mean_secant = logarithm((1 + sine) / cosine) / edge;
   const double mean_cosine = sine / edge;
-  mean_ = {Wheels::Zero(), sin_delta_ * (R_ - R_d_ * mean_secant),
-           Wheels::Constant(kCosDelta * (R_ * mean_cosine - R_d_)), Wheels::Zero()};
+  mean_ = {Wheels::Zero(), sin_delta_ * (R_ - R_d_ * mean_secant), cos_delta_ * (R_ * mean_cosine - R_d_),
+           Wheels::Zero()};
 }
 
 double RollerGeometry::end_radius() const { return R_ - R_d_ / sine_and_cosine(0.5 * pitch_).cosine; }

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cstring>
 #include <random>
 #include <system_error>
 
@@ -18,7 +17,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr char kMark[] = ".incomplete-XXXXXX";
+constexpr std::size_t kMark = 18;         // bytes of .incomplete-XXXXXX
 constexpr std::size_t kBuffer = 1 << 16;  // bytes
 constexpr int kMaxLinks = 40;             // as the kernel
 constexpr std::size_t kMaxName = 255;     // bytes of a file's name
@@ -57,13 +56,9 @@ fs::path follow_links(const std::string& path) {
 /// Takes a name of its own for a file beside `target`. Returns its descriptor; negative, with errno, if there is none.
 int create_beside(const fs::path& target, std::string& name) {
   std::random_device random;
-  std::string file = target.filename();
-  file.resize(std::min(file.size(), kMaxName - std::strlen(kMark)));
+  const std::string file = target.filename().string().substr(0, kMaxName - kMark);
   for (;;) {
-    std::string mark = kMark;
-    for (std::size_t k = mark.find('X'); k < mark.size(); ++k)
-      mark[k] = "abcdefghijklmnopqrstuvwxyz012345"[random() % 32];
-    name = target.parent_path() / (file + mark);
+    name = target.parent_path() / fmt::format("{}.incomplete-{:06x}", file, random() % 0x1000000);
     const int descriptor = open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (descriptor >= 0 || errno != EEXIST) return descriptor;
   }

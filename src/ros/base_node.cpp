@@ -16,8 +16,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "youbot_base_sim/drive/control_time.h"
 #include "youbot_base_sim/loop/base_loop.h"
-#include "youbot_base_sim/loop/instants.h"
 #include "youbot_base_sim/offline_program.h"
 #include "youbot_base_sim/ros/bag.h"
 #include "youbot_base_sim/ros/base_settings.h"

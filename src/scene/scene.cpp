@@ -7,9 +7,8 @@
 #include <filesystem>
 
 #include "wheel_table.h"
-#include "youbot_base_sim/drive/driver_kinematics.h"
 #include "youbot_base_sim/physics/no_slip_model.h"
-#include "youbot_base_sim/scene/scene_section.h"
+#include "youbot_base_sim/scene/scene_value.h"
 #include "youbot_base_sim/scene/yaml_file.h"
 #include "youbot_base_sim/text/hash.h"
 #include "youbot_base_sim/text/quote.h"
@@ -45,6 +44,7 @@ constexpr double kMaxRowsInPeriod = 1e5;  // closer ones are one instant to the 
 constexpr Range kMass{1e-6, 1e6, "kg"};
 constexpr Range kInertia{1e-12, 1e6, "kg m^2"};
 constexpr Range kLength{1e-3, 1e3, "m"};
+constexpr Range kRollerAngle{-90, 90, "degrees"};
 constexpr Range kDamping{0, 1e9, "N m s"};
 constexpr Range kDryFriction{0, 1e6, "N m"};
 constexpr Range kSmoothing{1e-6, 1e6, "rad/s"};
@@ -72,7 +72,7 @@ Defaults read_profile(const SceneValue& value) {
     value.choice(profile, kProfiles);
     return defaults_of(profile, 1);
   }
-  SceneSection s = value.section();
+  SceneValue s = value;
   s.required("name").choice(profile, kProfiles);
   double scale = 1;
   const SceneValue friction_scale = s["friction_scale"];
@@ -112,6 +112,19 @@ void check_rollers(const RobotParameters& robot, const FloorParameters& floor, c
   if (robot.R_d >= robot.R) axis_radius.refuse(fmt::format("less than wheel_radius, {}", robot.R));
 }
 
+void check_kinematics(const RobotParameters& robot, const SceneValue& roller_angle) {
+  constexpr double kLeastLever = 1e-3;  // m
+  const Wheels angles = robot.roller_angle.abs();
+  if (angles.minCoeff() == 0 || angles.maxCoeff() == 90) roller_angle.refuse("neither 0 nor 90 or -90 degrees");
+  const double lever = Rolling(robot).lever();
+  if (lever >= kLeastLever) return;
+  roller_angle.refuse(
+      fmt::format("such that the wheels' rates decide V_X, V_Y and Omega: |half_track + half_wheelbase "
+                  "tan(roller_angle)|, where all "
+                  "angles are alike, must be {:g} m, and is {:.3g} m",
+                  kLeastLever, lever));
+}
+
 /// What must be, where a wheel would leave the floor at rest; else empty.
 std::string lifted_wheel(const RobotParameters& robot, const FloorParameters& floor) {
   const Wheels N = normal_reactions(robot, floor);
@@ -136,7 +149,7 @@ void check_masses(const RobotParameters& robot, const FloorParameters& floor, co
 }
 
 /// Reads into `robot`, which has the profile's values, and checks it against `floor` and `model` too.
-void read_robot(SceneSection s, RobotParameters& robot, const FloorParameters& floor, Model model) {
+void read_robot(SceneValue s, RobotParameters& robot, const FloorParameters& floor, Model model) {
   s["body_mass"].number(robot.m, kMass);
   s["wheel_mass"].number(robot.m_1, kMass);
   const SceneValue inertia = s["total_inertia"].number(robot.I_s, kInertia);
@@ -151,6 +164,7 @@ void read_robot(SceneSection s, RobotParameters& robot, const FloorParameters& f
   s["wheel_radius"].number(robot.R, kLength);
   const SceneValue axis_radius = s["roller_axis_radius"].number(robot.R_d, kLength);
   s["rollers_per_wheel"].whole_number(robot.rollers, 3, 255);
+  const SceneValue roller_angle = s["roller_angle"].number_or_wheels(robot.roller_angle, kRollerAngle);
   s["wheel_damping"].number_or_wheels(robot.mu_1, kDamping);
   s["roller_damping"].number_or_wheels(robot.mu_2, kDamping);
   s["dry_friction"].number_or_wheels(robot.dry_friction, kDryFriction);
@@ -168,17 +182,18 @@ void read_robot(SceneSection s, RobotParameters& robot, const FloorParameters& f
   refuse_for_model(contacts, robot.averaged_contacts && !slips(model), model);
   check_reactions(robot, model, reactions, sharing, preload, com_height);
   check_rollers(robot, floor, roller_inertia, axis_radius);
+  check_kinematics(robot, roller_angle);
   check_masses(robot, floor, inertia, com, preload);
 }
 
 /// Reads the sections of a list that may be left out.
 template <class Entry>
-void read_list(const SceneValue& value, std::vector<Entry>& entries, Entry (*read)(SceneSection s)) {
+void read_list(const SceneValue& value, std::vector<Entry>& entries, Entry (*read)(SceneValue s)) {
   if (!value.given()) return;
-  for (const SceneSection& section : value.sections()) entries.push_back(read(section));
+  for (const SceneValue& section : value.sections()) entries.push_back(read(section));
 }
 
-FloorPatch read_patch(SceneSection s) {
+FloorPatch read_patch(SceneValue s) {
   FloorPatch patch;
   Eigen::Array4d corners = Eigen::Array4d::Zero();
   const SceneValue rectangle = s.required("rectangle").numbers(corners, {-1e6, 1e6, "m"});
@@ -193,19 +208,16 @@ FloorPatch read_patch(SceneSection s) {
   return patch;
 }
 
-void read_slope(SceneSection s, FloorParameters& floor) {
-  s["angle"].number(floor.slope, {-0.5, 0.5, "rad"});
-  s["uphill"].number(floor.uphill, {-1e3, 1e3, "rad"});
-  s.finish();
-}
-
-FloorParameters read_floor(SceneSection s, Model model, double holding_speed) {
+FloorParameters read_floor(SceneValue s, Model model, double holding_speed) {
   FloorParameters floor;
   if (limits_friction(model)) floor.holding_speed = holding_speed;
   const SceneValue friction = s["friction"].number_or_wheels(floor.f, kFriction),
                    spin = s["spin_radius"].number(floor.spin_radius, {0, 1, "m"}), patches = s["patches"];
   read_list(patches, floor.patches, read_patch);
-  read_slope(s["slope"].section(), floor);
+  SceneValue slope = s["slope"];
+  slope["angle"].number(floor.slope, {-0.5, 0.5, "rad"});
+  slope["uphill"].number(floor.uphill, {-1e3, 1e3, "rad"});
+  slope.finish();
   s["holding_speed"].number(floor.holding_speed, {1e-12, 1e3, "m/s", true});
   refuse_for_model(friction, (floor.f != floor.f[0]).any() && !slips(model), model);
   refuse_for_model(spin, floor.spin_radius != 0 && !limits_friction(model), model);
@@ -217,22 +229,16 @@ FloorParameters read_floor(SceneSection s, Model model, double holding_speed) {
   return floor;
 }
 
-void read_stretch(SceneSection& s, LoadSchedule::Stretch& stretch) {
+void read_stretch(SceneValue& s, LoadSchedule::Stretch& stretch) {
   s["start"].number(stretch.start, {0, 1e9, "s"});
   const SceneValue end = s["end"].number(stretch.end, {0, 1e9, "s"});
   if (stretch.end <= stretch.start) end.refuse(fmt::format("after start, {}", stretch.start));
 }
 
-void read_vector(const SceneValue& value, Eigen::Vector3d& vector, const Range& range) {
-  Eigen::Array3d numbers = vector.array();
-  value.numbers(numbers, range);
-  vector = numbers.matrix();
-}
-
-LoadSchedule::PlannedLoad read_load(SceneSection s) {
+LoadSchedule::PlannedLoad read_load(SceneValue s) {
   LoadSchedule::PlannedLoad planned;
   s.required("mass").number(planned.load.mass, kLoadMasses);
-  read_vector(s.required("position"), planned.load.position, kLoadPositions);
+  s.required("position").numbers(planned.load.position.array(), kLoadPositions);
   s["inertia"].number(planned.load.inertia, kLoadInertias);
   read_stretch(s, planned);
   s["placed"].choice(planned.at_rest, kPlacements);
@@ -240,11 +246,11 @@ LoadSchedule::PlannedLoad read_load(SceneSection s) {
   return planned;
 }
 
-LoadSchedule::PlannedWrench read_wrench(SceneSection s) {
+LoadSchedule::PlannedWrench read_wrench(SceneValue s) {
   LoadSchedule::PlannedWrench planned;
   const SceneValue force = s["force"], torque = s["torque"].number(planned.wrench.torque, kWrenchTorques);
-  read_vector(force, planned.wrench.force, kWrenchForces);
-  read_vector(s["point"], planned.wrench.point, kLoadPositions);
+  force.numbers(planned.wrench.force.array(), kWrenchForces);
+  s["point"].numbers(planned.wrench.point.array(), kLoadPositions);
   read_stretch(s, planned);
   s["frame"].choice(planned.wrench.fixed, kFrames);
   s.finish();
@@ -271,18 +277,13 @@ void check_velocity_loops(const std::string& file, const Scene& scene) {
   SceneValue(file, "solver.control_period", YAML::Node(fmt::format("{:g}", scene.solver.control_period))).refuse(limit);
 }
 
-void read_output(SceneSection s, OutputSettings& output) {
-  s["contacts"].choice(output.contacts, kFlags);
-  s.finish();
-}
-
 /// True if the drive cannot be continuous in time: commands, or a loop of motors.
 bool is_sampled(const Scene& scene, SceneUse use) {
   return use == SceneUse::kCommands || scene.motors || std::holds_alternative<VelocityTable>(scene.drive);
 }
 
 /// The `scene` so far limits the methods and the control period.
-SolverSettings read_solver(SceneSection s, SceneUse use, const Scene& scene) {
+SolverSettings read_solver(SceneValue s, SceneUse use, const Scene& scene) {
   SolverSettings solver;
   const SceneValue method = s["method"].choice(solver.method, method_names());
   s["relative_tolerance"].number(solver.relative_tolerance, kRelativeTolerances);
@@ -302,29 +303,24 @@ SolverSettings read_solver(SceneSection s, SceneUse use, const Scene& scene) {
   return solver;
 }
 
-/// Reads a setting of the motors; an empty one stays empty where the file leaves it out.
-struct MotorReader {
-  SceneSection& section;
+// Reads a setting of the motors; an empty one stays empty where the file leaves it out.
+void read_setting(const SceneValue& value, double& number, const Range& range) { value.number(number, range); }
+void read_setting(const SceneValue& value, std::optional<double>& number, const Range& range) {
+  if (value.given()) value.number(number.emplace(), range);
+}
+void read_setting(const SceneValue& value, std::optional<bool>& flag) {
+  if (value.given()) value.choice(flag.emplace(), kFlags);
+}
 
-  void operator()(const char* name, double& number, const Range& range) const { section[name].number(number, range); }
-  void operator()(const char* name, std::optional<double>& number, const Range& range) const {
-    const SceneValue value = section[name];
-    if (value.given()) value.number(number.emplace(), range);
-  }
-  void operator()(const char* name, std::optional<bool>& flag) const {
-    const SceneValue value = section[name];
-    if (value.given()) value.choice(flag.emplace(), kFlags);
-  }
-};
-
-MotorSettings read_motors(SceneSection s) {
+MotorSettings read_motors(SceneValue s) {
   MotorSettings motors;
-  visit_settings(motors, MotorReader{s});
+  visit_settings(
+      motors, [&](const char* name, auto& setting, const auto&... range) { read_setting(s[name], setting, range...); });
   s.finish();
   return motors;
 }
 
-Harmonic read_harmonic(SceneSection s) {
+Harmonic read_harmonic(SceneValue s) {
   Harmonic harmonic;
   s["constant"].number(harmonic.constant, kSpeeds);
   s["cos"].number(harmonic.cos, kSpeeds);
@@ -333,19 +329,19 @@ Harmonic read_harmonic(SceneSection s) {
   return harmonic;
 }
 
-ReferenceMotion read_reference_motion(SceneSection s) {
+ReferenceMotion read_reference_motion(SceneValue s) {
   ReferenceMotion motion;
   s.required("period").number(motion.period, kHarmonicPeriod);
-  motion.V_X = read_harmonic(s["V_X"].section());
-  motion.V_Y = read_harmonic(s["V_Y"].section());
-  motion.Omega = read_harmonic(s["Omega"].section());
+  motion.V_X = read_harmonic(s["V_X"]);
+  motion.V_Y = read_harmonic(s["V_Y"]);
+  motion.Omega = read_harmonic(s["Omega"]);
   s.finish();
   return motion;
 }
 
-TorqueSegments read_torque(const std::vector<SceneSection>& sections) {
+TorqueSegments read_torque(const std::vector<SceneValue>& sections) {
   TorqueSegments segments;
-  for (SceneSection s : sections) {
+  for (SceneValue s : sections) {
     TorqueSegment segment;
     const SceneValue start = s.required("start").number(segment.start, kTime);
     s["constant"].numbers(segment.constant, kTorque);
@@ -394,7 +390,7 @@ std::shared_ptr<const WheelMotion> read_wheel_angles(const SceneValue& value, do
 
 void read_drive(const SceneValue& value, Scene& scene) {
   if (!value.given()) return;
-  SceneSection s = value.section();
+  SceneValue s = value;
   const SceneValue motion = s["reference_motion"], torque = s["torque"], torque_table = s["torque_table"],
                    velocity_table = s["velocity_table"], angle_table = s["wheel_angle_table"];
   const std::vector<std::string> drives = s.known();
@@ -405,7 +401,7 @@ void read_drive(const SceneValue& value, Scene& scene) {
   if (motion.given() + torque.given() + torque_table.given() + velocity_table.given() + angle_table.given() != 1) {
     value.refuse(fmt::format("exactly one of {}", fmt::join(drives, ", ")));
   }
-  if (motion.given()) scene.drive = read_reference_motion(motion.section());
+  if (motion.given()) scene.drive = read_reference_motion(motion);
   if (torque.given()) scene.drive = read_torque(torque.sections());
   if (torque_table.given()) scene.drive = read_table(torque_table, scene, kTorque);
   if (velocity_table.given()) scene.drive = VelocityTable{read_table(velocity_table, scene, kRate)};
@@ -413,7 +409,7 @@ void read_drive(const SceneValue& value, Scene& scene) {
   if (file_resolution.given() && !angle_table.given()) file_resolution.refuse("left out without a wheel_angle_table");
 }
 
-void read_initial(SceneSection s, Scene& scene) {
+void read_initial(SceneValue s, Scene& scene) {
   State& x = scene.initial;
   auto place = x.values.col(0).head<3>();
   s["pose"].numbers(place, kPoses);
@@ -423,7 +419,7 @@ void read_initial(SceneSection s, Scene& scene) {
   if (const auto* motion = std::get_if<std::shared_ptr<const WheelMotion>>(&scene.drive)) {
     x.phi() = (*motion)->angle(0);
     prescribed_dphi = (*motion)->rate(0);
-    twist = DriverKinematics{scene.robot.R, scene.robot.h + scene.robot.l}.velocity(*prescribed_dphi).array();
+    twist = Rolling(scene.robot).velocity(*prescribed_dphi).array();
   }
   s["twist"].numbers(twist, kSpeeds);
 
@@ -449,38 +445,37 @@ void read_initial(SceneSection s, Scene& scene) {
 }
 
 Scene read_scene(const std::string& path, const YAML::Node& root, SceneUse use, bool resolve) {
-  SceneSection file(quote_path(path), "", root, "scene",
-                    YAML::Node(resolve ? YAML::NodeType::Map : YAML::NodeType::Undefined));
+  SceneValue file(quote_path(path), "", root, "scene", resolve);
   Scene scene;
   scene.files = {path};
   file["model"].choice(scene.model, kModels);
   (use == SceneUse::kCommands ? file["duration"] : file.required("duration")).number(scene.duration, {1e-9, 1e6, "s"});
   const SceneValue output_rate = file["output_rate"].number(scene.output_rate, {1e-9, 1e6, "Hz"});
-  const SceneValue robot = file["robot"], floor = file["floor"], initial = file["initial"], solver = file["solver"],
-                   motors = file["motors"], output = file["output"], drive = file["drive"], loads = file["loads"],
-                   wrenches = file["wrenches"];
+  SceneValue robot = file["robot"], floor = file["floor"], initial = file["initial"], solver = file["solver"],
+             motors = file["motors"], output = file["output"], drive = file["drive"], loads = file["loads"],
+             wrenches = file["wrenches"];
   file.finish();
   if (const double rows = scene.duration * scene.output_rate; rows > kMaxRows) {
     output_rate.refuse(fmt::format("such that there are at most {:g} rows; there would be {:g}", kMaxRows, rows));
   }
-  SceneSection robot_section = robot.section();
-  const Defaults defaults = read_profile(robot_section["profile"]);
-  scene.floor = read_floor(floor.section(), scene.model, defaults.holding_speed);
+  const Defaults defaults = read_profile(robot["profile"]);
+  scene.floor = read_floor(floor, scene.model, defaults.holding_speed);
   scene.robot = defaults.robot;
-  read_robot(robot_section, scene.robot, scene.floor, scene.model);
+  read_robot(robot, scene.robot, scene.floor, scene.model);
   read_list(loads, scene.load_schedule.loads, read_load);
   read_list(wrenches, scene.load_schedule.wrenches, read_wrench);
   const std::string lifted = scene.load_schedule.loads.empty() ? "" : lifted_wheel(scene, {}, 0);
   if (!lifted.empty()) loads.refuse(lifted);
-  read_output(output.section(), scene.output);
-  if (motors.given()) scene.motors = read_motors(motors.section());
+  output["contacts"].choice(scene.output.contacts, kFlags);
+  output.finish();
+  if (motors.given()) scene.motors = read_motors(motors);
   read_drive(drive, scene);
   // An ignored drive gives the initial velocity, but prescribed wheels limit neither solver nor initial state.
   const bool prescribes = std::holds_alternative<std::shared_ptr<const WheelMotion>>(scene.drive);
   if (use == SceneUse::kCommands && prescribes) scene.drive = std::monostate();
-  scene.solver = read_solver(solver.section(), use, scene);
+  scene.solver = read_solver(solver, use, scene);
   check_velocity_loops(quote_path(path), scene);
-  read_initial(initial.section(), scene);
+  read_initial(initial, scene);
   if (use == SceneUse::kCommands) {
     drive.unresolve();
     scene.drive = std::monostate();

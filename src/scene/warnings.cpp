@@ -48,10 +48,6 @@ double largest_rate(const Scene& scene) {
   return rates ? largest(rates->table.values) : 0;
 }
 
-double initial_speed(const Scene& scene) { return scene.initial.velocity().head<2>().norm(); }
-
-double command_delay(const Scene& scene) { return scene.motors ? scene.motors->command_delay : 0; }
-
 const std::vector<Plausible>& plausible_values() {
   using S = Scene;
   static const std::vector<Unit> lengths = {kMillimetre, kCentimetre};
@@ -64,10 +60,20 @@ const std::vector<Plausible>& plausible_values() {
       {"robot.wheel_mass", [](const S& s) { return s.robot.m_1; }, 0.001, 100, "kg", {kGram}},
       {"initial.pose", [](const S& s) { return s.initial.psi(); }, 0, 6.3, "rad", {kDegree}},
       {"initial.twist", [](const S& s) { return s.initial.Omega(); }, 0, 15, "rad/s", {kDegreePerSecond}},
-      {"initial.twist", &initial_speed, 0, 20, "m/s", {kMillimetrePerSecond}},
+      {"initial.twist",
+       [](const S& s) { return s.initial.velocity().head<2>().norm(); },
+       0,
+       20,
+       "m/s",
+       {kMillimetrePerSecond}},
       {"drive.torque", &largest_torque, 0, 15, "N m", {kNewtonMillimetre, kNewtonCentimetre}},
       {"drive.velocity_table", &largest_rate, 0, 60, "rad/s", {kDegreePerSecond}},
-      {"motors.command_delay", &command_delay, 0, 3, "s", {kMillisecond}}};
+      {"motors.command_delay",
+       [](const S& s) { return s.motors.value_or(MotorSettings()).command_delay; },
+       0,
+       3,
+       "s",
+       {kMillisecond}}};
   return table;
 }
 
@@ -96,10 +102,10 @@ void find_without_effect(const Scene& scene, std::vector<std::string>& found) {
   const FloorParameters& floor = scene.floor;
   const bool holds = limits_friction(scene.model) && floor.holding_speed < std::min(floor.nu, RestFriction::kSlow);
   if (floor.holding_speed > 0 && !(holds && !find_method(scene.solver.method)->is_explicit)) {
-    found.push_back(
-        fmt::format("floor.holding_speed = {:g}: has no effect but in model coulomb, below slip_regularization = {:g} "
-                    "and {:g} m/s, by a method that is not explicit",
-                    floor.holding_speed, floor.nu, RestFriction::kSlow));
+    found.push_back(fmt::format(
+        "floor.holding_speed = {:g}: has no effect but on limited friction, below slip_regularization = {:g} "
+        "and {:g} m/s, by a method that is not explicit",
+        floor.holding_speed, floor.nu, RestFriction::kSlow));
   }
   if (scene.robot.normal_reactions != NormalReactions::kDynamic) {
     constexpr char kWhy[] = "has no effect unless robot.normal_reactions is dynamic";

@@ -49,21 +49,16 @@ std::array<std::size_t, kColumns> columns_of(const std::string& name, std::strin
   const auto refuse = [&](const std::string& what) {
     throw SceneError(fmt::format("{}:1: header: {}; must be {}, each once", name, what, kTableColumns));
   };
-  const std::size_t count = count_cells(header);
+  std::vector<std::string_view> cells(count_cells(header));
+  for (std::string_view& cell : cells) cell = take_cell(header);
   std::array<std::size_t, kColumns> columns;
-  columns.fill(count);  // not found
-  for (std::size_t column = 0; column < count; ++column) {
-    const std::string_view cell = take_cell(header);
-    const auto known = std::find(kNames.begin(), kNames.end(), cell);
-    if (known == kNames.end()) continue;
-    auto& found = columns[static_cast<std::size_t>(known - kNames.begin())];
-    if (found < count) refuse(fmt::format("column {} twice", cell));
-    found = column;
-  }
   for (std::size_t k = 0; k < kColumns; ++k) {
-    if (columns[k] == count) refuse(fmt::format("no column {}", kNames[k]));
+    const auto found = std::find(cells.begin(), cells.end(), kNames[k]);
+    if (found == cells.end()) refuse(fmt::format("no column {}", kNames[k]));
+    if (std::find(found + 1, cells.end(), kNames[k]) != cells.end()) refuse(fmt::format("column {} twice", kNames[k]));
+    columns[k] = static_cast<std::size_t>(found - cells.begin());
   }
-  if (count != kColumns) refuse(fmt::format("{} columns", count));
+  if (cells.size() != kColumns) refuse(fmt::format("{} columns", cells.size()));
   return columns;
 }
 

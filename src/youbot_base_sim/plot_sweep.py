@@ -33,7 +33,7 @@ UNITS = {key: unit for unit, keys in {  # of a scene's keys by their last part; 
     "s": "duration start end period step control_period command_delay", "Hz": "output_rate",
     "kg": "mass body_mass wheel_mass", "kg m^2": "total_inertia wheel_inertia roller_inertia inertia",
     "m": "com com_height half_wheelbase half_track wheel_radius roller_axis_radius spin_radius rectangle edge position "
-         "point", "rad": "angle uphill wheel_angles resolution", "m/s": "slip_regularization holding_speed",
+         "point", "rad": "angle uphill wheel_angles resolution", "degrees": "roller_angle", "m/s": "slip_regularization holding_speed",
     "rad/s": "wheel_rates roller_rates dry_friction_rate roller_dry_friction_rate max_wheel_rate", "m/s^2": "gravity",
     "N": "diagonal_preload force", "N m": "dry_friction roller_dry_friction torque constant cos sin max_wheel_torque",
     "N m s": "wheel_damping roller_damping", "N s/m": "viscous_friction", "N m s/rad": "velocity_proportional_gain",
@@ -44,10 +44,8 @@ def unit(name):
     """Of a scene's key; empty if it has none."""
     *sections, last = re.sub(r"\[\d+\]", "", name).split(".")
     turns = name.endswith("[2]") if last in ("pose", "twist") else "Omega" in sections
-    if last == "pose":
-        return "rad" if turns else "m"
-    if last == "twist" or "reference_motion" in sections and last != "period":
-        return "rad/s" if turns else "m/s"
+    if last in ("pose", "twist") or "reference_motion" in sections and last != "period":
+        return ("rad" if turns else "m") + ("" if last == "pose" else "/s")
     return "" if "profile" in sections else UNITS.get(last, "")
 
 

@@ -57,14 +57,9 @@ def add_reading_options(parser):
     add_bag_options(parser)
 
 
-def open_bag(path, arguments):
-    """A Bag as the options of `add_bag_options` say."""
-    return Bag(path, arguments.clock_offset, arguments.publisher)
-
-
 def read(path, base, arguments, is_quiet=False):
     """The Bag, and its Record as these options say."""
-    bag = open_bag(path, arguments)
+    bag = Bag(path, arguments.clock_offset, arguments.publisher)
     with Progress(sum(bag.counts.values()), delay=math.inf if is_quiet else 1, interval=0.2) as progress:
         return bag, read_record(bag, base, dict(arguments.topic), namespace=arguments.namespace or "",
                                 progress=lambda n: n % 256 or progress.show(n, Path(path).name),
@@ -89,16 +84,17 @@ def read_base(path):
     robot = entries_of(root, path).get("robot")
     given = entries_of(robot, path) if robot and not robot.tag.endswith(":null") else {}
     base = Base()
-    for key, default in list(vars(base).items())[:5]:  # the numbers
+    allowed = {"rollers_per_wheel": "a whole number >= 3", "roller_angle": "a number between -90 and 90, but 0"}
+    for key, default in list(vars(base).items())[:6]:  # the numbers
         text = given[key].value if key in given else str(default)
         try:
             value = float(text)
         except (TypeError, ValueError):  # a list or map, or text
             value = math.nan
-        if not 0 < value < math.inf or (key == "rollers_per_wheel" and (value != int(value) or value < 3)):
+        good = 0 < abs(value) < 90 if key == "roller_angle" else 0 < value < math.inf
+        if not good or (key == "rollers_per_wheel" and (value != int(value) or value < 3)):
             text = "a list or map" if not isinstance(text, str) else quoted(text) if math.isnan(value) else text
-            raise Refused(f"--scene {shown(path)}: robot.{key} is {text}: must be "
-                          f"{'a whole number >= 3' if key == 'rollers_per_wheel' else 'a number > 0'}")
+            raise Refused(f"--scene {shown(path)}: robot.{key} is {text}: must be {allowed.get(key, 'a number > 0')}")
         setattr(base, key, type(default)(value))
     return base
 

@@ -13,11 +13,11 @@ warning gives that instant. A bag whose times go back, such as one of two runs, 
 import math
 from collections import Counter
 
-from .bags import absolute
+from .bags import Bag, absolute
 from .base import DRIVER_RADIUS, JOINTS, WHEELS, Base
 from .command_line import Parser, Refused, complain, one_line, positive, shown
 from .files import Outputs, write_whole
-from .reading import add_bag_options, encoders_of, open_bag
+from .reading import add_bag_options, encoders_of
 from .records import Missing, read_record
 from .report import csv_text
 
@@ -37,7 +37,8 @@ class ChosenTopics:
     """The messages of a bag on the given topics, else on those of the base."""
 
     def __init__(self, path, arguments):
-        self.path, self.bag, self.topics = shown(path), open_bag(path, arguments), list(map(absolute, arguments.topic))
+        self.path, self.topics = shown(path), list(map(absolute, arguments.topic))
+        self.bag = Bag(path, arguments.clock_offset, arguments.publisher)
         types = {absolute(topic): kind for topic, kind in self.bag.types.items()}
         for topic in self.topics:
             if topic not in types:

@@ -126,7 +126,7 @@ struct Drawing {
   }
 
   static std::string urdf_of(const RobotParameters& robot, RollerJoints rollers = RollerJoints::kFixed) {
-    return urdf(robot, rollers, [&](Part part) { return mesh_name(part, robot); });
+    return urdf(robot, rollers, [](Part part, const RobotParameters& drawn) { return mesh_name(part, drawn); });
   }
 
   /// All triangles of a roller's meshes in the frame of its wheel.
@@ -165,7 +165,7 @@ std::string contents(const std::string& file) {
 
 TEST(Urdf, FilesOfTheRepositoryShowThePapersRobot) {
   const RobotParameters robot;
-  const auto uri = [&](Part part) { return kPackageMeshes + mesh_name(part, robot); };
+  const auto uri = [](Part part, const RobotParameters& drawn) { return kPackageMeshes + mesh_name(part, drawn); };
   EXPECT_TRUE(contents("urdf/youbot_base.urdf") == urdf(robot, RollerJoints::kFixed, uri))
       << "update it: describe_base > urdf/youbot_base.urdf";
   for (const Part part : kParts) {

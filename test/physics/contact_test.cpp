@@ -33,7 +33,7 @@ struct RollerAxis {
 // Position after time t (s), in the fixed frame, of the point of wheel i's roller that touches the floor at t = 0: a
 // chain of rigid bodies - platform, wheel, roller - each moving at its rate in `state`.
 Vector3d material_point(const RobotParameters& robot, const State& state, double phi_tilde, int i, double t) {
-  const RollerAxis now(robot, delta()[i], phi_tilde);
+  const RollerAxis now(robot, delta(robot)[i], phi_tilde);
   const Vector3d P_now(0, now.Delta_Y(), -robot.R);
 
   const Vector3d from_K = AngleAxisd(state.dgamma()[i] * t, now.e) * (P_now - now.K);
@@ -108,12 +108,12 @@ TEST(RollerGeometry, RadiusAtTheEndsIsZeroWhereRollersTaperToAPoint) {
 TEST(ContactGeometry, ContactIsTheLowestPointOfTheRoller) {
   Random random(2);
   for (int trial = 0; trial < 50; ++trial) {
-    const RobotParameters robot = random_robot(random);
+    const RobotParameters robot = random_wheels(random);
     const Wheels phi_tilde = random.wheels(-kPi / 6, kPi / 6);
     const ContactGeometry contact = RollerGeometry(robot).at(phi_tilde);
     for (int i = 0; i < kWheels; ++i) {
       // The roller is the union of all balls about points of its axis that fit into the cylinder of radius R.
-      const RollerAxis axis(robot, delta()[i], phi_tilde[i]);
+      const RollerAxis axis(robot, delta(robot)[i], phi_tilde[i]);
       const auto bottom = [&](double s) {
         const Vector3d Q = axis.K + s * axis.e;
         return Q.z() - (robot.R - std::hypot(Q.x(), Q.z()));
@@ -141,7 +141,7 @@ TEST(ContactGeometry, ContactIsTheLowestPointOfTheRoller) {
 TEST(ContactGeometry, DerivativesAreThoseOfTheValues) {
   Random random(3);
   for (int trial = 0; trial < 50; ++trial) {
-    const RobotParameters robot = random_robot(random);
+    const RobotParameters robot = random_wheels(random);
     const RollerGeometry geometry(robot);
     const Wheels phi_tilde = random.wheels(-1, 1);  // also beyond the edge, as far as a step may look
     const auto by_phi = [&](Wheels ContactGeometry::*value) {
@@ -156,7 +156,7 @@ TEST(ContactGeometry, DerivativesAreThoseOfTheValues) {
 TEST(Contacts, SlipIsTheVelocityOfTheRollersMaterialPoint) {
   Random random(4);
   for (int trial = 0; trial < 50; ++trial) {
-    const RobotParameters robot = random_robot(random);
+    const RobotParameters robot = random_wheels(random);
     const PaperModel<CoulombLaw> model(robot, {});
     Wheels phi_center = Wheels{-3, -1, 0, 5} * model.geometry().pitch();
     const State state = random_state(random, robot, phi_center, random.uniform(0, 0.3));
@@ -169,7 +169,7 @@ TEST(Contacts, SlipIsTheVelocityOfTheRollersMaterialPoint) {
       EXPECT_NEAR(contacts.V_PX[i], V_P.x(), 2e-11);
       EXPECT_NEAR(contacts.V_PY[i], V_P.y(), 2e-11);
       EXPECT_NEAR(0, V_P.z(), 2e-11);
-      EXPECT_NEAR(contacts.Delta_Y[i], RollerAxis(robot, delta()[i], phi_tilde).Delta_Y(), 1e-16);
+      EXPECT_NEAR(contacts.Delta_Y[i], RollerAxis(robot, delta(robot)[i], phi_tilde).Delta_Y(), 1e-16);
     }
   }
 }
@@ -178,7 +178,7 @@ TEST(Contacts, SlipIsTheVelocityOfTheRollersMaterialPoint) {
 TEST(ContactGeometry, MeanIsTheMeanOverARoller) {
   Random random(10);
   for (const int n : {3, 4, 6, 9, 16}) {
-    RobotParameters robot = random_robot(random);
+    RobotParameters robot = random_wheels(random);
     robot.rollers = n;
     const RollerGeometry geometry(robot);
     constexpr int kIntervals = 2000;
@@ -202,7 +202,7 @@ TEST(ContactGeometry, MeanIsTheMeanOverARoller) {
 TEST(NormalReactions, BalanceTheWeight) {
   Random random(5);
   for (int trial = 0; trial < 50; ++trial) {
-    const RobotParameters robot = random_robot(random);
+    const RobotParameters robot = random_wheels(random);
     FloorParameters floor;
     floor.g = random.uniform(1, 20);
     const Wheels N = normal_reactions(robot, floor);
@@ -261,7 +261,7 @@ Slip random_slip(Random& random, double speed) {
 TEST(CoulombLaw, OpposesSlipAndSaturates) {
   Random random(7);
   for (const double ratio : {1e-6, 1e-2, 0.3, 1.0, 3.0, 1e2, 1e6}) {  // slip by nu; the last is full slip to 5e-13
-    const RobotParameters robot = random_robot(random);
+    const RobotParameters robot = random_wheels(random);
     const FloorParameters floor;
     const Wheels limit = floor.f * normal_reactions(robot, floor);
     const Slip V_P = random_slip(random, ratio * floor.nu);
@@ -293,7 +293,7 @@ TEST(CoulombLaw, IsTheViscousLawNearZeroSlip) {
 TEST(CoulombLaw, StiffnessIsTheForcesDerivative) {
   Random random(9);
   for (const double ratio : {1e-3, 0.1, 1.0, 10.0, 1e3}) {  // slip by nu
-    const RobotParameters robot = random_robot(random);
+    const RobotParameters robot = random_wheels(random);
     const FloorParameters floor;
     const Friction<CoulombLaw> friction(robot, floor);
     const double speed = ratio * floor.nu;

@@ -46,8 +46,15 @@ inline RobotParameters random_robot(Random& random) {
   return robot;
 }
 
+/// Its rollers at another angle on each wheel, on some the other way round.
+inline RobotParameters random_wheels(Random& random) {
+  RobotParameters robot = random_robot(random);
+  robot.roller_angle = random.wheels(20, 70) * Wheels{1, -1, 1, 1};
+  return robot;
+}
+
 /// delta_i, rad (paper, section 2).
-inline Wheels delta() { return Wheels{-1, 1, 1, -1} * (kPi / 4); }
+inline Wheels delta(const RobotParameters& robot) { return Wheels{-1, 1, 1, -1} * robot.roller_angle * (kPi / 180); }
 
 /// A state in motion at ordinary speeds, each contact point slipping by `slip` (m/s) in some direction. The wheels
 /// stand on rollers around `phi_center` (rad), at most 0.95 of the way to their edges.
@@ -62,11 +69,11 @@ inline State random_state(Random& random, const RobotParameters& robot, const Wh
   state.phi() = phi_center + phi_tilde;
   // (3.3) as in model.md, solved for the rates; it only has to bring about the slip that was asked for.
   const Wheels direction = random.wheels(-kPi, kPi);
-  const Wheels r = robot.R - robot.R_d / phi_tilde.cos();
-  const Wheels Delta_Y = robot.R_d * phi_tilde.tan() * delta().tan();
+  const Wheels r = robot.R - robot.R_d / phi_tilde.cos(), delta = youbot_base_sim::delta(robot);
+  const Wheels Delta_Y = robot.R_d * phi_tilde.tan() * delta.tan();
   state.dgamma() =
-      (slip * direction.sin() - state.V_Y() - robot.rho_X() * state.Omega()) / (r * phi_tilde.cos() * delta().cos());
-  state.dphi() = (state.V_X() - (robot.rho_Y() + Delta_Y) * state.Omega() - r * delta().sin() * state.dgamma() -
+      (slip * direction.sin() - state.V_Y() - robot.rho_X() * state.Omega()) / (r * phi_tilde.cos() * delta.cos());
+  state.dphi() = (state.V_X() - (robot.rho_Y() + Delta_Y) * state.Omega() - r * delta.sin() * state.dgamma() -
                   slip * direction.cos()) /
                  robot.R;
   return state;

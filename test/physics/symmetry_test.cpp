@@ -50,6 +50,7 @@ struct Symmetry {
     image.a_Y = Y * robot.a_Y;
     image.mu_1 = (*this)(1, robot.mu_1);
     image.mu_2 = (*this)(1, robot.mu_2);
+    image.roller_angle = (*this)(1, robot.roller_angle);
     return image;
   }
 };
@@ -64,7 +65,7 @@ constexpr Symmetry kSymmetries[] = {{"left and right", {1, 0, 3, 2}, 1, -1, -1, 
 template <class Model>
 struct RandomMotion {
   RandomMotion(Random& random, double slip, const Wheels& rollers = Wheels::Zero())
-      : robot(random_robot(random)),
+      : robot(random_wheels(random)),
         model(robot, floor),
         x(random_state(random, robot, rollers * model.geometry().pitch(), slip)),
         M(random.wheels(-3, 3)) {}

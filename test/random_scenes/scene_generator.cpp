@@ -118,6 +118,7 @@ class SceneGenerator {
     const double most = random_.uniform(3, 17);  // 3 to 15, and in one of 14 scenes up to 255
     rollers_ = static_cast<int>(most < 16 ? most : 16 + 240 * (most - 16));
     robot["rollers_per_wheel"] = rollers_;
+    if (chance(0.3)) robot["roller_angle"] = for_wheels(20, 70);
     robot["roller_axis_radius"] = rounded(radius * random_.uniform(0.4, 0.98 * std::cos(kPi / rollers_)));
   }
 

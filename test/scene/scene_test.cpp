@@ -86,7 +86,7 @@ model: viscous
 duration: 2.5
 output_rate: 50
 robot: {body_mass: 31, wheel_mass: 1.5, total_inertia: 5, wheel_inertia: 6e-3, roller_inertia: 2e-6, com: [0.01, 0.02],
-        half_wheelbase: 0.24, half_track: 0.16, wheel_radius: 0.06, roller_axis_radius: 0.04, rollers_per_wheel: 8,
+        half_wheelbase: 0.24, half_track: 0.16, wheel_radius: 0.06, roller_axis_radius: 0.04, rollers_per_wheel: 8, roller_angle: [44, 46, -45, 60],
         wheel_damping: 0.2, roller_damping: [1e-3, 2e-3, 3e-3, 4e-3], roller_rate_at_switch: at_rest}
 floor: {friction: 0.6, slip_regularization: 2e-3, viscous_friction: 1000, gravity: 9.8}
 initial: {pose: [1, 2, 3], twist: [4, 5, 6], wheel_angles: [7, 8, 9, 10], wheel_rates: [11, 12, 13, 14],
@@ -99,6 +99,7 @@ drive: {torque: [{start: 0, constant: [1, 2, 3, 4]}, {start: 1, cos: [1, 0, 0, 0
 )");
   EXPECT_EQ(scene.model, Model::kViscous);
   EXPECT_EQ(scene.robot.rollers, 8);
+  EXPECT_TRUE((scene.robot.roller_angle == Wheels{44, 46, -45, 60}).all());
   EXPECT_TRUE((scene.robot.mu_1 == 0.2).all());
   EXPECT_EQ(scene.robot.mu_2[3], 4e-3);
   EXPECT_EQ(scene.robot.roller_rate_at_switch, RollerRateAtSwitch::kAtRest);
@@ -185,6 +186,12 @@ TEST_F(SceneTest, RefusesInOneLineThatNamesKeyValueAndWhatIsAllowed) {
   expect_refused(d + "robot: 3", "robot", "3", "keys");
   expect_refused(d + "robot: {roller_axis_radius: 0.05}", "robot.roller_axis_radius", "0.05", "wheel_radius");
   expect_refused(d + "robot: {rollers_per_wheel: 2}", "robot.rollers_per_wheel", "2", "from 3");
+  expect_refused(d + "robot: {roller_angle: 91}", "robot.roller_angle", "91", "-90 to 90 degrees");
+  expect_refused(d + "robot: {roller_angle: [45, 45, 0, 45]}", "robot.roller_angle", "45, 45, 0, 45", "neither 0 nor");
+  // A square base in O-configuration does not turn; nor do two wheels of the wrong hand tell V_X from V_Y.
+  expect_refused(d + "robot: {roller_angle: -45, half_track: 0.2345}", "robot.roller_angle", "-45",
+                 "0.001 m, and is 0.0005");
+  expect_refused(d + "robot: {roller_angle: [-45, 45, 45, -45]}", "robot.roller_angle", "-45, 45, 45, -45", "V_X, V_Y");
   expect_refused(d + "robot: {rollers_per_wheel: 6.5}", "robot.rollers_per_wheel", "6.5", "whole number");
   expect_refused(d + "robot: {com: [0.4, 0]}", "robot.com", "[0.4, 0]", "presses on the floor");
   expect_refused(d + "robot: {com: [0.4]}", "robot.com", "[0.4]", "2 numbers");

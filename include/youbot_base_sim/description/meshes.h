@@ -8,7 +8,7 @@
 
 namespace youbot_base_sim {
 
-/// The parts of the base that are drawn by a mesh, in the frame of their link.
+/// The parts of the base that are drawn by a mesh, in the frame of their link, for a robot `with_rollers_at` one angle.
 enum class Part {
   kRoller,      ///< its axis is x; two stripes along it show how it turns
   kWheelLeft,   ///< hub and side plates of a wheel whose rollers on the floor point as the left front one's
@@ -16,6 +16,12 @@ enum class Part {
   kBody
 };
 constexpr Part kParts[] = {Part::kRoller, Part::kWheelLeft, Part::kWheelRight, Part::kBody};
+
+/// The robot with rollers at |angle| (degrees) on all wheels: that of a wheel to draw, or the largest for the body.
+inline RobotParameters with_rollers_at(double angle, RobotParameters robot) {
+  robot.roller_angle = std::abs(angle);
+  return robot;
+}
 
 /// Sizes of the drawing that the parameters leave open, m.
 struct Dimensions {
@@ -39,7 +45,9 @@ std::string mesh(Part part, const RobotParameters& robot);
 constexpr char kPackageMeshes[] = "package://youbot_base_sim/meshes/";
 
 /// Whether the part is one of the paper's robot.
-bool in_package(Part part, const RobotParameters& robot);
+inline bool in_package(Part part, const RobotParameters& robot) {
+  return mesh_name(part, robot) == mesh_name(part, RobotParameters());
+}
 
 /// The folder of the others: $ROS_HOME/youbot_base_sim, or ~/.ros/youbot_base_sim; empty if neither is known.
 std::filesystem::path mesh_cache();

@@ -8,8 +8,8 @@
 
 namespace youbot_base_sim {
 
-/// The URI at which viewers find the mesh of a part; asked for once.
-using MeshUri = std::function<std::string(Part)>;
+/// The URI at which viewers find the mesh of a part of a robot.
+using MeshUri = std::function<std::string(Part, const RobotParameters&)>;
 
 enum class RollerJoints {
   kFixed,   ///< for the driver's joint states, which have no rollers

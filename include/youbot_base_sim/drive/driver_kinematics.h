@@ -3,7 +3,7 @@
 #include <Eigen/Dense>
 
 #include "youbot_base_sim/export.h"
-#include "youbot_base_sim/physics/state.h"
+#include "youbot_base_sim/physics/rolling.h"
 
 namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
@@ -14,6 +14,14 @@ namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 struct DriverKinematics {
   double wheel_radius = 0.0475;  ///< m
   double half_lengths = 0.385;   ///< half the wheelbase plus half the track, (0.47 + 0.3) / 2, m
+  /// Rollers at other angles than 45 degrees: tan(delta) of each wheel, and the half wheelbase, m.
+  Wheels tan_delta = RobotParameters().tan_delta();
+  double half_wheelbase = 0.235;
+
+  /// The kinematics of a robot's wheels.
+  static DriverKinematics of(const RobotParameters& robot) {
+    return {robot.R, robot.h + robot.l, robot.tan_delta(), robot.h};
+  }
 
   /// Wheel rates, rad/s, for a velocity (V_X, V_Y, Omega) of the base in its own frame, m/s and rad/s.
   Wheels wheel_rates(const Eigen::Vector3d& velocity) const;
@@ -26,6 +34,9 @@ struct DriverKinematics {
 
   /// The matrix of `velocity`: its rows are V_X, V_Y and Omega, its columns the wheels.
   Jacobian jacobian() const;
+
+ private:
+  Rolling rolling() const;
 };
 
 }  // namespace youbot_base_sim

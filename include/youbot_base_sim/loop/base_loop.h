@@ -9,7 +9,6 @@
 #include "youbot_base_sim/drive/control_time.h"
 #include "youbot_base_sim/loop/base_requests.h"
 #include "youbot_base_sim/loop/base_sensors.h"
-#include "youbot_base_sim/loop/instants.h"
 #include "youbot_base_sim/simulation.h"
 
 namespace youbot_base_sim {

@@ -60,8 +60,8 @@ class ExtendedFeatures {
                    const AppliedLoads& applied)
       : rho_X_(robot.rho_X()),
         rho_Y_(robot.rho_Y()),
-        reach_(std::sqrt(robot.h * robot.h + (robot.l + robot.R_d) * (robot.l + robot.R_d))),
-        R_d_(robot.R_d),
+        R_d_tan_delta_(robot.R_d * robot.tan_delta().abs()),
+        reach_(distance(robot.h, robot.l + R_d_tan_delta_.maxCoeff())),
         per_R_(1 / robot.R),
         a_m_(floor.spin_radius),
         f_(floor.f),
@@ -132,7 +132,7 @@ class ExtendedFeatures {
     const Wheels Delta_Y = modes.geometry(x.phi()).Delta_Y;
     Wheels X, Y;
     contact_points(x.pose(), Delta_Y, X, Y);
-    const double sweep = ((R_d_ + Delta_Y.square() / R_d_) * x.dphi().abs()).maxCoeff();
+    const double sweep = ((R_d_tan_delta_ + Delta_Y.square() / R_d_tan_delta_) * x.dphi().abs()).maxCoeff();
     const double speed = std::sqrt(x.V_X() * x.V_X() + x.V_Y() * x.V_Y()) + std::abs(x.Omega()) * reach_ + sweep;
     const double distance = patches_.max_distance(X, Y);  // = speed t + kMaxAcceleration t^2 / 2
     return 2 * distance / (speed + std::sqrt(speed * speed + 2 * kMaxAcceleration * distance));
@@ -157,6 +157,8 @@ class ExtendedFeatures {
  private:
   static constexpr double kMaxAcceleration = 20;  // m/s^2, more than friction gives a base
 
+  static double distance(double X, double Y) { return std::sqrt(X * X + Y * Y); }
+
   void contact_points(const Pose& pose, const Wheels& Delta_Y, Wheels& X, Wheels& Y) const {
     const Wheels arm = rho_Y_ + Delta_Y;
     X = pose.x + pose.cosine * rho_X_ - pose.sine * arm;
@@ -168,8 +170,8 @@ class ExtendedFeatures {
     return patches_.friction(X, Y);
   }
 
-  Wheels rho_X_, rho_Y_;
-  double reach_, R_d_, per_R_, a_m_;
+  Wheels rho_X_, rho_Y_, R_d_tan_delta_;
+  double reach_, per_R_, a_m_;
   Wheels f_;
   FloorPatches patches_;
   ExternalForces external_;

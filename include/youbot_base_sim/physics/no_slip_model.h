@@ -8,6 +8,7 @@
 #include "youbot_base_sim/physics/applied_loads.h"
 #include "youbot_base_sim/physics/dry_bearings.h"
 #include "youbot_base_sim/physics/inertia.h"
+#include "youbot_base_sim/physics/rolling.h"
 
 namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
@@ -29,7 +30,7 @@ class NoSlipModel {
                                const Eigen::Vector3d& external = Eigen::Vector3d::Zero()) const;
 
   /// Torque profile of section 5.2: the wheel torques, N m, under which the velocity is `v` and changes by `dv`, with
-  /// no internal preload (+1, +1, -1, -1).
+  /// no internal preload, (+1, +1, -1, -1) where all rollers have one angle.
   Wheels torque(const Eigen::Vector3d& v, const Eigen::Vector3d& dv) const;
 
   /// True if bearings have dry friction; without, the torques are quadratic in v and linear in dv.
@@ -76,12 +77,11 @@ class NoSlipModel {
   Eigen::Matrix3d dry_damping(const Eigen::Vector3d& v) const;
   /// Forces on v besides the wheels' torques, to the left-hand side.
   Eigen::Vector3d bias(const Eigen::Vector3d& v) const;
-  /// Wheel torques that exert `force` on v ([10] of the paper).
-  Wheels distribute(const Eigen::Vector3d& force) const;
 
   RobotParameters robot_;
   Inertia platform_;
   DryBearings dry_;
+  Rolling kinematics_;
   std::optional<ExternalForces> external_;
   WheelsByVelocity rolling_;         // dphi = rolling_ v
   WheelsByVelocity roller_rolling_;  // dgamma = roller_rolling_ v

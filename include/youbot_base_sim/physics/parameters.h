@@ -29,22 +29,25 @@ enum class LoadSharing {
 
 /// The robot, in the paper's symbols; the defaults are its table (5.1). SI units.
 struct RobotParameters {
-  double m = 30.0;                          ///< mass of the body without wheels, kg
-  double m_1 = 1.4;                         ///< mass of one wheel, kg
-  double I_s = 4.42;                        ///< moment of inertia of the whole robot about OZ, kg m^2
-  double J_1 = 5.87e-3;                     ///< moment of inertia of a wheel about its axle, kg m^2
-  double J_2 = 1e-6;                        ///< moment of inertia of a roller about its axis (regularisation), kg m^2
-  double a_X = 0.016, a_Y = -0.026;         ///< centre of mass of the body from O, m
-  double a_Z = 0;                           ///< its height above the axles, m
-  double h = 0.235;                         ///< half the wheelbase, m
-  double l = 0.15;                          ///< half the track, m
-  double R = 0.05;                          ///< outer radius of a wheel, m
-  double R_d = 0.0355;                      ///< distance of the rollers' axes from the wheel's axle, m
-  int rollers = 6;                          ///< rollers on a wheel, n
-  Wheels mu_1 = Wheels::Constant(0.11);     ///< viscous friction of a wheel's bearing, N m s
-  Wheels mu_2 = Wheels::Constant(5.78e-3);  ///< viscous friction of a roller's bearing, N m s
-  Wheels dry_friction = Wheels::Zero();     ///< of a wheel's drive, N m: see DryBearings
-  double dry_friction_rate = 0.02;          ///< over which it is smoothed, rad/s
+  double m = 30.0;                   ///< mass of the body without wheels, kg
+  double m_1 = 1.4;                  ///< mass of one wheel, kg
+  double I_s = 4.42;                 ///< moment of inertia of the whole robot about OZ, kg m^2
+  double J_1 = 5.87e-3;              ///< moment of inertia of a wheel about its axle, kg m^2
+  double J_2 = 1e-6;                 ///< moment of inertia of a roller about its axis (regularisation), kg m^2
+  double a_X = 0.016, a_Y = -0.026;  ///< centre of mass of the body from O, m
+  double a_Z = 0;                    ///< its height above the axles, m
+  double h = 0.235;                  ///< half the wheelbase, m
+  double l = 0.15;                   ///< half the track, m
+  double R = 0.05;                   ///< outer radius of a wheel, m
+  double R_d = 0.0355;               ///< distance of the rollers' axes from the wheel's axle, m
+  int rollers = 6;                   ///< rollers on a wheel, n
+  /// Angle between a roller's axis and the wheel's plane, degrees, below 90; negative where the rollers on the floor
+  /// point the other way than the paper's: on all wheels that is the O-configuration.
+  Wheels roller_angle = Wheels::Constant(45);
+  Wheels mu_1 = Wheels::Constant(0.11);         ///< viscous friction of a wheel's bearing, N m s
+  Wheels mu_2 = Wheels::Constant(5.78e-3);      ///< viscous friction of a roller's bearing, N m s
+  Wheels dry_friction = Wheels::Zero();         ///< of a wheel's drive, N m: see DryBearings
+  double dry_friction_rate = 0.02;              ///< over which it is smoothed, rad/s
   Wheels roller_dry_friction = Wheels::Zero();  ///< T_2, of a roller's bearing, N m
   double roller_dry_friction_rate = 2;          ///< over which it is smoothed, rad/s: real bases' (docs/validation.md)
   RollerRateAtSwitch roller_rate_at_switch = RollerRateAtSwitch::kContinuous;
@@ -60,15 +63,16 @@ struct RobotParameters {
   double friction_arm() const { return wheels_prescribed ? 0 : R; }  ///< of friction on a wheel, m
   Wheels rho_X() const { return {h, h, -h, -h}; }                    ///< wheel centres from O, forward, m
   Wheels rho_Y() const { return {l, -l, l, -l}; }                    ///< wheel centres from O, to the left, m
+
+  /// Of the directions delta of the axes of the rollers in contact: -45, 45, 45, -45 deg (paper, section 2), or the
+  /// `roller_angle` with these signs. Exact at 45 deg.
+  Wheels tan_delta() const;
+  Wheels cos_delta() const { return (1 / (1 + tan_delta().square())).sqrt(); }
+  Wheels sin_delta() const { return cos_delta() * tan_delta(); }
 };
 
 /// The robot with the mostly dry friction of two real bases. `scale` multiplies it: 0.76 is one of them, 1.3 the other.
 RobotParameters measured_robot(double scale = 1);
-
-/// Directions of the axes of the rollers in contact: delta = -45, 45, 45, -45 deg (paper, section 2).
-constexpr double kCosDelta = 0.70710678118654752440;
-inline Wheels tan_delta() { return {-1.0, 1.0, 1.0, -1.0}; }
-inline Wheels sin_delta() { return kCosDelta * tan_delta(); }
 
 /// A rectangle of the floor with a friction of its own, which changes into that around it across a soft edge.
 struct FloorPatch {
@@ -80,13 +84,13 @@ struct FloorPatch {
 /// The floor. SI units; f and nu as in section 5.2 of the paper.
 struct FloorParameters {
   Wheels f = Wheels::Constant(0.5);  ///< coefficient of sliding friction, under each wheel
-  double nu = 1e-3;                  ///< slip speed below which Coulomb friction is regularised, m/s
+  double nu = 1e-3;                  ///< slip speed below which limited friction is regularised, m/s
   double g = 9.81;                   ///< gravity, m/s^2
   double viscous_friction = -1;      ///< mu_0 of model 2a, N s/m; negative: f m_s g / (4 nu), the paper's choice
   double slope = 0;                  ///< angle of the floor with the horizontal, rad
   double uphill = 0;                 ///< heading of steepest ascent in the fixed frame, rad
   double spin_radius = 0;            ///< a_m: spin friction is as of slip at this distance from the contact point, m
-  double holding_speed = 0;          ///< of model 2b in place of nu while the base rests, m/s; 0: nu
+  double holding_speed = 0;          ///< in place of nu while a base under limited friction rests, m/s; 0: nu
   std::vector<FloorPatch> patches;   ///< later ones lie on top
 
   /// Viscous friction of the contacts in model 2a, N s/m.

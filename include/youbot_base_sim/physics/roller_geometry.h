@@ -30,8 +30,8 @@ class RollerGeometry {
     ContactGeometry g;
     g.Delta_Y = R_d_tan_delta_ * (sine * secant);
     g.r_X = sin_delta_ * (R_ - R_d_ * secant);
-    g.r_Y = kCosDelta * (R_ * cosine - R_d_);
-    g.dr_Y = -kCosDelta * R_ * sine;
+    g.r_Y = cos_delta_ * (R_ * cosine - R_d_);
+    g.dr_Y = -cos_delta_ * R_ * sine;
     return g;
   }
 
@@ -56,7 +56,7 @@ class RollerGeometry {
   double R_;
   double R_d_;
   alignas(kAlignment) Wheels R_d_tan_delta_;
-  Wheels sin_delta_;
+  Wheels sin_delta_, cos_delta_;
   ContactGeometry mean_;
 };
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <utility>
 
-#include "youbot_base_sim/loop/instants.h"
+#include "youbot_base_sim/drive/control_time.h"
 #include "youbot_base_sim/record/output_file.h"
 #include "youbot_base_sim/record/recorder.h"
 #include "youbot_base_sim/ros/conversions.h"

@@ -22,7 +22,7 @@ inline Eigen::Isometry3d wheel_pose(const RobotParameters& robot, int i, double 
 inline Eigen::Isometry3d roller_pose(const RobotParameters& robot, int i, int k) {
   return Eigen::AngleAxisd(-k * 2 * M_PI / robot.rollers, Eigen::Vector3d::UnitY()) *
          Eigen::Translation3d(0, 0, -robot.R_d) *
-         Eigen::AngleAxisd(std::atan(tan_delta()[i]), Eigen::Vector3d::UnitZ());
+         Eigen::AngleAxisd(std::atan(robot.tan_delta()[i]), Eigen::Vector3d::UnitZ());
 }
 
 }  // namespace youbot_base_sim

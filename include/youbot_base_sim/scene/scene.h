@@ -19,7 +19,7 @@
 
 namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
-/// The model's name in a scene file: no_slip, viscous or coulomb.
+/// The model's name in a scene file.
 const char* name_of(Model model);
 
 /// Settings of the integration; the absolute tolerance is 1e-3 of the relative one unless given.

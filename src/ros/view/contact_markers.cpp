@@ -303,8 +303,9 @@ MarkerOptions marker_options(const RobotParameters& robot, bool has_world, const
     options.frame = frames.truth;
     options.world_frame = frames.world;
   }
-  const std::string mesh = mesh_name(Part::kRoller, robot);
-  if (in_package(Part::kRoller, robot)) {
+  const RobotParameters drawn = with_rollers_at(robot.roller_angle[0], robot);
+  const std::string mesh = mesh_name(Part::kRoller, drawn);
+  if (in_package(Part::kRoller, drawn)) {
     options.roller_mesh = kPackageMeshes + mesh;
   } else if (std::filesystem::exists(mesh_cache() / mesh)) {  // where describe_base has been asked for this robot
     options.roller_mesh = file_uri(mesh_cache() / mesh);

@@ -75,7 +75,7 @@ struct Track {
 // ---- Clocks, by kinematics.
 
 Poses rolled_poses(const DriveRecord& record, const RobotParameters& robot) {
-  WheelOdometry odometry({robot.R, robot.h + robot.l}, record.phi.front());
+  WheelOdometry odometry(DriverKinematics::of(robot), record.phi.front());
   Poses poses;
   for (const Wheels& phi : record.phi) {
     odometry.update(phi);

@@ -125,7 +125,7 @@ class Runs {
     }
     if (!torque.is_none()) set_torque(torque);
     advance_all([&](Run& run, std::size_t /*k*/) {
-      for (int period = 0; period < periods; ++period) run.advance_to(run.simulation.period_end());
+      run.advance_to(run.simulation.period_end() + (periods - 1) * run.simulation.scene().solver.control_period);
     });
   }
 

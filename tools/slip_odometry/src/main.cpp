@@ -67,7 +67,7 @@ Encoders read_encoders(Parameters& parameters) {
 /// One that slips. Throws ParameterError.
 Scene read_slipping_scene(Parameters& parameters) {
   const Scene scene = read_scene(parameters, {{"solver.relative_tolerance", kTolerance}});
-  if (!slips(scene.model)) throw ParameterError("parameter ~scene: model = no_slip: must be viscous or coulomb");
+  if (!slips(scene.model)) throw ParameterError("parameter ~scene: model = no_slip: must be one with slip");
   return scene;
 }
 

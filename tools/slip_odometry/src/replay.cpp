@@ -2,7 +2,6 @@
 
 #include <utility>
 
-#include "youbot_base_sim/drive/driver_kinematics.h"
 #include "youbot_base_sim/physics/no_slip_model.h"
 
 namespace youbot_base_sim {
@@ -13,10 +12,9 @@ constexpr double kPeriod = 5e-3, kStiffness = 20, kDamping = 0.5;  // s, N m/rad
 
 Scene replayed(Scene scene, const std::shared_ptr<const WheelMotion>& motion, const Wheels& offset, bool compliant) {
   const Wheels rates = motion->rate(0);
-  const DriverKinematics rolling{scene.robot.R, scene.robot.h + scene.robot.l};
   scene.initial = State();
   scene.initial.phi() = motion->angle(0) + offset;
-  scene.initial.values.col(1).head<3>() = rolling.velocity(rates).array();
+  scene.initial.values.col(1).head<3>() = Rolling(scene.robot).velocity(rates).array();
   NoSlipModel(scene.robot).constrain(scene.initial);
   scene.initial.dphi() = rates;
   scene.load_schedule = {};

@@ -110,7 +110,7 @@ class SlipOdometry::Replica {
 SlipOdometry::SlipOdometry(const Scene& scene, const Settings& settings)
     : scene_(scene),
       settings_(settings),
-      kinematics_{scene.robot.R, scene.robot.h + scene.robot.l},
+      kinematics_(DriverKinematics::of(scene.robot)),
       uncertainty_(kinematics_, Wheels::Zero(), settings.wheel_error) {
   if (!slips(scene.model)) throw std::invalid_argument("model no_slip has no slip: plain odometry is the same");
 }

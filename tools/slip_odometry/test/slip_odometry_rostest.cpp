@@ -101,7 +101,7 @@ TEST(RefusedParameters, of_slip_odometry) {
   expect_refused("_friction_scale:=-9", {"parameter ~friction_scale = -9: must be"});
   expect_refused("_scene:=/nowhere/scene.yaml", {"parameter ~scene: ", "/nowhere/scene.yaml"});
   const std::string ideal = folder.write("ideal.yaml", "model: no_slip\n");
-  expect_refused("_scene:=" + ideal, {"~scene", "no_slip", "must be viscous or coulomb"});
+  expect_refused("_scene:=" + ideal, {"~scene", "no_slip", "must be one with slip"});
   expect_refused("_replicas:=1.5", {"~replicas", "1.5", "a whole number"});
   expect_refused("_joints:=a a a a", {"~joints", "a a a a", "four different joints"});
   expect_refused("_joint_signs:=1 1 -1", {"~joint_signs", "1 1 -1", "four words"});

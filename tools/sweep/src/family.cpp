@@ -9,7 +9,7 @@
 #include <set>
 #include <utility>
 
-#include "youbot_base_sim/scene/scene_section.h"
+#include "youbot_base_sim/scene/scene_value.h"
 #include "youbot_base_sim/scene/yaml_file.h"
 #include "youbot_base_sim/text/hash.h"
 #include "youbot_base_sim/text/quote.h"
@@ -31,7 +31,7 @@ constexpr Named<Sampling> kSamplings[] = {{"independent", Sampling::kIndependent
                                           {"sobol", Sampling::kSobol}};
 
 /// Reads the ends of a range, and finishes its section.
-Distribution read_range(SceneSection s, Distribution::Kind kind) {
+Distribution read_range(SceneValue s, Distribution::Kind kind) {
   const Range& allowed = kind == Distribution::Kind::kLogUniform ? kPositive : kAnyNumber;
   Distribution range{kind};
   s.required("from").number(range.min, allowed);
@@ -42,14 +42,14 @@ Distribution read_range(SceneSection s, Distribution::Kind kind) {
   return range;
 }
 
-void read_steps(SceneSection s, Axis& axis) {
+void read_steps(SceneValue s, Axis& axis) {
   auto spacing = Distribution::Kind::kUniform;
   s["spacing"].choice(spacing, kSpacings);
   s.required("count").whole_number(axis.count, 2, kMaxCount);
   axis.range = read_range(std::move(s), spacing);
 }
 
-Distribution read_normal(SceneSection s) {
+Distribution read_normal(SceneValue s) {
   Distribution normal{Distribution::Kind::kNormal, -kInfinity, kInfinity};
   s.required("mean").number(normal.mean, kAnyNumber);
   s.required("deviation").number(normal.deviation, kPositive);
@@ -70,13 +70,13 @@ struct ReadAxis {
 };
 
 /// The axis of one entry of `axes`, or those that it puts together. `whole` is the list of entries.
-std::vector<ReadAxis> read_entry(SceneSection s, const SceneValue& whole, bool in_group) {
+std::vector<ReadAxis> read_entry(SceneValue s, const SceneValue& whole, bool in_group) {
   if (!in_group) {
     const SceneValue together = s["together"];
     if (together.given()) {
       s.finish();
       std::vector<ReadAxis> group;
-      for (const SceneSection& section : together.sections()) {
+      for (const SceneValue& section : together.sections()) {
         for (ReadAxis& axis : read_entry(section, together, true)) group.push_back(std::move(axis));
       }
       for (const ReadAxis& axis : group) {
@@ -98,10 +98,10 @@ std::vector<ReadAxis> read_entry(SceneSection s, const SceneValue& whole, bool i
     key.refuse("beside exactly one of values, range, uniform, log_uniform, normal");
   }
   if (values.given()) axis.list = values.entries();
-  if (range.given()) read_steps(range.section(), axis);
-  if (normal.given()) axis.range = read_normal(normal.section());
-  if (uniform.given()) axis.range = read_range(uniform.section(), Distribution::Kind::kUniform);
-  if (log_uniform.given()) axis.range = read_range(log_uniform.section(), Distribution::Kind::kLogUniform);
+  if (range.given()) read_steps(range, axis);
+  if (normal.given()) axis.range = read_normal(normal);
+  if (uniform.given()) axis.range = read_range(uniform, Distribution::Kind::kUniform);
+  if (log_uniform.given()) axis.range = read_range(log_uniform, Distribution::Kind::kLogUniform);
   return {{std::move(axis), key}};
 }
 
@@ -115,7 +115,7 @@ void read_axes(const SceneValue& axes, Family& family) {
   std::vector<ReadAxis> all;
   std::vector<Axis> drawn;
   std::uint64_t grid_axes = 0;
-  for (const SceneSection& section : axes.sections()) {
+  for (const SceneValue& section : axes.sections()) {
     std::vector<ReadAxis> entry = read_entry(section, axes, false);
     for (ReadAxis& axis : entry) {
       for (const ReadAxis& other : all) {
@@ -166,7 +166,7 @@ std::vector<Quantity> read_quantities(const SceneValue& value) {
 
 std::optional<Trajectories> read_trajectories(const SceneValue& value) {
   if (!value.given()) return std::nullopt;
-  SceneSection s = value.section();
+  SceneValue s = value;
   Trajectories trajectories;
   s["format"].choice(trajectories.format, {"csv", "bag"});
   s["every"].whole_number(trajectories.every, 1, kMaxCount);
@@ -255,7 +255,7 @@ Family read_family(const std::string& path, const std::string& text) {
   Family family;
   family.path = path;
   family.text = text;
-  SceneSection file(quote_path(path), "", YAML::Load(text), "family");
+  SceneValue file(quote_path(path), "", YAML::Load(text), "family");
   const SceneValue scene = file.required("scene"), axes = file.required("axes"), draws = file["draws"],
                    sampling = file["sampling"], seed = file["seed"], kept = file["quantities"],
                    trajectories = file["trajectories"];

@@ -17,7 +17,7 @@ struct MarkerOptions {
   double slip_scale = 2;         ///< of an arrow of any slip, m for each m/s
   std::string frame;             ///< that of the base; empty: the contacts'
   std::string world_frame;       ///< that of the scene; empty: what lies on the floor is not shown
-  std::string roller_mesh;       ///< URI; empty: rollers in contact are not coloured
+  std::string roller_mesh;       ///< URI, of fl's; empty: rollers in contact are not coloured
 };
 
 /// The options for a robot: with its meshes, and with the base where it is in the scene's frame if TF has that.

@@ -2,6 +2,7 @@
 
 #include <yaml-cpp/yaml.h>
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,22 +23,18 @@ constexpr Named<bool> kFlags[] = {{"true", true}, {"false", false}};
 /// "a, b or c"
 std::string alternatives(const std::vector<std::string>& names);
 
-class SceneSection;
-
-/// The value of one key. The functions that read it leave their argument, the default, as it is where the key is left
-/// out, and return the value itself, for checks that follow. They throw SceneError, one line that names the file
-/// (unless `file` is empty), the key, the value and what is allowed.
+/// One value of a scene file or the like, which may be a section, and then records the keys that are read.
 ///
-/// Values that they read, and defaults within the range, they also `resolve`.
+/// The functions that read it leave their argument, the default, as it is where the key is left out, and return the
+/// value itself, for checks that follow. They throw SceneError, one line that names the file (unless `file` is empty),
+/// the key, the value and what is allowed. Values that they read, and defaults within the range, they also `resolve`.
 class SceneValue {
  public:
-  /// A value of no section.
-  SceneValue(const std::string& file, const std::string& path, const YAML::Node& node)
-      : SceneValue(file, path, node, path, YAML::Node(YAML::NodeType::Undefined)) {}
-  /// The value of `key` in a section, of which `resolved` takes the resolved values if it is defined.
-  SceneValue(const std::string& file, const std::string& path, const YAML::Node& node, const std::string& key,
-             const YAML::Node& resolved)
-      : file_(file), path_(path), node_(node), key_(key), resolved_(resolved) {}
+  /// `file` is the file's name as messages show it; `path` is the key with those of the sections around it, empty for
+  /// the whole file, which is a `kind` and collects what it resolves to if it `resolves`. Throws SceneError for a whole
+  /// file that is no mapping.
+  SceneValue(const std::string& file, const std::string& path, const YAML::Node& node, const char* kind = "scene",
+             bool resolves = false);
 
   bool given() const { return node_.IsDefined(); }
   bool is_section() const { return given() && node_.IsMap(); }
@@ -68,18 +65,27 @@ class SceneValue {
 
   /// The entries that the value lists, at least one, each as YAML.
   std::vector<std::string> entries() const;
-
-  /// The section that the value is, empty where the key is left out.
-  SceneSection section() const;
   /// The sections that the value lists, at least one.
-  std::vector<SceneSection> sections() const;
+  std::vector<SceneValue> sections() const;
 
-  /// Sets what the section resolves to at this key: an override, or a default that other keys decide.
+  /// The value of a key of this section, which is empty where it is left out.
+  SceneValue operator[](const std::string& key);
+  /// A key without which `finish` throws.
+  SceneValue required(const std::string& key);
+  /// To be called after all keys of a section were read, before checks that involve several. Throws SceneError if this
+  /// is no mapping, for a key given twice or never read, then for a required one that is missing.
+  void finish() const;
+  /// The keys read so far.
+  const std::vector<std::string>& known() const { return known_; }
+
+  /// Sets what the value resolves to: an override, or a default that other keys decide.
   void resolve(const std::string& value) const;
   void resolve(double value) const;
   void resolve(const Eigen::Ref<const Eigen::ArrayXd>& values) const;
-  /// Leaves the key out of what the section resolves to.
+  /// Leaves the value out of what the section around it resolves to.
   void unresolve() const;
+  /// The values of a whole file that were read so far, with defaults and overrides, as YAML; empty unless it resolves.
+  std::string resolved() const;
 
   /// Throws: the value must be `allowed`.
   [[noreturn]] void refuse(const std::string& allowed) const;
@@ -88,39 +94,7 @@ class SceneValue {
 
  private:
   void require_list() const;
-  YAML::Node resolved_section() const;
   double checked(const YAML::Node& entry, const Range& range, const std::string& allowed) const;
-
-  std::string file_;
-  std::string path_;  // the key with those of the sections around it
-  YAML::Node node_;
-  std::string key_;
-  mutable YAML::Node resolved_;  // shared with the section
-};
-
-/// One mapping of a scene file or the like. It records the keys that are read and refuses all others at the end.
-class SceneSection {
- public:
-  /// `file` is the file's name as messages show it; `path` is the section's own key with those above it, empty for the
-  /// whole file, which is a `kind`. Throws SceneError for a whole file that is no mapping.
-  SceneSection(const std::string& file, const std::string& path, const YAML::Node& node, const char* kind = "scene",
-               const YAML::Node& resolved = YAML::Node(YAML::NodeType::Undefined));
-
-  SceneValue operator[](const std::string& key);
-  /// A key without which `finish` throws.
-  SceneValue required(const std::string& key);
-
-  /// To be called after all keys were read, before checks that involve several. Throws SceneError if this is no
-  /// mapping, for a key given twice or never read, then for a required one that is missing.
-  void finish() const;
-
-  /// The keys read so far.
-  const std::vector<std::string>& known() const { return known_; }
-
-  /// The values read so far, with defaults and overrides, as YAML; empty unless made with a `resolved` to collect them.
-  std::string resolved() const;
-
- private:
   /// True if the file has a key that was read, or one that resembles it.
   bool has_known_key() const;
   std::string full(const std::string& key) const { return path_.empty() ? key : path_ + "." + key; }
@@ -128,10 +102,11 @@ class SceneSection {
   std::string file_;
   std::string path_;
   YAML::Node node_;
-  std::vector<std::string> known_;
-  std::string missing_;  // the first required key that is not given
   const char* kind_;
-  YAML::Node resolved_;
+  std::vector<std::string> known_;
+  std::string missing_;                                  // the first required key that is not given
+  std::string key_;                                      // in the section around it
+  mutable std::optional<YAML::Node> around_, resolved_;  // what that section, and this one, resolve to; if asked for
 };
 
 }  // namespace youbot_base_sim

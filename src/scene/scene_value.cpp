@@ -1,4 +1,4 @@
-#include "youbot_base_sim/scene/scene_section.h"
+#include "youbot_base_sim/scene/scene_value.h"
 
 #include <fmt/format.h>
 
@@ -83,6 +83,16 @@ std::string alternatives(const std::vector<std::string>& names) {
   return fmt::format("{} or {}", fmt::join(names.begin(), names.end() - 1, ", "), names.back());
 }
 
+SceneValue::SceneValue(const std::string& file, const std::string& path, const YAML::Node& node, const char* kind,
+                       bool resolves)
+    : file_(file), path_(path), node_(node), kind_(kind) {
+  if (resolves) resolved_.emplace(YAML::NodeType::Map);
+  if (!path.empty() || node.IsMap()) return;
+  // A file of another kind may be private, so messages do not quote it.
+  const std::string value = node.IsNull() ? shown(node) : node.IsScalar() ? "(text)" : "(list)";
+  throw SceneError(fmt::format("{}: {} = {}: must be keys with values", file_, kind, value));
+}
+
 void SceneValue::refuse(const std::string& allowed) const { refuse_for("must be " + allowed); }
 
 void SceneValue::refuse_for(const std::string& reason) const {
@@ -100,28 +110,23 @@ double SceneValue::checked(const YAML::Node& entry, const Range& range, const st
 }
 
 void SceneValue::resolve(const std::string& value) const {
-  if (resolved_.IsDefined()) resolved_[key_] = value;
+  if (around_) (*around_)[key_] = value;
 }
 
 void SceneValue::resolve(double value) const {
-  if (resolved_.IsDefined()) resolve(fmt::format("{}", value));
+  if (around_) resolve(fmt::format("{}", value));
 }
 
 void SceneValue::resolve(const Eigen::Ref<const Eigen::ArrayXd>& values) const {
-  if (!resolved_.IsDefined()) return;
+  if (!around_) return;
   YAML::Node list(YAML::NodeType::Sequence);
   list.SetStyle(YAML::EmitterStyle::Flow);
   for (Eigen::Index k = 0; k < values.size(); ++k) list.push_back(fmt::format("{}", values[k]));
-  resolved_[key_] = list;
+  (*around_)[key_] = list;
 }
 
 void SceneValue::unresolve() const {
-  if (resolved_.IsDefined()) resolved_.remove(key_);
-}
-
-/// For what a section resolves to: undefined if that is not asked for.
-YAML::Node SceneValue::resolved_section() const {
-  return YAML::Node(resolved_.IsDefined() ? YAML::NodeType::Map : YAML::NodeType::Undefined);
+  if (around_) around_->remove(key_);
 }
 
 const SceneValue& SceneValue::number(double& value, const Range& range) const {
@@ -175,12 +180,6 @@ const SceneValue& SceneValue::choice(std::string& value, const std::vector<std::
   return *this;
 }
 
-SceneSection SceneValue::section() const {
-  const YAML::Node resolved = resolved_section();
-  if (resolved.IsDefined()) resolved_[key_] = resolved;
-  return {file_, path_, given() ? node_ : YAML::Node(YAML::NodeType::Map), "scene", resolved};
-}
-
 std::vector<std::string> SceneValue::entries() const {
   require_list();
   std::vector<std::string> entries;
@@ -194,54 +193,48 @@ std::vector<std::string> SceneValue::entries() const {
   return entries;
 }
 
-std::vector<SceneSection> SceneValue::sections() const {
+std::vector<SceneValue> SceneValue::sections() const {
   require_list();
-  std::vector<SceneSection> sections;
+  std::vector<SceneValue> sections;
   for (std::size_t k = 0; k < node_.size(); ++k) {
-    const YAML::Node resolved = resolved_section();
-    if (resolved.IsDefined()) resolved_[key_].push_back(resolved);
-    sections.emplace_back(file_, fmt::format("{}[{}]", path_, k), node_[k], "scene", resolved);
+    SceneValue& section = sections.emplace_back(file_, fmt::format("{}[{}]", path_, k), node_[k]);
+    if (around_) (*around_)[key_].push_back(section.resolved_.emplace(YAML::NodeType::Map));
   }
   return sections;
 }
 
-SceneSection::SceneSection(const std::string& file, const std::string& path, const YAML::Node& node, const char* kind,
-                           const YAML::Node& resolved)
-    : file_(file), path_(path), node_(node), kind_(kind), resolved_(resolved) {
-  if (node.IsMap() || !path.empty()) return;
-  // A file of another kind may be private, so messages do not quote it.
-  const std::string value = node.IsNull() ? shown(node) : node.IsScalar() ? "(text)" : "(list)";
-  throw SceneError(fmt::format("{}: {} = {}: must be keys with values", file_, kind, value));
-}
-
-SceneValue SceneSection::operator[](const std::string& key) {
+SceneValue SceneValue::operator[](const std::string& key) {
   known_.push_back(key);
-  if (!node_.IsMap()) return {file_, full(key), YAML::Node(YAML::NodeType::Undefined), key, resolved_};
-  return {file_, full(key), std::as_const(node_)[key], key, resolved_};  // which adds nothing to the file
+  if (around_ && !resolved_) (*around_)[key_] = resolved_.emplace(YAML::NodeType::Map);
+  // A constant node adds nothing to the file.
+  SceneValue value(file_, full(key), is_section() ? std::as_const(node_)[key] : YAML::Node(YAML::NodeType::Undefined));
+  value.key_ = key;
+  value.around_ = resolved_;
+  return value;
 }
 
-std::string SceneSection::resolved() const {
-  if (!resolved_.IsDefined()) return "";
+std::string SceneValue::resolved() const {
+  if (!resolved_) return "";
   YAML::Emitter emitter;
-  emitter << resolved_;
+  emitter << *resolved_;
   return std::string(emitter.c_str()) + "\n";
 }
 
-SceneValue SceneSection::required(const std::string& key) {
+SceneValue SceneValue::required(const std::string& key) {
   const SceneValue value = (*this)[key];
   if (!value.given() && missing_.empty()) missing_ = key;
   return value;
 }
 
-bool SceneSection::has_known_key() const {
+bool SceneValue::has_known_key() const {
   return std::any_of(node_.begin(), node_.end(), [&](const auto& entry) {
     const std::string key = key_of(entry.first);
     return std::find(known_.begin(), known_.end(), key) != known_.end() || !suggestion(key, known_).empty();
   });
 }
 
-void SceneSection::finish() const {
-  if (!node_.IsMap()) {
+void SceneValue::finish() const {
+  if (given() && !node_.IsMap()) {
     throw SceneError(
         fmt::format("{}: {} = {}: must be keys with values: {}", file_, path_, shown(node_), fmt::join(known_, ", ")));
   }
