@@ -3,7 +3,7 @@ import json
 import math
 from dataclasses import dataclass
 
-from youbot_base_sim.base import GRAVITY, Base
+from youbot_base_sim.base import Base
 
 RANDOM_GROUP = "random"
 SEED = 20200216  # of the random torques
@@ -11,6 +11,7 @@ RANDOM_RUNS = 200
 MAX_RANDOM_TORQUE = 2.0  # N m
 CIRCLE_SPEED = 2 * math.pi * 2.5 / 30  # m/s: Case 1, a circle of radius 2.5 m in 30 s
 ROBOT_MASS = 35.6  # kg, wheels included
+GRAVITY = 9.81  # m/s^2
 MAX_ROWS = 4000  # of a long run
 ANGLES = {"wheel_angles": [0.1] * 4}
 
