@@ -1,0 +1,129 @@
+#!/usr/bin/python3
+"""Chains of nodes with loops of their own, in C++ and Python, have the same result in each run. RUNS in the environment: how
+often, 3 unless set. As a node: lockstep_chains_test.py KIND IN OUT, as lockstep_node.cpp."""
+
+import hashlib
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import unittest
+import xmlrpc.client
+
+import rosbag
+import rosgraph
+import rospy
+import rostest
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+from std_srvs.srv import Empty
+
+RUNS = int(os.environ.get("RUNS", "3"))
+CPP = ["rosrun", "youbot_base_sim", "lockstep_node"]
+PYTHON = [sys.executable, os.path.abspath(__file__)]
+CHAINS = {"filter": (("filter", "odom", "filtered"), ("controller", "filtered", "cmd_vel")),
+          "mux": (("controller", "odom", "teleop"), ("mux", "teleop", "cmd_vel"))}
+
+
+def answer(kind, heard, filtered=Odometry()):
+    if kind == "filter":
+        filtered.pose.pose.position.x += 0.5 * (heard.pose.pose.position.x - filtered.pose.pose.position.x)
+        return filtered
+    if kind == "controller":
+        command = Twist()
+        command.linear.x = 0.1 + 2 * (0.3 - heard.pose.pose.position.x)
+        return command
+    return heard
+
+
+def run_node(kind, topic, out):
+    rospy.init_node("node")
+    heard = []
+    rospy.Subscriber(topic, Twist if kind == "mux" else Odometry, lambda message: heard.__setitem__(slice(None), [message]))
+    publisher = rospy.Publisher(out, Odometry if kind == "filter" else Twist, queue_size=10)
+    while rospy.get_rostime().is_zero():  # a loop from there would have another phase
+        rospy.rostime.wallsleep(0.01)
+    rate = rospy.Rate(50)
+    while not rospy.is_shutdown():
+        if heard:
+            publisher.publish(answer(kind, heard[0]))
+        rate.sleep()
+
+
+def connected_topics(name):
+    """Topics over which the node is connected, by its own word; none if there is no such node yet."""
+    try:
+        uri = rosgraph.Master(rospy.get_name()).lookupNode(name)
+        return {row[4] for row in xmlrpc.client.ServerProxy(uri).getBusInfo(rospy.get_name())[2]}
+    except (rosgraph.MasterException, OSError):
+        return set()
+
+
+class ChainsTest(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.bag = folder.name + "/run.bag"
+
+    def start(self, *command, **options):
+        node = subprocess.Popen(command, text=True, **options)
+        self.addCleanup(node.wait)
+        self.addCleanup(node.send_signal, signal.SIGKILL)
+        return node
+
+    def start_base(self, *arguments):
+        return self.start("rosrun", "youbot_base_sim", "base_node", "__name:=base_node", "_publish_clock:=true",
+                          "_lockstep:=true", "_real_time_factor:=0", "_bag:=" + self.bag, *arguments,
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+
+    def digest(self, base):
+        """Of what a base that ends well has recorded."""
+        said = base.communicate(timeout=60)[0]
+        self.assertEqual(base.returncode, 0, said)
+        self.assertNotIn("wall clock", said)
+        digest, moved = hashlib.sha1(), 0
+        with rosbag.Bag(self.bag) as bag:
+            start = bag.get_start_time()
+            for topic, message, time in bag.read_messages(["/odom", "/ground_truth"]):
+                moved = message.pose.pose.position.x
+                digest.update(f"{topic} {time.to_sec() - start:.3f} {message.pose} {message.twist}".encode())
+        self.assertGreater(moved, 0.05)
+        return digest.hexdigest()
+
+    def expect_same(self, run):
+        digests = []
+        for _ in range(RUNS):
+            digests.append(run())
+            self.doCleanups()
+            self.setUp()
+        self.assertEqual(len(set(digests)), 1, digests)
+
+    def run_chain(self, chain, programs):
+        base = self.start_base("_end_time:=0.6", "_start_paused:=true")
+        names = ("/a_" + chain, "/b_" + chain)
+        for program, arguments, name in zip(programs, CHAINS[chain], names):
+            self.start(*program, *arguments, "__name:=" + name[1:], stderr=subprocess.DEVNULL)
+        rospy.wait_for_service("/base_node/unpause")
+        for name, (_, topic, out) in zip(names, CHAINS[chain]):
+            while not {"/clock", "/" + topic, "/" + out} <= connected_topics(name):
+                rospy.rostime.wallsleep(0.05)
+        rospy.ServiceProxy("/base_node/unpause", Empty)()
+        return self.digest(base)
+
+    def test_filter_in_cpp_and_controller_in_python(self):
+        self.expect_same(lambda: self.run_chain("filter", (CPP, PYTHON)))
+
+    def test_controller_and_mux_in_cpp(self):
+        self.expect_same(lambda: self.run_chain("mux", (CPP, CPP)))
+
+    def test_controller_and_mux_in_python(self):
+        self.expect_same(lambda: self.run_chain("mux", (PYTHON, PYTHON)))
+
+
+if __name__ == "__main__":
+    if len(sys.argv) > 3 and sys.argv[1] in ("filter", "controller", "mux"):
+        run_node(*sys.argv[1:4])
+    else:
+        rospy.init_node("lockstep_chains_test")
+        rostest.rosrun("youbot_base_sim", "lockstep_chains", ChainsTest, sys.argv)
