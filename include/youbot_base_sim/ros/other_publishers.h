@@ -26,6 +26,8 @@ class OtherPublishers {
     timer_ = node_.createWallTimer(ros::WallDuration(0.1), &OtherPublishers::look, this);
     spinner_.start();
   }
+  OtherPublishers(const OtherPublishers&) = delete;
+  OtherPublishers& operator=(const OtherPublishers&) = delete;
 
   /// Whether another node publishes /clock though this one is the master of simulated time.
   bool of_clock() const { return of_clock_; }
@@ -73,7 +75,7 @@ class OtherPublishers {
   /// The nodes but this one that the master has as publishers of a topic.
   Names others(XmlRpc::XmlRpcValue& publishers, const char* topic) const {
     Names names;
-    for (int k = 0; k < publishers.size(); ++k) {
+    for (int k = 0; k < publishers.size(); ++k) {  // NOLINT(modernize-loop-convert): its iterators are a struct's
       if (static_cast<std::string>(publishers[k][0]) != node_.resolveName(topic)) continue;
       for (int i = 0; i < publishers[k][1].size(); ++i) names.push_back(publishers[k][1][i]);
     }

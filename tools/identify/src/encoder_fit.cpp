@@ -180,8 +180,8 @@ class EncoderComparison {
   EncoderComparison(const std::vector<DriveRecord>& records, const EncoderFitSettings& settings)
       : records_(records), settings_(settings) {
     int blocks = 0;
-    for (std::size_t r = 0; r < records.size(); ++r) {
-      tracks_.push_back(track_of(records[r]));
+    for (const DriveRecord& record : records) {
+      tracks_.push_back(track_of(record));
       begin_.push_back(static_cast<Eigen::Index>(block_.size()));
       const Track& track = tracks_.back();
       for (const Window& window : track.windows) {
