@@ -8,5 +8,5 @@
 int main(int argc, char** argv) {
   using namespace youbot_base_sim;
   return run_program(argc, argv, "base_node",
-                     [] { make_base_node(ros::NodeHandle(), ros::NodeHandle("~"), stop_requested())->run(); });
+                     [] { BaseNode(ros::NodeHandle(), ros::NodeHandle("~"), stop_requested()).run(); });
 }

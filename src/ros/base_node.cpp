@@ -24,7 +24,6 @@
 #include "youbot_base_sim/ros/diagnostics.h"
 #include "youbot_base_sim/ros/driver_interface.h"
 #include "youbot_base_sim/ros/node_clock.h"
-#include "youbot_base_sim/ros/other_publishers.h"
 #include "youbot_base_sim/ros/program.h"
 #include "youbot_base_sim/ros/publications.h"
 #include "youbot_base_sim/ros/telemetry.h"
@@ -52,6 +51,8 @@ std::string wheels_text(const Wheels& values) {
   return fmt::format("[{:g}]", fmt::join(values.data(), values.data() + kWheels, ", "));
 }
 
+}  // namespace
+
 /// `DriverInterface` enqueues requests for a `BaseLoop`, whose state and sensors are published when a `NodeClock` says
 /// so. Where that is the master of simulated time, `TimeServices` control it.
 ///
@@ -59,7 +60,7 @@ std::string wheels_text(const Wheels& values) {
 /// callbacks.
 ///
 /// While the driver has no base, as after a loss of EtherCAT, odom, base/joint_states and /tf stop, as the driver's do.
-class Loop final : public BaseNode, private TimedLoop {
+class BaseNode::Loop final : private TimedLoop {
  public:
   Loop(const ros::NodeHandle& node, ros::NodeHandle private_node, const std::atomic<bool>& stop)
       : settings_(read_base_settings(node, private_node)),
@@ -70,19 +71,21 @@ class Loop final : public BaseNode, private TimedLoop {
                  ? std::max<std::int64_t>(1, std::llround(settings_.end_time / loop_.control_period()))
                  : std::numeric_limits<std::int64_t>::max()),
         diagnosing_(kDiagnosticsRate),
-        node_(node) {
+        node_(node),
+        publications_([this] { update_subscriptions(); }) {
     node_.setCallbackQueue(&queue_);
     private_node.setCallbackQueue(&queue_);
     if (!settings_.bag.empty()) open_bag();
     clock_ = make_node_clock(settings_, loop_, publications_, node_, stop_);
     advertise();
+    update_subscriptions();
     interface_.emplace(loop_, *clock_, settings_, node_, private_node, log_);
     time_services_.emplace(
         private_node, queue_, settings_.start_paused, loop_, *clock_, [this] { reset(); },
         [this] { end("~end is called"); });
   }
 
-  void run() override {
+  void run() {
     loop_.stop_on(stop_);
     try {
       run_loop();
@@ -133,8 +136,7 @@ class Loop final : public BaseNode, private TimedLoop {
     publications_.publish(kStaticTransformsTopic, fixed_transforms);
   }
 
-  /// True if any of it is heard or recorded now, switches included.
-  bool wants_telemetry() const { return bag_ || publications_.heard(kAtInstants); }
+  void update_subscriptions() { wants_telemetry_ = bag_ || publications_.heard(kAtInstants); }
 
   void run_loop() {
     report_start();
@@ -144,7 +146,6 @@ class Loop final : public BaseNode, private TimedLoop {
       take_callbacks(kPollInterval);
     }
     if (settings_.wait_for_subscribers) await_subscribers();
-    others_.emplace(node_, settings_);
     clock_->start();
     publish_instant();
     while (running() && !ended_) {
@@ -277,7 +278,7 @@ class Loop final : public BaseNode, private TimedLoop {
   /// Control periods until the next time that could be noticed.
   std::int64_t periods_ahead() {
     const double next = std::min(loop_.time() + kMaxAhead, diagnosing_.next());
-    const std::int64_t periods = loop_.periods_until(wants_telemetry() ? std::min(next, loop_.next_instant()) : next);
+    const std::int64_t periods = loop_.periods_until(wants_telemetry_ ? std::min(next, loop_.next_instant()) : next);
     return std::min({periods, clock_->periods_left(), end_ - loop_.periods()});
   }
 
@@ -319,7 +320,7 @@ class Loop final : public BaseNode, private TimedLoop {
     telemetry_.visit(
         events, [this](double t) { return clock_->stamp(t); },
         [this](const char* topic, const ros::Time&, const auto& make) { publications_.publish(topic, make); });
-    if (is_due && wants_telemetry()) publish_telemetry();
+    if (is_due && wants_telemetry_) publish_telemetry();
     if (diagnosing_.meet(loop_.time())) publish_diagnostics(loop_.time());
     clock_->end_publishing();
   }
@@ -335,6 +336,7 @@ class Loop final : public BaseNode, private TimedLoop {
       bag_failure_ = error.what();
     }
     bag_.reset();
+    update_subscriptions();
     publish_diagnostics(loop_.time());
     if (settings_.bag_required) {
       ros::WallDuration(kFlushDelay).sleep();
@@ -357,8 +359,11 @@ class Loop final : public BaseNode, private TimedLoop {
     const ros::Time now = clock_->stamp(t);
     const LoopTiming::Report timing = clock_->timing().take(loop_.time());
     std::string what = wait_.what;
-    if (others_ && others_->of_clock())
-      what = "another node publishes /clock: time is undefined" + (what.empty() ? "" : "; " + what);
+    if (const std::string rivals = clock_->rivals(); !rivals.empty()) {
+      const std::string several = fmt::format("/clock has several publishers, {}: time is undefined", rivals);
+      log_.error("clocks", several);
+      what = several + (what.empty() ? "" : "; ") + what;
+    }
     publications_.publish(kDiagnosticsTopic, [&] {
       auto message = diagnostics_message(loop_.driver(), loop_.simulation(), timing, what, clock_->counters(),
                                          settings_.has_arms, now);
@@ -403,16 +408,16 @@ class Loop final : public BaseNode, private TimedLoop {
   std::unique_ptr<NodeClock> clock_;
   std::optional<DriverInterface> interface_;
   std::optional<TimeServices> time_services_;
-  std::optional<OtherPublishers> others_;  // once time has started
 
+  bool wants_telemetry_ = false;  // any of it is heard or recorded now, switches included
   bool ended_ = false;
 };
 
-}  // namespace
+BaseNode::BaseNode(const ros::NodeHandle& node, const ros::NodeHandle& private_node, const std::atomic<bool>& stop)
+    : loop_(std::make_unique<Loop>(node, private_node, stop)) {}
 
-std::unique_ptr<BaseNode> make_base_node(const ros::NodeHandle& node, const ros::NodeHandle& private_node,
-                                         const std::atomic<bool>& stop) {
-  return std::make_unique<Loop>(node, private_node, stop);
-}
+BaseNode::~BaseNode() = default;
+
+void BaseNode::run() { loop_->run(); }
 
 }  // namespace youbot_base_sim

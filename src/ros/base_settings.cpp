@@ -10,6 +10,7 @@
 
 #include "youbot_base_sim/drive/driver_configuration.h"
 #include "youbot_base_sim/ros/program.h"
+#include "youbot_base_sim/ros/scene_parameters.h"
 
 namespace youbot_base_sim {
 

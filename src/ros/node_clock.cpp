@@ -1,6 +1,7 @@
 #include "youbot_base_sim/ros/node_clock.h"
 
 #include <fmt/format.h>
+#include <ros/master.h>
 #include <rosgraph_msgs/Clock.h>
 
 #include <algorithm>
@@ -28,6 +29,21 @@ double since(SteadyClock::time_point past) { return std::chrono::duration<double
 
 }  // namespace
 
+std::string NodeClock::rivals() const {
+  if (clock_subscriber_.getNumPublishers() < 2) return "";
+  XmlRpc::XmlRpcValue request, response, state;
+  request[0] = ros::this_node::getName();
+  std::string names;
+  if (!ros::master::execute("getSystemState", request, response, state, false)) return "nodes unknown";
+  for (int k = 0; k < state[0].size(); ++k) {
+    if (static_cast<std::string>(state[0][k][0]) != kClockTopic) continue;
+    for (int i = 0; i < state[0][k][1].size(); ++i) {
+      names += (i ? ", " : "") + static_cast<std::string>(state[0][k][1][i]);
+    }
+  }
+  return names;
+}
+
 double NodeClock::arrive() {
   const double late = lag(loop_.time());
   if (late <= max_lag()) {
@@ -43,6 +59,14 @@ bool NodeClock::await_due(TimedLoop& loop, bool has_callbacks) {
   if (wait <= 0 && !has_callbacks) return true;
   loop.take_callbacks(std::clamp(wait, 0.0, kPollInterval));
   return !loop.interrupted() && wait_for(loop.next_time()) <= 0;
+}
+
+void NodeClock::subscribe(ros::NodeHandle& node, const std::function<void(const ros::Time& time)>& take) {
+  auto options = ros::SubscribeOptions::create<rosgraph_msgs::Clock>(
+      kClockTopic, 1, [take](const auto& message) { take(message->clock); }, {},
+      take ? node.getCallbackQueue() : &unread_);
+  options.transport_hints = ros::TransportHints().tcpNoDelay();
+  clock_subscriber_ = node.subscribe(options);
 }
 
 namespace {
@@ -85,7 +109,13 @@ class WallClock : public NodeClock {
 class FollowedClock : public WallClock {
  public:
   FollowedClock(BaseLoop& loop, ros::NodeHandle& node) : WallClock(loop) {
-    clock_subscriber_ = node.subscribe(kClockTopic, 1, &FollowedClock::take, this, ros::TransportHints().tcpNoDelay());
+    subscribe(node, [this](const ros::Time& time) {
+      if (time < latest_) {
+        ROS_WARN("/clock goes back from %g s to %g s: the simulation goes on", latest_.toSec(), time.toSec());
+        zero_ += time - latest_;
+      }
+      latest_ = time;
+    });
   }
 
   const char* name() const override { return "another node's /clock"; }
@@ -102,22 +132,12 @@ class FollowedClock : public WallClock {
  private:
   double passed() const override { return (latest_ - ros::Time() - zero_).toSec(); }
 
-  void take(const rosgraph_msgs::Clock::ConstPtr& message) {
-    const ros::Time& time = message->clock;
-    if (time < latest_) {
-      ROS_WARN("/clock goes back from %g s to %g s: the simulation goes on", latest_.toSec(), time.toSec());
-      zero_ += time - latest_;
-    }
-    latest_ = time;
-  }
-
   // Its next message wakes the loop; when that comes is not known.
   double wait_for(double t) const override {
     constexpr double kRounding = 1.5e-9;  // of /clock, s, whose time 0 is 1 ns
     return t <= due() + kRounding ? 0 : std::numeric_limits<double>::infinity();
   }
 
-  ros::Subscriber clock_subscriber_;
   ros::Time latest_;
 };
 
@@ -128,18 +148,12 @@ class OwnClock : public NodeClock {
       : NodeClock(loop), factor_(settings.real_time_factor), publications_(publications) {
     const auto& topic = std::get<Topic<rosgraph_msgs::Clock>>(kTopics);
     publications.advertise(node, topic, topic.queue_size);
+    subscribe(node);  // to know of other publishers
   }
 
   const char* name() const override { return "master of simulated time"; }
   bool is_master() const override { return true; }
-  /// Latched, so that a node that comes while time stands still knows the time at once.
-  void announce() override {
-    publications_.publish(kClockTopic, [this] {
-      rosgraph_msgs::Clock message;
-      message.clock = stamp(loop_.time());
-      return message;
-    });
-  }
+  void announce() override { publish(stamp(loop_.time())); }
   void start() override {
     start_ = SteadyClock::now();
     start_t_ = loop_.time();
@@ -160,6 +174,15 @@ class OwnClock : public NodeClock {
   double skip(double lag) override {
     start();
     return lag;
+  }
+
+  /// Latched, so that a node that comes while time stands still knows the time at once.
+  void publish(const ros::Time& time) const {
+    publications_.publish(kClockTopic, [&time] {
+      rosgraph_msgs::Clock message;
+      message.clock = time;
+      return message;
+    });
   }
 
  private:

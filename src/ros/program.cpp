@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "youbot_base_sim/offline_program.h"
-#include "youbot_base_sim/scene/scene_value.h"
 #include "youbot_base_sim/text/quote.h"
 
 namespace youbot_base_sim {
@@ -20,11 +19,6 @@ namespace youbot_base_sim {
 namespace {
 
 using XmlRpc::XmlRpcValue;
-
-// Defaults without a scene. The tolerance puts a minute of driving within a few micrometres, at a third of the run time
-// of the scenes' default; the profile is that of a real base.
-constexpr double kTolerance = 1e-5;
-constexpr char kProfile[] = "measured";
 
 std::string shown(XmlRpcValue& value) {
   if (value.getType() == XmlRpcValue::TypeString) return fmt::format("\"{}\"", static_cast<std::string>(value));
@@ -135,38 +129,8 @@ void Parameters::refuse_others() const {
     if (name.rfind(mine, 0) != 0) continue;
     const std::string key = name.substr(mine.size(), name.find('/', mine.size()) - mine.size());
     if (known_.count(key)) continue;
-    throw ParameterError(fmt::format("parameter {}{} is unknown; known: {}{}", prefix_, quote(key),
-                                     fmt::join(known_, " "), suggestion(key, {known_.begin(), known_.end()})));
-  }
-}
-
-Scene read_scene(Parameters& parameters, SceneSettings settings) {
-  std::string path, profile;
-  std::optional<double> friction_scale;
-  parameters.read("scene", path);
-  if (path.empty()) {
-    profile = kProfile;
-    settings.insert(settings.begin(), {"solver.relative_tolerance", kTolerance});  // later ones replace it
-  }
-  parameters.read("profile", profile);
-  SceneSetting setting("robot.profile", profile, true);
-  if (parameters.read("friction_scale", friction_scale, kFrictionScales)) {
-    parameters.require(profile == "measured", "friction_scale", fmt::format("{:g}", *friction_scale),
-                       "left out unless profile = measured is given too");
-    setting = {"robot.profile", fmt::format("{{name: measured, friction_scale: {}}}", *friction_scale)};
-  }
-  if (!profile.empty()) settings.push_back(setting);
-  try {
-    default_scene(settings, SceneUse::kCommands);
-  } catch (const SceneError& error) {  // "solver.method = ...", for ~method
-    const std::string mistake = error.what();
-    throw ParameterError("parameter ~" + mistake.substr(mistake.rfind('.', mistake.find(" = ")) + 1));
-  }
-  try {
-    return path.empty() ? default_scene(settings, SceneUse::kCommands)
-                        : load_scene(path, settings, SceneUse::kCommands);
-  } catch (const SceneError& error) {
-    throw ParameterError(fmt::format("parameter ~scene: {}", error.what()));
+    throw ParameterError(
+        fmt::format("parameter {}{} is unknown; known: {}", prefix_, quote(key), fmt::join(known_, " ")));
   }
 }
 

@@ -67,8 +67,7 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
   return row.back();
 }
 
-}  // namespace
-
+/// "; did you mean X?" if one of `known` is close to `key`, else nothing.
 std::string suggestion(const std::string& key, const std::vector<std::string>& known) {
   if (key.size() > kMaxShown) return "";
   const auto closer = [&](const auto& a, const auto& b) { return edit_distance(key, a) < edit_distance(key, b); };
@@ -76,6 +75,8 @@ std::string suggestion(const std::string& key, const std::vector<std::string>& k
   if (nearest == known.end() || edit_distance(key, *nearest) > std::min<std::size_t>(2, nearest->size() / 3)) return "";
   return fmt::format("; did you mean {}?", *nearest);
 }
+
+}  // namespace
 
 std::string alternatives(const std::vector<std::string>& names) {
   if (names.size() < 2) return fmt::format("{}", fmt::join(names, ""));

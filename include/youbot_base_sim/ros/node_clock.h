@@ -1,9 +1,11 @@
 #pragma once
 
+#include <ros/callback_queue.h>
 #include <ros/ros.h>
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <map>
 #include <memory>
@@ -71,6 +73,9 @@ class NodeClock {
   /// A message that must come before the time is known; empty: it is known.
   virtual std::string missing() const { return ""; }
 
+  /// The nodes that publish /clock, if there are several; else empty. Asks the master in that case.
+  std::string rivals() const;
+
   /// The present time is due now, and later times accordingly: at the start; after a pause, or to begin without a
   /// command; at t = 0 again, after the loop.
   virtual void start() = 0;
@@ -125,10 +130,15 @@ class NodeClock {
   /// Takes callbacks if there are some or the loop's next time is not due. Returns whether that is due.
   bool await_due(TimedLoop& loop, bool has_callbacks);
 
+  /// Subscribes to /clock. Among the callbacks of `node`, calls `take(time)` for each message; without it, reads none.
+  void subscribe(ros::NodeHandle& node, const std::function<void(const ros::Time& time)>& take = {});
+
   BaseLoop& loop_;
 
  private:
   LoopTiming timing_;
+  ros::CallbackQueue unread_;
+  ros::Subscriber clock_subscriber_;
 };
 
 /// The clock of these settings, whose topics are those of `node`. Once `stop` is set, nothing is waited for.

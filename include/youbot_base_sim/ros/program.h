@@ -9,7 +9,6 @@
 #include <stdexcept>
 #include <string>
 
-#include "youbot_base_sim/scene/scene.h"
 #include "youbot_base_sim/text/number.h"
 
 namespace youbot_base_sim {
@@ -55,12 +54,6 @@ class Parameters {
   std::string prefix_;
   std::set<std::string> known_;
 };
-
-/// The scene of a node that runs until it is ended: that of the parameter `scene` (a scene file) with these settings
-/// and those of the parameters `profile` and `friction_scale`. Without a file: the paper's robot with the measured
-/// profile, at rest at the origin, and a relative tolerance of 1e-5. Throws ParameterError; it names a bad setting as
-/// the parameter that has its name.
-Scene read_scene(Parameters& parameters, SceneSettings settings);
 
 /// The common part of all nodes' main functions: initializes ROS, refuses command line arguments that ROS does not
 /// know, and runs `body`. SIGINT, SIGTERM and SIGHUP set `stop_requested` (offline_program.h) and shut ROS down, upon

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <boost/make_shared.hpp>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <string>
 
@@ -12,18 +13,31 @@
 
 namespace youbot_base_sim {
 
-/// The publishers of a node, by topic.
+/// The publishers of a node, by topic, and whether each has a subscriber: as of the last callback, so the answer
+/// changes only where the node processes its callbacks.
 class Publications {
  public:
+  /// Calls `on_change` whenever a subscriber comes or goes.
+  explicit Publications(std::function<void()> on_change) : on_change_(std::move(on_change)) {}
+  Publications(const Publications&) = delete;
+  Publications& operator=(const Publications&) = delete;
+
   template <class Message>
   void advertise(ros::NodeHandle& node, const Topic<Message>& topic, std::uint32_t queue_size) {
-    publications_[topic.name] = {topic, node.advertise<Message>(topic.name, queue_size, topic.is(kLatched))};
+    Publication& publication = publications_[topic.name];
+    publication.row = topic;
+    const auto count = [this, &publication](const ros::SingleSubscriberPublisher&) {
+      publication.heard = publication.publisher.getNumSubscribers() > 0;
+      on_change_();
+    };
+    publication.publisher =
+        node.advertise<Message>(topic.name, queue_size, count, count, ros::VoidConstPtr(), topic.is(kLatched));
   }
 
   /// True if a topic with this property has a subscriber.
   bool heard(TopicProperty property) const {
     return std::any_of(publications_.begin(), publications_.end(),
-                       [=](const auto& one) { return one.second.row.is(property) && one.second.heard(); });
+                       [=](const auto& one) { return one.second.heard && one.second.row.is(property); });
   }
 
   /// Publishes the message that make() makes, if the topic is advertised and has a subscriber or is latched. Nodelets
@@ -33,7 +47,7 @@ class Publications {
     const auto found = publications_.find(topic);
     if (found == publications_.end()) return;
     const Publication& publication = found->second;
-    if (!publication.row.is(kLatched) && !publication.heard()) return;
+    if (!publication.heard && !publication.row.is(kLatched)) return;
     publication.publisher.publish(boost::make_shared<decltype(make())>(make()));
   }
 
@@ -41,7 +55,7 @@ class Publications {
   template <class Visit>
   void visit_unheard(const Visit& visit) const {
     for (const auto& [topic, publication] : publications_) {
-      if (!publication.heard()) visit(publication.row);
+      if (!publication.heard) visit(publication.row);
     }
   }
 
@@ -49,9 +63,10 @@ class Publications {
   struct Publication {
     TopicRow row{};
     ros::Publisher publisher;
-    bool heard() const { return publisher.getNumSubscribers() > 0; }
+    bool heard = false;
   };
 
+  std::function<void()> on_change_;
   std::map<std::string, Publication> publications_;
 };
 

@@ -23,9 +23,6 @@ constexpr Named<bool> kFlags[] = {{"true", true}, {"false", false}};
 /// "a, b or c"
 std::string alternatives(const std::vector<std::string>& names);
 
-/// "; did you mean X?" if one of `known` is close to `key`, else nothing.
-std::string suggestion(const std::string& key, const std::vector<std::string>& known);
-
 /// One value of a scene file or the like, which may be a section, and then records the keys that are read.
 ///
 /// The functions that read it leave their argument, the default, as it is where the key is left out, and return the

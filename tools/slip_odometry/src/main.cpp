@@ -17,6 +17,7 @@
 
 #include "youbot_base_sim/ros/conversions.h"
 #include "youbot_base_sim/ros/program.h"
+#include "youbot_base_sim/ros/scene_parameters.h"
 #include "youbot_base_sim/slip_odometry/slip_odometry.h"
 
 namespace {
