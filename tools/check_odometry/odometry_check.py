@@ -4,6 +4,7 @@ radius, l + h, centre, twist, frames. COMMAND starts the node. Needs a roscore: 
 import contextlib
 import multiprocessing
 import os
+import queue
 import signal
 import subprocess
 import sys
@@ -16,6 +17,7 @@ from youbot_base_sim.command_line import Failed, Parser, Refused
 from odometry_verdict import Record, judge
 
 PATIENCE = 20.0  # s of wall time for a node to start, and for the base to end
+FEWEST = 40  # messages of a drive
 # Duration, s; V_X, V_Y, m/s; Omega, rad/s.
 PROGRAMME = ((1, 0.2, 0, 0), (1, 0, 0.2, 0), (2, 0, 0, 0.6), (2, 0.15, 0.1, 0.4), (2, -0.1, 0.15, -0.6),
              (1.5, 0.1, -0.15, 0.3), (0.5, 0, 0, 0))
@@ -112,7 +114,6 @@ class Listener:
                       np.array(self.commands))
 
 
-
 def drive(arguments, results):
     """Drives the programme and sends the Record, or the text of why there is none. A process of its own: time begins anew."""
     import rospy
@@ -151,7 +152,7 @@ def run(arguments, model):
     with started(base, stdout=subprocess.DEVNULL) as simulated, started(arguments.command) as node:
         driver.start()
         while driver.is_alive() or not results.empty():
-            with contextlib.suppress(Exception):
+            with contextlib.suppress(queue.Empty):
                 found = results.get(timeout=0.2)
                 break
             if simulated.poll() is not None:
@@ -167,6 +168,7 @@ def run(arguments, model):
 
 def main():
     arguments = read_arguments()
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # ends what was started, and sets /use_sim_time back
     import rospy
     try:
         before = rospy.get_param("/use_sim_time", None)
@@ -177,6 +179,11 @@ def main():
         records = [run(arguments, model) for model in ("no_slip", "coulomb")]
     finally:
         rospy.set_param("/use_sim_time", before) if before is not None else rospy.delete_param("/use_sim_time")
+    for record in records:
+        if len(record.odometry) < FEWEST or not np.isfinite(record.odometry).all():
+            raise Failed(f"{arguments.topic}: {len(record.odometry)} messages in {sum(row[0] for row in PROGRAMME):g} s, "
+                         f"of which {int((~np.isfinite(record.odometry)).any(axis=1).sum())} have values that are not "
+                         f"finite: must be {FEWEST} or more, all finite")
     findings, lines = judge(*records, Base())
     print(f"{arguments.topic}: {len(records[1].odometry)} messages in {records[1].wheels[-1, 0]:.0f} s")
     for one in findings:

@@ -49,7 +49,6 @@ def check_stamps(record, findings):
         fault("go back")
 
 
-
 class Drive:
     """A record in windows: times, what odometry says and what the wheels turned."""
 
@@ -200,7 +199,6 @@ def judge_commands(record, findings):
     good = np.abs(gains * (1, 1, 0.4) / np.c_[[1, 1, 0.4]] - np.eye(3)).max() < 0.3
     findings.append(Finding("ok", "commands", "move the base in their directions") if good else Finding(
         "FAULT", "commands", "forward, lateral and yaw move the base %.2f, %.2f and %.2f times as far" % tuple(np.diag(gains))))
-
 
 
 def off(record, poses, t):

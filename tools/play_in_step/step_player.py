@@ -16,6 +16,7 @@ from youbot_base_sim.bags import Damaged, absolute, require_bag, scan
 from youbot_base_sim.command_line import Failed, Parser, Progress, Refused, positive, shown
 
 SETTLE = 1.0  # s of wall time without a new node, after which time begins
+SHORTEST = 1e-6  # s, step of /clock
 NOT_OUTPUTS = {"/clock", "/rosout", "/rosout_agg", "/tf_static"}
 
 
@@ -34,7 +35,10 @@ def read_arguments():
     given = sys.argv[1:]
     while given and given[-1].startswith(("__name:=", "__log:=")):  # which roslaunch appends
         given.pop()
-    return parser.parse_args(given)
+    arguments = parser.parse_args(given)
+    if arguments.period < SHORTEST:
+        parser.error(f"--period = {arguments.period:g}: must be a number of {SHORTEST:g} or more")
+    return arguments
 
 
 class Messages:
@@ -191,6 +195,8 @@ def await_nodes(arguments, gate, topics_of):
         is_settled = followers and time.monotonic() - since > SETTLE
         if gate.is_there() and (wanted <= followers if wanted else is_settled):
             return followers
+        if gate.process.poll() is not None or rospy.is_shutdown():
+            raise Failed("interrupted before time began")
         if time.monotonic() > deadline:
             raise Failed(f"waited 60 s for {', '.join(sorted(wanted - followers)) or 'a node that follows /clock'}: "
                          "must start after /use_sim_time is true")
