@@ -78,7 +78,7 @@ TEST_F(DriverConfigurationTest, EveryNumberHasTheLimitsThatTheDocumentationTells
   whole << file.rdbuf();
   folder_.write("whole.cfg", whole.str());
 
-  const std::vector<Limits> rows = limits("The driver's configuration file");
+  const std::vector<Limits> rows = limits("driver");
   ASSERT_EQ(rows.size(), 7u);
   for (const Limits& row : rows) {
     std::vector<std::string> beyond = row.beyond();
