@@ -13,6 +13,7 @@ import numpy as np
 
 from .agreement import contradictions, factors
 from .analysis import alignment
+from .bags import absolute
 from .base import DRIVER_RADIUS, WHEELS, Base
 from .command_line import Failed, Parser, Refused, shown
 from .reading import add_reading_options, base_of, print_read, print_section, read
@@ -29,7 +30,7 @@ def table_of(path, base, arguments):
 
     def refuse(reason):
         raise Refused(f"{shown(path)}: {reason}")
-    if not arguments.encoders and "torques_command" in record.topics:
+    if not arguments.encoders and any(absolute(topic).endswith("/torques_command") for topic in bag.types):
         refuse("has torques_command; only drives under velocity commands can be fitted")
     if record.put:
         refuse(f"{record.put}: must be one drive; `rosbag filter` cuts it")

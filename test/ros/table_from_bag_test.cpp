@@ -199,9 +199,10 @@ TEST_F(TableFromBagTest, RefusesInOneLineThatSaysWhy) {
 
   geometry_msgs::Twist twist;
   record<geometry_msgs::Twist>("/cmd_vel", {{0, twist}});
-  expect_refused(torque_,
-                 {"no torques_command (brics_actuator/JointTorques); it has /cmd_vel (geometry_msgs/Twist), /something"});
-  expect_refused({velocity_[0], velocity_[1], "--topic", "/cmd"}, {"--topic /cmd: must be a topic of a base; it has /cmd_vel"});
+  expect_refused(
+      torque_, {"no torques_command (brics_actuator/JointTorques); it has /cmd_vel (geometry_msgs/Twist), /something"});
+  expect_refused({velocity_[0], velocity_[1], "--topic", "/cmd"},
+                 {"--topic /cmd: must be a topic of a base; it has /cmd_vel"});
   expect_refused({velocity_[0], velocity_[1], "--measured"}, {"no joint_states (sensor_msgs/JointState); it has"});
 }
 
