@@ -30,8 +30,9 @@ def analyse(path, base, desired, arguments, tables, plots):
     """Returns the bag's part of --html."""
     bag, record = read(path, base, arguments)
     if not record.series:
+        below = f" with --namespace {shown(arguments.namespace)}" if arguments.namespace else ""
         reasons = [bag.problem] * bool(bag.problem) + record.notes + list(map(str, record.unusable.values()))
-        raise Refused(f"{shown(path)}: no topic of a base: must have one of {', '.join(TOPICS)}; "
+        raise Refused(f"{shown(path)}: no topic of a base{below}: must have one of {', '.join(TOPICS)}; "
                       f"{'; '.join(reasons) or 'it has ' + bag.shown_topics()}")
     if bag.problem:
         complain("analyse", "warning: " + bag.problem)

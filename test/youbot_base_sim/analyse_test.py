@@ -398,7 +398,7 @@ class AnalyseTest(RunsAnalyse):
         self.analyse(bag)
         self.assertNotRegex(self.out, "0.15")
         self.analyse(bag, "--namespace", "youbot", status=2)
-        self.one_line("no topic of a base")
+        self.one_line("no topic of a base with --namespace youbot: ")
 
     def test_of_a_base_that_was_put_elsewhere_the_longest_part_is_judged(self):
         turning = self.make_turning("turning.bag", prefix="/a/")
