@@ -137,7 +137,7 @@ class Outputs {
   }
 
   void write_row(double t, Simulation& simulation) {
-    const Events events{simulation.take_switches(), simulation.take_load_changes()};
+    const Events events = simulation.take_events();
     for_each([&](Recorder& recorder) { recorder.write(t, simulation, events); });
   }
 

@@ -39,11 +39,11 @@ struct StateChange {
   State state;
 };
 
-/// Events in a stretch of the motion, in order of time.
+/// Events in a part of the motion, each list in order of time.
 struct Events {
   std::vector<RollerSwitch> switches;
   std::vector<LoadChange> load_changes;
-  std::vector<StateChange> state_changes = {};
+  std::vector<StateChange> state_changes;
 };
 
 class PrescribedWheels;
@@ -140,6 +140,9 @@ class Simulation {
 
   /// Switches since the last call, in order of time. The list grows until it is taken.
   std::vector<RollerSwitch> take_switches() { return integrator_->take_switches(); }
+
+  /// All of these at once.
+  Events take_events() { return {take_switches(), take_load_changes(), take_state_changes()}; }
 
   /// If time() lies within a step, that step is counted.
   const IntegrationStatistics& statistics() const { return integrator_->statistics(); }

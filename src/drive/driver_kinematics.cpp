@@ -4,9 +4,9 @@ namespace youbot_base_sim {
 
 Rolling DriverKinematics::rolling() const {
   const RobotParameters youbot;
-  const Wheels turn{-half_lengths, half_lengths, -half_lengths, half_lengths};
+  const Wheels arm{-half_lengths, half_lengths, -half_lengths, half_lengths};
   const Wheels front{half_wheelbase, half_wheelbase, -half_wheelbase, -half_wheelbase};
-  return {wheel_radius, tan_delta, turn + front * (tan_delta - youbot.tan_delta())};
+  return {wheel_radius, tan_delta, arm + front * (tan_delta - youbot.tan_delta())};
 }
 
 Wheels DriverKinematics::wheel_rates(const Eigen::Vector3d& velocity) const { return rolling().dphi(velocity); }

@@ -57,7 +57,7 @@ Wheels ReferenceTorque::dry_value(double t) const {
   return model_.torque(motion_.velocity(t), motion_.acceleration(t));
 }
 
-// It turns with the dry friction of the desired motion.
+// The torque jumps where the dry friction of the desired motion changes its sign.
 double ReferenceTorque::max_step(double t) const {
   const auto varies = [](const Harmonic& v) { return v.cos != 0 || v.sin != 0; };
   if (!varies(motion_.V_X) && !varies(motion_.V_Y) && !varies(motion_.Omega)) return kInfinity;

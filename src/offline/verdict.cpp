@@ -74,8 +74,7 @@ void Twin::follow(const Simulation& run) {
     ending_ = error.what();
     return;
   }
-  simulation_.take_switches();  // which would gather
-  simulation_.take_load_changes();
+  simulation_.take_events();  // which would gather
   const State &x = simulation_.state(), &other = run.state();
   const RobotParameters& robot = simulation_.scene().robot;
   const double position = std::hypot(x.x() - other.x(), x.y() - other.y()), heading = std::abs(x.psi() - other.psi());

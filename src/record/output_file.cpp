@@ -41,7 +41,7 @@ std::optional<int> own_descriptor(const fs::path& path) {
   return number;
 }
 
-/// Where a name leads that may be a symbolic link, also to a file that is not there yet.
+/// Follows a name that may be a symbolic link, also to a file that is not there yet.
 fs::path follow_links(const std::string& path) {
   fs::path target = path;
   std::error_code error;
@@ -233,37 +233,17 @@ OutputOpener::OutputOpener(const std::vector<std::string>& inputs) {
 }
 
 OutputFile OutputOpener::open(const std::string& option, const std::string& path, OutputFile::Access access) {
-  take(option, path, OutputFile::place_of(path));
+  take(option, path);
   return OutputFile(path, access);
 }
 
-void OutputOpener::keep(const std::string& option, const std::string& path) {
-  const OutputFile::Place place = OutputFile::place_of(path);
-  if (place.existing && !S_ISREG(place.existing->st_mode))
-    throw OutputError(fmt::format("{} = {}: must be a regular file", option, quote_path(path)));
-  take(option, path, place);
-}
-
-void OutputOpener::keep_all(const std::string& option, const std::string& folder,
-                            const std::function<bool(const std::string& name)>& is_output) {
-  std::error_code error;
-  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
-    if (is_output(entry->path().filename())) keep(option, entry->path());
-  }
-  if (error && error != std::errc::no_such_file_or_directory) refuse_output(folder, error.value());
-  // Among the outputs that do not exist yet, only these may be reached by another name.
-  for (const std::string& name : std::exchange(to_come_, {})) {
-    const fs::path path = fs::path(folder) / name;
-    if (is_output(name) && fs::symlink_status(path, error).type() == fs::file_type::not_found) keep(option, path);
-  }
-}
-
-void OutputOpener::take(const std::string& option, const std::string& path, const OutputFile::Place& place) {
+OutputFile::Place OutputOpener::take(const std::string& option, const std::string& path) {
+  OutputFile::Place place = OutputFile::place_of(path);
   const std::string identity = place.identity();
   const auto [taken, is_new] = taken_.emplace(identity, "the file of " + option);
   if (!is_new && !identity.empty())
     throw OutputError(fmt::format("{} = {}: must not be {}", option, quote_path(path), taken->second));
-  if (!place.existing) to_come_.push_back(place.target.filename());
+  return place;
 }
 
 }  // namespace youbot_base_sim

@@ -119,7 +119,7 @@ void check_kinematics(const RobotParameters& robot, const SceneValue& roller_ang
                   kLeastLever, lever));
 }
 
-/// What must be, where a wheel would leave the floor at rest; else empty.
+/// Says what must be if a wheel would leave the floor at rest; else empty.
 std::string lifted_wheel(const RobotParameters& robot, const FloorParameters& floor) {
   const Wheels N = normal_reactions(robot, floor);
   int lightest = 0;

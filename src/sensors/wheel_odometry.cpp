@@ -18,16 +18,16 @@ WheelOdometry::WheelOdometry(const DriverKinematics& kinematics, const Wheels& p
     : kinematics_(kinematics), wheel_error_(wheel_error), tick_(motor.tick()), rpm_(motor.rpm()), phi_(phi) {}
 
 void WheelOdometry::update(const Wheels& phi) {
-  const Wheels turned = phi - phi_;
+  const Wheels rolled = phi - phi_;
   phi_ = phi;
-  const Eigen::Vector3d moved = kinematics_.velocity(turned);
+  const Eigen::Vector3d moved = kinematics_.velocity(rolled);
   pose_[2] += moved[2];
-  if (wheel_error_ > 0) update_covariance(turned, moved);
-  pose_ += youbot_base_sim::turned({moved[0], moved[1], 0}, pose_[2]);
+  if (wheel_error_ > 0) update_covariance(rolled, moved);
+  pose_ += turned({moved[0], moved[1], 0}, pose_[2]);
 }
 
-void WheelOdometry::update_covariance(const Wheels& turned, const Eigen::Vector3d& moved) {
-  constexpr double kTurn = 2 * M_PI;
+void WheelOdometry::update_covariance(const Wheels& rolled, const Eigen::Vector3d& moved) {
+  constexpr double kRotation = 2 * M_PI;
   const auto [s, c] = sine_and_cosine(pose_[2]);
   // Derivatives of `update` by the previous pose and by each wheel's rotation, which acts along the new heading.
   Eigen::Matrix3d by_pose = Eigen::Matrix3d::Identity(), by_moved = Eigen::Matrix3d::Identity();
@@ -36,9 +36,9 @@ void WheelOdometry::update_covariance(const Wheels& turned, const Eigen::Vector3
   by_moved.topLeftCorner<2, 2>() << c, -s, s, c;
   by_moved.col(2) = by_pose.col(2);
   const Jacobian by_turning = product(by_moved, kinematics_.jacobian());
-  sensitivity_ = product(by_pose, sensitivity_) + by_turning * turned.matrix().asDiagonal();
+  sensitivity_ = product(by_pose, sensitivity_) + by_turning * rolled.matrix().asDiagonal();
   changing_ = product(product(by_pose, changing_), by_pose.transpose()) +
-              product(by_turning * (kTurn * turned.abs()).matrix().asDiagonal(), by_turning.transpose());
+              product(by_turning * (kRotation * rolled.abs()).matrix().asDiagonal(), by_turning.transpose());
 }
 
 void WheelOdometry::reset(const Wheels& phi) {

@@ -15,7 +15,7 @@ std::string text_of(const Range& range) {
 }
 
 bool read_number(std::string_view text, double& number) {
-  // What strtod takes besides: base 16, and white space before the number.
+  // strtod also takes base 16, and white space before the number.
   if (text.find_first_of("xX \t\n\v\f\r") != std::string_view::npos) return false;
   const std::string terminated(text);
   char* end = nullptr;

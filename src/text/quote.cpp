@@ -12,7 +12,7 @@ namespace {
 constexpr std::size_t kMaxPath = 200;  // characters of a file's name that are shown
 constexpr char kCut[] = "...";
 
-/// Whether the character breaks a line, moves a cursor or turns the direction of writing.
+/// True if the character breaks a line, moves a cursor or reverses the direction of writing.
 bool is_control(boost::locale::utf::code_point code) {
   return code < 0x20 || (code >= 0x7F && code < 0xA0) || code == 0x61C || code == 0x200E || code == 0x200F ||
          (code >= 0x2028 && code <= 0x202E) || (code >= 0x2066 && code <= 0x2069) || code == 0xFEFF;

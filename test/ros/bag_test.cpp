@@ -54,7 +54,7 @@ TEST(BagWriter, writes_every_topic_and_every_switch) {
   std::size_t switches = 0;
   for (int k = 0; k <= 50; ++k) {
     simulation.advance_to(0.01 * k);
-    const Events events{simulation.take_switches(), simulation.take_load_changes()};
+    const Events events = simulation.take_events();
     switches += events.switches.size();
     bag.write(telemetry, events);
     sensors.update(simulation.time(), simulation.state(), simulation.torque());
@@ -113,7 +113,7 @@ TEST(BagRecorder, numbers_its_messages) {
   const auto recorder = bag_recorder(OutputFile(folder.path("x.bag"), OutputFile::Access::kAnywhere));
   for (int k = 0; k <= 20; ++k) {
     simulation.advance_to(0.05 * k);
-    recorder->write(0.05 * k, simulation, {simulation.take_switches(), simulation.take_load_changes()});
+    recorder->write(0.05 * k, simulation, simulation.take_events());
   }
   recorder->commit();
   rosbag::Bag read(folder.path("x.bag"), rosbag::bagmode::Read);
@@ -197,7 +197,7 @@ TEST(BagRecorder, tells_what_the_base_carries_and_what_pushes_it) {
   const auto recorder = bag_recorder(OutputFile(folder.path("x.bag"), OutputFile::Access::kAnywhere));
   for (int k = 0; k <= 10; ++k) {
     simulation.advance_to(0.1 * k);
-    recorder->write(0.1 * k, simulation, {simulation.take_switches(), simulation.take_load_changes()});
+    recorder->write(0.1 * k, simulation, simulation.take_events());
   }
   recorder->commit();
 

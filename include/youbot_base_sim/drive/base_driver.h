@@ -70,7 +70,7 @@ class BaseDriver {
   /// Takes a command that arrives at time t, which switches its motors on; without effect if the base is not present.
   void command(double t, const DriveCommand& command);
 
-  /// Switches the motors off, so that the wheels turn freely. False if the base is not present.
+  /// Switches the motors off, so that the wheels rotate freely. False if the base is not present.
   bool switch_off();
 
   /// Switches the motors on to hold the wheels at rest. False if the base is not present.

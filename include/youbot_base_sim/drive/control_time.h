@@ -54,7 +54,7 @@ class Instants {
   /// True if the next instant is at time t (s) or earlier.
   bool due(double t) const { return ControlTime::reached(next_, t); }
 
-  /// As `due`; if so, proceeds to the next instant.
+  /// True as `due` is; then proceeds to the next instant.
   bool meet(double t) {
     if (!due(t)) return false;
     next_ = static_cast<double>(++instants_) / rate_;

@@ -27,7 +27,7 @@ struct DriverKinematics {
   Wheels wheel_rates(const Eigen::Vector3d& velocity) const;
 
   /// Velocity of the base by the wheel rates; the component of the four rates that no such motion explains is lost.
-  /// Linear, so that it also turns differences of wheel angles (rad) into displacements (m, m, rad).
+  /// Linear: it also converts differences of wheel angles (rad) to displacements (m, m, rad).
   Eigen::Vector3d velocity(const Wheels& dphi) const;
 
   using Jacobian = Eigen::Matrix<double, 3, kWheels, Eigen::DontAlign>;

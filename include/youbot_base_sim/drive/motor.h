@@ -11,7 +11,7 @@ namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
 /// Control mode of a motor.
 enum class DriveMode {
-  kOff,      ///< no current: the wheel turns freely
+  kOff,      ///< no current: the wheel rotates freely
   kTorque,   ///< the motor exerts a torque
   kVelocity  ///< a velocity loop tracks a rate
 };
@@ -31,8 +31,8 @@ struct SetPoint {
 /// Motor and gear of one wheel of the youBot base. The first three numbers come from the driver's configuration file,
 /// youbot-base.cfg, the limits from the motor controllers' (firmware 2.00: base.cfg, base-protected.cfg).
 struct Motor {
-  double gear_ratio = 364.0 / 9405;  ///< turns of the wheel per turn of the motor
-  double encoder_ticks = 4000;       ///< per turn of the motor
+  double gear_ratio = 364.0 / 9405;  ///< rotations of the wheel per rotation of the motor
+  double encoder_ticks = 4000;       ///< per rotation of the motor
   double torque_constant = 0.0335;   ///< N m/A
   double max_current = 3.564;        ///< limit of the current, A
   double max_speed = 4000;           ///< limit of the motor's speed, rpm

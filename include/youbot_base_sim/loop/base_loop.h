@@ -37,7 +37,7 @@ class BaseLoop {
   /// Enqueues a request that arrives at simulated time t, s. False if too many wait.
   bool push(double t, const BaseRequest& request) { return requests_.push(t, request); }
 
-  /// Why the base cannot carry these in addition to the scene's loads; empty if it can.
+  /// The reason why the base cannot carry these besides the scene's loads; empty if it can.
   std::string refusal(const std::vector<Load>& loads) const;
 
   /// Requests that wait for the control period that takes them.
@@ -74,9 +74,7 @@ class BaseLoop {
   BaseDriver::Events take_driver_events() { return driver_.take_events(); }
 
   /// Events of the base since the last `take_events`.
-  Events take_events() {
-    return {simulation_.take_switches(), simulation_.take_load_changes(), simulation_.take_state_changes()};
-  }
+  Events take_events() { return simulation_.take_events(); }
 
   double time() const { return simulation_.time(); }                       ///< s
   std::int64_t periods() const { return control_time_.ended_by(time()); }  ///< that have passed

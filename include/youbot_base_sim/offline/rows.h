@@ -18,7 +18,7 @@ struct EnergyAudit {
 
 /// Length of the paths of the base and of the wheels' rims, m.
 struct PathLength {
-  double base = 0;  ///< of O; a turn counts at the wheels' centres
+  double base = 0;  ///< of O; a rotation counts at the wheels' centres
   Wheels wheels = Wheels::Zero();
 };
 

@@ -11,8 +11,8 @@ namespace youbot_base_sim {
 constexpr double kPromised = 20;
 
 /// Error of the position of a reliable run, at most, m, with heading counted at the wheels' centres: kPromised times
-/// tolerance times path, with what it creeps and, by spin friction, turns by a regularization speed that the tolerance
-/// sets, and 1e-16 m a step and of the distance from the origin for rounding (docs/reliability.md).
+/// tolerance times path, with what it creeps and, by spin friction, rotates by a regularization speed that the
+/// tolerance sets, and 1e-16 m a step and of the distance from the origin for rounding (docs/reliability.md).
 double promised_error(const Simulation& simulation, const PathLength& path);
 
 /// A second run of a scene at half the tolerance; where rows end steps, these are of half a row at most. At the start
@@ -22,7 +22,7 @@ class Twin {
  public:
   explicit Twin(const Scene& scene);
 
-  /// As Simulation::stop_on.
+  /// Has `follow` throw Stopped once `stop`, which must outlive this, is set.
   void stop_on(const std::atomic<bool>& stop) { simulation_.stop_on(stop); }
 
   /// Advances to its next row, to which `run` has come, and compares both. Throws Stopped.
@@ -32,7 +32,7 @@ class Twin {
   double position_difference() const { return position_; }  ///< m
   double heading_difference() const { return heading_; }    ///< rad
 
-  /// Why the run is unreliable, in one line; empty if both agree as `promised_error` says.
+  /// The reason why the run is unreliable, in one line; empty if both agree as `promised_error` says.
   std::string doubt(const Simulation& run, const PathLength& path) const;
 
  private:
@@ -43,10 +43,11 @@ class Twin {
   std::string ending_;   // what ended it early
 };
 
-/// Why a result may be unreliable, in one line; empty if it is reliable: the integration kept to its own method, wheels
-/// held early cannot matter, the run agrees with its twin (null: none), and the energy balance closes to a share of the
-/// energy that the motion had or exchanged. That share is a thousand times the tolerance, from 1e-9 to a thousandth (or
-/// ten times a looser tolerance); with prescribed wheels at least 2e-14 m/s over the regularization speed.
+/// The reason why a result may be unreliable, in one line; empty if it is reliable: the integration kept to its own
+/// method, wheels held early cannot matter, the run agrees with its twin (null: none), and the energy balance closes to
+/// a share of the energy that the motion had or exchanged. That share is a thousand times the tolerance, from 1e-9 to a
+/// thousandth (or ten times a looser tolerance); with prescribed wheels at least 2e-14 m/s over the regularization
+/// speed.
 std::string unreliability_reason(const Simulation& simulation, const RowLoop& rows, const Twin* twin);
 
 }  // namespace youbot_base_sim

@@ -6,7 +6,6 @@
 #include <cerrno>
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <map>
 #include <optional>
 #include <stdexcept>
@@ -71,7 +70,7 @@ class OutputFile {
   /// Opens it. Throws OutputError if it is empty, a folder, or cannot be written.
   explicit OutputFile(const std::string& path, Access access = Access::kInOrder);
 
-  /// As `keep_incomplete`.
+  /// Keeps what `commit` has not put in its place, see `keep_incomplete`.
   ~OutputFile();
   OutputFile(OutputFile&& other) = default;
 
@@ -139,18 +138,11 @@ class OutputOpener {
   OutputFile open(const std::string& option, const std::string& path,
                   OutputFile::Access access = OutputFile::Access::kInOrder);
 
-  /// Keeps a place for an output that is opened later, and that must be a regular file. Throws OutputError.
-  void keep(const std::string& option, const std::string& path);
-
-  /// The same for all outputs to come in `folder`, which `is_output` recognizes. To be called last.
-  void keep_all(const std::string& option, const std::string& folder,
-                const std::function<bool(const std::string& name)>& is_output);
+  /// Takes the place of an output that is opened later. Throws OutputError.
+  OutputFile::Place take(const std::string& option, const std::string& path);
 
  private:
-  void take(const std::string& option, const std::string& path, const OutputFile::Place& place);
-
   std::map<std::string, std::string> taken_;  // by identity: what it is
-  std::vector<std::string> to_come_;          // names of files, without folders, that are not there yet
 };
 
 }  // namespace youbot_base_sim

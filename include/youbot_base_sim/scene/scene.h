@@ -65,7 +65,8 @@ std::string stable_period(const Scene& scene, const VelocityGains& gains);
 /// True if a scene needs the extended equations rather than the paper's with other numbers.
 bool beyond_the_paper(const Scene& scene);
 
-/// Which wheel would leave the floor at rest under these loads and the scene's own, at t (s) or later; empty if none.
+/// Names a wheel that would leave the floor at rest under these loads and the scene's, at t (s) or later; empty if
+/// none.
 std::string lifted_wheel(const Scene& scene, const std::vector<Load>& more, double t);
 
 // Ranges of the numbers that scene files and programs share.
@@ -113,8 +114,8 @@ std::string provenance(const Scene& scene);
 /// The robot as it is integrated: the `driven` one of PrescribedWheels where the drive is a WheelMotion.
 RobotParameters integrated_robot(const Scene& scene);
 
-/// What is allowed but hardly meant, a line each: values of a likely wrong unit, rollers that no wheel has, settings
-/// without effect, an explicit method that takes long.
+/// All that is allowed but hardly meant, a line each: values of a likely wrong unit, rollers that no wheel has,
+/// settings without effect, an explicit method that takes long.
 std::vector<std::string> warnings_of(const Scene& scene);
 
 /// The torque over time; null without a drive or for one of rates. That of a WheelMotion needs `integrated_robot`.

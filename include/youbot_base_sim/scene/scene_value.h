@@ -72,7 +72,7 @@ class SceneValue {
   SceneValue operator[](const std::string& key);
   /// A key without which `finish` throws.
   SceneValue required(const std::string& key);
-  /// To be called after all keys of a section were read, before checks that involve several. Throws SceneError if this
+  /// Call it after all keys of a section were read, before checks that involve several. Throws SceneError if this
   /// is no mapping, for a key given twice or never read, then for a required one that is missing.
   void finish() const;
   /// Throws SceneError for a required key that is missing: what `finish` does where other keys may stand.

@@ -12,7 +12,7 @@ namespace youbot_base_sim {
 /// is not YAML, has more than one document, or is too long or too deep for a scene.
 std::string read_yaml_text(const std::string& path, const char* kind = "scene");
 
-/// The same of a text, which messages name `path`.
+/// Checks a text likewise, which messages name `path`.
 std::string checked_yaml_text(const std::string& path, std::string text, const char* kind = "scene");
 
 /// The document with these settings in place of its own values; missing sections and lists are added. Throws

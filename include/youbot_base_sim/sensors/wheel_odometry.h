@@ -12,8 +12,8 @@ namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 /// Pose of the base as the driver integrates it from wheel angles: one Euler step a call, at the new heading; at 50 Hz.
 ///
 /// The covariances model inexact wheel radii and slip: each wheel has two relative errors, one constant and one that
-/// changes from turn to turn, both with a standard deviation of `wheel_error`. The rounding of encoder ticks and of rpm
-/// is added. With a `wheel_error` of 0 the covariances are zero, as the driver's are.
+/// changes from rotation to rotation, both with a standard deviation of `wheel_error`. The rounding of encoder ticks
+/// and of rpm is added. With a `wheel_error` of 0 the covariances are zero, as the driver's are.
 class WheelOdometry {
  public:
   using Covariance = Eigen::Matrix3d;  ///< of x, y (m), heading (rad) or V_X, V_Y (m/s), Omega (rad/s)
@@ -47,7 +47,7 @@ class WheelOdometry {
  private:
   using Jacobian = DriverKinematics::Jacobian;
 
-  void update_covariance(const Wheels& turned, const Eigen::Vector3d& moved);
+  void update_covariance(const Wheels& rolled, const Eigen::Vector3d& moved);
 
   DriverKinematics kinematics_;
   double wheel_error_;

@@ -29,7 +29,7 @@ inline double number_of(const std::string& option, const std::string& value, con
   throw OptionError(option, value, "be " + text_of(range));
 }
 
-/// The same for a whole number from `min` to `max`, in digits alone.
+/// The whole number from `min` to `max` that an option's value is, in digits alone. Throws OptionError.
 inline std::uint64_t whole_number_of(const std::string& option, const std::string& value, std::uint64_t min,
                                      std::uint64_t max) {
   std::uint64_t number = 0;
@@ -39,7 +39,7 @@ inline std::uint64_t whole_number_of(const std::string& option, const std::strin
   throw OptionError(option, value, "be a whole number from " + std::to_string(min) + " to " + std::to_string(max));
 }
 
-/// How a program is called.
+/// A program's call and the texts of its --help.
 struct Usage {
   std::string call;      ///< "PROGRAM FILE [options]"
   std::string purpose;   ///< what --help prints before the options

@@ -21,7 +21,7 @@ inline bool contains(const Range& range, double number) {
 /// "a finite number > 0, from 1e-06 to 1e+06 kg"
 std::string text_of(const Range& range);
 
-/// Whether the text is one decimal number, NaN or infinity; only then is `number` defined.
+/// True if the text is one decimal number, NaN or infinity; only then is `number` defined.
 bool read_number(std::string_view text, double& number);
 
 }  // namespace youbot_base_sim

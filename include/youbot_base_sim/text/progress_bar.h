@@ -13,7 +13,7 @@ class ProgressBar {
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
-  /// Whether to draw it now: at most ten times a second.
+  /// True if it is time to draw it: at most ten times a second.
   bool due() const;
   /// `share` is from 0 to 1; `text` stands behind the bar.
   void draw(double share, const std::string& text);

@@ -13,7 +13,7 @@ constexpr std::size_t kMaxMessage = 200;
 /// bidirectional controls are escaped as in C. A text longer than `max_characters` ends there, with "...".
 std::string quote(std::string_view text, std::size_t max_characters = 60);
 
-/// The same for the name of a file; a long one loses its beginning.
+/// The name of a file, made safe likewise; a long one loses its beginning.
 std::string quote_path(std::string_view path);
 
 }  // namespace youbot_base_sim

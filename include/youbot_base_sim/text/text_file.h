@@ -6,7 +6,7 @@
 
 namespace youbot_base_sim {
 
-/// Why a file cannot be read, without its name, so that "NAME REASON" is a clause: "is a folder".
+/// The reason why a file cannot be read, without its name, so that "NAME REASON" is a clause: "is a folder".
 struct UnreadableFile : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
