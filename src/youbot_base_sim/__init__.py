@@ -1,10 +1,8 @@
 """Simulation, Batch, run, simulate_many: the simulator (docs/python.md). The modules: `main` of each program of scripts/ in Python."""
 
-__all__ = ["Simulation", "Batch", "run", "simulate_many"]
-
 
 def __getattr__(name):
-    if name not in __all__:
+    if name not in ("Simulation", "Batch", "run", "simulate_many"):
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     try:
         return getattr(__import__(f"{__name__}._simulator", fromlist=[name]), name)
