@@ -26,7 +26,7 @@ class PagesTest(unittest.TestCase):
 
     def test_tests_that_pages_name_exist(self):
         known = {path.stem for folder in ("test", "tools", "studies", "examples") for path in (ROOT / folder).rglob("*_*test*")}
-        for page in PAGES:
+        for page in (*PAGES, *(ROOT / "docs").rglob("*.csv")):
             for name in re.findall(r"\b[a-z]\w*_(?:ros)?test\b", page.read_text()):
                 self.assertIn(name, known, page)
 
