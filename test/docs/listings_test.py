@@ -40,19 +40,15 @@ source {}/setup.bash
 
 def read_listings(page):
     """Pairs of a section's name and its listings, each with the line above it."""
-    sections, listing, commands, above, fenced = {}, [], [], "", False
+    sections, listing, above, fenced = {}, [], "", False
     section = sections.setdefault(page, [])
     for line in [*(ROOT / page).read_text().split("\n"), "end"]:
-        if line.startswith("|") and not fenced:
-            commands += COMMAND.findall(line)
-            continue
-        if commands:
-            section.append(("\n".join(commands) + "\n", above))
-            commands = []
         if line.startswith("```"):
             fenced = not fenced
         elif fenced or line.startswith("    ") or (listing and not line):
             listing.append(line if fenced else line[4:])
+        elif line.startswith("|"):
+            listing += COMMAND.findall(line)
         elif line:
             if listing:
                 section.append(("\n".join(listing).strip() + "\n", above))
