@@ -23,7 +23,8 @@
 
 #include "youbot_base_sim/ros/node_constants.h"
 
-/// The topics that the node publishes, as one table. Telemetry makes their messages.
+/// The topics that the node publishes, as one table. Telemetry makes their messages: by a `visit` each those at instants
+/// of publishing and those at events. BaseNode publishes the others: fixed transforms, scene, markers and diagnostics.
 namespace youbot_base_sim {
 
 /// Properties of a topic, one bit each.
