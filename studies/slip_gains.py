@@ -91,10 +91,3 @@ class SlipGains:
         off = (1 - u) * ((1 - v) * table[i, j] + v * table[i, j + 1]) + u * ((1 - v) * table[i + 1, j] +
                                                                             v * table[i + 1, j + 1])
         return nominal + off * np.where(nominal < 0, -1, 1) * np.sqrt(X * X + Y * Y + Z * Z)[:, None] / scale
-
-    def ratios(self, friction, turn=0.4):
-        """k_Y / k_X and q, of a circle with (h + l) Omega = `turn` times the speed, as docs/validation.md has them."""
-        Omega = turn / BASE.half_lengths
-        forward, lateral, around, across = self.motion(
-            np.array([[1, 0, 0], [0, 1, 0], [1, 0, Omega], [0, 1, Omega]], float), friction)
-        return lateral[1] / forward[0], across[2] / around[2]

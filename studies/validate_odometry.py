@@ -28,9 +28,9 @@ def main():
         raise Refused(f"FOLDER = {arguments.folder}: must have runs of two days and of both figures")
     size = (7, 16) if arguments.quick else ()
     gains = {contacts: SlipGains(contacts, *size) for contacts in ("located", "averaged")}
-    print(f"{len(runs)} runs\n\n{models.gain_table(gains)}", end="")
+    print(f"{len(runs)} runs")
     comparison = models.Comparison(runs, gains)
-    for part in (comparison.ratio_table, comparison.error_table, comparison.umbmark_table, comparison.parameter_table):
+    for part in (comparison.ratio_table, comparison.error_table, comparison.parameter_table):
         print("\n" + part(), end="")
     if arguments.figure:
         comparison.draw(arguments.figure)
