@@ -23,8 +23,9 @@
 
 #include "youbot_base_sim/ros/node_constants.h"
 
-/// The topics that the node publishes, as one table. Telemetry makes their messages: by a `visit` each those at instants
-/// of publishing and those at events. BaseNode publishes the others: fixed transforms, scene, markers and diagnostics.
+/// The topics that the node publishes, as one table. Telemetry makes their messages: by a `visit` each those at
+/// instants of publishing and those at events. BaseNode publishes the others: fixed transforms, scene, markers and
+/// diagnostics.
 namespace youbot_base_sim {
 
 /// Properties of a topic, one bit each.
