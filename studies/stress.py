@@ -1,5 +1,5 @@
 """Runs `simulate` on 302 hard motions at several tolerances and judges each run by the requirements in stress.md.
-Writes to FOLDER: stress.csv with every run, stress.md with its tables in stress/, and the scenes."""
+Writes to FOLDER: stress.csv with every run, stress.md with its tables, and the scenes."""
 import time
 from functools import partial
 from pathlib import Path
@@ -53,9 +53,8 @@ def run(arguments, progress):
             rows.append(stress_runs.measure(simulate, cell, tolerance, base[tolerance], tolerance == held_tolerance))
             rows[-1].judge()
         write_whole(arguments.folder / "stress.csv", stress_report.csv_of_rows(rows))
-    make_folder(tables := arguments.folder / "stress")
-    write_whole(tables / "cells.csv", stress_report.cells_csv(rows))
-    write_whole(tables / "counters.csv", stress_report.counters_csv(rows))
+    write_whole(arguments.folder / "cells.csv", stress_report.cells_csv(rows))
+    write_whole(arguments.folder / "counters.csv", stress_report.counters_csv(rows))
     stress_report.PAGE.write(stress_report.written_part(rows), arguments.folder / "stress.md")
     return rows
 

@@ -18,7 +18,7 @@ SMALLEST = 1e-3  # absolute / relative tolerance, SI units: the least scale of a
 SMALLEST_ENERGY = 0.5 * ROBOT_MASS * SMALLEST**2  # J, of the robot at that speed
 WHEELS_CENTRE = math.hypot(Base.half_wheelbase, Base.half_track)  # m from O
 
-PAGE = WrittenPart(ROOT / "docs" / "stress.md", "scripts/study stress")
+PAGE = WrittenPart(ROOT / "docs" / "stress" / "stress.md", "scripts/study stress")
 
 # Columns of stress.csv besides the counters of the integration.
 COLUMNS = (
@@ -194,8 +194,8 @@ def written_part(rows):
         paragraph(f"{cells} motions, each at {len(tolerances)} tolerances from {power(tolerances[0])} to "
                   f"{power(tolerances[-1])}: {len(rows) - len(failing) - len(explained)} of {len(rows)} runs hold all "
                   f"requirements, {len(explained)} more are explained by a sensitive motion."),
-        paragraph("[cells.csv](stress/cells.csv) has every motion with its worst figures over the tolerances, "
-                  "[counters.csv](stress/counters.csv) the counters of the integration at "
+        paragraph("[cells.csv](cells.csv) has every motion with its worst figures over the tolerances, "
+                  "[counters.csv](counters.csv) the counters of the integration at "
                   f"{power(tolerances[0])}."),
         "### What does not hold\n", failure_table(failing) if failing else "Everything holds.\n",
         paragraph(f"Explained by a sensitive motion: {', '.join(sensitive) or 'none'}."),

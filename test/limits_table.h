@@ -8,7 +8,7 @@
 
 namespace youbot_base_sim {
 
-/// A row of the tables in docs/limits.md.
+/// A row of a table in docs/limits.
 struct Limits {
   std::string key;
   std::string min, max;  ///< as written
@@ -37,31 +37,14 @@ struct Limits {
   }
 };
 
-/// All that a text with alternatives in braces stands for: "a{b,c}" for "ab" and "ac".
-inline std::vector<std::string> expanded(const std::string& text) {
-  const auto open = text.find('{'), close = text.find('}');
-  if (open == std::string::npos) return {text};
-  std::vector<std::string> all;
-  std::istringstream alternatives(text.substr(open + 1, close - open - 1));
-  for (std::string one; std::getline(alternatives, one, ',');) {
-    for (const std::string& rest : expanded(text.substr(close + 1))) all.push_back(text.substr(0, open) + one + rest);
-  }
-  return all;
-}
-
-/// The rows under this heading of docs/limits.md, one for each key.
-inline std::vector<Limits> limits(const std::string& heading) {
-  std::ifstream file(YOUBOT_BASE_SIM_SOURCE_DIR "/docs/limits.md");
-  const std::regex row(R"(\| `(.*)`(?:, a whole number)? \| (0 or )?([-+.e0-9]+) \| ([-+.e0-9]+) \| (.*?) ?\|)");
+/// The rows of docs/limits/NAME.csv.
+inline std::vector<Limits> limits(const std::string& name) {
+  std::ifstream file(YOUBOT_BASE_SIM_SOURCE_DIR "/docs/limits/" + name + ".csv");
+  const std::regex row("(.*),(0 or )?([-+.e0-9]+),([-+.e0-9]+),(.*)");
   std::vector<Limits> rows;
-  std::string section;
   for (std::string line; std::getline(file, line);) {
     std::smatch cells;
-    if (line.rfind("## ", 0) == 0) section = line.substr(3);
-    if (section != heading || !std::regex_match(line, cells, row)) continue;
-    for (const std::string& key : expanded(cells[1])) {
-      rows.push_back({key, cells[3], cells[4], cells[2].matched, cells[5]});
-    }
+    if (std::regex_match(line, cells, row)) rows.push_back({cells[1], cells[3], cells[4], cells[2].matched, cells[5]});
   }
   return rows;
 }

@@ -1,5 +1,5 @@
 // Work and error of Radau in motions of independent solvers (test/data/reference): what each of its mechanisms is worth
-// (docs/tuning.md) shows here once it is lost.
+// (docs/tuning/tuning.md) shows here once it is lost.
 
 #include <gtest/gtest.h>
 

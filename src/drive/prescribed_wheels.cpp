@@ -79,10 +79,7 @@ WheelSpline::WheelSpline(WheelTable table, double resolution)
 
 WheelSpline::Place WheelSpline::place(double time) const {
   const std::vector<double>& t = table_.t;
-  std::size_t row = row_.load(std::memory_order_relaxed);
-  while (row > 0 && time < t[row]) --row;
-  while (row + 2 < t.size() && time >= t[row + 1]) ++row;
-  row_.store(row, std::memory_order_relaxed);
+  const auto row = static_cast<std::size_t>(std::upper_bound(t.begin() + 1, t.end() - 1, time) - t.begin()) - 1;
   const double length = t[row + 1] - t[row];
   return {row, length, (time - t[row]) / length};
 }

@@ -8,9 +8,9 @@
 #include <cmath>
 #include <utility>
 
-#include "youbot_base_sim/drive/driver_configuration.h"
 #include "youbot_base_sim/ros/program.h"
 #include "youbot_base_sim/ros/scene_parameters.h"
+#include "youbot_base_sim/scene/driver_configuration.h"
 
 namespace youbot_base_sim {
 
@@ -65,7 +65,7 @@ void read_driver_parameters(Parameters parameters, BaseSettings& settings) {
     const DriverConfiguration configuration = load_driver_configuration(folder, name);
     settings.driver.motor = configuration.motor;
     settings.sensors.kinematics = configuration.kinematics;
-  } catch (const DriverConfigurationError& error) {
+  } catch (const SceneError& error) {
     throw ParameterError(fmt::format("parameter youBotConfigurationFilePath: {}", error.what()));
   }
 }

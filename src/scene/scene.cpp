@@ -33,9 +33,7 @@ constexpr Named<bool> kFrames[] = {{"platform", false}, {"fixed", true}};
 constexpr Named<LoadSharing> kSharings[] = {{"equal_wheels", LoadSharing::kEqualWheels},
                                             {"rocking_front", LoadSharing::kRockingFront},
                                             {"rocking_rear", LoadSharing::kRockingRear}};
-
-enum class Profile { kPaper, kMeasured };
-constexpr Named<Profile> kProfiles[] = {{"paper", Profile::kPaper}, {"measured", Profile::kMeasured}};
+constexpr Named<bool> kProfiles[] = {{"paper", false}, {"measured", true}};
 
 constexpr double kMaxRows = 1e8, kMaxPeriods = 1e9;
 constexpr double kMinInterval = 1e-6;     // s, between rows of wheel angles
@@ -60,26 +58,22 @@ struct Defaults {
   double holding_speed = 0;
 };
 
-Defaults defaults_of(Profile profile, double friction_scale) {
-  if (profile == Profile::kPaper) return {};
-  return {measured_robot(friction_scale), 1e-8};  // creeps by 0.1 mm an hour at 0.9 of the friction limit
-}
-
 /// A name, or a section with the name and what the profile takes besides.
 Defaults read_profile(const SceneValue& value) {
-  Profile profile = Profile::kPaper;
-  if (!value.is_section()) {
-    value.choice(profile, kProfiles);
-    return defaults_of(profile, 1);
-  }
-  SceneValue s = value;
-  s.required("name").choice(profile, kProfiles);
+  bool measured = false;
   double scale = 1;
-  const SceneValue friction_scale = s["friction_scale"];
-  s.finish();
-  if (profile == Profile::kPaper && friction_scale.given()) friction_scale.refuse("left out for paper");
-  if (profile == Profile::kMeasured) friction_scale.number(scale, kFrictionScales);
-  return defaults_of(profile, scale);
+  if (value.is_section()) {
+    SceneValue s = value;
+    s.required("name").choice(measured, kProfiles);
+    const SceneValue friction_scale = s["friction_scale"];
+    s.finish();
+    if (!measured && friction_scale.given()) friction_scale.refuse("left out for paper");
+    if (measured) friction_scale.number(scale, kFrictionScales);
+  } else {
+    value.choice(measured, kProfiles);
+  }
+  if (!measured) return {};
+  return {measured_robot(scale), 1e-8};  // creeps by 0.1 mm an hour at 0.9 of the friction limit
 }
 
 /// Refuses what the model would ignore.

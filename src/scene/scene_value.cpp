@@ -17,36 +17,21 @@ namespace {
 
 constexpr std::size_t kMaxShown = 60;  // characters of a value
 
-/// Appends the value in YAML's flow style up to a length: an alias may stand for a value that contains itself.
-void write_flow(const YAML::Node& node, std::string& text) {
-  if (text.size() > kMaxShown * 4) return;
-  if (node.IsScalar()) {
-    text += node.Scalar().empty() ? "\"\"" : node.Scalar();
-  } else if (node.IsNull()) {
-    text += "~";
-  } else {
-    text += node.IsMap() ? "{" : "[";
-    const char* separator = "";
-    for (const auto& entry : node) {
-      text += separator;
-      separator = ", ";
-      if (node.IsMap()) {
-        write_flow(entry.first, text);
-        text += ": ";
-      }
-      write_flow(node.IsMap() ? entry.second : entry, text);
-    }
-    text += node.IsMap() ? "}" : "]";
-  }
+/// The value as YAML in one line.
+std::string in_flow_style(const YAML::Node& node) {
+  YAML::Node flow = YAML::Clone(node);
+  if (!flow.IsScalar()) flow.SetStyle(YAML::EmitterStyle::Flow);
+  YAML::Emitter emitter;
+  emitter << YAML::Flow << flow;
+  return emitter.c_str();
 }
 
 /// The value as it may stand in one line.
 std::string shown(const YAML::Node& node) {
   if (!node.IsDefined()) return "(left out)";
   if (node.IsNull()) return "(empty)";
-  std::string text;
-  write_flow(node, text);
-  return quote(text, kMaxShown);
+  if (node.IsScalar()) return node.Scalar().empty() ? "\"\"" : quote(node.Scalar(), kMaxShown);
+  return quote(in_flow_style(node), kMaxShown);
 }
 
 std::string key_of(const YAML::Node& node) { return node.IsScalar() ? node.Scalar() : shown(node); }
@@ -183,13 +168,7 @@ const SceneValue& SceneValue::choice(std::string& value, const std::vector<std::
 std::vector<std::string> SceneValue::entries() const {
   require_list();
   std::vector<std::string> entries;
-  for (const auto& entry : node_) {
-    YAML::Node flow = YAML::Clone(entry);  // in one line
-    if (!flow.IsScalar()) flow.SetStyle(YAML::EmitterStyle::Flow);
-    YAML::Emitter emitter;
-    emitter << YAML::Flow << flow;
-    entries.emplace_back(emitter.c_str());
-  }
+  for (const auto& entry : node_) entries.push_back(in_flow_style(entry));
   return entries;
 }
 
@@ -254,9 +233,12 @@ void SceneValue::finish() const {
     throw SceneError(fmt::format("{}: {} = {}: unknown key; allowed here: {}{}", file_, full(quote(key)),
                                  shown(entry.second), fmt::join(known_, ", "), suggestion(key, known_)));
   }
-  if (!missing_.empty()) {
-    throw SceneError(fmt::format("{}: {} is left out; it must be given", file_, full(missing_)));
-  }
+  require_all();
+}
+
+void SceneValue::require_all() const {
+  if (missing_.empty()) return;
+  throw SceneError(fmt::format("{}: {} is left out; it must be given", file_, full(missing_)));
 }
 
 }  // namespace youbot_base_sim

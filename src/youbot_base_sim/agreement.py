@@ -9,7 +9,9 @@ from .series import POSE
 PIECE = 0.5   # s, over which motions are compared
 SMALL = 0.05  # of the whole speed: the factor of a smaller part says nothing
 APART = 1.25  # a larger factor is named, as is one that is smaller than its inverse
-KNOWN = {" (sqrt(2))": math.sqrt(2), " (1 / sqrt(2))": math.sqrt(0.5), " (degrees in place of rad)": math.pi / 180}
+LENGTHS = {"mm": 1000, "cm": 100}
+KNOWN = {" (sqrt(2))": math.sqrt(2), " (1 / sqrt(2))": math.sqrt(0.5), " (degrees in place of rad)": math.pi / 180,
+         " (rpm in place of rad/s)": math.pi / 30}
 
 
 def fit(true, source, k, base):
@@ -19,6 +21,25 @@ def fit(true, source, k, base):
     if not known.any() or np.mean(sizes[k, known] ** 2) <= SMALL ** 2 * np.mean(np.sum(sizes[:, known] ** 2, axis=0)):
         return np.nan
     return np.sum(true[known] * source[k][known]) / np.sum(source[k][known] ** 2)
+
+
+def to_metres(record, name):
+    """Converts lengths of poses and twists that are in mm or cm, by how far the wheels roll, or else odometry goes."""
+    series, joints = record.get(name, "x", "y"), record.get("joint_states", "velocity")
+    other = joints or (record.get("odom", "V_X", "V_Y") if name != "odom" else None)
+    if not series or not other:
+        return
+    t = np.arange(max(series.t[0], other.t[0]), min(series.t[-1], other.t[-1]), PIECE)
+    X, Y = record.base.velocities(joints.means(t, "velocity"))[:2] if joints else [
+        other.means(t, column) for column in ("V_X", "V_Y")]
+    speed, moved = np.hypot(X, Y), np.hypot(np.diff(series.at(t, "x")), np.diff(series.at(t, "y"))) / PIECE
+    fast = np.isfinite(moved) & (speed > SMALL * np.nanmax(speed, initial=0))
+    ratio = np.median(moved[fast] / speed[fast]) if fast.any() else 1
+    for unit, size in LENGTHS.items():
+        if 0.4 < ratio / size < 2.5:
+            record.notes.append(f"{shown(record.topics[name])}: its lengths are in {unit}: converted to m")
+            columns = record.series[name].columns
+            columns.update((one, columns[one] / size) for one in ("x", "y", "z", "V_X", "V_Y") if one in columns)
 
 
 def factors(record, name):

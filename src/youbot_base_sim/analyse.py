@@ -8,7 +8,6 @@ explains the numbers.
 A bag that is cut, damaged or without an index is read up to where it breaks; the file is never written to.
 """
 import argparse
-import array
 import importlib
 import warnings
 from pathlib import Path
@@ -20,7 +19,7 @@ from .command_line import DONE, Failed, Parser, Refused, complain, shown
 from .files import Outputs, make_folder, write_whole
 from .reading import add_reading_options, base_of, print_read, print_section, read
 from .records import TOPICS, Missing
-from .report import csv_text, read_csv
+from .report import csv_text, read_columns
 from .series import Series
 
 SECTIONS = ("alignment", "path", "odometry", "slip", "switches", "energy", "spectrum",
@@ -31,8 +30,9 @@ def analyse(path, base, desired, arguments, tables, plots):
     """Returns the bag's part of --html."""
     bag, record = read(path, base, arguments)
     if not record.series:
+        below = f" with --namespace {shown(arguments.namespace)}" if arguments.namespace else ""
         reasons = [bag.problem] * bool(bag.problem) + record.notes + list(map(str, record.unusable.values()))
-        raise Refused(f"{shown(path)}: no topic of a base: must have one of {', '.join(TOPICS)}; "
+        raise Refused(f"{shown(path)}: no topic of a base{below}: must have one of {', '.join(TOPICS)}; "
                       f"{'; '.join(reasons) or 'it has ' + bag.shown_topics()}")
     if bag.problem:
         complain("analyse", "warning: " + bag.problem)
@@ -97,21 +97,10 @@ def file_names(sections, ending):
 
 def read_desired(path):
     """The desired motion, from rows of `simulate --csv`."""
-    columns = ("t", "x", "y", "V_X", "V_Y", "Omega")
-    numbers = array.array("d")  # takes a tenth of what lists do
-    rows = read_csv("--desired", path, "rows of simulate --csv")
-    names = next(rows)
-    try:
-        places = [names.index(column) for column in columns]
-        for row in rows:
-            numbers.extend(float(row[place]) for place in places)
-    except ValueError:
-        numbers = []
-    values = np.array(numbers).reshape(-1, len(columns))
-    if not len(values) or not np.isfinite(values).all() or not (np.diff(values[:, 0]) > 0).all():
-        raise Refused(f"--desired {shown(path)}: must be rows of simulate --csv: numbers in columns "
-                      f"{', '.join(columns)}, t rising")
-    return Series(values[:, 0], dict(zip(columns[1:], values.T[1:])))
+    columns = read_columns("--desired", path, ("t", "x", "y", "V_X", "V_Y", "Omega"), "rows of simulate --csv")
+    if not np.isfinite(list(columns.values())).all() or not (np.diff(columns["t"]) > 0).all():
+        raise Refused(f"--desired {shown(path)}: must be rows of simulate --csv: finite numbers, t rising")
+    return Series(columns.pop("t"), columns)
 
 
 def output_folders(arguments):

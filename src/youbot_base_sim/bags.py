@@ -1,6 +1,7 @@
 """Reads the messages of a bag, also of an unfinished one. Never writes to it, and runs nothing that is in it."""
 import bz2
 import io
+import math
 import os
 import struct
 from array import array
@@ -19,6 +20,7 @@ LZ4_PIECE = 4096  # bytes that are unpacked at once: to 1 MB at most
 MAX_CLOCKS_APART = 1  # s, between a stamp and its arrival; beyond, the stamp is another clock's
 MAX_STEP_BACK = 0.1  # s: messages that overtake each other by less are of one run
 MIN_NEAR = 0.95  # share of stamps near their arrival, where both are of one clock
+NAMED_APART, FEWEST = 0.2, 10  # s; stamps: of fewer, one that is damaged may be the median
 STATE_SET = "state_set"  # last part of the topic that says where ~set_state has put the base
 
 
@@ -54,8 +56,7 @@ class Damaged(Exception):
 
 class Bag:
     """The messages of a bag. types: {topic: type}. counts: {topic: messages}. start: the earliest time of arrival.
-    problem: None or, at the end of `messages`, in one line why not all of it can be read. note: None or a line on its
-    clocks. offsets: {topic: s added to its times}, by names as `absolute` has them."""
+    problem: None or, at the end of `messages`, in one line why not all of it can be read. notes: lines on its clocks. offsets: {topic: s added to its times}, by names as `absolute` has them."""
 
     def __init__(self, path, offsets=(), publishers=()):
         """`offsets`: pairs of a topic and s; `publishers`: pairs of a topic and the only node whose messages are read.
@@ -77,7 +78,7 @@ class Bag:
         if not self.counts:
             raise Refused(f"{shown(path)} has no messages{' that can be read' if self.problem else ''}")
         self._check_chosen(stamped)
-        self.note, self._at_arrival, self._at_stamp = None, self.seconds, self.seconds
+        self.notes, self._shifts, self._at_arrival, self._at_stamp = [], {}, self.seconds, self.seconds
         self._choose_clock({connection.topic: np.frombuffer(both).reshape(-1, 2)
                             for connection, both in stamped.items() if both})
 
@@ -99,20 +100,35 @@ class Bag:
         recorded by the wall clock. `stamped`: {topic: rows of arrival and stamp, s}."""
         unset = [topic for topic, both in stamped.items() if not (both[:, 1] > 1e-9).any()]
         if unset:
-            self.note = f"stamps of {', '.join(map(shown, unset))} are not set: times are those of arrival"
-        stamped = [both[both[:, 1] > 0] for both in stamped.values()
-                   if np.mean(both[:, 1] > 0) > MIN_NEAR and len(both) > 1]
-        near = [np.mean(np.abs(both[:, 0] - both[:, 1]) < MAX_CLOCKS_APART) for both in stamped]
+            self.notes.append(f"stamps of {', '.join(map(shown, unset))} are not set: times are those of arrival")
+        stamped = {topic: both[both[:, 1] > 0] for topic, both in stamped.items()
+                   if np.mean(both[:, 1] > 0) > MIN_NEAR and len(both) > 1}
+        near = [np.mean(np.abs(both[:, 0] - both[:, 1]) < MAX_CLOCKS_APART) for both in stamped.values()]
         if max(near, default=1) >= MIN_NEAR:
+            for topic, both in stamped.items():
+                self._choose_stamps(topic, both[:, 1] - both[:, 0])
             return
-        arrival, stamp = max(stamped, key=len).T
+        arrival, stamp = max(stamped.values(), key=len).T
         if (np.diff(arrival) < 0).any() or (np.diff(stamp) < -MAX_STEP_BACK).any() or stamp[-1] <= stamp[0]:
             return
         rate = (stamp[-1] - stamp[0]) / max(arrival[-1] - arrival[0], 1e-9)
-        self.note = (f"stamps are of another clock than times of arrival: {rate:.3g} s for each second, from "
-                     f"{stamp[0]:.3f} s on: times are those of the stamps")
+        self.notes.append(f"stamps are of another clock than times of arrival: {rate:.3g} s for each second, from "
+                          f"{stamp[0]:.3f} s on: times are those of the stamps")
         self._at_arrival = lambda time: float(np.interp(number_of(time), arrival, stamp - stamp[0]))
         self._at_stamp = lambda time: float(number_of(time) - stamp[0])
+
+    def _choose_stamps(self, topic, late):
+        """Those of a topic as they are; moved by what they usually are `late` (s), where that is much; none."""
+        apart = np.median(late)
+        if len(late) < FEWEST or abs(apart) < NAMED_APART or absolute(topic) in self.offsets:
+            return
+        how = f" (is its clock off? --clock-offset {shown(topic)}={-apart:.3g})"
+        if abs(apart) > MAX_CLOCKS_APART:
+            is_steady = np.mean(np.abs(late - apart) < NAMED_APART) > MIN_NEAR
+            self._shifts[topic] = -apart if is_steady else math.nan
+            how = ": moved by so much" if is_steady else ": times are those of arrival"
+        self.notes.append(f"stamps of {shown(topic)} are {abs(apart):.3g} s {'after' if apart > 0 else 'before'} their "
+                          f"arrival{how}")
 
     def messages(self, topics):
         """Yields Connection, message and time of arrival, as they lie in the file. Where the bag is damaged, it ends,
@@ -143,9 +159,9 @@ class Bag:
                 any(absolute(topic).startswith(absolute(one)[:-len(STATE_SET)]) for topic in topics)]
 
     def messages_of_one_run(self, topics, others=()):
-        """Yields seconds, Connection and message. Throws Refused where the times of one of `topics` go back, as in a bag
-        of two runs, and where the base was put elsewhere between two messages, unless `others` has the topic of that."""
-        latest, state_sets, put = {}, set(self.state_sets(topics)) - set(others), None
+        """Yields seconds, Connection and message of both. Throws Refused where the times of one of `topics` go back, as
+        in a bag of two runs."""
+        latest = {}
 
         def follow(source, t):
             before = latest.setdefault(source, t)
@@ -153,19 +169,13 @@ class Bag:
                 raise Refused(f"{shown(self.path)}: the times of {shown(source[0])} go back from t = {before:.3f} s to "
                               f"{t:.3f} s: must be one run")
             latest[source] = max(before, t)
-        for connection, message, arrival in self.messages([*topics, *others, *state_sets]):
+        for connection, message, arrival in self.messages([*topics, *others]):
             topic = connection.topic
-            if topic in state_sets:
-                put = put or latest and (topic, self.seconds(arrival))
-                continue
             if topic in topics:
                 follow((topic,), self.seconds(arrival))
                 stamp = stamp_of(message)
                 if stamp:  # goes back where a bag was played in a loop
                     follow((*connection, *getattr(message, "name", ())), self.seconds(stamp))
-                if put:
-                    raise Refused(f"{shown(self.path)}: the base was put elsewhere at t = {put[1]:.3f} s, by "
-                                  f"{shown(put[0])}: must be one run")
             yield self.time_of(message, arrival, topic), connection, message
 
     def shown_topics(self):
@@ -186,7 +196,8 @@ class Bag:
         by_stamp = self._at_stamp(stamp) if stamp else by_arrival
         if offset is not None:  # of stamps too that are far from their arrival
             return offset + (by_stamp if stamp else by_arrival)
-        return by_stamp if abs(by_stamp - by_arrival) < MAX_CLOCKS_APART else by_arrival
+        by_stamp += self._shifts.get(topic, 0)  # decided for all of a topic, whose clock is one
+        return by_stamp if abs(by_stamp - by_arrival) < 2 * MAX_CLOCKS_APART else by_arrival
 
     def _scan(self):
         """Yields what `scan` does; at a break says so in `problem`."""

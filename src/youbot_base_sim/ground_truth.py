@@ -25,14 +25,14 @@ ALONG = 2.0        # s: errors of slip last no longer
 DOUBT = 5e-3       # m/s: where the wheels contradict each other by more, the base is not where they roll
 SLIP = np.array([5e-3, 2e-3, 3e-3, 3e-3])  # what slip of hard starts adds to sigma of clock, yaw, X and Y
 LAG = 0.2            # s/(m/s)^2, sigma of the clock where the base lags behind wheels that start, from simulated bags
-FASTEST = 20         # m/s, of bases
+TURNS = 0.98         # mean of unit vectors that head like the base: of one that turns
+LEVEL = 2            # deg: a larger tilt is named
 START = 0.02         # m and rad: until odometry has moved so far, it has hardly drifted
 
 
 def pose_fields(kind, message):
     position, q = KINDS[kind](message)
-    return {"pose": (position.x, position.y, heading(q.x, q.y, q.z, q.w) if is_rotation(q) else math.nan,
-                     position.z, 1 - 2 * (q.x * q.x + q.y * q.y))}
+    return {"pose": sum(matrix(position, q)[:3], []) if is_rotation(q) else [math.nan] * 12}
 
 
 def is_rotation(q):
@@ -44,34 +44,44 @@ def heading(x, y, z, w):
     return np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
 
 
-def to_metres(series, record, topic):
-    """Converts lengths of poses and of twists that no base is fast enough for: they are in mm."""
-    t = np.arange(series.t[0], series.t[-1], 0.5)
-    moved = np.hypot(*(np.diff(series.at(t, name)) / 0.5 for name in ("x", "y")))
-    for names, speeds in ((("x", "y", "z"), moved), (("V_X", "V_Y"), np.abs(series.columns.get("V_X", moved[:0])))):
-        if np.isfinite(speeds).any() and np.nanquantile(speeds, 0.9) > FASTEST:
-            record.notes.append(f"{topic}: {', '.join(names)} are in mm: converted to m")
-            series.columns.update((name, series[name] / 1000) for name in names if name in series.columns)
-
-
 def pose_series(t, values, record, topic):
-    series = Series(t, dict(zip(("x", "y", "psi", "z", "upright"), values.T))).known("x", "y", "psi", "z", "upright")
-    series["psi"][:] = np.unwrap(series["psi"])
-    to_metres(series, record, topic)
-    return series
+    """Of rows of three of the four rows of matrices."""
+    known = np.isfinite(values).all(axis=1)
+    poses, t = values[known].reshape(-1, 3, 4), t[known]
+    turned, places = poses[:, :, :3], poses[:, :, 3]
+    vertical, sizes, of_body = np.linalg.svd(np.mean(turned, axis=0) if len(t) else np.eye(3))
+    if sizes[1] < TURNS:  # else any axis may be that of yaw
+        up, own = vertical[:, 0], of_body[0]
+        surest = next((one[2] for one in (up, own) if abs(one[2]) > 0.7), up[np.argmax(np.abs(up))])
+        up, own = np.sign(surest) * up, np.sign(surest) * own
+        turned, places = upright(up).T @ turned @ upright(own), places @ upright(up)
+        tilts = [math.degrees(math.acos(np.clip(one[2], -1, 1))) for one in (up, own)]
+        if max(tilts) > LEVEL:
+            record.notes.append(f"{topic}: the axis of yaw is {tilts[0]:.0f} deg off the tracker's z axis, {tilts[1]:.0f} "
+                                "deg off the marker's: levelled")
+    return Series(t, {"x": places[:, 0], "y": places[:, 1], "z": places[:, 2], "upright": turned[:, 2, 2],
+                      "psi": np.unwrap(np.arctan2(turned[:, 1, 0], turned[:, 0, 0]))})
+
+
+def upright(axis):
+    """A rotation that turns z to this axis, and x as little as that allows."""
+    x = np.eye(3)[int(abs(axis[0]) > 0.9)]
+    x = x - (x @ axis) * axis
+    x /= np.linalg.norm(x)
+    return np.stack([x, np.cross(axis, x), axis], axis=1)
 
 
 def check_upright(series, topic):
-    """Throws Missing where the tracked body's z axis is not vertical."""
+    """Throws Missing where a body that hardly turns is tilted: its axis of yaw is not known."""
     tilt = math.degrees(math.acos(np.clip(np.median(series["upright"]), -1, 1)))
     if tilt > LARGEST_TILT:
-        raise Missing(f"{topic}: its z axis is {tilt:.0f} deg off the vertical: must be at most {LARGEST_TILT:g} (a "
-                      "tracker whose y axis points up?)")
+        raise Missing(f"{topic}: its z axis is {tilt:.0f} deg off the vertical: must be at most {LARGEST_TILT:g} in "
+                      "a drive without turns, which would show the axis of yaw")
 
 
-def transforms_to_poses(bag, fixed, body):
+def transforms_to_poses(bag, fixed, body, choose):
     """Rows like those of `pose_fields` after their times, from the chain of transforms between two frames. Leaves out
-    what tf2 would: frames without a name, rotations that are none."""
+    what tf2 would: frames without a name, rotations that are none. `choose`: which publisher's rows of a transform."""
     links, parents, left_out = {}, {}, 0
     topics = [topic for topic, kind in bag.types.items() if kind in TRANSFORMS]
     for connection, message, arrival in bag.messages(topics):
@@ -83,7 +93,7 @@ def transforms_to_poses(bag, fixed, body):
                 continue
             parents[child] = parent
             t = 0 if connection.topic.endswith("static") else bag.time_of(link, arrival, connection.topic)
-            links.setdefault(child, {})[t] = matrix(p, q)
+            links.setdefault(child, {}).setdefault(connection.publisher, []).append((t, matrix(p, q)))
     frame, chain = body.strip("/"), []
     while frame != fixed.strip("/"):
         if frame not in parents or len(chain) == len(parents):
@@ -91,15 +101,14 @@ def transforms_to_poses(bag, fixed, body):
                 f"{shown(parents[child])} -> {shown(child)}" for child in sorted(parents)) or "none") + (
                     f"; {left_out} are left out, which lack a frame's name, a finite position or a rotation"
                     if left_out else ""))
-        chain.insert(0, links[frame])
+        chain.insert(0, dict(choose(f"{parents[frame]} -> {frame}", links[frame])))
         frame = parents[frame]
     t = np.array(sorted(max(chain, key=len)))
     pose = np.eye(4)
     for link in chain:  # rotations are interpolated entry by entry: headings hardly change between two samples
         series = Series(np.array(sorted(link)), {"link": np.array([link[time] for time in sorted(link)])})
         pose = pose @ (series.at(t, "link") if len(link) > 1 else series["link"])
-    rows = np.stack([t, pose[:, 0, 3], pose[:, 1, 3], np.arctan2(pose[:, 1, 0], pose[:, 0, 0]), pose[:, 2, 3],
-                     pose[:, 2, 2]], -1)
+    rows = np.column_stack([t, pose[:, :3].reshape(-1, 12)])
     return rows[np.isfinite(rows).all(axis=1)].tolist()
 
 
@@ -236,8 +245,8 @@ def refine(expect, seen, unknowns, trust, along, largest_clock):
 def check(sigma, topic):
     """Throws Missing where the motion does not tell."""
     if sigma[0] > CLOCK_STEP:
-        raise Missing(f"{topic}: its clock cannot be determined: sigma is {sigma[0]:.2g} s; must be at most "
-                      f"{CLOCK_STEP:g} s: drive with starts and stops")
+        raise Unexplained(f"{topic}: its clock cannot be determined: sigma is {sigma[0]:.2g} s; must be at most "
+                          f"{CLOCK_STEP:g} s: drive with starts and stops")
     if sigma[1] > 0.1:
         raise Missing(f"{topic}: the marker's yaw on the base cannot be determined: drive forward and lateral too")
 

@@ -17,7 +17,7 @@ from .bags import absolute
 from .base import DRIVER_RADIUS, WHEELS, Base
 from .command_line import Failed, Parser, Refused, shown
 from .reading import add_reading_options, base_of, print_read, print_section, read
-from .records import POSE
+from .records import COMMANDS, POSE, commands_of
 from .report import csv_text
 
 FITTER = "identify_tables"
@@ -45,7 +45,7 @@ def table_of(path, base, arguments):
         if record.alignment:
             print_section("Ground truth, moved onto the base", alignment.analyse(record).lines)
         print(flush=True)
-    return csv_text(*columns_and_rows(record, commands_of(record, lengths_of_odometry(record))))
+    return csv_text(*columns_and_rows(record, commands_of(record, lengths_of_odometry(record), COMMANDS[:2])))
 
 
 def lengths_of_odometry(record):
@@ -59,22 +59,6 @@ def lengths_of_odometry(record):
     if LENGTHS[0] < lengths < LENGTHS[1]:
         driver.half_wheelbase, driver.half_track = round(lengths, 3), 0
     return driver
-
-
-def commands_of(record, driver):
-    """Times and commanded rates of the wheels, of all topics in order, without what is said again."""
-    commands = []
-    for name in ("cmd_vel", "velocity_command"):
-        series = record.get(name)
-        if series:
-            rates = series["rates"] if "rates" in series.columns else np.stack(
-                driver.rolling_rates(*(series[one] for one in POSE[3:])), -1)
-            commands += zip(series.t.tolist(), rates.tolist())
-    table, before = {}, None
-    for t, rates in sorted(commands, key=lambda command: command[0]):
-        if rates != before:
-            table[t] = before = rates
-    return np.array(list(table)), np.array(list(table.values())).reshape(-1, 4)
 
 
 def columns_and_rows(record, commands):

@@ -4,27 +4,13 @@ Grey stretches were held out from the fit. Needs python3-matplotlib.
 """
 import numpy as np
 
-from .command_line import Parser, Refused, shown
+from .command_line import Parser
 from .figures import BLUE, RED, SKY, new_figure, save
 from .files import Outputs
-from .report import read_csv
+from .report import read_columns
 
 MODES = {"ahead": "forward", "sideways": "lateral", "turning": "yaw"}  # in the columns' names, and in words
 SERIES = {"rate": ("angular velocity", "rad/s"), "torque": ("torque", "N m")}
-
-
-def read_columns(path):
-    """The columns of the file by their names."""
-    allowed = "a file by `identify --csv`"
-    names, *rows = read_csv("", path, allowed)
-    texts = dict(zip(names, zip(*rows)))
-    try:
-        return {name: np.array(texts[name], float) for name in (
-            "t", "held_out", *(f"{fitted}{series}_{mode}" for fitted in ("", "fitted_") for series in SERIES
-                               for mode in MODES))}
-    except (KeyError, ValueError) as error:
-        problem = f"no column {error}" if isinstance(error, KeyError) else error
-        raise Refused(f"{shown(path)}: {problem}; must be {allowed}")
 
 
 def shade_held_out(axis, t, held_out):
@@ -55,7 +41,9 @@ def main(argv=None):
     parser.add_argument("plot", metavar="PLOT.png")
     arguments = parser.parse_args(argv)
     Outputs([arguments.table]).claim("PLOT", arguments.plot)
-    columns = read_columns(arguments.table)
+    columns = read_columns("", arguments.table, (
+        "t", "held_out", *(f"{fitted}{series}_{mode}" for fitted in ("", "fitted_") for series in SERIES
+                           for mode in MODES)), "a file by `identify --csv`")
     figure = new_figure(figsize=(11, 9))
     axes = figure.subplots(2 * len(MODES), len(SERIES), sharex=True, gridspec_kw={"height_ratios": [3, 1] * len(MODES)})
     for row, mode in enumerate(MODES):

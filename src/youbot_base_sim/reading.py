@@ -25,6 +25,12 @@ def joint_names(text):
 
 def add_bag_options(parser):
     """Those of each program that reads bags."""
+    parser.add_argument("--namespace", metavar="NAME",
+                        help="of several robots in a bag, the one with this namespace; left out: the shortest names")
+    parser.add_argument("--topic", metavar="[NAME=]TOPIC", action="append", default=[],
+                        type=pair_of(f"NAME=TOPIC, NAME of {', '.join(TOPICS)}", str, TOPICS),
+                        help="read this topic instead of the usual one; may be repeated; NAME, if its type leaves a "
+                             f"choice, of {', '.join(TOPICS)}")
     parser.add_argument("--joints", metavar="FL,FR,BL,BR", type=joint_names, default=(Base.joints, Base.turns),
                         help="joints of the wheels in joint_states; -NAME counts backward: --joints=-a,b,-c,d")
     parser.add_argument("--ticks", metavar="N", type=positive, default=2 * math.pi,
@@ -38,11 +44,6 @@ def add_bag_options(parser):
 
 
 def add_reading_options(parser):
-    parser.add_argument("--namespace", metavar="NAME",
-                        help="of several robots in a bag, the one with this namespace; left out: the shortest names")
-    parser.add_argument("--topic", metavar="NAME=TOPIC", action="append", default=[],
-                        type=pair_of(f"NAME=TOPIC, NAME of {', '.join(TOPICS)}", str, TOPICS),
-                        help=f"read this topic instead of the usual one; NAME of {', '.join(TOPICS)}")
     parser.add_argument("--truth", choices=("base", "marker"), help="whose pose ground truth is: the base's own at the "
                         "bag's clock, or a marker's, whose offset and clock are estimated; default: base for "
                         "nav_msgs/Odometry and --frames, else marker")
@@ -55,9 +56,21 @@ def read(path, base, arguments, is_quiet=False):
     """The Bag, and its Record as these options say."""
     bag = Bag(path, arguments.clock_offset, arguments.publisher)
     with Progress(sum(bag.counts.values()), delay=math.inf if is_quiet else 1, interval=0.2) as progress:
-        return bag, read_record(bag, base, dict(arguments.topic), namespace=arguments.namespace or "",
+        return bag, read_record(bag, base, chosen_topics(bag, arguments), namespace=arguments.namespace,
                                 progress=lambda n: n % 256 or progress.show(n, Path(path).name),
                                 frames=arguments.frames, of_marker=arguments.truth and arguments.truth == "marker")
+
+
+def chosen_topics(bag, arguments):
+    """{name: topic} of --topic; a topic without a name has the first one that its type may have."""
+    chosen, types = {}, {absolute(topic): kind for topic, kind in bag.types.items()}
+    for name, topic in arguments.topic:
+        names = [name] if name else [one for one in TOPICS if types.get(absolute(topic)) in TOPICS[one].kinds]
+        if not names:
+            raise Refused(f"{shown(bag.path)}: --topic {shown(topic)}: must be a topic of a base; it has "
+                          f"{bag.shown_topics()}")
+        chosen[names[0]] = topic
+    return chosen
 
 
 def base_of(arguments):
@@ -113,11 +126,14 @@ def two_frames(text):
 
 
 def pair_of(form, read, names=()):
-    """The type of an option NAME=VALUE, NAME one of `names` if there are any. `read` makes the value of its text."""
+    """The type of an option NAME=VALUE; if there are `names`, NAME is one of them, or left out with "=". `read` makes the
+    value of its text."""
     def pair(text):
-        name, _, value = text.partition("=")
+        name, is_given, value = text.partition("=")
+        if names and not is_given:
+            name, value = "", text
         with contextlib.suppress(ValueError):
-            if name and value and (not names or name in names):
+            if value and (name in names if names and is_given else names or name):
                 return name, read(value)
         raise argparse.ArgumentTypeError(f"{text!r}: must be {form}")
     return pair

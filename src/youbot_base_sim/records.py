@@ -14,7 +14,8 @@ from .series import POSE, Missing, Series, differentiated, middles
 LARGEST = 1e9  # in SI units: beyond, a number is damaged
 MAX_NAMES = 12  # of joints, in a message
 FASTEST, RARE = 100, 0.01  # rad/s, of wheels; share of steps
-MIN_FIT, MAX_APART = 0.8, 0.1  # of velocities to positions: squared correlation; relative difference of factors
+MIN_FIT, MAX_APART = 0.8, 0.05  # of velocities to positions: squared correlation; relative difference of factors
+EMPTY = "is not there"  # of fields: why they cannot be used
 POWERS = ("drive", "bearing", "roller", "floor", "external")
 
 
@@ -57,17 +58,20 @@ class Record:
             " and no --frames of /tf" if name == "ground_truth" else "")
 
 
+COMMANDS = ("cmd_vel", "velocity_command", "torques_command")
+
+
 def read_record(bag, base, chosen=(), progress=lambda n: None, only=None, namespace="", frames=(),
                 of_marker=None, sign="auto"):
     """Reads a Record of `only` these TOPICS, all unless given. `chosen`: topics by name that replace the usual ones.
     `frames`: fixed and moving, whose transforms are ground truth. `of_marker`: whether it is a marker's, at a clock of
     its own, or the base's; None: by its type."""
-    topics = find_topics(bag, chosen, only or TOPICS, f"/{namespace}/".replace("//", "/"))
+    topics = find_topics(bag, chosen, only or TOPICS, namespace)
     names = {topic: name for name, candidates in topics.items() for topic in candidates}
     rows, state_sets = {topic: {} for topic in names}, {topic: [] for topic in bag.state_sets(names)}
-    record, left_out = Record(base, sign, notes=[bag.note] * bool(bag.note)), LeftOut()
+    record, left_out = Record(base, sign, notes=[*bag.notes]), LeftOut()
     record.notes += [f"{shown(topic)}: {offset:+.6g} s are added to its times" for topic, offset in bag.offsets.items()]
-    sampled = [topic for topic, name in names.items() if TOPICS[name].is_sampled]
+    sampled = [topic for topic, name in names.items() if TOPICS[name].is_sampled] or list(names)
     others = [*set(names) - set(sampled), *state_sets]
     for n, (t, connection, message) in enumerate(bag.messages_of_one_run(sampled, others)):
         progress(n)
@@ -91,7 +95,7 @@ def read_record(bag, base, chosen=(), progress=lambda n: None, only=None, namesp
     choose_part(record, bag, {topic: found for topic, found in rows.items() if found}, state_sets)
     for name, candidates in topics.items():
         for topic in candidates:
-            rows[topic] = within(record.part, rows[topic], is_held=name in ("cmd_vel", "velocity_command"))
+            rows[topic] = within(record.part, rows[topic], is_held=name in COMMANDS)
         used = [topic for topic in candidates if rows[topic]]
         if not used:
             record.unusable.update((name, left_out.why_none(topic, base)) for topic in reversed(candidates))
@@ -106,11 +110,13 @@ def read_record(bag, base, chosen=(), progress=lambda n: None, only=None, namesp
 
 
 def origin(publisher, message):
-    """Who sent a message, and of which frames it is."""
+    """Who sent a message, of which frames it is, and of joints that it names twice."""
+    names = getattr(message, "name", ())
+    twice = [name for name in dict.fromkeys(names) if names.count(name) > 1]
     frame, child = (getattr(part, name, "") for part, name in (
         (getattr(message, "header", None), "frame_id"), (message, "child_frame_id")))
     return f", by {shown(publisher)}" * bool(publisher) + f", in {shown(frame)}" * bool(frame) + (
-        f" of {shown(child)}" * bool(child))
+        f" of {shown(child)}" * bool(child)) + f", with {', '.join(map(shown, twice))} twice: the first" * bool(twice)
 
 
 def largest(rows):
@@ -118,12 +124,30 @@ def largest(rows):
     return sorted(rows, key=lambda publisher: -len(rows[publisher]))
 
 
+def commands_of(record, driver, names):
+    """Times and commanded values of the wheels, of all these topics in order, without what is said again. `driver`: the
+    base by which twists become rates."""
+    commands = []
+    for series in filter(None, map(record.get, names)):
+        rates = series["rates"] if "rates" in series.columns else np.stack(
+            driver.rolling_rates(*(series[one] for one in POSE[3:])), -1)
+        commands += zip(series.t.tolist(), rates.tolist())
+    table, before = {}, None
+    for t, rates in sorted(commands, key=lambda command: command[0]):
+        if rates != before:
+            table[t] = before = rates
+    return np.array(list(table)), np.array(list(table.values())).reshape(-1, 4)
+
+
 def choose_publisher(record, topic, rows, is_sampled):
     """The rows of a topic: of several nodes that publish samples, those of the one with the most, the first of equals.
     Commands and events may come from several."""
-    if len(rows) < 2 or not is_sampled:
+    used, *others = largest(rows) or [""]
+    if others and not is_sampled:
+        record.notes.append(f"{shown(topic)} has {len(rows)} publishers: uses all, {', '.join(map(shown, rows))} (to "
+                            "choose: --publisher TOPIC=NODE)")
+    if not others or not is_sampled:
         return sorted(sum(rows.values(), []), key=lambda row: row[0])
-    used, *others = largest(rows)
     record.notes.append(f"{shown(topic)} has {len(rows)} publishers: uses {shown(used)} ({len(rows[used])} messages), "
                         f"not {', '.join(f'{shown(one)} ({len(rows[one])})' for one in others)} (to choose: --publisher "
                         "TOPIC=NODE)")
@@ -157,8 +181,11 @@ def add_truth(record, bag, frames, of_marker):
     """Reads transforms, if they are asked for; aligns what is a marker's."""
     try:
         if frames:
-            rows = within(record.part, ground_truth.transforms_to_poses(bag, *frames))
+            poses = ground_truth.transforms_to_poses(bag, *frames, lambda *of: choose_publisher(record, *of, True))
+            rows = within(record.part, poses)
             add_series(record, "ground_truth", " -> ".join(frames), rows, ground_truth.pose_series)
+        for name in ("odom", "ground_truth"):
+            agreement.to_metres(record, name)
         poses, topic = record.get("ground_truth", "x", "y", "psi"), record.topics.get("ground_truth")
         record.poses = poses
         offset = bag.offsets.get("/tf" if frames else absolute(topic or ""))
@@ -196,11 +223,19 @@ def rolled(record):
     return Series((joints or odom).t, {"rolled": np.vstack([np.zeros(4), sums])})
 
 
+class Unusable(list):
+    """Numbers of a field that cannot be used, and why."""
+
+    def __init__(self, reason, count):
+        super().__init__([math.nan] * count)
+        self.reason = reason
+
+
 class LeftOut:
     """Replaces the fields of messages that cannot be used by NaN, and counts them."""
 
     def __init__(self):
-        self.foreign, self.lacking, self.wild = Counter(), Counter(), Counter()  # numbers of messages
+        self.foreign, self.fields = Counter(), Counter()  # numbers of messages; the latter by topic, field and reason
         self.seen, self.filled = set(), set()  # topics; their fields that are not always empty
         self.joints = {}  # in messages that are not of the wheels, in their order
 
@@ -214,19 +249,21 @@ class LeftOut:
             return None
         row, left_out = [], 0
         for name, values in fields.items():
-            if values is not EMPTY:
-                self.filled.add((topic, name))
-            if not all(value is None or abs(value) <= LARGEST for value in values):
-                counter = self.lacking if values is EMPTY or values is MISCOUNTED else self.wild
-                counter[topic, name] += 1
+            if not isinstance(values, Unusable) and not all(value is None or abs(value) <= LARGEST for value in values):
+                values = Unusable(f"is not finite, or beyond {LARGEST:g}", len(values))
+            if isinstance(values, Unusable):
+                self.fields[topic, name, values.reason] += 1
                 left_out += 1
-                values = (math.nan,) * len(values)
+            if getattr(values, "reason", "") != EMPTY:
+                self.filled.add((topic, name))
             row += [math.nan if value is None else value for value in values]
         return row if left_out < len(fields) else None
 
     def why_none(self, topic, base):
         """The reason where no message of a topic can be used."""
         if self.joints.get(topic):
+            if set(base.joints) <= set(self.joints[topic]):
+                return f"{shown(topic)} has the wheels in separate messages: must have all four in one"
             joints = ", ".join(list(self.joints[topic])[:MAX_NAMES])[:MAX_NAMES * LONGEST_QUOTE]
             return (f"{shown(topic)} has the joints {shown(joints)}, not the wheels "
                     f"{', '.join(base.joints)}: name them, fl, fr, bl and br, with --joints")
@@ -235,12 +272,9 @@ class LeftOut:
             "with usable numbers" if topic in self.seen else "that can be read")
 
     def notes(self, names):
-        for (topic, field_name), number in self.wild.items():
-            yield f"{shown(topic)}: {field_name} of {number} messages is not finite, or beyond {LARGEST:g}: left out"
-        for (topic, field_name), number in self.lacking.items():
-            if (topic, field_name) in self.filled:
-                yield (f"{shown(topic)}: {field_name} of {number} messages has fewer or more numbers than there are "
-                       "names: left out")
+        for (topic, field_name, reason), number in self.fields.items():
+            if reason != EMPTY or (topic, field_name) in self.filled:
+                yield f"{shown(topic)}: {field_name} of {number} messages {reason}: left out"
         for topic, number in self.foreign.items():
             if names[topic] != "joint_states":  # where an arm's joints are at home too
                 yield (f"{shown(topic)}: {number} messages lack the wheels fl, fr, bl and br or another part that is "
@@ -249,13 +283,13 @@ class LeftOut:
 
 def find_topics(bag, chosen, names, namespace):
     """{name: topics that may have it, the likeliest first}"""
-    found = {}
+    found, begin = {}, f"/{namespace or ''}/".replace("//", "/")
     for name in names:
         wanted = TOPICS[name]
         topics = {topic: topic.rsplit("/", 1)[-1] for topic in bag.types if bag.types[topic] in wanted.kinds}
         if name not in chosen:
             usual = [topic for topic, last in topics.items()
-                     if last in wanted.usual and absolute(topic).startswith(namespace)]
+                     if last in wanted.usual and absolute(topic).startswith(begin)]
             found[name] = sorted(usual, key=lambda topic: (wanted.usual.index(topics[topic]), topic.count("/"), topic))
             continue
         found[name] = [topic for topic in topics if absolute(topic) == absolute(chosen[name])]
@@ -263,10 +297,6 @@ def find_topics(bag, chosen, names, namespace):
             raise Refused(f"{shown(bag.path)}: {name}={shown(chosen[name])}: must be a topic of type "
                           f"{' or '.join(wanted.kinds)}; it has {bag.shown_topics()}")
     return found
-
-
-# Fields of joint_states without a number for each name: these objects, not their likes.
-EMPTY, MISCOUNTED = [math.nan] * 4, [math.nan] * 4
 
 
 def pose_fields(message, _):
@@ -281,7 +311,7 @@ def joint_fields(message, base):
         return None
     index = [message.name.index(joint) for joint in base.joints]
     return {name: [scale * column[i] for i, scale in zip(index, scales)] if len(column) == len(message.name) else
-            MISCOUNTED if column else EMPTY
+            Unusable("has fewer or more numbers than there are names" if column else EMPTY, 4)
             for name, column, scales in (("position", message.position, base.turns),
                                          ("velocity", message.velocity, np.sign(base.turns)),
                                          ("effort", message.effort, np.sign(base.turns)))}
@@ -310,10 +340,16 @@ def twist_fields(message, _):
     return {"twist": (message.linear.x, message.linear.y, message.angular.z)}
 
 
-def command_fields(message, base):
-    """Rates of the wheels; those that the command does not name keep their set points."""
-    rates = {entry.joint_uri: entry.value for entry in reversed(message.velocities) if entry.unit == "s^-1 rad"}
-    return {"velocities": [rates.get(joint) for joint in base.joints]} if set(base.joints) & set(rates) else None
+def command_fields(entries, unit, base):
+    """Values of the wheels as the base reads them: the first with the right unit counts, and wheels that the command
+    does not name keep theirs."""
+    fields = {}
+    for joint in base.joints:
+        given = [entry for entry in entries if entry.joint_uri == joint]
+        right = [entry.value for entry in given if entry.unit == unit]
+        fields[joint] = (Unusable(f'has the unit "{given[0].unit}" instead of "{unit}"', 1) if given and not right else
+                         (right or [None])[:1])
+    return fields if {entry.joint_uri for entry in entries} & set(base.joints) else None
 
 
 def add_series(record, name, topic, rows, series):
@@ -340,7 +376,6 @@ def pose_series(t, values, record, topic):
     series = Series(t, dict(zip(POSE, values.T)))
     there = np.isfinite(series["psi"])
     series["psi"][there] = np.unwrap(series["psi"][there])
-    ground_truth.to_metres(series, record, topic)
     poses = series.known("x", "y", "psi")
     if len(poses) < 3:
         return series
@@ -456,8 +491,10 @@ def velocity_scale(series, base):
     return signs, 1, "; ".join(notes)
 
 
-def command_series(t, rates, record, _):
-    """Of wheels that a command does not name the rates before, at first zero."""
+def command_series(t, rates, record, topic):
+    """Of wheels that a command does not name the values before, at first zero."""
+    if not np.isfinite(rates[0]).all():
+        record.notes.append(f"{topic}: the first command leaves out wheels: they are at zero, where a base may hold them")
     for wheel in rates.T:
         latest = np.maximum.accumulate(np.where(np.isfinite(wheel), np.arange(len(wheel)), 0))
         wheel[:] = np.nan_to_num(wheel[latest])
@@ -497,6 +534,10 @@ TOPICS = {
     "contacts": Topic({"youbot_base_sim/ContactsStamped": (contact_fields, contact_series)}, ("contacts",)),
     "cmd_vel": Topic(dict.fromkeys(("geometry_msgs/Twist", "geometry_msgs/TwistStamped"), (
         twist_fields, lambda t, twists, *_: Series(t, dict(zip(POSE[3:], twists.T))))), ("cmd_vel",), is_sampled=False),
-    "velocity_command": Topic({"brics_actuator/JointVelocities": (command_fields, command_series)},
-                              ("velocity_command",), is_sampled=False),
+    "velocity_command": Topic({"brics_actuator/JointVelocities": (
+        lambda message, base: command_fields(message.velocities, "s^-1 rad", base), command_series)},
+        ("velocity_command",), is_sampled=False),
+    "torques_command": Topic({"brics_actuator/JointTorques": (
+        lambda message, base: command_fields(message.torques, "m^2 kg s^-2 rad^-1", base), command_series)},
+        ("torques_command",), is_sampled=False),
 }

@@ -1,6 +1,9 @@
 """Tables in CSV."""
+import array
 import csv
 import io
+
+import numpy as np
 
 from .command_line import Refused, shown
 from .files import read_whole
@@ -33,3 +36,19 @@ def read_csv(option, path, allowed):
             raise csv.Error("no rows")
     except (UnicodeDecodeError, csv.Error) as error:
         raise Refused(f"{option} {shown(path)}: {error}; must be {allowed}".lstrip())
+
+
+def read_columns(option, path, names, allowed):
+    """{name: numbers} of these columns. Throws Refused where one is missing, or has a cell that is no number."""
+    rows, numbers = read_csv(option, path, allowed), array.array("d")  # takes a tenth of what lists do
+    columns = next(rows)
+    try:
+        for name in set(names) - set(columns):
+            raise ValueError(f"no column {name!r}")
+        places = [columns.index(name) for name in names]
+        for row in rows:
+            numbers.extend(float(row[place]) for place in places)
+    except ValueError as error:
+        raise Refused(f"{option} {shown(path)}: {shown(error)}; must be {allowed}: numbers in columns "
+                      f"{', '.join(names)}".lstrip())
+    return dict(zip(names, np.array(numbers).reshape(-1, len(names)).T))

@@ -4,7 +4,7 @@
 #include "../temporary_folder.h"
 #include "fuzz.h"
 #include "youbot_base_sim/drive/base_driver.h"
-#include "youbot_base_sim/drive/driver_configuration.h"
+#include "youbot_base_sim/scene/driver_configuration.h"
 #include "youbot_base_sim/sensors/motor_sensors.h"
 #include "youbot_base_sim/sensors/wheel_odometry.h"
 
@@ -52,7 +52,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   DriverConfiguration configuration;
   try {
     configuration = load_driver_configuration(folder.path(""), "base");
-  } catch (const DriverConfigurationError& error) {
+  } catch (const SceneError& error) {
     require_one_line(error.what());
     return 0;
   }

@@ -118,7 +118,7 @@ struct Value {
 };
 
 TEST_F(KeysTest, AreAllFound) {
-  // Some of each section; docs/scenes.md has the list.
+  // Some of each section; docs/scenes/keys.yaml has the list.
   for (const std::string known :
        {"model", "duration", "robot.com", "robot.roller_damping", "floor.gravity", "initial.roller_rates",
         "solver.control_period", "drive.reference_motion.Omega.cos", "drive.torque[0].start", "drive.velocity_table"}) {
@@ -137,10 +137,9 @@ TEST_F(KeysTest, StandInTheListingAndInTheSeeds) {
   for (const std::vector<Key>& keys : {keys_, sections_}) {
     for (const Key& key : keys) known.insert(key.path);
   }
-  const std::string page = read_text_file(kSource + "docs/scenes.md", kLargest);
-  const std::size_t begin = page.find("```yaml\n") + 8;
-  collect_paths(YAML::Load(page.substr(begin, page.find("```", begin) - begin)), "", listed);
-  ASSERT_NE(page.find("{name: measured, friction_scale: "),
+  const std::string listing = read_text_file(kSource + "docs/scenes/keys.yaml", kLargest);
+  collect_paths(YAML::Load(listing), "", listed);
+  ASSERT_NE(listing.find("{name: measured, friction_scale: "),
             std::string::npos);  // in a comment, beside a profile's name
   listed.insert({"robot.profile.name", "robot.profile.friction_scale"});
   EXPECT_EQ(listed, known);
@@ -285,10 +284,10 @@ TEST_F(KeysTest, RefuseNumbersBeyondTheEndsThatTheyState) {
   EXPECT_GE(cases, 200);
 }
 
-// docs/limits.md has a row for each, with the same ends and unit, and no others.
+// docs/limits/scenes.csv has a row for each, with the same ends and unit, and no others.
 TEST_F(KeysTest, HaveTheLimitsThatTheDocumentationTells) {
   std::map<std::string, Limits> rows;
-  for (const Limits& row : limits("Scenes")) rows[row.key] = row;
+  for (const Limits& row : limits("scenes")) rows[row.key] = row;
   for (const Key& key : keys_) {
     const std::optional<Ends> ends = ends_of(key.allowed);
     if (!ends) continue;

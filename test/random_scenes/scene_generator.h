@@ -12,7 +12,7 @@ struct RandomScene {
 };
 
 /// Scene number `number`, the same on every machine: any model, method, drive and feature, around the paper's robot.
-/// Every key of docs/scenes.md comes up. A few scenes combine what is refused. `table_name` is the file to name as the
+/// Every key of a scene comes up. A few scenes combine what is refused. `table_name` is the file to name as the
 /// drive's table.
 RandomScene random_scene_file(std::uint32_t number, const std::string& table_name);
 

@@ -121,7 +121,7 @@ TEST_F(TableFromBagTest, ReplaysTwists) {
   messages.back().second.linear.x = NAN;
   record("cmd_vel", messages);  // as `rosbag record cmd_vel` names it
   ASSERT_EQ(make_table(velocity_), 0) << said_;
-  EXPECT_NE(said_.find("a twist is not finite: skipped"), std::string::npos) << said_;
+  EXPECT_NE(said_.find("cmd_vel: twist of 1 messages is not finite"), std::string::npos) << said_;
   EXPECT_EQ(table().t.size(), 2u) << "the same again is no row";
   loop.advance_periods(2000);
   expect_same(replay("velocity_table"), loop.simulation().state());
@@ -154,7 +154,7 @@ TEST_F(TableFromBagTest, ReplaysTorques) {
   for (const auto& [t, message] : messages) loop.push(t, wheel_command(message).set_points);
   record("/base/base_controller/torques_command", messages);
   ASSERT_EQ(make_table(torque_), 0) << said_;
-  EXPECT_NE(said_.find("wheel_joint_fl has the unit \"Nm\""), std::string::npos) << said_;
+  EXPECT_NE(said_.find("wheel_joint_fl of 1 messages has the unit \"Nm\""), std::string::npos) << said_;
   loop.advance_periods(2000);
   expect_same(replay("torque_table"), loop.simulation().state());
 }
@@ -199,10 +199,11 @@ TEST_F(TableFromBagTest, RefusesInOneLineThatSaysWhy) {
 
   geometry_msgs::Twist twist;
   record<geometry_msgs::Twist>("/cmd_vel", {{0, twist}});
-  expect_refused(torque_,
-                 {"no /base/base_controller/torques_command; it has /cmd_vel (geometry_msgs/Twist), /something"});
-  expect_refused({velocity_[0], velocity_[1], "--topic", "/cmd"}, {"no topic /cmd; it has /cmd_vel"});
-  expect_refused({velocity_[0], velocity_[1], "--measured"}, {"no /joint_states or /base/joint_states"});
+  expect_refused(
+      torque_, {"no torques_command (brics_actuator/JointTorques); it has /cmd_vel (geometry_msgs/Twist), /something"});
+  expect_refused({velocity_[0], velocity_[1], "--topic", "/cmd"},
+                 {"--topic /cmd: must be a topic of a base; it has /cmd_vel"});
+  expect_refused({velocity_[0], velocity_[1], "--measured"}, {"no joint_states (sensor_msgs/JointState); it has"});
 }
 
 TEST_F(TableFromBagTest, RefusesOutputsThatWouldDestroySomething) {
@@ -243,7 +244,7 @@ TEST_F(TableFromBagTest, WhereAnOutputTakesNoMoreTheExitStatusIs1) {
 TEST_F(TableFromBagTest, RefusesTextsThatAreEmpty) {
   const std::string table = folder_.path("table.csv");
   expect_refused({"--velocity", table, "--torque", ""}, {"--torque = \"\": must not be empty"});
-  expect_refused({"--velocity", table, "--topic", ""}, {"--topic = \"\": must not be empty"});
+  expect_refused({"--velocity", table, "--topic", ""}, {"--topic: '': must be NAME=TOPIC"});
   expect_refused({"--velocity", table, "--wheel-radius", ""}, {"--wheel-radius: '': must be a number > 0"});
 }
 

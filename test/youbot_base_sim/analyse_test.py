@@ -398,7 +398,7 @@ class AnalyseTest(RunsAnalyse):
         self.analyse(bag)
         self.assertNotRegex(self.out, "0.15")
         self.analyse(bag, "--namespace", "youbot", status=2)
-        self.one_line("no topic of a base")
+        self.one_line("no topic of a base with --namespace youbot: ")
 
     def test_of_a_base_that_was_put_elsewhere_the_longest_part_is_judged(self):
         turning = self.make_turning("turning.bag", prefix="/a/")
@@ -499,7 +499,7 @@ class AnalyseTest(RunsAnalyse):
         self.assertIn("/base/joint_states: position of 401 messages has fewer or more numbers", self.out)
         self.assertIn("/base/joint_states has no positions", self.out)
         with_states(position=lambda t, values: [] if t > 2 else values)
-        self.assertIn("/base/joint_states: position of 200 messages has fewer or more numbers", self.out)
+        self.assertIn("/base/joint_states: position of 200 messages is not there: left out", self.out)
         numbers = with_states(position=infinite, velocity=infinite, effort=infinite)
         self.assertRegex(self.out, "  slip +/base/joint_states has no message with usable numbers")
         self.assertRegex(self.out, "  spectrum +/base/joint_states has no message with usable numbers")
@@ -690,7 +690,8 @@ class AnalyseTest(RunsAnalyse):
 
     def test_bad_arguments_are_refused(self):
         for arguments, words in ((["--only", "odo"], "'odo': must be of alignment, path"),
-                                 (["--topic", "odom"], "'odom': must be NAME=TOPIC"),
+                                 (["--topic", "speed=/odom"], "'speed=/odom': must be NAME=TOPIC"),
+                                 (["--topic", "/cmd"], "--topic /cmd: must be a topic of a base; it has"),
                                  (["--scene", "/none"], "/none: No such file"),
                                  (["--desired", "/none"], "/none: No such file"),
                                  (["--desired", SCRIPT], "must be rows of simulate --csv")):

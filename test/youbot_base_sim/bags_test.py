@@ -159,7 +159,7 @@ class BagsTest(harness.RunsAnalyse):
     def test_commands_of_which_none_can_be_read_are_one_line(self):
         bag = self.write("short.bag", Twist._full_text, "geometry_msgs/Twist", bytes(7))
         said = self.table(bag, "--topic", "/joint_states", "--velocity", self.path("a.csv"), status=2)
-        self.assertRegex(said, "^table_from_bag: .*short.bag: /joint_states: must have a command that can be read\n$")
+        self.assertRegex(said, "^table_from_bag: .*short.bag: /joint_states has no message that can be read; it has [^\\n]*\\n$")
 
     def test_a_chunk_is_unpacked_to_the_size_that_it_says(self):
         from youbot_base_sim.bags import decompressed
@@ -182,7 +182,8 @@ class BagsTest(harness.RunsAnalyse):
                     damaged[draw.randrange(len(damaged))] ^= 1 << draw.randrange(8)
                 Path(self.path("damaged.bag")).write_bytes(damaged)
                 said = self.table(self.path("damaged.bag"), "--angles", self.path("a.csv"), status=(0, 2))
-                self.assertLessEqual(said.count("\n"), 1)
+                refusals = [line for line in said.splitlines() if ": warning: " not in line]
+                self.assertLessEqual(len(refusals), 1, said)
 
 
 if __name__ == "__main__":

@@ -85,9 +85,9 @@ class NumbersTest(unittest.TestCase):
 
     def test_stress(self):
         hold, runs, sensitive = map(int, re.search(
-            r"(\d+) of (\d+) runs hold all requirements, (\d+) more are explained", self.pages["docs/stress.md"]).groups())
+            r"(\d+) of (\d+) runs hold all requirements, (\d+) more are explained", self.pages["docs/stress/stress.md"]).groups())
         self.expect(f"{hold} of the {runs} runs hold all limits of cost and error; {sensitive} more are sensitive motions, and "
-                    f"[stress.md](stress.md) names the {runs - hold - sensitive} others", "docs/numerics_results.md")
+                    f"[stress.md](stress/stress.md) names the {runs - hold - sensitive} others", "docs/numerics_results.md")
 
 
 if __name__ == "__main__":

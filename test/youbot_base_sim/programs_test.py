@@ -170,10 +170,11 @@ class ProgramsTest(unittest.TestCase):
     def test_rviz_is_opened_with_frames_of_this_prefix(self):
         self.stub("rviz", 'cat "$2"')
 
-        def opened(*prefix):
+        def opened(*prefix, display=":0"):
             return subprocess.run(["bash", ROOT / "scripts" / "open_rviz", "--tf-prefix", *prefix, "-d",
                                    ROOT / "rviz" / "base.rviz"], cwd=self.folder, text=True, capture_output=True,
-                                  env={**self.with_programs, "ROS_HOME": str(self.folder)})
+                                  env={**self.with_programs, "ROS_HOME": str(self.folder), "DISPLAY": display})
+        self.assertIn("there is no display for rviz: set DISPLAY", opened("unset", display="").stderr)
         plain = opened("unset").stdout
         self.assertEqual((plain, opened().stdout), ((ROOT / "rviz" / "base.rviz").read_text(),) * 2)
         expected = plain.replace('TF Prefix: ""', "TF Prefix: a.b/c-1")

@@ -5,9 +5,10 @@ import unittest
 import harness
 import numpy as np
 import rosbag
-from geometry_msgs.msg import Pose, Quaternion, Twist, TwistStamped, Vector3
+from geometry_msgs.msg import Pose, PoseStamped, Quaternion, Twist, TwistStamped, Vector3
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
+from std_msgs.msg import Header
 
 RATE, RADIUS, LENGTHS = 50, 0.05, 0.385
 LATERAL = 0.95  # of what the wheels roll
@@ -20,6 +21,18 @@ def path_of(velocities):
     return np.stack([way.real, way.imag, psi], -1)
 
 
+def seen(stamp, pose, tracker, marker):
+    """A marker's pose; `tracker` and `marker`: half angles by which both are turned about x."""
+    def product(a, b):
+        u, v = np.array(a[:3]), np.array(b[:3])
+        return [*(a[3] * v + b[3] * u + np.cross(u, v)), a[3] * b[3] - u @ v]
+    x, y, turn = pose
+    turned = product(product((math.sin(tracker), 0, 0, math.cos(tracker)),
+                             (0, 0, math.sin(turn / 2), math.cos(turn / 2))), (math.sin(marker), 0, 0, math.cos(marker)))
+    place = Vector3(x, y * math.cos(2 * tracker), y * math.sin(2 * tracker))
+    return PoseStamped(Header(stamp=stamp), Pose(place, Quaternion(*turned)))
+
+
 def odometry(stamp, pose, velocity):
     message = Odometry(pose=Odometry().pose, twist=Odometry().twist)
     message.header.stamp = stamp
@@ -30,7 +43,7 @@ def odometry(stamp, pose, velocity):
 
 class RecordsTest(harness.RunsAnalyse):
     def expect(self, note, *arguments, forward=1, lateral=LATERAL, position=1.0, odom=1.0, truth=(1, 1, 1),
-               counted=None, stamped=False, of="rolled"):
+               counted=None, stamped=False, of="rolled", rates_by=(1, 1, 1, 1), late=0.0, tracked=()):
         """What `analyse` makes of a bag with positions, ways of odometry or ground truth by these factors."""
         turn = LENGTHS * COMMANDS[:, 2]
         X, Y, _ = COMMANDS.T
@@ -39,16 +52,17 @@ class RecordsTest(harness.RunsAnalyse):
         if counted:
             positions = counted(positions)
         way, true = COMMANDS * (odom, odom, 1), COMMANDS * (1, LATERAL, 1) * truth
-        told, seen = path_of(COMMANDS) * (odom, odom, 1), path_of(true)
+        told, way_seen = path_of(COMMANDS) * (odom, odom, 1), path_of(true)
         with rosbag.Bag(self.path("drive.bag"), "w") as bag:
             for k, command in enumerate(COMMANDS):
                 stamp, joints = harness.stamp_of(k / RATE), JointState()
                 joints.header.stamp = stamp
                 joints.name = ["wheel_joint_" + wheel for wheel in ("fl", "fr", "bl", "br")]
-                joints.position, joints.velocity = positions[k], rates[k]
+                joints.position, joints.velocity = positions[k], rates[k] * rates_by
                 twist = Twist(Vector3(*command[:2], 0), Vector3(0, 0, command[2]))
-                for topic, message in (("/joint_states", joints), ("/odom", odometry(stamp, told[k], way[k])),
-                                       ("/ground_truth", odometry(stamp, seen[k], true[k])),
+                truth_of = (("/pose", seen(harness.stamp_of(k / RATE + late), way_seen[k], *tracked)) if tracked else
+                            ("/ground_truth", odometry(stamp, way_seen[k], true[k])))
+                for topic, message in (("/joint_states", joints), ("/odom", odometry(stamp, told[k], way[k])), truth_of,
                                        ("/cmd_vel", TwistStamped(joints.header, twist) if stamped else twist)):
                     bag.write(topic, message, stamp)
         numbers = self.numbers(self.path("drive.bag"), *arguments)
@@ -63,9 +77,9 @@ class RecordsTest(harness.RunsAnalyse):
         self.assertAlmostEqual(numbers["lateral_of_commanded"], LATERAL, delta=0.02)
 
     def test_lengths_in_mm_are_converted(self):
-        numbers = self.expect("/odom: x, y, z are in mm: converted to m", odom=1000)
+        numbers = self.expect("/odom: its lengths are in mm: converted to m", odom=1000)
         self.assertLess(numbers["final_error"], 0.1)
-        self.expect("note: /ground_truth: V_X, V_Y are in mm", truth=(1000, 1000, 1))
+        self.expect("note: /ground_truth: its lengths are in cm", truth=(100, 100, 1))
 
     def test_other_sizes_and_signs_are_named(self):
         self.expect("/odom: the base moves forward 1.41 (sqrt(2)), lateral 1.41 (sqrt(2)) times as far as its wheels "
@@ -77,6 +91,19 @@ class RecordsTest(harness.RunsAnalyse):
         self.expect("/ground_truth: the base moves lateral -0.95, in yaw -1 times", truth=(1, -1, -1), lateral=-LATERAL)
         self.expect("/odom: the base moves forward 0.0175 (degrees in place of rad)", position=180 / math.pi,
                     forward=math.pi / 180, lateral=LATERAL * math.pi / 180)
+
+    def test_velocities_of_one_wheel_by_another_factor_are_not_used(self):
+        self.expect("1.08, 1, 1 times their changes): velocities are differences", rates_by=(1, 1.08, 1, 1))
+
+    def test_trackers_and_markers_that_are_tilted_are_levelled(self):
+        for tracker, marker in ((0, 0.2), (math.pi / 4, 0), (0.1, math.pi / 2)):
+            self.expect(f"the axis of yaw is {math.degrees(2 * tracker):.0f} deg off the tracker's z axis, "
+                        f"{math.degrees(2 * marker):.0f} deg off the marker's: levelled", tracked=(tracker, marker))
+
+    def test_the_clock_of_a_topic_is_decided_once(self):
+        for late, how in ((-1.01, "before their arrival: moved by so much"), (0.6, "--clock-offset /pose=-0.6)")):
+            numbers = self.expect(how, tracked=(0, 0), late=late)
+            self.assertAlmostEqual(numbers["clock"], -late if abs(late) < 1 else 0, delta=0.01)
 
     def test_positions_that_begin_anew(self):
         self.expect("positions begin anew", "--ticks", "20000", position=20000 / 2 / math.pi,

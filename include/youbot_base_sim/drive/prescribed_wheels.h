@@ -1,6 +1,5 @@
 #pragma once
 
-#include <atomic>
 #include <cstddef>
 #include <memory>
 #include <vector>
@@ -48,7 +47,6 @@ class WheelSpline : public WheelMotion {
 
   WheelTable table_;
   std::vector<Wheels> angle_, acceleration_;  // at the rows
-  mutable std::atomic<std::size_t> row_{0};   // of the last time asked for: the next one is near
 };
 
 /// Torque that moves the wheels as prescribed, on a robot whose friction does not act back on them: what their inertia

@@ -2,7 +2,7 @@
 
 namespace youbot_base_sim {
 
-/// Radau's mechanisms and numbers; docs/tuning.md says what each is worth. Infinity switches friction_mismatch,
+/// Radau's mechanisms and numbers; docs/tuning says what each is worth. Infinity switches friction_mismatch,
 /// curvature_margin, predictable_fraction, unseen_energy, pose_time, far and switch_transient off.
 struct RadauOptions {
   // RadauNewton

@@ -19,13 +19,15 @@ inline Tolerance share_of(const Tolerance& tolerance, double share) {
   return {std::max(share * tolerance.relative, kFinest), share * tolerance.absolute};
 }
 
+constexpr double kRollerScale = 10;
+
 /// Errors of the velocities u that count as 1, m/s and rad/s. The platform's are judged together, 1 rad/s as 1 m/s. A
-/// roller's rate counts a tenth: its bearing stops an error within 1e-7 s, and the impulse that remains is tiny.
-inline Velocities error_scale(const Tolerance& tolerance, const Velocities& u) {
-  constexpr double kRollerScale = 10;
+/// roller's rate counts a `roller_scale`-th: its bearing stops an error within 1e-7 s, and the impulse that remains is
+/// tiny.
+inline Velocities error_scale(const Tolerance& tolerance, const Velocities& u, double roller_scale = kRollerScale) {
   return {Wheels::Constant(tolerance.absolute + tolerance.relative * std::sqrt(sum(u.v.square()))),
           tolerance.absolute + tolerance.relative * u.dphi.abs(),
-          kRollerScale * (tolerance.absolute + tolerance.relative * u.dgamma.abs())};
+          roller_scale * (tolerance.absolute + tolerance.relative * u.dgamma.abs())};
 }
 
 /// Root of the mean square of an error in units of its scale, over the eleven velocities.

@@ -10,7 +10,7 @@
 
 namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 
-/// A mistake in a scene, in one line that names the key, its value and what is allowed.
+/// A mistake in a scene or the driver's configuration, in one line that names the key, its value and what is allowed.
 struct SceneError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };

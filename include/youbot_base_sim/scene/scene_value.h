@@ -75,6 +75,8 @@ class SceneValue {
   /// To be called after all keys of a section were read, before checks that involve several. Throws SceneError if this
   /// is no mapping, for a key given twice or never read, then for a required one that is missing.
   void finish() const;
+  /// Throws SceneError for a required key that is missing: what `finish` does where other keys may stand.
+  void require_all() const;
   /// The keys read so far.
   const std::vector<std::string>& known() const { return known_; }
 

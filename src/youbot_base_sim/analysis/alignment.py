@@ -1,15 +1,15 @@
 """How ground truth of a tracking system was put: its clock, the marker on the base, its fixed frame."""
 import math
 
-from ..records import Missing
 from .section import Section
 
 
 def analyse(record):
     truth, found = record.need("ground_truth"), record.alignment
+    section = Section("alignment", "Ground truth" + bool(found) * ", moved to the base, the wheels' clock, odometry's frame")
     if not found:
-        raise Missing(f"{record.topics['ground_truth']} is taken as the base's own pose, at the bag's clock")
-    section = Section("alignment", "Ground truth, moved onto the base, to the wheels' clock and into odometry's frame")
+        section.say(record.topics["ground_truth"], "taken as the base's own pose, at the bag's clock")
+        return section
     clock, sigma = found.clock
     section.say("clock", f"{clock:+.4f} s +- {sigma:.4f} s are added to its stamps, {truth.period:.4g} s apart",
                 clock=(clock, "s"), clock_sigma=(sigma, "s"))

@@ -1,6 +1,6 @@
 // The driver's configuration file: what is read of it, and every key of it with every kind of wrong value.
 
-#include "youbot_base_sim/drive/driver_configuration.h"
+#include "youbot_base_sim/scene/driver_configuration.h"
 
 #include <gtest/gtest.h>
 
@@ -32,7 +32,7 @@ class DriverConfigurationTest : public ::testing::Test {
   }
 
   void expect_refused(const std::string& from, const std::string& to, const std::vector<std::string>& words) {
-    const std::string error = error_of<DriverConfigurationError>([&] { load_with(from, to); });
+    const std::string error = error_of<SceneError>([&] { load_with(from, to); });
     EXPECT_NE(error, "") << to;
     expect_words(error, words);
   }
@@ -71,21 +71,23 @@ TEST_F(DriverConfigurationTest, EveryNumberHasTheLimitsThatTheDocumentationTells
       text += (line.rfind(key + " = ", 0) == 0 ? key + " = " + value : line) + "\n";
     }
     folder_.write("changed.cfg", text);
-    return error_of<DriverConfigurationError>([&] { load_driver_configuration(folder_.path(""), "changed"); });
+    return error_of<SceneError>([&] { load_driver_configuration(folder_.path(""), "changed"); });
   };
   std::ifstream file(std::string(kFolder) + "/youbot-base.cfg");
   std::ostringstream whole;
   whole << file.rdbuf();
   folder_.write("whole.cfg", whole.str());
 
-  const std::vector<Limits> rows = limits("The driver's configuration file");
+  const std::vector<Limits> rows = limits("driver");
   ASSERT_EQ(rows.size(), 7u);
   for (const Limits& row : rows) {
     std::vector<std::string> beyond = row.beyond();
     beyond.insert(beyond.end(), {"nan", "inf", "1x", ""});
     for (const std::string& value : beyond) {
       const std::string message = with(row.key, value);
-      EXPECT_NE(message.find("] " + row.key + " = " + value + ": must be a finite number > 0"), std::string::npos)
+      EXPECT_NE(
+          message.find("." + row.key + " = " + (value.empty() ? "\"\"" : value) + ": must be a finite number > 0"),
+          std::string::npos)
           << row.key << " = " << value << ": " << message;
     }
     for (const std::string& value : row.ends()) {
@@ -115,7 +117,7 @@ class DriverFilesTest : public testing::Test {
     Tree tree;
     std::smatch found;
     for (std::string line;
-         line = refusal(tree), std::regex_search(line, found, std::regex("\\[(.*?)\\] (\\S+) is missing"));) {
+         line = refusal(tree), std::regex_search(line, found, std::regex(": (\\w+)\\.(\\S+) is left out"));) {
       keys_.push_back({found[1], found[2]});
       put(tree, keys_.back(), value(keys_.back()));
       ASSERT_LE(keys_.size(), 1000u);
@@ -134,7 +136,7 @@ class DriverFilesTest : public testing::Test {
   }
 
   std::string refusal_of_file(const std::string& name) {
-    return error_of<DriverConfigurationError>([&] { load_driver_configuration(folder_.path(""), name); });
+    return error_of<SceneError>([&] { load_driver_configuration(folder_.path(""), name); });
   }
 
   Tree ours_, good_;

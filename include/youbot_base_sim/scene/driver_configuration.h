@@ -1,18 +1,12 @@
 #pragma once
 
-#include <stdexcept>
 #include <string>
 
 #include "youbot_base_sim/drive/driver_kinematics.h"
 #include "youbot_base_sim/drive/motor.h"
-#include "youbot_base_sim/export.h"
+#include "youbot_base_sim/scene/scene_setting.h"
 
-namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
-
-/// A mistake in a configuration file of the driver, in a line that names file, key, value and what is allowed.
-struct DriverConfigurationError : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
+namespace youbot_base_sim {
 
 /// The part of the driver's configuration file that matters to the simulation.
 struct DriverConfiguration {
@@ -21,7 +15,7 @@ struct DriverConfiguration {
 };
 
 /// Reads `name`.cfg in `folder`, the driver's youbot-base.cfg or one like it: the sections [YouBotKinematic] and
-/// [Joint_1] to [Joint_4]. The four motors must be equal. Throws DriverConfigurationError.
+/// [Joint_1] to [Joint_4]. The four motors must be equal. Throws SceneError.
 DriverConfiguration load_driver_configuration(const std::string& folder, const std::string& name);
 
 }  // namespace youbot_base_sim
