@@ -53,13 +53,6 @@ class Model:
         return values
 
 
-def gain_table(gains):
-    """How contacts averaged in a simulation differ from the mean over simulations that locate them."""
-    rows = [[contacts, f"{1e3 * friction:.1f}", *(f"{ratio:.4f}" for ratio in of.ratios(friction))]
-            for contacts, of in gains.items() for friction in of.frictions]
-    return table(["contacts", "dry rollers, mm", "k_Y/k_X", "q"], rows)
-
-
 def splits_of(runs):
     """What is trained on and what is tested on, by name."""
     for key in ("day", "figure"):
@@ -122,19 +115,6 @@ class Comparison:
                 cells.append(f"{1e3 * per_metre:.1f}, {1e3 * per_turn:.1f}")
             rows.append([model.name, *cells])
         return table(["mm per metre, mrad per turn", *self.tests], rows)
-
-    def umbmark_table(self):
-        """UMBmark's E_max: the largest distance of the mean error of one direction, over squares of one day driven
-        forward or laterally, by models fitted to circles."""
-        split = next(name for name in self.tests if name.endswith("to square"))
-        test, rows = self.tests[split], []
-        moved, lasting = (np.add.reduceat(of(test.nominal()), test.first) for of in (lambda x: x, np.abs))
-        kinds = [(run.day, along[1] > along[0], sum_[2] > 0) for run, along, sum_ in zip(test.runs, lasting, moved)]
-        for model in self.models:
-            centres = [np.hypot(*self.errors[split, model.name][[k == kind for k in kinds], :2].mean(axis=0))
-                       for kind in set(kinds)]
-            rows.append([model.name, f"{1e3 * max(centres):.0f}"])
-        return table(["fitted to circles", "E_max of squares, mm"], rows)
 
     def parameter_table(self):
         rows = [[model.name, ", ".join(model.names),
