@@ -27,8 +27,8 @@ class Model:
         """What each sample moves the base, (n, 3), m, m, rad."""
         p = {**dict.fromkeys(START, 0), "radius": 1, "track": 1, "lateral": 1, **dict(zip(self.names, values))}
         nominal = records.nominal(p["front_left"])
-        moved = self.gains.motion(nominal, p["friction"] / 100) if self.gains else nominal * [1, p["lateral"], 1]
-        moved = moved * p["radius"] / [1, 1, p["track"]]
+        moved = self.gains.motion(nominal, p["friction"] / 100) if self.gains else nominal
+        moved = moved * [p["radius"], p["radius"] * p["lateral"], p["radius"] / p["track"]]
         share = np.abs(nominal * [1, 1, BASE.half_lengths])
         moved[:, 2] *= 1 - p["yaw_lost"] * share[:, 1] / (share.sum(axis=1) + 1e-12)
         moved[:, 2] += moved[:, :2] @ [p["yaw_of_X"], p["yaw_of_Y"]]
@@ -78,11 +78,12 @@ class Comparison:
 
     def __init__(self, runs, gains):
         kinematics = {count: Model(f"kinematics, {count}", extras) for count, extras in EXTRAS.items()}
-        located = {count: Model(f"slip, {count}", extras, gains["located"]) for count, extras in EXTRAS.items()}
+        located = {count: Model(f"slip, {count}", extras, gains["located"]) for count, extras in (
+            *EXTRAS.items(), ("4 and angle", ("front_left", "lateral")))}  # 1 / tan(angle)
         lost = Model("kinematics, 5 and yaw lost", (*EXTRAS["5"], "yaw_lost"))
         averaged = Model("averaged contacts, 5", EXTRAS["5"], gains["averaged"])
         self.pairs = [*((located[count], kinematics[count]) for count in EXTRAS), (located["4"], kinematics["5"]),
-                      (located["5"], lost), (averaged, kinematics["5"])]
+                      (located["5"], lost), (averaged, kinematics["5"]), (located["4 and angle"], kinematics["5"])]
         self.models = [Model("nominal", free=False), *kinematics.values(), lost, *located.values(), averaged]
         self.errors, self.values, self.tests = {}, {}, {}
         for name, training, test in splits_of(runs):

@@ -18,7 +18,7 @@ SCALES = {"A": 1.3, "B": 0.76}
 GAINS = (0.4, 1.2)           # of the velocity loops, N m s/rad and N m/rad
 PERIODS, RATE = 5, 200       # of 1 ms from row to row; of rows, Hz
 STARTS = 32                  # sets of angles at which wheels may start
-PROFILES = {"paper": {"profile": "paper"}, "measured": {"profile": "measured"},
+PROFILES = {**{name: {"profile": name} for name in ("paper", "measured", "measured_a", "measured_b")},
             **{robot: {"profile": {"name": "measured", "friction_scale": scale}} for robot, scale in SCALES.items()}}
 
 
@@ -152,7 +152,7 @@ def rise_table():
     starts = [(0, 0, 0, 0)] + np.random.default_rng(1).uniform(0, math.pi / 3, (STARTS, 4)).round(4).tolist()
     rows = [["base A", "", "0.26 s, 21 %", "0.50 to 0.54 s, 15 %", "0.32 s, 13 %"]]
     for what, name, gains in (("`paper`", "paper", GAINS), ("`measured`", "measured", GAINS),
-                              ("A's", "A", (0.4, 0.9)), ("A's", "A", GAINS), ("A's", "A", (0.4, 1.6))):
+                              ("`measured_a`", "measured_a", (0.2, 1.5)), ("`measured_b`", "measured_b", (0.33, 0.5))):
         cells = []
         for velocity in (0.1, 0, 0), (0, 0.1, 0), (0, 0, 0.314):
             rise, overshoot = rise_and_overshoot(PROFILES[name], gains, velocity, starts)
