@@ -14,8 +14,11 @@ if len(sys.argv) < 3:
 *files, picture = sys.argv[1:]
 figure, (path, wheels) = pyplot.subplots(1, 2, figsize=(10, 4))
 for file, style in zip(files, itertools.cycle(("-", "--", ":", "-."))):
-    with open(file) as lines:
-        comments = next(lines, "").startswith("#")  # of --csv-comment
+    with open(file, "rb") as lines:
+        first = next(lines, b"")
+    if first.startswith(b"#ROSBAG"):
+        sys.exit(f"{file} is a bag: see plot_bag.py")
+    comments = first.startswith(b"#")  # of --csv-comment
     motion = numpy.genfromtxt(file, delimiter=",", names=True, skip_header=int(comments))
     path.plot(motion["x"], motion["y"], style, marker="o", markevery=[0], label=file)
     for color, wheel in enumerate(("fl", "fr", "bl", "br")):

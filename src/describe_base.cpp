@@ -1,8 +1,9 @@
-// Prints the URDF of the base that a scene simulates, and writes the meshes that it draws.
+// Prints the URDF of the base that a scene simulates, and writes the meshes that it draws; or its kinematics.
 
 #include <fmt/format.h>
 
 #include <boost/program_options.hpp>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <string>
@@ -21,7 +22,7 @@ using namespace youbot_base_sim;
 
 struct Arguments {
   std::string scene;  // empty also for a launch file's argument that is not set
-  bool turning_rollers = false;
+  bool turning_rollers = false, kinematics = false;
   std::string meshes;  // folder; empty: the package has them, or the cache
 };
 
@@ -29,7 +30,8 @@ const Usage kUsage = {"describe_base [SCENE.yaml] [options]",
                       "Prints the URDF of the base that the scene simulates; without a scene, of the paper's robot.",
                       "",
                       "  describe_base > base.urdf\n"
-                      "  describe_base my_scene.yaml --turning-rollers --meshes meshes > my_base.urdf\n"};
+                      "  describe_base my_scene.yaml --turning-rollers --meshes meshes > my_base.urdf\n"
+                      "  describe_base config/robots/ridgeback.yaml --kinematics\n"};
 
 /// Reads the command line; false if all that was wanted was help. Throws std::runtime_error.
 bool read_arguments(int argc, char** argv, Arguments& arguments) {
@@ -40,6 +42,8 @@ bool read_arguments(int argc, char** argv, Arguments& arguments) {
     ("turning-rollers", po::bool_switch(&arguments.turning_rollers),
      "continuous roller joints, for a node that publishes the rollers' joint states; without it they are fixed, and "
      "the driver's eight joint states are enough")
+    ("kinematics", po::bool_switch(&arguments.kinematics),
+     "print, in place of the URDF, what controllers and filters of others have to be configured with for this base")
     ("meshes", po::value(&arguments.meshes)->value_name("FOLDER"),
      "write all meshes into this folder. Without it, parts of the paper's robot use the package's meshes; others are "
      "written to $ROS_HOME/youbot_base_sim, or ~/.ros/youbot_base_sim. rviz must find that folder on its machine");
@@ -61,9 +65,30 @@ std::string write_mesh(Part part, const RobotParameters& robot, const std::files
   return file_uri(path);
 }
 
+/// Lengths and factors in the names of other packages, as YAML. Rollers without friction move the base laterally by
+/// sin(pi/n) / (pi/n) / tan(roller_angle) of the rims' way (docs/model.md); of different angles the mean counts.
+std::string kinematics(const RobotParameters& robot) {
+  const double tau = (robot.tan_delta() * Wheels{-1, 1, 1, -1}).mean(), pitch = M_PI / robot.rollers;
+  const double lateral = std::sin(pitch) / pitch / tau, lengths = robot.l + tau * robot.h;
+  return fmt::format(
+      "# effective wheel radius: forward {0:.6g} m, lateral {1:.6g} m; l + h tan(roller_angle): {2:.6g} m\n"
+      "mecanum_drive_controller:\n"
+      "  ros__parameters:  # of ros2_controllers\n"
+      "    kinematics: {{wheels_radius: {0:.6g}, sum_of_robot_center_projection_on_X_Y_axis: {2:.6g}}}\n"
+      "  # of its forks, and of ROS 1, which reads the lengths from this robot's URDF:\n"
+      "  wheel_radius: {0:.6g}\n  wheel_separation_x: {3:.6g}\n  wheel_separation_y: {4:.6g}\n"
+      "  wheel_radius_multiplier: 1\n  wheel_separation_x_multiplier: {5:.6g}\n  wheel_separation_y_multiplier: 1\n"
+      "# none of them knows: multiply linear.y of odometry by {6:.6g}, and divide that of commands by it\n"
+      "ekf_localization_node:  # of robot_localization: velocities forward, lateral and in yaw\n"
+      "  odom0_config: [false, false, false, false, false, false, true, true, false, false, false, true, false, false, "
+      "false]\n",
+      robot.R, robot.R * lateral, lengths, 2 * robot.h, 2 * robot.l, tau, lateral);
+}
+
 /// The URDF, whose meshes are written unless the package has them. Throws std::runtime_error.
 std::string describe(const Arguments& arguments) {
   const RobotParameters robot = arguments.scene.empty() ? RobotParameters() : load_scene(arguments.scene).robot;
+  if (arguments.kinematics) return kinematics(robot);
   const auto uri = [&](Part part, const RobotParameters& drawn) {
     if (!arguments.meshes.empty()) return write_mesh(part, drawn, arguments.meshes);
     return in_package(part, drawn) ? kPackageMeshes + mesh_name(part, drawn) : write_mesh(part, drawn, mesh_cache());

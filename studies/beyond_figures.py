@@ -1,42 +1,31 @@
 """Shows what the physics beyond the paper does to motions: runs scenes of config/scenes with and without each feature,
-draws a figure of each in docs/beyond/ and writes docs/beyond/effects.md, in a minute.
-
-Installs and builds what it needs. Runs and figures are kept in build/beyond_figures/: what is there is not made again.
+draws a figure of each in docs/beyond/ and writes docs/beyond/effects.md. Installs and builds what it needs.
 """
 from pathlib import Path
 
 from youbot_base_sim.command_line import Parser
+from youbot_base_sim.figures import save
 from youbot_base_sim.files import make_folder
-from . import workshop
-from .builds import ROOT, simulate_of
-from .pages import interruptible, table
+from .builds import ROOT, add_module, use_module
+from .pages import table
 
 
 def main():
     parser = Parser("beyond_figures", __doc__, "", "-o figures")
     parser.add_argument("-o", "--output", type=Path, metavar="FOLDER", help="draw here, and leave docs/ alone")
-    workshop.add_arguments(parser, "beyond_figures")
+    add_module(parser)
     arguments = parser.parse_args()
-    simulate = simulate_of(parser, arguments, workshop.PACKAGES)
-    from .effects import COLUMNS, EFFECTS, PAGE  # with what has been installed
-    output = arguments.output or ROOT / "docs" / "beyond"
+    use_module(parser, arguments)
+    from . import effect_figures  # with what has been installed
+    from .effects import COLUMNS, EFFECTS, PAGE
+    output, rows = arguments.output or ROOT / "docs" / "beyond", []
     make_folder(output)
-    with interruptible(workshop.INTERRUPTED), workshop.Workshop(
-            "beyond_figures", simulate, arguments.keep, 2 * len(EFFECTS)) as work:
-        rows = [make(work, effect, output) for effect in EFFECTS]
+    for effect in EFFECTS:
+        motions = effect.motions()
+        figure = effect_figures.draw(effect.name, motions, f"{effect.scene}.yaml: {effect.what}")
+        save(figure, output / f"{effect.name}.png", dpi=110)
+        rows.append(effect.row(effect.measure(motions)))
     print(f"{len(rows)} figures: {output}/")
     if not arguments.output:
         PAGE.write(table(COLUMNS, rows))
         print(f"table of {len(rows)} effects: {PAGE.page}")
-
-
-def make(work, effect, output):
-    """Draws the figure of an effect. Returns its row of the table."""
-    key = [effect.name, *(scene.key() for scene in effect.scenes().values())]
-
-    def draw():
-        from . import effect_figures
-        return effect_figures.draw(effect.name, effect.record(work.recorder), f"{effect.scene}.yaml: {effect.what}")
-    work.picture(f"figure {effect.name}", ("figure", *key), draw, output / f"{effect.name}.png")
-    return work.cells(f"finding {effect.name}", ("finding", *key),
-                      lambda: effect.row(effect.measure(effect.record(work.recorder))))

@@ -1,21 +1,14 @@
-"""The source tree of this package, and the programs that are built from it."""
-import hashlib
+"""The source tree of this package, and what is built from it."""
 import os
-import re
 import shlex
 import subprocess
 import sys
 from pathlib import Path
 
+import youbot_base_sim
 from youbot_base_sim.command_line import Failed
 
 ROOT = Path(__file__).resolve().parents[1]
-SIMULATE = ROOT / "devel" / "lib" / "youbot_base_sim" / "simulate"
-
-
-def install(*packages):
-    """Installs Debian packages, if they are missing."""
-    subprocess.run([ROOT / "scripts" / "install_dependencies", *packages], check=True)
 
 
 def run_quietly(command):
@@ -25,10 +18,10 @@ def run_quietly(command):
 
 
 def build(*targets, packages=(), ros=False):
-    """Installs packages, builds programs in build/bench/ or, with ROS, build/bench_ros/, and returns their paths.
+    """Installs packages, builds targets in build/bench/ or, with ROS, build/bench_ros/, and returns the paths of programs.
     CMAKE_ARGUMENTS go to cmake's configure step."""
     if packages:
-        install(*packages)
+        subprocess.run([ROOT / "scripts" / "install_dependencies", *packages], check=True)
     folder = ROOT / "build" / ("bench_ros" if ros else "bench")
     print("building (some minutes the first time)", file=sys.stderr, flush=True)
     options = ["-DCATKIN_ENABLE_TESTING=OFF"] if ros else ["-DYOUBOT_BASE_SIM_ROS=OFF", "-DBUILD_TESTING=OFF"]
@@ -37,31 +30,20 @@ def build(*targets, packages=(), ros=False):
     run_quietly(["cmake", "--build", folder, "-j", str(os.cpu_count()), "--target", *targets])
     # With catkin programs are built into its devel space.
     places = [folder / "devel" / "lib" / "youbot_base_sim", folder, folder / "studies" / "bench"]
-    return [next(place / name for place in places if (place / name).is_file()) for name in targets]
+    return [place / name for name in targets for place in places if (place / name).is_file()]
 
 
-def add_simulate(parser):
-    parser.add_argument("--simulate", type=Path, metavar="FILE",
-                        help="run this program rather than build it, and install nothing")
+def add_module(parser):
+    parser.add_argument("--module", type=Path, metavar="FOLDER",
+                        help="take the simulator's Python module there rather than build it, and install nothing")
 
 
-def simulate_of(parser, arguments, packages):
-    """The program that is given, or the devel space's, for which it installs the packages and builds."""
-    if arguments.simulate:
-        if not arguments.simulate.is_file():
-            parser.error(f"--simulate {arguments.simulate}: must be a program")
-        return arguments.simulate
-    install(*packages)
-    if SIMULATE.exists() and (ROOT / "build" / "CMakeCache.txt").exists():
-        run_quietly(["cmake", "-DYOUBOT_BASE_SIM_ROS=ON", ROOT / "build"])  # it may have been without, after ROS
-        run_quietly(["cmake", "--build", ROOT / "build", "--target", "simulate"])
-    else:
-        subprocess.run([ROOT / "scripts" / "build"], check=True)
-    return SIMULATE
-
-
-def digest(program):
-    """A hash of the program and of this package's libraries that it loads, which distinguishes builds."""
-    loaded = subprocess.run(["ldd", program], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True).stdout
-    files = [program, *re.findall(r"=> (\S*libyoubot_base_sim\S*)", loaded)]
-    return hashlib.sha256(b"".join(Path(file).read_bytes() for file in files)).hexdigest()
+def use_module(parser, arguments):
+    """Has the package find its simulator (docs/python.md): that of the folder given, or one that is built."""
+    folder = arguments.module or ROOT / "build" / "bench" / "python" / "youbot_base_sim"
+    if not arguments.module:
+        build("youbot_base_sim_simulator", packages=("pybind11-dev", "python3-dev", "python3-numpy",
+                                                     "python3-matplotlib", "python3-pil", "python3-yaml"))
+    elif not (folder / "_simulator.py").is_file():
+        parser.error(f"--module {folder}: must have _simulator.py")
+    youbot_base_sim.__path__.append(str(folder))

@@ -20,7 +20,7 @@ def with_models(figure, models):
 
 def torques(study, title):
     """Fig. 4: the wheels' torques over time; of each model, where they differ."""
-    runs = {model: run.wheels for model, run in study.whole.items()}
+    runs = {model: run.truth for model, run in study.whole.items()}
     same = all(np.allclose(run["torque"], runs["coulomb"]["torque"], atol=1e-6) for run in runs.values())
     figure, axes = panels(*((1, 1) if same else (2, 2)), title)
     for i, (wheel, colour) in enumerate(zip(WHEEL_NAMES, WHEEL_COLOURS.values())):
@@ -76,12 +76,12 @@ def spread(study, title):
     for run in reversed(runs):
         style = dict(color=BLACK, linewidth=1.6) if run is runs[0] else dict(color=BLUE, linewidth=0.6)
         for axis in axes[:2]:
-            path(axis, run.truth, **style)
-        axes[2].plot(run.truth["t"], run.truth["psi"] * DEGREES, **style)
-    ends = np.array([[run.truth[key][-1] for run in runs] for key in ("x", "y")])
+            path(axis, run, **style)
+        axes[2].plot(run["t"], run["psi"] * DEGREES, **style)
+    ends = np.array([[run[key][-1] for run in runs] for key in ("x", "y")])
     size, lowest = np.ptp(ends, axis=1), ends.min(axis=1)
     for axis in axes[:2]:
-        finish_paths(axis, runs[0].truth)
+        finish_paths(axis, runs[0])
     (left, right), (bottom, top) = np.add.outer(lowest, (-0.1 * size.max(), 1.1 * size.max() or 1))
     axes[1].set(xlim=(left, right), ylim=(bottom, top), aspect="equal", adjustable="box")
     axes[2].set(xlabel="t, s", ylabel="$\\psi$, degrees", xlim=(0, study.scene.duration))
@@ -98,7 +98,7 @@ def contact(study, title):
     highest = 0
     for axis, (model, run) in zip(axes[1:], study.contact.items()):
         t = run.contacts["t"]
-        force, slip, share = (run.contacts[key][:, 0] for key in ("force", "slip", "share"))
+        force, slip, limit = (run.contacts[key][:, 0] for key in ("force", "slip", "limit"))
         curve(axes[0], t, force, **ZOOMED[model])
         curve(axis, t, slip, **ZOOMED[model])
         after_start = t > 0.01 * t[-1]
@@ -109,7 +109,6 @@ def contact(study, title):
         for time in run.switches[0][0]:
             for one in (axes[0], axis):
                 one.axvline(time, color=STYLES[model]["color"], linestyle=":")
-    limit = np.divide(force, share, out=np.zeros_like(force), where=share > 0)
     curve(axes[0], t, limit, color=BLACK, linewidth=0.6, zorder=1)
     axes[0].text(t[-1], limit[-1], " $f N_1$", va="center")
     axes[0].set(ylim=(0, 1.1 * highest or None), ylabel="$|F_1|$, N")

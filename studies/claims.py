@@ -1,4 +1,4 @@
-"""The paper's claims about its numerical results, each with what `simulate` measures: the table of docs/paper/claims.md."""
+"""The paper's claims about its numerical results, each with what is measured: the table of docs/paper/claims.md."""
 import itertools
 from collections import namedtuple
 
@@ -7,7 +7,7 @@ import numpy as np
 from youbot_base_sim.base import Base
 from .builds import ROOT
 from .pages import Finding, WrittenPart
-from .runs import DEGREES, MODELS, Scene, Study, mean
+from .runs import DEGREES, MODELS, Motion, Scene, Study, mean
 
 RADIUS, PERIOD = 2.5, 30.0  # of the circle of both cases: m, s
 SPEED, YAW_RATE = RADIUS * 2 * np.pi / PERIOD, 2 * np.pi / PERIOD
@@ -18,12 +18,11 @@ COLUMNS = "no.", "section", "the paper says", "measured", "same", "why"
 
 
 class Cases:
-    """The paper's cases, each with the runs that claims need."""
+    """The paper's cases, each with the motions that claims need."""
 
-    def __init__(self, scenes, recorder):
-        self.recorder = recorder
+    def __init__(self):
         self.case1, self.as_printed, self.case2 = (
-            Study(Scene(scenes / f"{name}.yaml"), recorder)
+            Study(Scene(ROOT / "config" / "scenes" / f"{name}.yaml"))
             for name in ("case1_counter_clockwise", "case1_as_printed", "case2"))
 
 
@@ -50,10 +49,10 @@ def row(number, finding):
 
 
 def part(run, start=0, end=np.inf):
-    """Rows of ground truth and wheels from t = start to end, s."""
+    """Rows from t = start to end, s."""
     t = run.truth["t"]
     shown = (t >= start) & (t <= end * (1 + 1e-9))
-    return {key: values[shown] for key, values in {**run.wheels, **run.truth}.items()}
+    return {key: values[shown] for key, values in run.truth.items()}
 
 
 def parts(study, start=0, end=np.inf):
@@ -101,9 +100,7 @@ def by_rollers(study, R_d, counts):
     """Case 2, 2b, with these numbers of rollers per wheel: by how much the mean V_Y is below model 1's, %; the same by
     the bearings alone; vibration of V_Y, mm/s."""
     scene = study.scene.sampled(10, 2000)
-    runs = study.recorder.record_all([
-        (scene.changed(robot=dict(rollers_per_wheel=str(count), roller_axis_radius=R_d)), "coulomb")
-        for count in counts])
+    runs = [Motion(scene.changed(robot=dict(rollers_per_wheel=count, roller_axis_radius=R_d))) for count in counts]
     return np.array([(100 * (1 - average(rows, "V_Y") / SPEED),
                       100 * (1 - damping(False, R_d)[1] / damping(True, R_d, count)[1]), vibrations(rows)[0])
                      for rows, count in zip((part(run, 1) for run in runs), counts)]).T
@@ -124,7 +121,7 @@ def reactions(cases):
     moving = cases.case2.scene.sampled(PERIOD, 1000).changed(robot=dict(normal_reactions="dynamic"))
     resting = moving.changed(duration=0.1, drive=dict(reference_motion=None, torque=[dict(start=0, constant=[0] * 4)]),
                              initial=dict(twist=[0] * 3, wheel_angles=[-0.52, 0.52, 0.52, -0.52]))
-    moved, rested = (cases.recorder.record(scene, "coulomb", True) for scene in (moving, resting))
+    moved, rested = Motion(moving), Motion(resting)
     static, displaced = cases.case2.contact["coulomb"].contacts["normal"][0], rested.contacts["normal"][0]
     rows, plain = part(moved), part(cases.case2.whole["coulomb"])
     four = "{:.1f}, {:.1f}, {:.1f} and {:.1f} N"
@@ -140,8 +137,7 @@ def reactions(cases):
        "Slip is inverse to mu_0. Its limit, real rollers without slip, is not model 1.")
 def slip_of_viscous_friction(cases):
     scene = cases.case2.scene.sampled(10, 1000)
-    runs = cases.recorder.record_all([(scene.changed(floor=dict(viscous_friction=mu_0)), "viscous", True)
-                                      for mu_0 in (4.4e3, 4.4e4, 4.4e5)])
+    runs = [Motion(scene.changed(floor=dict(viscous_friction=mu_0)), "viscous") for mu_0 in (4.4e3, 4.4e4, 4.4e5)]
     slips = [1e3 * np.mean(run.contacts["slip"][run.contacts["t"] >= 1]) for run in runs]
     return Finding(yes(slips[0] > 5 * slips[1] > 25 * slips[2]),
                    "Case 2, mu_0 = 4.4e3, 4.4e4, 4.4e5 N s/m: mean slip {:.2f}, {:.3f}, {:.4f} mm/s; mean V_Y {:.4f}, "
@@ -177,7 +173,7 @@ def direction(cases):
 @claim("5.3", "In Case 1 the control torques change by sines of frequency w (Fig. 4)",
        "Model 1 is linear where Omega is 0.")
 def sines(cases):
-    wheels = cases.case1.whole["coulomb"].wheels
+    wheels = cases.case1.whole["coulomb"].truth
     basis = np.array([np.sin(YAW_RATE * wheels["t"]), np.cos(YAW_RATE * wheels["t"])]).T
     factors = np.linalg.lstsq(basis, wheels["torque"], rcond=None)[0]
     rest = np.abs(wheels["torque"] - basis @ factors).max()
@@ -237,7 +233,7 @@ HALF_PITCH = "16 combinations: each wheel at 0.1 rad or 30° further", Study.hal
        "The paper names no set; more combinations spread wider. This one comes nearest.", "case1", *HALF_PITCH)
 def spread(cases, case, angles, angles_of):
     study = getattr(cases, case)
-    ends = np.array([[run.truth[key][-1] for key in ("x", "y", "psi")] for run in study.spread(angles_of(study))])
+    ends = np.array([[rows[key][-1] for key in ("x", "y", "psi")] for rows in study.spread(angles_of(study))])
     x, y, psi = np.ptp(ends, axis=0) * (1, 1, DEGREES)
     agrees = 0.5 < max(x, y) < 0.7 and 12 < psi < 18
     return Finding("yes" if agrees else "in part", angles + ": x by {:.2f} m, y by {:.2f} m, psi by {:.1f}°",
@@ -246,7 +242,7 @@ def spread(cases, case, angles, angles_of):
 
 @claim("5.4", "In Case 2 the control torques of model 1 are constant", "So are the velocities.")
 def constant_torques(cases):
-    torque = cases.case2.whole["coulomb"].wheels["torque"]
+    torque = cases.case2.whole["coulomb"].truth["torque"]
     return Finding(yes(np.ptp(torque, axis=0).max() < 1e-9),
                    "{:.3f}, {:.3f}, {:.3f} and {:.3f} N m on wheels 1 to 4 from beginning to end", list(torque[0]))
 
@@ -319,7 +315,7 @@ def first_switch(cases, model):
     """The contacts about the first wheel's first switch, a row each 10 us, and the index of the row that follows it."""
     time = cases.case2.contact[model].switches[0][0][0]
     end = time + 0.01
-    contacts = cases.recorder.record(cases.case2.scene.sampled(end, end * 1e5), model, True).contacts
+    contacts = Motion(cases.case2.scene.sampled(end, end * 1e5), model).contacts
     return contacts, np.searchsorted(contacts["t"], time)
 
 
@@ -338,8 +334,8 @@ def coulomb_saturation(cases):
     run = cases.case2.contact["coulomb"]
     contacts, times = run.contacts, run.switches[0][0]
     near_switch = np.any([np.abs(contacts["t"] - time) <= 0.005 for time in times], axis=0)
-    share = contacts["share"][near_switch, 0]
-    free = contacts["t"][contacts["share"][:, 0] <= 0.99] - times[0]
+    shares = contacts["force"][:, 0] / contacts["limit"][:, 0]
+    share, free = shares[near_switch], contacts["t"][shares <= 0.99] - times[0]
     return Finding(yes(share.min() > 0.99),
                    "At least {:.1f} % of f N = {:.1f} N within 5 ms of each switch; above 99 % from {:.0f} ms before "
                    "the first to {:.0f} ms after it",
@@ -388,11 +384,11 @@ def drive_power_of_reference(cases, model):
     target = np.array([0, SPEED, YAW_RATE])
     signs = np.array([[1, 1, 1, 1], [-1, 1, 1, -1], [-1, 1, -1, 1]])
     weights = np.array([1, 1, R / (L + H)])[:, None] * signs / 4  # (5.2): the wheels' shares in the modes' torques
-    modes = cases.case2.whole["coulomb"].wheels["torque"][0] @ np.linalg.pinv(weights)
+    modes = cases.case2.whole["coulomb"].truth["torque"][0] @ np.linalg.pinv(weights)
     for _ in range(12):
         scene = cases.case2.scene.sampled(10, 1000).changed(initial=dict(twist=target), drive=dict(
             reference_motion=None, torque=[dict(start=0, constant=modes @ weights)]))
-        run = cases.recorder.record(scene, model, True)
+        run = Motion(scene, model)
         rows = part(run, 1)
         lacking = target - [average(rows, key) for key in ("V_X", "V_Y", "Omega")]
         if np.abs(lacking).max() < 1e-5:
@@ -417,7 +413,7 @@ def energy(cases):
        "compares with real youBots.")
 def described(cases):
     width = [np.ptp(rows["x"]) for rows in parts(cases.case1)]
-    ends = [run.truth["psi"][-1] * DEGREES for run in cases.case1.spread(cases.case1.half_pitch_angles())]
+    ends = [rows["psi"][-1] * DEGREES for rows in cases.case1.spread(cases.case1.half_pitch_angles())]
     return Finding("in part" if width[0] - width[2] > 0.1 and np.ptp(ends) > 1 else "no",
                    "2b: Case 1 is {:.2f} m narrower than model 1's; its final heading is {:.1f}° to {:.1f}°, by the "
                    "initial angles", [width[0] - width[2], min(ends), max(ends)])

@@ -7,7 +7,7 @@ import numpy as np
 
 from .builds import ROOT
 from .pages import Finding, WrittenPart
-from .runs import DEGREES, Scene, mean
+from .runs import DEGREES, Motion, Scene, mean
 
 PAGE = WrittenPart(ROOT / "docs" / "beyond" / "effects.md", "scripts/study beyond_figures")
 COLUMNS = "what", "scene", "what it does"
@@ -23,14 +23,10 @@ class Effect:
     measure: Callable  # runs by label to Finding
     to_the_limit: bool = False
 
-    def scenes(self):
+    def motions(self):
         scene = Scene(ROOT / "config" / "scenes" / f"{self.scene}.yaml")
-        return self.runs(scene.sampled(scene.duration, ROWS))
-
-    def record(self, recorder):
-        scenes = self.scenes()
-        recordings = recorder.record_all([(scene, "coulomb", True, self.to_the_limit) for scene in scenes.values()])
-        return dict(zip(scenes, recordings))
+        scenes = self.runs(scene.sampled(scene.duration, ROWS))
+        return {label: Motion(scene, to_the_limit=self.to_the_limit) for label, scene in scenes.items()}
 
     def row(self, finding):
         return [self.what, f"`{self.scene}.yaml`", finding.measured()]
@@ -46,7 +42,7 @@ def effect(name, what, scene, runs, to_the_limit=False):
 
 def at(run, t):
     """x, y, psi and the like at time t, s."""
-    return {key: np.interp(t, run.truth["t"], values) for key, values in run.truth.items()}
+    return {key: np.interp(t, run.truth["t"], values) for key, values in run.truth.items() if values.ndim == 1}
 
 def end(run):
     return at(run, run.truth["t"][-1])

@@ -27,8 +27,8 @@ class Model:
         """What each sample moves the base, (n, 3), m, m, rad."""
         p = {**dict.fromkeys(START, 0), "radius": 1, "track": 1, "lateral": 1, **dict(zip(self.names, values))}
         nominal = records.nominal(p["front_left"])
-        moved = self.gains.motion(nominal, p["friction"] / 100) if self.gains else nominal * [1, p["lateral"], 1]
-        moved = moved * p["radius"] / [1, 1, p["track"]]
+        moved = self.gains.motion(nominal, p["friction"] / 100) if self.gains else nominal
+        moved = moved * [p["radius"], p["radius"] * p["lateral"], p["radius"] / p["track"]]
         share = np.abs(nominal * [1, 1, BASE.half_lengths])
         moved[:, 2] *= 1 - p["yaw_lost"] * share[:, 1] / (share.sum(axis=1) + 1e-12)
         moved[:, 2] += moved[:, :2] @ [p["yaw_of_X"], p["yaw_of_Y"]]
@@ -51,13 +51,6 @@ class Model:
             if np.abs(change).max() < 1e-6:
                 break
         return values
-
-
-def gain_table(gains):
-    """How contacts averaged in a simulation differ from the mean over simulations that locate them."""
-    rows = [[contacts, f"{1e3 * friction:.1f}", *(f"{ratio:.4f}" for ratio in of.ratios(friction))]
-            for contacts, of in gains.items() for friction in of.frictions]
-    return table(["contacts", "dry rollers, mm", "k_Y/k_X", "q"], rows)
 
 
 def splits_of(runs):
@@ -85,11 +78,12 @@ class Comparison:
 
     def __init__(self, runs, gains):
         kinematics = {count: Model(f"kinematics, {count}", extras) for count, extras in EXTRAS.items()}
-        located = {count: Model(f"slip, {count}", extras, gains["located"]) for count, extras in EXTRAS.items()}
+        located = {count: Model(f"slip, {count}", extras, gains["located"]) for count, extras in (
+            *EXTRAS.items(), ("4 and angle", ("front_left", "lateral")))}  # 1 / tan(angle)
         lost = Model("kinematics, 5 and yaw lost", (*EXTRAS["5"], "yaw_lost"))
         averaged = Model("averaged contacts, 5", EXTRAS["5"], gains["averaged"])
         self.pairs = [*((located[count], kinematics[count]) for count in EXTRAS), (located["4"], kinematics["5"]),
-                      (located["5"], lost), (averaged, kinematics["5"])]
+                      (located["5"], lost), (averaged, kinematics["5"]), (located["4 and angle"], kinematics["5"])]
         self.models = [Model("nominal", free=False), *kinematics.values(), lost, *located.values(), averaged]
         self.errors, self.values, self.tests = {}, {}, {}
         for name, training, test in splits_of(runs):
@@ -122,19 +116,6 @@ class Comparison:
                 cells.append(f"{1e3 * per_metre:.1f}, {1e3 * per_turn:.1f}")
             rows.append([model.name, *cells])
         return table(["mm per metre, mrad per turn", *self.tests], rows)
-
-    def umbmark_table(self):
-        """UMBmark's E_max: the largest distance of the mean error of one direction, over squares of one day driven
-        forward or laterally, by models fitted to circles."""
-        split = next(name for name in self.tests if name.endswith("to square"))
-        test, rows = self.tests[split], []
-        moved, lasting = (np.add.reduceat(of(test.nominal()), test.first) for of in (lambda x: x, np.abs))
-        kinds = [(run.day, along[1] > along[0], sum_[2] > 0) for run, along, sum_ in zip(test.runs, lasting, moved)]
-        for model in self.models:
-            centres = [np.hypot(*self.errors[split, model.name][[k == kind for k in kinds], :2].mean(axis=0))
-                       for kind in set(kinds)]
-            rows.append([model.name, f"{1e3 * max(centres):.0f}"])
-        return table(["fitted to circles", "E_max of squares, mm"], rows)
 
     def parameter_table(self):
         rows = [[model.name, ", ".join(model.names),

@@ -60,12 +60,13 @@ def draw(scenes, titles):
     for axes in grid.flat[len(scenes):]:
         axes.set_visible(False)
     first = grid[0][0]
-    first.invert_xaxis()  # shared: more accurate to the right
+    first.invert_xaxis()  # shared
     first.text(0.02, 1, "real time", transform=first.get_yaxis_transform(), fontsize=8, color=GREY, va="bottom")
     for axes in grid[:, 0]:
         axes.set_ylabel("run time for each simulated second, s", fontsize=9)
     for column in grid.T:
-        [axes for axes in column if axes.get_visible()][-1].set_xlabel("largest position error, m", fontsize=9)
+        lowest = [axes for axes in column if axes.get_visible()][-1]
+        lowest.set_xlabel("largest position error, m (more exact to the right)", fontsize=9)
     labels = [titles[contestant] + (" (explicit; over a short span)" if contestant in EXPLICIT else "")
               for contestant in lines]
     figure.tight_layout(rect=(0, legend_height / figure.get_figheight(), 1, 1))

@@ -1,55 +1,59 @@
 """Measurements on real youBots, and the same on the simulated base."""
 import csv
 import math
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
+from youbot_base_sim._simulator import Batch
 from youbot_base_sim.analysis.section import rms
-from youbot_base_sim.base import DRIVER_RADIUS, WHEELS, Base
+from youbot_base_sim.base import DRIVER_RADIUS, Base
 from youbot_base_sim.figures import BLUE, GREEN, ORANGE, RED, new_figure, save
 from .builds import ROOT
 from .odometry_records import BASE
 from .pages import table
-from .slip_gains import robot, simulated
+from .slip_gains import robot
 
 YOUBOT = Base()
 SCALES = {"A": 1.3, "B": 0.76}
 GAINS = (0.4, 1.2)           # of the velocity loops, N m s/rad and N m/rad
-CONTROL_PERIOD = 1e-3        # s
-RATE = 200                   # of rows, Hz
+PERIODS, RATE = 5, 200       # of 1 ms from row to row; of rows, Hz
 STARTS = 32                  # sets of angles at which wheels may start
-PROFILES = {"paper": {"profile": "paper"}, "measured": {"profile": "measured"},
+PROFILES = {**{name: {"profile": name} for name in ("paper", "measured", "measured_a", "measured_b")},
             **{robot: {"profile": {"name": "measured", "friction_scale": scale}} for robot, scale in SCALES.items()}}
 
 
-class Run:
-    """A run of `simulate` in which the wheels track constant rates: columns of its rows, RATE a second, and torques."""
-    simulate = None  # the program
+class Runs:
+    """Motions of a base whose wheels track the constant rates at which one like it rolls at `velocities` (n, 3): `x`, `y`,
+    `psi` (rows, n), wheels' `phi`, `dphi` and torques (rows, n, 4), RATE rows a second. `starts`: of `initial`, by key."""
 
-    def __init__(self, robot, rates, duration, initial=None, floor=None, gains=GAINS):
-        self.rows = simulated(
-            self.simulate, [0], [rates], duration=duration, output_rate=RATE, robot=robot, floor=floor or {},
-            initial=initial or {}, drive={"velocity_table": "table.csv"},
-            motors={"velocity_proportional_gain": gains[0], "velocity_integral_gain": gains[1]})
-        self.phi, self.dphi = (np.array([self.rows[name + wheel] for wheel in WHEELS]).T for name in ("phi_", "dphi_"))
-        # The velocity loops' law, without limits. Their integral is a sum over control periods, both ends included.
-        lacking = rates - self.dphi
-        behind = np.outer(self.rows["t"], rates) - (self.phi - self.phi[0])
-        self.torque = gains[0] * lacking + gains[1] * (behind + CONTROL_PERIOD / 2 * (lacking + lacking[0]))
+    def __init__(self, section, velocities, duration, floor=None, gains=GAINS, base=YOUBOT, **starts):
+        self.rates = np.array(base.rolling_rates(*np.transpose(velocities).astype(float))).T
+        batch = Batch({"duration": duration, "robot": section, "floor": floor or {},
+                       "solver": {"control_period": 1 / RATE / PERIODS, "relative_tolerance": 1e-5},
+                       "motors": {"velocity_proportional_gain": gains[0], "velocity_integral_gain": gains[1]}},
+                      len(self.rates))
+        for key, values in starts.items():
+            batch.expand(f"initial.{key}", values)
+        batch.set_points("velocity", self.rates)
+        states, torques = [batch.state.copy()], []
+        for _ in range(duration * RATE):
+            batch.step(periods=PERIODS)
+            states.append(batch.state.copy())
+            torques.append(batch.torque)
+        self.torque, states = np.array(torques), np.array(states)
+        self.x, self.y, self.psi, self.phi, self.dphi = (states[name] for name in ("x", "y", "psi", "phi", "dphi"))
 
 
-def steady_torques(base, robot, velocity, floor=None):
+def steady_torques(base, section, velocities, floor=None):
     """Mean torque of each wheel as the base's records have it, N m: A at constant speed, B over 4 s from rest, here
     without the first half second: at 45 degrees two wheels keep the torque that they stopped with."""
     duration, skipped = (20, 10) if base == "A" else (4, 0.5)
-    torque = Run(robot, YOUBOT.rolling_rates(*velocity), duration, floor=floor).torque
-    return torque[int(skipped / duration * len(torque)):].mean(axis=0)
+    return Runs(section, velocities, duration, floor).torque[int(skipped * RATE):].mean(axis=0)
 
 
-def mean_torque(base, name, velocity):
-    """Mean over the wheels of |mean torque|, N m."""
-    return SIZE(steady_torques(base, PROFILES[name], velocity))
+def mean_torques(base, name, velocities):
+    """Means over the wheels of |mean torque|, N m."""
+    return np.abs(steady_torques(base, PROFILES[name], velocities)).mean(axis=1)
 
 
 def directions_of_B():
@@ -70,7 +74,7 @@ def torque_table():
             *(("B", what + ", 0.2 m/s", velocity_along(degrees), real) for degrees, what, real in (
                 (0, "forward", 0.168), (30, "30 degrees", 0.451), (45, "45 degrees", 0.504),
                 (60, "60 degrees", 0.698), (90, "lateral", 0.719)))):
-        measured, paper = mean_torque(robot, robot, velocity), mean_torque(robot, "paper", velocity)
+        measured, paper = (mean_torques(robot, name, [velocity])[0] for name in (robot, "paper"))
         rows.append([robot, what, f"{real:.3f}", f"{measured:.3f}",
                      f"{measured - real:+.3f}, {100 * (measured / real - 1):+.0f} %", f"{paper:.3f}"])
     return table(["robot", "motion", "real, N m", "`measured`, N m", "off by", "`paper`, N m"], rows)
@@ -91,16 +95,14 @@ LEAST = np.array([0, 0, 0, 0, 0.3])
 
 def off(values, spin_radius):
     """Differences of both robots with these frictions from the records, N m: five figures of A, 19 directions of B."""
-    robots = {robot: dict(zip(FITTED, (values * ([scale] * 4 + [1])).tolist())) for robot, scale in SCALES.items()}
-    motions = [("A", *record) for record in STEADY_OF_A]
-    motions += [("B", velocity_along(degrees), SIZE, torque - TRANSIENT_OF_B) for degrees, torque in directions_of_B()]
-
-    def one(motion):
-        base, velocity, part, torque = motion
-        return part(steady_torques(base, robots[base], velocity, {"spin_radius": spin_radius})) - torque
-    with ThreadPoolExecutor() as pool:
-        all_off = np.array(list(pool.map(one, motions)))
-    return all_off[:len(STEADY_OF_A)], all_off[len(STEADY_OF_A):]
+    degrees, torques = np.array(directions_of_B()).T
+    records = {"A": STEADY_OF_A, "B": [(velocity_along(along), SIZE, torque - TRANSIENT_OF_B)
+                                       for along, torque in zip(degrees, torques)]}
+    for base, scale in SCALES.items():
+        section = dict(zip(FITTED, (values * ([scale] * 4 + [1])).tolist()))
+        velocities, parts, torques = zip(*records[base])
+        found = steady_torques(base, section, velocities, {"spin_radius": spin_radius})
+        yield np.array([part(wheels) - torque for part, wheels, torque in zip(parts, found, torques)])
 
 
 def fit(free, spin_radius):
@@ -134,41 +136,40 @@ def crossing(t, rate, share):
     return t[k - 1] + (t[k] - t[k - 1]) * (share - rate[k - 1]) / (rate[k] - rate[k - 1])
 
 
-def rise_and_overshoot(robot, gains, velocity, phi):
-    """Of the wheels' angular velocities, from rest at angles `phi`: mean of their times from 10 to 90 % of what is
-    commanded, s; overshoot of their mean, without the ripple of single rollers, %."""
-    target = np.array(Base(wheel_radius=DRIVER_RADIUS).rolling_rates(*velocity))
-    run = Run(robot, target, 4, {"wheel_angles": phi}, gains=gains)
-    t, rates = run.rows["t"], run.dphi / target
-    rise = np.mean([crossing(t, rate, 0.9) - crossing(t, rate, 0.1) for rate in rates.T])
-    smooth = np.convolve(rates.mean(axis=1), np.ones(RATE // 10) / (RATE // 10), mode="valid")
-    return rise, 100 * (smooth.max() - 1)
+def rise_and_overshoot(robot, gains, velocity, starts):
+    """Of the wheels' angular velocities, from rest at angles `starts` (n, 4): means of their times from 10 to 90 % of what
+    is commanded, s; overshoots of their mean, without the ripple of single rollers, %."""
+    runs = Runs(robot, [velocity] * len(starts), 4, gains=gains, base=Base(wheel_radius=DRIVER_RADIUS),
+                wheel_angles=starts)
+    shares, t = runs.dphi / runs.rates, np.arange(len(runs.dphi)) / RATE
+    rise = [np.mean([crossing(t, wheel, 0.9) - crossing(t, wheel, 0.1) for wheel in run.T])
+            for run in np.moveaxis(shares, 1, 0)]
+    smooth = [np.convolve(mean, np.ones(RATE // 10) / (RATE // 10), mode="valid") for mean in shares.mean(axis=2).T]
+    return np.array(rise), 100 * (np.max(smooth, axis=1) - 1)
 
 
 def rise_table():
     starts = [(0, 0, 0, 0)] + np.random.default_rng(1).uniform(0, math.pi / 3, (STARTS, 4)).round(4).tolist()
     rows = [["base A", "", "0.26 s, 21 %", "0.50 to 0.54 s, 15 %", "0.32 s, 13 %"]]
     for what, name, gains in (("`paper`", "paper", GAINS), ("`measured`", "measured", GAINS),
-                              ("A's", "A", (0.4, 0.9)), ("A's", "A", GAINS), ("A's", "A", (0.4, 1.6))):
+                              ("`measured_a`", "measured_a", (0.2, 1.5)), ("`measured_b`", "measured_b", (0.33, 0.5))):
         cells = []
         for velocity in (0.1, 0, 0), (0, 0.1, 0), (0, 0, 0.314):
-            with ThreadPoolExecutor() as pool:
-                found = np.array(list(pool.map(
-                    lambda phi: rise_and_overshoot(PROFILES[name], gains, velocity, phi), starts)))
-            low, high = np.quantile(found[1:, 0], (0.05, 0.95))
-            mean_rise, mean_overshoot = found[1:].mean(axis=0)
-            cells.append(f"{found[0, 0]:.2f}; {mean_rise:.2f} ({low:.2f} to {high:.2f}) s, {abs(mean_overshoot):.0f} %")
+            rise, overshoot = rise_and_overshoot(PROFILES[name], gains, velocity, starts)
+            low, high = np.quantile(rise[1:], (0.05, 0.95))
+            cells.append(f"{rise[0]:.2f}; {rise[1:].mean():.2f} ({low:.2f} to {high:.2f}) s, "
+                         f"{abs(overshoot[1:].mean()):.0f} %")
         rows.append([what, f"{gains[0]}, {gains[1]}", *cells])
     return table(["friction", "P, I", "forward", "lateral", "yaw"], rows)
 
 
 def ripple_of_B():
     """A line on the torque in lateral motion at 0.2 m/s."""
-    run = Run(PROFILES["B"], YOUBOT.rolling_rates(0, 0.2, 0), 20, {"twist": [0, 0.2, 0]})
-    wheel = run.torque[len(run.torque) // 2:, 1]
+    run = Runs(PROFILES["B"], [(0, 0.2, 0)], 20, twist=[[0, 0.2, 0]])
+    wheel = run.torque[len(run.torque) // 2:, 0, 1]
     spectrum = np.abs(np.fft.rfft((wheel - wheel.mean()) * np.hanning(len(wheel)))) * 4 / len(wheel)
     frequency = np.fft.rfftfreq(len(wheel), 1 / RATE)
-    turns = (run.phi[-1, 1] - run.phi[len(run.phi) // 2, 1]) / (2 * math.pi) / 10
+    turns = (run.phi[-1, 0, 1] - run.phi[len(run.phi) // 2, 0, 1]) / (2 * math.pi) / 10
     return (f"ripple in lateral motion: {frequency[spectrum.argmax()] / turns:.2f} per revolution of the wheel, "
             f"{spectrum.max():.3f} N m (B: 6.0, about 0.06)\n")
 
@@ -176,18 +177,14 @@ def ripple_of_B():
 def gain_ratios(robot, base, floor=None, gains=GAINS):
     """Lateral over forward path length per revolution of the wheels; rotation on a circle driven laterally over that
     on one driven forward."""
-    def gains_of(V_X, V_Y, Omega):
-        run = Run(robot, base.rolling_rates(V_X, V_Y, Omega), 30, {"twist": [V_X, V_Y, Omega]}, floor, gains)
-        first = len(run.rows["t"]) // 3
-        x, y, psi = (run.rows[key][first:] for key in ("x", "y", "psi"))
-        middle = 0.5 * (psi[1:] + psi[:-1])
-        along = np.sum(np.diff(x) * np.cos(middle) + np.diff(y) * np.sin(middle))
-        across = np.sum(np.diff(y) * np.cos(middle) - np.diff(x) * np.sin(middle))
-        rolled = np.mean(np.abs(np.diff(run.phi[[first, -1]], axis=0))) * base.wheel_radius
-        return (along if V_X else across) / rolled, (psi[-1] - psi[0]) / rolled
-    speed, Omega = 0.07, 0.14
-    forward, lateral = gains_of(speed, 0, 0)[0], gains_of(0, speed, 0)[0]
-    return lateral / forward, gains_of(0, speed, Omega)[1] / gains_of(speed, 0, Omega)[1]
+    velocities = [(0.07, 0, 0), (0, 0.07, 0), (0.07, 0, 0.14), (0, 0.07, 0.14)]
+    runs = Runs(robot, velocities, 30, floor, gains, base, twist=velocities)
+    first = len(runs.x) // 3
+    x, y, psi, phi = (of[first:] for of in (runs.x, runs.y, runs.psi, runs.phi))
+    moved = np.sum((np.diff(x, axis=0) + 1j * np.diff(y, axis=0)) * np.exp(-0.5j * (psi[1:] + psi[:-1])), axis=0)
+    rolled = np.abs(phi[-1] - phi[0]).mean(axis=1) * base.wheel_radius
+    rotation = (psi[-1] - psi[0]) / rolled
+    return (moved[1].imag / rolled[1]) / (moved[0].real / rolled[0]), rotation[3] / rotation[2]
 
 
 def gain_table():
@@ -209,10 +206,10 @@ def draw(path):
                   label="real base B on linoleum, 0.2 m/s (bars: largest standard error)")
     for key, label, style in (("B", "simulated B: profile measured, times 0.76", dict(linestyle="-", color=RED)),
                               ("paper", "simulated with the paper's friction", dict(linestyle="--", color=BLUE))):
-        axes.plot(degrees, [mean_torque("B", key, velocity_along(angle)) for angle in degrees], label=label, **style)
+        axes.plot(degrees, mean_torques("B", key, [velocity_along(angle) for angle in degrees]), label=label, **style)
     axes.errorbar((0, 90), (0.237, 1.024), ((0.057, 0.094), (0.063, 0.086)), fmt="s", color=GREEN, capsize=4,
                   label="real base A, 0.1 m/s (bars: range)")
-    axes.plot((0, 90), [mean_torque("A", "A", velocity_along(angle, 0.1)) for angle in (0, 90)], "D", color=ORANGE,
+    axes.plot((0, 90), mean_torques("A", "A", [velocity_along(angle, 0.1) for angle in (0, 90)]), "D", color=ORANGE,
               markersize=10, fillstyle="none", label="simulated A: profile measured, times 1.3")
     axes.set(xlabel="direction of travel, degrees (0 forward, 90 lateral)", ylabel="mean torque of a wheel, N m",
              ylim=(0, 1.9), xlim=(-2, 92), title="Torque over the direction of travel, real and simulated")

@@ -1,12 +1,7 @@
-"""How a Mecanum base moves on average over where its rollers stand, as `simulate` finds it, for every direction."""
-import json
-import subprocess
-import tempfile
-from pathlib import Path
-
+"""How a Mecanum base moves on average over where its rollers stand, as the simulator finds it, for every direction."""
 import numpy as np
 
-from youbot_base_sim.base import WHEELS
+from youbot_base_sim._simulator import Batch
 from .odometry_records import BASE
 
 SPIN_RADIUS, CREEP = 2e-3, 3e-4                         # m; m/s, the regularization speed
@@ -28,24 +23,19 @@ def robot(friction, contacts="located"):
             "contacts": contacts, **dict(list(vars(BASE).items())[:5])}  # the numbers
 
 
-def simulated(simulate, t, wheels, **scene):
-    """Columns by their names of the rows of a scene whose drive names table.csv: times (s) and four wheels each."""
-    with tempfile.TemporaryDirectory() as folder:
-        file, table, rows = (Path(folder) / name for name in ("scene.yaml", "table.csv", "rows.csv"))
-        np.savetxt(table, np.c_[t, wheels], "%.17g", ",", header=",".join(("t", *WHEELS)), comments="")
-        file.write_text(json.dumps({"solver": {"relative_tolerance": 1e-5}, **scene}))
-        subprocess.run([simulate, file, "--quiet", "--csv", rows], check=True)
-        with open(rows) as csv:
-            return dict(zip(csv.readline().strip().split(","), np.loadtxt(csv, delimiter=",").T))
-
-
-def drive(simulate, t, angles, section, output_rate):
-    """Rows t, x, y, psi and the wheels' angles of a base whose motors turn the wheels to `angles` (rad) at t (s)."""
-    rates = np.diff(angles, axis=0, append=angles[-1:]) / np.diff(t, append=t[-1] + 1)[:, None]
-    rows = simulated(simulate, t, rates, duration=t[-1], output_rate=output_rate, robot=section, motors=MOTORS, floor={
-        "friction": FRICTION, "spin_radius": SPIN_RADIUS, "slip_regularization": CREEP}, drive={
-            "velocity_table": "table.csv"}, initial={"wheel_angles": list(angles[0])})
-    return np.stack([rows[name] for name in ("t", "x", "y", "psi", *(f"phi_{wheel}" for wheel in WHEELS))], -1)
+def drive(angles, step, section, every=1):
+    """x, y, psi (m, rad) and wheel angles (rad) of bases whose motors turn the wheels to `angles` (rows, bases, 4), of
+    which a row is `step` s later than the last: (rows, bases, 7), of each `every`-th row."""
+    batch = Batch({"duration": len(angles) * step, "robot": section, "motors": MOTORS, "initial": {
+        "wheel_angles": angles[0, 0]}, "solver": {"control_period": 1e-3, "relative_tolerance": 1e-5}, "floor": {
+            "friction": FRICTION, "spin_radius": SPIN_RADIUS, "slip_regularization": CREEP}}, angles.shape[1])
+    rows = []
+    for k, rates in enumerate(np.diff(angles, axis=0, append=angles[-1:]) / step):
+        if k % every == 0:
+            rows.append(batch.state_vector[:, [0, 1, 2, 8, 9, 10, 11]])
+        batch.set_points("velocity", rates)
+        batch.step(periods=round(step / 1e-3))
+    return np.array(rows)
 
 
 def scattered(count):
@@ -55,43 +45,38 @@ def scattered(count):
     return PITCH * ((0.5 + np.outer(order, root ** -np.arange(1.0, 5))) % 1)
 
 
-def mean_motion(simulate, direction, section, phases):
-    """By how much a base departs from the motion by ideal kinematics of its wheels, in X, Y, (h + l) psi: a mean over
-    SPEED, in a direction by the same."""
-    rates = np.array(BASE.rolling_rates(*np.array(direction) * SPEED / [1, 1, BASE.half_lengths]))
+def mean_motions(directions, section, phases):
+    """By how much bases depart from the motion by ideal kinematics of their wheels, in X, Y, (h + l) psi: means over
+    SPEED, in directions (n, 3) by the same."""
+    rates = np.array(BASE.rolling_rates(*(directions * SPEED / [1, 1, BASE.half_lengths]).T)).T
     angle = scattered(phases)
     steps = (np.diff(angle, axis=0, prepend=angle[:1]) + PITCH / 2) % PITCH - PITCH / 2
     t = np.arange(round(phases * PERIOD / TABLE_STEP) + 1) * TABLE_STEP
     done = ((t[:, None] - PERIOD * np.arange(phases)) / RAMP).clip(0, 1)
-    angles = angle[0] + np.outer(t, rates) + done**2 * (3 - 2 * done) @ steps
-    rows = drive(simulate, t, angles, section, round(1 / RAMP))
+    angles = (angle[0] + done**2 * (3 - 2 * done) @ steps)[:, None] + t[:, None, None] * rates
+    rows = drive(angles, TABLE_STEP, section, round(RAMP / TABLE_STEP))
     begin, end = (rows[round(instant / RAMP)::round(PERIOD / RAMP)][:phases] for instant in (BEGIN, END))
-    yaw = end[:, 3] - begin[:, 3] + 1e-12
-    moved = ((end - begin)[:, 1:3] @ [1, 1j]) * np.exp(-1j * begin[:, 3])
-    velocity = (moved * 1j * yaw / (np.exp(1j * yaw) - 1)).mean()  # along an arc
-    moved = np.array([velocity.real, velocity.imag, yaw.mean()])
-    rolled = BASE.velocities((end - begin)[:, 4:].mean(axis=0))
+    yaw = end[..., 2] - begin[..., 2] + 1e-12
+    moved = ((end - begin)[..., :2] @ [1, 1j]) * np.exp(-1j * begin[..., 2])
+    velocity = (moved * 1j * yaw / (np.exp(1j * yaw) - 1)).mean(axis=0)  # along an arc
+    moved = np.array([velocity.real, velocity.imag, yaw.mean(axis=0)]).T
+    rolled = np.array(BASE.velocities((end - begin)[..., 3:].mean(axis=0))).T
     return (moved - rolled) * [1, 1, BASE.half_lengths] / (SPEED * (END - BEGIN))
 
 
 class SlipGains:
     """Departures for directions of an octant, which has them all by symmetry, and some frictions of the rollers."""
 
-    def __init__(self, simulate, contacts="located", points=17, phases=128):
+    def __init__(self, contacts="located", points=17, phases=128):
         located = contacts == "located"
         self.frictions = 1e-3 * np.array([1.1, 2.2, 3.3] if located else [2.2, 5, 5.4, 5.6])  # they lock soon
         self.points = points
-        angles, phases = np.linspace(0, np.pi / 2, points), phases if located else 1
-
-        def along_meridian(azimuth, section):
-            return [mean_motion(simulate, (np.cos(e) * np.cos(azimuth), np.cos(e) * np.sin(azimuth), np.sin(e)),
-                                section, phases) for e in angles[:-1]]
-        self.table = []
-        for friction in self.frictions:
-            section = robot(friction, contacts)
-            pole = mean_motion(simulate, (0, 0, 1), section, phases)
-            self.table.append([[*along_meridian(azimuth, section), pole] for azimuth in angles])
-        self.table = np.array(self.table)
+        azimuth, e = np.meshgrid(*[np.linspace(0, np.pi / 2, points)] * 2, indexing="ij")
+        directions = np.stack([np.cos(e) * np.cos(azimuth), np.cos(e) * np.sin(azimuth), np.sin(e)], -1)
+        directions[:, -1] = 0, 0, 1
+        self.table = np.array([mean_motions(directions.reshape(-1, 3), robot(friction, contacts),
+                                            phases if located else 1).reshape(directions.shape)
+                               for friction in self.frictions])
 
     def motion(self, nominal, friction):
         """What wheels move the base on average that by ideal kinematics move it by `nominal` (n, 3), m, m, rad."""
@@ -106,10 +91,3 @@ class SlipGains:
         off = (1 - u) * ((1 - v) * table[i, j] + v * table[i, j + 1]) + u * ((1 - v) * table[i + 1, j] +
                                                                             v * table[i + 1, j + 1])
         return nominal + off * np.where(nominal < 0, -1, 1) * np.sqrt(X * X + Y * Y + Z * Z)[:, None] / scale
-
-    def ratios(self, friction, turn=0.4):
-        """k_Y / k_X and q, of a circle with (h + l) Omega = `turn` times the speed, as docs/validation.md has them."""
-        Omega = turn / BASE.half_lengths
-        forward, lateral, around, across = self.motion(
-            np.array([[1, 0, 0], [0, 1, 0], [1, 0, Omega], [0, 1, Omega]], float), friction)
-        return lateral[1] / forward[0], across[2] / around[2]

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from youbot_base_sim.command_line import Parser, Progress
 from youbot_base_sim.files import make_folder, write_whole
+from youbot_base_sim.report import csv_text
 from . import stress_report, stress_runs
 from .builds import ROOT, build
 from .pages import interruptible
@@ -52,9 +53,8 @@ def run(arguments, progress):
                 base[tolerance] = stress_runs.base_cost(simulate, BASE, tolerance)
             rows.append(stress_runs.measure(simulate, cell, tolerance, base[tolerance], tolerance == held_tolerance))
             rows[-1].judge()
-        write_whole(arguments.folder / "stress.csv", stress_report.csv_of_rows(rows))
+        write_whole(arguments.folder / "stress.csv", csv_text(stress_report.COLUMNS, rows, "{:.10g}".format))
     write_whole(arguments.folder / "cells.csv", stress_report.cells_csv(rows))
-    write_whole(arguments.folder / "counters.csv", stress_report.counters_csv(rows))
     stress_report.PAGE.write(stress_report.written_part(rows), arguments.folder / "stress.md")
     return rows
 

@@ -20,11 +20,10 @@ WHEELS_CENTRE = math.hypot(Base.half_wheelbase, Base.half_track)  # m from O
 
 PAGE = WrittenPart(ROOT / "docs" / "stress" / "stress.md", "scripts/study stress")
 
-# Columns of stress.csv besides the counters of the integration.
-COLUMNS = (
-    "group cell tolerance ending message outcome duration reached cpu_time base_cpu_time slowest_ms slowest_ms_at "
-    "ms_99_9 late_ms energy_error energy path halving echo amplification_minus amplification_plus x y psi "
-    "hundredth_distance switches_per_s cost_ratio ms_ratio energy_ratio halving_ratio held_ratio").split()
+COLUMNS = (  # of stress.csv
+    "group cell tolerance ending message outcome duration reached cpu_time base_cpu_time slowest_ms energy_error energy path "
+    "halving amplification_minus amplification_plus x y psi hundredth_distance switches shared_contacts cost_ratio ms_ratio "
+    "energy_ratio halving_ratio held_ratio").split()
 BRACES = str.maketrans({"{": "{{", "}": "}}"})  # for str.format
 
 
@@ -58,7 +57,6 @@ class Row(dict):
 
     def judge(self):
         """Adds what was measured over what is allowed, and the outcome: holds, explained or fails."""
-        self["switches_per_s"] = self["switches"] / self["reached"] if self["reached"] else math.nan
         permitted = self["duration"] if self.is_fast else MAX_TIMES_BASE * self["base_cpu_time"]
         self["cost_ratio"] = self["cpu_time"] / max(MIN_PERMITTED, permitted)
         self["ms_ratio"] = self["slowest_ms"] / MAX_MS
@@ -88,15 +86,6 @@ class Row(dict):
         if self["held_ratio"] > 1:
             found.append(("held wheel {} times", self["held_ratio"]))
         return found
-
-
-def csv_of_rows(rows):
-    """One line for each cell and tolerance."""
-    return csv_text(COLUMNS + counter_names(rows), rows, "{:.10g}".format)
-
-
-def counter_names(rows):
-    return list(dict.fromkeys(key for row in rows for key in row if key not in COLUMNS))
 
 
 def grouped(items, key):
@@ -140,26 +129,12 @@ RUNS = {"runs": lambda row: True, "finish": lambda row: row["ending"] == "finish
 RATIOS = {"cost": "cost_ratio", "slowest ms": "ms_ratio", "energy": "energy_ratio", "halving": "halving_ratio"}
 
 
-def summary(rows):
-    return [*(f"{sum(map(holds, rows))}" for holds in RUNS.values()),
-            *(figures(worst(of(rows, key))) for key in RATIOS.values())]
-
-
 def cells_csv(rows):
     """One line for each cell, with the worst over its tolerances."""
-    return csv_text(["cell", *RUNS, *RATIOS, "99.9 % of ms, ms", "A", "echo, m"], [
-        [name, *summary(of_cell), shown(".2g", 1e3 * worst(of(of_cell, "ms_99_9"))),
-         shown(".2g", worst(row.amplification for row in of_cell)), shown(".1e", worst(of(of_cell, "echo")))]
+    return csv_text(["cell", *RUNS, *RATIOS, "A"], [
+        [name, *(f"{sum(map(holds, of_cell))}" for holds in RUNS.values()),
+         *(figures(worst(of(of_cell, key))) for key in RATIOS.values()), shown(".2g", worst(row.amplification for row in of_cell))]
         for name, of_cell in by_cell(rows).items()])
-
-
-def counters_csv(rows):
-    """The counters at the loosest tolerance; those of the random runs summed."""
-    at = [row for row in rows if row["tolerance"] == max(of(rows, "tolerance"))]
-    names = sorted(counter_names(at))
-    return csv_text(["cell", *names], [
-        [name, *(f"{sum(counts):.0f}" if counts else "-" for counts in (
-            [row[key] for row in of_cell if key in row] for key in names))] for name, of_cell in by_cell(at).items()])
 
 
 def failure_table(failing):
@@ -194,9 +169,7 @@ def written_part(rows):
         paragraph(f"{cells} motions, each at {len(tolerances)} tolerances from {power(tolerances[0])} to "
                   f"{power(tolerances[-1])}: {len(rows) - len(failing) - len(explained)} of {len(rows)} runs hold all "
                   f"requirements, {len(explained)} more are explained by a sensitive motion."),
-        paragraph("[cells.csv](cells.csv) has every motion with its worst figures over the tolerances, "
-                  "[counters.csv](counters.csv) the counters of the integration at "
-                  f"{power(tolerances[0])}."),
+        "[cells.csv](cells.csv) has every motion with its worst figures over the tolerances.\n",
         "### What does not hold\n", failure_table(failing) if failing else "Everything holds.\n",
         paragraph(f"Explained by a sensitive motion: {', '.join(sensitive) or 'none'}."),
         "### Held wheels\n", paragraph(held_text(rows))])

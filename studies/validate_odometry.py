@@ -7,7 +7,7 @@ processor time; installs and builds what it needs.
 """
 from youbot_base_sim.command_line import Parser, Refused
 from youbot_base_sim.files import Outputs
-from .builds import add_simulate, simulate_of
+from .builds import add_module, use_module
 
 
 def main():
@@ -15,11 +15,11 @@ def main():
     parser.add_argument("folder", metavar="FOLDER", help="clone of the data set")
     parser.add_argument("--quick", action="store_true", help="every third run, and coarser gains")
     parser.add_argument("--figure", metavar="PLOT.png", help="draw the ratios, too")
-    add_simulate(parser)
+    add_module(parser)
     arguments = parser.parse_args()
     if arguments.figure:
         Outputs([]).claim("--figure", arguments.figure)
-    simulate = simulate_of(parser, arguments, ("python3-numpy", "python3-matplotlib"))
+    use_module(parser, arguments)
     from . import odometry_models as models  # with what has been installed
     from .odometry_records import read_runs
     from .slip_gains import SlipGains
@@ -27,10 +27,10 @@ def main():
     if any(len({getattr(run, key) for run in runs}) < 2 for key in ("day", "figure")):
         raise Refused(f"FOLDER = {arguments.folder}: must have runs of two days and of both figures")
     size = (7, 16) if arguments.quick else ()
-    gains = {contacts: SlipGains(simulate, contacts, *size) for contacts in ("located", "averaged")}
-    print(f"{len(runs)} runs\n\n{models.gain_table(gains)}", end="")
+    gains = {contacts: SlipGains(contacts, *size) for contacts in ("located", "averaged")}
+    print(f"{len(runs)} runs")
     comparison = models.Comparison(runs, gains)
-    for part in (comparison.ratio_table, comparison.error_table, comparison.umbmark_table, comparison.parameter_table):
+    for part in (comparison.ratio_table, comparison.error_table, comparison.parameter_table):
         print("\n" + part(), end="")
     if arguments.figure:
         comparison.draw(arguments.figure)

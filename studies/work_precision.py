@@ -5,9 +5,7 @@ import json
 import math
 import re
 import subprocess
-import tempfile
 import time
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -16,21 +14,19 @@ from youbot_base_sim.files import make_folder, write_whole
 from youbot_base_sim.report import csv_text
 from .builds import ROOT, build
 from .pages import WrittenPart, figures, paragraph, table
-from .work_precision_runs import (COMPARISON, CONTESTANTS, EXPLICIT_SPAN, HELD_WHEEL, LONG_ENOUGH, LONG_RUN, RECORD,
-                                  SCENES, USEFUL_ERROR, make_reference, measure, run_solver)
+from .work_precision_runs import (CONTESTANTS, EXPLICIT_SPAN, HELD_WHEEL, LONG_ENOUGH, LONG_RUN, SCENES,
+                                  USEFUL_ERROR, make_reference, measure, run_solver)
 
 PAGE = WrittenPart(ROOT / "docs" / "work_precision" / "work_precision.md", "scripts/study work_precision")
 ERRORS = ("position_error_m heading_error_rad velocity_error_m_s yaw_rate_error_rad_s wheel_rate_error_rad_s "
           "roller_rate_error_rad_s")
 COUNTS = "steps rejected_steps location_steps evaluations jacobians factorizations switches"
-# Columns of the tables by their files' names: all runs, checks of what errors are measured by, run times over the
-# length of held torques and over the number of rollers, and a wheel that is held between two rollers.
+# Columns of the tables by their files' names: all runs, checks of what errors are measured by, and a wheel that is held
+# between two rollers.
 TABLES = {name: columns.split() for name, columns in {
     "work_precision": "scene scene_title contestant contestant_title relative_tolerance span_s run_time_s repeats "
                       f"run_time_per_simulated_s real_time_factor {ERRORS} {COUNTS} failure",
     "references": f"scene scene_title span_s switches reference checked_by {ERRORS} failure",
-    "growth": "quantity value contestant contestant_title relative_tolerance span_s run_time_per_simulated_s "
-              "position_error_m switches failure",
     "held_wheel": "contestant relative_tolerance end_off_m position_error_m switches run_time_s failure"}.items()}
 
 
@@ -42,7 +38,7 @@ def say(row):
 def sweep(solve, scene, span):
     """Rows of references.csv and of work_precision.csv."""
     print(scene.title)
-    reference = make_reference(solve, scene, span, RECORD)
+    reference = make_reference(solve, scene, span)
     checks = [{"scene": scene.key, "scene_title": scene.title, "span_s": reference["span"], "switches":
                reference["switches"], "reference": reference["title"], "checked_by": title, "failure": "", **check}
               for title, check in reference["checks"]]
@@ -60,26 +56,6 @@ def sweep(solve, scene, span):
     return checks, rows
 
 
-def grow(solve, quantity, scene, variants, span, tolerances):
-    """Rows of growth.csv: contestants on variants of a scene, each a value of the quantity and the sections changed."""
-    import yaml  # which has been installed
-    print(quantity)
-    values = yaml.safe_load(scene.path.read_text())
-    rows = []
-    with tempfile.TemporaryDirectory() as folder:
-        for value, sections in variants:
-            path = Path(folder) / "variant.yaml"
-            path.write_text(yaml.safe_dump({**values, **{key: {**values.get(key, {}), **section}
-                                                         for key, section in sections.items()}}))
-            variant = replace(scene, key=f"{scene.key}, {value}", path=path, rows="")
-            reference = make_reference(solve, variant, span, COMPARISON)
-            for contestant, tolerance in tolerances:
-                row = measure(solve, variant, reference, contestant, tolerance, span)
-                rows.append({"quantity": quantity, "value": value, **row})
-                say(row)
-    return rows
-
-
 def run(solve, arguments):
     """Rows of all tables by their names."""
     tables = {name: [] for name in TABLES}
@@ -92,21 +68,7 @@ def run(solve, arguments):
             checks, rows = sweep(solve, scene, arguments.span)
             tables["references"] += checks
             tables["work_precision"] += rows
-            if scene is SCENES[0]:
-                tables["growth"] = growth(solve, scene, rows)
     return tables
-
-
-def growth(solve, scene, rows):
-    """Rows of growth.csv, from those of work_precision.csv for this scene. Each contestant is run with the loosest
-    tolerance that stays within USEFUL_ERROR: those rows are from coarse to fine."""
-    loosest = {row["contestant"]: row["relative_tolerance"] for row in reversed(rows)
-               if not row["failure"] and row["position_error_m"] <= USEFUL_ERROR}
-    tolerances = [(one, loosest[one.key]) for one in CONTESTANTS if one.key in loosest and not one.explicit]
-    held = [(f"{period:g}", {"solver": {"control_period": period}}) for period in (1e-2, 1e-3, 1e-4)]
-    rollers = [(f"{n}", {"robot": {"rollers_per_wheel": n, "roller_axis_radius": 0.034}}) for n in (4, 6, 12, 24)]
-    return [*grow(solve, "control_period, s", scene, [("0", {}), *held], 1.0, tolerances),
-            *grow(solve, "rollers_per_wheel", scene, rollers, 5.0, tolerances)]
 
 
 def seconds(t):

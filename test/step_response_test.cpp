@@ -14,7 +14,7 @@
 namespace youbot_base_sim {
 namespace {
 
-constexpr VelocityGains kGainsOfA{0.4, 1.6}, kGainsOfB{0.325, 0.5};
+constexpr VelocityGains kGainsOfB{0.325, 0.5};
 constexpr double kFrictionOfA = 1.3, kFrictionOfB = 0.76;  // times the measured profile's
 constexpr double kDelayOfB = 0.05;                         // s
 
@@ -87,33 +87,31 @@ Response respond(const Base& base, const Eigen::Vector3d& velocity) {
 
 const Eigen::Vector3d kAhead(records::speed, 0, 0), kSideways(0, records::speed, 0), kTurning(0, 0, records::turn);
 
-/// Expects of each motion what base A did; `respond_to` makes it.
-template <class Respond>
-void expect_like_A(const std::string& what, Respond&& respond_to) {
-  const auto expect = [&](const char* motion, const Eigen::Vector3d& velocity, double rise) {
-    const Response response = respond_to(velocity);
-    expect_like_a_real_base(response.rise, response.overshoot, response.settled, rise, what + ", " + motion);
-  };
-  expect("ahead", kAhead, records::rise_ahead);
-  expect("sideways", kSideways, records::rise_sideways);
-  expect("turning", kTurning, records::rise_turning);
-}
+// What base A did.
+struct Motion {
+  const char* name;
+  Eigen::Vector3d velocity;
+  double rise, overshoot;
+} const kMotions[] = {{"ahead", kAhead, records::rise_ahead, 0.21},
+                      {"sideways", kSideways, records::rise_sideways, 0.15},
+                      {"turning", kTurning, records::rise_turning, 0.13}};
 
 TEST(StepResponseTest, OfDefaultMotorsIsThatOfARealBase) {
-  expect_like_A("paper", [](const auto& velocity) { return respond(base(RobotParameters()), velocity); });
-  expect_like_A("measured", [](const auto& velocity) { return respond(base(measured_robot()), velocity); });
+  for (const RobotParameters& robot : {RobotParameters(), measured_robot()}) {
+    for (const Motion& motion : kMotions) {
+      const Response response = respond(base(robot), motion.velocity);
+      expect_like_a_real_base(response.rise, response.overshoot, response.settled, motion.rise, motion.name);
+    }
+  }
 }
 
-TEST(StepResponseTest, OfBaseAWithItsFrictionAndGains) {
-  const Base A = base(measured_robot(kFrictionOfA), kGainsOfA);
-  expect_like_A("A", [&](const auto& velocity) { return respond(A, velocity); });
-}
-
-// The default gains are a compromise between the two bases: under A's friction turning takes longer than this from
-// rather more than half of all angles at which the wheels may start (docs/validation.md).
-TEST(StepResponseTest, OfDefaultMotorsUnderTheFrictionOfA) {
-  const Base slow = base(measured_robot(kFrictionOfA));
-  expect_like_A("slow", [&](const auto& velocity) { return respond_from(Wheels::Zero(), slow, velocity); });
+TEST(StepResponseTest, OfBaseAWithItsProfile) {
+  const Scene scene = default_scene({{"robot.profile", "measured_a", true}}, SceneUse::kCommands);
+  for (const Motion& motion : kMotions) {
+    const Response response = respond({scene.robot, *scene.motors}, motion.velocity);
+    EXPECT_NEAR(response.rise / motion.rise, 1, 0.2) << motion.name;
+    EXPECT_NEAR(response.overshoot / motion.overshoot, 1, 0.2) << motion.name;
+  }
 }
 
 TEST(StepResponseTest, OfBaseBWithItsFrictionGainsAndDelay) {
@@ -126,7 +124,7 @@ TEST(StepResponseTest, OfBaseBWithItsFrictionGainsAndDelay) {
 }
 
 TEST(StepResponseTest, RipplesAsRollersPassSideways) {
-  const Response response = respond(base(measured_robot(kFrictionOfA), kGainsOfA), kSideways);
+  const Response response = respond(base(measured_robot(kFrictionOfA), {0.4, 1.6}), kSideways);
   EXPECT_GT(response.ripple, 0.09);
   EXPECT_LT(response.ripple, 0.27);
 }

@@ -140,7 +140,6 @@ constexpr int kSides = 40;       // of a roller: within 0.05 mm
 constexpr int kStripeSides = 4;  // of those, in each of two stripes
 constexpr int kSidesOfArm = 16;  // of a plate's outline, for each roller
 constexpr int kSidesOfHub = 48;
-constexpr int kSidesOfCorner = 6;  // of the body, a quarter turn
 
 /// The circle on a roller that touches the floor at some wheel angle, and its outward normals.
 struct Circle {
@@ -216,32 +215,15 @@ void add_wheel(Mesh& mesh, const RobotParameters& robot, double tan_delta) {
   }
 }
 
-/// A box with rounded edges.
-void add_rounded_box(Mesh& mesh, const Colour& colour, const Vector3d& centre, const Vector3d& size, double corner,
-                     double fillet) {
-  constexpr int kColumns = 4 * (kSidesOfCorner + 1) + 1;
-  const auto normal = [](int column) {
-    const int quarter = column / (kSidesOfCorner + 1), step = column % (kSidesOfCorner + 1);
-    const double angle = M_PI_2 * (quarter + static_cast<double>(step) / kSidesOfCorner);
-    return Vector3d{std::cos(angle), std::sin(angle), 0};
-  };
-  const auto outline = [&](int column) -> Vector3d {
-    const int quarter = column / (kSidesOfCorner + 1) % 4;
-    const double x = quarter == 0 || quarter == 3 ? 1 : -1, y = quarter < 2 ? 1 : -1;
-    return Vector3d(x * (size.x() / 2 - corner), y * (size.y() / 2 - corner), 0) + corner * normal(column);
-  };
-  // Rows from the middle of the underside, around both fillets, to the middle of the top.
-  mesh.add_sheet(colour, 2 * kSidesOfCorner + 4, kColumns, [&](int row, int column) {
-    const bool over = row > kSidesOfCorner + 1;
-    if (row == 0 || row == 2 * kSidesOfCorner + 3) {
-      return Mesh::Vertex{centre + (over ? 0.5 : -0.5) * size.z() * Vector3d::UnitZ(),
-                          (over ? 1 : -1) * Vector3d::UnitZ()};
-    }
-    const double tilt = M_PI_2 * ((row - 1 - (over ? 1 : 0)) / static_cast<double>(kSidesOfCorner) - 1);
-    const Vector3d out = std::cos(tilt) * normal(column) + std::sin(tilt) * Vector3d::UnitZ();
-    const double height = (over ? 1 : -1) * (size.z() / 2 - fillet);
-    return Mesh::Vertex{centre + outline(column) + fillet * (out - normal(column)) + height * Vector3d::UnitZ(), out};
-  });
+void add_box(Mesh& mesh, const Colour& colour, const Vector3d& centre, const Vector3d& size) {
+  for (int face = 0; face < 6; ++face) {
+    const Vector3d normal = (face < 3 ? 1 : -1) * Vector3d::Unit(face % 3);
+    const Vector3d along = Vector3d::Unit((face + 1) % 3), across = Vector3d::Unit((face + 2) % 3);
+    mesh.add_sheet(colour, 2, 2, [&](int row, int column) {
+      const Vector3d corner = normal + (2 * row - 1) * along + (2 * column - 1) * across;
+      return Mesh::Vertex{centre + size.cwiseProduct(corner) / 2, normal};
+    });
+  }
 }
 
 /// A strip of the deck from one point of it to another.
@@ -255,14 +237,11 @@ void add_strip(Mesh& mesh, const Vector3d& from, const Vector3d& to, double widt
 /// The body, and on it a plate to load, on which a chevron points to the front.
 void add_body(Mesh& mesh, const RobotParameters& robot) {
   const Dimensions size(robot);
-  const Vector3d middle{0, 0, size.middle}, &hull = size.hull, &flanks = size.flanks;
   const double thickness = 0.08 * robot.R;
-  add_rounded_box(mesh, kOrange, middle, hull, 0.2 * std::min(hull.x(), hull.y()),
-                  0.15 * std::min({hull.x(), hull.y(), hull.z()}));
-  add_rounded_box(mesh, kDark, middle, flanks, 0.1 * std::min(flanks.x(), flanks.y()),
-                  0.05 * std::min({flanks.x(), flanks.y(), flanks.z()}));
-  const Vector3d plate{0.75 * hull.x(), 0.7 * hull.y(), thickness};
-  add_rounded_box(mesh, kPlate, {0, 0, size.top}, plate, 0.1 * std::min(plate.x(), plate.y()), 0.2 * plate.minCoeff());
+  const Vector3d middle{0, 0, size.middle}, plate{0.75 * size.hull.x(), 0.7 * size.hull.y(), thickness};
+  add_box(mesh, kOrange, middle, size.hull);
+  add_box(mesh, kDark, middle, size.flanks);
+  add_box(mesh, kPlate, {0, 0, size.top}, plate);
   const double arm = 0.25 * std::min(plate.x(), plate.y());
   const Vector3d tip{0.42 * plate.x(), 0, size.top + 0.51 * thickness};
   for (const int side : {1, -1}) add_strip(mesh, tip, tip + Vector3d(-arm, side * arm, 0), 0.3 * arm);

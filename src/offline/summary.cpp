@@ -105,7 +105,7 @@ std::string summary_text(const Simulation& simulation, double wall_time, const R
       "final pose      x {:.6f} m, y {:.6f} m, psi {:.6f} rad ({:.1f} degrees)\n"
       "final velocity  V_X {:.6f} m/s, V_Y {:.6f} m/s, Omega {:.6f} rad/s\n"
       "path            {:.4g} m of the base; a turn counts at the wheels' centres\n"
-      "energy balance  closes to {:.2g} J of {:.2g} J that drives and wheels exchanged\n"
+      "energy balance  closes to {:.2g} J of {:.4g} J that drives and wheels exchanged\n"
       "model {} by {}: {:g} s in {:.3g} s, {:.4g} times real time\n",
       x.x(), x.y(), x.psi(), x.psi() * 180 / M_PI, x.V_X(), x.V_Y(), x.Omega(), rows.path().base,
       simulation.energy_balance_error(), rows.energy().drive_work, name_of(simulation.scene().model),

@@ -156,7 +156,7 @@ void BagRecorder::write(double t, const Simulation& simulation, const Events& ev
     options.world = true;
     options.markers = marker_options(scene.robot, options.world);
     const bool quantized = scene.motors && scene.motors->quantized.value_or(false);
-    sensors_.emplace(scene, BaseSensors::Options(), Motor(), quantized);
+    sensors_.emplace(scene, BaseSensors::Options{DriverKinematics::of(scene.motors, scene.robot)}, Motor(), quantized);
     telemetry_.emplace(scene, options);
   }
   sensors_->update(t, simulation.state(), simulation.torque());

@@ -97,6 +97,7 @@ void read_motors(Parameters& parameters, BaseSettings& settings) {
   visit_settings(motors, [&parameters](const char* name, auto& value, const auto&... range) {
     parameters.read(name, value, range...);
   });
+  if (motors.scene_kinematics.value_or(false)) settings.sensors.kinematics = DriverKinematics::of(settings.scene.robot);
   const std::string limit = stable_period(settings.scene, motors.gains);
   parameters.require(limit.empty(), "control_period", fmt::format("{:g}", settings.scene.solver.control_period), limit);
 }

@@ -33,7 +33,11 @@ constexpr Named<bool> kFrames[] = {{"platform", false}, {"fixed", true}};
 constexpr Named<LoadSharing> kSharings[] = {{"equal_wheels", LoadSharing::kEqualWheels},
                                             {"rocking_front", LoadSharing::kRockingFront},
                                             {"rocking_rear", LoadSharing::kRockingRear}};
-constexpr Named<bool> kProfiles[] = {{"paper", false}, {"measured", true}};
+enum class Profile { kPaper, kMeasured, kMeasuredA, kMeasuredB };
+constexpr Named<Profile> kProfiles[] = {{"paper", Profile::kPaper},
+                                        {"measured", Profile::kMeasured},
+                                        {"measured_a", Profile::kMeasuredA},
+                                        {"measured_b", Profile::kMeasuredB}};
 
 constexpr double kMaxRows = 1e8, kMaxPeriods = 1e9;
 constexpr double kMinInterval = 1e-6;     // s, between rows of wheel angles
@@ -52,28 +56,37 @@ constexpr Range kTorque{-3e6, 3e6, "N m"};
 constexpr Range kTime{-1e9, 1e9, "s"};
 constexpr Range kHarmonicPeriod{1e-4, 1e9, "s"};
 
-/// Values of a profile: the robot's friction, and the holding speed of a parked base, m/s.
+/// Values of a profile: the robot's friction, the holding speed of a parked base, m/s, and gains of its motors.
 struct Defaults {
   RobotParameters robot;
   double holding_speed = 0;
+  std::optional<VelocityGains> gains = {};  // empty: the youBot driver's
 };
 
 /// A name, or a section with the name and what the profile takes besides.
 Defaults read_profile(const SceneValue& value) {
-  bool measured = false;
+  Profile profile = Profile::kPaper;
   double scale = 1;
   if (value.is_section()) {
     SceneValue s = value;
-    s.required("name").choice(measured, kProfiles);
+    s.required("name").choice(profile, kProfiles);
     const SceneValue friction_scale = s["friction_scale"];
     s.finish();
-    if (!measured && friction_scale.given()) friction_scale.refuse("left out for paper");
-    if (measured) friction_scale.number(scale, kFrictionScales);
+    const bool scales = profile == Profile::kMeasured;
+    if (!scales && friction_scale.given()) friction_scale.refuse("left out unless name is measured");
+    if (scales) friction_scale.number(scale, kFrictionScales);
   } else {
-    value.choice(measured, kProfiles);
+    value.choice(profile, kProfiles);
   }
-  if (!measured) return {};
-  return {measured_robot(scale), 1e-8};  // creeps by 0.1 mm an hour at 0.9 of the friction limit
+  if (profile == Profile::kPaper) return {};
+  Defaults defaults{measured_robot(scale), 1e-8};  // creeps by 0.1 mm an hour at 0.9 of the friction limit
+  if (profile == Profile::kMeasuredA) {
+    defaults = {measured_robot(1.3), 1e-8, VelocityGains{0.2, 1.5}};
+    defaults.robot.J_1 = 0.015;  // with the motor's rotor, 0.009 behind its gear
+  } else if (profile == Profile::kMeasuredB) {
+    defaults = {measured_robot(0.76), 1e-8, VelocityGains{0.33, 0.5}};
+  }
+  return defaults;
 }
 
 /// Refuses what the model would ignore.
@@ -114,8 +127,7 @@ void check_kinematics(const RobotParameters& robot, const SceneValue& roller_ang
   if (lever >= kLeastLever) return;
   roller_angle.refuse(
       fmt::format("such that the wheels' rates decide V_X, V_Y and Omega: |half_track + half_wheelbase "
-                  "tan(roller_angle)|, where all "
-                  "angles are alike, must be {:g} m, and is {:.3g} m",
+                  "tan(roller_angle)|, where all angles are alike, must be {:g} m, and is {:.3g} m",
                   kLeastLever, lever));
 }
 
@@ -306,8 +318,10 @@ void read_setting(const SceneValue& value, std::optional<bool>& flag) {
   if (value.given()) value.choice(flag.emplace(), kFlags);
 }
 
-MotorSettings read_motors(SceneValue s) {
+/// `gains` are the profile's.
+MotorSettings read_motors(SceneValue s, const std::optional<VelocityGains>& gains) {
   MotorSettings motors;
+  motors.gains = gains.value_or(motors.gains);
   visit_settings(
       motors, [&](const char* name, auto& setting, const auto&... range) { read_setting(s[name], setting, range...); });
   s.finish();
@@ -462,8 +476,9 @@ Scene read_scene(const std::string& path, const YAML::Node& root, SceneUse use, 
   if (!lifted.empty()) loads.refuse(lifted);
   output["contacts"].choice(scene.output.contacts, kFlags);
   output.finish();
-  if (motors.given()) scene.motors = read_motors(motors);
+  if (motors.given()) scene.motors = read_motors(motors, defaults.gains);
   read_drive(drive, scene);
+  if (defaults.gains && is_sampled(scene, use)) scene.motors = read_motors(motors, defaults.gains);
   // An ignored drive gives the initial velocity, but prescribed wheels limit neither solver nor initial state.
   const bool prescribes = std::holds_alternative<std::shared_ptr<const WheelMotion>>(scene.drive);
   if (use == SceneUse::kCommands && prescribes) scene.drive = std::monostate();
@@ -504,9 +519,9 @@ std::string stable_period(const Scene& scene, const VelocityGains& gains) {
   const double unstable = gains.unstable_period(scene.robot.J_1);
   if (scene.solver.control_period < unstable) return "";
   return fmt::format(
-      "less than {:.4g} s: with these gains and the scene's wheel_inertia the velocity loops of the motors are "
-      "unstable from there on",
-      unstable);
+      "less than {:.4g} s, such as {:.1g} s: with these gains and the scene's wheel_inertia the velocity loops of the "
+      "motors are unstable from there on",
+      unstable, unstable / 2);
 }
 
 bool beyond_the_paper(const Scene& scene) {

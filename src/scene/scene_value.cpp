@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <set>
 #include <utility>
 
 #include "youbot_base_sim/scene/scene_setting.h"
 #include "youbot_base_sim/text/quote.h"
+#include "youbot_base_sim/text/suggestion.h"
 
 namespace youbot_base_sim {
 
@@ -35,31 +35,6 @@ std::string shown(const YAML::Node& node) {
 }
 
 std::string key_of(const YAML::Node& node) { return node.IsScalar() ? node.Scalar() : shown(node); }
-
-/// The Levenshtein distance of a and b.
-std::size_t edit_distance(const std::string& a, const std::string& b) {
-  std::vector<std::size_t> row(b.size() + 1);  // distances of the part of a so far to each beginning of b
-  std::iota(row.begin(), row.end(), 0);
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i + 1;
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t replaced = diagonal + (a[i] != b[j]);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({replaced, row[j] + 1, row[j + 1] + 1});
-    }
-  }
-  return row.back();
-}
-
-/// "; did you mean X?" if one of `known` is close to `key`, else nothing.
-std::string suggestion(const std::string& key, const std::vector<std::string>& known) {
-  if (key.size() > kMaxShown) return "";
-  const auto closer = [&](const auto& a, const auto& b) { return edit_distance(key, a) < edit_distance(key, b); };
-  const auto nearest = std::min_element(known.begin(), known.end(), closer);
-  if (nearest == known.end() || edit_distance(key, *nearest) > std::min<std::size_t>(2, nearest->size() / 3)) return "";
-  return fmt::format("; did you mean {}?", *nearest);
-}
 
 }  // namespace
 
@@ -160,7 +135,8 @@ const SceneValue& SceneValue::text(std::string& value, const std::string& allowe
 const SceneValue& SceneValue::choice(std::string& value, const std::vector<std::string>& names) const {
   const std::string allowed = alternatives(names);
   text(value, allowed);
-  if (given() && std::find(names.begin(), names.end(), value) == names.end()) refuse(allowed);
+  if (given() && std::find(names.begin(), names.end(), value) == names.end())
+    refuse(allowed + suggestion(value, names));
   if (!value.empty()) resolve(value);
   return *this;
 }

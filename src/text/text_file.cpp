@@ -46,6 +46,7 @@ std::string read_text_file(const std::string& path, std::size_t max_bytes) {
   std::array<char, 65536> bytes;
   while (const std::size_t count = std::fread(bytes.data(), 1, bytes.size(), file.get())) {
     text.append(bytes.data(), count);
+    if (text.compare(0, 7, "#ROSBAG") == 0) throw UnreadableFile("is a bag, which analyse reads");
     if (text.size() > max_bytes) throw UnreadableFile(fmt::format("is longer than {} bytes", max_bytes));
   }
   if (std::ferror(file.get())) refuse_error();

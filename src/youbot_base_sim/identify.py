@@ -50,14 +50,14 @@ def table_of(path, base, arguments):
 
 def lengths_of_odometry(record):
     """The base by which the driver turns cmd_vel into rates: that of odometry, which it makes of them."""
-    driver = Base(wheel_radius=DRIVER_RADIUS)
     forward, lateral, yaw = factors(record, "odom")
+    driver = Base(DRIVER_RADIUS, roller_angle=45 if abs(lateral / forward - 1) > 0.05 else record.base.roller_angle)
     size = np.nanmax((forward, lateral, 0))
     radius, lengths = record.base.wheel_radius * size, record.base.half_lengths * size / yaw
     if RADII[0] < radius < RADII[1]:
         driver.wheel_radius = round(radius, 4)
     if LENGTHS[0] < lengths < LENGTHS[1]:
-        driver.half_wheelbase, driver.half_track = round(lengths, 3), 0
+        driver.half_wheelbase, driver.half_track = 0, round(lengths, 3)
     return driver
 
 

@@ -12,6 +12,8 @@ from .files import read_whole
 from .records import TOPICS, read_record
 
 LARGEST_SCENE = 1000000  # bytes, as simulate reads
+ALLOWED = {"rollers_per_wheel": ("a whole number >= 3", lambda value: value >= 3 and value % 1 == 0),
+           "roller_angle": ("a number between -90 and 90, but 0, or four of these", lambda value: 0 < abs(value) < 90)}
 
 
 def joint_names(text):
@@ -92,18 +94,17 @@ def read_base(path):
     robot = entries_of(root, path).get("robot")
     given = entries_of(robot, path) if robot and not robot.tag.endswith(":null") else {}
     base = Base()
-    allowed = {"rollers_per_wheel": "a whole number >= 3", "roller_angle": "a number between -90 and 90, but 0"}
     for key, default in list(vars(base).items())[:6]:  # the numbers
-        text = given[key].value if key in given else str(default)
-        try:
-            value = float(text)
-        except (TypeError, ValueError):  # a list or map, or text
-            value = math.nan
-        good = 0 < abs(value) < 90 if key == "roller_angle" else 0 < value < math.inf
-        if not good or (key == "rollers_per_wheel" and (value != int(value) or value < 3)):
-            text = "a list or map" if not isinstance(text, str) else quoted(text) if math.isnan(value) else text
-            raise Refused(f"--scene {shown(path)}: robot.{key} is {text}: must be {allowed.get(key, 'a number > 0')}")
-        setattr(base, key, type(default)(value))
+        node = given.get(key, yaml.ScalarNode("", str(default)))
+        of_wheels = key == "roller_angle" and isinstance(node, yaml.SequenceNode) and len(node.value) == 4
+        values = [math.nan]
+        with contextlib.suppress(TypeError, ValueError):  # a list or map, or text
+            values = [float(one.value) for one in (node.value if of_wheels else [node])]
+        what, is_allowed = ALLOWED.get(key, ("a number > 0", lambda value: 0 < value < math.inf))
+        if not all(map(is_allowed, values)):
+            text = quoted(node.value) if isinstance(node.value, str) else "a list or map"
+            raise Refused(f"--scene {shown(path)}: robot.{key} is {text}: must be {what}")
+        setattr(base, key, tuple(values) if of_wheels else type(default)(values[0]))
     return base
 
 
@@ -126,8 +127,7 @@ def two_frames(text):
 
 
 def pair_of(form, read, names=()):
-    """The type of an option NAME=VALUE; if there are `names`, NAME is one of them, or left out with "=". `read` makes the
-    value of its text."""
+    """The type of an option NAME=VALUE, VALUE by `read`; if there are `names`, NAME is one, or left out with "="."""
     def pair(text):
         name, is_given, value = text.partition("=")
         if names and not is_given:

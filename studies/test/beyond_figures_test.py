@@ -1,38 +1,35 @@
 """scripts/study beyond_figures, and the numbers of docs/beyond/effects.md: each is measured anew and compared with the page.
 
-Usage: beyond_figures_test.py SIMULATE [ARGUMENT OF UNITTEST...]
+Usage: beyond_figures_test.py MODULE [ARGUMENT OF UNITTEST...]
 """
 import subprocess
 import sys
+import tempfile
 import unittest
+from pathlib import Path
 
-from harness import ROOT, STUDY
-from measured_page import SIMULATE, MeasuredPage
+from harness import STUDY
+from measured_page import MODULE, MeasuredPage
 
 from studies import effects
 
 
 class Page(MeasuredPage, unittest.TestCase):
-    """The script runs once; the findings are of the runs that it kept."""
-
     part, picture_names = effects.PAGE, [f"{effect.name}.png" for effect in effects.EFFECTS]
 
-    @classmethod
-    def prepare(cls):
-        cls.drawn = cls.folder / "figures"
-        cls.script = subprocess.run([sys.executable, STUDY, "beyond_figures", "--simulate", SIMULATE, "--keep",
-                                     cls.folder / "kept", "-o", cls.drawn], capture_output=True, text=True)
-
     @staticmethod
-    def measure(recorder):
-        findings = [effect.measure(effect.record(recorder)) for effect in effects.EFFECTS]
+    def measure():
+        findings = [effect.measure(effect.motions()) for effect in effects.EFFECTS]
         return findings, [effect.row(finding) for effect, finding in zip(effects.EFFECTS, findings)]
 
     def test_script_draws_every_figure(self):
-        self.assertEqual((self.script.returncode, self.script.stderr), (0, ""))
-        self.assertEqual({path.name for path in self.drawn.iterdir()}, set(self.picture_names))
-        for name in self.picture_names:
-            self.assertGreater((self.drawn / name).stat().st_size, 5000, name)
+        with tempfile.TemporaryDirectory() as folder:
+            script = subprocess.run([sys.executable, STUDY, "beyond_figures", "--module", MODULE, "-o", folder],
+                                    capture_output=True, text=True)
+            self.assertEqual((script.returncode, script.stderr), (0, ""))
+            sizes = {path.name: path.stat().st_size for path in Path(folder).iterdir()}
+        self.assertEqual(set(sizes), set(self.picture_names))
+        self.assertGreater(min(sizes.values()), 5000)
 
 
 if __name__ == "__main__":

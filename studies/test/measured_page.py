@@ -1,15 +1,15 @@
-"""What the tests of pages with measured tables have in common. Their first argument is SIMULATE."""
+"""What the tests of pages with measured tables have in common. Their first argument is the module's folder."""
 import re
 import string
 import sys
-import tempfile
+import warnings
 from pathlib import Path
 
 import harness  # noqa: F401: finds studies
+import youbot_base_sim
 
-from studies import runs
-
-SIMULATE = Path(sys.argv.pop(1)).resolve()
+MODULE = Path(sys.argv.pop(1)).resolve()
+youbot_base_sim.__path__.append(str(MODULE))
 NUMBER = r"[-+]?\d+(?:\.\d+)?"
 # Units of the last digit that a printed number may be off: half for rounding, and what machines differ by.
 ROUNDED = 0.6
@@ -37,24 +37,13 @@ def agrees(finding, text):
 
 class MeasuredPage:
     """Tests of a page with a table, its written `part`, and a picture for each `picture_names`: a mixin of
-    unittest.TestCase, whose class measures `findings` with their `rows` of the table, of runs in `kept`."""
+    unittest.TestCase, whose class measures `findings` with their `rows` of the table, without a warning."""
 
     @classmethod
     def setUpClass(cls):
-        folder = tempfile.TemporaryDirectory()
-        cls.addClassCleanup(folder.cleanup)
-        cls.folder = Path(folder.name)
-        cls.prepare()
-        recorder = runs.Recorder(SIMULATE, runs.Kept(cls.folder / "kept", SIMULATE))
-        cls.findings, cls.rows = cls.measure(recorder)
-        cls.warnings = recorder.warnings
-
-    @classmethod
-    def prepare(cls):
-        """Before `folder`/kept is taken for the runs."""
-
-    def test_runs_without_a_warning(self):
-        self.assertEqual(self.warnings, [])
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            cls.findings, cls.rows = cls.measure()
 
     def test_has_every_figure(self):
         folder = self.part.page.parent

@@ -1,6 +1,6 @@
 """scripts/study validate_odometry on a data set of the same layout, made by the simulator with known parameters.
 
-Usage: validate_odometry_test.py SIMULATE [ARGUMENT OF UNITTEST...]
+Usage: validate_odometry_test.py MODULE [ARGUMENT OF UNITTEST...]
 """
 import re
 import subprocess
@@ -10,12 +10,12 @@ import unittest
 from pathlib import Path
 
 import numpy as np
-from harness import ROOT, STUDY
+from harness import STUDY
+from measured_page import MODULE
 
 from studies import odometry_records as records
 from studies.slip_gains import drive, robot
 
-SIMULATE = Path(sys.argv.pop(1)).resolve()
 RADIUS, FRICTION, STRETCH, DURATION = 1.02, 2e-3, 1.0625, 200  # friction over f N in m; s
 SETS = [f"{figure}/{day}{k}" for k in "ABC" for figure in ("circular", "square") for day in ("0809", "2312")]
 
@@ -29,10 +29,10 @@ def write_run(folder, k):
     yaw = 0.5 * (-1) ** k * speed / records.BASE.half_lengths
     rates = np.array(records.BASE.rolling_rates(speed * np.cos(direction), speed * np.sin(direction), yaw)).T
     angles = np.random.default_rng(k).random(4) + np.cumsum(rates, axis=0) * records.MESSAGE
-    rows = drive(SIMULATE, instants, angles, robot(FRICTION), 1 / records.MESSAGE)
-    ticks = np.rint(rows[:, 4:] / RADIUS / records.TICK).astype(int)
+    rows = drive(angles[:, None], records.MESSAGE, robot(FRICTION))[:, 0]
+    ticks = np.rint(rows[:, 3:] / RADIUS / records.TICK).astype(int)
     t = np.arange(0, DURATION / STRETCH, records.ROW)
-    pose = [np.interp(t * STRETCH, rows[:, 0], column) for column in rows[:, 1:4].T]
+    pose = [np.interp(t * STRETCH, instants, column) for column in rows[:, :3].T]
     message = np.minimum((t * STRETCH / records.MESSAGE + 1e-9).astype(int), len(ticks) - 2)
     logged = np.diff(ticks, axis=0)[message] * records.FORWARD / records.TICKS_PER_ROW
     folder.mkdir(parents=True)
@@ -42,7 +42,7 @@ def write_run(folder, k):
 
 
 def run(*arguments):
-    return subprocess.run([sys.executable, STUDY, "validate_odometry", "--simulate", SIMULATE, *arguments],
+    return subprocess.run([sys.executable, STUDY, "validate_odometry", "--module", MODULE, *arguments],
                           capture_output=True, text=True)
 
 

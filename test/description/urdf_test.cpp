@@ -158,9 +158,7 @@ std::vector<RobotParameters> robots() {
 
 std::string contents(const std::string& file) {
   std::ifstream stream(YOUBOT_BASE_SIM_SOURCE_DIR "/" + file);
-  std::stringstream text;
-  text << stream.rdbuf();
-  return text.str();
+  return {std::istreambuf_iterator<char>(stream), {}};
 }
 
 TEST(Urdf, FilesOfTheRepositoryShowThePapersRobot) {
@@ -259,17 +257,6 @@ TEST(Urdf, RollersTouchTheFloorWhereThePhysicsDoes) {
   }
 }
 
-TEST(Urdf, RollersOnTheFloorFormADiamond) {
-  const Document document(Drawing::urdf_of(RobotParameters()));
-  const std::map<std::string, double> slopes = {{"fl", -1}, {"fr", 1}, {"bl", 1}, {"br", -1}};
-  for (const auto& [wheel, slope] : slopes) {
-    const Eigen::Isometry3d link = pose(document.joints.at("roller_joint_" + wheel + "_0"));
-    EXPECT_LT((link.translation() - Vector3d(0, 0, -0.0355)).norm(), 1e-9);
-    EXPECT_NEAR(link.linear()(1, 0) / link.linear()(0, 0), slope, 1e-9) << wheel;
-    EXPECT_NEAR(link.linear()(2, 0), 0, 1e-9) << wheel;
-  }
-}
-
 TEST(Urdf, HasTheRobotsMassAndMomentOfInertia) {
   for (const RobotParameters& robot : robots()) {
     const Document document(Drawing::urdf_of(robot));
@@ -307,16 +294,10 @@ TEST(Urdf, DrawsUnusualRobots) {
         std::istringstream lines(Drawing::urdf_of(robot));
         std::string line;
         while (std::getline(lines, line)) {
-          if (line.find("<cylinder ") != std::string::npos) {
-            EXPECT_GT(number(line, "radius"), 0) << line;
-            EXPECT_GT(number(line, "length"), 0) << line;
+          for (const std::string name : {"radius", "length", "izz"}) {
+            EXPECT_TRUE(attribute(line, name).empty() || number(line, name) > 0) << line;
           }
-          if (line.find("<box ") != std::string::npos) {
-            EXPECT_GT(vector(line, "size").minCoeff(), 0) << line;
-          }
-          if (line.find("<mass ") != std::string::npos) {
-            EXPECT_GT(number(line, "izz"), 0) << line;
-          }
+          EXPECT_TRUE(line.find("<box ") == std::string::npos || vector(line, "size").minCoeff() > 0) << line;
           EXPECT_TRUE(line.find("\"nan") == std::string::npos && line.find(" nan") == std::string::npos) << line;
         }
       }

@@ -3,9 +3,9 @@ says why in a comment above it: <!-- not run: needs a robot -->. What one presup
 before it: <!-- with: roslaunch youbot_base_sim base.launch -->.
 
 A listing whose first line is a comment with a file's name is written to that file, which another one must use. One that
-begins with a tag is part of a launch file, which roslaunch must accept. All others are commands. Each section of a page has
-its own ROS master and folder, in which the names of the repository's root lead there; its listings run in order. roslaunch
-and `rostopic pub -r` run beside the commands that follow, until the listing ends.
+begins with a tag is part of a launch file, which roslaunch must accept. All others are commands, as are those of ROS in a
+table. Each section of a page has its own ROS master and folder, in which the names of the repository's root lead there; its
+listings run in order. roslaunch and `rostopic pub -r` run beside the commands that follow, until the listing ends.
 
 Usage: listings_test.py DEVEL [NAME]      the devel space; only sections in whose name NAME is, such as howto.md
 """
@@ -24,6 +24,7 @@ EQUATIONS = ("docs/method.md", "docs/model.md")  # all of their listings
 PAGES = sorted(str(path.relative_to(ROOT)) for path in (*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")))
 NOT_RUN = re.compile(r"<!-- not run: \w.* -->")
 WITH = re.compile(r"<!-- with: (.*) -->")
+COMMAND = re.compile(r"`(ros(?:topic|node|service|param) [^`]+)`")  # in tables
 FILE_NAME = re.compile(r"(?:#|<!--) ([\w-]+\.\w+)\b")
 FAILURE = re.compile(r"Traceback|has died|Exception|\[(ERROR|FATAL)\]")
 TIMEOUT = 100  # s, of a section, on a busy machine
@@ -46,6 +47,8 @@ def read_listings(page):
             fenced = not fenced
         elif fenced or line.startswith("    ") or (listing and not line):
             listing.append(line if fenced else line[4:])
+        elif line.startswith("|"):
+            listing += COMMAND.findall(line)
         elif line:
             if listing:
                 section.append(("\n".join(listing).strip() + "\n", above))

@@ -67,15 +67,22 @@ TEST(NoSlipModel, ObeysThePapersEquations) {
   }
 }
 
-TEST(NoSlipModel, RatesAreThoseOfThePaper) {
+// A Swedish wheel by Siegwart and Nourbakhsh, Introduction to Autonomous Mobile Robots, 3.2.3.4.
+TEST(NoSlipModel, RatesAreThoseOfThePaperAndOfATextbook) {
   Random random(23);
-  const RobotParameters robot = random_wheels(random);
-  const NoSlipModel model(robot);
-  const Vector3d v = random_vector(random);
-  for (int i = 0; i < kWheels; ++i) {
-    const double rho_X = robot.rho_X()[i], rho_Y = robot.rho_Y()[i], tan = std::tan(delta(robot)[i]);
-    EXPECT_NEAR(model.dphi(v)[i], (v[0] + v[1] * tan + (rho_X * tan - rho_Y) * v[2]) / robot.R, 1e-13);
-    EXPECT_NEAR(model.dgamma(v)[i], (v[1] + v[2] * rho_X) / ((robot.R_d - robot.R) * std::cos(delta(robot)[i])), 1e-13);
+  for (int trial = 0; trial < 100; ++trial) {
+    const RobotParameters robot = random_wheels(random);
+    const NoSlipModel model(robot);
+    const Vector3d v = random_vector(random);
+    for (int i = 0; i < kWheels; ++i) {
+      const double rho_X = robot.rho_X()[i], rho_Y = robot.rho_Y()[i], gamma = delta(robot)[i], tan = std::tan(gamma);
+      EXPECT_NEAR(model.dphi(v)[i], (v[0] + v[1] * tan + (rho_X * tan - rho_Y) * v[2]) / robot.R, 1e-13);
+      EXPECT_NEAR(model.dgamma(v)[i], (v[1] + v[2] * rho_X) / ((robot.R_d - robot.R) * std::cos(gamma)), 1e-13);
+      const double L = std::hypot(rho_X, rho_Y), alpha = std::atan2(rho_Y, rho_X), beta = kPi / 2 - alpha;
+      const Vector3d J(std::sin(alpha + beta + gamma), -std::cos(alpha + beta + gamma), -L * std::cos(beta + gamma));
+      EXPECT_NEAR(model.dphi(v)[i], J.dot(v) / (robot.R * std::cos(gamma)), 1e-12);
+    }
+    EXPECT_LT((Rolling(robot).velocity(model.dphi(v)) - v).norm(), 1e-12);
   }
 }
 

@@ -80,6 +80,8 @@ TEST_F(ProgramsTest, SimulateRefusesBadOptions) {
   expect_simulate_refuses({good_, "--model", "rigid"}, {"model", "rigid", "no_slip, viscous or coulomb"});
   expect_simulate_refuses({good_, "--model", "coulomb", "--model", "viscous"}, {"--model"});
   expect_simulate_refuses({good_, "--contacts"}, {"--contacts", "--bag"});
+  expect_simulate_refuses({good_, "--cvs", "x"}, {"--cvs", "; did you mean --csv?"});
+  expect_simulate_refuses({folder_.write("x.bag", "#ROSBAG V2.0\n")}, {"is a bag, which analyse reads; must"});
   expect_simulate_refuses({good_, good_}, {"simulate"});
   expect_simulate_refuses({}, {"SCENE"});
   expect_simulate_refuses({""}, {});

@@ -256,6 +256,7 @@ class SceneGenerator {
     if (flag()) motors["max_wheel_rate"] = around(16.21, 3);
     if (chance(0.3)) motors["command_delay"] = log_uniform(1e-4, 0.1);
     if (chance(0.2)) motors["quantized"] = flag();
+    if (motors.contains("quantized")) motors["scene_kinematics"] = true;
     return motors;
   }
 

@@ -262,7 +262,7 @@ TEST_F(WrongConfiguration, of_motors_and_odometry) {
   expect_base_refuses("~odometry_wheel_error", 2, {"~odometry_wheel_error", "2"});
   expect_base_refuses("~max_wheel_torque", -1, {"~max_wheel_torque", "-1", "N m"});
   expect_base_refuses("~command_delay", 61, {"~command_delay", "61", "60 s"});
-  expect_base_refuses("~profile", "real", {"profile", "real", "paper or measured"});
+  expect_base_refuses("~profile", "real", {"profile", "real", "measured_a or measured_b"});
   ros::param::set("~profile", "paper");
   expect_base_refuses("~friction_scale", 2, {"~friction_scale", "2", "profile = measured"});
   ros::param::del("~profile");

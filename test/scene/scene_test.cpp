@@ -93,7 +93,7 @@ initial: {pose: [1, 2, 3], twist: [4, 5, 6], wheel_angles: [7, 8, 9, 10], wheel_
           roller_rates: [15, 16, 17, 18]}
 solver: {method: dopri5, relative_tolerance: 1e-6, absolute_tolerance: 1e-8, control_period: 0.002}
 motors: {velocity_proportional_gain: 0.3, velocity_integral_gain: 0.5, max_wheel_torque: 2, max_wheel_rate: 10,
-         command_delay: 0.05, quantized: true}
+         command_delay: 0.05, quantized: true, scene_kinematics: true}
 output: {contacts: true}
 drive: {torque: [{start: 0, constant: [1, 2, 3, 4]}, {start: 1, cos: [1, 0, 0, 0], sin: [0, 1, 0, 0], period: 3}]}
 )");
@@ -117,6 +117,7 @@ drive: {torque: [{start: 0, constant: [1, 2, 3, 4]}, {start: 1, cos: [1, 0, 0, 0
   EXPECT_EQ(scene.motors->max_wheel_rate, 10);
   EXPECT_EQ(scene.motors->command_delay, 0.05);
   EXPECT_EQ(scene.motors->quantized, true);
+  EXPECT_EQ(scene.motors->scene_kinematics, true);
   EXPECT_TRUE(scene.output.contacts);
   EXPECT_EQ(std::get<TorqueSegments>(scene.drive)[1].period, 3);
 }
@@ -151,12 +152,12 @@ TEST_F(SceneTest, ProfilesAreDefaultsThatOtherKeysGoBefore) {
 
 TEST_F(SceneTest, RefusesWhatIsNoProfile) {
   const std::string d = kDrive;
-  expect_refused(d + "robot: {profile: real}", "robot.profile", "real", "paper or measured");
-  expect_refused(d + "robot: {profile: [measured]}", "robot.profile", "[measured]", "paper or measured");
+  expect_refused(d + "robot: {profile: real}", "robot.profile", "real", "measured_a or measured_b");
+  expect_refused(d + "robot: {profile: [measured]}", "robot.profile", "[measured]", "measured_a or measured_b");
   expect_refused(d + "robot: {profile: {friction_scale: 2}}", "robot.profile.name", "left out", "given");
-  expect_refused(d + "robot: {profile: {name: real}}", "robot.profile.name", "real", "paper or measured");
+  expect_refused(d + "robot: {profile: {name: real}}", "robot.profile.name", "real", "measured_a or measured_b");
   expect_refused(d + "robot: {profile: {name: paper, friction_scale: 2}}", "robot.profile.friction_scale", "2",
-                 "left out for paper");
+                 "left out unless name is measured");
   expect_refused(d + "robot: {profile: {name: measured, friction_scale: -1}}", "robot.profile.friction_scale", "-1",
                  ">= 0");
   expect_refused(d + "robot: {profile: {name: measured, scale: 1}}", "robot.profile.scale", "1", "friction_scale");
@@ -252,7 +253,8 @@ TEST_F(SceneTest, RefusesUnknownKeysOfEverySection) {
 TEST_F(SceneTest, SuggestsTheKeyThatIsMeant) {
   const std::string d = kDrive;
   expect_refused(d + "robot: {body_mas: 3}", "robot.body_mas", "3", "; did you mean body_mass?");
-  expect_refused(d + "floor: {fricton: 3}", "floor.fricton", "3", "; did you mean friction?");
+  expect_refused(d + "robto: {}", "robto", "{}", "; did you mean robot?");
+  expect_refused(d + "model: columb", "model", "columb", "or coulomb; did you mean coulomb?");
   // The misspelling is the error, not the required key that is missing because of it.
   expect_refused("durtion: 1", "durtion", "1", "; did you mean duration?");
   expect_refused("duration: 1\ndrive: {torqe: [{start: 0}]}", "drive.torqe", "start", "; did you mean torque?");
@@ -302,7 +304,7 @@ TEST_F(SceneTest, SettingsStandInPlaceOfTheFile) {
   EXPECT_EQ(refusal_of({{"model", "rigid"}}), path + ": model = rigid: must be no_slip, viscous or coulomb");
   EXPECT_EQ(refusal_of({{"solver.method", "leapfrog"}}).find(path + ": solver.method = leapfrog: must be radau"), 0u);
   EXPECT_EQ(refusal_of({{"robot.profile", "{name: paper, friction_scale: 2}"}}),
-            path + ": robot.profile.friction_scale = 2: must be left out for paper");
+            path + ": robot.profile.friction_scale = 2: must be left out unless name is measured");
   EXPECT_EQ(refusal_of({{"model", "[viscous"}}).find(path + ": model = [viscous: is not YAML: "), 0u);
   const Scene measured = load_scene(path, {{"robot.profile", "{name: measured, friction_scale: 2}"}});
   EXPECT_TRUE((measured.robot.mu_1 == measured_robot(2).mu_1).all());

@@ -697,12 +697,13 @@ class AnalyseTest(RunsAnalyse):
                                  (["--desired", SCRIPT], "must be rows of simulate --csv")):
             self.analyse(self.slipping, *arguments, status=2)
             self.one_line(words)
-        for text, words in (("robot: {wheel_radius: -1}", "robot.wheel_radius is -1: must be a number > 0"),
-                            ("robot: {rollers_per_wheel: 5.5}", "robot.rollers_per_wheel is 5.5"),
-                            ("robot: {wheel_radius: 1%s}" % (400 * "0"), "robot.wheel_radius is 1000"),
+        for text, words in (("robot: {wheel_radius: -1}", "robot.wheel_radius is '-1': must be a number > 0"),
+                            ("robot: {rollers_per_wheel: 5.5}", "robot.rollers_per_wheel is '5.5'"),
+                            ("robot: {wheel_radius: 1%s}" % (400 * "0"), "robot.wheel_radius is '1000"),
                             ("robot: {wheel_radius: 2024-13-45}", "is '2024-13-45': must be a number > 0"),
                             ("robot: {wheel_radius: 0x%s}" % (5000 * "f"), "ff': must be a number > 0"),
                             ("robot: {wheel_radius: [1, 2, 3]}", "is a list or map: must be a number > 0"),
+                            ("robot: {roller_angle: [45, 45, 0, 45]}", "0, or four of these"),
                             ("robot: {<<: {wheel_radius: 1}}", "has the merge key <<: must be left out"),
                             ("robot: 3", "must be a scene"), ("[", "is not YAML")):
             Path(self.path("bad.yaml")).write_text(text)
@@ -724,7 +725,7 @@ class AnalyseTest(RunsAnalyse):
         with subprocess.Popen(["sh", "-c", "exec >$0; sleep 1.2; echo 'robot: {wheel_radius: -7}'",
                                self.path("somebody")]):
             self.analyse(self.slipping, "--scene", self.path("somebody"), status=2)
-        self.one_line("robot.wheel_radius is -7")
+        self.one_line("robot.wheel_radius is '-7'")
 
     def test_empty_names_are_refused(self):
         for option in ("--csv", "--plots", "--html", "--scene", "--desired"):

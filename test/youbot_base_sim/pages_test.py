@@ -24,6 +24,11 @@ class PagesTest(unittest.TestCase):
                 if anchor and target.suffix == ".md":
                     self.assertIn(anchor, anchors(target), (page, link))
 
+    def test_tests_that_pages_name_exist(self):
+        known = {path.stem for folder in ("test", "tools", "studies", "examples") for path in (ROOT / folder).rglob("*_*test*")}
+        for page in (*PAGES, *(ROOT / "docs").rglob("*.csv")):
+            self.assertLessEqual(set(re.findall(r"\b[a-z]\w*_(?:ros)?test\b", page.read_text())), known, page)
+
     def test_texts_are_short(self):
         for path in (ROOT / "docs").rglob("*.*"):
             if path.suffix not in (".png", ".gif"):

@@ -2,6 +2,7 @@
 
 #include <Eigen/Dense>
 
+#include "youbot_base_sim/drive/motor.h"
 #include "youbot_base_sim/export.h"
 #include "youbot_base_sim/physics/rolling.h"
 
@@ -21,6 +22,11 @@ struct DriverKinematics {
   /// The kinematics of a robot's wheels.
   static DriverKinematics of(const RobotParameters& robot) {
     return {robot.R, robot.h + robot.l, robot.tan_delta(), robot.h};
+  }
+
+  /// The driver's of a run offline: the robot's own where its motors' settings say so, else the youBot's.
+  static DriverKinematics of(const std::optional<MotorSettings>& motors, const RobotParameters& robot) {
+    return motors && motors->scene_kinematics.value_or(false) ? of(robot) : DriverKinematics();
   }
 
   /// Wheel rates, rad/s, for a velocity (V_X, V_Y, Omega) of the base in its own frame, m/s and rad/s.

@@ -76,6 +76,7 @@ struct MotorSettings {
   double command_delay = 0;                ///< from a command's arrival to its effect, s
   /// True if set points and readings are whole rpm, mA and encoder ticks. Empty: with BaseDriver, but not offline.
   std::optional<bool> quantized;
+  std::optional<bool> scene_kinematics;  ///< true if the driver computes with the scene's robot; empty: the youBot's
 
   /// The motor with these limits.
   Motor limit(Motor motor) const {
@@ -94,6 +95,7 @@ void visit_settings(MotorSettings& motors, Read&& read) {
   read("max_wheel_rate", motors.max_wheel_rate, Range{0, 1e6, "rad/s"});
   read("command_delay", motors.command_delay, Range{0, kMaxCommandDelay, "s"});
   read("quantized", motors.quantized);
+  read("scene_kinematics", motors.scene_kinematics);
 }
 
 /// The controllers of the four wheels, sampled once a control period: off (at first), a torque, or a PI velocity loop.

@@ -11,6 +11,7 @@
 
 #include "youbot_base_sim/text/number.h"
 #include "youbot_base_sim/text/quote.h"
+#include "youbot_base_sim/text/suggestion.h"
 #include "youbot_base_sim/text/version.h"
 
 namespace youbot_base_sim {
@@ -84,6 +85,12 @@ inline bool parse(int argc, char** argv, const Usage& usage, boost::program_opti
   try {
     po::store(po::command_line_parser(argc, argv).options(all).positional(places).run(), given);
     po::notify(given);
+  } catch (const po::unknown_option& error) {
+    std::vector<std::string> known;
+    for (const auto& option : options.options()) known.push_back("--" + option->long_name());
+    const std::string meant = suggestion(error.get_option_name(), known);
+    throw std::runtime_error(quote(error.what(), kMaxMessage) +
+                             (meant.empty() ? "; see " + program + " --help" : meant));
   } catch (const po::error& error) {
     throw std::runtime_error(quote(error.what(), kMaxMessage) + "; see " + program + " --help");
   }

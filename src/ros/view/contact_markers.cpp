@@ -139,7 +139,7 @@ void add_contact(Markers& markers, int i, const Contact& contact, const Simulati
   const Vector3d at = vector_of(contact.position);
   markers.add_arrow("friction", i, at, arrow_of(vector_of(contact.friction_force), options.friction_scale), kFriction);
   markers.add_arrow("slip", i, at, arrow_of(vector_of(contact.slip_velocity), options.slip_scale), kSlip);
-  if (options.roller_mesh.empty()) return;
+  if (options.roller_meshes[i].empty()) return;
   const RobotParameters& robot = simulation.scene().robot;
   const int standing[] = {contact.roller, contact.other_roller};
   for (int k = 0; k < 2; ++k) {
@@ -149,7 +149,7 @@ void add_contact(Markers& markers, int i, const Contact& contact, const Simulati
       continue;
     }
     Marker& roller = markers.add("rollers", id, Marker::MESH_RESOURCE, state, 1.01);  // over the robot's own
-    roller.mesh_resource = options.roller_mesh;
+    roller.mesh_resource = options.roller_meshes[i];
     roller.pose = pose_message(wheel_pose(robot, i, simulation.state().phi()[i]) * roller_pose(robot, i, standing[k]) *
                                Eigen::AngleAxisd(simulation.roller_angle(i, standing[k]), Vector3d::UnitX()));
   }
@@ -183,40 +183,19 @@ void add_slope(Markers& markers, const Simulation& simulation) {
                    fmt::format("uphill, {:.3g} deg", degrees(floor.slope)), kUphill);
 }
 
-/// The patch, which fades from within its soft edge to nothing outside.
+/// The patch, to the middle of its soft edge.
 void add_patch(Markers& markers, int id, const FloorPatch& patch, const FloorParameters& floor, double height,
                const std::string& frame) {
-  struct Corner {
-    geometry_msgs::Point position;
-    std_msgs::ColorRGBA colour;
-  };
-  const auto corners = [&](double over_x, double over_y, const std_msgs::ColorRGBA& colour) {
-    const double x0 = patch.x0 - over_x, x1 = patch.x1 + over_x, y0 = patch.y0 - over_y, y1 = patch.y1 + over_y;
-    return std::array<Corner, 4>{Corner{point({x0, y0, height}), colour},
-                                 {point({x1, y0, height}), colour},
-                                 {point({x1, y1, height}), colour},
-                                 {point({x0, y1, height}), colour}};
-  };
-  const std_msgs::ColorRGBA& colour = patch.friction < floor.f.mean() ? kSlippery : kRough;
-  std_msgs::ColorRGBA clear = colour;
-  clear.a = 0;
-  const double half = patch.edge / 2;
-  const auto in =
-      corners(-std::min(half, (patch.x1 - patch.x0) / 2), -std::min(half, (patch.y1 - patch.y0) / 2), colour);
-  const auto out = corners(half, half, clear);
-  Marker& area = markers.add("patches", 2 * id, Marker::TRIANGLE_LIST, colour, 1);
+  const Vector3d middle((patch.x0 + patch.x1) / 2, (patch.y0 + patch.y1) / 2, height);
+  Marker& area =
+      markers.add("patches", 2 * id, Marker::CUBE, patch.friction < floor.f.mean() ? kSlippery : kRough, 1e-4);
   area.header.frame_id = frame;
-  const auto add_quadrangle = [&](const Corner& a, const Corner& b, const Corner& c, const Corner& d) {
-    for (const Corner& corner : {a, b, c, a, c, d}) {
-      area.points.push_back(corner.position);
-      area.colors.push_back(corner.colour);
-    }
-  };
-  add_quadrangle(in[0], in[1], in[2], in[3]);
-  for (std::size_t k = 0; k < 4; ++k) add_quadrangle(out[k], out[(k + 1) % 4], in[(k + 1) % 4], in[k]);
+  area.pose.position = point(middle);
+  area.scale.x = patch.x1 - patch.x0;
+  area.scale.y = patch.y1 - patch.y0;
   markers
-      .add_text("patches", 2 * id + 1, {(patch.x0 + patch.x1) / 2, (patch.y0 + patch.y1) / 2, height + 0.03},
-                fmt::format("friction {:g}", patch.friction), kText)
+      .add_text("patches", 2 * id + 1, middle + Vector3d(0, 0, 0.03), fmt::format("friction {:g}", patch.friction),
+                kText)
       .header.frame_id = frame;
 }
 
@@ -303,12 +282,14 @@ MarkerOptions marker_options(const RobotParameters& robot, bool has_world, const
     options.frame = frames.truth;
     options.world_frame = frames.world;
   }
-  const RobotParameters drawn = with_rollers_at(robot.roller_angle[0], robot);
-  const std::string mesh = mesh_name(Part::kRoller, drawn);
-  if (in_package(Part::kRoller, drawn)) {
-    options.roller_mesh = kPackageMeshes + mesh;
-  } else if (std::filesystem::exists(mesh_cache() / mesh)) {  // where describe_base has been asked for this robot
-    options.roller_mesh = file_uri(mesh_cache() / mesh);
+  for (int i = 0; i < kWheels; ++i) {
+    const RobotParameters drawn = with_rollers_at(robot.roller_angle[i], robot);
+    const std::string mesh = mesh_name(Part::kRoller, drawn);
+    if (in_package(Part::kRoller, drawn)) {
+      options.roller_meshes[i] = kPackageMeshes + mesh;
+    } else if (std::filesystem::exists(mesh_cache() / mesh)) {  // where describe_base has been asked for this robot
+      options.roller_meshes[i] = file_uri(mesh_cache() / mesh);
+    }
   }
   return options;
 }

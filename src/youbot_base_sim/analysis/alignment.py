@@ -6,7 +6,7 @@ from .section import Section
 
 def analyse(record):
     truth, found = record.need("ground_truth"), record.alignment
-    section = Section("alignment", "Ground truth" + bool(found) * ", moved to the base, the wheels' clock, odometry's frame")
+    section = Section("alignment", "Ground truth" + bool(found) * ", moved to base, wheels' clock, odometry's frame")
     if not found:
         section.say(record.topics["ground_truth"], "taken as the base's own pose, at the bag's clock")
         return section

@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <complex>
-#include <future>
 
 #include "youbot_base_sim/identify/least_squares.h"
 #include "youbot_base_sim/simulation.h"
@@ -126,17 +125,6 @@ Prediction predict(const Scene& scene, const DriveRecord& record, const Wheels& 
   }
   simulation.take_switches();
   return prediction;
-}
-
-void Workers::share(std::size_t n, const std::function<void(std::size_t)>& work) const {
-  std::atomic<std::size_t> next{0};
-  const auto take = [&] {
-    for (std::size_t k = next++; k < n; k = next++) work(k);
-  };
-  std::vector<std::future<void>> helpers;
-  for (int k = 1; k < threads; ++k) helpers.push_back(std::async(std::launch::async, take));
-  take();
-  for (std::future<void>& helper : helpers) helper.get();
 }
 
 std::vector<std::vector<Prediction>> predict(const std::vector<Candidate>& candidates,

@@ -2,78 +2,46 @@
 in the order fl, fr, bl, br."""
 import json
 import os
-import re
 import warnings
 
 import numpy as np
-from numpy.lib.recfunctions import unstructured_to_structured
 
 from . import _core
 
-STATE = """
-    x, y                  m       position of the base in the fixed frame
-    psi                   rad     heading in the fixed frame, unwrapped
-    work                  J       of all torques and friction
-    V_X, V_Y              m/s     velocity in the platform's frame: forward, and to the left
-    Omega                 rad/s   yaw rate
-    unused                        0
-    phi (4,)              rad     angles of the wheels
-    dphi (4,)             rad/s   rates of the wheels
-    dgamma (4,)           rad/s   rates of the rollers in contact
-    gamma (4,)            rad     angles of the rollers in contact"""
-CONTACTS = """
-    V_PX, V_PY            m/s     slip, in the platform's frame
-    F_X, F_Y              N       friction on the base; in model coulomb -f N V_P / sqrt(nu^2 + V_P^2)
-    N                     N       normal reaction
-    f                             coefficient of friction
-    Delta_Y               m       offset of the contact point along the axle
-    M_S                   N m     torque of the spin friction
-    roller, other_roller  number  of the roller in contact, 0 to n - 1, and of a second one, or -1"""
-
-
-def _fields(table):
-    """Name, unit and how many numbers each has."""
-    for names, unit in re.findall(r"^    (.{20})  (.{6})", table, re.MULTILINE):
-        for name in names.replace("(4,)", "").split(","):
-            yield name.strip(), unit.strip(), 4 if "(4,)" in names else 1
-
-
-_STATE = np.dtype([(name, "f8", (size,) if size > 1 else ()) for name, _, size in _fields(STATE)])
-_ROW = np.dtype([("t", "f8"), *((f"{name}_{wheel}" if size > 1 else name, "f8") for name, _, size in _fields(STATE)
-                                for wheel in ("fl", "fr", "bl", "br")[:size])])
-_ROWS = [name for name in _ROW.names if not re.match("work|unused|gamma", name)]
-_CONTACT = np.dtype([(name, "i4" if unit == "number" else "f8") for name, unit, _ in _fields(CONTACTS)])
+_WHEELS = "fl", "fr", "bl", "br"
+_STATE = np.dtype([*((name, "f8") for name in ("x", "y", "psi", "work", "V_X", "V_Y", "Omega", "unused")),
+                   *((name, "f8", 4) for name in ("phi", "dphi", "dgamma", "gamma"))])
+_ROW = np.dtype([("t", "f8"), *((f"{name}_{wheel}" if kind.shape else name, "f8") for name, (kind, _) in
+                                _STATE.fields.items() for wheel in _WHEELS[:(*kind.shape, 1)[0]])])
+_ROWS = [name for name in _ROW.names if name.partition("_")[0] not in ("work", "unused", "gamma")]
 # JSON, which is YAML; numbers read back to the same double.
 _yaml = json.JSONEncoder(ensure_ascii=False, default=lambda x: x.tolist() if hasattr(x, "tolist") else str(x)).encode
 
 
 def _source(scene, settings, *more):
-    """Of a scene as `Simulation` takes it. Tables of a text or a dict are beside it, in the current folder."""
+    """File and settings of a scene as `Simulation` takes it. Tables of a text or a dict are in the current folder."""
     if not isinstance(scene, _core.File):
         text = _yaml(scene) if isinstance(scene, dict) else os.fspath(scene)
         is_yaml = isinstance(scene, dict) or isinstance(scene, str) and ("\n" in text or ": " in text)
         scene = _core.File("scene", text) if is_yaml else _core.File(text)
-    return _core.Source(scene, [
-        _core.Setting(key, value if isinstance(value, str) else _yaml(value), isinstance(value, str))
-        for key, value in [*dict(settings or {}).items(), *more]])
+    return scene, [_core.Setting(key, value if isinstance(value, str) else _yaml(value), isinstance(value, str))
+                   for key, value in [*dict(settings or {}).items(), *more]]
 
 
 class _Runs(_core.Runs):
-    state = property(lambda self: self._states(_STATE)[()], doc=(
-        "The state now: a read-only view, without a copy, that follows the motion. copy() keeps the present one.\n" + STATE))
+    state = property(lambda self: self._states(_STATE), doc=(
+        "The state now, a read-only view that follows the motion; copy() keeps the present one. x, y (m) and heading psi\n"
+        "(rad, unwrapped) in the fixed frame; V_X, V_Y (m/s) and Omega (rad/s) in the platform's; work (J) of all torques\n"
+        "and friction; of the wheels phi (4,) rad, dphi (4,) rad/s; of the rollers in contact gamma, dgamma."))
     state_vector = property(lambda self: self._states(np.dtype((float, 24))), doc=(
         "(24,) numbers of the state, in the order of its fields; a view, too."))
 
-    def contacts(self):
-        values = self._contacts.reshape(*self._contacts.shape[:-1], -1, 4)
-        return unstructured_to_structured(np.moveaxis(values, -2, -1), _CONTACT)
-    contacts.__doc__ = "(4,) contacts of the wheels now.\n" + CONTACTS
-
     def set_loads(self, loads, keep_momentum=False):
-        """Loads in place of the last, besides the scene's: dicts with mass (kg), position ((3,) m), inertia (kg m^2).
-        The base keeps its velocity, or its momentum."""
+        """Loads in place of the last, besides the scene's: a list of dicts with mass (kg), position ((3,) m), inertia (kg
+        m^2). The base keeps its velocity, or its momentum."""
         drive = {"torque": [{"start": 0}]}  # the scene's may be a long table
-        self._set_loads(_source(*self._given, ("drive", drive), ("loads", loads)), keep_momentum)
+        source = None if loads == [] else _source(*self._given, ("drive", drive), ("loads", loads))
+        self._set_loads(source, keep_momentum)
 
 
 class Simulation(_Runs):
@@ -95,7 +63,7 @@ class Simulation(_Runs):
 
     def __init__(self, scene, settings=None):
         source = _source(scene, settings)
-        self._given = source.file, settings
+        self._given = source[0], settings
         super().__init__([source], (), 1)
 
     def run(self):
@@ -114,7 +82,7 @@ class Batch(_Runs):
         if n < 1 or threads is not None and not 1 <= threads <= 1024:
             raise ValueError(f"n = {n}, threads = {threads}: must be whole numbers > 0, at most 1024 threads")
         source = _source(scene, settings)
-        self._given, self._expanded = (source.file, settings), [()] * n
+        self._given, self._expanded = (source[0], settings), [()] * n
         super().__init__([source], (n,), threads or os.cpu_count())
 
     def expand(self, key, values):
@@ -135,6 +103,8 @@ def simulate_many(scenes, settings=None, threads=None):
     """A list of what `run` returns of each scene, from threads as those of Batch. settings: those of all, or a list of
     dicts. Warns of a motion that ends early, with the rows until then."""
     settings = settings if isinstance(settings, (list, tuple)) else [settings] * len(scenes)
+    if not scenes or len(settings) != len(scenes):
+        raise ValueError(f"{len(scenes)} scenes with {len(settings)} settings: must be as many, at least 1")
     runs = _core.Runs([_source(*each) for each in zip(scenes, settings)], (len(scenes),), threads or os.cpu_count())
     rows = [numbers.view(_ROW)[_ROWS] for numbers in runs._run()]
     for k in np.flatnonzero(runs.ended):

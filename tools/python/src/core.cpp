@@ -6,14 +6,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <memory>
 #include <optional>
+#include <thread>
 
-#include "crew.h"
 #include "youbot_base_sim/offline/verdict.h"
 #include "youbot_base_sim/scene/yaml_file.h"
 #include "youbot_base_sim/simulation.h"
 #include "youbot_base_sim/text/quote.h"
+#include "youbot_base_sim/threads/share.h"
 
 namespace py = pybind11;
 using namespace py::literals;
@@ -29,64 +31,57 @@ using Eigen::Vector3d;
 // Numbers that Python may give, beside those of scenes.
 constexpr Range kTorques{-3e6, 3e6, "N m"}, kRates{-1e6, 1e6, "rad/s"}, kMask{0, 1, ""};
 
-/// A scene's file, and settings in place of its own values.
-struct Source {
-  SceneFile file;
-  SceneSettings settings;
+/// Threads that work without the GIL. The calling one works too, and looks out for Python's signals.
+class Crew {
+ public:
+  explicit Crew(int threads) : threads_(threads) {}
 
-  Scene load(bool resolve) const { return load_scene(file, settings, SceneUse::kRun, resolve); }
-};
-
-/// A simulation that is audited from call to call. After an error has ended its motion, only `reset` is left.
-struct Run {
-  Run(const Scene& scene, Crew& crew) : simulation(scene), crew_(crew) { reset(); }
-
-  void reset() {
-    simulation.reset();
-    rows_.emplace(simulation, [this] { crew_.look(); });
-    ended.clear();
-    applied = {};
-  }
-
-  void advance_to(double t) {
-    if (ended.empty() && !ControlTime::reached(t, simulation.time())) until_it_ends([&] { rows_->advance_to(t); });
-  }
-
-  /// Of each row of the scene, or until the motion ends, t and the numbers of the state.
-  std::vector<double> rows() {
-    std::vector<double> numbers;
-    until_it_ends([&] {
-      while (rows_->next()) {
-        numbers.push_back(rows_->t());
-        numbers.insert(numbers.end(), simulation.state().begin(), simulation.state().end());
-      }
-    });
-    return numbers;
-  }
-
-  /// Why the motion so far may be unreliable, in one line; empty if it is reliable.
-  std::string doubt() const { return ended.empty() ? unreliability_reason(simulation, *rows_, nullptr) : ended; }
-
-  Simulation simulation;
-  std::string ended;     ///< why; empty: it goes on
-  AppliedLoads applied;  ///< besides the scene's
-
- private:
+  /// As `share`; throws what Python's signal handlers raise, too.
   template <class Work>
-  void until_it_ends(const Work& work) {
+  void for_each(std::size_t n, const Work& work) {
     try {
-      work();
-    } catch (const py::error_already_set&) {  // a std::runtime_error before pybind11 2.9
-      throw;
-    } catch (const std::domain_error& error) {
-      ended = error.what();
-    } catch (const std::runtime_error& error) {
-      ended = error.what();
+      const py::gil_scoped_release release;
+      caller_ = std::this_thread::get_id();
+      stopping_ = false;
+      share(n, threads_, stopping_, work, [this] { look(); });
+    } catch (const Interrupted&) {
+      throw py::error_already_set();
     }
   }
 
-  Crew& crew_;
-  std::optional<RowLoop> rows_;  // emplaced anew by reset: it refers to the simulation
+  /// To be called by work that takes long: throws Interrupted after a signal, and once another thread threw.
+  void look() {
+    if (stopping_) throw Interrupted();
+    if (std::this_thread::get_id() != caller_ || Clock::now() - looked_ < std::chrono::milliseconds(50)) return;
+    const py::gil_scoped_acquire gil;
+    if (PyErr_CheckSignals() != 0) throw Interrupted();
+    looked_ = Clock::now();
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  struct Interrupted {};  // no std::exception, which ends a motion
+
+  int threads_;
+  std::thread::id caller_;
+  Clock::time_point looked_;  // by the caller
+  std::atomic<bool> stopping_{false};
+};
+
+/// A scene's file, and settings in place of its own values.
+using Source = std::pair<SceneFile, SceneSettings>;
+
+/// A simulation that is audited from call to call.
+struct Run {
+  Run(const Scene& scene, Crew& crew) : simulation(scene), rows(simulation, [&crew] { crew.look(); }) {}
+
+  /// Why the motion so far may be unreliable, in one line; empty if it is reliable.
+  std::string doubt() const { return ended.empty() ? unreliability_reason(simulation, rows, nullptr) : ended; }
+
+  Simulation simulation;
+  RowLoop rows;
+  std::string ended;     ///< why the motion cannot go on; empty: it goes on
+  AppliedLoads applied;  ///< besides the scene's
 };
 
 /// The runs of a Simulation, whose shape is (), or of a Batch. What is wrong throws before any run changes. Where the
@@ -101,7 +96,9 @@ class Runs {
   /// Begins anew with other scenes: a source for each run, or one for all.
   void make(const std::vector<Source>& sources) {
     std::vector<Scene> scenes(sources.size());
-    crew_.for_each(scenes.size(), [&](std::size_t k) { scenes[k] = sources[k].load(k == 0); });
+    crew_.for_each(scenes.size(), [&](std::size_t k) {
+      scenes[k] = load_scene(sources[k].first, sources[k].second, SceneUse::kRun, k == 0);
+    });
     for (const Scene& scene : scenes) {
       for (const std::string& warning : warnings_of(scene)) {
         if (PyErr_WarnEx(PyExc_UserWarning, warning.c_str(), 2) != 0) throw py::error_already_set();
@@ -111,9 +108,9 @@ class Runs {
   }
 
   void reset(const py::object& where) {
-    const Array chosen = numbers("where", where, {}, kMask);
+    const Array chosen = numbers("where", where, 1, kMask);
     for (std::size_t k = 0; k < idle().size(); ++k) {
-      if (chosen.data()[k] != 0) runs_[k]->reset();
+      if (chosen.data()[k] != 0) runs_[k].emplace(Scene(runs_[k]->simulation.scene()), crew_);
     }
   }
 
@@ -125,7 +122,8 @@ class Runs {
     }
     if (!torque.is_none()) set_torque(torque);
     advance_all([&](Run& run, std::size_t /*k*/) {
-      run.advance_to(run.simulation.period_end() + (periods - 1) * run.simulation.scene().solver.control_period);
+      const Simulation& now = run.simulation;
+      run.rows.advance_to(now.period_end() + (periods - 1) * now.scene().solver.control_period);
     });
   }
 
@@ -134,52 +132,67 @@ class Runs {
     for (const auto& run : idle()) now = std::max(now, run->simulation.time());
     if (!std::isfinite(t) || !ControlTime::reached(now, t))
       throw py::value_error(fmt::format("t = {}: must be a finite number >= {}, the present time, s", t, now));
-    advance_all([&](Run& run, std::size_t /*k*/) { run.advance_to(t); });
+    advance_all([&](Run& run, std::size_t /*k*/) { run.rows.advance_to(t); });
   }
 
+  /// Of each run, for each row of the scene or until the motion ends, t and the numbers of the state.
   std::vector<py::array_t<double>> run() {
     for (const auto& run : idle()) {
       const Scene& scene = run->simulation.scene();
-      const double t = run->simulation.time();
       if (std::holds_alternative<std::monostate>(scene.drive))
         throw py::value_error(fmt::format("{}: drive is left out; run needs one", quote_path(scene.files.front())));
-      if (t > 0) throw py::value_error(fmt::format("run begins at t = 0, not at {:g} s: reset() goes back", t));
+      if (const double t = run->simulation.time(); t > 0)
+        throw py::value_error(fmt::format("run begins at t = 0, not at {:g} s: reset() goes back", t));
     }
     std::vector<std::vector<double>> rows(runs_.size());
-    advance_all([&](Run& run, std::size_t k) { rows[k] = run.rows(); });
+    advance_all([&](Run& run, std::size_t k) {
+      for (const State& x = run.simulation.state(); run.rows.next();) {
+        rows[k].push_back(run.rows.t());
+        rows[k].insert(rows[k].end(), x.begin(), x.end());
+      }
+    });
     std::vector<py::array_t<double>> arrays;
-    for (auto& numbers : rows) {
-      arrays.emplace_back(static_cast<py::ssize_t>(numbers.size()), numbers.data());
-      std::vector<double>().swap(numbers);
-    }
+    for (const auto& numbers : rows) arrays.emplace_back(numbers.size(), numbers.data());
     return arrays;
   }
 
   void set_torque(const py::object& torque) {
-    const Array values = numbers("torque", torque, {kWheels}, kTorques);
+    const Array values = numbers("torque", torque, kWheels, kTorques);
     change([&](Run& run, std::size_t k) { run.simulation.set_torque(Wheels(values.data() + kWheels * k)); });
   }
 
   void set_points(const std::string& name, const py::object& values) {
-    const DriveMode mode = drive_mode(name);
-    const Array points = numbers("values", values, {kWheels}, mode == DriveMode::kVelocity ? kRates : kTorques);
-    change([&](Run& run, std::size_t k) { run.simulation.set_points(mode, Wheels(points.data() + kWheels * k)); });
+    static const std::map<std::string, DriveMode> kModes = {
+        {"off", DriveMode::kOff}, {"torque", DriveMode::kTorque}, {"velocity", DriveMode::kVelocity}};
+    const auto mode = kModes.find(name);
+    if (mode == kModes.end())
+      throw py::value_error(fmt::format("mode = {}: must be off, torque or velocity", quote(name)));
+    const bool tracks = mode->second == DriveMode::kVelocity;
+    const Scene& scene = first().scene();
+    const std::string limit = stable_period(scene, scene.motors.value_or(MotorSettings()).gains);
+    if (tracks && !limit.empty())
+      throw py::value_error(
+          fmt::format("solver.control_period = {:g}: must be {}", scene.solver.control_period, limit));
+    const Array points = numbers("values", values, kWheels, tracks ? kRates : kTorques);
+    change([&](Run& r, std::size_t k) { r.simulation.set_points(mode->second, Wheels(points.data() + kWheels * k)); });
   }
 
   void set_wrench(const py::object& force, const py::object& torque, const py::object& point, bool fixed) {
-    const Array forces = numbers("force", force, {3}, kWrenchForces);
-    const Array torques = numbers("torque", torque, {}, kWrenchTorques);
-    const Array points = numbers("point", point, {3}, kLoadPositions);
+    const Array forces = numbers("force", force, 3, kWrenchForces);
+    const Array torques = numbers("torque", torque, 1, kWrenchTorques);
+    const Array points = numbers("point", point, 3, kLoadPositions);
     change([&](Run& run, std::size_t k) {
       const Vector3d W(forces.data() + 3 * k), place(points.data() + 3 * k);
-      apply(run, {run.applied.loads, {{W, place, torques.data()[k], fixed}}}, false);
+      run.applied.wrenches = {{W, place, torques.data()[k], fixed}};
+      run.simulation.set_loads(run.applied);
     });
   }
 
-  /// The loads of a scene, whose reader has checked them.
-  void set_loads(const Source& source, bool keep_momentum) {
+  /// The loads of a scene, whose reader has checked them, or none.
+  void set_loads(const std::optional<Source>& source, bool keep_momentum) {
     std::vector<Load> loads;
-    for (const auto& planned : source.load(false).load_schedule.loads) {
+    const LoadSchedule given = source ? load_scene(source->first, source->second).load_schedule : LoadSchedule();
+    for (const auto& planned : given.loads) {
       if (planned.start != 0 || std::isfinite(planned.end) || planned.at_rest)
         throw py::value_error("loads: start, end and placed must be left out: these act from now on");
       loads.push_back(planned.load);
@@ -188,19 +201,20 @@ class Runs {
       const std::string lifted = lifted_wheel(run.simulation.scene(), loads, run.simulation.time());
       if (!lifted.empty()) throw py::value_error("loads must be " + lifted);
     });
-    change([&](Run& run, std::size_t /*k*/) { apply(run, {loads, run.applied.wrenches}, keep_momentum); });
+    change([&](Run& run, std::size_t /*k*/) {
+      run.applied.loads = loads;
+      run.simulation.set_loads(run.applied, keep_momentum);
+    });
   }
 
   void set_state(const py::object& pose, const py::object& velocity, const py::object& phi, const py::object& where) {
-    const Array poses = numbers("pose", pose, {3}, kPoses), chosen = numbers("where", where, {}, kMask);
-    const Array twists = numbers("velocity", velocity, {3}, kSpeeds);
-    std::optional<Array> angles;
-    if (!phi.is_none()) angles = numbers("wheel_angles", phi, {kWheels}, kWheelAngles);
+    const Array poses = numbers("pose", pose, 3, kPoses), chosen = numbers("where", where, 1, kMask);
+    const Array twists = numbers("velocity", velocity, 3, kSpeeds);
+    const Array angles = phi.is_none() ? Array() : numbers("wheel_angles", phi, kWheels, kWheelAngles);
     change([&](Run& run, std::size_t k) {
       if (chosen.data()[k] == 0) return;
-      const auto own = angles ? std::make_optional<Wheels>(angles->data() + kWheels * k) : std::nullopt;
+      const auto own = phi.is_none() ? std::nullopt : std::make_optional<Wheels>(angles.data() + kWheels * k);
       run.simulation.set_state(Vector3d(poses.data() + 3 * k), Vector3d(twists.data() + 3 * k), own);
-      run.simulation.take_state_changes();
     });
   }
 
@@ -208,8 +222,7 @@ class Runs {
   template <class Get>
   py::object read(const Get& get) {
     using Value = typename decltype(get(*runs_[0]))::value_type;
-    const auto size = static_cast<py::ssize_t>(get(*idle()[0]).size());
-    py::array_t<Value> values(joined(shape_, size == 1 ? Shape{} : Shape{size}));
+    py::array_t<Value> values(shape_of(static_cast<py::ssize_t>(get(*idle()[0]).size())));
     Value* out = values.mutable_data();
     for (const auto& run : runs_) {
       const auto numbers = get(*run);
@@ -233,17 +246,19 @@ class Runs {
 
   Simulation& first() { return idle()[0]->simulation; }
   /// Records of numpy over the states where they are, which keep `self`.
-  static py::array states(const py::object& self, const py::dtype& record) {
+  static py::object states(const py::object& self, const py::dtype& record) {
     auto& runs = self.cast<Runs&>();
     const Shape strides(runs.shape_.size(), sizeof(std::optional<Run>));
     py::array view(record, runs.shape_, strides, runs.first().state().begin(), self);
     view.attr("flags").attr("writeable") = false;
-    return view;
+    return view[py::tuple()];
   }
 
  private:
-  static Shape joined(Shape shape, const Shape& more) {
-    shape.insert(shape.end(), more.begin(), more.end());
+  /// Of so many numbers for each run; a single one has no dimension of its own.
+  Shape shape_of(py::ssize_t size) const {
+    Shape shape = shape_;
+    if (size > 1) shape.push_back(size);
     return shape;
   }
 
@@ -266,31 +281,22 @@ class Runs {
     change([](const Run& /*run*/, std::size_t /*k*/) {});
     const std::unique_ptr<bool, void (*)(bool*)> busy(&(busy_ = true), [](bool* flag) { *flag = false; });
     crew_.for_each(runs_.size(), [&](std::size_t k) {
-      work(*runs_[k], k);
-      if (!shape_.empty()) runs_[k]->simulation.take_switches();  // no list grows where nothing reads it
+      Run& run = *runs_[k];
+      try {
+        if (run.ended.empty()) work(run, k);
+      } catch (const std::exception& error) {
+        run.ended = error.what();
+      }
+      run.simulation.take_load_changes();  // no list grows where nothing reads it
+      run.simulation.take_state_changes();
+      if (!shape_.empty()) run.simulation.take_switches();
     });
     if (shape_.empty() && !runs_[0]->ended.empty()) throw std::runtime_error(runs_[0]->ended);
   }
 
-  static void apply(Run& run, AppliedLoads applied, bool keep_momentum) {
-    run.applied = std::move(applied);
-    run.simulation.set_loads(run.applied, keep_momentum);
-    run.simulation.take_load_changes();
-  }
-
-  DriveMode drive_mode(const std::string& name) {
-    if (name == "off") return DriveMode::kOff;
-    if (name == "torque") return DriveMode::kTorque;
-    if (name != "velocity") throw py::value_error(fmt::format("mode = {}: must be off, torque or velocity", name));
-    const Scene& scene = first().scene();
-    const std::string limit = stable_period(scene, scene.motors.value_or(MotorSettings()).gains);
-    if (limit.empty()) return DriveMode::kVelocity;
-    throw py::value_error(fmt::format("solver.control_period = {:g}: must be {}", scene.solver.control_period, limit));
-  }
-
-  /// An array of shape `each` for each run, in C order; one such array serves all runs of a batch.
-  Array numbers(const char* name, const py::object& value, const Shape& each, const Range& range) const {
-    const Shape shape = joined(shape_, each);
+  /// So many numbers for each run, in C order; those of one run serve all of a batch.
+  Array numbers(const char* name, const py::object& value, py::ssize_t size, const Range& range) const {
+    const Shape shape = shape_of(size), each(shape.begin() + static_cast<py::ssize_t>(shape_.size()), shape.end());
     const Array array = Array::ensure(value);
     const auto is = [&](const Shape& wanted) {
       return std::equal(array.shape(), array.shape() + array.ndim(), wanted.begin(), wanted.end());
@@ -309,23 +315,22 @@ class Runs {
   bool busy_ = false;                     // guarded by the GIL
 };
 
-using Numbers = std::vector<double>;
+/// The contact of a wheel.
+struct Contact {
+  double V_PX, V_PY, F_X, F_Y, N, f, Delta_Y, M_S;
+  int roller, other_roller;
+};
 
-/// In the order of CONTACTS in _simulator.py, each of four wheels.
-Numbers contacts_of(const Run& run) {
+std::vector<Contact> contacts_of(const Run& run) {
   const ContactDetails c = run.simulation.contacts();
   const auto rollers = run.simulation.rollers();
-  Numbers numbers;
-  for (const Wheels& quantity : {c.V_PX, c.V_PY, c.F_X, c.F_Y, c.N, c.f, c.Delta_Y, c.M_S})
-    numbers.insert(numbers.end(), quantity.begin(), quantity.end());
-  numbers.insert(numbers.end(), rollers.begin(), rollers.end());
-  for (const auto other : run.simulation.other_rollers()) numbers.push_back(other.value_or(-1));
-  return numbers;
-}
-
-Numbers torque_of(const Run& run) {
-  const Wheels torque = run.simulation.torque();
-  return {torque.begin(), torque.end()};
+  const auto others = run.simulation.other_rollers();
+  std::vector<Contact> contacts;
+  for (int i = 0; i < kWheels; ++i) {
+    contacts.push_back({c.V_PX[i], c.V_PY[i], c.F_X[i], c.F_Y[i], c.N[i], c.f[i], c.Delta_Y[i], c.M_S[i], rollers[i],
+                        others[i].value_or(-1)});
+  }
+  return contacts;
 }
 
 }  // namespace
@@ -334,33 +339,37 @@ PYBIND11_MODULE(_core, module) {
   py::register_exception<SceneError>(module, "SceneError", PyExc_ValueError);
   py::register_exception<std::logic_error>(module, "LogicError", PyExc_ValueError);
   PYBIND11_NUMPY_DTYPE(RollerSwitch, t, wheel, roller_from, roller_to, phi, direction, count);
+  PYBIND11_NUMPY_DTYPE(Contact, V_PX, V_PY, F_X, F_Y, N, f, Delta_Y, M_S, roller, other_roller);
   py::class_<SceneFile>(module, "File")
       .def(py::init(&read_scene_file))
       .def(py::init([](const char* name, const char* text) {
         return SceneFile{name, checked_yaml_text(name, text)};
       }));
   py::class_<SceneSetting>(module, "Setting").def(py::init<std::string, std::string, bool>());
-  py::class_<Source>(module, "Source").def(py::init<SceneFile, SceneSettings>()).def_readonly("file", &Source::file);
 
   py::class_<Runs> runs(module, "Runs");
   const auto figure = [&](const char* name, const char* doc, auto get) {
-    runs.def_property_readonly(
-        name, [get](Runs& r) { return r.read(get); }, doc);
+    runs.def_property_readonly(name, py::cpp_function([get](Runs& r) { return r.read(get); }), doc);
   };
-  figure("t", "Time, s.", [](const Run& run) -> Numbers { return {run.simulation.time()}; });
-  figure("energy", "Kinetic energy, J.", [](const Run& run) -> Numbers { return {run.simulation.kinetic_energy()}; });
+  figure("t", "Time, s.", [](const Run& run) { return std::array{run.simulation.time()}; });
+  figure("energy", "Kinetic energy, J.", [](const Run& run) { return std::array{run.simulation.kinetic_energy()}; });
   figure("energy_balance_error", "|change of energy - work of all torques and forces| since t = 0, J.",
-         [](const Run& run) -> Numbers { return {run.simulation.energy_balance_error()}; });
+         [](const Run& run) { return std::array{run.simulation.energy_balance_error()}; });
   figure("ended", "Whether the motion cannot go on, as at the tipping limit; doubt says why.",
-         [](const Run& run) { return std::vector<bool>{!run.ended.empty()}; });
+         [](const Run& run) { return std::array{!run.ended.empty()}; });
   figure("reliable", "Whether the motion so far is as accurate as docs/reliability.md says.",
-         [](const Run& run) { return std::vector<bool>{run.doubt().empty()}; });
-  figure("_contacts", "", &contacts_of);
+         [](const Run& run) { return std::array{run.doubt().empty()}; });
   runs.def(py::init<std::vector<Source>, Shape, int>())
       .def("_make", &Runs::make)
       .def("_run", &Runs::run)
       .def("_set_loads", &Runs::set_loads)
       .def("_states", &Runs::states)
+      .def(
+          "contacts", [](Runs& r) { return r.read(&contacts_of); },
+          "(4,) contacts of the wheels now: slip V_PX, V_PY, m/s, and friction on the base F_X, F_Y, N, in the\n"
+          "platform's frame (in model coulomb F = -f N V_P / sqrt(nu^2 + V_P^2)); normal reaction N, N; coefficient\n"
+          "f; offset along the axle Delta_Y, m; spin friction M_S, N m; roller, 0 to n - 1, and other_roller, a\n"
+          "second one, or -1.")
       .def(
           "take_switches",
           [](Runs& r) {
@@ -373,8 +382,8 @@ PYBIND11_MODULE(_core, module) {
           "scene", [](Runs& r) { return r.first().scene().resolved; },
           "The (first) scene with settings and defaults, as YAML text.")
       .def_property(
-          "torque", [](Runs& r) { return r.read(&torque_of); }, &Runs::set_torque,
-          "(4,) N m: the torque M that acts now. A set one acts exactly, until it is set anew.")
+          "torque", [](Runs& r) { return r.read([](const Run& run) { return run.simulation.torque(); }); },
+          &Runs::set_torque, "(4,) N m: the torque M that acts now. A set one acts exactly, until it is set anew.")
       .def_property_readonly("statistics", &Runs::statistics, "Counters of the integration, as in simulate's summary.")
       .def_property_readonly("doubt", &Runs::doubts,
                              "Why the motion so far may be unreliable, in one line; empty if it is reliable.")

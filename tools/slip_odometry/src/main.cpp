@@ -29,7 +29,7 @@ constexpr char kHelp[] =
     "Publishes slip_odom, odometry of a Mecanum base that accounts for slip, from the positions in joint_states.\n\n"
     "Parameters and defaults:\n"
     "  ~scene           YAML of robot and floor, as by identify; without it the profile `measured`\n"
-    "  ~profile         paper or measured, replaces the scene's; ~friction_scale: of measured\n"
+    "  ~profile         paper, measured, measured_a or measured_b, replaces the scene's; ~friction_scale: of measured\n"
     "  ~joints          \"wheel_joint_fl wheel_joint_fr wheel_joint_bl wheel_joint_br\"\n"
     "  ~joint_signs     \"1 1 1 1\": of positions, 1 forward or -1\n"
     "  ~ticks_per_turn  0: positions in rad; else encoder ticks of a turn\n"

@@ -97,7 +97,7 @@ void expect_refused(const std::string& parameter, const std::vector<std::string>
 
 TEST(RefusedParameters, of_slip_odometry) {
   const TemporaryFolder folder;
-  expect_refused("_profile:=real", {"parameter ~profile = real: must be paper or measured"});
+  expect_refused("_profile:=real", {"parameter ~profile = real: must be paper, measured, measured_a or measured_b"});
   expect_refused("_friction_scale:=-9", {"parameter ~friction_scale = -9: must be"});
   expect_refused("_scene:=/nowhere/scene.yaml", {"parameter ~scene: ", "/nowhere/scene.yaml"});
   const std::string ideal = folder.write("ideal.yaml", "model: no_slip\n");

@@ -8,7 +8,7 @@ ObservedRun::ObservedRun(Simulation& simulation)
     : simulation_(simulation),
       rows_(simulation),
       sensors_(simulation.scene().motors, simulation.state().phi()),
-      odometry_(DriverKinematics(),
+      odometry_(DriverKinematics::of(simulation.scene().motors, simulation.scene().robot),
                 sensors_.read(simulation.state().phi(), simulation.state().dphi(), simulation.torque()).phi) {}
 
 bool ObservedRun::next() {

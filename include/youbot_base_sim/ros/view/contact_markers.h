@@ -3,6 +3,7 @@
 #include <visualization_msgs/MarkerArray.h>
 #include <youbot_base_sim/ContactsStamped.h>
 
+#include <array>
 #include <cstddef>
 #include <string>
 
@@ -13,11 +14,11 @@ namespace youbot_base_sim {
 
 /// How contacts are drawn.
 struct MarkerOptions {
-  double friction_scale = 3e-3;  ///< length of an arrow of any force, m/N
-  double slip_scale = 2;         ///< of an arrow of any slip, m for each m/s
-  std::string frame;             ///< that of the base; empty: the contacts'
-  std::string world_frame;       ///< that of the scene; empty: what lies on the floor is not shown
-  std::string roller_mesh;       ///< URI, of fl's; empty: rollers in contact are not coloured
+  double friction_scale = 3e-3;                    ///< length of an arrow of any force, m/N
+  double slip_scale = 2;                           ///< of an arrow of any slip, m for each m/s
+  std::string frame;                               ///< that of the base; empty: the contacts'
+  std::string world_frame;                         ///< that of the scene; empty: what lies on the floor is not shown
+  std::array<std::string, kWheels> roller_meshes;  ///< URIs; empty: rollers in contact are not coloured
 };
 
 /// The options for a robot: with its meshes, and with the base where it is in the scene's frame if TF has that.

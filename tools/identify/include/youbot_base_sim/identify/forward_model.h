@@ -2,12 +2,12 @@
 
 #include <Eigen/Dense>
 #include <atomic>
-#include <functional>
 #include <vector>
 
 #include "youbot_base_sim/identify/drive_record.h"
 #include "youbot_base_sim/identify/fitted_parameters.h"
 #include "youbot_base_sim/physics/no_slip_model.h"
+#include "youbot_base_sim/threads/share.h"
 
 namespace youbot_base_sim {
 
@@ -31,7 +31,11 @@ struct Workers {
   const std::atomic<bool>* stop = nullptr;  ///< once it is set, simulations throw Stopped; null: nothing stops them
 
   /// Calls work(0) .. work(n - 1), on all threads.
-  void share(std::size_t n, const std::function<void(std::size_t)>& work) const;
+  template <class Work>
+  void share(std::size_t n, const Work& work) const {
+    std::atomic<bool> failed{false};
+    youbot_base_sim::share(n, threads, failed, work, [] {});
+  }
 };
 
 /// Simulates the scene under the record's commands, from wheel angles `phi` (rad). Smooth in all parameters and delay.
