@@ -1,21 +1,8 @@
-"""Tables in Markdown, what runs were found to do, the parts of pages in docs/ that studies write, and their interrupts."""
-import contextlib
-import signal
+"""Tables in Markdown, what runs were found to do, and the parts of pages in docs/ that studies write."""
 import textwrap
 from dataclasses import dataclass
 
-from youbot_base_sim.command_line import Failed
 from youbot_base_sim.files import write_whole
-
-
-@contextlib.contextmanager
-def interruptible(text):
-    """Turns an interrupt, by Ctrl-C or SIGTERM, into Failed with this text."""
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
-    try:
-        yield
-    except KeyboardInterrupt:
-        raise Failed(text)
 
 
 def table(head, rows):

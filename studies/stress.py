@@ -9,7 +9,6 @@ from youbot_base_sim.files import make_folder, write_whole
 from youbot_base_sim.report import csv_text
 from . import stress_report, stress_runs
 from .builds import ROOT, build
-from .pages import interruptible
 from .stress_cells import BASE, stress_cells
 
 
@@ -64,8 +63,7 @@ def main():
     if arguments.list:
         print("\n".join(cell.full_name for cell in arguments.cells))
         return 0
-    with interruptible("interrupted; stress.csv has the cells so far"), \
-            Progress(len(arguments.cells) * len(arguments.tolerances)) as progress:
+    with Progress(len(arguments.cells) * len(arguments.tolerances)) as progress:
         rows = run(arguments, progress)
     good = sum(row["outcome"] != "fails" for row in rows)
     print(f"{good} of {len(rows)} runs hold all requirements or are explained; see {arguments.folder}/stress.md")

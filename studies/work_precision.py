@@ -1,11 +1,13 @@
 """Measures error against run time of this package and of other solvers on the same equations, in about 15 minutes.
-Writes work_precision.md, its tables in CSV and the diagram .png. Builds what it needs in build/bench/, with
+Writes work_precision.md, its tables in CSV and the diagram .png. With --quick it takes a minute, and prints how Cases 1
+and 2 compare with CVODE and rosenbrock4. Builds what it needs in build/bench/, with
 CMAKE_ARGUMENTS for cmake's configure step, and installs SUNDIALS, matplotlib and PyYAML if they are missing."""
 import json
 import math
 import re
 import subprocess
 import time
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -29,13 +31,18 @@ TABLES = {name: columns.split() for name, columns in {
     "references": f"scene scene_title span_s switches reference checked_by {ERRORS} failure",
     "held_wheel": "contestant relative_tolerance end_off_m position_error_m switches run_time_s failure"}.items()}
 
+# What --quick runs: the tolerances on both sides of an error of USEFUL_ERROR.
+QUICK = {"youbot_base_sim": (1e-4, 1e-5, 1e-6), "cvode": (1e-7, 1e-8, 1e-9),
+         "odeint_rosenbrock4_corrected": (1e-5, 1e-6, 1e-7)}
+QUICK_SCENES = ("case1_ccw_coulomb", "case2_coulomb")
+
 
 def say(row):
     found = row["failure"] or f"{row['run_time_s']:9.4f} s {row['position_error_m']:9.1e} m {row['steps']:9} steps"
     print(f"  {row['contestant']:30} {row['relative_tolerance']:<8g} {found}")
 
 
-def sweep(solve, scene, span):
+def sweep(solve, scene, span, contestants=CONTESTANTS):
     """Rows of references.csv and of work_precision.csv."""
     print(scene.title)
     reference = make_reference(solve, scene, span)
@@ -43,7 +50,7 @@ def sweep(solve, scene, span):
                reference["switches"], "reference": reference["title"], "checked_by": title, "failure": "", **check}
               for title, check in reference["checks"]]
     rows = []
-    for contestant in CONTESTANTS:
+    for contestant in contestants:
         for tolerance in contestant.tolerances:
             own_span = min(reference["span"], EXPLICIT_SPAN) if contestant.explicit else reference["span"]
             row = measure(solve, scene, reference, contestant, tolerance, own_span)
@@ -93,7 +100,7 @@ def time_within(rows, scene, contestant, error):
     return None
 
 
-def best_table(rows):
+def best_table(rows, contestants=CONTESTANTS):
     """Run time of each method on each scene at USEFUL_ERROR, with the real-time factor or the ratio to this package."""
     spans = {row["scene"]: row["span_s"] for row in reversed(rows)}  # explicit methods, which come last, have their own
     scenes = {row["scene"]: row["scene_title"] for row in rows}
@@ -104,12 +111,12 @@ def best_table(rows):
         if not reached:
             return "never"
         run_time = reached[1] + seconds(reached[0])
-        if contestant is CONTESTANTS[0]:
+        if contestant.key == CONTESTANTS[0].key:
             return f"{run_time} ({figures(spans[scene] / reached[0])} x real time)"
         return f"{run_time} ({reached[0] / own[scene][0]:.3g} x)" if own[scene] else run_time
 
     return table(["method", *scenes.values()], [[one.title, *(cell(one, scene) for scene in scenes)]
-                                                for one in CONTESTANTS if not one.explicit])
+                                                for one in contestants if not one.explicit])
 
 
 def written_part(program, rows, references):
@@ -132,20 +139,37 @@ def main():
                         help="simulate no more than the first S seconds of each scene, at least 1; all unless given")
     parser.add_argument("--solve", type=Path, metavar="FILE",
                         help="run this program rather than build one, and install nothing")
+    parser.add_argument("--quick", action="store_true", help="compare at an error of 1e-5 m alone, and write nothing")
     parser.add_argument("--redraw", action="store_true", help="draw the diagram of FOLDER again, and run nothing")
     arguments = parser.parse_args()
     diagram = arguments.output / "work_precision.png"
     if not arguments.span >= 1:
         parser.error(f"--span = {arguments.span}: must be a number of seconds, 1 or more")
+    if arguments.quick:
+        compare_quickly(arguments)
+        return
     if not arguments.redraw:
         measure_all(arguments)
     from .plot_work_precision import plot  # with what has been installed
     plot(diagram.with_suffix(".csv"), diagram)
 
 
+def program_of(arguments):
+    return arguments.solve or build("solve", packages=["libsundials-dev", "python3-matplotlib", "python3-yaml"])[0]
+
+
+def compare_quickly(arguments):
+    """Prints what the paper's cases take at USEFUL_ERROR, by the tolerances about it."""
+    solve = partial(run_solver, program_of(arguments))
+    contestants = [replace(one, tolerances=QUICK[one.key]) for one in CONTESTANTS if one.key in QUICK]
+    rows = [row for scene in SCENES if scene.key in ([arguments.scene] if arguments.scene else QUICK_SCENES)
+            for row in sweep(solve, scene, arguments.span, contestants)[1]]
+    print(f"\nAt an error of {USEFUL_ERROR:g} m:\n\n{best_table(rows, contestants)}")
+
+
 def measure_all(arguments):
     """Writes page and tables into the folder."""
-    program = arguments.solve or build("solve", packages=["libsundials-dev", "python3-matplotlib", "python3-yaml"])[0]
+    program = program_of(arguments)
     tables = run(partial(run_solver, program), arguments)
     make_folder(arguments.output)
     files = {name: arguments.output / f"{name}.csv" for name in tables}

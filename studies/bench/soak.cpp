@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <ctime>
 #include <fstream>
@@ -169,17 +170,6 @@ class Soak {
   double next_request_ = 0;
 };
 
-/// What is printed of an hour, in the order of kHead.
-using Row = Eigen::Array<double, 8, 1>;
-constexpr const char* kHead =
-    "| hour | times real time | memory, KiB | energy through the drive trains, J | error, J | switches | off their "
-    "boundary, rad | largest angle, rad | t - hours, s |\n|---|---|---|---|---|---|---|---|---|";
-
-std::string line(const std::string& hour, const Row& row) {
-  return fmt::format("| {} | {:.0f} | {:.0f} | {:.0f} | {:.1e} | {:.0f} | {:.1e} | {:.0f} | {:g} |", hour, row[0],
-                     row[1], row[2], row[3], row[4], row[5], row[6], row[7]);
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -189,29 +179,27 @@ int main(int argc, char** argv) {
     return 2;
   }
   Soak soak(argc > 2 ? static_cast<unsigned>(std::atoi(argv[2])) : 1);
+  const Simulation& simulation = soak.loop().simulation();
   bool holds = true;
-  double error_before = 0;
-  Row first, last, least, most;
+  double error_before = 0, memory_allowed = 0;
+  fmt::print(
+      "| hour | times real time | memory, KiB | energy through the drive trains, J | error, J | switches | off their "
+      "boundary, rad | largest angle, rad | t - hours, s |\n|---|---|---|---|---|---|---|---|---|\n");
   for (int k = 1; k <= hours; ++k) {
     const Hour hour = soak.hour();
-    const Simulation& simulation = soak.loop().simulation();
     const double memory = resident_memory(), energy_error = std::abs(hour.energy_error - error_before);
     const double time_error = soak.loop().time() - k * kHour;
-    last << kHour / hour.cpu, memory, hour.drive_energy, energy_error, static_cast<double>(hour.switches),
-        hour.edge_error, simulation.state().phi().abs().maxCoeff(), time_error;
-    if (k == 1) first = least = most = last;
-    least = least.min(last);
-    most = most.max(last);
-    fmt::print(stderr, "{}{}\n", line(std::to_string(k), last), hour.all_switches ? "" : " some switches lost");
+    if (k == 1) memory_allowed = memory + kMaxGrowth;
+    fmt::print("| {} | {:.0f} | {:.0f} | {:.0f} | {:.1e} | {}{} | {:.1e} | {:.0f} | {:g} |\n", k, kHour / hour.cpu,
+               memory, hour.drive_energy, energy_error, hour.switches, hour.all_switches ? "" : ", some lost",
+               hour.edge_error, simulation.state().phi().abs().maxCoeff(), time_error);
+    std::fflush(stdout);
     holds = holds && simulation.state().values.allFinite() && hour.all_switches &&
-            hour.edge_error <= hour.edge_allowed && memory <= first[1] + kMaxGrowth && time_error == 0 &&
+            hour.edge_error <= hour.edge_allowed && memory <= memory_allowed && time_error == 0 &&
             energy_error <= simulation.scene().solver.relative_tolerance * hour.drive_energy;
     error_before = hour.energy_error;
   }
-  fmt::print("{}\n{}\n{}\n{}\n{}\n", kHead, line("1", first), line(std::to_string(hours), last),
-             line("least of all", least), line("most of all", most));
-  for (const StatisticsField& field : kStatisticsFields) {
-    fmt::print(stderr, "{}: {}\n", field.text, soak.loop().simulation().statistics().*field.value);
-  }
+  for (const StatisticsField& field : kStatisticsFields)
+    fmt::print(stderr, "{}: {}\n", field.text, simulation.statistics().*field.value);
   return holds ? 0 : 1;
 }

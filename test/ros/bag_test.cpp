@@ -104,137 +104,116 @@ TEST(LaunchedRecorder, has_the_recorded_topics) {
   EXPECT_EQ(recorded, topics);
 }
 
+/// The bag of a run with a row every `period` (s) until `end` (s).
+struct RecordedRun {
+  RecordedRun(const Scene& scene, double period, double end) : simulation(scene) {
+    const auto recorder = bag_recorder(OutputFile(folder.path("x.bag"), OutputFile::Access::kAnywhere));
+    for (int k = 0; period * k <= end; ++k) {
+      simulation.advance_to(period * k);
+      recorder->write(period * k, simulation, {simulation.take_switches(), simulation.take_load_changes()});
+    }
+    recorder->commit();
+    bag.open(folder.path("x.bag"), rosbag::bagmode::Read);
+  }
+
+  template <class Message>
+  std::vector<Message> messages(const std::string& topic) {
+    std::vector<Message> found;
+    for (const rosbag::MessageInstance& message : rosbag::View(bag, rosbag::TopicQuery(topic))) {
+      found.push_back(*message.instantiate<Message>());
+    }
+    return found;
+  }
+
+  const TemporaryFolder folder;
+  Simulation simulation;
+  rosbag::Bag bag;
+};
+
 // As a publisher does: each topic from zero.
 TEST(BagRecorder, numbers_its_messages) {
-  const TemporaryFolder folder;
   Scene scene = short_scene();
   scene.output.contacts = true;
-  Simulation simulation(scene);
-  const auto recorder = bag_recorder(OutputFile(folder.path("x.bag"), OutputFile::Access::kAnywhere));
-  for (int k = 0; k <= 20; ++k) {
-    simulation.advance_to(0.05 * k);
-    recorder->write(0.05 * k, simulation, {simulation.take_switches(), simulation.take_load_changes()});
+  RecordedRun run(scene, 0.05, 1);
+  const auto expect_numbered = [](const auto& messages, const std::string& topic) {
+    EXPECT_GE(messages.size(), 10u) << topic;
+    for (std::size_t k = 0; k < messages.size(); ++k) EXPECT_EQ(messages[k].header.seq, k) << topic;
+  };
+  for (const std::string topic : {"/odom", "/ground_truth"}) {
+    expect_numbered(run.messages<nav_msgs::Odometry>(topic), topic);
   }
-  recorder->commit();
-  rosbag::Bag read(folder.path("x.bag"), rosbag::bagmode::Read);
-  std::map<std::string, std::vector<std::uint32_t>> numbers;
-  for (const rosbag::MessageInstance& message : rosbag::View(read)) {
-    const std::string topic = message.getTopic();
-    if (const auto odometry = message.instantiate<nav_msgs::Odometry>()) numbers[topic].push_back(odometry->header.seq);
-    if (const auto joints = message.instantiate<sensor_msgs::JointState>())
-      numbers[topic].push_back(joints->header.seq);
-    if (const auto contacts = message.instantiate<ContactsStamped>()) numbers[topic].push_back(contacts->header.seq);
-    if (const auto event = message.instantiate<RollerSwitchStamped>()) numbers[topic].push_back(event->header.seq);
-  }
-  ASSERT_EQ(numbers.size(), 5u);
-  for (const auto& [topic, of_topic] : numbers) {
-    EXPECT_GE(of_topic.size(), 10u) << topic;
-    for (std::size_t k = 0; k < of_topic.size(); ++k) EXPECT_EQ(of_topic[k], k) << topic;
-  }
+  expect_numbered(run.messages<sensor_msgs::JointState>("/base/joint_states"), "joint_states");
+  expect_numbered(run.messages<ContactsStamped>("/contacts"), "contacts");
+  expect_numbered(run.messages<RollerSwitchStamped>("/base/roller_switches"), "roller_switches");
 }
 
 TEST(BagRecorder, writes_contacts_on_request) {
-  const TemporaryFolder folder;
   for (const bool asked : {false, true}) {
     Scene scene = short_scene();
     scene.output.contacts = asked;
-    Simulation simulation(scene);
-    const auto recorder = bag_recorder(OutputFile(folder.path("x.bag"), OutputFile::Access::kAnywhere));
-    recorder->write(0, simulation, {});
-    simulation.advance_to(0.5);
-    recorder->write(0.5, simulation, {});
-    recorder->commit();
-    rosbag::Bag read(folder.path("x.bag"), rosbag::bagmode::Read);
-    EXPECT_EQ(rosbag::View(read, rosbag::TopicQuery("/contact_markers")).size(), asked ? 2u : 0u);
-    std::vector<double> energies;
-    for (const rosbag::MessageInstance& message : rosbag::View(read, rosbag::TopicQuery("/contacts"))) {
-      energies.push_back(message.instantiate<ContactsStamped>()->kinetic_energy);
-    }
-    EXPECT_EQ(energies.size(), asked ? 2u : 0u);
+    RecordedRun run(scene, 0.5, 0.5);
+    EXPECT_EQ(run.messages<visualization_msgs::MarkerArray>("/contact_markers").size(), asked ? 2u : 0u);
+    const auto contacts = run.messages<ContactsStamped>("/contacts");
+    ASSERT_EQ(contacts.size(), asked ? 2u : 0u);
     if (asked) {
-      EXPECT_EQ(energies.at(1), simulation.kinetic_energy());
+      EXPECT_EQ(contacts[1].kinetic_energy, run.simulation.kinetic_energy());
     }
   }
 }
 
 // So that a bag that is played shows odometry and ground truth in one frame, to viewers that come later too.
 TEST(BagRecorder, tells_where_odometry_starts_and_where_the_base_is) {
-  const TemporaryFolder folder;
-  Simulation simulation(short_scene());
-  const auto recorder = bag_recorder(OutputFile(folder.path("x.bag"), OutputFile::Access::kAnywhere));
-  recorder->write(0, simulation, {});
-  simulation.advance_to(0.5);
-  recorder->write(0.5, simulation, {});
-  recorder->commit();
-  rosbag::Bag read(folder.path("x.bag"), rosbag::bagmode::Read);
-  rosbag::View fixed(read, rosbag::TopicQuery("/tf_static"));
+  RecordedRun run(short_scene(), 0.5, 0.5);
+  rosbag::View fixed(run.bag, rosbag::TopicQuery("/tf_static"));
   ASSERT_EQ(fixed.size(), 1u);
   EXPECT_EQ((*fixed.begin()->getConnectionHeader())["latching"], "1");
   const auto start = fixed.begin()->instantiate<tf2_msgs::TFMessage>()->transforms.at(0);
   EXPECT_EQ(start.header.frame_id, "world");
   EXPECT_EQ(start.child_frame_id, "odom");
   EXPECT_EQ(start.transform.translation.x, 2.5);
-  geometry_msgs::TransformStamped truth;
-  for (const rosbag::MessageInstance& message : rosbag::View(read, rosbag::TopicQuery("/tf"))) {
-    truth = message.instantiate<tf2_msgs::TFMessage>()->transforms.at(1);
-  }
+  const auto truth = run.messages<tf2_msgs::TFMessage>("/tf").back().transforms.at(1);
   EXPECT_EQ(truth.child_frame_id, "ground_truth/base_footprint");
-  EXPECT_EQ(truth.transform.translation.y, simulation.state().y());
+  EXPECT_EQ(truth.transform.translation.y, run.simulation.state().y());
 }
 
 // The push of the scene ends, and the load comes, between two rows: neither is lost, and the power of what pushes is
 // the contacts' external power. The force keeps its direction in the fixed frame, in which the base turns.
 TEST(BagRecorder, tells_what_the_base_carries_and_what_pushes_it) {
   const TemporaryFolder folder;
-  const std::string path = folder.write("scene.yaml",
-                                        "duration: 1\noutput_rate: 10\noutput: {contacts: true}\n"
-                                        "robot: {com: [0, 0]}\ninitial: {pose: [1, 2, 0.5]}\n"
-                                        "loads: [{mass: 4, position: [0.1, 0.05, 0.2], inertia: 0.3, start: 0.43}]\n"
-                                        "wrenches: [{force: [5, 3, -2], point: [0.1, -0.2, 0.4], torque: 1.5, "
-                                        "start: 0.111, end: 0.768, frame: fixed}]\n");
-  const Scene scene = load_scene(path);
-  Simulation simulation(scene);
-  const auto recorder = bag_recorder(OutputFile(folder.path("x.bag"), OutputFile::Access::kAnywhere));
-  for (int k = 0; k <= 10; ++k) {
-    simulation.advance_to(0.1 * k);
-    recorder->write(0.1 * k, simulation, {simulation.take_switches(), simulation.take_load_changes()});
-  }
-  recorder->commit();
-
-  rosbag::Bag read(folder.path("x.bag"), rosbag::bagmode::Read);
+  RecordedRun run(load_scene(folder.write("scene.yaml",
+                                          "duration: 1\noutput_rate: 10\noutput: {contacts: true}\n"
+                                          "robot: {com: [0, 0]}\ninitial: {pose: [1, 2, 0.5]}\n"
+                                          "loads: [{mass: 4, position: [0.1, 0.05, 0.2], inertia: 0.3, start: 0.43}]\n"
+                                          "wrenches: [{force: [5, 3, -2], point: [0.1, -0.2, 0.4], torque: 1.5, "
+                                          "start: 0.111, end: 0.768, frame: fixed}]\n")),
+                  0.1, 1);
   std::map<ros::Time, nav_msgs::Odometry> truth;
+  for (const auto& one : run.messages<nav_msgs::Odometry>("/ground_truth")) truth[one.header.stamp] = one;
   std::map<ros::Time, ContactsStamped> contacts;
-  std::map<ros::Time, geometry_msgs::WrenchStamped> wrenches;
-  std::vector<LoadsStamped> loads;
-  for (const rosbag::MessageInstance& message : rosbag::View(read)) {
-    if (const auto one = message.instantiate<nav_msgs::Odometry>()) {
-      if (message.getTopic() == "/ground_truth") truth[one->header.stamp] = *one;
-    }
-    if (const auto one = message.instantiate<ContactsStamped>()) contacts[one->header.stamp] = *one;
-    if (const auto one = message.instantiate<geometry_msgs::WrenchStamped>()) wrenches[one->header.stamp] = *one;
-    if (const auto one = message.instantiate<LoadsStamped>()) loads.push_back(*one);
-  }
+  for (const auto& one : run.messages<ContactsStamped>("/contacts")) contacts[one.header.stamp] = one;
+  const auto wrenches = run.messages<geometry_msgs::WrenchStamped>("/applied_wrench");
   ASSERT_EQ(wrenches.size(), 8u);  // where it begins and ends, and at six rows between
-  EXPECT_EQ(wrenches.begin()->first, ros::Time(0.111));
-  EXPECT_EQ(wrenches.rbegin()->first, ros::Time(0.768));
-  EXPECT_EQ(wrenches.rbegin()->second.wrench.force.x, 0);
-  const auto& first = wrenches.begin()->second;
+  EXPECT_EQ(wrenches.front().header.stamp, ros::Time(0.111));
+  EXPECT_EQ(wrenches.back().header.stamp, ros::Time(0.768));
+  EXPECT_EQ(wrenches.back().wrench.force.x, 0);
+  const auto& first = wrenches.front();
   EXPECT_EQ(first.header.frame_id, "base_link");
   EXPECT_NEAR(first.wrench.force.x, 5 * std::cos(0.5) + 3 * std::sin(0.5), 1e-9);
   EXPECT_NEAR(first.wrench.force.y, 3 * std::cos(0.5) - 5 * std::sin(0.5), 1e-9);
   const double height = 0.4 + kAxleHeight;  // of the point over base_link
   EXPECT_NEAR(first.wrench.torque.x, -0.2 * -2 - height * first.wrench.force.y, 1e-9);
   int compared = 0;
-  for (const auto& [stamp, wrench] : wrenches) {
-    if (contacts.count(stamp) == 0) continue;
-    const geometry_msgs::Twist& twist = truth.at(stamp).twist.twist;
-    const double power = wrench.wrench.force.x * twist.linear.x + wrench.wrench.force.y * twist.linear.y +
-                         wrench.wrench.torque.z * twist.angular.z;
-    EXPECT_NEAR(power, contacts.at(stamp).external_power, 1e-9);
+  for (const auto& [header, wrench] : wrenches) {
+    if (contacts.count(header.stamp) == 0) continue;
+    const geometry_msgs::Twist& twist = truth.at(header.stamp).twist.twist;
+    const double power =
+        wrench.force.x * twist.linear.x + wrench.force.y * twist.linear.y + wrench.torque.z * twist.angular.z;
+    EXPECT_NEAR(power, contacts.at(header.stamp).external_power, 1e-9);
     EXPECT_NE(power, 0);
     ++compared;
   }
   EXPECT_EQ(compared, 6);
+  const auto loads = run.messages<LoadsStamped>("/loads");
   ASSERT_EQ(loads.size(), 1u);
   EXPECT_EQ(loads[0].header.stamp, ros::Time(0.43));
   EXPECT_EQ(loads[0].loads.at(0).mass, 4);

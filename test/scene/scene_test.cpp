@@ -254,7 +254,7 @@ TEST_F(SceneTest, SuggestsTheKeyThatIsMeant) {
   const std::string d = kDrive;
   expect_refused(d + "robot: {body_mas: 3}", "robot.body_mas", "3", "; did you mean body_mass?");
   expect_refused(d + "robto: {}", "robto", "{}", "; did you mean robot?");
-  expect_refused(d + "model: columb", "model", "columb", "or coulomb; did you mean coulomb?");
+  expect_refused(d + "model: columb", "model", "columb", "; did you mean coulomb?");
   // The misspelling is the error, not the required key that is missing because of it.
   expect_refused("durtion: 1", "durtion", "1", "; did you mean duration?");
   expect_refused("duration: 1\ndrive: {torqe: [{start: 0}]}", "drive.torqe", "start", "; did you mean torque?");

@@ -1,5 +1,4 @@
-"""Simulation, Batch, run and simulate_many: the simulator of the base (docs/python.md). SI units, angles in rad, wheels
-in the order fl, fr, bl, br."""
+"""The simulator of the base (docs/python.md). SI units, angles in rad, wheels in the order fl, fr, bl, br."""
 import json
 import os
 import warnings
@@ -8,11 +7,10 @@ import numpy as np
 
 from . import _core
 
-_WHEELS = "fl", "fr", "bl", "br"
 _STATE = np.dtype([*((name, "f8") for name in ("x", "y", "psi", "work", "V_X", "V_Y", "Omega", "unused")),
                    *((name, "f8", 4) for name in ("phi", "dphi", "dgamma", "gamma"))])
 _ROW = np.dtype([("t", "f8"), *((f"{name}_{wheel}" if kind.shape else name, "f8") for name, (kind, _) in
-                                _STATE.fields.items() for wheel in _WHEELS[:(*kind.shape, 1)[0]])])
+                                _STATE.fields.items() for wheel in ("fl", "fr", "bl", "br")[:(*kind.shape, 1)[0]])])
 _ROWS = [name for name in _ROW.names if name.partition("_")[0] not in ("work", "unused", "gamma")]
 # JSON, which is YAML; numbers read back to the same double.
 _yaml = json.JSONEncoder(ensure_ascii=False, default=lambda x: x.tolist() if hasattr(x, "tolist") else str(x)).encode
@@ -32,7 +30,7 @@ class _Runs(_core.Runs):
     state = property(lambda self: self._states(_STATE), doc=(
         "The state now, a read-only view that follows the motion; copy() keeps the present one. x, y (m) and heading psi\n"
         "(rad, unwrapped) in the fixed frame; V_X, V_Y (m/s) and Omega (rad/s) in the platform's; work (J) of all torques\n"
-        "and friction; of the wheels phi (4,) rad, dphi (4,) rad/s; of the rollers in contact gamma, dgamma."))
+        "and friction; of the wheels phi (4,) rad, dphi (4,) rad/s; of the rollers in contact gamma, dgamma likewise."))
     state_vector = property(lambda self: self._states(np.dtype((float, 24))), doc=(
         "(24,) numbers of the state, in the order of its fields; a view, too."))
 

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <memory>
 #include <optional>
 #include <thread>
@@ -162,19 +161,17 @@ class Runs {
   }
 
   void set_points(const std::string& name, const py::object& values) {
-    static const std::map<std::string, DriveMode> kModes = {
-        {"off", DriveMode::kOff}, {"torque", DriveMode::kTorque}, {"velocity", DriveMode::kVelocity}};
-    const auto mode = kModes.find(name);
-    if (mode == kModes.end())
+    const bool tracks = name == "velocity", exerts = name == "torque";
+    if (!tracks && !exerts && name != "off")
       throw py::value_error(fmt::format("mode = {}: must be off, torque or velocity", quote(name)));
-    const bool tracks = mode->second == DriveMode::kVelocity;
     const Scene& scene = first().scene();
     const std::string limit = stable_period(scene, scene.motors.value_or(MotorSettings()).gains);
     if (tracks && !limit.empty())
       throw py::value_error(
           fmt::format("solver.control_period = {:g}: must be {}", scene.solver.control_period, limit));
     const Array points = numbers("values", values, kWheels, tracks ? kRates : kTorques);
-    change([&](Run& r, std::size_t k) { r.simulation.set_points(mode->second, Wheels(points.data() + kWheels * k)); });
+    const DriveMode mode = tracks ? DriveMode::kVelocity : exerts ? DriveMode::kTorque : DriveMode::kOff;
+    change([&](Run& run, std::size_t k) { run.simulation.set_points(mode, Wheels(points.data() + kWheels * k)); });
   }
 
   void set_wrench(const py::object& force, const py::object& torque, const py::object& point, bool fixed) {
@@ -323,12 +320,10 @@ struct Contact {
 
 std::vector<Contact> contacts_of(const Run& run) {
   const ContactDetails c = run.simulation.contacts();
-  const auto rollers = run.simulation.rollers();
-  const auto others = run.simulation.other_rollers();
   std::vector<Contact> contacts;
   for (int i = 0; i < kWheels; ++i) {
-    contacts.push_back({c.V_PX[i], c.V_PY[i], c.F_X[i], c.F_Y[i], c.N[i], c.f[i], c.Delta_Y[i], c.M_S[i], rollers[i],
-                        others[i].value_or(-1)});
+    contacts.push_back({c.V_PX[i], c.V_PY[i], c.F_X[i], c.F_Y[i], c.N[i], c.f[i], c.Delta_Y[i], c.M_S[i],
+                        run.simulation.rollers()[i], run.simulation.other_rollers()[i].value_or(-1)});
   }
   return contacts;
 }
