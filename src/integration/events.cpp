@@ -22,9 +22,11 @@ Effect EdgeReached::apply(ContactSystem& system, State& x, double t, int i) {
       return Effect::kNone;
     }
     const bool counts = sharing.error >= error_scale(tolerance_, x.velocities()).v[0];
-    if (sharing.attractive && hop < SlidingMode::kLongestHop && (!counts || record_->sliding_mode.holds_early())) {
+    if (sharing.attractive && hop < SlidingMode::kLongestHop && (!counts || record_->sliding_mode.holds_early)) {
       ++record_->statistics.shared_contacts;
       if (counts) record_->statistics.forced_hold_speed += sharing.error;
+      // Kicks may keep the wheel chattering: at least so many a second.
+      record_->statistics.forced_hold_speed += sharing.kick / SlidingMode::kLongestHop;
       system.enter_sliding(i, direction > 0 ? from : from - 1, x, t);
       return Effect::kContact;
     }

@@ -27,7 +27,7 @@ GuardedStepper::Result GuardedStepper::try_step(ContactSystem& system, State& x,
     if (!(t < window_start_ + kWindow) || t < window_start_) begin_window(system, t);
     const bool stuck = failures >= kMaxFailures || t + stepper_.dt() <= t;
     if (stuck || system.evaluations() > allowed_) {
-      record_->statistics.exhausted += !record_->sliding_mode.holds_early();
+      record_->statistics.exhausted += !record_->sliding_mode.holds_early;
       if (stuck || !save_work()) {
         begin_fallback(t);
         continue;
@@ -43,13 +43,13 @@ GuardedStepper::Result GuardedStepper::try_step(ContactSystem& system, State& x,
 void GuardedStepper::begin_window(const ContactSystem& system, double t) {
   window_start_ = t;
   allowed_ = system.evaluations() + max_evaluations_;
-  record_->sliding_mode.hold_early(false);
+  record_->sliding_mode.holds_early = false;
 }
 
 // Makes what is left of the millisecond less work, and allows some; false if that has been done.
 bool GuardedStepper::save_work() {
-  if (record_->sliding_mode.holds_early()) return false;
-  record_->sliding_mode.hold_early(true);
+  if (record_->sliding_mode.holds_early) return false;
+  record_->sliding_mode.holds_early = true;
   ++record_->statistics.eased_periods;
   allowed_ += static_cast<std::uint64_t>(kExtraBudget * static_cast<double>(max_evaluations_));
   return true;

@@ -1,7 +1,6 @@
 #include "youbot_base_sim/lockstep/clock_followers.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <glob.h>
 #include <netdb.h>
 #include <ros/console.h>
@@ -57,8 +56,9 @@ bool is_here(const std::string& host) {
   return is_bound;
 }
 
-/// The processes of this machine that listen at a TCP port; of those that may be looked into: this user's.
-std::vector<Process> processes_listening_at(std::uint32_t port) {
+/// The processes of this machine that answer at an address; of those that may be looked into: this user's.
+std::vector<Process> processes_at(const std::string& host, std::uint32_t port) {
+  if (!is_here(host)) return {};
   constexpr unsigned kListening = 0x0A;
   std::set<std::string> sockets;  // as /proc names them
   for (const char* path : {"/proc/net/tcp", "/proc/net/tcp6"}) {
@@ -80,11 +80,6 @@ std::vector<Process> processes_listening_at(std::uint32_t port) {
   }
   globfree(&files);
   return {holders.begin(), holders.end()};
-}
-
-/// The processes of this machine that answer at an address; none for another machine's.
-std::vector<Process> processes_at(const std::string& host, std::uint32_t port) {
-  return is_here(host) ? processes_listening_at(port) : std::vector<Process>();
 }
 
 /// What the master answers; nothing if it fails.
@@ -146,8 +141,9 @@ std::uint64_t work_of(std::vector<Process>& processes) {
 
 }  // namespace
 
-ClockFollowers::ClockFollowers(ClockLinks& links, std::chrono::duration<double> patience, const std::atomic<bool>& stop)
-    : links_(links), patience_(std::chrono::duration_cast<Clock::duration>(patience)), stop_(stop) {
+ClockFollowers::ClockFollowers(ros::NodeHandle& node, std::chrono::duration<double> patience,
+                               const std::atomic<bool>& stop)
+    : links_(node), patience_(std::chrono::duration_cast<Clock::duration>(patience)), stop_(stop) {
   rlimit files{};  // two for each thread
   getrlimit(RLIMIT_NOFILE, &files);
   files.rlim_cur = files.rlim_max;
@@ -174,27 +170,6 @@ void ClockFollowers::update_nodes() {
     nodes_.erase(name);
     if (comes) add(name);
   }
-}
-
-void ClockFollowers::note_late(const std::string& node) {
-  if (++late_[node] > 1) return;
-  ROS_WARN("%s commands while all nodes rest, so by the wall clock: another run may have another result", node.c_str());
-}
-
-std::string ClockFollowers::broken_promise() const {
-  if (given_up_.empty()) return "";
-  return fmt::format("lockstep: time has not waited for {}: another run may have another result",
-                     fmt::join(given_up_, ", "));
-}
-
-std::map<std::string, std::string> ClockFollowers::counters() const {
-  const auto slowest = std::max_element(nodes_.begin(), nodes_.end(),
-                                        [](const auto& a, const auto& b) { return a.second.waited < b.second.waited; });
-  const double waited = std::chrono::duration<double, std::milli>(slowest->second.waited).count();
-  return {{"steps", std::to_string(steps_)},
-          {"late commands", fmt::format("{}", late_)},
-          {"nodes given up", fmt::format("{}", fmt::join(given_up_, " "))},
-          {"slowest node", fmt::format("{}: {:.3g} ms a step", slowest->first, waited / std::max(1.0, 1.0 * steps_))}};
 }
 
 void ClockFollowers::announce(const ros::Time& time) {
@@ -260,10 +235,10 @@ void ClockFollowers::await_polls(const Group& group) {
 
 /// Waits until each node has been at rest since the last packet between them, or all have been with no work in between.
 /// Without a packet since the last rest there is nothing to wait for, but for nodelets in this process.
-void ClockFollowers::await_rest() {
+bool ClockFollowers::await_rest() {
   update_nodes();
   Node& self = nodes_[ros::this_node::getName()];
-  if (packets_at_rest_ == packets_over_loopback() && rests(self)) return;
+  if (packets_at_rest_ == packets_over_loopback() && rests(self)) return true;
   for (int looks = 0; looks < kLooksForOwn && goes_on() && !rests(self); ++looks)  // it sends what others wake for
     std::this_thread::sleep_for(kBetweenLooks);
   std::map<std::string, int> awake;  // looks that have found it at work; half of them if it also works for others
@@ -282,14 +257,16 @@ void ClockFollowers::await_rest() {
                   pending.end());
     if (pending.empty() && (packets == packets_over_loopback() || work == work_so_far())) {
       packets_at_rest_ = packets;
-      return;
+      return true;
     }
     ++looks;
     for (auto* one : pending) {
-      const auto& [name, node] = *one;
-      one->second.waited += kBetweenLooks;
+      auto& [name, node] = *one;
+      node.waited += kBetweenLooks;
       awake[name] += name == ros::this_node::getName() || name == kMaster ? 1 : 2;
-      if (looks % kLooksForStopped != 0 || !is_stopped(node)) continue;
+      if (looks % kLooksForStopped != 0) continue;
+      const auto& all = node.processes;
+      if (std::none_of(all.begin(), all.end(), std::mem_fn(&Process::is_stopped))) continue;
       const auto now = Clock::now();
       end = std::max(end, now + patience_);
       if (now < notice) continue;
@@ -300,6 +277,7 @@ void ClockFollowers::await_rest() {
     give_up(awake, looks);
     return await_rest();
   }
+  return true;
 }
 
 bool ClockFollowers::rests(Node& node) {
@@ -307,10 +285,6 @@ bool ClockFollowers::rests(Node& node) {
   const bool rest = std::all_of(node.processes.begin(), node.processes.end(), std::mem_fn(&Process::rests));
   node.waited += Clock::now() - start;
   return rest;
-}
-
-bool ClockFollowers::is_stopped(const Node& node) {
-  return std::any_of(node.processes.begin(), node.processes.end(), std::mem_fn(&Process::is_stopped));
 }
 
 std::uint64_t ClockFollowers::work_so_far() {
@@ -325,9 +299,8 @@ void ClockFollowers::warn_of_threads() {
     std::size_t threads = 0;
     for (const Process& process : node.processes) threads += process.threads();
     if (threads < kManyThreads || std::exchange(node.is_named, true)) continue;
-    const double waited = std::chrono::duration<double, std::milli>(node.waited).count();
     ROS_WARN("%s has %zu threads, and time waits for all: %.2g ms of wall time a step", name.c_str(), threads,
-             waited / static_cast<double>(steps_));
+             std::chrono::duration<double, std::milli>(node.waited).count() / static_cast<double>(steps_));
   }
 }
 

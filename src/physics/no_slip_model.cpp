@@ -11,8 +11,9 @@ Eigen::Matrix3d weighted_square(const Eigen::Matrix<double, kWheels, 3>& A, cons
 
 }  // namespace
 
-NoSlipModel::NoSlipModel(const RobotParameters& robot)
-    : robot_(robot), platform_(robot), dry_(robot), kinematics_(robot) {
+NoSlipModel::NoSlipModel(const RobotParameters& bare, const FloorParameters& floor, const AppliedLoads& applied)
+    : robot_(loaded(bare, applied.loads)), platform_(robot_), dry_(robot_), kinematics_(robot_) {
+  const RobotParameters& robot = robot_;
   const Wheels tan = robot.tan_delta();
   rolling_ << Eigen::Vector4d::Ones(), tan.matrix(), (robot.rho_X() * tan - robot.rho_Y()).matrix();
   rolling_ /= robot.R;
@@ -21,10 +22,6 @@ NoSlipModel::NoSlipModel(const RobotParameters& robot)
   inertia_ = platform_.M_v + weighted_square(rolling_, Wheels::Constant(robot.J_1));
   inertia_inverse_ = inverse(inertia_);
   damping_ = weighted_square(rolling_, robot.mu_1) + weighted_square(roller_rolling_, robot.mu_2);
-}
-
-NoSlipModel::NoSlipModel(const RobotParameters& robot, const FloorParameters& floor, const AppliedLoads& applied)
-    : NoSlipModel(loaded(robot, applied.loads)) {
   if (floor.slope != 0 || !applied.wrenches.empty()) external_.emplace(robot_, floor, applied.wrenches);
 }
 
@@ -61,11 +58,8 @@ void NoSlipModel::derivative(const State& state, const Wheels& M, State& derivat
   derivative.psi() = v[2];
   derivative.work() = sum(M * dphi(v)) - product(v.transpose(), product(damping_, v)).value();
   if (dry_.any()) derivative.work() -= product(v.transpose(), dry_friction(v)).value();
-  Eigen::Vector3d force = Eigen::Vector3d::Zero();
-  if (external_) {
-    force = external(state.psi());
-    derivative.work() += product(v.transpose(), force).value();
-  }
+  const Eigen::Vector3d force = external_force(state.psi());
+  derivative.work() += product(v.transpose(), force).value();
   derivative.values.col(1).head<3>() = acceleration(v, M, force).array();
   derivative.phi() = dphi(v);
   derivative.gamma() = dgamma(v);

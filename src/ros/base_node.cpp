@@ -264,13 +264,11 @@ class BaseNode::Loop final : private TimedLoop {
   /// Advances by a part of what ~step asks for, without waiting.
   void advance_by_step() {
     if (!time_services_->paused()) return time_services_->end_step("not paused: call ~pause first");
-    if (has_callbacks()) take_callbacks(0);
-    if (!time_services_->stepping()) return;  // a callback has ended it
+    if (!clock_->take_answers(*this) || !time_services_->stepping()) return;  // a callback may have ended it
     const std::int64_t periods = std::min(time_services_->left(), periods_ahead());
-    if (periods > 0) {
-      advance(periods);
-      publish_instant();
-    }
+    if (periods == 0) return time_services_->end_step();
+    advance(periods);
+    publish_instant();
     clock_->announce();
     time_services_->advanced(periods);
   }

@@ -79,6 +79,7 @@ void read_lockstep(Parameters& parameters, BaseSettings& settings) {
   parameters.read("lockstep_timeout", lockstep.timeout, {1e-3, 1e6, "s", true});
   parameters.read("lockstep_strict", lockstep.strict);
   parameters.read("end_with_commands", lockstep.end_with_commands);
+  const bool waits = parameters.read("wait_for", lockstep.wait_for);
   const double periods = lockstep.period / control_period;
   const std::string period = fmt::format("{:g}", lockstep.period);
   parameters.require(std::abs(periods - std::round(periods)) <= 1e-6, "lockstep_period", period,
@@ -87,6 +88,7 @@ void read_lockstep(Parameters& parameters, BaseSettings& settings) {
                      "above 0 unless ~lockstep_period is 0: time would wait for ever for a node that does not rest");
   parameters.require(lockstep.on || !lockstep.end_with_commands, "end_with_commands", "true",
                      "false unless ~lockstep is true");
+  parameters.require(lockstep.period > 0 || !waits, "wait_for", "a list", "unset unless ~lockstep is true");
   parameters.require(lockstep.on || !given || lockstep.period == 0, "lockstep_period", period,
                      "0 unless ~lockstep is true");
 }

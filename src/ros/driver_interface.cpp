@@ -18,8 +18,8 @@ const ros::TransportHints kNoDelay = ros::TransportHints().tcpNoDelay();
 
 }  // namespace
 
-DriverInterface::DriverInterface(BaseLoop& loop, const NodeClock& clock, const BaseSettings& settings,
-                                 ros::NodeHandle& node, ros::NodeHandle& private_node, ThrottledLog& log)
+DriverInterface::DriverInterface(BaseLoop& loop, NodeClock& clock, const BaseSettings& settings, ros::NodeHandle& node,
+                                 ros::NodeHandle& private_node, ThrottledLog& log)
     : loop_(loop),
       clock_(clock),
       log_(log),
@@ -54,6 +54,7 @@ void DriverInterface::subscribe(ros::NodeHandle& node, const char* topic, const 
   using Event = ros::MessageEvent<const Message>;
   const auto take = [this, topic, read](const Event& event) {
     commander_ = event.getPublisherName();
+    clock_.note_command(commander_);
     receive(topic, read(*event.getMessage()));
   };
   command_subscribers_.push_back(

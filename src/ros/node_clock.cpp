@@ -12,7 +12,7 @@
 #include <tuple>
 
 #include "youbot_base_sim/lockstep/clock_followers.h"
-#include "youbot_base_sim/lockstep/clock_links.h"
+#include "youbot_base_sim/lockstep/step_reports.h"
 #include "youbot_base_sim/ros/conversions.h"
 
 namespace youbot_base_sim {
@@ -250,10 +250,15 @@ class GatedClock : public SteppedClock {
              const std::atomic<bool>& stop)
       : SteppedClock(settings, loop, publications, node),
         period_(settings.lockstep.period),
-        every_(std::max<std::int64_t>(1, std::llround(period_ / loop.control_period()))),
-        links_(node),
-        gate_(
-            std::make_unique<ClockFollowers>(links_, std::chrono::duration<double>(settings.lockstep.timeout), stop)) {}
+        every_(std::max<std::int64_t>(1, std::llround(period_ / loop.control_period()))) {
+    const std::chrono::duration<double> patience(settings.lockstep.timeout);
+    if (settings.lockstep.wait_for.empty()) {
+      gate_ = std::make_unique<ClockFollowers>(node, patience, stop);
+    } else {
+      gate_ = make_step_reports(node, settings.lockstep.wait_for, patience,
+                                [this](const ros::Time& time) { publish(time); });
+    }
+  }
 
   void resume() override {
     commanded_ = true;
@@ -268,7 +273,7 @@ class GatedClock : public SteppedClock {
 
   bool await(TimedLoop& loop) override {
     if (waits()) {
-      if (!commanded_ && !await_first_command(loop)) return false;
+      if (!(commanded_ && gate_->is_ready()) && !await_first_command(loop)) return false;
       await_rest(loop);
       loop.end_with_commands();
       if (loop.interrupted() || !(commanded_ || !loop.commander().empty())) return false;  // which a reset forgets
@@ -281,7 +286,20 @@ class GatedClock : public SteppedClock {
   void end_publishing() override {
     if (begins()) announce();
   }
-  void announce() override { gate_->announce(stamp(loop_.time())); }
+  void announce() override {
+    answers_ = 0;
+    gate_->announce(stamp(loop_.time()));
+  }
+  /// A node whose service call is answered goes on working. One that never rests could go on for ever.
+  bool take_answers(TimedLoop& loop) override {
+    bool done = true;
+    timing().idle([&] { done = gate_->await_rest(); });
+    if (done && (!loop.has_callbacks() || ++answers_ > kMaxAnswers)) return true;
+    loop.take_callbacks(done ? 0 : kPollInterval);
+    if (!done) loop.end_with_commands();
+    return false;
+  }
+  void note_command(const std::string& node) override { gate_->note_message(node); }
   /// All nodes still rest. The tenth step waits a while for commands that come all the same.
   void take_late_commands(TimedLoop& loop) override {
     if (!begins()) return;
@@ -306,11 +324,13 @@ class GatedClock : public SteppedClock {
   /// Before the first command only /clock advances, by the wall clock, for nodes that sleep before they command: how
   /// long that takes must not change the simulation.
   bool await_first_command(TimedLoop& loop) {
-    loop.await_command(period_, "the simulation begins with ~unpause or");
+    const bool is_ready = gate_->is_ready();
+    if (is_ready) loop.await_command(period_, "the simulation begins with ~unpause or");
+    if (!is_ready) timing().idle([this] { ros::WallDuration(period_).sleep(); });
     // The first command of a node that still works is one for this period, however long it takes.
-    if (loop.commander().empty() && !loop.interrupted()) await_rest(loop);
-    if (loop.interrupted() || commanded_) return false;
-    const bool commanded = !loop.commander().empty();
+    if ((!is_ready || loop.commander().empty()) && !loop.interrupted()) await_rest(loop);
+    if (loop.interrupted() || (is_ready && commanded_)) return false;
+    const bool commanded = is_ready && !loop.commander().empty();
     // A loop that sleeps from t = 0, on /clock 1 ns because zero means no time, would miss the first period.
     if (!commanded || idle_periods_ == 0) {
       ++idle_periods_;
@@ -320,21 +340,16 @@ class GatedClock : public SteppedClock {
     return commanded;
   }
 
-  /// Waits until all that follow /clock rest, and takes what they have sent. A node whose service call is answered so
-  /// goes on working. One that never rests could go on for ever.
+  /// Waits until all nodes are done, and takes what they have sent.
   void await_rest(TimedLoop& loop) {
-    for (int k = 0; k < kMaxAnswers; ++k) {
-      timing().idle([this] { gate_->await_rest(); });
-      if (!loop.has_callbacks()) return;
-      loop.take_callbacks(0);
-    }
+    while (!take_answers(loop) && !loop.interrupted()) continue;
   }
 
   const double period_;            // of lockstep, s
   const std::int64_t every_;       // control periods
   std::int64_t idle_periods_ = 0;  // of lockstep, before the simulation has begun
   bool commanded_ = false;         // or begun by ~unpause
-  ClockLinks links_;
+  int answers_ = 0;                // in this period
   std::unique_ptr<TimeGate> gate_;
 };
 

@@ -116,6 +116,13 @@ bool Parameters::read(const std::string& name, Eigen::Ref<Eigen::ArrayXd> values
   return true;
 }
 
+bool Parameters::read(const std::string& name, std::vector<std::string>& texts) {
+  XmlRpcValue set;
+  if (!get(name, set)) return false;
+  require(node_.getParam(name, texts) && !texts.empty(), name, shown(set), "a list of texts");
+  return true;
+}
+
 bool Parameters::search(const std::string& name, std::string& value) const {
   std::string key;
   return node_.searchParam(name, key) && Parameters(node_, "").read(key, value);

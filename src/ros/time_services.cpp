@@ -65,19 +65,11 @@ bool TimeServices::step(Step::Request& request, Step::Response& response) {
   return true;
 }
 
-void TimeServices::advanced(std::int64_t periods) {
-  left_ -= periods;
-  if (left_ == 0) answer(true, "");
-}
-
 void TimeServices::end_step(const std::string& reason) {
-  if (stepping()) answer(false, reason);
-}
-
-void TimeServices::answer(bool success, const std::string& message) {
+  if (!stepping()) return;
   Step::Response response;
-  response.success = success;
-  response.message = message;
+  response.success = reason.empty();
+  response.message = reason;
   response.t = loop_.time();
   answer_->set_value(response);
   answer_.reset();

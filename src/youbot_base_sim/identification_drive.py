@@ -23,8 +23,8 @@ threading.Thread.isAlive = threading.Thread.is_alive  # for Debian 11's rospy: P
 def main():
     Parser("identification_drive", __doc__, "_programme:='[[5, 0.2, 0, 0], [5, 0, 0.2, 0]]'",
            "_programme:='[[10, 0, 0, 0.5]]' _scale:=0.5").parse_args(rospy.myargv()[1:])
-    rospy.init_node("identification_drive")
-    with contextlib.suppress(rospy.ROSInterruptException):
+    with contextlib.suppress(rospy.ROSInterruptException, rospy.ROSInitException):  # the latter: no master yet
+        rospy.init_node("identification_drive")
         drive(*read_parameters(rospy.get_param("~", {})))
 
 

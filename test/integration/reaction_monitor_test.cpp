@@ -1,6 +1,6 @@
-#include "youbot_base_sim/integration/reaction_monitor.h"
-
 #include <gtest/gtest.h>
+
+#include "youbot_base_sim/integration/motion_record.h"
 
 namespace youbot_base_sim {
 namespace {

@@ -46,7 +46,7 @@ class Wheelwork final : public ContactSystem {
   // upper.
   Sharing sharing(int i, const State& x, double t) const override {
     const double alpha = (1 + (2 * c_2[i] + 6 * c_3[i] * t + 12 * c_4[i] * t * t) / pull) / 2;
-    return {alpha, pull > 0 && alpha >= 0 && alpha <= 1, x.dphi()[i] * x.dphi()[i]};  // as where rims of 1 rad/s slip
+    return {alpha, pull > 0 && alpha >= 0 && alpha <= 1, x.dphi()[i] * x.dphi()[i], 0};  // as of rims of 1 rad/s
   }
   void enter_sliding(int i, std::int64_t k, State& x, double) override {
     modes_.share(i, k);

@@ -44,6 +44,7 @@ class SceneGenerator {
     if (!prescribed_ && chance(drive.contains("velocity_table") ? 0.6 : 0.15)) add("motors", make_motors());
     if (chance(0.03)) scene_["output"]["contacts"] = flag();
     add("drive", drive);
+    if (!prescribed_ && !solver.contains("method") && chance(0.01)) scene_["duration"] = log_uniform(2, 60);
     return {text(), table_};
   }
 
@@ -302,7 +303,7 @@ class SceneGenerator {
         if (chance(0.3)) segment[part] = numbers(4, -most, most);
       }
       if (segment.contains("cos") || segment.contains("sin") || chance(0.05))
-        segment["period"] = log_uniform(chance(0.2) ? 5e-4 : 0.02, 10);
+        segment["period"] = log_uniform(chance(0.2) ? 1e-4 : 0.02, 10);
       segments.push_back(segment);
     }
     return segments;

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""Chains of nodes with loops of their own, in C++ and Python, have the same result in each run. RUNS in the environment: how
-often, 3 unless set. As a node: lockstep_chains_test.py KIND IN OUT, as lockstep_node.cpp."""
+"""Chains of nodes have the same result in each run: with loops of their own, in C++ and Python, or with ~wait_for. RUNS in
+the environment: how often, 3 unless set. As a node: lockstep_chains_test.py KIND IN OUT, as lockstep_node.cpp."""
 
 import hashlib
 import os
@@ -24,6 +24,8 @@ CPP = ["rosrun", "youbot_base_sim", "lockstep_node"]
 PYTHON = [sys.executable, os.path.abspath(__file__)]
 CHAINS = {"filter": (("filter", "odom", "filtered"), ("controller", "filtered", "cmd_vel")),
           "mux": (("controller", "odom", "teleop"), ("mux", "teleop", "cmd_vel"))}
+REPORTING = {"a": ["rosrun", "youbot_base_sim", "report_steps"],
+             "b": [sys.executable, os.path.dirname(PYTHON[1]) + "/../../examples/report_steps/report_steps.py"]}
 
 
 def answer(kind, heard, filtered=Odometry()):
@@ -64,6 +66,7 @@ class ChainsTest(unittest.TestCase):
     def setUp(self):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
+        rospy.set_param("/base_node", {})  # parameters outlive the base that was started with them
         self.bag = folder.name + "/run.bag"
 
     def start(self, *command, **options):
@@ -111,14 +114,27 @@ class ChainsTest(unittest.TestCase):
         rospy.ServiceProxy("/base_node/unpause", Empty)()
         return self.digest(base)
 
-    def test_filter_in_cpp_and_controller_in_python(self):
-        self.expect_same(lambda: self.run_chain("filter", (CPP, PYTHON)))
+    def test_chains(self):
+        for chain, programs in (("filter", (CPP, PYTHON)), ("mux", (CPP, CPP)), ("mux", (PYTHON, PYTHON))):
+            self.expect_same(lambda: self.run_chain(chain, programs))
 
-    def test_controller_and_mux_in_cpp(self):
-        self.expect_same(lambda: self.run_chain("mux", (CPP, CPP)))
+    def start_reporting(self, *arguments):
+        """A base that waits for two nodes, which report each step; by name."""
+        rospy.set_param("/base_node/wait_for", list(REPORTING))
+        nodes = {name: self.start(*program, "__name:=" + name) for name, program in REPORTING.items()}
+        return nodes, self.start_base("_publish_rate:=100", "_lockstep_timeout:=2", *arguments)
 
-    def test_controller_and_mux_in_python(self):
-        self.expect_same(lambda: self.run_chain("mux", (PYTHON, PYTHON)))
+    def test_nodes_that_report(self):
+        self.expect_same(lambda: self.digest(self.start_reporting("_end_time:=0.6")[1]))
+
+    def test_node_that_no_longer_reports_is_named(self):
+        nodes, base = self.start_reporting("_end_time:=20", "_real_time_factor:=2")
+        while rospy.wait_for_message("/odom", Odometry, 30).pose.pose.position.x < 0.01:
+            pass
+        nodes["a"].send_signal(signal.SIGSTOP)
+        said = base.communicate(timeout=60)[0]
+        self.assertIn("/a has not reported for 2 s", said)
+        self.assertEqual(base.returncode, 1, said)
 
 
 if __name__ == "__main__":

@@ -291,6 +291,7 @@ TEST_F(WrongConfiguration, clock_of_its_own_but_not_its_master) {
   expect_base_refuses("~lockstep_period", 0.02, {"~lockstep_period", "0.02", "~lockstep"});
   expect_base_refuses("~lockstep_period", 0.0015, {"~lockstep_period", "0.0015", "multiple", "0.001 s"});
   expect_base_refuses("~end_with_commands", true, {"~end_with_commands", "~lockstep"});
+  expect_base_refuses("~wait_for", std::vector<std::string>{"a"}, {"~wait_for", "a list", "~lockstep"});
   expect_base_refuses("~start_paused", true, {"~start_paused", "~publish_clock"});
   expect_base_refuses("~real_time_factor", 2, {"~real_time_factor", "2", "~publish_clock"});
   expect_base_refuses("~real_time_factor", 1e-300, {"~real_time_factor", "0 or from 0.001"});

@@ -313,20 +313,6 @@ class AnalyseTest(RunsAnalyse):
             self.assertIn(words, self.out)
             self.assertAlmostEqual(numbers["rim_slip_rms_fl"], 30, delta=0.5)
 
-    def test_positions_that_begin_anew_count_on(self):
-        for bits, options in ((None, ()), (16, ("--ticks", "4096")), (32, ("--ticks", "4096000"))):
-            period = 2 ** bits if bits else 2 * math.pi
-            unit = 1 if not bits else 2 * math.pi / float(options[1])
-            bag = self.make_turning("begins_anew.bag", velocities=False)
-            with rosbag.Bag(bag) as whole, rosbag.Bag(self.path("anew.bag"), "w") as anew:
-                for topic, message, t in whole.read_messages():
-                    if topic == "/joint_states":
-                        ticks = np.array(message.position) / unit + (2 ** 31 - 1000 if bits == 32 else 0)
-                        message.position = (ticks + period / 2) % period - period / 2
-                    anew.write(topic, message, t)
-            self.expect_turning(self.numbers(self.path("anew.bag"), *options))
-            self.assertIn("/joint_states: positions begin anew", self.out)
-
     def test_stamps_of_another_clock_than_arrivals(self):
         """Simulated time at three times the wall clock's rate, from the same instant on or far from it."""
         bag = self.make_turning("one_clock.bag")
@@ -366,18 +352,6 @@ class AnalyseTest(RunsAnalyse):
         self.one_line("--publisher /odom=/other", "/driver or /filter")
         self.analyse(self.path("publishers.bag"), "--publisher", "/odom", status=2)
         self.one_line("TOPIC=NODE")
-
-    def test_twists_in_the_fixed_frame_are_turned_into_the_bases(self):
-        bag = self.make_turning("fixed.bag")
-        with rosbag.Bag(bag) as whole, rosbag.Bag(self.path("p3d.bag"), "w") as p3d:
-            for topic, message, t in whole.read_messages():
-                if topic == "/ground_truth":
-                    q, v = message.pose.pose.orientation, message.twist.twist.linear
-                    psi = 2 * math.atan2(q.z, q.w)
-                    v.x, v.y = (math.cos(psi) * v.x - math.sin(psi) * v.y, math.sin(psi) * v.x + math.cos(psi) * v.y)
-                p3d.write(topic, message, t)
-        self.expect_turning(self.numbers(self.path("p3d.bag")))
-        self.assertIn("/ground_truth: its twists are in the fixed frame", self.out)
 
     def test_names_in_a_namespace_and_chosen_ones(self):
         for prefix in ("", "/youbot_1/"):  # relative names, as rosbag record was given them

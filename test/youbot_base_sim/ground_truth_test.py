@@ -15,7 +15,6 @@ import rosbag
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TransformStamped
 from harness import RunsAnalyse, stamp_of
 from nav_msgs.msg import Odometry
-from sensor_msgs.msg import JointState
 from tf2_msgs.msg import TFMessage
 
 SIMULATE = None
@@ -60,14 +59,14 @@ class GroundTruthTest(RunsAnalyse):
         cls.known = cls("numbers").numbers(cls("path").path("drive.bag"))
 
     @classmethod
-    def simulate(cls, name, rows, robot=""):
+    def simulate(cls, name, rows):
         """A bag at 50 Hz as the robot records it, and the motion (x, y, psi) every 2 ms."""
         path = cls("path").path
         with open(path(name + ".table"), "w") as file:
             file.write("t,fl,fr,bl,br\n" + "".join(",".join(map(str, row)) + "\n" for row in rows))
         for rate, option in ((50, "bag"), (500, "csv")):
             with open(path(name + ".yaml"), "w") as file:
-                file.write(f"duration: {rows[-1][0] + 1}\noutput_rate: {rate}\nrobot: {{profile: measured, {robot}}}\n"
+                file.write(f"duration: {rows[-1][0] + 1}\noutput_rate: {rate}\nrobot: {{profile: measured}}\n"
                            "solver: {control_period: 1e-3, relative_tolerance: 1e-5}\nmotors: {quantized: true}\n"
                            f"drive: {{velocity_table: {name}.table}}\n")
             subprocess.run([SIMULATE, path(name + ".yaml"), "--quiet", "--" + option, path(f"{name}.{option}")],
@@ -275,39 +274,6 @@ class GroundTruthTest(RunsAnalyse):
 
 class OtherBaseTest(RunsAnalyse):
     """Another Mecanum base: its sizes by a scene, and encoders that count ticks, backward on the left, as positions."""
-    SIZES = ("wheel_radius: 0.076, roller_axis_radius: 0.06, half_wheelbase: 0.3, half_track: 0.25, "
-             "rollers_per_wheel: 9, total_inertia: 9")
-
-    def test_sizes_by_a_scene_and_ticks_of_other_joints(self):
-        GroundTruthTest.folder = self.folder
-        GroundTruthTest.simulate("other", ROWS, self.SIZES)
-        joints = {"wheel_joint_fl": "front_left", "wheel_joint_fr": "front_right", "wheel_joint_bl": "rear_left",
-                  "wheel_joint_br": "rear_right"}
-        with rosbag.Bag(self.path("other.bag")) as bag, rosbag.Bag(self.path("ticks.bag"), "w") as live:
-            for topic, message, t in bag.read_messages():
-                if topic.endswith("joint_states"):
-                    found = {joints[name]: angle * 1440 / 2 / math.pi * (-1 if name.endswith("l") else 1)
-                             for name, angle in zip(message.name, message.position) if name in joints}
-                    names = sorted(found)
-                    message = JointState(message.header, names, [found[name] for name in names], [], [])
-                live.write(topic, message, t)
-        scene = ("--scene", self.path("other.yaml"))
-        expected = self.numbers(self.path("other.bag"), *scene)
-        named = ("--joints=-front_left,front_right,-rear_left,rear_right", "--ticks", "1440")
-        numbers = self.numbers(self.path("ticks.bag"), *scene, *named)
-        for name in ("forward_of_rolled", "lateral_of_rolled", "yaw_of_rolled"):
-            self.assertAlmostEqual(numbers[name], expected[name], delta=2e-3, msg=name)
-        self.assertAlmostEqual(numbers["forward_of_rolled"], 1, delta=0.02)
-        for name in ("slip_rms_fl", "slip_rms_br"):
-            self.assertAlmostEqual(numbers[name], expected[name], delta=0.1 * expected[name] + 0.02, msg=name)
-        self.analyse(self.path("ticks.bag"), *scene)
-        self.assertRegex(self.out, "  slip +/base/joint_states has the joints front_left, front_right, rear_left, "
-                         "rear_right, not the wheels wheel_joint_fl, .* with --joints")
-        for value, words in (("a,b,c", "must be four joints"), ("a,b,c,-c", "must be four joints")):
-            self.analyse(self.path("ticks.bag"), "--joints", value, status=2)
-            self.one_line(words)
-        self.analyse(self.path("ticks.bag"), "--ticks", "0", status=2)
-        self.one_line("must be a number > 0")
 
 
 if __name__ == "__main__":

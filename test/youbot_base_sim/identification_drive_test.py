@@ -81,6 +81,14 @@ class NodeTest(unittest.TestCase):
             node.kill()
             node.communicate()
 
+    def test_ends_by_interrupt_before_there_is_a_master(self):
+        self.addCleanup(signal.signal, signal.SIGINT, signal.signal(signal.SIGINT, signal.default_int_handler))
+        with subprocess.Popen([sys.executable, SCRIPT], text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                              env={**self.environment, "ROS_MASTER_URI": "http://localhost:1"}) as node:
+            self.assertIn("master may not be running yet", node.stdout.readline())
+            node.send_signal(signal.SIGINT)
+            self.assertEqual((node.communicate(timeout=20)[1], node.returncode), ("", 0))
+
     def test_drives_the_programme_at_the_scale(self):
         listeners = [subprocess.Popen(["rostopic", "echo", "-p", "--noarr", "/cmd_vel"], stdout=subprocess.PIPE,
                                       text=True, env=self.environment) for _ in range(2)]

@@ -45,9 +45,12 @@ class NumbersTest(unittest.TestCase):
     def expect(self, text, page):
         self.assertIn(text, self.pages[page])
 
+    def rows(self, table):
+        with open(ROOT / "docs" / table, newline="") as file:
+            return list(csv.DictReader(file))
+
     def test_friction_of_real_bases(self):
-        with open(ROOT / "docs" / "validation" / "torques.csv", newline="") as file:
-            rows = list(csv.DictReader(file))
+        rows = self.rows("validation/torques.csv")
         ratios = {way: [float(row["paper_N_m"]) / float(row["real_N_m"]) for row in rows if row["motion"].startswith(way)]
                   for way in ("forward", "lateral")}
         self.assertEqual([len(ratios[way]) for way in ("forward", "lateral")], [3, 2])
@@ -76,6 +79,8 @@ class NumbersTest(unittest.TestCase):
         cvode, rosenbrock = cells["SUNDIALS CVODE"], cells["odeint rosenbrock4"]
         self.expect("CVODE took {:.0f} to {:.0f} times as long, rosenbrock4 {:.0f} to {:.0f} times".format(
             min(cvode[:4]), max(cvode[:4]), min(rosenbrock[:4]), max(rosenbrock[:4])), "docs/numerics_results.md")
+        factors = [float(x) for x in re.findall(r"\(([\d.]+) x\)", text)]
+        self.expect(f"{min(factors):.0f} to {max(factors):.0f} times faster than general implicit solvers", "docs/numerics_results.md")
         self.expect(f"CVODE takes {cvode[-1]:.0f} times as long and rosenbrock4 {rosenbrock[-1]:.0f} times", "docs/numerics_results.md")
 
     def test_claims_of_the_paper(self):
@@ -87,6 +92,24 @@ class NumbersTest(unittest.TestCase):
         fast, slow = re.search(r"Case 1 runs at \d+ to (\d+) times .*? gave (\d+) to", self.pages["docs/numerics_results.md"]).groups()
         for page, text in (("README.md", "{} to {} times faster than real time"), ("docs/which_simulator.md", "[{} to {} times]")):
             self.expect(text.format(slow, round(int(fast), -2)), page)
+
+    def test_cost_of_features(self):
+        cost = {row["feature"]: sorted(float(row[case]) for case in ("Case 1", "Case 2"))
+                for row in self.rows("work_precision/feature_cost.csv")}
+        reactions = cost["dynamic normal reactions"][0], cost["the same, rocking front axle"][1]
+        self.expect("a wet patch {:.1f} to {:.1f}, dynamic normal reactions {:.1f} to {:.1f}, all features {:.1f} to {:.1f}:".format(
+            *cost["wet patch"], *reactions, *cost["all, with the rocking axle"]), "docs/numerics_results.md")
+
+    def test_lockstep(self):
+        wall = {row["nodes, by loops of 50 Hz unless noted"]: row["wall time per step (ms)"]
+                for row in self.rows("testing/lockstep.csv")}
+        self.expect("took {} ms with one controller, {} ms with four filters before it".format(
+            wall["a controller, C++"], wall["four filters and a controller, C++"]), "docs/testing.md")
+
+    def test_slip_odometry(self):
+        off = {row["rollers"]: row["slip_unknown_angles_mm"] for row in self.rows("validation/rollers.csv")}
+        self.expect("angles is {} mm off with 4 rollers, {} with 6, {} with 12 and {} with 16".format(
+            *(off[n] for n in ("4", "6", "12", "16"))), "docs/validation.md")
 
     def test_stress(self):
         hold, runs, sensitive = map(int, re.search(

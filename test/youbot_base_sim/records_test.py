@@ -10,6 +10,7 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
+JOINTS = ["wheel_joint_" + wheel for wheel in ("fl", "fr", "bl", "br")]
 RATE, RADIUS, LENGTHS = 50, 0.05, 0.385
 LATERAL = 0.95  # of what the wheels roll
 COMMANDS = np.repeat([(0.2, 0, 0), (0, 0.2, 0), (0, 0, 0.5), (-0.2, 0.1, -0.3), (0, 0, 0)], 4 * RATE, axis=0)
@@ -43,7 +44,8 @@ def odometry(stamp, pose, velocity):
 
 class RecordsTest(harness.RunsAnalyse):
     def expect(self, note, *arguments, forward=1, lateral=LATERAL, position=1.0, odom=1.0, truth=(1, 1, 1),
-               counted=None, stamped=False, of="rolled", rates_by=(1, 1, 1, 1), late=0.0, tracked=()):
+               counted=None, stamped=False, of="rolled", rates_by=(1, 1, 1, 1), late=0.0, tracked=(),
+               names=JOINTS, is_fixed=False):
         """What `analyse` makes of a bag with positions, ways of odometry or ground truth by these factors."""
         turn = LENGTHS * COMMANDS[:, 2]
         X, Y, _ = COMMANDS.T
@@ -57,11 +59,14 @@ class RecordsTest(harness.RunsAnalyse):
             for k, command in enumerate(COMMANDS):
                 stamp, joints = harness.stamp_of(k / RATE), JointState()
                 joints.header.stamp = stamp
-                joints.name = ["wheel_joint_" + wheel for wheel in ("fl", "fr", "bl", "br")]
+                joints.name = names
                 joints.position, joints.velocity = positions[k], rates[k] * rates_by
                 twist = Twist(Vector3(*command[:2], 0), Vector3(0, 0, command[2]))
+                spin = way_seen[k][2] * is_fixed
+                fixed = (np.cos(spin) * true[k][0] - np.sin(spin) * true[k][1],
+                         np.sin(spin) * true[k][0] + np.cos(spin) * true[k][1], true[k][2])
                 truth_of = (("/pose", seen(harness.stamp_of(k / RATE + late), way_seen[k], *tracked)) if tracked else
-                            ("/ground_truth", odometry(stamp, way_seen[k], true[k])))
+                            ("/ground_truth", odometry(stamp, way_seen[k], fixed)))
                 for topic, message in (("/joint_states", joints), ("/odom", odometry(stamp, told[k], way[k])), truth_of,
                                        ("/cmd_vel", TwistStamped(joints.header, twist) if stamped else twist)):
                     bag.write(topic, message, stamp)
@@ -70,6 +75,25 @@ class RecordsTest(harness.RunsAnalyse):
         self.assertAlmostEqual(numbers["forward_of_" + of], forward, delta=0.02)
         self.assertAlmostEqual(numbers["lateral_of_" + of], lateral, delta=0.02)
         return numbers
+
+    def test_twists_in_the_fixed_frame_are_turned_into_the_bases(self):
+        self.expect("note: /ground_truth: its twists are in the fixed frame", is_fixed=True)
+
+    def test_sizes_by_a_scene_and_ticks_of_other_joints(self):
+        scene, names = self.path("other.yaml"), ["front_left", "front_right", "rear_left", "rear_right"]
+        with open(scene, "w", encoding="utf-8") as file:
+            file.write("robot: {wheel_radius: 0.1, half_wheelbase: 0.47, half_track: 0.3}\n")
+        signs, named = np.array((-1, 1, -1, 1)), "--joints=-front_left,front_right,-rear_left,rear_right"
+        numbers = self.expect("", "--scene", scene, named, "--ticks", "1440", names=names, forward=0.5,
+                              lateral=0.5 * LATERAL, position=signs * 1440 / 2 / math.pi)
+        self.assertAlmostEqual(numbers["yaw_of_rolled"], 1, delta=0.02)
+        self.analyse(self.path("drive.bag"))
+        self.assertRegex(self.out, "  slip +/joint_states has the joints front_left, front_right, rear_left, rear_right, "
+                         "not the wheels wheel_joint_fl, .* with --joints")
+        for option, value, words in (("--joints", "a,b,c", "must be four joints"), ("--ticks", "0", "a number > 0"),
+                                     ("--joints", "a,b,c,-c", "must be four joints")):
+            self.analyse(self.path("drive.bag"), option, value, status=2)
+            self.one_line(words)
 
     def test_stamped_commands(self):
         numbers = self.expect("cmd_vel", stamped=True)
@@ -106,8 +130,9 @@ class RecordsTest(harness.RunsAnalyse):
             self.assertAlmostEqual(numbers["clock"], -late if abs(late) < 1 else 0, delta=0.01)
 
     def test_positions_that_begin_anew(self):
-        self.expect("positions begin anew", "--ticks", "20000", position=20000 / 2 / math.pi,
-                    counted=lambda ticks: (ticks + 2 ** 15) % 2 ** 16 - 2 ** 15)
+        for ticks, period in ((20000, 2 ** 16), (4096000, 2 ** 32), (2 * math.pi, 2 * math.pi)):
+            self.expect("positions begin anew", "--ticks", str(ticks), position=ticks / 2 / math.pi,
+                        counted=lambda count: (count + period - 10) % period - period / 2)
         for arguments, position in ((), 1), (("--ticks", "20000"), 20000 / 2 / math.pi):
             half = len(COMMANDS) // 2
             numbers = self.expect("positions jump 1 times, first at t = 10.000 s", *arguments, position=position,

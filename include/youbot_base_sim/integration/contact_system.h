@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <utility>
 
-#include "youbot_base_sim/integration/reaction_monitor.h"
+#include "youbot_base_sim/integration/motion_record.h"
 #include "youbot_base_sim/integration/rest_friction.h"
 #include "youbot_base_sim/integration/smooth_stepper.h"
 #include "youbot_base_sim/physics/contact_modes.h"

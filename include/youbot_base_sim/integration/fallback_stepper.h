@@ -8,14 +8,9 @@
 
 namespace youbot_base_sim {
 
-/// The step of last resort: backward Euler with the geometry of the contacts, Coriolis forces and
-/// normal reactions of its start. Its velocities u then minimise, from u_0 under constant forces Q,
-///
-///     (u - u_0)' M (u - u_0) / (2 dt) - Q' u + sum of f N sqrt(nu^2 + |V|^2) + the bearings' dissipation,
-///
-/// where the slip V is affine in u, so that each root is convex, and the first term strictly so. Newton's method with a
-/// line search always ends, for any step length. The step is of first order; wheels stay on their rollers, even beyond
-/// the edges.
+/// The step of last resort: backward Euler with the geometry of the contacts, Coriolis forces and normal reactions of
+/// its start. Its velocities minimise a convex potential (docs/method.md), so Newton's method with a line search ends
+/// for any step length. The step is of first order; wheels stay on their rollers, even beyond the edges.
 template <class Model>
 class FallbackStepper {
  public:
@@ -45,10 +40,8 @@ class FallbackStepper {
       solver_.solve({r}, solved);
       const Velocities& change = solved[0];
       const double decrement = dot(r, change);
-      State moved = x;
-      moved.set(u);
       if (!std::isfinite(decrement)) throw std::domain_error("fallback step: the equations have no finite solution");
-      if (!(dt * decrement > kConverged * (kinetic_energy(model.robot(), moved) + kEnergyFloor))) break;
+      if (!(dt * decrement > kConverged * (0.5 * dot(u, inertia * u) + kEnergyFloor))) break;
       double length = 1;
       Velocities trial;
       for (int halving = 0; halving < kMaxHalvings; ++halving, length *= 0.5) {

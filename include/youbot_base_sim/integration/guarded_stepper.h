@@ -7,7 +7,6 @@
 #include "youbot_base_sim/integration/contact_system.h"
 #include "youbot_base_sim/integration/event_locating_stepper.h"
 #include "youbot_base_sim/integration/motion_record.h"
-#include "youbot_base_sim/integration/stepper_types.h"
 
 namespace youbot_base_sim {
 

@@ -22,7 +22,7 @@ class NoSlipIntegrator : public MotionIntegrator {
 
   /// The method that a robot needs: dopri5 or rosenbrock4.
   static const char* method(const RobotParameters& robot) {
-    return stiff(NoSlipModel(robot)) ? "rosenbrock4" : "dopri5";
+    return NoSlipModel(robot).max_decay_rate() > kMaxExplicitRate ? "rosenbrock4" : "dopri5";
   }
 
   void advance(State& x, double t, double t_end, double smooth_end) override;
@@ -37,7 +37,6 @@ class NoSlipIntegrator : public MotionIntegrator {
  private:
   // Steps of dopri5 end near 3 / rate: at 1e5/s, a millisecond takes 30 of them.
   static constexpr double kMaxExplicitRate = 1e6;
-  static bool stiff(const NoSlipModel& model) { return model.max_decay_rate() > kMaxExplicitRate; }
 
   RobotParameters robot_;
   FloorParameters floor_;

@@ -13,19 +13,13 @@
 #include "youbot_base_sim/integration/smooth_stepper.h"
 #include "youbot_base_sim/integration/statistics.h"
 #include "youbot_base_sim/integration/step_size_controller.h"
-#include "youbot_base_sim/integration/stepper_types.h"
 #include "youbot_base_sim/integration/tolerance.h"
 
 namespace youbot_base_sim {
 
 /// Radau IIA with three stages, of order 5, for a SlipSystem<Model> between two switches: a Controlled Stepper of
-/// odeint. A step of length dt from u_0 solves for the velocities u_j at the stages c_j,
-///
-///   u_j = u_0 + dt sum_l A_jl M^-1 Q_l,   j = 1..3,
-///
-/// whose last one is the step's end. Positions, heading and work are integrals of the velocities by the same A.
-/// RadauNewton solves for the stages, from the guess of RadauPrediction; RadauError estimates the error, and
-/// StepSizeController the next length (docs/method.md).
+/// odeint. RadauNewton solves for the velocities u_j at the stages (docs/method.md, "A step"), from the guess of
+/// RadauPrediction; RadauError estimates the error, and StepSizeController the next length.
 ///
 /// Contacts may change between steps; call `reset` where the torque jumps. Functions that do the work are marked
 /// `flatten` and `noinline`: GCC then inlines the many small functions that they call, and not them into one another,

@@ -11,15 +11,8 @@
 
 namespace youbot_base_sim {
 
-/// Estimate of a step's error, of order 3 (Hairer and Wanner II, (8.19)): with the weights e_j and the real eigenvalue
-/// gamma of A^-1,
-///
-///   (gamma / dt M + G - C) err = Q(u_0) + M sum_j e_j z_j / dt,   z_j = u_j - u_0,
-///
-/// where G and C are those of the last stage when the matrix was last made. Its norm is the root mean square over the
-/// eleven velocities in units of `scale`. After switches and rejected steps an err above 1 is filtered twice,
-/// (gamma / dt M + G - C) err' = gamma / dt M err, which is (8.20) for linear forces. The pose has an estimate of its
-/// own, and the larger one counts.
+/// Estimate of a step's error, of order 3 (docs/method.md, "The error"), in units of `scale`. After switches and
+/// rejected steps an estimate above 1 is filtered twice. The pose has an estimate of its own; the larger one counts.
 template <class Model>
 class RadauError {
  public:

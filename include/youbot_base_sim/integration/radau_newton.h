@@ -15,12 +15,8 @@
 
 namespace youbot_base_sim {
 
-/// Newton's matrix for the stages of a step of length dt from the velocities u_0. With z_l = u_l - u_0 and D = A^-1 /
-/// dt the stages' equations and their linearization are
-///
-///   r_j = Q_j(u_j) - M sum_l D_jl z_l = 0,    sum_l D_jl M du_l + (G_j - C_j) du_j = r_j,    j = 1..3,
-///
-/// with the forces Q (4.9), the damping matrix G_j and the derivative C_j of the Coriolis forces at each stage.
+/// Newton's matrix for the stages of a step of length dt from the velocities u_0 (docs/method.md, (1) and (3)), with
+/// D = A^-1 / dt.
 template <class Model>
 class RadauMatrix {
  public:
@@ -78,13 +74,8 @@ class RadauMatrix {
   std::array<ReactionCoupling, 3> couplings_;
 };
 
-/// When Newton's corrections are small enough: with the rate theta = |du_k| / |du_k-1|, or the factor omega of
-/// quadratic convergence, |du_k+1| = omega |du_k|^2, iterations end once
-///
-///   theta / (1 - theta) |du_k| < 1   or   10 omega |du_k|^2 < 1.
-///
-/// |du| is the root of the sum of squares over all stages by eleven, the number of velocities, in units of kappa = 3 %
-/// of the errors that are allowed, and of what regularizes friction if that is less.
+/// When Newton's corrections are small enough: by their rate theta, or the factor omega of quadratic convergence
+/// (docs/method.md, "Convergence").
 class RadauConvergence {
  public:
   /// At most a fraction of the regularization speed, however large the tolerance. Prescribed wheels do work against
@@ -141,10 +132,7 @@ class RadauConvergence {
 };
 
 /// Newton's iterations for the stages of a step, primal and dual: the unknowns are the velocities u_j and the friction
-///
-///   F_j := P[F(V_j) - K_j dV_j],   K_j = s I + (F_j n' + n F_j') / 2,   n = -grad(s) / s,
-///
-/// at each stage, for friction -s(V) V of the slip V. P shortens to the largest friction.
+/// F_j (docs/method.md, (2)).
 template <class Model>
 class RadauNewton {
  public:

@@ -5,18 +5,10 @@
 
 namespace youbot_base_sim {
 
-/// The linear systems of BorderedStages for normal reactions that follow the motion. With K the bordered matrix, which
-/// holds for reactions that stay, and a ReactionCoupling at each stage, they are
-///
-///   K u - U y = b,   y = B u,
-///
-/// where the columns of U are the couplings' `forces` and the rows of B their `balance`. y holds the changes of the
-/// moments that the reactions balance, at most 3 s of them. From the solution u_0 = K^-1 b for reactions that stay,
-///
-///   (1 - C) y = B u_0,   u = u_0 + K^-1 U y,   C = B K^-1 U.
-///
-/// C is small (below f h / l, with the centre of mass h above the floor), so minimal residuals converge within one to
-/// three substitutions with K, which take less than the columns of K^-1 U would.
+/// The linear systems of BorderedStages for normal reactions that follow the motion, K u - U y = b with y = B u
+/// (docs/method.md): the columns of U are the couplings' `forces`, the rows of B their `balance`, and y has at most 3 s
+/// moments. B K^-1 U is below f h / l, with the centre of mass h above the floor: minimal residuals converge within one
+/// to three substitutions with K, which take less than the columns of K^-1 U would.
 template <int s>
 class ReactingStages {
  public:

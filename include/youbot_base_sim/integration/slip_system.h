@@ -33,7 +33,20 @@ class SlipSystem final : public ContactSystem {
   }
 
   /// Small against the scales on which friction changes; 0 for entries without effect.
-  State increments() const override;
+  State increments() const override {
+    constexpr double kLargest = 1e-6, kShare = 1e-3;  // m, rad, m/s or rad/s; of where friction reverses
+    const Velocities scale = regularization_velocities(model_);
+    const auto increment = [&](const Wheels& velocity) -> Wheels { return (kShare * velocity).min(kLargest); };
+    const double place = model_.features().by_pose() ? kLargest : 0;
+    State steps;
+    steps.values.col(0) << place, place, kLargest, 0;
+    steps.values.col(1) = increment(scale.v);
+    steps.values(3, 1) = 0;  // unused
+    steps.phi().setConstant(kLargest);
+    steps.dphi() = increment(scale.dphi);
+    steps.dgamma() = increment(scale.dgamma);
+    return steps;
+  }
 
   /// Slip, friction and position of the contact points, N, m and m/s, at velocities u, wheel angles phi (rad) and this
   /// pose under the torques M (N m), which decide how a shared contact is shared.
@@ -42,13 +55,13 @@ class SlipSystem final : public ContactSystem {
     if (modes_.mixed() || reacts()) {
       any_contacts(u, phi, pose, M, modes_.shared(), c);
     } else {
-      own_contacts(u, phi, pose, c);
+      model_.evaluate_kinematics(u, model_.geometry().at(phi - modes_.center()), pose, c);
+      model_.apply_static_normal_force(c);
     }
     return c;
   }
   Contacts contacts(const State& x, double t) const {
-    const bool by_torque = modes_.mixed() || reacts();
-    return contacts(x.velocities(), x.phi(), pose(x), by_torque ? torque_->value(t) : Wheels::Zero());
+    return contacts(x.velocities(), x.phi(), pose(x), torque_->value(t));
   }
   /// Contacts at the three stages of a step, and their stiffness for given friction.
   struct StageEvaluation {
@@ -155,10 +168,22 @@ class SlipSystem final : public ContactSystem {
     const SharedContact<Model> contact = resting_contact(i, x, t);
     // A prescribed wheel keeps to its angles and never rests between rollers.
     return {contact.alpha(), contact.attractive() && !model_.robot().wheels_prescribed,
-            contact.error_of_rest(x.dphi()[i])};
+            contact.error_of_rest(x.dphi()[i]), contact.kick()};
   }
 
-  void enter_sliding(int i, std::int64_t k, State& x, double t) override;
+  void enter_sliding(int i, std::int64_t k, State& x, double t) override {
+    const RobotParameters& robot = model_.robot();
+    const double energy = kinetic_energy(robot, x);
+    const Eigen::Vector4d P = resting_contact(i, x, t).impulse(x.dphi()[i]);
+    const Eigen::Vector3d dv = product(model_.inertia().M_v_inverse, Eigen::Vector3d(P.head<3>()));
+    x.values.col(1) += Wheels{dv[0], dv[1], dv[2], 0};
+    if (robot.J_2 > 0) x.dgamma()[i] += P[3] / robot.J_2;
+    x.dphi()[i] = 0;
+    x.phi()[i] = model_.geometry().upper_edge(k);
+    x.work() += kinetic_energy(robot, x) - energy;
+    modes_.share(i, k);
+    modes_.renew();
+  }
 
   const Model& model() const { return model_; }
   const TorqueProfile& torque() const { return *torque_; }
@@ -169,11 +194,6 @@ class SlipSystem final : public ContactSystem {
     model_.set_dry_friction_rate(rest_.dry_friction_rate());
   }
 
-  // Contacts of wheels that each stand on a roller of their own, under the normal reactions of the base at rest.
-  void own_contacts(const Velocities& u, const Wheels& phi, const Pose& pose, Contacts& c) const {
-    model_.evaluate_kinematics(u, model_.geometry().at(phi - modes_.center()), pose, c);
-    model_.apply_static_normal_force(c);
-  }
   // Contacts of any mode; those in `shared` are shared.
   [[gnu::flatten, gnu::noinline]] void any_contacts(const Velocities& u, const Wheels& phi, const Pose& pose,
                                                     const Wheels& M, const WheelMask& shared, Contacts& c) const {
@@ -264,36 +284,5 @@ class SlipSystem final : public ContactSystem {
   Model model_;
   const TorqueProfile* torque_;
 };
-
-template <class Model>
-void SlipSystem<Model>::enter_sliding(int i, std::int64_t k, State& x, double t) {
-  const RobotParameters& robot = model_.robot();
-  const double energy = kinetic_energy(robot, x);
-  const Eigen::Vector4d P = resting_contact(i, x, t).impulse(x.dphi()[i]);
-  const Eigen::Vector3d dv = product(model_.inertia().M_v_inverse, Eigen::Vector3d(P.head<3>()));
-  x.values.col(1) += Wheels{dv[0], dv[1], dv[2], 0};
-  if (robot.J_2 > 0) x.dgamma()[i] += P[3] / robot.J_2;
-  x.dphi()[i] = 0;
-  x.phi()[i] = model_.geometry().upper_edge(k);
-  x.work() += kinetic_energy(robot, x) - energy;
-  modes_.share(i, k);
-  modes_.renew();
-}
-
-template <class Model>
-State SlipSystem<Model>::increments() const {
-  constexpr double kLargest = 1e-6, kShare = 1e-3;  // m, rad, m/s or rad/s; of where friction reverses
-  const Velocities scale = regularization_velocities(model_);
-  const auto increment = [&](const Wheels& velocity) -> Wheels { return (kShare * velocity).min(kLargest); };
-  const double place = model_.features().by_pose() ? kLargest : 0;
-  State steps;
-  steps.values.col(0) << place, place, kLargest, 0;
-  steps.values.col(1) = increment(scale.v);
-  steps.values(3, 1) = 0;  // unused
-  steps.phi().setConstant(kLargest);
-  steps.dphi() = increment(scale.dphi);
-  steps.dgamma() = increment(scale.dgamma);
-  return steps;
-}
 
 }  // namespace youbot_base_sim

@@ -1,9 +1,22 @@
 #pragma once
 
-#include "youbot_base_sim/integration/stepper_types.h"
+#include <boost/numeric/odeint/stepper/controlled_step_result.hpp>
+#include <boost/numeric/odeint/stepper/stepper_categories.hpp>
+#include <boost/numeric/odeint/util/is_resizeable.hpp>
+
 #include "youbot_base_sim/physics/state.h"
 
 namespace youbot_base_sim {
+
+/// The types that odeint asks of a Controlled Stepper that works on a State.
+struct ControlledStepperTypes {
+  using state_type = State;
+  using deriv_type = State;
+  using value_type = double;
+  using time_type = double;
+  using stepper_category = boost::numeric::odeint::controlled_stepper_tag;
+  using Result = boost::numeric::odeint::controlled_step_result;
+};
 
 /// A System of odeint between two events: what a method that is made for any equations knows of them.
 class SmoothSystem {
@@ -54,3 +67,10 @@ class SmoothStepper : public ControlledStepperTypes {
 };
 
 }  // namespace youbot_base_sim
+
+/// A State never changes its size: odeint's range_algebra works on it in place.
+template <>
+struct boost::numeric::odeint::is_resizeable<youbot_base_sim::State> : boost::false_type {
+  using type = boost::false_type;
+  static const bool value = false;
+};

@@ -19,7 +19,7 @@ struct IntegrationStatistics {
   std::uint64_t eased_periods = 0;
   std::uint64_t fallback_steps = 0;
   std::uint64_t evaluations = 0;
-  double forced_hold_speed = 0;  ///< m/s, what wheels that were held while their momentum counted gave the platform
+  double forced_hold_speed = 0;  ///< m/s, that wheels which were held gave the platform, or kicks would have
 };
 
 /// A field of the statistics, for output.

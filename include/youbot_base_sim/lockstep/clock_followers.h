@@ -1,19 +1,83 @@
 #pragma once
 
+#include <ros/callback_queue_interface.h>
+#include <ros/node_handle.h>
+#include <ros/single_subscriber_publisher.h>
+#include <rosgraph_msgs/Clock.h>
+
 #include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <map>
+#include <mutex>
 #include <optional>
-#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "youbot_base_sim/lockstep/clock_links.h"
 #include "youbot_base_sim/lockstep/process.h"
 #include "youbot_base_sim/lockstep/time_gate.h"
 
 namespace youbot_base_sim {
+
+/// Sends /clock to single nodes. roscpp does so only in the callback for a new connection: this queue keeps the
+/// callback of each connection and calls it again. A new one receives the latest time at once.
+class ClockLinks : public ros::CallbackQueueInterface {
+ public:
+  explicit ClockLinks(ros::NodeHandle& node) {
+    const auto send = [this](const ros::SingleSubscriberPublisher& link) {
+      name_ = link.getSubscriberName();
+      if (!message_.clock.isZero()) link.publish(message_);
+    };
+    const auto end = [this](const ros::SingleSubscriberPublisher& gone) {
+      const auto link = links_.find(gone.getSubscriberName());
+      if (link == links_.end()) return;
+      const bool stays = --link->second.connections > 0;
+      changes_.emplace_back(link->first, stays);
+      if (!stays) links_.erase(link);
+    };
+    auto options = ros::AdvertiseOptions::create<rosgraph_msgs::Clock>("/clock", 1000, send, end, {}, this);
+    publisher_ = node.advertise(options);
+  }
+
+  /// The nodes that have come (true) and gone since the last call. One of the same name takes over from the other.
+  std::vector<std::pair<std::string, bool>> take_changes() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return std::exchange(changes_, {});
+  }
+
+  /// Sends `time` to the node of this name, if it has come.
+  void send(const std::string& name, const ros::Time& time) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    message_.clock = time;
+    if (const auto link = links_.find(name); link != links_.end()) link->second.last->call();
+  }
+
+  void addCallback(const ros::CallbackInterfacePtr& callback, std::uint64_t /*owner*/) override {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    name_.clear();
+    callback->call();
+    if (name_.empty()) return;  // it has gone
+    Link& link = links_[name_];
+    link.last = callback;
+    ++link.connections;
+    changes_.emplace_back(name_, true);
+  }
+  void removeByID(std::uint64_t /*owner*/) override {}
+
+ private:
+  struct Link {
+    ros::CallbackInterfacePtr last;
+    int connections = 0;
+  };
+
+  std::mutex mutex_;
+  rosgraph_msgs::Clock message_;
+  std::string name_;  // of the link that was called last
+  std::map<std::string, Link> links_;
+  std::vector<std::pair<std::string, bool>> changes_;
+  ros::Publisher publisher_;
+};
 
 /// A gate for unmodified nodes: they are done when all their threads sleep.
 ///
@@ -31,17 +95,14 @@ namespace youbot_base_sim {
 class ClockFollowers : public TimeGate {
  public:
   /// `patience`: wall time for the nodes to come to rest; after it, a warning names the busiest, and the gate gives it
-  /// up. Once `stop` is set, nothing is waited for. Both references must outlive this.
-  ClockFollowers(ClockLinks& links, std::chrono::duration<double> patience, const std::atomic<bool>& stop);
+  /// up. Once `stop` is set, nothing is waited for; it must outlive this.
+  ClockFollowers(ros::NodeHandle& node, std::chrono::duration<double> patience, const std::atomic<bool>& stop);
 
   /// Waits for this node too. Its processes are those that hold the socket at which, by the master, it answers: in a
   /// container a process has another number, and one that hangs would not answer. Warns if they cannot be seen.
   void add(const std::string& name);
 
-  void await_rest() override;
-  void note_late(const std::string& node) override;
-  std::string broken_promise() const override;
-  std::map<std::string, std::string> counters() const override;
+  bool await_rest() override;
 
   /// Loops and timers of roscpp look at /clock up to a millisecond later, or more on a virtual machine: waits for them.
   void announce(const ros::Time& time) override;
@@ -57,6 +118,7 @@ class ClockFollowers : public TimeGate {
     int rests = 0;  // in steps one after another since it was given up
   };
 
+  std::pair<std::string, double> slowest() const override { return slowest_of(nodes_); }
   bool goes_on() const;
   void update_nodes();
   void order_groups();
@@ -64,11 +126,10 @@ class ClockFollowers : public TimeGate {
   static bool rests(Node& node);
   void take_back();
   void warn_of_threads();
-  static bool is_stopped(const Node& node);
   std::uint64_t work_so_far();
   void give_up(const std::map<std::string, int>& awake, int looks);
 
-  ClockLinks& links_;
+  ClockLinks links_;
   const Clock::duration patience_;
   const std::atomic<bool>& stop_;
   std::map<std::string, Node> nodes_;             // by name; this one and the master too
@@ -76,9 +137,6 @@ class ClockFollowers : public TimeGate {
   std::optional<std::uint64_t> master_work_;      // when `groups_` was determined; empty: nodes have come or gone
   std::optional<std::uint64_t> packets_at_rest_;  // empty: threads may have run since
   ros::Time announced_;
-  std::int64_t steps_ = 0;
-  std::map<std::string, int> late_;  // commands, by node
-  std::set<std::string> given_up_;
 };
 
 }  // namespace youbot_base_sim

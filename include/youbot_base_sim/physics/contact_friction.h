@@ -116,9 +116,6 @@ class ContactFriction {
     }
     return K;
   }
-  Stiffness stiffness(const Vector& V, const Vector& F, const Wheels& limit) const {
-    return stiffness(V, F, resistance(V, limit));
-  }
 
   /// F, shortened to the largest friction under the limit f N.
   Vector bounded(const Vector& F, const Wheels& limit) const {

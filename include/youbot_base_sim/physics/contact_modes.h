@@ -15,6 +15,7 @@ struct Sharing {
   double alpha;     ///< share of the upper roller; the contact holds while it lies in [0, 1]
   bool attractive;  ///< true if both rollers drive the wheel back to the edge between them
   double error;     ///< of the platform's speed if the wheel came to rest there now, m/s (docs/method.md)
+  double kick;      ///< what the platform's speed loses each time a roller takes over at rest, m/s; else 0
 };
 
 /// Which contact each wheel has with the floor:

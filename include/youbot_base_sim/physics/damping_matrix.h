@@ -16,15 +16,6 @@ struct alignas(kAlignment) DampingMatrix {
 
   /// Resistance of each contact to slip: the trace of its stiffness, N s/m.
   Wheels contact_stiffness() const { return platform_platform[0][0] + platform_platform[1][1]; }
-
-  /// Takes all entries of wheel i from `other`.
-  void set_wheel(int i, const DampingMatrix& other) {
-    using Entries = Eigen::Array<double, kWheels, 25>;
-    Eigen::Map<Entries>(platform_platform[0][0].data()).row(i) =
-        Eigen::Map<const Entries>(other.platform_platform[0][0].data()).row(i);
-  }
 };
-
-static_assert(sizeof(DampingMatrix) == 25 * sizeof(Wheels));
 
 }  // namespace youbot_base_sim

@@ -16,10 +16,9 @@ namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 /// m/s and rad/s, determines all other velocities.
 class NoSlipModel {
  public:
-  explicit NoSlipModel(const RobotParameters& robot);
-
-  /// The model on a floor that may slope, with loads and wrenches.
-  NoSlipModel(const RobotParameters& robot, const FloorParameters& floor, const AppliedLoads& applied);
+  /// The floor may slope; `robot` is the bare one.
+  explicit NoSlipModel(const RobotParameters& robot, const FloorParameters& floor = {},
+                       const AppliedLoads& applied = {});
 
   /// Rates of the wheels, and of the rollers in contact, that roll without slip at `v`, rad/s.
   Wheels dphi(const Eigen::Vector3d& v) const { return product(rolling_, v).array(); }
@@ -52,7 +51,8 @@ class NoSlipModel {
 
   /// Gravity along the floor and wrenches at heading psi (rad), on v, N and N m.
   Eigen::Vector3d external_force(double psi) const {
-    return external_ ? external(psi) : Eigen::Vector3d(Eigen::Vector3d::Zero());
+    const auto [sine, cosine] = sine_and_cosine(psi);
+    return external_ ? Eigen::Vector3d(external_->at(cosine, sine).v.head<3>()) : Eigen::Vector3d(0, 0, 0);
   }
 
   const RobotParameters& robot() const { return robot_; }  ///< with its loads
@@ -68,10 +68,6 @@ class NoSlipModel {
  private:
   using WheelsByVelocity = Eigen::Matrix<double, kWheels, 3, Eigen::DontAlign>;
 
-  Eigen::Vector3d external(double psi) const {
-    const auto [sine, cosine] = sine_and_cosine(psi);
-    return external_->at(cosine, sine).v.head<3>().matrix();
-  }
   /// Forces on v of the dry friction in wheels and rollers, and their derivative by v.
   Eigen::Vector3d dry_friction(const Eigen::Vector3d& v) const;
   Eigen::Matrix3d dry_damping(const Eigen::Vector3d& v) const;

@@ -7,9 +7,7 @@
 
 namespace youbot_base_sim {
 
-/// Wheel i under the torque M (N m) on the edge between two rollers, each of which alone would drive it back to the
-/// other. Then dphi = 0, and the friction is alpha times the upper roller's plus 1 - alpha times the lower one's, with
-/// the alpha for which J_1 ddphi = 0 (A. F. Filippov, Differential Equations with Discontinuous Righthand Sides, 1988).
+/// Wheel i under the torque M (N m), at rest on the edge between two rollers: docs/method.md, "A wheel on two rollers".
 template <class Model>
 class SharedContact {
  public:
@@ -45,6 +43,14 @@ class SharedContact {
   double error_of_rest(double dphi) const {
     const RobotParameters& robot = model_.robot();
     return robot.J_1 * std::abs(dphi) / (robot.R * robot.m_s()) * ripple(dphi);
+  }
+
+  /// What a roller that takes over at rest takes from the platform's speed, m/s: the floor spins it up to the rate that
+  /// the one before has now.
+  double kick() const {
+    if (model_.robot().roller_rate_at_switch != RollerRateAtSwitch::kAtRest) return 0;
+    const double r_X = lower_.r_X[i_], r_Y = lower_.r_Y[i_];
+    return model_.robot().J_2 * std::abs(u_.dgamma[i_]) / (std::sqrt(r_X * r_X + r_Y * r_Y) * model_.robot().m_s());
   }
 
   /// Sets the wheel's entries of the contacts. Slip and offset become weighted means, as the friction does.

@@ -143,7 +143,8 @@ class SlipModel {
   /// Stiffness of the contacts `c` where their friction is taken to be F, which need not be that of c's slip: see
   /// ContactFriction.
   Stiffness stiffness(const Contacts& c, const Friction& F) const {
-    return friction_.stiffness(features_.slip(c), Features::force(F), features_.limit(F, c));
+    const Force V = features_.slip(c);
+    return friction_.stiffness(V, Features::force(F), friction_.resistance(V, features_.limit(F, c)));
   }
 
   /// Sets G where the contacts have the stiffness K: J' K J, where the rows of J are the derivatives of the

@@ -3,6 +3,7 @@
 #include <ros/node_handle.h>
 
 #include <string>
+#include <vector>
 
 #include "youbot_base_sim/loop/base_loop.h"
 #include "youbot_base_sim/ros/telemetry.h"
@@ -16,7 +17,8 @@ struct LockstepSettings {
   double period = 0;    ///< step of /clock for nodes that rest, s, a multiple of the control period; 0: for a player
   double timeout = 10;  ///< wall time to wait for a node to rest, or for the command of a player that may end, s
   bool strict = true;   ///< a run in which time has not waited for a node ends with an error
-  bool end_with_commands = false;  ///< the node ends when the last publisher of commands is gone
+  std::vector<std::string> wait_for;  ///< nodes that say when they are done with a step; empty: all that follow /clock
+  bool end_with_commands = false;     ///< the node ends when the last publisher of commands is gone
 };
 
 /// The parameters of base_node: its private ones, named as the members here and listed in docs/node.md, and those of

@@ -27,7 +27,7 @@ namespace youbot_base_sim {
 class DriverInterface {
  public:
   /// All references must outlive it.
-  DriverInterface(BaseLoop& loop, const NodeClock& clock, const BaseSettings& settings, ros::NodeHandle& node,
+  DriverInterface(BaseLoop& loop, NodeClock& clock, const BaseSettings& settings, ros::NodeHandle& node,
                   ros::NodeHandle& private_node, ThrottledLog& log);
 
   /// The node that sent the last command message since the last `forget_commands`; bad ones count. Empty: none came.
@@ -55,7 +55,7 @@ class DriverInterface {
   std::string refusal(const MakeRequest& make_request);
 
   BaseLoop& loop_;
-  const NodeClock& clock_;
+  NodeClock& clock_;
   ThrottledLog& log_;
   const FrameNames frames_;
   bool warns_of_signs_;  // of joint velocities that are not those of commands, once

@@ -55,7 +55,7 @@ class TimedLoop {
 /// | followed | and /use_sim_time | another node's /clock | that one |
 /// | own | `publish_clock` | the wall clock times a factor, or nothing | each control period, or where it is noticed |
 /// | played | and `lockstep`, its `period` 0 | a player's command, each control period | each control period |
-/// | gated | its `period` above 0 | a TimeGate: the nodes that follow /clock | each period of lockstep, last |
+/// | gated | its `period` above 0 | a TimeGate: all that follow /clock, or `wait_for` | each period of lockstep, last |
 class NodeClock {
  public:
   /// All references, also those of derived classes, must outlive this.
@@ -93,6 +93,14 @@ class NodeClock {
 
   /// Publishes the present time, if this clock does: at the start and after a ~step.
   virtual void announce() {}
+
+  /// Takes callbacks before each part of a ~step. Returns false while nodes of lockstep are not done.
+  virtual bool take_answers(TimedLoop& loop) {
+    if (loop.has_callbacks()) loop.take_callbacks(0);
+    return true;
+  }
+  virtual void note_command(const std::string& /*node*/) {}  ///< the node has sent one
+
   /// The loop has advanced without a callback: commands that have come meanwhile do not follow from simulated time.
   virtual void take_late_commands(TimedLoop& /*loop*/) {}
 

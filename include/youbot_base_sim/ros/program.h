@@ -8,6 +8,7 @@
 #include <set>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "youbot_base_sim/text/number.h"
 
@@ -30,6 +31,7 @@ class Parameters {
   bool read(const std::string& name, double& value, const Range& range);
   /// A list with as many numbers as `values` has.
   bool read(const std::string& name, Eigen::Ref<Eigen::ArrayXd> values, const Range& range);
+  bool read(const std::string& name, std::vector<std::string>& texts);
   template <class Value, class... Limits>
   bool read(const std::string& name, std::optional<Value>& value, const Limits&... limits) {
     Value set{};

@@ -42,15 +42,14 @@ class TimeServices {
   bool stepping() const { return answer_ != nullptr; }
   std::int64_t left() const { return left_; }
 
-  /// The loop has advanced by some of them; the last ones answer the request.
-  void advanced(std::int64_t periods);
+  /// The loop has advanced by some of them.
+  void advanced(std::int64_t periods) { left_ -= periods; }
 
-  /// Answers that the step has ended, or is refused, and why.
-  void end_step(const std::string& reason);
+  /// Answers a request under way: the step is done, or `reason` says why it has ended early or is refused.
+  void end_step(const std::string& reason = "");
 
  private:
   bool step(Step::Request& request, Step::Response& response);
-  void answer(bool success, const std::string& message);
 
   const BaseLoop& loop_;
   ros::CallbackQueue& loop_queue_;

@@ -22,16 +22,13 @@ namespace {
 
 // s, between compared poses: no multiple of their intervals. Interpolated truth is less noisy and would draw the clock.
 constexpr double kWindow = 0.2427;
-constexpr double kBlock = 4;          // s: stretches that are held out, and whose errors count as independent
-constexpr int kHeldOut = 3;           // every such one is held out
-constexpr double kMargin = 0.3;       // s, by which the clock may still change
-constexpr int kUnknownOfRecord = 2;   // offset and stretch of its clock; beside them four angles
-constexpr double kOffsetStep = 2e-3;  // s
-constexpr double kStretchStep = 2e-4;
-constexpr double kAngleStep = 0.04;  // rad
-constexpr int kReplicas = 4;         // where angles are unknown
-constexpr double kPrior = 20;        // steps: sigma of the start's parameters, which records hardly leave as it is
-constexpr char kAnglesDrive[] = "drive laterally and in yaw";
+constexpr double kBlock = 4;         // s: stretches that are held out, and whose errors count as independent
+constexpr int kHeldOut = 3;          // every such one is held out
+constexpr double kMargin = 0.3;      // s, by which the clock may still change
+constexpr int kUnknownOfRecord = 2;  // offset and stretch of its clock; beside them four angles
+constexpr double kOffsetStep = 2e-3, kStretchStep = 2e-4, kAngleStep = 0.04;  // s, 1 and rad
+constexpr int kReplicas = 4;                                                  // where angles are unknown
+constexpr double kPrior = 20;            // steps: sigma of the start's parameters, which records hardly leave as it is
 constexpr double kMaxUnexplained = 0.3;  // share of a record's squared motion
 constexpr double kMinScatter = 2e-5;     // m and rad: with less, twins would count rounding
 
@@ -249,9 +246,8 @@ class EncoderComparison {
   /// Finds the angles, one wheel after the other.
   void search_angles(Trial& trial) const;
 
-  /// Covariance of the unknowns, the first `free` of them parameters: errors within a block may be dependent.
-  Eigen::MatrixXd covariance(const Eigen::VectorXd& residuals, const Eigen::MatrixXd& jacobian,
-                             Eigen::Index free) const;
+  /// Of the unknowns, the first `free` of them parameters, in steps: errors within a block may be dependent.
+  Eigen::VectorXd sigma(const Eigen::VectorXd& residuals, const Eigen::MatrixXd& jacobian, Eigen::Index free) const;
 
  private:
   using Moved = std::vector<Poses>;  // of each run: one, or replicas
@@ -392,8 +388,8 @@ void EncoderComparison::search_angles(Trial& trial) const {
   }
 }
 
-Eigen::MatrixXd EncoderComparison::covariance(const Eigen::VectorXd& residuals, const Eigen::MatrixXd& jacobian,
-                                              Eigen::Index free) const {
+Eigen::VectorXd EncoderComparison::sigma(const Eigen::VectorXd& residuals, const Eigen::MatrixXd& jacobian,
+                                         Eigen::Index free) const {
   const Eigen::MatrixXd J = jacobian(training_, Eigen::all);
   std::map<int, Eigen::VectorXd> pull;  // of each block
   for (const int row : training_) {
@@ -410,9 +406,7 @@ Eigen::MatrixXd EncoderComparison::covariance(const Eigen::VectorXd& residuals, 
   const Eigen::MatrixXd of_blocks = n / spare * unit * scatter * unit;
   const Eigen::MatrixXd independent = residuals(training_).squaredNorm() / static_cast<double>(J.rows()) * unit;
   // Of few blocks, one may happen to be small.
-  const Eigen::VectorXd ratio =
-      (independent.diagonal().array() / of_blocks.diagonal().array().max(1e-300)).max(1).sqrt().matrix();
-  return ratio.asDiagonal() * of_blocks * ratio.asDiagonal();
+  return of_blocks.diagonal().cwiseMax(independent.diagonal()).cwiseSqrt();
 }
 
 /// Fits the trial's unknowns to the rows that are not held out, and to a weak prior of the start.
@@ -481,13 +475,6 @@ LeastMissed find_least_missed(const EncoderComparison& comparison, const Scene& 
   return best;
 }
 
-/// Sigmas of all unknowns, in steps, while all parameters are free: one put back to its start later may be wrong.
-Eigen::VectorXd sigma_of(const EncoderComparison& comparison, const Trial& trial) {
-  const Linearized at = linearized(comparison, trial);
-  const auto free = static_cast<Eigen::Index>(trial.free.size());
-  return comparison.covariance(at.residuals, at.jacobian, free).diagonal().cwiseSqrt();
-}
-
 /// Puts parameters back to their start: those that the rows do not show by these sigmas (steps), then, the least
 /// missed first, those that held-out rows do not miss. Returns where the others are best.
 Linearized eliminate(const EncoderComparison& comparison, const Scene& start, const Eigen::VectorXd& sigma,
@@ -537,9 +524,9 @@ void report_numbers(const std::vector<DriveRecord>& records, const Trial& trial,
         drive.angles_sigma = off;
       } else {
         fit.unidentifiable.push_back(
-            fmt::format("{}: which rollers touch the floor where the encoders read zero (sigma "
-                        "{:.2g} rad); {}",
-                        records[r].name, off.maxCoeff(), kAnglesDrive));
+            fmt::format("{}: which rollers touch the floor where the encoders read zero (sigma {:.2g} rad); drive "
+                        "laterally and in yaw",
+                        records[r].name, off.maxCoeff()));
       }
     }
     fit.drives.push_back(drive);
@@ -569,7 +556,8 @@ EncoderFit fit_encoders(const Scene& start, const std::vector<DriveRecord>& reco
   comparison.expect(comparison.scatter_of(comparison.off(trial)));
   minimize(comparison, start, trial);
   settings.progress(0.7);
-  const Eigen::VectorXd sigma = sigma_of(comparison, trial);
+  const Linearized all = linearized(comparison, trial);  // one put back to its start later may be wrong
+  const Eigen::VectorXd sigma = comparison.sigma(all.residuals, all.jacobian, encoder_parameters().size());
   const Linearized at = eliminate(comparison, start, sigma, trial, fit);
   report_numbers(records, trial, sigma, fit);
   const auto error = [&](const Eigen::VectorXd& off) { return comparison.held_out_error(comparison.scaled(off)); };

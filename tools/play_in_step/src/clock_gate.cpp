@@ -22,8 +22,7 @@ void run() {
   parameters.refuse_others();
   ros::NodeHandle node, own("~");
   const std::atomic<bool> never{false};
-  ClockLinks links(node);
-  ClockFollowers gate(links, std::chrono::duration<double>(timeout), never);
+  ClockFollowers gate(node, std::chrono::duration<double>(timeout), never);
   const ros::Publisher done = own.advertise<std_msgs::String>("done", 10);
   const ros::Subscriber advance = own.subscribe<std_msgs::Time>(
       "advance", 10,

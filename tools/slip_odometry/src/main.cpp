@@ -19,6 +19,7 @@
 #include "youbot_base_sim/ros/program.h"
 #include "youbot_base_sim/ros/scene_parameters.h"
 #include "youbot_base_sim/slip_odometry/slip_odometry.h"
+#include "youbot_base_sim/slip_odometry/wheel_stream.h"
 
 namespace {
 
@@ -31,7 +32,7 @@ constexpr char kHelp[] =
     "  ~scene           YAML of robot and floor, as by identify; without it the profile `measured`\n"
     "  ~profile         paper, measured, measured_a or measured_b, replaces the scene's; ~friction_scale: of measured\n"
     "  ~joints          \"wheel_joint_fl wheel_joint_fr wheel_joint_bl wheel_joint_br\"\n"
-    "  ~joint_signs     \"1 1 1 1\": of positions, 1 forward or -1\n"
+    "  ~joint_signs     \"1 1 1 1\": of positions, 1 forward or -1; ~publisher: the node whose joint_states count\n"
     "  ~ticks_per_turn  0: positions in rad; else encoder ticks of a turn\n"
     "  ~angles_at_zero  list of the wheels' angles where positions are 0, rad; without it they are searched\n"
     "  ~replicas        4, 1 to 100: simulations where neither these nor efforts are known\n"
@@ -45,12 +46,6 @@ constexpr double kMaxReplicas = 100;
 constexpr double kReportPeriod = 1;        // s
 constexpr std::uint32_t kQueueSize = 100;  // of readings: two seconds of the driver's
 
-/// Names, signs and ticks by which a base reports its wheels.
-struct Encoders {
-  std::array<std::string, kWheels> joints;
-  Wheels rad_per_unit;  // positive forward
-};
-
 /// Exactly four words, else ParameterError.
 std::array<std::string, kWheels> four_words(const Parameters& parameters, const std::string& name,
                                             const std::string& text) {
@@ -62,23 +57,26 @@ std::array<std::string, kWheels> four_words(const Parameters& parameters, const 
   return words;
 }
 
-Encoders read_encoders(Parameters& parameters) {
+WheelStream read_encoders(Parameters& parameters) {
   std::string joints, signs = "1 1 1 1";
   for (int i = 0; i < kWheels; ++i) joints += (i > 0 ? " " : "") + wheel_joint(i);
   double ticks = 0;
+  WheelStream wheels;
   parameters.read("joints", joints);
   parameters.read("joint_signs", signs);
   parameters.read("ticks_per_turn", ticks, {1, 1e9, "", true});
-  Encoders encoders{four_words(parameters, "joints", joints), Wheels::Constant(ticks > 0 ? 2 * M_PI / ticks : 1)};
-  const std::set<std::string> different(encoders.joints.begin(), encoders.joints.end());
+  parameters.read("publisher", wheels.publisher);
+  wheels.joints = four_words(parameters, "joints", joints);
+  if (ticks > 0) wheels.rad_per_unit *= 2 * M_PI / ticks;
+  const std::set<std::string> different(wheels.joints.begin(), wheels.joints.end());
   parameters.require(different.size() == kWheels, "joints", joints, "four different joints");
   const auto words = four_words(parameters, "joint_signs", signs);
   for (int i = 0; i < kWheels; ++i) {
     const std::string& sign = words[static_cast<std::size_t>(i)];
     parameters.require(sign == "1" || sign == "-1", "joint_signs", signs, "four of 1 and -1");
-    if (sign == "-1") encoders.rad_per_unit[i] *= -1;
+    if (sign == "-1") wheels.rad_per_unit[i] *= -1;
   }
-  return encoders;
+  return wheels;
 }
 
 /// One that slips. Throws ParameterError.
@@ -111,8 +109,9 @@ class SlipOdometryNode {
   SlipOdometryNode() {
     ros::NodeHandle private_node("~");
     Parameters parameters(private_node, "~");
-    encoders_ = read_encoders(parameters);
     const SlipOdometry::Settings settings = read_settings(parameters);
+    wheels_ = read_encoders(parameters);
+    wheels_.max_rate = settings.max_rate;
     const Scene scene = read_slipping_scene(parameters);
     parameters.read("odom_frame", odom_frame_);
     parameters.read("base_frame", base_frame_);
@@ -128,26 +127,20 @@ class SlipOdometryNode {
   }
 
  private:
-  void take(const sensor_msgs::JointState& message) {
-    Wheels phi = Wheels::Zero(), torque = Wheels::Zero(), dphi = Wheels::Zero();
-    for (int i = 0; i < kWheels; ++i) {
-      const auto joint = std::find(message.name.begin(), message.name.end(), encoders_.joints[i]);
-      const auto k = static_cast<std::size_t>(joint - message.name.begin());
-      if (joint == message.name.end() || k >= message.position.size()) return;  // the arm's, perhaps
-      phi[i] = encoders_.rad_per_unit[i] * message.position[k];
-      const double sign = std::copysign(1, encoders_.rad_per_unit[i]);
-      dphi[i] = k < message.velocity.size() ? encoders_.rad_per_unit[i] * message.velocity[k] : std::nan("");
-      torque[i] = k < message.effort.size() ? sign * message.effort[k] : std::nan("");
-    }
+  void take(const ros::MessageEvent<const sensor_msgs::JointState>& event) {
+    const sensor_msgs::JointState& message = *event.getMessage();
     const ros::Time& stamp = message.header.stamp;
-    odometry_->update(time_of(stamp), phi, torque, dphi);
+    const auto reading = wheels_.read(event.getPublisherName(), time_of(stamp), message.name, message.position,
+                                      message.velocity, message.effort);
+    if (!wheels_.finding().empty()) ROS_WARN_STREAM(wheels_.finding());
+    if (!reading) return;
+    odometry_->update(time_of(stamp), reading->phi, reading->torque, reading->dphi);
     if (const std::string& doubt = odometry_->doubt(); !doubt.empty()) {
       // The first one: others may follow from it.
       if (++doubts_ == 1) doubt_ = fmt::format("{} (t = {:.3f} s)", doubt, time_of(stamp));
       ROS_WARN_STREAM_THROTTLE(5, doubt);
     }
     ++taken_;
-    note_effort_signs();
     note_angles();
     publish(stamp);
     report_in_time();
@@ -159,18 +152,6 @@ class SlipOdometryNode {
     if ((now - reported_).toSec() < kReportPeriod) return;
     reported_ = now;
     diagnostics_.force_update();
-  }
-
-  /// Says which efforts have the sign opposite to that of the torques that move the base.
-  void note_effort_signs() {
-    const Wheels signs = odometry_->effort_signs();
-    for (int i = 0; i < kWheels; ++i) {
-      if (signs[i] < 0 && effort_signs_[i] == 0) {
-        ROS_WARN("efforts of %s have the sign opposite to that of its positions: reversed",
-                 encoders_.joints[i].c_str());
-      }
-    }
-    effort_signs_ = signs;
   }
 
   /// Says which angles would be found again, as long as the encoders stay switched on.
@@ -209,17 +190,16 @@ class SlipOdometryNode {
     }
     status.add("readings", taken_);
     status.add("doubtful", doubts_);
-    status.add("signs of efforts (0: unknown)", text_of(effort_signs_));
-    status.add("signs of velocities (0: unknown)", text_of(odometry_->rate_signs()));
+    status.add("signs of efforts (0: unknown)", text_of(odometry_->effort_signs()));
+    status.add("velocities over changes of positions (0: unused)", text_of(odometry_->rate_factors()));
     if (odometry_->search()) status.add("angles at zero that efforts tell", angles_at_zero_);
     taken_ = doubts_ = 0;
   }
 
   ros::NodeHandle node_;
-  Encoders encoders_;
+  WheelStream wheels_;
   std::optional<SlipOdometry> odometry_;
   std::string odom_frame_ = kOdometryFrame, base_frame_ = kBaseFrame;
-  Wheels effort_signs_ = Wheels::Zero();
   std::string angles_at_zero_;  // empty: not known
   std::string doubt_;           // the first since the last report
   bool publish_tf_ = false;

@@ -148,7 +148,7 @@ void SlipOdometry::update(double t, const Wheels& phi, const std::optional<Wheel
   Interval interval = interval_of(moved, dt);
   if (doubt_.empty()) {  // neither a gap nor a jump
     if (torque && torque->allFinite()) interval.torque = torque;
-    if (dphi && (dphi->abs() <= settings_.max_rate).all()) interval.dphi = dphi;
+    if (dphi && dphi->allFinite()) interval.dphi = dphi;
   }
   if (latest_) simulate(*latest_, end_rate_before(interval));
   before_ = latest_.value_or(interval);
@@ -212,14 +212,18 @@ Wheels SlipOdometry::end_rate_before(const Interval& next) {
   if (!now.dphi) return by_angles;
   rate_product_ += now.length * by_angles * *now.dphi;
   rate_square_ += now.length * by_angles.square();
-  const Wheels sign = rate_signs();
-  return (sign == 0).select(by_angles, sign * *now.dphi);
+  dphi_square_ += now.length * now.dphi->square();
+  const Wheels factor = rate_factors();
+  const Wheels rate = (factor == 0).select(by_angles, *now.dphi / factor);
+  return (rate.abs() <= settings_.max_rate).all() ? rate : by_angles;
 }
 
-Wheels SlipOdometry::rate_signs() const {
-  constexpr double kEnough = 1, kMaxOff = 0.1;  // rad^2/s
-  const Wheels ratio = (rate_square_ > kEnough).select(rate_product_ / rate_square_.max(kEnough), 0);
-  return ((ratio.abs() - 1).abs() < kMaxOff).select(ratio.sign(), 0);
+Wheels SlipOdometry::rate_factors() const {
+  constexpr double kEnough = 1, kMinFit = 0.8, kMaxApart = 0.05;  // rad^2/s; squared correlation; of one wheel's
+  const Wheels fits = rate_product_.square() / (rate_square_ * dphi_square_).max(1e-300);
+  Wheels factor = (rate_square_ > kEnough && fits > kMinFit).select(rate_product_ / rate_square_.max(kEnough), 0);
+  factor = ((factor.abs() - 1).abs() < kMaxApart).select(factor.sign(), factor);
+  return ((factor.abs() / factor.abs().maxCoeff() - 1).abs() < kMaxApart).select(factor, 0);
 }
 
 /// Follows the wheels through an interval, with these rates at its end.

@@ -11,6 +11,7 @@
 #include <random>
 
 #include "temporary_folder.h"
+#include "youbot_base_sim/slip_odometry/wheel_stream.h"
 
 namespace youbot_base_sim {
 namespace {
@@ -104,24 +105,69 @@ TEST(SlipOdometryTest, RatesThatFitTheAnglesHelp) {
   SlipOdometry::Settings known;
   known.angles_at_zero = Wheels::Zero();
   SlipOdometry angles(scene_of(kKnown), known), rates(scene_of(kKnown), known), reversed(scene_of(kKnown), known),
-      wrong(scene_of(kKnown), known);
-  Eigen::Array3d off = Eigen::Array3d::Zero();  // the sum over readings, m
+      rpm(scene_of(kKnown), known), wrong(scene_of(kKnown), known);
+  Eigen::Array4d off = Eigen::Array4d::Zero();  // the sum over readings, m
   drive(
       [&](double t, const Wheels& phi, const Simulation& truth) {
         const State& x = truth.state();
         angles.update(t, phi);
         rates.update(t, phi, {}, x.dphi());
         reversed.update(t, phi, {}, Wheels(x.dphi() * Wheels(-1, 1, -1, 1)));
-        wrong.update(t, phi, {}, Wheels(2 * x.dphi()));
-        off += Eigen::Array3d(distance(angles.pose(), x), distance(rates.pose(), x), distance(reversed.pose(), x));
+        rpm.update(t, phi, {}, Wheels(30 / M_PI * x.dphi()));
+        wrong.update(t, phi, {}, Wheels(x.dphi() * Wheels(1, 1, 2, 0)));
+        off += Eigen::Array4d(distance(angles.pose(), x), distance(rates.pose(), x), distance(reversed.pose(), x),
+                              distance(rpm.pose(), x));
       },
       drive_between);
   EXPECT_LT(off[1], 0.8 * off[0]);
   EXPECT_LT(off[2], 0.8 * off[0]);
-  EXPECT_EQ(wrong.pose(), angles.pose());
-  EXPECT_TRUE((rates.rate_signs() == 1).all());
-  EXPECT_TRUE((reversed.rate_signs() == Wheels(-1, 1, -1, 1)).all());
-  EXPECT_TRUE((wrong.rate_signs() == 0).all());
+  EXPECT_LT(off[3], 0.8 * off[0]);
+  EXPECT_TRUE((rates.rate_factors() == 1).all());
+  EXPECT_TRUE((reversed.rate_factors() == Wheels(-1, 1, -1, 1)).all());
+  EXPECT_LT((rpm.rate_factors() / (30 / M_PI) - 1).abs().maxCoeff(), 0.02);
+  EXPECT_EQ(wrong.rate_factors()[3], 0);
+}
+
+WheelStream stream_of(double unit) {
+  WheelStream stream;
+  stream.joints = {"a", "b", "c", "d"};
+  stream.rad_per_unit = unit * Wheels(1, 1, 1, -1);
+  return stream;
+}
+
+// In rad or ticks of 1 mrad, of a counter whose numbers begin anew after `period`, 300 ticks after the start.
+TEST(WheelStreamTest, PositionsThatBeginAnewAreCountedOn) {
+  for (const double period : {HUGE_VAL, 2 * M_PI, 65536.0, 4294967296.0}) {
+    const bool ticks = period > 10 && std::isfinite(period);
+    WheelStream stream = stream_of(ticks ? 1e-3 : 1);
+    std::string found;
+    for (int k = 0; k < 3000; ++k) {
+      const double t = 0.02 * k, angle = 40 * std::sin(0.1 * t);
+      double count = ticks ? period - 300 + std::round(1e3 * angle) : angle;
+      if (std::isfinite(period)) count -= period * std::floor(count / period);
+      const auto reading =
+          stream.read("/driver", t, {"arm", "d", "b", "a", "c"}, {9, -count, count, count, count}, {}, {});
+      ASSERT_TRUE(reading);
+      EXPECT_NEAR(reading->phi[0] - (ticks ? 1e-3 * (period - 300) : 0), angle, 1e-3) << period << " " << t;
+      EXPECT_EQ(reading->phi[3], reading->phi[0]);
+      found += stream.finding();
+    }
+    EXPECT_EQ(found.find("positions begin anew after ") == 0, std::isfinite(period)) << found;
+  }
+}
+
+TEST(WheelStreamTest, OnePublisherCounts) {
+  for (const char* chosen : {"", "/driver"}) {
+    WheelStream stream = stream_of(1);
+    stream.publisher = chosen;
+    const auto counts = [&](const char* from, double t) {
+      return stream.read(from, t, {"a", "b", "c", "d"}, {0, 0, 0, 0}, {}, {}).has_value();
+    };
+    EXPECT_TRUE(counts("/driver", 0));
+    EXPECT_FALSE(counts("/gui", 0.01));
+    EXPECT_EQ(stream.finding(), "/gui publishes joint_states too: follows /driver (to choose: ~publisher)");
+    EXPECT_EQ(counts("/gui", 9), !*chosen);
+  }
 }
 
 // Readings of the same instant, or nearly: none of what they say is lost.

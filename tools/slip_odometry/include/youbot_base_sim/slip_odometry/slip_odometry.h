@@ -37,7 +37,7 @@ class SlipOdometry {
   ~SlipOdometry();
 
   /// Takes the readings `phi` of the encoders (rad, positive forward) at time t (s), and torques (N m, of either sign)
-  /// and rates (rad/s) if known. An earlier t begins anew from the present pose; one within a millisecond waits.
+  /// and rates (in any unit) if known. An earlier t begins anew from the present pose; one within a millisecond waits.
   void update(double t, const Wheels& phi, const std::optional<Wheels>& torque = std::nullopt,
               const std::optional<Wheels>& dphi = std::nullopt);
 
@@ -56,8 +56,9 @@ class SlipOdometry {
   /// Of each wheel 1 where efforts drive the motion, -1 where they are reversed, 0 where unknown and without effect.
   const Wheels& effort_signs() const { return effort_sign_; }
 
-  /// Of each wheel 1 where rates are within 10 % of the angles' changes, -1 where reversed, 0 where unknown or unused.
-  Wheels rate_signs() const;
+  /// How many times the changes of its angles each wheel's rates are; 0: unknown, they do not fit, or differ by more
+  /// than 5 % from the other wheels', so that they are not used.
+  Wheels rate_factors() const;
 
   /// What the torques have shown of which rollers touch the floor; empty where that is known or there are none.
   const std::optional<PhaseSearch>& search() const { return search_; }
@@ -78,7 +79,7 @@ class SlipOdometry {
     Wheels rate;                   ///< mean, rad/s
     double length;                 ///< s
     std::optional<Wheels> torque;  ///< at its end, N m
-    std::optional<Wheels> dphi;    ///< there, rad/s
+    std::optional<Wheels> dphi;    ///< there, as read
   };
 
   void begin(double t, const Wheels& phi);
@@ -115,6 +116,7 @@ class SlipOdometry {
   Eigen::Vector3d slip_ = Eigen::Vector3d::Zero();  // velocity less that of kinematics before it, m/s, m/s, rad/s
   Wheels rate_product_ = Wheels::Zero();            // of rates read with those of angles, rad^2/s
   Wheels rate_square_ = Wheels::Zero();             // of the latter
+  Wheels dphi_square_ = Wheels::Zero();             // of the former, in their unit
   Wheels effort_sign_ = Wheels::Zero();
   /// How long signs of efforts agreed with those of expected torques, less how long they did not, s.
   Wheels effort_agreement_ = Wheels::Zero();
