@@ -233,17 +233,37 @@ OutputOpener::OutputOpener(const std::vector<std::string>& inputs) {
 }
 
 OutputFile OutputOpener::open(const std::string& option, const std::string& path, OutputFile::Access access) {
-  take(option, path);
+  take(option, path, OutputFile::place_of(path));
   return OutputFile(path, access);
 }
 
-OutputFile::Place OutputOpener::take(const std::string& option, const std::string& path) {
-  OutputFile::Place place = OutputFile::place_of(path);
+void OutputOpener::keep(const std::string& option, const std::string& path) {
+  const OutputFile::Place place = OutputFile::place_of(path);
+  if (place.existing && !S_ISREG(place.existing->st_mode))
+    throw OutputError(fmt::format("{} = {}: must be a regular file", option, quote_path(path)));
+  take(option, path, place);
+}
+
+void OutputOpener::keep_all(const std::string& option, const std::string& folder,
+                            const std::function<bool(const std::string& name)>& is_output) {
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
+    if (is_output(entry->path().filename())) keep(option, entry->path());
+  }
+  if (error && error != std::errc::no_such_file_or_directory) refuse_output(folder, error.value());
+  // Among the outputs that do not exist yet, only these may be reached by another name.
+  for (const std::string& name : std::exchange(to_come_, {})) {
+    const fs::path path = fs::path(folder) / name;
+    if (is_output(name) && fs::symlink_status(path, error).type() == fs::file_type::not_found) keep(option, path);
+  }
+}
+
+void OutputOpener::take(const std::string& option, const std::string& path, const OutputFile::Place& place) {
   const std::string identity = place.identity();
   const auto [taken, is_new] = taken_.emplace(identity, "the file of " + option);
   if (!is_new && !identity.empty())
     throw OutputError(fmt::format("{} = {}: must not be {}", option, quote_path(path), taken->second));
-  return place;
+  if (!place.existing) to_come_.push_back(place.target.filename());
 }
 
 }  // namespace youbot_base_sim

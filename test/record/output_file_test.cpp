@@ -209,6 +209,35 @@ TEST_F(OutputFileTest, OpenerRefusesInputsAndOtherOutputs) {
   EXPECT_EQ(refusal(folder_.path("other")), "");
 }
 
+TEST_F(OutputFileTest, OpenerKeepsPlacesForAllThatWillComeInAFolder) {
+  fs::create_directory(folder_.path("runs"));
+  const auto refusal = [&]() -> std::string {
+    OutputOpener opener({folder_.write("in.csv", "t\n")});
+    return error_of<OutputError>([&] {
+      opener.keep("--csv", folder_.path("table"));
+      opener.keep_all("runs", folder_.path("runs"), [](const std::string& name) { return name.size() == 1; });
+      opener.keep_all("none", folder_.path("missing"), [](const std::string&) { return true; });
+    });
+  };
+  folder_.write("runs/a", "of an earlier run\n");
+  fs::create_symlink("../elsewhere", folder_.path("runs/b"));
+  fs::create_symlink("../in.csv", folder_.path("runs/of nobody"));
+  EXPECT_EQ(refusal(), "");
+  for (const auto& [target, part] : std::map<std::string, std::string>{{"../in.csv", "a file that is read"},
+                                                                       {"../table", "the file of --csv"},
+                                                                       {"a", "the file of runs"},
+                                                                       {"x", "the file of runs"},
+                                                                       {"/dev/null", "must be a regular file"},
+                                                                       {".", "Is a directory"}}) {
+    SCOPED_TRACE(target);
+    fs::create_symlink(target, folder_.path("runs/c"));
+    EXPECT_NE(refusal().find("runs"), std::string::npos) << refusal();
+    EXPECT_NE(refusal().find(part), std::string::npos) << refusal();
+    fs::remove(folder_.path("runs/c"));
+  }
+  EXPECT_EQ(files(), (std::set<std::string>{"in.csv", "runs"})) << "opened something";
+}
+
 TEST_F(OutputFileTest, KeepsWholeLinesOnAFullDisk) {
   const std::string row(99, '1');
   const FileSizeLimit limit(100'050);

@@ -6,6 +6,7 @@
 #include <cerrno>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <optional>
 #include <stdexcept>
@@ -138,11 +139,18 @@ class OutputOpener {
   OutputFile open(const std::string& option, const std::string& path,
                   OutputFile::Access access = OutputFile::Access::kInOrder);
 
-  /// Takes the place of an output that is opened later. Throws OutputError.
-  OutputFile::Place take(const std::string& option, const std::string& path);
+  /// Keeps a place for an output that is opened later, and that must be a regular file. Throws OutputError.
+  void keep(const std::string& option, const std::string& path);
+
+  /// Keeps places likewise for all outputs to come in `folder`, which `is_output` recognizes. Call it last.
+  void keep_all(const std::string& option, const std::string& folder,
+                const std::function<bool(const std::string& name)>& is_output);
 
  private:
+  void take(const std::string& option, const std::string& path, const OutputFile::Place& place);
+
   std::map<std::string, std::string> taken_;  // by identity: what it is
+  std::vector<std::string> to_come_;          // names of files, without folders, that are not there yet
 };
 
 }  // namespace youbot_base_sim

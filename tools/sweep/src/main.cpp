@@ -127,31 +127,10 @@ void keep_apart(const Arguments& arguments, const Family& family, const RowMaker
   inputs.insert(inputs.end(), {family.path, family.scene.path});
   if (!arguments.reuse.empty()) inputs.push_back(arguments.reuse);
   OutputOpener opener(inputs);
-  std::vector<std::string> to_come;  // names of files, without folders, that are not there yet
-  const auto keep = [&](const std::string& option, const std::string& path) {
-    const OutputFile::Place place = opener.take(option, path);
-    if (place.existing && !S_ISREG(place.existing->st_mode))
-      throw OutputError(fmt::format("{} = {}: must be a regular file", option, quote_path(path)));
-    if (!place.existing) to_come.push_back(place.target.filename());
-  };
-  keep("--csv", arguments.csv);
+  opener.keep("--csv", arguments.csv);
   const OutputFile may_be_refused(arguments.csv);
-  keep("the journal beside --csv", journal_of(arguments));
-  if (!family.trajectories) return;
-  namespace fs = std::filesystem;
-  const std::string folder = folder_of(arguments);
-  std::error_code error;
-  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
-    if (maker.writes(entry->path().filename())) keep("trajectories", entry->path());
-  }
-  if (error && error != std::errc::no_such_file_or_directory) refuse_output(folder, error.value());
-  // Among the outputs that do not exist yet, only these may be reached by another name.
-  for (const std::string& name : std::exchange(to_come, {})) {
-    const fs::path path = fs::path(folder) / name;
-    if (maker.writes(name) && fs::symlink_status(path, error).type() == fs::file_type::not_found) {
-      keep("trajectories", path);
-    }
-  }
+  opener.keep("the journal beside --csv", journal_of(arguments));
+  maker.keep_trajectories(opener);
 }
 
 RowMaker row_maker(const Arguments& arguments, const Family& family) {

@@ -96,11 +96,14 @@ std::string RowMaker::simulate(const Scene& scene, const std::unique_ptr<Recorde
   return values;
 }
 
-bool RowMaker::writes(const std::string& name) const {
-  if (name.rfind(kTrajectory, 0) != 0) return false;
-  std::uint64_t run = 0;
-  const auto [end, error] = std::from_chars(name.data() + std::strlen(kTrajectory), name.data() + name.size(), run);
-  return error == std::errc() && run < family_.runs() && keeps_trajectory(run) && name == trajectory_name(run);
+void RowMaker::keep_trajectories(OutputOpener& opener) const {
+  if (!family_.trajectories) return;
+  opener.keep_all("trajectories", folder_, [&](const std::string& name) {
+    std::uint64_t run = 0;
+    if (name.rfind(kTrajectory, 0) != 0) return false;
+    const auto [end, error] = std::from_chars(name.data() + std::strlen(kTrajectory), name.data() + name.size(), run);
+    return error == std::errc() && run < family_.runs() && keeps_trajectory(run) && name == trajectory_name(run);
+  });
 }
 
 bool RowMaker::keeps_trajectory(std::uint64_t run) const {

@@ -51,8 +51,8 @@ class RowMaker {
   /// Simulates a run; its row reports errors. Throws Stopped once `stop` is set, and OutputError of its trajectory.
   Row make(std::uint64_t run, const std::atomic<bool>& stop) const;
 
-  /// True if a trajectory will be the file of this name in the folder.
-  bool writes(const std::string& name) const;
+  /// Throws OutputError if a trajectory would replace a file that is read or another output.
+  void keep_trajectories(OutputOpener& opener) const;
 
  private:
   bool keeps_trajectory(std::uint64_t run) const;
