@@ -77,7 +77,7 @@ class Mesh {
     }
   }
 
-  /// As a COLLADA file.
+  /// The text of its COLLADA file.
   std::string collada() const {
     std::string effects, materials, triangles, bindings;
     for (std::size_t k = 0; k < paints_.size(); ++k) {

@@ -15,7 +15,7 @@ inline constexpr std::uint64_t kRealTime = Model::kReactionsFollow ? 2000 : 3000
 inline constexpr std::uint64_t kOffline = 30;  // times that
 inline constexpr std::uint64_t kComparison = 10000000;
 
-/// As `make_integrator` for a model that slips with PaperFeatures or ExtendedFeatures. Each is instantiated in a file
+/// Makes the integrator of a model that slips with PaperFeatures or ExtendedFeatures. Each is instantiated in a file
 /// of its own, because it takes long to compile.
 template <class Features>
 std::unique_ptr<MotionIntegrator> make_slip_integrator(Model model, const RobotParameters& robot,

@@ -82,7 +82,7 @@ std::vector<Process> processes_at(const std::string& host, std::uint32_t port) {
   return {holders.begin(), holders.end()};
 }
 
-/// What the master answers; nothing if it fails.
+/// The master's answer; nothing if it fails.
 XmlRpc::XmlRpcValue ask_master(const char* method, const std::string& argument = "") {
   XmlRpc::XmlRpcValue request, response, answer;
   request[0] = ros::this_node::getName();

@@ -1,4 +1,4 @@
-"""Whether the wheels of a record and its odometry or ground truth tell of one motion, as units and sizes decide."""
+"""Checks that the wheels of a record and its odometry or ground truth tell of one motion: their units and sizes."""
 import math
 
 import numpy as np
@@ -43,7 +43,7 @@ def to_metres(record, name):
 
 
 def factors(record, name):
-    """How many times as far as its wheels roll, or without them as by odometry, a base moves forward, laterally and in
+    """The ratios of what a base moves to what its wheels roll, or without them to odometry: forward, laterally and in
     yaw, by this series; NaN where it hardly moves."""
     series, joints = record.get(name, *POSE[3:]), record.get("joint_states", "velocity")
     other = joints or record.get("odom", *POSE[3:])

@@ -89,7 +89,7 @@ def write_all(folder, files, ending):
 
 
 def file_names(sections, ending):
-    """Of all files that the sections may write; alignment has only numbers, path no table."""
+    """Names of all files that the sections may write; alignment has only numbers, path no table."""
     tables = ["summary"] + ["contact_slip"] * ("slip" in sections) if ending == ".csv" else []
     no_file = ("alignment", "path") if ending == ".csv" else ("alignment",)
     return [name + ending for name in (*sections, *tables) if name not in no_file]

@@ -35,12 +35,12 @@ def stamp_of(message):
     return stamp if isinstance(stamp, Time) else None
 
 
-# Of a topic, with the node that publishes it: "" where the bag does not say; `latching`: "1" or "0".
+# A topic of a node that publishes it: "" where the bag does not say; `latching`: "1" or "0".
 Connection = namedtuple("Connection", "topic type definition publisher md5sum latching")
 
 
 def begins_with_stamp(definition):
-    """Whether the first field of a message is a Header."""
+    """True if the first field of a message is a Header."""
     lines = (line.partition("#")[0].split() for line in definition.split("\n"))
     return next((line[0].rpartition("/")[2] for line in lines if line), "") == "Header"
 
@@ -51,7 +51,7 @@ def number_of(time):
 
 
 class Damaged(Exception):
-    """Why a bag cannot be read further, and at which byte."""
+    """The reason why a bag cannot be read further, and the byte."""
 
 
 class Bag:
@@ -96,7 +96,7 @@ class Bag:
                               f"{' or '.join(map(shown, filter(None, nodes[topic]))) or 'left out: it names none'}")
 
     def _choose_clock(self, stamped):
-        """That of arrivals, if any topic has stamps near them; else that of the stamps, as where simulated time was
+        """The clock of arrivals, if any topic has stamps near them; else that of the stamps, as where simulated time was
         recorded by the wall clock. `stamped`: {topic: rows of arrival and stamp, s}."""
         unset = [topic for topic, both in stamped.items() if not (both[:, 1] > 1e-9).any()]
         if unset:
@@ -118,7 +118,7 @@ class Bag:
         self._at_stamp = lambda time: float(number_of(time) - stamp[0])
 
     def _choose_stamps(self, topic, late):
-        """Those of a topic as they are; moved by what they usually are `late` (s), where that is much; none."""
+        """Stamps of a topic as they are; moved by what they usually are `late` (s), where that is much; none."""
         apart = np.median(late)
         if len(late) < FEWEST or abs(apart) < NAMED_APART or absolute(topic) in self.offsets:
             return
@@ -295,7 +295,7 @@ def fields_of(header):
 
 
 def decompressed(data, compression, size):
-    """What is packed to say it is of `size` bytes may be longer: it is unpacked no further."""
+    """Unpacks at most `size` bytes: more may be packed than the bag says."""
     if size > LARGEST:
         raise ValueError(f"a chunk of {size} bytes")
     if compression == b"bz2":

@@ -1,4 +1,4 @@
-"""How a program begins and ends: its arguments, what it refuses, standard output, exit status; as those in C++ do."""
+"""A program's beginning and end: its arguments, what it refuses, standard output, exit status; as those in C++ do."""
 import argparse
 import contextlib
 import errno
@@ -16,12 +16,12 @@ LONGEST_QUOTE = 60  # characters
 
 
 class Failed(Exception):
-    """What is asked for cannot be completed; the text says why."""
+    """The task cannot be completed; the text says why."""
     status = NOT_COMPLETED
 
 
 class Refused(Failed):
-    """What is asked for cannot be done with this input; one line says why."""
+    """The task cannot be done with this input; one line says why."""
     status = REFUSED
 
 
@@ -54,7 +54,7 @@ def is_full(error):
 
 
 def reason_of(error):
-    """Why an output cannot be written, of an OSError; of those for a full disk, all say "no space"."""
+    """The reason why an output cannot be written, of an OSError; of those for a full disk, all say "no space"."""
     return f"no space left for it ({error.strerror})" if is_full(error) else error.strerror
 
 
@@ -119,7 +119,7 @@ class Progress:
 
 
 class StandardOutput:
-    """Where it takes no more, the program still writes its other outputs; `error` keeps the reason."""
+    """Standard output: if it takes no more, the program still writes its other outputs; `error` keeps the reason."""
 
     def __init__(self, stream, is_closed):
         self.stream, self.is_closed, self.error = stream, is_closed, None

@@ -18,11 +18,11 @@ BETWEEN = "\n" + 80 * "=" + "\n"
 
 
 class Unreadable(ValueError):
-    """Why a definition, or a message by it, cannot be read."""
+    """The reason why a definition, or a message by it, cannot be read."""
 
 
 def reader_of(kind, definition):
-    """What turns the bytes of a message into an object with the fields of its type `kind`. Throws Unreadable, now and
+    """The function from a message's bytes to an object with the fields of its type `kind`. Throws Unreadable, now and
     for bytes of another length."""
     first, *others = definition.replace("\r\n", "\n").replace("roslib/Header", "std_msgs/Header").split(BETWEEN)
     texts = {kind: first}

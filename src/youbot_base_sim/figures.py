@@ -1,4 +1,4 @@
-"""What the figures of this package have in common. numpy and matplotlib are imported when something is drawn, without a
+"""The common part of this package's figures. numpy and matplotlib are imported when something is drawn, without a
 display: programs that install them know the colours before."""
 import io
 from pathlib import Path

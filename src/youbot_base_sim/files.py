@@ -63,7 +63,7 @@ class Outputs:
 
 
 def identity(path):
-    """The same for all names that lead to one file, or to where one would be."""
+    """One value for all names that lead to one file, or to where one would be."""
     try:
         status = os.stat(path)
         return status.st_dev, status.st_ino
@@ -72,7 +72,7 @@ def identity(path):
 
 
 def follow_links(path):
-    """Where a name leads, also to a file that is not there yet. Throws OSError."""
+    """The file to which a name leads, also one that is not there yet. Throws OSError."""
     path = Path(path)
     with contextlib.suppress(FileNotFoundError):
         path.stat()  # refuses links that go round

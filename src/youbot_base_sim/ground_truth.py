@@ -45,7 +45,7 @@ def heading(x, y, z, w):
 
 
 def pose_series(t, values, record, topic):
-    """Of rows of three of the four rows of matrices."""
+    """A series of poses from three of the four rows of matrices."""
     known = np.isfinite(values).all(axis=1)
     poses, t = values[known].reshape(-1, 3, 4), t[known]
     turned, places = poses[:, :, :3], poses[:, :, 3]
@@ -140,7 +140,7 @@ def align(truth, wheels, odom, topic, base, largest_clock):
 
 
 def aligned(truth, wheels, odom, topic, base, largest_clock, length, reach):
-    """The same by pieces of this length, s, between medians over `reach` poses to either side."""
+    """Aligns pieces of this length, s, between medians over `reach` poses to either side."""
     ends = np.flatnonzero(np.diff(np.floor(truth.t / length), prepend=-math.inf) > 0)
     around = np.clip(ends[:, None] + np.arange(-reach, reach + 1), 0, len(truth) - 1)
     coarse = Series(truth.t[ends], {name: np.median(truth[name][around], axis=1) for name in ("x", "y", "psi")})
@@ -208,7 +208,7 @@ def search_clock(rolled, seen, topic, largest_clock):
 
 
 def expected(rolled, unknowns, half_lengths):
-    """What a marker at (X, Y, yaw) on the base sees, where the base moves by these shares of what the wheels roll."""
+    """The motion of a marker at (X, Y, yaw) on a base that moves by these shares of what the wheels roll."""
     clock, yaw, X, Y, *shares = unknowns
     forward, left, turn = (rolled(clock) * shares).T
     forward, left = forward - Y * turn / half_lengths, left + X * turn / half_lengths

@@ -62,7 +62,7 @@ def lengths_of_odometry(record):
 
 
 def columns_and_rows(record, commands):
-    """What identify_tables reads: a row for each instant of wheels, commands and poses, NaN where nothing is known."""
+    """The table for identify_tables: a row for each instant of wheels, commands and poses, NaN where nothing is known."""
     joints = record.get("joint_states", "position", "velocity")
     wheels = {"phi": joints["position"], **({"dphi": joints["velocity"]} if record.has_rates else {}),
               **({"torque": np.nan_to_num(joints["effort"])} if "effort" in joints.columns else {})}

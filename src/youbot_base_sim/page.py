@@ -22,7 +22,7 @@ img { width: 100%; min-width: 40em }
 
 
 def article(title, sections):
-    """What a bag shows. sections: (title, lines as in Section, a PNG or None)."""
+    """The report of a bag. sections: (title, lines as in Section, a PNG or None)."""
     parts = [f"<h1>{text_of(title)}</h1>"]
     for heading, lines, picture in sections:
         rows = (f"<tr><th>{text_of(what)}</th><td>{text_of(text)}</td></tr>" for what, text in lines)

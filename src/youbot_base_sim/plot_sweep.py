@@ -41,7 +41,7 @@ UNITS = {key: unit for unit, keys in {  # of a scene's keys by their last part; 
 
 
 def unit(name):
-    """Of a scene's key; empty if it has none."""
+    """The unit of a scene's key; empty if it has none."""
     *sections, last = re.sub(r"\[\d+\]", "", name).split(".")
     turns = name.endswith("[2]") if last in ("pose", "twist") else "Omega" in sections
     if last in ("pose", "twist") or "reference_motion" in sections and last != "period":

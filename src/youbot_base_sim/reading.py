@@ -1,4 +1,4 @@
-"""What the programs that read bags have in common: options that say which base, topics and ground truth, and the report
+"""The common part of the programs that read bags: options that say which base, topics and ground truth, and the report
 of what was read."""
 import argparse
 import contextlib
@@ -26,7 +26,7 @@ def joint_names(text):
 
 
 def add_bag_options(parser):
-    """Those of each program that reads bags."""
+    """Adds the options of each program that reads bags."""
     parser.add_argument("--namespace", metavar="NAME",
                         help="of several robots in a bag, the one with this namespace; left out: the shortest names")
     parser.add_argument("--topic", metavar="[NAME=]TOPIC", action="append", default=[],

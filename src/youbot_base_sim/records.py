@@ -48,7 +48,7 @@ class Record:
         return series
 
     def lack(self, name, *columns):
-        """Why `get` has none."""
+        """The reason why `get` has none."""
         if name in self.series:
             unknown = [column for column in columns if not self.series[name].known(column)]
             return f"{shown(self.topics[name])} has no {', '.join(unknown or columns)}"
@@ -110,7 +110,7 @@ def read_record(bag, base, chosen=(), progress=lambda n: None, only=None, namesp
 
 
 def origin(publisher, message):
-    """Who sent a message, of which frames it is, and of joints that it names twice."""
+    """The sender of a message, its frames, and joints that it names twice."""
     names = getattr(message, "name", ())
     twice = [name for name in dict.fromkeys(names) if names.count(name) > 1]
     frame, child = (getattr(part, name, "") for part, name in (
@@ -208,8 +208,8 @@ def add_truth(record, bag, frames, of_marker):
 
 
 def rolled(record):
-    """What the wheels roll since the beginning, and by how much they contradict each other; without joint states, how
-    far odometry moved."""
+    """The motion that the wheels roll since the beginning, and their contradiction; without joint states, odometry's
+    motion."""
     joints, odom = record.get("joint_states", "position"), record.get("odom", *POSE[:3])
     if joints:
         turned = np.diff(joints["position"], axis=0)
@@ -353,7 +353,7 @@ def command_fields(entries, unit, base):
 
 
 def add_series(record, name, topic, rows, series):
-    """Of rows in any order; of those with equal times the first, but of commands and switches, which may share one."""
+    """Sorts rows by time; keeps of those with equal times the first, but of commands and switches, which may share one."""
     record.topics[name], topic = topic, shown(topic)
     table = np.array(rows, float)
     table = table[np.argsort(table[:, 0], kind="stable")]
@@ -492,7 +492,7 @@ def velocity_scale(series, base):
 
 
 def command_series(t, rates, record, topic):
-    """Of wheels that a command does not name the values before, at first zero."""
+    """Wheels that a command does not name keep the values before, at first zero."""
     if not np.isfinite(rates[0]).all():
         record.notes.append(f"{topic}: the first command leaves out wheels: they are at zero, where a base may hold them")
     for wheel in rates.T:

@@ -8,7 +8,7 @@ POSE = ("x", "y", "psi", "V_X", "V_Y", "Omega")  # columns
 
 
 class Missing(Exception):
-    """What an analysis needs and the bag lacks, in one line."""
+    """One line on what an analysis needs and the bag lacks."""
 
 
 @dataclass

@@ -23,7 +23,7 @@ def warn(text):
 
 
 def command_names(bag, chosen, namespace, field):
-    """Of the topics of commands those for a table of velocities, or of efforts. Throws Refused where the bag has the
+    """The topics of commands for a table of velocities, or of efforts. Throws Refused where the bag has the
     other kind too."""
     found = {name: topics for name, topics in find_topics(bag, chosen, chosen or COMMANDS, namespace).items() if topics}
     names = COMMANDS[:2] if field == "velocity" else COMMANDS[2:]
@@ -60,7 +60,7 @@ def rows_of(bag, base, field, arguments):
 
 
 def write(path, t, values):
-    """Of rows with equal times, keeps the last."""
+    """Keeps the last of rows with equal times."""
     last = {f"{time:.9f}": row for time, row in zip(t.tolist(), values.tolist())}
     cells = ([time, *(value + 0.0 for value in row)] for time, row in last.items())  # no -0.0
     write_whole(path, csv_text(["t", *WHEELS], cells))

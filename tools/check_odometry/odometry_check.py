@@ -35,7 +35,7 @@ def read_arguments():
     parser.add_argument("--signs", choices=("driver_exact", "consistent"), default="driver_exact",
                         help="of velocities and efforts: as the youBot's driver has them, or as the positions'")
     parser.add_argument("command", nargs="+", metavar="COMMAND", help="what starts the node, with its arguments")
-    # What roslaunch appends is this program's, remappings within COMMAND are not: rospy reads them when it is imported.
+    # Arguments of roslaunch are this program's, remappings within COMMAND are not: rospy reads them when it is imported.
     given = sys.argv[1:]
     while given and given[-1].startswith(("__name:=", "__log:=")):
         given.pop()

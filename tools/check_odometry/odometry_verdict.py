@@ -1,4 +1,4 @@
-"""What a node computes from the wheels, found from records of its odometry, and what is wrong with it."""
+"""Finds from records of a node's odometry what it computes from the wheels, and what is wrong with it."""
 import itertools
 from collections import namedtuple
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from youbot_base_sim.base import DRIVER_RADIUS, WHEELS
 
-# Of one drive; s, m, rad. Rows: `wheels` t and four angles, `truth` t, x, y, psi, `odometry` arrival, stamp, x, y, psi, V_X,
+# One drive; s, m, rad. Rows: `wheels` t and four angles, `truth` t, x, y, psi, `odometry` arrival, stamp, x, y, psi, V_X,
 # V_Y, Omega, `commands` t, V_X, V_Y, Omega. `frames`: header.frame_id and child_frame_id. `transform`: the last one on /tf
 # between these frames, as stamp, parent, child, x, y, psi, or None.
 Record = namedtuple("Record", "wheels truth odometry frames transform commands")
@@ -16,7 +16,7 @@ WINDOW = 0.1                                    # s, over which motions are comp
 LAGS = np.arange(-0.2, 0.2001, 0.005)           # s, tried
 LENGTHS, FACTOR, CENTRE, LATE = 0.01, 0.02, 5e-3, 0.015  # allowed: relative, relative, m, s
 UNEXPLAINED = 0.05                              # share of the motion that no combination of the wheels gives
-# What wheels of radius 1 at half lengths of 1 move the base by: rows X, Y, yaw. The fourth combination is slip.
+# The motion of the base by wheels of radius 1 at half lengths of 1: rows X, Y, yaw. The fourth combination is slip.
 IDEAL = np.array([[1, 1, 1, 1], [-1, 1, 1, -1], [-1, 1, -1, 1]]) / 4
 
 
@@ -26,7 +26,7 @@ def at(rows, t):
 
 
 def moved(poses):
-    """What each pose moves on from the one before, in the frame of the base: rows X, Y, yaw."""
+    """The motion from each pose to the next, in the frame of the base: rows X, Y, yaw."""
     (x, y, yaw), middle = np.diff(poses, axis=0).T, (poses[1:, 2] + poses[:-1, 2]) / 2
     chord = 1 / np.sinc(yaw / (2 * np.pi))
     return np.array([chord * (np.cos(middle) * x + np.sin(middle) * y),
@@ -38,7 +38,7 @@ def rms(values):
 
 
 def check_stamps(record, findings):
-    """Whether stamps can be the times of the poses."""
+    """True if stamps can be the times of the poses."""
     arrival, stamp = record.odometry[:, :2].T
     fault = lambda text: findings.append(Finding("FAULT", "stamps", text))
     if not stamp.any():
@@ -72,7 +72,7 @@ class Drive:
 
 
 def matrix_of(drives, lag):
-    """What the odometry makes of the wheels' angles, (3, 4), and the share of its motion that this leaves, by rows."""
+    """The odometry's matrix of the wheels' angles, (3, 4), and the share of its motion that this leaves, by rows."""
     turned, given = (np.vstack(parts) for parts in ([drive.turned(lag) for drive in drives],
                                                    [drive.moved for drive in drives]))
     A = np.linalg.lstsq(turned, given, rcond=None)[0].T
@@ -191,7 +191,7 @@ def judge_frames(record, findings):
 
 
 def judge_commands(record, findings):
-    """What commands move the base without slip, a little later, as the wheels' velocity loops follow."""
+    """The motion that is commanded, without slip and a little later, as the wheels' velocity loops follow."""
     t = np.arange(record.commands[0, 0], record.commands[-1, 0], 0.5)
     commanded = np.diff(at(np.c_[record.commands[:, :1], np.cumsum(record.commands[:, 1:] * np.diff(
         record.commands[:, 0], append=record.commands[-1, 0])[:, None], axis=0)], t), axis=0)

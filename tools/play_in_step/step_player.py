@@ -142,7 +142,7 @@ class Gate:
 
 
 class Outputs:
-    """What the nodes publish: sorted within an instant by topic and node; of each topic count and hash."""
+    """The messages that the nodes publish: sorted within an instant by topic and node; of each topic count and hash."""
 
     def __init__(self, path, played):
         import rosbag
@@ -165,7 +165,7 @@ class Outputs:
         self.waiting.append((topic, header["callerid"], len(self.waiting), header, message._buff))
 
     def write(self, now):
-        """What has come since the last call, with this time."""
+        """The messages since the last call, with this time."""
         import genpy
         waiting, self.waiting = sorted(self.waiting, key=lambda one: one[:3]), []
         for topic, node, _, header, data in waiting:

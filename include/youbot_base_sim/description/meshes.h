@@ -44,7 +44,7 @@ std::string mesh(Part part, const RobotParameters& robot);
 /// The folder of the meshes of the paper's robot, which are installed with the package.
 constexpr char kPackageMeshes[] = "package://youbot_base_sim/meshes/";
 
-/// Whether the part is one of the paper's robot.
+/// True if the part is one of the paper's robot.
 inline bool in_package(Part part, const RobotParameters& robot) {
   return mesh_name(part, robot) == mesh_name(part, RobotParameters());
 }

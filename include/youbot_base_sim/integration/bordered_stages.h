@@ -147,7 +147,7 @@ class BorderedStages {
     }
   }
 
-  // Whether entry (i, k) of A_i is zero, and so of L and U: the first wheel rate and the other stages' roller rates.
+  // True if entry (i, k) of A_i is zero, and so of L and U: the first wheel rate and the other stages' roller rates.
   static constexpr bool vanishes(int i, int k) {
     return (i == 0 && k > 1 && k % 2 == 1) || (k == 0 && i > 1 && i % 2 == 1);
   }

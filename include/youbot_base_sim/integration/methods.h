@@ -54,7 +54,7 @@ double effective_regularization_speed(double nu, double spin_radius, const Toler
 std::string advice(const RobotParameters& robot, const FloorParameters& floor, Model model,
                    const IntegrationSettings& settings, double duration);
 
-/// Why `method` cannot integrate this robot, in words for an error message; empty if it can.
+/// The reason why `method` cannot integrate this robot, in words for an error message; empty if it can.
 std::string refusal(const Method& method, const RobotParameters& robot, Model model);
 
 /// Makes the integrator of `model` from `start` at t = 0 by the method of that name, which must not be refused; model 1

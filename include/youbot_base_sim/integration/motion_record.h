@@ -13,7 +13,7 @@
 
 namespace youbot_base_sim {
 
-/// Which wheels chatter on an edge: they come back to it from hops of less than kLongestHop. A wheel that chatters on
+/// Wheels that chatter on an edge: they come back to it from hops of less than kLongestHop. A wheel that chatters on
 /// an edge which attracts it enters sliding mode, once the error of that no longer counts or where work is to be saved.
 class SlidingMode {
  public:

@@ -52,7 +52,7 @@ class RadauError {
   }
 
  private:
-  // Of components that decay within the step, the filtered error counts although they have no effect on its end.
+  // The filtered error of components that decay within the step, although they have no effect on its end.
   [[gnu::noinline]] double norm_filtered_again(const Inertia& inertia, const RadauStart<Model>& start, double dt,
                                                std::array<Velocities, 1>& error) const {
     filter_.solve({(RadauTableau::gamma / dt) * (inertia * error[0])}, error);
@@ -60,7 +60,7 @@ class RadauError {
     return error_norm(error[0], start.error_scale);
   }
 
-  // Whether stages have seen all but a negligible share of the energy. The balance of energy misses that of the jump
+  // True if stages have seen all but a negligible share of the energy. The balance of energy misses that of the jump
   // from the start to the polynomial through the stages: of a transient that is over before the first one.
   bool resolves_transient_energy(const Inertia& inertia, const RadauStart<Model>& start,
                                  const StageVelocities& u) const {
@@ -69,9 +69,9 @@ class RadauError {
            radau_options.unseen_energy * tolerance_.relative * dot(start.u, inertia * start.u);
   }
 
-  // The same of the platform's pose, in units of what the allowed error of its velocities adds up to in 4 ms.
-  // Where contacts hold the velocities, these are right at the step's end, however long the step, and their integral
-  // alone shows what it misses.
+  // The estimate for the platform's pose, in units of what the allowed error of its velocities adds up to in 4 ms. If
+  // contacts hold the velocities, these are right at the step's end, however long the step, and their integral alone
+  // shows what it misses.
   double error_of_pose(const RadauStart<Model>& start, const StageVelocities& u, double dt) const {
     using T = RadauTableau;
     const Wheels error = (dt / T::gamma) * (start.u.v + T::error_of_integral(0) * u[0].v +

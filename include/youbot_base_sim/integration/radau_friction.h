@@ -16,7 +16,7 @@ typename Model::Friction corrected_friction(const Model& model, const typename M
   return Features::with_force(now, model.contact_friction().bounded(model.changed(Features::force(now), c, K, du),
                                                                     model.features().limit(now, c)));
 }
-/// The same where the normal reactions have changed by dN (N) too.
+/// The friction by this correction where the normal reactions have changed by dN (N) too.
 template <class Model>
 typename Model::Friction corrected_friction(const Model& model, const typename Model::Contacts& c,
                                             const typename Model::Stiffness& K, const Velocities& du,

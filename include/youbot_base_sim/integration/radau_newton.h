@@ -110,11 +110,11 @@ class RadauConvergence {
     if (std::isfinite(seen)) curvature_ = std::max(seen, radau_options.curvature_memory * curvature_);
   }
 
-  /// Whether the rate predicts the size of the correction after one of this size.
+  /// True if the rate predicts the size of the correction after one of this size.
   bool predicts(double size) const { return size <= predictable_correction_; }
-  /// Whether all corrections after one of this size, at this rate, sum up to less than the tolerance.
+  /// True if all corrections after one of this size, at this rate, sum up to less than the tolerance.
   static bool leaves_little(double size, double rate) { return rate < 1 && size * rate < 1 - rate; }
-  /// Whether the next correction, with an exact matrix about the curvature times the square of this one, is small.
+  /// True if the next correction, with an exact matrix about the curvature times the square of this one, is small.
   bool leaves_little_exactly(double size) const {
     return radau_options.curvature_margin * curvature_ * size * size < 1;
   }
@@ -123,7 +123,7 @@ class RadauConvergence {
   void restart() { curvature_ = 1; }
 
  private:
-  // How small an error of the slip rounding lets iterations reach, m/s; with dynamic reactions
+  // The error of the slip that rounding lets iterations reach, m/s; with dynamic reactions
   static constexpr double kRounding = 3e-16, kReactingRounding = 1e-12;
 
   Velocities per_tolerance_;           // the inverse of the convergence tolerance
@@ -197,7 +197,7 @@ class RadauNewton {
     return false;
   }
 
-  // Of the last iterations.
+  // Results of the last iterations.
 
   double dt() const { return matrix_.dt(); }                  ///< length of the step, s
   const StageVelocities& forces() const { return forces_; }   ///< at the stages, N and N m
@@ -210,7 +210,7 @@ class RadauNewton {
   }
 
  private:
-  // Whether the friction of the slips is the F of the last correction. Where not, a small correction of the slip may
+  // True if the friction of the slips is the F of the last correction. Where not, a small correction of the slip may
   // stand for a large one of the force, so its size does not show that the matrix still holds.
   bool friction_is_as_expected(const System& system, const Stages& stages) const {
     const auto gap = [&](int j) {

@@ -39,7 +39,7 @@ class RadauPrediction {
   /// The step to predict from; null if there is none.
   const SolvedStep* known() const { return radau_options.predicts ? known_ : nullptr; }
   const SolvedStep* last() const { return known_; }
-  /// Whether the step before is known, and steps go on from its end.
+  /// True if the step before is known, and steps go on from its end.
   bool continues() const { return known_ && known_->ended; }
 
   /// Room for the stages of the next try.
@@ -71,7 +71,7 @@ class RadauPrediction {
     end_contact_ids_.setConstant(-1);  // none
   }
 
-  /// Which of these contacts the last accepted step ended with.
+  /// The contacts among these with which the last accepted step ended.
   WheelMask unchanged(const ContactModes::Ids& ids) const { return ids == end_contact_ids_; }
   /// The friction at its end.
   const Friction& end_friction() const { return end_friction_; }

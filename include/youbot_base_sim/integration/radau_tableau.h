@@ -20,7 +20,7 @@ struct RadauTableau {
   /// Weights of the stages in the error estimate, (8.19) of section IV.8, which is of order 3.
   static constexpr double error[3] = {-(13 + 7 * root_6) / 3, (-13 + 7 * root_6) / 3, -1.0 / 3};
   static constexpr int error_order = 3;
-  /// Of the same estimate for an integral of what the stages have, whose start has the weight 1.
+  /// Weight of stage j in this estimate for an integral of what the stages have, whose start has the weight 1.
   static constexpr double error_of_integral(int j) {
     return error[0] * A[0][j] + error[1] * A[1][j] + error[2] * A[2][j];
   }

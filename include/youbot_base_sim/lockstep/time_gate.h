@@ -12,8 +12,8 @@
 
 namespace youbot_base_sim {
 
-/// When simulated time may advance: once all nodes that it waits for are done with what was published. The source of
-/// /clock, a simulator or a player of bags, publishes the messages of one time and then announces the next.
+/// Decides when simulated time may advance: once all nodes that it waits for are done with what was published. The
+/// source of /clock, a simulator or a player of bags, publishes the messages of one time and then announces the next.
 class TimeGate {
  public:
   virtual ~TimeGate() = default;
@@ -34,10 +34,10 @@ class TimeGate {
   /// The node has sent a message though all nodes were done. The first time, a warning names it.
   void note_late(const std::string& node);
 
-  /// Why another run may have another result: nodes that have ever been given up; empty: there are none.
+  /// The reason why another run may have another result: nodes that have ever been given up; empty: there are none.
   std::string broken_promise() const;
 
-  /// What /diagnostics shows, by name: steps, late commands, nodes given up, the node that time waits for longest.
+  /// Values for /diagnostics, by name: steps, late commands, nodes given up, the node that time waits for longest.
   std::map<std::string, std::string> counters() const;
 
  protected:

@@ -18,7 +18,7 @@ struct Sharing {
   double kick;      ///< what the platform's speed loses each time a roller takes over at rest, m/s; else 0
 };
 
-/// Which contact each wheel has with the floor:
+/// The contact that each wheel has with the floor:
 ///   - on one roller, between that roller's two edges;
 ///   - shared between two rollers, on the edge between them (Filippov's sliding mode, see SharedContact);
 ///   - averaged over its rollers, when it passes them faster than they can be located.

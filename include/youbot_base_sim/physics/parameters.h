@@ -64,8 +64,8 @@ struct RobotParameters {
   Wheels rho_X() const { return {h, h, -h, -h}; }                    ///< wheel centres from O, forward, m
   Wheels rho_Y() const { return {l, -l, l, -l}; }                    ///< wheel centres from O, to the left, m
 
-  /// Of the directions delta of the axes of the rollers in contact: -45, 45, 45, -45 deg (paper, section 2), or the
-  /// `roller_angle` with these signs. Exact at 45 deg.
+  /// Directions delta, by functions, of the axes of the rollers in contact: -45, 45, 45, -45 deg (paper, section 2), or
+  /// the `roller_angle` with these signs. Exact at 45 deg.
   Wheels tan_delta() const;
   Wheels cos_delta() const { return (1 / (1 + tan_delta().square())).sqrt(); }
   Wheels sin_delta() const { return cos_delta() * tan_delta(); }

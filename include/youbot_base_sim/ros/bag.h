@@ -34,7 +34,7 @@ class BagWriter {
       : file_(std::move(file)), namespace_(std::move(ns)), stamp_at_(std::move(stamp_at)) {}
   /// Throws OutputError where the system refuses.
   explicit BagWriter(const std::string& path) : BagWriter(OutputFile(path, OutputFile::Access::kAnywhere)) {}
-  /// As `keep_incomplete`.
+  /// Keeps a bag that was not committed, see `keep_incomplete`.
   ~BagWriter() { keep_incomplete(); }
   BagWriter(const BagWriter&) = delete;
   BagWriter& operator=(const BagWriter&) = delete;

@@ -32,7 +32,7 @@
 /// Conversions between simulation and messages, as pure functions. Wheel joints have the sign of the URDF and of the
 /// paper: positive drives forward. (The real driver's left motors turn the other way, but not its joint positions.)
 /// Points of loads and wrenches count from O at the height of the axles, those in messages from base_link's origin.
-/// Where `frames` are left out, they are the driver's.
+/// `frames` that are left out are the driver's.
 namespace youbot_base_sim {
 
 /// Units of commands, as boost::units writes them, which is what the driver compares with: N m/rad and rad/s.

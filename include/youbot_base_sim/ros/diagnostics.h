@@ -9,7 +9,7 @@
 #include <string>
 
 #include "youbot_base_sim/drive/base_driver.h"
-#include "youbot_base_sim/loop/loop_timing.h"
+#include "youbot_base_sim/ros/loop_timing.h"
 #include "youbot_base_sim/simulation.h"
 
 /// Messages for /diagnostics and the dashboard, as pure functions.

@@ -16,7 +16,7 @@ struct FrameNames {
   std::string truth = kTruthFrame;    ///< where the base is
   std::string map;                    ///< another name of `world` in what is asked of the node; empty: none
 
-  /// Those of the robot with this prefix, as robot_state_publisher adds it. A name that begins with a slash goes
+  /// The frames of the robot with this prefix, as robot_state_publisher adds it. A name that begins with a slash goes
   /// without it. `world` never has it.
   static FrameNames of(const std::string& tf_prefix, const std::string& odom, const std::string& base,
                        const std::string& world) {

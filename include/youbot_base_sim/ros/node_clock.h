@@ -12,8 +12,8 @@
 #include <string>
 
 #include "youbot_base_sim/loop/base_loop.h"
-#include "youbot_base_sim/loop/loop_timing.h"
 #include "youbot_base_sim/ros/base_settings.h"
+#include "youbot_base_sim/ros/loop_timing.h"
 #include "youbot_base_sim/ros/publications.h"
 
 namespace youbot_base_sim {
@@ -104,12 +104,12 @@ class NodeClock {
   /// The loop has advanced without a callback: commands that have come meanwhile do not follow from simulated time.
   virtual void take_late_commands(TimedLoop& /*loop*/) {}
 
-  /// To be called before and after publishing at the present time. `is_due`: at an instant of publishing; `switched`:
+  /// Call them before and after publishing at the present time. `is_due`: at an instant of publishing; `switched`:
   /// rollers have switched.
   virtual void begin_publishing(bool /*is_due*/, bool /*switched*/) {}
   virtual void end_publishing() {}
 
-  /// Why another run may have another result though the clock is to prevent that; empty: nothing is known.
+  /// The reason why another run may have another result though the clock is to prevent that; empty: nothing is known.
   virtual std::string broken_promise() const { return ""; }
   virtual std::map<std::string, std::string> counters() const { return {}; }  ///< for /diagnostics, by name
 

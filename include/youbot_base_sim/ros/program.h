@@ -40,7 +40,7 @@ class Parameters {
     return true;
   }
 
-  /// As `read`, in the nearest namespace upwards that has the parameter.
+  /// Reads it in the nearest namespace upwards that has the parameter.
   bool search(const std::string& name, std::string& value) const;
 
   /// Throws unless `holds`: "parameter ~name = value: must be ...".

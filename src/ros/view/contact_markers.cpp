@@ -96,7 +96,7 @@ struct Markers {
     return marker;
   }
 
-  /// Of at most `most` things shown so far with three ids each, removes those after the first `count`.
+  /// Removes, of at most `most` things shown so far with three ids each, those after the first `count`.
   void remove_after(const std::string& ns, std::size_t count, std::size_t& most) {
     most = std::max(most, count);
     for (std::size_t id = 3 * count; id < 3 * most; ++id) remove(ns, static_cast<int>(id));
@@ -244,7 +244,7 @@ void add_wrench(Markers& markers, int k, const Wrench& wrench, double psi, doubl
   markers.add_text("wrenches", 3 * k + 2, end - arrow + Vector3d(0, 0, 1.2 * kLetter), text, kPush);
 }
 
-/// That the base tips or is off the floor; else empty.
+/// Says that the base tips or is off the floor; else empty.
 std::string warning(const Simulation& simulation) {
   const auto record = simulation.reaction_record();
   if (!record || record->tipping == Side::kNone) return "";

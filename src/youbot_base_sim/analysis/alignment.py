@@ -1,4 +1,4 @@
-"""How ground truth of a tracking system was put: its clock, the marker on the base, its fixed frame."""
+"""The alignment of ground truth of a tracking system: its clock, the marker on the base, its fixed frame."""
 import math
 
 from .section import Section

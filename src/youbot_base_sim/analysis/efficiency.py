@@ -1,4 +1,4 @@
-"""How much of the commanded velocity, and of the rolled one, the base reaches: forward, lateral and in yaw."""
+"""The share of the commanded velocity, and of the rolled one, that the base reaches: forward, lateral and in yaw."""
 import numpy as np
 
 from ..agreement import fit

@@ -1,4 +1,4 @@
-"""Where the energy from the drive trains goes."""
+"""The uses of the energy from the drive trains."""
 import numpy as np
 
 from ..figures import BLACK, GREEN, ORANGE, RED, SKY, thinned

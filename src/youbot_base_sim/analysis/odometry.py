@@ -1,4 +1,4 @@
-"""How far the odometry is off the truth, over time, path length and rotation."""
+"""The error of odometry against the truth, over time, path length and rotation."""
 import math
 
 import numpy as np

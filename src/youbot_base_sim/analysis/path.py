@@ -1,4 +1,4 @@
-"""Where the base went, and how far off the desired path."""
+"""The path of the base, and its distance from the desired one."""
 import numpy as np
 
 from ..figures import BLACK, RED, thinned

@@ -37,7 +37,7 @@ def rms(values, axis=0):
 
 
 def summed(steps):
-    """What the steps add up to at each sample, from 0."""
+    """The sum of the steps at each sample, from 0."""
     return np.concatenate([np.zeros_like(steps[:1]), np.cumsum(steps, axis=0)])
 
 

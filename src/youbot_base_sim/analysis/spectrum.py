@@ -105,7 +105,7 @@ class Wheel:
 
 
 def amplitudes(phi, rate, orders):
-    """Of the cycles in a rate over an angle, by Fourier sums: the samples lie evenly in time, not over the angle."""
+    """Amplitudes of cycles in a rate over an angle, by Fourier sums: samples lie evenly in time, not over the angle."""
     phi = np.abs(phi - phi[0])
     share = phi / phi[-1]
     window = np.sin(math.pi * share) ** 2 * np.maximum(np.gradient(phi), 0)  # noise turns an angle back

@@ -1,4 +1,4 @@
-"""How often wheels switch rollers, and how slip jumps then."""
+"""The rate of roller switches, and the jumps of slip at them."""
 import numpy as np
 
 from ..base import WHEELS

@@ -68,7 +68,7 @@ void check_positions(DriveRecord& record, Findings& findings) {
              "{}: wheel {} turns against its commands: the signs of its position and velocity are reversed", findings);
 }
 
-/// Whether all efforts are whole multiples of `quantum`.
+/// True if all efforts are whole multiples of `quantum`.
 bool is_quantized_by(const DriveRecord& record, double quantum) {
   std::complex<double> sum = 0;
   double largest = 0;

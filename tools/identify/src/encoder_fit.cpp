@@ -161,7 +161,7 @@ struct Trial {
   int record_of(std::size_t k) const {
     return k < free.size() ? -1 : static_cast<int>((k - free.size()) / of_record());
   }
-  /// Whether unknown k changes what a simulation does.
+  /// True if unknown k changes what a simulation does.
   bool moves(std::size_t k) const { return k < free.size() || (k - free.size()) % of_record() >= kUnknownOfRecord; }
 
   Eigen::VectorXd bounds(double Parameter::*bound, double of_others) const {
@@ -171,7 +171,7 @@ struct Trial {
   }
 };
 
-/// What a trial's base does in all windows of all records, as rows: X, Y, yaw of each.
+/// The motion of a trial's base in all windows of all records, as rows: X, Y, yaw of each.
 class EncoderComparison {
  public:
   EncoderComparison(const std::vector<DriveRecord>& records, const EncoderFitSettings& settings)
@@ -200,10 +200,10 @@ class EncoderComparison {
   const std::vector<int>& training() const { return training_; }
   const std::vector<int>& held_out() const { return held_out_; }
 
-  /// What rows are expected to be off, m, m and rad.
+  /// Sets what rows are expected to be off, m, m and rad.
   void expect(const Eigen::Array3d& scatter) { scatter_ = scatter; }
 
-  /// How far off the rows of some record usually are: by their medians, robustly.
+  /// The usual error of the rows of some record: by their medians, robustly.
   Eigen::Array3d scatter_of(const Eigen::VectorXd& off) const {
     Eigen::Array3d scatter;
     for (int c = 0; c < 3; ++c) {
@@ -225,13 +225,13 @@ class EncoderComparison {
     return all;
   }
 
-  /// The same over what is expected, robustly.
+  /// The errors over what is expected, robustly.
   Eigen::VectorXd residuals(const Trial& trial) const { return scaled(off(trial)); }
 
-  /// The same with derivatives by differences.
+  /// Residuals with derivatives by differences.
   Eigen::VectorXd residuals(const Trial& trial, const Eigen::VectorXd& x, Eigen::MatrixXd& jacobian) const;
 
-  /// Of factors forward, lateral and in yaw, m, m and rad. Throws UnusableRecord where these explain too little.
+  /// Errors of factors forward, lateral and in yaw, m, m and rad. Throws UnusableRecord where these explain too little.
   Eigen::VectorXd off_by_kinematics(const Trial& trial) const;
 
   double held_out_error(const Eigen::VectorXd& residuals) const {
@@ -405,7 +405,7 @@ Eigen::VectorXd EncoderComparison::sigma(const Eigen::VectorXd& residuals, const
   const Eigen::MatrixXd unit = unit_covariance(with_prior);
   const Eigen::MatrixXd of_blocks = n / spare * unit * scatter * unit;
   const Eigen::MatrixXd independent = residuals(training_).squaredNorm() / static_cast<double>(J.rows()) * unit;
-  // Of few blocks, one may happen to be small.
+  // One of few blocks may happen to be small.
   return of_blocks.diagonal().cwiseMax(independent.diagonal()).cwiseSqrt();
 }
 
@@ -431,7 +431,7 @@ void minimize(const EncoderComparison& comparison, const Scene& start, Trial& tr
                                       trial.bounds(&Parameter::max, HUGE_VAL)));
 }
 
-/// What is known of a trial where it is best.
+/// All that is known of a trial where it is best.
 struct Linearized {
   Eigen::VectorXd x, residuals;
   Eigen::MatrixXd jacobian;

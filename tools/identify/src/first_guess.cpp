@@ -91,7 +91,7 @@ Regression regress_loops(const std::vector<DriveRecord>& records, double delay, 
   return regression;
 }
 
-/// Whether it has found plausible values.
+/// True if it has found plausible values.
 bool guess_loops(const std::vector<DriveRecord>& records, Scene& candidate) {
   constexpr int kDelays = 41;
   constexpr double kStep = 0.005, kUnsure = 0.05;  // s
@@ -176,10 +176,10 @@ FrictionMatrix friction_rows(Scene scene, const std::vector<Steady>& stretches, 
   return rows;
 }
 
-/// Whether anything turned against a friction: one of size 1 took a torque that is more than rounding.
+/// True if anything rotated against a friction: one of size 1 took a torque that is more than rounding.
 bool took_torque(const FrictionMatrix& rows, int f) { return rows.col(f).norm() > 1e-9; }
 
-/// Which columns are nearly independent of those before: each must keep this share of its length.
+/// The columns that are nearly independent of those before: each must keep this share of its length.
 std::array<bool, kFrictions> independent(const FrictionMatrix& rows) {
   constexpr double kShare = 0.15;
   std::array<bool, kFrictions> chosen{};

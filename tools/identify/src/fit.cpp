@@ -114,7 +114,7 @@ class Comparison {
   }
 
  private:
-  /// What is compared of one record.
+  /// The part of one record that is compared.
   struct Part {
     std::vector<bool> jumping;         // torques, for each sample
     std::vector<std::size_t> samples;  // at which modes are compared
@@ -355,7 +355,7 @@ void eliminate_insignificant_parameters(const Comparison& comparison, const Scen
   if (dropped) minimize(comparison, trial);
 }
 
-/// Whether the driver applies commands in the cycles in which it reads the joints: then delays the records' commands.
+/// True if the driver applies commands in the cycles in which it reads the joints: then delays the records' commands.
 bool find_cycles(std::vector<DriveRecord>& records, Candidate& candidate, const Workers& workers) {
   constexpr double kStep = 0.004;      // s
   constexpr double kNoWorse = 1.05;    // commands at one phase of the cycle cannot decide it

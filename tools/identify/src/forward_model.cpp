@@ -30,7 +30,7 @@ struct DelayedCommands {
       const double change = std::max(table.t[next] + delay, t);
       sum += (change - t) * now;
       t = change;
-      // As EtherCAT carries them: rows are rounded, their means are not.
+      // EtherCAT carries rounded rows; their means are not.
       now = table.values[next].unaryExpr([&](double rate) {
         return motor.transmitted(motor.limited({DriveMode::kVelocity, rate})).value;
       });

@@ -111,7 +111,7 @@ bool prepare(int argc, char** argv, Arguments& arguments, Scene& start) {
   return true;
 }
 
-/// What was found in the tables, and all records, inspected.
+/// All records, inspected, and the findings in their tables.
 std::vector<DriveRecord> read_records(const Arguments& arguments, std::vector<std::string>& findings) {
   std::vector<DriveRecord> records;
   for (std::size_t k = 0; k < arguments.tables.size(); ++k) {

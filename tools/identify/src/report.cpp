@@ -85,7 +85,7 @@ std::string text_of(const YAML::Node& root, const DriveRecord& record, double er
   return std::string(out.c_str()) + "\n";
 }
 
-/// Of four wheels; `row` has places for time and wheels.
+/// A table of four wheels; `row` has places for time and wheels.
 std::string table(const std::vector<double>& t, const std::vector<Wheels>& wheels, const char* row) {
   std::string text = "t,fl,fr,bl,br\n";
   for (std::size_t k = 0; k < t.size(); ++k) text += fmt::format(row, t[k], fmt::join(wheels[k], ","));

@@ -46,7 +46,7 @@ void expect_found(const Fit& fitted, const Scene& robot, const char* key, double
 // The share of what a wheel needs at 4 rad/s, or a roller at 15 rad/s, that does not depend on its rate.
 double dry_share(double dry, double viscous, double rate) { return dry / (dry + viscous * rate); }
 
-/// What the limits of identify promise of the motors, friction and the wheels' inertia.
+/// Expects what the limits of identify promise of the motors, friction and the wheels' inertia.
 void expect_drives_found(const Fit& fitted, const Scene& robot) {
   constexpr double kWheelRate = 4, kRollerRate = 15;  // rad/s
   expect_found(fitted, robot, "velocity_proportional_gain", 0.1);
@@ -166,7 +166,7 @@ TEST(AppliedInCycles, WaitsForTheNextSampleButNotThroughAGap) {
   EXPECT_EQ(applied.values[0][0], 2) << "the last one counts";
 }
 
-// The same bits, however many threads there are.
+// Threads do not change a bit, however many there are.
 TEST(Predict, DoesNotDependOnThreads) {
   const DriveRecord record = short_drive();
   const std::vector<Candidate> candidates(3, {measured_base(), {Wheels::Zero()}});

@@ -74,7 +74,7 @@ using Source = std::pair<SceneFile, SceneSettings>;
 struct Run {
   Run(const Scene& scene, Crew& crew) : simulation(scene), rows(simulation, [&crew] { crew.look(); }) {}
 
-  /// Why the motion so far may be unreliable, in one line; empty if it is reliable.
+  /// The reason why the motion so far may be unreliable, in one line; empty if it is reliable.
   std::string doubt() const { return ended.empty() ? unreliability_reason(simulation, rows, nullptr) : ended; }
 
   Simulation simulation;

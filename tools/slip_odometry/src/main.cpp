@@ -146,7 +146,7 @@ class SlipOdometryNode {
     report_in_time();
   }
 
-  /// By the wall clock: /clock may stand still or go back.
+  /// Seconds of the wall clock: /clock may stand still or go back.
   void report_in_time() {
     const ros::WallTime now = ros::WallTime::now();
     if ((now - reported_).toSec() < kReportPeriod) return;

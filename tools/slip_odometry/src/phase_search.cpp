@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kThird = 2 * M_PI / 3;
 
-/// Of candidate k and wheel i: -1, 0 or 1 step.
+/// The step of candidate k and wheel i: -1, 0 or 1.
 int level(int k, int i) {
   const int row = k / 3, column = k % 3;
   const std::array<int, kWheels> levels = {row, column, row + column, row + 2 * column};

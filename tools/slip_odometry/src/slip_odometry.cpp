@@ -93,7 +93,7 @@ class SlipOdometry::Replica {
   }
   Wheels torque() const { return runs() ? replay_->simulation().torque() : Wheels(Wheels::Zero()); }
 
-  /// Where it alone would have gone.
+  /// The pose to which it alone would have gone.
   Eigen::Vector3d pose() const { return pose_; }
   void move(const Eigen::Vector3d& displacement) { pose_ = moved_on(pose_, displacement); }
   void reset() { pose_.setZero(); }
@@ -115,7 +115,7 @@ SlipOdometry::SlipOdometry(const Scene& scene, const Settings& settings)
   if (!slips(scene.model)) throw std::invalid_argument("model no_slip has no slip: plain odometry is the same");
 }
 
-/// Of known phases one, of those that efforts may tell the candidates; of others some, whose wheels follow softly.
+/// One of known phases; the candidates of those that efforts may tell; some of others, whose wheels follow softly.
 void SlipOdometry::make_replicas(bool known, bool efforts) {
   const int rollers = scene_.robot.rollers;
   if (efforts) search_.emplace(rollers);
@@ -196,7 +196,7 @@ Wheels SlipOdometry::checked(const Wheels& moved, double dt) {
   return corrected;
 }
 
-/// What lies between two readings. Over a gap the wheels turn faster, but no faster than they can.
+/// The motion between two readings. Over a gap the wheels turn faster, but no faster than they can.
 SlipOdometry::Interval SlipOdometry::interval_of(const Wheels& moved, double dt) {
   if (dt > settings_.max_gap)
     doubt(fmt::format("no reading for {:.3g} s", dt), fastest(moved / dt), std::min(dt, kMemory));
@@ -238,7 +238,7 @@ void SlipOdometry::simulate(const Interval& interval, const Wheels& end_rate) {
   if (interval.torque) take_torque(*interval.torque, interval);
 }
 
-/// Of simulated replicas. One whose motion ends, and all after a way too long to simulate, go as wheels roll.
+/// Poses of simulated replicas. One whose motion ends, and all after a way too long to simulate, go as wheels roll.
 Eigen::Vector3d SlipOdometry::mean_displacement(const Interval& interval, const Wheels& end_rate) {
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   for (int k = 0; k < simulated_; ++k) {
@@ -270,7 +270,7 @@ void SlipOdometry::check_wheels() {
         against, latest_->length);
 }
 
-/// By how long they agree with the signs of expected torques.
+/// Judges signs by how long they agree with those of expected torques.
 void SlipOdometry::learn_effort_signs(const Wheels& torque, const Wheels& expected, double dt) {
   constexpr double kLarge = 0.1, kEnough = 1, kMinShare = 0.6;  // N m, s
   effort_agreement_ += (expected.abs() > kLarge).select(dt * torque.sign() * expected.sign(), 0);
@@ -297,7 +297,7 @@ void SlipOdometry::take_torque(const Wheels& torque, const Interval& interval) {
 
 void SlipOdometry::check_torque(const Wheels& torque, const Wheels& expected, const Interval& interval) {
   if (!std::isfinite(settings_.max_effort_error)) return;
-  // Of the mean: at roller switches and jerks of the encoders single torques differ by more.
+  // The mean counts: at roller switches and jerks of the encoders single torques differ by more.
   const Wheels off = (effort_sign_ == 0).select(0, torque - expected);
   effort_error_ += std::min(1.0, interval.length / kMemory) * (off - effort_error_);
   const double error = 0.25 * sum(effort_error_.abs());
@@ -345,7 +345,7 @@ Eigen::Matrix3d SlipOdometry::velocity_covariance() const {
          of_speeds(doubtful_speed_ * doubtful_speed_);
 }
 
-/// Of the rims, m/s.
+/// Speeds of the rims, m/s.
 double SlipOdometry::fastest(const Wheels& rate) const { return kinematics_.wheel_radius * rate.abs().maxCoeff(); }
 
 /// A column for each replica that is simulated or, of `all`, was.
@@ -355,7 +355,7 @@ Eigen::Matrix3Xd SlipOdometry::values(Eigen::Vector3d (Replica::*value)() const,
   return values;
 }
 
-/// Of doubtful variances of X and Y (m^2 or m^2/s^2) and, by them, of yaw.
+/// Covariances of doubtful X and Y (m^2 or m^2/s^2) and, by them, of yaw.
 Eigen::Matrix3d SlipOdometry::of_speeds(double variance) const {
   const double arm = kinematics_.half_lengths;
   return (variance * Eigen::Vector3d(1, 1, 1 / (arm * arm))).asDiagonal();

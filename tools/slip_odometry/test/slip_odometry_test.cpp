@@ -189,7 +189,7 @@ const std::string kGuessed =
 
 Eigen::Vector3d displacement(const Eigen::Vector3d& a, const Eigen::Vector3d& b) { return turned(b - a, -a[2]); }
 
-/// How far the angles that efforts tell are off those where the encoders read zero, over sigma.
+/// The error of the angles that efforts tell against those where the encoders read zero, over sigma.
 Wheels found_off(const PhaseSearch& search, const Wheels& at_zero) {
   const Wheels off = search.phases(0) - at_zero;
   const double pitch = 2 * M_PI / 6;
@@ -283,7 +283,7 @@ TEST(SlipOdometryTest, ReadingsThatAreNotFiniteAreLeftOut) {
   });
 }
 
-// As of an encoder that is switched on again: it is left out once, and named.
+// An encoder is switched on again: it is left out once, and named.
 TEST(SlipOdometryTest, AnEncoderThatJumpsIsNamed) {
   SlipOdometry odometry(scene_of(kKnown), {});
   int doubts = 0;
@@ -322,7 +322,7 @@ TEST(SlipOdometryTest, ATimeThatGoesBackBeginsAnew) {
   });
 }
 
-// As of stamps that nothing fills in: the pose stays, and is known worse with each reading.
+// Nothing fills in the stamps: the pose stays, and is known worse with each reading.
 TEST(SlipOdometryTest, ATimeThatStandsStillIsNamed) {
   SlipOdometry odometry(scene_of(kKnown), {});
   for (int k = 0; k < 400; ++k) {
@@ -371,7 +371,7 @@ TEST(SlipOdometryTest, NoticesAPushByTheEfforts) {
       pushed);
 }
 
-// Of a driver whose motors count efforts backward on the left.
+// The driver's motors count efforts backward on the left.
 TEST(SlipOdometryTest, FindsTheSignsOfEfforts) {
   SlipOdometry odometry(scene_of(kKnown), {});
   EXPECT_TRUE((odometry.effort_signs() == 0).all());

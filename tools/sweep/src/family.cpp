@@ -105,7 +105,7 @@ std::vector<ReadAxis> read_entry(SceneValue s, const SceneValue& whole, bool in_
   return {{std::move(axis), key}};
 }
 
-/// Whether the keys are the same or one leads into the other.
+/// True if the keys are the same or one leads into the other.
 bool overlap(const std::string& a, const std::string& b) {
   if (a.size() > b.size()) return overlap(b, a);
   return b.compare(0, a.size(), a) == 0 && (b.size() == a.size() || b[a.size()] == '.' || b[a.size()] == '[');
@@ -226,7 +226,7 @@ void try_axes(Family& family) {
   family.tables.assign(tables.begin(), tables.end());
 }
 
-/// Whether axis k is in the grid and does not change together with the one before it.
+/// True if axis k is in the grid and does not change together with the one before it.
 bool begins_grid_axis(const Family& family, std::size_t k) {
   return !family.axes[k].is_drawn() && (k == 0 || family.axes[k].number != family.axes[k - 1].number);
 }

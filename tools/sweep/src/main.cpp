@@ -116,7 +116,7 @@ bool read_arguments(int argc, char** argv, const Ranks& ranks, Arguments& argume
 
 std::string journal_of(const Arguments& arguments) { return arguments.csv + ".journal"; }
 
-/// Where trajectories go.
+/// The folder of trajectories.
 std::string folder_of(const Arguments& arguments) {
   return std::filesystem::path(arguments.csv).replace_extension().string() + "_runs";
 }
@@ -175,7 +175,7 @@ class Progress {
   }
   void clear() { bar_.clear(); }
 
-  /// To be called once all runs are finished.
+  /// Call it once all runs are finished.
   std::string summary(const Tally& tally) const {
     const std::string made = before_ == 0 ? "" : fmt::format(", {} of them", tally.runs - before_);
     return fmt::format("{} runs{} in {}, {:.3g} a second{}", tally.runs, made, duration_text(seconds_since(start_)),

@@ -182,7 +182,7 @@ class MpiRanks : public Ranks {
 };
 #endif
 
-/// Whether mpirun, or another launcher that MPI knows, has started this process.
+/// True if mpirun, or another launcher that MPI knows, has started this process.
 bool launched_by_mpi() {
   constexpr const char* kVariables[] = {"OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_RANK"};
   return std::any_of(std::begin(kVariables), std::end(kVariables), [](const char* name) { return std::getenv(name); });

@@ -25,7 +25,7 @@ class FamiliesTest : public testing::Test {
     return error_of<SceneError>([&] { load_family(folder_.write("family.yaml", text)); });
   }
 
-  /// The same with these axes.
+  /// The refusal of a family with these axes.
   std::string refusal_of_axes(const std::string& axes, const std::string& more = "") {
     return refusal("scene: scene.yaml\naxes: [" + axes + "]\n" + more);
   }
@@ -124,7 +124,7 @@ TEST_F(FamiliesTest, RefuseRangesThatLeaveWhatTheKeyAllows) {
   // The axis that is wrong is named, not the one that is tried first beside it.
   expect_refusal(refusal_of_axes("{key: robot.body_mass, values: [20]}, {key: floor.friction, values: [-7]}"),
                  {"family.yaml: floor.friction = -7: "});
-  // What depends on another key, too.
+  // Values that depend on another key, too.
   expect_refusal(refusal_of_axes("{key: robot.roller_axis_radius, values: [0.04, 0.06]}"),
                  {"robot.roller_axis_radius = 0.06", "must be less than wheel_radius"});
 }
@@ -299,7 +299,7 @@ TEST_F(FamiliesTest, ProgramKeepsTrajectoriesFromWhatItReadsAndWrites) {
   expect_refused(family, "run_6.csv: must be a regular file");
   std::filesystem::remove(folder_.path("runs_runs/run_6.csv"));
 
-  // What it does not write may be there: runs that it does not keep or does not have, names of another form.
+  // Files that it does not write may be there: runs that it does not keep or does not have, names of another form.
   for (const char* name : {"run_1.csv", "run_10.csv", "run_06.csv", "run_6.bag", "run_.csv"})
     std::filesystem::create_symlink("../torque.csv", folder_.path(std::string("runs_runs/") + name));
   std::filesystem::create_symlink("../elsewhere.csv", folder_.path("runs_runs/run_6.csv"));

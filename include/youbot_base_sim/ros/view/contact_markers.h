@@ -12,7 +12,7 @@
 
 namespace youbot_base_sim {
 
-/// How contacts are drawn.
+/// Settings of the drawing of contacts.
 struct MarkerOptions {
   double friction_scale = 3e-3;                    ///< length of an arrow of any force, m/N
   double slip_scale = 2;                           ///< of an arrow of any slip, m for each m/s

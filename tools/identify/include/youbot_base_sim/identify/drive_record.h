@@ -20,7 +20,7 @@ struct Motion {
   bool held_out = false;  ///< kept from the fit, to judge it by: every third that moves, and the stop after it
 };
 
-/// When the base has settled after a jump of the command, s.
+/// Time in which the base settles after a jump of the command, s.
 constexpr double kSettlingTime = 1.0;
 
 /// Samples of the motors; wheels positive forward on all four.
@@ -45,10 +45,10 @@ struct DriveRecord : Readings {
   bool has_truth() const { return !truth.empty(); }
   double duration() const { return t.empty() ? 0 : t.back(); }
 
-  /// Whether ground truth was measured about `time`.
+  /// True if ground truth was measured about `time`.
   bool is_tracked(double time) const;
 
-  /// Whether an excluded stretch covers `time`.
+  /// True if an excluded stretch covers `time`.
   bool is_excluded(double time) const;
 
   /// The true pose at `time` (s), by linear interpolation.
@@ -93,7 +93,7 @@ Eigen::Vector3d modes(const Wheels& w);
 /// The wheels' part in each mode.
 Wheels wheels_of(const Eigen::Vector3d& m);
 
-/// Of many samples, less those of `from` unless that is empty.
+/// Motion components of samples, less those of `from` unless that is empty.
 std::vector<Eigen::Vector3d> modes_of(const std::vector<Wheels>& samples, const std::vector<Wheels>& from = {});
 
 /// Low-pass filter of first order for samples at times t (s). At those that are `left_out` it stays as it was.
@@ -112,7 +112,7 @@ std::vector<Value> low_pass(const std::vector<double>& t, const std::vector<Valu
   return filtered;
 }
 
-/// Why nothing can be fitted to a record, in one line.
+/// The reason why nothing can be fitted to a record, in one line.
 struct UnusableRecord : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -122,7 +122,7 @@ struct UnusableRecord : std::runtime_error {
 /// Gaps are excluded. Returns a line on each finding. Throws UnusableRecord.
 std::vector<std::string> inspect(DriveRecord& record);
 
-/// The same of a record of which only angles and ground truth count. Throws UnusableRecord.
+/// Inspects likewise a record of which only angles and ground truth count. Throws UnusableRecord.
 std::vector<std::string> inspect_encoders(DriveRecord& record);
 
 /// Excludes stretches of pushes: under a steady command, torques and rates leave `predicted`. Returns a line on each.

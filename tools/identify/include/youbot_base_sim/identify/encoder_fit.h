@@ -12,7 +12,7 @@
 
 namespace youbot_base_sim {
 
-/// Where ground truth has the instants of the encoders' clock. A fit begins at the same ones: the reader of bags finds
+/// Relates ground truth to the instants of the encoders' clock. A fit begins at the same ones: the reader of bags finds
 /// an offset of more than a tenth of a second.
 struct ClockMap {
   double offset = 0;   ///< s, at the first reading
@@ -21,7 +21,7 @@ struct ClockMap {
   double operator()(double t) const { return (1 + stretch) * t + offset; }
 };
 
-/// What was fitted to encoders and poses, from a scene to another.
+/// The result of a fit to encoders and poses, from a scene to another.
 struct EncoderFit {
   struct Number {
     std::size_t parameter;  ///< of `encoder_parameters()`

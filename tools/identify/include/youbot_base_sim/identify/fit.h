@@ -14,7 +14,7 @@ namespace youbot_base_sim {
 /// Time constant of the low-pass filter through which modes are compared, s: rollers' ripple falls to a sixth.
 constexpr double kComparisonFilter = 0.3;
 
-/// What was fitted to records. Numbers are those of `parameters()`.
+/// The result of a fit to records. Numbers are those of `parameters()`.
 struct Fit {
   Candidate best;                           ///< the start with the fitted parameters
   std::vector<bool> fitted;                 ///< for each parameter; the others are the start's

@@ -7,7 +7,7 @@
 
 namespace youbot_base_sim {
 
-/// Which measurements determine a parameter.
+/// The measurements that determine a parameter.
 enum class Needs { kRates, kTorques, kTruth };
 
 /// One number of a scene that is fitted. The scene must have its section `motors`.
@@ -29,7 +29,7 @@ struct Parameter {
 /// All parameters.
 const std::vector<Parameter>& parameters();
 
-/// Those that encoders and a pose alone determine, for fit_encoders; `drive` is the advice as a whole.
+/// The parameters that encoders and a pose alone determine, for fit_encoders; `drive` is the advice as a whole.
 const std::vector<Parameter>& encoder_parameters();
 
 /// The number of the parameter with this key.

@@ -17,7 +17,7 @@ struct Candidate {
   std::vector<Wheels> phi;  ///< where the wheels of each record stood at first, rad
 };
 
-/// What a candidate would have done, at the times of a record's samples. Angles count from where they started.
+/// The motion of a candidate, at the times of a record's samples. Angles count from where they started.
 struct Prediction : Readings {
   std::vector<Eigen::Vector3d> pose;  ///< x, y (m), heading (rad), from where it started
 };
@@ -46,7 +46,7 @@ Prediction predict(const Scene& scene, const DriveRecord& record, const Wheels& 
 std::vector<std::vector<Prediction>> predict(const std::vector<Candidate>& candidates,
                                              const std::vector<DriveRecord>& records, const Workers& workers);
 
-// Where the records lie beside a candidate.
+// Clocks and places of the records beside a candidate.
 
 /// Sets the angles at which the candidate's wheels stood at first: where ripples come as the records' do, by linear
 /// least squares over all wheels. They are known but for whole rollers, and only of wheels whose rates ripple.

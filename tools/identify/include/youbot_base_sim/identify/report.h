@@ -9,10 +9,10 @@
 
 namespace youbot_base_sim {
 
-/// What was fitted, for the terminal: values, sigma, strong correlations, unidentifiable parameters, errors.
+/// The fit, for the terminal: values, sigma, strong correlations, unidentifiable parameters, errors.
 std::string report(const Scene& start, const Fit& fit);
 
-/// The same of a fit to encoders: errors without each parameter, clocks and angles of each record, too.
+/// The report of a fit to encoders: errors without each parameter, clocks and angles of each record, too.
 std::string report(const Scene& start, const std::vector<DriveRecord>& records, const EncoderFit& fit);
 
 /// The scene `start_path` (empty: the profile `measured`) with what was fitted, each with its sigma in a comment. It
@@ -20,14 +20,14 @@ std::string report(const Scene& start, const std::vector<DriveRecord>& records, 
 std::string fitted_scene(const std::string& start_path, const Fit& fit, const DriveRecord& record,
                          const std::string& table);
 
-/// The same of a fit to encoders. It repeats the record by a table of wheel angles.
+/// The scene of a fit to encoders. It repeats the record by a table of wheel angles.
 std::string fitted_scene(const std::string& start_path, const EncoderFit& fit, const DriveRecord& record,
                          const std::string& table);
 
-/// That table of wheel angles as CSV.
+/// The record's wheel angles as CSV.
 std::string angle_table(const DriveRecord& record);
 
-/// That velocity table as CSV.
+/// The record's velocity table as CSV.
 std::string command_table(const DriveRecord& record);
 
 /// Modes of rates and torques of the first record, recorded and fitted, low-passed, and what was held out, as CSV.

@@ -19,7 +19,7 @@ class PhaseSearch {
   /// For wheels with `rollers` rollers.
   explicit PhaseSearch(int rollers);
 
-  /// What candidate k adds to the angles of the wheels, rad; once they are found, what all add.
+  /// The angles that candidate k adds to those of the wheels, rad; once they are found, what all add.
   Wheels phases(int k) const;
 
   /// Takes drive torques (N m), measured and expected by each candidate, of the last dt (s). True if phases change.

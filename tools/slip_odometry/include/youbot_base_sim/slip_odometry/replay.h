@@ -15,7 +15,7 @@ class Replay {
   /// ripple of the true rollers, with which wheels on other rollers would slip.
   Replay(Scene scene, std::shared_ptr<const WheelMotion> motion, const Wheels& offset, bool compliant);
 
-  /// As Simulation's.
+  /// Advances as Simulation does.
   void advance_to(double t);
   void stop_on(const std::atomic<bool>& stop) { simulation_.stop_on(stop); }
 

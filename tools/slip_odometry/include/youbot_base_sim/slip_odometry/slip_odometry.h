@@ -53,17 +53,17 @@ class SlipOdometry {
   Eigen::Matrix3d pose_covariance() const;
   Eigen::Matrix3d velocity_covariance() const;
 
-  /// Of each wheel 1 where efforts drive the motion, -1 where they are reversed, 0 where unknown and without effect.
+  /// For each wheel 1 where efforts drive the motion, -1 where they are reversed, 0 where unknown and without effect.
   const Wheels& effort_signs() const { return effort_sign_; }
 
   /// How many times the changes of its angles each wheel's rates are; 0: unknown, they do not fit, or differ by more
   /// than 5 % from the other wheels', so that they are not used.
   Wheels rate_factors() const;
 
-  /// What the torques have shown of which rollers touch the floor; empty where that is known or there are none.
+  /// The rollers that touch the floor, as far as torques have shown them; empty where that is known or there are none.
   const std::optional<PhaseSearch>& search() const { return search_; }
 
-  /// Why the last reading does not tell where the base is, in one line; empty if it does.
+  /// The reason why the last reading does not tell where the base is, in one line; empty if it does.
   const std::string& doubt() const { return doubt_; }
 
  private:
@@ -118,7 +118,7 @@ class SlipOdometry {
   Wheels rate_square_ = Wheels::Zero();             // of the latter
   Wheels dphi_square_ = Wheels::Zero();             // of the former, in their unit
   Wheels effort_sign_ = Wheels::Zero();
-  /// How long signs of efforts agreed with those of expected torques, less how long they did not, s.
+  /// The time in which signs of efforts agreed with those of expected torques, less that in which they did not, s.
   Wheels effort_agreement_ = Wheels::Zero();
   Wheels effort_time_ = Wheels::Zero();   // in which expected torques were large, s
   Wheels effort_error_ = Wheels::Zero();  // mean over about a second, N m

@@ -4,7 +4,7 @@
 
 namespace youbot_base_sim {
 
-/// What a random number is a function of, so that it does not depend on the thread, the rank or the order of runs.
+/// The arguments of a random number, so that it does not depend on the thread, the rank or the order of runs.
 struct DrawPlace {
   std::uint64_t seed;
   std::uint64_t axis;
@@ -23,13 +23,13 @@ constexpr std::uint64_t kMaxSobolAxes = 3667;
 /// A Latin hypercube: of each axis, one draw falls into each of `runs` equal parts of (0, 1).
 double stratified_draw(const DrawPlace& place, std::uint64_t runs);
 
-/// Where `k` goes in a random permutation of 0 .. n-1 that is never stored.
+/// The place of `k` in a random permutation of 0 .. n-1 that is never stored.
 std::uint64_t permuted(std::uint64_t k, std::uint64_t n, std::uint64_t seed, std::uint64_t axis);
 
 /// The draws nearest to 0 and to 1.
 constexpr double kMinDraw = 0x1p-53, kMaxDraw = 1 - 0x1p-53;
 
-/// How numbers are distributed, by their quantiles.
+/// The distribution of numbers, by their quantiles.
 struct Distribution {
   enum class Kind { kUniform, kLogUniform, kNormal };
 

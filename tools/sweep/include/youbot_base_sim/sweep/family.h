@@ -26,10 +26,10 @@ struct Axis {
   std::string text() const;                  ///< a description
 };
 
-/// How the draws of a point of the grid fill their space.
+/// The way in which the draws of a point of the grid fill their space.
 enum class Sampling { kIndependent, kLatinHypercube, kSobol };
 
-/// Which runs' motions are written.
+/// The runs whose motions are written.
 struct Trajectories {
   std::string format = "csv";  ///< or "bag"; also the suffix of their files
   int every = 1;               ///< runs 0, every, 2 every, ..
@@ -54,20 +54,20 @@ struct Family {
 
   std::uint64_t runs() const;
   bool has_draws() const { return !axes.empty() && axes.back().is_drawn(); }
-  /// What a run sets, an axis each. But with a Latin hypercube more `draws` leave the draws of a point as they are.
+  /// Settings of a run, an axis each. But with a Latin hypercube more `draws` leave the draws of a point as they are.
   SceneSettings settings(std::uint64_t run) const;
   /// A line with hash and name for all that rows depend on: program, family, scene, tables. Throws SceneError.
   std::vector<std::string> fingerprint() const;
 
  private:
-  /// Where the value of a drawn axis lies in its distribution.
+  /// The quantile of a drawn axis's value in its distribution.
   double share_of(const Axis& axis, std::uint64_t run) const;
 };
 
 /// Reads and checks a family file, its scene and their tables. Throws SceneError.
 Family load_family(const std::string& path);
 
-/// Of what stands in a file. Throws SceneError if it cannot be read.
+/// The hash of a file's contents. Throws SceneError if it cannot be read.
 std::string file_hash(const std::string& path);
 
 /// Throws SceneError if the scene has no drive.

@@ -23,7 +23,7 @@ class FinishedTable {
   std::optional<Row> row(std::uint64_t run) const;
 
  private:
-  /// Where the row of a run is, without its number.
+  /// The place of a run's row, without its number.
   struct Line {
     std::uint64_t run;
     RunStatus status;

@@ -17,7 +17,7 @@ struct RunRange {
   bool contains(std::uint64_t run) const { return run >= begin && run < end; }
 };
 
-/// Which runs are finished: all before `first_open`, and some of the kWindow that follow. Its memory is bounded.
+/// The finished runs: all before `first_open`, and some of the kWindow that follow. Its memory is bounded.
 class FinishedRuns {
  public:
   static constexpr std::uint64_t kWindow = 1 << 16;
@@ -25,7 +25,7 @@ class FinishedRuns {
   explicit FinishedRuns(std::uint64_t first) : first_open_(first) {}
 
   std::uint64_t first_open() const { return first_open_; }
-  /// Whether a run is within the window.
+  /// True if a run is within the window.
   bool has_room_for(std::uint64_t run) const { return run < first_open_ + kWindow; }
   bool contains(std::uint64_t run) const { return run < first_open_ || ahead_.count(run) > 0; }
   /// Requires room for the run.

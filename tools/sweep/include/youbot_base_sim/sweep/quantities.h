@@ -16,7 +16,7 @@ class ObservedRun {
   /// `simulation` stands at t = 0, and must outlive this.
   explicit ObservedRun(Simulation& simulation);
 
-  /// As RowLoop::next.
+  /// Advances to the next row, see RowLoop::next.
   bool next();
 
   const Simulation& simulation() const { return simulation_; }

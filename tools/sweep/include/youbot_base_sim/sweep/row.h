@@ -13,7 +13,7 @@
 
 namespace youbot_base_sim {
 
-/// What became of a run.
+/// The outcome of a run.
 enum class RunStatus : char { kDone = 'd', kDoubtful = 'u', kRefused = 'r', kFailed = 'f' };
 
 /// The row of a run in the table.
@@ -72,7 +72,7 @@ class Spread {
  public:
   explicit Spread(const Family& family);
 
-  /// To be called in the order of runs, so that rounding does not vary.
+  /// Call it in the order of runs, so that rounding does not vary.
   void add(const Row& row);
 
   /// A table to print; empty if there are no values.
