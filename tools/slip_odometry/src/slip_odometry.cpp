@@ -111,13 +111,15 @@ SlipOdometry::SlipOdometry(const Scene& scene, const Settings& settings)
     : scene_(scene),
       settings_(settings),
       kinematics_(DriverKinematics::of(scene.robot)),
-      uncertainty_(kinematics_, Wheels::Zero(), settings.wheel_error) {
+      uncertainty_(kinematics_, Wheels::Zero(), settings.wheel_error.value_or(0.015)) {
   if (!slips(scene.model)) throw std::invalid_argument("model no_slip has no slip: plain odometry is the same");
 }
 
 /// One of known phases; the candidates of those that efforts may tell; some of others, whose wheels follow softly.
 void SlipOdometry::make_replicas(bool known, bool efforts) {
   const int rollers = scene_.robot.rollers;
+  const double error = settings_.angles_at_zero ? 0.005 : efforts ? 0.012 : 0.015;
+  uncertainty_ = WheelOdometry(kinematics_, followed_ + latest_->moved, settings_.wheel_error.value_or(error));
   if (efforts) search_.emplace(rollers);
   replicas_.clear();
   simulated_ = known ? 1 : efforts ? PhaseSearch::kCandidates : std::max(1, settings_.replicas);
@@ -345,7 +347,6 @@ Eigen::Matrix3d SlipOdometry::velocity_covariance() const {
          of_speeds(doubtful_speed_ * doubtful_speed_);
 }
 
-/// Speeds of the rims, m/s.
 double SlipOdometry::fastest(const Wheels& rate) const { return kinematics_.wheel_radius * rate.abs().maxCoeff(); }
 
 /// A column for each replica that is simulated or, of `all`, was.

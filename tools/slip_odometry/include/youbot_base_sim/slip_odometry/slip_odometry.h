@@ -24,10 +24,10 @@ namespace YOUBOT_BASE_SIM_EXPORT youbot_base_sim {
 class SlipOdometry {
  public:
   struct Settings {
-    double wheel_error = 0.015;   ///< relative, of a wheel's path: see WheelOdometry; by parameters of the scene
-    double max_gap = 0.5;         ///< s: over a longer one the wheels are taken to turn within so long
-    double max_rate = 30;         ///< rad/s: an encoder that is faster has jumped
-    double max_effort_error = 1;  ///< N m, of means over a second; infinite: efforts do not count
+    std::optional<double> wheel_error;     ///< relative, of a wheel's path: WheelOdometry's; empty: docs/estimation.md
+    double max_gap = 0.5;                  ///< s: over a longer one the wheels are taken to turn within so long
+    double max_rate = 30;                  ///< rad/s: an encoder that is faster has jumped
+    double max_effort_error = 1;           ///< N m, of means over a second; infinite: efforts do not count
     std::optional<Wheels> angles_at_zero;  ///< the angles of the wheels where their encoders read zero, rad
     int replicas = 4;                      ///< where these are unknown
   };
@@ -97,7 +97,7 @@ class SlipOdometry {
   void take_torque(const Wheels& torque, const Interval& interval);
   void check_torque(const Wheels& torque, const Wheels& expected, const Interval& interval);
   void doubt(const std::string& reason, double speed, double dt);
-  double fastest(const Wheels& rate) const;
+  double fastest(const Wheels& rate) const;  // speed of the rims, m/s
   Eigen::Matrix3Xd values(Eigen::Vector3d (Replica::*value)() const, bool all) const;
   Eigen::Matrix3d of_speeds(double variance) const;
 
